@@ -1,0 +1,59 @@
+# kerf_module(NAME DEPENDS ...): src/kerf/NAME/*.cpp become one object library, tests/NAME/*_test.cpp one
+# test program linked against this module and the modules below it only.
+set(KERF_MODULES "")
+
+function(kerf_module name)
+  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/kerf/${name}/*.cpp)
+  if(NOT sources)
+    set(sources ${PROJECT_SOURCE_DIR}/cmake/empty.cpp)
+  endif()
+  add_library(kerf_${name} OBJECT ${sources})
+  target_include_directories(kerf_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(kerf_${name} PRIVATE kerf_flags Eigen3::Eigen TBB::tbb fmt::fmt
+                        tomlplusplus::tomlplusplus nlohmann_json::nlohmann_json)
+  set(KERF_MODULES ${KERF_MODULES} ${name} PARENT_SCOPE)
+
+  file(GLOB tests CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${name}/*.cpp)
+  if(KERF_BUILD_TESTS AND tests)
+    add_executable(kerf_${name}_tests ${tests})
+    target_include_directories(kerf_${name}_tests PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
+    foreach(module ${name} ${ARG_DEPENDS})
+      target_sources(kerf_${name}_tests PRIVATE $<TARGET_OBJECTS:kerf_${module}>)
+    endforeach()
+    target_link_libraries(kerf_${name}_tests PRIVATE kerf_flags Eigen3::Eigen TBB::tbb fmt::fmt
+                          tomlplusplus::tomlplusplus nlohmann_json::nlohmann_json
+                          GTest::gtest GTest::gmock GTest::gtest_main)
+    target_compile_definitions(kerf_${name}_tests PRIVATE KERF_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+    gtest_discover_tests(kerf_${name}_tests TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60
+                         PROPERTIES LABELS ${name})
+  endif()
+endfunction()
+
+# All modules in one installable static library with a CMake package.
+function(kerf_library)
+  include(GNUInstallDirs)
+  include(CMakePackageConfigHelpers)
+  set(objects "")
+  foreach(module ${KERF_MODULES})
+    list(APPEND objects $<TARGET_OBJECTS:kerf_${module}>)
+  endforeach()
+  add_library(kerf STATIC ${objects})
+  add_library(kerf::kerf ALIAS kerf)
+  target_include_directories(kerf PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(kerf PUBLIC cxx_std_20)
+  target_link_libraries(kerf PUBLIC TBB::tbb PRIVATE fmt::fmt)
+  if(KERF_SANITIZE)
+    target_link_options(kerf PUBLIC -fsanitize=${KERF_SANITIZE})
+  endif()
+  install(TARGETS kerf EXPORT kerfTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/kerf DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+          FILES_MATCHING PATTERN "*.h")
+  install(EXPORT kerfTargets NAMESPACE kerf:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf)
+  configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/kerfConfig.cmake.in
+    ${PROJECT_BINARY_DIR}/kerfConfig.cmake INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf)
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/kerfConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+  install(FILES ${PROJECT_BINARY_DIR}/kerfConfig.cmake ${PROJECT_BINARY_DIR}/kerfConfigVersion.cmake
+          DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf)
+endfunction()

@@ -1,0 +1,79 @@
+#include "kerf/base/journal.h"
+
+#include <gtest/gtest.h>
+
+#include "kerf/base/ids.h"
+#include "kerf/base/random.h"
+
+namespace kerf {
+namespace {
+
+struct Tag;
+using I = Id<Tag>;
+
+struct TwoArrays {
+  Journaled<I, int> a;
+  Journaled<I, double> b;
+  template <class F>
+  void for_each_array(F&& f) { f(a); f(b); }
+};
+
+void scribble(TwoArrays& t, Random& random, int writes) {
+  for (int i = 0; i < writes; ++i) {
+    if (t.a.size() == 0 || random.index(3) == 0) {
+      t.a.push_back(random.index(100));
+      t.b.push_back(random.uniform());
+    } else {
+      t.a.set(I(static_cast<std::int32_t>(random.index(static_cast<int>(t.a.size())))), random.index(100));
+      t.b.set(I(static_cast<std::int32_t>(random.index(static_cast<int>(t.b.size())))), random.uniform());
+    }
+  }
+}
+
+TEST(Journal, RollbackRestoresEveryNestedMark) {
+  Random random(1);
+  for (int round = 0; round < 50; ++round) {
+    TwoArrays t;
+    scribble(t, random, 20);
+    std::vector<JournalMark> marks;
+    std::vector<std::pair<std::vector<int>, std::vector<double>>> copies;
+    for (int level = 0; level < 5; ++level) {
+      marks.emplace_back();
+      journal_mark(t, marks.back());
+      copies.emplace_back(t.a.raw(), t.b.raw());
+      scribble(t, random, 15);
+    }
+    for (int level = 5; level-- > 0;) {
+      journal_rollback(t, marks[static_cast<std::size_t>(level)]);
+      EXPECT_EQ(t.a.raw(), copies[static_cast<std::size_t>(level)].first);
+      EXPECT_EQ(t.b.raw(), copies[static_cast<std::size_t>(level)].second);
+      scribble(t, random, 3);  // the log goes on working from a mark that was rolled back to
+      journal_rollback(t, marks[static_cast<std::size_t>(level)]);
+      EXPECT_EQ(t.a.raw(), copies[static_cast<std::size_t>(level)].first);
+    }
+  }
+}
+
+TEST(Journal, UndoAndRedoOfSegmentsRestoreTheBits) {
+  Random random(2);
+  Journaled<I, int> a;
+  for (int i = 0; i < 10; ++i) a.push_back(i);
+  std::vector<JournalSegment> segments;
+  std::vector<std::vector<int>> states{a.raw()};
+  for (int cut = 0; cut < 8; ++cut) {
+    const auto mark = a.mark();
+    for (int i = 0; i < 12; ++i) {
+      if (random.index(2)) a.push_back(random.index(1000));
+      else a.set(I(static_cast<std::int32_t>(random.index(static_cast<int>(a.size())))), random.index(1000));
+      if (i == 5) (void)a.mark();  // a provisional mark inside the stroke
+    }
+    segments.push_back(a.take_segment(mark));
+    states.push_back(a.raw());
+  }
+  for (std::size_t i = 8; i-- > 3;) { a.undo(segments[i]); EXPECT_EQ(a.raw(), states[i]); }
+  for (std::size_t i = 3; i < 8; ++i) { a.redo(segments[i]); EXPECT_EQ(a.raw(), states[i + 1]); }
+  for (std::size_t i = 8; i-- > 0;) { a.undo(segments[i]); EXPECT_EQ(a.raw(), states[i]); }
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,48 @@
+#include "kerf/mesh/models.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "kerf/mesh/models_planar.h"
+
+namespace kerf {
+
+const std::vector<ModelName>& model_names() {
+  static const std::vector<ModelName> names{
+      {"sheet", "open sheet 1 x 1 x 0.1 m; 1664, 6656, 26624 or 106496 visual triangles, 104, 500 or 1500 collision triangles"},
+      {"closed-sheet", "closed sheet 1 x 1 x 0.1 m of 500 to 10000000 visual triangles, sharp or rounded rim"},
+  };
+  return names;
+}
+
+namespace {
+
+Result<Model> make_plain(std::string_view name, const ModelOptions& options) {
+  if (name == "sheet") return models::make_sheet(options);
+  if (name == "closed-sheet") return models::make_closed_sheet(options);
+  std::string known;
+  for (const ModelName& n : model_names()) known += (known.empty() ? "" : ", ") + std::string(n.name);
+  return bad_input(fmt::format("there is no model \"{}\"; the models are {}", name, known));
+}
+
+}  // namespace
+
+Result<Model> make_model(std::string_view name, const ModelOptions& options) {
+  for (const double v : {options.rim_radius, options.bend, options.bumps, options.noise})
+    if (!std::isfinite(v)) return bad_input("rim radius, bend, bumps and noise must be finite numbers");
+  if (options.bumps < 0 || options.noise < 0) return bad_input("bumps and noise are lengths in metres, 0 or more");
+  Result<Model> model = make_plain(name, options);
+  if (!model) return model;
+  // Waves as long as a third of the body: bumps, not folds, at any amplitude that makes sense.
+  const Vec3 size = models::bounding_box(model->visual).size();
+  const double length = std::fmax(size.x, size.y);
+  if (options.bumps > 0.2 * length)
+    return bad_input(fmt::format("bumps of {} m are too high for a body of {} m", options.bumps, length));
+  add_bumps(*model, options.bumps, length / 3, options.seed);
+  KERF_TRY(bend(*model, options.bend));
+  add_noise(*model, options.noise, options.seed);
+  return model;
+}
+
+}  // namespace kerf

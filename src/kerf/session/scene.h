@@ -1,0 +1,247 @@
+// A scene: everything a run needs, as plain data. scene_file.h reads it from TOML, a program may fill it in
+// itself. Lengths in metres, times in seconds, rest coordinates (after `scale`) unless said otherwise. The
+// defaults below are the defaults of the file format; scene_keys.cpp holds the words, units and ranges of
+// every key.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "kerf/base/vec.h"
+
+namespace kerf {
+
+/// A part of space. Only the members of its shape count.
+struct SceneRegion {
+  enum class Shape { kBox, kSphere, kHalfSpace };
+  Shape shape = Shape::kBox;
+  Vec3 min, max;      ///< box: opposite corners, min < max in each coordinate
+  Vec3 center;        ///< sphere
+  double radius = 0;  ///< sphere, > 0
+  Vec3 point;         ///< half-space: a point of its border plane
+  Vec3 normal;        ///< half-space: points into the region; any length > 0
+
+  /// Is p inside or on the border?
+  [[nodiscard]] bool contains(Vec3 p) const {
+    switch (shape) {
+      case Shape::kBox:
+        return p.x >= min.x && p.y >= min.y && p.z >= min.z && p.x <= max.x && p.y <= max.y && p.z <= max.z;
+      case Shape::kSphere:
+        return dot(p - center, p - center) <= radius * radius;
+      case Shape::kHalfSpace:
+        return dot(p - point, normal) >= 0;
+    }
+    return false;
+  }
+};
+
+/// An option of a model generator, as written in the scene; the generator knows its own options and checks
+/// them.
+struct SceneModelOption {
+  std::string name;
+  std::variant<bool, std::int64_t, double, std::string> value;
+};
+
+/// Where the body comes from: exactly one of `model`, `visual` (with or without `collision`) and `bound` is
+/// not empty.
+struct SceneBody {
+  std::string model;                      ///< a generator: "sheet", "steak", "meniscus", ...
+  std::vector<SceneModelOption> options;  ///< for the generator, in the order of their names
+  std::string visual;                     ///< mesh file; resolved, so that it can be opened as it stands
+  std::string collision;                  ///< mesh file of the mid-surface; resolved
+  std::string bound;                      ///< a body saved by `kerf bind`; resolved
+  double scale = 1;                       ///< metres per unit of the mesh files
+  std::optional<double> thickness;        ///< metres; needed by an open visual sheet, ignored by a closed one
+  bool exact_paths = false;               ///< exact geodesic paths in the pre-processing
+};
+
+/// A region whose material differs; what is not given stays as in [material]. Later regions win.
+struct SceneMaterialRegion {
+  SceneRegion region;
+  std::optional<double> young;    ///< pascals
+  std::optional<double> poisson;  ///< 1
+  std::optional<double> density;  ///< kg/m3
+};
+
+struct SceneMaterial {
+  double young = 20e3;               ///< pascals
+  double poisson = 0.45;             ///< 1
+  double density = 1000;             ///< kg/m3
+  double damping_mass = 0.5;         ///< 1/s: Rayleigh's factor of the mass matrix
+  double damping_stiffness = 0.002;  ///< s: Rayleigh's factor of the stiffness matrix
+  std::vector<SceneMaterialRegion> regions;
+};
+
+enum class SceneFormulation {
+  kIncompatible,  ///< eight nodes and nine incompatible modes: bends as it should
+  kPlain,         ///< trilinear only, as in the paper: too stiff in bending
+};
+
+/// The lattice of cells. At most one of `cells` and `cell_size` is given; with neither, it is chosen by the
+/// body.
+struct SceneLattice {
+  std::optional<std::array<int, 3>> cells;  ///< cells along each of its axes, over the body's bounding box
+  std::optional<Vec3> cell_size;            ///< metres along each axis
+  std::optional<Vec3> origin;  ///< a lattice corner, metres; default: the body is centred in the lattice
+  std::optional<std::array<Vec3, 3>> axes;  ///< orthonormal, right-handed; default: the body's principal axes
+  int layers = 1;  ///< cells across the thickness when the lattice is chosen automatically
+  SceneFormulation formulation = SceneFormulation::kIncompatible;
+};
+
+/// How cuts are made. Tolerances are fractions of the mean edge length of the uncut collision mesh.
+struct SceneCut {
+  int layers = 3;                  ///< rows of triangles across the thickness of a cut surface
+  double roughness = 0;            ///< metres: how far inner vertices of a cut surface are displaced at most
+  double texture_scale = 1;        ///< texture units per metre on cut surfaces
+  double minimum_feature = 0.024;  ///< shorter path segments are left out
+  double snap = 0.04;              ///< a path point this near to the end of an edge moves to the vertex
+  double path_tolerance = 0.06;    ///< how far the cut may be from the blade's true path
+};
+
+enum class ScenePreconditioner {
+  kTwoLevel,     ///< block-Jacobi and rigid-body modes of aggregates
+  kBlockJacobi,  ///< the diagonal blocks alone
+  kDirect,       ///< no iterations: a sparse factorisation in every step (small bodies, checks)
+};
+
+struct SceneSimulation {
+  double time_step = 0.001;   ///< s
+  double duration = 1;        ///< s
+  Vec3 gravity{0, 0, -9.81};  ///< m/s2
+  double tolerance = 0.01;    ///< 1: residual of the linear solver relative to the right-hand side
+  int max_iterations = 500;   ///< of the linear solver in one step
+  ScenePreconditioner preconditioner = ScenePreconditioner::kTwoLevel;
+  int threads = 0;        ///< 0: as many as there are cores; results don't depend on it
+  std::int64_t seed = 1;  ///< of everything random (roughness)
+};
+
+/// Nodes in the region never move.
+struct SceneFix {
+  SceneRegion region;
+};
+
+/// A constant force, spread evenly over the surface within `radius` of `point` (at least the closest vertex).
+struct SceneLoad {
+  Vec3 point;                   ///< rest coordinates
+  double radius = 0;            ///< metres
+  Vec3 force;                   ///< newtons, all of it, in world directions
+  double from = 0;              ///< s: when it sets in
+  std::optional<double> until;  ///< s: when it ends; never when absent
+};
+
+// --- Commands
+// ------------------------------------------------------------------------------------------------------
+
+enum class SceneFrame {
+  kWorld,  ///< where the body is now
+  kRest,   ///< where the body was before anything moved; follows its deformation
+};
+
+enum class SceneTool {
+  kScalpel,   ///< the edge from base to tip
+  kScissors,  ///< the closing line between two jaws
+  kLine,      ///< a ray from base through tip and beyond: a stroke seen from base, cutting the first layer it
+              ///< meets
+};
+
+/// Where the edge of a tool is at one time.
+struct SceneBladePose {
+  double time = 0;  ///< s after the command's `at`
+  Vec3 base, tip;   ///< ends of the edge, metres, in the command's frame; never the same point
+};
+
+/// One stroke. Between two poses the edge moves in straight lines; base-tip sweeps a ruled surface, and where
+/// that meets the mid-surface the body is cut through its whole thickness. At least two poses, times strictly
+/// increasing.
+struct SceneBlade {
+  SceneTool tool = SceneTool::kScalpel;
+  SceneFrame frame = SceneFrame::kWorld;
+  std::vector<SceneBladePose> poses;
+  bool through = false;  ///< cut all layers the edge meets instead of the first
+};
+
+/// Takes hold of the surface within `radius` of `point` (at least of the closest vertex) where it is now.
+struct SceneGrasp {
+  std::string id;
+  Vec3 point;
+  SceneFrame frame = SceneFrame::kRest;
+  double radius = 0;  ///< metres, around `point` in the same frame
+  std::optional<double>
+      stiffness;  ///< N/m of the whole grasp; default: as stiff as the solver likes, see docs
+};
+
+/// Moves a grasp in a straight line: by a displacement, or until its centre is at `to`. Exactly one is given.
+struct SceneMove {
+  std::string id;
+  std::optional<Vec3> by, to;  ///< metres, world
+  double over = 0;             ///< s that it takes; 0: at once
+};
+
+struct SceneRelease {
+  std::string id;
+};
+struct SceneFixCommand {
+  SceneRegion region;
+};
+/// Frees what lies in the region, whether [[fix]] or a fix command held it.
+struct SceneUnfix {
+  SceneRegion region;
+};
+struct SceneUndo {
+  int count = 1;  ///< strokes
+};
+struct SceneRedo {
+  int count = 1;
+};
+
+struct SceneCommand {
+  double at = 0;  ///< s
+  std::variant<SceneBlade, SceneGrasp, SceneMove, SceneRelease, SceneFixCommand, SceneUnfix, SceneUndo,
+               SceneRedo>
+      what;
+  int line = 0;  ///< in the scene file, for messages; 0 when there is none
+};
+
+// --- Outputs
+// -------------------------------------------------------------------------------------------------------
+
+/// The camera is fitted to the body.
+struct SceneCamera {
+  Vec3 direction{-0.45, -0.8, 0.62};  ///< from the body to the eye; any length > 0
+  Vec3 up{0, 0, 1};
+  double zoom = 1;             ///< > 1 comes closer
+  double field_of_view = 0.5;  ///< radians, vertical
+};
+
+struct SceneOutput {
+  double frames_per_second = 30;                                        ///< of the .glb and of positions
+  std::vector<std::string> meshes{"visual", "collision", "hexahedra"};  ///< which final meshes are written
+  bool animation = true;                                                ///< body.glb
+  bool positions = false;            ///< node positions of every frame, positions.vtu series
+  bool picture = true;               ///< picture.png
+  std::optional<double> picture_at;  ///< s; default: the end of the run
+  std::array<int, 2> picture_size{1600, 1000};
+  bool wireframe = false;  ///< draw the meshes' edges into the picture
+  SceneCamera camera;
+};
+
+struct Scene {
+  std::string title;
+  std::string name;  ///< file name without folder and ending, or whatever parse_scene was told
+  SceneBody body;
+  SceneMaterial material;
+  SceneLattice lattice;
+  SceneCut cut;
+  SceneSimulation simulation;
+  std::vector<SceneFix> fixes;
+  std::vector<SceneLoad> loads;
+  std::vector<SceneCommand> commands;  ///< sorted by `at`; commands of the same time in the order of the file
+  SceneOutput output;
+};
+
+}  // namespace kerf

@@ -1,0 +1,725 @@
+#include "kerf/session/scene_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "kerf/session/closest_word.h"
+#include "kerf/session/scene_keys.h"
+#include "kerf/session/scene_schema.h"
+
+// Header-only without exceptions: the packaged library throws.
+#undef TOML_HEADER_ONLY
+#undef TOML_SHARED_LIB
+#define TOML_HEADER_ONLY 1
+#define TOML_EXCEPTIONS 0
+#include <toml++/toml.h>
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMaxProblems = 10;        // a screenful; more of them seldom help
+constexpr double kOrthonormalTolerance = 1e-6;  // axes typed with seven digits pass
+constexpr double kTimeTolerance = 1e-9;         // relative: sums of decimal fractions end a few bits late
+
+template <class... Fs>
+struct Overloaded : Fs... {
+  using Fs::operator()...;
+};
+template <class... Fs>
+Overloaded(Fs...) -> Overloaded<Fs...>;
+
+std::string_view type_name(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "a list";
+    case toml::node_type::string:
+      return "text";
+    case toml::node_type::integer:
+      return "a whole number";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "true or false";
+    default:
+      return "a date or time";
+  }
+}
+
+int line_of(const toml::node& node) {
+  return static_cast<int>(node.source().begin.line);
+}
+int line_of(const toml::key& key) {
+  return static_cast<int>(key.source().begin.line);
+}
+
+template <class T>
+void add_names(std::vector<std::string_view>& out, std::span<const SceneKey<T>> keys) {
+  for (const SceneKey<T>& key : keys) out.push_back(key.name);
+}
+template <class T>
+std::vector<std::string_view> names(std::span<const SceneKey<T>> keys) {
+  std::vector<std::string_view> out;
+  add_names(out, keys);
+  return out;
+}
+
+class SceneReader {
+ public:
+  SceneReader(std::string_view file, std::filesystem::path base_dir)
+      : file_(file), base_dir_(std::move(base_dir)) {}
+
+  Result<Scene> read(const toml::table& root) {
+    Scene scene;
+    read_plain(root, "", scene_keys<Scene>(), scene);
+    if (const toml::table* t = table_at(root, "body")) read_body(*t, scene.body);
+    if (const toml::table* t = table_at(root, "material")) read_material(*t, scene.material);
+    if (const toml::table* t = table_at(root, "lattice")) read_lattice(*t, scene.lattice);
+    if (const toml::table* t = table_at(root, "cut"))
+      read_plain(*t, "[cut]", scene_keys<SceneCut>(), scene.cut);
+    if (const toml::table* t = table_at(root, "simulation")) {
+      read_plain(*t, "[simulation]", scene_keys<SceneSimulation>(), scene.simulation);
+    }
+    for (const toml::table* t : tables_at(root, "fix")) {
+      SceneFix& fix = scene.fixes.emplace_back();
+      read_plain(*t, "[[fix]]", scene_keys<SceneFix>(), fix);
+      read_region(*t, "[[fix]]", fix.region);
+    }
+    for (const toml::table* t : tables_at(root, "load")) read_load(*t, scene.loads.emplace_back());
+    for (const toml::table* t : tables_at(root, "command")) read_command(*t, scene);
+    if (const toml::table* t = table_at(root, "output")) read_output(*t, scene);
+
+    std::stable_sort(scene.commands.begin(), scene.commands.end(),
+                     [](const SceneCommand& a, const SceneCommand& b) { return a.at < b.at; });
+    if (problems_.empty()) {  // these two look across tables, and would only repeat other problems
+      check_grasps(scene);
+      check_times(scene);
+    }
+    if (!problems_.empty()) return bad_input(message());
+    return scene;
+  }
+
+ private:
+  // --- Problems
+  // ---------------------------------------------------------------------------------------------------
+
+  void problem(int line, std::string text) { problems_.push_back({line, std::move(text)}); }
+
+  std::string message() {
+    std::stable_sort(problems_.begin(), problems_.end(),
+                     [](const Problem& a, const Problem& b) { return a.line < b.line; });
+    std::string out;
+    for (std::size_t i = 0; i < std::min(problems_.size(), kMaxProblems); ++i) {
+      if (i > 0) out += '\n';
+      out += fmt::format("{}:{}: {}", file_, problems_[i].line, problems_[i].text);
+    }
+    if (problems_.size() > kMaxProblems)
+      out += fmt::format("\nand {} more problems", problems_.size() - kMaxProblems);
+    return out;
+  }
+
+  /// Complains about every key of the table that is not in `known`.
+  void check_known(const toml::table& table, std::string_view where,
+                   std::span<const std::string_view> known) {
+    for (const auto& [key, node] : table) {
+      const std::string_view name = key.str();
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      std::string text = fmt::format("unknown key \"{}\"{}{}", name, where.empty() ? "" : " in ", where);
+      if (const std::string_view closest = closest_word(name, known); !closest.empty()) {
+        text += fmt::format("; did you mean \"{}\"?", closest);
+      } else if (const std::string home = table_that_knows(name); !home.empty()) {
+        text += fmt::format("; it belongs in {}", home);
+      } else {
+        text += fmt::format("; known are {}", fmt::join(known, ", "));
+      }
+      problem(line_of(key), std::move(text));
+    }
+  }
+
+  static std::string table_that_knows(std::string_view key) {
+    for (const SceneKeyDoc& doc : scene_schema()) {
+      if (doc.key == key) return doc.table.empty() ? "the top level, before the first [table]" : doc.table;
+    }
+    return {};
+  }
+
+  // --- Values
+  // -----------------------------------------------------------------------------------------------------
+
+  static std::string label(std::string_view where, std::string_view key) {
+    return where.empty() ? std::string(key) : fmt::format("{} of {}", key, where);
+  }
+
+  void wrong_type(const toml::node& node, std::string_view what, std::string_view wanted) {
+    problem(line_of(node), fmt::format("{} must be {}, but is {}", what, wanted, type_name(node)));
+  }
+
+  bool in_range(const toml::node& node, std::string_view what, const SceneRange& range, double x) {
+    if (!std::isfinite(x)) {
+      problem(line_of(node), fmt::format("{} must be a finite number, but is {}", what, x));
+      return false;
+    }
+    if (range.contains(x)) return true;
+    const bool low = range.above_min ? x <= range.min : x < range.min;
+    if (low) {
+      problem(line_of(node), fmt::format("{} must be {} {}, but is {}", what,
+                                         range.above_min ? "more than" : "at least", range.min, x));
+    } else {
+      problem(line_of(node), fmt::format("{} must be {} {}, but is {}", what,
+                                         range.below_max ? "less than" : "at most", range.max, x));
+    }
+    return false;
+  }
+
+  bool get(const toml::node& node, std::string_view what, const SceneRange& range, double& out) {
+    if (!node.is_number()) {
+      wrong_type(node, what, "a number");
+      return false;
+    }
+    const double x =
+        node.is_integer() ? static_cast<double>(node.as_integer()->get()) : node.as_floating_point()->get();
+    if (!in_range(node, what, range, x)) return false;
+    out = x;
+    return true;
+  }
+  bool get(const toml::node& node, std::string_view what, const SceneRange& range, std::int64_t& out) {
+    if (!node.is_integer()) {
+      wrong_type(node, what, "a whole number");
+      return false;
+    }
+    const std::int64_t x = node.as_integer()->get();
+    if (!in_range(node, what, range, static_cast<double>(x))) return false;
+    out = x;
+    return true;
+  }
+  bool get(const toml::node& node, std::string_view what, const SceneRange& range, int& out) {
+    std::int64_t wide = 0;
+    if (!get(node, what, range, wide)) return false;
+    if (wide != static_cast<std::int64_t>(static_cast<int>(wide))) {
+      problem(line_of(node), fmt::format("{} is too large: {}", what, wide));
+      return false;
+    }
+    out = static_cast<int>(wide);
+    return true;
+  }
+  bool get(const toml::node& node, std::string_view what, const SceneRange& range, Vec3& out) {
+    const toml::array* list = list_of(node, what, 3, "numbers [x, y, z]");
+    if (!list) return false;
+    bool good = true;
+    Vec3 v;
+    for (int i = 0; i < 3; ++i) good = get((*list)[static_cast<std::size_t>(i)], what, range, v[i]) && good;
+    if (good) out = v;
+    return good;
+  }
+  template <std::size_t N>
+  bool get(const toml::node& node, std::string_view what, const SceneRange& range, std::array<int, N>& out) {
+    const toml::array* list = list_of(node, what, N, "whole numbers");
+    if (!list) return false;
+    bool good = true;
+    for (std::size_t i = 0; i < N; ++i) good = get((*list)[i], what, range, out[i]) && good;
+    return good;
+  }
+  bool get(const toml::node& node, std::string_view what, const SceneRange& range, std::array<Vec3, 3>& out) {
+    const toml::array* list = list_of(node, what, 3, "vectors [[x, y, z], [x, y, z], [x, y, z]]");
+    if (!list) return false;
+    bool good = true;
+    for (std::size_t i = 0; i < 3; ++i) good = get((*list)[i], what, range, out[i]) && good;
+    return good;
+  }
+  bool get(const toml::node& node, std::string_view what, std::string& out) {
+    if (!node.is_string()) {
+      wrong_type(node, what, "text in quotes");
+      return false;
+    }
+    out = node.as_string()->get();
+    if (!out.empty()) return true;
+    problem(line_of(node), fmt::format("{} is empty", what));
+    return false;
+  }
+  /// Position of a word in a list of words, or -1.
+  int get_word(const toml::node& node, std::string_view what, std::span<const std::string_view> words) {
+    if (!node.is_string()) {
+      wrong_type(node, what, fmt::format("one of \"{}\"", fmt::join(words, "\", \"")));
+      return -1;
+    }
+    const std::string& word = node.as_string()->get();
+    const auto found = std::find(words.begin(), words.end(), word);
+    if (found != words.end()) return static_cast<int>(found - words.begin());
+    std::string text = fmt::format("{} can't be \"{}\"; ", what, word);
+    if (const std::string_view closest = closest_word(word, words); !closest.empty()) {
+      text += fmt::format("did you mean \"{}\"?", closest);
+    } else {
+      text += fmt::format("known are {}", fmt::join(words, ", "));
+    }
+    problem(line_of(node), std::move(text));
+    return -1;
+  }
+
+  const toml::array* list_of(const toml::node& node, std::string_view what, std::size_t n,
+                             std::string_view items) {
+    const toml::array* list = node.as_array();
+    if (!list) {
+      wrong_type(node, what, fmt::format("a list of {} {}", n, items));
+      return nullptr;
+    }
+    if (list->size() != n) {
+      problem(line_of(node),
+              fmt::format("{} must be a list of {} {}, but has {}", what, n, items, list->size()));
+      return nullptr;
+    }
+    return list;
+  }
+
+  void get_file(const toml::node& node, std::string_view what, std::string& out) {
+    std::string written;
+    if (!get(node, what, written)) return;
+    const std::filesystem::path path = std::filesystem::path(written).is_absolute()
+                                           ? std::filesystem::path(written)
+                                           : (base_dir_ / written).lexically_normal();
+    std::error_code code;
+    if (!std::filesystem::exists(path, code)) {
+      problem(line_of(node),
+              fmt::format("{}: there is no file \"{}\" (looked for {})", what, written, path.string()));
+      return;
+    }
+    if (!std::filesystem::is_regular_file(path, code)) {
+      problem(line_of(node), fmt::format("{}: {} is not a file", what, path.string()));
+      return;
+    }
+    out = path.string();
+  }
+
+  template <class T>
+  void get_field(const toml::node& node, const std::string& what, const SceneKey<T>& key, T& out) {
+    std::visit(
+        Overloaded{
+            [&](double T::*m) { get(node, what, key.range, out.*m); },
+            [&](std::optional<double> T::*m) { get_optional(node, what, key.range, out.*m); },
+            [&](int T::*m) { get(node, what, key.range, out.*m); },
+            [&](std::int64_t T::*m) { get(node, what, key.range, out.*m); },
+            [&](bool T::*m) {
+              if (node.is_boolean())
+                out.*m = node.as_boolean()->get();
+              else
+                wrong_type(node, what, "true or false");
+            },
+            [&](std::string T::*m) { get(node, what, out.*m); },
+            [&](Vec3 T::*m) { get(node, what, key.range, out.*m); },
+            [&](std::optional<Vec3> T::*m) { get_optional(node, what, key.range, out.*m); },
+            [&](std::array<int, 2> T::*m) { get(node, what, key.range, out.*m); },
+            [&](std::optional<std::array<int, 3>> T::*m) { get_optional(node, what, key.range, out.*m); },
+            [&](std::optional<std::array<Vec3, 3>> T::*m) { get_optional(node, what, key.range, out.*m); },
+            [&](const SceneChoice<T>& choice) {
+              if (const int i = get_word(node, what, choice.words); i >= 0) choice.set(out, i);
+            },
+            [&](const SceneWords<T>& words) { get_words(node, what, words.words, out.*(words.list)); },
+            [&](const SceneFilePath<T>& file) { get_file(node, what, out.*(file.path)); },
+            [](const SceneNested&) {},  // its own reader takes it apart
+        },
+        key.field);
+  }
+  template <class V>
+  void get_optional(const toml::node& node, std::string_view what, const SceneRange& range,
+                    std::optional<V>& out) {
+    V value{};
+    if (get(node, what, range, value)) out = value;
+  }
+  void get_words(const toml::node& node, std::string_view what, std::span<const std::string_view> words,
+                 std::vector<std::string>& out) {
+    const toml::array* list = node.as_array();
+    if (!list) return wrong_type(node, what, "a list of words");
+    out.clear();
+    for (const toml::node& item : *list) {
+      const int i = get_word(item, what, words);
+      if (i < 0) continue;
+      std::string word(words[static_cast<std::size_t>(i)]);
+      if (std::find(out.begin(), out.end(), word) == out.end()) out.push_back(std::move(word));
+    }
+  }
+
+  // --- Tables
+  // -----------------------------------------------------------------------------------------------------
+
+  /// Fills in everything but nested tables; true when nothing required is missing.
+  template <class T>
+  bool fill(const toml::table& table, std::string_view where, std::span<const SceneKey<T>> keys, T& out) {
+    bool complete = true;
+    for (const SceneKey<T>& key : keys) {
+      const toml::node* node = table.get(key.name);
+      if (node) {
+        get_field(*node, label(where, key.name), key, out);
+      } else if (key.required) {
+        const std::string missing = where.empty() ? fmt::format("[{}] is missing", key.name)
+                                                  : fmt::format("{} needs the key \"{}\"", where, key.name);
+        problem(std::max(1, line_of(table)), fmt::format("{}: {}", missing, key.doc));
+        complete = false;
+      }
+    }
+    return complete;
+  }
+  /// check_known and fill.
+  template <class T>
+  bool read_plain(const toml::table& table, std::string_view where, std::span<const SceneKey<T>> keys,
+                  T& out) {
+    check_known(table, where, names(keys));
+    return fill(table, where, keys, out);
+  }
+
+  const toml::table* table_at(const toml::table& parent, std::string_view key) {
+    const toml::node* node = parent.get(key);
+    if (!node) return nullptr;
+    if (const toml::table* table = node->as_table()) return table;
+    if (node->is_array_of_tables()) {
+      problem(line_of(*node), fmt::format("there is only one {}: write [{}], not [[{}]]", key, key, key));
+    } else {
+      wrong_type(*node, key, "a table");
+    }
+    return nullptr;
+  }
+  std::vector<const toml::table*> tables_at(const toml::table& parent, std::string_view key) {
+    std::vector<const toml::table*> out;
+    const toml::node* node = parent.get(key);
+    if (!node) return out;
+    if (node->is_table()) {
+      problem(line_of(*node),
+              fmt::format("there may be several of {0}: write it in double brackets, [[{0}]]", key));
+      return out;
+    }
+    const toml::array* list = node->as_array();
+    if (!list) {
+      wrong_type(*node, key, "a list of tables");
+      return out;
+    }
+    for (const toml::node& item : *list) {
+      if (const toml::table* table = item.as_table())
+        out.push_back(table);
+      else
+        wrong_type(item, fmt::format("an item of {}", key), "a table");
+    }
+    return out;
+  }
+
+  void read_region(const toml::table& table, std::string_view where, SceneRegion& out) {
+    int found = 0;
+    if (const toml::node* node = table.get("box")) {
+      ++found;
+      out.shape = SceneRegion::Shape::kBox;
+      if (read_shape(*node, label(where, "box"), scene_box_keys(), out) &&
+          (out.min.x >= out.max.x || out.min.y >= out.max.y || out.min.z >= out.max.z)) {
+        problem(line_of(*node),
+                fmt::format("box of {}: min must be less than max in every coordinate", where));
+      }
+    }
+    if (const toml::node* node = table.get("sphere")) {
+      ++found;
+      out.shape = SceneRegion::Shape::kSphere;
+      read_shape(*node, label(where, "sphere"), scene_sphere_keys(), out);
+    }
+    if (const toml::node* node = table.get("half_space")) {
+      ++found;
+      out.shape = SceneRegion::Shape::kHalfSpace;
+      if (read_shape(*node, label(where, "half_space"), scene_half_space_keys(), out)) {
+        check_direction(*node, fmt::format("normal of half_space of {}", where), out.normal);
+      }
+    }
+    if (found != 1) {
+      problem(
+          line_of(table),
+          fmt::format(
+              "{} needs exactly one region: box = {{ min = [x, y, z], max = [x, y, z] }}, sphere = {{ center "
+              "= [x, y, z], radius = r }} or half_space = {{ point = [x, y, z], normal = [x, y, z] }}",
+              where));
+    }
+  }
+  bool read_shape(const toml::node& node, const std::string& where,
+                  std::span<const SceneKey<SceneRegion>> keys, SceneRegion& out) {
+    const toml::table* table = node.as_table();
+    if (!table) {
+      wrong_type(node, where, "a table in braces");
+      return false;
+    }
+    const std::size_t before = problems_.size();
+    read_plain(*table, where, keys, out);
+    return problems_.size() == before;
+  }
+  void check_direction(const toml::node& node, std::string_view what, Vec3 v) {
+    if (!(norm(v) > 0)) problem(line_of(node), fmt::format("{} must not be zero", what));
+  }
+
+  void read_body(const toml::table& table, SceneBody& out) {
+    read_plain(table, "[body]", scene_keys<SceneBody>(), out);
+    const bool model = table.contains("model"), visual = table.contains("visual"),
+               bound = table.contains("bound");
+    if (model + visual + bound != 1) {
+      problem(
+          line_of(table),
+          "[body] needs exactly one of model = \"steak\", visual = \"file.obj\" or bound = \"file.kerf\"");
+    }
+    if (table.contains("collision") && !visual)
+      problem(line_of(*table.get("collision")), "collision of [body] goes with visual");
+    if (visual && !table.contains("collision")) {
+      problem(line_of(*table.get("visual")),
+              "[body] with visual needs collision = \"file.obj\" too: the mesh of the mid-surface");
+    }
+    const toml::node* options = table.get("options");
+    if (!options) return;
+    if (!model) problem(line_of(*options), "options of [body] goes with model");
+    const toml::table* list = options->as_table();
+    if (!list) return wrong_type(*options, "options of [body]", "a table");
+    for (const auto& [key, node] : *list) {
+      const std::string what = fmt::format("option {} of the model", key.str());
+      SceneModelOption option{std::string(key.str()), false};
+      if (node.is_boolean()) {
+        option.value = node.as_boolean()->get();
+      } else if (node.is_integer()) {
+        option.value = node.as_integer()->get();
+      } else if (node.is_floating_point()) {
+        double x = 0;
+        if (!get(node, what, {}, x)) continue;
+        option.value = x;
+      } else if (node.is_string()) {
+        option.value = node.as_string()->get();
+      } else {
+        wrong_type(node, what, "a number, a text, true or false");
+        continue;
+      }
+      out.options.push_back(std::move(option));
+    }
+  }
+
+  void read_material(const toml::table& table, SceneMaterial& out) {
+    read_plain(table, "[material]", scene_keys<SceneMaterial>(), out);
+    for (const toml::table* t : tables_at(table, "region")) {
+      constexpr std::string_view where = "[[material.region]]";
+      SceneMaterialRegion& region = out.regions.emplace_back();
+      read_plain(*t, where, scene_keys<SceneMaterialRegion>(), region);
+      read_region(*t, where, region.region);
+      if (!t->contains("young") && !t->contains("poisson") && !t->contains("density")) {
+        problem(line_of(*t), fmt::format("{} changes nothing: give young, poisson or density", where));
+      }
+    }
+  }
+
+  void read_lattice(const toml::table& table, SceneLattice& out) {
+    read_plain(table, "[lattice]", scene_keys<SceneLattice>(), out);
+    if (table.contains("cells") && table.contains("cell_size")) {
+      problem(line_of(*table.get("cell_size")), "[lattice] takes cells or cell_size, not both");
+    }
+    if (!out.axes) return;
+    const std::array<Vec3, 3>& a = *out.axes;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = i; j < 3; ++j) {
+        if (std::abs(dot(a[i], a[j]) - (i == j ? 1 : 0)) > kOrthonormalTolerance) {
+          return problem(line_of(*table.get("axes")),
+                         "axes of [lattice] must be unit vectors at right angles");
+        }
+      }
+    }
+    if (dot(cross(a[0], a[1]), a[2]) < 0)
+      problem(line_of(*table.get("axes")), "axes of [lattice] must be right-handed: swap two of them");
+  }
+
+  void read_load(const toml::table& table, SceneLoad& out) {
+    read_plain(table, "[[load]]", scene_keys<SceneLoad>(), out);
+    if (out.until && *out.until <= out.from)
+      problem(line_of(table), "until of [[load]] must be later than from");
+  }
+
+  void read_output(const toml::table& table, Scene& scene) {
+    read_plain(table, "[output]", scene_keys<SceneOutput>(), scene.output);
+    const toml::table* t = table_at(table, "camera");
+    if (!t) return;
+    SceneCamera& camera = scene.output.camera;
+    read_plain(*t, "[output.camera]", scene_keys<SceneCamera>(), camera);
+    check_direction(*t, "direction of [output.camera]", camera.direction);
+    check_direction(*t, "up of [output.camera]", camera.up);
+    if (norm(cross(normalized(camera.direction), normalized(camera.up))) < 1e-6 && norm(camera.up) > 0) {
+      problem(line_of(*t), "up of [output.camera] must not be parallel to direction");
+    }
+  }
+
+  // --- Commands
+  // ---------------------------------------------------------------------------------------------------
+
+  template <class T>
+  T read_one_command(const toml::table& table, std::string_view where) {
+    std::vector<std::string_view> known = names(scene_keys<SceneCommand>());
+    add_names(known, scene_keys<T>());
+    check_known(table, where, known);
+    T out;
+    fill(table, where, scene_keys<T>(), out);
+    return out;
+  }
+
+  void read_command(const toml::table& table, Scene& scene) {
+    SceneCommand command;
+    command.line = line_of(table);
+    if (!fill(table, "[[command]]", scene_keys<SceneCommand>(), command)) return;
+    const int type = get_word(*table.get("type"), "type of [[command]]", kSceneCommandTypes);
+    if (type < 0) return;
+    const std::string where(kSceneCommandTypes[type]);
+    switch (type) {
+      case 0: {
+        SceneBlade blade = read_one_command<SceneBlade>(table, where);
+        if (table.contains("poses")) read_poses(table, blade);
+        command.what = std::move(blade);
+        break;
+      }
+      case 1:
+        command.what = read_one_command<SceneGrasp>(table, where);
+        break;
+      case 2:
+        command.what = read_one_command<SceneMove>(table, where);
+        if (table.contains("by") == table.contains("to")) problem(command.line, "move needs either by or to");
+        break;
+      case 3:
+        command.what = read_one_command<SceneRelease>(table, where);
+        break;
+      case 4: {
+        SceneFixCommand fix = read_one_command<SceneFixCommand>(table, where);
+        read_region(table, where, fix.region);
+        command.what = fix;
+        break;
+      }
+      case 5: {
+        SceneUnfix unfix = read_one_command<SceneUnfix>(table, where);
+        read_region(table, where, unfix.region);
+        command.what = unfix;
+        break;
+      }
+      case 6:
+        command.what = read_one_command<SceneUndo>(table, where);
+        break;
+      default:
+        command.what = read_one_command<SceneRedo>(table, where);
+        break;
+    }
+    scene.commands.push_back(std::move(command));
+  }
+
+  void read_poses(const toml::table& table, SceneBlade& out) {
+    const toml::node& node = *table.get("poses");
+    for (const toml::table* t : tables_at(table, "poses")) {
+      const std::size_t before = problems_.size();
+      SceneBladePose pose;
+      read_plain(*t, "a pose", scene_keys<SceneBladePose>(), pose);
+      if (problems_.size() > before) continue;
+      if (!(norm(pose.tip - pose.base) > 0)) {
+        problem(line_of(*t), "the blade has zero length: base and tip of this pose are the same point");
+      }
+      if (!out.poses.empty() && pose.time <= out.poses.back().time) {
+        problem(line_of(*t), fmt::format("times of poses must increase, but {} follows {}", pose.time,
+                                         out.poses.back().time));
+      }
+      out.poses.push_back(pose);
+    }
+    if (const toml::array* list = node.as_array(); list && list->size() < 2) {
+      problem(line_of(node),
+              fmt::format("a blade needs at least two poses to sweep between, but has {}", list->size()));
+    }
+  }
+
+  void check_grasps(const Scene& scene) {
+    std::map<std::string, int, std::less<>> held;  // id -> line
+    std::vector<std::string_view> known;
+    for (const SceneCommand& c : scene.commands) {
+      if (const auto* grasp = std::get_if<SceneGrasp>(&c.what)) known.push_back(grasp->id);
+    }
+    const auto check = [&](const SceneCommand& c, std::string_view verb, const std::string& id) {
+      if (held.count(id) > 0) return;
+      std::string text = fmt::format("{} at {} s: nothing is held as \"{}\" then", verb, c.at, id);
+      if (std::find(known.begin(), known.end(), id) == known.end()) {
+        if (const std::string_view closest = closest_word(id, known); !closest.empty()) {
+          text += fmt::format("; did you mean \"{}\"?", closest);
+        } else {
+          text += "; no grasp command has this id";
+        }
+      } else {
+        text += "; its grasp comes later, or it has been released";
+      }
+      problem(c.line, std::move(text));
+    };
+    for (const SceneCommand& c : scene.commands) {
+      if (const auto* grasp = std::get_if<SceneGrasp>(&c.what)) {
+        if (!held.emplace(grasp->id, c.line).second) {
+          problem(c.line, fmt::format("grasp at {} s: \"{}\" already holds something (line {}); release it "
+                                      "first or take another id",
+                                      c.at, grasp->id, held.find(grasp->id)->second));
+        }
+      } else if (const auto* move = std::get_if<SceneMove>(&c.what)) {
+        check(c, "move", move->id);
+      } else if (const auto* release = std::get_if<SceneRelease>(&c.what)) {
+        check(c, "release", release->id);
+        held.erase(release->id);
+      }
+    }
+  }
+
+  void check_times(const Scene& scene) {
+    const double end = scene.simulation.duration * (1 + kTimeTolerance) + kTimeTolerance;
+    for (const SceneCommand& c : scene.commands) {
+      double last = c.at;
+      if (const auto* blade = std::get_if<SceneBlade>(&c.what)) last += blade->poses.back().time;
+      if (const auto* move = std::get_if<SceneMove>(&c.what)) last += move->over;
+      if (last > end) {
+        problem(
+            c.line,
+            fmt::format(
+                "this command ends at {:.6g} s, after the end of the run; duration of [simulation] is {} s",
+                last, scene.simulation.duration));
+      }
+    }
+    if (scene.simulation.time_step > scene.simulation.duration && scene.simulation.duration > 0) {
+      problem(1, fmt::format("time_step of [simulation] ({} s) is longer than its duration ({} s)",
+                             scene.simulation.time_step, scene.simulation.duration));
+    }
+    if (scene.output.picture_at && *scene.output.picture_at > end) {
+      problem(1, fmt::format("picture_at of [output] ({} s) is after the end of the run ({} s)",
+                             *scene.output.picture_at, scene.simulation.duration));
+    }
+  }
+
+  struct Problem {
+    int line;
+    std::string text;
+  };
+  std::string file_;
+  std::filesystem::path base_dir_;
+  std::vector<Problem> problems_;
+};
+
+}  // namespace
+
+Result<Scene> parse_scene(std::string_view text, std::string_view name,
+                          const std::filesystem::path& base_dir) {
+  const toml::parse_result parsed = toml::parse(text, name);
+  if (!parsed) {
+    return bad_input(
+        fmt::format("{}:{}: {}", name, parsed.error().source().begin.line, parsed.error().description()));
+  }
+  Result<Scene> scene = SceneReader(name, base_dir).read(parsed.table());
+  if (scene.ok()) scene->name = std::filesystem::path(std::string(name)).stem().string();
+  return scene;
+}
+
+Result<Scene> read_scene(const std::filesystem::path& path) {
+  std::error_code code;
+  if (std::filesystem::is_directory(path, code))
+    return bad_input(fmt::format("{} is a folder, not a scene file", path.string()));
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    return bad_input(
+        fmt::format("can't open the scene {}: check that the file exists and may be read", path.string()));
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (file.bad()) return bad_input(fmt::format("can't read the scene {}", path.string()));
+  if (text.empty()) return bad_input(fmt::format("the scene {} is empty", path.string()));
+  return parse_scene(text, path.string(), path.parent_path());
+}
+
+}  // namespace kerf

@@ -1,0 +1,405 @@
+#include "kerf/session/scene_keys.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr SceneRange kAny{};
+constexpr SceneRange kPositive{0, kInfinity, true, false};
+constexpr SceneRange kNotNegative{0, kInfinity, false, false};
+constexpr SceneRange kPositiveFraction{0, 1, true, true};
+constexpr SceneRange at_least_one(double max) {
+  return {1, max, false, false};
+}
+
+constexpr std::string_view kFormulationWords[] = {"incompatible", "plain"};
+constexpr std::string_view kPreconditionerWords[] = {"two-level", "block-jacobi", "direct"};
+constexpr std::string_view kToolWords[] = {"scalpel", "scissors", "line"};
+constexpr std::string_view kFrameWords[] = {"world", "rest"};
+constexpr std::string_view kMeshWords[] = {"visual", "collision", "hexahedra"};
+
+template <class T, auto Member>
+SceneChoice<T> choice(std::span<const std::string_view> words) {
+  using Enum = std::remove_reference_t<decltype(std::declval<T&>().*Member)>;
+  return {words, [](const T& t) { return static_cast<int>(t.*Member); },
+          [](T& t, int i) { t.*Member = static_cast<Enum>(i); }};
+}
+
+}  // namespace
+
+template <>
+std::span<const SceneKey<Scene>> scene_keys<Scene>() {
+  static const SceneKey<Scene> keys[] = {
+      {"title", &Scene::title, "", kAny, false, "What the scene shows, for reports and pictures."},
+      {"body", SceneNested{"table"}, "", kAny, true,
+       "The body that is cut: a model, mesh files or a bound body."},
+      {"material", SceneNested{"table"}, "", kAny, false, "What the body is made of."},
+      {"lattice", SceneNested{"table"}, "", kAny, false, "The regular lattice whose cells become hexahedra."},
+      {"cut", SceneNested{"table"}, "", kAny, false, "How cuts and their surfaces are made."},
+      {"simulation", SceneNested{"table"}, "", kAny, false, "Time, gravity and solver."},
+      {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose nodes never move."},
+      {"load", SceneNested{"list of tables"}, "", kAny, false, "Constant forces on the surface."},
+      {"command", SceneNested{"list of tables"}, "", kAny, false, "What happens when: cuts, grasps, undo."},
+      {"output", SceneNested{"table"}, "", kAny, false, "What a run writes beside report.json."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
+  using T = SceneBody;
+  static const SceneKey<T> keys[] = {
+      {"model", &T::model, "", kAny, false,
+       "Name of a built-in model such as \"sheet\", \"steak\" or \"meniscus\" (see kerf make --help). Give "
+       "exactly one of "
+       "model, visual and bound."},
+      {"options", SceneNested{"table"}, "", kAny, false,
+       "Options of the model, as in kerf make: options = { visual = 3425 }."},
+      {"visual", SceneFilePath<T>{&T::visual}, "", kAny, false,
+       "Mesh file that is drawn (OBJ, PLY, STL, OFF), relative to the scene."},
+      {"collision", SceneFilePath<T>{&T::collision}, "", kAny, false,
+       "Mesh file of the mid-surface, relative to the scene. Goes with visual."},
+      {"bound", SceneFilePath<T>{&T::bound}, "", kAny, false,
+       "A body saved by kerf bind, relative to the scene."},
+      {"scale", &T::scale, "m per unit", kPositive, false,
+       "Metres per unit of the mesh files: 0.001 for millimetres."},
+      {"thickness", &T::thickness, "m", kPositive, false,
+       "Thickness of the solid. An open visual mesh needs it (models bring their own); a closed one ignores "
+       "it."},
+      {"exact_paths", &T::exact_paths, "", kAny, false,
+       "Exact geodesics when the meshes are bound; the default straightens locally, which is faster and "
+       "nearly as short."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneMaterial>> scene_keys<SceneMaterial>() {
+  using T = SceneMaterial;
+  static const SceneKey<T> keys[] = {
+      {"young", &T::young, "Pa", kPositive, false, "Young's modulus: resistance to stretching."},
+      {"poisson",
+       &T::poisson,
+       "",
+       {0, 0.499, false, false},
+       false,
+       "Poisson's ratio: 0 does not narrow when stretched, 0.49 keeps its volume."},
+      {"density", &T::density, "kg/m3", kPositive, false, "Mass per volume."},
+      {"damping_mass", &T::damping_mass, "1/s", kNotNegative, false,
+       "Rayleigh damping of motion through space; brings free bodies to rest too."},
+      {"damping_stiffness", &T::damping_stiffness, "s", kNotNegative, false,
+       "Rayleigh damping of deformation."},
+      {"region", SceneNested{"list of tables"}, "", kAny, false,
+       "Regions of another material; later ones win."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneMaterialRegion>> scene_keys<SceneMaterialRegion>() {
+  using T = SceneMaterialRegion;
+  static const SceneKey<T> keys[] = {
+      {"box", SceneNested{"table"}, "", kAny, false,
+       "The region: a box. Give exactly one of box, sphere, half_space."},
+      {"sphere", SceneNested{"table"}, "", kAny, false, "The region: a ball."},
+      {"half_space", SceneNested{"table"}, "", kAny, false, "The region: one side of a plane."},
+      {"young", &T::young, "Pa", kPositive, false, "Young's modulus there; as in [material] when absent."},
+      {"poisson",
+       &T::poisson,
+       "",
+       {0, 0.499, false, false},
+       false,
+       "Poisson's ratio there; as in [material] when absent."},
+      {"density", &T::density, "kg/m3", kPositive, false, "Density there; as in [material] when absent."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneLattice>> scene_keys<SceneLattice>() {
+  using T = SceneLattice;
+  static const SceneKey<T> keys[] = {
+      {"cells", &T::cells, "", at_least_one(1000), false,
+       "Cells along the three axes, over the whole body. Give cells or cell_size or neither: then cubes are "
+       "chosen that "
+       "fit the thickness."},
+      {"cell_size", &T::cell_size, "m", kPositive, false, "Edge lengths of a cell along the three axes."},
+      {"origin", &T::origin, "m", kAny, false,
+       "A corner of the lattice; by default the body sits in its middle."},
+      {"axes", &T::axes, "", kAny, false,
+       "Three unit vectors at right angles, right-handed; by default the body's principal axes."},
+      {"layers", &T::layers, "", at_least_one(64), false,
+       "Cells across the thickness of a lattice that is chosen automatically."},
+      {"formulation", choice<T, &T::formulation>(kFormulationWords), "", kAny, false,
+       "Hexahedra with incompatible modes, or plain ones as in the paper, which bend far too little."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneCut>> scene_keys<SceneCut>() {
+  using T = SceneCut;
+  static const SceneKey<T> keys[] = {
+      {"layers", &T::layers, "", at_least_one(64), false,
+       "Rows of triangles across the thickness of a cut surface."},
+      {"roughness", &T::roughness, "m", kNotNegative, false,
+       "How far the inner vertices of a cut surface are displaced at most."},
+      {"texture_scale", &T::texture_scale, "1/m", kPositive, false,
+       "Texture units per metre on cut surfaces."},
+      {"minimum_feature",
+       &T::minimum_feature,
+       "mean edges",
+       {0.001, 0.5, false, false},
+       false,
+       "Path segments shorter than this fraction of the mean collision edge are left out."},
+      {"snap",
+       &T::snap,
+       "edge lengths",
+       {0, 0.3, false, false},
+       false,
+       "A path this near to the end of a collision edge goes through the vertex."},
+      {"path_tolerance",
+       &T::path_tolerance,
+       "mean edges",
+       {0.001, 1, false, false},
+       false,
+       "How far the cut may stray from the blade's path, as a fraction of the mean collision edge."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneSimulation>> scene_keys<SceneSimulation>() {
+  using T = SceneSimulation;
+  static const SceneKey<T> keys[] = {
+      {"time_step", &T::time_step, "s", kPositive, false, "Time between two states."},
+      {"duration", &T::duration, "s", kNotNegative, false, "How much time is simulated."},
+      {"gravity", &T::gravity, "m/s2", kAny, false, "Acceleration of free fall; z is up."},
+      {"tolerance", &T::tolerance, "", kPositiveFraction, false,
+       "Residual at which the linear solver stops, relative to the right-hand side."},
+      {"max_iterations", &T::max_iterations, "", at_least_one(1e6), false,
+       "Most iterations of the linear solver in a step."},
+      {"preconditioner", choice<T, &T::preconditioner>(kPreconditionerWords), "", kAny, false,
+       "Of the conjugate gradients; direct factorises the matrix in every step instead."},
+      {"threads",
+       &T::threads,
+       "",
+       {0, 1024, false, false},
+       false,
+       "Threads to use; 0: all cores. Results are the same."},
+      {"seed", &T::seed, "", kNotNegative, false, "Of everything random."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneFix>> scene_keys<SceneFix>() {
+  static const SceneKey<SceneFix> keys[] = {
+      {"box", SceneNested{"table"}, "", kAny, false,
+       "The region: a box. Give exactly one of box, sphere, half_space."},
+      {"sphere", SceneNested{"table"}, "", kAny, false, "The region: a ball."},
+      {"half_space", SceneNested{"table"}, "", kAny, false, "The region: one side of a plane."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneLoad>> scene_keys<SceneLoad>() {
+  using T = SceneLoad;
+  static const SceneKey<T> keys[] = {
+      {"point", &T::point, "m", kAny, true,
+       "Where the force acts, in rest coordinates; the closest surface point counts."},
+      {"radius", &T::radius, "m", kNotNegative, false,
+       "The force is spread over the surface this far around the point."},
+      {"force", &T::force, "N", kAny, true, "The whole force, in world directions."},
+      {"from", &T::from, "s", kNotNegative, false, "When the force sets in."},
+      {"until", &T::until, "s", kPositive, false, "When the force ends; it stays when absent."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneOutput>> scene_keys<SceneOutput>() {
+  using T = SceneOutput;
+  static const SceneKey<T> keys[] = {
+      {"frames_per_second",
+       &T::frames_per_second,
+       "1/s",
+       {0, 10000, true, false},
+       false,
+       "Frames of the animation and of the node positions per simulated second."},
+      {"meshes", SceneWords<T>{kMeshWords, &T::meshes}, "", kAny, false,
+       "Final meshes to write: visual.obj and visual_rest.obj, collision.obj, hexahedra.vtu."},
+      {"animation", &T::animation, "", kAny, false, "Write the whole motion to a .glb file."},
+      {"positions", &T::positions, "", kAny, false, "Write the node positions of every frame."},
+      {"picture", &T::picture, "", kAny, false, "Draw a picture."},
+      {"picture_at", &T::picture_at, "s", kNotNegative, false,
+       "When the picture is taken; the end of the run when absent."},
+      {"picture_size",
+       &T::picture_size,
+       "pixels",
+       {16, 8192, false, false},
+       false,
+       "Width and height of the picture."},
+      {"wireframe", &T::wireframe, "", kAny, false, "Draw the edges of the meshes over the picture."},
+      {"camera", SceneNested{"table"}, "", kAny, false,
+       "Where the picture is taken from; distance is fitted to the body."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneCamera>> scene_keys<SceneCamera>() {
+  using T = SceneCamera;
+  static const SceneKey<T> keys[] = {
+      {"direction", &T::direction, "", kAny, false, "From the body towards the eye; any length."},
+      {"up", &T::up, "", kAny, false, "Which way is up in the picture; any length."},
+      {"zoom", &T::zoom, "", {0.05, 50, false, false}, false, "More than 1 comes closer."},
+      {"field_of_view",
+       &T::field_of_view,
+       "rad",
+       {0.02, 2.5, false, false},
+       false,
+       "Vertical opening of the camera."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneCommand>> scene_keys<SceneCommand>() {
+  using T = SceneCommand;
+  static const SceneKey<T> keys[] = {
+      {"at", &T::at, "s", kNotNegative, true, "When the command is given."},
+      {"type", SceneNested{"word"}, "", kAny, true,
+       "blade, grasp, move, release, fix, unfix, undo or redo; each has keys of its own."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneBlade>> scene_keys<SceneBlade>() {
+  using T = SceneBlade;
+  static const SceneKey<T> keys[] = {
+      {"tool", choice<T, &T::tool>(kToolWords), "", kAny, false,
+       "scalpel: a sharp edge from base to tip. scissors: the closing line between two jaws. line: a ray "
+       "from base "
+       "through tip and on, as in a stroke drawn on the screen."},
+      {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false,
+       "Coordinates of the poses: world, or rest, which follows the body's deformation."},
+      {"poses", SceneNested{"list of tables"}, "", kAny, true,
+       "Where the edge is when; it moves in straight lines between at least two poses."},
+      {"through", &T::through, "", kAny, false, "Cut every layer that the edge meets instead of the first."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneBladePose>> scene_keys<SceneBladePose>() {
+  using T = SceneBladePose;
+  static const SceneKey<T> keys[] = {
+      {"time", &T::time, "s", kNotNegative, true,
+       "Seconds after the command's at; later than the pose before."},
+      {"base", &T::base, "m", kAny, true, "One end of the edge."},
+      {"tip", &T::tip, "m", kAny, true, "The other end of the edge."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneGrasp>> scene_keys<SceneGrasp>() {
+  using T = SceneGrasp;
+  static const SceneKey<T> keys[] = {
+      {"id", &T::id, "", kAny, true, "A name for move and release."},
+      {"point", &T::point, "m", kAny, true, "What is taken hold of: the closest surface point."},
+      {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the point."},
+      {"radius", &T::radius, "m", kNotNegative, false, "Everything this near to the point is held too."},
+      {"stiffness", &T::stiffness, "N/m", kPositive, false,
+       "Of the whole grasp; by default 10 times young times the cell size per held point, which the solver "
+       "likes."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneMove>> scene_keys<SceneMove>() {
+  using T = SceneMove;
+  static const SceneKey<T> keys[] = {
+      {"id", &T::id, "", kAny, true, "The grasp that moves."},
+      {"by", &T::by, "m", kAny, false, "How far, in world directions. Give by or to."},
+      {"to", &T::to, "m", kAny, false, "Where the held point goes, in world coordinates."},
+      {"over", &T::over, "s", kNotNegative, false, "How long the motion takes; 0: at once."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneRelease>> scene_keys<SceneRelease>() {
+  static const SceneKey<SceneRelease> keys[] = {
+      {"id", &SceneRelease::id, "", kAny, true, "The grasp that lets go."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneFixCommand>> scene_keys<SceneFixCommand>() {
+  static const SceneKey<SceneFixCommand> keys[] = {
+      {"box", SceneNested{"table"}, "", kAny, false,
+       "What is held where it is now: a box. Give exactly one region."},
+      {"sphere", SceneNested{"table"}, "", kAny, false, "What is held where it is now: a ball."},
+      {"half_space", SceneNested{"table"}, "", kAny, false,
+       "What is held where it is now: one side of a plane."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneUnfix>> scene_keys<SceneUnfix>() {
+  static const SceneKey<SceneUnfix> keys[] = {
+      {"box", SceneNested{"table"}, "", kAny, false, "What is let free: a box. Give exactly one region."},
+      {"sphere", SceneNested{"table"}, "", kAny, false, "What is let free: a ball."},
+      {"half_space", SceneNested{"table"}, "", kAny, false, "What is let free: one side of a plane."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneUndo>> scene_keys<SceneUndo>() {
+  static const SceneKey<SceneUndo> keys[] = {
+      {"count", &SceneUndo::count, "", at_least_one(1e6), false, "How many strokes are taken back."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneRedo>> scene_keys<SceneRedo>() {
+  static const SceneKey<SceneRedo> keys[] = {
+      {"count", &SceneRedo::count, "", at_least_one(1e6), false, "How many strokes are done again."},
+  };
+  return keys;
+}
+
+std::span<const SceneKey<SceneRegion>> scene_box_keys() {
+  static const SceneKey<SceneRegion> keys[] = {
+      {"min", &SceneRegion::min, "m", kAny, true, "Lowest corner."},
+      {"max", &SceneRegion::max, "m", kAny, true, "Highest corner."},
+  };
+  return keys;
+}
+
+std::span<const SceneKey<SceneRegion>> scene_sphere_keys() {
+  static const SceneKey<SceneRegion> keys[] = {
+      {"center", &SceneRegion::center, "m", kAny, true, "Middle of the ball."},
+      {"radius", &SceneRegion::radius, "m", kPositive, true, "Radius of the ball."},
+  };
+  return keys;
+}
+
+std::span<const SceneKey<SceneRegion>> scene_half_space_keys() {
+  static const SceneKey<SceneRegion> keys[] = {
+      {"point", &SceneRegion::point, "m", kAny, true, "A point of the plane."},
+      {"normal", &SceneRegion::normal, "", kAny, true, "Points into the region; any length."},
+  };
+  return keys;
+}
+
+}  // namespace kerf

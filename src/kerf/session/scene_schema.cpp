@@ -1,0 +1,188 @@
+#include "kerf/session/scene_schema.h"
+
+#include <fmt/format.h>
+
+#include "kerf/session/scene_keys.h"
+
+namespace kerf {
+namespace {
+
+template <class... Fs>
+struct Overloaded : Fs... {
+  using Fs::operator()...;
+};
+template <class... Fs>
+Overloaded(Fs...) -> Overloaded<Fs...>;
+
+std::string quoted(std::string_view s) {
+  return fmt::format("\"{}\"", s);
+}
+std::string text(const Vec3& v) {
+  return fmt::format("[{}, {}, {}]", v.x, v.y, v.z);
+}
+std::string joined(std::span<const std::string_view> words) {
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+template <class T>
+std::string type_text(const SceneKey<T>& key) {
+  return std::visit(
+      Overloaded{
+          [](double T::*) { return std::string("number"); },
+          [](std::optional<double> T::*) { return std::string("number"); },
+          [](int T::*) { return std::string("whole number"); },
+          [](std::int64_t T::*) { return std::string("whole number"); },
+          [](bool T::*) { return std::string("true or false"); },
+          [](std::string T::*) { return std::string("text"); },
+          [](Vec3 T::*) { return std::string("[x, y, z]"); },
+          [](std::optional<Vec3> T::*) { return std::string("[x, y, z]"); },
+          [](std::array<int, 2> T::*) { return std::string("[i, j]"); },
+          [](std::optional<std::array<int, 3>> T::*) { return std::string("[i, j, k]"); },
+          [](std::optional<std::array<Vec3, 3>> T::*) { return std::string("[[x, y, z], [..], [..]]"); },
+          [](const SceneChoice<T>& c) { return "one of " + joined(c.words); },
+          [](const SceneWords<T>& w) { return "list of " + joined(w.words); },
+          [](const SceneFilePath<T>&) { return std::string("file"); },
+          [](const SceneNested& n) { return std::string(n.type); },
+      },
+      key.field);
+}
+
+template <class T>
+std::string default_text(const SceneKey<T>& key) {
+  if (key.required) return "required";
+  const T t{};
+  return std::visit(
+      Overloaded{
+          [&](double T::*m) { return fmt::format("{}", t.*m); },
+          [](std::optional<double> T::*) { return std::string("-"); },
+          [&](int T::*m) { return fmt::format("{}", t.*m); },
+          [&](std::int64_t T::*m) { return fmt::format("{}", t.*m); },
+          [&](bool T::*m) { return fmt::format("{}", t.*m); },
+          [&](std::string T::*m) { return (t.*m).empty() ? std::string("-") : quoted(t.*m); },
+          [&](Vec3 T::*m) { return text(t.*m); },
+          [](std::optional<Vec3> T::*) { return std::string("-"); },
+          [&](std::array<int, 2> T::*m) { return fmt::format("[{}, {}]", (t.*m)[0], (t.*m)[1]); },
+          [](std::optional<std::array<int, 3>> T::*) { return std::string("-"); },
+          [](std::optional<std::array<Vec3, 3>> T::*) { return std::string("-"); },
+          [&](const SceneChoice<T>& c) { return quoted(c.words[static_cast<std::size_t>(c.get(t))]); },
+          [&](const SceneWords<T>& w) {
+            std::vector<std::string> words;
+            for (const std::string& word : t.*(w.list)) words.push_back(quoted(word));
+            return fmt::format("[{}]", fmt::join(words, ", "));
+          },
+          [](const SceneFilePath<T>&) { return std::string("-"); },
+          [](const SceneNested&) { return std::string("-"); },
+      },
+      key.field);
+}
+
+std::string range_text(const SceneRange& r) {
+  const bool low = r.min > -std::numeric_limits<double>::infinity();
+  const bool high = r.max < std::numeric_limits<double>::infinity();
+  std::string out;
+  if (low) out += fmt::format("{} {}", r.above_min ? ">" : ">=", r.min);
+  if (low && high) out += " and ";
+  if (high) out += fmt::format("{} {}", r.below_max ? "<" : "<=", r.max);
+  return out;
+}
+
+template <class T>
+void add(std::vector<SceneKeyDoc>& out, std::string table, std::span<const SceneKey<T>> keys) {
+  for (const SceneKey<T>& key : keys) {
+    out.push_back({table, std::string(key.name), type_text(key), std::string(key.unit), range_text(key.range),
+                   default_text(key), std::string(key.doc)});
+  }
+}
+
+constexpr std::string_view kIntroduction =
+    "A scene is a TOML file. Lengths are metres, times seconds, angles radians, z is up; coordinates are\n"
+    "those of the body at rest unless a key says otherwise. \"-\" as a default means: nothing is given, and\n"
+    "what happens then stands in the description.\n";
+
+/// Breaks text at blanks so that no line is longer than width; every line starts with `indent` blanks.
+std::string wrapped(std::string_view words, std::size_t indent, std::size_t width) {
+  std::string out, line(indent, ' ');
+  while (!words.empty()) {
+    const std::size_t end = std::min(words.find(' '), words.size());
+    const std::string_view word = words.substr(0, end);
+    if (line.size() > indent && line.size() + 1 + word.size() > width) {
+      out += line + "\n";
+      line.assign(indent, ' ');
+    }
+    if (line.size() > indent) line += ' ';
+    line += word;
+    words.remove_prefix(std::min(end + 1, words.size()));
+  }
+  return out + line + "\n";
+}
+
+}  // namespace
+
+std::vector<SceneKeyDoc> scene_schema() {
+  std::vector<SceneKeyDoc> out;
+  add(out, "", scene_keys<Scene>());
+  add(out, "[body]", scene_keys<SceneBody>());
+  add(out, "[material]", scene_keys<SceneMaterial>());
+  add(out, "[[material.region]]", scene_keys<SceneMaterialRegion>());
+  add(out, "[lattice]", scene_keys<SceneLattice>());
+  add(out, "[cut]", scene_keys<SceneCut>());
+  add(out, "[simulation]", scene_keys<SceneSimulation>());
+  add(out, "[[fix]]", scene_keys<SceneFix>());
+  add(out, "[[load]]", scene_keys<SceneLoad>());
+  add(out, "[[command]]", scene_keys<SceneCommand>());
+  add(out, "[[command]] type = \"blade\"", scene_keys<SceneBlade>());
+  add(out, "poses = [{...}]", scene_keys<SceneBladePose>());
+  add(out, "[[command]] type = \"grasp\"", scene_keys<SceneGrasp>());
+  add(out, "[[command]] type = \"move\"", scene_keys<SceneMove>());
+  add(out, "[[command]] type = \"release\"", scene_keys<SceneRelease>());
+  add(out, "[[command]] type = \"fix\"", scene_keys<SceneFixCommand>());
+  add(out, "[[command]] type = \"unfix\"", scene_keys<SceneUnfix>());
+  add(out, "[[command]] type = \"undo\"", scene_keys<SceneUndo>());
+  add(out, "[[command]] type = \"redo\"", scene_keys<SceneRedo>());
+  add(out, "box = {...}", scene_box_keys());
+  add(out, "sphere = {...}", scene_sphere_keys());
+  add(out, "half_space = {...}", scene_half_space_keys());
+  add(out, "[output]", scene_keys<SceneOutput>());
+  add(out, "[output.camera]", scene_keys<SceneCamera>());
+  return out;
+}
+
+std::string scene_schema_text() {
+  std::string out(kIntroduction);
+  std::string table = "?";
+  for (const SceneKeyDoc& k : scene_schema()) {
+    if (k.table != table) {
+      table = k.table;
+      out += fmt::format("\n{}\n", table.empty() ? "Top level" : table);
+    }
+    std::string what = k.type;
+    if (!k.unit.empty()) what += ", " + k.unit;
+    if (!k.range.empty()) what += ", " + k.range;
+    out += wrapped(fmt::format("{}: {}; {}{}", k.key, what, k.default_value == "required" ? "" : "default ",
+                               k.default_value),
+                   2, 100);
+    out += wrapped(k.doc, 6, 100);
+  }
+  return out;
+}
+
+std::string scene_schema_markdown() {
+  std::string out = "# Scene files\n\n";
+  out += kIntroduction;
+  out += "\nThis page is what `kerf info --schema --markdown` prints.\n";
+  std::string table = "?";
+  for (const SceneKeyDoc& k : scene_schema()) {
+    if (k.table != table) {
+      table = k.table;
+      out += table.empty() ? "\n## Top level\n" : fmt::format("\n## `{}`\n", table);
+      out += "\n| key | type | unit | range | default | |\n|---|---|---|---|---|---|\n";
+    }
+    const std::string value = k.default_value == "required" || k.default_value == "-"
+                                  ? k.default_value
+                                  : fmt::format("`{}`", k.default_value);
+    out += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", k.key, k.type, k.unit, k.range, value, k.doc);
+  }
+  return out;
+}
+
+}  // namespace kerf

@@ -1,0 +1,482 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "kerf/session/closest_word.h"
+#include "kerf/session/scene_file.h"
+#include "kerf/session/scene_schema.h"
+
+namespace kerf {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string error_of(std::string_view text) {
+  const Result<Scene> scene = parse_scene(text, "scene.toml");
+  if (scene.ok()) return "no error";
+  EXPECT_EQ(scene.error().kind, ErrorKind::kBadInput);
+  return scene.error().message;
+}
+
+constexpr std::string_view kEverything = R"(
+title = "All keys"
+[body]
+model = "sheet"
+options = { visual = 3425, closed = true, bump = 0.5, kind = "a" }
+scale = 2
+thickness = 0.1
+exact_paths = true
+[material]
+young = 5000
+poisson = 0.3
+density = 900.5
+damping_mass = 0
+damping_stiffness = 0.01
+[[material.region]]
+sphere = { center = [0.1, 0.2, 0.3], radius = 0.5 }
+young = 1e6
+poisson = 0.2
+density = 1100
+[lattice]
+cells = [9, 9, 1]
+origin = [0, 0, 0]
+axes = [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]
+layers = 2
+formulation = "plain"
+[cut]
+layers = 5
+roughness = 0.001
+texture_scale = 10
+minimum_feature = 0.03
+snap = 0.05
+path_tolerance = 0.07
+[simulation]
+time_step = 0.01
+duration = 4
+gravity = [0, -1, 0]
+tolerance = 0.001
+max_iterations = 100
+preconditioner = "block-jacobi"
+threads = 2
+seed = 7
+[[fix]]
+box = { min = [0, 0, 0], max = [1, 1, 1] }
+[[fix]]
+half_space = { point = [0, 0, 0], normal = [0, 0, 2] }
+[[load]]
+point = [0.5, 0.5, 0]
+radius = 0.1
+force = [0, 0, -1]
+from = 0.5
+until = 1
+[[command]]
+at = 2
+type = "move"
+id = "left"
+by = [-0.1, 0, 0]
+over = 0.5
+[[command]]
+at = 1
+type = "grasp"
+id = "left"
+point = [0, 0.5, 0]
+frame = "world"
+radius = 0.05
+stiffness = 100
+[[command]]
+at = 0.5
+type = "blade"
+tool = "scissors"
+frame = "rest"
+poses = [
+  { time = 0, base = [0, 0, 1], tip = [0, 0, -1] },
+  { time = 0.25, base = [1, 0, 1], tip = [1, 0, -1] },
+]
+through = true
+[[command]]
+at = 2.5
+type = "move"
+id = "left"
+to = [0, 0, 1]
+[[command]]
+at = 3
+type = "release"
+id = "left"
+[[command]]
+at = 3
+type = "fix"
+sphere = { center = [0, 0, 0], radius = 1 }
+[[command]]
+at = 3
+type = "unfix"
+box = { min = [0, 0, 0], max = [1, 1, 1] }
+[[command]]
+at = 3
+type = "undo"
+count = 2
+[[command]]
+at = 3
+type = "redo"
+count = 1
+[output]
+frames_per_second = 25
+meshes = ["visual"]
+animation = false
+positions = true
+picture = false
+picture_at = 3.5
+picture_size = [640, 480]
+wireframe = true
+[output.camera]
+direction = [1, 0, 1]
+up = [0, 0, 1]
+zoom = 2
+field_of_view = 0.7
+)";
+
+TEST(Scene, EveryKeyArrives) {
+  const Result<Scene> parsed = parse_scene(kEverything, "folder/all-keys.toml");
+  ASSERT_TRUE(parsed.ok()) << parsed.error().message;
+  const Scene& s = *parsed;
+  EXPECT_EQ(s.title, "All keys");
+  EXPECT_EQ(s.name, "all-keys");
+  EXPECT_EQ(s.body.model, "sheet");
+  ASSERT_EQ(s.body.options.size(), 4u);
+  EXPECT_EQ(s.body.options[0].name, "bump");
+  EXPECT_EQ(std::get<double>(s.body.options[0].value), 0.5);
+  EXPECT_EQ(std::get<bool>(s.body.options[1].value), true);
+  EXPECT_EQ(std::get<std::string>(s.body.options[2].value), "a");
+  EXPECT_EQ(std::get<std::int64_t>(s.body.options[3].value), 3425);
+  EXPECT_EQ(s.body.scale, 2);
+  EXPECT_EQ(s.body.thickness, 0.1);
+  EXPECT_TRUE(s.body.exact_paths);
+  EXPECT_EQ(s.material.young, 5000);
+  EXPECT_EQ(s.material.poisson, 0.3);
+  EXPECT_EQ(s.material.density, 900.5);
+  EXPECT_EQ(s.material.damping_mass, 0);
+  EXPECT_EQ(s.material.damping_stiffness, 0.01);
+  ASSERT_EQ(s.material.regions.size(), 1u);
+  EXPECT_EQ(s.material.regions[0].region.shape, SceneRegion::Shape::kSphere);
+  EXPECT_EQ(s.material.regions[0].region.center, (Vec3{0.1, 0.2, 0.3}));
+  EXPECT_EQ(s.material.regions[0].region.radius, 0.5);
+  EXPECT_EQ(s.material.regions[0].young, 1e6);
+  EXPECT_EQ(s.material.regions[0].poisson, 0.2);
+  EXPECT_EQ(s.material.regions[0].density, 1100);
+  EXPECT_EQ(s.lattice.cells, (std::array<int, 3>{9, 9, 1}));
+  EXPECT_EQ(s.lattice.origin, (Vec3{0, 0, 0}));
+  EXPECT_EQ((*s.lattice.axes)[1], (Vec3{-1, 0, 0}));
+  EXPECT_EQ(s.lattice.layers, 2);
+  EXPECT_EQ(s.lattice.formulation, SceneFormulation::kPlain);
+  EXPECT_EQ(s.cut.layers, 5);
+  EXPECT_EQ(s.cut.roughness, 0.001);
+  EXPECT_EQ(s.cut.texture_scale, 10);
+  EXPECT_EQ(s.cut.minimum_feature, 0.03);
+  EXPECT_EQ(s.cut.snap, 0.05);
+  EXPECT_EQ(s.cut.path_tolerance, 0.07);
+  EXPECT_EQ(s.simulation.time_step, 0.01);
+  EXPECT_EQ(s.simulation.duration, 4);
+  EXPECT_EQ(s.simulation.gravity, (Vec3{0, -1, 0}));
+  EXPECT_EQ(s.simulation.tolerance, 0.001);
+  EXPECT_EQ(s.simulation.max_iterations, 100);
+  EXPECT_EQ(s.simulation.preconditioner, ScenePreconditioner::kBlockJacobi);
+  EXPECT_EQ(s.simulation.threads, 2);
+  EXPECT_EQ(s.simulation.seed, 7);
+  ASSERT_EQ(s.fixes.size(), 2u);
+  EXPECT_EQ(s.fixes[0].region.max, (Vec3{1, 1, 1}));
+  EXPECT_EQ(s.fixes[1].region.normal, (Vec3{0, 0, 2}));
+  ASSERT_EQ(s.loads.size(), 1u);
+  EXPECT_EQ(s.loads[0].force, (Vec3{0, 0, -1}));
+  EXPECT_EQ(s.loads[0].radius, 0.1);
+  EXPECT_EQ(s.loads[0].from, 0.5);
+  EXPECT_EQ(s.loads[0].until, 1);
+  ASSERT_EQ(s.commands.size(), 9u);
+  const auto& blade = std::get<SceneBlade>(s.commands[0].what);  // sorted by time
+  EXPECT_EQ(s.commands[0].at, 0.5);
+  EXPECT_EQ(blade.tool, SceneTool::kScissors);
+  EXPECT_EQ(blade.frame, SceneFrame::kRest);
+  EXPECT_TRUE(blade.through);
+  ASSERT_EQ(blade.poses.size(), 2u);
+  EXPECT_EQ(blade.poses[1].time, 0.25);
+  EXPECT_EQ(blade.poses[1].base, (Vec3{1, 0, 1}));
+  EXPECT_EQ(blade.poses[1].tip, (Vec3{1, 0, -1}));
+  const auto& grasp = std::get<SceneGrasp>(s.commands[1].what);
+  EXPECT_EQ(grasp.id, "left");
+  EXPECT_EQ(grasp.frame, SceneFrame::kWorld);
+  EXPECT_EQ(grasp.radius, 0.05);
+  EXPECT_EQ(grasp.stiffness, 100);
+  EXPECT_EQ(std::get<SceneMove>(s.commands[2].what).by, (Vec3{-0.1, 0, 0}));
+  EXPECT_EQ(std::get<SceneMove>(s.commands[2].what).over, 0.5);
+  EXPECT_EQ(std::get<SceneMove>(s.commands[3].what).to, (Vec3{0, 0, 1}));
+  EXPECT_EQ(std::get<SceneRelease>(s.commands[4].what).id, "left");
+  EXPECT_EQ(std::get<SceneFixCommand>(s.commands[5].what).region.radius, 1);
+  EXPECT_EQ(std::get<SceneUnfix>(s.commands[6].what).region.max, (Vec3{1, 1, 1}));
+  EXPECT_EQ(std::get<SceneUndo>(s.commands[7].what).count, 2);
+  EXPECT_EQ(std::get<SceneRedo>(s.commands[8].what).count, 1);
+  EXPECT_EQ(s.output.frames_per_second, 25);
+  EXPECT_EQ(s.output.meshes, std::vector<std::string>{"visual"});
+  EXPECT_FALSE(s.output.animation);
+  EXPECT_TRUE(s.output.positions);
+  EXPECT_FALSE(s.output.picture);
+  EXPECT_EQ(s.output.picture_at, 3.5);
+  EXPECT_EQ(s.output.picture_size, (std::array<int, 2>{640, 480}));
+  EXPECT_TRUE(s.output.wireframe);
+  EXPECT_EQ(s.output.camera.direction, (Vec3{1, 0, 1}));
+  EXPECT_EQ(s.output.camera.zoom, 2);
+  EXPECT_EQ(s.output.camera.field_of_view, 0.7);
+}
+
+// The text above must name every key that there is, or the test above checks less than it says.
+TEST(Scene, TheTestNamesEveryKey) {
+  const std::set<std::string> others{"visual", "collision", "bound",
+                                     "cell_size"};  // exclude each other; tested below
+  for (const SceneKeyDoc& k : scene_schema()) {
+    if (others.count(k.key) > 0) continue;
+    EXPECT_THAT(kEverything, HasSubstr(k.key)) << k.table;
+  }
+}
+
+TEST(Scene, DefaultsAreThoseOfTheStructs) {
+  const Result<Scene> parsed = parse_scene("[body]\nmodel = \"steak\"\n", "s.toml");
+  ASSERT_TRUE(parsed.ok()) << parsed.error().message;
+  const Scene d;
+  EXPECT_EQ(parsed->material.young, d.material.young);
+  EXPECT_EQ(parsed->simulation.time_step, d.simulation.time_step);
+  EXPECT_EQ(parsed->output.meshes, d.output.meshes);
+  EXPECT_FALSE(parsed->lattice.cells.has_value());
+  EXPECT_TRUE(parsed->commands.empty());
+}
+
+TEST(Scene, UnknownKeysNameTheClosestOne) {
+  EXPECT_EQ(error_of("[body]\nmodel = \"steak\"\n\n[material]\nyuong = 3\n"),
+            "scene.toml:5: unknown key \"yuong\" in [material]; did you mean \"young\"?");
+  EXPECT_EQ(error_of("[body]\nmodel = \"steak\"\n[materiel]\nyoung = 3\n"),
+            "scene.toml:3: unknown key \"materiel\"; did you mean \"material\"?");
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\n[simulation]\ntime-step = 3\n"),
+              HasSubstr("did you mean \"time_step\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\nyoung = 3\n"),
+              HasSubstr("scene.toml:3: unknown key \"young\" in [body]; it belongs in [material]"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\n[cut]\nqqqqqqqq = 3\n"),
+              HasSubstr("known are layers, roughness"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\n[[command]]\nat = 0\ntype = \"blabe\"\n"),
+              HasSubstr("scene.toml:5: type of [[command]] can't be \"blabe\"; did you mean \"blade\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\n[[command]]\nat = 0\ntype = \"undo\"\ncuont = 3\n"),
+              HasSubstr("scene.toml:6: unknown key \"cuont\" in undo; did you mean \"count\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\n[[fix]]\nsphere = { center = [0,0,0], raduis = 1 }\n"),
+              HasSubstr("did you mean \"radius\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\n[output.camera]\nzom = 1\n"),
+              HasSubstr("did you mean \"zoom\"?"));
+}
+
+TEST(Scene, WrongTypesAndNumbersNameTheLine) {
+  const std::string body = "[body]\nmodel = \"steak\"\n";
+  const auto at3 = [&](const std::string& text) { return error_of(body + text); };
+  EXPECT_EQ(at3("[material]\nyoung = \"soft\"\n"),
+            "scene.toml:4: young of [material] must be a number, but is text");
+  EXPECT_EQ(at3("[material]\nyoung = -5\n"),
+            "scene.toml:4: young of [material] must be more than 0, but is -5");
+  EXPECT_EQ(at3("[material]\nyoung = 0\n"),
+            "scene.toml:4: young of [material] must be more than 0, but is 0");
+  EXPECT_EQ(at3("[material]\npoisson = 0.5\n"),
+            "scene.toml:4: poisson of [material] must be at most 0.499, but is 0.5");
+  EXPECT_THAT(at3("[material]\npoisson = -0.1\n"), HasSubstr("at least 0"));
+  EXPECT_THAT(at3("[material]\ndensity = nan\n"),
+              HasSubstr("scene.toml:4: density of [material] must be a finite number"));
+  EXPECT_THAT(at3("[simulation]\ngravity = [0, 0, inf]\n"), HasSubstr("finite"));
+  EXPECT_THAT(at3("[simulation]\ngravity = [0, 0]\n"),
+              HasSubstr("must be a list of 3 numbers [x, y, z], but has 2"));
+  EXPECT_THAT(at3("[simulation]\ngravity = 9.81\n"), HasSubstr("list of 3"));
+  EXPECT_THAT(at3("[simulation]\nthreads = 1.5\n"), HasSubstr("whole number"));
+  EXPECT_THAT(at3("[simulation]\nthreads = 5000000000\n"), HasSubstr("at most 1024"));
+  EXPECT_THAT(at3("[simulation]\ntolerance = 1\n"), HasSubstr("less than 1"));
+  EXPECT_THAT(at3("[simulation]\npreconditioner = \"two_level\"\n"),
+              HasSubstr("did you mean \"two-level\"?"));
+  EXPECT_THAT(at3("[lattice]\ncells = [3, 0, 1]\n"), HasSubstr("at least 1"));
+  EXPECT_THAT(at3("[lattice]\ncells = [3, 3, 1]\ncell_size = [1, 1, 1]\n"), HasSubstr("not both"));
+  EXPECT_THAT(at3("[lattice]\ncell_size = [1, 1, -1]\n"), HasSubstr("more than 0"));
+  EXPECT_THAT(at3("[lattice]\naxes = [[1, 0, 0], [0.1, 1, 0], [0, 0, 1]]\n"), HasSubstr("right angles"));
+  EXPECT_THAT(at3("[lattice]\naxes = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]\n"), HasSubstr("right-handed"));
+  EXPECT_THAT(at3("[[fix]]\nbox = { min = [0, 0, 0], max = [1, 0, 1] }\n"),
+              HasSubstr("min must be less than max"));
+  EXPECT_THAT(at3("[[fix]]\n"), HasSubstr("exactly one region"));
+  EXPECT_THAT(at3("[fix]\nsphere = { center = [0, 0, 0], radius = 1 }\n"),
+              HasSubstr("double brackets, [[fix]]"));
+  EXPECT_THAT(at3("[[material.region]]\nsphere = { center = [0, 0, 0], radius = 1 }\n"),
+              HasSubstr("changes nothing"));
+  EXPECT_THAT(at3("[output]\nmeshes = [\"visul\"]\n"), HasSubstr("did you mean \"visual\"?"));
+  EXPECT_THAT(at3("[output]\npicture = 1\n"), HasSubstr("true or false"));
+  EXPECT_THAT(at3("[output.camera]\ndirection = [0, 0, 1]\n"), HasSubstr("parallel"));
+  EXPECT_THAT(at3("[[load]]\npoint = [0, 0, 0]\n"), HasSubstr("needs the key \"force\""));
+  EXPECT_THAT(error_of("[[body]]\nmodel = \"steak\"\n"), HasSubstr("write [body], not [[body]]"));
+  EXPECT_THAT(error_of("title = \"x\"\n"), HasSubstr("[body] is missing"));
+  EXPECT_THAT(error_of("[body]\nscale = 1\n"), HasSubstr("exactly one of model"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\nbound = \"x.kerf\"\n"), HasSubstr("exactly one of model"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak"), HasSubstr("scene.toml:2:"));  // toml++'s own words
+  EXPECT_THAT(error_of("[body]\nmodel = \"a\"\nmodel = \"b\"\n"), HasSubstr("scene.toml:3:"));
+}
+
+TEST(Scene, AllProblemsAreListedInTheOrderOfTheLines) {
+  const std::string message =
+      error_of("[simulation]\nduration = -1\n[body]\nmodel = 3\n[material]\nyoung = -1\n");
+  EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 2);
+  EXPECT_LT(message.find("scene.toml:2:"), message.find("scene.toml:4:"));
+  EXPECT_LT(message.find("scene.toml:4:"), message.find("scene.toml:6:"));
+}
+
+TEST(Scene, BadCommands) {
+  const std::string body = "[body]\nmodel = \"steak\"\n[[command]]\nat = 0.1\n";
+  const auto with = [&](const std::string& text) { return error_of(body + text); };
+  const std::string pose = "{ time = 0, base = [0, 0, 1], tip = [0, 0, 0] }";
+  EXPECT_THAT(with("type = \"blade\"\n"), HasSubstr("blade needs the key \"poses\""));
+  EXPECT_THAT(with("type = \"blade\"\nposes = []\n"), HasSubstr("at least two poses"));
+  EXPECT_THAT(with("type = \"blade\"\nposes = [" + pose + "]\n"),
+              HasSubstr("scene.toml:6: a blade needs at least two poses to sweep between, but has 1"));
+  EXPECT_THAT(with("type = \"blade\"\nposes = [" + pose + ", " + pose + "]\n"),
+              HasSubstr("times of poses must increase"));
+  EXPECT_THAT(
+      with("type = \"blade\"\nposes = [" + pose + ",\n{ time = 0.1, base = [0, 0, 1], tip = [0, 0, 1] }]\n"),
+      HasSubstr("scene.toml:7: the blade has zero length"));
+  EXPECT_THAT(
+      with("type = \"blade\"\nposes = [" + pose + ", { time = 0.1, base = [0, 0, nan], tip = [0, 0, 1] }]\n"),
+      HasSubstr("finite"));
+  EXPECT_THAT(
+      with("type = \"blade\"\nposes = [" + pose + ", { time = 5, base = [1, 0, 1], tip = [1, 0, 0] }]\n"),
+      HasSubstr("ends at 5.1 s, after the end of the run"));
+  EXPECT_THAT(with("type = \"move\"\nid = \"left\"\nby = [0, 0, 1]\n"),
+              HasSubstr("nothing is held as \"left\" then; no grasp command has this id"));
+  EXPECT_THAT(
+      with("type = \"grasp\"\nid = \"left\"\npoint = [0, 0, 0]\n[[command]]\nat = 0.2\ntype = "
+           "\"release\"\nid = \"lfet\"\n"),
+      HasSubstr("scene.toml:8: release at 0.2 s: nothing is held as \"lfet\" then; did you mean \"left\"?"));
+  EXPECT_THAT(with("type = \"grasp\"\nid = \"left\"\npoint = [0, 0, 0]\n[[command]]\nat = 0.05\ntype = "
+                   "\"release\"\nid = \"left\"\n"),
+              HasSubstr("its grasp comes later"));
+  EXPECT_THAT(with("type = \"grasp\"\nid = \"left\"\npoint = [0, 0, 0]\n[[command]]\nat = 0.2\ntype = "
+                   "\"grasp\"\nid = \"left\"\npoint = [0, 0, 0]\n"),
+              HasSubstr("already holds something"));
+  EXPECT_THAT(with("type = \"move\"\nid = \"left\"\n"), HasSubstr("move needs either by or to"));
+  EXPECT_THAT(with("type = \"fix\"\n"), HasSubstr("exactly one region"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\n[[command]]\ntype = \"undo\"\n"),
+              HasSubstr("needs the key \"at\""));
+  EXPECT_THAT(with("type = \"undo\"\ncount = 0\n"), HasSubstr("at least 1"));
+}
+
+class SceneFolder : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        std::filesystem::temp_directory_path() /
+        ("kerf_scene_test_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(folder_ / "meshes");
+    write("meshes/skin.obj", "v 0 0 0\n");
+    write("meshes/middle.obj", "v 0 0 0\n");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(SceneFolder, FilesAreRelativeToTheScene) {
+  write("body.toml", "[body]\nvisual = \"meshes/skin.obj\"\ncollision = \"../" + folder_.filename().string() +
+                         "/meshes/middle.obj\"\n[lattice]\ncell_size = [1, 2, 3]\n");
+  const Result<Scene> scene = read_scene(folder_ / "body.toml");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->body.visual, (folder_ / "meshes/skin.obj").string());
+  EXPECT_EQ(scene->body.collision, (folder_ / "meshes/middle.obj").string());
+  EXPECT_EQ(scene->lattice.cell_size, (Vec3{1, 2, 3}));
+  EXPECT_EQ(scene->name, "body");
+}
+
+TEST_F(SceneFolder, MissingFilesAreNamedWithThePlace) {
+  write("body.toml", "[body]\nvisual = \"meshes/skin.obj\"\ncollision = \"gone.obj\"\n");
+  const Result<Scene> scene = read_scene(folder_ / "body.toml");
+  ASSERT_FALSE(scene.ok());
+  EXPECT_THAT(scene.error().message,
+              HasSubstr("body.toml:3: collision of [body]: there is no file \"gone.obj\" (looked for " +
+                        (folder_ / "gone.obj").string() + ")"));
+  write("body.toml", "[body]\nbound = \"meshes\"\n");
+  EXPECT_THAT(read_scene(folder_ / "body.toml").error().message, HasSubstr("is not a file"));
+  write("body.toml", "[body]\nvisual = \"meshes/skin.obj\"\n");
+  EXPECT_THAT(read_scene(folder_ / "body.toml").error().message, HasSubstr("needs collision"));
+}
+
+TEST_F(SceneFolder, UnreadableScenes) {
+  EXPECT_THAT(read_scene(folder_ / "none.toml").error().message, HasSubstr("none.toml"));
+  EXPECT_THAT(read_scene(folder_).error().message, HasSubstr("is a folder"));
+  write("empty.toml", "");
+  EXPECT_THAT(read_scene(folder_ / "empty.toml").error().message, HasSubstr("is empty"));
+  write("binary.toml", std::string("\x00\xff\xfe\x01", 4));
+  EXPECT_FALSE(read_scene(folder_ / "binary.toml").ok());
+}
+
+TEST(Scene, ShippedScenesAreValid) {
+  int n = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(KERF_SOURCE_DIR "/scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++n;
+    const Result<Scene> scene = read_scene(entry.path());
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    if (!scene.ok()) continue;
+    EXPECT_FALSE(scene->title.empty()) << entry.path();
+  }
+  EXPECT_GE(n, 3);
+}
+
+TEST(SceneRegion, Contains) {
+  SceneRegion box;
+  box.min = {0, 0, 0};
+  box.max = {1, 2, 3};
+  EXPECT_TRUE(box.contains({1, 2, 3}));
+  EXPECT_FALSE(box.contains({1, 2, 3.001}));
+  SceneRegion ball;
+  ball.shape = SceneRegion::Shape::kSphere;
+  ball.center = {1, 0, 0};
+  ball.radius = 2;
+  EXPECT_TRUE(ball.contains({3, 0, 0}));
+  EXPECT_FALSE(ball.contains({-1.1, 0, 0}));
+  SceneRegion half;
+  half.shape = SceneRegion::Shape::kHalfSpace;
+  half.point = {0, 0, 1};
+  half.normal = {0, 0, 0.1};
+  EXPECT_TRUE(half.contains({5, 5, 1}));
+  EXPECT_FALSE(half.contains({5, 5, 0.9}));
+}
+
+TEST(ClosestWord, Distances) {
+  EXPECT_EQ(edit_distance("", "abc"), 3);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3);
+  EXPECT_EQ(edit_distance("yuong", "young"), 1);
+  EXPECT_EQ(edit_distance("Time-Step", "time_step"), 0);
+  const std::string_view words[] = {"visual", "collision", "id"};
+  EXPECT_EQ(closest_word("colision", words), "collision");
+  EXPECT_EQ(closest_word("xyz", words), "");
+  EXPECT_EQ(closest_word("", words), "");
+}
+
+TEST(SceneSchema, TextHasEveryKeyWithItsDefault) {
+  const std::string text = scene_schema_text();
+  const std::string markdown = scene_schema_markdown();
+  for (const SceneKeyDoc& k : scene_schema()) {
+    EXPECT_THAT(text, HasSubstr("  " + k.key + ": "));
+    EXPECT_THAT(markdown, HasSubstr("| `" + k.key + "` |"));
+    EXPECT_FALSE(k.doc.empty()) << k.key;
+    EXPECT_FALSE(k.default_value.empty()) << k.key;
+  }
+  EXPECT_THAT(text, HasSubstr("poisson: number, >= 0 and <= 0.499; default 0.45"));
+  EXPECT_THAT(text, HasSubstr("default [0, 0, -9.81]"));
+}
+
+TEST(SceneSchema, TheDocumentationIsCurrent) {
+  std::ifstream file(KERF_SOURCE_DIR "/docs/scene.md");
+  const std::string written((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  EXPECT_EQ(written, scene_schema_markdown())
+      << "make it anew: kerf info --schema --markdown > docs/scene.md";
+}
+
+}  // namespace
+}  // namespace kerf

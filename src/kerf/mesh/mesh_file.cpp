@@ -1,0 +1,91 @@
+#include "kerf/mesh/mesh_file.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <cstring>
+#include <optional>
+
+#include "kerf/mesh/text_scanner.h"
+#include "kerf/mesh/whole_file.h"
+
+namespace kerf {
+namespace {
+
+enum class Format { kObj, kPly, kStl, kOff };
+constexpr const char* kFormatNames[] = {"OBJ", "PLY", "STL", "OFF"};
+constexpr const char* kExtensions[] = {"obj", "ply", "stl", "off"};
+
+std::string lower_extension(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  const std::size_t slash = path.rfind('/');
+  if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return "";
+  std::string extension = path.substr(dot + 1);
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+std::optional<Format> format_of_extension(const std::string& extension) {
+  for (int i = 0; i < 4; ++i) {
+    if (extension == kExtensions[i]) return static_cast<Format>(i);
+  }
+  return std::nullopt;
+}
+
+// The format that the content shows beyond doubt, or none.
+std::optional<Format> format_of_content(std::string_view bytes) {
+  if (bytes.substr(0, 3) == "ply" && bytes.size() > 3 && TextScanner::is_break(bytes[3])) return Format::kPly;
+  if (bytes.size() >= 84) {
+    std::uint32_t count = 0;
+    std::memcpy(&count, bytes.data() + 80, 4);
+    if (count > 0 && bytes.size() == 84 + std::size_t{50} * count) return Format::kStl;
+  }
+  TextScanner scanner(bytes.substr(0, 4096));
+  scanner.skip_empty_lines('#');
+  const std::string_view first = scanner.word();
+  if (first == "OFF" || first == "COFF" || first == "NOFF" || first == "CNOFF" || first == "STOFF") return Format::kOff;
+  if (first == "solid" && bytes.substr(0, 4096).find("facet") != std::string_view::npos) return Format::kStl;
+  for (std::string_view word = first; !scanner.at_end(); word = scanner.word()) {
+    double value = 0;
+    if (word == "v" && scanner.number(value) && scanner.number(value) && scanner.number(value)) return Format::kObj;
+    scanner.next_line();
+    scanner.skip_empty_lines('#');
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<TriangleMesh> read_mesh(const std::string& path, std::vector<std::string>* group_names) {
+  if (group_names != nullptr) group_names->clear();
+  const Result<FileBytes> file = read_whole_file(path);
+  if (!file) return file.error();
+  const std::string_view bytes = file->view();
+  const std::string extension = lower_extension(path);
+  const std::optional<Format> format = format_of_extension(extension);
+  const std::optional<Format> content = format_of_content(bytes);
+  if (!format) {
+    std::string message = extension.empty() ? fmt::format("{}: the file name has no extension", path)
+                                            : fmt::format("{}: '.{}' is not a mesh format that can be read", path, extension);
+    if (content) {
+      const int i = static_cast<int>(*content);
+      return bad_input(fmt::format("{}; the content looks like {}: rename it to end in .{}", message, kFormatNames[i],
+                                   kExtensions[i]));
+    }
+    return bad_input(message + "; give an .obj, .ply, .stl or .off file");
+  }
+  if (content && *content != *format) {
+    const int i = static_cast<int>(*content);
+    return bad_input(fmt::format("{}: the extension says {}, but the content is {}; rename it to end in .{}", path,
+                                 kFormatNames[static_cast<int>(*format)], kFormatNames[i], kExtensions[i]));
+  }
+  switch (*format) {
+    case Format::kObj: return parse_obj(bytes, path, group_names);
+    case Format::kPly: return parse_ply(bytes, path);
+    case Format::kStl: return parse_stl(bytes, path);
+    case Format::kOff: return parse_off(bytes, path);
+  }
+  return bad_input(path + ": unknown mesh format");
+}
+
+}  // namespace kerf

@@ -1,0 +1,51 @@
+// Files read in one go, and files replaced in one go: a killed run leaves the old file or the new one.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "kerf/base/result.h"
+
+namespace kerf {
+
+/// The bytes of a file, not initialised twice and never copied.
+struct FileBytes {
+  std::unique_ptr<char[]> data;
+  std::size_t size = 0;
+  [[nodiscard]] std::string_view view() const { return {data.get(), size}; }
+};
+
+/// Reads a regular file. Missing, unreadable, a directory or empty: an Error that names the path.
+Result<FileBytes> read_whole_file(const std::string& path);
+
+/// Collects what is written in a temporary file beside the target; commit() renames it over the target. Without
+/// commit() nothing of the target changes. Devices and pipes are written in place. Not copyable.
+class ReplacingFile {
+ public:
+  explicit ReplacingFile(std::string path);
+  ~ReplacingFile();
+  ReplacingFile(const ReplacingFile&) = delete;
+  ReplacingFile& operator=(const ReplacingFile&) = delete;
+
+  /// Appends bytes; the first failure is kept and returned by commit().
+  void write(std::string_view bytes);
+  /// Flushes and puts the new file in place of the old one. Call once.
+  Status commit();
+
+ private:
+  void flush();
+  void fail(int error_number);
+
+  std::string path_;
+  std::string temporary_;  ///< empty: written in place
+  std::string buffer_;
+  std::string failure_;
+  int descriptor_ = -1;
+};
+
+/// Replaces a file by these bytes.
+Status replace_file(const std::string& path, std::string_view bytes);
+
+}  // namespace kerf

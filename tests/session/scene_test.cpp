@@ -26,7 +26,7 @@ constexpr std::string_view kEverything = R"(
 title = "All keys"
 [body]
 model = "sheet"
-options = { visual = 3425, closed = true, bump = 0.5, kind = "a" }
+options = { visual_triangles = 6656, collision_triangles = 104, rim_radius = 0.01, bend = 0.5, bumps = 0.02, noise = 0.001, seed = 9 }
 scale = 2
 thickness = 0.1
 exact_paths = true
@@ -145,12 +145,13 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(s.title, "All keys");
   EXPECT_EQ(s.name, "all-keys");
   EXPECT_EQ(s.body.model, "sheet");
-  ASSERT_EQ(s.body.options.size(), 4u);
-  EXPECT_EQ(s.body.options[0].name, "bump");
-  EXPECT_EQ(std::get<double>(s.body.options[0].value), 0.5);
-  EXPECT_EQ(std::get<bool>(s.body.options[1].value), true);
-  EXPECT_EQ(std::get<std::string>(s.body.options[2].value), "a");
-  EXPECT_EQ(std::get<std::int64_t>(s.body.options[3].value), 3425);
+  EXPECT_EQ(s.body.options.visual_triangles, 6656u);
+  EXPECT_EQ(s.body.options.collision_triangles, 104u);
+  EXPECT_EQ(s.body.options.rim_radius, 0.01);
+  EXPECT_EQ(s.body.options.bend, 0.5);
+  EXPECT_EQ(s.body.options.bumps, 0.02);
+  EXPECT_EQ(s.body.options.noise, 0.001);
+  EXPECT_EQ(s.body.options.seed, 9u);
   EXPECT_EQ(s.body.scale, 2);
   EXPECT_EQ(s.body.thickness, 0.1);
   EXPECT_TRUE(s.body.exact_paths);
@@ -243,7 +244,8 @@ TEST(Scene, DefaultsAreThoseOfTheStructs) {
   const Result<Scene> parsed = parse_scene("[body]\nmodel = \"steak\"\n", "s.toml");
   ASSERT_TRUE(parsed.ok()) << parsed.error().message;
   const Scene d;
-  EXPECT_EQ(parsed->material.young, d.material.young);
+  EXPECT_FALSE(parsed->material.young.has_value());
+  EXPECT_EQ(parsed->material.damping_stiffness, d.material.damping_stiffness);
   EXPECT_EQ(parsed->simulation.time_step, d.simulation.time_step);
   EXPECT_EQ(parsed->output.meshes, d.output.meshes);
   EXPECT_FALSE(parsed->lattice.cells.has_value());
@@ -282,6 +284,12 @@ TEST(Scene, WrongTypesAndNumbersNameTheLine) {
             "scene.toml:4: young of [material] must be more than 0, but is 0");
   EXPECT_EQ(at3("[material]\npoisson = 0.5\n"),
             "scene.toml:4: poisson of [material] must be at most 0.499, but is 0.5");
+  EXPECT_THAT(error_of("[body]\nmodel = \"staek\"\n"),
+              HasSubstr("scene.toml:2: model of [body] can't be \"staek\"; did you mean \"steak\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\noptions = { visual_triangle = 3 }\n"),
+              HasSubstr("did you mean \"visual_triangles\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\noptions = { visual_triangles = -3 }\n"),
+              HasSubstr("at least 0"));
   EXPECT_THAT(at3("[material]\npoisson = -0.1\n"), HasSubstr("at least 0"));
   EXPECT_THAT(at3("[material]\ndensity = nan\n"),
               HasSubstr("scene.toml:4: density of [material] must be a finite number"));
@@ -467,7 +475,7 @@ TEST(SceneSchema, TextHasEveryKeyWithItsDefault) {
     EXPECT_FALSE(k.doc.empty()) << k.key;
     EXPECT_FALSE(k.default_value.empty()) << k.key;
   }
-  EXPECT_THAT(text, HasSubstr("poisson: number, >= 0 and <= 0.499; default 0.45"));
+  EXPECT_THAT(text, HasSubstr("damping_mass: number, 1/s, >= 0; default 0.5"));
   EXPECT_THAT(text, HasSubstr("default [0, 0, -9.81]"));
 }
 

@@ -8,11 +8,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
 #include <variant>
 #include <vector>
 
 #include "kerf/base/vec.h"
+#include "kerf/mesh/models.h"
 
 namespace kerf {
 
@@ -40,24 +40,16 @@ struct SceneRegion {
   }
 };
 
-/// An option of a model generator, as written in the scene; the generator knows its own options and checks
-/// them.
-struct SceneModelOption {
-  std::string name;
-  std::variant<bool, std::int64_t, double, std::string> value;
-};
-
-/// Where the body comes from: exactly one of `model`, `visual` (with or without `collision`) and `bound` is
-/// not empty.
+/// Where the body comes from: exactly one of `model`, `visual` and `bound` is not empty.
 struct SceneBody {
-  std::string model;                      ///< a generator: "sheet", "steak", "meniscus", ...
-  std::vector<SceneModelOption> options;  ///< for the generator, in the order of their names
-  std::string visual;                     ///< mesh file; resolved, so that it can be opened as it stands
-  std::string collision;                  ///< mesh file of the mid-surface; resolved
-  std::string bound;                      ///< a body saved by `kerf bind`; resolved
-  double scale = 1;                       ///< metres per unit of the mesh files
-  std::optional<double> thickness;        ///< metres; needed by an open visual sheet, ignored by a closed one
-  bool exact_paths = false;               ///< exact geodesic paths in the pre-processing
+  std::string model;                ///< a generator: "sheet", "steak", "meniscus", ...
+  ModelOptions options;             ///< of the generator; make_model checks them
+  std::string visual;               ///< mesh file; resolved, so that it can be opened as it stands
+  std::string collision;            ///< mesh file of the mid-surface; resolved
+  std::string bound;                ///< a body saved by `kerf bind`; resolved
+  double scale = 1;                 ///< metres per unit of the mesh files
+  std::optional<double> thickness;  ///< metres; needed by an open visual sheet, ignored by a closed one
+  bool exact_paths = false;         ///< exact geodesic paths in the pre-processing
 };
 
 /// A region whose material differs; what is not given stays as in [material]. Later regions win.
@@ -68,14 +60,21 @@ struct SceneMaterialRegion {
   std::optional<double> density;  ///< kg/m3
 };
 
+/// What the body is made of. Without a value the model's own counts; bodies from files have kSceneYoung and
+/// so on.
 struct SceneMaterial {
-  double young = 20e3;               ///< pascals
-  double poisson = 0.45;             ///< 1
-  double density = 1000;             ///< kg/m3
+  std::optional<double> young;       ///< pascals
+  std::optional<double> poisson;     ///< 1
+  std::optional<double> density;     ///< kg/m3
   double damping_mass = 0.5;         ///< 1/s: Rayleigh's factor of the mass matrix
   double damping_stiffness = 0.002;  ///< s: Rayleigh's factor of the stiffness matrix
   std::vector<SceneMaterialRegion> regions;
 };
+
+/// Soft tissue: what a body from files is made of unless the scene says otherwise.
+inline constexpr double kSceneYoung = 20e3;    ///< pascals
+inline constexpr double kScenePoisson = 0.45;  ///< 1
+inline constexpr double kSceneDensity = 1000;  ///< kg/m3
 
 enum class SceneFormulation {
   kIncompatible,  ///< eight nodes and nine incompatible modes: bends as it should

@@ -303,6 +303,10 @@ class SceneReader {
             [&](std::optional<double> T::*m) { get_optional(node, what, key.range, out.*m); },
             [&](int T::*m) { get(node, what, key.range, out.*m); },
             [&](std::int64_t T::*m) { get(node, what, key.range, out.*m); },
+            [&](std::uint64_t T::*m) {
+              std::int64_t x = 0;  // the ranges of these keys start at 0
+              if (get(node, what, key.range, x)) out.*m = static_cast<std::uint64_t>(x);
+            },
             [&](bool T::*m) {
               if (node.is_boolean())
                 out.*m = node.as_boolean()->get();
@@ -467,30 +471,19 @@ class SceneReader {
       problem(line_of(*table.get("visual")),
               "[body] with visual needs collision = \"file.obj\" too: the mesh of the mid-surface");
     }
+    if (model && !out.model.empty()) check_model(*table.get("model"));
     const toml::node* options = table.get("options");
     if (!options) return;
     if (!model) problem(line_of(*options), "options of [body] goes with model");
-    const toml::table* list = options->as_table();
-    if (!list) return wrong_type(*options, "options of [body]", "a table");
-    for (const auto& [key, node] : *list) {
-      const std::string what = fmt::format("option {} of the model", key.str());
-      SceneModelOption option{std::string(key.str()), false};
-      if (node.is_boolean()) {
-        option.value = node.as_boolean()->get();
-      } else if (node.is_integer()) {
-        option.value = node.as_integer()->get();
-      } else if (node.is_floating_point()) {
-        double x = 0;
-        if (!get(node, what, {}, x)) continue;
-        option.value = x;
-      } else if (node.is_string()) {
-        option.value = node.as_string()->get();
-      } else {
-        wrong_type(node, what, "a number, a text, true or false");
-        continue;
-      }
-      out.options.push_back(std::move(option));
-    }
+    const toml::table* table_of_options = table_at(table, "options");
+    if (table_of_options)
+      read_plain(*table_of_options, "options of [body]", scene_keys<ModelOptions>(), out.options);
+  }
+
+  void check_model(const toml::node& node) {
+    std::vector<std::string_view> known;
+    for (const ModelName& m : model_names()) known.push_back(m.name);
+    get_word(node, "model of [body]", known);
   }
 
   void read_material(const toml::table& table, SceneMaterial& out) {

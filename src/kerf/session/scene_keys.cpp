@@ -54,7 +54,7 @@ std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
        "exactly one of "
        "model, visual and bound."},
       {"options", SceneNested{"table"}, "", kAny, false,
-       "Options of the model, as in kerf make: options = { visual = 3425 }."},
+       "Options of the model: options = { visual_triangles = 6656 }."},
       {"visual", SceneFilePath<T>{&T::visual}, "", kAny, false,
        "Mesh file that is drawn (OBJ, PLY, STL, OFF), relative to the scene."},
       {"collision", SceneFilePath<T>{&T::collision}, "", kAny, false,
@@ -74,17 +74,53 @@ std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
 }
 
 template <>
+std::span<const SceneKey<ModelOptions>> scene_keys<ModelOptions>() {
+  using T = ModelOptions;
+  static const SceneKey<T> keys[] = {
+      {"visual_triangles",
+       &T::visual_triangles,
+       "",
+       {0, 1e8, false, false},
+       false,
+       "Triangles of the visual mesh; the model has a choice of counts, or takes the nearest it can have. 0: "
+       "its own."},
+      {"collision_triangles",
+       &T::collision_triangles,
+       "",
+       {0, 1e8, false, false},
+       false,
+       "Triangles of the collision mesh, one of the counts that the model offers. 0: its own."},
+      {"rim_radius", &T::rim_radius, "m", kNotNegative, false,
+       "Model closed-sheet: how far its rim bulges; 0 is a sharp rim."},
+      {"bend",
+       &T::bend,
+       "rad",
+       {-6.2831853, 6.2831853, false, false},
+       false,
+       "Bends the body about the y axis by this angle."},
+      {"bumps", &T::bumps, "m", kNotNegative, false, "Height of smooth bumps of both meshes."},
+      {"noise", &T::noise, "m", kNotNegative, false,
+       "Length of random displacements of the visual vertices."},
+      {"seed", &T::seed, "", kNotNegative, false, "Of bumps and noise."},
+  };
+  return keys;
+}
+
+template <>
 std::span<const SceneKey<SceneMaterial>> scene_keys<SceneMaterial>() {
   using T = SceneMaterial;
   static const SceneKey<T> keys[] = {
-      {"young", &T::young, "Pa", kPositive, false, "Young's modulus: resistance to stretching."},
+      {"young", &T::young, "Pa", kPositive, false,
+       "Young's modulus: resistance to stretching. Default: the model's own, 20000 for files."},
       {"poisson",
        &T::poisson,
        "",
        {0, 0.499, false, false},
        false,
-       "Poisson's ratio: 0 does not narrow when stretched, 0.49 keeps its volume."},
-      {"density", &T::density, "kg/m3", kPositive, false, "Mass per volume."},
+       "Poisson's ratio: 0 does not narrow when stretched, 0.49 keeps its volume. Default: the model's own, "
+       "0.45 for files."},
+      {"density", &T::density, "kg/m3", kPositive, false,
+       "Mass per volume. Default: the model's own, 1000 for files."},
       {"damping_mass", &T::damping_mass, "1/s", kNotNegative, false,
        "Rayleigh damping of motion through space; brings free bodies to rest too."},
       {"damping_stiffness", &T::damping_stiffness, "s", kNotNegative, false,
@@ -120,9 +156,9 @@ std::span<const SceneKey<SceneLattice>> scene_keys<SceneLattice>() {
   using T = SceneLattice;
   static const SceneKey<T> keys[] = {
       {"cells", &T::cells, "", at_least_one(1000), false,
-       "Cells along the three axes, over the whole body. Give cells or cell_size or neither: then cubes are "
-       "chosen that "
-       "fit the thickness."},
+       "Cells along the three axes, over the whole body. Give cells or cell_size or neither: then a model "
+       "brings its own "
+       "lattice, and bodies from files get cubes that fit their thickness."},
       {"cell_size", &T::cell_size, "m", kPositive, false, "Edge lengths of a cell along the three axes."},
       {"origin", &T::origin, "m", kAny, false,
        "A corner of the lattice; by default the body sits in its middle."},

@@ -53,8 +53,8 @@ struct SceneNested {
 
 template <class T>
 using SceneField =
-    std::variant<double T::*, std::optional<double> T::*, int T::*, std::int64_t T::*, bool T::*,
-                 std::string T::*, Vec3 T::*, std::optional<Vec3> T::*, std::array<int, 2> T::*,
+    std::variant<double T::*, std::optional<double> T::*, int T::*, std::int64_t T::*, std::uint64_t T::*,
+                 bool T::*, std::string T::*, Vec3 T::*, std::optional<Vec3> T::*, std::array<int, 2> T::*,
                  std::optional<std::array<int, 3>> T::*, std::optional<std::array<Vec3, 3>> T::*,
                  SceneChoice<T>, SceneWords<T>, SceneFilePath<T>, SceneNested>;
 
@@ -76,6 +76,8 @@ template <>
 std::span<const SceneKey<Scene>> scene_keys<Scene>();
 template <>
 std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>();
+template <>
+std::span<const SceneKey<ModelOptions>> scene_keys<ModelOptions>();
 template <>
 std::span<const SceneKey<SceneMaterial>> scene_keys<SceneMaterial>();
 template <>

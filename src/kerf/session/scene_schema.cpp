@@ -32,6 +32,7 @@ std::string type_text(const SceneKey<T>& key) {
           [](std::optional<double> T::*) { return std::string("number"); },
           [](int T::*) { return std::string("whole number"); },
           [](std::int64_t T::*) { return std::string("whole number"); },
+          [](std::uint64_t T::*) { return std::string("whole number"); },
           [](bool T::*) { return std::string("true or false"); },
           [](std::string T::*) { return std::string("text"); },
           [](Vec3 T::*) { return std::string("[x, y, z]"); },
@@ -57,6 +58,7 @@ std::string default_text(const SceneKey<T>& key) {
           [](std::optional<double> T::*) { return std::string("-"); },
           [&](int T::*m) { return fmt::format("{}", t.*m); },
           [&](std::int64_t T::*m) { return fmt::format("{}", t.*m); },
+          [&](std::uint64_t T::*m) { return fmt::format("{}", t.*m); },
           [&](bool T::*m) { return fmt::format("{}", t.*m); },
           [&](std::string T::*m) { return (t.*m).empty() ? std::string("-") : quoted(t.*m); },
           [&](Vec3 T::*m) { return text(t.*m); },
@@ -122,6 +124,7 @@ std::vector<SceneKeyDoc> scene_schema() {
   std::vector<SceneKeyDoc> out;
   add(out, "", scene_keys<Scene>());
   add(out, "[body]", scene_keys<SceneBody>());
+  add(out, "options = {...}", scene_keys<ModelOptions>());
   add(out, "[material]", scene_keys<SceneMaterial>());
   add(out, "[[material.region]]", scene_keys<SceneMaterialRegion>());
   add(out, "[lattice]", scene_keys<SceneLattice>());

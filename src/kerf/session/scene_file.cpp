@@ -471,19 +471,12 @@ class SceneReader {
       problem(line_of(*table.get("visual")),
               "[body] with visual needs collision = \"file.obj\" too: the mesh of the mid-surface");
     }
-    if (model && !out.model.empty()) check_model(*table.get("model"));
     const toml::node* options = table.get("options");
     if (!options) return;
     if (!model) problem(line_of(*options), "options of [body] goes with model");
     const toml::table* table_of_options = table_at(table, "options");
     if (table_of_options)
       read_plain(*table_of_options, "options of [body]", scene_keys<ModelOptions>(), out.options);
-  }
-
-  void check_model(const toml::node& node) {
-    std::vector<std::string_view> known;
-    for (const ModelName& m : model_names()) known.push_back(m.name);
-    get_word(node, "model of [body]", known);
   }
 
   void read_material(const toml::table& table, SceneMaterial& out) {

@@ -325,6 +325,46 @@ TEST(Models, ClosedSheet) {
   EXPECT_NEAR(volume(model.visual), exact, 1e-12);
 }
 
+TEST(Models, Steak) {
+  for (const auto& [vertices, triangles] : {std::pair{50U, 67U}, std::pair{85U, 137U}}) {
+    ModelOptions options;
+    options.collision_triangles = triangles;
+    const Model model = make("steak", options);
+    expect_sound(model);
+    EXPECT_EQ(model.visual.positions.size(), 2641U);
+    EXPECT_EQ(model.visual.triangles.size(), 5278U);
+    EXPECT_EQ(model.collision.positions.size(), vertices);
+    EXPECT_EQ(model.collision.triangles.size(), triangles);
+    EXPECT_EQ(topology(model.collision).border_edges, 31U);
+    EXPECT_EQ(topology(model.collision).euler, 1);
+    Box3 box;
+    for (const Vec3 p : model.visual.positions) box.add(p);
+    EXPECT_NEAR(box.size().x, 0.20, 1e-4);
+    EXPECT_NEAR(box.size().y, 0.16, 1e-4);
+    EXPECT_NEAR(box.size().z, 0.02, 1e-9);
+    expect_layout(model, 76, 95);
+  }
+}
+
+TEST(Models, Meniscus) {
+  const Model model = make("meniscus");
+  expect_sound(model);
+  EXPECT_EQ(model.visual.positions.size(), 2882U);
+  EXPECT_EQ(model.visual.triangles.size(), 5760U);
+  EXPECT_EQ(model.collision.positions.size(), 105U);
+  EXPECT_EQ(model.collision.triangles.size(), 160U);
+  EXPECT_EQ(topology(model.collision).border_edges, 48U);
+  EXPECT_EQ(topology(model.collision).euler, 1);
+  Box3 box;
+  for (const Vec3 p : model.visual.positions) box.add(p);
+  EXPECT_NEAR(box.size().x, 0.045, 1e-4);
+  EXPECT_NEAR(box.size().z, 0.004, 1e-12);
+  const auto [low, high] = std::minmax_element(model.half_thickness.begin(), model.half_thickness.end());
+  EXPECT_NEAR(2 * *low, 0.001, 1e-12);
+  EXPECT_NEAR(2 * *high, 0.004, 1e-12);
+  expect_layout(model, 42, 60);
+}
+
 TEST(Models, BadOptionsAreRefused) {
   ModelOptions options;
   EXPECT_THAT(make_model("staek", options).error().message, testing::HasSubstr("sheet"));

@@ -22,7 +22,7 @@ constexpr double kDomeWidth = 0.030;  // m from the rim over which the faces ris
 // Control polygon (mm) of the outline, a closed cubic B-spline, counter-clockwise from the tail. The eye of the meat is on
 // the left, the tail on the right below, the notch between them on top.
 constexpr std::array<Vec2, 19> kControl{{
-    {104, -24}, {104, 10},   {97, 41},    {80, 66},    {55, 75},   {34, 61},   {12, 86},  {-28, 92}, {-64, 91}, {-97, 84},
+    {104, -24}, {104, 10},   {100, 43},    {80, 66},    {56, 74},   {36, 60},   {16, 88},  {-28, 92}, {-64, 91}, {-97, 84},
     {-109, 54}, {-110, 14}, {-107, -26}, {-108, -62}, {-90, -88}, {-44, -89}, {4, -85}, {50, -90}, {86, -73},
 }};
 

@@ -89,8 +89,8 @@ double smallest_angle_degrees(const TriangleMesh& mesh) {
   return smallest;
 }
 
-/// Parameters t of all hits of the line p + t d with the mesh.
-std::vector<double> line_hits(const TriangleMesh& mesh, Vec3 p, Vec3 d) {
+/// Parameters t of all hits of the line p + t d with the mesh; with slack, also of triangles missed by rounding.
+std::vector<double> line_hits(const TriangleMesh& mesh, Vec3 p, Vec3 d, double slack = 0) {
   std::vector<double> hits;
   for (const TriangleId f : ids<TriangleId>(mesh.triangles.size())) {
     const auto [a, b, c] = corners(mesh, f);
@@ -99,10 +99,10 @@ std::vector<double> line_hits(const TriangleMesh& mesh, Vec3 p, Vec3 d) {
     if (std::abs(det) < 1e-30) continue;
     const Vec3 s = p - a;
     const double u = dot(s, q) / det;
-    if (u < 0 || u > 1) continue;
+    if (u < -slack || u > 1 + slack) continue;
     const Vec3 r = cross(s, e1);
     const double v = dot(d, r) / det;
-    if (v < 0 || u + v > 1) continue;
+    if (v < -slack || u + v > 1 + slack) continue;
     hits.push_back(dot(e2, r) / det);
   }
   return hits;
@@ -223,6 +223,44 @@ void expect_sound_surface(const TriangleMesh& mesh) {
   }
 }
 
+/// Every point of the texture square belongs to one triangle at most, tried on a grid of points.
+void expect_texture_without_overlap(const TriangleMesh& mesh) {
+  constexpr int kGrid = 701;
+  std::vector<int> covered(kGrid * kGrid, 0);
+  auto sample = [](int i) { return (i + 0.4871) / kGrid; };
+  for (const auto& t : mesh.texture) {
+    std::array<Vec2, 3> p;
+    for (std::size_t c = 0; c < 3; ++c) p[c] = {t[c].x, t[c].y};
+    const double area = cross(p[1] - p[0], p[2] - p[0]);
+    auto low = [](double a, double b, double c) { return std::max(0, static_cast<int>(std::min({a, b, c}) * kGrid) - 1); };
+    auto high = [](double a, double b, double c) {
+      return std::min(kGrid - 1, static_cast<int>(std::max({a, b, c}) * kGrid) + 1);
+    };
+    for (int j = low(p[0].y, p[1].y, p[2].y); j <= high(p[0].y, p[1].y, p[2].y); ++j)
+      for (int i = low(p[0].x, p[1].x, p[2].x); i <= high(p[0].x, p[1].x, p[2].x); ++i) {
+        const Vec2 q{sample(i), sample(j)};
+        bool in = true;
+        for (std::size_t c = 0; c < 3; ++c) in = in && cross(p[(c + 1) % 3] - p[c], q - p[c]) / area > 1e-6;
+        if (in) ++covered[static_cast<std::size_t>(j * kGrid + i)];
+      }
+  }
+  EXPECT_LE(*std::max_element(covered.begin(), covered.end()), 1);
+  const auto used = std::count(covered.begin(), covered.end(), 1);
+  EXPECT_GT(static_cast<double>(used), 0.1 * kGrid * kGrid);
+}
+
+/// Volume of the prisms of the collision mesh.
+double prism_volume(const Model& model) {
+  double sum = 0;
+  for (const TriangleId f : ids<TriangleId>(model.collision.triangles.size())) {
+    const auto [a, b, c] = corners(model.collision, f);
+    double half = 0;
+    for (const VertexId v : model.collision.triangles[f]) half += model.half_thickness[v.index()] / 3;
+    sum += norm(cross(b - a, c - a)) * half;
+  }
+  return sum;
+}
+
 /// All that holds for every model whose visual mesh has no noise.
 void expect_sound(const Model& model) {
   expect_sound_surface(model.visual);
@@ -236,6 +274,7 @@ void expect_sound(const Model& model) {
   EXPECT_GT(model.density, 0);
   EXPECT_GT(smallest_angle_degrees(model.collision), 15);
   EXPECT_GT(smallest_angle_degrees(model.visual), 8);
+  expect_texture_without_overlap(model.visual);
   if (model.closed) {
     EXPECT_EQ(visual.euler, 2 * collision.euler);  // the thickened surface is two copies glued along the border
     EXPECT_GT(volume(model.visual), 0);
@@ -247,7 +286,7 @@ void expect_sound(const Model& model) {
         EXPECT_LT(distance(p, model.visual), 0.15 * h) << "border vertex " << v.value;
       } else {
         EXPECT_TRUE(inside(model.visual, p)) << "vertex " << v.value;
-        const auto hits = line_hits(model.visual, p, n[v.index()]);
+        const auto hits = line_hits(model.visual, p, n[v.index()], 1e-9);
         double above = HUGE_VAL, below = HUGE_VAL;
         for (const double t : hits) (t > 0 ? above : below) = std::min(t > 0 ? above : below, std::abs(t));
         EXPECT_NEAR(above, h, 0.25 * h) << "vertex " << v.value;
@@ -363,6 +402,170 @@ TEST(Models, Meniscus) {
   EXPECT_NEAR(2 * *low, 0.001, 1e-12);
   EXPECT_NEAR(2 * *high, 0.004, 1e-12);
   expect_layout(model, 42, 60);
+}
+
+TEST(Models, VolumesOfSteakAndMeniscus) {
+  // The prisms of a coarse mesh leave out slivers between the chords and the outline.
+  for (const std::string_view name : {"steak", "meniscus"}) {
+    const Model model = make(name);
+    EXPECT_NEAR(prism_volume(model) / volume(model.visual), 1, 0.05) << name;
+  }
+}
+
+TEST(Models, HoledSlabs) {
+  const Model one = make("holed-slab"), two = make("two-holed-slab");
+  expect_sound(one);
+  expect_sound(two);
+  EXPECT_EQ(topology(one.collision).loops, 2U);
+  EXPECT_EQ(topology(two.collision).loops, 3U);
+  EXPECT_EQ(topology(one.visual).euler, 0);
+  EXPECT_EQ(topology(two.visual).euler, -2);
+  EXPECT_NEAR(volume(one.visual), (0.16 * 0.16 - 0.04 * 0.04) * 0.02, 1e-12);
+  EXPECT_NEAR(volume(two.visual), (0.26 * 0.16 - 2 * 0.04 * 0.04) * 0.02, 1e-12);
+  expect_layout(one, 60, 80);
+  expect_layout(two, 96, 124);
+}
+
+TEST(Models, Tube) {
+  for (const std::size_t wanted : {std::size_t{1300}, std::size_t{5000}}) {
+    ModelOptions options;
+    options.visual_triangles = wanted;
+    const Model model = make("tube", options);
+    expect_sound(model);
+    EXPECT_EQ(topology(model.visual).euler, 0);
+    EXPECT_EQ(topology(model.collision).euler, 0);
+    EXPECT_EQ(topology(model.collision).loops, 2U);
+    std::vector<double> angles;  // the outer wall is a prism over a regular polygon
+    double outer = 0;
+    for (const Vec3 p : model.visual.positions) outer = std::max(outer, std::hypot(p.x, p.z));
+    EXPECT_NEAR(outer, 0.032, 1e-12);
+    for (const Vec3 p : model.visual.positions)
+      if (p.y == -0.05 && std::hypot(p.x, p.z) > outer - 1e-9) angles.push_back(std::atan2(p.x, p.z));
+    const double n = static_cast<double>(angles.size());
+    EXPECT_NEAR(volume(model.visual), 0.5 * n * std::sin(2 * M_PI / n) * (0.032 * 0.032 - 0.028 * 0.028) * 0.1, 1e-15);
+    for (const TriangleId f : ids<TriangleId>(model.collision.triangles.size())) {  // + side outside
+      const auto [a, b, c] = corners(model.collision, f);
+      const Vec3 middle = (1.0 / 3) * (a + b + c);
+      EXPECT_GT(dot(cross(b - a, c - a), {middle.x, 0, middle.z}), 0);
+    }
+  }
+}
+
+TEST(Models, HalfShell) {
+  const Model model = make("half-shell");
+  expect_sound(model);
+  EXPECT_EQ(topology(model.visual).euler, 2);
+  // A strip of length L bent about its middle surface keeps its volume (Pappus); polygons cut corners.
+  EXPECT_NEAR(volume(model.visual), 0.16 * 0.06 * 0.004, 2e-3 * 0.16 * 0.06 * 0.004);
+  const double radius = 0.16 / M_PI;
+  for (const Vec3 p : model.collision.positions) EXPECT_NEAR(std::hypot(p.x, p.z + radius), radius, 1e-12);
+  Box3 box;
+  for (const Vec3 p : model.collision.positions) box.add(p);
+  EXPECT_NEAR(box.size().x, 2 * radius, 1e-12);
+  EXPECT_NEAR(box.size().z, radius, 1e-12);
+}
+
+TEST(Models, SShape) {
+  const Model model = make("s-shape");
+  expect_sound(model);
+  EXPECT_EQ(topology(model.visual).euler, 2);
+  const double exact = 2 * (210 * M_PI / 180) * 0.04 * 0.024 * 0.006;  // two sectors of rings
+  EXPECT_NEAR(volume(model.visual), exact, 5e-3 * exact);
+}
+
+TEST(Models, BentAndBumpyVersionsStaySound) {
+  for (const ModelName& m : model_names()) {
+    ModelOptions options;
+    const double length = m.name == "sheet" || m.name == "closed-sheet" ? 1.0 : m.name == "meniscus" ? 0.045 : 0.2;
+    options.bumps = 0.02 * length;
+    options.seed = 7;
+    if (m.name != "tube" && m.name != "half-shell") options.bend = 1.2;
+    SCOPED_TRACE(m.name);
+    const Model model = make(m.name, options), flat = make(m.name);
+    expect_sound(model);
+    EXPECT_EQ(model.visual.triangles, flat.visual.triangles);
+    EXPECT_NE(model.visual.positions, flat.visual.positions);
+    EXPECT_NE(model.collision.positions, flat.collision.positions);
+    Box3 box;
+    for (const Vec3 p : model.visual.positions) box.add(p);
+    for (const Vec3 p : model.collision.positions) box.add(p);
+    const LatticeHint& hint = model.lattice;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LE(hint.origin[k], box.min[k] + 1e-9);
+      EXPECT_GE(hint.origin[k] + hint.cells[static_cast<std::size_t>(k)] * hint.cell[k], box.max[k] - 1e-9);
+    }
+  }
+}
+
+TEST(Models, BendKeepsLengthsAndBumpsMoveAlongZ) {
+  Model model = make("closed-sheet");
+  const Model flat = model;
+  ASSERT_TRUE(bend(model, 2.0).ok());
+  const double radius = 1 / 2.0;
+  for (const VertexId v : ids<VertexId>(flat.collision.positions.size())) {
+    const Vec3 p = flat.collision.positions[v], q = model.collision.positions[v];
+    EXPECT_EQ(p.y, q.y);
+    EXPECT_NEAR(radius * std::atan2(q.x, q.z + radius), p.x, 1e-12);
+  }
+  EXPECT_FALSE(bend(model, std::nan("")).ok());
+  EXPECT_FALSE(bend(model, 7).ok());
+
+  Model thick = make("meniscus");
+  for (Vec3& p : thick.visual.positions) p.z *= 10;
+  const Model before = thick;
+  EXPECT_FALSE(bend(thick, 3).ok());  // would fold through its axis
+  EXPECT_EQ(thick.visual.positions, before.visual.positions);
+
+  Model bumpy = flat;
+  add_bumps(bumpy, 0.03, 0.3, 5);
+  double highest = 0;
+  for (const VertexId v : ids<VertexId>(flat.visual.positions.size())) {
+    const Vec3 d = bumpy.visual.positions[v] - flat.visual.positions[v];
+    EXPECT_EQ(d.x, 0);
+    EXPECT_EQ(d.y, 0);
+    highest = std::max(highest, std::abs(d.z));
+  }
+  EXPECT_LE(highest, 0.03);
+  EXPECT_GT(highest, 0.01);
+  EXPECT_NEAR(volume(bumpy.visual), volume(flat.visual), 1e-12);  // a shear
+}
+
+TEST(Models, NoiseMovesVisualVerticesOnly) {
+  for (const std::string_view name : {"steak", "sheet"}) {
+    ModelOptions options;
+    options.noise = 2e-4;
+    options.seed = 3;
+    const Model plain = make(name), noisy = make(name, options);
+    EXPECT_EQ(plain.collision.positions, noisy.collision.positions);
+    const Topology t = topology(plain.visual);
+    Vec3 mean;
+    double far = 0;
+    for (const VertexId v : ids<VertexId>(plain.visual.positions.size())) {
+      const Vec3 d = noisy.visual.positions[v] - plain.visual.positions[v];
+      EXPECT_TRUE(!t.on_border[v.index()] || norm(d) == 0);
+      EXPECT_LE(norm(d), options.noise * (1 + 1e-9));
+      far = std::max(far, norm(d));
+      mean += (1.0 / static_cast<double>(plain.visual.positions.size())) * d;
+    }
+    EXPECT_GT(far, 0.95 * options.noise);
+    EXPECT_LT(norm(mean), 0.05 * options.noise);
+    options.seed = 4;
+    EXPECT_NE(make(name, options).visual.positions, noisy.visual.positions);
+  }
+}
+
+TEST(Models, SameOptionsGiveTheSameBits) {
+  for (const ModelName& m : model_names()) {
+    ModelOptions options;
+    options.noise = 1e-5;
+    options.bumps = 1e-4;
+    const Model a = make(m.name, options), b = make(m.name, options);
+    EXPECT_EQ(a.visual.positions, b.visual.positions) << m.name;
+    EXPECT_EQ(a.visual.triangles, b.visual.triangles) << m.name;
+    EXPECT_EQ(a.visual.texture, b.visual.texture) << m.name;
+    EXPECT_EQ(a.collision.positions, b.collision.positions) << m.name;
+    EXPECT_EQ(a.half_thickness, b.half_thickness) << m.name;
+  }
 }
 
 TEST(Models, BadOptionsAreRefused) {

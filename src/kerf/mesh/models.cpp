@@ -14,6 +14,11 @@ const std::vector<ModelName>& model_names() {
       {"closed-sheet", "closed sheet 1 x 1 x 0.1 m of 500 to 10000000 visual triangles, sharp or rounded rim"},
       {"steak", "rib-eye steak 200 x 160 x 20 mm; 5278 visual triangles, 67 or 137 collision triangles"},
       {"meniscus", "crescent wedge 45 mm across, 1 to 4 mm thick; 5760 visual triangles, 160 collision triangles"},
+      {"holed-slab", "slab 160 x 160 x 20 mm with a square hole"},
+      {"two-holed-slab", "slab 260 x 160 x 20 mm with two square holes"},
+      {"tube", "thin-walled tube, 60 mm across, 100 mm long, wall 4 mm: inner and outer wall, open ends"},
+      {"half-shell", "strip 160 x 60 x 4 mm bent to a half cylinder"},
+      {"s-shape", "flat S, 24 mm wide and 6 mm thick"},
   };
   return names;
 }
@@ -25,6 +30,11 @@ Result<Model> make_plain(std::string_view name, const ModelOptions& options) {
   if (name == "closed-sheet") return models::make_closed_sheet(options);
   if (name == "steak") return models::make_steak(options);
   if (name == "meniscus") return models::make_meniscus(options);
+  if (name == "holed-slab") return models::make_holed_slab(options, 1);
+  if (name == "two-holed-slab") return models::make_holed_slab(options, 2);
+  if (name == "tube") return models::make_tube(options);
+  if (name == "half-shell") return models::make_half_shell(options);
+  if (name == "s-shape") return models::make_s_shape(options);
   std::string known;
   for (const ModelName& n : model_names()) known += (known.empty() ? "" : ", ") + std::string(n.name);
   return bad_input(fmt::format("there is no model \"{}\"; the models are {}", name, known));

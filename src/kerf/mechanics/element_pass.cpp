@@ -1,0 +1,241 @@
+#include "kerf/mechanics/element_pass.h"
+
+#include <cmath>
+
+#include "kerf/mechanics/lanes.h"
+#include "kerf/mechanics/rotation.h"
+
+namespace kerf {
+namespace {
+
+using Quad = StepWorkspace::Quad;
+using Batch = MechanicsModel::Batch;
+constexpr int kLanes = MechanicsModel::kLanes;
+
+// Corner values of four elements: u[corner][axis] from (x, y, z, 0) per node.
+inline void gather(const Batch& batch, const Quad* nodes, Lanes (&u)[8][3]) {
+  for (int c = 0; c < 8; ++c) {
+    Lanes a = load_lanes(nodes[batch.node[c][0]].v), b = load_lanes(nodes[batch.node[c][1]].v);
+    Lanes d = load_lanes(nodes[batch.node[c][2]].v), e = load_lanes(nodes[batch.node[c][3]].v);
+    transpose_lanes(a, b, d, e);
+    u[c][0] = a;
+    u[c][1] = b;
+    u[c][2] = d;
+  }
+}
+
+inline void scatter(Quad* slots, const Lanes (&f)[8][3]) {
+  for (int c = 0; c < 8; ++c) {
+    Lanes a = f[c][0], b = f[c][1], d = f[c][2], e = all_lanes(0);
+    transpose_lanes(a, b, d, e);
+    store_lanes(slots[c].v, a);
+    store_lanes(slots[8 + c].v, b);
+    store_lanes(slots[16 + c].v, d);
+    store_lanes(slots[24 + c].v, e);
+  }
+}
+
+inline void load_rotation(const Quad* in, Lanes (&r)[3][3]) {
+  for (int i = 0; i < 9; ++i) r[i / 3][i % 3] = load_lanes(in[i].v);
+}
+
+inline void rotate_back(const Lanes (&r)[3][3], Lanes (&u)[3]) {
+  const Lanes x = u[0], y = u[1], z = u[2];
+  for (int a = 0; a < 3; ++a) u[a] = r[0][a] * x + r[1][a] * y + r[2][a] * z;
+}
+
+inline void rotate(const Lanes (&r)[3][3], Lanes (&u)[3]) {
+  const Lanes x = u[0], y = u[1], z = u[2];
+  for (int a = 0; a < 3; ++a) u[a] = r[a][0] * x + r[a][1] * y + r[a][2] * z;
+}
+
+// f = K u for four packed matrices side by side.
+inline void apply_own(const double* k, const Lanes (&u)[8][3], Lanes (&f)[8][3]) {
+  for (int i = 0; i < 24; ++i) f[i / 3][i % 3] = all_lanes(0);
+  for (int i = 0; i < 24; ++i) {
+    const Lanes ui = u[i / 3][i % 3];
+    Lanes sum = f[i / 3][i % 3] + load_lanes(k) * ui;
+    k += kLanes;
+    for (int j = i + 1; j < 24; ++j, k += kLanes) {
+      const Lanes kij = load_lanes(k);
+      sum += kij * u[j / 3][j % 3];
+      f[j / 3][j % 3] += kij * ui;
+    }
+    f[i / 3][i % 3] = sum;
+  }
+}
+
+inline Lanes young_scales(const MechanicsModel& model, const Batch& batch) {
+  Lanes s = all_lanes(0);
+  for (int lane = 0; lane < kLanes; ++lane)
+    if (batch.element[lane] >= 0) s[lane] = model.element(HexId(batch.element[lane])).young_scale;
+  return s;
+}
+
+}  // namespace
+
+int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_t begin, std::size_t end) {
+  const Vec3 h = model.cell_size();
+  const MechanicsModel::Structure& s = model.structure();
+  int inverted = 0;
+  for (std::size_t b = begin; b < end; ++b) {
+    const Batch& batch = s.batches[b];
+    Lanes u[8][3];
+    gather(batch, w.position.data(), u);
+    // Relative to corner 0: an exact difference, so far from the origin no digit is lost in the sums below.
+    for (int c = 7; c >= 0; --c)
+      for (int a = 0; a < 3; ++a) u[c][a] -= u[0][a];
+    walsh_hadamard_transform(u);  // mode 0 is 8 times the centre; it does not matter
+    // The linear modes 1, 2, 4 are the deformation gradient: sum of s_x x = 4 h_x F e_x (mode 1 counts corner 1 as -).
+    const double h4[3] = {-4 * h.x, -4 * h.y, -4 * h.z};
+    Lanes f[3][3];
+    for (int a = 0; a < 3; ++a)
+      for (int j = 0; j < 3; ++j) f[a][j] = u[1 << j][a] / h4[j];
+    Lanes r[3][3];
+    Quad* stored = w.rotation.data() + 9 * b;
+    load_rotation(stored, r);
+    for (int k = 0; k < kRotationIterations; ++k) improve_rotation(f, r);
+    orthonormalise(r);
+    for (int i = 0; i < 9; ++i) store_lanes(stored[i].v, r[i / 3][i % 3]);
+    const Lanes det = f[0][0] * (f[1][1] * f[2][2] - f[1][2] * f[2][1]) -
+                      f[0][1] * (f[1][0] * f[2][2] - f[1][2] * f[2][0]) +
+                      f[0][2] * (f[1][0] * f[2][1] - f[1][1] * f[2][0]);
+    for (int lane = 0; lane < kLanes; ++lane)
+      if (batch.element[lane] >= 0 && !(det[lane] > 0)) ++inverted;
+
+    for (int m = 1; m < 8; ++m) rotate_back(r, u[m]);
+    for (int a = 0; a < 3; ++a) {
+      u[0][a] = all_lanes(0);
+      u[1 << a][a] -= h4[a];
+    }
+    const Lanes scale = -young_scales(model, batch);
+    if (batch.own < 0) {
+      apply_blocks(s.shared[batch.material], u);
+      for (int m = 1; m < 8; ++m) {
+        rotate(r, u[m]);
+        for (int a = 0; a < 3; ++a) u[m][a] *= scale;
+      }
+      for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
+      walsh_hadamard_transform(u);
+      scatter(w.slot.data() + 32 * b, u);
+    } else {
+      walsh_hadamard_transform(u);  // back to corners, times 8
+      Lanes force[8][3];
+      apply_own(model.own_block(batch.own), u, force);
+      for (int c = 0; c < 8; ++c) {
+        rotate(r, force[c]);
+        for (int a = 0; a < 3; ++a) force[c][a] *= 0.125 * scale;
+      }
+      scatter(w.slot.data() + 32 * b, force);
+    }
+  }
+  return inverted;
+}
+
+void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt, std::size_t begin, std::size_t end) {
+  const MechanicsModel::Structure& s = model.structure();
+  for (std::size_t b = begin; b < end; ++b) {
+    const Batch& batch = s.batches[b];
+    Lanes scale = all_lanes(0);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (batch.element[lane] < 0) continue;
+      const MechanicsElement& e = model.element(HexId(batch.element[lane]));
+      const double damping = model.materials()[e.material].damping_stiffness;
+      scale[lane] = std::sqrt((dt * dt + dt * damping) * e.young_scale);
+    }
+    for (int i = 0; i < 9; ++i)
+      store_lanes(w.scaled_rotation[9 * b + i].v, scale * load_lanes(w.rotation[9 * b + i].v));
+  }
+}
+
+void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const std::vector<Quad>& p,
+                            std::size_t begin, std::size_t end) {
+  const MechanicsModel::Structure& s = model.structure();
+  for (std::size_t b = begin; b < end; ++b) {
+    const Batch& batch = s.batches[b];
+    Lanes r[3][3], u[8][3];
+    load_rotation(w.scaled_rotation.data() + 9 * b, r);
+    gather(batch, p.data(), u);
+    if (batch.own < 0) {
+      walsh_hadamard_transform(u);
+      for (int m = 1; m < 8; ++m) rotate_back(r, u[m]);
+      for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
+      apply_blocks(s.shared[batch.material], u);
+      for (int m = 1; m < 8; ++m) rotate(r, u[m]);
+      for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
+      walsh_hadamard_transform(u);
+      scatter(w.slot.data() + 32 * b, u);
+    } else {
+      Lanes f[8][3];
+      for (int c = 0; c < 8; ++c) rotate_back(r, u[c]);
+      apply_own(model.own_block(batch.own), u, f);
+      for (int c = 0; c < 8; ++c) rotate(r, f[c]);
+      scatter(w.slot.data() + 32 * b, f);
+    }
+  }
+}
+
+void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::size_t begin, std::size_t end) {
+  const MechanicsModel::Structure& s = model.structure();
+  // Components in the order xx yy zz xy yz zx.
+  constexpr int kRow[6] = {0, 1, 2, 0, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 0};
+  const auto write = [&](std::size_t b, int corner, const Lanes(&d)[6]) {
+    Lanes a0 = d[0], a1 = d[1], a2 = d[2], a3 = d[3];
+    Lanes b0 = d[4], b1 = d[5], b2 = all_lanes(0), b3 = all_lanes(0);
+    transpose_lanes(a0, a1, a2, a3);
+    transpose_lanes(b0, b1, b2, b3);
+    const Lanes first[4] = {a0, a1, a2, a3}, second[4] = {b0, b1, b2, b3};
+    for (int lane = 0; lane < kLanes; ++lane) {
+      Quad* out = w.diagonal_slot.data() + 2 * (32 * b + 8 * lane + corner);
+      store_lanes(out[0].v, first[lane]);
+      store_lanes(out[1].v, second[lane]);
+    }
+  };
+  for (std::size_t b = begin; b < end; ++b) {
+    const Batch& batch = s.batches[b];
+    Lanes r[3][3];
+    load_rotation(w.scaled_rotation.data() + 9 * b, r);
+    if (batch.own < 0) {
+      const std::array<double, 6>& k = s.shared[batch.material].corner;
+      Lanes base[6], xy[6], yz[6], zx[6];
+      for (int i = 0; i < 6; ++i) {
+        const Lanes* p = r[kRow[i]];
+        const Lanes* q = r[kColumn[i]];
+        base[i] = k[0] * (p[0] * q[0]) + k[1] * (p[1] * q[1]) + k[2] * (p[2] * q[2]);
+        xy[i] = k[3] * (p[0] * q[1] + p[1] * q[0]);
+        yz[i] = k[4] * (p[1] * q[2] + p[2] * q[1]);
+        zx[i] = k[5] * (p[2] * q[0] + p[0] * q[2]);
+      }
+      Lanes d[6];
+      for (int i = 0; i < 6; ++i) d[i] = base[i] + xy[i] + yz[i] + zx[i];
+      write(b, 0, d);
+      for (int i = 0; i < 6; ++i) d[i] = base[i] - xy[i] + yz[i] - zx[i];  // x mirrored
+      write(b, 1, d);
+      for (int i = 0; i < 6; ++i) d[i] = base[i] - xy[i] - yz[i] + zx[i];  // y mirrored
+      write(b, 2, d);
+      for (int i = 0; i < 6; ++i) d[i] = base[i] + xy[i] - yz[i] - zx[i];  // z mirrored, as x and y together
+      write(b, 3, d);
+    } else {
+      const double* k = model.own_block(batch.own);
+      const auto packed = [&](int i, int j) { return load_lanes(k + kLanes * (i * 24 - i * (i - 1) / 2 + j - i)); };
+      for (int c = 0; c < 8; ++c) {
+        const int o = 3 * c;
+        const Lanes m[3][3] = {{packed(o, o), packed(o, o + 1), packed(o, o + 2)},
+                               {packed(o, o + 1), packed(o + 1, o + 1), packed(o + 1, o + 2)},
+                               {packed(o, o + 2), packed(o + 1, o + 2), packed(o + 2, o + 2)}};
+        Lanes mr[3][3];  // M R'
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) mr[i][j] = m[i][0] * r[j][0] + m[i][1] * r[j][1] + m[i][2] * r[j][2];
+        Lanes d[6];
+        for (int i = 0; i < 6; ++i) {
+          const Lanes* p = r[kRow[i]];
+          const int q = kColumn[i];
+          d[i] = p[0] * mr[0][q] + p[1] * mr[1][q] + p[2] * mr[2][q];
+        }
+        write(b, c, d);
+      }
+    }
+  }
+}
+
+}  // namespace kerf

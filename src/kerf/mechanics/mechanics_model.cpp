@@ -1,0 +1,426 @@
+#include "kerf/mechanics/mechanics_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kPacked = 300;  // upper triangle of 24 x 24
+constexpr double kAxesTolerance = 1e-9;
+
+}  // namespace
+
+MechanicsModel::MechanicsModel(Vec3 cell_size, const Mat3& axes, ElementFormulation formulation)
+    : cell_size_(cell_size), axes_(axes), formulation_(formulation) {}
+
+Result<std::int32_t> MechanicsModel::add_material(const Material& material) {
+  KERF_TRY(kerf::validate(material));
+  materials_.push_back(material);
+  stale_ = true;
+  return static_cast<std::int32_t>(materials_.size() - 1);
+}
+
+Status MechanicsModel::set_material(std::int32_t index, const Material& material) {
+  if (index < 0 || static_cast<std::size_t>(index) >= materials_.size())
+    return bad_input(fmt::format("material {} does not exist; there are {}", index, materials_.size()));
+  KERF_TRY(kerf::validate(material));
+  const Material before = materials_[index];
+  materials_[index] = material;
+  if (before.density != material.density)
+    for (std::size_t e = 0; e < elements_.size(); ++e)
+      if (alive_[e] && elements_[e].material == index) {
+        for (double& mass : element_masses_[e]) mass *= material.density / before.density;
+      }
+  stale_ = true;
+  return {};
+}
+
+NodeId MechanicsModel::add_node(Vec3 rest_position, GridPoint grid) {
+  rest_positions_.push_back(rest_position);
+  grid_.push_back(grid);
+  fixed_.push_back(0);
+  prescribed_.emplace_back();
+  loads_.emplace_back();
+  stale_ = true;
+  return NodeId(rest_positions_.size() - 1);
+}
+
+double MechanicsModel::node_mass(NodeId node) {
+  refresh();
+  return structure_.mass[node.index()];
+}
+
+double MechanicsModel::total_mass() {
+  refresh();
+  return structure_.total_mass;
+}
+
+Status MechanicsModel::check_element(HexId id, const MechanicsElement& element) const {
+  if (!id.valid()) return bad_input("element: invalid id");
+  if (element.material < 0 || static_cast<std::size_t>(element.material) >= materials_.size())
+    return bad_input(fmt::format("element {}: material {} does not exist; there are {}", id.value + 1,
+                                 element.material, materials_.size()));
+  if (!(element.young_scale > 0) || !std::isfinite(element.young_scale))
+    return bad_input(fmt::format("element {}: young_scale = {} must be positive", id.value + 1, element.young_scale));
+  for (int i = 0; i < 8; ++i) {
+    if (!element.nodes[i].valid() || element.nodes[i].index() >= node_count())
+      return bad_input(fmt::format("element {}: corner {} names node {}, but there are {} nodes", id.value + 1, i + 1,
+                                   element.nodes[i].value + 1, node_count()));
+    for (int j = 0; j < i; ++j)
+      if (element.nodes[i] == element.nodes[j])
+        return bad_input(fmt::format("element {}: corners {} and {} are the same node {}", id.value + 1, j + 1, i + 1,
+                                     element.nodes[i].value + 1));
+  }
+  return {};
+}
+
+void MechanicsModel::store_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses) {
+  if (id.index() >= elements_.size()) {
+    elements_.resize(id.index() + 1);
+    alive_.resize(id.index() + 1, 0);
+    element_masses_.resize(id.index() + 1);
+    own_slot_.resize(id.index() + 1, -1);
+  }
+  elements_[id.index()] = element;
+  alive_[id.index()] = 1;
+  element_masses_[id.index()] = masses;
+  stale_ = true;
+}
+
+void MechanicsModel::release_own(HexId id) {
+  if (id.index() >= own_slot_.size() || own_slot_[id.index()] < 0) return;
+  const std::int32_t slot = own_slot_[id.index()];
+  own_element_[slot] = -1;
+  own_empty_.push_back(slot);
+  own_slot_[id.index()] = -1;
+}
+
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element) {
+  KERF_TRY(check_element(id, element));
+  release_own(id);
+  store_element(id, element, lumped_masses(materials_[element.material].density, cell_size_));
+  return {};
+}
+
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, std::span<const MaterialPoint> points) {
+  KERF_TRY(check_element(id, element));
+  const Material& material = materials_[element.material];
+  return set_element(id, element, partly_filled_matrix(formulation_, material, cell_size_, points),
+                     lumped_masses(material.density, points));
+}
+
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
+                                   const std::array<double, 8>& masses) {
+  KERF_TRY(check_element(id, element));
+  for (double m : masses)
+    if (!std::isfinite(m))
+      return bad_input(fmt::format("element {}: a corner's mass is not finite; check its material points",
+                                   id.value + 1));
+  for (double k : matrix)
+    if (!std::isfinite(k))
+      return bad_input(fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
+  store_element(id, element, masses);
+  std::int32_t slot = own_slot_[id.index()];
+  if (slot < 0) {
+    if (own_empty_.empty()) {
+      slot = static_cast<std::int32_t>(own_element_.size());
+      own_element_.resize(own_element_.size() + kLanes, -1);
+      own_matrices_.resize(own_matrices_.size() + kPacked * kLanes, 0.0);
+      for (int lane = kLanes - 1; lane > 0; --lane) own_empty_.push_back(slot + lane);
+    } else {
+      slot = own_empty_.back();
+      own_empty_.pop_back();
+    }
+    own_slot_[id.index()] = slot;
+    own_element_[slot] = id.value;
+  }
+  double* out = own_matrices_.data() + kPacked * kLanes * (slot / kLanes) + slot % kLanes;
+  for (int i = 0; i < 24; ++i)
+    for (int j = i; j < 24; ++j, out += kLanes) *out = 0.5 * (matrix[24 * i + j] + matrix[24 * j + i]);
+  return {};
+}
+
+void MechanicsModel::remove_element(HexId id) {
+  if (!has_element(id)) return;
+  release_own(id);
+  alive_[id.index()] = 0;
+  stale_ = true;
+}
+
+Status MechanicsModel::truncate(std::size_t nodes, std::size_t elements) {
+  for (std::size_t e = 0; e < std::min(elements, elements_.size()); ++e)
+    if (alive_[e])
+      for (NodeId n : elements_[e].nodes)
+        if (n.index() >= nodes)
+          return bad_input(fmt::format("element {} still uses node {}; change it before the node goes", e + 1, n.value + 1));
+  for (std::size_t e = elements; e < elements_.size(); ++e) release_own(HexId(e));
+  if (elements < elements_.size()) {
+    elements_.resize(elements);
+    alive_.resize(elements);
+    element_masses_.resize(elements);
+    own_slot_.resize(elements);
+  }
+  for (RowSpring& spring : springs_)
+    for (NodeId n : spring.nodes)
+      if (n.valid() && n.index() >= nodes) {
+        spring.nodes.fill(NodeId());
+        break;
+      }
+  if (nodes < node_count()) {
+    rest_positions_.resize(nodes);
+    grid_.resize(nodes);
+    fixed_.resize(nodes);
+    prescribed_.resize(nodes);
+    loads_.resize(nodes);
+  }
+  stale_ = true;
+  return {};
+}
+
+ElementMatrix MechanicsModel::element_stiffness(HexId id) const {
+  const MechanicsElement& e = elements_[id.index()];
+  ElementMatrix k;
+  if (own_slot_[id.index()] < 0) {
+    k = element_matrix(formulation_, materials_[e.material], cell_size_);
+  } else {
+    const std::int32_t slot = own_slot_[id.index()];
+    const double* in = own_block(slot / kLanes) + slot % kLanes;
+    for (int i = 0; i < 24; ++i)
+      for (int j = i; j < 24; ++j, in += kLanes) k[24 * i + j] = k[24 * j + i] = *in;
+  }
+  for (double& x : k) x *= e.young_scale;
+  return k;
+}
+
+void MechanicsModel::fix_node(NodeId node, Vec3 velocity) {
+  if (!fixed_[node.index()]) stale_ = true;
+  fixed_[node.index()] = 1;
+  prescribed_[node.index()] = velocity;
+}
+
+void MechanicsModel::release_node(NodeId node) {
+  if (fixed_[node.index()]) stale_ = true;
+  fixed_[node.index()] = 0;
+  prescribed_[node.index()] = {};
+}
+
+double MechanicsModel::spring_cap(std::int32_t material, double young_scale) const {
+  const double h = std::cbrt(cell_size_.x * cell_size_.y * cell_size_.z);
+  return kSpringCap * materials_[material].young * young_scale * h;
+}
+
+Result<SpringReceipt> MechanicsModel::add_attachment(HexId id, const std::array<double, 8>& weights, Vec3 target,
+                                                     double stiffness, double damping) {
+  if (!has_element(id)) return bad_input(fmt::format("attachment: element {} does not exist", id.value + 1));
+  const MechanicsElement& e = elements_[id.index()];
+  RowSpring spring;
+  spring.nodes = e.nodes;
+  spring.weights = weights;
+  spring.target = target;
+  spring.damping = damping;
+  spring.stiffness = stiffness;
+  const double cap = spring_cap(e.material, e.young_scale);
+  const bool capped = stiffness > cap;
+  if (capped) spring.stiffness = cap;
+  const Result<SpringId> added = add_spring(spring);
+  if (!added) return added.error();
+  spring_caps_[added->index()] = cap;
+  return SpringReceipt{*added, spring.stiffness, capped};
+}
+
+Result<SpringReceipt> MechanicsModel::add_node_pair(NodeId a, NodeId b, double stiffness, double damping) {
+  if (materials_.empty()) return bad_input("node pair: add a material first");
+  RowSpring spring;
+  spring.nodes[0] = a;
+  spring.nodes[1] = b;
+  spring.weights[0] = 1;
+  spring.weights[1] = -1;
+  spring.damping = damping;
+  spring.stiffness = stiffness;
+  const double cap = spring_cap(0, 1);
+  const bool capped = stiffness > cap;
+  if (capped) spring.stiffness = cap;
+  const Result<SpringId> added = add_spring(spring);
+  if (!added) return added.error();
+  spring_caps_[added->index()] = cap;
+  return SpringReceipt{*added, spring.stiffness, capped};
+}
+
+Result<SpringId> MechanicsModel::add_spring(const RowSpring& spring) {
+  if (!(spring.stiffness >= 0) || !std::isfinite(spring.stiffness))
+    return bad_input(fmt::format("spring: stiffness {} N/m must not be negative", spring.stiffness));
+  if (!(spring.damping >= 0) || !std::isfinite(spring.damping))
+    return bad_input(fmt::format("spring: damping {} N s/m must not be negative", spring.damping));
+  if (!is_finite(spring.target) || !is_finite(spring.target_velocity))
+    return bad_input("spring: its target is not finite");
+  RowSpring packed = spring;  // the live nodes first
+  packed.nodes.fill(NodeId());
+  packed.weights.fill(0);
+  int used = 0;
+  for (int i = 0; i < 8; ++i) {
+    if (!spring.nodes[i].valid()) continue;
+    if (spring.nodes[i].index() >= node_count())
+      return bad_input(fmt::format("spring: node {} does not exist; there are {}", spring.nodes[i].value + 1, node_count()));
+    if (!std::isfinite(spring.weights[i])) return bad_input("spring: a weight is not finite");
+    for (int j = 0; j < used; ++j)
+      if (packed.nodes[j] == spring.nodes[i])
+        return bad_input(fmt::format("spring: node {} appears twice", spring.nodes[i].value + 1));
+    packed.nodes[used] = spring.nodes[i];
+    packed.weights[used++] = spring.weights[i];
+  }
+  if (used == 0) return bad_input("spring: it names no node");
+  stale_ = true;
+  for (std::size_t i = 0; i < springs_.size(); ++i)
+    if (!springs_[i].nodes[0].valid()) {
+      springs_[i] = packed;
+      spring_caps_[i] = HUGE_VAL;
+      return SpringId(i);
+    }
+  springs_.push_back(packed);
+  spring_caps_.push_back(HUGE_VAL);
+  return SpringId(springs_.size() - 1);
+}
+
+void MechanicsModel::set_spring_target(SpringId id, Vec3 target, Vec3 velocity) {
+  springs_[id.index()].target = target;
+  springs_[id.index()].target_velocity = velocity;
+}
+
+SpringReceipt MechanicsModel::set_spring_stiffness(SpringId id, double stiffness) {
+  const double cap = spring_caps_[id.index()];
+  const bool capped = stiffness > cap;
+  springs_[id.index()].stiffness = std::max(0.0, capped ? cap : stiffness);
+  return {id, springs_[id.index()].stiffness, capped};
+}
+
+void MechanicsModel::remove_spring(SpringId id) {
+  if (!has_spring(id)) return;
+  springs_[id.index()].nodes.fill(NodeId());
+  stale_ = true;
+}
+
+void MechanicsModel::clear_springs() {
+  springs_.clear();
+  spring_caps_.clear();
+  stale_ = true;
+}
+
+void MechanicsModel::clear_loads() { std::fill(loads_.begin(), loads_.end(), Vec3{}); }
+
+Status MechanicsModel::validate() const {
+  for (int a = 0; a < 3; ++a)
+    if (!(cell_size_[a] > 0) || !std::isfinite(cell_size_[a]))
+      return bad_input(fmt::format("cell size: {} m along axis {} must be positive", cell_size_[a], "xyz"[a]));
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (!(std::abs(dot(axes_.c[i], axes_.c[j]) - (i == j ? 1 : 0)) < kAxesTolerance))
+        return bad_input("lattice axes: they are not a rotation; give three orthogonal unit vectors");
+  if (dot(cross(axes_.c[0], axes_.c[1]), axes_.c[2]) < 0)
+    return bad_input("lattice axes: they are left-handed; flip one of them");
+  for (std::size_t n = 0; n < rest_positions_.size(); ++n)
+    if (!is_finite(rest_positions_[n])) return bad_input(fmt::format("node {}: its position is not finite", n + 1));
+  for (std::size_t e = 0; e < elements_.size(); ++e)
+    if (alive_[e]) KERF_TRY(check_element(HexId(e), elements_[e]));
+  return {};
+}
+
+void MechanicsModel::refresh() {
+  if (!stale_) return;
+  stale_ = false;
+  ++revision_;
+  Structure& s = structure_;
+  const std::size_t n = node_count();
+
+  s.shared.clear();
+  for (const Material& m : materials_) s.shared.push_back(walsh_hadamard(element_matrix(formulation_, m, cell_size_)));
+
+  s.batches.clear();
+  for (std::int32_t material = 0; material < static_cast<std::int32_t>(materials_.size()); ++material) {
+    int lane = 0;
+    for (std::size_t e = 0; e < elements_.size(); ++e) {
+      if (!alive_[e] || own_slot_[e] >= 0 || elements_[e].material != material) continue;
+      if (lane == 0) {
+        s.batches.emplace_back();
+        s.batches.back().material = material;
+      }
+      s.batches.back().element[lane] = static_cast<std::int32_t>(e);
+      lane = (lane + 1) % kLanes;
+    }
+  }
+  s.full_batches = s.batches.size();
+  for (std::size_t slot = 0; slot < own_element_.size(); slot += kLanes) {
+    Batch batch;
+    batch.own = static_cast<std::int32_t>(slot / kLanes);
+    bool live = false;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      batch.element[lane] = own_element_[slot + lane];
+      live = live || batch.element[lane] >= 0;
+    }
+    if (live) s.batches.push_back(batch);
+  }
+  for (Batch& batch : s.batches) {
+    std::int32_t model = -1;
+    for (std::int32_t e : batch.element)
+      if (e >= 0) { model = e; break; }
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const std::int32_t e = batch.element[lane] >= 0 ? batch.element[lane] : model;
+      for (int c = 0; c < 8; ++c) batch.node[c][lane] = elements_[e].nodes[c].value;
+    }
+  }
+  s.element_slots = s.batches.size() * kLanes * 8;
+
+  s.springs.clear();
+  for (std::size_t i = 0; i < springs_.size(); ++i)
+    if (springs_[i].nodes[0].valid()) s.springs.push_back(static_cast<std::int32_t>(i));
+
+  // Each node's slots by counting, in the order of the elements' ids: the order of the sums, and so their last bits,
+  // must not depend on the history of the pool.
+  s.element_slot.assign(elements_.size(), -1);
+  for (std::size_t b = 0; b < s.batches.size(); ++b)
+    for (int lane = 0; lane < kLanes; ++lane)
+      if (s.batches[b].element[lane] >= 0)
+        s.element_slot[s.batches[b].element[lane]] = static_cast<std::int32_t>((b * kLanes + lane) * 8);
+  s.slot_begin.assign(n + 1, 0);
+  const auto for_each_slot = [&](auto&& f) {
+    for (std::size_t e = 0; e < elements_.size(); ++e)
+      if (alive_[e])
+        for (int c = 0; c < 8; ++c) f(elements_[e].nodes[c].value, s.element_slot[e] + c);
+    for (std::size_t i = 0; i < s.springs.size(); ++i)
+      for (int k = 0; k < 8; ++k) {
+        const NodeId node = springs_[s.springs[i]].nodes[k];
+        if (node.valid()) f(node.value, static_cast<std::int32_t>(s.element_slots + 8 * i + k));
+      }
+  };
+  for_each_slot([&](std::int32_t node, std::int32_t) { ++s.slot_begin[node + 1]; });
+  for (std::size_t i = 0; i < n; ++i) s.slot_begin[i + 1] += s.slot_begin[i];
+  s.slots.resize(static_cast<std::size_t>(s.slot_begin[n]));
+  for_each_slot([&](std::int32_t node, std::int32_t slot) { s.slots[s.slot_begin[node]++] = slot; });
+  for (std::size_t i = n; i > 0; --i) s.slot_begin[i] = s.slot_begin[i - 1];
+  if (n > 0) s.slot_begin[0] = 0;
+
+  s.mass.assign(n, 0);
+  s.damping_mass.assign(n, 0);
+  for (std::size_t e = 0; e < elements_.size(); ++e) {
+    if (!alive_[e]) continue;
+    const double a = materials_[elements_[e].material].damping_mass;
+    for (int c = 0; c < 8; ++c) {
+      const std::size_t node = elements_[e].nodes[c].index();
+      s.mass[node] += element_masses_[e][c];
+      s.damping_mass[node] += a * element_masses_[e][c];
+    }
+  }
+  s.free.resize(n);
+  s.total_mass = 0;
+  s.free_nodes = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool moves = !fixed_[i] && s.mass[i] > 0;
+    s.free[i] = moves ? 1 : 0;
+    s.free_nodes += moves ? 1 : 0;
+    s.total_mass += s.mass[i];
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,199 @@
+// What a body is made of, for the time step: nodes, box elements, materials, supports, springs and loads.
+//
+// A plain value: copy it to keep it. A cut changes it a piece at a time (set_element, remove_element, resize); what the
+// time step derives from it is rebuilt before the next step, in time proportional to the number of elements.
+// Mechanics knows nothing of lattices, cuts or contact: whoever changes the topology says what the elements are now.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kerf/base/ids.h"
+#include "kerf/base/result.h"
+#include "kerf/base/vec.h"
+#include "kerf/mechanics/element.h"
+#include "kerf/mechanics/element_wht.h"
+#include "kerf/mechanics/material.h"
+
+namespace kerf {
+
+struct SpringTag;
+using SpringId = Id<SpringTag>;
+
+/// Position in the lattice, counted in cells; nodes that a cut has doubled share it.
+using GridPoint = std::array<std::int32_t, 3>;
+
+/// One box element. Corner order as in element.h.
+struct MechanicsElement {
+  std::array<NodeId, 8> nodes;
+  std::int32_t material = 0;  ///< index into the materials
+  double young_scale = 1;     ///< multiplies Young's modulus here (regions); > 0
+};
+
+/// A spring between a weighted sum of nodes and a place: f = k (target - sum w x) - c (sum w v - target_velocity).
+/// Weights that sum to 1 hold an embedded point (attachment, grasp); weights 1 and -1 tie two nodes together.
+struct RowSpring {
+  std::array<NodeId, 8> nodes;       ///< unused places are invalid ids
+  std::array<double, 8> weights{};
+  Vec3 target;                       ///< m
+  Vec3 target_velocity;              ///< m/s
+  double stiffness = 0;              ///< N/m
+  double damping = 0;                ///< N s/m
+};
+
+/// A spring as it was taken: stiff springs are what hurts convergence, so attachments are capped.
+struct SpringReceipt {
+  SpringId id;
+  double stiffness = 0;  ///< N/m, as used
+  bool capped = false;
+};
+
+/// Attachments, grasps and glue are capped at this many times E h per point.
+inline constexpr double kSpringCap = 10;
+
+class MechanicsModel {
+ public:
+  /// cell_size in m; axes: columns are the lattice's axes in the world (a rotation). Check with validate().
+  explicit MechanicsModel(Vec3 cell_size, const Mat3& axes = {},
+                          ElementFormulation formulation = ElementFormulation::kIncompatible);
+
+  // --- Materials -------------------------------------------------------------------------------------------------
+  /// Index of the new material.
+  Result<std::int32_t> add_material(const Material& material);
+  /// Takes effect for full elements at once; partly filled ones keep their matrix until they are set again.
+  Status set_material(std::int32_t index, const Material& material);
+  [[nodiscard]] std::span<const Material> materials() const { return materials_; }
+
+  // --- Nodes -----------------------------------------------------------------------------------------------------
+  NodeId add_node(Vec3 rest_position, GridPoint grid);
+  [[nodiscard]] std::size_t node_count() const { return rest_positions_.size(); }
+  [[nodiscard]] std::span<const Vec3> rest_positions() const { return rest_positions_; }
+  /// Lumped mass in kg; 0 for a node that no element uses (it stays where it is).
+  [[nodiscard]] double node_mass(NodeId node);
+  [[nodiscard]] double total_mass();
+
+  // --- Elements --------------------------------------------------------------------------------------------------
+  /// Adds or replaces element `id` as a full cell; ids may leave gaps. O(1).
+  Status set_element(HexId id, const MechanicsElement& element);
+  /// The same for a partly filled cell: its own matrix by quadrature over the material, its mass from the same
+  /// points. About 5 microseconds.
+  Status set_element(HexId id, const MechanicsElement& element, std::span<const MaterialPoint> points);
+  /// The same with matrix (N/m, symmetric) and corner masses (kg, >= 0) given.
+  Status set_element(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
+                     const std::array<double, 8>& masses);
+  void remove_element(HexId id);
+  /// Drops the elements and nodes from these counts on (undo); no element left may use a dropped node.
+  Status truncate(std::size_t nodes, std::size_t elements);
+  [[nodiscard]] std::size_t element_count() const { return elements_.size(); }
+  [[nodiscard]] bool has_element(HexId id) const { return id.valid() && id.index() < alive_.size() && alive_[id.index()]; }
+  [[nodiscard]] const MechanicsElement& element(HexId id) const { return elements_[id.index()]; }
+  [[nodiscard]] bool is_partly_filled(HexId id) const { return own_slot_[id.index()] >= 0; }
+  [[nodiscard]] const std::array<double, 8>& element_masses(HexId id) const { return element_masses_[id.index()]; }
+  /// Stiffness at rest in the lattice frame, Young's scale included.
+  [[nodiscard]] ElementMatrix element_stiffness(HexId id) const;
+
+  // --- Supports, springs, loads ----------------------------------------------------------------------------------
+  /// Holds a node, or moves it with a prescribed velocity (m/s).
+  void fix_node(NodeId node, Vec3 velocity = {});
+  void release_node(NodeId node);
+  [[nodiscard]] bool is_fixed(NodeId node) const { return fixed_[node.index()] != 0; }
+  /// Ties the point with these weights in an element to a target. Stiffness above the cap is cut down, and said so.
+  Result<SpringReceipt> add_attachment(HexId element, const std::array<double, 8>& weights, Vec3 target,
+                                       double stiffness, double damping = 0);
+  /// Pulls node b to node a (the glue of a cut's tip). The cap uses the first material.
+  Result<SpringReceipt> add_node_pair(NodeId a, NodeId b, double stiffness, double damping = 0);
+  /// Any row; taken as it is, without a cap.
+  Result<SpringId> add_spring(const RowSpring& spring);
+  void set_spring_target(SpringId id, Vec3 target, Vec3 velocity = {});
+  /// Changes a live spring's stiffness (N/m, capped) without touching the structure.
+  SpringReceipt set_spring_stiffness(SpringId id, double stiffness);
+  void remove_spring(SpringId id);
+  void clear_springs();
+  [[nodiscard]] bool has_spring(SpringId id) const {
+    return id.valid() && id.index() < springs_.size() && springs_[id.index()].nodes[0].valid();
+  }
+  [[nodiscard]] const RowSpring& spring(SpringId id) const { return springs_[id.index()]; }
+  [[nodiscard]] std::size_t spring_count() const { return springs_.size(); }
+  /// Constant force on a node, N; added to what is there.
+  void add_load(NodeId node, Vec3 force) { loads_[node.index()] += force; }
+  void clear_loads();
+  [[nodiscard]] Vec3 load(NodeId node) const { return loads_[node.index()]; }
+
+  [[nodiscard]] Vec3 cell_size() const { return cell_size_; }
+  [[nodiscard]] const Mat3& axes() const { return axes_; }
+  [[nodiscard]] ElementFormulation formulation() const { return formulation_; }
+  /// Everything that can be wrong with the whole: cell size, axes, an element with repeated nodes.
+  [[nodiscard]] Status validate() const;
+
+  // --- For the time step -----------------------------------------------------------------------------------------
+  // Derived data, valid after refresh(). Four elements make a batch; batches of full cells come first, grouped by
+  // material; every batch of partly filled cells is four slots of the pool of own matrices.
+  static constexpr int kLanes = 4;
+  struct Batch {
+    std::array<std::int32_t, kLanes> element{-1, -1, -1, -1};  ///< -1: an idle lane
+    std::array<std::array<std::int32_t, kLanes>, 8> node{};    ///< [corner][lane]; idle lanes repeat a live one
+    std::int32_t material = -1;                                ///< of a batch of full cells
+    std::int32_t own = -1;                                     ///< block in the pool of own matrices
+  };
+  struct Structure {
+    std::vector<Batch> batches;
+    std::vector<std::int32_t> element_slot;  ///< per element: 8 (4 batch + lane), -1: no element
+    /// Per node its slots: element_slot + corner, by element; then 8 slots per spring. The order of all sums.
+    std::vector<std::int32_t> slot_begin, slots;
+    std::vector<double> mass, damping_mass;  ///< per node: kg, kg/s (sum of a m)
+    std::vector<double> free;                ///< per node: 1 moves, 0 is held or unused
+    std::vector<std::int32_t> springs;       ///< live springs
+    std::vector<WalshHadamardMatrix> shared; ///< per material
+    std::size_t full_batches = 0, element_slots = 0;
+    double total_mass = 0;
+    std::size_t free_nodes = 0;
+  };
+  /// Rebuilds the derived data if something changed since the last call.
+  void refresh();
+  [[nodiscard]] const Structure& structure() const { return structure_; }
+  /// Changes at every rebuild.
+  [[nodiscard]] std::uint64_t structure_revision() const { return revision_; }
+  /// Upper triangle by rows, [300][4 lanes], of one pool block.
+  [[nodiscard]] const double* own_block(std::int32_t block) const { return own_matrices_.data() + 1200 * block; }
+  [[nodiscard]] std::span<const RowSpring> springs() const { return springs_; }
+  [[nodiscard]] std::span<const Vec3> loads() const { return loads_; }
+  [[nodiscard]] std::span<const Vec3> prescribed_velocities() const { return prescribed_; }
+  [[nodiscard]] std::span<const GridPoint> grid() const { return grid_; }
+
+ private:
+  Status check_element(HexId id, const MechanicsElement& element) const;
+  void store_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses);
+  void release_own(HexId id);
+  [[nodiscard]] double spring_cap(std::int32_t material, double young_scale) const;
+
+  Vec3 cell_size_;
+  Mat3 axes_;
+  ElementFormulation formulation_;
+  std::vector<Material> materials_;
+
+  std::vector<Vec3> rest_positions_;
+  std::vector<GridPoint> grid_;
+  std::vector<std::uint8_t> fixed_;
+  std::vector<Vec3> prescribed_;
+  std::vector<Vec3> loads_;
+
+  std::vector<MechanicsElement> elements_;
+  std::vector<std::uint8_t> alive_;
+  std::vector<std::array<double, 8>> element_masses_;
+  std::vector<std::int32_t> own_slot_;      // per element, -1: full
+  std::vector<double> own_matrices_;        // [slot / 4][300][4]
+  std::vector<std::int32_t> own_element_;   // per slot, -1: empty
+  std::vector<std::int32_t> own_empty_;     // empty slots, the last is used next
+
+  std::vector<RowSpring> springs_;
+  std::vector<double> spring_caps_;
+
+  Structure structure_;
+  bool stale_ = true;
+  std::uint64_t revision_ = 0;
+};
+
+}  // namespace kerf

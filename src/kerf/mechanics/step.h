@@ -1,0 +1,110 @@
+// One implicit Euler step of co-rotated elasticity.
+//
+//   A v1 = M v + dt (f_ext + f_int),   A = (1 + dt a) M + (dt^2 + dt b) K,   x1 = x + dt v1,   K = sum R Ke R'
+//
+// linearised once per step. The unknown is the *new velocity, started from zero*: what a loose solve leaves undone then
+// acts as damping and not as flight. Solved by conjugate gradients with block-Jacobi plus an additive coarse space of the
+// rigid motions of groups of nodes (coarse_space.h).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kerf/base/result.h"
+#include "kerf/base/vec.h"
+#include "kerf/mechanics/coarse_space.h"
+#include "kerf/mechanics/mechanics_model.h"
+
+namespace kerf {
+
+/// What a step changes; copy it to keep it, put it back and the next step gives the same bits.
+struct MechanicsState {
+  std::vector<Vec3> positions;   ///< per node, m
+  std::vector<Vec3> velocities;  ///< per node, m/s
+  std::vector<Mat3> rotations;   ///< per element, lattice frame to world; followed from step to step, so part of the state
+  std::int32_t two_level_steps = 0;  ///< steps left in which the coarse space is used at once (adaptive choice)
+  friend bool operator==(const MechanicsState&, const MechanicsState&) = default;
+};
+
+/// At rest: rest positions, zero velocities, the lattice's axes.
+MechanicsState rest_state(const MechanicsModel& model);
+
+enum class Preconditioner {
+  kBlockJacobi,
+  kTwoLevel,  ///< block-Jacobi and coarse space in every step
+  kAdaptive,  ///< block-Jacobi first; the coarse space joins when that takes too long
+};
+enum class SolverKind {
+  kConjugateGradients,
+  kDirect,  ///< sparse LDL'; an oracle for tests and for small, badly conditioned set-ups. Allocates.
+};
+
+struct StepOptions {
+  double dt = 1.0 / 60;      ///< s
+  Vec3 gravity{0, 0, -9.81}; ///< m/s^2
+  /// Residual relative to the right-hand side with the coarse space. Block-Jacobi alone leaves smooth errors that such a
+  /// residual does not see, so it goes kBlockJacobiFactor further.
+  double tolerance = 1e-2;
+  /// The solver also stops at this share of the mean weight of a node per step, dt g m_total / sqrt(nodes): at rest a
+  /// relative residual alone would chase rounding.
+  double residual_floor = 1e-6;
+  int max_iterations = 1000;
+  Preconditioner preconditioner = Preconditioner::kAdaptive;
+  SolverKind solver = SolverKind::kConjugateGradients;
+  bool parallel = false;     ///< use kerf::parallel_for; the result has the same bits
+};
+
+/// Block-Jacobi alone is solved to this share of the tolerance.
+inline constexpr double kBlockJacobiFactor = 0.1;
+/// Iterations block-Jacobi alone may take before the coarse space joins (adaptive).
+inline constexpr int kBlockJacobiPatience = 25;
+/// Steps with the coarse space before block-Jacobi alone is tried again (adaptive).
+inline constexpr std::int32_t kTwoLevelSteps = 32;
+/// Gravity used for the residual's floor when the scene has less, m/s^2.
+inline constexpr double kFloorGravity = 9.81;
+
+struct StepReport {
+  int iterations = 0;          ///< all of them, with and without the coarse space
+  int block_jacobi_iterations = 0;
+  bool two_level = false;      ///< the coarse space was used
+  double residual = 0;         ///< relative to the right-hand side at the end
+  bool stopped_by_floor = false;
+  bool cap_hit = false;        ///< max_iterations reached: the step is less exact than asked for
+  int inverted_elements = 0;   ///< with negative volume at the start of the step
+  double kinetic_energy = 0;   ///< J, after the step
+  double seconds_forces = 0, seconds_setup = 0, seconds_solve = 0, seconds_total = 0;
+};
+
+/// Memory of the step; grows on demand and is reused. Holds no state that a result depends on.
+struct StepWorkspace {
+  struct alignas(32) Quad {
+    double v[4];
+  };
+  // Node vectors are (x, y, z, 0) per node.
+  std::vector<Quad> position, velocity, right_side, solution, residual, search, product, preconditioned;
+  std::vector<Quad> slot;              // one force per (element, corner) and (spring, node)
+  std::vector<double> mass_diagonal;   // (1 + dt a) m, per node
+  std::vector<Quad> inverse_diagonal;  // three columns per node
+  std::vector<Quad> diagonal_slot;     // two per slot: xx yy zz xy, yz zx - -
+  std::vector<Quad> rotation;          // nine per batch
+  std::vector<Quad> scaled_rotation;   // nine per batch: times the square root of (dt^2 + dt b) E-scale
+  std::vector<double> spring_scale;    // dt^2 k + dt c, per live spring
+  std::vector<Quad> partial;           // per chunk of nodes
+  std::vector<std::int32_t> inverted;  // per chunk of batches
+  CoarseSpace coarse;
+};
+
+/// Advances the state by one step. Bad options, a state of the wrong size or one that is not finite, or a result that is
+/// not finite: an Error with a suggestion, state unchanged. In steady state (same model) it allocates nothing.
+Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& options,
+                        StepWorkspace& workspace);
+
+/// Elastic forces on the nodes (N) at these positions with the state's rotations updated once: |nodes|.
+std::vector<Vec3> internal_forces(MechanicsModel& model, const MechanicsState& state);
+
+/// After a step: force (N) of the support on a fixed node, inertia and damping included; zero for free nodes.
+Vec3 reaction(const MechanicsModel& model, const StepWorkspace& workspace, const StepOptions& options, NodeId node);
+/// After a step: force (N) of a spring on its point.
+Vec3 spring_force(const MechanicsModel& model, const MechanicsState& state, SpringId spring);
+
+}  // namespace kerf

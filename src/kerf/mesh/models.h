@@ -68,7 +68,8 @@ Result<Model> make_model(std::string_view name, const ModelOptions& options);
 Status bend(Model& model, double angle);
 
 /// Moves visual and collision mesh alike along z by a smooth field of x and y: the sum of a few waves of `wavelength`
-/// metres and longer with random directions and phases, at most `amplitude` metres high.
+/// metres (> 0) and longer with random directions and phases, at most `amplitude` metres high. A lattice of one layer stays
+/// one layer and grows with the body.
 void add_bumps(Model& model, double amplitude, double wavelength, std::uint64_t seed);
 
 /// Moves every visual vertex, and no collision vertex, by a random vector at most `amplitude` metres long. Vertices of an

@@ -1,0 +1,171 @@
+#include "kerf/spatial/bvh.h"
+
+#include <cfloat>
+
+#include "kerf/base/check.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::uint32_t kLeafSize = 4;
+constexpr std::size_t kBins = 16;
+constexpr int kHeuristicDepth = 64;     // deeper parts are halved by count, which adds at most 31 levels
+constexpr std::uint32_t kSmall = 12;    // below this many triangles halving is as good as the heuristic
+
+float round_down(double x) {
+  const auto f = static_cast<float>(std::clamp(x, -double{FLT_MAX}, double{FLT_MAX}));
+  return static_cast<double>(f) > x ? std::nextafterf(f, -HUGE_VALF) : f;
+}
+float round_up(double x) { return -round_down(-x); }
+
+using FloatBox = std::array<float, 6>;  // min, -max: one operation joins both
+constexpr FloatBox kEmptyBox{HUGE_VALF, HUGE_VALF, HUGE_VALF, HUGE_VALF, HUGE_VALF, HUGE_VALF};
+void join(FloatBox& a, const FloatBox& b) {
+  for (std::size_t k = 0; k < 6; ++k) a[k] = b[k] < a[k] ? b[k] : a[k];
+}
+FloatBox triangle_box(const std::array<Vec3, 3>& t) {
+  FloatBox box = kEmptyBox;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const int axis = static_cast<int>(k);
+    box[k] = round_down(std::min({t[0][axis], t[1][axis], t[2][axis]}));
+    box[k + 3] = -round_up(std::max({t[0][axis], t[1][axis], t[2][axis]}));
+  }
+  return box;
+}
+float half_area(const FloatBox& b) {
+  const float x = -b[3] - b[0], y = -b[4] - b[1], z = -b[5] - b[2];
+  return x * y + y * z + z * x;
+}
+
+}  // namespace
+
+struct TriangleBvh::Builder {
+  struct Item {
+    FloatBox box;
+    std::int32_t triangle;
+    [[nodiscard]] float middle(std::size_t axis) const { return 0.5f * box[axis] - 0.5f * box[axis + 3]; }
+  };
+  struct Task {
+    std::uint32_t node, begin, end;
+    int depth;
+  };
+  TriangleBvh& bvh;
+  std::vector<Item> items;
+
+  // Position of the split; [begin, end) is then partitioned there.
+  std::uint32_t split(std::uint32_t begin, std::uint32_t end, int depth) {
+    float low[3] = {HUGE_VALF, HUGE_VALF, HUGE_VALF}, high[3] = {-HUGE_VALF, -HUGE_VALF, -HUGE_VALF};
+    for (std::uint32_t i = begin; i < end; ++i)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float c = items[i].middle(k);
+        low[k] = c < low[k] ? c : low[k];
+        high[k] = c > high[k] ? c : high[k];
+      }
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k)
+      if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+    const auto first = items.begin() + begin, last = items.begin() + end;
+    const float scale = static_cast<float>(kBins) / (high[axis] - low[axis]);
+    if (end - begin > kSmall && depth < kHeuristicDepth && scale > 0 && scale < HUGE_VALF) {
+      const auto bin_of = [&](const Item& item) {
+        return std::min(kBins - 1, static_cast<std::size_t>((item.middle(axis) - low[axis]) * scale));
+      };
+      std::array<FloatBox, kBins> boxes;
+      std::array<std::uint32_t, kBins> counts{};
+      boxes.fill(kEmptyBox);
+      for (auto i = first; i != last; ++i) {
+        const std::size_t b = bin_of(*i);
+        join(boxes[b], i->box);
+        ++counts[b];
+      }
+      std::array<float, kBins> cost_right{};
+      FloatBox box = kEmptyBox;
+      std::uint32_t count = 0;
+      for (std::size_t b = kBins - 1; b > 0; --b) {
+        join(box, boxes[b]);
+        count += counts[b];
+        cost_right[b] = count > 0 ? static_cast<float>(count) * half_area(box) : 0;
+      }
+      box = kEmptyBox;
+      count = 0;
+      float best = HUGE_VALF;
+      std::size_t best_bin = 0;
+      for (std::size_t b = 0; b + 1 < kBins; ++b) {
+        join(box, boxes[b]);
+        count += counts[b];
+        if (count == 0 || count == end - begin) continue;
+        const float cost = static_cast<float>(count) * half_area(box) + cost_right[b + 1];
+        if (cost < best) best = cost, best_bin = b;
+      }
+      if (best < HUGE_VALF) {
+        const auto cut = std::partition(first, last, [&](const Item& item) { return bin_of(item) <= best_bin; });
+        return static_cast<std::uint32_t>(cut - items.begin());
+      }
+    }
+    const std::uint32_t half = begin + (end - begin) / 2;
+    std::nth_element(first, items.begin() + half, last, [&](const Item& a, const Item& b) {
+      const float x = a.middle(axis), y = b.middle(axis);
+      return x != y ? x < y : a.triangle < b.triangle;
+    });
+    return half;
+  }
+
+  void build() {
+    const auto n = static_cast<std::uint32_t>(items.size());
+    bvh.nodes_.reserve(n);  // about 0.8 n are used
+    bvh.nodes_.emplace_back();
+    std::vector<Task> tasks{{0, 0, n, 0}};
+    while (!tasks.empty()) {
+      const Task task = tasks.back();
+      tasks.pop_back();
+      if (task.end - task.begin <= kLeafSize) {
+        bvh.nodes_[task.node].first = task.begin;
+        bvh.nodes_[task.node].count = task.end - task.begin;
+        continue;
+      }
+      const std::uint32_t middle = split(task.begin, task.end, task.depth);
+      const auto children = static_cast<std::uint32_t>(bvh.nodes_.size());
+      bvh.nodes_[task.node].first = children;
+      bvh.nodes_.emplace_back();
+      bvh.nodes_.emplace_back();
+      tasks.push_back({children + 1, middle, task.end, task.depth + 1});
+      tasks.push_back({children, task.begin, middle, task.depth + 1});
+    }
+    bvh.nodes_.shrink_to_fit();
+    bvh.order_.resize(n);
+    for (std::uint32_t i = 0; i < n; ++i) bvh.order_[i] = items[i].triangle;
+  }
+};
+
+TriangleBvh::TriangleBvh(const TriangleView& triangles) {
+  if (triangles.size() == 0) return;
+  Builder builder{*this, {}};
+  builder.items.resize(triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto triangle = static_cast<std::int32_t>(i);
+    builder.items[i] = {triangle_box(triangles[triangle]), triangle};
+  }
+  builder.build();
+  builder.items = {};
+  refit(triangles);
+}
+
+void TriangleBvh::refit(const TriangleView& triangles) {
+  KERF_ASSERT(triangles.size() == order_.size());
+  for (std::size_t n = nodes_.size(); n-- > 0;) {  // children come after their parents
+    Node& node = nodes_[n];
+    FloatBox box = kEmptyBox;
+    if (node.count > 0) {
+      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) join(box, triangle_box(triangles[order_[i]]));
+    } else {
+      for (std::uint32_t k = 0; k < 2; ++k) {
+        const Node& child = nodes_[node.first + k];
+        join(box, {child.min[0], child.min[1], child.min[2], -child.max[0], -child.max[1], -child.max[2]});
+      }
+    }
+    node.min = {box[0], box[1], box[2]};
+    node.max = {-box[3], -box[4], -box[5]};
+  }
+}
+
+}  // namespace kerf

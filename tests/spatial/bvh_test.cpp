@@ -1,0 +1,228 @@
+// Every query against the same question asked of all triangles one by one.
+#include "kerf/spatial/bvh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/base/random.h"
+
+namespace kerf {
+namespace {
+
+struct Soup {
+  std::vector<Vec3> positions;
+  std::vector<std::int32_t> corners;
+  [[nodiscard]] TriangleView view() const { return {positions, corners}; }
+};
+
+Vec3 draw(Random& random, double size = 1) {
+  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
+}
+
+Soup random_soup(int n, std::uint64_t seed, double triangle_size) {
+  Random random(seed);
+  Soup soup;
+  for (int i = 0; i < n; ++i) {
+    const Vec3 centre = draw(random);
+    for (int k = 0; k < 3; ++k) {
+      soup.corners.push_back(std::int32_t(soup.positions.size()));
+      soup.positions.push_back(centre + draw(random, triangle_size));
+    }
+    const std::size_t last = soup.positions.size() - 1;
+    if (i % 17 == 0) soup.positions[last] = soup.positions[last - 1];  // a segment
+    if (i % 51 == 0) soup.positions[last - 2] = soup.positions[last];  // a point
+  }
+  return soup;
+}
+
+Soup closed_grid_box(int n) {  // the six sides of a cube, n x n quads each, vertices not shared
+  Soup soup;
+  for (int axis = 0; axis < 3; ++axis)
+    for (int side = 0; side < 2; ++side)
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+          const auto at = [&](int a, int b) {
+            Vec3 p;
+            p[axis] = side;
+            p[(axis + 1) % 3] = double(a) / n;
+            p[(axis + 2) % 3] = double(b) / n;
+            soup.corners.push_back(std::int32_t(soup.positions.size()));
+            soup.positions.push_back(p);
+          };
+          at(i, j), at(i + 1, j), at(i + 1, j + 1);
+          at(i, j), at(i + 1, j + 1), at(i, j + 1);
+        }
+  return soup;
+}
+
+TEST(TriangleQueries, ClosestPointBeatsASampledTriangle) {
+  Random random(1);
+  for (int round = 0; round < 2000; ++round) {
+    std::array<Vec3, 3> t{draw(random), draw(random), draw(random)};
+    if (round % 5 == 0) t[2] = lerp(t[0], t[1], random.uniform(-1, 2));
+    if (round % 7 == 0) t[1] = t[0];
+    const Vec3 p = draw(random, 2);
+    ClosestPoint c;
+    closest_point(p, t, c);
+    Vec3 q;
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_GE(c.barycentric[k], 0);
+      q += c.barycentric[k] * t[k];
+      sum += c.barycentric[k];
+    }
+    EXPECT_NEAR(sum, 1, 1e-14);
+    EXPECT_LT(norm(q - c.point), 1e-12);
+    EXPECT_NEAR(norm(p - c.point), c.distance, 1e-14);
+    const int n = 24;
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; i + j <= n; ++j) {
+        const Vec3 sample = (double(i) / n) * t[0] + (double(j) / n) * t[1] + (double(n - i - j) / n) * t[2];
+        ASSERT_LE(c.distance, norm(p - sample) + 1e-14);
+      }
+    // The closest point of a convex set: the set lies behind the plane through it.
+    for (const Vec3& corner : t) EXPECT_LE(dot(corner - c.point, p - c.point), 1e-12);
+  }
+}
+
+TEST(TriangleBvh, MatchesBruteForce) {
+  for (const int n : {0, 1, 2, 5, 63, 1000}) {
+    Soup soup = random_soup(n, 100 + std::uint64_t(n), n > 100 ? 0.1 : 0.7);
+    TriangleBvh bvh(soup.view());
+    Random random(5);
+    for (int moved = 0; moved < 2; ++moved) {
+      const TriangleView view = soup.view();
+      for (int round = 0; round < 200; ++round) {
+        Ray ray{draw(random, 2), draw(random)};
+        if (round % 4 == 0) ray.direction[random.index(3)] = 0;
+        if (round % 8 == 0) ray.direction = {0, 0, -1};
+        if (round % 3 == 0) ray.t_min = -1, ray.t_max = 1;
+        const auto accept = [&](const RayHit& h) { return h.triangle % 3 != round % 5; };
+        std::vector<RayHit> brute, hits;
+        for (std::int32_t t = 0; t < n; ++t) {
+          RayHit hit;
+          hit.triangle = t;
+          if (intersect(RayFrame(ray), view[t], hit) && hit.t >= ray.t_min && hit.t <= ray.t_max && accept(hit))
+            brute.push_back(hit);
+        }
+        std::sort(brute.begin(), brute.end(), [](const RayHit& a, const RayHit& b) {
+          return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
+        });
+        bvh.all_hits(view, ray, hits, accept);
+        ASSERT_EQ(hits.size(), brute.size());
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+          EXPECT_EQ(hits[i].triangle, brute[i].triangle);
+        }
+        const RayHit first = bvh.first_hit(view, ray, accept);
+        EXPECT_EQ(first.triangle, brute.empty() ? -1 : brute[0].triangle);
+        if (first.valid()) {
+          const auto t = view[first.triangle];
+          const Vec3 on_triangle = first.barycentric[0] * t[0] + first.barycentric[1] * t[1] + first.barycentric[2] * t[2];
+          EXPECT_LT(norm(ray.origin + first.t * ray.direction - on_triangle), 1e-9);
+        }
+
+        const Vec3 p = draw(random, 1.5);
+        const double reach = round % 2 == 0 ? HUGE_VAL : 0.3;
+        const auto near = [&](const ClosestPoint& c) { return c.triangle % 4 != round % 6; };
+        ClosestPoint best;
+        best.distance = reach;
+        for (std::int32_t t = 0; t < n; ++t) {
+          ClosestPoint c;
+          closest_point(p, view[t], c);
+          c.triangle = t;
+          if (near(c) && (c.distance < best.distance || (!best.valid() && c.distance == best.distance))) best = c;
+        }
+        const ClosestPoint found = bvh.closest(view, p, reach, near);
+        EXPECT_EQ(found.triangle, best.triangle);
+        EXPECT_EQ(found.distance, found.valid() ? best.distance : HUGE_VAL);
+
+        Box3 box;
+        box.add(draw(random));
+        box.add(draw(random));
+        std::vector<std::int32_t> inside, expected;
+        bvh.for_each_in_box(view, box, [&](std::int32_t t) { inside.push_back(t); });
+        std::sort(inside.begin(), inside.end());
+        for (std::int32_t t = 0; t < n; ++t) {
+          Box3 b;
+          for (Vec3 corner : view[t]) b.add(corner);
+          if (b.min.x <= box.max.x && b.max.x >= box.min.x && b.min.y <= box.max.y && b.max.y >= box.min.y &&
+              b.min.z <= box.max.z && b.max.z >= box.min.z)
+            expected.push_back(t);
+        }
+        EXPECT_EQ(inside, expected);
+      }
+      for (Vec3& p : soup.positions) p = {p.y + 0.2 * p.x, p.z, p.x};
+      bvh.refit(soup.view());
+    }
+  }
+}
+
+TEST(TriangleBvh, TiesGoToTheSmallestTriangleAndNoRaySlipsThrough) {
+  const Soup soup = closed_grid_box(8);
+  const TriangleBvh bvh(soup.view());
+  Random random(9);
+  for (int round = 0; round < 3000; ++round) {
+    // From inside towards lattice vertices and edge points: several triangles share them.
+    Vec3 target;
+    const int axis = random.index(3);
+    target[axis] = random.index(2);
+    target[(axis + 1) % 3] = random.index(9) / 8.0;
+    target[(axis + 2) % 3] = round % 2 == 0 ? random.index(9) / 8.0 : random.uniform();
+    const Vec3 origin{random.uniform(0.3, 0.7), random.uniform(0.3, 0.7), random.uniform(0.3, 0.7)};
+    std::vector<RayHit> hits;
+    bvh.all_hits(soup.view(), {origin, target - origin}, hits);
+    EXPECT_GE(hits.size(), 1u) << "slipped through near a shared edge";
+
+    const ClosestPoint found = bvh.closest(soup.view(), target);
+    EXPECT_EQ(found.distance, 0);
+    for (std::int32_t t = 0; t < found.triangle; ++t) {
+      ClosestPoint c;
+      closest_point(target, soup.view()[t], c);
+      ASSERT_GT(c.distance, 0);
+    }
+  }
+}
+
+TEST(TriangleBvh, EqualCentresAndHugeCoordinates) {
+  Soup soup;  // all triangles in one place: no split by position exists
+  for (int i = 0; i < 1000; ++i)
+    for (int k = 0; k < 3; ++k) {
+      soup.corners.push_back(std::int32_t(soup.positions.size()));
+      soup.positions.push_back({double(k == 1), double(k == 2), 0});
+    }
+  soup.corners.insert(soup.corners.end(), {0, 1, 2});
+  soup.positions[0] = {-1e300, 0, 0};
+  const TriangleBvh bvh(soup.view());
+  EXPECT_EQ(bvh.closest(soup.view(), {0.2, 0.2, 1}).distance, 1);
+  std::vector<RayHit> hits;
+  bvh.all_hits(soup.view(), {{0.2, 0.2, 1}, {0, 0, -1}}, hits);
+  std::erase_if(hits, [](const RayHit& hit) { return hit.triangle == 0 || hit.triangle == 1000; });  // the huge ones
+  EXPECT_EQ(hits.size(), 999u);
+  EXPECT_TRUE(std::is_sorted(hits.begin(), hits.end(), [](auto& a, auto& b) { return a.triangle < b.triangle; }));
+}
+
+TEST(TriangleBvh, LargeGridIsLean) {
+  Soup soup;
+  const int n = 300;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i) soup.positions.push_back({double(i) / n, double(j) / n, 0.1 * std::sin(0.1 * i + 0.2 * j)});
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const int a = j * (n + 1) + i;
+      soup.corners.insert(soup.corners.end(), {a, a + 1, a + n + 2, a, a + n + 2, a + n + 1});
+    }
+  const TriangleBvh bvh(soup.view());
+  EXPECT_LT(double(bvh.bytes()), 50.0 * double(soup.view().size()));
+  Random random(2);
+  for (int i = 0; i < 1000; ++i) {
+    const Ray ray{{random.uniform(), random.uniform(), 1}, {0, 0, -1}};
+    const RayHit hit = bvh.first_hit(soup.view(), ray);
+    ASSERT_TRUE(hit.valid());
+    EXPECT_NEAR(1 - hit.t, 0, 0.11);
+  }
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,38 @@
+// What every step of a cut needs, and how it reports a refused degenerate case.
+#pragma once
+
+#include <fmt/format.h>
+
+#include "kerf/base/result.h"
+#include "kerf/binding/cell_complex.h"
+#include "kerf/cutting/cut_options.h"
+#include "kerf/cutting/cut_scratch.h"
+
+namespace kerf::cut {
+
+/// Steps return false (or no id) after fail(); the caller rolls back with the journal.
+struct CutContext {
+  CellComplex& body;
+  const CutOptions& options;
+  CutScratch& scratch;
+  const char* reason = nullptr;
+  const char* element = "";
+  std::int32_t id = -1;
+
+  bool fail(const char* why, const char* what, std::int32_t which) {
+    reason = why;
+    element = what;
+    id = which;
+    return false;
+  }
+  [[nodiscard]] Error error() const {
+    return failed(fmt::format("cut refused: {} ({} {}); move the blade a little and cut again", reason ? reason : "unknown",
+                              element, id));
+  }
+};
+
+/// The - side is mirrored so that its patches are positively oriented.
+inline Vec2 mirrored(Vec2 u, Side s) { return s == Side::kPlus ? u : Vec2{u.x, -u.y}; }
+inline int side_count(const CellComplex& body) { return body.closed ? 2 : 1; }
+
+}  // namespace kerf::cut

@@ -1,0 +1,43 @@
+// Options and tolerances of cutting. Lengths are relative to CellComplex::mean_root_edge.
+#pragma once
+
+#include <cstdint>
+
+namespace kerf {
+
+struct CutOptions {
+  int layers = 2;                 ///< layers of wall faces across the thickness of a closed body, at least 1
+  double minimum_feature = 0.024; ///< nothing shorter is cut or left over; never below kLeastFeature
+  double snap = 0.04;             ///< a path that leaves a triangle this near to a corner (part of the edge) goes through it
+  double path_tolerance = 0.06;   ///< how far the cut may stray from the blade's path between its vertices
+  bool flips = true;              ///< Delaunay flips of collision edges that own nothing
+  double roughness = 0;           ///< inner wall vertices stray sideways by up to this part of a layer's height (0 to 0.5)
+  std::uint64_t seed = 1;         ///< of the roughness
+};
+
+/// Smaller features would let parameters on one edge coincide after rounding.
+inline constexpr double kLeastFeature = 1e-3;
+
+namespace cut {
+
+/// A crossing this near to a visual vertex (part of the crossed edge) moves the vertex's parameter onto the path.
+inline constexpr double kWarpFraction = 0.1;
+/// Faces around a moved parameter keep at least this part of their planar area.
+inline constexpr double kWarpKeepsArea = 0.05;
+/// A new vertex sits on its 3D edge no nearer to an end than this part of it.
+inline constexpr double kClampFraction = 0.05;
+/// A point with more than this barycentric weight at a free vertex takes that vertex.
+inline constexpr double kNearVertexWeight = 0.8;
+/// A point with less than this barycentric weight of the opposite corner splits the edge instead of the face.
+inline constexpr double kNearEdgeWeight = 0.02;
+/// Faces made by inserting a point keep at least this part of their parent's planar area.
+inline constexpr double kSplitKeepsArea = 1e-3;
+/// Two chain parameters nearer than this part of the smallest gap beside them become one column of a wall.
+inline constexpr double kPairFraction = 0.3;
+/// A flip must improve the angle sum by more than rounding (sine of the excess angle).
+inline constexpr double kFlipGain = 1e-9;
+/// Faces of the collision mesh keep at least this part of the mean root edge squared.
+inline constexpr double kLeastCollisionArea = 1e-14;
+
+}  // namespace cut
+}  // namespace kerf

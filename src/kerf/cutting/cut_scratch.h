@@ -1,0 +1,45 @@
+// Memory that cutting reuses between calls, and what it notes about births of collision vertices.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "kerf/binding/cell_complex.h"
+
+namespace kerf {
+
+/// Where a new collision vertex came from: rest = sum of weight[i] x rest of parent[i]; unused parents are none. A
+/// vertex that was split off has one parent (its twin) of weight 1.
+struct VertexBirth {
+  CollisionVertex vertex;
+  std::array<CollisionVertex, 3> parent;
+  std::array<double, 3> weight{};
+};
+
+/// One per thread of cutting; contents are private but for `births`.
+struct CutScratch {
+  std::vector<VertexBirth> births;  ///< by rising vertex; those of vertices that were rolled back are dropped lazily
+
+  std::vector<VisualVertex> path;
+  std::vector<VisualVertex> chain[2], chain_right[2];
+  std::vector<double> parameter[2];
+  std::vector<VisualHalfEdge> left[2], right[2];      // along the chains: on the side of h and of its twin
+  std::vector<VisualHalfEdge> down[2], up[2];         // along the opened lines at the start and the end
+  std::vector<VisualVertex> line[2], line_right[2];
+  struct ColumnVertex { VisualVertex vertex; double y; float depth; };
+  std::vector<ColumnVertex> column, next_column;
+  std::vector<VisualVertex> wall_inner;
+  std::vector<VisualHalfEdge> wall_down[2], wall_up[2], pending;
+  std::vector<VisualTriangle> faces;
+  std::vector<VisualVertex> part[3];
+  std::vector<CollisionHalfEdge> flip_stack;
+  std::vector<Vec3> displacement;
+
+  /// Births of vertices from `first` on.
+  void note_birth(const VertexBirth& birth) {
+    while (!births.empty() && births.back().vertex >= birth.vertex) births.pop_back();
+    births.push_back(birth);
+  }
+};
+
+}  // namespace kerf

@@ -1,0 +1,213 @@
+#include "kerf/cutting/visual_walk.h"
+
+#include <algorithm>
+
+#include "kerf/cutting/orient.h"
+
+namespace kerf::cut {
+
+namespace {
+
+using H = VisualHalfEdge;
+
+void take_from_free(VisualMesh& mesh, VisualVertex v) {
+  if (mesh.free[v]) mesh.free.set(v, 0);
+}
+
+bool warp_onto(VisualMesh& mesh, VisualVertex v, Vec2 u, Patch patch, double keep) {
+  return warp(mesh, v, std::array<PlanarPoint, 1>{{{patch, u}}}, keep);
+}
+
+/// The chord's next vertex after `current`, found or made; none after a failure.
+VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVertex q, Vec2 goal, Patch patch) {
+  VisualMesh& mesh = cut.body.visual;
+  H direct, exit;
+  bool towards_first = false;
+  double oa = 0, ob = 0;
+  for_each_corner(mesh, current, [&](H h) {
+    if (!(mesh.patch[VisualMesh::face(h)] == patch)) return true;
+    const H y = VisualMesh::next(h);
+    if (mesh.origin[y] == q) { direct = h; return false; }
+    const H last = VisualMesh::prev(h);
+    if (mesh.origin[last] == q) { direct = last; return false; }
+    if (exit.valid()) return true;  // the wedge is known; only a direct edge could still turn up
+    const Vec2 c = mesh.planar[h], a = mesh.planar[y], b = mesh.planar[last];
+    const double first = orient(c, a, goal);
+    if (first < 0) return true;
+    const double second = orient(c, b, goal);
+    if (second >= 0) return true;  // a goal exactly along c -> b is met as the first edge of the next face
+    if (first == 0 && !(dot(a - c, goal - c) > 0)) return true;
+    exit = y;
+    oa = first;
+    ob = second;
+    towards_first = first == 0;
+    return true;
+  });
+  if (direct.valid()) {
+    if (mesh.barrier[direct]) {
+      cut.fail("the path runs along an existing cut", "visual half-edge", direct.value);
+      return {};
+    }
+    set_barrier(mesh, direct);
+    return q;
+  }
+  if (!exit.valid()) {
+    // The goal may lie exactly along the last edge of a fan that ends at a border.
+    for_each_corner(mesh, current, [&](H h) {
+      if (!(mesh.patch[VisualMesh::face(h)] == patch)) return true;
+      const H last = VisualMesh::prev(h);
+      const Vec2 c = mesh.planar[h], b = mesh.planar[last];
+      if (orient(c, b, goal) == 0 && dot(b - c, goal - c) > 0) { direct = last; return false; }
+      return true;
+    });
+    if (direct.valid() && !mesh.barrier[direct] && mesh.free[mesh.origin[direct]]) {
+      const VisualVertex along = mesh.origin[direct];
+      set_barrier(mesh, direct);
+      take_from_free(mesh, along);
+      return along;
+    }
+    cut.fail("the path leaves its patch", "visual vertex", current.value);
+    return {};
+  }
+  const VisualVertex a = mesh.from(exit), b = mesh.to(exit);
+  const auto go_along = [&](VisualVertex to) -> VisualVertex {
+    const H h = mesh.find_half_edge(current, to);
+    const H edge = h.valid() ? h : mesh.find_half_edge(to, current);
+    if (!edge.valid() || mesh.barrier[edge]) {
+      cut.fail("the path runs along an existing cut", "visual vertex", to.value);
+      return {};
+    }
+    set_barrier(mesh, edge);
+    take_from_free(mesh, to);
+    return to;
+  };
+  if (towards_first) {
+    if (!mesh.free[a]) {
+      cut.fail("the path meets an existing cut", "visual vertex", a.value);
+      return {};
+    }
+    return go_along(a);
+  }
+  if (mesh.barrier[exit] || mesh.is_border(exit)) {
+    cut.fail("the path is blocked by an existing cut", "visual half-edge", exit.value);
+    return {};
+  }
+  const Vec2 ua = mesh.planar[exit], ub = mesh.planar[VisualMesh::next(exit)];
+  double f = oa / (oa - ob);
+  Vec2 u = lerp(ua, ub, f);
+  if (f < kWarpFraction && mesh.free[a] && warp_onto(mesh, a, u, patch, kWarpKeepsArea)) return go_along(a);
+  if (1 - f < kWarpFraction && mesh.free[b] && warp_onto(mesh, b, u, patch, kWarpKeepsArea)) return go_along(b);
+  if (!edge_split_is_sound(mesh, exit, u, u)) {
+    if (mesh.free[a] && warp_onto(mesh, a, u, patch, 0)) return go_along(a);
+    if (mesh.free[b] && warp_onto(mesh, b, u, patch, 0)) return go_along(b);
+    bool sound = false;
+    for (int i = 0; i < 40 && !sound; ++i) {  // towards the middle, a billionth first
+      f += (0.5 - f) * std::min(0.5, 1e-9 * static_cast<double>(1ll << std::min(i, 29)));
+      u = lerp(ua, ub, f);
+      sound = edge_split_is_sound(mesh, exit, u, u);
+    }
+    if (!sound) {
+      cut.fail("a visual triangle is too thin to cut", "visual half-edge", exit.value);
+      return {};
+    }
+  }
+  const VisualVertex m = split_visual_edge(mesh, exit, f, u, u);
+  return go_along(m);
+}
+
+/// The face of `patch` that holds u, walking straight from vertex `from`; none after a failure.
+VisualTriangle locate(CutContext& cut, VisualVertex from, Vec2 u, Patch patch) {
+  const VisualMesh& mesh = cut.body.visual;
+  H y;
+  Vec2 start;
+  for_each_corner(mesh, from, [&](H h) {
+    if (!(mesh.patch[VisualMesh::face(h)] == patch)) return true;
+    const H next = VisualMesh::next(h), prev = VisualMesh::prev(h);
+    start = mesh.planar[h];
+    if (!(orient(start, mesh.planar[next], u) >= 0 && orient(start, mesh.planar[prev], u) <= 0)) return true;
+    if (dot(mesh.planar[next] - start, u - start) <= 0 && dot(mesh.planar[prev] - start, u - start) <= 0) return true;
+    y = next;
+    return false;
+  });
+  if (!y.valid()) {
+    cut.fail("the new point lies outside its patch", "visual vertex", from.value);
+    return {};
+  }
+  for (std::size_t steps = 0; steps < 2 * mesh.face_count() + 16; ++steps) {
+    if (orient(mesh.planar[y], mesh.planar[VisualMesh::next(y)], u) >= 0) return VisualMesh::face(y);
+    const H twin = mesh.twin[y];
+    if (!twin.valid() || mesh.barrier[y]) {
+      cut.fail("the way to the new point is blocked by an existing cut", "visual half-edge", y.value);
+      return {};
+    }
+    // A vertex exactly on the ray counts as left of it.
+    const H next = VisualMesh::next(twin), prev = VisualMesh::prev(twin);
+    y = orient(start, u, mesh.planar[prev]) >= 0 ? next : prev;
+  }
+  cut.fail("the new point was not found", "visual vertex", from.value);
+  return {};
+}
+
+}  // namespace
+
+bool walk_chord(CutContext& cut, VisualVertex p, VisualVertex q, Patch patch) {
+  const VisualMesh& mesh = cut.body.visual;
+  cut.scratch.path.clear();
+  const Vec2 goal = planar_in(mesh, q, patch);
+  VisualVertex current = p;
+  const std::size_t limit = 2 * mesh.face_count() + 16;
+  while (cut.scratch.path.size() < limit) {
+    current = step_along_chord(cut, current, q, goal, patch);
+    if (!current.valid()) return false;
+    if (current == q) return true;
+    cut.scratch.path.push_back(current);
+  }
+  return cut.fail("the path does not end", "visual vertex", p.value);
+}
+
+VisualVertex insert_point(CutContext& cut, VisualVertex from, Vec2 u, Patch patch) {
+  VisualMesh& mesh = cut.body.visual;
+  const VisualTriangle f = locate(cut, from, u, patch);
+  if (!f.valid()) return {};
+  const H h[3] = {VisualMesh::corner(f, 0), VisualMesh::corner(f, 1), VisualMesh::corner(f, 2)};
+  const Vec2 p[3] = {mesh.planar[h[0]], mesh.planar[h[1]], mesh.planar[h[2]]};
+  std::array<double, 3> weight{orient(u, p[1], p[2]), orient(p[0], u, p[2]), orient(p[0], p[1], u)};
+  const double area = weight[0] + weight[1] + weight[2];
+  if (!(area > 0)) {
+    cut.fail("a visual triangle has no area", "visual triangle", f.value);
+    return {};
+  }
+  for (double& w : weight) w /= area;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const VisualVertex v = mesh.origin[h[i]];
+    if (weight[i] > kNearVertexWeight && mesh.free[v] && warp_onto(mesh, v, u, patch, kWarpKeepsArea)) {
+      take_from_free(mesh, v);
+      return v;
+    }
+  }
+  // Edge i is opposite to corner i - 1, that is, h[i] has the weight of corner i + 2.
+  const auto split_edge = [&](std::size_t i, double keep) -> VisualVertex {
+    if (mesh.barrier[h[i]] || mesh.is_border(h[i]) || !edge_split_is_sound(mesh, h[i], u, u, keep)) return {};
+    const double wa = weight[i], wb = weight[(i + 1) % 3];
+    return split_visual_edge(mesh, h[i], wb / (wa + wb), u, u);
+  };
+  for (std::size_t i = 0; i < 3; ++i)
+    if (weight[(i + 2) % 3] < kNearEdgeWeight)
+      if (const VisualVertex m = split_edge(i, kSplitKeepsArea); m.valid()) return m;
+  if (orient(u, p[1], p[2]) > 0 && orient(p[0], u, p[2]) > 0 && orient(p[0], p[1], u) > 0)
+    return split_visual_face(mesh, f, weight, u);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (weight[(i + 2) % 3] < kNearEdgeWeight)
+      if (const VisualVertex m = split_edge(i, 0); m.valid()) return m;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const VisualVertex v = mesh.origin[h[i]];
+    if (mesh.free[v] && warp_onto(mesh, v, u, patch, 0)) {
+      take_from_free(mesh, v);
+      return v;
+    }
+  }
+  cut.fail("the new point falls onto an existing cut", "visual triangle", f.value);
+  return {};
+}
+
+}  // namespace kerf::cut

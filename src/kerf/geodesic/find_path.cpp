@@ -5,6 +5,7 @@
 #include "kerf/geodesic/path_scratch.h"
 #include "kerf/geodesic/straighten.h"
 #include "kerf/geodesic/strip.h"
+#include "kerf/geodesic/tolerances.h"
 #include "kerf/geodesic/validate_path.h"
 #include "kerf/geodesic/walled_surface.h"
 
@@ -62,13 +63,19 @@ void write_middles(const PathQuery& query, const Strip& strip, SurfacePath& path
   path.length += norm(m.at(query.t) - last);
 }
 
+// A shortest path visits no face twice, but walls, rounding and folded corridors can leave a loop in a strip.
+void straighten_without_loops(const PathQuery& query, Strip& strip, Straightener& scratch) {
+  straighten(query, strip, scratch);
+  for (int round = 0; round < kLoopRounds && remove_loops(query.surface, strip, scratch.faces); ++round)
+    straighten(query, strip, scratch);
+}
+
 }  // namespace
 
 Result<SurfacePath> find_path(const WalledSurface& surface, std::int32_t s, std::int32_t t, Sector sector_s,
                               Sector sector_t, const PathOptions& options, PathScratch& scratch) {
   KERF_ASSERT(s >= 0 && static_cast<std::size_t>(s) < surface.position.size());
   KERF_ASSERT(t >= 0 && static_cast<std::size_t>(t) < surface.position.size());
-  (void)options;
   if (s == t) return bad_input(fmt::format("a path needs two different ends, both are vertex {}", s + 1));
   const PathQuery query(surface, s, t, sector_s, sector_t);
   SurfacePath path;
@@ -76,12 +83,25 @@ Result<SurfacePath> find_path(const WalledSurface& surface, std::int32_t s, std:
 
   Strip& strip = scratch.strip;
   Straightener& straightener = scratch.straightener;
-  if (!cut_strip_by_plane(query, strip) && !search_corridor(query, strip, scratch.corridor))
+  const bool by_plane = cut_strip_by_plane(query, strip);
+  if (!by_plane && !search_corridor(query, strip, scratch.corridor))
     return failed(fmt::format("no path from vertex {} to vertex {}: earlier paths or borders separate them; check that "
                               "both lie on the same side and piece of the surface, in the order of the collision mesh",
                               s + 1, t + 1));
-  straighten(query, strip, straightener);
-  while (remove_loops(surface, strip, straightener.faces)) straighten(query, strip, straightener);
+  straighten_without_loops(query, strip, straightener);
+  Strip& other = scratch.other_strip;
+  const auto try_other = [&] {
+    const double known = straightener.length;
+    straighten_without_loops(query, other, straightener);
+    if (straightener.length < known)
+      strip.swap(other);
+    else
+      pull_tight(query, strip, straightener);
+  };
+  if (by_plane && straightener.length > kSecondSeed * norm(surface.at(t) - surface.at(s)) &&
+      search_corridor(query, other, scratch.corridor))
+    try_other();
+  if (options.exact && search_exact(query, straightener.length, other, scratch.exact)) try_other();
   write_stops(query, strip, straightener, path);
   if (!validate_path(query, path)) write_middles(query, strip, path);
   return path;

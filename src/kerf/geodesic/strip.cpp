@@ -37,6 +37,7 @@ bool remove_loops(const WalledSurface& m, Strip& strip, SparseIndex& faces) {
   for (std::int32_t h : strip) faces.insert(h / 3);
   faces.insert(m.opposite(strip.back()) / 3);
   if (static_cast<std::size_t>(faces.size()) == before + 1) return false;
+  if (strip.front() / 3 == m.opposite(strip.back()) / 3) return false;  // nothing would be left
 
   // Rare, so the simple way: keep the strip built so far, and cut it back to an earlier visit.
   Strip out;

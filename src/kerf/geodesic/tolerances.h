@@ -10,6 +10,11 @@ constexpr double kSwitchAngle = 1e-8;
 constexpr double kStraightenGain = 1e-14;
 /// Rounds of straightening before the strip is taken as it is; each moves every bend over one vertex.
 constexpr int kStraightenRounds = 100000;
+/// Of the straight distance. A path from a plane cut that is longer may have gone the wrong way around a bump: the
+/// corridor search gives a second one to choose from.
+constexpr double kSecondSeed = 1.1;
+/// Times that loops are cut out of one strip before it is taken as it is.
+constexpr int kLoopRounds = 16;
 /// Of an edge. A crossing this close to an end goes through the end vertex (if free): rounding of the unfolding.
 constexpr double kThroughVertex = 1e-9;
 /// Of an edge. Where a path bends around a wall vertex, its crossings keep this distance from it. Only to be strictly
@@ -20,5 +25,16 @@ constexpr double kWallClearance = 1e-6;
 constexpr double kCorridorGreed = 1.3;
 /// Of the straight distance. A plane cut longer than this has met a fold and is dropped for the corridor search.
 constexpr double kPlaneCutDetour = 2.0;
+
+/// Of the length. The exact search drops whatever gains less on a path that is already known.
+constexpr double kExactGain = 1e-12;
+/// Of the length. Two lengths of the exact search are different only beyond this: rounding of the unfolding.
+constexpr double kSameLength = 1e-12;
+/// Of an edge. Narrower windows are dropped, and a line that misses a window by less counts as inside.
+constexpr double kWindowWidth = 1e-11;
+/// Radians. A vertex bends shortest paths only with this much more than a full (or, beside a wall, half) turn.
+constexpr double kBendAngle = 1e-9;
+/// The exact search gives up after this many windows (5 GB) and the local path is kept.
+constexpr int kMaxWindows = 60'000'000;
 
 }  // namespace kerf

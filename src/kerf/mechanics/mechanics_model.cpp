@@ -330,7 +330,7 @@ Status MechanicsModel::validate() const {
 void MechanicsModel::refresh() {
   if (!stale_) return;
   stale_ = false;
-  ++revision_;
+  coarse_stale_ = true;
   Structure& s = structure_;
   const std::size_t n = node_count();
 
@@ -421,6 +421,13 @@ void MechanicsModel::refresh() {
     s.free_nodes += moves ? 1 : 0;
     s.total_mass += s.mass[i];
   }
+}
+
+void MechanicsModel::refresh_coarse() {
+  refresh();
+  if (!coarse_stale_) return;
+  coarse_stale_ = false;
+  coarse_ = coarse_structure(*this);
 }
 
 }  // namespace kerf

@@ -14,6 +14,7 @@
 #include "kerf/base/ids.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
+#include "kerf/mechanics/coarse_structure.h"
 #include "kerf/mechanics/element.h"
 #include "kerf/mechanics/element_wht.h"
 #include "kerf/mechanics/material.h"
@@ -154,8 +155,9 @@ class MechanicsModel {
   /// Rebuilds the derived data if something changed since the last call.
   void refresh();
   [[nodiscard]] const Structure& structure() const { return structure_; }
-  /// Changes at every rebuild.
-  [[nodiscard]] std::uint64_t structure_revision() const { return revision_; }
+  /// The same for the solver's coarse space, which not every step needs.
+  void refresh_coarse();
+  [[nodiscard]] const CoarseStructure& coarse() const { return coarse_; }
   /// Upper triangle by rows, [300][4 lanes], of one pool block.
   [[nodiscard]] const double* own_block(std::int32_t block) const { return own_matrices_.data() + 1200 * block; }
   [[nodiscard]] std::span<const RowSpring> springs() const { return springs_; }
@@ -193,7 +195,8 @@ class MechanicsModel {
 
   Structure structure_;
   bool stale_ = true;
-  std::uint64_t revision_ = 0;
+  CoarseStructure coarse_;
+  bool coarse_stale_ = true;
 };
 
 }  // namespace kerf

@@ -217,11 +217,29 @@ Products advance(const MechanicsModel& model, StepWorkspace& w, double alpha, bo
   return {reduced(w, n, 0), reduced(w, n, 1)};
 }
 
-// p = z + beta p
-void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool parallel) {
+inline Lanes cross_lanes(const Lanes& a, const Lanes& b) {
+  const Lanes a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3);
+  const Lanes c = a * b1 - a1 * b;  // (z, x, y)
+  return __builtin_shufflevector(c, c, 1, 2, 0, 3);
+}
+
+// p = z + beta p, where z gets its coarse part here: t + w x arm of the node's group.
+void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool two_level, bool parallel) {
   for_each_chunk(parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i)
-      store_lanes(w.search[i].v, load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v));
+    if (!two_level) {
+      for (std::size_t i = begin; i < end; ++i)
+        store_lanes(w.search[i].v, load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v));
+      return;
+    }
+    const CoarseStructure& c = model.coarse();
+    for (std::size_t i = begin; i < end; ++i) {
+      Lanes p = load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v);
+      if (c.place[i] >= 0) {
+        const double* y = w.coarse.value.data() + kBlockRow * static_cast<std::size_t>(c.place[i]);
+        p += Lanes{y[0], y[1], y[2], 0} + cross_lanes(Lanes{y[3], y[4], y[5], 0}, load_lanes(w.arm[i].v));
+      }
+      store_lanes(w.search[i].v, p);
+    }
   });
 }
 
@@ -252,10 +270,9 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
   return std::sqrt(reduced(w, n, 0));
 }
 
-void conjugate_gradients(const MechanicsModel& model, StepWorkspace& w, const StepOptions& o, std::int32_t& two_level_steps,
+void conjugate_gradients(MechanicsModel& model, StepWorkspace& w, const StepOptions& o, std::int32_t& two_level_steps,
                          StepReport& report) {
   const Structure& s = model.structure();
-  const Clock::time_point start = Clock::now();
   const double norm_b = start_solve(model, w, o.parallel);
   const double floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
                        std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
@@ -263,19 +280,25 @@ void conjugate_gradients(const MechanicsModel& model, StepWorkspace& w, const St
     report.stopped_by_floor = true;
     return;
   }
-  bool two_level = o.preconditioner == Preconditioner::kTwoLevel ||
-                   (o.preconditioner == Preconditioner::kAdaptive && two_level_steps > 0);
-  two_level = false;
-  (void)two_level_steps;
-  double rr = norm_b * norm_b, rz_old = 0;
+  const auto add_second_level = [&] {
+    const Clock::time_point start = Clock::now();
+    model.refresh_coarse();
+    prepare_coarse_space(model, w);
+    report.two_level = true;
+    report.seconds_setup += seconds_since(start);
+  };
+  if (o.preconditioner == Preconditioner::kTwoLevel) add_second_level();
+  if (o.preconditioner == Preconditioner::kAdaptive && two_level_steps > 0) {
+    --two_level_steps;
+    add_second_level();
+  }
+  double rr = norm_b * norm_b, rz_old = 0, alpha = 0;
   bool restart = true;
-  double alpha = 0;
   for (;;) {
     const Products now = advance(model, w, alpha, o.parallel);
     rr = now.rr;
-    const double rz = now.rz;
     const double residual = std::sqrt(rr);
-    const double wanted = (two_level ? 1 : kBlockJacobiFactor) * o.tolerance * norm_b;
+    const double wanted = (report.two_level ? 1 : kBlockJacobiFactor) * o.tolerance * norm_b;
     if (!(residual > std::max(wanted, floor))) {
       report.stopped_by_floor = residual > wanted;
       break;
@@ -284,7 +307,13 @@ void conjugate_gradients(const MechanicsModel& model, StepWorkspace& w, const St
       report.cap_hit = true;
       break;
     }
-    next_direction(model, w, restart ? 0 : rz / rz_old, o.parallel);
+    if (!report.two_level && o.preconditioner == Preconditioner::kAdaptive && report.iterations >= kBlockJacobiPatience) {
+      add_second_level();
+      two_level_steps = kTwoLevelSteps;
+      restart = true;  // another preconditioner: the old directions are not conjugate in it
+    }
+    const double rz = now.rz + (report.two_level ? solve_coarse(model, w, o.parallel) : 0);
+    next_direction(model, w, restart ? 0 : rz / rz_old, report.two_level, o.parallel);
     restart = false;
     rz_old = rz;
     const double pap = multiply(model, w, w.search, o.parallel);
@@ -294,11 +323,9 @@ void conjugate_gradients(const MechanicsModel& model, StepWorkspace& w, const St
     }
     alpha = rz / pap;
     ++report.iterations;
-    if (!two_level) ++report.block_jacobi_iterations;
+    if (!report.two_level) ++report.block_jacobi_iterations;
   }
-  report.two_level = two_level;
   report.residual = std::sqrt(rr) / norm_b;
-  report.seconds_solve = seconds_since(start);
 }
 
 Status check(const MechanicsModel& model, const MechanicsState& state, const StepOptions& o) {
@@ -343,6 +370,7 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
   const Clock::time_point setup = Clock::now();
   diagonal_pass(model, w, o);
   report.seconds_setup = seconds_since(setup);
+  const Clock::time_point solve = Clock::now();
   std::int32_t two_level_steps = state.two_level_steps;
   if (o.solver == SolverKind::kDirect) {
     start_solve(model, w, o.parallel);
@@ -351,7 +379,9 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
     for (std::size_t i = 0; i < n; ++i)
       store_lanes(w.residual[i].v, load_lanes(w.right_side[i].v) - load_lanes(w.product[i].v));
   } else {
+    const double before = report.seconds_setup;
     conjugate_gradients(model, w, o, two_level_steps, report);
+    report.seconds_solve = seconds_since(solve) - (report.seconds_setup - before);
   }
 
   for_each_chunk(o.parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {

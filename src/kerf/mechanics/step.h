@@ -91,6 +91,7 @@ struct StepWorkspace {
   std::vector<double> spring_scale;    // dt^2 k + dt c, per live spring
   std::vector<Quad> partial;           // per chunk of nodes
   std::vector<std::int32_t> inverted;  // per chunk of batches
+  std::vector<Quad> arm;               // (x - centre of the node's group) / length, per node
   CoarseSpace coarse;
 };
 

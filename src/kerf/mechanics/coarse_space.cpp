@@ -1,0 +1,197 @@
+#include "kerf/mechanics/coarse_space.h"
+
+#include <algorithm>
+#include <array>
+
+#include "kerf/mechanics/chunked_loop.h"
+#include "kerf/mechanics/lanes.h"
+#include "kerf/mechanics/step.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kGroupGrain = 16;
+
+using Matrix6 = std::array<double, 36>;  // row-major
+
+// T' W S with T = [I, -[a]x; 0, I] and S = [I, -[b]x; 0, I]: from motions about the element's centre to motions about the
+// groups' centres, which lie at -a and -b from it. Added to a stored (column-major, padded) block.
+void add_moved(const Matrix6& w, double sign, const double* a, const double* b, double* block) {
+  Matrix6 m = w;
+  for (int i = 0; i < 6; ++i) {  // row_w -= row_t x b
+    double* t = &m[6 * i];
+    t[3] -= t[1] * b[2] - t[2] * b[1];
+    t[4] -= t[2] * b[0] - t[0] * b[2];
+    t[5] -= t[0] * b[1] - t[1] * b[0];
+  }
+  for (int j = 0; j < 6; ++j) {  // column_w += a x column_t
+    const double x = m[j], y = m[6 + j], z = m[12 + j];
+    m[18 + j] += a[1] * z - a[2] * y;
+    m[24 + j] += a[2] * x - a[0] * z;
+    m[30 + j] += a[0] * y - a[1] * x;
+  }
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) block[8 * j + i] += sign * m[6 * i + j];
+}
+
+// diag(R, R) E diag(R, R)'
+Matrix6 rotated(const Matrix6& e, const double (&r)[3][3]) {
+  Matrix6 half, out;
+  for (int i = 0; i < 6; ++i)
+    for (int block = 0; block < 2; ++block) {
+      const double* in = &e[6 * i + 3 * block];
+      for (int j = 0; j < 3; ++j) half[6 * i + 3 * block + j] = in[0] * r[j][0] + in[1] * r[j][1] + in[2] * r[j][2];
+    }
+  for (int block = 0; block < 2; ++block)
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 6; ++j)
+        out[6 * (3 * block + i) + j] = r[i][0] * half[6 * (3 * block) + j] + r[i][1] * half[6 * (3 * block + 1) + j] +
+                                       r[i][2] * half[6 * (3 * block + 2) + j];
+  return out;
+}
+
+inline Lanes cross_lanes(const Lanes& a, const Lanes& b) {
+  const Lanes a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3);
+  const Lanes c = a * b1 - a1 * b;  // (z, x, y)
+  return __builtin_shufflevector(c, c, 1, 2, 0, 3);
+}
+
+}  // namespace
+
+void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
+  const CoarseStructure& s = model.coarse();
+  CoarseSpace& coarse = w.coarse;
+  const auto groups = static_cast<std::size_t>(s.groups);
+  coarse.centre.resize(3 * groups);
+  coarse.value.assign(kBlockRow * groups, 0.0);
+  coarse.blocks.assign(kBlockDoubles * s.cholesky.block_count(), 0.0);
+  w.arm.resize(model.node_count());
+  const double inverse_length = 1 / s.length;
+
+  for (std::size_t g = 0; g < groups; ++g) {
+    const std::int32_t begin = s.member_begin[g], end = s.member_begin[g + 1];
+    Lanes sum = all_lanes(0);
+    for (std::int32_t k = begin; k < end; ++k) sum += load_lanes(w.position[s.members[k]].v);
+    const Lanes centre = sum / static_cast<double>(end - begin);
+    for (int a = 0; a < 3; ++a) coarse.centre[3 * g + a] = centre[a];
+    // Mass: sum of m [I, -[q]x; [q]x, q'q I - q q'].
+    double m = 0, mq[3] = {}, mqq[6] = {};
+    for (std::int32_t k = begin; k < end; ++k) {
+      const std::int32_t node = s.members[k];
+      const Lanes q = inverse_length * (load_lanes(w.position[node].v) - centre);
+      store_lanes(w.arm[node].v, q);
+      const double mass = w.mass_diagonal[node];
+      const double x = q[0], y = q[1], z = q[2];
+      m += mass;
+      mq[0] += mass * x;
+      mq[1] += mass * y;
+      mq[2] += mass * z;
+      mqq[0] += mass * x * x;
+      mqq[1] += mass * y * y;
+      mqq[2] += mass * z * z;
+      mqq[3] += mass * x * y;
+      mqq[4] += mass * y * z;
+      mqq[5] += mass * z * x;
+    }
+    double* b = coarse.blocks.data() + kBlockDoubles * g;
+    const auto set = [&](int i, int j, double value) { b[8 * j + i] = b[8 * i + j] = value; };
+    for (int a = 0; a < 3; ++a) set(a, a, m);
+    set(0, 4, mq[2]);   // w x q, x component: w_y q_z - w_z q_y
+    set(0, 5, -mq[1]);
+    set(1, 3, -mq[2]);
+    set(1, 5, mq[0]);
+    set(2, 3, mq[1]);
+    set(2, 4, -mq[0]);
+    set(3, 3, mqq[1] + mqq[2]);
+    set(4, 4, mqq[0] + mqq[2]);
+    set(5, 5, mqq[0] + mqq[1]);
+    set(3, 4, -mqq[3]);
+    set(4, 5, -mqq[4]);
+    set(3, 5, -mqq[5]);
+  }
+
+  const MechanicsModel::Structure& structure = model.structure();
+  for (const CoarseStructure::Crossing& c : s.crossings) {
+    const MechanicsModel::Batch& batch = structure.batches[c.batch];
+    Lanes sum = all_lanes(0);
+    for (int k = 0; k < 8; ++k) sum += load_lanes(w.position[batch.node[k][c.lane]].v);
+    sum *= 0.125;
+    double r[3][3];
+    for (int i = 0; i < 9; ++i) r[i / 3][i % 3] = w.scaled_rotation[9 * c.batch + i].v[c.lane];
+    double arm[8][3];
+    for (int p = 0; p < c.parts; ++p)
+      for (int a = 0; a < 3; ++a) arm[p][a] = inverse_length * (sum[a] - coarse.centre[3 * c.place[p] + a]);
+    if (c.antisymmetric) {
+      const Matrix6 m = rotated(s.matrices[c.matrix], r);
+      add_moved(m, 1, arm[0], arm[0], coarse.blocks.data() + kBlockDoubles * s.targets[c.target]);
+      add_moved(m, -1, arm[0], arm[1], coarse.blocks.data() + kBlockDoubles * s.targets[c.target + 1]);
+      add_moved(m, 1, arm[1], arm[1], coarse.blocks.data() + kBlockDoubles * s.targets[c.target + 2]);
+      continue;
+    }
+    int pair = 0;
+    for (int p = 0; p < c.parts; ++p)
+      for (int q = p; q < c.parts; ++q, ++pair)
+        add_moved(rotated(s.matrices[c.matrix + pair], r), 1, arm[p], arm[q],
+                  coarse.blocks.data() + kBlockDoubles * s.targets[c.target + pair]);
+  }
+
+  for (const CoarseStructure::SpringParts& c : s.springs) {
+    const RowSpring& spring = model.springs()[structure.springs[c.spring]];
+    // The row on a part's motion: weight t + w x (sum of weights times arms).
+    double weight[8] = {}, arm[8][3] = {};
+    for (int k = 0; k < 8; ++k) {
+      if (c.part[k] < 0) continue;
+      weight[c.part[k]] += spring.weights[k];
+      for (int a = 0; a < 3; ++a)
+        arm[c.part[k]][a] += spring.weights[k] * w.arm[spring.nodes[k].index()].v[a];
+    }
+    int pair = 0;
+    for (int p = 0; p < c.parts; ++p)
+      for (int q = p; q < c.parts; ++q, ++pair) {
+        double rows[2][3][6];
+        for (int side = 0; side < 2; ++side) {
+          const int part = side == 0 ? p : q;
+          const double* a = arm[part];
+          const double matrix[3][6] = {{weight[part], 0, 0, 0, a[2], -a[1]},
+                                       {0, weight[part], 0, -a[2], 0, a[0]},
+                                       {0, 0, weight[part], a[1], -a[0], 0}};
+          std::copy(&matrix[0][0], &matrix[0][0] + 18, &rows[side][0][0]);
+        }
+        double* block = coarse.blocks.data() + kBlockDoubles * s.targets[c.target + pair];
+        for (int i = 0; i < 6; ++i)
+          for (int j = 0; j < 6; ++j)
+            for (int a = 0; a < 3; ++a)
+              block[8 * j + i] += w.spring_scale[c.spring] * rows[0][a][i] * rows[1][a][j];
+      }
+  }
+  block_cholesky_factor(s.cholesky, coarse.blocks);
+}
+
+double solve_coarse(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
+  const CoarseStructure& s = model.coarse();
+  CoarseSpace& coarse = w.coarse;
+  for_each_chunk(parallel, static_cast<std::size_t>(s.groups), kGroupGrain,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   for (std::size_t g = begin; g < end; ++g) {
+                     Lanes t = all_lanes(0), torque = all_lanes(0);
+                     for (std::int32_t k = s.member_begin[g]; k < s.member_begin[g + 1]; ++k) {
+                       const Lanes r = load_lanes(w.residual[s.members[k]].v);
+                       t += r;
+                       torque += cross_lanes(load_lanes(w.arm[s.members[k]].v), r);
+                     }
+                     double* out = coarse.value.data() + kBlockRow * g;
+                     for (int a = 0; a < 3; ++a) {
+                       out[a] = t[a];
+                       out[3 + a] = torque[a];
+                     }
+                     out[6] = out[7] = 0;
+                   }
+                 });
+  w.coarse.restricted = coarse.value;
+  block_cholesky_solve(s.cholesky, coarse.blocks, coarse.value);
+  double sum = 0;
+  for (std::size_t i = 0; i < coarse.value.size(); ++i) sum += coarse.restricted[i] * coarse.value[i];
+  return sum;
+}
+
+}  // namespace kerf

@@ -1,0 +1,229 @@
+#include "kerf/mechanics/coarse_structure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "kerf/mechanics/mechanics_model.h"
+
+namespace kerf {
+namespace {
+
+// Smallest id represents: the result does not depend on the order of the unions.
+struct UnionFind {
+  std::vector<std::int32_t> parent;
+  explicit UnionFind(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
+  std::int32_t find(std::int32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  }
+  void join(std::int32_t a, std::int32_t b) {
+    a = find(a);
+    b = find(b);
+    if (a != b) parent[std::max(a, b)] = std::min(a, b);
+  }
+};
+
+// Lattice block of each node that moves, -1 else.
+std::vector<std::int32_t> lattice_blocks(const MechanicsModel& model, int width) {
+  const MechanicsModel::Structure& s = model.structure();
+  GridPoint low, high;
+  low.fill(std::numeric_limits<std::int32_t>::max());
+  high.fill(std::numeric_limits<std::int32_t>::min());
+  for (std::size_t i = 0; i < model.node_count(); ++i)
+    if (s.free[i] != 0)
+      for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], model.grid()[i][a]);
+        high[a] = std::max(high[a], model.grid()[i][a]);
+      }
+  std::array<std::int64_t, 3> nodes{}, blocks{};
+  for (int a = 0; a < 3; ++a) {
+    nodes[a] = std::int64_t{high[a]} - low[a] + 1;
+    blocks[a] = std::max<std::int64_t>(1, (nodes[a] + width / 2) / width);
+  }
+  std::vector<std::int32_t> block(model.node_count(), -1);
+  for (std::size_t i = 0; i < model.node_count(); ++i) {
+    if (s.free[i] == 0) continue;
+    std::int64_t index = 0;
+    for (int a = 2; a >= 0; --a) index = index * blocks[a] + (model.grid()[i][a] - low[a]) * blocks[a] / nodes[a];
+    block[i] = static_cast<std::int32_t>(index);
+  }
+  return block;
+}
+
+// Stiffness between the rigid motions (about the element's centre, lengths over `length`) of two sets of corners.
+std::array<double, 36> rigid_stiffness(const ElementMatrix& k, Vec3 h, double length, unsigned rows, unsigned columns) {
+  double modes[24][6] = {};
+  for (int c = 0; c < 8; ++c) {
+    const double x = corner_sign(c, 0) * h.x / 2 / length, y = corner_sign(c, 1) * h.y / 2 / length,
+                 z = corner_sign(c, 2) * h.z / 2 / length;
+    for (int a = 0; a < 3; ++a) modes[3 * c + a][a] = 1;
+    // w x X
+    modes[3 * c + 0][4] = z;
+    modes[3 * c + 0][5] = -y;
+    modes[3 * c + 1][3] = -z;
+    modes[3 * c + 1][5] = x;
+    modes[3 * c + 2][3] = y;
+    modes[3 * c + 2][4] = -x;
+  }
+  std::array<double, 36> out{};
+  for (int c = 0; c < 8; ++c) {
+    if ((rows >> c & 1u) == 0) continue;
+    for (int i = 3 * c; i < 3 * c + 3; ++i) {
+      double product[6] = {};
+      for (int d = 0; d < 8; ++d) {
+        if ((columns >> d & 1u) == 0) continue;
+        for (int j = 3 * d; j < 3 * d + 3; ++j)
+          for (int m = 0; m < 6; ++m) product[m] += k[24 * i + j] * modes[j][m];
+      }
+      for (int l = 0; l < 6; ++l)
+        for (int m = 0; m < 6; ++m) out[6 * l + m] += modes[i][l] * product[m];
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+CoarseStructure coarse_structure(const MechanicsModel& model) {
+  const MechanicsModel::Structure& s = model.structure();
+  const std::size_t n = model.node_count();
+  const int width = s.free_nodes < kWideGroupNodes ? kNarrowGroup : kWideGroup;
+  const Vec3 h = model.cell_size();
+  CoarseStructure out;
+  out.length = 0.5 * width * std::cbrt(h.x * h.y * h.z);
+
+  const std::vector<std::int32_t> block = lattice_blocks(model, width);
+  UnionFind joined(n);
+  for (std::size_t e = 0; e < model.element_count(); ++e) {
+    if (s.element_slot[e] < 0) continue;
+    const std::array<NodeId, 8>& nodes = model.element(HexId(e)).nodes;
+    for (int c = 0; c < 8; ++c)
+      for (int d = 0; d < c; ++d) {
+        const auto i = nodes[c].index(), j = nodes[d].index();
+        if (block[i] >= 0 && block[i] == block[j]) joined.join(nodes[c].value, nodes[d].value);
+      }
+  }
+  out.group.assign(n, -1);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (block[i] < 0) continue;
+    const std::int32_t root = joined.find(static_cast<std::int32_t>(i));
+    if (out.group[root] < 0) out.group[root] = out.groups++;
+    out.group[i] = out.group[root];
+  }
+
+  // Pairs of groups that elements and springs connect.
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  const auto connect = [&](const std::array<NodeId, 8>& nodes) {
+    for (int c = 0; c < 8; ++c)
+      for (int d = 0; d < c; ++d) {
+        if (!nodes[c].valid() || !nodes[d].valid()) continue;
+        const std::int32_t a = out.group[nodes[c].index()], b = out.group[nodes[d].index()];
+        if (a < 0 || b < 0 || a == b) continue;
+        const std::pair pair(std::min(a, b), std::max(a, b));
+        if (pairs.empty() || pairs.back() != pair) pairs.push_back(pair);
+      }
+  };
+  for (std::size_t e = 0; e < model.element_count(); ++e)
+    if (s.element_slot[e] >= 0) connect(model.element(HexId(e)).nodes);
+  for (std::int32_t spring : s.springs) connect(model.springs()[spring].nodes);
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  out.cholesky = block_cholesky_structure(out.groups, pairs);
+
+  out.place.assign(n, -1);
+  out.member_begin.assign(static_cast<std::size_t>(out.groups) + 1, 0);
+  for (std::size_t i = 0; i < n; ++i)
+    if (out.group[i] >= 0) {
+      out.place[i] = out.cholesky.position[out.group[i]];
+      ++out.member_begin[out.place[i] + 1];
+    }
+  for (std::int32_t g = 0; g < out.groups; ++g) out.member_begin[g + 1] += out.member_begin[g];
+  out.members.resize(static_cast<std::size_t>(out.member_begin[out.groups]));
+  std::vector<std::int32_t> next = out.member_begin;
+  for (std::size_t i = 0; i < n; ++i)
+    if (out.place[i] >= 0) out.members[next[out.place[i]]++] = static_cast<std::int32_t>(i);
+
+  const auto add_targets = [&](std::int32_t parts, const std::array<std::int32_t, 8>& place) {
+    const auto first = static_cast<std::int32_t>(out.targets.size());
+    for (int p = 0; p < parts; ++p)
+      for (int q = p; q < parts; ++q)
+        out.targets.push_back(out.cholesky.block(out.cholesky.order[place[p]], out.cholesky.order[place[q]]));
+    return first;
+  };
+
+  // Full cells of one material that are split alike share their matrices.
+  std::map<std::pair<std::int32_t, std::array<unsigned, 8>>, std::int32_t> known;
+  std::vector<ElementMatrix> full;
+  for (const WalshHadamardMatrix& k : s.shared) full.push_back(dense(k));
+  for (std::size_t b = 0; b < s.batches.size(); ++b)
+    for (int lane = 0; lane < MechanicsModel::kLanes; ++lane) {
+      const std::int32_t e = s.batches[b].element[lane];
+      if (e < 0) continue;
+      CoarseStructure::Crossing crossing;
+      crossing.batch = static_cast<std::int32_t>(b);
+      crossing.lane = lane;
+      std::array<std::int32_t, 8> place;
+      bool held = false;
+      for (int c = 0; c < 8; ++c) {
+        place[c] = out.place[s.batches[b].node[c][lane]];
+        held = held || place[c] < 0;
+      }
+      std::array<std::int32_t, 8> sorted = place;
+      std::sort(sorted.begin(), sorted.end(), std::greater<>());
+      for (int c = 0; c < 8; ++c)
+        if (sorted[c] >= 0 && (c == 0 || sorted[c] != sorted[c - 1])) crossing.place[crossing.parts++] = sorted[c];
+      if (crossing.parts == 0 || (crossing.parts == 1 && !held)) continue;
+      std::array<unsigned, 8> corners{};
+      for (int p = 0; p < crossing.parts; ++p)
+        for (int c = 0; c < 8; ++c)
+          if (place[c] == crossing.place[p]) corners[p] |= 1u << c;
+      crossing.antisymmetric = crossing.parts == 2 && !held;
+      crossing.target = add_targets(crossing.parts, crossing.place);
+      const auto fresh = [&](const ElementMatrix& k) {
+        const auto first = static_cast<std::int32_t>(out.matrices.size());
+        for (int p = 0; p < crossing.parts; ++p)
+          for (int q = p; q < crossing.parts; ++q) {
+            out.matrices.push_back(rigid_stiffness(k, h, out.length, corners[p], corners[q]));
+            if (crossing.antisymmetric) return first;  // one is enough
+          }
+        return first;
+      };
+      if (s.batches[b].own < 0) {
+        const auto [at, added] = known.try_emplace({s.batches[b].material, corners}, 0);
+        if (added) at->second = fresh(full[s.batches[b].material]);
+        crossing.matrix = at->second;
+      } else {
+        ElementMatrix k;
+        const double* in = model.own_block(s.batches[b].own) + lane;
+        for (int i = 0; i < 24; ++i)
+          for (int j = i; j < 24; ++j, in += MechanicsModel::kLanes) k[24 * i + j] = k[24 * j + i] = *in;
+        crossing.matrix = fresh(k);
+      }
+      out.crossings.push_back(crossing);
+    }
+
+  for (std::size_t i = 0; i < s.springs.size(); ++i) {
+    const RowSpring& spring = model.springs()[s.springs[i]];
+    CoarseStructure::SpringParts parts;
+    parts.spring = static_cast<std::int32_t>(i);
+    std::array<std::int32_t, 8> place, sorted;
+    for (int k = 0; k < 8; ++k) place[k] = spring.nodes[k].valid() ? out.place[spring.nodes[k].index()] : -1;
+    sorted = place;
+    std::sort(sorted.begin(), sorted.end(), std::greater<>());
+    for (int k = 0; k < 8; ++k)
+      if (sorted[k] >= 0 && (k == 0 || sorted[k] != sorted[k - 1])) parts.place[parts.parts++] = sorted[k];
+    parts.part.fill(-1);
+    for (int k = 0; k < 8; ++k)
+      for (int p = 0; p < parts.parts; ++p)
+        if (place[k] == parts.place[p]) parts.part[k] = p;
+    parts.target = add_targets(parts.parts, parts.place);
+    out.springs.push_back(parts);
+  }
+  return out;
+}
+
+}  // namespace kerf

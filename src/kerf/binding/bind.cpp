@@ -1,0 +1,332 @@
+#include "kerf/binding/bind.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "kerf/binding/bound_vertices.h"
+#include "kerf/binding/collision_mesh_build.h"
+#include "kerf/binding/parametrize.h"
+#include "kerf/binding/patches.h"
+#include "kerf/binding/path_network.h"
+#include "kerf/binding/split_surface.h"
+#include "kerf/binding/surface_tree.h"
+#include "kerf/binding/weld.h"
+#include "kerf/mesh/half_edge_build.h"
+
+namespace kerf {
+namespace {
+
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+class Stopwatch {
+ public:
+  /// Seconds since the last call.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double s = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return s;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+struct Measure {
+  double area = 0, volume = 0;
+};
+/// Area, and volume for closed surfaces; origins are taken at a vertex, so that far bodies keep their digits.
+template <class Corner>
+Measure measure(std::size_t faces, Vec3 origin, Corner&& corner) {
+  Measure m;
+  for (std::size_t f = 0; f < faces; ++f) {
+    const Vec3 a = corner(f, 0) - origin, b = corner(f, 1) - origin, c = corner(f, 2) - origin;
+    m.area += 0.5 * norm(cross(b - a, c - a));
+    m.volume += dot(a, cross(b, c)) / 6;
+  }
+  return m;
+}
+
+std::size_t count_pieces(const HalfEdgeArrays& mesh) {
+  const std::size_t faces = mesh.twin.size() / 3;
+  std::vector<std::uint8_t> seen(faces, 0);
+  std::vector<std::int32_t> stack;
+  std::size_t pieces = 0;
+  for (std::size_t f0 = 0; f0 < faces; ++f0) {
+    if (seen[f0]) continue;
+    ++pieces;
+    seen[f0] = 1;
+    stack.push_back(static_cast<std::int32_t>(f0));
+    while (!stack.empty()) {
+      const std::int32_t f = stack.back();
+      stack.pop_back();
+      for (std::int32_t h = 3 * f; h < 3 * f + 3; ++h) {
+        const std::int32_t g = mesh.twin[at(h)];
+        if (g < 0 || seen[at(g / 3)]) continue;
+        seen[at(g / 3)] = 1;
+        stack.push_back(g / 3);
+      }
+    }
+  }
+  return pieces;
+}
+
+/// Angle-weighted vertex normals of the skin, unit. An atan-free weight: the sine and cosine come from the same products.
+std::vector<Vec3f> skin_normals(const WeldedSurface& s) {
+  std::vector<Vec3> sum(s.positions.size());
+  for (const auto& t : s.triangles) {
+    const Vec3 p[3] = {s.positions[at(t[0])], s.positions[at(t[1])], s.positions[at(t[2])]};
+    const Vec3 area = cross(p[1] - p[0], p[2] - p[0]);
+    const double twice = norm(area);
+    const Vec3 n = (1 / twice) * area;
+    for (std::size_t i = 0; i < 3; ++i)
+      sum[at(t[i])] += std::atan2(twice, dot(p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i])) * n;
+  }
+  std::vector<Vec3f> normals(sum.size());
+  for (std::size_t v = 0; v < sum.size(); ++v) normals[v] = to_float(normalized(sum[v]));
+  return normals;
+}
+
+/// Does the collision mesh's normal agree with the open sheet's? Judged at the closest points of its triangles' centres.
+bool agrees(const SurfaceTree& tree, const WeldedSurface& visual, const WeldedSurface& collision) {
+  double score = 0;
+  for (const auto& t : collision.triangles) {
+    const Vec3 a = collision.positions[at(t[0])], b = collision.positions[at(t[1])], c = collision.positions[at(t[2])];
+    const Vec3 n = cross(b - a, c - a);
+    const auto q = tree.closest((1.0 / 3) * (a + b + c), {}, HUGE_VAL);
+    if (!q) continue;
+    const auto& u = visual.triangles[at(q->face)];
+    const Vec3 d = visual.positions[at(u[0])];
+    score += dot(n, normalized(cross(visual.positions[at(u[1])] - d, visual.positions[at(u[2])] - d)));
+  }
+  return score >= 0;
+}
+
+void turn_over(WeldedSurface& s) {
+  for (auto& t : s.triangles) std::swap(t[1], t[2]);
+}
+
+TriangleMesh as_mesh(const WeldedSurface& s) {
+  TriangleMesh mesh;
+  mesh.positions = IndexedArray<VertexId, Vec3>(s.positions);
+  for (const auto& t : s.triangles) mesh.triangles.push_back({VertexId(t[0]), VertexId(t[1]), VertexId(t[2])});
+  return mesh;
+}
+
+/// Moves everything into the cell complex.
+void assemble(SplitSurface&& s, CollisionMesh&& collision, const BoundVertices& vertices, const PathNetwork& network, PatchMap&& patches,
+              Parametrization&& parameters, bool closed, CellComplex& out) {
+  const auto typed = []<class Id>(std::vector<std::int32_t>& raw, Id) {
+    std::vector<Id> ids;
+    ids.reserve(raw.size());
+    for (const std::int32_t i : raw) ids.push_back(Id(i));
+    raw = {};
+    return ids;
+  };
+  WalledSurface& w = s.walled;
+  VisualMesh& v = out.visual;
+
+  std::vector<std::uint8_t> free(w.wall_vertex.size());
+  for (std::size_t i = 0; i < free.size(); ++i) free[i] = w.wall_vertex[i] == 0;
+  w.wall_vertex = {};
+
+  // Free vertices by patch, ascending: counting sort.
+  const std::size_t patch_count = 2 * collision.face_count();
+  std::vector<std::int32_t> first(patch_count + 1, 0);
+  for (std::size_t i = 0; i < free.size(); ++i)
+    if (free[i]) ++first[at(patches.label[at(w.outgoing[i] / 3)]) + 1];
+  for (std::size_t p = 0; p < patch_count; ++p) first[p + 1] += first[p];
+  std::vector<VisualVertex> free_pool(at(first.back()));
+  {
+    std::vector<std::int32_t> cursor(first.begin(), first.end() - 1);
+    for (std::size_t i = 0; i < free.size(); ++i)
+      if (free[i]) free_pool[at(cursor[at(patches.label[at(w.outgoing[i] / 3)])]++)] = VisualVertex(i);
+  }
+
+  v.rest = Journaled<VisualVertex, Vec3>(std::move(w.position));
+  v.normal = Journaled<VisualVertex, Vec3f>(std::move(s.normal));
+  v.free = Journaled<VisualVertex, std::uint8_t>(std::move(free));
+  v.outgoing = Journaled<VisualVertex, VisualHalfEdge>(typed(w.outgoing, VisualHalfEdge{}));
+  if (s.texture.empty()) v.texture.grow(w.origin.size());
+  else v.texture = Journaled<VisualHalfEdge, Vec2f>(std::move(s.texture));
+  v.origin = Journaled<VisualHalfEdge, VisualVertex>(typed(w.origin, VisualVertex{}));
+  v.twin = Journaled<VisualHalfEdge, VisualHalfEdge>(typed(w.twin, VisualHalfEdge{}));
+  v.barrier = Journaled<VisualHalfEdge, std::uint8_t>(std::move(w.wall));
+  v.planar = Journaled<VisualHalfEdge, Vec2>(std::move(parameters.planar));
+  std::vector<Patch> patch;
+  patch.reserve(patches.label.size());
+  for (const std::int32_t label : patches.label) patch.push_back(Patch{label});
+  v.patch = Journaled<VisualTriangle, Patch>(std::move(patch));
+
+  std::vector<VisualVertex> chain_pool;
+  chain_pool.reserve(network.pool.size());
+  for (const std::int32_t i : network.pool) chain_pool.push_back(VisualVertex(i));
+  out.chain_pool = Journaled<PoolIndex, VisualVertex>(std::move(chain_pool));
+  out.free_pool = Journaled<PoolIndex, VisualVertex>(std::move(free_pool));
+
+  CollisionMesh& c = out.collision = std::move(collision);
+  double edges = 0;
+  std::size_t edge_count = 0;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(c.half_edge_count())) {
+    c.chain.set(h, network.chain[h.index()]);
+    if (c.twin[h].valid() && c.twin[h] < h) continue;
+    edges += norm(c.rest[c.to(h)] - c.rest[c.from(h)]);
+    ++edge_count;
+  }
+  out.mean_root_edge = edges / static_cast<double>(edge_count);
+  for (const CollisionVertex i : ids<CollisionVertex>(c.vertex_count()))
+    c.bound.set(i, {VisualVertex(vertices.bound[i.index()][0]), VisualVertex(vertices.bound[i.index()][1])});
+  for (const CollisionTriangle f : ids<CollisionTriangle>(c.face_count())) {
+    std::array<PoolRun, 2> runs;
+    for (std::size_t side = 0; side < (closed ? 2u : 1u); ++side) {
+      const std::size_t p = 2 * f.index() + side;
+      runs[side] = {first[p], first[p + 1] - first[p], false};
+    }
+    c.free.set(f, runs);
+  }
+  out.closed = closed;
+}
+
+}  // namespace
+
+Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh, const BindOptions& options) {
+  BoundBody body;
+  BindReport& report = body.report;
+  Stopwatch watch, total;
+  const auto tell = [&](std::string_view stage) {
+    if (options.progress) options.progress(stage, 0);
+  };
+
+  tell("prepare");
+  auto welded = weld(visual_mesh, "visual mesh");
+  if (!welded) return welded.error();
+  auto welded_collision = weld(collision_mesh, "collision mesh");
+  if (!welded_collision) return welded_collision.error();
+  WeldedSurface& visual = *welded;
+  WeldedSurface& collision = *welded_collision;
+  report.merged_vertices = static_cast<std::int64_t>(visual.merged);
+  report.unused_vertices = static_cast<std::int64_t>(visual.unused);
+  report.input_vertices = static_cast<std::int64_t>(visual.positions.size());
+  report.input_triangles = static_cast<std::int64_t>(visual.triangles.size());
+  if (visual.unused > 0) report.warnings.push_back(fmt::format("visual mesh: {} vertices belong to no triangle and were left out", visual.unused));
+  if (collision.merged + collision.unused > 0)
+    report.warnings.push_back(fmt::format("collision mesh: {} vertices at equal positions were merged and {} unused ones left out; "
+                                          "collision vertices are numbered anew", collision.merged, collision.unused));
+  const auto renumbered = [](const WeldedSurface& s) {
+    return s.merged + s.unused > 0 ? " (vertices are numbered as after merging equal positions)" : "";
+  };
+  auto connected = build_half_edges(visual.triangles, visual.positions.size());
+  if (!connected) return Error{connected.error().kind, "visual mesh: " + connected.error().message + renumbered(visual)};
+  auto connected_collision = build_half_edges(collision.triangles, collision.positions.size());
+  if (!connected_collision)
+    return Error{connected_collision.error().kind, "collision mesh: " + connected_collision.error().message + renumbered(collision)};
+  if (const std::size_t pieces = count_pieces(*connected_collision); pieces != 1)
+    return bad_input(fmt::format("collision mesh: it consists of {} separate pieces; bind each body on its own", pieces));
+
+  std::size_t border_edges = 0;
+  for (const std::int32_t t : connected->twin) border_edges += t < 0;
+  const bool closed = border_edges == 0;
+  report.closed = closed;
+  if (!closed && !(options.thickness > 0 && std::isfinite(options.thickness)))
+    return bad_input(fmt::format("the visual mesh is an open sheet ({} border edges): give its thickness in metres, or a closed visual mesh",
+                                 border_edges));
+
+  bool has_texture = visual_mesh.has_texture();
+  SplitSurface s;
+  if (has_texture) {
+    s.texture.reserve(3 * visual.triangles.size());
+    for (const auto& uv : visual_mesh.texture) s.texture.insert(s.texture.end(), uv.begin(), uv.end());
+  }
+  if (closed) {
+    const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
+    if (measure(visual.triangles.size(), visual.positions[0], corner).volume < 0) {
+      turn_over(visual);
+      if (has_texture)
+        for (std::size_t f = 0; f < visual.triangles.size(); ++f) std::swap(s.texture[3 * f + 1], s.texture[3 * f + 2]);
+      connected = build_half_edges(visual.triangles, visual.positions.size());
+      report.flipped_visual = true;
+      report.warnings.push_back("visual mesh: its triangles were clockwise seen from outside and were turned over");
+    }
+  }
+  const SurfaceTree tree(visual.positions, visual.triangles);
+  if (!closed && !agrees(tree, visual, collision)) {
+    turn_over(collision);
+    report.flipped_collision = true;
+    report.warnings.push_back("collision mesh: its triangles were turned over, so that its normal agrees with the visual sheet's");
+  }
+  const std::vector<double> no_thickness(collision.positions.size(), 0);
+  const TriangleMesh collision_surface = as_mesh(collision);
+  auto built = build_collision_mesh(collision_surface, no_thickness);
+  if (!built) return built.error();
+  CollisionMesh& c = *built;
+  const std::vector<Vec3> normals = vertex_normals(collision_surface);
+
+  {
+    const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
+    const Measure m = measure(visual.triangles.size(), visual.positions[0], corner);
+    report.area_before = m.area;
+    report.volume_before = closed ? m.volume : 0;
+  }
+  WalledSurface& w = s.walled;
+  s.normal = skin_normals(visual);
+  w.position = visual.positions;  // a copy: the tree still looks at the original
+  w.outgoing = std::move(connected->outgoing);
+  w.twin = std::move(connected->twin);
+  w.origin.reserve(w.twin.size());
+  for (const auto& t : visual.triangles) w.origin.insert(w.origin.end(), t.begin(), t.end());
+  w.wall.assign(w.origin.size(), 0);
+  w.wall_vertex.assign(w.position.size(), 0);
+  s.parent.resize(visual.triangles.size());
+  for (std::size_t f = 0; f < s.parent.size(); ++f) s.parent[f] = static_cast<std::int32_t>(f);
+  for (std::size_t h = 0; h < w.twin.size(); ++h)
+    if (w.twin[h] < 0) w.wall_vertex[at(w.origin[h])] = w.wall_vertex[at(w.to(static_cast<std::int32_t>(h)))] = 1;
+  report.seconds.prepare = watch.lap();
+
+  tell("vertices");
+  auto bound = closed ? bind_closed(s, tree, c, normals) : bind_open(s, tree, c, options.thickness);
+  if (!bound) return bound.error();
+  report.inserted_points = bound->inserted;
+  report.snapped_points = bound->snapped;
+  report.warnings.insert(report.warnings.end(), bound->warnings.begin(), bound->warnings.end());
+  for (const CollisionVertex v : ids<CollisionVertex>(c.vertex_count()))
+    c.offset.set(v, bound->half_thickness[v.index()] * normals[v.index()]);
+  report.seconds.vertices = watch.lap();
+
+  tell("paths");
+  auto network = insert_paths(s, c, *bound, closed, {options.exact, options.progress});
+  if (!network) return network.error();
+  report.divided_edges = split_dividing_edges(s, c, *bound, *network);
+  report.paths = network->paths;
+  report.rim_followed = network->rim_followed;
+  report.path_length = network->length;
+  report.seconds.paths = watch.lap();
+
+  tell("patches");
+  auto patches = find_patches(s, c, *bound, *network, closed);
+  if (!patches) return patches.error();
+  report.seconds.patches = watch.lap();
+
+  tell("parameters");
+  auto parameters = parametrize(s, c, *bound, *network, *patches, closed, options.progress);
+  if (!parameters) return parameters.error();
+  report.uniform_patches = parameters->uniform_patches;
+  report.seconds.parameters = watch.lap();
+
+  tell("assemble");
+  {
+    const auto corner = [&](std::size_t f, std::size_t k) { return w.position[at(w.origin[3 * f + k])]; };
+    const Measure m = measure(s.parent.size(), visual.positions[0], corner);
+    report.area_after = m.area;
+    report.volume_after = closed ? m.volume : 0;
+  }
+  report.visual_vertices = s.vertex_count();
+  report.visual_triangles = s.face_count();
+  assemble(std::move(s), std::move(c), *bound, *network, std::move(*patches), std::move(*parameters), closed, body.complex);
+  report.seconds.assemble = watch.lap();
+  report.seconds.total = total.lap();
+  return body;
+}
+
+}  // namespace kerf

@@ -1,0 +1,223 @@
+#include "kerf/binding/bound_body_file.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "kerf/base/hash.h"
+#include "kerf/binding/validate_binding.h"
+
+namespace kerf {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the file layout is the memory layout of little-endian machines");
+
+constexpr char kMagic[8] = {'K', 'E', 'R', 'F', 'B', 'O', 'D', 'Y'};
+
+struct CloseFile {
+  void operator()(std::FILE* f) const { std::fclose(f); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+/// Pool runs have padding bytes in memory; in files they are three numbers.
+struct StoredRun {
+  std::int32_t first = 0, count = 0, reversed = 0;
+};
+StoredRun stored(PoolRun r) { return {r.first, r.count, r.reversed}; }
+PoolRun restored(StoredRun r) { return {r.first, r.count, r.reversed != 0}; }
+std::array<StoredRun, 2> stored(const std::array<PoolRun, 2>& r) { return {stored(r[0]), stored(r[1])}; }
+std::array<PoolRun, 2> restored(const std::array<StoredRun, 2>& r) { return {restored(r[0]), restored(r[1])}; }
+template <class T>
+concept HasPadding = requires(const T& x) { stored(x); };
+
+/// The numbers of the report in file order.
+template <class Report, class F>
+void for_each_number(Report& r, F&& f) {
+  f(r.closed), f(r.flipped_collision), f(r.flipped_visual);
+  f(r.merged_vertices), f(r.unused_vertices), f(r.input_vertices), f(r.input_triangles), f(r.visual_vertices), f(r.visual_triangles);
+  f(r.inserted_points), f(r.snapped_points), f(r.paths), f(r.rim_followed), f(r.divided_edges), f(r.uniform_patches);
+  f(r.path_length), f(r.area_before), f(r.area_after), f(r.volume_before), f(r.volume_after);
+  auto& s = r.seconds;
+  f(s.prepare), f(s.vertices), f(s.paths), f(s.patches), f(s.parameters), f(s.assemble), f(s.total);
+}
+
+class Writer {
+ public:
+  explicit Writer(std::FILE* file) : file_(file) {}
+  void bytes(const void* data, std::size_t n) {
+    if (n > 0 && std::fwrite(data, 1, n, file_) != n) ok_ = false;
+    hash_.add_bytes(data, n);
+  }
+  template <class T>
+  void value(const T& x) { bytes(&x, sizeof x); }
+  template <class T>
+  void array(const std::vector<T>& items) {
+    value(std::uint64_t{items.size()});
+    value(std::uint32_t{sizeof(T)});
+    bytes(items.data(), items.size() * sizeof(T));
+  }
+  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] std::uint64_t hash() const { return hash_.value(); }
+
+ private:
+  std::FILE* file_;
+  Hash hash_;
+  bool ok_ = true;
+};
+
+/// After the first failure all reads give zeros and empty arrays.
+class Reader {
+ public:
+  Reader(std::FILE* file, std::uint64_t size) : file_(file), left_(size) {}
+  void bytes(void* data, std::size_t n) {
+    if (!ok_ || n > left_ || (n > 0 && std::fread(data, 1, n, file_) != n)) {
+      ok_ = false;
+      if (n > 0) std::memset(data, 0, n);
+      return;
+    }
+    left_ -= n;
+    hash_.add_bytes(data, n);
+  }
+  template <class T>
+  void value(T& x) { bytes(&x, sizeof x); }
+  template <class T>
+  void array(std::vector<T>& items) {
+    std::uint64_t count = 0;
+    std::uint32_t size = 0;
+    value(count);
+    value(size);
+    if (!ok_ || size != sizeof(T) || count > left_ / sizeof(T) || count > 0x7fffffff) {
+      ok_ = false;
+      return;
+    }
+    items.resize(count);
+    bytes(static_cast<void*>(items.data()), count * sizeof(T));
+  }
+  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] std::uint64_t left() const { return left_; }
+  [[nodiscard]] std::uint64_t hash() const { return hash_.value(); }
+
+ private:
+  std::FILE* file_;
+  std::uint64_t left_;
+  Hash hash_;
+  bool ok_ = true;
+};
+
+void write_body(Writer& w, BoundBody& body) {
+  w.bytes(kMagic, sizeof kMagic);
+  w.value(kBoundBodyVersion);
+  w.value(std::uint32_t{body.complex.closed ? 1u : 0u});
+  w.value(body.complex.mean_root_edge);
+  body.complex.for_each_array([&]<class Id, class T>(Journaled<Id, T>& a) {
+    if constexpr (HasPadding<T>) {
+      std::vector<decltype(stored(std::declval<T>()))> items;
+      items.reserve(a.size());
+      for (const T& x : a.raw()) items.push_back(stored(x));
+      w.array(items);
+    } else {
+      w.array(a.raw());
+    }
+  });
+  for_each_number(body.report, [&]<class T>(const T& x) {
+    if constexpr (std::is_same_v<T, bool>) w.value(std::uint8_t{x});
+    else w.value(x);
+  });
+  w.value(std::uint64_t{body.report.warnings.size()});
+  for (const std::string& s : body.report.warnings) w.array(std::vector<char>(s.begin(), s.end()));
+}
+
+void read_body(Reader& r, BoundBody& body) {
+  std::uint32_t flags = 0;
+  r.value(flags);
+  body.complex.closed = flags == 1;
+  r.value(body.complex.mean_root_edge);
+  body.complex.for_each_array([&]<class Id, class T>(Journaled<Id, T>& a) {
+    if constexpr (HasPadding<T>) {
+      std::vector<decltype(stored(std::declval<T>()))> items;
+      r.array(items);
+      std::vector<T> values;
+      values.reserve(items.size());
+      for (const auto& x : items) values.push_back(restored(x));
+      a = Journaled<Id, T>(std::move(values));
+    } else {
+      std::vector<T> items;
+      r.array(items);
+      a = Journaled<Id, T>(std::move(items));
+    }
+  });
+  for_each_number(body.report, [&]<class T>(T& x) {
+    if constexpr (std::is_same_v<T, bool>) {
+      std::uint8_t byte = 0;
+      r.value(byte);
+      x = byte == 1;
+    } else {
+      r.value(x);
+    }
+  });
+  std::uint64_t warnings = 0;
+  r.value(warnings);
+  for (std::uint64_t i = 0; i < warnings && r.ok(); ++i) {
+    std::vector<char> text;
+    r.array(text);
+    body.report.warnings.emplace_back(text.begin(), text.end());
+  }
+}
+
+}  // namespace
+
+Status save_bound_body(const BoundBody& body, const std::filesystem::path& file) {
+  std::filesystem::path beside = file;
+  beside += ".part";
+  const auto fail = [&](int error) {
+    std::error_code ignored;
+    std::filesystem::remove(beside, ignored);
+    return failed(fmt::format("{}: cannot be written ({})", file.string(), std::strerror(error)));
+  };
+  File out(std::fopen(beside.c_str(), "wb"));
+  if (!out) return fail(errno);
+  Writer w(out.get());
+  // Only reads: the arrays are visited through the one function that lists them.
+  write_body(w, const_cast<BoundBody&>(body));
+  w.value(w.hash());
+  if (!w.ok() || std::fflush(out.get()) != 0) return fail(errno);
+  std::FILE* raw = out.release();
+  if (std::fclose(raw) != 0) return fail(errno);
+  std::error_code error;
+  std::filesystem::rename(beside, file, error);
+  if (error) return fail(error.value());
+  return {};
+}
+
+Result<BoundBody> load_bound_body(const std::filesystem::path& file) {
+  const auto bad = [&](const std::string& why) { return bad_input(fmt::format("{}: {}", file.string(), why)); };
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) return bad("is a folder, not a bound body");
+  File in(std::fopen(file.c_str(), "rb"));
+  if (!in) return bad(fmt::format("cannot be opened ({})", std::strerror(errno)));
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error) return bad(fmt::format("its size is unknown ({})", error.message()));
+  Reader r(in.get(), size);
+  char magic[sizeof kMagic];
+  std::uint32_t version = 0;
+  r.bytes(magic, sizeof magic);
+  r.value(version);
+  if (!r.ok() || std::memcmp(magic, kMagic, sizeof magic) != 0) return bad("is not a bound body; make one with kerf bind");
+  if (version != kBoundBodyVersion)
+    return bad(fmt::format("has version {}, this program reads version {}; bind the body again", version, kBoundBodyVersion));
+  BoundBody body;
+  read_body(r, body);
+  const std::uint64_t expected = r.hash();
+  std::uint64_t written = 0;
+  r.value(written);
+  if (!r.ok()) return bad("is truncated or damaged; bind the body again");
+  if (r.left() != 0 || written != expected) return bad("is damaged (its checksum is wrong); bind the body again");
+  if (const Status valid = validate_binding(body.complex); !valid) return bad(valid.error().message);
+  return body;
+}
+
+}  // namespace kerf

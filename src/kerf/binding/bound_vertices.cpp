@@ -1,0 +1,457 @@
+#include "kerf/binding/bound_vertices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/base/indexed.h"
+#include "kerf/binding/tolerances.h"
+
+namespace kerf {
+namespace {
+
+using CV = CollisionVertex;
+using CH = CollisionHalfEdge;
+
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+/// Barycentric weights of p's projection to face f.
+std::array<double, 3> weights_in(const WalledSurface& w, std::int32_t f, Vec3 p) {
+  const Vec3 a = w.at(w.from(3 * f)), b = w.at(w.from(3 * f + 1)), c = w.at(w.from(3 * f + 2));
+  const Vec3 n = cross(b - a, c - a);
+  const double nn = dot(n, n);
+  const double wb = dot(cross(p - a, c - a), n) / nn, wc = dot(cross(b - a, p - a), n) / nn;
+  return {1 - wb - wc, wb, wc};
+}
+
+/// Makes the point p of the original face `face` a bound vertex: an existing free vertex nearby, or a new one.
+std::int32_t insert_bound_point(SplitSurface& s, std::int32_t face, Vec3 p, BoundVertices& out) {
+  WalledSurface& w = s.walled;
+  // Earlier points may have split the face: walk to the part that holds p.
+  std::int32_t f = face;
+  std::array<double, 3> b = weights_in(w, f, p);
+  for (int step = 0; step < 64; ++step) {
+    const auto k = static_cast<std::int32_t>(std::min_element(b.begin(), b.end()) - b.begin());
+    if (b[at(k)] >= -1e-12) break;
+    const std::int32_t t = w.opposite(3 * f + (k + 1) % 3);
+    if (t < 0 || s.parent[at(t / 3)] != face) break;
+    f = t / 3;
+    b = weights_in(w, f, p);
+  }
+  double sum = 0;
+  for (double& x : b) sum += x = std::max(x, 0.0);
+  for (double& x : b) x /= sum;
+
+  // Corner k lies between the edges h_k (leaving) and h_{k-1} (arriving); weight k is the height over h_{k+1}.
+  std::array<Vec3, 3> x;
+  std::array<double, 3> length;  // of h_k
+  for (std::int32_t k = 0; k < 3; ++k) x[at(k)] = w.at(w.from(3 * f + k));
+  for (std::size_t k = 0; k < 3; ++k) length[k] = norm(x[(k + 1) % 3] - x[k]);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::int32_t v = w.from(3 * f + static_cast<std::int32_t>(k));
+    if (w.wall_vertex[at(v)]) continue;
+    const Vec3 q = b[0] * (x[0] - x[k]) + b[1] * (x[1] - x[k]) + b[2] * (x[2] - x[k]);
+    if (norm(q) < kSnapFraction * std::min(length[k], length[(k + 2) % 3])) {
+      w.wall_vertex[at(v)] = 1;
+      ++out.snapped;
+      return v;
+    }
+  }
+  const auto k = static_cast<std::int32_t>(std::min_element(b.begin(), b.end()) - b.begin());
+  const std::int32_t h = 3 * f + (k + 1) % 3;
+  std::int32_t m;
+  if (b[at(k)] < kSnapFraction && w.opposite(h) >= 0) {
+    double t = b[at((k + 2) % 3)] / (b[at((k + 1) % 3)] + b[at((k + 2) % 3)]);
+    t = std::clamp(t, w.wall_vertex[at(w.from(h))] ? kWallMargin : kSnapFraction,
+                   1 - (w.wall_vertex[at(w.to(h))] ? kWallMargin : kSnapFraction));
+    m = split_edge(s, h, t);
+  } else {
+    // Away from the corners and (border edges only come here) from the sides.
+    sum = 0;
+    for (double& weight : b) sum += weight = std::max(weight, kSnapFraction);
+    for (double& weight : b) weight /= sum;
+    m = split_face(s, f, b);
+  }
+  w.wall_vertex[at(m)] = 1;
+  ++out.inserted;
+  return m;
+}
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// A fold of the collision mesh, or an inverted pair, means that two places of the mesh claim the same part of the body.
+Status check_folds(const CollisionMesh& c) {
+  const auto normal = [&](CH h) {
+    const Vec3 a = c.rest[c.from(h)], b = c.rest[c.to(h)], d = c.rest[c.apex(h)];
+    return normalized(cross(b - a, d - a));
+  };
+  for (const CH h : ids<CH>(c.half_edge_count())) {
+    const CH t = c.twin[h];
+    if (!t.valid() || t < h) continue;
+    if (dot(normal(h), normal(t)) < kFoldCosine)
+      return bad_input(fmt::format("collision mesh: folded over itself at the edge between vertices {} and {}; unfold it, "
+                                   "every part of the body needs one layer of triangles", c.from(h).value + 1, c.to(h).value + 1));
+  }
+  return {};
+}
+
+/// Bound points that turn a collision triangle over make badly shaped patches, but no wrong topology.
+void warn_flipped(const SplitSurface& s, const CollisionMesh& c, BoundVertices& out) {
+  int flipped = 0;
+  std::int32_t first = -1;
+  for (std::size_t f = 0; f < c.face_count(); ++f) {
+    const auto id = static_cast<std::int32_t>(3 * f);
+    const CV v[3] = {c.from(CH(id)), c.from(CH(id + 1)), c.from(CH(id + 2))};
+    const Vec3 n = cross(c.rest[v[1]] - c.rest[v[0]], c.rest[v[2]] - c.rest[v[0]]);
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (out.bound[v[0].index()][side] < 0) continue;
+      const Vec3 p0 = s.walled.at(out.bound[v[0].index()][side]), p1 = s.walled.at(out.bound[v[1].index()][side]),
+                 p2 = s.walled.at(out.bound[v[2].index()][side]);
+      if (dot(cross(p1 - p0, p2 - p0), n) > 0) continue;
+      if (flipped++ == 0) first = static_cast<std::int32_t>(f);
+    }
+  }
+  if (flipped > 0)
+    out.warnings.push_back(fmt::format("{} collision triangle(s) are turned over by their bound points, the first is triangle {}: "
+                                       "the collision mesh fits badly there", flipped, first + 1));
+}
+
+/// Directions at a border vertex: out of the body within the mid-surface, and the mean length of its two border edges.
+struct BorderFrame {
+  Vec3 outward;
+  double length = 0;
+};
+BorderFrame border_frame(const CollisionMesh& c, CV v, Vec3 normal) {
+  const CH out = c.fan_start(v);
+  CH in = out;
+  while (c.ccw(in).valid()) in = c.ccw(in);
+  const Vec3 after = c.rest[c.to(out)] - c.rest[v], before = c.rest[v] - c.rest[c.from(CollisionMesh::prev(in))];
+  return {normalized(cross(normalized(after), normal) + cross(normalized(before), normal)), 0.5 * (norm(after) + norm(before))};
+}
+
+}  // namespace
+
+Result<BoundVertices> bind_closed(SplitSurface& s, const SurfaceTree& tree, const CollisionMesh& c,
+                                  std::span<const Vec3> normals) {
+  KERF_TRY(check_folds(c));
+  const std::size_t nv = c.vertex_count();
+  BoundVertices out;
+  out.bound.assign(nv, {-1, -1});
+  out.half_thickness.assign(nv, 0);
+  std::vector<std::uint8_t> border(nv);
+  for (const CV v : ids<CV>(nv)) border[v.index()] = c.on_border(v);
+
+  // Inner vertices: rays both ways, then a plausible reach from the neighbourhood.
+  std::vector<std::array<std::optional<SurfacePoint>, 2>> hit(nv);
+  std::vector<double> all;
+  for (const CV v : ids<CV>(nv)) {
+    if (border[v.index()]) continue;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Vec3 n = normals[v.index()];
+      hit[v.index()][side] = tree.first_exit(c.rest[v], side == 0 ? n : -n, HUGE_VAL);
+      if (hit[v.index()][side]) all.push_back(hit[v.index()][side]->distance);
+    }
+  }
+  const double overall = all.empty() ? 0 : median(all);
+  std::vector<double> typical(nv, overall), ring;
+  for (const CV v : ids<CV>(nv)) {
+    ring.clear();
+    const auto add = [&](CV u) {
+      for (std::size_t side = 0; side < 2; ++side)
+        if (hit[u.index()][side]) ring.push_back(hit[u.index()][side]->distance);
+    };
+    add(v);
+    c.for_each_outgoing(v, [&](CH h) {
+      add(c.to(h));
+      if (!c.ccw(h).valid()) add(c.apex(h));
+      return true;
+    });
+    if (!ring.empty()) typical[v.index()] = median(ring);
+  }
+
+  std::vector<BorderFrame> frame(nv);
+  std::vector<std::array<SurfacePoint, 2>> chosen(nv);
+  for (const CV v : ids<CV>(nv)) {
+    const Vec3 p = c.rest[v], n = normals[v.index()];
+    if (border[v.index()]) {
+      frame[v.index()] = border_frame(c, v, n);
+      const auto [outward, length] = frame[v.index()];
+      std::optional<SurfacePoint> q = tree.closest(p, {}, 2 * length);
+      if (!q)
+        return bad_input(fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
+                                     "in the same place and in the same unit?", v.value + 1));
+      // A border that ends inside the body: its rim lies straight ahead, the closest point may be on the top or bottom.
+      if (q->distance > 1e-3 * length)
+        if (const auto ahead = tree.first_exit(p, outward, 2 * length)) q = ahead;
+      chosen[v.index()][0] = *q;
+      continue;
+    }
+    for (std::size_t side = 0; side < 2; ++side) {
+      const Vec3 direction = side == 0 ? n : -n;
+      std::optional<SurfacePoint> q = hit[v.index()][side];
+      if (!q || q->distance > kReachFactor * typical[v.index()]) q = tree.closest(p, direction, kOutsideFactor * typical[v.index()]);
+      if (!q)
+        return bad_input(fmt::format("collision vertex {} lies outside the visual mesh: nothing within reach on its {} side; "
+                                     "move it between the two sides of the body", v.value + 1, side == 0 ? "+" : "-"));
+      chosen[v.index()][side] = *q;
+    }
+  }
+
+  for (const CV v : ids<CV>(nv)) {
+    const auto& q = chosen[v.index()];
+    auto& bound = out.bound[v.index()];
+    if (border[v.index()]) {
+      bound[0] = bound[1] = insert_bound_point(s, q[0].face, q[0].position, out);
+      continue;
+    }
+    for (std::size_t side = 0; side < 2; ++side) bound[side] = insert_bound_point(s, q[side].face, q[side].position, out);
+    const double across = dot(s.walled.at(bound[0]) - s.walled.at(bound[1]), normals[v.index()]);
+    if (!(across > 0))
+      return bad_input(fmt::format("collision vertex {}: its + side lies below its - side; the collision mesh is outside the "
+                                   "visual mesh or folded over it there", v.value + 1));
+    out.half_thickness[v.index()] = 0.5 * across;
+  }
+
+  // Rim corners of the prisms: the half thickness found one half thickness inside the rim (a fixed point).
+  for (const CV v : ids<CV>(nv)) {
+    if (!border[v.index()]) continue;
+    const Vec3 n = normals[v.index()], rim = s.walled.at(out.bound[v.index()][0]);
+    double x = typical[v.index()] > 0 ? typical[v.index()] : 0.25 * frame[v.index()].length, half = 0;
+    for (int round = 0; round < 8; ++round) {
+      const Vec3 q = rim - x * frame[v.index()].outward;
+      const auto up = tree.first_exit(q, n, 2 * frame[v.index()].length + 4 * x);
+      const auto down = tree.first_exit(q, -n, 2 * frame[v.index()].length + 4 * x);
+      half = up && down ? 0.5 * (up->distance + down->distance) : 0;
+      if (half > 0 && std::fabs(half - x) < 1e-3 * half) break;
+      x = half > 0 ? std::min(half, 2 * x) : 0.5 * x;
+    }
+    out.half_thickness[v.index()] = half;
+  }
+  warn_flipped(s, c, out);
+  return out;
+}
+
+std::vector<std::vector<std::int32_t>> border_loops(std::span<const std::int32_t> origin, std::span<const std::int32_t> twin) {
+  // The only border half-edge that leaves a border vertex, found by turning clockwise around the end of the last one.
+  std::vector<std::vector<std::int32_t>> loops;
+  std::vector<std::uint8_t> done;
+  for (std::size_t start = 0; start < twin.size(); ++start) {
+    if (twin[start] >= 0) continue;
+    if (done.empty()) done.assign(twin.size(), 0);
+    if (done[start]) continue;
+    std::vector<std::int32_t> loop;
+    auto h = static_cast<std::int32_t>(start);
+    do {
+      done[at(h)] = 1;
+      loop.push_back(origin[at(h)]);
+      std::int32_t g = WalledSurface::next(h);
+      while (twin[at(g)] >= 0) g = WalledSurface::next(twin[at(g)]);
+      h = g;
+    } while (h != static_cast<std::int32_t>(start));
+    loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
+namespace {
+
+/// Position on a closed polyline: segment i runs from loop[i] to loop[i + 1].
+struct LoopPoint {
+  std::int32_t segment = -1;
+  double t = 0, distance = HUGE_VAL;
+};
+
+LoopPoint closest_on_loop(const WalledSurface& w, const std::vector<std::int32_t>& loop, Vec3 p) {
+  LoopPoint best;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const Vec3 a = w.at(loop[i]), b = w.at(loop[(i + 1) % loop.size()]);
+    const double t = std::clamp(dot(p - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+    const double d = norm(lerp(a, b, t) - p);
+    if (d < best.distance) best = {static_cast<std::int32_t>(i), t, d};
+  }
+  return best;
+}
+
+/// Arc-length positions of consecutive collision vertices along the visual border, made increasing over one turn: the
+/// nearest non-decreasing sequence, ties spread out. Returns false if they do not go round once.
+bool order_on_loop(std::vector<double>& s, double perimeter, bool& moved) {
+  const std::size_t n = s.size();
+  // Unwrap with the shorter way each time, starting behind the longest gap.
+  std::vector<double> step(n);
+  double total = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    double d = std::fmod(s[(i + 1) % n] - s[i], perimeter);
+    if (d < 0) d += perimeter;
+    if (n > 2 && d > 0.5 * perimeter + 1e-9 * perimeter) d -= perimeter;
+    step[i] = d;
+    total += d;
+  }
+  if (std::fabs(total - perimeter) > 1e-6 * perimeter) return false;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    if (step[i] > step[(first + n - 1) % n]) first = (i + 1) % n;
+  struct Block {
+    double mean;
+    std::size_t count;
+  };
+  std::vector<Block> blocks;
+  double x = s[first];
+  for (std::size_t i = 0; i < n; ++i) {
+    blocks.push_back({x, 1});
+    while (blocks.size() > 1 && blocks[blocks.size() - 2].mean >= blocks.back().mean) {
+      const Block b = blocks.back();
+      blocks.pop_back();
+      Block& a = blocks.back();
+      a.mean = (a.mean * static_cast<double>(a.count) + b.mean * static_cast<double>(b.count)) / static_cast<double>(a.count + b.count);
+      a.count += b.count;
+    }
+    x += step[(first + i) % n];
+  }
+  moved = blocks.size() < n;
+  std::size_t i = 0;
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    const double previous = k > 0 ? blocks[k - 1].mean : blocks.back().mean - perimeter;
+    const double following = k + 1 < blocks.size() ? blocks[k + 1].mean : blocks[0].mean + perimeter;
+    const double room = 0.4 * std::min(blocks[k].mean - previous, following - blocks[k].mean);
+    for (std::size_t j = 0; j < blocks[k].count; ++j, ++i) {
+      const double shift = blocks[k].count == 1 ? 0 : -1 + 2 * static_cast<double>(j) / static_cast<double>(blocks[k].count - 1);
+      double value = std::fmod(blocks[k].mean + shift * room, perimeter);
+      if (value < 0) value += perimeter;
+      s[(first + i) % n] = value;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<BoundVertices> bind_open(SplitSurface& s, const SurfaceTree& tree, const CollisionMesh& c, double thickness) {
+  KERF_TRY(check_folds(c));
+  const std::size_t nv = c.vertex_count();
+  BoundVertices out;
+  out.bound.assign(nv, {-1, -1});
+  out.half_thickness.assign(nv, 0.5 * thickness);
+  WalledSurface& w = s.walled;
+
+  std::vector<std::int32_t> origin, twin;
+  for (const CH h : ids<CH>(c.half_edge_count())) {
+    origin.push_back(c.from(h).value);
+    twin.push_back(c.twin[h].value);
+  }
+  const auto coarse = border_loops(origin, twin), fine = border_loops(w.origin, w.twin);
+  if (coarse.size() != fine.size())
+    return bad_input(fmt::format("the visual mesh is an open sheet with {} border(s), the collision mesh has {}: every border "
+                                 "of the sheet needs one in the collision mesh (and a closed body a closed visual mesh)",
+                                 fine.size(), coarse.size()));
+
+  // Each collision loop takes the visual loop that most of its vertices are closest to.
+  std::vector<std::int32_t> owner(fine.size(), -1);
+  for (std::size_t l = 0; l < coarse.size(); ++l) {
+    std::vector<std::size_t> votes(fine.size(), 0);
+    for (const std::int32_t v : coarse[l]) {
+      std::size_t best = 0;
+      double distance = HUGE_VAL;
+      for (std::size_t k = 0; k < fine.size(); ++k) {
+        const double d = fine.size() == 1 ? 0 : closest_on_loop(w, fine[k], c.rest[CV(v)]).distance;
+        if (d < distance) {
+          distance = d;
+          best = k;
+        }
+      }
+      ++votes[best];
+    }
+    const auto k = static_cast<std::size_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
+    if (owner[k] >= 0)
+      return bad_input(fmt::format("two borders of the collision mesh (at vertices {} and {}) lie at the same border of the visual "
+                                   "mesh", coarse[at(owner[k])][0] + 1, coarse[l][0] + 1));
+    owner[k] = static_cast<std::int32_t>(l);
+
+    // Arc-length positions along the loop.
+    const std::vector<std::int32_t>& loop = fine[k];
+    std::vector<double> start(loop.size() + 1, 0);
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      start[i + 1] = start[i] + norm(w.at(loop[(i + 1) % loop.size()]) - w.at(loop[i]));
+    std::vector<double> position;
+    for (const std::int32_t v : coarse[l]) {
+      const LoopPoint q = closest_on_loop(w, loop, c.rest[CV(v)]);
+      const double edge = border_frame(c, CV(v), {0, 0, 1}).length;
+      if (q.distance > 2 * edge)
+        return bad_input(fmt::format("collision vertex {}: the border of the visual mesh is farther away than two edges; are "
+                                     "both meshes in the same place and in the same unit?", v + 1));
+      position.push_back(start[at(q.segment)] + q.t * (start[at(q.segment) + 1] - start[at(q.segment)]));
+    }
+    const double perimeter = start.back();
+    bool moved = false;
+    if (!order_on_loop(position, perimeter, moved))
+      return bad_input(fmt::format("the border of the collision mesh at vertex {} does not follow the border of the visual mesh "
+                                   "once around; move its vertices near the border, in order", coarse[l][0] + 1));
+    if (moved)
+      out.warnings.push_back(fmt::format("border vertices of the collision mesh near vertex {} are out of order along the visual "
+                                         "border and were moved apart", coarse[l][0] + 1));
+
+    // Into the mesh, in order: snap to a border vertex that is not taken yet, else split.
+    std::vector<std::size_t> by_position(position.size());
+    for (std::size_t i = 0; i < by_position.size(); ++i) by_position[i] = i;
+    std::stable_sort(by_position.begin(), by_position.end(), [&](std::size_t i, std::size_t j) { return position[i] < position[j]; });
+    std::vector<std::uint8_t> taken(loop.size(), 0);
+    std::size_t segment = 0;
+    std::vector<std::pair<double, std::size_t>> split;  // (t, index) of the current segment
+    const auto flush = [&] {
+      if (split.empty()) return;
+      const std::int32_t a = loop[segment];
+      double end = 1;
+      for (std::size_t i = split.size(); i-- > 0;) {
+        // Even spacing where points crowd: each keeps a margin to the one split off before it.
+        const double t = std::clamp(split[i].first / end, kSnapFraction, 1 - kSnapFraction);
+        out.bound[at(coarse[l][split[i].second])][0] = split_edge(s, fan_start(w, a), t);
+        end *= t;
+        ++out.inserted;
+      }
+      split.clear();
+    };
+    for (std::size_t j = 0; j < by_position.size(); ++j) {
+      const std::size_t i = by_position[j];
+      while (segment + 1 < loop.size() && position[i] >= start[segment + 1]) {
+        flush();
+        ++segment;
+      }
+      const double t = (position[i] - start[segment]) / (start[segment + 1] - start[segment]);
+      const std::size_t nearest = t < 0.5 ? segment : (segment + 1) % loop.size();
+      // The order must survive: no other point of this segment between this one and the vertex.
+      const bool alone = t < 0.5 ? split.empty()
+                                 : j + 1 == by_position.size() || position[by_position[j + 1]] >= start[segment + 1];
+      if (std::min(t, 1 - t) < kSnapFraction && alone && !taken[nearest]) {
+        taken[nearest] = 1;
+        out.bound[at(coarse[l][i])][0] = loop[nearest];
+        ++out.snapped;
+        continue;
+      }
+      split.emplace_back(t, i);
+    }
+    flush();
+  }
+
+  // Inner vertices: closest points. Border vertices of the sheet are wall vertices already, so none is taken.
+  for (const CV v : ids<CV>(nv)) {
+    if (out.bound[v.index()][0] >= 0) continue;
+    double edge = 0;
+    c.for_each_outgoing(v, [&](CH h) {
+      edge = std::max(edge, norm(c.rest[c.to(h)] - c.rest[v]));
+      return true;
+    });
+    const auto q = tree.closest(c.rest[v], {}, edge);
+    if (!q)
+      return bad_input(fmt::format("collision vertex {}: the visual mesh is farther away than its longest edge; are both meshes in "
+                                   "the same place and in the same unit?", v.value + 1));
+    out.bound[v.index()][0] = insert_bound_point(s, q->face, q->position, out);
+  }
+  warn_flipped(s, c, out);
+  return out;
+}
+
+}  // namespace kerf

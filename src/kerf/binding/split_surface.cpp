@@ -1,0 +1,150 @@
+#include "kerf/binding/split_surface.h"
+
+namespace kerf {
+namespace {
+
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+/// Appends a face without neighbours; returns its first half-edge.
+std::int32_t append_face(SplitSurface& s, std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t parent) {
+  WalledSurface& w = s.walled;
+  const auto first = static_cast<std::int32_t>(w.origin.size());
+  w.origin.insert(w.origin.end(), {a, b, c});
+  w.twin.insert(w.twin.end(), {-1, -1, -1});
+  w.wall.insert(w.wall.end(), {0, 0, 0});
+  if (!s.texture.empty()) s.texture.resize(s.texture.size() + 3);
+  s.parent.push_back(parent);
+  return first;
+}
+
+void connect(WalledSurface& w, std::int32_t h, std::int32_t g) {
+  w.twin[at(h)] = g;
+  if (g >= 0) w.twin[at(g)] = h;
+}
+
+/// Moves what belongs to edge `from` (twin, wall flag, texture of its origin, its origin's outgoing) to the new slot `to`.
+void move_edge(SplitSurface& s, std::int32_t from, std::int32_t to) {
+  WalledSurface& w = s.walled;
+  connect(w, to, w.opposite(from));
+  w.wall[at(to)] = w.wall[at(from)];
+  if (!s.texture.empty()) s.texture[at(to)] = s.texture[at(from)];
+  if (w.outgoing[at(w.from(from))] == from) w.outgoing[at(w.from(from))] = to;
+}
+
+Vec3f blended_normal(Vec3f a, Vec3f b, double t) { return to_float(normalized(lerp(to_double(a), to_double(b), t))); }
+
+}  // namespace
+
+std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t) {
+  WalledSurface& w = s.walled;
+  const std::int32_t g = w.opposite(h);
+  const std::int32_t a = w.from(h), b = w.to(h), c = w.apex(h);
+  const std::int32_t m = s.vertex_count();
+  w.position.push_back(lerp(w.at(a), w.at(b), t));
+  s.normal.push_back(blended_normal(s.normal[at(a)], s.normal[at(b)], t));
+  const std::uint8_t wall = w.wall[at(h)];
+  w.wall_vertex.push_back(wall != 0 || g < 0);
+
+  // h's face (a, b, c) becomes (a, m, c); the new face is (m, b, c) with half-edges n, n+1, n+2.
+  const std::int32_t hn = WalledSurface::next(h);
+  const std::int32_t n = append_face(s, m, b, c, s.parent[at(h / 3)]);
+  move_edge(s, hn, n + 1);
+  w.origin[at(hn)] = m;
+  w.wall[at(hn)] = 0;
+  connect(w, hn, n + 2);
+  w.wall[at(n)] = wall;
+  if (!s.texture.empty()) {
+    const Vec2f uv = lerp(s.texture[at(h)], s.texture[at(n + 1)], t);
+    s.texture[at(hn)] = s.texture[at(n)] = uv;
+    s.texture[at(n + 2)] = s.texture[at(WalledSurface::prev(h))];
+  }
+  w.outgoing.push_back(n);
+  if (g < 0) return m;
+
+  // g's face (b, a, d) becomes (m, a, d); the new face is (b, m, d) with half-edges k, k+1, k+2.
+  const std::int32_t gp = WalledSurface::prev(g), d = w.from(gp);
+  const std::int32_t k = append_face(s, b, m, d, s.parent[at(g / 3)]);
+  if (!s.texture.empty()) {
+    const Vec2f uv_b = s.texture[at(g)], uv_d = s.texture[at(gp)];
+    const Vec2f uv = lerp(s.texture[at(WalledSurface::next(g))], uv_b, t);
+    s.texture[at(k)] = uv_b;
+    s.texture[at(k + 1)] = uv;
+    s.texture[at(k + 2)] = uv_d;
+    s.texture[at(g)] = uv;
+  }
+  connect(w, k + 2, w.opposite(gp));
+  w.wall[at(k + 2)] = w.wall[at(gp)];
+  w.wall[at(gp)] = 0;
+  connect(w, gp, k + 1);
+  w.origin[at(g)] = m;
+  connect(w, k, n);
+  w.wall[at(k)] = wall;
+  if (w.outgoing[at(b)] == g) w.outgoing[at(b)] = k;
+  return m;
+}
+
+std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> weights) {
+  WalledSurface& w = s.walled;
+  const std::int32_t h0 = 3 * f, h1 = h0 + 1, h2 = h0 + 2;
+  const std::int32_t a = w.from(h0), b = w.from(h1), c = w.from(h2);
+  const std::int32_t m = s.vertex_count();
+  // Relative to corner a: a far origin must not cost digits.
+  w.position.push_back(w.at(a) + (weights[1] * (w.at(b) - w.at(a)) + weights[2] * (w.at(c) - w.at(a))));
+  s.normal.push_back(to_float(normalized(weights[0] * to_double(s.normal[at(a)]) + weights[1] * to_double(s.normal[at(b)]) +
+                                         weights[2] * to_double(s.normal[at(c)]))));
+  w.wall_vertex.push_back(0);
+  const std::int32_t p = s.parent[at(f)];
+  const std::int32_t n = append_face(s, b, c, m, p), k = append_face(s, c, a, m, p);
+  move_edge(s, h1, n);
+  move_edge(s, h2, k);
+  if (!s.texture.empty()) {
+    auto& uv = s.texture;
+    const Vec2f ua = uv[at(h0)], ub = uv[at(h1)], uc = uv[at(h2)];
+    const auto mix = [&](float x, float y, float z) {
+      return static_cast<float>(weights[0] * x + weights[1] * y + weights[2] * z);
+    };
+    const Vec2f um{mix(ua.x, ub.x, uc.x), mix(ua.y, ub.y, uc.y)};
+    uv[at(n)] = ub;
+    uv[at(n + 1)] = uc;
+    uv[at(k)] = uc;
+    uv[at(k + 1)] = ua;
+    uv[at(n + 2)] = uv[at(k + 2)] = uv[at(h2)] = um;
+  }
+  w.wall[at(h1)] = w.wall[at(h2)] = 0;
+  w.origin[at(h2)] = m;
+  connect(w, h1, n + 2);      // b -> m, m -> b
+  connect(w, n + 1, k + 2);   // c -> m, m -> c
+  connect(w, k + 1, h2);      // a -> m, m -> a
+  w.outgoing.push_back(h2);
+  return m;
+}
+
+std::int32_t find_half_edge(const WalledSurface& s, std::int32_t a, std::int32_t b) {
+  const std::int32_t start = s.outgoing[at(a)];
+  std::int32_t h = start;
+  do {
+    if (s.to(h) == b) return h;
+    h = ccw(s, h);
+  } while (h >= 0 && h != start);
+  if (h == start) return -1;
+  for (h = cw(s, start); h >= 0; h = cw(s, h))
+    if (s.to(h) == b) return h;
+  return -1;
+}
+
+std::int32_t fan_start(const WalledSurface& s, std::int32_t v) {
+  const std::int32_t start = s.outgoing[at(v)];
+  for (std::int32_t h = start;;) {
+    const std::int32_t c = cw(s, h);
+    if (c < 0 || c == start) return h;
+    h = c;
+  }
+}
+
+void mark_wall(WalledSurface& s, std::int32_t h) {
+  s.wall[at(h)] = 1;
+  if (s.opposite(h) >= 0) s.wall[at(s.opposite(h))] = 1;
+  s.wall_vertex[at(s.from(h))] = s.wall_vertex[at(s.to(h))] = 1;
+}
+
+}  // namespace kerf

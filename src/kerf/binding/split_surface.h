@@ -1,0 +1,46 @@
+// The visual surface while it is re-meshed (4.1.3): the walled surface with what new vertices inherit. Splitting leaves
+// the surface geometrically identical.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kerf/base/vec.h"
+#include "kerf/geodesic/walled_surface.h"
+
+namespace kerf {
+
+struct SplitSurface {
+  WalledSurface walled;
+  std::vector<Vec2f> texture;        ///< 3 |F| corners, or empty
+  std::vector<Vec3f> normal;         ///< |V|, unit
+  std::vector<std::int32_t> parent;  ///< |F|: the face of the input that a face is part of
+
+  [[nodiscard]] std::int32_t vertex_count() const { return static_cast<std::int32_t>(walled.position.size()); }
+  [[nodiscard]] std::int32_t face_count() const { return static_cast<std::int32_t>(parent.size()); }
+};
+
+/// Splits edge h = a->b (and its twin) at a + t (b - a); returns the new vertex m. h becomes a->m in place and the edge c->a
+/// of its face keeps its id; only the edge from b to the apex moves to a new face, on both sides. Both halves keep the wall flag.
+std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t);
+
+/// Splits face f into three at the point with these barycentric weights; returns the new vertex. The first edge of f stays.
+std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> weights);
+
+/// The half-edge a -> b, or -1. Cost: the valence of a.
+std::int32_t find_half_edge(const WalledSurface& s, std::int32_t a, std::int32_t b);
+
+/// The outgoing half-edge of v with nothing clockwise of it, or any when v is inner.
+std::int32_t fan_start(const WalledSurface& s, std::int32_t v);
+
+inline std::int32_t ccw(const WalledSurface& s, std::int32_t h) { return s.opposite(WalledSurface::prev(h)); }
+inline std::int32_t cw(const WalledSurface& s, std::int32_t h) {
+  const std::int32_t t = s.opposite(h);
+  return t < 0 ? -1 : WalledSurface::next(t);
+}
+
+/// Marks edge h and its twin as a wall, and its ends as wall vertices.
+void mark_wall(WalledSurface& s, std::int32_t h);
+
+}  // namespace kerf

@@ -1,0 +1,36 @@
+// Tolerances of pre-processing (4.1), all dimensionless. Decisions about topology are combinatorial: none of these can
+// break a mesh, they only keep triangles fat.
+#pragma once
+
+namespace kerf {
+
+/// A path or a bound point nearer than this fraction of the local edge to a free vertex uses that vertex. 0.1 %, 1 %, 5 %
+/// and 10 % gave smallest angles of 0.002, 0.1, 0.1 and 0.7 degrees; more would bend paths visibly.
+inline constexpr double kSnapFraction = 0.05;
+
+/// A path crosses an edge at least this fraction away from an end that lies on a wall or border, so that paths that run
+/// side by side do not shrink edges geometrically.
+inline constexpr double kWallMargin = 0.3;
+
+/// A triangle with twice its area below this fraction of its longest edge squared counts as having no area.
+inline constexpr double kZeroAreaFraction = 1e-12;
+
+/// Barycentric slack of a ray that passes through an edge or a vertex: neighbours must not both miss it.
+inline constexpr double kRaySlack = 1e-9;
+
+/// A ray hit farther away than this many times the typical half thickness around it belongs to another part of the body.
+inline constexpr double kReachFactor = 4.0;
+
+/// A collision vertex outside the body is still bound to the closest point up to this many typical half thicknesses away.
+inline constexpr double kOutsideFactor = 2.0;
+
+/// Two collision triangles that meet at an inner edge with normals whose cosine is below this fold the mesh over itself.
+inline constexpr double kFoldCosine = -0.7;
+
+/// A shortest rim path that rises above the mid-surface by more than this fraction of the half thickness leaves the rim.
+inline constexpr double kRimHeight = 0.5;
+
+/// A path that follows the rim may be this much longer than the shortest one.
+inline constexpr double kRimDetour = 1.5;
+
+}  // namespace kerf

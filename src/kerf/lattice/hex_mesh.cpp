@@ -1,0 +1,57 @@
+#include "kerf/lattice/hex_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+constexpr double kPoint = 0.774596669241483377;  // sqrt(3/5)
+
+}  // namespace
+
+std::size_t count_alive(const HexMesh& hex) {
+  return static_cast<std::size_t>(std::count(hex.state.raw().begin(), hex.state.raw().end(), HexState::kAlive));
+}
+
+std::size_t count_active_nodes(const HexMesh& hex) {
+  const auto& uses = hex.node_uses.raw();
+  return static_cast<std::size_t>(std::count_if(uses.begin(), uses.end(), [](std::int32_t n) { return n > 0; }));
+}
+
+const std::array<Vec3, 27>& quadrature_points() {
+  static constexpr std::array<Vec3, 27> points = [] {
+    std::array<Vec3, 27> p{};
+    constexpr double x[3] = {-kPoint, 0, kPoint};
+    for (std::size_t i = 0; i < 27; ++i) p[i] = {x[i % 3], x[i / 3 % 3], x[i / 9]};
+    return p;
+  }();
+  return points;
+}
+
+const std::array<double, 27>& full_weights() {
+  static constexpr std::array<double, 27> weights = [] {
+    std::array<double, 27> w{};
+    constexpr double g[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    for (std::size_t i = 0; i < 27; ++i) w[i] = g[i % 3] * g[i / 3 % 3] * g[i / 9];
+    return w;
+  }();
+  return weights;
+}
+
+std::array<double, 27> weights_of(const Moments& moments) {
+  // Along one axis: weights at (-p, 0, p) with the moments m0, m1, m2 of 1, x, x^2.
+  std::array<double, 27> w = moments;
+  for (const std::size_t stride : {1, 3, 9})
+    for (std::size_t i = 0; i < 27; ++i) {
+      if (i / stride % 3 != 0) continue;
+      const double m0 = w[i], m1 = w[i + stride], m2 = w[i + 2 * stride];
+      const double even = m2 / (kPoint * kPoint), odd = m1 / kPoint;
+      w[i] = 0.5 * (even - odd);
+      w[i + stride] = m0 - even;
+      w[i + 2 * stride] = 0.5 * (even + odd);
+    }
+  return w;
+}
+
+}  // namespace kerf

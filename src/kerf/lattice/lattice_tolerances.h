@@ -1,0 +1,40 @@
+// The lattice's tolerances, each with its unit and reason.
+#pragma once
+
+namespace kerf {
+
+/// Share of a cell's volume that a prism must fill to count as being in it. Rounding only: anything larger cuts
+/// material off from its neighbours and makes false pieces.
+inline constexpr double kOverlapVolume = 1e-12;
+
+/// Cells. Corners of prisms nearer than this to a lattice plane are put onto it, so that bodies whose sides lie in
+/// lattice planes leave no slivers in the cells behind.
+inline constexpr double kPlaneSnap = 1e-10;
+
+/// Cells. A wall between two prisms meets a cell, or lies in a cell's face, up to this distance.
+inline constexpr double kWallReach = 1e-6;
+
+/// Share of a cell. Copies with less material are absorbed by a neighbour: they ruin the conditioning and drop out of
+/// the bending stiffness anyway (measured: 5 % is safe, 20 % makes a sheet visibly softer).
+inline constexpr double kAbsorbedFill = 0.05;
+
+/// Share of a cell. Copies with at least this much material count as full and share one element matrix.
+inline constexpr double kFullFill = 1 - 1e-9;
+
+/// Share of the tip's cell that the tip must have passed before the cell is split: the glue would be stiffer than
+/// what it glues.
+inline constexpr double kTipWelded = 0.02;
+
+/// Stiffness of the glue at a tip over E h (1 - s) / s, fitted to the compliance of notched plates.
+inline constexpr double kTipGlue = 0.2;
+
+/// Sine of the angle between two border edges at a vertex below which they are the two lips of one slit.
+inline constexpr double kTipAngle = 1e-7;
+
+/// Sine of the angle below which a tip's continuation runs along an edge instead of through a triangle.
+inline constexpr double kAlongEdge = 1e-6;
+
+/// Nearest that a tip's continuation comes to the end of an edge that it crosses, as a share of the edge.
+inline constexpr double kCrossingMargin = 1e-3;
+
+}  // namespace kerf

@@ -155,6 +155,18 @@ inline std::int32_t split_edge(WalledSurface& m, std::int32_t h, double t) {
   return v;
 }
 
+/// The sector between walls that the face of outgoing half-edge h lies in; all faces if no wall meets the vertex.
+inline Sector sector_of(const WalledSurface& m, std::int32_t h) {
+  const auto passable = [&](std::int32_t e) { return m.opposite(e) >= 0 && m.wall[std::size_t(e)] == 0; };
+  Sector sector{h, h};
+  while (passable(sector.first)) {
+    sector.first = rotate_cw(m, sector.first);
+    if (sector.first == h) return {};
+  }
+  while (passable(WalledSurface::prev(sector.last))) sector.last = rotate_ccw(m, sector.last);
+  return sector;
+}
+
 /// Inserts a path as a wall, crossing by crossing. A crossing is moved away from its ends by `margin`.
 inline void insert_path(WalledSurface& m, const SurfacePath& path, double margin = 0.1) {
   std::vector<std::int32_t> chain;

@@ -118,7 +118,7 @@ class Propagation {
       angle += std::atan2(norm(cross(a, b)), dot(a, b));
     });
     const bool cut = !q_.passable(end);
-    const bool bends = v != q_.s && v != q_.t && angle > (cut ? 1 : 2) * std::numbers::pi + kBendAngle;
+    const bool bends = angle > (cut ? 1 : 2) * std::numbers::pi + kBendAngle;
     w_.corners.push_back({v, -1, HUGE_VAL, -1, -1, bends});
     return number;
   }
@@ -133,9 +133,10 @@ class Propagation {
     if (!(distance < bound_)) return;
     const std::int32_t number = corner_of(outgoing);
     Corner& corner = w_.corners[at(number)];
-    if (corner.vertex == q_.s || !(distance < corner.distance)) return;
-    if (corner.vertex == q_.t) {
-      if (!q_.in_sector(q_.t, q_.at_t, outgoing)) return;
+    if (!(distance < corner.distance)) return;
+    // Between walls t can have other corners, around which a path may bend like around any other.
+    const bool arrived = corner.vertex == q_.t && q_.in_sector(q_.t, q_.at_t, outgoing);
+    if (arrived) {
       goal_ = number;
       bound_ = distance;
     }
@@ -143,7 +144,7 @@ class Propagation {
     corner.window = window;
     corner.before = before;
     corner.face = outgoing / 3;
-    if (corner.bends) push({distance + norm(m_.at(corner.vertex) - target_), distance, -1, number});
+    if (corner.bends && !arrived) push({distance + norm(m_.at(corner.vertex) - target_), distance, -1, number});
   }
 
   void start() {

@@ -101,14 +101,21 @@ class Tracer {
     position_ = from;
     double beyond = kAtOnce;
     bool entered = false;
+    // How far along the segment the last entry was: a path that snaps back to the border it came from must not enter
+    // at the same place for ever.
+    entry_start_ = chart_(from);
+    least_progress_ = -std::numeric_limits<double>::infinity();
+    int opened_at_entry = -1;
     const std::size_t limit = 8 * mesh_.face_count() + 1000;
     for (std::size_t step = 0; step < limit; ++step) {
       if (!result.tip.valid()) {
         FacePoint entry;
+        if (opened_at_entry == result.opened_edges) least_progress_ = last_progress_ + feature_;
         if (!find_entry(q, beyond, entry)) {
           position_ = goal;
           return {};
         }
+        opened_at_entry = result.opened_edges;
         auto v = start_cut(body_, entry, options_, scratch_);
         if (!v) return v.error();
         result.tip = *v;
@@ -180,9 +187,9 @@ class Tracer {
   }
 
   /// The nearest border, from `beyond` (part of the way) on, that the ray from position_ to q crosses inwards.
-  bool find_entry(Vec2 q, double& beyond, FacePoint& entry) const {
+  bool find_entry(Vec2 q, double& beyond, FacePoint& entry) {
     const Vec2 x = chart_(position_), d = q - x;
-    double nearest = 2;
+    double nearest = 2, last = 0;
     for (const H h : ids<H>(mesh_.half_edge_count())) {
       if (!mesh_.is_border(h)) continue;
       const Vec2 a = at(h), b = at(CollisionMesh::next(h)), e = b - a;
@@ -190,9 +197,12 @@ class Tracer {
       if (!(facing > 0) || !(orient(a, b, at(CollisionMesh::prev(h))) > 0)) continue;
       const double s = -cross(e, x - a) / facing;
       if (!(s > beyond) || !(s < nearest) || s > 1) continue;
+      const double progress = dot(x + s * d - entry_start_, q - entry_start_) / norm(q - entry_start_);
+      if (progress < least_progress_) continue;
       const double t = cross(d, a - x) / facing;
       if (t < -1e-12 || t > 1 + 1e-12) continue;
       nearest = s;
+      last = progress;
       entry.face = CollisionMesh::face(h);
       entry.weights = {};
       const double u = std::clamp(t, 0.0, 1.0);
@@ -201,6 +211,7 @@ class Tracer {
     }
     if (nearest > 1) return false;
     beyond = std::max(nearest + 1e-9, beyond);
+    last_progress_ = last;
     return true;
   }
 
@@ -211,6 +222,8 @@ class Tracer {
   double feature_;
   Vec3 position_;  ///< where the ray starts while the path is outside
   Chart chart_{};
+  Vec2 entry_start_;
+  double least_progress_ = 0, last_progress_ = 0;  ///< metres along the segment
 };
 
 }  // namespace

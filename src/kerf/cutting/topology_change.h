@@ -1,0 +1,73 @@
+// What a cut changed, read from the journal: what lattice, embeddings, contact and viewer apply.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kerf/base/journal.h"
+#include "kerf/binding/cell_complex.h"
+#include "kerf/cutting/cut_scratch.h"
+
+namespace kerf {
+
+struct TopologyChange {
+  /// New triangles and those whose corners, twins, chains, walls, lines or lists changed; rising, no repeats.
+  std::vector<CollisionTriangle> triangles;
+  CollisionVertex first_new_collision_vertex;      ///< this and all above are new
+  CollisionTriangle first_new_collision_triangle;
+  std::vector<VertexBirth> births;                 ///< of the new collision vertices, by rising vertex
+  VisualVertex first_new_visual_vertex;
+  VisualTriangle first_new_visual_triangle;
+  WallId first_new_wall;
+  /// Visual triangles that are not new but whose corners, texture or patch changed; rising, no repeats.
+  std::vector<VisualTriangle> visual_triangles;
+  /// Visual vertices that belong to one of `triangles` (as free, chain, bound, line or wall vertex), new ones included,
+  /// with that triangle; each once. Their place in the cells must be looked up again.
+  std::vector<VisualVertex> owned;
+  std::vector<CollisionTriangle> owner;            ///< of `owned`, one each
+
+  // Memory kept between calls: rounds in which an element was last seen.
+  std::vector<std::uint32_t> seen_triangle, seen_visual_triangle, seen_visual;
+  std::uint32_t round = 0;
+};
+
+/// Fills `change` with what happened since `since`. Reuses its memory. Births come from the scratch that the cuts were
+/// made with. Cost: proportional to the log and to what the changed triangles own.
+void collect_topology_change(const CellComplex& body, const JournalMark& since, const CutScratch& scratch,
+                             TopologyChange& change);
+
+/// The same after journal_undo or journal_redo of a step: `step` as it is afterwards. After an undo nothing is new.
+void collect_topology_change(const CellComplex& body, const JournalStep& step, const CutScratch& scratch,
+                             TopologyChange& change);
+
+/// Only the collision triangles: new, or changed in any way since `since`; rising, no repeats.
+std::vector<CollisionTriangle> changed_triangles(const CellComplex& body, const JournalMark& since);
+
+/// Calls f(v) for every visual vertex that triangle f owns: free ones, chains of its edges, bound vertices and lines of
+/// its corners, wall vertices of its edges. Shared ones are reported by every triangle they belong to.
+template <class Fn>
+void for_each_owned_vertex(const CellComplex& body, CollisionTriangle t, Fn&& f) {
+  const CollisionMesh& mesh = body.collision;
+  for (const PoolRun& run : mesh.free[t])
+    for (std::int32_t i = 0; i < run.count; ++i) {
+      const VisualVertex v = body.free_pool[run.at(i)];
+      if (body.visual.free[v]) f(v);
+    }
+  for (int corner = 0; corner < 3; ++corner) {
+    const CollisionHalfEdge h = CollisionMesh::corner(t, corner);
+    for (const PoolRun& run : mesh.chain[h])
+      for (std::int32_t i = 0; i < run.count; ++i) f(body.chain_pool[run.at(i)]);
+    const CollisionVertex v = mesh.origin[h];
+    for (const VisualVertex b : mesh.bound[v])
+      if (b.valid()) f(b);
+    const PoolRun line = mesh.line[v];
+    for (std::int32_t i = 0; i < line.count; ++i) f(body.chain_pool[line.at(i)]);
+    if (const WallId wall = mesh.wall[h]; wall.valid()) {
+      const PoolRun run = body.wall_inner[wall];
+      for (std::int32_t i = 0; i < run.count; ++i) f(body.wall_pool[run.at(i)]);
+    }
+  }
+}
+
+}  // namespace kerf

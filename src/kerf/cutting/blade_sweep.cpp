@@ -1,0 +1,509 @@
+#include "kerf/cutting/blade_sweep.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "kerf/spatial/predicates.h"
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+
+constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is flat for our purpose
+constexpr double kLeastProgress = 0.02; // cosine to the blade's motion below which a direction does not lead on
+constexpr double kLengthSlack = 1e-9;   // of the edge's length: the ends of a blade belong to it
+constexpr double kMoments = 1e7;        // parts of a move that count as different times
+constexpr double kSameTrack = 0.5;      // of the minimum feature: nearer hits are the layer that a front already cuts
+
+/// The plane that holds the point where a front is and the edge where the blade is going, with progress measured
+/// along it: negative behind the blade, zero at it.
+struct TrackPlane {
+  Vec3 a, b, c;  // three points of the plane, for exact signs
+  Vec3 origin, along, motion;
+  double along_squared = 0;
+
+  /// Plane through `from` and the line of `edge`; none if `from` is on that line.
+  static std::optional<TrackPlane> make(Vec3 from, const BladeEdge& edge) {
+    TrackPlane p;
+    p.a = from;
+    p.b = edge.base;
+    p.c = edge.tip;
+    p.origin = edge.base;
+    p.along = edge.tip - edge.base;
+    p.along_squared = dot(p.along, p.along);
+    const Vec3 back = from - edge.base;
+    const Vec3 off = back - (dot(back, p.along) / p.along_squared) * p.along;
+    const double distance = norm(off);
+    if (!(distance > 0)) return std::nullopt;
+    p.motion = (-1 / distance) * off;
+    return p;
+  }
+  /// True above the plane. Zero counts as below, for everybody, so that neighbours agree.
+  [[nodiscard]] bool above(Vec3 p) const { return orient3d(a, b, c, p) > 0; }
+  [[nodiscard]] double height(Vec3 p) const { return std::abs(orient3d_value(p)); }
+  [[nodiscard]] double orient3d_value(Vec3 p) const { return dot(cross(b - a, c - a), p - a); }
+  [[nodiscard]] double progress(Vec3 p) const { return dot(p - origin, motion); }
+  /// Position along the blade: 0 at the base, 1 at the tip.
+  [[nodiscard]] double along_blade(Vec3 p) const { return dot(p - origin, along) / along_squared; }
+  [[nodiscard]] bool in_blade(Vec3 p) const {
+    const double s = along_blade(p);
+    return s >= -kLengthSlack && s <= 1 + kLengthSlack;
+  }
+  /// Fraction from p to q, which lie on different sides, at which the plane is crossed.
+  [[nodiscard]] double crossing(Vec3 p, Vec3 q) const {
+    const double hp = height(p), hq = height(q);
+    return hp + hq > 0 ? hp / (hp + hq) : 0.5;
+  }
+};
+
+/// Where a blade gets into the material.
+struct Entry {
+  double time = 0;  // 0 .. 1 of the move
+  double depth = 0; // along the blade
+  FacePoint point;
+  Vec3 position;
+};
+
+class Sweep {
+ public:
+  Sweep(BladeStroke& stroke, SweepTarget& target) : stroke_(stroke), target_(target) {
+    feature_ = target.options.minimum_feature * target.complex.mean_root_edge;
+  }
+
+  SweepReport run(const BladeEdge& to) {
+    redo_provisional_end(to);
+    const BladeEdge from = stroke_.edge;
+    // Entries are looked for before anything moves: afterwards the fronts' own tracks would be met again.
+    std::vector<Entry> entries;
+    if (stroke_.through || stroke_.fronts.empty()) entries = find_entries(from, to);
+
+    std::vector<FacePoint> last_bits;  // ends inside a face, done after the commit
+    std::vector<V> fronts;
+    const std::size_t old_fronts = stroke_.fronts.size();
+    bool crossed = false;
+    for (const V front : stroke_.fronts) crossed |= follow(front, to, fronts, last_bits);
+    for (const Entry& e : entries) {
+      if (on_a_track(e.position, old_fronts)) continue;
+      const auto located = relocate(e);
+      if (!located) continue;
+      const auto start = start_here(*located);
+      if (!start) continue;
+      visited_.push_back(e.position);
+      crossed = true;
+      (void)follow(*start, to, fronts, last_bits);
+      if (!stroke_.through) break;
+    }
+    if (crossed) report_.changed = true;
+    stroke_.fronts = std::move(fronts);
+
+    // The provisional ends.
+    bool ends_inside = std::any_of(last_bits.begin(), last_bits.end(), [](const FacePoint& p) { return p.face.valid(); });
+    if (ends_inside) {
+      // Walked again from the same mark: the mark and the trail stay, so that a slow bend adds up.
+      if (crossed || !redone_ || stroke_.fronts.size() != stroke_.committed.size()) commit();
+      for (std::size_t i = 0; i < stroke_.fronts.size(); ++i)
+        if (last_bits[i].face.valid()) {
+          if (!touches(stroke_.fronts[i], last_bits[i].face)) continue;  // another front has split it; next time
+          const auto step = advance(stroke_.fronts[i], last_bits[i]);
+          if (step) {
+            stroke_.fronts[i] = step->tip;
+            if (step->kind != Advance::Kind::kNothing) report_.changed = stroke_.provisional = true;
+          }
+        }
+      if (stroke_.provisional)
+        for (const V v : stroke_.fronts) stroke_.trail.push_back(target_.complex.collision.rest[v]);
+    } else if (crossed) {
+      commit();
+    }
+    stroke_.edge = to;
+    return report_;
+  }
+
+ private:
+  const CollisionMesh& mesh() const { return target_.complex.collision; }
+  Vec3 at(V v) const { return target_.position[v.index()]; }
+
+  void commit() {
+    stroke_.mark = target_.commit();
+    stroke_.committed = stroke_.fronts;
+    stroke_.trail.clear();
+    stroke_.provisional = false;
+  }
+
+  /// Rolls the provisional ends back, unless the blade has left the straight line to where it is going.
+  void redo_provisional_end(const BladeEdge& to) {
+    if (!stroke_.provisional) return;
+    const std::size_t n = stroke_.fronts.size();
+    const double tolerance = target_.options.path_tolerance * target_.complex.mean_root_edge;
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vec3 start = mesh().rest[stroke_.committed[i]];
+      const Vec3 last = stroke_.trail[stroke_.trail.size() - n + i];
+      // The next end is not known yet; it continues the present one unless the blade turns there.
+      const Vec3 front_now = at(stroke_.fronts[i]), start_now = at(stroke_.committed[i]);
+      const auto plane = TrackPlane::make(start_now, to);
+      double off = plane ? std::abs(plane->orient3d_value(front_now)) /
+                               std::max(norm(cross(plane->b - plane->a, plane->c - plane->a)), 1e-300)
+                         : norm(front_now - start_now);
+      for (std::size_t k = i; k < stroke_.trail.size(); k += n) {
+        const Vec3 chord = last - start, p = stroke_.trail[k] - start;
+        const double length2 = dot(chord, chord);
+        const double s = length2 > 0 ? std::clamp(dot(p, chord) / length2, 0.0, 1.0) : 0.0;
+        off = std::max(off, norm(p - s * chord));
+      }
+      // A blade that moves back keeps what it has cut.
+      if (plane && plane->progress(front_now) > feature_) off = HUGE_VAL;
+      if (off > tolerance) {
+        commit();
+        return;
+      }
+    }
+    target_.rollback(stroke_.mark);
+    target_.position.resize(mesh().vertex_count());
+    stroke_.fronts = stroke_.committed;
+    stroke_.provisional = false;
+    redone_ = true;
+    report_.changed = true;
+  }
+
+  /// Walks one front towards the blade's new edge over as many triangles as it takes. Appends the front, if it is still
+  /// in the material, to `fronts`, and its last bit inside a face (or none) to `last_bits`. True if the path moved.
+  bool follow(V tip, const BladeEdge& to, std::vector<V>& fronts, std::vector<FacePoint>& last_bits) {
+    bool moved = false;
+    const std::size_t limit = 100 + 4 * mesh().face_count();
+    for (std::size_t round = 0; round < limit; ++round) {
+      const auto plane = TrackPlane::make(at(tip), to);
+      if (!plane || plane->progress(at(tip)) > -0.5 * feature_) {  // the blade is here
+        fronts.push_back(tip);
+        last_bits.push_back({});
+        return moved;
+      }
+      const auto way = leave_vertex(tip, *plane);
+      if (!way) {  // no material ahead: out over the rim, or into an open slit
+        const auto again = enter_next_lip(tip, *plane);
+        if (!again) return moved;
+        tip = *again;
+        moved = true;
+        continue;
+      }
+      if (way->inside) {
+        if (way->missed) return moved;  // the blade's edge no longer reaches the surface
+        fronts.push_back(tip);
+        last_bits.push_back(way->target);
+        return moved;
+      }
+      if (way->missed) return moved;
+      const auto step = advance(tip, way->target);
+      if (!step) return moved;
+      if (step->kind == Advance::Kind::kNothing || step->tip == tip) {
+        fronts.push_back(tip);
+        last_bits.push_back({});
+        return moved;
+      }
+      moved = true;
+      tip = step->tip;
+      visited_.push_back(at(tip));
+    }
+    return moved;
+  }
+
+  struct Way {
+    FacePoint target;
+    bool inside = false;  // the blade's edge is reached inside the face
+    bool missed = false;  // the blade's edge does not extend to the surface there
+  };
+
+  /// The face of the tip's fan that the track runs through, and where it leaves it.
+  std::optional<Way> leave_vertex(V tip, const TrackPlane& plane) const {
+    std::optional<Way> best;
+    double best_progress = kLeastProgress;
+    const Vec3 p0 = at(tip);
+    mesh().for_each_outgoing(tip, [&](H h) {
+      const Vec3 a = at(mesh().to(h)), b = at(mesh().apex(h));
+      if (plane.above(a) == plane.above(b)) return true;
+      const double f = plane.crossing(a, b);
+      const Vec3 p = lerp(a, b, f);
+      const double length = norm(p - p0);
+      if (!(length > 0)) return true;
+      const double progress = (plane.progress(p) - plane.progress(p0)) / length;
+      if (progress <= best_progress) return true;
+      best_progress = progress;
+      Way way;
+      double u = 1;
+      if (plane.progress(p) >= 0) {
+        way.inside = true;
+        u = std::clamp(plane.progress(p0) / (plane.progress(p0) - plane.progress(p)), 0.0, 1.0);
+      }
+      // A blade that is deep at its new pose was about as deep on the way, so its edge there serves for both.
+      way.missed = !plane.in_blade(lerp(p0, p, u));
+      way.target.face = mesh().face(h);
+      std::array<double, 3>& w = way.target.weights;
+      w[static_cast<std::size_t>(h.value % 3)] = 1 - u;
+      w[static_cast<std::size_t>((h.value + 1) % 3)] = u * (1 - f);
+      w[static_cast<std::size_t>((h.value + 2) % 3)] = u * f;
+      best = way;
+      return true;
+    });
+    return best;
+  }
+
+  /// The next border that the track meets ahead of `tip`: the other lip of a slit, or a rim further on.
+  std::optional<V> enter_next_lip(V tip, const TrackPlane& plane) {
+    const double start = plane.progress(at(tip));
+    H found;
+    double found_progress = 0, found_f = 0;
+    const V tip_origin = mesh().ancestor[tip];
+    for (std::size_t i = 0; i < mesh().half_edge_count(); ++i) {
+      const H h(i);
+      if (!mesh().is_border(h)) continue;
+      const V va = mesh().from(h), vb = mesh().to(h);
+      if (mesh().ancestor[va] == tip_origin || mesh().ancestor[vb] == tip_origin) continue;
+      const auto hit = cross_border(h, plane);
+      if (!hit) continue;
+      if (hit->progress < start - 1e-9 * target_.complex.mean_root_edge || hit->progress > 0) continue;
+      if (found.valid() && hit->progress >= found_progress) continue;
+      found = h;
+      found_progress = hit->progress;
+      found_f = hit->fraction;
+    }
+    if (!found.valid()) return std::nullopt;
+    FacePoint point;
+    point.face = mesh().face(found);
+    point.weights = {0, 0, 0};
+    point.weights[static_cast<std::size_t>(found.value % 3)] = 1 - found_f;
+    point.weights[static_cast<std::size_t>((found.value + 1) % 3)] = found_f;
+    const auto start_vertex = start_here(point);
+    if (!start_vertex || *start_vertex == tip) return std::nullopt;
+    if (std::find(entered_.begin(), entered_.end(), *start_vertex) != entered_.end()) return std::nullopt;  // no circles
+    entered_.push_back(*start_vertex);
+    return start_vertex;
+  }
+
+  struct BorderHit { double fraction, progress; };
+  /// Where the track crosses border edge h into its face, within the blade's length.
+  std::optional<BorderHit> cross_border(H h, const TrackPlane& plane) const {
+    const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h)), c = at(mesh().apex(h));
+    if (plane.above(a) == plane.above(b)) return std::nullopt;
+    const double f = plane.crossing(a, b);
+    const Vec3 p = lerp(a, b, f);
+    if (!plane.in_blade(p)) return std::nullopt;
+    const Vec3 inward = cross(cross(b - a, c - a), b - a);
+    if (!(dot(inward, plane.motion) > 0)) return std::nullopt;
+    return BorderHit{f, plane.progress(p)};
+  }
+
+  /// Everything the blade runs into during this move, first things first.
+  std::vector<Entry> find_entries(const BladeEdge& from, const BladeEdge& to) const {
+    std::vector<Entry> entries;
+    // The swept strip: rows of points from -> to, two triangles.
+    const Vec3 strip[2][3] = {{from.base, from.tip, to.tip}, {from.base, to.tip, to.base}};
+    Box3 box;
+    for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) box.add(p);
+    for (std::size_t i = 0; i < mesh().face_count(); ++i) {
+      const F face(i);
+      const H h0 = CollisionMesh::corner(face, 0);
+      const V v[3] = {mesh().from(h0), mesh().to(h0), mesh().apex(h0)};
+      const Vec3 p[3] = {at(v[0]), at(v[1]), at(v[2])};
+      if (std::max({p[0].x, p[1].x, p[2].x}) < box.min.x || std::min({p[0].x, p[1].x, p[2].x}) > box.max.x ||
+          std::max({p[0].y, p[1].y, p[2].y}) < box.min.y || std::min({p[0].y, p[1].y, p[2].y}) > box.max.y ||
+          std::max({p[0].z, p[1].z, p[2].z}) < box.min.z || std::min({p[0].z, p[1].z, p[2].z}) > box.max.z)
+        continue;
+      // An end of the edge, or the edge as it stood at first, goes through the face: a stab.
+      const std::pair<Vec3, Vec3> tracks[3] = {{from.tip, to.tip}, {from.base, to.base}, {from.base, from.tip}};
+      for (int k = 0; k < 3; ++k) {
+        double t = 0;
+        FacePoint point;
+        if (!pierce(face, p, tracks[k].first, tracks[k].second, t, point)) continue;
+        const double time = k == 2 ? 0 : t;
+        entries.push_back({time, k == 2 ? t : k == 0 ? 1.0 : 0.0, point,
+                           lerp(tracks[k].first, tracks[k].second, t)});
+      }
+      for (int k = 0; k < 3; ++k) {
+        const H h = CollisionMesh::corner(face, k);
+        if (!mesh().is_border(h)) continue;
+        const Vec3 a = p[k], b = p[(k + 1) % 3], c = p[(k + 2) % 3];
+        for (const auto& triangle : strip) {
+          double f = 0;
+          Vec3 bary;
+          if (!segment_triangle(a, b, triangle[0], triangle[1], triangle[2], f, bary)) continue;
+          const bool first = &triangle == &strip[0];
+          const double time = first ? bary.z : bary.y + bary.z;
+          const Vec3 inward = cross(cross(b - a, c - a), b - a);
+          const Vec3 motion = first ? to.tip - from.tip : to.base - from.base;
+          if (!(dot(inward, motion) > 0)) continue;
+          Entry e;
+          e.time = time;
+          e.position = lerp(a, b, f);
+          const Vec3 base = lerp(from.base, to.base, time), tip = lerp(from.tip, to.tip, time);
+          e.depth = dot(e.position - base, tip - base) / std::max(dot(tip - base, tip - base), 1e-300);
+          e.point.face = face;
+          e.point.weights = {0, 0, 0};
+          e.point.weights[static_cast<std::size_t>(k)] = 1 - f;
+          e.point.weights[static_cast<std::size_t>((k + 1) % 3)] = f;
+          entries.push_back(e);
+        }
+      }
+    }
+    // Layers met at the same moment but for rounding: the one nearer to the base is the first.
+    std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+      const auto ta = std::llround(a.time * kMoments), tb = std::llround(b.time * kMoments);
+      return ta != tb ? ta < tb : a.depth < b.depth;
+    });
+    return entries;
+  }
+
+  static bool segment_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c, double& t, Vec3& bary) {
+    const int sp = orient3d(a, b, c, p), sq = orient3d(a, b, c, q);
+    if ((sp > 0) == (sq > 0)) return false;
+    const Vec3 n = cross(b - a, c - a);
+    const double hp = std::abs(dot(n, p - a)), hq = std::abs(dot(n, q - a));
+    t = hp + hq > 0 ? hp / (hp + hq) : 0.5;
+    const Vec3 x = lerp(p, q, t);
+    const double n2 = dot(n, n);
+    if (!(n2 > 0)) return false;
+    const double wa = dot(cross(b - x, c - x), n) / n2, wb = dot(cross(c - x, a - x), n) / n2;
+    const double wc = 1 - wa - wb;
+    if (wa < -1e-12 || wb < -1e-12 || wc < -1e-12) return false;
+    bary = {wa, wb, wc};
+    return true;
+  }
+
+  static bool pierce(F face, const Vec3 p[3], Vec3 from, Vec3 to, double& t, FacePoint& point) {
+    Vec3 bary;
+    if (!segment_triangle(from, to, p[0], p[1], p[2], t, bary)) return false;
+    point.face = face;
+    point.weights = {std::max(bary.x, 0.0), std::max(bary.y, 0.0), std::max(bary.z, 0.0)};
+    const double sum = point.weights[0] + point.weights[1] + point.weights[2];
+    for (double& w : point.weights) w /= sum;
+    return true;
+  }
+
+  bool on_a_track(Vec3 p, std::size_t old_fronts) const {
+    for (std::size_t i = 0; i < std::min(old_fronts, stroke_.fronts.size()); ++i)
+      if (norm(at(stroke_.fronts[i]) - p) < feature_) return true;
+    return std::any_of(visited_.begin(), visited_.end(), [&](Vec3 q) { return norm(p - q) < kSameTrack * feature_; });
+  }
+
+  /// An entry was found before other fronts cut; find its place on the mesh as it is now.
+  std::optional<FacePoint> relocate(const Entry& e) const {
+    const auto w = weights_in(e.point.face, e.position);
+    if (w) return FacePoint{e.point.face, *w};
+    for (std::size_t i = 0; i < mesh().face_count(); ++i)
+      if (const auto other = weights_in(F(i), e.position)) return FacePoint{F(i), *other};
+    return std::nullopt;
+  }
+
+  /// Barycentric coordinates of a point that lies in (the plane of) a face; none if it lies outside.
+  std::optional<std::array<double, 3>> weights_in(F face, Vec3 x) const {
+    const H h = CollisionMesh::corner(face, 0);
+    const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h)), c = at(mesh().apex(h));
+    const Vec3 n = cross(b - a, c - a);
+    const double n2 = dot(n, n);
+    if (!(n2 > 0)) return std::nullopt;
+    if (std::abs(dot(n, x - a)) > 1e-6 * std::sqrt(n2) * target_.complex.mean_root_edge) return std::nullopt;
+    const double wa = dot(cross(b - x, c - x), n) / n2, wb = dot(cross(c - x, a - x), n) / n2, wc = 1 - wa - wb;
+    if (wa < -1e-9 || wb < -1e-9 || wc < -1e-9) return std::nullopt;
+    return std::array<double, 3>{std::max(wa, 0.0), std::max(wb, 0.0), std::max(wc, 0.0)};
+  }
+
+  bool touches(V tip, F face) const {
+    for (int i = 0; i < 3; ++i)
+      if (mesh().from(CollisionMesh::corner(face, i)) == tip) return true;
+    return false;
+  }
+
+  std::optional<V> start_here(const FacePoint& point) {
+    begin_step();
+    auto start = start_cut(target_.complex, point, target_.options, target_.scratch);
+    if (!start) return refuse(), std::nullopt;
+    end_step();
+    ++report_.steps;
+    return *start;
+  }
+
+  std::optional<Advance> advance(V tip, const FacePoint& to) {
+    begin_step();
+    auto step = advance_cut(target_.complex, tip, to, target_.options, target_.scratch);
+    if (!step) return refuse(), std::nullopt;
+    end_step();
+    ++report_.steps;
+    return *step;
+  }
+
+  // Around every step: a mark to return to if it is refused.
+  void begin_step() { journal_mark(target_.complex, step_mark_); }
+  void refuse() {
+    journal_rollback(target_.complex, step_mark_);
+    ++report_.refused;
+  }
+  void end_step() {
+    for (std::size_t i = target_.position.size(); i < mesh().vertex_count(); ++i)
+      target_.position.push_back(place(V(i)));
+  }
+  /// New vertices lie among their parents as they do at rest.
+  Vec3 place(V v) const {
+    const auto& births = target_.scratch.births;
+    const auto birth = std::lower_bound(births.begin(), births.end(), v,
+                                        [](const VertexBirth& b, V id) { return b.vertex < id; });
+    KERF_ASSERT(birth != births.end() && birth->vertex == v);
+    Vec3 p;
+    for (std::size_t i = 0; i < 3; ++i)
+      if (birth->parent[i].valid()) p += birth->weight[i] * at(birth->parent[i]);
+    return p;
+  }
+
+  BladeStroke& stroke_;
+  SweepTarget& target_;
+  SweepReport report_;
+  double feature_ = 0;
+  bool redone_ = false;
+  std::vector<Vec3> visited_;
+  std::vector<V> entered_;
+  JournalMark step_mark_;
+};
+
+double turn(const BladeEdge& a, const BladeEdge& b) {
+  const Vec3 da = normalized(a.tip - a.base), db = normalized(b.tip - b.base);
+  return std::acos(std::clamp(dot(da, db), -1.0, 1.0));
+}
+
+}  // namespace
+
+Result<SweepReport> move_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target) {
+  if (!is_finite(edge.base) || !is_finite(edge.tip)) return bad_input("blade: a coordinate of the edge is not a number");
+  if (!(norm(edge.tip - edge.base) > 0))
+    return bad_input("blade: base and tip are the same point; a blade needs an edge of some length");
+  SweepReport total;
+  if (!stroke.started) {
+    stroke.started = true;
+    stroke.edge = edge;
+    return total;
+  }
+  const BladeEdge from = stroke.edge;
+  const int parts = std::clamp(static_cast<int>(std::ceil(turn(from, edge) / kMaxTurn)), 1, 64);
+  for (int i = 1; i <= parts; ++i) {
+    const double t = static_cast<double>(i) / parts;
+    const BladeEdge to = i == parts ? edge : BladeEdge{lerp(from.base, edge.base, t), lerp(from.tip, edge.tip, t)};
+    if (!(norm(to.tip - to.base) > 0)) continue;
+    const SweepReport part = Sweep(stroke, target).run(to);
+    total.steps += part.steps;
+    total.refused += part.refused;
+    total.changed |= part.changed;
+  }
+  return total;
+}
+
+void lift_blade(BladeStroke& stroke) {
+  stroke.started = false;
+  stroke.fronts.clear();
+  stroke.committed.clear();
+  stroke.trail.clear();
+  stroke.provisional = false;
+}
+
+}  // namespace kerf

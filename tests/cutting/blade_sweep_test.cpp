@@ -1,0 +1,248 @@
+// Blades through deformed, moving meshes: where they cut, that nothing breaks, and that what is provisional leaves no trace.
+#include "kerf/cutting/blade_sweep.h"
+
+#include <gtest/gtest.h>
+
+#include "kerf/cutting/pieces.h"
+#include "kerf/cutting/validate.h"
+#include "support/synthetic_complex.h"
+
+namespace kerf {
+namespace {
+
+using namespace testing_support;
+
+struct Bench {
+  CellComplex body;
+  std::vector<Vec3> position;
+  CutScratch scratch;
+  CutOptions options;
+  BladeStroke stroke;
+  ComplexMeasures start;
+  Vec3 (*deform)(Vec3) = [](Vec3 p) { return p; };
+
+  explicit Bench(const TriangleMesh& surface, bool closed = true, int subdivisions = 2) {
+    SyntheticOptions o;
+    o.closed = closed;
+    o.subdivisions = subdivisions;
+    body = make_synthetic_complex(surface, o);
+    start = measure_complex(body);
+    place();
+  }
+  void place() {
+    position.clear();
+    for (const Vec3& p : body.collision.rest.raw()) position.push_back(deform(p));
+  }
+  SweepTarget target() {
+    return SweepTarget{body, position, scratch, options,
+                       [this] { JournalMark m; journal_mark(body, m); return m; },
+                       [this](const JournalMark& m) { journal_rollback(body, m); }};
+  }
+  SweepReport move(Vec3 base, Vec3 tip) {
+    SweepTarget t = target();
+    auto report = move_blade(stroke, {base, tip}, t);
+    EXPECT_TRUE(report.ok());
+    const Status valid = validate_complex(body, start);
+    EXPECT_TRUE(valid.ok()) << (valid.ok() ? "" : valid.error().message);
+    EXPECT_EQ(position.size(), body.collision.vertex_count());
+    return *report;
+  }
+  SweepReport vertical(double x, double y) { return move({x, y, 1}, {x, y, -1}); }
+  int pieces() const { return collision_pieces(body).count; }
+};
+
+/// Length of all borders made by cuts, at rest; each cut has two lips.
+double lip_length(const CellComplex& body) {
+  double sum = 0;
+  const CollisionMesh& m = body.collision;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(m.half_edge_count()))
+    if (m.is_border(h) && !(m.on_rim(m.from(h)) && m.on_rim(m.to(h)) && !m.wall[h].valid()))
+      sum += norm(m.rest[m.to(h)] - m.rest[m.from(h)]);
+  return sum;
+}
+
+TEST(BladeSweep, StraightAcrossASheetMakesTwoPieces) {
+  for (const bool closed : {false, true}) {
+    Bench b(sheet_65_mesh(), closed);
+    b.vertical(-0.2, 0.43);
+    b.vertical(1.2, 0.47);
+    EXPECT_EQ(b.pieces(), 2);
+  }
+}
+
+TEST(BladeSweep, TheCutEndsWhereTheBladeIs) {
+  Bench b(sheet_65_mesh());
+  b.vertical(-0.1, 0.41);
+  for (int i = 1; i <= 40; ++i) {
+    const double x = -0.1 + 0.02 * i;
+    b.vertical(x, 0.41);
+    if (x > 0.05) {
+      ASSERT_EQ(b.stroke.fronts.size(), 1u);
+      const Vec3 tip = b.position[b.stroke.fronts[0].index()];
+      EXPECT_NEAR(tip.x, x, 2 * b.options.minimum_feature * b.body.mean_root_edge + 0.05 * b.body.mean_root_edge);
+      EXPECT_NEAR(tip.y, 0.41, 0.05 * b.body.mean_root_edge);
+    }
+  }
+  EXPECT_EQ(b.pieces(), 1);
+  EXPECT_NEAR(lip_length(b.body), 2 * 0.7, 0.03);
+}
+
+TEST(BladeSweep, CoarseAndFinePosesCutTheSameLength) {
+  for (const int n : {1, 3, 17, 120}) {
+    Bench b(sheet_65_mesh());
+    b.vertical(-0.1, 0.37);
+    for (int i = 1; i <= n; ++i) b.vertical(-0.1 + 0.8 * i / n, 0.37 + 0.1 * i / n);
+    EXPECT_NEAR(lip_length(b.body), 2 * 0.706, 0.03) << n << " poses";
+    EXPECT_EQ(b.pieces(), 1);
+  }
+}
+
+TEST(BladeSweep, StabInTheMiddleAndPullOut) {
+  Bench b(sheet_65_mesh());
+  b.move({0.45, 0.52, 1}, {0.45, 0.52, 0.3});   // above
+  b.move({0.45, 0.52, 1}, {0.45, 0.52, -0.3});  // through
+  EXPECT_EQ(b.stroke.fronts.size(), 1u);
+  for (int i = 1; i <= 10; ++i) b.move({0.45 + 0.02 * i, 0.52, 1}, {0.45 + 0.02 * i, 0.52, -0.3});
+  EXPECT_NEAR(lip_length(b.body), 0.4, 0.03);
+  b.move({0.65, 0.52, 1}, {0.65, 0.52, 0.3});  // out again
+  b.move({0.75, 0.52, 1}, {0.75, 0.52, 0.3});  // and on, in the air
+  EXPECT_TRUE(b.stroke.fronts.empty());
+  EXPECT_NEAR(lip_length(b.body), 0.4, 0.03);
+}
+
+TEST(BladeSweep, CurvedCutFollowsTheBlade) {
+  Bench b(sheet_65_mesh());
+  const double r = 0.3;
+  for (int i = 0; i <= 60; ++i) {
+    const double a = 1.5 * 3.14159265 * i / 60;
+    b.vertical(0.5 + r * std::cos(a), 0.5 + r * std::sin(a));
+  }
+  EXPECT_NEAR(lip_length(b.body), 2 * 1.5 * 3.14159265 * r, 0.06 * 2 * 1.5 * 3.14159265 * r);
+  // Every lip vertex is near the circle.
+  for (const CollisionVertex v : ids<CollisionVertex>(b.body.collision.vertex_count()))
+    if (b.body.collision.on_border(v) && !b.body.collision.on_rim(v)) {
+      const Vec3 p = b.body.collision.rest[v];
+      EXPECT_NEAR(std::hypot(p.x - 0.5, p.y - 0.5), r, 0.08 * b.body.mean_root_edge);
+    }
+}
+
+TEST(BladeSweep, AClosedLoopCutsAnIslandLoose) {
+  Bench b(sheet_65_mesh());
+  for (int i = 0; i <= 52; ++i) {
+    const double a = 2 * 3.14159265 * i / 48;
+    b.vertical(0.5 + 0.27 * std::cos(a), 0.52 + 0.27 * std::sin(a));
+  }
+  EXPECT_EQ(b.pieces(), 2);
+}
+
+TEST(BladeSweep, CrossingCutsMakeFourPieces) {
+  for (const bool closed : {false, true}) {
+    Bench b(sheet_65_mesh(), closed);
+    b.vertical(-0.1, 0.41);
+    b.vertical(1.1, 0.46);
+    lift_blade(b.stroke);
+    b.vertical(0.47, -0.1);
+    b.vertical(0.52, 1.1);
+    EXPECT_EQ(b.pieces(), 4);
+  }
+}
+
+TEST(BladeSweep, ReentersTheOtherLipOfAnOpenSlit) {
+  Bench b(sheet_65_mesh());
+  b.vertical(-0.1, 0.5);
+  b.vertical(0.83, 0.5);
+  lift_blade(b.stroke);
+  // The slit gapes: everything above it is pushed away.
+  for (std::size_t i = 0; i < b.position.size(); ++i) {
+    const CollisionVertex v(i);
+    bool above = false;
+    b.body.collision.for_each_outgoing(v, [&](CollisionHalfEdge h) {
+      const auto& m = b.body.collision;
+      const Vec3 c = (1.0 / 3) * (m.rest[m.from(h)] + m.rest[m.to(h)] + m.rest[m.apex(h)]);
+      above |= c.y > 0.5 && m.rest[v].x < 0.82;
+      return true;
+    });
+    const Vec3 p = b.body.collision.rest[v];
+    if (above && p.y >= 0.499) b.position[i].y += 0.15 * (0.83 - p.x);
+  }
+  b.vertical(0.3, -0.1);
+  for (int i = 1; i <= 14; ++i) b.vertical(0.3, -0.1 + 0.1 * i);
+  EXPECT_EQ(b.pieces(), 3);
+}
+
+TEST(BladeSweep, ScreenStrokeCutsTheFirstLayerOnlyUnlessThrough) {
+  for (const bool through : {false, true}) {
+    // Half a cylinder, its axis along y: seen from above, one half of the sheet lies over the other.
+    Bench b(bent_mesh(plain_grid_mesh(12, 4, 3.0, 1.0), 3.0 / 3.14159265), true);
+    b.stroke.through = through;
+    b.move({0.5, -0.1, 5}, {0.5, -0.1, -5});
+    b.move({0.5, 1.1, 5}, {0.5, 1.1, -5});
+    EXPECT_EQ(b.pieces(), through ? 3 : 2);
+    if (!through)  // the upper one
+      for (const CollisionVertex v : ids<CollisionVertex>(b.body.collision.vertex_count()))
+        if (b.body.collision.ancestor[v] != v) {
+          EXPECT_GT(b.body.collision.rest[v].z, -0.9);
+        }
+  }
+}
+
+TEST(BladeSweep, TurningScalpelOnABentSheet) {
+  Bench b(sheet_65_mesh());
+  b.deform = [](Vec3 p) { return Vec3{p.x, p.y, 0.15 * std::sin(4 * p.x) + 0.1 * p.y * p.y}; };
+  b.place();
+  for (int i = 0; i <= 30; ++i) {
+    const double t = i / 30.0, tilt = 0.5 * std::sin(5 * t);
+    b.move({-0.1 + 1.2 * t + tilt, 0.3 + 0.3 * t, 1}, {-0.1 + 1.2 * t - tilt, 0.3 + 0.3 * t, -1});
+  }
+  EXPECT_EQ(b.pieces(), 2);
+}
+
+TEST(BladeSweep, ProvisionalEndsLeaveNoTrace) {
+  Bench b(sheet_65_mesh());
+  b.vertical(-0.1, 0.41);
+  b.vertical(0.30, 0.41);
+  const std::size_t vertices = b.body.collision.vertex_count();
+  const std::size_t triangles = b.body.visual.face_count();
+  Random random(3);
+  for (int i = 0; i < 200; ++i) b.vertical(0.30 + 0.012 * random.uniform(), 0.41);
+  b.vertical(0.30, 0.41);
+  EXPECT_NEAR(static_cast<double>(b.body.collision.vertex_count()), static_cast<double>(vertices), 3);
+  EXPECT_NEAR(static_cast<double>(b.body.visual.face_count()), static_cast<double>(triangles), 60);
+}
+
+TEST(BladeSweep, RandomStrokesOnAMovingSheetKeepEveryInvariant) {
+  for (int seed = 0; seed < 12; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed) + 100);
+    Bench b(sheet_65_mesh(), seed % 2 == 1, 1);
+    for (int stroke = 0; stroke < 5; ++stroke) {
+      double x = random.uniform(-0.2, 1.2), y = random.uniform(-0.2, 1.2), heading = random.uniform(0, 6.28);
+      for (int i = 0; i < 25; ++i) {
+        // The body sways between poses.
+        const double sway = 0.05 * std::sin(0.7 * i + seed);
+        const CollisionMesh& m = b.body.collision;
+        for (std::size_t k = 0; k < b.position.size(); ++k) {
+          const Vec3 p = m.rest[CollisionVertex(k)];
+          b.position[k] = {p.x + sway * p.y, p.y, sway * std::sin(3 * p.x)};
+        }
+        heading += random.uniform(-0.8, 0.8);
+        const double step = random.uniform(0, 0.12);
+        x += step * std::cos(heading);
+        y += step * std::sin(heading);
+        const double lean = random.uniform(-0.3, 0.3);
+        b.move({x + lean, y, 1}, {x - lean, y, random.index(8) == 0 ? 0.3 : -1});
+      }
+      lift_blade(b.stroke);
+    }
+    EXPECT_EQ(collision_pieces(b.body).count, visual_pieces(b.body).count);
+  }
+}
+
+TEST(BladeSweep, RefusesEdgesWithoutLengthAndNumbersThatAreNone) {
+  Bench b(sheet_65_mesh());
+  SweepTarget t = b.target();
+  EXPECT_FALSE(move_blade(b.stroke, {{0, 0, 0}, {0, 0, 0}}, t).ok());
+  EXPECT_FALSE(move_blade(b.stroke, {{0, 0, 0}, {0, NAN, 1}}, t).ok());
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,21 +1,22 @@
-// Which side of a line a point lies on: exact sign.
+// Which side of a line a point lies on: the exact sign with a size.
 #pragma once
 
-#include "kerf/base/vec.h"
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kerf/spatial/predicates.h"
 
 namespace kerf::cut {
 
-/// Twice the signed area of the triangle a b c: > 0 when c is left of a -> b. The sign is exact (barring overflow and
-/// underflow), the value has a small relative error. Shewchuk's first filter, then an expansion sum.
-double orient2d_exact(Vec2 a, Vec2 b, Vec2 c);
-
+/// Twice the signed area of the triangle a b c: > 0 when c is left of a -> b. The sign is exact; the size has a small
+/// relative error except where it is smaller than the rounding of its terms.
 inline double orient(Vec2 a, Vec2 b, Vec2 c) {
-  const double left = (a.x - c.x) * (b.y - c.y);
-  const double right = (a.y - c.y) * (b.x - c.x);
-  const double det = left - right;
-  const double bound = 3.3306690738754716e-16 * (std::fabs(left) + std::fabs(right));
-  if (det > bound || -det > bound) return det;
-  return orient2d_exact(a, b, c);
+  const double left = (a.x - c.x) * (b.y - c.y), right = (a.y - c.y) * (b.x - c.x), det = left - right;
+  const double error = exact::kFilter2d * (std::fabs(left) + std::fabs(right)) + exact::kUnderflow;
+  if (det > error || -det > error) return det;
+  const int sign = exact::orient2d(a, b, c);
+  return sign == 0 ? 0.0 : std::copysign(std::max(std::fabs(det), std::numeric_limits<double>::min()), sign);
 }
 
 }  // namespace kerf::cut

@@ -1,0 +1,22 @@
+// kerf run SCENE --out DIR
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace kerf::app {
+
+struct RunOptions {
+  std::string scene;               ///< as typed: a path or the name of a shipped scene
+  std::filesystem::path out;       ///< folder for all results; made when it does not exist
+  std::optional<double> duration;  ///< s, instead of the scene's
+  std::optional<int> threads;      ///< instead of the scene's
+  bool quiet = false;              ///< no progress, no summary
+};
+
+/// Reads the scene, simulates it and writes report.json, the final meshes, the animation and the picture into
+/// `out`. Returns the exit status.
+int run_scene(const RunOptions& options);
+
+}  // namespace kerf::app

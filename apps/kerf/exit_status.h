@@ -1,0 +1,20 @@
+// What the program tells the shell.
+#pragma once
+
+#include <cstdio>
+
+#include "kerf/base/result.h"
+
+namespace kerf::app {
+
+inline constexpr int kSuccess = 0;
+inline constexpr int kRunFailed = 1;
+inline constexpr int kBadInput = 2;
+
+/// Prints an error to stderr, one "kerf: " line each, and returns its exit status.
+inline int report(const Error& error) {
+  std::fprintf(stderr, "kerf: %s\n", error.message.c_str());
+  return error.kind == ErrorKind::kBadInput ? kBadInput : kRunFailed;
+}
+
+}  // namespace kerf::app

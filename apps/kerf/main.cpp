@@ -1,0 +1,201 @@
+// The program: its commands and their options. What they do stands in command_*.cpp. Only this file sees
+// CLI11, which is slow to compile and throws.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <charconv>
+#include <functional>
+#include <string>
+
+#include "command_bind.h"
+#include "command_cut.h"
+#include "command_info.h"
+#include "command_make.h"
+#include "command_run.h"
+#include "exit_status.h"
+#include "kerf/mesh/models.h"
+#include "scene_search.h"
+
+namespace {
+
+using namespace kerf;
+using namespace kerf::app;
+
+/// Three numbers with commas: 0.1,-2,3e-2.
+Vec3 parse_vec3(const std::string& text) {
+  Vec3 v;
+  const char* at = text.data();
+  const char* end = at + text.size();
+  for (int i = 0; i < 3; ++i) {
+    const auto [next, error] = std::from_chars(at, end, v[i]);
+    const bool separated = i < 2 ? next < end && *next == ',' : next == end;
+    if (error != std::errc() || !separated)
+      throw CLI::ValidationError("\"" + text + "\" is not X,Y,Z: three numbers with commas");
+    at = next + 1;
+  }
+  if (!is_finite(v)) throw CLI::ValidationError("\"" + text + "\" is not finite");
+  return v;
+}
+
+CLI::Option* add_vec3(CLI::App* command, const std::string& name, const std::function<void(Vec3)>& set,
+                      const std::string& doc) {
+  return command
+      ->add_option_function<std::string>(
+          name, [set](const std::string& text) { set(parse_vec3(text)); }, doc)
+      ->type_name("X,Y,Z");
+}
+
+void add_run(CLI::App& app, RunOptions& options, std::function<int()>& chosen) {
+  CLI::App* command = app.add_subcommand("run", "Simulate a scene and write what came of it");
+  command->add_option("SCENE", options.scene, "A scene file, or the name of a shipped scene")->required();
+  command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")
+      ->required();
+  command->add_option("--duration", options.duration, "Simulate this many seconds instead of the scene's")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--threads", options.threads, "Threads to use; 0: all cores")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
+  std::string scenes;
+  for (const std::string& name : shipped_scenes()) scenes += (scenes.empty() ? "" : ", ") + name;
+  command->footer("Shipped scenes: " + scenes +
+                  "\n\nExamples:\n"
+                  "  kerf run steak --out out/steak           cuts a steak; the results lie in out/steak\n"
+                  "  kerf run my/scene.toml --out out/mine    mesh files in it are relative to the scene\n"
+                  "  kerf info --schema                       what a scene can say\n\n"
+                  "Results: report.json (counts, times, residuals, checks), visual.obj and visual_rest.obj,\n"
+                  "collision.obj, hexahedra.vtu, body.glb (animation), picture.png.\n"
+                  "Exit status: 0 success, 1 the run failed, 2 bad input.");
+  command->callback([&options, &chosen] { chosen = [&options] { return run_scene(options); }; });
+}
+
+void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen) {
+  CLI::App* command = app.add_subcommand("bind", "Bind a visual mesh to a collision mesh and save the body");
+  command
+      ->add_option("VISUAL", options.visual,
+                   "Mesh that is drawn: OBJ, PLY, STL or OFF, closed or an open sheet")
+      ->required();
+  command->add_option("-c,--collision", options.collision, "Mesh of the mid-surface, with a border")
+      ->required();
+  command->add_option("-o,--out", options.out, "File for the bound body, usually .kerf")->required();
+  command->add_option("--scale", options.scale, "Metres per unit of the files")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--exact", options.exact_paths, "Exact geodesic paths: slower, a little shorter");
+  command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
+  command->footer(
+      "Examples:\n"
+      "  kerf make steak --out steak && kerf bind steak/visual.obj --collision steak/collision.obj --out "
+      "steak.kerf\n"
+      "  kerf bind knee.stl --collision knee-middle.obj --scale 0.001 --out knee.kerf     millimetres\n"
+      "A scene uses the result with:  [body] bound = \"steak.kerf\"");
+  command->callback([&options, &chosen] { chosen = [&options] { return bind_meshes(options); }; });
+}
+
+void add_make(CLI::App& app, MakeOptions& options, std::function<int()>& chosen) {
+  CLI::App* command = app.add_subcommand("make", "Generate a model: visual mesh, collision mesh and a scene");
+  command->add_option("MODEL", options.model, "One of the models below")->required();
+  command->add_option("-o,--out", options.out, "Folder for the files; made when it does not exist")
+      ->required();
+  command->add_option("--visual-triangles", options.options.visual_triangles, "Triangles of the visual mesh");
+  command->add_option("--collision-triangles", options.options.collision_triangles,
+                      "Triangles of the collision mesh");
+  command->add_option("--rim-radius", options.options.rim_radius,
+                      "closed-sheet: how far the rim bulges, metres");
+  command->add_option("--bend", options.options.bend, "Bend by this angle, radians");
+  command->add_option("--bumps", options.options.bumps, "Height of smooth bumps, metres");
+  command->add_option("--noise", options.options.noise, "Random displacements of visual vertices, metres");
+  command->add_option("--seed", options.options.seed, "Of bumps and noise")->capture_default_str();
+  command->add_option("--format", options.format, "obj or ply")
+      ->check(CLI::IsMember({"obj", "ply"}))
+      ->capture_default_str();
+  std::string models;
+  for (const ModelName& model : model_names()) {
+    models += "  " + std::string(model.name) +
+              std::string(model.name.size() < 14 ? 14 - model.name.size() : 1, ' ') +
+              std::string(model.description) + "\n";
+  }
+  command->footer("Models:\n" + models +
+                  "\nExamples:\n"
+                  "  kerf make steak --out steak\n"
+                  "  kerf make sheet --visual-triangles 106496 --out sheet");
+  command->callback([&options, &chosen] { chosen = [&options] { return make_meshes(options); }; });
+}
+
+void add_info(CLI::App& app, InfoOptions& options, std::function<int()>& chosen) {
+  CLI::App* command = app.add_subcommand("info", "Describe a mesh, a scene or a bound body");
+  command->add_option("FILE", options.file,
+                      "A mesh (OBJ, PLY, STL, OFF), a scene (TOML or a shipped name) or a body (.kerf)");
+  command->add_flag("--schema", options.schema,
+                    "Everything a scene file can say: keys, types, units, ranges, defaults");
+  command->add_flag("--markdown", options.markdown, "With --schema: as Markdown");
+  command->add_flag("--scenes", options.scenes, "Names of the shipped scenes");
+  command->footer(
+      "Examples:\n"
+      "  kerf info knee.stl            counts, size, area, volume, borders, pieces, and what is wrong with "
+      "it\n"
+      "  kerf info steak               what happens in a scene\n"
+      "  kerf info --schema | less");
+  command->callback([&options, &chosen] { chosen = [&options] { return show_info(options); }; });
+}
+
+void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
+  CLI::App* command = app.add_subcommand("cut", "Make one cut in a body, without a scene");
+  command
+      ->add_option("BODY", options.body,
+                   "A body saved by kerf bind, a visual mesh (with --collision), or a model's name")
+      ->required();
+  command->add_option("-c,--collision", options.collision,
+                      "Mesh of the mid-surface, when BODY is a visual mesh");
+  command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
+      ->check(CLI::PositiveNumber);
+  add_vec3(
+      command, "--from", [&options](Vec3 v) { options.from = v; }, "Where the cut starts, metres")
+      ->required();
+  add_vec3(
+      command, "--to", [&options](Vec3 v) { options.to = v; }, "Where it ends")
+      ->required();
+  add_vec3(
+      command, "--along", [&options](Vec3 v) { options.along = v; },
+      "Direction of the blade's edge; default: through the thickness");
+  command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")
+      ->required();
+  command->footer(
+      "Examples:\n"
+      "  kerf cut steak --from -0.12,0,0 --to 0.12,0,0 --out out/halves\n"
+      "  kerf cut knee.kerf --from 0,0.01,0 --to 0,0.02,0 --out out/tear\n"
+      "The cut runs straight from --from to --to; points off the body are fine, it is cut where the blade "
+      "meets it.");
+  command->callback([&options, &chosen] { chosen = [&options] { return cut_body(options); }; });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Kerf cuts thin deformable solids in real time.", "kerf");
+  app.set_version_flag("--version", "kerf " KERF_VERSION);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(32);
+  app.footer(
+      "Start with:\n"
+      "  kerf run steak --out out/steak\n"
+      "kerf COMMAND --help explains a command with examples.");
+  std::function<int()> chosen;
+  RunOptions run;
+  add_run(app, run, chosen);
+  BindOptions bind;
+  add_bind(app, bind, chosen);
+  MakeOptions make;
+  add_make(app, make, chosen);
+  InfoOptions info;
+  add_info(app, info, chosen);
+  CutOptions cut;
+  add_cut(app, cut, chosen);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kSuccess : kBadInput;
+  }
+  return chosen();
+}

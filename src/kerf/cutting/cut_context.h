@@ -1,7 +1,7 @@
 // What every step of a cut needs, and how it reports a refused degenerate case.
 #pragma once
 
-#include <fmt/format.h>
+#include <string>
 
 #include "kerf/base/result.h"
 #include "kerf/binding/cell_complex.h"
@@ -26,8 +26,8 @@ struct CutContext {
     return false;
   }
   [[nodiscard]] Error error() const {
-    return failed(fmt::format("cut refused: {} ({} {}); move the blade a little and cut again", reason ? reason : "unknown",
-                              element, id));
+    return failed(std::string("cut refused: ") + (reason ? reason : "unknown") + " (" + element + " " + std::to_string(id) +
+                  "); move the blade a little and cut again");
   }
 };
 

@@ -51,12 +51,17 @@ TriangleMesh awkward_mesh(bool texture, bool groups) {
   return mesh;
 }
 
+template <class T>
+std::string bytes_of(const std::vector<T>& values) {
+  std::string bytes;
+  for (const T& value : values) bytes += raw(value);
+  return bytes;
+}
+
 void expect_same_bits(const TriangleMesh& a, const TriangleMesh& b) {
-  ASSERT_EQ(a.positions.size(), b.positions.size());
-  EXPECT_EQ(std::memcmp(a.positions.raw().data(), b.positions.raw().data(), a.positions.size() * sizeof(Vec3)), 0);
+  EXPECT_EQ(bytes_of(a.positions.raw()), bytes_of(b.positions.raw()));
   EXPECT_EQ(a.triangles, b.triangles);
-  ASSERT_EQ(a.texture.size(), b.texture.size());
-  EXPECT_EQ(std::memcmp(a.texture.raw().data(), b.texture.raw().data(), a.texture.size() * 3 * sizeof(Vec2f)), 0);
+  EXPECT_EQ(bytes_of(a.texture.raw()), bytes_of(b.texture.raw()));
   EXPECT_EQ(a.group, b.group);
 }
 
@@ -106,6 +111,13 @@ TEST(MeshFile, ObjDialects) {
   EXPECT_EQ(mesh->texture.raw()[0], (std::array<Vec2f, 3>{Vec2f{0, 0}, {1, 0}, {1, 1}}));
   EXPECT_EQ(mesh->texture.raw()[1], (std::array<Vec2f, 3>{Vec2f{0, 0}, {1, 1}, {0, 0}}));
   EXPECT_EQ(mesh->group.raw(), (std::vector<std::int32_t>{0, 0, 1, 0}));
+}
+
+TEST(MeshFile, MarkOfUtf8IsSkipped) {
+  const TemporaryFolder folder;
+  const auto mesh = read_mesh(folder.put("bom.obj", "\xEF\xBB\xBFv 5 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+  ASSERT_TRUE(mesh.ok()) << mesh.error().message;
+  EXPECT_EQ(mesh->positions.raw()[0].x, 5);
 }
 
 TEST(MeshFile, ObjFacesMayComeBeforeTheirVertices) {
@@ -454,6 +466,13 @@ TEST(MeshFile, WritingReplacesInOneGo) {
   EXPECT_FALSE(write_obj(path, bad).ok());
   EXPECT_EQ(TemporaryFolder::get(path), "old");  // the old file stays when the new one fails
   EXPECT_FALSE(write_ply(path, bad).ok());
+  EXPECT_EQ(TemporaryFolder::get(path), "old");
+  bad = mesh;
+  bad.triangles.raw()[7][1] = VertexId(207);
+  EXPECT_THAT(write_obj(path, bad).error().message, HasSubstr("vertex 207 of 207"));
+  bad = mesh;
+  bad.texture.resize(3);
+  EXPECT_THAT(write_ply(path, bad).error().message, HasSubstr("texture for 3"));
   EXPECT_EQ(TemporaryFolder::get(path), "old");
   ASSERT_TRUE(write_obj(path, mesh).ok());
   EXPECT_TRUE(read_mesh(path).ok());

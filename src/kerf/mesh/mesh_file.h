@@ -28,6 +28,10 @@ Status write_obj(const std::string& path, const TriangleMesh& mesh, const std::v
 /// (`group`) where the mesh has them. An existing file is replaced in one go.
 Status write_ply(const std::string& path, const TriangleMesh& mesh);
 
+/// What both writers refuse before they touch the disk: corners that don't exist, positions that are not finite, texture
+/// or groups that are not one for every triangle.
+Status check_writable(const std::string& path, const TriangleMesh& mesh);
+
 /// The readers behind read_mesh, on text or bytes already in memory; `name` stands for the file in errors.
 Result<TriangleMesh> parse_obj(std::string_view bytes, const std::string& name,
                                std::vector<std::string>* group_names = nullptr);

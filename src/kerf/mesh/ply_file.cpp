@@ -542,6 +542,7 @@ void append(std::string& bytes, const T& value) {
 Result<TriangleMesh> parse_ply(std::string_view bytes, const std::string& name) { return PlyReader(bytes, name).read(); }
 
 Status write_ply(const std::string& path, const TriangleMesh& mesh) {
+  KERF_TRY(check_writable(path, mesh));
   ReplacingFile file(path);
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment metres\nelement vertex {}\nproperty double x\nproperty double y\n"
@@ -554,7 +555,6 @@ Status write_ply(const std::string& path, const TriangleMesh& mesh) {
     bytes.clear();
   };
   for (const Vec3& p : mesh.positions) {
-    if (!is_finite(p)) return failed(fmt::format("{}: a position is not finite; nothing was written", path));
     append(bytes, std::array<double, 3>{p.x, p.y, p.z});
     if (bytes.size() >= kChunk) drain();
   }

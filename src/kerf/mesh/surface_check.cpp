@@ -50,9 +50,13 @@ Status check_elements(const TriangleMesh& mesh, const std::string& who) {
 }
 
 Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who, std::vector<std::string>& warnings) {
-  Box3 box;
+  std::vector<char> used(mesh.positions.size(), 0);
   for (const auto& t : mesh.triangles) {
-    for (const VertexId v : t) box.add(mesh.positions[v]);
+    for (const VertexId v : t) used[v.index()] = 1;
+  }
+  Box3 box;
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    if (used[v] != 0) box.add(mesh.positions.raw()[v]);
   }
   const Vec3 size = box.size();
   const double largest = std::max({size.x, size.y, size.z});
@@ -546,7 +550,9 @@ class SurfacePass {
       const Vec3 n = cross(b - a, c - a);
       part.area += 0.5 * norm(n);
       part.volume += dot(a - center, n) / 6;
-      for (const Vec3 p : {a, b, c}) part.box.add(p);
+      if (parts_.size() > 1) {  // only nesting needs the boxes
+        for (const Vec3 p : {a, b, c}) part.box.add(p);
+      }
       for (std::size_t i = 0; i < 3; ++i) part.border_edges += across_[3 * t + i] < 0 ? 1 : 0;
     }
     closed_ = true;

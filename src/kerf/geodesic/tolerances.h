@@ -9,7 +9,7 @@ constexpr double kSwitchAngle = 1e-8;
 /// Of the length. Straightening stops when a round gains less.
 constexpr double kStraightenGain = 1e-14;
 /// Rounds of straightening before the strip is taken as it is; each moves every bend over one vertex.
-constexpr int kStraightenRounds = 100000;
+constexpr int kStraightenRounds = 10000;
 /// Of the straight distance. A path from a plane cut that is longer may have gone the wrong way around a bump: the
 /// corridor search gives a second one to choose from.
 constexpr double kSecondSeed = 1.1;

@@ -1,5 +1,7 @@
 #include "kerf/cutting/cut_path.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

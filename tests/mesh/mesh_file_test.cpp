@@ -18,7 +18,9 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-std::array<VertexId, 3> tri(int a, int b, int c) { return {VertexId(a), VertexId(b), VertexId(c)}; }
+std::array<VertexId, 3> tri(int a, int b, int c) {
+  return {VertexId(a), VertexId(b), VertexId(c)};
+}
 
 template <class T>
 std::string raw(const T& value) {
@@ -34,16 +36,20 @@ std::string swapped(const T& value) {
 TriangleMesh awkward_mesh(bool texture, bool groups) {
   TriangleMesh mesh;
   Random random(7);
-  const double special[] = {-0.0, 5e-324, 1.7976931348623157e308, 0.1, 1.0 / 3, -2.2250738585072014e-308, 9007199254740993.0};
-  for (const double s : special) mesh.positions.push_back({s, random.uniform(-1, 1), random.uniform(-1e-9, 1e9)});
+  const double special[] = {
+      -0.0, 5e-324, 1.7976931348623157e308, 0.1, 1.0 / 3, -2.2250738585072014e-308, 9007199254740993.0};
+  for (const double s : special)
+    mesh.positions.push_back({s, random.uniform(-1, 1), random.uniform(-1e-9, 1e9)});
   for (int i = 0; i < 200; ++i) {
-    mesh.positions.push_back({random.uniform(-1, 1), std::ldexp(random.uniform(), random.index(600) - 300), random.uniform()});
+    mesh.positions.push_back(
+        {random.uniform(-1, 1), std::ldexp(random.uniform(), random.index(600) - 300), random.uniform()});
   }
   for (int i = 0; i < 300; ++i) {
     mesh.triangles.push_back(tri(random.index(207), random.index(207), random.index(207)));
     if (texture) {
       std::array<Vec2f, 3> uv;
-      for (Vec2f& c : uv) c = {static_cast<float>(random.uniform()), static_cast<float>(random.index(4)) / 3.0f};
+      for (Vec2f& c : uv)
+        c = {static_cast<float>(random.uniform()), static_cast<float>(random.index(4)) / 3.0f};
       mesh.texture.push_back(uv);
     }
     if (groups) mesh.group.push_back(i < 2 ? i : random.index(2));  // numbered by first appearance
@@ -94,19 +100,23 @@ TEST(MeshFile, EqualTextureCoordinatesShareOneLine) {
   mesh.texture.raw() = {{Vec2f{0, 0}, {1, 0}, {1, 1}}, {Vec2f{0, 0}, {1, 1}, {0, 1}}};
   ASSERT_TRUE(write_obj(folder.file("q.obj"), mesh).ok());
   EXPECT_EQ(TemporaryFolder::get(folder.file("q.obj")),
-            "# 4 vertices, 2 triangles, metres\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+            "# 4 vertices, 2 triangles, metres\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 "
+            "1\nvt 0 1\n"
             "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n");
 }
 
 TEST(MeshFile, ObjDialects) {
   const auto mesh = parse_obj(
-      "# comment\r\nmtllib x.mtl\r\no thing\r\nv 0 0 0 1.0\r\n  v\t1 +0 0 0.5 0.5 0.5\r\nv 1 1 0 # no\r\nv 0 1e0 0\r\n"
-      "vt 0 0\r\nvt 1 0 0\r\nvt 1 1\r\nvn 0 0 1\r\nusemtl a\r\ns off\r\nf -4/1/1 2/2/-1 3/3/1 -1//1 # a quad\r\n"
+      "# comment\r\nmtllib x.mtl\r\no thing\r\nv 0 0 0 1.0\r\n  v\t1 +0 0 0.5 0.5 0.5\r\nv 1 1 0 # no\r\nv 0 "
+      "1e0 0\r\n"
+      "vt 0 0\r\nvt 1 0 0\r\nvt 1 1\r\nvn 0 0 1\r\nusemtl a\r\ns off\r\nf -4/1/1 2/2/-1 3/3/1 -1//1 # a "
+      "quad\r\n"
       "usemtl b\r\nf 1//1 2//1 \\\r\n 3//1\r\nusemtl a\r\nf 1 2 4",
       "x.obj");
   ASSERT_TRUE(mesh.ok()) << mesh.error().message;
   EXPECT_EQ(mesh->positions.raw(), (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}));
-  EXPECT_EQ(mesh->triangles.raw(), (std::vector<std::array<VertexId, 3>>{tri(0, 1, 2), tri(0, 2, 3), tri(0, 1, 2), tri(0, 1, 3)}));
+  EXPECT_EQ(mesh->triangles.raw(),
+            (std::vector<std::array<VertexId, 3>>{tri(0, 1, 2), tri(0, 2, 3), tri(0, 1, 2), tri(0, 1, 3)}));
   ASSERT_EQ(mesh->texture.size(), 4u);
   EXPECT_EQ(mesh->texture.raw()[0], (std::array<Vec2f, 3>{Vec2f{0, 0}, {1, 0}, {1, 1}}));
   EXPECT_EQ(mesh->texture.raw()[1], (std::array<Vec2f, 3>{Vec2f{0, 0}, {1, 1}, {0, 0}}));
@@ -139,7 +149,8 @@ std::string ply_header(const std::string& format, const std::string& vertices, c
          "\nproperty list uchar int vertex_indices\nend_header\n";
 }
 
-std::string stl_of(std::uint32_t promised, const std::vector<std::array<float, 9>>& triangles, std::string head = "binary") {
+std::string stl_of(std::uint32_t promised, const std::vector<std::array<float, 9>>& triangles,
+                   std::string head = "binary") {
   std::string bytes = head;
   bytes.resize(80, ' ');
   bytes += raw(promised);
@@ -163,7 +174,8 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
       {"a.obj", three + "f 1/1 2/1 3/1\n", ":4:", "texture coordinate 1, but the file has 0"},
       {"a.obj", three + "f 1x 2 3\n", ":4:", "corner 1 ends in 'x'"},
       {"a.obj", three + "f a b c\n", ":4:", "'a'"},
-      {"a.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", ":2:", "vertex 2 has a coordinate that is not a finite number"},
+      {"a.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n",
+       ":2:", "vertex 2 has a coordinate that is not a finite number"},
       {"a.obj", "v 0 0 0\nv 1 0 0\nv 0 -inf 0\nf 1 2 3\n", ":3:", "not a finite number"},
       {"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1e999 0\nf 1 2 3\n", ":3:", "not a finite number"},
       {"a.obj", "v 0 0 0\r\nv 1 0\r\nv 0 1 0\r\nf 1 2 3\r\n", ":2:", "needs three numbers"},
@@ -178,7 +190,8 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
       {"a.stl", "", ":", "the file is empty"},
       {"a.off", "", ":", "the file is empty"},
       {"a.obj", off, ":", "the content is OFF; rename it to end in .off"},
-      {"a.stl", three + "f 1 2 3\n", ":", "the extension says STL, but the content is OBJ; rename it to end in .obj"},
+      {"a.stl", three + "f 1 2 3\n", ":",
+       "the extension says STL, but the content is OBJ; rename it to end in .obj"},
       {"a.off", stl_of(1, {{0, 0, 0, 1, 0, 0, 0, 1, 0}}), ":", "the content is STL"},
       {"a.obj", binary + nine, ":", "the content is PLY"},
       {"a.ply", "solid a\nfacet normal 0 0 1\n", ":", "the content is STL"},
@@ -196,36 +209,56 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
       {"a.ply", "ply\nelement face 3\nproperty list float int vertex_indices\n", ":3:", "'float'"},
       {"a.ply", "ply\nelement face 3\nproperty list uchar float vertex_indices\n", ":3:", "integer type"},
       {"a.ply", "ply\nelement vertex 1\nproperty float x\nend_header\n1\n", ":4:", "no 'format' line"},
-      {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", ":", "x, y and z"},
+      {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", ":",
+       "x, y and z"},
       {"a.ply", "ply\nformat ascii 1.0\nwhat\n", ":3:", "'what'"},
       {"a.ply", "ply\nformat ascii 1.0\nelement tristrips 1\nend_header\n", ":", "triangle strips"},
       {"a.ply", ply_header("ascii", "3", "0") + "0 0 0\n1 0 0\n0 1 0\n", ":", "no faces"},
-      {"a.ply", ply_header("ascii", "4294967295", "1") + "0 0 0\n", ":10:", "promises 4294967295 of element 'vertex'"},
-      {"a.ply", ply_header("ascii", "3", "4294967295") + "0 0 0\n1 0 0\n0 1 0\n", ":13:", "promises 4294967295 of element 'face'"},
-      {"a.ply", ply_header("binary_little_endian", "4294967295", "1") + "0 0 0\n", ": byte 178:", "promises 4294967295"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n", ":11:", "vertex 2 does not have the values"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0 0\n0 1 0\n3 0 1 2\n", ":11:", "vertex 2 does not have the values"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 nan 0\n3 0 1 2\n", ":12:", "vertex 3 has a coordinate"},
+      {"a.ply", ply_header("ascii", "4294967295", "1") + "0 0 0\n",
+       ":10:", "promises 4294967295 of element 'vertex'"},
+      {"a.ply", ply_header("ascii", "3", "4294967295") + "0 0 0\n1 0 0\n0 1 0\n",
+       ":13:", "promises 4294967295 of element 'face'"},
+      {"a.ply", ply_header("binary_little_endian", "4294967295", "1") + "0 0 0\n",
+       ": byte 178:", "promises 4294967295"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n",
+       ":11:", "vertex 2 does not have the values"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0 0\n0 1 0\n3 0 1 2\n",
+       ":11:", "vertex 2 does not have the values"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 nan 0\n3 0 1 2\n",
+       ":12:", "vertex 3 has a coordinate"},
       {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", ":13:", "names vertex 3"},
       {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", ":13:", "names vertex -1"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", ":13:", "face 1 has 2 corners"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", ":13:", "face 1 does not have"},
-      {"a.ply", ply_header("ascii", "3", "2") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", ":14:", "the file ends in face 2 of 2"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", ":14:", "more follows"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n",
+       ":13:", "face 1 has 2 corners"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n",
+       ":13:", "face 1 does not have"},
+      {"a.ply", ply_header("ascii", "3", "2") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+       ":14:", "the file ends in face 2 of 2"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n",
+       ":14:", "more follows"},
       {"a.ply", binary + nine, face_byte, "promises 1 of element 'face'"},
-      {"a.ply", binary + nine + "\3" + raw(std::array<std::int32_t, 3>{0, 1, 3}), face_byte, "names vertex 3"},
-      {"a.ply", binary + nine + "\4" + raw(std::array<std::int32_t, 3>{0, 1, 2}), face_byte, "the file ends in face 1"},
-      {"a.ply", binary + nine + "\3" + raw(std::array<std::int32_t, 3>{0, 1, 2}) + "x", fmt::format(": byte {}:", binary.size() + 49), "more follows"},
-      {"a.ply", binary + raw(std::array<float, 9>{0, 0, 0, std::nanf(""), 0, 0, 0, 1, 0}) + "\3" +
-                    raw(std::array<std::int32_t, 3>{0, 1, 2}), fmt::format(": byte {}:", binary.size() + 12), "vertex 2 has a coordinate"},
+      {"a.ply", binary + nine + "\3" + raw(std::array<std::int32_t, 3>{0, 1, 3}), face_byte,
+       "names vertex 3"},
+      {"a.ply", binary + nine + "\4" + raw(std::array<std::int32_t, 3>{0, 1, 2}), face_byte,
+       "the file ends in face 1"},
+      {"a.ply", binary + nine + "\3" + raw(std::array<std::int32_t, 3>{0, 1, 2}) + "x",
+       fmt::format(": byte {}:", binary.size() + 49), "more follows"},
+      {"a.ply",
+       binary + raw(std::array<float, 9>{0, 0, 0, std::nanf(""), 0, 0, 0, 1, 0}) + "\3" +
+           raw(std::array<std::int32_t, 3>{0, 1, 2}),
+       fmt::format(": byte {}:", binary.size() + 12), "vertex 2 has a coordinate"},
       // STL
       {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 zero\n", ":5:", "'zero'"},
-      {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 inf\n", ":5:", "not a finite number"},
-      {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n", ":6:", "needs 'vertex' here"},
-      {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", ":5:", "the file ends in triangle 1"},
+      {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 inf\n",
+       ":5:", "not a finite number"},
+      {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
+       ":6:", "needs 'vertex' here"},
+      {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
+       ":5:", "the file ends in triangle 1"},
       {"a.stl", "solid a\nendsolid a\n", ":", "no triangles"},
       {"a.stl", "short", ":", "too few for an STL file"},
-      {"a.stl", stl_of(2, {{0, 0, 0, 1, 0, 0, 0, 1, 0}}), ": byte 80:", "promises 2 triangles, which makes 184 bytes"},
+      {"a.stl", stl_of(2, {{0, 0, 0, 1, 0, 0, 0, 1, 0}}),
+       ": byte 80:", "promises 2 triangles, which makes 184 bytes"},
       {"a.stl", stl_of(4294967295u, {{0, 0, 0, 1, 0, 0, 0, 1, 0}}), ": byte 80:", "promises 4294967295"},
       {"a.stl", stl_of(0, {}), ": byte 80:", "no triangles"},
       {"a.stl", stl_of(1, {{0, 0, 0, 1, 0, 0, 0, std::nanf(""), 0}}), ": byte 120:", "not a finite number"},
@@ -270,12 +303,13 @@ constexpr float kTetrahedron[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}
 constexpr int kTetrahedronFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
 
 std::string ply_tetrahedron(bool big) {
-  std::string bytes = std::string("ply\r\nformat binary_") + (big ? "big" : "little") +
-                      "_endian 1.0\r\ncomment hello\r\nobj_info x\r\nelement face 4\r\nproperty uchar red\r\n"
-                      "property list ushort uint vertex_index\r\nproperty list int double extra\r\nelement vertex 4\r\n"
-                      "property double z\r\nproperty short quality\r\nproperty float x\r\nproperty list char int8 odd\r\n"
-                      "property int8 y\r\nproperty float s\r\nproperty float t\r\nelement material 1\r\nproperty float k\r\n"
-                      "end_header\r\n";
+  std::string bytes =
+      std::string("ply\r\nformat binary_") + (big ? "big" : "little") +
+      "_endian 1.0\r\ncomment hello\r\nobj_info x\r\nelement face 4\r\nproperty uchar red\r\n"
+      "property list ushort uint vertex_index\r\nproperty list int double extra\r\nelement vertex 4\r\n"
+      "property double z\r\nproperty short quality\r\nproperty float x\r\nproperty list char int8 odd\r\n"
+      "property int8 y\r\nproperty float s\r\nproperty float t\r\nelement material 1\r\nproperty float k\r\n"
+      "end_header\r\n";
   const auto put = [&](auto value) { bytes += big ? swapped(value) : raw(value); };
   for (const auto& f : kTetrahedronFaces) {
     put(std::uint8_t{7});
@@ -300,10 +334,12 @@ std::string ply_tetrahedron(bool big) {
 }
 
 std::string ply_text_tetrahedron() {
-  std::string text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
-                     "property float texture_u\nproperty float texture_v\nelement face 4\n"
-                     "property list uchar int vertex_indices\nend_header\n";
-  for (const auto& p : kTetrahedron) text += fmt::format("{} {} {} {} {}\n", p[0], p[1], p[2], p[0] + 0.25, p[1] + 0.5);
+  std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float texture_u\nproperty float texture_v\nelement face 4\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  for (const auto& p : kTetrahedron)
+    text += fmt::format("{} {} {} {} {}\n", p[0], p[1], p[2], p[0] + 0.25, p[1] + 0.5);
   for (const auto& f : kTetrahedronFaces) text += fmt::format("3 {} {} {}\n", f[0], f[1], f[2]);
   return text;
 }
@@ -322,7 +358,9 @@ std::string stl_text_tetrahedron() {
   std::string text = "solid my body\n";
   for (const auto& f : kTetrahedronFaces) {
     text += "  FACET NORMAL nan nan nan\n    outer loop\n";
-    for (const int v : f) text += fmt::format("      vertex {:e} {} {}\n", kTetrahedron[v][0], kTetrahedron[v][1], kTetrahedron[v][2] == 0 ? "-0.0" : "1");
+    for (const int v : f)
+      text += fmt::format("      vertex {:e} {} {}\n", kTetrahedron[v][0], kTetrahedron[v][1],
+                          kTetrahedron[v][2] == 0 ? "-0.0" : "1");
     text += "    endloop\n  endfacet\n";
   }
   return text + "endsolid my body\n";
@@ -337,15 +375,18 @@ std::string off_tetrahedron() {
 
 std::string obj_tetrahedron() {
   std::string text;
-  for (const auto& p : kTetrahedron) text += fmt::format("v {} {} {}\nvt {} {}\n", p[0], p[1], p[2], p[0] + 0.25, p[1] + 0.5);
-  for (const auto& f : kTetrahedronFaces) text += fmt::format("f {0}/{0} {1}/{1} {2}/{2}\n", f[0] + 1, f[1] + 1, f[2] + 1);
+  for (const auto& p : kTetrahedron)
+    text += fmt::format("v {} {} {}\nvt {} {}\n", p[0], p[1], p[2], p[0] + 0.25, p[1] + 0.5);
+  for (const auto& f : kTetrahedronFaces)
+    text += fmt::format("f {0}/{0} {1}/{1} {2}/{2}\n", f[0] + 1, f[1] + 1, f[2] + 1);
   return text;
 }
 
 // The corners of all triangles as points: equal whatever the numbering.
 std::vector<std::array<Vec3, 3>> corners_of(const TriangleMesh& mesh) {
   std::vector<std::array<Vec3, 3>> out;
-  for (const auto& t : mesh.triangles) out.push_back({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]});
+  for (const auto& t : mesh.triangles)
+    out.push_back({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]});
   return out;
 }
 
@@ -354,12 +395,14 @@ TEST(MeshFile, AllFormatsAgreeOnATetrahedron) {
   std::vector<std::array<Vec3, 3>> expected;
   for (const auto& f : kTetrahedronFaces) {
     std::array<Vec3, 3> t;
-    for (std::size_t i = 0; i < 3; ++i) t[i] = {kTetrahedron[f[i]][0], kTetrahedron[f[i]][1], kTetrahedron[f[i]][2]};
+    for (std::size_t i = 0; i < 3; ++i)
+      t[i] = {kTetrahedron[f[i]][0], kTetrahedron[f[i]][1], kTetrahedron[f[i]][2]};
     expected.push_back(t);
   }
   const std::vector<std::pair<std::string, std::string>> files = {
-      {"t.obj", obj_tetrahedron()},      {"t.ply", ply_text_tetrahedron()},  {"T.PLY", ply_tetrahedron(false)},
-      {"big.ply", ply_tetrahedron(true)}, {"t.stl", stl_tetrahedron()},       {"text.Stl", stl_text_tetrahedron()},
+      {"t.obj", obj_tetrahedron()},      {"t.ply", ply_text_tetrahedron()},
+      {"T.PLY", ply_tetrahedron(false)}, {"big.ply", ply_tetrahedron(true)},
+      {"t.stl", stl_tetrahedron()},      {"text.Stl", stl_text_tetrahedron()},
       {"t.off", off_tetrahedron()}};
   for (const auto& [name, bytes] : files) {
     const auto mesh = read_mesh(folder.put(name, bytes));
@@ -396,7 +439,8 @@ TEST(MeshFile, TruncationAnywhereNeverCrashes) {
     std::size_t good = 0;
     std::size_t first = text.size();
     for (std::size_t n = 0; n <= text.size(); ++n) {
-      const std::string copy = text.substr(0, n);  // memory of its own: reading past its end shows in sanitizers
+      const std::string copy =
+          text.substr(0, n);  // memory of its own: reading past its end shows in sanitizers
       const std::unique_ptr<char[]> tight(new char[n]);
       std::memcpy(tight.get(), copy.data(), n);
       const Result<TriangleMesh> mesh = parse(std::string_view(tight.get(), n));
@@ -413,25 +457,30 @@ TEST(MeshFile, TruncationAnywhereNeverCrashes) {
     return std::pair(good, text.size() - first);
   };
   const auto stl_text = stl_text_tetrahedron();
-  const auto [stl_good, stl_early] = count_good(stl_text, [](std::string_view s) { return parse_stl(s, "x"); });
+  const auto [stl_good, stl_early] =
+      count_good(stl_text, [](std::string_view s) { return parse_stl(s, "x"); });
   EXPECT_LE(stl_early, std::string(" my body\n").size());
   EXPECT_EQ(stl_good, stl_early + 1);
   const auto ply_text = ply_text_tetrahedron();
-  const auto [ply_good, ply_early] = count_good(ply_text, [](std::string_view s) { return parse_ply(s, "x"); });
+  const auto [ply_good, ply_early] =
+      count_good(ply_text, [](std::string_view s) { return parse_ply(s, "x"); });
   EXPECT_EQ(ply_early, 1u);
   const auto off_text = off_tetrahedron();
-  const auto [off_good, off_early] = count_good(off_text, [](std::string_view s) { return parse_off(s, "x"); });
+  const auto [off_good, off_early] =
+      count_good(off_text, [](std::string_view s) { return parse_off(s, "x"); });
   EXPECT_EQ(off_early, std::string(" 255 0 0 # red\n").size());
   const auto obj_text = obj_tetrahedron();
-  const auto [obj_good, obj_early] = count_good(obj_text, [](std::string_view s) { return parse_obj(s, "x"); });
+  const auto [obj_good, obj_early] =
+      count_good(obj_text, [](std::string_view s) { return parse_obj(s, "x"); });
   EXPECT_GT(obj_good, 0u);  // OBJ has no counts: whole lines can go unnoticed
   EXPECT_GT(obj_early, 0u);
 }
 
 TEST(MeshFile, RandomBytesNeverCrash) {
   Random random(11);
-  const std::string seeds[] = {obj_tetrahedron(), ply_text_tetrahedron(), ply_tetrahedron(true), ply_tetrahedron(false),
-                               stl_tetrahedron(), stl_text_tetrahedron(), off_tetrahedron()};
+  const std::string seeds[] = {obj_tetrahedron(),      ply_text_tetrahedron(), ply_tetrahedron(true),
+                               ply_tetrahedron(false), stl_tetrahedron(),      stl_text_tetrahedron(),
+                               off_tetrahedron()};
   for (int round = 0; round < 20000; ++round) {
     std::string bytes = seeds[random.index(7)];
     for (int k = 1 + random.index(4); k > 0; --k) {
@@ -439,7 +488,8 @@ TEST(MeshFile, RandomBytesNeverCrash) {
       if (random.index(3) == 0) {
         bytes.erase(at, static_cast<std::size_t>(random.index(9)));
       } else if (random.index(2) == 0) {
-        bytes.insert(at, bytes.substr(static_cast<std::size_t>(random.index(static_cast<int>(bytes.size()))), 8));
+        bytes.insert(at,
+                     bytes.substr(static_cast<std::size_t>(random.index(static_cast<int>(bytes.size()))), 8));
       } else {
         bytes[at] = static_cast<char>(random.index(256));
       }

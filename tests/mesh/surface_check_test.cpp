@@ -22,15 +22,20 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-std::array<VertexId, 3> tri(int a, int b, int c) { return {VertexId(a), VertexId(b), VertexId(c)}; }
+std::array<VertexId, 3> tri(int a, int b, int c) {
+  return {VertexId(a), VertexId(b), VertexId(c)};
+}
 
-// A box with outward triangles: 8 vertices, 12 triangles; corner c is at bits (x = c & 1, y = c >> 1 & 1, z = c >> 2).
+// A box with outward triangles: 8 vertices, 12 triangles; corner c is at bits (x = c & 1, y = c >> 1 & 1, z =
+// c >> 2).
 TriangleMesh box_mesh(Vec3 low = {0, 0, 0}, Vec3 high = {1, 1, 1}) {
   TriangleMesh mesh;
   for (int c = 0; c < 8; ++c) {
-    mesh.positions.push_back({(c & 1) != 0 ? high.x : low.x, (c & 2) != 0 ? high.y : low.y, (c & 4) != 0 ? high.z : low.z});
+    mesh.positions.push_back(
+        {(c & 1) != 0 ? high.x : low.x, (c & 2) != 0 ? high.y : low.y, (c & 4) != 0 ? high.z : low.z});
   }
-  const int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  const int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
   for (const auto& q : quads) {
     mesh.triangles.push_back(tri(q[0], q[1], q[2]));
     mesh.triangles.push_back(tri(q[0], q[2], q[3]));
@@ -42,7 +47,8 @@ TriangleMesh box_mesh(Vec3 low = {0, 0, 0}, Vec3 high = {1, 1, 1}) {
 TriangleMesh grid_mesh(int n, int m) {
   TriangleMesh mesh;
   for (int j = 0; j <= m; ++j) {
-    for (int i = 0; i <= n; ++i) mesh.positions.push_back({static_cast<double>(i) / n, static_cast<double>(j) / m, 0});
+    for (int i = 0; i <= n; ++i)
+      mesh.positions.push_back({static_cast<double>(i) / n, static_cast<double>(j) / m, 0});
   }
   for (int j = 0; j < m; ++j) {
     for (int i = 0; i < n; ++i) {
@@ -83,8 +89,8 @@ TriangleMesh torus_mesh(int n, int m, double big, double small) {
     for (int j = 0; j < m; ++j) {
       const double a = 2 * std::numbers::pi * i / n;
       const double b = 2 * std::numbers::pi * j / m;
-      mesh.positions.push_back({(big + small * std::cos(b)) * std::cos(a), (big + small * std::cos(b)) * std::sin(a),
-                                small * std::sin(b)});
+      mesh.positions.push_back({(big + small * std::cos(b)) * std::cos(a),
+                                (big + small * std::cos(b)) * std::sin(a), small * std::sin(b)});
     }
   }
   for (int i = 0; i < n; ++i) {
@@ -103,7 +109,8 @@ TriangleMesh torus_mesh(int n, int m, double big, double small) {
 void append(TriangleMesh& mesh, const TriangleMesh& other) {
   const auto offset = static_cast<int>(mesh.positions.size());
   for (const Vec3& p : other.positions) mesh.positions.push_back(p);
-  for (const auto& t : other.triangles) mesh.triangles.push_back(tri(t[0].value + offset, t[1].value + offset, t[2].value + offset));
+  for (const auto& t : other.triangles)
+    mesh.triangles.push_back(tri(t[0].value + offset, t[1].value + offset, t[2].value + offset));
 }
 
 void invert(TriangleMesh& mesh) {
@@ -195,7 +202,8 @@ TEST(SurfaceMeasures, ClosedForms) {
 }
 
 TEST(SurfaceCheck, SoundSurfacesStayAsTheyAre) {
-  for (const TriangleMesh& good : {box_mesh(), grid_mesh(5, 4), torus_mesh(9, 7, 2, 0.5), band_mesh(10, 0), band_mesh(10, 2)}) {
+  for (const TriangleMesh& good :
+       {box_mesh(), grid_mesh(5, 4), torus_mesh(9, 7, 2, 0.5), band_mesh(10, 0), band_mesh(10, 2)}) {
     TriangleMesh mesh = good;
     const SurfaceReport report = accepted(mesh);
     EXPECT_THAT(report.repairs, IsEmpty());
@@ -234,7 +242,8 @@ TEST(SurfaceCheck, WeldsWithinAToleranceWhenAsked) {
   Random random(5);
   TriangleMesh mesh = soup(torus_mesh(24, 12, 2, 0.5));
   for (Vec3& p : mesh.positions) {
-    p += Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)} .x * Vec3{1e-8, -1e-8, 1e-8};
+    p +=
+        Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}.x * Vec3{1e-8, -1e-8, 1e-8};
   }
   EXPECT_THAT(refused(mesh, closed()), AllOf(HasSubstr("the surface is open"), HasSubstr("weld tolerance")));
   SurfaceRequirements tolerant = closed();
@@ -247,7 +256,8 @@ TEST(SurfaceCheck, WeldsWithinAToleranceWhenAsked) {
 }
 
 TEST(SurfaceCheck, AClosedSurfaceWithCoincidingVerticesStaysApart) {
-  // Two wedges that touch along a whole face as if cut, joined elsewhere: here simply a torus whose start and end touch.
+  // Two wedges that touch along a whole face as if cut, joined elsewhere: here simply a torus whose start and
+  // end touch.
   TriangleMesh mesh = box_mesh();
   append(mesh, box_mesh({1, 0, 0}, {2, 1, 1}));  // touching boxes: welding would make a non-manifold
   SurfaceRequirements any = closed();
@@ -263,12 +273,14 @@ TEST(SurfaceCheck, DropsDuplicatesCollapsedAndUnused) {
   TriangleMesh mesh = box_mesh();
   mesh.positions.push_back({0.5, 0.5, 0.5});
   mesh.triangles.push_back(mesh.triangles.raw()[3]);
-  mesh.triangles.push_back(tri(3, 1, 0));                           // the second triangle, started elsewhere
-  mesh.triangles.push_back({mesh.triangles.raw()[7][0], mesh.triangles.raw()[7][2], mesh.triangles.raw()[7][1]});  // turned
+  mesh.triangles.push_back(tri(3, 1, 0));  // the second triangle, started elsewhere
+  mesh.triangles.push_back(
+      {mesh.triangles.raw()[7][0], mesh.triangles.raw()[7][2], mesh.triangles.raw()[7][1]});  // turned
   mesh.triangles.push_back(tri(2, 2, 5));
   const SurfaceReport report = accepted(mesh, closed());
-  EXPECT_THAT(report.repairs, ElementsAre("dropped 1 triangle with corners at the same place", "dropped 3 duplicate triangles",
-                                          "dropped 1 vertex that no triangle uses"));
+  EXPECT_THAT(report.repairs,
+              ElementsAre("dropped 1 triangle with corners at the same place",
+                          "dropped 3 duplicate triangles", "dropped 1 vertex that no triangle uses"));
   EXPECT_EQ(mesh.triangles, box_mesh().triangles);
 }
 
@@ -278,16 +290,19 @@ TEST(SurfaceCheck, FlatTriangles) {
   mesh.positions.push_back({0.25, 0, 0});
   mesh.triangles.push_back(tri(0, 9, 1));
   const SurfaceReport report = accepted(mesh);
-  EXPECT_THAT(report.repairs, ElementsAre("dropped 1 triangle without area", "dropped 1 vertex that no triangle uses"));
+  EXPECT_THAT(report.repairs,
+              ElementsAre("dropped 1 triangle without area", "dropped 1 vertex that no triangle uses"));
   EXPECT_EQ(mesh.triangles, grid_mesh(2, 2).triangles);
 
-  // Inside: vertex 10 on the edge between triangles 1 and 2 of a grid, with a flat triangle on the side of one only.
+  // Inside: vertex 10 on the edge between triangles 1 and 2 of a grid, with a flat triangle on the side of
+  // one only.
   TriangleMesh inside = grid_mesh(2, 2);  // triangles (0 1 4) and (0 4 3)
   inside.positions.push_back({0.25, 0.25, 0});
   inside.triangles.raw()[0] = tri(0, 1, 9);
   inside.triangles.push_back(tri(1, 4, 9));
   inside.triangles.push_back(tri(0, 9, 4));
-  EXPECT_THAT(refused(inside), AllOf(HasSubstr("a triangle has no area"), HasSubstr("triangle 10 (vertex 1 at (0, 0, 0))")));
+  EXPECT_THAT(refused(inside),
+              AllOf(HasSubstr("a triangle has no area"), HasSubstr("triangle 10 (vertex 1 at (0, 0, 0))")));
 
   TriangleMesh line;
   line.positions.raw() = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
@@ -299,7 +314,8 @@ TEST(SurfaceCheck, NonManifoldEdges) {
   TriangleMesh mesh = grid_mesh(1, 1);  // 0 1 3, 0 3 2
   mesh.positions.push_back({0.5, 0.5, 1});
   mesh.triangles.push_back(tri(0, 3, 4));
-  EXPECT_THAT(refused(mesh), AllOf(HasSubstr("1 edge has more than two triangles: 1-4 at (0, 0, 0) (3 triangles)")));
+  EXPECT_THAT(refused(mesh),
+              AllOf(HasSubstr("1 edge has more than two triangles: 1-4 at (0, 0, 0) (3 triangles)")));
 
   TriangleMesh boxes = box_mesh();
   append(boxes, box_mesh({1, 0, 0}, {2, 1, 1}));
@@ -315,7 +331,8 @@ TEST(SurfaceCheck, Orientation) {
       mesh.texture.resize(mesh.triangles.size());
       std::size_t turned = 0;
       for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (std::size_t i = 0; i < 3; ++i) mesh.texture.raw()[t][i] = {static_cast<float>(mesh.triangles.raw()[t][i].value), 0};
+        for (std::size_t i = 0; i < 3; ++i)
+          mesh.texture.raw()[t][i] = {static_cast<float>(mesh.triangles.raw()[t][i].value), 0};
         if (random.index(4) != 0) continue;
         ++turned;
         std::swap(mesh.triangles.raw()[t][1], mesh.triangles.raw()[t][2]);
@@ -337,7 +354,8 @@ TEST(SurfaceCheck, Orientation) {
   EXPECT_THAT(refused(band_mesh(12, 1)), HasSubstr("one-sided, like a Moebius strip"));
   EXPECT_THAT(refused(band_mesh(12, 3)), HasSubstr("one-sided"));
   TriangleMesh shuffled = band_mesh(9, 1);
-  for (std::size_t t = 0; t < shuffled.triangles.size(); t += 3) std::swap(shuffled.triangles.raw()[t][0], shuffled.triangles.raw()[t][1]);
+  for (std::size_t t = 0; t < shuffled.triangles.size(); t += 3)
+    std::swap(shuffled.triangles.raw()[t][0], shuffled.triangles.raw()[t][1]);
   EXPECT_THAT(refused(shuffled), HasSubstr("one-sided"));
 }
 
@@ -366,7 +384,21 @@ TEST(SurfaceCheck, ShellsAndSeveralBodies) {
       EXPECT_EQ(report.repairs.size(), (outer_wrong ? 1u : 0u) + (inner_wrong ? 1u : 0u));
     }
   }
-  // A body inside a hollow is one more body; its box is inside, and that of a neighbour in a torus's hole too.
+  TriangleMesh cheese = box_mesh({0, 0, 0}, {3, 3, 3});
+  Random random(4);
+  for (int i = 0; i < 27; ++i) {
+    const Vec3 low{i % 3 + 0.2, i / 3 % 3 + 0.2, i / 9 + 0.2};
+    TriangleMesh hole = box_mesh(low, low + Vec3{0.5, 0.5, 0.5});
+    if (random.index(2) == 0) invert(hole);
+    append(cheese, hole);
+  }
+  const SurfaceReport holes = accepted(cheese, closed());
+  EXPECT_EQ(holes.cavities, 27u);
+  EXPECT_EQ(holes.bodies, 1u);
+  EXPECT_NEAR(holes.measures.volume, 27 - 27 * 0.125, 1e-12);
+
+  // A body inside a hollow is one more body; its box is inside, and that of a neighbour in a torus's hole
+  // too.
   TriangleMesh nested = box_mesh({0, 0, 0}, {5, 5, 5});
   append(nested, box_mesh({1, 1, 1}, {4, 4, 4}));
   append(nested, box_mesh({2, 2, 2}, {3, 3, 3}));
@@ -393,8 +425,9 @@ TEST(SurfaceCheck, OpenAndClosed) {
   open.triangles.raw().erase(open.triangles.begin());
   SurfaceRequirements requirements = closed();
   requirements.name = "steak.obj";
-  EXPECT_THAT(refused(open, requirements), AllOf(HasSubstr("steak.obj: the surface is open, but a closed one is needed here: "),
-                                                 HasSubstr("2 borders with 6 edges")));
+  EXPECT_THAT(refused(open, requirements),
+              AllOf(HasSubstr("steak.obj: the surface is open, but a closed one is needed here: "),
+                    HasSubstr("2 borders with 6 edges")));
   EXPECT_EQ(accepted(open).measures.border_edges, 6u);
   SurfaceRequirements sheet;
   sheet.closedness = Closedness::kOpen;
@@ -406,7 +439,8 @@ TEST(SurfaceCheck, OpenAndClosed) {
 TEST(SurfaceCheck, FlatClosedSurfaces) {
   // Two fans over one hexagon, with a centre each: closed, without volume.
   TriangleMesh pillow;
-  for (int i = 0; i < 6; ++i) pillow.positions.push_back({std::cos(i * 1.0471975511965976), std::sin(i * 1.0471975511965976), 0});
+  for (int i = 0; i < 6; ++i)
+    pillow.positions.push_back({std::cos(i * 1.0471975511965976), std::sin(i * 1.0471975511965976), 0});
   pillow.positions.push_back({0, 0, 0});
   pillow.positions.push_back({0, 0, 0});
   for (int i = 0; i < 6; ++i) {
@@ -450,7 +484,8 @@ TEST(SurfaceCheck, TouchingInAPoint) {
     return r.ok() ? *r : SurfaceReport{};
   }();
   expect_sound(bow);
-  EXPECT_THAT(report.repairs, ElementsAre("split 1 vertex where parts of the surface touch in a single point"));
+  EXPECT_THAT(report.repairs,
+              ElementsAre("split 1 vertex where parts of the surface touch in a single point"));
   EXPECT_EQ(bow.positions.size(), 6u);
 
   // A box with two holes that meet in a corner; what comes out is accepted as it is the next time.
@@ -505,13 +540,25 @@ TEST(SurfaceCheck, RandomDamageIsRepairedOrRefused) {
     TriangleMesh mesh = round % 2 == 0 ? torus_mesh(7, 5, 2, 0.5) : grid_mesh(5, 4);
     const auto vertices = static_cast<int>(mesh.positions.size());
     for (int k = random.index(4); k >= 0; --k) {
-      auto& t = mesh.triangles.raw()[static_cast<std::size_t>(random.index(static_cast<int>(mesh.triangles.size())))];
+      auto& t = mesh.triangles
+                    .raw()[static_cast<std::size_t>(random.index(static_cast<int>(mesh.triangles.size())))];
       switch (random.index(5)) {
-        case 0: t[0] = VertexId(random.index(vertices)); break;
-        case 1: std::swap(t[0], t[1]); break;
-        case 2: mesh.triangles.push_back(t); break;
-        case 3: t = mesh.triangles.raw().back(); mesh.triangles.raw().pop_back(); break;
-        default: mesh.positions[t[0]] = mesh.positions[t[1]]; break;
+        case 0:
+          t[0] = VertexId(random.index(vertices));
+          break;
+        case 1:
+          std::swap(t[0], t[1]);
+          break;
+        case 2:
+          mesh.triangles.push_back(t);
+          break;
+        case 3:
+          t = mesh.triangles.raw().back();
+          mesh.triangles.raw().pop_back();
+          break;
+        default:
+          mesh.positions[t[0]] = mesh.positions[t[1]];
+          break;
       }
     }
     SurfaceRequirements requirements;

@@ -26,7 +26,13 @@ std::string encoded(const std::string& bytes, std::size_t cut) {
 }
 
 TEST(Base64, PublishedExamples) {  // RFC 4648, section 10
-  const char* examples[][2] = {{"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}};
+  const char* examples[][2] = {{"", ""},
+                               {"f", "Zg=="},
+                               {"fo", "Zm8="},
+                               {"foo", "Zm9v"},
+                               {"foob", "Zm9vYg=="},
+                               {"fooba", "Zm9vYmE="},
+                               {"foobar", "Zm9vYmFy"}};
   for (const auto& [bytes, text] : examples) {
     for (std::size_t cut = 0; cut <= std::strlen(bytes); ++cut) EXPECT_EQ(encoded(bytes, cut), text);
   }
@@ -73,8 +79,8 @@ VtuMesh unit_cell() {
 TEST(VtuFile, HexahedraFollowVtksOrder) {
   const VtuMesh mesh = unit_cell();
   ASSERT_EQ(mesh.corners.size(), 8u);
-  // The rule of VTK's documentation: (0,1,2,3) is the base, counter-clockwise seen from inside along its normal, and
-  // (4,5,6,7) the opposite face above it.
+  // The rule of VTK's documentation: (0,1,2,3) is the base, counter-clockwise seen from inside along its
+  // normal, and (4,5,6,7) the opposite face above it.
   const auto p = [&](std::size_t i) { return mesh.points[static_cast<std::size_t>(mesh.corners[i])]; };
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(p(i + 4) - p(i), (Vec3{0, 0, 3}));
@@ -101,7 +107,8 @@ TEST(VtuFile, ArraysHoldWhatWasGiven) {
   const std::string xml = TemporaryFolder::get(folder.file("a.vtu"));
   EXPECT_THAT(xml, HasSubstr("NumberOfPoints=\"11\" NumberOfCells=\"2\""));
   EXPECT_THAT(xml, HasSubstr("header_type=\"UInt64\""));
-  EXPECT_EQ(array_named<std::int64_t>(xml, "connectivity", "Int64"), (std::vector<std::int64_t>{0, 1, 3, 2, 4, 5, 7, 6, 8, 9, 10}));
+  EXPECT_EQ(array_named<std::int64_t>(xml, "connectivity", "Int64"),
+            (std::vector<std::int64_t>{0, 1, 3, 2, 4, 5, 7, 6, 8, 9, 10}));
   EXPECT_EQ(array_named<std::int64_t>(xml, "offsets", "Int64"), (std::vector<std::int64_t>{8, 11}));
   EXPECT_EQ(array_named<std::uint8_t>(xml, "types", "UInt8"), (std::vector<std::uint8_t>{12, 5}));
   EXPECT_EQ(array_named<double>(xml, "velocity &lt;m/s&gt;", "Float64"), velocity.values);
@@ -129,7 +136,8 @@ TEST(VtuFile, RefusesWhatDoesNotFit) {
   EXPECT_THAT(message(mesh), HasSubstr("point 3 is not finite"));
   mesh = unit_cell();
   mesh.point_fields = {{"u", 3, std::vector<double>(8)}};
-  EXPECT_THAT(message(mesh), HasSubstr("field 'u' has 8 values, but 8 points with 3 components each need 24"));
+  EXPECT_THAT(message(mesh),
+              HasSubstr("field 'u' has 8 values, but 8 points with 3 components each need 24"));
   mesh = unit_cell();
   mesh.cell_fields = {{"k", 0, {}}};
   EXPECT_THAT(message(mesh), HasSubstr("field 'k'"));
@@ -144,9 +152,11 @@ TEST(VtuFile, SeriesIsCompleteAfterEveryFrame) {
   EXPECT_FALSE(series.add(0.05, unit_cell()).ok());
   EXPECT_FALSE(series.add(std::nan(""), unit_cell()).ok());
   EXPECT_EQ(TemporaryFolder::get(folder.file("run.pvd")),
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n"
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" "
+            "byte_order=\"LittleEndian\">\n<Collection>\n"
             "<DataSet timestep=\"0\" part=\"0\" file=\"run_000000.vtu\"/>\n"
-            "<DataSet timestep=\"0.10000000000000001\" part=\"0\" file=\"run_000001.vtu\"/>\n</Collection>\n</VTKFile>\n");
+            "<DataSet timestep=\"0.10000000000000001\" part=\"0\" "
+            "file=\"run_000001.vtu\"/>\n</Collection>\n</VTKFile>\n");
   EXPECT_TRUE(std::filesystem::exists(folder.file("run_000001.vtu")));
 }
 

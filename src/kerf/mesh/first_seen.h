@@ -1,4 +1,5 @@
-// Numbers keys by their first appearance: shared texture coordinates of OBJ files, welded corners of STL files.
+// Numbers keys by their first appearance: shared texture coordinates of OBJ files, welded corners of STL
+// files.
 #pragma once
 
 #include <array>
@@ -8,7 +9,8 @@
 
 namespace kerf {
 
-/// Keys are N words. Order of numbers: first appearance, so that the same input gives the same numbering everywhere.
+/// Keys are N words. Order of numbers: first appearance, so that the same input gives the same numbering
+/// everywhere.
 template <int N>
 class FirstSeen {
  public:

@@ -35,16 +35,18 @@ struct GlbFrame {
   std::span<const GlbPrimitive> primitives;  ///< the skin and the cut walls, say; empty ones are left out
 };
 
-/// Collects frames and writes them. Every frame becomes a mesh and a node, which is visible (its scale is 1, else 0) from
-/// its time to that of the next one; frames of one topology share indices and texture coordinates, and a frame equal to
-/// the one before costs nothing. (Morph targets would need all frames of a topology on the GPU at once.)
-/// Memory: 24 bytes a vertex and frame until the builder is gone; a file ends at 4 GiB, the limit of the format.
+/// Collects frames and writes them. Every frame becomes a mesh and a node, which is visible (its scale is 1,
+/// else 0) from its time to that of the next one; frames of one topology share indices and texture
+/// coordinates, and a frame equal to the one before costs nothing. (Morph targets would need all frames of a
+/// topology on the GPU at once.) Memory: 24 bytes a vertex and frame until the builder is gone; a file ends
+/// at 4 GiB, the limit of the format.
 class GlbBuilder {
  public:
   /// The number by which primitives name the material.
   int add_material(const GlbMaterial& material);
-  /// Adds a frame later than the last one. Refused, with nothing added: times that do not grow (as floats), missing
-  /// materials or vertices, positions that are not finite, arrays of the wrong length, no triangles at all.
+  /// Adds a frame later than the last one. Refused, with nothing added: times that do not grow (as floats),
+  /// missing materials or vertices, positions that are not finite, arrays of the wrong length, no triangles
+  /// at all.
   Status add_frame(const GlbFrame& frame);
   [[nodiscard]] std::size_t frame_count() const { return frame_count_; }
   /// Writes what was added so far, replacing the file in one go. Refused without a frame.

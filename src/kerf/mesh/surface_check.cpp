@@ -22,8 +22,12 @@ constexpr std::size_t kNamed = 3;  // so many offenders are named in an error
 std::string prefix(const SurfaceRequirements& requirements) {
   return requirements.name.empty() ? std::string() : requirements.name + ": ";
 }
-std::string counted(std::size_t n, const char* one, const char* many) { return fmt::format("{} {}", n, n == 1 ? one : many); }
-std::string place(Vec3 p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z); }
+std::string counted(std::size_t n, const char* one, const char* many) {
+  return fmt::format("{} {}", n, n == 1 ? one : many);
+}
+std::string place(Vec3 p) {
+  return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z);
+}
 
 // Steps before any topology: elements that make no sense, sizes that doubles can't carry.
 Status check_elements(const TriangleMesh& mesh, const std::string& who) {
@@ -33,23 +37,27 @@ Status check_elements(const TriangleMesh& mesh, const std::string& who) {
   }
   if ((!mesh.texture.empty() && mesh.texture.size() != mesh.triangles.size()) ||
       (!mesh.group.empty() && mesh.group.size() != mesh.triangles.size())) {
-    return bad_input(who + "texture coordinates or groups are not one for every triangle; leave them out or complete them");
+    return bad_input(
+        who +
+        "texture coordinates or groups are not one for every triangle; leave them out or complete them");
   }
   for (const TriangleId t : ids<TriangleId>(mesh.triangles.size())) {
     for (const VertexId v : mesh.triangles[t]) {
       if (mesh.positions.contains(v)) continue;
-      return bad_input(fmt::format("{}triangle {} names vertex {}, but there are {}; correct the index", who, t.value + 1,
-                                   std::int64_t{v.value} + 1, mesh.positions.size()));
+      return bad_input(fmt::format("{}triangle {} names vertex {}, but there are {}; correct the index", who,
+                                   t.value + 1, std::int64_t{v.value} + 1, mesh.positions.size()));
     }
   }
   for (const VertexId v : ids<VertexId>(mesh.positions.size())) {
     if (is_finite(mesh.positions[v])) continue;
-    return bad_input(fmt::format("{}vertex {} has a coordinate that is not a finite number; correct it", who, v.value + 1));
+    return bad_input(fmt::format("{}vertex {} has a coordinate that is not a finite number; correct it", who,
+                                 v.value + 1));
   }
   return {};
 }
 
-Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who, std::vector<std::string>& warnings) {
+Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who,
+                         std::vector<std::string>& warnings) {
   std::vector<char> used(mesh.positions.size(), 0);
   for (const auto& t : mesh.triangles) {
     for (const VertexId v : t) used[v.index()] = 1;
@@ -65,26 +73,31 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who, std::
                               : largest;
   if (diagonal == 0) return bad_input(who + "all vertices lie at one place; give a surface with an extent");
   if (!(diagonal >= kSmallestDiagonal && diagonal <= kLargestDiagonal)) {
-    return bad_input(fmt::format("{}the surface is {:.3g} m across, and sizes from {:g} to {:g} m can be worked with; give "
-                                 "`scale` to turn the file's units into metres", who, diagonal, kSmallestDiagonal,
-                                 kLargestDiagonal));
+    return bad_input(fmt::format(
+        "{}the surface is {:.3g} m across, and sizes from {:g} to {:g} m can be worked with; give "
+        "`scale` to turn the file's units into metres",
+        who, diagonal, kSmallestDiagonal, kLargestDiagonal));
   }
   double distance = 0;
   for (const double c : {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}) {
     distance = std::max(distance, std::abs(c));
   }
   if (distance * std::numeric_limits<double>::epsilon() > kPositionSpacing * diagonal) {
-    return bad_input(fmt::format("{}the surface is {:.3g} m across but lies {:.3g} m from the origin, where positions are "
-                                 "only good to {:.1g} m; move it to the origin", who, diagonal, distance,
-                                 distance * std::numeric_limits<double>::epsilon()));
+    return bad_input(
+        fmt::format("{}the surface is {:.3g} m across but lies {:.3g} m from the origin, where positions are "
+                    "only good to {:.1g} m; move it to the origin",
+                    who, diagonal, distance, distance * std::numeric_limits<double>::epsilon()));
   }
   if (norm(box.center()) > kUsualDistance * diagonal) {
-    warnings.push_back(fmt::format("{}the surface is {:.3g} m across but lies {:.3g} m from the origin; moving it nearer keeps "
-                                   "more digits", who, diagonal, norm(box.center())));
+    warnings.push_back(fmt::format(
+        "{}the surface is {:.3g} m across but lies {:.3g} m from the origin; moving it nearer keeps "
+        "more digits",
+        who, diagonal, norm(box.center())));
   }
   if (diagonal > kUsualLargest || diagonal < kUsualSmallest) {
-    warnings.push_back(fmt::format("{}the surface is {:.3g} m across; if the file is not in metres, give `scale` ({})", who,
-                                   diagonal, diagonal > kUsualLargest ? "0.001 for millimetres" : "1000 for kilometres, say"));
+    warnings.push_back(fmt::format(
+        "{}the surface is {:.3g} m across; if the file is not in metres, give `scale` ({})", who, diagonal,
+        diagonal > kUsualLargest ? "0.001 for millimetres" : "1000 for kilometres, say"));
   }
   return box;
 }
@@ -96,8 +109,9 @@ std::vector<std::int32_t> weld_exactly(const TriangleMesh& mesh) {
   FirstSeen<3> seen(mesh.positions.size());
   for (std::size_t v = 0; v < map.size(); ++v) {
     const Vec3 p = mesh.positions.raw()[v] + Vec3{};  // -0 becomes 0
-    const auto n = static_cast<std::size_t>(seen.number(
-        {std::bit_cast<std::uint64_t>(p.x), std::bit_cast<std::uint64_t>(p.y), std::bit_cast<std::uint64_t>(p.z)}));
+    const auto n = static_cast<std::size_t>(
+        seen.number({std::bit_cast<std::uint64_t>(p.x), std::bit_cast<std::uint64_t>(p.y),
+                     std::bit_cast<std::uint64_t>(p.z)}));
     if (n == first.size()) first.push_back(static_cast<std::int32_t>(v));
     map[v] = first[n];
   }
@@ -105,7 +119,8 @@ std::vector<std::int32_t> weld_exactly(const TriangleMesh& mesh) {
 }
 
 std::vector<std::int32_t> weld_within(const TriangleMesh& mesh, const Box3& box, double tolerance) {
-  // Cells of twice the tolerance: a vertex can only meet others in its own cell and in those that its half touches.
+  // Cells of twice the tolerance: a vertex can only meet others in its own cell and in those that its half
+  // touches.
   struct Entry {
     std::array<std::int64_t, 3> cell;
     std::int32_t vertex;
@@ -117,7 +132,8 @@ std::vector<std::int32_t> weld_within(const TriangleMesh& mesh, const Box3& box,
     const Vec3 s = scaled(mesh.positions.raw()[v]);
     for (int k = 0; k < 3; ++k) {
       // Unused vertices may lie far outside of the box.
-      entries[v].cell[static_cast<std::size_t>(k)] = static_cast<std::int64_t>(std::floor(std::clamp(s[k], -1e17, 1e17)));
+      entries[v].cell[static_cast<std::size_t>(k)] =
+          static_cast<std::int64_t>(std::floor(std::clamp(s[k], -1e17, 1e17)));
     }
     entries[v].vertex = static_cast<std::int32_t>(v);
   }
@@ -189,7 +205,8 @@ class SurfacePass {
 
   Status run() {
     if (welded_ > 0) {
-      repair(fmt::format("welded {} that lay at the same place as others", counted(welded_, "vertex", "vertices")));
+      repair(fmt::format("welded {} that lay at the same place as others",
+                         counted(welded_, "vertex", "vertices")));
     }
     drop_collapsed();
     KERF_TRY(drop_duplicates());
@@ -228,7 +245,8 @@ class SurfacePass {
       number[v] = out.positions.push_back(positions_[v]).value;
     }
     unused -= std::min(unused, welded_);
-    if (unused > 0) repair(fmt::format("dropped {} that no triangle uses", counted(unused, "vertex", "vertices")));
+    if (unused > 0)
+      repair(fmt::format("dropped {} that no triangle uses", counted(unused, "vertex", "vertices")));
     out.triangles.reserve(triangles_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       std::array<VertexId, 3> corners = triangles_[t];
@@ -249,13 +267,16 @@ class SurfacePass {
  private:
   void repair(const std::string& what) { report_.repairs.push_back(who_ + what); }
   [[nodiscard]] Error refuse(const std::string& why) const {
-    return bad_input(fmt::format("{}{}{}", who_, why, done_so_far_.empty() ? "" : " (after " + done_so_far_ + ")"));
+    return bad_input(
+        fmt::format("{}{}{}", who_, why, done_so_far_.empty() ? "" : " (after " + done_so_far_ + ")"));
   }
   [[nodiscard]] std::string vertex_text(std::int32_t v) const {
-    return fmt::format("vertex {} at {}", origin_[static_cast<std::size_t>(v)] + 1, place(positions_[static_cast<std::size_t>(v)]));
+    return fmt::format("vertex {} at {}", origin_[static_cast<std::size_t>(v)] + 1,
+                       place(positions_[static_cast<std::size_t>(v)]));
   }
   [[nodiscard]] std::string edge_text(std::int32_t a, std::int32_t b) const {
-    return fmt::format("{}-{} at {}", origin_[static_cast<std::size_t>(a)] + 1, origin_[static_cast<std::size_t>(b)] + 1,
+    return fmt::format("{}-{} at {}", origin_[static_cast<std::size_t>(a)] + 1,
+                       origin_[static_cast<std::size_t>(b)] + 1,
                        place(positions_[static_cast<std::size_t>(a)]));
   }
   [[nodiscard]] std::int32_t triangle_number(std::size_t t) const { return source_[t] + 1; }
@@ -299,7 +320,10 @@ class SurfacePass {
       apexes.clear();
       for (const EdgeUse& use : edge) {
         const std::int32_t t = use.half_edge / 3;
-        apexes.emplace_back(triangles_[static_cast<std::size_t>(t)][static_cast<std::size_t>((use.half_edge + 2 - 3 * t) % 3)].value, t);
+        apexes.emplace_back(
+            triangles_[static_cast<std::size_t>(t)][static_cast<std::size_t>((use.half_edge + 2 - 3 * t) % 3)]
+                .value,
+            t);
       }
       if (apexes.size() == 2 && apexes[0].first != apexes[1].first) return;
       std::sort(apexes.begin(), apexes.end());
@@ -319,12 +343,13 @@ class SurfacePass {
       repair("dropped " + what);
       done_so_far_ = "dropping " + what;
     }
-    if (triangles_.empty()) return refuse("all triangles have corners at the same place; give a surface with an area");
+    if (triangles_.empty())
+      return refuse("all triangles have corners at the same place; give a surface with an area");
     return {};
   }
 
-  // Triangles back to back that hang together are a fold: without one of them the other would be loose. Only where all
-  // are double (a sheet exported with both sides) one side can go.
+  // Triangles back to back that hang together are a fold: without one of them the other would be loose. Only
+  // where all are double (a sheet exported with both sides) one side can go.
   Status check_folds(const std::vector<char>& gone) const {
     std::optional<Error> fold;
     for_each_edge(uses_, [&](std::span<const EdgeUse> edge) {
@@ -332,9 +357,10 @@ class SurfacePass {
       const auto first = static_cast<std::size_t>(edge[0].half_edge / 3);
       const auto second = static_cast<std::size_t>(edge[1].half_edge / 3);
       if (gone[first] == gone[second] || from(edge[0].half_edge) == from(edge[1].half_edge)) return;
-      fold = refuse(fmt::format("triangles {} and {} lie back to back, folded at edge {}; remove both, or give the part a "
-                                "thickness", triangle_number(first), triangle_number(second),
-                                edge_text(edge[0].low, edge[0].high)));
+      fold = refuse(fmt::format(
+          "triangles {} and {} lie back to back, folded at edge {}; remove both, or give the part a "
+          "thickness",
+          triangle_number(first), triangle_number(second), edge_text(edge[0].low, edge[0].high)));
     });
     if (fold) return *fold;
     return {};
@@ -351,9 +377,9 @@ class SurfacePass {
   // The uses of the edge between two vertices.
   [[nodiscard]] std::span<const EdgeUse> edge_between(VertexId a, VertexId b) const {
     const EdgeUse key{std::min(a, b).value, std::max(a, b).value, 0};
-    const auto [first, last] = std::equal_range(uses_.begin(), uses_.end(), key, [](const EdgeUse& x, const EdgeUse& y) {
-      return x.low != y.low ? x.low < y.low : x.high < y.high;
-    });
+    const auto [first, last] = std::equal_range(
+        uses_.begin(), uses_.end(), key,
+        [](const EdgeUse& x, const EdgeUse& y) { return x.low != y.low ? x.low < y.low : x.high < y.high; });
     return {first, last};
   }
 
@@ -393,10 +419,11 @@ class SurfacePass {
       for (std::size_t i = 0; i < std::min(left.size(), kNamed); ++i) {
         named += fmt::format("{}{}", i == 0 ? "" : ", ", triangle_number(left[i]));
       }
-      return refuse(fmt::format("{} no area, and dropping would tear the surface: triangle {} ({}){}; collapse or flip "
-                                "the longest edge in a mesh editor",
-                                left.size() == 1 ? "a triangle has" : counted(left.size(), "triangle has", "triangles have"),
-                                named, vertex_text(triangles_[left[0]][0].value), left.size() > kNamed ? ", ..." : ""));
+      return refuse(fmt::format(
+          "{} no area, and dropping would tear the surface: triangle {} ({}){}; collapse or flip "
+          "the longest edge in a mesh editor",
+          left.size() == 1 ? "a triangle has" : counted(left.size(), "triangle has", "triangles have"), named,
+          vertex_text(triangles_[left[0]][0].value), left.size() > kNamed ? ", ..." : ""));
     }
     drop(gone);
     if (triangles_.empty()) return refuse("no triangle has an area; give a surface, not lines");
@@ -417,14 +444,17 @@ class SurfacePass {
         across_[static_cast<std::size_t>(edge[1].half_edge)] = edge[0].half_edge;
       } else if (edge.size() > 2) {
         if (count < kNamed) {
-          named += fmt::format("{}{} ({} triangles)", count == 0 ? "" : ", ", edge_text(edge[0].low, edge[0].high), edge.size());
+          named += fmt::format("{}{} ({} triangles)", count == 0 ? "" : ", ",
+                               edge_text(edge[0].low, edge[0].high), edge.size());
         }
         ++count;
       }
     });
     if (count > 0) {
-      return refuse(fmt::format("the surface is not a manifold: {} more than two triangles: {}{}; separate or remove the "
-                                "extra faces", counted(count, "edge has", "edges have"), named, count > kNamed ? ", ..." : ""));
+      return refuse(fmt::format(
+          "the surface is not a manifold: {} more than two triangles: {}{}; separate or remove the "
+          "extra faces",
+          counted(count, "edge has", "edges have"), named, count > kNamed ? ", ..." : ""));
     }
     uses_ = {};
     return {};
@@ -456,7 +486,8 @@ class SurfacePass {
           if (other < 0) continue;
           const auto u = static_cast<std::size_t>(other / 3);
           const bool agree = from(h) != from(other);
-          const char wanted = static_cast<char>(agree ? flip[static_cast<std::size_t>(t)] : 1 - flip[static_cast<std::size_t>(t)]);
+          const char wanted = static_cast<char>(agree ? flip[static_cast<std::size_t>(t)]
+                                                      : 1 - flip[static_cast<std::size_t>(t)]);
           if (part_[u] < 0) {
             part_[u] = part;
             flip[u] = wanted;
@@ -465,10 +496,11 @@ class SurfacePass {
           } else if (flip[u] != wanted) {
             const VertexId a = from(h);
             const VertexId b = triangles_[static_cast<std::size_t>(t)][static_cast<std::size_t>((i + 1) % 3)];
-            return refuse(fmt::format("the surface is one-sided, like a Moebius strip: no orientation suits triangles {} and {} "
-                                      "at edge {} together with the rest; give a surface with two sides",
-                                      triangle_number(static_cast<std::size_t>(t)), triangle_number(u),
-                                      edge_text(a.value, b.value)));
+            return refuse(fmt::format(
+                "the surface is one-sided, like a Moebius strip: no orientation suits triangles {} and {} "
+                "at edge {} together with the rest; give a surface with two sides",
+                triangle_number(static_cast<std::size_t>(t)), triangle_number(u),
+                edge_text(a.value, b.value)));
           }
         }
       }
@@ -482,7 +514,8 @@ class SurfacePass {
       // Turned triangles keep their edges, under other numbers.
     }
     if (turned > 0) {
-      repair(fmt::format("turned {} that faced the other way than their neighbours", counted(turned, "triangle", "triangles")));
+      repair(fmt::format("turned {} that faced the other way than their neighbours",
+                         counted(turned, "triangle", "triangles")));
     }
     return {};
   }
@@ -511,7 +544,8 @@ class SurfacePass {
       corners.assign(1, static_cast<std::int32_t>(c));
       fan[c] = 0;
       for (std::size_t k = 0; k < corners.size(); ++k) {
-        // A corner's two edges are its own half-edge and the one before; the corner across is at the same vertex.
+        // A corner's two edges are its own half-edge and the one before; the corner across is at the same
+        // vertex.
         const std::int32_t h = corners[k];
         const std::int32_t before = h % 3 == 0 ? h + 2 : h - 1;
         for (const std::int32_t edge : {h, before}) {
@@ -533,10 +567,12 @@ class SurfacePass {
       const Vec3 p = positions_[v.index()];
       positions_.push_back(p);
       origin_.push_back(origin_[v.index()]);
-      for (const std::int32_t h : corners) triangles_[static_cast<std::size_t>(h / 3)][static_cast<std::size_t>(h % 3)] = copy;
+      for (const std::int32_t h : corners)
+        triangles_[static_cast<std::size_t>(h / 3)][static_cast<std::size_t>(h % 3)] = copy;
     }
     if (count > 0) {
-      repair(fmt::format("split {} where parts of the surface touch in a single point", counted(count, "vertex", "vertices")));
+      repair(fmt::format("split {} where parts of the surface touch in a single point",
+                         counted(count, "vertex", "vertices")));
     }
   }
 
@@ -561,7 +597,9 @@ class SurfacePass {
 
   Status check_closedness() const {
     if (requirements_.closedness == Closedness::kOpen && closed_) {
-      return refuse("the surface is closed, but an open one with a border is needed here; remove the faces of one side and the rim");
+      return refuse(
+          "the surface is closed, but an open one with a border is needed here; remove the faces of one side "
+          "and the rim");
     }
     if (requirements_.closedness != Closedness::kClosed || closed_) return {};
     UnionFind loops(positions_.size());
@@ -578,20 +616,34 @@ class SurfacePass {
       if (first < 0) first = static_cast<std::int32_t>(h);
     }
     std::size_t loop_count = 0;
-    for (std::size_t v = 0; v < on_border.size(); ++v) loop_count += on_border[v] != 0 && loops.is_root(v) ? 1 : 0;
+    for (std::size_t v = 0; v < on_border.size(); ++v)
+      loop_count += on_border[v] != 0 && loops.is_root(v) ? 1 : 0;
     const std::int32_t a = from(first).value;
-    const std::int32_t b = triangles_[static_cast<std::size_t>(first / 3)][static_cast<std::size_t>((first % 3 + 1) % 3)].value;
-    return refuse(fmt::format("the surface is open, but a closed one is needed here: {} with {}, the first is edge {} of triangle "
-                              "{}; fill the holes, or give a weld tolerance if the borders nearly touch",
-                              counted(loop_count, "border", "borders"), counted(edges, "edge", "edges"), edge_text(a, b),
-                              triangle_number(static_cast<std::size_t>(first / 3))));
+    const std::int32_t b =
+        triangles_[static_cast<std::size_t>(first / 3)][static_cast<std::size_t>((first % 3 + 1) % 3)].value;
+    return refuse(fmt::format(
+        "the surface is open, but a closed one is needed here: {} with {}, the first is edge {} of triangle "
+        "{}; fill the holes, or give a weld tolerance if the borders nearly touch",
+        counted(loop_count, "border", "borders"), counted(edges, "edge", "edges"), edge_text(a, b),
+        triangle_number(static_cast<std::size_t>(first / 3))));
+  }
+
+  void list_triangles_of_parts() {
+    part_start_.assign(parts_.size() + 1, 0);
+    for (std::size_t i = 0; i < parts_.size(); ++i) part_start_[i + 1] = part_start_[i] + parts_[i].triangles;
+    part_triangles_.resize(triangles_.size());
+    std::vector<std::size_t> next(part_start_.begin(), part_start_.end() - 1);
+    for (std::size_t t = 0; t < triangles_.size(); ++t)
+      part_triangles_[next[static_cast<std::size_t>(part_[t])]++] = t;
+  }
+  [[nodiscard]] std::span<const std::size_t> triangles_of(std::size_t part) const {
+    return std::span(part_triangles_).subspan(part_start_[part], part_start_[part + 1] - part_start_[part]);
   }
 
   // How often a closed part winds around a point: 0 outside, 1 or -1 inside.
   [[nodiscard]] double winding(std::size_t part, Vec3 p) const {
     double sum = 0;
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      if (part_[t] != static_cast<std::int32_t>(part)) continue;
+    for (const std::size_t t : triangles_of(part)) {
       const Vec3 a = positions_[triangles_[t][0].index()] - p;
       const Vec3 b = positions_[triangles_[t][1].index()] - p;
       const Vec3 c = positions_[triangles_[t][2].index()] - p;
@@ -605,21 +657,24 @@ class SurfacePass {
   }
 
   [[nodiscard]] bool is_inside(std::size_t inner, std::size_t outer) const {
-    // The parity of the winding number at corners of the inner part, until one is clearly off the outer surface.
+    // The parity of the winding number at corners of the inner part, until one is clearly off the outer
+    // surface.
     int tries = 0;
-    for (std::size_t t = parts_[inner].first_triangle; t < triangles_.size() && tries < 8; ++t) {
-      if (part_[t] != static_cast<std::int32_t>(inner)) continue;
-      const Vec3 center = (1.0 / 3) * (positions_[triangles_[t][0].index()] + positions_[triangles_[t][1].index()] +
-                                       positions_[triangles_[t][2].index()]);
+    for (const std::size_t t : triangles_of(inner)) {
+      if (++tries > 8) break;
+      const Vec3 center =
+          (1.0 / 3) * (positions_[triangles_[t][0].index()] + positions_[triangles_[t][1].index()] +
+                       positions_[triangles_[t][2].index()]);
       const double w = winding(outer, center);
       const double nearest = std::round(w);
-      ++tries;
       if (std::abs(w - nearest) < 0.05) return std::abs(nearest - 2 * std::floor(nearest / 2)) > 0.5;
     }
     return false;
   }
 
   void nest_parts() {
+    if (parts_.size() < 2) return;
+    list_triangles_of_parts();
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (parts_[i].border_edges > 0) continue;
       for (std::size_t j = 0; j < parts_.size(); ++j) {
@@ -642,9 +697,10 @@ class SurfacePass {
       const Part& part = parts_[i];
       if (part.border_edges > 0) continue;
       if (std::abs(part.volume) <= kNoVolume * part.area * diagonal) {
-        return refuse(fmt::format("the closed part of {} around {} encloses no volume; give it a thickness, or remove it",
-                                  counted(part.triangles, "triangle", "triangles"),
-                                  vertex_text(triangles_[part.first_triangle][0].value)));
+        return refuse(fmt::format(
+            "the closed part of {} around {} encloses no volume; give it a thickness, or remove it",
+            counted(part.triangles, "triangle", "triangles"),
+            vertex_text(triangles_[part.first_triangle][0].value)));
       }
       const bool is_cavity = part.depth % 2 == 1;
       if ((part.volume < 0) == is_cavity) continue;
@@ -657,10 +713,12 @@ class SurfacePass {
     }
     if (outer > 0) {
       repair(parts_.size() == 1 ? std::string("turned the whole surface, which was inside out")
-                                : fmt::format("turned {} that was inside out", counted(outer, "closed part", "closed parts")));
+                                : fmt::format("turned {} that was inside out",
+                                              counted(outer, "closed part", "closed parts")));
     }
     if (cavities > 0) {
-      repair(fmt::format("turned {} so that it faces the hollow", counted(cavities, "wall of a cavity", "walls of cavities")));
+      repair(fmt::format("turned {} so that it faces the hollow",
+                         counted(cavities, "wall of a cavity", "walls of cavities")));
     }
     return {};
   }
@@ -678,9 +736,11 @@ class SurfacePass {
     if (!requirements_.single_body || sizes.size() == 1) return {};
     std::sort(sizes.begin(), sizes.end(), std::greater<>());
     std::string list;
-    for (std::size_t i = 0; i < std::min<std::size_t>(sizes.size(), 5); ++i) list += fmt::format("{}{}", i == 0 ? "" : ", ", sizes[i]);
-    return refuse(fmt::format("{} separate bodies in one surface, of {}{} triangles; keep one, or give each a file of its own",
-                              sizes.size(), list, sizes.size() > 5 ? ", ..." : ""));
+    for (std::size_t i = 0; i < std::min<std::size_t>(sizes.size(), 5); ++i)
+      list += fmt::format("{}{}", i == 0 ? "" : ", ", sizes[i]);
+    return refuse(fmt::format(
+        "{} separate bodies in one surface, of {}{} triangles; keep one, or give each a file of its own",
+        sizes.size(), list, sizes.size() > 5 ? ", ..." : ""));
   }
 
   const TriangleMesh& input_;
@@ -696,6 +756,7 @@ class SurfacePass {
   std::vector<std::int32_t> across_;  // per half-edge, by vertices whichever way they run
   std::vector<std::int32_t> part_;
   std::vector<Part> parts_;
+  std::vector<std::size_t> part_start_, part_triangles_;  // only where there are several parts
   std::size_t welded_ = 0;
   bool closed_ = false;
   std::string done_so_far_;
@@ -708,8 +769,9 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   const std::string who = prefix(requirements);
   KERF_TRY(check_elements(mesh, who));
   if (!(requirements.weld_tolerance >= 0 && requirements.weld_tolerance < 0.01)) {
-    return bad_input(fmt::format("{}the weld tolerance is {}, but must be a fraction of the diagonal from 0 to 0.01", who,
-                                 requirements.weld_tolerance));
+    return bad_input(
+        fmt::format("{}the weld tolerance is {}, but must be a fraction of the diagonal from 0 to 0.01", who,
+                    requirements.weld_tolerance));
   }
   std::vector<std::string> warnings;
   const Result<Box3> box = check_scale(mesh, who, warnings);
@@ -737,8 +799,8 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
     return deliver(pass);
   }
 
-  // Some vertices coincide. A surface that is closed without welding has them apart on purpose, and one that welding
-  // breaks or joins nowhere along an edge too; else they are seams.
+  // Some vertices coincide. A surface that is closed without welding has them apart on purpose, and one that
+  // welding breaks or joins nowhere along an edge too; else they are seams.
   SurfacePass apart(mesh, requirements, *box, nullptr);
   const Status apart_status = apart.run();
   const auto keep_apart = [&] {

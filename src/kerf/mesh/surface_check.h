@@ -1,4 +1,5 @@
-// Checks and repairs of the surfaces that people bring: everything behind it may rely on an oriented manifold.
+// Checks and repairs of the surfaces that people bring: everything behind it may rely on an oriented
+// manifold.
 #pragma once
 
 #include <string>
@@ -13,30 +14,32 @@ namespace kerf {
 enum class Closedness { kAny, kClosed, kOpen };
 
 struct SurfaceRequirements {
-  std::string name;                           ///< what errors and repairs call the surface, such as its file; may be empty
+  std::string name;  ///< what errors and repairs call the surface, such as its file; may be empty
   Closedness closedness = Closedness::kAny;
-  bool single_body = true;                    ///< false: any number of separate pieces
-  double weld_tolerance = 0;                  ///< fraction of the diagonal (see kWeldTolerance); 0: only the very same positions
+  bool single_body = true;  ///< false: any number of separate pieces
+  double weld_tolerance =
+      0;  ///< fraction of the diagonal (see kWeldTolerance); 0: only the very same positions
 };
 
 struct SurfaceReport {
   std::vector<std::string> repairs;   ///< what was changed, one sentence each; empty: nothing
   std::vector<std::string> warnings;  ///< what is odd but was left, with the way out
   SurfaceMeasures measures;           ///< of the checked surface
-  std::size_t bodies = 0;             ///< separate pieces; the walls of cavities belong to the body around them
+  std::size_t bodies = 0;  ///< separate pieces; the walls of cavities belong to the body around them
   std::size_t cavities = 0;
 };
 
-/// Makes `mesh` an oriented manifold whose closed parts enclose a positive volume, or refuses it. In this order:
-/// refuses no triangles, missing corners, positions that are not finite, a size or distance from the origin that
-/// doubles can't carry; welds vertices at one place (unless the surface is closed without that, or welding would break
-/// it or join no edges); drops triangles with coinciding corners, duplicate triangles, and flat triangles on a border; refuses other flat
-/// triangles and edges with more than two triangles; turns triangles to agree with their neighbours, refuses one-sided
-/// surfaces; splits vertices where parts touch in a single point; turns closed parts that are inside out (walls of
-/// cavities: that are not); refuses closed parts without volume, borders or their lack against `closedness`, and several
-/// bodies; drops unused vertices. Texture coordinates and groups stay with their triangles.
-/// On an Error, which names triangles and vertices by their 1-based numbers in the input, mesh is untouched.
-/// Near linear time; several closed parts inside each other's boxes cost parts x triangles.
+/// Makes `mesh` an oriented manifold whose closed parts enclose a positive volume, or refuses it. In this
+/// order: refuses no triangles, missing corners, positions that are not finite, a size or distance from the
+/// origin that doubles can't carry; welds vertices at one place (unless the surface is closed without that,
+/// or welding would break it or join no edges); drops triangles with coinciding corners, duplicate triangles,
+/// and flat triangles on a border; refuses other flat triangles and edges with more than two triangles; turns
+/// triangles to agree with their neighbours, refuses one-sided surfaces; splits vertices where parts touch in
+/// a single point; turns closed parts that are inside out (walls of cavities: that are not); refuses closed
+/// parts without volume, borders or their lack against `closedness`, and several bodies; drops unused
+/// vertices. Texture coordinates and groups stay with their triangles. On an Error, which names triangles and
+/// vertices by their 1-based numbers in the input, mesh is untouched. Near linear time; several closed parts
+/// inside each other's boxes cost parts x triangles.
 Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirements& requirements = {});
 
 }  // namespace kerf

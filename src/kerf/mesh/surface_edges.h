@@ -15,8 +15,8 @@ struct EdgeUse {
   std::int32_t low, high, half_edge;
 };
 
-/// All 3 |F| uses, sorted by low, high and half_edge; uses of the same edge are neighbours. Corners must be distinct
-/// and below vertex_count. Near linear time.
+/// All 3 |F| uses, sorted by low, high and half_edge; uses of the same edge are neighbours. Corners must be
+/// distinct and below vertex_count. Near linear time.
 std::vector<EdgeUse> edge_uses(std::span<const std::array<VertexId, 3>> triangles, std::size_t vertex_count);
 
 /// Calls f(span of the uses of one edge) for every edge, in order.

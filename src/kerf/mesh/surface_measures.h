@@ -10,7 +10,7 @@
 namespace kerf {
 
 struct SurfaceMeasures {
-  std::size_t vertices = 0;            ///< used by a triangle
+  std::size_t vertices = 0;  ///< used by a triangle
   std::size_t unused_vertices = 0;
   std::size_t edges = 0;
   std::size_t triangles = 0;
@@ -22,23 +22,24 @@ struct SurfaceMeasures {
   std::int64_t euler = 0;              ///< vertices - edges + triangles
   bool closed = false;                 ///< every edge has two triangles, consistently oriented
   double area = 0;                     ///< m^2
-  double volume = 0;                   ///< m^3, signed: positive when triangles are counter-clockwise from outside; 0 if not closed
-  Box3 box;                            ///< of the used vertices, metres
+  double volume =
+      0;     ///< m^3, signed: positive when triangles are counter-clockwise from outside; 0 if not closed
+  Box3 box;  ///< of the used vertices, metres
 };
 
-/// Measures a surface by its vertex numbers, as it is: nothing is welded. Triangles with a repeated corner count in
-/// `triangles` only. Positions must be finite and corners exist. Linear time but for small sorts.
+/// Measures a surface by its vertex numbers, as it is: nothing is welded. Triangles with a repeated corner
+/// count in `triangles` only. Positions must be finite and corners exist. Linear time but for small sorts.
 SurfaceMeasures surface_measures(const TriangleMesh& mesh);
 
 /// What `kerf info` says about a mesh file.
 struct MeshInfo {
   SurfaceMeasures measures;
   bool has_texture = false;
-  std::size_t groups = 0;     ///< different group numbers; 1 when the mesh has none
-  double shortest_edge = 0;   ///< metres
+  std::size_t groups = 0;    ///< different group numbers; 1 when the mesh has none
+  double shortest_edge = 0;  ///< metres
   double mean_edge = 0;
   double longest_edge = 0;
-  double smallest_area = 0;   ///< m^2
+  double smallest_area = 0;  ///< m^2
   double largest_area = 0;
 };
 MeshInfo mesh_info(const TriangleMesh& mesh);

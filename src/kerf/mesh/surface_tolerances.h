@@ -3,16 +3,20 @@
 
 namespace kerf {
 
-/// Fraction of the diagonal: vertices closer than this are the same one where the caller asks for it. Files with six
-/// digits round by up to 1e-6 of a coordinate; details of a body that is worth cutting are far larger.
+/// Fraction of the diagonal: vertices closer than this are the same one where the caller asks for it. Files
+/// with six digits round by up to 1e-6 of a coordinate; details of a body that is worth cutting are far
+/// larger.
 inline constexpr double kWeldTolerance = 1e-7;
 /// Height over longest edge: a flatter triangle has no area, since its normal would be rounding noise.
 inline constexpr double kFlatTriangle = 1e-12;
-/// Volume over area times diagonal: a closed surface below this is folded flat. Thickness over diagonal is twice this.
+/// Volume over area times diagonal: a closed surface below this is folded flat. Thickness over diagonal is
+/// twice this.
 inline constexpr double kNoVolume = 1e-12;
-/// Fraction of the diagonal: the spacing of doubles at the body must be below this, or cuts lose their accuracy.
+/// Fraction of the diagonal: the spacing of doubles at the body must be below this, or cuts lose their
+/// accuracy.
 inline constexpr double kPositionSpacing = 1e-9;
-/// Metres: a diagonal outside is refused, since squares and cubes of lengths and masses lose all meaning there.
+/// Metres: a diagonal outside is refused, since squares and cubes of lengths and masses lose all meaning
+/// there.
 inline constexpr double kSmallestDiagonal = 1e-6;
 inline constexpr double kLargestDiagonal = 1e6;
 /// Metres: a diagonal outside gets a warning, since the file is likely not in metres.

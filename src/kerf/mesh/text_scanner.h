@@ -12,7 +12,8 @@
 
 namespace kerf {
 
-/// A position in a text. Lines end at \n, \r\n or \r and count from 1. All functions stop at the end of the text.
+/// A position in a text. Lines end at \n, \r\n or \r and count from 1. All functions stop at the end of the
+/// text.
 class TextScanner {
  public:
   TextScanner(std::string_view text, std::size_t first_line = 1)
@@ -83,7 +84,8 @@ class TextScanner {
   void step() {
     if (at_ != end_) ++at_;
   }
-  /// Reads a number that ends where a word ends. Not moved and false when there is none; nan and inf are numbers.
+  /// Reads a number that ends where a word ends. Not moved and false when there is none; nan and inf are
+  /// numbers.
   bool number(double& value) {
     skip_blanks();
     const char* begin = at_;
@@ -97,7 +99,8 @@ class TextScanner {
     at_ = stop;
     return true;
   }
-  /// Reads an integer and stops behind its last digit. Not moved and false when there is none or it is too long.
+  /// Reads an integer and stops behind its last digit. Not moved and false when there is none or it is too
+  /// long.
   bool integer(std::int64_t& value) {
     const char* begin = at_;
     if (begin != end_ && *begin == '+') ++begin;

@@ -32,7 +32,8 @@ struct VtuMesh {
   std::vector<VtuField> cell_fields;
 };
 
-/// Appends hexahedra over points first_point + index. Kerf numbers corners by bits, VTK around the bottom and the top:
+/// Appends hexahedra over points first_point + index. Kerf numbers corners by bits, VTK around the bottom and
+/// the top:
 ///
 ///        6------7               7------6
 ///       /|     /|              /|     /|
@@ -40,16 +41,18 @@ struct VtuMesh {
 ///      | 2----|-3             | 3----|-2       |  /
 ///      |/     |/              |/     |/        | /
 ///      0------1               0------1         |/___ x
-void add_hexahedra(VtuMesh& mesh, std::span<const std::array<std::int32_t, 8>> hexahedra, std::int32_t first_point = 0);
+void add_hexahedra(VtuMesh& mesh, std::span<const std::array<std::int32_t, 8>> hexahedra,
+                   std::int32_t first_point = 0);
 /// Appends the points and triangles of a surface.
 void add_triangles(VtuMesh& mesh, const TriangleMesh& surface);
 
-/// Writes inline base64 with 64-bit headers and doubles, uncompressed: opens in ParaView, VTK and meshio. Corners
-/// without a point, points that are not finite and fields of the wrong length are refused. Replaces in one go.
+/// Writes inline base64 with 64-bit headers and doubles, uncompressed: opens in ParaView, VTK and meshio.
+/// Corners without a point, points that are not finite and fields of the wrong length are refused. Replaces
+/// in one go.
 Status write_vtu(const std::string& path, const VtuMesh& mesh);
 
-/// Frames of one run: NAME.pvd and, beside it, NAME_000000.vtu, NAME_000001.vtu ... The .pvd is complete after every
-/// frame, so that a run that is stopped leaves a series that opens.
+/// Frames of one run: NAME.pvd and, beside it, NAME_000000.vtu, NAME_000001.vtu ... The .pvd is complete
+/// after every frame, so that a run that is stopped leaves a series that opens.
 class VtuSeries {
  public:
   /// path: the .pvd file; its extension may be left out.

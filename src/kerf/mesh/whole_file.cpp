@@ -34,9 +34,10 @@ Result<FileBytes> read_whole_file(const std::string& path) {
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.value < 0) {
     if (errno == ENOENT) return bad_input(fmt::format("{}: no such file; check the path", path));
-    return bad_input(fmt::format("{}: can't be opened ({}); check its permissions", path, std::strerror(errno)));
+    return bad_input(
+        fmt::format("{}: can't be opened ({}); check its permissions", path, std::strerror(errno)));
   }
-  struct stat info{};
+  struct stat info {};
   if (::fstat(file.value, &info) != 0) {
     return bad_input(fmt::format("{}: can't be read ({}); check the path", path, std::strerror(errno)));
   }
@@ -63,7 +64,7 @@ Result<FileBytes> read_whole_file(const std::string& path) {
 }
 
 ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
-  struct stat info{};
+  struct stat info {};
   if (::stat(path_.c_str(), &info) == 0 && !S_ISREG(info.st_mode)) {
     if (S_ISDIR(info.st_mode)) {
       fail(EISDIR);
@@ -92,7 +93,8 @@ ReplacingFile::~ReplacingFile() {
 void ReplacingFile::fail(int error_number) {
   if (!failure_.empty()) return;
   if (error_number == ENOENT || error_number == ENOTDIR) {
-    failure_ = fmt::format("{}: can't be written, because {} is not a folder; make it first", path_, parent_of(path_));
+    failure_ = fmt::format("{}: can't be written, because {} is not a folder; make it first", path_,
+                           parent_of(path_));
   } else if (error_number == EISDIR) {
     failure_ = fmt::format("{}: is a folder; name a file in it", path_);
   } else {

@@ -20,8 +20,8 @@ struct FileBytes {
 /// Reads a regular file. Missing, unreadable, a directory or empty: an Error that names the path.
 Result<FileBytes> read_whole_file(const std::string& path);
 
-/// Collects what is written in a temporary file beside the target; commit() renames it over the target. Without
-/// commit() nothing of the target changes. Devices and pipes are written in place. Not copyable.
+/// Collects what is written in a temporary file beside the target; commit() renames it over the target.
+/// Without commit() nothing of the target changes. Devices and pipes are written in place. Not copyable.
 class ReplacingFile {
  public:
   explicit ReplacingFile(std::string path);

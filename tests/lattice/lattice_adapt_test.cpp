@@ -1,0 +1,75 @@
+#include "kerf/lattice/lattice_adapt.h"
+
+#include <gtest/gtest.h>
+
+#include "kerf/lattice/lattice_build.h"
+#include "kerf/lattice/lattice_validate.h"
+#include "lattice/lattice_bodies.h"
+#include "lattice/lattice_canonical.h"
+
+namespace kerf {
+namespace {
+
+/// A rotated, curved, jittered strip in a lattice that does not know about it.
+struct RandomBody {
+  CollisionMesh mesh;
+  LatticeFrame frame;
+};
+RandomBody random_body(Random& random) {
+  const double ax = random.uniform(0, 6.28), ay = random.uniform(0, 6.28), curve = random.uniform(0, 0.15);
+  const double jitter = random.uniform(0, 0.25);
+  auto place = [&](Vec3 p) {
+    p.x += jitter * random.uniform(-1, 1);
+    p.y += jitter * random.uniform(-1, 1);
+    p.z += curve * (p.x - 3) * (p.x - 3) + 0.2 * jitter * random.uniform(-1, 1);
+    const Vec3 q{std::cos(ax) * p.x - std::sin(ax) * p.z, p.y, std::sin(ax) * p.x + std::cos(ax) * p.z};
+    return Vec3{q.x, std::cos(ay) * q.y - std::sin(ay) * q.z, std::sin(ay) * q.y + std::cos(ay) * q.z};
+  };
+  RandomBody body;
+  body.mesh = grid_body(8, 5, 8, 5, random.uniform(0.3, 1.2), place);
+  Box3 box;
+  for (const CollisionVertex v : ids<CollisionVertex>(body.mesh.vertex_count())) {
+    box.add(body.mesh.rest[v] - body.mesh.offset[v]);
+    box.add(body.mesh.rest[v] + body.mesh.offset[v]);
+  }
+  const double h = random.uniform(0.7, 2);
+  body.frame.origin = box.min - Vec3{h * random.uniform(), h * random.uniform(), h * random.uniform()};
+  body.frame.cell = {h, h * random.uniform(0.6, 1.4), h * random.uniform(0.6, 1.4)};
+  for (int i = 0; i < 3; ++i)
+    body.frame.count[static_cast<std::size_t>(i)] = 1 + static_cast<int>((box.max[i] - body.frame.origin[i]) / body.frame.cell[i]);
+  return body;
+}
+
+TEST(LatticeAdapt, RandomBodiesWithRandomWalkCutsEqualAFreshLatticeAndHaveThePiecesOfTheCollisionMesh) {
+  int several = 0, absorbed = 0, copies = 0;
+  for (std::uint64_t seed = 0; seed < 150; ++seed) {
+    Random random(seed);
+    RandomBody body = random_body(random);
+    auto built = build_lattice(body.mesh, body.frame, 0);
+    ASSERT_TRUE(built.ok()) << built.error().message;
+    HexMesh hex = std::move(built).value();
+    ASSERT_TRUE(validate_lattice(body.mesh, hex).ok()) << seed << ": " << validate_lattice(body.mesh, hex).error().message;
+    LatticeScratch scratch;
+    LatticeChange change;
+    for (int cut = 0; cut < 4; ++cut) {
+      std::vector<CollisionTriangle> changed;
+      random_walk_cut(body.mesh, random, 1 + random.index(9), changed);
+      adapt_lattice(body.mesh, hex, changed, scratch, change);
+      const Status valid = validate_lattice(body.mesh, hex);
+      ASSERT_TRUE(valid.ok()) << seed << ": " << valid.error().message;
+      const Status pieces = validate_lattice_pieces(body.mesh, hex);
+      EXPECT_TRUE(pieces.ok()) << seed << " cut " << cut << ": " << pieces.error().message;
+      auto fresh = build_lattice(body.mesh, body.frame, 0);
+      ASSERT_TRUE(fresh.ok());
+      ASSERT_TRUE(same_lattice(*fresh, hex)) << seed << " cut " << cut;
+    }
+    several += count_collision_pieces(body.mesh) > 1 ? 1 : 0;
+    copies += static_cast<int>(hex.hex_count());
+    absorbed += static_cast<int>(hex.hex_count() - count_alive(hex));
+  }
+  EXPECT_GT(several, 20);   // the cuts do separate
+  EXPECT_GT(absorbed, copies / 20);
+}
+
+}  // namespace
+}  // namespace kerf

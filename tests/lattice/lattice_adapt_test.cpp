@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kerf/base/hash.h"
 #include "kerf/lattice/lattice_build.h"
 #include "kerf/lattice/lattice_validate.h"
 #include "lattice/lattice_bodies.h"
@@ -69,6 +70,84 @@ TEST(LatticeAdapt, RandomBodiesWithRandomWalkCutsEqualAFreshLatticeAndHaveThePie
   }
   EXPECT_GT(several, 20);   // the cuts do separate
   EXPECT_GT(absorbed, copies / 20);
+}
+
+TEST(LatticeAdapt, CutsThatSplitTrianglesEqualAFreshLattice) {
+  for (std::uint64_t seed = 0; seed < 120; ++seed) {
+    Random random(1000 + seed);
+    RandomBody body = random_body(random);
+    auto built = build_lattice(body.mesh, body.frame, 1.5);
+    ASSERT_TRUE(built.ok()) << built.error().message;
+    HexMesh hex = std::move(built).value();
+    LatticeScratch scratch;
+    LatticeChange change;
+    for (int cut = 0; cut < 5; ++cut) {
+      std::vector<CollisionTriangle> changed;
+      if (cut % 2 == 0) random_splitting_cut(body.mesh, random, 1 + random.index(7), changed);
+      else random_walk_cut(body.mesh, random, 1 + random.index(9), changed);
+      adapt_lattice(body.mesh, hex, changed, scratch, change);
+      const Status valid = validate_lattice(body.mesh, hex);
+      ASSERT_TRUE(valid.ok()) << seed << ": " << valid.error().message;
+      const Status pieces = validate_lattice_pieces(body.mesh, hex);
+      EXPECT_TRUE(pieces.ok()) << seed << " cut " << cut << ": " << pieces.error().message;
+      auto fresh = build_lattice(body.mesh, body.frame, 1.5);
+      ASSERT_TRUE(fresh.ok());
+      ASSERT_TRUE(same_lattice(*fresh, hex)) << seed << " cut " << cut;
+      for (const HexId h : change.new_copies) {
+        ASSERT_TRUE(hex.parent[h].valid()) << seed;
+        ASSERT_EQ(hex.cell[hex.parent[h]], hex.cell[h]);
+      }
+      for (const NodeId n : change.new_nodes) {
+        ASSERT_TRUE(hex.node_parent[n].valid()) << seed;
+        ASSERT_EQ(hex.corner[hex.node_parent[n]], hex.corner[n]);
+      }
+    }
+  }
+}
+
+TEST(LatticeAdapt, RollsBackAndUndoesToTheBit) {
+  Random random(5);
+  RandomBody body = random_body(random);
+  HexMesh hex = std::move(build_lattice(body.mesh, body.frame, 0)).value();
+  auto hash = [](HexMesh& m) {
+    Hash h;
+    m.for_each_array([&](const auto& a) {
+      h.add(a.size());
+      h.add_bytes(a.raw().data(), 0);
+    });
+    for (const auto& nodes : m.nodes.raw()) for (const NodeId n : nodes) h.add(n);
+    for (const auto& m2 : m.material.raw()) h.add(m2.fill), h.add(m2.mass_volume);
+    for (const auto& w : m.weights.raw()) h.add(w);
+    for (const auto& s : m.state.raw()) h.add(s);
+    for (const auto& s : m.host.raw()) h.add(s);
+    for (const auto& p : m.piece_pool.raw()) h.add(p.copy), h.add(p.volume);
+    return h.value();
+  };
+  const std::uint64_t before = hash(hex);
+  JournalMark mesh_mark, hex_mark;
+  journal_mark(body.mesh, mesh_mark);
+  journal_mark(hex, hex_mark);
+  LatticeScratch scratch;
+  LatticeChange change;
+  auto cut = [&] {
+    Random r(17);
+    std::vector<CollisionTriangle> changed;
+    random_splitting_cut(body.mesh, r, 6, changed);
+    adapt_lattice(body.mesh, hex, changed, scratch, change);
+  };
+  cut();
+  const std::uint64_t after = hash(hex);
+  EXPECT_NE(after, before);
+  journal_rollback(hex, hex_mark);
+  journal_rollback(body.mesh, mesh_mark);
+  EXPECT_EQ(hash(hex), before);
+  cut();
+  EXPECT_EQ(hash(hex), after);
+  JournalStep step = journal_take(hex, hex_mark);
+  journal_undo(hex, step);
+  EXPECT_EQ(hash(hex), before);
+  journal_redo(hex, step);
+  EXPECT_EQ(hash(hex), after);
 }
 
 }  // namespace

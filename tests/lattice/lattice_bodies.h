@@ -212,4 +212,38 @@ inline void random_walk_cut(CollisionMesh& mesh, Random& random, int steps, std:
   }
 }
 
+/// A cut that splits triangles: from edge to edge through random triangles, starting in a triangle (a stab), ending
+/// anywhere. Fractions stay between 0.1 and 0.9.
+inline void random_splitting_cut(CollisionMesh& mesh, Random& random, int steps, std::vector<CollisionTriangle>& changed) {
+  using M = CollisionMesh;
+  CollisionTriangle f(random.index(static_cast<int>(mesh.face_count())));
+  CollisionVertex from = split_face(mesh, f, {0.3, 0.3, 0.4}, changed);
+  Vec3 direction = normalized(mesh.rest[mesh.to(mesh.outgoing[from])] - mesh.rest[from]);
+  for (int s = 0; s < steps; ++s) {
+    CollisionHalfEdge best;
+    double most = 0;
+    std::vector<CollisionHalfEdge> fan;
+    mesh.for_each_outgoing(from, [&](CollisionHalfEdge h) { fan.push_back(h); return true; });
+    for (const CollisionHalfEdge h : fan) {
+      const Vec3 opposite = 0.5 * (mesh.rest[mesh.to(h)] + mesh.rest[mesh.apex(h)]);
+      const double along = dot(normalized(opposite - mesh.rest[from]), direction);
+      if (along > most) most = along, best = M::next(h);
+    }
+    if (!best.valid()) return;
+    const bool rim = mesh.is_border(best);
+    CollisionVertex to;
+    if (s + 1 == steps && !rim) {
+      to = split_face(mesh, M::face(best), {0.35, 0.35, 0.3}, changed);  // the tip stays inside
+    } else {
+      to = split_edge(mesh, best, random.uniform(0.1, 0.9), changed);
+    }
+    const CollisionHalfEdge path = mesh.find_half_edge(from, to);
+    if (!path.valid() || mesh.is_border(path)) return;
+    direction = normalized(mesh.rest[to] - mesh.rest[from]);
+    unlink_edge(mesh, path, changed);
+    if (rim) return;
+    from = to;
+  }
+}
+
 }  // namespace kerf

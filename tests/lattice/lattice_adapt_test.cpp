@@ -43,7 +43,7 @@ RandomBody random_body(Random& random) {
 
 TEST(LatticeAdapt, RandomBodiesWithRandomWalkCutsEqualAFreshLatticeAndHaveThePiecesOfTheCollisionMesh) {
   int several = 0, absorbed = 0, copies = 0;
-  for (std::uint64_t seed = 0; seed < 150; ++seed) {
+  for (std::uint64_t seed = 0; seed < 80; ++seed) {
     Random random(seed);
     RandomBody body = random_body(random);
     auto built = build_lattice(body.mesh, body.frame, 0);
@@ -68,12 +68,13 @@ TEST(LatticeAdapt, RandomBodiesWithRandomWalkCutsEqualAFreshLatticeAndHaveThePie
     copies += static_cast<int>(hex.hex_count());
     absorbed += static_cast<int>(hex.hex_count() - count_alive(hex));
   }
-  EXPECT_GT(several, 20);   // the cuts do separate
+  EXPECT_GT(several, 10);   // the cuts do separate
   EXPECT_GT(absorbed, copies / 20);
 }
 
 TEST(LatticeAdapt, CutsThatSplitTrianglesEqualAFreshLattice) {
-  for (std::uint64_t seed = 0; seed < 120; ++seed) {
+  std::size_t split = 0, made = 0, pieces_lost = 0;
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Random random(1000 + seed);
     RandomBody body = random_body(random);
     auto built = build_lattice(body.mesh, body.frame, 1.5);
@@ -93,6 +94,10 @@ TEST(LatticeAdapt, CutsThatSplitTrianglesEqualAFreshLattice) {
       auto fresh = build_lattice(body.mesh, body.frame, 1.5);
       ASSERT_TRUE(fresh.ok());
       ASSERT_TRUE(same_lattice(*fresh, hex)) << seed << " cut " << cut;
+      made += change.new_copies.size();
+      pieces_lost += change.dead_copies.size();
+      for (const CollisionTriangle t : ids<CollisionTriangle>(body.mesh.face_count()))
+        for (const Piece& p : hex.pieces_of(t)) split += p.side != 0 ? 1 : 0;
       for (const HexId h : change.new_copies) {
         ASSERT_TRUE(hex.parent[h].valid()) << seed;
         ASSERT_EQ(hex.cell[hex.parent[h]], hex.cell[h]);
@@ -103,6 +108,9 @@ TEST(LatticeAdapt, CutsThatSplitTrianglesEqualAFreshLattice) {
       }
     }
   }
+  EXPECT_GT(split, 100u);   // tips inside cells did split prisms
+  EXPECT_GT(made, 100u);
+  EXPECT_LT(pieces_lost, made);
 }
 
 TEST(LatticeAdapt, RollsBackAndUndoesToTheBit) {

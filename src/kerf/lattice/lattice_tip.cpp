@@ -8,12 +8,12 @@ namespace {
 /// Cells. Reach of a tip's line, so that a line in a face between two cells is in both.
 constexpr double kLineReach = 1e-9;
 
-/// Range of t with p + t d in the closed cell, inflated by kLineReach. False: none.
+/// Range of t with p + t d in the closed cell; a line beside a face counts as in it up to kLineReach. False: none.
 bool line_in_cell(Vec3 p, Vec3 d, LatticeIndex cell, double& t0, double& t1) {
   for (int a = 0; a < 3; ++a) {
-    const double lo = cell[static_cast<std::size_t>(a)] - kLineReach - p[a], hi = lo + 1 + 2 * kLineReach;
+    const double lo = cell[static_cast<std::size_t>(a)] - p[a], hi = lo + 1;
     if (std::fabs(d[a]) < 1e-9) {
-      if (lo > 0 || hi < 0) return false;
+      if (lo > kLineReach || hi < -kLineReach) return false;
       continue;
     }
     const double u = lo / d[a], v = hi / d[a];

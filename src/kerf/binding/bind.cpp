@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "kerf/binding/bound_vertices.h"
 #include "kerf/binding/collision_mesh_build.h"
@@ -11,7 +12,7 @@
 #include "kerf/binding/patches.h"
 #include "kerf/binding/path_network.h"
 #include "kerf/binding/split_surface.h"
-#include "kerf/binding/surface_tree.h"
+#include "kerf/binding/skin_search.h"
 #include "kerf/binding/weld.h"
 #include "kerf/mesh/half_edge_build.h"
 
@@ -73,29 +74,13 @@ std::size_t count_pieces(const HalfEdgeArrays& mesh) {
   return pieces;
 }
 
-/// Angle-weighted vertex normals of the skin, unit. An atan-free weight: the sine and cosine come from the same products.
-std::vector<Vec3f> skin_normals(const WeldedSurface& s) {
-  std::vector<Vec3> sum(s.positions.size());
-  for (const auto& t : s.triangles) {
-    const Vec3 p[3] = {s.positions[at(t[0])], s.positions[at(t[1])], s.positions[at(t[2])]};
-    const Vec3 area = cross(p[1] - p[0], p[2] - p[0]);
-    const double twice = norm(area);
-    const Vec3 n = (1 / twice) * area;
-    for (std::size_t i = 0; i < 3; ++i)
-      sum[at(t[i])] += std::atan2(twice, dot(p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i])) * n;
-  }
-  std::vector<Vec3f> normals(sum.size());
-  for (std::size_t v = 0; v < sum.size(); ++v) normals[v] = to_float(normalized(sum[v]));
-  return normals;
-}
-
 /// Does the collision mesh's normal agree with the open sheet's? Judged at the closest points of its triangles' centres.
-bool agrees(const SurfaceTree& tree, const WeldedSurface& visual, const WeldedSurface& collision) {
+bool agrees(const SkinSearch& search, const WeldedSurface& visual, const WeldedSurface& collision) {
   double score = 0;
   for (const auto& t : collision.triangles) {
     const Vec3 a = collision.positions[at(t[0])], b = collision.positions[at(t[1])], c = collision.positions[at(t[2])];
     const Vec3 n = cross(b - a, c - a);
-    const auto q = tree.closest((1.0 / 3) * (a + b + c), {}, HUGE_VAL);
+    const auto q = search.closest((1.0 / 3) * (a + b + c), {}, HUGE_VAL);
     if (!q) continue;
     const auto& u = visual.triangles[at(q->face)];
     const Vec3 d = visual.positions[at(u[0])];
@@ -113,6 +98,23 @@ TriangleMesh as_mesh(const WeldedSurface& s) {
   mesh.positions = IndexedArray<VertexId, Vec3>(s.positions);
   for (const auto& t : s.triangles) mesh.triangles.push_back({VertexId(t[0]), VertexId(t[1]), VertexId(t[2])});
   return mesh;
+}
+
+/// Memory for the crossings of all paths, about 2.5 sqrt(faces of a patch) each; growing later would copy everything.
+void reserve_for_paths(SplitSurface& s, const CollisionMesh& c, bool closed) {
+  const double sides = closed ? 2 : 1, faces = static_cast<double>(s.face_count()), patches = sides * static_cast<double>(c.face_count());
+  const double crossings = 1.2 * 1.5 * patches * (2.5 * std::sqrt(faces / patches) + 4);
+  const auto vertices = s.walled.position.size() + static_cast<std::size_t>(crossings);
+  const auto triangles = s.parent.size() + 2 * static_cast<std::size_t>(crossings);
+  s.walled.position.reserve(vertices);
+  s.walled.outgoing.reserve(vertices);
+  s.walled.wall_vertex.reserve(vertices);
+  s.normal.reserve(vertices);
+  s.parent.reserve(triangles);
+  s.walled.origin.reserve(3 * triangles);
+  s.walled.twin.reserve(3 * triangles);
+  s.walled.wall.reserve(3 * triangles);
+  if (!s.texture.empty()) s.texture.reserve(3 * triangles);
 }
 
 /// Moves everything into the cell complex.
@@ -233,25 +235,23 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
     return bad_input(fmt::format("the visual mesh is an open sheet ({} border edges): give its thickness in metres, or a closed visual mesh",
                                  border_edges));
 
-  bool has_texture = visual_mesh.has_texture();
-  SplitSurface s;
-  if (has_texture) {
-    s.texture.reserve(3 * visual.triangles.size());
-    for (const auto& uv : visual_mesh.texture) s.texture.insert(s.texture.end(), uv.begin(), uv.end());
+  std::vector<Vec2f> texture;
+  if (visual_mesh.has_texture()) {
+    texture.reserve(3 * visual.triangles.size());
+    for (const auto& uv : visual_mesh.texture) texture.insert(texture.end(), uv.begin(), uv.end());
   }
   if (closed) {
     const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
     if (measure(visual.triangles.size(), visual.positions[0], corner).volume < 0) {
       turn_over(visual);
-      if (has_texture)
-        for (std::size_t f = 0; f < visual.triangles.size(); ++f) std::swap(s.texture[3 * f + 1], s.texture[3 * f + 2]);
+      for (std::size_t i = 0; i < texture.size(); i += 3) std::swap(texture[i + 1], texture[i + 2]);
       connected = build_half_edges(visual.triangles, visual.positions.size());
       report.flipped_visual = true;
       report.warnings.push_back("visual mesh: its triangles were clockwise seen from outside and were turned over");
     }
   }
-  const SurfaceTree tree(visual.positions, visual.triangles);
-  if (!closed && !agrees(tree, visual, collision)) {
+  std::optional<SkinSearch> search(std::in_place, visual.positions, visual.triangles);
+  if (!closed && !agrees(*search, visual, collision)) {
     turn_over(collision);
     report.flipped_collision = true;
     report.warnings.push_back("collision mesh: its triangles were turned over, so that its normal agrees with the visual sheet's");
@@ -261,6 +261,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   auto built = build_collision_mesh(collision_surface, no_thickness);
   if (!built) return built.error();
   CollisionMesh& c = *built;
+  KERF_TRY(check_folds(c));
   const std::vector<Vec3> normals = vertex_normals(collision_surface);
 
   {
@@ -269,24 +270,16 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
     report.area_before = m.area;
     report.volume_before = closed ? m.volume : 0;
   }
-  WalledSurface& w = s.walled;
-  s.normal = skin_normals(visual);
-  w.position = visual.positions;  // a copy: the tree still looks at the original
-  w.outgoing = std::move(connected->outgoing);
-  w.twin = std::move(connected->twin);
-  w.origin.reserve(w.twin.size());
-  for (const auto& t : visual.triangles) w.origin.insert(w.origin.end(), t.begin(), t.end());
-  w.wall.assign(w.origin.size(), 0);
-  w.wall_vertex.assign(w.position.size(), 0);
-  s.parent.resize(visual.triangles.size());
-  for (std::size_t f = 0; f < s.parent.size(); ++f) s.parent[f] = static_cast<std::int32_t>(f);
-  for (std::size_t h = 0; h < w.twin.size(); ++h)
-    if (w.twin[h] < 0) w.wall_vertex[at(w.origin[h])] = w.wall_vertex[at(w.to(static_cast<std::int32_t>(h)))] = 1;
+  SplitSurface s = make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(texture));
+  reserve_for_paths(s, c, closed);
+  const Vec3 origin = visual.positions[0];
   report.seconds.prepare = watch.lap();
 
   tell("vertices");
-  auto bound = closed ? bind_closed(s, tree, c, normals) : bind_open(s, tree, c, options.thickness);
+  auto bound = closed ? bind_closed(s, *search, c, normals) : bind_open(s, *search, c, options.thickness);
   if (!bound) return bound.error();
+  search.reset();  // large bodies: what is not needed any more goes
+  visual = {};
   report.inserted_points = bound->inserted;
   report.snapped_points = bound->snapped;
   report.warnings.insert(report.warnings.end(), bound->warnings.begin(), bound->warnings.end());
@@ -316,8 +309,9 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
 
   tell("assemble");
   {
+    const WalledSurface& w = s.walled;
     const auto corner = [&](std::size_t f, std::size_t k) { return w.position[at(w.origin[3 * f + k])]; };
-    const Measure m = measure(s.parent.size(), visual.positions[0], corner);
+    const Measure m = measure(s.parent.size(), origin, corner);
     report.area_after = m.area;
     report.volume_after = closed ? m.volume : 0;
   }

@@ -84,22 +84,6 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-/// A fold of the collision mesh, or an inverted pair, means that two places of the mesh claim the same part of the body.
-Status check_folds(const CollisionMesh& c) {
-  const auto normal = [&](CH h) {
-    const Vec3 a = c.rest[c.from(h)], b = c.rest[c.to(h)], d = c.rest[c.apex(h)];
-    return normalized(cross(b - a, d - a));
-  };
-  for (const CH h : ids<CH>(c.half_edge_count())) {
-    const CH t = c.twin[h];
-    if (!t.valid() || t < h) continue;
-    if (dot(normal(h), normal(t)) < kFoldCosine)
-      return bad_input(fmt::format("collision mesh: folded over itself at the edge between vertices {} and {}; unfold it, "
-                                   "every part of the body needs one layer of triangles", c.from(h).value + 1, c.to(h).value + 1));
-  }
-  return {};
-}
-
 /// Bound points that turn a collision triangle over make badly shaped patches, but no wrong topology.
 void warn_flipped(const SplitSurface& s, const CollisionMesh& c, BoundVertices& out) {
   int flipped = 0;
@@ -136,9 +120,23 @@ BorderFrame border_frame(const CollisionMesh& c, CV v, Vec3 normal) {
 
 }  // namespace
 
-Result<BoundVertices> bind_closed(SplitSurface& s, const SurfaceTree& tree, const CollisionMesh& c,
+Status check_folds(const CollisionMesh& c) {
+  const auto normal = [&](CH h) {
+    const Vec3 a = c.rest[c.from(h)], b = c.rest[c.to(h)], d = c.rest[c.apex(h)];
+    return normalized(cross(b - a, d - a));
+  };
+  for (const CH h : ids<CH>(c.half_edge_count())) {
+    const CH t = c.twin[h];
+    if (!t.valid() || t < h) continue;
+    if (dot(normal(h), normal(t)) < kFoldCosine)
+      return bad_input(fmt::format("collision mesh: folded over itself at the edge between vertices {} and {}; unfold it, "
+                                   "every part of the body needs one layer of triangles", c.from(h).value + 1, c.to(h).value + 1));
+  }
+  return {};
+}
+
+Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, const CollisionMesh& c,
                                   std::span<const Vec3> normals) {
-  KERF_TRY(check_folds(c));
   const std::size_t nv = c.vertex_count();
   BoundVertices out;
   out.bound.assign(nv, {-1, -1});
@@ -147,13 +145,13 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SurfaceTree& tree, cons
   for (const CV v : ids<CV>(nv)) border[v.index()] = c.on_border(v);
 
   // Inner vertices: rays both ways, then a plausible reach from the neighbourhood.
-  std::vector<std::array<std::optional<SurfacePoint>, 2>> hit(nv);
+  std::vector<std::array<std::optional<SkinPoint>, 2>> hit(nv);
   std::vector<double> all;
   for (const CV v : ids<CV>(nv)) {
     if (border[v.index()]) continue;
     for (std::size_t side = 0; side < 2; ++side) {
       const Vec3 n = normals[v.index()];
-      hit[v.index()][side] = tree.first_exit(c.rest[v], side == 0 ? n : -n, HUGE_VAL);
+      hit[v.index()][side] = search.first_exit(c.rest[v], side == 0 ? n : -n, HUGE_VAL);
       if (hit[v.index()][side]) all.push_back(hit[v.index()][side]->distance);
     }
   }
@@ -175,26 +173,26 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SurfaceTree& tree, cons
   }
 
   std::vector<BorderFrame> frame(nv);
-  std::vector<std::array<SurfacePoint, 2>> chosen(nv);
+  std::vector<std::array<SkinPoint, 2>> chosen(nv);
   for (const CV v : ids<CV>(nv)) {
     const Vec3 p = c.rest[v], n = normals[v.index()];
     if (border[v.index()]) {
       frame[v.index()] = border_frame(c, v, n);
       const auto [outward, length] = frame[v.index()];
-      std::optional<SurfacePoint> q = tree.closest(p, {}, 2 * length);
+      std::optional<SkinPoint> q = search.closest(p, {}, 2 * length);
       if (!q)
         return bad_input(fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
                                      "in the same place and in the same unit?", v.value + 1));
       // A border that ends inside the body: its rim lies straight ahead, the closest point may be on the top or bottom.
       if (q->distance > 1e-3 * length)
-        if (const auto ahead = tree.first_exit(p, outward, 2 * length)) q = ahead;
+        if (const auto ahead = search.first_exit(p, outward, 2 * length)) q = ahead;
       chosen[v.index()][0] = *q;
       continue;
     }
     for (std::size_t side = 0; side < 2; ++side) {
       const Vec3 direction = side == 0 ? n : -n;
-      std::optional<SurfacePoint> q = hit[v.index()][side];
-      if (!q || q->distance > kReachFactor * typical[v.index()]) q = tree.closest(p, direction, kOutsideFactor * typical[v.index()]);
+      std::optional<SkinPoint> q = hit[v.index()][side];
+      if (!q || q->distance > kReachFactor * typical[v.index()]) q = search.closest(p, direction, kOutsideFactor * typical[v.index()]);
       if (!q)
         return bad_input(fmt::format("collision vertex {} lies outside the visual mesh: nothing within reach on its {} side; "
                                      "move it between the two sides of the body", v.value + 1, side == 0 ? "+" : "-"));
@@ -224,8 +222,8 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SurfaceTree& tree, cons
     double x = typical[v.index()] > 0 ? typical[v.index()] : 0.25 * frame[v.index()].length, half = 0;
     for (int round = 0; round < 8; ++round) {
       const Vec3 q = rim - x * frame[v.index()].outward;
-      const auto up = tree.first_exit(q, n, 2 * frame[v.index()].length + 4 * x);
-      const auto down = tree.first_exit(q, -n, 2 * frame[v.index()].length + 4 * x);
+      const auto up = search.first_exit(q, n, 2 * frame[v.index()].length + 4 * x);
+      const auto down = search.first_exit(q, -n, 2 * frame[v.index()].length + 4 * x);
       half = up && down ? 0.5 * (up->distance + down->distance) : 0;
       if (half > 0 && std::fabs(half - x) < 1e-3 * half) break;
       x = half > 0 ? std::min(half, 2 * x) : 0.5 * x;
@@ -330,8 +328,7 @@ bool order_on_loop(std::vector<double>& s, double perimeter, bool& moved) {
 
 }  // namespace
 
-Result<BoundVertices> bind_open(SplitSurface& s, const SurfaceTree& tree, const CollisionMesh& c, double thickness) {
-  KERF_TRY(check_folds(c));
+Result<BoundVertices> bind_open(SplitSurface& s, const SkinSearch& search, const CollisionMesh& c, double thickness) {
   const std::size_t nv = c.vertex_count();
   BoundVertices out;
   out.bound.assign(nv, {-1, -1});
@@ -444,7 +441,7 @@ Result<BoundVertices> bind_open(SplitSurface& s, const SurfaceTree& tree, const 
       edge = std::max(edge, norm(c.rest[c.to(h)] - c.rest[v]));
       return true;
     });
-    const auto q = tree.closest(c.rest[v], {}, edge);
+    const auto q = search.closest(c.rest[v], {}, edge);
     if (!q)
       return bad_input(fmt::format("collision vertex {}: the visual mesh is farther away than its longest edge; are both meshes in "
                                    "the same place and in the same unit?", v.value + 1));

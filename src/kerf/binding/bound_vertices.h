@@ -10,7 +10,7 @@
 #include "kerf/base/result.h"
 #include "kerf/binding/cell_complex.h"
 #include "kerf/binding/split_surface.h"
-#include "kerf/binding/surface_tree.h"
+#include "kerf/binding/skin_search.h"
 
 namespace kerf {
 
@@ -22,15 +22,18 @@ struct BoundVertices {
   std::vector<std::string> warnings;
 };
 
+/// A collision mesh folded over itself claims one part of the body twice: bad input, naming the edge.
+Status check_folds(const CollisionMesh& collision);
+
 /// Binds every collision vertex of a closed body: inner ones to the first exits of the rays along +- normal, border ones
-/// to the rim. Splits faces and edges of `surface`; marks bound vertices as wall vertices. `tree` is over the faces of
+/// to the rim. Splits faces and edges of `surface`; marks bound vertices as wall vertices. `search` is over the faces of
 /// the surface before any split. Bad input names the collision vertex (1-based).
-Result<BoundVertices> bind_closed(SplitSurface& surface, const SurfaceTree& tree, const CollisionMesh& collision,
+Result<BoundVertices> bind_closed(SplitSurface& surface, const SkinSearch& search, const CollisionMesh& collision,
                                   std::span<const Vec3> normals);
 
 /// The same for an open sheet: inner vertices to the closest points, border vertices to the closest points of the border
 /// loop that corresponds, in order along it. Half the thickness everywhere.
-Result<BoundVertices> bind_open(SplitSurface& surface, const SurfaceTree& tree, const CollisionMesh& collision,
+Result<BoundVertices> bind_open(SplitSurface& surface, const SkinSearch& search, const CollisionMesh& collision,
                                 double thickness);
 
 /// Border loops of half-edge arrays as vertex lists in the direction of their half-edges.

@@ -1,5 +1,7 @@
 #include "kerf/binding/split_surface.h"
 
+#include <cmath>
+
 namespace kerf {
 namespace {
 
@@ -34,6 +36,37 @@ void move_edge(SplitSurface& s, std::int32_t from, std::int32_t to) {
 Vec3f blended_normal(Vec3f a, Vec3f b, double t) { return to_float(normalized(lerp(to_double(a), to_double(b), t))); }
 
 }  // namespace
+
+SplitSurface make_split_surface(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles,
+                                HalfEdgeArrays connected, std::vector<Vec2f> texture) {
+  SplitSurface s;
+  WalledSurface& w = s.walled;
+  w.position.assign(positions.begin(), positions.end());
+  w.outgoing = std::move(connected.outgoing);
+  w.twin = std::move(connected.twin);
+  w.origin.reserve(w.twin.size());
+  for (const auto& t : triangles) w.origin.insert(w.origin.end(), t.begin(), t.end());
+  w.wall.assign(w.origin.size(), 0);
+  w.wall_vertex.assign(positions.size(), 0);
+  for (std::int32_t h = 0; h < static_cast<std::int32_t>(w.twin.size()); ++h)
+    if (w.opposite(h) < 0) w.wall_vertex[at(w.from(h))] = w.wall_vertex[at(w.to(h))] = 1;
+  s.texture = std::move(texture);
+  s.parent.resize(triangles.size());
+  for (std::size_t f = 0; f < triangles.size(); ++f) s.parent[f] = static_cast<std::int32_t>(f);
+
+  std::vector<Vec3> sum(positions.size());
+  for (const auto& t : triangles) {
+    const Vec3 p[3] = {positions[at(t[0])], positions[at(t[1])], positions[at(t[2])]};
+    const Vec3 area = cross(p[1] - p[0], p[2] - p[0]);
+    const double twice = norm(area);
+    const Vec3 n = (1 / twice) * area;
+    for (std::size_t i = 0; i < 3; ++i)
+      sum[at(t[i])] += std::atan2(twice, dot(p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i])) * n;
+  }
+  s.normal.resize(sum.size());
+  for (std::size_t v = 0; v < sum.size(); ++v) s.normal[v] = to_float(normalized(sum[v]));
+  return s;
+}
 
 std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t) {
   WalledSurface& w = s.walled;

@@ -15,9 +15,6 @@ inline constexpr double kWallMargin = 0.3;
 /// A triangle with twice its area below this fraction of its longest edge squared counts as having no area.
 inline constexpr double kZeroAreaFraction = 1e-12;
 
-/// Barycentric slack of a ray that passes through an edge or a vertex: neighbours must not both miss it.
-inline constexpr double kRaySlack = 1e-9;
-
 /// A ray hit farther away than this many times the typical half thickness around it belongs to another part of the body.
 inline constexpr double kReachFactor = 4.0;
 

@@ -1,0 +1,157 @@
+#include "kerf/binding/bound_body_file.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "kerf/base/random.h"
+#include "kerf/mesh/models.h"
+
+namespace kerf {
+namespace {
+
+class BoundBodyFile : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / fmt::format("kerf_bound_body_{}", ::getpid());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  static BoundBody body(std::string_view model, double thickness) {
+    auto m = make_model(model, {});
+    auto b = bind(m->visual, m->collision, {.thickness = thickness});
+    EXPECT_TRUE(b.ok());
+    return std::move(*b);
+  }
+  static std::vector<char> read(const std::filesystem::path& p) {
+    std::ifstream in(p, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static void write(const std::filesystem::path& p, const std::vector<char>& bytes) {
+    std::ofstream(p, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+  std::filesystem::path folder_;
+};
+
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+bool same(PoolRun a, PoolRun b) { return a.first == b.first && a.count == b.count && a.reversed == b.reversed; }
+
+TEST_F(BoundBodyFile, RoundTripIsExact) {
+  for (const auto model : {"steak", "sheet", "tube"}) {
+    const BoundBody a = body(model, 0.1);
+    ASSERT_TRUE(save_bound_body(a, folder_ / "a.body").ok());
+    const auto b = load_bound_body(folder_ / "a.body");
+    ASSERT_TRUE(b.ok()) << b.error().message;
+    const VisualMesh &va = a.complex.visual, &vb = b->complex.visual;
+    EXPECT_TRUE(same_bits(va.origin.raw(), vb.origin.raw()));
+    EXPECT_TRUE(same_bits(va.twin.raw(), vb.twin.raw()));
+    EXPECT_TRUE(same_bits(va.planar.raw(), vb.planar.raw()));
+    EXPECT_TRUE(same_bits(va.texture.raw(), vb.texture.raw()));
+    EXPECT_TRUE(same_bits(va.rest.raw(), vb.rest.raw()));
+    EXPECT_TRUE(same_bits(va.normal.raw(), vb.normal.raw()));
+    EXPECT_TRUE(same_bits(va.patch.raw(), vb.patch.raw()));
+    EXPECT_TRUE(same_bits(va.free.raw(), vb.free.raw()));
+    EXPECT_TRUE(same_bits(va.barrier.raw(), vb.barrier.raw()));
+    const CollisionMesh &ca = a.complex.collision, &cb = b->complex.collision;
+    EXPECT_TRUE(same_bits(ca.rest.raw(), cb.rest.raw()));
+    EXPECT_TRUE(same_bits(ca.offset.raw(), cb.offset.raw()));
+    EXPECT_TRUE(same_bits(ca.bound.raw(), cb.bound.raw()));
+    ASSERT_EQ(ca.chain.size(), cb.chain.size());
+    for (std::size_t h = 0; h < ca.chain.size(); ++h)
+      for (std::size_t side = 0; side < 2; ++side) EXPECT_TRUE(same(ca.chain.raw()[h][side], cb.chain.raw()[h][side]));
+    for (std::size_t f = 0; f < ca.free.size(); ++f)
+      for (std::size_t side = 0; side < 2; ++side) EXPECT_TRUE(same(ca.free.raw()[f][side], cb.free.raw()[f][side]));
+    EXPECT_TRUE(same_bits(a.complex.chain_pool.raw(), b->complex.chain_pool.raw()));
+    EXPECT_TRUE(same_bits(a.complex.free_pool.raw(), b->complex.free_pool.raw()));
+    EXPECT_EQ(a.complex.mean_root_edge, b->complex.mean_root_edge);
+    EXPECT_EQ(a.complex.closed, b->complex.closed);
+    EXPECT_EQ(a.report.path_length, b->report.path_length);
+    EXPECT_EQ(a.report.warnings, b->report.warnings);
+    // Writing again gives the same file.
+    ASSERT_TRUE(save_bound_body(*b, folder_ / "b.body").ok());
+    EXPECT_EQ(read(folder_ / "a.body"), read(folder_ / "b.body"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "a.body.part"));
+  }
+}
+
+TEST_F(BoundBodyFile, DamagedFilesAreRefusedByName) {
+  const std::filesystem::path good = folder_ / "good.body", bad = folder_ / "bad.body";
+  ASSERT_TRUE(save_bound_body(body("sheet", 0.1), good).ok());
+  const std::vector<char> bytes = read(good);
+  const auto expect_refused = [&](const std::vector<char>& content, const std::string& reason) {
+    write(bad, content);
+    const auto r = load_bound_body(bad);
+    ASSERT_FALSE(r.ok()) << reason;
+    EXPECT_NE(r.error().message.find("bad.body"), std::string::npos) << r.error().message;
+    EXPECT_NE(r.error().message.find(reason), std::string::npos) << r.error().message;
+  };
+  expect_refused({}, "not a bound body");
+  expect_refused({'K', 'E', 'R', 'F'}, "not a bound body");
+  expect_refused(std::vector<char>(1000, 'x'), "not a bound body");
+  for (const double part : {0.001, 0.1, 0.5, 0.999}) {
+    std::vector<char> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(bytes.size())));
+    expect_refused(cut, "truncated");
+  }
+  auto longer = bytes;
+  longer.push_back(0);
+  expect_refused(longer, "damaged");
+  auto newer = bytes;
+  newer[8] = 9;
+  expect_refused(newer, "version 9");
+  Random random(3);
+  for (int i = 0; i < 200; ++i) {  // any single damaged byte
+    auto damaged = bytes;
+    const auto at = static_cast<std::size_t>(12 + random.index(static_cast<int>(bytes.size()) - 12));
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 + random.index(255)));
+    expect_refused(damaged, "damaged");
+  }
+  for (int i = 0; i < 40; ++i) {  // a damaged count near the start: nothing huge may be allocated
+    auto damaged = bytes;
+    damaged[static_cast<std::size_t>(24 + i % 8)] = static_cast<char>(0x7f - i);
+    expect_refused(damaged, "damaged");
+  }
+}
+
+// A file whose checksum is right but whose contents are not (written by something else) must not get through either.
+TEST_F(BoundBodyFile, ContentsAreValidated) {
+  const BoundBody good = body("sheet", 0.1);
+  const auto refused = [&](auto&& damage) {
+    BoundBody b = good;
+    damage(b.complex);
+    EXPECT_TRUE(save_bound_body(b, folder_ / "x.body").ok());
+    const auto r = load_bound_body(folder_ / "x.body");
+    EXPECT_FALSE(r.ok());
+    if (r) return;
+    EXPECT_NE(r.error().message.find("x.body: bound body: "), std::string::npos) << r.error().message;
+  };
+  refused([](CellComplex& x) { x.visual.origin.set(VisualHalfEdge(100), VisualVertex(1 << 30)); });
+  refused([](CellComplex& x) { x.visual.origin.set(VisualHalfEdge(100), VisualVertex(-5)); });
+  refused([](CellComplex& x) { x.visual.twin.set(VisualHalfEdge(100), VisualHalfEdge(1 << 30)); });
+  refused([](CellComplex& x) { x.visual.outgoing.set(VisualVertex(10), VisualHalfEdge(-1)); });
+  refused([](CellComplex& x) { x.visual.patch.set(VisualTriangle(10), Patch{1 << 20}); });
+  refused([](CellComplex& x) { x.collision.chain.set(CollisionHalfEdge(5), {PoolRun{1 << 30, 5, false}, PoolRun{}}); });
+  refused([](CellComplex& x) { x.collision.free.set(CollisionTriangle(5), {PoolRun{0, 1 << 30, false}, PoolRun{}}); });
+  refused([](CellComplex& x) { x.collision.bound.set(CollisionVertex(5), {VisualVertex(1 << 30), VisualVertex()}); });
+  refused([](CellComplex& x) { x.collision.root.set(CollisionTriangle(5), RootId(1 << 30)); });
+  refused([](CellComplex& x) { x.chain_pool.set(PoolIndex(0), VisualVertex(1 << 30)); });
+  refused([](CellComplex& x) { x.visual.rest.set(VisualVertex(0), {NAN, 0, 0}); });
+  refused([](CellComplex& x) { x.mean_root_edge = NAN; });
+  refused([](CellComplex& x) { x.visual.planar.grow(1); });
+}
+
+TEST_F(BoundBodyFile, PlacesThatCannotBeUsed) {
+  EXPECT_FALSE(load_bound_body(folder_ / "missing.body").ok());
+  EXPECT_FALSE(load_bound_body(folder_).ok());
+  const Status s = save_bound_body(body("sheet", 0.1), folder_ / "no" / "such" / "folder.body");
+  ASSERT_FALSE(s.ok());
+  EXPECT_NE(s.error().message.find("folder.body"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -185,6 +185,23 @@ TEST(TriangleBvh, TiesGoToTheSmallestTriangleAndNoRaySlipsThrough) {
   }
 }
 
+// Axis-parallel rays in the planes that separate boxes: 0 x infinity must not lose a box.
+TEST(TriangleBvh, AxisParallelRaysThroughBoxFaces) {
+  constexpr int kFan = 97;
+  TriangleMesh mesh;
+  mesh.positions.push_back({0, 0, 0.5});
+  for (int i = 0; i < kFan; ++i)
+    mesh.positions.push_back({std::cos(2 * M_PI * (i + 0.37) / kFan), std::sin(2 * M_PI * (i + 0.37) / kFan), 0.5});
+  for (int i = 0; i < kFan; ++i) mesh.triangles.push_back({VertexId(0), VertexId(1 + i), VertexId(1 + (i + 1) % kFan)});
+  const TriangleView view(mesh);
+  const TriangleBvh bvh(view);
+  for (const double z : {-1.0, 1.0}) {
+    const RayHit hit = bvh.first_hit(view, {{0, 0, 0.5 - z}, {0, 0, z}});
+    EXPECT_TRUE(hit.valid());
+    EXPECT_NEAR(hit.t, 1, 1e-12);
+  }
+}
+
 TEST(TriangleBvh, EqualCentresAndHugeCoordinates) {
   Soup soup;  // all triangles in one place: no split by position exists
   for (int i = 0; i < 1000; ++i)

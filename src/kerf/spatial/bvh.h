@@ -69,13 +69,14 @@ class TriangleBvh {
     explicit RaySlabs(const Ray& ray)
         : origin(ray.origin), inverse{1 / ray.direction.x, 1 / ray.direction.y, 1 / ray.direction.z} {}
     // Entry parameter, or HUGE_VAL if the ray misses the box within [t_min, t_max]. Slabs are widened by a few
-    // roundings; a ray inside a slab's own plane gives 0 x inf, and fmin, fmax then ignore the slab.
+    // roundings; a ray inside a slab's own plane gives 0 x inf, and the slab is ignored: its other end is infinite.
     [[nodiscard]] double enter(const Node& node, double t_min, double t_max) const {
       constexpr double kWiden = 4e-15;
       double near = t_min, far = t_max;
       for (int k = 0; k < 3; ++k) {
         const double a = (node.min[static_cast<std::size_t>(k)] - origin[k]) * inverse[k];
         const double b = (node.max[static_cast<std::size_t>(k)] - origin[k]) * inverse[k];
+        if (std::isnan(a) || std::isnan(b)) continue;
         const double lo = std::fmin(a, b), hi = std::fmax(a, b);
         near = std::fmax(near, lo * (lo > 0 ? 1 - kWiden : 1 + kWiden));
         far = std::fmin(far, hi * (hi > 0 ? 1 + kWiden : 1 - kWiden));

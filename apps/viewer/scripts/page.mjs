@@ -1,0 +1,63 @@
+// Opens the built page in Debian's Chromium: for screenshots and measurements without a server.
+import { createServer } from 'node:http';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { extname, join, normalize } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { chromium } from 'playwright-core';
+
+const kTypes = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
+export const kFlags = ['--no-sandbox', '--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklist',
+  '--disable-background-networking', '--disable-component-update', '--disable-sync', '--no-first-run'];
+
+/** Serves a folder on a free port of the loopback address, with the headers that kerf view sends. */
+export async function serve(folder) {
+  const server = createServer((request, response) => {
+    const path = normalize(new URL(request.url, 'http://x').pathname).replace(/\/$/, '/index.html');
+    try {
+      const body = readFileSync(join(folder, path));
+      response.writeHead(200, {
+        'Content-Type': kTypes[extname(path)] ?? 'application/octet-stream',
+        'Content-Security-Policy': "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws: wss:; object-src 'none'; base-uri 'none'; frame-ancestors 'none'",
+      });
+      response.end(body);
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  return { url: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() };
+}
+
+/** Runs `use(page, url)` with the built page's folder served and a fresh browser. */
+export async function withPage(options, use) {
+  const dist = fileURLToPath(new URL('../dist', import.meta.url));
+  const server = options.url ? { url: options.url, close() {} } : await serve(dist);
+  const profile = mkdtempSync(join(tmpdir(), 'kerf-page-'));
+  const context = await chromium.launchPersistentContext(profile, {
+    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', headless: true, args: kFlags,
+    viewport: options.viewport ?? { width: 1280, height: 720 }, colorScheme: options.dark ? 'dark' : 'light',
+    hasTouch: options.touch ?? false, deviceScaleFactor: options.scale ?? 1,
+  });
+  try {
+    const page = context.pages()[0] ?? await context.newPage();
+    page.on('console', (m) => { if (m.type() === 'error' || m.type() === 'warning') console.error(`page ${m.type()}: ${m.text()}`); });
+    page.on('pageerror', (e) => console.error(`page: ${e.stack ?? e.message}`));
+    return await use(page, server.url);
+  } finally {
+    await context.close();
+    server.close();
+    rmSync(profile, { recursive: true, force: true });
+  }
+}
+
+/** Waits until the page shows a body. */
+export const ready = (page) => page.waitForFunction(() => window.kerf?.state().ready && window.kerf.state().frames > 5, null, { timeout: 60000 });
+
+/** Drags with the mouse through window positions. */
+export async function drag(page, points, steps = 12) {
+  await page.mouse.move(...points[0]);
+  await page.mouse.down();
+  for (const p of points.slice(1)) await page.mouse.move(...p, { steps });
+  await page.mouse.up();
+}

@@ -1,0 +1,54 @@
+// Pictures of the page with the mock engine:  node scripts/screenshot.mjs FOLDER [name...]
+import { mkdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { drag, ready, withPage } from './page.mjs';
+
+const folder = process.argv[2] ?? 'shots', only = process.argv.slice(3);
+mkdirSync(folder, { recursive: true });
+const at = (page, x, y, z = 0.011) => page.evaluate(([a, b, c]) => window.kerf.pickPoint(a, b, c), [x, y, z]);
+const key = async (page, ...keys) => { for (const k of keys) await page.keyboard.press(k); };
+
+const shots = {
+  steak: { query: 'quality=full', run: async () => {} },
+  cut: { query: 'quality=full', run: async (page) => {
+    await drag(page, [await at(page, 0.01, -0.1), await at(page, 0.012, 0.005)]);
+    await page.waitForTimeout(900);
+    await key(page, '4');
+    await drag(page, [await at(page, 0.03, -0.045), await at(page, 0.075, -0.06, 0.03)]);
+    await page.mouse.move(...await at(page, -0.05, 0.0));
+    await page.waitForTimeout(1200);
+  } },
+  lite: { query: 'quality=lite', run: async (page) => { await drag(page, [await at(page, 0.01, -0.1), await at(page, 0.012, 0.005)]); await page.waitForTimeout(600); } },
+  low: { query: 'quality=low', run: async (page) => { await page.waitForTimeout(600); } },
+  views: { query: 'quality=full', run: async (page) => { await key(page, 'x', 'o', 'l'); await page.waitForTimeout(500); } },
+  wire: { query: 'quality=lite', run: async (page) => {
+    await drag(page, [await at(page, -0.02, -0.1), await at(page, -0.012, 0.0)]);
+    await key(page, 's', 'w', 'o', 'b'); await page.waitForTimeout(500);
+  } },
+  meniscus: { query: 'quality=full', run: async (page) => { await page.selectOption('#scene', 'meniscus'); await page.waitForTimeout(1500); } },
+  sheet: { query: 'quality=full', run: async (page) => { await page.selectOption('#scene', 'sheet'); await page.waitForTimeout(1500); } },
+  panel: { query: 'quality=low&panel', dark: true, run: async (page) => {
+    await drag(page, [await at(page, 0.01, -0.1), await at(page, 0.012, 0.1)]);
+    await page.evaluate(() => { for (const d of document.querySelectorAll('#panel details')) d.open = true; });
+    await page.waitForTimeout(2500);
+    await page.evaluate(() => { document.getElementById('plots-section').scrollIntoView(); });
+    await page.waitForTimeout(500);
+  } },
+  panellight: { query: 'quality=low&panel', run: async (page) => { await page.waitForTimeout(1500); } },
+  help: { query: 'quality=lite', run: async (page) => { await key(page, '?'); await page.waitForTimeout(300); } },
+  phone: { query: 'quality=lite', viewport: { width: 390, height: 780 }, touch: true, scale: 2, run: async (page) => { await page.waitForTimeout(500); } },
+  phonepanel: { query: 'quality=lite&panel', viewport: { width: 390, height: 780 }, dark: true, touch: true, scale: 2, run: async (page) => { await page.waitForTimeout(500); } },
+};
+
+for (const [name, shot] of Object.entries(shots)) {
+  if (only.length > 0 && !only.includes(name)) continue;
+  await withPage(shot, async (page, url) => {
+    await page.goto(`${url}?engine=mock&${shot.query}`);
+    await ready(page);
+    await shot.run(page);
+    const file = join(folder, `${name}.png`);
+    await page.screenshot({ path: file });
+    const s = await page.evaluate(() => window.kerf.state());
+    console.log(file, JSON.stringify({ fps: s.fps, pieces: s.pieces, version: s.version, drawn: s.drawn, latency: s.latency, quality: s.quality }));
+  });
+}

@@ -1,0 +1,656 @@
+// The page without its controls: engine, scene, tools and measurements, tied together.
+import { Vector3 } from 'three';
+import type { Engine, EngineEvents, EngineState } from './engine/engine';
+import {
+  CommandCode, FrameFlag, Modifier, Outcome, UploadPart, type Body, type Counts, type CutReport, type EngineError,
+  type FileMessage, type Frame, type Hello, type Hit, type Overlay, type Patch, type Role, type Stats, type ToolSample, type Vec3,
+} from './engine/protocol';
+import { Blade } from './scene/blade';
+import { BodyMesh } from './scene/body_mesh';
+import { BodyState } from './scene/body_state';
+import { Ink } from './scene/ink';
+import { type Look, type QualityLevel, toLook } from './scene/materials';
+import { makeNoiseTexture } from './scene/noise';
+import { Overlays, type ViewName } from './scene/overlays';
+import { skinPoint } from './scene/skinning';
+import { type Box, Stage } from './scene/stage';
+import { LatencyMeter } from './stats/latency';
+import { QualityChooser, kQualitySteps } from './stats/quality';
+import { Series } from './stats/series';
+import { PointerMap, type PointerKind } from './tools/mapping';
+import { Stroke, type StrokeMessage, type ToolName } from './tools/tools';
+
+export interface SceneInfo {
+  scenes: { name: string; title: string }[]; name: string; title: string; look: Look; box: Box | null;
+  material: { young: number; poisson: number; density: number }; gravity: [number, number, number];
+}
+
+export interface AppOptions { quality: QualityLevel | 'auto'; software: boolean; antialias: boolean }
+
+/** What the controls want to hear. */
+export interface AppListener {
+  connection(state: EngineState): void;
+  scene(info: SceneInfo): void;
+  progress(): void;              // readouts: at most a few times a second
+  play(playing: boolean, speed: number, undo: number, redo: number): void;
+  role(role: Role): void;
+  cut(report: CutReport): void;
+  stats(stats: Stats): void;
+  toast(text: string, error: boolean): void;
+  file(name: string, bytes: Uint8Array): void;
+  used(tool: ToolName): void;
+}
+
+const kRayPatienceMs = 1000;
+
+const num = (x: unknown, fallback: number): number => (typeof x === 'number' && Number.isFinite(x) ? x : fallback);
+
+/** Reads Hello's JSON; whatever is missing or odd gets a default. */
+export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
+  let j: Record<string, unknown> = {};
+  try {
+    const parsed: unknown = JSON.parse(hello.json);
+    if (parsed && typeof parsed === 'object') j = parsed as Record<string, unknown>;
+  } catch { /* an engine without a description still works */ }
+  const scenes = (Array.isArray(j.scenes) ? j.scenes : []).flatMap((s: unknown) => {
+    const o = s as { name?: unknown; title?: unknown } | null;
+    return o && typeof o.name === 'string' ? [{ name: o.name, title: typeof o.title === 'string' ? o.title : o.name }] : [];
+  });
+  const m = (j.material ?? {}) as Record<string, unknown>, g = Array.isArray(j.gravity) ? j.gravity : [];
+  const b = Array.isArray(j.box) && j.box.length === 6 && j.box.every((x) => Number.isFinite(x)) ? (j.box as number[]) : null;
+  const proper = b && b[0]! <= b[3]! && b[1]! <= b[4]! && b[2]! <= b[5]! && b.some((x) => x !== b[0]);
+  return {
+    scenes, name: hello.name, title: typeof j.title === 'string' ? j.title : hello.name, look: toLook(j.look),
+    box: b && proper ? { min: [b[0]!, b[1]!, b[2]!], max: [b[3]!, b[4]!, b[5]!] } : null,
+    material: { young: num(m.young, 20000), poisson: num(m.poisson, 0.45), density: num(m.density, 1000) },
+    gravity: [num(g[0], 0), num(g[1], 0), num(g[2], -9.81)],
+  };
+}
+
+export class App implements EngineEvents {
+  readonly stage: Stage;
+  readonly mesh: BodyMesh;
+  readonly overlays: Overlays;
+  readonly blade = new Blade();
+  readonly ink: Ink;
+  readonly latency = new LatencyMeter();
+  readonly pointers = new PointerMap();
+  readonly stepSeries = new Series(5);  // time, step median, step 99 %, mechanics, fps
+  readonly cutSeries = new Series(5);   // number, binding, embedding, surface, total
+  readonly countSeries = new Series(7); // cut number, six counts
+  listener: AppListener | null = null;
+
+  connection: EngineState = 'connecting';
+  info: SceneInfo | null = null;
+  roleNow: Role = { type: 'role', holder: 0, held: false, clients: 0 };
+  readOnly = false;
+  tool: ToolName = 'scalpel';
+  playing = true;
+  speed = 1;
+  undoDepth = 0;
+  redoDepth = 0;
+  time = 0;
+  pieces = 1;
+  counts: Counts | null = null;
+  lastCut: CutReport | null = null;
+  lastStats: Stats | null = null;
+  fps = 0;
+  qualityMode: QualityLevel | 'auto';
+  frames = 0;
+  patches = 0;
+  bodies = 0;
+  errors = 0;
+  lastError = '';
+  recording = false;
+
+  private readonly chooser: QualityChooser;
+  private readonly canvas: HTMLCanvasElement;
+  private level: QualityLevel = 'full';
+  private look: Look = 'steak';
+  private shownScene = '';
+  private ready = false;
+  private dirty = true;
+  private moved = true;
+  private pendingNodes = new Float32Array(0);
+  private pending: { version: number; input: number; n: number } | null = null;
+  private lastSeq = 0;
+  private ackedSeq = 0;
+  private stroke: Stroke | null = null;
+  private pointerAt: { x: number; y: number } | null = null;
+  private hoverChanged = false;
+  private rayOut = 0;
+  private raySince = 0;
+  private rayAt: { origin: Vec3; direction: Vec3 } | null = null;
+  private lastFrameAt = 0;
+  private drewLast = false;
+  private fpsCount = 0;
+  private fpsSince = 0;
+  private cutNumber = 0;
+  private lastProgress = 0;
+  private width = 1;
+  private height = 1;
+  private uploads = 0;
+  private liteTurn = false;
+
+  constructor(private readonly engine: Engine, canvas: HTMLCanvasElement, ink: HTMLCanvasElement, options: AppOptions) {
+    this.canvas = canvas;
+    const noise = makeNoiseTexture(options.quality === 'lite' || options.software ? 32 : 64);
+    this.stage = new Stage(canvas, noise, options.antialias, options.software);
+    this.mesh = new BodyMesh(noise);
+    this.overlays = new Overlays(this.mesh);
+    this.ink = new Ink(ink);
+    this.stage.scene.add(this.mesh.group, this.overlays.group, this.blade.group);
+    this.qualityMode = options.quality;
+    // The CPU as a GPU starts with the cheapest materials and stays there.
+    const firstLite = kQualitySteps.findIndex((s) => s.level === 'lite');
+    this.chooser = new QualityChooser(options.software ? firstLite : 0, options.software ? firstLite : 0);
+    this.listen();
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+    this.applyQuality();
+  }
+
+  start(): void {
+    this.engine.start(this);
+    requestAnimationFrame(this.loop);
+  }
+
+  // -------------------------------------------------------------------------------------------------------------------
+  // Engine events
+
+  state(state: EngineState): void {
+    this.connection = state;
+    if (state !== 'live') {
+      this.cancelStroke(false);
+      this.latency.forget();
+      this.rayOut = 0;
+      this.roleNow = { ...this.roleNow, held: false };
+      this.ackedSeq = this.lastSeq = 0;
+      this.pending = null;
+    }
+    this.updateAllowed();
+    this.listener?.connection(state);
+  }
+
+  hello(hello: Hello): void {
+    this.readOnly = hello.readOnly;
+    this.info = readSceneInfo(hello);
+    this.listener?.scene(this.info);
+    if (this.overlays.wantsMessage) this.engine.command({ code: CommandCode.Overlay, value: [1] });
+    this.updateAllowed();
+  }
+
+  body(body: Body): void {
+    this.cancelStroke(false);
+    this.bodies++;
+    const state = new BodyState(body), info = this.info;
+    this.mesh.setBody(state);
+    this.overlays.clear();
+    this.engine.have(state.body, state.version);
+    this.pending = null;
+    const look = info?.look ?? 'steak', same = this.shownScene === (info?.name ?? '') && this.ready;
+    this.shownScene = info?.name ?? '';
+    this.stage.setBox(info?.box ?? boxOf(state), look, same);
+    this.stage.keepFloorBelow(this.mesh.lowest);
+    this.blade.setSize(this.stage.size);
+    if (!same) this.clearSeries();
+    if (look !== this.look) {
+      this.look = look;
+      this.mesh.setLook(look, this.level);
+    }
+    this.counts = null;
+    this.touch(true);
+    this.compile();
+  }
+
+  patch(patch: Patch): void {
+    const state = this.mesh.state;
+    if (!state || patch.body !== state.body || patch.from !== state.version) {
+      this.engine.resync();
+      return;
+    }
+    try {
+      this.mesh.applyPatch(patch);
+    } catch (e) {
+      console.error('kerf: the patch does not fit', e);
+      this.engine.resync();
+      return;
+    }
+    this.patches++;
+    this.overlays.patched();
+    this.engine.have(state.body, state.version);
+    if (this.pending && this.pending.version !== state.version) this.pending = null;
+    this.latency.echoed(patch.input, performance.now());
+    this.touch(true);
+  }
+
+  frame(frame: Frame): void {
+    this.lastSeq = frame.seq;
+    this.frames++;
+    this.time = frame.time;
+    const playing = (frame.flags & FrameFlag.Playing) !== 0;
+    if (playing !== this.playing || frame.undoDepth !== this.undoDepth || frame.redoDepth !== this.redoDepth
+      || (frame.speed > 0 && Math.abs(frame.speed - this.speed) > 1e-6)) {
+      this.playing = playing;
+      this.undoDepth = frame.undoDepth;
+      this.redoDepth = frame.redoDepth;
+      if (frame.speed > 0) this.speed = frame.speed;
+      this.listener?.play(playing, this.speed, this.undoDepth, this.redoDepth);
+    }
+    const state = this.mesh.state;
+    if (!state || frame.body !== state.body || frame.version !== state.version || frame.nodes.length !== 3 * state.nn) return;
+    if (this.pendingNodes.length < frame.nodes.length) this.pendingNodes = new Float32Array(2 * frame.nodes.length);
+    this.pendingNodes.set(frame.nodes);
+    this.pending = { version: frame.version, input: frame.input, n: frame.nodes.length };
+    if (this.blade.setGrasps(frame.grasps)) this.touch(true);
+  }
+
+  hit(hit: Hit): void {
+    if (hit.input !== this.rayOut) return;
+    this.rayOut = 0;
+    if (!this.pointerAt || !this.rayAt) return;
+    const eye = this.stage.camera.position, o = this.rayAt.origin, d = this.rayAt.direction;
+    const point = new Vector3(...hit.point), normal = new Vector3(...hit.normal), touching = hit.triangle >= 0;
+    if (!touching) {
+      // Beside the body the tool hovers where the view ray meets the height of the body's middle.
+      const c = this.mesh.bounds.center.z, t = Math.abs(d[2]) > 0.05 ? (c - o[2]) / d[2] : -1;
+      if (!(t > 0)) { if (this.blade.hide()) this.touch(true); return; }
+      point.set(o[0] + t * d[0], o[1] + t * d[1], c);
+      normal.set(0, 0, d[2] < 0 ? 1 : -1);
+      if (point.distanceTo(this.mesh.bounds.center) > 1.6 * this.stage.size) { if (this.blade.hide()) this.touch(true); return; }
+    } else if (normal.dot(eye.clone().sub(point)) < 0) {
+      normal.negate();
+    }
+    this.blade.place(point, normal, eye, touching, this.stroke !== null);
+    this.touch(true);
+  }
+
+  stats(stats: Stats): void {
+    this.lastStats = stats;
+    this.counts = stats.counts;
+    this.pieces = stats.pieces;
+    this.stepSeries.push(this.time, stats.stepMs, stats.stepMs99, stats.mechanicsMs, this.fps);
+    if (this.countSeries.length === 0) this.pushCounts(stats.counts);
+    this.listener?.stats(stats);
+  }
+
+  cut(report: CutReport): void {
+    this.lastCut = report;
+    this.counts = report.counts;
+    this.pieces = report.pieces;
+    if (report.outcome === Outcome.Cut) {
+      this.cutNumber++;
+      this.cutSeries.push(this.cutNumber, report.bindingMs, report.embeddingMs, report.surfaceMs, report.totalMs);
+      this.pushCounts(report.counts);
+    }
+    this.latency.echoed(report.input, performance.now());
+    this.listener?.cut(report);
+  }
+
+  role(role: Role): void {
+    this.roleNow = role;
+    this.updateAllowed();
+    this.listener?.role(role);
+  }
+
+  error(error: EngineError): void {
+    this.errors++;
+    this.lastError = error.text;
+    this.listener?.toast(error.text || `The engine reports error ${error.code}.`, true);
+  }
+
+  overlay(overlay: Overlay): void {
+    this.overlays.setMessage(overlay);
+    this.touch(false);
+  }
+
+  file(file: FileMessage): void { this.listener?.file(file.name, file.bytes.slice()); }
+
+  // -------------------------------------------------------------------------------------------------------------------
+  // Commands
+
+  command(code: number, value: number[] = [], text = '', started = performance.now()): number {
+    const input = this.engine.command({ code, value, text });
+    this.latency.sent(input, started);
+    return input;
+  }
+  togglePlay(): void { this.command(this.playing ? CommandCode.Pause : CommandCode.Play); }
+  setTool(tool: ToolName): void {
+    this.cancelStroke(true);
+    this.tool = tool;
+    this.blade.setTool(tool);
+    this.pointers.handTool = tool === 'hand';
+    this.updateAllowed();
+    this.hoverChanged = true;
+    if (tool === 'hand') this.blade.hide();
+    this.touch(true);
+  }
+  setView(view: ViewName, on: boolean): void {
+    const wanted = this.overlays.wantsMessage;
+    this.overlays.set(view, on);
+    if (this.overlays.wantsMessage !== wanted) this.engine.command({ code: CommandCode.Overlay, value: [wanted ? 0 : 1] });
+    this.touch(true);
+  }
+  setQuality(mode: QualityLevel | 'auto'): void {
+    this.qualityMode = mode;
+    this.applyQuality();
+  }
+  setTheme(dark: boolean): void {
+    this.stage.setTheme(dark);
+    this.touch(false);
+  }
+  get strokeActive(): boolean { return this.stroke !== null; }
+  /** Turns the view by degrees and zooms. */
+  turn(azimuth: number, elevation: number, zoom: number): void { this.stage.turn(azimuth, elevation, zoom); this.touch(false); }
+  claim(): void { this.engine.claim(!this.roleNow.held); }
+  resetCamera(): void { this.stage.resetCamera(); this.touch(false); }
+  setRecording(on: boolean): void {
+    this.recording = on;
+    this.command(CommandCode.Recording, [on ? 1 : 0]);
+  }
+  /** The picture as a PNG file. */
+  async picture(): Promise<Blob> {
+    const shown = this.blade.visible;
+    if (shown) this.blade.group.visible = this.stroke !== null;
+    this.stage.render(true);
+    this.blade.group.visible = true;
+    const blob = await new Promise<Blob | null>((resolve) => { this.canvas.toBlob(resolve, 'image/png'); });
+    this.touch(false);
+    if (!blob) throw new Error('The browser made no picture.');
+    return blob;
+  }
+  async upload(parts: { part: number; name: string; bytes: Uint8Array }[], thickness: string, progress: (x: number) => void): Promise<void> {
+    const id = ++this.uploads, total = parts.reduce((n, p) => n + p.bytes.length, 0) || 1;
+    let done = 0;
+    for (const p of parts) {
+      await this.engine.upload(id, p.part, p.name, p.bytes);
+      done += p.bytes.length;
+      progress(done / total);
+    }
+    this.command(CommandCode.LoadUpload, [id], parts.some((p) => p.part === UploadPart.Visual) ? thickness : '');
+  }
+
+  // -------------------------------------------------------------------------------------------------------------------
+  // Pointers
+
+  get toolAllowed(): boolean { return this.connection === 'live' && this.roleNow.held && !this.readOnly; }
+
+  private updateAllowed(): void {
+    this.pointers.toolAllowed = this.toolAllowed;
+    this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed);
+    this.canvas.dataset.tool = this.tool;
+    this.canvas.dataset.paused = String(!this.toolAllowed && this.tool !== 'hand');
+    document.documentElement.toggleAttribute('data-paused', !this.toolAllowed);
+  }
+
+  private sample(e: PointerEvent): ToolSample {
+    const box = this.canvas.getBoundingClientRect();
+    const { origin, direction } = this.stage.ray(e.clientX - box.left, e.clientY - box.top);
+    return { time: e.timeStamp, origin, direction, pressure: e.pressure };
+  }
+
+  private modifiers(e: PointerEvent): number {
+    return (e.shiftKey ? Modifier.Shift : 0) | (e.ctrlKey ? Modifier.Control : 0) | (e.altKey ? Modifier.Alt : 0) | (e.metaKey ? Modifier.Meta : 0);
+  }
+
+  private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): void {
+    for (const m of messages) {
+      const input = this.engine.tool({ ...m, modifiers });
+      this.latency.sent(input, e.timeStamp);
+    }
+  }
+
+  private listen(): void {
+    const c = this.canvas, capture = { capture: true };
+    c.addEventListener('contextmenu', (e) => e.preventDefault());
+    c.addEventListener('pointerdown', (e) => {
+      const kind: PointerKind = e.pointerType === 'touch' || e.pointerType === 'pen' ? e.pointerType : 'mouse';
+      const decision = this.pointers.down({ id: e.pointerId, kind, button: e.button, alt: e.altKey });
+      c.focus({ preventScroll: true });
+      if (decision === 'cancel-and-orbit') {
+        this.abandon(e.timeStamp);
+        return;
+      }
+      if (decision === 'orbit') {
+        // Alt-drag turns the view with the first button too.
+        this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed || e.altKey);
+        this.touch(false);
+        return;
+      }
+      c.setPointerCapture(e.pointerId);
+      this.place(e);
+      this.stroke = new Stroke(this.tool);
+      const at = this.pointerAt!;
+      this.ink.begin(this.tool, at.x, at.y);
+      this.send(this.stroke.down(this.sample(e)), e, this.modifiers(e));
+      this.listener?.used(this.tool);
+    }, capture);
+    c.addEventListener('pointermove', (e) => {
+      if (this.stroke && this.pointers.owns(e.pointerId)) {
+        const events = e.getCoalescedEvents?.() ?? [];
+        const list = events.length > 0 ? events : [e];
+        this.place(e);
+        for (const x of list) {
+          const box = c.getBoundingClientRect();
+          this.ink.add(x.clientX - box.left, x.clientY - box.top);
+        }
+        this.send(this.stroke.move(list.map((x) => this.sample(x))), e, this.modifiers(e));
+        e.stopPropagation();
+      } else if (this.pointers.active === null && (e.buttons === 0 || e.pointerType === 'pen')) {
+        this.place(e);
+      }
+      if (e.buttons !== 0) this.touch(false);
+    }, capture);
+    const finish = (e: PointerEvent, good: boolean): void => {
+      if (!this.pointers.up(e.pointerId)) { this.updateAllowed(); return; }
+      if (!this.stroke) return;
+      if (good) this.send(this.stroke.up(this.sample(e)), e, this.modifiers(e));
+      else this.send(this.stroke.cancel(), e, 0);
+      this.stroke = null;
+      this.ink.end();
+      if (e.pointerType === 'touch') this.leave();
+      this.touch(true);
+    };
+    c.addEventListener('pointerup', (e) => finish(e, true), capture);
+    c.addEventListener('pointercancel', (e) => finish(e, false), capture);
+    c.addEventListener('lostpointercapture', (e) => { if (this.pointers.owns(e.pointerId)) finish(e, false); }, capture);
+    c.addEventListener('pointerleave', () => { if (!this.stroke) this.leave(); });
+    window.addEventListener('blur', () => this.cancelStroke(true));
+    document.addEventListener('visibilitychange', () => { if (document.hidden) this.cancelStroke(true); });
+    this.stage.controls.addEventListener('change', () => this.touch(false));
+    c.addEventListener('webglcontextlost', (e) => e.preventDefault());
+    c.addEventListener('webglcontextrestored', () => { this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state!), this.look, true); this.touch(true); });
+  }
+
+  private place(e: PointerEvent): void {
+    const box = this.canvas.getBoundingClientRect();
+    this.pointerAt = { x: e.clientX - box.left, y: e.clientY - box.top };
+    this.hoverChanged = true;
+  }
+
+  private leave(): void {
+    this.pointerAt = null;
+    if (this.blade.hide()) this.touch(true);
+  }
+
+  /** Takes the stroke back, for a second finger came down. */
+  private abandon(timeStamp: number): void {
+    if (!this.stroke) return;
+    this.send(this.stroke.cancel(), { timeStamp }, 0);
+    this.stroke = null;
+    this.ink.end();
+    this.touch(true);
+  }
+
+  /** Ends the current stroke without a cut; `tell`: the engine is there to hear it. */
+  cancelStroke(tell: boolean): void {
+    this.pointers.cancel();
+    if (!this.stroke) return;
+    if (tell) this.send(this.stroke.cancel(), { timeStamp: performance.now() }, 0);
+    this.stroke = null;
+    this.ink.end();
+    this.touch(true);
+  }
+
+  // -------------------------------------------------------------------------------------------------------------------
+  // Drawing
+
+  /** The next frame must be drawn; `shadows`: something that throws one moved. */
+  private touch(shadows: boolean): void {
+    this.dirty = true;
+    if (shadows) this.moved = true;
+  }
+
+  private resize(): void {
+    const w = this.canvas.clientWidth || 1, h = this.canvas.clientHeight || 1;
+    if (w === this.width && h === this.height) return;
+    this.width = w;
+    this.height = h;
+    this.stage.resize(w, h);
+    this.ink.resize(w, h, window.devicePixelRatio || 1);
+    if (this.ready && this.frames < 3) this.stage.resetCamera();
+    this.touch(false);
+  }
+
+  get quality(): { level: QualityLevel; scale: number } {
+    return this.qualityMode === 'auto' ? this.chooser.current : { level: this.qualityMode, scale: 1 };
+  }
+
+  private applyQuality(): void {
+    const q = this.quality, ratio = Math.min(window.devicePixelRatio || 1, q.level === 'full' ? 2 : q.level === 'low' ? 1.5 : 1);
+    const changed = q.level !== this.level || this.bodies === 0;
+    this.level = q.level;
+    this.stage.setQuality(q.level, ratio * q.scale);
+    this.overlays.pixelRatio = ratio * q.scale;
+    this.stage.resize(this.width, this.height);
+    if (changed) {
+      this.mesh.setLook(this.look, q.level);
+      if (this.mesh.state) this.compile();
+    }
+    this.touch(true);
+  }
+
+  private compile(): void {
+    this.ready = true;
+    // Programs of walls and tools too, or the first cut waits for the compiler.
+    const group = this.blade.group;
+    const hidden: { visible: boolean }[] = [];
+    group.traverse((o) => { if (!o.visible) { hidden.push(o); o.visible = true; } });
+    this.stage.renderer.compile(this.stage.scene, this.stage.camera);
+    for (const o of hidden) o.visible = false;
+  }
+
+  private readonly loop = (now: number): void => {
+    requestAnimationFrame(this.loop);
+    if (this.drewLast) {
+      // The last picture has been handed to the screen by now.
+      this.latency.shown(performance.now());
+      if (this.qualityMode === 'auto' && this.chooser.frame(now - this.lastFrameAt)) this.applyQuality();
+    }
+    this.lastFrameAt = now;
+    const pending = this.pending, state = this.mesh.state;
+    if (pending && state && pending.version === state.version) {
+      this.pending = null;
+      if (this.mesh.setNodes(this.pendingNodes.subarray(0, pending.n))) {
+        this.stage.keepFloorBelow(this.mesh.lowest);
+        this.touch(true);
+        if (this.pointerAt) this.hoverChanged = true;
+      }
+      this.latency.echoed(pending.input, performance.now());
+    }
+    this.sendHover(now);
+    if (this.stage.animate()) { this.dirty = true; }
+    this.drewLast = false;
+    if (this.ready && (this.dirty || this.latency.hasWaiting)) {
+      const shadows = this.moved && (this.level !== 'lite' || (this.liteTurn = !this.liteTurn));
+      this.stage.render(shadows);
+      this.dirty = this.moved && !shadows;
+      if (shadows) this.moved = false;
+      this.drewLast = true;
+      this.fpsCount++;
+    }
+    this.ink.draw();
+    if (this.lastSeq !== this.ackedSeq) {
+      this.ackedSeq = this.lastSeq;
+      this.engine.ack(this.lastSeq);
+    }
+    if (now - this.fpsSince >= 1000) {
+      this.fps = (1000 * this.fpsCount) / (now - this.fpsSince);
+      this.fpsSince = now;
+      this.fpsCount = 0;
+    }
+    if (now - this.lastProgress > 250) {
+      this.lastProgress = now;
+      this.listener?.progress();
+    }
+  };
+
+  private sendHover(now: number): void {
+    if (this.rayOut !== 0 && now - this.raySince > kRayPatienceMs) this.rayOut = 0;
+    if (!this.hoverChanged || !this.pointerAt || this.rayOut !== 0 || this.connection !== 'live' || this.tool === 'hand') return;
+    if (!this.toolAllowed) { if (this.blade.hide()) this.touch(true); return; }
+    this.hoverChanged = false;
+    this.rayAt = this.stage.ray(this.pointerAt.x, this.pointerAt.y);
+    this.rayOut = this.engine.ray(this.rayAt.origin, this.rayAt.direction);
+    this.raySince = now;
+  }
+
+  private pushCounts(c: Counts): void {
+    this.countSeries.push(this.cutNumber, c.visualVertices, c.visualTriangles, c.collisionVertices, c.collisionTriangles, c.nodes, c.hexahedra);
+  }
+  private clearSeries(): void {
+    this.cutNumber = 0;
+    this.stepSeries.clear();
+    this.cutSeries.clear();
+    this.countSeries.clear();
+  }
+
+  // -------------------------------------------------------------------------------------------------------------------
+  // For tests
+
+  snapshot(): Record<string, unknown> {
+    const s = this.mesh.state, camera = this.stage.camera.position, target = this.stage.controls.target;
+    return {
+      connection: this.connection, scene: this.info?.name ?? null, version: s?.version ?? null,
+      counts: this.counts, drawn: s ? { vertices: s.nv, skin: s.ns, wall: s.nw, copies: s.nc, nodes: s.nn } : null,
+      pieces: this.pieces, cut: this.lastCut, cuts: this.cutNumber, stats: this.lastStats, latency: { ...this.latency.summary(), last: this.latency.last },
+      fps: this.fps, quality: this.quality, qualityMode: this.qualityMode, role: this.roleNow, readOnly: this.readOnly, tool: this.tool,
+      toolAllowed: this.toolAllowed, stroke: this.stroke !== null, playing: this.playing, speed: this.speed, time: this.time,
+      undoDepth: this.undoDepth, redoDepth: this.redoDepth, views: { ...this.overlays.shown }, frames: this.frames, patches: this.patches,
+      bodies: this.bodies, errors: this.errors, lastError: this.lastError, ready: this.ready && s !== null, software: this.stage.software,
+      camera: { position: camera.toArray(), target: target.toArray() },
+      bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
+      blade: this.blade.visible,
+    };
+  }
+
+  /** Window position of a vertex of the drawn mesh that is nearest to a rest position. */
+  pickRest(x: number, y: number, z: number): [number, number] | null {
+    const s = this.mesh.state;
+    if (!s) return null;
+    let best = -1, near = Infinity;
+    for (let v = 0; v < s.nv; v++) {
+      const d = Math.hypot(s.rest[3 * v]! - x, s.rest[3 * v + 1]! - y, s.rest[3 * v + 2]! - z);
+      if (d < near) { near = d; best = v; }
+    }
+    if (best < 0) return null;
+    const p = skinPoint(s, this.mesh.cells.pose, s.copy[best]!, s.rest[3 * best]!, s.rest[3 * best + 1]!, s.rest[3 * best + 2]!);
+    return this.pickPoint(...p);
+  }
+  /** Window position of a point of space. */
+  pickPoint(x: number, y: number, z: number): [number, number] {
+    this.stage.camera.updateMatrixWorld();
+    const p = this.stage.project([x, y, z]), box = this.canvas.getBoundingClientRect();
+    return [p[0] + box.left, p[1] + box.top];
+  }
+}
+
+function boxOf(s: BodyState): Box {
+  const lo: [number, number, number] = [Infinity, Infinity, Infinity], hi: [number, number, number] = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < 3 * s.nv; i++) {
+    const k = i % 3, x = s.rest[i]!;
+    if (x < lo[k]!) lo[k] = x;
+    if (x > hi[k]!) hi[k] = x;
+  }
+  return s.nv > 0 ? { min: lo, max: hi } : { min: [-0.1, -0.1, -0.1], max: [0.1, 0.1, 0.1] };
+}

@@ -1,0 +1,92 @@
+// The engine behind a WebSocket: kerf view.
+import { MessageEngine } from './message_engine';
+import type { EngineEvents } from './engine';
+import { kProtocolVersion } from './protocol';
+
+const kFirstRetryMs = 250;
+const kLastRetryMs = 4000;
+const kUploadWindowBytes = 1 << 20; // unsent bytes above which an upload waits
+
+export class SocketEngine extends MessageEngine {
+  private socket: WebSocket | null = null;
+  private retryMs = kFirstRetryMs;
+  private retryTimer = 0;
+  private stopped = false;
+  private readonly hurry = (): void => { if (!this.socket && !this.stopped) this.connect(); };
+
+  constructor(private readonly url: string) { super(); }
+
+  start(events: EngineEvents): void {
+    this.events = events;
+    this.stopped = false;
+    window.addEventListener('online', this.hurry);
+    this.connect();
+  }
+
+  stop(): void {
+    this.stopped = true;
+    window.removeEventListener('online', this.hurry);
+    window.clearTimeout(this.retryTimer);
+    this.socket?.close();
+    this.socket = null;
+  }
+
+  resync(): void {
+    this.have(0, 0);
+    this.socket?.close();
+  }
+
+  private connect(): void {
+    window.clearTimeout(this.retryTimer);
+    this.events?.state('connecting');
+    let socket: WebSocket;
+    try {
+      socket = new WebSocket(this.url);
+    } catch {
+      this.retry();
+      return;
+    }
+    socket.binaryType = 'arraybuffer';
+    this.socket = socket;
+    socket.onopen = () => {
+      this.send({
+        type: 'pageHello', protocol: kProtocolVersion, session: this.session, body: this.body, version: this.version,
+      });
+    };
+    let live = false;
+    socket.onmessage = (event) => {
+      if (this.socket !== socket || !(event.data instanceof ArrayBuffer)) return;
+      if (!live) {
+        live = true;
+        this.retryMs = kFirstRetryMs;
+        this.events?.state('live');
+      }
+      this.receive(event.data);
+    };
+    socket.onclose = () => {
+      if (this.socket !== socket) return;
+      this.socket = null;
+      this.events?.state('lost');
+      this.retry();
+    };
+    socket.onerror = () => socket.close();
+  }
+
+  private retry(): void {
+    if (this.stopped) return;
+    this.retryTimer = window.setTimeout(this.hurry, this.retryMs);
+    this.retryMs = Math.min(2 * this.retryMs, kLastRetryMs);
+  }
+
+  protected post(bytes: ArrayBuffer): boolean {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(bytes);
+    return true;
+  }
+
+  protected override async drained(): Promise<void> {
+    while (this.socket && this.socket.bufferedAmount > kUploadWindowBytes) {
+      await new Promise((resolve) => { window.setTimeout(resolve, 10); });
+    }
+  }
+}

@@ -1,0 +1,193 @@
+// The visual mesh on the GPU: rest positions and copies once, poses every frame, and of a cut only what changed.
+import {
+  BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Mesh, Sphere, Vector3, type Data3DTexture,
+} from 'three';
+import { BodyState, type PatchEffect } from './body_state';
+import { CellTextures } from './cell_textures';
+import { type BodyMaterials, type Look, type QualityLevel, type Uniforms, disposeMaterials, makeBodyMaterials } from './materials';
+import type { Range } from './ranges';
+import type { Patch } from '../engine/protocol';
+
+export interface Attributes { rest: BufferAttribute; normal: BufferAttribute; copy: BufferAttribute }
+
+function upload(attribute: BufferAttribute, ranges: Range[], items: number): void {
+  for (const r of ranges) attribute.addUpdateRange(items * r.start, items * (r.end - r.start));
+  if (ranges.length > 0) attribute.needsUpdate = true;
+}
+
+export class BodyMesh {
+  readonly group = new Group();
+  readonly cells = new CellTextures();
+  state: BodyState | null = null;
+  attributes: Attributes | null = null;
+  /** Counts how often buffers were replaced: overlays that share attributes rebuild when it changes. */
+  generation = 0;
+  readonly bounds = new Sphere();
+  open = false;
+  lastEffect: PatchEffect | null = null;
+  private readonly frame: Uniforms = {
+    uBoxMin: { value: new Vector3() }, uBoxMax: { value: new Vector3() }, uFibre: { value: new Vector3(0, 0, 1) },
+    uTextureScale: { value: 1 },
+  };
+  private readonly skin = new Mesh();
+  private readonly wall = new Mesh();
+  private materials: BodyMaterials | null = null;
+  private look: Look = 'steak';
+  private level: QualityLevel = 'full';
+
+  constructor(private readonly noise: Data3DTexture) {
+    for (const mesh of [this.skin, this.wall]) {
+      mesh.frustumCulled = false;
+      mesh.castShadow = mesh.receiveShadow = true;
+      mesh.matrixAutoUpdate = false;
+      this.group.add(mesh);
+    }
+    this.group.visible = false;
+  }
+
+  set shaded(on: boolean) { this.skin.visible = this.wall.visible = on; }
+
+  setLook(look: Look, level: QualityLevel): void {
+    this.look = look;
+    this.level = level;
+    this.cells.smooth = level !== 'lite';
+    const old = this.materials;
+    this.materials = makeBodyMaterials(look, level, this.open, this.cells.uniforms, this.noise, this.frame);
+    this.skin.material = this.materials.skin;
+    this.wall.material = this.materials.wall;
+    this.skin.customDepthMaterial = this.wall.customDepthMaterial = this.materials.depth;
+    if (old) disposeMaterials(old);
+    if (this.state) this.cells.update(this.state);
+  }
+
+  setBody(state: BodyState): void {
+    this.state = state;
+    this.lastEffect = null;
+    this.frameTextures(state);
+    const open = isOpen(state);
+    if (open !== this.open || !this.materials) {
+      this.open = open;
+      this.setLook(this.look, this.level);
+    }
+    this.cells.setBody(state);
+    this.build();
+    this.group.visible = true;
+    this.updateBounds();
+  }
+
+  applyPatch(patch: Patch): PatchEffect {
+    const state = this.state!;
+    const effect = state.apply(patch);
+    this.lastEffect = effect;
+    if (effect.regrown) {
+      this.build();
+    } else {
+      const a = this.attributes!;
+      upload(a.rest, effect.vertices, 3);
+      upload(a.normal, effect.vertices, 4);
+      upload(a.copy, effect.vertices, 1);
+      upload(this.skin.geometry.index!, effect.skin, 3);
+      upload(this.wall.geometry.index!, effect.wall, 3);
+      this.skin.geometry.setDrawRange(0, 3 * state.ns);
+      this.wall.geometry.setDrawRange(0, 3 * state.nw);
+    }
+    this.cells.update(state);
+    this.updateBounds();
+    return effect;
+  }
+
+  /** New node positions; false when nothing moved. */
+  setNodes(nodes: Float32Array): boolean {
+    const state = this.state!;
+    let moved = false;
+    for (let i = 0; i < nodes.length; i++) {
+      if (state.nodes[i] !== nodes[i]) { moved = true; break; }
+    }
+    if (!moved) return false;
+    state.nodes.set(nodes);
+    this.cells.update(state);
+    this.updateBounds();
+    return true;
+  }
+
+  lowest = 0;
+
+  private updateBounds(): void {
+    const s = this.state!, n = 3 * s.nn;
+    const lo = [Infinity, Infinity, Infinity], hi = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < n; i += 3) {
+      for (let k = 0; k < 3; k++) {
+        const x = s.nodes[i + k]!;
+        if (x < lo[k]!) lo[k] = x;
+        if (x > hi[k]!) hi[k] = x;
+      }
+    }
+    if (n === 0) return;
+    this.lowest = lo[2]!;
+    this.bounds.center.set((lo[0]! + hi[0]!) / 2, (lo[1]! + hi[1]!) / 2, (lo[2]! + hi[2]!) / 2);
+    this.bounds.radius = Math.hypot(hi[0]! - lo[0]!, hi[1]! - lo[1]!, hi[2]! - lo[2]!) / 2;
+  }
+
+  private build(): void {
+    const s = this.state!;
+    // Old geometries first: disposing frees the buffers of the attributes that they have now.
+    this.skin.geometry.dispose();
+    this.wall.geometry.dispose();
+    const rest = new BufferAttribute(s.rest, 3), normal = new BufferAttribute(s.normal, 4, true);
+    const copy = new BufferAttribute(s.copy, 1);
+    this.attributes = { rest, normal, copy };
+    const geometry = (index: Uint32Array, count: number): BufferGeometry => {
+      const g = new BufferGeometry();
+      g.setAttribute('position', rest);
+      g.setAttribute('normal', normal);
+      g.setAttribute('copyId', copy);
+      const indices = new BufferAttribute(index, 1);
+      indices.setUsage(DynamicDrawUsage);
+      g.setIndex(indices);
+      g.setDrawRange(0, 3 * count);
+      g.boundingSphere = this.bounds;
+      return g;
+    };
+    for (const a of [rest, normal, copy]) a.setUsage(DynamicDrawUsage);
+    this.skin.geometry = geometry(s.skin, s.ns);
+    this.wall.geometry = geometry(s.wall, s.nw);
+    this.generation++;
+  }
+
+  /** Places textures by the rest shape. */
+  private frameTextures(s: BodyState): void {
+    const lo = new Vector3(Infinity, Infinity, Infinity), hi = lo.clone().negate();
+    for (let i = 0; i < 3 * s.nv; i += 3) {
+      const x = s.rest[i]!, y = s.rest[i + 1]!, z = s.rest[i + 2]!;
+      lo.set(Math.min(lo.x, x), Math.min(lo.y, y), Math.min(lo.z, z));
+      hi.set(Math.max(hi.x, x), Math.max(hi.y, y), Math.max(hi.z, z));
+    }
+    if (s.nv === 0) { lo.set(0, 0, 0); hi.set(1, 1, 1); }
+    const scale = 0.26 / Math.max(1e-9, lo.distanceTo(hi));
+    this.frame.uTextureScale!.value = scale;
+    this.cells.uniforms.uTextureScaleV!.value = scale;
+    (this.frame.uBoxMin!.value as Vector3).copy(lo).multiplyScalar(scale);
+    (this.frame.uBoxMax!.value as Vector3).copy(hi).multiplyScalar(scale);
+    const c = lo.clone().add(hi).multiplyScalar(0.5 * scale);
+    (this.frame.uFibre!.value as Vector3).set(c.x, c.y, 0.5 * scale * Math.max(hi.x - lo.x, hi.y - lo.y));
+  }
+}
+
+/** Whether the skin has border edges: a sheet without thickness. Uses rest positions, since vertices may be doubled. */
+function isOpen(s: BodyState): boolean {
+  // Signed volume is no proof, but a closed skin's directed area sums to zero: an open one's hardly ever does.
+  let ax = 0, ay = 0, az = 0, total = 0;
+  const add = (index: Uint32Array, count: number): void => {
+    for (let t = 0; t < 3 * count; t += 3) {
+      const a = 3 * index[t]!, b = 3 * index[t + 1]!, c = 3 * index[t + 2]!, r = s.rest;
+      const ux = r[b]! - r[a]!, uy = r[b + 1]! - r[a + 1]!, uz = r[b + 2]! - r[a + 2]!;
+      const vx = r[c]! - r[a]!, vy = r[c + 1]! - r[a + 1]!, vz = r[c + 2]! - r[a + 2]!;
+      const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+      ax += nx; ay += ny; az += nz;
+      total += Math.hypot(nx, ny, nz);
+    }
+  };
+  add(s.skin, s.ns);
+  add(s.wall, s.nw);
+  return Math.hypot(ax, ay, az) > 1e-3 * total;
+}

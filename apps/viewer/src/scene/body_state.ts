@@ -1,0 +1,111 @@
+// The page's copy of a body: flat arrays with spare capacity, to which patches are applied.
+import { type Range, changedRanges } from './ranges';
+import type { Body, Patch, TriangleChange } from '../engine/protocol';
+
+type Numbers = Float32Array | Uint32Array | Int16Array;
+
+/** Room for growth: half as much again, in whole thousands. */
+export const roomFor = (records: number): number => Math.ceil(Math.max(1, 1.5 * records) / 1024) * 1024;
+
+function grown<T extends Numbers>(old: T, items: number): T {
+  const make = old.constructor as new (n: number) => T;
+  const bigger = new make(items);
+  bigger.set(old as never);
+  return bigger;
+}
+
+/** What a patch changed, in records, and whether arrays were replaced by larger ones. */
+export interface PatchEffect { vertices: Range[]; skin: Range[]; wall: Range[]; copies: Range[]; regrown: boolean }
+
+export class BodyState {
+  readonly body: number;
+  version: number;
+  readonly origin: Float32Array;
+  readonly axes: Float32Array;
+  readonly cellSize: Float32Array;
+  nv = 0; ns = 0; nw = 0; nc = 0; nn = 0;
+  rest: Float32Array; normal: Int16Array; copy: Uint32Array;
+  skin: Uint32Array; wall: Uint32Array;
+  copies: Uint32Array; cells: Int16Array;
+  nodes: Float32Array;
+
+  constructor(b: Body) {
+    this.body = b.body;
+    this.version = b.version;
+    this.origin = b.origin.slice();
+    this.axes = b.axes.slice();
+    this.cellSize = b.cellSize.slice();
+    this.nv = b.copy.length; this.ns = b.skin.length / 3; this.nw = b.wall.length / 3;
+    this.nc = b.copies.length / 8; this.nn = b.nodes.length / 3;
+    const v = roomFor(this.nv), s = roomFor(this.ns), w = roomFor(Math.max(this.nw, this.ns / 8)), c = roomFor(this.nc);
+    this.rest = grown(b.rest, 3 * v); this.normal = grown(b.normal, 4 * v); this.copy = grown(b.copy, v);
+    this.skin = grown(b.skin, 3 * s); this.wall = grown(b.wall, 3 * w);
+    this.copies = grown(b.copies, 8 * c); this.cells = grown(b.cells, 4 * c);
+    this.nodes = grown(b.nodes, 3 * roomFor(this.nn));
+  }
+
+  /** Applies the change to the next version. The patch must be for this body and version. */
+  apply(p: Patch): PatchEffect {
+    if (p.body !== this.body || p.from !== this.version) throw new Error('patch for another version');
+    const t = p.totals;
+    const starts: [number, number, number, string][] = [
+      [this.nv, t.nv, p.vertices.copy.length - p.vertices.ids.length, 'vertices'],
+      [this.ns, t.ns, p.skin.triangles.length / 3 - p.skin.ids.length, 'skin triangles'],
+      [this.nw, t.nw, p.wall.triangles.length / 3 - p.wall.ids.length, 'wall triangles'],
+      [this.nc, t.nc, p.copies.copies.length / 8 - p.copies.ids.length, 'copies'],
+    ];
+    for (const [old, total, appended, what] of starts) {
+      if (Math.min(old, total) + appended !== total) {
+        throw new Error(`patch appends ${appended} ${what} to ${old} and calls that ${total}`);
+      }
+    }
+    const regrown = this.reserve(t.nv, t.ns, t.nw, t.nc, t.nn);
+    const v0 = Math.min(this.nv, t.nv), s0 = Math.min(this.ns, t.ns), w0 = Math.min(this.nw, t.nw);
+    const c0 = Math.min(this.nc, t.nc);
+
+    const v = p.vertices;
+    scatter(this.rest, 3, v.ids, v.rest, v0);
+    scatter(this.normal, 4, v.ids, v.normal, v0);
+    scatter(this.copy, 1, v.ids, v.copy, v0);
+    const triangles = (target: Uint32Array, change: TriangleChange, start: number): void =>
+      scatter(target, 3, change.ids, change.triangles, start);
+    triangles(this.skin, p.skin, s0);
+    triangles(this.wall, p.wall, w0);
+    scatter(this.copies, 8, p.copies.ids, p.copies.copies, c0);
+    scatter(this.cells, 4, p.copies.ids, p.copies.cells, c0);
+    this.nodes.set(p.nodes);
+
+    this.nv = t.nv; this.ns = t.ns; this.nw = t.nw; this.nc = t.nc; this.nn = t.nn;
+    this.version = p.to;
+    return {
+      vertices: changedRanges(v.ids, v0, t.nv), skin: changedRanges(p.skin.ids, s0, t.ns),
+      wall: changedRanges(p.wall.ids, w0, t.nw), copies: changedRanges(p.copies.ids, c0, t.nc), regrown,
+    };
+  }
+
+  private reserve(nv: number, ns: number, nw: number, nc: number, nn: number): boolean {
+    let regrown = false;
+    if (nv > this.copy.length) {
+      const v = roomFor(nv);
+      this.rest = grown(this.rest, 3 * v); this.normal = grown(this.normal, 4 * v); this.copy = grown(this.copy, v);
+      regrown = true;
+    }
+    if (3 * ns > this.skin.length) { this.skin = grown(this.skin, 3 * roomFor(ns)); regrown = true; }
+    if (3 * nw > this.wall.length) { this.wall = grown(this.wall, 3 * roomFor(nw)); regrown = true; }
+    if (8 * nc > this.copies.length) {
+      const c = roomFor(nc);
+      this.copies = grown(this.copies, 8 * c); this.cells = grown(this.cells, 4 * c);
+    }
+    if (3 * nn > this.nodes.length) this.nodes = grown(this.nodes, 3 * roomFor(nn));
+    return regrown;
+  }
+}
+
+/** Writes values[0..|ids|) to the records named by ids, and the rest from record `start` on. */
+function scatter<T extends Numbers>(target: T, size: number, ids: Uint32Array, values: T, start: number): void {
+  for (let i = 0; i < ids.length; i++) {
+    const to = size * ids[i]!, from = size * i;
+    for (let k = 0; k < size; k++) target[to + k] = values[from + k]!;
+  }
+  target.set(values.subarray(size * ids.length) as never, size * start);
+}

@@ -1,0 +1,264 @@
+// Renderer, camera, light and the ground that bodies are shown on.
+import {
+  ACESFilmicToneMapping, BasicShadowMap, CircleGeometry, Color, DirectionalLight, Fog, HemisphereLight, Mesh,
+  MeshLambertMaterial, MeshStandardMaterial, MOUSE, Object3D, PCFShadowMap, PerspectiveCamera, PMREMGenerator, Scene,
+  TOUCH, Vector2, Vector3, WebGLRenderer, type Data3DTexture, type Texture,
+} from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
+import { RoundedBoxGeometry } from 'three/examples/jsm/geometries/RoundedBoxGeometry.js';
+import type { Look, QualityLevel } from './materials';
+import type { Vec3 } from '../engine/protocol';
+
+Object3D.DEFAULT_UP.set(0, 0, 1);
+
+export interface Box { min: Vec3; max: Vec3 }
+
+const kWood = /* glsl */ `
+uniform highp sampler3D uNoise;
+uniform float uScale;
+varying vec3 vPlace;
+vec3 kWood(vec3 q) {
+  vec3 p = q * uScale;
+  float plank = floor(p.y / 0.075 + 0.5), edge = abs(fract(p.y / 0.075 + 0.5) - 0.5);
+  vec3 o = vec3(plank * 0.37, plank * 0.61, plank * 0.83);
+  vec4 w = texture(uNoise, vec3(p.x * 0.9, p.y * 3.0, p.z * 3.0) + o);
+  float rings = sin((p.y * 190.0 + w.r * 26.0 + w.g * 11.0) * (0.75 + 0.25 * sin(plank * 2.3)));
+  vec4 grain = texture(uNoise, vec3(p.x * 2.6, p.y * 60.0, p.z * 60.0) + o);
+  float tone = 0.5 + 0.30 * (w.b - 0.5) + 0.22 * (fract(plank * 0.618) - 0.5);
+  vec3 c = mix(vec3(0.235, 0.112, 0.048), vec3(0.490, 0.272, 0.128), clamp(tone + 0.10 * rings + 0.35 * (grain.a - 0.5), 0.0, 1.0));
+  return c * (1.0 - 0.62 * smoothstep(0.488, 0.497, edge));
+}
+`;
+
+export class Stage {
+  readonly renderer: WebGLRenderer;
+  readonly scene = new Scene();
+  readonly camera = new PerspectiveCamera(32, 1, 0.01, 10);
+  readonly controls: OrbitControls;
+  readonly software: boolean;
+  size = 0.26;
+  floorShift = 0;
+  private readonly sun = new DirectionalLight(0xfff1e0, 3.1);
+  private readonly fill = new DirectionalLight(0xcfe0ff, 0.55);
+  private readonly sky = new HemisphereLight(0xf2f5ff, 0x6b5a4c, 0.9);
+  private environment: Texture | null = null;
+  private readonly board = new Mesh();
+  private readonly ground = new Mesh();
+  private readonly wood = { uNoise: { value: null as Data3DTexture | null }, uScale: { value: 1 } };
+  private level: QualityLevel = 'full';
+  private dark = false;
+  private floor = 0;
+  private floorGoal = 0;
+  private look: Look = 'steak';
+  private home = { position: new Vector3(), target: new Vector3() };
+
+  constructor(canvas: HTMLCanvasElement, noise: Data3DTexture, antialias: boolean, software: boolean) {
+    this.software = software;
+    this.renderer = new WebGLRenderer({ canvas, antialias, powerPreference: 'high-performance', preserveDrawingBuffer: false });
+    this.renderer.toneMapping = ACESFilmicToneMapping;
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.autoUpdate = false;
+    this.wood.uNoise.value = noise;
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.12;
+    this.controls.zoomToCursor = true;
+    this.controls.screenSpacePanning = true;
+    this.controls.maxPolarAngle = 0.98 * Math.PI;
+    this.setOrbitOnly(false);
+    this.sun.castShadow = true;
+    this.scene.add(this.sun, this.sun.target, this.fill, this.fill.target, this.sky, this.board, this.ground);
+    this.board.receiveShadow = this.ground.receiveShadow = true;
+    this.board.castShadow = true;
+    this.scene.fog = new Fog(0x808080, 1, 4);
+    this.setTheme(false);
+  }
+
+  /** Whether the first button and one finger move the camera too, or belong to the tool. */
+  setOrbitOnly(on: boolean): void {
+    this.controls.mouseButtons = { LEFT: on ? MOUSE.ROTATE : null, MIDDLE: MOUSE.PAN, RIGHT: MOUSE.ROTATE };
+    this.controls.touches = { ONE: on ? TOUCH.ROTATE : (null as unknown as TOUCH), TWO: TOUCH.DOLLY_ROTATE };
+  }
+
+  setTheme(dark: boolean): void {
+    this.dark = dark;
+    const back = dark ? 0x1c2126 : 0xa9b1b8;
+    this.scene.background = new Color(back);
+    (this.scene.fog as Fog).color.set(back);
+    const ground = this.ground.material as MeshStandardMaterial | MeshLambertMaterial;
+    if ('color' in ground && !Array.isArray(ground)) ground.color.set(this.groundColour());
+  }
+
+  private groundColour(): number {
+    if (this.look === 'meniscus') return this.dark ? 0x123a40 : 0x2f7077;
+    return this.dark ? 0x30363c : 0x8b949b;
+  }
+
+  setQuality(level: QualityLevel, pixelRatio: number): void {
+    this.level = level;
+    this.renderer.setPixelRatio(pixelRatio);
+    const shadow = this.sun.shadow, size = level === 'full' ? 2048 : level === 'low' ? 1024 : 512;
+    if (shadow.mapSize.x !== size) {
+      shadow.mapSize.set(size, size);
+      shadow.map?.dispose();
+      shadow.map = null;
+    }
+    this.renderer.shadowMap.type = level === 'lite' ? BasicShadowMap : PCFShadowMap;
+    shadow.radius = level === 'full' ? 3.5 : 2.5;
+    if (level !== 'lite' && !this.environment) {
+      const generator = new PMREMGenerator(this.renderer);
+      this.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+      generator.dispose();
+    }
+    this.scene.environment = level === 'lite' ? null : this.environment;
+    this.scene.environmentRotation.set(Math.PI / 2, 0, 0.6);
+    this.scene.environmentIntensity = 0.55;
+    this.sky.intensity = level === 'lite' ? 1.9 : 0.25;
+    this.fill.visible = level === 'full';
+    this.buildGround();
+    this.renderer.shadowMap.needsUpdate = true;
+  }
+
+  private buildGround(): void {
+    for (const mesh of [this.board, this.ground]) {
+      mesh.geometry.dispose();
+      (mesh.material as MeshStandardMaterial).dispose();
+    }
+    const d = this.size, lite = this.level === 'lite';
+    this.board.geometry = new RoundedBoxGeometry(2.0 * d, 1.42 * d, 0.11 * d, 4, 0.05 * d);
+    this.ground.geometry = new CircleGeometry(12 * d, 48);
+    const material = lite ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.52, metalness: 0 });
+    this.wood.uScale.value = 0.26 / d;
+    material.onBeforeCompile = (shader) => {
+      Object.assign(shader.uniforms, this.wood);
+      shader.vertexShader = shader.vertexShader.replace('#include <common>', '#include <common>\nvarying vec3 vPlace;')
+        .replace('void main() {', 'void main() {\n\tvPlace = position;');
+      shader.fragmentShader = shader.fragmentShader.replace('#include <common>', `#include <common>\n${kWood}`)
+        .replace('#include <color_fragment>', 'diffuseColor.rgb = kWood(vPlace);');
+    };
+    material.customProgramCacheKey = () => 'kerf-wood';
+    this.board.material = material;
+    this.ground.material = lite ? new MeshLambertMaterial({ color: this.groundColour() })
+      : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
+    this.board.visible = this.look === 'steak';
+    this.placeFloor();
+  }
+
+  /** A new body: fits light, ground and camera to its box. */
+  setBox(box: Box, look: Look, keepCamera: boolean): void {
+    const lo = new Vector3(...box.min), hi = new Vector3(...box.max);
+    const centre = lo.clone().add(hi).multiplyScalar(0.5), d = Math.max(1e-6, lo.distanceTo(hi));
+    this.size = d;
+    this.look = look;
+    this.centre.copy(centre);
+    this.floor = this.floorGoal = lo.z - 0.07 * d;
+    this.camera.near = 0.02 * d;
+    this.camera.far = 30 * d;
+    this.controls.minDistance = 0.15 * d;
+    this.controls.maxDistance = 6 * d;
+    const fog = this.scene.fog as Fog;
+    fog.near = 3.2 * d;
+    fog.far = 9 * d;
+    this.sun.position.copy(centre).add(new Vector3(-0.9 * d, 0.75 * d, 2.1 * d));
+    this.sun.target.position.copy(centre);
+    this.fill.position.copy(centre).add(new Vector3(1.4 * d, -1.2 * d, 0.8 * d));
+    this.fill.target.position.copy(centre);
+    const s = this.sun.shadow;
+    s.camera.left = s.camera.bottom = -1.3 * d;
+    s.camera.right = s.camera.top = 1.3 * d;
+    s.camera.near = 0.3 * d;
+    s.camera.far = 5 * d;
+    s.camera.updateProjectionMatrix();
+    s.bias = -0.0004;
+    s.normalBias = 0.0045 * d;
+    this.home.target.copy(centre).add(new Vector3(0, 0, -0.03 * d));
+    this.home.position.copy(centre).add(new Vector3(-0.42, -1.18, 0.98).multiplyScalar(1.18 * d));
+    if (!keepCamera) this.resetCamera();
+    this.buildGround();
+    this.setTheme(this.dark);
+  }
+  private readonly centre = new Vector3();
+
+  resetCamera(): void {
+    const aspect = this.camera.aspect, away = aspect < 1.2 ? Math.min(2.2, 1.2 / aspect) : 1;
+    this.camera.position.copy(this.home.position).sub(this.home.target).multiplyScalar(away).add(this.home.target);
+    this.controls.target.copy(this.home.target);
+    this.controls.update();
+  }
+
+  /** Looks at the body from a direction given in degrees. */
+  lookFrom(azimuth: number, elevation: number): void {
+    const a = (azimuth * Math.PI) / 180, e = (elevation * Math.PI) / 180;
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    this.camera.position.set(Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e)).multiplyScalar(distance)
+      .add(this.controls.target);
+    this.controls.update();
+  }
+
+  /** Turns the camera by degrees and changes its distance. */
+  turn(azimuth: number, elevation: number, zoom: number): void {
+    const offset = this.camera.position.clone().sub(this.controls.target), r = offset.length();
+    const a = Math.atan2(offset.y, offset.x) + (azimuth * Math.PI) / 180;
+    const e = Math.max(-1.5, Math.min(1.5, Math.asin(offset.z / r) + (elevation * Math.PI) / 180));
+    const d = Math.max(this.controls.minDistance, Math.min(this.controls.maxDistance, r * zoom));
+    this.camera.position.set(Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e)).multiplyScalar(d).add(this.controls.target);
+    this.controls.update();
+  }
+
+  /** The ground stays below the body, which may hang: it gives way and does not come back. */
+  keepFloorBelow(lowest: number): void {
+    this.floorGoal = Math.min(this.floorGoal, lowest - 0.03 * this.size);
+  }
+
+  /** Moves what moves by itself; true while it does. */
+  animate(): boolean {
+    const moved = this.controls.update();
+    if (this.floor - this.floorGoal < 1e-4 * this.size) return moved;
+    this.floor += 0.25 * (this.floorGoal - this.floor);
+    this.placeFloor();
+    return true;
+  }
+
+  private placeFloor(): void {
+    const d = this.size, c = this.centre;
+    this.board.position.set(c.x, c.y, this.floor - 0.055 * d);
+    this.ground.position.set(c.x, c.y, this.floor - (this.board.visible ? 0.11 * d : 0));
+  }
+
+  resize(width: number, height: number): void {
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / Math.max(1, height);
+    this.camera.updateProjectionMatrix();
+  }
+
+  /** The view ray through a point of the window (in pixels of the canvas box). */
+  ray(x: number, y: number): { origin: Vec3; direction: Vec3 } {
+    const size = this.renderer.getSize(new Vector2());
+    this.camera.updateMatrixWorld();
+    const far = new Vector3((2 * x) / size.x - 1, 1 - (2 * y) / size.y, 0.5).unproject(this.camera);
+    const o = this.camera.getWorldPosition(new Vector3()), d = far.sub(o).normalize();
+    return { origin: [o.x, o.y, o.z], direction: [d.x, d.y, d.z] };
+  }
+
+  /** Where a point of space appears in the window. */
+  project(p: Vec3): [number, number] {
+    const size = this.renderer.getSize(new Vector2()), q = new Vector3(...p).project(this.camera);
+    return [((q.x + 1) / 2) * size.x, ((1 - q.y) / 2) * size.y];
+  }
+
+  render(shadows: boolean): void {
+    if (shadows) this.renderer.shadowMap.needsUpdate = true;
+    this.renderer.render(this.scene, this.camera);
+  }
+}
+
+/** Whether WebGL runs on the CPU; null when there is no WebGL 2 at all. */
+export function softwareRendering(): boolean | null {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  if (!gl) return null;
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return /llvmpipe|swiftshader|softpipe|software|basic render/i.test(name);
+}

@@ -1,0 +1,328 @@
+// Buttons, selects and readouts of index.html, bound to the app.
+import type { App, SceneInfo } from '../app';
+import { CommandCode, Outcome, type CutReport, type Role, type Stats } from '../engine/protocol';
+import type { EngineState } from '../engine/engine';
+import type { QualityLevel } from '../scene/materials';
+import type { ViewName } from '../scene/overlays';
+import { kTools, toolInfo, type ToolName } from '../tools/tools';
+import { byId, download, remembered, setIcon, setText, short, withUnit } from './dom';
+import { bindKeys, type Shortcut } from './keyboard';
+import { bindUpload } from './upload';
+
+const kViews: { name: ViewName; title: string; key: string; tip: string }[] = [
+  { name: 'shaded', title: 'Shaded', key: 'S', tip: 'The visual mesh with its material' },
+  { name: 'wireframe', title: 'Wireframe', key: 'W', tip: 'Edges of the visual mesh, in black' },
+  { name: 'collision', title: 'Collision', key: 'O', tip: 'The collision mesh, in orange' },
+  { name: 'hexahedra', title: 'Hexahedra', key: 'X', tip: 'Hexahedra of the simulation, one colour per copy' },
+  { name: 'bound', title: 'Bound', key: 'B', tip: 'Visual vertices and chains bound to collision vertices and edges, in red' },
+  { name: 'links', title: 'Links', key: 'L', tip: 'From collision vertices to their visual vertices, in blue' },
+];
+const kSpeeds = [0.1, 0.25, 0.5, 1, 2];
+
+export function bindControls(app: App): void {
+  const select = (id: string): HTMLSelectElement => byId<HTMLSelectElement>(id);
+  const input = (id: string): HTMLInputElement => byId<HTMLInputElement>(id);
+  const button = (id: string): HTMLButtonElement => byId<HTMLButtonElement>(id);
+
+  const toast = (text: string, error = false): void => {
+    const p = document.createElement('p');
+    p.textContent = text;
+    p.classList.toggle('error', error);
+    const box = byId('toasts');
+    while (box.childElementCount > 2) box.firstElementChild!.remove();
+    box.append(p);
+    setTimeout(() => p.remove(), error ? 7000 : 3500);
+  };
+
+  // Theme
+  const system = matchMedia('(prefers-color-scheme: dark)');
+  const applyTheme = (): void => {
+    const mode = select('theme').value, dark = mode === 'dark' || (mode === 'auto' && system.matches);
+    document.documentElement.dataset.theme = dark ? 'dark' : 'light';
+    app.setTheme(dark);
+  };
+  select('theme').value = remembered.get('theme') ?? 'auto';
+  select('theme').onchange = () => { remembered.set('theme', select('theme').value); applyTheme(); };
+  system.addEventListener('change', applyTheme);
+  applyTheme();
+
+  // Tools
+  const hint = (text: string | null): void => {
+    byId('hint').hidden = text === null;
+    if (text) setText('hint-text', text);
+  };
+  const tools = byId('tools');
+  for (const t of kTools) {
+    const b = document.createElement('button');
+    b.type = 'button';
+    b.dataset.tool = t.name;
+    b.setAttribute('role', 'radio');
+    b.setAttribute('aria-label', t.title);
+    b.title = `${t.title} (${t.key}). ${t.hint}`;
+    b.innerHTML = `<svg aria-hidden="true"><use href="#i-${t.name}"/></svg><small aria-hidden="true">${t.key}</small>`;
+    b.onclick = () => chooseTool(t.name);
+    tools.append(b);
+  }
+  const showTool = (): void => {
+    for (const b of tools.querySelectorAll('button')) {
+      const on = b.dataset.tool === app.tool;
+      b.setAttribute('aria-checked', String(on));
+      b.tabIndex = on ? 0 : -1;
+    }
+  };
+  function chooseTool(name: ToolName): void {
+    app.setTool(name);
+    showTool();
+    if (remembered.get(`used-${name}`) === null) hint(toolInfo(name).hint);
+    else hint(null);
+  }
+  tools.addEventListener('keydown', (e) => {
+    const step = e.key === 'ArrowDown' || e.key === 'ArrowRight' ? 1 : e.key === 'ArrowUp' || e.key === 'ArrowLeft' ? -1 : 0;
+    if (step === 0) return;
+    e.preventDefault();
+    const n = kTools.length, i = kTools.findIndex((t) => t.name === app.tool);
+    chooseTool(kTools[(i + step + n) % n]!.name);
+    tools.querySelector<HTMLButtonElement>('[aria-checked="true"]')?.focus();
+  });
+  byId('hint-close').onclick = () => { remembered.set(`used-${app.tool}`, '1'); hint(null); };
+
+  // Transport
+  const command = (code: number, value: number[] = [], text = ''): void => { app.command(code, value, text); };
+  button('play').onclick = () => app.togglePlay();
+  button('step').onclick = () => { if (app.playing) command(CommandCode.Pause); command(CommandCode.Step, [1]); };
+  button('undo').onclick = () => command(CommandCode.Undo);
+  button('redo').onclick = () => command(CommandCode.Redo);
+  button('reset').onclick = () => command(CommandCode.Reset);
+  button('home').onclick = () => app.resetCamera();
+  button('picture').onclick = () => void savePicture();
+  select('speed').onchange = () => command(CommandCode.Speed, [Number(select('speed').value)]);
+  const changeSpeed = (step: number): void => {
+    const i = kSpeeds.findIndex((s) => s >= app.speed - 1e-6), j = Math.max(0, Math.min(kSpeeds.length - 1, (i < 0 ? 3 : i) + step));
+    command(CommandCode.Speed, [kSpeeds[j]!]);
+  };
+  async function savePicture(): Promise<void> {
+    try {
+      download(`kerf-${app.info?.name ?? 'picture'}.png`, await app.picture());
+    } catch (e) {
+      toast(e instanceof Error ? e.message : String(e), true);
+    }
+  }
+
+  // Panel
+  const panel = byId('panel'), toggle = button('panel-toggle');
+  const showPanel = (on: boolean): void => {
+    panel.hidden = !on;
+    toggle.setAttribute('aria-expanded', String(on));
+    toggle.setAttribute('aria-pressed', String(on));
+  };
+  toggle.title = 'Settings, views and plots (M)';
+  toggle.onclick = () => showPanel(panel.hidden);
+  const setView = (name: ViewName, on: boolean): void => {
+    app.setView(name, on);
+    input(`view-${name}`).checked = on;
+  };
+  for (const v of kViews) {
+    const label = document.createElement('label');
+    label.title = `${v.tip} (${v.key})`;
+    label.innerHTML = `<input type="checkbox" id="view-${v.name}"><span>${v.title}</span><kbd>${v.key}</kbd>`;
+    byId('views').append(label);
+    const box = input(`view-${v.name}`);
+    box.checked = app.overlays.shown[v.name];
+    box.onchange = () => setView(v.name, box.checked);
+  }
+  select('quality').value = app.qualityMode;
+  select('quality').onchange = () => app.setQuality(select('quality').value as QualityLevel | 'auto');
+  button('latency-clear').onclick = () => app.latency.reset();
+
+  // Material and gravity: sent when a slider comes to rest, shown while it moves.
+  const slider = (id: string, show: (x: number) => string): void => {
+    input(id).addEventListener('input', () => setText(`${id}-out`, show(Number(input(id).value))));
+  };
+  const young = (x: number): string => withUnit(10 ** x, 'Pa');
+  slider('young', young);
+  slider('poisson', (x) => x.toFixed(2));
+  slider('density', (x) => `${x} kg/m³`);
+  slider('gravity', (x) => `${x.toFixed(1)} m/s²`);
+  const sendMaterial = (): void =>
+    command(CommandCode.Material, [10 ** Number(input('young').value), Number(input('poisson').value), Number(input('density').value)]);
+  for (const id of ['young', 'poisson', 'density']) input(id).addEventListener('change', sendMaterial);
+  let lastGravity = 9.81;
+  const setGravity = (g: number): void => {
+    input('gravity').value = String(g);
+    setText('gravity-out', `${g.toFixed(1)} m/s²`);
+    const [x, y] = app.info?.gravity ?? [0, 0, 0];
+    command(CommandCode.Gravity, [x, y, -g]);
+  };
+  input('gravity').addEventListener('change', () => setGravity(Number(input('gravity').value)));
+  const toggleGravity = (): void => {
+    const now = Number(input('gravity').value);
+    if (now !== 0) { lastGravity = now; setGravity(0); } else setGravity(lastGravity);
+  };
+  button('fix-rim').onclick = () => command(CommandCode.FixAll, [1]);
+  button('fix-none').onclick = () => command(CommandCode.FixAll, [0]);
+
+  // Files
+  const record = (): void => {
+    app.setRecording(!app.recording);
+    button('record').setAttribute('aria-pressed', String(app.recording));
+    button('record').textContent = app.recording ? 'Stop and save' : 'Record';
+    if (app.recording) toast('Recording. Stop to save the file.');
+  };
+  button('record').onclick = record;
+  for (const kind of ['obj', 'vtu', 'scene']) button(`export-${kind}`).onclick = () => command(CommandCode.Export, [], kind);
+  bindUpload(app, toast);
+
+  // Scenes, roles
+  select('scene').onchange = () => command(CommandCode.Scene, [], select('scene').value);
+  button('claim').onclick = () => app.claim();
+  const showRole = (): void => {
+    const b = button('claim'), live = app.connection === 'live';
+    b.hidden = !live || app.readOnly || (app.roleNow.held && app.roleNow.clients < 2);
+    b.textContent = app.roleNow.held ? 'Give the tools back' : 'Take the tools';
+    b.title = `${b.textContent} (C)`;
+    const pill = byId('connection');
+    pill.dataset.state = app.connection;
+    pill.textContent = app.connection === 'live'
+      ? app.readOnly ? 'watching' : app.roleNow.held ? (app.roleNow.clients > 1 ? `tools, ${app.roleNow.clients} pages` : 'live') : 'watching' : app.connection;
+    pill.title = app.connection !== 'live' ? 'No connection to the engine'
+      : app.roleNow.held ? 'This page holds the tools' : 'Another page holds the tools';
+    const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
+    byId('banner').hidden = !lost;
+    if (lost) setText('banner', 'The connection is lost. Tools are paused; the page connects again by itself.');
+    for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
+    showPlay();
+  };
+  const showPlay = (): void => {
+    setIcon(byId('transport').querySelector('#play-icon')!, app.playing ? 'pause' : 'play');
+    setText('play-word', app.playing ? 'Pause' : 'Play');
+    button('play').title = app.playing ? 'Pause (Space)' : 'Play (Space)';
+    button('undo').disabled = !app.toolAllowed || app.undoDepth === 0;
+    button('redo').disabled = !app.toolAllowed || app.redoDepth === 0;
+    const near = kSpeeds.reduce((a, b) => (Math.abs(b - app.speed) < Math.abs(a - app.speed) ? b : a));
+    if (document.activeElement !== select('speed')) select('speed').value = String(near);
+  };
+
+  const fullscreen = (): void => {
+    if (document.fullscreenElement) void document.exitFullscreen();
+    else document.documentElement.requestFullscreen().catch(() => toast('The browser refuses full screen.', true));
+  };
+  const nextTheme = (): void => {
+    select('theme').value = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
+    remembered.set('theme', select('theme').value);
+    applyTheme();
+  };
+  const turn = (azimuth: number, polar: number, zoom: number): void => app.turn(azimuth, polar, zoom);
+
+  // Keys and help
+  const help = byId<HTMLDialogElement>('help');
+  const shortcuts: Shortcut[] = [
+    ...kTools.map((t) => ({ keys: t.key, title: t.title, run: () => chooseTool(t.name) })),
+    { keys: 'Space', title: 'Play or pause', run: () => app.togglePlay() },
+    { keys: '.', title: 'One step', run: () => button('step').click() },
+    { keys: '[', title: 'Slower', run: () => changeSpeed(-1) },
+    { keys: ']', title: 'Faster', run: () => changeSpeed(1) },
+    { keys: 'Z, Ctrl Z', title: 'Undo the last cut', run: () => command(CommandCode.Undo) },
+    { keys: 'Shift Z, Y, Ctrl Y, Ctrl Shift Z', title: 'Redo', run: () => command(CommandCode.Redo) },
+    { keys: 'R', title: 'Start again', run: () => command(CommandCode.Reset) },
+    ...kViews.map((v) => ({ keys: v.key, title: v.title, run: () => setView(v.name, !app.overlays.shown[v.name]) })),
+    { keys: 'G', title: 'Gravity on or off', run: toggleGravity },
+    { keys: 'H', title: 'Look at the body', run: () => app.resetCamera() },
+    { keys: 'ArrowLeft', title: 'Turn the view', run: () => turn(-8, 0, 1) },
+    { keys: 'ArrowRight', title: 'Turn the view', run: () => turn(8, 0, 1) },
+    { keys: 'ArrowUp', title: 'Look from higher', run: () => turn(0, 6, 1) },
+    { keys: 'ArrowDown', title: 'Look from lower', run: () => turn(0, -6, 1) },
+    { keys: '+, =', title: 'Nearer', run: () => turn(0, 0, 0.9) },
+    { keys: '-', title: 'Farther', run: () => turn(0, 0, 1 / 0.9) },
+    { keys: 'P', title: 'Save a picture', run: () => void savePicture() },
+    { keys: 'Shift R', title: 'Record', run: record },
+    { keys: 'E', title: 'Export the meshes', run: () => command(CommandCode.Export, [], 'obj') },
+    { keys: 'M', title: 'Settings, views and plots', run: () => showPanel(panel.hidden) },
+    { keys: 'C', title: 'Take or give back the tools', run: () => app.claim() },
+    { keys: 'T', title: 'Light or dark', run: nextTheme },
+    { keys: 'F', title: 'Full screen', run: fullscreen },
+    { keys: 'Escape', title: 'Cancel the stroke, close the panel', run: () => { if (app.strokeActive) app.cancelStroke(true); else showPanel(false); } },
+    { keys: '?', title: 'This help', run: () => help.showModal() },
+  ];
+  bindKeys(shortcuts);
+  const shownKeys = shortcuts.filter((s) => !/^Arrow(Left|Up|Down)/.test(s.keys));
+  byId('keys').innerHTML = shownKeys.map((s) => {
+    const keys = s.keys === 'ArrowRight' ? '← → ↑ ↓' : s.keys.split(', ').slice(0, 2).join('</kbd> <kbd>');
+    return `<div><dt>${s.title}</dt><dd><kbd>${keys}</kbd></dd></div>`;
+  }).join('');
+  button('help-open').onclick = () => help.showModal();
+
+  // Plots
+  let plots: { update(): void } | null = null;
+  byId<HTMLDetailsElement>('plots-section').addEventListener('toggle', () => {
+    if (plots || !byId<HTMLDetailsElement>('plots-section').open) return;
+    void import('./plots').then((m) => { plots = m.makePlots(app, byId('plots')); plots.update(); })
+      .catch(() => setText('plots', 'The plots could not be loaded.'));
+  });
+
+  // Readouts
+  const whole = (x: number | undefined): string => (x === undefined ? '–' : x.toLocaleString('en'));
+  app.listener = {
+    connection(_state: EngineState) { showRole(); },
+    scene(info: SceneInfo) {
+      const s = select('scene'), scenes = info.scenes.some((x) => x.name === info.name) ? info.scenes : [{ name: info.name, title: info.title }, ...info.scenes];
+      s.replaceChildren(...scenes.map((x) => new Option(x.title, x.name, false, x.name === info.name)));
+      document.title = `${info.title} · Kerf`;
+      input('young').value = String(Math.log10(info.material.young));
+      input('poisson').value = String(info.material.poisson);
+      input('density').value = String(info.material.density);
+      input('gravity').value = String(-info.gravity[2]);
+      for (const id of ['young', 'poisson', 'density', 'gravity']) input(id).dispatchEvent(new Event('input'));
+      showRole();
+    },
+    progress() {
+      setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : 'idle');
+      if (!panel.hidden) {
+        const l = app.latency.summary();
+        setText('l-am', short(l.appliedMedian)); setText('l-a9', short(l.applied99));
+        setText('l-pm', short(l.presentedMedian)); setText('l-p9', short(l.presented99));
+        plots?.update();
+      }
+    },
+    play: showPlay,
+    role(_role: Role) { showRole(); },
+    stats(s: Stats) {
+      setText('r-step', short(s.stepMs));
+      setText('t-step', `${short(s.stepMs)}`);
+      showPieces();
+      showCounts();
+    },
+    cut(r: CutReport) {
+      if (r.outcome === Outcome.Cut || r.outcome === Outcome.Refused) {
+        setText('r-cut', short(r.totalMs));
+        setText('t-binding', short(r.bindingMs)); setText('t-embedding', short(r.embeddingMs));
+        setText('t-surface', short(r.surfaceMs)); setText('t-total', short(r.totalMs));
+      }
+      if (r.text) toast(r.text, r.outcome === Outcome.Refused);
+      if (r.invariants !== 0) toast('The engine reports a broken invariant after this cut.', true);
+      showPieces();
+      showCounts();
+    },
+    toast,
+    file(name, bytes) {
+      download(name, new Blob([bytes as Uint8Array<ArrayBuffer>]));
+      toast(`Saved ${name}.`);
+    },
+    used(tool) {
+      if (remembered.get(`used-${tool}`) === null) remembered.set(`used-${tool}`, '1');
+      hint(null);
+    },
+  };
+  function showPieces(): void {
+    setText('r-pieces', String(app.pieces));
+    setText('r-pieces-word', app.pieces === 1 ? 'piece' : 'pieces');
+  }
+  function showCounts(): void {
+    const c = app.counts;
+    setText('c-vv', whole(c?.visualVertices)); setText('c-vt', whole(c?.visualTriangles));
+    setText('c-cv', whole(c?.collisionVertices)); setText('c-ct', whole(c?.collisionTriangles));
+    setText('c-n', whole(c?.nodes)); setText('c-h', whole(c?.hexahedra));
+  }
+  chooseTool('scalpel');
+  showRole();
+  if (new URLSearchParams(location.search).has('panel')) showPanel(true);
+}

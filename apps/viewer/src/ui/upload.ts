@@ -1,0 +1,88 @@
+// Own meshes: dropped or chosen, sorted into visual and collision, sent to the engine.
+import type { App } from '../app';
+import { UploadPart } from '../engine/protocol';
+import { byId } from './dom';
+
+interface NamedFile { name: string; size: number }
+
+/** Indices of the visual and the collision mesh among files: by name, otherwise the larger one is visual; -1: none. */
+export function sortMeshes(files: NamedFile[]): { visual: number; collision: number } {
+  if (files.length === 0) return { visual: -1, collision: -1 };
+  let collision = files.findIndex((f) => /coll|mid[-_ ]?surf|coarse/i.test(f.name));
+  if (collision < 0 && files.length > 1) {
+    collision = files.reduce((best, f, i) => (f.size < files[best]!.size ? i : best), 0);
+  }
+  if (files.length === 1) collision = -1;
+  const visual = files.reduce((best, f, i) => (i !== collision && (best < 0 || f.size > files[best]!.size) ? i : best), -1);
+  return { visual, collision };
+}
+
+const kLargestFile = 512 * 1024 * 1024;
+
+export function bindUpload(app: App, toast: (text: string, error?: boolean) => void): void {
+  const chooser = byId<HTMLInputElement>('files'), dialog = byId<HTMLDialogElement>('upload');
+  const visual = byId<HTMLSelectElement>('upload-visual'), collision = byId<HTMLSelectElement>('upload-collision');
+  const thickness = byId<HTMLInputElement>('upload-thickness'), go = byId<HTMLButtonElement>('upload-go');
+  const progress = byId<HTMLProgressElement>('upload-progress'), drop = byId('drop');
+  let files: File[] = [];
+
+  const send = async (parts: { part: number; file: File }[], thick: string): Promise<void> => {
+    const loaded = await Promise.all(parts.map(async (p) => ({
+      part: p.part, name: p.file.name, bytes: new Uint8Array(await p.file.arrayBuffer()),
+    })));
+    await app.upload(loaded, thick, (x) => { progress.value = x; });
+  };
+
+  const open = (list: File[]): void => {
+    if (list.length === 0) return;
+    if (!app.toolAllowed) { toast('Take the tools first: another page holds them, or the connection is lost.', true); return; }
+    const large = list.find((f) => f.size > kLargestFile);
+    if (large) { toast(`${large.name} is larger than 512 MiB.`, true); return; }
+    const other = list.find((f) => /\.(toml|kerf)$/i.test(f.name));
+    if (other) {
+      send([{ part: UploadPart.Scene, file: other }], '').catch((e: unknown) => toast(e instanceof Error ? e.message : String(e), true));
+      return;
+    }
+    files = list;
+    const sorted = sortMeshes(files);
+    const options = (none: string | null): HTMLOptionElement[] => [
+      ...(none ? [new Option(none, '-1')] : []), ...files.map((f, i) => new Option(f.name, String(i))),
+    ];
+    visual.replaceChildren(...options(null));
+    collision.replaceChildren(...options('none: the same mesh'));
+    visual.value = String(sorted.visual);
+    collision.value = String(sorted.collision);
+    progress.hidden = true;
+    go.disabled = false;
+    dialog.showModal();
+  };
+
+  go.onclick = () => {
+    const v = files[Number(visual.value)], c = files[Number(collision.value)], thick = thickness.value.trim();
+    if (!v) return;
+    if (thick !== '' && !(Number(thick) > 0)) { toast('The thickness is a positive number of metres.', true); return; }
+    progress.value = 0;
+    progress.hidden = false;
+    go.disabled = true;
+    const parts = [{ part: UploadPart.Visual as number, file: v }, ...(c && c !== v ? [{ part: UploadPart.Collision as number, file: c }] : [])];
+    send(parts, thick).then(() => dialog.close(), (e: unknown) => {
+      go.disabled = false;
+      toast(e instanceof Error ? e.message : String(e), true);
+    });
+  };
+
+  byId('open-files').onclick = () => chooser.click();
+  chooser.onchange = () => { open([...(chooser.files ?? [])]); chooser.value = ''; };
+  let depth = 0;
+  const hasFiles = (e: DragEvent): boolean => e.dataTransfer?.types.includes('Files') ?? false;
+  window.addEventListener('dragenter', (e) => { if (hasFiles(e)) { depth++; drop.hidden = false; } });
+  window.addEventListener('dragleave', (e) => { if (hasFiles(e) && --depth <= 0) { depth = 0; drop.hidden = true; } });
+  window.addEventListener('dragover', (e) => { if (hasFiles(e)) e.preventDefault(); });
+  window.addEventListener('drop', (e) => {
+    depth = 0;
+    drop.hidden = true;
+    if (!hasFiles(e)) return;
+    e.preventDefault();
+    open([...(e.dataTransfer?.files ?? [])]);
+  });
+}

@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
 #include "exit_status.h"
+#include "kerf/binding/bound_body_file.h"
+#include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/surface_check.h"
 #include "kerf/session/scene_file.h"
 #include "kerf/session/scene_schema.h"
 #include "scene_search.h"
@@ -56,6 +60,69 @@ int show_scene(const std::filesystem::path& path) {
   return kSuccess;
 }
 
+std::string length_text(double metres) {
+  if (metres >= 1) return fmt::format("{:.4g} m", metres);
+  if (metres >= 0.01) return fmt::format("{:.4g} cm", 100 * metres);
+  return fmt::format("{:.4g} mm", 1000 * metres);
+}
+
+int show_mesh(const std::string& file) {
+  Result<TriangleMesh> mesh = read_mesh(file);
+  if (!mesh.ok()) return report(mesh.error());
+  const MeshInfo info = mesh_info(*mesh);
+  const SurfaceMeasures& m = info.measures;
+  const Vec3 size = m.box.size();
+  std::string out = fmt::format("mesh       {}\n", file);
+  out += fmt::format("counts     {} vertices, {} edges, {} triangles\n", m.vertices + m.unused_vertices,
+                     m.edges, m.triangles);
+  out += fmt::format("size       {:.6g} x {:.6g} x {:.6g}, centre {:.6g}, {:.6g}, {:.6g}\n", size.x, size.y,
+                     size.z, m.box.center().x, m.box.center().y, m.box.center().z);
+  out += fmt::format("           if it is in metres: {} long\n",
+                     length_text(std::max({size.x, size.y, size.z})));
+  out += fmt::format("edges      {:.4g} to {:.4g}, mean {:.4g}; triangle areas {:.4g} to {:.4g}\n",
+                     info.shortest_edge, info.longest_edge, info.mean_edge, info.smallest_area,
+                     info.largest_area);
+  out +=
+      fmt::format("surface    {}, {} piece{}, Euler characteristic {}, area {:.6g}",
+                  m.closed ? "closed" : "open", m.components, m.components == 1 ? "" : "s", m.euler, m.area);
+  if (m.closed) out += fmt::format(", volume {:.6g}", m.volume);
+  out += fmt::format("\nborders    {} in all {} edges\n", m.border_loops, m.border_edges);
+  out += fmt::format("textures   {}; {} group{}\n", info.has_texture ? "yes" : "no", info.groups,
+                     info.groups == 1 ? "" : "s");
+  SurfaceRequirements requirements;
+  requirements.single_body = false;
+  const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
+  if (!checked.ok()) {
+    out += fmt::format("unusable   {}\n", checked.error().message);
+  } else {
+    for (const std::string& repair : checked->repairs) out += fmt::format("repair     {}\n", repair);
+    for (const std::string& warning : checked->warnings) out += fmt::format("warning    {}\n", warning);
+    if (checked->repairs.empty() && checked->warnings.empty()) out += "checks     nothing to mend\n";
+  }
+  std::fputs(out.c_str(), stdout);
+  return kSuccess;
+}
+
+int show_bound_body(const std::string& file) {
+  const Result<BoundBody> body = load_bound_body(file);
+  if (!body.ok()) return report(body.error());
+  const BindReport& r = body->report;
+  std::string out = fmt::format("body       {}\n", file);
+  out += fmt::format("visual     {} vertices, {} triangles, {}; before re-meshing {} and {}\n",
+                     r.visual_vertices, r.visual_triangles, r.closed ? "closed" : "open sheet",
+                     r.input_vertices, r.input_triangles);
+  out += fmt::format("collision  {} vertices, {} triangles, mean edge {}\n",
+                     body->complex.collision.vertex_count(), body->complex.collision.face_count(),
+                     length_text(body->complex.mean_root_edge));
+  out += fmt::format("paths      {}, together {}\n", r.paths, length_text(r.path_length));
+  out += fmt::format("area       {:.6g} m2", r.area_after);
+  if (r.closed) out += fmt::format(", volume {:.6g} m3", r.volume_after);
+  out += fmt::format("\nbinding    took {:.3g} s\n", r.seconds.total);
+  for (const std::string& warning : r.warnings) out += fmt::format("warning    {}\n", warning);
+  std::fputs(out.c_str(), stdout);
+  return kSuccess;
+}
+
 }  // namespace
 
 int show_info(const InfoOptions& options) {
@@ -76,7 +143,8 @@ int show_info(const InfoOptions& options) {
     if (!scene.ok()) return report(scene.error());
     return show_scene(*scene);
   }
-  return report(failed("info: meshes and bound bodies are not built yet"));
+  if (ending == ".kerf") return show_bound_body(options.file);
+  return show_mesh(options.file);
 }
 
 }  // namespace kerf::app

@@ -1,13 +1,69 @@
 #include "command_make.h"
 
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <fstream>
+
 #include "exit_status.h"
+#include "folder.h"
+#include "kerf/mesh/mesh_file.h"
 
 namespace kerf::app {
+namespace {
+
+std::string count_text(const TriangleMesh& mesh) {
+  return fmt::format("{} vertices, {} triangles", mesh.positions.size(), mesh.triangles.size());
+}
+
+/// A scene in which the model does nothing yet: to be filled by the person.
+std::string scene_text(const MakeOptions& options, const Model& model) {
+  std::string out =
+      fmt::format("title = \"{}\"\n\n[body]\nvisual = \"visual.{}\"\ncollision = \"collision.{}\"\n",
+                  options.model, options.format, options.format);
+  if (!model.closed) out += fmt::format("thickness = {}\n", 2 * model.half_thickness.front());
+  out += fmt::format("\n[material]\nyoung = {}\npoisson = {}\ndensity = {}\n", model.young, model.poisson,
+                     model.density);
+  const LatticeHint& l = model.lattice;
+  out += fmt::format(
+      "\n[lattice]\norigin = [{}, {}, {}]\ncell_size = [{}, {}, {}]\ncells = [{}, {}, {}]\naxes = [[1, 0, "
+      "0], [0, 1, 0], [0, 0, 1]]\n",
+      l.origin.x, l.origin.y, l.origin.z, l.cell.x, l.cell.y, l.cell.z, l.cells[0], l.cells[1], l.cells[2]);
+  out += "\n# Next: [[fix]] regions and [[command]] entries; kerf info --schema explains them.\n";
+  return out;
+}
+
+Status write(const MakeOptions& options, const Model& model) {
+  KERF_TRY(make_folder(options.out));
+  const auto file = [&](const char* name) {
+    return (options.out / fmt::format("{}.{}", name, options.format)).string();
+  };
+  const bool obj = options.format == "obj";
+  KERF_TRY(obj ? write_obj(file("visual"), model.visual) : write_ply(file("visual"), model.visual));
+  KERF_TRY(obj ? write_obj(file("collision"), model.collision)
+               : write_ply(file("collision"), model.collision));
+  const std::filesystem::path scene = options.out / "scene.toml";
+  std::ofstream stream(scene);
+  stream << scene_text(options, model);
+  stream.close();
+  if (!stream) return failed(fmt::format("can't write {}", scene.string()));
+  return {};
+}
+
+}  // namespace
 
 int make_meshes(const MakeOptions& options) {
   const Result<Model> model = make_model(options.model, options.options);
   if (!model.ok()) return report(model.error());
-  return report(failed("make: writing meshes is not built yet"));
+  if (const Status status = write(options, *model); !status.ok()) return report(status.error());
+  const LatticeHint& l = model->lattice;
+  std::fputs(
+      fmt::format("{}: visual mesh {} ({}), collision mesh {}, lattice {} x {} x {} cells\nwritten to {}\n",
+                  options.model, count_text(model->visual), model->closed ? "closed" : "open",
+                  count_text(model->collision), l.cells[0], l.cells[1], l.cells[2], options.out.string())
+          .c_str(),
+      stdout);
+  return kSuccess;
 }
 
 }  // namespace kerf::app

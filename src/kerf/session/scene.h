@@ -81,14 +81,16 @@ enum class SceneFormulation {
   kPlain,         ///< trilinear only, as in the paper: too stiff in bending
 };
 
-/// The lattice of cells. At most one of `cells` and `cell_size` is given; with neither, it is chosen by the
-/// body.
+/// The lattice of cells. In words: nothing given, a model's own lattice, or for bodies from files cells that
+/// fit the thickness; `layers`: chosen by the body with so many cells across the thickness; `cells` or
+/// `cell_size`: over the body's box along `axes` (default: as chosen by the body); `origin`, `cells` and
+/// `cell_size` together: exactly that lattice along `axes` (default: the world's). scene_lattice.h does it.
 struct SceneLattice {
-  std::optional<std::array<int, 3>> cells;  ///< cells along each of its axes, over the body's bounding box
+  std::optional<std::array<int, 3>> cells;  ///< along each axis
   std::optional<Vec3> cell_size;            ///< metres along each axis
-  std::optional<Vec3> origin;  ///< a lattice corner, metres; default: the body is centred in the lattice
-  std::optional<std::array<Vec3, 3>> axes;  ///< orthonormal, right-handed; default: the body's principal axes
-  int layers = 1;  ///< cells across the thickness when the lattice is chosen automatically
+  std::optional<Vec3> origin;               ///< metres: lowest corner of the lattice
+  std::optional<std::array<Vec3, 3>> axes;  ///< orthonormal, right-handed
+  std::optional<int> layers;                ///< cells across the thickness
   SceneFormulation formulation = SceneFormulation::kIncompatible;
 };
 

@@ -302,6 +302,7 @@ class SceneReader {
             [&](double T::*m) { get(node, what, key.range, out.*m); },
             [&](std::optional<double> T::*m) { get_optional(node, what, key.range, out.*m); },
             [&](int T::*m) { get(node, what, key.range, out.*m); },
+            [&](std::optional<int> T::*m) { get_optional(node, what, key.range, out.*m); },
             [&](std::int64_t T::*m) { get(node, what, key.range, out.*m); },
             [&](std::uint64_t T::*m) {
               std::int64_t x = 0;  // the ranges of these keys start at 0
@@ -471,12 +472,23 @@ class SceneReader {
       problem(line_of(*table.get("visual")),
               "[body] with visual needs collision = \"file.obj\" too: the mesh of the mid-surface");
     }
+    if (table.contains("scale") && !visual) {
+      problem(line_of(*table.get("scale")),
+              "scale of [body] goes with visual: models and bound bodies are in metres");
+    }
+    if (model && !out.model.empty()) check_model(*table.get("model"));
     const toml::node* options = table.get("options");
     if (!options) return;
     if (!model) problem(line_of(*options), "options of [body] goes with model");
     const toml::table* table_of_options = table_at(table, "options");
     if (table_of_options)
       read_plain(*table_of_options, "options of [body]", scene_keys<ModelOptions>(), out.options);
+  }
+
+  void check_model(const toml::node& node) {
+    std::vector<std::string_view> known;
+    for (const ModelName& m : model_names()) known.push_back(m.name);
+    get_word(node, "model of [body]", known);
   }
 
   void read_material(const toml::table& table, SceneMaterial& out) {
@@ -494,9 +506,16 @@ class SceneReader {
 
   void read_lattice(const toml::table& table, SceneLattice& out) {
     read_plain(table, "[lattice]", scene_keys<SceneLattice>(), out);
-    if (table.contains("cells") && table.contains("cell_size")) {
-      problem(line_of(*table.get("cell_size")), "[lattice] takes cells or cell_size, not both");
-    }
+    const bool cells = table.contains("cells"), size = table.contains("cell_size"),
+               origin = table.contains("origin");
+    if (cells && size && !origin)
+      problem(line_of(*table.get("cell_size")), "[lattice] takes cells or cell_size; both only with origin");
+    if (origin && !(cells && size))
+      problem(line_of(*table.get("origin")), "origin of [lattice] goes with both cells and cell_size");
+    if (table.contains("axes") && !cells && !size)
+      problem(line_of(*table.get("axes")), "axes of [lattice] goes with cells or cell_size");
+    if (table.contains("layers") && (cells || size))
+      problem(line_of(*table.get("layers")), "layers of [lattice] stands instead of cells and cell_size");
     if (!out.axes) return;
     const std::array<Vec3, 3>& a = *out.axes;
     for (std::size_t i = 0; i < 3; ++i) {

@@ -62,7 +62,7 @@ std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
       {"bound", SceneFilePath<T>{&T::bound}, "", kAny, false,
        "A body saved by kerf bind, relative to the scene."},
       {"scale", &T::scale, "m per unit", kPositive, false,
-       "Metres per unit of the mesh files: 0.001 for millimetres."},
+       "Metres per unit of the files visual and collision: 0.001 for millimetres."},
       {"thickness", &T::thickness, "m", kPositive, false,
        "Thickness of the solid. An open visual mesh needs it (models bring their own); a closed one ignores "
        "it."},
@@ -156,16 +156,19 @@ std::span<const SceneKey<SceneLattice>> scene_keys<SceneLattice>() {
   using T = SceneLattice;
   static const SceneKey<T> keys[] = {
       {"cells", &T::cells, "", at_least_one(1000), false,
-       "Cells along the three axes, over the whole body. Give cells or cell_size or neither: then a model "
-       "brings its own "
-       "lattice, and bodies from files get cubes that fit their thickness."},
-      {"cell_size", &T::cell_size, "m", kPositive, false, "Edge lengths of a cell along the three axes."},
+       "Cells along the three axes, over the whole body. With nothing given a model brings its own lattice, "
+       "and bodies "
+       "from files get cells that fit their thickness."},
+      {"cell_size", &T::cell_size, "m", kPositive, false,
+       "Edge lengths of a cell along the three axes; the body sits in the middle of the lattice."},
       {"origin", &T::origin, "m", kAny, false,
-       "A corner of the lattice; by default the body sits in its middle."},
+       "Lowest corner of the lattice; goes with both cells and cell_size, which then are the whole lattice."},
       {"axes", &T::axes, "", kAny, false,
-       "Three unit vectors at right angles, right-handed; by default the body's principal axes."},
+       "Three unit vectors at right angles, right-handed; goes with cells or cell_size. Default: chosen by "
+       "the body; the "
+       "world's with origin."},
       {"layers", &T::layers, "", at_least_one(64), false,
-       "Cells across the thickness of a lattice that is chosen automatically."},
+       "Cells across the thickness, the lattice being chosen by the body; instead of cells and cell_size."},
       {"formulation", choice<T, &T::formulation>(kFormulationWords), "", kAny, false,
        "Hexahedra with incompatible modes, or plain ones as in the paper, which bend far too little."},
   };

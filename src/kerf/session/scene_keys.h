@@ -53,10 +53,11 @@ struct SceneNested {
 
 template <class T>
 using SceneField =
-    std::variant<double T::*, std::optional<double> T::*, int T::*, std::int64_t T::*, std::uint64_t T::*,
-                 bool T::*, std::string T::*, Vec3 T::*, std::optional<Vec3> T::*, std::array<int, 2> T::*,
-                 std::optional<std::array<int, 3>> T::*, std::optional<std::array<Vec3, 3>> T::*,
-                 SceneChoice<T>, SceneWords<T>, SceneFilePath<T>, SceneNested>;
+    std::variant<double T::*, std::optional<double> T::*, int T::*, std::optional<int> T::*,
+                 std::int64_t T::*, std::uint64_t T::*, bool T::*, std::string T::*, Vec3 T::*,
+                 std::optional<Vec3> T::*, std::array<int, 2> T::*, std::optional<std::array<int, 3>> T::*,
+                 std::optional<std::array<Vec3, 3>> T::*, SceneChoice<T>, SceneWords<T>, SceneFilePath<T>,
+                 SceneNested>;
 
 template <class T>
 struct SceneKey {

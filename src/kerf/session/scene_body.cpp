@@ -1,0 +1,101 @@
+#include "kerf/session/scene_body.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "kerf/binding/bound_body_file.h"
+#include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/surface_check.h"
+
+namespace kerf {
+namespace {
+
+void add_notes(std::vector<std::string>& notes, const std::string& file,
+               const std::vector<std::string>& sentences) {
+  for (const std::string& sentence : sentences) {
+    notes.push_back(sentence.find(file) == std::string::npos ? fmt::format("{}: {}", file, sentence)
+                                                             : sentence);
+  }
+}
+
+Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedness closedness,
+                                  const Progress& progress, std::vector<std::string>& notes) {
+  if (progress) progress("read", 0);
+  Result<TriangleMesh> mesh = read_mesh(file);
+  if (!mesh.ok()) return mesh.error();
+  if (scale != 1) {
+    for (Vec3& p : mesh->positions) p = scale * p;
+  }
+  if (progress) progress("check", 0);
+  SurfaceRequirements requirements;
+  requirements.name = file;
+  requirements.closedness = closedness;
+  const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
+  if (!checked.ok()) return checked.error();
+  add_notes(notes, file, checked->repairs);
+  add_notes(notes, file, checked->warnings);
+  return mesh;
+}
+
+bool is_open(const TriangleMesh& mesh) {
+  return !surface_measures(mesh).closed;
+}
+
+}  // namespace
+
+Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress) {
+  SceneBodyLoaded out;
+  if (!body.bound.empty()) {
+    if (progress) progress("load", 0);
+    Result<BoundBody> bound = load_bound_body(body.bound);
+    if (!bound.ok()) return bound.error();
+    out.bound = std::move(*bound);
+    return out;
+  }
+  TriangleMesh visual, collision;
+  BindOptions options;
+  options.exact = body.exact_paths;
+  options.thickness = body.thickness.value_or(0);
+  options.progress = progress;
+  std::string name;
+  if (!body.model.empty()) {
+    if (progress) progress("make", 0);
+    Result<Model> model = make_model(body.model, body.options);
+    if (!model.ok()) return model.error();
+    out.lattice = model->lattice;
+    out.young = model->young;
+    out.poisson = model->poisson;
+    out.density = model->density;
+    if (!body.thickness && !model->half_thickness.empty())
+      options.thickness = 2 * model->half_thickness.front();
+    visual = std::move(model->visual);
+    collision = std::move(model->collision);
+    name = body.model;
+  } else {
+    Result<TriangleMesh> read = read_surface(body.visual, body.scale, Closedness::kAny, progress, out.notes);
+    if (!read.ok()) return read.error();
+    visual = std::move(*read);
+    read = read_surface(body.collision, body.scale, Closedness::kOpen, progress, out.notes);
+    if (!read.ok()) return read.error();
+    collision = std::move(*read);
+    if (!body.thickness && is_open(visual)) {
+      return bad_input(
+          fmt::format("{} is an open surface, so its thickness must be given: thickness = metres in [body], "
+                      "or --thickness",
+                      body.visual));
+    }
+    name = body.visual;
+  }
+  Result<BoundBody> bound = bind(visual, collision, options);
+  if (!bound.ok()) {
+    Error error = bound.error();
+    error.message = fmt::format("{}: {}", name, error.message);
+    return error;
+  }
+  out.bound = std::move(*bound);
+  add_notes(out.notes, name, out.bound.report.warnings);
+  return out;
+}
+
+}  // namespace kerf

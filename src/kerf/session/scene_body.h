@@ -1,0 +1,30 @@
+// From the [body] of a scene to a bound body: generate or read, scale, check, bind.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kerf/base/progress.h"
+#include "kerf/base/result.h"
+#include "kerf/binding/bind.h"
+#include "kerf/mesh/models.h"
+#include "kerf/session/scene.h"
+
+namespace kerf {
+
+struct SceneBodyLoaded {
+  BoundBody bound;
+  std::optional<LatticeHint> lattice;  ///< of a model: the lattice it recommends
+  double young = kSceneYoung;          ///< pascals; the model's own, or the default for bodies from files
+  double poisson = kScenePoisson;
+  double density = kSceneDensity;  ///< kg/m3
+  std::vector<std::string> notes;  ///< repairs and warnings, one sentence each
+};
+
+/// Makes or reads the body and binds it, or loads a bound one. Bad input, naming file and element: whatever
+/// make_model, read_mesh, check_surface, bind and load_bound_body refuse, and an open visual mesh without a
+/// thickness.
+Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress = {});
+
+}  // namespace kerf

@@ -1,0 +1,232 @@
+#include "kerf/embedding/embedding.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/embedding/owned_vertices.h"
+
+namespace kerf {
+namespace {
+
+/// Cells. A point this near to a cell is in it.
+constexpr double kInside = 1e-9;
+
+/// Metres to lattice coordinates as one matrix: the same to rounding as LatticeFrame::to_lattice, faster.
+struct ToLattice {
+  Vec3 row[3];
+  Vec3 offset;
+  LatticeIndex last;
+  explicit ToLattice(const LatticeFrame& f) {
+    for (int i = 0; i < 3; ++i) {
+      row[i] = (1 / f.cell[i]) * f.axes.c[static_cast<std::size_t>(i)];
+      offset[i] = -dot(row[i], f.origin);
+      last[static_cast<std::size_t>(i)] = f.count[static_cast<std::size_t>(i)] - 1;
+    }
+  }
+  [[nodiscard]] Vec3 operator()(Vec3 p) const {
+    return {dot(row[0], p) + offset.x, dot(row[1], p) + offset.y, dot(row[2], p) + offset.z};
+  }
+};
+
+bool right_side(const HexMesh& hex, const Piece& p, Vec3 q) {
+  if (p.side == 0) return true;
+  const TipCell& tip = hex.tips[p.tip];
+  return (dot(tip.normal, q - tip.point) >= 0) == (p.side > 0);
+}
+
+/// The living copy that a point goes with; see the rule in the header.
+HexId find_copy(const HexMesh& hex, std::span<const CollisionTriangle> owners, Vec3 q, HexId current) {
+  HexId best;
+  CellId best_cell;
+  double nearest = HUGE_VAL;
+  bool current_is_theirs = false;
+  for (const CollisionTriangle t : owners)
+    for (const Piece& p : hex.pieces_of(t)) {
+      if (!right_side(hex, p, q)) continue;
+      const HexId host = hex.host[p.copy];
+      current_is_theirs = current_is_theirs || host == current;
+      const LatticeIndex c = hex.frame.index_of(p.cell);
+      double d = 0;
+      for (int a = 0; a < 3; ++a) {
+        const double x = q[a] - c[static_cast<std::size_t>(a)], out = x < 0 ? -x : x > 1 ? x - 1 : 0;
+        d += out * out;
+      }
+      if (d < kInside * kInside) d = 0;
+      if (d < nearest || (d == nearest && (p.cell < best_cell || (p.cell == best_cell && host < best))))
+        nearest = d, best = host, best_cell = p.cell;
+    }
+  return nearest > 0 && current_is_theirs && current.valid() ? current : best;
+}
+
+class Embedder {
+ public:
+  Embedder(const CellComplex& body, const HexMesh& hex, Embedding& embedding, EmbeddingScratch& scratch,
+           std::vector<VisualVertex>& moved)
+      : body_(body), hex_(hex), e_(embedding), s_(scratch), moved_(moved), to_lattice_(hex.frame) {
+    if (e_.visual.size() < body.visual.vertex_count()) e_.visual.grow(body.visual.vertex_count() - e_.visual.size());
+    const std::size_t missing = body.collision.vertex_count() - e_.collision.size();
+    e_.collision.grow(missing);
+    e_.collision_local.grow(missing);
+    if (s_.hex_stamp.size() < hex.hex_count()) s_.hex_stamp.resize(hex.hex_count(), 0);
+  }
+
+  void embed(CollisionTriangle t) {
+    ++s_.serial;
+    const std::span<const Piece> pieces = hex_.pieces_of(t);
+    for (const Piece& p : pieces)
+      if (p.side == 0) s_.hex_stamp[hex_.host[p.copy].index()] = s_.serial;
+    for_each_owned(body_, t, [&](VisualVertex v, Ownership how, CollisionHalfEdge h) {
+      const HexId current = e_.visual[v];
+      if (current.valid() && s_.hex_stamp[current.index()] == s_.serial) return;  // still one of ours
+      const Vec3 q = to_lattice_(body_.visual.rest[v]);
+      HexId copy = in_own_cell(pieces, q);
+      if (!copy.valid()) copy = search(t, how, h, q, current);
+      if (copy == current) return;
+      e_.visual.set(v, copy);
+      moved_.push_back(v);
+    });
+    for (int i = 0; i < 3; ++i) {
+      const CollisionHalfEdge h = CollisionMesh::corner(t, i);
+      const CollisionVertex v = body_.collision.origin[h];
+      const HexId current = e_.collision[v];
+      if (current.valid() && s_.hex_stamp[current.index()] == s_.serial) continue;
+      const Vec3 rest = body_.collision.rest[v], q = to_lattice_(rest);
+      const HexId copy = search(t, Ownership::kCorner, h, q, current);
+      if (copy == current) continue;
+      e_.collision.set(v, copy);
+      e_.collision_local.set(v, hex_.local(copy, rest));
+    }
+  }
+
+ private:
+  /// The copy of t's material in the very cell of the point; none if t has none there.
+  [[nodiscard]] HexId in_own_cell(std::span<const Piece> pieces, Vec3 q) const {
+    LatticeIndex c;
+    for (int a = 0; a < 3; ++a)
+      c[static_cast<std::size_t>(a)] =
+          std::clamp(static_cast<int>(std::floor(q[a])), 0, to_lattice_.last[static_cast<std::size_t>(a)]);
+    const CellId cell = hex_.frame.cell_id(c);
+    std::size_t i = 0;
+    if (pieces.size() > 16)
+      i = static_cast<std::size_t>(std::lower_bound(pieces.begin(), pieces.end(), cell,
+                                                    [](const Piece& p, CellId id) { return p.cell < id; }) - pieces.begin());
+    for (; i < pieces.size(); ++i)
+      if (pieces[i].cell == cell && right_side(hex_, pieces[i], q)) {
+        for (int a = 0; a < 3; ++a) {  // clamped: beside the lattice
+          const double x = q[a] - c[static_cast<std::size_t>(a)];
+          if (x < -kInside || x > 1 + kInside) return {};
+        }
+        return hex_.host[pieces[i].copy];
+      }
+    return {};
+  }
+
+  /// Over all triangles that own the vertex.
+  HexId search(CollisionTriangle t, Ownership how, CollisionHalfEdge h, Vec3 q, HexId current) {
+    s_.triangles.clear();
+    s_.triangles.push_back(t);
+    if (how == Ownership::kChain) {
+      if (const CollisionHalfEdge g = body_.collision.twin[h]; g.valid()) s_.triangles.push_back(CollisionMesh::face(g));
+    } else if (how == Ownership::kCorner) {
+      body_.collision.for_each_outgoing(body_.collision.origin[h], [&](CollisionHalfEdge o) {
+        if (CollisionMesh::face(o) != t) s_.triangles.push_back(CollisionMesh::face(o));
+        return true;
+      });
+    }
+    return find_copy(hex_, s_.triangles, q, current);
+  }
+
+  const CellComplex& body_;
+  const HexMesh& hex_;
+  Embedding& e_;
+  EmbeddingScratch& s_;
+  std::vector<VisualVertex>& moved_;
+  ToLattice to_lattice_;
+};
+
+/// Derivatives of the position by the local coordinates.
+std::array<Vec3, 3> local_gradient(const HexMesh& hex, EmbeddedPoint point, std::span<const Vec3> nodes) {
+  std::array<Vec3, 3> g{};
+  const double f[3][2] = {{1 - point.local.x, 1 + point.local.x},
+                          {1 - point.local.y, 1 + point.local.y},
+                          {1 - point.local.z, 1 + point.local.z}};
+  for (std::size_t c = 0; c < 8; ++c) {
+    const std::size_t b[3] = {c & 1, c >> 1 & 1, c >> 2 & 1};
+    const Vec3 x = nodes[hex.nodes[point.copy][c].index()];
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t u = (a + 1) % 3, v = (a + 2) % 3;
+      g[a] += (b[a] != 0 ? 0.125 : -0.125) * f[u][b[u]] * f[v][b[v]] * x;
+    }
+  }
+  return g;
+}
+
+}  // namespace
+
+Status embed_all(const CellComplex& body, const HexMesh& hex, Embedding& embedding) {
+  embedding = {};
+  EmbeddingScratch scratch;
+  std::vector<VisualVertex> moved;
+  Embedder embedder(body, hex, embedding, scratch, moved);
+  for (const CollisionTriangle t : ids<CollisionTriangle>(body.collision.face_count())) embedder.embed(t);
+  for (const VisualVertex v : ids<VisualVertex>(body.visual.vertex_count()))
+    if (!embedding.visual[v].valid())
+      return failed(fmt::format("embedding: visual vertex {} is owned by no collision element; bind the meshes again", v.value + 1));
+  return {};
+}
+
+void embed_triangles(const CellComplex& body, const HexMesh& hex, std::span<const CollisionTriangle> triangles,
+                     Embedding& embedding, EmbeddingScratch& scratch, std::vector<VisualVertex>& moved) {
+  Embedder embedder(body, hex, embedding, scratch, moved);
+  for (const CollisionTriangle t : triangles) embedder.embed(t);
+}
+
+Vec3 point_position(const HexMesh& hex, EmbeddedPoint point, std::span<const Vec3> nodes) {
+  const std::array<double, 8> w = trilinear_weights(point.local);
+  const std::array<NodeId, 8>& n = hex.nodes[point.copy];
+  Vec3 x{};
+  for (std::size_t c = 0; c < 8; ++c) x += w[c] * nodes[n[c].index()];
+  return x;
+}
+
+NodeForces spread_force(const HexMesh& hex, EmbeddedPoint point, Vec3 force) {
+  NodeForces out;
+  out.node = hex.nodes[point.copy];
+  const std::array<double, 8> w = trilinear_weights(point.local);
+  for (std::size_t c = 0; c < 8; ++c) out.force[c] = w[c] * force;
+  return out;
+}
+
+EmbeddedPoint embed_point(const HexMesh& hex, CollisionTriangle owner, Vec3 rest_point) {
+  const CollisionTriangle owners[1] = {owner};
+  const HexId copy = find_copy(hex, owners, hex.frame.to_lattice(rest_point), {});
+  return {copy, hex.local(copy, rest_point)};
+}
+
+void collision_positions(const HexMesh& hex, const Embedding& embedding, std::span<const Vec3> nodes, std::span<Vec3> out) {
+  KERF_ASSERT(out.size() == embedding.collision.size());
+  for (const CollisionVertex v : ids<CollisionVertex>(embedding.collision.size()))
+    out[v.index()] = point_position(hex, {embedding.collision[v], embedding.collision_local[v]}, nodes);
+}
+
+Mat3 deformation_gradient(const HexMesh& hex, EmbeddedPoint point, std::span<const Vec3> nodes) {
+  const std::array<Vec3, 3> g = local_gradient(hex, point, nodes);
+  Mat3 f;
+  for (int j = 0; j < 3; ++j) {  // F = sum over axes a of (2 / h_a) g_a axis_a'
+    Vec3 column{};
+    for (std::size_t a = 0; a < 3; ++a)
+      column += (2 / hex.frame.cell[static_cast<int>(a)]) * hex.frame.axes.c[a][j] * g[a];
+    f.c[static_cast<std::size_t>(j)] = column;
+  }
+  return f;
+}
+
+Vec3 deformed_normal(const HexMesh& hex, EmbeddedPoint point, Vec3 rest_normal, std::span<const Vec3> nodes) {
+  const Mat3 f = deformation_gradient(hex, point, nodes);
+  const Vec3 n = rest_normal.x * cross(f.c[1], f.c[2]) + rest_normal.y * cross(f.c[2], f.c[0]) + rest_normal.z * cross(f.c[0], f.c[1]);
+  return norm(n) > 1e-12 ? normalized(n) : rest_normal;
+}
+
+}  // namespace kerf

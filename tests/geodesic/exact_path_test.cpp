@@ -49,6 +49,8 @@ Comparison compare(const WalledSurface& m, int sources, int stride, std::uint64_
         EXPECT_TRUE(valid.ok()) << valid.error().message;
         EXPECT_LE(path->length, test::polyline_length(m, *path) * (1 + 1e-9));
       }
+      EXPECT_TRUE(exact->exact);
+      EXPECT_FALSE(local->exact);
       ++result.pairs;
       result.worst_exact = std::max(result.worst_exact, std::fabs(exact->length / distances[t] - 1));
       result.worst_local = std::max(result.worst_local, local->length / exact->length - 1);

@@ -220,6 +220,27 @@ TEST(TriangleBvh, EqualCentresAndHugeCoordinates) {
   EXPECT_TRUE(std::is_sorted(hits.begin(), hits.end(), [](auto& a, auto& b) { return a.triangle < b.triangle; }));
 }
 
+TEST(TriangleView, ReadsMeshesAndTypedIds) {
+  TriangleMesh mesh;
+  EXPECT_EQ(TriangleView(mesh).size(), 0u);
+  EXPECT_FALSE(TriangleBvh(mesh).closest(mesh, {}).valid());
+  std::vector<VisualVertex> origins;
+  for (const Vec3 p : {Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{1, 1, 0.5}}) mesh.positions.push_back(p);
+  for (const auto& t : {std::array{0, 1, 2}, std::array{1, 3, 2}}) {
+    mesh.triangles.push_back({VertexId(t[0]), VertexId(t[1]), VertexId(t[2])});
+    for (int v : t) origins.push_back(VisualVertex(v));
+  }
+  const TriangleView by_mesh(mesh), by_ids(mesh.positions.raw(), std::span<const VisualVertex>(origins));
+  for (const TriangleView& view : {by_mesh, by_ids}) {
+    ASSERT_EQ(view.size(), 2u);
+    EXPECT_EQ(view[1][1], (Vec3{1, 1, 0.5}));
+    const ClosestPoint c = TriangleBvh(view).closest(view, {2, 2, 0.5});
+    EXPECT_EQ(c.triangle, 1);
+    EXPECT_EQ(c.point, (Vec3{1, 1, 0.5}));
+    EXPECT_EQ(c.barycentric[1], 1);
+  }
+}
+
 TEST(TriangleBvh, LargeGridIsLean) {
   Soup soup;
   const int n = 300;

@@ -31,20 +31,20 @@ class Propagation {
     w_.heap.clear();
   }
 
-  bool run() {
+  ExactOutcome run() {
     start();
     while (!w_.heap.empty()) {
       std::pop_heap(w_.heap.begin(), w_.heap.end(), later);
       const Event event = w_.heap.back();
       w_.heap.pop_back();
       if (!(event.estimate < bound_)) break;
-      if (w_.windows.size() > static_cast<std::size_t>(kMaxWindows)) return false;
+      if (w_.windows.size() > static_cast<std::size_t>(kMaxWindows)) return ExactOutcome::kGaveUp;
       if (event.window >= 0)
         propagate(event.window);
       else if (event.distance == w_.corners[at(event.corner)].distance)
         emit_around(event.corner);
     }
-    return goal_ >= 0;
+    return goal_ >= 0 ? ExactOutcome::kShorter : ExactOutcome::kNoShorter;
   }
 
   // The crossings from s to the goal, corner by corner.
@@ -307,11 +307,15 @@ class Propagation {
 
 }  // namespace
 
-bool search_exact(const PathQuery& query, double upper_bound, Strip& strip, ExactSearch& scratch) {
+ExactOutcome search_exact(const PathQuery& query, double upper_bound, Strip& strip, ExactSearch& scratch) {
   Propagation propagation(query, upper_bound, scratch);
-  if (!propagation.run()) return false;
-  propagation.trace(strip);
-  return true;
+  const ExactOutcome outcome = propagation.run();
+  if (outcome == ExactOutcome::kShorter) propagation.trace(strip);
+  if (scratch.windows.capacity() > static_cast<std::size_t>(kKeptWindows)) {
+    scratch.windows = {};
+    scratch.heap = {};
+  }
+  return outcome;
 }
 
 }  // namespace kerf

@@ -79,7 +79,10 @@ Result<SurfacePath> find_path(const WalledSurface& surface, std::int32_t s, std:
   if (s == t) return bad_input(fmt::format("a path needs two different ends, both are vertex {}", s + 1));
   const PathQuery query(surface, s, t, sector_s, sector_t);
   SurfacePath path;
-  if (step_to_neighbour(query, path)) return path;
+  if (step_to_neighbour(query, path)) {
+    path.exact = options.exact;
+    return path;
+  }
 
   Strip& strip = scratch.strip;
   Straightener& straightener = scratch.straightener;
@@ -101,9 +104,16 @@ Result<SurfacePath> find_path(const WalledSurface& surface, std::int32_t s, std:
   if (by_plane && straightener.length > kSecondSeed * norm(surface.at(t) - surface.at(s)) &&
       search_corridor(query, other, scratch.corridor))
     try_other();
-  if (options.exact && search_exact(query, straightener.length, other, scratch.exact)) try_other();
+  if (options.exact) {
+    const ExactOutcome outcome = search_exact(query, straightener.length, other, scratch.exact);
+    if (outcome == ExactOutcome::kShorter) try_other();
+    path.exact = outcome != ExactOutcome::kGaveUp;
+  }
   write_stops(query, strip, straightener, path);
-  if (!validate_path(query, path)) write_middles(query, strip, path);
+  if (!validate_path(query, path)) {
+    write_middles(query, strip, path);
+    path.exact = false;
+  }
   return path;
 }
 

@@ -34,7 +34,10 @@ constexpr double kSameLength = 1e-12;
 constexpr double kWindowWidth = 1e-11;
 /// Radians. A vertex bends shortest paths only with this much more than a full (or, beside a wall, half) turn.
 constexpr double kBendAngle = 1e-9;
-/// The exact search gives up after this many windows (5 GB) and the local path is kept.
-constexpr int kMaxWindows = 60'000'000;
+/// The exact search gives up after this many windows (2 GB, half a minute) and the local path is kept. Windows grow with
+/// the square of the path's length in edges times its possible width: only paths across a whole large body come near.
+constexpr int kMaxWindows = 20'000'000;
+/// More windows than this are not kept as scratch for the next path (120 MB).
+constexpr int kKeptWindows = 1'500'000;
 
 }  // namespace kerf

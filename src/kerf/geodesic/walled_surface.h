@@ -48,7 +48,8 @@ struct PathStop {
 /// edge. An edge stop names the half-edge whose face the path comes from (it leaves into the twin's face).
 struct SurfacePath {
   std::vector<PathStop> stops;
-  double length = 0;  ///< metres
+  double length = 0;   ///< metres; of the limit that touches wall vertices where the stops keep off them
+  bool exact = false;  ///< asked for, and the search was not given up: no allowed path is shorter
 };
 
 struct PathOptions {

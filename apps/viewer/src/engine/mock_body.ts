@@ -50,7 +50,7 @@ export class MockBody {
   private pinned: boolean[] = [];
   holds: Hold[] = [];
   gravity: [number, number, number] = [0, 0, -1];
-  stiffness = 0.55;
+  stiffness = 0.95;
 
   constructor(options: MockOptions) {
     const h = this.cellSize;
@@ -87,7 +87,7 @@ export class MockBody {
     this.restNodes = this.positions.slice();
     this.velocities = this.positions.map(() => 0);
     this.pinned = [];
-    for (let n = 0; n < this.positions.length; n += 3) this.pinned.push(this.positions[n + 1]! > 0.042);
+    for (let n = 0; n < this.positions.length; n += 3) this.pinned.push(this.positions[n + 1]! > 0.03);
     this.topology = { visual, collision, copies, cells, version: 1 };
   }
 
@@ -149,7 +149,7 @@ export class MockBody {
         p[i]! += dt * v[i]!;
       }
     }
-    for (let round = 0; round < 6; round++) {
+    for (let round = 0; round < 12; round++) {
       const goal = new Float64Array(p.length), count = new Float64Array(p.length / 3);
       for (let c = 0; c < copies.length; c += 8) this.matchCell(c, goal, count);
       for (let n = 0; n < count.length; n++) {
@@ -310,8 +310,8 @@ export class MockBody {
       s.copy.forEach((c, v) => (side(s.rest[3 * v]!, s.rest[3 * v + 1]!) < 0 ? left : right).add(c));
     }
     const crossed: { copy: number; enter: number; exit: number }[] = [];
-    for (const c of left) {
-      if (!right.has(c)) continue;
+    const oneSided: { copy: number; enter: number; exit: number }[] = [];
+    for (const c of new Set([...left, ...right])) {
       const x0 = this.origin[0] + this.cellSize * cells[4 * c]!, y0 = this.origin[1] + this.cellSize * cells[4 * c + 1]!;
       let enter = -Infinity, exit = Infinity;
       for (const [lo, o, d] of [[x0, a[0], dx], [y0, a[1], dy]] as const) {
@@ -323,7 +323,7 @@ export class MockBody {
         enter = Math.max(enter, Math.min(t0, t1));
         exit = Math.min(exit, Math.max(t0, t1));
       }
-      if (exit - enter > 1e-9) crossed.push({ copy: c, enter, exit });
+      if (exit - enter > 1e-9) (left.has(c) && right.has(c) ? crossed : oneSided).push({ copy: c, enter, exit });
     }
     const inside = crossed.filter((c) => c.enter > -0.5 * this.cellSize && c.exit < length + 0.5 * this.cellSize);
     if (inside.length === 0) return 0;
@@ -357,6 +357,14 @@ export class MockBody {
         const n = copies[8 * c + k]!, onLeft = side(this.restNodes[3 * n]!, this.restNodes[3 * n + 1]!) < 0;
         copies.push(onLeft ? twin(n) : n);
         if (!onLeft) copies[8 * c + k] = twin(n);
+      }
+    }
+    // A cell that the line passes beside its material keeps one copy, but lets go of the other side.
+    for (const { copy: c, enter, exit } of oneSided) {
+      if (enter < from - 1e-9 || exit > to + 1e-9) continue;
+      for (let k = 0; k < 8; k++) {
+        const n = copies[8 * c + k]!;
+        if (side(this.restNodes[3 * n]!, this.restNodes[3 * n + 1]!) < 0 !== left.has(c)) copies[8 * c + k] = twin(n);
       }
     }
     const locate = (s: number): number => {

@@ -231,7 +231,7 @@ export class MockEngine extends MessageEngine {
         if (this.overlayWanted) this.reply(this.mock.overlayMessage());
         break;
       case CommandCode.LoadUpload: this.fail(m.input, 4, 'The mock engine cannot load files.'); break;
-      case CommandCode.FixAll: this.mock.pinWhere((_, py) => x === 1 && py > 0.042); break;
+      case CommandCode.FixAll: this.mock.pinWhere((_, py) => x === 1 && py > 0.03); break;
       default: this.fail(m.input, 2, `unknown command ${m.code}`);
     }
   }

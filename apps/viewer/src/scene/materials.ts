@@ -18,23 +18,23 @@ export const toLook = (name: unknown): Look => (name === 'meniscus' || name === 
 const kLooks: Record<Look, string> = {
   steak: /* glsl */ `
 void kSurface(vec3 r, out vec3 albedo, out float rough, out float height, out float glow) {
-  vec3 p = r + (texture(uNoise, r / 0.21).rgb - 0.5) * 0.052;
+  vec3 p = r + (texture(uNoise, r / 0.17).rgb - 0.5) * 0.040;
 #ifndef KERF_LITE
-  p += (texture(uNoise, p.yzx / 0.062 + 0.37).rgb - 0.5) * 0.013;
+  p += (texture(uNoise, p.yzx / 0.046 + 0.37).rgb - 0.5) * 0.0105;
 #endif
-  vec3 s = p * vec3(1.0, 1.35, 1.0);
-  vec4 a = texture(uNoise, s / 0.23 + 0.11);
-  vec4 b = texture(uNoise, s.zxy / 0.105 + 0.53);
-  float slow = smoothstep(0.36, 0.66, texture(uNoise, r / 0.34 + 0.7).g);
-  float thick = mix(0.55, 1.5, a.b);
-  float v1 = 1.0 - smoothstep(0.006, 0.030 * thick, abs(a.r - 0.5));
-  v1 *= smoothstep(0.44, 0.60, b.g);
-  float v2 = (1.0 - smoothstep(0.006, 0.042 * thick, abs(b.r - 0.5))) * smoothstep(0.42, 0.62, a.g) * (0.25 + 0.75 * slow);
+  vec3 s = p * vec3(1.0, 1.25, 1.0);
+  vec4 a = texture(uNoise, s / 0.150 + 0.11);
+  vec4 b = texture(uNoise, s.zxy / 0.066 + 0.53);
+  float slow = smoothstep(0.38, 0.64, texture(uNoise, r / 0.30 + 0.7).g);
+  float thick = mix(0.35, 1.5, smoothstep(0.35, 0.7, a.b));
+  float v1 = 1.0 - smoothstep(0.004, 0.026 * thick, abs(a.r - 0.5));
+  v1 *= smoothstep(0.50, 0.62, b.g) * smoothstep(0.40, 0.52, a.g);
+  float v2 = (1.0 - smoothstep(0.004, 0.040 * thick, abs(b.r - 0.5))) * smoothstep(0.53, 0.66, a.g) * (0.35 + 0.65 * slow);
   float fat = max(v1, v2);
 #ifndef KERF_LITE
-  vec4 c = texture(uNoise, s.yzx / 0.044 + 0.29);
-  float v3 = (1.0 - smoothstep(0.010, 0.055, abs(c.g - 0.5))) * smoothstep(0.55, 0.74, b.b) * slow;
-  fat = max(fat, 0.85 * v3);
+  vec4 c = texture(uNoise, s.yzx / 0.028 + 0.29);
+  float v3 = (1.0 - smoothstep(0.012, 0.075, abs(c.g - 0.5))) * smoothstep(0.52, 0.66, b.b) * smoothstep(0.42, 0.6, c.r);
+  fat = max(fat, (0.45 + 0.5 * slow) * v3);
   vec4 fine = texture(uNoise, vec3(r.x, r.y * 0.35, r.z) / 0.021);
 #else
   vec4 fine = vec4(0.5);

@@ -29,20 +29,31 @@ Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t,
     for (std::int32_t h = 0; h < half_edges; ++h) grouped[static_cast<std::size_t>(cursor[static_cast<std::size_t>(origin(h))]++)] = h;
   }
 
+  // Where each grouped half-edge goes, so that the searches below read consecutive memory.
+  std::vector<std::int32_t> target(grouped.size());
+  for (std::size_t i = 0; i < grouped.size(); ++i) target[i] = origin(next(grouped[i]));
+
   HalfEdgeArrays result;
   result.twin.assign(static_cast<std::size_t>(half_edges), -1);
   result.outgoing.assign(vertex_count, -1);
-  for (std::int32_t h = 0; h < half_edges; ++h) {
-    const std::int32_t a = origin(h), b = origin(next(h));
-    std::int32_t same = 0;
-    for (std::int32_t i = first[static_cast<std::size_t>(a)]; i < first[static_cast<std::size_t>(a) + 1]; ++i)
-      if (origin(next(grouped[static_cast<std::size_t>(i)])) == b) ++same;
-    if (same > 1)
-      return bad_input(fmt::format("edge {}-{} is used by several triangles in the same direction: the surface is not "
-                                   "manifold there, has duplicate triangles, or is not oriented consistently",
-                                   a + 1, b + 1));
-    for (std::int32_t i = first[static_cast<std::size_t>(b)]; i < first[static_cast<std::size_t>(b) + 1]; ++i)
-      if (origin(next(grouped[static_cast<std::size_t>(i)])) == a) result.twin[static_cast<std::size_t>(h)] = grouped[static_cast<std::size_t>(i)];
+  for (std::size_t v = 0; v < vertex_count; ++v) {
+    const auto a = static_cast<std::int32_t>(v);
+    for (std::int32_t i = first[v]; i < first[v + 1]; ++i) {
+      const std::int32_t b = target[static_cast<std::size_t>(i)];
+      for (std::int32_t j = i + 1; j < first[v + 1]; ++j)
+        if (target[static_cast<std::size_t>(j)] == b)
+          return bad_input(fmt::format("edge {}-{} is used by several triangles in the same direction: the surface is not "
+                                       "manifold there, has duplicate triangles, or is not oriented consistently",
+                                       a + 1, b + 1));
+      if (b < a) continue;  // found from the other end
+      for (std::int32_t j = first[static_cast<std::size_t>(b)]; j < first[static_cast<std::size_t>(b) + 1]; ++j)
+        if (target[static_cast<std::size_t>(j)] == a) {
+          const std::int32_t h = grouped[static_cast<std::size_t>(i)], g = grouped[static_cast<std::size_t>(j)];
+          result.twin[static_cast<std::size_t>(h)] = g;
+          result.twin[static_cast<std::size_t>(g)] = h;
+          break;
+        }
+    }
   }
 
   // One fan per vertex: a turn around the vertex must meet all its half-edges.

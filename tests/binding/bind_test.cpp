@@ -163,6 +163,33 @@ TEST(Bind, FlatSheetParametersAreTheIdentity) {
   }
 }
 
+// The generators know the half thickness of every collision vertex in closed form.
+TEST(Bind, HalfThicknessOfTheModels) {
+  for (const auto& [name, description] : model_names()) {
+    const Model model = make(name);
+    const auto body = bind(model.visual, model.collision, {.thickness = kThickness});
+    ASSERT_TRUE(body.ok()) << name;
+    const double largest = *std::max_element(model.half_thickness.begin(), model.half_thickness.end());
+    double worst = 0;
+    for (std::size_t v = 0; v < model.half_thickness.size(); ++v)
+      worst = std::max(worst, std::fabs(norm(body->complex.collision.offset[CollisionVertex(v)]) - model.half_thickness[v]) / largest);
+    // The wedge's outer wall is thinner one half thickness inside; the steak is round and smooth between its vertices.
+    EXPECT_LT(worst, name == "meniscus" ? 0.2 : name == "steak" ? 0.02 : 0.005) << name;
+  }
+}
+
+TEST(Bind, ExactPathsAreShorter) {
+  for (const auto name : {"closed-sheet", "meniscus", "steak"}) {
+    Model model = make(name);
+    add_noise(model, 0.05 * model.half_thickness[0], 3);
+    const auto local = bind(model.visual, model.collision, {}), exact = bind(model.visual, model.collision, {.exact = true});
+    expect_bound(exact, model.visual, model.collision, std::string(name));
+    ASSERT_TRUE(local.ok());
+    // Moving crossings to vertices nearby and away from walls lengthens both a little.
+    EXPECT_LT(exact->report.path_length, 1.002 * local->report.path_length) << name;
+  }
+}
+
 TEST(Bind, SameBitsForAnyNumberOfThreads) {
   const Model model = make("meniscus");
   auto many = bind(model.visual, model.collision, {});

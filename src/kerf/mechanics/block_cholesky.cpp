@@ -9,31 +9,6 @@
 namespace kerf {
 namespace {
 
-// Replaces a symmetric positive block by the inverse of its lower triangular factor.
-void invert_factor(double* a) {
-  double l[6][6] = {}, diagonal[6], inverse[6];
-  for (int i = 0; i < 6; ++i) diagonal[i] = a[8 * i + i];
-  for (int j = 0; j < 6; ++j) {
-    double pivot = a[8 * j + j];
-    for (int k = 0; k < j; ++k) pivot -= l[j][k] * l[j][k];
-    inverse[j] = pivot > kDroppedPivot * diagonal[j] && pivot > 0 ? 1 / std::sqrt(pivot) : 0;
-    for (int i = j + 1; i < 6; ++i) {
-      double x = a[8 * j + i];
-      for (int k = 0; k < j; ++k) x -= l[i][k] * l[j][k];
-      l[i][j] = x * inverse[j];
-    }
-  }
-  std::fill(a, a + kBlockDoubles, 0.0);
-  for (int j = 0; j < 6; ++j) {
-    a[8 * j + j] = inverse[j];
-    for (int i = j + 1; i < 6; ++i) {
-      double x = 0;
-      for (int k = j; k < i; ++k) x += l[i][k] * a[8 * j + k];
-      a[8 * j + i] = -inverse[i] * x;
-    }
-  }
-}
-
 // c -= a b'
 inline void subtract_product(double* c, const double* a, const double* b) {
   for (int j = 0; j < 6; ++j) {
@@ -67,6 +42,42 @@ inline void times_transposed(double* c, const double* m) {
 inline double sum_of(const Lanes& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
 }  // namespace
+
+void factor_block(double* a) {
+  double l[6][6] = {}, diagonal[6], inverse[6];
+  for (int i = 0; i < 6; ++i) diagonal[i] = a[8 * i + i];
+  for (int j = 0; j < 6; ++j) {
+    double pivot = a[8 * j + j];
+    for (int k = 0; k < j; ++k) pivot -= l[j][k] * l[j][k];
+    inverse[j] = pivot > kDroppedPivot * diagonal[j] && pivot > 0 ? 1 / std::sqrt(pivot) : 0;
+    for (int i = j + 1; i < 6; ++i) {
+      double x = a[8 * j + i];
+      for (int k = 0; k < j; ++k) x -= l[i][k] * l[j][k];
+      l[i][j] = x * inverse[j];
+    }
+  }
+  std::fill(a, a + kBlockDoubles, 0.0);
+  for (int j = 0; j < 6; ++j) {
+    a[8 * j + j] = inverse[j];
+    for (int i = j + 1; i < 6; ++i) {
+      double x = 0;
+      for (int k = j; k < i; ++k) x += l[i][k] * a[8 * j + k];
+      a[8 * j + i] = -inverse[i] * x;
+    }
+  }
+}
+
+void solve_block(const double* m, double* x) {
+  double y[6];
+  for (int i = 0; i < 6; ++i) {
+    y[i] = 0;
+    for (int k = 0; k <= i; ++k) y[i] += m[8 * k + i] * x[k];
+  }
+  for (int i = 0; i < 6; ++i) {
+    x[i] = 0;
+    for (int k = i; k < 6; ++k) x[i] += m[8 * i + k] * y[k];
+  }
+}
 
 std::int32_t BlockCholeskyStructure::block(std::int32_t i, std::int32_t j) const {
   const std::int32_t p = position[i], q = position[j];
@@ -129,7 +140,7 @@ void block_cholesky_factor(const BlockCholeskyStructure& s, std::vector<double>&
   double* const data = blocks.data();
   for (std::int32_t q = 0; q < s.rows; ++q) {
     double* diagonal = data + kBlockDoubles * q;
-    invert_factor(diagonal);
+    factor_block(diagonal);
     for (std::int32_t b = s.column_begin[q]; b < s.column_begin[q + 1]; ++b)
       times_transposed(data + kBlockDoubles * (s.rows + b), diagonal);
     for (std::int32_t u = s.update_begin[q]; u < s.update_begin[q + 1]; ++u) {

@@ -18,6 +18,10 @@ inline constexpr std::size_t kBlockRow = 8;
 /// A pivot below this share of its diagonal entry is rounding.
 inline constexpr double kDroppedPivot = 1e-10;
 
+/// Replaces a symmetric positive block by the inverse of its lower triangular factor, and solves with that, in place.
+void factor_block(double* block);
+void solve_block(const double* block, double* x);
+
 struct BlockCholeskyStructure {
   struct Update { std::int32_t target, left, right; };  ///< target -= left right'
   std::int32_t rows = 0;

@@ -50,12 +50,6 @@ Matrix6 rotated(const Matrix6& e, const double (&r)[3][3]) {
   return out;
 }
 
-inline Lanes cross_lanes(const Lanes& a, const Lanes& b) {
-  const Lanes a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3);
-  const Lanes c = a * b1 - a1 * b;  // (z, x, y)
-  return __builtin_shufflevector(c, c, 1, 2, 0, 3);
-}
-
 }  // namespace
 
 void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {

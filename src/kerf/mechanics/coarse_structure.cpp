@@ -5,27 +5,12 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <numeric>
 
 #include "kerf/mechanics/mechanics_model.h"
+#include "kerf/mesh/union_find.h"
 
 namespace kerf {
 namespace {
-
-// Smallest id represents: the result does not depend on the order of the unions.
-struct UnionFind {
-  std::vector<std::int32_t> parent;
-  explicit UnionFind(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
-  std::int32_t find(std::int32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  }
-  void join(std::int32_t a, std::int32_t b) {
-    a = find(a);
-    b = find(b);
-    if (a != b) parent[std::max(a, b)] = std::min(a, b);
-  }
-};
 
 // Lattice block of each node that moves, -1 else.
 std::vector<std::int32_t> lattice_blocks(const MechanicsModel& model, int width) {
@@ -91,7 +76,7 @@ std::array<double, 36> rigid_stiffness(const ElementMatrix& k, Vec3 h, double le
 CoarseStructure coarse_structure(const MechanicsModel& model) {
   const MechanicsModel::Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  const int width = s.free_nodes < kWideGroupNodes ? kNarrowGroup : kWideGroup;
+  const int width = group_width(s.free_nodes);
   const Vec3 h = model.cell_size();
   CoarseStructure out;
   out.length = 0.5 * width * std::cbrt(h.x * h.y * h.z);
@@ -110,7 +95,7 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
   out.group.assign(n, -1);
   for (std::size_t i = 0; i < n; ++i) {
     if (block[i] < 0) continue;
-    const std::int32_t root = joined.find(static_cast<std::int32_t>(i));
+    const std::int32_t root = joined.root(static_cast<std::int32_t>(i));
     if (out.group[root] < 0) out.group[root] = out.groups++;
     out.group[i] = out.group[root];
   }

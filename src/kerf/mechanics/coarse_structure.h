@@ -13,11 +13,13 @@ namespace kerf {
 
 class MechanicsModel;
 
-/// Width of the groups in nodes: small bodies need narrow ones for few iterations, large bodies wide ones for a cheap
-/// coarse matrix (measured in mechanics_bench).
-inline constexpr int kNarrowGroup = 3, kWideGroup = 6;
-/// From this many nodes on the groups are wide.
-inline constexpr std::size_t kWideGroupNodes = 2000;
+/// Width of the groups in nodes: narrow ones for few iterations, wide ones for a coarse matrix that is cheap to make. The
+/// best for clamped sheets, measured with mechanics_bench.
+constexpr int group_width(std::size_t free_nodes) {
+  if (free_nodes < 2000) return 3;
+  if (free_nodes < 8000) return 4;
+  return free_nodes < 30000 ? 5 : 6;
+}
 
 struct CoarseStructure {
   std::int32_t groups = 0;

@@ -26,4 +26,11 @@ inline void transpose_lanes(Lanes& a, Lanes& b, Lanes& c, Lanes& d) {
   d = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
 }
 
+/// Cross product of (x, y, z, -) vectors.
+inline Lanes cross_lanes(const Lanes& a, const Lanes& b) {
+  const Lanes a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3);
+  const Lanes c = a * b1 - a1 * b;  // (z, x, y)
+  return __builtin_shufflevector(c, c, 1, 2, 0, 3);
+}
+
 }  // namespace kerf

@@ -58,6 +58,11 @@ double MechanicsModel::total_mass() {
   return structure_.total_mass;
 }
 
+std::int32_t MechanicsModel::piece_count() {
+  refresh();
+  return structure_.rigid.pieces;
+}
+
 Status MechanicsModel::check_element(HexId id, const MechanicsElement& element) const {
   if (!id.valid()) return bad_input("element: invalid id");
   if (element.material < 0 || static_cast<std::size_t>(element.material) >= materials_.size())
@@ -77,7 +82,8 @@ Status MechanicsModel::check_element(HexId id, const MechanicsElement& element) 
   return {};
 }
 
-void MechanicsModel::store_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses) {
+// By value: what is stored may be a copy of another element of this very model.
+void MechanicsModel::store_element(HexId id, MechanicsElement element, std::array<double, 8> masses) {
   if (id.index() >= elements_.size()) {
     elements_.resize(id.index() + 1);
     alive_.resize(id.index() + 1, 0);
@@ -421,6 +427,7 @@ void MechanicsModel::refresh() {
     s.free_nodes += moves ? 1 : 0;
     s.total_mass += s.mass[i];
   }
+  s.rigid = rigid_pieces(*this);
 }
 
 void MechanicsModel::refresh_coarse() {

@@ -18,6 +18,7 @@
 #include "kerf/mechanics/element.h"
 #include "kerf/mechanics/element_wht.h"
 #include "kerf/mechanics/material.h"
+#include "kerf/mechanics/rigid_pieces.h"
 
 namespace kerf {
 
@@ -75,6 +76,8 @@ class MechanicsModel {
   /// Lumped mass in kg; 0 for a node that no element uses (it stays where it is).
   [[nodiscard]] double node_mass(NodeId node);
   [[nodiscard]] double total_mass();
+  /// Number of pieces that elements connect.
+  [[nodiscard]] std::int32_t piece_count();
 
   // --- Elements --------------------------------------------------------------------------------------------------
   /// Adds or replaces element `id` as a full cell; ids may leave gaps. O(1).
@@ -151,6 +154,7 @@ class MechanicsModel {
     std::size_t full_batches = 0, element_slots = 0;
     double total_mass = 0;
     std::size_t free_nodes = 0;
+    RigidPieces rigid;
   };
   /// Rebuilds the derived data if something changed since the last call.
   void refresh();
@@ -167,7 +171,7 @@ class MechanicsModel {
 
  private:
   Status check_element(HexId id, const MechanicsElement& element) const;
-  void store_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses);
+  void store_element(HexId id, MechanicsElement element, std::array<double, 8> masses);
   void release_own(HexId id);
   [[nodiscard]] double spring_cap(std::int32_t material, double young_scale) const;
 

@@ -217,12 +217,6 @@ Products advance(const MechanicsModel& model, StepWorkspace& w, double alpha, bo
   return {reduced(w, n, 0), reduced(w, n, 1)};
 }
 
-inline Lanes cross_lanes(const Lanes& a, const Lanes& b) {
-  const Lanes a1 = __builtin_shufflevector(a, a, 1, 2, 0, 3), b1 = __builtin_shufflevector(b, b, 1, 2, 0, 3);
-  const Lanes c = a * b1 - a1 * b;  // (z, x, y)
-  return __builtin_shufflevector(c, c, 1, 2, 0, 3);
-}
-
 // p = z + beta p, where z gets its coarse part here: t + w x arm of the node's group.
 void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool two_level, bool parallel) {
   for_each_chunk(parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -243,23 +237,28 @@ void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, 
   });
 }
 
-// Starts from zero (held nodes: their prescribed velocity). Returns the norm of the right-hand side.
+// Starts from zero; held nodes from their prescribed velocity, free pieces from their rigid motion. Returns the norm of
+// the residual, which for a body that rests on something is the right-hand side.
 double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  bool moving_support = false;
+  bool nonzero = !s.rigid.free.empty();
   for (std::size_t i = 0; i < n; ++i) {
     const bool held = model.is_fixed(NodeId(i));
     const Vec3 v = held ? model.prescribed_velocities()[i] : Vec3{};
-    moving_support = moving_support || !(v == Vec3{});
+    nonzero = nonzero || !(v == Vec3{});
     store_lanes(w.solution[i].v, lanes_of(v));
   }
-  if (moving_support) multiply(model, w, w.solution, parallel);
+  if (!s.rigid.free.empty()) {
+    w.residual = w.right_side;
+    absorb_rigid_momentum(model, w);
+  }
+  if (nonzero) multiply(model, w, w.solution, parallel);
   for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     Lanes bb = all_lanes(0);
     for (std::size_t i = begin; i < end; ++i) {
       Lanes r = load_lanes(w.right_side[i].v);
-      if (moving_support) r -= load_lanes(w.product[i].v);
+      if (nonzero) r -= load_lanes(w.product[i].v);
       store_lanes(w.residual[i].v, r);
       store_lanes(w.search[i].v, all_lanes(0));
       store_lanes(w.product[i].v, all_lanes(0));
@@ -326,6 +325,7 @@ void conjugate_gradients(MechanicsModel& model, StepWorkspace& w, const StepOpti
     if (!report.two_level) ++report.block_jacobi_iterations;
   }
   report.residual = std::sqrt(rr) / norm_b;
+  absorb_rigid_momentum(model, w);
 }
 
 Status check(const MechanicsModel& model, const MechanicsState& state, const StepOptions& o) {

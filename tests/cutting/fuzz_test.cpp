@@ -148,7 +148,15 @@ TEST_P(Fuzz, EveryInvariantHoldsAfterEveryCut) {
     CutBody b(mesh, o);
     b.options.flips = seed % 3 != 0;
     b.options.layers = 1 + static_cast<int>(seed % 4);
-    const FuzzCount count = fuzz(b, 1000 * static_cast<std::uint64_t>(kind) + seed, seconds ? 60 : 25, seconds ? limit - spent() : 1e9);
+    if (seed % 4 == 2) {  // far finer than recommended
+      b.options.minimum_feature = 1e-3;
+      b.options.snap = 1e-3;
+      b.options.path_tolerance = 1e-3;
+    }
+    if (seed % 5 == 1) b.options.roughness = 0.3;
+    const bool dense = seconds && seed % 7 == 3;
+    const FuzzCount count = fuzz(b, 1000 * static_cast<std::uint64_t>(kind) + seed, dense ? 500 : seconds ? 60 : 25,
+                                 seconds ? limit - spent() : 1e9, dense ? 20 : 1);
     total.cuts += count.cuts;
     total.refused += count.refused;
     total.invalid += count.invalid;

@@ -32,6 +32,8 @@ inline constexpr double kNearVertexWeight = 0.8;
 inline constexpr double kNearEdgeWeight = 0.02;
 /// Faces made by inserting a point keep at least this part of their parent's planar area.
 inline constexpr double kSplitKeepsArea = 1e-3;
+/// A path follows an existing lip up to this many snap distances (of the mean root edge) away from it.
+inline constexpr double kLipAttraction = 1.5;
 /// Two chain parameters nearer than this part of the smallest gap beside them become one column of a wall.
 inline constexpr double kPairFraction = 0.3;
 /// A flip must improve the angle sum by more than rounding (sine of the excess angle).

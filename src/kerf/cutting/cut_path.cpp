@@ -150,7 +150,11 @@ Result<Advance> advance_cut(CellComplex& body, V tip, const FacePoint& target, c
 
   const double crossing = w[2] / (w[1] + w[2]);  // of the ray tip -> target, along a -> b
   const double length = norm(pb - pa);
-  const double near_end = std::min(0.45 * length, std::max(options.snap * length, feature));
+  // A path near a lip runs along it, or the repeat of a cut that snapped to a corner would shave off a sliver.
+  const double near_lip = kLipAttraction * std::max(options.snap * body.mean_root_edge, feature);
+  const auto near_end = [&](H edge) {
+    return std::min(0.45 * length, std::max({options.snap * length, feature, mesh.is_border(edge) ? near_lip : 0.0}));
+  };
 
   const auto follow = [&](H edge, bool outgoing, Vec2 end_point, V end) -> Result<Advance> {
     const double edge_length = norm(end_point - p0);
@@ -164,8 +168,8 @@ Result<Advance> advance_cut(CellComplex& body, V tip, const FacePoint& target, c
     if (s * edge_length <= feature) return Advance{tip, Advance::Kind::kNothing, false, false};
     return open_edge(cut, tip, end, Advance::Kind::kAtEdge);
   };
-  if (crossing * length < near_end) return follow(out, true, pa, a);
-  if ((1 - crossing) * length < near_end) return follow(in, false, pb, b);
+  if (crossing * length < near_end(out)) return follow(out, true, pa, a);
+  if ((1 - crossing) * length < near_end(in)) return follow(in, false, pb, b);
   const double to_across = cross(pb - pa, t - pa) / length;
   if (crosses || to_across < feature) {
     const V m = split_collision_edge(cut, across, crossing);
@@ -173,8 +177,9 @@ Result<Advance> advance_cut(CellComplex& body, V tip, const FacePoint& target, c
     return open_edge(cut, tip, m, Advance::Kind::kAtEdge);
   }
   const double to_out = cross(pa - p0, t - p0) / norm(pa - p0), to_in = cross(t - p0, pb - p0) / norm(pb - p0);
-  if (to_out < feature && to_out <= to_in) return follow(out, true, pa, a);
-  if (to_in < feature) return follow(in, false, pb, b);
+  const auto near_edge = [&](H edge) { return mesh.is_border(edge) ? std::max(near_lip, feature) : feature; };
+  if (to_out < near_edge(out) && to_out <= to_in) return follow(out, true, pa, a);
+  if (to_in < near_edge(in)) return follow(in, false, pb, b);
   const V m = split_collision_face(cut, target.face, t, raw);
   if (!m.valid()) return cut.error();
   return open_edge(cut, tip, m, Advance::Kind::kInside);

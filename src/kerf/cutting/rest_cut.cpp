@@ -99,6 +99,7 @@ class Tracer {
     chart_ = Chart::along(from, normal);
     const Vec2 q = chart_(goal);
     position_ = from;
+    left_at_ = result.tip;
     double beyond = kAtOnce;
     bool entered = false;
     // How far along the segment the last entry was: a path that snaps back to the border it came from must not enter
@@ -126,6 +127,7 @@ class Tracer {
       if (!wedge.out.valid()) {  // out of the body; an entry that led nowhere leaves the ray as it was
         if (!entered) {
           position_ = mesh_.rest[result.tip];
+          left_at_ = result.tip;
           beyond = kAtOnce;
         }
         result.tip = V{};
@@ -186,12 +188,15 @@ class Tracer {
     return found;
   }
 
+  /// Is v the vertex at which the path left the body, or a twin? Its edges were no way on, and rounding must not make them one.
+  [[nodiscard]] bool is_left_at(V v) const { return left_at_.valid() && mesh_.ancestor[v] == mesh_.ancestor[left_at_]; }
+
   /// The nearest border, from `beyond` (part of the way) on, that the ray from position_ to q crosses inwards.
   bool find_entry(Vec2 q, double& beyond, FacePoint& entry) {
     const Vec2 x = chart_(position_), d = q - x;
     double nearest = 2, last = 0;
     for (const H h : ids<H>(mesh_.half_edge_count())) {
-      if (!mesh_.is_border(h)) continue;
+      if (!mesh_.is_border(h) || is_left_at(mesh_.from(h)) || is_left_at(mesh_.to(h))) continue;
       const Vec2 a = at(h), b = at(CollisionMesh::next(h)), e = b - a;
       const double facing = cross(e, d);
       if (!(facing > 0) || !(orient(a, b, at(CollisionMesh::prev(h))) > 0)) continue;
@@ -220,6 +225,7 @@ class Tracer {
   const CutOptions& options_;
   CutScratch& scratch_;
   double feature_;
+  V left_at_;
   Vec3 position_;  ///< where the ray starts while the path is outside
   Chart chart_{};
   Vec2 entry_start_;

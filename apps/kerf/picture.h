@@ -1,0 +1,67 @@
+// Pictures of bodies without a graphics card: a small rasteriser with soft shadows and solid textures.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kerf/base/vec.h"
+
+namespace kerf::app {
+
+/// How a body looks. Solid textures are evaluated at rest positions, so that they run on into cut surfaces
+/// and move with the body.
+enum class Look {
+  kMeat,       ///< red, marbled, with a cap of fat; on a wooden board
+  kCartilage,  ///< off-white and glossy
+  kSheet,      ///< light blue, matt
+};
+
+struct PictureBody {
+  std::span<const Vec3> positions;  ///< |V|, metres
+  std::span<const Vec3> rest;       ///< |V|, metres
+  std::span<const std::array<std::int32_t, 3>> triangles;
+  std::span<const std::uint8_t> wall;  ///< per triangle, 1: cut surface; empty: none
+  Look look = Look::kSheet;
+};
+
+/// A line drawn over the body where nothing hides it.
+struct PictureLine {
+  Vec3 a, b;
+  Vec3f color;      ///< linear, 0 to 1
+  float width = 1;  ///< pixels
+  float opacity = 1;
+};
+
+struct PictureOptions {
+  int width = 1600, height = 1000;
+  Vec3 direction{-0.45, -0.8, 0.62};  ///< from the body to the eye
+  Vec3 up{0, 0, 1};
+  double field_of_view = 0.5;  ///< radians, vertical
+  double zoom = 1;             ///< 1: the body fills the picture
+  bool ground = true;      ///< something to lie on, at the lowest point of the body, with the body's shadow
+  bool two_sided = false;  ///< light the backs of triangles too (open sheets)
+};
+
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;  ///< 3 width height, sRGB, rows from top to bottom
+};
+
+/// Draws the body; empty bodies give an empty stage. The same input gives the same bytes.
+Picture draw_picture(const PictureBody& body, std::span<const PictureLine> lines,
+                     const PictureOptions& options);
+
+/// Edges of triangles, each once, in one colour.
+std::vector<PictureLine> triangle_edges(std::span<const Vec3> positions,
+                                        std::span<const std::array<std::int32_t, 3>> triangles, Vec3f color,
+                                        float width, float opacity);
+
+/// The twelve edges of every hexahedron (corners numbered in bits: x = c & 1, y = c >> 1 & 1, z = c >> 2), a
+/// colour for each, shrunk a little towards its middle so that copies of one cell can be told apart.
+std::vector<PictureLine> hexahedron_edges(std::span<const Vec3> positions,
+                                          std::span<const std::array<std::int32_t, 8>> hexahedra, float width,
+                                          float opacity);
+
+}  // namespace kerf::app

@@ -1,0 +1,116 @@
+// The program as a person meets it: what it prints and what it tells the shell.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace kerf::app {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Outcome {
+  int status = -1;
+  std::string text;  ///< stdout and stderr
+};
+
+Outcome kerf(const std::string& arguments, const std::string& environment = "") {
+  Outcome out;
+  std::FILE* pipe = popen((environment + " " + KERF_PROGRAM + " " + arguments + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return out;
+  char buffer[4096];
+  for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) out.text.append(buffer, n);
+  const int status = pclose(pipe);
+  if (WIFEXITED(status)) out.status = WEXITSTATUS(status);
+  return out;
+}
+
+class ProgramTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        std::filesystem::temp_directory_path() /
+        ("kerf_program_test_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string in(const std::string& name) const { return (folder_ / name).string(); }
+  std::filesystem::path folder_;
+};
+
+TEST_F(ProgramTest, HelpTeaches) {
+  EXPECT_EQ(kerf("--help").status, 0);
+  EXPECT_EQ(kerf("--version").text.rfind("kerf ", 0), 0u);
+  for (const char* command : {"run", "bind", "make", "info", "cut"}) {
+    const Outcome help = kerf(std::string(command) + " --help");
+    EXPECT_EQ(help.status, 0) << command;
+    EXPECT_THAT(help.text, HasSubstr("Examples:")) << command;
+  }
+}
+
+TEST_F(ProgramTest, BadInputIsStatusTwo) {
+  EXPECT_EQ(kerf("").status, 2);
+  EXPECT_EQ(kerf("rnu steak").status, 2);
+  EXPECT_EQ(kerf("run steak").status, 2);  // no --out
+  EXPECT_EQ(kerf("cut steak --from 0,0 --to 1,0,0 --out " + in("x")).status, 2);
+  EXPECT_EQ(kerf("cut steak --from 0,0,nan --to 1,0,0 --out " + in("x")).status, 2);
+  EXPECT_EQ(kerf("info " + in("none.obj")).status, 2);
+  EXPECT_EQ(kerf("make stek --out " + in("x")).status, 2);
+  const Outcome typo = kerf("run steek --out " + in("x"));
+  EXPECT_EQ(typo.status, 2);
+  EXPECT_THAT(typo.text, HasSubstr("did you mean \"steak\"?"));
+  std::ofstream(in("bad.toml")) << "[body]\nmodel = \"steak\"\n[material]\nyuong = 1\n";
+  const Outcome bad = kerf("run " + in("bad.toml") + " --out " + in("x"));
+  EXPECT_EQ(bad.status, 2);
+  EXPECT_THAT(bad.text,
+              HasSubstr("bad.toml:4: unknown key \"yuong\" in [material]; did you mean \"young\"?"));
+}
+
+TEST_F(ProgramTest, ScenesAreFoundFromAnyFolder) {
+  std::filesystem::create_directories(in("mine"));
+  std::ofstream(in("mine/special.toml")) << "title = \"Mine\"\n[body]\nmodel = \"sheet\"\n";
+  EXPECT_THAT(kerf("info special", "cd / && KERF_SCENES=" + in("nothing") + ":" + in("mine")).text,
+              HasSubstr("Mine"));
+  EXPECT_THAT(kerf("info special", "cd " + in("mine") + " &&").text, HasSubstr("Mine"));
+  EXPECT_EQ(kerf("info steak", "cd / &&").status, 0);
+  EXPECT_THAT(kerf("info --scenes").text, HasSubstr("steak\n"));
+}
+
+TEST_F(ProgramTest, MakeThenInfoThenBind) {
+  const Outcome make = kerf("make steak --out " + in("deep/steak"));
+  ASSERT_EQ(make.status, 0) << make.text;
+  EXPECT_THAT(make.text, HasSubstr("2641 vertices, 5278 triangles (closed)"));
+  const Outcome info = kerf("info " + in("deep/steak/visual.obj"));
+  EXPECT_EQ(info.status, 0);
+  EXPECT_THAT(info.text, HasSubstr("closed, 1 piece, Euler characteristic 2"));
+  EXPECT_EQ(kerf("info " + in("deep/steak/scene.toml")).status, 0);
+  const Outcome bind = kerf("bind " + in("deep/steak/visual.obj") + " --collision " +
+                            in("deep/steak/collision.obj") + " --out " + in("steak.kerf"));
+  ASSERT_EQ(bind.status, 0) << bind.text;
+  const Outcome body = kerf("info " + in("steak.kerf"));
+  EXPECT_EQ(body.status, 0);
+  EXPECT_THAT(body.text, HasSubstr("before re-meshing 2641 and 5278"));
+  // truncated
+  std::filesystem::resize_file(in("steak.kerf"), std::filesystem::file_size(in("steak.kerf")) / 2);
+  EXPECT_EQ(kerf("info " + in("steak.kerf")).status, 2);
+  EXPECT_EQ(kerf("bind " + in("deep/steak/visual.obj") + " --collision " + in("deep/steak/visual.obj") +
+                 " --out " + in("x.kerf"))
+                .status,
+            2);
+  EXPECT_FALSE(std::filesystem::exists(in("x.kerf")));
+}
+
+TEST_F(ProgramTest, AFolderThatCannotBeMade) {
+  std::ofstream(in("file")) << "x";
+  const Outcome out = kerf("make sheet --out " + in("file/below"));
+  EXPECT_EQ(out.status, 2);
+  EXPECT_THAT(out.text, HasSubstr("can't make the folder"));
+}
+
+}  // namespace
+}  // namespace kerf::app

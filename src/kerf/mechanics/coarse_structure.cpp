@@ -39,14 +39,15 @@ std::vector<std::int32_t> lattice_blocks(const MechanicsModel& model, int width)
   return block;
 }
 
-// Stiffness between the rigid motions (about the element's centre, lengths over `length`) of two sets of corners.
-std::array<double, 36> rigid_stiffness(const ElementMatrix& k, Vec3 h, double length, unsigned rows, unsigned columns) {
-  double modes[24][6] = {};
+// Rigid motions of a cell about its centre, lengths over `length`: [dof][motion], w x X.
+using RigidModes = std::array<std::array<double, 8>, 24>;
+
+RigidModes rigid_modes(Vec3 h, double length) {
+  RigidModes modes{};
   for (int c = 0; c < 8; ++c) {
     const double x = corner_sign(c, 0) * h.x / 2 / length, y = corner_sign(c, 1) * h.y / 2 / length,
                  z = corner_sign(c, 2) * h.z / 2 / length;
     for (int a = 0; a < 3; ++a) modes[3 * c + a][a] = 1;
-    // w x X
     modes[3 * c + 0][4] = z;
     modes[3 * c + 0][5] = -y;
     modes[3 * c + 1][3] = -z;
@@ -54,19 +55,29 @@ std::array<double, 36> rigid_stiffness(const ElementMatrix& k, Vec3 h, double le
     modes[3 * c + 2][3] = y;
     modes[3 * c + 2][4] = -x;
   }
+  return modes;
+}
+
+// K times the rigid motions of some corners, [dof][motion].
+RigidModes moved_rigidly(const ElementMatrix& k, const RigidModes& modes, unsigned columns) {
+  RigidModes out{};
+  for (int i = 0; i < 24; ++i)
+    for (int d = 0; d < 8; ++d) {
+      if ((columns >> d & 1u) == 0) continue;
+      for (int j = 3 * d; j < 3 * d + 3; ++j)
+        for (int m = 0; m < 8; ++m) out[i][m] += k[24 * i + j] * modes[j][m];
+    }
+  return out;
+}
+
+// What the rigid motions of some corners feel of that.
+std::array<double, 36> felt(const RigidModes& force, const RigidModes& modes, unsigned rows) {
   std::array<double, 36> out{};
   for (int c = 0; c < 8; ++c) {
     if ((rows >> c & 1u) == 0) continue;
-    for (int i = 3 * c; i < 3 * c + 3; ++i) {
-      double product[6] = {};
-      for (int d = 0; d < 8; ++d) {
-        if ((columns >> d & 1u) == 0) continue;
-        for (int j = 3 * d; j < 3 * d + 3; ++j)
-          for (int m = 0; m < 6; ++m) product[m] += k[24 * i + j] * modes[j][m];
-      }
+    for (int i = 3 * c; i < 3 * c + 3; ++i)
       for (int l = 0; l < 6; ++l)
-        for (int m = 0; m < 6; ++m) out[6 * l + m] += modes[i][l] * product[m];
-    }
+        for (int m = 0; m < 6; ++m) out[6 * l + m] += modes[i][l] * force[i][m];
   }
   return out;
 }
@@ -142,6 +153,7 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
 
   // Full cells of one material that are split alike share their matrices.
   std::map<std::pair<std::int32_t, std::array<unsigned, 8>>, std::int32_t> known;
+  const RigidModes modes = rigid_modes(h, out.length);
   std::vector<ElementMatrix> full;
   for (const WalshHadamardMatrix& k : s.shared) full.push_back(dense(k));
   for (std::size_t b = 0; b < s.batches.size(); ++b)
@@ -170,11 +182,13 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
       crossing.target = add_targets(crossing.parts, crossing.place);
       const auto fresh = [&](const ElementMatrix& k) {
         const auto first = static_cast<std::int32_t>(out.matrices.size());
-        for (int p = 0; p < crossing.parts; ++p)
-          for (int q = p; q < crossing.parts; ++q) {
-            out.matrices.push_back(rigid_stiffness(k, h, out.length, corners[p], corners[q]));
-            if (crossing.antisymmetric) return first;  // one is enough
-          }
+        out.matrices.resize(out.matrices.size() + (crossing.antisymmetric ? 1 : crossing.parts * (crossing.parts + 1) / 2));
+        for (int q = 0; q < crossing.parts; ++q) {
+          const RigidModes force = moved_rigidly(k, modes, corners[q]);
+          for (int p = 0; p <= q; ++p)  // pair (p, q) by rows of the upper triangle
+            out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] = felt(force, modes, corners[p]);
+          if (crossing.antisymmetric) break;  // one is enough
+        }
         return first;
       };
       if (s.batches[b].own < 0) {

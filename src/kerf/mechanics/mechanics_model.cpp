@@ -111,6 +111,16 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element) {
   return {};
 }
 
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses) {
+  KERF_TRY(check_element(id, element));
+  for (double m : masses)
+    if (!std::isfinite(m))
+      return bad_input(fmt::format("element {}: a corner's mass is not finite; check the density", id.value + 1));
+  release_own(id);
+  store_element(id, element, masses);
+  return {};
+}
+
 Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, std::span<const MaterialPoint> points) {
   KERF_TRY(check_element(id, element));
   const Material& material = materials_[element.material];

@@ -82,6 +82,8 @@ class MechanicsModel {
   // --- Elements --------------------------------------------------------------------------------------------------
   /// Adds or replaces element `id` as a full cell; ids may leave gaps. O(1).
   Status set_element(HexId id, const MechanicsElement& element);
+  /// The same with corner masses (kg, >= 0) that are not those of the full cell (it carries absorbed neighbours).
+  Status set_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses);
   /// The same for a partly filled cell: its own matrix by quadrature over the material, its mass from the same
   /// points. About 5 microseconds.
   Status set_element(HexId id, const MechanicsElement& element, std::span<const MaterialPoint> points);

@@ -93,7 +93,8 @@ inline TriangleMesh bent_mesh(TriangleMesh mesh, double radius) {
   return mesh;
 }
 
-/// The cell complex over a collision surface (an oriented manifold with border). Asserts on bad input.
+/// The cell complex over a collision surface (an oriented manifold with border). Asserts on bad input; a closed body's
+/// rim vertices must touch two triangles or more.
 inline CellComplex make_synthetic_complex(const TriangleMesh& surface, const SyntheticOptions& options = {}) {
   using CH = CollisionHalfEdge;
   CellComplex body;

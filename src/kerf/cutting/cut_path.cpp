@@ -69,6 +69,14 @@ Result<Advance> open_edge(CutContext& cut, V tip, V end, Advance::Kind kind) {
   const bool was_on_border = mesh.on_border(end);
   result.on_border = was_on_border;
   if (!mesh.is_border(h)) {
+    if (!was_on_border && !mesh.on_border(tip)) {
+      // A slit of one edge would have both lips between the same two vertices: not a simplicial complex, and whoever
+      // reads the triangles alone would see it closed. So the first edge of a slit is two.
+      const V middle = split_collision_edge(cut, h, 0.5);
+      if (!middle.valid() || !unlink_edge(cut, h)) return cut.error();
+      h = mesh.find_half_edge(middle, end);
+      KERF_ASSERT(h.valid() && !mesh.is_border(h));
+    }
     if (!unlink_edge(cut, h)) return cut.error();
     result.opened = true;
     if (was_on_border) result.kind = Advance::Kind::kRanOut;

@@ -33,7 +33,7 @@ bool make_chains(CutContext& cut, CH h) {
   return true;
 }
 
-/// An open sheet: a slit of one edge between two tips needs a vertex on its lips, or both lips are the same edge.
+/// An open sheet: the slit of one edge that is there for a moment needs a vertex on its lips, or both are the same edge.
 bool add_middle_vertex(CutContext& cut, CH h) {
   CellComplex& body = cut.body;
   CollisionMesh& coarse = body.collision;

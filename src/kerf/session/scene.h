@@ -94,18 +94,19 @@ struct SceneLattice {
   SceneFormulation formulation = SceneFormulation::kIncompatible;
 };
 
-/// How cuts are made. Tolerances are fractions of the mean edge length of the uncut collision mesh.
+/// How cuts are made (CutOptions of cutting/cut_options.h). Tolerances are fractions of the mean edge length
+/// of the uncut collision mesh.
 struct SceneCut {
-  int layers = 3;                  ///< rows of triangles across the thickness of a cut surface
-  double roughness = 0;            ///< metres: how far inner vertices of a cut surface are displaced at most
-  double texture_scale = 1;        ///< texture units per metre on cut surfaces
+  int layers = 2;                  ///< rows of faces across the thickness of a cut surface
+  double roughness = 0;            ///< how far inner vertices of a cut surface stray, part of a row's height
   double minimum_feature = 0.024;  ///< shorter path segments are left out
   double snap = 0.04;              ///< a path point this near to the end of an edge moves to the vertex
   double path_tolerance = 0.06;    ///< how far the cut may be from the blade's true path
 };
 
 enum class ScenePreconditioner {
-  kTwoLevel,     ///< block-Jacobi and rigid-body modes of aggregates
+  kAdaptive,     ///< block-Jacobi, and the rigid-body modes as soon as that takes long
+  kTwoLevel,     ///< block-Jacobi and rigid-body modes of aggregates, always
   kBlockJacobi,  ///< the diagonal blocks alone
   kDirect,       ///< no iterations: a sparse factorisation in every step (small bodies, checks)
 };
@@ -115,8 +116,8 @@ struct SceneSimulation {
   double duration = 1;        ///< s
   Vec3 gravity{0, 0, -9.81};  ///< m/s2
   double tolerance = 0.01;    ///< 1: residual of the linear solver relative to the right-hand side
-  int max_iterations = 500;   ///< of the linear solver in one step
-  ScenePreconditioner preconditioner = ScenePreconditioner::kTwoLevel;
+  int max_iterations = 1000;  ///< of the linear solver in one step
+  ScenePreconditioner preconditioner = ScenePreconditioner::kAdaptive;
   int threads = 0;        ///< 0: as many as there are cores; results don't depend on it
   std::int64_t seed = 1;  ///< of everything random (roughness)
 };

@@ -13,7 +13,7 @@ constexpr SceneRange at_least_one(double max) {
 }
 
 constexpr std::string_view kFormulationWords[] = {"incompatible", "plain"};
-constexpr std::string_view kPreconditionerWords[] = {"two-level", "block-jacobi", "direct"};
+constexpr std::string_view kPreconditionerWords[] = {"adaptive", "two-level", "block-jacobi", "direct"};
 constexpr std::string_view kToolWords[] = {"scalpel", "scissors", "line"};
 constexpr std::string_view kFrameWords[] = {"world", "rest"};
 constexpr std::string_view kMeshWords[] = {"visual", "collision", "hexahedra"};
@@ -180,11 +180,13 @@ std::span<const SceneKey<SceneCut>> scene_keys<SceneCut>() {
   using T = SceneCut;
   static const SceneKey<T> keys[] = {
       {"layers", &T::layers, "", at_least_one(64), false,
-       "Rows of triangles across the thickness of a cut surface."},
-      {"roughness", &T::roughness, "m", kNotNegative, false,
-       "How far the inner vertices of a cut surface are displaced at most."},
-      {"texture_scale", &T::texture_scale, "1/m", kPositive, false,
-       "Texture units per metre on cut surfaces."},
+       "Rows of faces across the thickness of a cut surface."},
+      {"roughness",
+       &T::roughness,
+       "row heights",
+       {0, 0.5, false, false},
+       false,
+       "How far the inner vertices of a cut surface stray sideways, as a part of a row's height."},
       {"minimum_feature",
        &T::minimum_feature,
        "mean edges",
@@ -219,7 +221,9 @@ std::span<const SceneKey<SceneSimulation>> scene_keys<SceneSimulation>() {
       {"max_iterations", &T::max_iterations, "", at_least_one(1e6), false,
        "Most iterations of the linear solver in a step."},
       {"preconditioner", choice<T, &T::preconditioner>(kPreconditionerWords), "", kAny, false,
-       "Of the conjugate gradients; direct factorises the matrix in every step instead."},
+       "Of the conjugate gradients; adaptive takes the cheap one while it does. direct factorises the matrix "
+       "in every step "
+       "instead."},
       {"threads",
        &T::threads,
        "",

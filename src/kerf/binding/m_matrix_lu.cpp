@@ -3,34 +3,91 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 
+#include <algorithm>
+
 namespace kerf {
 namespace {
 
+/// Rows from which nested dissection beats minimum degree (measured on patches of sheets), and where it stops halving.
+constexpr std::size_t kDissect = 600, kLeaf = 8;
+
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+void minimum_degree(const SparseRows& a, std::vector<std::int32_t>& order) {
+  const auto n = static_cast<std::int32_t>(a.diagonal.size());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, std::int32_t> p;
+  Eigen::SparseMatrix<double, Eigen::ColMajor, std::int32_t> pattern(n, n);
+  pattern.reserve(static_cast<Eigen::Index>(a.column.size()));
+  for (std::int32_t j = 0; j < n; ++j) {
+    pattern.startVec(j);
+    for (std::int32_t k = a.first[at(j)]; k < a.first[at(j) + 1]; ++k) pattern.insertBack(a.column[at(k)], j) = 1;
+  }
+  pattern.finalize();
+  Eigen::AMDOrdering<std::int32_t> amd;
+  amd(pattern.selfadjointView<Eigen::Lower>(), p);  // only one triangle is read: the pattern is symmetric
+  order.assign(p.indices().data(), p.indices().data() + n);
+}
+
+/// Halves the rows at the median of their longest direction; rows of the second half next to the first separate them and
+/// come last.
+class NestedDissection {
+ public:
+  NestedDissection(const SparseRows& a, std::span<const Vec3> points, std::vector<std::int32_t>& order)
+      : a_(a), points_(points), order_(order), part_(points.size(), 0) {}
+
+  void run() {
+    order_.resize(points_.size());
+    for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<std::int32_t>(i);
+    order(0, order_.size());
+  }
+
+ private:
+  void order(std::size_t begin, std::size_t end) {
+    while (end - begin > kLeaf) {
+      Box3 box;
+      for (std::size_t i = begin; i < end; ++i) box.add(points_[at(order_[i])]);
+      const Vec3 size = box.size();
+      const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+      const auto less = [&](std::int32_t i, std::int32_t j) {
+        const double x = points_[at(i)][axis], y = points_[at(j)][axis];
+        return x != y ? x < y : i < j;
+      };
+      const std::size_t middle = begin + (end - begin) / 2;
+      const auto first = order_.begin();
+      std::nth_element(first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(middle),
+                       first + static_cast<std::ptrdiff_t>(end), less);
+      ++stamp_;
+      for (std::size_t i = begin; i < middle; ++i) part_[at(order_[i])] = stamp_;
+      const auto apart = [&](std::int32_t row) {
+        for (std::int32_t k = a_.first[at(row)]; k < a_.first[at(row) + 1]; ++k)
+          if (part_[at(a_.column[at(k)])] == stamp_) return false;
+        return true;
+      };
+      const auto separator = std::stable_partition(first + static_cast<std::ptrdiff_t>(middle), first + static_cast<std::ptrdiff_t>(end), apart);
+      order(begin, middle);
+      begin = middle;
+      end = static_cast<std::size_t>(separator - first);
+    }
+  }
+  const SparseRows& a_;
+  std::span<const Vec3> points_;
+  std::vector<std::int32_t>& order_;
+  std::vector<std::int32_t> part_;
+  std::int32_t stamp_ = 0;
+};
 
 }  // namespace
 
-bool MMatrixLu::factor(const SparseRows& a) {
+bool MMatrixLu::factor(const SparseRows& a, std::span<const Vec3> points) {
   const auto n = static_cast<std::int32_t>(a.diagonal.size());
   const std::size_t un = a.diagonal.size();
-  order_.resize(un);
-  std::vector<std::int32_t> rank(un);
-  {
-    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, std::int32_t> p;
-    Eigen::SparseMatrix<double, Eigen::ColMajor, std::int32_t> pattern(n, n);
-    pattern.reserve(static_cast<Eigen::Index>(a.column.size()));
-    for (std::int32_t j = 0; j < n; ++j) {
-      pattern.startVec(j);
-      for (std::int32_t k = a.first[at(j)]; k < a.first[at(j) + 1]; ++k) pattern.insertBack(a.column[at(k)], j) = 1;
-    }
-    pattern.finalize();
-    Eigen::AMDOrdering<std::int32_t> amd;
-    amd(pattern.selfadjointView<Eigen::Lower>(), p);  // only one triangle is read: the pattern is symmetric
-    for (std::int32_t k = 0; k < n; ++k) {
-      order_[at(k)] = p.indices()[k];
-      rank[at(order_[at(k)])] = k;
-    }
+  if (un < kDissect) {
+    minimum_degree(a, order_);
+  } else {
+    NestedDissection(a, points, order_).run();
   }
+  std::vector<std::int32_t> rank(un);
+  for (std::int32_t k = 0; k < n; ++k) rank[at(order_[at(k)])] = k;
 
   // Value of the transposed entry: rows are sorted, so a sweep over rows meets the entries of every column in order.
   std::vector<double> transposed(a.value.size());

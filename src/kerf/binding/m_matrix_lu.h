@@ -1,8 +1,9 @@
 // LU factors of a sparse diagonally dominant M-matrix with symmetric pattern: the systems of the parametrisation (4.1.4).
-// No pivoting is needed; rows are ordered by approximate minimum degree. About twice as fast as a general sparse LU.
+// No pivoting is needed. Rows are ordered by approximate minimum degree, or nested dissection in large systems. About twice as fast as a general sparse LU.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kerf/base/vec.h"
@@ -18,8 +19,10 @@ struct SparseRows {
 
 class MMatrixLu {
  public:
-  /// Returns false if a pivot is not positive (then the matrix is no non-singular M-matrix).
-  bool factor(const SparseRows& a);
+  /// `points`: one per row, near each other where the rows are connected; large systems are ordered by halving space
+  /// (nested dissection), which also keeps the work in cache. Returns false if a pivot is not positive (then the matrix is no
+  /// non-singular M-matrix).
+  bool factor(const SparseRows& a, std::span<const Vec3> points);
   /// Solves for two right-hand sides at once, in place.
   void solve(std::vector<Vec2>& x) const;
 

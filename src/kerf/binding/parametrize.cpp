@@ -33,6 +33,7 @@ struct PatchSystem {
   std::vector<BoundaryPoint> boundary;  ///< ascending by vertex
   std::vector<std::int32_t> inner;      ///< vertices by local index
   SparseRows rows;
+  std::vector<Vec3> points;             ///< of the inner vertices
   std::vector<Vec2> x;
   MMatrixLu lu;
   struct Spoke {
@@ -101,7 +102,9 @@ class Parametrizer {
       }
     if (!p.inner.empty()) {
       assemble(weights, p);
-      if (!p.lu.factor(p.rows)) return false;
+      p.points.clear();
+      for (const std::int32_t v : p.inner) p.points.push_back(w_.at(v));
+      if (!p.lu.factor(p.rows, p.points)) return false;
       p.lu.solve(p.x);
     }
     for (const std::int32_t f : faces) {

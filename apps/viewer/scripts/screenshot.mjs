@@ -8,6 +8,26 @@ mkdirSync(folder, { recursive: true });
 const at = (page, x, y, z = 0.011) => page.evaluate(([a, b, c]) => window.kerf.pickPoint(a, b, c), [x, y, z]);
 const key = async (page, ...keys) => { for (const k of keys) await page.keyboard.press(k); };
 
+/** A cut from the near side, held open. */
+async function openCut(page, scene) {
+  if (scene !== 'steak') { await page.selectOption('#scene', scene); await page.waitForTimeout(300); }
+  await drag(page, [await at(page, 0.005, -0.1), await at(page, 0.012, 0.012)], 2);
+  await page.waitForTimeout(300);
+  await page.evaluate(() => {
+    const mock = window.kerf.app.engine.mock;
+    for (const [x, dx] of [[-0.03, -0.022], [0.045, 0.03]]) {
+      const hold = mock.grasp(mock.intersect([x, -0.045, 1], [0, 0, -1]));
+      hold.target[0] += dx;
+      hold.target[2] += 0.022;
+    }
+    for (let i = 0; i < 300; i++) mock.step(1 / 60);
+    mock.holds = [];
+    window.kerf.app.togglePlay();
+  });
+  await page.mouse.move(...await at(page, 0.012, 0.02, 0.012));
+  await page.waitForTimeout(4000);
+}
+
 const shots = {
   steak: { query: 'quality=full', run: async () => {} },
   cut: { query: 'quality=full', run: async (page) => {
@@ -18,6 +38,9 @@ const shots = {
     await page.mouse.move(...await at(page, -0.05, 0.0));
     await page.waitForTimeout(1200);
   } },
+  open: { query: 'quality=full', run: (page) => openCut(page, 'steak') },
+  openmeniscus: { query: 'quality=full', run: (page) => openCut(page, 'meniscus') },
+  opensheet: { query: 'quality=full', run: (page) => openCut(page, 'sheet') },
   lite: { query: 'quality=lite', run: async (page) => { await drag(page, [await at(page, 0.01, -0.1), await at(page, 0.012, 0.005)]); await page.waitForTimeout(600); } },
   low: { query: 'quality=low', run: async (page) => { await page.waitForTimeout(600); } },
   views: { query: 'quality=full', run: async (page) => { await key(page, 'x', 'o', 'l'); await page.waitForTimeout(500); } },

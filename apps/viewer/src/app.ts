@@ -188,7 +188,8 @@ export class App implements EngineEvents {
     this.overlays.clear();
     this.engine.have(state.body, state.version);
     this.pending = null;
-    const look = info?.look ?? 'steak', same = this.shownScene === (info?.name ?? '') && this.ready;
+    const look = info?.look ?? 'steak';
+    const same = this.shownScene === (info?.name ?? '') && this.ready;
     this.shownScene = info?.name ?? '';
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     this.stage.keepFloorBelow(this.mesh.lowest);
@@ -435,7 +436,6 @@ export class App implements EngineEvents {
           this.ink.add(x.clientX - box.left, x.clientY - box.top);
         }
         this.send(this.stroke.move(list.map((x) => this.sample(x))), e, this.modifiers(e));
-        e.stopPropagation();
       } else if (this.pointers.active === null && (e.buttons === 0 || e.pointerType === 'pen')) {
         this.place(e);
       }

@@ -212,8 +212,8 @@ export class MockEngine extends MessageEngine {
       case CommandCode.Scene:
         this.scene = m.text;
         this.look = m.text;
-        this.reset();
         this.sayHello();
+        this.reset();
         break;
       case CommandCode.Gravity: this.mock.gravity = [x, y, z]; break;
       case CommandCode.Material: this.mock.stiffness = Math.max(0.08, Math.min(0.95, Math.log10(Math.max(10, x)) / 8)); break;

@@ -21,13 +21,13 @@ function scalpel(steel: MeshStandardMaterial, grip: MeshStandardMaterial): Group
   const blade = new Mesh(new ExtrudeGeometry(s, { depth: 0.004, bevelEnabled: true, bevelSize: 0.002, bevelThickness: 0.002, bevelSegments: 1, curveSegments: 10 }), steel);
   blade.position.z = -0.002;
   const h = new Shape();
-  h.moveTo(-0.010, 0.20);
-  h.lineTo(0.044, 0.20);
-  h.bezierCurveTo(0.066, 0.32, 0.050, 0.55, 0.046, 0.98);
-  h.quadraticCurveTo(0.018, 1.02, -0.010, 0.98);
-  h.bezierCurveTo(-0.014, 0.6, -0.026, 0.33, -0.010, 0.20);
-  const handle = new Mesh(new ExtrudeGeometry(h, { depth: 0.016, bevelEnabled: true, bevelSize: 0.006, bevelThickness: 0.008, bevelSegments: 3, curveSegments: 12 }), grip);
-  handle.position.z = -0.008;
+  h.moveTo(-0.004, 0.20);
+  h.lineTo(0.038, 0.20);
+  h.bezierCurveTo(0.050, 0.30, 0.034, 0.55, 0.040, 0.98);
+  h.quadraticCurveTo(0.018, 1.01, -0.004, 0.98);
+  h.bezierCurveTo(0.002, 0.6, -0.012, 0.32, -0.004, 0.20);
+  const handle = new Mesh(new ExtrudeGeometry(h, { depth: 0.010, bevelEnabled: true, bevelSize: 0.005, bevelThickness: 0.006, bevelSegments: 3, curveSegments: 12 }), grip);
+  handle.position.z = -0.005;
   g.add(blade, handle);
   g.rotation.x = Math.PI / 2; // y of the shapes is up
   return wrap(g);

@@ -55,19 +55,19 @@ void kSurface(vec3 r, out vec3 albedo, out float rough, out float height, out fl
   meniscus: /* glsl */ `
 void kSurface(vec3 r, out vec3 albedo, out float rough, out float height, out float glow) {
   vec3 w = texture(uNoise, r / 0.30).rgb - 0.5;
-  vec3 p = r + w * 0.03;
+  vec3 p = r + w * 0.024;
   float angle = atan(p.y - uFibre.y, p.x - uFibre.x), radius = length(p.xy - uFibre.xy);
-  vec3 f = vec3(radius * 5.0, angle * 0.22, p.z * 4.0);
   vec4 a = texture(uNoise, r / 0.19 + 0.3);
-  vec4 fibre = texture(uNoise, f * 2.1);
-  float band = fibre.r * 0.6 + fibre.a * 0.4;
+  vec4 coarse = texture(uNoise, vec3(radius * 9.0, angle * 0.30, p.z * 8.0));
+  vec4 fibre = texture(uNoise, vec3(radius * 26.0, angle * 0.55, p.z * 24.0));
+  float band = smoothstep(0.25, 0.75, 0.55 * coarse.r + 0.45 * fibre.g);
   float outer = smoothstep(0.45, 1.05, radius / uFibre.z);
-  vec3 pale = mix(vec3(0.50, 0.52, 0.51), vec3(0.56, 0.545, 0.49), smoothstep(0.3, 0.7, a.r));
-  vec3 warm = mix(vec3(0.55, 0.46, 0.34), vec3(0.52, 0.36, 0.29), smoothstep(0.52, 0.78, a.g));
-  albedo = mix(pale, warm, 0.75 * outer * (0.6 + 0.8 * (a.b - 0.3)));
-  albedo *= 0.86 + 0.26 * band;
-  rough = 0.30 + 0.22 * (1.0 - band);
-  height = 0.00075 * band + 0.0006 * a.g;
+  vec3 pearl = mix(vec3(0.315, 0.335, 0.330), vec3(0.395, 0.380, 0.320), smoothstep(0.35, 0.65, a.r));
+  vec3 warm = mix(vec3(0.400, 0.315, 0.205), vec3(0.360, 0.190, 0.145), smoothstep(0.50, 0.72, a.g));
+  albedo = mix(pearl, warm, clamp(0.9 * outer * (0.5 + 1.6 * (a.b - 0.35)), 0.0, 0.85));
+  albedo *= 0.74 + 0.46 * band;
+  rough = 0.24 + 0.26 * (1.0 - band);
+  height = 0.0010 * band + 0.0008 * a.g;
   glow = 0.20;
 }`,
   sheet: /* glsl */ `

@@ -60,18 +60,18 @@ export class Overlays {
       patchSkinning(m, body.cells.uniforms, [], `overlay-${m.type}-${amount}`, nearer(amount));
       return m;
     };
-    const line = (color: number, amount: number, opacity = 1): LineBasicMaterial =>
-      skinned(new LineBasicMaterial({ color, transparent: opacity < 1, opacity, toneMapped: false }), amount);
+    const line = (color: number, amount: number, depthTest = true): LineBasicMaterial =>
+      skinned(new LineBasicMaterial({ color, transparent: true, toneMapped: false, depthTest }), amount);
     this.wire = new LineSegments(new BufferGeometry(), line(0x101418, 0.0003));
-    this.collisionLines = new LineSegments(new BufferGeometry(), line(0xff7a00, 0.0012));
+    this.collisionLines = new LineSegments(new BufferGeometry(), line(0xff7a00, 0.0012, false));
     this.collisionFaces = new Mesh(new BufferGeometry(), skinned(new MeshBasicMaterial({
-      color: 0xff9a30, transparent: true, opacity: 0.22, side: DoubleSide, depthWrite: false, toneMapped: false,
+      color: 0xff9a30, transparent: true, opacity: 0.22, side: DoubleSide, depthWrite: false, depthTest: false, toneMapped: false,
     }), 0.0006));
     this.boundLines = new LineSegments(new BufferGeometry(), line(0xf01818, 0.0009));
     this.boundPoints = new Points(new BufferGeometry(), skinned(new PointsMaterial({
       color: 0xf01818, size: 5, sizeAttenuation: false, toneMapped: false,
     }), 0.0010));
-    this.links = new LineSegments(new BufferGeometry(), line(0x2a62ff, 0.0009));
+    this.links = new LineSegments(new BufferGeometry(), line(0x2a62ff, 0.0009, false));
     const box = new BoxGeometry(1, 1, 1), instanced = (g: BufferGeometry): InstancedBufferGeometry => {
       const i = new InstancedBufferGeometry();
       i.index = g.index;
@@ -83,7 +83,7 @@ export class Overlays {
       transparent: true, opacity: 0.24, side: DoubleSide, depthWrite: false, toneMapped: false,
     }), body, 1));
     this.hexEdges = new LineSegments(instanced(new EdgesGeometry(box)), hexMaterial(new LineBasicMaterial({
-      toneMapped: false, transparent: true, opacity: 0.9,
+      toneMapped: false, transparent: true, opacity: 0.85, depthTest: false,
     }), body, 0.75));
     const all = [this.wire, this.collisionLines, this.collisionFaces, this.boundLines, this.boundPoints, this.links, this.hexFaces, this.hexEdges];
     for (const o of all) {
@@ -92,6 +92,9 @@ export class Overlays {
       o.renderOrder = 2;
       this.group.add(o);
     }
+    // What lies inside the body is drawn over it: faces, then edges, then links.
+    this.collisionLines.renderOrder = this.hexEdges.renderOrder = 3;
+    this.links.renderOrder = 4;
   }
 
   /** Whether a toggle is on that needs the engine's Overlay message. */

@@ -38,9 +38,8 @@ export class Stage {
   readonly controls: OrbitControls;
   readonly software: boolean;
   size = 0.26;
-  floorShift = 0;
-  private readonly sun = new DirectionalLight(0xfff1e0, 3.1);
-  private readonly fill = new DirectionalLight(0xcfe0ff, 0.55);
+  private readonly sun = new DirectionalLight(0xfff0dd, 2.55);
+  private readonly fill = new DirectionalLight(0xcfe0ff, 0.45);
   private readonly sky = new HemisphereLight(0xf2f5ff, 0x6b5a4c, 0.9);
   private environment: Texture | null = null;
   private readonly board = new Mesh();
@@ -50,6 +49,7 @@ export class Stage {
   private dark = false;
   private floor = 0;
   private floorGoal = 0;
+  private floorLimit = 0;
   private look: Look = 'steak';
   private home = { position: new Vector3(), target: new Vector3() };
 
@@ -113,7 +113,7 @@ export class Stage {
     }
     this.scene.environment = level === 'lite' ? null : this.environment;
     this.scene.environmentRotation.set(Math.PI / 2, 0, 0.6);
-    this.scene.environmentIntensity = 0.55;
+    this.scene.environmentIntensity = 0.42;
     this.sky.intensity = level === 'lite' ? 1.9 : 0.25;
     this.fill.visible = level === 'full';
     this.buildGround();
@@ -128,7 +128,7 @@ export class Stage {
     const d = this.size, lite = this.level === 'lite';
     this.board.geometry = new RoundedBoxGeometry(2.0 * d, 1.42 * d, 0.11 * d, 4, 0.05 * d);
     this.ground.geometry = new CircleGeometry(12 * d, 48);
-    const material = lite ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.52, metalness: 0 });
+    const material = lite ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
     this.wood.uScale.value = 0.26 / d;
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.wood);
@@ -153,6 +153,7 @@ export class Stage {
     this.look = look;
     this.centre.copy(centre);
     this.floor = this.floorGoal = lo.z - 0.07 * d;
+    this.floorLimit = this.floor - 0.55 * d;
     this.camera.near = 0.02 * d;
     this.camera.far = 30 * d;
     this.controls.minDistance = 0.15 * d;
@@ -206,9 +207,9 @@ export class Stage {
     this.controls.update();
   }
 
-  /** The ground stays below the body, which may hang: it gives way and does not come back. */
+  /** The ground stays below the body, which may hang: it gives way and does not come back. A piece that falls has no ground. */
   keepFloorBelow(lowest: number): void {
-    this.floorGoal = Math.min(this.floorGoal, lowest - 0.03 * this.size);
+    this.floorGoal = Math.max(this.floorLimit, Math.min(this.floorGoal, lowest - 0.03 * this.size));
   }
 
   /** Moves what moves by itself; true while it does. */

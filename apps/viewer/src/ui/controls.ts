@@ -275,7 +275,7 @@ export function bindControls(app: App): void {
       showRole();
     },
     progress() {
-      setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : 'idle');
+      setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : '0');
       if (!panel.hidden) {
         const l = app.latency.summary();
         setText('l-am', short(l.appliedMedian)); setText('l-a9', short(l.applied99));

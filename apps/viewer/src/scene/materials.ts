@@ -56,10 +56,11 @@ void kSurface(vec3 r, out vec3 albedo, out float rough, out float height, out fl
 void kSurface(vec3 r, out vec3 albedo, out float rough, out float height, out float glow) {
   vec3 w = texture(uNoise, r / 0.30).rgb - 0.5;
   vec3 p = r + w * 0.024;
+  // Whole turns are whole tiles of the noise: no seam.
   float angle = atan(p.y - uFibre.y, p.x - uFibre.x), radius = length(p.xy - uFibre.xy);
   vec4 a = texture(uNoise, r / 0.19 + 0.3);
-  vec4 coarse = texture(uNoise, vec3(radius * 9.0, angle * 0.30, p.z * 8.0));
-  vec4 fibre = texture(uNoise, vec3(radius * 26.0, angle * 0.55, p.z * 24.0));
+  vec4 coarse = texture(uNoise, vec3(radius * 9.0, angle * 0.318310, p.z * 8.0));
+  vec4 fibre = texture(uNoise, vec3(radius * 26.0, angle * 0.636620, p.z * 24.0));
   float band = smoothstep(0.25, 0.75, 0.55 * coarse.r + 0.45 * fibre.g);
   float outer = smoothstep(0.45, 1.05, radius / uFibre.z);
   vec3 pearl = mix(vec3(0.315, 0.335, 0.330), vec3(0.395, 0.380, 0.320), smoothstep(0.35, 0.65, a.r));

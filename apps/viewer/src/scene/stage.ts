@@ -97,6 +97,7 @@ export class Stage {
 
   setQuality(level: QualityLevel, pixelRatio: number): void {
     this.level = level;
+    this.controls.enableDamping = level !== 'lite'; // it is counted in frames: sluggish where frames are few
     this.renderer.setPixelRatio(pixelRatio);
     const shadow = this.sun.shadow, size = level === 'full' ? 2048 : level === 'low' ? 1024 : 512;
     if (shadow.mapSize.x !== size) {

@@ -49,19 +49,35 @@ inline void rotate(const Lanes (&r)[3][3], Lanes (&u)[3]) {
   for (int a = 0; a < 3; ++a) u[a] = r[a][0] * x + r[a][1] * y + r[a][2] * z;
 }
 
-// f = K u for four packed matrices side by side.
+// f = K u for four packed matrices side by side. Three rows, those of a corner, at a time: each number of K is read once
+// and the sums of the columns are touched once for three rows.
 inline void apply_own(const double* k, const Lanes (&u)[8][3], Lanes (&f)[8][3]) {
   for (int i = 0; i < 24; ++i) f[i / 3][i % 3] = all_lanes(0);
-  for (int i = 0; i < 24; ++i) {
-    const Lanes ui = u[i / 3][i % 3];
-    Lanes sum = f[i / 3][i % 3] + load_lanes(k) * ui;
-    k += kLanes;
-    for (int j = i + 1; j < 24; ++j, k += kLanes) {
-      const Lanes kij = load_lanes(k);
-      sum += kij * u[j / 3][j % 3];
-      f[j / 3][j % 3] += kij * ui;
-    }
-    f[i / 3][i % 3] = sum;
+  for (int c = 0; c < 8; ++c) {
+    const int length = 24 - 3 * c;  // of the first of the three rows
+    const double* k0 = k;
+    const double* k1 = k0 + kLanes * length;
+    const double* k2 = k1 + kLanes * (length - 1);
+    k = k2 + kLanes * (length - 2);
+    const Lanes u0 = u[c][0], u1 = u[c][1], u2 = u[c][2];
+    const Lanes k01 = load_lanes(k0 + kLanes), k02 = load_lanes(k0 + 2 * kLanes), k12 = load_lanes(k1 + kLanes);
+    Lanes s0 = f[c][0] + load_lanes(k0) * u0 + k01 * u1 + k02 * u2;
+    Lanes s1 = f[c][1] + k01 * u0 + load_lanes(k1) * u1 + k12 * u2;
+    Lanes s2 = f[c][2] + k02 * u0 + k12 * u1 + load_lanes(k2) * u2;
+    k0 += 3 * kLanes;
+    k1 += 2 * kLanes;
+    k2 += kLanes;
+    for (int d = c + 1; d < 8; ++d)
+      for (int a = 0; a < 3; ++a, k0 += kLanes, k1 += kLanes, k2 += kLanes) {
+        const Lanes a0 = load_lanes(k0), a1 = load_lanes(k1), a2 = load_lanes(k2), v = u[d][a];
+        s0 += a0 * v;
+        s1 += a1 * v;
+        s2 += a2 * v;
+        f[d][a] += a0 * u0 + a1 * u1 + a2 * u2;
+      }
+    f[c][0] = s0;
+    f[c][1] = s1;
+    f[c][2] = s2;
   }
 }
 

@@ -1,4 +1,4 @@
-// Pictures of the page with the mock engine:  node scripts/screenshot.mjs FOLDER [name...]
+// Pictures of the page with the mock engine, or of the server at KERF_URL:  node scripts/screenshot.mjs FOLDER [name...]
 import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { drag, ready, withPage } from './page.mjs';
@@ -60,13 +60,31 @@ const shots = {
   panellight: { query: 'quality=low&panel', run: async (page) => { await page.waitForTimeout(1500); } },
   help: { query: 'quality=lite', run: async (page) => { await key(page, '?'); await page.waitForTimeout(300); } },
   phone: { query: 'quality=lite', viewport: { width: 390, height: 780 }, touch: true, scale: 2, run: async (page) => { await page.waitForTimeout(500); } },
+  landscape: { query: 'quality=lite', viewport: { width: 780, height: 360 }, run: async (page) => { await page.waitForTimeout(500); } },
+  dark: { query: 'quality=full', dark: true, run: (page) => openCut(page, 'steak') },
+  hex: { query: 'quality=full', run: async (page) => { await openCut(page, 'steak'); await key(page, 'x'); await page.waitForTimeout(1500); } },
+  files: { query: 'quality=lite&panel', dark: true, run: async (page) => {
+    await page.locator('#panel summary', { hasText: 'Files' }).click();
+    await page.locator('#panel summary', { hasText: 'Material' }).click();
+    await page.setInputFiles('#files', [{ name: 'knee.obj', mimeType: 'text/plain', buffer: Buffer.from('v 0 0 0 '.repeat(9)) }, { name: 'knee-collision.obj', mimeType: 'text/plain', buffer: Buffer.from('v 0 0 0') }]);
+    await page.waitForTimeout(500);
+  } },
+  stroke: { query: 'quality=lite', run: async (page) => {
+    await key(page, '3');
+    const a = await at(page, -0.03, 0.01);
+    await page.mouse.move(...a);
+    await page.mouse.down();
+    for (let i = 1; i < 20; i++) await page.mouse.move(...await at(page, -0.03 + 0.03 * Math.sin(i / 4), 0.01 - 0.03 * (1 - Math.cos(i / 4))));
+    await page.waitForTimeout(600);
+  } },
+  lost: { query: 'quality=lite', run: async (page) => { await page.evaluate(() => { const e = window.kerf.app.engine; e.stop(); e.events.state('lost'); }); await page.waitForTimeout(300); } },
   phonepanel: { query: 'quality=lite&panel', viewport: { width: 390, height: 780 }, dark: true, touch: true, scale: 2, run: async (page) => { await page.waitForTimeout(500); } },
 };
 
 for (const [name, shot] of Object.entries(shots)) {
   if (only.length > 0 && !only.includes(name)) continue;
-  await withPage(shot, async (page, url) => {
-    await page.goto(`${url}?engine=mock&${shot.query}`);
+  await withPage({ ...shot, url: process.env.KERF_URL }, async (page, url) => {
+    await page.goto(process.env.KERF_URL ? `${url}?${shot.query}` : `${url}?engine=mock&${shot.query}`);
     await ready(page);
     await shot.run(page);
     const file = join(folder, `${name}.png`);

@@ -75,7 +75,7 @@ export class App implements EngineEvents {
   readonly ink: Ink;
   readonly latency = new LatencyMeter();
   readonly pointers = new PointerMap();
-  readonly stepSeries = new Series(5);  // time, step median, step 99 %, mechanics, fps
+  readonly stepSeries = new Series(5);  // seconds of the page's clock, step median, step 99 %, mechanics, fps
   readonly cutSeries = new Series(5);   // number, binding, embedding, surface, total
   readonly countSeries = new Series(7); // cut number, six counts
   listener: AppListener | null = null;
@@ -270,7 +270,7 @@ export class App implements EngineEvents {
     this.lastStats = stats;
     this.counts = stats.counts;
     this.pieces = stats.pieces;
-    this.stepSeries.push(this.time, stats.stepMs, stats.stepMs99, stats.mechanicsMs, this.fps);
+    this.stepSeries.push(performance.now() / 1000, stats.stepMs, stats.stepMs99, stats.mechanicsMs, this.fps);
     if (this.countSeries.length === 0) this.pushCounts(stats.counts);
     this.listener?.stats(stats);
   }
@@ -459,7 +459,8 @@ export class App implements EngineEvents {
     document.addEventListener('visibilitychange', () => { if (document.hidden) this.cancelStroke(true); });
     this.stage.controls.addEventListener('change', () => this.touch(false));
     c.addEventListener('webglcontextlost', (e) => e.preventDefault());
-    c.addEventListener('webglcontextrestored', () => { this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state!), this.look, true); this.touch(true); });
+    c.addEventListener('webglcontextrestored', () => { if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
+      this.touch(true); });
   }
 
   private place(e: PointerEvent): void {

@@ -134,7 +134,18 @@ export function bindControls(app: App): void {
   select('quality').onchange = () => app.setQuality(select('quality').value as QualityLevel | 'auto');
   button('latency-clear').onclick = () => app.latency.reset();
 
-  // Material and gravity: sent when a slider comes to rest, shown while it moves.
+  // Material and gravity: sent while a slider moves, but not oftener than the engine can follow.
+  const throttled = (run: () => void, ms: number): (() => void) => {
+    let timer = 0, again = false;
+    return () => {
+      if (timer !== 0) { again = true; return; }
+      run();
+      timer = window.setTimeout(function next() {
+        timer = 0;
+        if (again) { again = false; run(); timer = window.setTimeout(next, ms); }
+      }, ms);
+    };
+  };
   const slider = (id: string, show: (x: number) => string): void => {
     input(id).addEventListener('input', () => setText(`${id}-out`, show(Number(input(id).value))));
   };
@@ -143,9 +154,10 @@ export function bindControls(app: App): void {
   slider('poisson', (x) => x.toFixed(2));
   slider('density', (x) => `${x} kg/m³`);
   slider('gravity', (x) => `${x.toFixed(1)} m/s²`);
-  const sendMaterial = (): void =>
-    command(CommandCode.Material, [10 ** Number(input('young').value), Number(input('poisson').value), Number(input('density').value)]);
-  for (const id of ['young', 'poisson', 'density']) input(id).addEventListener('change', sendMaterial);
+  const sendMaterial = throttled(() =>
+    command(CommandCode.Material, [10 ** Number(input('young').value), Number(input('poisson').value), Number(input('density').value)]), 120);
+  // Scripts that follow the engine's values dispatch untrusted events, which are not sent back.
+  for (const id of ['young', 'poisson', 'density']) input(id).addEventListener('input', (e) => { if (e.isTrusted) sendMaterial(); });
   let lastGravity = 9.81;
   const setGravity = (g: number): void => {
     input('gravity').value = String(g);
@@ -153,7 +165,8 @@ export function bindControls(app: App): void {
     const [x, y] = app.info?.gravity ?? [0, 0, 0];
     command(CommandCode.Gravity, [x, y, -g]);
   };
-  input('gravity').addEventListener('change', () => setGravity(Number(input('gravity').value)));
+  const sendGravity = throttled(() => setGravity(Number(input('gravity').value)), 120);
+  input('gravity').addEventListener('input', (e) => { if (e.isTrusted) sendGravity(); });
   const toggleGravity = (): void => {
     const now = Number(input('gravity').value);
     if (now !== 0) { lastGravity = now; setGravity(0); } else setGravity(lastGravity);
@@ -189,7 +202,7 @@ export function bindControls(app: App): void {
     const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
     byId('banner').hidden = !lost;
     if (lost) setText('banner', 'The connection is lost. Tools are paused; the page connects again by itself.');
-    for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
+    for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record', 'young', 'poisson', 'density', 'gravity', 'fix-rim', 'fix-none', 'open-files']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
     showPlay();
   };
   const showPlay = (): void => {

@@ -1,11 +1,92 @@
 #include "command_cut.h"
 
+#include <fmt/format.h>
+
 #include "exit_status.h"
+#include "kerf/cutting/rest_cut.h"
+#include "kerf/mesh/models.h"
+#include "kerf/mesh/whole_file.h"
+#include "kerf/session/run_outputs.h"
+#include "kerf/session/run_report.h"
+#include "folder.h"
+#include "progress_bar.h"
 
 namespace kerf::app {
+namespace {
 
-int cut_body(const CutOptions&) {
-  return report(failed("cut: not built yet"));
+/// What the person named: a model, a saved body, or a mesh file.
+SceneBody body_named(const CutOptions& options) {
+  SceneBody body;
+  const std::filesystem::path path(options.body);
+  if (!std::filesystem::exists(path))
+    for (const ModelName& model : model_names())
+      if (model.name == options.body) body.model = options.body;
+  if (body.model.empty()) {
+    if (path.extension() == ".kerf") body.bound = options.body;
+    else body.visual = options.body;
+  }
+  body.collision = options.collision.string();
+  body.thickness = options.thickness;
+  return body;
+}
+
+}  // namespace
+
+int cut_body(const CutOptions& options) {
+  if (!(norm(options.to - options.from) > 0))
+    return report(bad_input("cut: --from and --to are the same point; a cut needs some length"));
+  if (options.along && !(norm(cross(*options.along, options.to - options.from)) > 0))
+    return report(bad_input("cut: --along has no length or points along the cut itself; the blade's edge must cross its path"));
+  Scene scene;
+  scene.name = std::filesystem::path(options.body).stem().string();
+  scene.title = "one cut of " + options.body;
+  scene.body = body_named(options);
+  scene.simulation.gravity = {};
+  if (const Status made = make_folder(options.out); !made) return report(made.error());
+  Result<Session> session = [&] {
+    ProgressBar bar;
+    return Session::create(scene, bar.callback());
+  }();
+  if (!session.ok()) return report(session.error());
+  for (const std::string& note : session->notes()) fmt::print("note: {}\n", note);
+
+  RunLog log;
+  log.counts_before = session->counts();
+  Box3 box;
+  for (const Vec3 p : session->collision_positions()) box.add(p);
+  // Default: the blade stands on the surface where the cut begins.
+  Vec3 edge = options.along.value_or(Vec3{});
+  if (!options.along) {
+    double distance = 0;
+    const CollisionMesh& mesh = session->body().complex.collision;
+    const FacePoint start = nearest_rest_point(session->body().complex, options.from, distance);
+    const CollisionHalfEdge h = CollisionMesh::corner(start.face, 0);
+    const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)], c = mesh.rest[mesh.apex(h)];
+    edge = cross(b - a, c - a);
+    const Vec3 path = normalized(options.to - options.from);
+    edge = edge - dot(edge, path) * path;
+    if (!(norm(edge) > 0)) return report(bad_input("cut: the cut runs along the surface's normal; give --along X,Y,Z"));
+  }
+  edge = (2 * box.diagonal() + norm(options.from - box.center()) + norm(options.to - box.center())) * normalized(edge);
+  Status done = session->begin_stroke(SceneFrame::kRest, false);
+  if (done) done = session->move_blade(options.from + edge, options.from - edge);
+  if (done) done = session->move_blade(options.to + edge, options.to - edge);
+  if (done) done = session->end_stroke();
+  if (!done) return report(done.error());
+
+  const Status valid = session->validate();
+  log.checks.push_back({0, "cut", valid ? "" : valid.error().message});
+  if (const Status w = write_final_meshes(*session, {"visual", "collision", "hexahedra"}, options.out); !w)
+    return report(w.error());
+  if (const Status w = replace_file((options.out / "report.json").string(), run_report_json(*session, log)); !w)
+    return report(w.error());
+  const StrokeRecord& stroke = session->strokes().back();
+  const BodyCounts now = session->counts();
+  if (stroke.triangles == 0) fmt::print("the blade met nothing between the two points\n");
+  fmt::print("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles,
+             1e3 * stroke.times.total, now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
+  if (!valid) return report(valid.error());
+  return kSuccess;
 }
 
 }  // namespace kerf::app

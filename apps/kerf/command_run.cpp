@@ -1,10 +1,128 @@
 #include "command_run.h"
 
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
 #include "exit_status.h"
+#include "kerf/base/parallel.h"
+#include "kerf/mesh/whole_file.h"
+#include "kerf/session/run_outputs.h"
+#include "kerf/session/run_report.h"
 #include "kerf/session/scene_file.h"
+#include "folder.h"
+#include "progress_bar.h"
 #include "scene_search.h"
+#include "session_picture.h"
 
 namespace kerf::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// A run in progress: the session, what it has collected, and where it goes.
+class Run {
+ public:
+  Run(const Scene& scene, Session session, const RunOptions& options)
+      : scene_(scene), session_(std::move(session)), options_(options), animation_(scene) {
+    log_.counts_before = session_.counts();
+  }
+  RunLog& log() { return log_; }
+
+  Status simulate() {
+    ProgressBar bar(options_.quiet);
+    const Progress progress = bar.callback();
+    const auto steps = static_cast<std::int64_t>(std::llround(scene_.simulation.duration / scene_.simulation.time_step));
+    const bool frames = scene_.output.animation || scene_.output.positions;
+    const double interval = 1 / scene_.output.frames_per_second;
+    std::int64_t next_frame = 1;
+    std::size_t finished = 0;
+    check("start");
+    if (frames) KERF_TRY(add_frame());
+    for (std::int64_t i = 0; i < steps; ++i) {
+      auto step = session_.step();
+      if (!step) return step.error();
+      const StepReport& m = step->mechanics;
+      log_.steps.push_back({session_.time(), step->seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit,
+                            m.inverted_elements, m.kinetic_energy});
+      const auto& strokes = session_.strokes();
+      while (finished < strokes.size() && strokes[finished].finished) check(fmt::format("stroke {}", ++finished));
+      if (frames && session_.time() >= static_cast<double>(next_frame) * interval - 0.5 * scene_.simulation.time_step) {
+        KERF_TRY(add_frame());
+        next_frame = static_cast<std::int64_t>(std::floor(session_.time() / interval + 1e-9)) + 1;
+      }
+      if (scene_.output.picture && !pictured_ && scene_.output.picture_at && session_.time() >= *scene_.output.picture_at)
+        KERF_TRY(picture());
+      if (progress) progress("simulating", static_cast<double>(i + 1) / static_cast<double>(steps));
+    }
+    check("end");
+    return {};
+  }
+
+  /// Writes everything there is, of a run that was broken off too.
+  Status write() {
+    KERF_TRY(write_final_meshes(session_, scene_.output.meshes, options_.out));
+    if (scene_.output.animation && animation_.frame_count() > 0) KERF_TRY(animation_.write(options_.out / "body.glb"));
+    if (scene_.output.picture && !pictured_) KERF_TRY(picture());
+    return replace_file((options_.out / "report.json").string(), run_report_json(session_, log_));
+  }
+
+  void summary() const {
+    if (options_.quiet) return;
+    const BodyCounts now = session_.counts();
+    std::vector<double> milliseconds;
+    for (const RunLog::Step& s : log_.steps) milliseconds.push_back(1e3 * s.seconds);
+    const Quantiles q = quantiles(milliseconds);
+    fmt::print("{}: {} steps of {} ms, median {:.3f} ms, 99th percentile {:.3f} ms\n", scene_.name, log_.steps.size(),
+               1e3 * scene_.simulation.time_step, q.median, q.p99);
+    for (std::size_t i = 0; i < session_.strokes().size(); ++i) {
+      const StrokeRecord& s = session_.strokes()[i];
+      fmt::print("  cut {}: {} collision triangles in {:.2f} ms{}\n", i + 1, s.triangles, 1e3 * s.times.total,
+                 s.refused > 0 ? fmt::format(", {} steps refused", s.refused) : "");
+    }
+    fmt::print("  {} pieces; visual {}/{}, collision {}/{} vertices/triangles, {} nodes, {} hexahedra\n", now.pieces,
+               now.visual_vertices, now.visual_triangles, now.collision_vertices, now.collision_triangles, now.nodes,
+               now.hexahedra);
+    for (const RunLog::Check& c : log_.checks)
+      if (!c.problem.empty()) fmt::print("  invariant broken ({}, {} s): {}\n", c.what, c.time, c.problem);
+    fmt::print("  results: {}\n", options_.out.string());
+  }
+  [[nodiscard]] bool invariants_hold() const {
+    for (const RunLog::Check& c : log_.checks)
+      if (!c.problem.empty()) return false;
+    return true;
+  }
+
+ private:
+  void check(const std::string& what) {
+    const Status valid = session_.validate();
+    log_.checks.push_back({session_.time(), what, valid ? "" : valid.error().message});
+  }
+  Status add_frame() {
+    if (scene_.output.animation) KERF_TRY(animation_.add_frame(session_));
+    if (scene_.output.positions) {
+      if (!series_) series_.emplace((options_.out / "positions.pvd").string());
+      KERF_TRY(series_->add(session_.time(), hexahedra_vtu(session_)));
+    }
+    return {};
+  }
+  Status picture() {
+    pictured_ = true;
+    return write_picture(session_, scene_, options_.out / "picture.png");
+  }
+
+  const Scene& scene_;
+  Session session_;
+  const RunOptions& options_;
+  RunLog log_;
+  Animation animation_;
+  std::optional<VtuSeries> series_;
+  bool pictured_ = false;
+};
+
+}  // namespace
 
 int run_scene(const RunOptions& options) {
   const Result<std::filesystem::path> path = find_scene(options.scene);
@@ -13,7 +131,27 @@ int run_scene(const RunOptions& options) {
   if (!scene.ok()) return report(scene.error());
   if (options.duration) scene->simulation.duration = *options.duration;
   if (options.threads) scene->simulation.threads = *options.threads;
-  return report(failed("run: the scene is valid, but simulating it is not built yet"));
+  if (const Status made = make_folder(options.out); !made) return report(made.error());
+
+  std::optional<ThreadLimit> limit;
+  if (scene->simulation.threads > 0) limit.emplace(scene->simulation.threads);
+  const auto start = Clock::now();
+  Result<Session> session = [&] {
+    ProgressBar bar(options.quiet);
+    return Session::create(*scene, bar.callback());
+  }();
+  if (!session.ok()) return report(session.error());
+  if (!options.quiet)
+    for (const std::string& note : session->notes()) fmt::print("note: {}\n", note);
+
+  Run run(*scene, std::move(session).value(), options);
+  run.log().prepare_seconds = seconds_since(start);
+  const Status simulated = run.simulate();
+  const Status written = run.write();
+  run.summary();
+  if (!simulated) return report(simulated.error());
+  if (!written) return report(written.error());
+  return run.invariants_hold() ? kSuccess : kRunFailed;
 }
 
 }  // namespace kerf::app

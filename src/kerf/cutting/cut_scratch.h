@@ -20,6 +20,8 @@ struct VertexBirth {
 struct CutScratch {
   std::vector<VertexBirth> births;  ///< by rising vertex; those of vertices that were rolled back are dropped lazily
 
+  double wall_seconds = 0;          ///< time spent on walls; the caller sets it back
+
   std::vector<VisualVertex> path;
   std::vector<VisualVertex> chain[2], chain_right[2];
   std::vector<double> parameter[2];

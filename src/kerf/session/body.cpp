@@ -1,0 +1,66 @@
+#include "kerf/session/body.h"
+
+#include <array>
+
+#include "kerf/cutting/pieces.h"
+
+namespace kerf {
+namespace {
+
+// Member by member where a type has padding: its bytes mean nothing.
+template <class T>
+void add(Hash& hash, const T& item) {
+  hash.add(item);
+}
+void add(Hash& hash, const PoolRun& r) {
+  hash.add(std::array<std::int32_t, 3>{r.first, r.count, r.reversed ? 1 : 0});
+}
+void add(Hash& hash, const std::array<PoolRun, 2>& runs) {
+  for (const PoolRun& r : runs) add(hash, r);
+}
+void add(Hash& hash, const HexMaterial& m) {
+  hash.add(std::array<double, 4>{m.fill, m.volume, m.mass_volume, m.full ? 1.0 : 0.0});
+}
+void add(Hash& hash, const Piece& p) {
+  hash.add(std::array<std::int32_t, 5>{p.cell.value, p.copy.value, p.tip.value, p.side, p.has_moments ? 1 : 0});
+  hash.add(p.volume);
+}
+void add(Hash& hash, const PrismCorners& c) {
+  hash.add(c.minus);
+  hash.add(c.plus);
+  hash.add(c.root);
+}
+void add(Hash& hash, const TipCell& t) {
+  hash.add(std::array<std::int32_t, 7>{t.vertex.value, t.cell.value, t.next_of_vertex.value, t.next_in_cell.value,
+                                       t.active ? 1 : 0, t.left.value, t.right.value});
+  hash.add(t.passed);
+  hash.add(t.point);
+  hash.add(t.normal);
+  hash.add(t.along);
+}
+
+}  // namespace
+
+std::uint64_t body_hash(const Body& body) {
+  Hash hash;
+  Body& arrays = const_cast<Body&>(body);  // for_each_array hands out references; none is written to
+  arrays.for_each_array([&](const auto& a) {
+    hash.add(a.size());
+    for (const auto& item : a.raw()) add(hash, item);
+  });
+  return hash.value();
+}
+
+BodyCounts count_body(const Body& body) {
+  BodyCounts c;
+  c.visual_vertices = body.complex.visual.vertex_count();
+  c.visual_triangles = body.complex.visual.face_count();
+  c.collision_vertices = body.complex.collision.vertex_count();
+  c.collision_triangles = body.complex.collision.face_count();
+  c.nodes = count_active_nodes(body.hex);
+  c.hexahedra = count_alive(body.hex);
+  c.pieces = collision_pieces(body.complex).count;
+  return c;
+}
+
+}  // namespace kerf

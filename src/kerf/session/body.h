@@ -1,0 +1,42 @@
+// A body at run time: the three meshes and what ties them together, in one journal.
+#pragma once
+
+#include "kerf/base/hash.h"
+#include "kerf/binding/cell_complex.h"
+#include "kerf/embedding/embedding.h"
+#include "kerf/lattice/hex_mesh.h"
+#include "kerf/session/render_surface.h"
+
+namespace kerf {
+
+/// Everything a cut changes. A plain value: a copy is a snapshot.
+struct Body {
+  CellComplex complex;  ///< collision mesh, visual mesh, walls
+  HexMesh hex;          ///< the simulated hexahedra
+  Embedding embedding;  ///< collision and visual vertices in hexahedra
+  RenderSurface surface;  ///< the visual mesh as it is drawn
+
+  template <class Fn>
+  void for_each_array(Fn&& f) {
+    complex.for_each_array(f);
+    hex.for_each_array(f);
+    embedding.for_each_array(f);
+    surface.for_each_array(f);
+  }
+};
+
+/// Numbers of vertices and elements of the three meshes (figure 16 of the paper), and of connected pieces.
+struct BodyCounts {
+  std::size_t visual_vertices = 0, visual_triangles = 0;
+  std::size_t collision_vertices = 0, collision_triangles = 0;
+  std::size_t nodes = 0, hexahedra = 0;  ///< the living ones
+  int pieces = 0;
+  friend bool operator==(const BodyCounts&, const BodyCounts&) = default;
+};
+
+BodyCounts count_body(const Body& body);
+
+/// Hash of all arrays: two bodies with the same hash hold the same bits.
+std::uint64_t body_hash(const Body& body);
+
+}  // namespace kerf

@@ -1,0 +1,49 @@
+#include "kerf/session/body_build.h"
+
+#include "kerf/lattice/lattice_build.h"
+#include "kerf/session/scene_lattice.h"
+
+namespace kerf {
+
+Result<Body> build_body(CellComplex bound, const SceneLattice& lattice, const std::optional<LatticeHint>& hint,
+                        const Progress& progress) {
+  Body body;
+  body.complex = std::move(bound);
+  if (progress) progress("hexahedra", 0);
+  auto frame = scene_lattice(lattice, hint, body.complex.collision);
+  if (!frame) return frame.error();
+  auto hex = build_lattice(body.complex.collision, *frame, body_volume(body.complex));
+  if (!hex) return hex.error();
+  body.hex = std::move(*hex);
+  if (progress) progress("hexahedra", 0.5);
+  KERF_TRY(embed_all(body.complex, body.hex, body.embedding));
+  std::vector<VisualTriangle> all;
+  all.reserve(body.complex.visual.face_count());
+  for (const VisualTriangle f : ids<VisualTriangle>(body.complex.visual.face_count())) all.push_back(f);
+  update_render_surface(body.complex.visual, all, body.surface);
+  if (progress) progress("hexahedra", 1);
+  return body;
+}
+
+double body_volume(const CellComplex& complex) {
+  double volume = 0;
+  if (complex.closed) {
+    const VisualMesh& mesh = complex.visual;
+    for (const VisualTriangle f : ids<VisualTriangle>(mesh.face_count())) {
+      const VisualHalfEdge h = VisualMesh::corner(f, 0);
+      volume += dot(mesh.rest[mesh.from(h)], cross(mesh.rest[mesh.to(h)], mesh.rest[mesh.apex(h)])) / 6;
+    }
+    return volume;
+  }
+  // An open sheet: area times thickness, triangle by triangle.
+  const CollisionMesh& mesh = complex.collision;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    const CollisionHalfEdge h = CollisionMesh::corner(f, 0);
+    const CollisionVertex v[3] = {mesh.from(h), mesh.to(h), mesh.apex(h)};
+    const double area = 0.5 * norm(cross(mesh.rest[v[1]] - mesh.rest[v[0]], mesh.rest[v[2]] - mesh.rest[v[0]]));
+    volume += area * 2 * (norm(mesh.offset[v[0]]) + norm(mesh.offset[v[1]]) + norm(mesh.offset[v[2]])) / 3;
+  }
+  return volume;
+}
+
+}  // namespace kerf

@@ -1,0 +1,133 @@
+#include "kerf/session/body_mechanics.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace kerf {
+namespace {
+
+/// Density is that of the material; absorbed neighbours weigh on their host, but do not stiffen it.
+MechanicsElement element_of(const HexMesh& hex, const BodyMaterials& materials, HexId id) {
+  MechanicsElement e;
+  e.nodes = hex.nodes[id];
+  const LatticeIndex c = hex.cell[id];
+  e.material = materials.at(hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5}));
+  return e;
+}
+
+}  // namespace
+
+std::int32_t BodyMaterials::at(Vec3 rest) const {
+  for (std::size_t i = regions.size(); i-- > 0;)
+    if (regions[i].contains(rest)) return static_cast<std::int32_t>(i) + 1;
+  return 0;
+}
+
+Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& material, SceneFormulation formulation,
+                                      BodyMaterials& materials) {
+  MechanicsModel model(hex.frame.cell, hex.frame.axes,
+                       formulation == SceneFormulation::kPlain ? ElementFormulation::kPlain
+                                                               : ElementFormulation::kIncompatible);
+  Material base;
+  base.young = material.young.value_or(kSceneYoung);
+  base.poisson = material.poisson.value_or(kScenePoisson);
+  base.density = material.density.value_or(kSceneDensity);
+  base.damping_mass = material.damping_mass;
+  base.damping_stiffness = material.damping_stiffness;
+  if (auto added = model.add_material(base); !added) return added.error();
+  materials.regions.clear();
+  for (const SceneMaterialRegion& region : material.regions) {
+    Material other = base;
+    other.young = region.young.value_or(base.young);
+    other.poisson = region.poisson.value_or(base.poisson);
+    other.density = region.density.value_or(base.density);
+    if (auto added = model.add_material(other); !added) return added.error();
+    materials.regions.push_back(region.region);
+  }
+  return model;
+}
+
+Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model) {
+  if (!hex.alive(id)) {
+    if (model.has_element(id)) model.remove_element(id);
+    return {};
+  }
+  const HexMaterial& m = hex.material[id];
+  MechanicsElement element = element_of(hex, materials, id);
+  const Material& material = model.materials()[static_cast<std::size_t>(element.material)];
+  const double cell_volume = hex.frame.cell_volume();
+  if (m.full) {
+    element.young_scale = m.volume / cell_volume;
+    std::array<double, 8> masses;
+    masses.fill(material.density * m.mass_volume / 8);
+    return model.set_element(id, element, masses);
+  }
+  const std::array<double, 27>& weights = hex.weights[id];
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const double scale = sum > 0 ? m.volume / sum : 0;
+  std::array<MaterialPoint, 27> points;
+  for (std::size_t i = 0; i < 27; ++i) points[i] = {quadrature_points()[i], scale * weights[i]};
+  const ElementMatrix matrix =
+      partly_filled_matrix(model.formulation(), material, hex.frame.cell, points);
+  std::array<double, 8> masses = lumped_masses(material.density, points);
+  const double own = std::accumulate(masses.begin(), masses.end(), 0.0);
+  const double wanted = material.density * m.mass_volume;
+  for (double& mass : masses) mass = own > 0 ? std::max(mass, 0.0) : wanted / 8;
+  const double kept = std::accumulate(masses.begin(), masses.end(), 0.0);
+  for (double& mass : masses) mass *= kept > 0 ? wanted / kept : 0;
+  return model.set_element(id, element, matrix, masses);
+}
+
+Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
+                   std::span<const NodeMemory> remembered, MechanicsModel& model, MechanicsState& state) {
+  for (std::size_t i = model.node_count(); i < hex.node_count(); ++i) {
+    const NodeId node(i);
+    const NodeId parent = hex.node_parent[node];
+    const LatticeIndex corner = hex.corner[node];
+    model.add_node(hex.rest(node), {corner[0], corner[1], corner[2]});
+    Vec3 position = parent.valid() ? state.positions[parent.index()] : hex.rest(node);
+    Vec3 velocity = parent.valid() ? state.velocities[parent.index()] : Vec3{};
+    for (const NodeMemory& m : remembered)
+      if (m.parent == parent && m.corner == corner) {
+        position = m.position;
+        velocity = m.velocity;
+        break;
+      }
+    state.positions.push_back(position);
+    state.velocities.push_back(velocity);
+    if (parent.valid() && model.is_fixed(parent)) model.fix_node(node);
+  }
+  for (std::size_t i = state.rotations.size(); i < hex.hex_count(); ++i) {
+    const HexId parent = hex.parent[HexId(i)];
+    state.rotations.push_back(parent.valid() && parent.index() < i ? state.rotations[parent.index()] : hex.frame.axes);
+  }
+  for (const HexId id : change.dead_copies) KERF_TRY(sync_hex(hex, materials, id, model));
+  for (const HexId id : change.changed_copies) KERF_TRY(sync_hex(hex, materials, id, model));
+  for (const HexId id : change.new_copies) KERF_TRY(sync_hex(hex, materials, id, model));
+  return {};
+}
+
+Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state) {
+  for (std::size_t i = hex.hex_count(); i < model.element_count(); ++i)
+    if (model.has_element(HexId(i))) model.remove_element(HexId(i));
+  for (std::size_t i = 0; i < hex.hex_count(); ++i) {
+    // Elements go before nodes do: none that is left may use a node that is dropped.
+    const HexId id(i);
+    if (model.has_element(id)) {
+      const auto& nodes = model.element(id).nodes;
+      const bool stale = std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return n.index() >= hex.node_count(); });
+      if (stale) model.remove_element(id);
+    }
+  }
+  const std::size_t nodes = std::min(model.node_count(), hex.node_count());
+  const std::size_t elements = std::min(model.element_count(), hex.hex_count());
+  KERF_TRY(model.truncate(nodes, elements));
+  state.positions.resize(std::min(state.positions.size(), hex.node_count()));
+  state.velocities.resize(std::min(state.velocities.size(), hex.node_count()));
+  state.rotations.resize(std::min(state.rotations.size(), hex.hex_count()));
+  KERF_TRY(sync_change(hex, materials, {}, {}, model, state));
+  for (std::size_t i = 0; i < hex.hex_count(); ++i) KERF_TRY(sync_hex(hex, materials, HexId(i), model));
+  return {};
+}
+
+}  // namespace kerf

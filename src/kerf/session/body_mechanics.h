@@ -1,0 +1,45 @@
+// Keeps the mechanical model of a body in step with its hexahedra: which elements there are, what they are made of, and
+// what new nodes and elements inherit at a cut (4.2.1).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kerf/base/result.h"
+#include "kerf/lattice/lattice_adapt.h"
+#include "kerf/mechanics/step.h"
+#include "kerf/lattice/hex_mesh.h"
+#include "kerf/session/scene.h"
+
+namespace kerf {
+
+/// Materials of a body: the first is the scene's, then one per region in order.
+struct BodyMaterials {
+  std::vector<SceneRegion> regions;  ///< rest coordinates; a later one wins
+  /// Index of the material at a rest position.
+  [[nodiscard]] std::int32_t at(Vec3 rest) const;
+};
+
+/// The mechanical model with all materials and no elements yet. Bad input: a material that can't be simulated.
+Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& material, SceneFormulation formulation,
+                                      BodyMaterials& materials);
+
+/// Sets the element of one copy (or removes it, if it is dead or absorbed).
+Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model);
+
+/// After a cut: new nodes and elements with what they inherit - position, velocity, fixed flag, rotation - and changed
+/// ones. `remembered` are nodes of a provisional tip that was rolled back: a node of the same lattice corner and parent
+/// takes its position and velocity from there instead.
+struct NodeMemory {
+  LatticeIndex corner;
+  NodeId parent;
+  Vec3 position, velocity;
+};
+Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
+                   std::span<const NodeMemory> remembered, MechanicsModel& model, MechanicsState& state);
+
+/// After rolling back or undoing: makes the model match the hexahedra again, comparing all of them. The state keeps its
+/// first node_count and hex_count entries.
+Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state);
+
+}  // namespace kerf

@@ -1,0 +1,281 @@
+#include "kerf/session/session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "kerf/cutting/pieces.h"
+#include "kerf/embedding/embedding_validate.h"
+#include "kerf/lattice/lattice_validate.h"
+#include "kerf/session/scene_body.h"
+#include "kerf/session/session_impl.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kParallelNodes = 2000;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Strokes share one provisional tip and one journal, so they follow each other.
+Status check_commands(const Scene& scene) {
+  double end = -1;
+  int line = 0;
+  for (const SceneCommand& c : scene.commands) {
+    const auto* blade = std::get_if<SceneBlade>(&c.what);
+    if (!blade) continue;
+    if (c.at < end)
+      return bad_input(fmt::format("{}:{}: this blade starts at {} s, before the one of line {} has ended ({} s); one blade "
+                                   "cuts at a time",
+                                   scene.name, c.line, c.at, line, end));
+    end = c.at + blade->poses.back().time;
+    line = c.line;
+  }
+  return {};
+}
+
+CutOptions cut_options(const Scene& scene, const CellComplex& complex) {
+  CutOptions options;
+  options.layers = scene.cut.layers;
+  options.minimum_feature = scene.cut.minimum_feature;
+  options.snap = scene.cut.snap;
+  options.path_tolerance = scene.cut.path_tolerance;
+  options.seed = static_cast<std::uint64_t>(scene.simulation.seed);
+  if (scene.cut.roughness > 0) {
+    // Metres in the scene, parts of a layer's height in the cut.
+    double thickness = 0;
+    for (const Vec3& offset : complex.collision.offset.raw()) thickness += 2 * norm(offset);
+    thickness /= static_cast<double>(complex.collision.vertex_count());
+    options.roughness = std::min(0.5, scene.cut.roughness * options.layers / std::max(thickness, 1e-300));
+  }
+  return options;
+}
+
+}  // namespace
+
+std::size_t UndoStep::bytes() const {
+  return topology.bytes() + (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
+         mechanics.rotations.size() * sizeof(Mat3);
+}
+
+SessionState::SessionState(const SessionState& o)
+    : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), time(o.time), steps(o.steps),
+      next_command(o.next_command), grasps(o.grasps), fixed(o.fixed), load_active(o.load_active),
+      stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
+      strokes(o.strokes), topology_version(o.topology_version) {}
+
+SessionState& SessionState::operator=(const SessionState& other) {
+  SessionState copy(other);
+  *this = std::move(copy);
+  return *this;
+}
+
+Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+Session::~Session() = default;
+
+Result<Session> Session::create(const Scene& scene, const Progress& progress) {
+  auto impl = std::make_unique<Impl>();
+  impl->scene = scene;
+  KERF_TRY(check_commands(scene));
+  KERF_TRY(impl->prepare(progress));
+  return Session(std::move(impl));
+}
+
+Status Session::Impl::prepare(const Progress& progress) {
+  auto loaded = load_scene_body(scene.body, progress);
+  if (!loaded) return loaded.error();
+  notes = std::move(loaded->notes);
+  volume = body_volume(loaded->bound.complex);
+  auto body = build_body(std::move(loaded->bound.complex), scene.lattice, loaded->lattice, progress);
+  if (!body) return body.error();
+  state.body = std::move(*body);
+  cut_options = kerf::cut_options(scene, state.body.complex);
+  at_start = measure_complex(state.body.complex);
+
+  SceneMaterial material = scene.material;
+  if (!material.young) material.young = loaded->young;
+  if (!material.poisson) material.poisson = loaded->poisson;
+  if (!material.density) material.density = loaded->density;
+  auto model = make_mechanics(state.body.hex, material, scene.lattice.formulation, state.materials);
+  if (!model) return model.error();
+  state.model = std::move(*model);
+  KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
+  KERF_TRY(state.model.validate());
+
+  step_options.dt = scene.simulation.time_step;
+  step_options.gravity = scene.simulation.gravity;
+  step_options.tolerance = scene.simulation.tolerance;
+  step_options.max_iterations = scene.simulation.max_iterations;
+  // Small bodies are done before a second thread wakes up; the bits are the same either way.
+  step_options.parallel = scene.simulation.threads != 1 && state.model.node_count() > kParallelNodes;
+  switch (scene.simulation.preconditioner) {
+    case ScenePreconditioner::kAdaptive: step_options.preconditioner = Preconditioner::kAdaptive; break;
+    case ScenePreconditioner::kTwoLevel: step_options.preconditioner = Preconditioner::kTwoLevel; break;
+    case ScenePreconditioner::kBlockJacobi: step_options.preconditioner = Preconditioner::kBlockJacobi; break;
+    case ScenePreconditioner::kDirect: step_options.solver = SolverKind::kDirect; break;
+  }
+
+  for (std::size_t i = 0; i < scene.fixes.size(); ++i)
+    KERF_TRY(fix(scene.fixes[i].region, fmt::format("[[fix]] number {}", i + 1)));
+  KERF_TRY(renew_springs());
+  renew_loads();
+  mark_synced();
+  return {};
+}
+
+Result<SessionStep> Session::step() {
+  Impl& s = *impl_;
+  const auto start = std::chrono::steady_clock::now();
+  SessionStep report;
+  const std::uint64_t version = s.state.topology_version;
+  const double dt = s.step_options.dt;
+  const double until = s.state.time + dt;
+
+  // A command belongs to the step that ends nearest after it; half a step of slack for rounding of time.
+  while (s.state.next_command < s.scene.commands.size() &&
+         s.scene.commands[s.state.next_command].at < until - 0.5 * dt) {
+    KERF_TRY(s.apply(s.scene.commands[s.state.next_command]));
+    ++s.state.next_command;
+  }
+  if (s.state.stroke && s.state.stroke->from_command) KERF_TRY(s.advance_command_stroke(until));
+  s.move_grasps(until);
+  s.renew_loads();
+
+  auto mechanics = kerf::step(s.state.model, s.state.mechanics, s.step_options, s.workspace);
+  if (!mechanics) return mechanics.error();
+  s.positions_changed();
+  report.mechanics = *mechanics;
+  ++s.state.steps;
+  s.state.time = static_cast<double>(s.state.steps) * dt;  // no drift
+  report.topology_changed = version != s.state.topology_version;
+  report.seconds = seconds_since(start);
+  return report;
+}
+
+Status Session::step(int n) {
+  for (int i = 0; i < n; ++i)
+    if (auto one = step(); !one) return one.error();
+  return {};
+}
+
+double Session::time() const { return impl_->state.time; }
+double Session::time_step() const { return impl_->step_options.dt; }
+
+Status Session::apply(const SceneCommand& command) { return impl_->apply(command); }
+Status Session::begin_stroke(SceneFrame frame, bool through) { return impl_->begin_stroke(frame, through); }
+Status Session::move_blade(Vec3 base, Vec3 tip) { return impl_->move_blade({base, tip}); }
+Status Session::end_stroke() { return impl_->end_stroke(); }
+Status Session::cancel_stroke() { return impl_->cancel_stroke(); }
+bool Session::in_stroke() const { return impl_->state.stroke != nullptr; }
+Status Session::undo() { return impl_->undo(); }
+Status Session::redo() { return impl_->redo(); }
+int Session::undo_depth() const { return static_cast<int>(impl_->state.undo.size()); }
+int Session::redo_depth() const { return static_cast<int>(impl_->state.redo.size()); }
+
+std::shared_ptr<const SessionSnapshot> Session::snapshot() const {
+  auto snapshot = std::make_shared<SessionSnapshot>();
+  snapshot->state = impl_->state;
+  return snapshot;
+}
+void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
+  const std::uint64_t version = impl_->state.topology_version;
+  impl_->state = snapshot->state;
+  impl_->skin_stale = true;
+  impl_->state.topology_version = version + 1;  // whoever watches must look again
+  impl_->positions_changed();
+}
+
+const Scene& Session::scene() const { return impl_->scene; }
+const Body& Session::body() const { return impl_->state.body; }
+std::uint64_t Session::topology_version() const { return impl_->state.topology_version; }
+const std::vector<Vec3>& Session::node_positions() const { return impl_->state.mechanics.positions; }
+const std::vector<Vec3>& Session::node_velocities() const { return impl_->state.mechanics.velocities; }
+const std::vector<Vec3>& Session::collision_positions() { return impl_->deformed_collision(); }
+std::vector<Vec3> Session::visual_positions() const {
+  const SessionState& s = impl_->state;
+  const VisualMesh& mesh = s.body.complex.visual;
+  std::vector<Vec3> positions(mesh.vertex_count());
+  for (const VisualVertex v : ids<VisualVertex>(positions.size())) {
+    const HexId copy = s.body.embedding.visual[v];
+    positions[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, s.mechanics.positions);
+  }
+  return positions;
+}
+
+void Session::visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
+  Impl& s = *impl_;
+  const Body& body = s.state.body;
+  if (s.skin_stale) {
+    s.skin = {};
+    build_skin(body.complex, body.hex, body.embedding, s.skin);
+    s.skin_stale = false;
+  } else {
+    refresh_skin(body.complex, body.hex, body.embedding, s.skin);
+  }
+  positions.resize(body.complex.visual.vertex_count());
+  normals.resize(body.complex.visual.vertex_count());
+  evaluate_skin(body.hex, s.skin, s.state.mechanics.positions, positions, normals);
+}
+const std::vector<StrokeRecord>& Session::strokes() const { return impl_->state.strokes; }
+const std::vector<std::string>& Session::notes() const { return impl_->notes; }
+
+BodyCounts Session::counts() const { return count_body(impl_->state.body); }
+
+Vec3 Session::support_force() const {
+  const Impl& s = *impl_;
+  Vec3 sum;
+  for (std::size_t i = 0; i < s.state.model.node_count(); ++i)
+    if (s.state.model.is_fixed(NodeId(i)) && s.state.body.hex.active(NodeId(i)))
+      sum += reaction(s.state.model, s.workspace, s.step_options, NodeId(i));
+  return sum;
+}
+
+Vec3 Session::grasp_force(const std::string& id) const {
+  Vec3 sum;
+  for (const Grasp& g : impl_->state.grasps)
+    if (g.id == id)
+      for (const SpringId spring : g.springs)
+        if (impl_->state.model.has_spring(spring)) sum += spring_force(impl_->state.model, impl_->state.mechanics, spring);
+  return sum;
+}
+
+Status Session::validate() const {
+  const Impl& s = *impl_;
+  KERF_TRY(validate_complex(s.state.body.complex, s.at_start));
+  KERF_TRY(validate_lattice(s.state.body.complex.collision, s.state.body.hex));
+  KERF_TRY(validate_lattice_pieces(s.state.body.complex.collision, s.state.body.hex));
+  KERF_TRY(validate_embedding(s.state.body.complex, s.state.body.hex, s.state.body.embedding));
+  for (std::size_t i = 0; i < s.state.mechanics.positions.size(); ++i)
+    if (!is_finite(s.state.mechanics.positions[i]) || !is_finite(s.state.mechanics.velocities[i]))
+      return failed(fmt::format("node {} has a position or velocity that is not finite", i));
+  MechanicsModel& model = const_cast<MechanicsModel&>(s.state.model);  // total_mass refreshes derived data
+  if (s.state.materials.regions.empty()) {
+    const double mass = s.state.model.materials()[0].density * s.volume;
+    if (std::abs(model.total_mass() - mass) > 1e-9 * mass)
+      return failed(fmt::format("the nodes weigh {} kg together, the body {} kg", model.total_mass(), mass));
+  }
+  return {};
+}
+
+std::uint64_t Session::hash() const {
+  const SessionState& state = impl_->state;
+  Hash hash;
+  hash.add(body_hash(state.body));
+  hash.add(state.mechanics.positions);
+  hash.add(state.mechanics.velocities);
+  hash.add(state.mechanics.rotations);
+  hash.add(state.steps);
+  for (const Grasp& g : state.grasps) {
+    hash.add(g.points);
+    hash.add(g.centre);
+  }
+  return hash.value();
+}
+
+}  // namespace kerf

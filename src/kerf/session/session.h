@@ -1,0 +1,122 @@
+// A session: one body that is simulated, held, pulled and cut. Many sessions can live in one process; a session is used
+// by one thread at a time. It never prints; trouble travels as Status and Result.
+//
+// The order of a step (docs/step.md):
+//   commands that are due -> blade (collision mesh, visual mesh, walls; then hexahedra and embeddings) -> mechanics -> time
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kerf/base/progress.h"
+#include "kerf/base/result.h"
+#include "kerf/base/vec.h"
+#include "kerf/mechanics/step.h"
+#include "kerf/session/body.h"
+#include "kerf/session/scene.h"
+
+namespace kerf {
+
+/// Time (s) that the stages of a cut took; the names follow the columns of the paper's tables 2 and 4.
+struct CutTimes {
+  double cut_and_binding = 0;  ///< cut collision and visual mesh, update the binding
+  double cut_surface = 0;      ///< add the cut surface
+  double embedding = 0;        ///< adapt the hexahedra, update both embeddings
+  double total = 0;            ///< all of it, blade sweep included
+};
+
+/// One stroke of a blade, from touching down to lifting off.
+struct StrokeRecord {
+  double began = 0, ended = 0;  ///< s, simulated
+  bool finished = false;
+  BodyCounts before, after;
+  CutTimes times;               ///< summed over the stroke
+  int triangles = 0;            ///< collision triangles walked into, provisional ones included
+  int refused = 0;              ///< degenerate steps that were rolled back
+};
+
+struct SessionStep {
+  StepReport mechanics;
+  bool topology_changed = false;
+  double seconds = 0;  ///< the whole step
+};
+
+/// Complete state of a session at one moment. Opaque; cheap to hand around.
+class SessionSnapshot;
+
+class Session {
+ public:
+  /// Loads or generates the meshes, binds them (4.1), builds the hexahedra and embeds everything. Warnings of the
+  /// pre-processing are in notes().
+  static Result<Session> create(const Scene& scene, const Progress& progress = {});
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
+  ~Session();
+
+  // --- Time ------------------------------------------------------------------------------------------------------
+  /// One time step: the scene's commands that are due, the blade, mechanics. On an error nothing has changed.
+  Result<SessionStep> step();
+  /// n time steps; stops at the first error.
+  Status step(int n);
+  [[nodiscard]] double time() const;       ///< s
+  [[nodiscard]] double time_step() const;  ///< s
+
+  // --- Commands --------------------------------------------------------------------------------------------------
+  /// Does a command now (its `at` is not looked at). A blade stroke then runs over the coming steps.
+  Status apply(const SceneCommand& command);
+
+  /// A stroke by hand. Each pose cuts at once. Frame as in scenes.
+  Status begin_stroke(SceneFrame frame, bool through);
+  Status move_blade(Vec3 base, Vec3 tip);
+  Status end_stroke();
+  /// Rolls the whole stroke back.
+  Status cancel_stroke();
+  [[nodiscard]] bool in_stroke() const;
+
+  /// Undoes or redoes the last stroke, to the bit: topology, and positions and velocities as they were when it began.
+  /// Error when there is none.
+  Status undo();
+  Status redo();
+  [[nodiscard]] int undo_depth() const;
+  [[nodiscard]] int redo_depth() const;
+
+  [[nodiscard]] std::shared_ptr<const SessionSnapshot> snapshot() const;
+  void restore(const std::shared_ptr<const SessionSnapshot>& snapshot);
+
+  // --- State -----------------------------------------------------------------------------------------------------
+  [[nodiscard]] const Scene& scene() const;
+  [[nodiscard]] const Body& body() const;
+  [[nodiscard]] BodyCounts counts() const;
+  /// Grows by one with every change of topology, undo and redo included.
+  [[nodiscard]] std::uint64_t topology_version() const;
+  [[nodiscard]] const std::vector<Vec3>& node_positions() const;   ///< metres, by NodeId
+  [[nodiscard]] const std::vector<Vec3>& node_velocities() const;  ///< m/s
+  /// Deformed collision vertices, metres, by CollisionVertex.
+  [[nodiscard]] const std::vector<Vec3>& collision_positions();
+  /// Deformed visual vertices, metres, by VisualVertex, in double precision (files; drawing uses embedding/).
+  [[nodiscard]] std::vector<Vec3> visual_positions() const;
+  /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (4.2.5). Allocates only
+  /// when the arrays grow.
+  void visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
+  /// Force of the supports on the body, N: sum over the fixed nodes, of the last step.
+  [[nodiscard]] Vec3 support_force() const;
+  /// Force of a grasp on the body, N, of the last step; zero for an unknown id.
+  [[nodiscard]] Vec3 grasp_force(const std::string& id) const;
+  [[nodiscard]] const std::vector<StrokeRecord>& strokes() const;
+  [[nodiscard]] const std::vector<std::string>& notes() const;
+
+  /// All invariants of docs/invariants.md that can be checked at this moment; the first that does not hold is named.
+  [[nodiscard]] Status validate() const;
+  /// Hash of everything that the future depends on.
+  [[nodiscard]] std::uint64_t hash() const;
+
+ private:
+  struct Impl;
+  explicit Session(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,185 @@
+// What holds and pulls the body: fixed regions, grasps, point loads, the glue of slit tips; and the commands for them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/session/session_impl.h"
+
+namespace kerf {
+namespace {
+
+/// Default stiffness of a grasp, per point held, in units of Young's modulus x cell edge: firm, and well under the
+/// cap at which springs begin to hurt the solver.
+constexpr double kGraspStiffness = 2;
+
+double least_cell_edge(const HexMesh& hex) { return std::min({hex.frame.cell.x, hex.frame.cell.y, hex.frame.cell.z}); }
+
+/// Vertices within radius of the point, at least the closest one.
+std::vector<CollisionVertex> vertices_near(const std::vector<Vec3>& positions, Vec3 point, double radius) {
+  std::vector<CollisionVertex> near;
+  std::size_t closest = 0;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (norm(positions[i] - point) <= radius) near.push_back(CollisionVertex(i));
+    if (norm(positions[i] - point) < norm(positions[closest] - point)) closest = i;
+  }
+  if (near.empty()) near.push_back(CollisionVertex(closest));
+  return near;
+}
+
+}  // namespace
+
+Status Session::Impl::apply(const SceneCommand& command) {
+  struct Visitor {
+    Impl& s;
+    Status operator()(const SceneBlade& blade) {
+      KERF_TRY(s.begin_stroke(blade.frame, blade.through));
+      s.state.stroke->from_command = true;
+      s.state.stroke->command = blade;
+      s.state.stroke->command_began = s.state.time;
+      return {};
+    }
+    Status operator()(const SceneGrasp& g) { return s.grasp(g); }
+    Status operator()(const SceneMove& m) { return s.move(m); }
+    Status operator()(const SceneRelease& r) { return s.release(r); }
+    Status operator()(const SceneFixCommand& f) { return s.fix(f.region, "the fix command"); }
+    Status operator()(const SceneUnfix& u) { return s.unfix(u.region), Status{}; }
+    Status operator()(const SceneUndo& u) {
+      for (int i = 0; i < u.count; ++i) KERF_TRY(s.undo());
+      return {};
+    }
+    Status operator()(const SceneRedo& r) {
+      for (int i = 0; i < r.count; ++i) KERF_TRY(s.redo());
+      return {};
+    }
+  };
+  const Status done = std::visit(Visitor{*this}, command.what);
+  if (!done && command.line > 0)
+    return Error{done.error().kind, fmt::format("{}:{}: {}", scene.name, command.line, done.error().message)};
+  return done;
+}
+
+Status Session::Impl::grasp(const SceneGrasp& what) {
+  for (const Grasp& g : state.grasps)
+    if (g.id == what.id) return bad_input(fmt::format("there is a grasp '{}' already; release it first or use another id", what.id));
+  Grasp g;
+  g.id = what.id;
+  const std::vector<Vec3>& now = deformed_collision();
+  g.points = vertices_near(what.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : now, what.point,
+                           what.radius);
+  for (const CollisionVertex v : g.points) g.centre += (1.0 / static_cast<double>(g.points.size())) * now[v.index()];
+  for (const CollisionVertex v : g.points) g.offset.push_back(now[v.index()] - g.centre);
+  g.from = g.to = g.centre;
+  g.move_began = state.time;
+  const double per_point = kGraspStiffness * state.model.materials()[0].young * least_cell_edge(state.body.hex);
+  g.stiffness = what.stiffness ? *what.stiffness / static_cast<double>(g.points.size()) : per_point;
+  state.grasps.push_back(std::move(g));
+  return renew_springs();
+}
+
+Status Session::Impl::move(const SceneMove& what) {
+  for (Grasp& g : state.grasps)
+    if (g.id == what.id) {
+      g.from = g.centre;
+      g.to = what.to ? *what.to : g.centre + what.by.value_or(Vec3{});
+      g.move_began = state.time;
+      g.move_over = what.over;
+      return {};
+    }
+  return bad_input(fmt::format("there is no grasp '{}' to move", what.id));
+}
+
+Status Session::Impl::release(const SceneRelease& what) {
+  const auto before = state.grasps.size();
+  std::erase_if(state.grasps, [&](const Grasp& g) { return g.id == what.id; });
+  if (state.grasps.size() == before) return bad_input(fmt::format("there is no grasp '{}' to release", what.id));
+  return renew_springs();
+}
+
+void Session::Impl::move_grasps(double until) {
+  for (Grasp& g : state.grasps) {
+    const double s = g.move_over > 0 ? std::clamp((until - g.move_began) / g.move_over, 0.0, 1.0) : 1.0;
+    const Vec3 before = g.centre;
+    g.centre = lerp(g.from, g.to, s);
+    // At once means at once: a target that jumps has no velocity.
+    const Vec3 velocity = g.move_over > 0 ? (1 / step_options.dt) * (g.centre - before) : Vec3{};
+    for (std::size_t i = 0; i < g.springs.size(); ++i)
+      if (state.model.has_spring(g.springs[i])) state.model.set_spring_target(g.springs[i], g.centre + g.offset[i], velocity);
+  }
+}
+
+Status Session::Impl::renew_springs() {
+  const Body& body = state.body;
+  state.model.clear_springs();
+  for (Grasp& g : state.grasps) {
+    g.springs.clear();
+    for (std::size_t i = 0; i < g.points.size(); ++i) {
+      if (!body.complex.collision.rest.contains(g.points[i])) {  // went with an undone cut
+        g.springs.push_back({});
+        continue;
+      }
+      const HexId copy = body.embedding.collision[g.points[i]];
+      const auto w = weights(body.hex, copy, body.complex.collision.rest[g.points[i]]);
+      auto receipt = state.model.add_attachment(copy, w, g.centre + g.offset[i], g.stiffness);
+      if (!receipt) return receipt.error();
+      g.springs.push_back(receipt->id);
+    }
+  }
+  tip_glue(body.hex, glue);
+  const double young = state.model.materials()[0].young;
+  for (const TipGlue& g : glue) {
+    auto receipt = state.model.add_node_pair(g.a, g.b, g.stiffness_over_e * young);
+    if (!receipt) return receipt.error();
+  }
+  return {};
+}
+
+Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
+  const HexMesh& hex = state.body.hex;
+  int held = 0;
+  for (std::size_t i = 0; i < hex.node_count(); ++i)
+    if (hex.active(NodeId(i)) && region.contains(hex.rest(NodeId(i)))) {
+      state.model.fix_node(NodeId(i));
+      ++held;
+    }
+  if (held == 0) {
+    // A region smaller than a cell: the cells that hold its material.
+    const CollisionMesh& mesh = state.body.complex.collision;
+    for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
+      if (region.contains(mesh.rest[v]))
+        for (const NodeId n : hex.nodes[state.body.embedding.collision[v]]) {
+          state.model.fix_node(n);
+          ++held;
+        }
+  }
+  if (held == 0)
+    return bad_input(fmt::format("{} holds nothing: no node of the hexahedra and no collision vertex lies in it (rest coordinates, "
+                                 "metres); make it larger or move it onto the body",
+                                 name));
+  state.fixed.push_back(region);
+  return {};
+}
+
+void Session::Impl::unfix(const SceneRegion& region) {
+  const HexMesh& hex = state.body.hex;
+  for (std::size_t i = 0; i < hex.node_count(); ++i)
+    if (region.contains(hex.rest(NodeId(i)))) state.model.release_node(NodeId(i));
+}
+
+void Session::Impl::renew_loads() {
+  if (scene.loads.empty()) return;
+  state.model.clear_loads();
+  const Body& body = state.body;
+  for (const SceneLoad& load : scene.loads) {
+    if (state.time < load.from || (load.until && state.time >= *load.until)) continue;
+    const auto points = vertices_near(body.complex.collision.rest.raw(), load.point, load.radius);
+    const Vec3 share = (1.0 / static_cast<double>(points.size())) * load.force;
+    for (const CollisionVertex v : points) {
+      const HexId copy = body.embedding.collision[v];
+      const auto w = weights(body.hex, copy, body.complex.collision.rest[v]);
+      for (std::size_t c = 0; c < 8; ++c) state.model.add_load(body.hex.nodes[copy][c], w[c] * share);
+    }
+  }
+}
+
+}  // namespace kerf

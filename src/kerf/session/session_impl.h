@@ -1,0 +1,137 @@
+// The inside of a Session: its state (copied for snapshots) and the memory it works in. Private to session/*.cpp.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "kerf/base/journal.h"
+#include "kerf/cutting/blade_sweep.h"
+#include "kerf/cutting/topology_change.h"
+#include "kerf/cutting/validate.h"
+#include "kerf/embedding/skin.h"
+#include "kerf/lattice/tip_glue.h"
+#include "kerf/session/body_build.h"
+#include "kerf/session/body_mechanics.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+
+/// A hold on the body: collision vertices pulled towards places that move together.
+struct Grasp {
+  std::string id;
+  std::vector<CollisionVertex> points;
+  std::vector<Vec3> offset;      ///< of each point from the centre, metres, world
+  Vec3 centre;                   ///< where the grasp is now
+  Vec3 from, to;                 ///< of the present move
+  double move_began = 0, move_over = 0;  ///< s
+  double stiffness = 0;          ///< N/m per point
+  std::vector<SpringId> springs; ///< one per point
+};
+
+/// A stroke in progress.
+struct ActiveStroke {
+  SceneFrame frame = SceneFrame::kWorld;
+  BladeStroke blade;
+  JournalMark start;         ///< of the whole body
+  MechanicsState before;     ///< positions, velocities, rotations when it began
+  bool from_command = false; ///< poses come from `command`
+  SceneBlade command;
+  double command_began = 0;
+  std::size_t next_pose = 0;
+};
+
+/// One stroke that can be undone, or was.
+struct UndoStep {
+  JournalStep topology;
+  MechanicsState mechanics;  ///< undo list: as the stroke began. Redo list: as it was when it was undone
+  [[nodiscard]] std::size_t bytes() const;
+};
+
+struct SessionState {
+  Body body;
+  MechanicsModel model{Vec3{1, 1, 1}};
+  MechanicsState mechanics;
+  BodyMaterials materials;
+  double time = 0;
+  std::int64_t steps = 0;
+  std::size_t next_command = 0;
+  std::vector<Grasp> grasps;
+  std::vector<SceneRegion> fixed;       ///< [[fix]] and fix commands; kept for nodes to come
+  std::vector<std::uint8_t> load_active;
+  std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
+  JournalMark synced;                   ///< hexahedra, embeddings and mechanics match the complex as of here
+  std::vector<UndoStep> undo, redo;
+  std::vector<StrokeRecord> strokes;
+  std::uint64_t topology_version = 1;
+
+  SessionState() = default;
+  SessionState(const SessionState& other);
+  SessionState& operator=(const SessionState& other);
+  SessionState(SessionState&&) = default;
+  SessionState& operator=(SessionState&&) = default;
+};
+
+class SessionSnapshot {
+ public:
+  SessionState state;
+};
+
+struct Session::Impl {
+  Scene scene;
+  CutOptions cut_options;
+  StepOptions step_options;
+  double volume = 0;
+  ComplexMeasures at_start;
+  std::vector<std::string> notes;
+  SessionState state;
+
+  // memory without state
+  CutScratch cut_scratch;
+  LatticeScratch lattice_scratch;
+  LatticeChange lattice_change;
+  StepWorkspace workspace;
+  EmbeddingScratch embedding_scratch;
+  std::vector<VisualVertex> moved;
+  Skin skin;  ///< derived from the embedding
+  bool skin_stale = true;
+  TopologyChange topology_change;
+  std::vector<VisualTriangle> changed_visual;
+  std::vector<NodeMemory> remembered;
+  std::vector<Vec3> collision_positions;
+  bool collision_positions_valid = false;
+  std::vector<Vec3> sweep_positions;
+  std::vector<TipGlue> glue;
+
+  Status prepare(const Progress& progress);
+
+  // session_stroke.cpp
+  Status begin_stroke(SceneFrame frame, bool through);
+  Status move_blade(const BladeEdge& edge);
+  Status end_stroke();
+  Status cancel_stroke();
+  Status undo();
+  Status redo();
+  Status advance_command_stroke(double until);
+  /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.
+  Status follow_complex(CutTimes& times);
+  void mark_synced() { journal_mark(state.body, state.synced); }
+  void rollback_to(const JournalMark& mark);
+
+  // session_hold.cpp
+  Status apply(const SceneCommand& command);
+  Status grasp(const SceneGrasp& what);
+  Status move(const SceneMove& what);
+  Status release(const SceneRelease& what);
+  Status fix(const SceneRegion& region, const std::string& name);
+  void unfix(const SceneRegion& region);
+  /// Springs of grasps and of slit tips, anew; after every change of topology.
+  Status renew_springs();
+  void move_grasps(double until);
+  void renew_loads();
+
+  const std::vector<Vec3>& deformed_collision();
+  void positions_changed() { collision_positions_valid = false; }
+};
+
+}  // namespace kerf

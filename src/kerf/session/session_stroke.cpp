@@ -1,0 +1,268 @@
+// Strokes: a blade moves through the body, and everything follows; undo and redo of whole strokes.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "kerf/session/session_impl.h"
+
+namespace kerf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Undo forgets the oldest strokes beyond this.
+constexpr std::size_t kUndoBytes = std::size_t{256} << 20;
+
+/// The mark of one array inside a mark of the whole body.
+template <class Array>
+typename Array::Mark mark_of(Body& body, const JournalMark& mark, const Array& array) {
+  typename Array::Mark found;
+  std::size_t i = 0;
+  body.for_each_array([&](auto& a) {
+    if (static_cast<const void*>(&a) == static_cast<const void*>(&array))
+      found = {mark.arrays[i].first, mark.arrays[i].second};
+    ++i;
+  });
+  return found;
+}
+
+}  // namespace
+
+const std::vector<Vec3>& Session::Impl::deformed_collision() {
+  if (!collision_positions_valid || collision_positions.size() != state.body.complex.collision.vertex_count()) {
+    collision_positions.resize(state.body.complex.collision.vertex_count());
+    kerf::collision_positions(state.body.hex, state.body.embedding, state.mechanics.positions, collision_positions);
+    collision_positions_valid = true;
+  }
+  return collision_positions;
+}
+
+Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
+  if (state.stroke) KERF_TRY(end_stroke());
+  state.redo.clear();
+  state.stroke = std::make_unique<ActiveStroke>();
+  ActiveStroke& stroke = *state.stroke;
+  stroke.frame = frame;
+  stroke.blade.through = through;
+  journal_mark(state.body, stroke.start);
+  state.synced = stroke.start;
+  stroke.blade.mark = stroke.start;
+  stroke.before = state.mechanics;
+  StrokeRecord record;
+  record.began = record.ended = state.time;
+  record.before = record.after = count_body(state.body);
+  state.strokes.push_back(record);
+  return {};
+}
+
+Status Session::Impl::move_blade(const BladeEdge& edge) {
+  if (!state.stroke) return bad_input("no stroke has begun; begin one before the blade moves");
+  const auto start = Clock::now();
+  ActiveStroke& stroke = *state.stroke;
+  StrokeRecord& record = state.strokes.back();
+  Status trouble;
+  // The blade meets the body as it is now, or as it was before anything moved.
+  sweep_positions = stroke.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : deformed_collision();
+  CutTimes following;
+  SweepTarget target{state.body.complex, sweep_positions, cut_scratch, cut_options,
+                     [&] {
+                       if (trouble) trouble = follow_complex(following);
+                       mark_synced();
+                       return state.synced;
+                     },
+                     [&](const JournalMark& mark) { rollback_to(mark); }};
+  auto report = kerf::move_blade(stroke.blade, edge, target);
+  if (!report) return report.error();
+  if (trouble) trouble = follow_complex(following);
+  record.triangles += report->steps;
+  record.refused += report->refused;
+  record.ended = state.time;
+  const double total = seconds_since(start);
+  record.times.embedding += following.embedding;
+  record.times.cut_surface += cut_scratch.wall_seconds;
+  record.times.cut_and_binding += total - following.embedding - cut_scratch.wall_seconds;
+  record.times.total += total;
+  cut_scratch.wall_seconds = 0;
+  remembered.clear();
+  return trouble;
+}
+
+Status Session::Impl::follow_complex(CutTimes& times) {
+  const auto start = Clock::now();
+  Body& body = state.body;
+  collect_topology_change(body.complex, state.synced, cut_scratch, topology_change);
+  if (topology_change.triangles.empty() && remembered.empty()) return {};
+  lattice_change.clear();
+  adapt_lattice(body.complex.collision, body.hex, topology_change.triangles, lattice_scratch, lattice_change);
+  moved.clear();
+  embed_triangles(body.complex, body.hex, topology_change.triangles, body.embedding, embedding_scratch, moved);
+  embed_triangles(body.complex, body.hex, lattice_change.triangles, body.embedding, embedding_scratch, moved);
+  note_moved(skin, moved);
+  changed_visual = topology_change.visual_triangles;
+  for (VisualTriangle f = topology_change.first_new_visual_triangle; f.index() < body.complex.visual.face_count(); ++f.value)
+    changed_visual.push_back(f);
+  update_render_surface(body.complex.visual, changed_visual, body.surface);
+  KERF_TRY(sync_change(body.hex, state.materials, lattice_change, remembered, state.model, state.mechanics));
+  KERF_TRY(renew_springs());
+  renew_loads();
+  ++state.topology_version;
+  positions_changed();
+  // The marks move on, so that the next call looks at what is new since this one.
+  mark_synced();
+  times.embedding += seconds_since(start);
+  return {};
+}
+
+void Session::Impl::rollback_to(const JournalMark& mark) {
+  Body& body = state.body;
+  const auto nodes = mark_of(body, mark, body.hex.corner);
+  const auto copies = mark_of(body, mark, body.hex.cell);
+  note_rollback(skin, body.embedding, mark_of(body, mark, body.embedding.visual));
+  // The twins of the provisional tip go; when it is walked again they take up their motion where they left it.
+  remembered.clear();
+  for (std::size_t i = nodes.size; i < body.hex.node_count(); ++i)
+    remembered.push_back({body.hex.corner[NodeId(i)], body.hex.node_parent[NodeId(i)], state.mechanics.positions[i],
+                          state.mechanics.velocities[i]});
+  std::vector<HexId> touched;
+  const auto note = [&](HexId id) {
+    if (id.index() < copies.size) touched.push_back(id);
+  };
+  body.hex.nodes.for_each_changed(mark_of(body, mark, body.hex.nodes), note);
+  body.hex.state.for_each_changed(mark_of(body, mark, body.hex.state), note);
+  body.hex.material.for_each_changed(mark_of(body, mark, body.hex.material), note);
+  body.hex.weights.for_each_changed(mark_of(body, mark, body.hex.weights), note);
+  std::sort(touched.begin(), touched.end());
+  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+
+  for (std::size_t i = copies.size; i < state.model.element_count(); ++i)
+    if (state.model.has_element(HexId(i))) state.model.remove_element(HexId(i));
+  for (const HexId id : touched)
+    if (state.model.has_element(id)) state.model.remove_element(id);
+  state.model.clear_springs();
+  journal_rollback(body, mark);
+  const Status truncated = state.model.truncate(nodes.size, copies.size);
+  KERF_ASSERT(truncated.ok());
+  (void)truncated;
+  state.mechanics.positions.resize(nodes.size);
+  state.mechanics.velocities.resize(nodes.size);
+  state.mechanics.rotations.resize(copies.size);
+  for (const HexId id : touched) {
+    const Status synced = sync_hex(body.hex, state.materials, id, state.model);
+    KERF_ASSERT(synced.ok());
+    (void)synced;
+  }
+  state.synced = mark;
+  const Status springs = renew_springs();
+  KERF_ASSERT(springs.ok());
+  (void)springs;
+  renew_loads();
+  ++state.topology_version;
+  positions_changed();
+}
+
+Status Session::Impl::end_stroke() {
+  if (!state.stroke) return {};
+  ActiveStroke& stroke = *state.stroke;
+  lift_blade(stroke.blade);
+  StrokeRecord& record = state.strokes.back();
+  record.finished = true;
+  record.ended = state.time;
+  record.after = count_body(state.body);
+
+  UndoStep step;
+  step.topology = journal_take(state.body, stroke.start);
+  step.mechanics = std::move(stroke.before);
+  state.stroke.reset();
+  mark_synced();
+  state.undo.push_back(std::move(step));
+  std::size_t bytes = 0;
+  for (const UndoStep& u : state.undo) bytes += u.bytes();
+  while (bytes > kUndoBytes && state.undo.size() > 1) {
+    bytes -= state.undo.front().bytes();
+    state.undo.erase(state.undo.begin());
+  }
+  return {};
+}
+
+Status Session::Impl::cancel_stroke() {
+  if (!state.stroke) return {};
+  rollback_to(state.stroke->start);
+  remembered.clear();
+  state.strokes.pop_back();
+  state.stroke.reset();
+  return {};
+}
+
+Status Session::Impl::undo() {
+  if (state.stroke) KERF_TRY(end_stroke());
+  if (state.undo.empty()) return bad_input("there is no stroke to undo");
+  UndoStep step = std::move(state.undo.back());
+  state.undo.pop_back();
+  MechanicsState now = state.mechanics;
+  state.model.clear_springs();
+  journal_undo(state.body, step.topology);
+  skin_stale = true;
+  KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
+  state.mechanics = std::move(step.mechanics);
+  step.mechanics = std::move(now);
+  state.redo.push_back(std::move(step));
+  mark_synced();
+  ++state.topology_version;
+  positions_changed();
+  KERF_TRY(renew_springs());
+  renew_loads();
+  return {};
+}
+
+Status Session::Impl::redo() {
+  if (state.stroke) KERF_TRY(end_stroke());
+  if (state.redo.empty()) return bad_input("there is no stroke to redo");
+  UndoStep step = std::move(state.redo.back());
+  state.redo.pop_back();
+  MechanicsState now = state.mechanics;
+  state.model.clear_springs();
+  journal_redo(state.body, step.topology);
+  skin_stale = true;
+  KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
+  state.mechanics = std::move(step.mechanics);
+  step.mechanics = std::move(now);
+  state.undo.push_back(std::move(step));
+  mark_synced();
+  ++state.topology_version;
+  positions_changed();
+  KERF_TRY(renew_springs());
+  renew_loads();
+  return {};
+}
+
+Status Session::Impl::advance_command_stroke(double until) {
+  ActiveStroke& stroke = *state.stroke;
+  const auto& poses = stroke.command.poses;
+  const double t = until - stroke.command_began;
+  const auto edge = [&](Vec3 base, Vec3 tip) {
+    // A line of sight reaches beyond the body, wherever its second point lies.
+    if (stroke.command.tool == SceneTool::kLine) {
+      Box3 box;
+      for (const Vec3 p : deformed_collision()) box.add(p);
+      box.add(base);
+      tip = base + (2 * box.diagonal() / std::max(norm(tip - base), 1e-300)) * (tip - base);
+    }
+    return BladeEdge{base, tip};
+  };
+  // Poses up to now, one after another, then the one in between.
+  while (stroke.next_pose < poses.size() && poses[stroke.next_pose].time <= t + 1e-12) {
+    KERF_TRY(move_blade(edge(poses[stroke.next_pose].base, poses[stroke.next_pose].tip)));
+    ++stroke.next_pose;
+  }
+  if (stroke.next_pose == poses.size()) return end_stroke();
+  if (stroke.next_pose > 0) {
+    const SceneBladePose& a = poses[stroke.next_pose - 1];
+    const SceneBladePose& b = poses[stroke.next_pose];
+    const double s = (t - a.time) / (b.time - a.time);
+    if (s > 1e-9) KERF_TRY(move_blade(edge(lerp(a.base, b.base, s), lerp(a.tip, b.tip, s))));
+  }
+  return {};
+}
+
+}  // namespace kerf

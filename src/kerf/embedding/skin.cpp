@@ -1,7 +1,6 @@
 #include "kerf/embedding/skin.h"
 
-#include <algorithm>
-#include <cmath>
+#include <cstring>
 
 namespace kerf {
 namespace {
@@ -81,21 +80,29 @@ void polynomial(const HexMesh& hex, HexId h, std::span<const Vec3> nodes, std::a
   }
 }
 
-using Lanes = std::array<float, kSkinLanes>;
+/// Eight floats in a vector register (of g++ and clang; several smaller ones where the machine has none so wide).
+using Lanes = float __attribute__((vector_size(4 * kSkinLanes)));
+using LaneBits = std::int32_t __attribute__((vector_size(4 * kSkinLanes)));
 
-/// Value and gradient of one coordinate at the eight lanes.
-inline void evaluate_lanes(const float* a, const SkinBlock& b, Lanes& value) {
-  for (std::size_t l = 0; l < kSkinLanes; ++l) {
-    const float x = b.x[l], y = b.y[l], z = b.z[l];
-    value[l] = (a[0] + x * a[1] + y * (a[2] + x * a[3])) + z * (a[4] + x * a[5] + y * (a[6] + x * a[7]));
-  }
+inline Lanes load(const std::array<float, kSkinLanes>& a) {
+  Lanes v;
+  std::memcpy(&v, a.data(), sizeof v);
+  return v;
 }
-inline void gradient_lanes(const float* a, const SkinBlock& b, Lanes& dx, Lanes& dy, Lanes& dz) {
-  for (std::size_t l = 0; l < kSkinLanes; ++l) {
-    const float x = b.x[l], y = b.y[l], z = b.z[l];
-    dx[l] = a[1] + y * a[3] + z * (a[5] + y * a[7]);
-    dy[l] = a[2] + x * a[3] + z * (a[6] + x * a[7]);
-    dz[l] = a[4] + x * a[5] + y * (a[6] + x * a[7]);
+
+/// 1 / sqrt(s) to float precision in plain arithmetic: the same bits everywhere.
+inline Lanes inverse_square_root(Lanes s) {
+  Lanes r = reinterpret_cast<Lanes>(0x5f375a86 - (reinterpret_cast<LaneBits>(s) >> 1));
+  const Lanes half = 0.5f * s;
+  for (int i = 0; i < 3; ++i) r *= 1.5f - half * r * r;
+  return r;
+}
+
+inline void store(const SkinBlock& b, Lanes x, Lanes y, Lanes z, std::span<Vec3f> out) {
+  if (b.count == kSkinLanes) {
+    for (std::int32_t l = 0; l < kSkinLanes; ++l) out[at(b.vertex[at(l)])] = {x[l], y[l], z[l]};
+  } else {
+    for (std::int32_t l = 0; l < b.count; ++l) out[at(b.vertex[at(l)])] = {x[l], y[l], z[l]};
   }
 }
 
@@ -161,28 +168,28 @@ void evaluate_skin(const HexMesh& hex, Skin& skin, std::span<const Vec3> nodes, 
   for (const SkinBlock& b : skin.blocks) {
     if (b.count == 0) continue;
     const float* a = skin.coefficients[b.copy.index()].data();
-    Lanes x, y, z;
-    evaluate_lanes(a, b, x);
-    evaluate_lanes(a + 8, b, y);
-    evaluate_lanes(a + 16, b, z);
-    for (std::int32_t l = 0; l < b.count; ++l) positions[at(b.vertex[at(l)])] = {x[at(l)], y[at(l)], z[at(l)]};
+    const Lanes u = load(b.x), v = load(b.y), w = load(b.z);
+    // Coordinate by coordinate: c0 + u c1 + v (c2 + u c3) + w (c4 + u c5 + v (c6 + u c7)), and its derivatives.
+    Lanes value[3], du[3], dv[3], dw[3];
+    for (int i = 0; i < 3; ++i) {
+      const float* c = a + 8 * i;
+      const Lanes low_v = c[2] + u * c[3], high_v = c[6] + u * c[7];
+      const Lanes low = (c[0] + u * c[1]) + v * low_v;
+      dw[i] = (c[4] + u * c[5]) + v * high_v;
+      value[i] = low + w * dw[i];
+      dv[i] = low_v + w * high_v;
+      du[i] = (c[1] + v * c[3]) + w * (c[5] + v * c[7]);
+    }
+    store(b, value[0], value[1], value[2], positions);
     if (!with_normals) continue;
-    Lanes xx, xy, xz, yx, yy, yz, zx, zy, zz;  // [coordinate][derivative]
-    gradient_lanes(a, b, xx, xy, xz);
-    gradient_lanes(a + 8, b, yx, yy, yz);
-    gradient_lanes(a + 16, b, zx, zy, zz);
-    for (std::size_t l = 0; l < kSkinLanes; ++l) {
-      const float p = b.nx[l], q = b.ny[l], r = b.nz[l];
-      x[l] = p * (yy[l] * zz[l] - zy[l] * yz[l]) + q * (yz[l] * zx[l] - zz[l] * yx[l]) + r * (yx[l] * zy[l] - zx[l] * yy[l]);
-      y[l] = p * (zy[l] * xz[l] - xy[l] * zz[l]) + q * (zz[l] * xx[l] - xz[l] * zx[l]) + r * (zx[l] * xy[l] - xx[l] * zy[l]);
-      z[l] = p * (xy[l] * yz[l] - yy[l] * xz[l]) + q * (xz[l] * yx[l] - yz[l] * xx[l]) + r * (xx[l] * yy[l] - yx[l] * xy[l]);
+    const Lanes p = load(b.nx), q = load(b.ny), r = load(b.nz);
+    Lanes n[3];
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      n[i] = p * (dv[j] * dw[k] - dv[k] * dw[j]) + q * (dw[j] * du[k] - dw[k] * du[j]) + r * (du[j] * dv[k] - du[k] * dv[j]);
     }
-    for (std::size_t l = 0; l < kSkinLanes; ++l) {
-      const float square = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
-      const float scale = 1.0f / std::sqrt(std::max(square, 1e-37f));
-      x[l] *= scale, y[l] *= scale, z[l] *= scale;
-    }
-    for (std::int32_t l = 0; l < b.count; ++l) normals[at(b.vertex[at(l)])] = {x[at(l)], y[at(l)], z[at(l)]};
+    const Lanes scale = inverse_square_root(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] + 1e-37f);
+    store(b, n[0] * scale, n[1] * scale, n[2] * scale, normals);
   }
 }
 

@@ -56,7 +56,6 @@ struct Everything {
     collect_topology_change(body, since, cut_scratch, change);
     adapt_lattice(body.collision, hex, change.triangles, lattice_scratch, lattice_change);
     moved.clear();
-    embed_triangles(body, hex, change.triangles, embedding, embedding_scratch, moved);
     embed_triangles(body, hex, lattice_change.triangles, embedding, embedding_scratch, moved);
     note_moved(skin, moved);
     refresh_skin(body, hex, embedding, skin);

@@ -37,8 +37,8 @@ struct EmbeddingScratch {
 /// Embeds every vertex of a body. Fails, naming it, on a visual vertex that no collision element owns. Linear.
 Status embed_all(const CellComplex& body, const HexMesh& hex, Embedding& embedding);
 
-/// Brings up to date what the given triangles own, after a cut and adapt_lattice: call it for the triangles that the cut
-/// changed and for LatticeChange::triangles (any order, repeats allowed). Vertices that got another copy, and new ones, are
+/// Brings up to date what the given triangles own, after a cut and adapt_lattice: LatticeChange::triangles, which hold
+/// those that the cut changed (any order, repeats allowed). Vertices that got another copy, and new ones, are
 /// appended to `moved` (a few may come twice). Cost: a comparison per owned vertex, a look-up per moved one.
 void embed_triangles(const CellComplex& body, const HexMesh& hex, std::span<const CollisionTriangle> triangles,
                      Embedding& embedding, EmbeddingScratch& scratch, std::vector<VisualVertex>& moved);

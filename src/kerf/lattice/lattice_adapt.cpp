@@ -9,9 +9,87 @@
 #include "kerf/lattice/lattice_tolerances.h"
 
 namespace kerf {
+
+struct LatticeScratch::Work {
+  using T = CollisionTriangle;
+  struct NewPiece { CollisionTriangle triangle; CellId cell; double volume; };
+  struct OldPiece { CellId cell; CollisionTriangle triangle; HexId copy; TipId tip; std::int32_t side; Vec3 point, normal; RootId root; std::array<Vec2, 3> planar; };
+  struct Element {
+    CollisionTriangle triangle;
+    TipId tip;
+    std::int32_t side = 0;
+    double volume = 0;
+    HexId old_copy, copy;
+    std::int32_t moments = -1;  ///< in `moments`
+    PieceIndex piece;           ///< where it was, if its triangle kept its shape
+    std::array<std::int8_t, 3> edge_side{};  ///< of a split prism: which side an edge is on, 0 crossed
+    std::int32_t root = 0;      ///< union-find
+  };
+  struct CellElements { CellId cell; std::int32_t first = 0, count = 0; bool touched = false; };
+  struct Result { CollisionTriangle triangle; CellId cell; std::int32_t element; };
+
+  std::vector<CollisionTriangle> reshaped;
+  std::vector<CollisionVertex> vertices;
+  std::vector<CellId> touched;
+  std::vector<NewPiece> new_pieces;
+  std::vector<OldPiece> old_pieces;
+  std::vector<Element> elements;
+  std::vector<Moments> moments;
+  std::vector<CellElements> cells;
+  std::vector<Result> results;
+  std::vector<CellVolume> volumes;
+  std::vector<double> box;
+  std::vector<std::uint64_t> triangle_stamp, cell_stamp, cell_cached, hex_stamp;  ///< per element: serial of the last visit
+  std::vector<std::int32_t> triangle_slot, cell_slot;
+  std::uint64_t serial = 0;
+  std::vector<std::array<std::int32_t, 2>> queue;
+  std::vector<HexLink> links;
+  std::vector<LatticeFaceId> faces;
+  std::vector<std::int32_t> corners;
+  std::vector<std::pair<std::int32_t, NodeId>> corner_nodes;
+  std::vector<HexId> small, dirty, hosts, stack, neighbours;
+  std::vector<Piece> run;
+  std::vector<Moments> run_moments;
+  std::vector<std::int32_t> parent, wanted;
+  struct Group {
+    std::int32_t root = 0, first = 0, count = 0;
+    std::int32_t parts = 0;    ///< parts of split prisms
+    std::int32_t newborn = 0;  ///< corners made by the cut, which are on its right
+    double volume = 0;
+    HexId parent, copy;
+    bool same = true;          ///< nothing in it is new
+  };
+  struct CornerCopy {
+    HexId copy;
+    int corner = 0, offset = 0;  ///< its corner number; which of the 8 cells around
+    std::int32_t root = 0;
+    NodeId old;
+    bool kept = false;
+  };
+  struct OnFace { std::int32_t a, b; CollisionHalfEdge edge; };
+  struct Class { std::int32_t root; bool kept; HexId oldest; NodeId node; };
+  std::vector<Group> groups;
+  std::vector<std::pair<HexId, double>> heirs;
+  std::vector<T> members, rewritten;
+  std::vector<OnFace> on_face;
+  std::vector<CornerCopy> around;
+  std::vector<Class> classes;
+  std::vector<std::pair<NodeId, std::int32_t>> uses;
+  std::vector<TipCrossing> crossings;
+  std::vector<CollisionHalfEdge> virtual_edges;
+  std::vector<TipId> tips_here;
+  std::vector<SplitTriangle> split_triangles;
+  std::vector<Element> split_elements;
+};
+
 namespace {
 
-using Element = LatticeScratch::Element;
+using Work = LatticeScratch::Work;
+using Element = Work::Element;
+using Group = Work::Group;
+using CornerCopy = Work::CornerCopy;
+using Class = Work::Class;
+using OnFace = Work::OnFace;
 using T = CollisionTriangle;
 
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
@@ -37,7 +115,7 @@ void write_run(Pool& pool, LatticeRun& run, std::span<const Item> items, Index) 
 
 class Adapter {
  public:
-  Adapter(const CollisionMesh& mesh, HexMesh& hex, LatticeScratch& scratch, LatticeChange& change)
+  Adapter(const CollisionMesh& mesh, HexMesh& hex, Work& scratch, LatticeChange& change)
       : mesh_(mesh), hex_(hex), s_(scratch), change_(change) {}
 
   void run(std::span<const T> changed) {
@@ -52,6 +130,7 @@ class Adapter {
     update_links();
     update_nodes();
     absorb();
+    change_.triangles.insert(change_.triangles.end(), changed.begin(), changed.end());
     finish();
   }
 
@@ -71,6 +150,7 @@ class Adapter {
     s_.faces.clear();
     s_.corners.clear();
     s_.corner_nodes.clear();
+    s_.rewritten.clear();
     auto grow = [](auto& v, std::size_t n) { if (v.size() < n) v.resize(n); };
     grow(s_.triangle_stamp, mesh_.face_count());
     grow(s_.triangle_slot, mesh_.face_count());
@@ -157,7 +237,7 @@ class Adapter {
     PrismShape shape = hex_.shape[t];
     for (const Piece& p : hex_.pieces_of(t)) {
       touch(p.cell);
-      LatticeScratch::OldPiece old{p.cell, t, p.copy, p.tip, p.side, {}, {}, mesh_.root[t], shape.planar};
+      Work::OldPiece old{p.cell, t, p.copy, p.tip, p.side, {}, {}, mesh_.root[t], shape.planar};
       if (p.side != 0) {
         // The tip's plane as it was when the prism was split: kept in the piece's tip until the cell is analysed.
         old.point = hex_.tips[p.tip].point;
@@ -200,7 +280,7 @@ class Adapter {
     });
     std::size_t next = 0;
     for (const CellId c : s_.touched) {
-      LatticeScratch::CellElements entry{c, static_cast<std::int32_t>(s_.elements.size()), 0, true};
+      Work::CellElements entry{c, static_cast<std::int32_t>(s_.elements.size()), 0, true};
       for (const T t : hex_.members_of(c)) {  // two ascending lists
         for (; next < s_.new_pieces.size() && s_.new_pieces[next].cell == c && s_.new_pieces[next].triangle < t; ++next)
           add_new(s_.new_pieces[next]);
@@ -229,7 +309,7 @@ class Adapter {
     }
   }
 
-  void add_new(const LatticeScratch::NewPiece& p) {
+  void add_new(const Work::NewPiece& p) {
     Element e;
     e.triangle = p.triangle;
     e.volume = p.volume;
@@ -239,8 +319,8 @@ class Adapter {
 
   /// The copy that this piece's material was in before: of the old piece in the same cell and root triangle that
   /// holds the middle of the new one.
-  HexId copy_before(const LatticeScratch::NewPiece& p) const {
-    const auto less = [](const LatticeScratch::OldPiece& o, CellId c) { return o.cell < c; };
+  HexId copy_before(const Work::NewPiece& p) const {
+    const auto less = [](const Work::OldPiece& o, CellId c) { return o.cell < c; };
     auto it = std::lower_bound(s_.old_pieces.begin(), s_.old_pieces.end(), p.cell, less);
     HexId best;
     double depth = -HUGE_VAL;
@@ -294,11 +374,11 @@ class Adapter {
   }
 
   void analyse_cell(std::size_t which) {
-    LatticeScratch::CellElements& entry = s_.cells[which];
+    Work::CellElements& entry = s_.cells[which];
     const CellId c = entry.cell;
     const LatticeIndex index = hex_.frame.index_of(c);
-    crossings_.clear();
-    virtual_edges_.clear();
+    s_.crossings.clear();
+    s_.virtual_edges.clear();
     if (hex_.first_tip[c].valid()) split_at_tips(entry, index);
     index_elements(entry.first, entry.count);
     const std::int32_t end = entry.first + entry.count;
@@ -349,12 +429,12 @@ class Adapter {
   }
 
   [[nodiscard]] bool is_virtual(CollisionHalfEdge h) const {
-    return std::find(virtual_edges_.begin(), virtual_edges_.end(), h) != virtual_edges_.end();
+    return std::find(s_.virtual_edges.begin(), s_.virtual_edges.end(), h) != s_.virtual_edges.end();
   }
 
   /// The part of a crossed wall on one side of the continuation.
   [[nodiscard]] PrismWall part_of_wall(CollisionHalfEdge h, int side) const {
-    for (const TipCrossing& x : crossings_)
+    for (const TipCrossing& x : s_.crossings)
       if (x.edge == h || mesh_.twin[x.edge] == h) {
         const CollisionVertex from = mesh_.from(x.edge), to = mesh_.to(x.edge);  // x.edge runs from right to left
         const PrismCorners &a = hex_.prism_corner[from], &b = hex_.prism_corner[to];
@@ -364,15 +444,15 @@ class Adapter {
     return wall(h);
   }
 
-  void split_at_tips(LatticeScratch::CellElements& entry, LatticeIndex cell) {
+  void split_at_tips(Work::CellElements& entry, LatticeIndex cell) {
     const CellId c = entry.cell;
-    tips_here_.clear();
-    for (TipId t = hex_.first_tip[c]; t.valid(); t = hex_.tips[t].next_in_cell) tips_here_.push_back(t);
-    std::sort(tips_here_.begin(), tips_here_.end(),
+    s_.tips_here.clear();
+    for (TipId t = hex_.first_tip[c]; t.valid(); t = hex_.tips[t].next_in_cell) s_.tips_here.push_back(t);
+    std::sort(s_.tips_here.begin(), s_.tips_here.end(),
               [&](TipId a, TipId b) { return hex_.tips[a].vertex < hex_.tips[b].vertex; });
-    split_triangles_.clear();
+    s_.split_triangles.clear();
     index_elements(entry.first, entry.count);
-    for (const TipId tip : tips_here_) {
+    for (const TipId tip : s_.tips_here) {
       TipCell record = hex_.tips[tip];
       record.left = record.right = {};
       record.along.fill({});
@@ -381,22 +461,22 @@ class Adapter {
           mesh_, hex_, record,
           [&](T t) {  // may the continuation enter this triangle?
             if (element_of(t) < 0) return false;
-            for (const SplitTriangle& s : split_triangles_)
+            for (const SplitTriangle& s : s_.split_triangles)
               if (s.triangle == t) return false;
             return true;
           },
           [&](CollisionHalfEdge h) { return wall_meets_cell(wall(h), cell); },
           [&](const SplitTriangle& split, const TipCrossing* exit) {
-            split_triangles_.push_back(split);
-            split_triangles_.back().tip = tip;
-            if (exit != nullptr) crossings_.push_back(*exit);
+            s_.split_triangles.push_back(split);
+            s_.split_triangles.back().tip = tip;
+            if (exit != nullptr) s_.crossings.push_back(*exit);
             if (!record.left.valid()) record.left = record.right = split.triangle;
           },
           [&](CollisionHalfEdge h) {
             if (along == record.along.size()) return false;
             record.along[along++] = h;
-            virtual_edges_.push_back(h);
-            virtual_edges_.push_back(mesh_.twin[h]);
+            s_.virtual_edges.push_back(h);
+            s_.virtual_edges.push_back(mesh_.twin[h]);
             if (!record.left.valid()) {
               record.left = CollisionMesh::face(h);
               record.right = CollisionMesh::face(mesh_.twin[h]);
@@ -405,20 +485,20 @@ class Adapter {
           });
       hex_.tips.set(tip, record);
     }
-    if (split_triangles_.empty()) return;
+    if (s_.split_triangles.empty()) return;
     change_.tips_changed = true;
 
     // Every split prism becomes two elements, left and right, in its place.
-    split_elements_.assign(s_.elements.begin() + entry.first, s_.elements.begin() + entry.first + entry.count);
+    s_.split_elements.assign(s_.elements.begin() + entry.first, s_.elements.begin() + entry.first + entry.count);
     const bool last = at(entry.first + entry.count) == s_.elements.size();
     if (!last) {  // the cell's elements move to the end
       entry.first = static_cast<std::int32_t>(s_.elements.size());
     } else {
       s_.elements.resize(at(entry.first));
     }
-    for (const Element& whole : split_elements_) {
+    for (const Element& whole : s_.split_elements) {
       const SplitTriangle* split = nullptr;
-      for (const SplitTriangle& s : split_triangles_)
+      for (const SplitTriangle& s : s_.split_triangles)
         if (s.triangle == whole.triangle) split = &s;
       if (split == nullptr) {
         s_.elements.push_back(whole);
@@ -441,38 +521,30 @@ class Adapter {
         s_.moments.push_back(moments[part]);
         s_.elements.push_back(e);
       }
-      rewritten_.push_back(whole.triangle);
+      s_.rewritten.push_back(whole.triangle);
     }
     entry.count = static_cast<std::int32_t>(s_.elements.size()) - entry.first;
   }
 
   // ---------------------------------------------------------------- copies of one cell
 
-  struct Group {
-    std::int32_t root = 0, first = 0, count = 0;
-    std::int32_t parts = 0;    ///< parts of split prisms
-    std::int32_t newborn = 0;  ///< corners made by the cut, which are on its right
-    double volume = 0;
-    HexId parent, copy;
-    bool same = true;          ///< nothing in it is new
-  };
 
   void assign_copies(std::size_t which) {
-    const LatticeScratch::CellElements entry = s_.cells[which];
+    const Work::CellElements entry = s_.cells[which];
     const CellId c = entry.cell;
-    groups_.clear();
+    s_.groups.clear();
     for (std::int32_t i = 0; i < entry.count; ++i) {
       const std::int32_t e = entry.first + i;
       Element& element = s_.elements[at(e)];
       const std::int32_t root = find(e);
       std::size_t g = 0;
-      while (g < groups_.size() && groups_[g].root != root) ++g;
-      if (g == groups_.size()) {
-        groups_.push_back({});
-        groups_.back().root = root;
-        groups_.back().first = e;
+      while (g < s_.groups.size() && s_.groups[g].root != root) ++g;
+      if (g == s_.groups.size()) {
+        s_.groups.push_back({});
+        s_.groups.back().root = root;
+        s_.groups.back().first = e;
       }
-      Group& group = groups_[g];
+      Group& group = s_.groups[g];
       ++group.count;
       group.volume += element.volume;
       if (!element.piece.valid()) group.same = false;
@@ -484,17 +556,17 @@ class Adapter {
       }
     }
     // Parts of split prisms that hold nothing only joined others; they are no copy of their own.
-    groups_.erase(std::remove_if(groups_.begin(), groups_.end(), [](const Group& g) { return g.parts == g.count && g.volume <= kOverlapVolume; }),
-                  groups_.end());
-    for (Group& g : groups_) find_parent(entry, g);
+    s_.groups.erase(std::remove_if(s_.groups.begin(), s_.groups.end(), [](const Group& g) { return g.parts == g.count && g.volume <= kOverlapVolume; }),
+                  s_.groups.end());
+    for (Group& g : s_.groups) find_parent(entry, g);
 
     // Old copies go to the best of their heirs; the others are new.
-    for (std::size_t g = 0; g < groups_.size(); ++g) {
-      Group& group = groups_[g];
+    for (std::size_t g = 0; g < s_.groups.size(); ++g) {
+      Group& group = s_.groups[g];
       if (!group.parent.valid()) continue;
       bool wins = true;
-      for (std::size_t o = 0; o < groups_.size(); ++o) {
-        const Group& other = groups_[o];
+      for (std::size_t o = 0; o < s_.groups.size(); ++o) {
+        const Group& other = s_.groups[o];
         if (o == g || other.parent != group.parent) continue;
         if (other.newborn != group.newborn ? other.newborn < group.newborn
             : other.volume != group.volume ? other.volume > group.volume : o < g) wins = false;
@@ -505,7 +577,7 @@ class Adapter {
     HexId previous;
     for (HexId h = hex_.first_copy[c]; h.valid();) {
       const HexId next = hex_.next_in_cell[h];
-      const bool kept = std::any_of(groups_.begin(), groups_.end(), [&](const Group& g) { return g.copy == h; });
+      const bool kept = std::any_of(s_.groups.begin(), s_.groups.end(), [&](const Group& g) { return g.copy == h; });
       if (kept) {
         previous = h;
       } else {
@@ -517,7 +589,7 @@ class Adapter {
       }
       h = next;
     }
-    for (Group& g : groups_) {
+    for (Group& g : s_.groups) {
       if (!g.copy.valid()) g.copy = new_copy(c, g.parent);
       update_material(entry, g);
     }
@@ -525,7 +597,7 @@ class Adapter {
       const std::int32_t e = entry.first + i, root = find(e);
       Element& element = s_.elements[at(e)];
       element.copy = {};
-      for (const Group& g : groups_)
+      for (const Group& g : s_.groups)
         if (g.root == root) element.copy = g.copy;
       if (!element.copy.valid()) continue;
       s_.results.push_back({element.triangle, c, e});
@@ -533,18 +605,18 @@ class Adapter {
     }
   }
 
-  void find_parent(const LatticeScratch::CellElements& entry, Group& g) {
-    heirs_.clear();
+  void find_parent(const Work::CellElements& entry, Group& g) {
+    s_.heirs.clear();
     for (std::int32_t e = g.first; e < entry.first + entry.count; ++e) {
       if (find(e) != g.root) continue;
       const HexId old = s_.elements[at(e)].old_copy;
       if (!old.valid()) continue;
-      auto it = std::find_if(heirs_.begin(), heirs_.end(), [&](const auto& h) { return h.first == old; });
-      if (it == heirs_.end()) heirs_.emplace_back(old, s_.elements[at(e)].volume);
+      auto it = std::find_if(s_.heirs.begin(), s_.heirs.end(), [&](const auto& h) { return h.first == old; });
+      if (it == s_.heirs.end()) s_.heirs.emplace_back(old, s_.elements[at(e)].volume);
       else it->second += s_.elements[at(e)].volume;
     }
     double most = -1;
-    for (const auto& h : heirs_)
+    for (const auto& h : s_.heirs)
       if (h.second > most || (h.second == most && h.first < g.parent)) g.parent = h.first, most = h.second;
   }
 
@@ -568,7 +640,7 @@ class Adapter {
     return h;
   }
 
-  void update_material(const LatticeScratch::CellElements& entry, const Group& g) {
+  void update_material(const Work::CellElements& entry, const Group& g) {
     const HexId h = g.copy;
     const Element& first = s_.elements[at(g.first)];
     if (g.same && hex_.piece_count[h] == g.count && hex_.first_piece[h][0] == first.triangle.value &&
@@ -606,7 +678,7 @@ class Adapter {
   }
 
   /// Are all of the group's pieces from the copy that it inherits?
-  bool is_old(const LatticeScratch::CellElements& entry, const Group& g) {
+  bool is_old(const Work::CellElements& entry, const Group& g) {
     for (std::int32_t e = g.first; e < entry.first + entry.count; ++e)
       if (find(e) == g.root && s_.elements[at(e)].old_copy != g.copy) return false;
     return true;
@@ -630,24 +702,24 @@ class Adapter {
 
   void write_pieces() {
     // Members of the touched cells.
-    for (const LatticeScratch::CellElements& entry : s_.cells) {
-      members_.clear();
+    for (const Work::CellElements& entry : s_.cells) {
+      s_.members.clear();
       for (std::int32_t e = entry.first; e < entry.first + entry.count; ++e) {
         const T t = s_.elements[at(e)].triangle;
-        if (members_.empty() || members_.back() != t) members_.push_back(t);
+        if (s_.members.empty() || s_.members.back() != t) s_.members.push_back(t);
       }
       const auto old = hex_.members_of(entry.cell);
-      if (std::equal(old.begin(), old.end(), members_.begin(), members_.end())) continue;
+      if (std::equal(old.begin(), old.end(), s_.members.begin(), s_.members.end())) continue;
       LatticeRun run = hex_.members[entry.cell];
-      write_run(hex_.member_pool, run, std::span<const T>(members_), LatticePoolIndex{});
+      write_run(hex_.member_pool, run, std::span<const T>(s_.members), LatticePoolIndex{});
       hex_.members.set(entry.cell, run);
     }
     // Pieces of the triangles: new runs for those that have other pieces, other copies in place for the rest.
-    rewritten_.insert(rewritten_.end(), s_.reshaped.begin(), s_.reshaped.end());
-    sort_unique(rewritten_);
+    s_.rewritten.insert(s_.rewritten.end(), s_.reshaped.begin(), s_.reshaped.end());
+    sort_unique(s_.rewritten);
     const std::uint64_t rewriting = ++s_.serial;
-    for (const T t : rewritten_) s_.triangle_stamp[t.index()] = rewriting;
-    for (const LatticeScratch::Result& r : s_.results) {
+    for (const T t : s_.rewritten) s_.triangle_stamp[t.index()] = rewriting;
+    for (const Work::Result& r : s_.results) {
       Element& e = s_.elements[at(r.element)];
       if (s_.triangle_stamp[r.triangle.index()] == rewriting) continue;
       Piece p = hex_.piece_pool[e.piece];
@@ -664,7 +736,7 @@ class Adapter {
     const std::uint64_t touched = ++s_.serial;
     for (const CellId c : s_.touched) s_.cell_stamp[c.index()] = touched;
     std::size_t next = 0;
-    for (const T t : rewritten_) {
+    for (const T t : s_.rewritten) {
       s_.run.clear();
       s_.run_moments.clear();
       LatticeRun run = hex_.pieces[t];
@@ -681,7 +753,7 @@ class Adapter {
         }
       };
       for (; next < s_.results.size() && s_.results[next].triangle == t; ++next) {
-        const LatticeScratch::Result& r = s_.results[next];
+        const Work::Result& r = s_.results[next];
         keep_before(r.cell);
         const Element& e = s_.elements[at(r.element)];
         Piece p;
@@ -709,11 +781,11 @@ class Adapter {
   // ---------------------------------------------------------------- links through faces
 
   /// The elements of a cell, from the mesh if it was not touched.
-  LatticeScratch::CellElements elements_of(CellId c) {
+  Work::CellElements elements_of(CellId c) {
     if (s_.cell_cached[c.index()] == cached_) return s_.cells[at(s_.cell_slot[c.index()])];
     s_.cell_cached[c.index()] = cached_;
     s_.cell_slot[c.index()] = static_cast<std::int32_t>(s_.cells.size());
-    LatticeScratch::CellElements entry{c, static_cast<std::int32_t>(s_.elements.size()), 0, false};
+    Work::CellElements entry{c, static_cast<std::int32_t>(s_.elements.size()), 0, false};
     for (const T t : hex_.members_of(c)) add_old(t, c);
     entry.count = static_cast<std::int32_t>(s_.elements.size()) - entry.first;
     s_.cells.push_back(entry);
@@ -746,7 +818,7 @@ class Adapter {
     LatticeIndex beyond = index;
     ++beyond[at(axis)];
     const CellId b = hex_.frame.cell_id(beyond);
-    const LatticeScratch::CellElements ea = elements_of(a), eb = elements_of(b);
+    const Work::CellElements ea = elements_of(a), eb = elements_of(b);
     s_.links.clear();
     auto link = [&](HexId x, HexId y) {
       const HexLink l{x, y};
@@ -776,19 +848,19 @@ class Adapter {
     if (ea.count > 0 && eb.count > 0) {
       index_elements(eb.first, eb.count);
       const std::uint64_t in_b = analysed_;
-      on_face_.clear();
+      s_.on_face.clear();
       for (std::int32_t i = ea.first; i < end_a; ++i) {
         const T t = s_.elements[at(i)].triangle;
         if (s_.triangle_stamp[t.index()] == in_b) continue;
         for (int k = 0; k < 3; ++k) {
           const CollisionHalfEdge g = mesh_.twin[CollisionMesh::corner(t, k)];
           if (g.valid() && s_.triangle_stamp[CollisionMesh::face(g).index()] == in_b)
-            on_face_.push_back({i, s_.triangle_slot[CollisionMesh::face(g).index()], CollisionMesh::corner(t, k)});
+            s_.on_face.push_back({i, s_.triangle_slot[CollisionMesh::face(g).index()], CollisionMesh::corner(t, k)});
         }
       }
-      if (!on_face_.empty()) {
+      if (!s_.on_face.empty()) {
         index_elements(ea.first, ea.count);
-        for (const OnFace& o : on_face_) {
+        for (const OnFace& o : s_.on_face) {
           const T u = s_.elements[at(o.b)].triangle;
           if (element_of(u) >= 0 || !wall_lies_in_face(wall(o.edge), index, axis)) continue;
           if (tip_runs_along(o.edge, a) || tip_runs_along(o.edge, b)) continue;
@@ -800,6 +872,8 @@ class Adapter {
     }
     const auto old = hex_.links_of(f);
     if (std::equal(old.begin(), old.end(), s_.links.begin(), s_.links.end())) return;
+    for (int k = 0; k < 8; ++k)
+      if ((k >> axis & 1) != 0) s_.corners.push_back(corner_key(LatticeFrame::corner(index, k)));
     LatticeRun run = hex_.links[f];
     write_run(hex_.link_pool, run, std::span<const HexLink>(s_.links), LatticePoolIndex{});
     hex_.links.set(f, run);
@@ -829,8 +903,10 @@ class Adapter {
   }
 
   void update_nodes() {
-    for (const CellId c : s_.touched)
-      for (int k = 0; k < 8; ++k) s_.corners.push_back(corner_key(LatticeFrame::corner(hex_.frame.index_of(c), k)));
+    // Corners of cells with other copies than before; link_face added those of faces with other links.
+    for (const auto* copies : {&change_.new_copies, &change_.dead_copies})
+      for (const HexId h : *copies)
+        for (int k = 0; k < 8; ++k) s_.corners.push_back(corner_key(LatticeFrame::corner(hex_.cell[h], k)));
     sort_unique(s_.corners);
     // Dead copies still count for what their nodes were.
     for (const HexId h : change_.dead_copies)
@@ -839,42 +915,35 @@ class Adapter {
     for (const std::int32_t key : s_.corners) share_corner(key);
   }
 
-  struct CornerCopy {
-    HexId copy;
-    int corner = 0, offset = 0;  ///< its corner number; which of the 8 cells around
-    std::int32_t root = 0;
-    NodeId old;
-    bool kept = false;
-  };
 
   void share_corner(std::int32_t key) {
     const LatticeIndex q = corner_index(key);
-    around_.clear();
+    s_.around.clear();
     std::array<std::int32_t, 9> start{};
     for (int k = 0; k < 8; ++k) {
-      start[at(k)] = static_cast<std::int32_t>(around_.size());
+      start[at(k)] = static_cast<std::int32_t>(s_.around.size());
       const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
       if (!hex_.frame.contains(c)) continue;
       for (HexId h = hex_.first_copy[hex_.frame.cell_id(c)]; h.valid(); h = hex_.next_in_cell[h]) {
         CornerCopy entry;
         entry.copy = h;
         entry.corner = k;
-        entry.root = static_cast<std::int32_t>(around_.size());
+        entry.root = static_cast<std::int32_t>(s_.around.size());
         entry.kept = hex_.nodes[h][at(k)].valid();
         const HexId source = entry.kept ? h : hex_.parent[h];
         if (source.valid()) entry.old = hex_.nodes[source][at(k)];
-        around_.push_back(entry);
+        s_.around.push_back(entry);
       }
     }
-    start[8] = static_cast<std::int32_t>(around_.size());
-    if (around_.empty()) return;
+    start[8] = static_cast<std::int32_t>(s_.around.size());
+    if (s_.around.empty()) return;
     auto root_of = [&](std::int32_t i) {
-      while (around_[at(i)].root != i) i = around_[at(i)].root;
+      while (s_.around[at(i)].root != i) i = s_.around[at(i)].root;
       return i;
     };
     auto slot_of = [&](int k, HexId h) {
       for (std::int32_t i = start[at(k)]; i < start[at(k + 1)]; ++i)
-        if (around_[at(i)].copy == h) return i;
+        if (s_.around[at(i)].copy == h) return i;
       return std::int32_t{-1};
     };
     for (int axis = 0; axis < 3; ++axis)
@@ -888,30 +957,30 @@ class Adapter {
           const std::int32_t i = slot_of(k, l[0]), j = slot_of(beyond, l[1]);
           KERF_ASSERT(i >= 0 && j >= 0);
           const std::int32_t a = root_of(i), b = root_of(j);
-          if (a != b) around_[at(std::max(a, b))].root = std::min(a, b);
+          if (a != b) s_.around[at(std::max(a, b))].root = std::min(a, b);
         }
       }
     // Classes, those of the oldest copies first; each takes over the first old node of its copies that is still free.
-    classes_.clear();
+    s_.classes.clear();
     for (std::int32_t i = 0; i < start[8]; ++i) {
       const std::int32_t r = root_of(i);
-      around_[at(i)].root = r;
-      auto it = std::find_if(classes_.begin(), classes_.end(), [&](const Class& c) { return c.root == r; });
-      if (it == classes_.end()) it = classes_.insert(classes_.end(), Class{r, false, around_[at(i)].copy, {}});
-      const CornerCopy& entry = around_[at(i)];
+      s_.around[at(i)].root = r;
+      auto it = std::find_if(s_.classes.begin(), s_.classes.end(), [&](const Class& c) { return c.root == r; });
+      if (it == s_.classes.end()) it = s_.classes.insert(s_.classes.end(), Class{r, false, s_.around[at(i)].copy, {}});
+      const CornerCopy& entry = s_.around[at(i)];
       if (entry.kept && (!it->kept || entry.copy < it->oldest)) it->kept = true, it->oldest = entry.copy;
       else if (entry.kept == it->kept && entry.copy < it->oldest) it->oldest = entry.copy;
     }
-    std::sort(classes_.begin(), classes_.end(), [](const Class& a, const Class& b) {
+    std::sort(s_.classes.begin(), s_.classes.end(), [](const Class& a, const Class& b) {
       return a.kept != b.kept ? a.kept : a.oldest < b.oldest;
     });
-    for (Class& c : classes_) {
+    for (Class& c : s_.classes) {
       NodeId parent;
       for (const bool kept : {true, false})
-        for (const CornerCopy& entry : around_) {
+        for (const CornerCopy& entry : s_.around) {
           if (entry.root != c.root || entry.kept != kept || !entry.old.valid()) continue;
           if (!parent.valid()) parent = entry.old;
-          const bool taken = std::any_of(classes_.begin(), classes_.end(), [&](const Class& o) { return o.node == entry.old; });
+          const bool taken = std::any_of(s_.classes.begin(), s_.classes.end(), [&](const Class& o) { return o.node == entry.old; });
           if (!taken && (!c.node.valid() || (kept && entry.old < c.node))) c.node = entry.old;
         }
       if (!c.node.valid()) {
@@ -921,10 +990,10 @@ class Adapter {
         change_.new_nodes.push_back(c.node);
       }
     }
-    for (const CornerCopy& entry : around_) {
+    for (const CornerCopy& entry : s_.around) {
       if (entry.kept) s_.corner_nodes.emplace_back(key, entry.old);
       NodeId node;
-      for (const Class& c : classes_)
+      for (const Class& c : s_.classes)
         if (c.root == entry.root) node = c.node;
       if (hex_.nodes[entry.copy][at(entry.corner)] == node) continue;
       std::array<NodeId, 8> nodes = hex_.nodes[entry.copy];
@@ -1137,12 +1206,12 @@ class Adapter {
     std::sort(s_.corner_nodes.begin(), s_.corner_nodes.end());
     std::size_t next = 0;
     for (const std::int32_t key : s_.corners) {
-      uses_.clear();
+      s_.uses.clear();
       auto slot = [&](NodeId n) -> std::int32_t& {
-        for (auto& u : uses_)
+        for (auto& u : s_.uses)
           if (u.first == n) return u.second;
-        uses_.emplace_back(n, 0);
-        return uses_.back().second;
+        s_.uses.emplace_back(n, 0);
+        return s_.uses.back().second;
       };
       while (next < s_.corner_nodes.size() && s_.corner_nodes[next].first < key) ++next;
       for (; next < s_.corner_nodes.size() && s_.corner_nodes[next].first == key; ++next)
@@ -1154,7 +1223,7 @@ class Adapter {
         for (HexId h = hex_.first_copy[hex_.frame.cell_id(c)]; h.valid(); h = hex_.next_in_cell[h])
           slot(hex_.nodes[h][at(k)]) += hex_.alive(h) ? 1 : 0;
       }
-      for (const auto& [node, uses] : uses_) {
+      for (const auto& [node, uses] : s_.uses) {
         if (hex_.node_uses[node] == uses) continue;
         if ((hex_.node_uses[node] == 0) != (uses == 0)) change_.switched_nodes.push_back(node);
         hex_.node_uses.set(node, uses);
@@ -1177,29 +1246,24 @@ class Adapter {
 
   const CollisionMesh& mesh_;
   HexMesh& hex_;
-  LatticeScratch& s_;
+  Work& s_;
   LatticeChange& change_;
 
   std::uint64_t touched_ = 0, reshaped_ = 0, analysed_ = 0, cached_ = 0;
   std::size_t old_vertex_count_ = 0, old_triangle_count_ = 0;
 
-  struct OnFace { std::int32_t a, b; CollisionHalfEdge edge; };
-  struct Class { std::int32_t root; bool kept; HexId oldest; NodeId node; };
-  std::vector<Group> groups_;
-  std::vector<std::pair<HexId, double>> heirs_;
-  std::vector<T> members_, rewritten_;
-  std::vector<OnFace> on_face_;
-  std::vector<CornerCopy> around_;
-  std::vector<Class> classes_;
-  std::vector<std::pair<NodeId, std::int32_t>> uses_;
-  std::vector<TipCrossing> crossings_;
-  std::vector<CollisionHalfEdge> virtual_edges_;
-  std::vector<TipId> tips_here_;
-  std::vector<SplitTriangle> split_triangles_;
-  std::vector<Element> split_elements_;
 };
 
 }  // namespace
+
+LatticeScratch::LatticeScratch() : work(std::make_unique<Work>()) {}
+LatticeScratch::~LatticeScratch() = default;
+LatticeScratch::LatticeScratch(const LatticeScratch&) : LatticeScratch() {}
+LatticeScratch::LatticeScratch(LatticeScratch&& other) noexcept : work(std::move(other.work)) {}
+LatticeScratch& LatticeScratch::operator=(LatticeScratch other) noexcept {
+  work.swap(other.work);
+  return *this;
+}
 
 void LatticeChange::clear() {
   new_copies.clear();
@@ -1213,7 +1277,7 @@ void LatticeChange::clear() {
 
 void adapt_lattice(const CollisionMesh& mesh, HexMesh& hex, std::span<const CollisionTriangle> changed,
                    LatticeScratch& scratch, LatticeChange& change) {
-  Adapter(mesh, hex, scratch, change).run(changed);
+  Adapter(mesh, hex, *scratch.work, change).run(changed);
 }
 
 void changed_triangles(const CollisionMesh& mesh, const CollisionMark& since, std::vector<CollisionTriangle>& out) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -16,52 +17,23 @@ struct LatticeChange {
   std::vector<HexId> changed_copies;    ///< other copies with new nodes, material, state or mass
   std::vector<NodeId> new_nodes;        ///< ascending; HexMesh::node_parent says whose position and velocity they inherit
   std::vector<NodeId> switched_nodes;   ///< other nodes that got their first use or lost their last
-  std::vector<CollisionTriangle> triangles;  ///< ascending: their points may have to move to another copy
+  std::vector<CollisionTriangle> triangles;  ///< ascending: the changed ones and all others whose material is in another
+                                             ///< copy or host than before: embed_triangles has to look at what they own
   bool tips_changed = false;            ///< tip_glue has to be asked again
   void clear();
 };
 
-/// Memory that adapting keeps between calls; contents are private to it.
-struct LatticeScratch {
-  struct NewPiece { CollisionTriangle triangle; CellId cell; double volume; };
-  struct OldPiece { CellId cell; CollisionTriangle triangle; HexId copy; TipId tip; std::int32_t side; Vec3 point, normal; RootId root; std::array<Vec2, 3> planar; };
-  struct Element {
-    CollisionTriangle triangle;
-    TipId tip;
-    std::int32_t side = 0;
-    double volume = 0;
-    HexId old_copy, copy;
-    std::int32_t moments = -1;  ///< in `moments`
-    PieceIndex piece;           ///< where it was, if its triangle kept its shape
-    std::array<std::int8_t, 3> edge_side{};  ///< of a split prism: which side an edge is on, 0 crossed
-    std::int32_t root = 0;      ///< union-find
-  };
-  struct CellElements { CellId cell; std::int32_t first = 0, count = 0; bool touched = false; };
-  struct Result { CollisionTriangle triangle; CellId cell; std::int32_t element; };
+/// Memory that adapting keeps between calls. A copy starts with memory of its own.
+class LatticeScratch {
+ public:
+  LatticeScratch();
+  ~LatticeScratch();
+  LatticeScratch(const LatticeScratch&);
+  LatticeScratch(LatticeScratch&&) noexcept;
+  LatticeScratch& operator=(LatticeScratch) noexcept;
 
-  std::vector<CollisionTriangle> reshaped;
-  std::vector<CollisionVertex> vertices;
-  std::vector<CellId> touched;
-  std::vector<NewPiece> new_pieces;
-  std::vector<OldPiece> old_pieces;
-  std::vector<Element> elements;
-  std::vector<Moments> moments;
-  std::vector<CellElements> cells;
-  std::vector<Result> results;
-  std::vector<CellVolume> volumes;
-  std::vector<double> box;
-  std::vector<std::uint64_t> triangle_stamp, cell_stamp, cell_cached, hex_stamp;  ///< per element: serial of the last visit
-  std::vector<std::int32_t> triangle_slot, cell_slot;
-  std::uint64_t serial = 0;
-  std::vector<std::array<std::int32_t, 2>> queue;
-  std::vector<HexLink> links;
-  std::vector<LatticeFaceId> faces;
-  std::vector<std::int32_t> corners;
-  std::vector<std::pair<std::int32_t, NodeId>> corner_nodes;
-  std::vector<HexId> small, dirty, hosts, stack, neighbours;
-  std::vector<Piece> run;
-  std::vector<Moments> run_moments;
-  std::vector<std::int32_t> parent, wanted;
+  struct Work;
+  std::unique_ptr<Work> work;  ///< private to the implementation
 };
 
 /// Brings `hex` up to date after a cut. `changed`: every triangle that is new, has other corners or vertices than before, or has an

@@ -1,6 +1,7 @@
-// Time steps of clamped, swinging sheets: 5 mm cells, one cell thick, density 1000, Poisson's ratio 0.45, one edge held.
-// One thread. Prints median and 99th percentile of the steps of the first 0.7 s (at least 60 steps) in CPU time of the
-// thread, the median on the clock on the wall, per stage too (other programs on the machine disturb those), and iterations.
+// Time steps of clamped, swinging sheets: 5 mm cells, one cell thick, density 1000, Poisson's ratio 0.45, one
+// edge held. One thread. Prints median and 99th percentile of the steps of the first 0.7 s (at least 60
+// steps) in CPU time of the thread, the median on the clock on the wall, per stage too (other programs on the
+// machine disturb those), and iterations.
 //
 //   mechanics_bench [pattern]    only the rows whose name contains the pattern
 #include <fmt/format.h>
@@ -91,9 +92,9 @@ void swing(const std::string& name, int nx, int ny, double young, double dt, Pre
     two_level += report->two_level ? 1 : 0;
   }
   fmt::print("{:<44} {:8.3f} {:8.3f} {:8.3f}   {:7.3f} {:7.3f} {:7.3f}   {:5.0f} {:5.0f}   {:3.0f} %\n", name,
-             percentile(total, 0.5), percentile(total, 0.99), percentile(wall, 0.5), percentile(forces, 0.5), percentile(setup, 0.5),
-             percentile(solve, 0.5), percentile(iterations, 0.5), percentile(iterations, 1),
-             100.0 * two_level / static_cast<double>(total.size()));
+             percentile(total, 0.5), percentile(total, 0.99), percentile(wall, 0.5), percentile(forces, 0.5),
+             percentile(setup, 0.5), percentile(solve, 0.5), percentile(iterations, 0.5),
+             percentile(iterations, 1), 100.0 * two_level / static_cast<double>(total.size()));
 }
 
 // After a change of the topology: what the next step pays to derive its structure anew.
@@ -114,9 +115,9 @@ void rebuild(int nx, int ny, bool partly_filled) {
     plain.push_back(std::chrono::duration<double, std::micro>(b - a).count());
     coarse.push_back(std::chrono::duration<double, std::micro>(c - b).count());
   }
-  fmt::print("rebuild after a change, {} {} cells: structure {:.1f} us, coarse structure {:.1f} us (medians)\n", nx * ny,
-             partly_filled ? "partly filled" : "full",
-             percentile(plain, 0.5), percentile(coarse, 0.5));
+  fmt::print(
+      "rebuild after a change, {} {} cells: structure {:.1f} us, coarse structure {:.1f} us (medians)\n",
+      nx * ny, partly_filled ? "partly filled" : "full", percentile(plain, 0.5), percentile(coarse, 0.5));
 }
 
 void matrix_of_partly_filled() {
@@ -140,24 +141,31 @@ void matrix_of_partly_filled() {
 
 int main(int argc, char** argv) {
   const std::string pattern = argc > 1 ? argv[1] : "";
-  struct Size { const char* name; int nx, ny; };
-  fmt::print("{:<44} {:>8} {:>8} {:>8}   {:>7} {:>7} {:>7}   {:>5} {:>5}   two-level\n", "ms a step", "median", "99 %", "wall", "forces",
-             "setup", "solve", "iter", "most");
+  struct Size {
+    const char* name;
+    int nx, ny;
+  };
+  fmt::print("{:<44} {:>8} {:>8} {:>8}   {:>7} {:>7} {:>7}   {:>5} {:>5}   two-level\n", "ms a step",
+             "median", "99 %", "wall", "forces", "setup", "solve", "iter", "most");
   for (const Size& size : {Size{"200 nodes", 9, 9}, Size{"968 nodes", 21, 21}, Size{"10,082 nodes", 70, 70}})
     for (double young : {20e3, 4e6})
       for (double dt : {1e-3, 1.0 / 60})
-        for (Preconditioner p : {Preconditioner::kAdaptive, Preconditioner::kTwoLevel, Preconditioner::kBlockJacobi}) {
+        for (Preconditioner p :
+             {Preconditioner::kAdaptive, Preconditioner::kTwoLevel, Preconditioner::kBlockJacobi}) {
           if (size.nx > 50 && (dt < 0.01 || p == Preconditioner::kBlockJacobi) && pattern.empty()) continue;
-          const std::string name = fmt::format("{}, {}, {:.1f} ms, {}", size.name, young > 1e6 ? "stiff" : "soft", 1e3 * dt,
-                                               p == Preconditioner::kAdaptive   ? "adaptive"
-                                               : p == Preconditioner::kTwoLevel ? "two-level"
-                                                                                : "block-Jacobi");
+          const std::string name =
+              fmt::format("{}, {}, {:.1f} ms, {}", size.name, young > 1e6 ? "stiff" : "soft", 1e3 * dt,
+                          p == Preconditioner::kAdaptive   ? "adaptive"
+                          : p == Preconditioner::kTwoLevel ? "two-level"
+                                                           : "block-Jacobi");
           if (name.find(pattern) != std::string::npos) swing(name, size.nx, size.ny, young, dt, p);
         }
   for (double young : {20e3, 4e6})
     for (double dt : {1e-3, 1.0 / 60}) {
-      const std::string name = fmt::format("200 nodes, all partly filled, {}, {:.1f} ms", young > 1e6 ? "stiff" : "soft", 1e3 * dt);
-      if (name.find(pattern) != std::string::npos) swing(name, 9, 9, young, dt, Preconditioner::kAdaptive, true);
+      const std::string name = fmt::format("200 nodes, all partly filled, {}, {:.1f} ms",
+                                           young > 1e6 ? "stiff" : "soft", 1e3 * dt);
+      if (name.find(pattern) != std::string::npos)
+        swing(name, 9, 9, young, dt, Preconditioner::kAdaptive, true);
     }
   if (pattern.empty()) {
     rebuild(9, 9, false);

@@ -45,12 +45,14 @@ TEST(BlockCholesky, SolvesLikeEigen) {
     for (int i = 0; i < rows; ++i) copy(i, i);
     Eigen::VectorXd b(6 * rows);
     std::vector<double> x(kBlockRow * rows, 0.0);
-    for (int i = 0; i < 6 * rows; ++i) b[i] = x[kBlockRow * s.position[i / 6] + i % 6] = random.uniform(-1, 1);
+    for (int i = 0; i < 6 * rows; ++i)
+      b[i] = x[kBlockRow * s.position[i / 6] + i % 6] = random.uniform(-1, 1);
     block_cholesky_factor(s, blocks);
     block_cholesky_solve(s, blocks, x);
     const Eigen::VectorXd expected = dense.ldlt().solve(b);
     for (int i = 0; i < 6 * rows; ++i)
-      ASSERT_NEAR(x[kBlockRow * s.position[i / 6] + i % 6], expected[i], 1e-12 * expected.cwiseAbs().maxCoeff());
+      ASSERT_NEAR(x[kBlockRow * s.position[i / 6] + i % 6], expected[i],
+                  1e-12 * expected.cwiseAbs().maxCoeff());
   }
 }
 
@@ -65,13 +67,14 @@ TEST(BlockCholesky, LeavesOutWhatHasNoPivot) {
 }
 
 TEST(CoarseSpace, IsTheGalerkinProductOfTheStepsMatrix) {
-  // At rest the coarse solve of A P y must return y: P' A P is exact there. A times a vector comes from the direct
-  // assembly below, P from the definition.
+  // At rest the coarse solve of A P y must return y: P' A P is exact there. A times a vector comes from the
+  // direct assembly below, P from the definition.
   const Grid g{9, 7, 1};
   const double h = 0.005;
   Material material;
   MechanicsModel model = test::make_box(g, {h, h, h}, material);
-  for (int y = 0; y <= 7; ++y) model.fix_node(g.node(0, y, 0));  // only one layer: cells with some held corners
+  for (int y = 0; y <= 7; ++y)
+    model.fix_node(g.node(0, y, 0));  // only one layer: cells with some held corners
   std::vector<MaterialPoint> points;
   for (const MaterialPoint& p : full_cell_points({h, h, h}))
     points.push_back({{p.xi.x, p.xi.y, 0.5 * (p.xi.z - 1)}, 0.5 * p.volume});
@@ -114,7 +117,8 @@ TEST(CoarseSpace, IsTheGalerkinProductOfTheStepsMatrix) {
     for (int k = 0; k < 8; ++k)
       if (spring.nodes[k].valid()) at += spring.weights[k] * v[spring.nodes[k].index()];
     for (int k = 0; k < 8; ++k)
-      if (spring.nodes[k].valid()) av[spring.nodes[k].index()] += dt * dt * spring.stiffness * spring.weights[k] * at;
+      if (spring.nodes[k].valid())
+        av[spring.nodes[k].index()] += dt * dt * spring.stiffness * spring.weights[k] * at;
   }
   for (std::size_t i = 0; i < v.size(); ++i) w.residual[i] = {{av[i].x, av[i].y, av[i].z, 0}};
   solve_coarse(model, w, false);

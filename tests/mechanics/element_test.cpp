@@ -17,7 +17,8 @@ constexpr ElementFormulation kBoth[] = {ElementFormulation::kIncompatible, Eleme
 
 enum class Load { kBending, kTorsion, kInPlane };
 
-// Compliance of a clamped strip relative to Timoshenko's or St. Venant's. Thickness 1, length and width in cells.
+// Compliance of a clamped strip relative to Timoshenko's or St. Venant's. Thickness 1, length and width in
+// cells.
 double strip_compliance(ElementFormulation formulation, Vec3 h, int nx, int ny, double poisson, Load load) {
   Material material;
   material.young = 1000;
@@ -54,15 +55,23 @@ double strip_compliance(ElementFormulation formulation, Vec3 h, int nx, int ny, 
     const double j = width * std::pow(thick, 3) / 3 * (1 - 192 / std::pow(M_PI, 5) * thick / width * series);
     return compliance / (length / (shear * j));
   }
-  const double depth = load == Load::kBending ? thick : width, breadth = load == Load::kBending ? width : thick;
+  const double depth = load == Load::kBending ? thick : width,
+               breadth = load == Load::kBending ? width : thick;
   const double inertia = breadth * std::pow(depth, 3) / 12;
-  const double beam = std::pow(length, 3) / (3 * material.young * inertia) + length / (5.0 / 6 * shear * breadth * depth);
+  const double beam =
+      std::pow(length, 3) / (3 * material.young * inertia) + length / (5.0 / 6 * shear * breadth * depth);
   return compliance / beam;
 }
 
 TEST(Element, StripsMatchCalculix) {
   // CalculiX ccx: C3D8 for plain, C3D8I for incompatible modes, to three digits.
-  struct Row { Vec3 h; int nx, ny; double poisson; Load load; double plain, incompatible; };
+  struct Row {
+    Vec3 h;
+    int nx, ny;
+    double poisson;
+    Load load;
+    double plain, incompatible;
+  };
   const Vec3 cube{1, 1, 1}, flat{4, 4, 1};
   const Row rows[] = {
       {cube, 5, 4, .3, Load::kBending, .617, .940},   {cube, 20, 4, .3, Load::kBending, .639, .983},
@@ -72,10 +81,11 @@ TEST(Element, StripsMatchCalculix) {
       {flat, 12, 2, .3, Load::kTorsion, .842, .880},
   };
   for (const Row& r : rows) {
-    EXPECT_NEAR(strip_compliance(ElementFormulation::kPlain, r.h, r.nx, r.ny, r.poisson, r.load), r.plain, 1e-3)
-        << r.h.x << " x " << r.nx << " load " << static_cast<int>(r.load);
-    EXPECT_NEAR(strip_compliance(ElementFormulation::kIncompatible, r.h, r.nx, r.ny, r.poisson, r.load), r.incompatible,
+    EXPECT_NEAR(strip_compliance(ElementFormulation::kPlain, r.h, r.nx, r.ny, r.poisson, r.load), r.plain,
                 1e-3)
+        << r.h.x << " x " << r.nx << " load " << static_cast<int>(r.load);
+    EXPECT_NEAR(strip_compliance(ElementFormulation::kIncompatible, r.h, r.nx, r.ny, r.poisson, r.load),
+                r.incompatible, 1e-3)
         << r.h.x << " x " << r.nx << " load " << static_cast<int>(r.load);
   }
 }
@@ -108,12 +118,13 @@ TEST(Element, EnergyOfALinearFieldIsExactAndRigidMotionsAreFree) {
       Eigen::Matrix<double, 24, 1> u;
       for (int c = 0; c < 8; ++c)
         u.segment<3>(3 * c) = a * (0.5 * Eigen::Vector3d(corner_sign(c, 0) * h.x, corner_sign(c, 1) * h.y,
-                                                         corner_sign(c, 2) * h.z)) + Eigen::Vector3d(1, 2, 3);
+                                                         corner_sign(c, 2) * h.z)) +
+                              Eigen::Vector3d(1, 2, 3);
       return u;
     };
     const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
-    const double density = 0.5 * lame_lambda(material) * std::pow(strain.trace(), 2) +
-                           lame_mu(material) * strain.squaredNorm();
+    const double density =
+        0.5 * lame_lambda(material) * std::pow(strain.trace(), 2) + lame_mu(material) * strain.squaredNorm();
     const Eigen::Matrix<double, 24, 1> u = field(gradient);
     EXPECT_NEAR(0.5 * u.dot(matrix * u), density * h.x * h.y * h.z, 1e-12);
     EXPECT_LT((matrix * field(gradient - gradient.transpose())).norm(), 1e-12);
@@ -154,8 +165,8 @@ std::vector<MaterialPoint> box_part(Vec3 h, Vec3 lo, Vec3 hi) {
 }
 
 TEST(Element, PatchOfPartlyFilledCellsCarriesALinearFieldExactly) {
-  // 3 x 3 x 1 cells filled to different heights and depths: the energy of a linear field is that of the material, and
-  // without mean-free modes it would be far less.
+  // 3 x 3 x 1 cells filled to different heights and depths: the energy of a linear field is that of the
+  // material, and without mean-free modes it would be far less.
   Material material;
   material.young = 2;
   material.poisson = 0.3;
@@ -164,7 +175,8 @@ TEST(Element, PatchOfPartlyFilledCellsCarriesALinearFieldExactly) {
   for (ElementFormulation formulation : kBoth)
     for (int round = 0; round < 20; ++round) {
       const Vec3 lo{random.uniform(-1, 0.5), random.uniform(-1, 0.5), random.uniform(-1, 0.5)};
-      const Vec3 hi{lo.x + random.uniform(0.01, 0.5), lo.y + random.uniform(0.1, 0.5), lo.z + random.uniform(0.1, 0.5)};
+      const Vec3 hi{lo.x + random.uniform(0.01, 0.5), lo.y + random.uniform(0.1, 0.5),
+                    lo.z + random.uniform(0.1, 0.5)};
       const std::vector<MaterialPoint> points = box_part(h, lo, hi);
       double volume = 0;
       for (const MaterialPoint& p : points) volume += p.volume;
@@ -173,8 +185,9 @@ TEST(Element, PatchOfPartlyFilledCellsCarriesALinearFieldExactly) {
       for (int i = 0; i < 9; ++i) gradient(i / 3, i % 3) = random.uniform(-1, 1);
       Eigen::Matrix<double, 24, 1> u;
       for (int c = 0; c < 8; ++c)
-        u.segment<3>(3 * c) = gradient * Eigen::Vector3d(corner_sign(c, 0) * h.x / 2, corner_sign(c, 1) * h.y / 2,
-                                                         corner_sign(c, 2) * h.z / 2);
+        u.segment<3>(3 * c) =
+            gradient * Eigen::Vector3d(corner_sign(c, 0) * h.x / 2, corner_sign(c, 1) * h.y / 2,
+                                       corner_sign(c, 2) * h.z / 2);
       const Eigen::Map<const Eigen::Matrix<double, 24, 24, Eigen::RowMajor>> matrix(k.data());
       const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
       const double density = 0.5 * lame_lambda(material) * std::pow(strain.trace(), 2) +
@@ -189,7 +202,8 @@ TEST(Element, PatchOfPartlyFilledCellsCarriesALinearFieldExactly) {
         for (const MaterialPoint& p : points) {
           const double n[3] = {1 + corner_sign(c, 0) * p.xi.x, 1 + corner_sign(c, 1) * p.xi.y,
                                1 + corner_sign(c, 2) * p.xi.z};
-          const Eigen::Vector3d g(corner_sign(c, 0) * n[1] * n[2] / (4 * h.x), corner_sign(c, 1) * n[0] * n[2] / (4 * h.y),
+          const Eigen::Vector3d g(corner_sign(c, 0) * n[1] * n[2] / (4 * h.x),
+                                  corner_sign(c, 1) * n[0] * n[2] / (4 * h.y),
                                   corner_sign(c, 2) * n[0] * n[1] / (4 * h.z));
           expected += p.volume * stress * g;
         }

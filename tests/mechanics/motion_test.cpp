@@ -39,7 +39,8 @@ double elastic_energy(const MechanicsModel& model, const MechanicsState& state) 
     for (NodeId n : model.element(HexId(e)).nodes) centre += 0.125 * state.positions[n.index()];
     std::array<double, 24> u;
     for (int c = 0; c < 8; ++c) {
-      const Vec3 local = transposed_times(state.rotations[e], state.positions[model.element(HexId(e)).nodes[c].index()] - centre);
+      const Vec3 local = transposed_times(state.rotations[e],
+                                          state.positions[model.element(HexId(e)).nodes[c].index()] - centre);
       for (int a = 0; a < 3; ++a) u[3 * c + a] = local[a] - corner_sign(c, a) * model.cell_size()[a] / 2;
     }
     for (int i = 0; i < 24; ++i)
@@ -72,11 +73,15 @@ TEST(Motion, IterationsStayUnderTheirCeilings) {
 }
 
 TEST(Motion, LooseSolvesStayCloseToTightOnes) {
-  // Tip of a clamped sheet in mid-swing, for the default tolerance and for 1e-6. The large soft sheet crumples later on,
-  // and then no two solves agree, however tight.
-  struct Row { int n; double young, dt, time; };
-  for (const Row& row : {Row{21, 20e3, 1e-3, 0.5}, Row{21, 20e3, 1.0 / 60, 0.5}, Row{21, 4e6, 1e-3, 0.5},
-                         Row{21, 4e6, 1.0 / 60, 0.5}, Row{49, 20e3, 1.0 / 60, 0.25}, Row{49, 4e6, 1.0 / 60, 0.5}}) {
+  // Tip of a clamped sheet in mid-swing, for the default tolerance and for 1e-6. The large soft sheet
+  // crumples later on, and then no two solves agree, however tight.
+  struct Row {
+    int n;
+    double young, dt, time;
+  };
+  for (const Row& row :
+       {Row{21, 20e3, 1e-3, 0.5}, Row{21, 20e3, 1.0 / 60, 0.5}, Row{21, 4e6, 1e-3, 0.5},
+        Row{21, 4e6, 1.0 / 60, 0.5}, Row{49, 20e3, 1.0 / 60, 0.25}, Row{49, 4e6, 1.0 / 60, 0.5}}) {
     const Grid g{row.n, row.n, 1};
     MechanicsModel model = test::make_box(g, kCell, tissue(row.young));
     fix_edge(model, g);
@@ -167,7 +172,8 @@ TEST(Motion, EnergyOfAFreeDampedBodyDoesNotGrow) {
     StepReport report;
     double before = HUGE_VAL, first = 0;
     for (int i = 0; i * dt < (dt < 0.01 ? 2 : 10); ++i) {
-      // Rotations are those of the step's start: what is stored before the first two steps does not belong together.
+      // Rotations are those of the step's start: what is stored before the first two steps does not belong
+      // together.
       const double total = report.kinetic_energy + elastic_energy(model, state);
       if (i == 2) first = total;
       if (i > 2) {
@@ -194,7 +200,8 @@ TEST(Motion, ThrownNodesFindTheirWayHome) {
       Random random(seed);
       for (std::size_t i = 0; i < state.positions.size(); ++i)
         if (!model.is_fixed(NodeId(i)))
-          state.positions[i] += kH * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+          state.positions[i] +=
+              kH * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
       StepWorkspace w;
       StepOptions options;
       options.gravity = {};
@@ -242,7 +249,8 @@ TEST(Motion, FarFromTheOriginNothingChanges) {
   const Grid g{6, 6, 1};
   const Vec3 far{1024, -2048, 512};
   MechanicsModel near_model = test::make_box(g, kCell, tissue(20e3));
-  MechanicsModel far_model = test::make_box(g, kCell, tissue(20e3), ElementFormulation::kIncompatible, {}, far);
+  MechanicsModel far_model =
+      test::make_box(g, kCell, tissue(20e3), ElementFormulation::kIncompatible, {}, far);
   fix_edge(near_model, g);
   fix_edge(far_model, g);
   MechanicsState a = rest_state(near_model), b = rest_state(far_model);
@@ -251,7 +259,8 @@ TEST(Motion, FarFromTheOriginNothingChanges) {
     one(near_model, a, {}, wa);
     one(far_model, b, {}, wb);
   }
-  for (std::size_t i = 0; i < a.positions.size(); ++i) EXPECT_LT(norm(b.positions[i] - far - a.positions[i]), 1e-8);
+  for (std::size_t i = 0; i < a.positions.size(); ++i)
+    EXPECT_LT(norm(b.positions[i] - far - a.positions[i]), 1e-8);
 }
 
 TEST(Motion, TurnedLatticeAndTurnedGravityGiveTheTurnedMotion) {

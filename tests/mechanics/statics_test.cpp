@@ -25,7 +25,8 @@ double plate(ElementFormulation formulation, int cells, bool clamped) {
   for (int y = 0; y <= cells; ++y)
     for (int x = 0; x <= cells; ++x) {
       const bool edge = x == 0 || y == 0 || x == cells || y == cells;
-      const double share = (x == 0 || x == cells ? 0.5 : 1) * (y == 0 || y == cells ? 0.5 : 1) / cells / cells;
+      const double share =
+          (x == 0 || x == cells ? 0.5 : 1) * (y == 0 || y == cells ? 0.5 : 1) / cells / cells;
       for (int z = 0; z < 2; ++z) {
         const std::size_t i = 3 * g.node(x, y, z).index();
         force[i + 2] = 0.5 * share;
@@ -45,10 +46,15 @@ double plate(ElementFormulation formulation, int cells, bool clamped) {
 }
 
 TEST(Statics, ThinPlatesMatchKirchhoff) {
-  struct Row { int cells; bool clamped; double incompatible, plain; };
+  struct Row {
+    int cells;
+    bool clamped;
+    double incompatible, plain;
+  };
   for (const Row& r : {Row{8, false, .918, .126}, Row{16, false, 1.000, .345}, Row{32, false, 1.009, .612},
                        Row{8, true, .851, .090}, Row{16, true, .993, .266}, Row{32, true, 1.005, .538}}) {
-    EXPECT_NEAR(plate(ElementFormulation::kIncompatible, r.cells, r.clamped), r.incompatible, 2e-3) << r.cells;
+    EXPECT_NEAR(plate(ElementFormulation::kIncompatible, r.cells, r.clamped), r.incompatible, 2e-3)
+        << r.cells;
     EXPECT_NEAR(plate(ElementFormulation::kPlain, r.cells, r.clamped), r.plain, 2e-3) << r.cells;
   }
 }
@@ -74,7 +80,8 @@ TEST(Statics, PatchOfDifferentlyFilledCellsMovesRigidlyForNothing) {
     const ElementMatrix k = model.element_stiffness(HexId(e));
     for (int i = 0; i < 24; ++i)
       for (int j = 0; j < 24; ++j) {
-        const Vec3 u = shift + cross(spin, model.rest_positions()[model.element(HexId(e)).nodes[j / 3].index()]);
+        const Vec3 u =
+            shift + cross(spin, model.rest_positions()[model.element(HexId(e)).nodes[j / 3].index()]);
         force[3 * model.element(HexId(e)).nodes[i / 3].index() + i % 3] += k[24 * i + j] * u[j % 3];
       }
   }
@@ -82,8 +89,8 @@ TEST(Statics, PatchOfDifferentlyFilledCellsMovesRigidlyForNothing) {
 }
 
 TEST(Statics, TensionOfAPartlyFilledPatchIsExact) {
-  // A bar in which all cells are filled from below to 30 %: a linear field is a solution; with held ends inner nodes
-  // must find it.
+  // A bar in which all cells are filled from below to 30 %: a linear field is a solution; with held ends
+  // inner nodes must find it.
   Material material;
   material.young = 5;
   material.poisson = 0;
@@ -158,7 +165,9 @@ TEST(Statics, InnerForcesMakeNoTorque) {
 
 TEST(Statics, TipLoadedStripFollowsTheElastica) {
   // Strip of 20 cubes; k = F L^2 / E I.
-  struct Row { double k, tip; };  // Bisshopp and Drucker's exact solution, deflection / length
+  struct Row {
+    double k, tip;
+  };  // Bisshopp and Drucker's exact solution, deflection / length
   for (const Row& row : {Row{1, .3017}, Row{2, .4935}, Row{5, .7138}, Row{10, .8106}}) {
     Material material;
     material.young = 1e5;

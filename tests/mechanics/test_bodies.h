@@ -1,5 +1,5 @@
-// Small bodies of box cells for the tests of mechanics, and a dense-to-sparse static solver that shares no code with the
-// time step.
+// Small bodies of box cells for the tests of mechanics, and a dense-to-sparse static solver that shares no
+// code with the time step.
 #pragma once
 
 #include <Eigen/SparseCholesky>
@@ -20,7 +20,9 @@ struct Grid {
   [[nodiscard]] NodeId node(int x, int y, int z) const {
     return NodeId(static_cast<std::int32_t>((z * (ny + 1) + y) * (nx + 1) + x));
   }
-  [[nodiscard]] HexId cell(int x, int y, int z) const { return HexId(static_cast<std::int32_t>((z * ny + y) * nx + x)); }
+  [[nodiscard]] HexId cell(int x, int y, int z) const {
+    return HexId(static_cast<std::int32_t>((z * ny + y) * nx + x));
+  }
   [[nodiscard]] std::array<NodeId, 8> corners(int x, int y, int z) const {
     std::array<NodeId, 8> out;
     for (int c = 0; c < 8; ++c) out[c] = node(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2 & 1));
@@ -37,7 +39,8 @@ inline MechanicsModel make_box(const Grid& g, Vec3 h, const Material& material,
   (void)added;
   for (int z = 0; z <= g.nz; ++z)
     for (int y = 0; y <= g.ny; ++y)
-      for (int x = 0; x <= g.nx; ++x) model.add_node(origin + axes * Vec3{x * h.x, y * h.y, z * h.z}, {x, y, z});
+      for (int x = 0; x <= g.nx; ++x)
+        model.add_node(origin + axes * Vec3{x * h.x, y * h.y, z * h.z}, {x, y, z});
   for (int z = 0; z < g.nz; ++z)
     for (int y = 0; y < g.ny; ++y)
       for (int x = 0; x < g.nx; ++x) {
@@ -48,7 +51,8 @@ inline MechanicsModel make_box(const Grid& g, Vec3 h, const Material& material,
   return model;
 }
 
-/// Displacements under nodal forces with some freedoms held at zero: K u = f at rest, by Eigen. fixed, force: 3 |nodes|.
+/// Displacements under nodal forces with some freedoms held at zero: K u = f at rest, by Eigen. fixed, force:
+/// 3 |nodes|.
 inline std::vector<double> static_displacement(const MechanicsModel& model, const std::vector<char>& fixed,
                                                const std::vector<double>& force) {
   const auto n = static_cast<int>(3 * model.node_count());

@@ -1,8 +1,8 @@
 // Cholesky factorisation of a sparse symmetric matrix of 6 x 6 blocks: the coarse problem of the solver.
 //
-// Structure (elimination order, fill, list of updates) and numbers are apart: the structure changes with a cut, the numbers
-// every step. A pivot that has lost all its digits is dropped, which leaves its freedom out: a group of nodes in a line has
-// no rotation about it.
+// Structure (elimination order, fill, list of updates) and numbers are apart: the structure changes with a
+// cut, the numbers every step. A pivot that has lost all its digits is dropped, which leaves its freedom out:
+// a group of nodes in a line has no rotation about it.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,20 @@ inline constexpr std::size_t kBlockRow = 8;
 /// A pivot below this share of its diagonal entry is rounding.
 inline constexpr double kDroppedPivot = 1e-10;
 
-/// Replaces a symmetric positive block by the inverse of its lower triangular factor, and solves with that, in place.
+/// Replaces a symmetric positive block by the inverse of its lower triangular factor, and solves with that,
+/// in place.
 void factor_block(double* block);
 void solve_block(const double* block, double* x);
 
 struct BlockCholeskyStructure {
-  struct Update { std::int32_t target, left, right; };  ///< target -= left right'
+  struct Update {
+    std::int32_t target, left, right;
+  };  ///< target -= left right'
   std::int32_t rows = 0;
-  std::vector<std::int32_t> position;      ///< row -> place in the elimination order
-  std::vector<std::int32_t> order;         ///< place -> row
-  std::vector<std::int32_t> column_begin;  ///< per place: its blocks below the diagonal; block b is b + rows in storage
+  std::vector<std::int32_t> position;  ///< row -> place in the elimination order
+  std::vector<std::int32_t> order;     ///< place -> row
+  std::vector<std::int32_t>
+      column_begin;  ///< per place: its blocks below the diagonal; block b is b + rows in storage
   std::vector<std::int32_t> block_row;     ///< place of each of them, ascending within a column
   std::vector<std::int32_t> update_begin;  ///< per place
   std::vector<Update> updates;             ///< storage indices
@@ -37,11 +41,11 @@ struct BlockCholeskyStructure {
 };
 
 /// Minimum degree order and fill for a graph given as pairs i < j, sorted, without repeats. O(rows^2 + fill).
-BlockCholeskyStructure block_cholesky_structure(std::int32_t rows,
-                                                const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs);
+BlockCholeskyStructure block_cholesky_structure(
+    std::int32_t rows, const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs);
 
-/// Factors in place. blocks: block_count() x kBlockDoubles, column-major, the diagonal ones full; afterwards the diagonal
-/// holds the inverse of its triangular factor.
+/// Factors in place. blocks: block_count() x kBlockDoubles, column-major, the diagonal ones full; afterwards
+/// the diagonal holds the inverse of its triangular factor.
 void block_cholesky_factor(const BlockCholeskyStructure& structure, std::vector<double>& blocks);
 
 /// Solves in place; x: rows x kBlockRow *by place in the elimination order*, padding zero.

@@ -14,8 +14,9 @@ constexpr std::size_t kGroupGrain = 16;
 
 using Matrix6 = std::array<double, 36>;  // row-major
 
-// T' W S with T = [I, -[a]x; 0, I] and S = [I, -[b]x; 0, I]: from motions about the element's centre to motions about the
-// groups' centres, which lie at -a and -b from it. Added to a stored (column-major, padded) block.
+// T' W S with T = [I, -[a]x; 0, I] and S = [I, -[b]x; 0, I]: from motions about the element's centre to
+// motions about the groups' centres, which lie at -a and -b from it. Added to a stored (column-major, padded)
+// block.
 void add_moved(const Matrix6& w, double sign, const double* a, const double* b, double* block) {
   Matrix6 m = w;
   for (int i = 0; i < 6; ++i) {  // row_w -= row_t x b
@@ -40,12 +41,14 @@ Matrix6 rotated(const Matrix6& e, const double (&r)[3][3]) {
   for (int i = 0; i < 6; ++i)
     for (int block = 0; block < 2; ++block) {
       const double* in = &e[6 * i + 3 * block];
-      for (int j = 0; j < 3; ++j) half[6 * i + 3 * block + j] = in[0] * r[j][0] + in[1] * r[j][1] + in[2] * r[j][2];
+      for (int j = 0; j < 3; ++j)
+        half[6 * i + 3 * block + j] = in[0] * r[j][0] + in[1] * r[j][1] + in[2] * r[j][2];
     }
   for (int block = 0; block < 2; ++block)
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 6; ++j)
-        out[6 * (3 * block + i) + j] = r[i][0] * half[6 * (3 * block) + j] + r[i][1] * half[6 * (3 * block + 1) + j] +
+        out[6 * (3 * block + i) + j] = r[i][0] * half[6 * (3 * block) + j] +
+                                       r[i][1] * half[6 * (3 * block + 1) + j] +
                                        r[i][2] * half[6 * (3 * block + 2) + j];
   return out;
 }
@@ -90,7 +93,7 @@ void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
     double* b = coarse.blocks.data() + kBlockDoubles * g;
     const auto set = [&](int i, int j, double value) { b[8 * j + i] = b[8 * i + j] = value; };
     for (int a = 0; a < 3; ++a) set(a, a, m);
-    set(0, 4, mq[2]);   // w x q, x component: w_y q_z - w_z q_y
+    set(0, 4, mq[2]);  // w x q, x component: w_y q_z - w_z q_y
     set(0, 5, -mq[1]);
     set(1, 3, -mq[2]);
     set(1, 5, mq[0]);

@@ -1,6 +1,7 @@
-// The coarse half of the two-level preconditioner, z = D^-1 r + P C^-1 P' r: each group of nodes moves as a rigid body at
-// its current position, C = P' A P is made and factored every step. Only ever added to the block-Jacobi part: damped
-// Jacobi is no contraction for these elements, so a multiplicative combination is not positive definite.
+// The coarse half of the two-level preconditioner, z = D^-1 r + P C^-1 P' r: each group of nodes moves as a
+// rigid body at its current position, C = P' A P is made and factored every step. Only ever added to the
+// block-Jacobi part: damped Jacobi is no contraction for these elements, so a multiplicative combination is
+// not positive definite.
 #pragma once
 
 #include <vector>
@@ -13,13 +14,14 @@ struct StepWorkspace;
 
 /// Numbers of one step; vectors are by place in the elimination order (block_cholesky.h).
 struct CoarseSpace {
-  std::vector<double> centre;  ///< 3 per group, m
-  std::vector<double> blocks;  ///< the factored coarse matrix
-  std::vector<double> value;   ///< 8 per group: (t, w, 0, 0), the solution
+  std::vector<double> centre;      ///< 3 per group, m
+  std::vector<double> blocks;      ///< the factored coarse matrix
+  std::vector<double> value;       ///< 8 per group: (t, w, 0, 0), the solution
   std::vector<double> restricted;  ///< the same of P' residual
 };
 
-/// Arms of the nodes, coarse matrix and its factor for a prepared step (positions, scaled rotations, masses, springs).
+/// Arms of the nodes, coarse matrix and its factor for a prepared step (positions, scaled rotations, masses,
+/// springs).
 void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& workspace);
 
 /// value = C^-1 P' residual; returns residual' P value.

@@ -33,7 +33,8 @@ std::vector<std::int32_t> lattice_blocks(const MechanicsModel& model, int width)
   for (std::size_t i = 0; i < model.node_count(); ++i) {
     if (s.free[i] == 0) continue;
     std::int64_t index = 0;
-    for (int a = 2; a >= 0; --a) index = index * blocks[a] + (model.grid()[i][a] - low[a]) * blocks[a] / nodes[a];
+    for (int a = 2; a >= 0; --a)
+      index = index * blocks[a] + (model.grid()[i][a] - low[a]) * blocks[a] / nodes[a];
     block[i] = static_cast<std::int32_t>(index);
   }
   return block;
@@ -172,7 +173,8 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
       std::array<std::int32_t, 8> sorted = place;
       std::sort(sorted.begin(), sorted.end(), std::greater<>());
       for (int c = 0; c < 8; ++c)
-        if (sorted[c] >= 0 && (c == 0 || sorted[c] != sorted[c - 1])) crossing.place[crossing.parts++] = sorted[c];
+        if (sorted[c] >= 0 && (c == 0 || sorted[c] != sorted[c - 1]))
+          crossing.place[crossing.parts++] = sorted[c];
       if (crossing.parts == 0 || (crossing.parts == 1 && !held)) continue;
       std::array<unsigned, 8> corners{};
       for (int p = 0; p < crossing.parts; ++p)
@@ -182,11 +184,13 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
       crossing.target = add_targets(crossing.parts, crossing.place);
       const auto fresh = [&](const ElementMatrix& k) {
         const auto first = static_cast<std::int32_t>(out.matrices.size());
-        out.matrices.resize(out.matrices.size() + (crossing.antisymmetric ? 1 : crossing.parts * (crossing.parts + 1) / 2));
+        out.matrices.resize(out.matrices.size() +
+                            (crossing.antisymmetric ? 1 : crossing.parts * (crossing.parts + 1) / 2));
         for (int q = 0; q < crossing.parts; ++q) {
           const RigidModes force = moved_rigidly(k, modes, corners[q]);
           for (int p = 0; p <= q; ++p)  // pair (p, q) by rows of the upper triangle
-            out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] = felt(force, modes, corners[p]);
+            out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] =
+                felt(force, modes, corners[p]);
           if (crossing.antisymmetric) break;  // one is enough
         }
         return first;

@@ -1,6 +1,6 @@
-// Which nodes move together in the solver's coarse space: groups of neighbouring nodes ("aggregates"), each with the six
-// rigid motions. A group is a block of the lattice, a few cells wide, split into the parts that elements connect: a group
-// must not reach across a cut, where its two halves move apart.
+// Which nodes move together in the solver's coarse space: groups of neighbouring nodes ("aggregates"), each
+// with the six rigid motions. A group is a block of the lattice, a few cells wide, split into the parts that
+// elements connect: a group must not reach across a cut, where its two halves move apart.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@ namespace kerf {
 
 class MechanicsModel;
 
-/// Width of the groups in nodes: narrow ones for few iterations, wide ones for a coarse matrix that is cheap to make. The
-/// best for clamped sheets, measured with mechanics_bench.
+/// Width of the groups in nodes: narrow ones for few iterations, wide ones for a coarse matrix that is cheap
+/// to make. The best for clamped sheets, measured with mechanics_bench.
 constexpr int group_width(std::size_t free_nodes) {
   if (free_nodes < 2000) return 3;
   if (free_nodes < 8000) return 4;
@@ -23,23 +23,24 @@ constexpr int group_width(std::size_t free_nodes) {
 
 struct CoarseStructure {
   std::int32_t groups = 0;
-  double length = 1;                                  ///< m; scales rotations to the size of translations
-  std::vector<std::int32_t> group;                    ///< per node; -1: held or unused
-  std::vector<std::int32_t> place;                    ///< per node: its group's place in the elimination order, or -1
-  std::vector<std::int32_t> member_begin, members;    ///< per *place*: nodes, ascending
+  double length = 1;                ///< m; scales rotations to the size of translations
+  std::vector<std::int32_t> group;  ///< per node; -1: held or unused
+  std::vector<std::int32_t> place;  ///< per node: its group's place in the elimination order, or -1
+  std::vector<std::int32_t> member_begin, members;  ///< per *place*: nodes, ascending
 
-  /// An element that touches several groups (or a held node). The others do nothing in the coarse space: their nodes
-  /// move rigidly there.
+  /// An element that touches several groups (or a held node). The others do nothing in the coarse space:
+  /// their nodes move rigidly there.
   struct Crossing {
     std::int32_t batch = 0, lane = 0;
-    std::int32_t parts = 0;                 ///< groups it touches, by descending place
+    std::int32_t parts = 0;  ///< groups it touches, by descending place
     std::array<std::int32_t, 8> place{};
-    std::int32_t matrix = 0;                ///< first of its parts (parts + 1) / 2 local matrices
-    std::int32_t target = 0;                ///< first of as many target blocks
-    bool antisymmetric = false;             ///< two parts and no held node: all three matrices are +-the first
+    std::int32_t matrix = 0;     ///< first of its parts (parts + 1) / 2 local matrices
+    std::int32_t target = 0;     ///< first of as many target blocks
+    bool antisymmetric = false;  ///< two parts and no held node: all three matrices are +-the first
   };
   std::vector<Crossing> crossings;
-  /// Element stiffness between the rigid motions of its parts in its own frame, 6 x 6 row-major, pairs (row >= column).
+  /// Element stiffness between the rigid motions of its parts in its own frame, 6 x 6 row-major, pairs (row
+  /// >= column).
   std::vector<std::array<double, 36>> matrices;
   std::vector<std::int32_t> targets;  ///< storage blocks, one per pair of each crossing
 

@@ -23,7 +23,8 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
       entries.emplace_back(3 * i + ra, 3 * j + cb, value);
   };
   for (int i = 0; i < n; ++i)
-    for (int a = 0; a < 3; ++a) entries.emplace_back(3 * i + a, 3 * i + a, s.free[i] != 0 ? w.mass_diagonal[i] : 1.0);
+    for (int a = 0; a < 3; ++a)
+      entries.emplace_back(3 * i + a, 3 * i + a, s.free[i] != 0 ? w.mass_diagonal[i] : 1.0);
   for (std::size_t batch = 0; batch < s.batches.size(); ++batch)
     for (int lane = 0; lane < MechanicsModel::kLanes; ++lane) {
       const std::int32_t e = s.batches[batch].element[lane];

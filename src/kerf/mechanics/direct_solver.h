@@ -8,8 +8,8 @@ namespace kerf {
 
 struct StepWorkspace;
 
-/// Solves A v = right_side for workspace.solution, whose entries at held nodes are given. Needs the scaled rotations,
-/// masses and spring scales of a prepared step. Allocates; factors anew each time.
+/// Solves A v = right_side for workspace.solution, whose entries at held nodes are given. Needs the scaled
+/// rotations, masses and spring scales of a prepared step. Allocates; factors anew each time.
 Status direct_solve(const MechanicsModel& model, StepWorkspace& workspace, double dt);
 
 }  // namespace kerf

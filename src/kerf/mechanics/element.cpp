@@ -11,14 +11,15 @@ constexpr int kModes = 9;
 constexpr std::array<int, kModes> kModeStrain = {0, 1, 2, 3, 3, 4, 4, 5, 5};
 constexpr std::array<int, kModes> kModeCoordinate = {0, 1, 2, 0, 1, 1, 2, 0, 2};
 
-// Integrals over the material. Everything the matrix needs is linear in them, so no strain matrix is ever formed.
+// Integrals over the material. Everything the matrix needs is linear in them, so no strain matrix is ever
+// formed.
 struct Moments {
   double volume = 0;
-  std::array<double, 3> coordinate{};                  // int xi_k
-  std::array<std::array<double, 3>, 3> product{};      // int xi_j xi_k
-  std::array<double, 24> gradient{};                   // int dN_c/dx_a at 3 c + a
+  std::array<double, 3> coordinate{};                   // int xi_k
+  std::array<std::array<double, 3>, 3> product{};       // int xi_j xi_k
+  std::array<double, 24> gradient{};                    // int dN_c/dx_a at 3 c + a
   std::array<std::array<double, 24>, 3> gradient_xi{};  // int dN_c/dx_a xi_k
-  std::array<double, 576> gradient_pairs{};            // int dN_c/dx_a dN_d/dx_b, upper triangle by rows
+  std::array<double, 576> gradient_pairs{};             // int dN_c/dx_a dN_d/dx_b, upper triangle by rows
 };
 
 Moments integrate(std::span<const MaterialPoint> points, Vec3 h) {
@@ -94,7 +95,8 @@ ElementMatrix matrix_of(const Moments& m, ElementFormulation formulation, const 
         for (int a = 0; a < 3; ++a) kau[r][3 * c + a] = stress_of_mode(&centred[q][3 * c], a, s, lambda, mu);
       for (int t = 0; t < kModes; ++t) {
         const int p = kModeCoordinate[t];
-        kaa[r][t] = elasticity(s, kModeStrain[t], lambda, mu) * (m.product[q][p] - m.volume * mean[q] * mean[p]);
+        kaa[r][t] =
+            elasticity(s, kModeStrain[t], lambda, mu) * (m.product[q][p] - m.volume * mean[q] * mean[p]);
       }
       largest = std::max(largest, kaa[r][r]);
     }
@@ -131,7 +133,8 @@ ElementMatrix matrix_of(const Moments& m, ElementFormulation formulation, const 
 std::array<double, 8> shape_functions(Vec3 xi) {
   std::array<double, 8> n;
   for (int c = 0; c < 8; ++c)
-    n[c] = 0.125 * (1 + corner_sign(c, 0) * xi.x) * (1 + corner_sign(c, 1) * xi.y) * (1 + corner_sign(c, 2) * xi.z);
+    n[c] = 0.125 * (1 + corner_sign(c, 0) * xi.x) * (1 + corner_sign(c, 1) * xi.y) *
+           (1 + corner_sign(c, 2) * xi.z);
   return n;
 }
 

@@ -10,8 +10,8 @@
 //   |/ 0--------1
 //   +---x
 //
-// Default are Taylor's incompatible modes in the strain form (QM6, the same as nine enhanced strains), condensed:
-// K = Kuu - Kua Kaa^-1 Kua'. Plain integration is there to compare with the paper's platform.
+// Default are Taylor's incompatible modes in the strain form (QM6, the same as nine enhanced strains),
+// condensed: K = Kuu - Kua Kaa^-1 Kua'. Plain integration is there to compare with the paper's platform.
 #pragma once
 
 #include <array>
@@ -36,14 +36,16 @@ struct MaterialPoint {
   double volume = 0;
 };
 
-/// Share of the full cell's stiffness that a partly filled cell gets on top of its own: bounds the local softness
-/// under a point load. Mass has no such floor.
+/// Share of the full cell's stiffness that a partly filled cell gets on top of its own: bounds the local
+/// softness under a point load. Mass has no such floor.
 inline constexpr double kStiffnessFloor = 1e-3;
 /// Share of the largest diagonal of Kaa added to its diagonal, so that slivers can be condensed.
 inline constexpr double kCondensationRegularisation = 1e-12;
 
 /// Sign of corner c along an axis: -1 or +1.
-constexpr double corner_sign(int corner, int axis) { return (corner >> axis & 1) != 0 ? 1.0 : -1.0; }
+constexpr double corner_sign(int corner, int axis) {
+  return (corner >> axis & 1) != 0 ? 1.0 : -1.0;
+}
 
 /// The eight trilinear shape functions at xi.
 std::array<double, 8> shape_functions(Vec3 xi);
@@ -57,7 +59,8 @@ ElementMatrix element_matrix(ElementFormulation formulation, const Material& mat
 ElementMatrix partly_filled_matrix(ElementFormulation formulation, const Material& material, Vec3 cell_size,
                                    std::span<const MaterialPoint> points, double floor = kStiffnessFloor);
 
-/// Mass (kg) of each corner: row sums of the consistent mass matrix, density times the integral of each shape function.
+/// Mass (kg) of each corner: row sums of the consistent mass matrix, density times the integral of each shape
+/// function.
 std::array<double, 8> lumped_masses(double density, std::span<const MaterialPoint> points);
 /// Mass of each corner of a full cell.
 std::array<double, 8> lumped_masses(double density, Vec3 cell_size);

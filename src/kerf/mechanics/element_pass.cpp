@@ -49,8 +49,8 @@ inline void rotate(const Lanes (&r)[3][3], Lanes (&u)[3]) {
   for (int a = 0; a < 3; ++a) u[a] = r[a][0] * x + r[a][1] * y + r[a][2] * z;
 }
 
-// f = K u for four packed matrices side by side. Three rows, those of a corner, at a time: each number of K is read once
-// and the sums of the columns are touched once for three rows.
+// f = K u for four packed matrices side by side. Three rows, those of a corner, at a time: each number of K
+// is read once and the sums of the columns are touched once for three rows.
 inline void apply_own(const double* k, const Lanes (&u)[8][3], Lanes (&f)[8][3]) {
   for (int i = 0; i < 24; ++i) f[i / 3][i % 3] = all_lanes(0);
   for (int c = 0; c < 8; ++c) {
@@ -60,7 +60,8 @@ inline void apply_own(const double* k, const Lanes (&u)[8][3], Lanes (&f)[8][3])
     const double* k2 = k1 + kLanes * (length - 1);
     k = k2 + kLanes * (length - 2);
     const Lanes u0 = u[c][0], u1 = u[c][1], u2 = u[c][2];
-    const Lanes k01 = load_lanes(k0 + kLanes), k02 = load_lanes(k0 + 2 * kLanes), k12 = load_lanes(k1 + kLanes);
+    const Lanes k01 = load_lanes(k0 + kLanes), k02 = load_lanes(k0 + 2 * kLanes),
+                k12 = load_lanes(k1 + kLanes);
     Lanes s0 = f[c][0] + load_lanes(k0) * u0 + k01 * u1 + k02 * u2;
     Lanes s1 = f[c][1] + k01 * u0 + load_lanes(k1) * u1 + k12 * u2;
     Lanes s2 = f[c][2] + k02 * u0 + k12 * u1 + load_lanes(k2) * u2;
@@ -102,7 +103,8 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_
     for (int c = 7; c >= 0; --c)
       for (int a = 0; a < 3; ++a) u[c][a] -= u[0][a];
     walsh_hadamard_transform(u);  // mode 0 is 8 times the centre; it does not matter
-    // The linear modes 1, 2, 4 are the deformation gradient: sum of s_x x = 4 h_x F e_x (mode 1 counts corner 1 as -).
+    // The linear modes 1, 2, 4 are the deformation gradient: sum of s_x x = 4 h_x F e_x (mode 1 counts corner
+    // 1 as -).
     const double h4[3] = {-4 * h.x, -4 * h.y, -4 * h.z};
     Lanes f[3][3];
     for (int a = 0; a < 3; ++a)
@@ -148,7 +150,8 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_
   return inverted;
 }
 
-void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt, std::size_t begin, std::size_t end) {
+void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt, std::size_t begin,
+                        std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
@@ -191,7 +194,8 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const
   }
 }
 
-void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::size_t begin, std::size_t end) {
+void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::size_t begin,
+                           std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
   // Components in the order xx yy zz xy yz zx.
   constexpr int kRow[6] = {0, 1, 2, 0, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 0};
@@ -233,7 +237,9 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
       write(b, 3, d);
     } else {
       const double* k = model.own_block(batch.own);
-      const auto packed = [&](int i, int j) { return load_lanes(k + kLanes * (i * 24 - i * (i - 1) / 2 + j - i)); };
+      const auto packed = [&](int i, int j) {
+        return load_lanes(k + kLanes * (i * 24 - i * (i - 1) / 2 + j - i));
+      };
       for (int c = 0; c < 8; ++c) {
         const int o = 3 * c;
         const Lanes m[3][3] = {{packed(o, o), packed(o, o + 1), packed(o, o + 2)},

@@ -1,5 +1,6 @@
-// The loops over batches of four elements that a time step makes. Each writes one value per (element, corner) into a slot
-// of its own; the nodes gather their slots afterwards, in fixed order: no atomics, same bits for any number of threads.
+// The loops over batches of four elements that a time step makes. Each writes one value per (element, corner)
+// into a slot of its own; the nodes gather their slots afterwards, in fixed order: no atomics, same bits for
+// any number of threads.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +13,10 @@ namespace kerf {
 /// Elements per parallel chunk / 4; nodes per chunk. Fixed, because sums are taken per chunk.
 inline constexpr std::size_t kBatchGrain = 32, kNodeGrain = 512;
 
-/// Follows the rotations (workspace.rotation) to workspace.position and writes the elastic forces into the slots.
-/// Returns the number of inverted elements.
-int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin, std::size_t end);
+/// Follows the rotations (workspace.rotation) to workspace.position and writes the elastic forces into the
+/// slots. Returns the number of inverted elements.
+int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin,
+                       std::size_t end);
 
 /// workspace.scaled_rotation for a step of dt.
 void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, double dt, std::size_t begin,
@@ -24,9 +26,10 @@ void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, d
 void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& workspace,
                             const std::vector<StepWorkspace::Quad>& p, std::size_t begin, std::size_t end);
 
-/// 3 x 3 diagonal blocks of the scaled stiffness into diagonal_slot. Full cells write corners 0 to 3 only: corner 7 - c
-/// has the block of corner c.
-void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin, std::size_t end);
+/// 3 x 3 diagonal blocks of the scaled stiffness into diagonal_slot. Full cells write corners 0 to 3 only:
+/// corner 7 - c has the block of corner c.
+void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin,
+                           std::size_t end);
 
 /// Slot that holds the diagonal block of a slot.
 inline std::size_t diagonal_slot(std::size_t slot, std::size_t full_slots) {

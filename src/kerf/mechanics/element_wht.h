@@ -1,8 +1,8 @@
 // The stiffness of a full cell in Walsh-Hadamard form.
 //
-// A box has three mirror planes. In the modes u_m = sum over corners c of (-1)^popcount(m & c) u_c its 24 x 24 matrix
-// falls into eight symmetric 3 x 3 blocks: block p couples (mode p^1, x), (mode p^2, y), (mode p^4, z).
-// 48 numbers instead of 576, and 216 operations instead of 1152 for a product.
+// A box has three mirror planes. In the modes u_m = sum over corners c of (-1)^popcount(m & c) u_c its 24 x
+// 24 matrix falls into eight symmetric 3 x 3 blocks: block p couples (mode p^1, x), (mode p^2, y), (mode p^4,
+// z). 48 numbers instead of 576, and 216 operations instead of 1152 for a product.
 #pragma once
 
 #include <array>
@@ -14,7 +14,8 @@ namespace kerf {
 /// Block p as xx, yy, zz, xy, yz, zx. K = H' blocks H, where H is the transform above (the 1/64 is inside).
 struct WalshHadamardMatrix {
   std::array<std::array<double, 6>, 8> block{};
-  /// K of corner 0 with itself, xx yy zz xy yz zx; corner c has the signs s_x s_y, s_y s_z, s_z s_x of its corner.
+  /// K of corner 0 with itself, xx yy zz xy yz zx; corner c has the signs s_x s_y, s_y s_z, s_z s_x of its
+  /// corner.
   std::array<double, 6> corner{};
 };
 

@@ -16,8 +16,8 @@ struct Material {
   double damping_stiffness = 0;  ///< Rayleigh b, s: damping force b K v
 };
 
-/// Rejects what can't be simulated: stiffness or density not positive, Poisson's ratio out of range, negative damping,
-/// anything not finite. The message names the field and the way out.
+/// Rejects what can't be simulated: stiffness or density not positive, Poisson's ratio out of range, negative
+/// damping, anything not finite. The message names the field and the way out.
 Status validate(const Material& material);
 
 /// Lamé's first parameter, Pa.
@@ -25,6 +25,8 @@ constexpr double lame_lambda(const Material& m) {
   return m.young * m.poisson / ((1 + m.poisson) * (1 - 2 * m.poisson));
 }
 /// Shear modulus, Pa.
-constexpr double lame_mu(const Material& m) { return m.young / (2 * (1 + m.poisson)); }
+constexpr double lame_mu(const Material& m) {
+  return m.young / (2 * (1 + m.poisson));
+}
 
 }  // namespace kerf

@@ -69,15 +69,16 @@ Status MechanicsModel::check_element(HexId id, const MechanicsElement& element) 
     return bad_input(fmt::format("element {}: material {} does not exist; there are {}", id.value + 1,
                                  element.material, materials_.size()));
   if (!(element.young_scale > 0) || !std::isfinite(element.young_scale))
-    return bad_input(fmt::format("element {}: young_scale = {} must be positive", id.value + 1, element.young_scale));
+    return bad_input(
+        fmt::format("element {}: young_scale = {} must be positive", id.value + 1, element.young_scale));
   for (int i = 0; i < 8; ++i) {
     if (!element.nodes[i].valid() || element.nodes[i].index() >= node_count())
-      return bad_input(fmt::format("element {}: corner {} names node {}, but there are {} nodes", id.value + 1, i + 1,
-                                   element.nodes[i].value + 1, node_count()));
+      return bad_input(fmt::format("element {}: corner {} names node {}, but there are {} nodes",
+                                   id.value + 1, i + 1, element.nodes[i].value + 1, node_count()));
     for (int j = 0; j < i; ++j)
       if (element.nodes[i] == element.nodes[j])
-        return bad_input(fmt::format("element {}: corners {} and {} are the same node {}", id.value + 1, j + 1, i + 1,
-                                     element.nodes[i].value + 1));
+        return bad_input(fmt::format("element {}: corners {} and {} are the same node {}", id.value + 1,
+                                     j + 1, i + 1, element.nodes[i].value + 1));
   }
   return {};
 }
@@ -111,17 +112,20 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element) {
   return {};
 }
 
-Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses) {
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element,
+                                   const std::array<double, 8>& masses) {
   KERF_TRY(check_element(id, element));
   for (double m : masses)
     if (!std::isfinite(m))
-      return bad_input(fmt::format("element {}: a corner's mass is not finite; check the density", id.value + 1));
+      return bad_input(
+          fmt::format("element {}: a corner's mass is not finite; check the density", id.value + 1));
   release_own(id);
   store_element(id, element, masses);
   return {};
 }
 
-Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, std::span<const MaterialPoint> points) {
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element,
+                                   std::span<const MaterialPoint> points) {
   KERF_TRY(check_element(id, element));
   const Material& material = materials_[element.material];
   return set_element(id, element, partly_filled_matrix(formulation_, material, cell_size_, points),
@@ -133,11 +137,12 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, co
   KERF_TRY(check_element(id, element));
   for (double m : masses)
     if (!std::isfinite(m))
-      return bad_input(fmt::format("element {}: a corner's mass is not finite; check its material points",
-                                   id.value + 1));
+      return bad_input(
+          fmt::format("element {}: a corner's mass is not finite; check its material points", id.value + 1));
   for (double k : matrix)
     if (!std::isfinite(k))
-      return bad_input(fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
+      return bad_input(
+          fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
   store_element(id, element, masses);
   std::int32_t slot = own_slot_[id.index()];
   if (slot < 0) {
@@ -171,7 +176,8 @@ Status MechanicsModel::truncate(std::size_t nodes, std::size_t elements) {
     if (alive_[e])
       for (NodeId n : elements_[e].nodes)
         if (n.index() >= nodes)
-          return bad_input(fmt::format("element {} still uses node {}; change it before the node goes", e + 1, n.value + 1));
+          return bad_input(fmt::format("element {} still uses node {}; change it before the node goes", e + 1,
+                                       n.value + 1));
   for (std::size_t e = elements; e < elements_.size(); ++e) release_own(HexId(e));
   if (elements < elements_.size()) {
     elements_.resize(elements);
@@ -228,8 +234,8 @@ double MechanicsModel::spring_cap(std::int32_t material, double young_scale) con
   return kSpringCap * materials_[material].young * young_scale * h;
 }
 
-Result<SpringReceipt> MechanicsModel::add_attachment(HexId id, const std::array<double, 8>& weights, Vec3 target,
-                                                     double stiffness, double damping) {
+Result<SpringReceipt> MechanicsModel::add_attachment(HexId id, const std::array<double, 8>& weights,
+                                                     Vec3 target, double stiffness, double damping) {
   if (!has_element(id)) return bad_input(fmt::format("attachment: element {} does not exist", id.value + 1));
   const MechanicsElement& e = elements_[id.index()];
   RowSpring spring;
@@ -279,7 +285,8 @@ Result<SpringId> MechanicsModel::add_spring(const RowSpring& spring) {
   for (int i = 0; i < 8; ++i) {
     if (!spring.nodes[i].valid()) continue;
     if (spring.nodes[i].index() >= node_count())
-      return bad_input(fmt::format("spring: node {} does not exist; there are {}", spring.nodes[i].value + 1, node_count()));
+      return bad_input(fmt::format("spring: node {} does not exist; there are {}", spring.nodes[i].value + 1,
+                                   node_count()));
     if (!std::isfinite(spring.weights[i])) return bad_input("spring: a weight is not finite");
     for (int j = 0; j < used; ++j)
       if (packed.nodes[j] == spring.nodes[i])
@@ -324,12 +331,15 @@ void MechanicsModel::clear_springs() {
   stale_ = true;
 }
 
-void MechanicsModel::clear_loads() { std::fill(loads_.begin(), loads_.end(), Vec3{}); }
+void MechanicsModel::clear_loads() {
+  std::fill(loads_.begin(), loads_.end(), Vec3{});
+}
 
 Status MechanicsModel::validate() const {
   for (int a = 0; a < 3; ++a)
     if (!(cell_size_[a] > 0) || !std::isfinite(cell_size_[a]))
-      return bad_input(fmt::format("cell size: {} m along axis {} must be positive", cell_size_[a], "xyz"[a]));
+      return bad_input(
+          fmt::format("cell size: {} m along axis {} must be positive", cell_size_[a], "xyz"[a]));
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       if (!(std::abs(dot(axes_.c[i], axes_.c[j]) - (i == j ? 1 : 0)) < kAxesTolerance))
@@ -337,7 +347,8 @@ Status MechanicsModel::validate() const {
   if (dot(cross(axes_.c[0], axes_.c[1]), axes_.c[2]) < 0)
     return bad_input("lattice axes: they are left-handed; flip one of them");
   for (std::size_t n = 0; n < rest_positions_.size(); ++n)
-    if (!is_finite(rest_positions_[n])) return bad_input(fmt::format("node {}: its position is not finite", n + 1));
+    if (!is_finite(rest_positions_[n]))
+      return bad_input(fmt::format("node {}: its position is not finite", n + 1));
   for (std::size_t e = 0; e < elements_.size(); ++e)
     if (alive_[e]) KERF_TRY(check_element(HexId(e), elements_[e]));
   return {};
@@ -351,7 +362,8 @@ void MechanicsModel::refresh() {
   const std::size_t n = node_count();
 
   s.shared.clear();
-  for (const Material& m : materials_) s.shared.push_back(walsh_hadamard(element_matrix(formulation_, m, cell_size_)));
+  for (const Material& m : materials_)
+    s.shared.push_back(walsh_hadamard(element_matrix(formulation_, m, cell_size_)));
 
   s.batches.clear();
   for (std::int32_t material = 0; material < static_cast<std::int32_t>(materials_.size()); ++material) {
@@ -380,7 +392,10 @@ void MechanicsModel::refresh() {
   for (Batch& batch : s.batches) {
     std::int32_t model = -1;
     for (std::int32_t e : batch.element)
-      if (e >= 0) { model = e; break; }
+      if (e >= 0) {
+        model = e;
+        break;
+      }
     for (int lane = 0; lane < kLanes; ++lane) {
       const std::int32_t e = batch.element[lane] >= 0 ? batch.element[lane] : model;
       for (int c = 0; c < 8; ++c) batch.node[c][lane] = elements_[e].nodes[c].value;
@@ -392,8 +407,8 @@ void MechanicsModel::refresh() {
   for (std::size_t i = 0; i < springs_.size(); ++i)
     if (springs_[i].nodes[0].valid()) s.springs.push_back(static_cast<std::int32_t>(i));
 
-  // Each node's slots by counting, in the order of the elements' ids: the order of the sums, and so their last bits,
-  // must not depend on the history of the pool.
+  // Each node's slots by counting, in the order of the elements' ids: the order of the sums, and so their
+  // last bits, must not depend on the history of the pool.
   s.element_slot.assign(elements_.size(), -1);
   for (std::size_t b = 0; b < s.batches.size(); ++b)
     for (int lane = 0; lane < kLanes; ++lane)

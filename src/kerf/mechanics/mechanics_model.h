@@ -1,8 +1,9 @@
 // What a body is made of, for the time step: nodes, box elements, materials, supports, springs and loads.
 //
-// A plain value: copy it to keep it. A cut changes it a piece at a time (set_element, remove_element, resize); what the
-// time step derives from it is rebuilt before the next step, in time proportional to the number of elements.
-// Mechanics knows nothing of lattices, cuts or contact: whoever changes the topology says what the elements are now.
+// A plain value: copy it to keep it. A cut changes it a piece at a time (set_element, remove_element,
+// resize); what the time step derives from it is rebuilt before the next step, in time proportional to the
+// number of elements. Mechanics knows nothing of lattices, cuts or contact: whoever changes the topology says
+// what the elements are now.
 #pragma once
 
 #include <array>
@@ -35,15 +36,16 @@ struct MechanicsElement {
   double young_scale = 1;     ///< multiplies Young's modulus here (regions); > 0
 };
 
-/// A spring between a weighted sum of nodes and a place: f = k (target - sum w x) - c (sum w v - target_velocity).
-/// Weights that sum to 1 hold an embedded point (attachment, grasp); weights 1 and -1 tie two nodes together.
+/// A spring between a weighted sum of nodes and a place: f = k (target - sum w x) - c (sum w v -
+/// target_velocity). Weights that sum to 1 hold an embedded point (attachment, grasp); weights 1 and -1 tie
+/// two nodes together.
 struct RowSpring {
-  std::array<NodeId, 8> nodes;       ///< unused places are invalid ids
+  std::array<NodeId, 8> nodes;  ///< unused places are invalid ids
   std::array<double, 8> weights{};
-  Vec3 target;                       ///< m
-  Vec3 target_velocity;              ///< m/s
-  double stiffness = 0;              ///< N/m
-  double damping = 0;                ///< N s/m
+  Vec3 target;           ///< m
+  Vec3 target_velocity;  ///< m/s
+  double stiffness = 0;  ///< N/m
+  double damping = 0;    ///< N s/m
 };
 
 /// A spring as it was taken: stiff springs are what hurts convergence, so attachments are capped.
@@ -62,14 +64,16 @@ class MechanicsModel {
   explicit MechanicsModel(Vec3 cell_size, const Mat3& axes = {},
                           ElementFormulation formulation = ElementFormulation::kIncompatible);
 
-  // --- Materials -------------------------------------------------------------------------------------------------
+  // --- Materials
+  // -------------------------------------------------------------------------------------------------
   /// Index of the new material.
   Result<std::int32_t> add_material(const Material& material);
   /// Takes effect for full elements at once; partly filled ones keep their matrix until they are set again.
   Status set_material(std::int32_t index, const Material& material);
   [[nodiscard]] std::span<const Material> materials() const { return materials_; }
 
-  // --- Nodes -----------------------------------------------------------------------------------------------------
+  // --- Nodes
+  // -----------------------------------------------------------------------------------------------------
   NodeId add_node(Vec3 rest_position, GridPoint grid);
   [[nodiscard]] std::size_t node_count() const { return rest_positions_.size(); }
   [[nodiscard]] std::span<const Vec3> rest_positions() const { return rest_positions_; }
@@ -79,13 +83,15 @@ class MechanicsModel {
   /// Number of pieces that elements connect.
   [[nodiscard]] std::int32_t piece_count();
 
-  // --- Elements --------------------------------------------------------------------------------------------------
+  // --- Elements
+  // --------------------------------------------------------------------------------------------------
   /// Adds or replaces element `id` as a full cell; ids may leave gaps. O(1).
   Status set_element(HexId id, const MechanicsElement& element);
-  /// The same with corner masses (kg, >= 0) that are not those of the full cell (it carries absorbed neighbours).
+  /// The same with corner masses (kg, >= 0) that are not those of the full cell (it carries absorbed
+  /// neighbours).
   Status set_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses);
-  /// The same for a partly filled cell: its own matrix by quadrature over the material, its mass from the same
-  /// points. About 5 microseconds.
+  /// The same for a partly filled cell: its own matrix by quadrature over the material, its mass from the
+  /// same points. About 5 microseconds.
   Status set_element(HexId id, const MechanicsElement& element, std::span<const MaterialPoint> points);
   /// The same with matrix (N/m, symmetric) and corner masses (kg, >= 0) given.
   Status set_element(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
@@ -94,19 +100,25 @@ class MechanicsModel {
   /// Drops the elements and nodes from these counts on (undo); no element left may use a dropped node.
   Status truncate(std::size_t nodes, std::size_t elements);
   [[nodiscard]] std::size_t element_count() const { return elements_.size(); }
-  [[nodiscard]] bool has_element(HexId id) const { return id.valid() && id.index() < alive_.size() && alive_[id.index()]; }
+  [[nodiscard]] bool has_element(HexId id) const {
+    return id.valid() && id.index() < alive_.size() && alive_[id.index()];
+  }
   [[nodiscard]] const MechanicsElement& element(HexId id) const { return elements_[id.index()]; }
   [[nodiscard]] bool is_partly_filled(HexId id) const { return own_slot_[id.index()] >= 0; }
-  [[nodiscard]] const std::array<double, 8>& element_masses(HexId id) const { return element_masses_[id.index()]; }
+  [[nodiscard]] const std::array<double, 8>& element_masses(HexId id) const {
+    return element_masses_[id.index()];
+  }
   /// Stiffness at rest in the lattice frame, Young's scale included.
   [[nodiscard]] ElementMatrix element_stiffness(HexId id) const;
 
-  // --- Supports, springs, loads ----------------------------------------------------------------------------------
+  // --- Supports, springs, loads
+  // ----------------------------------------------------------------------------------
   /// Holds a node, or moves it with a prescribed velocity (m/s).
   void fix_node(NodeId node, Vec3 velocity = {});
   void release_node(NodeId node);
   [[nodiscard]] bool is_fixed(NodeId node) const { return fixed_[node.index()] != 0; }
-  /// Ties the point with these weights in an element to a target. Stiffness above the cap is cut down, and said so.
+  /// Ties the point with these weights in an element to a target. Stiffness above the cap is cut down, and
+  /// said so.
   Result<SpringReceipt> add_attachment(HexId element, const std::array<double, 8>& weights, Vec3 target,
                                        double stiffness, double damping = 0);
   /// Pulls node b to node a (the glue of a cut's tip). The cap uses the first material.
@@ -134,25 +146,26 @@ class MechanicsModel {
   /// Everything that can be wrong with the whole: cell size, axes, an element with repeated nodes.
   [[nodiscard]] Status validate() const;
 
-  // --- For the time step -----------------------------------------------------------------------------------------
-  // Derived data, valid after refresh(). Four elements make a batch; batches of full cells come first, grouped by
-  // material; every batch of partly filled cells is four slots of the pool of own matrices.
+  // --- For the time step
+  // ----------------------------------------------------------------------------------------- Derived data,
+  // valid after refresh(). Four elements make a batch; batches of full cells come first, grouped by material;
+  // every batch of partly filled cells is four slots of the pool of own matrices.
   static constexpr int kLanes = 4;
   struct Batch {
     std::array<std::int32_t, kLanes> element{-1, -1, -1, -1};  ///< -1: an idle lane
-    std::array<std::array<std::int32_t, kLanes>, 8> node{};    ///< [corner][lane]; idle lanes repeat a live one
-    std::int32_t material = -1;                                ///< of a batch of full cells
-    std::int32_t own = -1;                                     ///< block in the pool of own matrices
+    std::array<std::array<std::int32_t, kLanes>, 8> node{};  ///< [corner][lane]; idle lanes repeat a live one
+    std::int32_t material = -1;                              ///< of a batch of full cells
+    std::int32_t own = -1;                                   ///< block in the pool of own matrices
   };
   struct Structure {
     std::vector<Batch> batches;
     std::vector<std::int32_t> element_slot;  ///< per element: 8 (4 batch + lane), -1: no element
     /// Per node its slots: element_slot + corner, by element; then 8 slots per spring. The order of all sums.
     std::vector<std::int32_t> slot_begin, slots;
-    std::vector<double> mass, damping_mass;  ///< per node: kg, kg/s (sum of a m)
-    std::vector<double> free;                ///< per node: 1 moves, 0 is held or unused
-    std::vector<std::int32_t> springs;       ///< live springs
-    std::vector<WalshHadamardMatrix> shared; ///< per material
+    std::vector<double> mass, damping_mass;   ///< per node: kg, kg/s (sum of a m)
+    std::vector<double> free;                 ///< per node: 1 moves, 0 is held or unused
+    std::vector<std::int32_t> springs;        ///< live springs
+    std::vector<WalshHadamardMatrix> shared;  ///< per material
     std::size_t full_batches = 0, element_slots = 0;
     double total_mass = 0;
     std::size_t free_nodes = 0;
@@ -165,7 +178,9 @@ class MechanicsModel {
   void refresh_coarse();
   [[nodiscard]] const CoarseStructure& coarse() const { return coarse_; }
   /// Upper triangle by rows, [300][4 lanes], of one pool block.
-  [[nodiscard]] const double* own_block(std::int32_t block) const { return own_matrices_.data() + 1200 * block; }
+  [[nodiscard]] const double* own_block(std::int32_t block) const {
+    return own_matrices_.data() + 1200 * block;
+  }
   [[nodiscard]] std::span<const RowSpring> springs() const { return springs_; }
   [[nodiscard]] std::span<const Vec3> loads() const { return loads_; }
   [[nodiscard]] std::span<const Vec3> prescribed_velocities() const { return prescribed_; }
@@ -191,10 +206,10 @@ class MechanicsModel {
   std::vector<MechanicsElement> elements_;
   std::vector<std::uint8_t> alive_;
   std::vector<std::array<double, 8>> element_masses_;
-  std::vector<std::int32_t> own_slot_;      // per element, -1: full
-  std::vector<double> own_matrices_;        // [slot / 4][300][4]
-  std::vector<std::int32_t> own_element_;   // per slot, -1: empty
-  std::vector<std::int32_t> own_empty_;     // empty slots, the last is used next
+  std::vector<std::int32_t> own_slot_;     // per element, -1: full
+  std::vector<double> own_matrices_;       // [slot / 4][300][4]
+  std::vector<std::int32_t> own_element_;  // per slot, -1: empty
+  std::vector<std::int32_t> own_empty_;    // empty slots, the last is used next
 
   std::vector<RowSpring> springs_;
   std::vector<double> spring_caps_;

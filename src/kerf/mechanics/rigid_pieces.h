@@ -1,8 +1,8 @@
 // Pieces of a body that nothing holds (a chip cut off in mid-air) and their rigid motion.
 //
-// A solve from zero that stops early leaves part of the momentum behind, as if the piece fell through syrup. So a free
-// piece starts from the rigid motion that takes up its whole momentum, and gets what the solver left over at the end:
-// linear momentum is exact whatever the tolerance, free fall costs no iteration.
+// A solve from zero that stops early leaves part of the momentum behind, as if the piece fell through syrup.
+// So a free piece starts from the rigid motion that takes up its whole momentum, and gets what the solver
+// left over at the end: linear momentum is exact whatever the tolerance, free fall costs no iteration.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,17 @@ class MechanicsModel;
 struct StepWorkspace;
 
 struct RigidPieces {
-  std::int32_t pieces = 0;                    ///< connected through elements, held ones included
-  std::vector<std::int32_t> piece;            ///< per node; -1: unused
-  std::vector<std::int32_t> free;             ///< pieces without a held node and without a spring to a fixed place
+  std::int32_t pieces = 0;          ///< connected through elements, held ones included
+  std::vector<std::int32_t> piece;  ///< per node; -1: unused
+  std::vector<std::int32_t> free;   ///< pieces without a held node and without a spring to a fixed place
   std::vector<std::int32_t> member_begin, members;  ///< per entry of `free`: its nodes
 };
 
 /// O(elements).
 RigidPieces rigid_pieces(const MechanicsModel& model);
 
-/// For every free piece: adds to workspace.solution the rigid motion about its centre that carries the momentum
-/// workspace.residual, and takes its M v from the residual.
+/// For every free piece: adds to workspace.solution the rigid motion about its centre that carries the
+/// momentum workspace.residual, and takes its M v from the residual.
 void absorb_rigid_momentum(const MechanicsModel& model, StepWorkspace& workspace);
 
 }  // namespace kerf

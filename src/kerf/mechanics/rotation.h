@@ -1,9 +1,11 @@
-// The rotation of a cell: the orthogonal polar factor of its deformation gradient, followed from step to step.
+// The rotation of a cell: the orthogonal polar factor of its deformation gradient, followed from step to
+// step.
 //
-// Newton's method on the rotation: S = R'F, n = axial vector of S, H = tr(S) I - sym(S), w = H^-1 n, R <- R Cayley(w).
-// Where H is not positive definite (near inversion) the step is n / (|tr S| + eps), after Mueller et al. 2016, "A robust
-// method to extract the rotational part of deformations", which is slower and safer. |w| is capped. Two iterations per
-// time step are wanted, not convergence: converging through an inversion freezes tangles that two iterations resolve.
+// Newton's method on the rotation: S = R'F, n = axial vector of S, H = tr(S) I - sym(S), w = H^-1 n, R <- R
+// Cayley(w). Where H is not positive definite (near inversion) the step is n / (|tr S| + eps), after Mueller
+// et al. 2016, "A robust method to extract the rotational part of deformations", which is slower and safer.
+// |w| is capped. Two iterations per time step are wanted, not convergence: converging through an inversion
+// freezes tangles that two iterations resolve.
 #pragma once
 
 #include <cmath>
@@ -23,18 +25,23 @@ inline constexpr double kRotationEpsilon = 1e-9;
 inline constexpr int kRotationIterations = 2;
 
 namespace rotation_detail {
-inline double select(bool m, double a, double b) { return m ? a : b; }
+inline double select(bool m, double a, double b) {
+  return m ? a : b;
+}
 template <class Mask>
 inline Lanes select(Mask m, const Lanes& a, const Lanes& b) {
   return m ? a : b;
 }
-inline double square_root(double x) { return std::sqrt(x); }
+inline double square_root(double x) {
+  return std::sqrt(x);
+}
 inline Lanes square_root(const Lanes& x) {
   return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 }
 }  // namespace rotation_detail
 
-/// One guarded Newton step of R (row, column) towards the polar factor of F; T is double or Lanes (four cells at once).
+/// One guarded Newton step of R (row, column) towards the polar factor of F; T is double or Lanes (four cells
+/// at once).
 template <class T>
 inline void improve_rotation(const T (&f)[3][3], T (&r)[3][3]) {
   using rotation_detail::select;
@@ -45,7 +52,8 @@ inline void improve_rotation(const T (&f)[3][3], T (&r)[3][3]) {
   const T n0 = s[2][1] - s[1][2], n1 = s[0][2] - s[2][0], n2 = s[1][0] - s[0][1];
   const T trace = s[0][0] + s[1][1] + s[2][2];
   const T h00 = trace - s[0][0], h11 = trace - s[1][1], h22 = trace - s[2][2];
-  const T h01 = -0.5 * (s[0][1] + s[1][0]), h12 = -0.5 * (s[1][2] + s[2][1]), h02 = -0.5 * (s[2][0] + s[0][2]);
+  const T h01 = -0.5 * (s[0][1] + s[1][0]), h12 = -0.5 * (s[1][2] + s[2][1]),
+          h02 = -0.5 * (s[2][0] + s[0][2]);
   // H^-1 n by cofactors; the leading minors tell whether H is positive definite.
   const T c00 = h11 * h22 - h12 * h12, c01 = h02 * h12 - h01 * h22, c02 = h01 * h12 - h02 * h11;
   const T c11 = h00 * h22 - h02 * h02, c12 = h01 * h02 - h00 * h12, c22 = h00 * h11 - h01 * h01;
@@ -60,7 +68,8 @@ inline void improve_rotation(const T (&f)[3][3], T (&r)[3][3]) {
   T w1 = select(definite, newton * (c01 * n0 + c11 * n1 + c12 * n2), safe * n1);
   T w2 = select(definite, newton * (c02 * n0 + c12 * n1 + c22 * n2), safe * n2);
   const T length = square_root(w0 * w0 + w1 * w1 + w2 * w2);
-  const T shrink = select(length > kMaxRotationStep * one, kMaxRotationStep / (length + kRotationEpsilon), one);
+  const T shrink =
+      select(length > kMaxRotationStep * one, kMaxRotationStep / (length + kRotationEpsilon), one);
   // Cayley: the unit quaternion along (1, w / 2).
   w0 = 0.5 * shrink * w0;
   w1 = 0.5 * shrink * w1;
@@ -69,7 +78,8 @@ inline void improve_rotation(const T (&f)[3][3], T (&r)[3][3]) {
   const T scale = 2.0 / (1.0 + q2);
   const T w[3] = {w0, w1, w2};
   for (int i = 0; i < 3; ++i) {
-    // r_i <- r_i Cayley: a row vector times the matrix, v + scale ((v x w)  ... ) written out with cross products.
+    // r_i <- r_i Cayley: a row vector times the matrix, v + scale ((v x w)  ... ) written out with cross
+    // products.
     const T v0 = r[i][0], v1 = r[i][1], v2 = r[i][2];
     const T x0 = v1 * w[2] - v2 * w[1], x1 = v2 * w[0] - v0 * w[2], x2 = v0 * w[1] - v1 * w[0];
     r[i][0] = v0 + scale * (x0 + (x1 * w[2] - x2 * w[1]));

@@ -17,17 +17,25 @@ using Quad = StepWorkspace::Quad;
 using Structure = MechanicsModel::Structure;
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
-Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
-Vec3 vec_of(const Quad& q) { return {q.v[0], q.v[1], q.v[2]}; }
-double sum_of(const Lanes& v) { return (v[0] + v[1]) + v[2]; }
+Lanes lanes_of(Vec3 v) {
+  return Lanes{v.x, v.y, v.z, 0};
+}
+Vec3 vec_of(const Quad& q) {
+  return {q.v[0], q.v[1], q.v[2]};
+}
+double sum_of(const Lanes& v) {
+  return (v[0] + v[1]) + v[2];
+}
 
 void resize(const MechanicsModel& model, StepWorkspace& w) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  for (std::vector<Quad>* v : {&w.position, &w.velocity, &w.right_side, &w.solution, &w.residual, &w.search, &w.product,
-                               &w.preconditioned})
+  for (std::vector<Quad>* v : {&w.position, &w.velocity, &w.right_side, &w.solution, &w.residual, &w.search,
+                               &w.product, &w.preconditioned})
     v->resize(n);
   w.slot.resize(s.element_slots + 8 * s.springs.size());
   w.mass_diagonal.resize(n);
@@ -68,7 +76,8 @@ void store_rotations(const MechanicsModel& model, const StepWorkspace& w, Mechan
 
 Lanes gathered(const Structure& s, const StepWorkspace& w, std::size_t node) {
   Lanes sum = all_lanes(0);
-  for (std::int32_t i = s.slot_begin[node]; i < s.slot_begin[node + 1]; ++i) sum += load_lanes(w.slot[s.slots[i]].v);
+  for (std::int32_t i = s.slot_begin[node]; i < s.slot_begin[node + 1]; ++i)
+    sum += load_lanes(w.slot[s.slots[i]].v);
   return sum;
 }
 
@@ -90,8 +99,10 @@ void spring_force_pass(const MechanicsModel& model, StepWorkspace& w, double dt)
     w.spring_scale[i] = dt * dt * spring.stiffness + dt * spring.damping;
     Lanes at = all_lanes(0);
     for (int k = 0; k < 8; ++k)
-      if (spring.nodes[k].valid()) at += spring.weights[k] * load_lanes(w.position[spring.nodes[k].index()].v);
-    const Lanes force = spring.stiffness * (lanes_of(spring.target) - at) + spring.damping * lanes_of(spring.target_velocity);
+      if (spring.nodes[k].valid())
+        at += spring.weights[k] * load_lanes(w.position[spring.nodes[k].index()].v);
+    const Lanes force =
+        spring.stiffness * (lanes_of(spring.target) - at) + spring.damping * lanes_of(spring.target_velocity);
     for (int k = 0; k < 8; ++k) store_lanes(w.slot[s.element_slots + 8 * i + k].v, spring.weights[k] * force);
   }
 }
@@ -112,54 +123,58 @@ void spring_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const 
 void right_side_pass(const MechanicsModel& model, StepWorkspace& w, const StepOptions& o) {
   const Structure& s = model.structure();
   const Lanes gravity = lanes_of(o.gravity);
-  for_each_chunk(o.parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Lanes force = s.mass[i] * gravity + lanes_of(model.loads()[i]) + gathered(s, w, i);
-      store_lanes(w.right_side[i].v, s.mass[i] * load_lanes(w.velocity[i].v) + o.dt * force);
-      w.mass_diagonal[i] = s.mass[i] + o.dt * s.damping_mass[i];
-    }
-  });
+  for_each_chunk(o.parallel, model.node_count(), kNodeGrain,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   for (std::size_t i = begin; i < end; ++i) {
+                     const Lanes force = s.mass[i] * gravity + lanes_of(model.loads()[i]) + gathered(s, w, i);
+                     store_lanes(w.right_side[i].v, s.mass[i] * load_lanes(w.velocity[i].v) + o.dt * force);
+                     w.mass_diagonal[i] = s.mass[i] + o.dt * s.damping_mass[i];
+                   }
+                 });
 }
 
 // Inverse 3 x 3 diagonal blocks; zero where nothing moves.
 void diagonal_pass(const MechanicsModel& model, StepWorkspace& w, const StepOptions& o) {
   const Structure& s = model.structure();
-  for_each_chunk(o.parallel, s.batches.size(), kBatchGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    element_scale_pass(model, w, o.dt, begin, end);
-    element_diagonal_pass(model, w, begin, end);
-  });
+  for_each_chunk(o.parallel, s.batches.size(), kBatchGrain,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   element_scale_pass(model, w, o.dt, begin, end);
+                   element_diagonal_pass(model, w, begin, end);
+                 });
   const std::size_t full_slots = s.full_batches * 32;
-  for_each_chunk(o.parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Quad* out = w.inverse_diagonal.data() + 3 * i;
-      if (s.free[i] == 0) {
-        for (int k = 0; k < 3; ++k) store_lanes(out[k].v, all_lanes(0));
-        continue;
-      }
-      const double m = w.mass_diagonal[i];
-      Lanes first = {m, m, m, 0}, second = all_lanes(0);
-      for (std::int32_t k = s.slot_begin[i]; k < s.slot_begin[i + 1]; ++k) {
-        const auto slot = static_cast<std::size_t>(s.slots[k]);
-        if (slot < s.element_slots) {
-          const Quad* in = w.diagonal_slot.data() + 2 * diagonal_slot(slot, full_slots);
-          first += load_lanes(in[0].v);
-          second += load_lanes(in[1].v);
-        } else {
-          const std::size_t spring = (slot - s.element_slots) / 8;
-          const double weight = model.springs()[s.springs[spring]].weights[slot & 7];
-          const double x = w.spring_scale[spring] * weight * weight;
-          first += Lanes{x, x, x, 0};
-        }
-      }
-      const double xx = first[0], yy = first[1], zz = first[2], xy = first[3], yz = second[0], zx = second[1];
-      const double cxx = yy * zz - yz * yz, cxy = yz * zx - xy * zz, czx = xy * yz - zx * yy;
-      const double inverse = 1 / (xx * cxx + xy * cxy + zx * czx);
-      const double cyy = xx * zz - zx * zx, cyz = xy * zx - xx * yz, czz = xx * yy - xy * xy;
-      store_lanes(out[0].v, inverse * Lanes{cxx, cxy, czx, 0});
-      store_lanes(out[1].v, inverse * Lanes{cxy, cyy, cyz, 0});
-      store_lanes(out[2].v, inverse * Lanes{czx, cyz, czz, 0});
-    }
-  });
+  for_each_chunk(o.parallel, model.node_count(), kNodeGrain,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   for (std::size_t i = begin; i < end; ++i) {
+                     Quad* out = w.inverse_diagonal.data() + 3 * i;
+                     if (s.free[i] == 0) {
+                       for (int k = 0; k < 3; ++k) store_lanes(out[k].v, all_lanes(0));
+                       continue;
+                     }
+                     const double m = w.mass_diagonal[i];
+                     Lanes first = {m, m, m, 0}, second = all_lanes(0);
+                     for (std::int32_t k = s.slot_begin[i]; k < s.slot_begin[i + 1]; ++k) {
+                       const auto slot = static_cast<std::size_t>(s.slots[k]);
+                       if (slot < s.element_slots) {
+                         const Quad* in = w.diagonal_slot.data() + 2 * diagonal_slot(slot, full_slots);
+                         first += load_lanes(in[0].v);
+                         second += load_lanes(in[1].v);
+                       } else {
+                         const std::size_t spring = (slot - s.element_slots) / 8;
+                         const double weight = model.springs()[s.springs[spring]].weights[slot & 7];
+                         const double x = w.spring_scale[spring] * weight * weight;
+                         first += Lanes{x, x, x, 0};
+                       }
+                     }
+                     const double xx = first[0], yy = first[1], zz = first[2], xy = first[3], yz = second[0],
+                                  zx = second[1];
+                     const double cxx = yy * zz - yz * yz, cxy = yz * zx - xy * zz, czx = xy * yz - zx * yy;
+                     const double inverse = 1 / (xx * cxx + xy * cxy + zx * czx);
+                     const double cyy = xx * zz - zx * zx, cyz = xy * zx - xx * yz, czz = xx * yy - xy * xy;
+                     store_lanes(out[0].v, inverse * Lanes{cxx, cxy, czx, 0});
+                     store_lanes(out[1].v, inverse * Lanes{cxy, cyy, cyz, 0});
+                     store_lanes(out[2].v, inverse * Lanes{czx, cyz, czz, 0});
+                   }
+                 });
 }
 
 double reduced(const StepWorkspace& w, std::size_t n, int component) {
@@ -172,9 +187,10 @@ double reduced(const StepWorkspace& w, std::size_t n, int component) {
 double multiply(const MechanicsModel& model, StepWorkspace& w, const std::vector<Quad>& p, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  for_each_chunk(parallel, s.batches.size(), kBatchGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    element_stiffness_pass(model, w, p, begin, end);
-  });
+  for_each_chunk(parallel, s.batches.size(), kBatchGrain,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   element_stiffness_pass(model, w, p, begin, end);
+                 });
   spring_stiffness_pass(model, w, p);
   for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     Lanes dot = all_lanes(0);
@@ -218,27 +234,29 @@ Products advance(const MechanicsModel& model, StepWorkspace& w, double alpha, bo
 }
 
 // p = z + beta p, where z gets its coarse part here: t + w x arm of the node's group.
-void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool two_level, bool parallel) {
-  for_each_chunk(parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    if (!two_level) {
-      for (std::size_t i = begin; i < end; ++i)
-        store_lanes(w.search[i].v, load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v));
-      return;
-    }
-    const CoarseStructure& c = model.coarse();
-    for (std::size_t i = begin; i < end; ++i) {
-      Lanes p = load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v);
-      if (c.place[i] >= 0) {
-        const double* y = w.coarse.value.data() + kBlockRow * static_cast<std::size_t>(c.place[i]);
-        p += Lanes{y[0], y[1], y[2], 0} + cross_lanes(Lanes{y[3], y[4], y[5], 0}, load_lanes(w.arm[i].v));
-      }
-      store_lanes(w.search[i].v, p);
-    }
-  });
+void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool two_level,
+                    bool parallel) {
+  for_each_chunk(
+      parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        if (!two_level) {
+          for (std::size_t i = begin; i < end; ++i)
+            store_lanes(w.search[i].v, load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v));
+          return;
+        }
+        const CoarseStructure& c = model.coarse();
+        for (std::size_t i = begin; i < end; ++i) {
+          Lanes p = load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v);
+          if (c.place[i] >= 0) {
+            const double* y = w.coarse.value.data() + kBlockRow * static_cast<std::size_t>(c.place[i]);
+            p += Lanes{y[0], y[1], y[2], 0} + cross_lanes(Lanes{y[3], y[4], y[5], 0}, load_lanes(w.arm[i].v));
+          }
+          store_lanes(w.search[i].v, p);
+        }
+      });
 }
 
-// Starts from zero; held nodes from their prescribed velocity, free pieces from their rigid motion. Returns the norm of
-// the residual, which for a body that rests on something is the right-hand side.
+// Starts from zero; held nodes from their prescribed velocity, free pieces from their rigid motion. Returns
+// the norm of the residual, which for a body that rests on something is the right-hand side.
 double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
@@ -269,8 +287,8 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
   return std::sqrt(reduced(w, n, 0));
 }
 
-void conjugate_gradients(MechanicsModel& model, StepWorkspace& w, const StepOptions& o, std::int32_t& two_level_steps,
-                         StepReport& report) {
+void conjugate_gradients(MechanicsModel& model, StepWorkspace& w, const StepOptions& o,
+                         std::int32_t& two_level_steps, StepReport& report) {
   const Structure& s = model.structure();
   const double norm_b = start_solve(model, w, o.parallel);
   const double floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
@@ -306,7 +324,8 @@ void conjugate_gradients(MechanicsModel& model, StepWorkspace& w, const StepOpti
       report.cap_hit = true;
       break;
     }
-    if (!report.two_level && o.preconditioner == Preconditioner::kAdaptive && report.iterations >= kBlockJacobiPatience) {
+    if (!report.two_level && o.preconditioner == Preconditioner::kAdaptive &&
+        report.iterations >= kBlockJacobiPatience) {
       add_second_level();
       two_level_steps = kTwoLevelSteps;
       restart = true;  // another preconditioner: the old directions are not conjugate in it
@@ -329,18 +348,21 @@ void conjugate_gradients(MechanicsModel& model, StepWorkspace& w, const StepOpti
 }
 
 Status check(const MechanicsModel& model, const MechanicsState& state, const StepOptions& o) {
-  if (!(o.dt > 0) || !std::isfinite(o.dt)) return bad_input(fmt::format("step: dt = {} s must be positive", o.dt));
+  if (!(o.dt > 0) || !std::isfinite(o.dt))
+    return bad_input(fmt::format("step: dt = {} s must be positive", o.dt));
   if (!(o.tolerance > 0) || !(o.tolerance < 1))
     return bad_input(fmt::format("step: tolerance = {} must lie between 0 and 1", o.tolerance));
-  if (!(o.residual_floor >= 0)) return bad_input(fmt::format("step: residual_floor = {} must not be negative", o.residual_floor));
-  if (o.max_iterations < 1) return bad_input(fmt::format("step: max_iterations = {} must be at least 1", o.max_iterations));
+  if (!(o.residual_floor >= 0))
+    return bad_input(fmt::format("step: residual_floor = {} must not be negative", o.residual_floor));
+  if (o.max_iterations < 1)
+    return bad_input(fmt::format("step: max_iterations = {} must be at least 1", o.max_iterations));
   if (!is_finite(o.gravity)) return bad_input("step: gravity is not finite");
   if (state.positions.size() != model.node_count() || state.velocities.size() != model.node_count())
     return bad_input(fmt::format("step: the state has {} positions and {} velocities, the model {} nodes",
                                  state.positions.size(), state.velocities.size(), model.node_count()));
   if (state.rotations.size() < model.element_count())
-    return bad_input(fmt::format("step: the state has {} rotations, the model {} elements", state.rotations.size(),
-                                 model.element_count()));
+    return bad_input(fmt::format("step: the state has {} rotations, the model {} elements",
+                                 state.rotations.size(), model.element_count()));
   return {};
 }
 
@@ -354,7 +376,8 @@ MechanicsState rest_state(const MechanicsModel& model) {
   return state;
 }
 
-Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w) {
+Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o,
+                        StepWorkspace& w) {
   const Clock::time_point start = Clock::now();
   KERF_TRY(check(model, state, o));
   model.refresh();
@@ -401,10 +424,12 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
   if (!std::isfinite(report.kinetic_energy) || reduced(w, n, 1) != 0) {
     for (std::size_t i = 0; i < n; ++i)
       if (!is_finite(state.positions[i]) || !is_finite(state.velocities[i]))
-        return bad_input(fmt::format("step: node {} is not finite before the step; restore an earlier state", i + 1));
-    return failed(fmt::format("step: the result is not finite, so the step was refused and the state kept; try a smaller "
-                              "dt than {} s, or look for a load or a support velocity that is out of scale",
-                              o.dt));
+        return bad_input(
+            fmt::format("step: node {} is not finite before the step; restore an earlier state", i + 1));
+    return failed(fmt::format(
+        "step: the result is not finite, so the step was refused and the state kept; try a smaller "
+        "dt than {} s, or look for a load or a support velocity that is out of scale",
+        o.dt));
   }
   for (std::size_t i = 0; i < n; ++i) {
     state.positions[i] = vec_of(w.position[i]);
@@ -422,7 +447,8 @@ std::vector<Vec3> internal_forces(MechanicsModel& model, const MechanicsState& s
   resize(model, w);
   load_state(model, state, w);
   force_pass(model, w, false);
-  for (std::size_t i = model.structure().element_slots; i < w.slot.size(); ++i) store_lanes(w.slot[i].v, all_lanes(0));
+  for (std::size_t i = model.structure().element_slots; i < w.slot.size(); ++i)
+    store_lanes(w.slot[i].v, all_lanes(0));
   std::vector<Vec3> forces(model.node_count());
   for (std::size_t i = 0; i < forces.size(); ++i) {
     const Lanes f = gathered(model.structure(), w, i);

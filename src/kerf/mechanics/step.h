@@ -1,10 +1,11 @@
 // One implicit Euler step of co-rotated elasticity.
 //
-//   A v1 = M v + dt (f_ext + f_int),   A = (1 + dt a) M + (dt^2 + dt b) K,   x1 = x + dt v1,   K = sum R Ke R'
+//   A v1 = M v + dt (f_ext + f_int),   A = (1 + dt a) M + (dt^2 + dt b) K,   x1 = x + dt v1,   K = sum R Ke
+//   R'
 //
-// linearised once per step. The unknown is the *new velocity, started from zero*: what a loose solve leaves undone then
-// acts as damping and not as flight. Solved by conjugate gradients with block-Jacobi plus an additive coarse space of the
-// rigid motions of groups of nodes (coarse_space.h).
+// linearised once per step. The unknown is the *new velocity, started from zero*: what a loose solve leaves
+// undone then acts as damping and not as flight. Solved by conjugate gradients with block-Jacobi plus an
+// additive coarse space of the rigid motions of groups of nodes (coarse_space.h).
 #pragma once
 
 #include <cstdint>
@@ -21,8 +22,10 @@ namespace kerf {
 struct MechanicsState {
   std::vector<Vec3> positions;   ///< per node, m
   std::vector<Vec3> velocities;  ///< per node, m/s
-  std::vector<Mat3> rotations;   ///< per element, lattice frame to world; followed from step to step, so part of the state
-  std::int32_t two_level_steps = 0;  ///< steps left in which the coarse space is used at once (adaptive choice)
+  std::vector<Mat3>
+      rotations;  ///< per element, lattice frame to world; followed from step to step, so part of the state
+  std::int32_t two_level_steps =
+      0;  ///< steps left in which the coarse space is used at once (adaptive choice)
   friend bool operator==(const MechanicsState&, const MechanicsState&) = default;
 };
 
@@ -40,18 +43,18 @@ enum class SolverKind {
 };
 
 struct StepOptions {
-  double dt = 1.0 / 60;      ///< s
-  Vec3 gravity{0, 0, -9.81}; ///< m/s^2
-  /// Residual relative to the right-hand side with the coarse space. Block-Jacobi alone leaves smooth errors that such a
-  /// residual does not see, so it goes kBlockJacobiFactor further.
+  double dt = 1.0 / 60;       ///< s
+  Vec3 gravity{0, 0, -9.81};  ///< m/s^2
+  /// Residual relative to the right-hand side with the coarse space. Block-Jacobi alone leaves smooth errors
+  /// that such a residual does not see, so it goes kBlockJacobiFactor further.
   double tolerance = 1e-2;
-  /// The solver also stops at this share of the mean weight of a node per step, dt g m_total / sqrt(nodes): at rest a
-  /// relative residual alone would chase rounding.
+  /// The solver also stops at this share of the mean weight of a node per step, dt g m_total / sqrt(nodes):
+  /// at rest a relative residual alone would chase rounding.
   double residual_floor = 1e-6;
   int max_iterations = 1000;
   Preconditioner preconditioner = Preconditioner::kAdaptive;
   SolverKind solver = SolverKind::kConjugateGradients;
-  bool parallel = false;     ///< use kerf::parallel_for; the result has the same bits
+  bool parallel = false;  ///< use kerf::parallel_for; the result has the same bits
 };
 
 /// Block-Jacobi alone is solved to this share of the tolerance.
@@ -64,14 +67,14 @@ inline constexpr std::int32_t kTwoLevelSteps = 32;
 inline constexpr double kFloorGravity = 9.81;
 
 struct StepReport {
-  int iterations = 0;          ///< all of them, with and without the coarse space
+  int iterations = 0;  ///< all of them, with and without the coarse space
   int block_jacobi_iterations = 0;
-  bool two_level = false;      ///< the coarse space was used
-  double residual = 0;         ///< relative to the right-hand side at the end
+  bool two_level = false;  ///< the coarse space was used
+  double residual = 0;     ///< relative to the right-hand side at the end
   bool stopped_by_floor = false;
-  bool cap_hit = false;        ///< max_iterations reached: the step is less exact than asked for
-  int inverted_elements = 0;   ///< with negative volume at the start of the step
-  double kinetic_energy = 0;   ///< J, after the step
+  bool cap_hit = false;       ///< max_iterations reached: the step is less exact than asked for
+  int inverted_elements = 0;  ///< with negative volume at the start of the step
+  double kinetic_energy = 0;  ///< J, after the step
   double seconds_forces = 0, seconds_setup = 0, seconds_solve = 0, seconds_total = 0;
 };
 
@@ -95,8 +98,9 @@ struct StepWorkspace {
   CoarseSpace coarse;
 };
 
-/// Advances the state by one step. Bad options, a state of the wrong size or one that is not finite, or a result that is
-/// not finite: an Error with a suggestion, state unchanged. In steady state (same model) it allocates nothing.
+/// Advances the state by one step. Bad options, a state of the wrong size or one that is not finite, or a
+/// result that is not finite: an Error with a suggestion, state unchanged. In steady state (same model) it
+/// allocates nothing.
 Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& options,
                         StepWorkspace& workspace);
 
@@ -104,7 +108,8 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
 std::vector<Vec3> internal_forces(MechanicsModel& model, const MechanicsState& state);
 
 /// After a step: force (N) of the support on a fixed node, inertia and damping included; zero for free nodes.
-Vec3 reaction(const MechanicsModel& model, const StepWorkspace& workspace, const StepOptions& options, NodeId node);
+Vec3 reaction(const MechanicsModel& model, const StepWorkspace& workspace, const StepOptions& options,
+              NodeId node);
 /// After a step: force (N) of a spring on its point.
 Vec3 spring_force(const MechanicsModel& model, const MechanicsState& state, SpringId spring);
 

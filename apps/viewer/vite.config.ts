@@ -1,9 +1,20 @@
+import { readFileSync } from 'node:fs';
 import { defineConfig } from 'vitest/config';
+
+/** The licences of what is built into the page, beside it. */
+const licences = {
+  name: 'licences',
+  generateBundle(this: { emitFile(file: { type: 'asset'; fileName: string; source: string }): string }): void {
+    const text = ['three', 'uplot'].map((p) => `${p}\n\n${readFileSync(`node_modules/${p}/LICENSE`, 'utf8').trim()}\n`).join('\n---\n\n');
+    this.emitFile({ type: 'asset', fileName: 'licenses.txt', source: text });
+  },
+};
 
 // `kerf view` serves the built page; in development `npm run dev` forwards the socket to KERF_SERVER, which must be
 // started with --dev-origin http://localhost:5173.
 export default defineConfig({
   base: './',
+  plugins: [licences],
   build: {
     target: 'es2022',
     assetsInlineLimit: 0,

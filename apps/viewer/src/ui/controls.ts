@@ -311,7 +311,7 @@ export function bindControls(app: App): void {
         setText('t-surface', short(r.surfaceMs)); setText('t-total', short(r.totalMs));
       }
       if (r.text) toast(r.text, r.outcome === Outcome.Refused);
-      if (r.invariants !== 0) toast('The engine reports a broken invariant after this cut.', true);
+      if (r.invariants === 1) toast('The engine reports a broken invariant after this cut.', true);
       showPieces();
       showCounts();
     },

@@ -6,6 +6,7 @@
 #include <regex>
 #include <set>
 
+#include "kerf/base/random.h"
 #include "kerf/session/closest_word.h"
 #include "kerf/session/scene_file.h"
 #include "kerf/session/scene_schema.h"
@@ -444,6 +445,48 @@ TEST(Scene, ShippedScenesAreValid) {
     EXPECT_FALSE(scene->title.empty()) << entry.path();
   }
   EXPECT_GE(n, 3);
+}
+
+// toml++ 3.3.0 took it for granted that a key follows; in release builds that was undefined behaviour.
+TEST(Scene, ATableHeaderWithoutAKey) {
+  for (const char* text : {"[=]\n", "[[ ,a]]\n", "[{x = 1}]\n", "[#]\n", "[", "[["}) {
+    EXPECT_THAT(error_of(text), ::testing::StartsWith("scene.toml:1:")) << text;
+  }
+}
+
+// Bytes dropped, doubled, replaced, lines swapped: whatever comes, a scene or an error that names a line.
+TEST(Scene, DamagedTextsGiveAnErrorOrAScene) {
+  Random random(7);
+  const auto below = [&](std::size_t n) {
+    return static_cast<std::size_t>(random.uniform() * static_cast<double>(n));
+  };
+  constexpr std::string_view kBytes = "[]{}=\"'.,#\n-+0123456789eEnaif\\\0\xff";
+  int errors = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::string text(kEverything);
+    for (std::size_t edits = 1 + below(4); edits-- > 0;) {
+      const std::size_t at = below(text.size());
+      switch (below(4)) {
+        case 0:
+          text.erase(at, 1 + below(12));
+          break;
+        case 1:
+          text.insert(at, text.substr(below(text.size()), 1 + below(30)));
+          break;
+        case 2:
+          text[at] = kBytes[below(kBytes.size())];
+          break;
+        default:
+          text.resize(at + 1);
+          break;
+      }
+    }
+    const Result<Scene> scene = parse_scene(text, "s.toml");
+    if (scene.ok()) continue;
+    ++errors;
+    ASSERT_THAT(scene.error().message, ::testing::StartsWith("s.toml:")) << text;
+  }
+  EXPECT_GT(errors, 1000);
 }
 
 TEST(SceneRegion, Contains) {

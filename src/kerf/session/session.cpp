@@ -16,6 +16,8 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kParallelNodes = 2000;
+/// Items per journaled array that a session has room for before it must allocate.
+constexpr std::size_t kLeastReserve = 1024, kMostReserve = 32768;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -125,6 +127,11 @@ Status Session::Impl::prepare(const Progress& progress) {
     KERF_TRY(fix(scene.fixes[i].region, fmt::format("[[fix]] number {}", i + 1)));
   KERF_TRY(renew_springs());
   renew_loads();
+  // Page faults of memory touched for the first time cost more than a cut does.
+  state.body.for_each_array([](auto& a) {
+    const std::size_t extra = std::clamp(a.size(), kLeastReserve, kMostReserve);
+    a.reserve_touched(extra, extra);
+  });
   mark_synced();
   return {};
 }

@@ -3,6 +3,7 @@ import { App } from './app';
 import type { Engine } from './engine/engine';
 import { SocketEngine } from './engine/socket_engine';
 import type { QualityLevel } from './scene/materials';
+import { kSkinningDeclarations } from './scene/skinning';
 import { softwareRendering } from './scene/stage';
 import { bindControls } from './ui/controls';
 
@@ -11,6 +12,7 @@ declare global {
     kerf: {
       state(): Record<string, unknown>; pickRest(x: number, y: number, z: number): [number, number] | null;
       pickPoint(x: number, y: number, z: number): [number, number]; look(azimuth: number, elevation: number): void; app: App;
+      skinningSource: string;
     };
   }
 }
@@ -46,7 +48,7 @@ async function start(): Promise<void> {
   window.kerf = {
     state: () => JSON.parse(JSON.stringify(app.snapshot(), (_, v: unknown) => (typeof v === 'bigint' ? String(v) : v))) as Record<string, unknown>,
     pickRest: (x, y, z) => app.pickRest(x, y, z), pickPoint: (x, y, z) => app.pickPoint(x, y, z),
-    look: (a, e) => app.stage.lookFrom(a, e), app,
+    look: (a, e) => app.stage.lookFrom(a, e), app, skinningSource: kSkinningDeclarations,
   };
   app.start();
 }

@@ -108,6 +108,7 @@ describe('keys', () => {
     expect(press(' ', 'Space')).toBe('Space');
     expect(press('1', 'Digit1')).toBe('1');
     expect(press('&', 'Digit1')).toBe('1'); // where digits need Shift
+    expect(keyName({ key: '[', code: 'Digit8', shiftKey: false, ctrlKey: true, metaKey: false, altKey: true, getModifierState: () => true })).toBe('[');
   });
 });
 

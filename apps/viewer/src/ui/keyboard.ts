@@ -3,11 +3,13 @@
 export interface Shortcut { keys: string; title: string; run(): void }
 
 /** 'Shift Z', 'Ctrl Z', '1', 'Space', '?' of an event. */
-export function keyName(e: Pick<KeyboardEvent, 'key' | 'code' | 'shiftKey' | 'ctrlKey' | 'metaKey' | 'altKey'>): string {
+export function keyName(e: Pick<KeyboardEvent, 'key' | 'code' | 'shiftKey' | 'ctrlKey' | 'metaKey' | 'altKey'> & { getModifierState?(key: string): boolean }): string {
+  // AltGr types a character on many keyboards, and some systems report it as Ctrl and Alt.
+  const altGraph = e.getModifierState?.('AltGraph') ?? false;
   let key = e.key === ' ' ? 'Space' : e.key.length === 1 ? e.key.toUpperCase() : e.key;
-  if (e.code.startsWith('Digit') && !e.shiftKey) key = e.code.slice(5);
+  if (e.code.startsWith('Digit') && !e.shiftKey && !altGraph) key = e.code.slice(5);
   const letter = /^[A-Z]$/.test(key);
-  return `${e.ctrlKey || e.metaKey ? 'Ctrl ' : ''}${e.altKey ? 'Alt ' : ''}${e.shiftKey && (letter || key.length > 1) ? 'Shift ' : ''}${key}`;
+  return `${(e.ctrlKey || e.metaKey) && !altGraph ? 'Ctrl ' : ''}${e.altKey && !altGraph ? 'Alt ' : ''}${e.shiftKey && (letter || key.length > 1) ? 'Shift ' : ''}${key}`;
 }
 
 const kTyping = 'input:not([type=range]):not([type=checkbox]), textarea, [contenteditable]';

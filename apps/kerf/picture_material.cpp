@@ -171,8 +171,8 @@ Surface BodyTexture::at(Vec3 rest, bool wall) const {
       return meat(q, rest, wall);
     case Look::kCartilage: {
       const double fibre = fractal_noise({0.9 * s.x, 0.9 * s.y, 5 * s.z}, 3);
-      out.color = wall ? mix({0.72, 0.46, 0.38}, {0.88, 0.66, 0.56}, 0.5 + 0.7 * fibre)
-                       : mix({0.66, 0.58, 0.47}, {0.82, 0.76, 0.66}, 0.5 + 0.7 * fibre);
+      out.color = wall ? mix({0.55, 0.28, 0.22}, {0.72, 0.46, 0.38}, 0.5 + 0.7 * fibre)
+                       : mix({0.50, 0.42, 0.32}, {0.68, 0.61, 0.50}, 0.5 + 0.7 * fibre);
       out.roughness = wall ? 0.38 : 0.28;
       out.gloss = 0.045;
       out.bump = size_ * 0.006 * fibre;

@@ -73,10 +73,7 @@ struct Axis {
   }
 };
 
-std::string tick_text(double x) {
-  const std::string text = fmt::format("{:.6g}", x);
-  return text;
-}
+std::string tick_text(double x) { return fmt::format("{:.6g}", x); }
 
 }  // namespace
 

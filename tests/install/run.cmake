@@ -9,6 +9,14 @@ function(run)
   message(STATUS "${output}")
 endfunction()
 
+# The consumer is the example of the README, word for word.
+file(READ ${CONSUMER}/consumer.cpp consumer)
+file(READ ${CONSUMER}/../../README.md readme)
+string(FIND "${readme}" "${consumer}" place)
+if(place EQUAL -1)
+  message(FATAL_ERROR "the C++ example in README.md is not tests/install/consumer.cpp")
+endif()
+
 file(REMOVE_RECURSE ${WORK})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
 run(${CMAKE_COMMAND} -S ${CONSUMER} -B ${WORK}/build -G ${GENERATOR} -D CMAKE_PREFIX_PATH=${WORK}/prefix

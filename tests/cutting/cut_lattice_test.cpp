@@ -141,6 +141,46 @@ TEST(CutLattice, RandomCutsEqualAFreshStart) {
   }
 }
 
+TEST(CutLattice, UndoAndRedoOfWholeCuts) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    Random random(300 + seed);
+    Everything e = make_body(seed % 2 == 0, 0, 0.1, 81, 2);
+    std::vector<std::array<JournalStep, 3>> steps;
+    for (int cut = 0; cut < 3; ++cut) {
+      JournalMark marks[3];
+      journal_mark(e.body, marks[0]);
+      journal_mark(e.hex, marks[1]);
+      journal_mark(e.embedding, marks[2]);
+      if (!cut_rest_polyline(e.body, random_path(random), {}, e.cut_scratch).ok()) {
+        journal_rollback(e.body, marks[0]);
+        continue;
+      }
+      e.update(marks[0]);
+      steps.push_back({journal_take(e.body, marks[0]), journal_take(e.hex, marks[1]), journal_take(e.embedding, marks[2])});
+    }
+    ASSERT_FALSE(steps.empty());
+    for (std::size_t i = steps.size(); i-- > 0;) {
+      note_step(e.skin, steps[i][2]);
+      journal_undo(e.body, steps[i][0]);
+      journal_undo(e.hex, steps[i][1]);
+      journal_undo(e.embedding, steps[i][2]);
+      refresh_skin(e.body, e.hex, e.embedding, e.skin);
+      expect_consistent(e, 0.1, seed);
+      if (::testing::Test::HasFatalFailure()) return;
+    }
+    EXPECT_EQ(e.hex.hex_count(), 81u);
+    for (auto& step : steps) {
+      note_step(e.skin, step[2]);
+      journal_redo(e.body, step[0]);
+      journal_redo(e.hex, step[1]);
+      journal_redo(e.embedding, step[2]);
+      refresh_skin(e.body, e.hex, e.embedding, e.skin);
+      expect_consistent(e, 0.1, seed);
+      if (::testing::Test::HasFatalFailure()) return;
+    }
+  }
+}
+
 TEST(CutLattice, PointsDoNotJumpWhenTheBodyIsCut) {
   // New nodes stand where their parents stand, so a cut moves no point in the frame in which it happens. Only the points of
   // copies that a neighbouring cell absorbs go by that cell's extrapolation from then on: curvature times cell size squared.

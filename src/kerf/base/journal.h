@@ -93,14 +93,14 @@ class Journaled {
   /// Undoes a segment (the latest one not yet undone); afterwards it can be redone.
   void undo(JournalSegment& s) {
     s.tail.resize((items_.size() - s.base_size) * sizeof(T));
-    std::memcpy(s.tail.data(), static_cast<const void*>(items_.data() + s.base_size), s.tail.size());
+    if (!s.tail.empty()) std::memcpy(s.tail.data(), static_cast<const void*>(items_.data() + s.base_size), s.tail.size());
     for (std::size_t i = s.indices.size(); i-- > 0;) swap_entry(s, i);
     items_.resize(s.base_size);
     marked_size_ = items_.size();
   }
   void redo(JournalSegment& s) {
     items_.resize(s.base_size + s.tail.size() / sizeof(T));
-    std::memcpy(static_cast<void*>(items_.data() + s.base_size), s.tail.data(), s.tail.size());
+    if (!s.tail.empty()) std::memcpy(static_cast<void*>(items_.data() + s.base_size), s.tail.data(), s.tail.size());
     for (std::size_t i = 0; i < s.indices.size(); ++i) swap_entry(s, i);
     s.tail.clear();
     marked_size_ = items_.size();

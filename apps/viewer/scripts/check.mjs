@@ -9,7 +9,7 @@ import { drag, ready, withPage } from './page.mjs';
 const viewport = { width: 800, height: 560 };
 const state = (page) => page.evaluate(() => window.kerf.state());
 const at = (page, x, y, z = 0.011) => page.evaluate(([a, b, c]) => window.kerf.pickPoint(a, b, c), [x, y, z]);
-const until = (page, test, arg) => page.waitForFunction(test, arg, { timeout: 15000 });
+const until = (page, test, arg) => page.waitForFunction(test, arg, { timeout: 30000 });
 const open = async (page, url, query = '') => { await page.goto(`${url}?engine=mock&quality=lite${query}`); await ready(page); };
 const away = (a, b) => Math.hypot(...a.map((v, i) => v - b[i]));
 const only = process.argv.slice(2);

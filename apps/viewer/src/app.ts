@@ -131,6 +131,8 @@ export class App implements EngineEvents {
   private height = 1;
   private uploads = 0;
   private liteTurn = false;
+  /** The camera follows a body that sinks or swings away, until a person moves it or uses a tool. */
+  private follow = true;
 
   constructor(private readonly engine: Engine, canvas: HTMLCanvasElement, ink: HTMLCanvasElement, options: AppOptions) {
     this.canvas = canvas;
@@ -194,7 +196,10 @@ export class App implements EngineEvents {
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     this.stage.keepFloorBelow(this.mesh.lowest);
     this.blade.setSize(this.stage.size);
-    if (!same) this.clearSeries();
+    if (!same) {
+      this.clearSeries();
+      this.follow = true;
+    }
     if (look !== this.look) {
       this.look = look;
       this.mesh.setLook(look, this.level);
@@ -342,9 +347,12 @@ export class App implements EngineEvents {
   }
   get strokeActive(): boolean { return this.stroke !== null; }
   /** Turns the view by degrees and zooms. */
-  turn(azimuth: number, elevation: number, zoom: number): void { this.stage.turn(azimuth, elevation, zoom); this.touch(false); }
+  turn(azimuth: number, elevation: number, zoom: number): void { this.follow = false; this.stage.turn(azimuth, elevation, zoom); this.touch(false); }
   claim(): void { this.engine.claim(!this.roleNow.held); }
-  resetCamera(): void { this.stage.resetCamera(); this.touch(false); }
+  resetCamera(): void {
+    this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, false);
+    this.touch(false);
+  }
   setRecording(on: boolean): void {
     this.recording = on;
     this.command(CommandCode.Recording, [on ? 1 : 0]);
@@ -420,6 +428,7 @@ export class App implements EngineEvents {
       }
       c.setPointerCapture(e.pointerId);
       this.place(e);
+      this.follow = false;
       this.stroke = new Stroke(this.tool);
       const at = this.pointerAt!;
       this.ink.begin(this.tool, at.x, at.y);
@@ -457,6 +466,7 @@ export class App implements EngineEvents {
     c.addEventListener('pointerleave', () => { if (!this.stroke) this.leave(); });
     window.addEventListener('blur', () => this.cancelStroke(true));
     document.addEventListener('visibilitychange', () => { if (document.hidden) this.cancelStroke(true); });
+    this.stage.controls.addEventListener('start', () => { this.follow = false; });
     this.stage.controls.addEventListener('change', () => this.touch(false));
     c.addEventListener('webglcontextlost', (e) => e.preventDefault());
     c.addEventListener('webglcontextrestored', () => { if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
@@ -560,7 +570,8 @@ export class App implements EngineEvents {
       this.latency.echoed(pending.input, performance.now());
     }
     this.sendHover(now);
-    if (this.stage.animate()) { this.dirty = true; }
+    if (this.ready && this.follow && this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, true)) this.dirty = true;
+    if (this.stage.animate()) this.dirty = true;
     this.drewLast = false;
     if (this.ready && (this.dirty || this.latency.hasWaiting)) {
       const shadows = this.moved && (this.level !== 'lite' || (this.liteTurn = !this.liteTurn));

@@ -154,7 +154,7 @@ export class Stage {
     this.look = look;
     this.centre.copy(centre);
     this.floor = this.floorGoal = lo.z - 0.07 * d;
-    this.floorLimit = this.floor - 0.55 * d;
+    this.floorLimit = this.floor - 0.75 * d;
     this.camera.near = 0.02 * d;
     this.camera.far = 30 * d;
     this.controls.minDistance = 0.15 * d;
@@ -181,6 +181,20 @@ export class Stage {
     this.setTheme(this.dark);
   }
   private readonly centre = new Vector3();
+
+  /** Aims the home view at where the body is now; `follow` moves the camera there bit by bit. True while it moves. */
+  aimAt(centre: Vector3, radius: number, follow: boolean): boolean {
+    const d = Math.max(this.size, 1.8 * radius);
+    this.home.target.copy(centre);
+    this.home.position.copy(centre).add(new Vector3(-0.42, -1.18, 0.98).multiplyScalar(1.18 * d));
+    if (!follow) { this.resetCamera(); return true; }
+    const gap = centre.clone().sub(this.controls.target);
+    if (gap.length() < 0.15 * this.size) return false;
+    gap.multiplyScalar(0.15);
+    this.controls.target.add(gap);
+    this.camera.position.add(gap);
+    return true;
+  }
 
   resetCamera(): void {
     const aspect = this.camera.aspect, away = aspect < 1.2 ? Math.min(2.2, 1.2 / aspect) : 1;

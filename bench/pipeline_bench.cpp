@@ -1,5 +1,5 @@
 // The whole pipeline beside the paper's tables: binding, cuts with all updates, steps, surface. One thread, thread time.
-//   pipeline_bench [cuts]     cuts per body, 100 when not given
+//   pipeline_bench [cuts [text]]     cuts per body, 100 when not given; only rows with this text
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <time.h>
@@ -26,6 +26,9 @@ double now() {  // seconds of this thread
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
+std::string only;
+bool wanted(const std::string& what) { return what.find(only) != std::string::npos; }
+
 void row(const std::string& what, const std::string& paper, const std::string& reach, const std::string& here) {
   fmt::print("| {:<66} | {:>14} | {:>22} | {:>34} |\n", what, paper, reach, here);
   std::fflush(stdout);
@@ -33,6 +36,7 @@ void row(const std::string& what, const std::string& paper, const std::string& r
 std::string ms(const Quantiles& q) { return fmt::format("{:.3f} / {:.3f} ms", 1e3 * q.median, 1e3 * q.p99); }
 
 void bench_binding() {
+  if (!wanted("pre-processing")) return;
   ModelOptions options;
   options.visual_triangles = 106496;
   const auto model = make_model("sheet", options);
@@ -102,6 +106,7 @@ Session make_session(const std::string& model, std::size_t visual, std::size_t c
 
 void bench_cut_row(const std::string& what, const std::string& paper, const std::string& reach, const std::string& model,
                    std::size_t visual, std::size_t collision, int cuts) {
+  if (!wanted(what)) return;
   Session session = make_session(model, visual, collision);
   const CutFigures f = bench_cuts(session, cuts);
   row(what + ": per collision triangle", "", reach, ms(quantiles(f.per_triangle)));
@@ -113,6 +118,7 @@ void bench_cut_row(const std::string& what, const std::string& paper, const std:
 
 void bench_step(const std::string& what, double dt, double young, const std::string& paper, const std::string& reach,
                 std::array<int, 3> cells, const std::string& model) {
+  if (!wanted(what)) return;
   Scene scene;
   scene.name = scene.body.model = model;
   scene.simulation.time_step = dt;
@@ -137,6 +143,7 @@ void bench_step(const std::string& what, double dt, double young, const std::str
 }
 
 void bench_surface() {
+  if (!wanted("positions and normals")) return;
   Session session = make_session("sheet", 106496, 104);
   std::vector<Vec3f> positions, normals;
   std::vector<double> times;
@@ -152,6 +159,7 @@ void bench_surface() {
 
 int main(int argc, char** argv) {
   const int cuts = argc > 1 ? std::max(1, std::atoi(argv[1])) : 100;
+  if (argc > 2) only = argv[2];
   ThreadLimit one(1);
   fmt::print("| {:<66} | {:>14} | {:>22} | {:>34} |\n|{:-<68}|{:-<16}|{:-<24}|{:-<36}|\n", "one thread, release; median / 99th percentile",
              "paper", "to reach", "here", "", "", "", "");

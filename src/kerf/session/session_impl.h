@@ -96,6 +96,7 @@ struct Session::Impl {
   Skin skin;  ///< derived from the embedding
   bool skin_stale = true;
   TopologyChange topology_change;
+  std::vector<CollisionTriangle> to_embed;
   std::vector<VisualTriangle> changed_visual;
   std::vector<NodeMemory> remembered;
   std::vector<Vec3> collision_positions;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 
 #include "kerf/session/session_impl.h"
 
@@ -96,8 +97,11 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   lattice_change.clear();
   adapt_lattice(body.complex.collision, body.hex, topology_change.triangles, lattice_scratch, lattice_change);
   moved.clear();
-  embed_triangles(body.complex, body.hex, topology_change.triangles, body.embedding, embedding_scratch, moved);
-  embed_triangles(body.complex, body.hex, lattice_change.triangles, body.embedding, embedding_scratch, moved);
+  // Both lists are ascending; what stands in both is looked at once.
+  to_embed.clear();
+  std::set_union(topology_change.triangles.begin(), topology_change.triangles.end(), lattice_change.triangles.begin(),
+                 lattice_change.triangles.end(), std::back_inserter(to_embed));
+  embed_triangles(body.complex, body.hex, to_embed, body.embedding, embedding_scratch, moved);
   note_moved(skin, moved);
   changed_visual = topology_change.visual_triangles;
   for (VisualTriangle f = topology_change.first_new_visual_triangle; f.index() < body.complex.visual.face_count(); ++f.value)

@@ -1,6 +1,6 @@
 #include "kerf/session/render_surface.h"
 
-#include <algorithm>
+#include <utility>
 
 namespace kerf {
 namespace {
@@ -14,35 +14,22 @@ Vec3 face_vector(const VisualMesh& mesh, VisualTriangle f) {
   return cross(b - a, c - a);
 }
 
-/// Area-weighted normal of the wall `patch` at a vertex, neighbouring walls that go on smoothly included.
-Vec3f wall_normal(const VisualMesh& mesh, VisualVertex v, Patch patch) {
-  Vec3 own, all;
+struct WallCorner {
+  RenderVertex found;    ///< v's render vertex on this wall
+  RenderVertex sibling;  ///< and one on another wall
+};
+WallCorner find_on_walls(const VisualMesh& mesh, const RenderSurface& surface, VisualVertex v, Patch patch) {
+  WallCorner out;
   mesh.for_each_outgoing(v, [&](VisualHalfEdge h) {
-    const VisualTriangle f = VisualMesh::face(h);
-    if (mesh.patch[f] == patch) own += face_vector(mesh, f);
-    return true;
-  });
-  const Vec3 direction = normalized(own);
-  mesh.for_each_outgoing(v, [&](VisualHalfEdge h) {
-    const VisualTriangle f = VisualMesh::face(h);
-    if (!mesh.patch[f].is_wall()) return true;
-    const Vec3 n = face_vector(mesh, f);
-    if (dot(n, direction) > kSmoothWall * norm(n)) all += n;
-    return true;
-  });
-  const Vec3 n = normalized(all);
-  return to_float(norm(n) > 0 ? n : direction);
-}
-
-RenderVertex find_on_wall(const VisualMesh& mesh, const RenderSurface& surface, VisualVertex v, Patch patch) {
-  RenderVertex found;
-  mesh.for_each_outgoing(v, [&](VisualHalfEdge h) {
-    if (h.index() >= surface.corner.size() || mesh.patch[VisualMesh::face(h)] != patch) return true;
+    const Patch other = mesh.patch[VisualMesh::face(h)];
+    if (!other.is_wall()) return true;
     const RenderVertex r = surface.corner[h];
-    if (r.valid() && surface.vertex[r] == v && surface.patch[r] == patch) found = r;
-    return !found.valid();
+    if (!r.valid() || surface.vertex[r] != v) return true;  // not up to date yet
+    if (surface.patch[r] == patch) out.found = r;
+    else if (surface.patch[r] == other) out.sibling = r;
+    return !out.found.valid();
   });
-  return found;
+  return out;
 }
 
 }  // namespace
@@ -51,8 +38,18 @@ void update_render_surface(const VisualMesh& mesh, std::span<const VisualTriangl
   if (surface.skin.size() < mesh.vertex_count()) surface.skin.grow(mesh.vertex_count() - surface.skin.size());
   if (surface.corner.size() < mesh.half_edge_count())
     surface.corner.grow(mesh.half_edge_count() - surface.corner.size());
+  const std::size_t first_new = surface.size();
+  std::vector<Vec3> sum;                                        // of the faces around each new wall vertex
+  std::vector<std::pair<RenderVertex, RenderVertex>> siblings;  // on two walls that meet in a line
+  const auto add_vertex = [&](VisualVertex v, Patch patch, Vec3f normal) {
+    surface.patch.push_back(patch);
+    surface.normal.push_back(normal);
+    sum.emplace_back();
+    return surface.vertex.push_back(v);
+  };
   for (const VisualTriangle f : changed) {
     const Patch patch = mesh.patch[f];
+    const Vec3 face = patch.is_wall() ? face_vector(mesh, f) : Vec3{};
     for (int i = 0; i < 3; ++i) {
       const VisualHalfEdge h = VisualMesh::corner(f, i);
       const VisualVertex v = mesh.from(h);
@@ -60,21 +57,32 @@ void update_render_surface(const VisualMesh& mesh, std::span<const VisualTriangl
       if (!patch.is_wall()) {
         r = surface.skin[v];
         if (!r.valid()) {
-          r = surface.vertex.push_back(v);
-          surface.patch.push_back(patch);
-          surface.normal.push_back(mesh.normal[v]);
+          r = add_vertex(v, patch, mesh.normal[v]);
           surface.skin.set(v, r);
         }
       } else {
-        r = find_on_wall(mesh, surface, v, patch);
+        const WallCorner around = find_on_walls(mesh, surface, v, patch);
+        r = around.found;
         if (!r.valid()) {
-          r = surface.vertex.push_back(v);
-          surface.patch.push_back(patch);
-          surface.normal.push_back(wall_normal(mesh, v, patch));
+          r = add_vertex(v, patch, {});
+          if (around.sibling.valid()) siblings.emplace_back(r, around.sibling);
         }
+        if (r.index() >= first_new) sum[r.index() - first_new] += face;
       }
       if (surface.corner[h] != r) surface.corner.set(h, r);
     }
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    const RenderVertex r(first_new + i);
+    if (surface.patch[r].is_wall()) surface.normal.set(r, to_float(normalized(sum[i])));
+  }
+  // Walls that go on smoothly are shaded as one.
+  for (const auto& [a, b] : siblings) {
+    const Vec3 na = to_double(surface.normal[a]), nb = to_double(surface.normal[b]);
+    if (dot(na, nb) < kSmoothWall) continue;
+    const Vec3f both = to_float(normalized(na + nb));
+    surface.normal.set(a, both);
+    surface.normal.set(b, both);
   }
 }
 

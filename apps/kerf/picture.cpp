@@ -15,9 +15,9 @@ namespace {
 constexpr int kSamples = 2;             // per pixel and direction: 4 samples a pixel
 constexpr double kMargin = 1.10;        // free space around the body
 constexpr double kCreaseCosine = 0.64;  // 50 degrees: sharper edges stay sharp
-constexpr int kKeyMaps = 24;            // directions that make up the soft key light
+constexpr int kKeyMaps = 64;            // directions that make up the soft key light
 constexpr double kKeyRadius = 0.10;     // rad: its apparent radius
-constexpr int kKeyResolution = 768;
+constexpr int kKeyResolution = 640;
 constexpr int kSkyMaps = 96;  // directions of the sky
 constexpr int kSkyResolution = 192;
 constexpr int kGroundGrid = 160;       // points of the ground at which the sky is looked at

@@ -182,7 +182,7 @@ Surface BodyTexture::at(Vec3 rest, bool wall) const {
     case Look::kSheet: {
       // A faint square grid, a line every twentieth of the body, shows how it is strained.
       const auto line = [&](double x) { return smooth_step(0.045, 0.02, std::abs(x - std::round(x))); };
-      const double grid = std::max(line(s.x), line(s.y));
+      const double grid = std::max(line(s.x + 0.5), line(s.y + 0.5));
       out.color = wall ? Vec3{0.90, 0.36, 0.16} : mix({0.18, 0.42, 0.70}, {0.07, 0.20, 0.42}, 0.6 * grid);
       out.roughness = 0.5;
       out.gloss = 0.04;

@@ -8,6 +8,7 @@
 #include "exit_status.h"
 #include "kerf/base/parallel.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/session/recording.h"
 #include "kerf/session/run_outputs.h"
 #include "kerf/session/run_report.h"
 #include "kerf/session/scene_file.h"
@@ -40,10 +41,13 @@ class Run {
     std::int64_t next_frame = 1;
     std::size_t finished = 0;
     check("start");
+    if (!options_.record.empty()) hashes_.push_back({0, session_.hash()});
     if (frames) KERF_TRY(add_frame());
     for (std::int64_t i = 0; i < steps; ++i) {
       auto step = session_.step();
       if (!step) return step.error();
+      if (!options_.record.empty() && session_.step_count() % kHashEvery == 0)
+        hashes_.push_back({session_.step_count(), session_.hash()});
       const StepReport& m = step->mechanics;
       log_.steps.push_back({session_.time(), step->seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit,
                             m.inverted_elements, m.kinetic_energy});
@@ -67,6 +71,22 @@ class Run {
     if (scene_.output.animation && animation_.frame_count() > 0) KERF_TRY(animation_.write(options_.out / "body.glb"));
     if (scene_.output.picture && !pictured_) KERF_TRY(picture());
     return replace_file((options_.out / "report.json").string(), run_report_json(session_, log_));
+  }
+
+  /// What kerf replay repeats: the scene as it stands, and the hashes.
+  Status write_recording(const std::filesystem::path& scene_file) {
+    if (options_.record.empty()) return {};
+    auto text = read_whole_file(scene_file.string());
+    if (!text) return text.error();
+    Recording recording;
+    recording.source.text = text->view();
+    recording.source.name = scene_file.stem().string();
+    recording.source.folder = std::filesystem::absolute(scene_file).parent_path();
+    recording.instructions = instruction_set();
+    recording.last_step = session_.step_count();
+    if (hashes_.empty() || hashes_.back().step != recording.last_step) hashes_.push_back({recording.last_step, session_.hash()});
+    recording.hashes = hashes_;
+    return replace_file(options_.record.string(), recording_text(recording));
   }
 
   void summary() const {
@@ -120,6 +140,7 @@ class Run {
   Animation animation_;
   std::optional<VtuSeries> series_;
   bool pictured_ = false;
+  std::vector<StateHash> hashes_;
 };
 
 }  // namespace
@@ -147,7 +168,8 @@ int run_scene(const RunOptions& options) {
   Run run(*scene, std::move(session).value(), options);
   run.log().prepare_seconds = seconds_since(start);
   const Status simulated = run.simulate();
-  const Status written = run.write();
+  Status written = run.write();
+  if (written) written = run.write_recording(*path);
   run.summary();
   if (!simulated) return report(simulated.error());
   if (!written) return report(written.error());

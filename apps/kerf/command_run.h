@@ -12,6 +12,7 @@ struct RunOptions {
   std::filesystem::path out;       ///< folder for all results; made when it does not exist
   std::optional<double> duration;  ///< s, instead of the scene's
   std::optional<int> threads;      ///< instead of the scene's
+  std::filesystem::path record;    ///< a recording for kerf replay; empty: none
   bool quiet = false;              ///< no progress, no summary
 };
 

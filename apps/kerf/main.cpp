@@ -11,7 +11,9 @@
 #include "command_cut.h"
 #include "command_info.h"
 #include "command_make.h"
+#include "command_replay.h"
 #include "command_run.h"
+#include "command_view.h"
 #include "exit_status.h"
 #include "kerf/mesh/models.h"
 #include "scene_search.h"
@@ -54,6 +56,7 @@ void add_run(CLI::App& app, RunOptions& options, std::function<int()>& chosen) {
       ->check(CLI::NonNegativeNumber);
   command->add_option("--threads", options.threads, "Threads to use; 0: all cores")
       ->check(CLI::Range(0, 1024));
+  command->add_option("--record", options.record, "Write a recording that kerf replay repeats bit by bit");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
   std::string scenes;
   for (const std::string& name : shipped_scenes()) scenes += (scenes.empty() ? "" : ", ") + name;
@@ -170,6 +173,39 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
   command->callback([&options, &chosen] { chosen = [&options] { return cut_body(options); }; });
 }
 
+void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen) {
+  CLI::App* command = app.add_subcommand("view", "Cut it yourself, in a browser");
+  command->add_option("SCENE", options.scene, "A scene file, or the name of a shipped scene; default: steak");
+  CLI::Option* port = command->add_option("-p,--port", options.port, "Port of this machine; 0: any. Default: 8080, or the next free one")
+                          ->check(CLI::Range(0, 65535));
+  command->add_option("--listen", options.listen,
+                      "Address to listen on; default: this machine only. Others (0.0.0.0: all) are for tablets and "
+                      "headsets, and need the token in the printed address");
+  command->add_option("--page", options.page, "Serve the page from this folder instead of the built-in one");
+  command->add_option("--dev-origin", options.dev_origin, "One more origin that may connect (page development)");
+  command->add_option("--time-step", options.time_step, "Seconds, instead of the scene's")->check(CLI::PositiveNumber);
+  command->add_flag("--no-browser", options.no_browser, "Print the address, open nothing");
+  command->add_flag("--scripted", options.scripted, "Run the scene's own commands too");
+  command->footer(
+      "Examples:\n"
+      "  kerf view                     the steak, in a browser\n"
+      "  kerf view meniscus --port 9000\n"
+      "  kerf view steak --listen 0.0.0.0   for a tablet in the same network\n"
+      "Stop with Ctrl-C.");
+  command->callback([&options, port, &chosen] {
+    options.port_given = port->count() > 0;
+    chosen = [&options] { return view_scene(options); };
+  });
+}
+
+void add_replay(CLI::App& app, ReplayOptions& options, std::function<int()>& chosen) {
+  CLI::App* command = app.add_subcommand("replay", "Repeat a recording and compare the bits");
+  command->add_option("FILE", options.file, "A recording (.kerfrec)")->required();
+  command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
+  command->footer("Exit status: 0 the same bits, 1 they differ (the first differing step is named), 2 bad input.");
+  command->callback([&options, &chosen] { chosen = [&options] { return replay_file(options); }; });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -192,6 +228,10 @@ int main(int argc, char** argv) {
   add_info(app, info, chosen);
   CutOptions cut;
   add_cut(app, cut, chosen);
+  ViewOptions view;
+  add_view(app, view, chosen);
+  ReplayOptions replay;
+  add_replay(app, replay, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

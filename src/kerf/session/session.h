@@ -76,6 +76,25 @@ class Session {
   Status cancel_stroke();
   [[nodiscard]] bool in_stroke() const;
 
+  /// Takes hold of these collision vertices where they are now; apply() moves and releases the grasp by its id. Bad
+  /// input: no vertices, one that does not exist, or an id that is taken.
+  Status grasp(const std::string& id, const std::vector<CollisionVertex>& points);
+  struct GraspState {
+    std::string id;
+    std::vector<CollisionVertex> points;  ///< those that exist
+    Vec3 held, target;                    ///< metres: centre of the points now, and where it is pulled to
+  };
+  [[nodiscard]] std::vector<GraspState> grasps();
+
+  /// From the next step on. Bad input: not finite.
+  Status set_gravity(Vec3 gravity);  ///< m/s^2
+  [[nodiscard]] Vec3 gravity() const;
+  /// What the body is made of, from the next step on; regions follow where they had the same value. Bad input: a
+  /// material that can't be simulated. Costs as much as the matrices of all partly filled cells.
+  Status set_material(double young, double poisson, double density);
+  [[nodiscard]] Material material() const;
+  [[nodiscard]] std::int64_t step_count() const;
+
   /// Undoes or redoes the last stroke, to the bit: topology, and positions and velocities as they were when it began.
   /// Error when there is none.
   Status undo();

@@ -60,19 +60,26 @@ Status Session::Impl::apply(const SceneCommand& command) {
 }
 
 Status Session::Impl::grasp(const SceneGrasp& what) {
-  for (const Grasp& g : state.grasps)
-    if (g.id == what.id) return bad_input(fmt::format("there is a grasp '{}' already; release it first or use another id", what.id));
-  Grasp g;
-  g.id = what.id;
   const std::vector<Vec3>& now = deformed_collision();
-  g.points = vertices_near(what.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : now, what.point,
-                           what.radius);
+  return hold(what.id,
+              vertices_near(what.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : now, what.point,
+                            what.radius),
+              what.stiffness);
+}
+
+Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> points, std::optional<double> stiffness) {
+  for (const Grasp& g : state.grasps)
+    if (g.id == id) return bad_input(fmt::format("there is a grasp '{}' already; release it first or use another id", id));
+  Grasp g;
+  g.id = id;
+  g.points = std::move(points);
+  const std::vector<Vec3>& now = deformed_collision();
   for (const CollisionVertex v : g.points) g.centre += (1.0 / static_cast<double>(g.points.size())) * now[v.index()];
   for (const CollisionVertex v : g.points) g.offset.push_back(now[v.index()] - g.centre);
   g.from = g.to = g.centre;
   g.move_began = state.time;
   const double per_point = kGraspStiffness * state.model.materials()[0].young * least_cell_edge(state.body.hex);
-  g.stiffness = what.stiffness ? *what.stiffness / static_cast<double>(g.points.size()) : per_point;
+  g.stiffness = stiffness ? *stiffness / static_cast<double>(g.points.size()) : per_point;
   state.grasps.push_back(std::move(g));
   return renew_springs();
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -122,6 +123,7 @@ struct Session::Impl {
   // session_hold.cpp
   Status apply(const SceneCommand& command);
   Status grasp(const SceneGrasp& what);
+  Status hold(const std::string& id, std::vector<CollisionVertex> points, std::optional<double> stiffness);
   Status move(const SceneMove& what);
   Status release(const SceneRelease& what);
   Status fix(const SceneRegion& region, const std::string& name);

@@ -1,0 +1,153 @@
+#include "command_view.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <ifaddrs.h>
+#include <spawn.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "exit_status.h"
+#include "kerf/mesh/whole_file.h"
+#include "kerf/session/scene_file.h"
+#include "progress_bar.h"
+#include "scene_search.h"
+#include "view_server.h"
+
+extern char** environ;
+
+namespace kerf::app {
+namespace {
+
+/// Bytes that nobody can guess.
+Result<std::uint64_t> random_number() {
+  std::uint64_t value = 0;
+  if (getrandom(&value, sizeof value, 0) != sizeof value) return failed("the system gives no random numbers");
+  return value;
+}
+
+bool is_loopback(const std::string& address) {
+  return address.starts_with("127.") || address == "::1" || address == "localhost";
+}
+
+/// Shipped scenes that can be read, with their titles.
+std::vector<OfferedScene> offered_scenes() {
+  std::vector<OfferedScene> out;
+  for (const std::string& name : shipped_scenes()) {
+    const auto path = find_scene(name);
+    if (!path) continue;
+    const auto scene = read_scene(*path);
+    if (scene) out.push_back({name, scene->title.empty() ? name : scene->title, path->string()});
+  }
+  return out;
+}
+
+/// Opens the address in a browser if there is a display. The browser is not waited for.
+void open_browser(const std::string& address) {
+  const bool display = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+  if (!display) return;
+  std::string program = "xdg-open", where = address;
+  char* arguments[] = {program.data(), where.data(), nullptr};
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
+  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
+  pid_t child = 0;
+  (void)posix_spawnp(&child, "xdg-open", &files, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&files);
+}
+
+/// This machine's addresses in its networks, without loopback (IPv4).
+std::vector<std::string> network_addresses() {
+  std::vector<std::string> out;
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return out;
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    const auto* address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+    char text[INET_ADDRSTRLEN] = {};
+    if (inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) == nullptr || is_loopback(text)) continue;
+    out.emplace_back(text);
+  }
+  freeifaddrs(all);
+  return out;
+}
+
+constexpr const char* kHowToBuildThePage =
+    "the page is not built into this program. Build it once and give its folder:\n"
+    "  (cd apps/viewer && npm ci && npm run build)\n"
+    "  kerf view --page apps/viewer/dist\n"
+    "or build kerf again after that: the page then is part of the program.";
+
+}  // namespace
+
+int view_scene(const ViewOptions& options) {
+  const auto path = find_scene(options.scene);
+  if (!path) return report(path.error());
+  auto text = read_whole_file(path->string());
+  if (!text) return report(text.error());
+  SceneSource source;
+  source.text = text->view();
+  source.name = path->stem().string();
+  source.folder = std::filesystem::absolute(*path).parent_path();
+
+  PageFiles page;
+  ServerOptions server_options;
+  if (!options.page.empty()) {
+    auto files = read_page(options.page);
+    if (!files) return report(files.error());
+    page = std::move(*files);
+    const std::string folder = options.page;
+    server_options.reload = [folder] {
+      auto again = read_page(folder);
+      return again ? std::move(*again) : PageFiles{};
+    };
+  } else {
+    page = built_in_page();
+    if (page.empty()) return report(bad_input(kHowToBuildThePage));
+  }
+
+  EngineOptions engine_options;
+  engine_options.scenes = offered_scenes();
+  engine_options.overrides.scripted = options.scripted;
+  engine_options.overrides.time_step = options.time_step.value_or(0);
+  const auto session = random_number();
+  if (!session) return report(session.error());
+  engine_options.session_id = *session;
+  Result<Engine> engine = [&] {
+    ProgressBar bar(false);
+    return Engine::create(source, engine_options, bar.callback());
+  }();
+  if (!engine) return report(engine.error());
+
+  server_options.address = options.listen == "localhost" ? "127.0.0.1" : options.listen;
+  server_options.port = static_cast<std::uint16_t>(options.port);
+  server_options.tries = options.port_given ? 0 : 20;
+  server_options.dev_origin = options.dev_origin;
+  if (!is_loopback(options.listen)) {
+    const auto a = random_number(), b = random_number();
+    if (!a || !b) return report(failed("the system gives no random numbers"));
+    server_options.token = fmt::format("{:016x}{:016x}", *a, *b);
+    char name[256] = {};
+    if (gethostname(name, sizeof name - 1) == 0) server_options.hosts = {name, std::string(name) + ".local"};
+  }
+  auto server = ViewServer::create(std::move(*engine), std::move(page), server_options);
+  if (!server) return report(server.error());
+  const std::string address = server->address();
+  fmt::print("kerf view: {}\n", address);
+  if (options.listen == "0.0.0.0")
+    for (const std::string& own : network_addresses())
+      fmt::print("from other machines: http://{}:{}/?token={}\n", own, server->port(), server_options.token);
+  if (!server_options.token.empty()) fmt::print("Whoever has this address can use the session.\n");
+  fmt::print("Stop with Ctrl-C.\n");
+  std::fflush(stdout);
+  if (!options.no_browser) open_browser(address);
+  server->run();
+  fmt::print("kerf view: stopped.\n");
+  return kSuccess;
+}
+
+}  // namespace kerf::app

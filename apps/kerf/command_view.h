@@ -1,0 +1,23 @@
+// kerf view: the session in a browser.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace kerf::app {
+
+struct ViewOptions {
+  std::string scene = "steak";
+  int port = 8080;
+  bool port_given = false;
+  std::string listen = "127.0.0.1";
+  std::string page;         ///< folder of the page's files instead of the built-in ones
+  std::string dev_origin;
+  bool no_browser = false;
+  bool scripted = false;    ///< the scene's own commands too
+  std::optional<double> time_step;
+};
+
+int view_scene(const ViewOptions& options);
+
+}  // namespace kerf::app

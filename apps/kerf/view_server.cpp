@@ -1,0 +1,467 @@
+#include "view_server.h"
+
+#include <fmt/format.h>
+
+#include <utility>  // before Beast 1.74
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "kerf/mesh/whole_file.h"
+
+namespace kerf::app {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = asio::ip::tcp;
+using Clock = std::chrono::steady_clock;
+using boost::system::error_code;
+
+constexpr std::chrono::seconds kHttpTimeout{30};
+constexpr std::size_t kMostConnections = 64;
+constexpr std::size_t kMostRequestHeader = 16 << 10;
+
+/// What the page may load: its own files, images that it makes, a socket to us.
+constexpr const char* kPolicy =
+    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self' ws: wss:; "
+    "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+std::string_view view(beast::string_view s) { return {s.data(), s.size()}; }
+
+bool same_letters(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
+    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+    return lower(x) == lower(y);
+  });
+}
+
+/// Takes as long whatever the guess has in common with the token.
+bool same_token(std::string_view guess, std::string_view token) {
+  unsigned different = guess.size() == token.size() ? 0 : 1;
+  for (std::size_t i = 0; i < token.size(); ++i)
+    different |= static_cast<unsigned char>(token[i]) ^ static_cast<unsigned char>(i < guess.size() ? guess[i] : '\0');
+  return different == 0;
+}
+
+/// The value of a key in the query of a request's target.
+std::string_view query_value(std::string_view target, std::string_view key) {
+  const std::size_t mark = target.find('?');
+  if (mark == std::string_view::npos) return {};
+  std::string_view rest = target.substr(mark + 1);
+  while (!rest.empty()) {
+    const std::size_t end = std::min(rest.find('&'), rest.size());
+    const std::string_view item = rest.substr(0, end);
+    if (item.size() > key.size() && item.substr(0, key.size()) == key && item[key.size()] == '=') return item.substr(key.size() + 1);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return {};
+}
+
+std::string media_type(const std::string& path) {
+  static const std::pair<const char*, const char*> kTypes[] = {
+      {".html", "text/html; charset=utf-8"}, {".js", "text/javascript; charset=utf-8"}, {".css", "text/css; charset=utf-8"},
+      {".svg", "image/svg+xml"}, {".json", "application/json"}, {".png", "image/png"}, {".wasm", "application/wasm"},
+      {".woff2", "font/woff2"}, {".ico", "image/x-icon"}, {".txt", "text/plain; charset=utf-8"}};
+  for (const auto& [ending, type] : kTypes)
+    if (path.size() > std::string_view(ending).size() && path.ends_with(ending)) return type;
+  return "application/octet-stream";
+}
+
+}  // namespace
+
+Result<PageFiles> read_page(const std::string& folder) {
+  namespace fs = std::filesystem;
+  PageFiles files;
+  std::error_code code;
+  for (auto it = fs::recursive_directory_iterator(folder, code); !code && it != fs::recursive_directory_iterator(); it.increment(code)) {
+    if (!it->is_regular_file(code)) continue;
+    auto bytes = read_whole_file(it->path().string());
+    if (!bytes) continue;
+    const std::string path = "/" + fs::relative(it->path(), folder, code).generic_string();
+    files[path] = {media_type(path), std::string(bytes->view()), false, path.starts_with("/assets/")};
+  }
+  const auto index = files.find("/index.html");
+  if (index == files.end())
+    return bad_input(fmt::format("there is no page in {}: build it with `npm ci && npm run build` in apps/viewer, and give its "
+                                 "folder dist",
+                                 folder));
+  files["/"] = index->second;
+  return files;
+}
+
+// -------------------------------------------------------------------------------------------------------------------
+
+struct ViewServer::Impl {
+  class Page;
+  class Request;
+
+  Impl(Engine e, PageFiles p, ServerOptions o)
+      : engine(std::move(e)), page(std::move(p)), options(std::move(o)), acceptor(io), timer(io), signals(io) {}
+
+  std::size_t connections = 0;  // before io: requests that end with it still count
+  asio::io_context io{1};
+  Engine engine;
+  PageFiles page;
+  ServerOptions options;
+  tcp::acceptor acceptor;
+  asio::steady_timer timer;
+  asio::signal_set signals;
+  std::uint16_t port = 0;
+  std::set<std::shared_ptr<Page>> pages;
+  Clock::time_point last_tick, next_tick;
+  bool stopping = false;
+
+  Status open();
+  void accept();
+  void tick();
+  void flush();
+  void shut_down();
+  [[nodiscard]] bool host_allowed(std::string_view host) const;
+  [[nodiscard]] bool origin_allowed(std::string_view origin) const;
+};
+
+/// One page's socket. Reads messages, and writes one at a time: what waits, waits in the engine.
+class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
+ public:
+  Page(Impl& server, tcp::socket socket) : server_(server), socket_(std::move(socket)) {}
+
+  void start(http::request<http::empty_body> request) {
+    request_ = std::move(request);
+    auto timeout = websocket::stream_base::timeout::suggested(beast::role_type::server);
+    timeout.idle_timeout = std::chrono::seconds(60);
+    timeout.keep_alive_pings = true;
+    socket_.set_option(timeout);
+    socket_.set_option(websocket::stream_base::decorator([](websocket::response_type& r) { r.set(http::field::server, "kerf"); }));
+    socket_.read_message_max(protocol::kMaxUploadBytes);
+    socket_.auto_fragment(false);
+    socket_.binary(true);
+    error_code ignored;
+    socket_.next_layer().set_option(tcp::no_delay(true), ignored);
+    socket_.async_accept(request_, [self = shared_from_this()](error_code error) { self->accepted(error); });
+  }
+  void write() {
+    if (!open_ || writing_) return;
+    if (server_.engine.gives_up(client_)) return close();
+    message_ = server_.engine.next(client_);
+    if (!message_) return;
+    writing_ = true;
+    socket_.async_write(asio::buffer(message_->data(), message_->size()), [self = shared_from_this()](error_code error, std::size_t) {
+      self->writing_ = false;
+      self->message_.reset();
+      if (error) return self->gone();
+      self->write();
+    });
+  }
+  void close() {
+    if (!open_) return;
+    // What a page has still to be told goes first (an error that says why), as far as it reads at all.
+    open_ = false;
+    server_.engine.disconnect(client_);
+    if (!writing_) {
+      socket_.async_close(websocket::close_reason(websocket::close_code::policy_error, "too many bad messages, or too slow"),
+                          [self = shared_from_this()](error_code) { self->gone(); });
+    } else {
+      gone();
+    }
+  }
+  /// The server ends.
+  void end() {
+    error_code ignored;
+    open_ = false;
+    socket_.next_layer().shutdown(tcp::socket::shutdown_both, ignored);
+    socket_.next_layer().close(ignored);
+  }
+
+ private:
+  void accepted(error_code error) {
+    if (error) return gone();
+    open_ = true;
+    client_ = server_.engine.connect();
+    server_.pages.insert(shared_from_this());
+    read();
+  }
+  void read() {
+    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
+  }
+  void have_read(error_code error) {
+    if (error || !open_) return gone();
+    const auto data = buffer_.cdata();
+    static const std::byte kNothing{};
+    if (socket_.got_binary()) {
+      server_.engine.receive(client_, {static_cast<const std::byte*>(data.data()), data.size()});
+    } else {
+      server_.engine.receive(client_, {&kNothing, 0});  // counted as bad
+    }
+    buffer_.consume(buffer_.size());
+    server_.flush();
+    if (open_) read();
+  }
+  void gone() {
+    const auto self = shared_from_this();
+    if (open_) {
+      open_ = false;
+      server_.engine.disconnect(client_);
+    }
+    error_code ignored;
+    socket_.next_layer().close(ignored);
+    if (server_.pages.erase(self) > 0 && !server_.stopping) server_.flush();
+  }
+
+  Impl& server_;
+  websocket::stream<tcp::socket> socket_;
+  http::request<http::empty_body> request_;
+  beast::flat_buffer buffer_;
+  protocol::Message message_;
+  std::uint32_t client_ = 0;
+  bool open_ = false, writing_ = false;
+};
+
+/// One HTTP connection, until it ends or becomes a page's socket.
+class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
+ public:
+  Request(Impl& server, tcp::socket socket) : server_(server), stream_(std::move(socket)) { ++server_.connections; }
+  ~Request() { --server_.connections; }
+
+  void read() {
+    parser_.emplace();  // a parser serves one request
+    parser_->body_limit(0);
+    parser_->header_limit(kMostRequestHeader);
+    stream_.expires_after(kHttpTimeout);
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
+  }
+
+ private:
+  void have_read(error_code error) {
+    if (error) return end();
+    http::request<http::empty_body> request = parser_->release();
+    const std::string target(view(request.target()));
+    const std::string_view path = std::string_view(target).substr(0, target.find('?'));
+    if (!server_.host_allowed(view(request[http::field::host])))
+      return refuse(request, http::status::forbidden, "This address is not one that kerf view listens to.");
+    if (path == "/engine") {
+      if (!websocket::is_upgrade(request)) return refuse(request, http::status::upgrade_required, "This is a WebSocket.");
+      if (!server_.origin_allowed(view(request[http::field::origin])))
+        return refuse(request, http::status::forbidden, "Pages from elsewhere may not connect.");
+      if (!server_.options.token.empty() && !same_token(query_value(target, "token"), server_.options.token))
+        return refuse(request, http::status::forbidden, "The token is missing or wrong: use the address that kerf view printed.");
+      stream_.expires_never();  // the socket has a time limit of its own
+      return std::make_shared<Page>(server_, stream_.release_socket())->start(std::move(request));
+    }
+    if (request.method() != http::verb::get && request.method() != http::verb::head)
+      return refuse(request, http::status::method_not_allowed, "Only GET and HEAD.");
+    if (server_.options.reload) server_.page = server_.options.reload();
+    const auto found = server_.page.find(std::string(path));
+    if (found == server_.page.end()) return refuse(request, http::status::not_found, "There is no such file.");
+    const PageFile& file = found->second;
+    const auto accepted = view(request[http::field::accept_encoding]);
+    if (file.gzip && accepted.find("gzip") == std::string_view::npos)
+      return refuse(request, http::status::not_acceptable, "This page needs a browser that reads gzip.");
+    auto response = make(request, http::status::ok, file.type);
+    if (file.gzip) response->set(http::field::content_encoding, "gzip");
+    response->set(http::field::cache_control, file.immutable ? "public, max-age=31536000, immutable" : "no-cache");
+    response->body() = file.bytes;
+    send(request, std::move(response));
+  }
+  using Response = http::response<http::string_body>;
+  std::shared_ptr<Response> make(const http::request<http::empty_body>& request, http::status status, const std::string& type) {
+    auto response = std::make_shared<Response>(status, request.version());
+    response->set(http::field::server, "kerf");
+    response->set(http::field::content_type, type);
+    response->set("Content-Security-Policy", kPolicy);
+    response->set("X-Content-Type-Options", "nosniff");
+    response->set("Referrer-Policy", "no-referrer");  // the token stays here
+    response->set("Cross-Origin-Resource-Policy", "same-origin");
+    response->keep_alive(request.keep_alive());
+    return response;
+  }
+  void refuse(const http::request<http::empty_body>& request, http::status status, std::string_view why) {
+    auto response = make(request, status, "text/plain; charset=utf-8");
+    response->body() = std::string(why) + "\n";
+    if (status == http::status::forbidden) response->keep_alive(false);
+    send(request, std::move(response));
+  }
+  void send(const http::request<http::empty_body>& request, std::shared_ptr<Response> response) {
+    const std::size_t length = response->body().size();
+    if (request.method() == http::verb::head) response->body().clear();
+    response->content_length(length);
+    auto& sent = *response;
+    if (request.method() == http::verb::head) {
+      auto serializer = std::make_shared<http::response_serializer<http::string_body>>(sent);
+      http::async_write_header(stream_, *serializer, [self = shared_from_this(), response, serializer](error_code error, std::size_t) {
+        self->sent(error, response->keep_alive());
+      });
+      return;
+    }
+    http::async_write(stream_, sent, [self = shared_from_this(), response](error_code error, std::size_t) {
+      self->sent(error, response->keep_alive());
+    });
+  }
+  void sent(error_code error, bool keep) {
+    if (error || !keep || server_.stopping) return end();
+    read();
+  }
+  void end() {
+    error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  }
+
+  Impl& server_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::empty_body>> parser_;
+};
+
+// -------------------------------------------------------------------------------------------------------------------
+
+Status ViewServer::Impl::open() {
+  error_code error;
+  const auto address = asio::ip::make_address(options.address, error);
+  if (error)
+    return bad_input(fmt::format("\"{}\" is not an address; give one of this machine's, such as 0.0.0.0 for all of them", options.address));
+  const int last = options.port == 0 ? 0 : options.tries;
+  for (int i = 0; i <= last; ++i) {
+    const int wanted = options.port + i;
+    if (wanted > 65535) break;
+    const tcp::endpoint endpoint(address, static_cast<std::uint16_t>(wanted));
+    acceptor.close(error);
+    acceptor.open(endpoint.protocol(), error);
+    if (error) return failed(fmt::format("can't open a socket: {}", error.message()));
+    acceptor.set_option(asio::socket_base::reuse_address(true), error);
+    acceptor.bind(endpoint, error);
+    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (!error) {
+      port = acceptor.local_endpoint(error).port();
+      return {};
+    }
+    if (error != asio::error::address_in_use)
+      return bad_input(fmt::format("can't listen on {} port {}: {}", options.address, wanted, error.message()));
+  }
+  return bad_input(fmt::format("port {} and the {} after it are in use; give another with --port, or 0 for any", options.port, last));
+}
+
+void ViewServer::Impl::accept() {
+  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    if (stopping) return;
+    if (!error && connections + pages.size() < kMostConnections) std::make_shared<Request>(*this, std::move(socket))->read();
+    if (error == asio::error::no_descriptors) {
+      // Out of descriptors: do not spin.
+      auto pause = std::make_shared<asio::steady_timer>(io, std::chrono::milliseconds(100));
+      pause->async_wait([this, pause](error_code) { if (!stopping) accept(); });
+      return;
+    }
+    accept();
+  });
+}
+
+void ViewServer::Impl::tick() {
+  const auto now = Clock::now();
+  engine.tick(std::chrono::duration<double>(now - last_tick).count());
+  last_tick = now;
+  flush();
+  next_tick += std::chrono::microseconds(16667);
+  if (next_tick < Clock::now()) next_tick = Clock::now();  // what is late is late: no debts
+  timer.expires_at(next_tick);
+  timer.async_wait([this](error_code error) { if (!error && !stopping) tick(); });
+}
+
+void ViewServer::Impl::flush() {
+  const std::vector<std::shared_ptr<Page>> all(pages.begin(), pages.end());
+  for (const auto& one : all) one->write();
+}
+
+void ViewServer::Impl::shut_down() {
+  if (stopping) return;
+  stopping = true;
+  error_code ignored;
+  acceptor.close(ignored);
+  timer.cancel();
+  signals.cancel(ignored);
+  for (const auto& one : pages) one->end();
+  io.stop();
+}
+
+bool ViewServer::Impl::host_allowed(std::string_view host) const {
+  // "name", "name:port", "[::1]:port"
+  const std::size_t bracket = host.rfind(']');
+  const std::size_t colon = host.find(':', bracket == std::string_view::npos ? 0 : bracket);
+  const std::string_view name = host.substr(0, colon);
+  int given = 80;
+  if (colon != std::string_view::npos) {
+    const std::string_view digits = host.substr(colon + 1);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), given);
+    if (error != std::errc() || end != digits.data() + digits.size()) return false;
+  }
+  if (given != port) return false;
+  for (const char* loopback : {"127.0.0.1", "localhost", "[::1]"})
+    if (same_letters(name, loopback)) return true;
+  if (same_letters(name, options.address)) return true;
+  if (std::any_of(options.hosts.begin(), options.hosts.end(), [&](const std::string& h) { return same_letters(name, h); })) return true;
+  // Listening beyond loopback with a token: any literal address is fine (no name, so no rebinding).
+  if (options.token.empty() || name.empty()) return false;
+  error_code error;
+  const std::string literal(name.front() == '[' && name.back() == ']' ? name.substr(1, name.size() - 2) : name);
+  (void)asio::ip::make_address(literal, error);
+  return !error;
+}
+
+bool ViewServer::Impl::origin_allowed(std::string_view origin) const {
+  if (origin.empty()) return true;  // not a browser
+  if (!options.dev_origin.empty() && origin == options.dev_origin) return true;
+  constexpr std::string_view kScheme = "http://";
+  return origin.starts_with(kScheme) && host_allowed(origin.substr(kScheme.size()));
+}
+
+ViewServer::ViewServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ViewServer::ViewServer(ViewServer&&) noexcept = default;
+ViewServer::~ViewServer() = default;
+
+Result<ViewServer> ViewServer::create(Engine engine, PageFiles page, const ServerOptions& options) {
+  auto impl = std::make_unique<Impl>(std::move(engine), std::move(page), options);
+  KERF_TRY(impl->open());
+  return ViewServer(std::move(impl));
+}
+
+std::uint16_t ViewServer::port() const { return impl_->port; }
+std::string ViewServer::address() const {
+  std::string host = impl_->options.address;
+  if (host.find(':') != std::string::npos) host = "[" + host + "]";
+  std::string out = fmt::format("http://{}:{}/", host, impl_->port);
+  if (!impl_->options.token.empty()) out += "?token=" + impl_->options.token;
+  return out;
+}
+const Engine& ViewServer::engine() const { return impl_->engine; }
+
+void ViewServer::run(bool signals) {
+  Impl& s = *impl_;
+  if (signals) {
+    error_code ignored;
+    s.signals.add(SIGINT, ignored);
+    s.signals.add(SIGTERM, ignored);
+    s.signals.async_wait([&s](error_code error, int) { if (!error) s.shut_down(); });
+  }
+  s.last_tick = s.next_tick = Clock::now();
+  s.accept();
+  s.tick();
+  s.io.run();
+  s.pages.clear();
+}
+
+void ViewServer::stop() {
+  asio::post(impl_->io, [s = impl_.get()] { s->shut_down(); });
+}
+
+}  // namespace kerf::app

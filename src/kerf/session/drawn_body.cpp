@@ -1,0 +1,195 @@
+#include "kerf/session/drawn_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kBlock = 512;  ///< records compared at once
+
+protocol::Normal packed(Vec3f n) {
+  const auto pack = [](float x) {
+    return static_cast<std::int16_t>(std::lround(std::clamp(x, -1.0f, 1.0f) * 32767.0f));
+  };
+  return {pack(n.x), pack(n.y), pack(n.z), 0};
+}
+
+template <class T>
+bool same(const T& a, const T& b) { return std::memcmp(&a, &b, sizeof(T)) == 0; }
+template <class T>
+bool same_block(const std::vector<T>& a, const std::vector<T>& b, std::size_t first, std::size_t count) {
+  return std::memcmp(a.data() + first, b.data() + first, count * sizeof(T)) == 0;
+}
+
+/// Ids below both lengths at which any of the arrays differ.
+template <class... T>
+void differing(std::size_t n, std::vector<std::uint32_t>& ids, const std::pair<const std::vector<T>*, const std::vector<T>*>&... arrays) {
+  ids.clear();
+  for (std::size_t first = 0; first < n; first += kBlock) {
+    const std::size_t count = std::min(kBlock, n - first);
+    if ((same_block(*arrays.first, *arrays.second, first, count) && ...)) continue;
+    for (std::size_t i = first; i < first + count; ++i)
+      if (!(same((*arrays.first)[i], (*arrays.second)[i]) && ...)) ids.push_back(static_cast<std::uint32_t>(i));
+  }
+}
+
+template <class T>
+auto pair_of(const std::vector<T>& a, const std::vector<T>& b) {
+  return std::pair<const std::vector<T>*, const std::vector<T>*>(&a, &b);
+}
+
+template <class T>
+void gather(const std::vector<T>& from, const std::vector<std::uint32_t>& ids, std::size_t appended_from, std::vector<T>& out) {
+  out.clear();
+  for (const std::uint32_t i : ids) out.push_back(from[i]);
+  out.insert(out.end(), from.begin() + static_cast<std::ptrdiff_t>(std::min(appended_from, from.size())), from.end());
+}
+
+std::uint32_t number(std::size_t n) { return static_cast<std::uint32_t>(n); }
+
+}  // namespace
+
+HexId carrying_copy(const HexMesh& hex, HexId copy) {
+  if (hex.alive(copy)) return copy;
+  const HexId host = hex.host[copy];
+  return host.valid() ? host : copy;
+}
+
+void DrawnBody::collect(const Body& body, Arrays& out) {
+  const RenderSurface& surface = body.surface;
+  const VisualMesh& mesh = body.complex.visual;
+  const std::size_t nv = surface.size();
+  out.rest.resize(nv);
+  out.normal.resize(nv);
+  out.copy.resize(nv);
+  for (std::size_t i = 0; i < nv; ++i) {
+    const VisualVertex v = surface.vertex[RenderVertex(i)];
+    out.rest[i] = to_float(mesh.rest[v]);
+    out.normal[i] = packed(surface.normal[RenderVertex(i)]);
+    out.copy[i] = number(carrying_copy(body.hex, body.embedding.visual[v]).index());
+  }
+  out.skin.clear();
+  out.wall.clear();
+  for (const VisualTriangle f : ids<VisualTriangle>(mesh.face_count())) {
+    protocol::Triangle t;
+    for (int k = 0; k < 3; ++k) t[static_cast<std::size_t>(k)] = number(surface.corner[VisualMesh::corner(f, k)].index());
+    (mesh.patch[f].is_wall() ? out.wall : out.skin).push_back(t);
+  }
+  const std::size_t nc = body.hex.hex_count();
+  out.copies.resize(nc);
+  out.cells.resize(nc);
+  for (const HexId h : ids<HexId>(nc)) {
+    protocol::Copy& copy = out.copies[h.index()];
+    copy.fill(protocol::kNoNode);
+    if (body.hex.alive(h))
+      for (std::size_t c = 0; c < 8; ++c) copy[c] = number(body.hex.nodes[h][c].index());
+    const LatticeIndex cell = body.hex.cell[h];
+    out.cells[h.index()] = {static_cast<std::int16_t>(cell[0]), static_cast<std::int16_t>(cell[1]),
+                            static_cast<std::int16_t>(cell[2]), 0};
+  }
+}
+
+void DrawnBody::reset(const Body& body) {
+  collect(body, now_);
+  changed_ = false;
+}
+
+void DrawnBody::update(const Body& body) {
+  std::swap(now_, before_);
+  collect(body, now_);
+  const Arrays& a = before_;
+  const Arrays& b = now_;
+  differing(std::min(a.rest.size(), b.rest.size()), vertex_ids_, pair_of(a.rest, b.rest), pair_of(a.normal, b.normal),
+            pair_of(a.copy, b.copy));
+  differing(std::min(a.skin.size(), b.skin.size()), skin_ids_, pair_of(a.skin, b.skin));
+  differing(std::min(a.wall.size(), b.wall.size()), wall_ids_, pair_of(a.wall, b.wall));
+  differing(std::min(a.copies.size(), b.copies.size()), copy_ids_, pair_of(a.copies, b.copies), pair_of(a.cells, b.cells));
+  gather(b.rest, vertex_ids_, a.rest.size(), values_.rest);
+  gather(b.normal, vertex_ids_, a.rest.size(), values_.normal);
+  gather(b.copy, vertex_ids_, a.rest.size(), values_.copy);
+  gather(b.skin, skin_ids_, a.skin.size(), values_.skin);
+  gather(b.wall, wall_ids_, a.wall.size(), values_.wall);
+  gather(b.copies, copy_ids_, a.copies.size(), values_.copies);
+  gather(b.cells, copy_ids_, a.copies.size(), values_.cells);
+  changed_ = !vertex_ids_.empty() || !skin_ids_.empty() || !wall_ids_.empty() || !copy_ids_.empty() ||
+             a.rest.size() != b.rest.size() || a.skin.size() != b.skin.size() || a.wall.size() != b.wall.size() ||
+             a.copies.size() != b.copies.size();
+}
+
+protocol::Body DrawnBody::body_message(const LatticeFrame& frame) const {
+  protocol::Body m;
+  m.origin = to_float(frame.origin);
+  for (std::size_t i = 0; i < 3; ++i) m.axes[i] = to_float(frame.axes.c[i]);
+  m.cell = to_float(frame.cell);
+  m.rest = now_.rest;
+  m.normal = now_.normal;
+  m.copy = now_.copy;
+  m.skin = now_.skin;
+  m.wall = now_.wall;
+  m.copies = now_.copies;
+  m.cells = now_.cells;
+  return m;
+}
+
+protocol::Patch DrawnBody::patch_message() const {
+  protocol::Patch m;
+  m.totals.nv = number(now_.rest.size());
+  m.totals.ns = number(now_.skin.size());
+  m.totals.nw = number(now_.wall.size());
+  m.totals.nc = number(now_.copies.size());
+  m.vertex_ids = vertex_ids_;
+  m.rest = values_.rest;
+  m.normal = values_.normal;
+  m.copy = values_.copy;
+  m.skin_ids = skin_ids_;
+  m.skin = values_.skin;
+  m.wall_ids = wall_ids_;
+  m.wall = values_.wall;
+  m.copy_ids = copy_ids_;
+  m.copies = values_.copies;
+  m.cells = values_.cells;
+  return m;
+}
+
+OverlayArrays overlay_arrays(const Body& body) {
+  const CollisionMesh& mesh = body.complex.collision;
+  OverlayArrays out;
+  for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count())) {
+    out.rest.push_back(to_float(mesh.rest[v]));
+    out.copy.push_back(number(carrying_copy(body.hex, body.embedding.collision[v]).index()));
+    for (const Side side : kSides) {
+      const VisualVertex bound = mesh.bound[v][static_cast<std::size_t>(index(side))];
+      if (!bound.valid() || (side == Side::kMinus && mesh.on_rim(v))) continue;
+      const RenderVertex r = body.surface.skin[bound];
+      if (r.valid()) out.links.push_back({number(v.index()), number(r.index())});
+    }
+  }
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    protocol::Triangle t;
+    for (int k = 0; k < 3; ++k) t[static_cast<std::size_t>(k)] = number(mesh.origin[CollisionMesh::corner(f, k)].index());
+    out.triangles.push_back(t);
+  }
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count())) {
+    const CollisionHalfEdge twin = mesh.twin[h];
+    if (twin.valid() && twin < h) continue;  // the same edge seen from the other face
+    for (const Side side : kSides) {
+      const auto s = static_cast<std::size_t>(index(side));
+      const PoolRun chain = mesh.chain[h][s];
+      if (!chain.exists()) continue;
+      RenderVertex last;
+      const auto step = [&](VisualVertex v) {
+        const RenderVertex r = v.valid() ? body.surface.skin[v] : RenderVertex{};
+        if (last.valid() && r.valid()) out.bound.push_back({number(last.index()), number(r.index())});
+        last = r;
+      };
+      step(mesh.bound[mesh.from(h)][s]);
+      for (std::int32_t i = 0; i < chain.count; ++i) step(body.complex.chain_pool[chain.at(i)]);
+      step(mesh.bound[mesh.to(h)][s]);
+    }
+  }
+  return out;
+}
+
+}  // namespace kerf

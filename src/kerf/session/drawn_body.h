@@ -1,0 +1,58 @@
+// What a page knows of a body's topology, and what of it a cut changed. A render vertex of the page is a RenderVertex, a
+// copy a HexId, a node a NodeId; skin and wall triangles have numbers of their own, in the order of the visual triangles,
+// so that they keep them for as long as the triangles live.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kerf/session/body.h"
+#include "kerf/session/protocol.h"
+
+namespace kerf {
+
+class DrawnBody {
+ public:
+  /// Takes the body as it is and forgets what was before. Linear.
+  void reset(const Body& body);
+  /// Takes the body as it is and collects the differences. Linear, a few nanoseconds a triangle.
+  void update(const Body& body);
+  /// Did the last update find a difference?
+  [[nodiscard]] bool changed() const { return changed_; }
+
+  /// Messages of the body as it was at the last reset or update; they view the arrays of this object. The caller fills in
+  /// numbers and nodes.
+  [[nodiscard]] protocol::Body body_message(const LatticeFrame& frame) const;
+  [[nodiscard]] protocol::Patch patch_message() const;
+
+ private:
+  struct Arrays {
+    std::vector<Vec3f> rest;
+    std::vector<protocol::Normal> normal;
+    std::vector<std::uint32_t> copy;
+    std::vector<protocol::Triangle> skin, wall;
+    std::vector<protocol::Copy> copies;
+    std::vector<protocol::Cell> cells;
+  };
+  static void collect(const Body& body, Arrays& out);
+
+  Arrays now_, before_;
+  Arrays values_;  ///< of the changed records, then of the appended ones
+  std::vector<std::uint32_t> vertex_ids_, skin_ids_, wall_ids_, copy_ids_;
+  bool changed_ = false;
+};
+
+/// The copy that carries a point: the host where the embedding names one that was absorbed.
+HexId carrying_copy(const HexMesh& hex, HexId copy);
+
+/// Collision mesh, bound edges and links of the page's overlay, ready to be encoded.
+struct OverlayArrays {
+  std::vector<Vec3f> rest;
+  std::vector<std::uint32_t> copy;
+  std::vector<protocol::Triangle> triangles;
+  std::vector<protocol::Pair> bound, links;
+};
+/// Linear in the collision mesh and its chains.
+OverlayArrays overlay_arrays(const Body& body);
+
+}  // namespace kerf

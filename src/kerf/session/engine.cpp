@@ -1,0 +1,451 @@
+#include "kerf/session/engine.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "kerf/session/engine_impl.h"
+#include "kerf/session/run_outputs.h"
+#include "kerf/session/run_report.h"
+
+namespace kerf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using protocol::ErrorCode;
+
+/// Real time that a stalled engine catches up at most, s.
+constexpr double kMostOwed = 0.1;
+constexpr double kStatsEvery = 0.25;   ///< s
+constexpr double kIdleFrames = 0.5;    ///< s between frames while nothing moves
+constexpr std::size_t kStepWindow = 512;
+/// Bodies up to this many visual triangles are hashed while a recording runs; larger ones at its end only.
+constexpr std::size_t kHashedTriangles = 200'000;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+protocol::Message share(protocol::Bytes bytes) { return std::make_shared<const protocol::Bytes>(std::move(bytes)); }
+
+}  // namespace
+
+protocol::Counts to_message(const BodyCounts& c) {
+  const auto n = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
+  return {n(c.visual_vertices), n(c.visual_triangles), n(c.collision_vertices), n(c.collision_triangles), n(c.nodes), n(c.hexahedra)};
+}
+
+Engine::Engine(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Engine::Engine(Engine&&) noexcept = default;
+Engine& Engine::operator=(Engine&&) noexcept = default;
+Engine::~Engine() = default;
+
+Result<Engine> Engine::create(const SceneSource& scene, EngineOptions options, const Progress& progress) {
+  auto impl = std::make_unique<Impl>();
+  impl->options = std::move(options);
+  KERF_TRY(impl->load(scene, impl->options.overrides, progress));
+  return Engine(std::move(impl));
+}
+
+Status Engine::Impl::load(const SceneSource& from, const SceneOverrides& with, const Progress& progress) {
+  auto scene = scene_of(from, with);
+  if (!scene) return scene.error();
+  auto made = Session::create(*scene, progress);
+  if (!made) return made.error();
+  session.emplace(std::move(made).value());
+  initial = session->snapshot();
+  initial_gravity = session->gravity();
+  source = from;
+  overrides = with;
+  start_over();
+  return {};
+}
+
+void Engine::Impl::start_over() {
+  tool.reset();
+  line_from.reset();
+  hand.reset();
+  pending_report.reset();
+  changes.clear();
+  hashes.clear();
+  history.clear();
+  history_bytes = 0;
+  owed = 0;
+  times = {};
+  ++body;
+  version = 1;
+  drawn.reset(session->body());
+  published_topology = session->topology_version();
+  published_nodes = session->node_positions().size();
+  counts = session->counts();
+  counted_topology = published_topology;
+  body_message.reset();
+  frame_due = true;
+  for (auto& [id, client] : clients) {
+    if (!client.ready) continue;
+    client.queue.forget_frame();
+    hello(id);
+    send_body(id);
+  }
+  send_overlay();
+}
+
+void Engine::Impl::send(std::uint32_t client, protocol::Bytes bytes) {
+  const auto found = clients.find(client);
+  if (found != clients.end()) found->second.queue.push(share(std::move(bytes)));
+}
+
+void Engine::Impl::broadcast(const protocol::Message& message) {
+  for (auto& [id, client] : clients)
+    if (client.ready) client.queue.push(message);
+}
+
+void Engine::Impl::error(std::uint32_t client, std::uint32_t input, ErrorCode code, std::string_view text) {
+  send(client, protocol::encode(protocol::ErrorMessage{input, code, text}));
+}
+
+void Engine::Impl::hello(std::uint32_t client) {
+  using Json = nlohmann::ordered_json;
+  Json json;
+  json["scenes"] = Json::array();
+  for (const OfferedScene& s : options.scenes) json["scenes"].push_back({{"name", s.name}, {"title", s.title}});
+  const Scene& scene = session->scene();
+  json["title"] = scene.title.empty() ? source.name : scene.title;
+  const Material material = session->material();
+  json["material"] = {{"young", material.young}, {"poisson", material.poisson}, {"density", material.density}};
+  const Vec3 g = session->gravity();
+  json["gravity"] = {g.x, g.y, g.z};
+  json["time_step"] = session->time_step();
+  json["look"] = body_look(scene);
+  Box3 box;
+  for (const Vec3 p : session->body().complex.visual.rest.raw()) box.add(p);
+  json["box"] = {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z};
+  json["limits"] = {{"upload_bytes", options.most_upload}};
+  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  protocol::Hello m;
+  m.session = options.session_id;
+  m.client = client;
+  m.tick = static_cast<float>(options.tick);
+  m.name = source.name;
+  m.json = text;
+  send(client, protocol::encode(m));
+}
+
+void Engine::Impl::send_body(std::uint32_t client) {
+  if (!body_message) {
+    protocol::Body m = drawn.body_message(session->body().hex.frame);
+    m.body = body;
+    m.version = version;
+    fill_nodes();
+    m.nodes = nodes;
+    body_message = share(protocol::encode(m));
+  }
+  const auto found = clients.find(client);
+  if (found != clients.end()) found->second.queue.push(body_message);
+}
+
+void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
+  EngineClient& client = clients.at(id);
+  hello(id);
+  bool resumed = m.session == options.session_id && m.body == body && m.version <= version && m.version > 0;
+  if (resumed && m.version < version) {
+    const auto first = std::find_if(history.begin(), history.end(), [&](const OldPatch& p) { return p.from == m.version; });
+    resumed = first != history.end();
+    for (auto p = first; p != history.end(); ++p) client.queue.push(p->message);
+  }
+  client.ready = true;
+  if (!resumed) send_body(id);
+  if (holder == 0) holder = id;
+  send_roles();
+  frame_due = true;
+}
+
+void Engine::Impl::send_roles() {
+  const auto ready = static_cast<std::uint32_t>(
+      std::count_if(clients.begin(), clients.end(), [](const auto& c) { return c.second.ready; }));
+  for (auto& [id, client] : clients)
+    if (client.ready) send(id, protocol::encode(protocol::Role{holder, id == holder ? 1u : 0u, ready}));
+}
+
+void Engine::Impl::send_overlay() {
+  protocol::Message message;
+  for (auto& [id, client] : clients) {
+    if (!client.ready || !client.overlay) continue;
+    if (!message) {
+      const OverlayArrays arrays = overlay_arrays(session->body());
+      message = share(protocol::encode(
+          protocol::Overlay{body, version, arrays.rest, arrays.copy, arrays.triangles, arrays.bound, arrays.links}));
+    }
+    client.queue.push(message);
+  }
+}
+
+void Engine::Impl::pass_tools(std::uint32_t to) {
+  cancel_tool();
+  holder = to;
+  send_roles();
+}
+
+void Engine::Impl::fill_nodes() {
+  const std::vector<Vec3>& positions = session->node_positions();
+  nodes.resize(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) nodes[i] = to_float(positions[i]);
+}
+
+void Engine::Impl::publish(std::uint32_t input) {
+  if (input != 0) last_input = input;
+  frame_due = true;
+  if (session->topology_version() == published_topology) return;
+  published_topology = session->topology_version();
+  drawn.update(session->body());
+  if (!drawn.changed() && session->node_positions().size() == published_nodes) return;
+  published_nodes = session->node_positions().size();
+  protocol::Patch m = drawn.patch_message();
+  m.body = body;
+  m.from = version;
+  m.to = ++version;
+  m.input = input;
+  m.totals.nn = static_cast<std::uint32_t>(published_nodes);
+  fill_nodes();
+  m.nodes = nodes;
+  const protocol::Message message = share(protocol::encode(m));
+  body_message.reset();
+  history.push_back({m.from, message});
+  history_bytes += message->size();
+  while (history_bytes > options.patch_history && !history.empty()) {
+    history_bytes -= history.front().message->size();
+    history.pop_front();
+  }
+  for (auto& [id, client] : clients)
+    if (client.ready) client.queue.forget_frame();
+  broadcast(message);
+  send_overlay();
+}
+
+void Engine::Impl::send_frame() {
+  frame_due = false;
+  since_frame = 0;
+  fill_nodes();
+  grasps.clear();
+  for (const Session::GraspState& g : session->grasps()) grasps.push_back({to_float(g.held), to_float(g.target)});
+  protocol::Frame m;
+  m.body = body;
+  m.seq = ++frame_seq;
+  m.version = version;
+  m.input = last_input;
+  m.time = session->time();
+  m.step_ms = times.total.empty() ? 0.0f : static_cast<float>(1e3 * times.total.back());
+  m.speed = static_cast<float>(speed);
+  m.flags = (playing ? protocol::kPlaying : 0u) | (session->in_stroke() ? protocol::kInStroke : 0u);
+  m.undo_depth = static_cast<std::uint32_t>(session->undo_depth());
+  m.redo_depth = static_cast<std::uint32_t>(session->redo_depth());
+  m.nodes = nodes;
+  m.grasps = grasps;
+  const protocol::Message message = share(protocol::encode(m));
+  for (auto& [id, client] : clients)
+    if (client.ready) client.queue.offer_frame(m.seq, message);
+}
+
+const BodyCounts& Engine::Impl::current_counts() {
+  if (counted_topology != session->topology_version()) {
+    counts = session->counts();
+    counted_topology = session->topology_version();
+  }
+  return counts;
+}
+
+void Engine::Impl::send_stats(double real_seconds) {
+  const Quantiles q = quantiles({times.total.begin(), times.total.end()});
+  protocol::Stats m;
+  m.step_ms = static_cast<float>(1e3 * q.median);
+  m.step_ms_99 = static_cast<float>(1e3 * q.p99);
+  m.mechanics_ms = static_cast<float>(1e3 * times.mechanics);
+  m.steps_per_second = static_cast<float>(static_cast<double>(times.steps) / real_seconds);
+  m.iterations = static_cast<std::uint32_t>(times.iterations);
+  m.residual = static_cast<float>(times.residual);
+  m.counts = to_message(current_counts());
+  m.pieces = static_cast<std::uint32_t>(counts.pieces);
+  m.clients = static_cast<std::uint32_t>(clients.size());
+  times.steps = 0;
+  for (auto& [id, client] : clients) {
+    if (!client.ready) continue;
+    m.dropped = client.queue.dropped_frames();
+    m.bad = client.bad;
+    send(id, protocol::encode(m));
+  }
+}
+
+bool Engine::Impl::single_step() {
+  const auto start = Clock::now();
+  auto step = session->step();
+  if (!step) {
+    playing = false;
+    owed = 0;
+    for (const auto& [id, client] : clients)
+      if (client.ready) error(id, 0, ErrorCode::kFailed, fmt::format("The simulation stopped: {}", step.error().message));
+    return false;
+  }
+  times.total.push_back(seconds_since(start));
+  if (times.total.size() > kStepWindow) times.total.pop_front();
+  times.mechanics = step->mechanics.seconds_total;
+  times.iterations = step->mechanics.iterations;
+  times.residual = step->mechanics.residual;
+  ++times.steps;
+  frame_due = true;
+  if (recording && session->step_count() % kHashEvery == 0 && counts.visual_triangles <= kHashedTriangles)
+    hashes.push_back({session->step_count(), session->hash()});
+  return true;
+}
+
+void Engine::Impl::run_steps(double real_seconds) {
+  if (!playing) return;
+  const double dt = session->time_step();
+  owed = std::min(owed + speed * real_seconds, std::max(kMostOwed * speed, dt));
+  const auto start = Clock::now();
+  while (owed >= dt) {
+    owed -= dt;
+    if (!single_step()) return;
+    if (seconds_since(start) > options.step_budget) {
+      owed = std::min(owed, dt);  // slower than real time: no debts
+      return;
+    }
+  }
+}
+
+Recording Engine::Impl::make_recording() const {
+  Recording r;
+  r.source = source;
+  r.overrides = overrides;
+  r.instructions = instruction_set();
+  r.changes = changes;
+  r.hashes = hashes;
+  r.last_step = session->step_count();
+  r.hashes.push_back({r.last_step, session->hash()});
+  return r;
+}
+
+void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message) {
+  EngineClient& client = clients.at(id);
+  if (const auto* m = std::get_if<protocol::PageHello>(&message)) {
+    if (m->protocol != protocol::kVersion) {
+      ++client.bad;
+      return error(id, 0, ErrorCode::kBadMessage,
+                   fmt::format("This kerf speaks protocol {}, the page {}; load the page again.", protocol::kVersion, m->protocol));
+    }
+    return greet(id, *m);
+  }
+  if (!client.ready) {
+    ++client.bad;
+    return error(id, 0, ErrorCode::kBadMessage, "The first message of a page is Hello.");
+  }
+  if (const auto* m = std::get_if<protocol::Ack>(&message)) return client.queue.acknowledge(m->seq);
+  if (const auto* m = std::get_if<protocol::RayQuery>(&message)) {
+    protocol::Hit hit;
+    hit.input = m->input;
+    if (const auto picked = pick_ray(m->ray)) {
+      hit.triangle = picked->triangle.value;
+      hit.t = picked->t;
+      hit.point = picked->point;
+      hit.normal = to_float(picked->normal);
+    }
+    return send(id, protocol::encode(hit));
+  }
+  if (const auto* m = std::get_if<protocol::Claim>(&message)) {
+    if (m->take) {
+      if (holder != id) pass_tools(id);
+      return;
+    }
+    if (holder != id) return;
+    std::uint32_t to = 0;
+    for (const auto& [other, c] : clients)
+      if (to == 0 && other != id && c.ready) to = other;
+    return pass_tools(to);
+  }
+  const auto* command_message = std::get_if<protocol::Command>(&message);
+  const auto* tool_message = std::get_if<protocol::ToolInput>(&message);
+  const std::uint32_t input = command_message ? command_message->input : tool_message ? tool_message->input : 0;
+  // Everybody may look: the overlay and exports are for watchers too.
+  const bool watching = command_message && (command_message->code == protocol::CommandCode::kOverlay ||
+                                            command_message->code == protocol::CommandCode::kExport);
+  if (holder != id && !watching)
+    return error(id, input, ErrorCode::kNotAllowed, "Another page holds the tools; take them first.");
+  Status done;
+  if (command_message) done = command(id, *command_message);
+  else if (tool_message) done = use_tool(*tool_message);
+  else if (const auto* m = std::get_if<protocol::Upload>(&message)) done = take_upload(client, *m);
+  if (!done)
+    error(id, input, done.error().kind == ErrorKind::kBadInput ? ErrorCode::kBadArgument : ErrorCode::kFailed, done.error().message);
+  publish(input);
+  if (frame_due && !playing) send_frame();
+}
+
+std::uint32_t Engine::connect() {
+  const std::uint32_t id = impl_->next_client++;
+  impl_->clients.emplace(id, EngineClient(impl_->options.most_unread));
+  return id;
+}
+
+void Engine::disconnect(std::uint32_t id) {
+  Impl& e = *impl_;
+  if (e.clients.erase(id) == 0) return;
+  if (e.holder == id) {
+    std::uint32_t to = 0;
+    for (const auto& [other, client] : e.clients)
+      if (to == 0 && client.ready) to = other;
+    e.pass_tools(to);
+    e.publish(0);
+  } else {
+    e.send_roles();
+  }
+}
+
+void Engine::receive(std::uint32_t id, std::span<const std::byte> bytes) {
+  Impl& e = *impl_;
+  const auto found = e.clients.find(id);
+  if (found == e.clients.end()) return;
+  auto message = protocol::decode_page_message(bytes);
+  if (!message) {
+    ++found->second.bad;
+    e.error(id, protocol::input_of(bytes), ErrorCode::kBadMessage, message.error().message);
+    return;
+  }
+  e.handle(id, *message);
+}
+
+protocol::Message Engine::next(std::uint32_t id) {
+  const auto found = impl_->clients.find(id);
+  return found == impl_->clients.end() ? nullptr : found->second.queue.next();
+}
+
+bool Engine::gives_up(std::uint32_t id) const {
+  const auto found = impl_->clients.find(id);
+  return found == impl_->clients.end() || found->second.bad >= kMostBadMessages || found->second.queue.overflowed();
+}
+
+void Engine::tick(double real_seconds) {
+  Impl& e = *impl_;
+  if (!(real_seconds >= 0)) real_seconds = 0;
+  // With nobody watching nothing moves: what a page sees when it comes is what it left.
+  const bool watched = std::any_of(e.clients.begin(), e.clients.end(), [](const auto& c) { return c.second.ready; });
+  if (!watched) return;
+  e.run_steps(real_seconds);
+  e.publish(0);
+  e.send_pending_report();
+  e.since_frame += real_seconds;
+  e.since_stats += real_seconds;
+  if (e.frame_due || e.since_frame >= kIdleFrames) e.send_frame();
+  if (e.since_stats >= kStatsEvery) {
+    e.send_stats(e.since_stats);
+    e.since_stats = 0;
+  }
+}
+
+const Session& Engine::session() const { return *impl_->session; }
+bool Engine::playing() const { return impl_->playing; }
+std::uint32_t Engine::body() const { return impl_->body; }
+std::uint32_t Engine::version() const { return impl_->version; }
+std::uint32_t Engine::holder() const { return impl_->holder; }
+std::size_t Engine::client_count() const { return impl_->clients.size(); }
+Recording Engine::recording() const { return impl_->make_recording(); }
+
+}  // namespace kerf

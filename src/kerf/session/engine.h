@@ -1,0 +1,81 @@
+// The engine behind `kerf view`: one session, everything a page can do with it, and what every page has to be told. It
+// knows messages (protocol.h), no sockets: whoever owns it hands in what pages send, calls tick() in real time, and
+// carries away what next() gives. One thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kerf/base/progress.h"
+#include "kerf/base/result.h"
+#include "kerf/session/protocol.h"
+#include "kerf/session/recording.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+
+/// A scene that a page may choose.
+struct OfferedScene {
+  std::string name, title, path;
+};
+
+struct EngineOptions {
+  std::vector<OfferedScene> scenes;
+  std::uint64_t session_id = 1;     ///< random per start: a page that knows another one gets the whole body
+  double tick = 60;                 ///< Hz that the owner calls tick() with; pages are told
+  SceneOverrides overrides{false, 0};  ///< a page is for cutting by hand: without the scene's own commands
+  double step_budget = 0.012;       ///< s of computing per tick; what does not fit makes the simulation slower
+  std::size_t most_unread = std::size_t{256} << 20;  ///< bytes, then a page is given up
+  std::size_t patch_history = std::size_t{8} << 20;  ///< bytes of patches kept for pages that come back
+  std::size_t most_upload = std::size_t{512} << 20;  ///< bytes of all uploads of a page that are not loaded yet
+  std::size_t most_checked = 400'000;  ///< visual triangles: larger bodies are not checked after each stroke
+};
+
+/// A page that sends this many bad messages is closed.
+inline constexpr std::uint32_t kMostBadMessages = 100;
+
+class Engine {
+ public:
+  /// Errors as of Session::create.
+  static Result<Engine> create(const SceneSource& scene, EngineOptions options, const Progress& progress = {});
+  Engine(Engine&&) noexcept;
+  Engine& operator=(Engine&&) noexcept;
+  ~Engine();
+
+  // --- Pages -----------------------------------------------------------------------------------------------------
+  /// A page has connected; its number, from 1. It hears nothing before its Hello.
+  std::uint32_t connect();
+  /// It is gone: its stroke is taken back, its tools pass on.
+  void disconnect(std::uint32_t client);
+  /// A message of a page. Bad ones are answered and counted.
+  void receive(std::uint32_t client, std::span<const std::byte> message);
+  /// The next message for a page, or null when there is none now.
+  protocol::Message next(std::uint32_t client);
+  /// Must it be closed: too many bad messages, or too much unread?
+  [[nodiscard]] bool gives_up(std::uint32_t client) const;
+
+  // --- Time ------------------------------------------------------------------------------------------------------
+  /// This much real time has passed (s). Runs as many steps as fit, and tells the pages.
+  void tick(double real_seconds);
+
+  // --- State, for tests and reports ------------------------------------------------------------------------------
+  [[nodiscard]] const Session& session() const;
+  [[nodiscard]] bool playing() const;
+  [[nodiscard]] std::uint32_t body() const;
+  [[nodiscard]] std::uint32_t version() const;
+  [[nodiscard]] std::uint32_t holder() const;
+  [[nodiscard]] std::size_t client_count() const;
+  /// Everything done since the scene was loaded or reset, as a recording with a hash of the present state.
+  [[nodiscard]] Recording recording() const;
+
+ private:
+  struct Impl;
+  explicit Engine(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,150 @@
+// The inside of an Engine. Private to engine*.cpp.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <string_view>
+
+#include "kerf/session/client_queue.h"
+#include "kerf/session/drawn_body.h"
+#include "kerf/session/engine.h"
+#include "kerf/session/picking.h"
+#include "kerf/session/temporary_folder.h"
+
+namespace kerf {
+
+/// A file that a page is sending.
+struct UploadedFile {
+  std::string name, bytes;
+  std::uint32_t total = 0;
+};
+
+struct EngineClient {
+  explicit EngineClient(std::size_t most_unread) : queue(most_unread) {}
+  ClientQueue queue;
+  bool ready = false;  ///< its Hello has come
+  bool overlay = false;
+  std::uint32_t bad = 0;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, UploadedFile> uploads;  ///< by upload and part
+  std::size_t upload_bytes = 0;
+};
+
+/// A pull that follows the pointer in the plane through the point hit.
+struct HandGrasp {
+  std::string id;
+  Vec3 plane_point, plane_normal;
+  Vec3 start;  ///< where the grasp's centre was
+};
+
+struct Engine::Impl {
+  EngineOptions options;
+  SceneSource source;
+  SceneOverrides overrides;
+  std::optional<TemporaryFolder> folder;  ///< of an uploaded scene
+  std::optional<Session> session;
+  std::shared_ptr<const SessionSnapshot> initial;
+  Vec3 initial_gravity;
+
+  // What the pages have
+  std::uint32_t body = 0, version = 0;
+  std::uint64_t published_topology = 0;
+  std::size_t published_nodes = 0;
+  DrawnBody drawn;
+  struct OldPatch {
+    std::uint32_t from;
+    protocol::Message message;
+  };
+  std::deque<OldPatch> history;
+  std::size_t history_bytes = 0;
+  protocol::Message body_message;  ///< of `version`; null until somebody asks
+  std::map<std::uint32_t, EngineClient> clients;
+  std::uint32_t next_client = 1, holder = 0;
+  std::uint32_t frame_seq = 0, last_input = 0;
+  bool frame_due = true;
+  double since_frame = 0, since_stats = 0;
+
+  // Time
+  bool playing = true;
+  double speed = 1, owed = 0;  ///< simulated seconds that real time is ahead
+  struct StepTimes {
+    std::deque<double> total;
+    double mechanics = 0;
+    std::int64_t steps = 0;  ///< since the last Stats
+    int iterations = 0;
+    double residual = 0;
+  } times;
+  BodyCounts counts;
+  std::uint64_t counted_topology = 0;
+
+  // Tools
+  std::optional<protocol::Tool> tool;  ///< the one that is down
+  std::optional<protocol::ViewRay> line_from;
+  std::optional<HandGrasp> hand;
+  std::uint32_t grasp_number = 0;
+  Vec3 last_brush;
+  struct PendingReport {
+    protocol::CutReport report;
+    std::string text;
+  };
+  std::optional<PendingReport> pending_report;
+
+  // Recording
+  std::vector<SessionChange> changes;
+  std::vector<StateHash> hashes;
+  bool recording = false;
+
+  // Memory without state
+  std::vector<Vec3f> nodes;
+  std::vector<protocol::Grasp> grasps;
+
+  // engine.cpp
+  Status load(const SceneSource& from, const SceneOverrides& with, const Progress& progress);
+  void start_over();  ///< after load or reset: new body number, nothing recorded
+  void send(std::uint32_t client, protocol::Bytes bytes);
+  void broadcast(const protocol::Message& message);
+  void error(std::uint32_t client, std::uint32_t input, protocol::ErrorCode code, std::string_view text);
+  void hello(std::uint32_t client);
+  void greet(std::uint32_t client, const protocol::PageHello& message);
+  void send_body(std::uint32_t client);
+  void send_roles();
+  void send_overlay();
+  void pass_tools(std::uint32_t to);
+  void publish(std::uint32_t input);
+  void fill_nodes();
+  void send_frame();
+  void send_stats(double real_seconds);
+  void run_steps(double real_seconds);
+  bool single_step();
+  const BodyCounts& current_counts();
+  void handle(std::uint32_t client, const protocol::PageMessage& message);
+  Recording make_recording() const;
+
+  // engine_tools.cpp
+  Status perform(SessionChange change);
+  Status perform(SessionChange::Kind kind, std::vector<double> values = {});
+  Status use_tool(const protocol::ToolInput& input);
+  Status scalpel(const protocol::ToolInput& input);
+  Status straight_cut(const protocol::ToolInput& input);
+  Status pull(const protocol::ToolInput& input);
+  Status brush(const protocol::ToolInput& input);
+  Status blade(const protocol::ViewRay& ray);
+  Status finish_stroke(std::uint32_t input);
+  void cancel_tool();
+  void send_pending_report();
+  void report_history(std::uint32_t input, protocol::Outcome outcome);
+  std::optional<Picked> pick_ray(const protocol::ViewRay& ray);
+  double brush_radius() const;
+  void release_lost_grasps();
+
+  // engine_commands.cpp
+  Status command(std::uint32_t client, const protocol::Command& command);
+  Status take_upload(EngineClient& client, const protocol::Upload& upload);
+  Status load_upload(EngineClient& client, std::uint32_t upload, const std::string& thickness);
+  Status export_files(std::uint32_t client, std::uint32_t request, const std::string& kind);
+  Status fix_rim();
+};
+
+protocol::Counts to_message(const BodyCounts& counts);
+
+}  // namespace kerf

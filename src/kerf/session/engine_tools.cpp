@@ -1,0 +1,285 @@
+// The tools of a page: view rays in, changes of the session out.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/session/engine_impl.h"
+
+namespace kerf {
+namespace {
+
+using protocol::Outcome;
+using protocol::Phase;
+using protocol::Tool;
+using protocol::ViewRay;
+using Kind = SessionChange::Kind;
+
+/// A stroke ignores rays that turn less than this since the last one that cut (radians): below a pixel on any screen.
+constexpr double kLeastTurn = 2e-4;
+/// A pull reaches this many body sizes at most.
+constexpr double kFarthestPull = 2;
+/// Brushes reach this many cell diagonals: every cell that a point lies in has a node nearer than half of one.
+constexpr double kBrush = 0.6;
+/// Kept grasps whose held point is nearer to the release brush than this many brush radii are let go.
+constexpr double kReleaseGrasp = 1;
+
+/// Of many rays that come at once (a drawn outline) those are left out that are nearer to the last one than this part of
+/// the cut path's own tolerance.
+constexpr double kThinning = 0.25;
+constexpr std::size_t kManySamples = 8;
+
+bool same_ray(const ViewRay& a, const ViewRay& b, double least_turn) {
+  return a.origin == b.origin && norm(cross(a.direction, b.direction)) < least_turn && dot(a.direction, b.direction) > 0;
+}
+
+}  // namespace
+
+Status Engine::Impl::perform(SessionChange change) {
+  change.step = session->step_count();
+  changes.push_back(change);
+  return apply(*session, change);
+}
+Status Engine::Impl::perform(Kind kind, std::vector<double> values) {
+  SessionChange change;
+  change.kind = kind;
+  change.values = std::move(values);
+  return perform(std::move(change));
+}
+
+std::optional<Picked> Engine::Impl::pick_ray(const ViewRay& ray) {
+  return pick(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction);
+}
+
+double Engine::Impl::brush_radius() const { return kBrush * norm(session->body().hex.frame.cell); }
+
+Status Engine::Impl::use_tool(const protocol::ToolInput& input) {
+  if (input.phase == Phase::kDown) {
+    cancel_tool();  // a page that lost its way begins anew
+    tool = input.tool;
+  } else if (tool != input.tool) {
+    return {};  // cancelled meanwhile: what is still under way means nothing
+  }
+  if (input.phase == Phase::kCancel) {
+    cancel_tool();
+    return {};
+  }
+  Status done;
+  switch (input.tool) {
+    case Tool::kScalpel: done = scalpel(input); break;
+    case Tool::kLine: done = straight_cut(input); break;
+    case Tool::kGrasp: done = pull(input); break;
+    case Tool::kFix:
+    case Tool::kRelease: done = brush(input); break;
+  }
+  if (input.phase == Phase::kUp || !done) {
+    if (!done) cancel_tool();
+    tool.reset();
+    line_from.reset();
+  }
+  return done;
+}
+
+void Engine::Impl::cancel_tool() {
+  tool.reset();
+  line_from.reset();
+  // Nothing is lost here: both take back what is unfinished.
+  if (session->in_stroke()) (void)perform(Kind::kCancelStroke).ok();
+  if (hand) {
+    SessionChange release;
+    release.kind = Kind::kRelease;
+    release.id = hand->id;
+    hand.reset();
+    (void)perform(std::move(release)).ok();
+  }
+}
+
+Status Engine::Impl::blade(const ViewRay& ray) {
+  // The edge runs from the eye to beyond the body: a stroke cuts what is seen under the pointer.
+  Box3 box;
+  for (const Vec3 p : session->collision_positions()) box.add(p);
+  const double reach = norm(box.center() - ray.origin) + box.diagonal();
+  const Vec3 tip = ray.origin + reach * ray.direction;
+  return perform(Kind::kBlade, {ray.origin.x, ray.origin.y, ray.origin.z, tip.x, tip.y, tip.z});
+}
+
+Status Engine::Impl::scalpel(const protocol::ToolInput& input) {
+  if (input.phase == Phase::kDown) {
+    send_pending_report();
+    KERF_TRY(perform(Kind::kBeginStroke, {0}));
+  }
+  double thinned = kLeastTurn;
+  if (input.samples.size() > kManySamples) {
+    Box3 box;
+    for (const Vec3 p : session->collision_positions()) box.add(p);
+    const double distance = norm(box.center() - input.samples.front().ray.origin);
+    const double tolerance = session->scene().cut.path_tolerance * session->body().complex.mean_root_edge;
+    if (distance > 0) thinned = std::clamp(kThinning * tolerance / distance, kLeastTurn, 0.01);
+  }
+  for (std::size_t i = 0; i < input.samples.size(); ++i) {
+    const ViewRay& ray = input.samples[i].ray;
+    const bool last = i + 1 == input.samples.size();
+    if (line_from && same_ray(*line_from, ray, last ? kLeastTurn : thinned)) continue;
+    line_from = ray;
+    KERF_TRY(blade(ray));
+  }
+  return input.phase == Phase::kUp ? finish_stroke(input.input) : Status{};
+}
+
+Status Engine::Impl::straight_cut(const protocol::ToolInput& input) {
+  if (input.phase == Phase::kDown) line_from = input.samples.front().ray;
+  if (input.phase != Phase::kUp || input.samples.empty() || !line_from) return {};
+  send_pending_report();
+  const ViewRay from = *line_from, to = input.samples.back().ray;
+  KERF_TRY(perform(Kind::kBeginStroke, {0}));
+  KERF_TRY(blade(from));
+  KERF_TRY(blade(to));
+  return finish_stroke(input.input);
+}
+
+Status Engine::Impl::finish_stroke(std::uint32_t input) {
+  const StrokeRecord before = session->strokes().back();
+  const BodyCounts now = session->counts();
+  PendingReport pending;
+  protocol::CutReport& r = pending.report;
+  r.input = input;
+  if (now == before.before) {
+    // A stroke through the air leaves nothing to undo.
+    r.outcome = before.refused > 0 ? Outcome::kRefused : Outcome::kNothingMet;
+    KERF_TRY(perform(Kind::kCancelStroke));
+  } else {
+    r.outcome = Outcome::kCut;
+    KERF_TRY(perform(Kind::kEndStroke));
+  }
+  if (before.refused > 0)
+    pending.text = fmt::format("{} degenerate {} refused", before.refused, before.refused == 1 ? "step was" : "steps were");
+  const BodyCounts& after = current_counts();
+  r.pieces = static_cast<std::uint32_t>(after.pieces);
+  r.triangles = static_cast<std::uint32_t>(before.triangles);
+  r.cut_and_binding_ms = static_cast<float>(1e3 * before.times.cut_and_binding);
+  r.embedding_ms = static_cast<float>(1e3 * before.times.embedding);
+  r.cut_surface_ms = static_cast<float>(1e3 * before.times.cut_surface);
+  r.total_ms = static_cast<float>(1e3 * before.times.total);
+  r.counts = to_message(after);
+  pending_report = std::move(pending);  // the next tick checks the invariants and sends it: the patch goes first
+  return {};
+}
+
+void Engine::Impl::send_pending_report() {
+  if (!pending_report) return;
+  PendingReport pending = std::move(*pending_report);
+  pending_report.reset();
+  protocol::CutReport& r = pending.report;
+  if (r.outcome == Outcome::kNothingMet) {
+    // nothing changed
+  } else if (r.counts.visual_triangles > options.most_checked) {
+    r.invariants = protocol::Invariants::kNotChecked;
+  } else if (const Status valid = session->validate(); !valid) {
+    r.invariants = protocol::Invariants::kBroken;
+    if (!pending.text.empty()) pending.text += "; ";
+    pending.text += valid.error().message;
+  }
+  r.text = pending.text;
+  broadcast(std::make_shared<const protocol::Bytes>(protocol::encode(r)));
+}
+
+void Engine::Impl::report_history(std::uint32_t input, Outcome outcome) {
+  send_pending_report();
+  PendingReport pending;
+  protocol::CutReport& r = pending.report;
+  r.input = input;
+  r.outcome = outcome;
+  const BodyCounts& now = current_counts();
+  r.pieces = static_cast<std::uint32_t>(now.pieces);
+  r.counts = to_message(now);
+  pending_report = std::move(pending);
+}
+
+Status Engine::Impl::pull(const protocol::ToolInput& input) {
+  if (input.phase == Phase::kDown) {
+    const ViewRay& ray = input.samples.front().ray;
+    const auto picked = pick_ray(ray);
+    if (!picked) return {};
+    SessionChange grasp;
+    grasp.kind = Kind::kGrasp;
+    grasp.id = fmt::format("hand{}", ++grasp_number);
+    const CollisionMesh& mesh = session->body().complex.collision;
+    // All corners of the triangle: they hang together, whatever lies beside it across a cut.
+    for (int k = 0; k < 3; ++k) grasp.vertices.push_back(mesh.origin[CollisionMesh::corner(picked->triangle, k)].value);
+    HandGrasp h;
+    h.id = grasp.id;
+    h.plane_point = picked->middle;
+    h.plane_normal = ray.direction;
+    for (const std::int32_t v : grasp.vertices) h.start += (1.0 / 3) * session->collision_positions()[static_cast<std::size_t>(v)];
+    KERF_TRY(perform(std::move(grasp)));
+    hand = std::move(h);
+  }
+  if (!hand) return {};
+  if (!input.samples.empty()) {
+    const ViewRay& ray = input.samples.back().ray;
+    const double along = dot(ray.direction, hand->plane_normal);
+    if (std::abs(along) > 1e-3) {
+      const double t = dot(hand->plane_point - ray.origin, hand->plane_normal) / along;
+      Vec3 pulled = ray.origin + t * ray.direction - hand->plane_point;
+      Box3 box;
+      for (const Vec3 p : session->body().complex.collision.rest.raw()) box.add(p);
+      const double most = kFarthestPull * box.diagonal();
+      if (norm(pulled) > most) pulled = (most / norm(pulled)) * pulled;
+      SessionChange move;
+      move.kind = Kind::kMove;
+      move.id = hand->id;
+      const Vec3 to = hand->start + pulled;
+      move.values = {to.x, to.y, to.z, speed / options.tick};  // as long as a tick: no jumps
+      KERF_TRY(perform(std::move(move)));
+    }
+  }
+  if (input.phase == Phase::kUp) {
+    SessionChange release;
+    release.kind = Kind::kRelease;
+    release.id = hand->id;
+    hand.reset();
+    if (!(input.modifiers & protocol::kShift)) KERF_TRY(perform(std::move(release)));  // Shift leaves it held
+  }
+  return {};
+}
+
+Status Engine::Impl::brush(const protocol::ToolInput& input) {
+  const double radius = brush_radius();
+  for (std::size_t i = 0; i < input.samples.size(); ++i) {
+    const auto picked = pick_ray(input.samples[i].ray);
+    if (!picked) continue;
+    const bool first = input.phase == Phase::kDown && i == 0;
+    if (!first && norm(picked->rest - last_brush) < 0.3 * radius) continue;
+    last_brush = picked->rest;
+    SceneRegion region;
+    region.shape = SceneRegion::Shape::kSphere;
+    region.center = picked->rest;
+    region.radius = radius;
+    if (input.tool == Tool::kFix) {
+      KERF_TRY(perform(region_change(Kind::kFix, region)));
+      continue;
+    }
+    KERF_TRY(perform(region_change(Kind::kUnfix, region)));
+    for (const Session::GraspState& g : session->grasps()) {
+      if (norm(g.held - picked->middle) > kReleaseGrasp * radius) continue;
+      SessionChange release;
+      release.kind = Kind::kRelease;
+      release.id = g.id;
+      KERF_TRY(perform(std::move(release)));
+    }
+  }
+  return {};
+}
+
+void Engine::Impl::release_lost_grasps() {
+  for (const Session::GraspState& g : session->grasps()) {
+    if (g.points.size() == 3) continue;  // all that it took hold of is there
+    SessionChange release;
+    release.kind = Kind::kRelease;
+    release.id = g.id;
+    if (hand && hand->id == g.id) hand.reset();
+    (void)perform(std::move(release)).ok();
+  }
+}
+
+}  // namespace kerf

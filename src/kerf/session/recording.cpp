@@ -1,0 +1,326 @@
+#include "kerf/session/recording.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "kerf/mesh/base64.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Kind = SessionChange::Kind;
+
+constexpr int kRecordingVersion = 1;
+constexpr std::int64_t kMostSteps = 1'000'000'000;
+
+struct KindWord {
+  Kind kind;
+  const char* word;
+  int values;  ///< how many; -1: a region
+};
+constexpr std::array<KindWord, 13> kKinds{{
+    {Kind::kBeginStroke, "begin_stroke", 1}, {Kind::kBlade, "blade", 6}, {Kind::kEndStroke, "end_stroke", 0},
+    {Kind::kCancelStroke, "cancel_stroke", 0}, {Kind::kUndo, "undo", 0}, {Kind::kRedo, "redo", 0},
+    {Kind::kGrasp, "grasp", 0}, {Kind::kMove, "move", 4}, {Kind::kRelease, "release", 0}, {Kind::kFix, "fix", -1},
+    {Kind::kUnfix, "unfix", -1}, {Kind::kGravity, "gravity", 3}, {Kind::kMaterial, "material", 3},
+}};
+const KindWord& word_of(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+
+}  // namespace
+
+bool plain_file_name(const std::string& name) {
+  return !name.empty() && name.size() < 200 && name != "." && name != ".." && name.find('/') == std::string::npos &&
+         name.find('\\') == std::string::npos && name.find('\0') == std::string::npos;
+}
+
+Status check(const SessionChange& c) {
+  const int wanted = word_of(c.kind).values;
+  for (const double v : c.values)
+    if (!std::isfinite(v)) return bad_input("a value is not finite");
+  if (wanted >= 0) {
+    if (c.values.size() != static_cast<std::size_t>(wanted))
+      return bad_input(fmt::format("\"{}\" has {} values instead of {}", word_of(c.kind).word, c.values.size(), wanted));
+    return {};
+  }
+  const double shape = c.values.empty() ? -1 : c.values[0];
+  const std::size_t size = shape == 1 ? 5 : 7;
+  if ((shape != 0 && shape != 1 && shape != 2) || c.values.size() != size)
+    return bad_input("a region is [0, min, max], [1, centre, radius] or [2, point, normal]");
+  return {};
+}
+
+namespace {
+
+std::string to_base64(std::string_view bytes) {
+  std::string out;
+  Base64Encoder encoder;
+  encoder.add(bytes.data(), bytes.size(), out);
+  encoder.finish(out);
+  return out;
+}
+
+bool from_base64(std::string_view text, std::string& out) {
+  if (text.size() % 4 != 0) return false;
+  std::uint32_t word = 0;
+  int digits = 0, padding = 0;
+  for (const char c : text) {
+    std::uint32_t digit = 0;
+    if (c >= 'A' && c <= 'Z') digit = static_cast<std::uint32_t>(c - 'A');
+    else if (c >= 'a' && c <= 'z') digit = static_cast<std::uint32_t>(c - 'a' + 26);
+    else if (c >= '0' && c <= '9') digit = static_cast<std::uint32_t>(c - '0' + 52);
+    else if (c == '+') digit = 62;
+    else if (c == '/') digit = 63;
+    else if (c == '=') ++padding;
+    else return false;
+    if (padding > 0 && c != '=') return false;
+    word = word << 6 | digit;
+    if (++digits < 4) continue;
+    out += static_cast<char>(word >> 16 & 255);
+    out += static_cast<char>(word >> 8 & 255);
+    out += static_cast<char>(word & 255);
+    word = 0;
+    digits = 0;
+  }
+  if (padding > 2) return false;
+  out.resize(out.size() - static_cast<std::size_t>(padding));
+  return true;
+}
+
+std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
+
+/// Reads the parts of a recording; the first trouble is kept.
+class RecordingReader {
+ public:
+  RecordingReader(const Json& root, std::string_view name) : root_(root), name_(name) {}
+
+  Result<Recording> read() {
+    if (!root_.is_object() || !root_.contains("kerf_recording")) return trouble("this is no recording of kerf");
+    if (root_["kerf_recording"] != kRecordingVersion)
+      return trouble(fmt::format("this recording is of another version than {}; replay it with the kerf that made it",
+                                 kRecordingVersion));
+    Recording out;
+    const Json scene = member(root_, "scene");
+    out.source.name = text(scene, "name");
+    out.source.text = text(scene, "text");
+    out.source.folder = text(scene, "folder");
+    for (const Json& file : array(scene, "files")) {
+      SceneSource::File f;
+      f.name = text(file, "name");
+      if (!plain_file_name(f.name)) fail("a file's name is not a plain one");
+      if (!from_base64(text(file, "base64"), f.bytes)) fail("a file is not base64");
+      out.source.files.push_back(std::move(f));
+    }
+    out.instructions = text(root_, "instructions");
+    out.overrides.scripted = member(root_, "scripted") == Json(true);
+    out.overrides.time_step = number(member(root_, "time_step"), "time_step");
+    if (out.overrides.time_step < 0) fail("time_step is negative");
+    out.last_step = step(member(root_, "last_step"));
+    std::int64_t last = 0;
+    for (const Json& item : array(root_, "changes")) {
+      SessionChange c;
+      if (!item.is_array() || item.size() < 2 || !item[1].is_string()) {
+        fail("a change is not [step, \"kind\", ...]");
+        break;
+      }
+      c.step = step(item[0]);
+      if (c.step < last) fail("changes are not in the order of their steps");
+      last = c.step;
+      if (!read_change(item, c)) break;
+      out.changes.push_back(std::move(c));
+    }
+    last = 0;
+    for (const Json& item : array(root_, "hashes")) {
+      StateHash h;
+      if (!item.is_array() || item.size() != 2 || !item[1].is_string()) {
+        fail("a hash is not [step, \"hex\"]");
+        break;
+      }
+      h.step = step(item[0]);
+      if (h.step < last) fail("hashes are not in the order of their steps");
+      last = h.step;
+      const std::string digits = item[1].get<std::string>();
+      const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), h.hash, 16);
+      if (error != std::errc() || end != digits.data() + digits.size()) fail("a hash is not hexadecimal");
+      out.hashes.push_back(h);
+    }
+    if (!trouble_.empty()) return trouble(trouble_);
+    if (!out.changes.empty() && out.changes.back().step > out.last_step) return trouble("there are changes after the last step");
+    if (!out.hashes.empty() && out.hashes.back().step > out.last_step) return trouble("there are hashes after the last step");
+    return out;
+  }
+
+ private:
+  bool read_change(const Json& item, SessionChange& c) {
+    const std::string word = item[1].get<std::string>();
+    bool known = false;
+    for (const KindWord& k : kKinds)
+      if (word == k.word) {
+        c.kind = k.kind;
+        known = true;
+      }
+    if (!known) return fail(fmt::format("there is no change \"{}\"", word));
+    std::size_t at = 2;
+    if (c.kind == Kind::kGrasp || c.kind == Kind::kMove || c.kind == Kind::kRelease) {
+      if (item.size() < 3 || !item[2].is_string()) return fail(fmt::format("\"{}\" names no grasp", word));
+      c.id = item[2].get<std::string>();
+      at = 3;
+    }
+    for (; at < item.size(); ++at) {
+      if (!item[at].is_number()) return fail(fmt::format("\"{}\" has something that is no number", word));
+      if (c.kind == Kind::kGrasp) {
+        if (!item[at].is_number_integer() || item[at] < 0 || item[at] > INT32_MAX) return fail("a grasp holds no such vertex");
+        c.vertices.push_back(item[at].get<std::int32_t>());
+      } else {
+        c.values.push_back(item[at].get<double>());
+      }
+    }
+    if (const Status ok = check(c); !ok) return fail(ok.error().message);
+    return true;
+  }
+  Json member(const Json& of, const char* key) {
+    if (!of.is_object() || !of.contains(key)) {
+      fail(fmt::format("\"{}\" is missing", key));
+      return {};
+    }
+    return of[key];
+  }
+  std::string text(const Json& of, const char* key) {
+    const Json m = member(of, key);
+    if (!m.is_string()) {
+      fail(fmt::format("\"{}\" is not a text", key));
+      return {};
+    }
+    return m.get<std::string>();
+  }
+  Json array(const Json& of, const char* key) {
+    Json m = member(of, key);
+    if (!m.is_array()) {
+      fail(fmt::format("\"{}\" is not a list", key));
+      return Json::array();
+    }
+    return m;
+  }
+  double number(const Json& m, const char* key) {
+    if (!m.is_number() || !std::isfinite(m.get<double>())) {
+      fail(fmt::format("\"{}\" is not a number", key));
+      return 0;
+    }
+    return m.get<double>();
+  }
+  std::int64_t step(const Json& m) {
+    if (!m.is_number_integer() || m < 0 || m > kMostSteps) {
+      fail("a step number is not one");
+      return 0;
+    }
+    return m.get<std::int64_t>();
+  }
+  bool fail(std::string what) {
+    if (trouble_.empty()) trouble_ = std::move(what);
+    return false;
+  }
+  Error trouble(const std::string& what) const { return bad_input(fmt::format("{}: {}", name_, what)); }
+
+  const Json& root_;
+  std::string_view name_;
+  std::string trouble_;
+};
+
+}  // namespace
+
+SessionChange region_change(Kind kind, const SceneRegion& region) {
+  SessionChange c;
+  c.kind = kind;
+  const auto put = [&](Vec3 v) { c.values.insert(c.values.end(), {v.x, v.y, v.z}); };
+  switch (region.shape) {
+    case SceneRegion::Shape::kBox:
+      c.values.push_back(0);
+      put(region.min);
+      put(region.max);
+      break;
+    case SceneRegion::Shape::kSphere:
+      c.values.push_back(1);
+      put(region.center);
+      c.values.push_back(region.radius);
+      break;
+    case SceneRegion::Shape::kHalfSpace:
+      c.values.push_back(2);
+      put(region.point);
+      put(region.normal);
+      break;
+  }
+  return c;
+}
+
+std::string_view instruction_set() {
+#if defined(__AVX512F__)
+  return "x86-64 with AVX-512";
+#elif defined(__AVX2__) && defined(__FMA__)
+  return "x86-64-v3";
+#elif defined(__x86_64__)
+  return "x86-64";
+#elif defined(__aarch64__)
+  return "arm64";
+#else
+  return "unknown";
+#endif
+}
+
+std::string recording_text(const Recording& r) {
+  Json root;
+  root["kerf_recording"] = kRecordingVersion;
+  root["instructions"] = r.instructions;
+  Json scene;
+  scene["name"] = r.source.name;
+  scene["folder"] = r.source.folder.string();
+  scene["text"] = r.source.text;
+  scene["files"] = Json::array();
+  for (const SceneSource::File& f : r.source.files) scene["files"].push_back({{"name", f.name}, {"base64", to_base64(f.bytes)}});
+  root["scene"] = scene;
+  root["scripted"] = r.overrides.scripted;
+  root["time_step"] = r.overrides.time_step;
+  root["last_step"] = r.last_step;
+  Json changes = Json::array();
+  for (const SessionChange& c : r.changes) {
+    Json item = Json::array({c.step, word_of(c.kind).word});
+    if (c.kind == Kind::kGrasp || c.kind == Kind::kMove || c.kind == Kind::kRelease) item.push_back(c.id);
+    for (const std::int32_t v : c.vertices) item.push_back(v);
+    for (const double v : c.values) item.push_back(v);
+    changes.push_back(std::move(item));
+  }
+  root["changes"] = std::move(changes);
+  Json hashes = Json::array();
+  for (const StateHash& h : r.hashes) hashes.push_back(Json::array({h.step, hex(h.hash)}));
+  root["hashes"] = std::move(hashes);
+  // Bytes that are not UTF-8 (in a file's name) are replaced instead of thrown about.
+  return root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Result<Recording> parse_recording(std::string_view text, std::string_view name) {
+  // Nesting is limited beforehand: the parser itself is not recursive, its destructor would be.
+  int depth = 0, deepest = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted) {
+      if (c == '\\') ++i;
+      else if (c == '"') quoted = false;
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == '[' || c == '{') {
+      deepest = std::max(deepest, ++depth);
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  if (deepest > 16) return bad_input(fmt::format("{}: this is no recording of kerf", name));
+  const Json root = Json::parse(text.begin(), text.end(), nullptr, false);
+  if (root.is_discarded()) return bad_input(fmt::format("{}: this is not JSON, or it is cut off", name));
+  return RecordingReader(root, name).read();
+}
+
+}  // namespace kerf

@@ -1,0 +1,97 @@
+// Recordings: a scene, every change that was made to its session, by step number, and hashes of the state. Replayed, they
+// give the same bits. One JSON object (docs/recording.md); numbers in it come back to the bit.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "kerf/base/progress.h"
+#include "kerf/base/result.h"
+#include "kerf/session/scene.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+
+/// Where a scene comes from.
+struct SceneSource {
+  std::string text;                ///< TOML
+  std::string name;                ///< stands for the file in messages
+  std::filesystem::path folder;    ///< relative mesh files start here
+  struct File {
+    std::string name, bytes;
+  };
+  std::vector<File> files;         ///< mesh files that have no place of their own (uploads); by name in `folder`
+};
+
+/// What is changed in the scene before it is run.
+struct SceneOverrides {
+  bool scripted = true;        ///< keep the scene's own commands
+  double time_step = 0;        ///< s; 0: the scene's
+};
+/// Reads the scene and applies the overrides. Bad input as parse_scene.
+Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& overrides);
+
+/// One change to a session, made after `step` steps.
+struct SessionChange {
+  enum class Kind {
+    kBeginStroke,   ///< values: 1 through, 0 not; world frame
+    kBlade,         ///< values: base, tip
+    kEndStroke, kCancelStroke, kUndo, kRedo,
+    kGrasp,         ///< id, vertices
+    kMove,          ///< id; values: to, over
+    kRelease,       ///< id
+    kFix, kUnfix,   ///< values: shape (0 box, 1 sphere, 2 half-space), then min max | centre radius | point normal
+    kGravity,       ///< values: x, y, z
+    kMaterial,      ///< values: young, poisson, density
+  };
+  std::int64_t step = 0;
+  Kind kind = Kind::kUndo;
+  std::string id;
+  std::vector<std::int32_t> vertices;
+  std::vector<double> values;
+};
+SessionChange region_change(SessionChange::Kind kind, const SceneRegion& region);
+
+/// Bad input: values that a change of this kind can't have.
+Status check(const SessionChange& change);
+/// Is it a plain file name, that stays in the folder it is put in?
+bool plain_file_name(const std::string& name);
+
+/// Does it. Bad input: whatever the session refuses, or values that a change of this kind can't have.
+Status apply(Session& session, const SessionChange& change);
+
+struct StateHash {
+  std::int64_t step = 0;
+  std::uint64_t hash = 0;
+};
+struct Recording {
+  SceneSource source;
+  SceneOverrides overrides;
+  std::string instructions;             ///< instruction set it was made with
+  std::vector<SessionChange> changes;   ///< by step
+  std::vector<StateHash> hashes;        ///< by step; each after the changes of its step
+  std::int64_t last_step = 0;
+};
+
+/// The instruction set that this library was compiled for.
+std::string_view instruction_set();
+/// Steps between two hashes.
+inline constexpr std::int64_t kHashEvery = 100;
+
+std::string recording_text(const Recording& recording);
+/// Bad input: not a recording, another version, or anything in it that can't be.
+Result<Recording> parse_recording(std::string_view text, std::string_view name);
+
+/// What came of a replay.
+struct ReplayReport {
+  std::int64_t steps = 0, hashes = 0;
+  std::int64_t first_difference = -1;   ///< step; -1: every hash agrees
+  std::string last_refused;             ///< of changes that the session refused, as it did when it was recorded
+};
+/// Runs a recording again and compares. An Error when it can't be run; a difference is no error.
+Result<ReplayReport> replay(const Recording& recording, const Progress& progress = {});
+
+}  // namespace kerf

@@ -1,0 +1,111 @@
+// Doing what a recording says.
+#include <algorithm>
+#include <optional>
+
+#include "kerf/mesh/whole_file.h"
+#include "kerf/session/recording.h"
+#include "kerf/session/scene_file.h"
+#include "kerf/session/temporary_folder.h"
+
+namespace kerf {
+namespace {
+
+using Kind = SessionChange::Kind;
+
+Vec3 vec(const std::vector<double>& values, std::size_t at) { return {values[at], values[at + 1], values[at + 2]}; }
+
+SceneRegion region_of(const std::vector<double>& v) {
+  SceneRegion r;
+  if (v[0] == 0) {
+    r.shape = SceneRegion::Shape::kBox;
+    r.min = vec(v, 1);
+    r.max = vec(v, 4);
+  } else if (v[0] == 1) {
+    r.shape = SceneRegion::Shape::kSphere;
+    r.center = vec(v, 1);
+    r.radius = v[4];
+  } else {
+    r.shape = SceneRegion::Shape::kHalfSpace;
+    r.point = vec(v, 1);
+    r.normal = vec(v, 4);
+  }
+  return r;
+}
+
+}  // namespace
+
+Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& overrides) {
+  auto scene = parse_scene(source.text, source.name, source.folder);
+  if (!scene) return scene;
+  if (!overrides.scripted) scene->commands.clear();
+  if (overrides.time_step > 0) scene->simulation.time_step = overrides.time_step;
+  return scene;
+}
+
+Status apply(Session& session, const SessionChange& c) {
+  KERF_TRY(check(c));
+  SceneCommand command;
+  switch (c.kind) {
+    case Kind::kBeginStroke: return session.begin_stroke(SceneFrame::kWorld, c.values[0] != 0);
+    case Kind::kBlade: return session.move_blade(vec(c.values, 0), vec(c.values, 3));
+    case Kind::kEndStroke: return session.end_stroke();
+    case Kind::kCancelStroke: return session.cancel_stroke();
+    case Kind::kUndo: return session.undo();
+    case Kind::kRedo: return session.redo();
+    case Kind::kGrasp: {
+      std::vector<CollisionVertex> points;
+      for (const std::int32_t v : c.vertices) points.emplace_back(v);
+      return session.grasp(c.id, points);
+    }
+    case Kind::kMove: {
+      SceneMove move;
+      move.id = c.id;
+      move.to = vec(c.values, 0);
+      move.over = std::max(0.0, c.values[3]);
+      command.what = move;
+      return session.apply(command);
+    }
+    case Kind::kRelease: command.what = SceneRelease{c.id}; return session.apply(command);
+    case Kind::kFix: command.what = SceneFixCommand{region_of(c.values)}; return session.apply(command);
+    case Kind::kUnfix: command.what = SceneUnfix{region_of(c.values)}; return session.apply(command);
+    case Kind::kGravity: return session.set_gravity(vec(c.values, 0));
+    case Kind::kMaterial: return session.set_material(c.values[0], c.values[1], c.values[2]);
+  }
+  return {};
+}
+
+Result<ReplayReport> replay(const Recording& recording, const Progress& progress) {
+  SceneSource source = recording.source;
+  std::optional<TemporaryFolder> folder;
+  if (!source.files.empty()) {
+    auto made = TemporaryFolder::create();
+    if (!made) return made.error();
+    folder.emplace(std::move(made).value());
+    for (const SceneSource::File& f : source.files) {
+      if (!plain_file_name(f.name)) return bad_input("a file of the recording has no plain name");
+      KERF_TRY(replace_file((folder->path() / f.name).string(), f.bytes));
+    }
+    source.folder = folder->path();
+  }
+  auto scene = scene_of(source, recording.overrides);
+  if (!scene) return scene.error();
+  auto session = Session::create(*scene, progress);
+  if (!session) return session.error();
+  ReplayReport report;
+  std::size_t change = 0, hash = 0;
+  for (std::int64_t step = 0;; ++step) {
+    for (; change < recording.changes.size() && recording.changes[change].step == step; ++change)
+      if (const Status done = apply(*session, recording.changes[change]); !done) report.last_refused = done.error().message;
+    for (; hash < recording.hashes.size() && recording.hashes[hash].step == step; ++hash) {
+      ++report.hashes;
+      if (report.first_difference < 0 && session->hash() != recording.hashes[hash].hash) report.first_difference = step;
+    }
+    if (step == recording.last_step) break;
+    if (progress) progress("replaying", static_cast<double>(step) / static_cast<double>(recording.last_step));
+    if (auto done = session->step(); !done) return done.error();
+    ++report.steps;
+  }
+  return report;
+}
+
+}  // namespace kerf

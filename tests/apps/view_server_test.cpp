@@ -1,0 +1,268 @@
+// The server of `kerf view`, over real sockets.
+#include "view_server.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "kerf/base/random.h"
+#include "socket_page.h"
+
+namespace kerf::app {
+namespace {
+
+using namespace kerf::test;
+
+Engine steak(std::uint64_t session = 1) {
+  SceneSource source;
+  source.name = "steak";
+  source.text = "[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.01\ngravity = [0, 0, -1]\n"
+                "[[fix]]\nhalf_space = { point = [0, 0.055, 0], normal = [0, 1, 0] }\n";
+  EngineOptions options;
+  options.session_id = session;
+  auto engine = Engine::create(source, options);
+  EXPECT_TRUE(engine.ok());
+  return std::move(engine).value();
+}
+
+PageFiles files() {
+  PageFiles page;
+  page["/"] = page["/index.html"] = {"text/html; charset=utf-8", "<p>kerf</p>", false, false};
+  page["/assets/a.js"] = {"text/javascript; charset=utf-8", "packed", true, true};
+  return page;
+}
+
+/// A server in a thread of its own.
+class Running {
+ public:
+  explicit Running(ServerOptions options = any_port(), std::uint64_t session = 1)
+      : server_(make(options, session)), thread_([this] { server_.run(false); }) {}
+  ~Running() {
+    server_.stop();
+    thread_.join();
+  }
+  [[nodiscard]] std::uint16_t port() const { return server_.port(); }
+  static ServerOptions any_port() {
+    ServerOptions options;
+    options.port = 0;
+    return options;
+  }
+
+ private:
+  static ViewServer make(const ServerOptions& options, std::uint64_t session) {
+    auto server = ViewServer::create(steak(session), files(), options);
+    EXPECT_TRUE(server.ok()) << (server.ok() ? "" : server.error().message);
+    return std::move(server).value();
+  }
+  ViewServer server_;
+  std::thread thread_;
+};
+
+std::pair<std::string, std::string> get(std::uint16_t port, const std::string& target, const std::string& host = {},
+                                        const std::string& method = "GET") {
+  RawSocket socket(port);
+  socket.send(method + " " + target + " HTTP/1.1\r\nHost: " + (host.empty() ? "127.0.0.1:" + std::to_string(port) : host) +
+              "\r\nAccept-Encoding: gzip\r\nConnection: close\r\n\r\n");
+  return socket.response();
+}
+bool is(const std::pair<std::string, std::string>& response, int status) {
+  return response.first.rfind("HTTP/1.1 " + std::to_string(status), 0) == 0;
+}
+
+constexpr Point kEye{0.02, -0.05, 0.6};
+
+TEST(ViewServer, ServesThePageWithItsPolicy) {
+  const Running server;
+  const auto page = get(server.port(), "/");
+  EXPECT_TRUE(is(page, 200));
+  EXPECT_EQ(page.second, "<p>kerf</p>");
+  EXPECT_NE(page.first.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
+  EXPECT_NE(page.first.find("X-Content-Type-Options: nosniff"), std::string::npos);
+  EXPECT_NE(page.first.find("Cache-Control: no-cache"), std::string::npos);
+  const auto script = get(server.port(), "/assets/a.js?x=1");
+  EXPECT_TRUE(is(script, 200));
+  EXPECT_NE(script.first.find("Content-Encoding: gzip"), std::string::npos);
+  EXPECT_NE(script.first.find("immutable"), std::string::npos);
+  EXPECT_TRUE(is(get(server.port(), "/../../etc/passwd"), 404));
+  EXPECT_TRUE(is(get(server.port(), "/assets/"), 404));
+  EXPECT_TRUE(is(get(server.port(), "/", {}, "POST"), 405));
+  EXPECT_TRUE(is(get(server.port(), "/engine"), 426));
+  EXPECT_EQ(get(server.port(), "/", {}, "HEAD").first.rfind("HTTP/1.1 200", 0), 0u);
+}
+
+TEST(ViewServer, ForeignHostsAndOriginsAreRefused) {
+  const Running server;
+  const std::string port = std::to_string(server.port());
+  for (const std::string& host : {"localhost:" + port, "LocalHost:" + port, "[::1]:" + port, "127.0.0.1:" + port})
+    EXPECT_TRUE(is(get(server.port(), "/", host), 200)) << host;
+  for (const std::string& host : {std::string("evil.example"), "evil.example:" + port, std::string("127.0.0.1"), "127.0.0.1:1" + port,
+                                  "127.0.0.1:" + port + "x", "127.0.0.1.evil.example:" + port})
+    EXPECT_TRUE(is(get(server.port(), "/", host), 403)) << host;
+  for (const std::string& origin : {"http://127.0.0.1:" + port, "http://localhost:" + port, std::string()})
+    EXPECT_TRUE(SocketPage(server.port(), {"", origin}).open) << origin;
+  for (const std::string& origin : {std::string("http://evil.example"), std::string("null"), "https://127.0.0.1:" + port,
+                                    "http://127.0.0.1:" + port + ".evil.example", std::string("http://127.0.0.1:1"), "http://evil.example:" + port}) {
+    const SocketPage page(server.port(), {"", origin});
+    EXPECT_FALSE(page.open) << origin;
+    EXPECT_NE(page.refusal.find("403"), std::string::npos);
+  }
+  EXPECT_FALSE(SocketPage(server.port(), {"evil.example:" + port, ""}).open);
+}
+
+TEST(ViewServer, BeyondThisMachineATokenIsNeeded) {
+  ServerOptions options = Running::any_port();
+  options.token = "0123456789abcdef";
+  const Running server(options);
+  EXPECT_FALSE(SocketPage(server.port()).open);
+  EXPECT_FALSE(SocketPage(server.port(), {"", "", "/engine?token=0123456789abcdeg"}).open);
+  EXPECT_FALSE(SocketPage(server.port(), {"", "", "/engine?token=0123456789abcde"}).open);
+  EXPECT_FALSE(SocketPage(server.port(), {"", "", "/engine?xtoken=0123456789abcdef"}).open);
+  EXPECT_TRUE(SocketPage(server.port(), {"", "", "/engine?token=0123456789abcdef"}).open);
+  // A tablet types an address, not a name that somebody else could point here.
+  const std::string port = std::to_string(server.port());
+  EXPECT_TRUE(is(get(server.port(), "/", "192.168.1.7:" + port), 200));
+  EXPECT_TRUE(is(get(server.port(), "/", "evil.example:" + port), 403));
+}
+
+TEST(ViewServer, TwoPagesSeeOneCut) {
+  const Running server;
+  SocketPage a(server.port()), b(server.port());
+  ASSERT_TRUE(a.open && b.open);
+  a.say(page_hello());
+  ASSERT_TRUE(a.until([&] { return a.page.held && a.page.frames > 0; }));
+  b.say(page_hello());
+  ASSERT_TRUE(b.until([&] { return b.page.bodies == 1 && b.page.clients == 2; }));
+  EXPECT_FALSE(b.page.held);
+  a.say(page_tool(1, 0, 0, {ray_between(kEye, {-0.005, -0.13, 0})}));
+  for (int k = 1; k < 20; ++k) a.say(page_tool(1, 0, 1, {ray_between(kEye, {-0.005, -0.13 + 0.013 * k, 0})}));
+  a.say(page_tool(2, 0, 2, {ray_between(kEye, {-0.005, 0.13, 0})}));
+  ASSERT_TRUE(a.until([&] { return !a.page.cuts.empty(); }));
+  ASSERT_TRUE(b.until([&] { return !b.page.cuts.empty(); }));
+  EXPECT_EQ(b.page.cuts[0].pieces, 2u);
+  EXPECT_EQ(b.page.cuts[0].invariants, 0u);
+  EXPECT_EQ(a.page.body.wall, b.page.body.wall);
+  EXPECT_EQ(a.page.body.version, b.page.body.version);
+  a.say(page_command(3, 6));
+  ASSERT_TRUE(b.until([&] { return b.page.cuts.size() == 2; }));
+  EXPECT_TRUE(b.page.body.wall.empty());
+}
+
+TEST(ViewServer, GarbageIsAnsweredAndThenTheDoorCloses) {
+  const Running server;
+  SocketPage good(server.port()), bad(server.port());
+  good.say(page_hello());
+  bad.say(page_hello());
+  ASSERT_TRUE(good.until([&] { return good.page.frames > 0; }));
+  Random random(9);
+  for (int i = 0; i < 120; ++i) {
+    std::vector<std::byte> noise(static_cast<std::size_t>(random.index(300)));
+    for (std::byte& x : noise) x = static_cast<std::byte>(random.index(256));
+    if (!bad.say(noise)) break;
+  }
+  while (bad.listen_once()) {}
+  EXPECT_FALSE(bad.open);
+  EXPECT_GT(bad.page.errors.size(), 50u);
+  // Frames that are no WebSocket, half a message, text instead of binary: the others go on.
+  {
+    SocketPage rude(server.port());
+    rude.raw(std::string(5000, '\x7f'));
+    SocketPage half(server.port());
+    half.raw(std::string("\x82\xfe\x10", 3));
+    SocketPage text(server.port());
+    text.say(page_hello());
+    text.say({std::byte{'h'}, std::byte{'i'}}, 1);
+    EXPECT_TRUE(text.until([&] { return !text.page.errors.empty(); }));
+    SocketPage large(server.port());
+    large.say(page_hello());
+    large.say(std::vector<std::byte>(3u << 20));
+    while (large.listen_once()) {}
+    EXPECT_FALSE(large.open);
+    RawSocket endless(server.port());
+    endless.send("GET / HTTP/1.1\r\nHost: x\r\n");
+    for (int i = 0; i < 3000; ++i)
+      if (!endless.send("X-Long: aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\r\n")) break;
+  }
+  const std::uint32_t before = good.page.frames;
+  EXPECT_TRUE(good.until([&] { return good.page.frames > before + 10; }));
+  EXPECT_TRUE(good.page.errors.empty());
+}
+
+TEST(ViewServer, ASlowPageLosesFramesAndHoldsNobodyUp) {
+  const Running server;
+  SocketPage slow(server.port()), quick(server.port());
+  slow.say(page_hello());
+  quick.say(page_hello());
+  ASSERT_TRUE(quick.until([&] { return quick.page.frames > 60; }));
+  // Nothing was acknowledged: two frames wait in the socket, the rest was dropped.
+  ASSERT_TRUE(slow.open);
+  while (slow.page.dropped < 20) ASSERT_TRUE(slow.listen_once(false));
+  EXPECT_EQ(slow.page.frames, 2u);
+  slow.say(page_ack(slow.page.last_seq));
+  while (slow.page.frames < 3) ASSERT_TRUE(slow.listen_once(false));
+}
+
+TEST(ViewServer, KilledAndStartedAgainOnTheSamePort) {
+  MirroredPage kept;
+  ServerOptions options = Running::any_port();
+  {
+    const Running server(options, 7);
+    options.port = server.port();
+    SocketPage page(server.port());
+    page.say(page_hello());
+    ASSERT_TRUE(page.until([&] { return page.page.frames > 3; }));
+    kept = page.page;
+    // The connection breaks and comes back: nothing has to be sent again.
+    SocketPage again(server.port());
+    again.page = kept;
+    again.say(page_hello(kept.session, kept.body.body, kept.body.version));
+    ASSERT_TRUE(again.until([&] { return again.page.frames > kept.frames + 3; }));
+    EXPECT_EQ(again.page.bodies, kept.bodies);
+  }
+  EXPECT_FALSE(RawSocket(options.port).connected());
+  const Running server(options, 8);
+  EXPECT_EQ(server.port(), options.port);
+  SocketPage page(server.port());
+  page.page = kept;
+  page.page.last_seq = 0;
+  page.say(page_hello(kept.session, kept.body.body, kept.body.version));
+  ASSERT_TRUE(page.until([&] { return page.page.frames > kept.frames + 3; }));
+  EXPECT_EQ(page.page.bodies, kept.bodies + 1);  // another session: the whole body
+}
+
+TEST(ViewServer, APortInUseGivesTheNextOrAClearError) {
+  ServerOptions options = Running::any_port();
+  const Running first(options);
+  options.port = first.port();
+  options.tries = 20;
+  auto second = ViewServer::create(steak(), files(), options);
+  ASSERT_TRUE(second.ok()) << second.error().message;
+  EXPECT_GT(second->port(), first.port());
+  EXPECT_EQ(second->address(), "http://127.0.0.1:" + std::to_string(second->port()) + "/");
+  options.tries = 0;
+  auto third = ViewServer::create(steak(), files(), options);
+  ASSERT_FALSE(third.ok());
+  EXPECT_NE(third.error().message.find("--port"), std::string::npos);
+  options.address = "not an address";
+  EXPECT_FALSE(ViewServer::create(steak(), files(), options).ok());
+  options.address = "203.0.113.77";
+  EXPECT_FALSE(ViewServer::create(steak(), files(), options).ok());
+}
+
+TEST(ViewServer, ReadsThePageFromAFolder) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "kerf_page_test";
+  std::filesystem::create_directories(folder / "assets");
+  std::ofstream(folder / "index.html") << "<p>there</p>";
+  std::ofstream(folder / "assets/x.css") << "p{}";
+  auto page = read_page(folder.string());
+  ASSERT_TRUE(page.ok());
+  EXPECT_EQ((*page)["/"].bytes, "<p>there</p>");
+  EXPECT_EQ((*page)["/assets/x.css"].type, "text/css; charset=utf-8");
+  auto none = read_page(folder.string() + "/nowhere");
+  ASSERT_FALSE(none.ok());
+  EXPECT_NE(none.error().message.find("npm"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kerf::app

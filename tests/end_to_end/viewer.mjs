@@ -1,0 +1,321 @@
+// The page and `kerf view` together, in Debian's headless Chromium, as a person would use them:
+//   node tests/end_to_end/viewer.mjs PROGRAM [OUT]
+// Pictures and measurements go to OUT. Needs npm ci && npm run build in apps/viewer; status 77: something of that is missing.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import net from 'node:net';
+import { tmpdir } from 'node:os';
+import { join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const viewer = fileURLToPath(new URL('../../apps/viewer/', import.meta.url));
+const chrome = process.env.CHROMIUM ?? '/usr/bin/chromium';
+const skip = (why) => { console.log(`skipped: ${why}`); process.exit(77); };
+if (!existsSync(join(viewer, 'node_modules/playwright-core'))) skip('no node_modules in apps/viewer (npm ci)');
+if (!existsSync(join(viewer, 'dist/index.html'))) skip('the page is not built (npm run build in apps/viewer)');
+if (!existsSync(chrome)) skip(`no ${chrome}`);
+const { chromium } = createRequire(join(viewer, 'package.json'))('playwright-core');
+
+const program = resolve(process.argv[2] ?? 'build/dev/kerf');
+const out = resolve(process.argv[3] ?? 'out/viewer-test');
+mkdirSync(out, { recursive: true });
+
+// --- The server ------------------------------------------------------------------------------------------------------
+
+const servers = new Set();
+function startServer(scene, port = 0) {
+  return new Promise((done, fail) => {
+    const child = spawn(program, ['view', scene, '--port', String(port), '--no-browser', '--page', join(viewer, 'dist')], { stdio: ['ignore', 'pipe', 'pipe'] });
+    servers.add(child);
+    let text = '';
+    const exited = new Promise((r) => child.on('exit', (code, signal) => { servers.delete(child); r({ code, signal, text }); }));
+    const hear = (bytes) => {
+      text += bytes;
+      const found = /kerf view: (http:\S+)/.exec(text);
+      if (found) done({ child, url: found[1], port: Number(new URL(found[1]).port), exited });
+    };
+    child.stdout.on('data', hear);
+    child.stderr.on('data', (b) => { text += b; });
+    exited.then((e) => fail(new Error(`kerf view ended: ${e.code} ${e.text}`)));
+  });
+}
+async function stopServer(server, signal = 'SIGINT') {
+  server.child.kill(signal);
+  return server.exited;
+}
+/** CPU seconds of a process so far. */
+function cpuSeconds(pid) {
+  const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').replace(/^.*\) /, '').split(' ');
+  return (Number(fields[11]) + Number(fields[12])) / 100;
+}
+
+// --- The browser -----------------------------------------------------------------------------------------------------
+
+const profile = mkdtempSync(join(tmpdir(), 'kerf-page-'));
+const context = await chromium.launchPersistentContext(profile, {
+  executablePath: chrome, headless: true, viewport: { width: 900, height: 640 },
+  args: ['--no-sandbox', '--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklist', '--disable-quic', '--no-first-run',
+    '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+});
+const errors = [];
+async function openPage(url, viewport) {
+  const page = await context.newPage();
+  if (viewport) await page.setViewportSize(viewport);
+  page.on('pageerror', (e) => errors.push(e.message));
+  page.on('console', (m) => { if (/bad message|does not fit/.test(m.text())) errors.push(m.text()); });
+  await page.goto(`${url}${url.includes('?') ? '&' : '?'}quality=lite`);
+  await ready(page);
+  return page;
+}
+const ready = (page) => page.waitForFunction(() => window.kerf?.state().ready && window.kerf.state().frames > 5, null, { timeout: 60000 });
+const state = (page) => page.evaluate(() => window.kerf.state());
+const until = (page, test, arg) => page.waitForFunction(test, arg, { timeout: 30000 });
+const rest = (page, p) => page.evaluate((q) => window.kerf.pickRest(...q), p);
+/** A line in the window through the places of two rest points and beyond them by a part of its length. */
+async function line(page, a, b, beyond = 0.25) {
+  const [p, q] = [await rest(page, a), await rest(page, b)];
+  const d = [q[0] - p[0], q[1] - p[1]];
+  return [[p[0] - beyond * d[0], p[1] - beyond * d[1]], [q[0] + beyond * d[0], q[1] + beyond * d[1]]];
+}
+async function drag(page, from, to, steps = 24) {
+  await page.mouse.move(...from);
+  await page.mouse.down();
+  for (let i = 1; i <= steps; i++) await page.mouse.move(from[0] + ((to[0] - from[0]) * i) / steps, from[1] + ((to[1] - from[1]) * i) / steps);
+  await page.mouse.up();
+}
+/** Mean difference of two pictures (0 to 255) over a square around a place. */
+function difference(page, a, b, [x, y], half) {
+  return page.evaluate(async ([p, q, cx, cy, r]) => {
+    const pixels = async (base64) => {
+      const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+      const image = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+      const canvas = new OffscreenCanvas(2 * r, 2 * r), g = canvas.getContext('2d');
+      g.drawImage(image, r - cx, r - cy);
+      return g.getImageData(0, 0, 2 * r, 2 * r).data;
+    };
+    const [m, n] = [await pixels(p), await pixels(q)];
+    let sum = 0;
+    for (let i = 0; i < m.length; i++) sum += Math.abs(m[i] - n[i]);
+    return sum / (m.length * 0.75);
+  }, [a.toString('base64'), b.toString('base64'), x, y, half]);
+}
+
+let failed = 0;
+const only = process.argv.slice(4);
+async function check(name, use) {
+  if (only.length > 0 && !only.some((o) => name.includes(o))) return;
+  const started = Date.now();
+  try {
+    await use();
+    assert.deepEqual(errors.splice(0), []);
+    console.log(`ok   ${name} (${((Date.now() - started) / 1000).toFixed(1)} s)`);
+  } catch (e) {
+    failed++;
+    console.log(`FAIL ${name}: ${e.stack ?? e}`);
+    try {
+      await page.screenshot({ path: join(out, 'failed.png') });
+      console.log(JSON.stringify(await state(page)));
+    } catch { /* the page is gone */ }
+  }
+}
+const report = {};
+
+// --- The checks ------------------------------------------------------------------------------------------------------
+
+let server = await startServer('steak');
+let page = await openPage(server.url);
+
+await check('a cut dragged across the steak makes two pieces and shows', async () => {
+  const before = await state(page);
+  assert.equal(before.pieces, 1);
+  assert.equal(before.connection, 'live');
+  assert.ok(before.role.held);
+  await page.waitForTimeout(1500);  // it comes to rest
+  await page.keyboard.press('Space');
+  await until(page, () => !window.kerf.state().playing);
+  const [from, to] = await line(page, [-0.004, -0.076, 0.01], [-0.004, 0.076, 0.01]);
+  const near = await rest(page, [-0.004, -0.05, 0.01]), far = [20, 620];
+  await page.mouse.move(5, 300);
+  await page.waitForTimeout(600);
+  const quiet = await page.screenshot({ path: join(out, 'steak-before.png') });
+  await page.keyboard.press('Space');
+  await drag(page, from, to);
+  await until(page, () => window.kerf.state().cut?.outcome === 0);
+  const after = await state(page);
+  assert.equal(after.cut.pieces, 2);
+  assert.equal(after.cut.invariants, 0, after.cut.text);
+  assert.equal(after.cuts, 1);
+  assert.equal(after.undoDepth, 1);
+  assert.ok(after.cut.trianglesCut > 10 && after.cut.totalMs > 0);
+  for (const count of Object.keys(after.cut.counts)) assert.ok(after.cut.counts[count] > before.counts[count], count);
+  assert.ok(after.drawn.wall > 50 && after.drawn.skin > before.drawn.skin && after.drawn.vertices > before.drawn.vertices);
+  assert.equal(after.bodies, 1);  // all of it came in patches
+  report.steakCut = after.cut;
+
+  // Pulled apart, the slit is seen.
+  await page.keyboard.press('4');
+  const hold = await rest(page, [-0.03, -0.06, 0.01]);
+  await page.mouse.move(...hold);
+  await page.mouse.down();
+  await page.mouse.move(hold[0] - 60, hold[1] + 10, { steps: 15 });
+  await page.waitForTimeout(700);
+  await page.keyboard.press('Space');
+  await page.mouse.move(5, 300, { steps: 2 });
+  await page.keyboard.down('Shift');
+  await page.mouse.up();
+  await page.keyboard.up('Shift');
+  await page.waitForTimeout(600);
+  const open = await page.screenshot({ path: join(out, 'steak-open.png') });
+  const changed = await difference(page, quiet, open, near, 30), still = await difference(page, quiet, open, far, 10);
+  report.steakPicture = { nearCut: changed, elsewhere: still };
+  assert.ok(changed > 8, `the picture near the cut differs by ${changed} only`);
+  assert.ok(still < 2, `the picture far from it differs by ${still}`);
+});
+
+await check('undo and redo by the keyboard', async () => {
+  await page.keyboard.press('1');
+  const cut = await state(page);
+  await page.keyboard.press('z');
+  await until(page, () => window.kerf.state().undoDepth === 0 && window.kerf.state().pieces === 1);
+  assert.equal((await state(page)).drawn.wall, 0);
+  await page.keyboard.press('Shift+Z');
+  await until(page, () => window.kerf.state().redoDepth === 0 && window.kerf.state().pieces === 2);
+  assert.deepEqual((await state(page)).drawn, cut.drawn);
+});
+
+await check('a page that is loaded again sees the same body', async () => {
+  const before = await state(page);
+  await page.reload();
+  await ready(page);
+  await until(page, () => window.kerf.state().pieces === 2);
+  const after = await state(page);
+  assert.deepEqual([after.version, after.drawn, after.undoDepth], [before.version, before.drawn, before.undoDepth]);
+  assert.ok(after.role.held);
+});
+
+await check('two pages: one holds the tools, both see', async () => {
+  const second = await openPage(server.url);
+  await until(second, () => window.kerf.state().role.clients === 2);
+  assert.equal((await state(second)).role.held, false);
+  const [a, b] = [await state(page), await state(second)];
+  assert.deepEqual([a.version, a.drawn], [b.version, b.drawn]);
+  await page.bringToFront();
+  await page.keyboard.press('z');
+  await until(page, () => window.kerf.state().pieces === 1);
+  await second.bringToFront();
+  await until(second, () => window.kerf.state().pieces === 1 && window.kerf.state().drawn.wall === 0);
+  await page.close();
+  await until(second, () => window.kerf.state().role.held);
+  page = second;
+});
+
+await check('garbage from elsewhere disturbs nobody', async () => {
+  for (const bytes of ['GET / HTTP/9.9\r\n\r\n', '\0'.repeat(4000), `GET /engine HTTP/1.1\r\nHost: evil.example\r\n\r\n`, 'x'.repeat(100000)]) {
+    await new Promise((done) => {
+      const socket = net.connect(server.port, '127.0.0.1', () => { socket.end(bytes); });
+      socket.on('error', done);
+      socket.on('close', done);
+      socket.resume();
+      setTimeout(() => socket.destroy(), 500);
+    });
+  }
+  const before = (await state(page)).frames;
+  await page.keyboard.press('Space');
+  await until(page, (n) => window.kerf.state().frames > n + 5, before);
+});
+
+await check('the server killed and started again: the page comes back by itself', async () => {
+  const { port } = server;
+  await stopServer(server, 'SIGKILL');
+  await until(page, () => window.kerf.state().connection !== 'live');
+  assert.equal((await state(page)).toolAllowed, false);
+  server = await startServer('steak', port);
+  await until(page, () => window.kerf.state().connection === 'live' && window.kerf.state().toolAllowed);
+  const frames = (await state(page)).frames;
+  await until(page, (n) => window.kerf.state().frames > n + 5, frames);
+  await page.waitForTimeout(1500);  // it comes to rest again
+  const [from, to] = await line(page, [0.03, -0.076, 0.01], [0.03, 0.076, 0.01]);
+  await drag(page, from, to);
+  await until(page, () => window.kerf.state().cut?.outcome === 0 && window.kerf.state().pieces === 2);
+});
+
+await check('another scene, a recording that replays to the same bits', async () => {
+  await page.evaluate(() => { window.kerf.app.command(8, [], 'meniscus'); });
+  await until(page, () => window.kerf.state().scene === 'meniscus' && window.kerf.state().ready);
+  await page.waitForTimeout(1000);
+  await page.evaluate(() => {
+    window.recorded = null;
+    const app = window.kerf.app, listener = app.listener.file.bind(app.listener);
+    app.listener.file = (name, bytes) => { window.recorded = { name, text: new TextDecoder().decode(bytes) }; void listener; };
+    app.setRecording(true);
+  });
+  const before = await state(page);
+  const [from, to] = await line(page, [0, 0.006, 0], [0, 0.018, 0], 0.9);
+  await drag(page, from, to, 40);
+  await until(page, () => window.kerf.state().cut?.outcome === 0);
+  const after = await state(page);
+  report.meniscusCut = after.cut;
+  assert.equal(after.cut.invariants, 0, after.cut.text);
+  assert.equal(after.cut.pieces, 2);
+  assert.ok(after.drawn.wall > 20 && after.cut.counts.visualTriangles > before.counts.visualTriangles);
+  await page.screenshot({ path: join(out, 'meniscus-cut.png') });
+  await page.keyboard.press('z');
+  await until(page, () => window.kerf.state().pieces === 1);
+  await page.evaluate(() => { window.kerf.app.setRecording(false); });
+  await until(page, () => window.recorded !== null);
+  const recorded = await page.evaluate(() => window.recorded);
+  assert.equal(recorded.name, 'meniscus.kerfrec');
+  const file = join(out, recorded.name);
+  writeFileSync(file, recorded.text);
+  const replay = spawn(program, ['replay', file], { stdio: 'inherit' });
+  assert.equal(await new Promise((r) => replay.on('exit', r)), 0);
+});
+
+await check('measurements: latency, traffic, CPU (reported, not judged)', async () => {
+  await page.close();
+  page = await openPage(server.url, { width: 320, height: 240 });
+  await page.evaluate(() => { window.kerf.app.command(8, [], 'steak'); });
+  await until(page, () => window.kerf.state().scene === 'steak' && window.kerf.state().ready);
+  await page.waitForTimeout(1500);
+  const pid = server.child.pid;
+  const [cpu, frames, time] = [cpuSeconds(pid), (await state(page)).frames, Date.now()];
+  await page.waitForTimeout(4000);
+  const seconds = (Date.now() - time) / 1000;
+  report.serverCpu = (cpuSeconds(pid) - cpu) / seconds;
+  report.framesPerSecond = ((await state(page)).frames - frames) / seconds;
+  report.frameBytes = 64 + 12 * (await state(page)).drawn.nodes;
+  report.step = (await state(page)).stats;
+  await page.evaluate(() => { window.kerf.app.latency.reset(); });
+  for (let k = 0; k < 4; k++) {
+    const x = -0.045 + 0.03 * k, [from, to] = await line(page, [x, -0.07, 0.01], [x, 0.07, 0.01], 0.2);
+    await page.mouse.move(...from);
+    await page.mouse.down();
+    for (let i = 1; i <= 60; i++) {
+      await page.mouse.move(from[0] + ((to[0] - from[0]) * i) / 60, from[1] + ((to[1] - from[1]) * i) / 60);
+      await page.waitForTimeout(12);
+    }
+    await page.mouse.up();
+    await page.waitForTimeout(200);
+    if (k % 2 === 1) await page.keyboard.press('z');
+  }
+  report.latency = (await state(page)).latency;
+  report.patches = (await state(page)).patches;
+  assert.ok(report.latency.count > 20);
+  console.log(`     pointer to cut: median ${report.latency.appliedMedian?.toFixed(1)} ms, 99 % ${report.latency.applied99?.toFixed(1)} ms (${report.latency.count} inputs); `
+    + `frame ${report.frameBytes} bytes; server ${(100 * report.serverCpu).toFixed(1)} % of a core at ${report.framesPerSecond.toFixed(0)} frames a second`);
+});
+
+await check('Ctrl-C ends it cleanly', async () => {
+  const ended = await stopServer(server);
+  assert.equal(ended.code, 0);
+  assert.match(ended.text, /stopped/);
+  await until(page, () => window.kerf.state().connection !== 'live');
+});
+
+await context.close();
+for (const child of servers) child.kill('SIGKILL');
+rmSync(profile, { recursive: true, force: true });
+writeFileSync(join(out, 'viewer.json'), `${JSON.stringify(report, null, 1)}\n`);
+process.exit(failed > 0 ? 1 : 0);

@@ -1,0 +1,661 @@
+// The engine behind the viewer, without sockets: what pages send, and what a page that knows only the protocol makes of the
+// answers.
+#include "kerf/session/engine.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "kerf/base/random.h"
+#include "kerf/session/body.h"
+#include "kerf/session/drawn_body.h"
+#include "page_messages.h"
+
+namespace kerf {
+namespace {
+
+using namespace kerf::test;
+
+constexpr std::uint32_t kScalpel = 0, kGrasp = 1, kFix = 2, kRelease = 3, kLine = 4;
+constexpr std::uint32_t kDown = 0, kMove = 1, kUp = 2, kCancel = 3;
+constexpr std::uint32_t kPause = 2, kStep = 3, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9, kMaterial = 10, kExport = 11,
+                        kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15;
+constexpr Point kEye{0.02, -0.05, 0.6};
+
+SceneSource steak() {
+  SceneSource source;
+  source.name = "steak";
+  source.text =
+      "title = \"Steak\"\n[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.005\ngravity = [0, 0, -1]\n"
+      "[[fix]]\nhalf_space = { point = [0, 0.055, 0], normal = [0, 1, 0] }\n";
+  return source;
+}
+
+/// Engine and pages, with every message carried over at once.
+struct Table {
+  Engine engine;
+  std::map<std::uint32_t, MirroredPage> pages;
+
+  explicit Table(EngineOptions options = {}, const SceneSource& source = steak()) : engine(make(source, std::move(options))) {}
+  static Engine make(const SceneSource& source, EngineOptions options) {
+    options.step_budget = 1e9;  // no test depends on time
+    auto engine = Engine::create(source, std::move(options));
+    EXPECT_TRUE(engine.ok()) << (engine.ok() ? "" : engine.error().message);
+    return std::move(engine).value();
+  }
+  std::uint32_t join(std::uint64_t session = 0, std::uint32_t body = 0, std::uint32_t version = 0) {
+    const std::uint32_t id = engine.connect();
+    pages[id];
+    tell(id, page_hello(session, body, version));
+    return id;
+  }
+  void tell(std::uint32_t id, const std::vector<std::byte>& message) {
+    engine.receive(id, message);
+    deliver();
+  }
+  void deliver() {
+    for (auto& [id, page] : pages)
+      while (const protocol::Message m = engine.next(id)) {
+        page.hear(*m);
+        if (page.last_seq > 0) engine.receive(id, page_ack(page.last_seq));
+      }
+  }
+  void tick(int n = 1) {
+    for (int i = 0; i < n; ++i) {
+      engine.tick(1.0 / 60);
+      deliver();
+    }
+  }
+  /// A scalpel stroke over these points of the body's middle plane, seen from kEye.
+  void cut(std::uint32_t id, const std::vector<Point>& points, bool ticks = true, std::uint32_t input = 100) {
+    for (std::size_t i = 0; i + 1 < points.size(); ++i)
+      for (int k = 0; k < 8; ++k) {
+        const double s = k / 8.0;
+        const Point p{points[i].x + s * (points[i + 1].x - points[i].x), points[i].y + s * (points[i + 1].y - points[i].y), 0};
+        tell(id, page_tool(input, kScalpel, i == 0 && k == 0 ? kDown : kMove, {ray_between(kEye, p)}));
+        if (ticks) tick();
+      }
+    tell(id, page_tool(input, kScalpel, kUp, {ray_between(kEye, points.back())}));
+    tick();
+  }
+  /// The page holds exactly what the engine would send to a new one.
+  void expect_mirrored(std::uint32_t id) {
+    DrawnBody fresh;
+    fresh.reset(engine.session().body());
+    protocol::Body message = fresh.body_message(engine.session().body().hex.frame);
+    message.body = engine.body();
+    message.version = engine.version();
+    std::vector<Vec3f> nodes;
+    for (const Vec3 p : engine.session().node_positions()) nodes.push_back(to_float(p));
+    message.nodes = nodes;
+    MirroredPage expected;
+    expected.hear(protocol::encode(message));
+    EXPECT_TRUE(pages.at(id).body == expected.body) << "the page's body differs from the engine's at version " << engine.version();
+  }
+};
+
+TEST(Engine, APageSeesTheBodyWhereItIs) {
+  Table table;
+  const auto page = table.join();
+  table.tick(5);
+  const MirroredPage& p = table.pages[page];
+  EXPECT_EQ(p.name, "steak");
+  EXPECT_EQ(p.bodies, 1u);
+  EXPECT_TRUE(p.held);
+  EXPECT_GE(p.frames, 5u);
+  EXPECT_GT(p.time, 0.05);
+  table.expect_mirrored(page);
+  // What the page draws is what the library computes.
+  std::vector<Vec3f> positions, normals;
+  const Body& body = table.engine.session().body();
+  evaluate_render_surface(body.surface, body.complex.visual, body.hex, body.embedding, table.engine.session().node_positions(),
+                          positions, normals);
+  ASSERT_EQ(positions.size(), p.body.rest.size());
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const F3 drawn = p.body.drawn(v);
+    ASSERT_NEAR(drawn[0], positions[v].x, 2e-7);
+    ASSERT_NEAR(drawn[1], positions[v].y, 2e-7);
+    ASSERT_NEAR(drawn[2], positions[v].z, 2e-7);
+  }
+}
+
+TEST(Engine, AStrokeCutsTheSteakInTwoAndUndoTakesItBack) {
+  Table table;
+  const auto page = table.join();
+  table.tick(2);
+  const std::uint64_t before = body_hash(table.engine.session().body());
+  const MirroredBody intact = table.pages[page].body;
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.13, 0}});
+  MirroredPage& p = table.pages[page];
+  ASSERT_TRUE(p.errors.empty()) << p.errors.front().text;
+  ASSERT_EQ(p.cuts.size(), 1u);
+  EXPECT_EQ(p.cuts[0].outcome, 0u);
+  EXPECT_EQ(p.cuts[0].pieces, 2u);
+  EXPECT_EQ(p.cuts[0].input, 100u);
+  EXPECT_EQ(p.cuts[0].invariants, 0u) << p.cuts[0].text;
+  EXPECT_GT(p.cuts[0].triangles, 10u);
+  EXPECT_GT(p.body.wall.size(), 100u);
+  EXPECT_GT(p.body.rest.size(), intact.rest.size());
+  EXPECT_EQ(p.undo_depth, 1u);
+  table.expect_mirrored(page);
+
+  const std::uint64_t cut = body_hash(table.engine.session().body());
+  const MirroredBody halves = p.body;
+  table.tell(page, page_command(101, kUndo));
+  table.tick();
+  EXPECT_EQ(body_hash(table.engine.session().body()), before);
+  EXPECT_EQ(p.body.rest, intact.rest);
+  EXPECT_EQ(p.body.copy, intact.copy);
+  EXPECT_EQ(p.body.skin, intact.skin);
+  EXPECT_EQ(p.body.wall, intact.wall);
+  EXPECT_EQ(p.body.copies, intact.copies);
+  EXPECT_EQ(p.body.nodes.size(), intact.nodes.size());
+  ASSERT_EQ(p.cuts.size(), 2u);
+  EXPECT_EQ(p.cuts[1].outcome, 3u);
+  EXPECT_EQ(p.cuts[1].pieces, 1u);
+  table.tell(page, page_command(102, kRedo));
+  table.tick();
+  EXPECT_EQ(body_hash(table.engine.session().body()), cut);
+  EXPECT_EQ(p.body.wall, halves.wall);
+  EXPECT_EQ(p.bodies, 1u);  // all of it in patches
+  table.expect_mirrored(page);
+}
+
+TEST(Engine, MirrorsSurviveRandomStrokes) {
+  Table table;
+  const auto page = table.join();
+  table.tell(page, page_command(1, kOverlay, {1}));
+  Random random(11);
+  for (int round = 0; round < 25; ++round) {
+    const int what = random.index(10);
+    const auto place = [&] { return Point{random.uniform(-0.12, 0.12), random.uniform(-0.1, 0.1), 0}; };
+    if (what < 6) {
+      std::vector<Point> points{place(), place()};
+      if (what < 3) points.push_back(place());
+      table.cut(page, points, what % 2 == 0);
+    } else if (what == 6) {
+      table.tell(page, page_command(2, kUndo));
+    } else if (what == 7) {
+      table.tell(page, page_command(2, kRedo));
+    } else if (what == 8) {  // a stroke that is called off
+      table.tell(page, page_tool(3, kScalpel, kDown, {ray_between(kEye, place())}));
+      table.tell(page, page_tool(3, kScalpel, kMove, {ray_between(kEye, place())}));
+      table.tell(page, page_tool(3, kScalpel, kCancel, {}));
+    } else {  // pull something
+      table.tell(page, page_tool(4, kGrasp, kDown, {ray_between(kEye, place())}));
+      for (int k = 0; k < 5; ++k) {
+        table.tell(page, page_tool(4, kGrasp, kMove, {ray_between(kEye, place())}));
+        table.tick();
+      }
+      table.tell(page, page_tool(4, kGrasp, kUp, {}));
+    }
+    table.tick(2);
+    table.expect_mirrored(page);
+    const Status valid = table.engine.session().validate();
+    ASSERT_TRUE(valid.ok()) << "round " << round << ": " << valid.error().message;
+  }
+  const MirroredPage& p = table.pages[page];
+  EXPECT_EQ(p.bodies, 1u);
+  EXPECT_GT(p.patches, 50u);
+  EXPECT_GT(p.overlays, 20u);
+  for (const auto& cut : p.cuts) EXPECT_EQ(cut.invariants, 0u) << cut.text;
+}
+
+TEST(Engine, StraightCutsAndStrokesThroughTheAir) {
+  Table table;
+  const auto page = table.join();
+  table.tell(page, page_tool(7, kLine, kDown, {ray_between(kEye, {-0.13, 0.01, 0})}));
+  table.tell(page, page_tool(8, kLine, kUp, {ray_between(kEye, {0.13, 0.02, 0})}));
+  table.tick();
+  MirroredPage& p = table.pages[page];
+  ASSERT_EQ(p.cuts.size(), 1u);
+  EXPECT_EQ(p.cuts[0].pieces, 2u);
+  EXPECT_EQ(p.cuts[0].input, 8u);
+  table.cut(page, {{0.3, 0.3, 0}, {0.3, -0.3, 0}});
+  ASSERT_EQ(p.cuts.size(), 2u);
+  EXPECT_EQ(p.cuts[1].outcome, 1u);
+  EXPECT_EQ(p.undo_depth, 1u);  // nothing to undo came of it
+  EXPECT_EQ(p.flags & 2u, 0u);
+}
+
+TEST(Engine, RaysFindTheBody) {
+  Table table;
+  const auto page = table.join();
+  table.tell(page, page_ray(3, ray_between(kEye, {0.01, -0.02, 0})));
+  table.tell(page, page_ray(4, ray_between(kEye, {0.5, 0.5, 0})));
+  const MirroredPage& p = table.pages[page];
+  ASSERT_EQ(p.hits.size(), 2u);
+  EXPECT_GE(p.hits[0].triangle, 0);
+  // On the skin: about 1 cm above the middle.
+  EXPECT_NEAR(p.hits[0].point[2], 0.01, 0.004);
+  EXPECT_NEAR(p.hits[0].t, std::sqrt(std::pow(p.hits[0].point[0] - kEye.x, 2) + std::pow(p.hits[0].point[1] - kEye.y, 2) +
+                                     std::pow(p.hits[0].point[2] - kEye.z, 2)), 1e-9);
+  EXPECT_NEAR(std::abs(p.hits[0].normal[2]), 1, 0.1);
+  EXPECT_EQ(p.hits[1].triangle, -1);
+}
+
+TEST(Engine, PullingMovesTheBodyAndShiftLeavesItHeld) {
+  Table table;
+  const auto page = table.join();
+  const MirroredPage& p = table.pages[page];
+  const auto height = [&] {
+    double top = -1;
+    for (const F3& n : p.body.nodes) top = std::max(top, static_cast<double>(n[2]));
+    return top;
+  };
+  const Point side{0.02, -0.6, 0.1};  // seen from the side: pulling up is up
+  table.tell(page, page_ray(1, ray_between(side, {0, -0.03, 0})));
+  ASSERT_GE(p.hits.at(0).triangle, 0);
+  const double before = height();
+  table.tell(page, page_tool(2, kGrasp, kDown, {ray_between(side, {0, -0.03, 0})}));
+  for (int k = 1; k <= 60; ++k) {
+    table.tell(page, page_tool(2, kGrasp, kMove, {ray_between(side, {0, -0.03, 0.001 * k})}));
+    table.tick();
+  }
+  EXPECT_EQ(p.grasps, 1u);
+  EXPECT_GT(height(), before + 0.03);
+  table.tell(page, page_tool(3, kGrasp, kUp, {}, 1));  // with Shift
+  table.tick(30);
+  EXPECT_EQ(p.grasps, 1u);
+  EXPECT_GT(height(), before + 0.02);
+  table.tell(page, page_tool(4, kRelease, kDown, {ray_between({0, -0.06, 0.6}, {0, -0.05, 0.05})}));
+  table.tell(page, page_tool(4, kRelease, kUp, {}));
+  // However it was hit: releasing all over the body lets it go.
+  for (double y = -0.09; y < 0.09; y += 0.01) {
+    table.tell(page, page_tool(5, kRelease, kDown, {ray_between({0, y, 0.6}, {0, y, 0})}));
+    table.tell(page, page_tool(5, kRelease, kUp, {}));
+  }
+  table.tick();
+  EXPECT_EQ(p.grasps, 0u);
+  EXPECT_TRUE(p.errors.empty());
+}
+
+TEST(Engine, FixHoldsAndReleaseLetsFall) {
+  SceneSource loose = steak();
+  loose.text = "[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.01\ngravity = [0, 0, -5]\n";
+  Table table({}, loose);
+  const auto page = table.join();
+  const auto lowest = [&] {
+    double z = 1;
+    for (const F3& n : table.pages[page].body.nodes) z = std::min(z, static_cast<double>(n[2]));
+    return z;
+  };
+  table.tell(page, page_command(1, kFixAll, {1}));
+  table.tick(60);
+  const double held = lowest();
+  EXPECT_GT(held, -0.25);
+  table.tell(page, page_command(2, kFixAll, {0}));
+  table.tick(60);
+  EXPECT_LT(lowest(), held - 0.5);
+  table.tell(page, page_command(3, kReset));
+  for (double y = -0.05; y <= 0.05; y += 0.02) {
+    table.tell(page, page_tool(4, kFix, kDown, {ray_between({0, y, 0.6}, {0, y, 0})}));
+    table.tell(page, page_tool(4, kFix, kUp, {}));
+  }
+  table.tick(60);
+  EXPECT_GT(lowest(), -0.25);
+  EXPECT_TRUE(table.pages[page].errors.empty());
+}
+
+TEST(Engine, GravityAndMaterialChangeLive) {
+  Table table;
+  const auto page = table.join();
+  table.tell(page, page_command(1, kGravity, {0, 0, 0}));
+  table.tell(page, page_command(2, kMaterial, {50e3, 0.3, 900}));
+  EXPECT_EQ(table.engine.session().gravity(), (Vec3{0, 0, 0}));
+  EXPECT_EQ(table.engine.session().material().young, 50e3);
+  table.tick(3);
+  EXPECT_TRUE(table.engine.session().validate().ok()) << table.engine.session().validate().error().message;
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.13, 0}});
+  EXPECT_TRUE(table.engine.session().validate().ok());
+  EXPECT_EQ(table.pages[page].cuts.at(0).invariants, 0u);
+  table.tell(page, page_command(3, kMaterial, {-1, 0.3, 900}));
+  table.tell(page, page_command(4, kMaterial, {1e4, 0.7, 900}));
+  table.tell(page, page_command(5, kGravity, {0, 0, 1e9}));
+  ASSERT_EQ(table.pages[page].errors.size(), 3u);
+  EXPECT_EQ(table.pages[page].errors[0].code, 2u);
+  EXPECT_EQ(table.engine.session().material().young, 50e3);
+}
+
+TEST(Engine, PauseStepAndSpeed) {
+  Table table;
+  const auto page = table.join();
+  table.tick(6);
+  const double running = table.pages[page].time;
+  EXPECT_NEAR(running, 0.1, 0.006);  // real time
+  table.tell(page, page_command(1, kPause));
+  EXPECT_EQ(table.pages[page].flags & 1u, 0u);
+  table.tick(10);
+  EXPECT_EQ(table.pages[page].time, running);
+  table.tell(page, page_command(2, kStep, {3}));
+  EXPECT_NEAR(table.pages[page].time, running + 0.015, 1e-12);
+  table.tell(page, page_command(3, 1));
+  table.tell(page, page_command(4, 4, {0.5}));
+  const double before = table.pages[page].time;
+  table.tick(60);
+  EXPECT_NEAR(table.pages[page].time - before, 0.5, 0.011);
+  table.tell(page, page_command(5, 4, {0}));
+  EXPECT_EQ(table.pages[page].errors.size(), 1u);
+}
+
+TEST(Engine, ToolsBelongToOnePage) {
+  Table table;
+  const auto first = table.join(), second = table.join();
+  EXPECT_TRUE(table.pages[first].held);
+  EXPECT_FALSE(table.pages[second].held);
+  EXPECT_EQ(table.pages[second].clients, 2u);
+  table.tell(second, page_command(5, kUndo));
+  table.tell(second, page_tool(6, kScalpel, kDown, {ray_between(kEye, {0, 0, 0})}));
+  ASSERT_EQ(table.pages[second].errors.size(), 2u);
+  EXPECT_EQ(table.pages[second].errors[1].code, 3u);
+  EXPECT_EQ(table.pages[second].errors[1].input, 6u);
+  table.tell(second, page_command(7, kOverlay, {1}));  // watching is free
+  EXPECT_EQ(table.pages[second].overlays, 1u);
+  EXPECT_EQ(table.pages[first].overlays, 0u);
+
+  // A stroke that is under way is taken back when the tools pass on.
+  const std::uint64_t whole = body_hash(table.engine.session().body());
+  table.tell(first, page_tool(8, kScalpel, kDown, {ray_between(kEye, {-0.13, 0, 0})}));
+  table.tell(first, page_tool(9, kScalpel, kMove, {ray_between(kEye, {0.02, 0, 0})}));
+  EXPECT_NE(body_hash(table.engine.session().body()), whole);
+  table.tell(second, page_claim(true));
+  EXPECT_TRUE(table.pages[second].held);
+  EXPECT_FALSE(table.pages[first].held);
+  EXPECT_EQ(body_hash(table.engine.session().body()), whole);
+  table.tick();
+  table.expect_mirrored(first);
+  table.expect_mirrored(second);
+
+  table.cut(second, {{-0.005, -0.13, 0}, {-0.005, 0.13, 0}});
+  EXPECT_EQ(table.pages[first].cuts.size(), 1u);  // everybody sees it
+  table.expect_mirrored(first);
+  table.tell(second, page_tool(10, kScalpel, kDown, {ray_between(kEye, {-0.13, 0.03, 0})}));
+  table.tell(second, page_tool(11, kScalpel, kMove, {ray_between(kEye, {0.02, 0.03, 0})}));
+  table.engine.disconnect(second);
+  table.deliver();
+  EXPECT_TRUE(table.pages[first].held);
+  EXPECT_FALSE(table.engine.session().in_stroke());
+  EXPECT_EQ(table.engine.session().undo_depth(), 1);
+  table.expect_mirrored(first);
+  table.tell(first, page_claim(false));
+  EXPECT_EQ(table.engine.holder(), 0u);
+}
+
+TEST(Engine, APageThatComesBackGetsWhatItMissed) {
+  EngineOptions options;
+  options.session_id = 42;
+  Table table(options);
+  const auto page = table.join();
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.0, 0}});
+  MirroredPage kept = table.pages[page];
+  table.engine.disconnect(page);
+  table.pages.erase(page);
+  const auto other = table.join();
+  table.cut(other, {{0.04, -0.13, 0}, {0.04, 0.13, 0}});
+  table.tell(other, page_command(1, kUndo));
+  // Back again, with what it knew.
+  const std::uint32_t id = table.engine.connect();
+  table.pages[id] = kept;
+  table.pages[id].last_seq = 0;
+  const std::uint32_t bodies = kept.bodies, patches = kept.patches;
+  table.tell(id, page_hello(42, kept.body.body, kept.body.version));
+  table.tick();
+  EXPECT_EQ(table.pages[id].bodies, bodies);
+  EXPECT_GT(table.pages[id].patches, patches);
+  table.expect_mirrored(id);
+  // Another session, or a version that is not in the history: everything.
+  EXPECT_EQ(table.pages[table.join(41, 1, 1)].bodies, 1u);
+  EXPECT_EQ(table.pages[table.join(42, 1, 9999)].bodies, 1u);
+  EXPECT_EQ(table.pages[table.join(42, 2, 1)].bodies, 1u);
+}
+
+TEST(Engine, PatchHistoryIsBounded) {
+  EngineOptions options;
+  options.session_id = 42;
+  options.patch_history = 20'000;
+  Table table(options);
+  const auto page = table.join();
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.13, 0}});
+  const auto late = table.join(42, 1, 1);
+  EXPECT_EQ(table.pages[late].bodies, 1u);  // too old: everything
+  table.expect_mirrored(late);
+}
+
+TEST(Engine, SlowPagesLoseFramesOnly) {
+  Table table;
+  const std::uint32_t slow = table.engine.connect();
+  table.engine.receive(slow, page_hello());
+  MirroredPage page;
+  const auto carry = [&] { while (const auto m = table.engine.next(slow)) page.hear(*m); };
+  carry();
+  for (int i = 0; i < 50; ++i) {
+    table.engine.tick(1.0 / 60);
+    carry();
+  }
+  EXPECT_EQ(page.frames, 2u);  // never more than two that it has not drawn
+  EXPECT_GT(page.dropped, 30u);
+  table.engine.receive(slow, page_ack(page.last_seq));
+  table.engine.tick(1.0 / 60);
+  carry();
+  EXPECT_EQ(page.frames, 3u + 0u) << "the newest one, at once";
+  EXPECT_NEAR(page.time, 51.0 / 60, 0.02);
+}
+
+TEST(Engine, APageThatReadsNothingIsGivenUp) {
+  EngineOptions options;
+  options.most_unread = 600'000;
+  Table table(options);
+  const std::uint32_t dead = table.engine.connect();
+  table.engine.receive(dead, page_hello());
+  EXPECT_FALSE(table.engine.gives_up(dead));
+  for (int i = 0; i < 3; ++i) table.engine.receive(dead, page_command(1, kReset));
+  EXPECT_TRUE(table.engine.gives_up(dead));
+}
+
+TEST(Engine, BadMessagesAreAnsweredAndCounted) {
+  Table table;
+  const auto page = table.join();
+  const auto good = table.join();
+  for (int i = 0; i < 99; ++i) table.tell(page, {std::byte{1}, std::byte{2}});
+  EXPECT_FALSE(table.engine.gives_up(page));
+  EXPECT_EQ(table.pages[page].errors.size(), 99u);
+  EXPECT_EQ(table.pages[page].errors[0].code, 1u);
+  std::vector<std::byte> tool = page_tool(77, 0, 0, {ray_between(kEye, {0, 0, 0})});
+  tool[12] = std::byte{9};  // no such tool
+  table.tell(page, tool);
+  EXPECT_EQ(table.pages[page].errors.back().input, 77u);
+  EXPECT_TRUE(table.engine.gives_up(page));
+  EXPECT_FALSE(table.engine.gives_up(good));
+  // Before its Hello a page says nothing else.
+  const std::uint32_t rude = table.engine.connect();
+  table.pages[rude];
+  table.tell(rude, page_command(1, kReset));
+  EXPECT_EQ(table.pages[rude].errors.at(0).code, 1u);
+  EXPECT_EQ(table.engine.body(), 1u);
+  table.engine.receive(999, page_hello());  // nobody
+  table.engine.disconnect(999);
+}
+
+TEST(Engine, OddToolMessagesDoNoHarm) {
+  Table table;
+  const auto page = table.join();
+  Random random(3);
+  for (int i = 0; i < 600; ++i) {
+    const auto tool = static_cast<std::uint32_t>(random.index(5)), phase = static_cast<std::uint32_t>(random.index(4));
+    std::vector<PageRay> rays;
+    const int n = phase == 0 ? 1 + random.index(3) : random.index(3);
+    for (int k = 0; k < n; ++k) {
+      const auto any = [&](double r) { return Point{random.uniform(-r, r), random.uniform(-r, r), random.uniform(-r, r)}; };
+      // Eyes far away, inside the body, and rays that miss.
+      PageRay ray = ray_between(any(random.index(4) == 0 ? 0.02 : random.index(8) == 0 ? 9e5 : 0.5), any(0.1));
+      rays.push_back(ray);
+    }
+    table.tell(page, page_tool(static_cast<std::uint32_t>(i), tool, phase, rays, static_cast<std::uint32_t>(random.index(16))));
+    if (random.index(20) == 0) table.tell(page, page_command(1, random.index(2) == 0 ? kUndo : kRedo));
+    if (random.index(4) == 0) table.tick();
+  }
+  table.tick();
+  table.expect_mirrored(page);
+  for (const Vec3 x : table.engine.session().node_positions()) ASSERT_TRUE(is_finite(x));
+}
+
+TEST(Engine, ResetScenesAndExport) {
+  const std::string folder = testing::TempDir();
+  std::ofstream(folder + "/sheet_for_engine.toml") << "title = \"A sheet\"\n[body]\nmodel = \"sheet\"\n";
+  std::ofstream(folder + "/broken_for_engine.toml") << "[body]\nmodel = \"shet\"\n";
+  EngineOptions options;
+  options.scenes = {{"sheet", "A sheet", folder + "/sheet_for_engine.toml"}, {"broken", "Broken", folder + "/broken_for_engine.toml"}};
+  Table table(options);
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  const std::uint64_t start = table.engine.session().hash();
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.13, 0}});
+  table.tell(page, page_command(1, kGravity, {0, 0, 3}));
+  table.tell(page, page_command(2, kReset));
+  EXPECT_EQ(table.engine.session().hash(), start);
+  EXPECT_EQ(table.engine.session().gravity().z, -1);
+  EXPECT_EQ(p.body.body, 2u);
+  table.expect_mirrored(page);
+  table.tell(page, page_command(3, kScene, {}, "broken"));
+  ASSERT_EQ(p.errors.size(), 1u);
+  EXPECT_NE(p.errors[0].text.find("sheet"), std::string::npos);  // did you mean
+  EXPECT_EQ(p.name, "steak");
+  table.tell(page, page_command(4, kScene, {}, "../../etc/passwd"));
+  EXPECT_EQ(p.errors.size(), 2u);
+  table.tell(page, page_command(5, kScene, {}, "sheet"));
+  EXPECT_EQ(p.name, "sheet");
+  EXPECT_NE(p.json.find("\"A sheet\""), std::string::npos);
+  table.tick(2);
+  table.expect_mirrored(page);
+  for (const char* kind : {"obj", "vtu", "scene"}) table.tell(page, page_command(6, kExport, {}, kind));
+  EXPECT_EQ(p.files.count("sheet_visual.obj"), 1u);
+  EXPECT_EQ(p.files.count("sheet_collision.obj"), 1u);
+  EXPECT_NE(p.files["sheet_hexahedra.vtu"].find("VTKFile"), std::string::npos);
+  EXPECT_NE(p.files["sheet.toml"].find("model = \"sheet\""), std::string::npos);
+  table.tell(page, page_command(7, kExport, {}, "exe"));
+  EXPECT_EQ(p.errors.size(), 3u);
+}
+
+/// A square sheet as OBJ text: an open surface of n x n squares of side 1/n at height z.
+std::string square(int n, double z) {
+  std::string out;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i)
+      out += "v " + std::to_string(double(i) / n) + " " + std::to_string(double(j) / n) + " " + std::to_string(z) + "\n";
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const int a = j * (n + 1) + i + 1, b = a + 1, c = a + n + 1, d = c + 1;
+      out += "f " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(d) + "\n";
+      out += "f " + std::to_string(a) + " " + std::to_string(d) + " " + std::to_string(c) + "\n";
+    }
+  return out;
+}
+
+TEST(Engine, UploadedMeshesAreLoaded) {
+  Table table;
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  const std::string visual = square(12, 0), collision = square(4, 0);
+  const auto upload = [&](std::uint32_t number, std::uint32_t part, const std::string& name, const std::string& bytes) {
+    for (std::size_t at = 0; at == 0 || at < bytes.size(); at += 1000)
+      table.tell(page, page_upload(number, part, name, static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(bytes.size()), bytes.substr(at, 1000)));
+  };
+  upload(1, 0, "cloth.obj", visual);
+  table.tell(page, page_command(1, kLoadUpload, {1}, "0.05"));
+  upload(2, 0, "my \"cloth\".OBJ", visual);
+  upload(2, 1, "mid.obj", collision);
+  table.tell(page, page_command(2, kLoadUpload, {2}, "0.05"));
+  for (const auto& e : p.errors) ADD_FAILURE() << e.text;
+  EXPECT_EQ(p.name, "my _cloth_");
+  table.tick(3);
+  table.expect_mirrored(page);
+  EXPECT_EQ(p.body.skin.size(), 288u);
+
+  // What can't be loaded leaves everything as it is.
+  const std::uint32_t body = table.engine.body();
+  table.tell(page, page_command(3, kLoadUpload, {7}));
+  upload(8, 0, "x.exe", "MZ");
+  table.tell(page, page_command(4, kLoadUpload, {8}));
+  upload(9, 0, "x.obj", "v 0 0");
+  table.tell(page, page_command(5, kLoadUpload, {9}, "0.1"));
+  upload(10, 0, "x.obj", visual);
+  table.tell(page, page_command(6, kLoadUpload, {10}, "-3"));
+  upload(11, 2, "s.toml", "[body]\nvisual = \"/etc/hostname\"\ncollision = \"/etc/hostname\"\n");
+  table.tell(page, page_command(7, kLoadUpload, {11}));
+  table.tell(page, page_upload(12, 0, "x.obj", 100, 2000, "v 0 0 0"));  // no beginning
+  EXPECT_EQ(p.errors.size(), 6u);
+  EXPECT_EQ(table.engine.body(), body);
+  upload(13, 2, "s.toml", "[body]\nmodel = \"meniscus\"\n");
+  table.tell(page, page_command(8, kLoadUpload, {13}));
+  EXPECT_EQ(p.errors.size(), 6u) << p.errors.back().text;
+  EXPECT_EQ(p.name, "s");
+}
+
+TEST(Engine, WhatWasRecordedReplaysToTheBit) {
+  Table table;
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  table.tell(page, page_command(1, kRecording, {1}));
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.05, 0}, {0.04, 0.05, 0}});
+  table.tell(page, page_command(2, kUndo));
+  table.cut(page, {{0.01, -0.13, 0}, {-0.02, 0.13, 0}});
+  table.tell(page, page_tool(4, kGrasp, kDown, {ray_between(kEye, {-0.04, -0.03, 0})}));
+  for (int k = 0; k < 20; ++k) {
+    table.tell(page, page_tool(4, kGrasp, kMove, {ray_between(kEye, {-0.04 - 0.001 * k, -0.03, 0})}));
+    table.tick();
+  }
+  table.tell(page, page_tool(4, kGrasp, kUp, {}, 1));
+  table.tell(page, page_command(5, kGravity, {0, 1, -2}));
+  table.tell(page, page_command(6, kMaterial, {30e3, 0.4, 1100}));
+  table.tell(page, page_tool(5, kFix, kDown, {ray_between(kEye, {-0.05, 0, 0})}));
+  table.tell(page, page_tool(5, kFix, kUp, {}));
+  table.tick(60);
+  table.tell(page, page_command(7, kRecording, {0}));
+  ASSERT_EQ(p.files.count("steak.kerfrec"), 1u);
+  ASSERT_TRUE(p.errors.empty()) << p.errors[0].text;
+  auto recording = parse_recording(p.files["steak.kerfrec"], "test");
+  ASSERT_TRUE(recording.ok()) << recording.error().message;
+  EXPECT_GT(recording->hashes.size(), 3u);
+  EXPECT_GT(recording->changes.size(), 40u);
+  auto played = replay(*recording);
+  ASSERT_TRUE(played.ok()) << played.error().message;
+  EXPECT_EQ(played->first_difference, -1);
+  EXPECT_EQ(played->steps, table.engine.session().step_count());
+  // A change that is missing is seen.
+  Recording other = *recording;
+  std::erase_if(other.changes, [](const SessionChange& c) { return c.kind == SessionChange::Kind::kGravity; });
+  auto differs = replay(other);
+  ASSERT_TRUE(differs.ok());
+  EXPECT_GE(differs->first_difference, 0);
+  // After a reset a recording starts from the scene again.
+  table.tell(page, page_command(8, kReset));
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.05, 0}});
+  table.tick(20);
+  auto again = replay(table.engine.recording());
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->first_difference, -1);
+}
+
+TEST(Engine, DroppedFilesTravelInTheRecording) {
+  Recording made;
+  {
+    Table table;
+    const auto page = table.join();
+    const std::string visual = square(8, 0), collision = square(4, 0);
+    table.tell(page, page_upload(2, 0, "a.obj", 0, static_cast<std::uint32_t>(visual.size()), visual));
+    table.tell(page, page_upload(2, 1, "b.obj", 0, static_cast<std::uint32_t>(collision.size()), collision));
+    table.tell(page, page_command(2, kLoadUpload, {2}, "0.05"));
+    ASSERT_TRUE(table.pages[page].errors.empty()) << table.pages[page].errors[0].text;
+    table.cut(page, {{-0.2, 0.5, 0}, {0.6, 0.4, 0}});
+    EXPECT_EQ(table.pages[page].cuts.at(0).outcome, 0u);
+    made = table.engine.recording();
+  }
+  auto parsed = parse_recording(recording_text(made), "test");
+  ASSERT_TRUE(parsed.ok()) << parsed.error().message;
+  auto played = replay(*parsed);  // the engine and its folder are gone
+  ASSERT_TRUE(played.ok()) << played.error().message;
+  EXPECT_EQ(played->first_difference, -1);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -201,6 +201,8 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
 const Scene& Session::scene() const { return impl_->scene; }
 const Body& Session::body() const { return impl_->state.body; }
 std::uint64_t Session::topology_version() const { return impl_->state.topology_version; }
+const TopologyChange& Session::topology_change() const { return impl_->topology_change; }
+const LatticeChange& Session::lattice_change() const { return impl_->lattice_change; }
 const std::vector<Vec3>& Session::node_positions() const { return impl_->state.mechanics.positions; }
 const std::vector<Vec3>& Session::node_velocities() const { return impl_->state.mechanics.velocities; }
 const std::vector<Vec3>& Session::collision_positions() { return impl_->deformed_collision(); }

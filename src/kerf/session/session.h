@@ -14,6 +14,8 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
+#include "kerf/cutting/topology_change.h"
+#include "kerf/lattice/lattice_adapt.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/session/body.h"
 #include "kerf/session/scene.h"
@@ -57,7 +59,8 @@ class Session {
   ~Session();
 
   // --- Time ------------------------------------------------------------------------------------------------------
-  /// One time step: the scene's commands that are due, the blade, mechanics. On an error nothing has changed.
+  /// One time step: the scene's commands that are due, the blade, mechanics. On an error the step was not taken: time,
+  /// positions and velocities are as before it; commands and cuts of this step that had succeeded stay.
   Result<SessionStep> step();
   /// n time steps; stops at the first error.
   Status step(int n);
@@ -111,6 +114,10 @@ class Session {
   [[nodiscard]] BodyCounts counts() const;
   /// Grows by one with every change of topology, undo and redo included.
   [[nodiscard]] std::uint64_t topology_version() const;
+  /// What the last cutting pose changed on the meshes, with parents and weights of what is new, and on the hexahedra.
+  /// Undo, redo, restore and provisional ends that are walked again go back to older states; then compare with body().
+  [[nodiscard]] const TopologyChange& topology_change() const;
+  [[nodiscard]] const LatticeChange& lattice_change() const;
   [[nodiscard]] const std::vector<Vec3>& node_positions() const;   ///< metres, by NodeId
   [[nodiscard]] const std::vector<Vec3>& node_velocities() const;  ///< m/s
   /// Deformed collision vertices, metres, by CollisionVertex.

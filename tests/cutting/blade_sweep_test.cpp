@@ -110,6 +110,20 @@ TEST(BladeSweep, StabInTheMiddleAndPullOut) {
   EXPECT_NEAR(lip_length(b.body), 0.4, 0.03);
 }
 
+TEST(BladeSweep, LiftingTheBladeKeepsTheEndOfTheCut) {
+  for (int k = 0; k < 24; ++k) {  // the end anywhere in a triangle
+    const double end = 0.45 + 0.013 * k;
+    Bench b(sheet_65_mesh());
+    b.vertical(-0.1, 0.53);
+    for (int i = 1; i <= 9; ++i) b.vertical(-0.1 + (end + 0.1) * i / 9, 0.53);
+    const double length = lip_length(b.body);
+    EXPECT_NEAR(length, 2 * end, 0.03);
+    b.move({end, 0.53, 1}, {end, 0.53, 0.5});         // lifted
+    b.move({end + 0.2, 0.53, 1}, {end + 0.2, 0.53, 0.5});
+    EXPECT_NEAR(lip_length(b.body), length, 1e-9) << "end at " << end;
+  }
+}
+
 TEST(BladeSweep, CurvedCutFollowsTheBlade) {
   Bench b(sheet_65_mesh());
   const double r = 0.3;

@@ -87,7 +87,14 @@ class Sweep {
     std::vector<V> fronts;
     const std::size_t old_fronts = stroke_.fronts.size();
     bool crossed = false;
-    for (const V front : stroke_.fronts) crossed |= follow(front, to, fronts, last_bits);
+    for (std::size_t i = 0; i < stroke_.fronts.size(); ++i) {
+      const Followed way = follow(stroke_.fronts[i], to, fronts, last_bits);
+      crossed |= way.moved;
+      // The blade leaves the material from where it was: what was provisional there is cut for good.
+      if (way.lost && !way.moved && redone_ && i < stroke_.last_bits.size() && stroke_.last_bits[i].face.valid() &&
+          touches(stroke_.fronts[i], stroke_.last_bits[i].face))
+        crossed |= advance(stroke_.fronts[i], stroke_.last_bits[i]).has_value();
+    }
     for (const Entry& e : entries) {
       if (on_a_track(e.position, old_fronts)) continue;
       const auto located = relocate(e);
@@ -116,6 +123,7 @@ class Sweep {
             if (step->kind != Advance::Kind::kNothing) report_.changed = stroke_.provisional = true;
           }
         }
+      stroke_.last_bits = last_bits;
       if (stroke_.provisional)
         for (const V v : stroke_.fronts) stroke_.trail.push_back(target_.complex.collision.rest[v]);
     } else if (crossed) {
@@ -172,8 +180,12 @@ class Sweep {
   }
 
   /// Walks one front towards the blade's new edge over as many triangles as it takes. Appends the front, if it is still
-  /// in the material, to `fronts`, and its last bit inside a face (or none) to `last_bits`. True if the path moved.
-  bool follow(V tip, const BladeEdge& to, std::vector<V>& fronts, std::vector<FacePoint>& last_bits) {
+  /// in the material, to `fronts`, and its last bit inside a face (or none) to `last_bits`.
+  struct Followed {
+    bool moved = false;  // past the vertex it stood at
+    bool lost = false;   // the blade is no longer in the material
+  };
+  Followed follow(V tip, const BladeEdge& to, std::vector<V>& fronts, std::vector<FacePoint>& last_bits) {
     bool moved = false;
     const std::size_t limit = 100 + 4 * mesh().face_count();
     for (std::size_t round = 0; round < limit; ++round) {
@@ -181,35 +193,35 @@ class Sweep {
       if (!plane || plane->progress(at(tip)) > -0.5 * feature_) {  // the blade is here
         fronts.push_back(tip);
         last_bits.push_back({});
-        return moved;
+        return {moved, false};
       }
       const auto way = leave_vertex(tip, *plane);
       if (!way) {  // no material ahead: out over the rim, or into an open slit
         const auto again = enter_next_lip(tip, *plane);
-        if (!again) return moved;
+        if (!again) return {moved, true};
         tip = *again;
         moved = true;
         continue;
       }
       if (way->inside) {
-        if (way->missed) return moved;  // the blade's edge no longer reaches the surface
+        if (way->missed) return {moved, true};  // the blade's edge no longer reaches the surface
         fronts.push_back(tip);
         last_bits.push_back(way->target);
-        return moved;
+        return {moved, false};
       }
-      if (way->missed) return moved;
+      if (way->missed) return {moved, true};
       const auto step = advance(tip, way->target);
-      if (!step) return moved;
+      if (!step) return {moved, true};
       if (step->kind == Advance::Kind::kNothing || step->tip == tip) {
         fronts.push_back(tip);
         last_bits.push_back({});
-        return moved;
+        return {moved, false};
       }
       moved = true;
       tip = step->tip;
       visited_.push_back(at(tip));
     }
-    return moved;
+    return {moved, true};
   }
 
   struct Way {
@@ -503,6 +515,7 @@ void lift_blade(BladeStroke& stroke) {
   stroke.fronts.clear();
   stroke.committed.clear();
   stroke.trail.clear();
+  stroke.last_bits.clear();
   stroke.provisional = false;
 }
 

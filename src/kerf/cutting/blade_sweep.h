@@ -30,6 +30,7 @@ struct BladeStroke {
   bool through = false;                    ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;     ///< where the cut has got to, one per layer; provisional ends included
   std::vector<CollisionVertex> committed;  ///< the same at `mark`
+  std::vector<FacePoint> last_bits;        ///< provisional ends as seen from `mark`; no face: none
   std::vector<Vec3> trail;                 ///< provisional ends since `mark`, at rest, fronts.size() of them per pose
   bool provisional = false;                ///< there is work after `mark` that the next pose may undo
   JournalMark mark;

@@ -107,6 +107,21 @@ TEST(BindBadInput, CollisionMeshElsewhere) {
   expect_error(m.visual, m.collision, {"folded", "vertices"});
 }
 
+TEST(BindBadInput, CollisionMeshBesideTheBody) {
+  // Near enough to bind to something, but outside: the surface is on one side only.
+  for (const double height : {0.014, 0.03}) {
+    Model m = make("steak");
+    for (Vec3& p : m.collision.positions) p.z += height;
+    expect_error(m.visual, m.collision, {"outside the visual mesh", "triangle"});
+  }
+  Model small = make("steak");
+  for (Vec3& p : small.collision.positions) p = 0.5 * p;
+  const auto bound = bind(small.visual, small.collision, {});
+  ASSERT_TRUE(bound.ok()) << bound.error().message;
+  ASSERT_FALSE(bound->report.warnings.empty());
+  EXPECT_NE(bound->report.warnings[0].find("rim"), std::string::npos);
+}
+
 TEST(BindRepairs, TurnedMeshesAreTurnedBackAndReported) {
   Model m = make("sheet");
   for (auto& t : m.collision.triangles) std::swap(t[0], t[1]);

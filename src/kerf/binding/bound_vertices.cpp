@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "kerf/base/indexed.h"
 #include "kerf/binding/tolerances.h"
@@ -13,6 +14,10 @@ namespace {
 
 using CV = CollisionVertex;
 using CH = CollisionHalfEdge;
+using CT = CollisionTriangle;
+
+/// Vertices that a warning names before it says "...".
+constexpr std::size_t kNamedVertices = 5;
 
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
@@ -135,6 +140,37 @@ Status check_folds(const CollisionMesh& c) {
   return {};
 }
 
+/// A collision mesh inside the body sees the surface on both sides. One that is beside the body would bind to something all
+/// the same, and the hexahedra would lie where nothing is.
+Status check_inside(const SkinSearch& search, const CollisionMesh& c, const std::vector<std::uint8_t>& border,
+                    const std::vector<std::array<std::optional<SkinPoint>, 2>>& hit, BoundVertices& out) {
+  std::size_t blind = 0;
+  CT first;
+  for (const CT f : ids<CT>(c.face_count())) {
+    const CH h = CollisionMesh::corner(f, 0);
+    const Vec3 p = c.rest[c.from(h)], q = c.rest[c.to(h)], r = c.rest[c.apex(h)];
+    const Vec3 n = normalized(cross(q - p, r - p)), middle = (1.0 / 3) * (p + q + r);
+    if (search.first_exit(middle, n, HUGE_VAL) && search.first_exit(middle, -n, HUGE_VAL)) continue;
+    if (blind++ == 0) first = f;
+  }
+  if (2 * blind > c.face_count())
+    return bad_input(fmt::format("the collision mesh lies outside the visual mesh: {} of its {} triangles (the first is triangle {}, at "
+                                 "collision vertex {}) do not have the surface on both sides; put it half-way through the thickness, "
+                                 "in the same place and unit",
+                                 blind, c.face_count(), first.value + 1, c.from(CollisionMesh::corner(first, 0)).value + 1));
+  std::string names;
+  std::size_t outside = 0;
+  for (const CV v : ids<CV>(c.vertex_count())) {
+    if (border[v.index()] || (hit[v.index()][0] && hit[v.index()][1])) continue;
+    if (++outside <= kNamedVertices) names += (names.empty() ? "" : ", ") + std::to_string(v.value + 1);
+  }
+  if (outside > 0)
+    out.warnings.push_back(fmt::format("{} inner collision vertices ({}{}) lie outside the visual mesh and were bound to the closest "
+                                       "points; move them between the two sides of the body",
+                                       outside, names, outside > kNamedVertices ? ", ..." : ""));
+  return {};
+}
+
 Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, const CollisionMesh& c,
                                   std::span<const Vec3> normals) {
   const std::size_t nv = c.vertex_count();
@@ -155,6 +191,7 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
       if (hit[v.index()][side]) all.push_back(hit[v.index()][side]->distance);
     }
   }
+  KERF_TRY(check_inside(search, c, border, hit, out));
   const double overall = all.empty() ? 0 : median(all);
   std::vector<double> typical(nv, overall), ring;
   for (const CV v : ids<CV>(nv)) {
@@ -174,6 +211,8 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
 
   std::vector<BorderFrame> frame(nv);
   std::vector<std::array<SkinPoint, 2>> chosen(nv);
+  std::size_t far_rim = 0;
+  CV far_rim_vertex;
   for (const CV v : ids<CV>(nv)) {
     const Vec3 p = c.rest[v], n = normals[v.index()];
     if (border[v.index()]) {
@@ -184,8 +223,13 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
         return bad_input(fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
                                      "in the same place and in the same unit?", v.value + 1));
       // A border that ends inside the body: its rim lies straight ahead, the closest point may be on the top or bottom.
-      if (q->distance > 1e-3 * length)
-        if (const auto ahead = search.first_exit(p, outward, 2 * length)) q = ahead;
+      if (q->distance > 1e-3 * length) {
+        if (const auto ahead = search.first_exit(p, outward, 2 * length)) {
+          q = ahead;
+        } else if (search.first_exit(p, n, 2 * length) && search.first_exit(p, -n, 2 * length)) {
+          if (far_rim++ == 0) far_rim_vertex = v;  // deep inside, no rim in sight
+        }
+      }
       chosen[v.index()][0] = *q;
       continue;
     }
@@ -199,6 +243,11 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
       chosen[v.index()][side] = *q;
     }
   }
+
+  if (far_rim > 0)
+    out.warnings.push_back(fmt::format("{} border vertices of the collision mesh (the first is {}) lie deep inside the body, "
+                                       "with no rim ahead of them; extend the collision mesh to the rim",
+                                       far_rim, far_rim_vertex.value + 1));
 
   for (const CV v : ids<CV>(nv)) {
     const auto& q = chosen[v.index()];

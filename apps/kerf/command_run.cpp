@@ -49,7 +49,7 @@ class Run {
       if (!options_.record.empty() && session_.step_count() % kHashEvery == 0)
         hashes_.push_back({session_.step_count(), session_.hash()});
       const StepReport& m = step->mechanics;
-      log_.steps.push_back({session_.time(), step->seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit,
+      log_.steps.push_back({session_.time(), step->seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit, m.stopped_by_floor,
                             m.inverted_elements, m.kinetic_energy});
       const auto& strokes = session_.strokes();
       while (finished < strokes.size() && strokes[finished].finished) check(fmt::format("stroke {}", ++finished));

@@ -116,5 +116,118 @@ TEST(Session, CutUndoRedo) {
   }
 }
 
+/// Cuts from border to border along y at this x, in `poses` poses.
+void cut_along_y(Session& session, double x, int poses) {
+  Box3 box;
+  for (const Vec3 p : session.body().complex.collision.rest.raw()) box.add(p);
+  const double reach = 2 * norm(box.size());
+  for (int i = 0; i <= poses; ++i) {
+    const double y = box.min.y - 0.1 * box.size().y + 1.2 * box.size().y * i / poses;
+    ASSERT_TRUE(session.move_blade({x, y, reach}, {x, y, -reach}).ok());
+  }
+}
+
+TEST(Session, CancelledStrokesLeaveNoTrace) {
+  Scene scene = scene_of("steak");
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(10).ok());
+  const std::uint64_t before = session.hash();
+  const std::vector<Vec3> positions = session.node_positions();
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  cut_along_y(session, 0.013, 12);
+  EXPECT_EQ(session.counts().pieces, 2);
+  ASSERT_TRUE(session.cancel_stroke().ok());
+  EXPECT_EQ(session.hash(), before);
+  EXPECT_EQ(session.undo_depth(), 0);
+
+  // Halves that fell apart while the blade was in are together again, where they were.
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  cut_along_y(session, 0.013, 12);
+  ASSERT_TRUE(session.step(50).ok());
+  ASSERT_TRUE(session.cancel_stroke().ok());
+  EXPECT_EQ(session.node_positions(), positions);
+  expect_valid(session);
+}
+
+TEST(Session, GraspsOnUndoneCutsHoldWhatTheCutWasMadeIn) {
+  Scene scene = scene_of("sheet");
+  scene.simulation.gravity = {};
+  Session session = make(scene);
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  cut_along_y(session, 0.21, 8);
+  ASSERT_TRUE(session.end_stroke().ok());
+  SceneCommand grasp;
+  grasp.what = SceneGrasp{"g", {0.21, 0.02, 0}, SceneFrame::kRest, 0.12, std::nullopt};
+  ASSERT_TRUE(session.apply(grasp).ok());
+  ASSERT_TRUE(session.undo().ok());
+  // The ids of the first cut's vertices are used again, elsewhere: nobody pulls at them.
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  cut_along_y(session, -0.23, 8);
+  ASSERT_TRUE(session.end_stroke().ok());
+  const std::vector<Vec3> before = session.visual_positions();
+  ASSERT_TRUE(session.step(40).ok());
+  double farthest = 0;
+  const std::vector<Vec3> after = session.visual_positions();
+  for (std::size_t i = 0; i < after.size(); ++i) farthest = std::max(farthest, norm(after[i] - before[i]));
+  EXPECT_LT(farthest, 1e-6);
+}
+
+TEST(Session, RoughnessIsAPartOfARowsHeight) {
+  std::vector<std::uint64_t> hashes;
+  for (const double roughness : {0.0, 0.1, 0.4}) {
+    Scene scene = scene_of("steak");
+    scene.cut.roughness = roughness;
+    Session session = make(scene);
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+    cut_along_y(session, 0.013, 3);
+    ASSERT_TRUE(session.end_stroke().ok());
+    expect_valid(session);
+    hashes.push_back(body_hash(session.body()));
+  }
+  EXPECT_NE(hashes[0], hashes[1]);
+  EXPECT_NE(hashes[1], hashes[2]);
+}
+
+/// Whoever keeps a copy of the body's arrays and applies what take_changes names has the body's arrays.
+TEST(Session, ChangesNameEverythingThatChanged) {
+  Session session = make(scene_of("steak"));
+  session.watch_changes(true);
+  const auto triangle = [&](VisualTriangle f) {
+    const VisualMesh& mesh = session.body().complex.visual;
+    return std::array<std::int32_t, 4>{mesh.origin[VisualMesh::corner(f, 0)].value, mesh.origin[VisualMesh::corner(f, 1)].value,
+                                       mesh.origin[VisualMesh::corner(f, 2)].value, mesh.patch[f].value};
+  };
+  std::vector<std::array<std::int32_t, 4>> triangles;
+  std::vector<HexId> copies;
+  const auto read_all = [&](auto& t, auto& c) {
+    t.clear();
+    c.clear();
+    for (const VisualTriangle f : ids<VisualTriangle>(session.body().complex.visual.face_count())) t.push_back(triangle(f));
+    c = session.body().embedding.visual.raw();
+  };
+  read_all(triangles, copies);
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  for (int i = 0; i <= 40; ++i) {
+    const double y = -0.1 + 0.005 * i;
+    ASSERT_TRUE(session.move_blade({0.01 + 0.1 * y, y, 1}, {0.01 + 0.1 * y, y, -1}).ok());
+    const SessionChanges changes = session.take_changes();
+    EXPECT_FALSE(changes.everything);
+    triangles.resize(session.body().complex.visual.face_count());
+    copies.resize(session.body().complex.visual.vertex_count());
+    for (const VisualTriangle f : changes.visual_triangles)
+      if (f.index() < triangles.size()) triangles[f.index()] = triangle(f);
+    for (const VisualVertex v : changes.moved)
+      if (v.index() < copies.size()) copies[v.index()] = session.body().embedding.visual[v];
+    std::vector<std::array<std::int32_t, 4>> now;
+    std::vector<HexId> copies_now;
+    read_all(now, copies_now);
+    ASSERT_EQ(triangles, now) << "pose " << i;
+    ASSERT_EQ(copies, copies_now) << "pose " << i;
+  }
+  ASSERT_TRUE(session.end_stroke().ok());
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_TRUE(session.take_changes().everything);
+}
+
 }  // namespace
 }  // namespace kerf

@@ -79,7 +79,7 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
 }
 
 Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
-                   std::span<const NodeMemory> remembered, MechanicsModel& model, MechanicsState& state) {
+                   std::span<NodeMemory> remembered, MechanicsModel& model, MechanicsState& state) {
   for (std::size_t i = model.node_count(); i < hex.node_count(); ++i) {
     const NodeId node(i);
     const NodeId parent = hex.node_parent[node];
@@ -87,8 +87,9 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
     model.add_node(hex.rest(node), {corner[0], corner[1], corner[2]});
     Vec3 position = parent.valid() ? state.positions[parent.index()] : hex.rest(node);
     Vec3 velocity = parent.valid() ? state.velocities[parent.index()] : Vec3{};
-    for (const NodeMemory& m : remembered)
-      if (m.parent == parent && m.corner == corner) {
+    for (NodeMemory& m : remembered)
+      if (!m.taken && m.parent == parent && m.corner == corner) {
+        m.taken = true;
         position = m.position;
         velocity = m.velocity;
         break;

@@ -34,9 +34,10 @@ struct NodeMemory {
   LatticeIndex corner;
   NodeId parent;
   Vec3 position, velocity;
+  bool taken = false;  ///< by a new node; several twins of one node take theirs in turn
 };
 Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
-                   std::span<const NodeMemory> remembered, MechanicsModel& model, MechanicsState& state);
+                   std::span<NodeMemory> remembered, MechanicsModel& model, MechanicsState& state);
 
 /// After rolling back or undoing: makes the model match the hexahedra again, comparing all of them. The state keeps its
 /// first node_count and hex_count entries.

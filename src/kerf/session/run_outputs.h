@@ -15,7 +15,7 @@
 namespace kerf {
 
 /// The hexahedra as they are now, with the fields `copy` (id), `fill` and `branch` (copies of the cell) per cell and
-/// `velocity`, `displacement` and `fixed` per point. Unused nodes are left out.
+/// `velocity` and `displacement` per point. Unused nodes are left out.
 VtuMesh hexahedra_vtu(const Session& session);
 
 /// visual.obj (deformed), visual_rest.obj, collision.obj, collision_rest.obj and hexahedra.vtu, those that `which` names

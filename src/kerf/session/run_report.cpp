@@ -56,10 +56,10 @@ std::string run_report_json(const Session& session, const RunLog& log) {
 
   Json cuts = Json::array();
   for (const StrokeRecord& s : session.strokes()) {
-    const double per = s.triangles > 0 ? 1.0 / s.triangles : 0;
     cuts.push_back({{"began", s.began},
                     {"ended", s.ended},
                     {"finished", s.finished},
+                    {"undone", s.undone},
                     {"before", json(s.before)},
                     {"after", json(s.after)},
                     {"triangles_walked", s.triangles},
@@ -68,18 +68,19 @@ std::string run_report_json(const Session& session, const RunLog& log) {
                      {{"cut_and_binding_update", 1e3 * s.times.cut_and_binding},
                       {"embedding_update", 1e3 * s.times.embedding},
                       {"cut_surface", 1e3 * s.times.cut_surface},
-                      {"total", 1e3 * s.times.total},
-                      {"total_per_triangle", 1e3 * s.times.total * per}}}});
+                      {"total", 1e3 * s.times.total}}}});
   }
   report["cuts"] = cuts;
 
-  int most = 0, caps = 0, inverted = 0;
+  int most = 0, caps = 0, inverted = 0, floors = 0;
   double worst_residual = 0, sum = 0;
   for (const RunLog::Step& s : log.steps) {
     most = std::max(most, s.iterations);
     caps += s.cap_hit ? 1 : 0;
     inverted = std::max(inverted, s.inverted);
-    worst_residual = std::max(worst_residual, s.residual);
+    // A body at rest has next to nothing on the right-hand side; what is left of that says nothing.
+    if (s.stopped_by_floor) ++floors;
+    else worst_residual = std::max(worst_residual, s.residual);
     sum += s.iterations;
   }
   report["steps"] = {
@@ -90,6 +91,7 @@ std::string run_report_json(const Session& session, const RunLog& log) {
        {{"iterations_mean", log.steps.empty() ? 0.0 : sum / static_cast<double>(log.steps.size())},
         {"iterations_most", most},
         {"residual_worst", worst_residual},
+        {"steps_stopped_by_floor", floors},
         {"steps_not_converged", caps}}},
       {"inverted_elements_most", inverted},
       {"kinetic_energy_end", log.steps.empty() ? 0.0 : log.steps.back().kinetic_energy}};

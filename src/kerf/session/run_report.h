@@ -1,4 +1,4 @@
-// The report of a run, as JSON with versioned keys (docs/report.md).
+// The report of a run, as JSON with versioned keys (docs/outputs.md).
 #pragma once
 
 #include <string>
@@ -18,6 +18,7 @@ struct RunLog {
     int iterations = 0;
     double residual = 0;   ///< relative
     bool cap_hit = false;
+    bool stopped_by_floor = false;  ///< at rest: the residual is rounding
     int inverted = 0;
     double kinetic_energy = 0;  ///< J
   };

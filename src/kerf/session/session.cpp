@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "kerf/cutting/pieces.h"
 #include "kerf/embedding/embedding_validate.h"
@@ -40,20 +42,14 @@ Status check_commands(const Scene& scene) {
   return {};
 }
 
-CutOptions cut_options(const Scene& scene, const CellComplex& complex) {
+CutOptions cut_options(const Scene& scene) {
   CutOptions options;
   options.layers = scene.cut.layers;
   options.minimum_feature = scene.cut.minimum_feature;
   options.snap = scene.cut.snap;
   options.path_tolerance = scene.cut.path_tolerance;
   options.seed = static_cast<std::uint64_t>(scene.simulation.seed);
-  if (scene.cut.roughness > 0) {
-    // Metres in the scene, parts of a layer's height in the cut.
-    double thickness = 0;
-    for (const Vec3& offset : complex.collision.offset.raw()) thickness += 2 * norm(offset);
-    thickness /= static_cast<double>(complex.collision.vertex_count());
-    options.roughness = std::min(0.5, scene.cut.roughness * options.layers / std::max(thickness, 1e-300));
-  }
+  options.roughness = scene.cut.roughness;
   return options;
 }
 
@@ -66,7 +62,7 @@ std::size_t UndoStep::bytes() const {
 
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), time(o.time), steps(o.steps),
-      next_command(o.next_command), grasps(o.grasps), fixed(o.fixed), load_active(o.load_active),
+      next_command(o.next_command), grasps(o.grasps),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
       strokes(o.strokes), topology_version(o.topology_version) {}
 
@@ -97,7 +93,7 @@ Status Session::Impl::prepare(const Progress& progress) {
   auto body = build_body(std::move(loaded->bound.complex), scene.lattice, loaded->lattice, progress);
   if (!body) return body.error();
   state.body = std::move(*body);
-  cut_options = kerf::cut_options(scene, state.body.complex);
+  cut_options = kerf::cut_options(scene);
   at_start = measure_complex(state.body.complex);
 
   SceneMaterial material = scene.material;
@@ -147,8 +143,9 @@ Result<SessionStep> Session::step() {
   // A command belongs to the step that ends nearest after it; half a step of slack for rounding of time.
   while (s.state.next_command < s.scene.commands.size() &&
          s.scene.commands[s.state.next_command].at < until - 0.5 * dt) {
-    KERF_TRY(s.apply(s.scene.commands[s.state.next_command]));
-    ++s.state.next_command;
+    const SceneCommand& command = s.scene.commands[s.state.next_command];
+    ++s.state.next_command;  // one that fails is not tried again at every step
+    KERF_TRY(s.apply(command));
   }
   if (s.state.stroke && s.state.stroke->from_command) KERF_TRY(s.advance_command_stroke(until));
   s.move_grasps(until);
@@ -194,6 +191,7 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
   const std::uint64_t version = impl_->state.topology_version;
   impl_->state = snapshot->state;
   impl_->skin_stale = true;
+  impl_->watched.everything = impl_->watching;
   impl_->state.topology_version = version + 1;  // whoever watches must look again
   impl_->positions_changed();
 }
@@ -201,8 +199,11 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
 const Scene& Session::scene() const { return impl_->scene; }
 const Body& Session::body() const { return impl_->state.body; }
 std::uint64_t Session::topology_version() const { return impl_->state.topology_version; }
-const TopologyChange& Session::topology_change() const { return impl_->topology_change; }
-const LatticeChange& Session::lattice_change() const { return impl_->lattice_change; }
+void Session::watch_changes(bool on) {
+  impl_->watching = on;
+  impl_->watched = {};
+}
+SessionChanges Session::take_changes() { return std::exchange(impl_->watched, {}); }
 const std::vector<Vec3>& Session::node_positions() const { return impl_->state.mechanics.positions; }
 const std::vector<Vec3>& Session::node_velocities() const { return impl_->state.mechanics.velocities; }
 const std::vector<Vec3>& Session::collision_positions() { return impl_->deformed_collision(); }
@@ -264,11 +265,23 @@ Status Session::validate() const {
     if (!is_finite(s.state.mechanics.positions[i]) || !is_finite(s.state.mechanics.velocities[i]))
       return failed(fmt::format("node {} has a position or velocity that is not finite", i));
   MechanicsModel& model = const_cast<MechanicsModel&>(s.state.model);  // total_mass refreshes derived data
-  if (s.state.materials.regions.empty()) {
-    const double mass = s.state.model.materials()[0].density * s.volume;
-    if (std::abs(model.total_mass() - mass) > 1e-9 * mass)
-      return failed(fmt::format("the nodes weigh {} kg together, the body {} kg", model.total_mass(), mass));
+  // Mass, material by material; mechanics has just the elements that live.
+  double mass = 0;
+  const HexMesh& hex = s.state.body.hex;
+  for (const HexId h : ids<HexId>(hex.hex_count())) {
+    if (hex.alive(h) != model.has_element(h))
+      return failed(fmt::format("hexahedron {} and the elements of mechanics disagree", h.value));
+    if (!hex.alive(h)) continue;
+    const auto material = static_cast<std::size_t>(model.element(h).material);
+    mass += model.materials()[material].density * hex.material[h].mass_volume;
   }
+  if (std::abs(model.total_mass() - mass) > 1e-9 * mass)
+    return failed(fmt::format("the nodes weigh {} kg together, the hexahedra {} kg", model.total_mass(), mass));
+  const double whole = model.materials()[0].density * s.volume;
+  if (s.state.materials.regions.empty() && std::abs(mass - whole) > 1e-9 * whole)
+    return failed(fmt::format("the hexahedra weigh {} kg, the body {} kg", mass, whole));
+  if (s.state.mechanics.positions.size() != hex.node_count() || s.state.mechanics.rotations.size() != hex.hex_count())
+    return failed("mechanics and the hexahedra have different numbers of nodes or elements");
   return {};
 }
 
@@ -279,10 +292,15 @@ std::uint64_t Session::hash() const {
   hash.add(state.mechanics.positions);
   hash.add(state.mechanics.velocities);
   hash.add(state.mechanics.rotations);
+  hash.add(state.mechanics.two_level_steps);
   hash.add(state.steps);
+  hash.add(state.next_command);
+  for (std::size_t i = 0; i < state.model.node_count(); ++i) hash.add(state.model.is_fixed(NodeId(i)) ? 1 : 0);
   for (const Grasp& g : state.grasps) {
     hash.add(g.points);
-    hash.add(g.centre);
+    hash.add(g.offset);
+    hash.add(std::array<Vec3, 3>{g.centre, g.from, g.to});
+    hash.add(std::array<double, 3>{g.move_began, g.move_over, g.stiffness});
   }
   return hash.value();
 }

@@ -14,8 +14,6 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
-#include "kerf/cutting/topology_change.h"
-#include "kerf/lattice/lattice_adapt.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/session/body.h"
 #include "kerf/session/scene.h"
@@ -34,6 +32,7 @@ struct CutTimes {
 struct StrokeRecord {
   double began = 0, ended = 0;  ///< s, simulated
   bool finished = false;
+  bool undone = false;
   BodyCounts before, after;
   CutTimes times;               ///< summed over the stroke
   int triangles = 0;            ///< collision triangles walked into, provisional ones included
@@ -46,7 +45,18 @@ struct SessionStep {
   double seconds = 0;  ///< the whole step
 };
 
-/// Complete state of a session at one moment. Opaque; cheap to hand around.
+/// What changes of topology touched. Ids may repeat; those at or beyond the present sizes of body() are gone, new ones
+/// are the highest. Births, parents and weights are in body() (ancestor, HexMesh::parent, HexMesh::node_parent).
+struct SessionChanges {
+  bool everything = false;  ///< undo, redo or restore: compare all
+  std::vector<CollisionTriangle> collision_triangles;
+  std::vector<VisualTriangle> visual_triangles;
+  std::vector<VisualVertex> moved;  ///< visual vertices that hang on another hexahedron now
+  std::vector<HexId> hexahedra;     ///< new, dead or changed
+  std::vector<NodeId> nodes;        ///< new ones, and those that got their first use or lost their last
+};
+
+/// Complete state of a session at one moment, undo steps included. Opaque; a pointer to hand around.
 class SessionSnapshot;
 
 class Session {
@@ -75,7 +85,7 @@ class Session {
   Status begin_stroke(SceneFrame frame, bool through);
   Status move_blade(Vec3 base, Vec3 tip);
   Status end_stroke();
-  /// Rolls the whole stroke back.
+  /// Rolls the whole stroke back: topology, positions and velocities are as it began.
   Status cancel_stroke();
   [[nodiscard]] bool in_stroke() const;
 
@@ -114,10 +124,10 @@ class Session {
   [[nodiscard]] BodyCounts counts() const;
   /// Grows by one with every change of topology, undo and redo included.
   [[nodiscard]] std::uint64_t topology_version() const;
-  /// What the last cutting pose changed on the meshes, with parents and weights of what is new, and on the hexahedra.
-  /// Undo, redo, restore and provisional ends that are walked again go back to older states; then compare with body().
-  [[nodiscard]] const TopologyChange& topology_change() const;
-  [[nodiscard]] const LatticeChange& lattice_change() const;
+  /// From now on the session notes what changes of topology touch. take_changes() hands over what has come together
+  /// since the last call, for whoever keeps copies of the body's arrays.
+  void watch_changes(bool on);
+  SessionChanges take_changes();
   [[nodiscard]] const std::vector<Vec3>& node_positions() const;   ///< metres, by NodeId
   [[nodiscard]] const std::vector<Vec3>& node_velocities() const;  ///< m/s
   /// Deformed collision vertices, metres, by CollisionVertex.

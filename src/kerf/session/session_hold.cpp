@@ -163,7 +163,6 @@ Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
     return bad_input(fmt::format("{} holds nothing: no node of the hexahedra and no collision vertex lies in it (rest coordinates, "
                                  "metres); make it larger or move it onto the body",
                                  name));
-  state.fixed.push_back(region);
   return {};
 }
 

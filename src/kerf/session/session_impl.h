@@ -46,6 +46,7 @@ struct ActiveStroke {
 struct UndoStep {
   JournalStep topology;
   MechanicsState mechanics;  ///< undo list: as the stroke began. Redo list: as it was when it was undone
+  std::size_t record = 0;    ///< the stroke's place in SessionState::strokes
   [[nodiscard]] std::size_t bytes() const;
 };
 
@@ -58,8 +59,6 @@ struct SessionState {
   std::int64_t steps = 0;
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
-  std::vector<SceneRegion> fixed;       ///< [[fix]] and fix commands; kept for nodes to come
-  std::vector<std::uint8_t> load_active;
   std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
   JournalMark synced;                   ///< hexahedra, embeddings and mechanics match the complex as of here
   std::vector<UndoStep> undo, redo;
@@ -97,6 +96,8 @@ struct Session::Impl {
   Skin skin;  ///< derived from the embedding
   bool skin_stale = true;
   TopologyChange topology_change;
+  SessionChanges watched;
+  bool watching = false;
   std::vector<CollisionTriangle> to_embed;
   std::vector<VisualTriangle> changed_visual;
   std::vector<NodeMemory> remembered;
@@ -112,8 +113,13 @@ struct Session::Impl {
   Status move_blade(const BladeEdge& edge);
   Status end_stroke();
   Status cancel_stroke();
-  Status undo();
-  Status redo();
+  Status undo() { return travel(state.undo, state.redo, true); }
+  Status redo() { return travel(state.redo, state.undo, false); }
+  /// Takes the last step of one list back (or makes it again) and puts it on the other.
+  Status travel(std::vector<UndoStep>& from, std::vector<UndoStep>& to, bool back);
+  /// Grasps let go of collision vertices that an undone cut made: their hold moves to what they were split off from.
+  void keep_grasps_on(const std::vector<CollisionVertex>& ancestors);
+  [[nodiscard]] std::vector<CollisionVertex> grasp_ancestors() const;
   Status advance_command_stroke(double until);
   /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.
   Status follow_complex(CutTimes& times);

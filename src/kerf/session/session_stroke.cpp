@@ -76,6 +76,13 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   auto report = kerf::move_blade(stroke.blade, edge, target);
   if (!report) return report.error();
   if (trouble) trouble = follow_complex(following);
+  if (!trouble) {
+    // What follows the meshes could not; the body goes back to where the stroke began.
+    const Status cancelled = cancel_stroke();
+    KERF_ASSERT(cancelled.ok());
+    (void)cancelled;
+    return trouble;
+  }
   record.triangles += report->steps;
   record.refused += report->refused;
   record.ended = state.time;
@@ -112,6 +119,16 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   renew_loads();
   ++state.topology_version;
   positions_changed();
+  if (watching) {
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(watched.collision_triangles, to_embed);
+    append(watched.visual_triangles, changed_visual);
+    append(watched.moved, moved);
+    for (const auto* list : {&lattice_change.new_copies, &lattice_change.dead_copies, &lattice_change.changed_copies})
+      append(watched.hexahedra, *list);
+    append(watched.nodes, lattice_change.new_nodes);
+    append(watched.nodes, lattice_change.switched_nodes);
+  }
   // The marks move on, so that the next call looks at what is new since this one.
   mark_synced();
   times.embedding += seconds_since(start);
@@ -123,6 +140,19 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   const auto nodes = mark_of(body, mark, body.hex.corner);
   const auto copies = mark_of(body, mark, body.hex.cell);
   note_rollback(skin, body.embedding, mark_of(body, mark, body.embedding.visual));
+  if (watching) {
+    collect_topology_change(body.complex, mark, cut_scratch, topology_change);
+    watched.collision_triangles.insert(watched.collision_triangles.end(), topology_change.triangles.begin(),
+                                       topology_change.triangles.end());
+    watched.visual_triangles.insert(watched.visual_triangles.end(), topology_change.visual_triangles.begin(),
+                                    topology_change.visual_triangles.end());
+    body.embedding.visual.for_each_changed(mark_of(body, mark, body.embedding.visual),
+                                           [&](VisualVertex v) { watched.moved.push_back(v); });
+    body.hex.state.for_each_changed(mark_of(body, mark, body.hex.state), [&](HexId h) { watched.hexahedra.push_back(h); });
+    body.hex.nodes.for_each_changed(mark_of(body, mark, body.hex.nodes), [&](HexId h) { watched.hexahedra.push_back(h); });
+    body.hex.node_uses.for_each_changed(mark_of(body, mark, body.hex.node_uses),
+                                        [&](NodeId n) { watched.nodes.push_back(n); });
+  }
   // The twins of the provisional tip go; when it is walked again they take up their motion where they left it.
   remembered.clear();
   for (std::size_t i = nodes.size; i < body.hex.node_count(); ++i)
@@ -177,6 +207,7 @@ Status Session::Impl::end_stroke() {
   UndoStep step;
   step.topology = journal_take(state.body, stroke.start);
   step.mechanics = std::move(stroke.before);
+  step.record = state.strokes.size() - 1;
   state.stroke.reset();
   mark_synced();
   state.undo.push_back(std::move(step));
@@ -191,49 +222,63 @@ Status Session::Impl::end_stroke() {
 
 Status Session::Impl::cancel_stroke() {
   if (!state.stroke) return {};
+  const std::vector<CollisionVertex> ancestors = grasp_ancestors();
   rollback_to(state.stroke->start);
   remembered.clear();
+  // Halves that have drifted apart would be torn together: motion goes back too.
+  state.mechanics = std::move(state.stroke->before);
   state.strokes.pop_back();
   state.stroke.reset();
-  return {};
-}
-
-Status Session::Impl::undo() {
-  if (state.stroke) KERF_TRY(end_stroke());
-  if (state.undo.empty()) return bad_input("there is no stroke to undo");
-  UndoStep step = std::move(state.undo.back());
-  state.undo.pop_back();
-  MechanicsState now = state.mechanics;
-  state.model.clear_springs();
-  journal_undo(state.body, step.topology);
-  skin_stale = true;
-  KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
-  state.mechanics = std::move(step.mechanics);
-  step.mechanics = std::move(now);
-  state.redo.push_back(std::move(step));
-  mark_synced();
-  ++state.topology_version;
+  keep_grasps_on(ancestors);
   positions_changed();
-  KERF_TRY(renew_springs());
-  renew_loads();
-  return {};
+  return renew_springs();
 }
 
-Status Session::Impl::redo() {
+std::vector<CollisionVertex> Session::Impl::grasp_ancestors() const {
+  std::vector<CollisionVertex> ancestors;
+  for (const Grasp& g : state.grasps)
+    for (const CollisionVertex v : g.points) ancestors.push_back(state.body.complex.collision.ancestor[v]);
+  return ancestors;
+}
+
+void Session::Impl::keep_grasps_on(const std::vector<CollisionVertex>& ancestors) {
+  const auto& rest = state.body.complex.collision.rest;
+  std::size_t i = 0;
+  for (Grasp& g : state.grasps) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < g.points.size(); ++k, ++i) {
+      const CollisionVertex v = rest.contains(g.points[k]) ? g.points[k] : ancestors[i];
+      const auto so_far = g.points.begin() + static_cast<std::ptrdiff_t>(kept);
+      if (!rest.contains(v) || std::find(g.points.begin(), so_far, v) != so_far) continue;
+      g.points[kept] = v;
+      g.offset[kept] = g.offset[k];
+      ++kept;
+    }
+    g.points.resize(kept);
+    g.offset.resize(kept);
+  }
+}
+
+Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>& to, bool back) {
   if (state.stroke) KERF_TRY(end_stroke());
-  if (state.redo.empty()) return bad_input("there is no stroke to redo");
-  UndoStep step = std::move(state.redo.back());
-  state.redo.pop_back();
+  if (from.empty()) return bad_input(back ? "there is no stroke to undo" : "there is no stroke to redo");
+  UndoStep step = std::move(from.back());
+  from.pop_back();
   MechanicsState now = state.mechanics;
+  const std::vector<CollisionVertex> ancestors = grasp_ancestors();
   state.model.clear_springs();
-  journal_redo(state.body, step.topology);
-  skin_stale = true;
+  if (back) journal_undo(state.body, step.topology);
+  else journal_redo(state.body, step.topology);
+  keep_grasps_on(ancestors);
   KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
   state.mechanics = std::move(step.mechanics);
   step.mechanics = std::move(now);
-  state.undo.push_back(std::move(step));
+  if (step.record < state.strokes.size()) state.strokes[step.record].undone = back;
+  to.push_back(std::move(step));
   mark_synced();
   ++state.topology_version;
+  skin_stale = true;
+  watched.everything = watching;
   positions_changed();
   KERF_TRY(renew_springs());
   renew_loads();

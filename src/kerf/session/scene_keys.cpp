@@ -357,7 +357,7 @@ std::span<const SceneKey<SceneGrasp>> scene_keys<SceneGrasp>() {
       {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the point."},
       {"radius", &T::radius, "m", kNotNegative, false, "Everything this near to the point is held too."},
       {"stiffness", &T::stiffness, "N/m", kPositive, false,
-       "Of the whole grasp; by default 10 times young times the cell size per held point, which the solver "
+       "Of the whole grasp; by default 2 times young times the cell size per held point, which the solver "
        "likes."},
   };
   return keys;

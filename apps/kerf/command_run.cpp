@@ -84,8 +84,8 @@ class Run {
     recording.source.folder = std::filesystem::absolute(scene_file).parent_path();
     recording.instructions = instruction_set();
     recording.last_step = session_.step_count();
-    if (hashes_.empty() || hashes_.back().step != recording.last_step) hashes_.push_back({recording.last_step, session_.hash()});
     recording.hashes = hashes_;
+    recording.end_hash = session_.hash();
     return replace_file(options_.record.string(), recording_text(recording));
   }
 

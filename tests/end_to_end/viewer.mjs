@@ -115,7 +115,7 @@ async function check(name, use) {
     failed++;
     console.log(`FAIL ${name}: ${e.stack ?? e}`);
     try {
-      await page.screenshot({ path: join(out, 'failed.png') });
+      await page.screenshot({ path: join(out, `failed-${name.replace(/\W+/g, '-').slice(0, 30)}.png`) });
       console.log(JSON.stringify(await state(page)));
     } catch { /* the page is gone */ }
   }
@@ -260,6 +260,7 @@ await check('another scene, a recording that replays to the same bits', async ()
   assert.equal(after.cut.invariants, 0, after.cut.text);
   assert.equal(after.cut.pieces, 2);
   assert.ok(after.drawn.wall > 20 && after.cut.counts.visualTriangles > before.counts.visualTriangles);
+  await page.waitForTimeout(500);
   await page.screenshot({ path: join(out, 'meniscus-cut.png') });
   await page.keyboard.press('z');
   await until(page, () => window.kerf.state().pieces === 1);
@@ -276,6 +277,8 @@ await check('another scene, a recording that replays to the same bits', async ()
 await check('measurements: latency, traffic, CPU (reported, not judged)', async () => {
   await page.close();
   page = await openPage(server.url, { width: 320, height: 240 });
+  // The panels cover such a small window: the pointer goes through them.
+  await page.addStyleTag({ content: 'body * { pointer-events: none !important } #view { pointer-events: auto !important }' });
   await page.evaluate(() => { window.kerf.app.command(8, [], 'steak'); });
   await until(page, () => window.kerf.state().scene === 'steak' && window.kerf.state().ready);
   await page.waitForTimeout(1500);

@@ -218,6 +218,25 @@ TEST(Engine, StraightCutsAndStrokesThroughTheAir) {
   EXPECT_EQ(p.flags & 2u, 0u);
 }
 
+TEST(Engine, ABodyThatMovesOntoAWaitingBladeIsCutFromItsRim) {
+  Table table;
+  const auto page = table.join();
+  const MirroredPage& p = table.pages[page];
+  const Point eye{0, -0.0815, 0.6};
+  table.tell(page, page_tool(1, kScalpel, kDown, {ray_between(eye, {0, -0.0815, 0})}));  // just beside the rim
+  table.tell(page, page_command(2, kGravity, {0, -20, 0}));
+  table.tick(60);
+  table.tell(page, page_ray(3, ray_between(eye, {0, -0.0815, 0})));
+  ASSERT_GE(p.hits.at(0).triangle, 0) << "the body has not reached the blade: the test tests nothing";
+  for (double y = -0.07; y < 0.13; y += 0.01) table.tell(page, page_tool(4, kScalpel, kMove, {ray_between(eye, {0, y, 0})}));
+  table.tell(page, page_tool(5, kScalpel, kUp, {}));
+  table.tick();
+  ASSERT_EQ(p.cuts.size(), 1u);
+  EXPECT_EQ(p.cuts[0].pieces, 2u);
+  EXPECT_EQ(p.undo_depth, 1u);
+  table.expect_mirrored(page);
+}
+
 TEST(Engine, RaysFindTheBody) {
   Table table;
   const auto page = table.join();
@@ -605,7 +624,9 @@ TEST(Engine, WhatWasRecordedReplaysToTheBit) {
     table.tick();
   }
   table.tell(page, page_tool(4, kGrasp, kUp, {}, 1));
+  while (table.engine.session().step_count() % 100 != 0) table.tell(page, page_command(9, kStep, {1}));
   table.tell(page, page_command(5, kGravity, {0, 1, -2}));
+  table.cut(page, {{-0.13, -0.02, 0}, {0.0, -0.02, 0}}, false);
   table.tell(page, page_command(6, kMaterial, {30e3, 0.4, 1100}));
   table.tell(page, page_tool(5, kFix, kDown, {ray_between(kEye, {-0.05, 0, 0})}));
   table.tell(page, page_tool(5, kFix, kUp, {}));
@@ -621,6 +642,10 @@ TEST(Engine, WhatWasRecordedReplaysToTheBit) {
   ASSERT_TRUE(played.ok()) << played.error().message;
   EXPECT_EQ(played->first_difference, -1);
   EXPECT_EQ(played->steps, table.engine.session().step_count());
+  // Changes fall on the very steps that are hashed, too.
+  EXPECT_TRUE(std::any_of(recording->changes.begin(), recording->changes.end(), [&](const SessionChange& c) {
+    return std::any_of(recording->hashes.begin(), recording->hashes.end(), [&](const StateHash& h) { return h.step == c.step; });
+  }));
   // A change that is missing is seen.
   Recording other = *recording;
   std::erase_if(other.changes, [](const SessionChange& c) { return c.kind == SessionChange::Kind::kGravity; });

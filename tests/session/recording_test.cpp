@@ -34,6 +34,7 @@ Recording example() {
   r.changes = {blade, grasp, fix};
   r.hashes = {{0, 0xffffffffffffffffull}, {100, 1}};
   r.last_step = 123;
+  r.end_hash = 0xabcdef;
   return r;
 }
 
@@ -57,6 +58,7 @@ TEST(Recording, ComesBackToTheBit) {
   }
   EXPECT_EQ(back->hashes[0].hash, 0xffffffffffffffffull);
   EXPECT_EQ(back->last_step, 123);
+  EXPECT_EQ(back->end_hash, 0xabcdefu);
 }
 
 TEST(Recording, HostileTextsAreRefusedOrRead) {
@@ -94,6 +96,7 @@ TEST(Recording, HostileTextsAreRefusedOrRead) {
   EXPECT_NE(replaced("ffffffffffffffff", "fffffffffffffffff"), "");
   EXPECT_NE(replaced("ffffffffffffffff", "xyz"), "");
   EXPECT_NE(replaced("\"scripted\":false,", ""), "");
+  EXPECT_NE(replaced("\"end\":\"0000000000abcdef\"", "\"end\":7"), "");
   Random random(5);
   for (int i = 0; i < 3000; ++i) {
     std::string text = good;
@@ -114,12 +117,14 @@ TEST(Recording, ReplaySaysWhereTheBitsDiffer) {
   ASSERT_TRUE(session->step(5).ok());
   r.hashes.push_back({5, session->hash()});
   ASSERT_TRUE(session->step(5).ok());
-  r.hashes.push_back({10, session->hash()});
+  r.end_hash = session->hash();
   r.last_step = 10;
   auto same = replay(r);
   ASSERT_TRUE(same.ok());
   EXPECT_EQ(same->first_difference, -1);
   EXPECT_EQ(same->hashes, 3);
+  r.end_hash ^= 1;
+  EXPECT_EQ(replay(r)->first_difference, 10);
   r.hashes[1].hash ^= 1;
   EXPECT_EQ(replay(r)->first_difference, 5);
   r.source.text = "[body]\nmodel = \"no such thing\"\n";

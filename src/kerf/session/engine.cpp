@@ -320,7 +320,7 @@ Recording Engine::Impl::make_recording() const {
   r.changes = changes;
   r.hashes = hashes;
   r.last_step = session->step_count();
-  r.hashes.push_back({r.last_step, session->hash()});
+  r.end_hash = session->hash();
   return r;
 }
 

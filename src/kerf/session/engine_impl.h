@@ -80,6 +80,7 @@ struct Engine::Impl {
   // Tools
   std::optional<protocol::Tool> tool;  ///< the one that is down
   std::optional<protocol::ViewRay> line_from;
+  bool in_air = false;  ///< the stroke under way has met nothing, and its last ray passed the body by
   std::optional<HandGrasp> hand;
   std::uint32_t grasp_number = 0;
   Vec3 last_brush;
@@ -129,6 +130,7 @@ struct Engine::Impl {
   Status pull(const protocol::ToolInput& input);
   Status brush(const protocol::ToolInput& input);
   Status blade(const protocol::ViewRay& ray);
+  Status start_before_the_body(const protocol::ViewRay& last, const protocol::ViewRay& next);
   Status finish_stroke(std::uint32_t input);
   void cancel_tool();
   void send_pending_report();

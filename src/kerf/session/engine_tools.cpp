@@ -103,10 +103,25 @@ Status Engine::Impl::blade(const ViewRay& ray) {
   return perform(Kind::kBlade, {ray.origin.x, ray.origin.y, ray.origin.z, tip.x, tip.y, tip.z});
 }
 
+/// The body may have moved onto a blade that waited beside it. That is no stab: the blade starts anew where it came from, so
+/// that it goes in over the rim.
+Status Engine::Impl::start_before_the_body(const ViewRay& last, const ViewRay& next) {
+  const Vec3 turn = last.direction - next.direction;
+  for (double k = 1; k <= 64; k *= 2) {
+    const ViewRay before{last.origin, normalized(last.direction + k * turn)};
+    if (pick_ray(before)) continue;
+    KERF_TRY(perform(Kind::kCancelStroke));
+    KERF_TRY(perform(Kind::kBeginStroke, {0}));
+    return blade(before);
+  }
+  return {};  // all round it is the body: a stab after all
+}
+
 Status Engine::Impl::scalpel(const protocol::ToolInput& input) {
   if (input.phase == Phase::kDown) {
     send_pending_report();
     KERF_TRY(perform(Kind::kBeginStroke, {0}));
+    in_air = false;
   }
   double thinned = kLeastTurn;
   if (input.samples.size() > kManySamples) {
@@ -120,8 +135,11 @@ Status Engine::Impl::scalpel(const protocol::ToolInput& input) {
     const ViewRay& ray = input.samples[i].ray;
     const bool last = i + 1 == input.samples.size();
     if (line_from && same_ray(*line_from, ray, last ? kLeastTurn : thinned)) continue;
+    if (in_air && line_from && line_from->origin == ray.origin && pick_ray(*line_from))
+      KERF_TRY(start_before_the_body(*line_from, ray));
     line_from = ray;
     KERF_TRY(blade(ray));
+    in_air = session->in_stroke() && session->strokes().back().triangles == 0 && !pick_ray(ray);
   }
   return input.phase == Phase::kUp ? finish_stroke(input.input) : Status{};
 }

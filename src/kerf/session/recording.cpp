@@ -143,11 +143,10 @@ class RecordingReader {
       h.step = step(item[0]);
       if (h.step < last) fail("hashes are not in the order of their steps");
       last = h.step;
-      const std::string digits = item[1].get<std::string>();
-      const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), h.hash, 16);
-      if (error != std::errc() || end != digits.data() + digits.size()) fail("a hash is not hexadecimal");
+      h.hash = hash(item[1]);
       out.hashes.push_back(h);
     }
+    out.end_hash = hash(member(root_, "end"));
     if (!trouble_.empty()) return trouble(trouble_);
     if (!out.changes.empty() && out.changes.back().step > out.last_step) return trouble("there are changes after the last step");
     if (!out.hashes.empty() && out.hashes.back().step > out.last_step) return trouble("there are hashes after the last step");
@@ -218,6 +217,13 @@ class RecordingReader {
       return 0;
     }
     return m.get<std::int64_t>();
+  }
+  std::uint64_t hash(const Json& m) {
+    std::uint64_t value = 0;
+    const std::string digits = m.is_string() ? m.get<std::string>() : std::string();
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
+    if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) fail("a hash is not hexadecimal");
+    return value;
   }
   bool fail(std::string what) {
     if (trouble_.empty()) trouble_ = std::move(what);
@@ -296,6 +302,7 @@ std::string recording_text(const Recording& r) {
   Json hashes = Json::array();
   for (const StateHash& h : r.hashes) hashes.push_back(Json::array({h.step, hex(h.hash)}));
   root["hashes"] = std::move(hashes);
+  root["end"] = hex(r.end_hash);
   // Bytes that are not UTF-8 (in a file's name) are replaced instead of thrown about.
   return root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -72,8 +72,9 @@ struct Recording {
   SceneOverrides overrides;
   std::string instructions;             ///< instruction set it was made with
   std::vector<SessionChange> changes;   ///< by step
-  std::vector<StateHash> hashes;        ///< by step; each after the changes of its step
+  std::vector<StateHash> hashes;        ///< by step; each before the changes of its step
   std::int64_t last_step = 0;
+  std::uint64_t end_hash = 0;           ///< after everything
 };
 
 /// The instruction set that this library was compiled for.

@@ -93,14 +93,19 @@ Result<ReplayReport> replay(const Recording& recording, const Progress& progress
   if (!session) return session.error();
   ReplayReport report;
   std::size_t change = 0, hash = 0;
+  const auto compare = [&](std::uint64_t expected, std::int64_t step) {
+    ++report.hashes;
+    if (report.first_difference < 0 && session->hash() != expected) report.first_difference = step;
+  };
   for (std::int64_t step = 0;; ++step) {
+    for (; hash < recording.hashes.size() && recording.hashes[hash].step == step; ++hash)
+      compare(recording.hashes[hash].hash, step);
     for (; change < recording.changes.size() && recording.changes[change].step == step; ++change)
       if (const Status done = apply(*session, recording.changes[change]); !done) report.last_refused = done.error().message;
-    for (; hash < recording.hashes.size() && recording.hashes[hash].step == step; ++hash) {
-      ++report.hashes;
-      if (report.first_difference < 0 && session->hash() != recording.hashes[hash].hash) report.first_difference = step;
+    if (step == recording.last_step) {
+      compare(recording.end_hash, step);
+      break;
     }
-    if (step == recording.last_step) break;
     if (progress) progress("replaying", static_cast<double>(step) / static_cast<double>(recording.last_step));
     if (auto done = session->step(); !done) return done.error();
     ++report.steps;

@@ -88,7 +88,6 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       if (undo ? session->undo_depth() == 0 : session->redo_depth() == 0)
         return bad_input(undo ? "There is no cut to undo." : "There is no cut to redo.");
       KERF_TRY(perform(undo ? Kind::kUndo : Kind::kRedo));
-      release_lost_grasps();
       report_history(c.input, undo ? Outcome::kUndone : Outcome::kRedone);
       return {};
     }

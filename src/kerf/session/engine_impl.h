@@ -137,7 +137,6 @@ struct Engine::Impl {
   void report_history(std::uint32_t input, protocol::Outcome outcome);
   std::optional<Picked> pick_ray(const protocol::ViewRay& ray);
   double brush_radius() const;
-  void release_lost_grasps();
 
   // engine_commands.cpp
   Status command(std::uint32_t client, const protocol::Command& command);

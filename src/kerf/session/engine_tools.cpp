@@ -110,7 +110,7 @@ Status Engine::Impl::start_before_the_body(const ViewRay& last, const ViewRay& n
   for (double k = 1; k <= 64; k *= 2) {
     const ViewRay before{last.origin, normalized(last.direction + k * turn)};
     if (pick_ray(before)) continue;
-    KERF_TRY(perform(Kind::kCancelStroke));
+    KERF_TRY(perform(Kind::kEndStroke));  // it has met nothing, so it leaves nothing to undo
     KERF_TRY(perform(Kind::kBeginStroke, {0}));
     return blade(before);
   }
@@ -161,14 +161,8 @@ Status Engine::Impl::finish_stroke(std::uint32_t input) {
   PendingReport pending;
   protocol::CutReport& r = pending.report;
   r.input = input;
-  if (now == before.before) {
-    // A stroke through the air leaves nothing to undo.
-    r.outcome = before.refused > 0 ? Outcome::kRefused : Outcome::kNothingMet;
-    KERF_TRY(perform(Kind::kCancelStroke));
-  } else {
-    r.outcome = Outcome::kCut;
-    KERF_TRY(perform(Kind::kEndStroke));
-  }
+  r.outcome = !(now == before.before) ? Outcome::kCut : before.refused > 0 ? Outcome::kRefused : Outcome::kNothingMet;
+  KERF_TRY(perform(Kind::kEndStroke));
   if (before.refused > 0)
     pending.text = fmt::format("{} degenerate {} refused", before.refused, before.refused == 1 ? "step was" : "steps were");
   const BodyCounts& after = current_counts();
@@ -287,17 +281,6 @@ Status Engine::Impl::brush(const protocol::ToolInput& input) {
     }
   }
   return {};
-}
-
-void Engine::Impl::release_lost_grasps() {
-  for (const Session::GraspState& g : session->grasps()) {
-    if (g.points.size() == 3) continue;  // all that it took hold of is there
-    SessionChange release;
-    release.kind = Kind::kRelease;
-    release.id = g.id;
-    if (hand && hand->id == g.id) hand.reset();
-    (void)perform(std::move(release)).ok();
-  }
 }
 
 }  // namespace kerf

@@ -84,6 +84,7 @@ class Session {
   /// A stroke by hand. Each pose cuts at once. Frame as in scenes.
   Status begin_stroke(SceneFrame frame, bool through);
   Status move_blade(Vec3 base, Vec3 tip);
+  /// One that has cut nothing leaves nothing to undo.
   Status end_stroke();
   /// Rolls the whole stroke back: topology, positions and velocities are as it began.
   Status cancel_stroke();

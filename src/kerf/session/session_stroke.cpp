@@ -210,6 +210,8 @@ Status Session::Impl::end_stroke() {
   step.record = state.strokes.size() - 1;
   state.stroke.reset();
   mark_synced();
+  // A stroke through the air leaves nothing to undo: every cut makes new vertices.
+  if (record.after == record.before) return {};
   state.undo.push_back(std::move(step));
   std::size_t bytes = 0;
   for (const UndoStep& u : state.undo) bytes += u.bytes();

@@ -80,6 +80,7 @@ struct LatticeScratch::Work {
   std::vector<TipId> tips_here;
   std::vector<SplitTriangle> split_triangles;
   std::vector<Element> split_elements;
+  std::vector<std::int32_t> glued;  ///< per element of a cell: union-find over joints and glue
 };
 
 namespace {
@@ -379,6 +380,8 @@ class Adapter {
     const LatticeIndex index = hex_.frame.index_of(c);
     s_.crossings.clear();
     s_.virtual_edges.clear();
+    s_.split_triangles.clear();
+    s_.tips_here.clear();
     if (hex_.first_tip[c].valid()) split_at_tips(entry, index);
     index_elements(entry.first, entry.count);
     const std::int32_t end = entry.first + entry.count;
@@ -396,7 +399,50 @@ class Adapter {
         join_over_edge(e, h, f, g, index);
       }
     }
+    if (!s_.split_triangles.empty() || !s_.virtual_edges.empty()) rejoin_islands(entry);
     assign_copies(which);
+  }
+
+  std::int32_t find_glued(std::int32_t e) {
+    while (s_.glued[at(e)] != e) e = s_.glued[at(e)] = s_.glued[at(s_.glued[at(e)])];
+    return e;
+  }
+
+  /// The element beside a tip, of one side; -1 if there is none in the cell.
+  [[nodiscard]] std::int32_t element_beside(const TipCell& tip, T t, int side) const {
+    const std::int32_t e = t.valid() ? element_of(t) : -1;
+    if (e < 0 || s_.elements[at(e)].side == 0) return e;
+    const TipCell& splitter = hex_.tips[s_.elements[at(e)].tip];
+    if (splitter.vertex != tip.vertex) side = dot(splitter.normal, tip.point - splitter.point) >= 0 ? 1 : -1;
+    return s_.elements[at(e)].side == side ? e : e + 1;
+  }
+
+  /// Continuations of tips must not cut anything off: other slits and the cell's faces may leave parts of split prisms
+  /// that neither hang on to material of their side nor are glued at the tip. They stay with their other part.
+  void rejoin_islands(const Work::CellElements& entry) {
+    s_.glued.resize(at(entry.count));
+    for (std::int32_t i = 0; i < entry.count; ++i) s_.glued[at(i)] = find(entry.first + i) - entry.first;
+    const auto glue = [&](std::int32_t a, std::int32_t b) {
+      if (a < 0 || b < 0) return false;
+      a = find_glued(a - entry.first), b = find_glued(b - entry.first);
+      if (a == b) return false;
+      s_.glued[at(std::max(a, b))] = std::min(a, b);
+      return true;
+    };
+    for (const TipId id : s_.tips_here) {
+      const TipCell& tip = hex_.tips[id];
+      glue(element_beside(tip, tip.left, 1), element_beside(tip, tip.right, -1));
+    }
+    for (std::int32_t e = entry.first; e + 1 < entry.first + entry.count; ++e) {
+      const Element &a = s_.elements[at(e)], &b = s_.elements[at(e + 1)];
+      if (a.side != 0 && a.triangle == b.triangle && glue(e, e + 1)) join(e, e + 1);
+    }
+    const LatticeIndex cell = hex_.frame.index_of(entry.cell);
+    for (std::size_t i = 0; i + 1 < s_.virtual_edges.size(); i += 2) {
+      const CollisionHalfEdge h = s_.virtual_edges[i], g = s_.virtual_edges[i + 1];
+      const std::int32_t e = element_of(CollisionMesh::face(h)), f = g.valid() ? element_of(CollisionMesh::face(g)) : -1;
+      if (e >= 0 && f >= 0 && wall_meets_cell(wall(h), cell) && glue(e, f)) join(e, f);
+    }
   }
 
   /// Joins element e, over its edge h, with the element(s) of the triangle across (first element f, edge g).

@@ -15,7 +15,14 @@ HexId copy_beside(const HexMesh& hex, const TipCell& tip, CollisionTriangle t, i
   HexId best;
   double nearest = HUGE_VAL;
   for (const Piece& p : hex.pieces_of(t)) {
-    if (p.side != 0 && (hex.tips[p.tip].vertex != tip.vertex || p.side != side)) continue;
+    if (p.side != 0) {
+      const TipCell& splitter = hex.tips[p.tip];
+      if (splitter.vertex == tip.vertex) {
+        if (p.side != side) continue;
+      } else if ((dot(splitter.normal, tip.point - splitter.point) >= 0) != (p.side > 0)) {
+        continue;  // split by another tip: the part that this tip lies in
+      }
+    }
     if (p.cell == tip.cell) return p.copy;
     const LatticeIndex d = hex.frame.index_of(p.cell);
     const int steps = std::abs(d[0] - c[0]) + std::abs(d[1] - c[1]) + std::abs(d[2] - c[2]);
@@ -38,7 +45,10 @@ TipCopies tip_copies(const HexMesh& hex, TipId id) {
   // A slit in a face of the lattice is seen from the cells on both sides: the left one has the say.
   bool left_here = false;
   if (tip.left.valid())
-    for (const Piece& p : hex.pieces_of(tip.left)) left_here = left_here || (p.cell == tip.cell && p.side >= 0);
+    for (const Piece& p : hex.pieces_of(tip.left)) {
+      const bool own = p.side != 0 && hex.tips[p.tip].vertex == tip.vertex;
+      left_here = left_here || (p.cell == tip.cell && (!own || p.side > 0));
+    }
   if (!left_here) return {};
   return {copy_beside(hex, tip, tip.left, 1), copy_beside(hex, tip, tip.right, -1)};
 }

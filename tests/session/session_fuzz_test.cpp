@@ -1,0 +1,408 @@
+// Random lives of sessions: strokes of all kinds on moving, held bodies, undo, redo, cancelled strokes, snapshots. After
+// every operation all invariants hold; what must not change does not change by a bit.
+//
+// KERF_FUZZ_SECONDS=60 runs for so long instead of a few fixed seeds; KERF_FUZZ_SEED=n starts there.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kerf/base/hash.h"
+#include "kerf/base/parallel.h"
+#include "kerf/base/random.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+namespace {
+
+/// Surface vertices whose material stays in its cell may move by this much in a stroke without a time step, part of the
+/// body's size: rounding. Material that a neighbouring cell absorbs, or that comes together again from both sides of a
+/// tip, follows other nodes than before and does move; how far is printed.
+constexpr double kLargestJump = 1e-12;
+
+/// Everything an undo brings back.
+std::uint64_t fingerprint(const Session& session) {
+  Hash hash;
+  hash.add(body_hash(session.body()));
+  hash.add(session.node_positions());
+  hash.add(session.node_velocities());
+  return hash.value();
+}
+
+struct Tally {
+  int strokes = 0, triangles = 0, refused = 0, undone = 0, most_pieces = 0;
+  double jump = 0;           ///< largest of a vertex whose nodes are the old ones or split off from them, part of the body's size
+  double absorbed_jump = 0;  ///< largest of any other vertex
+  int absorbed = 0, absorbed_far = 0;  ///< other vertices; those of them that moved by over 1e-4 of the body's size
+};
+
+Scene random_scene(Random& random) {
+  Scene scene;
+  struct Kind {
+    const char* model;
+    std::size_t triangles;
+    double thickness;
+  };
+  static constexpr Kind kinds[] = {{"sheet", 1664, 0.1},       {"closed-sheet", 800, 0.1}, {"steak", 0, 0.02},
+                                   {"meniscus", 0, 0.002},     {"tube", 1000, 0.004},      {"holed-slab", 800, 0.02},
+                                   {"two-holed-slab", 800, 0.02}, {"half-shell", 800, 0.004}, {"s-shape", 800, 0.006}};
+  const Kind& kind = kinds[random.index(9)];
+  scene.name = kind.model;
+  scene.body.model = kind.model;
+  scene.body.options.visual_triangles = kind.triangles;
+  scene.body.options.seed = random.next() % 1000;
+  if (random.index(3) == 0) scene.body.options.bumps = kind.thickness * random.uniform(0.1, 1);
+  if (random.index(3) == 0) scene.body.options.noise = kind.thickness * random.uniform(0.005, 0.04);
+  if (random.index(4) == 0) scene.lattice.formulation = SceneFormulation::kPlain;
+  if (random.index(3) == 0) scene.cut.layers = 1 + random.index(4);
+  if (random.index(3) == 0) scene.cut.roughness = 0.1 * kind.thickness;
+  scene.simulation.time_step = std::pow(10, random.uniform(-3.3, -1.5));
+  scene.simulation.gravity = {random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(-10, 0)};
+  scene.simulation.seed = static_cast<std::int64_t>(random.next() % 1000);
+  return scene;
+}
+
+class Life {
+ public:
+  Life(std::uint64_t seed, Tally& tally) : random_(seed), tally_(tally) {
+    const Scene scene = random_scene(random_);
+    what_ = "seed " + std::to_string(seed) + ", " + scene.name;
+    auto made = Session::create(scene);
+    if (!made.ok() && (scene.body.options.noise > 0 || scene.body.options.bumps > 0)) {
+      // A body too rough to be bound is refused; that is fine, but there must be one to cut.
+      Scene smooth = scene;
+      smooth.body.options.noise = smooth.body.options.bumps = 0;
+      made = Session::create(smooth);
+    }
+    EXPECT_TRUE(made.ok()) << what_ << ": " << (made.ok() ? "" : made.error().message);
+    if (!made.ok()) return;
+    session_ = std::make_unique<Session>(std::move(made).value());
+    for (const Vec3 p : session_->collision_positions()) box_.add(p);
+    good_ = true;
+    check("creation");
+    if (random_.index(3) > 0) hold();
+  }
+
+  /// Hashes of all moments; stops at the first failure.
+  std::vector<std::uint64_t> live(int operations) {
+    std::vector<std::uint64_t> trace;
+    for (int i = 0; i < operations && good_; ++i) {
+      operation_ = i;
+      switch (random_.index(12)) {
+        case 0: case 1: case 2: case 3: stroke(); break;
+        case 4: steps(1 + random_.index(4)); break;
+        case 5: undo(); break;
+        case 6: redo(); break;
+        case 7: grasp_or_move(); break;
+        case 8: cancelled_stroke(); break;
+        case 9: replay(); break;
+        case 10: hold(); break;
+        default: undo(); redo(); break;
+      }
+      trace.push_back(session_->hash());
+    }
+    tally_.most_pieces = std::max(tally_.most_pieces, good_ ? session_->counts().pieces : 0);
+    return trace;
+  }
+  [[nodiscard]] bool good() const { return good_; }
+
+ private:
+  void fail(const std::string& why) {
+    ADD_FAILURE() << what_ << ", operation " << operation_ << ": " << why;
+    good_ = false;
+  }
+  void check(const char* after) {
+    if (!good_) return;
+    if (const Status valid = session_->validate(); !valid) fail(std::string("after ") + after + ": " + valid.error().message);
+  }
+  bool expect(const Status& status, const char* where) {
+    if (!status) fail(std::string(where) + ": " + status.error().message);
+    return status.ok();
+  }
+
+  Vec3 somewhere(double reach) {
+    const Vec3 c = box_.center(), s = box_.size();
+    return c + Vec3{s.x * random_.uniform(-reach, reach), s.y * random_.uniform(-reach, reach),
+                    s.z * random_.uniform(-reach, reach)};
+  }
+  /// A point to cut through: anywhere, or just on a vertex or on an edge.
+  Vec3 target(const std::vector<Vec3>& positions) {
+    if (random_.index(3) > 0) return somewhere(0.65);
+    const Vec3 a = positions[static_cast<std::size_t>(random_.index(static_cast<int>(positions.size())))];
+    const Vec3 b = positions[static_cast<std::size_t>(random_.index(static_cast<int>(positions.size())))];
+    return random_.index(2) ? a : lerp(a, b, 0.5);
+  }
+
+  std::vector<Vec3> random_path(const std::vector<Vec3>& positions) {
+    const double size = box_.diagonal();
+    std::vector<Vec3> path;
+    const Vec3 a = target(positions), b = target(positions), c = target(positions);
+    switch (random_.index(8)) {
+      case 0: case 1: path = {a, b}; break;
+      case 2:  // a curve
+        for (int i = 0; i <= 10; ++i) path.push_back(lerp(lerp(a, b, i / 10.0), lerp(b, c, i / 10.0), i / 10.0));
+        break;
+      case 3: path = {a, b, c, target(positions), target(positions)}; break;  // likely to cross itself
+      case 4: case 5: {  // a loop, a little more than closed, or twice around
+        const double radius = size * random_.uniform(0.02, 0.3), turns = random_.index(2) ? 1.15 : 2.1;
+        for (int i = 0; i <= 24; ++i) {
+          const double angle = 2 * std::numbers::pi * turns * i / 24;
+          path.push_back(a + radius * (std::cos(angle) * x_ + std::sin(angle) * y_));
+        }
+        break;
+      }
+      case 6:  // tiny
+        path = {a, a + 1e-3 * size * random_.uniform(0.01, 10) * x_, a + 1e-3 * size * y_};
+        break;
+      default: path = last_path_.empty() ? std::vector<Vec3>{a, b} : last_path_; break;
+    }
+    return path;
+  }
+
+  void choose_edge() {
+    Vec3 z{0, 0, 1};
+    if (random_.index(3) == 0) z = {random_.uniform(-1, 1), random_.uniform(-1, 1), random_.uniform(-1, 1)};
+    if (!(norm(z) > 0.01)) z = {0, 0, 1};
+    edge_ = normalized(z);
+    x_ = normalized(cross(edge_, std::abs(edge_.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+    y_ = cross(edge_, x_);
+  }
+
+  /// Moves the blade along a random path. `moving`: time passes meanwhile.
+  void draw(bool moving) {
+    const auto frame = random_.index(2) ? SceneFrame::kWorld : SceneFrame::kRest;
+    choose_edge();
+    const std::vector<Vec3> positions =
+        frame == SceneFrame::kRest ? session_->body().complex.collision.rest.raw() : session_->collision_positions();
+    const std::vector<Vec3> path = random_path(positions);
+    last_path_ = path;
+    const double size = box_.diagonal();
+    const double up = random_.index(4) ? 2 * size : size * random_.uniform(0, 0.1);
+    const double down = random_.index(4) ? 2 * size : size * random_.uniform(0.001, 0.1);
+    const bool stab = random_.index(6) == 0;
+    const double turn = random_.index(4) ? 0 : random_.uniform(-0.4, 0.4);
+    if (!expect(session_->begin_stroke(frame, random_.index(2) == 0), "begin")) return;
+    if (stab && !expect(session_->move_blade(path[0] + 3 * size * edge_, path[0] + 2 * size * edge_), "stab")) return;
+    const int parts = 1 + random_.index(6);
+    for (std::size_t i = 0; i + 1 < path.size() && good_; ++i)
+      for (int k = i == 0 ? 0 : 1; k <= parts && good_; ++k) {
+        const double s = static_cast<double>(k) / parts;
+        const Vec3 p = lerp(path[i], path[i + 1], s);
+        const Vec3 e = normalized(edge_ + turn * (static_cast<double>(i) + s) / static_cast<double>(path.size()) * x_);
+        expect(session_->move_blade(p + up * e, p - down * e), "move");
+        if (moving && random_.index(3) == 0) {
+          check("a pose");
+          if (good_) expect(session_->step(1), "step");
+        }
+      }
+    ++tally_.strokes;
+    if (good_) tally_.triangles += session_->strokes().back().triangles;
+    if (good_) tally_.refused += session_->strokes().back().refused;
+  }
+
+  void stroke() {
+    const bool moving = random_.index(2) == 0;
+    const std::uint64_t before = fingerprint(*session_);
+    const std::vector<Vec3> old = session_->visual_positions();
+    const std::vector<HexId> old_copy = session_->body().embedding.visual.raw();
+    const std::size_t old_node_count = session_->body().hex.node_count();
+    const std::vector<std::array<NodeId, 8>> old_nodes = session_->body().hex.nodes.raw();
+    draw(moving);
+    if (!good_) return;
+    check("a stroke");
+    if (!good_ || !expect(session_->end_stroke(), "end")) return;
+    check("lifting off");
+    if (!good_) return;
+    if (!moving) {
+      const std::vector<Vec3> now = session_->visual_positions();
+      const Body& body = session_->body();
+      double jump = 0;
+      for (std::size_t i = 0; i < old.size(); ++i) {
+        const HexId copy = body.embedding.visual[VisualVertex(i)];
+        bool same = body.hex.cell[copy] == body.hex.cell[old_copy[i]];
+        for (std::size_t c = 0; c < 8 && same; ++c) {  // are its nodes the old ones or split off from them?
+          NodeId node = body.hex.nodes[copy][c];
+          while (node.valid() && node.index() >= old_node_count) node = body.hex.node_parent[node];
+          same = node == old_nodes[old_copy[i].index()][c];
+        }
+        const double moved = norm(now[i] - old[i]) / box_.diagonal();
+        if (same) {
+          jump = std::max(jump, moved);
+        } else {
+          tally_.absorbed_jump = std::max(tally_.absorbed_jump, moved);
+          ++tally_.absorbed;
+          tally_.absorbed_far += moved > 1e-4 ? 1 : 0;
+        }
+      }
+      tally_.jump = std::max(tally_.jump, jump);
+      if (!(jump <= kLargestJump)) fail("a vertex jumped by " + std::to_string(jump) + " of the body's size in a cut");
+    }
+    before_.push_back(before);
+    after_undo_.clear();
+  }
+
+  void undo() {
+    if (before_.empty()) {
+      if (session_->undo_depth() == 0 && session_->undo().ok()) fail("undo of nothing");
+      return;
+    }
+    const std::uint64_t now = fingerprint(*session_);
+    if (!expect(session_->undo(), "undo")) return;
+    if (fingerprint(*session_) != before_.back()) fail("undo did not bring back the state before the stroke");
+    check("undo");
+    after_undo_.push_back({now, before_.back()});
+    before_.pop_back();
+    ++tally_.undone;
+  }
+
+  void redo() {
+    if (after_undo_.empty()) {
+      if (session_->redo_depth() == 0 && session_->redo().ok()) fail("redo of nothing");
+      return;
+    }
+    // Redo brings back what undo found; the next undo brings back what redo found.
+    const std::uint64_t now = fingerprint(*session_);
+    if (!expect(session_->redo(), "redo")) return;
+    if (fingerprint(*session_) != after_undo_.back().first) fail("redo did not bring back the state before undo");
+    check("redo");
+    before_.push_back(now);
+    after_undo_.pop_back();
+  }
+
+  void cancelled_stroke() {
+    const std::uint64_t before = session_->hash();
+    const int redo_depth = session_->redo_depth();
+    draw(false);
+    if (!good_ || !expect(session_->cancel_stroke(), "cancel")) return;
+    check("a cancelled stroke");
+    if (session_->hash() != before) fail("a cancelled stroke left something behind");
+    if (session_->redo_depth() != redo_depth) after_undo_.clear();
+  }
+
+  void steps(int n) {
+    expect(session_->step(n), "step");
+    check("steps");
+  }
+
+  /// The same future twice, from a snapshot.
+  void replay() {
+    const auto snapshot = session_->snapshot();
+    const Random random = random_;
+    const std::uint64_t before = session_->hash();
+    std::uint64_t end[2];
+    const std::vector<Vec3> path = last_path_;
+    for (int i = 0; i < 2 && good_; ++i) {
+      random_ = random;
+      last_path_ = path;
+      draw(true);
+      if (!good_) return;
+      if (random_.index(2)) expect(session_->end_stroke(), "end");
+      steps(2);
+      if (!good_) return;
+      end[i] = session_->hash();
+      session_->restore(snapshot);
+      check("restore");
+      if (session_->hash() != before) fail("restore brought back something else");
+    }
+    if (good_ && end[0] != end[1]) fail("the same commands from the same snapshot came out differently");
+    last_path_ = path;
+  }
+
+  void grasp_or_move() {
+    SceneCommand command;
+    if (!grasped_) {
+      SceneGrasp grasp;
+      grasp.id = "g";
+      grasp.point = somewhere(0.5);
+      grasp.radius = random_.index(2) ? 0 : 0.1 * box_.diagonal();
+      command.what = grasp;
+      grasped_ = true;
+    } else if (random_.index(3) == 0) {
+      command.what = SceneRelease{"g"};
+      grasped_ = false;
+    } else {
+      SceneMove move;
+      move.id = "g";
+      move.by = 0.03 * (somewhere(1) - box_.center());
+      move.over = random_.index(2) ? 0.01 : 0;
+      command.what = move;
+    }
+    if (!expect(session_->apply(command), "hold")) return;
+    steps(1);
+  }
+
+  void hold() {
+    SceneCommand command;
+    SceneRegion region;
+    region.shape = SceneRegion::Shape::kSphere;
+    const auto& rest = session_->body().complex.collision.rest.raw();
+    region.center = rest[static_cast<std::size_t>(random_.index(static_cast<int>(rest.size())))];
+    region.radius = box_.diagonal() * random_.uniform(0.05, 0.15);
+    if (random_.index(4)) command.what = SceneFixCommand{region};
+    else command.what = SceneUnfix{region};
+    expect(session_->apply(command), "fix");
+    check("fix");
+  }
+
+  Random random_;
+  Tally& tally_;
+  std::unique_ptr<Session> session_;
+  std::string what_;
+  Box3 box_;
+  int operation_ = -1;
+  bool good_ = false, grasped_ = false;
+  Vec3 edge_, x_, y_;
+  std::vector<Vec3> last_path_;
+  std::vector<std::uint64_t> before_;                              // fingerprints that undo must bring back
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> after_undo_;  // redo must bring back; and what undo brought back
+};
+
+std::uint64_t number_from(const char* variable, std::uint64_t otherwise) {
+  const char* text = std::getenv(variable);
+  return text ? std::strtoull(text, nullptr, 10) : otherwise;
+}
+
+TEST(SessionFuzz, EveryLifeKeepsItsInvariants) {
+  const std::uint64_t first = number_from("KERF_FUZZ_SEED", 1), seconds = number_from("KERF_FUZZ_SECONDS", 0);
+  const auto start = std::chrono::steady_clock::now();
+  Tally tally;
+  int lives = 0, failed = 0;
+  for (std::uint64_t seed = first;; ++seed) {
+    const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (seconds > 0 ? passed >= static_cast<double>(seconds) : lives >= 12) break;
+    Life life(seed, tally);
+    if (life.good()) life.live(14);
+    ++lives;
+    if (!life.good() && ++failed >= 8) break;
+  }
+  std::printf("%d lives, %d strokes over %d triangles, %d refused steps, %d undone, up to %d pieces; vertices jump by %.2g; "
+              "%d in other material by up to %.2g, %d of them by over 1e-4\n",
+              lives, tally.strokes, tally.triangles, tally.refused, tally.undone, tally.most_pieces, tally.jump,
+              tally.absorbed, tally.absorbed_jump, tally.absorbed_far);
+  EXPECT_GT(tally.triangles, 10 * lives);
+}
+
+TEST(SessionFuzz, ThreadsDoNotChangeABit) {
+  for (std::uint64_t seed : {101, 102}) {
+    std::vector<std::uint64_t> trace[2];
+    for (int threads : {1, 2}) {
+      const ThreadLimit limit(threads);
+      Tally tally;
+      Life life(seed, tally);
+      if (life.good()) trace[threads - 1] = life.live(8);
+    }
+    EXPECT_EQ(trace[0], trace[1]) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace kerf

@@ -37,6 +37,16 @@ int cut_body(const CutOptions& options) {
     return report(bad_input("cut: --from and --to are the same point; a cut needs some length"));
   if (options.along && !(norm(cross(*options.along, options.to - options.from)) > 0))
     return report(bad_input("cut: --along has no length or points along the cut itself; the blade's edge must cross its path"));
+  if (const SceneBody named = body_named(options); !named.visual.empty() && named.collision.empty()) {
+    if (!std::filesystem::exists(named.visual)) {
+      std::string models;
+      for (const ModelName& model : model_names()) models += (models.empty() ? "" : ", ") + std::string(model.name);
+      return report(bad_input(fmt::format("cut: there is no file \"{}\", and no model of that name (models: {})", options.body, models)));
+    }
+    return report(bad_input(fmt::format("cut: {} is a mesh file; give its mid-surface too: --collision MESH, or bind them first "
+                                        "(kerf bind) and cut the .kerf file",
+                                        options.body)));
+  }
   Scene scene;
   scene.name = std::filesystem::path(options.body).stem().string();
   scene.title = "one cut of " + options.body;
@@ -62,10 +72,14 @@ int cut_body(const CutOptions& options) {
     const FacePoint start = nearest_rest_point(session->body().complex, options.from, distance);
     const CollisionHalfEdge h = CollisionMesh::corner(start.face, 0);
     const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)], c = mesh.rest[mesh.apex(h)];
-    edge = cross(b - a, c - a);
+    edge = normalized(cross(b - a, c - a));
     const Vec3 path = normalized(options.to - options.from);
     edge = edge - dot(edge, path) * path;
-    if (!(norm(edge) > 0)) return report(bad_input("cut: the cut runs along the surface's normal; give --along X,Y,Z"));
+    // The sine of the angle between cut and normal, below which the normal says nothing about the edge.
+    constexpr double kLeastSine = 0.1;
+    if (!(norm(edge) > kLeastSine))
+      return report(bad_input("cut: at --from the cut runs along the surface's normal, so the blade's edge can't stand on the "
+                              "surface; say how it stands with --along X,Y,Z, or choose other points"));
   }
   edge = (2 * box.diagonal() + norm(options.from - box.center()) + norm(options.to - box.center())) * normalized(edge);
   Status done = session->begin_stroke(SceneFrame::kRest, false);
@@ -82,7 +96,10 @@ int cut_body(const CutOptions& options) {
     return report(w.error());
   const StrokeRecord& stroke = session->strokes().back();
   const BodyCounts now = session->counts();
-  if (stroke.triangles == 0) fmt::print("the blade met nothing between the two points\n");
+  if (stroke.triangles == 0)
+    return report(bad_input(fmt::format("cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
+                                        "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
+                                        box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z)));
   fmt::print("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles,
              1e3 * stroke.times.total, now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
   if (!valid) return report(valid.error());

@@ -152,6 +152,11 @@ int run_scene(const RunOptions& options) {
   if (!scene.ok()) return report(scene.error());
   if (options.duration) scene->simulation.duration = *options.duration;
   if (options.threads) scene->simulation.threads = *options.threads;
+  // A run of so many steps ends in nobody's lifetime, and their number would not fit in a report.
+  constexpr double kMostSteps = 1e9;
+  if (!(scene->simulation.duration / scene->simulation.time_step <= kMostSteps))
+    return report(bad_input(fmt::format("{}: {} s in time steps of {} s are more than {} steps; choose a larger time_step or a shorter duration",
+                                        path->string(), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
   if (const Status made = make_folder(options.out); !made) return report(made.error());
 
   std::optional<ThreadLimit> limit;

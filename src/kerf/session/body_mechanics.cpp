@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "kerf/embedding/embedding.h"
+
 namespace kerf {
 namespace {
 
@@ -106,6 +108,38 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
   for (const HexId id : change.changed_copies) KERF_TRY(sync_hex(hex, materials, id, model));
   for (const HexId id : change.new_copies) KERF_TRY(sync_hex(hex, materials, id, model));
   return {};
+}
+
+void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<std::uint8_t>& carried) {
+  carried.assign(hex.node_count(), 0);
+  for (const HexId id : ids<HexId>(hex.hex_count())) {
+    if (hex.state[id] != HexState::kAbsorbed) continue;
+    const HexId host = hex.host[id];
+    if (!host.valid() || !hex.alive(host)) continue;
+    for (const NodeId n : hex.nodes[id]) {
+      if (hex.active(n) || carried[n.index()]) continue;
+      carried[n.index()] = 1;
+      const EmbeddedPoint point{host, hex.local(host, hex.rest(n))};
+      state.positions[n.index()] = point_position(hex, point, state.positions);
+      state.velocities[n.index()] = point_position(hex, point, state.velocities);
+    }
+  }
+  // Children come after their parents, so a line of them is followed in one pass.
+  for (std::size_t i = hex.node_count(); i-- > 0;) {
+    const NodeId n(i), parent = hex.node_parent[n];
+    if (!parent.valid() || hex.active(parent) || carried[parent.index()] || !(hex.active(n) || carried[i])) continue;
+    carried[parent.index()] = 1;
+    state.positions[parent.index()] = state.positions[i];
+    state.velocities[parent.index()] = state.velocities[i];
+  }
+  // Twins that a provisional tip has put together again.
+  for (const NodeId n : ids<NodeId>(hex.node_count())) {
+    const NodeId parent = hex.node_parent[n];
+    if (!parent.valid() || hex.active(n) || carried[n.index()] || !(hex.active(parent) || carried[parent.index()])) continue;
+    carried[n.index()] = 1;
+    state.positions[n.index()] = state.positions[parent.index()];
+    state.velocities[n.index()] = state.velocities[parent.index()];
+  }
 }
 
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state) {

@@ -39,6 +39,13 @@ struct NodeMemory {
 Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
                    std::span<NodeMemory> remembered, MechanicsModel& model, MechanicsState& state);
 
+/// Lets nodes that no element uses move with the body, where the mechanics leaves them behind: those of absorbed copies with
+/// the copies that absorbed them, extrapolated; others with the nodes that were split off from
+/// them or that they were split off from. Whoever uses such a node
+/// again (after a later cut, or when a provisional tip is rolled back) or splits one off from it finds it where the material
+/// is. After every step; linear. `carried` is memory.
+void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<std::uint8_t>& carried);
+
 /// After rolling back or undoing: makes the model match the hexahedra again, comparing all of them. The state keeps its
 /// first node_count and hex_count entries.
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state);

@@ -38,9 +38,6 @@ Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedn
   return mesh;
 }
 
-bool is_open(const TriangleMesh& mesh) {
-  return !surface_measures(mesh).closed;
-}
 
 }  // namespace
 
@@ -79,13 +76,13 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     read = read_surface(body.collision, body.scale, Closedness::kOpen, progress, out.notes);
     if (!read.ok()) return read.error();
     collision = std::move(*read);
-    if (!body.thickness && is_open(visual)) {
-      return bad_input(
-          fmt::format("{} is an open surface, so its thickness must be given: thickness = metres in [body], "
-                      "or --thickness",
-                      body.visual));
+    if (const SurfaceMeasures m = surface_measures(visual); !body.thickness && !m.closed) {
+      return bad_input(fmt::format("{} is an open surface ({} of {} edges lie on a border). If it should be closed, close the "
+                                   "holes (kerf info counts them); if it is meant as a sheet, say how thick it is: thickness "
+                                   "= metres in [body], or --thickness",
+                                   body.visual, m.border_edges, m.edges));
     }
-    name = body.visual;
+    name = body.visual + " with " + body.collision;
   }
   Result<BoundBody> bound = bind(visual, collision, options);
   if (!bound.ok()) {

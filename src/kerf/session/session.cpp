@@ -32,6 +32,8 @@ Status check_commands(const Scene& scene) {
   for (const SceneCommand& c : scene.commands) {
     const auto* blade = std::get_if<SceneBlade>(&c.what);
     if (!blade) continue;
+    if (blade->poses.empty())
+      return bad_input(fmt::format("{}:{}: this blade has no poses; give it two or more to sweep between", scene.name, c.line));
     if (c.at < end)
       return bad_input(fmt::format("{}:{}: this blade starts at {} s, before the one of line {} has ended ({} s); one blade "
                                    "cuts at a time",
@@ -120,7 +122,7 @@ Status Session::Impl::prepare(const Progress& progress) {
   }
 
   for (std::size_t i = 0; i < scene.fixes.size(); ++i)
-    KERF_TRY(fix(scene.fixes[i].region, fmt::format("[[fix]] number {}", i + 1)));
+    KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}: [[fix]] number {}", scene.name, i + 1)));
   KERF_TRY(renew_springs());
   renew_loads();
   // Page faults of memory touched for the first time cost more than a cut does.
@@ -153,6 +155,7 @@ Result<SessionStep> Session::step() {
 
   auto mechanics = kerf::step(s.state.model, s.state.mechanics, s.step_options, s.workspace);
   if (!mechanics) return mechanics.error();
+  carry_unused_nodes(s.state.body.hex, s.state.mechanics, s.carried);
   s.positions_changed();
   report.mechanics = *mechanics;
   ++s.state.steps;

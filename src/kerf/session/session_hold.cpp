@@ -33,6 +33,7 @@ Status Session::Impl::apply(const SceneCommand& command) {
   struct Visitor {
     Impl& s;
     Status operator()(const SceneBlade& blade) {
+      KERF_TRY(s.finish_command_stroke());
       KERF_TRY(s.begin_stroke(blade.frame, blade.through));
       s.state.stroke->from_command = true;
       s.state.stroke->command = blade;
@@ -45,10 +46,12 @@ Status Session::Impl::apply(const SceneCommand& command) {
     Status operator()(const SceneFixCommand& f) { return s.fix(f.region, "the fix command"); }
     Status operator()(const SceneUnfix& u) { return s.unfix(u.region), Status{}; }
     Status operator()(const SceneUndo& u) {
+      KERF_TRY(s.finish_command_stroke());
       for (int i = 0; i < u.count; ++i) KERF_TRY(s.undo());
       return {};
     }
     Status operator()(const SceneRedo& r) {
+      KERF_TRY(s.finish_command_stroke());
       for (int i = 0; i < r.count; ++i) KERF_TRY(s.redo());
       return {};
     }
@@ -141,35 +144,32 @@ Status Session::Impl::renew_springs() {
   return {};
 }
 
-Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
+std::vector<NodeId> Session::Impl::nodes_in(const SceneRegion& region) const {
   const HexMesh& hex = state.body.hex;
-  int held = 0;
-  for (std::size_t i = 0; i < hex.node_count(); ++i)
-    if (hex.active(NodeId(i)) && region.contains(hex.rest(NodeId(i)))) {
-      state.model.fix_node(NodeId(i));
-      ++held;
-    }
-  if (held == 0) {
-    // A region smaller than a cell: the cells that hold its material.
-    const CollisionMesh& mesh = state.body.complex.collision;
-    for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
-      if (region.contains(mesh.rest[v]))
-        for (const NodeId n : hex.nodes[state.body.embedding.collision[v]]) {
-          state.model.fix_node(n);
-          ++held;
-        }
-  }
-  if (held == 0)
+  std::vector<NodeId> nodes;
+  for (const NodeId n : ids<NodeId>(hex.node_count()))
+    if (hex.active(n) && region.contains(hex.rest(n))) nodes.push_back(n);
+  if (!nodes.empty()) return nodes;
+  // A region smaller than a cell: the cells that hold its material.
+  const CollisionMesh& mesh = state.body.complex.collision;
+  for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
+    if (region.contains(mesh.rest[v]))
+      for (const NodeId n : hex.nodes[state.body.embedding.collision[v]]) nodes.push_back(n);
+  return nodes;
+}
+
+Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
+  const std::vector<NodeId> nodes = nodes_in(region);
+  if (nodes.empty())
     return bad_input(fmt::format("{} holds nothing: no node of the hexahedra and no collision vertex lies in it (rest coordinates, "
                                  "metres); make it larger or move it onto the body",
                                  name));
+  for (const NodeId n : nodes) state.model.fix_node(n);
   return {};
 }
 
 void Session::Impl::unfix(const SceneRegion& region) {
-  const HexMesh& hex = state.body.hex;
-  for (std::size_t i = 0; i < hex.node_count(); ++i)
-    if (region.contains(hex.rest(NodeId(i)))) state.model.release_node(NodeId(i));
+  for (const NodeId n : nodes_in(region)) state.model.release_node(n);
 }
 
 void Session::Impl::renew_loads() {

@@ -101,6 +101,7 @@ struct Session::Impl {
   std::vector<CollisionTriangle> to_embed;
   std::vector<VisualTriangle> changed_visual;
   std::vector<NodeMemory> remembered;
+  std::vector<std::uint8_t> carried;
   std::vector<Vec3> collision_positions;
   bool collision_positions_valid = false;
   std::vector<Vec3> sweep_positions;
@@ -121,6 +122,8 @@ struct Session::Impl {
   void keep_grasps_on(const std::vector<CollisionVertex>& ancestors);
   [[nodiscard]] std::vector<CollisionVertex> grasp_ancestors() const;
   Status advance_command_stroke(double until);
+  /// What is left of a command's stroke, at once: before another command that would break it off within its last step.
+  Status finish_command_stroke();
   /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.
   Status follow_complex(CutTimes& times);
   void mark_synced() { journal_mark(state.body, state.synced); }
@@ -134,6 +137,8 @@ struct Session::Impl {
   Status release(const SceneRelease& what);
   Status fix(const SceneRegion& region, const std::string& name);
   void unfix(const SceneRegion& region);
+  /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.
+  std::vector<NodeId> nodes_in(const SceneRegion& region) const;
   /// Springs of grasps and of slit tips, anew; after every change of topology.
   Status renew_springs();
   void move_grasps(double until);

@@ -156,7 +156,8 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   // The twins of the provisional tip go; when it is walked again they take up their motion where they left it.
   remembered.clear();
   for (std::size_t i = nodes.size; i < body.hex.node_count(); ++i)
-    remembered.push_back({body.hex.corner[NodeId(i)], body.hex.node_parent[NodeId(i)], state.mechanics.positions[i],
+    if (body.hex.active(NodeId(i)))  // what no element used has stayed behind
+      remembered.push_back({body.hex.corner[NodeId(i)], body.hex.node_parent[NodeId(i)], state.mechanics.positions[i],
                           state.mechanics.velocities[i]});
   std::vector<HexId> touched;
   const auto note = [&](HexId id) {
@@ -301,6 +302,8 @@ Status Session::Impl::advance_command_stroke(double until) {
     }
     return BladeEdge{base, tip};
   };
+  // A blade that turns over between two poses has no length on the way; that moment is left out.
+  const auto cut_to = [&](Vec3 base, Vec3 tip) { return norm(tip - base) > 0 ? move_blade(edge(base, tip)) : Status{}; };
   // Poses up to now, one after another, then the one in between.
   while (stroke.next_pose < poses.size() && poses[stroke.next_pose].time <= t + 1e-12) {
     KERF_TRY(move_blade(edge(poses[stroke.next_pose].base, poses[stroke.next_pose].tip)));
@@ -311,9 +314,14 @@ Status Session::Impl::advance_command_stroke(double until) {
     const SceneBladePose& a = poses[stroke.next_pose - 1];
     const SceneBladePose& b = poses[stroke.next_pose];
     const double s = (t - a.time) / (b.time - a.time);
-    if (s > 1e-9) KERF_TRY(move_blade(edge(lerp(a.base, b.base, s), lerp(a.tip, b.tip, s))));
+    if (s > 1e-9) KERF_TRY(cut_to(lerp(a.base, b.base, s), lerp(a.tip, b.tip, s)));
   }
   return {};
+}
+
+Status Session::Impl::finish_command_stroke() {
+  if (!state.stroke || !state.stroke->from_command) return {};
+  return advance_command_stroke(HUGE_VAL);
 }
 
 }  // namespace kerf

@@ -56,7 +56,7 @@ TEST_F(SceneBodyTest, FilesAreScaledAndNeedAThickness) {
   body.collision = file("collision.obj");
   body.scale = 0.001;
   EXPECT_THAT(load_scene_body(body).error().message,
-              HasSubstr("visual.obj is an open surface, so its thickness must be given"));
+              HasSubstr("visual.obj is an open surface (192 of 10080 edges"));
   body.thickness = 0.0002;
   const Result<SceneBodyLoaded> loaded = load_scene_body(body);
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "kerf/lattice/lattice_tolerances.h"
+
 namespace kerf {
 namespace {
 
@@ -23,6 +25,25 @@ bool line_in_cell(Vec3 p, Vec3 d, LatticeIndex cell, double& t0, double& t1) {
   return t0 <= t1;
 }
 
+/// Where the slit runs at its tip, lattice coordinates: from a point of its lip a little way back. The very last bit may be short
+/// and put aside to keep triangles in shape, which says nothing about the way.
+Vec3 slit_direction(const CollisionMesh& mesh, const HexMesh& hex, CollisionVertex tip, Vec3 point) {
+  Vec3 direction{}, last = point;
+  CollisionVertex v = tip;
+  for (int steps = 0; steps < kTipLookBack; ++steps) {
+    const CollisionHalfEdge out = mesh.fan_start(v);
+    if (!mesh.is_border(out)) break;
+    v = mesh.to(out);
+    const PrismCorners& c = hex.prism_corner[v];
+    const Vec3 here = 0.5 * (c.minus + c.plus), bit = last - here;
+    if (steps > 0 && !(dot(normalized(bit), direction) > kTipSameWay)) break;  // round a bend, or out at the mouth
+    direction = normalized(point - here);
+    last = here;
+    if (norm(point - here) >= kTipReach) break;
+  }
+  return direction;
+}
+
 }  // namespace
 
 bool is_tip(const CollisionMesh& mesh, CollisionVertex v) {
@@ -37,9 +58,8 @@ bool is_tip(const CollisionMesh& mesh, CollisionVertex v) {
 TipCells cells_of_tip(const CollisionMesh& mesh, const HexMesh& hex, CollisionVertex v) {
   TipCells out;
   const PrismCorners& c = hex.prism_corner[v];
-  const PrismCorners& behind = hex.prism_corner[mesh.to(mesh.fan_start(v))];
   const Vec3 middle = 0.5 * (c.minus + c.plus), line = c.plus - c.minus;
-  const Vec3 direction = normalized(middle - 0.5 * (behind.minus + behind.plus));
+  const Vec3 direction = slit_direction(mesh, hex, v, middle);
   const Vec3 normal = normalized(cross(line, direction));
   if (!(norm(direction) > 0) || !(norm(normal) > 0.5)) return out;  // a knife edge has no line
   LatticeIndex lo, hi;
@@ -56,8 +76,9 @@ TipCells cells_of_tip(const CollisionMesh& mesh, const HexMesh& hex, CollisionVe
         const Vec3 p = c.minus + 0.5 * (t0 + t1) * line;
         double s0 = -1e9, s1 = 1e9;
         if (!line_in_cell(p, direction, {x, y, z}, s0, s1) || !(s1 - s0 > 1e-6)) continue;
-        const double passed = -s0 / (s1 - s0);
-        if (passed < kTipWelded || passed > 1 - 1e-6 || out.count == out.items.size()) continue;
+        // A tip in the far face has passed the cell: its lips would hang together by the edge ahead, which touches the cell.
+        const double most = 1 - 1e-6, passed = std::fmin(-s0 / (s1 - s0), most);
+        if (passed < kTipWelded || !(s1 > -kLineReach) || out.count == out.items.size()) continue;
         TipCell& record = out.items[out.count++];
         record.vertex = v;
         record.cell = hex.frame.cell_id({x, y, z});

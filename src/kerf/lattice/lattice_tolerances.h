@@ -25,6 +25,11 @@ inline constexpr double kFullFill = 1 - 1e-9;
 /// what it glues.
 inline constexpr double kTipWelded = 0.02;
 
+/// Cells. How far back along its lip the direction of a slit at its tip is taken, at most kTipLookBack vertices, and the least
+/// cosine that a bit of the lip on the way may turn by.
+inline constexpr double kTipReach = 0.25, kTipSameWay = 0.5;
+inline constexpr int kTipLookBack = 16;
+
 /// Stiffness of the glue at a tip over E h (1 - s) / s, fitted to the compliance of notched plates.
 inline constexpr double kTipGlue = 0.2;
 

@@ -212,6 +212,7 @@ class Life {
   void stroke() {
     const bool moving = random_.index(2) == 0;
     const std::uint64_t before = fingerprint(*session_);
+    const int depth = session_->undo_depth();
     const std::vector<Vec3> old = session_->visual_positions();
     const std::vector<HexId> old_copy = session_->body().embedding.visual.raw();
     const std::size_t old_node_count = session_->body().hex.node_count();
@@ -246,7 +247,7 @@ class Life {
       tally_.jump = std::max(tally_.jump, jump);
       if (!(jump <= kLargestJump)) fail("a vertex jumped by " + std::to_string(jump) + " of the body's size in a cut");
     }
-    before_.push_back(before);
+    if (session_->undo_depth() > depth) before_.push_back(before);  // a stroke through the air leaves nothing to undo
     after_undo_.clear();
   }
 

@@ -91,6 +91,29 @@ CutFigures bench_cuts(Session& session, int cuts) {
   return figures;
 }
 
+/// A cut drawn by hand: poses a fortieth of the body apart; the end inside a triangle is taken back and cut anew at each.
+std::vector<double> bench_poses(Session& session, int cuts) {
+  std::vector<double> times;
+  Random random(11);
+  Box3 box;
+  for (const Vec3 p : session.collision_positions()) box.add(p);
+  const Vec3 c = box.center(), size = box.size();
+  const double reach = norm(size);
+  for (int i = 0; i < cuts; ++i) {
+    const double angle = random.uniform(0, 6.283185307179586);
+    const Vec3 along{std::cos(angle), std::sin(angle), 0}, up{0, 0, reach};
+    if (!session.begin_stroke(SceneFrame::kRest, false)) std::abort();
+    for (int k = 0; k <= 50; ++k) {
+      const Vec3 p = c + (-0.6 + 0.025 * k) * Vec3{along.x * size.x, along.y * size.y, 0};
+      const double start = now();
+      if (!session.move_blade(p + up, p - up)) std::abort();
+      if (k > 0) times.push_back(now() - start);
+    }
+    if (!session.end_stroke() || !session.undo()) std::abort();
+  }
+  return times;
+}
+
 Session make_session(const std::string& model, std::size_t visual, std::size_t collision) {
   Scene scene;
   scene.name = scene.body.model = model;
@@ -109,11 +132,12 @@ void bench_cut_row(const std::string& what, const std::string& paper, const std:
   if (!wanted(what)) return;
   Session session = make_session(model, visual, collision);
   const CutFigures f = bench_cuts(session, cuts);
-  row(what + ": per collision triangle", "", reach, ms(quantiles(f.per_triangle)));
+  row(what + ": per collision triangle (cut / triangles)", "", reach, ms(quantiles(f.per_triangle)));
   row("    a whole cut across", paper, model == "sheet" && visual == 106496 ? "1.2 ms" : "", ms(quantiles(f.whole)));
   row("    of it: cut and binding / embedding / surface, us per triangle", "", "",
       fmt::format("{:.1f} / {:.1f} / {:.1f}", 1e6 * quantiles(f.cut).median, 1e6 * quantiles(f.embedding).median,
                   1e6 * quantiles(f.surface).median));
+  row("    drawn by hand: per pose, end inside a triangle", "", "", ms(quantiles(bench_poses(session, std::max(1, cuts / 10)))));
 }
 
 void bench_step(const std::string& what, double dt, double young, const std::string& paper, const std::string& reach,

@@ -1,0 +1,87 @@
+// A scanned meniscus, bound to its mid-surface as it comes, with dozens of random, curved and crossing cuts.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "kerf/base/random.h"
+#include "kerf/mesh/whole_file.h"
+#include "kerf/session/run_outputs.h"
+#include "kerf/session/run_report.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+namespace {
+
+TEST(ScannedMeniscus, FiftyRandomCuts) {
+  const std::filesystem::path folder = std::filesystem::path(KERF_SOURCE_DIR) / "../shared/meshes";
+  if (!std::filesystem::exists(folder / "medial-meniscus.obj")) GTEST_SKIP() << "no ../shared/meshes beside the source";
+  Scene scene;
+  scene.name = "scan";
+  scene.body.visual = (folder / "medial-meniscus.obj").string();
+  scene.body.collision = (folder / "medial-meniscus-collision.obj").string();
+  scene.material.young = 3.85e6;
+  scene.material.poisson = 0.29;
+  scene.material.density = 1090;
+  scene.simulation.time_step = 0.001;
+  auto made = Session::create(scene);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  Session& session = *made;
+  Box3 box;
+  for (const Vec3 p : session.collision_positions()) box.add(p);
+  const Vec3 c = box.center(), s = box.size();
+  // Seen along the direction in which the body is thinnest.
+  const Vec3 thin = s.x < s.y && s.x < s.z ? Vec3{1, 0, 0} : s.y < s.z ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+  Random random(5);
+  const std::vector<Vec3> rest = session.body().complex.collision.rest.raw();
+  const auto point = [&] {
+    const Vec3 p = rest[static_cast<std::size_t>(random.index(static_cast<int>(rest.size())))] +
+                   0.1 * Vec3{s.x * random.uniform(-1, 1), s.y * random.uniform(-1, 1), s.z * random.uniform(-1, 1)};
+    return p - dot(p - c, thin) * thin;
+  };
+  int met = 0, refused = 0;
+  for (int cut = 0; cut < 50; ++cut) {
+    const Vec3 p[4] = {point(), point(), point(), point()};
+    ASSERT_TRUE(session.begin_stroke(cut % 3 ? SceneFrame::kRest : SceneFrame::kWorld, cut % 4 == 0).ok());
+    const int kind = random.index(3), n = 8;
+    for (int i = 0; i <= n; ++i) {
+      const double t = static_cast<double>(i) / n;
+      Vec3 at = lerp(p[0], p[1], t);
+      if (kind == 1) at = lerp(lerp(p[0], p[1], t), lerp(p[1], p[2], t), t);
+      if (kind == 2) {  // a loop
+        const double radius = 0.1 * box.diagonal();
+        const Vec3 x = normalized(cross(thin, Vec3{0.3, 0.5, 0.8})), y = cross(thin, x);
+        at = p[0] + radius * (std::cos(7 * t) * x + std::sin(7 * t) * y);
+      }
+      const Status moved = session.move_blade(at + box.diagonal() * thin, at - box.diagonal() * thin);
+      ASSERT_TRUE(moved.ok()) << "cut " << cut << ": " << moved.error().message;
+    }
+    ASSERT_TRUE(session.end_stroke().ok());
+    met += session.strokes().back().triangles > 0 ? 1 : 0;
+    refused += session.strokes().back().refused;
+    const Status valid = session.validate();
+    ASSERT_TRUE(valid.ok()) << "after cut " << cut << ": " << valid.error().message;
+    ASSERT_TRUE(session.step(2).ok());
+  }
+  const Status valid = session.validate();
+  ASSERT_TRUE(valid.ok()) << valid.error().message;
+  std::printf("%d of 50 cuts met the meniscus, %d steps refused, %d pieces\n", met, refused, session.counts().pieces);
+  EXPECT_GT(met, 40);
+  EXPECT_GT(session.counts().pieces, 5);
+
+  if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "no python3 to check the exported files with";
+  const std::filesystem::path out = std::filesystem::temp_directory_path() / "kerf_scanned_meniscus";
+  std::filesystem::create_directories(out);
+  ASSERT_TRUE(write_final_meshes(session, {"visual", "collision"}, out).ok());
+  ASSERT_TRUE(replace_file((out / "report.json").string(), run_report_json(session, {})).ok());
+  const std::string check = "python3 " KERF_SOURCE_DIR "/tests/end_to_end/check_export.py " + out.string() + " --pieces " +
+                            std::to_string(session.counts().pieces);
+  EXPECT_EQ(std::system(check.c_str()), 0);
+  std::filesystem::remove_all(out);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -184,5 +184,28 @@ TEST(CutPhysics, ComplianceGrowsSmoothlyWithASlit) {
   EXPECT_GT(least, -1e-9);
 }
 
+/// Pieces that fall free keep to the fall, however stiff they are for the time step.
+TEST(CutPhysics, VeryStiffPiecesDoNotRunAway) {
+  for (const double young : {1e9, 1e12}) {
+    Scene scene;
+    scene.body.model = "steak";
+    scene.material.young = young;
+    scene.simulation.time_step = 0.1;
+    scene.simulation.gravity = {0, 0, -100};
+    Session session = make(scene);
+    for (const double x : {-0.03, 0.03}) {
+      ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+      ASSERT_TRUE(session.move_blade({x, -0.2, 1}, {x, -0.2, -1}).ok());
+      ASSERT_TRUE(session.move_blade({x + 0.01, 0.2, 1}, {x + 0.01, 0.2, -1}).ok());
+      ASSERT_TRUE(session.end_stroke().ok());
+      ASSERT_TRUE(session.step(10).ok());
+    }
+    EXPECT_EQ(session.counts().pieces, 3);
+    double fastest = 0;
+    for (const Vec3 v : session.node_velocities()) fastest = std::max(fastest, norm(v));
+    EXPECT_LT(fastest, 1.1 * 100 * session.time()) << young << " Pa";
+  }
+}
+
 }  // namespace
 }  // namespace kerf

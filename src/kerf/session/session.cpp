@@ -18,6 +18,9 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kParallelNodes = 2000;
+/// E dt^2 / (rho h^2) beyond which a loose solve lets free pieces run away (seen from 8e9 on), the residual that is then asked
+/// for times that ratio, and the least residual that is asked for.
+constexpr double kStiffestLoose = 1e8, kToleranceTimesRatio = 100, kLeastTolerance = 1e-9;
 /// Items per journaled array that a session has room for before it must allocate.
 constexpr std::size_t kLeastReserve = 1024, kMostReserve = 32768;
 
@@ -112,6 +115,17 @@ Status Session::Impl::prepare(const Progress& progress) {
   step_options.gravity = scene.simulation.gravity;
   step_options.tolerance = scene.simulation.tolerance;
   step_options.max_iterations = scene.simulation.max_iterations;
+  // What a loose solve leaves undone moves whole pieces, by as much as elastic forces exceed inertia: E dt^2 / (rho h^2).
+  {
+    const Vec3 cell = state.body.hex.frame.cell;
+    const double h = std::min({cell.x, cell.y, cell.z}), dt = scene.simulation.time_step;
+    double ratio = 0;
+    for (const Material& m : state.model.materials()) ratio = std::max(ratio, m.young * dt * dt / (m.density * h * h));
+    if (ratio > kStiffestLoose) {
+      step_options.tolerance = std::min(step_options.tolerance, std::max(kLeastTolerance, kToleranceTimesRatio / ratio));
+      notes.push_back(fmt::format("very stiff for a time step of {} s: steps are solved to a residual of {:.2g}", dt, step_options.tolerance));
+    }
+  }
   // Small bodies are done before a second thread wakes up; the bits are the same either way.
   step_options.parallel = scene.simulation.threads != 1 && state.model.node_count() > kParallelNodes;
   switch (scene.simulation.preconditioner) {

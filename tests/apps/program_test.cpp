@@ -105,6 +105,30 @@ TEST_F(ProgramTest, MakeThenInfoThenBind) {
   EXPECT_FALSE(std::filesystem::exists(in("x.kerf")));
 }
 
+TEST_F(ProgramTest, CutsThatCannotBeSayWhy) {
+  ASSERT_EQ(kerf("make steak --out " + in("steak")).status, 0);
+  const std::string to = " --to 0.12,0,0 --out " + in("x");
+  const Outcome mesh = kerf("cut " + in("steak/visual.obj") + " --from -0.12,0,0" + to);
+  EXPECT_EQ(mesh.status, 2);
+  EXPECT_THAT(mesh.text, HasSubstr("--collision"));
+  const Outcome none = kerf("cut stek --from -0.12,0,0" + to);
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.text, HasSubstr("models: sheet"));
+  const Outcome air = kerf("cut steak --from 5,5,5 --to 6,5,5 --out " + in("x"));
+  EXPECT_EQ(air.status, 2);
+  EXPECT_THAT(air.text, HasSubstr("met nothing"));
+  const Outcome normal = kerf("cut steak --from 0,0,-1 --to 0,0,1 --out " + in("x"));
+  EXPECT_EQ(normal.status, 2);
+  EXPECT_THAT(normal.text, HasSubstr("--along"));
+}
+
+TEST_F(ProgramTest, StepsWithoutEndAreRefused) {
+  std::ofstream(in("s.toml")) << "[body]\nmodel = \"sheet\"\n[simulation]\ntime_step = 1e-300\n";
+  const Outcome run = kerf("run " + in("s.toml") + " --out " + in("x"));
+  EXPECT_EQ(run.status, 2);
+  EXPECT_THAT(run.text, HasSubstr("larger time_step"));
+}
+
 TEST_F(ProgramTest, AFolderThatCannotBeMade) {
   std::ofstream(in("file")) << "x";
   const Outcome out = kerf("make sheet --out " + in("file/below"));

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <fstream>
+#include <set>
 
 #include "kerf/base/random.h"
 #include "kerf/session/body.h"
@@ -159,6 +161,63 @@ TEST(Engine, AStrokeCutsTheSteakInTwoAndUndoTakesItBack) {
   EXPECT_EQ(p.body.wall, halves.wall);
   EXPECT_EQ(p.bodies, 1u);  // all of it in patches
   table.expect_mirrored(page);
+}
+
+Vec3 vec(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
+
+double distance_to_segment(Vec3 p, Vec3 a, Vec3 b) {
+  const double t = std::clamp(dot(p - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+  return norm(p - (a + t * (b - a)));
+}
+double distance_to_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 n = cross(b - a, c - a);
+  const auto inside = [&](Vec3 u, Vec3 v) { return dot(cross(v - u, p - u), n) >= 0; };
+  if (inside(a, b) && inside(b, c) && inside(c, a)) return std::abs(dot(p - a, n)) / norm(n);
+  return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
+}
+
+// Every vertex of the skin has one foot; it lies on the collision mesh, on an edge of it or at the vertex it is linked to.
+TEST(Engine, FeetLieOnWhatVerticesAreBoundTo) {
+  constexpr double kClose = 1e-6;  // m: single precision of the messages
+  Table table;
+  const auto page = table.join();
+  table.tell(page, page_command(1, kOverlay, {1}));
+  EXPECT_TRUE(table.pages[page].overlay.feet.empty());  // nobody asked
+  table.tell(page, page_command(2, kOverlay, {2}));
+  for (int round = 0; round < 2; ++round) {
+    const MirroredPage& p = table.pages[page];
+    const auto& o = p.overlay;
+    std::set<std::uint32_t> skin, seen;
+    for (const auto& t : p.body.skin) skin.insert(t.begin(), t.end());
+    std::map<std::uint32_t, std::vector<Vec3>> linked;
+    for (const auto& link : o.links) linked[link[1]].push_back(vec(o.rest[link[0]]));
+    std::array<int, 3> count{};
+    for (std::size_t i = 0; i < o.feet.size(); ++i) {
+      const auto [vertex, kind] = std::pair(o.feet[i][0], o.feet[i][1]);
+      EXPECT_TRUE(seen.insert(vertex).second);
+      ASSERT_LT(kind, 3u);
+      ++count[kind];
+      const Vec3 foot = vec(o.foot_rest[i]);
+      double away = HUGE_VAL;
+      if (kind == 0)
+        for (const Vec3 q : linked[vertex]) away = std::min(away, norm(q - foot));
+      else
+        for (const auto& t : o.triangles) {
+          const Vec3 a = vec(o.rest[t[0]]), b = vec(o.rest[t[1]]), c = vec(o.rest[t[2]]);
+          away = std::min(away, kind == 2 ? distance_to_triangle(foot, a, b, c)
+                                          : std::min({distance_to_segment(foot, a, b), distance_to_segment(foot, b, c),
+                                                      distance_to_segment(foot, c, a)}));
+        }
+      EXPECT_LT(away, kClose) << "round " << round << " vertex " << vertex << " kind " << kind;
+    }
+    EXPECT_EQ(seen, skin);
+    for (const int n : count) EXPECT_GT(n, 80) << "round " << round;
+    if (round == 0) {
+      table.cut(page, {{0, -0.1, 0}, {0.01, 0.02, 0}});
+      table.tick();
+      ASSERT_EQ(p.cuts.size(), 1u);
+    }
+  }
 }
 
 TEST(Engine, MirrorsSurviveRandomStrokes) {

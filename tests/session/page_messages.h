@@ -188,6 +188,11 @@ struct MirroredPage {
   std::vector<Hit> hits;
   std::map<std::string, std::string> files;
   std::uint32_t overlays = 0;
+  struct {
+    std::vector<F3> rest, foot_rest;
+    std::vector<U3> triangles;
+    std::vector<std::array<std::uint32_t, 2>> links, feet;
+  } overlay;  ///< the last one
   std::array<std::uint32_t, 6> counts{};
   std::uint32_t pieces = 0, dropped = 0, bad = 0, clients = 0;
 
@@ -306,14 +311,18 @@ struct MirroredPage {
         break;
       }
       case 10: {
-        const auto b = r.u32(), v = r.u32(), ncv = r.u32(), nct = r.u32(), nb = r.u32(), nl = r.u32();
+        const auto b = r.u32(), v = r.u32(), ncv = r.u32(), nct = r.u32(), nb = r.u32(), nl = r.u32(), nf = r.u32();
         r.u32();
-        r.u32();
-        r.array<F3>(ncv);
+        overlay = {};
+        overlay.rest = r.array<F3>(ncv);
         for (const auto c : r.array<std::uint32_t>(ncv)) EXPECT_LT(c, body.copies.size());
-        for (const U3& t : r.array<U3>(nct)) for (const auto x : t) EXPECT_LT(x, ncv);
+        overlay.triangles = r.array<U3>(nct);
+        for (const U3& t : overlay.triangles) for (const auto x : t) EXPECT_LT(x, ncv);
         for (const auto& p : r.array<std::array<std::uint32_t, 2>>(nb)) for (const auto x : p) EXPECT_LT(x, body.rest.size());
-        for (const auto& p : r.array<std::array<std::uint32_t, 2>>(nl)) { EXPECT_LT(p[0], ncv); EXPECT_LT(p[1], body.rest.size()); }
+        overlay.links = r.array<std::array<std::uint32_t, 2>>(nl);
+        overlay.feet = r.array<std::array<std::uint32_t, 2>>(nf);
+        overlay.foot_rest = r.array<F3>(nf);
+        for (const auto& p : overlay.links) { EXPECT_LT(p[0], ncv); EXPECT_LT(p[1], body.rest.size()); }
         EXPECT_EQ(b, body.body);
         EXPECT_EQ(v, body.version);
         EXPECT_GT(nb, 0u);

@@ -228,9 +228,9 @@ await check('views, panel, themes, help and tools by key', {}, async (page, url)
   await open(page, url);
   await page.keyboard.press('7');
   assert.equal((await state(page)).tool, 'hand');
-  for (const k of ['s', 'w', 'o', 'x', 'b', 'l']) await page.keyboard.press(k);
+  for (const k of ['s', 'w', 'o', 'x', 'b', 'l', 'n']) await page.keyboard.press(k);
   await page.waitForTimeout(500);
-  assert.deepEqual((await state(page)).views, { shaded: false, wireframe: true, collision: true, hexahedra: true, bound: true, links: true });
+  assert.deepEqual((await state(page)).views, { shaded: false, wireframe: true, collision: true, hexahedra: true, bound: true, links: true, feet: true });
   await page.keyboard.press('1');
   await drag(page, [await at(page, 0.012, -0.1), await at(page, 0.012, 0.1)], 4);
   await until(page, () => window.kerf.state().cut?.pieces === 2);
@@ -264,7 +264,7 @@ await check('every view of the body changes the picture where it should', {}, as
   const clip = { x: 220, y: 150, width: 380, height: 230 };
   const shot = async () => (await page.screenshot({ clip })).toString('base64');
   let last = await shot();
-  for (const k of ['w', 'o', 'x', 'b', 'l', 's']) {
+  for (const k of ['w', 'o', 'x', 'b', 'l', 'n', 's']) {
     await page.keyboard.press(k);
     await page.waitForTimeout(700);
     const now = await shot();

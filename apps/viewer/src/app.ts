@@ -25,7 +25,7 @@ export interface SceneInfo {
   material: { young: number; poisson: number; density: number }; gravity: [number, number, number];
 }
 
-export interface AppOptions { quality: QualityLevel | 'auto'; software: boolean; antialias: boolean }
+export interface AppOptions { quality: QualityLevel | 'auto'; software: boolean; antialias: boolean; plain?: boolean }
 
 /** What the controls want to hear. */
 export interface AppListener {
@@ -138,6 +138,7 @@ export class App implements EngineEvents {
     this.canvas = canvas;
     const noise = makeNoiseTexture(options.quality === 'lite' || options.software ? 32 : 64);
     this.stage = new Stage(canvas, noise, options.antialias, options.software);
+    this.stage.plain = options.plain ?? false;
     this.mesh = new BodyMesh(noise);
     this.overlays = new Overlays(this.mesh);
     this.ink = new Ink(ink);
@@ -178,7 +179,7 @@ export class App implements EngineEvents {
     this.readOnly = hello.readOnly;
     this.info = readSceneInfo(hello);
     this.listener?.scene(this.info);
-    if (this.overlays.wantsMessage) this.engine.command({ code: CommandCode.Overlay, value: [1] });
+    if (this.overlays.wanted > 0) this.engine.command({ code: CommandCode.Overlay, value: [this.overlays.wanted] });
     this.updateAllowed();
   }
 
@@ -332,9 +333,9 @@ export class App implements EngineEvents {
     this.touch(true);
   }
   setView(view: ViewName, on: boolean): void {
-    const wanted = this.overlays.wantsMessage;
+    const wanted = this.overlays.wanted;
     this.overlays.set(view, on);
-    if (this.overlays.wantsMessage !== wanted) this.engine.command({ code: CommandCode.Overlay, value: [wanted ? 0 : 1] });
+    if (this.overlays.wanted !== wanted) this.engine.command({ code: CommandCode.Overlay, value: [this.overlays.wanted] });
     this.touch(true);
   }
   setQuality(mode: QualityLevel | 'auto'): void {
@@ -348,6 +349,12 @@ export class App implements EngineEvents {
   get strokeActive(): boolean { return this.stroke !== null; }
   /** Turns the view by degrees and zooms. */
   turn(azimuth: number, elevation: number, zoom: number): void { this.follow = false; this.stage.turn(azimuth, elevation, zoom); this.touch(false); }
+  /** Looks from a direction in degrees, on request from a distance and at a point (metres). */
+  lookFrom(azimuth: number, elevation: number, distance?: number, target?: Vec3): void {
+    this.follow = false;
+    this.stage.lookFrom(azimuth, elevation, distance, target);
+    this.touch(false);
+  }
   claim(): void { this.engine.claim(!this.roleNow.held); }
   resetCamera(): void {
     this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, false);
@@ -518,6 +525,7 @@ export class App implements EngineEvents {
     this.width = w;
     this.height = h;
     this.stage.resize(w, h);
+    this.overlays.setPixels(w, h);
     this.ink.resize(w, h, window.devicePixelRatio || 1);
     if (this.ready && this.frames < 3) this.stage.resetCamera();
     this.touch(false);
@@ -532,7 +540,6 @@ export class App implements EngineEvents {
     const changed = q.level !== this.level || this.bodies === 0;
     this.level = q.level;
     this.stage.setQuality(q.level, ratio * q.scale);
-    this.overlays.pixelRatio = ratio * q.scale;
     this.stage.resize(this.width, this.height);
     if (changed) {
       this.mesh.setLook(this.look, q.level);

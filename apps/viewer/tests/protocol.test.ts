@@ -38,6 +38,7 @@ const engineMessages: EngineMessage[] = [
   {
     type: 'overlay', body: 1, version: 2, rest: new Float32Array(6).fill(1), copy: new Uint32Array([0, 1]),
     triangles: new Uint32Array([0, 1, 1]), bound: new Uint32Array([5, 6]), links: new Uint32Array([1, 99, 0, 3]),
+    feet: new Uint32Array([5, 2]), footRest: new Float32Array([1, 2, 3]),
   },
   { type: 'file', request: 9, name: 'a.obj', bytes: new Uint8Array([1, 2, 3, 4, 5]) },
 ];
@@ -164,5 +165,6 @@ describe('bad messages', () => {
     expect(() => decodeEngineMessage(encodeEngineMessage({ ...patch, totals: { ...patch.totals, nw: 0 } }))).toThrow(/appended/);
     const overlay = engineMessages[9]! as Extract<EngineMessage, { type: 'overlay' }>;
     expect(() => decodeEngineMessage(encodeEngineMessage({ ...overlay, links: new Uint32Array([2, 0]) }))).toThrow(/link/);
+    expect(() => decodeEngineMessage(encodeEngineMessage({ ...overlay, feet: new Uint32Array([5, 3]) }))).toThrow(/foot/);
   });
 });

@@ -153,7 +153,71 @@ protocol::Patch DrawnBody::patch_message() const {
   return m;
 }
 
-OverlayArrays overlay_arrays(const Body& body) {
+namespace {
+
+/// From the plane of a root triangle to the collision mesh at rest: affine, for the plane is isometric to the root.
+struct RootFrame {
+  Vec2 from;
+  Vec3 to, x, y;
+  bool known = false;
+  [[nodiscard]] Vec3 operator()(Vec2 p) const { return to + (p.x - from.x) * x + (p.y - from.y) * y; }
+};
+
+std::vector<RootFrame> root_frames(const CollisionMesh& mesh) {
+  std::vector<RootFrame> out;
+  std::vector<double> largest;  // of the root's triangles: slivers have no good frame
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    const std::size_t root = mesh.root[f].index();
+    if (out.size() <= root) out.resize(root + 1), largest.resize(root + 1, 0);
+    Vec2 p[3];
+    Vec3 q[3];
+    for (int k = 0; k < 3; ++k) {
+      const CollisionHalfEdge h = CollisionMesh::corner(f, k);
+      p[k] = mesh.planar[h];
+      q[k] = mesh.rest[mesh.origin[h]];
+    }
+    const Vec2 a = p[1] - p[0], b = p[2] - p[0];
+    const double area = a.x * b.y - a.y * b.x;
+    if (!(std::abs(area) > largest[root])) continue;
+    largest[root] = std::abs(area);
+    const Vec3 u = q[1] - q[0], v = q[2] - q[0];
+    out[root] = {p[0], q[0], (1 / area) * (b.y * u - a.y * v), (1 / area) * (a.x * v - b.x * u), true};
+  }
+  return out;
+}
+
+void add_feet(const Body& body, OverlayArrays& out) {
+  const CollisionMesh& mesh = body.complex.collision;
+  const VisualMesh& visual = body.complex.visual;
+  enum : std::uint32_t { kVertex, kEdge, kTriangle, kUnseen };
+  std::vector<std::uint32_t> kind(visual.vertex_count(), kUnseen);
+  for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
+    for (const VisualVertex bound : mesh.bound[v])
+      if (bound.valid()) kind[bound.index()] = kVertex;
+  const std::vector<RootFrame> frames = root_frames(mesh);
+  std::vector<bool> done(visual.vertex_count());
+  for (const VisualTriangle f : ids<VisualTriangle>(visual.face_count())) {
+    const Patch patch = visual.patch[f];
+    if (patch.is_wall() || patch.root().index() >= frames.size() || !frames[patch.root().index()].known) continue;
+    const RootFrame& frame = frames[patch.root().index()];
+    for (int k = 0; k < 3; ++k) {
+      const VisualHalfEdge h = VisualMesh::corner(f, k);
+      const VisualVertex v = visual.origin[h];
+      const RenderVertex r = body.surface.skin[v];
+      if (done[v.index()] || !r.valid()) continue;
+      done[v.index()] = true;
+      Vec2 p = visual.planar[h];
+      if (patch.side() == Side::kMinus) p.y = -p.y;
+      const std::uint32_t to = kind[v.index()] == kVertex ? kVertex : visual.free[v] != 0 ? kTriangle : kEdge;
+      out.feet.push_back({number(r.index()), to});
+      out.foot_rest.push_back(to_float(frame(p)));
+    }
+  }
+}
+
+}  // namespace
+
+OverlayArrays overlay_arrays(const Body& body, bool with_feet) {
   const CollisionMesh& mesh = body.complex.collision;
   OverlayArrays out;
   for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count())) {
@@ -189,6 +253,7 @@ OverlayArrays overlay_arrays(const Body& body) {
       step(mesh.bound[mesh.to(h)][s]);
     }
   }
+  if (with_feet) add_feet(body, out);
   return out;
 }
 

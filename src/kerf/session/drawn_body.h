@@ -50,9 +50,10 @@ struct OverlayArrays {
   std::vector<Vec3f> rest;
   std::vector<std::uint32_t> copy;
   std::vector<protocol::Triangle> triangles;
-  std::vector<protocol::Pair> bound, links;
+  std::vector<protocol::Pair> bound, links, feet;
+  std::vector<Vec3f> foot_rest;
 };
-/// Linear in the collision mesh and its chains.
-OverlayArrays overlay_arrays(const Body& body);
+/// Linear in the collision mesh and its chains; with feet in the visual mesh too.
+OverlayArrays overlay_arrays(const Body& body, bool with_feet);
 
 }  // namespace kerf

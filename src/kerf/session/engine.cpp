@@ -168,13 +168,14 @@ void Engine::Impl::send_roles() {
 }
 
 void Engine::Impl::send_overlay() {
-  protocol::Message message;
+  protocol::Message plain, with_feet;
   for (auto& [id, client] : clients) {
     if (!client.ready || !client.overlay) continue;
+    protocol::Message& message = client.feet ? with_feet : plain;
     if (!message) {
-      const OverlayArrays arrays = overlay_arrays(session->body());
-      message = share(protocol::encode(
-          protocol::Overlay{body, version, arrays.rest, arrays.copy, arrays.triangles, arrays.bound, arrays.links}));
+      const OverlayArrays arrays = overlay_arrays(session->body(), client.feet);
+      message = share(protocol::encode(protocol::Overlay{body, version, arrays.rest, arrays.copy, arrays.triangles, arrays.bound,
+                                                         arrays.links, arrays.feet, arrays.foot_rest}));
     }
     client.queue.push(message);
   }

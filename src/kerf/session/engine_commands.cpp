@@ -126,6 +126,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
     }
     case CommandCode::kOverlay: {
       client.overlay = c.value[0] != 0;
+      client.feet = c.value[0] == 2;
       if (client.overlay) send_overlay();
       return {};
     }

@@ -24,7 +24,7 @@ struct EngineClient {
   explicit EngineClient(std::size_t most_unread) : queue(most_unread) {}
   ClientQueue queue;
   bool ready = false;  ///< its Hello has come
-  bool overlay = false;
+  bool overlay = false, feet = false;
   std::uint32_t bad = 0;
   std::map<std::pair<std::uint32_t, std::uint32_t>, UploadedFile> uploads;  ///< by upload and part
   std::size_t upload_bytes = 0;

@@ -285,10 +285,12 @@ Bytes encode(const ErrorMessage& m) {
 }
 
 Bytes encode(const Overlay& m) {
-  KERF_ASSERT(m.rest.size() == m.copy.size());
-  return Writer(Type::kOverlay, 32 + 16 * m.rest.size() + 12 * m.triangles.size() + 8 * (m.bound.size() + m.links.size()))
+  KERF_ASSERT(m.rest.size() == m.copy.size() && m.feet.size() == m.foot_rest.size());
+  return Writer(Type::kOverlay, 32 + 16 * m.rest.size() + 12 * m.triangles.size() + 8 * (m.bound.size() + m.links.size()) +
+                                    20 * m.feet.size())
       .u32(m.body).u32(m.version).size(m.rest.size()).size(m.triangles.size()).size(m.bound.size())
-      .size(m.links.size()).u32(0).u32(0).array(m.rest).array(m.copy).array(m.triangles).array(m.bound).array(m.links)
+      .size(m.links.size()).size(m.feet.size()).u32(0).array(m.rest).array(m.copy).array(m.triangles).array(m.bound)
+      .array(m.links).array(m.feet).array(m.foot_rest)
       .finish();
 }
 

@@ -140,6 +140,8 @@ struct Overlay {
   std::span<const Triangle> triangles;
   std::span<const Pair> bound;  ///< render vertices of bound edges
   std::span<const Pair> links;  ///< collision vertex, render vertex
+  std::span<const Pair> feet;   ///< render vertex of the skin, what it is bound to: 0 a vertex, 1 an edge, 2 a triangle
+  std::span<const Vec3f> foot_rest;  ///< where on the collision mesh, at rest
 };
 struct File {
   std::uint32_t request = 0;

@@ -438,6 +438,7 @@ export class MockBody {
 
   overlayMessage(): Overlay {
     const t = this.topology, c = t.collision, v = t.visual, links: number[] = [], bound: number[] = [];
+    const feet: number[] = [], footRest: number[] = [];
     for (let i = 0; i < v.copy.length; i += Math.max(1, Math.floor(v.copy.length / 900))) {
       let best = -1, near = Infinity;
       for (let j = 0; j < c.copy.length; j++) {
@@ -446,10 +447,15 @@ export class MockBody {
       }
       if (best >= 0 && near < this.cellSize ** 2) links.push(best, i);
     }
+    for (let i = 0; i < v.copy.length; i += 5) {
+      feet.push(i, i % 3);
+      footRest.push(v.rest[3 * i]!, v.rest[3 * i + 1]!, 0);
+    }
     for (let i = 0; i + 2 < v.skin.length; i += 3 * 11) bound.push(v.skin[i]!, v.skin[i + 1]!);
     return {
       type: 'overlay', body: 1, version: t.version, rest: new Float32Array(c.rest), copy: new Uint32Array(c.copy),
       triangles: new Uint32Array(c.skin), bound: new Uint32Array(bound), links: new Uint32Array(links),
+      feet: new Uint32Array(feet), footRest: new Float32Array(footRest),
     };
   }
 

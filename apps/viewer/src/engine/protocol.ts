@@ -62,7 +62,7 @@ export interface Role { type: 'role'; holder: number; held: boolean; clients: nu
 export interface EngineError { type: 'error'; input: number; code: number; text: string }
 export interface Overlay {
   type: 'overlay'; body: number; version: number; rest: Float32Array; copy: Uint32Array; triangles: Uint32Array;
-  bound: Uint32Array; links: Uint32Array;
+  bound: Uint32Array; links: Uint32Array; feet: Uint32Array; footRest: Float32Array;
 }
 export interface FileMessage { type: 'file'; request: number; name: string; bytes: Uint8Array }
 export type EngineMessage =
@@ -232,13 +232,15 @@ function readFrame(r: Reader): Frame {
 }
 
 function readOverlay(r: Reader): Overlay {
-  const body = r.u32(), version = r.u32(), ncv = r.u32(), nct = r.u32(), nb = r.u32(), nl = r.u32();
-  r.u32();
+  const body = r.u32(), version = r.u32(), ncv = r.u32(), nct = r.u32(), nb = r.u32(), nl = r.u32(), nf = r.u32();
   r.u32();
   const m: Overlay = {
     type: 'overlay', body, version, rest: r.f32s(3 * ncv), copy: r.u32s(ncv), triangles: r.u32s(3 * nct),
-    bound: r.u32s(2 * nb), links: r.u32s(2 * nl),
+    bound: r.u32s(2 * nb), links: r.u32s(2 * nl), feet: r.u32s(2 * nf), footRest: r.f32s(3 * nf),
   };
+  for (let i = 1; i < m.feet.length; i += 2) {
+    if (m.feet[i]! > 2) throw new ProtocolError(`foot ${(i - 1) / 2} is bound to an element of kind ${m.feet[i]}`);
+  }
   checkBelow(m.triangles, ncv, 'vertex of collision triangle');
   for (let i = 0; i < m.links.length; i += 2) {
     if (m.links[i]! >= ncv) throw new ProtocolError(`link ${i / 2} starts at collision vertex ${m.links[i]} of ${ncv}`);
@@ -481,9 +483,9 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
       return new Writer(MessageType.Error, 16 + sizeOf([text])).u32(m.input, m.code, text.length, 0).array(text).finish();
     }
     case 'overlay': {
-      const arrays = [m.rest, m.copy, m.triangles, m.bound, m.links];
+      const arrays = [m.rest, m.copy, m.triangles, m.bound, m.links, m.feet, m.footRest];
       const w = new Writer(MessageType.Overlay, 32 + sizeOf(arrays))
-        .u32(m.body, m.version, m.copy.length, m.triangles.length / 3, m.bound.length / 2, m.links.length / 2, 0, 0);
+        .u32(m.body, m.version, m.copy.length, m.triangles.length / 3, m.bound.length / 2, m.links.length / 2, m.feet.length / 2, 0);
       for (const a of arrays) w.array(a);
       return w.finish();
     }

@@ -38,6 +38,8 @@ export class Stage {
   readonly controls: OrbitControls;
   readonly software: boolean;
   size = 0.26;
+  /** White, without ground: for figures. */
+  plain = false;
   private readonly sun = new DirectionalLight(0xfff0dd, 2.55);
   private readonly fill = new DirectionalLight(0xcfe0ff, 0.45);
   private readonly sky = new HemisphereLight(0xf2f5ff, 0x6b5a4c, 0.9);
@@ -83,7 +85,7 @@ export class Stage {
 
   setTheme(dark: boolean): void {
     this.dark = dark;
-    const back = dark ? 0x1c2126 : 0xa9b1b8;
+    const back = this.plain ? 0xffffff : dark ? 0x1c2126 : 0xa9b1b8;
     this.scene.background = new Color(back);
     (this.scene.fog as Fog).color.set(back);
     const ground = this.ground.material as MeshStandardMaterial | MeshLambertMaterial;
@@ -142,7 +144,8 @@ export class Stage {
     this.board.material = material;
     this.ground.material = lite ? new MeshLambertMaterial({ color: this.groundColour() })
       : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
-    this.board.visible = this.look === 'steak';
+    this.board.visible = !this.plain && this.look === 'steak';
+    this.ground.visible = !this.plain;
     this.placeFloor();
   }
 
@@ -203,11 +206,12 @@ export class Stage {
     this.controls.update();
   }
 
-  /** Looks at the body from a direction given in degrees. */
-  lookFrom(azimuth: number, elevation: number): void {
+  /** Looks at the body from a direction given in degrees; distance and target stay what they were unless given. */
+  lookFrom(azimuth: number, elevation: number, distance?: number, target?: Vec3): void {
     const a = (azimuth * Math.PI) / 180, e = (elevation * Math.PI) / 180;
-    const distance = this.camera.position.distanceTo(this.controls.target);
-    this.camera.position.set(Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e)).multiplyScalar(distance)
+    const r = distance ?? this.camera.position.distanceTo(this.controls.target);
+    if (target) this.controls.target.set(...target);
+    this.camera.position.set(Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e)).multiplyScalar(r)
       .add(this.controls.target);
     this.controls.update();
   }

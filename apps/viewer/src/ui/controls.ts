@@ -16,6 +16,7 @@ const kViews: { name: ViewName; title: string; key: string; tip: string }[] = [
   { name: 'hexahedra', title: 'Hexahedra', key: 'X', tip: 'Hexahedra of the simulation, one colour per copy' },
   { name: 'bound', title: 'Bound', key: 'B', tip: 'Visual vertices and chains bound to collision vertices and edges, in red' },
   { name: 'links', title: 'Links', key: 'L', tip: 'From collision vertices to their visual vertices, in blue' },
+  { name: 'feet', title: 'Feet', key: 'N', tip: 'Where visual vertices are bound: green to a collision vertex, blue to an edge, red to a triangle' },
 ];
 const kSpeeds = [0.1, 0.25, 0.5, 1, 2];
 

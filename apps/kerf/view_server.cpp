@@ -350,7 +350,8 @@ Status ViewServer::Impl::open() {
     if (error != asio::error::address_in_use)
       return bad_input(fmt::format("can't listen on {} port {}: {}", options.address, wanted, error.message()));
   }
-  return bad_input(fmt::format("port {} and the {} after it are in use; give another with --port, or 0 for any", options.port, last));
+  const std::string others = last > 0 ? fmt::format(" and the {} after it are", last) : " is";
+  return bad_input(fmt::format("port {}{} in use; give another with --port, or 0 for any", options.port, others));
 }
 
 void ViewServer::Impl::accept() {

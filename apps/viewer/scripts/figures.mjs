@@ -18,12 +18,12 @@ const scratch = mkdtempSync(join(tmpdir(), 'kerf-figures-'));
 const kViews = ['shaded', 'wireframe', 'collision', 'hexahedra', 'bound', 'links', 'feet'];
 const kWidth = 1000, kGap = 8;
 
-/** A shipped scene, with other options of its model and without weight. */
-function scene(name, modelOptions = '') {
+/** A shipped scene without its commands, with other options of its model and another weight. */
+function scene(name, modelOptions = '', gravity = 0) {
   const text = readFileSync(join(shipped, `${name}.toml`), 'utf8');
   const head = text.slice(0, text.indexOf('[[command]]')).replace(/^(options|gravity) *=.*\n/gm, '')
     .replace(/^(model *=.*)$/m, `$1\n${modelOptions && `options = { ${modelOptions} }`}`)
-    .replace(/^\[simulation\]$/m, '[simulation]\ngravity = [0, 0, 0]');
+    .replace(/^\[simulation\]$/m, `[simulation]\ngravity = [0, 0, ${gravity}]`);
   return head;
 }
 
@@ -60,6 +60,12 @@ class Shown {
     if (!(await this.state()).playing) return;
     await this.page.keyboard.press('Space');
     await this.until(() => !window.kerf.state().playing);
+  }
+  /** As it lies at the start, paused. */
+  async start() {
+    await this.pause();
+    await this.page.keyboard.press('r');
+    await this.until(() => window.kerf.state().time === 0);
   }
   /** Lets so many seconds of the scene pass. */
   async play(seconds) {
@@ -179,8 +185,8 @@ async function compose(number, columns, panels) {
 const figures = {
   1: async () => {
     const picture = await view('steak', scene('steak'), kWidth, 560, async (v) => {
-      await v.pause();
-      await v.look(-108, 42, 0.315, [0.003, -0.006, -0.002]);
+      await v.start();
+      await v.look(-108, 42, 0.33, [0, -0.012, -0.002]);
       await v.show('wireframe', 'collision', 'hexahedra');
       return v.picture();
     });
@@ -189,7 +195,7 @@ const figures = {
   5: async () => {
     const panels = [];
     await view('steak67', scene('steak', 'collision_triangles = 67'), wide(2), 420, async (v) => {
-      await v.pause();
+      await v.start();
       await v.show('feet');
       await v.onlyTriangle([-0.02, -0.02]);
       const { target, size } = await v.triangle();
@@ -205,13 +211,13 @@ const figures = {
   7: async () => {
     const panels = [];
     await view('steak67', scene('steak', 'collision_triangles = 67'), wide(3), 320, async (v) => {
-      await v.pause();
+      await v.start();
       await v.show('feet');
       for (const [label, side, azimuth, elevation] of [['(a) both sides', 0, -128, 14], ['(b) the + side, laid out', 1, -90, 89.9], ['(c) the − side, laid out', -1, -90, -89.9]]) {
         await v.onlyTriangle([-0.02, -0.02], side);
         const { target, size } = await v.triangle();
         await v.show('collision', 'feet', ...(side === 0 ? ['wireframe'] : []));
-        await v.look(azimuth, elevation, 2.15 * size, target);
+        await v.look(azimuth, elevation, 2.4 * size, target);
         panels.push([label, await v.picture()]);
       }
     });
@@ -221,12 +227,12 @@ const figures = {
     const whole = [], near = [];
     for (const n of [67, 137]) {
       await view(`steak${n}`, scene('steak', `collision_triangles = ${n}`), wide(2), 360, async (v) => {
-        await v.pause();
+        await v.start();
         await v.look(-90, 62, 0.345, [0, -0.004, 0]);
         await v.show('wireframe', 'collision', 'hexahedra');
         whole.push([`(a) ${n} collision triangles`, await v.picture()]);
-        await v.look(-90, 55, 0.13, [-0.03, -0.01, 0.005]);
-        await v.show('wireframe', 'collision', 'bound', 'links');
+        await v.look(-90, 55, 0.15, [-0.03, -0.01, 0.005]);
+        await v.show('collision', 'bound', 'links');
         near.push([`(b) close-up, ${n} collision triangles`, await v.picture()]);
       });
     }
@@ -234,14 +240,14 @@ const figures = {
   },
   18: async () => {
     const panels = [];
-    await view('sheet', scene('sheet', 'visual_triangles = 1664'), wide(2), 360, async (v) => {
-      await v.pause();
-      await v.look(-112, 40, 2.15, [0.03, -0.06, 0]);
+    await view('sheet', scene('sheet', 'visual_triangles = 1664', -9.81), wide(2), 360, async (v) => {
+      await v.start();
+      await v.look(-112, 40, 1.95, [0.01, -0.03, -0.03]);
       await v.show('wireframe', 'hexahedra');
       panels.push(['(a) visual mesh and hexahedra before cutting', await v.picture()]);
       await v.cut('1', [-0.27, -0.30, 0], [0.28, 0.29, 0]);
       await v.cut('1', [-0.29, 0.27, 0], [0.27, -0.28, 0]);
-      await pull(v);
+      await v.play(0.5);
       for (const [text, ...views] of [['(b) visual mesh and hexahedra after cutting', 'wireframe', 'hexahedra'],
         ['(c) collision mesh and hexahedra after cutting', 'collision', 'hexahedra'],
         ['(d) all three after cutting', 'wireframe', 'collision', 'hexahedra']]) {
@@ -254,17 +260,17 @@ const figures = {
   19: async () => {
     const rows = [[], [], []];
     for (const [vertices, triangles] of [[881, 1664], [3425, 6656], [13505, 26624], [53633, 106496]]) {
-      await view(`sheet${vertices}`, scene('sheet', `visual_triangles = ${triangles}`), wide(4), 190, async (v) => {
-        await v.pause();
+      await view(`sheet${vertices}`, scene('sheet', `visual_triangles = ${triangles}`, -9.81), wide(4), 200, async (v) => {
+        await v.start();
         await v.look(-90, 89.9, 0.36, [0.02, 0.02, 0]);
         await v.show('wireframe', 'collision', 'bound', 'links');
         rows[0].push([`(a) ${vertices} vertices`, await v.picture()]);
-        await v.look(-112, 40, 2.15, [0.03, -0.06, 0]);
+        await v.look(-112, 48, 1.25, [0, 0, -0.05]);
         await v.show('wireframe', 'collision');
         rows[1].push([`(b) before`, await v.picture()]);
         await v.cut('1', [-0.27, -0.30, 0], [0.28, 0.29, 0]);
         await v.cut('1', [-0.29, 0.27, 0], [0.27, -0.28, 0]);
-        await pull(v);
+        await v.play(0.5);
         await v.show('wireframe', 'collision');
         rows[2].push([`(c) after`, await v.picture()]);
       });
@@ -274,21 +280,21 @@ const figures = {
   22: async () => {
     const panels = [];
     await view('meniscus', scene('meniscus'), wide(2), 400, async (v) => {
-      await v.pause();
+      await v.start();
       await v.look(-90, 55, 0.078, [0, 0.017, 0]);
       await v.show('wireframe', 'collision', 'hexahedra');
       panels.push(['(a) visual mesh, collision mesh, hexahedra', await v.picture()]);
-      await v.look(-75, 48, 0.024, [0.004, 0.006, 0]);
-      await v.show('wireframe', 'bound', 'links', 'collision');
+      await v.look(-75, 50, 0.03, [0.004, 0.0065, 0]);
+      await v.show('collision', 'bound', 'links');
       panels.push(['(b) bound vertices and edges red, links blue', await v.picture()]);
     });
     await compose(22, 2, panels);
   },
   23: async () => {
     const skin = [], middle = [];
-    await view('meniscus', scene('meniscus').replace('gravity = [0, 0, 0]', 'gravity = [0, 0, -9.81]'), wide(3), 290, async (v) => {
-      await v.pause();
-      await v.look(90, 58, 0.074, [0, 0.016, 0]);
+    await view('meniscus', scene('meniscus', '', -9.81), wide(3), 260, async (v) => {
+      await v.start();
+      await v.look(90, 58, 0.076, [0, 0.0175, 0]);
       let n = 0;
       for (const x of [-0.0035, 0.0, 0.0035]) {
         await v.cut('1', [x + 0.0019, 0.0165, 0], [x + 0.0017, 0.0115, 0], [x + 0.0010, 0.0098, 0], [x, 0.0093, 0],
@@ -303,20 +309,6 @@ const figures = {
     await compose(23, 3, [...skin, ...middle]);
   },
 };
-
-/** Pulls a corner of the crossing up and leaves it held. */
-async function pull(v) {
-  const a = await v.at([0, -0.06, 0]), b = await v.at([0, -0.10, 0.12]);
-  await v.page.keyboard.press('Space');
-  await v.page.keyboard.press('4');
-  await v.page.mouse.move(...a);
-  await v.page.mouse.down();
-  await v.page.mouse.move(...b, { steps: 5 });
-  const { time } = await v.state();
-  await v.until((t) => window.kerf.state().time > t, time + 0.6);
-  await v.pause();
-  await v.page.mouse.up();
-}
 
 mkdirSync(out, { recursive: true });
 try {

@@ -310,6 +310,10 @@ await check('measurements: latency, traffic, CPU (reported, not judged)', async 
     + `frame ${report.frameBytes} bytes; server ${(100 * report.serverCpu).toFixed(1)} % of a core at ${report.framesPerSecond.toFixed(0)} frames a second`);
 });
 
+await check('a port in use is said so', async () => {
+  await assert.rejects(startServer('steak', server.port), new RegExp(`ended: 2 kerf: port ${server.port} is in use; give another`));
+});
+
 await check('Ctrl-C ends it cleanly', async () => {
   const ended = await stopServer(server);
   assert.equal(ended.code, 0);

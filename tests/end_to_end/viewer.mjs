@@ -24,13 +24,17 @@ mkdirSync(out, { recursive: true });
 
 // --- The server ------------------------------------------------------------------------------------------------------
 
-const servers = new Set();
+const servers = new Set(), errors = [];
 function startServer(scene, port = 0) {
   return new Promise((done, fail) => {
     const child = spawn(program, ['view', scene, '--port', String(port), '--no-browser', '--page', join(viewer, 'dist')], { stdio: ['ignore', 'pipe', 'pipe'] });
     servers.add(child);
     let text = '';
-    const exited = new Promise((r) => child.on('exit', (code, signal) => { servers.delete(child); r({ code, signal, text }); }));
+    const exited = new Promise((r) => child.on('exit', (code, signal) => {
+      servers.delete(child);
+      if (signal && signal !== 'SIGKILL') errors.push(`kerf view was ended by ${signal}: ${text}`);
+      r({ code, signal, text });
+    }));
     const hear = (bytes) => {
       text += bytes;
       const found = /kerf view: (http:\S+)/.exec(text);
@@ -59,7 +63,6 @@ const context = await chromium.launchPersistentContext(profile, {
   args: ['--no-sandbox', '--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklist', '--disable-quic', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync'],
 });
-const errors = [];
 async function openPage(url, viewport) {
   const page = await context.newPage();
   if (viewport) await page.setViewportSize(viewport);
@@ -114,6 +117,7 @@ async function check(name, use) {
   } catch (e) {
     failed++;
     console.log(`FAIL ${name}: ${e.stack ?? e}`);
+    for (const error of errors.splice(0)) console.log(`     ${error}`);
     try {
       await page.screenshot({ path: join(out, `failed-${name.replace(/\W+/g, '-').slice(0, 30)}.png`) });
       console.log(JSON.stringify(await state(page)));
@@ -147,7 +151,7 @@ await check('a cut dragged across the steak makes two pieces and shows', async (
   assert.equal(after.cut.pieces, 2);
   assert.equal(after.cut.invariants, 0, after.cut.text);
   assert.equal(after.cuts, 1);
-  assert.equal(after.undoDepth, 1);
+  await until(page, () => window.kerf.state().undoDepth === 1);
   assert.ok(after.cut.trianglesCut > 10 && after.cut.totalMs > 0);
   for (const count of Object.keys(after.cut.counts)) assert.ok(after.cut.counts[count] > before.counts[count], count);
   assert.ok(after.drawn.wall > 50 && after.drawn.skin > before.drawn.skin && after.drawn.vertices > before.drawn.vertices);

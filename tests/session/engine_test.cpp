@@ -375,6 +375,36 @@ TEST(Engine, FixHoldsAndReleaseLetsFall) {
   EXPECT_TRUE(table.pages[page].errors.empty());
 }
 
+TEST(Engine, AHoldOnACutEdgeSurvivesUndoAndRedo) {
+  Table table;
+  const auto page = table.join();
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.13, 0}});
+  for (const double x : {-0.012, 0.002, -0.03}) {
+    table.tell(page, page_tool(2, kGrasp, kDown, {ray_between({x, -0.05, 0.6}, {x, -0.06, 0})}));
+    for (int k = 1; k <= 10; ++k) {
+      table.tell(page, page_tool(2, kGrasp, kMove, {ray_between({x, -0.05, 0.6}, {x + 0.002 * k, -0.06, 0})}));
+      table.tick();
+    }
+    table.tell(page, page_tool(3, kGrasp, kUp, {}, 1));
+  }
+  for (int k = 0; k < 3; ++k) {
+    table.tell(page, page_command(4, kUndo));
+    table.tick(10);
+    table.tell(page, page_command(5, kRedo));
+    table.tick(10);
+    table.expect_mirrored(page);
+  }
+  table.tell(page, page_command(4, kUndo));
+  table.tick(30);
+  EXPECT_TRUE(table.engine.playing());
+  for (const auto& e : table.pages[page].errors) ADD_FAILURE() << e.text;
+  for (double x = -0.1; x < 0.1; x += 0.01) {
+    table.tell(page, page_tool(5, kRelease, kDown, {ray_between({x, -0.06, 0.6}, {x, -0.06, 0})}));
+    table.tell(page, page_tool(5, kRelease, kUp, {}));
+  }
+  table.tick(5);
+}
+
 TEST(Engine, GravityAndMaterialChangeLive) {
   Table table;
   const auto page = table.join();

@@ -13,6 +13,7 @@
 #include "kerf/session/run_report.h"
 #include "kerf/session/scene_file.h"
 #include "folder.h"
+#include "plot.h"
 #include "progress_bar.h"
 #include "scene_search.h"
 #include "session_picture.h"
@@ -70,6 +71,7 @@ class Run {
     KERF_TRY(write_final_meshes(session_, scene_.output.meshes, options_.out));
     if (scene_.output.animation && animation_.frame_count() > 0) KERF_TRY(animation_.write(options_.out / "body.glb"));
     if (scene_.output.picture && !pictured_) KERF_TRY(picture());
+    KERF_TRY(write_svg(options_.out / "steps.svg", step_plot()));
     return replace_file((options_.out / "report.json").string(), run_report_json(session_, log_));
   }
 
@@ -127,6 +129,21 @@ class Run {
       KERF_TRY(series_->add(session_.time(), hexahedra_vtu(session_)));
     }
     return {};
+  }
+  /// Time of every step; the steps that cut stand out.
+  [[nodiscard]] Plot step_plot() const {
+    Plot plot;
+    plot.title = scene_.title.empty() ? scene_.name : scene_.title;
+    plot.x_label = "simulated time (s)";
+    plot.y_label = "time of a step (ms)";
+    plot.log_y = true;
+    PlotLine whole{"whole step", {}, false, ""}, mechanics{"mechanics", {}, false, ""};
+    for (const RunLog::Step& s : log_.steps) {
+      whole.points.push_back({s.time, 1e3 * s.seconds});
+      mechanics.points.push_back({s.time, 1e3 * s.mechanics});
+    }
+    plot.lines = {whole, mechanics};
+    return plot;
   }
   Status picture() {
     pictured_ = true;

@@ -235,6 +235,7 @@ struct SceneOutput {
 struct Scene {
   std::string title;
   std::string name;  ///< file name without folder and ending, or whatever parse_scene was told
+  std::string file;  ///< as it was named to the reader, for messages; empty for scenes that a program fills in
   SceneBody body;
   SceneMaterial material;
   SceneLattice lattice;

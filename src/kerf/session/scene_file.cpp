@@ -715,7 +715,10 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name,
         fmt::format("{}:{}: {}", name, parsed.error().source().begin.line, parsed.error().description()));
   }
   Result<Scene> scene = SceneReader(name, base_dir).read(parsed.table());
-  if (scene.ok()) scene->name = std::filesystem::path(std::string(name)).stem().string();
+  if (scene.ok()) {
+    scene->name = std::filesystem::path(std::string(name)).stem().string();
+    scene->file = std::string(name);
+  }
   return scene;
 }
 

@@ -28,6 +28,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+const std::string& source(const Scene& scene) { return scene.file.empty() ? scene.name : scene.file; }
+
 /// Strokes share one provisional tip and one journal, so they follow each other.
 Status check_commands(const Scene& scene) {
   double end = -1;
@@ -36,11 +38,11 @@ Status check_commands(const Scene& scene) {
     const auto* blade = std::get_if<SceneBlade>(&c.what);
     if (!blade) continue;
     if (blade->poses.empty())
-      return bad_input(fmt::format("{}:{}: this blade has no poses; give it two or more to sweep between", scene.name, c.line));
+      return bad_input(fmt::format("{}:{}: this blade has no poses; give it two or more to sweep between", source(scene), c.line));
     if (c.at < end)
       return bad_input(fmt::format("{}:{}: this blade starts at {} s, before the one of line {} has ended ({} s); one blade "
                                    "cuts at a time",
-                                   scene.name, c.line, c.at, line, end));
+                                   source(scene), c.line, c.at, line, end));
     end = c.at + blade->poses.back().time;
     line = c.line;
   }
@@ -136,7 +138,7 @@ Status Session::Impl::prepare(const Progress& progress) {
   }
 
   for (std::size_t i = 0; i < scene.fixes.size(); ++i)
-    KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}: [[fix]] number {}", scene.name, i + 1)));
+    KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}: [[fix]] number {}", source(scene), i + 1)));
   KERF_TRY(renew_springs());
   renew_loads();
   // Page faults of memory touched for the first time cost more than a cut does.
@@ -205,6 +207,7 @@ std::shared_ptr<const SessionSnapshot> Session::snapshot() const {
   return snapshot;
 }
 void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
+  KERF_ASSERT(snapshot != nullptr);
   const std::uint64_t version = impl_->state.topology_version;
   impl_->state = snapshot->state;
   impl_->skin_stale = true;
@@ -257,10 +260,15 @@ BodyCounts Session::counts() const { return count_body(impl_->state.body); }
 Vec3 Session::support_force() const {
   const Impl& s = *impl_;
   Vec3 sum;
-  for (std::size_t i = 0; i < s.state.model.node_count(); ++i)
-    if (s.state.model.is_fixed(NodeId(i)) && s.state.body.hex.active(NodeId(i)))
-      sum += reaction(s.state.model, s.workspace, s.step_options, NodeId(i));
+  for (const NodeId n : ids<NodeId>(s.state.model.node_count())) sum += support_force(n);
   return sum;
+}
+
+Vec3 Session::support_force(NodeId node) const {
+  const Impl& s = *impl_;
+  // What the last step left belongs to the nodes that there were then.
+  if (s.forces_of != s.state.topology_version || !s.state.model.is_fixed(node) || !s.state.body.hex.active(node)) return {};
+  return reaction(s.state.model, s.workspace, s.step_options, node);
 }
 
 Vec3 Session::grasp_force(const std::string& id) const {

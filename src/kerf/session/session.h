@@ -138,8 +138,10 @@ class Session {
   /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (4.2.5). Allocates only
   /// when the arrays grow.
   void visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
-  /// Force of the supports on the body, N: sum over the fixed nodes, of the last step.
+  /// Force of the supports on the body, N, of the last step: the sum, and that on one fixed node. Zero for free nodes, and
+  /// from a change of topology to the next step.
   [[nodiscard]] Vec3 support_force() const;
+  [[nodiscard]] Vec3 support_force(NodeId node) const;
   /// Force of a grasp on the body, N, of the last step; zero for an unknown id.
   [[nodiscard]] Vec3 grasp_force(const std::string& id) const;
   [[nodiscard]] const std::vector<StrokeRecord>& strokes() const;

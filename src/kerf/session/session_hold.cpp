@@ -58,11 +58,13 @@ Status Session::Impl::apply(const SceneCommand& command) {
   };
   const Status done = std::visit(Visitor{*this}, command.what);
   if (!done && command.line > 0)
-    return Error{done.error().kind, fmt::format("{}:{}: {}", scene.name, command.line, done.error().message)};
+    return Error{done.error().kind, fmt::format("{}:{}: {}", scene.file.empty() ? scene.name : scene.file, command.line, done.error().message)};
   return done;
 }
 
 Status Session::Impl::grasp(const SceneGrasp& what) {
+  if (!is_finite(what.point) || !(what.radius >= 0) || (what.stiffness && !(*what.stiffness > 0 && std::isfinite(*what.stiffness))))
+    return bad_input(fmt::format("grasp '{}': point, radius (>= 0) and stiffness (> 0) must be finite numbers", what.id));
   const std::vector<Vec3>& now = deformed_collision();
   return hold(what.id,
               vertices_near(what.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : now, what.point,
@@ -88,6 +90,8 @@ Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> p
 }
 
 Status Session::Impl::move(const SceneMove& what) {
+  if ((what.to && !is_finite(*what.to)) || (what.by && !is_finite(*what.by)) || !(what.over >= 0 && std::isfinite(what.over)))
+    return bad_input(fmt::format("move of grasp '{}': places and times must be finite numbers", what.id));
   for (Grasp& g : state.grasps)
     if (g.id == what.id) {
       g.from = g.centre;

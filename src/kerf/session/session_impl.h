@@ -91,6 +91,7 @@ struct Session::Impl {
   LatticeScratch lattice_scratch;
   LatticeChange lattice_change;
   StepWorkspace workspace;
+  std::uint64_t forces_of = 0;  ///< topology version of the step that the workspace holds
   EmbeddingScratch embedding_scratch;
   std::vector<VisualVertex> moved;
   Skin skin;  ///< derived from the embedding

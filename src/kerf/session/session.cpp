@@ -174,6 +174,7 @@ Result<SessionStep> Session::step() {
   carry_unused_nodes(s.state.body.hex, s.state.mechanics, s.carried);
   s.positions_changed();
   report.mechanics = *mechanics;
+  s.forces_of = s.state.topology_version;
   ++s.state.steps;
   s.state.time = static_cast<double>(s.state.steps) * dt;  // no drift
   report.topology_changed = version != s.state.topology_version;

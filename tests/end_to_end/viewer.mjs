@@ -278,6 +278,32 @@ await check('another scene, a recording that replays to the same bits', async ()
   assert.equal(await new Promise((r) => replay.on('exit', r)), 0);
 });
 
+await check('own meshes are loaded and cut', async () => {
+  const square = (n) => {
+    let text = '';
+    for (let j = 0; j <= n; j++) for (let i = 0; i <= n; i++) text += `v ${i / n} ${j / n} 0\n`;
+    for (let j = 0; j < n; j++) {
+      for (let i = 0; i < n; i++) {
+        const a = j * (n + 1) + i + 1;
+        text += `f ${a} ${a + 1} ${a + n + 2}\nf ${a} ${a + n + 2} ${a + n + 1}\n`;
+      }
+    }
+    return text;
+  };
+  const file = (name, text) => ({ name, mimeType: 'text/plain', buffer: Buffer.from(text) });
+  await page.setInputFiles('#files', [file('cloth.obj', square(40)), file('cloth_collision.obj', square(6))]);
+  await page.fill('#upload-thickness', '0.02');
+  await page.click('#upload-go');
+  await until(page, () => window.kerf.state().scene === 'cloth' && window.kerf.state().ready);
+  await page.waitForTimeout(300);
+  const [from, to] = await line(page, [0, 0.7, 0], [1, 0.7, 0], 0.15);
+  await drag(page, from, to, 40);
+  await until(page, () => window.kerf.state().cut?.outcome === 0);
+  const after = await state(page);
+  assert.equal(after.cut.pieces, 2);
+  assert.equal(after.cut.invariants, 0, after.cut.text);
+});
+
 await check('measurements: latency, traffic, CPU (reported, not judged)', async () => {
   await page.close();
   page = await openPage(server.url, { width: 320, height: 240 });

@@ -678,6 +678,7 @@ TEST(Engine, UploadedMeshesAreLoaded) {
   table.tick(3);
   table.expect_mirrored(page);
   EXPECT_EQ(p.body.skin.size(), 288u);
+  EXPECT_EQ(table.engine.session().gravity(), (Vec3{0, 0, 0}));  // nothing holds it
 
   // What can't be loaded leaves everything as it is.
   const std::uint32_t body = table.engine.body();

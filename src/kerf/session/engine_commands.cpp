@@ -23,8 +23,8 @@ constexpr int kMostSingleSteps = 1000;
 constexpr double kMostGravity = 1e3;               ///< m/s^2
 /// Without supports in the scene, "the far rim" is this share of the body's length along y.
 constexpr double kRimShare = 0.15;
-/// An uploaded body's time step, s.
-constexpr double kUploadTimeStep = 0.005;
+/// What uploaded meshes are simulated with: nothing holds them yet, so they float until gravity is turned on.
+constexpr const char* kUploadSimulation = "[simulation]\ntime_step = 0.005\ngravity = [0, 0, 0]\n";
 constexpr std::size_t kMostUploadParts = 16;
 
 std::string lower_extension(const std::string& name) {
@@ -242,7 +242,7 @@ Status Engine::Impl::load_upload(EngineClient& client, std::uint32_t upload, con
   } else if (parts[2] && lower_extension(parts[2]->name) == ".kerf") {
     from.files.push_back({"body.kerf", std::move(parts[2]->bytes)});
     from.name = plain_stem(parts[2]->name);
-    from.text = fmt::format("title = \"{}\"\n[body]\nbound = \"body.kerf\"\n[simulation]\ntime_step = {}\n", from.name, kUploadTimeStep);
+    from.text = fmt::format("title = \"{}\"\n[body]\nbound = \"body.kerf\"\n", from.name) + kUploadSimulation;
   } else if (parts[0]) {
     const std::string visual = "visual" + lower_extension(parts[0]->name);
     std::string collision = visual;
@@ -260,7 +260,7 @@ Status Engine::Impl::load_upload(EngineClient& client, std::uint32_t upload, con
         return bad_input("The thickness is a positive number of metres.");
       from.text += fmt::format("thickness = {}\n", metres);
     }
-    from.text += fmt::format("[simulation]\ntime_step = {}\n", kUploadTimeStep);
+    from.text += kUploadSimulation;
   } else {
     return bad_input("There is no such upload: send a visual mesh, a scene (.toml) or a bound body (.kerf) first.");
   }

@@ -274,7 +274,7 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     if (file.gzip) response->set(http::field::content_encoding, "gzip");
     response->set(http::field::cache_control, file.immutable ? "public, max-age=31536000, immutable" : "no-cache");
     response->body() = file.bytes;
-    send(request, std::move(response));
+    send(request, response);
   }
   using Response = http::response<http::string_body>;
   std::shared_ptr<Response> make(const http::request<http::empty_body>& request, http::status status, const std::string& type) {
@@ -292,9 +292,9 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     auto response = make(request, status, "text/plain; charset=utf-8");
     response->body() = std::string(why) + "\n";
     if (status == http::status::forbidden) response->keep_alive(false);
-    send(request, std::move(response));
+    send(request, response);
   }
-  void send(const http::request<http::empty_body>& request, std::shared_ptr<Response> response) {
+  void send(const http::request<http::empty_body>& request, const std::shared_ptr<Response>& response) {
     const std::size_t length = response->body().size();
     if (request.method() == http::verb::head) response->body().clear();
     response->content_length(length);

@@ -143,7 +143,7 @@ class Checker {
         }
         return status.ok();
       });
-      KERF_TRY(status);
+      if (!status) return status;
       const bool cut_border = body_.closed && coarse_.on_border(v) && bound[0] != bound[1];
       if (body_.closed && !coarse_.on_border(v) && bound[0] == bound[1]) return broken("inner collision vertex {} has one bound vertex", v.value);
       const PoolRun line = coarse_.line[v];

@@ -192,7 +192,7 @@ void build_walls(CutContext& cut, CH h, CH g) {
   const Vec3 along = coarse.rest[coarse.to(h)] - coarse.rest[coarse.from(h)];
   const Vec3 up = coarse.offset[coarse.from(h)] + coarse.offset[coarse.to(h)];
   const Vec3 outward = normalized(cross(along, up));  // to the right of h
-  scratch.displacement.assign(static_cast<std::size_t>(inner * std::max(0, layers - 1)), Vec3{});
+  scratch.displacement.assign(static_cast<std::size_t>(inner) * static_cast<std::size_t>(std::max(0, layers - 1)), Vec3{});
   if (cut.options.roughness > 0) {
     Random random(cut.options.seed + 0x9e3779b97f4a7c15ull * static_cast<std::uint64_t>(h.value + 1));
     for (std::int32_t k = 0; k < inner; ++k) {
@@ -200,7 +200,7 @@ void build_walls(CutContext& cut, CH h, CH g) {
       const Vec3 bottom = mesh.rest[body.chain_pool[coarse.chain[h][1].at(k)]];
       const double amplitude = cut.options.roughness * norm(top - bottom) / layers;
       for (int i = 0; i < layers - 1; ++i)
-        scratch.displacement[static_cast<std::size_t>(k * (layers - 1) + i)] = random.uniform(0, amplitude) * outward;
+        scratch.displacement[static_cast<std::size_t>(k) * static_cast<std::size_t>(layers - 1) + static_cast<std::size_t>(i)] = random.uniform(0, amplitude) * outward;
     }
   }
 

@@ -85,7 +85,8 @@ Result<Model> make_meniscus(const ModelOptions& options) {
     return bad_input(fmt::format("model meniscus has 160 collision triangles, not {}", options.collision_triangles));
   // Rows of the grid: half thickness by how far across vertex i is.
   auto half = [](std::size_t i, int along, int across) {
-    const double t = static_cast<double>(i / static_cast<std::size_t>(along + 1)) / across;
+    const std::size_t row = i / static_cast<std::size_t>(along + 1);
+    const double t = static_cast<double>(row) / across;
     return kMillimetre * (kOuterHalf + t * (kInnerHalf - kOuterHalf));
   };
   ThickShape shape;

@@ -190,7 +190,8 @@ Result<Model> make_tube(const ModelOptions& options) {
   };
   auto rings_of = [](int r) { return std::max(1, 2 * static_cast<int>(std::lround(kWall * kAround * r / kTurn / 2)) - 1); };
   auto count_of = [&](int r) {
-    return static_cast<std::size_t>(4 * kAround * kAlong * r * r + 4 * kAround * r * (rings_of(r) + 1));
+    const int count = 4 * kAround * kAlong * r * r + 4 * kAround * r * (rings_of(r) + 1);
+    return static_cast<std::size_t>(count);
   };
   int refinement = 1;
   while (count_of(refinement + 1) <= wanted) ++refinement;

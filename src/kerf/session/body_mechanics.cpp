@@ -165,4 +165,32 @@ Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsMod
   return {};
 }
 
+void calm_light_nodes(const HexMesh& hex, std::span<const double> masses, double dt, MechanicsState& state) {
+  double total = 0;
+  std::size_t nodes = 0;
+  for (const double m : masses)
+    if (m > 0) {
+      total += m;
+      ++nodes;
+    }
+  if (nodes == 0) return;
+  const double light = kLightNode * total / static_cast<double>(nodes);
+  double fastest = 0;
+  bool any = false;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    if (masses[i] >= light) fastest = std::max(fastest, norm(state.velocities[i]));
+    else any |= masses[i] > 0;
+  }
+  if (!any) return;
+  const double cell = std::min({hex.frame.cell.x, hex.frame.cell.y, hex.frame.cell.z});
+  const double limit = kLightSpeed * fastest + 0.01 * cell / dt;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    const double speed = norm(state.velocities[i]);
+    if (masses[i] <= 0 || masses[i] >= light || speed <= limit) continue;
+    const Vec3 slower = (limit / speed) * state.velocities[i];
+    state.positions[i] -= dt * (state.velocities[i] - slower);
+    state.velocities[i] = slower;
+  }
+}
+
 }  // namespace kerf

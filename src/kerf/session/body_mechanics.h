@@ -50,4 +50,12 @@ void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<s
 /// first node_count and hex_count entries.
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state);
 
+/// A cut can leave slivers that weigh next to nothing. What a loose solve leaves undone there is a tiny force and a huge
+/// velocity, which the next step takes for real. After a step: nodes under kLightNode of the mean mass are slowed
+/// down to kLightSpeed times the fastest of the others, and a hundredth of a cell a step; their positions with them.
+/// Momentum is kept to the same share. masses: kg per node, of the step. Linear.
+void calm_light_nodes(const HexMesh& hex, std::span<const double> masses, double dt, MechanicsState& state);
+inline constexpr double kLightNode = 1e-3;
+inline constexpr double kLightSpeed = 10;
+
 }  // namespace kerf

@@ -17,7 +17,10 @@ protocol::Normal packed(Vec3f n) {
 }
 
 template <class T>
-bool same(const T& a, const T& b) { return std::memcmp(&a, &b, sizeof(T)) == 0; }
+bool same(const T& a, const T& b) {
+  // Bits, not values: what is sent must be what is held. No type here has padding.
+  return std::memcmp(static_cast<const void*>(&a), static_cast<const void*>(&b), sizeof(T)) == 0;
+}
 template <class T>
 bool same_block(const std::vector<T>& a, const std::vector<T>& b, std::size_t first, std::size_t count) {
   return std::memcmp(a.data() + first, b.data() + first, count * sizeof(T)) == 0;

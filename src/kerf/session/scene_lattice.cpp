@@ -67,7 +67,7 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
   if (wanted.axes) {
     axes.c = *wanted.axes;
   } else if (!wanted.origin) {
-    const Result<LatticeFrame> chosen = choose_lattice(mesh, automatic);
+    Result<LatticeFrame> chosen = choose_lattice(mesh, automatic);
     if (!chosen.ok()) return chosen;
     axes = chosen->axes;
   }

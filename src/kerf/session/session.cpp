@@ -171,6 +171,7 @@ Result<SessionStep> Session::step() {
 
   auto mechanics = kerf::step(s.state.model, s.state.mechanics, s.step_options, s.workspace);
   if (!mechanics) return mechanics.error();
+  calm_light_nodes(s.state.body.hex, s.state.model.structure().mass, dt, s.state.mechanics);
   carry_unused_nodes(s.state.body.hex, s.state.mechanics, s.carried);
   s.positions_changed();
   report.mechanics = *mechanics;

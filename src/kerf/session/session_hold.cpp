@@ -56,7 +56,7 @@ Status Session::Impl::apply(const SceneCommand& command) {
       return {};
     }
   };
-  const Status done = std::visit(Visitor{*this}, command.what);
+  Status done = std::visit(Visitor{*this}, command.what);
   if (!done && command.line > 0)
     return Error{done.error().kind, fmt::format("{}:{}: {}", scene.file.empty() ? scene.name : scene.file, command.line, done.error().message)};
   return done;

@@ -42,7 +42,7 @@ PlanarMesh refined(const GridRegion& region, int refinement) {
       });
 }
 
-std::size_t visual_count(const PlanarMesh& mesh, int rings) {
+[[maybe_unused]] std::size_t visual_count(const PlanarMesh& mesh, int rings) {
   std::size_t border = 0;
   for (const auto& loop : mesh.loops) border += loop.size();
   return 2 * mesh.triangles.size() + 2 * border * static_cast<std::size_t>(rings + 1);

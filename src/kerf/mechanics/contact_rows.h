@@ -1,0 +1,89 @@
+// What touches, as the time step sees it: weighted sums of nodes that must not pass a plane, with friction, and rigid
+// tools with freedoms of their own. Mechanics knows no geometry; whoever detects contacts fills this in anew before
+// every step.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kerf/base/ids.h"
+#include "kerf/base/vec.h"
+
+namespace kerf {
+
+/// One node's share of a contact's relative motion.
+struct ContactEntry {
+  NodeId node;
+  double weight = 0;  ///< the body's own side sums to 1, another point of a body (self-contact) to -1
+};
+
+/// One point that touches, or might by the end of the step. Relative velocity (first side minus the other):
+///   u = sum w v  -  other_velocity  -  [rigid >= 0: v_r + w_r x arm]
+/// and the gap at the end of a step of h seconds is gap + h normal . u.
+struct ContactRow {
+  std::uint64_t key = 0;  ///< who touches whom; unique, rows come sorted by it; memory follows it from step to step
+  std::int32_t first = 0, count = 0;  ///< its entries
+  HexId cell;             ///< when all entries are the 8 corners of this element, in its order; else invalid
+  std::int32_t rigid = -1;  ///< the other side is this rigid tool; -1: a place that moves as given, or nodes
+  Vec3 arm;               ///< from the tool's centre to the contact point, m
+  Vec3 normal;            ///< unit, points from the other side to the first
+  double gap = 0;         ///< at the start of the step, m; negative: overlap
+  Vec3 other_velocity;    ///< of a given other side at the contact point, m/s
+  double friction = 0;    ///< Coulomb's coefficient
+};
+
+/// A rigid tool that follows a given pose through a virtual coupling: six freedoms in the same linear system.
+struct RigidTool {
+  double mass = 0.05;          ///< kg, of the proxy
+  double inertia = 1e-5;       ///< kg m2, about any axis
+  double stiffness = 0;        ///< N/m between the proxy and the pose it follows
+  double damping = 0;          ///< N s/m
+  double turning_stiffness = 0;  ///< N m/rad
+  double turning_damping = 0;    ///< N m s/rad
+  Vec3 target;                 ///< where the device is at the end of the step, m
+  Mat3 target_axes;            ///< and how it is turned
+  Vec3 target_velocity;        ///< m/s
+  Vec3 target_spin;            ///< rad/s, world
+  double max_force = 0;        ///< N the coupling can pull with; 0: no limit
+  double max_speed = 10;       ///< m/s; poses that jump are followed at this speed
+};
+struct RigidState {
+  Vec3 position;  ///< centre, m
+  Mat3 axes;      ///< columns: the tool's axes in the world
+  Vec3 velocity;  ///< m/s
+  Vec3 spin;      ///< rad/s, world
+  friend bool operator==(const RigidState&, const RigidState&) = default;
+};
+
+/// What a contact remembers: its force and the stretch of its friction spring. Part of the state.
+struct ContactMemory {
+  std::uint64_t key = 0;
+  double force = 0;  ///< normal, N
+  Vec3 slip;         ///< m, tangential
+  friend bool operator==(const ContactMemory&, const ContactMemory&) = default;
+};
+
+struct ContactOptions {
+  double stiffness = 30;   ///< times the local diagonal of M / dt^2 + K
+  int passes = 4;          ///< linear solves a step at most, while contacts open and close
+  double friction_blend = 0.3;  ///< share of the secant in the sliding tangent
+  double push_speed = 1;   ///< m/s at which bodies that overlap at the start are pushed apart
+};
+
+/// All that touches in one step.
+struct ContactSet {
+  std::vector<ContactRow> rows;
+  std::vector<ContactEntry> entries;
+  std::vector<RigidTool> tools;  ///< as many as the state has
+  ContactOptions options;
+};
+
+/// What a step did with one row.
+struct ContactResult {
+  double normal_force = 0;  ///< N, >= 0
+  Vec3 force;               ///< on the first side, friction included, N
+  double end_gap = 0;       ///< m
+  bool sliding = false;
+};
+
+}  // namespace kerf

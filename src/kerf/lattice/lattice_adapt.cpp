@@ -433,9 +433,19 @@ class Adapter {
       const TipCell& tip = hex_.tips[id];
       glue(element_beside(tip, tip.left, 1), element_beside(tip, tip.right, -1));
     }
+    // Nothing is cut off where there is nothing: a prism that only touches this cell, on the far side of a slit in the face.
+    const auto holds_material = [&](std::int32_t e) {
+      const std::int32_t root = find_glued(e - entry.first);
+      for (std::int32_t i = 0; i < entry.count; ++i) {
+        const Element& x = s_.elements[at(entry.first + i)];
+        if ((x.side == 0 || x.volume > kOverlapVolume) && find_glued(i) == root) return true;
+      }
+      return false;
+    };
     for (std::int32_t e = entry.first; e + 1 < entry.first + entry.count; ++e) {
       const Element &a = s_.elements[at(e)], &b = s_.elements[at(e + 1)];
-      if (a.side != 0 && a.triangle == b.triangle && glue(e, e + 1)) join(e, e + 1);
+      if (a.side == 0 || a.triangle != b.triangle || !holds_material(e) || !holds_material(e + 1)) continue;
+      if (glue(e, e + 1)) join(e, e + 1);
     }
     const LatticeIndex cell = hex_.frame.index_of(entry.cell);
     for (std::size_t i = 0; i + 1 < s_.virtual_edges.size(); i += 2) {

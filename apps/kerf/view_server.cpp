@@ -32,6 +32,9 @@ using Clock = std::chrono::steady_clock;
 using boost::system::error_code;
 
 constexpr std::chrono::seconds kHttpTimeout{30};
+constexpr std::chrono::microseconds kTick{16667};
+/// A page that does something has a tick at once, but not more often than this.
+constexpr std::chrono::milliseconds kLeastTick{4};
 constexpr std::size_t kMostConnections = 64;
 constexpr std::size_t kMostRequestHeader = 16 << 10;
 
@@ -128,6 +131,8 @@ struct ViewServer::Impl {
   Status open();
   void accept();
   void tick();
+  void wait_for_tick();
+  void tick_soon();
   void flush();
   void shut_down();
   [[nodiscard]] bool host_allowed(std::string_view host) const;
@@ -207,7 +212,8 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
       server_.engine.receive(client_, {&kNothing, 0});  // counted as bad
     }
     buffer_.consume(buffer_.size());
-    server_.flush();
+    server_.flush();  // patches before anything else
+    if (server_.engine.tick_wanted()) server_.tick_soon();
     if (open_) read();
   }
   void gone() {
@@ -373,9 +379,20 @@ void ViewServer::Impl::tick() {
   engine.tick(std::chrono::duration<double>(now - last_tick).count());
   last_tick = now;
   flush();
-  next_tick += std::chrono::microseconds(16667);
+  next_tick += kTick;
   if (next_tick < Clock::now()) next_tick = Clock::now();  // what is late is late: no debts
-  timer.expires_at(next_tick);
+  wait_for_tick();
+}
+
+void ViewServer::Impl::tick_soon() {
+  const auto soon = std::max(Clock::now(), last_tick + kLeastTick);
+  if (soon >= next_tick) return;
+  next_tick = soon;
+  wait_for_tick();
+}
+
+void ViewServer::Impl::wait_for_tick() {
+  timer.expires_at(next_tick);  // calls off the wait under way
   timer.async_wait([this](error_code error) { if (!error && !stopping) tick(); });
 }
 

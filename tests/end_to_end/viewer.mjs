@@ -333,10 +333,21 @@ await check('measurements: latency, traffic, CPU (reported, not judged)', async 
     await page.waitForTimeout(200);
     if (k % 2 === 1) await page.keyboard.press('z');
   }
+  // And pulling: the body follows in the next frame.
+  await page.keyboard.press('4');
+  const hold = await rest(page, [0.02, -0.05, 0.01]);
+  await page.mouse.move(...hold);
+  await page.mouse.down();
+  for (let i = 1; i <= 80; i++) {
+    await page.mouse.move(hold[0] + 20 * Math.sin(i / 6), hold[1] + 6 * Math.sin(i / 4));
+    await page.waitForTimeout(12);
+  }
+  await page.mouse.up();
   report.latency = (await state(page)).latency;
   report.patches = (await state(page)).patches;
-  assert.ok(report.latency.count > 20);
-  console.log(`     pointer to cut: median ${report.latency.appliedMedian?.toFixed(1)} ms, 99 % ${report.latency.applied99?.toFixed(1)} ms (${report.latency.count} inputs); `
+  assert.ok(report.latency.count > 20 && report.latency.motion.count > 20);
+  const said = (l) => `median ${l.appliedMedian?.toFixed(1)} ms, 99 % ${l.applied99?.toFixed(1)} ms (${l.count} inputs)`;
+  console.log(`     pointer to cut: ${said(report.latency)}; to pull: ${said(report.latency.motion)}; `
     + `frame ${report.frameBytes} bytes; server ${(100 * report.serverCpu).toFixed(1)} % of a core at ${report.framesPerSecond.toFixed(0)} frames a second`);
 });
 

@@ -121,6 +121,19 @@ TEST(Engine, APageSeesTheBodyWhereItIs) {
   }
 }
 
+TEST(Engine, WhatAPageDoesWantsATickAtOnceWhatItSeesDoesNot) {
+  Table table;
+  const auto page = table.join();
+  table.tick(3);
+  EXPECT_FALSE(table.engine.tick_wanted());
+  table.tell(page, page_ray(7, ray_between(kEye, {0, 0, 0})));
+  EXPECT_FALSE(table.engine.tick_wanted());
+  table.tell(page, page_tool(8, kGrasp, kDown, {ray_between(kEye, {0, 0, 0})}));
+  EXPECT_TRUE(table.engine.tick_wanted());
+  table.tick();
+  EXPECT_FALSE(table.engine.tick_wanted());
+}
+
 TEST(Engine, AStrokeCutsTheSteakInTwoAndUndoTakesItBack) {
   Table table;
   const auto page = table.join();

@@ -192,6 +192,7 @@ await check('one finger cuts, a second finger takes the stroke back and turns th
   await touch('touchEnd');
   await until(page, (c) => Math.hypot(...window.kerf.state().camera.position.map((v, i) => v - c[i])) > 1e-3, before.camera.position);
   assert.equal((await state(page)).undoDepth, 0);
+  await page.waitForTimeout(800);  // the last moves have turned the view
   await page.evaluate(() => window.kerf.app.resetCamera());
   await page.waitForTimeout(1000);
   const c = await at(page, 0.012, -0.09), d = await at(page, 0.012, 0.09);

@@ -18,6 +18,7 @@ import { LatencyMeter } from './stats/latency';
 import { QualityChooser, kQualitySteps } from './stats/quality';
 import { Series } from './stats/series';
 import { PointerMap, type PointerKind } from './tools/mapping';
+import { Pacer } from './tools/pacing';
 import { Stroke, type StrokeMessage, type ToolName } from './tools/tools';
 
 export interface SceneInfo {
@@ -116,6 +117,11 @@ export class App implements EngineEvents {
   private lastSeq = 0;
   private ackedSeq = 0;
   private stroke: Stroke | null = null;
+  private readonly pacer = new Pacer();
+  /** Samples of the stroke that are not sent yet, and the time of the last one that came. */
+  private held: ToolSample[] = [];
+  private heldModifiers = 0;
+  private lastSampleTime = -Infinity;
   private pointerAt: { x: number; y: number } | null = null;
   private hoverChanged = false;
   private rayOut = 0;
@@ -166,6 +172,7 @@ export class App implements EngineEvents {
     if (state !== 'live') {
       this.cancelStroke(false);
       this.latency.forget();
+      this.pacer.forget();
       this.rayOut = 0;
       this.roleNow = { ...this.roleNow, held: false };
       this.ackedSeq = this.lastSeq = 0;
@@ -227,12 +234,14 @@ export class App implements EngineEvents {
     this.overlays.patched();
     this.engine.have(state.body, state.version);
     if (this.pending && this.pending.version !== state.version) this.pending = null;
-    this.latency.echoed(patch.input, performance.now());
+    this.latency.echoed(patch.input, performance.now(), 'cut');
+    this.pacer.answered(patch.input);
     this.touch(true);
   }
 
   frame(frame: Frame): void {
     this.lastSeq = frame.seq;
+    this.pacer.answered(frame.input);
     this.frames++;
     this.time = frame.time;
     const playing = (frame.flags & FrameFlag.Playing) !== 0;
@@ -290,7 +299,7 @@ export class App implements EngineEvents {
       this.cutSeries.push(this.cutNumber, report.bindingMs, report.embeddingMs, report.surfaceMs, report.totalMs);
       this.pushCounts(report.counts);
     }
-    this.latency.echoed(report.input, performance.now());
+    this.pacer.answered(report.input);
     this.listener?.cut(report);
   }
 
@@ -318,7 +327,7 @@ export class App implements EngineEvents {
 
   command(code: number, value: number[] = [], text = '', started = performance.now()): number {
     const input = this.engine.command({ code, value, text });
-    this.latency.sent(input, started);
+    this.latency.sent(input, started, 'cut');
     return input;
   }
   togglePlay(): void { this.command(this.playing ? CommandCode.Pause : CommandCode.Play); }
@@ -412,8 +421,30 @@ export class App implements EngineEvents {
   private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): void {
     for (const m of messages) {
       const input = this.engine.tool({ ...m, modifiers });
-      this.latency.sent(input, e.timeStamp);
+      this.latency.sent(input, e.timeStamp, this.tool === 'grasp' ? 'motion' : 'cut');
+      this.pacer.sent(input, performance.now());
     }
+  }
+
+  /** Takes the samples of an event that did not come with an earlier one; sends them if the engine keeps up. */
+  private gather(e: PointerEvent): void {
+    const events = e.getCoalescedEvents?.() ?? [], list = events.length > 0 ? events : [e];
+    const box = this.canvas.getBoundingClientRect();
+    for (const x of list) {
+      if (x.timeStamp <= this.lastSampleTime) continue;
+      this.lastSampleTime = x.timeStamp;
+      this.ink.add(x.clientX - box.left, x.clientY - box.top);
+      this.held.push(this.sample(x));
+    }
+    this.heldModifiers = this.modifiers(e);
+    this.sendHeld(false);
+  }
+
+  private sendHeld(now: boolean): void {
+    if (!this.stroke || this.held.length === 0 || !(now || this.pacer.ready(performance.now()))) return;
+    const samples = this.held;
+    this.held = [];
+    this.send(this.stroke.move(samples), { timeStamp: samples[0]!.time }, this.heldModifiers);
   }
 
   private listen(): void {
@@ -437,6 +468,8 @@ export class App implements EngineEvents {
       this.place(e);
       this.follow = false;
       this.stroke = new Stroke(this.tool);
+      this.held = [];
+      this.lastSampleTime = e.timeStamp;
       const at = this.pointerAt!;
       this.ink.begin(this.tool, at.x, at.y);
       this.send(this.stroke.down(this.sample(e)), e, this.modifiers(e));
@@ -444,24 +477,26 @@ export class App implements EngineEvents {
     }, capture);
     c.addEventListener('pointermove', (e) => {
       if (this.stroke && this.pointers.owns(e.pointerId)) {
-        const events = e.getCoalescedEvents?.() ?? [];
-        const list = events.length > 0 ? events : [e];
         this.place(e);
-        for (const x of list) {
-          const box = c.getBoundingClientRect();
-          this.ink.add(x.clientX - box.left, x.clientY - box.top);
-        }
-        this.send(this.stroke.move(list.map((x) => this.sample(x))), e, this.modifiers(e));
+        this.gather(e);
       } else if (this.pointers.active === null && (e.buttons === 0 || e.pointerType === 'pen')) {
         this.place(e);
       }
       if (e.buttons !== 0) this.touch(false);
     }, capture);
+    // Moves come once a picture; raw ones, where the browser has them, as they happen: half a picture sooner.
+    c.addEventListener('pointerrawupdate', (e) => {
+      if (this.stroke && this.pointers.owns((e as PointerEvent).pointerId)) this.gather(e as PointerEvent);
+    }, capture);
     const finish = (e: PointerEvent, good: boolean): void => {
       if (!this.pointers.up(e.pointerId)) { this.updateAllowed(); return; }
       if (!this.stroke) return;
-      if (good) this.send(this.stroke.up(this.sample(e)), e, this.modifiers(e));
-      else this.send(this.stroke.cancel(), e, 0);
+      if (good) {
+        this.sendHeld(true);
+        this.send(this.stroke.up(this.sample(e)), e, this.modifiers(e));
+      } else {
+        this.send(this.stroke.cancel(), e, 0);
+      }
       this.stroke = null;
       this.ink.end();
       if (e.pointerType === 'touch') this.leave();
@@ -574,8 +609,9 @@ export class App implements EngineEvents {
         this.touch(true);
         if (this.pointerAt) this.hoverChanged = true;
       }
-      this.latency.echoed(pending.input, performance.now());
+      this.latency.echoed(pending.input, performance.now(), 'motion');
     }
+    this.sendHeld(false);
     this.sendHover(now);
     if (this.ready && this.follow && this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, true)) this.dirty = true;
     if (this.stage.animate()) this.dirty = true;
@@ -632,7 +668,7 @@ export class App implements EngineEvents {
     return {
       connection: this.connection, scene: this.info?.name ?? null, version: s?.version ?? null,
       counts: this.counts, drawn: s ? { vertices: s.nv, skin: s.ns, wall: s.nw, copies: s.nc, nodes: s.nn } : null,
-      pieces: this.pieces, cut: this.lastCut, cuts: this.cutNumber, stats: this.lastStats, latency: { ...this.latency.summary(), last: this.latency.last },
+      pieces: this.pieces, cut: this.lastCut, cuts: this.cutNumber, stats: this.lastStats, latency: { ...this.latency.summary(), motion: this.latency.summary('motion'), last: this.latency.last },
       fps: this.fps, quality: this.quality, qualityMode: this.qualityMode, role: this.roleNow, readOnly: this.readOnly, tool: this.tool,
       toolAllowed: this.toolAllowed, stroke: this.stroke !== null, playing: this.playing, speed: this.speed, time: this.time,
       undoDepth: this.undoDepth, redoDepth: this.redoDepth, views: { ...this.overlays.shown }, frames: this.frames, patches: this.patches,

@@ -1,5 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { PointerMap, type PointerKind } from '../src/tools/mapping';
+import { Pacer } from '../src/tools/pacing';
 import { Stroke } from '../src/tools/tools';
 import { Phase, ToolCode, type ToolSample } from '../src/engine/protocol';
 import { keyName } from '../src/ui/keyboard';
@@ -135,5 +136,28 @@ describe('scene description', () => {
       expect(j.look).toBe('steak');
       expect(j.gravity).toEqual([0, 0, -9.81]);
     }
+  });
+});
+
+describe('pacing', () => {
+  it('sends at once, then leaves a gap', () => {
+    const p = new Pacer();
+    expect(p.ready(0)).toBe(true);
+    p.sent(1, 0);
+    expect(p.ready(1)).toBe(false);
+    expect(p.ready(5)).toBe(true);
+  });
+  it('waits for an engine that does not keep up, but not for ever', () => {
+    const p = new Pacer();
+    for (let t = 0; t < 30; t += 5) p.sent(1 + t, t);
+    expect(p.ready(40)).toBe(false);
+    p.answered(6); // the inputs 1 and 6
+    expect(p.ready(39)).toBe(true);
+    expect(p.ready(41)).toBe(false); // 11 was sent at 10
+    expect(p.ready(290)).toBe(true);
+    p.sent(100, 300);
+    expect(p.ready(340)).toBe(false);
+    p.forget();
+    expect(p.ready(340)).toBe(true);
   });
 });

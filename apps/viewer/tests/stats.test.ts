@@ -6,15 +6,15 @@ import { Series } from '../src/stats/series';
 describe('latency', () => {
   it('measures from the event to the echo and to the picture', () => {
     const m = new LatencyMeter();
-    m.sent(1, 100);
-    m.sent(2, 110);
-    m.sent(3, 120);
-    m.echoed(2, 130); // answers 1 and 2
+    m.sent(1, 100, 'cut');
+    m.sent(2, 110, 'cut');
+    m.sent(3, 120, 'cut');
+    m.echoed(2, 130, 'cut'); // answers 1 and 2; 1 has changed nothing
     expect(m.last).toEqual({ applied: 20, presented: null });
     m.shown(145);
     expect(m.last).toEqual({ applied: 20, presented: 35 });
-    m.echoed(1, 150); // already answered
-    m.echoed(3, 160);
+    m.echoed(1, 150, 'cut'); // already answered
+    m.echoed(3, 160, 'cut');
     m.shown(161);
     m.shown(300);
     const s = m.summary();
@@ -22,11 +22,22 @@ describe('latency', () => {
     expect(s.applied99).toBe(40);
     expect(s.presented99).toBe(41);
   });
+  it('counts cuts by patches and motions by frames, each motion that a frame shows', () => {
+    const m = new LatencyMeter();
+    m.sent(1, 0, 'cut');
+    m.echoed(1, 5, 'motion'); // a scalpel in the air
+    m.sent(2, 10, 'motion');
+    m.sent(3, 20, 'motion');
+    m.echoed(3, 30, 'motion');
+    expect(m.summary('cut').count).toBe(0);
+    const s = m.summary('motion');
+    expect([s.count, s.appliedMedian, s.applied99]).toEqual([2, 20, 20]);
+  });
   it('forgets on request and does not grow', () => {
     const m = new LatencyMeter();
-    for (let i = 0; i < 10000; i++) m.sent(i, i);
+    for (let i = 0; i < 10000; i++) m.sent(i, i, 'cut');
     m.forget();
-    m.echoed(9999, 20000);
+    m.echoed(9999, 20000, 'cut');
     expect(m.summary().count).toBe(0);
   });
   it('has quantiles', () => {

@@ -377,6 +377,7 @@ void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message
   if (!done)
     error(id, input, done.error().kind == ErrorKind::kBadInput ? ErrorCode::kBadArgument : ErrorCode::kFailed, done.error().message);
   publish(input);
+  tick_wanted = true;
   if (frame_due && !playing) send_frame();
 }
 
@@ -426,6 +427,7 @@ bool Engine::gives_up(std::uint32_t id) const {
 void Engine::tick(double real_seconds) {
   Impl& e = *impl_;
   if (!(real_seconds >= 0)) real_seconds = 0;
+  e.tick_wanted = false;
   // With nobody watching nothing moves: what a page sees when it comes is what it left.
   const bool watched = std::any_of(e.clients.begin(), e.clients.end(), [](const auto& c) { return c.second.ready; });
   if (!watched) return;
@@ -442,6 +444,7 @@ void Engine::tick(double real_seconds) {
 }
 
 const Session& Engine::session() const { return *impl_->session; }
+bool Engine::tick_wanted() const { return impl_->tick_wanted; }
 bool Engine::playing() const { return impl_->playing; }
 std::uint32_t Engine::body() const { return impl_->body; }
 std::uint32_t Engine::version() const { return impl_->version; }

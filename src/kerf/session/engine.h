@@ -61,6 +61,8 @@ class Engine {
   // --- Time ------------------------------------------------------------------------------------------------------
   /// This much real time has passed (s). Runs as many steps as fit, and tells the pages.
   void tick(double real_seconds);
+  /// A page did something that the next tick shows: no need to wait for it.
+  [[nodiscard]] bool tick_wanted() const;
 
   // --- State, for tests and reports ------------------------------------------------------------------------------
   [[nodiscard]] const Session& session() const;

@@ -62,6 +62,7 @@ struct Engine::Impl {
   std::uint32_t next_client = 1, holder = 0;
   std::uint32_t frame_seq = 0, last_input = 0;
   bool frame_due = true;
+  bool tick_wanted = false;
   double since_frame = 0, since_stats = 0;
 
   // Time

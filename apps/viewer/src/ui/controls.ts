@@ -291,9 +291,11 @@ export function bindControls(app: App): void {
     progress() {
       setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : '0');
       if (!panel.hidden) {
-        const l = app.latency.summary();
-        setText('l-am', short(l.appliedMedian)); setText('l-a9', short(l.applied99));
-        setText('l-pm', short(l.presentedMedian)); setText('l-p9', short(l.presented99));
+        for (const [row, of] of [['l', 'cut'], ['m', 'motion']] as const) {
+          const l = app.latency.summary(of);
+          setText(`${row}-am`, short(l.appliedMedian)); setText(`${row}-a9`, short(l.applied99));
+          setText(`${row}-pm`, short(l.presentedMedian)); setText(`${row}-p9`, short(l.presented99));
+        }
         plots?.update();
       }
     },

@@ -12,11 +12,13 @@
 
 namespace kerf {
 
-/// A point of a body: on one collision triangle, edge or vertex, lifted off the mid-surface.
+/// A point of a body: on one collision triangle, edge or vertex, lifted off the mid-surface. It lies at
+///   sum w (position + lift offset),   offset: from a vertex to the + corner of its prism, deformed.
 struct SurfacePoint {
-  std::array<CollisionVertex, 3> vertex;  ///< unused ones are invalid
+  std::int32_t body = 0;                  ///< which one, where there are several
+  std::array<CollisionVertex, 3> vertex;  ///< unused ones, at the end, are invalid
   std::array<double, 3> weight{};         ///< sum 1 over the used ones
-  double lift = 0;  ///< in half thicknesses along the vertices' offsets: 1 the + side, -1 the - side, 0 the mid-surface
+  double lift = 0;  ///< 1: on the + side, -1: on the - side, 0: on the mid-surface
 };
 
 struct Contact {

@@ -51,15 +51,19 @@ class TriangleBvh {
   template <class Visit>
   void for_each_in_box(const TriangleView& triangles, const Box3& box, Visit&& visit) const;
 
+  struct Node {
+    std::array<float, 3> min, max;
+    std::uint32_t first = 0;  ///< leaf: position in order(); inner: its children are nodes first and first + 1
+    std::uint32_t count = 0;  ///< triangles of a leaf, 0 for an inner node
+  };
+  /// The tree itself, for traversals of two trees at once. Children come after their parents; node 0 is the root.
+  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }
+  [[nodiscard]] const std::vector<std::int32_t>& order() const { return order_; }
+
   [[nodiscard]] std::size_t size() const { return order_.size(); }
   [[nodiscard]] std::size_t bytes() const { return nodes_.size() * sizeof(Node) + order_.size() * sizeof(order_[0]); }
 
  private:
-  struct Node {
-    std::array<float, 3> min, max;
-    std::uint32_t first = 0;  ///< leaf: position in order_; inner: its children are nodes first and first + 1
-    std::uint32_t count = 0;  ///< triangles of a leaf, 0 for an inner node
-  };
   // The builder halves by count below a fixed depth, so that no path is longer.
   static constexpr std::size_t kStack = 128;
   struct Builder;

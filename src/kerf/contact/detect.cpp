@@ -1,0 +1,176 @@
+#include "kerf/contact/detect.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "kerf/contact/detect_scratch.h"
+
+namespace kerf {
+namespace {
+
+/// Gaps below minus this part of the radius at first sight are bodies that were placed into each other.
+constexpr double kDeep = 0.2;
+
+/// A body without thickness has contacts' margins as if its radius were this part of its size.
+constexpr double kThinnest = 1e-3;
+
+std::uint64_t mix(std::uint64_t z) {  // splitmix64: one to one
+  z += 0x9e3779b97f4a7c15ull;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+  return z ^ (z >> 31);
+}
+
+void prepare(const SurfaceState& state, BodyFrame& frame) {
+  const ContactSurface& s = *state.surface;
+  KERF_ASSERT(state.position.size() == s.vertex_count() && state.offset.size() == s.vertex_count() &&
+              state.predicted.size() == s.vertex_count());
+  refit(s.tree, s.origin.raw(), state.position, frame.boxes);
+  frame.travel.resize(s.vertex_count());
+  double travel = 0, offset = 0;
+  for (std::size_t v = 0; v < s.vertex_count(); ++v) {
+    const Vec3 d = state.predicted[v] - state.position[v];
+    frame.travel[v] = norm(d);
+    travel = std::max(travel, frame.travel[v]);
+    offset = std::max(offset, dot(state.offset[v], state.offset[v]));
+  }
+  frame.greatest_travel = travel;
+  frame.greatest_offset = std::sqrt(offset);
+}
+
+void detect_shape(DetectRun& run, const ShapeRef& ref) {
+  const RigidShape& shape = *ref.shape;
+  const double speed = greatest_speed(shape);
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(run.bodies.size()); ++body) {
+    const auto b = static_cast<std::size_t>(body);
+    const ContactSurface& surface = *run.bodies[b].surface;
+    if (surface.tree.empty()) continue;
+    const BodyFrame& frame = run.scratch.bodies[b];
+    const double reach = frame.greatest_offset + run.margin + kApproach * (frame.greatest_travel + run.options.step * speed);
+    for (std::size_t i = 0; i < shape.parts.size(); ++i) {
+      const PlacedPart placed = place(shape, shape.parts[i]);
+      find_leaves(surface.tree, frame.boxes, placed, reach, run.scratch);
+      detect_vertices(run, body, ref, static_cast<std::int32_t>(i), placed);
+    }
+  }
+}
+
+/// By key, each once (features that were found twice are the same contact).
+void deliver(DetectScratch& scratch, DetectMemory& memory, std::vector<Contact>& contacts) {
+  scratch.order.resize(scratch.found.size());
+  std::iota(scratch.order.begin(), scratch.order.end(), 0u);
+  std::sort(scratch.order.begin(), scratch.order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const Contact &x = scratch.found[a], &y = scratch.found[b];
+    return x.key != y.key ? x.key < y.key : x.gap != y.gap ? x.gap < y.gap : a < b;
+  });
+  contacts.clear();
+  memory.contacts.clear();
+  for (const std::uint32_t i : scratch.order) {
+    if (!contacts.empty() && contacts.back().key == scratch.found[i].key) continue;
+    contacts.push_back(scratch.found[i]);
+    memory.contacts.push_back(scratch.remembered[i]);
+  }
+}
+
+}  // namespace
+
+DetectWorkspace::DetectWorkspace() : scratch_(new DetectScratch) {}
+DetectWorkspace::~DetectWorkspace() { delete scratch_; }
+DetectWorkspace::DetectWorkspace(const DetectWorkspace&) : DetectWorkspace() {}
+DetectWorkspace& DetectWorkspace::operator=(const DetectWorkspace&) { return *this; }
+DetectWorkspace::DetectWorkspace(DetectWorkspace&& other) noexcept : scratch_(std::exchange(other.scratch_, nullptr)) {}
+DetectWorkspace& DetectWorkspace::operator=(DetectWorkspace&& other) noexcept {
+  std::swap(scratch_, other.scratch_);
+  return *this;
+}
+DetectScratch& DetectWorkspace::scratch() {
+  if (scratch_ == nullptr) scratch_ = new DetectScratch;
+  return *scratch_;
+}
+
+std::uint64_t contact_key(const ContactName& n) {
+  const auto bits = [](std::int32_t x) { return std::uint64_t{static_cast<std::uint32_t>(x)}; };
+  std::uint64_t key = mix(static_cast<std::uint64_t>(n.kind) << 32 | bits(n.slot));
+  key = mix(key ^ (bits(n.body) << 32 | bits(n.other)));
+  key = mix(key ^ bits(n.part));
+  return mix(key ^ (bits(n.feature) << 32 | bits(n.other_feature)));
+}
+
+const RememberedContact* recall(const DetectMemory& memory, std::uint64_t key) {
+  const auto at = std::lower_bound(memory.contacts.begin(), memory.contacts.end(), key,
+                                   [](const RememberedContact& r, std::uint64_t k) { return r.key < k; });
+  return at != memory.contacts.end() && at->key == key ? &*at : nullptr;
+}
+
+void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius) {
+  run.scratch.found.push_back(contact);
+  run.scratch.found.back().key = key;
+  run.scratch.remembered.push_back({key, contact.normal, feature});
+  if (contact.gap >= 0) return;
+  const double depth = radius > 0 ? -contact.gap / radius : 0;
+  run.report.deepest = std::max(run.report.deepest, depth);
+  if (depth > kDeep) ++run.report.deep;
+}
+
+void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const SurfacePoint& a, Vec3 offset,
+                    Vec3 travel, Vec3 point, Vec3 normal, double distance, std::int32_t feature) {
+  // A prism that stands on its edge touches with both ends.
+  constexpr double kUpright = 0.3;
+  const RigidShape& shape = *ref.shape;
+  Contact c;
+  c.a = a;
+  c.obstacle = ref.obstacle;
+  c.tool = ref.tool;
+  c.point = point;
+  c.normal = normal;
+  c.other_velocity = shape.velocity_at(point);
+  c.friction = shape.friction;
+  const double limit = gap_limit(run, normal, travel - run.options.step * c.other_velocity);
+  const double along = dot(normal, offset), radius = norm(offset);
+  const double nearer = along > 0 ? -1 : 1;
+  for (const double lift : {nearer, -nearer}) {
+    c.gap = distance + lift * along;
+    if (!(c.gap < limit)) continue;
+    if (lift != nearer && !(std::fabs(along) < kUpright * radius)) continue;
+    c.a.lift = lift;
+    name.slot = lift > 0 ? 1 : 0;
+    hand_out(run, contact_key(name), c, feature, radius);
+  }
+}
+
+DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidShape> obstacles,
+                    std::span<const RigidShape> tools, const DetectOptions& options, DetectMemory& memory,
+                    DetectWorkspace& workspace, std::vector<Contact>& contacts) {
+  DetectScratch& scratch = workspace.scratch();
+  DetectReport report;
+  scratch.found.clear();
+  scratch.remembered.clear();
+  scratch.bodies.resize(bodies.size());
+  double radius = 0, size = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    prepare(bodies[b], scratch.bodies[b]);
+    radius = std::max(radius, bodies[b].surface->largest_radius);
+    size = std::max(size, bodies[b].surface->size);
+  }
+  if (!(radius > 0)) radius = kThinnest * size;
+  DetectRun run{bodies, options, memory, scratch, report, options.margin * radius};
+  for (std::size_t i = 0; i < obstacles.size(); ++i) detect_shape(run, {&obstacles[i], static_cast<std::int32_t>(i), -1});
+  for (std::size_t i = 0; i < tools.size(); ++i) detect_shape(run, {&tools[i], -1, static_cast<std::int32_t>(i)});
+  deliver(scratch, memory, contacts);
+  return report;
+}
+
+int substeps(std::span<const SurfaceState> bodies, std::span<const RigidShape> shapes, double h, int most) {
+  double parts = 1;
+  for (const SurfaceState& body : bodies)
+    for (const RigidShape& shape : shapes) {
+      const double thin = thinnest_radius(shape);
+      const double size = body.surface->largest_radius + (thin < HUGE_VAL ? thin : 0);
+      if (size > 0) parts = std::max(parts, std::ceil(h * greatest_speed(shape) / (0.5 * size)));
+    }
+  return static_cast<int>(std::min(parts, static_cast<double>(most)));
+}
+
+}  // namespace kerf

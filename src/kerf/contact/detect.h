@@ -1,0 +1,78 @@
+// Which parts of bodies touch obstacles, tools, each other and themselves, or might before the step has ended.
+//
+// One call per (sub)step. Contacts are speculative: everything that could come together during the step is handed out with
+// its gap, so that nothing tunnels as long as tools move by no more than substeps() allows. docs/contact.md has the method.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kerf/contact/contact.h"
+#include "kerf/contact/contact_surface.h"
+#include "kerf/contact/rigid_shape.h"
+
+namespace kerf {
+
+/// One body at the start of a step, all spans |V_c|.
+struct SurfaceState {
+  const ContactSurface* surface = nullptr;
+  std::span<const Vec3> position;   ///< of the collision vertices, m
+  std::span<const Vec3> offset;     ///< from each to the + corner of its prism, deformed, m; see surface_offsets.h
+  std::span<const Vec3> predicted;  ///< where they would be at the end of the step, touching nothing, m
+};
+
+/// What detection remembers of a contact from step to step: on which side the other one was. Part of a session's state.
+struct RememberedContact {
+  std::uint64_t key = 0;
+  Vec3 normal;             ///< of the last step
+  std::int32_t feature = -1;  ///< private
+  friend bool operator==(const RememberedContact&, const RememberedContact&) = default;
+};
+struct DetectMemory {
+  std::vector<RememberedContact> contacts;  ///< by key
+  friend bool operator==(const DetectMemory&, const DetectMemory&) = default;
+};
+
+struct DetectOptions {
+  double step = 1e-3;         ///< h, s
+  double margin = 0.2;        ///< contacts farther apart than this are left out; times the body's largest radius
+  bool self_contact = true;   ///< a body with itself, lips of cuts included
+  double body_friction = 0;   ///< between bodies and of a body with itself
+};
+
+/// What was seen besides contacts.
+struct DetectReport {
+  double deepest = 0;         ///< most negative gap over the radius there, >= 0
+  std::int32_t deep = 0;      ///< contacts that start deeper than a fifth of the radius: bodies placed into each other
+};
+
+/// Memory kept between calls; contents are private.
+struct DetectScratch;
+/// Owns a DetectScratch; a moved-from one is empty. Copies start empty: nothing in it is state.
+class DetectWorkspace {
+ public:
+  DetectWorkspace();
+  ~DetectWorkspace();
+  DetectWorkspace(const DetectWorkspace&);
+  DetectWorkspace& operator=(const DetectWorkspace&);
+  DetectWorkspace(DetectWorkspace&&) noexcept;
+  DetectWorkspace& operator=(DetectWorkspace&&) noexcept;
+  DetectScratch& scratch();
+
+ private:
+  DetectScratch* scratch_ = nullptr;
+};
+
+/// Replaces `contacts` by all contacts, by key, keys unique; `memory` by what they are to be known by in the next step.
+/// Indices of obstacles and tools are those in the spans. A contact's friction is the shape's, or body_friction.
+/// Positions must be finite; anything may be degenerate. Same input, same bits, with any number of threads.
+DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidShape> obstacles,
+                    std::span<const RigidShape> tools, const DetectOptions& options, DetectMemory& memory,
+                    DetectWorkspace& workspace, std::vector<Contact>& contacts);
+
+/// How many parts a step of h seconds must be divided into, so that nothing tunnels: a shape moves by at most half of its
+/// radius and the body's together in each (at most `most`).
+int substeps(std::span<const SurfaceState> bodies, std::span<const RigidShape> shapes, double h, int most = 64);
+
+}  // namespace kerf

@@ -1,0 +1,92 @@
+#include "kerf/contact/surface_tree.h"
+
+#include <cfloat>
+#include <cmath>
+
+#include "kerf/base/check.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kLeafRoots = 4;
+constexpr TreeBox kEmpty{{{FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX}}, {{-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX}}};
+
+void add(TreeBox& box, const TreeCorner& p) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    box.min.x[k] = p.x[k] < box.min.x[k] ? p.x[k] : box.min.x[k];
+    box.max.x[k] = p.x[k] > box.max.x[k] ? p.x[k] : box.max.x[k];
+  }
+}
+void add(TreeBox& box, const TreeBox& other) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    box.min.x[k] = other.min.x[k] < box.min.x[k] ? other.min.x[k] : box.min.x[k];
+    box.max.x[k] = other.max.x[k] > box.max.x[k] ? other.max.x[k] : box.max.x[k];
+  }
+}
+
+}  // namespace
+
+SurfaceTree make_surface_tree(std::span<const Box3> root_boxes) {
+  SurfaceTree tree;
+  const auto n = static_cast<std::uint32_t>(root_boxes.size());
+  tree.first.resize(n);
+  if (n == 0) return tree;
+  for (std::uint32_t i = 0; i < n; ++i) tree.roots.push_back(RootId(std::size_t{i}));
+  // Halves by count along the longest side of the centres: the triangles of a surface are of about one size.
+  struct Task { std::uint32_t node, begin, end; };
+  std::vector<Task> tasks{{0, 0, n}};
+  tree.nodes.emplace_back();
+  while (!tasks.empty()) {
+    const Task task = tasks.back();
+    tasks.pop_back();
+    if (task.end - task.begin <= kLeafRoots) {
+      tree.nodes[task.node] = {task.begin, task.end - task.begin};
+      continue;
+    }
+    const auto centre = [&](RootId r) { return root_boxes[r.index()].empty() ? Vec3{} : root_boxes[r.index()].center(); };
+    Box3 box;
+    for (std::uint32_t i = task.begin; i < task.end; ++i) box.add(centre(tree.roots[i]));
+    const Vec3 size = box.size();
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const std::uint32_t middle = task.begin + (task.end - task.begin) / 2;
+    std::nth_element(tree.roots.begin() + task.begin, tree.roots.begin() + middle, tree.roots.begin() + task.end,
+                     [&](RootId a, RootId b) {
+                       const double x = centre(a)[axis], y = centre(b)[axis];
+                       return x != y ? x < y : a < b;
+                     });
+    const auto children = static_cast<std::uint32_t>(tree.nodes.size());
+    tree.nodes[task.node] = {children, 0};
+    tree.nodes.emplace_back();
+    tree.nodes.emplace_back();
+    tasks.push_back({children + 1, middle, task.end});
+    tasks.push_back({children, task.begin, middle});
+  }
+  return tree;
+}
+
+void refit(const SurfaceTree& tree, std::span<const CollisionVertex> corners, std::span<const Vec3> positions,
+           TreeBoxes& boxes) {
+  boxes.points.resize(positions.size());
+  for (std::size_t v = 0; v < positions.size(); ++v) boxes.points[v] = to_corner(positions[v]);
+  boxes.box.resize(tree.nodes.size());
+  for (std::size_t n = tree.nodes.size(); n-- > 0;) {
+    const SurfaceTreeNode node = tree.nodes[n];
+    TreeBox box = kEmpty;
+    if (node.count == 0) {
+      add(box, boxes.box[node.first]);
+      add(box, boxes.box[node.first + 1]);
+    } else {
+      tree.for_each_triangle(static_cast<std::uint32_t>(n), [&](CollisionTriangle f) {
+        for (std::size_t i = 0; i < 3; ++i) add(box, boxes.points[corners[3 * f.index() + i].index()]);
+      });
+    }
+    boxes.box[n] = box;
+  }
+  float largest = 0;
+  if (!boxes.box.empty())
+    for (std::size_t k = 0; k < 3; ++k)
+      largest = std::max({largest, std::fabs(boxes.box[0].min.x[k]), std::fabs(boxes.box[0].max.x[k])});
+  boxes.slack = 4 * double{FLT_EPSILON} * (largest < FLT_MAX ? largest : 0);
+}
+
+}  // namespace kerf

@@ -1,0 +1,81 @@
+// A tree of boxes over the mid-surface of a body, refitted every step.
+//
+// Its shape is that of the uncut body: a leaf holds a few root triangles, a root triangle the list of the triangles that
+// cuts have made of it. A cut changes lists only; undoing it gives the same lists again.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kerf/base/indexed.h"
+#include "kerf/base/ids.h"
+#include "kerf/base/vec.h"
+
+namespace kerf {
+
+struct SurfaceTreeNode {
+  std::uint32_t first = 0;  ///< leaf: position in roots; inner: its children are nodes first and first + 1
+  std::uint32_t count = 0;  ///< root triangles of a leaf, 0 for an inner node
+};
+
+struct SurfaceTree {
+  std::vector<SurfaceTreeNode> nodes;      ///< children come after their parents
+  std::vector<RootId> roots;               ///< grouped by leaf
+  IndexedArray<RootId, CollisionTriangle> first;           ///< the newest triangle of each root
+  IndexedArray<CollisionTriangle, CollisionTriangle> next; ///< the next older one of the same root
+
+  [[nodiscard]] bool empty() const { return nodes.empty(); }
+  /// Calls visit(CollisionTriangle) for every triangle of a leaf.
+  template <class Visit>
+  void for_each_triangle(std::uint32_t leaf, Visit&& visit) const {
+    const SurfaceTreeNode node = nodes[leaf];
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+      for (CollisionTriangle f = first[roots[i]]; f.valid(); f = next[f]) visit(f);
+  }
+};
+
+/// Builds the shape over boxes of the root triangles (empty boxes for roots without triangles). Lists stay empty.
+SurfaceTree make_surface_tree(std::span<const Box3> root_boxes);
+
+/// Four floats, so that one instruction takes a whole point; the fourth is unused.
+struct alignas(16) TreeCorner {
+  std::array<float, 4> x{};
+};
+struct TreeBox {
+  TreeCorner min, max;
+};
+/// Boxes of a tree for one set of positions. They are rounded: with `slack` metres around it a box holds its triangles.
+struct TreeBoxes {
+  std::vector<TreeBox> box;         ///< per node
+  std::vector<TreeCorner> points;   ///< the positions in float
+  double slack = 0;
+};
+
+/// Fits the boxes; corners: 3 |F| vertices. An empty root's box is empty (min > max). O(n).
+void refit(const SurfaceTree& tree, std::span<const CollisionVertex> corners, std::span<const Vec3> positions,
+           TreeBoxes& boxes);
+
+/// Are two boxes at most `reach` apart along every axis?
+inline bool near(const TreeBox& a, const TreeBox& b, float reach) {
+  bool apart = false;
+  for (std::size_t k = 0; k < 3; ++k)
+    apart = apart | (a.min.x[k] > b.max.x[k] + reach) | (b.min.x[k] > a.max.x[k] + reach);
+  return !apart;
+}
+/// Square of the distance from a point to a box.
+inline float squared_distance(const TreeBox& a, const TreeCorner& p) {
+  float sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float d = std::max(std::max(a.min.x[k] - p.x[k], p.x[k] - a.max.x[k]), 0.0f);
+    sum += d * d;
+  }
+  return sum;
+}
+inline TreeCorner to_corner(Vec3 p) {
+  return {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0}};
+}
+
+}  // namespace kerf

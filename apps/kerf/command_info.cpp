@@ -36,9 +36,22 @@ std::string command_text(const SceneCommand& command) {
       return "unfix";
     case 6:
       return fmt::format("undo {}", std::get<SceneUndo>(command.what).count);
-    default:
+    case 7:
       return fmt::format("redo {}", std::get<SceneRedo>(command.what).count);
+    case 8:
+      return fmt::format("tool {} through {} poses", std::get<SceneToolMotion>(command.what).id,
+                         std::get<SceneToolMotion>(command.what).poses.size());
+    default: {
+      const auto& jaws = std::get<SceneJaws>(command.what);
+      return fmt::format("{} {}", jaws.close ? "close" : "open", jaws.id);
+    }
   }
+}
+
+std::string body_text(const SceneBody& body) {
+  if (!body.model.empty()) return fmt::format("body      model {}\n", body.model);
+  if (!body.visual.empty()) return fmt::format("body      {} bound to {}\n", body.visual, body.collision);
+  return fmt::format("body      {}\n", body.bound);
 }
 
 int show_scene(const std::filesystem::path& path) {
@@ -47,13 +60,13 @@ int show_scene(const std::filesystem::path& path) {
   const Scene& scene = *read;
   std::string out = fmt::format("scene     {}\n", path.string());
   if (!scene.title.empty()) out += fmt::format("title     {}\n", scene.title);
-  if (!scene.body.model.empty()) out += fmt::format("body      model {}\n", scene.body.model);
-  if (!scene.body.visual.empty())
-    out += fmt::format("body      {} bound to {}\n", scene.body.visual, scene.body.collision);
-  if (!scene.body.bound.empty()) out += fmt::format("body      {}\n", scene.body.bound);
+  out += body_text(scene.body);
+  for (const SceneBody& body : scene.more_bodies) out += body_text(body);
   out += fmt::format("time      {:g} s in steps of {:g} s\n", scene.simulation.duration,
                      scene.simulation.time_step);
   out += fmt::format("fixed     {} regions\nloads     {}\n", scene.fixes.size(), scene.loads.size());
+  out += fmt::format("contact   {}, {} obstacles, {} tools\n", wants_contact(scene) ? "on" : "off", scene.obstacles.size(),
+                     scene.tools.size());
   for (const SceneCommand& command : scene.commands)
     out += fmt::format("{:7.3f} s {}\n", command.at, command_text(command));
   std::fputs(out.c_str(), stdout);

@@ -26,11 +26,21 @@ std::string error_of(std::string_view text) {
 
 constexpr std::string_view kEverything = R"(
 title = "All keys"
-[body]
+[[body]]
+name = "lower"
 model = "sheet"
+position = [0, 0, 1]
+rotation = [0, 0, 0.5]
 options = { visual_triangles = 6656, collision_triangles = 104, rim_radius = 0.01, bend = 0.5, bumps = 0.02, noise = 0.001, seed = 9 }
 thickness = 0.1
 exact_paths = true
+[body.material]
+young = 4000
+poisson = 0.35
+density = 800
+[[body]]
+model = "steak"
+position = [0, 0, 2]
 [material]
 young = 5000
 poisson = 0.3
@@ -54,6 +64,57 @@ roughness = 0.001
 minimum_feature = 0.03
 snap = 0.05
 path_tolerance = 0.07
+resistance = 60
+[contact]
+enabled = false
+self = false
+friction = 0.5
+stiffness = 100
+margin = 0.3
+push_speed = 0.5
+passes = 3
+substeps = 4
+[[obstacle]]
+name = "table"
+shape = "plane"
+position = [0, 0, -0.1]
+rotation = [0.3, 0, 0]
+friction = 0.7
+[[obstacle]]
+shape = "capsule"
+radius = 0.01
+length = 0.2
+moves = [ { time = 1, position = [0, 0, 1] }, { time = 2, position = [0, 0, 2], rotation = [0, 1, 0] } ]
+[[obstacle]]
+shape = "box"
+size = [1, 2, 3]
+[[obstacle]]
+shape = "mesh"
+model = "ball"
+scale = 0.2
+[[tool]]
+id = "hook"
+kind = "probe"
+length = 0.1
+radius = 0.002
+tip = 0.005
+position = [0, 0, 0.2]
+rotation = [0, 1, 0]
+friction = 0.1
+mass = 0.02
+stiffness = 500
+damping = 3
+turning_stiffness = 0.4
+turning_damping = 0.002
+max_force = 5
+max_speed = 2
+[[tool]]
+id = "shears"
+kind = "scissors"
+width = 0.005
+thickness = 0.001
+opening = 0.4
+sharp = false
 [simulation]
 time_step = 0.01
 duration = 4
@@ -97,6 +158,20 @@ poses = [
   { time = 0.25, base = [1, 0, 1], tip = [1, 0, -1] },
 ]
 through = true
+[[command]]
+at = 3
+type = "tool"
+id = "hook"
+poses = [ { time = 0.1, position = [0, 0, 0.1] } ]
+[[command]]
+at = 3
+type = "close"
+id = "shears"
+over = 0.3
+[[command]]
+at = 3.5
+type = "open"
+id = "shears"
 [[command]]
 at = 2.5
 type = "move"
@@ -144,7 +219,17 @@ TEST(Scene, EveryKeyArrives) {
   const Scene& s = *parsed;
   EXPECT_EQ(s.title, "All keys");
   EXPECT_EQ(s.name, "all-keys");
+  EXPECT_EQ(s.body.name, "lower");
   EXPECT_EQ(s.body.model, "sheet");
+  EXPECT_EQ(s.body.position, (Vec3{0, 0, 1}));
+  EXPECT_EQ(s.body.rotation, (Vec3{0, 0, 0.5}));
+  EXPECT_EQ(s.body.material.young, 4000);
+  EXPECT_EQ(s.body.material.poisson, 0.35);
+  EXPECT_EQ(s.body.material.density, 800);
+  ASSERT_EQ(s.more_bodies.size(), 1u);
+  EXPECT_EQ(s.more_bodies[0].model, "steak");
+  EXPECT_EQ(s.more_bodies[0].position, (Vec3{0, 0, 2}));
+  EXPECT_FALSE(s.more_bodies[0].material.young.has_value());
   EXPECT_EQ(s.body.options.visual_triangles, 6656u);
   EXPECT_EQ(s.body.options.collision_triangles, 104u);
   EXPECT_EQ(s.body.options.rim_radius, 0.01);
@@ -176,6 +261,51 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(s.cut.minimum_feature, 0.03);
   EXPECT_EQ(s.cut.snap, 0.05);
   EXPECT_EQ(s.cut.path_tolerance, 0.07);
+  EXPECT_EQ(s.cut.resistance, 60);
+  EXPECT_EQ(s.contact.enabled, false);
+  EXPECT_FALSE(wants_contact(s));
+  EXPECT_FALSE(s.contact.self);
+  EXPECT_EQ(s.contact.friction, 0.5);
+  EXPECT_EQ(s.contact.stiffness, 100);
+  EXPECT_EQ(s.contact.margin, 0.3);
+  EXPECT_EQ(s.contact.push_speed, 0.5);
+  EXPECT_EQ(s.contact.passes, 3);
+  EXPECT_EQ(s.contact.substeps, 4);
+  ASSERT_EQ(s.obstacles.size(), 4u);
+  EXPECT_EQ(s.obstacles[0].name, "table");
+  EXPECT_EQ(s.obstacles[0].shape, SceneShape::kPlane);
+  EXPECT_EQ(s.obstacles[0].position, (Vec3{0, 0, -0.1}));
+  EXPECT_EQ(s.obstacles[0].rotation, (Vec3{0.3, 0, 0}));
+  EXPECT_EQ(s.obstacles[0].friction, 0.7);
+  EXPECT_EQ(s.obstacles[1].radius, 0.01);
+  EXPECT_EQ(s.obstacles[1].length, 0.2);
+  ASSERT_EQ(s.obstacles[1].moves.size(), 2u);
+  EXPECT_EQ(s.obstacles[1].moves[0].time, 1);
+  EXPECT_EQ(s.obstacles[1].moves[1].position, (Vec3{0, 0, 2}));
+  EXPECT_EQ(s.obstacles[1].moves[1].rotation, (Vec3{0, 1, 0}));
+  EXPECT_EQ(s.obstacles[2].size, (Vec3{1, 2, 3}));
+  EXPECT_EQ(s.obstacles[3].model, "ball");
+  EXPECT_EQ(s.obstacles[3].scale, 0.2);
+  ASSERT_EQ(s.tools.size(), 2u);
+  EXPECT_EQ(s.tools[0].kind, SceneToolKind::kProbe);
+  EXPECT_EQ(s.tools[0].length, 0.1);
+  EXPECT_EQ(s.tools[0].radius, 0.002);
+  EXPECT_EQ(s.tools[0].tip, 0.005);
+  EXPECT_EQ(s.tools[0].position, (Vec3{0, 0, 0.2}));
+  EXPECT_EQ(s.tools[0].rotation, (Vec3{0, 1, 0}));
+  EXPECT_EQ(s.tools[0].friction, 0.1);
+  EXPECT_EQ(s.tools[0].mass, 0.02);
+  EXPECT_EQ(s.tools[0].stiffness, 500);
+  EXPECT_EQ(s.tools[0].damping, 3);
+  EXPECT_EQ(s.tools[0].turning_stiffness, 0.4);
+  EXPECT_EQ(s.tools[0].turning_damping, 0.002);
+  EXPECT_EQ(s.tools[0].max_force, 5);
+  EXPECT_EQ(s.tools[0].max_speed, 2);
+  EXPECT_EQ(s.tools[1].id, "shears");
+  EXPECT_EQ(s.tools[1].width, 0.005);
+  EXPECT_EQ(s.tools[1].thickness, 0.001);
+  EXPECT_EQ(s.tools[1].opening, 0.4);
+  EXPECT_FALSE(s.tools[1].sharp);
   EXPECT_EQ(s.simulation.time_step, 0.01);
   EXPECT_EQ(s.simulation.duration, 4);
   EXPECT_EQ(s.simulation.gravity, (Vec3{0, -1, 0}));
@@ -192,7 +322,7 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(s.loads[0].radius, 0.1);
   EXPECT_EQ(s.loads[0].from, 0.5);
   EXPECT_EQ(s.loads[0].until, 1);
-  ASSERT_EQ(s.commands.size(), 9u);
+  ASSERT_EQ(s.commands.size(), 12u);
   const auto& blade = std::get<SceneBlade>(s.commands[0].what);  // sorted by time
   EXPECT_EQ(s.commands[0].at, 0.5);
   EXPECT_EQ(blade.tool, SceneTool::kScissors);
@@ -210,11 +340,19 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(std::get<SceneMove>(s.commands[2].what).by, (Vec3{-0.1, 0, 0}));
   EXPECT_EQ(std::get<SceneMove>(s.commands[2].what).over, 0.5);
   EXPECT_EQ(std::get<SceneMove>(s.commands[3].what).to, (Vec3{0, 0, 1}));
-  EXPECT_EQ(std::get<SceneRelease>(s.commands[4].what).id, "left");
-  EXPECT_EQ(std::get<SceneFixCommand>(s.commands[5].what).region.radius, 1);
-  EXPECT_EQ(std::get<SceneUnfix>(s.commands[6].what).region.max, (Vec3{1, 1, 1}));
-  EXPECT_EQ(std::get<SceneUndo>(s.commands[7].what).count, 2);
-  EXPECT_EQ(std::get<SceneRedo>(s.commands[8].what).count, 1);
+  const auto& motion = std::get<SceneToolMotion>(s.commands[4].what);
+  EXPECT_EQ(motion.id, "hook");
+  ASSERT_EQ(motion.poses.size(), 1u);
+  EXPECT_EQ(motion.poses[0].position, (Vec3{0, 0, 0.1}));
+  EXPECT_EQ(motion.poses[0].rotation, (Vec3{0, 1, 0})) << "as the tool is turned at the start";
+  EXPECT_TRUE(std::get<SceneJaws>(s.commands[5].what).close);
+  EXPECT_EQ(std::get<SceneJaws>(s.commands[5].what).over, 0.3);
+  EXPECT_EQ(std::get<SceneRelease>(s.commands[6].what).id, "left");
+  EXPECT_EQ(std::get<SceneFixCommand>(s.commands[7].what).region.radius, 1);
+  EXPECT_EQ(std::get<SceneUnfix>(s.commands[8].what).region.max, (Vec3{1, 1, 1}));
+  EXPECT_EQ(std::get<SceneUndo>(s.commands[9].what).count, 2);
+  EXPECT_EQ(std::get<SceneRedo>(s.commands[10].what).count, 1);
+  EXPECT_FALSE(std::get<SceneJaws>(s.commands[11].what).close);
   EXPECT_EQ(s.output.frames_per_second, 25);
   EXPECT_EQ(s.output.meshes, std::vector<std::string>{"visual"});
   EXPECT_FALSE(s.output.animation);
@@ -230,7 +368,7 @@ TEST(Scene, EveryKeyArrives) {
 
 // The text above must name every key that there is, or the test above checks less than it says.
 TEST(Scene, TheTestNamesEveryKey) {
-  const std::set<std::string> others{"visual", "collision", "bound", "scale"};  // exclude model; tested below
+  const std::set<std::string> others{"visual", "collision", "bound", "mesh"};  // exclude model; tested below
   for (const SceneKeyDoc& k : scene_schema()) {
     if (others.count(k.key) > 0) continue;
     const std::regex assigned("(^|[\\n{, ])" + k.key + " = "), header("[\\[.]" + k.key + "\\]");
@@ -329,7 +467,7 @@ TEST(Scene, WrongTypesAndNumbersNameTheLine) {
   EXPECT_THAT(at3("[output]\npicture = 1\n"), HasSubstr("true or false"));
   EXPECT_THAT(at3("[output.camera]\ndirection = [0, 0, 1]\n"), HasSubstr("parallel"));
   EXPECT_THAT(at3("[[load]]\npoint = [0, 0, 0]\n"), HasSubstr("needs the key \"force\""));
-  EXPECT_THAT(error_of("[[body]]\nmodel = \"sheet\"\n"), HasSubstr("write [body], not [[body]]"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[material]]\n"), HasSubstr("write [material], not [[material]]"));
   EXPECT_THAT(error_of("title = \"x\"\n"), HasSubstr("[body] is missing"));
   EXPECT_THAT(error_of("[body]\nscale = 1\n"), HasSubstr("exactly one of model"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\nbound = \"x.kerf\"\n"), HasSubstr("exactly one of model"));

@@ -275,8 +275,9 @@ Status Engine::Impl::load_upload(EngineClient& client, std::uint32_t upload, con
   // A page may send a scene, not read this machine's files through one.
   auto scene = scene_of(from, with);
   if (!scene) return scene.error();
-  if (!inside(scene->body.visual, place->path()) || !inside(scene->body.collision, place->path()) || !inside(scene->body.bound, place->path()))
-    return bad_input("A scene that is uploaded can't name files; use a model, or drop the meshes themselves.");
+  for (const std::string& file : scene_files(*scene))
+    if (!inside(file, place->path()))
+      return bad_input("A scene that is uploaded can't name files; use a model, or drop the meshes themselves.");
   cancel_tool();
   KERF_TRY(load(from, with, {}));
   folder.emplace(std::move(*place));

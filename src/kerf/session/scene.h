@@ -40,8 +40,23 @@ struct SceneRegion {
   }
 };
 
-/// Where the body comes from: exactly one of `model`, `visual` and `bound` is not empty.
+/// Where a thing is at a time and how it is turned: x -> position + R x, R the turn about `rotation` by its length.
+struct ScenePose {
+  double time = 0;  ///< s
+  Vec3 position;    ///< metres
+  Vec3 rotation;    ///< axis times angle, radians
+};
+
+/// What one body is made of where it differs from [material].
+struct SceneBodyMaterial {
+  std::optional<double> young;    ///< pascals
+  std::optional<double> poisson;  ///< 1
+  std::optional<double> density;  ///< kg/m3
+};
+
+/// Where a body comes from: exactly one of `model`, `visual` and `bound` is not empty.
 struct SceneBody {
+  std::string name;                 ///< for messages
   std::string model;                ///< a generator: "sheet", "steak", "meniscus", ...
   ModelOptions options;             ///< of the generator; make_model checks them
   std::string visual;               ///< mesh file; resolved, so that it can be opened as it stands
@@ -50,6 +65,8 @@ struct SceneBody {
   double scale = 1;                 ///< metres per unit of the mesh files
   std::optional<double> thickness;  ///< metres; needed by an open visual sheet, ignored by a closed one
   bool exact_paths = false;         ///< exact geodesic paths in the pre-processing
+  Vec3 position, rotation;          ///< as in ScenePose; coordinates at rest are those after placing
+  SceneBodyMaterial material;       ///< of this body
 };
 
 /// A region whose material differs; what is not given stays as in [material]. Later regions win.
@@ -102,6 +119,7 @@ struct SceneCut {
   double minimum_feature = 0.024;  ///< shorter path segments are left out
   double snap = 0.04;              ///< a path point this near to the end of an edge moves to the vertex
   double path_tolerance = 0.06;    ///< how far the cut may be from the blade's true path
+  double resistance = 0;           ///< N per metre of edge inside the material, below which a tool's edge only presses
 };
 
 enum class ScenePreconditioner {
@@ -134,6 +152,76 @@ struct SceneLoad {
   Vec3 force;                   ///< newtons, all of it, in world directions
   double from = 0;              ///< s: when it sets in
   std::optional<double> until;  ///< s: when it ends; never when absent
+};
+
+// --- Contact
+// -------------------------------------------------------------------------------------------------------
+
+/// How things touch (contact/contact.h, mechanics/contact_rows.h). See wants_contact().
+struct SceneContact {
+  std::optional<bool> enabled;  ///< default: when the scene has a [contact], obstacles, tools or several bodies
+  bool self = true;             ///< of bodies with themselves, the two lips of a cut included, and with each other
+  double friction = 0.3;        ///< Coulomb's coefficient, of whatever does not say otherwise
+  double stiffness = 30;        ///< 1: times the local inertia and elasticity
+  double margin = 0.2;          ///< half thicknesses: contacts are watched from this gap on
+  double push_speed = 1;        ///< m/s at which bodies that overlap at the start are pushed apart
+  int passes = 4;               ///< linear solves of a step at most, while contacts open and close
+  int substeps = 16;            ///< parts of a step at most, when a tool or an obstacle is fast
+};
+
+enum class SceneShape { kPlane, kSphere, kCapsule, kBox, kMesh };
+
+/// A rigid thing that stands still or moves as told. In its own axes: a plane is z = 0 with z outside, a capsule lies along
+/// z, a box has its middle at the origin, a mesh is as it is.
+struct SceneObstacle {
+  std::string name;       ///< for messages and pictures
+  SceneShape shape = SceneShape::kPlane;
+  Vec3 position, rotation;  ///< as in ScenePose
+  double radius = 0;      ///< metres: sphere, capsule
+  double length = 0;      ///< metres: capsule, between the centres of its ends
+  Vec3 size;              ///< metres: box
+  std::string mesh;       ///< mesh file; resolved. Or
+  std::string model;      ///< a generated surface of mesh/rigid_models.h
+  double scale = 1;       ///< metres per unit of the mesh file; size of a generated surface
+  std::optional<double> friction;  ///< default: that of [contact]
+  std::vector<ScenePose> moves;    ///< times ascend; before the first it moves there from its place
+  int line = 0;                    ///< in the scene file
+};
+
+enum class SceneToolKind {
+  kProbe,     ///< a rod with a hook at its end
+  kGrasper,   ///< two jaws that close
+  kScalpel,   ///< a sharp edge, blunt back and flanks
+  kScissors,  ///< two blades that close; the closing line cuts
+  kSphere,    ///< a ball
+  kMesh,      ///< a rigid surface from a file
+};
+
+/// A rigid tool that follows a given pose through a virtual coupling, and feels what it touches. In its own axes: the tip
+/// (or the middle of a ball) is the origin, the shaft leads up along +z; edges and jaws lie in the plane y = 0.
+/// Sizes that are not given are the kind's own (session/tools.h).
+struct SceneRigidTool {
+  std::string id;
+  SceneToolKind kind = SceneToolKind::kProbe;
+  Vec3 position, rotation;        ///< where it starts; as in ScenePose
+  std::optional<double> length;   ///< metres: shaft
+  std::optional<double> radius;   ///< metres: of the shaft; of a ball
+  std::optional<double> tip;      ///< metres: hook of a probe, jaws, edge of a scalpel, blades of scissors
+  std::optional<double> width;    ///< metres: of a scalpel from edge to back, of jaws
+  std::optional<double> thickness;  ///< metres: of a scalpel's or of scissors' blade
+  double opening = 0.6;           ///< radians between open jaws
+  bool sharp = true;              ///< whether the edge cuts
+  std::string mesh;               ///< mesh file; resolved
+  double scale = 1;               ///< metres per unit of the mesh file
+  std::optional<double> friction; ///< default: that of [contact]
+  double mass = 0.05;             ///< kg, of what follows the pose
+  double stiffness = 2000;        ///< N/m between the pose and what follows it
+  std::optional<double> damping;  ///< N s/m; default: critical
+  std::optional<double> turning_stiffness;  ///< N m/rad; default: stiffness times the square of 2 cm
+  std::optional<double> turning_damping;    ///< N m s/rad; default: critical
+  double max_force = 50;          ///< N: of the coupling; 0: no limit
+  double max_speed = 10;          ///< m/s: poses that jump are followed at this speed
+  int line = 0;                   ///< in the scene file
 };
 
 // --- Commands
@@ -194,6 +282,17 @@ struct SceneFixCommand {
 struct SceneUnfix {
   SceneRegion region;
 };
+/// Where a tool's pose goes. Straight and even between poses, from where the pose is when the command is given.
+struct SceneToolMotion {
+  std::string id;
+  std::vector<ScenePose> poses;  ///< times after the command's `at`, ascending; at least one
+};
+/// Closes or opens the jaws of a grasper or of scissors. Closed on tissue, a grasper holds it.
+struct SceneJaws {
+  std::string id;
+  bool close = true;
+  double over = 0.2;  ///< s that it takes
+};
 struct SceneUndo {
   int count = 1;  ///< strokes
 };
@@ -204,7 +303,7 @@ struct SceneRedo {
 struct SceneCommand {
   double at = 0;  ///< s
   std::variant<SceneBlade, SceneGrasp, SceneMove, SceneRelease, SceneFixCommand, SceneUnfix, SceneUndo,
-               SceneRedo>
+               SceneRedo, SceneToolMotion, SceneJaws>
       what;
   int line = 0;  ///< in the scene file, for messages; 0 when there is none
 };
@@ -236,15 +335,27 @@ struct Scene {
   std::string title;
   std::string name;  ///< file name without folder and ending, or whatever parse_scene was told
   std::string file;  ///< as it was named to the reader, for messages; empty for scenes that a program fills in
-  SceneBody body;
+  SceneBody body;                      ///< the first, mostly the only one
+  std::vector<SceneBody> more_bodies;  ///< the others of [[body]], one after another
   SceneMaterial material;
   SceneLattice lattice;
   SceneCut cut;
   SceneSimulation simulation;
   std::vector<SceneFix> fixes;
   std::vector<SceneLoad> loads;
+  SceneContact contact;
+  std::vector<SceneObstacle> obstacles;
+  std::vector<SceneRigidTool> tools;
   std::vector<SceneCommand> commands;  ///< sorted by `at`; commands of the same time in the order of the file
   SceneOutput output;
 };
+
+/// Every file that the scene names, resolved.
+std::vector<std::string> scene_files(const Scene& scene);
+
+/// Does anything touch anything in this scene?
+inline bool wants_contact(const Scene& scene) {
+  return scene.contact.enabled.value_or(!scene.obstacles.empty() || !scene.tools.empty() || !scene.more_bodies.empty());
+}
 
 }  // namespace kerf

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 
+#include "kerf/mesh/rigid_models.h"
 #include "kerf/session/closest_word.h"
 #include "kerf/session/scene_keys.h"
 #include "kerf/session/scene_schema.h"
@@ -84,7 +85,7 @@ class SceneReader {
   Result<Scene> read(const toml::table& root) {
     Scene scene;
     read_plain(root, "", scene_keys<Scene>(), scene);
-    if (const toml::table* t = table_at(root, "body")) read_body(*t, scene.body);
+    read_bodies(root, scene);
     if (const toml::table* t = table_at(root, "material")) read_material(*t, scene.material);
     if (const toml::table* t = table_at(root, "lattice")) read_lattice(*t, scene.lattice);
     if (const toml::table* t = table_at(root, "cut"))
@@ -98,13 +99,20 @@ class SceneReader {
       read_region(*t, "[[fix]]", fix.region);
     }
     for (const toml::table* t : tables_at(root, "load")) read_load(*t, scene.loads.emplace_back());
+    if (const toml::table* t = table_at(root, "contact")) {
+      read_plain(*t, "[contact]", scene_keys<SceneContact>(), scene.contact);
+      if (!scene.contact.enabled) scene.contact.enabled = true;
+    }
+    for (const toml::table* t : tables_at(root, "obstacle")) read_obstacle(*t, scene.obstacles.emplace_back());
+    for (const toml::table* t : tables_at(root, "tool")) read_tool(*t, scene.tools.emplace_back());
     for (const toml::table* t : tables_at(root, "command")) read_command(*t, scene);
     if (const toml::table* t = table_at(root, "output")) read_output(*t, scene);
 
     std::stable_sort(scene.commands.begin(), scene.commands.end(),
                      [](const SceneCommand& a, const SceneCommand& b) { return a.at < b.at; });
-    if (problems_.empty()) {  // these two look across tables, and would only repeat other problems
+    if (problems_.empty()) {  // these look across tables, and would only repeat other problems
       check_grasps(scene);
+      check_tools(scene);
       check_times(scene);
     }
     if (!problems_.empty()) return bad_input(message());
@@ -320,6 +328,12 @@ class SceneReader {
               else
                 wrong_type(node, what, "true or false");
             },
+            [&](std::optional<bool> T::*m) {
+              if (node.is_boolean())
+                out.*m = node.as_boolean()->get();
+              else
+                wrong_type(node, what, "true or false");
+            },
             [&](std::string T::*m) { get(node, what, out.*m); },
             [&](Vec3 T::*m) { get(node, what, key.range, out.*m); },
             [&](std::optional<Vec3> T::*m) { get_optional(node, what, key.range, out.*m); },
@@ -463,8 +477,25 @@ class SceneReader {
     if (!(norm(v) > 0)) problem(line_of(node), fmt::format("{} must not be zero", what));
   }
 
+  /// [body], or [[body]] several times.
+  void read_bodies(const toml::table& root, Scene& scene) {
+    const toml::node* node = root.get("body");
+    if (!node) return;
+    if (!node->is_array_of_tables()) {
+      if (const toml::table* t = table_at(root, "body")) read_body(*t, scene.body);
+      return;
+    }
+    bool first = true;
+    for (const toml::table* t : tables_at(root, "body")) {
+      read_body(*t, first ? scene.body : scene.more_bodies.emplace_back());
+      first = false;
+    }
+  }
+
   void read_body(const toml::table& table, SceneBody& out) {
     read_plain(table, "[body]", scene_keys<SceneBody>(), out);
+    if (const toml::table* t = table_at(table, "material"))
+      read_plain(*t, "[body.material]", scene_keys<SceneBodyMaterial>(), out.material);
     const bool model = table.contains("model"), visual = table.contains("visual"),
                bound = table.contains("bound");
     if (model + visual + bound != 1) {
@@ -542,6 +573,123 @@ class SceneReader {
       problem(line_of(table), "until of [[load]] must be later than from");
   }
 
+  // --- Obstacles and tools
+  // --------------------------------------------------------------------------------------------------
+
+  /// Refuses keys of other shapes and kinds, and asks for those that this one needs.
+  void check_keys_of(const toml::table& table, std::string_view where, std::string_view kind,
+                     std::initializer_list<std::string_view> takes, std::initializer_list<std::string_view> needs,
+                     std::initializer_list<std::string_view> all) {
+    const auto in = [](std::string_view key, std::initializer_list<std::string_view> list) {
+      return std::find(list.begin(), list.end(), key) != list.end();
+    };
+    for (const std::string_view key : all)
+      if (const toml::node* node = table.get(key); node && !in(key, takes) && !in(key, needs))
+        problem(line_of(*node), fmt::format("{} of {} does not go with {}", key, where, kind));
+    for (const std::string_view key : needs)
+      if (!table.contains(key)) problem(line_of(table), fmt::format("{}: a {} needs {}", where, kind, key));
+  }
+
+  /// Poses whose times ascend; the turn of one without rotation is that of the one before.
+  void read_timed(const toml::table& table, std::string_view key, Vec3 rotation, std::vector<ScenePose>& out) {
+    const std::size_t before_all = problems_.size();
+    for (const toml::table* t : tables_at(table, key)) {
+      const std::size_t before = problems_.size();
+      ScenePose pose;
+      pose.rotation = out.empty() ? rotation : out.back().rotation;
+      read_plain(*t, fmt::format("a pose of {}", key), scene_keys<ScenePose>(), pose);
+      if (problems_.size() > before) continue;
+      if (!out.empty() && pose.time <= out.back().time) {
+        problem(line_of(*t), fmt::format("times of {} must increase, but {} follows {}", key, pose.time, out.back().time));
+      }
+      out.push_back(pose);
+    }
+    if (out.empty() && table.contains(key) && problems_.size() == before_all)
+      problem(line_of(*table.get(key)), fmt::format("{} is empty: give at least one pose", key));
+  }
+
+  void read_obstacle(const toml::table& table, SceneObstacle& out) {
+    constexpr std::string_view where = "[[obstacle]]";
+    out.line = line_of(table);
+    const std::size_t before = problems_.size();
+    read_plain(table, where, scene_keys<SceneObstacle>(), out);
+    read_timed(table, "moves", out.rotation, out.moves);
+    if (problems_.size() > before) return;
+    const auto check = [&](std::string_view kind, std::initializer_list<std::string_view> takes,
+                           std::initializer_list<std::string_view> needs) {
+      check_keys_of(table, where, kind, takes, needs, {"radius", "length", "size", "mesh", "model", "scale"});
+    };
+    switch (out.shape) {
+      case SceneShape::kPlane: return check("plane", {}, {});
+      case SceneShape::kSphere: return check("sphere", {}, {"radius"});
+      case SceneShape::kCapsule: return check("capsule", {}, {"radius", "length"});
+      case SceneShape::kBox: return check("box", {}, {"size"});
+      case SceneShape::kMesh: break;
+    }
+    check("mesh", {"mesh", "model", "scale"}, {});
+    if (table.contains("mesh") == table.contains("model"))
+      return problem(out.line, "[[obstacle]] of shape mesh needs either mesh = \"file.obj\" or model = \"ball\"");
+    if (out.model.empty()) return;
+    std::vector<std::string_view> known;
+    for (const RigidModelName& m : rigid_model_names()) known.push_back(m.name);
+    get_word(*table.get("model"), "model of [[obstacle]]", known);
+  }
+
+  void read_tool(const toml::table& table, SceneRigidTool& out) {
+    constexpr std::string_view where = "[[tool]]";
+    out.line = line_of(table);
+    const std::size_t before = problems_.size();
+    read_plain(table, where, scene_keys<SceneRigidTool>(), out);
+    if (problems_.size() > before) return;
+    const auto check = [&](std::string_view kind, std::initializer_list<std::string_view> takes,
+                           std::initializer_list<std::string_view> needs) {
+      check_keys_of(table, where, kind, takes, needs,
+                    {"length", "radius", "tip", "width", "thickness", "opening", "sharp", "mesh", "scale"});
+    };
+    switch (out.kind) {
+      case SceneToolKind::kProbe:
+        if (!out.mesh.empty()) return check("probe with a mesh", {"mesh", "scale"}, {});
+        return check("probe", {"length", "radius", "tip"}, {});
+      case SceneToolKind::kGrasper: return check("grasper", {"length", "radius", "tip", "width", "opening"}, {});
+      case SceneToolKind::kScalpel: return check("scalpel", {"length", "radius", "tip", "width", "thickness", "sharp"}, {});
+      case SceneToolKind::kScissors:
+        return check("pair of scissors", {"length", "radius", "tip", "width", "thickness", "opening", "sharp"}, {});
+      case SceneToolKind::kSphere: return check("sphere", {"radius"}, {});
+      case SceneToolKind::kMesh: return check("mesh", {"scale"}, {"mesh"});
+    }
+  }
+
+  /// Ids of tools are different, and commands name tools that there are.
+  void check_tools(const Scene& scene) {
+    std::vector<std::string_view> ids;
+    for (const SceneRigidTool& tool : scene.tools) {
+      if (std::find(ids.begin(), ids.end(), tool.id) != ids.end())
+        problem(tool.line, fmt::format("there is a tool \"{}\" already; give this one another id", tool.id));
+      ids.push_back(tool.id);
+    }
+    const auto check = [&](const SceneCommand& c, std::string_view verb, const std::string& id) -> const SceneRigidTool* {
+      const auto found = std::find(ids.begin(), ids.end(), id);
+      if (found != ids.end()) return &scene.tools[static_cast<std::size_t>(found - ids.begin())];
+      std::string text = fmt::format("{} at {} s: there is no tool \"{}\"", verb, c.at, id);
+      if (const std::string_view closest = closest_word(id, ids); !closest.empty())
+        text += fmt::format("; did you mean \"{}\"?", closest);
+      else
+        text += ids.empty() ? "; make one with [[tool]]" : fmt::format("; known are {}", fmt::join(ids, ", "));
+      problem(c.line, std::move(text));
+      return nullptr;
+    };
+    for (const SceneCommand& c : scene.commands) {
+      if (const auto* motion = std::get_if<SceneToolMotion>(&c.what)) {
+        check(c, "tool", motion->id);
+      } else if (const auto* jaws = std::get_if<SceneJaws>(&c.what)) {
+        const std::string_view verb = jaws->close ? "close" : "open";
+        const SceneRigidTool* tool = check(c, verb, jaws->id);
+        if (tool && tool->kind != SceneToolKind::kGrasper && tool->kind != SceneToolKind::kScissors)
+          problem(c.line, fmt::format("{} at {} s: \"{}\" has no jaws; graspers and scissors have", verb, c.at, jaws->id));
+      }
+    }
+  }
+
   void read_output(const toml::table& table, Scene& scene) {
     read_plain(table, "[output]", scene_keys<SceneOutput>(), scene.output);
     const toml::table* t = table_at(table, "camera");
@@ -607,11 +755,34 @@ class SceneReader {
       case 6:
         command.what = read_one_command<SceneUndo>(table, where);
         break;
-      default:
+      case 7:
         command.what = read_one_command<SceneRedo>(table, where);
         break;
+      case 8: {
+        SceneToolMotion motion = read_one_command<SceneToolMotion>(table, where);
+        read_tool_poses(table, scene, motion);
+        command.what = std::move(motion);
+        break;
+      }
+      default: {
+        SceneJaws jaws = read_one_command<SceneJaws>(table, where);
+        jaws.close = where == "close";
+        command.what = std::move(jaws);
+        break;
+      }
     }
     scene.commands.push_back(std::move(command));
+  }
+
+  /// A first pose without rotation keeps the tool's, as the scene left it: that of its last pose above in the file.
+  void read_tool_poses(const toml::table& table, const Scene& scene, SceneToolMotion& out) {
+    Vec3 rotation;
+    for (const SceneRigidTool& tool : scene.tools)
+      if (tool.id == out.id) rotation = tool.rotation;
+    for (const SceneCommand& c : scene.commands)
+      if (const auto* before = std::get_if<SceneToolMotion>(&c.what); before && before->id == out.id && !before->poses.empty())
+        rotation = before->poses.back().rotation;
+    read_timed(table, "poses", rotation, out.poses);
   }
 
   void read_poses(const toml::table& table, SceneBlade& out) {
@@ -678,6 +849,9 @@ class SceneReader {
       double last = c.at;
       if (const auto* blade = std::get_if<SceneBlade>(&c.what)) last += blade->poses.back().time;
       if (const auto* move = std::get_if<SceneMove>(&c.what)) last += move->over;
+      if (const auto* motion = std::get_if<SceneToolMotion>(&c.what); motion && !motion->poses.empty())
+        last += motion->poses.back().time;
+      if (const auto* jaws = std::get_if<SceneJaws>(&c.what)) last += jaws->over;
       if (last > end) {
         problem(
             c.line,
@@ -720,6 +894,21 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name,
     scene->file = std::string(name);
   }
   return scene;
+}
+
+std::vector<std::string> scene_files(const Scene& scene) {
+  std::vector<std::string> files;
+  const auto add = [&](const std::string& file) {
+    if (!file.empty()) files.push_back(file);
+  };
+  const auto add_body = [&](const SceneBody& body) {
+    for (const std::string* file : {&body.visual, &body.collision, &body.bound}) add(*file);
+  };
+  add_body(scene.body);
+  for (const SceneBody& body : scene.more_bodies) add_body(body);
+  for (const SceneObstacle& obstacle : scene.obstacles) add(obstacle.mesh);
+  for (const SceneRigidTool& tool : scene.tools) add(tool.mesh);
+  return files;
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path) {

@@ -8,6 +8,7 @@ constexpr SceneRange kAny{};
 constexpr SceneRange kPositive{0, kInfinity, true, false};
 constexpr SceneRange kNotNegative{0, kInfinity, false, false};
 constexpr SceneRange kPositiveFraction{0, 1, true, true};
+constexpr SceneRange kTurn{-100, 100, false, false};  // 16 turns; beyond, digits of the angle are lost
 constexpr SceneRange at_least_one(double max) {
   return {1, max, false, false};
 }
@@ -16,6 +17,8 @@ constexpr std::string_view kFormulationWords[] = {"incompatible", "plain"};
 constexpr std::string_view kPreconditionerWords[] = {"adaptive", "two-level", "block-jacobi", "direct"};
 constexpr std::string_view kToolWords[] = {"scalpel", "scissors", "line"};
 constexpr std::string_view kFrameWords[] = {"world", "rest"};
+constexpr std::string_view kShapeWords[] = {"plane", "sphere", "capsule", "box", "mesh"};
+constexpr std::string_view kToolKindWords[] = {"probe", "grasper", "scalpel", "scissors", "sphere", "mesh"};
 constexpr std::string_view kMeshWords[] = {"visual", "collision", "hexahedra"};
 
 template <class T, auto Member>
@@ -31,15 +34,21 @@ template <>
 std::span<const SceneKey<Scene>> scene_keys<Scene>() {
   static const SceneKey<Scene> keys[] = {
       {"title", &Scene::title, "", kAny, false, "What the scene shows, for reports and pictures."},
-      {"body", SceneNested{"table"}, "", kAny, true,
-       "The body that is cut: a model, mesh files or a bound body."},
+      {"body", SceneNested{"table or list of tables"}, "", kAny, true,
+       "The body that is cut: a model, mesh files or a bound body. [[body]] several times: several bodies."},
       {"material", SceneNested{"table"}, "", kAny, false, "What the body is made of."},
       {"lattice", SceneNested{"table"}, "", kAny, false, "The regular lattice whose cells become hexahedra."},
       {"cut", SceneNested{"table"}, "", kAny, false, "How cuts and their surfaces are made."},
       {"simulation", SceneNested{"table"}, "", kAny, false, "Time, gravity and solver."},
       {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose nodes never move."},
       {"load", SceneNested{"list of tables"}, "", kAny, false, "Constant forces on the surface."},
-      {"command", SceneNested{"list of tables"}, "", kAny, false, "What happens when: cuts, grasps, undo."},
+      {"contact", SceneNested{"table"}, "", kAny, false, "How things touch."},
+      {"obstacle", SceneNested{"list of tables"}, "", kAny, false,
+       "Rigid things that stand still or move as told."},
+      {"tool", SceneNested{"list of tables"}, "", kAny, false,
+       "Rigid tools that follow given poses and feel what they touch."},
+      {"command", SceneNested{"list of tables"}, "", kAny, false,
+       "What happens when: cuts, grasps, tools, undo."},
       {"output", SceneNested{"table"}, "", kAny, false, "What a run writes beside report.json."},
   };
   return keys;
@@ -49,6 +58,7 @@ template <>
 std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
   using T = SceneBody;
   static const SceneKey<T> keys[] = {
+      {"name", &T::name, "", kAny, false, "For messages. Default: number and kind of the body."},
       {"model", &T::model, "", kAny, false,
        "Name of a built-in model such as \"sheet\", \"steak\" or \"meniscus\" (see kerf make --help). Give "
        "exactly one of "
@@ -69,6 +79,13 @@ std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
       {"exact_paths", &T::exact_paths, "", kAny, false,
        "Exact geodesics when the meshes are bound; the default straightens locally, which is faster and "
        "nearly as short."},
+      {"position", &T::position, "m", kAny, false,
+       "Where the origin of the body's own coordinates goes; all other rest coordinates of the scene are those "
+       "after placing."},
+      {"rotation", &T::rotation, "rad", kTurn, false,
+       "How it is turned about that origin: axis times angle."},
+      {"material", SceneNested{"table"}, "", kAny, false,
+       "What this body is made of, where it differs from [material]."},
   };
   return keys;
 }
@@ -205,6 +222,9 @@ std::span<const SceneKey<SceneCut>> scene_keys<SceneCut>() {
        {0.001, 1, false, false},
        false,
        "How far the cut may stray from the blade's path, as a fraction of the mean collision edge."},
+      {"resistance", &T::resistance, "N/m", kNotNegative, false,
+       "Force of the material on a tool's edge while it cuts, per metre of edge inside; pressed less, the edge only "
+       "pushes. Blade commands don't feel it."},
   };
   return keys;
 }
@@ -262,6 +282,175 @@ std::span<const SceneKey<SceneLoad>> scene_keys<SceneLoad>() {
 }
 
 template <>
+std::span<const SceneKey<SceneBodyMaterial>> scene_keys<SceneBodyMaterial>() {
+  using T = SceneBodyMaterial;
+  static const SceneKey<T> keys[] = {
+      {"young", &T::young, "Pa", kPositive, false, "Young's modulus of this body; as in [material] when absent."},
+      {"poisson",
+       &T::poisson,
+       "",
+       {0, 0.499, false, false},
+       false,
+       "Poisson's ratio of this body; as in [material] when absent."},
+      {"density", &T::density, "kg/m3", kPositive, false,
+       "Density of this body; as in [material] when absent."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneContact>> scene_keys<SceneContact>() {
+  using T = SceneContact;
+  static const SceneKey<T> keys[] = {
+      {"enabled", &T::enabled, "", kAny, false,
+       "Whether things touch. Default: true when the scene has a [contact], obstacles, tools or several bodies; "
+       "otherwise everything passes through everything."},
+      {"self", &T::self, "", kAny, false,
+       "Whether bodies touch themselves, the two lips of a cut included, and each other."},
+      {"friction",
+       &T::friction,
+       "",
+       {0, 10, false, false},
+       false,
+       "Coulomb's coefficient of everything that has none of its own."},
+      {"stiffness",
+       &T::stiffness,
+       "",
+       {0.1, 1e4, false, false},
+       false,
+       "Of contacts, in units of the local inertia and elasticity. More: they overlap less and take longer."},
+      {"margin",
+       &T::margin,
+       "half thicknesses",
+       {0, 10, false, false},
+       false,
+       "Things nearer than this are watched; what moves fast is watched from farther off anyway."},
+      {"push_speed", &T::push_speed, "m/s", kPositive, false,
+       "At most this fast things that overlap at the start are pushed apart."},
+      {"passes", &T::passes, "", at_least_one(64), false,
+       "Linear solves of a step at most, while contacts open and close."},
+      {"substeps", &T::substeps, "", at_least_one(1000), false,
+       "Parts that a step is divided into at most, when a tool, an obstacle or the body moves fast."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneObstacle>> scene_keys<SceneObstacle>() {
+  using T = SceneObstacle;
+  static const SceneKey<T> keys[] = {
+      {"name", &T::name, "", kAny, false, "For messages. Default: number and shape."},
+      {"shape", choice<T, &T::shape>(kShapeWords), "", kAny, true,
+       "In its own axes: plane: z = 0, outside above. sphere: about the origin. capsule: along z. box: about the "
+       "origin. mesh: a surface from a file or a generated one, outside where its triangles run counter-clockwise."},
+      {"position", &T::position, "m", kAny, false, "Where its origin is."},
+      {"rotation", &T::rotation, "rad", kTurn, false, "How it is turned: axis times angle."},
+      {"radius", &T::radius, "m", kPositive, false, "Of a sphere or a capsule."},
+      {"length", &T::length, "m", kNotNegative, false, "Of a capsule, between the middles of its round ends."},
+      {"size", &T::size, "m", kPositive, false, "Of a box: its whole edges."},
+      {"mesh", SceneFilePath<T>{&T::mesh}, "", kAny, false,
+       "Mesh file of shape mesh (OBJ, PLY, STL, OFF), relative to the scene; closed or open."},
+      {"model", &T::model, "", kAny, false,
+       "Generated surface of shape mesh: ball (168 triangles, radius 1 m) or plateau (72 x 60 mm, dished)."},
+      {"scale", &T::scale, "m per unit", kPositive, false,
+       "Metres per unit of the mesh file, or factor on the size of the generated surface."},
+      {"friction",
+       &T::friction,
+       "",
+       {0, 10, false, false},
+       false,
+       "Coulomb's coefficient; that of [contact] when absent."},
+      {"moves", SceneNested{"list of tables"}, "", kAny, false,
+       "Where it is when; straight and even in between, first from its place."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<ScenePose>> scene_keys<ScenePose>() {
+  using T = ScenePose;
+  static const SceneKey<T> keys[] = {
+      {"time", &T::time, "s", kNotNegative, true,
+       "When; later than the pose before. In a command: after its at."},
+      {"position", &T::position, "m", kAny, true, "Where the origin is."},
+      {"rotation", &T::rotation, "rad", kTurn, false,
+       "How it is turned: axis times angle. Default: as in the pose before."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneRigidTool>> scene_keys<SceneRigidTool>() {
+  using T = SceneRigidTool;
+  static const SceneKey<T> keys[] = {
+      {"id", &T::id, "", kAny, true, "A name for commands."},
+      {"kind", choice<T, &T::kind>(kToolKindWords), "", kAny, true,
+       "In its own axes the tip is the origin and the shaft leads up along z; hooks, jaws and edges lie in the plane "
+       "y = 0. probe: a rod with a hook. grasper: two jaws. scalpel: an edge that cuts, back and flanks that press. "
+       "scissors: two blades whose closing line cuts. sphere: a ball about the origin. mesh: a surface from a file."},
+      {"position", &T::position, "m", kAny, false, "Where its origin is at the start."},
+      {"rotation", &T::rotation, "rad", kTurn, false, "How it is turned at the start: axis times angle."},
+      {"length", &T::length, "m", kPositive, false, "Of the shaft. Default: 0.12."},
+      {"radius", &T::radius, "m", kPositive, false,
+       "Of the shaft, or of the ball. Default: 0.0015; ball 0.005."},
+      {"tip", &T::tip, "m", kPositive, false,
+       "Length of the hook of a probe (default 0.004), of the jaws of a grasper (0.012), of the edge of a scalpel "
+       "(0.025), of the blades of scissors (0.02)."},
+      {"width", &T::width, "m", kPositive, false,
+       "From the edge of a blade to its back, or across a jaw. Default: 0.006; grasper 0.004."},
+      {"thickness", &T::thickness, "m", kPositive, false, "Of a blade. Default: 0.0006."},
+      {"opening",
+       &T::opening,
+       "rad",
+       {0, 1.5, true, false},
+       false,
+       "Angle between open jaws or blades; they start open."},
+      {"sharp", &T::sharp, "", kAny, false, "Whether the edge of a scalpel or of scissors cuts."},
+      {"mesh", SceneFilePath<T>{&T::mesh}, "", kAny, false,
+       "Mesh file of kind mesh, or of a probe instead of the generated hook; relative to the scene."},
+      {"scale", &T::scale, "m per unit", kPositive, false, "Metres per unit of the mesh file."},
+      {"friction",
+       &T::friction,
+       "",
+       {0, 10, false, false},
+       false,
+       "Coulomb's coefficient; that of [contact] when absent."},
+      {"mass", &T::mass, "kg", kPositive, false, "Of what follows the pose."},
+      {"stiffness", &T::stiffness, "N/m", kPositive, false, "Of the coupling between the tool and its pose."},
+      {"damping", &T::damping, "N s/m", kNotNegative, false, "Of the coupling. Default: critical."},
+      {"turning_stiffness", &T::turning_stiffness, "N m/rad", kPositive, false,
+       "Of the coupling. Default: stiffness times the square of 0.02 m."},
+      {"turning_damping", &T::turning_damping, "N m s/rad", kNotNegative, false,
+       "Of the coupling. Default: critical."},
+      {"max_force", &T::max_force, "N", kNotNegative, false,
+       "The coupling pulls no harder; 0: as hard as it likes."},
+      {"max_speed", &T::max_speed, "m/s", kPositive, false, "Poses that jump are followed at this speed."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneToolMotion>> scene_keys<SceneToolMotion>() {
+  using T = SceneToolMotion;
+  static const SceneKey<T> keys[] = {
+      {"id", &T::id, "", kAny, true, "The tool that moves."},
+      {"poses", SceneNested{"list of tables"}, "", kAny, true,
+       "Where its pose goes: straight and even from where it is now."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneJaws>> scene_keys<SceneJaws>() {
+  using T = SceneJaws;
+  static const SceneKey<T> keys[] = {
+      {"id", &T::id, "", kAny, true, "A grasper or scissors."},
+      {"over", &T::over, "s", kNotNegative, false, "How long it takes."},
+  };
+  return keys;
+}
+
+template <>
 std::span<const SceneKey<SceneOutput>> scene_keys<SceneOutput>() {
   using T = SceneOutput;
   static const SceneKey<T> keys[] = {
@@ -314,7 +503,7 @@ std::span<const SceneKey<SceneCommand>> scene_keys<SceneCommand>() {
   static const SceneKey<T> keys[] = {
       {"at", &T::at, "s", kNotNegative, true, "When the command is given."},
       {"type", SceneNested{"word"}, "", kAny, true,
-       "blade, grasp, move, release, fix, unfix, undo or redo; each has keys of its own."},
+       "blade, grasp, move, release, fix, unfix, undo, redo, tool, close or open; each has keys of its own."},
   };
   return keys;
 }

@@ -54,7 +54,7 @@ struct SceneNested {
 template <class T>
 using SceneField =
     std::variant<double T::*, std::optional<double> T::*, int T::*, std::optional<int> T::*,
-                 std::int64_t T::*, std::uint64_t T::*, bool T::*, std::string T::*, Vec3 T::*,
+                 std::int64_t T::*, std::uint64_t T::*, bool T::*, std::optional<bool> T::*, std::string T::*, Vec3 T::*,
                  std::optional<Vec3> T::*, std::array<int, 2> T::*, std::optional<std::array<int, 3>> T::*,
                  std::optional<std::array<Vec3, 3>> T::*, SceneChoice<T>, SceneWords<T>, SceneFilePath<T>,
                  SceneNested>;
@@ -94,6 +94,20 @@ std::span<const SceneKey<SceneFix>> scene_keys<SceneFix>();
 template <>
 std::span<const SceneKey<SceneLoad>> scene_keys<SceneLoad>();
 template <>
+std::span<const SceneKey<SceneBodyMaterial>> scene_keys<SceneBodyMaterial>();
+template <>
+std::span<const SceneKey<SceneContact>> scene_keys<SceneContact>();
+template <>
+std::span<const SceneKey<SceneObstacle>> scene_keys<SceneObstacle>();
+template <>
+std::span<const SceneKey<ScenePose>> scene_keys<ScenePose>();
+template <>
+std::span<const SceneKey<SceneRigidTool>> scene_keys<SceneRigidTool>();
+template <>
+std::span<const SceneKey<SceneToolMotion>> scene_keys<SceneToolMotion>();
+template <>
+std::span<const SceneKey<SceneJaws>> scene_keys<SceneJaws>();
+template <>
 std::span<const SceneKey<SceneOutput>> scene_keys<SceneOutput>();
 template <>
 std::span<const SceneKey<SceneCamera>> scene_keys<SceneCamera>();
@@ -124,8 +138,8 @@ std::span<const SceneKey<SceneRegion>> scene_box_keys();
 std::span<const SceneKey<SceneRegion>> scene_sphere_keys();
 std::span<const SceneKey<SceneRegion>> scene_half_space_keys();
 
-/// Names of the command types, in the order of SceneCommand::what.
-inline constexpr std::string_view kSceneCommandTypes[] = {"blade", "grasp", "move", "release",
-                                                          "fix",   "unfix", "undo", "redo"};
+/// Names of the command types, in the order of SceneCommand::what; "open" is the last one's other word.
+inline constexpr std::string_view kSceneCommandTypes[] = {"blade", "grasp", "move", "release", "fix", "unfix",
+                                                          "undo",  "redo",  "tool", "close",   "open"};
 
 }  // namespace kerf

@@ -35,6 +35,7 @@ std::string type_text(const SceneKey<T>& key) {
           [](std::int64_t T::*) { return std::string("whole number"); },
           [](std::uint64_t T::*) { return std::string("whole number"); },
           [](bool T::*) { return std::string("true or false"); },
+          [](std::optional<bool> T::*) { return std::string("true or false"); },
           [](std::string T::*) { return std::string("text"); },
           [](Vec3 T::*) { return std::string("[x, y, z]"); },
           [](std::optional<Vec3> T::*) { return std::string("[x, y, z]"); },
@@ -62,6 +63,7 @@ std::string default_text(const SceneKey<T>& key) {
           [&](std::int64_t T::*m) { return fmt::format("{}", t.*m); },
           [&](std::uint64_t T::*m) { return fmt::format("{}", t.*m); },
           [&](bool T::*m) { return fmt::format("{}", t.*m); },
+          [](std::optional<bool> T::*) { return std::string("-"); },
           [&](std::string T::*m) { return (t.*m).empty() ? std::string("-") : quoted(t.*m); },
           [&](Vec3 T::*m) { return text(t.*m); },
           [](std::optional<Vec3> T::*) { return std::string("-"); },
@@ -129,11 +131,16 @@ std::vector<SceneKeyDoc> scene_schema() {
   add(out, "options = {...}", scene_keys<ModelOptions>());
   add(out, "[material]", scene_keys<SceneMaterial>());
   add(out, "[[material.region]]", scene_keys<SceneMaterialRegion>());
+  add(out, "[body.material]", scene_keys<SceneBodyMaterial>());
   add(out, "[lattice]", scene_keys<SceneLattice>());
   add(out, "[cut]", scene_keys<SceneCut>());
   add(out, "[simulation]", scene_keys<SceneSimulation>());
   add(out, "[[fix]]", scene_keys<SceneFix>());
   add(out, "[[load]]", scene_keys<SceneLoad>());
+  add(out, "[contact]", scene_keys<SceneContact>());
+  add(out, "[[obstacle]]", scene_keys<SceneObstacle>());
+  add(out, "[[tool]]", scene_keys<SceneRigidTool>());
+  add(out, "moves = [{...}], poses of tools", scene_keys<ScenePose>());
   add(out, "[[command]]", scene_keys<SceneCommand>());
   add(out, "[[command]] type = \"blade\"", scene_keys<SceneBlade>());
   add(out, "poses = [{...}]", scene_keys<SceneBladePose>());
@@ -144,6 +151,8 @@ std::vector<SceneKeyDoc> scene_schema() {
   add(out, "[[command]] type = \"unfix\"", scene_keys<SceneUnfix>());
   add(out, "[[command]] type = \"undo\"", scene_keys<SceneUndo>());
   add(out, "[[command]] type = \"redo\"", scene_keys<SceneRedo>());
+  add(out, "[[command]] type = \"tool\"", scene_keys<SceneToolMotion>());
+  add(out, "[[command]] type = \"close\" or \"open\"", scene_keys<SceneJaws>());
   add(out, "box = {...}", scene_box_keys());
   add(out, "sphere = {...}", scene_sphere_keys());
   add(out, "half_space = {...}", scene_half_space_keys());

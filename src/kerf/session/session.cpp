@@ -69,7 +69,7 @@ std::size_t UndoStep::bytes() const {
 
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), time(o.time), steps(o.steps),
-      next_command(o.next_command), grasps(o.grasps),
+      next_command(o.next_command), grasps(o.grasps), tools(o.tools),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
       strokes(o.strokes), topology_version(o.topology_version) {}
 
@@ -93,6 +93,7 @@ Result<Session> Session::create(const Scene& scene, const Progress& progress) {
 }
 
 Status Session::Impl::prepare(const Progress& progress) {
+  if (!scene.more_bodies.empty()) return bad_input("scenes of several bodies can't be simulated yet");
   auto loaded = load_scene_body(scene.body, progress);
   if (!loaded) return loaded.error();
   notes = std::move(loaded->notes);
@@ -137,6 +138,7 @@ Status Session::Impl::prepare(const Progress& progress) {
     case ScenePreconditioner::kDirect: step_options.solver = SolverKind::kDirect; break;
   }
 
+  for (const SceneRigidTool& tool : scene.tools) state.tools.push_back(tool_at_start(tool));
   for (std::size_t i = 0; i < scene.fixes.size(); ++i)
     KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}: [[fix]] number {}", source(scene), i + 1)));
   KERF_TRY(renew_springs());
@@ -328,6 +330,11 @@ std::uint64_t Session::hash() const {
     hash.add(g.offset);
     hash.add(std::array<Vec3, 3>{g.centre, g.from, g.to});
     hash.add(std::array<double, 3>{g.move_began, g.move_over, g.stiffness});
+  }
+  for (const ToolMotion& t : state.tools) {
+    hash.add(t.start);
+    hash.add(t.poses);
+    hash.add(std::array<double, 5>{t.began, t.jaws_from, t.jaws_to, t.jaws_began, t.jaws_over});
   }
   return hash.value();
 }

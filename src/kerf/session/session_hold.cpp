@@ -45,6 +45,8 @@ Status Session::Impl::apply(const SceneCommand& command) {
     Status operator()(const SceneRelease& r) { return s.release(r); }
     Status operator()(const SceneFixCommand& f) { return s.fix(f.region, "the fix command"); }
     Status operator()(const SceneUnfix& u) { return s.unfix(u.region), Status{}; }
+    Status operator()(const SceneToolMotion& m) { return s.move_tool(m); }
+    Status operator()(const SceneJaws& j) { return s.move_jaws(j); }
     Status operator()(const SceneUndo& u) {
       KERF_TRY(s.finish_command_stroke());
       for (int i = 0; i < u.count; ++i) KERF_TRY(s.undo());

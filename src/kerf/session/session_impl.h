@@ -14,6 +14,7 @@
 #include "kerf/lattice/tip_glue.h"
 #include "kerf/session/body_build.h"
 #include "kerf/session/body_mechanics.h"
+#include "kerf/session/rigid_motion.h"
 #include "kerf/session/session.h"
 
 namespace kerf {
@@ -59,6 +60,7 @@ struct SessionState {
   std::int64_t steps = 0;
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
+  std::vector<ToolMotion> tools;  ///< one per tool of the scene
   std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
   JournalMark synced;                   ///< hexahedra, embeddings and mechanics match the complex as of here
   std::vector<UndoStep> undo, redo;
@@ -136,6 +138,8 @@ struct Session::Impl {
   Status hold(const std::string& id, std::vector<CollisionVertex> points, std::optional<double> stiffness);
   Status move(const SceneMove& what);
   Status release(const SceneRelease& what);
+  Status move_tool(const SceneToolMotion& what);
+  Status move_jaws(const SceneJaws& what);
   Status fix(const SceneRegion& region, const std::string& name);
   void unfix(const SceneRegion& region);
   /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.

@@ -53,6 +53,7 @@ void detect_shape(DetectRun& run, const ShapeRef& ref) {
       const PlacedPart placed = place(shape, shape.parts[i]);
       find_leaves(surface.tree, frame.boxes, placed, reach, run.scratch);
       detect_vertices(run, body, ref, static_cast<std::int32_t>(i), placed);
+      detect_features(run, body, ref, static_cast<std::int32_t>(i), placed);
     }
   }
 }
@@ -104,6 +105,14 @@ const RememberedContact* recall(const DetectMemory& memory, std::uint64_t key) {
   return at != memory.contacts.end() && at->key == key ? &*at : nullptr;
 }
 
+const RememberedContact* recall_either_end(const DetectRun& run, ContactName name) {
+  name.slot *= 2;
+  const RememberedContact* r = recall(run.before, contact_key(name));
+  if (r != nullptr) return r;
+  ++name.slot;
+  return recall(run.before, contact_key(name));
+}
+
 void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius) {
   run.scratch.found.push_back(contact);
   run.scratch.found.back().key = key;
@@ -130,12 +139,13 @@ void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const
   const double limit = gap_limit(run, normal, travel - run.options.step * c.other_velocity);
   const double along = dot(normal, offset), radius = norm(offset);
   const double nearer = along > 0 ? -1 : 1;
+  const std::int32_t slot = name.slot;
   for (const double lift : {nearer, -nearer}) {
     c.gap = distance + lift * along;
     if (!(c.gap < limit)) continue;
     if (lift != nearer && !(std::fabs(along) < kUpright * radius)) continue;
     c.a.lift = lift;
-    name.slot = lift > 0 ? 1 : 0;
+    name.slot = 2 * slot + (lift > 0 ? 1 : 0);
     hand_out(run, contact_key(name), c, feature, radius);
   }
 }

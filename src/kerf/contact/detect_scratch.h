@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kerf/contact/detect.h"
+#include "kerf/contact/shape_features.h"
 
 namespace kerf {
 
@@ -14,6 +15,16 @@ struct BodyFrame {
   TreeBoxes boxes;
   std::vector<double> travel;   ///< per vertex: length of predicted - position, m
   double greatest_travel = 0, greatest_offset = 0;
+};
+
+/// A point of a shape near a triangle of a body.
+struct FaceCandidate {
+  ShapePoint point;
+  double distance = 0;           ///< from the point to its foot, m
+  CollisionTriangle face;
+  std::array<double, 3> weight;  ///< of the foot
+  bool interior = false;         ///< of the face; else of an edge
+  Vec3 direction;                ///< unit, up to its sign: of the face's normal, or from the point to its foot
 };
 
 struct DetectScratch {
@@ -25,6 +36,8 @@ struct DetectScratch {
   std::vector<Contact> found;                   ///< as they come
   std::vector<RememberedContact> remembered;    ///< in parallel
   std::vector<std::uint32_t> order;
+  ShapeFeatures features;
+  std::vector<FaceCandidate> faces;
 };
 
 /// Everything one call works on.
@@ -59,12 +72,19 @@ struct ShapeRef {
   [[nodiscard]] std::int32_t other() const { return obstacle >= 0 ? obstacle : -1 - tool; }
 };
 
+/// The memory of a contact that hand_out_shape was given, by whichever end it touched; null if there is none.
+const RememberedContact* recall_either_end(const DetectRun& run, ContactName name);
+
 /// Fills scratch.leaves with the leaves of a body's tree that come within `reach` metres of a part, ascending.
 void find_leaves(const SurfaceTree& tree, const TreeBoxes& boxes, const PlacedPart& part, double reach,
                  DetectScratch& scratch);
 
 /// Vertices of a body against a part.
 void detect_vertices(DetectRun& run, std::int32_t body, const ShapeRef& shape, std::int32_t part,
+                     const PlacedPart& placed);
+
+/// Corners and edges of a part against the faces and edges of coarse triangles.
+void detect_features(DetectRun& run, std::int32_t body, const ShapeRef& shape, std::int32_t part,
                      const PlacedPart& placed);
 
 /// Along the normal a contact counts with what both sides will approach by, and with this part of the rest: directions
@@ -80,7 +100,7 @@ inline double gap_limit(const DetectRun& run, Vec3 normal, Vec3 relative_travel)
 /// Hands out a contact: `contact` needs a, b, point, normal, gap.
 void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius);
 
-/// The same for a shape: fills in whose it is, velocity and friction. `name` without slot. The body's point is at `a`
+/// The same for a shape: fills in whose it is, velocity and friction. The slot is doubled, to tell the ends apart. The body's point is at `a`
 /// with deformed offset `offset`: the end of the prism nearer to the shape is taken, or both if they are about as near.
 /// `distance`: of the mid-surface point from `point` along the normal.
 void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& shape, const SurfacePoint& a, Vec3 offset,

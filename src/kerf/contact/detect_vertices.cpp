@@ -24,13 +24,13 @@ void detect_vertices(DetectRun& run, std::int32_t body, const ShapeRef& shape, s
         Proximity near;
         if (!closest_on_part(placed, x, reach, near)) continue;
         name.feature = v.value;
+        name.slot = 0;
         if (near.two_sided) {  // it stays on the side it was on
-          for (name.slot = 0; name.slot < 2; ++name.slot)
-            if (const RememberedContact* r = recall(run.before, contact_key(name)); r && dot(r->normal, near.normal) < 0) {
-              near.normal = -near.normal;
-              near.distance = -near.distance;
-              break;
-            }
+          const RememberedContact* r = recall_either_end(run, name);
+          if (r != nullptr && dot(r->normal, near.normal) < 0) {
+            near.normal = -near.normal;
+            near.distance = -near.distance;
+          }
         }
         a.vertex[0] = v;
         hand_out_shape(run, name, shape, a, offset, state.predicted[v.index()] - x, near.point, near.normal,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/contact/rest_neighbours.h"
+
 namespace kerf {
 namespace {
 
@@ -80,6 +82,12 @@ void copy_face(const CollisionMesh& mesh, ContactSurface& s, F f) {
   s.coarse[f] = circumradius(s.rest[v[0]], s.rest[v[1]], s.rest[v[2]]) > kCoarse * r ? 1 : 0;
 }
 
+/// Its cut edges near the tree's nodes, in (+1) or out (-1).
+void count_cut_edges(ContactSurface& s, F f, int change) {
+  for (int i = 0; i < 3; ++i)
+    if (const H h = ContactSurface::corner(f, i); s.cut[h] != 0) count_cut_edge(s, s.rest[s.from(h)], s.rest[s.to(h)], change);
+}
+
 void resize(ContactSurface& s, std::size_t vertices, std::size_t faces) {
   s.origin.resize(3 * faces);
   s.twin.resize(3 * faces);
@@ -120,11 +128,15 @@ ContactSurface make_contact_surface(const CollisionMesh& mesh) {
   for (std::size_t r = 0; r < roots; ++r)
     if (pieces[r] != 1) s.root_border[RootId(r)] = 0;  // cut already: nobody knows what its border was
   s.tree = make_surface_tree(boxes);
+  s.node_open.assign(s.tree.nodes.size(), 0);
   rebuild_contact_surface(mesh, s);
+  make_rest_culling(s);
+  for (const F f : ids<F>(s.face_count())) count_cut_edges(s, f, 1);
   return s;
 }
 
 void rebuild_contact_surface(const CollisionMesh& mesh, ContactSurface& s) {
+  for (const F f : ids<F>(s.face_count())) count_cut_edges(s, f, -1);
   resize(s, 0, 0);
   s.tree.first = IndexedArray<RootId, F>(s.root_corner.size());
   update_contact_surface(mesh, {}, s);
@@ -133,7 +145,12 @@ void rebuild_contact_surface(const CollisionMesh& mesh, ContactSurface& s) {
 void update_contact_surface(const CollisionMesh& mesh, std::span<const F> changed, ContactSurface& s) {
   const std::size_t old_faces = s.face_count(), faces = mesh.face_count(), kept = std::min(old_faces, faces);
   const std::size_t old_vertices = s.vertex_count();
-  for (std::size_t f = old_faces; f-- > kept;) unlist(s, F(f));
+  for (std::size_t f = old_faces; f-- > kept;) {
+    unlist(s, F(f));
+    count_cut_edges(s, F(f), -1);
+  }
+  for (const F f : changed)
+    if (f.index() < kept) count_cut_edges(s, f, -1);
   // Vertices that a triangle loses have another outgoing half-edge afterwards.
   std::vector<V> vertices;
   for (const F f : changed)
@@ -144,6 +161,7 @@ void update_contact_surface(const CollisionMesh& mesh, std::span<const F> change
   resize(s, mesh.vertex_count(), faces);
   const auto renew = [&](F f) {
     copy_face(mesh, s, f);
+    count_cut_edges(s, f, 1);
     for (const V v : s.vertices(f)) vertices.push_back(v);
   };
   for (const F f : changed) {

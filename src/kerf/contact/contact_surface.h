@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "kerf/base/indexed.h"
 #include "kerf/base/vec.h"
@@ -35,9 +36,12 @@ struct ContactSurface {
   IndexedArray<V, std::uint8_t> on_cut;  ///< 1: an end of such an edge
   IndexedArray<F, std::uint8_t> coarse;  ///< 1: so large against the thickness that its vertices alone miss too much
   SurfaceTree tree;
+  std::vector<std::int32_t> node_open;   ///< per node: cut edges and other gaps in the surface near it; see rest_neighbours.h
   // Of the uncut body, fixed.
   IndexedArray<RootId, std::array<Vec3, 3>> root_corner;
   IndexedArray<RootId, std::uint8_t> root_border;  ///< bit i: edge corner i to i+1 was a border before any cut
+  TreeBoxes rest_boxes;                            ///< of the tree, at rest
+  std::vector<std::int32_t> node_piece;            ///< per node: the piece of the body that it belongs to, or -1: several
   double largest_radius = 0;                       ///< m
   double size = 0;                                 ///< diagonal of its box, m
 
@@ -60,11 +64,12 @@ struct ContactSurface {
 /// against their faces and edges too. Below, what the vertices alone miss is under 5 % of the radius.
 inline constexpr double kCoarse = 0.3;
 
-/// Prepares an uncut body (borders count as original; walls of an already cut closed body are seen). O(n log n).
+/// Prepares an uncut body (borders count as original; walls of an already cut closed body are seen). O(n log n), and for every
+/// vertex the faces within a thickness or so.
 ContactSurface make_contact_surface(const CollisionMesh& mesh);
 
-/// After a cut, its undo or redo: `changed` are the triangles that are new or changed in any way (ids beyond those of the
-/// mesh are left out, and all triangles new to the surface are taken anyway). Cost: proportional to them.
+/// After a cut, its undo or redo: `changed` are the triangles that are new or changed in any way, no repeats (ids beyond
+/// those of the mesh are left out, and all triangles new to the surface are taken anyway). Cost: proportional to them.
 void update_contact_surface(const CollisionMesh& mesh, std::span<const CollisionTriangle> changed,
                             ContactSurface& surface);
 

@@ -52,8 +52,8 @@ void detect_shape(DetectRun& run, const ShapeRef& ref) {
     for (std::size_t i = 0; i < shape.parts.size(); ++i) {
       const PlacedPart placed = place(shape, shape.parts[i]);
       find_leaves(surface.tree, frame.boxes, placed, reach, run.scratch);
-      detect_vertices(run, body, ref, static_cast<std::int32_t>(i), placed);
-      detect_features(run, body, ref, static_cast<std::int32_t>(i), placed);
+      detect_vertices(run, view(run, body), ref, static_cast<std::int32_t>(i), placed);
+      detect_features(run, view(run, body), ref, static_cast<std::int32_t>(i), placed);
     }
   }
 }
@@ -123,21 +123,21 @@ void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::in
   if (depth > kDeep) ++run.report.deep;
 }
 
-void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const SurfacePoint& a, Vec3 offset,
-                    Vec3 travel, Vec3 point, Vec3 normal, double distance, std::int32_t feature) {
+void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const BodyPoint& a, Vec3 point,
+                    Vec3 normal, double distance, std::int32_t feature) {
   // A prism that stands on its edge touches with both ends.
   constexpr double kUpright = 0.3;
   const RigidShape& shape = *ref.shape;
   Contact c;
-  c.a = a;
+  c.a = a.where;
   c.obstacle = ref.obstacle;
   c.tool = ref.tool;
   c.point = point;
   c.normal = normal;
   c.other_velocity = shape.velocity_at(point);
   c.friction = shape.friction;
-  const double limit = gap_limit(run, normal, travel - run.options.step * c.other_velocity);
-  const double along = dot(normal, offset), radius = norm(offset);
+  const double limit = gap_limit(run, normal, a.travel - run.options.step * c.other_velocity);
+  const double along = dot(normal, a.offset), radius = norm(a.offset);
   const double nearer = along > 0 ? -1 : 1;
   const std::int32_t slot = name.slot;
   for (const double lift : {nearer, -nearer}) {

@@ -17,6 +17,45 @@ struct BodyFrame {
   double greatest_travel = 0, greatest_offset = 0;
 };
 
+/// One body of the call, as its parts see it.
+struct BodyView {
+  std::int32_t index = 0;
+  const SurfaceState& state;
+  const ContactSurface& surface;
+  const BodyFrame& frame;
+
+  [[nodiscard]] Vec3 position(CollisionVertex v) const { return state.position[v.index()]; }
+  [[nodiscard]] Vec3 offset(CollisionVertex v) const { return state.offset[v.index()]; }
+  [[nodiscard]] Vec3 travel(CollisionVertex v) const { return state.predicted[v.index()] - state.position[v.index()]; }
+  /// Unit, or zero for a triangle without area.
+  [[nodiscard]] Vec3 normal(CollisionTriangle f) const {
+    const auto v = surface.vertices(f);
+    return normalized(cross(position(v[1]) - position(v[0]), position(v[2]) - position(v[0])));
+  }
+  [[nodiscard]] std::array<Vec3, 3> corners(CollisionTriangle f) const {
+    const auto v = surface.vertices(f);
+    return {position(v[0]), position(v[1]), position(v[2])};
+  }
+  /// Unit, in its face, from edge h into the face; zero for a degenerate face.
+  [[nodiscard]] Vec3 into(CollisionHalfEdge h) const {
+    return normalized(cross(normal(ContactSurface::face(h)), position(surface.to(h)) - position(surface.from(h))));
+  }
+  /// Is a direction (unit, from a point of edge h) off both faces of the edge, or nearly?
+  [[nodiscard]] bool off_faces(CollisionHalfEdge h, Vec3 direction) const;
+};
+
+/// A point of a body with everything that moves along.
+struct BodyPoint {
+  SurfacePoint where;  ///< on the mid-surface
+  Vec3 position, offset, travel;
+};
+BodyPoint vertex_point(const BodyView& body, CollisionVertex v);
+BodyPoint edge_point(const BodyView& body, CollisionHalfEdge h, double t);
+BodyPoint face_point(const BodyView& body, CollisionTriangle f, const std::array<double, 3>& weight);
+/// The corner opposite to which a foot with these weights lies if it is inside an edge; else -1.
+int opposite_corner(const std::array<double, 3>& weight);
+inline bool is_inside(const std::array<double, 3>& weight) { return weight[0] > 0 && weight[1] > 0 && weight[2] > 0; }
+
 /// A point of a shape near a triangle of a body.
 struct FaceCandidate {
   ShapePoint point;
@@ -79,12 +118,12 @@ const RememberedContact* recall_either_end(const DetectRun& run, ContactName nam
 void find_leaves(const SurfaceTree& tree, const TreeBoxes& boxes, const PlacedPart& part, double reach,
                  DetectScratch& scratch);
 
-/// Vertices of a body against a part.
-void detect_vertices(DetectRun& run, std::int32_t body, const ShapeRef& shape, std::int32_t part,
+/// Vertices of a body against a part; the leaves near it are found.
+void detect_vertices(DetectRun& run, const BodyView& body, const ShapeRef& shape, std::int32_t part,
                      const PlacedPart& placed);
 
 /// Corners and edges of a part against the faces and edges of coarse triangles.
-void detect_features(DetectRun& run, std::int32_t body, const ShapeRef& shape, std::int32_t part,
+void detect_features(DetectRun& run, const BodyView& body, const ShapeRef& shape, std::int32_t part,
                      const PlacedPart& placed);
 
 /// Along the normal a contact counts with what both sides will approach by, and with this part of the rest: directions
@@ -97,13 +136,21 @@ inline double gap_limit(const DetectRun& run, Vec3 normal, Vec3 relative_travel)
   return run.margin + (closing > 0 ? closing : 0) + kSideways * norm(relative_travel + closing * normal);
 }
 
+inline BodyView view(const DetectRun& run, std::int32_t body) {
+  const auto b = static_cast<std::size_t>(body);
+  return {body, run.bodies[b], *run.bodies[b].surface, run.scratch.bodies[b]};
+}
+
 /// Hands out a contact: `contact` needs a, b, point, normal, gap.
 void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius);
 
-/// The same for a shape: fills in whose it is, velocity and friction. The slot is doubled, to tell the ends apart. The body's point is at `a`
-/// with deformed offset `offset`: the end of the prism nearer to the shape is taken, or both if they are about as near.
-/// `distance`: of the mid-surface point from `point` along the normal.
-void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& shape, const SurfacePoint& a, Vec3 offset,
-                    Vec3 travel, Vec3 point, Vec3 normal, double distance, std::int32_t feature);
+/// The same for a shape: fills in whose it is, velocity and friction. The slot is doubled, to tell the ends apart: the end
+/// of the prism nearer to the shape is taken, or both if they are about as near. `distance`: of a's mid-surface point from
+/// `point` along the normal.
+void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& shape, const BodyPoint& a, Vec3 point,
+                    Vec3 normal, double distance, std::int32_t feature);
+
+/// A body with itself or with another one: vertices against faces, both ways, and coarse edges against each other.
+void detect_bodies(DetectRun& run, std::int32_t a, std::int32_t b);
 
 }  // namespace kerf

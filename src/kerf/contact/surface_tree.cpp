@@ -17,13 +17,6 @@ void add(TreeBox& box, const TreeCorner& p) {
     box.max.x[k] = p.x[k] > box.max.x[k] ? p.x[k] : box.max.x[k];
   }
 }
-void add(TreeBox& box, const TreeBox& other) {
-  for (std::size_t k = 0; k < 4; ++k) {
-    box.min.x[k] = other.min.x[k] < box.min.x[k] ? other.min.x[k] : box.min.x[k];
-    box.max.x[k] = other.max.x[k] > box.max.x[k] ? other.max.x[k] : box.max.x[k];
-  }
-}
-
 }  // namespace
 
 SurfaceTree make_surface_tree(std::span<const Box3> root_boxes) {
@@ -73,8 +66,7 @@ void refit(const SurfaceTree& tree, std::span<const CollisionVertex> corners, st
     const SurfaceTreeNode node = tree.nodes[n];
     TreeBox box = kEmpty;
     if (node.count == 0) {
-      add(box, boxes.box[node.first]);
-      add(box, boxes.box[node.first + 1]);
+      box = joined(boxes.box[node.first], boxes.box[node.first + 1]);
     } else {
       tree.for_each_triangle(static_cast<std::uint32_t>(n), [&](CollisionTriangle f) {
         for (std::size_t i = 0; i < 3; ++i) add(box, boxes.points[corners[3 * f.index() + i].index()]);
@@ -87,6 +79,43 @@ void refit(const SurfaceTree& tree, std::span<const CollisionVertex> corners, st
     for (std::size_t k = 0; k < 3; ++k)
       largest = std::max({largest, std::fabs(boxes.box[0].min.x[k]), std::fabs(boxes.box[0].max.x[k])});
   boxes.slack = 4 * double{FLT_EPSILON} * (largest < FLT_MAX ? largest : 0);
+}
+
+void refit_normals(const SurfaceTree& tree, std::span<const CollisionVertex> corners, const TreeBoxes& boxes,
+                   std::vector<TreeBox>& normals) {
+  normals.resize(tree.nodes.size());
+  for (std::size_t n = tree.nodes.size(); n-- > 0;) {
+    const SurfaceTreeNode node = tree.nodes[n];
+    TreeBox box = kEmpty;
+    if (node.count == 0) {
+      box = joined(normals[node.first], normals[node.first + 1]);
+    } else {
+      tree.for_each_triangle(static_cast<std::uint32_t>(n), [&](CollisionTriangle f) {
+        const auto corner = [&](std::size_t i) -> const auto& { return boxes.points[corners[3 * f.index() + i].index()].x; };
+        const auto &a = corner(0), &b = corner(1), &c = corner(2);
+        const float ux = b[0] - a[0], uy = b[1] - a[1], uz = b[2] - a[2];
+        const float vx = c[0] - a[0], vy = c[1] - a[1], vz = c[2] - a[2];
+        const float x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+        const float size = x * x + y * y + z * z;
+        const float scale = size > FLT_MIN ? 1 / std::sqrt(size) : 0;
+        add(box, {{x * scale, y * scale, z * scale, 0}});
+      });
+    }
+    normals[n] = box;
+  }
+}
+
+bool is_narrow(const TreeBox& normals) {
+  float centre[3], half[3], size = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    centre[k] = 0.5f * (normals.min.x[k] + normals.max.x[k]);
+    half[k] = 0.5f * (normals.max.x[k] - normals.min.x[k]);
+    size += centre[k] * centre[k];
+  }
+  // The least product of any direction in the box with its middle, against cos 45 degrees times the middle's length.
+  float least = size;
+  for (std::size_t k = 0; k < 3; ++k) least -= half[k] * std::fabs(centre[k]);
+  return least > 0 && least * least > 0.5f * size;
 }
 
 }  // namespace kerf

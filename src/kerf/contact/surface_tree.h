@@ -57,6 +57,12 @@ struct TreeBoxes {
 /// Fits the boxes; corners: 3 |F| vertices. An empty root's box is empty (min > max). O(n).
 void refit(const SurfaceTree& tree, std::span<const CollisionVertex> corners, std::span<const Vec3> positions,
            TreeBoxes& boxes);
+/// Boxes of the unit normals of the triangles below each node, from boxes.points: narrow where the surface is flat. A
+/// triangle without area makes its boxes hold zero. O(n).
+void refit_normals(const SurfaceTree& tree, std::span<const CollisionVertex> corners, const TreeBoxes& boxes,
+                   std::vector<TreeBox>& normals);
+/// Do all directions of a box of normals lie within 45 degrees of one axis?
+bool is_narrow(const TreeBox& normals);
 
 /// Are two boxes at most `reach` apart along every axis?
 inline bool near(const TreeBox& a, const TreeBox& b, float reach) {
@@ -64,6 +70,16 @@ inline bool near(const TreeBox& a, const TreeBox& b, float reach) {
   for (std::size_t k = 0; k < 3; ++k)
     apart = apart | (a.min.x[k] > b.max.x[k] + reach) | (b.min.x[k] > a.max.x[k] + reach);
   return !apart;
+}
+inline bool empty(const TreeBox& b) { return b.min.x[0] > b.max.x[0]; }
+/// The box of both.
+inline TreeBox joined(const TreeBox& a, const TreeBox& b) {
+  TreeBox r;
+  for (std::size_t k = 0; k < 4; ++k) {
+    r.min.x[k] = b.min.x[k] < a.min.x[k] ? b.min.x[k] : a.min.x[k];
+    r.max.x[k] = b.max.x[k] > a.max.x[k] ? b.max.x[k] : a.max.x[k];
+  }
+  return r;
 }
 /// Square of the distance from a point to a box.
 inline float squared_distance(const TreeBox& a, const TreeCorner& p) {

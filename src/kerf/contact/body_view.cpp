@@ -1,0 +1,67 @@
+// Points and directions of a deformed body.
+#include "kerf/contact/detect_scratch.h"
+
+namespace kerf {
+namespace {
+
+/// A direction counts as pointing off a face up to this cosine: the normal cone of an edge, widened by 10 degrees.
+constexpr double kOff = 0.17;
+
+}  // namespace
+
+bool BodyView::off_faces(CollisionHalfEdge h, Vec3 direction) const {
+  if (dot(direction, into(h)) > kOff) return false;
+  const CollisionHalfEdge g = surface.twin[h];
+  return !g.valid() || dot(direction, into(g)) <= kOff;
+}
+
+BodyPoint vertex_point(const BodyView& body, CollisionVertex v) {
+  BodyPoint p;
+  p.where.body = body.index;
+  p.where.vertex[0] = v;
+  p.where.weight[0] = 1;
+  p.position = body.position(v);
+  p.offset = body.offset(v);
+  p.travel = body.travel(v);
+  return p;
+}
+
+BodyPoint edge_point(const BodyView& body, CollisionHalfEdge h, double t) {
+  const CollisionVertex v = body.surface.from(h), w = body.surface.to(h);
+  if (!(t > 0)) return vertex_point(body, v);
+  if (!(t < 1)) return vertex_point(body, w);
+  BodyPoint p;
+  p.where.body = body.index;
+  p.where.vertex = {v, w, CollisionVertex()};
+  p.where.weight = {1 - t, t, 0};
+  p.position = lerp(body.position(v), body.position(w), t);
+  p.offset = lerp(body.offset(v), body.offset(w), t);
+  p.travel = lerp(body.travel(v), body.travel(w), t);
+  return p;
+}
+
+BodyPoint face_point(const BodyView& body, CollisionTriangle f, const std::array<double, 3>& weight) {
+  BodyPoint p;
+  p.where.body = body.index;
+  const auto corner = body.surface.vertices(f);
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!(weight[i] > 0)) continue;
+    p.where.vertex[n] = corner[i];
+    p.where.weight[n] = weight[i];
+    p.position += weight[i] * body.position(corner[i]);
+    p.offset += weight[i] * body.offset(corner[i]);
+    p.travel += weight[i] * body.travel(corner[i]);
+    ++n;
+  }
+  return p;
+}
+
+int opposite_corner(const std::array<double, 3>& weight) {
+  int zeros = 0, at = -1;
+  for (int i = 0; i < 3; ++i)
+    if (!(weight[static_cast<std::size_t>(i)] > 0)) ++zeros, at = i;
+  return zeros == 1 ? at : -1;
+}
+
+}  // namespace kerf

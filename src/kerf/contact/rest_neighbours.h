@@ -1,0 +1,45 @@
+// Which parts of a body are neighbours at rest, and so no business of self-contact.
+//
+// A face is a neighbour of a vertex if it lies within 1.2 (r_v + r_f) of it at rest and hangs together with it through faces
+// that do: across a cut, a slot or between pieces there are no neighbours, however close. Tree nodes carry what lets
+// whole pairs of them be skipped: boxes at rest, connected pieces, and whether anything within that distance is not a neighbour.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "kerf/contact/contact_surface.h"
+
+namespace kerf {
+
+inline constexpr double kNeighbour = 1.2;
+
+/// Memory of a search; contents are private.
+struct NeighbourSearch {
+  std::vector<std::uint32_t> stamp;  ///< per face: the search that found it
+  std::uint32_t round = 0;
+  std::vector<CollisionTriangle> queue;
+  CollisionVertex vertex;            ///< of the last search
+  const void* surface = nullptr;
+};
+
+/// Finds the neighbours of v: afterwards is_neighbour() answers. Cost: the faces within the distance.
+void find_neighbours(const ContactSurface& surface, CollisionVertex v, NeighbourSearch& search);
+inline bool is_neighbour(const NeighbourSearch& search, CollisionTriangle f) {
+  return search.stamp[f.index()] == search.round;
+}
+/// Distance at rest within which f may be a neighbour of v, m.
+double neighbour_distance(const ContactSurface& surface, CollisionVertex v, CollisionTriangle f);
+/// From v to f at rest, m.
+double rest_distance(const ContactSurface& surface, CollisionVertex v, CollisionTriangle f);
+
+/// For the whole body as it is: boxes at rest, pieces, and what lies close without being neighbours. O(n x neighbours).
+void make_rest_culling(ContactSurface& surface);
+/// Counts a cut edge (by its ends at rest) in, +1, or out, -1, at the leaves that it comes near.
+void count_cut_edge(ContactSurface& surface, Vec3 a, Vec3 b, int change);
+
+/// May self-contact skip this pair of nodes (or this node with itself), given that their normals are narrow together?
+bool are_neighbours(const ContactSurface& surface, std::uint32_t node, std::uint32_t other);
+
+}  // namespace kerf

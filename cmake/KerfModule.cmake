@@ -1,9 +1,9 @@
-# kerf_module(NAME DEPENDS ...): src/kerf/NAME/*.cpp become one object library, tests/NAME/*_test.cpp one
-# test program linked against this module and the modules below it only.
+# kerf_module(NAME DEPENDS ... [TESTS ...]): src/kerf/NAME/*.cpp become one object library, tests/NAME/*_test.cpp one
+# test program linked against this module, the modules below it and those after TESTS only.
 set(KERF_MODULES "")
 
 function(kerf_module name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;TESTS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/kerf/${name}/*.cpp)
   if(NOT sources)
     set(sources ${PROJECT_SOURCE_DIR}/cmake/empty.cpp)
@@ -18,7 +18,7 @@ function(kerf_module name)
   if(KERF_BUILD_TESTS AND tests)
     add_executable(kerf_${name}_tests ${tests})
     target_include_directories(kerf_${name}_tests PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
-    foreach(module ${name} ${ARG_DEPENDS})
+    foreach(module ${name} ${ARG_DEPENDS} ${ARG_TESTS})
       target_sources(kerf_${name}_tests PRIVATE $<TARGET_OBJECTS:kerf_${module}>)
     endforeach()
     target_link_libraries(kerf_${name}_tests PRIVATE kerf_flags Eigen3::Eigen TBB::tbb fmt::fmt

@@ -23,20 +23,30 @@ std::uint64_t mix(std::uint64_t z) {  // splitmix64: one to one
   return z ^ (z >> 31);
 }
 
-void prepare(const SurfaceState& state, BodyFrame& frame) {
+void prepare(const SurfaceState& state, bool self_contact, BodyFrame& frame) {
   const ContactSurface& s = *state.surface;
   KERF_ASSERT(state.position.size() == s.vertex_count() && state.offset.size() == s.vertex_count() &&
               state.predicted.size() == s.vertex_count());
   refit(s.tree, s.origin.raw(), state.position, frame.boxes);
   frame.travel.resize(s.vertex_count());
-  double travel = 0, offset = 0;
+  frame.sway.resize(s.vertex_count());
+  double travel = 0, sway = 0, offset = 0;
+  Vec3 mean;
   for (std::size_t v = 0; v < s.vertex_count(); ++v) {
     const Vec3 d = state.predicted[v] - state.position[v];
     frame.travel[v] = norm(d);
+    mean += d;
     travel = std::max(travel, frame.travel[v]);
     offset = std::max(offset, dot(state.offset[v], state.offset[v]));
   }
+  if (s.vertex_count() > 0) mean = (1 / static_cast<double>(s.vertex_count())) * mean;
+  for (std::size_t v = 0; v < s.vertex_count(); ++v) {
+    frame.sway[v] = norm(state.predicted[v] - state.position[v] - mean);
+    sway = std::max(sway, frame.sway[v]);
+  }
+  if (self_contact) refit_normals(s.tree, s.origin.raw(), frame.boxes, frame.normals);
   frame.greatest_travel = travel;
+  frame.greatest_sway = sway;
   frame.greatest_offset = std::sqrt(offset);
 }
 
@@ -150,6 +160,21 @@ void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const
   }
 }
 
+void hand_out_pair(DetectRun& run, const ContactName& name, const BodyPoint& a, double lift_a, const BodyPoint& b,
+                   double lift_b, Vec3 normal, std::int32_t feature) {
+  Contact c;
+  c.a = a.where;
+  c.a.lift = lift_a;
+  c.b = b.where;
+  c.b.lift = lift_b;
+  c.point = b.position + lift_b * b.offset;
+  c.normal = normal;
+  c.gap = dot(normal, a.position + lift_a * a.offset - c.point);
+  c.friction = run.options.body_friction;
+  if (c.gap < gap_limit(run, normal, a.travel - b.travel))
+    hand_out(run, contact_key(name), c, feature, 0.5 * (norm(a.offset) + norm(b.offset)));
+}
+
 DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidShape> obstacles,
                     std::span<const RigidShape> tools, const DetectOptions& options, DetectMemory& memory,
                     DetectWorkspace& workspace, std::vector<Contact>& contacts) {
@@ -160,7 +185,7 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   scratch.bodies.resize(bodies.size());
   double radius = 0, size = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    prepare(bodies[b], scratch.bodies[b]);
+    prepare(bodies[b], options.self_contact, scratch.bodies[b]);
     radius = std::max(radius, bodies[b].surface->largest_radius);
     size = std::max(size, bodies[b].surface->size);
   }
@@ -168,6 +193,10 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   DetectRun run{bodies, options, memory, scratch, report, options.margin * radius};
   for (std::size_t i = 0; i < obstacles.size(); ++i) detect_shape(run, {&obstacles[i], static_cast<std::int32_t>(i), -1});
   for (std::size_t i = 0; i < tools.size(); ++i) detect_shape(run, {&tools[i], -1, static_cast<std::int32_t>(i)});
+  scratch.neighbours.vertex = {};  // what it found may have been cut since
+  const auto count = static_cast<std::int32_t>(bodies.size());
+  for (std::int32_t a = 0; a < count; ++a)
+    for (std::int32_t b = options.self_contact ? a : a + 1; b < count; ++b) detect_bodies(run, a, b);
   deliver(scratch, memory, contacts);
   return report;
 }

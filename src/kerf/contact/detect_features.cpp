@@ -126,7 +126,7 @@ void test_edges(const Near& near, H h, const ShapeEdge& edge) {
         std::fmax(a[k], b[k]) < std::fmin(edge.a[k], edge.b[k]) - reach)
       return;
   const SegmentPair feet = closest_of_segments(a, b, edge.a, edge.b);
-  if (!(feet.s > 0 && feet.s < 1 && feet.t > 0 && feet.t < 1)) return;  // vertices look for themselves
+  if (!feet.inside()) return;  // vertices look for themselves
   const Vec3 foot = lerp(a, b, feet.s), other = lerp(edge.a, edge.b, feet.t), d = foot - other;
   const double size = norm(d);
   if (!(size < reach)) return;

@@ -1,11 +1,13 @@
 // What the parts of detection share during one call.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "kerf/contact/detect.h"
+#include "kerf/contact/rest_neighbours.h"
 #include "kerf/contact/shape_features.h"
 
 namespace kerf {
@@ -13,8 +15,10 @@ namespace kerf {
 /// A body during one call.
 struct BodyFrame {
   TreeBoxes boxes;
+  std::vector<TreeBox> normals; ///< per node; for self-contact
   std::vector<double> travel;   ///< per vertex: length of predicted - position, m
-  double greatest_travel = 0, greatest_offset = 0;
+  std::vector<double> sway;     ///< the same less the body's mean motion
+  double greatest_travel = 0, greatest_sway = 0, greatest_offset = 0;
 };
 
 /// One body of the call, as its parts see it.
@@ -77,6 +81,8 @@ struct DetectScratch {
   std::vector<std::uint32_t> order;
   ShapeFeatures features;
   std::vector<FaceCandidate> faces;
+  std::vector<std::array<std::uint32_t, 2>> leaf_pairs;  ///< near each other, by the first
+  NeighbourSearch neighbours;
 };
 
 /// Everything one call works on.
@@ -150,7 +156,21 @@ void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::in
 void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& shape, const BodyPoint& a, Vec3 point,
                     Vec3 normal, double distance, std::int32_t feature);
 
-/// A body with itself or with another one: vertices against faces, both ways, and coarse edges against each other.
+/// The same between two points of bodies: fills in b, where they touch and how far apart. Lifts as given. Nothing happens if
+/// they won't come near.
+void hand_out_pair(DetectRun& run, const ContactName& name, const BodyPoint& a, double lift_a, const BodyPoint& b,
+                   double lift_b, Vec3 normal, std::int32_t feature);
+/// How far apart two points of bodies are along n (unit, from b to a), thickness included, m.
+inline double prism_gap(const BodyPoint& a, const BodyPoint& b, Vec3 n) {
+  return dot(n, a.position - b.position) - std::fabs(dot(n, a.offset)) - std::fabs(dot(n, b.offset));
+}
+
+/// Fills scratch.leaf_pairs with pairs of leaves (of a, of b) that come within `reach`, by the first. For a body with itself
+/// both orders of every pair, without what hangs together and is hardly bent.
+void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, DetectScratch& scratch);
+
+/// A body with itself or with another one: vertices against faces, both ways, lips of cuts, and coarse edges against each
+/// other.
 void detect_bodies(DetectRun& run, std::int32_t a, std::int32_t b);
 
 }  // namespace kerf

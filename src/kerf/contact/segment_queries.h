@@ -15,6 +15,9 @@ inline double closest_on_segment(Vec3 p, Vec3 a, Vec3 b) {
 struct SegmentPair {
   double s = 0, t = 0;  ///< parameters in [0, 1] on the first and on the second
   bool parallel = false;  ///< to rounding: then s and t are one of many solutions
+  /// Both feet clearly inside: else a vertex is as near.
+  [[nodiscard]] bool inside() const { return s > kEnd && s < 1 - kEnd && t > kEnd && t < 1 - kEnd; }
+  static constexpr double kEnd = 1e-3;
 };
 /// Closest points of the segments a b and c d, either of which may be a point.
 inline SegmentPair closest_of_segments(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {

@@ -1,0 +1,299 @@
+// Bodies against each other and against themselves.
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/contact/detect_scratch.h"
+#include "kerf/contact/lips.h"
+#include "kerf/contact/segment_queries.h"
+#include "kerf/spatial/triangle_queries.h"
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+
+/// Parts of one body that lie next to each other across a cut may overlap sideways by a little, where they lie level. Nearer than
+/// this part of the distance at which they would lie on each other, and not on each other a step ago, they count as level.
+constexpr double kLevel = 0.5;
+/// And where the distance from a vertex to a lip's edge is this level (a cosine), the walls meet, not the faces.
+constexpr double kSideBySide = 0.7;
+/// A vertex stays with the lip or the face that it touched unless the other is better by this part of the radius.
+constexpr double kStay = 0.1;
+
+/// A face that a vertex touches or might touch.
+struct FaceFoot {
+  F face;
+  BodyPoint foot;
+  Vec3 normal;        ///< unit, from the face to the vertex
+  double gap = HUGE_VAL;
+  bool across = false;  ///< a neighbour at rest but for a cut
+};
+
+/// Vertices of one body against faces of another, or of the same.
+struct Pair {
+  DetectRun& run;
+  const BodyView& a;
+  const BodyView& b;
+  bool self;
+  double most_sway;  ///< of the other body
+  [[nodiscard]] double sway(std::size_t v) const { return self ? a.frame.sway[v] : a.frame.travel[v]; }
+};
+
+ContactName vertex_name(const Pair& pair, V v, int slot) {
+  return {ContactKind::kVertexFace, slot, pair.a.index, pair.b.index, 0, v.value, 0};
+}
+ContactName lip_name(const Pair& pair, V v, int rim, int end) {
+  return {ContactKind::kLip, 2 * rim + end, pair.a.index, pair.a.index, 0, v.value, 0};
+}
+
+bool share_vertex(const ContactSurface& s, F f, std::int32_t g) {
+  if (g < 0 || static_cast<std::size_t>(g) >= s.face_count()) return false;
+  const auto p = s.vertices(f), q = s.vertices(F(g));
+  return std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end();
+}
+
+/// One vertex at work.
+struct VertexSearch {
+  V v;
+  BodyPoint point;
+  double reach = 0;
+  std::array<const RememberedContact*, 2> remembered{};  ///< by slot
+  bool recalled = false;
+  std::array<FaceFoot, 2> best;                           ///< by slot: on the vertex's + and - side
+  RimVertex rim;
+  std::array<LipFoot, 2> lip;
+};
+
+/// Which way a direction (unit, up to its sign) points from the face to the vertex: as in the last step, else by where it is.
+double side_of(const Pair& pair, VertexSearch& search, F f, Vec3 direction, Vec3 d, bool& known) {
+  if (!search.recalled) {
+    for (int slot = 0; slot < 2; ++slot)
+      search.remembered[static_cast<std::size_t>(slot)] =
+          recall(pair.run.before, contact_key(vertex_name(pair, search.v, slot)));
+    search.recalled = true;
+  }
+  known = false;
+  double nearest = 0.3;  // cosine: beyond, the other contact says nothing about this one
+  double side = dot(direction, d) < 0 ? -1 : 1;
+  for (const RememberedContact* r : search.remembered) {
+    if (r == nullptr || !share_vertex(pair.b.surface, f, r->feature)) continue;
+    const double along = dot(r->normal, direction);
+    if (std::fabs(along) <= nearest) continue;
+    nearest = std::fabs(along);
+    known = true;
+    side = along < 0 ? -1 : 1;
+  }
+  return side;
+}
+
+void offer_face(const Pair& pair, VertexSearch& search, F f) {
+  const BodyView& other = pair.b;
+  const auto corner = other.surface.vertices(f);
+  if (pair.self && (corner[0] == search.v || corner[1] == search.v || corner[2] == search.v)) return;
+  ClosestPoint closest;
+  closest_point(search.point.position, other.corners(f), closest);
+  if (!(closest.distance < search.reach)) return;
+  FaceFoot c;
+  c.face = f;
+  c.foot = face_point(other, f, closest.barycentric);
+  const Vec3 d = search.point.position - c.foot.position;
+  Vec3 direction = other.normal(f);
+  // Beside the face the direction of the distance counts, if there is any.
+  const double rounding = 1e-12 * (norm(search.point.position) + norm(c.foot.position));
+  if (!is_inside(closest.barycentric) && closest.distance > rounding) direction = (1 / closest.distance) * d;
+  if (!(norm(direction) > 0.5)) return;
+  bool known = false;
+  c.normal = side_of(pair, search, f, direction, d, known) * direction;
+  c.gap = prism_gap(search.point, c.foot, c.normal);
+  if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
+  if (pair.self && rest_distance(other.surface, search.v, f) <= neighbour_distance(other.surface, search.v, f)) {
+    find_neighbours(other.surface, search.v, pair.run.scratch.neighbours);
+    if (is_neighbour(pair.run.scratch.neighbours, f)) return;
+    c.across = true;
+    const double lying = std::fabs(dot(c.normal, search.point.offset)) + std::fabs(dot(c.normal, c.foot.offset));
+    if (!known && std::fabs(dot(c.normal, d)) < kLevel * lying) return;
+    // Side by side is the business of the lips.
+    if (!is_inside(closest.barycentric) && lying < kSideBySide * (norm(search.point.offset) + norm(c.foot.offset))) return;
+  }
+  FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
+  if (c.gap < best.gap || (c.gap == best.gap && f < best.face)) best = c;
+}
+
+void offer_lips(const Pair& pair, VertexSearch& search, F f) {
+  const ContactSurface& s = pair.b.surface;
+  for (int i = 0; i < 3; ++i) {
+    const H h = ContactSurface::corner(f, i);
+    if (s.cut[h] == 0 || s.from(h) == search.v || s.to(h) == search.v) continue;
+    for (int k = 0; k < search.rim.count; ++k)
+      offer_lip(pair.b, search.point, search.rim.end[static_cast<std::size_t>(k)], h,
+                search.lip[static_cast<std::size_t>(k)]);
+  }
+}
+
+/// Lips keep each other apart sideways, or lie on each other: whichever way they are farther apart, with some patience.
+void hand_out_vertex(const Pair& pair, VertexSearch& search) {
+  const double radius = norm(search.point.offset);
+  for (int k = 0; k < search.rim.count; ++k) {
+    const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
+    if (!lip.edge.valid()) continue;
+    const BodyPoint foot = edge_point(pair.b, lip.edge, lip.t);
+    double gap = lip_gap(search.point, foot, lip.normal);
+    const ContactName names[2] = {lip_name(pair, search.v, k, 0), lip_name(pair, search.v, k, 1)};
+    const bool was = recall(pair.run.before, contact_key(names[0])) != nullptr ||
+                     recall(pair.run.before, contact_key(names[1])) != nullptr;
+    if (was) gap += kStay * radius;
+    bool on_top = false;
+    for (const FaceFoot& face : search.best) on_top = on_top || (face.across && face.gap > gap);
+    if (on_top) continue;
+    for (FaceFoot& face : search.best)
+      if (face.across) face.gap = HUGE_VAL;
+    for (int end = 0; end < 2; ++end) {
+      const double lift = end == 0 ? 1 : -1;
+      hand_out_pair(pair.run, names[end], search.point, lift, foot, lift, lip.normal, lip.edge.value);
+    }
+  }
+  for (int slot = 0; slot < 2; ++slot) {
+    const FaceFoot& c = search.best[static_cast<std::size_t>(slot)];
+    if (!(c.gap < HUGE_VAL)) continue;
+    const double lift = slot == 0 ? 1 : -1, other = dot(c.normal, c.foot.offset) > 0 ? 1 : -1;
+    hand_out_pair(pair.run, vertex_name(pair, search.v, slot), search.point, lift, c.foot, other, c.normal, c.face.value);
+  }
+}
+
+/// A vertex against all leaves that its own leaf has to do with.
+void search_vertex(const Pair& pair, V v, std::span<const std::array<std::uint32_t, 2>> leaves) {
+  const BodyView& other = pair.b;
+  VertexSearch search;
+  search.v = v;
+  search.point = vertex_point(pair.a, v);
+  search.reach = norm(search.point.offset) + other.frame.greatest_offset + pair.run.margin +
+                 kApproach * (pair.sway(v.index()) + pair.most_sway);
+  const double r = search.reach + other.frame.boxes.slack + pair.a.frame.boxes.slack;
+  const auto limit = static_cast<float>(r * r);
+  const TreeCorner p = pair.a.frame.boxes.points[v.index()];
+  const bool on_rim = pair.self && pair.a.surface.on_cut[v] != 0;
+  if (on_rim) search.rim = rim_at(pair.a, v);
+  const auto& points = other.frame.boxes.points;
+  for (const auto& [mine, leaf] : leaves) {
+    if (squared_distance(other.frame.boxes.box[leaf], p) > limit) continue;
+    other.surface.tree.for_each_triangle(leaf, [&](F f) {
+      const auto c = other.surface.vertices(f);
+      const TreeCorner &x = points[c[0].index()], &y = points[c[1].index()], &z = points[c[2].index()];
+      const TreeBox box = joined(joined({x, x}, {y, y}), {z, z});
+      if (squared_distance(box, p) > limit) return;
+      offer_face(pair, search, f);
+      if (search.rim.count > 0) offer_lips(pair, search, f);
+    });
+  }
+  hand_out_vertex(pair, search);
+}
+
+/// All pairs by their first leaf: its vertices against the second leaves.
+void search_vertices(const Pair& pair) {
+  const auto& pairs = pair.run.scratch.leaf_pairs;
+  const ContactSurface& surface = pair.a.surface;
+  for (std::size_t i = 0; i < pairs.size();) {
+    std::size_t end = i + 1;
+    while (end < pairs.size() && pairs[end][0] == pairs[i][0]) ++end;
+    const auto leaves = std::span(pairs).subspan(i, end - i);
+    surface.tree.for_each_triangle(pairs[i][0], [&](F f) {
+      for (int k = 0; k < 3; ++k)
+        if (const H h = ContactSurface::corner(f, k); surface.owns_vertex(h)) search_vertex(pair, surface.origin[h], leaves);
+    });
+    i = end;
+  }
+}
+
+bool is_coarse(const ContactSurface& s, H h) {
+  return s.coarse[ContactSurface::face(h)] != 0 || (s.twin[h].valid() && s.coarse[ContactSurface::face(s.twin[h])] != 0);
+}
+
+/// Are two edges of one body near at rest, and do they hang together there (1) or not (-1)? 0: not near.
+int rest_relation(const ContactSurface& s, H h, H g, NeighbourSearch& search) {
+  int relation = 0;
+  const auto look = [&](V v, F f) {
+    if (relation == 1 || rest_distance(s, v, f) > neighbour_distance(s, v, f)) return;
+    find_neighbours(s, v, search);
+    relation = is_neighbour(search, f) ? 1 : -1;
+  };
+  look(s.from(h), ContactSurface::face(g));
+  look(s.to(h), ContactSurface::face(g));
+  look(s.from(g), ContactSurface::face(h));
+  look(s.to(g), ContactSurface::face(h));
+  return relation;
+}
+
+void test_edges(const Pair& pair, H h, H g) {
+  const ContactSurface &s = pair.a.surface, &o = pair.b.surface;
+  const V p = s.from(h), q = s.to(h), u = o.from(g), w = o.to(g);
+  if (pair.self && (p == u || p == w || q == u || q == w)) return;
+  const Vec3 a = pair.a.position(p), b = pair.a.position(q), c = pair.b.position(u), e = pair.b.position(w);
+  const double reach = std::max(norm(pair.a.offset(p)), norm(pair.a.offset(q))) +
+                       std::max(norm(pair.b.offset(u)), norm(pair.b.offset(w))) + pair.run.margin +
+                       kApproach * (std::max(pair.sway(p.index()), pair.sway(q.index())) + pair.most_sway);
+  for (int k = 0; k < 3; ++k)
+    if (std::fmin(a[k], b[k]) > std::fmax(c[k], e[k]) + reach || std::fmax(a[k], b[k]) < std::fmin(c[k], e[k]) - reach) return;
+  const SegmentPair feet = closest_of_segments(a, b, c, e);
+  if (!feet.inside()) return;
+  const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
+  const Vec3 d = x.position - y.position;
+  const double size = norm(d);
+  if (!(size < reach)) return;
+  const ContactName name{ContactKind::kEdgeEdge, 0, pair.a.index, pair.b.index, 0, h.value, g.value};
+  Vec3 n = size > 1e-9 * (norm(b - a) + norm(e - c)) ? (1 / size) * d : normalized(cross(b - a, e - c));
+  if (!(norm(n) > 0.5)) return;
+  const RememberedContact* r = recall(pair.run.before, contact_key(name));
+  if (r != nullptr && dot(r->normal, n) < 0) n = -n;
+  if (!pair.a.off_faces(h, -n) || !pair.b.off_faces(g, n)) return;
+  if (!(prism_gap(x, y, n) < gap_limit(pair.run, n, x.travel - y.travel))) return;
+  const double over = dot(n, x.offset), under = dot(n, y.offset);
+  if (pair.self) {
+    const int relation = rest_relation(s, h, g, pair.run.scratch.neighbours);
+    if (relation > 0) return;
+    if (relation < 0 && r == nullptr && size < kLevel * (std::fabs(over) + std::fabs(under))) return;
+  }
+  hand_out_pair(pair.run, name, x, over > 0 ? -1 : 1, y, under > 0 ? 1 : -1, n, -1);
+}
+
+void search_edges(const Pair& pair) {
+  const ContactSurface &s = pair.a.surface, &o = pair.b.surface;
+  for (const auto& [leaf, other] : pair.run.scratch.leaf_pairs) {
+    if (pair.self && other < leaf) continue;
+    s.tree.for_each_triangle(leaf, [&](F f) {
+      for (int i = 0; i < 3; ++i) {
+        const H h = ContactSurface::corner(f, i);
+        if (!s.owns_edge(h) || !is_coarse(s, h)) continue;
+        o.tree.for_each_triangle(other, [&](F g) {
+          for (int k = 0; k < 3; ++k) {
+            const H e = ContactSurface::corner(g, k);
+            if (!o.owns_edge(e) || !is_coarse(o, e) || (pair.self && leaf == other && e <= h)) continue;
+            test_edges(pair, h, e);
+          }
+        });
+      }
+    });
+  }
+}
+
+}  // namespace
+
+void detect_bodies(DetectRun& run, std::int32_t first, std::int32_t second) {
+  const BodyView a = view(run, first), b = view(run, second);
+  const bool self = first == second;
+  const double sway_a = self ? a.frame.greatest_sway : a.frame.greatest_travel;
+  const double sway_b = self ? sway_a : b.frame.greatest_travel;
+  const double reach = a.frame.greatest_offset + b.frame.greatest_offset + run.margin + kApproach * (sway_a + sway_b);
+  const Pair pair{run, a, b, self, sway_b};
+  find_leaf_pairs(a, b, reach, run.scratch);
+  if (run.scratch.leaf_pairs.empty()) return;
+  search_vertices(pair);
+  search_edges(pair);
+  if (self) return;
+  for (auto& [leaf, other] : run.scratch.leaf_pairs) std::swap(leaf, other);
+  std::sort(run.scratch.leaf_pairs.begin(), run.scratch.leaf_pairs.end());
+  search_vertices({run, b, a, false, sway_a});
+}
+
+}  // namespace kerf

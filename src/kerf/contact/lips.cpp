@@ -1,0 +1,102 @@
+#include "kerf/contact/lips.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/contact/segment_queries.h"
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+
+/// Rims are smooth up to this cosine between the conormals of neighbouring edges; lips face below the second.
+constexpr double kSmooth = 0.5, kFacing = -0.3;
+
+/// The edges made by cuts that leave v and arrive at it along the border of its fan; none where it is no rim.
+struct RimEdges {
+  H out, in;
+};
+RimEdges rim_edges(const ContactSurface& s, V v) {
+  RimEdges r;
+  const auto look = [&](H h) {
+    if (s.cut[h] != 0) r.out = h;
+    if (s.cut[ContactSurface::prev(h)] != 0) r.in = ContactSurface::prev(h);
+  };
+  const H start = s.outgoing[v];
+  H h = start;
+  do {
+    look(h);
+    h = s.twin[ContactSurface::prev(h)];
+  } while (h.valid() && h != start);
+  if (h.valid()) return r;
+  for (H g = s.twin[start]; g.valid(); g = s.twin[g]) {
+    g = ContactSurface::next(g);
+    look(g);
+  }
+  return r;
+}
+
+/// The conormal that edge h has at one of its ends: smooth rims share it.
+Vec3 conormal_at(const BodyView& body, H h, Vec3 own, bool at_end) {
+  const RimEdges rim = rim_edges(body.surface, at_end ? body.surface.to(h) : body.surface.from(h));
+  const H other = at_end ? rim.out : rim.in;
+  if (!other.valid() || other == h) return own;
+  const Vec3 c = -body.into(other);
+  return dot(c, own) > kSmooth ? normalized(c + own) : own;
+}
+
+}  // namespace
+
+RimVertex rim_at(const BodyView& body, V v) {
+  const RimEdges edges = rim_edges(body.surface, v);
+  const Vec3 x = body.position(v);
+  RimVertex r;
+  if (edges.out.valid()) r.end[0] = {-body.into(edges.out), {normalized(body.position(body.surface.to(edges.out)) - x)}};
+  if (edges.in.valid()) r.end[1] = {-body.into(edges.in), {normalized(body.position(body.surface.from(edges.in)) - x)}};
+  if (!edges.out.valid()) std::swap(r.end[0], r.end[1]);
+  r.count = edges.out.valid() && edges.in.valid() ? 2 : edges.out.valid() || edges.in.valid() ? 1 : 0;
+  if (r.count < 2) return r;
+  const double turn = dot(r.end[0].conormal, r.end[1].conormal);
+  if (turn < -0.9) r.count = 0;  // the tip: both lips are its own
+  if (turn > kSmooth) {
+    r.end[0].conormal = normalized(r.end[0].conormal + r.end[1].conormal);
+    r.end[0].along[1] = r.end[1].along[0];
+    r.count = 1;
+  }
+  return r;
+}
+
+void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h, LipFoot& best) {
+  const Vec3 a = body.position(body.surface.from(h)), b = body.position(body.surface.to(h));
+  const double t = closest_on_segment(v.position, a, b);
+  const BodyPoint foot = edge_point(body, h, t);
+  const Vec3 d = v.position - foot.position;
+  const double distance = norm(d);
+  if (!(distance <= best.score)) return;
+  const Vec3 own = -body.into(h);
+  const Vec3 c = normalized(lerp(conormal_at(body, h, own, false), conormal_at(body, h, own, true), t));
+  if (!(dot(c, rim.conormal) < kFacing)) return;
+  const Vec3 n = normalized(c - rim.conormal);
+  // Walls that don't overlap along the thickness pass over each other.
+  const Vec3 upright = normalized(v.offset + foot.offset);
+  const double height = dot(upright, d), thickness = norm(v.offset) + norm(foot.offset);
+  if (!(std::fabs(height) < thickness) && thickness > 0) return;
+  // Beside the end of a rim there is no wall.
+  const double beside = norm(d - dot(n, d) * n - height * upright);
+  if (!(beside <= std::fabs(dot(n, d)) + 0.25 * thickness)) return;
+  // Where two cuts cross, four lips meet in one point: the one that runs along with the rim faces it.
+  double score = distance;
+  if (!(t > 0 && t < 1)) {
+    const Vec3 run = t > 0 ? a - b : b - a;
+    if (!(dot(run, rim.along[0]) > 0 || dot(run, rim.along[1]) > 0)) score += 0.01 * norm(b - a);
+  }
+  if (score < best.score || (score == best.score && h < best.edge)) best = {h, t, score, n};
+}
+
+double lip_gap(const BodyPoint& v, const BodyPoint& foot, Vec3 n) {
+  return dot(n, v.position - foot.position) - std::fabs(dot(n, v.offset - foot.offset));
+}
+
+}  // namespace kerf

@@ -1,0 +1,220 @@
+// The two lips of a cut: at rest, pressed, pulled, sheared, one lifted over the other.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/bare_surface.h"
+#include "cutting/cut_body.h"
+#include "kerf/cutting/topology_change.h"
+
+namespace kerf {
+namespace {
+
+using testing_support::CutBody;
+using testing_support::plain_grid_mesh;
+using testing_support::SyntheticOptions;
+
+constexpr double kRadius = 0.05;
+
+/// A body that is cut, deformed and looked at.
+struct LipBody {
+  CutBody cut;
+  ContactSurface surface;
+  std::vector<Vec3> position, offset, predicted;
+  DetectMemory memory;
+  DetectWorkspace workspace;
+  std::vector<Contact> contacts;
+
+  explicit LipBody(int grid = 6, double radius = kRadius, bool closed = true) : cut(plain_grid_mesh(grid, grid), options(radius, closed)) {
+    surface = make_contact_surface(cut.body.collision);
+  }
+  static SyntheticOptions options(double radius, bool closed) {
+    SyntheticOptions o;
+    o.subdivisions = 2;
+    o.closed = closed;
+    o.thickness = 2 * radius;
+    return o;
+  }
+  void make_cut(const std::vector<Vec3>& points) {
+    JournalMark mark;
+    journal_mark(cut.body, mark);
+    cut.cut(points);
+    update_contact_surface(cut.body.collision, changed_triangles(cut.body, mark), surface);
+    place([](Vec3 p, int) { return p; });
+  }
+  /// side: +1 for triangles with their middle at x > 0.5, else -1.
+  template <class Fn>
+  void place(Fn&& f) {
+    position.assign(surface.vertex_count(), {});
+    for (const CollisionTriangle t : ids<CollisionTriangle>(surface.face_count())) {
+      const auto c = surface.vertices(t);
+      const double middle = (surface.rest[c[0]].x + surface.rest[c[1]].x + surface.rest[c[2]].x) / 3;
+      for (const CollisionVertex v : c) position[v.index()] = f(surface.rest[v], middle > 0.5 ? 1 : -1);
+    }
+    offset = surface.offset.raw();
+    predicted = position;
+  }
+  DetectReport detect() {
+    const SurfaceState state{&surface, position, offset, predicted};
+    return kerf::detect(std::span(&state, 1), {}, {}, {}, memory, workspace, contacts);
+  }
+  [[nodiscard]] double least_gap() const {
+    double least = HUGE_VAL;
+    for (const Contact& c : contacts) least = std::min(least, c.gap);
+    return least;
+  }
+};
+
+TEST(Lips, UncutSheetHasNoContacts) {
+  LipBody body;
+  body.place([](Vec3 p, int) { return p; });
+  body.detect();
+  EXPECT_TRUE(body.contacts.empty());
+}
+
+TEST(Lips, FreshCutHasGapsOfExactlyZero) {
+  for (const bool closed : {true, false})
+    for (const double end : {0.62, 1.1}) {
+      LipBody body(6, kRadius, closed);
+      body.make_cut({{0.47, -0.1, 0}, {0.52, 0.3, 0}, {0.48, end, 0}});
+      const DetectReport report = body.detect();
+      ASSERT_FALSE(body.contacts.empty());
+      for (const Contact& c : body.contacts) {
+        EXPECT_EQ(c.gap, 0) << c.a.vertex[0].value;
+        EXPECT_LT(std::fabs(c.normal.z), 1e-12);
+        EXPECT_GT(std::fabs(c.normal.x), 0.9);
+      }
+      EXPECT_EQ(report.deep, 0);
+    }
+}
+
+TEST(Lips, PressedOverlapByWhatTheyArePressed) {
+  LipBody body;
+  body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+  for (const double press : {0.001, 0.01, 0.05, 0.2}) {
+    body.place([&](Vec3 p, int side) { return p - Vec3{0.5 * press * kRadius * side, 0, 0}; });
+    body.detect();
+    ASSERT_FALSE(body.contacts.empty());
+    for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, -press * kRadius, 1e-12);
+  }
+}
+
+TEST(Lips, PulledApartLetGo) {
+  LipBody body;
+  body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+  body.place([&](Vec3 p, int side) { return p + Vec3{0.05 * kRadius * side, 0, 0}; });
+  body.detect();
+  for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, 0.1 * kRadius, 1e-12);
+  EXPECT_FALSE(body.contacts.empty());
+  body.place([&](Vec3 p, int side) { return p + Vec3{0.5 * kRadius * side, 0, 0}; });
+  body.detect();
+  EXPECT_TRUE(body.contacts.empty());
+}
+
+TEST(Lips, ShearedAlongStayInTouch) {
+  LipBody body;
+  body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+  body.place([&](Vec3 p, int side) { return p + Vec3{-0.01 * kRadius * side, 0.04 * side, 0}; });
+  body.detect();
+  ASSERT_GT(body.contacts.size(), 10u);
+  for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, -0.02 * kRadius, 1e-12);
+}
+
+TEST(Lips, LiftedOverAndBack) {
+  LipBody body;
+  body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+  const auto at = [&](double apart, double height) {
+    body.place([&](Vec3 p, int side) { return p + (side > 0 ? Vec3{apart, 0, height} : Vec3{}); });
+    body.detect();
+  };
+  const double r = kRadius;
+  // Up, in steps.
+  for (const double h : {0.0, 0.5, 1.0, 1.5, 1.9}) {
+    at(0.001 * r, h * r);
+    for (const Contact& c : body.contacts) EXPECT_GT(c.gap, -0.01 * r) << h;
+  }
+  // Over the other, then down on it: contacts along z, none sideways.
+  for (const double x : {0.0, -0.2, -0.5, -1.0, -2.0}) {
+    at(x * r, 2.02 * r);
+    for (const Contact& c : body.contacts) {
+      EXPECT_NEAR(c.gap, 0.02 * r, 1e-9) << x;
+    }
+  }
+  EXPECT_FALSE(body.contacts.empty());
+  at(-2 * r, 1.9 * r);
+  ASSERT_FALSE(body.contacts.empty());
+  for (const Contact& c : body.contacts) {
+    EXPECT_NEAR(c.gap, -0.1 * r, 1e-9);
+    EXPECT_GT(std::fabs(c.normal.z), 0.999);
+  }
+  // Pressed much too hard it still knows which one is above.
+  for (const double h : {1.5, 1.0, 0.5, 0.1}) {
+    at(-2 * r, h * r);
+    ASSERT_FALSE(body.contacts.empty());
+    for (const Contact& c : body.contacts) {
+      const bool right = body.position[c.a.vertex[0].index()].z == h * r;
+      EXPECT_NEAR(c.normal.z, right ? 1 : -1, 1e-9) << h;
+      EXPECT_NEAR(c.gap, (h - 2) * r, 1e-9);
+    }
+  }
+  // And back.
+  at(-2 * r, 2.02 * r);
+  at(0.01 * r, 2.02 * r);
+  at(0.01 * r, 1.0 * r);
+  for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, 0.01 * r, 1e-9);
+  at(-0.01 * r, 0);
+  ASSERT_FALSE(body.contacts.empty());
+  for (const Contact& c : body.contacts) {
+    EXPECT_NEAR(c.gap, -0.01 * r, 1e-9);
+    EXPECT_LT(std::fabs(c.normal.z), 1e-9);
+  }
+}
+
+TEST(Lips, TwoCutsThatCross) {
+  LipBody body;
+  body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+  body.make_cut({{-0.1, 0.47, 0}, {1.1, 0.52, 0}});
+  body.detect();
+  ASSERT_FALSE(body.contacts.empty());
+  for (const Contact& c : body.contacts) EXPECT_EQ(c.gap, 0);
+  // All four quarters pushed to the middle.
+  const double push = 0.02 * kRadius;
+  body.position = body.predicted;
+  body.place([](Vec3 p, int) { return p; });
+  for (const CollisionTriangle t : ids<CollisionTriangle>(body.surface.face_count())) {
+    const auto c = body.surface.vertices(t);
+    Vec3 middle;
+    for (const CollisionVertex v : c) middle += (1.0 / 3) * body.surface.rest[v];
+    const double cut_y = 0.47 + 0.05 * (middle.x + 0.1) / 1.2;
+    for (const CollisionVertex v : c)
+      body.position[v.index()] = body.surface.rest[v] - 0.5 * push * Vec3{middle.x > 0.5 ? 1.0 : -1.0, middle.y > cut_y ? 1.0 : -1.0, 0};
+  }
+  body.predicted = body.position;
+  body.detect();
+  ASSERT_FALSE(body.contacts.empty());
+  // In the corner the smoothed conormal is a little off.
+  for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, -push, 0.1 * push) << c.a.vertex[0].value;
+}
+
+TEST(Lips, WedgeShapedRim) {
+  TriangleMesh mesh = plain_grid_mesh(6, 6);
+  LipBody body;
+  // Thickness falls to a tenth along the cut.
+  for (const CollisionVertex v : ids<CollisionVertex>(body.cut.body.collision.vertex_count())) {
+    const double y = body.cut.body.collision.rest[v].y;
+    body.cut.body.collision.offset.set(v, {0, 0, kRadius * (1 - 0.9 * y)});
+  }
+  body.surface = make_contact_surface(body.cut.body.collision);
+  body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+  body.detect();
+  ASSERT_FALSE(body.contacts.empty());
+  for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, 0, 1e-15);
+  body.place([&](Vec3 p, int side) { return p + Vec3{-0.005 * kRadius * side, 0.03 * side, 0}; });
+  body.detect();
+  ASSERT_GT(body.contacts.size(), 10u);
+  for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, -0.01 * kRadius, 1e-12);
+}
+
+}  // namespace
+}  // namespace kerf

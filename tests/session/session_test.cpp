@@ -207,10 +207,7 @@ TEST(Session, ChangesNameEverythingThatChanged) {
     c = session.body().embedding.visual.raw();
   };
   read_all(triangles, copies);
-  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
-  for (int i = 0; i <= 40; ++i) {
-    const double y = -0.1 + 0.005 * i;
-    ASSERT_TRUE(session.move_blade({0.01 + 0.1 * y, y, 1}, {0.01 + 0.1 * y, y, -1}).ok());
+  const auto apply_changes = [&](const std::string& when) {
     const SessionChanges changes = session.take_changes();
     EXPECT_FALSE(changes.everything);
     triangles.resize(session.body().complex.visual.face_count());
@@ -222,11 +219,23 @@ TEST(Session, ChangesNameEverythingThatChanged) {
     std::vector<std::array<std::int32_t, 4>> now;
     std::vector<HexId> copies_now;
     read_all(now, copies_now);
-    ASSERT_EQ(triangles, now) << "pose " << i;
-    ASSERT_EQ(copies, copies_now) << "pose " << i;
+    ASSERT_EQ(triangles, now) << when;
+    ASSERT_EQ(copies, copies_now) << when;
+  };
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  for (int i = 0; i <= 40; ++i) {
+    const double y = -0.1 + 0.005 * i;
+    ASSERT_TRUE(session.move_blade({0.01 + 0.1 * y, y, 1}, {0.01 + 0.1 * y, y, -1}).ok());
+    apply_changes("pose " + std::to_string(i));
   }
   ASSERT_TRUE(session.end_stroke().ok());
+  apply_changes("end of the stroke");
   ASSERT_TRUE(session.undo().ok());
+  apply_changes("undo");
+  ASSERT_TRUE(session.redo().ok());
+  apply_changes("redo");
+  const auto snapshot = session.snapshot();
+  session.restore(snapshot);
   EXPECT_TRUE(session.take_changes().everything);
 }
 

@@ -53,6 +53,7 @@ Status Engine::Impl::load(const SceneSource& from, const SceneOverrides& with, c
   auto made = Session::create(*scene, progress);
   if (!made) return made.error();
   session.emplace(std::move(made).value());
+  session->watch_changes(true);
   initial = session->snapshot();
   initial_gravity = session->gravity();
   source = from;
@@ -75,6 +76,7 @@ void Engine::Impl::start_over() {
   ++body;
   version = 1;
   drawn.reset(session->body());
+  (void)session->take_changes();
   published_topology = session->topology_version();
   published_nodes = session->node_positions().size();
   counts = session->counts();
@@ -198,7 +200,7 @@ void Engine::Impl::publish(std::uint32_t input) {
   frame_due = true;
   if (session->topology_version() == published_topology) return;
   published_topology = session->topology_version();
-  drawn.update(session->body());
+  drawn.update(session->body(), session->take_changes());
   if (!drawn.changed() && session->node_positions().size() == published_nodes) return;
   published_nodes = session->node_positions().size();
   protocol::Patch m = drawn.patch_message();

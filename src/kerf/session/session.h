@@ -48,11 +48,12 @@ struct SessionStep {
 /// What changes of topology touched. Ids may repeat; those at or beyond the present sizes of body() are gone, new ones
 /// are the highest. Births, parents and weights are in body() (ancestor, HexMesh::parent, HexMesh::node_parent).
 struct SessionChanges {
-  bool everything = false;  ///< undo, redo or restore: compare all
+  bool everything = false;  ///< restore: compare all
   std::vector<CollisionTriangle> collision_triangles;
   std::vector<VisualTriangle> visual_triangles;
   std::vector<VisualVertex> moved;  ///< visual vertices that hang on another hexahedron now
   std::vector<HexId> hexahedra;     ///< new, dead or changed
+  std::vector<RenderVertex> render_vertices;  ///< new ones, and those with another normal
   std::vector<NodeId> nodes;        ///< new ones, and those that got their first use or lost their last
 };
 

@@ -15,17 +15,53 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 /// Undo forgets the oldest strokes beyond this.
 constexpr std::size_t kUndoBytes = std::size_t{256} << 20;
 
-/// The mark of one array inside a mark of the whole body.
-template <class Array>
-typename Array::Mark mark_of(Body& body, const JournalMark& mark, const Array& array) {
-  typename Array::Mark found;
-  std::size_t i = 0;
+/// Number of one array in the order of the body's.
+std::size_t number_of(Body& body, const void* array) {
+  std::size_t found = 0, i = 0;
   body.for_each_array([&](auto& a) {
-    if (static_cast<const void*>(&a) == static_cast<const void*>(&array))
-      found = {mark.arrays[i].first, mark.arrays[i].second};
+    if (static_cast<const void*>(&a) == array) found = i;
     ++i;
   });
   return found;
+}
+
+/// The mark of one array inside a mark of the whole body.
+template <class Array>
+typename Array::Mark mark_of(Body& body, const JournalMark& mark, const Array& array) {
+  const auto& [size, log] = mark.arrays[number_of(body, &array)];
+  return {size, log};
+}
+
+/// Adds what was written to one array since a mark, and what was appended.
+template <class Id, class T>
+void append_changed(Body& body, const JournalMark& since, const Journaled<Id, T>& array, std::vector<Id>& to) {
+  const auto mark = mark_of(body, since, array);
+  array.for_each_changed(mark, [&](Id id) { to.push_back(id); });
+  for (std::size_t i = mark.size; i < array.size(); ++i) to.push_back(Id(i));
+}
+/// The same for a step that has just been undone or redone.
+template <class Id, class T>
+void append_changed(Body& body, const JournalStep& step, const Journaled<Id, T>& array, std::vector<Id>& to) {
+  const JournalSegment& s = step.arrays[number_of(body, &array)];
+  for (const std::uint32_t i : s.indices)
+    if (i < array.size()) to.push_back(Id(static_cast<std::size_t>(i)));
+  for (std::size_t i = s.base_size; i < array.size(); ++i) to.push_back(Id(i));
+}
+
+/// Everything that taking the body back to `since`, or a step that was undone or redone, changes; `change` holds what it
+/// changes of the complex.
+template <class Since>
+void note_changes(Body& body, const Since& since, const TopologyChange& change, SessionChanges& to) {
+  to.collision_triangles.insert(to.collision_triangles.end(), change.triangles.begin(), change.triangles.end());
+  to.visual_triangles.insert(to.visual_triangles.end(), change.visual_triangles.begin(), change.visual_triangles.end());
+  for (VisualTriangle f = change.first_new_visual_triangle; f.index() < body.complex.visual.face_count(); ++f.value)
+    to.visual_triangles.push_back(f);
+  append_changed(body, since, body.embedding.visual, to.moved);
+  append_changed(body, since, body.hex.state, to.hexahedra);
+  append_changed(body, since, body.hex.host, to.hexahedra);
+  append_changed(body, since, body.hex.nodes, to.hexahedra);
+  append_changed(body, since, body.hex.node_uses, to.nodes);
+  append_changed(body, since, body.surface.normal, to.render_vertices);
 }
 
 }  // namespace
@@ -128,6 +164,7 @@ Status Session::Impl::follow_complex(CutTimes& times) {
       append(watched.hexahedra, *list);
     append(watched.nodes, lattice_change.new_nodes);
     append(watched.nodes, lattice_change.switched_nodes);
+    append_changed(body, state.synced, body.surface.normal, watched.render_vertices);
   }
   // The marks move on, so that the next call looks at what is new since this one.
   mark_synced();
@@ -142,16 +179,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   note_rollback(skin, body.embedding, mark_of(body, mark, body.embedding.visual));
   if (watching) {
     collect_topology_change(body.complex, mark, cut_scratch, topology_change);
-    watched.collision_triangles.insert(watched.collision_triangles.end(), topology_change.triangles.begin(),
-                                       topology_change.triangles.end());
-    watched.visual_triangles.insert(watched.visual_triangles.end(), topology_change.visual_triangles.begin(),
-                                    topology_change.visual_triangles.end());
-    body.embedding.visual.for_each_changed(mark_of(body, mark, body.embedding.visual),
-                                           [&](VisualVertex v) { watched.moved.push_back(v); });
-    body.hex.state.for_each_changed(mark_of(body, mark, body.hex.state), [&](HexId h) { watched.hexahedra.push_back(h); });
-    body.hex.nodes.for_each_changed(mark_of(body, mark, body.hex.nodes), [&](HexId h) { watched.hexahedra.push_back(h); });
-    body.hex.node_uses.for_each_changed(mark_of(body, mark, body.hex.node_uses),
-                                        [&](NodeId n) { watched.nodes.push_back(n); });
+    note_changes(body, mark, topology_change, watched);
   }
   // The twins of the provisional tip go; when it is walked again they take up their motion where they left it.
   remembered.clear();
@@ -277,11 +305,14 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
   state.mechanics = std::move(step.mechanics);
   step.mechanics = std::move(now);
   if (step.record < state.strokes.size()) state.strokes[step.record].undone = back;
-  to.push_back(std::move(step));
   mark_synced();
   ++state.topology_version;
   skin_stale = true;
-  watched.everything = watching;
+  if (watching) {
+    collect_topology_change(state.body.complex, step.topology, cut_scratch, topology_change);
+    note_changes(state.body, step.topology, topology_change, watched);
+  }
+  to.push_back(std::move(step));
   positions_changed();
   KERF_TRY(renew_springs());
   renew_loads();

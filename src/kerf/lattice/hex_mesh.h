@@ -46,6 +46,7 @@ struct HexMaterial {
   double volume = 0;       ///< m^3 of its own material, scaled to the body's volume: stiffness
   double mass_volume = 0;  ///< m^3 of its own and all absorbed material: mass. 0 for an absorbed copy
   bool full = false;       ///< the prisms fill the cell: the shared element matrix, times volume / cell volume, serves
+  std::int32_t body = 0;   ///< of HexMesh::bodies
 };
 
 /// The part of a prism in a cell.
@@ -81,9 +82,22 @@ struct PrismShape {
   double scale = 1;            ///< ruled volume over the volume of the pieces
 };
 
+/// One of the bodies in a lattice: the root triangles from `first` on, up to the next body's.
+struct LatticeBody {
+  RootId first;
+  double volume = 0;  ///< m^3 at rest
+  double scale = 1;   ///< its volume over that of its prisms
+};
+
 struct HexMesh {
   LatticeFrame frame;
-  double volume_scale = 1;  ///< the body's volume over that of its prisms
+  std::vector<LatticeBody> bodies;  ///< in order; mostly one
+  /// The body of a root triangle.
+  [[nodiscard]] std::int32_t body_of(RootId root) const {
+    std::int32_t body = 0;
+    while (static_cast<std::size_t>(body) + 1 < bodies.size() && bodies[static_cast<std::size_t>(body) + 1].first <= root) ++body;
+    return body;
+  }
 
   // per copy
   Journaled<HexId, LatticeIndex> cell;

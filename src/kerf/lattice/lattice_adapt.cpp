@@ -710,7 +710,9 @@ class Adapter {
     double scaled = 0;
     for (std::int32_t e = g.first; e < entry.first + entry.count; ++e)
       if (find(e) == g.root) scaled += hex_.shape[s_.elements[at(e)].triangle].scale * s_.elements[at(e)].volume;
-    scaled *= hex_.volume_scale;
+    m.body = hex_.body_of(mesh_.root[first.triangle]);  // copies hold the material of one body
+    const double body_scale = hex_.bodies[at(m.body)].scale;
+    scaled *= body_scale;
     m.volume = scaled * hex_.frame.cell_volume();
     std::array<double, 27> weights;
     if (m.full) {
@@ -722,7 +724,7 @@ class Adapter {
       for (std::int32_t e = g.first; e < entry.first + entry.count; ++e) {
         if (find(e) != g.root) continue;
         const Moments& part = moments_of(s_.elements[at(e)], cell);
-        const double scale = hex_.shape[s_.elements[at(e)].triangle].scale * hex_.volume_scale;
+        const double scale = hex_.shape[s_.elements[at(e)].triangle].scale * body_scale;
         for (std::size_t i = 0; i < 27; ++i) sum[i] += scale * part[i];
       }
       weights = weights_of(sum);

@@ -9,14 +9,20 @@
 namespace kerf {
 
 Result<HexMesh> build_lattice(const CollisionMesh& mesh, const LatticeFrame& frame, double volume) {
+  return build_lattice(mesh, frame, std::vector<LatticeBody>{{RootId(0), volume, 1}});
+}
+
+Result<HexMesh> build_lattice(const CollisionMesh& mesh, const LatticeFrame& frame, std::vector<LatticeBody> bodies) {
   if (mesh.face_count() == 0) return bad_input("lattice: the collision mesh has no triangles");
   if (frame.cell_count() == 0 || frame.cell_count() > kMaxLatticeCells)
     return bad_input(fmt::format("lattice: {} x {} x {} cells can't be used", frame.count[0], frame.count[1], frame.count[2]));
-  if (!(volume >= 0) || !std::isfinite(volume))
-    return bad_input(fmt::format("lattice: a body can't have the volume {}", volume));
+  for (const LatticeBody& body : bodies)
+    if (!(body.volume >= 0) || !std::isfinite(body.volume))
+      return bad_input(fmt::format("lattice: a body can't have the volume {}", body.volume));
 
   HexMesh hex;
   hex.frame = frame;
+  hex.bodies = std::move(bodies);
   hex.first_copy.grow(frame.cell_count());
   hex.members.grow(frame.cell_count());
   hex.first_tip.grow(frame.cell_count());
@@ -34,14 +40,19 @@ Result<HexMesh> build_lattice(const CollisionMesh& mesh, const LatticeFrame& fra
                                        "give more cells or another origin", v.value + 1));
     corners.push_back(c);
   }
-  double prisms = 0;
+  std::vector<double> prisms(hex.bodies.size());
   for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count()))
-    prisms += ruled_volume(prism_between(corners[mesh.origin[CollisionMesh::corner(t, 0)].index()],
-                                         corners[mesh.origin[CollisionMesh::corner(t, 1)].index()],
-                                         corners[mesh.origin[CollisionMesh::corner(t, 2)].index()]));
-  prisms *= frame.cell_volume();
-  if (!(prisms > 0)) return bad_input("lattice: the prisms of the body hold no volume; give it a thickness");
-  hex.volume_scale = volume > 0 ? volume / prisms : 1;
+    prisms[static_cast<std::size_t>(hex.body_of(mesh.root[t]))] +=
+        ruled_volume(prism_between(corners[mesh.origin[CollisionMesh::corner(t, 0)].index()],
+                                   corners[mesh.origin[CollisionMesh::corner(t, 1)].index()],
+                                   corners[mesh.origin[CollisionMesh::corner(t, 2)].index()]));
+  for (std::size_t i = 0; i < prisms.size(); ++i) {
+    prisms[i] *= frame.cell_volume();
+    if (!(prisms[i] > 0)) return bad_input("lattice: the prisms of the body hold no volume; give it a thickness");
+    LatticeBody& body = hex.bodies[i];
+    if (body.volume > 0) body.scale = body.volume / prisms[i];
+    else body.volume = prisms[i];
+  }
 
   std::vector<CollisionTriangle> all;
   all.reserve(mesh.face_count());

@@ -145,20 +145,23 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
 
   double body = 0;
   for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
-    body += ruled_volume(prism_between(hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 0)]],
-                                       hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 1)]],
-                                       hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 2)]]));
+    const LatticeBody& own = hex.bodies[static_cast<std::size_t>(hex.body_of(mesh.root[t]))];
+    body += own.scale * ruled_volume(prism_between(hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 0)]],
+                                                   hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 1)]],
+                                                   hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 2)]]));
     if (hex.pieces_of(t).empty()) return failed(fmt::format("collision triangle {} is in no copy", t.value));
     for (const Piece& p : hex.pieces_of(t)) {
       if (!hex.cell.contains(p.copy) || hex.state[p.copy] == HexState::kDead || hex.frame.cell_id(hex.cell[p.copy]) != p.cell)
         return failed(fmt::format("collision triangle {}: a piece names copy {}", t.value, p.copy.value));
       ++pieces[p.copy.index()];
+      if (hex.material[p.copy].body != hex.body_of(mesh.root[t]))
+        return failed(fmt::format("collision triangle {}: copy {} belongs to another body", t.value, p.copy.value));
       const auto members = hex.members_of(p.cell);
       if (!std::binary_search(members.begin(), members.end(), t))
         return failed(fmt::format("collision triangle {} is missing in a cell's list", t.value));
     }
   }
-  body *= hex.volume_scale * hex.frame.cell_volume();
+  body *= hex.frame.cell_volume();
   for (const HexId h : ids<HexId>(hex.hex_count()))
     if (hex.state[h] != HexState::kDead && pieces[h.index()] != hex.piece_count[h])
       return failed(fmt::format("copy {} has {} pieces, not {}", h.value, pieces[h.index()], hex.piece_count[h]));

@@ -64,7 +64,7 @@ void tip_glue(const HexMesh& hex, std::vector<TipGlue>& out) {
       for (int l = 0; l < 8; ++l) {
         if (LatticeFrame::corner(hex.cell[copies.left], k) != LatticeFrame::corner(hex.cell[copies.right], l)) continue;
         const NodeId a = hex.nodes[copies.left][static_cast<std::size_t>(k)], b = hex.nodes[copies.right][static_cast<std::size_t>(l)];
-        if (a != b && hex.active(a) && hex.active(b)) out.push_back({a, b, 0});
+        if (a != b && hex.active(a) && hex.active(b)) out.push_back({a, b, copies.left, 0});
       }
     const PrismCorners& corners = hex.prism_corner[tip.vertex];
     Vec3 line = corners.plus - corners.minus;

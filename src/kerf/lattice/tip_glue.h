@@ -14,6 +14,7 @@ namespace kerf {
 
 struct TipGlue {
   NodeId a, b;                  ///< twins on the left and the right of the slit, at the same lattice corner
+  HexId copy;                   ///< one of those that they belong to
   double stiffness_over_e = 0;  ///< metres: times Young's modulus it is the spring's stiffness (N/m), in every direction
 };
 

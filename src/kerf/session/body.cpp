@@ -19,7 +19,7 @@ void add(Hash& hash, const std::array<PoolRun, 2>& runs) {
   for (const PoolRun& r : runs) add(hash, r);
 }
 void add(Hash& hash, const HexMaterial& m) {
-  hash.add(std::array<double, 4>{m.fill, m.volume, m.mass_volume, m.full ? 1.0 : 0.0});
+  hash.add(std::array<double, 5>{m.fill, m.volume, m.mass_volume, m.full ? 1.0 : 0.0, static_cast<double>(m.body)});
 }
 void add(Hash& hash, const Piece& p) {
   hash.add(std::array<std::int32_t, 5>{p.cell.value, p.copy.value, p.tip.value, p.side, p.has_moments ? 1 : 0});

@@ -7,12 +7,17 @@ namespace kerf {
 
 Result<Body> build_body(CellComplex bound, const SceneLattice& lattice, const std::optional<LatticeHint>& hint,
                         const Progress& progress) {
+  auto frame = scene_lattice(lattice, hint, bound.collision);
+  if (!frame) return frame.error();
+  const double volume = body_volume(bound);
+  return build_body(std::move(bound), *frame, {{RootId(0), volume, 1}}, progress);
+}
+
+Result<Body> build_body(CellComplex bound, const LatticeFrame& frame, std::vector<LatticeBody> bodies, const Progress& progress) {
   Body body;
   body.complex = std::move(bound);
   if (progress) progress("hexahedra", 0);
-  auto frame = scene_lattice(lattice, hint, body.complex.collision);
-  if (!frame) return frame.error();
-  auto hex = build_lattice(body.complex.collision, *frame, body_volume(body.complex));
+  auto hex = build_lattice(body.complex.collision, frame, std::move(bodies));
   if (!hex) return hex.error();
   body.hex = std::move(*hex);
   if (progress) progress("hexahedra", 0.5);

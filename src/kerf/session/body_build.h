@@ -11,7 +11,10 @@
 
 namespace kerf {
 
-/// hint: the lattice that a model recommends. Refuses what scene_lattice and build_lattice refuse.
+/// Refuses what build_lattice refuses.
+Result<Body> build_body(CellComplex bound, const LatticeFrame& frame, std::vector<LatticeBody> bodies,
+                        const Progress& progress = {});
+/// One body. hint: the lattice that a model recommends. Refuses what scene_lattice and build_lattice refuse.
 Result<Body> build_body(CellComplex bound, const SceneLattice& lattice, const std::optional<LatticeHint>& hint,
                         const Progress& progress = {});
 

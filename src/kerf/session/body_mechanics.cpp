@@ -13,38 +13,42 @@ MechanicsElement element_of(const HexMesh& hex, const BodyMaterials& materials, 
   MechanicsElement e;
   e.nodes = hex.nodes[id];
   const LatticeIndex c = hex.cell[id];
-  e.material = materials.at(hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5}));
+  e.material = materials.at(hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5}), hex.material[id].body);
   return e;
 }
 
 }  // namespace
 
-std::int32_t BodyMaterials::at(Vec3 rest) const {
+std::int32_t BodyMaterials::at(Vec3 rest, std::int32_t body) const {
+  const auto first = static_cast<std::int32_t>(of(body));
   for (std::size_t i = regions.size(); i-- > 0;)
-    if (regions[i].contains(rest)) return static_cast<std::int32_t>(i) + 1;
-  return 0;
+    if (regions[i].contains(rest)) return first + static_cast<std::int32_t>(i) + 1;
+  return first;
 }
 
 Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& material, SceneFormulation formulation,
-                                      BodyMaterials& materials) {
+                                      BodyMaterials& materials, std::span<const SceneBodyMaterial> bodies) {
   MechanicsModel model(hex.frame.cell, hex.frame.axes,
                        formulation == SceneFormulation::kPlain ? ElementFormulation::kPlain
                                                                : ElementFormulation::kIncompatible);
-  Material base;
-  base.young = material.young.value_or(kSceneYoung);
-  base.poisson = material.poisson.value_or(kScenePoisson);
-  base.density = material.density.value_or(kSceneDensity);
-  base.damping_mass = material.damping_mass;
-  base.damping_stiffness = material.damping_stiffness;
-  if (auto added = model.add_material(base); !added) return added.error();
   materials.regions.clear();
-  for (const SceneMaterialRegion& region : material.regions) {
-    Material other = base;
-    other.young = region.young.value_or(base.young);
-    other.poisson = region.poisson.value_or(base.poisson);
-    other.density = region.density.value_or(base.density);
-    if (auto added = model.add_material(other); !added) return added.error();
-    materials.regions.push_back(region.region);
+  for (const SceneMaterialRegion& region : material.regions) materials.regions.push_back(region.region);
+  const SceneBodyMaterial one;
+  for (const SceneBodyMaterial& body : bodies.empty() ? std::span(&one, 1) : bodies) {
+    Material base;
+    base.young = body.young.value_or(material.young.value_or(kSceneYoung));
+    base.poisson = body.poisson.value_or(material.poisson.value_or(kScenePoisson));
+    base.density = body.density.value_or(material.density.value_or(kSceneDensity));
+    base.damping_mass = material.damping_mass;
+    base.damping_stiffness = material.damping_stiffness;
+    if (auto added = model.add_material(base); !added) return added.error();
+    for (const SceneMaterialRegion& region : material.regions) {
+      Material other = base;
+      other.young = region.young.value_or(base.young);
+      other.poisson = region.poisson.value_or(base.poisson);
+      other.density = region.density.value_or(base.density);
+      if (auto added = model.add_material(other); !added) return added.error();
+    }
   }
   return model;
 }

@@ -13,16 +13,19 @@
 
 namespace kerf {
 
-/// Materials of a body: the first is the scene's, then one per region in order.
+/// Materials: for each body its own, then one per region in order.
 struct BodyMaterials {
   std::vector<SceneRegion> regions;  ///< rest coordinates; a later one wins
-  /// Index of the material at a rest position.
-  [[nodiscard]] std::int32_t at(Vec3 rest) const;
+  /// Index of the material at a rest position of a body.
+  [[nodiscard]] std::int32_t at(Vec3 rest, std::int32_t body) const;
+  /// Index of a body's material outside of all regions.
+  [[nodiscard]] std::size_t of(std::int32_t body) const { return static_cast<std::size_t>(body) * (regions.size() + 1); }
 };
 
-/// The mechanical model with all materials and no elements yet. Bad input: a material that can't be simulated.
+/// The mechanical model with all materials and no elements yet. `bodies`: where one differs, body by body; none: one body.
+/// Bad input: a material that can't be simulated.
 Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& material, SceneFormulation formulation,
-                                      BodyMaterials& materials);
+                                      BodyMaterials& materials, std::span<const SceneBodyMaterial> bodies = {});
 
 /// Sets the element of one copy (or removes it, if it is dead or absorbed).
 Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model);

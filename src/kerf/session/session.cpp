@@ -11,7 +11,7 @@
 #include "kerf/cutting/pieces.h"
 #include "kerf/embedding/embedding_validate.h"
 #include "kerf/lattice/lattice_validate.h"
-#include "kerf/session/scene_body.h"
+#include "kerf/session/scene_bodies.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
@@ -93,22 +93,16 @@ Result<Session> Session::create(const Scene& scene, const Progress& progress) {
 }
 
 Status Session::Impl::prepare(const Progress& progress) {
-  if (!scene.more_bodies.empty()) return bad_input("scenes of several bodies can't be simulated yet");
-  auto loaded = load_scene_body(scene.body, progress);
+  auto loaded = load_scene_bodies(scene, progress);
   if (!loaded) return loaded.error();
   notes = std::move(loaded->notes);
-  volume = body_volume(loaded->bound.complex);
-  auto body = build_body(std::move(loaded->bound.complex), scene.lattice, loaded->lattice, progress);
+  auto body = build_body(std::move(loaded->complex), loaded->frame, std::move(loaded->bodies), progress);
   if (!body) return body.error();
   state.body = std::move(*body);
   cut_options = kerf::cut_options(scene);
   at_start = measure_complex(state.body.complex);
 
-  SceneMaterial material = scene.material;
-  if (!material.young) material.young = loaded->young;
-  if (!material.poisson) material.poisson = loaded->poisson;
-  if (!material.density) material.density = loaded->density;
-  auto model = make_mechanics(state.body.hex, material, scene.lattice.formulation, state.materials);
+  auto model = make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded->materials);
   if (!model) return model.error();
   state.model = std::move(*model);
   KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
@@ -306,7 +300,9 @@ Status Session::validate() const {
   }
   if (std::abs(model.total_mass() - mass) > 1e-9 * mass)
     return failed(fmt::format("the nodes weigh {} kg together, the hexahedra {} kg", model.total_mass(), mass));
-  const double whole = model.materials()[0].density * s.volume;
+  double whole = 0;
+  for (std::size_t i = 0; i < hex.bodies.size(); ++i)
+    whole += model.materials()[s.state.materials.of(static_cast<std::int32_t>(i))].density * hex.bodies[i].volume;
   if (s.state.materials.regions.empty() && std::abs(mass - whole) > 1e-9 * whole)
     return failed(fmt::format("the hexahedra weigh {} kg, the body {} kg", mass, whole));
   if (s.state.mechanics.positions.size() != hex.node_count() || s.state.mechanics.rotations.size() != hex.hex_count())

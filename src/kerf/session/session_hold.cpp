@@ -85,10 +85,14 @@ Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> p
   for (const CollisionVertex v : g.points) g.offset.push_back(now[v.index()] - g.centre);
   g.from = g.to = g.centre;
   g.move_began = state.time;
-  const double per_point = kGraspStiffness * state.model.materials()[0].young * least_cell_edge(state.body.hex);
+  const double per_point = kGraspStiffness * young_at(state.body.embedding.collision[g.points[0]]) * least_cell_edge(state.body.hex);
   g.stiffness = stiffness ? *stiffness / static_cast<double>(g.points.size()) : per_point;
   state.grasps.push_back(std::move(g));
   return renew_springs();
+}
+
+double Session::Impl::young_at(HexId copy) const {
+  return state.model.materials()[state.materials.of(state.body.hex.material[copy].body)].young;
 }
 
 Status Session::Impl::move(const SceneMove& what) {
@@ -142,9 +146,8 @@ Status Session::Impl::renew_springs() {
     }
   }
   tip_glue(body.hex, glue);
-  const double young = state.model.materials()[0].young;
   for (const TipGlue& g : glue) {
-    auto receipt = state.model.add_node_pair(g.a, g.b, g.stiffness_over_e * young);
+    auto receipt = state.model.add_node_pair(g.a, g.b, g.stiffness_over_e * young_at(g.copy));
     if (!receipt) return receipt.error();
   }
   return {};

@@ -83,7 +83,6 @@ struct Session::Impl {
   Scene scene;
   CutOptions cut_options;
   StepOptions step_options;
-  double volume = 0;
   ComplexMeasures at_start;
   std::vector<std::string> notes;
   SessionState state;
@@ -147,6 +146,8 @@ struct Session::Impl {
   /// Springs of grasps and of slit tips, anew; after every change of topology.
   Status renew_springs();
   void move_grasps(double until);
+  /// Young's modulus of the body that a copy belongs to, outside of all regions.
+  [[nodiscard]] double young_at(HexId copy) const;
   void renew_loads();
 
   const std::vector<Vec3>& deformed_collision();

@@ -1,0 +1,165 @@
+// Several bodies in one session: each behaves as it would alone.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kerf/base/rigid_place.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+namespace {
+
+using ::testing::HasSubstr;
+
+Session make(const Scene& scene) {
+  auto session = Session::create(scene);
+  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
+  return std::move(session).value();
+}
+
+void expect_valid(const Session& session) {
+  const Status valid = session.validate();
+  EXPECT_TRUE(valid.ok()) << valid.error().message;
+}
+
+SceneBody body_of(const char* model, Vec3 position = {}, Vec3 rotation = {}) {
+  SceneBody body;
+  body.model = model;
+  body.position = position;
+  body.rotation = rotation;
+  return body;
+}
+
+/// Held at one end, no contact, solved tightly.
+Scene scene_of(std::vector<SceneBody> bodies) {
+  Scene scene;
+  scene.body = bodies[0];
+  scene.more_bodies.assign(bodies.begin() + 1, bodies.end());
+  scene.contact.enabled = false;
+  scene.simulation.time_step = 0.005;
+  scene.simulation.tolerance = 1e-11;
+  return scene;
+}
+
+SceneFix below_x(double x) {
+  SceneFix fix;
+  fix.region.shape = SceneRegion::Shape::kHalfSpace;
+  fix.region.point = {x, 0, 0};
+  fix.region.normal = {-1, 0, 0};
+  return fix;
+}
+
+double greatest_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b, std::size_t b_first, Vec3 b_moved) {
+  double most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(b[b_first + i] - b_moved - a[i]));
+  return most;
+}
+
+TEST(SeveralBodies, MoveAsEachAlone) {
+  Scene alone = scene_of({body_of("steak")});
+  alone.fixes = {below_x(-0.08)};
+  Session one = make(alone);
+  const Vec3 cell = one.body().hex.frame.cell;
+  const Vec3 moved{0, 0, 3 * cell.z};  // the lattice fits both as it fits one
+
+  Scene both = scene_of({body_of("steak"), body_of("steak", moved)});
+  both.fixes = {below_x(-0.08)};
+  Session two = make(both);
+  expect_valid(two);
+  EXPECT_EQ(two.counts().pieces, 2);
+  EXPECT_EQ(two.counts().nodes, 2 * one.counts().nodes);
+  EXPECT_EQ(two.counts().hexahedra, 2 * one.counts().hexahedra);
+  EXPECT_EQ(two.counts().visual_triangles, 2 * one.counts().visual_triangles);
+
+  ASSERT_TRUE(one.step(100).ok());
+  ASSERT_TRUE(two.step(100).ok());
+  const auto& a = one.collision_positions();
+  const auto& b = two.collision_positions();
+  ASSERT_EQ(b.size(), 2 * a.size());
+  double bent = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) bent = std::max(bent, norm(a[i] - one.body().complex.collision.rest.raw()[i]));
+  EXPECT_GT(bent, 0.005) << "it sags";
+  EXPECT_LT(greatest_distance(a, b, 0, {}), 1e-6 * bent);
+  EXPECT_LT(greatest_distance(a, b, a.size(), moved), 1e-6 * bent);
+}
+
+TEST(SeveralBodies, AreCutOneByOne) {
+  Scene scene = scene_of({body_of("steak"), body_of("meniscus", {0, 0, 0.05}, {0.3, 0, 0.5})});
+  scene.simulation.gravity = {};
+  Session session = make(scene);
+  expect_valid(session);
+  const std::uint64_t before = session.hash();
+  const BodyCounts counts = session.counts();
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  for (int i = 0; i <= 30; ++i) {
+    const double y = -0.12 + 0.24 * i / 30;
+    ASSERT_TRUE(session.move_blade({0.003, y, 0.1}, {0.003, y, 0.03}).ok());
+  }
+  ASSERT_TRUE(session.end_stroke().ok());
+  expect_valid(session);
+  EXPECT_EQ(session.counts().pieces, counts.pieces + 1) << "the upper one is in two, the lower one whole";
+  const std::uint64_t cut = session.hash();
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_EQ(session.hash(), before);
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.hash(), cut);
+  expect_valid(session);
+  ASSERT_TRUE(session.step(20).ok());
+  expect_valid(session);
+}
+
+TEST(SeveralBodies, HaveMaterialsOfTheirOwn) {
+  SceneBody light = body_of("steak"), heavy = body_of("steak", {0, 0, 0.05}, {0, 0, 0.4});
+  light.material.density = 500;
+  heavy.material.density = 2000;
+  heavy.material.young = 1e6;
+  Session session = make(scene_of({light, heavy}));
+  expect_valid(session);  // masses among other things
+  const HexMesh& hex = session.body().hex;
+  ASSERT_EQ(hex.bodies.size(), 2u);
+  EXPECT_NEAR(hex.bodies[0].volume, hex.bodies[1].volume, 1e-12);
+  double volume[2] = {0, 0};
+  for (const HexId h : ids<HexId>(hex.hex_count()))
+    if (hex.alive(h)) volume[hex.material[h].body] += hex.material[h].mass_volume;
+  EXPECT_NEAR(volume[0], hex.bodies[0].volume, 1e-9 * hex.bodies[0].volume);
+  EXPECT_NEAR(volume[1], hex.bodies[1].volume, 1e-9 * hex.bodies[1].volume);
+}
+
+TEST(SeveralBodies, FallFreelyWhateverTheirCells) {
+  Scene scene = scene_of({body_of("steak"), body_of("s-shape", {0.01, 0.02, 0.033}, {0.2, 0.3, 0.4})});
+  scene.material.damping_mass = 0;
+  Session session = make(scene);
+  const std::vector<Vec3> before = session.collision_positions();
+  ASSERT_TRUE(session.step(40).ok());
+  const double dt = 0.005, t = 40 * dt;
+  const double fallen = 0.5 * 9.81 * t * (t + dt);  // of implicit Euler
+  for (std::size_t i = 0; i < before.size(); ++i)
+    EXPECT_NEAR(norm(session.collision_positions()[i] - (before[i] - Vec3{0, 0, fallen})), 0, 1e-7);
+}
+
+TEST(SeveralBodies, APlacedBodyIsTheSameBody) {
+  const Vec3 position{0.3, -0.2, 0.1}, rotation{0, 0, 1.1};
+  Session still = make(scene_of({body_of("steak")}));
+  Scene scene = scene_of({body_of("steak", position, rotation)});
+  Session moved = make(scene);
+  expect_valid(moved);
+  EXPECT_EQ(moved.counts(), still.counts()) << "the lattice moves along";
+  const RigidPlace place{position, turn(rotation)};
+  for (const CollisionVertex v : ids<CollisionVertex>(still.body().complex.collision.vertex_count()))
+    EXPECT_NEAR(norm(moved.body().complex.collision.rest[v] - place.to_world(still.body().complex.collision.rest[v])), 0, 1e-15);
+}
+
+TEST(SeveralBodies, BadInput) {
+  const auto error_of = [](const Scene& scene) {
+    auto session = Session::create(scene);
+    return session.ok() ? std::string("no error") : session.error().message;
+  };
+  EXPECT_EQ(error_of(scene_of({body_of("sheet"), body_of("steak")})),
+            "body 1 (sheet) is an open sheet, body 2 (steak) is closed: bodies of one scene must all be closed, or all open sheets");
+  EXPECT_THAT(error_of(scene_of({body_of("steak"), body_of("steak", {1e9, 0, 0})})), HasSubstr("too far"));
+  EXPECT_THAT(error_of(scene_of({body_of("steak"), body_of("steak", {300, 300, 300})})), HasSubstr("cells"));
+  const Session fine = make(scene_of({body_of("meniscus"), body_of("steak", {0, 0, 0.1})}));
+  EXPECT_THAT(fine.notes(), ::testing::Contains(HasSubstr("body 2 (steak) gets cells of")));
+}
+
+}  // namespace
+}  // namespace kerf

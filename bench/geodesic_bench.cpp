@@ -1,20 +1,31 @@
 // All paths of the 65-vertex, 104-triangle collision disc (168 edges) on the open sheet, flat and bumpy, without walls;
-// then building a BVH and asking it. One thread, median of some repeats.
+// then building a BVH and asking it. One thread, its own time, median of some repeats. Where CGAL is installed its shortest paths are
+// measured in the same run.
 //
-//   geodesic_bench [exact|local|bvh]    only that part
+//   geodesic_bench [exact|local|cgal|bvh]    only that part
+//   geodesic_bench --json FILE               all of the paths, as a file for `kerf bench page`
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
+#include <map>
 #include <set>
 #include <vector>
 
+#ifdef KERF_BENCH_CGAL
+#include <CGAL/version.h>
+
+#include "geodesic/shortest_path_oracle.h"
+#endif
+#include "bench/bench_table.h"
+#include "bench/machine.h"
+#include "bench/timing.h"
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
 #include "kerf/geodesic/path_scratch.h"
 #include "kerf/mesh/half_edge_build.h"
 #include "kerf/mesh/models.h"
+#include "kerf/mesh/whole_file.h"
 #include "kerf/spatial/bvh.h"
 
 namespace {
@@ -22,9 +33,9 @@ namespace {
 using namespace kerf;
 
 double seconds(auto&& work) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = bench::thread_seconds();
   work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return bench::thread_seconds() - start;
 }
 double median(int repeats, auto&& work) {
   std::vector<double> times;
@@ -50,7 +61,38 @@ WalledSurface surface_of(const TriangleMesh& mesh) {
   return m;
 }
 
-void paths(std::size_t triangles, double bumps, bool exact) {
+enum class How { kLocal, kExact, kCgal };
+constexpr const char* kHowNames[] = {"local", "exact", "cgal"};
+
+bench::Table table{"geodesics",
+                   "Geodesic paths, beside CGAL's shortest paths",
+                   "The 168 paths of the 104-triangle collision mesh on the open sheet, flat and with bumps, without walls; milliseconds of the thread. CGAL's "
+                   "Surface_mesh_shortest_path over Simple_cartesian<double> has one sequence tree per source, asked for the lengths to its targets; "
+                   "building its mesh is included. Lengths of local paths are never shorter than the exact ones.",
+                   {"visual vertices", "bumps (m)", "paths", "all 168 paths (ms)", "total length (m)"},
+                   {}};
+
+#ifdef KERF_BENCH_CGAL
+/// Sum of the lengths, by CGAL: one tree per source.
+double cgal_length(const WalledSurface& m, const std::set<std::pair<std::int32_t, std::int32_t>>& edges) {
+  WalledSurface open = m;
+  std::fill(open.wall.begin(), open.wall.end(), std::uint8_t{0});
+  const test::CutOpen cut(open);
+  std::map<std::int32_t, std::int32_t> number;  // of surface vertices in the cut mesh
+  for (std::size_t h = 0; h < m.origin.size(); ++h) number[m.origin[h]] = cut.vertex[h];
+  double length = 0;
+  for (auto it = edges.begin(); it != edges.end();) {
+    const std::int32_t s = it->first;
+    std::vector<std::int32_t> targets;
+    for (; it != edges.end() && it->first == s; ++it) targets.push_back(number[it->second]);
+    for (const double d : test::exact_distances_to(open, cut, number[s], targets)) length += d;
+  }
+  return length;
+}
+#endif
+
+void paths(std::size_t triangles, double bumps, How how) {
+  const bool exact = how == How::kExact;
   ModelOptions options;
   options.visual_triangles = triangles;
   options.collision_triangles = 104;
@@ -77,6 +119,15 @@ void paths(std::size_t triangles, double bumps, bool exact) {
     }
   PathScratch scratch;
   double length = 0, stops = 0, windows = 0;
+#ifdef KERF_BENCH_CGAL
+  if (how == How::kCgal) {
+    const double time = median(triangles > 5'000 ? 1 : 3, [&] { length = cgal_length(m, edges); });
+    fmt::print("{:>7} vertices, bumps {:.2f} m, {} paths, cgal : {:8.2f} ms, total length {:.9f} m\n", m.position.size(), bumps,
+               edges.size(), 1e3 * time, length);
+    table.rows.push_back({static_cast<double>(m.position.size()), bumps, kHowNames[2], 1e3 * time, fmt::format("{:.9f}", length)});
+    return;
+  }
+#endif
   const double time = median(exact ? 3 : 11, [&] {
     length = stops = windows = 0;
     for (const auto& [s, t] : edges) {
@@ -93,6 +144,8 @@ void paths(std::size_t triangles, double bumps, bool exact) {
   fmt::print("{:>7} vertices, bumps {:.2f} m, {} paths, {:5}: {:8.2f} ms, {:6.1f} stops and {:7.0f} windows a path, total length {:.9f} m\n",
              m.position.size(), bumps, edges.size(), exact ? "exact" : "local", 1e3 * time, stops / double(edges.size()),
              windows / double(edges.size()), length);
+  std::fflush(stdout);
+  table.rows.push_back({static_cast<double>(m.position.size()), bumps, kHowNames[static_cast<int>(how)], 1e3 * time, fmt::format("{:.9f}", length)});
 }
 
 void bvh(std::size_t triangles) {
@@ -125,11 +178,27 @@ void bvh(std::size_t triangles) {
 
 int main(int argc, char** argv) {
   const ThreadLimit one(1);
-  const auto wanted = [&](const char* part) { return argc < 2 || std::strcmp(argv[1], part) == 0; };
-  for (const bool exact : {false, true})
-    if (wanted(exact ? "exact" : "local"))
-      for (const double bumps : {0.0, 0.03})
-        for (const std::size_t triangles : {1664u, 6656u, 26624u, 106496u}) paths(triangles, bumps, exact);
+  const char* file = argc > 2 && std::strcmp(argv[1], "--json") == 0 ? argv[2] : nullptr;
+  const auto wanted = [&](const char* part) { return argc < 2 || (file ? std::strcmp(part, "bvh") != 0 : std::strcmp(argv[1], part) == 0); };
+  for (const double bumps : {0.0, 0.03})
+    for (const std::size_t triangles : {1664u, 6656u, 26624u, 106496u})
+      for (const How how : {How::kLocal, How::kExact, How::kCgal}) {
+#ifndef KERF_BENCH_CGAL
+        if (how == How::kCgal) continue;
+#endif
+        if (how == How::kCgal && triangles > 10'000) continue;  // minutes
+        if (wanted(kHowNames[static_cast<int>(how)])) paths(triangles, bumps, how);
+      }
   if (wanted("bvh"))
     for (const std::size_t triangles : {100000u, 1000000u}) bvh(triangles);
+  if (!file) return 0;
+#ifdef KERF_BENCH_CGAL
+  table.note += " CGAL " CGAL_VERSION_STR ".";
+#endif
+  bench::Run run{"build/release/bench/geodesic_bench --json FILE", bench::machine_facts(), {table}, {}};
+  if (const Status written = replace_file(file, bench::run_json(run)); !written) {
+    fmt::print("{}\n", written.error().message);
+    return 1;
+  }
+  return 0;
 }

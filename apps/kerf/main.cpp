@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "command_bench.h"
 #include "command_bind.h"
 #include "command_cut.h"
 #include "command_info.h"
@@ -206,6 +207,35 @@ void add_replay(CLI::App& app, ReplayOptions& options, std::function<int()>& cho
   command->callback([&options, &chosen] { chosen = [&options] { return replay_file(options); }; });
 }
 
+void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::function<int()>& chosen) {
+  CLI::App* command = app.add_subcommand("bench", "Measure: the paper's tables, how cost grows");
+  command->require_subcommand(1);
+  const auto add_measuring = [&](const char* name, const char* what) {
+    CLI::App* one = command->add_subcommand(name, what);
+    one->add_option("-o,--out", options.out, "Folder for JSON, CSV and SVG; made when it does not exist");
+    one->add_option("--cuts", options.cuts, "Cuts per body")->check(CLI::Range(1, 100000))->capture_default_str();
+    one->add_option("--rows", options.rows, "Only the tables whose name contains this: table-2, visual, ...");
+    one->add_flag("--quick", options.quick, "Small bodies and few cuts: does it still run?");
+    one->add_flag("-q,--quiet", options.quiet, "No progress and no tables");
+    one->callback([&options, &chosen, name] {
+      options.what = name;
+      chosen = [&options] { return run_bench(options); };
+    });
+  };
+  add_measuring("paper", "Every table and figure of the paper's section 5, beside its values");
+  add_measuring("scale", "Cost by size of each mesh, by number of cuts, by threads");
+  CLI::App* pages = command->add_subcommand("page", "Make one page of what paper and scale wrote");
+  pages->add_option("FILES", page.files, "Their JSON files")->required();
+  pages->add_option("-o,--out", page.out, "The page (Markdown)")->required();
+  pages->add_option("--pictures", page.pictures, "Folder of the plots, relative to the page")->capture_default_str();
+  pages->callback([&page, &chosen] { chosen = [&page] { return write_bench_page(page); }; });
+  command->footer(
+      "Examples:\n"
+      "  kerf bench paper --out out/bench                   about ten minutes\n"
+      "  kerf bench scale --rows visual                     one table\n"
+      "  kerf bench page out/bench/*.json --out results.md");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -232,6 +262,9 @@ int main(int argc, char** argv) {
   add_view(app, view, chosen);
   ReplayOptions replay;
   add_replay(app, replay, chosen);
+  BenchCommand bench;
+  BenchPage bench_page;
+  add_bench(app, bench, bench_page, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -337,7 +337,7 @@ TEST(Models, OpenSheetHasThePapersCounts) {
 
 TEST(Models, ClosedSheet) {
   for (const std::size_t wanted : {500U, 3000U, 12345U})
-    for (const std::size_t collision : {104U, 500U}) {
+    for (const std::size_t collision : {104U, 500U, 50U, 1250U}) {
       ModelOptions options;
       options.visual_triangles = wanted;
       options.collision_triangles = collision;

@@ -65,8 +65,10 @@ LatticeHint lattice_around(const Box3& box, Vec3 cell);
 
 Box3 bounding_box(const TriangleMesh& mesh);
 
-/// The collision meshes of the paper's sheets, 1 x 1 m about the origin, with 104, 500 or 1500 triangles.
+/// The collision meshes of the paper's sheets, 1 x 1 m about the origin, with 104, 500 or 1500 triangles, and plain grids of
+/// 2 n^2. Only for counts that are offered.
 PlanarMesh sheet_collision(std::size_t triangles);
+bool offers_collision(std::size_t triangles);
 
 Result<Model> make_sheet(const ModelOptions& options);
 Result<Model> make_closed_sheet(const ModelOptions& options);

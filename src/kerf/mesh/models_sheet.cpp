@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kSide = 1.0;        // m
 constexpr double kThickness = 0.1;   // m
+constexpr std::size_t kMostCollision = 120000;
 constexpr double kMaxTriangles = 10.1e6;  // a closed sheet of "10 million" may round up a little
 
 constexpr double kYoung = 5e3;     // Pa
@@ -32,7 +33,16 @@ void finish(Model& model, const PlanarMesh& collision) {
 /// i of n steps over a centred interval of the given length; both ends and the middle are exact.
 double spread(int i, int n, double length) { return length * (static_cast<double>(2 * i - n) / (2.0 * n)); }
 
+/// n of a grid of n x n quads, two triangles each.
+int grid_side(std::size_t triangles) { return static_cast<int>(std::lround(std::sqrt(static_cast<double>(triangles) / 2))); }
+
 }  // namespace
+
+bool offers_collision(std::size_t triangles) {
+  if (triangles == 104 || triangles == 500 || triangles == 1500) return true;
+  const auto n = static_cast<std::size_t>(grid_side(triangles));
+  return n >= 4 && 2 * n * n == triangles && triangles <= kMostCollision;
+}
 
 PlanarMesh sheet_collision(std::size_t triangles) {
   if (triangles == 104) {
@@ -42,6 +52,12 @@ PlanarMesh sheet_collision(std::size_t triangles) {
           const bool centre = i >= 1 && i <= 4 && j >= 1 && j <= 4;
           return centre ? QuadSplit::kCross : alternating_split(i, j, 6, 6);
         });
+  }
+  if (triangles != 500 && triangles != 1500) {
+    const int n = grid_side(triangles);
+    return quad_grid(
+        n, n, [=](int i, int j) { return Vec2{spread(i, n, kSide), spread(j, n, kSide)}; },
+        [=](int i, int j) { return alternating_split(i, j, n, n); });
   }
   // nx + ny quads make half the border; every quad in the inside that is split in four adds two triangles.
   const int nx = triangles == 500 ? 14 : 22, ny = nx + 1;
@@ -82,8 +98,9 @@ Result<Model> make_sheet(const ModelOptions& options) {
 Result<Model> make_closed_sheet(const ModelOptions& options) {
   const auto wanted = static_cast<double>(options.visual_triangles == 0 ? 20000 : options.visual_triangles);
   const std::size_t collision_count = options.collision_triangles == 0 ? 104 : options.collision_triangles;
-  if (collision_count != 104 && collision_count != 500 && collision_count != 1500)
-    return bad_input(fmt::format("model closed-sheet has 104, 500 or 1500 collision triangles, not {}", collision_count));
+  if (!offers_collision(collision_count))
+    return bad_input(fmt::format("model closed-sheet has 104, 500 or 1500 collision triangles or 2 n^2 of them (32, 50, 72 ... {}), not {}",
+                                 kMostCollision, collision_count));
   if (wanted < 500 || wanted > kMaxTriangles)
     return bad_input(fmt::format("model closed-sheet has 500 to 10000000 visual triangles, not {}", options.visual_triangles));
   const double bulge = options.rim_radius;

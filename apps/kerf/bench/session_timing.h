@@ -1,0 +1,41 @@
+// Times of cuts, steps and frames of a session: what both benchmarks measure.
+#pragma once
+
+#include "bench/timing.h"
+#include "kerf/base/result.h"
+#include "kerf/session/session.h"
+
+namespace kerf::bench {
+
+/// Times (s) of cuts. Whole cuts and poses by the thread's clock; stages, whose columns are those of the paper, by the clock on the wall.
+struct CutTimings {
+  Sample whole;                        ///< all updates; beginning and ending a stroke left out
+  Sample per_triangle;                 ///< of a whole cut: its time over the collision triangles it entered
+  Sample cut_and_binding, embedding, surface;  ///< stages of whole cuts
+  Sample begin_and_end;                ///< of the stroke: marks, counts
+  Sample undo;
+  double triangles = 0;                ///< mean number of collision triangles entered
+  int refused = 0;                     ///< degenerate steps that were rolled back
+};
+
+/// Straight cuts at random from border to border of the body as it is, each undone; for a body about flat in x and y.
+Result<CutTimings> time_cuts(Session& session, int cuts);
+
+/// Straight cuts at random of `length` metres, each from within to within, that stay.
+Result<CutTimings> time_short_cuts(Session& session, int cuts, double length, std::uint64_t seed);
+
+/// A cut drawn by hand across the body: time of every pose, a fortieth of the body apart; the provisional end included. Undone.
+Result<Sample> time_poses(Session& session, int cuts);
+
+/// A notch punched out of the border about `centre` (rest frame, metres): a blade runs around it, out of the body and back out. Undone.
+Result<CutTimings> time_notches(Session& session, const std::vector<Vec3>& centres, double radius);
+
+struct FrameTimings {
+  Sample frame;      ///< step and surface (positions and normals of the visual mesh)
+  Sample mechanics;  ///< of it
+  Sample surface;    ///< of it
+};
+/// Frames as they come.
+Result<FrameTimings> time_frames(Session& session, int frames);
+
+}  // namespace kerf::bench

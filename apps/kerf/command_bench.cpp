@@ -1,0 +1,63 @@
+#include "command_bench.h"
+
+#include <fmt/format.h>
+
+#include "bench/benchmarks.h"
+#include "exit_status.h"
+#include "folder.h"
+#include "kerf/mesh/whole_file.h"
+#include "plot.h"
+#include "progress_bar.h"
+
+namespace kerf::app {
+namespace {
+
+Status write_run(const bench::Run& run, const BenchCommand& options) {
+  KERF_TRY(make_folder(options.out));
+  for (const bench::Table& table : run.tables)
+    KERF_TRY(replace_file((options.out / (table.id + ".csv")).string(), bench::csv(table)));
+  for (const bench::Figure& figure : run.figures) KERF_TRY(write_svg(options.out / (figure.id + ".svg"), figure.plot));
+  return replace_file((options.out / (options.what + ".json")).string(), bench::run_json(run));
+}
+
+}  // namespace
+
+int run_bench(const BenchCommand& options) {
+  bench::BenchOptions how;
+  how.cuts = options.cuts;
+  how.quick = options.quick;
+  how.rows = options.rows;
+  if (!options.out.empty())
+    if (const Status made = make_folder(options.out); !made) return report(made.error());
+  Result<bench::Run> run = [&] {
+    ProgressBar bar(options.quiet);
+    return options.what == "paper" ? bench::bench_paper(how, bar.callback()) : bench::bench_scale(how, bar.callback());
+  }();
+  if (!run) return report(run.error());
+  if (run->tables.empty()) return report(bad_input(fmt::format("no table of \"kerf bench {}\" has \"{}\" in its name", options.what, options.rows)));
+  run->program = fmt::format("kerf bench {} ", options.what);
+  run->program += options.quick ? std::string("--quick") : fmt::format("--cuts {}", options.cuts);
+  if (!options.rows.empty()) run->program += fmt::format(" --rows {}", options.rows);
+  if (!options.quiet)
+    for (const bench::Table& table : run->tables) fmt::print("\n{}\n\n{}", table.title, bench::markdown(table));
+  if (options.out.empty()) return kSuccess;
+  if (const Status written = write_run(*run, options); !written) return report(written.error());
+  if (!options.quiet) fmt::print("\nresults: {}\n", options.out.string());
+  return kSuccess;
+}
+
+int write_bench_page(const BenchPage& options) {
+  std::vector<bench::Run> runs;
+  for (const std::string& file : options.files) {
+    const auto text = read_whole_file(file);
+    if (!text) return report(text.error());
+    auto run = bench::parse_run(text->view(), file);
+    if (!run) return report(run.error());
+    runs.push_back(std::move(*run));
+  }
+  if (const Status written = replace_file(options.out.string(), bench::results_page(runs, options.pictures)); !written)
+    return report(written.error());
+  return kSuccess;
+}
+
+}  // namespace kerf::app

@@ -7,34 +7,71 @@
 #include "exit_status.h"
 #include "folder.h"
 #include "kerf/binding/bound_body_file.h"
+#include "kerf/mesh/mesh_file.h"
+#include "kerf/midsurface/diagnosis_file.h"
 #include "kerf/session/scene_body.h"
 #include "progress_bar.h"
 
 namespace kerf::app {
 namespace {
 
-Result<SceneBodyLoaded> bind_and_save(const BindOptions& options) {
+Status save_collision(const std::filesystem::path& path, const TriangleMesh& mesh) {
+  if (path.has_parent_path()) KERF_TRY(make_folder(path.parent_path()));
+  return path.extension() == ".ply" ? write_ply(path.string(), mesh) : write_obj(path.string(), mesh);
+}
+
+Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<Midsurface>& made) {
   SceneBody body;
   body.visual = options.visual.string();
   body.collision = options.collision.string();
+  body.options.collision_triangles = options.triangles;
   body.scale = options.scale;
   body.thickness = options.thickness;
   body.exact_paths = options.exact_paths;
   ProgressBar bar(options.quiet);
-  Result<SceneBodyLoaded> loaded = load_scene_body(body, bar.callback());
+  Result<SceneBodyLoaded> loaded = load_scene_body(body, bar.callback(), &made);
+  if (made && !options.diagnose.empty()) {
+    if (options.diagnose.has_parent_path()) KERF_TRY(make_folder(options.diagnose.parent_path()));
+    KERF_TRY(write_diagnosis(options.diagnose.string(), made->diagnosis));
+  }
   if (!loaded.ok()) return loaded;
+  if (made && !options.write_collision.empty()) KERF_TRY(save_collision(options.write_collision, made->collision));
   if (options.out.has_parent_path()) KERF_TRY(make_folder(options.out.parent_path()));
   KERF_TRY(save_bound_body(loaded->bound, options.out));
   return loaded;
 }
 
+/// What the collision mesh that was made is like, one row each.
+std::string quality_table(const Midsurface& m) {
+  const MidsurfaceQuality& q = m.quality;
+  const double degrees = 57.29577951308232, h = q.mean_half_thickness;
+  std::string out = fmt::format("collision mesh made in {:.3g} s: {} triangles (bends ask for {:.0f})\n", m.seconds.total,
+                                m.collision.triangles.size(), q.need);
+  const auto row = [&](const char* what, const std::string& value) { out += fmt::format("  {:<34}{}\n", what, value); };
+  row("half thickness", fmt::format("{:.3g} mm on average; {:.2g} times as wide as thick", 1e3 * h,
+                                    m.verdict.width_over_thickness));
+  row("smallest angle", fmt::format("{:.0f} degrees, {:.0f} on average", degrees * q.smallest_angle,
+                                    degrees * q.mean_smallest_angle));
+  row("off the medial surface", fmt::format("{:.1f} % of the half thickness on average, {:.0f} % at most",
+                                            100 * q.medial_mean, 100 * q.medial_max));
+  row("error of the thickness", fmt::format("{:.1f} % on average, {:.0f} % at most", 100 * q.thickness_mean,
+                                            100 * q.thickness_max));
+  row("surface to prisms", fmt::format("{:.2g} half thicknesses on average, {:.2g} at most", q.to_prisms_mean / h,
+                                       q.to_prisms_max / h));
+  row("prisms to surface", fmt::format("{:.2g} half thicknesses at most", q.to_visual_max / h));
+  row("normals that meet both sides", fmt::format("{:.4g} %", 100 * q.good_rays));
+  return out;
+}
+
 }  // namespace
 
 int bind_meshes(const BindOptions& options) {
-  const Result<SceneBodyLoaded> loaded = bind_and_save(options);
+  std::optional<Midsurface> made;
+  const Result<SceneBodyLoaded> loaded = bind_and_save(options, made);
   if (!loaded.ok()) return report(loaded.error());
   if (options.quiet) return kSuccess;
   for (const std::string& note : loaded->notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+  if (made) std::fputs(quality_table(*made).c_str(), stdout);
   const BindReport& r = loaded->bound.report;
   std::fputs(
       fmt::format("bound {} visual triangles to {} collision triangles ({}) in {:.3g} s; "

@@ -1,4 +1,4 @@
-// kerf bind VISUAL --collision MESH --out FILE
+// kerf bind VISUAL [--collision MESH] --out FILE
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,10 @@ namespace kerf::app {
 
 struct BindOptions {
   std::filesystem::path visual;
-  std::filesystem::path collision;
+  std::filesystem::path collision;        ///< empty: made automatically from a closed visual mesh
+  std::filesystem::path write_collision;  ///< where to save the mesh that was made; empty: nowhere
+  std::filesystem::path diagnose;         ///< where to save the coloured surface (PLY); empty: nowhere
+  std::size_t triangles = 0;              ///< wanted of the mesh that is made; 0: as many as it needs
   std::filesystem::path out;
   double scale = 1;                 ///< metres per unit of the files
   std::optional<double> thickness;  ///< metres, for an open visual mesh

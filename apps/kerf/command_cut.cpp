@@ -43,9 +43,6 @@ int cut_body(const CutOptions& options) {
       for (const ModelName& model : model_names()) models += (models.empty() ? "" : ", ") + std::string(model.name);
       return report(bad_input(fmt::format("cut: there is no file \"{}\", and no model of that name (models: {})", options.body, models)));
     }
-    return report(bad_input(fmt::format("cut: {} is a mesh file; give its mid-surface too: --collision MESH, or bind them first "
-                                        "(kerf bind) and cut the .kerf file",
-                                        options.body)));
   }
   Scene scene;
   scene.name = std::filesystem::path(options.body).stem().string();

@@ -78,9 +78,22 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       ->add_option("VISUAL", options.visual,
                    "Mesh that is drawn: OBJ, PLY, STL or OFF, closed or an open sheet")
       ->required();
-  command->add_option("-c,--collision", options.collision, "Mesh of the mid-surface, with a border")
-      ->required();
+  CLI::Option* collision = command->add_option(
+      "-c,--collision", options.collision,
+      "Mesh of the mid-surface, with a border; without it one is made from a closed visual mesh");
   command->add_option("-o,--out", options.out, "File for the bound body, usually .kerf")->required();
+  command
+      ->add_option("--triangles", options.triangles,
+                   "Triangles of the collision mesh that is made; default: 160, or what the bends need")
+      ->check(CLI::Range(std::size_t{8}, std::size_t{100000}))
+      ->excludes(collision);
+  command
+      ->add_option("--write-collision", options.write_collision, "Save the collision mesh that is made (OBJ or PLY)")
+      ->excludes(collision);
+  command
+      ->add_option("--diagnose", options.diagnose,
+                   "Save the surface as it was judged (PLY): sides, confidence, thickness, what speaks against it")
+      ->excludes(collision);
   command->add_option("--scale", options.scale, "Metres per unit of the files")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -92,7 +105,8 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       "Examples:\n"
       "  kerf make steak --out steak && kerf bind steak/visual.obj --collision steak/collision.obj --out "
       "steak.kerf\n"
-      "  kerf bind knee.stl --collision knee-middle.obj --scale 0.001 --out knee.kerf     millimetres\n"
+      "  kerf bind meniscus.stl --scale 0.001 --out meniscus.kerf     makes the collision mesh; the file is in millimetres\n"
+      "  kerf bind knee.stl --collision knee-middle.obj --scale 0.001 --out knee.kerf\n"
       "A scene uses the result with:  [body] bound = \"steak.kerf\"");
   command->callback([&options, &chosen] { chosen = [&options] { return bind_meshes(options); }; });
 }

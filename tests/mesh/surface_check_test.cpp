@@ -203,7 +203,7 @@ TEST(SurfaceMeasures, ClosedForms) {
 
 TEST(SurfaceCheck, SoundSurfacesStayAsTheyAre) {
   for (const TriangleMesh& good :
-       {box_mesh(), grid_mesh(5, 4), torus_mesh(9, 7, 2, 0.5), band_mesh(10, 0), band_mesh(10, 2)}) {
+       {box_mesh(), grid_mesh(5, 4), torus_mesh(9, 7, 1, 0.25), band_mesh(10, 0), band_mesh(10, 2)}) {
     TriangleMesh mesh = good;
     const SurfaceReport report = accepted(mesh);
     EXPECT_THAT(report.repairs, IsEmpty());
@@ -525,7 +525,7 @@ TEST(SurfaceCheck, Scale) {
   EXPECT_THAT(refused(scaled(1, {1e8, 0, 0})), HasSubstr("move it to the origin"));
   EXPECT_THAT(refused(scaled(1, {-1e8, 0, 0})), HasSubstr("1e+08 m from the origin"));
   TriangleMesh millimetres = scaled(45);
-  EXPECT_THAT(accepted(millimetres).warnings, ElementsAre(HasSubstr("give `scale` (0.001 for millimetres)")));
+  EXPECT_THAT(accepted(millimetres).warnings, ElementsAre(HasSubstr("give `scale` (--scale 0.001 for millimetres)")));
   TriangleMesh far = scaled(1, {0, 1e5, 0});
   EXPECT_THAT(accepted(far).warnings, ElementsAre(HasSubstr("moving it nearer")));
   TriangleMesh outlier = box_mesh();

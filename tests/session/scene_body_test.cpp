@@ -79,6 +79,41 @@ TEST_F(SceneBodyTest, ABoundBodyComesBack) {
   EXPECT_EQ(loaded->bound.complex.visual.rest.raw(), made->bound.complex.visual.rest.raw());
 }
 
+TEST_F(SceneBodyTest, AClosedMeshAloneIsEnough) {
+  const Result<Model> steak = make_model("steak", {});
+  ASSERT_TRUE(steak.ok());
+  ASSERT_TRUE(write_obj(file("steak.obj"), steak->visual).ok());
+  SceneBody body;
+  body.visual = file("steak.obj");
+  body.options.collision_triangles = 120;
+  std::optional<Midsurface> made;
+  const Result<SceneBodyLoaded> loaded = load_scene_body(body, {}, &made);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  ASSERT_TRUE(made.has_value());
+  EXPECT_EQ(made->verdict.thinness, Thinness::kThin);
+  EXPECT_NEAR(static_cast<double>(loaded->bound.complex.collision.face_count()), 120, 6);
+  EXPECT_TRUE(validate_binding(loaded->bound.complex).ok());
+}
+
+TEST_F(SceneBodyTest, ABodyThatIsNotThinIsRefusedWithReasons) {
+  TriangleMesh cube;
+  for (int i = 0; i < 8; ++i)
+    cube.positions.push_back({static_cast<double>(i & 1), static_cast<double>(i >> 1 & 1), static_cast<double>(i >> 2)});
+  const int faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                            {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  for (const auto& f : faces) cube.triangles.push_back({VertexId(f[0]), VertexId(f[1]), VertexId(f[2])});
+  ASSERT_TRUE(write_obj(file("cube.obj"), cube).ok());
+  SceneBody body;
+  body.visual = file("cube.obj");
+  std::optional<Midsurface> made;
+  const Result<SceneBodyLoaded> loaded = load_scene_body(body, {}, &made);
+  ASSERT_FALSE(loaded.ok());
+  EXPECT_THAT(loaded.error().message, HasSubstr("no collision mesh could be made"));
+  EXPECT_THAT(loaded.error().message, HasSubstr("--collision"));
+  ASSERT_TRUE(made.has_value());
+  EXPECT_FALSE(made->diagnosis.surface.triangles.empty());
+}
+
 TEST_F(SceneBodyTest, ErrorsNameTheFile) {
   write_sheet();
   SceneBody body;

@@ -1,6 +1,8 @@
 // Triangle meshes in files: OBJ, PLY, STL and OFF in; OBJ and PLY out.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +32,17 @@ Status write_obj(const std::string& path, const TriangleMesh& mesh,
 /// and groups
 /// (`group`) where the mesh has them. An existing file is replaced in one go.
 Status write_ply(const std::string& path, const TriangleMesh& mesh);
+
+/// Numbers of every triangle, for write_coloured_ply.
+struct TriangleColumn {
+  std::string name;  ///< a word
+  std::vector<float> values;
+};
+/// Writes a binary PLY for looking at: every triangle has corners of its own in its colour (red, green, blue), and
+/// properties of the columns' names. An existing file is replaced in one go.
+Status write_coloured_ply(const std::string& path, const TriangleMesh& mesh,
+                          const std::vector<std::array<std::uint8_t, 3>>& colours,
+                          const std::vector<TriangleColumn>& columns);
 
 /// What both writers refuse before they touch the disk: corners that don't exist, positions that are not
 /// finite, texture or groups that are not one for every triangle.

@@ -624,4 +624,38 @@ Status write_ply(const std::string& path, const TriangleMesh& mesh) {
   return file.commit();
 }
 
+Status write_coloured_ply(const std::string& path, const TriangleMesh& mesh,
+                          const std::vector<std::array<std::uint8_t, 3>>& colours,
+                          const std::vector<TriangleColumn>& columns) {
+  KERF_TRY(check_writable(path, mesh));
+  const std::size_t n = mesh.triangles.size();
+  bool complete = colours.size() == n;
+  std::string properties;
+  for (const TriangleColumn& c : columns) {
+    complete = complete && c.values.size() == n;
+    properties += fmt::format("property float {}\n", c.name);
+  }
+  if (!complete) return failed(path + ": colours or columns are not one for every triangle");
+  ReplacingFile file(path);
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment metres\nelement vertex {}\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face {}\n"
+      "property list uchar int vertex_indices\n{}end_header\n",
+      3 * n, n, properties);
+  for (std::size_t t = 0; t < n; ++t)
+    for (const VertexId v : mesh.triangles.raw()[t]) {
+      const Vec3f p = to_float(mesh.positions[v]);
+      append(bytes, std::array<float, 3>{p.x, p.y, p.z});
+      append(bytes, colours[t]);
+    }
+  for (std::size_t t = 0; t < n; ++t) {
+    bytes += '\3';
+    const auto first = static_cast<std::int32_t>(3 * t);
+    append(bytes, std::array<std::int32_t, 3>{first, first + 1, first + 2});
+    for (const TriangleColumn& c : columns) append(bytes, c.values[t]);
+  }
+  file.write(bytes);
+  return file.commit();
+}
+
 }  // namespace kerf

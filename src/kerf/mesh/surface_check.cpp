@@ -97,7 +97,7 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who,
   if (diagonal > kUsualLargest || diagonal < kUsualSmallest) {
     warnings.push_back(fmt::format(
         "{}the surface is {:.3g} m across; if the file is not in metres, give `scale` ({})", who, diagonal,
-        diagonal > kUsualLargest ? "0.001 for millimetres" : "1000 for kilometres, say"));
+        diagonal > kUsualLargest ? "--scale 0.001 for millimetres" : "1000 for kilometres, say"));
   }
   return box;
 }

@@ -21,7 +21,7 @@ inline constexpr double kSmallestDiagonal = 1e-6;
 inline constexpr double kLargestDiagonal = 1e6;
 /// Metres: a diagonal outside gets a warning, since the file is likely not in metres.
 inline constexpr double kUsualSmallest = 1e-3;
-inline constexpr double kUsualLargest = 10;
+inline constexpr double kUsualLargest = 5;
 /// Distance from the origin over diagonal: beyond this a warning is due.
 inline constexpr double kUsualDistance = 1e3;
 

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <filesystem>
 
+#include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/surface_measures.h"
+#include "kerf/mesh/surface_tolerances.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/engine_impl.h"
 #include "kerf/session/run_outputs.h"
@@ -43,6 +46,13 @@ std::string plain_stem(const std::string& name) {
 
 bool inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
   return path.empty() || path.lexically_normal().parent_path() == folder.lexically_normal();
+}
+
+/// A page can't ask for the unit before it has seen the body, and files that others made are mostly in millimetres: larger
+/// bodies than anyone cuts are.
+bool is_in_millimetres(const std::string& file) {
+  const auto mesh = read_mesh(file);
+  return mesh.ok() && surface_measures(*mesh).box.diagonal() > kUsualLargest;
 }
 
 }  // namespace
@@ -235,6 +245,7 @@ Status Engine::Impl::load_upload(EngineClient& client, std::uint32_t upload, con
   SceneSource from;
   from.folder = place->path();
   SceneOverrides with = options.overrides;
+  const bool meshes = !parts[2] && parts[0];
 
   if (parts[2] && lower_extension(parts[2]->name) == ".toml") {
     from.text = parts[2]->bytes;
@@ -245,14 +256,15 @@ Status Engine::Impl::load_upload(EngineClient& client, std::uint32_t upload, con
     from.text = fmt::format("title = \"{}\"\n[body]\nbound = \"body.kerf\"\n", from.name) + kUploadSimulation;
   } else if (parts[0]) {
     const std::string visual = "visual" + lower_extension(parts[0]->name);
-    std::string collision = visual;
+    std::string collision;
     from.name = plain_stem(parts[0]->name);
     from.files.push_back({visual, std::move(parts[0]->bytes)});
     if (parts[1]) {
       collision = "collision" + lower_extension(parts[1]->name);
       from.files.push_back({collision, std::move(parts[1]->bytes)});
+      collision = fmt::format("collision = \"{}\"\n", collision);
     }
-    from.text = fmt::format("title = \"{}\"\n[body]\nvisual = \"{}\"\ncollision = \"{}\"\n", from.name, visual, collision);
+    from.text = fmt::format("title = \"{}\"\n[body]\nvisual = \"{}\"\n{}", from.name, visual, collision);
     if (!thickness.empty()) {
       double metres = 0;
       const auto [end, error] = std::from_chars(thickness.data(), thickness.data() + thickness.size(), metres);
@@ -267,6 +279,10 @@ Status Engine::Impl::load_upload(EngineClient& client, std::uint32_t upload, con
   for (const char* known : {".obj", ".ply", ".stl", ".off", ".kerf"})
     for (const SceneSource::File& f : from.files)
       if (lower_extension(f.name) == known) KERF_TRY(replace_file((place->path() / f.name).string(), f.bytes));
+  if (meshes && is_in_millimetres((place->path() / from.files[0].name).string())) {
+    from.text.insert(from.text.find(kUploadSimulation), "scale = 0.001\n");
+    from.text.replace(0, from.text.find('\n'), fmt::format("title = \"{} (taken to be in millimetres)\"", from.name));
+  }
   for (const SceneSource::File& f : from.files) {
     std::error_code code;
     if (!std::filesystem::exists(place->path() / f.name, code))

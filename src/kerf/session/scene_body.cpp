@@ -7,6 +7,8 @@
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_check.h"
+#include "kerf/mesh/surface_tolerances.h"
+#include "kerf/session/automatic_body.h"
 
 namespace kerf {
 namespace {
@@ -19,7 +21,7 @@ void add_notes(std::vector<std::string>& notes, const std::string& file,
   }
 }
 
-Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedness closedness,
+Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedness closedness, double weld_tolerance,
                                   const Progress& progress, std::vector<std::string>& notes) {
   if (progress) progress("read", 0);
   Result<TriangleMesh> mesh = read_mesh(file);
@@ -31,6 +33,7 @@ Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedn
   SurfaceRequirements requirements;
   requirements.name = file;
   requirements.closedness = closedness;
+  requirements.weld_tolerance = weld_tolerance;
   const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
   if (!checked.ok()) return checked.error();
   add_notes(notes, file, checked->repairs);
@@ -38,10 +41,33 @@ Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedn
   return mesh;
 }
 
+Error named(Error error, const std::string& name) {
+  error.message = fmt::format("{}: {}", name, error.message);
+  return error;
+}
+
+/// What people should know about a collision mesh that was made for them.
+std::vector<std::string> remarks(const Midsurface& m) {
+  std::vector<std::string> out = m.notes;
+  out.insert(out.end(), m.verdict.warnings.begin(), m.verdict.warnings.end());
+  return out;
+}
+
+Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& visual, const BindOptions& options,
+                                     std::vector<std::string>& notes, std::optional<Midsurface>* made) {
+  Result<AutomaticBody> automatic = make_automatic_body(visual, body.options.collision_triangles, options);
+  if (!automatic.ok()) return automatic.error();
+  add_notes(notes, body.visual, remarks(automatic->midsurface));
+  const bool thin = automatic->bound.has_value();
+  const std::string why = thin ? std::string() : not_thin_message(automatic->midsurface);
+  if (made != nullptr) *made = std::move(automatic->midsurface);
+  if (!thin) return bad_input(why);
+  return std::move(*automatic->bound);
+}
 
 }  // namespace
 
-Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress) {
+Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress, std::optional<Midsurface>* made) {
   SceneBodyLoaded out;
   if (!body.bound.empty()) {
     if (progress) progress("load", 0);
@@ -70,26 +96,36 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     collision = std::move(model->collision);
     name = body.model;
   } else {
-    Result<TriangleMesh> read = read_surface(body.visual, body.scale, Closedness::kAny, progress, out.notes);
+    // Files that close only when nearly equal corners are one: the automatic mesh needs a closed surface.
+    const double weld = body.collision.empty() ? kWeldTolerance : 0;
+    Result<TriangleMesh> read = read_surface(body.visual, body.scale, Closedness::kAny, weld, progress, out.notes);
     if (!read.ok()) return read.error();
     visual = std::move(*read);
-    read = read_surface(body.collision, body.scale, Closedness::kOpen, progress, out.notes);
-    if (!read.ok()) return read.error();
-    collision = std::move(*read);
     if (const SurfaceMeasures m = surface_measures(visual); !body.thickness && !m.closed) {
       return bad_input(fmt::format("{} is an open surface ({} of {} edges lie on a border). If it should be closed, close the "
                                    "holes (kerf info counts them); if it is meant as a sheet, say how thick it is: thickness "
                                    "= metres in [body], or --thickness",
                                    body.visual, m.border_edges, m.edges));
     }
-    name = body.visual + " with " + body.collision;
+    if (body.collision.empty()) {
+      if (surface_measures(visual).closed) {
+        Result<BoundBody> bound = bind_automatically(body, visual, options, out.notes, made);
+        if (!bound.ok()) return named(bound.error(), body.visual);
+        out.bound = std::move(*bound);
+        add_notes(out.notes, body.visual, out.bound.report.warnings);
+        return out;
+      }
+      collision = visual;  // an open sheet may be its own
+      name = body.visual;
+    } else {
+      read = read_surface(body.collision, body.scale, Closedness::kOpen, 0, progress, out.notes);
+      if (!read.ok()) return read.error();
+      collision = std::move(*read);
+      name = body.visual + " with " + body.collision;
+    }
   }
   Result<BoundBody> bound = bind(visual, collision, options);
-  if (!bound.ok()) {
-    Error error = bound.error();
-    error.message = fmt::format("{}: {}", name, error.message);
-    return error;
-  }
+  if (!bound.ok()) return named(bound.error(), name);
   out.bound = std::move(*bound);
   add_notes(out.notes, name, out.bound.report.warnings);
   return out;

@@ -9,6 +9,7 @@
 #include "kerf/base/result.h"
 #include "kerf/binding/bind.h"
 #include "kerf/mesh/models.h"
+#include "kerf/midsurface/midsurface.h"
 #include "kerf/session/scene.h"
 
 namespace kerf {
@@ -23,8 +24,10 @@ struct SceneBodyLoaded {
 };
 
 /// Makes or reads the body and binds it, or loads a bound one. Bad input, naming file and element: whatever
-/// make_model, read_mesh, check_surface, bind and load_bound_body refuse, and an open visual mesh without a
-/// thickness.
-Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress = {});
+/// make_model, read_mesh, check_surface, bind and load_bound_body refuse, an open visual mesh without a
+/// thickness, and a closed one without collision mesh that is not thin. made: receives the automatic mid-surface, if one
+/// was made, even when the body is refused.
+Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress = {},
+                                        std::optional<Midsurface>* made = nullptr);
 
 }  // namespace kerf

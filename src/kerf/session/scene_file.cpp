@@ -505,10 +505,6 @@ class SceneReader {
     }
     if (table.contains("collision") && !visual)
       problem(line_of(*table.get("collision")), "collision of [body] goes with visual");
-    if (visual && !table.contains("collision")) {
-      problem(line_of(*table.get("visual")),
-              "[body] with visual needs collision = \"file.obj\" too: the mesh of the mid-surface");
-    }
     if (table.contains("scale") && !visual) {
       problem(line_of(*table.get("scale")),
               "scale of [body] goes with visual: models and bound bodies are in metres");

@@ -68,7 +68,8 @@ std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
       {"visual", SceneFilePath<T>{&T::visual}, "", kAny, false,
        "Mesh file that is drawn (OBJ, PLY, STL, OFF), relative to the scene."},
       {"collision", SceneFilePath<T>{&T::collision}, "", kAny, false,
-       "Mesh file of the mid-surface, relative to the scene. Goes with visual."},
+       "Mesh file of the mid-surface, relative to the scene. Goes with visual. Without it one is made for a closed "
+       "visual mesh, and an open one is its own."},
       {"bound", SceneFilePath<T>{&T::bound}, "", kAny, false,
        "A body saved by kerf bind, relative to the scene."},
       {"scale", &T::scale, "m per unit", kPositive, false,

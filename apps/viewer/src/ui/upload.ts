@@ -44,12 +44,24 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
       return;
     }
     files = list;
+    if (files.length === 1) {  // a closed mesh needs nothing else; an open one is asked for its thickness
+      toast(`Opening ${files[0]!.name}: its collision mesh is being made.`);
+      send([{ part: UploadPart.Visual, file: files[0]! }], '').catch((e: unknown) => {
+        toast(e instanceof Error ? e.message : String(e), true);
+        ask();
+      });
+      return;
+    }
+    ask();
+  };
+
+  const ask = (): void => {
     const sorted = sortMeshes(files);
     const options = (none: string | null): HTMLOptionElement[] => [
       ...(none ? [new Option(none, '-1')] : []), ...files.map((f, i) => new Option(f.name, String(i))),
     ];
     visual.replaceChildren(...options(null));
-    collision.replaceChildren(...options('none: the same mesh'));
+    collision.replaceChildren(...options('none: made from the visual mesh'));
     visual.value = String(sorted.visual);
     collision.value = String(sorted.collision);
     progress.hidden = true;

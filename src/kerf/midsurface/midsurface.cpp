@@ -1,0 +1,164 @@
+#include "kerf/midsurface/midsurface.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "kerf/midsurface/quality.h"
+#include "kerf/midsurface/relax.h"
+#include "kerf/midsurface/surface_filter.h"
+#include "kerf/midsurface/verdict.h"
+
+namespace kerf {
+namespace {
+
+using namespace mid;
+
+constexpr double kDefaultTriangles = 160;
+constexpr double kMostByNeed = 1500;     // triangles that the bends may ask for by themselves
+constexpr double kMostSpanning = 0.1;    // of the inner edges may join two rim vertices
+constexpr int kTries = 4;
+constexpr double kMore = 1.3;            // times as many triangles after a try that left something bad
+
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double s = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return s;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+MidsurfaceDiagnosis diagnosis(const SurfaceMesh& m, const Pairing& pairing, const SideLabels& labels,
+                              std::vector<std::uint8_t> flag) {
+  MidsurfaceDiagnosis out;
+  out.surface = to_triangle_mesh(m);
+  out.flag = std::move(flag);
+  for (std::int32_t f = 0; f < m.face_count(); ++f) {
+    const Pair& p = pairing.pair[f];
+    out.side.push_back(static_cast<float>(field_at(m, labels.field, f)));
+    out.confidence.push_back(static_cast<float>(p.confidence));
+    out.thickness.push_back(static_cast<float>(p.face < 0 ? 0 : p.distance));
+  }
+  return out;
+}
+
+struct Try {
+  CoarseMesh mesh;
+  RelaxReport relaxed;
+  MidsurfaceQuality quality;
+  [[nodiscard]] bool good() const { return relaxed.blind.empty() && quality.spanning_edges <= kMostSpanning; }
+};
+
+}  // namespace
+
+Result<Midsurface> make_midsurface(const TriangleMesh& surface, const MidsurfaceOptions& options) {
+  Midsurface out;
+  Stopwatch watch, total;
+  const auto tell = [&](std::string_view stage) {
+    if (options.progress) options.progress(stage, 0);
+  };
+  tell("mid-surface: prepare");
+  auto connected = connect(surface);
+  if (!connected) return connected.error();
+  SurfaceMesh filtered = std::move(*connected);
+  for (const std::int32_t t : filtered.twin)
+    if (t < 0) return bad_input("only closed surfaces have a mid-surface; close the holes, or give a collision mesh");
+  // Work around the origin: positions far away would lose digits in products.
+  Box3 box;
+  for (const Vec3 p : filtered.position) box.add(p);
+  const Vec3 centre = box.center();
+  for (Vec3& p : filtered.position) p = p - centre;
+  const std::vector<Vec3> visual = filtered.position;
+  const FilterReport filter = filter_surface(filtered);
+  if (filter.spikes > 0)
+    out.notes.push_back(fmt::format("{} spikes were left out of account, the first at ({:.4g}, {:.4g}, {:.4g})",
+                                    filter.spikes, filter.spike_places[0].x + centre.x,
+                                    filter.spike_places[0].y + centre.y, filter.spike_places[0].z + centre.z));
+  if (filter.smoothing_steps > 0)
+    out.notes.push_back(fmt::format("the surface is rough (neighbouring triangles turn by {:.0f} degrees); a copy smoothed {} "
+                                    "times was used to find the middle",
+                                    filter.roughness * 57.29577951308232, filter.smoothing_steps));
+  out.seconds.prepare = watch.lap();
+
+  tell("mid-surface: divide");
+  const WorkingMesh work = make_working_mesh(std::move(filtered));
+  const TriangleBvh bvh(work.mesh.view());
+  out.seconds.working = watch.lap();
+
+  tell("mid-surface: pairs");
+  const Pairing pairing = find_pairs(work.mesh, bvh, work.thickness);
+  out.seconds.pairs = watch.lap();
+
+  tell("mid-surface: sides");
+  const SideLabels labels = label_sides(work.mesh, pairing, work.thickness);
+  auto plus = cut_side(work.mesh, labels.field, 1), minus = cut_side(work.mesh, labels.field, -1);
+  if (!plus) return plus.error();
+  if (!minus) return minus.error();
+  std::vector<std::uint8_t> flag;
+  const bool two_sides = judge_sides(work.mesh, pairing, labels, plus->mesh, minus->mesh, out.verdict, flag);
+  out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
+  for (Vec3& p : out.diagnosis.surface.positions) p += centre;
+  out.seconds.labels = watch.lap();
+  const auto finish = [&] {
+    for (MidsurfacePlace& p : out.verdict.places) p.point += centre;
+    out.seconds.total = total.lap();
+  };
+  if (!two_sides) {
+    finish();
+    return out;
+  }
+
+  tell("mid-surface: sheet");
+  const MidSheet sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
+  judge_sheet(sheet, work, out.verdict);
+  out.seconds.sheet = watch.lap();
+  if (out.verdict.thinness == Thinness::kNotThin) {
+    finish();
+    return out;
+  }
+
+  const SheetSampler sampler(sheet);
+  const TwoSidedRays rays(work.mesh, bvh, labels.field, pairing.normal);
+  const auto attempt = [&](double target) {
+    Try t;
+    const SheetSizes sizes = sheet_sizes(sheet, target);
+    tell("mid-surface: triangles");
+    t.mesh = remesh(sampler, sizes, target);
+    out.seconds.remesh += watch.lap();
+    tell("mid-surface: middle");
+    t.relaxed = relax_to_middle(t.mesh, sampler, sizes, rays);
+    out.seconds.relax += watch.lap();
+    tell("mid-surface: quality");
+    t.quality = measure_quality(t.mesh, {work.mesh, bvh, labels, visual});
+    t.quality.need = sizes.need;
+    out.seconds.quality += watch.lap();
+    return t;
+  };
+  double target = static_cast<double>(options.triangles);
+  if (options.triangles == 0)
+    target = std::clamp(sheet_sizes(sheet, kDefaultTriangles).need, kDefaultTriangles, kMostByNeed);
+  Try best = attempt(target);
+  for (int i = 1; i < kTries && !best.good(); ++i) {
+    target *= kMore;
+    Try next = attempt(target);
+    if (next.relaxed.blind.size() <= best.relaxed.blind.size()) best = std::move(next);
+  }
+  out.quality = best.quality;
+  std::int32_t inner = 0;
+  for (const std::int32_t c : best.mesh.curve) inner += c < 0;
+  out.quality.good_rays = inner > 0 ? 1 - static_cast<double>(best.relaxed.blind.size()) / inner : 1;
+  for (Vec3& p : best.mesh.mesh.position) p += centre;
+  out.collision = to_triangle_mesh(best.mesh.mesh);
+  out.half_thickness = best.mesh.half_thickness;
+  finish();
+  return out;
+}
+
+}  // namespace kerf

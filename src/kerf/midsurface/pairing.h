@@ -1,0 +1,28 @@
+// What lies opposite: for every face of the working mesh the face that a ray into the body meets, and how sure it is
+// that the two belong to the two sides of a thin body.
+#pragma once
+
+#include "kerf/midsurface/surface_mesh.h"
+#include "kerf/spatial/bvh.h"
+
+namespace kerf::mid {
+
+struct Pair {
+  std::int32_t face = -1;                     ///< opposite; -1: the ray met nothing
+  std::array<double, 3> barycentric{};        ///< of the hit in it
+  double distance = 0;                        ///< metres
+  double confidence = 0;                      ///< 0 to 1
+};
+
+struct Pairing {
+  Column<Vec3> normal;  ///< |F|, unit, smoothed but not across creases
+  Column<Pair> pair;    ///< |F|
+  double mean_confidence = 0;  ///< over the area
+};
+
+/// confidence = max(0, -n . n')^2 rho^3, rho = distance of the ray's middle to the surface over half its length: 1 where
+/// that middle is on the medial surface, next to 0 for a face of the rim whose ray runs along the sheet. No threshold and
+/// no global thickness comes in. One ray and one closest point for each face, in parallel.
+Pairing find_pairs(const SurfaceMesh& mesh, const TriangleBvh& bvh, double thickness);
+
+}  // namespace kerf::mid

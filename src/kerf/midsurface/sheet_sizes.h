@@ -1,0 +1,18 @@
+// How large the triangles of the collision mesh should be where.
+#pragma once
+
+#include "kerf/midsurface/mid_sheet.h"
+
+namespace kerf::mid {
+
+struct SheetSizes {
+  Column<double> size;  ///< |V| of the sheet: wanted edge length, metres
+  double largest = 0;   ///< metres
+  double need = 0;      ///< triangles that the bends ask for, whatever the target is
+};
+
+/// Edges whose chord stays within a fifth of the half thickness of the bent sheet, graded, and cut off at the length that
+/// gives `target` triangles in all.
+SheetSizes sheet_sizes(const MidSheet& sheet, double target);
+
+}  // namespace kerf::mid

@@ -1,0 +1,181 @@
+#include "kerf/midsurface/working_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/midsurface/edit_mesh.h"
+#include "kerf/midsurface/surface_filter.h"
+
+namespace kerf::mid {
+namespace {
+
+constexpr double kFewest = 8000, kMost = 50000;
+constexpr double kTurn = 0.2;        // cosine: a collapse may turn a face by 78 degrees
+constexpr double kDeviation = 0.02;  // of the mean thickness
+constexpr double kShort = 0.8, kLong = 1.5;
+
+/// Edge length of `n` equilateral triangles of that area together.
+double edge_for(double area, double n) { return std::sqrt(area / n * 4 / std::sqrt(3.0)); }
+
+/// Sum of squared distances to planes, weighted by area.
+struct Quadric {
+  double a[6] = {}, b[3] = {}, c = 0, area = 0;
+  void add_plane(Vec3 n, double d, double w) {
+    const double x[3] = {n.x, n.y, n.z};
+    int k = 0;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) a[k++] += w * x[i] * x[j];
+      b[i] += w * d * x[i];
+    }
+    c += w * d * d;
+    area += w;
+  }
+  Quadric& operator+=(const Quadric& q) {
+    for (int i = 0; i < 6; ++i) a[i] += q.a[i];
+    for (int i = 0; i < 3; ++i) b[i] += q.b[i];
+    c += q.c;
+    area += q.area;
+    return *this;
+  }
+  [[nodiscard]] double at(Vec3 p) const {
+    return p.x * (a[0] * p.x + 2 * (a[1] * p.y + a[2] * p.z + b[0])) + p.y * (a[3] * p.y + 2 * (a[4] * p.z + b[1])) +
+           p.z * (a[5] * p.z + 2 * b[2]) + c;
+  }
+};
+
+/// Half-edges, one for each edge, whose length is under the limit, shortest first in 64 classes.
+std::vector<std::int32_t> short_edges(const SurfaceMesh& m, double limit) {
+  constexpr int kClasses = 64;
+  std::vector<std::vector<std::int32_t>> classes(kClasses);
+  for (std::int32_t h = 0; h < m.origin.count(); ++h) {
+    if (!m.is_edge(h)) continue;
+    const double length = m.length(h);
+    if (length < limit) classes[static_cast<std::size_t>(kClasses * (length / limit) * 0.999999)].push_back(h);
+  }
+  std::vector<std::int32_t> out;
+  for (const auto& c : classes) out.insert(out.end(), c.begin(), c.end());
+  return out;
+}
+
+class Coarsener {
+ public:
+  Coarsener(SurfaceMesh& mesh, double deviation) : m_(mesh), deviation_(deviation * deviation) {
+    quadric_.resize(m_.position.size());
+    for (std::int32_t f = 0; f < m_.face_count(); ++f) {
+      if (!m_.has_face(f)) continue;
+      const Vec3 n = m_.area_vector(f), unit = normalized(n);
+      const double d = -dot(unit, m_.position[m_.origin[3 * f]]), w = norm(n);
+      for (int k = 0; k < 3; ++k) quadric_[m_.origin[3 * f + k]].add_plane(unit, d, w);
+    }
+  }
+
+  /// Collapses edges shorter than the limit; returns how many.
+  std::int32_t pass(double limit, double longest) {
+    std::int32_t done = 0;
+    for (const std::int32_t h : short_edges(m_, limit)) {
+      if (m_.origin[h] < 0 || m_.length(h) >= limit) continue;
+      done += try_collapse(h, longest);
+    }
+    return done;
+  }
+
+ private:
+  bool try_collapse(std::int32_t h, double longest) {
+    const std::int32_t a = m_.from(h), b = m_.to(h);
+    Quadric q = quadric_[a];
+    q += quadric_[b];
+    const Vec3 pa = m_.position[a], pb = m_.position[b], places[3] = {0.5 * (pa + pb), pa, pb};
+    int best = -1;
+    double least = deviation_ * q.area;
+    for (int i = 0; i < 3; ++i) {
+      // A corner is taken instead of the middle only where it is clearly better.
+      const double e = std::fabs(q.at(places[i])) * (i == 0 ? 1.0 : 1.5);
+      if (e < least) {
+        least = e;
+        best = i;
+      }
+    }
+    if (best < 0 || !keeps_shape(a, b, places[best], longest) || !keeps_shape(b, a, places[best], longest)) return false;
+    if (!can_collapse(m_, h, scratch_)) return false;
+    collapse(m_, h);
+    m_.position[b] = places[best];
+    quadric_[b] = q;
+    return true;
+  }
+
+  [[nodiscard]] bool keeps_shape(std::int32_t v, std::int32_t other, Vec3 place, double longest) const {
+    bool good = true;
+    m_.for_each_outgoing(v, [&](std::int32_t e) {
+      const std::int32_t x = m_.to(e), y = m_.apex(e);
+      if (!good || x == other || y == other) return;
+      const Vec3 p = m_.position[x], q = m_.position[y], old = cross(p - m_.position[v], q - m_.position[v]),
+                 now = cross(p - place, q - place);
+      if (dot(old, now) <= kTurn * norm(old) * norm(now)) good = false;
+      const double length = norm(p - place);
+      if (length > longest && length > 1.1 * norm(p - m_.position[v])) good = false;
+    });
+    return good;
+  }
+
+  SurfaceMesh& m_;
+  Column<Quadric> quadric_;
+  LinkScratch scratch_;
+  double deviation_;
+};
+
+void coarsen(SurfaceMesh& m, double edge, double deviation) {
+  Coarsener coarsener(m, deviation);
+  const double limit = kShort * edge;
+  double first = limit;
+  double sum = 0;
+  std::size_t n = 0;
+  for (std::int32_t h = 0; h < m.origin.count(); h += 7)  // a sample will do
+    if (m.origin[h] >= 0) {
+      sum += m.length(h);
+      ++n;
+    }
+  while (n > 0 && first > 1.2 * sum / static_cast<double>(n)) first *= 0.5;
+  for (double l = first; l < limit; l *= 2) coarsener.pass(l, kLong * l);
+  for (int round = 0; round < 5; ++round)
+    if (100 * coarsener.pass(limit, kLong * edge) < m.face_count() / 100) break;
+}
+
+/// Splits every edge longer than the limit, longest first, until there is none.
+void refine(SurfaceMesh& m, double limit, std::size_t most_faces) {
+  struct Long {
+    double length;
+    std::int32_t h;
+  };
+  for (bool any = true; any;) {
+    std::vector<Long> edges;
+    for (std::int32_t h = 0; h < m.origin.count(); ++h)
+      if (m.is_edge(h) && m.length(h) > limit) edges.push_back({m.length(h), h});
+    std::sort(edges.begin(), edges.end(), [](const Long& x, const Long& y) {
+      return x.length != y.length ? x.length > y.length : x.h < y.h;
+    });
+    any = !edges.empty();
+    for (const Long& e : edges) {
+      if (m.origin.size() >= 3 * most_faces) return;
+      // A split before this one may have changed which edge the number stands for.
+      if (m.length(e.h) > limit) split(m, e.h, 0.5 * (m.position[m.from(e.h)] + m.position[m.to(e.h)]));
+    }
+  }
+}
+
+}  // namespace
+
+WorkingMesh make_working_mesh(SurfaceMesh filtered) {
+  WorkingMesh out;
+  out.thickness = mean_thickness(filtered);
+  const double area = total_area(filtered);
+  out.edge = std::clamp(0.5 * out.thickness, edge_for(area, kMost), edge_for(area, kFewest));
+  out.mesh = std::move(filtered);
+  const std::int32_t before = out.mesh.face_count();
+  coarsen(out.mesh, out.edge, kDeviation * out.thickness);
+  out.mesh = compacted(out.mesh);
+  out.coarsened = out.mesh.face_count() < before;
+  refine(out.mesh, kLong * out.edge, static_cast<std::size_t>(8 * kMost));
+  return out;
+}
+
+}  // namespace kerf::mid

@@ -1,0 +1,20 @@
+// The mesh that sides are told apart on: nearly uniform triangles, 8,000 to 50,000 of them, whatever came in. It makes
+// twelve triangles and a million the same problem.
+#pragma once
+
+#include "kerf/midsurface/surface_mesh.h"
+
+namespace kerf::mid {
+
+struct WorkingMesh {
+  SurfaceMesh mesh;       ///< closed
+  double edge = 0;        ///< wanted edge length, metres
+  double thickness = 0;   ///< t0 = 2 volume / area, metres
+  bool coarsened = false; ///< it is not the very surface any more
+};
+
+/// Short edges of the (filtered) closed surface are collapsed where that moves the surface by less than 2 % of the mean
+/// thickness, long ones are split in the middle. About linear.
+WorkingMesh make_working_mesh(SurfaceMesh filtered);
+
+}  // namespace kerf::mid

@@ -1,0 +1,23 @@
+// From a closed surface alone to a bound body: the collision mesh is made, bound, and made again with more triangles
+// where that fails.
+#pragma once
+
+#include <optional>
+
+#include "kerf/binding/bind.h"
+#include "kerf/midsurface/midsurface.h"
+
+namespace kerf {
+
+struct AutomaticBody {
+  Midsurface midsurface;
+  std::optional<BoundBody> bound;  ///< none if the body is not thin
+};
+
+/// triangles: wanted of the collision mesh, 0: as many as it needs. Bad input: what make_midsurface and bind refuse.
+Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_t triangles, const BindOptions& options);
+
+/// One message for a body that is not thin: the reasons, where, and the way out.
+std::string not_thin_message(const Midsurface& midsurface);
+
+}  // namespace kerf

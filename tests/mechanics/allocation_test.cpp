@@ -6,7 +6,7 @@
 #include <new>
 
 #include "kerf/mechanics/step.h"
-#include "mechanics/test_bodies.h"
+#include "mechanics/contact_bodies.h"
 
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"  // all of these are malloc and free
 
@@ -86,6 +86,41 @@ TEST(Allocation, AStepInSteadyStateAllocatesNothing) {
       two_level = two_level || report->two_level;
     }
     EXPECT_TRUE(two_level);
+    EXPECT_EQ(allocations.load() - before, 0);
+  }
+  // The same with contacts that press and slide, and a tool.
+  for (Preconditioner preconditioner : {Preconditioner::kAdaptive, Preconditioner::kTwoLevel}) {
+    MechanicsModel model = test::make_box(g, {0.005, 0.005, 0.005}, {});
+    MechanicsState state = rest_state(model);
+    state.tools.emplace_back();
+    StepWorkspace w;
+    StepOptions options;
+    options.preconditioner = preconditioner;
+    ContactSet set;
+    test::Plane plane;
+    plane.friction = 0.3;
+    plane.velocity = {0.3, 0, 0};
+    RigidTool tool;
+    tool.stiffness = 100;
+    long before = 0;
+    int pressing = 0;
+    for (int i = 0; i < 80; ++i) {
+      test::clear(set);
+      test::bottom_rows(model, state, g, plane, set);
+      std::uint64_t key = 1000;
+      for (double x : {-0.5, 0.0, 0.5})
+        for (double y : {-0.5, 0.5})
+          test::add_plane_row(model, state, g.cell(4, 4, 0), {x, y, -1}, plane, key++, set);
+      test::add_plane_row(model, state, g.cell(2, 2, 0), {0, 0, 1}, {{0, 0, 0.0051}, {0, 0, -1}, {}, 0.1}, key++, set);
+      set.rows.back().rigid = 0;
+      set.tools.assign(1, tool);
+      if (i == 30) before = allocations.load();
+      const Result<StepReport> report = step(model, state, options, w, &set);
+      ASSERT_TRUE(report.ok());
+      pressing = report->pressing;
+    }
+    EXPECT_GT(pressing, 50);
+    EXPECT_FALSE(w.contact.cells.empty());
     EXPECT_EQ(allocations.load() - before, 0);
   }
   const long before = allocations.load();  // and the counter counts

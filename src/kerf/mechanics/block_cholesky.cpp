@@ -82,13 +82,69 @@ void solve_block(const double* m, double* x) {
 }
 
 std::int32_t BlockCholeskyStructure::block(std::int32_t i, std::int32_t j) const {
-  const std::int32_t p = position[i], q = position[j];
+  const std::int32_t found = find_block(position[i], position[j]);
+  KERF_ASSERT(found >= 0);
+  return found;
+}
+
+std::int32_t BlockCholeskyStructure::find_block(std::int32_t p, std::int32_t q) const {
   if (p == q) return p;
   KERF_ASSERT(p > q);
   const auto begin = block_row.begin() + column_begin[q], end = block_row.begin() + column_begin[q + 1];
   const auto at = std::lower_bound(begin, end, p);
-  KERF_ASSERT(at != end && *at == p);
+  if (at == end || *at != p) return -1;
   return rows + static_cast<std::int32_t>(at - block_row.begin());
+}
+
+namespace {
+
+/// Columns (sorted places below the diagonal, fill included) into the structure, with the list of updates.
+void store_columns(const std::vector<std::vector<std::int32_t>>& column, BlockCholeskyStructure& s) {
+  s.column_begin.push_back(0);
+  for (const auto& list : column) {
+    s.block_row.insert(s.block_row.end(), list.begin(), list.end());
+    s.column_begin.push_back(static_cast<std::int32_t>(s.block_row.size()));
+  }
+  s.update_begin.push_back(0);
+  for (std::int32_t q = 0; q < s.rows; ++q) {
+    for (std::int32_t a = s.column_begin[q]; a < s.column_begin[q + 1]; ++a)
+      for (std::int32_t b = s.column_begin[q]; b <= a; ++b)
+        s.updates.push_back({s.find_block(s.block_row[a], s.block_row[b]), s.rows + a, s.rows + b});
+    s.update_begin.push_back(static_cast<std::int32_t>(s.updates.size()));
+  }
+}
+
+}  // namespace
+
+BlockCholeskyStructure extended(const BlockCholeskyStructure& base, std::int32_t more_rows,
+                                const std::vector<std::pair<std::int32_t, std::int32_t>>& places) {
+  BlockCholeskyStructure s;
+  s.rows = base.rows + more_rows;
+  s.position = base.position;
+  s.order = base.order;
+  for (std::int32_t r = base.rows; r < s.rows; ++r) {
+    s.position.push_back(r);
+    s.order.push_back(r);
+  }
+  std::vector<std::vector<std::int32_t>> column(static_cast<std::size_t>(s.rows));
+  for (std::int32_t q = 0; q < base.rows; ++q)
+    column[q].assign(base.block_row.begin() + base.column_begin[q], base.block_row.begin() + base.column_begin[q + 1]);
+  for (const auto& [p, q] : places) column[q].push_back(p);
+  for (auto& list : column) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  // Fill: what is below the first entry of a column gets the rest of it.
+  std::vector<std::int32_t> merged;
+  for (auto& list : column) {
+    if (list.size() < 2) continue;
+    auto& parent = column[list.front()];
+    merged.clear();
+    std::set_union(parent.begin(), parent.end(), list.begin() + 1, list.end(), std::back_inserter(merged));
+    parent = merged;
+  }
+  store_columns(column, s);
+  return s;
 }
 
 BlockCholeskyStructure block_cholesky_structure(
@@ -122,20 +178,11 @@ BlockCholeskyStructure block_cholesky_structure(
     }
     column[place] = clique;
   }
-  s.column_begin.push_back(0);
   for (auto& list : column) {
     for (std::int32_t& i : list) i = s.position[i];
     std::sort(list.begin(), list.end());
-    s.block_row.insert(s.block_row.end(), list.begin(), list.end());
-    s.column_begin.push_back(static_cast<std::int32_t>(s.block_row.size()));
   }
-  s.update_begin.push_back(0);
-  for (std::int32_t q = 0; q < rows; ++q) {
-    for (std::int32_t a = s.column_begin[q]; a < s.column_begin[q + 1]; ++a)
-      for (std::int32_t b = s.column_begin[q]; b <= a; ++b)
-        s.updates.push_back({s.block(s.order[s.block_row[a]], s.order[s.block_row[b]]), rows + a, rows + b});
-    s.update_begin.push_back(static_cast<std::int32_t>(s.updates.size()));
-  }
+  store_columns(column, s);
   return s;
 }
 

@@ -38,11 +38,18 @@ struct BlockCholeskyStructure {
   [[nodiscard]] std::size_t block_count() const { return static_cast<std::size_t>(rows) + block_row.size(); }
   /// Storage index of block (i, j); position[i] >= position[j]. The diagonal block of place p is p.
   [[nodiscard]] std::int32_t block(std::int32_t i, std::int32_t j) const;
+  /// The same by places p >= q; -1 when it is not stored.
+  [[nodiscard]] std::int32_t find_block(std::int32_t p, std::int32_t q) const;
 };
 
 /// Minimum degree order and fill for a graph given as pairs i < j, sorted, without repeats. O(rows^2 + fill).
 BlockCholeskyStructure block_cholesky_structure(
     std::int32_t rows, const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs);
+
+/// The same with more rows at the end and more blocks, given as pairs of places p > q, in any order. The elimination order
+/// of the old rows stays, so blocks that are zero change no bit of the others.
+BlockCholeskyStructure extended(const BlockCholeskyStructure& base, std::int32_t more_rows,
+                                const std::vector<std::pair<std::int32_t, std::int32_t>>& places);
 
 /// Factors in place. blocks: block_count() x kBlockDoubles, column-major, the diagonal ones full; afterwards
 /// the diagonal holds the inverse of its triangular factor.

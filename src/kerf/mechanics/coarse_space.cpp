@@ -60,7 +60,6 @@ void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
   CoarseSpace& coarse = w.coarse;
   const auto groups = static_cast<std::size_t>(s.groups);
   coarse.centre.resize(3 * groups);
-  coarse.value.assign(kBlockRow * groups, 0.0);
   coarse.blocks.assign(kBlockDoubles * s.cholesky.block_count(), 0.0);
   w.arm.resize(model.node_count());
   const double inverse_length = 1 / s.length;
@@ -161,7 +160,18 @@ void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
               block[8 * j + i] += w.spring_scale[c.spring] * rows[0][a][i] * rows[1][a][j];
       }
   }
-  block_cholesky_factor(s.cholesky, coarse.blocks);
+}
+
+void factor_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
+  CoarseSpace& coarse = w.coarse;
+  if (w.contact.set == nullptr) {
+    coarse.factored = coarse.blocks;
+  } else {
+    add_contacts_to_coarse(model, w);
+  }
+  const BlockCholeskyStructure& structure = coarse_cholesky(model, w);
+  coarse.value.assign(kBlockRow * static_cast<std::size_t>(structure.rows), 0.0);
+  block_cholesky_factor(structure, coarse.factored);
 }
 
 double solve_coarse(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
@@ -184,8 +194,12 @@ double solve_coarse(const MechanicsModel& model, StepWorkspace& w, bool parallel
                      out[6] = out[7] = 0;
                    }
                  });
+  if (w.contact.set != nullptr)
+    for (std::size_t i = 0; i < w.contact.tools.size(); ++i)
+      std::copy(w.contact.tools[i].residual, w.contact.tools[i].residual + 6,
+                coarse.value.data() + kBlockRow * (static_cast<std::size_t>(s.groups) + i));
   w.coarse.restricted = coarse.value;
-  block_cholesky_solve(s.cholesky, coarse.blocks, coarse.value);
+  block_cholesky_solve(coarse_cholesky(model, w), coarse.factored, coarse.value);
   double sum = 0;
   for (std::size_t i = 0; i < coarse.value.size(); ++i) sum += coarse.restricted[i] * coarse.value[i];
   return sum;

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "kerf/mechanics/contact_coarse.h"
 #include "kerf/mechanics/mechanics_model.h"
 
 namespace kerf {
@@ -15,14 +16,18 @@ struct StepWorkspace;
 /// Numbers of one step; vectors are by place in the elimination order (block_cholesky.h).
 struct CoarseSpace {
   std::vector<double> centre;      ///< 3 per group, m
-  std::vector<double> blocks;      ///< the factored coarse matrix
-  std::vector<double> value;       ///< 8 per group: (t, w, 0, 0), the solution
+  std::vector<double> blocks;      ///< the coarse matrix without contacts
+  std::vector<double> factored;    ///< factor of the coarse matrix, contacts and tools included
+  std::vector<double> value;       ///< 8 per group, then per tool: (t, w, 0, 0), the solution
   std::vector<double> restricted;  ///< the same of P' residual
+  ContactCoarse contact;
 };
 
-/// Arms of the nodes, coarse matrix and its factor for a prepared step (positions, scaled rotations, masses,
-/// springs).
+/// Arms of the nodes and coarse matrix for a prepared step (positions, scaled rotations, masses, springs), without contacts.
 void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& workspace);
+
+/// Adds the contacts of this pass, if any, and factors.
+void factor_coarse_space(const MechanicsModel& model, StepWorkspace& workspace);
 
 /// value = C^-1 P' residual; returns residual' P value.
 double solve_coarse(const MechanicsModel& model, StepWorkspace& workspace, bool parallel);

@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-/// One node's share of a contact's relative motion.
+/// One node's share of a contact's relative motion. A node appears once in a row.
 struct ContactEntry {
   NodeId node;
   double weight = 0;  ///< the body's own side sums to 1, another point of a body (self-contact) to -1
@@ -45,7 +45,9 @@ struct RigidTool {
   Vec3 target_velocity;        ///< m/s
   Vec3 target_spin;            ///< rad/s, world
   double max_force = 0;        ///< N the coupling can pull with; 0: no limit
+  double max_torque = 0;       ///< N m the coupling can turn with; 0: no limit
   double max_speed = 10;       ///< m/s; poses that jump are followed at this speed
+  double max_spin = 30;        ///< rad/s, the same for turns
 };
 struct RigidState {
   Vec3 position;  ///< centre, m
@@ -65,7 +67,7 @@ struct ContactMemory {
 
 struct ContactOptions {
   double stiffness = 30;   ///< times the local diagonal of M / dt^2 + K
-  int passes = 4;          ///< linear solves a step at most, while contacts open and close
+  int passes = 8;          ///< linear solves a step at most, while contacts open and close
   double friction_blend = 0.3;  ///< share of the secant in the sliding tangent
   double push_speed = 1;   ///< m/s at which bodies that overlap at the start are pushed apart
 };
@@ -76,6 +78,12 @@ struct ContactSet {
   std::vector<ContactEntry> entries;
   std::vector<RigidTool> tools;  ///< as many as the state has
   ContactOptions options;
+};
+
+/// What a step did with a tool.
+struct RigidToolResult {
+  Vec3 force, torque;        ///< of all contacts on the tool, about its centre; N, N m, world
+  Vec3 coupling_force, coupling_torque;  ///< of the virtual coupling on the tool: what its device feels, reversed
 };
 
 /// What a step did with one row.

@@ -6,11 +6,57 @@
 #include "kerf/mechanics/step.h"
 
 namespace kerf {
+namespace {
+
+/// J' P J and J' impulse of one pressing row, J written out as a dense 3 x m matrix.
+void add_contact(const ContactRow& row, const ContactWork::Row& numbers, const StepWorkspace& w, const std::vector<double>& free,
+                 int n, Eigen::VectorXd& b, std::vector<Eigen::Triplet<double>>& entries) {
+  const int m = 3 * row.count + (row.rigid >= 0 ? 6 : 0);
+  Eigen::MatrixXd j = Eigen::MatrixXd::Zero(3, m);
+  std::vector<int> unknown(static_cast<std::size_t>(m));
+  Eigen::VectorXd known = Eigen::VectorXd::Zero(m);  // velocities that are given
+  for (int k = 0; k < row.count; ++k) {
+    const ContactEntry& e = w.contact.set->entries[row.first + k];
+    for (int a = 0; a < 3; ++a) {
+      j(a, 3 * k + a) = e.weight;
+      unknown[3 * k + a] = free[e.node.index()] != 0 ? 3 * e.node.value + a : -1;
+      if (free[e.node.index()] == 0) known[3 * k + a] = w.solution[e.node.index()].v[a];
+    }
+  }
+  if (row.rigid >= 0)
+    for (int a = 0; a < 6; ++a) {
+      unknown[3 * row.count + a] = 3 * n + 6 * row.rigid + a;
+      Vec3 u;
+      if (a < 3) u[a] = 1;
+      else {
+        Vec3 axis;
+        axis[a - 3] = 1;
+        u = cross(axis, row.arm);
+      }
+      for (int i = 0; i < 3; ++i) j(i, 3 * row.count + a) = -u[i];
+    }
+  const double* p = numbers.block;
+  Eigen::Matrix3d block;
+  block << p[0], p[3], p[5], p[3], p[1], p[4], p[5], p[4], p[2];
+  const Eigen::MatrixXd k = j.transpose() * block * j;
+  const Eigen::VectorXd right =
+      j.transpose() * Eigen::Vector3d(numbers.impulse.x, numbers.impulse.y, numbers.impulse.z) - k * known;
+  for (int i = 0; i < m; ++i) {
+    if (unknown[i] < 0) continue;
+    b[unknown[i]] += right[i];
+    for (int l = 0; l < m; ++l)
+      if (unknown[l] >= 0) entries.emplace_back(unknown[i], unknown[l], k(i, l));
+  }
+}
+
+}  // namespace
 
 Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
   const MechanicsModel::Structure& s = model.structure();
   const auto n = static_cast<int>(model.node_count());
-  Eigen::VectorXd b(3 * n);
+  const ContactWork& contact = w.contact;
+  const int tools = contact.set != nullptr ? static_cast<int>(contact.tools.size()) : 0, size = 3 * n + 6 * tools;
+  Eigen::VectorXd b(size);
   for (int i = 0; i < n; ++i)
     for (int a = 0; a < 3; ++a) b[3 * i + a] = s.free[i] != 0 ? w.right_side[i].v[a] : w.solution[i].v[a];
   std::vector<Eigen::Triplet<double>> entries;
@@ -52,7 +98,15 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
             add(spring.nodes[c].value, a, spring.nodes[d].value, a,
                 w.spring_scale[i] * spring.weights[c] * spring.weights[d]);
   }
-  Eigen::SparseMatrix<double> matrix(3 * n, 3 * n);
+  for (int t = 0; t < tools; ++t)
+    for (int a = 0; a < 6; ++a) {
+      const int row = 3 * n + 6 * t + a;
+      b[row] = contact.tools[t].right[a];
+      entries.emplace_back(row, row, a < 3 ? contact.tools[t].mass : contact.tools[t].inertia);
+    }
+  if (contact.set != nullptr)
+    for (const std::int32_t r : contact.pressing) add_contact(contact.set->rows[r], contact.rows[r], w, s.free, n, b, entries);
+  Eigen::SparseMatrix<double> matrix(size, size);
   matrix.setFromTriplets(entries.begin(), entries.end());
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);
   if (solver.info() != Eigen::Success)
@@ -60,6 +114,8 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
   const Eigen::VectorXd v = solver.solve(b);
   for (int i = 0; i < n; ++i)
     for (int a = 0; a < 3; ++a) w.solution[i].v[a] = v[3 * i + a];
+  for (int t = 0; t < tools; ++t)
+    for (int a = 0; a < 6; ++a) w.contact.tools[t].solution[a] = v[3 * n + 6 * t + a];
   return {};
 }
 

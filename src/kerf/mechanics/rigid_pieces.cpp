@@ -57,6 +57,8 @@ RigidPieces rigid_pieces(const MechanicsModel& model) {
     }
     out.piece[i] = out.piece[root];
   }
+  out.free_index.assign(static_cast<std::size_t>(out.pieces), -1);
+  for (std::size_t f = 0; f < out.free.size(); ++f) out.free_index[out.free[f]] = static_cast<std::int32_t>(f);
   out.member_begin.assign(out.free.size() + 1, 0);
   if (out.free.empty()) return out;
   const auto index_of = [&](std::size_t i) {
@@ -75,6 +77,7 @@ RigidPieces rigid_pieces(const MechanicsModel& model) {
 void absorb_rigid_momentum(const MechanicsModel& model, StepWorkspace& w) {
   const RigidPieces& p = model.structure().rigid;
   for (std::size_t f = 0; f < p.free.size(); ++f) {
+    if (w.contact.set != nullptr && w.contact.touched_free[f] != 0) continue;
     const std::int32_t begin = p.member_begin[f], end = p.member_begin[f + 1];
     Lanes weighted = all_lanes(0);
     double mass = 0;

@@ -17,6 +17,7 @@ struct RigidPieces {
   std::int32_t pieces = 0;          ///< connected through elements, held ones included
   std::vector<std::int32_t> piece;  ///< per node; -1: unused
   std::vector<std::int32_t> free;   ///< pieces without a held node and without a spring to a fixed place
+  std::vector<std::int32_t> free_index;  ///< per piece: its place in `free`, or -1
   std::vector<std::int32_t> member_begin, members;  ///< per entry of `free`: its nodes
 };
 
@@ -24,7 +25,8 @@ struct RigidPieces {
 RigidPieces rigid_pieces(const MechanicsModel& model);
 
 /// For every free piece: adds to workspace.solution the rigid motion about its centre that carries the
-/// momentum workspace.residual, and takes its M v from the residual.
+/// momentum workspace.residual, and takes its M v from the residual. Pieces that touch something are left out: what
+/// they touch takes up momentum too.
 void absorb_rigid_momentum(const MechanicsModel& model, StepWorkspace& workspace);
 
 }  // namespace kerf

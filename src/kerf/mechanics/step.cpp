@@ -9,6 +9,7 @@
 #include "kerf/mechanics/direct_solver.h"
 #include "kerf/mechanics/element_pass.h"
 #include "kerf/mechanics/lanes.h"
+#include "kerf/mechanics/node_block.h"
 
 namespace kerf {
 namespace {
@@ -39,6 +40,7 @@ void resize(const MechanicsModel& model, StepWorkspace& w) {
     v->resize(n);
   w.slot.resize(s.element_slots + 8 * s.springs.size());
   w.mass_diagonal.resize(n);
+  w.diagonal.resize(2 * n);
   w.inverse_diagonal.resize(3 * n);
   w.diagonal_slot.resize(2 * s.element_slots);
   w.rotation.resize(9 * s.batches.size());
@@ -165,14 +167,9 @@ void diagonal_pass(const MechanicsModel& model, StepWorkspace& w, const StepOpti
                          first += Lanes{x, x, x, 0};
                        }
                      }
-                     const double xx = first[0], yy = first[1], zz = first[2], xy = first[3], yz = second[0],
-                                  zx = second[1];
-                     const double cxx = yy * zz - yz * yz, cxy = yz * zx - xy * zz, czx = xy * yz - zx * yy;
-                     const double inverse = 1 / (xx * cxx + xy * cxy + zx * czx);
-                     const double cyy = xx * zz - zx * zx, cyz = xy * zx - xx * yz, czz = xx * yy - xy * xy;
-                     store_lanes(out[0].v, inverse * Lanes{cxx, cxy, czx, 0});
-                     store_lanes(out[1].v, inverse * Lanes{cxy, cyy, cyz, 0});
-                     store_lanes(out[2].v, inverse * Lanes{czx, cyz, czz, 0});
+                     store_lanes(w.diagonal[2 * i].v, first);
+                     store_lanes(w.diagonal[2 * i + 1].v, second);
+                     store_inverse(first, second, out[0].v);
                    }
                  });
 }
@@ -183,9 +180,10 @@ double reduced(const StepWorkspace& w, std::size_t n, int component) {
   return sum;
 }
 
-// product = A p for all nodes; returns p' A p.
-double multiply(const MechanicsModel& model, StepWorkspace& w, const std::vector<Quad>& p, bool parallel) {
+// product = A p for all nodes and tools; returns p' A p.
+double multiply(const MechanicsModel& model, StepWorkspace& w, SystemVector which, bool parallel) {
   const Structure& s = model.structure();
+  const std::vector<Quad>& p = which == SystemVector::kSearch ? w.search : w.solution;
   const std::size_t n = model.node_count();
   for_each_chunk(parallel, s.batches.size(), kBatchGrain,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -202,13 +200,23 @@ double multiply(const MechanicsModel& model, StepWorkspace& w, const std::vector
     }
     w.partial[chunk].v[0] = sum_of(dot);
   });
-  return reduced(w, n, 0);
+  const double sum = reduced(w, n, 0);
+  return w.contact.set != nullptr ? sum + multiply_contacts(model, which, w) : sum;
 }
 
 struct Products {
   double rz = 0;  // r' z with the block-Jacobi part of z
   double rr = 0;  // r' r over what moves
 };
+
+double square_of(const ToolWork& tool) {
+  double sum = 0;
+  for (int a = 0; a < 3; ++a) {
+    const double turn = tool.residual[3 + a] / tool.length;
+    sum += tool.residual[a] * tool.residual[a] + turn * turn;
+  }
+  return sum;
+}
 
 // x += alpha p, r -= alpha A p, z = D^-1 r. Held nodes keep their residual: it is what their support carries.
 Products advance(const MechanicsModel& model, StepWorkspace& w, double alpha, bool parallel) {
@@ -230,12 +238,29 @@ Products advance(const MechanicsModel& model, StepWorkspace& w, double alpha, bo
     w.partial[chunk].v[0] = sum_of(rz);
     w.partial[chunk].v[1] = sum_of(rr);
   });
-  return {reduced(w, n, 0), reduced(w, n, 1)};
+  Products sums{reduced(w, n, 0), reduced(w, n, 1)};
+  if (w.contact.set == nullptr) return sums;
+  for (ToolWork& tool : w.contact.tools) {
+    double z[kBlockRow] = {};
+    for (int a = 0; a < 6; ++a) {
+      tool.solution[a] += alpha * tool.search[a];
+      tool.residual[a] -= alpha * tool.product[a];
+      z[a] = tool.residual[a];
+    }
+    solve_block(tool.block, z);
+    for (int a = 0; a < 6; ++a) {
+      tool.preconditioned[a] = z[a];
+      sums.rz += tool.residual[a] * z[a];
+    }
+    sums.rr += square_of(tool);
+  }
+  return sums;
 }
 
 // p = z + beta p, where z gets its coarse part here: t + w x arm of the node's group.
 void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool two_level,
                     bool parallel) {
+  const CoarseStructure& c = model.coarse();
   for_each_chunk(
       parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
         if (!two_level) {
@@ -243,7 +268,6 @@ void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, 
             store_lanes(w.search[i].v, load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v));
           return;
         }
-        const CoarseStructure& c = model.coarse();
         for (std::size_t i = begin; i < end; ++i) {
           Lanes p = load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v);
           if (c.place[i] >= 0) {
@@ -253,10 +277,53 @@ void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, 
           store_lanes(w.search[i].v, p);
         }
       });
+  if (w.contact.set == nullptr) return;
+  for (std::size_t i = 0; i < w.contact.tools.size(); ++i) {
+    ToolWork& tool = w.contact.tools[i];
+    const double* y = two_level ? w.coarse.value.data() + kBlockRow * (static_cast<std::size_t>(c.groups) + i) : nullptr;
+    for (int a = 0; a < 6; ++a)
+      tool.search[a] = tool.preconditioned[a] + beta * tool.search[a] + (y != nullptr ? y[a] : 0);
+  }
 }
 
-// Starts from zero; held nodes from their prescribed velocity, free pieces from their rigid motion. Returns
-// the norm of the residual, which for a body that rests on something is the right-hand side.
+// residual = b - A x, or b alone; search and product are cleared. Returns its norm over what moves.
+double fresh_residual(const MechanicsModel& model, StepWorkspace& w, bool x_is_zero, bool parallel) {
+  const Structure& s = model.structure();
+  const std::size_t n = model.node_count();
+  if (!x_is_zero) multiply(model, w, SystemVector::kSolution, parallel);
+  const auto norm_of = [&](bool clear) {
+    for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      Lanes bb = all_lanes(0);
+      for (std::size_t i = begin; i < end; ++i) {
+        Lanes r = load_lanes(clear ? w.right_side[i].v : w.residual[i].v);
+        if (clear) {
+          if (!x_is_zero) r -= load_lanes(w.product[i].v);
+          store_lanes(w.residual[i].v, r);
+          store_lanes(w.search[i].v, all_lanes(0));
+          store_lanes(w.product[i].v, all_lanes(0));
+        }
+        bb += s.free[i] * (r * r);
+      }
+      w.partial[chunk].v[0] = sum_of(bb);
+    });
+    return reduced(w, n, 0);
+  };
+  double sum = norm_of(true);
+  if (w.contact.set != nullptr) {
+    for (ToolWork& tool : w.contact.tools)
+      for (int a = 0; a < 6; ++a) {
+        tool.residual[a] = x_is_zero ? 0 : -tool.product[a];
+        tool.search[a] = tool.product[a] = 0;
+      }
+    add_contact_impulses(w);
+    if (!w.contact.pressing.empty()) sum = norm_of(false);
+    for (const ToolWork& tool : w.contact.tools) sum += square_of(tool);
+  }
+  return std::sqrt(sum);
+}
+
+// Starts from zero; held nodes from their prescribed velocity, free pieces and free tools from their rigid motion.
+// Returns the norm of the residual, which for a body that rests on something is the right-hand side.
 double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
@@ -267,85 +334,154 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
     nonzero = nonzero || !(v == Vec3{});
     store_lanes(w.solution[i].v, lanes_of(v));
   }
+  if (w.contact.set != nullptr)
+    for (ToolWork& tool : w.contact.tools) {
+      nonzero = nonzero || !tool.touched;
+      for (int a = 0; a < 6; ++a) tool.solution[a] = tool.touched ? 0 : tool.right[a] / (a < 3 ? tool.mass : tool.inertia);
+    }
   if (!s.rigid.free.empty()) {
     w.residual = w.right_side;
     absorb_rigid_momentum(model, w);
   }
-  if (nonzero) multiply(model, w, w.solution, parallel);
-  for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-    Lanes bb = all_lanes(0);
-    for (std::size_t i = begin; i < end; ++i) {
-      Lanes r = load_lanes(w.right_side[i].v);
-      if (nonzero) r -= load_lanes(w.product[i].v);
-      store_lanes(w.residual[i].v, r);
-      store_lanes(w.search[i].v, all_lanes(0));
-      store_lanes(w.product[i].v, all_lanes(0));
-      bb += s.free[i] * (r * r);
-    }
-    w.partial[chunk].v[0] = sum_of(bb);
-  });
-  return std::sqrt(reduced(w, n, 0));
+  return fresh_residual(model, w, !nonzero, parallel);
 }
 
-void conjugate_gradients(MechanicsModel& model, StepWorkspace& w, const StepOptions& o,
-                         std::int32_t& two_level_steps, StepReport& report) {
-  const Structure& s = model.structure();
-  const double norm_b = start_solve(model, w, o.parallel);
-  const double floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
-                       std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
-  if (norm_b == 0) {
-    report.stopped_by_floor = true;
-    return;
+// The linear solves of one step: one without contacts, several while these open and close.
+struct Solver {
+  MechanicsModel& model;
+  StepWorkspace& w;
+  const StepOptions& o;
+  std::int32_t& two_level_steps;
+  StepReport& report;
+  double floor = 0, norm_b = 0;
+  bool coarse_assembled = false;
+
+  [[nodiscard]] double wanted() const {
+    return std::max((report.two_level ? 1 : kBlockJacobiFactor) * o.tolerance * norm_b, floor);
   }
-  const auto add_second_level = [&] {
+
+  void add_second_level() {
     const Clock::time_point start = Clock::now();
-    model.refresh_coarse();
-    prepare_coarse_space(model, w);
+    if (!coarse_assembled) {
+      model.refresh_coarse();
+      prepare_coarse_space(model, w);
+      coarse_assembled = true;
+    }
+    factor_coarse_space(model, w);
     report.two_level = true;
     report.seconds_setup += seconds_since(start);
-  };
-  if (o.preconditioner == Preconditioner::kTwoLevel) add_second_level();
-  if (o.preconditioner == Preconditioner::kAdaptive && two_level_steps > 0) {
-    --two_level_steps;
-    add_second_level();
   }
-  double rr = norm_b * norm_b, rz_old = 0, alpha = 0;
-  bool restart = true;
-  for (;;) {
-    const Products now = advance(model, w, alpha, o.parallel);
-    rr = now.rr;
-    const double residual = std::sqrt(rr);
-    const double wanted = (report.two_level ? 1 : kBlockJacobiFactor) * o.tolerance * norm_b;
-    if (!(residual > std::max(wanted, floor))) {
-      report.stopped_by_floor = residual > wanted;
-      break;
-    }
-    if (report.iterations >= o.max_iterations) {
-      report.cap_hit = true;
-      break;
-    }
-    if (!report.two_level && o.preconditioner == Preconditioner::kAdaptive &&
-        report.iterations >= kBlockJacobiPatience) {
-      add_second_level();
-      two_level_steps = kTwoLevelSteps;
-      restart = true;  // another preconditioner: the old directions are not conjugate in it
-    }
-    const double rz = now.rz + (report.two_level ? solve_coarse(model, w, o.parallel) : 0);
-    next_direction(model, w, restart ? 0 : rz / rz_old, report.two_level, o.parallel);
-    restart = false;
-    rz_old = rz;
-    const double pap = multiply(model, w, w.search, o.parallel);
-    if (!(pap > 0)) {  // not finite, or nothing left but rounding
-      report.cap_hit = true;
-      break;
-    }
-    alpha = rz / pap;
-    ++report.iterations;
-    if (!report.two_level) ++report.block_jacobi_iterations;
+
+  // The coarse motion that takes up the coarse part of the residual, as a search direction with its product: pieces that
+  // rest on something then keep their momentum, whatever the tolerance.
+  void coarse_direction() {
+    solve_coarse(model, w, o.parallel);
+    for (Quad& q : w.preconditioned) store_lanes(q.v, all_lanes(0));
+    if (w.contact.set != nullptr)
+      for (ToolWork& tool : w.contact.tools) std::fill(tool.preconditioned, tool.preconditioned + 6, 0.0);
+    next_direction(model, w, 0, true, o.parallel);
+    multiply(model, w, SystemVector::kSearch, o.parallel);
   }
-  report.residual = std::sqrt(rr) / norm_b;
-  absorb_rigid_momentum(model, w);
-}
+
+  // From the solution so far, whose residual is given.
+  void conjugate_gradients(double norm_start, bool first) {
+    const bool lean = w.contact.set != nullptr && w.contact.any_free_touched;
+    norm_b = std::max(norm_b, norm_start);
+    if (norm_start == 0) {
+      report.stopped_by_floor = true;
+      return;
+    }
+    bool second = report.two_level || o.preconditioner == Preconditioner::kTwoLevel ||
+                  (lean && o.preconditioner == Preconditioner::kAdaptive);
+    if (first && o.preconditioner == Preconditioner::kAdaptive && two_level_steps > 0) {
+      --two_level_steps;
+      second = true;
+    }
+    if (second) add_second_level();
+    double rr = norm_start * norm_start, rz_old = 0, alpha = 0;
+    const bool coarse_start = first && lean && report.two_level;
+    if (coarse_start) {
+      coarse_direction();
+      alpha = 1;
+    }
+    bool restart = true;
+    for (bool started = false;; started = true) {
+      const Products now = advance(model, w, alpha, o.parallel);
+      rr = now.rr;
+      const double residual = std::sqrt(rr);
+      if (!started && coarse_start) norm_b = std::min(norm_b, residual);
+      if (!(residual > wanted())) {
+        report.stopped_by_floor = residual > (report.two_level ? 1 : kBlockJacobiFactor) * o.tolerance * norm_b;
+        break;
+      }
+      if (report.iterations >= o.max_iterations) {
+        report.cap_hit = true;
+        break;
+      }
+      if (!report.two_level && o.preconditioner == Preconditioner::kAdaptive &&
+          report.iterations >= kBlockJacobiPatience) {
+        add_second_level();
+        two_level_steps = kTwoLevelSteps;
+        restart = true;  // another preconditioner: the old directions are not conjugate in it
+      }
+      const double rz = now.rz + (report.two_level ? solve_coarse(model, w, o.parallel) : 0);
+      next_direction(model, w, restart ? 0 : rz / rz_old, report.two_level, o.parallel);
+      restart = false;
+      rz_old = rz;
+      const double pap = multiply(model, w, SystemVector::kSearch, o.parallel);
+      if (!(pap > 0)) {  // not finite, or nothing left but rounding
+        report.cap_hit = true;
+        break;
+      }
+      alpha = rz / pap;
+      ++report.iterations;
+      if (!report.two_level) ++report.block_jacobi_iterations;
+    }
+    report.residual = norm_b > 0 ? std::sqrt(rr) / norm_b : 0;
+  }
+
+  Status direct() {
+    KERF_TRY(direct_solve(model, w, o.dt));
+    fresh_residual(model, w, false, o.parallel);
+    return {};
+  }
+
+  Status solve() {
+    const Structure& s = model.structure();
+    floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
+            std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
+    const bool contacts = w.contact.set != nullptr;
+    const int passes = contacts ? w.contact.set->options.passes : 1;
+    for (int pass = 0; pass < passes; ++pass) {
+      const bool last = pass + 1 == passes;
+      if (contacts) {
+        const Clock::time_point start = Clock::now();
+        assemble_contacts(model, o.dt, last, w);
+        report.seconds_contact += seconds_since(start);
+      }
+      report.passes = pass + 1;
+      const double norm = pass == 0 ? start_solve(model, w, o.parallel) : fresh_residual(model, w, false, o.parallel);
+      if (o.solver == SolverKind::kDirect) {
+        norm_b = std::max(norm_b, norm);
+        KERF_TRY(direct());
+      } else {
+        conjugate_gradients(norm, pass == 0);
+      }
+      if (!contacts) break;
+      const Clock::time_point start = Clock::now();
+      const double change = update_contacts(o.dt, w);
+      report.seconds_contact += seconds_since(start);
+      if (!(change > (o.solver == SolverKind::kDirect ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
+    }
+    if (o.solver == SolverKind::kDirect) return {};
+    if (contacts && w.contact.any_free_touched && report.two_level) {
+      coarse_direction();
+      advance(model, w, 1, o.parallel);
+    }
+    absorb_rigid_momentum(model, w);
+    return {};
+  }
+};
 
 Status check(const MechanicsModel& model, const MechanicsState& state, const StepOptions& o) {
   if (!(o.dt > 0) || !std::isfinite(o.dt))
@@ -377,9 +513,10 @@ MechanicsState rest_state(const MechanicsModel& model) {
 }
 
 Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o,
-                        StepWorkspace& w) {
+                        StepWorkspace& w, const ContactSet* contacts) {
   const Clock::time_point start = Clock::now();
   KERF_TRY(check(model, state, o));
+  if (contacts != nullptr) KERF_TRY(check_contacts(model, state, *contacts));
   model.refresh();
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
@@ -394,17 +531,27 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
   diagonal_pass(model, w, o);
   report.seconds_setup = seconds_since(setup);
   const Clock::time_point solve = Clock::now();
-  std::int32_t two_level_steps = state.two_level_steps;
-  if (o.solver == SolverKind::kDirect) {
-    start_solve(model, w, o.parallel);
-    KERF_TRY(direct_solve(model, w, o.dt));
-    multiply(model, w, w.solution, o.parallel);
-    for (std::size_t i = 0; i < n; ++i)
-      store_lanes(w.residual[i].v, load_lanes(w.right_side[i].v) - load_lanes(w.product[i].v));
+  w.contact.set = nullptr;
+  if (contacts != nullptr) {
+    prepare_contacts(model, state, *contacts, o.gravity, o.dt, w);
+    report.contacts = static_cast<int>(contacts->rows.size());
+    report.seconds_contact = seconds_since(solve);
   } else {
+    w.contact.results.clear();
+    w.contact.tool_results.clear();
+  }
+  std::int32_t two_level_steps = state.two_level_steps;
+  {
     const double before = report.seconds_setup;
-    conjugate_gradients(model, w, o, two_level_steps, report);
-    report.seconds_solve = seconds_since(solve) - (report.seconds_setup - before);
+    Solver solver{model, w, o, two_level_steps, report};
+    KERF_TRY(solver.solve());
+    report.seconds_solve = seconds_since(solve) - (report.seconds_setup - before) - report.seconds_contact;
+  }
+  if (contacts != nullptr) {
+    const ContactSummary summary = finish_contacts(o.dt, w);
+    report.pressing = summary.pressing;
+    report.sliding = summary.sliding;
+    report.deepest_overlap = summary.deepest;
   }
 
   for_each_chunk(o.parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
@@ -421,7 +568,11 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
     w.partial[chunk].v[1] = sum_of(bound);
   });
   report.kinetic_energy = reduced(w, n, 0);
-  if (!std::isfinite(report.kinetic_energy) || reduced(w, n, 1) != 0) {
+  bool tools_finite = true;
+  if (contacts != nullptr)
+    for (const ToolWork& tool : w.contact.tools)
+      for (double x : tool.solution) tools_finite = tools_finite && std::isfinite(x);
+  if (!std::isfinite(report.kinetic_energy) || reduced(w, n, 1) != 0 || !tools_finite) {
     for (std::size_t i = 0; i < n; ++i)
       if (!is_finite(state.positions[i]) || !is_finite(state.velocities[i]))
         return bad_input(
@@ -437,6 +588,9 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
   }
   store_rotations(model, w, state);
   state.two_level_steps = two_level_steps;
+  if (contacts != nullptr) store_contacts(o.dt, w, state);
+  else state.contacts.clear();
+  w.contact.set = nullptr;
   report.seconds_total = seconds_since(start);
   return report;
 }

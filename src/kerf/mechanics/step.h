@@ -5,7 +5,8 @@
 //
 // linearised once per step. The unknown is the *new velocity, started from zero*: what a loose solve leaves
 // undone then acts as damping and not as flight. Solved by conjugate gradients with block-Jacobi plus an
-// additive coarse space of the rigid motions of groups of nodes (coarse_space.h).
+// additive coarse space of the rigid motions of groups of nodes (coarse_space.h). Contacts and rigid tools are part of
+// the same system (contact_response.h).
 #pragma once
 
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
 #include "kerf/mechanics/coarse_space.h"
+#include "kerf/mechanics/contact_response.h"
 #include "kerf/mechanics/mechanics_model.h"
 
 namespace kerf {
@@ -26,6 +28,8 @@ struct MechanicsState {
       rotations;  ///< per element, lattice frame to world; followed from step to step, so part of the state
   std::int32_t two_level_steps =
       0;  ///< steps left in which the coarse space is used at once (adaptive choice)
+  std::vector<RigidState> tools;        ///< as many as the contact set has
+  std::vector<ContactMemory> contacts;  ///< by ascending key
   friend bool operator==(const MechanicsState&, const MechanicsState&) = default;
 };
 
@@ -73,9 +77,14 @@ struct StepReport {
   double residual = 0;     ///< relative to the right-hand side at the end
   bool stopped_by_floor = false;
   bool cap_hit = false;       ///< max_iterations reached: the step is less exact than asked for
+  int contacts = 0;           ///< rows given
+  int pressing = 0;           ///< those of them that carry a force
+  int sliding = 0;            ///< those of them that slide
+  int passes = 1;             ///< linear solves, while contacts opened and closed
+  double deepest_overlap = 0;  ///< m, of all rows at the end of the step
   int inverted_elements = 0;  ///< with negative volume at the start of the step
   double kinetic_energy = 0;  ///< J, after the step
-  double seconds_forces = 0, seconds_setup = 0, seconds_solve = 0, seconds_total = 0;
+  double seconds_forces = 0, seconds_setup = 0, seconds_solve = 0, seconds_contact = 0, seconds_total = 0;
 };
 
 /// Memory of the step; grows on demand and is reused. Holds no state that a result depends on.
@@ -87,6 +96,7 @@ struct StepWorkspace {
   std::vector<Quad> position, velocity, right_side, solution, residual, search, product, preconditioned;
   std::vector<Quad> slot;              // one force per (element, corner) and (spring, node)
   std::vector<double> mass_diagonal;   // (1 + dt a) m, per node
+  std::vector<Quad> diagonal;          // two per node: xx yy zz xy, yz zx - -; without contacts
   std::vector<Quad> inverse_diagonal;  // three columns per node
   std::vector<Quad> diagonal_slot;     // two per slot: xx yy zz xy, yz zx - -
   std::vector<Quad> rotation;          // nine per batch
@@ -96,13 +106,14 @@ struct StepWorkspace {
   std::vector<std::int32_t> inverted;  // per chunk of batches
   std::vector<Quad> arm;               // (x - centre of the node's group) / length, per node
   CoarseSpace coarse;
+  ContactWork contact;  // results of the last step's contacts in it
 };
 
 /// Advances the state by one step. Bad options, a state of the wrong size or one that is not finite, or a
 /// result that is not finite: an Error with a suggestion, state unchanged. In steady state (same model) it
-/// allocates nothing.
+/// allocates nothing. contacts: what touches, or nothing; forces on rows and tools are in workspace.contact afterwards.
 Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& options,
-                        StepWorkspace& workspace);
+                        StepWorkspace& workspace, const ContactSet* contacts = nullptr);
 
 /// Elastic forces on the nodes (N) at these positions with the state's rotations updated once: |nodes|.
 std::vector<Vec3> internal_forces(MechanicsModel& model, const MechanicsState& state);

@@ -1,0 +1,475 @@
+#include "kerf/mechanics/contact_response.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/mechanics/lanes.h"
+#include "kerf/mechanics/node_block.h"
+#include "kerf/mechanics/step.h"
+
+namespace kerf {
+namespace {
+
+using Row = ContactWork::Row;
+using Quad = StepWorkspace::Quad;
+
+constexpr double kUnitTolerance = 1e-6;  // of a normal's length
+constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
+
+Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
+Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
+
+inline Vec3 times(const double* block, Vec3 u) {
+  return {block[0] * u.x + block[3] * u.y + block[5] * u.z, block[3] * u.x + block[1] * u.y + block[4] * u.z,
+          block[5] * u.x + block[4] * u.y + block[2] * u.z};
+}
+
+using ToolVector = double (ToolWork::*)[6];
+
+inline Vec3 tool_velocity(const double (&v)[6], Vec3 arm) {
+  return Vec3{v[0], v[1], v[2]} + cross({v[3], v[4], v[5]}, arm);
+}
+
+/// J p of a row.
+inline Vec3 relative(const ContactSet& set, const ContactRow& row, const std::vector<Quad>& p,
+                     const std::vector<ToolWork>& tools, ToolVector tool_part) {
+  Lanes u = all_lanes(0);
+  for (std::int32_t k = row.first; k < row.first + row.count; ++k)
+    u += set.entries[k].weight * load_lanes(p[set.entries[k].node.index()].v);
+  Vec3 out = vec_of(u);
+  if (row.rigid >= 0) out -= tool_velocity(tools[row.rigid].*tool_part, row.arm);
+  return out;
+}
+
+inline void add_to_tool(double (&out)[6], Vec3 arm, Vec3 f, double sign) {
+  const Vec3 torque = cross(arm, f);
+  for (int a = 0; a < 3; ++a) {
+    out[a] += sign * f[a];
+    out[3 + a] += sign * torque[a];
+  }
+}
+
+/// Block and impulse of a row in its present phase; blend is theta.
+void linearise(const ContactRow& in, double h, double blend, Row& row) {
+  const Vec3 n = in.normal, vo = in.other_velocity;
+  const double k = row.stiffness, friction = row.phase == ContactPhase::kStick ? k : 0;
+  double ks = friction, keep = 0;
+  Vec3 t;
+  const double limit = in.friction * row.force;
+  if (row.phase == ContactPhase::kSlide) {
+    const double length = norm(row.stretch);
+    t = row.along;
+    ks = length > 0 ? std::min(k, limit / length) : 0;
+    keep = 1 - blend;
+  }
+  const double hh = h * h, kn = k - ks, kt = keep * ks;
+  row.block[0] = hh * (ks + kn * n.x * n.x - kt * t.x * t.x);
+  row.block[1] = hh * (ks + kn * n.y * n.y - kt * t.y * t.y);
+  row.block[2] = hh * (ks + kn * n.z * n.z - kt * t.z * t.z);
+  row.block[3] = hh * (kn * n.x * n.y - kt * t.x * t.y);
+  row.block[4] = hh * (kn * n.y * n.z - kt * t.y * t.z);
+  row.block[5] = hh * (kn * n.z * n.x - kt * t.z * t.x);
+  Vec3 d = h * vo - row.slip;
+  d -= dot(d, n) * n;
+  d -= keep * dot(d, t) * t;
+  row.impulse = h * ((-k * (row.gap - h * dot(n, vo))) * n + ks * d - (keep * limit) * t);
+}
+
+/// Stick or slide from a stretch of the friction spring and a normal force.
+ContactPhase phase_of(double friction, const Row& row, Vec3 stretch, double force) {
+  const bool reversed = row.phase == ContactPhase::kSlide && dot(stretch, row.along) < 0;
+  return row.stiffness * norm(stretch) <= friction * force || reversed ? ContactPhase::kStick : ContactPhase::kSlide;
+}
+
+void set_sliding_direction(Row& row) {
+  row.along = row.phase == ContactPhase::kSlide ? normalized(row.stretch) : Vec3{};
+}
+
+inline void add_block(double factor, const double* block, Quad* out) {
+  store_lanes(out[0].v, load_lanes(out[0].v) + factor * load_lanes(block));
+  store_lanes(out[1].v, load_lanes(out[1].v) + factor * load_lanes(block + 4));
+}
+
+void sum_rows_of_cells(const MechanicsModel& model, StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  c.cells.clear();
+  c.single.clear();
+  c.cell_of.resize(model.element_count(), -1);
+  for (const std::int32_t r : c.pressing) {
+    const ContactRow& row = set.rows[r];
+    if (!row.cell.valid() || row.rigid >= 0) continue;
+    std::int32_t& place = c.cell_of[row.cell.index()];
+    if (place < 0) {
+      place = static_cast<std::int32_t>(c.cells.size());
+      c.cells.push_back({row.cell.value, 0});
+    }
+    ++c.cells[place].rows;
+  }
+  std::size_t kept = 0;
+  for (const ContactWork::Cell& cell : c.cells) {
+    c.cell_of[cell.element] = cell.rows >= kSummedRows ? static_cast<std::int32_t>(kept) : -1;
+    if (cell.rows >= kSummedRows) c.cells[kept++] = cell;
+  }
+  c.cells.resize(kept);
+  c.sums.assign(kSumQuads * kept, {});
+  c.matrices.resize(kMatrixQuads * kept);
+  for (const std::int32_t r : c.pressing) {
+    const ContactRow& row = set.rows[r];
+    const std::int32_t place = row.cell.valid() && row.rigid < 0 ? c.cell_of[row.cell.index()] : -1;
+    if (place < 0) {
+      c.single.push_back(r);
+      continue;
+    }
+    const Lanes low = load_lanes(c.rows[r].block), high = load_lanes(c.rows[r].block + 4);
+    double* out = c.sums[kSumQuads * static_cast<std::size_t>(place)].v;
+    const ContactEntry* e = set.entries.data() + row.first;
+    for (int i = 0; i < 8; ++i)
+      for (int j = i; j < 8; ++j, out += 8) {
+        const double ww = e[i].weight * e[j].weight;
+        store_lanes(out, load_lanes(out) + ww * low);
+        store_lanes(out + 4, load_lanes(out + 4) + ww * high);
+      }
+  }
+  for (std::size_t place = 0; place < kept; ++place) {
+    c.cell_of[c.cells[place].element] = -1;
+    const double* in = c.sums[kSumQuads * place].v;
+    ContactWork::Quad* m = c.matrices.data() + kMatrixQuads * place;
+    const auto write = [m](int i, int j, const double* b) {  // block (i, j) of symmetric blocks
+      store_lanes(m[(3 * j + 0) * 8 + i].v, Lanes{b[0], b[3], b[5], 0});
+      store_lanes(m[(3 * j + 1) * 8 + i].v, Lanes{b[3], b[1], b[4], 0});
+      store_lanes(m[(3 * j + 2) * 8 + i].v, Lanes{b[5], b[4], b[2], 0});
+    };
+    for (int i = 0; i < 8; ++i)
+      for (int j = i; j < 8; ++j, in += 8) {
+        write(i, j, in);
+        if (i != j) write(j, i, in);
+      }
+  }
+}
+
+/// Block-Jacobi of what contacts touch now, and of what they touched in the pass before.
+void refresh_diagonals(const MechanicsModel& model, StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  const std::vector<double>& free = model.structure().free;
+  for (std::size_t i = 0; i < c.nodes.size(); ++i) c.node_block[2 * i] = c.node_block[2 * i + 1] = {};
+  for (const std::int32_t r : c.pressing) {
+    const ContactRow& row = set.rows[r];
+    for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
+      const std::size_t node = set.entries[k].node.index();
+      if (free[node] == 0) continue;
+      std::int32_t& slot = c.node_slot[node];
+      if (slot < 0) {
+        slot = static_cast<std::int32_t>(c.nodes.size());
+        c.nodes.push_back(static_cast<std::int32_t>(node));
+        c.node_block.resize(2 * c.nodes.size());
+        c.node_block[2 * slot] = c.node_block[2 * slot + 1] = {};
+      }
+      const double weight = set.entries[k].weight;
+      double* out = c.node_block[2 * slot].v;
+      store_lanes(out, load_lanes(out) + weight * weight * load_lanes(c.rows[r].block));
+      store_lanes(out + 4, load_lanes(out + 4) + weight * weight * load_lanes(c.rows[r].block + 4));
+    }
+  }
+  for (std::size_t i = 0; i < c.nodes.size(); ++i) {
+    const auto node = static_cast<std::size_t>(c.nodes[i]);
+    store_inverse(load_lanes(w.diagonal[2 * node].v) + load_lanes(c.node_block[2 * i].v),
+                  load_lanes(w.diagonal[2 * node + 1].v) + load_lanes(c.node_block[2 * i + 1].v),
+                  w.inverse_diagonal[3 * node].v);
+  }
+}
+
+/// The tools' 6 x 6 blocks: their own inertia and coupling, and J' P J of what presses on them.
+void refresh_tool_blocks(StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  for (ToolWork& tool : c.tools) {
+    tool.touched = false;
+    std::fill(tool.block, tool.block + kBlockDoubles, 0.0);
+    for (int a = 0; a < 3; ++a) {
+      tool.block[9 * a] = tool.mass;
+      tool.block[9 * (3 + a)] = tool.inertia;
+    }
+  }
+  for (const std::int32_t r : c.pressing) {
+    const ContactRow& row = c.set->rows[r];
+    if (row.rigid < 0) continue;
+    double* block = c.tools[row.rigid].block;
+    c.tools[row.rigid].touched = true;
+    for (int j = 0; j < 6; ++j) {
+      double unit[6] = {};
+      unit[j] = 1;
+      double column[6] = {};
+      add_to_tool(column, row.arm, times(c.rows[r].block, tool_velocity(unit, row.arm)), 1);
+      for (int i = 0; i < 6; ++i) block[8 * j + i] += column[i];
+    }
+  }
+  for (ToolWork& tool : c.tools) factor_block(tool.block);
+}
+
+}  // namespace
+
+Status check_contacts(const MechanicsModel& model, const MechanicsState& state, const ContactSet& set) {
+  const ContactOptions& o = set.options;
+  if (!(o.stiffness > 0) || !std::isfinite(o.stiffness))
+    return bad_input(fmt::format("contacts: stiffness = {} must be positive", o.stiffness));
+  if (o.passes < 1) return bad_input(fmt::format("contacts: passes = {} must be at least 1", o.passes));
+  if (!(o.friction_blend >= 0 && o.friction_blend <= 1))
+    return bad_input(fmt::format("contacts: friction_blend = {} must lie between 0 and 1", o.friction_blend));
+  if (!(o.push_speed > 0)) return bad_input(fmt::format("contacts: push_speed = {} m/s must be positive", o.push_speed));
+  if (set.tools.size() != state.tools.size())
+    return bad_input(fmt::format("contacts: {} tools, but the state has {}", set.tools.size(), state.tools.size()));
+  for (std::size_t i = 0; i < set.tools.size(); ++i) KERF_TRY(check_tool(set.tools[i], state.tools[i], i));
+  for (std::size_t r = 0; r < set.rows.size(); ++r) {
+    const ContactRow& row = set.rows[r];
+    const auto refuse = [&](const char* what) { return bad_input(fmt::format("contact {}: {}", r + 1, what)); };
+    if (r > 0 && !(set.rows[r - 1].key < row.key)) return refuse("its key is not above that of the one before");
+    if (row.first < 0 || row.count < 0 || static_cast<std::size_t>(row.first) + static_cast<std::size_t>(row.count) > set.entries.size())
+      return refuse("its entries do not exist");
+    if (row.rigid >= static_cast<std::int32_t>(set.tools.size())) return refuse("its tool does not exist");
+    if (!(std::abs(dot(row.normal, row.normal) - 1) < kUnitTolerance)) return refuse("its normal is not a unit vector");
+    if (!std::isfinite(row.gap)) return refuse("its gap is not finite");
+    if (!(row.friction >= 0) || !std::isfinite(row.friction)) return refuse("its friction must not be negative");
+    if (!is_finite(row.other_velocity) || !is_finite(row.arm)) return refuse("a velocity or an arm is not finite");
+    for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
+      if (!set.entries[k].node.valid() || set.entries[k].node.index() >= model.node_count())
+        return refuse("it names a node that does not exist");
+      if (!std::isfinite(set.entries[k].weight)) return refuse("a weight is not finite");
+    }
+    if (row.cell.valid()) {
+      if (!model.has_element(row.cell) || row.count != 8) return refuse("its cell does not exist, or its entries are not the corners");
+      for (int k = 0; k < 8; ++k)
+        if (set.entries[row.first + k].node != model.element(row.cell).nodes[k])
+          return refuse("its entries are not the corners of its cell");
+    }
+  }
+  return {};
+}
+
+void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, const ContactSet& set, Vec3 gravity,
+                      double h, StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  c.set = &set;
+  const std::vector<double>& free = model.structure().free;
+  c.tools.resize(set.tools.size());
+  for (std::size_t i = 0; i < set.tools.size(); ++i) {
+    prepare_tool(set.tools[i], state.tools[i], h, c.tools[i]);
+    for (int a = 0; a < 3; ++a) {  // the first guess, and the velocities that the phases start from
+      c.tools[i].solution[a] = state.tools[i].velocity[a];
+      c.tools[i].solution[3 + a] = state.tools[i].spin[a];
+    }
+  }
+  c.rows.assign(set.rows.size(), {});
+  c.nodes.clear();
+  c.node_slot.assign(model.node_count(), -1);
+  c.share.assign(model.node_count(), 0);
+  const double reach = norm(gravity) * h * h;
+  auto memory = state.contacts.begin();
+  for (std::size_t r = 0; r < set.rows.size(); ++r) {
+    const ContactRow& in = set.rows[r];
+    Row& row = c.rows[r];
+    row.gap = std::max(in.gap, -set.options.push_speed * h);
+    while (memory != state.contacts.end() && memory->key < in.key) ++memory;
+    if (memory != state.contacts.end() && memory->key == in.key) {
+      row.force = memory->force;
+      row.slip = memory->slip - dot(memory->slip, in.normal) * in.normal;
+    }
+    double stiffness = 0, moving = 0;
+    for (std::int32_t k = in.first; k < in.first + in.count; ++k) {
+      const std::size_t node = set.entries[k].node.index();
+      if (free[node] == 0) continue;
+      const double weight = std::abs(set.entries[k].weight);
+      const double* d = w.diagonal[2 * node].v;
+      stiffness += weight * (d[0] + d[1] + d[2]);
+      moving += weight;
+      row.weights += weight * weight;
+    }
+    if (moving > 0) stiffness /= 3 * moving;
+    if (in.rigid >= 0) {
+      row.weights += 1;
+      if (!(moving > 0)) stiffness = c.tools[in.rigid].mass;
+    }
+    row.stiffness = stiffness / (h * h);
+    const Vec3 u = relative(set, in, w.velocity, c.tools, &ToolWork::solution) - in.other_velocity;
+    const double ahead = row.gap + h * dot(in.normal, u);
+    row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
+    row.phase = ahead < 0 ? phase_of(in.friction, row, row.stretch, row.force) : ContactPhase::kOpen;
+    if (ahead < reach || row.force > 0)
+      for (std::int32_t k = in.first; k < in.first + in.count; ++k)
+        c.share[set.entries[k].node.index()] += std::abs(set.entries[k].weight);
+  }
+  for (std::size_t r = 0; r < set.rows.size(); ++r) {
+    const ContactRow& in = set.rows[r];
+    Row& row = c.rows[r];
+    double sharing = 0;
+    for (std::int32_t k = in.first; k < in.first + in.count; ++k)
+      sharing += std::abs(set.entries[k].weight) * c.share[set.entries[k].node.index()];
+    row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
+    if (row.phase != ContactPhase::kOpen) row.phase = phase_of(in.friction, row, row.stretch, row.force);
+    set_sliding_direction(row);
+  }
+}
+
+void assemble_contacts(const MechanicsModel& model, double h, bool last, StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  const RigidPieces& pieces = model.structure().rigid;
+  c.pressing.clear();
+  for (std::size_t r = 0; r < c.rows.size(); ++r) {
+    if (c.rows[r].phase == ContactPhase::kOpen || !(c.rows[r].stiffness > 0)) continue;
+    linearise(set.rows[r], h, last ? 1.0 : set.options.friction_blend, c.rows[r]);
+    c.pressing.push_back(static_cast<std::int32_t>(r));
+  }
+  c.touched_free.assign(pieces.free.size(), 0);
+  c.any_free_touched = false;
+  if (!pieces.free.empty())
+    for (const std::int32_t r : c.pressing)
+      for (std::int32_t k = set.rows[r].first; k < set.rows[r].first + set.rows[r].count; ++k) {
+        const std::int32_t piece = pieces.piece[set.entries[k].node.index()];
+        if (piece < 0 || pieces.free_index[piece] < 0) continue;
+        c.touched_free[pieces.free_index[piece]] = 1;
+        c.any_free_touched = true;
+      }
+  sum_rows_of_cells(model, w);
+  refresh_diagonals(model, w);
+  refresh_tool_blocks(w);
+}
+
+double multiply_contacts(const MechanicsModel& model, SystemVector which, StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  const std::vector<Quad>& p = which == SystemVector::kSearch ? w.search : w.solution;
+  const ToolVector part = which == SystemVector::kSearch ? &ToolWork::search : &ToolWork::solution;
+  double sum = 0;
+  for (ToolWork& tool : c.tools)
+    for (int a = 0; a < 6; ++a) {
+      const double x = (tool.*part)[a];
+      tool.product[a] = (a < 3 ? tool.mass : tool.inertia) * x;
+      sum += x * tool.product[a];
+    }
+  for (const std::int32_t r : c.single) {
+    const ContactRow& row = set.rows[r];
+    const Vec3 u = relative(set, row, p, c.tools, part), f = times(c.rows[r].block, u);
+    const Lanes force = lanes_of(f);
+    for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
+      double* out = w.product[set.entries[k].node.index()].v;
+      store_lanes(out, load_lanes(out) + set.entries[k].weight * force);
+    }
+    if (row.rigid >= 0) add_to_tool(c.tools[row.rigid].product, row.arm, f, -1);
+    sum += dot(u, f);
+  }
+  Lanes cells = all_lanes(0);
+  for (std::size_t place = 0; place < c.cells.size(); ++place) {
+    const std::array<NodeId, 8>& nodes = model.element(HexId(c.cells[place].element)).nodes;
+    const ContactWork::Quad* m = c.matrices.data() + kMatrixQuads * place;
+    Lanes y[8];
+    for (Lanes& v : y) v = all_lanes(0);
+    for (int j = 0; j < 8; ++j) {
+      const double* x = p[nodes[j].index()].v;
+      for (int a = 0; a < 3; ++a, m += 8) {
+        const Lanes xa = all_lanes(x[a]);
+        for (int i = 0; i < 8; ++i) y[i] += xa * load_lanes(m[i].v);
+      }
+    }
+    for (int i = 0; i < 8; ++i) {
+      double* out = w.product[nodes[i].index()].v;
+      store_lanes(out, load_lanes(out) + y[i]);
+      cells += load_lanes(p[nodes[i].index()].v) * y[i];
+    }
+  }
+  return sum + ((cells[0] + cells[1]) + cells[2]);
+}
+
+void add_contact_impulses(StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  for (ToolWork& tool : c.tools)
+    for (int a = 0; a < 6; ++a) tool.residual[a] += tool.right[a];
+  for (const std::int32_t r : c.pressing) {
+    const ContactRow& row = set.rows[r];
+    const Lanes impulse = lanes_of(c.rows[r].impulse);
+    for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
+      double* out = w.residual[set.entries[k].node.index()].v;
+      store_lanes(out, load_lanes(out) + set.entries[k].weight * impulse);
+    }
+    if (row.rigid >= 0) add_to_tool(c.tools[row.rigid].residual, row.arm, c.rows[r].impulse, -1);
+  }
+}
+
+double update_contacts(double h, StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  double change = 0;
+  for (std::size_t r = 0; r < c.rows.size(); ++r) {
+    const ContactRow& in = set.rows[r];
+    Row& row = c.rows[r];
+    if (!(row.stiffness > 0)) continue;
+    const Vec3 jv = relative(set, in, w.solution, c.tools, &ToolWork::solution), u = jv - in.other_velocity;
+    Vec3 used;  // impulse in the pass that is over
+    if (row.phase != ContactPhase::kOpen) used = row.impulse - times(row.block, jv);
+    const double gap = row.gap + h * dot(in.normal, u);
+    row.force = std::max(0.0, -row.stiffness * gap);
+    row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
+    Vec3 wanted;
+    if (gap < 0) {
+      row.phase = phase_of(in.friction, row, row.stretch, row.force);
+      set_sliding_direction(row);
+      wanted = h * (row.force * in.normal - (row.phase == ContactPhase::kStick ? row.stiffness * row.stretch
+                                                                                : (in.friction * row.force) * row.along));
+    } else {
+      row.phase = ContactPhase::kOpen;
+      row.along = {};
+    }
+    const Vec3 d = wanted - used;
+    change += row.weights * dot(d, d);
+  }
+  return std::sqrt(change);
+}
+
+ContactSummary finish_contacts(double h, StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  ContactSummary out;
+  c.results.assign(set.rows.size(), {});
+  c.tool_results.assign(set.tools.size(), {});
+  for (ToolWork& tool : c.tools) std::fill(tool.contact, tool.contact + 6, 0.0);
+  for (const std::int32_t r : c.pressing) {
+    const ContactRow& in = set.rows[r];
+    const Row& row = c.rows[r];
+    // The force that took part in this step, not what the last iterate would ask for.
+    const Vec3 impulse =
+        row.impulse - times(row.block, relative(set, in, w.solution, c.tools, &ToolWork::solution));
+    if (in.rigid >= 0) add_to_tool(c.tools[in.rigid].contact, in.arm, impulse, -1);
+    c.results[r].force = (1 / h) * impulse;
+    c.results[r].normal_force = std::max(0.0, dot(c.results[r].force, in.normal));
+  }
+  for (std::size_t r = 0; r < c.rows.size(); ++r) {
+    const ContactRow& in = set.rows[r];
+    const Row& row = c.rows[r];
+    const Vec3 u = relative(set, in, w.solution, c.tools, &ToolWork::solution) - in.other_velocity;
+    c.results[r].end_gap = in.gap + h * dot(in.normal, u);
+    c.results[r].sliding = row.phase == ContactPhase::kSlide;
+    out.pressing += row.phase != ContactPhase::kOpen ? 1 : 0;
+    out.sliding += row.phase == ContactPhase::kSlide ? 1 : 0;
+    out.deepest = std::max(out.deepest, -c.results[r].end_gap);
+  }
+  for (std::size_t i = 0; i < c.tools.size(); ++i) coupling_of(set.tools[i], c.tools[i], h, c.tool_results[i]);
+  return out;
+}
+
+void store_contacts(double h, const StepWorkspace& w, MechanicsState& state) {
+  const ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  state.contacts.clear();
+  for (std::size_t r = 0; r < c.rows.size(); ++r) {
+    const Row& row = c.rows[r];
+    if (row.phase == ContactPhase::kOpen || !(row.force > 0)) continue;
+    const double longest = set.rows[r].friction * row.force / row.stiffness, length = norm(row.stretch);
+    state.contacts.push_back({set.rows[r].key, row.force, length > longest ? (longest / length) * row.stretch : row.stretch});
+  }
+  for (std::size_t i = 0; i < c.tools.size(); ++i) state.tools[i] = moved_tool(state.tools[i], c.tools[i], h);
+}
+
+}  // namespace kerf

@@ -643,19 +643,5 @@ TEST(Contact, AbsurdNumbersDoNotTravel) {
   EXPECT_TRUE(is_finite(state.tools[0].velocity));
 }
 
-TEST(RigidTools, RotationVectorsAndBack) {
-  Random random(3);
-  for (int i = 0; i < 200; ++i) {
-    const Vec3 axis = normalized({random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5});
-    for (double angle : {0.0, 1e-9, 0.3, 2.0, 3.1415, M_PI - 1e-9}) {
-      const Vec3 v = angle * axis, back = rotation_vector(rotation_by(v));
-      EXPECT_LT(norm(back - v), 1e-7) << angle;
-      // Against Rodrigues' formula written out.
-      const Mat3 a = rotation_by(v), b = test::rotation_about(axis, angle);
-      for (int j = 0; j < 3; ++j) EXPECT_LT(norm(a.c[j] - b.c[j]), 1e-12);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace kerf

@@ -5,20 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/rigid_place.h"
+
 namespace kerf {
 namespace {
-
-Mat3 product(const Mat3& a, const Mat3& b) {
-  Mat3 m;
-  for (int j = 0; j < 3; ++j) m.c[j] = a * b.c[j];
-  return m;
-}
-
-Mat3 transposed(const Mat3& a) {
-  Mat3 m;
-  for (int i = 0; i < 3; ++i) m.c[i] = {a.c[0][i], a.c[1][i], a.c[2][i]};
-  return m;
-}
 
 // Limits a spring and damper to a force, as a secant: weaker for this step.
 double limited(double most, Vec3 force) {
@@ -32,46 +22,6 @@ double slowed(double m, Vec3 impulse, double fastest) {
 }
 
 }  // namespace
-
-Vec3 rotation_vector(const Mat3& r) {
-  // Through the quaternion with the largest component first: exact near no turn and near half a turn.
-  const double m[3][3] = {{r.c[0].x, r.c[1].x, r.c[2].x}, {r.c[0].y, r.c[1].y, r.c[2].y}, {r.c[0].z, r.c[1].z, r.c[2].z}};
-  const double four[4] = {1 + m[0][0] + m[1][1] + m[2][2], 1 + m[0][0] - m[1][1] - m[2][2],
-                          1 - m[0][0] + m[1][1] - m[2][2], 1 - m[0][0] - m[1][1] + m[2][2]};
-  const auto best = std::max_element(four, four + 4) - four;
-  const double s = 0.5 / std::sqrt(std::max(four[best], 1e-300));
-  double w = 0;
-  Vec3 q;
-  if (best == 0) {
-    w = s * four[0];
-    q = s * Vec3{m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]};
-  } else {
-    const int i = static_cast<int>(best) - 1, j = (i + 1) % 3, k = (i + 2) % 3;
-    w = s * (m[k][j] - m[j][k]);
-    q[i] = s * four[best];
-    q[j] = s * (m[j][i] + m[i][j]);
-    q[k] = s * (m[k][i] + m[i][k]);
-  }
-  if (w < 0) {
-    w = -w;
-    q = -q;
-  }
-  const double sine = norm(q);
-  return sine > 0 ? (2 * std::atan2(sine, w) / sine) * q : Vec3{};
-}
-
-Mat3 rotation_by(Vec3 v) {
-  const double angle = norm(v);
-  Mat3 r;
-  if (!(angle > 0)) return r;
-  const Vec3 k = (1 / angle) * v;
-  const double half = std::sin(0.5 * angle);
-  for (int j = 0; j < 3; ++j) {
-    const Vec3 e = Mat3{}.c[j], turned = cross(k, e);
-    r.c[j] = e + std::sin(angle) * turned + 2 * half * half * cross(k, turned);
-  }
-  return r;
-}
 
 Status check_tool(const RigidTool& t, const RigidState& s, std::size_t index) {
   const auto refuse = [&](const char* what) { return bad_input(fmt::format("tool {}: {}", index + 1, what)); };
@@ -96,7 +46,7 @@ void prepare_tool(const RigidTool& t, const RigidState& s, double h, ToolWork& w
   w = {};
   w.length = std::sqrt(t.inertia / t.mass);
   w.offset = t.target - s.position;
-  w.turn_offset = rotation_vector(product(t.target_axes, transposed(s.axes)));
+  w.turn_offset = turn_of(product(t.target_axes, transposed(s.axes)));
   const double weaker = limited(t.max_force, t.stiffness * w.offset + t.damping * (t.target_velocity - s.velocity));
   w.stiffness = weaker * t.stiffness;
   w.damping = weaker * t.damping;
@@ -105,12 +55,12 @@ void prepare_tool(const RigidTool& t, const RigidState& s, double h, ToolWork& w
   w.turning_stiffness = turn_weaker * t.turning_stiffness;
   w.turning_damping = turn_weaker * t.turning_damping;
   const Vec3 push = t.mass * s.velocity + h * (w.stiffness * w.offset + w.damping * t.target_velocity);
-  const Vec3 turn = t.inertia * s.spin + h * (w.turning_stiffness * w.turn_offset + w.turning_damping * t.target_spin);
+  const Vec3 twist = t.inertia * s.spin + h * (w.turning_stiffness * w.turn_offset + w.turning_damping * t.target_spin);
   w.mass = slowed(t.mass + h * w.damping + h * h * w.stiffness, push, t.max_speed);
-  w.inertia = slowed(t.inertia + h * w.turning_damping + h * h * w.turning_stiffness, turn, t.max_spin);
+  w.inertia = slowed(t.inertia + h * w.turning_damping + h * h * w.turning_stiffness, twist, t.max_spin);
   for (int a = 0; a < 3; ++a) {
     w.right[a] = push[a];
-    w.right[3 + a] = turn[a];
+    w.right[3 + a] = twist[a];
   }
 }
 
@@ -119,8 +69,8 @@ RigidState moved_tool(const RigidState& s, const ToolWork& w, double h) {
   out.velocity = {w.solution[0], w.solution[1], w.solution[2]};
   out.spin = {w.solution[3], w.solution[4], w.solution[5]};
   out.position = s.position + h * out.velocity;
-  const Mat3 turn = rotation_by(h * out.spin);
-  Vec3 x = normalized(turn * s.axes.c[0]), y = turn * s.axes.c[1];
+  const Mat3 moved = product(turn(h * out.spin), s.axes);
+  Vec3 x = normalized(moved.c[0]), y = moved.c[1];
   y = normalized(y - dot(x, y) * x);
   out.axes.c = {x, y, cross(x, y)};
   return out;

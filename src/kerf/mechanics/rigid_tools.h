@@ -20,11 +20,6 @@ struct ToolWork {
   double contact[6] = {};            ///< impulse of the contacts on it, N s, N m s
 };
 
-/// Rotation vector (axis times angle, at most pi) of a rotation.
-Vec3 rotation_vector(const Mat3& rotation);
-/// exp of a rotation vector.
-Mat3 rotation_by(Vec3 vector);
-
 Status check_tool(const RigidTool& tool, const RigidState& state, std::size_t index);
 void prepare_tool(const RigidTool& tool, const RigidState& state, double h, ToolWork& work);
 /// The tool where the step's solution takes it.

@@ -69,7 +69,7 @@ std::size_t UndoStep::bytes() const {
 
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), time(o.time), steps(o.steps),
-      next_command(o.next_command), grasps(o.grasps), tools(o.tools),
+      next_command(o.next_command), grasps(o.grasps), tools(o.tools), touching(o.touching),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
       strokes(o.strokes), topology_version(o.topology_version) {}
 
@@ -132,7 +132,11 @@ Status Session::Impl::prepare(const Progress& progress) {
     case ScenePreconditioner::kDirect: step_options.solver = SolverKind::kDirect; break;
   }
 
-  for (const SceneRigidTool& tool : scene.tools) state.tools.push_back(tool_at_start(tool));
+  for (const SceneRigidTool& tool : scene.tools) {
+    state.tools.push_back(tool_at_start(tool));
+    state.mechanics.tools.push_back(tool_state(tool));
+  }
+  KERF_TRY(prepare_contact(scene, state.body, notes, contact));
   for (std::size_t i = 0; i < scene.fixes.size(); ++i)
     KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}: [[fix]] number {}", source(scene), i + 1)));
   KERF_TRY(renew_springs());
@@ -162,15 +166,15 @@ Result<SessionStep> Session::step() {
     KERF_TRY(s.apply(command));
   }
   if (s.state.stroke && s.state.stroke->from_command) KERF_TRY(s.advance_command_stroke(until));
-  s.move_grasps(until);
   s.renew_loads();
 
-  auto mechanics = kerf::step(s.state.model, s.state.mechanics, s.step_options, s.workspace);
+  auto mechanics = s.advance_mechanics();
   if (!mechanics) return mechanics.error();
-  calm_light_nodes(s.state.body.hex, s.state.model.structure().mass, dt, s.state.mechanics);
   carry_unused_nodes(s.state.body.hex, s.state.mechanics, s.carried);
   s.positions_changed();
   report.mechanics = *mechanics;
+  report.parts = s.parts;
+  report.detection = s.detection_seconds;
   s.forces_of = s.state.topology_version;
   ++s.state.steps;
   s.state.time = static_cast<double>(s.state.steps) * dt;  // no drift
@@ -209,6 +213,7 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
   const std::uint64_t version = impl_->state.topology_version;
   impl_->state = snapshot->state;
   impl_->skin_stale = true;
+  impl_->contact.surface_stale = true;
   impl_->watched.everything = impl_->watching;
   impl_->state.topology_version = version + 1;  // whoever watches must look again
   impl_->positions_changed();
@@ -266,7 +271,7 @@ Vec3 Session::support_force(NodeId node) const {
   const Impl& s = *impl_;
   // What the last step left belongs to the nodes that there were then.
   if (s.forces_of != s.state.topology_version || !s.state.model.is_fixed(node) || !s.state.body.hex.active(node)) return {};
-  return reaction(s.state.model, s.workspace, s.step_options, node);
+  return reaction(s.state.model, s.workspace, s.last_options, node);
 }
 
 Vec3 Session::grasp_force(const std::string& id) const {
@@ -318,6 +323,13 @@ std::uint64_t Session::hash() const {
   hash.add(state.mechanics.velocities);
   hash.add(state.mechanics.rotations);
   hash.add(state.mechanics.two_level_steps);
+  hash.add(state.mechanics.tools);
+  hash.add(state.mechanics.contacts);
+  for (const RememberedContact& c : state.touching.contacts) {
+    hash.add(c.key);
+    hash.add(c.normal);
+    hash.add(c.feature);
+  }
   hash.add(state.steps);
   hash.add(state.next_command);
   for (std::size_t i = 0; i < state.model.node_count(); ++i) hash.add(state.model.is_fixed(NodeId(i)) ? 1 : 0);

@@ -40,7 +40,9 @@ struct StrokeRecord {
 };
 
 struct SessionStep {
-  StepReport mechanics;
+  StepReport mechanics;  ///< of a step in parts: times and iterations summed, the rest of the last part, deepest of all
+  int parts = 1;         ///< that mechanics was divided into, so that nothing tunnels
+  double detection = 0;  ///< s, of finding contacts
   bool topology_changed = false;
   double seconds = 0;  ///< the whole step
 };
@@ -145,6 +147,24 @@ class Session {
   [[nodiscard]] Vec3 support_force(NodeId node) const;
   /// Force of a grasp on the body, N, of the last step; zero for an unknown id.
   [[nodiscard]] Vec3 grasp_force(const std::string& id) const;
+  /// What touched in the last step; empty from a change of topology to the next step.
+  struct ContactState {
+    Vec3 point;            ///< metres, at the start of the step (of its last part)
+    Vec3 normal;           ///< unit, towards the body
+    double gap = 0;        ///< metres, at the end of the step; negative: overlap
+    Vec3 force;            ///< N, on the body, friction included
+    double normal_force = 0;  ///< N
+    bool sliding = false;
+    std::int32_t obstacle = -1, tool = -1;  ///< number in the scene; both -1: the body itself
+  };
+  [[nodiscard]] std::vector<ContactState> contacts() const;
+  /// Where a tool of the scene is, and what it feels: forces on it in the last step, about its own place.
+  struct ToolState {
+    RigidState place;
+    Vec3 force, torque;                    ///< N, N m: of what it touches
+    Vec3 coupling_force, coupling_torque;  ///< of the coupling to its pose
+  };
+  [[nodiscard]] std::vector<ToolState> tools() const;
   [[nodiscard]] const std::vector<StrokeRecord>& strokes() const;
   [[nodiscard]] const std::vector<std::string>& notes() const;
 

@@ -116,13 +116,13 @@ Status Session::Impl::release(const SceneRelease& what) {
   return renew_springs();
 }
 
-void Session::Impl::move_grasps(double until) {
+void Session::Impl::move_grasps(double until, double over) {
   for (Grasp& g : state.grasps) {
     const double s = g.move_over > 0 ? std::clamp((until - g.move_began) / g.move_over, 0.0, 1.0) : 1.0;
     const Vec3 before = g.centre;
     g.centre = lerp(g.from, g.to, s);
     // At once means at once: a target that jumps has no velocity.
-    const Vec3 velocity = g.move_over > 0 ? (1 / step_options.dt) * (g.centre - before) : Vec3{};
+    const Vec3 velocity = g.move_over > 0 ? (1 / over) * (g.centre - before) : Vec3{};
     for (std::size_t i = 0; i < g.springs.size(); ++i)
       if (state.model.has_spring(g.springs[i])) state.model.set_spring_target(g.springs[i], g.centre + g.offset[i], velocity);
   }

@@ -14,6 +14,7 @@
 #include "kerf/lattice/tip_glue.h"
 #include "kerf/session/body_build.h"
 #include "kerf/session/body_mechanics.h"
+#include "kerf/session/contact_step.h"
 #include "kerf/session/rigid_motion.h"
 #include "kerf/session/session.h"
 
@@ -60,7 +61,8 @@ struct SessionState {
   std::int64_t steps = 0;
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
-  std::vector<ToolMotion> tools;  ///< one per tool of the scene
+  std::vector<ToolMotion> tools;  ///< one per tool of the scene; where the tools are is in `mechanics`
+  DetectMemory touching;          ///< what detection remembers of contacts
   std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
   JournalMark synced;                   ///< hexahedra, embeddings and mechanics match the complex as of here
   std::vector<UndoStep> undo, redo;
@@ -92,6 +94,12 @@ struct Session::Impl {
   LatticeScratch lattice_scratch;
   LatticeChange lattice_change;
   StepWorkspace workspace;
+  StepOptions last_options;  ///< of the step that the workspace holds
+  ContactStep contact;
+  MechanicsState before_step;  ///< while a step is taken in parts
+  DetectMemory touched_before;
+  int parts = 1;  ///< of the last step
+  double detection_seconds = 0;
   std::uint64_t forces_of = 0;  ///< topology version of the step that the workspace holds
   EmbeddingScratch embedding_scratch;
   std::vector<VisualVertex> moved;
@@ -145,10 +153,18 @@ struct Session::Impl {
   std::vector<NodeId> nodes_in(const SceneRegion& region) const;
   /// Springs of grasps and of slit tips, anew; after every change of topology.
   Status renew_springs();
-  void move_grasps(double until);
+  /// Grasps on their way at `until`; `over`: s since they were last told.
+  void move_grasps(double until, double over);
   /// Young's modulus of the body that a copy belongs to, outside of all regions.
   [[nodiscard]] double young_at(HexId copy) const;
   void renew_loads();
+
+  // session_contact.cpp
+  /// Mechanics up to the end of the step, in parts where contact wants it. On an error the state is as it was.
+  Result<StepReport> advance_mechanics();
+  Result<StepReport> advance_part(double t, double h);
+  /// Triangles of the collision mesh that a cut, or taking one back, has changed.
+  void contact_follows(std::span<const CollisionTriangle> changed);
 
   const std::vector<Vec3>& deformed_collision();
   void positions_changed() { collision_positions_valid = false; }

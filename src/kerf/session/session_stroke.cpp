@@ -137,6 +137,7 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   Body& body = state.body;
   collect_topology_change(body.complex, state.synced, cut_scratch, topology_change);
   if (topology_change.triangles.empty() && remembered.empty()) return {};
+  contact_follows(topology_change.triangles);
   lattice_change.clear();
   adapt_lattice(body.complex.collision, body.hex, topology_change.triangles, lattice_scratch, lattice_change);
   moved.clear();
@@ -177,8 +178,8 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   const auto nodes = mark_of(body, mark, body.hex.corner);
   const auto copies = mark_of(body, mark, body.hex.cell);
   note_rollback(skin, body.embedding, mark_of(body, mark, body.embedding.visual));
+  if (watching || contact.on) collect_topology_change(body.complex, mark, cut_scratch, topology_change);
   if (watching) {
-    collect_topology_change(body.complex, mark, cut_scratch, topology_change);
     note_changes(body, mark, topology_change, watched);
   }
   // The twins of the provisional tip go; when it is walked again they take up their motion where they left it.
@@ -204,6 +205,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
     if (state.model.has_element(id)) state.model.remove_element(id);
   state.model.clear_springs();
   journal_rollback(body, mark);
+  contact_follows(topology_change.triangles);
   const Status truncated = state.model.truncate(nodes.size, copies.size);
   KERF_ASSERT(truncated.ok());
   (void)truncated;
@@ -257,7 +259,9 @@ Status Session::Impl::cancel_stroke() {
   rollback_to(state.stroke->start);
   remembered.clear();
   // Halves that have drifted apart would be torn together: motion goes back too.
+  std::swap(state.stroke->before.tools, state.mechanics.tools);
   state.mechanics = std::move(state.stroke->before);
+  state.touching = {};
   state.strokes.pop_back();
   state.stroke.reset();
   keep_grasps_on(ancestors);
@@ -304,6 +308,9 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
   KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
   state.mechanics = std::move(step.mechanics);
   step.mechanics = std::move(now);
+  state.mechanics.tools = step.mechanics.tools;  // tools stay where they are
+  state.touching = {};
+  contact.surface_stale = true;
   if (step.record < state.strokes.size()) state.strokes[step.record].undone = back;
   mark_synced();
   ++state.topology_version;

@@ -1,0 +1,189 @@
+#include "kerf/session/contact_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/contact/surface_offsets.h"
+#include "kerf/mechanics/rigid_tools.h"
+
+namespace kerf {
+namespace {
+
+/// Radius of gyration of a tool's proxy, m: turns of its tip weigh as much as moves.
+constexpr double kToolGyration = 0.02;
+
+void refresh_surface(const Body& body, ContactStep& c) {
+  if (c.surface_stale) rebuild_contact_surface(body.complex.collision, c.surface);
+  c.surface_stale = false;
+}
+
+/// The surface as it is, and as it would be h seconds on without contact.
+SurfaceState surface_state(const Body& body, const MechanicsModel& model, const MechanicsState& state, double h, Vec3 gravity,
+                           ContactStep& c) {
+  const std::size_t n = body.complex.collision.vertex_count();
+  c.positions.resize(n);
+  c.offsets.resize(n);
+  c.predicted.resize(n);
+  c.predicted_nodes.resize(state.positions.size());
+  for (std::size_t i = 0; i < state.positions.size(); ++i) {
+    const NodeId node(i);
+    const Vec3 v = model.is_fixed(node) ? model.prescribed_velocities()[i] : state.velocities[i] + h * gravity;
+    c.predicted_nodes[i] = state.positions[i] + h * v;
+  }
+  collision_positions(body.hex, body.embedding, state.positions, c.positions);
+  collision_positions(body.hex, body.embedding, c.predicted_nodes, c.predicted);
+  surface_offsets(body.hex, body.embedding, c.surface, state.positions, c.offsets);
+  return {&c.surface, c.positions, c.offsets, c.predicted};
+}
+
+/// Obstacles on their way, tools where they are with the velocity that their coupling alone would give them.
+void place_shapes(const Scene& scene, const MechanicsState& state, const std::vector<ToolMotion>& motions, double t, double h,
+                  ContactStep& c) {
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
+    if (!scene.obstacles[i].moves.empty())
+      place_shape(place_at(scene.obstacles[i], t), place_at(scene.obstacles[i], t + h), h, c.shapes.obstacles[i]);
+  c.tools.resize(scene.tools.size());
+  c.set.tools.resize(scene.tools.size());
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    const SceneRigidTool& tool = scene.tools[i];
+    RigidShape& shape = c.tools[i];
+    const double jaws = motions[i].jaws(t + h);  // as they will be: their own motion is in the gaps
+    if (shape.parts.empty() || motions[i].jaws(t) != jaws || motions[i].jaws_over > 0)
+      shape.parts = tool_parts(tool, jaws, c.shapes.tool_meshes[i]);
+    shape.friction = tool.friction.value_or(scene.contact.friction);
+    const RigidState& now = state.tools[i];
+    c.set.tools[i] = rigid_tool(tool, motions[i], t, h);
+    ToolWork free;
+    prepare_tool(c.set.tools[i], now, h, free);
+    shape.position = now.position;
+    shape.axes = now.axes;
+    shape.velocity = (1 / free.mass) * Vec3{free.right[0], free.right[1], free.right[2]};
+    shape.spin = (1 / free.inertia) * Vec3{free.right[3], free.right[4], free.right[5]};
+  }
+}
+
+/// Adds the entries of a surface point, times sign. Nodes that are there already get the sum.
+void add_point(const Body& body, const SurfacePoint& point, double sign, std::int32_t first, ContactStep& c) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const CollisionVertex v = point.vertex[k];
+    if (!v.valid() || point.weight[k] == 0) continue;
+    const auto weights = lifted_weights(body.hex, body.embedding, c.surface, v, point.lift);
+    const auto& nodes = body.hex.nodes[body.embedding.collision[v]];
+    for (std::size_t i = 0; i < 8; ++i) {
+      std::int32_t& slot = c.node_slot[nodes[i].index()];
+      if (slot < first) {
+        slot = static_cast<std::int32_t>(c.set.entries.size());
+        c.set.entries.push_back({nodes[i], 0});
+      }
+      c.set.entries[static_cast<std::size_t>(slot)].weight += sign * point.weight[k] * weights[i];
+    }
+  }
+}
+
+/// The copy that all vertices of a point hang on, or none.
+HexId common_copy(const Body& body, const SurfacePoint& point) {
+  HexId copy;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const CollisionVertex v = point.vertex[k];
+    if (!v.valid() || point.weight[k] == 0) continue;
+    const HexId own = body.embedding.collision[v];
+    if (copy.valid() && copy != own) return {};
+    copy = own;
+  }
+  return copy;
+}
+
+void make_rows(const Body& body, ContactStep& c) {
+  c.set.rows.clear();
+  c.set.entries.clear();
+  c.node_slot.assign(body.hex.node_count(), -1);
+  for (const Contact& contact : c.contacts) {
+    ContactRow row;
+    row.key = contact.key;
+    row.first = static_cast<std::int32_t>(c.set.entries.size());
+    const bool other_body = contact.b.vertex[0].valid();
+    add_point(body, contact.a, 1, row.first, c);
+    if (other_body) add_point(body, contact.b, -1, row.first, c);
+    row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
+    if (!other_body) row.cell = common_copy(body, contact.a);
+    row.normal = contact.normal;
+    row.gap = contact.gap;
+    row.friction = contact.friction;
+    if (contact.tool >= 0) {
+      row.rigid = contact.tool;
+      row.arm = contact.point - c.tools[static_cast<std::size_t>(contact.tool)].position;
+    } else if (!other_body) {
+      row.other_velocity = contact.other_velocity;
+    }
+    c.set.rows.push_back(row);
+  }
+}
+
+}  // namespace
+
+Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::string>& notes, ContactStep& c) {
+  c.on = wants_contact(scene);
+  if (!c.on) return {};
+  auto shapes = load_scene_shapes(scene, notes);
+  if (!shapes) return shapes.error();
+  c.shapes = std::move(*shapes);
+  c.surface = make_contact_surface(body.complex.collision);
+  c.set.options.stiffness = scene.contact.stiffness;
+  c.set.options.passes = scene.contact.passes;
+  c.set.options.push_speed = scene.contact.push_speed;
+  return {};
+}
+
+RigidState tool_state(const SceneRigidTool& tool) {
+  const RigidPlace place = place_of(tool.position, tool.rotation);
+  return {place.position, place.axes, {}, {}};
+}
+
+RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, double t, double h) {
+  RigidTool r;
+  const double gyration = kToolGyration * kToolGyration;
+  r.mass = tool.mass;
+  r.inertia = tool.mass * gyration;
+  r.stiffness = tool.stiffness;
+  r.damping = tool.damping.value_or(2 * std::sqrt(r.stiffness * r.mass));
+  r.turning_stiffness = tool.turning_stiffness.value_or(tool.stiffness * gyration);
+  r.turning_damping = tool.turning_damping.value_or(2 * std::sqrt(r.turning_stiffness * r.inertia));
+  const RigidPlace from = motion.pose(t), to = motion.pose(t + h);
+  const RigidVelocity v = velocity_between(from, to, h);
+  r.target = to.position;
+  r.target_axes = to.axes;
+  r.target_velocity = v.linear;
+  r.target_spin = v.spin;
+  r.max_force = tool.max_force;
+  r.max_speed = tool.max_speed;
+  return r;
+}
+
+int contact_substeps(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
+                     const std::vector<ToolMotion>& motions, double t, double dt, Vec3 gravity, ContactStep& c) {
+  refresh_surface(body, c);
+  if (scene.contact.substeps <= 1) return 1;
+  place_shapes(scene, state, motions, t, dt, c);
+  const SurfaceState surface = surface_state(body, model, state, dt, gravity, c);
+  int parts = 1;
+  for (const std::vector<RigidShape>* shapes : {&c.shapes.obstacles, &c.tools})
+    parts = std::max(parts, substeps({&surface, 1}, *shapes, dt, scene.contact.substeps));
+  return parts;
+}
+
+void find_contacts(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
+                   const std::vector<ToolMotion>& motions, double t, double h, Vec3 gravity, DetectMemory& memory,
+                   ContactStep& c) {
+  refresh_surface(body, c);
+  place_shapes(scene, state, motions, t, h, c);
+  const SurfaceState surface = surface_state(body, model, state, h, gravity, c);
+  DetectOptions options;
+  options.step = h;
+  options.margin = scene.contact.margin;
+  options.self_contact = scene.contact.self;
+  options.body_friction = scene.contact.friction;
+  c.seen = detect({&surface, 1}, c.shapes.obstacles, c.tools, options, memory, c.detect, c.contacts);
+  make_rows(body, c);
+}
+
+}  // namespace kerf

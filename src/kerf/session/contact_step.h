@@ -1,0 +1,51 @@
+// Contact in a session's step: where obstacles and tools are, what touches, and the rows that mechanics is given.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kerf/contact/detect.h"
+#include "kerf/mechanics/step.h"
+#include "kerf/session/body.h"
+#include "kerf/session/rigid_motion.h"
+#include "kerf/session/scene_shapes.h"
+
+namespace kerf {
+
+/// What a session keeps for contact besides its state: shapes as loaded, the contact geometry of the body (derived from
+/// the collision mesh), and memory.
+struct ContactStep {
+  bool on = false;
+  SceneShapes shapes;
+  ContactSurface surface;
+  bool surface_stale = false;  ///< after undo, redo or a restored snapshot: all of it anew
+
+  std::vector<RigidShape> tools;
+  std::vector<Vec3> positions, offsets, predicted, predicted_nodes;
+  DetectWorkspace detect;
+  DetectReport seen;               ///< of the last detection
+  std::vector<Contact> contacts;   ///< of the last detection, by key; results in the workspace of mechanics are in the same order
+  ContactSet set;
+  std::vector<std::int32_t> node_slot;  ///< per node, -1 between uses
+};
+
+/// Shapes, contact geometry and options of a scene. Bad input: meshes of obstacles that can't be used.
+Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::string>& notes, ContactStep& step);
+
+/// At the start of its motion.
+RigidState tool_state(const SceneRigidTool& tool);
+
+/// Numbers of a tool that follows a motion from time t for h seconds.
+RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, double t, double h);
+
+/// How many equal parts a step of dt seconds needs so that nothing tunnels: body, obstacles and tools as they move at time t.
+int contact_substeps(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
+                     const std::vector<ToolMotion>& motions, double t, double dt, Vec3 gravity, ContactStep& step);
+
+/// What touches between t and t + h: step.contacts and the rows of step.set. O(surface refitted + contacts).
+void find_contacts(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
+                   const std::vector<ToolMotion>& motions, double t, double h, Vec3 gravity, DetectMemory& memory,
+                   ContactStep& step);
+
+}  // namespace kerf

@@ -1,0 +1,114 @@
+// Contact in the session: a step of mechanics, in as many parts as fast tools want, with what touches found before each.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "kerf/session/session_impl.h"
+
+namespace kerf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Adds a part of a step to the report of what came before it.
+void add_part(const StepReport& part, StepReport& sum) {
+  const StepReport before = sum;
+  sum = part;
+  sum.iterations += before.iterations;
+  sum.block_jacobi_iterations += before.block_jacobi_iterations;
+  sum.passes = std::max(part.passes, before.passes);
+  sum.cap_hit = part.cap_hit || before.cap_hit;
+  sum.two_level = part.two_level || before.two_level;
+  sum.deepest_overlap = std::max(part.deepest_overlap, before.deepest_overlap);
+  sum.seconds_forces += before.seconds_forces;
+  sum.seconds_setup += before.seconds_setup;
+  sum.seconds_solve += before.seconds_solve;
+  sum.seconds_contact += before.seconds_contact;
+  sum.seconds_total += before.seconds_total;
+}
+
+}  // namespace
+
+Result<StepReport> Session::Impl::advance_part(double t, double h) {
+  last_options = step_options;
+  last_options.dt = h;
+  if (contact.on) {
+    const auto start = Clock::now();
+    find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity, state.touching,
+                  contact);
+    detection_seconds += std::chrono::duration<double>(Clock::now() - start).count();
+  }
+  auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
+  if (!done) return done;
+  calm_light_nodes(state.body.hex, state.model.structure().mass, h, state.mechanics);
+  return done;
+}
+
+Result<StepReport> Session::Impl::advance_mechanics() {
+  const double dt = step_options.dt;
+  detection_seconds = 0;
+  parts = contact.on ? contact_substeps(scene, state.body, state.model, state.mechanics, state.tools, state.time, dt,
+                                        step_options.gravity, contact)
+                     : 1;
+  if (contact.on) {
+    before_step = state.mechanics;
+    touched_before = state.touching;
+  }
+  const double h = dt / parts;
+  StepReport sum;
+  for (int i = 0; i < parts; ++i) {
+    move_grasps(i + 1 == parts ? state.time + dt : state.time + (i + 1) * h, h);
+    auto part = advance_part(state.time + i * h, h);
+    if (!part) {
+      if (contact.on) {
+        state.mechanics = before_step;
+        state.touching = touched_before;
+      }
+      return part;
+    }
+    if (i == 0) sum = *part;
+    else add_part(*part, sum);
+  }
+  return sum;
+}
+
+void Session::Impl::contact_follows(std::span<const CollisionTriangle> changed) {
+  if (!contact.on || contact.surface_stale) return;
+  update_contact_surface(state.body.complex.collision, changed, contact.surface);
+}
+
+std::vector<Session::ContactState> Session::contacts() const {
+  const Impl& s = *impl_;
+  std::vector<ContactState> out;
+  const std::vector<ContactResult>& results = s.workspace.contact.results;
+  // What the last step left belongs to the body that there was then.
+  if (!s.contact.on || s.forces_of != s.state.topology_version || results.size() != s.contact.contacts.size()) return out;
+  out.reserve(results.size());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const Contact& c = s.contact.contacts[i];
+    const ContactResult& r = results[i];
+    out.push_back({c.point, c.normal, r.end_gap, r.force, r.normal_force, r.sliding, c.obstacle, c.tool});
+  }
+  return out;
+}
+
+std::vector<Session::ToolState> Session::tools() const {
+  const Impl& s = *impl_;
+  std::vector<ToolState> out;
+  const std::vector<RigidToolResult>& results = s.workspace.contact.tool_results;
+  for (std::size_t i = 0; i < s.state.mechanics.tools.size(); ++i) {
+    ToolState tool;
+    tool.place = s.state.mechanics.tools[i];
+    if (i < results.size()) {
+      tool.force = results[i].force;
+      tool.torque = results[i].torque;
+      tool.coupling_force = results[i].coupling_force;
+      tool.coupling_torque = results[i].coupling_torque;
+    }
+    out.push_back(tool);
+  }
+  return out;
+}
+
+}  // namespace kerf

@@ -310,15 +310,15 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
   step.mechanics = std::move(now);
   state.mechanics.tools = step.mechanics.tools;  // tools stay where they are
   state.touching = {};
-  contact.surface_stale = true;
   if (step.record < state.strokes.size()) state.strokes[step.record].undone = back;
   mark_synced();
   ++state.topology_version;
   skin_stale = true;
-  if (watching) {
+  if (watching || contact.on) {
     collect_topology_change(state.body.complex, step.topology, cut_scratch, topology_change);
-    note_changes(state.body, step.topology, topology_change, watched);
+    contact_follows(topology_change.triangles);
   }
+  if (watching) note_changes(state.body, step.topology, topology_change, watched);
   to.push_back(std::move(step));
   positions_changed();
   KERF_TRY(renew_springs());

@@ -99,15 +99,13 @@ struct Sheet {
 };
 
 Vec3 flat(Vec3 p, double wave) { return p + Vec3{0, 0, wave * std::sin(7 * p.x + 5 * p.y) + 1e-4}; }
-/// Over the balls, swollen by the sheet's half thickness, and hanging in between.
-Vec3 draped(Vec3 p, double wave, double r) {
-  double z = -0.12;
+/// Over the balls, hanging in between by more than half of the thickness.
+Vec3 draped(Vec3 p, double wave) {
+  double z = 0;
   for (const double x : {-kPlace, kPlace})
-    for (const double y : {-kPlace, kPlace}) {
-      const double away = (p.x - x) * (p.x - x) + (p.y - y) * (p.y - y), swollen = kBall + r;
-      if (away < swollen * swollen) z = std::max(z, std::sqrt(swollen * swollen - away) - kBall - r);
-    }
-  return {p.x, p.y, z + wave * std::sin(7 * p.x + 5 * p.y)};
+    for (const double y : {-kPlace, kPlace})
+      z = std::max(z, std::exp(-((p.x - x) * (p.x - x) + (p.y - y) * (p.y - y)) / (2 * 0.12 * 0.12)));
+  return {p.x, p.y, 0.07 * (z - 1) + wave * std::sin(7 * p.x + 5 * p.y)};
 }
 /// A spiral whose layers all but touch.
 Vec3 rolled(Vec3 p, double wave, double r) {
@@ -165,6 +163,6 @@ int main(int argc, char** argv) {
     }
   };
   row("flat on balls", 1, [](Vec3 p, double wave, double) { return flat(p, wave); });
-  row("draped over balls", 1, [](Vec3 p, double wave, double r) { return draped(p, wave, r); });
+  row("draped over balls", 1, [](Vec3 p, double wave, double) { return draped(p, wave); });
   row("rolled, r = 1 cm", 0.2, [](Vec3 p, double wave, double r) { return rolled(p, wave, r); });
 }

@@ -2,17 +2,10 @@
 #include "kerf/contact/detect_scratch.h"
 
 namespace kerf {
-namespace {
-
-/// A direction counts as pointing off a face up to this cosine: the normal cone of an edge, widened by 10 degrees.
-constexpr double kOff = 0.17;
-
-}  // namespace
-
 bool BodyView::off_faces(CollisionHalfEdge h, Vec3 direction) const {
-  if (dot(direction, into(h)) > kOff) return false;
+  if (dot(direction, into(h)) > kOffFaces) return false;
   const CollisionHalfEdge g = surface.twin[h];
-  return !g.valid() || dot(direction, into(g)) <= kOff;
+  return !g.valid() || dot(direction, into(g)) <= kOffFaces;
 }
 
 BodyPoint vertex_point(const BodyView& body, CollisionVertex v) {

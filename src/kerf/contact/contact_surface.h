@@ -42,6 +42,7 @@ struct ContactSurface {
   IndexedArray<RootId, std::uint8_t> root_border;  ///< bit i: edge corner i to i+1 was a border before any cut
   TreeBoxes rest_boxes;                            ///< of the tree, at rest
   std::vector<std::int32_t> node_piece;            ///< per node: the piece of the body that it belongs to, or -1: several
+  std::vector<float> node_thinnest;                ///< per node: least radius, m; cuts don't lower it
   double largest_radius = 0;                       ///< m
   double size = 0;                                 ///< diagonal of its box, m
 

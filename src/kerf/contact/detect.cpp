@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "kerf/contact/detect_scratch.h"
+#include "kerf/contact/near_shape.h"
 
 namespace kerf {
 namespace {
@@ -23,11 +23,12 @@ std::uint64_t mix(std::uint64_t z) {  // splitmix64: one to one
   return z ^ (z >> 31);
 }
 
-void prepare(const SurfaceState& state, bool self_contact, BodyFrame& frame) {
+void prepare(const SurfaceState& state, bool between_bodies, BodyFrame& frame) {
   const ContactSurface& s = *state.surface;
   KERF_ASSERT(state.position.size() == s.vertex_count() && state.offset.size() == s.vertex_count() &&
               state.predicted.size() == s.vertex_count());
   refit(s.tree, s.origin.raw(), state.position, frame.boxes);
+  frame.thickness.resize(s.vertex_count());
   frame.travel.resize(s.vertex_count());
   frame.sway.resize(s.vertex_count());
   double travel = 0, sway = 0, offset = 0;
@@ -37,17 +38,18 @@ void prepare(const SurfaceState& state, bool self_contact, BodyFrame& frame) {
     frame.travel[v] = norm(d);
     mean += d;
     travel = std::max(travel, frame.travel[v]);
-    offset = std::max(offset, dot(state.offset[v], state.offset[v]));
+    frame.thickness[v] = norm(state.offset[v]);
+    offset = std::max(offset, frame.thickness[v]);
   }
   if (s.vertex_count() > 0) mean = (1 / static_cast<double>(s.vertex_count())) * mean;
   for (std::size_t v = 0; v < s.vertex_count(); ++v) {
     frame.sway[v] = norm(state.predicted[v] - state.position[v] - mean);
     sway = std::max(sway, frame.sway[v]);
   }
-  if (self_contact) refit_normals(s.tree, s.origin.raw(), frame.boxes, frame.normals);
+  if (between_bodies) refit_directions(s.tree, s.origin.raw(), state.offset, frame.boxes, frame.unit, frame.directions);
   frame.greatest_travel = travel;
   frame.greatest_sway = sway;
-  frame.greatest_offset = std::sqrt(offset);
+  frame.greatest_offset = offset;
 }
 
 void detect_shape(DetectRun& run, const ShapeRef& ref) {
@@ -61,9 +63,10 @@ void detect_shape(DetectRun& run, const ShapeRef& ref) {
     const double reach = frame.greatest_offset + run.margin + kApproach * (frame.greatest_travel + run.options.step * speed);
     for (std::size_t i = 0; i < shape.parts.size(); ++i) {
       const PlacedPart placed = place(shape, shape.parts[i]);
-      find_leaves(surface.tree, frame.boxes, placed, reach, run.scratch);
-      detect_vertices(run, view(run, body), ref, static_cast<std::int32_t>(i), placed);
-      detect_features(run, view(run, body), ref, static_cast<std::int32_t>(i), placed);
+      const BodyView view = kerf::view(run, body);
+      const NearShape near{run, view, ref, static_cast<std::int32_t>(i), placed, run.options.step * speed};
+      if (placed.part->kind == PartKind::kMesh) detect_mesh(near, reach);
+      else detect_simple(near, reach);
     }
   }
 }
@@ -185,7 +188,7 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   scratch.bodies.resize(bodies.size());
   double radius = 0, size = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    prepare(bodies[b], options.self_contact, scratch.bodies[b]);
+    prepare(bodies[b], options.self_contact || bodies.size() > 1, scratch.bodies[b]);
     radius = std::max(radius, bodies[b].surface->largest_radius);
     size = std::max(size, bodies[b].surface->size);
   }

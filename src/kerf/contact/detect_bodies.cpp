@@ -54,11 +54,23 @@ bool share_vertex(const ContactSurface& s, F f, std::int32_t g) {
   return std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end();
 }
 
+/// Has f a corner so near to v at rest that it must be a neighbour, if the two hang together?
+bool is_clear_neighbour(const ContactSurface& s, V v, F f) {
+  const double r = kNeighbour * s.radius[v];
+  for (const V c : s.vertices(f)) {
+    const Vec3 d = s.rest[c] - s.rest[v];
+    const double near = r + kNeighbour * s.radius[c];
+    if (dot(d, d) <= near * near) return true;
+  }
+  return false;
+}
+
 /// One vertex at work.
 struct VertexSearch {
   V v;
   BodyPoint point;
-  double reach = 0;
+  double reach = 0;     ///< of mid-surfaces
+  double approach = 0;  ///< of gaps
   std::array<const RememberedContact*, 2> remembered{};  ///< by slot
   bool recalled = false;
   std::array<FaceFoot, 2> best;                           ///< by slot: on the vertex's + and - side
@@ -88,7 +100,8 @@ double side_of(const Pair& pair, VertexSearch& search, F f, Vec3 direction, Vec3
   return side;
 }
 
-void offer_face(const Pair& pair, VertexSearch& search, F f) {
+/// hang_together: near at rest means neighbours.
+void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together) {
   const BodyView& other = pair.b;
   const auto corner = other.surface.vertices(f);
   if (pair.self && (corner[0] == search.v || corner[1] == search.v || corner[2] == search.v)) return;
@@ -109,6 +122,7 @@ void offer_face(const Pair& pair, VertexSearch& search, F f) {
   c.gap = prism_gap(search.point, c.foot, c.normal);
   if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
   if (pair.self && rest_distance(other.surface, search.v, f) <= neighbour_distance(other.surface, search.v, f)) {
+    if (hang_together) return;
     find_neighbours(other.surface, search.v, pair.run.scratch.neighbours);
     if (is_neighbour(pair.run.scratch.neighbours, f)) return;
     c.across = true;
@@ -168,22 +182,28 @@ void search_vertex(const Pair& pair, V v, std::span<const std::array<std::uint32
   VertexSearch search;
   search.v = v;
   search.point = vertex_point(pair.a, v);
-  search.reach = norm(search.point.offset) + other.frame.greatest_offset + pair.run.margin +
-                 kApproach * (pair.sway(v.index()) + pair.most_sway);
+  search.approach = pair.run.margin + kApproach * (pair.sway(v.index()) + pair.most_sway);
+  search.reach = norm(search.point.offset) + other.frame.greatest_offset + search.approach;
   const double r = search.reach + other.frame.boxes.slack + pair.a.frame.boxes.slack;
   const auto limit = static_cast<float>(r * r);
-  const TreeCorner p = pair.a.frame.boxes.points[v.index()];
-  const bool on_rim = pair.self && pair.a.surface.on_cut[v] != 0;
-  if (on_rim) search.rim = rim_at(pair.a, v);
+  const auto gap_limit = static_cast<float>(search.approach + other.frame.boxes.slack + pair.a.frame.boxes.slack);
+  const TreeCorner p = pair.a.frame.boxes.points[v.index()], direction = pair.a.frame.unit[v.index()];
+  const TreeBox here{p, p}, mine{direction, direction};
+  if (pair.self && pair.a.surface.on_cut[v] != 0) search.rim = rim_at(pair.a, v);
   const auto& points = other.frame.boxes.points;
-  for (const auto& [mine, leaf] : leaves) {
-    if (squared_distance(other.frame.boxes.box[leaf], p) > limit) continue;
-    other.surface.tree.for_each_triangle(leaf, [&](F f) {
+  for (const auto& [leaf, partner] : leaves) {
+    const TreeBox& directions = other.frame.directions[partner];
+    if (squared_distance(other.frame.boxes.box[partner], p) > limit ||
+        side_by_side(here, mine, other.frame.boxes.box[partner], directions, gap_limit))
+      continue;
+    const bool neighbours = pair.self && hang_together(pair.a.surface, leaf, partner);
+    other.surface.tree.for_each_triangle(partner, [&](F f) {
+      if (neighbours && is_clear_neighbour(pair.a.surface, v, f)) return;
       const auto c = other.surface.vertices(f);
       const TreeCorner &x = points[c[0].index()], &y = points[c[1].index()], &z = points[c[2].index()];
       const TreeBox box = joined(joined({x, x}, {y, y}), {z, z});
-      if (squared_distance(box, p) > limit) return;
-      offer_face(pair, search, f);
+      if (squared_distance(box, p) > limit || side_by_side(here, mine, box, directions, gap_limit)) return;
+      offer_face(pair, search, f, neighbours);
       if (search.rim.count > 0) offer_lips(pair, search, f);
     });
   }
@@ -225,16 +245,22 @@ int rest_relation(const ContactSurface& s, H h, H g, NeighbourSearch& search) {
   return relation;
 }
 
-void test_edges(const Pair& pair, H h, H g) {
+/// Have two edges ends so near to each other at rest that they must be neighbours, if they hang together?
+bool are_clear_neighbours(const ContactSurface& s, H h, H g) {
+  for (const V v : {s.from(h), s.to(h)})
+    for (const V w : {s.from(g), s.to(g)}) {
+      const Vec3 d = s.rest[v] - s.rest[w];
+      const double near = kNeighbour * (s.radius[v] + s.radius[w]);
+      if (dot(d, d) <= near * near) return true;
+    }
+  return false;
+}
+
+void test_edges(const Pair& pair, H h, H g, double reach) {
   const ContactSurface &s = pair.a.surface, &o = pair.b.surface;
   const V p = s.from(h), q = s.to(h), u = o.from(g), w = o.to(g);
   if (pair.self && (p == u || p == w || q == u || q == w)) return;
   const Vec3 a = pair.a.position(p), b = pair.a.position(q), c = pair.b.position(u), e = pair.b.position(w);
-  const double reach = std::max(norm(pair.a.offset(p)), norm(pair.a.offset(q))) +
-                       std::max(norm(pair.b.offset(u)), norm(pair.b.offset(w))) + pair.run.margin +
-                       kApproach * (std::max(pair.sway(p.index()), pair.sway(q.index())) + pair.most_sway);
-  for (int k = 0; k < 3; ++k)
-    if (std::fmin(a[k], b[k]) > std::fmax(c[k], e[k]) + reach || std::fmax(a[k], b[k]) < std::fmin(c[k], e[k]) - reach) return;
   const SegmentPair feet = closest_of_segments(a, b, c, e);
   if (!feet.inside()) return;
   const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
@@ -257,23 +283,49 @@ void test_edges(const Pair& pair, H h, H g) {
   hand_out_pair(pair.run, name, x, over > 0 ? -1 : 1, y, under > 0 ? 1 : -1, n, -1);
 }
 
-void search_edges(const Pair& pair) {
-  const ContactSurface &s = pair.a.surface, &o = pair.b.surface;
+void list_edges(const BodyView& body, std::uint32_t leaf, LeafEdges& list) {
+  if (list.listed[leaf] != 0) return;
+  list.listed[leaf] = 1;
+  list.range[leaf][0] = static_cast<std::uint32_t>(list.items.size());
+  const auto& points = body.frame.boxes.points;
+  body.surface.tree.for_each_triangle(leaf, [&](F f) {
+    for (int i = 0; i < 3; ++i) {
+      const H h = ContactSurface::corner(f, i);
+      if (!body.surface.owns_edge(h) || !is_coarse(body.surface, h)) continue;
+      const TreeCorner &a = points[body.surface.from(h).index()], &b = points[body.surface.to(h).index()];
+      list.items.push_back({h, joined({a, a}, {b, b})});
+    }
+  });
+  list.range[leaf][1] = static_cast<std::uint32_t>(list.items.size());
+}
+
+void search_edges(const Pair& pair, double reach, double approach) {
+  LeafEdges &mine = pair.run.scratch.edges, &others = pair.self ? mine : pair.run.scratch.other_edges;
+  for (auto [list, body] : {std::pair{&mine, &pair.a}, std::pair{&others, &pair.b}}) {
+    list->items.clear();
+    list->range.resize(body->surface.tree.nodes.size());
+    list->listed.assign(body->surface.tree.nodes.size(), 0);
+  }
+  const double slack = pair.a.frame.boxes.slack + pair.b.frame.boxes.slack;
+  const auto r = static_cast<float>(reach + slack), limit = static_cast<float>(approach + slack);
   for (const auto& [leaf, other] : pair.run.scratch.leaf_pairs) {
     if (pair.self && other < leaf) continue;
-    s.tree.for_each_triangle(leaf, [&](F f) {
-      for (int i = 0; i < 3; ++i) {
-        const H h = ContactSurface::corner(f, i);
-        if (!s.owns_edge(h) || !is_coarse(s, h)) continue;
-        o.tree.for_each_triangle(other, [&](F g) {
-          for (int k = 0; k < 3; ++k) {
-            const H e = ContactSurface::corner(g, k);
-            if (!o.owns_edge(e) || !is_coarse(o, e) || (pair.self && leaf == other && e <= h)) continue;
-            test_edges(pair, h, e);
-          }
-        });
+    list_edges(pair.a, leaf, mine);
+    list_edges(pair.b, other, others);
+    const bool neighbours = pair.self && hang_together(pair.a.surface, leaf, other);
+    const TreeBox &target = pair.b.frame.boxes.box[other], &directions = pair.a.frame.directions[leaf],
+                  &other_directions = pair.b.frame.directions[other];
+    for (std::uint32_t i = mine.range[leaf][0]; i < mine.range[leaf][1]; ++i) {
+      const LeafEdges::Item x = mine.items[i];
+      if (!near(x.box, target, r) || side_by_side(x.box, directions, target, other_directions, limit)) continue;
+      for (std::uint32_t k = leaf == other && pair.self ? i + 1 : others.range[other][0]; k < others.range[other][1]; ++k) {
+        const LeafEdges::Item& y = others.items[k];
+        if (!near(x.box, y.box, r)) continue;
+        if (neighbours && are_clear_neighbours(pair.a.surface, x.edge, y.edge)) continue;
+        if (side_by_side(x.box, directions, y.box, other_directions, limit)) continue;
+        test_edges(pair, x.edge, y.edge, reach);
       }
-    });
+    }
   }
 }
 
@@ -286,13 +338,14 @@ void detect_bodies(DetectRun& run, std::int32_t first, std::int32_t second) {
   const double sway_b = self ? sway_a : b.frame.greatest_travel;
   const double reach = a.frame.greatest_offset + b.frame.greatest_offset + run.margin + kApproach * (sway_a + sway_b);
   const Pair pair{run, a, b, self, sway_b};
-  find_leaf_pairs(a, b, reach, run.scratch);
+  const double approach = run.margin + kApproach * (sway_a + sway_b);
+  find_leaf_pairs(a, b, reach, approach, run.scratch);
   if (run.scratch.leaf_pairs.empty()) return;
   search_vertices(pair);
-  search_edges(pair);
+  search_edges(pair, reach, approach);
   if (self) return;
   for (auto& [leaf, other] : run.scratch.leaf_pairs) std::swap(leaf, other);
-  std::sort(run.scratch.leaf_pairs.begin(), run.scratch.leaf_pairs.end());
+  std::sort(run.scratch.leaf_pairs.begin(), run.scratch.leaf_pairs.end(), by_first);
   search_vertices({run, b, a, false, sway_a});
 }
 

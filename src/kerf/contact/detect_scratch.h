@@ -15,11 +15,16 @@ namespace kerf {
 /// A body during one call.
 struct BodyFrame {
   TreeBoxes boxes;
-  std::vector<TreeBox> normals; ///< per node; for self-contact
-  std::vector<double> travel;   ///< per vertex: length of predicted - position, m
-  std::vector<double> sway;     ///< the same less the body's mean motion
+  std::vector<TreeBox> directions;  ///< per node; for contacts between bodies
+  std::vector<TreeCorner> unit;     ///< per vertex: direction and length of its offset
+  std::vector<double> thickness;    ///< per vertex: length of its offset, m
+  std::vector<double> travel;       ///< per vertex: length of predicted - position, m
+  std::vector<double> sway;         ///< the same less the body's mean motion
   double greatest_travel = 0, greatest_sway = 0, greatest_offset = 0;
 };
+
+/// A direction counts as pointing off a face up to this cosine: the normal cone of an edge, widened by 10 degrees.
+inline constexpr double kOffFaces = 0.17;
 
 /// One body of the call, as its parts see it.
 struct BodyView {
@@ -70,12 +75,28 @@ struct FaceCandidate {
   Vec3 direction;                ///< unit, up to its sign: of the face's normal, or from the point to its foot
 };
 
+/// Coarse edges of the leaves of a body's tree, each with its owner's leaf.
+struct LeafEdges {
+  struct Item {
+    CollisionHalfEdge edge;
+    TreeBox box;
+  };
+  std::vector<Item> items;
+  std::vector<std::array<std::uint32_t, 2>> range;  ///< per node: first and one behind the last of its items
+  std::vector<std::uint8_t> listed;                 ///< per node
+};
+
+/// A node of one tree and a list of nodes of another.
+struct TreeTask {
+  std::uint32_t node, begin, end;
+};
+
 struct DetectScratch {
   std::vector<BodyFrame> bodies;
   std::vector<std::uint32_t> leaves;            ///< near a part
-  std::vector<std::uint8_t> leaf_marked;        ///< per node of a tree; all 0 between uses
   std::vector<std::array<std::uint32_t, 2>> pairs;  ///< stack of traversals
   std::vector<std::uint32_t> stack;
+  std::vector<TreeTask> tasks;
   std::vector<Contact> found;                   ///< as they come
   std::vector<RememberedContact> remembered;    ///< in parallel
   std::vector<std::uint32_t> order;
@@ -83,6 +104,7 @@ struct DetectScratch {
   std::vector<FaceCandidate> faces;
   std::vector<std::array<std::uint32_t, 2>> leaf_pairs;  ///< near each other, by the first
   NeighbourSearch neighbours;
+  LeafEdges edges, other_edges;
 };
 
 /// Everything one call works on.
@@ -120,17 +142,9 @@ struct ShapeRef {
 /// The memory of a contact that hand_out_shape was given, by whichever end it touched; null if there is none.
 const RememberedContact* recall_either_end(const DetectRun& run, ContactName name);
 
-/// Fills scratch.leaves with the leaves of a body's tree that come within `reach` metres of a part, ascending.
+/// Fills scratch.leaves with the leaves of a body's tree that come within `reach` metres of a part; not for meshes.
 void find_leaves(const SurfaceTree& tree, const TreeBoxes& boxes, const PlacedPart& part, double reach,
                  DetectScratch& scratch);
-
-/// Vertices of a body against a part; the leaves near it are found.
-void detect_vertices(DetectRun& run, const BodyView& body, const ShapeRef& shape, std::int32_t part,
-                     const PlacedPart& placed);
-
-/// Corners and edges of a part against the faces and edges of coarse triangles.
-void detect_features(DetectRun& run, const BodyView& body, const ShapeRef& shape, std::int32_t part,
-                     const PlacedPart& placed);
 
 /// Along the normal a contact counts with what both sides will approach by, and with this part of the rest: directions
 /// change on the way.
@@ -165,9 +179,20 @@ inline double prism_gap(const BodyPoint& a, const BodyPoint& b, Vec3 n) {
   return dot(n, a.position - b.position) - std::fabs(dot(n, a.offset)) - std::fabs(dot(n, b.offset));
 }
 
-/// Fills scratch.leaf_pairs with pairs of leaves (of a, of b) that come within `reach`, by the first. For a body with itself
-/// both orders of every pair, without what hangs together and is hardly bent.
-void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, DetectScratch& scratch);
+/// Orders pairs by the first, then the second.
+inline bool by_first(const std::array<std::uint32_t, 2>& a, const std::array<std::uint32_t, 2>& b) {
+  return (std::uint64_t{a[0]} << 32 | a[1]) < (std::uint64_t{b[0]} << 32 | b[1]);
+}
+
+/// Are two boxes of mid-surface so far to the side of each other, as seen along their offsets, that no gap between them is
+/// below `limit`? A gap is |d| - |d . o| / |d| - |d . o'| / |d|, and the boxes bound every part of it.
+bool side_by_side(const TreeBox& a, const TreeBox& a_directions, const TreeBox& b, const TreeBox& b_directions,
+                  float limit);
+
+/// Fills scratch.leaf_pairs with pairs of leaves (of a, of b) whose mid-surfaces come within `reach` and that may have a gap
+/// below `approach`, by the first. For a body with itself both orders of every pair, without what hangs together and is hardly
+/// bent.
+void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, double approach, DetectScratch& scratch);
 
 /// A body with itself or with another one: vertices against faces, both ways, lips of cuts, and coarse edges against each
 /// other.

@@ -1,10 +1,19 @@
 // Which leaves of two bodies' trees, or of one body's, come near each other.
 #include <algorithm>
+#include <cmath>
 
 #include "kerf/contact/detect_scratch.h"
 
 namespace kerf {
 namespace {
+
+/// May two nodes of one body be left out: neighbours, or hardly bent? Then what lies close at rest can't have met.
+bool may_skip(const BodyView& body, std::uint32_t n, std::uint32_t m) {
+  if (!hang_together(body.surface, n, m)) return false;
+  if (all_neighbours(body.surface, n, m)) return true;
+  const auto& directions = body.frame.directions;
+  return is_narrow(joined(directions[n], directions[m])) && any_neighbours(body.surface, n, m);
+}
 
 float widest(const TreeBox& b) {
   return std::max({b.max.x[0] - b.min.x[0], b.max.x[1] - b.min.x[1], b.max.x[2] - b.min.x[2]});
@@ -12,14 +21,40 @@ float widest(const TreeBox& b) {
 
 }  // namespace
 
-void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, DetectScratch& scratch) {
+bool side_by_side(const TreeBox& a, const TreeBox& a_directions, const TreeBox& b, const TreeBox& b_directions,
+                  float limit) {
+  // d lies in a box around `middle`.
+  float middle[3], half[3], square = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    middle[k] = 0.5f * (a.min.x[k] + a.max.x[k] - b.min.x[k] - b.max.x[k]);
+    half[k] = 0.5f * (a.max.x[k] - a.min.x[k] + b.max.x[k] - b.min.x[k]);
+    const float beyond = std::max(std::fabs(middle[k]) - half[k], 0.0f);
+    square += beyond * beyond;
+  }
+  if (!(square > limit * limit)) return false;
+  const float distance = std::sqrt(square);
+  float gap = distance;
+  for (const TreeBox* directions : {&a_directions, &b_directions}) {
+    float along = 0, spread = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float centre = 0.5f * (directions->min.x[k] + directions->max.x[k]);
+      const float width = 0.5f * (directions->max.x[k] - directions->min.x[k]);
+      along += centre * middle[k];
+      spread += std::fabs(centre) * half[k] + width * (std::fabs(middle[k]) + half[k]);
+    }
+    gap -= directions->max.x[3] * std::min(1.0f, (std::fabs(along) + spread) / distance);
+  }
+  return gap > limit;
+}
+
+void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, double approach, DetectScratch& scratch) {
   auto& found = scratch.leaf_pairs;
   found.clear();
   const SurfaceTree &first = a.surface.tree, &second = b.surface.tree;
   if (first.empty() || second.empty()) return;
   const bool self = a.index == b.index;
   const auto r = static_cast<float>(reach + a.frame.boxes.slack + b.frame.boxes.slack);
-  const auto& normals = a.frame.normals;
+  const auto limit = static_cast<float>(approach + a.frame.boxes.slack + b.frame.boxes.slack);
   auto& stack = scratch.pairs;
   stack.assign(1, {0, 0});
   while (!stack.empty()) {
@@ -27,7 +62,7 @@ void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, DetectS
     stack.pop_back();
     const SurfaceTreeNode one = first.nodes[n], other = second.nodes[m];
     if (self && n == m) {
-      if (is_narrow(normals[n]) && are_neighbours(a.surface, n, n)) continue;
+      if (may_skip(a, n, n)) continue;
       if (one.count > 0) {
         found.push_back({n, n});
         continue;
@@ -39,7 +74,8 @@ void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, DetectS
     }
     const TreeBox &box = a.frame.boxes.box[n], &target = b.frame.boxes.box[m];
     if (!near(box, target, r)) continue;
-    if (self && is_narrow(joined(normals[n], normals[m])) && are_neighbours(a.surface, n, m)) continue;
+    if (self && may_skip(a, n, m)) continue;
+    if (side_by_side(box, a.frame.directions[n], target, b.frame.directions[m], limit)) continue;
     if (one.count > 0 && other.count > 0) {
       found.push_back({n, m});
       if (self) found.push_back({m, n});
@@ -51,7 +87,7 @@ void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, DetectS
       stack.push_back({n, other.first});
     }
   }
-  std::sort(found.begin(), found.end());
+  std::sort(found.begin(), found.end(), by_first);
 }
 
 }  // namespace kerf

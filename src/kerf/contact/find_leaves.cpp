@@ -51,54 +51,6 @@ void near_box(const SurfaceTree& tree, const TreeBoxes& boxes, const Box3& targe
   descend(tree, boxes, scratch, [&](const TreeBox& box) { return near(box, other, r); });
 }
 
-/// Both trees at once, in the frame of the mesh.
-void near_mesh(const SurfaceTree& tree, const TreeBoxes& boxes, const PlacedPart& part, double reach,
-               DetectScratch& scratch) {
-  const TriangleBvh& bvh = part.part->mesh->tree;
-  auto& marked = scratch.leaf_marked;
-  if (marked.size() < tree.nodes.size()) marked.resize(tree.nodes.size(), 0);
-  const Mat3 size{{absolute(part.axes.c[0]), absolute(part.axes.c[1]), absolute(part.axes.c[2])}};
-  const auto r = static_cast<float>(reach);
-  auto& stack = scratch.pairs;
-  stack.assign(1, {0, 0});
-  std::uint32_t placed = ~0u;
-  TreeBox box;
-  float widest = 0;
-  while (!stack.empty()) {
-    const auto [n, m] = stack.back();
-    stack.pop_back();
-    if (marked[n] != 0) continue;
-    if (n != placed) {
-      const Centred c = centred(boxes.box[n]);
-      const Vec3 centre = transposed_times(part.axes, c.centre - part.centre), half = transposed_times(size, c.half);
-      box = {to_corner(centre - half), to_corner(centre + half)};
-      widest = static_cast<float>(std::max({half.x, half.y, half.z}));
-      placed = n;
-    }
-    const TriangleBvh::Node& target = bvh.nodes()[m];
-    bool apart = false;
-    float target_widest = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      apart = apart || box.min.x[k] > target.max[k] + r || target.min[k] > box.max.x[k] + r;
-      target_widest = std::max(target_widest, 0.5f * (target.max[k] - target.min[k]));
-    }
-    if (apart) continue;
-    const SurfaceTreeNode node = tree.nodes[n];
-    if (node.count > 0 && target.count > 0) {
-      marked[n] = 1;
-      scratch.leaves.push_back(n);
-    } else if (target.count > 0 || (node.count == 0 && widest > target_widest)) {
-      stack.push_back({node.first + 1, m});
-      stack.push_back({node.first, m});
-    } else {
-      stack.push_back({n, target.first + 1});
-      stack.push_back({n, target.first});
-    }
-  }
-  for (const std::uint32_t n : scratch.leaves) marked[n] = 0;
-  std::sort(scratch.leaves.begin(), scratch.leaves.end());
-}
-
 }  // namespace
 
 void find_leaves(const SurfaceTree& tree, const TreeBoxes& boxes, const PlacedPart& part, double reach,
@@ -110,11 +62,7 @@ void find_leaves(const SurfaceTree& tree, const TreeBoxes& boxes, const PlacedPa
   target.add(part.centre);
   switch (part.part->kind) {
     case PartKind::kPlane: near_plane(tree, boxes, part, reach + boxes.slack, scratch); return;
-    case PartKind::kMesh: {
-      const double size = boxes.slack + 1e-6 * (norm(part.centre) + part.part->mesh->box.diagonal());
-      near_mesh(tree, boxes, part, reach + size, scratch);
-      return;
-    }
+    case PartKind::kMesh: return;
     case PartKind::kCapsule: target.add(part.end); break;
     case PartKind::kBox: {
       const Vec3 h = part.part->half;

@@ -10,11 +10,35 @@
 
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
+#include "kerf/contact/surface_tree.h"
 #include "kerf/mesh/triangle_mesh.h"
 #include "kerf/spatial/bvh.h"
 #include "kerf/spatial/triangle_view.h"
 
 namespace kerf {
+
+/// What stands in one leaf of an obstacle's tree, side by side in memory.
+struct ObstacleLeaves {
+  struct Triangle {
+    TreeBox box;
+    std::array<Vec3, 3> corner;
+    std::int32_t id;
+  };
+  struct Edge {
+    TreeBox box;
+    Vec3 a, b;
+    std::array<Vec3, 2> into;  ///< unit, from the edge into its faces; zero: none
+    std::int32_t half_edge;
+  };
+  std::vector<Triangle> triangles;
+  std::vector<Edge> edges;             ///< convex ones
+  std::vector<std::int32_t> vertices;  ///< of convex edges
+  /// Per node of the tree; only leaves have any.
+  struct Range {
+    std::uint32_t triangle, triangle_end, edge, edge_end, vertex, vertex_end;
+  };
+  std::vector<Range> range;
+};
 
 struct ObstacleMesh {
   std::vector<Vec3> positions;             ///< |V|, metres, in its own frame
@@ -26,6 +50,7 @@ struct ObstacleMesh {
   std::vector<std::uint8_t> convex_edge;   ///< 3 |F|, 1: a convex edge or a border, and this half-edge stands for it
   std::vector<std::int32_t> vertex_owner;  ///< |V|, the half-edge that stands for a vertex of a convex edge; else -1
   TriangleBvh tree;
+  ObstacleLeaves leaves;
   Box3 box;
   bool closed = false;
 

@@ -100,16 +100,22 @@ void find_neighbours(const ContactSurface& s, V v, NeighbourSearch& search) {
 void make_rest_culling(ContactSurface& s) {
   refit(s.tree, s.origin.raw(), s.rest.raw(), s.rest_boxes);
   s.node_piece.assign(s.tree.nodes.size(), -1);
+  s.node_thinnest.assign(s.tree.nodes.size(), HUGE_VALF);
   const std::vector<std::int32_t> piece = pieces(s);
   for (std::size_t n = s.tree.nodes.size(); n-- > 0;) {
     const SurfaceTreeNode node = s.tree.nodes[n];
     std::int32_t& mine = s.node_piece[n];
+    float& thinnest = s.node_thinnest[n];
     if (node.count == 0) {
+      thinnest = std::min(s.node_thinnest[node.first], s.node_thinnest[node.first + 1]);
       mine = s.node_piece[node.first] == s.node_piece[node.first + 1] ? s.node_piece[node.first] : -1;
     } else {
       mine = piece[s.tree.roots[node.first].index()];
       for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
         if (piece[s.tree.roots[i].index()] != mine) mine = -1;
+      s.tree.for_each_triangle(static_cast<std::uint32_t>(n), [&](F f) {
+        for (const V v : s.vertices(f)) thinnest = std::min(thinnest, static_cast<float>(s.radius[v] * (1 - 1e-6)));
+      });
     }
   }
   // A leaf is open where a vertex has something close by that is no neighbour.
@@ -148,10 +154,20 @@ void count_cut_edge(ContactSurface& s, Vec3 a, Vec3 b, int change) {
   for_nodes_near(s, {to_corner(box.min), to_corner(box.max)}, reach(s), [&](std::uint32_t n) { s.node_open[n] += change; });
 }
 
-bool are_neighbours(const ContactSurface& s, std::uint32_t n, std::uint32_t m) {
-  if (s.node_piece[n] < 0 || s.node_piece[n] != s.node_piece[m]) return false;
-  if (s.node_open[n] != 0 && s.node_open[m] != 0) return false;
+bool hang_together(const ContactSurface& s, std::uint32_t n, std::uint32_t m) {
+  return s.node_piece[n] >= 0 && s.node_piece[n] == s.node_piece[m] && (s.node_open[n] == 0 || s.node_open[m] == 0);
+}
+
+bool any_neighbours(const ContactSurface& s, std::uint32_t n, std::uint32_t m) {
   return n == m || near(s.rest_boxes.box[n], s.rest_boxes.box[m], static_cast<float>(reach(s)));
+}
+
+bool all_neighbours(const ContactSurface& s, std::uint32_t n, std::uint32_t m) {
+  const float distance = static_cast<float>(kNeighbour) * (s.node_thinnest[n] + s.node_thinnest[m]);
+  const TreeBox all = joined(s.rest_boxes.box[n], s.rest_boxes.box[m]);
+  float diagonal = 0;
+  for (std::size_t k = 0; k < 3; ++k) diagonal += (all.max.x[k] - all.min.x[k]) * (all.max.x[k] - all.min.x[k]);
+  return diagonal < distance * distance;
 }
 
 }  // namespace kerf

@@ -39,7 +39,10 @@ void make_rest_culling(ContactSurface& surface);
 /// Counts a cut edge (by its ends at rest) in, +1, or out, -1, at the leaves that it comes near.
 void count_cut_edge(ContactSurface& surface, Vec3 a, Vec3 b, int change);
 
-/// May self-contact skip this pair of nodes (or this node with itself), given that their normals are narrow together?
-bool are_neighbours(const ContactSurface& surface, std::uint32_t node, std::uint32_t other);
+/// Is whatever of two nodes (or of one node) lies within the distance of neighbours indeed one?
+bool hang_together(const ContactSurface& surface, std::uint32_t node, std::uint32_t other);
+/// May self-contact skip a pair of nodes that hang together? If all of it are neighbours, or, for nodes that are hardly bent, some.
+bool all_neighbours(const ContactSurface& surface, std::uint32_t node, std::uint32_t other);
+bool any_neighbours(const ContactSurface& surface, std::uint32_t node, std::uint32_t other);
 
 }  // namespace kerf

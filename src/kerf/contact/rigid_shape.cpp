@@ -68,29 +68,7 @@ bool from_mesh(const PlacedPart& placed, Vec3 x, double reach, Proximity& r) {
   const Vec3 local = transposed_times(placed.axes, x - placed.centre);
   const ClosestPoint best = mesh.tree.closest(mesh.view(), local, reach);
   if (!best.valid()) return false;
-  const auto f = static_cast<std::size_t>(best.triangle);
-  int zeros = 0;
-  std::size_t zero = 0, full = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (best.barycentric[i] > 0) full = i;
-    else ++zeros, zero = i;
-  }
-  // The normal of the feature: its sign tells inside from outside (Baerentzen and Aanaes 2005).
-  const Vec3 feature = zeros == 0   ? mesh.face_normal[f]
-                       : zeros == 1 ? mesh.edge_normal[3 * f + (zero + 1) % 3]
-                                    : mesh.vertex_normal[static_cast<std::size_t>(mesh.corners[3 * f + full])];
-  const Vec3 d = local - best.point;
-  const bool behind = dot(d, feature) < 0;
-  r.two_sided = !mesh.closed;
-  const bool inside = behind && mesh.closed;
-  Vec3 normal = behind ? -feature : feature;
-  // A distance that is nothing but rounding has no direction.
-  const double scale = norm(local) + norm(best.point);
-  if (zeros > 0 && best.distance > 1e-12 * scale) normal = (1 / best.distance) * d;
-  if (inside) normal = -normal;
-  r.normal = placed.axes * normal;
-  r.distance = inside ? -best.distance : best.distance;
-  r.point = placed.centre + placed.axes * best.point;
+  proximity_of_foot(placed, local, best, r);
   return true;
 }
 
@@ -193,6 +171,33 @@ PlacedPart place(const RigidShape& shape, const ShapePart& part) {
   p.end = shape.position + shape.axes * part.end;
   p.axes = times(shape.axes, part.axes);
   return p;
+}
+
+void proximity_of_foot(const PlacedPart& placed, Vec3 local, const ClosestPoint& best, Proximity& r) {
+  const ObstacleMesh& mesh = *placed.part->mesh;
+  const auto f = static_cast<std::size_t>(best.triangle);
+  int zeros = 0;
+  std::size_t zero = 0, full = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (best.barycentric[i] > 0) full = i;
+    else ++zeros, zero = i;
+  }
+  // The normal of the feature: its sign tells inside from outside (Baerentzen and Aanaes 2005).
+  const Vec3 feature = zeros == 0   ? mesh.face_normal[f]
+                       : zeros == 1 ? mesh.edge_normal[3 * f + (zero + 1) % 3]
+                                    : mesh.vertex_normal[static_cast<std::size_t>(mesh.corners[3 * f + full])];
+  const Vec3 d = local - best.point;
+  const bool behind = dot(d, feature) < 0;
+  r.two_sided = !mesh.closed;
+  const bool inside = behind && mesh.closed;
+  Vec3 normal = behind ? -feature : feature;
+  // A distance that is nothing but rounding has no direction.
+  const double scale = norm(local) + norm(best.point);
+  if (zeros > 0 && best.distance > 1e-12 * scale) normal = (1 / best.distance) * d;
+  if (inside) normal = -normal;
+  r.normal = placed.axes * normal;
+  r.distance = inside ? -best.distance : best.distance;
+  r.point = placed.centre + placed.axes * best.point;
 }
 
 bool closest_on_part(const PlacedPart& placed, Vec3 x, double reach, Proximity& r) {

@@ -45,31 +45,20 @@ void all_features(const PlacedPart& part, ShapeFeatures& features) {
   }
 }
 
-void mesh_features(const PlacedPart& part, const std::array<Vec3, 3>& points, double reach, ShapeFeatures& features) {
-  features.clear();
+ShapePoint mesh_point(const PlacedPart& part, std::int32_t v) {
   const ObstacleMesh& mesh = *part.part->mesh;
-  Box3 box;
-  for (const Vec3 p : points) box.add(transposed_times(part.axes, p - part.centre));
-  box.min -= {reach, reach, reach};
-  box.max += {reach, reach, reach};
-  const auto world = [&](std::size_t v) { return part.centre + part.axes * mesh.positions[v]; };
-  mesh.tree.for_each_in_box(mesh.view(), box, [&](std::int32_t triangle) {
-    for (std::int32_t h = 3 * triangle; h < 3 * triangle + 3; ++h) {
-      const auto i = static_cast<std::size_t>(h), next = i % 3 == 2 ? i - 2 : i + 1;
-      const auto v = static_cast<std::size_t>(mesh.corners[i]), w = static_cast<std::size_t>(mesh.corners[next]);
-      if (mesh.vertex_owner[v] == h)
-        features.points.push_back({world(v), mesh.closed ? part.axes * mesh.vertex_normal[v] : Vec3{}, 0, mesh.corners[i]});
-      if (mesh.convex_edge[i] == 0) continue;
-      ShapeEdge edge{world(v), world(w), mesh.closed ? part.axes * mesh.edge_normal[i] : Vec3{}, {}, 0, h};
-      const Vec3 along = mesh.positions[w] - mesh.positions[v];
-      edge.into[0] = part.axes * normalized(cross(mesh.face_normal[i / 3], along));
-      if (mesh.twin[i] >= 0) {
-        const auto g = static_cast<std::size_t>(mesh.twin[i]);
-        edge.into[1] = part.axes * normalized(cross(along, mesh.face_normal[g / 3]));
-      }
-      features.edges.push_back(edge);
-    }
-  });
+  const auto i = static_cast<std::size_t>(v);
+  return {part.centre + part.axes * mesh.positions[i], mesh.closed ? part.axes * mesh.vertex_normal[i] : Vec3{}, 0, v};
+}
+
+ShapeEdge mesh_edge(const PlacedPart& part, const ObstacleLeaves::Edge& edge) {
+  const ObstacleMesh& mesh = *part.part->mesh;
+  return {part.centre + part.axes * edge.a,
+          part.centre + part.axes * edge.b,
+          mesh.closed ? part.axes * mesh.edge_normal[static_cast<std::size_t>(edge.half_edge)] : Vec3{},
+          {part.axes * edge.into[0], part.axes * edge.into[1]},
+          0,
+          edge.half_edge};
 }
 
 }  // namespace kerf

@@ -30,9 +30,10 @@ struct ShapeFeatures {
   void clear() { points.clear(); edges.clear(); }
 };
 
-/// All features of a sphere, capsule or box; a plane has none. Not for meshes.
+/// All features of a sphere, capsule or box; a plane has none. Those of a mesh are asked for one by one.
 void all_features(const PlacedPart& part, ShapeFeatures& features);
-/// Those of a mesh part whose triangles' boxes touch the box of these three points, enlarged by reach. Each once.
-void mesh_features(const PlacedPart& part, const std::array<Vec3, 3>& points, double reach, ShapeFeatures& features);
+/// Vertex v or packed edge of a mesh part.
+ShapePoint mesh_point(const PlacedPart& part, std::int32_t v);
+ShapeEdge mesh_edge(const PlacedPart& part, const ObstacleLeaves::Edge& edge);
 
 }  // namespace kerf

@@ -81,35 +81,44 @@ void refit(const SurfaceTree& tree, std::span<const CollisionVertex> corners, st
   boxes.slack = 4 * double{FLT_EPSILON} * (largest < FLT_MAX ? largest : 0);
 }
 
-void refit_normals(const SurfaceTree& tree, std::span<const CollisionVertex> corners, const TreeBoxes& boxes,
-                   std::vector<TreeBox>& normals) {
-  normals.resize(tree.nodes.size());
+void refit_directions(const SurfaceTree& tree, std::span<const CollisionVertex> corners, std::span<const Vec3> offsets,
+                      const TreeBoxes& boxes, std::vector<TreeCorner>& unit, std::vector<TreeBox>& directions) {
+  unit.resize(offsets.size());
+  for (std::size_t v = 0; v < offsets.size(); ++v) {
+    TreeCorner o = to_corner(offsets[v]);
+    const float size = std::sqrt(o.x[0] * o.x[0] + o.x[1] * o.x[1] + o.x[2] * o.x[2]);
+    const float scale = size > 0 ? 1 / size : 0;
+    unit[v] = {{o.x[0] * scale, o.x[1] * scale, o.x[2] * scale, size}};
+  }
+  directions.resize(tree.nodes.size());
   for (std::size_t n = tree.nodes.size(); n-- > 0;) {
     const SurfaceTreeNode node = tree.nodes[n];
     TreeBox box = kEmpty;
     if (node.count == 0) {
-      box = joined(normals[node.first], normals[node.first + 1]);
+      box = joined(directions[node.first], directions[node.first + 1]);
     } else {
       tree.for_each_triangle(static_cast<std::uint32_t>(n), [&](CollisionTriangle f) {
-        const auto corner = [&](std::size_t i) -> const auto& { return boxes.points[corners[3 * f.index() + i].index()].x; };
-        const auto &a = corner(0), &b = corner(1), &c = corner(2);
+        std::array<std::size_t, 3> v;
+        for (std::size_t i = 0; i < 3; ++i) v[i] = corners[3 * f.index() + i].index();
+        const auto &a = boxes.points[v[0]].x, &b = boxes.points[v[1]].x, &c = boxes.points[v[2]].x;
         const float ux = b[0] - a[0], uy = b[1] - a[1], uz = b[2] - a[2];
         const float vx = c[0] - a[0], vy = c[1] - a[1], vz = c[2] - a[2];
         const float x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
         const float size = x * x + y * y + z * z;
         const float scale = size > FLT_MIN ? 1 / std::sqrt(size) : 0;
-        add(box, {{x * scale, y * scale, z * scale, 0}});
+        for (const std::size_t i : v) add(box, unit[i]);
+        add(box, {{x * scale, y * scale, z * scale, unit[v[0]].x[3]}});
       });
     }
-    normals[n] = box;
+    directions[n] = box;
   }
 }
 
-bool is_narrow(const TreeBox& normals) {
+bool is_narrow(const TreeBox& directions) {
   float centre[3], half[3], size = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    centre[k] = 0.5f * (normals.min.x[k] + normals.max.x[k]);
-    half[k] = 0.5f * (normals.max.x[k] - normals.min.x[k]);
+    centre[k] = 0.5f * (directions.min.x[k] + directions.max.x[k]);
+    half[k] = 0.5f * (directions.max.x[k] - directions.min.x[k]);
     size += centre[k] * centre[k];
   }
   // The least product of any direction in the box with its middle, against cos 45 degrees times the middle's length.

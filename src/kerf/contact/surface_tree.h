@@ -57,12 +57,13 @@ struct TreeBoxes {
 /// Fits the boxes; corners: 3 |F| vertices. An empty root's box is empty (min > max). O(n).
 void refit(const SurfaceTree& tree, std::span<const CollisionVertex> corners, std::span<const Vec3> positions,
            TreeBoxes& boxes);
-/// Boxes of the unit normals of the triangles below each node, from boxes.points: narrow where the surface is flat. A
-/// triangle without area makes its boxes hold zero. O(n).
-void refit_normals(const SurfaceTree& tree, std::span<const CollisionVertex> corners, const TreeBoxes& boxes,
-                   std::vector<TreeBox>& normals);
-/// Do all directions of a box of normals lie within 45 degrees of one axis?
-bool is_narrow(const TreeBox& normals);
+/// Boxes of unit directions below each node: of the triangles' normals and of the vertices' offsets; narrow where the surface
+/// is flat. The fourth numbers are the least and the greatest length of an offset. What has no direction makes its boxes hold
+/// zero. `unit` is memory. O(n).
+void refit_directions(const SurfaceTree& tree, std::span<const CollisionVertex> corners, std::span<const Vec3> offsets,
+                      const TreeBoxes& boxes, std::vector<TreeCorner>& unit, std::vector<TreeBox>& directions);
+/// Do all directions in a box lie within 45 degrees of one axis?
+bool is_narrow(const TreeBox& directions);
 
 /// Are two boxes at most `reach` apart along every axis?
 inline bool near(const TreeBox& a, const TreeBox& b, float reach) {

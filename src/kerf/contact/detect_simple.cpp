@@ -1,0 +1,68 @@
+// A body against planes, balls, capsules and boxes.
+#include <cmath>
+
+#include "kerf/contact/near_shape.h"
+
+namespace kerf {
+namespace {
+
+void test_edges(const NearShape& near, CollisionHalfEdge h, double reach, const ShapeEdge& edge) {
+  const Vec3 a = near.body.position(near.body.surface.from(h)), b = near.body.position(near.body.surface.to(h));
+  reach += edge.radius;
+  for (int k = 0; k < 3; ++k)
+    if (std::fmin(a[k], b[k]) > std::fmax(edge.a[k], edge.b[k]) + reach ||
+        std::fmax(a[k], b[k]) < std::fmin(edge.a[k], edge.b[k]) - reach)
+      return;
+  const SegmentPair feet = closest_of_segments(a, b, edge.a, edge.b);
+  if (feet.inside()) hand_out_edges(near, h, edge, feet);
+}
+
+}  // namespace
+
+void detect_simple(const NearShape& near, double reach) {
+  const ContactSurface& surface = near.body.surface;
+  DetectScratch& scratch = near.run.scratch;
+  find_leaves(surface.tree, near.body.frame.boxes, near.placed, reach, scratch);
+  all_features(near.placed, scratch.features);
+  const bool features = !scratch.features.points.empty();
+  for (const std::uint32_t leaf : scratch.leaves)
+    surface.tree.for_each_triangle(leaf, [&](CollisionTriangle f) {
+      bool coarse = false;
+      for (int i = 0; i < 3; ++i) {
+        const CollisionHalfEdge h = ContactSurface::corner(f, i);
+        coarse = coarse || is_coarse_edge(surface, h);
+        if (!surface.owns_vertex(h)) continue;
+        const CollisionVertex v = surface.origin[h];
+        Proximity proximity;
+        if (closest_on_part(near.placed, near.body.position(v), near.reach(v), proximity))
+          hand_out_vertex_contact(near, v, proximity);
+      }
+      if (!coarse || !features) return;
+      const double local_reach = near.reach(surface.vertices(f));
+      if (surface.coarse[f] != 0) {
+        const std::array<Vec3, 3> corner = near.body.corners(f);
+        for (const ShapePoint& p : scratch.features.points) offer_point(near, f, corner, local_reach, p);
+      }
+      for (int i = 0; i < 3; ++i) {
+        const CollisionHalfEdge h = ContactSurface::corner(f, i);
+        if (!surface.owns_edge(h) || !is_coarse_edge(surface, h)) continue;
+        for (const ShapeEdge& edge : scratch.features.edges) test_edges(near, h, local_reach, edge);
+      }
+    });
+  hand_out_points(near);
+}
+
+void hand_out_vertex_contact(const NearShape& near, CollisionVertex v, Proximity proximity) {
+  const ContactName name{ContactKind::kVertexShape, 0, near.body.index, near.shape.other(), near.part, v.value, 0};
+  if (proximity.two_sided) {  // it stays on the side it was on
+    const RememberedContact* r = recall_either_end(near.run, name);
+    if (r != nullptr && dot(r->normal, proximity.normal) < 0) {
+      proximity.normal = -proximity.normal;
+      proximity.distance = -proximity.distance;
+    }
+  }
+  hand_out_shape(near.run, name, near.shape, vertex_point(near.body, v), proximity.point, proximity.normal,
+                 proximity.distance, -1);
+}
+
+}  // namespace kerf

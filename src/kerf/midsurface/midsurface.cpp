@@ -102,7 +102,7 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   if (!plus) return plus.error();
   if (!minus) return minus.error();
   std::vector<std::uint8_t> flag;
-  const bool two_sides = judge_sides(work.mesh, pairing, labels, plus->mesh, minus->mesh, out.verdict, flag);
+  const bool two_sides = judge_sides(work.mesh, pairing, labels, plus->mesh, minus->mesh, work.thickness, out.verdict, flag);
   out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
   for (Vec3& p : out.diagnosis.surface.positions) p += centre;
   out.seconds.labels = watch.lap();

@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::size_t kGrain = 1024;
 constexpr double kFacing = 4;  // power: walls that lean by 60 degrees must not count as a side
+constexpr double kMedial = 0.98;
 constexpr double kSameSurface = 0.7071067811865476;  // cosine: farther turned neighbours lie across a crease
 
 template <class Fn>
@@ -63,7 +64,8 @@ Pairing find_pairs(const SurfaceMesh& m, const TriangleBvh& bvh, double thicknes
     p.distance = hit.t;
     const double facing = std::max(0.0, -dot(n, out.normal[hit.triangle]));
     const double half = 0.5 * hit.t;
-    const double room = bvh.closest(view, c - half * n, 1.001 * half).distance;
+    // Anything farther than that counts as half the way: in the middle of a ball everything is equally far.
+    const double room = bvh.closest(view, c - half * n, kMedial * half).distance;
     const double rho = std::min(1.0, room / half);
     p.confidence = std::pow(facing, kFacing) * rho * rho * rho;
   });

@@ -12,6 +12,8 @@ constexpr int kRounds = 5;
 constexpr double kStep = 0.4, kLeash = 0.6;                 // of the half thickness
 constexpr double kSharp = 24 * 0.017453292519943295;        // no move makes a sharper angle sharper still
 constexpr double kMostTurn = 0.31;
+constexpr double kFold = 0.2;  // cosine: no move folds neighbours more than by 78 degrees
+constexpr double kOddRay = 2;  // times the sheet's half thickness: such a ray runs along the sheet
 
 /// The smallest angle around v were it at `place`; -1 where a face would turn over.
 double angle_at(const SurfaceMesh& m, std::int32_t v, Vec3 place) {
@@ -25,12 +27,32 @@ double angle_at(const SurfaceMesh& m, std::int32_t v, Vec3 place) {
   return least;
 }
 
+/// The sharpest fold at the edges around v and between them, were it at `place`: the smallest cosine between neighbours.
+double fold_at(const SurfaceMesh& m, std::int32_t v, Vec3 place) {
+  double least = 1;
+  const auto normal = [&](std::int32_t f) {
+    Vec3 p[3];
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t u = m.origin[3 * f + k];
+      p[k] = u == v ? place : m.position[u];
+    }
+    return triangle_normal(p[0], p[1], p[2]);
+  };
+  m.for_each_outgoing(v, [&](std::int32_t e) {
+    const Vec3 n = normal(e / 3);
+    for (const std::int32_t h : {e, SurfaceMesh::next(e)})
+      if (m.twin[h] >= 0) least = std::min(least, dot(n, normal(m.twin[h] / 3)));
+  });
+  return least;
+}
+
 /// Moves v by as much of `move` as the triangles around it bear.
 void try_move(SurfaceMesh& m, std::int32_t v, Vec3 move) {
-  const double before = angle_at(m, v, m.position[v]);
+  const double before = angle_at(m, v, m.position[v]), fold = fold_at(m, v, m.position[v]);
   for (int halving = 0; halving < 3; ++halving, move = 0.5 * move) {
     const double after = angle_at(m, v, m.position[v] + move);
     if (after < 0 || (after < kSharp && after < before)) continue;
+    if (fold_at(m, v, m.position[v] + move) < std::min(kFold, fold)) continue;
     m.position[v] += move;
     return;
   }
@@ -68,11 +90,12 @@ RelaxReport relax_to_middle(CoarseMesh& c, const SheetSampler& sampler, const Sh
       const auto hit = rays.cast(m.position[v], vertex_normal(m, v));
       if (!hit) continue;
       const double half = 0.5 * (hit->plus + hit->minus);
+      if (half > kOddRay * sampler.closest(m.position[v], c.normal[v], sizes.size).half_thickness) continue;
       c.half_thickness[v] = half;
       const double way = std::clamp(0.5 * (hit->plus - hit->minus), -kStep * half, kStep * half);
       Vec3 place = m.position[v] + way * hit->direction;
       const SheetSampler::Sample s = sampler.closest(place, c.normal[v], sizes.size);
-      const double leash = kLeash * std::max(half, s.half_thickness);
+      const double leash = kLeash * s.half_thickness;
       if (s.distance > leash && s.distance < HUGE_VAL) place = s.point + (leash / s.distance) * (place - s.point);
       try_move(m, v, place - m.position[v]);
     }

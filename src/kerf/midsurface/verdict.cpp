@@ -6,13 +6,15 @@
 #include <cmath>
 #include <numeric>
 
-#include "kerf/midsurface/laplacian.h"
 #include "kerf/mesh/union_find.h"
+#include "kerf/midsurface/branches.h"
+#include "kerf/midsurface/laplacian.h"
 
 namespace kerf::mid {
 namespace {
 
 constexpr double kAllOneSided = 0.9, kOneSided = 0.03;
+constexpr double kFork = 2;  // mean thicknesses: length of forks
 constexpr double kTooStout = 2, kStout = 3;           // width over thickness
 constexpr double kNarrow = 1.5, kNarrowShare = 0.3;   // thicknesses; of the area
 constexpr double kLeastVolume = 0.8, kMostVolume = 1.2;
@@ -58,7 +60,7 @@ std::size_t add_places(const SurfaceMesh& m, const std::vector<std::uint8_t>& fl
 }  // namespace
 
 bool judge_sides(const SurfaceMesh& m, const Pairing& pairing, const SideLabels& labels, const SurfaceMesh& plus,
-                 const SurfaceMesh& minus, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag) {
+                 const SurfaceMesh& minus, double thickness, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag) {
   verdict.one_sided = labels.one_sided;
   flag.assign(pairing.pair.size(), 0);
   if (minus.face_count() == 0 || plus.face_count() == 0 || labels.one_sided > kAllOneSided) {
@@ -100,6 +102,14 @@ bool judge_sides(const SurfaceMesh& m, const Pairing& pairing, const SideLabels&
                                 "parts, {} and {} rims on the two sides{})",
                                 a.components, b.components, a.loops, b.loops, where));
     return false;
+  }
+  const Branches branches = find_branches(m, pairing, labels);
+  verdict.branch_length = branches.length / thickness;
+  for (std::size_t f = 0; f < flag.size(); ++f) flag[f] = flag[f] || branches.flag[f];
+  if (verdict.branch_length > kFork) {
+    add_places(m, branches.flag, "the body branches", verdict);
+    refuse(verdict, fmt::format("the body branches: material of more than two directions meets, first at {}",
+                                place(verdict.places[0].point)));
   }
   if (labels.one_sided > kOneSided) {
     const std::size_t n = add_places(m, flag, "material meets on three sides", verdict);

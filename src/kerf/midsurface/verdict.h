@@ -9,7 +9,7 @@ namespace kerf::mid {
 /// Before there is a sheet: two sides at all, and the exact test of their topology. Appends reasons; true if the sheet can
 /// be made.
 bool judge_sides(const SurfaceMesh& work, const Pairing& pairing, const SideLabels& labels, const SurfaceMesh& plus,
-                 const SurfaceMesh& minus, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag);
+                 const SurfaceMesh& minus, double thickness, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag);
 
 /// Width over thickness, narrow parts, volume.
 void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, MidsurfaceVerdict& verdict);

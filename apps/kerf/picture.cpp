@@ -219,21 +219,59 @@ std::uint8_t to_srgb(double x) {
   return static_cast<std::uint8_t>(std::clamp(s * 255 + 0.5, 0.0, 255.0));
 }
 
+/// Body and things in one list of triangles; `kind` tells them apart.
+struct Cast {
+  std::vector<Vec3> positions, rest, framed;
+  std::vector<Triangle> triangles;
+  std::vector<std::uint8_t> kind;  ///< 0 skin, 1 cut surface, kThing + what a thing is made of
+
+  Cast(const PictureBody& body, std::span<const PictureThing> things)
+      : positions(body.positions.begin(), body.positions.end()),
+        rest(body.rest.begin(), body.rest.end()),
+        framed(positions),
+        triangles(body.triangles.begin(), body.triangles.end()),
+        kind(body.wall.begin(), body.wall.end()) {
+    kind.resize(triangles.size());
+    for (const PictureThing& thing : things) {
+      const auto first = static_cast<std::int32_t>(positions.size());
+      positions.insert(positions.end(), thing.positions.begin(), thing.positions.end());
+      if (thing.framed) framed.insert(framed.end(), thing.positions.begin(), thing.positions.end());
+      for (const Triangle& t : thing.triangles) triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      kind.resize(triangles.size(), static_cast<std::uint8_t>(kThing + static_cast<int>(thing.stuff)));
+    }
+    rest.resize(positions.size());
+  }
+  [[nodiscard]] PictureBody body(Look look) const { return {positions, rest, triangles, kind, look}; }
+  static constexpr int kThing = 2;
+};
+
+Surface thing_surface(std::uint8_t kind) {
+  switch (static_cast<PictureThing::Stuff>(kind - Cast::kThing)) {
+    case PictureThing::Stuff::kSteel: return {{0.30, 0.31, 0.33}, 0.28, 0.45, 0, 0};
+    case PictureThing::Stuff::kBone: return {{0.62, 0.56, 0.45}, 0.45, 0.04, 0, 0.2};
+    case PictureThing::Stuff::kWood: return {{0.30, 0.17, 0.08}, 0.6, 0.03, 0, 0};
+    case PictureThing::Stuff::kStone: break;
+  }
+  return {{0.46, 0.42, 0.36}, 0.6, 0.04, 0, 0};
+}
+
 class Stage {
  public:
-  Stage(const PictureBody& body, std::span<const PictureLine> lines, const PictureOptions& options)
-      : body_(body),
+  Stage(const PictureBody& body, std::span<const PictureLine> lines, const PictureOptions& options,
+        std::span<const PictureThing> things)
+      : cast_(body, things),
+        body_(cast_.body(body.look)),
         lines_(lines),
         options_(options),
         texture_(body),
         width_(options.width * kSamples),
         height_(options.height * kSamples) {
-    for (Vec3 p : body.positions) box_.add(p);
+    for (Vec3 p : cast_.framed) box_.add(p);
     for (Vec3 p : body.rest) rest_box_.add(p);
     size_ = std::max(1e-12, std::max({rest_box_.size().x, rest_box_.size().y, rest_box_.size().z}));
-    camera_ = fitted_camera(body.positions, options, width_, height_);
-    ground_z_ = (box_.empty() ? 0 : box_.min.z) - 1e-3 * size_;
-    normals_ = corner_normals(body);
+    camera_ = fitted_camera(cast_.framed, options, width_, height_);
+    ground_z_ = options.ground_at.value_or(box_.empty() ? 0 : box_.min.z) - 1e-3 * size_;
+    normals_ = corner_normals(body_);
     set_lights();
     look_at_sky();
     rasterise();
@@ -397,8 +435,9 @@ class Stage {
     n = normalized(n);
     const Vec3 view = normalized(camera_.eye - position);
     if (options_.two_sided && dot(n, view) < 0) n = -n;
-    const bool wall = !body_.wall.empty() && body_.wall[at(t)] != 0;
-    Surface surface = texture_.at(rest, wall);
+    const std::uint8_t kind = body_.wall[at(t)];
+    const bool wall = kind == 1;
+    Surface surface = kind >= Cast::kThing ? thing_surface(kind) : texture_.at(rest, wall);
     if (surface.bump != 0) {
       // Tangents in the deformed body and the steps at rest that belong to them.
       const Vec3 e1 = body_.positions[at(tri[1])] - body_.positions[at(tri[0])],
@@ -525,7 +564,8 @@ class Stage {
     }
   }
 
-  const PictureBody& body_;
+  Cast cast_;
+  PictureBody body_;
   std::span<const PictureLine> lines_;
   PictureOptions options_;
   BodyTexture texture_;
@@ -546,9 +586,9 @@ class Stage {
 
 }  // namespace
 
-Picture draw_picture(const PictureBody& body, std::span<const PictureLine> lines,
-                     const PictureOptions& options) {
-  return Stage(body, lines, options).draw();
+Picture draw_picture(const PictureBody& body, std::span<const PictureLine> lines, const PictureOptions& options,
+                     std::span<const PictureThing> things) {
+  return Stage(body, lines, options, things).draw();
 }
 
 std::vector<PictureLine> triangle_edges(std::span<const Vec3> positions, std::span<const Triangle> triangles,

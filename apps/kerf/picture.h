@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,6 +27,15 @@ struct PictureBody {
   Look look = Look::kSheet;
 };
 
+/// A rigid thing beside the body.
+struct PictureThing {
+  enum class Stuff { kSteel, kStone, kBone, kWood };
+  std::vector<Vec3> positions;  ///< |V|, metres
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  Stuff stuff = Stuff::kStone;
+  bool framed = true;  ///< the camera takes all of it in
+};
+
 /// A line drawn over the body where nothing hides it.
 struct PictureLine {
   Vec3 a, b;
@@ -42,6 +52,7 @@ struct PictureOptions {
   double zoom = 1;             ///< 1: the body fills the picture
   bool ground = true;      ///< something to lie on, at the lowest point of the body, with the body's shadow
   bool two_sided = false;  ///< light the backs of triangles too (open sheets)
+  std::optional<double> ground_at;  ///< metres: height of the ground instead
 };
 
 struct Picture {
@@ -49,9 +60,9 @@ struct Picture {
   std::vector<std::uint8_t> rgb;  ///< 3 width height, sRGB, rows from top to bottom
 };
 
-/// Draws the body; empty bodies give an empty stage. The same input gives the same bytes.
-Picture draw_picture(const PictureBody& body, std::span<const PictureLine> lines,
-                     const PictureOptions& options);
+/// Draws the body and things beside it; empty bodies give an empty stage. The same input gives the same bytes.
+Picture draw_picture(const PictureBody& body, std::span<const PictureLine> lines, const PictureOptions& options,
+                     std::span<const PictureThing> things = {});
 
 /// Edges of triangles, each once, in one colour.
 std::vector<PictureLine> triangle_edges(std::span<const Vec3> positions,

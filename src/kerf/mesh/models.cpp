@@ -19,6 +19,8 @@ const std::vector<ModelName>& model_names() {
       {"tube", "thin-walled tube, 60 mm across, 100 mm long, wall 4 mm: inner and outer wall, open ends"},
       {"half-shell", "strip 160 x 60 x 4 mm bent to a half cylinder"},
       {"s-shape", "flat S, 24 mm wide and 6 mm thick"},
+      {"strip", "strip 200 x 24 x 3 mm"},
+      {"mat", "square mat 200 x 200 x 3 mm, soft enough to drape"},
   };
   return names;
 }
@@ -35,6 +37,8 @@ Result<Model> make_plain(std::string_view name, const ModelOptions& options) {
   if (name == "tube") return models::make_tube(options);
   if (name == "half-shell") return models::make_half_shell(options);
   if (name == "s-shape") return models::make_s_shape(options);
+  if (name == "strip") return models::make_strip(options);
+  if (name == "mat") return models::make_mat(options);
   std::string known;
   for (const ModelName& n : model_names()) known += (known.empty() ? "" : ", ") + std::string(n.name);
   return bad_input(fmt::format("there is no model \"{}\"; the models are {}", name, known));

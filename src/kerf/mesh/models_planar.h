@@ -78,5 +78,7 @@ Result<Model> make_holed_slab(const ModelOptions& options, int holes);
 Result<Model> make_tube(const ModelOptions& options);
 Result<Model> make_half_shell(const ModelOptions& options);
 Result<Model> make_s_shape(const ModelOptions& options);
+Result<Model> make_strip(const ModelOptions& options);
+Result<Model> make_mat(const ModelOptions& options);
 
 }  // namespace kerf::models

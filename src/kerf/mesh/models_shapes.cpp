@@ -143,6 +143,24 @@ Result<Model> make_s_shape(const ModelOptions& options) {
   return make_slab(region, options, "s-shape", {0.006, 0.006, 0.006});
 }
 
+Result<Model> make_strip(const ModelOptions& options) {
+  GridRegion region;
+  region.nx = 25;
+  region.ny = 3;
+  region.thickness = 0.003;
+  region.point = [](double u, double v) { return Vec2{0.2 * (u / 25 - 0.5), 0.024 * (v / 3 - 0.5)}; };
+  return make_slab(region, options, "strip", {0.008, 0.008, 0.003});
+}
+
+Result<Model> make_mat(const ModelOptions& options) {
+  GridRegion region;
+  region.nx = 20;
+  region.ny = 20;
+  region.thickness = 0.003;
+  region.point = [](double u, double v) { return Vec2{0.2 * (u / 20 - 0.5), 0.2 * (v / 20 - 0.5)}; };
+  return make_slab(region, options, "mat", {0.01, 0.01, 0.003});
+}
+
 Result<Model> make_tube(const ModelOptions& options) {
   // Unrolled: x is the arc length at mid-wall, and the last column of quads ends at the first column of points.
   constexpr double kRadius = 0.03, kWall = 0.004, kLength = 0.10;

@@ -1,0 +1,68 @@
+#include "kerf/session/haptics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/session/contact_step.h"
+
+namespace kerf {
+
+HapticModel haptic_model(const Session& session, std::size_t tool, double time) {
+  HapticModel model;
+  const Scene& scene = session.scene();
+  const std::vector<Session::ToolState> tools = session.tools();
+  if (tool >= tools.size() || tool >= scene.tools.size()) return model;
+  const RigidTool coupling = rigid_tool(scene.tools[tool], tool_at_start(scene.tools[tool]), 0, session.time_step());
+  model.time = time;
+  model.period = session.time_step();
+  model.tool = {tools[tool].place.position, tools[tool].place.axes};
+  model.force = tools[tool].force;
+  model.torque = tools[tool].torque;
+  model.stiffness = coupling.stiffness;
+  model.turning_stiffness = coupling.turning_stiffness;
+  model.max_force = coupling.max_force;
+  std::vector<HapticContact> contacts;
+  for (const Session::ContactState& c : session.contacts())
+    if (c.tool == static_cast<std::int32_t>(tool)) contacts.push_back({c.point, c.normal, c.normal_force, c.gap});
+  // What a block of tissue as large as a cell gives way by.
+  const Vec3 cell = session.body().hex.frame.cell;
+  const double tissue = session.material().young * std::max({cell.x, cell.y, cell.z});
+  reduce_contacts(contacts, tissue, model);
+  return model;
+}
+
+void publish_haptics(const Session& session, std::size_t tool, double time, HapticChannel& channel) {
+  channel.write(haptic_model(session, tool, time));
+}
+
+SceneCommand tool_to(const std::string& id, const RigidPlace& place, double over) {
+  SceneCommand command;
+  command.what = SceneToolMotion{id, {{over, place.position, turn_of(place.axes)}}};
+  return command;
+}
+
+Wrench HapticServo::wrench(const RigidPlace& device, double time) {
+  bool fresh = false;
+  const HapticModel& newest = channel_.read(fresh);
+  if (fresh) {
+    fading_ = any_;
+    before_ = now_;
+    now_ = newest;
+    since_ = time;
+    any_ = true;
+  }
+  if (!any_ || !is_finite(device.position) || !is_finite(turn_of(device.axes))) return {};
+  HapticAnswer answer = solve_proxy(now_, device);
+  const double share = now_.period > 0 ? std::clamp((time - since_) / now_.period, 0.0, 1.0) : 1.0;
+  if (fading_ && share < 1) {
+    const HapticAnswer old = solve_proxy(before_, device);
+    answer.wrench.force = lerp(old.wrench.force, answer.wrench.force, share);
+    answer.wrench.torque = lerp(old.wrench.torque, answer.wrench.torque, share);
+    answer.tool = between(old.tool, answer.tool, share);
+  }
+  tool_ = answer.tool;
+  const double alive = std::clamp(2 - (time - now_.time) / kStale, 0.0, 1.0);
+  return {alive * answer.wrench.force, alive * answer.wrench.torque};
+}
+
+}  // namespace kerf

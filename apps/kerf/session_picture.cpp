@@ -1,6 +1,10 @@
 #include "session_picture.h"
 
+#include <cmath>
+
 #include "kerf/session/run_outputs.h"
+#include "kerf/session/scene_shapes.h"
+#include "kerf/session/shape_mesh.h"
 #include "kerf/session/surface_export.h"
 #include "picture.h"
 #include "png_file.h"
@@ -17,6 +21,46 @@ std::vector<std::array<std::int32_t, 3>> corners(const TriangleMesh& mesh) {
 
 void append(std::vector<PictureLine>& lines, const std::vector<PictureLine>& more) {
   lines.insert(lines.end(), more.begin(), more.end());
+}
+
+PictureThing thing_of(const std::vector<ShapePart>& parts, const RigidPlace& place, double plane_size) {
+  ShapeMesh mesh = shape_mesh(parts, plane_size);
+  for (Vec3& p : mesh.positions) p = place.to_world(p);
+  PictureThing thing;
+  thing.positions = std::move(mesh.positions);
+  thing.triangles = std::move(mesh.triangles);
+  return thing;
+}
+
+/// Obstacles and tools as they stand. A level plane becomes the ground.
+Result<std::vector<PictureThing>> things_of(const Session& session, Look look, const Box3& box, PictureOptions& options) {
+  const Scene& scene = session.scene();
+  std::vector<std::string> notes;
+  auto shapes = load_scene_shapes(scene, notes);
+  if (!shapes.ok()) return shapes.error();
+  std::vector<PictureThing> things;
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    const SceneObstacle& obstacle = scene.obstacles[i];
+    const RigidPlace place = place_at(obstacle, session.time());
+    if (obstacle.shape == SceneShape::kPlane && place.axes.c[2].z > 1 - 1e-9) {
+      options.ground_at = std::fmax(place.position.z, options.ground_at.value_or(-HUGE_VAL));
+      continue;
+    }
+    PictureThing thing = thing_of(shapes->obstacles[i].parts, place, 3 * box.diagonal());
+    thing.framed = obstacle.shape != SceneShape::kPlane;
+    if (look == Look::kMeat && obstacle.shape == SceneShape::kBox) thing.stuff = PictureThing::Stuff::kWood;
+    if (look == Look::kCartilage) thing.stuff = PictureThing::Stuff::kBone;
+    things.push_back(std::move(thing));
+  }
+  const auto tools = session.tools();
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    PictureThing thing = thing_of(tool_parts(scene.tools[i], tools[i].jaws, shapes->tool_meshes[i]),
+                                  {tools[i].place.position, tools[i].place.axes}, 0);
+    thing.stuff = PictureThing::Stuff::kSteel;
+    thing.framed = false;  // shafts are long
+    things.push_back(std::move(thing));
+  }
+  return things;
 }
 
 }  // namespace
@@ -59,7 +103,11 @@ Status write_picture(Session& session, const Scene& scene, const std::filesystem
   options.field_of_view = scene.output.camera.field_of_view;
   options.zoom = scene.output.camera.zoom;
   options.two_sided = !body.complex.closed;
-  const Picture picture = draw_picture(drawn, lines, options);
+  Box3 box;
+  for (const Vec3 p : drawn.positions) box.add(p);
+  const auto things = things_of(session, drawn.look, box, options);
+  if (!things.ok()) return things.error();
+  const Picture picture = draw_picture(drawn, lines, options, *things);
   return write_png(file, picture);
 }
 

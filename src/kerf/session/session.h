@@ -161,6 +161,7 @@ class Session {
   /// Where a tool of the scene is, and what it feels: forces on it in the last step, about its own place.
   struct ToolState {
     RigidState place;
+    double jaws = 1;                       ///< 1 open, 0 closed
     Vec3 force, torque;                    ///< N, N m: of what it touches
     Vec3 coupling_force, coupling_torque;  ///< of the coupling to its pose
   };

@@ -100,6 +100,7 @@ std::vector<Session::ToolState> Session::tools() const {
   for (std::size_t i = 0; i < s.state.mechanics.tools.size(); ++i) {
     ToolState tool;
     tool.place = s.state.mechanics.tools[i];
+    tool.jaws = s.state.tools[i].jaws(s.state.time);
     if (i < results.size()) {
       tool.force = results[i].force;
       tool.torque = results[i].torque;

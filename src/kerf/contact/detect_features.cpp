@@ -15,6 +15,11 @@ using F = CollisionTriangle;
 
 /// Most contacts of one point of a shape: layers that it lies between, from different directions.
 constexpr std::size_t kMostLayers = 3;
+/// Faces in directions nearer to each other than this cosine are one layer.
+constexpr double kOtherDirection = 0.5;
+/// A point stays with the face of the last step unless another one of that layer is nearer by this part of the half
+/// thickness: under a ridge two faces are equally near, and a contact that changed between them would shake the body.
+constexpr double kStay = 0.1;
 
 }  // namespace
 
@@ -65,9 +70,21 @@ double side_of(const NearShape& near, const FaceCandidate& c, std::span<const Re
   return along < 0 ? -1 : 1;
 }
 
+/// The candidate that a layer keeps to: the face of the last step in place of one that is hardly nearer.
+const FaceCandidate& kept(const NearShape& near, const FaceCandidate& c, std::span<const FaceCandidate> candidates,
+                          std::span<const RememberedContact* const> remembered) {
+  for (const RememberedContact* r : remembered) {
+    if (r == nullptr || r->feature == c.face.value) continue;
+    for (const FaceCandidate& other : candidates)
+      if (other.face.value == r->feature && std::fabs(dot(other.direction, c.direction)) > kOtherDirection &&
+          other.distance < c.distance + kStay * norm(face_point(near.body, other.face, other.weight).offset))
+        return other;
+  }
+  return c;
+}
+
 /// Contacts of one point: the nearest face, and those that it sees in clearly other directions.
 void hand_out_point(const NearShape& near, std::span<const FaceCandidate> candidates) {
-  constexpr double kOtherDirection = 0.5;  // cosine
   ContactName name{ContactKind::kFaceShape, 0, near.body.index, near.shape.other(), near.part, candidates[0].point.id, 0};
   std::array<const RememberedContact*, kMostLayers> remembered{};
   for (std::size_t i = 0; i < kMostLayers; ++i) {
@@ -77,7 +94,8 @@ void hand_out_point(const NearShape& near, std::span<const FaceCandidate> candid
   std::array<Vec3, kMostLayers> taken;
   std::array<bool, kMostLayers> used{};
   std::size_t count = 0;
-  for (const FaceCandidate& c : candidates) {
+  for (const FaceCandidate& nearest : candidates) {
+    const FaceCandidate& c = kept(near, nearest, candidates, remembered);
     bool known = false;
     const double side = side_of(near, c, remembered, known);
     const Vec3 n = side * c.direction;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kerf/contact/surface_offsets.h"
+#include "kerf/mechanics/lanes.h"
 #include "kerf/mechanics/rigid_tools.h"
 
 namespace kerf {
@@ -17,22 +18,55 @@ void refresh_surface(const Body& body, ContactStep& c) {
   c.surface_stale = false;
 }
 
-/// The surface as it is, and as it would be h seconds on without contact.
+/// Trilinear weights of the corners at local coordinates, z = -1 and z = +1.
+struct CornerWeights {
+  Lanes low, high;
+};
+CornerWeights corner_weights(Vec3 l) {
+  const Lanes x{1 - l.x, 1 + l.x, 1 - l.x, 1 + l.x}, y{1 - l.y, 1 - l.y, 1 + l.y, 1 + l.y};
+  const Lanes xy = 0.125 * (x * y);
+  return {(1 - l.z) * xy, (1 + l.z) * xy};
+}
+
+Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
+
+/// The surface as it is, and as it would be h seconds on without contact: positions and offsets of its vertices in one pass,
+/// as collision_positions() and surface_offsets() define them.
 SurfaceState surface_state(const Body& body, const MechanicsModel& model, const MechanicsState& state, double h, Vec3 gravity,
                            ContactStep& c) {
   const std::size_t n = body.complex.collision.vertex_count();
   c.positions.resize(n);
   c.offsets.resize(n);
   c.predicted.resize(n);
-  c.predicted_nodes.resize(state.positions.size());
+  c.nodes.resize(state.positions.size());
   for (std::size_t i = 0; i < state.positions.size(); ++i) {
     const NodeId node(i);
+    const Vec3 x = state.positions[i];
     const Vec3 v = model.is_fixed(node) ? model.prescribed_velocities()[i] : state.velocities[i] + h * gravity;
-    c.predicted_nodes[i] = state.positions[i] + h * v;
+    const Vec3 next = x + h * v;
+    c.nodes[i] = {{x.x, x.y, x.z, 0}, {next.x, next.y, next.z, 0}};
   }
-  collision_positions(body.hex, body.embedding, state.positions, c.positions);
-  collision_positions(body.hex, body.embedding, c.predicted_nodes, c.predicted);
-  surface_offsets(body.hex, body.embedding, c.surface, state.positions, c.offsets);
+  const LatticeFrame& frame = body.hex.frame;
+  const Vec3 per_cell{2 / frame.cell.x, 2 / frame.cell.y, 2 / frame.cell.z};
+  for (const CollisionVertex v : ids<CollisionVertex>(n)) {
+    const Vec3 l = body.embedding.collision_local[v], o = transposed_times(frame.axes, c.surface.offset[v]);
+    const Vec3 d{o.x * per_cell.x, o.y * per_cell.y, o.z * per_cell.z};
+    const CornerWeights at = corner_weights(l), plus = corner_weights(l + d), minus = corner_weights(l - d);
+    const Lanes lifted[2] = {0.5 * (plus.low - minus.low), 0.5 * (plus.high - minus.high)};
+    const Lanes own[2] = {at.low, at.high};
+    const auto& corner = body.hex.nodes[body.embedding.collision[v]];
+    Lanes now = all_lanes(0), next = all_lanes(0), offset = all_lanes(0);
+    for (std::size_t i = 0; i < 8; ++i) {
+      const ContactStep::NodeState& node = c.nodes[corner[i].index()];
+      const Lanes x = load_lanes(node.now);
+      now += own[i / 4][i % 4] * x;
+      next += own[i / 4][i % 4] * load_lanes(node.next);
+      offset += lifted[i / 4][i % 4] * x;
+    }
+    c.positions[v.index()] = vec_of(now);
+    c.predicted[v.index()] = vec_of(next);
+    c.offsets[v.index()] = vec_of(offset);
+  }
   return {&c.surface, c.positions, c.offsets, c.predicted};
 }
 

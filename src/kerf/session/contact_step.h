@@ -22,7 +22,11 @@ struct ContactStep {
   bool surface_stale = false;  ///< after undo, redo or a restored snapshot: all of it anew
 
   std::vector<RigidShape> tools;
-  std::vector<Vec3> positions, offsets, predicted, predicted_nodes;
+  struct alignas(32) NodeState {
+    double now[4], next[4];  // x y z -
+  };
+  std::vector<NodeState> nodes;
+  std::vector<Vec3> positions, offsets, predicted;  // per collision vertex
   DetectWorkspace detect;
   DetectReport seen;               ///< of the last detection
   std::vector<Contact> contacts;   ///< of the last detection, by key; results in the workspace of mechanics are in the same order

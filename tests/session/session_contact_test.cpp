@@ -1,0 +1,333 @@
+// Contact in whole steps: sheets over spheres, the lips of a cut, piles, tools; snapshots and undo with all of it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/base/parallel.h"
+#include "kerf/base/random.h"
+#include "kerf/contact/surface_offsets.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kRadius = 0.05;  // half thickness of the model "sheet", m
+
+Scene sheet(std::size_t triangles, double mass, double dt) {
+  Scene scene;
+  scene.body.model = "sheet";
+  scene.body.options.visual_triangles = 1664;
+  scene.body.options.collision_triangles = triangles;
+  scene.material.young = 5000;
+  scene.material.density = 10 * mass;
+  scene.simulation.time_step = dt;
+  return scene;
+}
+
+void add_balls(Scene& scene) {
+  for (double x : {-0.25, 0.25})
+    for (double y : {-0.25, 0.25}) {
+      SceneObstacle& ball = scene.obstacles.emplace_back();
+      ball.shape = SceneShape::kMesh;
+      ball.model = "ball";
+      ball.scale = 0.18;
+      ball.position = {x, y, -0.24};
+    }
+}
+
+Session must_create(const Scene& scene) {
+  Result<Session> made = Session::create(scene);
+  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
+  return std::move(*made);
+}
+
+struct Course {
+  double fastest = 0;  ///< of any node, m/s
+  double deepest = 0;  ///< parts of the half thickness
+  double left = 0;     ///< root mean square of the node speeds at the end, m/s
+  int most_pressing = 0;
+};
+Course run(Session& session, double seconds) {
+  Course r;
+  const auto steps = static_cast<int>(std::lround(seconds / session.time_step()));
+  for (int i = 0; i < steps; ++i) {
+    const Result<SessionStep> step = session.step();
+    EXPECT_TRUE(step.ok()) << (step.ok() ? "" : step.error().message);
+    if (!step) return r;
+    EXPECT_FALSE(step->mechanics.cap_hit);
+    r.deepest = std::max(r.deepest, step->mechanics.deepest_overlap / kRadius);
+    r.most_pressing = std::max(r.most_pressing, step->mechanics.pressing);
+    double sum = 0;
+    for (const Vec3 v : session.node_velocities()) {
+      r.fastest = std::max(r.fastest, norm(v));
+      sum += dot(v, v);
+    }
+    r.left = std::sqrt(sum / static_cast<double>(session.node_velocities().size()));
+  }
+  return r;
+}
+
+TEST(SessionContact, ASheetComesToRestOnFourBalls) {
+  for (const double mass : {1.0, 20.0})
+    for (const std::size_t triangles : {104, 500}) {
+      Scene scene = sheet(triangles, mass, 0.01);
+      scene.material.damping_mass = 2;
+      add_balls(scene);
+      Session session = must_create(scene);
+      run(session, 9);
+      const Course rest = run(session, 0.5);
+      EXPECT_LT(rest.deepest, 0.02) << mass << " " << triangles;
+      EXPECT_LT(rest.left, 2e-4) << mass << " " << triangles;
+      EXPECT_GT(rest.most_pressing, 3);
+      // It weighs on the balls with all its weight.
+      Vec3 force;
+      for (const Session::ContactState& c : session.contacts()) {
+        force += c.force;
+        EXPECT_GE(c.obstacle, 0);
+      }
+      EXPECT_NEAR(force.z, 9.81 * mass, 0.01 * 9.81 * mass);
+      // Seen from outside: no vertex's lower corner in a ball. The balls are faceted, 0.93 of the radius at the least.
+      const Body& body = session.body();
+      const ContactSurface surface = make_contact_surface(body.complex.collision);
+      std::vector<Vec3> offsets(surface.vertex_count());
+      surface_offsets(body.hex, body.embedding, surface, session.node_positions(), offsets);
+      const std::vector<Vec3> positions = session.collision_positions();
+      for (std::size_t v = 0; v < positions.size(); ++v)
+        for (const SceneObstacle& ball : scene.obstacles)
+          EXPECT_GT(norm(positions[v] - offsets[v] - ball.position), 0.93 * ball.scale - 0.02 * kRadius);
+    }
+}
+
+/// A sheet held on the left, cut half through; vertices of its right side.
+struct Cut {
+  Session session;
+  std::vector<CollisionVertex> right, lip;
+
+  static Scene scene(double dt) {
+    Scene s = sheet(500, 1, dt);
+    s.simulation.gravity = {};
+    s.contact.enabled = true;
+    SceneFix& left = s.fixes.emplace_back();
+    left.region.shape = SceneRegion::Shape::kHalfSpace;
+    left.region.point = {-0.42, 0, 0};
+    left.region.normal = {-1, 0, 0};
+    return s;
+  }
+  void stroke(Vec3 from, Vec3 to) {
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+    for (int i = 0; i <= 12; ++i) {
+      const Vec3 p = lerp(from, to, i / 12.0);
+      ASSERT_TRUE(session.move_blade(p + Vec3{0, 0, 0.2}, p - Vec3{0, 0, 0.2}).ok());
+    }
+    ASSERT_TRUE(session.end_stroke().ok());
+  }
+  Cut(double dt, bool across) : session(must_create(scene(dt))) {
+    stroke({0.013, -0.6, 0}, {0.013, 0.05, 0});
+    if (across) stroke({-0.3, -0.21, 0}, {0.3, -0.21, 0});
+    const auto& rest = session.body().complex.collision.rest;
+    for (const CollisionVertex v : ids<CollisionVertex>(rest.size())) {
+      if (rest[v].x > 0.42) right.push_back(v);
+      if (rest[v].x > 0.02 && rest[v].x < 0.2 && rest[v].y < -0.35) lip.push_back(v);
+    }
+  }
+  void move(const std::string& id, Vec3 by, double over) {
+    SceneCommand c;
+    c.what = SceneMove{id, by, {}, over};
+    ASSERT_TRUE(session.apply(c).ok());
+  }
+};
+
+TEST(Lips, AtRestNothingMovesAtAll) {
+  for (const double dt : {0.001, 0.005, 0.0167})
+    for (const bool across : {false, true}) {
+      Cut cut(dt, across);
+      const Course r = run(cut.session, 20 * dt);
+      EXPECT_EQ(r.fastest, 0) << dt;
+      EXPECT_EQ(r.deepest, 0);
+      EXPECT_GT(cut.session.contacts().size(), 20u);
+    }
+}
+
+TEST(Lips, PressedTheyHoldAgainstEachOther) {
+  for (const double dt : {0.001, 0.005, 0.0167})
+    for (const bool across : {false, true}) {
+      Cut cut(dt, across);
+      ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+      cut.move("right", {-0.03, 0, 0}, 0.4);
+      const Course r = run(cut.session, 0.5);
+      EXPECT_LT(r.deepest, 0.05) << dt << " " << across;
+      EXPECT_LT(r.fastest, 1) << dt << " " << across;
+      EXPECT_GT(r.most_pressing, 40);
+      Vec3 force;  // between two parts of one body: along x, the sum of what one side feels
+      for (const Session::ContactState& c : cut.session.contacts()) force += Vec3{std::abs(c.force.x), 0, 0};
+      EXPECT_GT(force.x, 1);
+    }
+}
+
+TEST(Lips, PulledTheyDoNotStick) {
+  for (const double dt : {0.001, 0.005, 0.0167}) {
+    Cut cut(dt, false);
+    ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+    cut.move("right", {0.05, 0, 0}, 0.4);
+    run(cut.session, 0.4);
+    const Course r = run(cut.session, 1);
+    EXPECT_EQ(r.most_pressing, 0) << dt;
+    EXPECT_EQ(r.deepest, 0);
+    for (const Session::ContactState& c : cut.session.contacts()) EXPECT_EQ(c.normal_force, 0);
+  }
+}
+
+TEST(Lips, ShearedAndThenPressedTheySlide) {
+  for (const double dt : {0.005, 0.0167}) {
+    Cut cut(dt, false);
+    ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+    cut.move("right", {0, 0.08, 0}, 0.4);
+    const Course sheared = run(cut.session, 0.4);
+    cut.move("right", {-0.03, 0, 0}, 0.4);
+    const Course pressed = run(cut.session, 0.6);
+    EXPECT_LT(std::max(sheared.deepest, pressed.deepest), 0.05) << dt;
+    EXPECT_LT(std::max(sheared.fastest, pressed.fastest), 2) << dt;
+    EXPECT_GT(pressed.most_pressing, 20);
+  }
+}
+
+TEST(Lips, LiftedOverAndBackTheyComeHome) {
+  for (const double dt : {0.005, 0.0167}) {
+    Cut cut(dt, false);
+    ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+    ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
+    double fastest = 0;
+    for (const Vec3 by : {Vec3{0, 0, 0.15}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -0.05}, Vec3{0, 0, 0.05}, Vec3{0.12, 0, 0}, Vec3{0, 0, -0.15}}) {
+      cut.move("lip", by, 0.4);
+      fastest = std::max(fastest, run(cut.session, 0.4).fastest);
+    }
+    SceneCommand release;
+    release.what = SceneRelease{"lip"};
+    ASSERT_TRUE(cut.session.apply(release).ok());
+    fastest = std::max(fastest, run(cut.session, 2).fastest);
+    EXPECT_LT(fastest, 5) << dt;
+    EXPECT_LT(run(cut.session, 0.1).fastest, 1) << dt;
+    EXPECT_TRUE(cut.session.validate().ok());
+  }
+}
+
+Scene pressed_by_a_ball(double dt) {
+  Scene scene = sheet(500, 1, dt);
+  SceneFix& border = scene.fixes.emplace_back();
+  border.region.shape = SceneRegion::Shape::kHalfSpace;
+  border.region.point = {-0.42, 0, 0};
+  border.region.normal = {-1, 0, 0};
+  SceneFix& other = scene.fixes.emplace_back(border);
+  other.region.point.x = 0.42;
+  other.region.normal.x = 1;
+  SceneRigidTool& ball = scene.tools.emplace_back();
+  ball.id = "ball";
+  ball.kind = SceneToolKind::kSphere;
+  ball.radius = 0.06;
+  ball.position = {0.1, 0.05, 0.2};
+  return scene;
+}
+
+TEST(SessionContact, AToolPressesAndFeelsWhatItPresses) {
+  for (const double dt : {0.002, 0.0167}) {
+    Scene scene = pressed_by_a_ball(dt);
+    scene.material.damping_mass = 5;
+    Session session = must_create(scene);
+    SceneCommand command;
+    command.what = SceneToolMotion{"ball", {{0.5, {0.1, 0.05, 0.05}, {}}}};
+    ASSERT_TRUE(session.apply(command).ok());
+    const Course down = run(session, 0.5);
+    EXPECT_LT(down.deepest, 0.05) << dt;
+    const Course held = run(session, 3);
+    EXPECT_LT(held.deepest, 0.05) << dt;
+    EXPECT_LT(held.left, 1e-3) << dt;
+    const Session::ToolState tool = session.tools()[0];
+    EXPECT_GT(tool.force.z, 0.1);
+    EXPECT_NEAR(tool.force.z, -tool.coupling_force.z, 0.02 * tool.force.z);
+    Vec3 sum;
+    for (const Session::ContactState& c : session.contacts()) {
+      EXPECT_EQ(c.tool, 0);
+      sum += c.force;
+    }
+    EXPECT_NEAR(sum.z, -tool.force.z, 1e-9 * tool.force.z);
+    EXPECT_NEAR(session.support_force().z, tool.force.z + 9.81, 0.05 * (tool.force.z + 9.81));
+  }
+}
+
+TEST(SessionContact, SnapshotsUndoAndThreadsGiveTheSameBits) {
+  const auto play = [](Session& s, int part) {
+    SceneCommand command;
+    command.what = SceneToolMotion{"ball", {{0.2, {0.1 - 0.1 * part, 0.05, 0.06}, {}}}};
+    ASSERT_TRUE(s.apply(command).ok());
+    ASSERT_TRUE(s.step(20).ok());
+    ASSERT_TRUE(s.begin_stroke(SceneFrame::kRest, false).ok());
+    for (double y = -0.6; y < 0.1; y += 0.1) {
+      ASSERT_TRUE(s.move_blade({0.013, y, 0.2}, {0.013, y, -0.2}).ok());
+      ASSERT_TRUE(s.step(2).ok());
+    }
+    ASSERT_TRUE(s.end_stroke().ok());
+    ASSERT_TRUE(s.step(20).ok());
+  };
+  Session a = must_create(pressed_by_a_ball(0.01));
+  ASSERT_TRUE(a.step(10).ok());
+  const auto snapshot = a.snapshot();
+  play(a, 0);
+  const std::uint64_t after = a.hash();
+  a.restore(snapshot);
+  play(a, 0);
+  EXPECT_EQ(a.hash(), after);
+  {
+    ThreadLimit one(1);
+    Session b = must_create(pressed_by_a_ball(0.01));
+    ASSERT_TRUE(b.step(10).ok());
+    play(b, 0);
+    EXPECT_EQ(b.hash(), after);
+  }
+  // Undo, step, and the same again from a restored snapshot: the contact geometry follows as well.
+  const auto cut = a.snapshot();
+  ASSERT_TRUE(a.undo().ok());
+  ASSERT_TRUE(a.step(15).ok());
+  ASSERT_TRUE(a.redo().ok());
+  ASSERT_TRUE(a.step(15).ok());
+  const std::uint64_t undone = a.hash();
+  a.restore(cut);
+  ASSERT_TRUE(a.undo().ok());
+  ASSERT_TRUE(a.step(15).ok());
+  ASSERT_TRUE(a.redo().ok());
+  ASSERT_TRUE(a.step(15).ok());
+  EXPECT_EQ(a.hash(), undone);
+  EXPECT_TRUE(a.validate().ok());
+}
+
+TEST(SessionContact, AFastBallDoesNotGetThroughASheet) {
+  // Thrown down at the middle of a held sheet, at random places and speeds. The ball is light: it must stop above.
+  Random random(11);
+  for (int i = 0; i < 12; ++i) {
+    Scene scene = pressed_by_a_ball(i % 2 == 0 ? 0.001 : 0.0167);
+    const double speed = std::pow(10.0, random.uniform(-1, 1)), x = random.uniform(-0.25, 0.25), y = random.uniform(-0.3, 0.3);
+    scene.tools[0].position = {x, y, 0.115};
+    scene.tools[0].stiffness = 500;
+    Session session = must_create(scene);
+    SceneCommand command;
+    command.what = SceneToolMotion{"ball", {{0.3 / speed, {x, y, -0.185}, {}}}};
+    ASSERT_TRUE(session.apply(command).ok());
+    const Course r = run(session, std::min(0.3 / speed + 0.05, 1.0));
+    EXPECT_LT(r.fastest, 3 * speed + 3) << speed;
+    EXPECT_LT(r.deepest, 0.2) << speed;
+    // The ball is on its side of the mid-surface under it.
+    const Vec3 centre = session.tools()[0].place.position;
+    double nearest = 1e9, height = 0;
+    for (const Vec3 p : session.collision_positions()) {
+      const double d = std::hypot(p.x - centre.x, p.y - centre.y);
+      if (d < nearest) {
+        nearest = d;
+        height = centre.z - p.z;
+      }
+    }
+    EXPECT_GT(height, 0.06) << speed << " m/s at " << x << " " << y;
+  }
+}
+
+}  // namespace
+}  // namespace kerf

@@ -60,7 +60,7 @@ class Run {
       }
       if (scene_.output.picture && !pictured_ && scene_.output.picture_at && session_.time() >= *scene_.output.picture_at)
         KERF_TRY(picture());
-      if (progress) progress("simulating", static_cast<double>(i + 1) / static_cast<double>(steps));
+      KERF_TRY(progress("simulating", static_cast<double>(i + 1) / static_cast<double>(steps)));
     }
     check("end");
     return {};

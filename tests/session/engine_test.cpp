@@ -7,6 +7,7 @@
 #include <array>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include "kerf/base/random.h"
 #include "kerf/session/body.h"
@@ -21,7 +22,7 @@ using namespace kerf::test;
 constexpr std::uint32_t kScalpel = 0, kGrasp = 1, kFix = 2, kRelease = 3, kLine = 4;
 constexpr std::uint32_t kDown = 0, kMove = 1, kUp = 2, kCancel = 3;
 constexpr std::uint32_t kPause = 2, kStep = 3, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9, kMaterial = 10, kExport = 11,
-                        kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15;
+                        kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17;
 constexpr Point kEye{0.02, -0.05, 0.6};
 
 SceneSource steak() {
@@ -67,6 +68,18 @@ struct Table {
       engine.tick(1.0 / 60);
       deliver();
     }
+  }
+  /// Waits for the scene that is on its way; no simulated time passes.
+  void until_loaded() {
+    while (engine.loading()) {
+      engine.tick(0);
+      deliver();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+  void load(std::uint32_t id, const std::vector<std::byte>& command) {
+    tell(id, command);
+    until_loaded();
   }
   /// A scalpel stroke over these points of the body's middle plane, seen from kEye.
   void cut(std::uint32_t id, const std::vector<Point>& points, bool ticks = true, std::uint32_t input = 100) {
@@ -637,13 +650,13 @@ TEST(Engine, ResetScenesAndExport) {
   EXPECT_EQ(table.engine.session().gravity().z, -1);
   EXPECT_EQ(p.body.body, 2u);
   table.expect_mirrored(page);
-  table.tell(page, page_command(3, kScene, {}, "broken"));
+  table.load(page, page_command(3, kScene, {}, "broken"));
   ASSERT_EQ(p.errors.size(), 1u);
   EXPECT_NE(p.errors[0].text.find("sheet"), std::string::npos);  // did you mean
   EXPECT_EQ(p.name, "steak");
-  table.tell(page, page_command(4, kScene, {}, "../../etc/passwd"));
+  table.load(page, page_command(4, kScene, {}, "../../etc/passwd"));
   EXPECT_EQ(p.errors.size(), 2u);
-  table.tell(page, page_command(5, kScene, {}, "sheet"));
+  table.load(page, page_command(5, kScene, {}, "sheet"));
   EXPECT_EQ(p.name, "sheet");
   EXPECT_NE(p.json.find("\"A sheet\""), std::string::npos);
   table.tick(2);
@@ -655,6 +668,47 @@ TEST(Engine, ResetScenesAndExport) {
   EXPECT_NE(p.files["sheet.toml"].find("model = \"sheet\""), std::string::npos);
   table.tell(page, page_command(7, kExport, {}, "exe"));
   EXPECT_EQ(p.errors.size(), 3u);
+}
+
+TEST(Engine, AnotherSceneIsLoadedInTheBackground) {
+  const std::string folder = testing::TempDir();
+  std::ofstream(folder + "/large_for_engine.toml")
+      << "[body]\nmodel = \"closed-sheet\"\noptions = { visual_triangles = 400000, collision_triangles = 500 }\n";
+  std::ofstream(folder + "/small_for_engine.toml") << "[body]\nmodel = \"meniscus\"\n";
+  EngineOptions options;
+  options.scenes = {{"large", "", folder + "/large_for_engine.toml"}, {"small", "", folder + "/small_for_engine.toml"}};
+  Table table(options);
+  const auto page = table.join(), watcher = table.join();
+  MirroredPage& p = table.pages[page];
+  table.tell(page, page_command(5, kScene, {}, "large"));
+  ASSERT_TRUE(table.engine.loading());
+  // The old scene goes on, and can be cut.
+  EXPECT_EQ(p.name, "steak");
+  table.cut(page, {{-0.005, -0.13, 0}, {-0.005, 0.13, 0}});
+  EXPECT_EQ(p.cuts.size(), 1u);
+  EXPECT_EQ(p.name, "steak");
+  // Stopped, it stays.
+  table.tell(page, page_command(6, kStopLoading));
+  EXPECT_FALSE(table.engine.loading());
+  EXPECT_EQ(p.loadings.back().state, 3u);
+  table.tick(5);
+  EXPECT_EQ(p.name, "steak");
+  EXPECT_EQ(p.bodies, 1u);
+  // The newest wish counts; everybody hears of it.
+  table.tell(page, page_command(7, kScene, {}, "large"));
+  table.tell(page, page_command(8, kScene, {}, "small"));
+  table.until_loaded();
+  for (const auto id : {page, watcher}) {
+    EXPECT_EQ(table.pages[id].name, "small");
+    EXPECT_EQ(table.pages[id].bodies, 2u);
+    EXPECT_EQ(table.pages[id].loadings.back().state, 1u);
+    EXPECT_EQ(table.pages[id].loadings.back().input, 8u);
+  }
+  EXPECT_TRUE(p.errors.empty());
+  table.tick(2);
+  table.expect_mirrored(page);
+  // It can end while it loads.
+  table.tell(page, page_command(9, kScene, {}, "large"));
 }
 
 /// A square sheet as OBJ text: an open surface of n x n squares of side 1/n at height z.
@@ -682,33 +736,49 @@ TEST(Engine, UploadedMeshesAreLoaded) {
       table.tell(page, page_upload(number, part, name, static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(bytes.size()), bytes.substr(at, 1000)));
   };
   upload(1, 0, "cloth.obj", visual);
-  table.tell(page, page_command(1, kLoadUpload, {1}, "0.05"));
+  table.load(page, page_command(1, kLoadUpload, {1}, "0.05"));
   upload(2, 0, "my \"cloth\".OBJ", visual);
   upload(2, 1, "mid.obj", collision);
-  table.tell(page, page_command(2, kLoadUpload, {2}, "0.05"));
+  table.load(page, page_command(2, kLoadUpload, {2}, "0.05"));
   for (const auto& e : p.errors) ADD_FAILURE() << e.text;
   EXPECT_EQ(p.name, "my _cloth_");
   table.tick(3);
   table.expect_mirrored(page);
   EXPECT_EQ(p.body.skin.size(), 288u);
-  EXPECT_EQ(table.engine.session().gravity(), (Vec3{0, 0, 0}));  // nothing holds it
+  EXPECT_NE(p.json.find("\"unit\":{\"metres\":1.0,\"guessed\":true}"), std::string::npos) << p.json;
+  EXPECT_EQ(table.engine.session().gravity(), (Vec3{0, 0, -9.81}));
+  const double thickness = p.body.cell[2];
+  // In millimetres, when it is told so, or when it would be larger than 5 m.
+  table.load(page, page_command(21, kUnit, {1e-3}));
+  EXPECT_NE(p.json.find("\"unit\":{\"metres\":0.001,\"guessed\":false}"), std::string::npos) << p.json;
+  EXPECT_NEAR(p.body.cell[2], 1e-3 * thickness, 1e-9);
+  table.load(page, page_command(22, kUnit, {0}));
+  ASSERT_EQ(p.errors.size(), 1u);
+  p.errors.clear();
+  std::string large;
+  for (int i = 0; i < 4; ++i) large += "v " + std::to_string(45 * (i % 2)) + " " + std::to_string(20 * (i / 2)) + " 0\n";
+  upload(14, 0, "large.obj", large + "f 1 2 4\nf 1 4 3\n");
+  table.load(page, page_command(23, kLoadUpload, {14}, "2"));
+  for (const auto& e : p.errors) ADD_FAILURE() << e.text;
+  EXPECT_NE(p.json.find("\"unit\":{\"metres\":0.001,\"guessed\":true}"), std::string::npos) << p.json;
+  EXPECT_NE(p.json.find("\"box\":[0.0,0.0,0.0,0.045,0.02,0.0]"), std::string::npos) << p.json;
 
   // What can't be loaded leaves everything as it is.
   const std::uint32_t body = table.engine.body();
-  table.tell(page, page_command(3, kLoadUpload, {7}));
+  table.load(page, page_command(3, kLoadUpload, {7}));
   upload(8, 0, "x.exe", "MZ");
-  table.tell(page, page_command(4, kLoadUpload, {8}));
+  table.load(page, page_command(4, kLoadUpload, {8}));
   upload(9, 0, "x.obj", "v 0 0");
-  table.tell(page, page_command(5, kLoadUpload, {9}, "0.1"));
+  table.load(page, page_command(5, kLoadUpload, {9}, "0.1"));
   upload(10, 0, "x.obj", visual);
-  table.tell(page, page_command(6, kLoadUpload, {10}, "-3"));
+  table.load(page, page_command(6, kLoadUpload, {10}, "-3"));
   upload(11, 2, "s.toml", "[body]\nvisual = \"/etc/hostname\"\ncollision = \"/etc/hostname\"\n");
-  table.tell(page, page_command(7, kLoadUpload, {11}));
+  table.load(page, page_command(7, kLoadUpload, {11}));
   table.tell(page, page_upload(12, 0, "x.obj", 100, 2000, "v 0 0 0"));  // no beginning
   EXPECT_EQ(p.errors.size(), 6u);
   EXPECT_EQ(table.engine.body(), body);
   upload(13, 2, "s.toml", "[body]\nmodel = \"meniscus\"\n");
-  table.tell(page, page_command(8, kLoadUpload, {13}));
+  table.load(page, page_command(8, kLoadUpload, {13}));
   EXPECT_EQ(p.errors.size(), 6u) << p.errors.back().text;
   EXPECT_EQ(p.name, "s");
 }
@@ -772,7 +842,7 @@ TEST(Engine, DroppedFilesTravelInTheRecording) {
     const std::string visual = square(8, 0), collision = square(4, 0);
     table.tell(page, page_upload(2, 0, "a.obj", 0, static_cast<std::uint32_t>(visual.size()), visual));
     table.tell(page, page_upload(2, 1, "b.obj", 0, static_cast<std::uint32_t>(collision.size()), collision));
-    table.tell(page, page_command(2, kLoadUpload, {2}, "0.05"));
+    table.load(page, page_command(2, kLoadUpload, {2}, "0.05"));
     ASSERT_TRUE(table.pages[page].errors.empty()) << table.pages[page].errors[0].text;
     table.cut(page, {{-0.2, 0.5, 0}, {0.6, 0.4, 0}});
     EXPECT_EQ(table.pages[page].cuts.at(0).outcome, 0u);

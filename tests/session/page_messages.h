@@ -17,7 +17,7 @@ namespace kerf::test {
 /// Appends little-endian values; finish() puts the length into the header.
 class PageWriter {
  public:
-  explicit PageWriter(std::uint16_t type) { u16(type).u16(1).u32(0); }
+  explicit PageWriter(std::uint16_t type) { u16(type).u16(2).u32(0); }
   PageWriter& u16(std::uint16_t v) { return put(v, 2); }
   PageWriter& u32(std::uint32_t v) { return put(v, 4); }
   PageWriter& u64(std::uint64_t v) { return put(v, 8); }
@@ -50,7 +50,7 @@ inline PageRay ray_between(Point a, Point b) {
 }
 
 inline std::vector<std::byte> page_hello(std::uint64_t session = 0, std::uint32_t body = 0, std::uint32_t version = 0) {
-  return PageWriter(64).u32(1).u32(0).u64(session).u32(body).u32(version).finish();
+  return PageWriter(64).u32(2).u32(0).u64(session).u32(body).u32(version).finish();
 }
 inline std::vector<std::byte> page_ack(std::uint32_t seq) { return PageWriter(65).u32(seq).u32(0).finish(); }
 inline std::vector<std::byte> page_tool(std::uint32_t input, std::uint32_t tool, std::uint32_t phase,
@@ -85,7 +85,7 @@ class EngineReader {
  public:
   explicit EngineReader(std::span<const std::byte> bytes) : bytes_(bytes) {
     type = u16();
-    EXPECT_EQ(u16(), 1);
+    EXPECT_EQ(u16(), 2);
     EXPECT_EQ(u32(), bytes.size());
     EXPECT_EQ(bytes.size() % 4, 0u);
   }
@@ -187,6 +187,8 @@ struct MirroredPage {
   struct Hit { std::uint32_t input; std::int32_t triangle; double t; std::array<double, 3> point; F3 normal; };
   std::vector<Hit> hits;
   std::map<std::string, std::string> files;
+  struct Loading { std::uint32_t input = 0, state = 0; float fraction = 0; std::string stage; };
+  std::vector<Loading> loadings;
   std::uint32_t overlays = 0;
   struct {
     std::vector<F3> rest, foot_rest;
@@ -336,6 +338,18 @@ struct MirroredPage {
         r.u32();
         const std::string file = r.text(n);
         files[file] = r.text(size);
+        break;
+      }
+      case 12: {
+        Loading l{};
+        l.input = r.u32();
+        l.state = r.u32();
+        l.fraction = r.f32();
+        const auto n = r.u32();
+        l.stage = r.text(n);
+        EXPECT_GE(l.fraction, 0);
+        EXPECT_LE(l.fraction, 1);
+        loadings.push_back(l);
         break;
       }
       default: ADD_FAILURE() << "unknown message " << r.type; return;

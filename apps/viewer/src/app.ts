@@ -2,8 +2,8 @@
 import { Vector3 } from 'three';
 import type { Engine, EngineEvents, EngineState } from './engine/engine';
 import {
-  CommandCode, FrameFlag, Modifier, Outcome, UploadPart, type Body, type Counts, type CutReport, type EngineError,
-  type FileMessage, type Frame, type Hello, type Hit, type Overlay, type Patch, type Role, type Stats, type ToolSample, type Vec3,
+  CommandCode, FrameFlag, LoadState, Modifier, Outcome, UploadPart, type Body, type Counts, type CutReport, type EngineError,
+  type FileMessage, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Stats, type ToolSample, type Vec3,
 } from './engine/protocol';
 import { Blade } from './scene/blade';
 import { BodyMesh } from './scene/body_mesh';
@@ -24,6 +24,8 @@ import { Stroke, type StrokeMessage, type ToolName } from './tools/tools';
 export interface SceneInfo {
   scenes: { name: string; title: string }[]; name: string; title: string; look: Look; box: Box | null;
   material: { young: number; poisson: number; density: number }; gravity: [number, number, number];
+  /** Of meshes that were opened in the page. */
+  unit: { metres: number; guessed: boolean } | null;
 }
 
 export interface AppOptions { quality: QualityLevel | 'auto'; software: boolean; antialias: boolean; plain?: boolean }
@@ -39,6 +41,7 @@ export interface AppListener {
   stats(stats: Stats): void;
   toast(text: string, error: boolean): void;
   file(name: string, bytes: Uint8Array): void;
+  loading(loading: Loading | null): void;
   used(tool: ToolName): void;
 }
 
@@ -58,6 +61,7 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
     return o && typeof o.name === 'string' ? [{ name: o.name, title: typeof o.title === 'string' ? o.title : o.name }] : [];
   });
   const m = (j.material ?? {}) as Record<string, unknown>, g = Array.isArray(j.gravity) ? j.gravity : [];
+  const u = (j.unit ?? {}) as Record<string, unknown>;
   const b = Array.isArray(j.box) && j.box.length === 6 && j.box.every((x) => Number.isFinite(x)) ? (j.box as number[]) : null;
   const proper = b && b[0]! <= b[3]! && b[1]! <= b[4]! && b[2]! <= b[5]! && b.some((x) => x !== b[0]);
   return {
@@ -65,6 +69,7 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
     box: b && proper ? { min: [b[0]!, b[1]!, b[2]!], max: [b[3]!, b[4]!, b[5]!] } : null,
     material: { young: num(m.young, 20000), poisson: num(m.poisson, 0.45), density: num(m.density, 1000) },
     gravity: [num(g[0], 0), num(g[1], 0), num(g[2], -9.81)],
+    unit: num(u.metres, 0) > 0 ? { metres: num(u.metres, 1), guessed: u.guessed === true } : null,
   };
 }
 
@@ -103,6 +108,7 @@ export class App implements EngineEvents {
   errors = 0;
   lastError = '';
   recording = false;
+  loadingNow: Loading | null = null;
 
   private readonly chooser: QualityChooser;
   private readonly canvas: HTMLCanvasElement;
@@ -177,6 +183,8 @@ export class App implements EngineEvents {
       this.roleNow = { ...this.roleNow, held: false };
       this.ackedSeq = this.lastSeq = 0;
       this.pending = null;
+      this.loadingNow = null;
+      this.listener?.loading(null);
     }
     this.updateAllowed();
     this.listener?.connection(state);
@@ -320,6 +328,11 @@ export class App implements EngineEvents {
     this.touch(false);
   }
 
+  loading(loading: Loading): void {
+    this.loadingNow = loading.state === LoadState.UnderWay ? loading : null;
+    this.listener?.loading(this.loadingNow);
+  }
+
   file(file: FileMessage): void { this.listener?.file(file.name, file.bytes.slice()); }
 
   // -------------------------------------------------------------------------------------------------------------------
@@ -384,7 +397,7 @@ export class App implements EngineEvents {
     if (!blob) throw new Error('The browser made no picture.');
     return blob;
   }
-  async upload(parts: { part: number; name: string; bytes: Uint8Array }[], thickness: string, progress: (x: number) => void): Promise<void> {
+  async upload(parts: { part: number; name: string; bytes: Uint8Array }[], thickness: string, unit: number, progress: (x: number) => void): Promise<void> {
     const id = ++this.uploads, total = parts.reduce((n, p) => n + p.bytes.length, 0) || 1;
     let done = 0;
     for (const p of parts) {
@@ -392,7 +405,7 @@ export class App implements EngineEvents {
       done += p.bytes.length;
       progress(done / total);
     }
-    this.command(CommandCode.LoadUpload, [id], parts.some((p) => p.part === UploadPart.Visual) ? thickness : '');
+    this.command(CommandCode.LoadUpload, [id, unit], parts.some((p) => p.part === UploadPart.Visual) ? thickness : '');
   }
 
   // -------------------------------------------------------------------------------------------------------------------
@@ -675,7 +688,7 @@ export class App implements EngineEvents {
       bodies: this.bodies, errors: this.errors, lastError: this.lastError, ready: this.ready && s !== null, software: this.stage.software,
       camera: { position: camera.toArray(), target: target.toArray() },
       bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
-      blade: this.blade.visible,
+      blade: this.blade.visible, loading: this.loadingNow, unit: this.info?.unit ?? null,
     };
   }
 

@@ -45,6 +45,7 @@ class Recorder implements EngineEvents {
   error(e: { text: string }): void { this.errors.push(e.text); }
   overlay(o: Overlay): void { this.overlays.push(o); }
   file(): void {}
+  loading(): void {}
   state(s: string): void { this.states.push(s); }
 }
 

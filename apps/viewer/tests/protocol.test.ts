@@ -40,11 +40,12 @@ const engineMessages: EngineMessage[] = [
     triangles: new Uint32Array([0, 1, 1]), bound: new Uint32Array([5, 6]), links: new Uint32Array([1, 99, 0, 3]),
     feet: new Uint32Array([5, 2]), footRest: new Float32Array([1, 2, 3]),
   },
+  { type: 'loading', input: 3, state: 0, fraction: 0.25, stage: 'paths' },
   { type: 'file', request: 9, name: 'a.obj', bytes: new Uint8Array([1, 2, 3, 4, 5]) },
 ];
 
 const pageMessages: PageMessage[] = [
-  { type: 'pageHello', protocol: 1, session: 123456789012345678n, body: 1, version: 7 },
+  { type: 'pageHello', protocol: 2, session: 123456789012345678n, body: 1, version: 7 },
   { type: 'ack', seq: 42 },
   {
     type: 'tool', input: 1, tool: 4, phase: 2, modifiers: 5,
@@ -146,7 +147,7 @@ describe('bad messages', () => {
     return b;
   };
   it('refuses other versions and unknown types', () => {
-    expect(() => decodeEngineMessage(changed(engineMessages[7]!, (v) => v.setUint16(2, 2, true)))).toThrow(/version 2/);
+    expect(() => decodeEngineMessage(changed(engineMessages[7]!, (v) => v.setUint16(2, 1, true)))).toThrow(/version 1/);
     expect(() => decodeEngineMessage(changed(engineMessages[7]!, (v) => v.setUint16(0, 64, true)))).toThrow(/type 64/);
   });
   it('refuses numbers that are not finite', () => {

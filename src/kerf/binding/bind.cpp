@@ -205,11 +205,9 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   BoundBody body;
   BindReport& report = body.report;
   Stopwatch watch, total;
-  const auto tell = [&](std::string_view stage) {
-    if (options.progress) options.progress(stage, 0);
-  };
+  const auto tell = [&](std::string_view stage) { return options.progress(stage, 0); };
 
-  tell("prepare");
+  KERF_TRY(tell("prepare"));
   auto welded = weld(visual_mesh, "visual mesh");
   if (!welded) return welded.error();
   auto welded_collision = weld(collision_mesh, "collision mesh");
@@ -283,7 +281,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   const Vec3 origin = visual.positions[0];
   report.seconds.prepare = watch.lap();
 
-  tell("vertices");
+  KERF_TRY(tell("vertices"));
   auto bound = closed ? bind_closed(s, *search, c, normals) : bind_open(s, *search, c, options.thickness);
   if (!bound) return bound.error();
   search.reset();  // large bodies: what is not needed any more goes
@@ -295,7 +293,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
     c.offset.set(v, bound->half_thickness[v.index()] * normals[v.index()]);
   report.seconds.vertices = watch.lap();
 
-  tell("paths");
+  KERF_TRY(tell("paths"));
   auto network = insert_paths(s, c, *bound, closed, {options.exact, options.progress});
   if (!network) return network.error();
   report.divided_edges = split_dividing_edges(s, c, *bound, *network);
@@ -304,18 +302,18 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   report.path_length = network->length;
   report.seconds.paths = watch.lap();
 
-  tell("patches");
+  KERF_TRY(tell("patches"));
   auto patches = find_patches(s, c, *bound, *network, closed);
   if (!patches) return patches.error();
   report.seconds.patches = watch.lap();
 
-  tell("parameters");
+  KERF_TRY(tell("parameters"));
   auto parameters = parametrize(s, c, *bound, *network, *patches, closed, options.progress);
   if (!parameters) return parameters.error();
   report.uniform_patches = parameters->uniform_patches;
   report.seconds.parameters = watch.lap();
 
-  tell("assemble");
+  KERF_TRY(tell("assemble"));
   {
     const WalledSurface& w = s.walled;
     const auto corner = [&](std::size_t f, std::size_t k) { return w.position[at(w.origin[3 * f + k])]; };

@@ -224,7 +224,7 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
         outcome[i] = parametrizer.solve(step * i, Weights::kUniform, system) ? kUniform : kBad;
       }
     });
-    if (progress) progress("parameters", static_cast<double>(end) / static_cast<double>(count));
+    KERF_TRY(progress("parameters", static_cast<double>(end) / static_cast<double>(count)));
   }
   Parametrization result;
   for (std::size_t i = 0; i < count; ++i) {

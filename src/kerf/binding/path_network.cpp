@@ -312,7 +312,7 @@ class PathInserter {
     for (const auto* list : {&tree, &others})
       for (const CH h : *list) {
         for (int side = 0; side < (closed_ ? 2 : 1); ++side) KERF_TRY(insert(h, side));
-        if (options_.progress && ++done % 64 == 0) options_.progress("paths", static_cast<double>(done) / static_cast<double>(inner.size()));
+        if (++done % 64 == 0) KERF_TRY(options_.progress("paths", static_cast<double>(done) / static_cast<double>(inner.size())));
       }
     return std::move(network_);
   }

@@ -16,17 +16,17 @@ Result<Body> build_body(CellComplex bound, const SceneLattice& lattice, const st
 Result<Body> build_body(CellComplex bound, const LatticeFrame& frame, std::vector<LatticeBody> bodies, const Progress& progress) {
   Body body;
   body.complex = std::move(bound);
-  if (progress) progress("hexahedra", 0);
+  KERF_TRY(progress("hexahedra", 0));
   auto hex = build_lattice(body.complex.collision, frame, std::move(bodies));
   if (!hex) return hex.error();
   body.hex = std::move(*hex);
-  if (progress) progress("hexahedra", 0.5);
+  KERF_TRY(progress("hexahedra", 0.5));
   KERF_TRY(embed_all(body.complex, body.hex, body.embedding));
   std::vector<VisualTriangle> all;
   all.reserve(body.complex.visual.face_count());
   for (const VisualTriangle f : ids<VisualTriangle>(body.complex.visual.face_count())) all.push_back(f);
   update_render_surface(body.complex.visual, all, body.surface);
-  if (progress) progress("hexahedra", 1);
+  KERF_TRY(progress("hexahedra", 1));
   return body;
 }
 

@@ -19,6 +19,7 @@ using protocol::ErrorCode;
 /// Real time that a stalled engine catches up at most, s.
 constexpr double kMostOwed = 0.1;
 constexpr double kStatsEvery = 0.25;   ///< s
+constexpr double kProgressEvery = 0.1;  ///< s
 constexpr double kIdleFrames = 0.5;    ///< s between frames while nothing moves
 constexpr std::size_t kStepWindow = 512;
 /// Bodies up to this many visual triangles are hashed while a recording runs; larger ones at its end only.
@@ -43,23 +44,57 @@ Engine::~Engine() = default;
 Result<Engine> Engine::create(const SceneSource& scene, EngineOptions options, const Progress& progress) {
   auto impl = std::make_unique<Impl>();
   impl->options = std::move(options);
-  KERF_TRY(impl->load(scene, impl->options.overrides, progress));
+  SceneRequest request;
+  request.source = scene;
+  request.overrides = impl->options.overrides;
+  auto loaded = load_scene(std::move(request), progress);
+  if (!loaded) return loaded.error();
+  impl->show(std::move(loaded).value());
   return Engine(std::move(impl));
 }
 
-Status Engine::Impl::load(const SceneSource& from, const SceneOverrides& with, const Progress& progress) {
-  auto scene = scene_of(from, with);
-  if (!scene) return scene.error();
-  auto made = Session::create(*scene, progress);
-  if (!made) return made.error();
-  session.emplace(std::move(made).value());
-  session->watch_changes(true);
-  initial = session->snapshot();
+void Engine::Impl::show(std::unique_ptr<LoadedScene> scene) {
+  std::swap(source, scene->source);
+  std::swap(overrides, scene->overrides);
+  std::swap(folder, scene->folder);
+  std::swap(meshes, scene->meshes);
+  std::swap(session, scene->session);
+  std::swap(initial, scene->initial);
+  std::swap(drawn, scene->drawn);
+  std::swap(rest_box, scene->box);
   initial_gravity = session->gravity();
-  source = from;
-  overrides = with;
   start_over();
-  return {};
+  if (scene->session) loader.dispose(std::move(scene));
+}
+
+void Engine::Impl::watch_loading(double real_seconds) {
+  if (auto outcome = loader.take()) {
+    const std::uint32_t client = loader.client(), input = loader.input();
+    if (outcome->ok()) {
+      cancel_tool();
+      publish(0);
+      show(std::move(*outcome).value());
+      return tell_loading(protocol::LoadState::kShown, {}, 1);
+    }
+    const Error& trouble = outcome->error();
+    tell_loading(protocol::LoadState::kFailed, {}, 0);
+    return error(client, input, trouble.kind == ErrorKind::kBadInput ? ErrorCode::kBadArgument : ErrorCode::kFailed, trouble.message);
+  }
+  if (!loader.busy()) return;
+  since_progress += real_seconds;
+  if (since_progress < kProgressEvery) return;
+  const SceneLoader::Where where = loader.where();
+  tell_loading(protocol::LoadState::kUnderWay, where.stage, where.fraction);
+}
+
+void Engine::Impl::tell_loading(protocol::LoadState state, std::string_view stage, double fraction) {
+  since_progress = 0;
+  protocol::Loading m;
+  m.input = loader.input();
+  m.state = state;
+  m.fraction = static_cast<float>(fraction);
+  m.stage = stage;
+  broadcast(share(protocol::encode(m)));
 }
 
 void Engine::Impl::start_over() {
@@ -75,7 +110,6 @@ void Engine::Impl::start_over() {
   times = {};
   ++body;
   version = 1;
-  drawn.reset(session->body());
   (void)session->take_changes();
   published_topology = session->topology_version();
   published_nodes = session->node_positions().size();
@@ -119,9 +153,8 @@ void Engine::Impl::hello(std::uint32_t client) {
   json["gravity"] = {g.x, g.y, g.z};
   json["time_step"] = session->time_step();
   json["look"] = body_look(scene);
-  Box3 box;
-  for (const Vec3 p : session->body().complex.visual.rest.raw()) box.add(p);
-  json["box"] = {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z};
+  json["box"] = {rest_box.min.x, rest_box.min.y, rest_box.min.z, rest_box.max.x, rest_box.max.y, rest_box.max.z};
+  if (meshes && meshes->bound.empty()) json["unit"] = {{"metres", meshes->unit}, {"guessed", meshes->guessed}};
   json["limits"] = {{"upload_bytes", options.most_upload}};
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   protocol::Hello m;
@@ -430,6 +463,7 @@ void Engine::tick(double real_seconds) {
   Impl& e = *impl_;
   if (!(real_seconds >= 0)) real_seconds = 0;
   e.tick_wanted = false;
+  e.watch_loading(real_seconds);
   // With nobody watching nothing moves: what a page sees when it comes is what it left.
   const bool watched = std::any_of(e.clients.begin(), e.clients.end(), [](const auto& c) { return c.second.ready; });
   if (!watched) return;
@@ -447,6 +481,7 @@ void Engine::tick(double real_seconds) {
 
 const Session& Engine::session() const { return *impl_->session; }
 bool Engine::tick_wanted() const { return impl_->tick_wanted; }
+bool Engine::loading() const { return impl_->loader.busy(); }
 bool Engine::playing() const { return impl_->playing; }
 std::uint32_t Engine::body() const { return impl_->body; }
 std::uint32_t Engine::version() const { return impl_->version; }

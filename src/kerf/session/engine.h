@@ -32,7 +32,7 @@ struct EngineOptions {
   std::size_t most_unread = std::size_t{256} << 20;  ///< bytes, then a page is given up
   std::size_t patch_history = std::size_t{8} << 20;  ///< bytes of patches kept for pages that come back
   std::size_t most_upload = std::size_t{512} << 20;  ///< bytes of all uploads of a page that are not loaded yet
-  std::size_t most_checked = 400'000;  ///< visual triangles: larger bodies are not checked after each stroke
+  std::size_t most_checked = 40'000;  ///< visual triangles: larger bodies are not checked after each stroke (20 ms)
 };
 
 /// A page that sends this many bad messages is closed.
@@ -67,6 +67,8 @@ class Engine {
   // --- State, for tests and reports ------------------------------------------------------------------------------
   [[nodiscard]] const Session& session() const;
   [[nodiscard]] bool playing() const;
+  /// Is another scene on its way? tick() shows it when it is there.
+  [[nodiscard]] bool loading() const;
   [[nodiscard]] std::uint32_t body() const;
   [[nodiscard]] std::uint32_t version() const;
   [[nodiscard]] std::uint32_t holder() const;

@@ -6,9 +6,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "kerf/mesh/mesh_file.h"
-#include "kerf/mesh/surface_measures.h"
-#include "kerf/mesh/surface_tolerances.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/engine_impl.h"
 #include "kerf/session/run_outputs.h"
@@ -24,11 +21,9 @@ using Kind = SessionChange::Kind;
 constexpr double kSlowest = 1e-3, kFastest = 10;   ///< of real time
 constexpr int kMostSingleSteps = 1000;
 constexpr double kMostGravity = 1e3;               ///< m/s^2
-/// Without supports in the scene, "the far rim" is this share of the body's length along y.
-constexpr double kRimShare = 0.15;
-/// What uploaded meshes are simulated with: nothing holds them yet, so they float until gravity is turned on.
-constexpr const char* kUploadSimulation = "[simulation]\ntime_step = 0.005\ngravity = [0, 0, 0]\n";
+constexpr double kLeastUnit = 1e-9, kMostUnit = 1e3;  ///< metres
 constexpr std::size_t kMostUploadParts = 16;
+constexpr std::array<std::string_view, 5> kMeshEndings{".obj", ".ply", ".stl", ".off", ".kerf"};
 
 std::string lower_extension(const std::string& name) {
   std::string out = std::filesystem::path(name).extension().string();
@@ -44,15 +39,9 @@ std::string plain_stem(const std::string& name) {
   return out.empty() ? "upload" : out.substr(0, 80);
 }
 
-bool inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
-  return path.empty() || path.lexically_normal().parent_path() == folder.lexically_normal();
-}
-
-/// A page can't ask for the unit before it has seen the body, and files that others made are mostly in millimetres: larger
-/// bodies than anyone cuts are.
-bool is_in_millimetres(const std::string& file) {
-  const auto mesh = read_mesh(file);
-  return mesh.ok() && surface_measures(*mesh).box.diagonal() > kUsualLargest;
+Status check_unit(double unit) {
+  if (unit >= kLeastUnit && unit <= kMostUnit) return {};
+  return bad_input(fmt::format("The unit of a mesh goes from {} to {} metres.", kLeastUnit, kMostUnit));
 }
 
 }  // namespace
@@ -85,6 +74,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
     case CommandCode::kReset:
       session->restore(initial);
       KERF_TRY(session->set_gravity(initial_gravity));
+      drawn.reset(session->body());
       start_over();
       return {};
     case CommandCode::kUndo:
@@ -106,13 +96,11 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       if (scene == options.scenes.end()) return bad_input(fmt::format("There is no scene \"{}\".", c.text));
       auto text = read_whole_file(scene->path);
       if (!text) return text.error();
-      cancel_tool();
-      SceneSource from;
-      from.text = text->view();
-      from.name = scene->name;
-      from.folder = std::filesystem::path(scene->path).parent_path();
-      KERF_TRY(load(from, options.overrides, {}));
-      folder.reset();
+      SceneRequest request;
+      request.source.text = text->view();
+      request.source.name = scene->name;
+      request.source.folder = std::filesystem::path(scene->path).parent_path();
+      begin_loading(std::move(request), id, c.input);
       return {};
     }
     case CommandCode::kGravity: {
@@ -142,20 +130,55 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
     }
     case CommandCode::kLoadUpload: {
       if (!(c.value[0] >= 0 && c.value[0] <= 4294967295.0)) return bad_input("There is no such upload.");
-      return load_upload(client, static_cast<std::uint32_t>(c.value[0]), c.text);
+      auto request = upload_request(client, static_cast<std::uint32_t>(c.value[0]), c.value[1], c.text);
+      if (!request) return request.error();
+      begin_loading(std::move(request).value(), id, c.input);
+      return {};
     }
+    case CommandCode::kUnit: {
+      auto request = other_unit(c.value[0]);
+      if (!request) return request.error();
+      begin_loading(std::move(request).value(), id, c.input);
+      return {};
+    }
+    case CommandCode::kStopLoading:
+      if (!loader.busy()) return {};
+      loader.stop();
+      tell_loading(protocol::LoadState::kStopped, {}, 0);
+      return {};
     case CommandCode::kFixAll: {
       if (c.value[0] == 1) return fix_rim();
-      Box3 box;
-      for (const Vec3 p : session->body().complex.visual.rest.raw()) box.add(p);
       SceneRegion all;
       all.shape = SceneRegion::Shape::kSphere;
-      all.center = box.center();
-      all.radius = 4 * box.diagonal();  // the lattice reaches beyond the body
+      all.center = rest_box.center();
+      all.radius = 4 * rest_box.diagonal();  // the lattice reaches beyond the body
       return perform(region_change(Kind::kUnfix, all));
     }
   }
   return {};
+}
+
+Result<SceneRequest> Engine::Impl::other_unit(double unit) const {
+  if (!meshes || !meshes->bound.empty()) return bad_input("Only meshes that were opened in the page have a unit to choose.");
+  KERF_TRY(check_unit(unit));
+  auto place = TemporaryFolder::create();
+  if (!place) return place.error();
+  SceneRequest request;
+  request.source = source;
+  request.source.folder = place->path();
+  request.folder.emplace(std::move(*place));
+  request.meshes = meshes;
+  request.meshes->unit = unit;
+  request.meshes->guessed = false;
+  return request;
+}
+
+void Engine::Impl::begin_loading(SceneRequest request, std::uint32_t client, std::uint32_t input) {
+  request.overrides = options.overrides;
+  request.client = client;
+  request.input = input;
+  loader.start(std::move(request));
+  tell_loading(protocol::LoadState::kUnderWay, {}, 0);
 }
 
 Status Engine::Impl::fix_rim() {
@@ -164,11 +187,9 @@ Status Engine::Impl::fix_rim() {
     for (const SceneFix& fix : scene.fixes) KERF_TRY(perform(region_change(Kind::kFix, fix.region)));
     return {};
   }
-  Box3 box;
-  for (const Vec3 p : session->body().complex.visual.rest.raw()) box.add(p);
   SceneRegion far;
   far.shape = SceneRegion::Shape::kHalfSpace;
-  far.point = {box.center().x, box.max.y - kRimShare * box.size().y, box.center().z};
+  far.point = {rest_box.center().x, rest_box.max.y - kRimShare * rest_box.size().y, rest_box.center().z};
   far.normal = {0, 1, 0};
   return perform(region_change(Kind::kFix, far));
 }
@@ -230,7 +251,9 @@ Status Engine::Impl::take_upload(EngineClient& client, const protocol::Upload& m
   return {};
 }
 
-Status Engine::Impl::load_upload(EngineClient& client, std::uint32_t upload, const std::string& thickness) {
+Result<SceneRequest> Engine::Impl::upload_request(EngineClient& client, std::uint32_t upload, double unit,
+                                                  const std::string& thickness) {
+  if (unit != 0) KERF_TRY(check_unit(unit));
   std::array<std::optional<UploadedFile>, 3> parts;
   for (std::uint32_t part = 0; part < 3; ++part) {
     const auto found = client.uploads.find({upload, part});
@@ -242,62 +265,40 @@ Status Engine::Impl::load_upload(EngineClient& client, std::uint32_t upload, con
   }
   auto place = TemporaryFolder::create();
   if (!place) return place.error();
-  SceneSource from;
+  SceneRequest request;
+  SceneSource& from = request.source;
   from.folder = place->path();
-  SceneOverrides with = options.overrides;
-  const bool meshes = !parts[2] && parts[0];
 
   if (parts[2] && lower_extension(parts[2]->name) == ".toml") {
     from.text = parts[2]->bytes;
     from.name = plain_stem(parts[2]->name);
   } else if (parts[2] && lower_extension(parts[2]->name) == ".kerf") {
-    from.files.push_back({"body.kerf", std::move(parts[2]->bytes)});
     from.name = plain_stem(parts[2]->name);
-    from.text = fmt::format("title = \"{}\"\n[body]\nbound = \"body.kerf\"\n", from.name) + kUploadSimulation;
+    from.files.push_back({"body.kerf", std::move(parts[2]->bytes)});
+    request.meshes.emplace().bound = "body.kerf";
   } else if (parts[0]) {
-    const std::string visual = "visual" + lower_extension(parts[0]->name);
-    std::string collision;
+    UploadedMeshes& own = request.meshes.emplace();
+    own.visual = "visual" + lower_extension(parts[0]->name);
+    own.unit = unit;
     from.name = plain_stem(parts[0]->name);
-    from.files.push_back({visual, std::move(parts[0]->bytes)});
+    from.files.push_back({own.visual, std::move(parts[0]->bytes)});
     if (parts[1]) {
-      collision = "collision" + lower_extension(parts[1]->name);
-      from.files.push_back({collision, std::move(parts[1]->bytes)});
-      collision = fmt::format("collision = \"{}\"\n", collision);
+      own.collision = "collision" + lower_extension(parts[1]->name);
+      from.files.push_back({own.collision, std::move(parts[1]->bytes)});
     }
-    from.text = fmt::format("title = \"{}\"\n[body]\nvisual = \"{}\"\n{}", from.name, visual, collision);
     if (!thickness.empty()) {
-      double metres = 0;
-      const auto [end, error] = std::from_chars(thickness.data(), thickness.data() + thickness.size(), metres);
-      if (error != std::errc() || end != thickness.data() + thickness.size() || !(metres > 0 && metres < 1e6))
-        return bad_input("The thickness is a positive number of metres.");
-      from.text += fmt::format("thickness = {}\n", metres);
+      const auto [end, error] = std::from_chars(thickness.data(), thickness.data() + thickness.size(), own.thickness);
+      if (error != std::errc() || end != thickness.data() + thickness.size() || !(own.thickness > 0 && own.thickness < 1e9))
+        return bad_input("The thickness is a positive number, in the unit of the mesh.");
     }
-    from.text += kUploadSimulation;
   } else {
     return bad_input("There is no such upload: send a visual mesh, a scene (.toml) or a bound body (.kerf) first.");
   }
-  for (const char* known : {".obj", ".ply", ".stl", ".off", ".kerf"})
-    for (const SceneSource::File& f : from.files)
-      if (lower_extension(f.name) == known) KERF_TRY(replace_file((place->path() / f.name).string(), f.bytes));
-  if (meshes && is_in_millimetres((place->path() / from.files[0].name).string())) {
-    from.text.insert(from.text.find(kUploadSimulation), "scale = 0.001\n");
-    from.text.replace(0, from.text.find('\n'), fmt::format("title = \"{} (taken to be in millimetres)\"", from.name));
-  }
-  for (const SceneSource::File& f : from.files) {
-    std::error_code code;
-    if (!std::filesystem::exists(place->path() / f.name, code))
+  for (const SceneSource::File& f : from.files)
+    if (std::find(kMeshEndings.begin(), kMeshEndings.end(), lower_extension(f.name)) == kMeshEndings.end())
       return bad_input("Meshes are OBJ, PLY, STL or OFF files.");
-  }
-  // A page may send a scene, not read this machine's files through one.
-  auto scene = scene_of(from, with);
-  if (!scene) return scene.error();
-  for (const std::string& file : scene_files(*scene))
-    if (!inside(file, place->path()))
-      return bad_input("A scene that is uploaded can't name files; use a model, or drop the meshes themselves.");
-  cancel_tool();
-  KERF_TRY(load(from, with, {}));
-  folder.emplace(std::move(*place));
-  return {};
+  request.folder.emplace(std::move(*place));
+  return request;
 }
 
 }  // namespace kerf

@@ -10,6 +10,7 @@
 #include "kerf/session/drawn_body.h"
 #include "kerf/session/engine.h"
 #include "kerf/session/picking.h"
+#include "kerf/session/scene_loader.h"
 #include "kerf/session/temporary_folder.h"
 
 namespace kerf {
@@ -39,18 +40,23 @@ struct HandGrasp {
 
 struct Engine::Impl {
   EngineOptions options;
+  // The scene that is shown, as a LoadedScene brought it, and the one that is on its way
   SceneSource source;
   SceneOverrides overrides;
   std::optional<TemporaryFolder> folder;  ///< of an uploaded scene
+  std::optional<UploadedMeshes> meshes;
   std::optional<Session> session;
   std::shared_ptr<const SessionSnapshot> initial;
+  DrawnBody drawn;
+  Box3 rest_box;  ///< of the visual mesh
   Vec3 initial_gravity;
+  SceneLoader loader;
+  double since_progress = 0;
 
   // What the pages have
   std::uint32_t body = 0, version = 0;
   std::uint64_t published_topology = 0;
   std::size_t published_nodes = 0;
-  DrawnBody drawn;
   struct OldPatch {
     std::uint32_t from;
     protocol::Message message;
@@ -101,7 +107,9 @@ struct Engine::Impl {
   std::vector<protocol::Grasp> grasps;
 
   // engine.cpp
-  Status load(const SceneSource& from, const SceneOverrides& with, const Progress& progress);
+  void show(std::unique_ptr<LoadedScene> scene);
+  void watch_loading(double real_seconds);
+  void tell_loading(protocol::LoadState state, std::string_view stage, double fraction);
   void start_over();  ///< after load or reset: new body number, nothing recorded
   void send(std::uint32_t client, protocol::Bytes bytes);
   void broadcast(const protocol::Message& message);
@@ -142,7 +150,9 @@ struct Engine::Impl {
   // engine_commands.cpp
   Status command(std::uint32_t client, const protocol::Command& command);
   Status take_upload(EngineClient& client, const protocol::Upload& upload);
-  Status load_upload(EngineClient& client, std::uint32_t upload, const std::string& thickness);
+  Result<SceneRequest> upload_request(EngineClient& client, std::uint32_t upload, double unit, const std::string& thickness);
+  Result<SceneRequest> other_unit(double unit) const;
+  void begin_loading(SceneRequest request, std::uint32_t client, std::uint32_t input);
   Status export_files(std::uint32_t client, std::uint32_t request, const std::string& kind);
   Status fix_rim();
 };

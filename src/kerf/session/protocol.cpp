@@ -193,7 +193,7 @@ Result<PageMessage> read_command(Reader& r) {
   }
   m.text = r.text(n);
   if (!r.complete()) return bad_input("the length of a command's text does not fit the message");
-  if (code < 1 || code > static_cast<std::uint32_t>(CommandCode::kFixAll))
+  if (code < 1 || code > static_cast<std::uint32_t>(CommandCode::kUnit))
     return bad_input(fmt::format("there is no command {}", code));
   if (!is_text(m.text)) return bad_input("a command's text is not UTF-8");
   m.code = static_cast<CommandCode>(code);
@@ -297,6 +297,11 @@ Bytes encode(const Overlay& m) {
 Bytes encode(const File& m) {
   return Writer(Type::kFile, 16 + padded(m.name.size()) + padded(m.bytes.size())).u32(m.request).size(m.name.size())
       .size(m.bytes.size()).u32(0).text(m.name).text(m.bytes).finish();
+}
+
+Bytes encode(const Loading& m) {
+  return Writer(Type::kLoading, 16 + padded(m.stage.size())).u32(m.input).u32(static_cast<std::uint32_t>(m.state)).f32(m.fraction)
+      .size(m.stage.size()).text(m.stage).finish();
 }
 
 Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {

@@ -1,4 +1,4 @@
-// The messages between page and engine, version 1 (docs/protocol.md): encoding of everything the engine says, checked
+// The messages between page and engine, version 2 (docs/protocol.md): encoding of everything the engine says, checked
 // decoding of everything a page says. Bytes in, bytes out: no sockets, no state. A page is not trusted; whatever it
 // sends is decoded or refused with a reason, and decoded messages keep every promise of the page.
 #pragma once
@@ -18,7 +18,7 @@
 
 namespace kerf::protocol {
 
-inline constexpr std::uint16_t kVersion = 1;
+inline constexpr std::uint16_t kVersion = 2;
 inline constexpr std::size_t kHeaderBytes = 8;
 /// Most bytes of a message from a page, header included; uploads have chunks of their own size.
 inline constexpr std::size_t kMaxPageBytes = std::size_t{64} << 10;
@@ -32,7 +32,7 @@ using Message = std::shared_ptr<const Bytes>;
 
 enum class Type : std::uint16_t {
   kHello = 1, kBody = 2, kPatch = 3, kFrame = 4, kHit = 5, kStats = 6, kCutReport = 7, kRole = 8, kError = 9,
-  kOverlay = 10, kFile = 11,
+  kOverlay = 10, kFile = 11, kLoading = 12,
   kPageHello = 64, kAck = 65, kTool = 66, kRay = 67, kCommand = 68, kClaim = 69, kUpload = 70,
 };
 
@@ -149,6 +149,15 @@ struct File {
   std::string_view bytes;
 };
 
+enum class LoadState : std::uint32_t { kUnderWay = 0, kShown = 1, kFailed = 2, kStopped = 3 };
+/// How far the scene is that comes next.
+struct Loading {
+  std::uint32_t input = 0;  ///< of the command that asked for it
+  LoadState state = LoadState::kUnderWay;
+  float fraction = 0;       ///< of the stage
+  std::string_view stage;
+};
+
 /// Numbers that are not finite are sent as 0; arrays of one message that belong together must have fitting lengths
 /// (asserted). Cost: one pass over the arrays.
 Bytes encode(const Hello& message);
@@ -162,6 +171,7 @@ Bytes encode(const Role& message);
 Bytes encode(const ErrorMessage& message);
 Bytes encode(const Overlay& message);
 Bytes encode(const File& message);
+Bytes encode(const Loading& message);
 
 // --- Page to engine ------------------------------------------------------------------------------------------------
 
@@ -198,7 +208,7 @@ struct RayQuery {
 };
 enum class CommandCode : std::uint32_t {
   kPlay = 1, kPause = 2, kStep = 3, kSpeed = 4, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9, kMaterial = 10,
-  kExport = 11, kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15,
+  kExport = 11, kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17,
 };
 struct Command {
   std::uint32_t input = 0;

@@ -106,7 +106,7 @@ Result<ReplayReport> replay(const Recording& recording, const Progress& progress
       compare(recording.end_hash, step);
       break;
     }
-    if (progress) progress("replaying", static_cast<double>(step) / static_cast<double>(recording.last_step));
+    KERF_TRY(progress("replaying", static_cast<double>(step) / static_cast<double>(recording.last_step)));
     if (auto done = session->step(); !done) return done.error();
     ++report.steps;
   }

@@ -23,13 +23,13 @@ void add_notes(std::vector<std::string>& notes, const std::string& file,
 
 Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedness closedness, double weld_tolerance,
                                   const Progress& progress, std::vector<std::string>& notes) {
-  if (progress) progress("read", 0);
+  KERF_TRY(progress("read", 0));
   Result<TriangleMesh> mesh = read_mesh(file);
   if (!mesh.ok()) return mesh.error();
   if (scale != 1) {
     for (Vec3& p : mesh->positions) p = scale * p;
   }
-  if (progress) progress("check", 0);
+  KERF_TRY(progress("check", 0));
   SurfaceRequirements requirements;
   requirements.name = file;
   requirements.closedness = closedness;
@@ -70,7 +70,7 @@ Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& 
 Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress, std::optional<Midsurface>* made) {
   SceneBodyLoaded out;
   if (!body.bound.empty()) {
-    if (progress) progress("load", 0);
+    KERF_TRY(progress("load", 0));
     Result<BoundBody> bound = load_bound_body(body.bound);
     if (!bound.ok()) return bound.error();
     out.bound = std::move(*bound);
@@ -83,7 +83,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
   options.progress = progress;
   std::string name;
   if (!body.model.empty()) {
-    if (progress) progress("make", 0);
+    KERF_TRY(progress("make", 0));
     Result<Model> model = make_model(body.model, body.options);
     if (!model.ok()) return model.error();
     out.lattice = model->lattice;

@@ -1,6 +1,6 @@
 // What the page knows of an engine. A server over a WebSocket, a worker and the mock all do this.
 import type {
-  Body, CutReport, EngineError, FileMessage, Frame, Hello, Hit, Overlay, Patch, Role, Stats, ToolSample, Vec3,
+  Body, CutReport, EngineError, FileMessage, Frame, Hello, Hit, Loading, Overlay, Patch, Role, Stats, ToolSample, Vec3,
 } from './protocol';
 
 export type EngineState = 'connecting' | 'live' | 'lost';
@@ -18,6 +18,7 @@ export interface EngineEvents {
   error(error: EngineError): void;
   overlay(overlay: Overlay): void;
   file(file: FileMessage): void;
+  loading(loading: Loading): void;
   state(state: EngineState): void;
 }
 

@@ -85,6 +85,7 @@ export abstract class MessageEngine implements Engine {
         case 'error': events.error(m); break;
         case 'overlay': events.overlay(m); break;
         case 'file': events.file(m); break;
+        case 'loading': events.loading(m); break;
       }
     } catch (e) {
       if (!(e instanceof ProtocolError)) throw e;

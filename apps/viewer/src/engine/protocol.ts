@@ -1,7 +1,7 @@
-// Messages between page and engine, protocol version 1: docs/protocol.md.
+// Messages between page and engine, protocol version 2: docs/protocol.md.
 // Decoded messages hold views on the received buffer: copy what is kept.
 
-export const kProtocolVersion = 1;
+export const kProtocolVersion = 2;
 export const kHeaderBytes = 8;
 export const kMaxToolSamples = 1000; // 64 bytes each: stays below 64 KiB
 export const kUploadChunkBytes = 48 * 1024;
@@ -9,6 +9,7 @@ export const kNoNode = 0xffffffff;
 
 export const MessageType = {
   Hello: 1, Body: 2, Patch: 3, Frame: 4, Hit: 5, Stats: 6, CutReport: 7, Role: 8, Error: 9, Overlay: 10, File: 11,
+  Loading: 12,
   PageHello: 64, Ack: 65, Tool: 66, Ray: 67, Command: 68, Claim: 69, Upload: 70,
 } as const;
 
@@ -17,9 +18,10 @@ export const Phase = { Down: 0, Move: 1, Up: 2, Cancel: 3 } as const;
 export const Modifier = { Shift: 1, Control: 2, Alt: 4, Meta: 8 } as const;
 export const CommandCode = {
   Play: 1, Pause: 2, Step: 3, Speed: 4, Reset: 5, Undo: 6, Redo: 7, Scene: 8, Gravity: 9, Material: 10, Export: 11,
-  Recording: 12, Overlay: 13, LoadUpload: 14, FixAll: 15,
+  Recording: 12, Overlay: 13, LoadUpload: 14, FixAll: 15, StopLoading: 16, Unit: 17,
 } as const;
 export const Outcome = { Cut: 0, NothingMet: 1, Refused: 2, Undone: 3, Redone: 4 } as const;
+export const LoadState = { UnderWay: 0, Shown: 1, Failed: 2, Stopped: 3 } as const;
 export const UploadPart = { Visual: 0, Collision: 1, Scene: 2 } as const;
 export const FrameFlag = { Playing: 1, Stroke: 2 } as const;
 
@@ -64,9 +66,10 @@ export interface Overlay {
   type: 'overlay'; body: number; version: number; rest: Float32Array; copy: Uint32Array; triangles: Uint32Array;
   bound: Uint32Array; links: Uint32Array; feet: Uint32Array; footRest: Float32Array;
 }
+export interface Loading { type: 'loading'; input: number; state: number; fraction: number; stage: string }
 export interface FileMessage { type: 'file'; request: number; name: string; bytes: Uint8Array }
 export type EngineMessage =
-  | Hello | Body | Patch | Frame | Hit | Stats | CutReport | Role | EngineError | Overlay | FileMessage;
+  | Hello | Body | Patch | Frame | Hit | Stats | CutReport | Role | EngineError | Overlay | FileMessage | Loading;
 
 export interface PageHello { type: 'pageHello'; protocol: number; session: bigint; body: number; version: number }
 export interface Ack { type: 'ack'; seq: number }
@@ -321,6 +324,12 @@ export function decodeEngineMessage(buffer: ArrayBuffer): EngineMessage {
       m = { type: 'file', request, name: r.text(nameBytes), bytes: r.bytes(bytes) };
       break;
     }
+    case MessageType.Loading: {
+      const input = r.u32(), state = r.u32(), fraction = r.f32(), bytes = r.u32();
+      if (state > LoadState.Stopped || fraction < 0 || fraction > 1) throw new ProtocolError(`loading in state ${state} at ${fraction}`);
+      m = { type: 'loading', input, state, fraction, stage: r.text(bytes) };
+      break;
+    }
     default: throw new ProtocolError(`unknown message type ${type}`);
   }
   r.end();
@@ -493,6 +502,10 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
       const name = utf8Encoder.encode(m.name);
       return new Writer(MessageType.File, 16 + sizeOf([name, m.bytes])).u32(m.request, name.length, m.bytes.length, 0)
         .array(name).array(m.bytes).finish();
+    }
+    case 'loading': {
+      const stage = utf8Encoder.encode(m.stage);
+      return new Writer(MessageType.Loading, 16 + sizeOf([stage])).u32(m.input, m.state).f32(m.fraction).u32(stage.length).array(stage).finish();
     }
   }
 }

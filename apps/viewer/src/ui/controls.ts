@@ -1,6 +1,6 @@
 // Buttons, selects and readouts of index.html, bound to the app.
 import type { App, SceneInfo } from '../app';
-import { CommandCode, Outcome, type CutReport, type Role, type Stats } from '../engine/protocol';
+import { CommandCode, Outcome, type CutReport, type Loading, type Role, type Stats } from '../engine/protocol';
 import type { EngineState } from '../engine/engine';
 import type { QualityLevel } from '../scene/materials';
 import type { ViewName } from '../scene/overlays';
@@ -187,6 +187,20 @@ export function bindControls(app: App): void {
   bindUpload(app, toast);
 
   // Scenes, roles
+  button('loading-stop').onclick = () => command(CommandCode.StopLoading);
+  select('unit').onchange = () => command(CommandCode.Unit, [Number(select('unit').value)]);
+  const showUnit = (info: SceneInfo): void => {
+    byId('unit-row').hidden = info.unit === null;
+    if (!info.unit) return;
+    const unit = select('unit'), metres = String(info.unit.metres), known = [...unit.options].find((o) => Number(o.value) === info.unit!.metres);
+    if (!known) unit.append(new Option(`${metres} m`, metres));
+    unit.value = known?.value ?? metres;
+    setText('unit-note', info.unit.guessed ? 'guessed from their size' : '');
+    if (info.unit.guessed && info.box) {
+      const size = Math.max(...info.box.max.map((x, k) => x - info.box!.min[k]!));
+      toast(`Taken as ${unit.selectedOptions[0]!.text}: ${size < 1 ? `${short(1000 * size)} mm` : `${short(size)} m`} long. The unit can be changed under Files.`);
+    }
+  };
   select('scene').onchange = () => command(CommandCode.Scene, [], select('scene').value);
   button('claim').onclick = () => app.claim();
   const showRole = (): void => {
@@ -203,7 +217,7 @@ export function bindControls(app: App): void {
     const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
     byId('banner').hidden = !lost;
     if (lost) setText('banner', 'The connection is lost. Tools are paused; the page connects again by itself.');
-    for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record', 'young', 'poisson', 'density', 'gravity', 'fix-rim', 'fix-none', 'open-files']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
+    for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record', 'young', 'poisson', 'density', 'gravity', 'fix-rim', 'fix-none', 'open-files', 'unit', 'loading-stop']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
     showPlay();
   };
   const showPlay = (): void => {
@@ -280,13 +294,21 @@ export function bindControls(app: App): void {
     scene(info: SceneInfo) {
       const s = select('scene'), scenes = info.scenes.some((x) => x.name === info.name) ? info.scenes : [{ name: info.name, title: info.title }, ...info.scenes];
       s.replaceChildren(...scenes.map((x) => new Option(x.title, x.name, false, x.name === info.name)));
+      s.title = `Scene: ${info.title}`;
       document.title = `${info.title} · Kerf`;
       input('young').value = String(Math.log10(info.material.young));
       input('poisson').value = String(info.material.poisson);
       input('density').value = String(info.material.density);
       input('gravity').value = String(-info.gravity[2]);
       for (const id of ['young', 'poisson', 'density', 'gravity']) input(id).dispatchEvent(new Event('input'));
+      showUnit(info);
       showRole();
+    },
+    loading(now: Loading | null) {
+      byId('loading').hidden = now === null;
+      if (!now) { select('scene').value = app.info?.name ?? ''; return; }
+      setText('loading-text', now.stage ? `Loading: ${now.stage}` : 'Loading…');
+      byId<HTMLProgressElement>('loading-bar').value = now.fraction;
     },
     progress() {
       setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : '0');

@@ -22,15 +22,15 @@ const kLargestFile = 512 * 1024 * 1024;
 export function bindUpload(app: App, toast: (text: string, error?: boolean) => void): void {
   const chooser = byId<HTMLInputElement>('files'), dialog = byId<HTMLDialogElement>('upload');
   const visual = byId<HTMLSelectElement>('upload-visual'), collision = byId<HTMLSelectElement>('upload-collision');
-  const thickness = byId<HTMLInputElement>('upload-thickness'), go = byId<HTMLButtonElement>('upload-go');
+  const thickness = byId<HTMLInputElement>('upload-thickness'), unit = byId<HTMLSelectElement>('upload-unit'), go = byId<HTMLButtonElement>('upload-go');
   const progress = byId<HTMLProgressElement>('upload-progress'), drop = byId('drop');
   let files: File[] = [];
 
-  const send = async (parts: { part: number; file: File }[], thick: string): Promise<void> => {
+  const send = async (parts: { part: number; file: File }[], thick: string, metres: number): Promise<void> => {
     const loaded = await Promise.all(parts.map(async (p) => ({
       part: p.part, name: p.file.name, bytes: new Uint8Array(await p.file.arrayBuffer()),
     })));
-    await app.upload(loaded, thick, (x) => { progress.value = x; });
+    await app.upload(loaded, thick, metres, (x) => { progress.value = x; });
   };
 
   const open = (list: File[]): void => {
@@ -40,13 +40,13 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
     if (large) { toast(`${large.name} is larger than 512 MiB.`, true); return; }
     const other = list.find((f) => /\.(toml|kerf)$/i.test(f.name));
     if (other) {
-      send([{ part: UploadPart.Scene, file: other }], '').catch((e: unknown) => toast(e instanceof Error ? e.message : String(e), true));
+      send([{ part: UploadPart.Scene, file: other }], '', 0).catch((e: unknown) => toast(e instanceof Error ? e.message : String(e), true));
       return;
     }
     files = list;
     if (files.length === 1) {  // a closed mesh needs nothing else; an open one is asked for its thickness
       toast(`Opening ${files[0]!.name}: its collision mesh is being made.`);
-      send([{ part: UploadPart.Visual, file: files[0]! }], '').catch((e: unknown) => {
+      send([{ part: UploadPart.Visual, file: files[0]! }], '', 0).catch((e: unknown) => {
         toast(e instanceof Error ? e.message : String(e), true);
         ask();
       });
@@ -64,6 +64,7 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
     collision.replaceChildren(...options('none: made from the visual mesh'));
     visual.value = String(sorted.visual);
     collision.value = String(sorted.collision);
+    unit.value = '0';
     progress.hidden = true;
     go.disabled = false;
     dialog.showModal();
@@ -72,12 +73,12 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
   go.onclick = () => {
     const v = files[Number(visual.value)], c = files[Number(collision.value)], thick = thickness.value.trim();
     if (!v) return;
-    if (thick !== '' && !(Number(thick) > 0)) { toast('The thickness is a positive number of metres.', true); return; }
+    if (thick !== '' && !(Number(thick) > 0)) { toast('The thickness is a positive number.', true); return; }
     progress.value = 0;
     progress.hidden = false;
     go.disabled = true;
     const parts = [{ part: UploadPart.Visual as number, file: v }, ...(c && c !== v ? [{ part: UploadPart.Collision as number, file: c }] : [])];
-    send(parts, thick).then(() => dialog.close(), (e: unknown) => {
+    send(parts, thick, Number(unit.value)).then(() => dialog.close(), (e: unknown) => {
       go.disabled = false;
       toast(e instanceof Error ? e.message : String(e), true);
     });

@@ -1,0 +1,167 @@
+#include "kerf/session/scene_loader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "kerf/binding/bound_body_file.h"
+#include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/surface_tolerances.h"
+#include "kerf/mesh/whole_file.h"
+
+namespace kerf {
+namespace {
+
+bool inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  return path.empty() || path.lexically_normal().parent_path() == folder.lexically_normal();
+}
+
+/// A page may send a scene, not read this machine's files through one.
+Status check_upload(const Scene& scene, const std::filesystem::path& folder) {
+  for (const std::string& file : scene_files(scene))
+    if (!inside(file, folder))
+      return bad_input("A scene that is uploaded can't name files; use a model, or drop the meshes themselves.");
+  return {};
+}
+
+/// What uploaded meshes are simulated with: they hang by the far rim.
+constexpr double kUploadStep = 0.005;  ///< s
+
+Result<Box3> mesh_box(const std::string& file) {
+  auto mesh = read_mesh(file);
+  if (!mesh) return mesh.error();
+  Box3 box;
+  for (const Vec3 p : mesh->positions) box.add(p);
+  return box;
+}
+
+/// The scene of uploaded meshes.
+Result<std::string> upload_text(const std::string& title, UploadedMeshes& meshes, const std::filesystem::path& folder) {
+  std::string text = fmt::format("title = \"{}\"\n[body]\n", title);
+  Box3 box;
+  if (!meshes.bound.empty()) {
+    auto body = load_bound_body((folder / meshes.bound).string());
+    if (!body) return body.error();
+    for (const Vec3 p : body->complex.collision.rest.raw()) box.add(p);
+    meshes.unit = 1;
+    text += fmt::format("bound = \"{}\"\n", meshes.bound);
+  } else {
+    const auto visual = mesh_box((folder / meshes.visual).string());
+    if (!visual) return visual.error();
+    if (meshes.unit == 0) {
+      meshes.unit = guess_unit(visual->diagonal());
+      meshes.guessed = true;
+    }
+    box.add(meshes.unit * visual->min);
+    box.add(meshes.unit * visual->max);
+    text += fmt::format("visual = \"{}\"\nscale = {}\n", meshes.visual, meshes.unit);
+    if (!meshes.collision.empty()) text += fmt::format("collision = \"{}\"\n", meshes.collision);
+    if (meshes.thickness > 0) text += fmt::format("thickness = {}\n", meshes.thickness * meshes.unit);
+  }
+  const double rim = box.max.y - kRimShare * box.size().y;
+  return text + fmt::format("[simulation]\ntime_step = {}\n[[fix]]\nhalf_space = {{ point = [0, {}, 0], normal = [0, 1, 0] }}\n",
+                            kUploadStep, rim);
+}
+
+}  // namespace
+
+double guess_unit(double size) {
+  double unit = 1;
+  while (size * unit > kUsualLargest && unit > 1e-9) unit /= 1000;
+  return unit;
+}
+
+Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Progress& progress) {
+  auto out = std::make_unique<LoadedScene>();
+  if (request.folder)
+    for (const SceneSource::File& f : request.source.files)
+      KERF_TRY(replace_file((request.folder->path() / f.name).string(), f.bytes));
+  if (request.meshes) {
+    KERF_TRY(progress("read", 0));
+    auto text = upload_text(request.source.name, *request.meshes, request.folder->path());
+    if (!text) return text.error();
+    request.source.text = std::move(text).value();
+  }
+  auto scene = scene_of(request.source, request.overrides);
+  if (!scene) return scene.error();
+  if (request.folder) KERF_TRY(check_upload(*scene, request.folder->path()));
+  auto session = Session::create(*scene, progress);
+  if (!session) return session.error();
+  KERF_TRY(progress("picture", 0));
+  out->source = std::move(request.source);
+  out->overrides = request.overrides;
+  out->meshes = std::move(request.meshes);
+  out->folder = std::move(request.folder);
+  out->session.emplace(std::move(session).value());
+  out->session->watch_changes(true);
+  out->initial = out->session->snapshot();
+  out->drawn.reset(out->session->body());
+  for (const Vec3 p : out->session->body().complex.visual.rest.raw()) out->box.add(p);
+  return out;
+}
+
+SceneLoader::~SceneLoader() {
+  stop();
+  if (job_) job_->thread.join();
+  if (disposer_.joinable()) disposer_.join();
+}
+
+void SceneLoader::start(SceneRequest request) {
+  wanted_ = true;
+  client_ = request.client;
+  input_ = request.input;
+  if (!job_) return begin(std::move(request));
+  job_->stop = true;
+  next_ = std::move(request);
+}
+
+void SceneLoader::stop() {
+  wanted_ = false;
+  next_.reset();
+  if (job_) job_->stop = true;
+}
+
+void SceneLoader::begin(SceneRequest request) {
+  job_ = std::make_unique<Job>();
+  Job& job = *job_;
+  job.thread = std::thread([&job, request = std::move(request)]() mutable {
+    job.outcome = load_scene(std::move(request), [&job](std::string_view stage, double fraction) {
+      const std::scoped_lock lock(job.mutex);
+      job.where = {std::string(stage), fraction};
+      return !job.stop;
+    });
+    job.done = true;
+  });
+}
+
+SceneLoader::Where SceneLoader::where() const {
+  if (!job_ || next_) return {};
+  const std::scoped_lock lock(job_->mutex);
+  return job_->where;
+}
+
+std::optional<Result<std::unique_ptr<LoadedScene>>> SceneLoader::take() {
+  if (!job_ || !job_->done) return {};
+  job_->thread.join();
+  auto outcome = std::move(job_->outcome);
+  const bool stopped = job_->stop;
+  job_.reset();
+  if (!stopped) {
+    wanted_ = false;
+    return outcome;
+  }
+  if (outcome->ok()) dispose(std::move(*outcome).value());
+  if (next_) {
+    SceneRequest request = std::move(*next_);
+    next_.reset();
+    begin(std::move(request));
+  }
+  return {};
+}
+
+void SceneLoader::dispose(std::unique_ptr<LoadedScene> scene) {
+  if (disposer_.joinable()) disposer_.join();
+  disposer_ = std::thread([scene = std::move(scene)]() mutable { scene.reset(); });
+}
+
+}  // namespace kerf

@@ -68,8 +68,7 @@ class PaperBench {
  private:
   bool wanted(std::string_view id) {
     if (!options_.rows.empty() && id.find(options_.rows) == std::string_view::npos) return false;
-    if (progress_) progress_(id, 0);
-    return true;
+    return progress_(id, 0).ok();
   }
   [[nodiscard]] int cuts() const { return options_.quick ? 3 : options_.cuts; }
   [[nodiscard]] int frames() const { return options_.quick ? 20 : 1000; }

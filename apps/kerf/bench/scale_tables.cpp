@@ -45,8 +45,7 @@ class ScaleBench {
  private:
   bool wanted(std::string_view id) {
     if (!options_.rows.empty() && id.find(options_.rows) == std::string_view::npos) return false;
-    if (progress_) progress_(id, 0);
-    return true;
+    return progress_(id, 0).ok();
   }
   [[nodiscard]] int cuts() const { return options_.quick ? 3 : options_.cuts; }
 
@@ -57,7 +56,7 @@ class ScaleBench {
     if (!session) return session.error();
     const double prepare = thread_seconds() - start;
     const BodyCounts c = session->counts();
-    if (progress_) progress_(fmt::format("{}: {} visual, {} collision triangles, {} hexahedra", table.id, c.visual_triangles, c.collision_triangles, c.hexahedra), 0);
+    KERF_TRY(progress_(fmt::format("{}: {} visual, {} collision triangles, {} hexahedra", table.id, c.visual_triangles, c.collision_triangles, c.hexahedra), 0));
     const auto timings = time_cuts(*session, cuts());
     if (!timings) return timings.error();
     const auto poses = time_poses(*session, std::max(1, cuts() / 20));
@@ -194,7 +193,7 @@ class ScaleBench {
       refused += timings->refused;
       const BodyCounts c = session->counts();
       const Status valid = session->validate();
-      if (progress_) progress_(fmt::format("cuts: {}", so_far), static_cast<double>(so_far) / most);
+      KERF_TRY(progress_(fmt::format("cuts: {}", so_far), static_cast<double>(so_far) / most));
       table.rows.push_back({static_cast<double>(so_far), static_cast<double>(c.visual_triangles), static_cast<double>(c.collision_triangles),
                             static_cast<double>(c.hexahedra), static_cast<double>(c.pieces), static_cast<double>(refused), timings->triangles,
                             kMicro * timings->per_triangle.median(), kMicro * timings->per_triangle.quantile(0.99),

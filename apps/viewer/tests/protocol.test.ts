@@ -70,7 +70,7 @@ describe('messages', () => {
 
   it('lays a frame out as the protocol page says', () => {
     const v = new DataView(encodeEngineMessage(engineMessages[3]!));
-    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 1, 64 + 12 + 24]);
+    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 2, 64 + 12 + 24]);
     expect([8, 12, 16, 20].map((o) => v.getUint32(o, true))).toEqual([1, 2, 3, 4]);
     expect(v.getFloat64(24, true)).toBe(1.25);
     expect([v.getFloat32(32, true), v.getFloat32(36, true)]).toEqual([0.5, 1]);

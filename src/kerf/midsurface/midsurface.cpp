@@ -61,10 +61,8 @@ struct Try {
 Result<Midsurface> make_midsurface(const TriangleMesh& surface, const MidsurfaceOptions& options) {
   Midsurface out;
   Stopwatch watch, total;
-  const auto tell = [&](std::string_view stage) {
-    if (options.progress) options.progress(stage, 0);
-  };
-  tell("mid-surface: prepare");
+  const auto tell = [&](std::string_view stage) { return options.progress(stage, 0); };
+  KERF_TRY(tell("mid-surface: prepare"));
   auto connected = connect(surface);
   if (!connected) return connected.error();
   SurfaceMesh filtered = std::move(*connected);
@@ -87,16 +85,16 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
                                     filter.roughness * 57.29577951308232, filter.smoothing_steps));
   out.seconds.prepare = watch.lap();
 
-  tell("mid-surface: divide");
+  KERF_TRY(tell("mid-surface: divide"));
   const WorkingMesh work = make_working_mesh(std::move(filtered));
   const TriangleBvh bvh(work.mesh.view());
   out.seconds.working = watch.lap();
 
-  tell("mid-surface: pairs");
+  KERF_TRY(tell("mid-surface: pairs"));
   const Pairing pairing = find_pairs(work.mesh, bvh, work.thickness);
   out.seconds.pairs = watch.lap();
 
-  tell("mid-surface: sides");
+  KERF_TRY(tell("mid-surface: sides"));
   const SideLabels labels = label_sides(work.mesh, pairing, work.thickness);
   auto plus = cut_side(work.mesh, labels.field, 1), minus = cut_side(work.mesh, labels.field, -1);
   if (!plus) return plus.error();
@@ -115,7 +113,7 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
     return out;
   }
 
-  tell("mid-surface: sheet");
+  KERF_TRY(tell("mid-surface: sheet"));
   const MidSheet sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
   judge_sheet(sheet, work, out.verdict);
   out.seconds.sheet = watch.lap();
@@ -126,16 +124,16 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
 
   const SheetSampler sampler(sheet);
   const TwoSidedRays rays(work.mesh, bvh, labels.field, pairing.normal);
-  const auto attempt = [&](double target) {
+  const auto attempt = [&](double target) -> Result<Try> {
     Try t;
     const SheetSizes sizes = sheet_sizes(sheet, target);
-    tell("mid-surface: triangles");
+    KERF_TRY(tell("mid-surface: triangles"));
     t.mesh = remesh(sampler, sizes, target);
     out.seconds.remesh += watch.lap();
-    tell("mid-surface: middle");
+    KERF_TRY(tell("mid-surface: middle"));
     t.relaxed = relax_to_middle(t.mesh, sampler, sizes, rays);
     out.seconds.relax += watch.lap();
-    tell("mid-surface: quality");
+    KERF_TRY(tell("mid-surface: quality"));
     t.quality = measure_quality(t.mesh, {work.mesh, bvh, labels, visual});
     t.quality.need = sizes.need;
     out.seconds.quality += watch.lap();
@@ -144,11 +142,14 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   double target = static_cast<double>(options.triangles);
   if (options.triangles == 0)
     target = std::clamp(sheet_sizes(sheet, kDefaultTriangles).need, kDefaultTriangles, kMostByNeed);
-  Try best = attempt(target);
+  auto first = attempt(target);
+  if (!first) return first.error();
+  Try best = std::move(first).value();
   for (int i = 1; i < kTries && !best.good(); ++i) {
     target *= kMore;
-    Try next = attempt(target);
-    if (next.relaxed.blind.size() <= best.relaxed.blind.size()) best = std::move(next);
+    auto next = attempt(target);
+    if (!next) return next.error();
+    if (next->relaxed.blind.size() <= best.relaxed.blind.size()) best = std::move(next).value();
   }
   out.quality = best.quality;
   std::int32_t inner = 0;

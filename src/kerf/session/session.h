@@ -14,6 +14,7 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
+#include "kerf/cutting/punch.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/session/body.h"
 #include "kerf/session/scene.h"
@@ -28,8 +29,10 @@ struct CutTimes {
   double total = 0;            ///< all of it, blade sweep included
 };
 
-/// One stroke of a blade, from touching down to lifting off.
+/// What can be undone: one stroke of a blade, from touching down to lifting off, or one punch.
 struct StrokeRecord {
+  enum class Kind { kBlade, kPunch };
+  Kind kind = Kind::kBlade;
   double began = 0, ended = 0;  ///< s, simulated
   bool finished = false;
   bool undone = false;
@@ -37,6 +40,14 @@ struct StrokeRecord {
   CutTimes times;               ///< summed over the stroke
   int triangles = 0;            ///< collision triangles walked into, provisional ones included
   int refused = 0;              ///< degenerate steps that were rolled back
+};
+
+/// What one punch did.
+struct PunchReport {
+  bool cut = false;                      ///< false: there was nothing to cut, and there is nothing to undo
+  std::vector<CollisionTriangle> loose;  ///< triangles that came loose; rising
+  std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
+  CutTimes times;
 };
 
 struct SessionStep {
@@ -92,6 +103,11 @@ class Session {
   /// Rolls the whole stroke back: topology, positions and velocities are as it began.
   Status cancel_stroke();
   [[nodiscard]] bool in_stroke() const;
+
+  /// Presses a punch through the body at once: everything inside its outline comes loose (cutting/punch.h). A stroke in
+  /// progress ends first. `roughness`: metres that its cut surface is jagged by at most, seeded by the scene. One undo step; one
+  /// that cuts nothing leaves nothing to undo. Bad input and failures: as cut_punch; the body is as before.
+  Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness = 0);
 
   /// Takes hold of these collision vertices where they are now; apply() moves and releases the grasp by its id. Bad
   /// input: no vertices, one that does not exist, or an id that is taken.

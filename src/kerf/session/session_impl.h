@@ -134,6 +134,9 @@ struct Session::Impl {
   Status advance_command_stroke(double until);
   /// What is left of a command's stroke, at once: before another command that would break it off within its last step.
   Status finish_command_stroke();
+  // session_punch.cpp
+  Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness);
+
   /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.
   Status follow_complex(CutTimes& times);
   void mark_synced() { journal_mark(state.body, state.synced); }

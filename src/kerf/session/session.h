@@ -29,9 +29,9 @@ struct CutTimes {
   double total = 0;            ///< all of it, blade sweep included
 };
 
-/// What can be undone: one stroke of a blade, from touching down to lifting off, or one punch.
+/// What can be undone: one stroke of a blade, from touching down to lifting off, one punch, or a piece taken away.
 struct StrokeRecord {
-  enum class Kind { kBlade, kPunch };
+  enum class Kind { kBlade, kPunch, kRemoval };
   Kind kind = Kind::kBlade;
   double began = 0, ended = 0;  ///< s, simulated
   bool finished = false;
@@ -48,6 +48,14 @@ struct PunchReport {
   std::vector<CollisionTriangle> loose;  ///< triangles that came loose; rising
   std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
   CutTimes times;
+};
+
+/// What was taken away.
+struct RemovalReport {
+  int pieces = 0;
+  double mass = 0;    ///< kg
+  double volume = 0;  ///< m^3 that the visual mesh enclosed at rest (open sheet: 0)
+  double seconds = 0;
 };
 
 struct SessionStep {
@@ -108,6 +116,16 @@ class Session {
   /// progress ends first. `roughness`: metres that its cut surface is jagged by at most, seeded by the scene. One undo step; one
   /// that cuts nothing leaves nothing to undo. Bad input and failures: as cut_punch; the body is as before.
   Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness = 0);
+
+  /// Takes the piece that this collision triangle belongs to away: collision mesh, visual mesh, hexahedra, and their memory. One undo
+  /// step. All ids change; what stays keeps its order (changes say `everything`). Grasps on it let go. Bad input: no such
+  /// triangle; the only piece there is. Cost: linear in the body.
+  Result<RemovalReport> remove_piece(CollisionTriangle triangle);
+  /// Sucks off what is loose: every piece of which a collision vertex lies in the region, but the heaviest piece and those
+  /// that supports hold. Nothing there is no error.
+  Result<RemovalReport> remove_pieces(const SceneRegion& region, SceneFrame frame);
+  /// Takes away what a grasp holds, and the grasp. Bad input: no such grasp, or it holds the only piece.
+  Result<RemovalReport> remove_grasped(const std::string& id);
 
   /// Takes hold of these collision vertices where they are now; apply() moves and releases the grasp by its id. Bad
   /// input: no vertices, one that does not exist, or an id that is taken.

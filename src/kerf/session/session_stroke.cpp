@@ -243,6 +243,11 @@ Status Session::Impl::end_stroke() {
   mark_synced();
   // A stroke through the air leaves nothing to undo: every cut makes new vertices.
   if (record.after == record.before) return {};
+  add_undo(std::move(step));
+  return {};
+}
+
+void Session::Impl::add_undo(UndoStep step) {
   state.undo.push_back(std::move(step));
   std::size_t bytes = 0;
   for (const UndoStep& u : state.undo) bytes += u.bytes();
@@ -250,7 +255,6 @@ Status Session::Impl::end_stroke() {
     bytes -= state.undo.front().bytes();
     state.undo.erase(state.undo.begin());
   }
-  return {};
 }
 
 Status Session::Impl::cancel_stroke() {
@@ -300,12 +304,16 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
   UndoStep step = std::move(from.back());
   from.pop_back();
   MechanicsState now = state.mechanics;
-  const std::vector<CollisionVertex> ancestors = grasp_ancestors();
-  state.model.clear_springs();
-  if (back) journal_undo(state.body, step.topology);
-  else journal_redo(state.body, step.topology);
-  keep_grasps_on(ancestors);
-  KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
+  if (step.removal) {
+    KERF_TRY(swap_removal(*step.removal, back));
+  } else {
+    const std::vector<CollisionVertex> ancestors = grasp_ancestors();
+    state.model.clear_springs();
+    if (back) journal_undo(state.body, step.topology);
+    else journal_redo(state.body, step.topology);
+    keep_grasps_on(ancestors);
+    KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
+  }
   state.mechanics = std::move(step.mechanics);
   step.mechanics = std::move(now);
   state.mechanics.tools = step.mechanics.tools;  // tools stay where they are

@@ -69,7 +69,7 @@ struct SessionStep {
 /// What changes of topology touched. Ids may repeat; those at or beyond the present sizes of body() are gone, new ones
 /// are the highest. Births, parents and weights are in body() (ancestor, HexMesh::parent, HexMesh::node_parent).
 struct SessionChanges {
-  bool everything = false;  ///< restore: compare all
+  bool everything = false;  ///< restore, pieces taken away or put back: compare all
   std::vector<CollisionTriangle> collision_triangles;
   std::vector<VisualTriangle> visual_triangles;
   std::vector<VisualVertex> moved;  ///< visual vertices that hang on another hexahedron now

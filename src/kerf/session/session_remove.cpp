@@ -157,13 +157,17 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   }
 
   Body& body = state.body;
-  for (const HexMaterial& m : body.hex.material.raw()) body.hex.bodies[static_cast<std::size_t>(m.body)].volume -= m.mass_volume;
+  const auto book = [&](double sign) {
+    for (const HexId h : ids<HexId>(body.hex.hex_count()))
+      if (body.hex.alive(h)) body.hex.bodies[static_cast<std::size_t>(body.hex.material[h].body)].volume += sign * body.hex.material[h].mass_volume;
+  };
+  book(-1);
   const ComplexRenaming r = kerf::remove_pieces(body.complex, remove);
   const LatticeRenaming l =
       remove_from_lattice(body.hex, r.collision_vertex, r.collision_half_edge, r.collision_triangle, body.complex.collision);
   keep_embedding(body.embedding, r, l);
   keep_surface(body.surface, r);
-  for (const HexMaterial& m : body.hex.material.raw()) body.hex.bodies[static_cast<std::size_t>(m.body)].volume += m.mass_volume;
+  book(1);
   state.measures.skin_area -= r.removed.skin_area;
   state.measures.collision_area -= r.removed.collision_area;
   state.measures.volume -= r.removed.volume;

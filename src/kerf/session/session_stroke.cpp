@@ -322,11 +322,11 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
   mark_synced();
   ++state.topology_version;
   skin_stale = true;
-  if (watching || contact.on) {
+  if ((watching || contact.on) && !step.removal) {  // after a removal everything has another id
     collect_topology_change(state.body.complex, step.topology, cut_scratch, topology_change);
     contact_follows(topology_change.triangles);
   }
-  if (watching) note_changes(state.body, step.topology, topology_change, watched);
+  if (watching && !step.removal) note_changes(state.body, step.topology, topology_change, watched);
   to.push_back(std::move(step));
   positions_changed();
   KERF_TRY(renew_springs());

@@ -60,22 +60,35 @@ void wall_points(const CellComplex& body, WallId wall, std::vector<WallPoint>& o
     add(coarse.bound[end[1]][s]);
   }
   if (!(depth > 0)) return;
-  const auto add = [&](VisualVertex v, bool on_line) {
-    const Vec2 p = planar_in(mesh, v, patch);
-    WallPoint w;
-    w.vertex = v;
-    w.along = p.x;
-    w.across = std::clamp(-p.y / depth, 0.0, 1.0);
-    w.smooth = lerp(rail[0].at(p.x), rail[1].at(p.x), w.across);
-    w.on_line = on_line;
-    out.push_back(w);
-  };
   const PoolRun inner = body.wall_inner[wall];
-  for (std::int32_t i = 0; i < inner.count; ++i)
-    if (const VisualVertex v = body.wall_pool[inner.at(i)]; mesh.free[v]) add(v, false);
+  for (std::int32_t i = 0; i < inner.count; ++i) {
+    WallPoint w;
+    w.vertex = body.wall_pool[inner.at(i)];
+    if (!mesh.free[w.vertex]) continue;
+    const Vec2 p = planar_in(mesh, w.vertex, patch);
+    w.along = p.x;
+    w.top = rail[0].at(p.x);
+    w.bottom = rail[1].at(p.x);
+    w.across = std::clamp(-p.y / depth, 0.0, 1.0);
+    w.smooth = lerp(w.top, w.bottom, w.across);
+    out.push_back(w);
+  }
+  // A line that was walked across an older wall has its own depths there, which the wall beyond it does not know: so lines are
+  // measured by where they are.
   for (const CollisionVertex e : end) {
     const PoolRun line = coarse.line[e];
-    for (std::int32_t i = 0; i < line.count; ++i) add(body.chain_pool[line.at(i)], true);
+    for (std::int32_t i = 0; i < line.count; ++i) {
+      WallPoint w;
+      w.vertex = body.chain_pool[line.at(i)];
+      w.along = planar_in(mesh, w.vertex, patch).x;
+      w.top = mesh.rest[coarse.bound[e][0]];
+      w.bottom = mesh.rest[coarse.bound[e][1]];
+      const Vec3 down = w.bottom - w.top;
+      w.across = std::clamp(dot(mesh.rest[w.vertex] - w.top, down) / std::max(dot(down, down), 1e-300), 0.0, 1.0);
+      w.smooth = lerp(w.top, w.bottom, w.across);
+      w.on_line = true;
+      out.push_back(w);
+    }
   }
 }
 

@@ -15,6 +15,7 @@
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
 #include "kerf/cutting/punch.h"
+#include "kerf/cutting/shave.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/session/body.h"
 #include "kerf/session/scene.h"
@@ -29,9 +30,10 @@ struct CutTimes {
   double total = 0;            ///< all of it, blade sweep included
 };
 
-/// What can be undone: one stroke of a blade, from touching down to lifting off, one punch, or a piece taken away.
+/// What can be undone: one stroke of a blade, from touching down to lifting off, one punch, a piece taken away, or the
+/// passes of a shaver.
 struct StrokeRecord {
-  enum class Kind { kBlade, kPunch, kRemoval };
+  enum class Kind { kBlade, kPunch, kRemoval, kShave };
   Kind kind = Kind::kBlade;
   double began = 0, ended = 0;  ///< s, simulated
   bool finished = false;
@@ -48,6 +50,15 @@ struct PunchReport {
   std::vector<CollisionTriangle> loose;  ///< triangles that came loose; rising
   std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
   CutTimes times;
+};
+
+/// What one pass of a shaver did.
+struct ShaveReport {
+  int edges = 0;                 ///< collision edges that it met
+  int moved_back = 0, stuck = 0; ///< collision vertices that moved, and that had no room to
+  double removed = 0;            ///< m^3
+  double roughness_before = 0, roughness_after = 0;  ///< metres, of the walls that it met
+  double seconds = 0;
 };
 
 /// What was taken away.
@@ -116,6 +127,13 @@ class Session {
   /// progress ends first. `roughness`: metres that its cut surface is jagged by at most, seeded by the scene. One undo step; one
   /// that cuts nothing leaves nothing to undo. Bad input and failures: as cut_punch; the body is as before.
   Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness = 0);
+
+  /// One pass of a shaver (cutting/shave.h): takes `smoothing` (0 to 1) of the bumps off where it touches, and where the cut is
+  /// smooth up to `depth` metres of material. All passes until end_stroke() are one undo step; a blade's stroke in progress ends
+  /// first. Closed bodies only: an open sheet has no walls. Bad input: numbers that are not finite or out of range.
+  Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);
+  /// RMS distance (metres) of all cut surfaces from their smooth shapes.
+  [[nodiscard]] double roughness() const;
 
   /// Takes the piece that this collision triangle belongs to away: collision mesh, visual mesh, hexahedra, and their memory. One undo
   /// step. All ids change; what stays keeps its order (changes say `everything`). Grasps on it let go. Bad input: no such

@@ -21,12 +21,22 @@
 
 namespace kerf {
 
+/// What the body measures: no cut changes it, shaving and taking pieces away do.
+struct BodyAccount {
+  ComplexMeasures measures;
+  std::vector<LatticeBody> bodies;  ///< volumes that the hexahedra hold
+};
+
 /// A stroke in progress.
 struct ActiveStroke {
   SceneFrame frame = SceneFrame::kWorld;
   BladeStroke blade;
   JournalMark start;         ///< of the whole body
   MechanicsState before;     ///< positions, velocities, rotations when it began
+  BodyAccount account;       ///< when it began
+  bool shaving = false;      ///< passes of a shaver instead of poses of a blade
+  bool shaved = false;       ///< one of them took something off
+  SceneShave shave;          ///< of a command
   bool from_command = false; ///< poses come from `command`
   SceneBlade command;
   double command_began = 0;
@@ -37,6 +47,7 @@ struct ActiveStroke {
 struct UndoStep {
   JournalStep topology;
   MechanicsState mechanics;  ///< undo list: as the stroke began. Redo list: as it was when it was undone
+  BodyAccount account;       ///< as `mechanics`
   std::size_t record = 0;    ///< the stroke's place in SessionState::strokes
   std::optional<PieceRemoval> removal;  ///< a piece was taken away: then `topology` is empty
   [[nodiscard]] std::size_t bytes() const;
@@ -128,6 +139,8 @@ struct Session::Impl {
   Status finish_command_stroke();
   // session_remove.cpp
   Result<RemovalReport> take_away(const std::vector<std::uint8_t>& triangles);
+  Result<RemovalReport> take_grasped(const std::string& id);
+  Status remove(const SceneRemove& what);
   Result<RemovalReport> remove_in(const SceneRegion& region, SceneFrame frame);
   /// Body, measures, supports and grasps change places with those of a removal that is undone or done again.
   Status swap_removal(PieceRemoval& removal, bool back);
@@ -136,8 +149,16 @@ struct Session::Impl {
   /// Nothing that was kept between changes of topology holds any more: ids are others.
   void forget_ids();
 
+  // session_shave.cpp
+  Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);
+  Status begin_shave(const SceneShave& what);
+  Status advance_command_shave(double until);
+  [[nodiscard]] BodyAccount account() const { return {state.measures, state.body.hex.bodies}; }
+  void set_account(BodyAccount account);
+
   // session_punch.cpp
   Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness);
+  Status punch(const ScenePunch& what);
 
   /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.
   Status follow_complex(CutTimes& times);

@@ -11,6 +11,9 @@
 namespace kerf {
 namespace {
 
+/// Sides of round outlines stay within this part of the path tolerance of the curve.
+constexpr double kRoundness = 0.4;
+
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -59,6 +62,25 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
   KERF_TRY(end_stroke());
   report.times = state.strokes.back().times;
   return report;
+}
+
+Status Session::Impl::punch(const ScenePunch& what) {
+  Punch p;
+  p.centre = what.point;
+  p.axis = what.axis;
+  p.across = what.across;
+  if (what.reach) p.reach = *what.reach;
+  const double tolerance = kRoundness * cut_options.path_tolerance * state.body.complex.mean_root_edge;
+  p.outline = what.shape == ScenePunchShape::kCircle ? circle_outline(what.radius, tolerance)
+              : what.shape == ScenePunchShape::kD    ? d_outline(what.radius, tolerance)
+                                                     : what.points;
+  const auto done = punch(p, what.frame, what.roughness);
+  if (!done) return done.error();
+  if (!what.take || done->loose.empty()) return {};
+  std::vector<std::uint8_t> triangles(state.body.complex.collision.face_count(), 0);
+  for (const CollisionTriangle t : done->loose) triangles[t.index()] = 1;
+  const auto taken = take_away(triangles);
+  return taken ? Status{} : Status(taken.error());
 }
 
 Result<PunchReport> Session::punch(const Punch& punch, SceneFrame frame, double roughness) {

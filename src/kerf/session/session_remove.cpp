@@ -267,16 +267,22 @@ Result<RemovalReport> Session::remove_piece(CollisionTriangle triangle) {
 
 Result<RemovalReport> Session::remove_pieces(const SceneRegion& region, SceneFrame frame) { return impl_->remove_in(region, frame); }
 
-Result<RemovalReport> Session::remove_grasped(const std::string& id) {
-  const CollisionMesh& mesh = impl_->state.body.complex.collision;
-  for (const Grasp& g : impl_->state.grasps)
+Result<RemovalReport> Session::Impl::take_grasped(const std::string& id) {
+  const CollisionMesh& mesh = state.body.complex.collision;
+  for (const Grasp& g : state.grasps)
     if (g.id == id) {
       std::vector<std::uint8_t> triangles(mesh.face_count(), 0);
       for (const CollisionVertex v : g.points)
         if (mesh.rest.contains(v)) triangles[CollisionMesh::face(mesh.outgoing[v]).index()] = 1;
-      return impl_->take_away(triangles);
+      return take_away(triangles);
     }
   return bad_input(fmt::format("there is no grasp '{}' that holds a piece", id));
+}
+Result<RemovalReport> Session::remove_grasped(const std::string& id) { return impl_->take_grasped(id); }
+
+Status Session::Impl::remove(const SceneRemove& what) {
+  const auto done = what.grasp.empty() ? remove_in(what.region, what.frame) : take_grasped(what.grasp);
+  return done ? Status{} : Status(done.error());
 }
 
 }  // namespace kerf

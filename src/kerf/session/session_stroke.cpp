@@ -86,6 +86,7 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
   state.synced = stroke.start;
   stroke.blade.mark = stroke.start;
   stroke.before = state.mechanics;
+  stroke.account = account();
   StrokeRecord record;
   record.began = record.ended = state.time;
   record.before = record.after = count_body(state.body);
@@ -94,7 +95,7 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
 }
 
 Status Session::Impl::move_blade(const BladeEdge& edge) {
-  if (!state.stroke) return bad_input("no stroke has begun; begin one before the blade moves");
+  if (!state.stroke || state.stroke->shaving) return bad_input("no stroke has begun; begin one before the blade moves");
   const auto start = Clock::now();
   ActiveStroke& stroke = *state.stroke;
   StrokeRecord& record = state.strokes.back();
@@ -238,11 +239,13 @@ Status Session::Impl::end_stroke() {
   UndoStep step;
   step.topology = journal_take(state.body, stroke.start);
   step.mechanics = std::move(stroke.before);
+  step.account = std::move(stroke.account);
+  const bool shaved = stroke.shaved;
   step.record = state.strokes.size() - 1;
   state.stroke.reset();
   mark_synced();
   // A stroke through the air leaves nothing to undo: every cut makes new vertices.
-  if (record.after == record.before) return {};
+  if (record.after == record.before && !shaved) return {};
   add_undo(std::move(step));
   return {};
 }
@@ -262,6 +265,7 @@ Status Session::Impl::cancel_stroke() {
   const std::vector<CollisionVertex> ancestors = grasp_ancestors();
   rollback_to(state.stroke->start);
   remembered.clear();
+  set_account(std::move(state.stroke->account));
   // Halves that have drifted apart would be torn together: motion goes back too.
   std::swap(state.stroke->before.tools, state.mechanics.tools);
   state.mechanics = std::move(state.stroke->before);
@@ -312,6 +316,9 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
     if (back) journal_undo(state.body, step.topology);
     else journal_redo(state.body, step.topology);
     keep_grasps_on(ancestors);
+    BodyAccount other = account();
+    set_account(std::move(step.account));
+    step.account = std::move(other);
     KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
   }
   state.mechanics = std::move(step.mechanics);
@@ -336,6 +343,7 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
 
 Status Session::Impl::advance_command_stroke(double until) {
   ActiveStroke& stroke = *state.stroke;
+  if (stroke.shaving) return advance_command_shave(until);
   const auto& poses = stroke.command.poses;
   const double t = until - stroke.command_began;
   const auto edge = [&](Vec3 base, Vec3 tip) {

@@ -579,7 +579,7 @@ std::span<const SceneKey<SceneRemove>> scene_keys<SceneRemove>() {
       {"grasp", &T::grasp, "", kAny, false, "The piece that this grasp holds. Give it or one region."},
       {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the region."},
       {"box", SceneNested{"table"}, "", kAny, false,
-       "Every piece with a vertex of the collision mesh in this box, but the heaviest piece and those that [[fix]] holds."},
+       "Every piece that reaches into this box, but the heaviest piece and those that [[fix]] holds."},
       {"sphere", SceneNested{"table"}, "", kAny, false, "The same with a ball."},
       {"half_space", SceneNested{"table"}, "", kAny, false, "The same with one side of a plane."},
   };

@@ -139,7 +139,7 @@ class Session {
   /// step. All ids change; what stays keeps its order (changes say `everything`). Grasps on it let go. Bad input: no such
   /// triangle; the only piece there is. Cost: linear in the body.
   Result<RemovalReport> remove_piece(CollisionTriangle triangle);
-  /// Sucks off what is loose: every piece of which a collision vertex lies in the region, but the heaviest piece and those
+  /// Sucks off what is loose: every piece whose collision mesh reaches into the region, but the heaviest piece and those
   /// that supports hold. Nothing there is no error.
   Result<RemovalReport> remove_pieces(const SceneRegion& region, SceneFrame frame);
   /// Takes away what a grasp holds, and the grasp. Bad input: no such grasp, or it holds the only piece.

@@ -9,6 +9,7 @@
 #include "kerf/cutting/remove_pieces.h"
 #include "kerf/lattice/lattice_remove.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
@@ -41,6 +42,17 @@ std::vector<double> masses_of(const Pieces& pieces, const Body& body, const Mech
   return mass;
 }
 
+/// Does a triangle reach into a region? Exact for balls and half-spaces; for boxes it looks at nine points of the triangle and at
+/// the point nearest to the box's middle.
+bool meets_region(const SceneRegion& region, Vec3 a, Vec3 b, Vec3 c) {
+  ClosestPoint nearest;
+  const Vec3 middle = region.shape == SceneRegion::Shape::kBox ? 0.5 * (region.min + region.max) : region.center;
+  closest_point(middle, {a, b, c}, nearest);
+  const auto inner = [&](double u, double v) { return region.contains(u * a + v * b + (1 - u - v) * c); };
+  return region.contains(a) || region.contains(b) || region.contains(c) || region.contains(nearest.point) || inner(0.5, 0.5) ||
+         inner(0, 0.5) || inner(0.5, 0) || inner(1.0 / 3, 1.0 / 3) || inner(0.6, 0.2) || inner(0.2, 0.6);
+}
+
 }  // namespace
 
 std::size_t PieceRemoval::bytes() const {
@@ -57,6 +69,8 @@ void Session::Impl::forget_ids() {
   topology_change = {};
   remembered.clear();
   skin_stale = true;
+  contact.surface_stale = true;
+  state.touching = {};
   watched.everything = watching;
   mark_synced();
   ++state.topology_version;
@@ -173,8 +187,10 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   state.measures.volume -= r.removed.volume;
   report.volume = r.removed.volume;
 
-  MechanicsState kept_motion;
-  kept_motion.two_level_steps = state.mechanics.two_level_steps;
+  MechanicsState kept_motion = state.mechanics;
+  kept_motion.positions.clear();
+  kept_motion.velocities.clear();
+  kept_motion.rotations.clear();
   std::vector<std::uint8_t> fixed;
   std::vector<Vec3> prescribed;
   for (const NodeId n : l.node.origins()) {
@@ -243,8 +259,10 @@ Result<RemovalReport> Session::Impl::remove_in(const SceneRegion& region, SceneF
   const std::vector<Vec3>& places = frame == SceneFrame::kRest ? mesh.rest.raw() : deformed_collision();
   for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
     const auto p = static_cast<std::size_t>(pieces.of_face[t.index()]);
-    for (int i = 0; i < 3; ++i)
-      if (region.contains(places[mesh.origin[CollisionMesh::corner(t, i)].index()])) meets[p] = 1;
+    if (!meets[p] && meets_region(region, places[mesh.origin[CollisionMesh::corner(t, 0)].index()],
+                                  places[mesh.origin[CollisionMesh::corner(t, 1)].index()],
+                                  places[mesh.origin[CollisionMesh::corner(t, 2)].index()]))
+      meets[p] = 1;
     for (const Piece& piece : state.body.hex.pieces_of(t))
       for (const NodeId n : state.body.hex.nodes[state.body.hex.host[piece.copy]])
         if (state.model.is_fixed(n)) loose[p] = 0;

@@ -4,19 +4,17 @@
 #include <cmath>
 
 #include "contact/bare_surface.h"
+#include "contact/shapes_for_tests.h"
+#include "support/contact_checker.h"
 
 namespace kerf {
 namespace {
 
 using testing_support::BareSurface;
 using testing_support::plain_grid_mesh;
+using testing_support::shape_of;
 
-RigidShape shape_of(ShapePart part) {
-  RigidShape s;
-  s.parts.push_back(std::move(part));
-  s.friction = 0.3;
-  return s;
-}
+PlacedPart place_part(const RigidShape& shape) { return place(shape, shape.parts[0]); }
 
 struct Detection {
   DetectMemory memory;
@@ -85,6 +83,94 @@ TEST(DetectShapes, FarShapesCostNoContacts) {
   for (RigidShape& s : shapes) s.velocity = {0, 0, -100};
   d.run(sheet, std::span(shapes).subspan(1), {}, {.step = 1e-3});
   EXPECT_GT(d.contacts.size(), 25u);
+}
+
+/// A sheet folded at random: smooth waves of all directions.
+BareSurface folded_sheet(Random& random, int grid, double radius) {
+  BareSurface sheet(plain_grid_mesh(grid, grid), radius);
+  const Vec3 k = testing_support::random_vector(random, 8), l = testing_support::random_vector(random, 8);
+  const double high = random.uniform(0, 0.15);
+  sheet.deform([&](Vec3 p) {
+    return p + Vec3{0.3 * high * std::cos(dot(l, p)), 0.3 * high * std::sin(dot(k, p)), high * std::sin(dot(k, p)) + high * std::cos(dot(l, p))};
+  });
+  return sheet;
+}
+
+// Every vertex against every part, by brute force: who is near has a contact with that distance, nobody else.
+TEST(DetectShapes, VerticesEqualBruteForce) {
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Random random(seed);
+    BareSurface sheet = folded_sheet(random, 10, 0.02);
+    const Vec3 place{random.uniform(0, 1), random.uniform(0, 1), random.uniform(-0.2, 0.2)};
+    auto shapes = testing_support::one_of_each(random, place, 0.15);
+    Detection d;
+    d.run(sheet, shapes);
+    expect_consistent(sheet, d.contacts);
+    const double margin = 0.2 * 0.02;
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      for (std::size_t v = 0; v < sheet.position.size(); ++v) {
+        const Vec3 x = sheet.position[v];
+        const double distance = testing_support::brute_distance(shapes[i], shapes[i].parts[0], x);
+        const Contact* found = nullptr;
+        for (const Contact& c : d.contacts)
+          if (c.obstacle == static_cast<int>(i) && c.a.vertex[0] == CollisionVertex(v) && !c.a.vertex[1].valid() &&
+              (found == nullptr || c.gap < found->gap))
+            found = &c;
+        if (found == nullptr) {
+          // Out of reach outside, or in the depth of a mesh, where only what is near the surface is known.
+          if (distance < 0) {
+            EXPECT_TRUE(shapes[i].parts[0].kind == PartKind::kMesh && distance < -0.02) << i;
+            continue;
+          }
+          // The gap is at least the distance less the radius, and the margin was not reached with the true normal.
+          Proximity p;
+          const PlacedPart part = place_part(shapes[i]);
+          ASSERT_TRUE(closest_on_part(part, x, HUGE_VAL, p));
+          EXPECT_NEAR(p.distance, distance, 1e-9);
+          EXPECT_GE(p.distance - std::fabs(dot(p.normal, sheet.offset[v])), margin - 1e-12) << i;
+          continue;
+        }
+        ++compared;
+        EXPECT_NEAR(dot(x - found->point, found->normal), distance, 1e-9) << "shape " << i << " vertex " << v;
+        EXPECT_NEAR(found->gap, distance - std::fabs(dot(found->normal, sheet.offset[v])), 1e-9);
+      }
+    }
+  }
+  EXPECT_GT(compared, 500);
+}
+
+// What pokes into a sheet between its vertices is found, as deep as it is.
+TEST(DetectShapes, CoarseTrianglesMissNothing) {
+  const double r = 0.03;
+  int deep = 0;
+  for (std::uint64_t seed = 1; seed <= 25; ++seed) {
+    Random random(seed);
+    BareSurface sheet(plain_grid_mesh(4, 4), r);
+    const auto triangles = testing_support::triangles_of(sheet.surface);
+    const double size = random.uniform(0.02, 0.1);
+    auto shapes = testing_support::one_of_each(random, {random.uniform(0.2, 0.8), random.uniform(0.2, 0.8), 0}, size);
+    for (std::size_t i = 1; i < shapes.size(); ++i) {
+      // Lowered onto the sheet until a tenth of the radius is in it.
+      const auto depth_at = [&](double z, int n) {
+        shapes[i].position.z = z;
+        return testing_support::deepest_in_shape({sheet.position, sheet.offset, triangles}, shapes[i], n);
+      };
+      double low = 0, high = 0.5;
+      for (int k = 0; k < 12; ++k) (depth_at(0.5 * (low + high), 8) > 0 ? low : high) = 0.5 * (low + high);
+      const double depth = depth_at(high - 0.1 * r, 24);
+      const std::vector<RigidShape> one{shapes[i]};
+      Detection d;
+      d.run(sheet, one);
+      expect_consistent(sheet, d.contacts);
+      double least = 0;
+      for (const Contact& c : d.contacts) least = std::min(least, c.gap);
+      if (depth < 0.05 * r) continue;
+      ++deep;
+      EXPECT_LT(least, -0.9 * depth) << "seed " << seed << " shape " << i << " depth " << depth;
+    }
+  }
+  EXPECT_GT(deep, 100);
 }
 
 }  // namespace

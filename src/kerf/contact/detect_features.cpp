@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kerf/contact/near_shape.h"
-#include "kerf/spatial/triangle_queries.h"
+#include "kerf/contact/triangle_foot.h"
 
 namespace kerf {
 namespace {
@@ -24,24 +24,25 @@ constexpr double kStay = 0.1;
 }  // namespace
 
 void offer_point(const NearShape& near, F f, const std::array<Vec3, 3>& corner, double reach, const ShapePoint& point) {
-  ClosestPoint foot;
-  closest_point(point.p, corner, foot);
-  if (!(foot.distance - point.radius < reach)) return;
+  const TriangleFoot foot = nearest_foot(point.p, corner);
+  const double most = reach + point.radius;
+  if (!(foot.square < most * most)) return;
   FaceCandidate c;
   c.point = point;
-  c.distance = foot.distance;
+  c.distance = std::sqrt(foot.square);
   c.face = f;
-  c.weight = foot.barycentric;
-  c.interior = is_inside(foot.barycentric);
+  c.weight = foot.weights();
+  c.interior = is_inside(c.weight);
   if (c.interior) {
     c.direction = near.body.normal(f);
   } else {
-    const int opposite = opposite_corner(foot.barycentric);
-    if (opposite < 0 || !(foot.distance > 0)) return;  // a vertex: it looks for itself
+    const int opposite = opposite_corner(c.weight);
+    if (opposite < 0 || !(c.distance > 0)) return;  // a vertex: it looks for itself
     const H h = ContactSurface::corner(f, (opposite + 1) % 3), g = near.body.surface.twin[h];
     // The edge's other face has the same foot.
     if (g.valid() && g < h && near.body.surface.coarse[ContactSurface::face(g)] != 0) return;
-    c.direction = (1 / foot.distance) * (foot.point - point.p);
+    const Vec3 place = c.weight[0] * corner[0] + c.weight[1] * corner[1] + c.weight[2] * corner[2];
+    c.direction = (1 / c.distance) * (place - point.p);
     if (!near.body.off_faces(h, -c.direction)) return;
   }
   if (!(norm(c.direction) > 0.5)) return;  // a face without area
@@ -49,6 +50,24 @@ void offer_point(const NearShape& near, F f, const std::array<Vec3, 3>& corner, 
 }
 
 namespace {
+
+/// What slides fast leaves its triangle and the next ones in one step. The side on which the point was of faces not far off at
+/// rest, if they agree; else 0.
+double side_nearby(const NearShape& near, const FaceCandidate& c, std::span<const RememberedContact* const> remembered) {
+  const ContactSurface& s = near.body.surface;
+  const auto corner = s.vertices(c.face);
+  const double edge = norm(s.rest[corner[1]] - s.rest[corner[0]]);
+  const double far = 2 * (c.point.radius + s.radius[corner[0]] + near.shape_travel + edge);
+  double side = 0;
+  for (const RememberedContact* r : remembered) {
+    if (r == nullptr || r->feature < 0 || static_cast<std::size_t>(r->feature) >= s.face_count()) continue;
+    if (norm(s.rest[s.vertices(F(r->feature))[0]] - s.rest[corner[0]]) > far) continue;
+    const double along = dot(r->normal, c.direction), its = along < 0 ? -1 : 1;
+    if (std::fabs(along) < 0.7 || (side != 0 && side != its)) return 0;
+    side = its;
+  }
+  return side;
+}
 
 /// On which side of a candidate the point lies: by the last step, else by where it is.
 double side_of(const NearShape& near, const FaceCandidate& c, std::span<const RememberedContact* const> remembered,
@@ -63,6 +82,10 @@ double side_of(const NearShape& near, const FaceCandidate& c, std::span<const Re
     if (!neighbours || std::fabs(along) < 0.5) continue;
     known = true;
     return along < 0 ? -1 : 1;
+  }
+  if (const double side = side_nearby(near, c, remembered); side != 0) {
+    known = true;
+    return side;
   }
   if (!c.interior) return 1;
   const double along = dot(face_point(near.body, c.face, c.weight).position - c.point.p, c.direction);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kerf/contact/near_shape.h"
-#include "kerf/spatial/triangle_queries.h"
+#include "kerf/contact/triangle_foot.h"
 
 namespace kerf {
 namespace {
@@ -76,37 +76,6 @@ void find_pairs(const NearShape& near, double reach) {
   }
 }
 
-/// The point of a triangle nearest to p: a + v (b - a) + w (c - a), and its squared distance. Weights on edges and corners
-/// are exact. Of a triangle without area it is some point nearby.
-struct TriangleFoot {
-  double square = 0, v = 0, w = 0;
-};
-TriangleFoot nearest_foot(Vec3 p, const std::array<Vec3, 3>& t) {
-  const Vec3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return {dot(ap, ap), 0, 0};
-  const Vec3 bp = p - t[1];
-  const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return {dot(bp, bp), 1, 0};
-  const Vec3 cp = p - t[2];
-  const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return {dot(cp, cp), 0, 1};
-  const auto at = [&](double v, double w) {
-    const Vec3 d = ap - v * ab - w * ac;
-    return TriangleFoot{dot(d, d), v, w};
-  };
-  const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0 && d1 > d3) return at(d1 / (d1 - d3), 0);
-  if (vb <= 0 && d2 >= 0 && d6 <= 0 && d2 > d6) return at(0, d2 / (d2 - d6));
-  const double e = d4 - d3, f = d5 - d6;
-  if (va <= 0 && e >= 0 && f >= 0 && e + f > 0) {
-    const double w = e / (e + f);
-    return at(1 - w, w);
-  }
-  const double sum = va + vb + vc;
-  return sum > 0 ? at(vb / sum, vc / sum) : TriangleFoot{dot(ap, ap), 0, 0};
-}
-
 /// The nearest place on the given leaves within `reach` of a point in the mesh's frame; triangle null: there is none. The
 /// guess, which may be null, only saves time.
 struct NearestPlace {
@@ -144,25 +113,38 @@ struct LocalEdge {
   H edge;
   TreeBox box;
   Vec3 a, b;
-  std::array<Vec3, 2> into;  ///< unit, from the edge into its faces; zero: none
-  double reach = 0;          ///< m
+  double reach = 0;     ///< m
+  bool has_faces = false;  ///< the rest is known
+  std::array<TreeCorner, 2> into{};  ///< unit, from the edge into its faces; zero: none
+  std::array<float, 2> origin{};     ///< of the edge along these
 };
+
+void add_faces(const NearShape& near, LocalEdge& edge) {
+  edge.has_faces = true;
+  const H twin = near.body.surface.twin[edge.edge];
+  const Vec3 into[2] = {near.body.into(edge.edge), twin.valid() ? near.body.into(twin) : Vec3{}};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Vec3 local = transposed_times(near.placed.axes, into[i]);
+    edge.into[i] = to_corner(local);
+    edge.origin[i] = static_cast<float>(dot(local, edge.a));
+  }
+}
 
 /// Is all of a box seen from the edge in directions that point into a face of the body, from above and from below? Then
 /// nothing in it can touch the edge before a face: the test of off_faces(), for a whole box.
 bool beside(const LocalEdge& edge, const TreeBox& b) {
   const auto margin = static_cast<float>(kOffFaces * edge.reach);
   bool above = false, below = false;
-  for (const Vec3& into : edge.into) {
+  for (std::size_t i = 0; i < 2; ++i) {
     float middle = 0, half = 0;
-    const float origin = static_cast<float>(dot(into, edge.a));
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto c = static_cast<float>(into[static_cast<int>(k)]);
-      middle += 0.5f * c * (b.min.x[k] + b.max.x[k]);
-      half += 0.5f * std::fabs(c) * (b.max.x[k] - b.min.x[k]);
+      const float c = edge.into[i].x[k];
+      middle += c * (b.min.x[k] + b.max.x[k]);
+      half += std::fabs(c) * (b.max.x[k] - b.min.x[k]);
     }
-    above = above || middle - origin - half > margin;
-    below = below || middle - origin + half < -margin;
+    middle = 0.5f * middle - edge.origin[i];
+    above = above | (middle - 0.5f * half > margin);
+    below = below | (middle + 0.5f * half < -margin);
   }
   return above && below;
 }
@@ -174,12 +156,11 @@ const ObstacleLeaves::Triangle* search_vertex(const NearShape& near, V v, Leaves
   const NearestPlace place = nearest(*part.part->mesh, leaves, local, near.reach(v), guess);
   if (place.triangle == nullptr) return nullptr;
   const auto& c = place.triangle->corner;
-  const double vw[2] = {place.foot.v, place.foot.w};
   ClosestPoint foot;
   foot.triangle = place.triangle->id;
   foot.distance = std::sqrt(place.foot.square);
-  foot.barycentric = {vw[0] + vw[1] >= 1 ? 0 : 1 - vw[0] - vw[1], vw[0], vw[1]};
-  foot.point = foot.barycentric[0] * c[0] + vw[0] * c[1] + vw[1] * c[2];
+  foot.barycentric = place.foot.weights();
+  foot.point = foot.barycentric[0] * c[0] + foot.barycentric[1] * c[1] + foot.barycentric[2] * c[2];
   Proximity proximity;
   proximity_of_foot(part, local, foot, proximity);
   hand_out_vertex_contact(near, v, proximity);
@@ -189,8 +170,9 @@ const ObstacleLeaves::Triangle* search_vertex(const NearShape& near, V v, Leaves
 void search_points(const NearShape& near, F f, const TreeBox& box, double reach, Leaves leaves) {
   const ObstacleMesh& mesh = *near.placed.part->mesh;
   const std::array<Vec3, 3> corner = near.body.corners(f);
-  const auto limit = static_cast<float>(reach * reach);
+  const auto r = static_cast<float>(reach), limit = static_cast<float>(reach * reach);
   for (const auto& [leaf, m] : leaves) {
+    if (!kerf::near(box, box_of(mesh.tree.nodes()[m]), r)) continue;
     const ObstacleLeaves::Range range = mesh.leaves.range[m];
     for (std::uint32_t i = range.vertex; i < range.vertex_end; ++i) {
       const std::int32_t v = mesh.leaves.vertices[i];
@@ -200,12 +182,14 @@ void search_points(const NearShape& near, F f, const TreeBox& box, double reach,
   }
 }
 
-void search_edges(const NearShape& near, const LocalEdge& mine, Leaves leaves) {
+void search_edges(const NearShape& near, LocalEdge& mine, Leaves leaves) {
   const ObstacleMesh& mesh = *near.placed.part->mesh;
   const auto r = static_cast<float>(mine.reach);
   for (const auto& [leaf, m] : leaves) {
     const TreeBox box = box_of(mesh.tree.nodes()[m]);
-    if (!kerf::near(mine.box, box, r) || beside(mine, box)) continue;
+    if (!kerf::near(mine.box, box, r)) continue;
+    if (!mine.has_faces) add_faces(near, mine);
+    if (beside(mine, box)) continue;
     const ObstacleLeaves::Range range = mesh.leaves.range[m];
     for (std::uint32_t i = range.edge; i < range.edge_end; ++i) {
       const ObstacleLeaves::Edge& edge = mesh.leaves.edges[i];
@@ -218,11 +202,10 @@ void search_edges(const NearShape& near, const LocalEdge& mine, Leaves leaves) {
   }
 }
 
-void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves) {
+void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves, const ObstacleLeaves::Triangle*& guess) {
   const ContactSurface& surface = near.body.surface;
   const PlacedPart& part = near.placed;
   const double rounding = 1e-6 * (norm(part.centre) + part.part->mesh->box.diagonal()) + near.body.frame.boxes.slack;
-  const ObstacleLeaves::Triangle* guess = nullptr;
   surface.tree.for_each_triangle(leaf, [&](F f) {
     bool coarse = false;
     for (int i = 0; i < 3; ++i) {
@@ -244,9 +227,7 @@ void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves) {
       const H h = ContactSurface::corner(f, static_cast<int>(i));
       if (!surface.owns_edge(h) || !is_coarse_edge(surface, h)) continue;
       const std::size_t k = (i + 1) % 3;
-      LocalEdge edge{h, joined({p[i], p[i]}, {p[k], p[k]}), local[i], local[k], {}, reach};
-      edge.into[0] = transposed_times(part.axes, near.body.into(h));
-      if (surface.twin[h].valid()) edge.into[1] = transposed_times(part.axes, near.body.into(surface.twin[h]));
+      LocalEdge edge{h, joined({p[i], p[i]}, {p[k], p[k]}), local[i], local[k], reach};
       search_edges(near, edge, leaves);
     }
   });
@@ -257,10 +238,11 @@ void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves) {
 void detect_mesh(const NearShape& near, double reach) {
   find_pairs(near, reach);
   const auto& pairs = near.run.scratch.leaf_pairs;
+  const ObstacleLeaves::Triangle* guess = nullptr;  // neighbours among vertices have neighbours for nearest triangles
   for (std::size_t i = 0; i < pairs.size();) {
     std::size_t end = i + 1;
     while (end < pairs.size() && pairs[end][0] == pairs[i][0]) ++end;
-    search_leaf(near, pairs[i][0], std::span(pairs).subspan(i, end - i));
+    search_leaf(near, pairs[i][0], std::span(pairs).subspan(i, end - i), guess);
     i = end;
   }
   hand_out_points(near);

@@ -17,6 +17,23 @@ void test_edges(const NearShape& near, CollisionHalfEdge h, double reach, const 
   if (feet.inside()) hand_out_edges(near, h, edge, feet);
 }
 
+/// The memory of a vertex, or of a neighbour: things that slide deep in a sheet meet new vertices on the wrong side.
+const RememberedContact* recall_around(const NearShape& near, ContactName name) {
+  const ContactSurface& surface = near.body.surface;
+  const CollisionVertex v(name.feature);
+  if (const RememberedContact* r = recall_either_end(near.run, name)) return r;
+  const CollisionHalfEdge start = surface.outgoing[v];
+  CollisionHalfEdge h = start;
+  do {
+    for (const CollisionVertex w : {surface.to(h), surface.from(ContactSurface::prev(h))}) {
+      name.feature = w.value;
+      if (const RememberedContact* r = recall_either_end(near.run, name)) return r;
+    }
+    h = surface.twin[ContactSurface::prev(h)];
+  } while (h.valid() && h != start);
+  return nullptr;
+}
+
 }  // namespace
 
 void detect_simple(const NearShape& near, double reach) {
@@ -54,11 +71,20 @@ void detect_simple(const NearShape& near, double reach) {
 
 void hand_out_vertex_contact(const NearShape& near, CollisionVertex v, Proximity proximity) {
   const ContactName name{ContactKind::kVertexShape, 0, near.body.index, near.shape.other(), near.part, v.value, 0};
-  if (proximity.two_sided) {  // it stays on the side it was on
-    const RememberedContact* r = recall_either_end(near.run, name);
+  // What has come so deep that another way out is nearer goes back the way it came.
+  const bool mesh = near.placed.part->kind == PartKind::kMesh;
+  if (proximity.two_sided || (proximity.distance < 0 && !mesh)) {
+    const RememberedContact* r = recall_around(near, name);
     if (r != nullptr && dot(r->normal, proximity.normal) < 0) {
-      proximity.normal = -proximity.normal;
-      proximity.distance = -proximity.distance;
+      if (proximity.two_sided) {
+        proximity.normal = -proximity.normal;
+        proximity.distance = -proximity.distance;
+      } else {
+        const Vec3 x = near.body.position(v);
+        proximity.normal = r->normal;
+        proximity.distance = distance_along(near.placed, x, r->normal);
+        proximity.point = x - proximity.distance * r->normal;
+      }
     }
   }
   hand_out_shape(near.run, name, near.shape, vertex_point(near.body, v), proximity.point, proximity.normal,

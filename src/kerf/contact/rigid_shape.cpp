@@ -173,6 +173,21 @@ PlacedPart place(const RigidShape& shape, const ShapePart& part) {
   return p;
 }
 
+double distance_along(const PlacedPart& placed, Vec3 x, Vec3 n) {
+  double support = placed.part->radius + dot(n, placed.centre);
+  switch (placed.part->kind) {
+    case PartKind::kCapsule: support = placed.part->radius + std::max(dot(n, placed.centre), dot(n, placed.end)); break;
+    case PartKind::kBox:
+      for (int k = 0; k < 3; ++k)
+        support += placed.part->half[k] * std::fabs(dot(n, placed.axes.c[static_cast<std::size_t>(k)]));
+      break;
+    case PartKind::kPlane:
+    case PartKind::kSphere:
+    case PartKind::kMesh: break;
+  }
+  return dot(n, x) - support;
+}
+
 void proximity_of_foot(const PlacedPart& placed, Vec3 local, const ClosestPoint& best, Proximity& r) {
   const ObstacleMesh& mesh = *placed.part->mesh;
   const auto f = static_cast<std::size_t>(best.triangle);

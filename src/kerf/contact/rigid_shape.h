@@ -70,7 +70,10 @@ struct Proximity {
 /// False if x is farther than `reach` metres outside, or that far inside a mesh. If several places of a box or mesh are
 /// nearest it is the first of them.
 bool closest_on_part(const PlacedPart& part, Vec3 x, double reach, Proximity& result);
-/// The same for a mesh part whose nearest point, in its own frame, is known. local: x in that frame.
+/// Distance of x from the plane that a part (not a mesh) touches from below with this outward normal (unit): how far x is
+/// from leaving the part in that direction, negative inside.
+double distance_along(const PlacedPart& part, Vec3 x, Vec3 normal);
+/// closest_on_part for a mesh part whose nearest point, in its own frame, is known. local: x in that frame.
 void proximity_of_foot(const PlacedPart& part, Vec3 local, const ClosestPoint& foot, Proximity& result);
 
 }  // namespace kerf

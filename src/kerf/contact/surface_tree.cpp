@@ -8,7 +8,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kLeafRoots = 4;
+constexpr std::size_t kLeafRoots = 8;
 constexpr TreeBox kEmpty{{{FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX}}, {{-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX}}};
 
 void add(TreeBox& box, const TreeCorner& p) {

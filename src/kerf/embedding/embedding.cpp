@@ -36,28 +36,33 @@ bool right_side(const HexMesh& hex, const Piece& p, Vec3 q) {
   return (dot(tip.normal, q - tip.point) >= 0) == (p.side > 0);
 }
 
-/// The living copy that a point goes with; see the rule in the header.
+/// The living copy that a point goes with; see the rule in the header. Of prisms split at a tip only the part on the point's side
+/// counts, unless there is no such part: it held nothing.
 HexId find_copy(const HexMesh& hex, std::span<const CollisionTriangle> owners, Vec3 q, HexId current) {
-  HexId best;
-  CellId best_cell;
-  double nearest = HUGE_VAL;
-  bool current_is_theirs = false;
-  for (const CollisionTriangle t : owners)
-    for (const Piece& p : hex.pieces_of(t)) {
-      if (!right_side(hex, p, q)) continue;
-      const HexId host = hex.host[p.copy];
-      current_is_theirs = current_is_theirs || host == current;
-      const LatticeIndex c = hex.frame.index_of(p.cell);
-      double d = 0;
-      for (int a = 0; a < 3; ++a) {
-        const double x = q[a] - c[static_cast<std::size_t>(a)], out = x < 0 ? -x : x > 1 ? x - 1 : 0;
-        d += out * out;
+  for (const bool any_side : {false, true}) {
+    HexId best;
+    CellId best_cell;
+    double nearest = HUGE_VAL;
+    bool current_is_theirs = false;
+    for (const CollisionTriangle t : owners)
+      for (const Piece& p : hex.pieces_of(t)) {
+        if (!any_side && !right_side(hex, p, q)) continue;
+        const HexId host = hex.host[p.copy];
+        current_is_theirs = current_is_theirs || host == current;
+        const LatticeIndex c = hex.frame.index_of(p.cell);
+        double d = 0;
+        for (int a = 0; a < 3; ++a) {
+          const double x = q[a] - c[static_cast<std::size_t>(a)], out = x < 0 ? -x : x > 1 ? x - 1 : 0;
+          d += out * out;
+        }
+        if (d < kInside * kInside) d = 0;
+        if (d < nearest || (d == nearest && (p.cell < best_cell || (p.cell == best_cell && host < best))))
+          nearest = d, best = host, best_cell = p.cell;
       }
-      if (d < kInside * kInside) d = 0;
-      if (d < nearest || (d == nearest && (p.cell < best_cell || (p.cell == best_cell && host < best))))
-        nearest = d, best = host, best_cell = p.cell;
-    }
-  return nearest > 0 && current_is_theirs && current.valid() ? current : best;
+    if (nearest > 0 && current_is_theirs && current.valid()) return current;
+    if (best.valid()) return best;
+  }
+  return {};
 }
 
 class Embedder {

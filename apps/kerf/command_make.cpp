@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
 
 #include "exit_status.h"
 #include "folder.h"
 #include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/whole_file.h"
 
 namespace kerf::app {
 namespace {
@@ -42,12 +42,7 @@ Status write(const MakeOptions& options, const Model& model) {
   KERF_TRY(obj ? write_obj(file("visual"), model.visual) : write_ply(file("visual"), model.visual));
   KERF_TRY(obj ? write_obj(file("collision"), model.collision)
                : write_ply(file("collision"), model.collision));
-  const std::filesystem::path scene = options.out / "scene.toml";
-  std::ofstream stream(scene);
-  stream << scene_text(options, model);
-  stream.close();
-  if (!stream) return failed(fmt::format("can't write {}", scene.string()));
-  return {};
+  return replace_file((options.out / "scene.toml").string(), scene_text(options, model));
 }
 
 }  // namespace

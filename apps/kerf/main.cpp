@@ -4,7 +4,11 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <exception>
 #include <functional>
+#include <new>
 #include <string>
 
 #include "command_bench.h"
@@ -250,6 +254,22 @@ void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::funct
       "  kerf bench page out/bench/*.json --out results.md");
 }
 
+/// Runs a command; what the machine lacks ends it with a sentence, not with a crash. Files stay as they were: whole_file.h.
+int run_guarded(const std::function<int()>& chosen) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows over the limit is an error like a full disk
+  int status = kRunFailed;
+  try {
+    status = chosen();
+  } catch (const std::bad_alloc&) {
+    std::fputs("kerf: not enough memory; use smaller meshes, or let the program have more (ulimit -v)\n", stderr);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "kerf: the system can't go on: %s\n", error.what());
+  }
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+  std::fputs("kerf: the standard output can't be written; is its disk full?\n", stderr);
+  return status == kSuccess ? kRunFailed : status;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -284,5 +304,5 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kSuccess : kBadInput;
   }
-  return chosen();
+  return run_guarded(chosen);
 }

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <string_view>
+
+#include "kerf/mesh/whole_file.h"
 
 namespace kerf::app {
 namespace {
@@ -157,11 +158,7 @@ std::string plot_svg(const Plot& plot) {
 }
 
 Status write_svg(const std::filesystem::path& file, const Plot& plot) {
-  std::ofstream stream(file);
-  stream << plot_svg(plot);
-  stream.close();
-  if (!stream) return failed(fmt::format("can't write {}", file.string()));
-  return {};
+  return replace_file(file.string(), plot_svg(plot));
 }
 
 }  // namespace kerf::app

@@ -91,7 +91,7 @@ TEST_F(BoundBodyFile, DamagedFilesAreRefusedByName) {
     EXPECT_NE(r.error().message.find("bad.body"), std::string::npos) << r.error().message;
     EXPECT_NE(r.error().message.find(reason), std::string::npos) << r.error().message;
   };
-  expect_refused({}, "not a bound body");
+  expect_refused({}, "empty");
   expect_refused({'K', 'E', 'R', 'F'}, "not a bound body");
   expect_refused(std::vector<char>(1000, 'x'), "not a bound body");
   for (const double part : {0.001, 0.1, 0.5, 0.999}) {

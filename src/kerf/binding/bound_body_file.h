@@ -6,6 +6,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "kerf/binding/bind.h"
 
@@ -19,5 +21,7 @@ Status save_bound_body(const BoundBody& body, const std::filesystem::path& file)
 /// Reads it back, to the bit. Bad input, naming the file: cannot be opened, not such a file, another version, truncated, damaged
 /// (hash), or contents that validate_binding refuses. Never reads more than the file holds.
 Result<BoundBody> load_bound_body(const std::filesystem::path& file);
+/// The same for bytes in memory; `name` stands for the file in messages.
+Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& name);
 
 }  // namespace kerf

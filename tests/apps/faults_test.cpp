@@ -1,0 +1,244 @@
+// What goes wrong around the program: full disks, limits, files that vanish or change, kills in the middle of saving. A clear
+// sentence, never a crash; what was there stays, whole.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "kerf/binding/bound_body_file.h"
+#include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/models.h"
+
+namespace kerf::app {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Outcome {
+  int status = -1;   ///< of the program, or of the shell that could not start it
+  int signal = 0;    ///< that ended it
+  std::string text;  ///< stdout and stderr
+};
+
+std::string contents(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+class Faults : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("kerf_faults_" + std::to_string(::getpid()) + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  [[nodiscard]] std::string in(const std::string& name) const { return (folder_ / name).string(); }
+
+  /// Runs the program; `prepare` happens in the child before it.
+  Outcome kerf(const std::vector<std::string>& arguments, const std::function<void()>& prepare = {}, const char* stdout_to = nullptr) {
+    const std::string log = in("output.txt");
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+      ::dup2(file, STDERR_FILENO);
+      ::dup2(stdout_to ? ::open(stdout_to, O_WRONLY) : file, STDOUT_FILENO);
+      if (prepare) prepare();
+      std::vector<char*> list{const_cast<char*>(KERF_PROGRAM)};
+      for (const std::string& argument : arguments) list.push_back(const_cast<char*>(argument.c_str()));
+      list.push_back(nullptr);
+      ::execv(KERF_PROGRAM, list.data());
+      ::_exit(126);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    Outcome out;
+    if (WIFEXITED(status)) out.status = WEXITSTATUS(status);
+    if (WIFSIGNALED(status)) out.signal = WTERMSIG(status);
+    out.text = contents(log);
+    return out;
+  }
+  [[nodiscard]] std::vector<std::string> left_over() const {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_))
+      if (entry.path().string().find(".part") != std::string::npos) found.push_back(entry.path().string());
+    return found;
+  }
+
+  std::filesystem::path folder_;
+};
+
+void limit(int what, rlim_t size) {
+  const rlimit value{size, size};
+  ::setrlimit(static_cast<__rlimit_resource>(what), &value);
+}
+
+TEST_F(Faults, DeviceThatIsFull) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
+  const Outcome body = kerf({"bind", in("v.obj"), "-c", in("c.obj"), "-o", "/dev/full"});
+  EXPECT_EQ(body.status, 2) << body.text;  // no such meshes yet
+  ASSERT_EQ(kerf({"make", "steak", "-o", in("steak")}).status, 0);
+  const Outcome bound = kerf({"bind", in("steak/visual.obj"), "-c", in("steak/collision.obj"), "-o", "/dev/full"});
+  EXPECT_EQ(bound.status, 1) << bound.text;
+  EXPECT_THAT(bound.text, HasSubstr("No space left"));
+  const Outcome recorded = kerf({"run", "island", "--duration", "0.01", "-o", in("out"), "--record", "/dev/full"});
+  EXPECT_EQ(recorded.status, 1) << recorded.text;
+  EXPECT_THAT(recorded.text, HasSubstr("No space left"));
+  // What it prints can't be written either.
+  const Outcome printed = kerf({"info", "steak"}, {}, "/dev/full");
+  EXPECT_EQ(printed.status, 1) << printed.text;
+  EXPECT_EQ(printed.signal, 0);
+}
+
+TEST_F(Faults, FilesOverALimitLeaveTheOldOnes) {
+  ASSERT_EQ(kerf({"make", "steak", "-o", in("steak")}).status, 0);
+  const std::string before = contents(in("steak/visual.obj"));
+  const Outcome made = kerf({"make", "steak", "--noise", "0.0001", "-o", in("steak")}, [] { limit(RLIMIT_FSIZE, 20000); });
+  EXPECT_EQ(made.signal, 0);
+  EXPECT_EQ(made.status, 1) << made.text;
+  EXPECT_THAT(made.text, HasSubstr("visual.obj"));
+  EXPECT_THAT(made.text, HasSubstr("free space"));
+  EXPECT_EQ(contents(in("steak/visual.obj")), before);
+  EXPECT_THAT(left_over(), testing::IsEmpty());
+}
+
+TEST_F(Faults, ReadOnlyFolder) {
+  const auto set = [&](std::filesystem::perms p) { std::filesystem::permissions(folder_ / "locked", p); };
+  std::filesystem::create_directories(folder_ / "locked");
+  set(std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  const auto as_nobody = [] {
+    if (::getuid() != 0) return;
+    if (::setgid(65534) != 0 || ::setuid(65534) != 0) ::_exit(125);  // root may write anywhere
+  };
+  std::filesystem::permissions(folder_, std::filesystem::perms::all);
+  const Outcome out = kerf({"make", "steak", "-o", in("locked")}, as_nobody);
+  if (out.status == 125 || out.status == 126) GTEST_SKIP() << "can't become another user here";
+  EXPECT_NE(out.status, 0);
+  EXPECT_EQ(out.signal, 0);
+  EXPECT_THAT(out.text, HasSubstr("locked"));
+  const Outcome inside = kerf({"make", "steak", "-o", in("locked/deeper")}, as_nobody);
+  EXPECT_EQ(inside.status, 2) << inside.text;
+  set(std::filesystem::perms::owner_all);
+}
+
+// Whatever moment the program is killed at, the file is the old one or a new one.
+TEST_F(Faults, KilledWhileSaving) {
+  const std::string file = in("body/visual.obj");
+  ASSERT_EQ(kerf({"make", "closed-sheet", "--visual-triangles", "30000", "-o", in("body")}).status, 0);
+  const std::string one = contents(file);
+  ASSERT_EQ(kerf({"make", "closed-sheet", "--visual-triangles", "30000", "--noise", "0.001", "-o", in("body")}).status, 0);
+  const std::string two = contents(file);
+  ASSERT_NE(one, two);
+  int killed = 0;
+  for (int i = 0; i < 24; ++i) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const int nowhere = ::open("/dev/null", O_WRONLY);
+      ::dup2(nowhere, STDOUT_FILENO);
+      const std::string noise = i % 2 ? "0" : "0.001", out = in("body");
+      ::execl(KERF_PROGRAM, KERF_PROGRAM, "make", "closed-sheet", "--visual-triangles", "30000", "--noise", noise.c_str(), "-o", out.c_str(),
+              nullptr);
+      ::_exit(126);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2 + 5 * i));
+    ::kill(child, SIGKILL);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    killed += WIFSIGNALED(status) ? 1 : 0;
+    const std::string now = contents(file);
+    ASSERT_TRUE(now == one || now == two) << "broken after a kill, " << now.size() << " bytes";
+  }
+  EXPECT_GT(killed, 0);
+}
+
+TEST_F(Faults, LittleMemory) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer needs address space";
+#endif
+  int refused = 0;
+  for (const rlim_t megabytes : {30, 60, 120, 200, 300, 500, 800}) {
+    const Outcome out = kerf({"run", "island", "--duration", "0.05", "--quiet", "-o", in("out")}, [&] { limit(RLIMIT_AS, megabytes << 20); });
+    EXPECT_EQ(out.signal, 0) << megabytes << " MB: " << out.text;
+    if (out.status == 0) continue;
+    if (out.status == 127 || out.text.find("shared librar") != std::string::npos) continue;  // the loader itself had too little
+    ++refused;
+    EXPECT_EQ(out.status, 1) << megabytes << " MB: " << out.text;
+    EXPECT_THAT(out.text, HasSubstr("kerf: ")) << megabytes;
+  }
+  EXPECT_GT(refused, 0);
+}
+
+TEST_F(Faults, FilesThatVanishOrAreBeingWritten) {
+  ASSERT_EQ(kerf({"make", "steak", "-o", in("steak")}).status, 0);
+  const std::string whole = contents(in("steak/visual.obj"));
+  // Half-written: what is there is refused by name, or is a smaller mesh that is not closed; never a crash.
+  for (const double part : {0.0, 0.01, 0.3, 0.5, 0.77, 0.9999}) {
+    std::ofstream(in("half.obj"), std::ios::binary) << whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size())));
+    const Outcome out = kerf({"bind", in("half.obj"), "-c", in("steak/collision.obj"), "-o", in("half.kerf")});
+    EXPECT_EQ(out.status, 2) << part << ": " << out.text;
+    EXPECT_THAT(out.text, HasSubstr("half.obj")) << part;
+    EXPECT_FALSE(std::filesystem::exists(in("half.kerf")));
+  }
+  // Gone between the scene and its meshes.
+  std::ofstream(in("scene.toml")) << "[body]\nvisual = \"gone.obj\"\ncollision = \"steak/collision.obj\"\n";
+  const Outcome gone = kerf({"run", in("scene.toml"), "-o", in("out")});
+  EXPECT_EQ(gone.status, 2);
+  EXPECT_THAT(gone.text, HasSubstr("gone.obj"));
+  // A file that shrinks and grows while it is read, many times.
+  std::atomic<bool> stop = false;
+  const std::string path = in("changing.obj");
+  std::ofstream(path) << whole;
+  std::thread writer([&] {
+    for (std::size_t i = 0; !stop; ++i) {
+      std::filesystem::resize_file(path, whole.size() * (i % 7) / 7 + 1);
+      std::ofstream(path, std::ios::binary) << whole;
+    }
+  });
+  for (int i = 0; i < 60; ++i) {
+    const auto mesh = read_mesh(path);
+    if (!mesh) EXPECT_THAT(mesh.error().message, HasSubstr("changing.obj"));
+  }
+  stop = true;
+  writer.join();
+}
+
+TEST_F(Faults, BoundBodiesAreSavedWholeOrNotAtAll) {
+  const auto model = make_model("sheet", {.visual_triangles = 1664});
+  ASSERT_TRUE(model.ok());
+  BindOptions options;
+  options.thickness = 0.1;
+  const auto body = bind(model->visual, model->collision, options);
+  ASSERT_TRUE(body.ok());
+  ASSERT_TRUE(save_bound_body(*body, in("b.kerf")).ok());
+  const std::string before = contents(in("b.kerf"));
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    limit(RLIMIT_FSIZE, before.size() / 2);
+    ::_exit(save_bound_body(*body, in("b.kerf")).ok() ? 0 : 3);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  EXPECT_EQ(contents(in("b.kerf")), before);
+  EXPECT_THAT(left_over(), testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace kerf::app

@@ -68,7 +68,7 @@ std::size_t UndoStep::bytes() const {
 }
 
 SessionState::SessionState(const SessionState& o)
-    : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), time(o.time), steps(o.steps),
+    : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), gravity(o.gravity), time(o.time), steps(o.steps),
       next_command(o.next_command), grasps(o.grasps), tools(o.tools), touching(o.touching),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
       strokes(o.strokes), topology_version(o.topology_version) {}
@@ -109,7 +109,7 @@ Status Session::Impl::prepare(const Progress& progress) {
   KERF_TRY(state.model.validate());
 
   step_options.dt = scene.simulation.time_step;
-  step_options.gravity = scene.simulation.gravity;
+  step_options.gravity = state.gravity = scene.simulation.gravity;
   step_options.tolerance = scene.simulation.tolerance;
   step_options.max_iterations = scene.simulation.max_iterations;
   // What a loose solve leaves undone moves whole pieces, by as much as elastic forces exceed inertia: E dt^2 / (rho h^2).
@@ -212,6 +212,7 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
   KERF_ASSERT(snapshot != nullptr);
   const std::uint64_t version = impl_->state.topology_version;
   impl_->state = snapshot->state;
+  impl_->step_options.gravity = impl_->state.gravity;
   impl_->skin_stale = true;
   impl_->contact.surface_stale = true;
   impl_->watched.everything = impl_->watching;
@@ -330,6 +331,7 @@ std::uint64_t Session::hash() const {
     hash.add(c.normal);
     hash.add(c.feature);
   }
+  hash.add(state.gravity);
   hash.add(state.steps);
   hash.add(state.next_command);
   for (std::size_t i = 0; i < state.model.node_count(); ++i) hash.add(state.model.is_fixed(NodeId(i)) ? 1 : 0);

@@ -57,6 +57,7 @@ struct SessionState {
   MechanicsModel model{Vec3{1, 1, 1}};
   MechanicsState mechanics;
   BodyMaterials materials;
+  Vec3 gravity;  ///< m/s^2; step_options has the same
   double time = 0;
   std::int64_t steps = 0;
   std::size_t next_command = 0;

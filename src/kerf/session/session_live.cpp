@@ -35,7 +35,7 @@ std::vector<Session::GraspState> Session::grasps() {
 
 Status Session::set_gravity(Vec3 gravity) {
   if (!is_finite(gravity)) return bad_input("gravity must be finite, m/s^2");
-  impl_->step_options.gravity = gravity;
+  impl_->step_options.gravity = impl_->state.gravity = gravity;
   return {};
 }
 Vec3 Session::gravity() const { return impl_->step_options.gravity; }

@@ -67,7 +67,7 @@ TEST(Bench, EveryTableOfThePaper) {
     for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.columns.size()) << table.id;
   }
   EXPECT_THAT(ids, testing::ElementsAre("table-1", "table-2", "figure-16", "table-3", "table-4", "table-5", "table-6",
-                                        "section-5.3-binding", "section-5.3-sizes", "section-5.3", "sofa"));
+                                        "section-5.3-binding", "section-5.3-sizes", "section-5.3", "haptic", "sofa"));
 }
 
 TEST(Bench, EveryTableOfScale) {

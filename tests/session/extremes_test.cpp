@@ -179,7 +179,7 @@ TEST(Extremes, TimeStepsOfATenthOfAMillisecondToATenthOfASecond) {
       const std::string where = "dt = " + std::to_string(dt) + ", E = " + std::to_string(young);
       for (int i = 0; i < 10; ++i) {
         const double x = -0.3 + 0.06 * i;
-        if (i % 3 == 0) ASSERT_TRUE(cut(*session, {x, -0.6, 0}, {x, 0.2, 0}).ok()) << where;
+        if (i % 3 == 0) { ASSERT_TRUE(cut(*session, {x, -0.6, 0}, {x, 0.2, 0}).ok()) << where; }
         ASSERT_TRUE(session->step(3).ok()) << where;
       }
       expect_sound(*session, where);
@@ -206,7 +206,7 @@ TEST(Extremes, AHundredTimesTheEarthsGravity) {
     auto session = Session::create(scene);
     ASSERT_TRUE(session.ok());
     for (int i = 0; i < 12; ++i) {
-      if (i % 4 == 1) ASSERT_TRUE(cut(*session, {-0.2 + 0.1 * i, -0.6, 0}, {-0.2 + 0.1 * i, 0.3, 0}).ok());
+      if (i % 4 == 1) { ASSERT_TRUE(cut(*session, {-0.2 + 0.1 * i, -0.6, 0}, {-0.2 + 0.1 * i, 0.3, 0}).ok()); }
       ASSERT_TRUE(session->step(5).ok());
     }
     expect_sound(*session, "100 g");

@@ -29,7 +29,7 @@ TEST(Regressions, WhatFailedOnceHolds) {
 }
 
 Result<RecordedSession> sheet() {
-  return RecordedSession::create("[body]\nmodel = \"sheet\"\nvisual_triangles = 1664\n[simulation]\ntime_step = 0.001\n", "sheet");
+  return RecordedSession::create("[body]\nmodel = \"sheet\"\noptions = {visual_triangles = 1664}\n[simulation]\ntime_step = 0.001\n", "sheet");
 }
 
 void cut(RecordedSession& session, Vec3 from, Vec3 to) {

@@ -1,7 +1,9 @@
 // Random lives of sessions: strokes of all kinds on moving, held bodies, undo, redo, cancelled strokes, snapshots. After
 // every operation all invariants hold; what must not change does not change by a bit.
 //
-// KERF_FUZZ_SECONDS=60 runs for so long instead of a few fixed seeds; KERF_FUZZ_SEED=n starts there.
+// KERF_FUZZ_SECONDS=60 runs for so long instead of a few fixed seeds; KERF_FUZZ_SEED=n starts there. A failure is shrunk to a small
+// recording, written into KERF_FUZZ_OUT. scripts/fuzz-sessions runs it for hours.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,10 +18,10 @@
 #include <utility>
 #include <vector>
 
-#include "kerf/base/hash.h"
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
 #include "kerf/session/session.h"
+#include "session/recorded_session.h"
 
 namespace kerf {
 namespace {
@@ -29,14 +31,7 @@ namespace {
 /// tip, follows other nodes than before and does move; how far is printed.
 constexpr double kLargestJump = 1e-12;
 
-/// Everything an undo brings back.
-std::uint64_t fingerprint(const Session& session) {
-  Hash hash;
-  hash.add(body_hash(session.body()));
-  hash.add(session.node_positions());
-  hash.add(session.node_velocities());
-  return hash.value();
-}
+using test::fingerprint;
 
 struct Tally {
   int strokes = 0, triangles = 0, refused = 0, undone = 0, most_pieces = 0;
@@ -71,21 +66,32 @@ Scene random_scene(Random& random) {
   return scene;
 }
 
+/// The scene as a recording keeps it.
+std::string scene_text(const Scene& s) {
+  return fmt::format(
+      "[body]\nmodel = \"{}\"\noptions = {{ {}bumps = {}, noise = {}, seed = {} }}\n[lattice]\nformulation = \"{}\"\n[cut]\nlayers = {}\n"
+      "roughness = {}\n[simulation]\ntime_step = {}\ngravity = [{}, {}, {}]\nseed = {}\n",
+      s.body.model, s.body.options.visual_triangles ? fmt::format("visual_triangles = {}, ", s.body.options.visual_triangles) : "",
+      s.body.options.bumps, s.body.options.noise, s.body.options.seed,
+      s.lattice.formulation == SceneFormulation::kPlain ? "plain" : "incompatible", s.cut.layers, s.cut.roughness, s.simulation.time_step,
+      s.simulation.gravity.x, s.simulation.gravity.y, s.simulation.gravity.z, s.simulation.seed);
+}
+
 class Life {
  public:
-  Life(std::uint64_t seed, Tally& tally) : random_(seed), tally_(tally) {
+  Life(std::uint64_t seed, Tally& tally) : seed_(seed), random_(seed), tally_(tally) {
     const Scene scene = random_scene(random_);
     what_ = "seed " + std::to_string(seed) + ", " + scene.name;
-    auto made = Session::create(scene);
+    auto made = test::RecordedSession::create(scene_text(scene), scene.name);
     if (!made.ok() && (scene.body.options.noise > 0 || scene.body.options.bumps > 0)) {
       // A body too rough to be bound is refused; that is fine, but there must be one to cut.
       Scene smooth = scene;
       smooth.body.options.noise = smooth.body.options.bumps = 0;
-      made = Session::create(smooth);
+      made = test::RecordedSession::create(scene_text(smooth), scene.name);
     }
     EXPECT_TRUE(made.ok()) << what_ << ": " << (made.ok() ? "" : made.error().message);
     if (!made.ok()) return;
-    session_ = std::make_unique<Session>(std::move(made).value());
+    session_ = std::make_unique<test::RecordedSession>(std::move(made).value());
     for (const Vec3 p : session_->collision_positions()) box_.add(p);
     good_ = true;
     check("creation");
@@ -117,8 +123,9 @@ class Life {
 
  private:
   void fail(const std::string& why) {
-    ADD_FAILURE() << what_ << ", operation " << operation_ << ": " << why;
     good_ = false;
+    ADD_FAILURE() << what_ << ", operation " << operation_ << ": " << why << "\n"
+                  << (session_ ? test::keep_shrunk(session_->recording(), fmt::format("seed-{}", seed_)) : "");
   }
   void check(const char* after) {
     if (!good_) return;
@@ -354,9 +361,10 @@ class Life {
     check("fix");
   }
 
+  std::uint64_t seed_;
   Random random_;
   Tally& tally_;
-  std::unique_ptr<Session> session_;
+  std::unique_ptr<test::RecordedSession> session_;
   std::string what_;
   Box3 box_;
   int operation_ = -1;

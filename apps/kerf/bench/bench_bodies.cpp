@@ -49,6 +49,21 @@ Scene bench_scene(const BenchBody& body) {
 
 Result<Session> bench_session(const BenchBody& body) { return Session::create(bench_scene(body)); }
 
+Scene sheet_over_balls(std::size_t collision, double mass) {
+  Scene scene = bench_scene({"sheet", 6656, collision});
+  scene.fixes.clear();
+  scene.material.density = mass / 0.1;
+  for (const double x : {-0.25, 0.25})
+    for (const double y : {-0.25, 0.25}) {
+      SceneObstacle& ball = scene.obstacles.emplace_back();
+      ball.shape = SceneShape::kMesh;
+      ball.model = "ball";
+      ball.scale = 0.18;
+      ball.position = {x, y, -0.24};
+    }
+  return scene;
+}
+
 Result<BindTiming> time_binding(const BenchBody& body, int repeats, bool exact_paths, bool local_paths) {
   const auto model = make_model(body.model, model_options(body));
   if (!model) return model.error();

@@ -136,6 +136,39 @@ Result<CutTimings> time_notches(Session& session, const std::vector<Vec3>& centr
   return timings;
 }
 
+Result<HandFrames> time_cutting_frames(Session& session, int strokes, int poses) {
+  HandFrames times;
+  Random random(17);
+  const Box3 box = rest_box(session);
+  const Vec3 size = box.size(), up{0, 0, box.diagonal()};
+  std::vector<Vec3f> positions, normals;
+  for (int i = 0; i <= strokes; ++i) {
+    const double angle = random.uniform(0, 2 * std::numbers::pi), shift = random.uniform(-0.2, 0.2);
+    const Vec3 along{0.6 * size.x * std::cos(angle), 0.6 * size.y * std::sin(angle), 0};
+    const Vec3 middle = box.center() + shift * Vec3{-along.y, along.x, 0};
+    const int depth = session.undo_depth();
+    KERF_TRY(session.begin_stroke(SceneFrame::kWorld, true));
+    for (int k = 0; k <= poses; ++k) {
+      const Vec3 p = middle + (2.0 * k / poses - 1) * along;
+      const double start = thread_seconds();
+      KERF_TRY(session.move_blade(p + up, p - up));
+      const double cut = thread_seconds();
+      KERF_TRY(session.step(1));
+      const double stepped = thread_seconds();
+      session.visual_skin(positions, normals);
+      const double end = thread_seconds();
+      if (i == 0) continue;  // memory is touched
+      times.frame.add(end - start);
+      times.cut.add(cut - start);
+      times.step.add(stepped - cut);
+      times.surface.add(end - stepped);
+    }
+    KERF_TRY(session.end_stroke());
+    if (session.undo_depth() > depth) KERF_TRY(session.undo());
+  }
+  return times;
+}
+
 Result<FrameTimings> time_frames(Session& session, int frames) {
   FrameTimings timings;
   std::vector<Vec3f> positions, normals;

@@ -35,6 +35,14 @@ struct FrameTimings {
   Sample mechanics;  ///< of it
   Sample surface;    ///< of it
 };
+/// Cuts by hand while the body moves: in every frame the blade takes a pose, a step is made, the surface follows. `poses` a stroke across
+/// the body (world frame), every one undone.
+struct HandFrames {
+  Sample frame;  ///< all of it
+  Sample cut, step, surface;
+};
+Result<HandFrames> time_cutting_frames(Session& session, int strokes, int poses);
+
 /// Frames as they come.
 Result<FrameTimings> time_frames(Session& session, int frames);
 

@@ -43,7 +43,9 @@ Status check(const SessionChange& c) {
   for (const double v : c.values)
     if (!std::isfinite(v)) return bad_input("a value is not finite");
   if (wanted >= 0) {
-    if (c.values.size() != static_cast<std::size_t>(wanted))
+    // A stroke's frame came later: without it, the world's.
+    const bool framed = c.kind == Kind::kBeginStroke && c.values.size() == 2;
+    if (!framed && c.values.size() != static_cast<std::size_t>(wanted))
       return bad_input(fmt::format("\"{}\" has {} values instead of {}", word_of(c.kind).word, c.values.size(), wanted));
     return {};
   }

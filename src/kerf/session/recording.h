@@ -37,7 +37,7 @@ Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& override
 /// One change to a session, made after `step` steps.
 struct SessionChange {
   enum class Kind {
-    kBeginStroke,   ///< values: 1 through, 0 not; world frame
+    kBeginStroke,   ///< values: 1 through, 0 not; 1 rest frame, 0 (or nothing) world
     kBlade,         ///< values: base, tip
     kEndStroke, kCancelStroke, kUndo, kRedo,
     kGrasp,         ///< id, vertices

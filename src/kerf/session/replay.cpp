@@ -46,7 +46,8 @@ Status apply(Session& session, const SessionChange& c) {
   KERF_TRY(check(c));
   SceneCommand command;
   switch (c.kind) {
-    case Kind::kBeginStroke: return session.begin_stroke(SceneFrame::kWorld, c.values[0] != 0);
+    case Kind::kBeginStroke:
+      return session.begin_stroke(c.values.size() > 1 && c.values[1] != 0 ? SceneFrame::kRest : SceneFrame::kWorld, c.values[0] != 0);
     case Kind::kBlade: return session.move_blade(vec(c.values, 0), vec(c.values, 3));
     case Kind::kEndStroke: return session.end_stroke();
     case Kind::kCancelStroke: return session.cancel_stroke();

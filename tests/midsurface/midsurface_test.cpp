@@ -1,21 +1,250 @@
+// What holds whatever the body is: quality against middles known in closed form, equal bits for any number of threads,
+// answers to bad input.
 #include "kerf/midsurface/midsurface.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "kerf/base/parallel.h"
+#include "kerf/binding/bind.h"
+#include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
-#include "kerf/mesh/surface_measures.h"
+#include "kerf/mesh/surface_check.h"
+#include "kerf/midsurface/diagnosis_file.h"
+#include "kerf/midsurface/self_intersections.h"
+#include "midsurface/corpus.h"
 
 namespace kerf {
 namespace {
 
-TEST(Midsurface, Slab) {
-  ModelOptions options;
-  options.visual_triangles = 3000;
-  auto model = make_model("closed-sheet", options);
-  ASSERT_TRUE(model.ok());
-  const auto mid = make_midsurface(model->visual);
-  ASSERT_TRUE(mid.ok()) << mid.error().message;
-  EXPECT_EQ(mid->verdict.thinness, Thinness::kThin);
+using ::testing::HasSubstr;
+
+corpus::Body body_named(const std::string& name) {
+  for (corpus::Body& b : corpus::bodies())
+    if (b.name == name) return b;
+  ADD_FAILURE() << "no body " << name;
+  return {};
+}
+
+std::string all(const std::vector<std::string>& sentences) {
+  std::string out;
+  for (const std::string& s : sentences) out += s + "\n";
+  return out;
+}
+
+/// Distance of p to the nearest sample.
+double distance(Vec3 p, const std::vector<Vec3>& samples) {
+  double best = HUGE_VAL;
+  for (const Vec3 q : samples) best = std::min(best, norm(p - q));
+  return best;
+}
+
+// Vertices of the collision mesh lie on the true mid-surface, their half thickness is the true one.
+TEST(Midsurface, VerticesLieOnTheKnownMiddle) {
+  for (const char* name : {"slab", "bent", "S", "tube", "bowl", "helicoid", "saddle", "egg box", "wedge"}) {
+    const corpus::Body body = body_named(name);
+    const auto made = make_midsurface(body.mesh);
+    ASSERT_TRUE(made.ok());
+    const double h = made->quality.mean_half_thickness;
+    double worst = 0, mean = 0;
+    for (const Vec3 p : made->collision.positions) {
+      const double d = distance(p, body.middle) / h;
+      worst = std::max(worst, d);
+      mean += d / static_cast<double>(made->collision.positions.size());
+    }
+    EXPECT_LT(mean, 0.15) << name;  // samples are a few hundredths apart
+    EXPECT_LT(worst, 0.6) << name;
+    EXPECT_LT(made->quality.medial_max, 0.3) << name;
+    EXPECT_EQ(made->quality.good_rays, 1) << name;
+    EXPECT_GT(made->quality.smallest_angle, 0.35) << name;  // 20 degrees
+  }
+}
+
+TEST(Midsurface, ThicknessOfASlab) {
+  const corpus::Body body = body_named("slab");
+  const auto made = make_midsurface(body.mesh);
+  ASSERT_TRUE(made.ok());
+  for (std::size_t v = 0; v < made->half_thickness.size(); ++v)
+    EXPECT_NEAR(made->half_thickness[v], 0.01, 2e-4) << "vertex " << v + 1;
+  EXPECT_NEAR(made->verdict.volume_ratio, 1, 0.02);
+}
+
+TEST(Midsurface, TakesTheWantedNumberOfTriangles) {
+  const corpus::Body body = body_named("model meniscus");
+  for (const std::size_t n : {60u, 100u, 160u, 500u, 1500u}) {
+    MidsurfaceOptions options;
+    options.triangles = n;
+    const auto made = make_midsurface(body.mesh, options);
+    ASSERT_TRUE(made.ok());
+    const auto got = static_cast<double>(made->collision.triangles.size()), wanted = static_cast<double>(n);
+    EXPECT_NEAR(got, wanted, 0.06 * wanted + 2);
+    const auto bound = bind(body.mesh, made->collision, {});
+    EXPECT_TRUE(bound.ok()) << n << ": " << (bound.ok() ? "" : bound.error().message);
+  }
+}
+
+TEST(Midsurface, SameBitsForAnyNumberOfThreads) {
+  const corpus::Body body = body_named("model meniscus, noisy");
+  const auto made_with = [&](int threads) {
+    const ThreadLimit limit(threads);
+    auto made = make_midsurface(body.mesh);
+    EXPECT_TRUE(made.ok());
+    return std::move(*made);
+  };
+  const Midsurface one = made_with(1), four = made_with(4);
+  EXPECT_EQ(one.collision.positions, four.collision.positions);
+  EXPECT_EQ(one.collision.triangles, four.collision.triangles);
+  EXPECT_EQ(one.half_thickness, four.half_thickness);
+  EXPECT_EQ(one.quality.to_prisms_mean, four.quality.to_prisms_mean);
+}
+
+TEST(Midsurface, FineAndCoarseInputsAgree) {
+  // 12, 192 and 49,152 triangles of the same box.
+  corpus::Body body = body_named("slab of 12 triangles");
+  for (int i = 0; i < 7; ++i) {
+    if (i % 2 == 0) {
+      const auto made = make_midsurface(body.mesh);
+      ASSERT_TRUE(made.ok());
+      EXPECT_EQ(made->verdict.thinness, Thinness::kThin) << body.mesh.triangles.size();
+      EXPECT_NEAR(made->verdict.width_over_thickness, 9, 1.5);
+      EXPECT_LT(made->quality.medial_max, 0.05);
+    }
+    body.mesh = corpus::subdivided(body.mesh);
+  }
+}
+
+TEST(Midsurface, TinyTrianglesInOneSpot) {
+  // 6,561 triangles where one would do: divided around its centre eight times.
+  corpus::Body body = body_named("slab");
+  TriangleMesh& mesh = body.mesh;
+  std::vector<std::array<VertexId, 3>> parts{mesh.triangles.raw().back()};
+  mesh.triangles.raw().pop_back();
+  for (int round = 0; round < 8; ++round) {
+    std::vector<std::array<VertexId, 3>> next;
+    for (const auto& t : parts) {
+      const Vec3 centre = (1.0 / 3) * (mesh.positions[t[0]] + mesh.positions[t[1]] + mesh.positions[t[2]]);
+      const VertexId m = mesh.positions.push_back(centre);
+      for (std::size_t k = 0; k < 3; ++k) next.push_back({t[k], t[(k + 1) % 3], m});
+    }
+    parts = std::move(next);
+  }
+  for (const auto& t : parts) mesh.triangles.push_back(t);
+  const auto made = make_midsurface(mesh);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  EXPECT_EQ(made->verdict.thinness, Thinness::kThin) << all(made->verdict.reasons);
+}
+
+TEST(Midsurface, RefusesOpenSurfaces) {
+  const auto sheet = make_model("sheet", {});
+  ASSERT_TRUE(sheet.ok());
+  const auto made = make_midsurface(sheet->visual);
+  ASSERT_FALSE(made.ok());
+  EXPECT_THAT(made.error().message, HasSubstr("closed"));
+}
+
+TEST(Midsurface, SaysWhyAndWhereABodyIsNotThin) {
+  const auto cube = make_midsurface(body_named("cube of 12 triangles").mesh);
+  ASSERT_TRUE(cube.ok());
+  EXPECT_EQ(cube->verdict.thinness, Thinness::kNotThin);
+  EXPECT_THAT(all(cube->verdict.reasons), HasSubstr("times as wide as thick"));
+  const corpus::Body beam = body_named("T beam");
+  const auto made = make_midsurface(beam.mesh);
+  ASSERT_TRUE(made.ok());
+  EXPECT_THAT(all(made->verdict.reasons), HasSubstr("branches"));
+  ASSERT_FALSE(made->verdict.places.empty());
+  double near = HUGE_VAL;  // the web leaves the flange at z = 0.01 and x = 0.02 and 0.04
+  for (const MidsurfacePlace& p : made->verdict.places)
+    near = std::min({near, std::hypot(p.point.x - 0.02, p.point.z - 0.01), std::hypot(p.point.x - 0.04, p.point.z - 0.01)});
+  EXPECT_LT(near, 0.004);
+  std::size_t flagged = 0;
+  for (const std::uint8_t f : made->diagnosis.flag) flagged += f;
+  EXPECT_GT(flagged, 0u);
+}
+
+TEST(Midsurface, DiagnosesCanBeRead) {
+  const corpus::Body beam = body_named("T beam");
+  const auto made = make_midsurface(beam.mesh);
+  ASSERT_TRUE(made.ok());
+  const std::string path = ::testing::TempDir() + "kerf_diagnosis.ply";
+  ASSERT_TRUE(write_diagnosis(path, made->diagnosis).ok());
+  const auto read = read_mesh(path);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->triangles.size(), made->diagnosis.surface.triangles.size());
+  EXPECT_FALSE(write_diagnosis("/no/such/folder/x.ply", made->diagnosis).ok());
+}
+
+TEST(Midsurface, SpikesAndCrossingsAreNoted) {
+  corpus::Body body = body_named("model steak, with spikes");
+  auto made = make_midsurface(body.mesh);
+  ASSERT_TRUE(made.ok());
+  EXPECT_THAT(all(made->notes), HasSubstr("spikes"));
+  // One vertex of a slab pushed through its other side.
+  body = body_named("slab");
+  EXPECT_EQ(find_self_intersections(body.mesh).pairs, 0u);
+  std::size_t nearest = 0;
+  for (std::size_t v = 0; v < body.mesh.positions.size(); ++v)
+    if (norm(body.mesh.positions.raw()[v] - Vec3{0, 0, 0.01}) < norm(body.mesh.positions.raw()[nearest] - Vec3{0, 0, 0.01})) nearest = v;
+  body.mesh.positions.raw()[nearest] = {0.0007, 0.0004, -0.013};
+  EXPECT_GT(find_self_intersections(body.mesh).pairs, 0u);
+  made = make_midsurface(body.mesh);
+  ASSERT_TRUE(made.ok());
+  EXPECT_THAT(all(made->notes), HasSubstr("passes through itself"));
+}
+
+// Pairs counted one by one: all triangles of two balls that overlap.
+TEST(SelfIntersections, AgreeWithBruteForce) {
+  const auto ball = [](Vec3 at) {
+    TriangleMesh m = corpus::turned(12, 8, [](double t) { return Vec2{std::sin(3.14159 * t), -std::cos(3.14159 * t)}; });
+    corpus::rotate(m, 3);
+    for (Vec3& p : m.positions) p += at;
+    return m;
+  };
+  TriangleMesh two = ball({});
+  const TriangleMesh other = ball({0.7, 0.31, 0.2});
+  const std::size_t half = two.triangles.size();
+  const auto offset = static_cast<std::int32_t>(two.positions.size());
+  for (const Vec3 p : other.positions) two.positions.push_back(p);
+  for (const auto& t : other.triangles)
+    two.triangles.push_back({VertexId(offset + t[0].value), VertexId(offset + t[1].value), VertexId(offset + t[2].value)});
+  const auto hits = [&](const std::array<VertexId, 3>& s, const std::array<VertexId, 3>& t) {
+    const Vec3 a = two.positions[t[0]], b = two.positions[t[1]], c = two.positions[t[2]], n = cross(b - a, c - a);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 p = two.positions[s[k]], q = two.positions[s[(k + 1) % 3]];
+      const double dp = dot(n, p - a), dq = dot(n, q - a);
+      if (dp * dq >= 0) continue;
+      const Vec3 x = lerp(p, q, dp / (dp - dq));
+      if (dot(n, cross(b - a, x - a)) > 0 && dot(n, cross(c - b, x - b)) > 0 && dot(n, cross(a - c, x - c)) > 0) return true;
+    }
+    return false;
+  };
+  std::size_t expected = 0;
+  for (std::size_t i = 0; i < half; ++i)
+    for (std::size_t j = half; j < two.triangles.size(); ++j)
+      expected += hits(two.triangles.raw()[i], two.triangles.raw()[j]) || hits(two.triangles.raw()[j], two.triangles.raw()[i]);
+  EXPECT_GT(expected, 10u);
+  EXPECT_EQ(find_self_intersections(two).pairs, expected);
+}
+
+TEST(Midsurface, RealMeniscus) {
+  const std::string path = std::string(KERF_SOURCE_DIR) + "/../shared/meshes/medial-meniscus.obj";
+  auto mesh = read_mesh(path);
+  if (!mesh.ok()) GTEST_SKIP() << "no real meshes beside the project";
+  ASSERT_TRUE(check_surface(*mesh).ok());
+  for (const std::size_t n : {0u, 100u, 250u, 500u}) {
+    MidsurfaceOptions options;
+    options.triangles = n;
+    const auto made = make_midsurface(*mesh, options);
+    ASSERT_TRUE(made.ok());
+    EXPECT_EQ(made->verdict.thinness, Thinness::kThin) << all(made->verdict.reasons) << all(made->verdict.warnings);
+    EXPECT_LT(made->quality.medial_mean, 0.1);
+    EXPECT_LT(made->quality.medial_max, 0.5);  // next to the wall the sheet goes straight on
+    EXPECT_GT(made->quality.smallest_angle, 0.35);
+    const auto bound = bind(*mesh, made->collision, {});
+    ASSERT_TRUE(bound.ok()) << n << ": " << bound.error().message;
+    EXPECT_TRUE(bound->report.warnings.empty()) << n << ": " << all(bound->report.warnings);
+  }
 }
 
 }  // namespace

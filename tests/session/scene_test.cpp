@@ -197,6 +197,43 @@ count = 2
 at = 3
 type = "redo"
 count = 1
+[[command]]
+at = 3.6
+type = "punch"
+shape = "polygon"
+point = [0.1, 0.2, 0.3]
+axis = [0, 1, 1]
+across = [0, 1, 0]
+frame = "rest"
+points = [[0, 0], [1, 0.5], [0, 1]]
+reach = 0.4
+roughness = 0.002
+take = true
+[[command]]
+at = 3.6
+type = "shave"
+frame = "rest"
+radius = 0.03
+smoothing = 12
+removal = 0.004
+poses = [
+  { time = 0.0, base = [0, 0, 1], tip = [0, 0, 0] },
+  { time = 0.2, base = [1, 0, 1], tip = [1, 0, 0] },
+]
+[[command]]
+at = 3.7
+type = "remove"
+frame = "rest"
+half_space = { point = [1, 0, 0], normal = [1, 0, 0] }
+[[command]]
+at = 3.8
+type = "grasp"
+id = "piece"
+point = [0, 0, 0]
+[[command]]
+at = 3.9
+type = "remove"
+grasp = "piece"
 [output]
 frames_per_second = 25
 meshes = ["visual"]
@@ -322,7 +359,7 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(s.loads[0].radius, 0.1);
   EXPECT_EQ(s.loads[0].from, 0.5);
   EXPECT_EQ(s.loads[0].until, 1);
-  ASSERT_EQ(s.commands.size(), 12u);
+  ASSERT_EQ(s.commands.size(), 17u);
   const auto& blade = std::get<SceneBlade>(s.commands[0].what);  // sorted by time
   EXPECT_EQ(s.commands[0].at, 0.5);
   EXPECT_EQ(blade.tool, SceneTool::kScissors);
@@ -353,6 +390,26 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(std::get<SceneUndo>(s.commands[9].what).count, 2);
   EXPECT_EQ(std::get<SceneRedo>(s.commands[10].what).count, 1);
   EXPECT_FALSE(std::get<SceneJaws>(s.commands[11].what).close);
+  const auto& punch = std::get<ScenePunch>(s.commands[12].what);
+  EXPECT_EQ(punch.shape, ScenePunchShape::kPolygon);
+  EXPECT_EQ(punch.point, (Vec3{0.1, 0.2, 0.3}));
+  EXPECT_EQ(punch.axis, (Vec3{0, 1, 1}));
+  EXPECT_EQ(punch.across, (Vec3{0, 1, 0}));
+  EXPECT_EQ(punch.frame, SceneFrame::kRest);
+  ASSERT_EQ(punch.points.size(), 3u);
+  EXPECT_EQ(punch.points[1], (Vec2{1, 0.5}));
+  EXPECT_EQ(punch.reach, 0.4);
+  EXPECT_EQ(punch.roughness, 0.002);
+  EXPECT_TRUE(punch.take);
+  const auto& shave = std::get<SceneShave>(s.commands[13].what);
+  EXPECT_EQ(shave.frame, SceneFrame::kRest);
+  EXPECT_EQ(shave.radius, 0.03);
+  EXPECT_EQ(shave.smoothing, 12);
+  EXPECT_EQ(shave.removal, 0.004);
+  ASSERT_EQ(shave.poses.size(), 2u);
+  EXPECT_EQ(shave.poses[1].base, (Vec3{1, 0, 1}));
+  EXPECT_EQ(std::get<SceneRemove>(s.commands[14].what).region.shape, SceneRegion::Shape::kHalfSpace);
+  EXPECT_EQ(std::get<SceneRemove>(s.commands[16].what).grasp, "piece");
   EXPECT_EQ(s.output.frames_per_second, 25);
   EXPECT_EQ(s.output.meshes, std::vector<std::string>{"visual"});
   EXPECT_FALSE(s.output.animation);

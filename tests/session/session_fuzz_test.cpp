@@ -37,6 +37,7 @@ struct Tally {
   int strokes = 0, triangles = 0, refused = 0, undone = 0, most_pieces = 0;
   double jump = 0;           ///< largest of a vertex whose nodes are the old ones or split off from them, part of the body's size
   double absorbed_jump = 0;  ///< largest of any other vertex
+  int punches = 0, punches_refused = 0, passes = 0, moved_back = 0, removed = 0;
   int absorbed = 0, absorbed_far = 0;  ///< other vertices; those of them that moved by over 1e-4 of the body's size
 };
 
@@ -103,7 +104,7 @@ class Life {
     std::vector<std::uint64_t> trace;
     for (int i = 0; i < operations && good_; ++i) {
       operation_ = i;
-      switch (random_.index(12)) {
+      switch (random_.index(17)) {
         case 0: case 1: case 2: case 3: stroke(); break;
         case 4: steps(1 + random_.index(4)); break;
         case 5: undo(); break;
@@ -112,6 +113,9 @@ class Life {
         case 8: cancelled_stroke(); break;
         case 9: replay(); break;
         case 10: hold(); break;
+        case 11: case 12: punch(); break;
+        case 13: case 14: shave(); break;
+        case 15: remove(); break;
         default: undo(); redo(); break;
       }
       trace.push_back(session_->hash());
@@ -258,6 +262,91 @@ class Life {
     after_undo_.clear();
   }
 
+  void punch() {
+    const std::uint64_t before = fingerprint(*session_), hash = session_->hash();
+    const int depth = session_->undo_depth();
+    choose_edge();
+    Punch p;
+    p.centre = target(session_->collision_positions());
+    p.axis = random_.index(2) ? edge_ : Vec3{0, 0, 1};
+    p.across = x_ + 0.3 * y_;
+    const double radius = box_.diagonal() * std::pow(10, random_.uniform(-2.5, -0.4));
+    p.outline = random_.index(3) ? circle_outline(radius, 0.03 * radius) : d_outline(radius, 0.03 * radius);
+    if (random_.index(2)) p.reach = radius;
+    const auto done = session_->punch(p, random_.index(2) ? SceneFrame::kWorld : SceneFrame::kRest,
+                                      random_.index(2) ? radius * random_.uniform(0, 0.3) : 0);
+    check("a punch");
+    if (!good_) return;
+    ++tally_.punches;
+    if (!done.ok() || !done->cut) {
+      if (!done.ok()) ++tally_.punches_refused;
+      if (session_->hash() != hash) fail("a punch that cut nothing left something behind");
+      return;
+    }
+    if (session_->undo_depth() != depth + 1) fail("a punch is not one undo step");
+    before_.push_back(before);
+    after_undo_.clear();
+  }
+
+  void shave() {
+    const CellComplex& complex = session_->body().complex;
+    if (complex.wall_edge.size() == 0) return punch();
+    const std::uint64_t before = fingerprint(*session_);
+    const int depth = session_->undo_depth();
+    const CollisionHalfEdge h = complex.wall_edge[WallId(random_.index(static_cast<int>(complex.wall_edge.size())))];
+    const Vec3 a = session_->collision_positions()[complex.collision.from(h).index()];
+    const Vec3 b = session_->collision_positions()[complex.collision.to(h).index()];
+    const double radius = box_.diagonal() * random_.uniform(0.005, 0.05), depth_per_pass = random_.index(3) ? 0.1 * radius : 0;
+    const int passes = 1 + random_.index(6);
+    for (int i = 0; i < passes && good_; ++i) {
+      const Vec3 at = lerp(a, b, random_.uniform(-0.2, 1.2));
+      const double roughness = session_->roughness();
+      const auto done = session_->shave({at, at + 0.2 * radius * x_, radius}, SceneFrame::kWorld, random_.uniform(0, 1), depth_per_pass);
+      if (!done.ok()) return fail("shave: " + done.error().message);
+      ++tally_.passes;
+      tally_.moved_back += done->moved_back;
+      // A divided edge has more vertices to measure.
+      if (depth_per_pass == 0 && session_->roughness() > roughness * (1 + 1e-9)) fail("a shave made it rougher");
+      check("a shave");
+      if (good_ && random_.index(3) == 0) steps(1);
+    }
+    if (!good_) return;
+    if (random_.index(4) == 0) {
+      if (!expect(session_->cancel_stroke(), "cancel")) return;
+      check("a cancelled shave");
+      if (fingerprint(*session_) != before) fail("a cancelled shave left something behind");
+      after_undo_.clear();
+      return;
+    }
+    expect(session_->end_stroke(), "end");
+    check("the end of a shave");
+    if (session_->undo_depth() > depth) before_.push_back(before);
+    after_undo_.clear();
+  }
+
+  void remove() {
+    if (session_->counts().pieces < 2) return punch();
+    const std::uint64_t before = fingerprint(*session_);
+    const int depth = session_->undo_depth();
+    Result<RemovalReport> done = failed("");
+    if (random_.index(2)) {
+      const auto n = static_cast<int>(session_->body().complex.collision.face_count());
+      done = session_->remove_piece(CollisionTriangle(random_.index(n)));
+    } else {
+      SceneRegion region;
+      region.shape = SceneRegion::Shape::kSphere;
+      region.center = somewhere(0.5);
+      region.radius = box_.diagonal() * random_.uniform(0.05, 0.5);
+      done = session_->remove_pieces(region, random_.index(2) ? SceneFrame::kRest : SceneFrame::kWorld);
+    }
+    if (!done.ok()) return fail("removal: " + done.error().message);
+    check("a removal");
+    tally_.removed += done->pieces;
+    if (session_->undo_depth() == depth) return;
+    before_.push_back(before);
+    after_undo_.clear();
+  }
+
   void undo() {
     if (before_.empty()) {
       if (session_->undo_depth() == 0 && session_->undo().ok()) fail("undo of nothing");
@@ -327,6 +416,7 @@ class Life {
 
   void grasp_or_move() {
     SceneCommand command;
+    grasped_ = !session_->grasps().empty();  // one may have gone with a piece, or come back with it
     if (!grasped_) {
       SceneGrasp grasp;
       grasp.id = "g";
@@ -389,7 +479,7 @@ TEST(SessionFuzz, EveryLifeKeepsItsInvariants) {
     const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (seconds > 0 ? passed >= static_cast<double>(seconds) : lives >= 12) break;
     Life life(seed, tally);
-    if (life.good()) life.live(14);
+    if (life.good()) life.live(18);
     ++lives;
     if (!life.good() && ++failed >= 8) break;
   }
@@ -397,7 +487,9 @@ TEST(SessionFuzz, EveryLifeKeepsItsInvariants) {
               "%d in other material by up to %.2g, %d of them by over 1e-4\n",
               lives, tally.strokes, tally.triangles, tally.refused, tally.undone, tally.most_pieces, tally.jump,
               tally.absorbed, tally.absorbed_jump, tally.absorbed_far);
-  EXPECT_GT(tally.triangles, 10 * lives);
+  std::printf("%d punches, %d of them refused, %d passes of a shaver, %d vertices moved back, %d pieces taken away\n", tally.punches,
+              tally.punches_refused, tally.passes, tally.moved_back, tally.removed);
+  EXPECT_GT(tally.triangles, 8 * lives);
 }
 
 TEST(SessionFuzz, ThreadsDoNotChangeABit) {

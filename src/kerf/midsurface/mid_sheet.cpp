@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kReach = 0.35;     // of a thickness: how far a datum speaks
 constexpr double kAlmost = 0.97;    // of the way to the middle: the wall that collapses keeps a little area
+constexpr double kMargin = 1.4;     // half thicknesses from the rim: nearer, rays meet its wall
+constexpr double kUpright = 0.5;    // cosine between a face and the smooth normal
 constexpr double kSure = 0.1;        // confidence of a wedge of 44 degrees
 constexpr int kBorderSteps = 6;
 constexpr int kMoveSteps = 40;
@@ -58,7 +60,8 @@ Column<double> vertex_confidence(const SideSheet& side, const Pairing& pairing) 
 /// Vertices on whose faces normals mean something: far enough from the rim, whose squeezed wall is full of folds, and sure
 /// of what lies opposite, which the wall of a wedge is not.
 Column<std::uint8_t> trusted_vertices(const SurfaceMesh& m, const Column<double>& from_border,
-                                      const Column<double>& half_thickness, const Column<double>& confidence, double edge) {
+                                      const Column<double>& half_thickness, const Column<double>& confidence, double edge,
+                                      double margin) {
   Column<std::uint8_t> out(m.position.size(), 0);
   std::size_t count = 0;
   std::vector<double> sorted(confidence);
@@ -66,7 +69,7 @@ Column<std::uint8_t> trusted_vertices(const SurfaceMesh& m, const Column<double>
   std::nth_element(sorted.begin(), middle, sorted.end());
   const double least = std::min(kSure, *middle);
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
-    out[v] = confidence[v] >= least && from_border[v] > std::max(1.4 * half_thickness[v], 1.5 * edge);
+    out[v] = confidence[v] >= least && from_border[v] > std::max(margin * half_thickness[v], 1.5 * edge);
     count += out[v];
   }
   if (count == 0) {  // a very narrow body: what is farthest from the border will have to do
@@ -76,6 +79,9 @@ Column<std::uint8_t> trusted_vertices(const SurfaceMesh& m, const Column<double>
   }
   return out;
 }
+
+/// Slivers of the surface fold over when they are moved: what they say about normals is noise.
+bool distrust_folds(MidSheet& sheet);
 
 /// (M + h^2/2 L) N = M n with masses from trusted faces only: smooth over a thickness, filled into the rim.
 Column<Vec3> smooth_normals(const SurfaceMesh& m, const Column<double>& cot, const Column<std::uint8_t>& trusted,
@@ -109,6 +115,23 @@ Column<Vec3> smooth_normals(const SurfaceMesh& m, const Column<double>& cot, con
     out[v] = normalized({right[0][i], right[1][i], right[2][i]});
   }
   return out;
+}
+
+bool distrust_folds(MidSheet& sheet) {
+  const SurfaceMesh& m = sheet.mesh;
+  std::vector<std::int32_t> folded;
+  for (std::int32_t f = 0; f < m.face_count(); ++f) {
+    Vec3 n;
+    bool all = true;
+    for (int k = 0; k < 3; ++k) {
+      n += sheet.normal[m.origin[3 * f + k]];
+      all = all && sheet.trusted[m.origin[3 * f + k]];
+    }
+    if (all && dot(m.normal(f), normalized(n)) < kUpright) folded.push_back(f);
+  }
+  for (const std::int32_t f : folded)
+    for (int k = 0; k < 3; ++k) sheet.trusted[m.origin[3 * f + k]] = 0;
+  return !folded.empty();
 }
 
 /// For every vertex the nearest trusted one along edges.
@@ -289,8 +312,12 @@ MidSheet make_mid_sheet(SideSheet side, const SheetInput& in) {
   }
   const double mean_half = std::max(sum / m.vertex_count(), 1e-3 * in.work.thickness);
   for (int round = 0; round <= kRefinements; ++round) {
-    out.trusted = trusted_vertices(m, out.from_border, out.half_thickness, confidence, in.work.edge);
+    // At first the + side still has its half of the wall, which is about a half thickness high.
+    if (round > 0) out.from_border = distance_from_border(m);
+    const double margin = round > 0 ? kMargin : kMargin + 1;
+    out.trusted = trusted_vertices(m, out.from_border, out.half_thickness, confidence, in.work.edge, margin);
     out.normal = smooth_normals(m, cot, out.trusted, mean_half);
+    if (distrust_folds(out)) out.normal = smooth_normals(m, cot, out.trusted, mean_half);
     if (round == kRefinements) break;
     centre(out, in, cot);
     extend_to_rim(out, in, cot);

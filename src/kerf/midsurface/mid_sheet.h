@@ -12,7 +12,7 @@ struct MidSheet {
   SurfaceMesh mesh;               ///< the sheet of side_cut, moved
   Column<Vec3> normal;            ///< |V|, unit, smooth, towards the + side
   Column<double> half_thickness;  ///< |V|, metres; on the border as nearby
-  Column<double> from_border;     ///< |V|, metres along the + side, HUGE_VAL on a surface without border
+  Column<double> from_border;     ///< |V|, metres along edges, HUGE_VAL on a surface without border
   Column<std::uint8_t> trusted;   ///< |V|: away from the rim, where normals mean something
 };
 

@@ -6,8 +6,10 @@
 #include <chrono>
 #include <cmath>
 
+#include "kerf/midsurface/border_snap.h"
 #include "kerf/midsurface/quality.h"
 #include "kerf/midsurface/relax.h"
+#include "kerf/midsurface/self_intersections.h"
 #include "kerf/midsurface/surface_filter.h"
 #include "kerf/midsurface/verdict.h"
 
@@ -19,6 +21,7 @@ using namespace mid;
 constexpr double kDefaultTriangles = 160;
 constexpr double kMostByNeed = 1500;     // triangles that the bends may ask for by themselves
 constexpr double kMostSpanning = 0.1;    // of the inner edges may join two rim vertices
+constexpr std::size_t kMostSearched = 300000;  // triangles of surfaces that are searched for self-intersections
 constexpr int kTries = 4;
 constexpr double kMore = 1.3;            // times as many triangles after a try that left something bad
 
@@ -53,7 +56,9 @@ struct Try {
   CoarseMesh mesh;
   RelaxReport relaxed;
   MidsurfaceQuality quality;
-  [[nodiscard]] bool good() const { return relaxed.blind.empty() && quality.spanning_edges <= kMostSpanning; }
+  std::size_t crossings = 0;  ///< pairs of triangles that pass through each other
+  [[nodiscard]] bool good() const { return bad() == 0 && quality.spanning_edges <= kMostSpanning; }
+  [[nodiscard]] std::size_t bad() const { return relaxed.blind.size() + crossings; }
 };
 
 }  // namespace
@@ -83,6 +88,14 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
     out.notes.push_back(fmt::format("the surface is rough (neighbouring triangles turn by {:.0f} degrees); a copy smoothed {} "
                                     "times was used to find the middle",
                                     filter.roughness * 57.29577951308232, filter.smoothing_steps));
+  if (surface.triangles.size() <= kMostSearched) {
+    const SelfIntersections own = find_self_intersections(surface);
+    if (own.pairs > 0)
+      out.notes.push_back(fmt::format("the surface passes through itself at {} pairs of triangles, the first near ({:.4g}, {:.4g}, "
+                                      "{:.4g}): repair it there, what lies twice is counted twice",
+                                      own.pairs, own.places[0].x, own.places[0].y, own.places[0].z));
+    for (const Vec3 p : own.places) out.verdict.places.push_back({p - centre, "the surface passes through itself"});
+  }
   out.seconds.prepare = watch.lap();
 
   KERF_TRY(tell("mid-surface: divide"));
@@ -133,6 +146,8 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
     KERF_TRY(tell("mid-surface: middle"));
     t.relaxed = relax_to_middle(t.mesh, sampler, sizes, rays);
     out.seconds.relax += watch.lap();
+    if (work.coarsened || filter.spikes > 0 || filter.smoothing_steps > 0) snap_border(t.mesh, visual, surface);
+    t.crossings = find_self_intersections(to_triangle_mesh(t.mesh.mesh)).pairs;
     KERF_TRY(tell("mid-surface: quality"));
     t.quality = measure_quality(t.mesh, {work.mesh, bvh, labels, visual});
     t.quality.need = sizes.need;
@@ -149,8 +164,16 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
     target *= kMore;
     auto next = attempt(target);
     if (!next) return next.error();
-    if (next->relaxed.blind.size() <= best.relaxed.blind.size()) best = std::move(next).value();
+    if (next->bad() <= best.bad()) best = std::move(next).value();
   }
+  if (best.crossings > 0)
+    out.verdict.warnings.push_back(fmt::format("the collision mesh passes through itself at {} pairs of triangles: take more of them",
+                                               best.crossings));
+  if (!best.relaxed.blind.empty())
+    out.verdict.warnings.push_back(fmt::format("{} vertices of the collision mesh do not see both sides of the body", best.relaxed.blind.size()));
+  if (best.quality.spanning_edges > kMostSpanning)
+    out.verdict.warnings.push_back("parts of the body are narrower than a triangle of the collision mesh: ask for more of them");
+  if (!best.good()) out.verdict.thinness = std::max(out.verdict.thinness, Thinness::kDoubtful);
   out.quality = best.quality;
   std::int32_t inner = 0;
   for (const std::int32_t c : best.mesh.curve) inner += c < 0;

@@ -87,11 +87,13 @@ RelaxReport relax_to_middle(CoarseMesh& c, const SheetSampler& sampler, const Sh
   for (int round = 0; round < kRounds; ++round) {
     for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
       if (c.curve[v] >= 0) continue;
+      const SheetSampler::Sample here = sampler.closest(m.position[v], c.normal[v], sizes.size);
       const auto hit = rays.cast(m.position[v], vertex_normal(m, v));
       if (!hit) continue;
       const double half = 0.5 * (hit->plus + hit->minus);
-      if (half > kOddRay * sampler.closest(m.position[v], c.normal[v], sizes.size).half_thickness) continue;
+      if (half > kOddRay * here.half_thickness) continue;
       c.half_thickness[v] = half;
+      if (!here.trusted) continue;  // next to the rim the sheet goes straight on, not into a corner of the wall
       const double way = std::clamp(0.5 * (hit->plus - hit->minus), -kStep * half, kStep * half);
       Vec3 place = m.position[v] + way * hit->direction;
       const SheetSampler::Sample s = sampler.closest(place, c.normal[v], sizes.size);

@@ -155,7 +155,7 @@ class Remesher {
 
   [[nodiscard]] SheetSampler::Sample at_border(Vec3 p, std::int32_t like) const {
     SheetSampler::Sample s = r_.closest(p, m_.normal[like], sizes_);
-    if (s.distance == HUGE_VAL) s = {p, m_.normal[like], 0, m_.size[like], 0};
+    if (s.distance == HUGE_VAL) s = {p, m_.normal[like], 0, m_.size[like], 0, false};
     s.point = p;
     return s;
   }
@@ -172,7 +172,7 @@ class Remesher {
     if (m_.curve[a] >= 0) {
       if (!merged_border(a, b, to)) return;
     } else if (m_.curve[b] >= 0) {
-      to = {{m.position[b], m_.normal[b], m_.half_thickness[b], m_.size[b], 0}, m_.curve[b], m_.along[b], m_.fixed[b]};
+      to = {{m.position[b], m_.normal[b], m_.half_thickness[b], m_.size[b], 0, false}, m_.curve[b], m_.along[b], m_.fixed[b]};
     } else {
       to.sample = r_.closest(0.5 * (m.position[a] + m.position[b]), m_.normal[b], sizes_);
       if (to.sample.distance == HUGE_VAL) return;
@@ -387,13 +387,16 @@ SheetSampler::Sample SheetSampler::closest(Vec3 p, Vec3 normal, const Column<dou
   if (!c.valid()) return out;
   out.point = c.point;
   out.distance = c.distance;
+  double trust = 0;
   for (int k = 0; k < 3; ++k) {
     const std::int32_t v = sheet_.mesh.origin[3 * c.triangle + k];
     const double b = c.barycentric[static_cast<std::size_t>(k)];
     out.normal += b * sheet_.normal[v];
     out.half_thickness += b * sheet_.half_thickness[v];
     out.size += b * size[v];
+    trust += b * sheet_.trusted[v];
   }
+  out.trusted = trust > 0.5;
   out.normal = normalized(out.normal);
   return out;
 }

@@ -27,6 +27,7 @@ class SheetSampler {
   struct Sample {
     Vec3 point, normal;
     double half_thickness = 0, size = 0, distance = HUGE_VAL;
+    bool trusted = false;  ///< away from the rim, where rays mean something
   };
   /// Closest point on the layer that looks the same way as `normal`. size: |V| of the sheet.
   [[nodiscard]] Sample closest(Vec3 p, Vec3 normal, const Column<double>& size) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "kerf/base/parallel.h"
 
@@ -13,6 +14,7 @@ constexpr double kRough = 9 * 0.017453292519943295;      // median dihedral angl
 constexpr double kCoarse = 25 * 0.017453292519943295;    // times edge / thickness: coarse but clean surfaces bend that much
 constexpr int kMaxSteps = 20;
 constexpr int kSpikeRounds = 3;
+constexpr double kAlone = 2;  // times what is next to it
 
 template <class Fn>
 void for_each_vertex(const SurfaceMesh& m, Fn&& f) {
@@ -66,11 +68,17 @@ std::int32_t remove_spikes(SurfaceMesh& m, std::vector<Vec3>& places) {
   std::vector<std::int32_t> spikes;
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
     if (!m.has_vertex(v) || away[v] <= limit || away[v] <= 0.9 * radius[v]) continue;
+    // A spike is alone: corners and edges of coarse bodies are as far from their neighbours' mean, but so is what is next to
+    // them.
     bool largest = true;
+    std::vector<double> around;
     m.for_each_neighbour(v, [&](std::int32_t u) {
       largest = largest && (away[u] < away[v] || (away[u] == away[v] && u > v));
+      around.push_back(away[u]);
     });
-    if (largest) spikes.push_back(v);
+    // Of the neighbours one may be another spike.
+    std::partial_sort(around.begin(), around.begin() + 2, around.end(), std::greater<>());
+    if (largest && away[v] > kAlone * around[1]) spikes.push_back(v);
   }
   for (const std::int32_t v : spikes) {
     if (places.size() < 100) places.push_back(m.position[v]);

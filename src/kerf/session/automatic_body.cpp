@@ -14,6 +14,7 @@ std::string not_thin_message(const Midsurface& midsurface) {
   std::string out = "no collision mesh could be made: ";
   for (std::size_t i = 0; i < midsurface.verdict.reasons.size(); ++i)
     out += (i == 0 ? "" : "; ") + midsurface.verdict.reasons[i];
+  for (const std::string& note : midsurface.notes) out += "; " + note;
   return out + ". Cutting is for thin bodies; kerf bind BODY --diagnose FILE.ply shows the places, and --collision takes a "
                "mesh of your own";
 }

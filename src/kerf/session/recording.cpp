@@ -21,13 +21,14 @@ constexpr std::int64_t kMostSteps = 1'000'000'000;
 struct KindWord {
   Kind kind;
   const char* word;
-  int values;  ///< how many; -1: a region
+  int values;  ///< how many; -1: a region, -2: a punch
 };
-constexpr std::array<KindWord, 13> kKinds{{
+constexpr std::array<KindWord, 16> kKinds{{
     {Kind::kBeginStroke, "begin_stroke", 1}, {Kind::kBlade, "blade", 6}, {Kind::kEndStroke, "end_stroke", 0},
     {Kind::kCancelStroke, "cancel_stroke", 0}, {Kind::kUndo, "undo", 0}, {Kind::kRedo, "redo", 0},
     {Kind::kGrasp, "grasp", 0}, {Kind::kMove, "move", 4}, {Kind::kRelease, "release", 0}, {Kind::kFix, "fix", -1},
     {Kind::kUnfix, "unfix", -1}, {Kind::kGravity, "gravity", 3}, {Kind::kMaterial, "material", 3},
+    {Kind::kPunch, "punch", -2}, {Kind::kShave, "shave", 10}, {Kind::kRemove, "remove", 0},
 }};
 const KindWord& word_of(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
@@ -40,6 +41,7 @@ bool plain_file_name(const std::string& name) {
 
 Status check(const SessionChange& c) {
   const int wanted = word_of(c.kind).values;
+  if (c.kind == Kind::kRemove && c.vertices.size() != 1) return bad_input("\"remove\" names one collision triangle");
   for (const double v : c.values)
     if (!std::isfinite(v)) return bad_input("a value is not finite");
   if (wanted >= 0) {
@@ -47,6 +49,11 @@ Status check(const SessionChange& c) {
     const bool framed = c.kind == Kind::kBeginStroke && c.values.size() == 2;
     if (!framed && c.values.size() != static_cast<std::size_t>(wanted))
       return bad_input(fmt::format("\"{}\" has {} values instead of {}", word_of(c.kind).word, c.values.size(), wanted));
+    return {};
+  }
+  if (wanted == -2) {
+    if (c.values.size() < 12 + 6 || c.values.size() % 2 != 0 || (c.values[0] != 0 && c.values[0] != 1))
+      return bad_input("a punch is frame, reach, roughness, centre, axis, across and three or more corners x, y");
     return {};
   }
   const double shape = c.values.empty() ? -1 : c.values[0];
@@ -173,8 +180,8 @@ class RecordingReader {
     }
     for (; at < item.size(); ++at) {
       if (!item[at].is_number()) return fail(fmt::format("\"{}\" has something that is no number", word));
-      if (c.kind == Kind::kGrasp) {
-        if (!item[at].is_number_integer() || item[at] < 0 || item[at] > INT32_MAX) return fail("a grasp holds no such vertex");
+      if (c.kind == Kind::kGrasp || c.kind == Kind::kRemove) {
+        if (!item[at].is_number_integer() || item[at] < 0 || item[at] > INT32_MAX) return fail(fmt::format("\"{}\" names no such element", word));
         c.vertices.push_back(item[at].get<std::int32_t>());
       } else {
         c.values.push_back(item[at].get<double>());

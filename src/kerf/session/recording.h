@@ -46,6 +46,9 @@ struct SessionChange {
     kFix, kUnfix,   ///< values: shape (0 box, 1 sphere, 2 half-space), then min max | centre radius | point normal
     kGravity,       ///< values: x, y, z
     kMaterial,      ///< values: young, poisson, density
+    kPunch,         ///< values: 1 rest frame, 0 world; reach (< 0: through everything); roughness; centre, axis, across; x, y of the outline's corners
+    kShave,         ///< values: frame; base, tip, radius; smoothing, depth. Passes go on until kEndStroke
+    kRemove,        ///< one collision triangle: its piece goes
   };
   std::int64_t step = 0;
   Kind kind = Kind::kUndo;

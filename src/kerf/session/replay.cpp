@@ -42,6 +42,10 @@ Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& override
   return scene;
 }
 
+namespace {
+SceneFrame frame_of(const SessionChange& c) { return c.values[0] != 0 ? SceneFrame::kRest : SceneFrame::kWorld; }
+}  // namespace
+
 Status apply(Session& session, const SessionChange& c) {
   KERF_TRY(check(c));
   SceneCommand command;
@@ -71,6 +75,25 @@ Status apply(Session& session, const SessionChange& c) {
     case Kind::kUnfix: command.what = SceneUnfix{region_of(c.values)}; return session.apply(command);
     case Kind::kGravity: return session.set_gravity(vec(c.values, 0));
     case Kind::kMaterial: return session.set_material(c.values[0], c.values[1], c.values[2]);
+    case Kind::kPunch: {
+      Punch punch;
+      if (c.values[1] >= 0) punch.reach = c.values[1];
+      punch.centre = vec(c.values, 3);
+      punch.axis = vec(c.values, 6);
+      punch.across = vec(c.values, 9);
+      for (std::size_t i = 12; i + 1 < c.values.size(); i += 2) punch.outline.push_back({c.values[i], c.values[i + 1]});
+      const auto done = session.punch(punch, frame_of(c), c.values[2]);
+      return done ? Status{} : Status(done.error());
+    }
+    case Kind::kShave: {
+      const Shaver shaver{vec(c.values, 1), vec(c.values, 4), c.values[7]};
+      const auto done = session.shave(shaver, frame_of(c), c.values[8], c.values[9]);
+      return done ? Status{} : Status(done.error());
+    }
+    case Kind::kRemove: {
+      const auto done = session.remove_piece(CollisionTriangle(c.vertices[0]));
+      return done ? Status{} : Status(done.error());
+    }
   }
   return {};
 }

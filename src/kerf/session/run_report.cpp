@@ -56,7 +56,9 @@ std::string run_report_json(const Session& session, const RunLog& log) {
 
   Json cuts = Json::array();
   for (const StrokeRecord& s : session.strokes()) {
-    cuts.push_back({{"began", s.began},
+    static constexpr const char* kKinds[] = {"blade", "punch", "removal", "shave"};
+    cuts.push_back({{"kind", kKinds[static_cast<std::size_t>(s.kind)]},
+                    {"began", s.began},
                     {"ended", s.ended},
                     {"finished", s.finished},
                     {"undone", s.undone},

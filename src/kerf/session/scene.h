@@ -255,6 +255,38 @@ struct SceneBlade {
   bool through = false;  ///< cut all layers the edge meets instead of the first
 };
 
+enum class ScenePunchShape { kCircle, kD, kPolygon };
+
+/// A punch: a closed outline pressed through the body at once; what is inside it comes loose (cutting/punch.h).
+struct ScenePunch {
+  ScenePunchShape shape = ScenePunchShape::kCircle;
+  Vec3 point;                   ///< metres: middle of the circle, of the flat side of the D, origin of the polygon
+  Vec3 axis{0, 0, 1};           ///< along which it is pressed
+  Vec3 across{1, 0, 0};         ///< x of the outline; its part along the axis does not count
+  SceneFrame frame = SceneFrame::kWorld;
+  double radius = 0;            ///< metres: circle, D
+  std::vector<Vec2> points;     ///< metres: polygon
+  std::optional<double> reach;  ///< metres along the axis to both sides of the point; default: through everything
+  double roughness = 0;         ///< metres by which the cut surface is jagged at most
+  bool take = false;            ///< what comes loose is taken away at once
+};
+
+/// A shaver that moves over cut surfaces (cutting/shave.h). One undo step.
+struct SceneShave {
+  SceneFrame frame = SceneFrame::kWorld;
+  std::vector<SceneBladePose> poses;  ///< ends of its cutting window
+  double radius = 0;         ///< metres, of the cutting window
+  double smoothing = 30;     ///< 1/s: part of a bump that goes per second, at full contact
+  double removal = 0.0005;   ///< m/s: how fast smooth edges move back; 0: they stay
+};
+
+/// Takes loose pieces away: those in a region (by suction), or the one that a grasp holds.
+struct SceneRemove {
+  SceneRegion region;
+  SceneFrame frame = SceneFrame::kWorld;
+  std::string grasp;  ///< id; empty: by region
+};
+
 /// Takes hold of the surface within `radius` of `point` (at least of the closest vertex) where it is now.
 struct SceneGrasp {
   std::string id;
@@ -303,7 +335,7 @@ struct SceneRedo {
 struct SceneCommand {
   double at = 0;  ///< s
   std::variant<SceneBlade, SceneGrasp, SceneMove, SceneRelease, SceneFixCommand, SceneUnfix, SceneUndo,
-               SceneRedo, SceneToolMotion, SceneJaws>
+               SceneRedo, SceneToolMotion, SceneJaws, ScenePunch, SceneShave, SceneRemove>
       what;
   int line = 0;  ///< in the scene file, for messages; 0 when there is none
 };

@@ -722,7 +722,7 @@ class SceneReader {
     switch (type) {
       case 0: {
         SceneBlade blade = read_one_command<SceneBlade>(table, where);
-        if (table.contains("poses")) read_poses(table, blade);
+        if (table.contains("poses")) read_poses(table, blade.poses, "blade");
         command.what = std::move(blade);
         break;
       }
@@ -760,6 +760,26 @@ class SceneReader {
         command.what = std::move(motion);
         break;
       }
+      case 11: {
+        ScenePunch punch = read_one_command<ScenePunch>(table, where);
+        read_punch(table, punch);
+        command.what = std::move(punch);
+        break;
+      }
+      case 12: {
+        SceneShave shave = read_one_command<SceneShave>(table, where);
+        if (table.contains("poses")) read_poses(table, shave.poses, "shaver");
+        command.what = std::move(shave);
+        break;
+      }
+      case 13: {
+        SceneRemove remove = read_one_command<SceneRemove>(table, where);
+        const bool region = table.contains("box") || table.contains("sphere") || table.contains("half_space");
+        if (region == table.contains("grasp")) problem(command.line, "remove needs either a grasp or one region: box, sphere or half_space");
+        else if (region) read_region(table, where, remove.region);
+        command.what = std::move(remove);
+        break;
+      }
       default: {
         SceneJaws jaws = read_one_command<SceneJaws>(table, where);
         jaws.close = where == "close";
@@ -781,7 +801,7 @@ class SceneReader {
     read_timed(table, "poses", rotation, out.poses);
   }
 
-  void read_poses(const toml::table& table, SceneBlade& out) {
+  void read_poses(const toml::table& table, std::vector<SceneBladePose>& out, std::string_view tool) {
     const toml::node& node = *table.get("poses");
     for (const toml::table* t : tables_at(table, "poses")) {
       const std::size_t before = problems_.size();
@@ -789,18 +809,44 @@ class SceneReader {
       read_plain(*t, "a pose", scene_keys<SceneBladePose>(), pose);
       if (problems_.size() > before) continue;
       if (!(norm(pose.tip - pose.base) > 0)) {
-        problem(line_of(*t), "the blade has zero length: base and tip of this pose are the same point");
+        problem(line_of(*t), fmt::format("the {} has zero length: base and tip of this pose are the same point", tool));
       }
-      if (!out.poses.empty() && pose.time <= out.poses.back().time) {
-        problem(line_of(*t), fmt::format("times of poses must increase, but {} follows {}", pose.time,
-                                         out.poses.back().time));
+      if (!out.empty() && pose.time <= out.back().time) {
+        problem(line_of(*t), fmt::format("times of poses must increase, but {} follows {}", pose.time, out.back().time));
       }
-      out.poses.push_back(pose);
+      out.push_back(pose);
     }
     if (const toml::array* list = node.as_array(); list && list->size() < 2) {
       problem(line_of(node),
-              fmt::format("a blade needs at least two poses to sweep between, but has {}", list->size()));
+              fmt::format("a {} needs at least two poses to sweep between, but has {}", tool, list->size()));
     }
+  }
+
+  void read_punch(const toml::table& table, ScenePunch& out) {
+    const int line = line_of(table);
+    const bool polygon = out.shape == ScenePunchShape::kPolygon;
+    if (polygon != table.contains("points") || polygon == table.contains("radius"))
+      problem(line, polygon ? "a polygon punch needs points, and no radius" : "a round punch needs a radius, and no points");
+    check_direction(table, "axis of punch", out.axis);
+    if (norm(out.axis) > 0 && !(norm(cross(normalized(out.axis), out.across)) > 1e-9 * norm(out.across)))
+      problem(line, "across of punch must have a part across the axis");
+    const toml::node* node = table.get("points");
+    if (!node) return;
+    const toml::array* list = node->as_array();
+    if (!list) return wrong_type(*node, "points of punch", "a list of [x, y]");
+    for (const toml::node& item : *list) {
+      const toml::array* pair = item.as_array();
+      Vec2 p;
+      bool good = pair && pair->size() == 2;
+      for (std::size_t i = 0; good && i < 2; ++i) {
+        const auto number = (*pair)[i].value<double>();
+        good = number && std::isfinite(*number);
+        if (good) (i == 0 ? p.x : p.y) = *number;
+      }
+      if (!good) return problem(line_of(item), "a point of a punch is [x, y], two finite numbers in metres");
+      out.points.push_back(p);
+    }
+    if (out.points.size() < 3) problem(line_of(*node), fmt::format("a polygon needs at least three points, but has {}", out.points.size()));
   }
 
   void check_grasps(const Scene& scene) {
@@ -835,6 +881,9 @@ class SceneReader {
       } else if (const auto* release = std::get_if<SceneRelease>(&c.what)) {
         check(c, "release", release->id);
         held.erase(release->id);
+      } else if (const auto* remove = std::get_if<SceneRemove>(&c.what); remove && !remove->grasp.empty()) {
+        check(c, "remove", remove->grasp);
+        held.erase(remove->grasp);
       }
     }
   }
@@ -844,6 +893,7 @@ class SceneReader {
     for (const SceneCommand& c : scene.commands) {
       double last = c.at;
       if (const auto* blade = std::get_if<SceneBlade>(&c.what)) last += blade->poses.back().time;
+      if (const auto* shave = std::get_if<SceneShave>(&c.what)) last += shave->poses.back().time;
       if (const auto* move = std::get_if<SceneMove>(&c.what)) last += move->over;
       if (const auto* motion = std::get_if<SceneToolMotion>(&c.what); motion && !motion->poses.empty())
         last += motion->poses.back().time;

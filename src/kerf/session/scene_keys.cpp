@@ -17,6 +17,7 @@ constexpr std::string_view kFormulationWords[] = {"incompatible", "plain"};
 constexpr std::string_view kPreconditionerWords[] = {"adaptive", "two-level", "block-jacobi", "direct"};
 constexpr std::string_view kToolWords[] = {"scalpel", "scissors", "line"};
 constexpr std::string_view kFrameWords[] = {"world", "rest"};
+constexpr std::string_view kPunchWords[] = {"circle", "d", "polygon"};
 constexpr std::string_view kShapeWords[] = {"plane", "sphere", "capsule", "box", "mesh"};
 constexpr std::string_view kToolKindWords[] = {"probe", "grasper", "scalpel", "scissors", "sphere", "mesh"};
 constexpr std::string_view kMeshWords[] = {"visual", "collision", "hexahedra"};
@@ -504,7 +505,7 @@ std::span<const SceneKey<SceneCommand>> scene_keys<SceneCommand>() {
   static const SceneKey<T> keys[] = {
       {"at", &T::at, "s", kNotNegative, true, "When the command is given."},
       {"type", SceneNested{"word"}, "", kAny, true,
-       "blade, grasp, move, release, fix, unfix, undo, redo, tool, close or open; each has keys of its own."},
+       "blade, punch, shave, remove, grasp, move, release, fix, unfix, undo, redo, tool, close or open; each has keys of its own."},
   };
   return keys;
 }
@@ -534,6 +535,53 @@ std::span<const SceneKey<SceneBladePose>> scene_keys<SceneBladePose>() {
        "Seconds after the command's at; later than the pose before."},
       {"base", &T::base, "m", kAny, true, "One end of the edge."},
       {"tip", &T::tip, "m", kAny, true, "The other end of the edge."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<ScenePunch>> scene_keys<ScenePunch>() {
+  using T = ScenePunch;
+  static const SceneKey<T> keys[] = {
+      {"shape", choice<T, &T::shape>(kPunchWords), "", kAny, false,
+       "Outline. d: half a disc, its flat side through the point and along the axis times across, its round side towards across."},
+      {"point", &T::point, "m", kAny, true, "Middle of the circle or of the D's flat side; where (0, 0) of a polygon is."},
+      {"axis", &T::axis, "", kAny, false, "Along which it is pressed; any length."},
+      {"across", &T::across, "", kAny, false, "Where the outline's x points; its part along the axis does not count."},
+      {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the punch."},
+      {"radius", &T::radius, "m", kPositive, false, "Of a circle or a D, which need it."},
+      {"points", SceneNested{"list of [x, y]"}, "m", kAny, false, "Corners of a polygon, which needs them; its sides must not cross."},
+      {"reach", &T::reach, "m", kPositive, false, "How far along the axis to both sides of the point it cuts; by default through every layer."},
+      {"roughness", &T::roughness, "m", kNotNegative, false, "How far the cut surface is jagged at most, with the seed of [simulation]."},
+      {"take", &T::take, "", kAny, false, "Take away at once what comes loose, unless that is all there is."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneShave>> scene_keys<SceneShave>() {
+  using T = SceneShave;
+  static const SceneKey<T> keys[] = {
+      {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the poses."},
+      {"poses", SceneNested{"list of tables"}, "", kAny, true,
+       "Where the ends of its cutting window are when; it moves in straight lines between at least two poses."},
+      {"radius", &T::radius, "m", kPositive, true, "Of the cutting window."},
+      {"smoothing", &T::smoothing, "1/s", kNotNegative, false, "How fast bumps of a cut surface go where it touches."},
+      {"removal", &T::removal, "m/s", kNotNegative, false, "How fast a smooth cut surface moves back where it touches; 0: only bumps go."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneRemove>> scene_keys<SceneRemove>() {
+  using T = SceneRemove;
+  static const SceneKey<T> keys[] = {
+      {"grasp", &T::grasp, "", kAny, false, "The piece that this grasp holds. Give it or one region."},
+      {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the region."},
+      {"box", SceneNested{"table"}, "", kAny, false,
+       "Every piece that reaches into this box, but the heaviest piece and those that [[fix]] holds."},
+      {"sphere", SceneNested{"table"}, "", kAny, false, "The same with a ball."},
+      {"half_space", SceneNested{"table"}, "", kAny, false, "The same with one side of a plane."},
   };
   return keys;
 }

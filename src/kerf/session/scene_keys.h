@@ -132,6 +132,13 @@ std::span<const SceneKey<SceneUndo>> scene_keys<SceneUndo>();
 template <>
 std::span<const SceneKey<SceneRedo>> scene_keys<SceneRedo>();
 
+template <>
+std::span<const SceneKey<ScenePunch>> scene_keys<ScenePunch>();
+template <>
+std::span<const SceneKey<SceneShave>> scene_keys<SceneShave>();
+template <>
+std::span<const SceneKey<SceneRemove>> scene_keys<SceneRemove>();
+
 /// Keys of the inline tables that describe a region: box = {min, max}, sphere = {center, radius},
 /// half_space = {point, normal}.
 std::span<const SceneKey<SceneRegion>> scene_box_keys();
@@ -140,6 +147,7 @@ std::span<const SceneKey<SceneRegion>> scene_half_space_keys();
 
 /// Names of the command types, in the order of SceneCommand::what; "open" is the last one's other word.
 inline constexpr std::string_view kSceneCommandTypes[] = {"blade", "grasp", "move", "release", "fix", "unfix",
-                                                          "undo",  "redo",  "tool", "close",   "open"};
+                                                          "undo",  "redo",  "tool", "close",   "open", "punch",
+                                                          "shave", "remove"};
 
 }  // namespace kerf

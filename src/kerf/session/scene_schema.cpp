@@ -144,6 +144,9 @@ std::vector<SceneKeyDoc> scene_schema() {
   add(out, "[[command]]", scene_keys<SceneCommand>());
   add(out, "[[command]] type = \"blade\"", scene_keys<SceneBlade>());
   add(out, "poses = [{...}]", scene_keys<SceneBladePose>());
+  add(out, "[[command]] type = \"punch\"", scene_keys<ScenePunch>());
+  add(out, "[[command]] type = \"shave\"", scene_keys<SceneShave>());
+  add(out, "[[command]] type = \"remove\"", scene_keys<SceneRemove>());
   add(out, "[[command]] type = \"grasp\"", scene_keys<SceneGrasp>());
   add(out, "[[command]] type = \"move\"", scene_keys<SceneMove>());
   add(out, "[[command]] type = \"release\"", scene_keys<SceneRelease>());

@@ -64,12 +64,12 @@ CutOptions cut_options(const Scene& scene) {
 
 std::size_t UndoStep::bytes() const {
   return topology.bytes() + (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
-         mechanics.rotations.size() * sizeof(Mat3);
+         mechanics.rotations.size() * sizeof(Mat3) + (removal ? removal->bytes() : 0);
 }
 
 SessionState::SessionState(const SessionState& o)
-    : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), gravity(o.gravity), time(o.time), steps(o.steps),
-      next_command(o.next_command), grasps(o.grasps), tools(o.tools), touching(o.touching),
+    : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), measures(o.measures), gravity(o.gravity),
+      time(o.time), steps(o.steps), next_command(o.next_command), grasps(o.grasps), tools(o.tools), touching(o.touching),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
       strokes(o.strokes), topology_version(o.topology_version) {}
 
@@ -100,7 +100,7 @@ Status Session::Impl::prepare(const Progress& progress) {
   if (!body) return body.error();
   state.body = std::move(*body);
   cut_options = kerf::cut_options(scene);
-  at_start = measure_complex(state.body.complex);
+  state.measures = measure_complex(state.body.complex);
 
   auto model = make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded->materials);
   if (!model) return model.error();
@@ -286,7 +286,7 @@ Vec3 Session::grasp_force(const std::string& id) const {
 
 Status Session::validate() const {
   const Impl& s = *impl_;
-  KERF_TRY(validate_complex(s.state.body.complex, s.at_start));
+  KERF_TRY(validate_complex(s.state.body.complex, s.state.measures));
   KERF_TRY(validate_lattice(s.state.body.complex.collision, s.state.body.hex));
   KERF_TRY(validate_lattice_pieces(s.state.body.complex.collision, s.state.body.hex));
   KERF_TRY(validate_embedding(s.state.body.complex, s.state.body.hex, s.state.body.embedding));

@@ -14,6 +14,8 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
+#include "kerf/cutting/punch.h"
+#include "kerf/cutting/shave.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/session/body.h"
 #include "kerf/session/scene.h"
@@ -28,8 +30,11 @@ struct CutTimes {
   double total = 0;            ///< all of it, blade sweep included
 };
 
-/// One stroke of a blade, from touching down to lifting off.
+/// What can be undone: one stroke of a blade, from touching down to lifting off, one punch, a piece taken away, or the
+/// passes of a shaver.
 struct StrokeRecord {
+  enum class Kind { kBlade, kPunch, kRemoval, kShave };
+  Kind kind = Kind::kBlade;
   double began = 0, ended = 0;  ///< s, simulated
   bool finished = false;
   bool undone = false;
@@ -37,6 +42,31 @@ struct StrokeRecord {
   CutTimes times;               ///< summed over the stroke
   int triangles = 0;            ///< collision triangles walked into, provisional ones included
   int refused = 0;              ///< degenerate steps that were rolled back
+};
+
+/// What one punch did.
+struct PunchReport {
+  bool cut = false;                      ///< false: there was nothing to cut, and there is nothing to undo
+  std::vector<CollisionTriangle> loose;  ///< triangles that came loose; rising
+  std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
+  CutTimes times;
+};
+
+/// What one pass of a shaver did.
+struct ShaveReport {
+  int edges = 0;                 ///< collision edges that it met
+  int moved_back = 0, stuck = 0; ///< collision vertices that moved, and that had no room to
+  double removed = 0;            ///< m^3
+  double roughness_before = 0, roughness_after = 0;  ///< metres, of the walls that it met
+  double seconds = 0;
+};
+
+/// What was taken away.
+struct RemovalReport {
+  int pieces = 0;
+  double mass = 0;    ///< kg
+  double volume = 0;  ///< m^3 that the visual mesh enclosed at rest (open sheet: 0)
+  double seconds = 0;
 };
 
 struct SessionStep {
@@ -50,7 +80,7 @@ struct SessionStep {
 /// What changes of topology touched. Ids may repeat; those at or beyond the present sizes of body() are gone, new ones
 /// are the highest. Births, parents and weights are in body() (ancestor, HexMesh::parent, HexMesh::node_parent).
 struct SessionChanges {
-  bool everything = false;  ///< restore: compare all
+  bool everything = false;  ///< restore, pieces taken away or put back: compare all
   std::vector<CollisionTriangle> collision_triangles;
   std::vector<VisualTriangle> visual_triangles;
   std::vector<VisualVertex> moved;  ///< visual vertices that hang on another hexahedron now
@@ -92,6 +122,28 @@ class Session {
   /// Rolls the whole stroke back: topology, positions and velocities are as it began.
   Status cancel_stroke();
   [[nodiscard]] bool in_stroke() const;
+
+  /// Presses a punch through the body at once: everything inside its outline comes loose (cutting/punch.h). A stroke in
+  /// progress ends first. `roughness`: metres that its cut surface is jagged by at most, seeded by the scene. One undo step; one
+  /// that cuts nothing leaves nothing to undo. Bad input and failures: as cut_punch; the body is as before.
+  Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness = 0);
+
+  /// One pass of a shaver (cutting/shave.h): takes `smoothing` (0 to 1) of the bumps off where it touches, and where the cut is
+  /// smooth up to `depth` metres of material. All passes until end_stroke() are one undo step; a blade's stroke in progress ends
+  /// first. Closed bodies only: an open sheet has no walls. Bad input: numbers that are not finite or out of range.
+  Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);
+  /// RMS distance (metres) of all cut surfaces from their smooth shapes.
+  [[nodiscard]] double roughness() const;
+
+  /// Takes the piece that this collision triangle belongs to away: collision mesh, visual mesh, hexahedra, and their memory. One undo
+  /// step. All ids change; what stays keeps its order (changes say `everything`). Grasps on it let go. Bad input: no such
+  /// triangle; the only piece there is. Cost: linear in the body.
+  Result<RemovalReport> remove_piece(CollisionTriangle triangle);
+  /// Sucks off what is loose: every piece whose collision mesh reaches into the region, but the heaviest piece and those
+  /// that supports hold. Nothing there is no error.
+  Result<RemovalReport> remove_pieces(const SceneRegion& region, SceneFrame frame);
+  /// Takes away what a grasp holds, and the grasp. Bad input: no such grasp, or it holds the only piece.
+  Result<RemovalReport> remove_grasped(const std::string& id);
 
   /// Takes hold of these collision vertices where they are now; apply() moves and releases the grasp by its id. Bad
   /// input: no vertices, one that does not exist, or an id that is taken.

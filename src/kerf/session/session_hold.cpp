@@ -40,6 +40,9 @@ Status Session::Impl::apply(const SceneCommand& command) {
       s.state.stroke->command_began = s.state.time;
       return {};
     }
+    Status operator()(const ScenePunch& p) { return s.punch(p); }
+    Status operator()(const SceneShave& shave) { return s.begin_shave(shave); }
+    Status operator()(const SceneRemove& r) { return s.remove(r); }
     Status operator()(const SceneGrasp& g) { return s.grasp(g); }
     Status operator()(const SceneMove& m) { return s.move(m); }
     Status operator()(const SceneRelease& r) { return s.release(r); }

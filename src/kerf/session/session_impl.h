@@ -15,21 +15,16 @@
 #include "kerf/session/body_build.h"
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/contact_step.h"
+#include "kerf/session/piece_removal.h"
 #include "kerf/session/rigid_motion.h"
 #include "kerf/session/session.h"
 
 namespace kerf {
 
-/// A hold on the body: collision vertices pulled towards places that move together.
-struct Grasp {
-  std::string id;
-  std::vector<CollisionVertex> points;
-  std::vector<Vec3> offset;      ///< of each point from the centre, metres, world
-  Vec3 centre;                   ///< where the grasp is now
-  Vec3 from, to;                 ///< of the present move
-  double move_began = 0, move_over = 0;  ///< s
-  double stiffness = 0;          ///< N/m per point
-  std::vector<SpringId> springs; ///< one per point
+/// What the body measures: no cut changes it, shaving and taking pieces away do.
+struct BodyAccount {
+  ComplexMeasures measures;
+  std::vector<LatticeBody> bodies;  ///< volumes that the hexahedra hold
 };
 
 /// A stroke in progress.
@@ -38,6 +33,10 @@ struct ActiveStroke {
   BladeStroke blade;
   JournalMark start;         ///< of the whole body
   MechanicsState before;     ///< positions, velocities, rotations when it began
+  BodyAccount account;       ///< when it began
+  bool shaving = false;      ///< passes of a shaver instead of poses of a blade
+  bool shaved = false;       ///< one of them took something off
+  SceneShave shave;          ///< of a command
   bool from_command = false; ///< poses come from `command`
   SceneBlade command;
   double command_began = 0;
@@ -48,7 +47,9 @@ struct ActiveStroke {
 struct UndoStep {
   JournalStep topology;
   MechanicsState mechanics;  ///< undo list: as the stroke began. Redo list: as it was when it was undone
+  BodyAccount account;       ///< as `mechanics`
   std::size_t record = 0;    ///< the stroke's place in SessionState::strokes
+  std::optional<PieceRemoval> removal;  ///< a piece was taken away: then `topology` is empty
   [[nodiscard]] std::size_t bytes() const;
 };
 
@@ -57,7 +58,8 @@ struct SessionState {
   MechanicsModel model{Vec3{1, 1, 1}};
   MechanicsState mechanics;
   BodyMaterials materials;
-  Vec3 gravity;  ///< m/s^2; step_options has the same
+  ComplexMeasures measures;  ///< what the body should measure at rest
+  Vec3 gravity;              ///< m/s^2; step_options has the same
   double time = 0;
   std::int64_t steps = 0;
   std::size_t next_command = 0;
@@ -86,7 +88,6 @@ struct Session::Impl {
   Scene scene;
   CutOptions cut_options;
   StepOptions step_options;
-  ComplexMeasures at_start;
   std::vector<std::string> notes;
   SessionState state;
 
@@ -125,6 +126,8 @@ struct Session::Impl {
   Status move_blade(const BladeEdge& edge);
   Status end_stroke();
   Status cancel_stroke();
+  /// The oldest steps are forgotten when they hold too much memory.
+  void add_undo(UndoStep step);
   Status undo() { return travel(state.undo, state.redo, true); }
   Status redo() { return travel(state.redo, state.undo, false); }
   /// Takes the last step of one list back (or makes it again) and puts it on the other.
@@ -135,6 +138,29 @@ struct Session::Impl {
   Status advance_command_stroke(double until);
   /// What is left of a command's stroke, at once: before another command that would break it off within its last step.
   Status finish_command_stroke();
+  // session_remove.cpp
+  Result<RemovalReport> take_away(const std::vector<std::uint8_t>& triangles);
+  Result<RemovalReport> take_grasped(const std::string& id);
+  Status remove(const SceneRemove& what);
+  Result<RemovalReport> remove_in(const SceneRegion& region, SceneFrame frame);
+  /// Body, measures, supports and grasps change places with those of a removal that is undone or done again.
+  Status swap_removal(PieceRemoval& removal, bool back);
+  /// A new mechanical model for the present hexahedra with these supports; the mechanical state is as it is.
+  Status rebuild_model(const std::vector<std::uint8_t>& fixed, const std::vector<Vec3>& prescribed);
+  /// Nothing that was kept between changes of topology holds any more: ids are others.
+  void forget_ids();
+
+  // session_shave.cpp
+  Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);
+  Status begin_shave(const SceneShave& what);
+  Status advance_command_shave(double until);
+  [[nodiscard]] BodyAccount account() const { return {state.measures, state.body.hex.bodies}; }
+  void set_account(BodyAccount account);
+
+  // session_punch.cpp
+  Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness);
+  Status punch(const ScenePunch& what);
+
   /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.
   Status follow_complex(CutTimes& times);
   void mark_synced() { journal_mark(state.body, state.synced); }

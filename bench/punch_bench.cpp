@@ -1,0 +1,84 @@
+// Punching the meniscus of the paper (5.3): a punch with everything that follows it, along the inner rim as in figure 23.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+#include "kerf/session/session.h"
+
+namespace {
+
+using namespace kerf;
+using Clock = std::chrono::steady_clock;
+
+double quantile(std::vector<double> v, double p) {
+  std::sort(v.begin(), v.end());
+  return v[std::min(v.size() - 1, static_cast<std::size_t>(std::ceil(p * static_cast<double>(v.size()))) - 1)];
+}
+
+/// Places along the inner rim: border vertices nearer to the middle of the box than the mean.
+std::vector<Vec3> inner_rim(const Session& session) {
+  const CollisionMesh& mesh = session.body().complex.collision;
+  std::vector<Vec3> border;
+  Box3 box;
+  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+    const CollisionVertex v(i);
+    box.add(mesh.rest[v]);
+    if (mesh.on_border(v)) border.push_back(mesh.rest[v]);
+  }
+  double mean = 0;
+  for (const Vec3 p : border) mean += norm(p - box.center()) / static_cast<double>(border.size());
+  std::erase_if(border, [&](Vec3 p) { return norm(p - box.center()) > 0.8 * mean; });
+  return border;
+}
+
+}  // namespace
+
+int main() {
+  std::vector<double> all, cut, wall, follow, pieces;
+  int refused = 0, retries = 0;
+  for (int run = 0; run < 12; ++run) {
+    Scene scene;
+    scene.name = "meniscus";
+    scene.body.model = "meniscus";
+    auto made = Session::create(scene);
+    if (!made.ok()) return fmt::print("{}\n", made.error().message), 1;
+    Session session = std::move(made).value();
+    if (run == 0) {
+      const BodyCounts c = session.counts();
+      fmt::print("meniscus: {} / {} visual, {} / {} collision vertices / triangles, {} nodes, {} hexahedra\n", c.visual_vertices,
+                 c.visual_triangles, c.collision_vertices, c.collision_triangles, c.nodes, c.hexahedra);
+    }
+    std::vector<Vec3> places = inner_rim(session);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      Punch p;
+      p.centre = places[i] + Vec3{1e-4 * run, 0, 0};
+      p.outline = circle_outline(0.0015 + 1e-4 * run, 5e-5);
+      const auto start = Clock::now();
+      const auto done = session.punch(p, SceneFrame::kRest, 1e-4);
+      const double ms = 1e3 * std::chrono::duration<double>(Clock::now() - start).count();
+      if (!done.ok()) {
+        ++refused;
+        continue;
+      }
+      if (!done->cut) continue;
+      all.push_back(ms);
+      cut.push_back(1e3 * done->times.cut_and_binding);
+      wall.push_back(1e3 * done->times.cut_surface);
+      follow.push_back(1e3 * done->times.embedding);
+      pieces.push_back(session.strokes().back().triangles);
+      retries += session.strokes().back().refused > 0 ? 1 : 0;
+    }
+  }
+  fmt::print("{} punches, {} retried, {} refused; {:.0f} collision triangles each\n", all.size(), retries, refused, quantile(pieces, 0.5));
+  fmt::print("milliseconds             median    99 %    most\n");
+  const auto row = [](const char* name, const std::vector<double>& v) {
+    fmt::print("{:<22} {:8.3f} {:7.3f} {:7.3f}\n", name, quantile(v, 0.5), quantile(v, 0.99), quantile(v, 1));
+  };
+  row("everything", all);
+  row("cut and binding", cut);
+  row("cut surface", wall);
+  row("lattice, embedding", follow);
+}

@@ -1,0 +1,47 @@
+// Shaving the surface of a cut (paper 5.3, figure 24): where the shaver touches collision edges made by a cut, the walls that hang
+// on them are smoothed around the parameters at which it meets them. No collision triangle is cut.
+//
+// Past the paper: where a wall is smooth, the collision vertices themselves move back into the material, in the planes of
+// their root triangles or along the edges of these, and both meshes, chains, lines and walls move with them.
+#pragma once
+
+#include <vector>
+
+#include "kerf/binding/cell_complex.h"
+#include "kerf/cutting/cut_options.h"
+#include "kerf/cutting/cut_scratch.h"
+
+namespace kerf {
+
+/// The cutting window of a shaver: everything within `radius` of a segment.
+struct Shaver {
+  Vec3 base, tip;     ///< metres, in the frame of the positions that it meets; may be the same point
+  double radius = 0;  ///< metres, > 0
+};
+
+struct ShaveOptions {
+  double smoothing = 0.5;  ///< part of a bump that one pass takes off where the shaver touches fully, 0 to 1
+  double depth = 0;        ///< metres by which smooth edges move back in one pass where it touches fully; 0: walls only
+};
+
+struct ShavePass {
+  int edges = 0;          ///< collision edges that the shaver meets
+  int moved_back = 0;     ///< collision vertices that moved
+  int stuck = 0;          ///< collision vertices that could not: no room up to the next root edge, or at a corner of one
+  double removed = 0;     ///< m^3: by how much the enclosed volume fell
+  double skin_area = 0;   ///< m^2: change of the skin's area
+  double collision_area = 0;  ///< m^2: change of the collision mesh's area in its root planes
+  double roughness_before = 0, roughness_after = 0;  ///< metres: of the walls that it meets (wall_roughness)
+  std::vector<WallId> walls;                    ///< that it meets; rising
+  std::vector<VisualVertex> vertices;           ///< visual vertices that moved; rising
+  std::vector<CollisionVertex> collision_vertices;  ///< collision vertices that moved; rising
+};
+
+/// One pass of the shaver over a closed body. `position`: of every collision vertex, metres; where an edge that moves back is
+/// met far from its ends, it gets a vertex there, which is appended. Walls only lose material, and only
+/// towards their smooth shape; no face of either mesh turns over in its plane. Journaled. Cost: a look at every wall, then what
+/// hangs on the edges that are met.
+void shave(CellComplex& body, std::vector<Vec3>& position, const Shaver& shaver, const ShaveOptions& options,
+           const CutOptions& cut_options, CutScratch& scratch, ShavePass& pass);
+
+}  // namespace kerf

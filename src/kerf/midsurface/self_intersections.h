@@ -1,0 +1,19 @@
+// Where a surface passes through itself.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "kerf/mesh/triangle_mesh.h"
+
+namespace kerf {
+
+struct SelfIntersections {
+  std::size_t pairs = 0;         ///< of triangles that share no vertex and meet
+  std::vector<Vec3> places;      ///< of the first ones, a point near each
+};
+
+/// Exact for triangles in general position; pairs that touch in a plane are not counted. About n log n, in parallel.
+SelfIntersections find_self_intersections(const TriangleMesh& mesh);
+
+}  // namespace kerf

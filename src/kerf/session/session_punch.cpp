@@ -1,0 +1,90 @@
+// A punch is a stroke that is over at once: one cut, one undo step.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "kerf/cutting/roughen.h"
+#include "kerf/session/session_impl.h"
+
+namespace kerf {
+namespace {
+
+/// Sides of round outlines stay within this part of the path tolerance of the curve.
+constexpr double kRoundness = 0.4;
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+}  // namespace
+
+Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, double roughness) {
+  if (!(roughness >= 0 && std::isfinite(roughness))) return bad_input(fmt::format("punch: a roughness of {} m; it must not be negative", roughness));
+  KERF_TRY(finish_command_stroke());
+  if (state.stroke) KERF_TRY(end_stroke());
+  const auto start = Clock::now();
+  std::vector<UndoStep> redo = std::move(state.redo);  // given back if nothing is cut
+  KERF_TRY(begin_stroke(frame, true));
+  const auto give_up = [&] {
+    const Status cancelled = cancel_stroke();
+    state.redo = std::move(redo);
+    return cancelled;
+  };
+  sweep_positions = frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : deformed_collision();
+  auto cut = cut_punch(state.body.complex, sweep_positions, punch, cut_options, cut_scratch);
+  if (!cut) {
+    KERF_TRY(give_up());
+    return cut.error();
+  }
+  PunchReport report;
+  if (cut->opened_edges == 0) {
+    KERF_TRY(give_up());
+    return report;
+  }
+  roughen_punch(state.body.complex, *cut, roughness, static_cast<std::uint64_t>(scene.simulation.seed));
+  CutTimes following;
+  if (const Status followed = follow_complex(following); !followed) {
+    KERF_TRY(give_up());
+    return followed.error();
+  }
+  StrokeRecord& record = state.strokes.back();
+  record.kind = StrokeRecord::Kind::kPunch;
+  record.triangles = cut->steps;
+  record.refused = cut->retries;
+  record.times.total = seconds_since(start);
+  record.times.embedding = following.embedding;
+  record.times.cut_surface = std::exchange(cut_scratch.wall_seconds, 0.0);
+  record.times.cut_and_binding = record.times.total - record.times.embedding - record.times.cut_surface;
+  report.cut = true;
+  report.loose = std::move(cut->loose);
+  report.lips = std::move(cut->lips);
+  KERF_TRY(end_stroke());
+  report.times = state.strokes.back().times;
+  return report;
+}
+
+Status Session::Impl::punch(const ScenePunch& what) {
+  Punch p;
+  p.centre = what.point;
+  p.axis = what.axis;
+  p.across = what.across;
+  if (what.reach) p.reach = *what.reach;
+  const double tolerance = kRoundness * cut_options.path_tolerance * state.body.complex.mean_root_edge;
+  p.outline = what.shape == ScenePunchShape::kCircle ? circle_outline(what.radius, tolerance)
+              : what.shape == ScenePunchShape::kD    ? d_outline(what.radius, tolerance)
+                                                     : what.points;
+  const auto done = punch(p, what.frame, what.roughness);
+  if (!done) return done.error();
+  if (!what.take || done->loose.empty()) return {};
+  std::vector<std::uint8_t> triangles(state.body.complex.collision.face_count(), 0);
+  for (const CollisionTriangle t : done->loose) triangles[t.index()] = 1;
+  const auto taken = take_away(triangles);
+  return taken ? Status{} : Status(taken.error());
+}
+
+Result<PunchReport> Session::punch(const Punch& punch, SceneFrame frame, double roughness) {
+  return impl_->punch(punch, frame, roughness);
+}
+
+}  // namespace kerf

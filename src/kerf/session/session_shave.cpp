@@ -1,0 +1,205 @@
+// Shaving: passes of a shaver over cut surfaces, and everything that follows the moved vertices.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "kerf/cutting/half_edge_split.h"
+#include "kerf/cutting/wall_points.h"
+#include "kerf/session/session_impl.h"
+
+namespace kerf {
+namespace {
+
+/// m^3 that the hexahedra of each body should hold: its prisms, scaled.
+std::vector<double> prism_volumes(const Body& body) {
+  const CollisionMesh& mesh = body.complex.collision;
+  const HexMesh& hex = body.hex;
+  std::vector<double> volumes(hex.bodies.size(), 0.0);
+  for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
+    PrismCorners c[3];
+    for (int i = 0; i < 3; ++i) c[i] = corners_of(mesh, hex.frame, mesh.origin[CollisionMesh::corner(t, i)]);
+    volumes[static_cast<std::size_t>(hex.body_of(mesh.root[t]))] += ruled_volume(prism_between(c[0], c[1], c[2]));
+  }
+  for (std::size_t i = 0; i < volumes.size(); ++i) volumes[i] *= hex.bodies[i].scale * hex.frame.cell_volume();
+  return volumes;
+}
+
+/// Normals of what is drawn, where vertices have moved: those of the skin as interpolated, those of walls from their faces.
+void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& moved, RenderSurface& surface) {
+  const VisualMesh& mesh = complex.visual;
+  const auto face_vector = [&](VisualTriangle f) {
+    const VisualHalfEdge h = VisualMesh::corner(f, 0);
+    const Vec3 a = mesh.rest[mesh.from(h)];
+    return cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a);
+  };
+  std::vector<VisualVertex> around;
+  for (const VisualVertex v : moved) {
+    around.push_back(v);
+    cut::for_each_corner(mesh, v, [&](VisualHalfEdge h) {
+      around.push_back(mesh.to(h));
+      around.push_back(mesh.apex(h));
+      return true;
+    });
+  }
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  for (const VisualVertex v : around) {
+    const RenderVertex skin = surface.skin[v];
+    if (skin.valid() && !(surface.normal[skin] == mesh.normal[v])) surface.normal.set(skin, mesh.normal[v]);
+    cut::for_each_corner(mesh, v, [&](VisualHalfEdge h) {
+      const Patch patch = mesh.patch[VisualMesh::face(h)];
+      const RenderVertex r = surface.corner[h];
+      if (!patch.is_wall() || !r.valid()) return true;
+      Vec3 sum;
+      cut::for_each_corner(mesh, v, [&](VisualHalfEdge k) {
+        if (surface.corner[k] == r) sum += face_vector(VisualMesh::face(k));
+        return true;
+      });
+      const Vec3f normal = to_float(normalized(sum));
+      if (norm(sum) > 0 && !(surface.normal[r] == normal)) surface.normal.set(r, normal);
+      return true;
+    });
+  }
+}
+
+}  // namespace
+
+void Session::Impl::set_account(BodyAccount account) {
+  state.measures = account.measures;
+  state.body.hex.bodies = std::move(account.bodies);
+}
+
+Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth) {
+  if (!is_finite(shaver.base) || !is_finite(shaver.tip) || !(shaver.radius > 0 && std::isfinite(shaver.radius)))
+    return bad_input("shaver: its ends must be finite, its radius above 0");
+  if (!(smoothing >= 0 && smoothing <= 1) || !(depth >= 0 && std::isfinite(depth)))
+    return bad_input(fmt::format("shaver: smoothing must lie in [0, 1] and depth must not be negative, not {} and {}", smoothing, depth));
+  const auto start = std::chrono::steady_clock::now();
+  if (state.stroke && !state.stroke->shaving) {
+    KERF_TRY(finish_command_stroke());
+    if (state.stroke) KERF_TRY(end_stroke());
+  }
+  if (!state.stroke) {
+    KERF_TRY(begin_stroke(frame, true));
+    state.stroke->shaving = true;
+    state.strokes.back().kind = StrokeRecord::Kind::kShave;
+  }
+  Body& body = state.body;
+  sweep_positions = frame == SceneFrame::kRest ? body.complex.collision.rest.raw() : deformed_collision();
+  const std::size_t vertices = body.complex.collision.vertex_count();
+  std::vector<double> before;
+  if (depth > 0) before = prism_volumes(body);
+  ShavePass pass;
+  kerf::shave(body.complex, sweep_positions, shaver, {smoothing, depth}, cut_options, cut_scratch, pass);
+  ShaveReport report;
+  report.edges = pass.edges;
+  report.moved_back = pass.moved_back;
+  report.stuck = pass.stuck;
+  report.removed = pass.removed;
+  report.roughness_before = pass.roughness_before;
+  report.roughness_after = pass.roughness_after;
+  const bool changed = !pass.vertices.empty() || body.complex.collision.vertex_count() != vertices;
+  StrokeRecord& record = state.strokes.back();
+  if (changed) {
+    state.measures.volume -= pass.removed;
+    state.measures.skin_area += pass.skin_area;
+    state.measures.collision_area += pass.collision_area;
+    for (const CollisionVertex v : pass.collision_vertices)
+      if (v.index() < body.hex.prism_corner.size()) body.hex.prism_corner.set(v, corners_of(body.complex.collision, body.hex.frame, v));
+    if (depth > 0) {
+      const std::vector<double> after = prism_volumes(body);
+      for (std::size_t i = 0; i < after.size(); ++i) body.hex.bodies[i].volume += after[i] - before[i];
+    }
+    // Everything that moved is looked up anew, in its present cell.
+    for (const VisualVertex v : pass.vertices)
+      if (v.index() < body.embedding.visual.size()) body.embedding.visual.set(v, HexId{});
+    for (const CollisionVertex v : pass.collision_vertices)
+      if (v.index() < body.embedding.collision.size()) body.embedding.collision.set(v, HexId{});
+    CutTimes following;
+    if (const Status followed = follow_complex(following); !followed) {
+      const Status cancelled = cancel_stroke();
+      KERF_ASSERT(cancelled.ok());
+      (void)cancelled;
+      return followed.error();
+    }
+    std::vector<CollisionTriangle> owners;
+    for (const WallId w : pass.walls) {
+      const CollisionHalfEdge h = body.complex.wall_edge[w];
+      for (const CollisionVertex v : {body.complex.collision.from(h), body.complex.collision.to(h)})
+        cut::for_each_corner(body.complex.collision, v, [&](CollisionHalfEdge k) {
+          owners.push_back(CollisionMesh::face(k));
+          return true;
+        });
+    }
+    std::sort(owners.begin(), owners.end());
+    owners.erase(std::unique(owners.begin(), owners.end()), owners.end());
+    moved.clear();
+    embed_triangles(body.complex, body.hex, owners, body.embedding, embedding_scratch, moved);
+    note_moved(skin, pass.vertices);
+    renew_normals(body.complex, pass.vertices, body.surface);
+    mark_synced();
+    state.stroke->shaved = true;
+    ++state.topology_version;
+    positions_changed();
+    watched.everything = watched.everything || watching;
+    record.times.embedding += following.embedding;
+  }
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  record.ended = state.time;
+  record.triangles += pass.edges;
+  record.times.total += report.seconds;
+  record.times.cut_surface += report.seconds;
+  cut_scratch.wall_seconds = 0;
+  return report;
+}
+
+Status Session::Impl::begin_shave(const SceneShave& what) {
+  KERF_TRY(finish_command_stroke());
+  if (what.poses.empty() || !(what.radius > 0) || !(what.smoothing >= 0) || !(what.removal >= 0))
+    return bad_input("shave: it needs poses, a radius above 0, and rates that are not negative");
+  KERF_TRY(begin_stroke(what.frame, true));
+  ActiveStroke& stroke = *state.stroke;
+  stroke.shaving = stroke.from_command = true;
+  stroke.shave = what;
+  stroke.command_began = state.time;
+  state.strokes.back().kind = StrokeRecord::Kind::kShave;
+  return {};
+}
+
+Status Session::Impl::advance_command_shave(double until) {
+  // The command's data go with the stroke when it ends.
+  const SceneShave what = state.stroke->shave;
+  const double t = until - state.stroke->command_began, dt = step_options.dt;
+  const double smoothing = 1 - std::exp(-what.smoothing * dt), depth = what.removal * dt;
+  const auto pass = [&](Vec3 base, Vec3 tip) {
+    const auto done = shave({base, tip, what.radius}, what.frame, smoothing, depth);
+    return done ? Status{} : Status(done.error());
+  };
+  std::size_t& next = state.stroke->next_pose;
+  while (next < what.poses.size() && what.poses[next].time <= t + 1e-12) {
+    KERF_TRY(pass(what.poses[next].base, what.poses[next].tip));
+    ++next;
+  }
+  if (next == what.poses.size()) return end_stroke();
+  if (next == 0) return {};
+  const SceneBladePose& a = what.poses[next - 1];
+  const SceneBladePose& b = what.poses[next];
+  const double s = (t - a.time) / (b.time - a.time);
+  return s > 1e-9 ? pass(lerp(a.base, b.base, s), lerp(a.tip, b.tip, s)) : Status{};
+}
+
+Result<ShaveReport> Session::shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth) {
+  return impl_->shave(shaver, frame, smoothing, depth);
+}
+
+double Session::roughness() const {
+  const CellComplex& complex = impl_->state.body.complex;
+  std::vector<WallId> walls;
+  for (const WallId w : ids<WallId>(complex.wall_edge.size())) walls.push_back(w);
+  return wall_roughness(complex, walls);
+}
+
+}  // namespace kerf

@@ -1,0 +1,95 @@
+// Punches in a session: everything follows, one undo step, to the bit.
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "kerf/base/random.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+namespace {
+
+Session make_session(const char* model, double time_step = 0.002) {
+  Scene scene;
+  scene.name = model;
+  scene.body.model = model;
+  scene.simulation.time_step = time_step;
+  scene.simulation.gravity = {};
+  scene.cut.layers = 4;
+  auto made = Session::create(scene);
+  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
+  return std::move(made).value();
+}
+
+Box3 box_of(Session& session) {
+  Box3 box;
+  for (const Vec3 p : session.collision_positions()) box.add(p);
+  return box;
+}
+
+/// A place on the mid-surface of the body.
+Vec3 somewhere(Session& session, Random& random) {
+  const auto& p = session.collision_positions();
+  return p[static_cast<std::size_t>(random.index(static_cast<int>(p.size())))];
+}
+
+TEST(SessionPunch, IsOneUndoStepToTheBit) {
+  for (const char* model : {"meniscus", "steak", "sheet", "tube"}) {
+    Session session = make_session(model);
+    const Box3 box = box_of(session);
+    ASSERT_TRUE(session.step(3).ok());
+    const double radius = 0.12 * std::min(box.size().x, box.size().y);
+    Random random(3);
+    std::vector<std::uint64_t> hashes{session.hash()};
+    for (int i = 0; i < 12; ++i) {
+      Punch p;
+      p.centre = somewhere(session, random);
+      p.outline = circle_outline(radius, 0.05 * radius);
+      p.reach = 0.3 * box.size().z + radius;
+      const auto done = session.punch(p, SceneFrame::kWorld, 0.1 * radius);
+      ASSERT_TRUE(done) << model << ": " << done.error().message;
+      const Status valid = session.validate();
+      ASSERT_TRUE(valid.ok()) << model << " punch " << i << ": " << valid.error().message;
+      if (done->cut) hashes.push_back(session.hash());
+      EXPECT_EQ(session.undo_depth(), static_cast<int>(hashes.size()) - 1);
+    }
+    EXPECT_GT(hashes.size(), 6u) << model;
+    EXPECT_GT(session.counts().pieces, 3) << model;
+    for (std::size_t i = hashes.size(); i-- > 1;) {
+      EXPECT_EQ(session.hash(), hashes[i]) << model;
+      ASSERT_TRUE(session.undo().ok());
+    }
+    EXPECT_EQ(session.hash(), hashes[0]) << model;
+    for (std::size_t i = 1; i < hashes.size(); ++i) {
+      ASSERT_TRUE(session.redo().ok());
+      EXPECT_EQ(session.hash(), hashes[i]) << model;
+    }
+    ASSERT_TRUE(session.step(5).ok());
+    EXPECT_TRUE(session.validate().ok());
+  }
+}
+
+TEST(SessionPunch, BadInputAndAirLeaveEverythingAsItWas) {
+  Session session = make_session("meniscus");
+  Punch p;
+  p.centre = {1, 1, 0};
+  p.outline = circle_outline(0.003, 1e-4);
+  Random random(1);
+  Punch good = p;
+  good.centre = somewhere(session, random);
+  ASSERT_TRUE(session.punch(good, SceneFrame::kWorld).ok());
+  ASSERT_TRUE(session.undo().ok());
+  const std::uint64_t hash = session.hash();
+  const auto air = session.punch(p, SceneFrame::kWorld);
+  ASSERT_TRUE(air);
+  EXPECT_FALSE(air->cut);
+  EXPECT_FALSE(session.punch(good, SceneFrame::kWorld, -1).ok());
+  good.outline.resize(2);
+  EXPECT_FALSE(session.punch(good, SceneFrame::kWorld).ok());
+  EXPECT_EQ(session.hash(), hash);
+  EXPECT_EQ(session.redo_depth(), 1);
+  ASSERT_TRUE(session.redo().ok());
+}
+
+}  // namespace
+}  // namespace kerf

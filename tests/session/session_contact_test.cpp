@@ -8,6 +8,7 @@
 #include "kerf/base/random.h"
 #include "kerf/contact/surface_offsets.h"
 #include "kerf/session/session.h"
+#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
@@ -298,6 +299,56 @@ TEST(SessionContact, SnapshotsUndoAndThreadsGiveTheSameBits) {
   ASSERT_TRUE(a.step(15).ok());
   EXPECT_EQ(a.hash(), undone);
   EXPECT_TRUE(a.validate().ok());
+}
+
+TEST(SessionContact, AStripThatFallsOnItsEndComesToRestWithItsLayersApart) {
+  Scene scene;
+  scene.body.model = "strip";  // 200 x 24 x 3 mm
+  scene.body.rotation = {0, -M_PI / 2, 0};
+  scene.body.position = {0, 0, 0.105};
+  scene.material.young = 5e3;
+  scene.simulation.time_step = 0.002;
+  scene.obstacles.emplace_back();  // the plane z = 0
+  Session session = must_create(scene);
+  const double radius = 0.0015;
+  // Mid-surfaces of two layers never come nearer than the half thickness: a rim that stands on a face is that near.
+  const auto nearest = [&] {
+    const std::vector<Vec3>& x = session.collision_positions();
+    const CollisionMesh& mesh = session.body().complex.collision;
+    double least = 1e9;
+    for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
+      for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+        std::array<Vec3, 3> corner;
+        double at_rest = 1e9;
+        for (int k = 0; k < 3; ++k) {
+          const CollisionVertex w = mesh.origin[CollisionMesh::corner(CollisionTriangle(f), k)];
+          corner[static_cast<std::size_t>(k)] = x[w.index()];
+          at_rest = std::min(at_rest, norm(mesh.rest[w] - mesh.rest[v]));
+        }
+        if (at_rest < 16 * radius) continue;
+        ClosestPoint closest;
+        closest_point(x[v.index()], corner, closest);
+        least = std::min(least, closest.distance);
+      }
+    return least / radius;
+  };
+  double least = 1e9, speed = 0;
+  for (int i = 0; i < 1250; ++i) {
+    const Result<SessionStep> step = session.step();
+    ASSERT_TRUE(step.ok());
+    if (i % 10 == 0) least = std::min(least, nearest());
+    if (i < 1200) continue;
+    EXPECT_LT(step->mechanics.deepest_overlap, 0.05 * radius);
+    for (const Vec3 v : session.node_velocities()) speed = std::max(speed, norm(v));
+  }
+  EXPECT_GT(least, 0.9);
+  EXPECT_GT(nearest(), 0.95);
+  EXPECT_LT(speed, 5e-3);
+  Vec3 force;
+  for (const Session::ContactState& c : session.contacts())
+    if (c.obstacle == 0) force += c.force;
+  const double weight = 9.81 * 1000 * 0.2 * 0.024 * 0.003;
+  EXPECT_NEAR(force.z, weight, 0.05 * weight);
 }
 
 TEST(SessionContact, AFastBallDoesNotGetThroughASheet) {

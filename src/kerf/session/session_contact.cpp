@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "kerf/session/session_impl.h"
 
@@ -11,10 +12,15 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// Points of a body that come together move by at most this part of their half thicknesses in a part of a step: faster, and
+/// layers of a pile are through each other before they are seen. Radii count at least as this part of the body's largest.
+constexpr double kSelfTravel = 0.25, kLeastRadius = 0.1;
+
 /// Adds a part of a step to the report of what came before it.
-void add_part(const StepReport& part, StepReport& sum) {
+void add_part(const StepReport& part, StepReport& sum, bool first) {
   const StepReport before = sum;
   sum = part;
+  if (first) return;
   sum.iterations += before.iterations;
   sum.block_jacobi_iterations += before.block_jacobi_iterations;
   sum.passes = std::max(part.passes, before.passes);
@@ -30,14 +36,41 @@ void add_part(const StepReport& part, StepReport& sum) {
 
 }  // namespace
 
-Result<StepReport> Session::Impl::advance_part(double t, double h) {
+int Session::Impl::parts_of_self_contact(double h) const {
+  double most = 1;
+  for (std::size_t i = 0; i < contact.contacts.size(); ++i) {
+    const Contact& c = contact.contacts[i];
+    if (!c.b.vertex[0].valid()) continue;
+    const ContactRow& row = contact.set.rows[i];
+    Vec3 u;
+    for (std::int32_t k = row.first; k < row.first + row.count; ++k)
+      u += contact.set.entries[k].weight * state.mechanics.velocities[contact.set.entries[k].node.index()];
+    const double radius = contact.surface.radius[c.a.vertex[0]] + contact.surface.radius[c.b.vertex[0]];
+    most = std::max(most, -h * dot(row.normal, u) / (kSelfTravel * std::max(radius, contact.surface.largest_radius * kLeastRadius)));
+  }
+  return static_cast<int>(std::ceil(std::min(most, static_cast<double>(scene.contact.substeps))));
+}
+
+Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divide) {
   last_options = step_options;
   last_options.dt = h;
   if (contact.on) {
     const auto start = Clock::now();
+    touched_part = state.touching;
     find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity, state.touching,
                   contact);
     detection_seconds += std::chrono::duration<double>(Clock::now() - start).count();
+    if (const int more = may_divide ? parts_of_self_contact(h) : 1; more > 1) {
+      state.touching = touched_part;
+      StepReport sum;
+      for (int i = 0; i < more; ++i) {
+        auto part = advance_part(t + i * (h / more), h / more, false);
+        if (!part) return part;
+        add_part(*part, sum, i == 0);
+      }
+      parts += more - 1;
+      return sum;
+    }
   }
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
@@ -48,18 +81,19 @@ Result<StepReport> Session::Impl::advance_part(double t, double h) {
 Result<StepReport> Session::Impl::advance_mechanics() {
   const double dt = step_options.dt;
   detection_seconds = 0;
-  parts = contact.on ? contact_substeps(scene, state.body, state.model, state.mechanics, state.tools, state.time, dt,
+  const int equal = contact.on ? contact_substeps(scene, state.body, state.model, state.mechanics, state.tools, state.time, dt,
                                         step_options.gravity, contact)
                      : 1;
+  parts = equal;
   if (contact.on) {
     before_step = state.mechanics;
     touched_before = state.touching;
   }
-  const double h = dt / parts;
+  const double h = dt / equal;
   StepReport sum;
-  for (int i = 0; i < parts; ++i) {
-    move_grasps(i + 1 == parts ? state.time + dt : state.time + (i + 1) * h, h);
-    auto part = advance_part(state.time + i * h, h);
+  for (int i = 0; i < equal; ++i) {
+    move_grasps(i + 1 == equal ? state.time + dt : state.time + (i + 1) * h, h);
+    auto part = advance_part(state.time + i * h, h, true);
     if (!part) {
       if (contact.on) {
         state.mechanics = before_step;
@@ -67,8 +101,7 @@ Result<StepReport> Session::Impl::advance_mechanics() {
       }
       return part;
     }
-    if (i == 0) sum = *part;
-    else add_part(*part, sum);
+    add_part(*part, sum, i == 0);
   }
   return sum;
 }

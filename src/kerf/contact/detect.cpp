@@ -28,6 +28,15 @@ void prepare(const SurfaceState& state, bool between_bodies, BodyFrame& frame) {
   KERF_ASSERT(state.position.size() == s.vertex_count() && state.offset.size() == s.vertex_count() &&
               state.predicted.size() == s.vertex_count());
   refit(s.tree, s.origin.raw(), state.position, frame.boxes);
+  frame.normals.clear();
+  if (std::find(s.coarse.begin(), s.coarse.end(), 1) != s.coarse.end()) {
+    frame.normals.resize(s.face_count());
+    for (const CollisionTriangle f : ids<CollisionTriangle>(s.face_count())) {
+      const auto v = s.vertices(f);
+      const Vec3 a = state.position[v[0].index()];
+      frame.normals[f.index()] = normalized(cross(state.position[v[1].index()] - a, state.position[v[2].index()] - a));
+    }
+  }
   frame.thickness.resize(s.vertex_count());
   frame.travel.resize(s.vertex_count());
   frame.sway.resize(s.vertex_count());

@@ -261,8 +261,8 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   const V p = s.from(h), q = s.to(h), u = o.from(g), w = o.to(g);
   if (pair.self && (p == u || p == w || q == u || q == w)) return;
   const Vec3 a = pair.a.position(p), b = pair.a.position(q), c = pair.b.position(u), e = pair.b.position(w);
-  const SegmentPair feet = closest_of_segments(a, b, c, e);
-  if (!feet.inside()) return;
+  SegmentFeet feet;
+  if (!inner_feet(a, b, c, e, feet)) return;
   const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
   const Vec3 d = x.position - y.position;
   const double size = norm(d);

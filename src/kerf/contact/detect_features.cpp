@@ -163,7 +163,7 @@ void hand_out_points(const NearShape& near) {
   faces.clear();
 }
 
-void hand_out_edges(const NearShape& near, H h, const ShapeEdge& edge, const SegmentPair& feet) {
+void hand_out_edges(const NearShape& near, H h, const ShapeEdge& edge, const SegmentFeet& feet) {
   const BodyPoint foot = edge_point(near.body, h, feet.s);
   const Vec3 other = lerp(edge.a, edge.b, feet.t), d = foot.position - other;
   const double size = norm(d);

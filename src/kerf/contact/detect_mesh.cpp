@@ -16,9 +16,6 @@ using Leaves = std::span<const std::array<std::uint32_t, 2>>;  // (body leaf, me
 
 Vec3 absolute(Vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 
-TreeBox box_of(const TriangleBvh::Node& node) {
-  return {{{node.min[0], node.min[1], node.min[2]}}, {{node.max[0], node.max[1], node.max[2]}}};
-}
 float widest(const TreeBox& b) {
   return std::max({b.max.x[0] - b.min.x[0], b.max.x[1] - b.min.x[1], b.max.x[2] - b.min.x[2]});
 }
@@ -30,6 +27,7 @@ void find_pairs(const NearShape& near, double reach) {
   const auto& boxes = near.body.frame.boxes;
   const PlacedPart& part = near.placed;
   const std::vector<TriangleBvh::Node>& nodes = part.part->mesh->tree.nodes();
+  const std::vector<TreeBox>& targets = part.part->mesh->leaves.box;
   const Mat3 size{{absolute(part.axes.c[0]), absolute(part.axes.c[1]), absolute(part.axes.c[2])}};
   const double rounding = boxes.slack + 1e-6 * (norm(part.centre) + part.part->mesh->box.diagonal());
   const auto r = static_cast<float>(reach + rounding);
@@ -52,17 +50,17 @@ void find_pairs(const NearShape& near, double reach) {
     const float coarse = widest(box);
     const SurfaceTreeNode node = tree.nodes[task.node];
     for (std::uint32_t i = task.begin; i < task.end; ++i)
-      if (kerf::near(box, box_of(nodes[list[i]]), r)) list.push_back(list[i]);
+      if (kerf::near(box, targets[list[i]], r)) list.push_back(list[i]);
     // Nodes of the mesh that are larger than that of the body are replaced by their children.
     std::size_t kept = task.end;
     for (std::size_t i = task.end; i < list.size(); ++i) {
       const TriangleBvh::Node& target = nodes[list[i]];
-      if (target.count > 0 || (node.count == 0 && widest(box_of(target)) < coarse)) {
+      if (target.count > 0 || (node.count == 0 && widest(targets[list[i]]) < coarse)) {
         std::swap(list[kept++], list[i]);
         continue;
       }
       for (const std::uint32_t child : {target.first, target.first + 1})
-        if (kerf::near(box, box_of(nodes[child]), r)) list.push_back(child);
+        if (kerf::near(box, targets[child], r)) list.push_back(child);
     }
     list.resize(kept);
     if (kept == task.end) continue;
@@ -98,7 +96,7 @@ NearestPlace nearest(const ObstacleMesh& mesh, Leaves leaves, Vec3 local, double
   };
   if (guess != nullptr) take(*guess);
   for (const auto& [leaf, m] : leaves) {
-    if (squared_distance(box_of(mesh.tree.nodes()[m]), p) > limit) continue;
+    if (squared_distance(mesh.leaves.box[m], p) > limit) continue;
     const ObstacleLeaves::Range range = mesh.leaves.range[m];
     for (std::uint32_t i = range.triangle; i < range.triangle_end; ++i) {
       const ObstacleLeaves::Triangle& t = mesh.leaves.triangles[i];
@@ -135,16 +133,13 @@ void add_faces(const NearShape& near, LocalEdge& edge) {
 bool beside(const LocalEdge& edge, const TreeBox& b) {
   const auto margin = static_cast<float>(kOffFaces * edge.reach);
   bool above = false, below = false;
+  const TreeLanes sum = lanes(b.min) + lanes(b.max), size = lanes(b.max) - lanes(b.min);
   for (std::size_t i = 0; i < 2; ++i) {
-    float middle = 0, half = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float c = edge.into[i].x[k];
-      middle += c * (b.min.x[k] + b.max.x[k]);
-      half += std::fabs(c) * (b.max.x[k] - b.min.x[k]);
-    }
-    middle = 0.5f * middle - edge.origin[i];
-    above = above | (middle - 0.5f * half > margin);
-    below = below | (middle + 0.5f * half < -margin);
+    const TreeLanes into = lanes(edge.into[i]);
+    const float middle = 0.5f * sum_of_three(into * sum) - edge.origin[i];
+    const float half = 0.5f * sum_of_three((into < TreeLanes{} ? -into : into) * size);
+    above = above | (middle - half > margin);
+    below = below | (middle + half < -margin);
   }
   return above && below;
 }
@@ -172,7 +167,7 @@ void search_points(const NearShape& near, F f, const TreeBox& box, double reach,
   const std::array<Vec3, 3> corner = near.body.corners(f);
   const auto r = static_cast<float>(reach), limit = static_cast<float>(reach * reach);
   for (const auto& [leaf, m] : leaves) {
-    if (!kerf::near(box, box_of(mesh.tree.nodes()[m]), r)) continue;
+    if (!kerf::near(box, mesh.leaves.box[m], r)) continue;
     const ObstacleLeaves::Range range = mesh.leaves.range[m];
     for (std::uint32_t i = range.vertex; i < range.vertex_end; ++i) {
       const std::int32_t v = mesh.leaves.vertices[i];
@@ -186,7 +181,7 @@ void search_edges(const NearShape& near, LocalEdge& mine, Leaves leaves) {
   const ObstacleMesh& mesh = *near.placed.part->mesh;
   const auto r = static_cast<float>(mine.reach);
   for (const auto& [leaf, m] : leaves) {
-    const TreeBox box = box_of(mesh.tree.nodes()[m]);
+    const TreeBox box = mesh.leaves.box[m];
     if (!kerf::near(mine.box, box, r)) continue;
     if (!mine.has_faces) add_faces(near, mine);
     if (beside(mine, box)) continue;
@@ -194,8 +189,8 @@ void search_edges(const NearShape& near, LocalEdge& mine, Leaves leaves) {
     for (std::uint32_t i = range.edge; i < range.edge_end; ++i) {
       const ObstacleLeaves::Edge& edge = mesh.leaves.edges[i];
       if (!kerf::near(mine.box, edge.box, r) || beside(mine, edge.box)) continue;
-      const SegmentPair feet = closest_of_segments(mine.a, mine.b, edge.a, edge.b);
-      if (!feet.inside()) continue;
+      SegmentFeet feet;
+      if (!inner_feet(mine.a, mine.b, edge.a, edge.b, feet)) continue;
       const Vec3 d = lerp(mine.a, mine.b, feet.s) - lerp(edge.a, edge.b, feet.t);
       if (dot(d, d) < mine.reach * mine.reach) hand_out_edges(near, mine.edge, mesh_edge(near.placed, edge), feet);
     }

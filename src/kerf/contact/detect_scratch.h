@@ -17,6 +17,7 @@ struct BodyFrame {
   TreeBoxes boxes;
   std::vector<TreeBox> directions;  ///< per node; for contacts between bodies
   std::vector<TreeCorner> unit;     ///< per vertex: direction and length of its offset
+  std::vector<Vec3> normals;        ///< per face, unit or zero; empty for a body without coarse triangles
   std::vector<double> thickness;    ///< per vertex: length of its offset, m
   std::vector<double> travel;       ///< per vertex: length of predicted - position, m
   std::vector<double> sway;         ///< the same less the body's mean motion
@@ -38,6 +39,7 @@ struct BodyView {
   [[nodiscard]] Vec3 travel(CollisionVertex v) const { return state.predicted[v.index()] - state.position[v.index()]; }
   /// Unit, or zero for a triangle without area.
   [[nodiscard]] Vec3 normal(CollisionTriangle f) const {
+    if (!frame.normals.empty()) return frame.normals[f.index()];
     const auto v = surface.vertices(f);
     return normalized(cross(position(v[1]) - position(v[0]), position(v[2]) - position(v[0])));
   }

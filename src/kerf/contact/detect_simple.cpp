@@ -13,8 +13,8 @@ void test_edges(const NearShape& near, CollisionHalfEdge h, double reach, const 
     if (std::fmin(a[k], b[k]) > std::fmax(edge.a[k], edge.b[k]) + reach ||
         std::fmax(a[k], b[k]) < std::fmin(edge.a[k], edge.b[k]) - reach)
       return;
-  const SegmentPair feet = closest_of_segments(a, b, edge.a, edge.b);
-  if (feet.inside()) hand_out_edges(near, h, edge, feet);
+  SegmentFeet feet;
+  if (inner_feet(a, b, edge.a, edge.b, feet)) hand_out_edges(near, h, edge, feet);
 }
 
 /// The memory of a vertex, or of a neighbour: things that slide deep in a sheet meet new vertices on the wrong side.

@@ -43,7 +43,7 @@ void offer_point(const NearShape& near, CollisionTriangle f, const std::array<Ve
 /// Hands out what was noted, and forgets it.
 void hand_out_points(const NearShape& near);
 /// Hands out a contact of an edge of the body with an edge of the shape, if one at these feet can be.
-void hand_out_edges(const NearShape& near, CollisionHalfEdge h, const ShapeEdge& edge, const SegmentPair& feet);
+void hand_out_edges(const NearShape& near, CollisionHalfEdge h, const ShapeEdge& edge, const SegmentFeet& feet);
 
 /// Vertices, and where the body is coarse corners and edges, of a mesh.
 void detect_mesh(const NearShape& near, double reach);

@@ -99,6 +99,7 @@ void pack_leaves(ObstacleMesh& m) {
     r.edge = static_cast<std::uint32_t>(l.edges.size());
     r.vertex = static_cast<std::uint32_t>(l.vertices.size());
     const TriangleBvh::Node node = m.tree.nodes()[n];
+    l.box.push_back({{{node.min[0], node.min[1], node.min[2]}}, {{node.max[0], node.max[1], node.max[2]}}});
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
       const std::int32_t t = m.tree.order()[i];
       const std::array<Vec3, 3> p = m.view()[t];

@@ -33,6 +33,7 @@ struct ObstacleLeaves {
   std::vector<Triangle> triangles;
   std::vector<Edge> edges;             ///< convex ones
   std::vector<std::int32_t> vertices;  ///< of convex edges
+  std::vector<TreeBox> box;            ///< per node of the tree
   /// Per node of the tree; only leaves have any.
   struct Range {
     std::uint32_t triangle, triangle_end, edge, edge_end, vertex, vertex_end;

@@ -11,12 +11,8 @@ namespace {
 constexpr std::size_t kLeafRoots = 8;
 constexpr TreeBox kEmpty{{{FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX}}, {{-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX}}};
 
-void add(TreeBox& box, const TreeCorner& p) {
-  for (std::size_t k = 0; k < 4; ++k) {
-    box.min.x[k] = p.x[k] < box.min.x[k] ? p.x[k] : box.min.x[k];
-    box.max.x[k] = p.x[k] > box.max.x[k] ? p.x[k] : box.max.x[k];
-  }
-}
+void add(TreeBox& box, const TreeCorner& p) { box = joined(box, {p, p}); }
+
 }  // namespace
 
 SurfaceTree make_surface_tree(std::span<const Box3> root_boxes) {

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -65,31 +67,35 @@ void refit_directions(const SurfaceTree& tree, std::span<const CollisionVertex> 
 /// Do all directions in a box lie within 45 degrees of one axis?
 bool is_narrow(const TreeBox& directions);
 
-/// Are two boxes at most `reach` apart along every axis?
-inline bool near(const TreeBox& a, const TreeBox& b, float reach) {
-  bool apart = false;
-  for (std::size_t k = 0; k < 3; ++k)
-    apart = apart | (a.min.x[k] > b.max.x[k] + reach) | (b.min.x[k] > a.max.x[k] + reach);
-  return !apart;
+/// Four floats at once, whatever the machine has.
+using TreeLanes = float __attribute__((vector_size(16)));
+inline TreeLanes lanes(const TreeCorner& c) {
+  TreeLanes v;
+  std::memcpy(&v, c.x.data(), sizeof v);
+  return v;
 }
-inline bool empty(const TreeBox& b) { return b.min.x[0] > b.max.x[0]; }
+inline TreeLanes greater_of(TreeLanes a, TreeLanes b) { return a > b ? a : b; }
+inline float sum_of_three(TreeLanes v) { return v[0] + v[1] + v[2]; }
+
+/// Are two boxes at most `reach` (at least 0) apart along every axis?
+inline bool near(const TreeBox& a, const TreeBox& b, float reach) {
+  const TreeLanes gap = greater_of(lanes(a.min) - lanes(b.max), lanes(b.min) - lanes(a.max));
+  const auto apart = gap > TreeLanes{reach, reach, reach, HUGE_VALF};
+  return (apart[0] | apart[1] | apart[2]) == 0;
+}
 /// The box of both.
 inline TreeBox joined(const TreeBox& a, const TreeBox& b) {
+  const TreeLanes a_min = lanes(a.min), b_min = lanes(b.min), a_max = lanes(a.max), b_max = lanes(b.max);
+  const TreeLanes min = b_min < a_min ? b_min : a_min, max = b_max > a_max ? b_max : a_max;
   TreeBox r;
-  for (std::size_t k = 0; k < 4; ++k) {
-    r.min.x[k] = b.min.x[k] < a.min.x[k] ? b.min.x[k] : a.min.x[k];
-    r.max.x[k] = b.max.x[k] > a.max.x[k] ? b.max.x[k] : a.max.x[k];
-  }
+  std::memcpy(r.min.x.data(), &min, sizeof min);
+  std::memcpy(r.max.x.data(), &max, sizeof max);
   return r;
 }
 /// Square of the distance from a point to a box.
 inline float squared_distance(const TreeBox& a, const TreeCorner& p) {
-  float sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const float d = std::max(std::max(a.min.x[k] - p.x[k], p.x[k] - a.max.x[k]), 0.0f);
-    sum += d * d;
-  }
-  return sum;
+  const TreeLanes x = lanes(p), d = greater_of(greater_of(lanes(a.min) - x, x - lanes(a.max)), TreeLanes{});
+  return sum_of_three(d * d);
 }
 inline TreeCorner to_corner(Vec3 p) {
   return {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0}};

@@ -158,6 +158,12 @@ TEST(Midsurface, SaysWhyAndWhereABodyIsNotThin) {
   for (const MidsurfacePlace& p : made->verdict.places)
     near = std::min({near, std::hypot(p.point.x - 0.02, p.point.z - 0.01), std::hypot(p.point.x - 0.04, p.point.z - 0.01)});
   EXPECT_LT(near, 0.004);
+  // The sentence names places where the person's file has them.
+  TriangleMesh moved = beam.mesh;
+  for (Vec3& p : moved.positions) p += {100, 0, 0};
+  const auto away = make_midsurface(moved);
+  ASSERT_TRUE(away.ok());
+  EXPECT_THAT(all(away->verdict.reasons), HasSubstr("(100"));
   std::size_t flagged = 0;
   for (const std::uint8_t f : made->diagnosis.flag) flagged += f;
   EXPECT_GT(flagged, 0u);

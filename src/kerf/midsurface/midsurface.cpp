@@ -94,7 +94,7 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
       out.notes.push_back(fmt::format("the surface passes through itself at {} pairs of triangles, the first near ({:.4g}, {:.4g}, "
                                       "{:.4g}): repair it there, what lies twice is counted twice",
                                       own.pairs, own.places[0].x, own.places[0].y, own.places[0].z));
-    for (const Vec3 p : own.places) out.verdict.places.push_back({p - centre, "the surface passes through itself"});
+    for (const Vec3 p : own.places) out.verdict.places.push_back({p, "the surface passes through itself"});
   }
   out.seconds.prepare = watch.lap();
 
@@ -113,25 +113,21 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   if (!plus) return plus.error();
   if (!minus) return minus.error();
   std::vector<std::uint8_t> flag;
-  const bool two_sides = judge_sides(work.mesh, pairing, labels, plus->mesh, minus->mesh, work.thickness, out.verdict, flag);
+  const bool two_sides = judge_sides({work, pairing, labels, plus->mesh, minus->mesh, centre}, out.verdict, flag);
   out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
   for (Vec3& p : out.diagnosis.surface.positions) p += centre;
   out.seconds.labels = watch.lap();
-  const auto finish = [&] {
-    for (MidsurfacePlace& p : out.verdict.places) p.point += centre;
-    out.seconds.total = total.lap();
-  };
   if (!two_sides) {
-    finish();
+    out.seconds.total = total.lap();
     return out;
   }
 
   KERF_TRY(tell("mid-surface: sheet"));
   const MidSheet sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
-  judge_sheet(sheet, work, out.verdict);
+  judge_sheet(sheet, work, centre, out.verdict);
   out.seconds.sheet = watch.lap();
   if (out.verdict.thinness == Thinness::kNotThin) {
-    finish();
+    out.seconds.total = total.lap();
     return out;
   }
 
@@ -181,7 +177,7 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   for (Vec3& p : best.mesh.mesh.position) p += centre;
   out.collision = to_triangle_mesh(best.mesh.mesh);
   out.half_thickness = best.mesh.half_thickness;
-  finish();
+  out.seconds.total = total.lap();
   return out;
 }
 

@@ -33,7 +33,7 @@ std::string place(Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, 
 
 /// Connected parts of flagged faces, the largest first, as places.
 std::size_t add_places(const SurfaceMesh& m, const std::vector<std::uint8_t>& flag, const char* what,
-                       MidsurfaceVerdict& verdict) {
+                       Vec3 origin, MidsurfaceVerdict& verdict) {
   UnionFind sets(flag.size());
   for (std::int32_t h = 0; h < m.origin.count(); ++h) {
     if (!m.is_edge(h) || m.twin[h] < 0) continue;
@@ -53,14 +53,15 @@ std::size_t add_places(const SurfaceMesh& m, const std::vector<std::uint8_t>& fl
     if (area[f] > 0) roots.push_back(f);
   std::stable_sort(roots.begin(), roots.end(), [&](std::size_t a, std::size_t b) { return area[a] > area[b]; });
   for (std::size_t i = 0; i < std::min(roots.size(), kMostPlaces); ++i)
-    verdict.places.push_back({(1 / area[roots[i]]) * sum[roots[i]], what});
+    verdict.places.push_back({(1 / area[roots[i]]) * sum[roots[i]] + origin, what});
   return roots.size();
 }
 
 }  // namespace
 
-bool judge_sides(const SurfaceMesh& m, const Pairing& pairing, const SideLabels& labels, const SurfaceMesh& plus,
-                 const SurfaceMesh& minus, double thickness, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag) {
+bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag) {
+  const auto& [work, pairing, labels, plus, minus, origin] = found;
+  const SurfaceMesh& m = work.mesh;
   verdict.one_sided = labels.one_sided;
   flag.assign(pairing.pair.size(), 0);
   if (minus.face_count() == 0 || plus.face_count() == 0 || labels.one_sided > kAllOneSided) {
@@ -94,9 +95,9 @@ bool judge_sides(const SurfaceMesh& m, const Pairing& pairing, const SideLabels&
       const auto largest = std::max_element(area.begin(), area.end()) - area.begin();
       for (std::size_t r = 0; r < area.size() && verdict.places.size() < kMostPlaces; ++r)
         if (area[r] > 0 && static_cast<std::ptrdiff_t>(r) != largest)
-          verdict.places.push_back({(1 / area[r]) * sum[r], "a part of one side that is cut off from the rest"});
+          verdict.places.push_back({(1 / area[r]) * sum[r] + origin, "a part of one side that is cut off from the rest"});
     }
-    add_places(m, flag, "material meets on three sides", verdict);
+    add_places(m, flag, "material meets on three sides", origin, verdict);
     const std::string where = verdict.places.empty() ? std::string() : ", first at " + place(verdict.places[0].point);
     refuse(verdict, fmt::format("no sheet has this shape: the body branches, or its rim does not close around it ({} and {} "
                                 "parts, {} and {} rims on the two sides{})",
@@ -104,15 +105,15 @@ bool judge_sides(const SurfaceMesh& m, const Pairing& pairing, const SideLabels&
     return false;
   }
   const Branches branches = find_branches(m, pairing, labels);
-  verdict.branch_length = branches.length / thickness;
+  verdict.branch_length = branches.length / work.thickness;
   for (std::size_t f = 0; f < flag.size(); ++f) flag[f] = flag[f] || branches.flag[f];
   if (verdict.branch_length > kFork) {
-    add_places(m, branches.flag, "the body branches", verdict);
+    add_places(m, branches.flag, "the body branches", origin, verdict);
     refuse(verdict, fmt::format("the body branches: material of more than two directions meets, first at {}",
                                 place(verdict.places[0].point)));
   }
   if (labels.one_sided > kOneSided) {
-    const std::size_t n = add_places(m, flag, "material meets on three sides", verdict);
+    const std::size_t n = add_places(m, flag, "material meets on three sides", origin, verdict);
     refuse(verdict, fmt::format("at {} places material meets on three sides (branches, limbs){}: {:.0f} % of the body",
                                 std::max<std::size_t>(n, 1),
                                 verdict.places.empty() ? "" : ", the largest at " + place(verdict.places[0].point),
@@ -121,7 +122,7 @@ bool judge_sides(const SurfaceMesh& m, const Pairing& pairing, const SideLabels&
   return true;
 }
 
-void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, MidsurfaceVerdict& verdict) {
+void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, MidsurfaceVerdict& verdict) {
   const SurfaceMesh& m = sheet.mesh;
   const Column<double> area = vertex_areas(m);
   double volume = 0, total = 0, widest = 0;
@@ -182,15 +183,15 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, MidsurfaceVerdi
   if (!rimless && verdict.width_over_thickness < kTooStout) {
     refuse(verdict, fmt::format("the body is only {:.2g} times as wide as thick; below {} it is not thin",
                                 verdict.width_over_thickness, kTooStout));
-    verdict.places.push_back({m.position[middle], "the widest place"});
+    verdict.places.push_back({m.position[middle] + origin, "the widest place"});
   } else if (!rimless && verdict.width_over_thickness < kStout) {
     warn(verdict, fmt::format("the body is only {:.2g} times as wide as thick; the method is meant for {} and more",
                               verdict.width_over_thickness, kStout));
   }
   if (verdict.narrow_share > kNarrowShare) {
     refuse(verdict, fmt::format("{:.0f} % of the body are locally about as narrow as thick, most of it at {}",
-                                100 * verdict.narrow_share, place(narrowest)));
-    verdict.places.push_back({narrowest, "as narrow as thick"});
+                                100 * verdict.narrow_share, place(narrowest + origin)));
+    verdict.places.push_back({narrowest + origin, "as narrow as thick"});
   }
   if (verdict.volume_ratio < kLeastVolume || verdict.volume_ratio > kMostVolume)
     refuse(verdict, fmt::format("the mid-surface times the thickness makes {:.0f} % of the volume: a sheet does not stand for "

@@ -6,12 +6,20 @@
 
 namespace kerf::mid {
 
-/// Before there is a sheet: two sides at all, and the exact test of their topology. Appends reasons; true if the sheet can
-/// be made.
-bool judge_sides(const SurfaceMesh& work, const Pairing& pairing, const SideLabels& labels, const SurfaceMesh& plus,
-                 const SurfaceMesh& minus, double thickness, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag);
+/// What was found out about the sides of a body. `origin`: where the meshes' origin lies in the person's frame.
+struct SidesFound {
+  const WorkingMesh& work;
+  const Pairing& pairing;
+  const SideLabels& labels;
+  const SurfaceMesh &plus, &minus;
+  Vec3 origin;
+};
+
+/// Before there is a sheet: two sides at all, and the exact test of their topology. Appends reasons, places (in the
+/// person's frame) and flags (|F| of the working mesh); true if the sheet can be made.
+bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag);
 
 /// Width over thickness, narrow parts, volume.
-void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, MidsurfaceVerdict& verdict);
+void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, MidsurfaceVerdict& verdict);
 
 }  // namespace kerf::mid

@@ -7,6 +7,7 @@
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_check.h"
+#include "kerf/mesh/surface_edges.h"
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/session/automatic_body.h"
 
@@ -39,6 +40,18 @@ Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedn
   add_notes(notes, file, checked->repairs);
   add_notes(notes, file, checked->warnings);
   return mesh;
+}
+
+/// The middle of the first border edge.
+std::string first_border(const TriangleMesh& mesh) {
+  const auto uses = edge_uses(mesh.triangles.raw(), mesh.positions.size());
+  std::string out = "nowhere";
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    if (edge.size() != 1 || out != "nowhere") return;
+    const Vec3 p = 0.5 * (mesh.positions[VertexId(edge[0].low)] + mesh.positions[VertexId(edge[0].high)]);
+    out = fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z);
+  });
+  return out;
 }
 
 Error named(Error error, const std::string& name) {
@@ -102,10 +115,10 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     if (!read.ok()) return read.error();
     visual = std::move(*read);
     if (const SurfaceMeasures m = surface_measures(visual); !body.thickness && !m.closed) {
-      return bad_input(fmt::format("{} is an open surface ({} of {} edges lie on a border). If it should be closed, close the "
+      return bad_input(fmt::format("{} is an open surface ({} of {} edges lie on a border, the first near {}). If it should be closed, close the "
                                    "holes (kerf info counts them); if it is meant as a sheet, say how thick it is: thickness "
                                    "= metres in [body], or --thickness",
-                                   body.visual, m.border_edges, m.edges));
+                                   body.visual, m.border_edges, m.edges, first_border(visual)));
     }
     if (body.collision.empty()) {
       if (surface_measures(visual).closed) {

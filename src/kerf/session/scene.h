@@ -99,7 +99,7 @@ enum class SceneFormulation {
 };
 
 /// The lattice of cells. In words: nothing given, a model's own lattice, or for bodies from files cells that
-/// fit the thickness; `layers`: chosen by the body with so many cells across the thickness; `cells` or
+/// fit the thickness, near cubes where the body is bent; `layers`: chosen by the body with so many cells across the thickness; `cells` or
 /// `cell_size`: over the body's box along `axes` (default: as chosen by the body); `origin`, `cells` and
 /// `cell_size` together: exactly that lattice along `axes` (default: the world's). scene_lattice.h does it.
 struct SceneLattice {

@@ -9,6 +9,7 @@
 namespace kerf {
 namespace {
 
+constexpr double kFlat = 3;  // box over body thickness: more is bent
 constexpr double kOutside = 1e-6;  // of a cell: a body may stick out of a given lattice by rounding only
 
 /// Box of the prisms (rest positions plus and minus offset) along the axes.
@@ -29,6 +30,21 @@ LatticeOptions given(Vec3 origin, const Mat3& axes, Vec3 cell, LatticeIndex coun
   options.cell = cell;
   options.count = count;
   return options;
+}
+
+/// Mean over the vertices, metres.
+double mean_thickness(const CollisionMesh& mesh) {
+  double sum = 0;
+  for (CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count())) sum += 2 * norm(mesh.offset[v]);
+  return sum / static_cast<double>(mesh.vertex_count());
+}
+
+/// Extent of the lattice along the axis with a single cell.
+double thinnest(Vec3 cell, const LatticeIndex& count) {
+  double out = HUGE_VAL;
+  for (int i = 0; i < 3; ++i)
+    if (count[static_cast<std::size_t>(i)] == 1) out = std::fmin(out, cell[i]);
+  return out;
 }
 
 /// Refuses a frame that does not hold the whole body.
@@ -59,7 +75,14 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
   LatticeOptions automatic;
   automatic.layers = wanted.layers.value_or(1);
   if (!wanted.cells && !wanted.cell_size) {
-    if (!hint || wanted.layers) return choose_lattice(mesh, automatic);
+    if (wanted.layers) return choose_lattice(mesh, automatic);
+    if (!hint) {
+      // One layer of cells suits a flat body. A bent one's box is much thicker than the body: cells near cubes then.
+      const Result<LatticeFrame> flat = choose_lattice(mesh, automatic);
+      if (!flat.ok() || thinnest(flat->cell, flat->count) <= kFlat * mean_thickness(mesh)) return flat;
+      automatic.layers = 0;
+      return choose_lattice(mesh, automatic);
+    }
     return choose_lattice(
         mesh, given(hint->origin, Mat3{}, hint->cell, {hint->cells[0], hint->cells[1], hint->cells[2]}));
   }

@@ -7,6 +7,7 @@
 #include "kerf/base/hash.h"
 #include "kerf/lattice/lattice_tip.h"
 #include "kerf/lattice/lattice_tolerances.h"
+#include "kerf/lattice/tip_glue.h"
 
 namespace kerf {
 
@@ -921,10 +922,10 @@ class Adapter {
         for (const OnFace& o : s_.on_face) {
           const T u = s_.elements[at(o.b)].triangle;
           if (element_of(u) >= 0 || !wall_lies_in_face(wall(o.edge), index, axis)) continue;
-          if (tip_runs_along(o.edge, a) || tip_runs_along(o.edge, b)) continue;
-          for (std::int32_t k = o.b; k < end_b && s_.elements[at(k)].triangle == u; ++k)
-            if (s_.elements[at(o.a)].copy.valid() && s_.elements[at(k)].copy.valid())
-              link(s_.elements[at(o.a)].copy, s_.elements[at(k)].copy);
+          for (std::int32_t k = o.b; k < end_b && s_.elements[at(k)].triangle == u; ++k) {
+            const HexId x = s_.elements[at(o.a)].copy, y = s_.elements[at(k)].copy;
+            if (x.valid() && y.valid() && !opened_along(o.edge, a, x, y) && !opened_along(o.edge, b, x, y)) link(x, y);
+          }
         }
       }
     }
@@ -943,10 +944,18 @@ class Adapter {
     return prism_beside(prism(e.triangle), cell, tip.point, tip.normal, e.side);
   }
 
-  [[nodiscard]] bool tip_runs_along(CollisionHalfEdge h, CellId c) const {
-    for (TipId t = hex_.first_tip[c]; t.valid(); t = hex_.tips[t].next_in_cell)
-      for (const CollisionHalfEdge g : hex_.tips[t].along)
-        if (g.valid() && (g == h || mesh_.twin[g] == h)) return true;
+  /// Does the continuation of a tip in this cell run along the edge, between two copies that its glue holds together? What
+  /// the glue does not hold must not come off.
+  [[nodiscard]] bool opened_along(CollisionHalfEdge h, CellId c, HexId x, HexId y) const {
+    for (TipId t = hex_.first_tip[c]; t.valid(); t = hex_.tips[t].next_in_cell) {
+      const auto& along = hex_.tips[t].along;
+      if (std::none_of(along.begin(), along.end(), [&](CollisionHalfEdge g) { return g.valid() && (g == h || mesh_.twin[g] == h); }))
+        continue;
+      for (TipId record = hex_.vertex_tip[hex_.tips[t].vertex]; record.valid(); record = hex_.tips[record].next_of_vertex) {
+        const TipCopies glued = tip_copies(hex_, record);
+        if ((glued.left == x && glued.right == y) || (glued.left == y && glued.right == x)) return true;
+      }
+    }
     return false;
   }
 

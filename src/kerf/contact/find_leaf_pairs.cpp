@@ -24,25 +24,20 @@ float widest(const TreeBox& b) {
 bool side_by_side(const TreeBox& a, const TreeBox& a_directions, const TreeBox& b, const TreeBox& b_directions,
                   float limit) {
   // d lies in a box around `middle`.
-  float middle[3], half[3], square = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    middle[k] = 0.5f * (a.min.x[k] + a.max.x[k] - b.min.x[k] - b.max.x[k]);
-    half[k] = 0.5f * (a.max.x[k] - a.min.x[k] + b.max.x[k] - b.min.x[k]);
-    const float beyond = std::max(std::fabs(middle[k]) - half[k], 0.0f);
-    square += beyond * beyond;
-  }
+  const auto absolute = [](TreeLanes v) { return v < TreeLanes{} ? -v : v; };
+  const TreeLanes middle = 0.5f * (lanes(a.min) + lanes(a.max) - lanes(b.min) - lanes(b.max));
+  const TreeLanes half = 0.5f * (lanes(a.max) - lanes(a.min) + lanes(b.max) - lanes(b.min));
+  const TreeLanes farthest = absolute(middle) + half, beyond = greater_of(absolute(middle) - half, TreeLanes{});
+  const float square = sum_of_three(beyond * beyond);
   if (!(square > limit * limit)) return false;
   const float distance = std::sqrt(square);
   float gap = distance;
   for (const TreeBox* directions : {&a_directions, &b_directions}) {
-    float along = 0, spread = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float centre = 0.5f * (directions->min.x[k] + directions->max.x[k]);
-      const float width = 0.5f * (directions->max.x[k] - directions->min.x[k]);
-      along += centre * middle[k];
-      spread += std::fabs(centre) * half[k] + width * (std::fabs(middle[k]) + half[k]);
-    }
-    gap -= directions->max.x[3] * std::min(1.0f, (std::fabs(along) + spread) / distance);
+    const TreeLanes least = lanes(directions->min), most = lanes(directions->max);
+    const TreeLanes centre = 0.5f * (least + most), width = 0.5f * (most - least);
+    const float along = sum_of_three(centre * middle);
+    const float spread = sum_of_three(absolute(centre) * half + width * farthest);
+    gap -= most[3] * std::min(1.0f, (std::fabs(along) + spread) / distance);
   }
   return gap > limit;
 }

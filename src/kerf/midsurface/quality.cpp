@@ -102,7 +102,7 @@ MidsurfaceQuality measure_quality(const CoarseMesh& c, const QualityInput& in) {
     out.medial_max = std::max(out.medial_max, medial);
     ++vertices;
     // Next to the rim the closest points of both sides are on its wall, and say nothing about the thickness.
-    if (rim.size() > 0 && rim_bvh.closest(rim_view, m.position[v]).distance < 1.2 * c.half_thickness[v]) continue;
+    if (!rim.empty() && rim_bvh.closest(rim_view, m.position[v]).distance < 1.2 * c.half_thickness[v]) continue;
     out.thickness_mean += thickness;
     out.thickness_max = std::max(out.thickness_max, thickness);
     ++far_from_rim;

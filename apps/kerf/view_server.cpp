@@ -18,6 +18,7 @@
 #include <optional>
 #include <set>
 
+#include "gunzip.h"
 #include "kerf/mesh/whole_file.h"
 
 namespace kerf::app {
@@ -274,12 +275,12 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     if (found == server_.page.end()) return refuse(request, http::status::not_found, "There is no such file.");
     const PageFile& file = found->second;
     const auto accepted = view(request[http::field::accept_encoding]);
-    if (file.gzip && accepted.find("gzip") == std::string_view::npos)
-      return refuse(request, http::status::not_acceptable, "This page needs a browser that reads gzip.");
     auto response = make(request, http::status::ok, file.type);
-    if (file.gzip) response->set(http::field::content_encoding, "gzip");
+    const bool packed = file.gzip && accepted.find("gzip") != std::string_view::npos;
+    if (packed) response->set(http::field::content_encoding, "gzip");
+    if (file.gzip) response->set(http::field::vary, "Accept-Encoding");
     response->set(http::field::cache_control, file.immutable ? "public, max-age=31536000, immutable" : "no-cache");
-    response->body() = file.bytes;
+    response->body() = file.gzip && !packed ? gunzip(file.bytes).value_or("") : file.bytes;
     send(request, response);
   }
   using Response = http::response<http::string_body>;

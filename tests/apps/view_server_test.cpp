@@ -1,4 +1,5 @@
 // The server of `kerf view`, over real sockets.
+#include "gunzip.h"
 #include "view_server.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,11 @@ Engine steak(std::uint64_t session = 1) {
 PageFiles files() {
   PageFiles page;
   page["/"] = page["/index.html"] = {"text/html; charset=utf-8", "<p>kerf</p>", false, false};
-  page["/assets/a.js"] = {"text/javascript; charset=utf-8", "packed", true, true};
+  // gzip of "console.log(1);" twenty times
+  constexpr char kPacked[] =
+      "\x1f\x8b\x08\x00\x00\x00\x00\x00\x02\x03\x4b\xce\xcf\x2b\xce\xcf\x49\xd5\xcb\xc9\x4f\xd7\x30\xd4\xb4\x4e\x1e\xe5\xe2\xe6\x02\x00"
+      "\x20\xc5\x26\x65\x2c\x01\x00";
+  page["/assets/a.js"] = {"text/javascript; charset=utf-8", std::string(kPacked, sizeof kPacked), true, true};
   return page;
 }
 
@@ -61,10 +66,10 @@ class Running {
 };
 
 std::pair<std::string, std::string> get(std::uint16_t port, const std::string& target, const std::string& host = {},
-                                        const std::string& method = "GET") {
+                                        const std::string& method = "GET", const std::string& encoding = "gzip") {
   RawSocket socket(port);
   socket.send(method + " " + target + " HTTP/1.1\r\nHost: " + (host.empty() ? "127.0.0.1:" + std::to_string(port) : host) +
-              "\r\nAccept-Encoding: gzip\r\nConnection: close\r\n\r\n");
+              "\r\nAccept-Encoding: " + encoding + "\r\nConnection: close\r\n\r\n");
   return socket.response();
 }
 bool is(const std::pair<std::string, std::string>& response, int status) {
@@ -85,6 +90,15 @@ TEST(ViewServer, ServesThePageWithItsPolicy) {
   EXPECT_TRUE(is(script, 200));
   EXPECT_NE(script.first.find("Content-Encoding: gzip"), std::string::npos);
   EXPECT_NE(script.first.find("immutable"), std::string::npos);
+  // Whoever does not read gzip gets it unpacked.
+  const auto plain = get(server.port(), "/assets/a.js", {}, "GET", "identity");
+  EXPECT_TRUE(is(plain, 200));
+  EXPECT_EQ(plain.first.find("Content-Encoding"), std::string::npos);
+  std::string text;
+  for (int i = 0; i < 20; ++i) text += "console.log(1);";
+  EXPECT_EQ(plain.second, text);
+  EXPECT_FALSE(gunzip("GIF89a, which is no gzip file").has_value());
+  EXPECT_FALSE(gunzip(std::string_view("\x1f\x8b\x08\x00\x00\x00\x00\x00\x02\x03 broken off here", 30)).has_value());
   EXPECT_TRUE(is(get(server.port(), "/../../etc/passwd"), 404));
   EXPECT_TRUE(is(get(server.port(), "/assets/"), 404));
   EXPECT_TRUE(is(get(server.port(), "/", {}, "POST"), 405));

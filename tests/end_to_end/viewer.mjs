@@ -304,6 +304,36 @@ await check('own meshes are loaded and cut', async () => {
   assert.equal(after.cut.invariants, 0, after.cut.text);
 });
 
+await check('a tool led by the pointer presses on a body that lies on a board', async () => {
+  const file = join(out, 'board.toml');
+  writeFileSync(file, `[body]\nmodel = "steak"\n[simulation]\ntime_step = 0.005\n
+[[obstacle]]\nname = "board"\nshape = "box"\nsize = [0.34, 0.26, 0.02]\nposition = [0, 0, -0.0215]\n
+[[obstacle]]\nshape = "plane"\nposition = [0, 0, -0.0315]\n
+[[tool]]\nid = "ball"\nkind = "sphere"\nradius = 0.008\nposition = [0.02, -0.02, 0.03]\n`);
+  const kitchen = await startServer(file);
+  const cook = await openPage(kitchen.url);
+  await until(cook, () => window.kerf.state().things.length === 3 && window.kerf.state().touching > 10);
+  await cook.keyboard.press('8');
+  await cook.keyboard.press('k');
+  await until(cook, () => window.kerf.app.things.contactPoints.geometry.drawRange.count > 10);
+  const before = (await state(cook)).rigid[0];
+  await cook.mouse.move(...await cook.evaluate((p) => window.kerf.pickPoint(...p), before.place.position));
+  await cook.mouse.down();
+  await cook.mouse.move(...await cook.evaluate(([x, y]) => window.kerf.pickPoint(x, y, -0.008), before.place.position), { steps: 12 });  // in the plane that faces the eye
+  await until(cook, () => Math.hypot(...window.kerf.state().rigid[0].force) > 0.1);
+  const pressed = (await state(cook)).rigid[0];
+  assert.ok(pressed.place.position[2] < before.place.position[2] - 0.004, 'it went down');
+  assert.ok(pressed.force[2] > 0, 'the steak pushes it up');
+  await cook.screenshot({ path: join(out, 'board.png') });
+  await cook.mouse.wheel(0, 120);  // away from the eye, or nearer: it moves, the view does not zoom
+  const camera = (await state(cook)).camera.position;
+  await until(cook, (p) => Math.hypot(...window.kerf.state().rigid[0].pose.position.map((x, i) => x - p[i])) > 1e-3, pressed.pose.position);
+  assert.deepEqual((await state(cook)).camera.position, camera);
+  await cook.mouse.up();
+  await cook.close();
+  await stopServer(kitchen);
+});
+
 await check('measurements: latency, traffic, CPU (reported, not judged)', async () => {
   await page.close();
   page = await openPage(server.url, { width: 320, height: 240 });

@@ -22,7 +22,7 @@ using namespace kerf::test;
 constexpr std::uint32_t kScalpel = 0, kGrasp = 1, kFix = 2, kRelease = 3, kLine = 4;
 constexpr std::uint32_t kDown = 0, kMove = 1, kUp = 2, kCancel = 3;
 constexpr std::uint32_t kPause = 2, kStep = 3, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9, kMaterial = 10, kExport = 11,
-                        kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17;
+                        kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17, kContacts = 18;
 constexpr Point kEye{0.02, -0.05, 0.6};
 
 SceneSource steak() {
@@ -668,6 +668,87 @@ TEST(Engine, ResetScenesAndExport) {
   EXPECT_NE(p.files["sheet.toml"].find("model = \"sheet\""), std::string::npos);
   table.tell(page, page_command(7, kExport, {}, "exe"));
   EXPECT_EQ(p.errors.size(), 3u);
+}
+
+TEST(Engine, ObstaclesAndToolsAreShownAndLed) {
+  SceneSource source;
+  source.name = "board";
+  source.text =
+      "[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.005\n"
+      "[[obstacle]]\nshape = \"box\"\nname = \"board\"\nsize = [0.4, 0.4, 0.02]\nposition = [0, 0, -0.0215]\n"
+      "[[tool]]\nid = \"ball\"\nkind = \"sphere\"\nradius = 0.01\nposition = [0.01, 0, 0.05]\n"
+      "[[tool]]\nid = \"grip\"\nkind = \"grasper\"\nposition = [0, 0, 0.2]\n";
+  Table table({}, source);
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  EXPECT_NE(p.things.find("\"name\":\"board\""), std::string::npos) << p.things;
+  EXPECT_NE(p.things.find("\"shape\":\"grasper\""), std::string::npos);
+  EXPECT_EQ(p.thing_triangles.size() > 100, true);
+  Box3 board;
+  for (std::size_t i = 0; i < 8; ++i) board.add({p.thing_positions[i][0], p.thing_positions[i][1], p.thing_positions[i][2]});
+  EXPECT_NEAR(board.size().x, 0.4, 1e-6);
+  EXPECT_NEAR(board.size().z, 0.02, 1e-6);
+  table.tick(60);
+  ASSERT_EQ(p.places.size(), 3u);
+  ASSERT_EQ(p.tools.size(), 2u);
+  EXPECT_NEAR(p.places[0][2], -0.0215, 1e-7);
+  EXPECT_NEAR(p.places[1][0], 0.01, 1e-3);
+  EXPECT_EQ(p.places[2][7], 1);  // jaws open
+  // The steak lies on the board: its weight is carried; nobody has asked for the points.
+  EXPECT_GT(p.touching, 5u);
+  EXPECT_TRUE(p.contacts.empty());
+  table.tell(page, page_command(1, kContacts, {1}));
+  table.tick();
+  ASSERT_GT(p.contacts.size(), 5u);
+  double sum = 0;
+  for (std::size_t i = 0; i < p.contacts.size(); ++i) {
+    EXPECT_EQ(p.partners[i] & 15u, 0u);  // with the board
+    EXPECT_NEAR(p.contacts[i][5], 1, 0.2);
+    sum += p.contacts[i][8];
+  }
+  EXPECT_GT(sum, 0);
+  const double resting = p.press;
+  // A ball that is pressed down feels it, as the board does.
+  for (int k = 0; k <= 40; ++k) {
+    table.tell(page, page_device(2, 0, {0.01, 0, 0.05 - 0.0009 * k}, {}, 1));
+    table.tick();
+  }
+  for (const auto& e : p.errors) ADD_FAILURE() << e.text;
+  EXPECT_NEAR(p.tools[0][2], 0.014, 1e-3);      // where it is led
+  EXPECT_GT(p.places[1][2], p.tools[0][2]);     // it is held up
+  EXPECT_GT(p.tools[0][9], 0.05f);              // N, upwards
+  EXPECT_GT(p.press, resting);
+  EXPECT_TRUE(std::any_of(p.partners.begin(), p.partners.end(), [](std::uint32_t with) { return (with & 15u) == 1; }));
+  // Jaws close.
+  table.tell(page, page_device(3, 1, {0, 0, 0.2}, {0, 0.5, 0}, 0));
+  table.tick(30);
+  EXPECT_NEAR(p.places[2][7], 0, 1e-6);
+  EXPECT_NEAR(2 * std::atan2(p.places[2][4], p.places[2][6]), 0.5, 0.05);
+  table.tell(page, page_device(4, 7, {0, 0, 0.2}, {}, 1));
+  ASSERT_EQ(p.errors.size(), 1u);
+  // All of it can be repeated.
+  auto again = replay(table.engine.recording());
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->first_difference, -1);
+}
+
+TEST(Engine, WhatIsTooLongToBeRecordedIsSaid) {
+  EngineOptions options;
+  options.most_recorded = 20'000;
+  Table table(options);
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  table.tell(page, page_command(1, kRecording, {1}));
+  for (int i = 0; i < 300; ++i) table.tell(page, page_command(2, kGravity, {0, 0, -1.0 - 0.001 * i}));
+  table.tell(page, page_command(3, kRecording, {0}));
+  ASSERT_EQ(p.errors.size(), 1u);
+  EXPECT_TRUE(p.files.empty());
+  EXPECT_TRUE(table.engine.recording().changes.empty());
+  table.tell(page, page_command(4, kReset));
+  table.tell(page, page_command(5, kRecording, {1}));
+  table.tell(page, page_command(6, kGravity, {0, 0, -2}));
+  table.tell(page, page_command(7, kRecording, {0}));
+  EXPECT_EQ(p.files.size(), 1u);
 }
 
 TEST(Engine, AnotherSceneIsLoadedInTheBackground) {

@@ -73,6 +73,10 @@ inline std::vector<std::byte> page_command(std::uint32_t input, std::uint32_t co
   for (const double v : values) w.f64(v);
   return w.text(text).finish();
 }
+inline std::vector<std::byte> page_device(std::uint32_t input, std::uint32_t tool, Point position, Point rotation, double jaws) {
+  return PageWriter(71).u32(input).u32(tool).f64(position.x).f64(position.y).f64(position.z).f64(rotation.x).f64(rotation.y)
+      .f64(rotation.z).f64(jaws).finish();
+}
 inline std::vector<std::byte> page_claim(bool take) { return PageWriter(69).u32(take ? 1 : 0).u32(0).finish(); }
 inline std::vector<std::byte> page_upload(std::uint32_t upload, std::uint32_t part, const std::string& name, std::uint32_t offset,
                                           std::uint32_t total, const std::string& bytes) {
@@ -189,6 +193,16 @@ struct MirroredPage {
   std::map<std::string, std::string> files;
   struct Loading { std::uint32_t input = 0, state = 0; float fraction = 0; std::string stage; };
   std::vector<Loading> loadings;
+  // Obstacles, tools and contacts of the last frame
+  std::string things;
+  std::vector<F3> thing_positions;
+  std::vector<U3> thing_triangles;
+  std::vector<std::array<float, 8>> places;
+  std::vector<std::array<float, 14>> tools;
+  std::vector<std::array<float, 10>> contacts;
+  std::vector<std::uint32_t> partners;
+  std::uint32_t touching = 0;
+  float press = 0;
   std::uint32_t overlays = 0;
   struct {
     std::vector<F3> rest, foot_rest;
@@ -241,10 +255,18 @@ struct MirroredPage {
         const double t = r.f64();
         r.f32();
         r.f32();
-        const auto nn = r.u32(), f = r.u32(), u = r.u32(), re = r.u32(), ng = r.u32();
-        r.u32();
+        const auto nn = r.u32(), f = r.u32(), u = r.u32(), re = r.u32(), ng = r.u32(), np = r.u32(), nt = r.u32(), nk = r.u32();
+        touching = r.u32();
+        press = r.f32();
         auto nodes = r.array<F3>(nn);
         r.array<std::array<float, 6>>(ng);
+        places = r.array<std::array<float, 8>>(np);
+        tools = r.array<std::array<float, 14>>(nt);
+        contacts = r.array<std::array<float, 10>>(nk);
+        partners = r.array<std::uint32_t>(nk);
+        EXPECT_LE(nt, np);
+        EXPECT_LE(nk, touching);
+        for (const auto& p : places) EXPECT_NEAR(p[3] * p[3] + p[4] * p[4] + p[5] * p[5] + p[6] * p[6], 1, 1e-5);
         last_seq = seq;
         ++frames;
         frame_bytes += bytes.size();
@@ -338,6 +360,14 @@ struct MirroredPage {
         r.u32();
         const std::string file = r.text(n);
         files[file] = r.text(size);
+        break;
+      }
+      case 13: {
+        EXPECT_EQ(r.u32(), body.body);
+        const auto j = r.u32(), nv = r.u32(), nf = r.u32();
+        things = r.text(j);
+        thing_positions = r.array<F3>(nv);
+        thing_triangles = r.array<U3>(nf);
         break;
       }
       case 12: {

@@ -107,7 +107,11 @@ TEST(Protocol, ValuesOutOfRangeAreRefused) {
   EXPECT_TRUE(refused(page_command(1, 4, {nan})));
   EXPECT_TRUE(refused(page_command(1, 9, {0, 0, inf})));
   EXPECT_TRUE(refused(page_command(1, 0)));
-  EXPECT_TRUE(refused(page_command(1, 18)));
+  EXPECT_FALSE(refused(page_device(1, 0, {1, 2, 3}, {0, 3, 0}, 1)));
+  for (const double bad : {nan, inf, 2e6}) EXPECT_TRUE(refused(page_device(1, 0, {0, bad, 0}, {}, 1)));
+  for (const double bad : {nan, inf, 200.0}) EXPECT_TRUE(refused(page_device(1, 0, {}, {bad, 0, 0}, 1)));
+  for (const double bad : {nan, -0.1, 1.1}) EXPECT_TRUE(refused(page_device(1, 0, {}, {}, bad)));
+  EXPECT_TRUE(refused(page_command(1, 19)));
   EXPECT_TRUE(refused(page_tool(1, 5, 1, {})));
   EXPECT_TRUE(refused(page_tool(1, 0, 4, {})));
   EXPECT_TRUE(refused(page_tool(1, 0, 0, {})));  // down needs a sample
@@ -119,7 +123,7 @@ TEST(Protocol, ValuesOutOfRangeAreRefused) {
     EXPECT_TRUE(refused(page_command(1, 8, {}, text)));
   EXPECT_TRUE(refused(page_command(1, 8, {}, std::string("a\0b", 3))));
   EXPECT_TRUE(refused(PageWriter(69).u32(2).u32(0).finish()));
-  for (const std::uint16_t type : std::initializer_list<std::uint16_t>{0, 1, 63, 71, 65535}) EXPECT_TRUE(refused(PageWriter(type).u32(0).u32(0).finish()));
+  for (const std::uint16_t type : std::initializer_list<std::uint16_t>{0, 1, 63, 72, 65535}) EXPECT_TRUE(refused(PageWriter(type).u32(0).u32(0).finish()));
   Raw version = page_ack(1);
   version[2] = std::byte{1};
   EXPECT_TRUE(refused(version));

@@ -1,7 +1,8 @@
 // Makes the figures of docs/figures.md in the page, as a person would: kerf view, the view's toggles, the tools.
 //   npm run build && npm run figures -- --kerf ../../build/release/kerf --out ../../docs/figures [number...]
+// --quick: small pictures of small bodies, for tests: does every figure still come about?
 import { spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -10,13 +11,16 @@ import { drag, ready, withPage } from './page.mjs';
 import { encodePng } from './palette_png.mjs';
 
 const { values: options, positionals: only } = parseArgs({
-  options: { kerf: { type: 'string', default: 'kerf' }, out: { type: 'string', default: 'figures' } }, allowPositionals: true,
+  options: { kerf: { type: 'string', default: 'kerf' }, out: { type: 'string', default: 'figures' }, quick: { type: 'boolean', default: false } },
+  allowPositionals: true,
 });
 const out = resolve(options.out), dist = fileURLToPath(new URL('../dist', import.meta.url));
+if (!existsSync(join(dist, 'index.html'))) { console.log('skipped: the page is not built (npm run build)'); process.exit(77); }
 const shipped = fileURLToPath(new URL('../../../scenes/', import.meta.url));
 const scratch = mkdtempSync(join(tmpdir(), 'kerf-figures-'));
 const kViews = ['shaded', 'wireframe', 'collision', 'hexahedra', 'bound', 'links', 'feet'];
-const kWidth = 1000, kGap = 8;
+const { quick } = options;
+const kWidth = quick ? 500 : 1000, kGap = 8;
 
 /** A shipped scene without its commands, with other options of its model and another weight. */
 function scene(name, modelOptions = '', gravity = 0) {
@@ -40,8 +44,9 @@ async function view(name, text, width, height, use, scale = 2) {
       kerf.on('error', failed);
       void ended.then((code) => failed(new Error(`${options.kerf} ended: ${code}`)));
     });
-    return await withPage({ url, viewport: { width, height }, scale }, async (page) => {
-      await page.goto(`${url}?ui=0&stage=plain&quality=full`);
+    const viewport = quick ? { width, height: Math.round(height / 2) } : { width, height };
+    return await withPage({ url, viewport, scale: quick ? 1 : scale }, async (page) => {
+      await page.goto(`${url}?ui=0&stage=plain&quality=${quick ? 'lite' : 'full'}`);
       await ready(page);
       return await use(new Shown(page));
     });
@@ -176,7 +181,10 @@ async function compose(number, columns, panels) {
       for (const b of data) text += String.fromCharCode(b);
       return { width: image.width, height: image.height, data: btoa(text) };
     }, shot);
-    const bytes = encodePng(pixels.width, pixels.height, Buffer.from(pixels.data, 'base64'));
+    const raw = Buffer.from(pixels.data, 'base64'), colours = new Set();
+    for (let i = 0; i < raw.length; i += 4) colours.add(raw.readUInt32LE(i));
+    if (colours.size < 30) throw new Error(`figure ${number} is empty: ${colours.size} colours`);
+    const bytes = encodePng(pixels.width, pixels.height, raw);
     writeFileSync(file, bytes);
     console.log(`${file}: ${Math.round(bytes.length / 1000)} kB`);
   });
@@ -259,7 +267,7 @@ const figures = {
   },
   19: async () => {
     const rows = [[], [], []];
-    for (const [vertices, triangles] of [[881, 1664], [3425, 6656], [13505, 26624], [53633, 106496]]) {
+    for (const [vertices, triangles] of [[881, 1664], [3425, 6656], [13505, 26624], [53633, 106496]].slice(0, quick ? 2 : 4)) {
       await view(`sheet${vertices}`, scene('sheet', `visual_triangles = ${triangles}`, -9.81), wide(4), 200, async (v) => {
         await v.start();
         await v.look(-90, 89.9, 0.36, [0.02, 0.02, 0]);

@@ -3,7 +3,7 @@ import { Vector3 } from 'three';
 import type { Engine, EngineEvents, EngineState } from './engine/engine';
 import {
   CommandCode, FrameFlag, LoadState, Modifier, Outcome, UploadPart, type Body, type Counts, type CutReport, type EngineError,
-  type FileMessage, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Stats, type ToolSample, type Vec3,
+  type FileMessage, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Stats, type Things, type ToolSample, type Vec3,
 } from './engine/protocol';
 import { Blade } from './scene/blade';
 import { BodyMesh } from './scene/body_mesh';
@@ -12,6 +12,8 @@ import { Ink } from './scene/ink';
 import { type Look, type QualityLevel, toLook } from './scene/materials';
 import { makeNoiseTexture } from './scene/noise';
 import { Overlays, type ViewName } from './scene/overlays';
+import { readThings, type Thing } from './engine/things';
+import { ThingsView } from './scene/things';
 import { skinPoint } from './scene/skinning';
 import { type Box, Stage } from './scene/stage';
 import { LatencyMeter } from './stats/latency';
@@ -43,6 +45,7 @@ export interface AppListener {
   file(name: string, bytes: Uint8Array): void;
   loading(loading: Loading | null): void;
   used(tool: ToolName): void;
+  things(tools: number): void;
 }
 
 const kRayPatienceMs = 1000;
@@ -78,11 +81,13 @@ export class App implements EngineEvents {
   readonly mesh: BodyMesh;
   readonly overlays: Overlays;
   readonly blade = new Blade();
+  readonly things = new ThingsView();
   readonly ink: Ink;
   readonly latency = new LatencyMeter();
   readonly pointers = new PointerMap();
   readonly stepSeries = new Series(5);  // seconds of the page's clock, step median, step 99 %, mechanics, fps
   readonly cutSeries = new Series(5);   // number, binding, embedding, surface, total
+  readonly contactSeries = new Series(4); // seconds of the page's clock, contacts, N pressed with, N on the tools
   readonly countSeries = new Series(7); // cut number, six counts
   listener: AppListener | null = null;
 
@@ -124,6 +129,12 @@ export class App implements EngineEvents {
   private ackedSeq = 0;
   private stroke: Stroke | null = null;
   private readonly pacer = new Pacer();
+  private thingList: Thing[] = [];
+  private toolIndex = 0;
+  private jawsOpen: boolean[] = [];
+  /** The scene's tool that is led: where pointer and tool were, and how far it has been pushed along the view. */
+  private led: { from: Vector3; grab: Vector3; normal: Vector3; depth: number; turn: readonly [number, number, number, number]; at: { x: number; y: number } } | null = null;
+  private ledTo: { x: number; y: number; time: number } | null = null;
   /** Samples of the stroke that are not sent yet, and the time of the last one that came. */
   private held: ToolSample[] = [];
   private heldModifiers = 0;
@@ -154,7 +165,7 @@ export class App implements EngineEvents {
     this.mesh = new BodyMesh(noise);
     this.overlays = new Overlays(this.mesh);
     this.ink = new Ink(ink);
-    this.stage.scene.add(this.mesh.group, this.overlays.group, this.blade.group);
+    this.stage.scene.add(this.mesh.group, this.overlays.group, this.blade.group, this.things.group);
     this.qualityMode = options.quality;
     // The CPU as a GPU starts with the cheapest materials and stays there.
     const firstLite = kQualitySteps.findIndex((s) => s.level === 'lite');
@@ -195,6 +206,7 @@ export class App implements EngineEvents {
     this.info = readSceneInfo(hello);
     this.listener?.scene(this.info);
     if (this.overlays.wanted > 0) this.engine.command({ code: CommandCode.Overlay, value: [this.overlays.wanted] });
+    if (this.things.showContacts) this.engine.command({ code: CommandCode.Contacts, value: [1] });
     this.updateAllowed();
   }
 
@@ -262,11 +274,29 @@ export class App implements EngineEvents {
       this.listener?.play(playing, this.speed, this.undoDepth, this.redoDepth);
     }
     const state = this.mesh.state;
+    if (state && frame.body === state.body) {
+      if (this.things.place(frame.places, frame.tools)) this.touch(true);
+      if (this.things.setContacts(frame.contacts, frame.partners, frame.touching, frame.press)) this.touch(false);
+      this.stage.setFurniture(this.things.any, this.things.floor);
+      if (this.things.any) this.stage.keepFloorBelow(Math.min(this.mesh.lowest, this.things.lowest));
+    }
     if (!state || frame.body !== state.body || frame.version !== state.version || frame.nodes.length !== 3 * state.nn) return;
     if (this.pendingNodes.length < frame.nodes.length) this.pendingNodes = new Float32Array(2 * frame.nodes.length);
     this.pendingNodes.set(frame.nodes);
     this.pending = { version: frame.version, input: frame.input, n: frame.nodes.length };
     if (this.blade.setGrasps(frame.grasps)) this.touch(true);
+  }
+
+  thingsCame(message: Things): void {
+    const things = readThings(message);
+    this.thingList = things;
+    this.jawsOpen = [];
+    this.furnish();
+    const tools = things.filter((t) => t.tool).length;
+    if (tools === 0 && this.tool === 'rigid') this.setTool('scalpel');
+    this.listener?.things(tools);
+    this.compile();
+    this.touch(true);
   }
 
   hit(hit: Hit): void {
@@ -294,6 +324,8 @@ export class App implements EngineEvents {
     this.counts = stats.counts;
     this.pieces = stats.pieces;
     this.stepSeries.push(performance.now() / 1000, stats.stepMs, stats.stepMs99, stats.mechanicsMs, this.fps);
+    const felt = Math.max(0, ...this.things.tools.map((t) => Math.hypot(...t.force)));
+    this.contactSeries.push(performance.now() / 1000, this.things.touching, this.things.press, felt);
     if (this.countSeries.length === 0) this.pushCounts(stats.counts);
     this.listener?.stats(stats);
   }
@@ -360,6 +392,19 @@ export class App implements EngineEvents {
     if (this.overlays.wanted !== wanted) this.engine.command({ code: CommandCode.Overlay, value: [this.overlays.wanted] });
     this.touch(true);
   }
+  /** Shows what touches: points, normals, forces. */
+  setContacts(on: boolean): void {
+    this.things.showContacts = on;
+    this.engine.command({ code: CommandCode.Contacts, value: [on ? 1 : 0] });
+    this.touch(false);
+  }
+  /** Opens or closes the jaws of the tool that was held last. */
+  toggleJaws(): void {
+    const reading = this.things.tools[this.toolIndex];
+    if (!reading || !this.toolAllowed) return;
+    this.jawsOpen[this.toolIndex] = !(this.jawsOpen[this.toolIndex] ?? true);
+    this.lead(this.toolIndex, reading.pose.position, reading.pose.quaternion, performance.now());
+  }
   setQuality(mode: QualityLevel | 'auto'): void {
     this.qualityMode = mode;
     this.applyQuality();
@@ -368,7 +413,7 @@ export class App implements EngineEvents {
     this.stage.setTheme(dark);
     this.touch(false);
   }
-  get strokeActive(): boolean { return this.stroke !== null; }
+  get strokeActive(): boolean { return this.stroke !== null || this.led !== null; }
   /** Turns the view by degrees and zooms. */
   turn(azimuth: number, elevation: number, zoom: number): void { this.follow = false; this.stage.turn(azimuth, elevation, zoom); this.touch(false); }
   /** Looks from a direction in degrees, on request from a distance and at a point (metres). */
@@ -480,6 +525,7 @@ export class App implements EngineEvents {
       c.setPointerCapture(e.pointerId);
       this.place(e);
       this.follow = false;
+      if (this.tool === 'rigid') { this.takeTool(e); return; }
       this.stroke = new Stroke(this.tool);
       this.held = [];
       this.lastSampleTime = e.timeStamp;
@@ -489,7 +535,9 @@ export class App implements EngineEvents {
       this.listener?.used(this.tool);
     }, capture);
     c.addEventListener('pointermove', (e) => {
-      if (this.stroke && this.pointers.owns(e.pointerId)) {
+      if (this.led && this.pointers.owns(e.pointerId)) {
+        this.leadTo(e);
+      } else if (this.stroke && this.pointers.owns(e.pointerId)) {
         this.place(e);
         this.gather(e);
       } else if (this.pointers.active === null && (e.buttons === 0 || e.pointerType === 'pen')) {
@@ -499,10 +547,14 @@ export class App implements EngineEvents {
     }, capture);
     // Moves come once a picture; raw ones, where the browser has them, as they happen: half a picture sooner.
     c.addEventListener('pointerrawupdate', (e) => {
-      if (this.stroke && this.pointers.owns((e as PointerEvent).pointerId)) this.gather(e as PointerEvent);
+      const p = e as PointerEvent;
+      if (!this.pointers.owns(p.pointerId)) return;
+      if (this.led) this.leadTo(p);
+      else if (this.stroke) this.gather(p);
     }, capture);
     const finish = (e: PointerEvent, good: boolean): void => {
       if (!this.pointers.up(e.pointerId)) { this.updateAllowed(); return; }
+      this.led = this.ledTo = null;
       if (!this.stroke) return;
       if (good) {
         this.sendHeld(true);
@@ -518,6 +570,14 @@ export class App implements EngineEvents {
     c.addEventListener('pointerup', (e) => finish(e, true), capture);
     c.addEventListener('pointercancel', (e) => finish(e, false), capture);
     c.addEventListener('lostpointercapture', (e) => { if (this.pointers.owns(e.pointerId)) finish(e, false); }, capture);
+    c.addEventListener('wheel', (e) => {
+      if (!this.led) return;
+      e.preventDefault();
+      e.stopImmediatePropagation();  // the view does not zoom meanwhile
+      this.led.depth -= 3e-4 * e.deltaY * (e.deltaMode === 1 ? 30 : 1) * this.stage.size;
+      this.ledTo = { x: this.led.at.x, y: this.led.at.y, time: e.timeStamp };
+      this.sendLed();
+    }, { capture: true, passive: false });
     c.addEventListener('pointerleave', () => { if (!this.stroke) this.leave(); });
     window.addEventListener('blur', () => this.cancelStroke(true));
     document.addEventListener('visibilitychange', () => { if (document.hidden) this.cancelStroke(true); });
@@ -548,9 +608,70 @@ export class App implements EngineEvents {
     this.touch(true);
   }
 
+  // The scene's own tools: the pointer leads the nearest one in the plane that faces the eye.
+  private takeTool(e: PointerEvent): void {
+    const at = this.pointerAt!, tools = this.things.tools;
+    let best = -1, near = Infinity;
+    tools.forEach((t, i) => {
+      const [x, y] = this.stage.project(t.place.position as Vec3), d = Math.hypot(x - at.x, y - at.y);
+      if (d < near) { near = d; best = i; }
+    });
+    const reading = tools[best];
+    if (!reading) return;
+    this.toolIndex = best;
+    const from = new Vector3(...reading.pose.position), normal = this.stage.camera.getWorldDirection(new Vector3());
+    const grab = this.onPlane(e, from, normal);
+    if (!grab) return;
+    this.led = { from, grab, normal, depth: 0, turn: reading.pose.quaternion, at: { ...at } };
+    this.listener?.used('rigid');
+  }
+  private onPlane(at: { clientX: number; clientY: number }, point: Vector3, normal: Vector3): Vector3 | null {
+    const box = this.canvas.getBoundingClientRect();
+    const { origin, direction } = this.stage.ray(at.clientX - box.left, at.clientY - box.top);
+    const o = new Vector3(...origin), d = new Vector3(...direction), along = d.dot(normal);
+    if (along < 1e-3) return null;
+    return o.addScaledVector(d, point.clone().sub(o).dot(normal) / along);
+  }
+  private leadTo(e: PointerEvent): void {
+    const led = this.led!;
+    this.place(e);
+    const at = this.pointerAt!;
+    if (e.shiftKey) {
+      // Up is away from the eye; sideways stays.
+      led.depth += ((led.at.y - at.y) / Math.max(1, this.height)) * 1.5 * this.stage.size;
+      const here = this.onPlane(e, led.from, led.normal), before = this.onPlane({ clientX: e.clientX, clientY: e.clientY + (led.at.y - at.y) }, led.from, led.normal);
+      if (here && before) led.grab.add(here.sub(before));
+    }
+    led.at = { ...at };
+    this.ledTo = { x: at.x, y: at.y, time: e.timeStamp };
+    this.sendLed();
+  }
+  private sendLed(): void {
+    const led = this.led, to = this.ledTo;
+    if (!led || !to || !this.pacer.ready(performance.now())) return;
+    this.ledTo = null;
+    const box = this.canvas.getBoundingClientRect();
+    const now = this.onPlane({ clientX: to.x + box.left, clientY: to.y + box.top }, led.from, led.normal);
+    if (!now) return;
+    const p = led.from.clone().add(now).sub(led.grab).addScaledVector(led.normal, led.depth);
+    this.lead(this.toolIndex, [p.x, p.y, p.z], led.turn, to.time);
+  }
+  private lead(tool: number, position: Vec3, q: readonly [number, number, number, number], started: number): void {
+    const s = Math.hypot(q[0], q[1], q[2]), angle = 2 * Math.atan2(s, q[3]), f = s > 1e-12 ? angle / s : 0;
+    const input = this.engine.device(tool, position, [f * q[0], f * q[1], f * q[2]], this.jawsOpen[tool] === false ? 0 : 1);
+    this.latency.sent(input, started, 'motion');
+    this.pacer.sent(input, performance.now());
+  }
+
+  private furnish(): void {
+    this.things.set(this.thingList, this.stage.size, this.look, this.level, this.stage.makeWood());
+    this.stage.setFurniture(this.things.any, null);
+  }
+
   /** Ends the current stroke without a cut; `tell`: the engine is there to hear it. */
   cancelStroke(tell: boolean): void {
     this.pointers.cancel();
+    this.led = this.ledTo = null;
     if (!this.stroke) return;
     if (tell) this.send(this.stroke.cancel(), { timeStamp: performance.now() }, 0);
     this.stroke = null;
@@ -591,6 +712,7 @@ export class App implements EngineEvents {
     this.stage.resize(this.width, this.height);
     if (changed) {
       this.mesh.setLook(this.look, q.level);
+      if (this.things.any) this.furnish();
       if (this.mesh.state) this.compile();
     }
     this.touch(true);
@@ -625,6 +747,7 @@ export class App implements EngineEvents {
       this.latency.echoed(pending.input, performance.now(), 'motion');
     }
     this.sendHeld(false);
+    this.sendLed();
     this.sendHover(now);
     if (this.ready && this.follow && this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, true)) this.dirty = true;
     if (this.stage.animate()) this.dirty = true;
@@ -655,7 +778,7 @@ export class App implements EngineEvents {
 
   private sendHover(now: number): void {
     if (this.rayOut !== 0 && now - this.raySince > kRayPatienceMs) this.rayOut = 0;
-    if (!this.hoverChanged || !this.pointerAt || this.rayOut !== 0 || this.connection !== 'live' || this.tool === 'hand') return;
+    if (!this.hoverChanged || !this.pointerAt || this.rayOut !== 0 || this.connection !== 'live' || this.tool === 'hand' || this.tool === 'rigid') return;
     if (!this.toolAllowed) { if (this.blade.hide()) this.touch(true); return; }
     this.hoverChanged = false;
     this.rayAt = this.stage.ray(this.pointerAt.x, this.pointerAt.y);
@@ -669,6 +792,7 @@ export class App implements EngineEvents {
   private clearSeries(): void {
     this.cutNumber = 0;
     this.stepSeries.clear();
+    this.contactSeries.clear();
     this.cutSeries.clear();
     this.countSeries.clear();
   }
@@ -688,7 +812,8 @@ export class App implements EngineEvents {
       bodies: this.bodies, errors: this.errors, lastError: this.lastError, ready: this.ready && s !== null, software: this.stage.software,
       camera: { position: camera.toArray(), target: target.toArray() },
       bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
-      blade: this.blade.visible, loading: this.loadingNow, unit: this.info?.unit ?? null,
+      blade: this.blade.visible, loading: this.loadingNow, things: this.things.list.map((t) => ({ name: t.name, shape: t.shape, tool: t.tool })),
+      rigid: this.things.tools, touching: this.things.touching, press: this.things.press, unit: this.info?.unit ?? null,
     };
   }
 

@@ -46,6 +46,7 @@ class Recorder implements EngineEvents {
   overlay(o: Overlay): void { this.overlays.push(o); }
   file(): void {}
   loading(): void {}
+  thingsCame(): void {}
   state(s: string): void { this.states.push(s); }
 }
 

@@ -29,6 +29,8 @@ const engineMessages: EngineMessage[] = [
   {
     type: 'frame', body: 1, seq: 2, version: 3, input: 4, time: 1.25, stepMs: 0.5, speed: 1, flags: 3, undoDepth: 5, redoDepth: 6,
     nodes: new Float32Array([1, 2, 3]), grasps: new Float32Array([1, 2, 3, 4, 5, 6]),
+    places: new Float32Array(16).map((_, i) => i), tools: new Float32Array(14).map((_, i) => i / 2), contacts: new Float32Array(10).fill(3),
+    partners: new Uint32Array([17]), touching: 4, press: 2.5,
   },
   { type: 'hit', input: 5, triangle: -1, t: 0.1, point: [1, 2, 3], normal: [0, 0, 1] },
   { type: 'stats', stepMs: 1, stepMs99: 2, mechanicsMs: 3, stepsPerSecond: 500, iterations: 12, residual: 0.25, counts, pieces: 2, dropped: 3, bad: 4, clients: 5 },
@@ -40,6 +42,7 @@ const engineMessages: EngineMessage[] = [
     triangles: new Uint32Array([0, 1, 1]), bound: new Uint32Array([5, 6]), links: new Uint32Array([1, 99, 0, 3]),
     feet: new Uint32Array([5, 2]), footRest: new Float32Array([1, 2, 3]),
   },
+  { type: 'things', body: 2, json: '{"things":[]}', positions: new Float32Array(9).fill(1), triangles: new Uint32Array([0, 1, 2]) },
   { type: 'loading', input: 3, state: 0, fraction: 0.25, stage: 'paths' },
   { type: 'file', request: 9, name: 'a.obj', bytes: new Uint8Array([1, 2, 3, 4, 5]) },
 ];
@@ -54,6 +57,7 @@ const pageMessages: PageMessage[] = [
   { type: 'tool', input: 2, tool: 0, phase: 3, modifiers: 0, samples: [] },
   { type: 'ray', input: 3, origin: [1, 2, 3], direction: [0, 0, -1] },
   { type: 'command', input: 4, code: 8, text: 'meniscus', value: [1, 2, 3, 4] },
+  { type: 'device', input: 6, tool: 1, position: [1, 2, 3], rotation: [0, 0.5, 0], jaws: 0.25 },
   { type: 'claim', take: true },
   { type: 'upload', upload: 1, part: 1, name: 'mesh.obj', offset: 0, total: 10, bytes: new Uint8Array([7, 8, 9]) },
 ];
@@ -70,12 +74,12 @@ describe('messages', () => {
 
   it('lays a frame out as the protocol page says', () => {
     const v = new DataView(encodeEngineMessage(engineMessages[3]!));
-    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 2, 64 + 12 + 24]);
+    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 2, 80 + 12 + 24 + 64 + 56 + 40 + 4]);
     expect([8, 12, 16, 20].map((o) => v.getUint32(o, true))).toEqual([1, 2, 3, 4]);
     expect(v.getFloat64(24, true)).toBe(1.25);
     expect([v.getFloat32(32, true), v.getFloat32(36, true)]).toEqual([0.5, 1]);
-    expect([40, 44, 48, 52, 56, 60].map((o) => v.getUint32(o, true))).toEqual([1, 3, 5, 6, 1, 0]);
-    expect([64, 68, 72].map((o) => v.getFloat32(o, true))).toEqual([1, 2, 3]);
+    expect([40, 44, 48, 52, 56, 60, 64, 68, 72].map((o) => v.getUint32(o, true))).toEqual([1, 3, 5, 6, 1, 2, 1, 1, 4]);
+    expect([76, 80, 84, 88].map((o) => v.getFloat32(o, true))).toEqual([2.5, 1, 2, 3]);
   });
   it('lays bodies, patches, hits and tools out as the protocol page says', () => {
     const body = new DataView(encodeEngineMessage(engineMessages[1]!));
@@ -151,7 +155,7 @@ describe('bad messages', () => {
     expect(() => decodeEngineMessage(changed(engineMessages[7]!, (v) => v.setUint16(0, 64, true)))).toThrow(/type 64/);
   });
   it('refuses numbers that are not finite', () => {
-    expect(() => decodeEngineMessage(changed(engineMessages[3]!, (v) => v.setFloat32(68, NaN, true)))).toThrow(/finite/);
+    expect(() => decodeEngineMessage(changed(engineMessages[3]!, (v) => v.setFloat32(84, NaN, true)))).toThrow(/finite/);
     expect(() => decodeEngineMessage(changed(engineMessages[4]!, (v) => v.setFloat64(24, Infinity, true)))).toThrow(/finite/);
   });
   it('refuses ids out of range and unsorted', () => {

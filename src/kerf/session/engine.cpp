@@ -61,6 +61,7 @@ void Engine::Impl::show(std::unique_ptr<LoadedScene> scene) {
   std::swap(session, scene->session);
   std::swap(initial, scene->initial);
   std::swap(drawn, scene->drawn);
+  std::swap(things, scene->things);
   std::swap(rest_box, scene->box);
   initial_gravity = session->gravity();
   start_over();
@@ -101,9 +102,12 @@ void Engine::Impl::start_over() {
   tool.reset();
   line_from.reset();
   hand.reset();
+  jaws_closed.assign(things.tool_count(), false);
   pending_report.reset();
   changes.clear();
   hashes.clear();
+  recorded_bytes = 0;
+  too_long = false;
   history.clear();
   history_bytes = 0;
   owed = 0;
@@ -122,6 +126,7 @@ void Engine::Impl::start_over() {
     client.queue.forget_frame();
     hello(id);
     send_body(id);
+    send_things(id);
   }
   send_overlay();
 }
@@ -179,6 +184,12 @@ void Engine::Impl::send_body(std::uint32_t client) {
   if (found != clients.end()) found->second.queue.push(body_message);
 }
 
+void Engine::Impl::send_things(std::uint32_t client) {
+  protocol::Things m = things.message();
+  m.body = body;
+  send(client, protocol::encode(m));
+}
+
 void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   EngineClient& client = clients.at(id);
   hello(id);
@@ -190,6 +201,7 @@ void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   }
   client.ready = true;
   if (!resumed) send_body(id);
+  send_things(id);
   if (holder == 0) holder = id;
   send_roles();
   frame_due = true;
@@ -277,6 +289,16 @@ void Engine::Impl::send_frame() {
   m.redo_depth = static_cast<std::uint32_t>(session->redo_depth());
   m.nodes = nodes;
   m.grasps = grasps;
+  things.place(*session);
+  m.places = things.places();
+  m.tools = things.tools();
+  contacts.take(*session);
+  m.touching = contacts.touching;
+  m.press = contacts.press;
+  if (std::any_of(clients.begin(), clients.end(), [](const auto& c) { return c.second.contacts; })) {
+    m.contacts = contacts.points;
+    m.partners = contacts.partners;
+  }
   const protocol::Message message = share(protocol::encode(m));
   for (auto& [id, client] : clients)
     if (client.ready) client.queue.offer_frame(m.seq, message);
@@ -328,7 +350,7 @@ bool Engine::Impl::single_step() {
   times.residual = step->mechanics.residual;
   ++times.steps;
   frame_due = true;
-  if (recording && session->step_count() % kHashEvery == 0 && counts.visual_triangles <= kHashedTriangles)
+  if (recording && !too_long && session->step_count() % kHashEvery == 0 && counts.visual_triangles <= kHashedTriangles)
     hashes.push_back({session->step_count(), session->hash()});
   return true;
 }
@@ -399,15 +421,21 @@ void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message
   }
   const auto* command_message = std::get_if<protocol::Command>(&message);
   const auto* tool_message = std::get_if<protocol::ToolInput>(&message);
-  const std::uint32_t input = command_message ? command_message->input : tool_message ? tool_message->input : 0;
+  const auto* device_message = std::get_if<protocol::Device>(&message);
+  const std::uint32_t input = command_message  ? command_message->input
+                              : tool_message   ? tool_message->input
+                              : device_message ? device_message->input
+                                               : 0;
   // Everybody may look: the overlay and exports are for watchers too.
   const bool watching = command_message && (command_message->code == protocol::CommandCode::kOverlay ||
+                                            command_message->code == protocol::CommandCode::kContacts ||
                                             command_message->code == protocol::CommandCode::kExport);
   if (holder != id && !watching)
     return error(id, input, ErrorCode::kNotAllowed, "Another page holds the tools; take them first.");
   Status done;
   if (command_message) done = command(id, *command_message);
   else if (tool_message) done = use_tool(*tool_message);
+  else if (device_message) done = lead_tool(*device_message);
   else if (const auto* m = std::get_if<protocol::Upload>(&message)) done = take_upload(client, *m);
   if (!done)
     error(id, input, done.error().kind == ErrorKind::kBadInput ? ErrorCode::kBadArgument : ErrorCode::kFailed, done.error().message);

@@ -31,6 +31,7 @@ struct EngineOptions {
   double step_budget = 0.012;       ///< s of computing per tick; what does not fit makes the simulation slower
   std::size_t most_unread = std::size_t{256} << 20;  ///< bytes, then a page is given up
   std::size_t patch_history = std::size_t{8} << 20;  ///< bytes of patches kept for pages that come back
+  std::size_t most_recorded = std::size_t{64} << 20;  ///< bytes of changes; a longer session can't be recorded
   std::size_t most_upload = std::size_t{512} << 20;  ///< bytes of all uploads of a page that are not loaded yet
   std::size_t most_checked = 40'000;  ///< visual triangles: larger bodies are not checked after each stroke (20 ms)
 };

@@ -112,6 +112,10 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
     case CommandCode::kMaterial: return perform(Kind::kMaterial, {c.value[0], c.value[1], c.value[2]});
     case CommandCode::kExport: return export_files(id, c.input, c.text);
     case CommandCode::kRecording: {
+      if (too_long) {
+        recording = false;
+        return bad_input("So much has happened since the start that it is no longer kept; start again (reset) to record.");
+      }
       if (c.value[0] != 0) {
         recording = true;
         return {};
@@ -135,6 +139,10 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       begin_loading(std::move(request).value(), id, c.input);
       return {};
     }
+    case CommandCode::kContacts:
+      client.contacts = c.value[0] != 0;
+      frame_due = true;
+      return {};
     case CommandCode::kUnit: {
       auto request = other_unit(c.value[0]);
       if (!request) return request.error();

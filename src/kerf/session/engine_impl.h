@@ -25,7 +25,7 @@ struct EngineClient {
   explicit EngineClient(std::size_t most_unread) : queue(most_unread) {}
   ClientQueue queue;
   bool ready = false;  ///< its Hello has come
-  bool overlay = false, feet = false;
+  bool overlay = false, feet = false, contacts = false;
   std::uint32_t bad = 0;
   std::map<std::pair<std::uint32_t, std::uint32_t>, UploadedFile> uploads;  ///< by upload and part
   std::size_t upload_bytes = 0;
@@ -48,6 +48,7 @@ struct Engine::Impl {
   std::optional<Session> session;
   std::shared_ptr<const SessionSnapshot> initial;
   DrawnBody drawn;
+  DrawnThings things;
   Box3 rest_box;  ///< of the visual mesh
   Vec3 initial_gravity;
   SceneLoader loader;
@@ -89,6 +90,7 @@ struct Engine::Impl {
   std::optional<protocol::ViewRay> line_from;
   bool in_air = false;  ///< the stroke under way has met nothing, and its last ray passed the body by
   std::optional<HandGrasp> hand;
+  std::vector<bool> jaws_closed;  ///< by tool: what its device asked for last
   std::uint32_t grasp_number = 0;
   Vec3 last_brush;
   struct PendingReport {
@@ -101,10 +103,13 @@ struct Engine::Impl {
   std::vector<SessionChange> changes;
   std::vector<StateHash> hashes;
   bool recording = false;
+  std::size_t recorded_bytes = 0;
+  bool too_long = false;  ///< to be recorded: more happened than is kept
 
   // Memory without state
   std::vector<Vec3f> nodes;
   std::vector<protocol::Grasp> grasps;
+  DrawnContacts contacts;
 
   // engine.cpp
   void show(std::unique_ptr<LoadedScene> scene);
@@ -117,6 +122,7 @@ struct Engine::Impl {
   void hello(std::uint32_t client);
   void greet(std::uint32_t client, const protocol::PageHello& message);
   void send_body(std::uint32_t client);
+  void send_things(std::uint32_t client);
   void send_roles();
   void send_overlay();
   void pass_tools(std::uint32_t to);
@@ -138,6 +144,7 @@ struct Engine::Impl {
   Status straight_cut(const protocol::ToolInput& input);
   Status pull(const protocol::ToolInput& input);
   Status brush(const protocol::ToolInput& input);
+  Status lead_tool(const protocol::Device& device);
   Status blade(const protocol::ViewRay& ray);
   Status start_before_the_body(const protocol::ViewRay& last, const protocol::ViewRay& next);
   Status finish_stroke(std::uint32_t input);

@@ -37,7 +37,16 @@ bool same_ray(const ViewRay& a, const ViewRay& b, double least_turn) {
 
 Status Engine::Impl::perform(SessionChange change) {
   change.step = session->step_count();
-  changes.push_back(change);
+  if (!too_long) {
+    recorded_bytes += sizeof change + change.id.capacity() + 4 * change.vertices.size() + 8 * change.values.size();
+    if (recorded_bytes <= options.most_recorded) {
+      changes.push_back(change);
+    } else {
+      too_long = true;
+      changes = {};
+      hashes = {};
+    }
+  }
   return apply(*session, change);
 }
 Status Engine::Impl::perform(Kind kind, std::vector<double> values) {
@@ -252,6 +261,27 @@ Status Engine::Impl::pull(const protocol::ToolInput& input) {
     hand.reset();
     if (!(input.modifiers & protocol::kShift)) KERF_TRY(perform(std::move(release)));  // Shift leaves it held
   }
+  return {};
+}
+
+Status Engine::Impl::lead_tool(const protocol::Device& device) {
+  if (device.tool >= things.tool_count()) return bad_input(fmt::format("The scene has no tool {}.", device.tool));
+  const SceneRigidTool& rigid = session->scene().tools[device.tool];
+  const double over = speed / options.tick;  // as long as a tick: no jumps
+  SessionChange lead;
+  lead.kind = Kind::kTool;
+  lead.id = rigid.id;
+  const Vec3 p = device.position, r = device.rotation;
+  lead.values = {p.x, p.y, p.z, r.x, r.y, r.z, over};
+  KERF_TRY(perform(std::move(lead)));
+  const bool close = device.jaws < 0.5;
+  if ((rigid.kind != SceneToolKind::kGrasper && rigid.kind != SceneToolKind::kScissors) || close == jaws_closed[device.tool]) return {};
+  SessionChange jaws;
+  jaws.kind = Kind::kJaws;
+  jaws.id = rigid.id;
+  jaws.values = {close ? 1.0 : 0.0, SceneJaws{}.over};
+  KERF_TRY(perform(std::move(jaws)));
+  jaws_closed[device.tool] = close;
   return {};
 }
 

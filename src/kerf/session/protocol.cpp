@@ -182,6 +182,22 @@ Result<PageMessage> read_tool(Reader& r) {
   return PageMessage(std::move(m));
 }
 
+Result<PageMessage> read_device(Reader& r) {
+  constexpr double kMostTurn = 100;  // radians
+  Device m;
+  m.input = r.u32();
+  m.tool = r.u32();
+  m.position = r.vec();
+  m.rotation = r.vec();
+  m.jaws = r.f64();
+  if (!is_finite(m.position) || !is_finite(m.rotation) || !std::isfinite(m.jaws)) return bad_input("a pose is not finite");
+  for (int i = 0; i < 3; ++i)
+    if (std::abs(m.position[i]) > kFarthest) return bad_input("a pose is more than 1e6 m from the origin");
+  if (norm(m.rotation) > kMostTurn) return bad_input("a pose is turned by more than 100 radians");
+  if (m.jaws < 0 || m.jaws > 1) return bad_input("jaws open from 0 to 1");
+  return PageMessage(m);
+}
+
 Result<PageMessage> read_command(Reader& r) {
   Command m;
   m.input = r.u32();
@@ -193,7 +209,7 @@ Result<PageMessage> read_command(Reader& r) {
   }
   m.text = r.text(n);
   if (!r.complete()) return bad_input("the length of a command's text does not fit the message");
-  if (code < 1 || code > static_cast<std::uint32_t>(CommandCode::kUnit))
+  if (code < 1 || code > static_cast<std::uint32_t>(CommandCode::kContacts))
     return bad_input(fmt::format("there is no command {}", code));
   if (!is_text(m.text)) return bad_input("a command's text is not UTF-8");
   m.code = static_cast<CommandCode>(code);
@@ -252,10 +268,19 @@ Bytes encode(const Patch& m) {
 }
 
 Bytes encode(const Frame& m) {
-  Writer w(Type::kFrame, 56 + 12 * m.nodes.size() + 24 * m.grasps.size());
+  KERF_ASSERT(m.contacts.size() == m.partners.size());
+  Writer w(Type::kFrame, 72 + 12 * m.nodes.size() + 24 * m.grasps.size() + 32 * m.places.size() + 56 * m.tools.size() +
+                             44 * m.contacts.size());
   w.u32(m.body).u32(m.seq).u32(m.version).u32(m.input).f64(m.time).f32(m.step_ms).f32(m.speed).size(m.nodes.size())
-      .u32(m.flags).u32(m.undo_depth).u32(m.redo_depth).size(m.grasps.size()).u32(0).array(m.nodes);
+      .u32(m.flags).u32(m.undo_depth).u32(m.redo_depth).size(m.grasps.size()).size(m.places.size()).size(m.tools.size())
+      .size(m.contacts.size()).u32(m.touching).f32(m.press).array(m.nodes);
   for (const Grasp& g : m.grasps) w.vec(g.held).vec(g.target);
+  for (const Place& p : m.places)
+    for (const float x : p) w.f32(x);
+  for (const ToolForces& t : m.tools)
+    for (const float x : t) w.f32(x);
+  for (const ContactPoint& c : m.contacts) w.vec(c.point).vec(c.normal).vec(c.force).f32(c.gap);
+  w.array(m.partners);
   return w.finish();
 }
 
@@ -302,6 +327,12 @@ Bytes encode(const File& m) {
 Bytes encode(const Loading& m) {
   return Writer(Type::kLoading, 16 + padded(m.stage.size())).u32(m.input).u32(static_cast<std::uint32_t>(m.state)).f32(m.fraction)
       .size(m.stage.size()).text(m.stage).finish();
+}
+
+Bytes encode(const Things& m) {
+  return Writer(Type::kThings, 16 + padded(m.json.size()) + 12 * m.positions.size() + 12 * m.triangles.size()).u32(m.body)
+      .size(m.json.size()).size(m.positions.size()).size(m.triangles.size()).text(m.json).array(m.positions)
+      .array(m.triangles).finish();
 }
 
 Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
@@ -351,6 +382,7 @@ Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
       break;
     }
     case Type::kUpload: message = read_upload(r); break;
+    case Type::kDevice: message = read_device(r); break;
     default: return bad_input(fmt::format("there is no page message {}", type));
   }
   if (message.ok() && !r.complete()) return bad_input(fmt::format("a message of type {} can't have {} bytes", type, length));
@@ -363,7 +395,7 @@ std::uint32_t input_of(std::span<const std::byte> bytes) {
   const auto type = static_cast<Type>(r.u16());
   r.u16();
   r.u32();
-  return type == Type::kTool || type == Type::kRay || type == Type::kCommand ? r.u32() : 0;
+  return type == Type::kTool || type == Type::kRay || type == Type::kCommand || type == Type::kDevice ? r.u32() : 0;
 }
 
 }  // namespace kerf::protocol

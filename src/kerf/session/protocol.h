@@ -32,8 +32,8 @@ using Message = std::shared_ptr<const Bytes>;
 
 enum class Type : std::uint16_t {
   kHello = 1, kBody = 2, kPatch = 3, kFrame = 4, kHit = 5, kStats = 6, kCutReport = 7, kRole = 8, kError = 9,
-  kOverlay = 10, kFile = 11, kLoading = 12,
-  kPageHello = 64, kAck = 65, kTool = 66, kRay = 67, kCommand = 68, kClaim = 69, kUpload = 70,
+  kOverlay = 10, kFile = 11, kLoading = 12, kThings = 13,
+  kPageHello = 64, kAck = 65, kTool = 66, kRay = 67, kCommand = 68, kClaim = 69, kUpload = 70, kDevice = 71,
 };
 
 // --- Engine to page ------------------------------------------------------------------------------------------------
@@ -86,6 +86,16 @@ inline constexpr std::uint32_t kPlaying = 1, kInStroke = 2;
 struct Grasp {
   Vec3f held, target;
 };
+/// Where a thing is: x y z, a unit quaternion x y z w, and how far its jaws are open (0 to 1; without jaws 1).
+using Place = std::array<float, 8>;
+/// Of a tool: the pose that it follows (x y z, x y z w), force (N) and torque (N m) of what it touches, 0.
+using ToolForces = std::array<float, 14>;
+enum class ContactWith : std::uint32_t { kObstacle = 0, kTool = 1, kBody = 2 };
+inline constexpr std::uint32_t kSliding = 16;  ///< added to a contact's partner
+struct ContactPoint {
+  Vec3f point, normal, force;
+  float gap = 0;
+};
 struct Frame {
   std::uint32_t body = 0, seq = 0, version = 0, input = 0;
   double time = 0;
@@ -93,6 +103,12 @@ struct Frame {
   std::uint32_t flags = 0, undo_depth = 0, redo_depth = 0;
   std::span<const Vec3f> nodes;
   std::span<const Grasp> grasps;
+  std::span<const Place> places;      ///< of the things of Things, in their order
+  std::span<const ToolForces> tools;
+  std::span<const ContactPoint> contacts;  ///< only when a page has asked for them
+  std::span<const std::uint32_t> partners;  ///< one each: ContactWith, kSliding
+  std::uint32_t touching = 0;         ///< all contacts that press
+  float press = 0;                    ///< N, the sum of their normal forces
 };
 struct Hit {
   std::uint32_t input = 0;
@@ -149,6 +165,13 @@ struct File {
   std::string_view bytes;
 };
 
+/// Obstacles and tools of the scene: parts of rigid things, in the axes of their thing.
+struct Things {
+  std::uint32_t body = 0;
+  std::string_view json;
+  std::span<const Vec3f> positions;
+  std::span<const Triangle> triangles;  ///< corners counted from the part's first
+};
 enum class LoadState : std::uint32_t { kUnderWay = 0, kShown = 1, kFailed = 2, kStopped = 3 };
 /// How far the scene is that comes next.
 struct Loading {
@@ -172,6 +195,7 @@ Bytes encode(const ErrorMessage& message);
 Bytes encode(const Overlay& message);
 Bytes encode(const File& message);
 Bytes encode(const Loading& message);
+Bytes encode(const Things& message);
 
 // --- Page to engine ------------------------------------------------------------------------------------------------
 
@@ -208,7 +232,7 @@ struct RayQuery {
 };
 enum class CommandCode : std::uint32_t {
   kPlay = 1, kPause = 2, kStep = 3, kSpeed = 4, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9, kMaterial = 10,
-  kExport = 11, kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17,
+  kExport = 11, kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17, kContacts = 18,
 };
 struct Command {
   std::uint32_t input = 0;
@@ -227,7 +251,13 @@ struct Upload {
   std::string name;
   std::string bytes;
 };
-using PageMessage = std::variant<PageHello, Ack, ToolInput, RayQuery, Command, Claim, Upload>;
+/// The pose that a tool of the scene shall follow.
+struct Device {
+  std::uint32_t input = 0, tool = 0;
+  Vec3 position, rotation;  ///< metres; axis times angle, radians
+  double jaws = 1;          ///< 1 open, 0 closed
+};
+using PageMessage = std::variant<PageHello, Ack, ToolInput, RayQuery, Command, Claim, Upload, Device>;
 
 /// Coordinates of a view ray reach this far from the world's origin at most, metres: beyond it doubles no longer resolve
 /// a body.

@@ -23,14 +23,18 @@ struct KindWord {
   const char* word;
   int values;  ///< how many; -1: a region, -2: a punch
 };
-constexpr std::array<KindWord, 16> kKinds{{
+constexpr std::array<KindWord, 18> kKinds{{
     {Kind::kBeginStroke, "begin_stroke", 1}, {Kind::kBlade, "blade", 6}, {Kind::kEndStroke, "end_stroke", 0},
     {Kind::kCancelStroke, "cancel_stroke", 0}, {Kind::kUndo, "undo", 0}, {Kind::kRedo, "redo", 0},
     {Kind::kGrasp, "grasp", 0}, {Kind::kMove, "move", 4}, {Kind::kRelease, "release", 0}, {Kind::kFix, "fix", -1},
     {Kind::kUnfix, "unfix", -1}, {Kind::kGravity, "gravity", 3}, {Kind::kMaterial, "material", 3},
     {Kind::kPunch, "punch", -2}, {Kind::kShave, "shave", 10}, {Kind::kRemove, "remove", 0},
+    {Kind::kTool, "tool", 7}, {Kind::kJaws, "jaws", 2},
 }};
 const KindWord& word_of(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+bool has_id(Kind kind) {
+  return kind == Kind::kGrasp || kind == Kind::kMove || kind == Kind::kRelease || kind == Kind::kTool || kind == Kind::kJaws;
+}
 
 }  // namespace
 
@@ -173,8 +177,8 @@ class RecordingReader {
       }
     if (!known) return fail(fmt::format("there is no change \"{}\"", word));
     std::size_t at = 2;
-    if (c.kind == Kind::kGrasp || c.kind == Kind::kMove || c.kind == Kind::kRelease) {
-      if (item.size() < 3 || !item[2].is_string()) return fail(fmt::format("\"{}\" names no grasp", word));
+    if (has_id(c.kind)) {
+      if (item.size() < 3 || !item[2].is_string()) return fail(fmt::format("\"{}\" names no grasp or tool", word));
       c.id = item[2].get<std::string>();
       at = 3;
     }
@@ -302,7 +306,7 @@ std::string recording_text(const Recording& r) {
   Json changes = Json::array();
   for (const SessionChange& c : r.changes) {
     Json item = Json::array({c.step, word_of(c.kind).word});
-    if (c.kind == Kind::kGrasp || c.kind == Kind::kMove || c.kind == Kind::kRelease) item.push_back(c.id);
+    if (has_id(c.kind)) item.push_back(c.id);
     for (const std::int32_t v : c.vertices) item.push_back(v);
     for (const double v : c.values) item.push_back(v);
     changes.push_back(std::move(item));

@@ -49,6 +49,8 @@ struct SessionChange {
     kPunch,         ///< values: 1 rest frame, 0 world; reach (< 0: through everything); roughness; centre, axis, across; x, y of the outline's corners
     kShave,         ///< values: frame; base, tip, radius; smoothing, depth. Passes go on until kEndStroke
     kRemove,        ///< one collision triangle: its piece goes
+    kTool,          ///< id; values: position, rotation (axis times angle), over
+    kJaws,          ///< id; values: 1 close, 0 open; over
   };
   std::int64_t step = 0;
   Kind kind = Kind::kUndo;

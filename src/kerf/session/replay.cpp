@@ -12,6 +12,8 @@ namespace {
 
 using Kind = SessionChange::Kind;
 
+constexpr double kShortestMotion = 1e-6;  ///< s
+
 Vec3 vec(const std::vector<double>& values, std::size_t at) { return {values[at], values[at + 1], values[at + 2]}; }
 
 SceneRegion region_of(const std::vector<double>& v) {
@@ -74,6 +76,21 @@ Status apply(Session& session, const SessionChange& c) {
     case Kind::kFix: command.what = SceneFixCommand{region_of(c.values)}; return session.apply(command);
     case Kind::kUnfix: command.what = SceneUnfix{region_of(c.values)}; return session.apply(command);
     case Kind::kGravity: return session.set_gravity(vec(c.values, 0));
+    case Kind::kTool: {
+      SceneToolMotion motion;
+      motion.id = c.id;
+      motion.poses = {{std::max(kShortestMotion, c.values[6]), vec(c.values, 0), vec(c.values, 3)}};
+      command.what = motion;
+      return session.apply(command);
+    }
+    case Kind::kJaws: {
+      SceneJaws jaws;
+      jaws.id = c.id;
+      jaws.close = c.values[0] != 0;
+      jaws.over = std::max(0.0, c.values[1]);
+      command.what = jaws;
+      return session.apply(command);
+    }
     case Kind::kMaterial: return session.set_material(c.values[0], c.values[1], c.values[2]);
     case Kind::kPunch: {
       Punch punch;

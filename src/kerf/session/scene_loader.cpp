@@ -97,6 +97,9 @@ Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Prog
   out->initial = out->session->snapshot();
   out->drawn.reset(out->session->body());
   for (const Vec3 p : out->session->body().complex.visual.rest.raw()) out->box.add(p);
+  auto things = DrawnThings::create(out->session->scene(), out->box);
+  if (!things) return things.error();
+  out->things = std::move(things).value();
   return out;
 }
 

@@ -12,6 +12,7 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/session/drawn_body.h"
+#include "kerf/session/drawn_things.h"
 #include "kerf/session/recording.h"
 #include "kerf/session/session.h"
 #include "kerf/session/temporary_folder.h"
@@ -49,6 +50,7 @@ struct LoadedScene {
   std::optional<Session> session;
   std::shared_ptr<const SessionSnapshot> initial;
   DrawnBody drawn;
+  DrawnThings things;
   Box3 box;  ///< of the visual mesh at rest, metres
 };
 

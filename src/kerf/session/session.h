@@ -13,6 +13,7 @@
 
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
+#include "kerf/base/rigid_place.h"
 #include "kerf/base/vec.h"
 #include "kerf/cutting/punch.h"
 #include "kerf/cutting/shave.h"
@@ -213,6 +214,7 @@ class Session {
   /// Where a tool of the scene is, and what it feels: forces on it in the last step, about its own place.
   struct ToolState {
     RigidState place;
+    RigidPlace pose;                       ///< that it follows
     double jaws = 1;                       ///< 1 open, 0 closed
     Vec3 force, torque;                    ///< N, N m: of what it touches
     Vec3 coupling_force, coupling_torque;  ///< of the coupling to its pose

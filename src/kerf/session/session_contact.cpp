@@ -134,6 +134,7 @@ std::vector<Session::ToolState> Session::tools() const {
     ToolState tool;
     tool.place = s.state.mechanics.tools[i];
     tool.jaws = s.state.tools[i].jaws(s.state.time);
+    tool.pose = s.state.tools[i].pose(s.state.time);
     if (i < results.size()) {
       tool.force = results[i].force;
       tool.torque = results[i].torque;

@@ -1,6 +1,6 @@
 // What the page knows of an engine. A server over a WebSocket, a worker and the mock all do this.
 import type {
-  Body, CutReport, EngineError, FileMessage, Frame, Hello, Hit, Loading, Overlay, Patch, Role, Stats, ToolSample, Vec3,
+  Body, CutReport, EngineError, FileMessage, Frame, Hello, Hit, Loading, Overlay, Patch, Role, Stats, Things, ToolSample, Vec3,
 } from './protocol';
 
 export type EngineState = 'connecting' | 'live' | 'lost';
@@ -19,6 +19,7 @@ export interface EngineEvents {
   overlay(overlay: Overlay): void;
   file(file: FileMessage): void;
   loading(loading: Loading): void;
+  thingsCame(things: Things): void;
   state(state: EngineState): void;
 }
 
@@ -38,6 +39,8 @@ export interface Engine {
   ray(origin: Vec3, direction: Vec3): number;
   command(command: Command): number;
   claim(take: boolean): void;
+  /** Leads a tool of the scene: position (metres), axis times angle (radians), jaws (1 open, 0 closed). */
+  device(tool: number, position: Vec3, rotation: Vec3, jaws: number): number;
   /** Sends a file in chunks; resolves when the last chunk has been handed over. */
   upload(upload: number, part: number, name: string, bytes: Uint8Array): Promise<void>;
 }

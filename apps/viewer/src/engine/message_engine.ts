@@ -56,6 +56,11 @@ export abstract class MessageEngine implements Engine {
     return input;
   }
   claim(take: boolean): void { this.send({ type: 'claim', take }); }
+  device(tool: number, position: Vec3, rotation: Vec3, jaws: number): number {
+    const input = this.nextInput++;
+    this.send({ type: 'device', input, tool, position, rotation, jaws });
+    return input;
+  }
 
   async upload(upload: number, part: number, name: string, bytes: Uint8Array): Promise<void> {
     for (let offset = 0; offset === 0 || offset < bytes.length; offset += kUploadChunkBytes) {
@@ -86,6 +91,7 @@ export abstract class MessageEngine implements Engine {
         case 'overlay': events.overlay(m); break;
         case 'file': events.file(m); break;
         case 'loading': events.loading(m); break;
+        case 'things': events.thingsCame(m); break;
       }
     } catch (e) {
       if (!(e instanceof ProtocolError)) throw e;

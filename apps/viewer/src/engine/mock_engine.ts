@@ -80,6 +80,7 @@ export class MockEngine extends MessageEngine {
       case 'command': setTimeout(() => this.obey(m), 0); break;
       case 'claim': this.reply({ type: 'role', holder: m.take ? 1 : 0, held: m.take, clients: 1 }); break;
       case 'upload': break;
+      case 'device': break;
     }
     return true;
   }
@@ -278,6 +279,7 @@ export class MockEngine extends MessageEngine {
       stepMs: this.stepMs[this.stepMs.length - 1] ?? 0, speed: this.playing ? this.speed : 0,
       flags: (this.playing ? FrameFlag.Playing : 0) | (this.strokeStart ? FrameFlag.Stroke : 0), undoDepth: this.undo.length,
       redoDepth: this.redo.length, nodes: new Float32Array(this.mock.positions), grasps,
+      places: new Float32Array(0), tools: new Float32Array(0), contacts: new Float32Array(0), partners: new Uint32Array(0), touching: 0, press: 0,
     });
   }
 }

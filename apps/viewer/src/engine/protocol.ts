@@ -9,8 +9,8 @@ export const kNoNode = 0xffffffff;
 
 export const MessageType = {
   Hello: 1, Body: 2, Patch: 3, Frame: 4, Hit: 5, Stats: 6, CutReport: 7, Role: 8, Error: 9, Overlay: 10, File: 11,
-  Loading: 12,
-  PageHello: 64, Ack: 65, Tool: 66, Ray: 67, Command: 68, Claim: 69, Upload: 70,
+  Loading: 12, Things: 13,
+  PageHello: 64, Ack: 65, Tool: 66, Ray: 67, Command: 68, Claim: 69, Upload: 70, Device: 71,
 } as const;
 
 export const ToolCode = { Scalpel: 0, Grasp: 1, Fix: 2, Release: 3, Line: 4 } as const;
@@ -18,9 +18,13 @@ export const Phase = { Down: 0, Move: 1, Up: 2, Cancel: 3 } as const;
 export const Modifier = { Shift: 1, Control: 2, Alt: 4, Meta: 8 } as const;
 export const CommandCode = {
   Play: 1, Pause: 2, Step: 3, Speed: 4, Reset: 5, Undo: 6, Redo: 7, Scene: 8, Gravity: 9, Material: 10, Export: 11,
-  Recording: 12, Overlay: 13, LoadUpload: 14, FixAll: 15, StopLoading: 16, Unit: 17,
+  Recording: 12, Overlay: 13, LoadUpload: 14, FixAll: 15, StopLoading: 16, Unit: 17, Contacts: 18,
 } as const;
 export const Outcome = { Cut: 0, NothingMet: 1, Refused: 2, Undone: 3, Redone: 4 } as const;
+export const ContactWith = { Obstacle: 0, Tool: 1, Body: 2, Sliding: 16 } as const;
+export const kPlaceFloats = 8;   // x y z, quaternion x y z w, jaws
+export const kToolFloats = 14;   // pose followed: x y z, quaternion x y z w; force, torque, 0
+export const kContactFloats = 10; // point, normal, force, gap
 export const LoadState = { UnderWay: 0, Shown: 1, Failed: 2, Stopped: 3 } as const;
 export const UploadPart = { Visual: 0, Collision: 1, Scene: 2 } as const;
 export const FrameFlag = { Playing: 1, Stroke: 2 } as const;
@@ -46,6 +50,7 @@ export interface Patch {
 export interface Frame {
   type: 'frame'; body: number; seq: number; version: number; input: number; time: number; stepMs: number; speed: number;
   flags: number; undoDepth: number; redoDepth: number; nodes: Float32Array; grasps: Float32Array;
+  places: Float32Array; tools: Float32Array; contacts: Float32Array; partners: Uint32Array; touching: number; press: number;
 }
 export interface Hit { type: 'hit'; input: number; triangle: number; t: number; point: Vec3; normal: Vec3 }
 export interface Stats {
@@ -66,10 +71,12 @@ export interface Overlay {
   type: 'overlay'; body: number; version: number; rest: Float32Array; copy: Uint32Array; triangles: Uint32Array;
   bound: Uint32Array; links: Uint32Array; feet: Uint32Array; footRest: Float32Array;
 }
+/** Parts of obstacles and tools, in the axes of their thing; `json` says what belongs to what. */
+export interface Things { type: 'things'; body: number; json: string; positions: Float32Array; triangles: Uint32Array }
 export interface Loading { type: 'loading'; input: number; state: number; fraction: number; stage: string }
 export interface FileMessage { type: 'file'; request: number; name: string; bytes: Uint8Array }
 export type EngineMessage =
-  | Hello | Body | Patch | Frame | Hit | Stats | CutReport | Role | EngineError | Overlay | FileMessage | Loading;
+  | Hello | Body | Patch | Frame | Hit | Stats | CutReport | Role | EngineError | Overlay | FileMessage | Loading | Things;
 
 export interface PageHello { type: 'pageHello'; protocol: number; session: bigint; body: number; version: number }
 export interface Ack { type: 'ack'; seq: number }
@@ -85,7 +92,8 @@ export interface Claim { type: 'claim'; take: boolean }
 export interface UploadMessage {
   type: 'upload'; upload: number; part: number; name: string; offset: number; total: number; bytes: Uint8Array;
 }
-export type PageMessage = PageHello | Ack | ToolMessage | RayMessage | CommandMessage | Claim | UploadMessage;
+export interface DeviceMessage { type: 'device'; input: number; tool: number; position: Vec3; rotation: Vec3; jaws: number }
+export type PageMessage = PageHello | Ack | ToolMessage | RayMessage | CommandMessage | Claim | UploadMessage | DeviceMessage;
 
 /** A message that does not follow the protocol. */
 export class ProtocolError extends Error {}
@@ -227,10 +235,12 @@ function readPatch(r: Reader): Patch {
 function readFrame(r: Reader): Frame {
   const body = r.u32(), seq = r.u32(), version = r.u32(), input = r.u32(), time = r.f64(), stepMs = r.f32();
   const speed = r.f32(), nn = r.u32(), flags = r.u32(), undoDepth = r.u32(), redoDepth = r.u32(), ng = r.u32();
-  r.u32();
+  const np = r.u32(), nt = r.u32(), nk = r.u32(), touching = r.u32(), press = r.f32();
+  if (nt > np) throw new ProtocolError(`${nt} tools among ${np} things`);
   return {
     type: 'frame', body, seq, version, input, time, stepMs, speed, flags, undoDepth, redoDepth, nodes: r.f32s(3 * nn),
-    grasps: r.f32s(6 * ng),
+    grasps: r.f32s(6 * ng), places: r.f32s(kPlaceFloats * np), tools: r.f32s(kToolFloats * nt),
+    contacts: r.f32s(kContactFloats * nk), partners: r.u32s(nk), touching, press,
   };
 }
 
@@ -324,6 +334,12 @@ export function decodeEngineMessage(buffer: ArrayBuffer): EngineMessage {
       m = { type: 'file', request, name: r.text(nameBytes), bytes: r.bytes(bytes) };
       break;
     }
+    case MessageType.Things: {
+      const body = r.u32(), jsonBytes = r.u32(), np = r.u32(), nt = r.u32();
+      m = { type: 'things', body, json: r.text(jsonBytes), positions: r.f32s(3 * np), triangles: r.u32s(3 * nt) };
+      checkBelow(m.triangles, np, 'corner of a thing');
+      break;
+    }
     case MessageType.Loading: {
       const input = r.u32(), state = r.u32(), fraction = r.f32(), bytes = r.u32();
       if (state > LoadState.Stopped || fraction < 0 || fraction > 1) throw new ProtocolError(`loading in state ${state} at ${fraction}`);
@@ -388,6 +404,11 @@ export function decodePageMessage(buffer: ArrayBuffer): PageMessage {
       const upload = r.u32(), part = r.u32(), nameBytes = r.u32(), offset = r.u32(), total = r.u32(), bytes = r.u32();
       if (part > UploadPart.Scene || offset + bytes > total) throw new ProtocolError('chunk outside of the upload');
       m = { type: 'upload', upload, part, offset, total, name: r.text(nameBytes), bytes: r.bytes(bytes) };
+      break;
+    }
+    case MessageType.Device: {
+      m = { type: 'device', input: r.u32(), tool: r.u32(), position: r.vec3d(), rotation: r.vec3d(), jaws: r.f64() };
+      if (m.jaws < 0 || m.jaws > 1) throw new ProtocolError(`jaws open by ${m.jaws}`);
       break;
     }
     default: throw new ProtocolError(`unknown message type ${type}`);
@@ -471,9 +492,11 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
       return w.finish();
     }
     case 'frame':
-      return new Writer(MessageType.Frame, 56 + sizeOf([m.nodes, m.grasps])).u32(m.body, m.seq, m.version, m.input)
-        .f64(m.time).f32(m.stepMs, m.speed).u32(m.nodes.length / 3, m.flags, m.undoDepth, m.redoDepth)
-        .u32(m.grasps.length / 6, 0).array(m.nodes).array(m.grasps).finish();
+      return new Writer(MessageType.Frame, 72 + sizeOf([m.nodes, m.grasps, m.places, m.tools, m.contacts, m.partners]))
+        .u32(m.body, m.seq, m.version, m.input).f64(m.time).f32(m.stepMs, m.speed)
+        .u32(m.nodes.length / 3, m.flags, m.undoDepth, m.redoDepth, m.grasps.length / 6, m.places.length / kPlaceFloats,
+          m.tools.length / kToolFloats, m.partners.length, m.touching).f32(m.press)
+        .array(m.nodes).array(m.grasps).array(m.places).array(m.tools).array(m.contacts).array(m.partners).finish();
     case 'hit':
       return new Writer(MessageType.Hit, 56).u32(m.input).i32(m.triangle).f64(m.t, ...m.point).f32(...m.normal, 0).finish();
     case 'stats':
@@ -503,6 +526,11 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
       return new Writer(MessageType.File, 16 + sizeOf([name, m.bytes])).u32(m.request, name.length, m.bytes.length, 0)
         .array(name).array(m.bytes).finish();
     }
+    case 'things': {
+      const json = utf8Encoder.encode(m.json);
+      return new Writer(MessageType.Things, 16 + sizeOf([json, m.positions, m.triangles]))
+        .u32(m.body, json.length, m.positions.length / 3, m.triangles.length / 3).array(json).array(m.positions).array(m.triangles).finish();
+    }
     case 'loading': {
       const stage = utf8Encoder.encode(m.stage);
       return new Writer(MessageType.Loading, 16 + sizeOf([stage])).u32(m.input, m.state).f32(m.fraction).u32(stage.length).array(stage).finish();
@@ -528,6 +556,8 @@ export function encodePageMessage(m: PageMessage): ArrayBuffer {
       return new Writer(MessageType.Command, 48 + sizeOf([text])).u32(m.input, m.code, text.length, 0).f64(...m.value)
         .array(text).finish();
     }
+    case 'device':
+      return new Writer(MessageType.Device, 64).u32(m.input, m.tool).f64(...m.position, ...m.rotation, m.jaws).finish();
     case 'claim': return new Writer(MessageType.Claim, 8).u32(m.take ? 1 : 0, 0).finish();
     case 'upload': {
       const name = utf8Encoder.encode(m.name);

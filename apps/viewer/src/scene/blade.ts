@@ -110,7 +110,7 @@ export class Blade {
   /** Places the instrument; `touching`: the point is on the body, otherwise only near it. */
   place(point: Vector3, normal: Vector3, eye: Vector3, touching: boolean, pressed: boolean): void {
     this.hideInstruments();
-    if (this.tool === 'hand') { this.ring.visible = false; return; }
+    if (this.tool === 'hand' || this.tool === 'rigid') { this.ring.visible = false; return; }
     const cutting = this.tool === 'scalpel' || this.tool === 'line' || this.tool === 'closed';
     const g = cutting ? this.instruments.scalpel : this.tool === 'grasp' ? this.instruments.forceps
       : this.tool === 'fix' ? this.instruments.fix : this.instruments.release;

@@ -128,11 +128,19 @@ export class Stage {
       mesh.geometry.dispose();
       (mesh.material as MeshStandardMaterial).dispose();
     }
-    const d = this.size, lite = this.level === 'lite';
+    const d = this.size;
     this.board.geometry = new RoundedBoxGeometry(2.0 * d, 1.42 * d, 0.11 * d, 4, 0.05 * d);
     this.ground.geometry = new CircleGeometry(12 * d, 48);
-    const material = lite ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
     this.wood.uScale.value = 0.26 / d;
+    this.board.material = this.makeWood();
+    this.ground.material = this.level === 'lite' ? new MeshLambertMaterial({ color: this.groundColour() })
+      : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
+    this.furnish();
+  }
+
+  /** Planks, for the board and for obstacles that are boards. */
+  makeWood(): MeshStandardMaterial | MeshLambertMaterial {
+    const material = this.level === 'lite' ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.wood);
       shader.vertexShader = shader.vertexShader.replace('#include <common>', '#include <common>\nvarying vec3 vPlace;')
@@ -141,13 +149,24 @@ export class Stage {
         .replace('#include <color_fragment>', 'diffuseColor.rgb = kWood(vPlace);');
     };
     material.customProgramCacheKey = () => 'kerf-wood';
-    this.board.material = material;
-    this.ground.material = lite ? new MeshLambertMaterial({ color: this.groundColour() })
-      : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
-    this.board.visible = !this.plain && this.look === 'steak';
+    return material;
+  }
+
+  /** Scenes with obstacles bring their own board; a level plane of theirs is the ground. */
+  private furnish(): void {
+    this.board.visible = !this.plain && this.look === 'steak' && !this.furnished;
     this.ground.visible = !this.plain;
     this.placeFloor();
   }
+  setFurniture(furnished: boolean, floor: number | null): void {
+    if (furnished === this.furnished && floor === this.carried) return;
+    this.furnished = furnished;
+    this.carried = floor;
+    if (floor !== null) this.floor = this.floorGoal = floor;
+    this.furnish();
+  }
+  private furnished = false;
+  private carried: number | null = null;
 
   /** A new body: fits light, ground and camera to its box. */
   setBox(box: Box, look: Look, keepCamera: boolean): void {
@@ -158,6 +177,7 @@ export class Stage {
     this.centre.copy(centre);
     this.floor = this.floorGoal = lo.z - 0.07 * d;
     this.floorLimit = this.floor - 0.75 * d;
+    if (this.carried !== null) this.floor = this.floorGoal = this.carried;
     this.camera.near = 0.02 * d;
     this.camera.far = 30 * d;
     this.controls.minDistance = 0.15 * d;
@@ -228,7 +248,8 @@ export class Stage {
 
   /** The ground stays below the body, which may hang: it gives way and does not come back. A piece that falls has no ground. */
   keepFloorBelow(lowest: number): void {
-    this.floorGoal = Math.max(this.floorLimit, Math.min(this.floorGoal, lowest - 0.03 * this.size));
+    if (this.carried !== null) return;
+    this.floorGoal = Math.max(this.furnished ? -Infinity : this.floorLimit, Math.min(this.floorGoal, lowest - 0.03 * this.size));
   }
 
   /** Moves what moves by itself; true while it does. */

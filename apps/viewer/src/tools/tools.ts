@@ -1,7 +1,7 @@
 // The tools a person chooses from, and how a drag with each becomes Tool messages.
 import { Phase, ToolCode, type ToolSample } from '../engine/protocol';
 
-export type ToolName = 'scalpel' | 'closed' | 'line' | 'grasp' | 'fix' | 'release' | 'hand';
+export type ToolName = 'scalpel' | 'closed' | 'line' | 'grasp' | 'fix' | 'release' | 'hand' | 'rigid';
 export interface ToolInfo { name: ToolName; title: string; key: string; hint: string; code: number | null }
 
 export const kTools: ToolInfo[] = [
@@ -12,6 +12,7 @@ export const kTools: ToolInfo[] = [
   { name: 'fix', title: 'Fix', key: '5', code: ToolCode.Fix, hint: 'Click or brush over places that shall not move.' },
   { name: 'release', title: 'Release', key: '6', code: ToolCode.Release, hint: 'Click or brush over fixed or held places to let them go.' },
   { name: 'hand', title: 'Move the view', key: '7', code: null, hint: 'Drag to turn the view; two fingers or the wheel zoom, Shift-drag with the right button moves.' },
+  { name: 'rigid', title: 'Rigid tool', key: '8', code: null, hint: 'Drag the scene\'s tool across the view; wheel, or Shift and up or down: nearer and farther. J opens and closes jaws.' },
 ];
 
 export const toolInfo = (name: ToolName): ToolInfo => kTools.find((t) => t.name === name)!;

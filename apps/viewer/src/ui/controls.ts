@@ -64,11 +64,13 @@ export function bindControls(app: App): void {
     b.onclick = () => chooseTool(t.name);
     tools.append(b);
   }
+  const usable = (name: ToolName): boolean => name !== 'rigid' || app.things.list.some((t) => t.tool);
   const showTool = (): void => {
     for (const b of tools.querySelectorAll('button')) {
       const on = b.dataset.tool === app.tool;
       b.setAttribute('aria-checked', String(on));
       b.tabIndex = on ? 0 : -1;
+      b.hidden = !usable(b.dataset.tool as ToolName);
     }
   };
   function chooseTool(name: ToolName): void {
@@ -81,8 +83,8 @@ export function bindControls(app: App): void {
     const step = e.key === 'ArrowDown' || e.key === 'ArrowRight' ? 1 : e.key === 'ArrowUp' || e.key === 'ArrowLeft' ? -1 : 0;
     if (step === 0) return;
     e.preventDefault();
-    const n = kTools.length, i = kTools.findIndex((t) => t.name === app.tool);
-    chooseTool(kTools[(i + step + n) % n]!.name);
+    const list = kTools.filter((t) => usable(t.name)), n = list.length, i = list.findIndex((t) => t.name === app.tool);
+    chooseTool(list[(i + step + n) % n]!.name);
     tools.querySelector<HTMLButtonElement>('[aria-checked="true"]')?.focus();
   });
   byId('hint-close').onclick = () => { remembered.set(`used-${app.tool}`, '1'); hint(null); };
@@ -131,6 +133,12 @@ export function bindControls(app: App): void {
     box.checked = app.overlays.shown[v.name];
     box.onchange = () => setView(v.name, box.checked);
   }
+  const setContacts = (on: boolean): void => { app.setContacts(on); input('view-contacts').checked = on; };
+  const contactsLabel = document.createElement('label');
+  contactsLabel.title = 'What touches: points, normals and forces; blue with obstacles, orange with tools, violet with itself (K)';
+  contactsLabel.innerHTML = '<input type="checkbox" id="view-contacts"><span>Contacts</span><kbd>K</kbd>';
+  byId('views').append(contactsLabel);
+  input('view-contacts').onchange = () => setContacts(input('view-contacts').checked);
   select('quality').value = app.qualityMode;
   select('quality').onchange = () => app.setQuality(select('quality').value as QualityLevel | 'auto');
   button('latency-clear').onclick = () => app.latency.reset();
@@ -244,7 +252,7 @@ export function bindControls(app: App): void {
   // Keys and help
   const help = byId<HTMLDialogElement>('help');
   const shortcuts: Shortcut[] = [
-    ...kTools.map((t) => ({ keys: t.key, title: t.title, run: () => chooseTool(t.name) })),
+    ...kTools.map((t) => ({ keys: t.key, title: t.title, run: () => { if (usable(t.name)) chooseTool(t.name); } })),
     { keys: 'Space', title: 'Play or pause', run: () => app.togglePlay() },
     { keys: '.', title: 'One step', run: () => button('step').click() },
     { keys: '[', title: 'Slower', run: () => changeSpeed(-1) },
@@ -252,6 +260,8 @@ export function bindControls(app: App): void {
     { keys: 'Z, Ctrl Z', title: 'Undo the last cut', run: () => command(CommandCode.Undo) },
     { keys: 'Shift Z, Y, Ctrl Y, Ctrl Shift Z', title: 'Redo', run: () => command(CommandCode.Redo) },
     { keys: 'R', title: 'Start again', run: () => command(CommandCode.Reset) },
+    { keys: 'J', title: 'Open or close the jaws of a tool', run: () => app.toggleJaws() },
+    { keys: 'K', title: 'Contacts and forces', run: () => setContacts(!app.things.showContacts) },
     ...kViews.map((v) => ({ keys: v.key, title: v.title, run: () => setView(v.name, !app.overlays.shown[v.name]) })),
     { keys: 'G', title: 'Gravity on or off', run: toggleGravity },
     { keys: 'H', title: 'Look at the body', run: () => app.resetCamera() },
@@ -326,6 +336,9 @@ export function bindControls(app: App): void {
     stats(s: Stats) {
       setText('r-step', short(s.stepMs));
       setText('t-step', `${short(s.stepMs)}`);
+      const felt = app.things.tools.map((t) => Math.hypot(...t.force));
+      byId('contact-table').hidden = !app.things.any && app.things.touching === 0;
+      setText('k-n', String(app.things.touching)); setText('k-press', short(app.things.press)); setText('k-tool', felt.length > 0 ? felt.map(short).join(', ') : '–');
       showPieces();
       showCounts();
     },
@@ -345,6 +358,7 @@ export function bindControls(app: App): void {
       download(name, new Blob([bytes as Uint8Array<ArrayBuffer>]));
       toast(`Saved ${name}.`);
     },
+    things(_tools: number) { showTool(); },
     used(tool) {
       if (remembered.get(`used-${tool}`) === null) remembered.set(`used-${tool}`, '1');
       hint(null);

@@ -12,6 +12,8 @@ export function makePlots(app: App, parent: HTMLElement): { update(): void } {
   const definitions: Definition[] = [
     { title: 'Step, ms', x: 'time, s', names: ['median', '99 %', 'mechanics'], columns: [1, 2, 3], source: app.stepSeries },
     { title: 'Pictures a second', x: 'time, s', names: ['fps'], columns: [4], source: app.stepSeries },
+    { title: 'Contacts', x: 'time, s', names: ['contacts'], columns: [1], source: app.contactSeries },
+    { title: 'Forces, N', x: 'time, s', names: ['pressed with', 'on a tool'], columns: [2, 3], source: app.contactSeries },
     { title: 'Cuts, ms by stage', x: 'cut', names: ['cut and binding', 'embedding', 'surface mesh', 'total'], columns: [1, 2, 3, 4], source: app.cutSeries, points: true },
     { title: 'Vertices', x: 'cut', names: ['visual', 'collision', 'simulation'], columns: [1, 3, 5], source: app.countSeries, log: true, points: true },
     { title: 'Elements', x: 'cut', names: ['visual', 'collision', 'simulation'], columns: [2, 4, 6], source: app.countSeries, log: true, points: true },

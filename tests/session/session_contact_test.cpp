@@ -351,6 +351,19 @@ TEST(SessionContact, AStripThatFallsOnItsEndComesToRestWithItsLayersApart) {
   EXPECT_NEAR(force.z, weight, 0.05 * weight);
 }
 
+TEST(SessionContact, WhatStartsInsideAnotherIsSaidAndComesApart) {
+  Scene scene = sheet(104, 1, 0.005);
+  scene.simulation.gravity = {};
+  SceneObstacle& plane = scene.obstacles.emplace_back();
+  plane.position = {0, 0, -0.03};  // 0.02 m up in the sheet
+  Session session = must_create(scene);
+  const Course apart = run(session, 0.3);
+  ASSERT_EQ(session.notes().size(), 1u);
+  EXPECT_NE(session.notes()[0].find("inside each other"), std::string::npos);
+  EXPECT_LT(apart.fastest, 3);
+  EXPECT_LT(run(session, 0.05).deepest, 1e-3);
+}
+
 TEST(SessionContact, AFastBallDoesNotGetThroughASheet) {
   // Thrown down at the middle of a held sheet, at random places and speeds. The ball is light: it must stop above.
   Random random(11);

@@ -102,8 +102,18 @@ Result<StepReport> Session::Impl::advance_mechanics() {
       return part;
     }
     add_part(*part, sum, i == 0);
+    if (i == 0 && state.steps == 0) warn_of_overlap();
   }
   return sum;
+}
+
+void Session::Impl::warn_of_overlap() {
+  if (!contact.on || contact.seen.deep == 0) return;
+  const std::string note = fmt::format(
+      "things start inside each other: {} contacts deeper than a fifth of the half thickness, the deepest {:.2g} of it; they are "
+      "pushed apart at up to {} m/s (push_speed of [contact])",
+      contact.seen.deep, contact.seen.deepest, scene.contact.push_speed);
+  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
 }
 
 void Session::Impl::contact_follows(std::span<const CollisionTriangle> changed) {

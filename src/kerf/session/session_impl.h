@@ -192,6 +192,8 @@ struct Session::Impl {
   /// h seconds from t on; may_divide: in smaller parts where parts of the body come together fast.
   Result<StepReport> advance_part(double t, double h, bool may_divide);
   [[nodiscard]] int parts_of_self_contact(double h) const;
+  /// In the first step: a note about bodies that were placed into something.
+  void warn_of_overlap();
   /// Triangles of the collision mesh that a cut, or taking one back, has changed.
   void contact_follows(std::span<const CollisionTriangle> changed);
 

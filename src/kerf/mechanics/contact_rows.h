@@ -44,6 +44,7 @@ struct RigidTool {
   Mat3 target_axes;            ///< and how it is turned
   Vec3 target_velocity;        ///< m/s
   Vec3 target_spin;            ///< rad/s, world
+  Vec3 force, torque;          ///< given ones on top of coupling and contacts, N, N m, world
   double max_force = 0;        ///< N the coupling can pull with; 0: no limit
   double max_torque = 0;       ///< N m the coupling can turn with; 0: no limit
   double max_speed = 10;       ///< m/s; poses that jump are followed at this speed

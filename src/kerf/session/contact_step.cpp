@@ -87,6 +87,8 @@ void place_shapes(const Scene& scene, const MechanicsState& state, const std::ve
     shape.friction = tool.friction.value_or(scene.contact.friction);
     const RigidState& now = state.tools[i];
     c.set.tools[i] = rigid_tool(tool, motions[i], t, h);
+    c.set.tools[i].force = motions[i].force;
+    c.set.tools[i].torque = motions[i].torque;
     ToolWork free;
     prepare_tool(c.set.tools[i], now, h, free);
     shape.position = now.position;
@@ -127,7 +129,9 @@ HexId common_copy(const Body& body, const SurfacePoint& point) {
   return copy;
 }
 
-void make_rows(const Body& body, ContactStep& c) {
+}  // namespace
+
+void make_contact_rows(const Body& body, ContactStep& c) {
   c.set.rows.clear();
   c.set.entries.clear();
   c.node_slot.assign(body.hex.node_count(), -1);
@@ -152,8 +156,6 @@ void make_rows(const Body& body, ContactStep& c) {
     c.set.rows.push_back(row);
   }
 }
-
-}  // namespace
 
 Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::string>& notes, ContactStep& c) {
   c.on = wants_contact(scene);
@@ -205,9 +207,9 @@ int contact_substeps(const Scene& scene, const Body& body, const MechanicsModel&
   return parts;
 }
 
-void find_contacts(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
-                   const std::vector<ToolMotion>& motions, double t, double h, Vec3 gravity, DetectMemory& memory,
-                   ContactStep& c) {
+void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
+                     const std::vector<ToolMotion>& motions, double t, double h, Vec3 gravity, DetectMemory& memory,
+                     ContactStep& c) {
   refresh_surface(body, c);
   place_shapes(scene, state, motions, t, h, c);
   const SurfaceState surface = surface_state(body, model, state, h, gravity, c);
@@ -217,7 +219,6 @@ void find_contacts(const Scene& scene, const Body& body, const MechanicsModel& m
   options.self_contact = scene.contact.self;
   options.body_friction = scene.contact.friction;
   c.seen = detect({&surface, 1}, c.shapes.obstacles, c.tools, options, memory, c.detect, c.contacts);
-  make_rows(body, c);
 }
 
 }  // namespace kerf

@@ -47,9 +47,21 @@ RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, doubl
 int contact_substeps(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
                      const std::vector<ToolMotion>& motions, double t, double dt, Vec3 gravity, ContactStep& step);
 
-/// What touches between t and t + h: step.contacts and the rows of step.set. O(surface refitted + contacts).
+/// The two halves of find_contacts.
+void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
+                     const std::vector<ToolMotion>& motions, double t, double h, Vec3 gravity, DetectMemory& memory,
+                     ContactStep& step);
+void make_contact_rows(const Body& body, ContactStep& step);
+
+/// What touches between t and t + h: step.contacts, without those that leave_out says, and the rows of step.set.
+/// O(surface refitted + contacts).
+template <class LeaveOut>
 void find_contacts(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
                    const std::vector<ToolMotion>& motions, double t, double h, Vec3 gravity, DetectMemory& memory,
-                   ContactStep& step);
+                   ContactStep& step, LeaveOut&& leave_out) {
+  detect_contacts(scene, body, model, state, motions, t, h, gravity, memory, step);
+  std::erase_if(step.contacts, leave_out);
+  make_contact_rows(body, step);
+}
 
 }  // namespace kerf

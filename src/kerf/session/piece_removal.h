@@ -21,6 +21,10 @@ struct Grasp {
   Vec3 from, to;                 ///< of the present move
   double move_began = 0, move_over = 0;  ///< s
   double stiffness = 0;          ///< N/m per point
+  std::int32_t tool = -1;        ///< of the scene, whose jaws hold; then
+  Vec3 local;                    ///< the centre in the tool's axes, and
+  Mat3 axes_then;                ///< the tool's axes when it closed
+  Mat3 turned;                   ///< since then: offsets turn with it
   std::vector<SpringId> springs; ///< one per point
 };
 

@@ -32,6 +32,13 @@ struct ToolMotion {
   double began = 0;              ///< s
   double jaws_from = 1, jaws_to = 1;  ///< 1 open, 0 closed
   double jaws_began = 0, jaws_over = 0;  ///< s
+  bool inside = false;   ///< its edge is in tissue: the blade does not touch, it cuts
+  bool holding = false;  ///< its jaws hold tissue
+  bool placed = false;   ///< base and tip hold the edge of the last step
+  Vec3 base, tip;        ///< m, world
+  double edge_force = 0, edge_length = 0;  ///< N, m: what the edge met in the last step, pressing
+  bool jaw_pushes[2] = {false, false};     ///< which jaws met something
+  Vec3 force, torque;    ///< N, N m: of what it cuts or holds, on the tool, in this step
   [[nodiscard]] RigidPlace pose(double time) const { return place_at(start, poses, time - began); }
   /// 1 open, 0 closed.
   [[nodiscard]] double jaws(double time) const;

@@ -166,10 +166,12 @@ Result<SessionStep> Session::step() {
     KERF_TRY(s.apply(command));
   }
   if (s.state.stroke && s.state.stroke->from_command) KERF_TRY(s.advance_command_stroke(until));
+  KERF_TRY(s.use_tools(until));
   s.renew_loads();
 
   auto mechanics = s.advance_mechanics();
   if (!mechanics) return mechanics.error();
+  s.feel_tools();
   carry_unused_nodes(s.state.body.hex, s.state.mechanics, s.carried);
   s.positions_changed();
   report.mechanics = *mechanics;
@@ -338,13 +340,17 @@ std::uint64_t Session::hash() const {
   for (const Grasp& g : state.grasps) {
     hash.add(g.points);
     hash.add(g.offset);
-    hash.add(std::array<Vec3, 3>{g.centre, g.from, g.to});
+    hash.add(std::array<Vec3, 4>{g.centre, g.from, g.to, g.local});
+    hash.add(std::array<Mat3, 2>{g.axes_then, g.turned});
     hash.add(std::array<double, 3>{g.move_began, g.move_over, g.stiffness});
   }
   for (const ToolMotion& t : state.tools) {
     hash.add(t.start);
     hash.add(t.poses);
     hash.add(std::array<double, 5>{t.began, t.jaws_from, t.jaws_to, t.jaws_began, t.jaws_over});
+    hash.add(std::array<std::int32_t, 5>{t.inside, t.holding, t.placed, t.jaw_pushes[0], t.jaw_pushes[1]});
+    hash.add(std::array<Vec3, 4>{t.base, t.tip, t.force, t.torque});
+    hash.add(std::array<double, 2>{t.edge_force, t.edge_length});
   }
   return hash.value();
 }

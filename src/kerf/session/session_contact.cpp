@@ -58,7 +58,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divi
     const auto start = Clock::now();
     touched_part = state.touching;
     find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity, state.touching,
-                  contact);
+                  contact, [this](const Contact& c) { return leaves_out(c); });
     detection_seconds += std::chrono::duration<double>(Clock::now() - start).count();
     if (const int more = may_divide ? parts_of_self_contact(h) : 1; more > 1) {
       state.touching = touched_part;

@@ -123,11 +123,18 @@ void Session::Impl::move_grasps(double until, double over) {
   for (Grasp& g : state.grasps) {
     const double s = g.move_over > 0 ? std::clamp((until - g.move_began) / g.move_over, 0.0, 1.0) : 1.0;
     const Vec3 before = g.centre;
-    g.centre = lerp(g.from, g.to, s);
+    if (g.tool >= 0) {
+      const RigidState& tool = state.mechanics.tools[static_cast<std::size_t>(g.tool)];
+      g.centre = g.from = g.to = tool.position + tool.axes * g.local;
+      g.turned = product(tool.axes, transposed(g.axes_then));
+    } else {
+      g.centre = lerp(g.from, g.to, s);
+    }
     // At once means at once: a target that jumps has no velocity.
-    const Vec3 velocity = g.move_over > 0 ? (1 / over) * (g.centre - before) : Vec3{};
+    const Vec3 velocity = g.move_over > 0 || g.tool >= 0 ? (1 / over) * (g.centre - before) : Vec3{};
     for (std::size_t i = 0; i < g.springs.size(); ++i)
-      if (state.model.has_spring(g.springs[i])) state.model.set_spring_target(g.springs[i], g.centre + g.offset[i], velocity);
+      if (state.model.has_spring(g.springs[i]))
+        state.model.set_spring_target(g.springs[i], g.centre + g.turned * g.offset[i], velocity);
   }
 }
 
@@ -143,7 +150,7 @@ Status Session::Impl::renew_springs() {
       }
       const HexId copy = body.embedding.collision[g.points[i]];
       const auto w = weights(body.hex, copy, body.complex.collision.rest[g.points[i]]);
-      auto receipt = state.model.add_attachment(copy, w, g.centre + g.offset[i], g.stiffness);
+      auto receipt = state.model.add_attachment(copy, w, g.centre + g.turned * g.offset[i], g.stiffness);
       if (!receipt) return receipt.error();
       g.springs.push_back(receipt->id);
     }
@@ -185,18 +192,21 @@ void Session::Impl::unfix(const SceneRegion& region) {
 }
 
 void Session::Impl::renew_loads() {
-  if (scene.loads.empty()) return;
+  if (scene.loads.empty() && scene.tools.empty()) return;
   state.model.clear_loads();
   const Body& body = state.body;
+  const auto add = [&](CollisionVertex v, Vec3 force) {
+    const HexId copy = body.embedding.collision[v];
+    const auto w = weights(body.hex, copy, body.complex.collision.rest[v]);
+    for (std::size_t c = 0; c < 8; ++c) state.model.add_load(body.hex.nodes[copy][c], w[c] * force);
+  };
+  for (const ToolLoad& load : tool_loads)
+    if (body.complex.collision.rest.contains(load.vertex)) add(load.vertex, load.force);
   for (const SceneLoad& load : scene.loads) {
     if (state.time < load.from || (load.until && state.time >= *load.until)) continue;
     const auto points = vertices_near(body.complex.collision.rest.raw(), load.point, load.radius);
     const Vec3 share = (1.0 / static_cast<double>(points.size())) * load.force;
-    for (const CollisionVertex v : points) {
-      const HexId copy = body.embedding.collision[v];
-      const auto w = weights(body.hex, copy, body.complex.collision.rest[v]);
-      for (std::size_t c = 0; c < 8; ++c) state.model.add_load(body.hex.nodes[copy][c], w[c] * share);
-    }
+    for (const CollisionVertex v : points) add(v, share);
   }
 }
 

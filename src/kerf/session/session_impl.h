@@ -38,6 +38,7 @@ struct ActiveStroke {
   bool shaved = false;       ///< one of them took something off
   SceneShave shave;          ///< of a command
   bool from_command = false; ///< poses come from `command`
+  std::int32_t tool = -1;    ///< or from the edge of this tool of the scene
   SceneBlade command;
   double command_began = 0;
   std::size_t next_pose = 0;
@@ -174,12 +175,31 @@ struct Session::Impl {
   Status release(const SceneRelease& what);
   Status move_tool(const SceneToolMotion& what);
   Status move_jaws(const SceneJaws& what);
+
+  // session_tools.cpp
+  /// Sharp tools cut with the edge where it is now, jaws take hold or let go. Before mechanics; `until`: the step's end.
+  Status use_tools(double until);
+  Status cut_with(std::size_t tool, double until);
+  /// After mechanics: what edges and jaws have met, for the next step.
+  void feel_tools();
+  Status close_on(std::size_t tool);
+  /// Force of the material on an edge that cuts, and back on the material as a load of this step.
+  void resist(std::size_t tool, const BladeEdge& before, const BladeEdge& now, double inside);
+  /// What contact must leave out: an edge that cuts and what follows it, jaws that hold.
+  [[nodiscard]] bool leaves_out(const Contact& c) const;
+  struct ToolLoad {
+    CollisionVertex vertex;
+    Vec3 force;  ///< N
+  };
+  std::vector<ToolLoad> tool_loads;  ///< of this step
   Status fix(const SceneRegion& region, const std::string& name);
   void unfix(const SceneRegion& region);
   /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.
   std::vector<NodeId> nodes_in(const SceneRegion& region) const;
   /// Springs of grasps and of slit tips, anew; after every change of topology.
   Status renew_springs();
+  /// Takes the grasp of a tool away, if there is one.
+  Status let_go(std::size_t tool);
   /// Grasps on their way at `until`; `over`: s since they were last told.
   void move_grasps(double until, double over);
   /// Young's modulus of the body that a copy belongs to, outside of all regions.

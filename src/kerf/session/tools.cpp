@@ -49,6 +49,7 @@ Status Session::Impl::move_jaws(const SceneJaws& what) {
   motion.jaws_to = what.close ? 0 : 1;
   motion.jaws_began = state.time;
   motion.jaws_over = what.over;
+  if (!what.close) return let_go(static_cast<std::size_t>(tool));
   return {};
 }
 

@@ -1,0 +1,292 @@
+// Tools at work: edges that cut where the tool has got to, jaws that hold what they close on.
+//
+// A sharp edge goes through stages. Outside it is a blunt part of its tool: it presses. Where material resists
+// (SceneCut::resistance), it presses on until its force per length is exceeded; where none does, it enters at once. Inside it
+// cuts: a stroke begins, the blade no longer touches what it is cutting, and the resistance pushes both. When the whole blade
+// is out of the thickness the stroke ends. Blades cut forward only, and one at a time.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "kerf/session/session_impl.h"
+#include "kerf/spatial/triangle_queries.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kEdgeSamples = 9;         // along an edge; a blade is looked at in three such lines
+constexpr double kEdgeFirst = 0.5;      // cosine between forward and the push of what an edge meets
+constexpr double kForward = 0.2;        // share of an edge's motion that must go forward for it to cut
+constexpr double kSlowEdge = 0.02;      // m/s below which resistance falls to zero with the speed
+constexpr double kStableShare = 0.5;    // of the damping that an explicit resistance may add
+constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: what touches there touches the edge
+
+bool is_blade(const SceneRigidTool& tool) { return has_edge(tool); }
+
+/// Does the point lie in the material? Nearest triangles only; `closest` gets the nearest vertex.
+class Thickness {
+ public:
+  Thickness(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const Box3& near) : mesh_(mesh), positions_(positions) {
+    for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
+      Box3 box;
+      double radius = 0;
+      for (int k = 0; k < 3; ++k) {
+        const CollisionVertex v = mesh.origin[CollisionMesh::corner(t, k)];
+        box.add(positions[v.index()]);
+        radius = std::max(radius, norm(mesh.offset[v]));
+      }
+      bool apart = false;
+      for (int i = 0; i < 3; ++i) apart = apart || box.min[i] > near.max[i] + radius || box.max[i] < near.min[i] - radius;
+      if (!apart) triangles_.push_back(t);
+    }
+  }
+  [[nodiscard]] bool empty() const { return triangles_.empty(); }
+  [[nodiscard]] bool holds(Vec3 p, double extra, CollisionVertex* closest = nullptr) const {
+    for (const CollisionTriangle t : triangles_) {
+      std::array<CollisionVertex, 3> v;
+      std::array<Vec3, 3> x;
+      for (std::size_t k = 0; k < 3; ++k) {
+        v[k] = mesh_.origin[CollisionMesh::corner(t, static_cast<int>(k))];
+        x[k] = positions_[v[k].index()];
+      }
+      ClosestPoint found;
+      closest_point(p, x, found);
+      double radius = 0;
+      for (std::size_t k = 0; k < 3; ++k) radius += found.barycentric[k] * norm(mesh_.offset[v[k]]);
+      if (found.distance > radius + extra) continue;
+      if (closest)
+        *closest = v[static_cast<std::size_t>(std::max_element(found.barycentric.begin(), found.barycentric.end()) - found.barycentric.begin())];
+      return true;
+    }
+    return false;
+  }
+
+ private:
+  const CollisionMesh& mesh_;
+  const std::vector<Vec3>& positions_;
+  std::vector<CollisionTriangle> triangles_;
+};
+
+Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
+
+}  // namespace
+
+Status Session::Impl::use_tools(double until) {
+  tool_loads.clear();
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    state.tools[i].force = state.tools[i].torque = {};
+    if (is_blade(scene.tools[i])) KERF_TRY(cut_with(i, until));
+    if (scene.tools[i].kind == SceneToolKind::kGrasper) KERF_TRY(close_on(i));
+  }
+  return {};
+}
+
+Status Session::Impl::cut_with(std::size_t i, double until) {
+  const SceneRigidTool& tool = scene.tools[i];
+  ToolMotion& motion = state.tools[i];
+  const RigidState& at = state.mechanics.tools[i];
+  const RigidPlace place{at.position, at.axes};
+  const ToolEdge edge = tool_edge(tool, motion.jaws(until));
+  const BladeEdge now{place.to_world(edge.base), place.to_world(edge.tip)};
+  const BladeEdge before = motion.placed ? BladeEdge{motion.base, motion.tip} : now;
+  motion.base = now.base;
+  motion.tip = now.tip;
+  motion.placed = true;
+  const bool own = state.stroke && state.stroke->tool == static_cast<std::int32_t>(i);
+  if (state.stroke && !own) return {};  // another blade is at work
+
+  const bool closing = motion.jaws_to <= 0 && motion.jaws(until) > 0;
+
+  // How much of the blade is in the thickness: its edge, its middle line and its back.
+  const ToolSizes sizes = tool_sizes(tool);
+  const bool scissors = tool.kind == SceneToolKind::kScissors;
+  const Vec3 back = scissors ? Vec3{} : -sizes.width * (place.axes * edge.forward);
+  Box3 near;
+  for (const Vec3 p : {now.base, now.tip, now.base + back, now.tip + back}) near.add(p);
+  const Thickness material(state.body.complex.collision, deformed_collision(), near);
+  int edge_in = 0, blade_in = 0;
+  if (!material.empty())
+    for (int line = 0; line < (scissors ? 1 : 3); ++line)
+      for (int k = 0; k < kEdgeSamples; ++k) {
+        const Vec3 p = lerp(now.base, now.tip, static_cast<double>(k) / (kEdgeSamples - 1)) + (0.5 * line) * back;
+        if (!material.holds(p, line == 0 ? 0 : sizes.thickness)) continue;
+        ++blade_in;
+        edge_in += line == 0 ? 1 : 0;
+      }
+
+  if (motion.inside && (blade_in == 0 || (scissors && !closing))) {
+    motion.inside = false;
+    if (own && blade_in > 0) KERF_TRY(move_blade(now));
+    if (own) return end_stroke();
+    return {};
+  }
+  if (!motion.inside) {
+    bool enters = edge_in > 0 && (!scissors || closing);
+    if (scene.cut.resistance > 0 && !scissors)  // it presses until the material gives way
+      enters = motion.edge_force > scene.cut.resistance * motion.edge_length && motion.edge_length > 0;
+    if (!enters) return {};
+    motion.inside = true;
+  }
+  if (!own) {
+    KERF_TRY(begin_stroke(SceneFrame::kWorld, false));
+    state.stroke->tool = static_cast<std::int32_t>(i);
+    KERF_TRY(move_blade(before));
+  }
+  const BladeEdge last = state.stroke->blade.edge;
+  const Vec3 way = edge_middle(now) - edge_middle(last);
+  const double ahead = std::max(dot(way, place.axes * edge.forward), -dot(way, place.axes.c[2]));
+  if (ahead > kForward * norm(way)) KERF_TRY(move_blade(now));
+  resist(i, before, now, norm(now.tip - now.base) * edge_in / kEdgeSamples);
+  return {};
+}
+
+void Session::Impl::feel_tools() {
+  const std::vector<ContactResult>& results = workspace.contact.results;
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    const SceneRigidTool& tool = scene.tools[i];
+    ToolMotion& motion = state.tools[i];
+    motion.edge_force = motion.edge_length = 0;
+    motion.jaw_pushes[0] = motion.jaw_pushes[1] = false;
+    if (!contact.on || (!is_blade(tool) && tool.kind != SceneToolKind::kGrasper)) continue;
+    const RigidState& at = state.mechanics.tools[i];
+    const ToolSizes sizes = tool_sizes(tool);
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t k = 0; k < results.size() && k < contact.contacts.size(); ++k) {
+      const Contact& c = contact.contacts[k];
+      if (c.tool != static_cast<std::int32_t>(i) || results[k].normal_force <= 0) continue;
+      const Vec3 local = transposed_times(at.axes, c.point - at.position), push = transposed_times(at.axes, c.normal);
+      if (local.z > sizes.tip) continue;
+      motion.jaw_pushes[0] = motion.jaw_pushes[0] || push.x > kEdgeFirst;
+      motion.jaw_pushes[1] = motion.jaw_pushes[1] || push.x < -kEdgeFirst;
+      if (std::max(push.x, -push.z) < kEdgeFirst) continue;
+      motion.edge_force += results[k].normal_force;
+      low = std::min(low, local.z);
+      high = std::max(high, local.z);
+    }
+    const double least = 0.5 * state.body.complex.mean_root_edge;  // contacts are sampled that far apart
+    if (high >= low) motion.edge_length = std::min(sizes.tip, high - low + least);
+  }
+}
+
+void Session::Impl::resist(std::size_t i, const BladeEdge& before, const BladeEdge& now, double inside) {
+  if (scene.cut.resistance <= 0 || inside <= 0) return;
+  const SceneRigidTool& tool = scene.tools[i];
+  const double dt = step_options.dt;
+  const CollisionMesh& mesh = state.body.complex.collision;
+  const std::vector<Vec3>& positions = deformed_collision();
+  // What it cuts is where the edge meets the middle of the material: the vertices nearest to the edge carry the force.
+  Box3 near;
+  near.add(now.base);
+  near.add(now.tip);
+  const Thickness material(mesh, positions, near);
+  std::vector<CollisionVertex> carriers;
+  for (int k = 0; k < kEdgeSamples; ++k) {
+    CollisionVertex v;
+    if (material.holds(lerp(now.base, now.tip, static_cast<double>(k) / (kEdgeSamples - 1)), 0, &v)) carriers.push_back(v);
+  }
+  if (carriers.empty()) return;
+  Vec3 tissue;
+  for (const CollisionVertex v : carriers) {
+    const HexId copy = state.body.embedding.collision[v];
+    const auto w = weights(state.body.hex, copy, mesh.rest[v]);
+    for (std::size_t c = 0; c < 8; ++c) tissue += w[c] * state.mechanics.velocities[state.body.hex.nodes[copy][c].index()];
+  }
+  tissue = (1 / static_cast<double>(carriers.size())) * tissue;
+  const Vec3 velocity = (1 / dt) * (edge_middle(now) - edge_middle(before)) - tissue;
+  const RigidTool coupling = rigid_tool(tool, state.tools[i], state.time, dt);
+  const double most = kStableShare * (coupling.mass / dt + coupling.damping + coupling.stiffness * dt);
+  const double damping = std::min(most, scene.cut.resistance * inside / std::max(norm(velocity), kSlowEdge));
+  const Vec3 force = -damping * velocity;
+  ToolMotion& motion = state.tools[i];
+  motion.force += force;
+  motion.torque += cross(edge_middle(now) - state.mechanics.tools[i].position, force);
+  const Vec3 share = (-1 / static_cast<double>(carriers.size())) * force;
+  for (const CollisionVertex v : carriers) tool_loads.push_back({v, share});
+}
+
+Status Session::Impl::close_on(std::size_t i) {
+  const SceneRigidTool& tool = scene.tools[i];
+  ToolMotion& motion = state.tools[i];
+  const RigidState& at = state.mechanics.tools[i];
+  if (motion.holding) {
+    for (const Grasp& g : state.grasps) {
+      if (g.tool != static_cast<std::int32_t>(i)) continue;
+      for (std::size_t k = 0; k < g.springs.size(); ++k) {
+        if (!state.model.has_spring(g.springs[k])) continue;
+        const Vec3 pull = -1.0 * spring_force(state.model, state.mechanics, g.springs[k]);
+        motion.force += pull;
+        motion.torque += cross(g.centre + g.turned * g.offset[k] - at.position, pull);
+      }
+    }
+    return {};
+  }
+  if (motion.jaws_to > 0) return {};
+  // Tissue on both jaws, or jaws that are shut.
+  const double jaws = motion.jaws(state.time);
+  const bool both = motion.jaw_pushes[0] && motion.jaw_pushes[1];
+  const RigidPlace place{at.position, at.axes};
+  const ToolSizes sizes = tool_sizes(tool);
+  if (!both && jaws > 0) return {};
+  const std::vector<Vec3>& positions = deformed_collision();
+  const double reach = sizes.tip * std::tan(tool.opening / 2), pad = 0.5 * state.body.complex.mean_root_edge;
+  std::vector<CollisionVertex> held;
+  CollisionVertex closest;
+  double nearest = HUGE_VAL;
+  for (const CollisionVertex v : ids<CollisionVertex>(positions.size())) {
+    const Vec3 p = place.to_local(positions[v.index()]);
+    const double thick = norm(state.body.complex.collision.offset[v]);
+    const double distance = norm(p - Vec3{0, 0, 0.5 * sizes.tip});
+    if (distance < nearest) nearest = distance, closest = v;
+    if (std::fabs(p.x) <= reach + thick && std::fabs(p.y) <= 0.5 * sizes.width + pad && p.z >= -pad && p.z <= sizes.tip + thick)
+      held.push_back(v);
+  }
+  if (held.empty() && nearest <= 0.5 * sizes.tip + 2 * pad) held.push_back(closest);
+  if (held.empty()) return {};
+  if (!both) {  // shut: only what is really between them
+    const Thickness material(state.body.complex.collision, positions, [&] {
+      Box3 box;
+      box.add(place.position);
+      box.add(place.to_world({0, 0, sizes.tip}));
+      return box;
+    }());
+    if (!material.holds(place.to_world({0, 0, 0.5 * sizes.tip}), 0.5 * sizes.radius)) return {};
+  }
+  KERF_TRY(hold(fmt::format("tool {}", tool.id), held, {}));
+  Grasp& g = state.grasps.back();
+  g.tool = static_cast<std::int32_t>(i);
+  g.local = place.to_local(g.centre);
+  g.axes_then = at.axes;
+  motion.holding = true;
+  motion.jaws_from = motion.jaws_to = jaws;  // tissue stops them
+  motion.jaws_over = 0;
+  return {};
+}
+
+Status Session::Impl::let_go(std::size_t i) {
+  state.tools[i].holding = false;
+  const auto before = state.grasps.size();
+  std::erase_if(state.grasps, [&](const Grasp& g) { return g.tool == static_cast<std::int32_t>(i); });
+  return state.grasps.size() == before ? Status{} : renew_springs();
+}
+
+bool Session::Impl::leaves_out(const Contact& c) const {
+  if (c.tool < 0) return false;
+  const auto i = static_cast<std::size_t>(c.tool);
+  const SceneRigidTool& tool = scene.tools[i];
+  const ToolMotion& motion = state.tools[i];
+  if (!motion.holding && !is_blade(tool)) return false;
+  const ToolSizes sizes = tool_sizes(tool);
+  const RigidState& at = state.mechanics.tools[i];
+  const Vec3 local = transposed_times(at.axes, c.point - at.position);
+  if (local.z > sizes.tip * (1 + 1e-9)) return false;  // the shaft
+  if (motion.holding || motion.inside) return true;
+  if (tool.kind == SceneToolKind::kScissors) return motion.jaws(state.time) < 1;
+  if (scene.cut.resistance > 0) return false;
+  const Vec3 push = transposed_times(at.axes, c.normal);
+  const bool on_edge = local.x > -kBladeZone * sizes.width || local.z < kBladeZone * sizes.tip;
+  return on_edge && std::max(push.x, -push.z) >= kEdgeFirst;
+}
+
+}  // namespace kerf

@@ -23,6 +23,9 @@ void append(std::vector<PictureLine>& lines, const std::vector<PictureLine>& mor
   lines.insert(lines.end(), more.begin(), more.end());
 }
 
+/// Obstacles this many times larger than the body are not taken in whole.
+constexpr double kFramed = 1.6;
+
 PictureThing thing_of(const std::vector<ShapePart>& parts, const RigidPlace& place, double plane_size) {
   ShapeMesh mesh = shape_mesh(parts, plane_size);
   for (Vec3& p : mesh.positions) p = place.to_world(p);
@@ -47,7 +50,9 @@ Result<std::vector<PictureThing>> things_of(const Session& session, Look look, c
       continue;
     }
     PictureThing thing = thing_of(shapes->obstacles[i].parts, place, 3 * box.diagonal());
-    thing.framed = obstacle.shape != SceneShape::kPlane;
+    Box3 own;
+    for (const Vec3 p : thing.positions) own.add(p);
+    thing.framed = own.diagonal() <= kFramed * box.diagonal();
     if (look == Look::kMeat && obstacle.shape == SceneShape::kBox) thing.stuff = PictureThing::Stuff::kWood;
     if (look == Look::kCartilage) thing.stuff = PictureThing::Stuff::kBone;
     things.push_back(std::move(thing));

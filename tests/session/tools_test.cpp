@@ -1,0 +1,198 @@
+// Tools as bodies: edges that press and cut, jaws that hold, the force that they feel.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "kerf/base/rigid_place.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+namespace {
+
+Session make(const Scene& scene) {
+  auto session = Session::create(scene);
+  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
+  return std::move(session).value();
+}
+void expect_valid(const Session& session) {
+  const Status valid = session.validate();
+  EXPECT_TRUE(valid.ok()) << valid.error().message;
+}
+
+/// A strip along x, 3 mm thick, held at both ends, without weight.
+Scene strip_scene() {
+  Scene scene;
+  scene.body.model = "strip";
+  scene.body.options.visual_triangles = 1000;
+  scene.simulation.time_step = 0.002;
+  scene.simulation.gravity = {};
+  for (const double side : {-1.0, 1.0}) {
+    SceneFix fix;
+    fix.region.shape = SceneRegion::Shape::kHalfSpace;
+    fix.region.point = {0.095 * side, 0, 0};
+    fix.region.normal = {side, 0, 0};
+    scene.fixes.push_back(fix);
+  }
+  return scene;
+}
+
+SceneRigidTool tool_of(SceneToolKind kind, Vec3 position, Vec3 rotation = {}) {
+  SceneRigidTool tool;
+  tool.id = "tool";
+  tool.kind = kind;
+  tool.position = position;
+  tool.rotation = rotation;
+  return tool;
+}
+
+void lead(Session& session, std::vector<ScenePose> poses) {
+  SceneCommand command;
+  command.what = SceneToolMotion{"tool", std::move(poses)};
+  const Status done = session.apply(command);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+}
+
+/// A scalpel whose edge stands upright and faces +y: across the strip.
+constexpr Vec3 kFacingY{0, 0, std::numbers::pi / 2};
+
+TEST(Tools, AnEdgeCutsWhatItIsLedThrough) {
+  Scene scene = strip_scene();
+  scene.tools = {tool_of(SceneToolKind::kScalpel, {0.003, -0.03, -0.012}, kFacingY)};
+  Session session = make(scene);
+  lead(session, {{0.4, {0.003, 0.03, -0.012}, kFacingY}});
+  ASSERT_TRUE(session.step(150).ok());
+  expect_valid(session);
+  EXPECT_TRUE(session.in_stroke()) << "half-way";
+  ASSERT_TRUE(session.step(100).ok());
+  expect_valid(session);
+  EXPECT_FALSE(session.in_stroke());
+  EXPECT_EQ(session.counts().pieces, 2);
+  ASSERT_EQ(session.undo_depth(), 1);
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_EQ(session.counts().pieces, 1);
+  expect_valid(session);
+}
+
+TEST(Tools, ABluntEdgePresses) {
+  Scene scene = strip_scene();
+  scene.tools = {tool_of(SceneToolKind::kScalpel, {0.003, -0.03, -0.012}, kFacingY)};
+  scene.tools[0].sharp = false;
+  Session session = make(scene);
+  lead(session, {{0.4, {0.003, -0.005, -0.012}, kFacingY}});
+  ASSERT_TRUE(session.step(250).ok());
+  expect_valid(session);
+  EXPECT_EQ(session.counts().pieces, 1);
+  EXPECT_EQ(session.undo_depth(), 0);
+  const Session::ToolState tool = session.tools()[0];
+  EXPECT_LT(tool.force.y, -0.02) << "the strip pushes back";
+  EXPECT_GT(session.support_force().y, -2) << "it is bent, not torn off";
+}
+
+TEST(Tools, MaterialGivesWayAtItsResistance) {
+  // Pressed against an edge, it gives way once its force exceeds resistance times the length of the edge that presses.
+  struct Row {
+    double resistance;
+    bool cuts;
+  };
+  for (const Row row : {Row{1.0, true}, Row{1e5, false}}) {
+    Scene scene = strip_scene();
+    scene.cut.resistance = row.resistance;
+    scene.tools = {tool_of(SceneToolKind::kScalpel, {0.003, -0.03, -0.012}, kFacingY)};
+    Session session = make(scene);
+    lead(session, {{0.6, {0.003, 0.008, -0.012}, kFacingY}});
+    double pressed = 0;
+    bool cut = false;
+    for (int i = 0; i < 300; ++i) {
+      ASSERT_TRUE(session.step(1).ok());
+      if (!session.in_stroke() && !cut) pressed = std::max(pressed, -session.tools()[0].force.y);
+      cut = cut || session.in_stroke();
+    }
+    expect_valid(session);
+    EXPECT_EQ(cut, row.cuts) << row.resistance;
+    EXPECT_GT(pressed, 0) << "first it presses";
+    EXPECT_EQ(session.undo_depth() > 0 || session.in_stroke(), row.cuts);
+  }
+}
+
+TEST(Tools, JawsHoldWhatTheyCloseOn) {
+  Scene scene = strip_scene();
+  scene.fixes.pop_back();  // held on the left only
+  // Jaws open along x in the tool's axes; turned so that they open along z and reach along -x, onto the free end.
+  const Vec3 turned{0, std::numbers::pi / 2, 0};
+  scene.tools = {tool_of(SceneToolKind::kGrasper, {0.092, 0, 0}, turned)};
+  scene.tools[0].tip = 0.016;
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(5).ok());
+  SceneCommand close;
+  close.what = SceneJaws{"tool", true, 0.1};
+  ASSERT_TRUE(session.apply(close).ok());
+  ASSERT_TRUE(session.step(100).ok());
+  ASSERT_EQ(session.grasps().size(), 1u) << "it holds";
+  const Vec3 before = session.grasps()[0].held;
+  lead(session, {{0.3, {0.090, 0, 0.03}, turned}});
+  ASSERT_TRUE(session.step(300).ok());
+  expect_valid(session);
+  EXPECT_NEAR(session.grasps()[0].held.z - before.z, 0.03, 0.006) << "it takes the tissue along";
+  EXPECT_GT(session.tools()[0].coupling_force.z, 0) << "and the pose must pull";
+  SceneCommand open;
+  open.what = SceneJaws{"tool", false, 0.1};
+  ASSERT_TRUE(session.apply(open).ok());
+  ASSERT_TRUE(session.step(50).ok());
+  EXPECT_TRUE(session.grasps().empty());
+}
+
+TEST(Tools, ScissorsCutWhereTheyClose) {
+  Scene scene = strip_scene();
+  // Shaft along -y behind, blades reaching along +y across the strip, opening along z: x -> z, z -> -y.
+  const Mat3 axes{{Vec3{0, 0, 1}, Vec3{-1, 0, 0}, Vec3{0, -1, 0}}};
+  const Vec3 turned = turn_of(axes);
+  scene.tools = {tool_of(SceneToolKind::kScissors, {0.003, 0.016, 0}, turned)};
+  scene.tools[0].tip = 0.034;
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(5).ok());
+  EXPECT_EQ(session.counts().pieces, 1);
+  SceneCommand close;
+  close.what = SceneJaws{"tool", true, 0.2};
+  ASSERT_TRUE(session.apply(close).ok());
+  ASSERT_TRUE(session.step(150).ok());
+  expect_valid(session);
+  EXPECT_EQ(session.counts().pieces, 2);
+  EXPECT_FALSE(session.in_stroke());
+}
+
+TEST(Tools, AJumpOfThePoseIsFollowedAtBoundedSpeed) {
+  Scene scene = strip_scene();
+  scene.tools = {tool_of(SceneToolKind::kSphere, {0, 0, 0.5})};
+  scene.tools[0].max_speed = 2;
+  scene.tools[0].max_force = 0;
+  Session session = make(scene);
+  lead(session, {{0.0, {0, 0, -0.5}, {}}});
+  Vec3 last = session.tools()[0].place.position;
+  for (int i = 0; i < 400; ++i) {
+    ASSERT_TRUE(session.step(1).ok());
+    const Vec3 now = session.tools()[0].place.position;
+    EXPECT_LE(norm(now - last), 2 * 0.002 * (1 + 1e-9));
+    last = now;
+  }
+  expect_valid(session);
+}
+
+TEST(Tools, TheSameBitsAfterARestore) {
+  Scene scene = strip_scene();
+  scene.cut.resistance = 5;
+  scene.tools = {tool_of(SceneToolKind::kScalpel, {0.003, -0.03, -0.012}, kFacingY)};
+  Session session = make(scene);
+  lead(session, {{0.4, {0.003, 0.03, -0.012}, kFacingY}});
+  ASSERT_TRUE(session.step(60).ok());
+  const auto snapshot = session.snapshot();
+  ASSERT_TRUE(session.step(120).ok());
+  const std::uint64_t once = session.hash();
+  session.restore(snapshot);
+  ASSERT_TRUE(session.step(120).ok());
+  EXPECT_EQ(session.hash(), once);
+}
+
+}  // namespace
+}  // namespace kerf

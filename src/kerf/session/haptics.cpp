@@ -6,6 +6,14 @@
 #include "kerf/session/contact_step.h"
 
 namespace kerf {
+namespace {
+
+/// The planes are this many times as stiff as a block of tissue as large as a cell. Too stiff is damping: what a step finds softer
+/// reaches the device as planes that give way late. Too soft is the opposite, and shakes.
+constexpr double kFirmer = 5;
+
+}  // namespace
+
 
 HapticModel haptic_model(const Session& session, std::size_t tool, double time) {
   HapticModel model;
@@ -24,9 +32,8 @@ HapticModel haptic_model(const Session& session, std::size_t tool, double time) 
   std::vector<HapticContact> contacts;
   for (const Session::ContactState& c : session.contacts())
     if (c.tool == static_cast<std::int32_t>(tool)) contacts.push_back({c.point, c.normal, c.normal_force, c.gap});
-  // What a block of tissue as large as a cell gives way by.
   const Vec3 cell = session.body().hex.frame.cell;
-  const double tissue = session.material().young * std::max({cell.x, cell.y, cell.z});
+  const double tissue = kFirmer * session.material().young * std::max({cell.x, cell.y, cell.z});
   reduce_contacts(contacts, tissue, model);
   return model;
 }

@@ -62,8 +62,8 @@ export class ThingsView {
     lines.setAttribute('color', attribute(this.lineColours));
     points.setAttribute('position', attribute(this.pointPositions));
     points.setAttribute('color', attribute(this.pointColours));
-    this.contactLines = new LineSegments(lines, new LineBasicMaterial({ vertexColors: true, depthTest: false, transparent: true }));
-    this.contactPoints = new Points(points, new PointsMaterial({ vertexColors: true, size: 6, sizeAttenuation: false, depthTest: false, transparent: true }));
+    this.contactLines = new LineSegments(lines, new LineBasicMaterial({ vertexColors: true, depthTest: false, transparent: true, toneMapped: false }));
+    this.contactPoints = new Points(points, new PointsMaterial({ vertexColors: true, size: 6, sizeAttenuation: false, depthTest: false, transparent: true, toneMapped: false }));
     for (const o of [this.contactLines, this.contactPoints]) { o.frustumCulled = false; o.renderOrder = 5; o.geometry.setDrawRange(0, 0); }
     this.group.add(this.solid, this.ghostGroup, this.contactLines, this.contactPoints);
   }

@@ -30,7 +30,9 @@ def main():
         wrong = []
         if not report["invariants"]["all_hold"]:
             wrong += [f"invariant at {c['time']} s: {c['problem']}" for c in report["invariants"]["checks"] if not c["holds"]]
-        if not report["cuts"]:
+        text = (here.parent.parent / "scenes" / f"{scene}.toml").read_text()
+        cuts = any(word in text for word in ('"blade"', '"scalpel"', '"scissors"'))
+        if cuts and not report["cuts"]:
             wrong.append("the scene cut nothing")
         for i, cut in enumerate(report["cuts"]):
             if not cut["finished"] or cut["triangles_walked"] == 0:

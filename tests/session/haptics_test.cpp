@@ -9,7 +9,7 @@ namespace kerf {
 namespace {
 
 /// A slab held from below, a ball over it.
-Session slab_with_ball(double time_step) {
+Session slab_with_ball(double time_step, double stiffness) {
   Scene scene;
   scene.body.model = "steak";
   scene.body.options.visual_triangles = 0;
@@ -27,6 +27,7 @@ Session slab_with_ball(double time_step) {
   ball.radius = 0.008;
   ball.position = {0, 0, 0.025};
   ball.max_force = 20;
+  ball.stiffness = stiffness;
   scene.tools = {ball};
   auto session = Session::create(scene);
   EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
@@ -40,8 +41,8 @@ struct Outcome {
 
 /// A device of 0.1 kg on a hand of 100 N/m that wants to be 8 mm deep. One step of simulation every `period` seconds, the
 /// servo every millisecond; what the simulation publishes is a step old when the servo gets it.
-Outcome press(double period) {
-  Session session = slab_with_ball(period);
+Outcome press(double period, double stiffness) {
+  Session session = slab_with_ball(period, stiffness);
   HapticChannel channel;
   HapticServo servo(channel);
   constexpr double tick = 1e-3, mass = 0.1, hand = 100, hand_damping = 0.5;
@@ -75,12 +76,17 @@ Outcome press(double period) {
 }
 
 TEST(Haptics, ADeviceComesToRestOnTissue) {
-  for (const double period : {0.001, 0.002, 0.004}) {
-    const Outcome o = press(period);
+  struct Row {
+    double period, stiffness, energy;
+  };
+  // At 60 steps a second the coupling must be soft, and the first touch gives a little energy that is lost again.
+  for (const Row row : {Row{0.001, 2000, 1e-4}, Row{0.002, 2000, 1e-4}, Row{0.004, 2000, 1e-4}, Row{0.0167, 250, 0.02}}) {
+    const double period = row.period;
+    const Outcome o = press(period, row.stiffness);
     EXPECT_GT(o.force, 0.1) << period << ": it feels the slab";
     EXPECT_LT(o.speed, 0.01) << period << ": and does not buzz";
     EXPECT_LT(o.fastest, 0.6) << period;  // a free fall of the hand's spring would reach sqrt(k/m) 15 mm = 0.47 m/s
-    EXPECT_LT(o.energy, 1e-4) << period << ": the channel gives no energy";
+    EXPECT_LT(o.energy, row.energy) << period << ": the channel gives no energy";
   }
 }
 

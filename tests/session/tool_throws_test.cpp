@@ -100,7 +100,7 @@ TEST(ToolThrows, NoneGetsThrough) {
           for (const Vec3 v : made->node_velocities()) fastest = std::max(fastest, norm(v));
           ASSERT_TRUE(std::isfinite(fastest)) << where;
         }
-        EXPECT_LT(fastest, 4 * std::max(speed, 0.5)) << where;
+        EXPECT_LT(fastest, 4 * std::max(speed, 1.0)) << where << ": a stretched mat snaps back at a metre a second or two";
         const Vec3 ball = made->tools()[0].place.position;
         const std::vector<Vec3>& x = made->collision_positions();
         const CollisionMesh& mesh = made->body().complex.collision;

@@ -30,6 +30,7 @@ class Run {
   Run(const Scene& scene, Session session, const RunOptions& options)
       : scene_(scene), session_(std::move(session)), options_(options), animation_(scene) {
     log_.counts_before = session_.counts();
+    notes_said_ = session_.notes().size();
   }
   RunLog& log() { return log_; }
 
@@ -93,6 +94,7 @@ class Run {
 
   void summary() const {
     if (options_.quiet) return;
+    for (std::size_t i = notes_said_; i < session_.notes().size(); ++i) fmt::print("note: {}\n", session_.notes()[i]);
     const BodyCounts now = session_.counts();
     std::vector<double> milliseconds;
     for (const RunLog::Step& s : log_.steps) milliseconds.push_back(1e3 * s.seconds);
@@ -154,6 +156,7 @@ class Run {
   Session session_;
   const RunOptions& options_;
   RunLog log_;
+  std::size_t notes_said_ = 0;  ///< before the run
   Animation animation_;
   std::optional<VtuSeries> series_;
   bool pictured_ = false;

@@ -93,14 +93,15 @@ TEST(ToolThrows, NoneGetsThrough) {
         const std::string where = testing::PrintToString(seed) + "/" + testing::PrintToString(i) + (cut ? " cut" : " whole") + " dt " +
                                   testing::PrintToString(dt) + " speed " + testing::PrintToString(speed);
         const int steps = static_cast<int>(time / dt) + static_cast<int>(0.2 / dt) + 1;
-        double fastest = 0;
+        double most = 0;  // J, of motion
         for (int k = 0; k < steps; ++k) {
-          const Status stepped = made->step(1);
+          const auto stepped = made->step();
           ASSERT_TRUE(stepped.ok()) << where << ": " << stepped.error().message;
-          for (const Vec3 v : made->node_velocities()) fastest = std::max(fastest, norm(v));
-          ASSERT_TRUE(std::isfinite(fastest)) << where;
+          most = std::max(most, stepped->mechanics.kinetic_energy);
+          for (const Vec3 v : made->node_velocities()) ASSERT_TRUE(is_finite(v)) << where;
         }
-        EXPECT_LT(fastest, 4 * std::max(speed, 1.0)) << where << ": a stretched mat snaps back at a metre a second or two";
+        // As if the whole mat, 0.12 kg, flew at twice the ball's speed; stretched, it snaps back at a metre a second or two.
+        EXPECT_LT(most, 0.5 * 0.12 * 4 * std::max(speed * speed, 1.0)) << where;
         const Vec3 ball = made->tools()[0].place.position;
         const std::vector<Vec3>& x = made->collision_positions();
         const CollisionMesh& mesh = made->body().complex.collision;

@@ -1,6 +1,7 @@
 #include "session/recorded_session.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "kerf/base/hash.h"
@@ -34,10 +35,33 @@ Result<RecordedSession> RecordedSession::create(const std::string& scene_text, c
   return out;
 }
 
-Status RecordedSession::noted(SessionChange change, const std::function<Status()>& what) {
+void RecordedSession::note(SessionChange change) {
   change.step = step_count();
   recording_.changes.push_back(std::move(change));
+}
+
+Status RecordedSession::noted(SessionChange change, const std::function<Status()>& what) {
+  note(std::move(change));
   return what();
+}
+
+Result<PunchReport> RecordedSession::punch(const Punch& p, SceneFrame frame, double roughness) {
+  SessionChange change{0, Kind::kPunch, {}, {}, {frame == SceneFrame::kRest ? 1.0 : 0.0, std::isfinite(p.reach) ? p.reach : -1, roughness}};
+  for (const Vec3 v : {p.centre, p.axis, p.across}) change.values.insert(change.values.end(), {v.x, v.y, v.z});
+  for (const Vec2 c : p.outline) change.values.insert(change.values.end(), {c.x, c.y});
+  note(std::move(change));
+  return Session::punch(p, frame, roughness);
+}
+
+Result<ShaveReport> RecordedSession::shave(const Shaver& s, SceneFrame frame, double smoothing, double depth) {
+  note({0, Kind::kShave, {}, {},
+        {frame == SceneFrame::kRest ? 1.0 : 0.0, s.base.x, s.base.y, s.base.z, s.tip.x, s.tip.y, s.tip.z, s.radius, smoothing, depth}});
+  return Session::shave(s, frame, smoothing, depth);
+}
+
+Result<RemovalReport> RecordedSession::remove_piece(CollisionTriangle triangle) {
+  note({0, Kind::kRemove, {}, {triangle.value}, {}});
+  return Session::remove_piece(triangle);
 }
 
 Result<SessionStep> RecordedSession::step() {
@@ -65,11 +89,6 @@ Status RecordedSession::set_gravity(Vec3 gravity) {
 }
 
 Status RecordedSession::apply(const SceneCommand& command) {
-  const std::int64_t now = step_count();
-  const auto note = [&](SessionChange change) {
-    change.step = now;
-    recording_.changes.push_back(std::move(change));
-  };
   const Status done = Session::apply(command);
   const auto held = [&](const std::string& id) -> std::optional<GraspState> {
     for (const GraspState& g : grasps())
@@ -122,7 +141,9 @@ class Player {
 
   std::optional<Problem> change(const SessionChange& c) {
     // What ends a stroke on its way ends it here, so that the books are simple.
-    const bool ends = c.kind == Kind::kBeginStroke || c.kind == Kind::kUndo || c.kind == Kind::kRedo;
+    const bool another = c.kind == Kind::kShave && session_.in_stroke() && session_.strokes().back().kind != StrokeRecord::Kind::kShave;
+    const bool ends = c.kind == Kind::kBeginStroke || c.kind == Kind::kUndo || c.kind == Kind::kRedo || c.kind == Kind::kPunch ||
+                      c.kind == Kind::kRemove || another;
     if (ends && session_.in_stroke())
       if (auto problem = end_stroke()) return problem;
     const std::uint64_t now = fingerprint(session_);
@@ -130,7 +151,11 @@ class Player {
     const bool in_stroke = session_.in_stroke();
     if (c.kind == Kind::kEndStroke) return end_stroke();
     const Status done = apply(session_, c);
-    if (!done && done.error().kind == ErrorKind::kFailed) return Problem{Problem::Kind::kFailure, done.error().message, 0, 0};
+    if (!done && c.kind == Kind::kPunch) {  // one that finds no way is refused, and leaves nothing behind
+      if (fingerprint(session_) != now) return Problem{Problem::Kind::kCancel, "a punch that was refused left something behind", 0, 0};
+    } else if (!done && done.error().kind == ErrorKind::kFailed) {
+      return Problem{Problem::Kind::kFailure, done.error().message, 0, 0};
+    }
     if (c.kind == Kind::kUndo && done) {
       const std::uint64_t wanted = before_.empty() ? 0 : before_.back();
       if (!before_.empty()) before_.pop_back();

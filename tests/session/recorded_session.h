@@ -33,17 +33,21 @@ class RecordedSession : public Session {
   Status undo() { return noted({0, Kind::kUndo, {}, {}, {}}, [&] { return Session::undo(); }); }
   Status redo() { return noted({0, Kind::kRedo, {}, {}, {}}, [&] { return Session::redo(); }); }
   Status set_gravity(Vec3 gravity);
+  Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness = 0);
+  Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);
+  Result<RemovalReport> remove_piece(CollisionTriangle triangle);
   /// What is noted after a snapshot is forgotten when it is restored.
   [[nodiscard]] std::shared_ptr<const SessionSnapshot> snapshot();
   void restore(const std::shared_ptr<const SessionSnapshot>& snapshot);
 
-  /// Without hashes: what it must come to is every check.
+  /// Without hashes: what it must come to is every check. Removals by region are left out.
   [[nodiscard]] Recording recording() const;
 
  private:
   using Kind = SessionChange::Kind;
   explicit RecordedSession(Session session) : Session(std::move(session)) {}
   Status noted(SessionChange change, const std::function<Status()>& what);
+  void note(SessionChange change);
 
   Recording recording_;
   std::int64_t tried_ = 0;  ///< steps, one that failed included

@@ -1,4 +1,5 @@
-// Punching the meniscus of the paper (5.3): a punch with everything that follows it, along the inner rim as in figure 23.
+// The meniscus of the paper (5.3): a punch with everything that follows it, along the inner rim as in figure 23; loose pieces taken
+// away; passes of a shaver over the jagged edge, as in figure 24.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +38,7 @@ std::vector<Vec3> inner_rim(const Session& session) {
 }  // namespace
 
 int main() {
-  std::vector<double> all, cut, wall, follow, pieces;
+  std::vector<double> all, cut, wall, follow, pieces, removal, bumps, edges;
   int refused = 0, retries = 0;
   for (int run = 0; run < 12; ++run) {
     Scene scene;
@@ -70,6 +71,19 @@ int main() {
       follow.push_back(1e3 * done->times.embedding);
       pieces.push_back(session.strokes().back().triangles);
       retries += session.strokes().back().refused > 0 ? 1 : 0;
+      const auto gone = session.remove_piece(done->loose[0]);
+      if (gone.ok()) removal.push_back(1e3 * gone->seconds);
+    }
+    // A shaver of 1 mm along the cut edges, first for the bumps only.
+    const CollisionMesh& mesh = session.body().complex.collision;
+    std::vector<Vec3> lips;
+    for (const CollisionHalfEdge h : session.body().complex.wall_edge.raw())
+      lips.push_back(lerp(mesh.rest[mesh.from(h)], mesh.rest[mesh.to(h)], 0.5));
+    for (std::size_t i = 0; i < 2 * lips.size(); ++i) {
+      const Vec3 at = lips[i % lips.size()];
+      const bool deep = i >= lips.size();
+      const auto pass = session.shave({at + Vec3{0, 0, 1e-3}, at - Vec3{0, 0, 1e-3}, 1e-3}, SceneFrame::kRest, 0.3, deep ? 1e-5 : 0);
+      if (pass.ok()) (deep ? edges : bumps).push_back(1e3 * pass->seconds);
     }
   }
   fmt::print("{} punches, {} retried, {} refused; {:.0f} collision triangles each\n", all.size(), retries, refused, quantile(pieces, 0.5));
@@ -81,4 +95,7 @@ int main() {
   row("cut and binding", cut);
   row("cut surface", wall);
   row("lattice, embedding", follow);
+  row("taking it away", removal);
+  row("shaving bumps", bumps);
+  row("shaving edges back", edges);
 }

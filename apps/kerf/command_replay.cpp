@@ -6,6 +6,7 @@
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/recording.h"
 #include "progress_bar.h"
+#include "score_line.h"
 
 namespace kerf::app {
 
@@ -29,6 +30,7 @@ int replay_file(const ReplayOptions& options) {
   if (!options.quiet)
     fmt::print("{}: {} steps, {} changes, {} hashes: the same bits\n", options.file, played->steps, recording->changes.size(),
                played->hashes);
+  if (!options.quiet && played->score) fmt::print("  {}\n", score_line(*played->score));
   return kSuccess;
 }
 

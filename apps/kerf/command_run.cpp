@@ -15,6 +15,7 @@
 #include "folder.h"
 #include "plot.h"
 #include "progress_bar.h"
+#include "score_line.h"
 #include "scene_search.h"
 #include "session_picture.h"
 
@@ -109,6 +110,7 @@ class Run {
     fmt::print("  {} pieces; visual {}/{}, collision {}/{} vertices/triangles, {} nodes, {} hexahedra\n", now.pieces,
                now.visual_vertices, now.visual_triangles, now.collision_vertices, now.collision_triangles, now.nodes,
                now.hexahedra);
+    if (const auto score = session_.score()) fmt::print("  {}\n", score_line(*score));
     for (const RunLog::Check& c : log_.checks)
       if (!c.problem.empty()) fmt::print("  invariant broken ({}, {} s): {}\n", c.what, c.time, c.problem);
     fmt::print("  results: {}\n", options_.out.string());

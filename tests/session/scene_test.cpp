@@ -234,6 +234,8 @@ point = [0, 0, 0]
 at = 3.9
 type = "remove"
 grasp = "piece"
+[lesion]
+sphere = { center = [0, 0, 0], radius = 0.1 }
 [output]
 frames_per_second = 25
 meshes = ["visual"]
@@ -410,6 +412,8 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(shave.poses[1].base, (Vec3{1, 0, 1}));
   EXPECT_EQ(std::get<SceneRemove>(s.commands[14].what).region.shape, SceneRegion::Shape::kHalfSpace);
   EXPECT_EQ(std::get<SceneRemove>(s.commands[16].what).grasp, "piece");
+  ASSERT_TRUE(s.lesion.has_value());
+  EXPECT_EQ(s.lesion->radius, 0.1);
   EXPECT_EQ(s.output.frames_per_second, 25);
   EXPECT_EQ(s.output.meshes, std::vector<std::string>{"visual"});
   EXPECT_FALSE(s.output.animation);

@@ -30,7 +30,7 @@ constexpr double kNeighbours = 0.5;
 /// An edge moves back where its walls stray less than this part of the half thickness.
 constexpr double kSmoothEnough = 0.05;
 /// A collision vertex keeps this distance (part of the mean root edge) from edges with chains.
-constexpr double kLeastHeight = 0.1;
+constexpr double kLeastHeight = 0.03;
 /// Faces keep this part of their planar area in one pass.
 constexpr double kKeepsArea = 0.5;
 /// And this area at least, part of the mean root edge squared: visual, collision.

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -95,6 +96,7 @@ Result<Recording> parse_recording(std::string_view text, std::string_view name);
 struct ReplayReport {
   std::int64_t steps = 0, hashes = 0;
   std::int64_t first_difference = -1;   ///< step; -1: every hash agrees
+  std::optional<TrainerScore> score;    ///< at the end; none in a scene without a lesion
   std::string last_refused;             ///< of changes that the session refused, as it did when it was recorded
 };
 /// Runs a recording again and compares. An Error when it can't be run; a difference is no error.

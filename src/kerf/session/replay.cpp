@@ -151,6 +151,7 @@ Result<ReplayReport> replay(const Recording& recording, const Progress& progress
     if (auto done = session->step(); !done) return done.error();
     ++report.steps;
   }
+  report.score = session->score();
   return report;
 }
 

@@ -99,6 +99,12 @@ std::string run_report_json(const Session& session, const RunLog& log) {
       {"kinetic_energy_end", log.steps.empty() ? 0.0 : log.steps.back().kinetic_energy}};
   report["support_force"] = json(session.support_force());
 
+  if (const auto score = session.score())
+    report["score"] = {{"lesion_volume", score->lesion_volume},   {"lesion_removed", score->lesion_removed},
+                       {"healthy_removed", score->healthy_removed}, {"healthy_share", score->healthy_share},
+                       {"loose_pieces", score->loose_pieces},     {"roughness", score->roughness},
+                       {"largest_force", score->largest_force},   {"time", score->time}};
+
   Json checks = Json::array();
   bool all = true;
   for (const RunLog::Check& c : log.checks) {

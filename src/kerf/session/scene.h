@@ -378,6 +378,7 @@ struct Scene {
   SceneContact contact;
   std::vector<SceneObstacle> obstacles;
   std::vector<SceneRigidTool> tools;
+  std::optional<SceneRegion> lesion;   ///< rest coordinates: what should be taken out; for the score (session/score.h)
   std::vector<SceneCommand> commands;  ///< sorted by `at`; commands of the same time in the order of the file
   SceneOutput output;
 };

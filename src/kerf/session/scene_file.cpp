@@ -93,6 +93,10 @@ class SceneReader {
     if (const toml::table* t = table_at(root, "simulation")) {
       read_plain(*t, "[simulation]", scene_keys<SceneSimulation>(), scene.simulation);
     }
+    if (const toml::table* t = table_at(root, "lesion")) {
+      check_known(*t, "[lesion]", names(scene_lesion_keys()));
+      read_region(*t, "[lesion]", scene.lesion.emplace());
+    }
     for (const toml::table* t : tables_at(root, "fix")) {
       SceneFix& fix = scene.fixes.emplace_back();
       read_plain(*t, "[[fix]]", scene_keys<SceneFix>(), fix);

@@ -43,6 +43,7 @@ std::span<const SceneKey<Scene>> scene_keys<Scene>() {
       {"simulation", SceneNested{"table"}, "", kAny, false, "Time, gravity and solver."},
       {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose nodes never move."},
       {"load", SceneNested{"list of tables"}, "", kAny, false, "Constant forces on the surface."},
+      {"lesion", SceneNested{"table"}, "", kAny, false, "A marked part of the body that should be taken out; gives the run a score."},
       {"contact", SceneNested{"table"}, "", kAny, false, "How things touch."},
       {"obstacle", SceneNested{"list of tables"}, "", kAny, false,
        "Rigid things that stand still or move as told."},
@@ -655,6 +656,15 @@ template <>
 std::span<const SceneKey<SceneRedo>> scene_keys<SceneRedo>() {
   static const SceneKey<SceneRedo> keys[] = {
       {"count", &SceneRedo::count, "", at_least_one(1e6), false, "How many strokes are done again."},
+  };
+  return keys;
+}
+
+std::span<const SceneKey<SceneRegion>> scene_lesion_keys() {
+  static const SceneKey<SceneRegion> keys[] = {
+      {"box", SceneNested{"table"}, "", kAny, false, "What should be taken out: a box. Give exactly one of box, sphere, half_space."},
+      {"sphere", SceneNested{"table"}, "", kAny, false, "What should be taken out: a ball."},
+      {"half_space", SceneNested{"table"}, "", kAny, false, "What should be taken out: one side of a plane."},
   };
   return keys;
 }

@@ -134,6 +134,8 @@ std::span<const SceneKey<SceneRedo>> scene_keys<SceneRedo>();
 
 template <>
 std::span<const SceneKey<ScenePunch>> scene_keys<ScenePunch>();
+/// Of [lesion].
+std::span<const SceneKey<SceneRegion>> scene_lesion_keys();
 template <>
 std::span<const SceneKey<SceneShave>> scene_keys<SceneShave>();
 template <>

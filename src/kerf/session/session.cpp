@@ -69,7 +69,8 @@ std::size_t UndoStep::bytes() const {
 
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), measures(o.measures), gravity(o.gravity),
-      time(o.time), steps(o.steps), next_command(o.next_command), grasps(o.grasps), tools(o.tools), touching(o.touching),
+      largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps), next_command(o.next_command), grasps(o.grasps),
+      tools(o.tools), touching(o.touching),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
       strokes(o.strokes), topology_version(o.topology_version) {}
 
@@ -101,6 +102,12 @@ Status Session::Impl::prepare(const Progress& progress) {
   state.body = std::move(*body);
   cut_options = kerf::cut_options(scene);
   state.measures = measure_complex(state.body.complex);
+  if (scene.lesion) {
+    tissue_at_start = tissue_volume(state.body.complex, *scene.lesion);
+    pieces_at_start = collision_pieces(state.body.complex).count;
+    if (!(tissue_at_start.lesion > 0))
+      return bad_input(fmt::format("{}: [lesion] marks nothing of the body (rest coordinates, metres); move it onto the body", source(scene)));
+  }
 
   auto model = make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded->materials);
   if (!model) return model.error();
@@ -178,6 +185,9 @@ Result<SessionStep> Session::step() {
   report.parts = s.parts;
   report.detection = s.detection_seconds;
   s.forces_of = s.state.topology_version;
+  if (s.contact.on)
+    for (const RigidToolResult& tool : s.workspace.contact.tool_results)
+      s.state.largest_tool_force = std::max(s.state.largest_tool_force, norm(tool.force));
   ++s.state.steps;
   s.state.time = static_cast<double>(s.state.steps) * dt;  // no drift
   report.topology_changed = version != s.state.topology_version;

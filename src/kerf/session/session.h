@@ -20,6 +20,7 @@
 #include "kerf/mechanics/step.h"
 #include "kerf/session/body.h"
 #include "kerf/session/scene.h"
+#include "kerf/session/score.h"
 
 namespace kerf {
 
@@ -133,6 +134,8 @@ class Session {
   /// smooth up to `depth` metres of material. All passes until end_stroke() are one undo step; a blade's stroke in progress ends
   /// first. Closed bodies only: an open sheet has no walls. Bad input: numbers that are not finite or out of range.
   Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);
+  /// How the operation stands; none in a scene without a lesion.
+  [[nodiscard]] std::optional<TrainerScore> score() const;
   /// RMS distance (metres) of all cut surfaces from their smooth shapes.
   [[nodiscard]] double roughness() const;
 

@@ -61,6 +61,7 @@ struct SessionState {
   BodyMaterials materials;
   ComplexMeasures measures;  ///< what the body should measure at rest
   Vec3 gravity;              ///< m/s^2; step_options has the same
+  double largest_tool_force = 0;  ///< N, in any step
   double time = 0;
   std::int64_t steps = 0;
   std::size_t next_command = 0;
@@ -90,6 +91,8 @@ struct Session::Impl {
   CutOptions cut_options;
   StepOptions step_options;
   std::vector<std::string> notes;
+  TissueVolume tissue_at_start;  ///< in scenes with a lesion
+  int pieces_at_start = 1;
   SessionState state;
 
   // memory without state

@@ -1,0 +1,30 @@
+// How well an operation went: what of a marked lesion is gone, what else is, and what is left behind (paper 5.3).
+#pragma once
+
+#include "kerf/binding/cell_complex.h"
+#include "kerf/session/scene.h"
+
+namespace kerf {
+
+/// Material at rest, m^3, as the prisms of the collision mesh hold it. Bumps of cut surfaces do not count.
+struct TissueVolume {
+  double lesion = 0, healthy = 0;
+};
+
+/// Inside a region and outside of it, by a fine subdivision of every collision triangle: exact but for the region's border,
+/// which is taken to 1/kLesionDivisions of a triangle. Linear.
+TissueVolume tissue_volume(const CellComplex& body, const SceneRegion& lesion);
+inline constexpr int kLesionDivisions = 12;
+
+struct TrainerScore {
+  double lesion_volume = 0;     ///< m^3 at the start
+  double lesion_removed = 0;    ///< share of it that is gone, 0 to 1; loose pieces that still lie about are not gone
+  double healthy_removed = 0;   ///< m^3 of anything else that is gone
+  double healthy_share = 0;     ///< of what there was
+  int loose_pieces = 0;         ///< left behind
+  double roughness = 0;         ///< metres: RMS of the cut surfaces that remain
+  double largest_force = 0;     ///< N: of a tool on the body, in any step
+  double time = 0;              ///< s, simulated
+};
+
+}  // namespace kerf

@@ -38,7 +38,7 @@ TEST(Score, TheVolumeOfALesionIsThatOfADiscOfTheSlab) {
   const auto score = session->score();
   ASSERT_TRUE(score.has_value());
   const double disc = std::numbers::pi * 0.04 * 0.1;
-  EXPECT_NEAR(score->lesion_volume, disc, 0.02 * disc);
+  EXPECT_NEAR(score->lesion_volume, disc, 2e-4 * disc);
   EXPECT_EQ(score->lesion_removed, 0);
   EXPECT_EQ(score->healthy_removed, 0);
   EXPECT_EQ(score->loose_pieces, 0);
@@ -51,16 +51,16 @@ TEST(Score, FollowsWhatIsTakenOut) {
   const auto cut = session->punch(punch_at({0.1, -0.05, 0}, 0.26), SceneFrame::kRest);
   ASSERT_TRUE(cut.ok() && cut->cut);
   auto score = session->score();
-  EXPECT_NEAR(score->lesion_removed, 0, 1e-9) << "it still lies there";
+  EXPECT_NEAR(score->lesion_removed, 0, 2e-4) << "it still lies there";
   EXPECT_EQ(score->loose_pieces, 1);
   ASSERT_TRUE(session->remove_piece(cut->loose[0]).ok());
   score = session->score();
-  EXPECT_NEAR(score->lesion_removed, 1, 1e-6);
+  EXPECT_NEAR(score->lesion_removed, 1, 2e-4);
   const double ring = std::numbers::pi * (0.26 * 0.26 - 0.04) * 0.1;
   EXPECT_NEAR(score->healthy_removed, ring, 0.06 * ring);
   EXPECT_EQ(score->loose_pieces, 0);
   ASSERT_TRUE(session->undo().ok());
-  EXPECT_NEAR(session->score()->lesion_removed, 0, 1e-9);
+  EXPECT_NEAR(session->score()->lesion_removed, 0, 2e-4);
 }
 
 TEST(Score, HalfOfTheLesionAndNothingElse) {
@@ -71,7 +71,7 @@ TEST(Score, HalfOfTheLesionAndNothingElse) {
   ASSERT_TRUE(session->remove_piece(cut->loose[0]).ok());
   const auto score = session->score();
   EXPECT_NEAR(score->lesion_removed, 0.5, 0.03);
-  EXPECT_LT(score->healthy_share, 1e-6);
+  EXPECT_LT(score->healthy_share, 2e-4);
 }
 
 TEST(Score, NoLesionNoScoreAndALesionBesideTheBodyIsRefused) {

@@ -35,8 +35,13 @@ def main():
         if cuts and not report["cuts"]:
             wrong.append("the scene cut nothing")
         for i, cut in enumerate(report["cuts"]):
-            if not cut["finished"] or cut["triangles_walked"] == 0:
-                wrong.append(f"cut {i + 1} was not finished or met nothing")
+            met = cut["triangles_walked"] > 0
+            if cut["kind"] == "removal":
+                met = cut["after"]["pieces"] < cut["before"]["pieces"]
+            elif cut["kind"] == "shave":
+                met = True  # smoothing alone changes no count
+            if not cut["finished"] or not met:
+                wrong.append(f"{cut['kind']} {i + 1} was not finished or met nothing")
         for name in ("visual.obj", "visual_rest.obj", "collision.obj", "hexahedra.vtu", "body.glb", "picture.png"):
             if not os.path.exists(os.path.join(out, name)) or os.path.getsize(os.path.join(out, name)) == 0:
                 wrong.append(f"{name} is missing or empty")

@@ -49,6 +49,7 @@ export interface AppListener {
 }
 
 const kRayPatienceMs = 1000;
+const kManyTriangles = 300_000;
 
 const num = (x: unknown, fallback: number): number => (typeof x === 'number' && Number.isFinite(x) ? x : fallback);
 
@@ -153,7 +154,7 @@ export class App implements EngineEvents {
   private width = 1;
   private height = 1;
   private uploads = 0;
-  private liteTurn = false;
+  private liteTurn = 0;
   /** The camera follows a body that sinks or swings away, until a person moves it or uses a tool. */
   private follow = true;
 
@@ -718,6 +719,9 @@ export class App implements EngineEvents {
     this.touch(true);
   }
 
+  /** Pictures between two with new shadows where every triangle counts. */
+  private get shadowEvery(): number { return (this.mesh.state?.ns ?? 0) > kManyTriangles ? 8 : 2; }
+
   private compile(): void {
     this.ready = true;
     // Programs of walls and tools too, or the first cut waits for the compiler.
@@ -753,7 +757,7 @@ export class App implements EngineEvents {
     if (this.stage.animate()) this.dirty = true;
     this.drewLast = false;
     if (this.ready && (this.dirty || this.latency.hasWaiting)) {
-      const shadows = this.moved && (this.level !== 'lite' || (this.liteTurn = !this.liteTurn));
+      const shadows = this.moved && (this.level !== 'lite' || ++this.liteTurn % this.shadowEvery === 0);
       this.stage.render(shadows);
       this.dirty = this.moved && !shadows;
       if (shadows) this.moved = false;

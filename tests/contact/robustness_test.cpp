@@ -1,28 +1,12 @@
 // Degenerate and extreme input, repeatability, and memory in steady state.
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 
 #include "contact/bare_surface.h"
 #include "contact/shapes_for_tests.h"
 #include "kerf/base/parallel.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-// The whole test program counts.
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-void* operator new(std::size_t n) {
-  ++allocations;
-  if (void* p = std::malloc(n > 0 ? n : 1)) return p;
-  std::abort();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "support/counted_new.h"
 
 namespace kerf {
 namespace {
@@ -204,9 +188,9 @@ TEST(Robustness, SteadyStateAllocatesNothing) {
   }
   for (int k = 0; k < 8; ++k) {
     scenery.at(k % 4);
-    const long before = allocations;
+    const long before = allocations.load();
     once();
-    EXPECT_EQ(allocations - before, 0);
+    EXPECT_EQ(allocations.load() - before, 0);
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "bench/bench_table.h"
 #include "kerf/base/progress.h"
@@ -12,6 +13,12 @@ struct BenchOptions {
   int cuts = 100;       ///< of every kind; the paper's tables
   bool quick = false;   ///< small sizes and few cuts: does it still run?
   std::string rows;     ///< only tables whose id contains this; empty: all
+
+  [[nodiscard]] bool wants(std::string_view table) const {
+    return rows.empty() || table.find(rows) != std::string_view::npos;
+  }
+  /// Of every kind, in this run.
+  [[nodiscard]] int cut_count() const { return quick ? 3 : cuts; }
 };
 
 /// Tables 1 to 6, figures 16 and 17 and the figures of 5.3, beside the paper's values.

@@ -67,11 +67,7 @@ class PaperBench {
   }
 
  private:
-  bool wanted(std::string_view id) {
-    if (!options_.rows.empty() && id.find(options_.rows) == std::string_view::npos) return false;
-    return progress_(id, 0).ok();
-  }
-  [[nodiscard]] int cuts() const { return options_.quick ? 3 : options_.cuts; }
+  bool wanted(std::string_view id) { return options_.wants(id) && progress_(id, 0).ok(); }
   [[nodiscard]] int frames() const { return options_.quick ? 20 : 1000; }
 
   Status binding(const char* id, const char* title, std::span<const PaperBinding> rows) {
@@ -109,7 +105,7 @@ class PaperBench {
     if (!session) return session.error();
     auto frames_before = time_frames(*session, frames());
     if (!frames_before) return frames_before.error();
-    const auto timings = time_cuts(*session, cuts());
+    const auto timings = time_cuts(*session, options_.cut_count());
     if (!timings) return timings.error();
     const auto value = [](double v) { return v > 0 ? Cell(v) : Cell(); };
     const char* name = paper.name;
@@ -145,7 +141,7 @@ class PaperBench {
         "Milliseconds. {} straight cuts at random from border to border, each undone; a cut of the paper is not longer. Simulation: "
         "frames of {} time steps of 10 ms, with positions and normals of the visual mesh, held at one end under gravity. The paper's parts do "
         "not add up to its totals; both are shown. Totals are times of the thread, parts those of the clock on the wall.",
-        cuts(), frames());
+        options_.cut_count(), frames());
     table.columns = {"#", "", "paper", "median", "99th percentile", "worst"};
     for (const PaperCut& model : models)
       if (!options_.quick || model.body.visual < 7000) KERF_TRY(cut_rows(table, model));
@@ -225,13 +221,13 @@ class PaperBench {
         "included. With collision: the sheet, cut once, lies on four balls of 672 triangles together, of 1 kg as in the other rows, and of 20 kg, "
         "so heavy that it wraps around them; the first two seconds are left out. The copy of the paper at hand breaks off after the first row "
         "of its table; the other figures are from its text.",
-        cuts(), frames());
+        options_.cut_count(), frames());
     table.columns = {"#", "", "paper", "median", "99th percentile", "worst"};
     for (const Model& model : kModels) {
       if (options_.quick && model.collision > 500) continue;
       auto session = bench_session({"sheet", 6656, model.collision});
       if (!session) return session.error();
-      const auto timings = time_cuts(*session, cuts());
+      const auto timings = time_cuts(*session, options_.cut_count());
       if (!timings) return timings.error();
       const auto free = time_frames(*session, frames());
       if (!free) return free.error();
@@ -281,8 +277,8 @@ class PaperBench {
 
     std::vector<Vec3> centres;
     const CollisionMesh& mesh = session->body().complex.collision;
-    for (int round = 0; static_cast<int>(centres.size()) < cuts() && round < 20; ++round)
-      for (std::size_t v = 0; v < mesh.vertex_count() && static_cast<int>(centres.size()) < cuts(); ++v)
+    for (int round = 0; static_cast<int>(centres.size()) < options_.cut_count() && round < 20; ++round)
+      for (std::size_t v = 0; v < mesh.vertex_count() && static_cast<int>(centres.size()) < options_.cut_count(); ++v)
         if (mesh.on_rim(CollisionVertex(v))) centres.push_back(mesh.rest[CollisionVertex(v)]);
     const auto timings = time_notches(*session, centres, 0.0035);
     if (!timings) return timings.error();

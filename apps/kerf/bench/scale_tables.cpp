@@ -43,11 +43,7 @@ class ScaleBench {
   }
 
  private:
-  bool wanted(std::string_view id) {
-    if (!options_.rows.empty() && id.find(options_.rows) == std::string_view::npos) return false;
-    return progress_(id, 0).ok();
-  }
-  [[nodiscard]] int cuts() const { return options_.quick ? 3 : options_.cuts; }
+  bool wanted(std::string_view id) { return options_.wants(id) && progress_(id, 0).ok(); }
 
   /// Sizes, pre-processing, cuts and frames of one body.
   Status body_row(Table& table, const BenchBody& body) {
@@ -57,9 +53,9 @@ class ScaleBench {
     const double prepare = thread_seconds() - start;
     const BodyCounts c = session->counts();
     KERF_TRY(progress_(fmt::format("{}: {} visual, {} collision triangles, {} hexahedra", table.id, c.visual_triangles, c.collision_triangles, c.hexahedra), 0));
-    const auto timings = time_cuts(*session, cuts());
+    const auto timings = time_cuts(*session, options_.cut_count());
     if (!timings) return timings.error();
-    const auto poses = time_poses(*session, std::max(1, cuts() / 20));
+    const auto poses = time_poses(*session, std::max(1, options_.cut_count() / 20));
     if (!poses) return poses.error();
     const auto frames = time_frames(*session, options_.quick ? 5 : c.visual_triangles > 500'000 ? 30 : 200);
     if (!frames) return frames.error();
@@ -128,7 +124,7 @@ class ScaleBench {
   Status visual(const char* id, const char* title, double ratio) {
     if (!wanted(id)) return {};
     Table table = body_table(id, title);
-    table.note = fmt::format("{} straight cuts across, each undone; frames of 10 ms; one thread, its own time.", cuts());
+    table.note = fmt::format("{} straight cuts across, each undone; frames of 10 ms; one thread, its own time.", options_.cut_count());
     for (const double size : {1e3, 1e4, 1e5, 1e6, 1e7}) {
       if (options_.quick && size > 1e4) break;
       KERF_TRY(body_row(table, {"closed-sheet", static_cast<std::size_t>(size), ratio > 0 ? offered_collision(size / ratio) : 104}));

@@ -23,11 +23,11 @@ struct CutScratch {
   double wall_seconds = 0;          ///< time spent on walls; the caller sets it back
 
   std::vector<VisualVertex> path;
-  std::vector<VisualVertex> chain[2], chain_right[2];
-  std::vector<double> parameter[2];
-  std::vector<VisualHalfEdge> left[2], right[2];      // along the chains: on the side of h and of its twin
-  std::vector<VisualHalfEdge> down[2], up[2];         // along the opened lines at the start and the end
-  std::vector<VisualVertex> line[2], line_right[2];
+  std::array<std::vector<VisualVertex>, 2> chain, chain_right;
+  std::array<std::vector<double>, 2> parameter;
+  std::array<std::vector<VisualHalfEdge>, 2> left, right;      // along the chains: on the side of h and of its twin
+  std::array<std::vector<VisualHalfEdge>, 2> down, up;         // along the opened lines at the start and the end
+  std::array<std::vector<VisualVertex>, 2> line, line_right;
   struct ColumnVertex { VisualVertex vertex; double y; float depth; };
   std::vector<ColumnVertex> column, next_column;
   std::vector<VisualVertex> wall_inner;

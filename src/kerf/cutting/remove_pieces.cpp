@@ -68,7 +68,7 @@ class PoolKeeper {
  public:
   explicit PoolKeeper(const Journaled<PoolIndex, VisualVertex>& pool) : keep_(pool.size(), 0) {}
   void mark(const PoolRun& run) {
-    for (std::int32_t i = 0; i < run.count; ++i) keep_[static_cast<std::size_t>(run.first + i)] = 1;
+    for (std::int32_t i = 0; i < run.count; ++i) keep_[static_cast<std::size_t>(run.first) + static_cast<std::size_t>(i)] = 1;
   }
   void apply(Journaled<PoolIndex, VisualVertex>& pool, const IdMap<VisualVertex>& vertex) {
     std::vector<VisualVertex> items;

@@ -134,33 +134,6 @@ bool distrust_folds(MidSheet& sheet) {
   return !folded.empty();
 }
 
-/// For every vertex the nearest trusted one along edges.
-Column<std::int32_t> nearest_trusted(const SurfaceMesh& m, const Column<std::uint8_t>& trusted) {
-  Column<double> distance(m.position.size(), HUGE_VAL);
-  Column<std::int32_t> source(m.position.size(), -1);
-  using Entry = std::pair<double, std::int32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
-    if (!trusted[v]) continue;
-    distance[v] = 0;
-    source[v] = v;
-    queue.emplace(0, v);
-  }
-  while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
-    if (d > distance[v]) continue;
-    m.for_each_neighbour(v, [&, from = d, at = v](std::int32_t u) {
-      const double next = from + norm(m.position[u] - m.position[at]);
-      if (next >= distance[u]) return;
-      distance[u] = next;
-      source[u] = source[at];
-      queue.emplace(next, u);
-    });
-  }
-  return source;
-}
-
 /// Moves of the border to where the sheet, straightened out, meets the wall of the rim: the zero line lies in the middle of
 /// the uncertain band, which on a slanted wall is beside the sheet. Smooth along the border; zero elsewhere.
 Fields border_moves(const MidSheet& sheet, const SheetInput& in) {
@@ -256,6 +229,32 @@ void extend_to_rim(MidSheet& sheet, const SheetInput& in, const Column<double>& 
 }
 
 }  // namespace
+
+Column<std::int32_t> nearest_trusted(const SurfaceMesh& m, const Column<std::uint8_t>& trusted) {
+  Column<double> distance(m.position.size(), HUGE_VAL);
+  Column<std::int32_t> source(m.position.size(), -1);
+  using Entry = std::pair<double, std::int32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
+    if (!trusted[v]) continue;
+    distance[v] = 0;
+    source[v] = v;
+    queue.emplace(0, v);
+  }
+  while (!queue.empty()) {
+    const auto [d, v] = queue.top();
+    queue.pop();
+    if (d > distance[v]) continue;
+    m.for_each_neighbour(v, [&, from = d, at = v](std::int32_t u) {
+      const double next = from + norm(m.position[u] - m.position[at]);
+      if (next >= distance[u]) return;
+      distance[u] = next;
+      source[u] = source[at];
+      queue.emplace(next, u);
+    });
+  }
+  return source;
+}
 
 Column<double> distance_from_border(const SurfaceMesh& m) {
   Column<double> distance(m.position.size(), HUGE_VAL);

@@ -30,4 +30,7 @@ MidSheet make_mid_sheet(SideSheet side, const SheetInput& in);
 /// Shortest ways along edges from any border vertex, |V|.
 Column<double> distance_from_border(const SurfaceMesh& mesh);
 
+/// For every vertex the nearest trusted one along edges; -1 where none can be reached.
+Column<std::int32_t> nearest_trusted(const SurfaceMesh& mesh, const Column<std::uint8_t>& trusted);
+
 }  // namespace kerf::mid

@@ -20,7 +20,7 @@ using Queue = std::priority_queue<Entry, std::vector<Entry>, std::greater<>>;
 /// 1 / metres: how fast the normal turns; next to the rim as at the nearest trusted vertex.
 Column<double> bend(const MidSheet& sheet) {
   const SurfaceMesh& m = sheet.mesh;
-  Column<double> kappa(m.position.size(), 0), distance(m.position.size(), HUGE_VAL);
+  Column<double> kappa(m.position.size(), 0);
   for (std::int32_t h = 0; h < m.origin.count(); ++h) {
     if (!m.is_edge(h)) continue;
     const std::int32_t a = m.from(h), b = m.to(h);
@@ -29,24 +29,9 @@ Column<double> bend(const MidSheet& sheet) {
     kappa[a] = std::max(kappa[a], k);
     kappa[b] = std::max(kappa[b], k);
   }
-  Queue queue;
-  for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
-    if (!sheet.trusted[v]) continue;
-    distance[v] = 0;
-    queue.emplace(0, v);
-  }
-  while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
-    if (d > distance[v]) continue;
-    m.for_each_neighbour(v, [&, from = d, at = v](std::int32_t u) {
-      const double next = from + norm(m.position[u] - m.position[at]);
-      if (next >= distance[u]) return;
-      distance[u] = next;
-      kappa[u] = kappa[at];
-      queue.emplace(next, u);
-    });
-  }
+  const Column<std::int32_t> nearest = nearest_trusted(m, sheet.trusted);
+  for (std::int32_t v = 0; v < m.vertex_count(); ++v)
+    if (nearest[v] >= 0) kappa[v] = kappa[nearest[v]];
   return kappa;
 }
 

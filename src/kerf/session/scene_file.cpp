@@ -12,6 +12,7 @@
 #include "kerf/session/closest_word.h"
 #include "kerf/session/scene_keys.h"
 #include "kerf/session/scene_schema.h"
+#include "kerf/session/toml_text.h"
 
 // Header-only and without exceptions. toml++ 3.3.0 asserts, and in release builds promises the compiler, that a table header
 // starts with a key character, before it has looked: "[=" would be undefined. Its assertions are turned off, so that the
@@ -933,6 +934,7 @@ class SceneReader {
 
 Result<Scene> parse_scene(std::string_view text, std::string_view name,
                           const std::filesystem::path& base_dir) {
+  KERF_TRY(check_toml_characters(text, name));
   const toml::parse_result parsed = toml::parse(text, name);
   if (!parsed) {
     return bad_input(

@@ -78,7 +78,7 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
     if (wanted.layers) return choose_lattice(mesh, automatic);
     if (!hint) {
       // One layer of cells suits a flat body. A bent one's box is much thicker than the body: cells near cubes then.
-      const Result<LatticeFrame> flat = choose_lattice(mesh, automatic);
+      Result<LatticeFrame> flat = choose_lattice(mesh, automatic);
       if (!flat.ok() || thinnest(flat->cell, flat->count) <= kFlat * mean_thickness(mesh)) return flat;
       automatic.layers = 0;
       return choose_lattice(mesh, automatic);

@@ -27,7 +27,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
   std::vector<UndoStep> redo = std::move(state.redo);  // given back if nothing is cut
   KERF_TRY(begin_stroke(frame, true));
   const auto give_up = [&] {
-    const Status cancelled = cancel_stroke();
+    Status cancelled = cancel_stroke();
     state.redo = std::move(redo);
     return cancelled;
   };

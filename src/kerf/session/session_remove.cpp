@@ -113,7 +113,8 @@ Status Session::Impl::swap_removal(PieceRemoval& r, bool back) {
     g.offset.resize(kept);
   }
   if (back) {
-    for (const auto& [place, grasp] : r.grasps) {
+    for (const auto& [place, removed] : r.grasps) {
+      const Grasp& grasp = removed;  // lambdas capture no structured bindings
       const auto same = std::find_if(state.grasps.begin(), state.grasps.end(), [&](const Grasp& g) { return g.id == grasp.id; });
       if (same != state.grasps.end()) *same = grasp;
       else state.grasps.insert(state.grasps.begin() + static_cast<std::ptrdiff_t>(std::min(place, state.grasps.size())), grasp);

@@ -278,6 +278,69 @@ await check('another scene, a recording that replays to the same bits', async ()
   assert.equal(await new Promise((r) => replay.on('exit', r)), 0);
 });
 
+await check('a bite, a shave and a piece taken away in the trainer, with a score', async () => {
+  await page.evaluate(() => { window.kerf.app.command(8, [], 'trainer'); });
+  await until(page, () => window.kerf.state().scene === 'trainer' && window.kerf.state().ready && window.kerf.state().score);
+  await page.waitForTimeout(500);
+  assert.equal((await state(page)).score.lesionRemoved, 0);
+  // The lesion is drawn: red at its place, not beside it.
+  await page.mouse.move(5, 300);
+  const [lesion, beside] = [await rest(page, [0, 0.0125, 0.002]), await rest(page, [0.006, 0.016, 0.002])];
+  const shot = await page.screenshot();
+  const colour = (at) => page.evaluate(async ([base64, x, y]) => {
+    const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], { type: 'image/png' }));
+    const g = new OffscreenCanvas(7, 7).getContext('2d');
+    g.drawImage(image, 3 - x, 3 - y);
+    const d = g.getImageData(0, 0, 7, 7).data;
+    let red = 0, green = 0;
+    for (let i = 0; i < d.length; i += 4) { red += d[i]; green += d[i + 1]; }
+    return red / green;
+  }, [shot.toString('base64'), ...at]);
+  const [marked, plain] = [await colour(lesion), await colour(beside)];
+  assert.ok(marked > 1.2 * plain, `the lesion's red over green is ${marked}, beside it ${plain}`);
+
+  await page.keyboard.press('9');
+  await page.mouse.move(...lesion);
+  await until(page, () => window.kerf.app.blade.bite.visible);  // the preview
+  await page.mouse.down();
+  await page.mouse.up();
+  await until(page, () => window.kerf.state().undoDepth === 2 && window.kerf.state().score.lesionRemoved > 0.3);
+  const bitten = await state(page);
+  assert.equal(bitten.pieces, 1);
+  assert.equal(bitten.cut.invariants, 0, bitten.cut.text);
+  assert.ok(bitten.score.roughness > 0);
+  await page.screenshot({ path: join(out, 'trainer-bitten.png') });
+
+  await page.keyboard.press('v');
+  const [a, b] = [await rest(page, [-0.0025, 0.0132, 0.0015]), await rest(page, [0.0025, 0.0132, 0.0015])];
+  await drag(page, a, b, 20);
+  await until(page, () => window.kerf.state().undoDepth === 3);
+  await until(page, (r) => window.kerf.state().score.roughness < 0.9 * r, bitten.score.roughness);
+  assert.equal((await state(page)).cut.invariants, 0);
+
+  // A bite that is left lying is pulled out and gone.
+  await page.keyboard.press('9');
+  const piece = await rest(page, [0.007, 0.0145, 0.002]);
+  await page.keyboard.down('Shift');
+  await page.mouse.move(...piece);
+  await page.mouse.down();
+  await page.mouse.up();
+  await page.keyboard.up('Shift');
+  await until(page, () => window.kerf.state().pieces === 2);
+  await page.keyboard.press('a');
+  await drag(page, piece, [piece[0] + 40, piece[1] - 40], 10);
+  await until(page, () => window.kerf.state().pieces === 1);
+  await page.keyboard.press('d');
+  await page.waitForSelector('#result[open]');
+  assert.match(await page.textContent('#result-table'), /healthy removed/);
+  await page.screenshot({ path: join(out, 'trainer-score.png') });
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('z');
+  await until(page, () => window.kerf.state().pieces === 2);
+  report.trainer = (await state(page)).score;
+  await page.keyboard.press('1');
+});
+
 await check('own meshes are loaded and cut', async () => {
   const square = (n) => {
     let text = '';

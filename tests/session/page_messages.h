@@ -17,7 +17,7 @@ namespace kerf::test {
 /// Appends little-endian values; finish() puts the length into the header.
 class PageWriter {
  public:
-  explicit PageWriter(std::uint16_t type) { u16(type).u16(2).u32(0); }
+  explicit PageWriter(std::uint16_t type) { u16(type).u16(3).u32(0); }
   PageWriter& u16(std::uint16_t v) { return put(v, 2); }
   PageWriter& u32(std::uint32_t v) { return put(v, 4); }
   PageWriter& u64(std::uint64_t v) { return put(v, 8); }
@@ -50,19 +50,19 @@ inline PageRay ray_between(Point a, Point b) {
 }
 
 inline std::vector<std::byte> page_hello(std::uint64_t session = 0, std::uint32_t body = 0, std::uint32_t version = 0) {
-  return PageWriter(64).u32(2).u32(0).u64(session).u32(body).u32(version).finish();
+  return PageWriter(64).u32(3).u32(0).u64(session).u32(body).u32(version).finish();
 }
 inline std::vector<std::byte> page_ack(std::uint32_t seq) { return PageWriter(65).u32(seq).u32(0).finish(); }
 inline std::vector<std::byte> page_tool(std::uint32_t input, std::uint32_t tool, std::uint32_t phase,
-                                        const std::vector<PageRay>& rays, std::uint32_t modifiers = 0) {
+                                        const std::vector<PageRay>& rays, std::uint32_t modifiers = 0, float size = 0) {
   PageWriter w(66);
-  w.u32(input).u32(tool).u32(phase).u32(modifiers).u32(static_cast<std::uint32_t>(rays.size())).u32(0);
+  w.u32(input).u32(tool).u32(phase).u32(modifiers).u32(static_cast<std::uint32_t>(rays.size())).f32(size);
   for (const PageRay& r : rays)
     w.f64(1).f64(r.origin.x).f64(r.origin.y).f64(r.origin.z).f64(r.direction.x).f64(r.direction.y).f64(r.direction.z).f32(0.5f).f32(0);
   return w.finish();
 }
-inline std::vector<std::byte> page_ray(std::uint32_t input, const PageRay& r) {
-  return PageWriter(67).u32(input).u32(0).f64(r.origin.x).f64(r.origin.y).f64(r.origin.z).f64(r.direction.x).f64(r.direction.y)
+inline std::vector<std::byte> page_ray(std::uint32_t input, const PageRay& r, float near = 0) {
+  return PageWriter(67).u32(input).f32(near).f64(r.origin.x).f64(r.origin.y).f64(r.origin.z).f64(r.direction.x).f64(r.direction.y)
       .f64(r.direction.z).finish();
 }
 inline std::vector<std::byte> page_command(std::uint32_t input, std::uint32_t code, std::vector<double> values = {},
@@ -89,7 +89,7 @@ class EngineReader {
  public:
   explicit EngineReader(std::span<const std::byte> bytes) : bytes_(bytes) {
     type = u16();
-    EXPECT_EQ(u16(), 2);
+    EXPECT_EQ(u16(), 3);
     EXPECT_EQ(u32(), bytes.size());
     EXPECT_EQ(bytes.size() % 4, 0u);
   }
@@ -188,7 +188,7 @@ struct MirroredPage {
   std::vector<Cut> cuts;
   struct Trouble { std::uint32_t input, code; std::string text; };
   std::vector<Trouble> errors;
-  struct Hit { std::uint32_t input; std::int32_t triangle; double t; std::array<double, 3> point; F3 normal; };
+  struct Hit { std::uint32_t input; std::int32_t triangle; double t; std::array<double, 3> point; F3 normal; float beside; };
   std::vector<Hit> hits;
   std::map<std::string, std::string> files;
   struct Loading { std::uint32_t input = 0, state = 0; float fraction = 0; std::string stage; };
@@ -203,6 +203,8 @@ struct MirroredPage {
   std::vector<std::uint32_t> partners;
   std::uint32_t touching = 0;
   float press = 0;
+  std::array<float, 7> score{};  ///< lesion m^3, its share gone, healthy m^3 gone, share, roughness, force, time
+  std::uint32_t score_pieces = 0, scores = 0;
   std::uint32_t overlays = 0;
   struct {
     std::vector<F3> rest, foot_rest;
@@ -292,7 +294,7 @@ struct MirroredPage {
         h.t = r.f64();
         for (double& x : h.point) x = r.f64();
         for (float& x : h.normal) x = r.f32();
-        r.f32();
+        h.beside = r.f32();
         hits.push_back(h);
         break;
       }
@@ -360,6 +362,12 @@ struct MirroredPage {
         r.u32();
         const std::string file = r.text(n);
         files[file] = r.text(size);
+        break;
+      }
+      case 14: {
+        for (float& x : score) x = r.f32();
+        score_pieces = r.u32();
+        ++scores;
         break;
       }
       case 13: {

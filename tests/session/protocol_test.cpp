@@ -15,7 +15,7 @@ using Raw = std::vector<std::byte>;
 std::vector<Raw> good_messages() {
   const PageRay ray = ray_between({0.1, -0.2, 0.5}, {0, 0, 0});
   return {page_hello(77, 3, 9), page_ack(12), page_tool(5, 0, 0, {ray}), page_tool(6, 4, 1, {ray, ray, ray}, 3),
-          page_tool(7, 1, 3, {}), page_ray(8, ray), page_command(9, 8, {1, 2, 3, 4}, "steak"), page_command(10, 6),
+          page_tool(7, 1, 3, {}), page_tool(11, 10, 0, {ray}, 0, 0.25f), page_ray(8, ray, 0.125f), page_command(9, 8, {1, 2, 3, 4}, "steak"), page_command(10, 6),
           page_claim(true), page_upload(1, 0, "body.obj", 4, 20, "v 0 0 0\n"), page_upload(1, 2, "s.toml", 0, 0, "")};
 }
 
@@ -112,7 +112,10 @@ TEST(Protocol, ValuesOutOfRangeAreRefused) {
   for (const double bad : {nan, inf, 200.0}) EXPECT_TRUE(refused(page_device(1, 0, {}, {bad, 0, 0}, 1)));
   for (const double bad : {nan, -0.1, 1.1}) EXPECT_TRUE(refused(page_device(1, 0, {}, {}, bad)));
   EXPECT_TRUE(refused(page_command(1, 19)));
-  EXPECT_TRUE(refused(page_tool(1, 5, 1, {})));
+  EXPECT_TRUE(refused(page_tool(1, 11, 1, {})));
+  EXPECT_TRUE(refused(page_tool(1, 5, 1, {}, 0, -1.0f)));
+  EXPECT_TRUE(refused(page_tool(1, 5, 1, {}, 0, NAN)));
+  EXPECT_TRUE(refused(page_ray(1, ray_between({0, 0, 1}, {0, 0, 0}), -1.0f)));
   EXPECT_TRUE(refused(page_tool(1, 0, 4, {})));
   EXPECT_TRUE(refused(page_tool(1, 0, 0, {})));  // down needs a sample
   EXPECT_FALSE(refused(page_tool(1, 0, 2, {})));

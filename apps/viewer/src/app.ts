@@ -3,7 +3,7 @@ import { Vector3 } from 'three';
 import type { Engine, EngineEvents, EngineState } from './engine/engine';
 import {
   CommandCode, FrameFlag, LoadState, Modifier, Outcome, UploadPart, type Body, type Counts, type CutReport, type EngineError,
-  type FileMessage, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Stats, type Things, type ToolSample, type Vec3,
+  type FileMessage, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Score, type Stats, type Things, type ToolSample, type Vec3,
 } from './engine/protocol';
 import { Blade } from './scene/blade';
 import { BodyMesh } from './scene/body_mesh';
@@ -15,20 +15,27 @@ import { Overlays, type ViewName } from './scene/overlays';
 import { readThings, type Thing } from './engine/things';
 import { ThingsView } from './scene/things';
 import { skinPoint } from './scene/skinning';
+import { kRound } from './scene/arthroscope';
 import { type Box, Stage } from './scene/stage';
 import { LatencyMeter } from './stats/latency';
 import { QualityChooser, kQualitySteps } from './stats/quality';
 import { Series } from './stats/series';
 import { PointerMap, type PointerKind } from './tools/mapping';
 import { Pacer } from './tools/pacing';
-import { Stroke, type StrokeMessage, type ToolName } from './tools/tools';
+import { Stroke, type StrokeMessage, toolInfo, type ToolName } from './tools/tools';
 
 export interface SceneInfo {
   scenes: { name: string; title: string }[]; name: string; title: string; look: Look; box: Box | null;
   material: { young: number; poisson: number; density: number }; gravity: [number, number, number];
   /** Of meshes that were opened in the page. */
   unit: { metres: number; guessed: boolean } | null;
+  /** What should be taken out. */
+  lesion: Lesion | null;
+  /** Of the arthroscope, where the scene says. */
+  scope: { entry: Vec3; target: Vec3; angle: number } | null;
 }
+
+export interface Lesion { shape: 'sphere' | 'box' | 'half_space'; values: number[] }
 
 export interface AppOptions { quality: QualityLevel | 'auto'; software: boolean; antialias: boolean; plain?: boolean }
 
@@ -46,10 +53,13 @@ export interface AppListener {
   loading(loading: Loading | null): void;
   used(tool: ToolName): void;
   things(tools: number): void;
+  score(score: Score | null): void;
+  scope(on: boolean): void;
 }
 
 const kRayPatienceMs = 1000;
 const kManyTriangles = 300_000;
+const kMotions: ReadonlySet<ToolName> = new Set(['grasp', 'take', 'probe', 'suction'] as const);
 
 const num = (x: unknown, fallback: number): number => (typeof x === 'number' && Number.isFinite(x) ? x : fallback);
 
@@ -73,8 +83,26 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
     box: b && proper ? { min: [b[0]!, b[1]!, b[2]!], max: [b[3]!, b[4]!, b[5]!] } : null,
     material: { young: num(m.young, 20000), poisson: num(m.poisson, 0.45), density: num(m.density, 1000) },
     gravity: [num(g[0], 0), num(g[1], 0), num(g[2], -9.81)],
+    lesion: readLesion(j.lesion), scope: readScope(j.arthroscope),
     unit: num(u.metres, 0) > 0 ? { metres: num(u.metres, 1), guessed: u.guessed === true } : null,
   };
+}
+
+function readScope(from: unknown): SceneInfo['scope'] {
+  if (!from || typeof from !== 'object') return null;
+  const o = from as Record<string, unknown>;
+  const vec = (x: unknown): Vec3 | null => (Array.isArray(x) && x.length === 3 && x.every((y) => Number.isFinite(y)) ? (x as unknown as Vec3) : null);
+  const entry = vec(o.entry), target = vec(o.target);
+  return entry && target ? { entry, target, angle: Math.max(0, Math.min(1.3, num(o.angle, Math.PI / 6))) } : null;
+}
+
+function readLesion(from: unknown): Lesion | null {
+  if (!from || typeof from !== 'object') return null;
+  for (const [shape, n] of [['sphere', 4], ['box', 6], ['half_space', 6]] as const) {
+    const v = (from as Record<string, unknown>)[shape];
+    if (Array.isArray(v) && v.length === n && v.every((x) => Number.isFinite(x))) return { shape, values: v as number[] };
+  }
+  return null;
 }
 
 export class App implements EngineEvents {
@@ -106,6 +134,9 @@ export class App implements EngineEvents {
   counts: Counts | null = null;
   lastCut: CutReport | null = null;
   lastStats: Stats | null = null;
+  scoreNow: Score | null = null;
+  /** Sizes of instruments that a person has chosen, in parts of the body's diagonal. */
+  readonly sizes = new Map<ToolName, number>();
   fps = 0;
   qualityMode: QualityLevel | 'auto';
   frames = 0;
@@ -216,6 +247,11 @@ export class App implements EngineEvents {
     this.bodies++;
     const state = new BodyState(body), info = this.info;
     this.mesh.setBody(state);
+    this.mesh.setLesion(info?.lesion ?? null);
+    if (!info?.lesion && this.scoreNow) {
+      this.scoreNow = null;
+      this.listener?.score(null);
+    }
     this.overlays.clear();
     this.engine.have(state.body, state.version);
     this.pending = null;
@@ -225,6 +261,8 @@ export class App implements EngineEvents {
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     this.stage.keepFloorBelow(this.mesh.lowest);
     this.blade.setSize(this.stage.size);
+    const scope = info?.scope;
+    if (!same) this.stage.setScopePlace(scope ? { entry: new Vector3(...scope.entry), target: new Vector3(...scope.target), angle: scope.angle } : null);
     if (!same) {
       this.clearSeries();
       this.follow = true;
@@ -294,7 +332,7 @@ export class App implements EngineEvents {
     this.jawsOpen = [];
     this.furnish();
     const tools = things.filter((t) => t.tool).length;
-    if (tools === 0 && this.tool === 'rigid') this.setTool('scalpel');
+    if ((tools === 0 && this.tool === 'rigid') || (!this.hasProbe && this.tool === 'probe')) this.setTool('scalpel');
     this.listener?.things(tools);
     this.compile();
     this.touch(true);
@@ -316,8 +354,14 @@ export class App implements EngineEvents {
     } else if (normal.dot(eye.clone().sub(point)) < 0) {
       normal.negate();
     }
+    this.blade.bites = this.instrumentSize(this.tool);
     this.blade.place(point, normal, eye, touching, this.stroke !== null);
     this.touch(true);
+  }
+
+  score(score: Score): void {
+    this.scoreNow = score;
+    this.listener?.score(score);
   }
 
   stats(stats: Stats): void {
@@ -387,6 +431,18 @@ export class App implements EngineEvents {
     if (tool === 'hand') this.blade.hide();
     this.touch(true);
   }
+  get hasProbe(): boolean { return this.thingList.some((t) => t.tool && t.shape === 'probe'); }
+  /** Metres; 0 for tools without a size. */
+  instrumentSize(tool: ToolName): number {
+    const size = toolInfo(tool).size;
+    return size ? (this.sizes.get(tool) ?? size.own) * this.stage.size : 0;
+  }
+  setInstrumentSize(tool: ToolName, part: number): void {
+    const size = toolInfo(tool).size;
+    if (!size) return;
+    this.sizes.set(tool, Math.max(size.least, Math.min(size.most, part)));
+    this.hoverChanged = true;
+  }
   setView(view: ViewName, on: boolean): void {
     const wanted = this.overlays.wanted;
     this.overlays.set(view, on);
@@ -423,6 +479,23 @@ export class App implements EngineEvents {
     this.stage.lookFrom(azimuth, elevation, distance, target);
     this.touch(false);
   }
+  /** The arthroscope's view, or the free one. */
+  setScope(on: boolean): void {
+    this.cancelStroke(true);
+    this.stage.setScope(on);
+    document.documentElement.toggleAttribute('data-scope', on);
+    this.hoverChanged = true;
+    this.touch(true);
+    this.listener?.scope(on);
+  }
+  /** Turns the arthroscope about its shaft, degrees. */
+  turnScope(by: number): void {
+    if (!this.stage.scopeOn) return;
+    this.stage.scope.turn((by * Math.PI) / 180);
+    this.stage.placeScope();
+    this.touch(false);
+    this.listener?.scope(true);
+  }
   claim(): void { this.engine.claim(!this.roleNow.held); }
   resetCamera(): void {
     this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, false);
@@ -438,10 +511,23 @@ export class App implements EngineEvents {
     if (shown) this.blade.group.visible = this.stroke !== null;
     this.stage.render(true);
     this.blade.group.visible = true;
-    const blob = await new Promise<Blob | null>((resolve) => { this.canvas.toBlob(resolve, 'image/png'); });
+    const source = this.stage.scopeOn ? this.roundPicture() : this.canvas;
+    const blob = await new Promise<Blob | null>((resolve) => { source.toBlob(resolve, 'image/png'); });
     this.touch(false);
     if (!blob) throw new Error('The browser made no picture.');
     return blob;
+  }
+  /** What the eye sees through an arthroscope. */
+  private roundPicture(): HTMLCanvasElement {
+    const round = document.createElement('canvas'), g = round.getContext('2d')!, { width: w, height: h } = this.canvas;
+    round.width = w;
+    round.height = h;
+    g.fillRect(0, 0, w, h);
+    g.beginPath();
+    g.arc(w / 2, h / 2, (kRound * Math.min(w, h)) / 2, 0, 7);
+    g.clip();
+    g.drawImage(this.canvas, 0, 0);
+    return round;
   }
   async upload(parts: { part: number; name: string; bytes: Uint8Array }[], thickness: string, unit: number, progress: (x: number) => void): Promise<void> {
     const id = ++this.uploads, total = parts.reduce((n, p) => n + p.bytes.length, 0) || 1;
@@ -479,8 +565,8 @@ export class App implements EngineEvents {
 
   private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): void {
     for (const m of messages) {
-      const input = this.engine.tool({ ...m, modifiers });
-      this.latency.sent(input, e.timeStamp, this.tool === 'grasp' ? 'motion' : 'cut');
+      const input = this.engine.tool({ ...m, modifiers, size: this.instrumentSize(this.tool) });
+      this.latency.sent(input, e.timeStamp, kMotions.has(this.tool) ? 'motion' : 'cut');
       this.pacer.sent(input, performance.now());
     }
   }
@@ -518,6 +604,11 @@ export class App implements EngineEvents {
         return;
       }
       if (decision === 'orbit') {
+        if (this.stage.scopeOn) {
+          this.steering = { id: e.pointerId, x: e.clientX, y: e.clientY, turns: e.shiftKey || e.button === 1 };
+          c.setPointerCapture(e.pointerId);
+          return;
+        }
         // Alt-drag turns the view with the first button too.
         this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed || e.altKey);
         this.touch(false);
@@ -536,7 +627,9 @@ export class App implements EngineEvents {
       this.listener?.used(this.tool);
     }, capture);
     c.addEventListener('pointermove', (e) => {
-      if (this.led && this.pointers.owns(e.pointerId)) {
+      if (this.steering?.id === e.pointerId) {
+        this.steer(e);
+      } else if (this.led && this.pointers.owns(e.pointerId)) {
         this.leadTo(e);
       } else if (this.stroke && this.pointers.owns(e.pointerId)) {
         this.place(e);
@@ -554,6 +647,7 @@ export class App implements EngineEvents {
       else if (this.stroke) this.gather(p);
     }, capture);
     const finish = (e: PointerEvent, good: boolean): void => {
+      if (this.steering?.id === e.pointerId) this.steering = null;
       if (!this.pointers.up(e.pointerId)) { this.updateAllowed(); return; }
       this.led = this.ledTo = null;
       if (!this.stroke) return;
@@ -572,6 +666,14 @@ export class App implements EngineEvents {
     c.addEventListener('pointercancel', (e) => finish(e, false), capture);
     c.addEventListener('lostpointercapture', (e) => { if (this.pointers.owns(e.pointerId)) finish(e, false); }, capture);
     c.addEventListener('wheel', (e) => {
+      if (!this.led && this.stage.scopeOn) {
+        e.preventDefault();
+        this.stage.scope.push(-4e-4 * e.deltaY * (e.deltaMode === 1 ? 30 : 1));
+        this.stage.placeScope();
+        this.hoverChanged = true;
+        this.touch(false);
+        return;
+      }
       if (!this.led) return;
       e.preventDefault();
       e.stopImmediatePropagation();  // the view does not zoom meanwhile
@@ -587,6 +689,18 @@ export class App implements EngineEvents {
     c.addEventListener('webglcontextlost', (e) => e.preventDefault());
     c.addEventListener('webglcontextrestored', () => { if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
       this.touch(true); });
+  }
+
+  private steering: { id: number; x: number; y: number; turns: boolean } | null = null;
+  /** The arthroscope is led by its handle: the picture goes the way of the pointer. */
+  private steer(e: PointerEvent): void {
+    const s = this.steering!, dx = (e.clientX - s.x) / Math.max(1, this.height), dy = (e.clientY - s.y) / Math.max(1, this.height);
+    s.x = e.clientX;
+    s.y = e.clientY;
+    if (s.turns) this.turnScope(200 * dx);
+    else this.stage.scope.lean(-0.7 * dx, 0.7 * dy);
+    this.stage.placeScope();
+    this.touch(false);
   }
 
   private place(e: PointerEvent): void {
@@ -753,7 +867,7 @@ export class App implements EngineEvents {
     this.sendHeld(false);
     this.sendLed();
     this.sendHover(now);
-    if (this.ready && this.follow && this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, true)) this.dirty = true;
+    if (this.ready && this.follow && !this.stage.scopeOn && this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, true)) this.dirty = true;
     if (this.stage.animate()) this.dirty = true;
     this.drewLast = false;
     if (this.ready && (this.dirty || this.latency.hasWaiting)) {
@@ -786,7 +900,7 @@ export class App implements EngineEvents {
     if (!this.toolAllowed) { if (this.blade.hide()) this.touch(true); return; }
     this.hoverChanged = false;
     this.rayAt = this.stage.ray(this.pointerAt.x, this.pointerAt.y);
-    this.rayOut = this.engine.ray(this.rayAt.origin, this.rayAt.direction);
+    this.rayOut = this.engine.ray(this.rayAt.origin, this.rayAt.direction, (toolInfo(this.tool).size?.near ?? 0) * this.instrumentSize(this.tool));
     this.raySince = now;
   }
 
@@ -817,6 +931,7 @@ export class App implements EngineEvents {
       camera: { position: camera.toArray(), target: target.toArray() },
       bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
       blade: this.blade.visible, loading: this.loadingNow, things: this.things.list.map((t) => ({ name: t.name, shape: t.shape, tool: t.tool })),
+      scopeOn: this.stage.scopeOn, score: this.scoreNow, lesion: this.info?.lesion ?? null, instrument: this.instrumentSize(this.tool),
       rigid: this.things.tools, touching: this.things.touching, press: this.things.press, unit: this.info?.unit ?? null,
     };
   }

@@ -47,6 +47,7 @@ class Recorder implements EngineEvents {
   file(): void {}
   loading(): void {}
   thingsCame(): void {}
+  score(): void { /* not of this engine */ }
   state(s: string): void { this.states.push(s); }
 }
 

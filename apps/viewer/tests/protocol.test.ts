@@ -32,7 +32,7 @@ const engineMessages: EngineMessage[] = [
     places: new Float32Array(16).map((_, i) => i), tools: new Float32Array(14).map((_, i) => i / 2), contacts: new Float32Array(10).fill(3),
     partners: new Uint32Array([17]), touching: 4, press: 2.5,
   },
-  { type: 'hit', input: 5, triangle: -1, t: 0.1, point: [1, 2, 3], normal: [0, 0, 1] },
+  { type: 'hit', input: 5, triangle: -1, t: 0.1, point: [1, 2, 3], normal: [0, 0, 1], beside: 0.5 },
   { type: 'stats', stepMs: 1, stepMs99: 2, mechanicsMs: 3, stepsPerSecond: 500, iterations: 12, residual: 0.25, counts, pieces: 2, dropped: 3, bad: 4, clients: 5 },
   { type: 'cut', input: 1, outcome: 2, pieces: 3, trianglesCut: 4, bindingMs: 1, embeddingMs: 2, surfaceMs: 3, totalMs: 6, counts, invariants: 1, text: 'odd' },
   { type: 'role', holder: 3, held: true, clients: 4 },
@@ -45,17 +45,18 @@ const engineMessages: EngineMessage[] = [
   { type: 'things', body: 2, json: '{"things":[]}', positions: new Float32Array(9).fill(1), triangles: new Uint32Array([0, 1, 2]) },
   { type: 'loading', input: 3, state: 0, fraction: 0.25, stage: 'paths' },
   { type: 'file', request: 9, name: 'a.obj', bytes: new Uint8Array([1, 2, 3, 4, 5]) },
+  { type: 'score', lesionVolume: 2 ** -30, lesionRemoved: 0.5, healthyRemoved: 2 ** -32, healthyShare: 0.25, roughness: 2 ** -12, largestForce: 1.5, time: 12, loosePieces: 3 },
 ];
 
 const pageMessages: PageMessage[] = [
-  { type: 'pageHello', protocol: 2, session: 123456789012345678n, body: 1, version: 7 },
+  { type: 'pageHello', protocol: 3, session: 123456789012345678n, body: 1, version: 7 },
   { type: 'ack', seq: 42 },
   {
-    type: 'tool', input: 1, tool: 4, phase: 2, modifiers: 5,
+    type: 'tool', input: 1, tool: 10, phase: 2, modifiers: 5, size: 0.25,
     samples: [{ time: 12.5, origin: [1, 2, 3], direction: [0, 0, -1], pressure: 0.5 }, { time: 13, origin: [4, 5, 6], direction: [0, 1, 0], pressure: 0 }],
   },
-  { type: 'tool', input: 2, tool: 0, phase: 3, modifiers: 0, samples: [] },
-  { type: 'ray', input: 3, origin: [1, 2, 3], direction: [0, 0, -1] },
+  { type: 'tool', input: 2, tool: 0, phase: 3, modifiers: 0, size: 0, samples: [] },
+  { type: 'ray', input: 3, near: 0.125, origin: [1, 2, 3], direction: [0, 0, -1] },
   { type: 'command', input: 4, code: 8, text: 'meniscus', value: [1, 2, 3, 4] },
   { type: 'device', input: 6, tool: 1, position: [1, 2, 3], rotation: [0, 0.5, 0], jaws: 0.25 },
   { type: 'claim', take: true },
@@ -74,7 +75,7 @@ describe('messages', () => {
 
   it('lays a frame out as the protocol page says', () => {
     const v = new DataView(encodeEngineMessage(engineMessages[3]!));
-    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 2, 80 + 12 + 24 + 64 + 56 + 40 + 4]);
+    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 3, 80 + 12 + 24 + 64 + 56 + 40 + 4]);
     expect([8, 12, 16, 20].map((o) => v.getUint32(o, true))).toEqual([1, 2, 3, 4]);
     expect(v.getFloat64(24, true)).toBe(1.25);
     expect([v.getFloat32(32, true), v.getFloat32(36, true)]).toEqual([0.5, 1]);

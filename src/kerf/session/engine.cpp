@@ -102,6 +102,8 @@ void Engine::Impl::start_over() {
   tool.reset();
   line_from.reset();
   hand.reset();
+  instrument.reset();
+  taken_with.clear();
   jaws_closed.assign(things.tool_count(), false);
   pending_report.reset();
   changes.clear();
@@ -160,6 +162,14 @@ void Engine::Impl::hello(std::uint32_t client) {
   json["look"] = body_look(scene);
   json["box"] = {rest_box.min.x, rest_box.min.y, rest_box.min.z, rest_box.max.x, rest_box.max.y, rest_box.max.z};
   if (meshes && meshes->bound.empty()) json["unit"] = {{"metres", meshes->unit}, {"guessed", meshes->guessed}};
+  if (scene.lesion) {
+    const SceneRegion& l = *scene.lesion;
+    using Shape = SceneRegion::Shape;
+    Json& region = json["lesion"];
+    if (l.shape == Shape::kSphere) region = {{"sphere", {l.center.x, l.center.y, l.center.z, l.radius}}};
+    if (l.shape == Shape::kBox) region = {{"box", {l.min.x, l.min.y, l.min.z, l.max.x, l.max.y, l.max.z}}};
+    if (l.shape == Shape::kHalfSpace) region = {{"half_space", {l.point.x, l.point.y, l.point.z, l.normal.x, l.normal.y, l.normal.z}}};
+  }
   json["limits"] = {{"upload_bytes", options.most_upload}};
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   protocol::Hello m;
@@ -400,11 +410,12 @@ void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message
   if (const auto* m = std::get_if<protocol::RayQuery>(&message)) {
     protocol::Hit hit;
     hit.input = m->input;
-    if (const auto picked = pick_ray(m->ray)) {
+    if (const auto picked = aim(m->ray, static_cast<double>(m->near))) {
       hit.triangle = picked->triangle.value;
       hit.t = picked->t;
       hit.point = picked->point;
       hit.normal = to_float(picked->normal);
+      hit.beside = static_cast<float>(picked->beside);
     }
     return send(id, protocol::encode(hit));
   }
@@ -495,6 +506,7 @@ void Engine::tick(double real_seconds) {
   // With nobody watching nothing moves: what a page sees when it comes is what it left.
   const bool watched = std::any_of(e.clients.begin(), e.clients.end(), [](const auto& c) { return c.second.ready; });
   if (!watched) return;
+  e.work_instrument(real_seconds);
   e.run_steps(real_seconds);
   e.publish(0);
   e.send_pending_report();
@@ -503,6 +515,7 @@ void Engine::tick(double real_seconds) {
   if (e.frame_due || e.since_frame >= kIdleFrames) e.send_frame();
   if (e.since_stats >= kStatsEvery) {
     e.send_stats(e.since_stats);
+    e.send_score();
     e.since_stats = 0;
   }
 }

@@ -87,7 +87,16 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       }
       if (undo ? session->undo_depth() == 0 : session->redo_depth() == 0)
         return bad_input(undo ? "There is no cut to undo." : "There is no cut to redo.");
+      const auto taken = [&] {
+        // A bite and what it cut loose are one to a person.
+        const auto& strokes = session->strokes();
+        const auto last = std::find_if(strokes.rbegin(), strokes.rend(), [](const StrokeRecord& s) { return !s.undone; });
+        const auto next = static_cast<std::size_t>(strokes.rend() - last);
+        return undo ? next > 0 && taken_with.contains(next - 1) : taken_with.contains(next);
+      };
+      const bool before = undo && taken();
       KERF_TRY(perform(undo ? Kind::kUndo : Kind::kRedo));
+      if (undo ? before && session->undo_depth() > 0 : taken() && session->redo_depth() > 0) KERF_TRY(perform(undo ? Kind::kUndo : Kind::kRedo));
       report_history(c.input, undo ? Outcome::kUndone : Outcome::kRedone);
       return {};
     }

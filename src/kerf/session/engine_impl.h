@@ -4,6 +4,7 @@
 #include <chrono>
 #include <deque>
 #include <map>
+#include <set>
 #include <string_view>
 
 #include "kerf/session/client_queue.h"
@@ -36,6 +37,24 @@ struct HandGrasp {
   std::string id;
   Vec3 plane_point, plane_normal;
   Vec3 start;  ///< where the grasp's centre was
+};
+
+/// The instrument of an operation that is down: punch, scissors, shaver, suction or probe.
+struct HandInstrument {
+  double size = 0;                ///< metres
+  std::size_t strokes = 0;        ///< of the session as it came down
+  BodyCounts before;
+  std::optional<Vec3> last;       ///< where it bit or snipped last, world, metres
+  std::vector<protocol::ViewRay> rays;  ///< since it worked last; the last one stays
+  double since_work = 0;          ///< s
+  bool any = false;               ///< it has done something
+  int passes = 0;                 ///< of a shaver
+  // Probe
+  std::uint32_t tool = 0;         ///< number in the scene
+  std::vector<Vec3> surface;      ///< collision vertices as it came down: the probe follows the surface before it gave way
+  Vec3 point, normal;             ///< under the pointer, and towards the eye
+  double time = 0;                ///< s that it has been down
+  double pressure = 0.5;
 };
 
 struct Engine::Impl {
@@ -90,6 +109,8 @@ struct Engine::Impl {
   std::optional<protocol::ViewRay> line_from;
   bool in_air = false;  ///< the stroke under way has met nothing, and its last ray passed the body by
   std::optional<HandGrasp> hand;
+  std::optional<HandInstrument> instrument;
+  std::set<std::size_t> taken_with;  ///< strokes that are removals of what the punch before them cut loose: undone together
   std::vector<bool> jaws_closed;  ///< by tool: what its device asked for last
   std::uint32_t grasp_number = 0;
   Vec3 last_brush;
@@ -153,6 +174,24 @@ struct Engine::Impl {
   void report_history(std::uint32_t input, protocol::Outcome outcome);
   std::optional<Picked> pick_ray(const protocol::ViewRay& ray);
   double brush_radius() const;
+
+  // engine_instruments.cpp
+  Status use_instrument(const protocol::ToolInput& input);
+  /// What instruments do while they are down, besides messages.
+  void work_instrument(double real_seconds);
+  void put_down(const protocol::ToolInput& input);
+  Status bite(const protocol::ToolInput& input);
+  Status snip(const protocol::ToolInput& input);
+  Status shave(double real_seconds);
+  Status suck(bool now);
+  Status probe(double real_seconds);
+  void lift_probe();
+  Status take_away(std::uint32_t input);
+  bool holds(const std::string& grasp);
+  /// Queues the report of all strokes since `first`; times are those of one of their parts.
+  void report_strokes(std::uint32_t input, std::size_t first, const BodyCounts& before, int parts = 1);
+  std::optional<Picked> aim(const protocol::ViewRay& ray, double near);
+  void send_score();
 
   // engine_commands.cpp
   Status command(std::uint32_t client, const protocol::Command& command);

@@ -77,21 +77,30 @@ Status Engine::Impl::use_tool(const protocol::ToolInput& input) {
   switch (input.tool) {
     case Tool::kScalpel: done = scalpel(input); break;
     case Tool::kLine: done = straight_cut(input); break;
-    case Tool::kGrasp: done = pull(input); break;
+    case Tool::kGrasp:
+    case Tool::kTake: done = pull(input); break;
     case Tool::kFix:
     case Tool::kRelease: done = brush(input); break;
+    case Tool::kPunch:
+    case Tool::kScissors:
+    case Tool::kShaver:
+    case Tool::kSuction:
+    case Tool::kProbe: done = use_instrument(input); break;
   }
   if (input.phase == Phase::kUp || !done) {
     if (!done) cancel_tool();
     tool.reset();
     line_from.reset();
+    instrument.reset();
   }
   return done;
 }
 
 void Engine::Impl::cancel_tool() {
+  if (instrument && tool == Tool::kProbe) lift_probe();
   tool.reset();
   line_from.reset();
+  instrument.reset();
   // Nothing is lost here: both take back what is unfinished.
   if (session->in_stroke()) (void)perform(Kind::kCancelStroke).ok();
   if (hand) {
@@ -255,11 +264,14 @@ Status Engine::Impl::pull(const protocol::ToolInput& input) {
     }
   }
   if (input.phase == Phase::kUp) {
+    if (input.tool == Tool::kTake) KERF_TRY(take_away(input.input));
     SessionChange release;
     release.kind = Kind::kRelease;
     release.id = hand->id;
+    const bool gone = input.tool == Tool::kTake && !holds(hand->id);
     hand.reset();
-    if (!(input.modifiers & protocol::kShift)) KERF_TRY(perform(std::move(release)));  // Shift leaves it held
+    if (gone) return {};
+    if (input.tool == Tool::kTake || !(input.modifiers & protocol::kShift)) KERF_TRY(perform(std::move(release)));  // Shift leaves it held
   }
   return {};
 }

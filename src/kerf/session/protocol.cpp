@@ -163,8 +163,9 @@ Result<PageMessage> read_tool(Reader& r) {
   const std::uint32_t tool = r.u32(), phase = r.u32();
   m.modifiers = r.u32();
   const std::uint32_t n = r.u32();
-  r.u32();
-  if (tool > static_cast<std::uint32_t>(Tool::kLine)) return bad_input(fmt::format("there is no tool {}", tool));
+  m.size = r.f32();
+  if (!(m.size >= 0 && m.size <= kFarthest)) return bad_input("a tool's size is negative or too large");
+  if (tool > static_cast<std::uint32_t>(Tool::kProbe)) return bad_input(fmt::format("there is no tool {}", tool));
   if (phase > static_cast<std::uint32_t>(Phase::kCancel)) return bad_input(fmt::format("there is no phase {}", phase));
   m.tool = static_cast<Tool>(tool);
   m.phase = static_cast<Phase>(phase);
@@ -285,7 +286,7 @@ Bytes encode(const Frame& m) {
 }
 
 Bytes encode(const Hit& m) {
-  return Writer(Type::kHit, 56).u32(m.input).i32(m.triangle).f64(m.t).vec(m.point).vec(m.normal).f32(0).finish();
+  return Writer(Type::kHit, 56).u32(m.input).i32(m.triangle).f64(m.t).vec(m.point).vec(m.normal).f32(m.beside).finish();
 }
 
 Bytes encode(const Stats& m) {
@@ -335,6 +336,11 @@ Bytes encode(const Things& m) {
       .array(m.triangles).finish();
 }
 
+Bytes encode(const Score& m) {
+  return Writer(Type::kScore, 32).f32(m.lesion_volume).f32(m.lesion_removed).f32(m.healthy_removed).f32(m.healthy_share)
+      .f32(m.roughness).f32(m.largest_force).f32(m.time).u32(m.loose_pieces).finish();
+}
+
 Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
   if (bytes.size() < kHeaderBytes) return bad_input(fmt::format("a message of {} bytes has no header", bytes.size()));
   Reader r(bytes);
@@ -368,8 +374,9 @@ Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
     case Type::kRay: {
       RayQuery m;
       m.input = r.u32();
-      r.u32();
+      m.near = r.f32();
       if (const Status read = read_ray(r, m.ray); !read) return read.error();
+      if (!(m.near >= 0 && m.near <= kFarthest)) return bad_input("a ray's width is negative or too large");
       message = PageMessage(m);
       break;
     }

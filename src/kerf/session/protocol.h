@@ -1,4 +1,4 @@
-// The messages between page and engine, version 2 (docs/protocol.md): encoding of everything the engine says, checked
+// The messages between page and engine, version 3 (docs/protocol.md): encoding of everything the engine says, checked
 // decoding of everything a page says. Bytes in, bytes out: no sockets, no state. A page is not trusted; whatever it
 // sends is decoded or refused with a reason, and decoded messages keep every promise of the page.
 #pragma once
@@ -18,7 +18,7 @@
 
 namespace kerf::protocol {
 
-inline constexpr std::uint16_t kVersion = 2;
+inline constexpr std::uint16_t kVersion = 3;
 inline constexpr std::size_t kHeaderBytes = 8;
 /// Most bytes of a message from a page, header included; uploads have chunks of their own size.
 inline constexpr std::size_t kMaxPageBytes = std::size_t{64} << 10;
@@ -32,7 +32,7 @@ using Message = std::shared_ptr<const Bytes>;
 
 enum class Type : std::uint16_t {
   kHello = 1, kBody = 2, kPatch = 3, kFrame = 4, kHit = 5, kStats = 6, kCutReport = 7, kRole = 8, kError = 9,
-  kOverlay = 10, kFile = 11, kLoading = 12, kThings = 13,
+  kOverlay = 10, kFile = 11, kLoading = 12, kThings = 13, kScore = 14,
   kPageHello = 64, kAck = 65, kTool = 66, kRay = 67, kCommand = 68, kClaim = 69, kUpload = 70, kDevice = 71,
 };
 
@@ -116,6 +116,7 @@ struct Hit {
   double t = 0;
   Vec3 point;
   Vec3f normal;
+  float beside = 0;  ///< metres by which the ray passes the body; only where the query allows it
 };
 struct Counts {
   std::uint32_t visual_vertices = 0, visual_triangles = 0, collision_vertices = 0, collision_triangles = 0, nodes = 0,
@@ -172,6 +173,17 @@ struct Things {
   std::span<const Vec3f> positions;
   std::span<const Triangle> triangles;  ///< corners counted from the part's first
 };
+/// How the operation stands, in scenes with a lesion.
+struct Score {
+  float lesion_volume = 0;    ///< m^3 at the start
+  float lesion_removed = 0;   ///< share, 0 to 1
+  float healthy_removed = 0;  ///< m^3
+  float healthy_share = 0;
+  float roughness = 0;        ///< metres
+  float largest_force = 0;    ///< N
+  float time = 0;             ///< s, simulated
+  std::uint32_t loose_pieces = 0;
+};
 enum class LoadState : std::uint32_t { kUnderWay = 0, kShown = 1, kFailed = 2, kStopped = 3 };
 /// How far the scene is that comes next.
 struct Loading {
@@ -196,6 +208,7 @@ Bytes encode(const Overlay& message);
 Bytes encode(const File& message);
 Bytes encode(const Loading& message);
 Bytes encode(const Things& message);
+Bytes encode(const Score& message);
 
 // --- Page to engine ------------------------------------------------------------------------------------------------
 
@@ -207,7 +220,9 @@ struct PageHello {
 struct Ack {
   std::uint32_t seq = 0;
 };
-enum class Tool : std::uint32_t { kScalpel = 0, kGrasp = 1, kFix = 2, kRelease = 3, kLine = 4 };
+enum class Tool : std::uint32_t {
+  kScalpel = 0, kGrasp = 1, kFix = 2, kRelease = 3, kLine = 4, kPunch = 5, kScissors = 6, kShaver = 7, kSuction = 8, kTake = 9, kProbe = 10,
+};
 enum class Phase : std::uint32_t { kDown = 0, kMove = 1, kUp = 2, kCancel = 3 };
 inline constexpr std::uint32_t kShift = 1, kControl = 2, kAlt = 4, kMeta = 8;
 /// A view ray in world coordinates, metres; the direction is a unit vector.
@@ -224,10 +239,12 @@ struct ToolInput {
   Tool tool = Tool::kScalpel;
   Phase phase = Phase::kDown;
   std::uint32_t modifiers = 0;
+  float size = 0;  ///< metres: radius of punch, shaver and suction, length of the scissors' blades; 0: one that fits the body
   std::vector<ToolSample> samples;
 };
 struct RayQuery {
   std::uint32_t input = 0;
+  float near = 0;  ///< metres by which a ray may pass the body and still hit
   ViewRay ray;
 };
 enum class CommandCode : std::uint32_t {

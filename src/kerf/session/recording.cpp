@@ -23,12 +23,12 @@ struct KindWord {
   const char* word;
   int values;  ///< how many; -1: a region, -2: a punch
 };
-constexpr std::array<KindWord, 18> kKinds{{
+constexpr std::array<KindWord, 19> kKinds{{
     {Kind::kBeginStroke, "begin_stroke", 1}, {Kind::kBlade, "blade", 6}, {Kind::kEndStroke, "end_stroke", 0},
     {Kind::kCancelStroke, "cancel_stroke", 0}, {Kind::kUndo, "undo", 0}, {Kind::kRedo, "redo", 0},
     {Kind::kGrasp, "grasp", 0}, {Kind::kMove, "move", 4}, {Kind::kRelease, "release", 0}, {Kind::kFix, "fix", -1},
     {Kind::kUnfix, "unfix", -1}, {Kind::kGravity, "gravity", 3}, {Kind::kMaterial, "material", 3},
-    {Kind::kPunch, "punch", -2}, {Kind::kShave, "shave", 10}, {Kind::kRemove, "remove", 0},
+    {Kind::kPunch, "punch", -2}, {Kind::kShave, "shave", 10}, {Kind::kRemove, "remove", 0}, {Kind::kSuck, "suck", -1},
     {Kind::kTool, "tool", 7}, {Kind::kJaws, "jaws", 2},
 }};
 const KindWord& word_of(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
@@ -56,7 +56,7 @@ Status check(const SessionChange& c) {
     return {};
   }
   if (wanted == -2) {
-    if (c.values.size() < 12 + 6 || c.values.size() % 2 != 0 || (c.values[0] != 0 && c.values[0] != 1))
+    if (c.values.size() < 12 + 6 || c.values.size() % 2 != 0 || (c.values[0] != 0 && c.values[0] != 1 && c.values[0] != 2 && c.values[0] != 3))
       return bad_input("a punch is frame, reach, roughness, centre, axis, across and three or more corners x, y");
     return {};
   }

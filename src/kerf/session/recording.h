@@ -47,9 +47,10 @@ struct SessionChange {
     kFix, kUnfix,   ///< values: shape (0 box, 1 sphere, 2 half-space), then min max | centre radius | point normal
     kGravity,       ///< values: x, y, z
     kMaterial,      ///< values: young, poisson, density
-    kPunch,         ///< values: 1 rest frame, 0 world; reach (< 0: through everything); roughness; centre, axis, across; x, y of the outline's corners
+    kPunch,         ///< values: 1 rest frame, 0 world (+ 2: what comes loose is taken away); reach (< 0: through everything); roughness; centre, axis, across; x, y of the outline's corners
     kShave,         ///< values: frame; base, tip, radius; smoothing, depth. Passes go on until kEndStroke
     kRemove,        ///< one collision triangle: its piece goes
+    kSuck,          ///< values: a region as for kFix, in the world: loose pieces that reach into it go
     kTool,          ///< id; values: position, rotation (axis times angle), over
     kJaws,          ///< id; values: 1 close, 0 open; over
   };

@@ -93,14 +93,18 @@ Status apply(Session& session, const SessionChange& c) {
     }
     case Kind::kMaterial: return session.set_material(c.values[0], c.values[1], c.values[2]);
     case Kind::kPunch: {
-      Punch punch;
+      ScenePunch punch;
+      punch.shape = ScenePunchShape::kPolygon;
+      punch.frame = c.values[0] == 1 || c.values[0] == 3 ? SceneFrame::kRest : SceneFrame::kWorld;
+      punch.take = c.values[0] >= 2;
       if (c.values[1] >= 0) punch.reach = c.values[1];
-      punch.centre = vec(c.values, 3);
+      punch.roughness = c.values[2];
+      punch.point = vec(c.values, 3);
       punch.axis = vec(c.values, 6);
       punch.across = vec(c.values, 9);
-      for (std::size_t i = 12; i + 1 < c.values.size(); i += 2) punch.outline.push_back({c.values[i], c.values[i + 1]});
-      const auto done = session.punch(punch, frame_of(c), c.values[2]);
-      return done ? Status{} : Status(done.error());
+      for (std::size_t i = 12; i + 1 < c.values.size(); i += 2) punch.points.push_back({c.values[i], c.values[i + 1]});
+      command.what = punch;
+      return session.apply(command);
     }
     case Kind::kShave: {
       const Shaver shaver{vec(c.values, 1), vec(c.values, 4), c.values[7]};
@@ -109,6 +113,10 @@ Status apply(Session& session, const SessionChange& c) {
     }
     case Kind::kRemove: {
       const auto done = session.remove_piece(CollisionTriangle(c.vertices[0]));
+      return done ? Status{} : Status(done.error());
+    }
+    case Kind::kSuck: {
+      const auto done = session.remove_pieces(region_of(c.values), SceneFrame::kWorld);
       return done ? Status{} : Status(done.error());
     }
   }

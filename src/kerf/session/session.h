@@ -146,6 +146,8 @@ class Session {
   /// Sucks off what is loose: every piece whose collision mesh reaches into the region, but the heaviest piece and those
   /// that supports hold. Nothing there is no error.
   Result<RemovalReport> remove_pieces(const SceneRegion& region, SceneFrame frame);
+  /// Do supports hold the piece that this collision triangle belongs to? False when there is no such triangle. Linear in the body.
+  [[nodiscard]] bool held_by_supports(CollisionTriangle triangle) const;
   /// Takes away what a grasp holds, and the grasp. Bad input: no such grasp, or it holds the only piece.
   Result<RemovalReport> remove_grasped(const std::string& id);
 

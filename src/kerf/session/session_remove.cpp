@@ -284,6 +284,20 @@ Result<RemovalReport> Session::remove_piece(CollisionTriangle triangle) {
   return impl_->take_away(triangles);
 }
 
+bool Session::held_by_supports(CollisionTriangle triangle) const {
+  const SessionState& s = impl_->state;
+  const CollisionMesh& mesh = s.body.complex.collision;
+  if (!triangle.valid() || triangle.index() >= mesh.face_count()) return false;
+  const Pieces pieces = collision_pieces(s.body.complex);
+  for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
+    if (pieces.of_face[t.index()] != pieces.of_face[triangle.index()]) continue;
+    for (const Piece& piece : s.body.hex.pieces_of(t))
+      for (const NodeId n : s.body.hex.nodes[s.body.hex.host[piece.copy]])
+        if (s.model.is_fixed(n)) return true;
+  }
+  return false;
+}
+
 Result<RemovalReport> Session::remove_pieces(const SceneRegion& region, SceneFrame frame) { return impl_->remove_in(region, frame); }
 
 Result<RemovalReport> Session::Impl::take_grasped(const std::string& id) {

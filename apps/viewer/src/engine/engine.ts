@@ -1,6 +1,6 @@
 // What the page knows of an engine. A server over a WebSocket, a worker and the mock all do this.
 import type {
-  Body, CutReport, EngineError, FileMessage, Frame, Hello, Hit, Loading, Overlay, Patch, Role, Stats, Things, ToolSample, Vec3,
+  Body, CutReport, EngineError, FileMessage, Frame, Hello, Hit, Loading, Overlay, Patch, Role, Score, Stats, Things, ToolSample, Vec3,
 } from './protocol';
 
 export type EngineState = 'connecting' | 'live' | 'lost';
@@ -20,10 +20,12 @@ export interface EngineEvents {
   file(file: FileMessage): void;
   loading(loading: Loading): void;
   thingsCame(things: Things): void;
+  score(score: Score): void;
   state(state: EngineState): void;
 }
 
-export interface ToolInput { tool: number; phase: number; modifiers: number; samples: ToolSample[] }
+/** `size`: metres, of the instrument; 0: one that fits the body. */
+export interface ToolInput { tool: number; phase: number; modifiers: number; size?: number; samples: ToolSample[] }
 export interface Command { code: number; value?: readonly number[]; text?: string }
 
 /** Methods that return a number return that input's number, which messages that follow from it echo. */
@@ -36,7 +38,8 @@ export interface Engine {
   resync(): void;
   ack(seq: number): void;
   tool(input: ToolInput): number;
-  ray(origin: Vec3, direction: Vec3): number;
+  /** What a view ray meets, or passes by at most `near` metres. */
+  ray(origin: Vec3, direction: Vec3, near?: number): number;
   command(command: Command): number;
   claim(take: boolean): void;
   /** Leads a tool of the scene: position (metres), axis times angle (radians), jaws (1 open, 0 closed). */

@@ -37,13 +37,13 @@ export abstract class MessageEngine implements Engine {
       const samples = input.samples.slice(i, i + kMaxToolSamples);
       const last = i + kMaxToolSamples >= input.samples.length;
       const phase = input.phase === 0 && i > 0 ? 1 : input.phase === 2 && !last ? 1 : input.phase;
-      this.send({ type: 'tool', input: number, tool: input.tool, phase, modifiers: input.modifiers, samples });
+      this.send({ type: 'tool', input: number, tool: input.tool, phase, modifiers: input.modifiers, size: input.size ?? 0, samples });
     }
     return number;
   }
-  ray(origin: Vec3, direction: Vec3): number {
+  ray(origin: Vec3, direction: Vec3, near = 0): number {
     const input = this.nextInput++;
-    this.send({ type: 'ray', input, origin, direction });
+    this.send({ type: 'ray', input, near, origin, direction });
     return input;
   }
   command(command: Command): number {
@@ -92,6 +92,7 @@ export abstract class MessageEngine implements Engine {
         case 'file': events.file(m); break;
         case 'loading': events.loading(m); break;
         case 'things': events.thingsCame(m); break;
+        case 'score': events.score(m); break;
       }
     } catch (e) {
       if (!(e instanceof ProtocolError)) throw e;

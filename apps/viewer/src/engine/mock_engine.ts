@@ -89,8 +89,8 @@ export class MockEngine extends MessageEngine {
 
   private answerRay(input: number, origin: Vec3, direction: Vec3): void {
     const h = this.mock.intersect(origin, direction);
-    this.reply(h ? { type: 'hit', input, triangle: h.triangle, t: h.t, point: h.point, normal: h.normal }
-      : { type: 'hit', input, triangle: -1, t: 0, point: [0, 0, 0], normal: [0, 0, 0] });
+    this.reply(h ? { type: 'hit', input, triangle: h.triangle, t: h.t, point: h.point, normal: h.normal, beside: 0 }
+      : { type: 'hit', input, triangle: -1, t: 0, point: [0, 0, 0], normal: [0, 0, 0], beside: 0 });
   }
 
   /** Where a view ray meets the body, or the plane of the body at rest beside it. */

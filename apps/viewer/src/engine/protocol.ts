@@ -1,7 +1,7 @@
-// Messages between page and engine, protocol version 2: docs/protocol.md.
+// Messages between page and engine, protocol version 3: docs/protocol.md.
 // Decoded messages hold views on the received buffer: copy what is kept.
 
-export const kProtocolVersion = 2;
+export const kProtocolVersion = 3;
 export const kHeaderBytes = 8;
 export const kMaxToolSamples = 1000; // 64 bytes each: stays below 64 KiB
 export const kUploadChunkBytes = 48 * 1024;
@@ -9,11 +9,11 @@ export const kNoNode = 0xffffffff;
 
 export const MessageType = {
   Hello: 1, Body: 2, Patch: 3, Frame: 4, Hit: 5, Stats: 6, CutReport: 7, Role: 8, Error: 9, Overlay: 10, File: 11,
-  Loading: 12, Things: 13,
+  Loading: 12, Things: 13, Score: 14,
   PageHello: 64, Ack: 65, Tool: 66, Ray: 67, Command: 68, Claim: 69, Upload: 70, Device: 71,
 } as const;
 
-export const ToolCode = { Scalpel: 0, Grasp: 1, Fix: 2, Release: 3, Line: 4 } as const;
+export const ToolCode = { Scalpel: 0, Grasp: 1, Fix: 2, Release: 3, Line: 4, Punch: 5, Scissors: 6, Shaver: 7, Suction: 8, Take: 9, Probe: 10 } as const;
 export const Phase = { Down: 0, Move: 1, Up: 2, Cancel: 3 } as const;
 export const Modifier = { Shift: 1, Control: 2, Alt: 4, Meta: 8 } as const;
 export const CommandCode = {
@@ -52,7 +52,12 @@ export interface Frame {
   flags: number; undoDepth: number; redoDepth: number; nodes: Float32Array; grasps: Float32Array;
   places: Float32Array; tools: Float32Array; contacts: Float32Array; partners: Uint32Array; touching: number; press: number;
 }
-export interface Hit { type: 'hit'; input: number; triangle: number; t: number; point: Vec3; normal: Vec3 }
+export interface Hit { type: 'hit'; input: number; triangle: number; t: number; point: Vec3; normal: Vec3; beside: number }
+/** How the operation stands, in scenes with a lesion: m³, shares, metres, N, s. */
+export interface Score {
+  type: 'score'; lesionVolume: number; lesionRemoved: number; healthyRemoved: number; healthyShare: number; roughness: number;
+  largestForce: number; time: number; loosePieces: number;
+}
 export interface Stats {
   type: 'stats'; stepMs: number; stepMs99: number; mechanicsMs: number; stepsPerSecond: number; iterations: number;
   residual: number; counts: Counts; pieces: number; dropped: number; bad: number; clients: number;
@@ -76,15 +81,15 @@ export interface Things { type: 'things'; body: number; json: string; positions:
 export interface Loading { type: 'loading'; input: number; state: number; fraction: number; stage: string }
 export interface FileMessage { type: 'file'; request: number; name: string; bytes: Uint8Array }
 export type EngineMessage =
-  | Hello | Body | Patch | Frame | Hit | Stats | CutReport | Role | EngineError | Overlay | FileMessage | Loading | Things;
+  | Hello | Body | Patch | Frame | Hit | Stats | CutReport | Role | EngineError | Overlay | FileMessage | Loading | Things | Score;
 
 export interface PageHello { type: 'pageHello'; protocol: number; session: bigint; body: number; version: number }
 export interface Ack { type: 'ack'; seq: number }
 export interface ToolSample { time: number; origin: Vec3; direction: Vec3; pressure: number }
 export interface ToolMessage {
-  type: 'tool'; input: number; tool: number; phase: number; modifiers: number; samples: ToolSample[];
+  type: 'tool'; input: number; tool: number; phase: number; modifiers: number; size: number; samples: ToolSample[];
 }
-export interface RayMessage { type: 'ray'; input: number; origin: Vec3; direction: Vec3 }
+export interface RayMessage { type: 'ray'; input: number; near: number; origin: Vec3; direction: Vec3 }
 export interface CommandMessage {
   type: 'command'; input: number; code: number; text: string; value: readonly [number, number, number, number];
 }
@@ -300,9 +305,7 @@ export function decodeEngineMessage(buffer: ArrayBuffer): EngineMessage {
     case MessageType.Patch: m = readPatch(r); break;
     case MessageType.Frame: m = readFrame(r); break;
     case MessageType.Hit: {
-      const input = r.u32(), triangle = r.i32(), t = r.f64(), point = r.vec3d(), normal = r.vec3f();
-      r.u32();
-      m = { type: 'hit', input, triangle, t, point, normal };
+      m = { type: 'hit', input: r.u32(), triangle: r.i32(), t: r.f64(), point: r.vec3d(), normal: r.vec3f(), beside: r.f32() };
       break;
     }
     case MessageType.Stats: {
@@ -340,6 +343,12 @@ export function decodeEngineMessage(buffer: ArrayBuffer): EngineMessage {
       checkBelow(m.triangles, np, 'corner of a thing');
       break;
     }
+    case MessageType.Score:
+      m = {
+        type: 'score', lesionVolume: r.f32(), lesionRemoved: r.f32(), healthyRemoved: r.f32(), healthyShare: r.f32(), roughness: r.f32(),
+        largestForce: r.f32(), time: r.f32(), loosePieces: r.u32(),
+      };
+      break;
     case MessageType.Loading: {
       const input = r.u32(), state = r.u32(), fraction = r.f32(), bytes = r.u32();
       if (state > LoadState.Stopped || fraction < 0 || fraction > 1) throw new ProtocolError(`loading in state ${state} at ${fraction}`);
@@ -369,9 +378,8 @@ export function decodePageMessage(buffer: ArrayBuffer): PageMessage {
       break;
     }
     case MessageType.Tool: {
-      const input = r.u32(), tool = r.u32(), phase = r.u32(), modifiers = r.u32(), n = r.u32();
-      r.u32();
-      if (tool > ToolCode.Line || phase > Phase.Cancel) throw new ProtocolError(`tool ${tool} in phase ${phase}`);
+      const input = r.u32(), tool = r.u32(), phase = r.u32(), modifiers = r.u32(), n = r.u32(), size = r.f32();
+      if (tool > ToolCode.Probe || size < 0 || phase > Phase.Cancel) throw new ProtocolError(`tool ${tool} in phase ${phase}`);
       if (n * 64 !== r.buffer.byteLength - r.offset) throw new ProtocolError(`${n} samples do not fit the length`);
       const samples: ToolSample[] = [];
       for (let i = 0; i < n; i++) {
@@ -379,13 +387,11 @@ export function decodePageMessage(buffer: ArrayBuffer): PageMessage {
         r.u32();
         samples.push({ time, origin, direction, pressure });
       }
-      m = { type: 'tool', input, tool, phase, modifiers, samples };
+      m = { type: 'tool', input, tool, phase, modifiers, size, samples };
       break;
     }
     case MessageType.Ray: {
-      const input = r.u32();
-      r.u32();
-      m = { type: 'ray', input, origin: r.vec3d(), direction: r.vec3d() };
+      m = { type: 'ray', input: r.u32(), near: r.f32(), origin: r.vec3d(), direction: r.vec3d() };
       break;
     }
     case MessageType.Command: {
@@ -498,7 +504,7 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
           m.tools.length / kToolFloats, m.partners.length, m.touching).f32(m.press)
         .array(m.nodes).array(m.grasps).array(m.places).array(m.tools).array(m.contacts).array(m.partners).finish();
     case 'hit':
-      return new Writer(MessageType.Hit, 56).u32(m.input).i32(m.triangle).f64(m.t, ...m.point).f32(...m.normal, 0).finish();
+      return new Writer(MessageType.Hit, 56).u32(m.input).i32(m.triangle).f64(m.t, ...m.point).f32(...m.normal, m.beside).finish();
     case 'stats':
       return writeCounts(new Writer(MessageType.Stats, 64).f32(m.stepMs, m.stepMs99, m.mechanicsMs, m.stepsPerSecond)
         .u32(m.iterations).f32(m.residual), m.counts).u32(m.pieces, m.dropped, m.bad, m.clients).finish();
@@ -531,6 +537,9 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
       return new Writer(MessageType.Things, 16 + sizeOf([json, m.positions, m.triangles]))
         .u32(m.body, json.length, m.positions.length / 3, m.triangles.length / 3).array(json).array(m.positions).array(m.triangles).finish();
     }
+    case 'score':
+      return new Writer(MessageType.Score, 32).f32(m.lesionVolume, m.lesionRemoved, m.healthyRemoved, m.healthyShare, m.roughness,
+        m.largestForce, m.time).u32(m.loosePieces).finish();
     case 'loading': {
       const stage = utf8Encoder.encode(m.stage);
       return new Writer(MessageType.Loading, 16 + sizeOf([stage])).u32(m.input, m.state).f32(m.fraction).u32(stage.length).array(stage).finish();
@@ -546,11 +555,11 @@ export function encodePageMessage(m: PageMessage): ArrayBuffer {
     case 'ack': return new Writer(MessageType.Ack, 8).u32(m.seq, 0).finish();
     case 'tool': {
       const w = new Writer(MessageType.Tool, 24 + 64 * m.samples.length)
-        .u32(m.input, m.tool, m.phase, m.modifiers, m.samples.length, 0);
+        .u32(m.input, m.tool, m.phase, m.modifiers, m.samples.length).f32(m.size);
       for (const s of m.samples) w.f64(s.time, ...s.origin, ...s.direction).f32(s.pressure, 0);
       return w.finish();
     }
-    case 'ray': return new Writer(MessageType.Ray, 56).u32(m.input, 0).f64(...m.origin, ...m.direction).finish();
+    case 'ray': return new Writer(MessageType.Ray, 56).u32(m.input).f32(m.near).f64(...m.origin, ...m.direction).finish();
     case 'command': {
       const text = utf8Encoder.encode(m.text);
       return new Writer(MessageType.Command, 48 + sizeOf([text])).u32(m.input, m.code, text.length, 0).f64(...m.value)

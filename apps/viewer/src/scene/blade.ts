@@ -1,6 +1,6 @@
 // The tools as one sees them: blade, forceps, pin, and the ring that shows where they would touch.
 import {
-  BufferAttribute, BufferGeometry, CapsuleGeometry, CylinderGeometry, ExtrudeGeometry, Group, LineBasicMaterial, LineSegments,
+  BufferAttribute, BufferGeometry, CapsuleGeometry, CircleGeometry, CylinderGeometry, ExtrudeGeometry, Group, LineBasicMaterial, LineSegments,
   Mesh, MeshBasicMaterial, MeshStandardMaterial, Path, RingGeometry, Shape, SphereGeometry, Vector3, DoubleSide, Quaternion,
   Matrix4, InstancedMesh,
 } from 'three';
@@ -56,6 +56,44 @@ function pin(head: MeshStandardMaterial, steel: MeshStandardMaterial): Group {
   return wrap(g);
 }
 
+/** A tube with a rounded end, as punches, shavers and suction tubes have. */
+function tube(steel: MeshStandardMaterial, grip: MeshStandardMaterial, radius: number): Group {
+  const g = new Group();
+  const shaft = new Mesh(new CapsuleGeometry(radius, 0.62, 6, 16), steel);
+  shaft.rotation.x = Math.PI / 2;
+  shaft.position.z = 0.31 + radius;
+  const handle = new Mesh(new CylinderGeometry(2.1 * radius, 1.6 * radius, 0.34, 18), grip);
+  handle.rotation.x = Math.PI / 2;
+  handle.position.z = 0.82;
+  g.add(shaft, handle);
+  return wrap(g);
+}
+
+function scissors(steel: MeshStandardMaterial, grip: MeshStandardMaterial): Group {
+  const g = new Group();
+  for (const side of [-1, 1]) {
+    const s = new Shape();
+    s.moveTo(0, 0);
+    s.quadraticCurveTo(0.034, 0.10, 0.024, 0.30);
+    s.lineTo(-0.006, 0.30);
+    s.lineTo(-0.004, 0.04);
+    s.closePath();
+    const blade = new Mesh(new ExtrudeGeometry(s, { depth: 0.005, bevelEnabled: true, bevelSize: 0.002, bevelThickness: 0.002, bevelSegments: 1 }), steel);
+    blade.scale.x = side;
+    blade.rotation.set(Math.PI / 2, 0, 0);
+    const half = new Group();
+    half.add(blade);
+    half.rotation.y = side * -0.14;
+    half.position.y = side * 0.003;
+    g.add(half);
+  }
+  const shaft = new Mesh(new CylinderGeometry(0.022, 0.018, 0.66, 14), grip);
+  shaft.rotation.x = Math.PI / 2;
+  shaft.position.z = 0.62;
+  g.add(shaft);
+  return wrap(g);
+}
+
 function wrap(inner: Group): Group {
   const g = new Group();
   g.add(inner);
@@ -69,7 +107,13 @@ export class Blade {
   private readonly grip = new MeshStandardMaterial({ color: 0x8b98a4, metalness: 0.5, roughness: 0.38 });
   private readonly red = new MeshStandardMaterial({ color: 0xc02030, roughness: 0.35 });
   private readonly green = new MeshStandardMaterial({ color: 0x2a9a58, roughness: 0.35 });
-  private readonly instruments: Record<'scalpel' | 'forceps' | 'fix' | 'release', Group>;
+  private readonly instruments: Record<'scalpel' | 'forceps' | 'fix' | 'release' | 'punch' | 'scissors' | 'shaver' | 'suction', Group>;
+  /** Where a sized instrument works: a circle as wide as its bite, or the line along which scissors close. */
+  private readonly bite: Mesh;
+  private readonly disc: Mesh;
+  private readonly closing: LineSegments;
+  /** Of the instrument, metres; 0: it has none. */
+  bites = 0;
   private readonly ring: Mesh;
   private readonly graspLines: LineSegments;
   private readonly graspBalls: InstancedMesh;
@@ -81,28 +125,39 @@ export class Blade {
   constructor() {
     this.instruments = {
       scalpel: scalpel(this.steel, this.grip), forceps: forceps(this.steel), fix: pin(this.red, this.steel), release: pin(this.green, this.steel),
+      punch: tube(this.steel, this.grip, 0.013), scissors: scissors(this.steel, this.grip), shaver: tube(this.steel, this.grip, 0.01), suction: tube(this.steel, this.grip, 0.017),
     };
     this.ring = new Mesh(new RingGeometry(0.78, 1, 40), new MeshBasicMaterial({
       color: 0xffffff, transparent: true, opacity: 0.85, side: DoubleSide, depthTest: false, toneMapped: false,
     }));
     this.ring.renderOrder = 5;
+    const flat = (colour: number, opacity: number): MeshBasicMaterial => new MeshBasicMaterial({
+      color: colour, transparent: true, opacity, side: DoubleSide, depthTest: false, depthWrite: false, toneMapped: false,
+    });
+    this.bite = new Mesh(new RingGeometry(0.94, 1, 64), flat(0xffffff, 0.9));
+    this.disc = new Mesh(new CircleGeometry(0.94, 48), flat(0x101820, 0.16));
+    this.closing = new LineSegments(new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array([0, 0, 0, 1, 0, 0, 1, -0.08, 0, 1, 0.08, 0]), 3)),
+      new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.95, depthTest: false, toneMapped: false }));
+    for (const o of [this.bite, this.closing]) o.renderOrder = 5;
+    this.disc.renderOrder = 4;
+    for (const o of [this.bite, this.disc, this.closing]) o.frustumCulled = false;
     this.graspLines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.8, depthTest: false, toneMapped: false }));
     this.graspBalls = new InstancedMesh(new CapsuleGeometry(1, 0.01, 4, 12), this.green, 64);
     this.graspBalls.count = 0;
     this.graspBalls.frustumCulled = this.graspLines.frustumCulled = false;
     this.graspLines.renderOrder = 4;
-    this.group.add(...Object.values(this.instruments), this.ring, this.graspLines, this.graspBalls);
+    this.group.add(...Object.values(this.instruments), this.ring, this.bite, this.disc, this.closing, this.graspLines, this.graspBalls);
     this.hide();
   }
 
   setSize(size: number): void { this.size = size; }
   setTool(tool: ToolName): void { this.tool = tool; }
-  get visible(): boolean { return this.ring.visible || Object.values(this.instruments).some((g) => g.visible); }
+  get visible(): boolean { return this.ring.visible || this.bite.visible || Object.values(this.instruments).some((g) => g.visible); }
 
   hide(): boolean {
     const was = this.visible;
     for (const g of Object.values(this.instruments)) g.visible = false;
-    this.ring.visible = false;
+    this.ring.visible = this.bite.visible = this.disc.visible = this.closing.visible = false;
     this.lastPoint.x = NaN;
     return was;
   }
@@ -110,10 +165,11 @@ export class Blade {
   /** Places the instrument; `touching`: the point is on the body, otherwise only near it. */
   place(point: Vector3, normal: Vector3, eye: Vector3, touching: boolean, pressed: boolean): void {
     this.hideInstruments();
-    if (this.tool === 'hand' || this.tool === 'rigid') { this.ring.visible = false; return; }
+    if (this.tool === 'hand' || this.tool === 'rigid') { this.hide(); return; }
     const cutting = this.tool === 'scalpel' || this.tool === 'line' || this.tool === 'closed';
-    const g = cutting ? this.instruments.scalpel : this.tool === 'grasp' ? this.instruments.forceps
-      : this.tool === 'fix' ? this.instruments.fix : this.instruments.release;
+    const tool = this.tool, held = tool === 'grasp' || tool === 'take';
+    const g = tool === 'scalpel' || tool === 'line' || tool === 'closed' ? this.instruments.scalpel : held ? this.instruments.forceps : tool === 'fix' || tool === 'release' ? this.instruments[tool]
+      : tool === 'probe' ? null : this.instruments[tool];
     if (Number.isFinite(this.lastPoint.x)) {
       const step = point.clone().sub(this.lastPoint);
       step.addScaledVector(normal, -step.dot(normal));
@@ -138,15 +194,35 @@ export class Blade {
     forward.normalize();
     const side = axis.clone().cross(forward);
     const m = new Matrix4().makeBasis(forward, side, axis);
-    g.quaternion.copy(new Quaternion().setFromRotationMatrix(m));
-    g.scale.setScalar(this.size * (cutting || this.tool === 'grasp' ? 0.55 : 0.75));
-    g.position.copy(point);
-    if (pressed && cutting) g.position.addScaledVector(axis, -0.03 * this.size);
-    g.visible = true;
-    this.ring.visible = touching;
+    if (g) {
+      g.quaternion.copy(new Quaternion().setFromRotationMatrix(m));
+      g.scale.setScalar(this.size * (tool === 'fix' || tool === 'release' ? 0.75 : 0.55));
+      g.position.copy(point);
+      if (pressed && cutting) g.position.addScaledVector(axis, -0.03 * this.size);
+      g.visible = true;
+    }
+    this.placeBite(point, normal, touching);
+    this.ring.visible = touching && !this.bite.visible;
     this.ring.position.copy(point).addScaledVector(normal, 0.002 * this.size);
     this.ring.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), normal);
     this.ring.scale.setScalar((pressed ? 0.010 : 0.016) * this.size);
+  }
+
+  private placeBite(point: Vector3, normal: Vector3, touching: boolean): void {
+    const round = touching && (this.tool === 'punch' || this.tool === 'shaver' || this.tool === 'suction');
+    this.bite.visible = this.disc.visible = round;
+    this.closing.visible = touching && this.tool === 'scissors';
+    for (const o of [this.bite, this.disc]) {
+      o.position.copy(point);
+      o.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), normal);
+      o.scale.setScalar(this.bites);
+    }
+    const x = this.heading.clone().addScaledVector(normal, -this.heading.dot(normal));
+    if (x.lengthSq() < 1e-8) x.set(normal.y, -normal.x, 0.1);
+    x.normalize();
+    this.closing.quaternion.setFromRotationMatrix(new Matrix4().makeBasis(x, normal.clone().cross(x), normal));
+    this.closing.position.copy(point);
+    this.closing.scale.setScalar(this.bites);
   }
 
   private hideInstruments(): void { for (const g of Object.values(this.instruments)) g.visible = false; }

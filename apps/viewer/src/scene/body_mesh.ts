@@ -1,6 +1,6 @@
 // The visual mesh on the GPU: rest positions and copies once, poses every frame, and of a cut only what changed.
 import {
-  BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Mesh, Sphere, Vector3, type Data3DTexture,
+  BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Mesh, Sphere, Vector3, Vector4, type Data3DTexture,
 } from 'three';
 import { BodyState, type PatchEffect } from './body_state';
 import { CellTextures } from './cell_textures';
@@ -27,7 +27,7 @@ export class BodyMesh {
   lastEffect: PatchEffect | null = null;
   private readonly frame: Uniforms = {
     uBoxMin: { value: new Vector3() }, uBoxMax: { value: new Vector3() }, uFibre: { value: new Vector3(0, 0, 1) },
-    uTextureScale: { value: 1 },
+    uTextureScale: { value: 1 }, uLesion: { value: 0 }, uLesionA: { value: new Vector4() }, uLesionB: { value: new Vector4() },
   };
   private readonly skin = new Mesh();
   private readonly wall = new Mesh();
@@ -73,6 +73,14 @@ export class BodyMesh {
     this.build();
     this.group.visible = true;
     this.updateBounds();
+  }
+
+  /** Marks what should be taken out, on skin and cut surfaces alike; after setBody. */
+  setLesion(lesion: { shape: 'sphere' | 'box' | 'half_space'; values: number[] } | null): void {
+    const s = this.frame.uTextureScale!.value as number, v = lesion?.values.map((x) => s * x) ?? [];
+    this.frame.uLesion!.value = lesion ? { sphere: 1, box: 2, half_space: 3 }[lesion.shape] : 0;
+    (this.frame.uLesionA!.value as Vector4).set(v[0] ?? 0, v[1] ?? 0, v[2] ?? 0, lesion?.shape === 'sphere' ? v[3]! : 0);
+    (this.frame.uLesionB!.value as Vector4).set(v[3] ?? 0, v[4] ?? 0, v[5] ?? 1, 0);
   }
 
   applyPatch(patch: Patch): PatchEffect {

@@ -1,6 +1,8 @@
 // The stroke as it is drawn on the screen: trail of the scalpel, rubber band, closed outline.
 import type { ToolName } from '../tools/tools';
 
+const kDrawn: ReadonlySet<ToolName> = new Set(['scalpel', 'line', 'closed', 'scissors'] as const);
+
 export class Ink {
   private points: [number, number][] = [];
   private tool: ToolName = 'scalpel';
@@ -25,7 +27,7 @@ export class Ink {
     c.restore();
     this.drawn = this.points.length > 0;
     const p = this.points, a = p[0], b = p[p.length - 1];
-    if (!a || !b || this.tool === 'grasp' || this.tool === 'fix' || this.tool === 'release') return;
+    if (!a || !b || !kDrawn.has(this.tool)) return;
     c.lineCap = c.lineJoin = 'round';
     const stroke = (points: [number, number][], dash: number[]): void => {
       for (const [width, colour] of [[4, 'rgb(0 0 0 / .45)'], [1.8, '#fff']] as const) {

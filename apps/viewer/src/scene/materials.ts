@@ -90,6 +90,21 @@ uniform vec3 uBoxMin, uBoxMax, uFibre;
 uniform float uTextureScale;
 varying vec3 vRest;
 vec3 kAlbedo; float kRough, kHeight, kGlow;
+uniform int uLesion;
+uniform vec4 uLesionA, uLesionB;
+// Distance into the marked region (texture units); negative outside.
+float kIntoLesion(vec3 r) {
+  if (uLesion == 1) return uLesionA.w - distance(r, uLesionA.xyz);
+  if (uLesion == 2) { vec3 d = min(r - uLesionA.xyz, uLesionB.xyz - r); return min(d.x, min(d.y, d.z)); }
+  return dot(r - uLesionA.xyz, normalize(uLesionB.xyz));
+}
+void kMark(vec3 r, inout vec3 albedo) {
+  if (uLesion == 0) return;
+  float d = kIntoLesion(r), w = max(fwidth(d), 1e-6), line = 0.0011;
+  float ragged = 0.0022 * (texture(uNoise, r / 0.021).r - 0.5);
+  albedo = mix(albedo, albedo * vec3(0.98, 0.52, 0.42) + vec3(0.035, 0.0, 0.0), 0.85 * smoothstep(-0.0006, 0.0030, d + ragged));
+  albedo = mix(albedo, vec3(0.45, 0.015, 0.03), 0.9 * (1.0 - smoothstep(0.35 * line, 0.35 * line + 1.5 * w, abs(d))));
+}
 `;
 
 // A normal from the derivatives of a height given in texture units.
@@ -128,7 +143,7 @@ function surfacePatch(look: Look, level: QualityLevel): (shader: WebGLProgramPar
     const lite = level === 'lite' ? '#define KERF_LITE\n' : '';
     let f = shader.fragmentShader
       .replace('#include <common>', `#include <common>\n${lite}${kFragmentDeclarations}${kLooks[look]}`)
-      .replace('#include <color_fragment>', 'kSurface(vRest, kAlbedo, kRough, kHeight, kGlow);\n\tdiffuseColor.rgb = kAlbedo * diffuse;')
+      .replace('#include <color_fragment>', 'kSurface(vRest, kAlbedo, kRough, kHeight, kGlow);\n\tkMark(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;')
       .replace('#include <roughnessmap_fragment>', 'float roughnessFactor = clamp(kRough * roughness, 0.08, 1.0);');
     if (level !== 'lite') f = f.replace('#include <normal_fragment_maps>', kBump);
     // Light that has wandered through the body: strongest where one looks along the surface.

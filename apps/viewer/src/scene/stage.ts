@@ -1,18 +1,22 @@
 // Renderer, camera, light and the ground that bodies are shown on.
 import {
   ACESFilmicToneMapping, BasicShadowMap, CircleGeometry, Color, DirectionalLight, Fog, HemisphereLight, Mesh,
-  MeshLambertMaterial, MeshStandardMaterial, MOUSE, Object3D, PCFShadowMap, PerspectiveCamera, PMREMGenerator, Scene,
+  MeshLambertMaterial, MeshStandardMaterial, MOUSE, Object3D, PCFShadowMap, PerspectiveCamera, PMREMGenerator, PointLight, Scene,
   TOUCH, Vector2, Vector3, WebGLRenderer, type Data3DTexture, type Texture,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
 import { RoundedBoxGeometry } from 'three/examples/jsm/geometries/RoundedBoxGeometry.js';
+import { Arthroscope, type ScopePlace } from './arthroscope';
 import type { Look, QualityLevel } from './materials';
 import type { Vec3 } from '../engine/protocol';
 
 Object3D.DEFAULT_UP.set(0, 0, 1);
 
 export interface Box { min: Vec3; max: Vec3 }
+
+const kFieldOfView = 32; // degrees, of the free camera
+const kJoint = 0x120504;   // what is dark in a joint
 
 const kWood = /* glsl */ `
 uniform highp sampler3D uNoise;
@@ -34,7 +38,7 @@ vec3 kWood(vec3 q) {
 export class Stage {
   readonly renderer: WebGLRenderer;
   readonly scene = new Scene();
-  readonly camera = new PerspectiveCamera(32, 1, 0.01, 10);
+  readonly camera = new PerspectiveCamera(kFieldOfView, 1, 0.01, 10);
   readonly controls: OrbitControls;
   readonly software: boolean;
   size = 0.26;
@@ -43,6 +47,9 @@ export class Stage {
   private readonly sun = new DirectionalLight(0xfff0dd, 2.55);
   private readonly fill = new DirectionalLight(0xcfe0ff, 0.45);
   private readonly sky = new HemisphereLight(0xf2f5ff, 0x6b5a4c, 0.9);
+  readonly scope = new Arthroscope();
+  private scopeIsOn = false;
+  private readonly tipLight = new PointLight(0xfff4e6, 0, 0, 2);
   private environment: Texture | null = null;
   private readonly board = new Mesh();
   private readonly ground = new Mesh();
@@ -70,7 +77,7 @@ export class Stage {
     this.controls.maxPolarAngle = 0.98 * Math.PI;
     this.setOrbitOnly(false);
     this.sun.castShadow = true;
-    this.scene.add(this.sun, this.sun.target, this.fill, this.fill.target, this.sky, this.board, this.ground);
+    this.scene.add(this.sun, this.sun.target, this.fill, this.fill.target, this.sky, this.tipLight, this.board, this.ground);
     this.board.receiveShadow = this.ground.receiveShadow = true;
     this.board.castShadow = true;
     this.scene.fog = new Fog(0x808080, 1, 4);
@@ -85,7 +92,7 @@ export class Stage {
 
   setTheme(dark: boolean): void {
     this.dark = dark;
-    const back = this.plain ? 0xffffff : dark ? 0x1c2126 : 0xa9b1b8;
+    const back = this.plain ? 0xffffff : this.scopeIsOn ? kJoint : dark ? 0x1c2126 : 0xa9b1b8;
     this.scene.background = new Color(back);
     (this.scene.fog as Fog).color.set(back);
     const ground = this.ground.material as MeshStandardMaterial | MeshLambertMaterial;
@@ -116,11 +123,57 @@ export class Stage {
     }
     this.scene.environment = level === 'lite' ? null : this.environment;
     this.scene.environmentRotation.set(Math.PI / 2, 0, 0.6);
-    this.scene.environmentIntensity = 0.42;
-    this.sky.intensity = level === 'lite' ? 1.9 : 0.25;
-    this.fill.visible = level === 'full';
+    this.light();
     this.buildGround();
     this.renderer.shadowMap.needsUpdate = true;
+  }
+
+  /** The sun and the sky, or the light at the tip of an arthroscope. */
+  private light(): void {
+    const inside = this.scopeIsOn, lite = this.level === 'lite';
+    this.scene.environmentIntensity = inside ? 0.07 : 0.42;
+    this.sky.intensity = inside ? 0.12 : lite ? 1.9 : 0.25;
+    this.sun.visible = !inside;
+    this.fill.visible = !inside && this.level === 'full';
+    this.tipLight.visible = inside;
+    this.tipLight.intensity = (lite ? 3.2 : 2.8) * this.size * this.size;
+    const fog = this.scene.fog as Fog;
+    fog.near = (inside ? 0.35 : 3.2) * this.size;
+    fog.far = (inside ? 1.9 : 9) * this.size;
+  }
+
+  get scopeOn(): boolean { return this.scopeIsOn; }
+  /** Looks through the arthroscope, or from outside again; the free camera stays where it was. */
+  setScope(on: boolean): void {
+    if (on === this.scopeIsOn) return;
+    this.scopeIsOn = on;
+    const c = this.camera;
+    if (on) {
+      this.free.position.copy(c.position);
+      this.controls.enabled = false;
+      this.placeScope();
+    } else {
+      c.position.copy(this.free.position);
+      c.fov = kFieldOfView;
+      c.near = 0.02 * this.size;
+      c.updateProjectionMatrix();
+      this.controls.enabled = true;
+      this.controls.update();
+    }
+    this.light();
+    this.furnish();
+    this.setTheme(this.dark);
+  }
+  private readonly free = { position: new Vector3() };
+  /** Where it goes in and what it looks at; without a place of the scene it comes the way the free camera looks. */
+  setScopePlace(place: ScopePlace | null): void {
+    const away = this.home.position.clone().sub(this.home.target).normalize();
+    this.scope.set(place ?? { entry: this.centre.clone().addScaledVector(away, 0.95 * this.size), target: this.centre, angle: Math.PI / 6 });
+    if (this.scopeIsOn) this.placeScope();
+  }
+  placeScope(): void {
+    this.scope.place(this.camera, this.camera.aspect, this.size);
+    this.tipLight.position.copy(this.camera.position);
   }
 
   private buildGround(): void {
@@ -154,8 +207,8 @@ export class Stage {
 
   /** Scenes with obstacles bring their own board; a level plane of theirs is the ground. */
   private furnish(): void {
-    this.board.visible = !this.plain && this.look === 'steak' && !this.furnished;
-    this.ground.visible = !this.plain;
+    this.board.visible = !this.plain && !this.scopeIsOn && this.look === 'steak' && !this.furnished;
+    this.ground.visible = !this.plain && !this.scopeIsOn;
     this.placeFloor();
   }
   setFurniture(furnished: boolean, floor: number | null): void {
@@ -182,9 +235,7 @@ export class Stage {
     this.camera.far = 30 * d;
     this.controls.minDistance = 0.15 * d;
     this.controls.maxDistance = 6 * d;
-    const fog = this.scene.fog as Fog;
-    fog.near = 3.2 * d;
-    fog.far = 9 * d;
+    this.light();
     this.sun.position.copy(centre).add(new Vector3(-0.9 * d, 0.75 * d, 2.1 * d));
     this.sun.target.position.copy(centre);
     this.fill.position.copy(centre).add(new Vector3(1.4 * d, -1.2 * d, 0.8 * d));
@@ -210,6 +261,7 @@ export class Stage {
     const d = Math.max(this.size, 1.8 * radius);
     this.home.target.copy(centre);
     this.home.position.copy(centre).add(new Vector3(-0.42, -1.18, 0.98).multiplyScalar(1.18 * d));
+    if (this.scopeIsOn) return false;
     if (!follow) { this.resetCamera(); return true; }
     const gap = centre.clone().sub(this.controls.target);
     if (gap.length() < 0.15 * this.size) return false;
@@ -220,6 +272,7 @@ export class Stage {
   }
 
   resetCamera(): void {
+    if (this.scopeIsOn) return;
     const aspect = this.camera.aspect, away = aspect < 1.2 ? Math.min(2.2, 1.2 / aspect) : 1;
     this.camera.position.copy(this.home.position).sub(this.home.target).multiplyScalar(away).add(this.home.target);
     this.controls.target.copy(this.home.target);
@@ -228,6 +281,7 @@ export class Stage {
 
   /** Looks at the body from a direction given in degrees; distance and target stay what they were unless given. */
   lookFrom(azimuth: number, elevation: number, distance?: number, target?: Vec3): void {
+    this.setScope(false);
     const a = (azimuth * Math.PI) / 180, e = (elevation * Math.PI) / 180;
     const r = distance ?? this.camera.position.distanceTo(this.controls.target);
     if (target) this.controls.target.set(...target);
@@ -238,6 +292,11 @@ export class Stage {
 
   /** Turns the camera by degrees and changes its distance. */
   turn(azimuth: number, elevation: number, zoom: number): void {
+    if (this.scopeIsOn) {
+      this.scope.lean((-azimuth * Math.PI) / 720, (elevation * Math.PI) / 720);
+      if (zoom !== 1) this.scope.push(zoom < 1 ? 0.04 : -0.04);
+      return this.placeScope();
+    }
     const offset = this.camera.position.clone().sub(this.controls.target), r = offset.length();
     const a = Math.atan2(offset.y, offset.x) + (azimuth * Math.PI) / 180;
     const e = Math.max(-1.5, Math.min(1.5, Math.asin(offset.z / r) + (elevation * Math.PI) / 180));
@@ -254,7 +313,7 @@ export class Stage {
 
   /** Moves what moves by itself; true while it does. */
   animate(): boolean {
-    const moved = this.controls.update();
+    const moved = !this.scopeIsOn && this.controls.update();
     if (this.floor - this.floorGoal < 1e-4 * this.size) return moved;
     this.floor += 0.25 * (this.floorGoal - this.floor);
     this.placeFloor();
@@ -271,6 +330,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / Math.max(1, height);
     this.camera.updateProjectionMatrix();
+    if (this.scopeIsOn) this.placeScope();
   }
 
   /** The view ray through a point of the window (in pixels of the canvas box). */

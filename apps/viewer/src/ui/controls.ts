@@ -1,6 +1,6 @@
 // Buttons, selects and readouts of index.html, bound to the app.
 import type { App, SceneInfo } from '../app';
-import { CommandCode, Outcome, type CutReport, type Loading, type Role, type Stats } from '../engine/protocol';
+import { CommandCode, Outcome, type CutReport, type Loading, type Role, type Score, type Stats } from '../engine/protocol';
 import type { EngineState } from '../engine/engine';
 import type { QualityLevel } from '../scene/materials';
 import type { ViewName } from '../scene/overlays';
@@ -64,7 +64,7 @@ export function bindControls(app: App): void {
     b.onclick = () => chooseTool(t.name);
     tools.append(b);
   }
-  const usable = (name: ToolName): boolean => name !== 'rigid' || app.things.list.some((t) => t.tool);
+  const usable = (name: ToolName): boolean => (name === 'rigid' ? app.things.list.some((t) => t.tool) : name !== 'probe' || app.hasProbe);
   const showTool = (): void => {
     for (const b of tools.querySelectorAll('button')) {
       const on = b.dataset.tool === app.tool;
@@ -76,6 +76,7 @@ export function bindControls(app: App): void {
   function chooseTool(name: ToolName): void {
     app.setTool(name);
     showTool();
+    showSize();
     if (remembered.get(`used-${name}`) === null) hint(toolInfo(name).hint);
     else hint(null);
   }
@@ -89,6 +90,27 @@ export function bindControls(app: App): void {
   });
   byId('hint-close').onclick = () => { remembered.set(`used-${app.tool}`, '1'); hint(null); };
 
+  // Size of the instrument: even steps are equal ratios.
+  const metres = (x: number): string => (x < 0.1 ? `${short(1000 * x)} mm` : `${short(x)} m`);
+  function showSize(): void {
+    const size = toolInfo(app.tool).size;
+    byId('size').hidden = !size;
+    document.documentElement.toggleAttribute('data-sized', size !== undefined);
+    if (!size) return;
+    setText('size-label', size.title);
+    const part = app.sizes.get(app.tool) ?? size.own;
+    input('size-range').value = String(Math.log(part / size.least) / Math.log(size.most / size.least));
+    setText('size-out', metres(app.instrumentSize(app.tool)));
+  }
+  const setSize = (at: number): void => {
+    const size = toolInfo(app.tool).size;
+    if (!size) return;
+    app.setInstrumentSize(app.tool, size.least * (size.most / size.least) ** Math.max(0, Math.min(1, at)));
+    showSize();
+  };
+  input('size-range').addEventListener('input', () => setSize(Number(input('size-range').value)));
+  const changeSize = (by: number): void => setSize(Number(input('size-range').value) + by);
+
   // Transport
   const command = (code: number, value: number[] = [], text = ''): void => { app.command(code, value, text); };
   button('play').onclick = () => app.togglePlay();
@@ -97,6 +119,7 @@ export function bindControls(app: App): void {
   button('redo').onclick = () => command(CommandCode.Redo);
   button('reset').onclick = () => command(CommandCode.Reset);
   button('home').onclick = () => app.resetCamera();
+  button('scope').onclick = () => app.setScope(!app.stage.scopeOn);
   button('picture').onclick = () => void savePicture();
   select('speed').onchange = () => command(CommandCode.Speed, [Number(select('speed').value)]);
   const changeSpeed = (step: number): void => {
@@ -194,6 +217,42 @@ export function bindControls(app: App): void {
   for (const kind of ['obj', 'vtu', 'scene']) button(`export-${kind}`).onclick = () => command(CommandCode.Export, [], kind);
   bindUpload(app, toast);
 
+  // Score
+  const result = byId<HTMLDialogElement>('result');
+  const showScore = (s: Score | null): void => {
+    byId('score').hidden = s === null;
+    if (!s) { if (result.open) result.close(); return; }
+    const mm3 = 1e9 * s.healthyRemoved;
+    setText('s-lesion', `${(100 * s.lesionRemoved).toFixed(0)} %`);
+    byId<HTMLMeterElement>('s-meter').value = s.lesionRemoved;
+    setText('s-healthy', `${short(mm3)} mm³ (${(100 * s.healthyShare).toFixed(1)} %)`);
+    setText('s-rough', `${short(1e6 * s.roughness)} µm`);
+    setText('s-force', `${short(s.largestForce)} N`);
+    setText('s-loose', String(s.loosePieces));
+    setText('s-time', `${s.time.toFixed(1)} s`);
+  };
+  function finish(): void {
+    const s = app.scoreNow;
+    if (!s || result.open) return;
+    if (app.playing && app.toolAllowed) command(CommandCode.Pause);
+    byId('result-table').replaceChildren(byId('score').querySelector('table')!.cloneNode(true));
+    for (const e of byId('result-table').querySelectorAll('[id]')) e.removeAttribute('id');
+    const left = s.lesionRemoved < 0.9 ? 'Some of the lesion is left.' : 'The lesion is out.';
+    const loose = s.loosePieces > 0 ? ` ${s.loosePieces === 1 ? 'A loose piece is' : `${s.loosePieces} loose pieces are`} left behind.` : '';
+    setText('result-words', left + loose);
+    result.showModal();
+  }
+  button('finish').onclick = finish;
+  button('result-save').onclick = () => {
+    // What is recorded began when the scene was loaded or reset, whenever the button is pressed.
+    if (!app.recording) command(CommandCode.Recording, [1]);
+    app.setRecording(false);
+    button('record').setAttribute('aria-pressed', 'false');
+    button('record').textContent = 'Record';
+  };
+  button('result-again').onclick = () => { result.close(); command(CommandCode.Reset); command(CommandCode.Play); };
+  button('result-on').onclick = () => { result.close(); command(CommandCode.Play); };
+
   // Scenes, roles
   button('loading-stop').onclick = () => command(CommandCode.StopLoading);
   select('unit').onchange = () => command(CommandCode.Unit, [Number(select('unit').value)]);
@@ -225,7 +284,7 @@ export function bindControls(app: App): void {
     const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
     byId('banner').hidden = !lost;
     if (lost) setText('banner', 'The connection is lost. Tools are paused; the page connects again by itself.');
-    for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record', 'young', 'poisson', 'density', 'gravity', 'fix-rim', 'fix-none', 'open-files', 'unit', 'loading-stop']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
+    for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record', 'young', 'poisson', 'density', 'gravity', 'fix-rim', 'fix-none', 'result-save', 'result-again', 'result-on', 'open-files', 'unit', 'loading-stop']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
     showPlay();
   };
   const showPlay = (): void => {
@@ -260,9 +319,15 @@ export function bindControls(app: App): void {
     { keys: 'Z, Ctrl Z', title: 'Undo the last cut', run: () => command(CommandCode.Undo) },
     { keys: 'Shift Z, Y, Ctrl Y, Ctrl Shift Z', title: 'Redo', run: () => command(CommandCode.Redo) },
     { keys: 'R', title: 'Start again', run: () => command(CommandCode.Reset) },
+    { keys: '<', title: 'Smaller instrument', run: () => changeSize(-0.08) },
+    { keys: '>', title: 'Larger instrument', run: () => changeSize(0.08) },
+    { keys: 'D', title: 'Finish the operation: the score', run: () => finish() },
     { keys: 'J', title: 'Open or close the jaws of a tool', run: () => app.toggleJaws() },
     { keys: 'K', title: 'Contacts and forces', run: () => setContacts(!app.things.showContacts) },
     ...kViews.map((v) => ({ keys: v.key, title: v.title, run: () => setView(v.name, !app.overlays.shown[v.name]) })),
+    { keys: 'Q', title: 'Arthroscope or free view', run: () => app.setScope(!app.stage.scopeOn) },
+    { keys: 'Shift ArrowLeft', title: 'Turn the arthroscope about its shaft', run: () => app.turnScope(-10) },
+    { keys: 'Shift ArrowRight', title: 'Turn the arthroscope about its shaft', run: () => app.turnScope(10) },
     { keys: 'G', title: 'Gravity on or off', run: toggleGravity },
     { keys: 'H', title: 'Look at the body', run: () => app.resetCamera() },
     { keys: 'ArrowLeft', title: 'Turn the view', run: () => turn(-8, 0, 1) },
@@ -282,9 +347,9 @@ export function bindControls(app: App): void {
     { keys: '?', title: 'This help', run: () => help.showModal() },
   ];
   bindKeys(shortcuts);
-  const shownKeys = shortcuts.filter((s) => !/^Arrow(Left|Up|Down)/.test(s.keys));
+  const shownKeys = shortcuts.filter((s) => !/^(Arrow(Left|Up|Down)|Shift ArrowLeft)/.test(s.keys));
   byId('keys').innerHTML = shownKeys.map((s) => {
-    const keys = s.keys === 'ArrowRight' ? '← → ↑ ↓' : s.keys.split(', ').slice(0, 2).join('</kbd> <kbd>');
+    const keys = s.keys === 'ArrowRight' ? '← → ↑ ↓' : s.keys === 'Shift ArrowRight' ? 'Shift ← →' : s.keys.split(', ').slice(0, 2).join('</kbd> <kbd>');
     return `<div><dt>${s.title}</dt><dd><kbd>${keys}</kbd></dd></div>`;
   }).join('');
   button('help-open').onclick = () => help.showModal();
@@ -358,7 +423,17 @@ export function bindControls(app: App): void {
       download(name, new Blob([bytes as Uint8Array<ArrayBuffer>]));
       toast(`Saved ${name}.`);
     },
-    things(_tools: number) { showTool(); },
+    things(_tools: number) { showTool(); showSize(); },
+    score: showScore,
+    scope(on: boolean) {
+      button('scope').setAttribute('aria-pressed', String(on));
+      // At rest it looks down: the notch is at the bottom of the picture.
+      byId('scope-mask').style.setProperty('--roll', `${180 + (180 / Math.PI) * app.stage.scope.turnedBy}deg`);
+      if (on && remembered.get('used-scope') === null) {
+        remembered.set('used-scope', '1');
+        toast('Arthroscope: right drag leads it, the wheel pushes it in, Shift-right drag or Shift with arrows turns it.');
+      }
+    },
     used(tool) {
       if (remembered.get(`used-${tool}`) === null) remembered.set(`used-${tool}`, '1');
       hint(null);

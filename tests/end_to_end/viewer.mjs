@@ -334,7 +334,9 @@ await check('a bite, a shave and a piece taken away in the trainer, with a score
   await page.waitForSelector('#result[open]');
   assert.match(await page.textContent('#result-table'), /healthy removed/);
   await page.screenshot({ path: join(out, 'trainer-score.png') });
-  await page.keyboard.press('Escape');
+  assert.equal((await state(page)).playing, false);
+  await page.click('#result-on');
+  await until(page, () => window.kerf.state().playing);
   await page.keyboard.press('z');
   await until(page, () => window.kerf.state().pieces === 2);
   report.trainer = (await state(page)).score;

@@ -12,6 +12,7 @@
 #include "kerf/mesh/surface_check.h"
 #include "kerf/session/scene_file.h"
 #include "kerf/session/scene_schema.h"
+#include "mesh_folders.h"
 #include "scene_search.h"
 
 namespace kerf::app {
@@ -55,7 +56,7 @@ std::string body_text(const SceneBody& body) {
 }
 
 int show_scene(const std::filesystem::path& path) {
-  const Result<Scene> read = read_scene(path);
+  const Result<Scene> read = read_scene(path, mesh_folders({}));
   if (!read.ok()) return report(read.error());
   const Scene& scene = *read;
   std::string out = fmt::format("scene     {}\n", path.string());

@@ -2,36 +2,95 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "exit_status.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/recording.h"
+#include "mesh_folders.h"
 #include "progress_bar.h"
 #include "score_line.h"
 
 namespace kerf::app {
+namespace {
 
-int replay_file(const ReplayOptions& options) {
-  auto text = read_whole_file(options.file);
-  if (!text) return report(text.error());
-  auto recording = parse_recording(text->view(), options.file);
-  if (!recording) return report(recording.error());
+Result<Recording> read_recording(const std::string& file) {
+  auto text = read_whole_file(file);
+  if (!text) return text.error();
+  return parse_recording(text->view(), file);
+}
+
+/// Repeats one recording and says how it went; an exit status.
+int play(const std::string& file, const Recording& recording, const ReplayOptions& options, std::optional<TrainerScore>& score) {
   Result<ReplayReport> played = [&] {
     ProgressBar bar(options.quiet);
-    return replay(*recording, bar.callback());
+    return replay(recording, bar.callback(), mesh_folders(options.meshes));
   }();
   if (!played) return report(played.error());
+  score = played->score;
   if (played->first_difference >= 0) {
-    fmt::print(stderr, "kerf: the replay differs from the recording at step {} of {} (or in the {} steps before it)\n",
-               played->first_difference, recording->last_step, kHashEvery);
-    if (recording->instructions != instruction_set())
-      fmt::print(stderr, "kerf: it was recorded with {}, this program uses {}\n", recording->instructions, instruction_set());
+    fmt::print(stderr, "kerf: the replay of {} differs from the recording at step {} of {} (or in the {} steps before it)\n", file,
+               played->first_difference, recording.last_step, kHashEvery);
+    if (recording.instructions != instruction_set())
+      fmt::print(stderr, "kerf: it was recorded with {}, this program uses {}\n", recording.instructions, instruction_set());
     return kRunFailed;
   }
-  if (!options.quiet)
-    fmt::print("{}: {} steps, {} changes, {} hashes: the same bits\n", options.file, played->steps, recording->changes.size(),
-               played->hashes);
-  if (!options.quiet && played->score) fmt::print("  {}\n", score_line(*played->score));
+  if (options.quiet) return kSuccess;
+  fmt::print("{}: {} steps, {} changes, {} hashes: the same bits\n", file, played->steps, recording.changes.size(), played->hashes);
+  if (played->score) fmt::print("  {}\n", score_line(*played->score));
   return kSuccess;
+}
+
+void print_difference(const RecordingDifference& d, const ReplayOptions& options) {
+  if (d.none()) {
+    fmt::print("The recordings are the same: every change, {} hashes and the end.\n", d.common_hashes);
+    return;
+  }
+  for (const std::string& what : d.settings) fmt::print("different from the start: {}\n", what);
+  if (d.first_change >= 0) {
+    fmt::print("first change that differs, at step {}:\n  {}: {}\n  {}: {}\n", d.first_change, options.file, d.change_a, options.compare, d.change_b);
+  } else {
+    fmt::print("every change is the same\n");
+  }
+  if (d.first_hash >= 0) {
+    fmt::print("first state that differs: after step {} (or in the {} steps before it)\n", d.first_hash, kHashEvery);
+  } else {
+    fmt::print("{} states after the same steps are the same; the end is {}\n", d.common_hashes, d.same_end ? "the same" : "another");
+  }
+}
+
+void print_scores(const std::optional<TrainerScore>& a, const std::optional<TrainerScore>& b) {
+  if (!a && !b) return;
+  const auto row = [&](const char* name, const char* unit, auto value) {
+    const auto cell = [&](const std::optional<TrainerScore>& s) { return s ? fmt::format("{:.4g} {}", value(*s), unit) : std::string("-"); };
+    fmt::print("  {:<24}{:>16}{:>16}\n", name, cell(a), cell(b));
+  };
+  fmt::print("score\n");
+  row("lesion removed", "%", [](const TrainerScore& s) { return 100 * s.lesion_removed; });
+  row("healthy tissue removed", "mm3", [](const TrainerScore& s) { return 1e9 * s.healthy_removed; });
+  row("remaining roughness", "mm", [](const TrainerScore& s) { return 1e3 * s.roughness; });
+  row("largest force", "N", [](const TrainerScore& s) { return s.largest_force; });
+  row("loose pieces left", "", [](const TrainerScore& s) { return static_cast<double>(s.loose_pieces); });
+  row("time", "s", [](const TrainerScore& s) { return s.time; });
+}
+
+}  // namespace
+
+int replay_file(const ReplayOptions& options) {
+  const auto recording = read_recording(options.file);
+  if (!recording) return report(recording.error());
+  std::optional<TrainerScore> score;
+  if (options.compare.empty()) return play(options.file, *recording, options, score);
+  const auto other = read_recording(options.compare);
+  if (!other) return report(other.error());
+  std::optional<TrainerScore> other_score;
+  const int first = play(options.file, *recording, options, score);
+  if (first == kBadInput) return first;
+  const int second = play(options.compare, *other, options, other_score);
+  if (second == kBadInput) return second;
+  print_difference(compare(*recording, *other), options);
+  print_scores(score, other_score);
+  return first != kSuccess ? first : second;
 }
 
 }  // namespace kerf::app

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace kerf::app {
 
 struct ReplayOptions {
   std::string file;
+  std::string compare;  ///< another recording; empty: none
+  std::vector<std::string> meshes;  ///< folders with meshes that were too large to travel
   bool quiet = false;
 };
 

@@ -13,6 +13,7 @@
 #include "kerf/session/run_report.h"
 #include "kerf/session/scene_file.h"
 #include "folder.h"
+#include "mesh_folders.h"
 #include "plot.h"
 #include "progress_bar.h"
 #include "score_line.h"
@@ -86,6 +87,7 @@ class Run {
     recording.source.text = text->view();
     recording.source.name = scene_file.stem().string();
     recording.source.folder = std::filesystem::absolute(scene_file).parent_path();
+    KERF_TRY(take_meshes(scene_, recording.source));
     recording.instructions = instruction_set();
     recording.last_step = session_.step_count();
     recording.hashes = hashes_;
@@ -170,7 +172,7 @@ class Run {
 int run_scene(const RunOptions& options) {
   const Result<std::filesystem::path> path = find_scene(options.scene);
   if (!path.ok()) return report(path.error());
-  Result<Scene> scene = read_scene(*path);
+  Result<Scene> scene = read_scene(*path, mesh_folders(options.meshes));
   if (!scene.ok()) return report(scene.error());
   if (options.duration) scene->simulation.duration = *options.duration;
   if (options.threads) scene->simulation.threads = *options.threads;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace kerf::app {
 
@@ -12,6 +13,7 @@ struct RunOptions {
   std::filesystem::path out;       ///< folder for all results; made when it does not exist
   std::optional<double> duration;  ///< s, instead of the scene's
   std::optional<int> threads;      ///< instead of the scene's
+  std::vector<std::string> meshes; ///< folders with mesh files, beside the scene's own
   std::filesystem::path record;    ///< a recording for kerf replay; empty: none
   bool quiet = false;              ///< no progress, no summary
 };

@@ -13,6 +13,7 @@
 #include "exit_status.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/scene_file.h"
+#include "mesh_folders.h"
 #include "progress_bar.h"
 #include "scene_search.h"
 #include "view_server.h"
@@ -33,13 +34,13 @@ bool is_loopback(const std::string& address) {
   return address.starts_with("127.") || address == "::1" || address == "localhost";
 }
 
-/// Shipped scenes that can be read, with their titles.
-std::vector<OfferedScene> offered_scenes() {
+/// Shipped scenes that can be read, with their titles: those whose meshes are missing can't.
+std::vector<OfferedScene> offered_scenes(const std::vector<std::filesystem::path>& meshes) {
   std::vector<OfferedScene> out;
   for (const std::string& name : shipped_scenes()) {
     const auto path = find_scene(name);
     if (!path) continue;
-    const auto scene = read_scene(*path);
+    const auto scene = read_scene(*path, meshes);
     if (scene) out.push_back({name, scene->title.empty() ? name : scene->title, path->string()});
   }
   return out;
@@ -93,6 +94,7 @@ int view_scene(const ViewOptions& options) {
   source.text = text->view();
   source.name = path->stem().string();
   source.folder = std::filesystem::absolute(*path).parent_path();
+  source.mesh_folders = mesh_folders(options.meshes);
 
   PageFiles page;
   ServerOptions server_options;
@@ -111,7 +113,8 @@ int view_scene(const ViewOptions& options) {
   }
 
   EngineOptions engine_options;
-  engine_options.scenes = offered_scenes();
+  engine_options.scenes = offered_scenes(source.mesh_folders);
+  engine_options.mesh_folders = source.mesh_folders;
   engine_options.overrides.scripted = options.scripted;
   engine_options.overrides.time_step = options.time_step.value_or(0);
   const auto session = random_number();

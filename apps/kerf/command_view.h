@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace kerf::app {
 
@@ -13,6 +14,7 @@ struct ViewOptions {
   std::string listen = "127.0.0.1";
   std::string page;         ///< folder of the page's files instead of the built-in ones
   std::string dev_origin;
+  std::vector<std::string> meshes;  ///< folders with mesh files, beside the scenes' own
   bool no_browser = false;
   bool scripted = false;    ///< the scene's own commands too
   std::optional<double> time_step;

@@ -21,6 +21,7 @@
 #include "command_view.h"
 #include "exit_status.h"
 #include "kerf/mesh/models.h"
+#include "mesh_folders.h"
 #include "scene_search.h"
 
 namespace {
@@ -61,6 +62,7 @@ void add_run(CLI::App& app, RunOptions& options, std::function<int()>& chosen) {
       ->check(CLI::NonNegativeNumber);
   command->add_option("--threads", options.threads, "Threads to use; 0: all cores")
       ->check(CLI::Range(0, 1024));
+  command->add_option("--meshes", options.meshes, kMeshesHelp);
   command->add_option("--record", options.record, "Write a recording that kerf replay repeats bit by bit");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
   std::string scenes;
@@ -201,6 +203,7 @@ void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen)
                       "Address to listen on; default: this machine only. Others (0.0.0.0: all) are for tablets and "
                       "headsets, and need the token in the printed address");
   command->add_option("--page", options.page, "Serve the page from this folder instead of the built-in one");
+  command->add_option("--meshes", options.meshes, kMeshesHelp);
   command->add_option("--dev-origin", options.dev_origin, "One more origin that may connect (page development)");
   command->add_option("--time-step", options.time_step, "Seconds, instead of the scene's")->check(CLI::PositiveNumber);
   command->add_flag("--no-browser", options.no_browser, "Print the address, open nothing");
@@ -220,8 +223,14 @@ void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen)
 void add_replay(CLI::App& app, ReplayOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("replay", "Repeat a recording and compare the bits");
   command->add_option("FILE", options.file, "A recording (.kerfrec)")->required();
+  command->add_option("--compare", options.compare, "Repeat this recording too; say where the two first differ, and both scores");
+  command->add_option("--meshes", options.meshes, "Folder with meshes that were too large to travel in the recording; several times: several");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
-  command->footer("Exit status: 0 the same bits, 1 they differ (the first differing step is named), 2 bad input.");
+  command->footer(
+      "Examples:\n"
+      "  kerf replay mine.kerfrec\n"
+      "  kerf replay mine.kerfrec --compare yours.kerfrec\n"
+      "Exit status: 0 the same bits as recorded, 1 other ones (the first differing step is named), 2 bad input.");
   command->callback([&options, &chosen] { chosen = [&options] { return replay_file(options); }; });
 }
 

@@ -14,7 +14,9 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -36,7 +38,8 @@ constexpr std::chrono::seconds kHttpTimeout{30};
 constexpr std::chrono::microseconds kTick{16667};
 /// A page that does something has a tick at once, but not more often than this.
 constexpr std::chrono::milliseconds kLeastTick{4};
-constexpr std::size_t kMostConnections = 64;
+constexpr std::size_t kMostConnections = 64;  ///< requests; pages, which have a limit of their own, are no requests any more
+constexpr std::size_t kMostPages = 64;
 constexpr std::size_t kMostRequestHeader = 16 << 10;
 
 /// What the page may load: its own files, images that it makes, a socket to us.
@@ -111,12 +114,14 @@ Result<PageFiles> read_page(const std::string& folder) {
 
 struct ViewServer::Impl {
   class Page;
-  class Request;
 
   Impl(Engine e, PageFiles p, ServerOptions o)
       : engine(std::move(e)), page(std::move(p)), options(std::move(o)), acceptor(io), timer(io), signals(io) {}
 
-  std::size_t connections = 0;  // before io: requests that end with it still count
+  class Request;
+  /// Before io: requests that end with it leave the list. By age: when there are too many, those go first that say nothing.
+  std::map<std::uint64_t, Request*> requests;
+  std::uint64_t next_request = 0;
   asio::io_context io{1};
   Engine engine;
   PageFiles page;
@@ -127,11 +132,13 @@ struct ViewServer::Impl {
   std::uint16_t port = 0;
   std::set<std::shared_ptr<Page>> pages;
   Clock::time_point last_tick, next_tick;
-  bool stopping = false;
+  bool stopping = false, ticking = false;
 
   Status open();
   void accept();
   void tick();
+  void step_on();
+  void make_room();
   void wait_for_tick();
   void tick_soon();
   void flush();
@@ -240,19 +247,33 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
 /// One HTTP connection, until it ends or becomes a page's socket.
 class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
  public:
-  Request(Impl& server, tcp::socket socket) : server_(server), stream_(std::move(socket)) { ++server_.connections; }
-  ~Request() { --server_.connections; }
+  Request(Impl& server, tcp::socket socket) : server_(server), number_(server.next_request++), stream_(std::move(socket)) {
+    server_.requests[number_] = this;
+  }
+  ~Request() { server_.requests.erase(number_); }
+  Request(const Request&) = delete;
+  Request& operator=(const Request&) = delete;
+
+  /// Does it wait for its client to say something?
+  [[nodiscard]] bool silent() const { return silent_; }
+  void give_up() {
+    silent_ = false;
+    error_code ignored;
+    stream_.socket().close(ignored);  // what it waits for ends with an error, and so does it
+  }
 
   void read() {
     parser_.emplace();  // a parser serves one request
     parser_->body_limit(0);
     parser_->header_limit(kMostRequestHeader);
+    silent_ = true;
     stream_.expires_after(kHttpTimeout);
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
   }
 
  private:
   void have_read(error_code error) {
+    silent_ = false;
     if (error) return end();
     http::request<http::empty_body> request = parser_->release();
     const std::string target(view(request.target()));
@@ -265,6 +286,7 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
         return refuse(request, http::status::forbidden, "Pages from elsewhere may not connect.");
       if (!server_.options.token.empty() && !same_token(query_value(target, "token"), server_.options.token))
         return refuse(request, http::status::forbidden, "The token is missing or wrong: use the address that kerf view printed.");
+      if (server_.pages.size() >= kMostPages) return refuse(request, http::status::service_unavailable, "Too many pages watch this session.");
       stream_.expires_never();  // the socket has a time limit of its own
       return std::make_shared<Page>(server_, stream_.release_socket())->start(std::move(request));
     }
@@ -327,6 +349,8 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
   }
 
   Impl& server_;
+  std::uint64_t number_;
+  bool silent_ = false;
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
@@ -364,9 +388,12 @@ Status ViewServer::Impl::open() {
 void ViewServer::Impl::accept() {
   acceptor.async_accept([this](error_code error, tcp::socket socket) {
     if (stopping) return;
-    if (!error && connections + pages.size() < kMostConnections) std::make_shared<Request>(*this, std::move(socket))->read();
-    if (error == asio::error::no_descriptors) {
-      // Out of descriptors: do not spin.
+    if (!error) {
+      make_room();
+      std::make_shared<Request>(*this, std::move(socket))->read();
+    }
+    if (error && error != asio::error::connection_aborted) {
+      // Out of descriptors or memory: do not spin.
       auto pause = std::make_shared<asio::steady_timer>(io, std::chrono::milliseconds(100));
       pause->async_wait([this, pause](error_code) { if (!stopping) accept(); });
       return;
@@ -375,17 +402,39 @@ void ViewServer::Impl::accept() {
   });
 }
 
+/// Of many connections those go that have said nothing for longest. Those that are being answered stay; there are as many of
+/// them as the machine is fast, and they have a time limit.
+void ViewServer::Impl::make_room() {
+  std::size_t silent = 0;
+  for (const auto& [number, request] : requests) silent += request->silent() ? 1 : 0;
+  if (silent < kMostConnections) return;
+  for (const auto& [number, request] : requests)
+    if (request->silent()) return request->give_up();
+}
+
 void ViewServer::Impl::tick() {
   const auto now = Clock::now();
-  engine.tick(std::chrono::duration<double>(now - last_tick).count());
+  ticking = true;
+  engine.begin_tick(std::chrono::duration<double>(now - last_tick).count());
   last_tick = now;
+  step_on();
+}
+
+/// Step by step, so that what a page says in between need not wait for all steps of a tick.
+void ViewServer::Impl::step_on() {
+  if (stopping) return;
+  if (engine.step_due()) return asio::post(io, [this] { step_on(); });
+  engine.end_tick();
+  ticking = false;
   flush();
   next_tick += kTick;
   if (next_tick < Clock::now()) next_tick = Clock::now();  // what is late is late: no debts
   wait_for_tick();
+  if (engine.tick_wanted()) tick_soon();
 }
 
 void ViewServer::Impl::tick_soon() {
+  if (ticking) return;
   const auto soon = std::max(Clock::now(), last_tick + kLeastTick);
   if (soon >= next_tick) return;
   next_tick = soon;
@@ -470,6 +519,8 @@ void ViewServer::run(bool signals) {
     error_code ignored;
     s.signals.add(SIGINT, ignored);
     s.signals.add(SIGTERM, ignored);
+    s.signals.add(SIGHUP, ignored);     // the terminal was closed
+    std::signal(SIGPIPE, SIG_IGN);      // whoever read our output has gone: no reason to go too
     s.signals.async_wait([&s](error_code error, int) { if (!error) s.shut_down(); });
   }
   s.last_tick = s.next_tick = Clock::now();

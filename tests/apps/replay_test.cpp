@@ -39,6 +39,9 @@ TEST(Replay, ARunIsRepeatedToTheBit) {
   std::ofstream(folder / "cut.kerfrec") << good.substr(0, good.size() / 2);
   EXPECT_EQ(kerf("replay " + (folder / "cut.kerfrec").string()), 2);
   EXPECT_EQ(kerf("replay " + (folder / "none.kerfrec").string()), 2);
+  EXPECT_EQ(kerf("replay " + file.string() + " --compare " + file.string()), 0);
+  EXPECT_EQ(kerf("replay " + file.string() + " --compare " + (folder / "other.kerfrec").string()), 1);
+  EXPECT_EQ(kerf("replay " + file.string() + " --compare " + (folder / "cut.kerfrec").string()), 2);
 }
 
 }  // namespace

@@ -234,6 +234,11 @@ point = [0, 0, 0]
 at = 3.9
 type = "remove"
 grasp = "piece"
+[arthroscope]
+entry = [0, -0.1, 0.2]
+target = [0.1, 0.2, 0.3]
+angle = 1.2
+
 [lesion]
 sphere = { center = [0, 0, 0], radius = 0.1 }
 [output]
@@ -256,6 +261,9 @@ TEST(Scene, EveryKeyArrives) {
   const Result<Scene> parsed = parse_scene(kEverything, "folder/all-keys.toml");
   ASSERT_TRUE(parsed.ok()) << parsed.error().message;
   const Scene& s = *parsed;
+  ASSERT_TRUE(parsed->arthroscope);
+  EXPECT_EQ(parsed->arthroscope->entry, (Vec3{0, -0.1, 0.2}));
+  EXPECT_EQ(parsed->arthroscope->angle, 1.2);
   EXPECT_EQ(s.title, "All keys");
   EXPECT_EQ(s.name, "all-keys");
   EXPECT_EQ(s.body.name, "lower");
@@ -617,11 +625,28 @@ TEST_F(SceneFolder, MissingFilesAreNamedWithThePlace) {
   ASSERT_FALSE(scene.ok());
   EXPECT_THAT(scene.error().message,
               HasSubstr("body.toml:3: collision of [body]: there is no file \"gone.obj\" (looked for " +
-                        (folder_ / "gone.obj").string() + ")"));
+                        (folder_ / "gone.obj").string() + "); --meshes"));
   write("body.toml", "[body]\nbound = \"meshes\"\n");
   EXPECT_THAT(read_scene(folder_ / "body.toml").error().message, HasSubstr("is not a file"));
   write("body.toml", "[body]\nvisual = \"meshes/skin.obj\"\n");  // the collision mesh is made
   EXPECT_TRUE(read_scene(folder_ / "body.toml").ok());
+}
+
+TEST_F(SceneFolder, MeshesAreLookedForInOtherFoldersToo) {
+  write("body.toml", "[body]\nvisual = \"skin.obj\"\ncollision_triangles = 80\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"middle.obj\"\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"middle.obj\"\n");
+  EXPECT_FALSE(read_scene(folder_ / "body.toml").ok());
+  const Result<Scene> scene = read_scene(folder_ / "body.toml", {"/nowhere", folder_ / "meshes"});
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(scene->body.visual, (folder_ / "meshes/skin.obj").string());
+  EXPECT_EQ(scene->body.collision_triangles, 80);
+  ASSERT_EQ(scene->files.size(), 2u);  // each once
+  EXPECT_EQ(scene->files[1].written, "middle.obj");
+  EXPECT_EQ(scene->files[1].path, (folder_ / "meshes/middle.obj").string());
+  // The scene's own folder goes first.
+  write("skin.obj", "v 0 0 0\n");
+  EXPECT_EQ(read_scene(folder_ / "body.toml", {folder_ / "meshes"})->body.visual, (folder_ / "skin.obj").string());
+  write("body.toml", "[body]\nvisual = \"skin.obj\"\ncollision = \"skin.obj\"\ncollision_triangles = 80\n");
+  EXPECT_THAT(read_scene(folder_ / "body.toml").error().message, HasSubstr("collision_triangles of [body] goes with visual alone"));
 }
 
 TEST_F(SceneFolder, UnreadableScenes) {
@@ -638,7 +663,9 @@ TEST(Scene, ShippedScenesAreValid) {
   for (const auto& entry : std::filesystem::directory_iterator(KERF_SOURCE_DIR "/scenes")) {
     if (entry.path().extension() != ".toml") continue;
     ++n;
-    const Result<Scene> scene = read_scene(entry.path());
+    const Result<Scene> scene = read_scene(entry.path(), {KERF_SOURCE_DIR "/../shared/meshes"});
+    // Real meshes are not part of the project.
+    if (!scene.ok() && scene.error().message.find("--meshes") != std::string::npos) continue;
     EXPECT_TRUE(scene.ok()) << scene.error().message;
     if (!scene.ok()) continue;
     EXPECT_FALSE(scene->title.empty()) << entry.path();

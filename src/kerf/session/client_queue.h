@@ -44,6 +44,7 @@ class ClientQueue {
     }
     return out;
   }
+  [[nodiscard]] std::size_t unread() const { return bytes_; }
   [[nodiscard]] bool overflowed() const { return bytes_ > most_bytes_; }
   [[nodiscard]] std::uint32_t dropped_frames() const { return dropped_; }
 

@@ -170,6 +170,10 @@ void Engine::Impl::hello(std::uint32_t client) {
     if (l.shape == Shape::kBox) region = {{"box", {l.min.x, l.min.y, l.min.z, l.max.x, l.max.y, l.max.z}}};
     if (l.shape == Shape::kHalfSpace) region = {{"half_space", {l.point.x, l.point.y, l.point.z, l.normal.x, l.normal.y, l.normal.z}}};
   }
+  if (scene.arthroscope) {
+    const auto list = [](Vec3 v) { return Json::array({v.x, v.y, v.z}); };
+    json["arthroscope"] = {{"entry", list(scene.arthroscope->entry)}, {"target", list(scene.arthroscope->target)}, {"angle", scene.arthroscope->angle}};
+  }
   json["limits"] = {{"upload_bytes", options.most_upload}};
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   protocol::Hello m;
@@ -365,19 +369,23 @@ bool Engine::Impl::single_step() {
   return true;
 }
 
-void Engine::Impl::run_steps(double real_seconds) {
-  if (!playing) return;
+void Engine::Impl::begin_steps(double real_seconds) {
+  left_of_budget = options.step_budget;
+  steps_due = playing;
+  if (playing) owed = std::min(owed + speed * real_seconds, std::max(kMostOwed * speed, session->time_step()));
+}
+
+bool Engine::Impl::step_due() {
   const double dt = session->time_step();
-  owed = std::min(owed + speed * real_seconds, std::max(kMostOwed * speed, dt));
+  if (!steps_due || !playing || owed < dt) return steps_due = false;
+  owed -= dt;
   const auto start = Clock::now();
-  while (owed >= dt) {
-    owed -= dt;
-    if (!single_step()) return;
-    if (seconds_since(start) > options.step_budget) {
-      owed = std::min(owed, dt);  // slower than real time: no debts
-      return;
-    }
-  }
+  if (!single_step()) return steps_due = false;
+  left_of_budget -= seconds_since(start);
+  if (left_of_budget >= 0) return true;
+  owed = std::min(owed, dt);  // slower than real time: no debts
+  steps_due = false;
+  return true;
 }
 
 Recording Engine::Impl::make_recording() const {
@@ -499,19 +507,35 @@ bool Engine::gives_up(std::uint32_t id) const {
 }
 
 void Engine::tick(double real_seconds) {
+  begin_tick(real_seconds);
+  while (step_due()) {
+  }
+  end_tick();
+}
+
+void Engine::begin_tick(double real_seconds) {
   Impl& e = *impl_;
   if (!(real_seconds >= 0)) real_seconds = 0;
   e.tick_wanted = false;
+  e.tick_seconds = real_seconds;
   e.watch_loading(real_seconds);
   // With nobody watching nothing moves: what a page sees when it comes is what it left.
-  const bool watched = std::any_of(e.clients.begin(), e.clients.end(), [](const auto& c) { return c.second.ready; });
-  if (!watched) return;
+  e.watched = std::any_of(e.clients.begin(), e.clients.end(), [](const auto& c) { return c.second.ready; });
+  e.steps_due = false;
+  if (!e.watched) return;
   e.work_instrument(real_seconds);
-  e.run_steps(real_seconds);
+  e.begin_steps(real_seconds);
+}
+
+bool Engine::step_due() { return impl_->step_due(); }
+
+void Engine::end_tick() {
+  Impl& e = *impl_;
+  if (!e.watched) return;
   e.publish(0);
   e.send_pending_report();
-  e.since_frame += real_seconds;
-  e.since_stats += real_seconds;
+  e.since_frame += e.tick_seconds;
+  e.since_stats += e.tick_seconds;
   if (e.frame_due || e.since_frame >= kIdleFrames) e.send_frame();
   if (e.since_stats >= kStatsEvery) {
     e.send_stats(e.since_stats);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -26,13 +27,14 @@ struct OfferedScene {
 struct EngineOptions {
   std::vector<OfferedScene> scenes;
   std::uint64_t session_id = 1;     ///< random per start: a page that knows another one gets the whole body
+  std::vector<std::filesystem::path> mesh_folders;  ///< where scenes that a page chooses find their meshes, beside their own folders
   double tick = 60;                 ///< Hz that the owner calls tick() with; pages are told
   SceneOverrides overrides{false, 0};  ///< a page is for cutting by hand: without the scene's own commands
   double step_budget = 0.012;       ///< s of computing per tick; what does not fit makes the simulation slower
   std::size_t most_unread = std::size_t{256} << 20;  ///< bytes, then a page is given up
   std::size_t patch_history = std::size_t{8} << 20;  ///< bytes of patches kept for pages that come back
   std::size_t most_recorded = std::size_t{64} << 20;  ///< bytes of changes; a longer session can't be recorded
-  std::size_t most_upload = std::size_t{512} << 20;  ///< bytes of all uploads of a page that are not loaded yet
+  std::size_t most_upload = std::size_t{512} << 20;  ///< bytes of all uploads that are not loaded yet
   std::size_t most_checked = 40'000;  ///< visual triangles: larger bodies are not checked after each stroke (20 ms)
 };
 
@@ -62,6 +64,10 @@ class Engine {
   // --- Time ------------------------------------------------------------------------------------------------------
   /// This much real time has passed (s). Runs as many steps as fit, and tells the pages.
   void tick(double real_seconds);
+  /// The same in parts, so that pages are heard between two steps: begin_tick, step_due until it is false, end_tick.
+  void begin_tick(double real_seconds);
+  bool step_due();  ///< takes a step if one is due and time is left; false: none was
+  void end_tick();
   /// A page did something that the next tick shows: no need to wait for it.
   [[nodiscard]] bool tick_wanted() const;
 

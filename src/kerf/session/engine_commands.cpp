@@ -23,6 +23,7 @@ constexpr int kMostSingleSteps = 1000;
 constexpr double kMostGravity = 1e3;               ///< m/s^2
 constexpr double kLeastUnit = 1e-9, kMostUnit = 1e3;  ///< metres
 constexpr std::size_t kMostUploadParts = 16;
+constexpr std::size_t kMostUnreadFiles = std::size_t{16} << 20;  ///< bytes that may still wait for a page that asks for more
 constexpr std::array<std::string_view, 5> kMeshEndings{".obj", ".ply", ".stl", ".off", ".kerf"};
 
 std::string lower_extension(const std::string& name) {
@@ -109,6 +110,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       request.source.text = text->view();
       request.source.name = scene->name;
       request.source.folder = std::filesystem::path(scene->path).parent_path();
+      request.source.mesh_folders = options.mesh_folders;
       begin_loading(std::move(request), id, c.input);
       return {};
     }
@@ -212,6 +214,7 @@ Status Engine::Impl::fix_rim() {
 }
 
 Status Engine::Impl::export_files(std::uint32_t client, std::uint32_t request, const std::string& kind) {
+  if (clients.at(client).queue.unread() > kMostUnreadFiles) return bad_input("Files that were asked for before are still on their way.");
   const auto send_file = [&](const std::string& name, std::string_view bytes) {
     send(client, protocol::encode(protocol::File{request, name, bytes}));
   };
@@ -256,11 +259,13 @@ Status Engine::Impl::take_upload(EngineClient& client, const protocol::Upload& m
   if (found == client.uploads.end()) return bad_input("A chunk of an upload came without its beginning.");
   UploadedFile& file = found->second;
   const bool fits = m.offset == file.bytes.size() && m.total == file.total;
-  const bool small = m.total <= options.most_upload && client.upload_bytes + m.bytes.size() <= options.most_upload;
+  std::size_t all = 0;
+  for (const auto& [id, c] : clients) all += c.upload_bytes;
+  const bool small = m.total <= options.most_upload && all + m.bytes.size() <= options.most_upload;
   if (!fits || !small) {
     client.upload_bytes -= file.bytes.size();
     client.uploads.erase(found);
-    return bad_input(fits ? fmt::format("Uploads have up to {} MiB.", options.most_upload >> 20)
+    return bad_input(fits ? fmt::format("Uploads have up to {} MiB, those of all pages together.", options.most_upload >> 20)
                           : std::string("The chunks of an upload came in the wrong order; send it again."));
   }
   file.bytes += m.bytes;

@@ -93,6 +93,8 @@ struct Engine::Impl {
 
   // Time
   bool playing = true;
+  double tick_seconds = 0, left_of_budget = 0;  ///< s, of the tick under way
+  bool watched = false, steps_due = false;
   double speed = 1, owed = 0;  ///< simulated seconds that real time is ahead
   struct StepTimes {
     std::deque<double> total;
@@ -151,7 +153,8 @@ struct Engine::Impl {
   void fill_nodes();
   void send_frame();
   void send_stats(double real_seconds);
-  void run_steps(double real_seconds);
+  void begin_steps(double real_seconds);
+  bool step_due();
   bool single_step();
   const BodyCounts& current_counts();
   void handle(std::uint32_t client, const protocol::PageMessage& message);

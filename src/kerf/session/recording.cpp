@@ -128,6 +128,7 @@ class RecordingReader {
       if (!from_base64(text(file, "base64"), f.bytes)) fail("a file is not base64");
       out.source.files.push_back(std::move(f));
     }
+    read_meshes(scene, out.source);
     out.instructions = text(root_, "instructions");
     out.overrides.scripted = member(root_, "scripted") == Json(true);
     out.overrides.time_step = number(member(root_, "time_step"), "time_step");
@@ -167,6 +168,27 @@ class RecordingReader {
   }
 
  private:
+  /// Recordings of before meshes travelled have none.
+  void read_meshes(const Json& scene, SceneSource& source) {
+    if (!scene.is_object() || !scene.contains("meshes")) return;
+    for (const Json& mesh : array(scene, "meshes")) {
+      SceneSource::Mesh m;
+      m.written = text(mesh, "file");
+      m.hash = hash(member(mesh, "hash"));
+      const Json bytes = member(mesh, "bytes");
+      if (!bytes.is_number_integer() || bytes < 0) {
+        fail("a mesh has no number of bytes");
+        return;
+      }
+      m.bytes = bytes.get<std::uint64_t>();
+      if (mesh.is_object() && mesh.contains("base64")) {
+        m.content.emplace();
+        if (!from_base64(text(mesh, "base64"), *m.content)) fail("a mesh is not base64");
+        if (m.content->size() != m.bytes) fail("a mesh is shorter or longer than it says");
+      }
+      source.meshes.push_back(std::move(m));
+    }
+  }
   bool read_change(const Json& item, SessionChange& c) {
     const std::string word = item[1].get<std::string>();
     bool known = false;
@@ -251,6 +273,8 @@ class RecordingReader {
 
 }  // namespace
 
+std::string_view change_word(Kind kind) { return word_of(kind).word; }
+
 SessionChange region_change(Kind kind, const SceneRegion& region) {
   SessionChange c;
   c.kind = kind;
@@ -299,7 +323,13 @@ std::string recording_text(const Recording& r) {
   scene["text"] = r.source.text;
   scene["files"] = Json::array();
   for (const SceneSource::File& f : r.source.files) scene["files"].push_back({{"name", f.name}, {"base64", to_base64(f.bytes)}});
-  root["scene"] = scene;
+  scene["meshes"] = Json::array();
+  for (const SceneSource::Mesh& m : r.source.meshes) {
+    Json mesh = {{"file", m.written}, {"bytes", m.bytes}, {"hash", hex(m.hash)}};
+    if (m.content) mesh["base64"] = to_base64(*m.content);
+    scene["meshes"].push_back(std::move(mesh));
+  }
+  root["scene"] = std::move(scene);
   root["scripted"] = r.overrides.scripted;
   root["time_step"] = r.overrides.time_step;
   root["last_step"] = r.last_step;

@@ -12,6 +12,7 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/session/scene.h"
+#include "kerf/session/scene_file.h"
 #include "kerf/session/session.h"
 
 namespace kerf {
@@ -20,11 +21,19 @@ namespace kerf {
 struct SceneSource {
   std::string text;                ///< TOML
   std::string name;                ///< stands for the file in messages
-  std::filesystem::path folder;    ///< relative mesh files start here
+  std::filesystem::path folder;    ///< relative mesh files start here,
+  std::vector<std::filesystem::path> mesh_folders;  ///< then here
   struct File {
     std::string name, bytes;
   };
   std::vector<File> files;         ///< mesh files that have no place of their own (uploads); by name in `folder`
+  /// A mesh file that the scene names.
+  struct Mesh {
+    std::string written;               ///< as it is named
+    std::uint64_t bytes = 0, hash = 0;
+    std::optional<std::string> content;  ///< none: too large to be taken along
+  };
+  std::vector<Mesh> meshes;        ///< once they have been read (take_meshes)
 };
 
 /// What is changed in the scene before it is run.
@@ -32,8 +41,13 @@ struct SceneOverrides {
   bool scripted = true;        ///< keep the scene's own commands
   double time_step = 0;        ///< s; 0: the scene's
 };
+/// Mesh files up to this size altogether travel in a recording; of others it has the hash.
+inline constexpr std::size_t kMostEmbedded = std::size_t{64} << 20;
+/// Reads every file that the scene names, but those of source.files, for recordings. Bad input: one can't be read.
+Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most = kMostEmbedded);
 /// Reads the scene and applies the overrides. Bad input as parse_scene.
 Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& overrides);
+Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& overrides, const SceneFolders& folders);
 
 /// One change to a session, made after `step` steps.
 struct SessionChange {
@@ -60,6 +74,8 @@ struct SessionChange {
   std::vector<std::int32_t> vertices;
   std::vector<double> values;
 };
+/// As in a recording: "begin_stroke" ...
+std::string_view change_word(SessionChange::Kind kind);
 SessionChange region_change(SessionChange::Kind kind, const SceneRegion& region);
 
 /// Bad input: values that a change of this kind can't have.
@@ -100,7 +116,20 @@ struct ReplayReport {
   std::optional<TrainerScore> score;    ///< at the end; none in a scene without a lesion
   std::string last_refused;             ///< of changes that the session refused, as it did when it was recorded
 };
-/// Runs a recording again and compares. An Error when it can't be run; a difference is no error.
-Result<ReplayReport> replay(const Recording& recording, const Progress& progress = {});
+/// Runs a recording again and compares. An Error when it can't be run; a difference is no error. Meshes that did not travel in it
+/// are looked for where the scene was, then in `mesh_folders`; bad input: one is missing, or is another than it was.
+Result<ReplayReport> replay(const Recording& recording, const Progress& progress = {}, const std::vector<std::filesystem::path>& mesh_folders = {});
+
+/// Where two recordings part.
+struct RecordingDifference {
+  std::vector<std::string> settings;      ///< what was different to begin with: scene, meshes, time step ...
+  std::int64_t first_change = -1;         ///< step of the first change that is not the same in both; -1: none
+  std::string change_a, change_b;         ///< it, in words; "nothing more"
+  std::int64_t first_hash = -1;           ///< first step at which both have a hash, and another; -1: none
+  std::int64_t common_hashes = 0;         ///< steps at which both have one
+  bool same_end = false;                  ///< as many steps, and the same state after them
+  [[nodiscard]] bool none() const { return settings.empty() && first_change < 0 && first_hash < 0 && same_end; }
+};
+RecordingDifference compare(const Recording& a, const Recording& b);
 
 }  // namespace kerf

@@ -4,6 +4,7 @@
 
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/recording.h"
+#include "kerf/session/recording_meshes.h"
 #include "kerf/session/scene_file.h"
 #include "kerf/session/temporary_folder.h"
 
@@ -37,7 +38,13 @@ SceneRegion region_of(const std::vector<double>& v) {
 }  // namespace
 
 Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& overrides) {
-  auto scene = parse_scene(source.text, source.name, source.folder);
+  SceneFolders folders(source.folder);
+  folders.meshes = source.mesh_folders;
+  return scene_of(source, overrides, folders);
+}
+
+Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& overrides, const SceneFolders& folders) {
+  auto scene = parse_scene(source.text, source.name, folders);
   if (!scene) return scene;
   if (!overrides.scripted) scene->commands.clear();
   if (overrides.time_step > 0) scene->simulation.time_step = overrides.time_step;
@@ -123,21 +130,32 @@ Status apply(Session& session, const SessionChange& c) {
   return {};
 }
 
-Result<ReplayReport> replay(const Recording& recording, const Progress& progress) {
+Result<ReplayReport> replay(const Recording& recording, const Progress& progress, const std::vector<std::filesystem::path>& mesh_folders) {
   SceneSource source = recording.source;
+  source.mesh_folders.insert(source.mesh_folders.end(), mesh_folders.begin(), mesh_folders.end());
   std::optional<TemporaryFolder> folder;
-  if (!source.files.empty()) {
+  if (!source.files.empty() || !source.meshes.empty()) {
     auto made = TemporaryFolder::create();
     if (!made) return made.error();
     folder.emplace(std::move(made).value());
+  }
+  if (!source.files.empty()) {
     for (const SceneSource::File& f : source.files) {
       if (!plain_file_name(f.name)) return bad_input("a file of the recording has no plain name");
       KERF_TRY(replace_file((folder->path() / f.name).string(), f.bytes));
     }
     source.folder = folder->path();
   }
-  auto scene = scene_of(source, recording.overrides);
+  SceneFolders folders(source.folder);
+  folders.meshes = source.mesh_folders;
+  if (!source.meshes.empty()) {
+    auto unpacked = unpack_meshes(source, folder->path());
+    if (!unpacked) return unpacked.error();
+    folders = std::move(unpacked).value();
+  }
+  auto scene = scene_of(source, recording.overrides, folders);
   if (!scene) return scene.error();
+  KERF_TRY(check_meshes(*scene, source));
   auto session = Session::create(*scene, progress);
   if (!session) return session.error();
   ReplayReport report;

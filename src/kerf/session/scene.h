@@ -65,6 +65,7 @@ struct SceneBody {
   double scale = 1;                 ///< metres per unit of the mesh files
   std::optional<double> thickness;  ///< metres; needed by an open visual sheet, ignored by a closed one
   bool exact_paths = false;         ///< exact geodesic paths in the pre-processing
+  int collision_triangles = 0;      ///< wanted of a collision mesh that is made from `visual` alone; 0: as many as it needs
   Vec3 position, rotation;          ///< as in ScenePose; coordinates at rest are those after placing
   SceneBodyMaterial material;       ///< of this body
 };
@@ -351,6 +352,13 @@ struct SceneCamera {
   double field_of_view = 0.5;  ///< radians, vertical
 };
 
+/// Where an arthroscope goes in, for pages that look through one.
+struct SceneArthroscope {
+  Vec3 entry;                           ///< metres, at rest: where it goes through the skin
+  Vec3 target;                          ///< metres: what it looks at to begin with
+  double angle = 0.52359877559829887;   ///< radians between its shaft and its view: 30 degrees
+};
+
 struct SceneOutput {
   double frames_per_second = 30;                                        ///< of the .glb and of positions
   std::vector<std::string> meshes{"visual", "collision", "hexahedra"};  ///< which final meshes are written
@@ -361,6 +369,12 @@ struct SceneOutput {
   std::array<int, 2> picture_size{1600, 1000};
   bool wireframe = false;  ///< draw the meshes' edges into the picture
   SceneCamera camera;
+};
+
+/// A file that the scene names: as it is written, and where it is.
+struct SceneFileUse {
+  std::string written, path;
+  int line = 0;
 };
 
 struct Scene {
@@ -379,12 +393,11 @@ struct Scene {
   std::vector<SceneObstacle> obstacles;
   std::vector<SceneRigidTool> tools;
   std::optional<SceneRegion> lesion;   ///< rest coordinates: what should be taken out; for the score (session/score.h)
+  std::optional<SceneArthroscope> arthroscope;
   std::vector<SceneCommand> commands;  ///< sorted by `at`; commands of the same time in the order of the file
   SceneOutput output;
+  std::vector<SceneFileUse> files;     ///< of parse_scene: every file that the scene names, each once, in their order
 };
-
-/// Every file that the scene names, resolved.
-std::vector<std::string> scene_files(const Scene& scene);
 
 /// Does anything touch anything in this scene?
 inline bool wants_contact(const Scene& scene) {

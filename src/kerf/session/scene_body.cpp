@@ -68,7 +68,8 @@ std::vector<std::string> remarks(const Midsurface& m) {
 
 Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& visual, const BindOptions& options,
                                      std::vector<std::string>& notes, std::optional<Midsurface>* made) {
-  Result<AutomaticBody> automatic = make_automatic_body(visual, body.options.collision_triangles, options);
+  Result<AutomaticBody> automatic = make_automatic_body(
+      visual, body.collision_triangles > 0 ? static_cast<std::size_t>(body.collision_triangles) : body.options.collision_triangles, options);
   if (!automatic.ok()) return automatic.error();
   add_notes(notes, body.visual, remarks(automatic->midsurface));
   const bool thin = automatic->bound.has_value();

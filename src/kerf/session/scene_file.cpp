@@ -80,8 +80,7 @@ std::vector<std::string_view> names(std::span<const SceneKey<T>> keys) {
 
 class SceneReader {
  public:
-  SceneReader(std::string_view file, std::filesystem::path base_dir)
-      : file_(file), base_dir_(std::move(base_dir)) {}
+  SceneReader(std::string_view file, const SceneFolders& folders) : file_(file), folders_(folders) {}
 
   Result<Scene> read(const toml::table& root) {
     Scene scene;
@@ -97,6 +96,11 @@ class SceneReader {
     if (const toml::table* t = table_at(root, "lesion")) {
       check_known(*t, "[lesion]", names(scene_lesion_keys()));
       read_region(*t, "[lesion]", scene.lesion.emplace());
+    }
+    if (const toml::table* t = table_at(root, "arthroscope")) {
+      SceneArthroscope& scope = scene.arthroscope.emplace();
+      read_plain(*t, "[arthroscope]", scene_keys<SceneArthroscope>(), scope);
+      if (scope.entry == scope.target && problems_.empty()) problem(line_of(*t), "[arthroscope]: entry and target are the same point");
     }
     for (const toml::table* t : tables_at(root, "fix")) {
       SceneFix& fix = scene.fixes.emplace_back();
@@ -121,6 +125,7 @@ class SceneReader {
       check_times(scene);
     }
     if (!problems_.empty()) return bad_input(message());
+    scene.files = std::move(files_);
     return scene;
   }
 
@@ -298,13 +303,20 @@ class SceneReader {
   void get_file(const toml::node& node, std::string_view what, std::string& out) {
     std::string written;
     if (!get(node, what, written)) return;
-    const std::filesystem::path path = std::filesystem::path(written).is_absolute()
-                                           ? std::filesystem::path(written)
-                                           : (base_dir_ / written).lexically_normal();
     std::error_code code;
+    std::filesystem::path path = std::filesystem::path(written).is_absolute() ? std::filesystem::path(written)
+                                                                              : (folders_.scene / written).lexically_normal();
+    if (const auto instead = folders_.instead.find(written); instead != folders_.instead.end()) path = instead->second;
+    std::string looked = path.string();
+    if (std::filesystem::path(written).is_relative())
+      for (const std::filesystem::path& folder : folders_.meshes) {
+        if (std::filesystem::exists(path, code)) break;
+        path = (folder / written).lexically_normal();
+        looked += ", " + path.string();
+      }
     if (!std::filesystem::exists(path, code)) {
-      problem(line_of(node),
-              fmt::format("{}: there is no file \"{}\" (looked for {})", what, written, path.string()));
+      problem(line_of(node), fmt::format("{}: there is no file \"{}\" (looked for {}); --meshes FOLDER or KERF_MESHES=FOLDER says where else meshes are",
+                                         what, written, looked));
       return;
     }
     if (!std::filesystem::is_regular_file(path, code)) {
@@ -312,6 +324,8 @@ class SceneReader {
       return;
     }
     out = path.string();
+    const bool known = std::any_of(files_.begin(), files_.end(), [&](const SceneFileUse& f) { return f.written == written; });
+    if (!known) files_.push_back({written, out, line_of(node)});
   }
 
   template <class T>
@@ -510,6 +524,8 @@ class SceneReader {
     }
     if (table.contains("collision") && !visual)
       problem(line_of(*table.get("collision")), "collision of [body] goes with visual");
+    if (table.contains("collision_triangles") && (!visual || table.contains("collision")))
+      problem(line_of(*table.get("collision_triangles")), "collision_triangles of [body] goes with visual alone: they are of the mesh that is made");
     if (table.contains("scale") && !visual) {
       problem(line_of(*table.get("scale")),
               "scale of [body] goes with visual: models and bound bodies are in metres");
@@ -926,21 +942,21 @@ class SceneReader {
     std::string text;
   };
   std::string file_;
-  std::filesystem::path base_dir_;
+  const SceneFolders& folders_;
+  std::vector<SceneFileUse> files_;
   std::vector<Problem> problems_;
 };
 
 }  // namespace
 
-Result<Scene> parse_scene(std::string_view text, std::string_view name,
-                          const std::filesystem::path& base_dir) {
+Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneFolders& folders) {
   KERF_TRY(check_toml_characters(text, name));
   const toml::parse_result parsed = toml::parse(text, name);
   if (!parsed) {
     return bad_input(
         fmt::format("{}:{}: {}", name, parsed.error().source().begin.line, parsed.error().description()));
   }
-  Result<Scene> scene = SceneReader(name, base_dir).read(parsed.table());
+  Result<Scene> scene = SceneReader(name, folders).read(parsed.table());
   if (scene.ok()) {
     scene->name = std::filesystem::path(std::string(name)).stem().string();
     scene->file = std::string(name);
@@ -948,22 +964,7 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name,
   return scene;
 }
 
-std::vector<std::string> scene_files(const Scene& scene) {
-  std::vector<std::string> files;
-  const auto add = [&](const std::string& file) {
-    if (!file.empty()) files.push_back(file);
-  };
-  const auto add_body = [&](const SceneBody& body) {
-    for (const std::string* file : {&body.visual, &body.collision, &body.bound}) add(*file);
-  };
-  add_body(scene.body);
-  for (const SceneBody& body : scene.more_bodies) add_body(body);
-  for (const SceneObstacle& obstacle : scene.obstacles) add(obstacle.mesh);
-  for (const SceneRigidTool& tool : scene.tools) add(tool.mesh);
-  return files;
-}
-
-Result<Scene> read_scene(const std::filesystem::path& path) {
+Result<Scene> read_scene(const std::filesystem::path& path, const std::vector<std::filesystem::path>& meshes) {
   std::error_code code;
   if (std::filesystem::is_directory(path, code))
     return bad_input(fmt::format("{} is a folder, not a scene file", path.string()));
@@ -974,7 +975,9 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (file.bad()) return bad_input(fmt::format("can't read the scene {}", path.string()));
   if (text.empty()) return bad_input(fmt::format("the scene {} is empty", path.string()));
-  return parse_scene(text, path.string(), path.parent_path());
+  SceneFolders folders(path.parent_path());
+  folders.meshes = meshes;
+  return parse_scene(text, path.string(), folders);
 }
 
 }  // namespace kerf

@@ -44,6 +44,7 @@ std::span<const SceneKey<Scene>> scene_keys<Scene>() {
       {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose nodes never move."},
       {"load", SceneNested{"list of tables"}, "", kAny, false, "Constant forces on the surface."},
       {"lesion", SceneNested{"table"}, "", kAny, false, "A marked part of the body that should be taken out; gives the run a score."},
+      {"arthroscope", SceneNested{"table"}, "", kAny, false, "Where an arthroscope goes in, for the page's view through one."},
       {"contact", SceneNested{"table"}, "", kAny, false, "How things touch."},
       {"obstacle", SceneNested{"list of tables"}, "", kAny, false,
        "Rigid things that stand still or move as told."},
@@ -68,10 +69,12 @@ std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
       {"options", SceneNested{"table"}, "", kAny, false,
        "Options of the model: options = { visual_triangles = 6656 }."},
       {"visual", SceneFilePath<T>{&T::visual}, "", kAny, false,
-       "Mesh file that is drawn (OBJ, PLY, STL, OFF), relative to the scene."},
+       "Mesh file that is drawn (OBJ, PLY, STL, OFF), relative to the scene, or in a folder that --meshes or KERF_MESHES names."},
       {"collision", SceneFilePath<T>{&T::collision}, "", kAny, false,
        "Mesh file of the mid-surface, relative to the scene. Goes with visual. Without it one is made for a closed "
        "visual mesh, and an open one is its own."},
+      {"collision_triangles", &T::collision_triangles, "", SceneRange{0, 100000}, false,
+       "Wanted of the collision mesh that is made for a closed visual mesh. 0: as many as it needs, 160 or more."},
       {"bound", SceneFilePath<T>{&T::bound}, "", kAny, false,
        "A body saved by kerf bind, relative to the scene."},
       {"scale", &T::scale, "m per unit", kPositive, false,
@@ -656,6 +659,17 @@ template <>
 std::span<const SceneKey<SceneRedo>> scene_keys<SceneRedo>() {
   static const SceneKey<SceneRedo> keys[] = {
       {"count", &SceneRedo::count, "", at_least_one(1e6), false, "How many strokes are done again."},
+  };
+  return keys;
+}
+
+template <>
+std::span<const SceneKey<SceneArthroscope>> scene_keys<SceneArthroscope>() {
+  using T = SceneArthroscope;
+  static const SceneKey<T> keys[] = {
+      {"entry", &T::entry, "m", kAny, true, "Where it goes through the skin; it turns about this point."},
+      {"target", &T::target, "m", kAny, true, "What it looks at to begin with."},
+      {"angle", &T::angle, "rad", SceneRange{0, 1.3}, false, "Between its shaft and its view."},
   };
   return keys;
 }

@@ -134,6 +134,8 @@ std::span<const SceneKey<SceneRedo>> scene_keys<SceneRedo>();
 
 template <>
 std::span<const SceneKey<ScenePunch>> scene_keys<ScenePunch>();
+template <>
+std::span<const SceneKey<SceneArthroscope>> scene_keys<SceneArthroscope>();
 /// Of [lesion].
 std::span<const SceneKey<SceneRegion>> scene_lesion_keys();
 template <>

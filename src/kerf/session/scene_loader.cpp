@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
+#include <new>
 
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
@@ -18,8 +20,8 @@ bool inside(const std::filesystem::path& path, const std::filesystem::path& fold
 
 /// A page may send a scene, not read this machine's files through one.
 Status check_upload(const Scene& scene, const std::filesystem::path& folder) {
-  for (const std::string& file : scene_files(scene))
-    if (!inside(file, folder))
+  for (const SceneFileUse& file : scene.files)
+    if (!inside(file.path, folder))
       return bad_input("A scene that is uploaded can't name files; use a model, or drop the meshes themselves.");
   return {};
 }
@@ -85,6 +87,7 @@ Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Prog
   auto scene = scene_of(request.source, request.overrides);
   if (!scene) return scene.error();
   if (request.folder) KERF_TRY(check_upload(*scene, request.folder->path()));
+  KERF_TRY(take_meshes(*scene, request.source));
   auto session = Session::create(*scene, progress);
   if (!session) return session.error();
   KERF_TRY(progress("picture", 0));
@@ -128,11 +131,19 @@ void SceneLoader::begin(SceneRequest request) {
   job_ = std::make_unique<Job>();
   Job& job = *job_;
   job.thread = std::thread([&job, request = std::move(request)]() mutable {
-    job.outcome = load_scene(std::move(request), [&job](std::string_view stage, double fraction) {
+    const auto tell = [&job](std::string_view stage, double fraction) {
       const std::scoped_lock lock(job.mutex);
       job.where = {std::string(stage), fraction};
       return !job.stop;
-    });
+    };
+    // The standard library says by exceptions what the machine lacks; one that left a thread would end the program.
+    try {
+      job.outcome = load_scene(std::move(request), tell);
+    } catch (const std::bad_alloc&) {
+      job.outcome = failed("There is not enough memory for this scene; what was shown stays.");
+    } catch (const std::exception& error) {
+      job.outcome = failed(std::string("This scene can't be loaded: ") + error.what());
+    }
     job.done = true;
   });
 }

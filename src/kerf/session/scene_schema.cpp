@@ -138,6 +138,7 @@ std::vector<SceneKeyDoc> scene_schema() {
   add(out, "[[fix]]", scene_keys<SceneFix>());
   add(out, "[[load]]", scene_keys<SceneLoad>());
   add(out, "[lesion]", scene_lesion_keys());
+  add(out, "[arthroscope]", scene_keys<SceneArthroscope>());
   add(out, "[contact]", scene_keys<SceneContact>());
   add(out, "[[obstacle]]", scene_keys<SceneObstacle>());
   add(out, "[[tool]]", scene_keys<SceneRigidTool>());

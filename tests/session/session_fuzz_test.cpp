@@ -21,24 +21,23 @@
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
 #include "kerf/session/session.h"
+#include "session/continuity.h"
 #include "session/recorded_session.h"
 
 namespace kerf {
 namespace {
 
-/// Surface vertices whose material stays in its cell may move by this much in a stroke without a time step, part of the
-/// body's size: rounding. Material that a neighbouring cell absorbs, or that comes together again from both sides of a
-/// tip, follows other nodes than before and does move; how far is printed.
-constexpr double kLargestJump = 1e-12;
+/// What a pose of the blade may change, as no time passes in it: rounding. Of the body's size; of the speed of the fastest node, and
+/// of the body's size per second; of kinetic energy.
+constexpr double kLargestJump = 1e-12, kLargestKick = 1e-9, kLargestGain = 1e-9;
 
 using test::fingerprint;
 
 struct Tally {
   int strokes = 0, triangles = 0, refused = 0, undone = 0, most_pieces = 0;
-  double jump = 0;           ///< largest of a vertex whose nodes are the old ones or split off from them, part of the body's size
-  double absorbed_jump = 0;  ///< largest of any other vertex
+  int compared = 0;  ///< poses that changed something, looked at for jumps
+  double jump = 0, kick = 0, gain = 0;  ///< the largest, in the units of their bounds
   int punches = 0, punches_refused = 0, passes = 0, moved_back = 0, removed = 0;
-  int absorbed = 0, absorbed_far = 0;  ///< other vertices; those of them that moved by over 1e-4 of the body's size
 };
 
 Scene random_scene(Random& random) {
@@ -232,7 +231,7 @@ class Life {
         const double s = static_cast<double>(k) / parts;
         const Vec3 p = lerp(path[i], path[i + 1], s);
         const Vec3 e = normalized(edge_ + turn * (static_cast<double>(i) + s) / static_cast<double>(path.size()) * x_);
-        expect(session_->move_blade(p + up * e, p - down * e), "move");
+        move_blade(p + up * e, p - down * e);
         if (moving && random_.index(3) == 0) {
           check("a pose");
           if (good_) expect(session_->step(1), "step");
@@ -243,44 +242,49 @@ class Life {
     if (good_) tally_.refused += session_->strokes().back().refused;
   }
 
+  static std::string number(double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", x);
+    return text;
+  }
+  static double farthest(const test::SurfaceMotion& m) {
+    double most = 0;
+    for (const Vec3 p : m.visual) most = std::max(most, norm(p));
+    return most;
+  }
+  /// One pose: nothing may jump by it.
+  void move_blade(Vec3 base, Vec3 tip) {
+    const bool compare = session_->step_count() > 0 && ++poses_ % 3 == 0;
+    const std::uint64_t version = session_->topology_version();
+    test::SurfaceMotion before;
+    if (compare) before = test::surface_motion(*session_);
+    if (!expect(session_->move_blade(base, tip), "move") || !compare || session_->topology_version() == version) return;
+    const test::SurfaceMotion after = test::surface_motion(*session_);
+    const double size = box_.diagonal();
+    const test::SurfaceJump jump = test::surface_jump(before, after, kLargestJump * size);
+    const double moved = jump.position / size, kicked = jump.velocity / (before.speed + size);
+    const double gained = after.kinetic / (before.kinetic + 1e-12 * before.mass * size * size) - 1;
+    ++tally_.compared;
+    tally_.jump = std::max(tally_.jump, moved);
+    tally_.kick = std::max(tally_.kick, kicked);
+    tally_.gain = std::max(tally_.gain, gained);
+    if (!(moved <= kLargestJump)) fail("a vertex jumped by " + number(moved) + " of the body's size in a cut, " + number(farthest(after) / size) + " away");
+    if (!(kicked <= kLargestKick)) fail("a vertex' velocity jumped by " + number(kicked) + " in a cut");
+    if (!(gained <= kLargestGain))
+      fail("a cut added " + number(gained) + " to the kinetic energy of " + number(before.kinetic) + " J; mass changed by " +
+           number(after.mass / before.mass - 1) + ", momentum by " + number(norm(after.momentum - before.momentum)) + " kg m/s");
+  }
+
   void stroke() {
     const bool moving = random_.index(2) == 0;
     const std::uint64_t before = fingerprint(*session_);
     const int depth = session_->undo_depth();
-    const std::vector<Vec3> old = session_->visual_positions();
-    const std::vector<HexId> old_copy = session_->body().embedding.visual.raw();
-    const std::size_t old_node_count = session_->body().hex.node_count();
-    const std::vector<std::array<NodeId, 8>> old_nodes = session_->body().hex.nodes.raw();
     draw(moving);
     if (!good_) return;
     check("a stroke");
     if (!good_ || !expect(session_->end_stroke(), "end")) return;
     check("lifting off");
     if (!good_) return;
-    if (!moving) {
-      const std::vector<Vec3> now = session_->visual_positions();
-      const Body& body = session_->body();
-      double jump = 0;
-      for (std::size_t i = 0; i < old.size(); ++i) {
-        const HexId copy = body.embedding.visual[VisualVertex(i)];
-        bool same = body.hex.cell[copy] == body.hex.cell[old_copy[i]];
-        for (std::size_t c = 0; c < 8 && same; ++c) {  // are its nodes the old ones or split off from them?
-          NodeId node = body.hex.nodes[copy][c];
-          while (node.valid() && node.index() >= old_node_count) node = body.hex.node_parent[node];
-          same = node == old_nodes[old_copy[i].index()][c];
-        }
-        const double moved = norm(now[i] - old[i]) / box_.diagonal();
-        if (same) {
-          jump = std::max(jump, moved);
-        } else {
-          tally_.absorbed_jump = std::max(tally_.absorbed_jump, moved);
-          ++tally_.absorbed;
-          tally_.absorbed_far += moved > 1e-4 ? 1 : 0;
-        }
-      }
-      tally_.jump = std::max(tally_.jump, jump);
-      if (!(jump <= kLargestJump)) fail("a vertex jumped by " + std::to_string(jump) + " of the body's size in a cut");
-    }
     if (session_->undo_depth() > depth) before_.push_back(before);  // a stroke through the air leaves nothing to undo
     after_undo_.clear();
   }
@@ -483,7 +487,7 @@ class Life {
   std::unique_ptr<test::RecordedSession> session_;
   std::string what_;
   Box3 box_;
-  int operation_ = -1;
+  int operation_ = -1, poses_ = 0;
   bool good_ = false, grasped_ = false;
   Vec3 edge_, x_, y_;
   std::vector<Vec3> last_path_;
@@ -509,10 +513,10 @@ TEST(SessionFuzz, EveryLifeKeepsItsInvariants) {
     ++lives;
     if (!life.good() && ++failed >= 8) break;
   }
-  std::printf("%d lives, %d strokes over %d triangles, %d refused steps, %d undone, up to %d pieces; vertices jump by %.2g; "
-              "%d in other material by up to %.2g, %d of them by over 1e-4\n",
-              lives, tally.strokes, tally.triangles, tally.refused, tally.undone, tally.most_pieces, tally.jump,
-              tally.absorbed, tally.absorbed_jump, tally.absorbed_far);
+  std::printf("%d lives, %d strokes over %d triangles, %d refused steps, %d undone, up to %d pieces; in %d poses vertices "
+              "jumped by up to %.2g, velocities by %.2g, energy grew by %.2g\n",
+              lives, tally.strokes, tally.triangles, tally.refused, tally.undone, tally.most_pieces, tally.compared, tally.jump,
+              tally.kick, tally.gain);
   std::printf("%d punches, %d of them refused, %d passes of a shaver, %d vertices moved back, %d pieces taken away\n", tally.punches,
               tally.punches_refused, tally.passes, tally.moved_back, tally.removed);
   EXPECT_GT(tally.triangles, 8 * lives);

@@ -94,8 +94,8 @@ TEST(CutPhysics, MassMomentumAndEnergyInTheFrameOfACut) {
     }
     std::printf("%s: in a cut momentum changes by up to %.2g of its scale, kinetic energy by up to %.2g\n", name,
                 worst_momentum, worst_energy);
-    EXPECT_LT(worst_momentum, 0.02) << name;
-    EXPECT_LT(worst_energy, 0.02) << name;
+    EXPECT_LT(worst_momentum, 1e-9) << name;
+    EXPECT_LT(worst_energy, 1e-9) << name;
   }
 }
 

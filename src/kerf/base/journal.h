@@ -110,6 +110,11 @@ class Journaled {
   void for_each_changed(Mark since, F&& f) const {
     for (std::size_t i = since.log; i < log_.size(); ++i) f(Id(static_cast<std::int32_t>(log_[i].index)));
   }
+  /// The same with the value that each write replaced, oldest first: the first of an index is what it was at the mark.
+  template <class F>
+  void for_each_logged(Mark since, F&& f) const {
+    for (std::size_t i = since.log; i < log_.size(); ++i) f(Id(static_cast<std::int32_t>(log_[i].index)), log_[i].value);
+  }
 
  private:
   template <class U>

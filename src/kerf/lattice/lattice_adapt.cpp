@@ -76,6 +76,9 @@ struct LatticeScratch::Work {
   std::vector<CornerCopy> around;
   std::vector<Class> classes;
   std::vector<std::pair<NodeId, std::int32_t>> uses;
+  struct Source { HexId copy, from; double volume; };
+  std::vector<Source> sources;  ///< whose material the copies of touched cells hold
+  std::vector<std::pair<NodeId, double>> shares;
   std::vector<TipCrossing> crossings;
   std::vector<CollisionHalfEdge> virtual_edges;
   std::vector<TipId> tips_here;
@@ -153,6 +156,7 @@ class Adapter {
     s_.corners.clear();
     s_.corner_nodes.clear();
     s_.rewritten.clear();
+    s_.sources.clear();
     auto grow = [](auto& v, std::size_t n) { if (v.size() < n) v.resize(n); };
     grow(s_.triangle_stamp, mesh_.face_count());
     grow(s_.triangle_slot, mesh_.face_count());
@@ -649,6 +653,8 @@ class Adapter {
     for (Group& g : s_.groups) {
       if (!g.copy.valid()) g.copy = new_copy(c, g.parent);
       update_material(entry, g);
+      find_heirs(entry, g);
+      for (const auto& [from, volume] : s_.heirs) s_.sources.push_back({g.copy, from, volume});
     }
     for (std::int32_t i = 0; i < entry.count; ++i) {
       const std::int32_t e = entry.first + i, root = find(e);
@@ -662,7 +668,8 @@ class Adapter {
     }
   }
 
-  void find_parent(const Work::CellElements& entry, Group& g) {
+  /// The old copies that a group's material was in, with its volume.
+  void find_heirs(const Work::CellElements& entry, const Group& g) {
     s_.heirs.clear();
     for (std::int32_t e = g.first; e < entry.first + entry.count; ++e) {
       if (find(e) != g.root) continue;
@@ -672,6 +679,10 @@ class Adapter {
       if (it == s_.heirs.end()) s_.heirs.emplace_back(old, s_.elements[at(e)].volume);
       else it->second += s_.elements[at(e)].volume;
     }
+  }
+
+  void find_parent(const Work::CellElements& entry, Group& g) {
+    find_heirs(entry, g);
     double most = -1;
     for (const auto& h : s_.heirs)
       if (h.second > most || (h.second == most && h.first < g.parent)) g.parent = h.first, most = h.second;
@@ -975,6 +986,8 @@ class Adapter {
       for (const HexId h : *copies)
         for (int k = 0; k < 8; ++k) s_.corners.push_back(corner_key(LatticeFrame::corner(hex_.cell[h], k)));
     sort_unique(s_.corners);
+    std::sort(s_.sources.begin(), s_.sources.end(),
+              [](const auto& a, const auto& b) { return a.copy != b.copy ? a.copy < b.copy : a.from < b.from; });
     // Dead copies still count for what their nodes were.
     for (const HexId h : change_.dead_copies)
       for (int k = 0; k < 8; ++k)
@@ -1056,6 +1069,7 @@ class Adapter {
         hex_.node_uses.push_back(0);
         change_.new_nodes.push_back(c.node);
       }
+      note_joined(c);
     }
     for (const CornerCopy& entry : s_.around) {
       if (entry.kept) s_.corner_nodes.emplace_back(key, entry.old);
@@ -1068,6 +1082,28 @@ class Adapter {
       hex_.nodes.set(entry.copy, nodes);
       changed(entry.copy);
     }
+  }
+
+  /// Whose material a class of corners holds, where it is of more than one old node.
+  void note_joined(const Class& c) {
+    s_.shares.clear();
+    const auto add = [&](NodeId from, double volume) {
+      if (!from.valid()) return;
+      auto it = std::find_if(s_.shares.begin(), s_.shares.end(), [&](const auto& s) { return s.first == from; });
+      if (it == s_.shares.end()) s_.shares.emplace_back(from, volume);
+      else it->second += volume;
+    };
+    for (const CornerCopy& entry : s_.around) {
+      if (entry.root != c.root) continue;
+      auto source = std::lower_bound(s_.sources.begin(), s_.sources.end(), entry.copy,
+                                     [](const Work::Source& a, HexId copy) { return a.copy < copy; });
+      if (source == s_.sources.end() || source->copy != entry.copy) add(entry.old, hex_.material[entry.copy].fill);
+      for (; source != s_.sources.end() && source->copy == entry.copy; ++source)
+        add(hex_.nodes[source->from][at(entry.corner)], source->volume);
+    }
+    if (s_.shares.size() < 2) return;
+    std::sort(s_.shares.begin(), s_.shares.end());
+    for (const auto& [from, volume] : s_.shares) change_.joined_nodes.push_back({c.node, from, volume});
   }
 
   // ---------------------------------------------------------------- absorption
@@ -1337,6 +1373,7 @@ void LatticeChange::clear() {
   dead_copies.clear();
   changed_copies.clear();
   new_nodes.clear();
+  joined_nodes.clear();
   switched_nodes.clear();
   triangles.clear();
   tips_changed = false;

@@ -12,10 +12,17 @@ namespace kerf {
 
 /// What adapting changed. Parents and hosts are in the HexMesh.
 struct LatticeChange {
+  /// A share of a node's material that another node carried before. volume: in cells.
+  struct NodeOrigin {
+    NodeId node, from;
+    double volume = 0;
+  };
   std::vector<HexId> new_copies;        ///< ascending; HexMesh::parent says whose rotation they inherit
   std::vector<HexId> dead_copies;
   std::vector<HexId> changed_copies;    ///< other copies with new nodes, material, state or mass
   std::vector<NodeId> new_nodes;        ///< ascending; HexMesh::node_parent says whose position and velocity they inherit
+  /// Nodes that carry material of more than one old node: what came apart ahead of a tip and is one again. Shares by node.
+  std::vector<NodeOrigin> joined_nodes;
   std::vector<NodeId> switched_nodes;   ///< other nodes that got their first use or lost their last
   std::vector<CollisionTriangle> triangles;  ///< ascending: the changed ones and all others whose material is in another
                                              ///< copy or host than before: embed_triangles has to look at what they own

@@ -128,4 +128,24 @@ void absorb_rigid_momentum(const MechanicsModel& model, StepWorkspace& w) {
   }
 }
 
+void carry_crumbs(const MechanicsModel& model, StepWorkspace& w) {
+  const MechanicsModel::Structure& s = model.structure();
+  const RigidPieces& p = s.rigid;
+  double density = 0;
+  for (const Material& m : model.materials()) density = std::max(density, m.density);
+  const Vec3 cell = model.cell_size();
+  const double light = std::min(kCrumb * density * cell.x * cell.y * cell.z, kCrumbShare * s.total_mass);
+  for (std::size_t f = 0; f < p.free.size(); ++f) {
+    Lanes momentum = all_lanes(0);
+    double mass = 0;
+    for (std::int32_t k = p.member_begin[f]; k < p.member_begin[f + 1] && mass < light; ++k) {
+      const std::int32_t node = p.members[k];
+      momentum += s.mass[node] * load_lanes(w.solution[node].v);
+      mass += s.mass[node];
+    }
+    if (!(mass > 0) || mass >= light) continue;
+    for (std::int32_t k = p.member_begin[f]; k < p.member_begin[f + 1]; ++k) store_lanes(w.solution[p.members[k]].v, momentum / mass);
+  }
+}
+
 }  // namespace kerf

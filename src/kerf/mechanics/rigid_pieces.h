@@ -21,6 +21,9 @@ struct RigidPieces {
   std::vector<std::int32_t> member_begin, members;  ///< per entry of `free`: its nodes
 };
 
+/// Free pieces lighter than this part of a full cell, and this part of all: crumbs of slivers.
+inline constexpr double kCrumb = 0.05, kCrumbShare = 0.01;
+
 /// O(elements).
 RigidPieces rigid_pieces(const MechanicsModel& model);
 
@@ -28,5 +31,10 @@ RigidPieces rigid_pieces(const MechanicsModel& model);
 /// momentum workspace.residual, and takes its M v from the residual. Pieces that touch something are left out: what
 /// they touch takes up momentum too.
 void absorb_rigid_momentum(const MechanicsModel& model, StepWorkspace& workspace);
+
+/// Crumbs weigh next to nothing for their stiffness; what is left undone there, or the torque that rounding makes out of large
+/// forces, would set them spinning ever faster. They move as one, without turning, with the momentum that they have in
+/// workspace.solution.
+void carry_crumbs(const MechanicsModel& model, StepWorkspace& workspace);
 
 }  // namespace kerf

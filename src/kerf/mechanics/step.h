@@ -67,6 +67,14 @@ inline constexpr double kBlockJacobiFactor = 0.1;
 inline constexpr int kBlockJacobiPatience = 25;
 /// Steps with the coarse space before block-Jacobi alone is tried again (adaptive).
 inline constexpr std::int32_t kTwoLevelSteps = 32;
+/// The solver goes on until no node alone would still change by more than this share of the body's speed (root mean square) plus
+/// kStillAtRest of a step's free fall: slivers that weigh next to nothing do not show in a residual. At most kMostSettling
+/// iterations more.
+inline constexpr double kNodeTolerance = 0.2, kStillAtRest = 0.01;
+inline constexpr int kMostSettling = 100;
+/// E dt^2 / (rho h^2) from which on a loose solve would let pieces run away (seen from 8e9 on); the tolerance that is then used
+/// times that ratio, and the least tolerance.
+inline constexpr double kStiffestLoose = 1e8, kToleranceTimesRatio = 100, kLeastTolerance = 1e-9;
 /// Gravity used for the residual's floor when the scene has less, m/s^2.
 inline constexpr double kFloorGravity = 9.81;
 

@@ -17,6 +17,21 @@ MechanicsElement element_of(const HexMesh& hex, const BodyMaterials& materials, 
   return e;
 }
 
+/// All values first: a joined node may be one of those that another is joined of.
+void join_nodes(const LatticeChange& change, const MechanicsModel& model, MechanicsState& state, std::vector<NodeMotion>& old) {
+  std::vector<NodeMemory::Share> shares;
+  for (const LatticeChange::NodeOrigin& o : change.joined_nodes)
+    shares.push_back({o.node, o.from, o.volume, state.positions[o.from.index()], state.velocities[o.from.index()]});
+  for (std::size_t i = 0, end; i < shares.size(); i = end) {
+    for (end = i; end < shares.size() && shares[end].node == shares[i].node;) ++end;
+    const std::span<const NodeMemory::Share> all(shares.data() + i, end - i);
+    const NodeId node = shares[i].node;
+    if (model.is_fixed(node)) continue;
+    const NodeMemory::Share& share = largest_share(all);
+    move_node(node, share.position, share.velocity, state, old);
+  }
+}
+
 }  // namespace
 
 std::int32_t BodyMaterials::at(Vec3 rest, std::int32_t body) const {
@@ -84,26 +99,18 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
   return model.set_element(id, element, matrix, masses);
 }
 
-Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
-                   std::span<NodeMemory> remembered, MechanicsModel& model, MechanicsState& state) {
+Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change, MechanicsModel& model,
+                   MechanicsState& state, std::vector<NodeMotion>& old) {
   for (std::size_t i = model.node_count(); i < hex.node_count(); ++i) {
     const NodeId node(i);
     const NodeId parent = hex.node_parent[node];
     const LatticeIndex corner = hex.corner[node];
     model.add_node(hex.rest(node), {corner[0], corner[1], corner[2]});
-    Vec3 position = parent.valid() ? state.positions[parent.index()] : hex.rest(node);
-    Vec3 velocity = parent.valid() ? state.velocities[parent.index()] : Vec3{};
-    for (NodeMemory& m : remembered)
-      if (!m.taken && m.parent == parent && m.corner == corner) {
-        m.taken = true;
-        position = m.position;
-        velocity = m.velocity;
-        break;
-      }
-    state.positions.push_back(position);
-    state.velocities.push_back(velocity);
+    state.positions.push_back(parent.valid() ? state.positions[parent.index()] : hex.rest(node));
+    state.velocities.push_back(parent.valid() ? state.velocities[parent.index()] : Vec3{});
     if (parent.valid() && model.is_fixed(parent)) model.fix_node(node);
   }
+  join_nodes(change, model, state, old);
   for (std::size_t i = state.rotations.size(); i < hex.hex_count(); ++i) {
     const HexId parent = hex.parent[HexId(i)];
     state.rotations.push_back(parent.valid() && parent.index() < i ? state.rotations[parent.index()] : hex.frame.axes);
@@ -164,7 +171,8 @@ Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsMod
   state.positions.resize(std::min(state.positions.size(), hex.node_count()));
   state.velocities.resize(std::min(state.velocities.size(), hex.node_count()));
   state.rotations.resize(std::min(state.rotations.size(), hex.hex_count()));
-  KERF_TRY(sync_change(hex, materials, {}, {}, model, state));
+  std::vector<NodeMotion> unused;
+  KERF_TRY(sync_change(hex, materials, {}, model, state, unused));
   for (std::size_t i = 0; i < hex.hex_count(); ++i) KERF_TRY(sync_hex(hex, materials, HexId(i), model));
   return {};
 }

@@ -9,6 +9,7 @@
 #include "kerf/lattice/lattice_adapt.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/lattice/hex_mesh.h"
+#include "kerf/session/node_memory.h"
 #include "kerf/session/scene.h"
 
 namespace kerf {
@@ -31,16 +32,10 @@ Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& m
 Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model);
 
 /// After a cut: new nodes and elements with what they inherit - position, velocity, fixed flag, rotation - and changed
-/// ones. `remembered` are nodes of a provisional tip that was rolled back: a node of the same lattice corner and parent
-/// takes its position and velocity from there instead.
-struct NodeMemory {
-  LatticeIndex corner;
-  NodeId parent;
-  Vec3 position, velocity;
-  bool taken = false;  ///< by a new node; several twins of one node take theirs in turn
-};
-Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
-                   std::span<NodeMemory> remembered, MechanicsModel& model, MechanicsState& state);
+/// ones. A node that carries material of several old ones moves as most of it did;
+/// the motion that it had goes to `old`.
+Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change, MechanicsModel& model,
+                   MechanicsState& state, std::vector<NodeMotion>& old);
 
 /// Lets nodes that no element uses move with the body, where the mechanics leaves them behind: those of absorbed copies with
 /// the copies that absorbed them, extrapolated; others with the nodes that were split off from

@@ -4,6 +4,7 @@
 
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/session/surface_export.h"
+#include "kerf/session/surface_fade.h"
 
 namespace kerf {
 
@@ -87,6 +88,10 @@ Status Animation::add_frame(const Session& session) {
   }
   evaluate_render_surface(body.surface, body.complex.visual, body.hex, body.embedding, session.node_positions(), positions_,
                           normals_);
+  if (const auto fades = session.fading_visual(); !fades.empty())
+    for (std::size_t i = 0; i < positions_.size(); ++i)
+      if (const FadingVertex* f = fading(fades, body.surface.vertex[RenderVertex(i)].index()))
+        positions_[i] = to_float(to_double(positions_[i]) + f->offset);
   frame_positions_.clear();
   frame_normals_.clear();
   for (const RenderVertex v : surface_.vertex) {

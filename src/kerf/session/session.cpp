@@ -18,9 +18,8 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kParallelNodes = 2000;
-/// E dt^2 / (rho h^2) beyond which a loose solve lets free pieces run away (seen from 8e9 on), the residual that is then asked
-/// for times that ratio, and the least residual that is asked for.
-constexpr double kStiffestLoose = 1e8, kToleranceTimesRatio = 100, kLeastTolerance = 1e-9;
+/// Of the body's size: offsets of surface vertices that are dropped.
+constexpr double kFaded = 1e-9;
 /// Items per journaled array that a session has room for before it must allocate.
 constexpr std::size_t kLeastReserve = 1024, kMostReserve = 32768;
 
@@ -64,11 +63,12 @@ CutOptions cut_options(const Scene& scene) {
 
 std::size_t UndoStep::bytes() const {
   return topology.bytes() + (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
-         mechanics.rotations.size() * sizeof(Mat3) + (removal ? removal->bytes() : 0);
+         mechanics.rotations.size() * sizeof(Mat3) +
+         (fade.visual.size() + fade.collision.size()) * sizeof(FadingVertex) + (removal ? removal->bytes() : 0);
 }
 
 SessionState::SessionState(const SessionState& o)
-    : body(o.body), model(o.model), mechanics(o.mechanics), materials(o.materials), measures(o.measures), gravity(o.gravity),
+    : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures), gravity(o.gravity),
       largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps), next_command(o.next_command), grasps(o.grasps),
       tools(o.tools), touching(o.touching),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
@@ -108,6 +108,8 @@ Status Session::Impl::prepare(const Progress& progress) {
     if (!(tissue_at_start.lesion > 0))
       return bad_input(fmt::format("{}: [lesion] marks nothing of the body (rest coordinates, metres); move it onto the body", source(scene)));
   }
+  const LatticeFrame& frame = state.body.hex.frame;
+  size = norm(Vec3{frame.cell.x * frame.count[0], frame.cell.y * frame.count[1], frame.cell.z * frame.count[2]});
 
   auto model = make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded->materials);
   if (!model) return model.error();
@@ -119,17 +121,6 @@ Status Session::Impl::prepare(const Progress& progress) {
   step_options.gravity = state.gravity = scene.simulation.gravity;
   step_options.tolerance = scene.simulation.tolerance;
   step_options.max_iterations = scene.simulation.max_iterations;
-  // What a loose solve leaves undone moves whole pieces, by as much as elastic forces exceed inertia: E dt^2 / (rho h^2).
-  {
-    const Vec3 cell = state.body.hex.frame.cell;
-    const double h = std::min({cell.x, cell.y, cell.z}), dt = scene.simulation.time_step;
-    double ratio = 0;
-    for (const Material& m : state.model.materials()) ratio = std::max(ratio, m.young * dt * dt / (m.density * h * h));
-    if (ratio > kStiffestLoose) {
-      step_options.tolerance = std::min(step_options.tolerance, std::max(kLeastTolerance, kToleranceTimesRatio / ratio));
-      notes.push_back(fmt::format("very stiff for a time step of {} s: steps are solved to a residual of {:.2g}", dt, step_options.tolerance));
-    }
-  }
   // Small bodies are done before a second thread wakes up; the bits are the same either way.
   step_options.parallel = scene.simulation.threads != 1 && state.model.node_count() > kParallelNodes;
   switch (scene.simulation.preconditioner) {
@@ -180,6 +171,7 @@ Result<SessionStep> Session::step() {
   if (!mechanics) return mechanics.error();
   s.feel_tools();
   carry_unused_nodes(s.state.body.hex, s.state.mechanics, s.carried);
+  fade_offsets(s.state.fade, dt, kFaded * s.size);
   s.positions_changed();
   report.mechanics = *mechanics;
   report.parts = s.parts;
@@ -251,8 +243,31 @@ std::vector<Vec3> Session::visual_positions() const {
     const HexId copy = s.body.embedding.visual[v];
     positions[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, s.mechanics.positions);
   }
+  for (const FadingVertex& f : s.fade.visual) positions[static_cast<std::size_t>(f.vertex)] += f.offset;
   return positions;
 }
+
+std::vector<Vec3> Session::visual_velocities() const {
+  const SessionState& s = impl_->state;
+  const VisualMesh& mesh = s.body.complex.visual;
+  std::vector<Vec3> velocities(mesh.vertex_count());
+  for (const VisualVertex v : ids<VisualVertex>(velocities.size())) {
+    const HexId copy = s.body.embedding.visual[v];
+    velocities[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, s.mechanics.velocities);
+  }
+  for (const FadingVertex& f : s.fade.visual) velocities[static_cast<std::size_t>(f.vertex)] += f.velocity;
+  return velocities;
+}
+
+std::vector<Vec3> Session::collision_velocities() const {
+  const SessionState& s = impl_->state;
+  std::vector<Vec3> velocities(s.body.complex.collision.vertex_count());
+  kerf::collision_positions(s.body.hex, s.body.embedding, s.mechanics.velocities, velocities);
+  for (const FadingVertex& f : s.fade.collision) velocities[static_cast<std::size_t>(f.vertex)] += f.velocity;
+  return velocities;
+}
+
+std::span<const FadingVertex> Session::fading_visual() const { return impl_->state.fade.visual; }
 
 void Session::visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
   Impl& s = *impl_;
@@ -267,6 +282,10 @@ void Session::visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& nor
   positions.resize(body.complex.visual.vertex_count());
   normals.resize(body.complex.visual.vertex_count());
   evaluate_skin(body.hex, s.skin, s.state.mechanics.positions, positions, normals);
+  for (const FadingVertex& f : s.state.fade.visual) {
+    Vec3f& p = positions[static_cast<std::size_t>(f.vertex)];
+    p = to_float(to_double(p) + f.offset);
+  }
 }
 const std::vector<StrokeRecord>& Session::strokes() const { return impl_->state.strokes; }
 const std::vector<std::string>& Session::notes() const { return impl_->notes; }
@@ -344,6 +363,11 @@ std::uint64_t Session::hash() const {
     hash.add(c.feature);
   }
   hash.add(state.gravity);
+  for (const auto* list : {&state.fade.visual, &state.fade.collision})
+    for (const FadingVertex& f : *list) {
+      hash.add(f.vertex);
+      hash.add(std::array<Vec3, 2>{f.offset, f.velocity});
+    }
   hash.add(state.steps);
   hash.add(state.next_command);
   for (std::size_t i = 0; i < state.model.node_count(); ++i) hash.add(state.model.is_fixed(NodeId(i)) ? 1 : 0);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <span>
 #include <vector>
 
 #include "kerf/base/progress.h"
@@ -93,6 +94,7 @@ struct SessionChanges {
 
 /// Complete state of a session at one moment, undo steps included. Opaque; a pointer to hand around.
 class SessionSnapshot;
+struct FadingVertex;
 
 class Session {
  public:
@@ -196,6 +198,11 @@ class Session {
   [[nodiscard]] const std::vector<Vec3>& collision_positions();
   /// Deformed visual vertices, metres, by VisualVertex, in double precision (files; drawing uses embedding/).
   [[nodiscard]] std::vector<Vec3> visual_positions() const;
+  /// m/s, by vertex. Positions and velocities of the surface are continuous through a cut (surface_fade.h).
+  [[nodiscard]] std::vector<Vec3> visual_velocities() const;
+  [[nodiscard]] std::vector<Vec3> collision_velocities() const;
+  /// Visual vertices that are not just where their copies put them, by vertex; until the next call that changes the session.
+  [[nodiscard]] std::span<const FadingVertex> fading_visual() const;
   /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (4.2.5). Allocates only
   /// when the arrays grow.
   void visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);

@@ -83,9 +83,13 @@ Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> p
   Grasp g;
   g.id = id;
   g.points = std::move(points);
-  const std::vector<Vec3>& now = deformed_collision();
-  for (const CollisionVertex v : g.points) g.centre += (1.0 / static_cast<double>(g.points.size())) * now[v.index()];
-  for (const CollisionVertex v : g.points) g.offset.push_back(now[v.index()] - g.centre);
+  // Where the nodes put the points: what pulls them is measured there.
+  const Embedding& e = state.body.embedding;
+  const auto now = [&](CollisionVertex v) {
+    return point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.positions);
+  };
+  for (const CollisionVertex v : g.points) g.centre += (1.0 / static_cast<double>(g.points.size())) * now(v);
+  for (const CollisionVertex v : g.points) g.offset.push_back(now(v) - g.centre);
   g.from = g.to = g.centre;
   g.move_began = state.time;
   const double per_point = kGraspStiffness * young_at(state.body.embedding.collision[g.points[0]]) * least_cell_edge(state.body.hex);

@@ -15,9 +15,12 @@
 #include "kerf/session/body_build.h"
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/contact_step.h"
+#include "kerf/session/cut_balance.h"
+#include "kerf/session/node_memory.h"
 #include "kerf/session/piece_removal.h"
 #include "kerf/session/rigid_motion.h"
 #include "kerf/session/session.h"
+#include "kerf/session/surface_fade.h"
 
 namespace kerf {
 
@@ -32,6 +35,7 @@ struct ActiveStroke {
   SceneFrame frame = SceneFrame::kWorld;
   BladeStroke blade;
   JournalMark start;         ///< of the whole body
+  SurfaceFade fade;          ///< when it began
   MechanicsState before;     ///< positions, velocities, rotations when it began
   BodyAccount account;       ///< when it began
   bool shaving = false;      ///< passes of a shaver instead of poses of a blade
@@ -47,6 +51,7 @@ struct ActiveStroke {
 /// One stroke that can be undone, or was.
 struct UndoStep {
   JournalStep topology;
+  SurfaceFade fade;          ///< as `mechanics`
   MechanicsState mechanics;  ///< undo list: as the stroke began. Redo list: as it was when it was undone
   BodyAccount account;       ///< as `mechanics`
   std::size_t record = 0;    ///< the stroke's place in SessionState::strokes
@@ -58,6 +63,7 @@ struct SessionState {
   Body body;
   MechanicsModel model{Vec3{1, 1, 1}};
   MechanicsState mechanics;
+  SurfaceFade fade;
   BodyMaterials materials;
   ComplexMeasures measures;  ///< what the body should measure at rest
   Vec3 gravity;              ///< m/s^2; step_options has the same
@@ -116,7 +122,12 @@ struct Session::Impl {
   bool watching = false;
   std::vector<CollisionTriangle> to_embed;
   std::vector<VisualTriangle> changed_visual;
-  std::vector<NodeMemory> remembered;
+  NodeMemory remembered;  ///< of the cells of a provisional tip that was rolled back
+  std::vector<CellId> remembered_cells;
+  CutBalance balance;     ///< of a pose of the blade
+  std::vector<HexId> changed_hexes;
+  SurfaceMemory surface;  ///< where surface vertices were before a pose of the blade
+  double size = 1;        ///< m: of the lattice's box
   std::vector<std::uint8_t> carried;
   std::vector<Vec3> collision_positions;
   bool collision_positions_valid = false;
@@ -167,6 +178,15 @@ struct Session::Impl {
 
   /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.
   Status follow_complex(CutTimes& times);
+  /// Around a cut that takes no time: the surface stays where it is, momentum and kinetic energy are put right.
+  void begin_pose();
+  void end_pose();
+  /// Nodes, embeddings and offsets that surface vertices have now.
+  [[nodiscard]] MovingSurface surface_state() const {
+    return {state.body, state.mechanics.positions, state.mechanics.velocities, state.fade};
+  }
+  /// Has anything ever moved? Else no vertex can jump.
+  [[nodiscard]] bool moved_ever() const { return state.steps > 0; }
   void mark_synced() { journal_mark(state.body, state.synced); }
   void rollback_to(const JournalMark& mark);
 

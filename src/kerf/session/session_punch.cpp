@@ -32,6 +32,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
     return cancelled;
   };
   sweep_positions = frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : deformed_collision();
+  begin_pose();
   auto cut = cut_punch(state.body.complex, sweep_positions, punch, cut_options, cut_scratch);
   if (!cut) {
     KERF_TRY(give_up());
@@ -48,6 +49,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
     KERF_TRY(give_up());
     return followed.error();
   }
+  end_pose();
   StrokeRecord& record = state.strokes.back();
   record.kind = StrokeRecord::Kind::kPunch;
   record.triangles = cut->steps;

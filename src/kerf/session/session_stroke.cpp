@@ -12,6 +12,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+/// Of the body's size: differences of a vertex' place that are only rounding.
+constexpr double kSurfaceRounding = 1e-13;
 /// Undo forgets the oldest strokes beyond this.
 constexpr std::size_t kUndoBytes = std::size_t{256} << 20;
 
@@ -70,6 +72,7 @@ const std::vector<Vec3>& Session::Impl::deformed_collision() {
   if (!collision_positions_valid || collision_positions.size() != state.body.complex.collision.vertex_count()) {
     collision_positions.resize(state.body.complex.collision.vertex_count());
     kerf::collision_positions(state.body.hex, state.body.embedding, state.mechanics.positions, collision_positions);
+    for (const FadingVertex& f : state.fade.collision) collision_positions[static_cast<std::size_t>(f.vertex)] += f.offset;
     collision_positions_valid = true;
   }
   return collision_positions;
@@ -87,11 +90,28 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
   stroke.blade.mark = stroke.start;
   stroke.before = state.mechanics;
   stroke.account = account();
+  stroke.fade = state.fade;
   StrokeRecord record;
   record.began = record.ended = state.time;
   record.before = record.after = count_body(state.body);
   state.strokes.push_back(record);
   return {};
+}
+
+void Session::Impl::begin_pose() {
+  begin_surface(surface);
+  balance.clear();
+}
+
+void Session::Impl::end_pose() {
+  if (!moved_ever()) return;
+  if (out_of_balance(state.body.hex, state.model, state.mechanics, balance)) {
+    // Vertices that are not remembered yet are where they were; the others keep the offsets from where they were.
+    remember_surface_around(surface_state(), balance.nodes, surface);
+    settle_balance(balance, state.mechanics);
+  }
+  hold_surface(state.body, state.mechanics.positions, state.mechanics.velocities, kSurfaceRounding * size, surface, state.fade);
+  positions_changed();
 }
 
 Status Session::Impl::move_blade(const BladeEdge& edge) {
@@ -103,6 +123,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   // The blade meets the body as it is now, or as it was before anything moved.
   sweep_positions = stroke.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : deformed_collision();
   CutTimes following;
+  begin_pose();
   SweepTarget target{state.body.complex, sweep_positions, cut_scratch, cut_options,
                      [&] {
                        if (trouble) trouble = follow_complex(following);
@@ -120,6 +141,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
     (void)cancelled;
     return trouble;
   }
+  end_pose();
   record.triangles += report->steps;
   record.refused += report->refused;
   record.ended = state.time;
@@ -152,7 +174,25 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   for (VisualTriangle f = topology_change.first_new_visual_triangle; f.index() < body.complex.visual.face_count(); ++f.value)
     changed_visual.push_back(f);
   update_render_surface(body.complex.visual, changed_visual, body.surface);
-  KERF_TRY(sync_change(body.hex, state.materials, lattice_change, remembered, state.model, state.mechanics));
+  const std::size_t old_nodes = state.mechanics.positions.size(), known_nodes = surface.nodes.size();
+  const auto in_balance = [&](auto&& add) {
+    if (!moved_ever()) return;
+    for (const auto* list : {&lattice_change.changed_copies, &lattice_change.dead_copies, &lattice_change.new_copies})
+      for (const HexId id : *list) add(state.model, state.mechanics, id, balance);
+  };
+  in_balance(leave_balance);
+  KERF_TRY(sync_change(body.hex, state.materials, lattice_change, state.model, state.mechanics, surface.nodes));
+  recall_cells(body.hex, remembered, state.mechanics, surface.nodes);
+  in_balance(join_balance);
+  if (moved_ever()) {
+    const auto first = surface.nodes.begin() + static_cast<std::ptrdiff_t>(known_nodes);
+    surface.nodes.erase(std::remove_if(first, surface.nodes.end(), [&](const NodeMotion& n) { return n.node.index() >= old_nodes; }),
+                        surface.nodes.end());  // those are new
+    changed_hexes = lattice_change.changed_copies;
+    changed_hexes.insert(changed_hexes.end(), lattice_change.new_copies.begin(), lattice_change.new_copies.end());
+    move_in_balance(body.hex, state.model, state.mechanics, std::span(surface.nodes).subspan(known_nodes), changed_hexes, balance);
+    remember_surface_before(surface_state(), state.synced, surface);
+  }
   KERF_TRY(renew_springs());
   renew_loads();
   ++state.topology_version;
@@ -178,17 +218,15 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   Body& body = state.body;
   const auto nodes = mark_of(body, mark, body.hex.corner);
   const auto copies = mark_of(body, mark, body.hex.cell);
+  if (moved_ever()) {
+    remember_surface(surface_state(), mark, surface);
+    std::erase_if(surface.nodes, [&](const NodeMotion& n) { return n.node.index() >= nodes.size; });
+  }
   note_rollback(skin, body.embedding, mark_of(body, mark, body.embedding.visual));
   if (watching || contact.on) collect_topology_change(body.complex, mark, cut_scratch, topology_change);
   if (watching) {
     note_changes(body, mark, topology_change, watched);
   }
-  // The twins of the provisional tip go; when it is walked again they take up their motion where they left it.
-  remembered.clear();
-  for (std::size_t i = nodes.size; i < body.hex.node_count(); ++i)
-    if (body.hex.active(NodeId(i)))  // what no element used has stayed behind
-      remembered.push_back({body.hex.corner[NodeId(i)], body.hex.node_parent[NodeId(i)], state.mechanics.positions[i],
-                          state.mechanics.velocities[i]});
   std::vector<HexId> touched;
   const auto note = [&](HexId id) {
     if (id.index() < copies.size) touched.push_back(id);
@@ -199,11 +237,19 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   body.hex.weights.for_each_changed(mark_of(body, mark, body.hex.weights), note);
   std::sort(touched.begin(), touched.end());
   touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  // The twins of the provisional tip go; when it is walked again its material takes up its motion where it left it.
+  remembered_cells.clear();
+  for (const HexId id : touched) remembered_cells.push_back(body.hex.frame.cell_id(body.hex.cell[id]));
+  for (std::size_t i = copies.size; i < body.hex.hex_count(); ++i)
+    remembered_cells.push_back(body.hex.frame.cell_id(body.hex.cell[HexId(i)]));
+  remember_cells(body.hex, state.mechanics, remembered_cells, remembered);
 
-  for (std::size_t i = copies.size; i < state.model.element_count(); ++i)
-    if (state.model.has_element(HexId(i))) state.model.remove_element(HexId(i));
-  for (const HexId id : touched)
-    if (state.model.has_element(id)) state.model.remove_element(id);
+  const auto remove = [&](HexId id) {
+    leave_balance(state.model, state.mechanics, id, balance);
+    state.model.remove_element(id);
+  };
+  for (std::size_t i = copies.size; i < state.model.element_count(); ++i) remove(HexId(i));
+  for (const HexId id : touched) remove(id);
   state.model.clear_springs();
   journal_rollback(body, mark);
   contact_follows(topology_change.triangles);
@@ -217,6 +263,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
     const Status synced = sync_hex(body.hex, state.materials, id, state.model);
     KERF_ASSERT(synced.ok());
     (void)synced;
+    join_balance(state.model, state.mechanics, id, balance);
   }
   state.synced = mark;
   const Status springs = renew_springs();
@@ -241,6 +288,7 @@ Status Session::Impl::end_stroke() {
   step.mechanics = std::move(stroke.before);
   step.account = std::move(stroke.account);
   const bool shaved = stroke.shaved;
+  step.fade = std::move(stroke.fade);
   step.record = state.strokes.size() - 1;
   state.stroke.reset();
   mark_synced();
@@ -270,6 +318,7 @@ Status Session::Impl::cancel_stroke() {
   std::swap(state.stroke->before.tools, state.mechanics.tools);
   state.mechanics = std::move(state.stroke->before);
   state.touching = {};
+  state.fade = std::move(state.stroke->fade);
   state.strokes.pop_back();
   state.stroke.reset();
   keep_grasps_on(ancestors);
@@ -325,6 +374,7 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
   step.mechanics = std::move(now);
   state.mechanics.tools = step.mechanics.tools;  // tools stay where they are
   state.touching = {};
+  std::swap(state.fade, step.fade);
   if (step.record < state.strokes.size()) state.strokes[step.record].undone = back;
   mark_synced();
   ++state.topology_version;

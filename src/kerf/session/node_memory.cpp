@@ -1,0 +1,97 @@
+#include "kerf/session/node_memory.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace kerf {
+namespace {
+
+auto key(const NodeMemory::Piece& p) { return std::tuple(p.cell, p.triangle, p.side); }
+
+/// Calls f(piece) for the pieces of a cell, by triangle and side.
+template <class Fn>
+void for_each_piece(const HexMesh& hex, CellId cell, Fn&& f) {
+  for (const CollisionTriangle t : hex.members_of(cell))
+    for (const Piece& p : hex.pieces_of(t))
+      if (p.cell == cell) f(t, p);
+}
+
+}  // namespace
+
+void NodeMemory::clear() {
+  copies.clear();
+  pieces.clear();
+  cells.clear();
+}
+
+void remember_cells(const HexMesh& hex, const MechanicsState& state, std::span<const CellId> cells, NodeMemory& memory) {
+  memory.clear();
+  memory.cells.assign(cells.begin(), cells.end());
+  std::sort(memory.cells.begin(), memory.cells.end());
+  memory.cells.erase(std::unique(memory.cells.begin(), memory.cells.end()), memory.cells.end());
+  for (const CellId cell : memory.cells) {
+    const std::size_t first = memory.copies.size();
+    for (HexId h = hex.first_copy[cell]; h.valid(); h = hex.next_in_cell[h]) {
+      NodeMemory::Copy copy;
+      copy.nodes = hex.nodes[h];
+      for (std::size_t c = 0; c < 8; ++c) {
+        copy.positions[c] = state.positions[copy.nodes[c].index()];
+        copy.velocities[c] = state.velocities[copy.nodes[c].index()];
+      }
+      memory.copies.push_back(copy);
+    }
+    for_each_piece(hex, cell, [&](CollisionTriangle t, const Piece& p) {
+      std::size_t copy = first;
+      for (HexId h = hex.first_copy[cell]; h.valid() && h != p.copy; h = hex.next_in_cell[h]) ++copy;
+      memory.pieces.push_back({cell, t, p.side, p.volume, static_cast<std::int32_t>(copy)});
+    });
+  }
+  std::sort(memory.pieces.begin(), memory.pieces.end(), [](const auto& a, const auto& b) { return key(a) < key(b); });
+}
+
+void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state, std::vector<NodeMotion>& old) {
+  auto& shares = memory.shares;
+  shares.clear();
+  for (const CellId cell : memory.cells)
+    for_each_piece(hex, cell, [&](CollisionTriangle t, const Piece& now) {
+      auto before = std::lower_bound(memory.pieces.begin(), memory.pieces.end(), std::tuple(cell, t),
+                                     [](const auto& p, const auto& k) { return std::tuple(p.cell, p.triangle) < k; });
+      for (; before != memory.pieces.end() && before->cell == cell && before->triangle == t; ++before) {
+        if (before->side * now.side < 0) continue;
+        const NodeMemory::Copy& copy = memory.copies[static_cast<std::size_t>(before->copy)];
+        for (std::size_t c = 0; c < 8; ++c)
+          shares.push_back({hex.nodes[now.copy][c], copy.nodes[c], std::min(before->volume, now.volume), copy.positions[c],
+                            copy.velocities[c]});
+      }
+    });
+  // Stable: the order of a sum must not depend on the sort.
+  std::stable_sort(shares.begin(), shares.end(),
+                   [](const auto& a, const auto& b) { return std::tuple(a.node, a.from) < std::tuple(b.node, b.from); });
+  for (std::size_t i = 0, end; i < shares.size(); i = end) {
+    for (end = i; end < shares.size() && shares[end].node == shares[i].node;) ++end;
+    const std::span<const NodeMemory::Share> all(shares.data() + i, end - i);
+    const NodeMemory::Share& share = largest_share(all);
+    move_node(share.node, share.position, share.velocity, state, old);
+  }
+}
+
+void move_node(NodeId node, Vec3 position, Vec3 velocity, MechanicsState& state, std::vector<NodeMotion>& old) {
+  Vec3 &x = state.positions[node.index()], &v = state.velocities[node.index()];
+  if (x == position && v == velocity) return;
+  old.push_back({node, x, v});
+  x = position;
+  v = velocity;
+}
+
+const NodeMemory::Share& largest_share(std::span<const NodeMemory::Share> shares) {
+  std::size_t best = 0;
+  double most = -1;
+  for (std::size_t i = 0, end; i < shares.size(); i = end) {
+    double volume = 0;
+    for (end = i; end < shares.size() && shares[end].from == shares[i].from; ++end) volume += shares[end].volume;
+    if (volume > most) most = volume, best = i;
+  }
+  return shares[best];
+}
+
+}  // namespace kerf

@@ -165,6 +165,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   record.before = count_body(state.body);
   UndoStep step;
   step.mechanics = state.mechanics;
+  step.fade = state.fade;
   PieceRemoval before{state.body, state.measures, {}, {}, {}, {}};
   for (std::size_t i = 0; i < state.model.node_count(); ++i) {
     before.fixed.push_back(state.model.is_fixed(NodeId(i)) ? 1 : 0);
@@ -202,6 +203,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   }
   for (const HexId h : l.copy.origins()) kept_motion.rotations.push_back(state.mechanics.rotations[h.index()]);
   state.mechanics = std::move(kept_motion);
+  state.fade = {};  // everything has another id now; what is fading is at its end
 
   for (std::size_t i = 0; i < r.collision_vertex.old_count(); ++i) before.to_other.push_back(r.collision_vertex(CollisionVertex(i)));
   for (std::size_t i = 0; i < state.grasps.size(); ++i) {

@@ -81,6 +81,7 @@ const std::vector<Vec3>& Session::Impl::deformed_collision() {
 Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
   if (state.stroke) KERF_TRY(end_stroke());
   state.redo.clear();
+  begin_pose();  // nothing is remembered of strokes before
   state.stroke = std::make_unique<ActiveStroke>();
   ActiveStroke& stroke = *state.stroke;
   stroke.frame = frame;

@@ -51,7 +51,10 @@ void join_balance(const MechanicsModel& model, const MechanicsState& state, HexI
 
 void move_in_balance(const HexMesh& hex, const MechanicsModel& model, const MechanicsState& state, std::span<const NodeMotion> old,
                      std::span<const HexId> changed, CutBalance& balance) {
-  for (const NodeMotion& m : old) {
+  for (std::size_t i = 0; i < old.size(); ++i) {
+    const NodeMotion& m = old[i];
+    const auto earlier = old.first(i);  // a node may have been moved twice: the first entry has what it had before
+    if (std::any_of(earlier.begin(), earlier.end(), [&](const NodeMotion& e) { return e.node == m.node; })) continue;
     const Vec3 v = state.velocities[m.node.index()];
     for_each_share(hex, model, m.node, [&](HexId h, double mass) {
       if (std::binary_search(changed.begin(), changed.end(), h)) return;

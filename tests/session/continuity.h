@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdio>
+#include <string>
 #include <vector>
 
 #include "kerf/session/body_mechanics.h"
@@ -68,6 +70,39 @@ inline SurfaceJump surface_jump(const SurfaceMotion& a, const SurfaceMotion& b, 
   compare(a.visual_rest, b.visual_rest, a.visual, b.visual, a.visual_velocity, b.visual_velocity);
   compare(a.collision_rest, b.collision_rest, a.collision, b.collision, a.collision_velocity, b.collision_velocity);
   return jump;
+}
+
+/// What may change where no time passes: rounding. Of the body's size; of the speed of the fastest node, and of the body's size per
+/// second; of kinetic energy.
+inline constexpr double kLargestJump = 1e-12, kLargestKick = 1e-9, kLargestGain = 1e-9;
+
+/// Changes between two moments without a step between them, in the units of those bounds. size: m, of the body.
+struct Continuity {
+  double moved = 0, kicked = 0, gained = 0;
+  std::string broken;  ///< empty, or what changed by too much
+};
+/// energy: compare kinetic energy, too (a shave takes its own away).
+inline Continuity continuity(const SurfaceMotion& before, const SurfaceMotion& after, double size, bool energy = true) {
+  const auto number = [](double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", x);
+    return std::string(text);
+  };
+  Continuity c;
+  const SurfaceJump jump = surface_jump(before, after, kLargestJump * size);
+  c.moved = jump.position / size;
+  c.kicked = jump.velocity / (before.speed + size);
+  if (energy) c.gained = after.kinetic / (before.kinetic + 1e-12 * before.mass * size * size) - 1;
+  double farthest = 0;
+  for (const Vec3 p : after.visual) farthest = std::max(farthest, norm(p));
+  if (!(c.moved <= kLargestJump))
+    c.broken = "a vertex jumped by " + number(c.moved) + " of the body's size in a cut, " + number(farthest / size) + " away";
+  else if (!(c.kicked <= kLargestKick))
+    c.broken = "a vertex' velocity jumped by " + number(c.kicked) + " in a cut";
+  else if (!(c.gained <= kLargestGain))
+    c.broken = "a cut added " + number(c.gained) + " to the kinetic energy of " + number(before.kinetic) + " J; mass changed by " +
+               number(after.mass / before.mass - 1) + ", momentum by " + number(norm(after.momentum - before.momentum)) + " kg m/s";
+  return c;
 }
 
 }  // namespace kerf::test

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <map>
 #include <thread>
+#include <vector>
 
 #include "kerf/session/drawn_body.h"
 #include "kerf/session/engine.h"
@@ -32,6 +33,7 @@ inline SceneSource steak() {
 struct Table {
   Engine engine;
   std::map<std::uint32_t, MirroredPage> pages;
+  std::map<std::uint32_t, std::vector<protocol::Message>> kept;  ///< what the pages that stand here have heard
 
   explicit Table(EngineOptions options = {}, const SceneSource& source = steak()) : engine(make(source, std::move(options))) {}
   static Engine make(const SceneSource& source, EngineOptions options) {
@@ -54,6 +56,7 @@ struct Table {
     for (auto& [id, page] : pages)
       while (const protocol::Message m = engine.next(id)) {
         page.hear(*m);
+        if (const auto k = kept.find(id); k != kept.end()) k->second.push_back(m);
         if (page.last_seq > 0) engine.receive(id, page_ack(page.last_seq));
       }
   }
@@ -99,6 +102,10 @@ struct Table {
     message.nodes = nodes;
     MirroredPage expected;
     expected.hear(protocol::encode(message));
+    std::vector<std::uint32_t> fading;
+    std::vector<Vec3f> offsets;
+    fresh.fading(engine.session().fading_visual(), fading, offsets);
+    for (std::size_t i = 0; i < fading.size(); ++i) expected.body.offsets[fading[i]] = {offsets[i].x, offsets[i].y, offsets[i].z};
     EXPECT_TRUE(pages.at(id).body == expected.body) << "the page's body differs from the engine's at version " << engine.version();
   }
 };

@@ -2,10 +2,12 @@
 // answers.
 #include "kerf/session/engine.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <set>
 #include <thread>
@@ -42,6 +44,109 @@ TEST(Engine, APageSeesTheBodyWhereItIs) {
     ASSERT_NEAR(drawn[1], positions[v].y, 2e-7);
     ASSERT_NEAR(drawn[2], positions[v].z, 2e-7);
   }
+}
+
+/// Where a page draws its vertices, and where the library has them: the largest difference, metres.
+double drawn_beside(const MirroredPage& page, const Session& session) {
+  const std::vector<Vec3> positions = session.visual_positions();
+  const RenderSurface& surface = session.body().surface;
+  EXPECT_EQ(page.body.rest.size(), surface.size());
+  double most = 0;
+  for (std::size_t v = 0; v < std::min(page.body.rest.size(), surface.size()); ++v) {
+    const F3 drawn = page.body.drawn(v);
+    const Vec3 p = positions[surface.vertex[RenderVertex(v)].index()];
+    most = std::max(most, norm(Vec3{drawn[0], drawn[1], drawn[2]} - p));
+  }
+  return most;
+}
+
+/// KERF_PAGE_SAMPLE=FILE writes what a page heard, and where the library had its vertices after each message, for the page's own
+/// tests (apps/viewer/tests/samples/fading.json; after a change of the protocol it is made anew).
+void keep_sample(const std::vector<protocol::Message>& messages, const std::vector<std::vector<float>>& positions) {
+  const char* file = std::getenv("KERF_PAGE_SAMPLE");
+  if (!file) return;
+  const auto hex = [](const void* data, std::size_t n) {
+    std::string out;
+    for (std::size_t i = 0; i < n; ++i) out += fmt::format("{:02x}", static_cast<const unsigned char*>(data)[i]);
+    return out;
+  };
+  std::ofstream out(file);
+  out << "{\"messages\":[";
+  for (std::size_t i = 0; i < messages.size(); ++i) out << (i ? ",\n\"" : "\n\"") << hex(messages[i]->data(), messages[i]->size()) << '"';
+  out << "],\n\"positions\":[";
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    out << (i ? ",\n\"" : "\n\"") << hex(positions[i].data(), positions[i].size() * sizeof(float)) << '"';
+  out << "]}\n";
+}
+
+// In a body under tension vertices that a cut hangs on other nodes would jump; their offsets travel with the nodes.
+TEST(Engine, APageDrawsTheSurfaceThatDoesNotJump) {
+  SceneSource sheet;
+  sheet.name = "sheet";
+  sheet.text =
+      "[body]\nmodel = \"closed-sheet\"\noptions = { visual_triangles = 500 }\n[simulation]\ntime_step = 0.005\ngravity = [0, 0, 0]\n"
+      "[[fix]]\nhalf_space = { point = [0, -0.4, 0], normal = [0, -1, 0] }\n";
+  Table table({}, sheet);
+  const auto page = table.join();
+  const MirroredPage& p = table.pages[page];
+  const Session& session = table.engine.session();
+  const Point eye{0.02, -0.05, 4};
+  table.tell(page, page_tool(1, kGrasp, kDown, {ray_between(eye, {0, 0.45, 0})}));
+  for (int k = 1; k <= 30; ++k) {
+    table.tell(page, page_tool(1, kGrasp, kMove, {ray_between(eye, {0.004 * k, 0.45 + 0.01 * k, 0.005 * k})}));
+    table.tick();
+  }
+  table.tell(page, page_tool(1, kGrasp, kUp, {}, 1));  // with Shift it stays held
+  double worst = drawn_beside(p, session), largest = 0;
+  std::size_t most = 0;
+  std::vector<std::vector<float>> sample;
+  std::uint32_t second = 0;
+  const auto look = [&] {
+    ASSERT_TRUE(p.errors.empty()) << p.errors[0].text;
+    worst = std::max(worst, drawn_beside(p, session));
+    for (const auto& [v, offset] : p.body.offsets) largest = std::max(largest, norm(Vec3{offset[0], offset[1], offset[2]}));
+    most = std::max(most, p.body.offsets.size());
+  };
+  const auto sampled = [&](bool last) {
+    auto& heard = table.kept[second];
+    std::erase_if(heard, [](const protocol::Message& m) {
+      const auto type = std::to_integer<int>((*m)[0]);
+      return type != 2 && type != 3 && type != 4;
+    });
+    const std::vector<Vec3> positions = session.visual_positions();
+    std::vector<float> now;
+    for (const VisualVertex v : session.body().surface.vertex.raw())
+      for (int k = 0; k < 3; ++k) now.push_back(static_cast<float>(positions[v.index()][k]));
+    while (sample.size() < heard.size()) sample.push_back(now);
+    if (last) keep_sample(heard, sample);
+  };
+  for (int k = 0; k <= 40; ++k) {
+    // A page that comes in the middle: what it hears from now on is the sample.
+    if (k == 20) {
+      second = table.engine.connect();
+      table.pages[second];
+      table.kept[second];
+      table.tell(second, page_hello());
+    }
+    if (k == 20) sampled(false);
+    const Point to{-0.6 + 0.03 * k, 0.1 + 0.05 * std::sin(0.3 * k), 0};
+    table.tell(page, page_tool(2, kScalpel, k == 0 ? kDown : kMove, {ray_between(eye, to)}));
+    look();
+    if (second != 0 && k < 22) sampled(false);
+    table.tick();
+    look();
+    if (second != 0 && k < 22) sampled(k == 21);
+  }
+  table.tell(page, page_tool(2, kScalpel, kUp, {ray_between(eye, {0.65, 0.1, 0})}));
+  look();
+  table.tick(12);  // 200 ms
+  look();
+  std::printf("%zu vertices beside their copies at most, by up to %.3g m; the page draws within %.3g m\n", most, largest, worst);
+  EXPECT_LT(worst, 1e-6);
+  EXPECT_GT(most, 10u);
+  EXPECT_GT(largest, 1e-3);
+  EXPECT_TRUE(p.body.offsets.empty());  // all has faded
+  table.expect_mirrored(page);
 }
 
 TEST(Engine, WhatAPageDoesWantsATickAtOnceWhatItSeesDoesNot) {

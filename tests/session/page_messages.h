@@ -17,7 +17,7 @@ namespace kerf::test {
 /// Appends little-endian values; finish() puts the length into the header.
 class PageWriter {
  public:
-  explicit PageWriter(std::uint16_t type) { u16(type).u16(3).u32(0); }
+  explicit PageWriter(std::uint16_t type) { u16(type).u16(4).u32(0); }
   PageWriter& u16(std::uint16_t v) { return put(v, 2); }
   PageWriter& u32(std::uint32_t v) { return put(v, 4); }
   PageWriter& u64(std::uint64_t v) { return put(v, 8); }
@@ -50,7 +50,7 @@ inline PageRay ray_between(Point a, Point b) {
 }
 
 inline std::vector<std::byte> page_hello(std::uint64_t session = 0, std::uint32_t body = 0, std::uint32_t version = 0) {
-  return PageWriter(64).u32(3).u32(0).u64(session).u32(body).u32(version).finish();
+  return PageWriter(64).u32(4).u32(0).u64(session).u32(body).u32(version).finish();
 }
 inline std::vector<std::byte> page_ack(std::uint32_t seq) { return PageWriter(65).u32(seq).u32(0).finish(); }
 inline std::vector<std::byte> page_tool(std::uint32_t input, std::uint32_t tool, std::uint32_t phase,
@@ -89,7 +89,7 @@ class EngineReader {
  public:
   explicit EngineReader(std::span<const std::byte> bytes) : bytes_(bytes) {
     type = u16();
-    EXPECT_EQ(u16(), 3);
+    EXPECT_EQ(u16(), 4);
     EXPECT_EQ(u32(), bytes.size());
     EXPECT_EQ(bytes.size() % 4, 0u);
   }
@@ -141,6 +141,7 @@ struct MirroredBody {
   std::vector<U8> copies;
   std::vector<I4> cells;
   std::vector<F3> nodes;
+  std::map<std::uint32_t, F3> offsets;  ///< of fading vertices
   F3 origin{}, cell{};
   std::array<float, 9> axes{};
   friend bool operator==(const MirroredBody&, const MirroredBody&) = default;
@@ -170,7 +171,17 @@ struct MirroredBody {
       for (std::size_t k = 0; k < 3; ++k) w *= (n >> k & 1) ? local[k] : 1 - local[k];
       for (std::size_t i = 0; i < 3; ++i) out[i] += w * nodes[copies[c][n]][i];
     }
+    if (const auto f = offsets.find(static_cast<std::uint32_t>(v)); f != offsets.end())
+      for (std::size_t i = 0; i < 3; ++i) out[i] += f->second[i];
     return out;
+  }
+  void fade(const std::vector<std::uint32_t>& ids, const std::vector<F3>& by) {
+    offsets.clear();
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      ASSERT_LT(ids[i], rest.size());
+      if (i > 0) { ASSERT_LT(ids[i - 1], ids[i]); }
+      offsets[ids[i]] = by[i];
+    }
   }
 };
 
@@ -260,12 +271,15 @@ struct MirroredPage {
         const auto nn = r.u32(), f = r.u32(), u = r.u32(), re = r.u32(), ng = r.u32(), np = r.u32(), nt = r.u32(), nk = r.u32();
         touching = r.u32();
         press = r.f32();
+        const auto nfade = r.u32();
         auto nodes = r.array<F3>(nn);
         r.array<std::array<float, 6>>(ng);
         places = r.array<std::array<float, 8>>(np);
         tools = r.array<std::array<float, 14>>(nt);
         contacts = r.array<std::array<float, 10>>(nk);
         partners = r.array<std::uint32_t>(nk);
+        const auto faded = r.array<std::uint32_t>(nfade);
+        const auto offsets = r.array<F3>(nfade);
         EXPECT_LE(nt, np);
         EXPECT_LE(nk, touching);
         for (const auto& p : places) EXPECT_NEAR(p[3] * p[3] + p[4] * p[4] + p[5] * p[5] + p[6] * p[6], 1, 1e-5);
@@ -284,6 +298,7 @@ struct MirroredPage {
         if (version == body.version) {
           EXPECT_EQ(nn, body.nodes.size());
           body.nodes = std::move(nodes);
+          body.fade(faded, offsets);
         }
         break;
       }
@@ -417,7 +432,7 @@ struct MirroredPage {
     const auto nv = r.u32(), ns = r.u32(), nw = r.u32(), nc = r.u32(), nn = r.u32();
     const auto mv = r.u32(), ms = r.u32(), mw = r.u32(), mc = r.u32();
     const auto av = r.u32(), as = r.u32(), aw = r.u32(), ac = r.u32();
-    r.u32();
+    const auto nfade = r.u32();
     r.u32();
     const auto appended = [](std::size_t old, std::size_t now) { return now > old ? now - old : 0; };
     EXPECT_EQ(av, appended(body.rest.size(), nv));
@@ -441,6 +456,8 @@ struct MirroredPage {
     change(body.copies, ids, copies, nc, ac);
     change(body.cells, ids, cells, nc, ac);
     body.nodes = r.array<F3>(nn);
+    const auto faded = r.array<std::uint32_t>(nfade);
+    body.fade(faded, r.array<F3>(nfade));
     body.check();
   }
 };

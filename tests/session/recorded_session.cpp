@@ -8,6 +8,7 @@
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/body.h"
 #include "kerf/session/scene_file.h"
+#include "session/continuity.h"
 
 namespace kerf::test {
 
@@ -18,6 +19,8 @@ std::uint64_t fingerprint(const Session& session) {
   hash.add(body_hash(session.body()));
   hash.add(session.node_positions());
   hash.add(session.node_velocities());
+  hash.add(session.visual_positions());
+  hash.add(session.visual_velocities());
   return hash.value();
 }
 
@@ -137,7 +140,11 @@ namespace {
 /// Plays changes and keeps book of what undo, redo and cancel must bring back.
 class Player {
  public:
-  explicit Player(Session& session) : session_(session) {}
+  explicit Player(Session& session) : session_(session) {
+    Box3 box;
+    for (const Vec3 p : session.collision_positions()) box.add(p);
+    size_ = box.diagonal();
+  }
 
   std::optional<Problem> change(const SessionChange& c) {
     // What ends a stroke on its way ends it here, so that the books are simple.
@@ -150,7 +157,14 @@ class Player {
     const int depth = session_.undo_depth();
     const bool in_stroke = session_.in_stroke();
     if (c.kind == Kind::kEndStroke) return end_stroke();
+    const bool cuts = session_.step_count() > 0 && (c.kind == Kind::kBlade || c.kind == Kind::kPunch || c.kind == Kind::kShave);
+    const std::uint64_t version = session_.topology_version();
+    SurfaceMotion before;
+    if (cuts) before = surface_motion(session_);
     const Status done = apply(session_, c);
+    if (cuts && done && session_.topology_version() != version)
+      if (const Continuity jump = continuity(before, surface_motion(session_), size_, c.kind != Kind::kShave); !jump.broken.empty())
+        return Problem{Problem::Kind::kJump, jump.broken, 0, 0};
     if (!done && c.kind == Kind::kPunch) {  // one that finds no way is refused, and leaves nothing behind
       if (fingerprint(session_) != now) return Problem{Problem::Kind::kCancel, "a punch that was refused left something behind", 0, 0};
     } else if (!done && done.error().kind == ErrorKind::kFailed) {
@@ -199,6 +213,7 @@ class Player {
   }
 
   Session& session_;
+  double size_ = 1;
   std::vector<std::uint64_t> before_, undone_;
   std::uint64_t begun_ = 0;
   int begun_depth_ = 0;

@@ -55,12 +55,13 @@ class RecordedSession : public Session {
 };
 
 struct Problem {
-  enum class Kind { kInvariant, kFailure, kUndo, kRedo, kCancel } kind = Kind::kInvariant;
+  enum class Kind { kInvariant, kFailure, kUndo, kRedo, kCancel, kJump } kind = Kind::kInvariant;
   std::string what;
   std::size_t change = 0;  ///< changes that had been made
   std::int64_t step = 0;   ///< steps that had been made
 };
-/// Plays a recording; after every change and step all invariants are checked, undo, redo and cancel must bring back what was.
+/// Plays a recording; after every change and step all invariants are checked, undo, redo and cancel must bring back what was,
+/// and no cut may make anything jump.
 /// Bad input is an answer, not a problem.
 std::optional<Problem> problem_in(const Recording& recording);
 

@@ -1,11 +1,14 @@
 // Loose pieces taken away: what stays is what it was, undo brings everything back to the bit.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <map>
 
 #include "kerf/base/random.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/session/session.h"
+#include "kerf/session/surface_fade.h"
 
 namespace kerf {
 namespace {
@@ -115,6 +118,66 @@ TEST(Removal, WhatStaysMovesOnAsBefore) {
   ASSERT_EQ(after.size(), before.size());
   for (std::size_t i = 0; i < after.size(); ++i) EXPECT_EQ(norm(after[i] - before[i]), 0);
   ASSERT_TRUE(session.step(5).ok());
+}
+
+/// Where the surface's points are, by their place at rest (twins share one).
+std::map<std::array<double, 3>, std::vector<Vec3>> places(const Session& session) {
+  std::map<std::array<double, 3>, std::vector<Vec3>> out;
+  const auto& rest = session.body().complex.visual.rest.raw();
+  const std::vector<Vec3> now = session.visual_positions();
+  for (std::size_t i = 0; i < rest.size(); ++i) out[{rest[i].x, rest[i].y, rest[i].z}].push_back(now[i]);
+  return out;
+}
+
+// In a stretched body the punch leaves vertices beside their hexahedra; they fade on from there without the piece.
+TEST(Removal, AtOnceAfterThePunchMovesNoSurface) {
+  Session session = make_session("steak");
+  const Box3 box = box_of(session);
+  const double size = box.diagonal();
+  SceneRegion held;
+  held.shape = SceneRegion::Shape::kSphere;
+  held.center = box.min;
+  held.radius = 0.4 * size;
+  ASSERT_TRUE(session.apply({0, SceneFixCommand{held}}).ok());
+  SceneGrasp grasp;
+  grasp.id = "g";
+  grasp.point = box.max;
+  grasp.radius = 0.1 * size;
+  SceneMove move;
+  move.id = "g";
+  move.by = Vec3{0.2 * size, 0.2 * size, 0.1 * size};
+  move.over = 0.05;
+  ASSERT_TRUE(session.apply({0, grasp}).ok());
+  ASSERT_TRUE(session.apply({0, move}).ok());
+  ASSERT_TRUE(session.step(40).ok());
+  Random random(3);
+  int removed = 0;
+  std::size_t fading = 0;
+  for (int i = 0; i < 12; ++i) {
+    const auto cut = session.punch(round_punch(session, random, 0.08), SceneFrame::kWorld, 1e-4);
+    if (!cut.ok() || !cut->cut) continue;
+    const auto before = places(session);
+    const std::uint64_t hash = session.hash();
+    if (!session.remove_piece(cut->loose[0]).ok()) continue;
+    ++removed;
+    fading += session.fading_visual().size();
+    expect_valid(session, "removal");
+    for (const auto& [rest, after] : places(session)) {
+      const auto was = before.find(rest);
+      ASSERT_NE(was, before.end());
+      for (const Vec3 p : after) {
+        double nearest = HUGE_VAL;
+        for (const Vec3 q : was->second) nearest = std::min(nearest, norm(p - q));
+        ASSERT_LE(nearest, 1e-12 * size) << "removal " << removed;
+      }
+    }
+    ASSERT_TRUE(session.undo().ok());
+    EXPECT_EQ(session.hash(), hash);
+    ASSERT_TRUE(session.redo().ok());
+    ASSERT_TRUE(session.step(2).ok());
+  }
+  EXPECT_GT(removed, 5);
+  EXPECT_GT(fading, 20u);
 }
 
 TEST(Removal, BySuctionAndByGrasp) {

@@ -3,7 +3,7 @@ import { Vector3 } from 'three';
 import type { Engine, EngineEvents, EngineState } from './engine/engine';
 import {
   CommandCode, FrameFlag, LoadState, Modifier, Outcome, UploadPart, type Body, type Counts, type CutReport, type EngineError,
-  type FileMessage, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Score, type Stats, type Things, type ToolSample, type Vec3,
+  type Fading, type FileMessage, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Score, type Stats, type Things, type ToolSample, type Vec3,
 } from './engine/protocol';
 import { Blade } from './scene/blade';
 import { BodyMesh } from './scene/body_mesh';
@@ -156,7 +156,7 @@ export class App implements EngineEvents {
   private dirty = true;
   private moved = true;
   private pendingNodes = new Float32Array(0);
-  private pending: { version: number; input: number; n: number } | null = null;
+  private pending: { version: number; input: number; n: number; fading: Fading } | null = null;
   private lastSeq = 0;
   private ackedSeq = 0;
   private stroke: Stroke | null = null;
@@ -322,7 +322,9 @@ export class App implements EngineEvents {
     if (!state || frame.body !== state.body || frame.version !== state.version || frame.nodes.length !== 3 * state.nn) return;
     if (this.pendingNodes.length < frame.nodes.length) this.pendingNodes = new Float32Array(2 * frame.nodes.length);
     this.pendingNodes.set(frame.nodes);
-    this.pending = { version: frame.version, input: frame.input, n: frame.nodes.length };
+    const { ids, offsets } = frame.fading;
+    if (ids.length > 0 && ids[ids.length - 1]! >= state.nv) return;
+    this.pending = { version: frame.version, input: frame.input, n: frame.nodes.length, fading: { ids: ids.slice(), offsets: offsets.slice() } };
     if (this.blade.setGrasps(frame.grasps)) this.touch(true);
   }
 
@@ -857,7 +859,7 @@ export class App implements EngineEvents {
     const pending = this.pending, state = this.mesh.state;
     if (pending && state && pending.version === state.version) {
       this.pending = null;
-      if (this.mesh.setNodes(this.pendingNodes.subarray(0, pending.n))) {
+      if (this.mesh.setNodes(this.pendingNodes.subarray(0, pending.n), pending.fading)) {
         this.stage.keepFloorBelow(this.mesh.lowest);
         this.touch(true);
         if (this.pointerAt) this.hoverChanged = true;

@@ -17,6 +17,7 @@ const empty = (s: BodyState): Patch => ({
   vertices: { ids: new Uint32Array(0), rest: new Float32Array(0), normal: new Int16Array(0), copy: new Uint32Array(0) },
   skin: { ids: new Uint32Array(0), triangles: new Uint32Array(0) }, wall: { ids: new Uint32Array(0), triangles: new Uint32Array(0) },
   copies: { ids: new Uint32Array(0), copies: new Uint32Array(0), cells: new Int16Array(0) }, nodes: new Float32Array(3 * s.nn),
+  fading: { ids: new Uint32Array(0), offsets: new Float32Array(0) },
 });
 
 describe('patches', () => {

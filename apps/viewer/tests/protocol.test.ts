@@ -24,13 +24,14 @@ const engineMessages: EngineMessage[] = [
     skin: { ids: new Uint32Array([1]), triangles: new Uint32Array([4, 3, 2]) },
     wall: { ids: new Uint32Array([]), triangles: new Uint32Array([0, 1, 2]) },
     copies: { ids: new Uint32Array([1]), copies: new Uint32Array([...eight(1), ...eight(2)]), cells: new Int16Array(8).fill(1) },
-    nodes: new Float32Array(27).fill(0.5),
+    nodes: new Float32Array(27).fill(0.5), fading: { ids: new Uint32Array([1, 4]), offsets: new Float32Array(6).fill(0.25) },
   },
   {
     type: 'frame', body: 1, seq: 2, version: 3, input: 4, time: 1.25, stepMs: 0.5, speed: 1, flags: 3, undoDepth: 5, redoDepth: 6,
     nodes: new Float32Array([1, 2, 3]), grasps: new Float32Array([1, 2, 3, 4, 5, 6]),
     places: new Float32Array(16).map((_, i) => i), tools: new Float32Array(14).map((_, i) => i / 2), contacts: new Float32Array(10).fill(3),
     partners: new Uint32Array([17]), touching: 4, press: 2.5,
+    fading: { ids: new Uint32Array([2, 7]), offsets: new Float32Array([1, 2, 3, 4, 5, 6]) },
   },
   { type: 'hit', input: 5, triangle: -1, t: 0.1, point: [1, 2, 3], normal: [0, 0, 1], beside: 0.5 },
   { type: 'stats', stepMs: 1, stepMs99: 2, mechanicsMs: 3, stepsPerSecond: 500, iterations: 12, residual: 0.25, counts, pieces: 2, dropped: 3, bad: 4, clients: 5 },
@@ -49,7 +50,7 @@ const engineMessages: EngineMessage[] = [
 ];
 
 const pageMessages: PageMessage[] = [
-  { type: 'pageHello', protocol: 3, session: 123456789012345678n, body: 1, version: 7 },
+  { type: 'pageHello', protocol: 4, session: 123456789012345678n, body: 1, version: 7 },
   { type: 'ack', seq: 42 },
   {
     type: 'tool', input: 1, tool: 10, phase: 2, modifiers: 5, size: 0.25,
@@ -75,12 +76,15 @@ describe('messages', () => {
 
   it('lays a frame out as the protocol page says', () => {
     const v = new DataView(encodeEngineMessage(engineMessages[3]!));
-    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 3, 80 + 12 + 24 + 64 + 56 + 40 + 4]);
+    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 4, 84 + 12 + 24 + 64 + 56 + 40 + 4 + 8 + 24]);
     expect([8, 12, 16, 20].map((o) => v.getUint32(o, true))).toEqual([1, 2, 3, 4]);
     expect(v.getFloat64(24, true)).toBe(1.25);
     expect([v.getFloat32(32, true), v.getFloat32(36, true)]).toEqual([0.5, 1]);
     expect([40, 44, 48, 52, 56, 60, 64, 68, 72].map((o) => v.getUint32(o, true))).toEqual([1, 3, 5, 6, 1, 2, 1, 1, 4]);
-    expect([76, 80, 84, 88].map((o) => v.getFloat32(o, true))).toEqual([2.5, 1, 2, 3]);
+    expect([76, 84, 88, 92].map((o) => v.getFloat32(o, true))).toEqual([2.5, 1, 2, 3]);
+    const fades = v.byteLength - 32;
+    expect([80, fades, fades + 4].map((o) => v.getUint32(o, true))).toEqual([2, 2, 7]);
+    expect([8, 28].map((o) => v.getFloat32(fades + o, true))).toEqual([1, 6]);
   });
   it('lays bodies, patches, hits and tools out as the protocol page says', () => {
     const body = new DataView(encodeEngineMessage(engineMessages[1]!));
@@ -90,7 +94,7 @@ describe('messages', () => {
     expect(body.getInt16(104 + 36 + 4, true)).toBe(32767);
     const patch = new DataView(encodeEngineMessage(engineMessages[2]!));
     expect(Array.from({ length: 19 }, (_, i) => patch.getUint32(8 + 4 * i, true)))
-      .toEqual([3, 9, 10, 77, 5, 2, 3, 3, 9, 2, 1, 0, 1, 1, 0, 1, 1, 0, 0]);
+      .toEqual([3, 9, 10, 77, 5, 2, 3, 3, 9, 2, 1, 0, 1, 1, 0, 1, 1, 2, 0]);
     expect(patch.getUint32(84 + 4, true)).toBe(2);
     const hit = new DataView(encodeEngineMessage(engineMessages[4]!));
     expect([hit.byteLength, hit.getInt32(12, true), hit.getFloat64(16, true), hit.getFloat64(40, true), hit.getFloat32(56, true)]).toEqual([64, -1, 0.1, 3, 1]);
@@ -156,7 +160,7 @@ describe('bad messages', () => {
     expect(() => decodeEngineMessage(changed(engineMessages[7]!, (v) => v.setUint16(0, 64, true)))).toThrow(/type 64/);
   });
   it('refuses numbers that are not finite', () => {
-    expect(() => decodeEngineMessage(changed(engineMessages[3]!, (v) => v.setFloat32(84, NaN, true)))).toThrow(/finite/);
+    expect(() => decodeEngineMessage(changed(engineMessages[3]!, (v) => v.setFloat32(88, NaN, true)))).toThrow(/finite/);
     expect(() => decodeEngineMessage(changed(engineMessages[4]!, (v) => v.setFloat64(24, Infinity, true)))).toThrow(/finite/);
   });
   it('refuses ids out of range and unsorted', () => {
@@ -169,6 +173,9 @@ describe('bad messages', () => {
     expect(() => decodeEngineMessage(encodeEngineMessage({ ...patch, vertices: { ...patch.vertices, ids: new Uint32Array([2, 0]) } }))).toThrow(/ascending/);
     expect(() => decodeEngineMessage(encodeEngineMessage({ ...patch, vertices: { ...patch.vertices, ids: new Uint32Array([0, 4]) } }))).toThrow(/not below 4/);
     expect(() => decodeEngineMessage(encodeEngineMessage({ ...patch, totals: { ...patch.totals, nw: 0 } }))).toThrow(/appended/);
+    const fading = { ids: new Uint32Array([3, 5]), offsets: new Float32Array(6) };
+    expect(() => decodeEngineMessage(encodeEngineMessage({ ...patch, fading }))).toThrow(/fading vertex 5/);
+    expect(() => decodeEngineMessage(encodeEngineMessage({ ...patch, fading: { ...fading, ids: new Uint32Array([3, 3]) } }))).toThrow(/ascending/);
     const overlay = engineMessages[9]! as Extract<EngineMessage, { type: 'overlay' }>;
     expect(() => decodeEngineMessage(encodeEngineMessage({ ...overlay, links: new Uint32Array([2, 0]) }))).toThrow(/link/);
     expect(() => decodeEngineMessage(encodeEngineMessage({ ...overlay, feet: new Uint32Array([5, 3]) }))).toThrow(/foot/);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "kerf/session/surface_fade.h"
+
 namespace kerf {
 namespace {
 
@@ -288,6 +290,17 @@ void DrawnBody::finish(const Sizes& a) {
   const Sizes now = sizes();
   changed_ = !vertex_ids_.empty() || !skin_ids_.empty() || !wall_ids_.empty() || !copy_ids_.empty() ||
              a.vertices != now.vertices || a.skin != now.skin || a.wall != now.wall || a.copies != now.copies;
+}
+
+void DrawnBody::fading(std::span<const FadingVertex> fades, std::vector<std::uint32_t>& vertices, std::vector<Vec3f>& offsets) const {
+  vertices.clear();
+  offsets.clear();
+  if (fades.empty()) return;
+  for (const FadingVertex& f : fades)
+    for (RenderVertex r = first_[static_cast<std::size_t>(f.vertex)]; r.valid(); r = next_[r.index()]) vertices.push_back(number(r.index()));
+  std::sort(vertices.begin(), vertices.end());
+  for (const std::uint32_t r : vertices)
+    offsets.push_back(to_float(kerf::fading(fades, place_[r].index())->offset));
 }
 
 protocol::Body DrawnBody::body_message(const LatticeFrame& frame) const {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kerf/session/body.h"
@@ -27,6 +28,9 @@ class DrawnBody {
   /// numbers and nodes.
   [[nodiscard]] protocol::Body body_message(const LatticeFrame& frame) const;
   [[nodiscard]] protocol::Patch patch_message() const;
+
+  /// Render vertices of fading visual ones (surface_fade.h) with their offsets, ascending. As of the last reset or update.
+  void fading(std::span<const FadingVertex> fades, std::vector<std::uint32_t>& vertices, std::vector<Vec3f>& offsets) const;
 
  private:
   struct Arrays {

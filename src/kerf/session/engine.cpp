@@ -252,6 +252,7 @@ void Engine::Impl::fill_nodes() {
   const std::vector<Vec3>& positions = session->node_positions();
   nodes.resize(positions.size());
   for (std::size_t i = 0; i < positions.size(); ++i) nodes[i] = to_float(positions[i]);
+  drawn.fading(session->fading_visual(), fading, fading_offset);
 }
 
 void Engine::Impl::publish(std::uint32_t input) {
@@ -270,6 +271,8 @@ void Engine::Impl::publish(std::uint32_t input) {
   m.totals.nn = static_cast<std::uint32_t>(published_nodes);
   fill_nodes();
   m.nodes = nodes;
+  m.fading = fading;
+  m.offset = fading_offset;
   const protocol::Message message = share(protocol::encode(m));
   body_message.reset();
   history.push_back({m.from, message});
@@ -302,6 +305,8 @@ void Engine::Impl::send_frame() {
   m.undo_depth = static_cast<std::uint32_t>(session->undo_depth());
   m.redo_depth = static_cast<std::uint32_t>(session->redo_depth());
   m.nodes = nodes;
+  m.fading = fading;
+  m.offset = fading_offset;
   m.grasps = grasps;
   things.place(*session);
   m.places = things.places();

@@ -130,7 +130,8 @@ struct Engine::Impl {
   bool too_long = false;  ///< to be recorded: more happened than is kept
 
   // Memory without state
-  std::vector<Vec3f> nodes;
+  std::vector<Vec3f> nodes, fading_offset;
+  std::vector<std::uint32_t> fading;
   std::vector<protocol::Grasp> grasps;
   DrawnContacts contacts;
 

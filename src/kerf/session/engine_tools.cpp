@@ -240,8 +240,9 @@ Status Engine::Impl::pull(const protocol::ToolInput& input) {
     h.id = grasp.id;
     h.plane_point = picked->middle;
     h.plane_normal = ray.direction;
-    for (const std::int32_t v : grasp.vertices) h.start += (1.0 / 3) * session->collision_positions()[static_cast<std::size_t>(v)];
     KERF_TRY(perform(std::move(grasp)));
+    for (const Session::GraspState& g : session->grasps())
+      if (g.id == h.id) h.start = g.target;
     hand = std::move(h);
   }
   if (!hand) return {};

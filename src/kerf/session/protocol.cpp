@@ -255,33 +255,34 @@ Bytes encode(const Patch& m) {
   KERF_ASSERT(m.rest.size() == m.normal.size() && m.rest.size() == m.copy.size() && m.copies.size() == m.cells.size());
   KERF_ASSERT(m.rest.size() >= m.vertex_ids.size() && m.skin.size() >= m.skin_ids.size() &&
               m.wall.size() >= m.wall_ids.size() && m.copies.size() >= m.copy_ids.size());
-  KERF_ASSERT(m.nodes.size() == m.totals.nn);
+  KERF_ASSERT(m.nodes.size() == m.totals.nn && m.fading.size() == m.offset.size());
   const std::size_t ids = m.vertex_ids.size() + m.skin_ids.size() + m.wall_ids.size() + m.copy_ids.size();
   return Writer(Type::kPatch, 76 + 4 * ids + 24 * m.rest.size() + 12 * (m.skin.size() + m.wall.size()) +
-                                  40 * m.copies.size() + 12 * m.nodes.size())
+                                  40 * m.copies.size() + 12 * m.nodes.size() + 16 * m.fading.size())
       .u32(m.body).u32(m.from).u32(m.to).u32(m.input)
       .u32(m.totals.nv).u32(m.totals.ns).u32(m.totals.nw).u32(m.totals.nc).u32(m.totals.nn)
       .size(m.vertex_ids.size()).size(m.skin_ids.size()).size(m.wall_ids.size()).size(m.copy_ids.size())
       .size(m.rest.size() - m.vertex_ids.size()).size(m.skin.size() - m.skin_ids.size())
-      .size(m.wall.size() - m.wall_ids.size()).size(m.copies.size() - m.copy_ids.size()).u32(0).u32(0)
+      .size(m.wall.size() - m.wall_ids.size()).size(m.copies.size() - m.copy_ids.size()).size(m.fading.size()).u32(0)
       .array(m.vertex_ids).array(m.rest).array(m.normal).array(m.copy).array(m.skin_ids).array(m.skin)
-      .array(m.wall_ids).array(m.wall).array(m.copy_ids).array(m.copies).array(m.cells).array(m.nodes).finish();
+      .array(m.wall_ids).array(m.wall).array(m.copy_ids).array(m.copies).array(m.cells).array(m.nodes).array(m.fading)
+      .array(m.offset).finish();
 }
 
 Bytes encode(const Frame& m) {
-  KERF_ASSERT(m.contacts.size() == m.partners.size());
-  Writer w(Type::kFrame, 72 + 12 * m.nodes.size() + 24 * m.grasps.size() + 32 * m.places.size() + 56 * m.tools.size() +
-                             44 * m.contacts.size());
+  KERF_ASSERT(m.contacts.size() == m.partners.size() && m.fading.size() == m.offset.size());
+  Writer w(Type::kFrame, 76 + 12 * m.nodes.size() + 24 * m.grasps.size() + 32 * m.places.size() + 56 * m.tools.size() +
+                             44 * m.contacts.size() + 16 * m.fading.size());
   w.u32(m.body).u32(m.seq).u32(m.version).u32(m.input).f64(m.time).f32(m.step_ms).f32(m.speed).size(m.nodes.size())
       .u32(m.flags).u32(m.undo_depth).u32(m.redo_depth).size(m.grasps.size()).size(m.places.size()).size(m.tools.size())
-      .size(m.contacts.size()).u32(m.touching).f32(m.press).array(m.nodes);
+      .size(m.contacts.size()).u32(m.touching).f32(m.press).size(m.fading.size()).array(m.nodes);
   for (const Grasp& g : m.grasps) w.vec(g.held).vec(g.target);
   for (const Place& p : m.places)
     for (const float x : p) w.f32(x);
   for (const ToolForces& t : m.tools)
     for (const float x : t) w.f32(x);
   for (const ContactPoint& c : m.contacts) w.vec(c.point).vec(c.normal).vec(c.force).f32(c.gap);
-  w.array(m.partners);
+  w.array(m.partners).array(m.fading).array(m.offset);
   return w.finish();
 }
 

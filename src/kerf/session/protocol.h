@@ -1,4 +1,4 @@
-// The messages between page and engine, version 3 (docs/protocol.md): encoding of everything the engine says, checked
+// The messages between page and engine, version 4 (docs/protocol.md): encoding of everything the engine says, checked
 // decoding of everything a page says. Bytes in, bytes out: no sockets, no state. A page is not trusted; whatever it
 // sends is decoded or refused with a reason, and decoded messages keep every promise of the page.
 #pragma once
@@ -18,7 +18,7 @@
 
 namespace kerf::protocol {
 
-inline constexpr std::uint16_t kVersion = 3;
+inline constexpr std::uint16_t kVersion = 4;
 inline constexpr std::size_t kHeaderBytes = 8;
 /// Most bytes of a message from a page, header included; uploads have chunks of their own size.
 inline constexpr std::size_t kMaxPageBytes = std::size_t{64} << 10;
@@ -81,6 +81,8 @@ struct Patch {
   std::span<const Copy> copies;
   std::span<const Cell> cells;
   std::span<const Vec3f> nodes;
+  std::span<const std::uint32_t> fading;  ///< render vertices drawn beside where their copies put them, ascending: all there are
+  std::span<const Vec3f> offset;          ///< one each, metres
 };
 inline constexpr std::uint32_t kPlaying = 1, kInStroke = 2;
 struct Grasp {
@@ -109,6 +111,8 @@ struct Frame {
   std::span<const std::uint32_t> partners;  ///< one each: ContactWith, kSliding
   std::uint32_t touching = 0;         ///< all contacts that press
   float press = 0;                    ///< N, the sum of their normal forces
+  std::span<const std::uint32_t> fading;  ///< as in Patch
+  std::span<const Vec3f> offset;
 };
 struct Hit {
   std::uint32_t input = 0;

@@ -204,7 +204,7 @@ class Session {
   /// Visual vertices that are not just where their copies put them, by vertex; until the next call that changes the session.
   [[nodiscard]] std::span<const FadingVertex> fading_visual() const;
   /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (4.2.5). Allocates only
-  /// when the arrays grow.
+  /// when the arrays grow. Normals are those of the hexahedra, without what fades.
   void visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
   /// Force of the supports on the body, N, of the last step: the sum, and that on one fixed node. Zero for free nodes, and
   /// from a change of topology to the next step.

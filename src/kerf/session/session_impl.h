@@ -37,6 +37,8 @@ struct ActiveStroke {
   JournalMark start;         ///< of the whole body
   SurfaceFade fade;          ///< when it began
   MechanicsState before;     ///< positions, velocities, rotations when it began
+  DetectMemory touching;     ///< when it began
+  std::int64_t steps = 0;    ///< when it began
   BodyAccount account;       ///< when it began
   bool shaving = false;      ///< passes of a shaver instead of poses of a blade
   bool shaved = false;       ///< one of them took something off
@@ -181,6 +183,8 @@ struct Session::Impl {
   /// Around a cut that takes no time: the surface stays where it is, momentum and kinetic energy are put right.
   void begin_pose();
   void end_pose();
+  /// The surface alone: where mass goes, its momentum goes with it.
+  void let_nothing_jump();
   /// Nodes, embeddings and offsets that surface vertices have now.
   [[nodiscard]] MovingSurface surface_state() const {
     return {state.body, state.mechanics.positions, state.mechanics.velocities, state.fade};

@@ -29,6 +29,12 @@ void keep_surface(RenderSurface& s, const ComplexRenaming& r) {
   keep_items(s.corner, r.visual_half_edge, drawn);
 }
 
+template <class Id>
+void keep_fades(std::vector<FadingVertex>& list, const IdMap<Id>& map) {
+  for (FadingVertex& f : list) f.vertex = map(Id(f.vertex)).value;
+  std::erase_if(list, [](const FadingVertex& f) { return f.vertex < 0; });
+}
+
 /// Kilograms in the copies of each piece.
 std::vector<double> masses_of(const Pieces& pieces, const Body& body, const MechanicsModel& model) {
   std::vector<std::int32_t> piece_of_copy(body.hex.hex_count(), -1);
@@ -203,7 +209,8 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   }
   for (const HexId h : l.copy.origins()) kept_motion.rotations.push_back(state.mechanics.rotations[h.index()]);
   state.mechanics = std::move(kept_motion);
-  state.fade = {};  // everything has another id now; what is fading is at its end
+  keep_fades(state.fade.visual, r.visual_vertex);
+  keep_fades(state.fade.collision, r.collision_vertex);
 
   for (std::size_t i = 0; i < r.collision_vertex.old_count(); ++i) before.to_other.push_back(r.collision_vertex(CollisionVertex(i)));
   for (std::size_t i = 0; i < state.grasps.size(); ++i) {
@@ -222,7 +229,8 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   std::erase_if(state.grasps, [](const Grasp& g) { return g.points.empty(); });
 
   forget_ids();
-  if (!r.new_ancestor.empty()) {
+  const bool divided = !r.new_ancestor.empty();
+  if (divided) {
     // Where another vertex stands for an ancestor that has gone, prisms may be divided otherwise.
     std::vector<CollisionTriangle> around;
     for (const CollisionVertex v : r.new_ancestor)
@@ -233,10 +241,17 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
     adapt_lattice(body.complex.collision, body.hex, around, lattice_scratch, lattice_change);
     std::vector<VisualVertex> embedded_anew;
     embed_triangles(body.complex, body.hex, lattice_change.triangles, body.embedding, embedding_scratch, embedded_anew);
+  }
+  KERF_TRY(rebuild_model(fixed, prescribed));
+  if (divided) {
+    begin_pose();
+    if (moved_ever()) {
+      remember_surface_before(surface_state(), state.synced, surface);
+      let_nothing_jump();
+    }
     (void)journal_take(body, state.synced);  // no undo step of its own
     mark_synced();
   }
-  KERF_TRY(rebuild_model(fixed, prescribed));
   KERF_TRY(renew_springs());
   renew_loads();
 

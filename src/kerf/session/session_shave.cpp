@@ -92,6 +92,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
   const std::size_t vertices = body.complex.collision.vertex_count();
   std::vector<double> before;
   if (depth > 0) before = prism_volumes(body);
+  begin_pose();
   ShavePass pass;
   kerf::shave(body.complex, sweep_positions, shaver, {smoothing, depth}, cut_options, cut_scratch, pass);
   ShaveReport report;
@@ -138,6 +139,10 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     owners.erase(std::unique(owners.begin(), owners.end()), owners.end());
     moved.clear();
     embed_triangles(body.complex, body.hex, owners, body.embedding, embedding_scratch, moved);
+    if (moved_ever()) {
+      remember_surface_before(surface_state(), state.synced, surface);
+      let_nothing_jump();
+    }
     note_moved(skin, pass.vertices);
     renew_normals(body.complex, pass.vertices, body.surface);
     mark_synced();

@@ -90,6 +90,8 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
   state.synced = stroke.start;
   stroke.blade.mark = stroke.start;
   stroke.before = state.mechanics;
+  stroke.touching = state.touching;
+  stroke.steps = state.steps;
   stroke.account = account();
   stroke.fade = state.fade;
   StrokeRecord record;
@@ -111,6 +113,10 @@ void Session::Impl::end_pose() {
     remember_surface_around(surface_state(), balance.nodes, surface);
     settle_balance(balance, state.mechanics);
   }
+  let_nothing_jump();
+}
+
+void Session::Impl::let_nothing_jump() {
   hold_surface(state.body, state.mechanics.positions, state.mechanics.velocities, kSurfaceRounding * size, surface, state.fade);
   positions_changed();
 }
@@ -318,7 +324,9 @@ Status Session::Impl::cancel_stroke() {
   // Halves that have drifted apart would be torn together: motion goes back too.
   std::swap(state.stroke->before.tools, state.mechanics.tools);
   state.mechanics = std::move(state.stroke->before);
-  state.touching = {};
+  // Ids and places are what they were; only tools and obstacles may have moved on meanwhile.
+  if (state.steps == state.stroke->steps) state.touching = std::move(state.stroke->touching);
+  else state.touching = {};
   state.fade = std::move(state.stroke->fade);
   state.strokes.pop_back();
   state.stroke.reset();

@@ -432,7 +432,7 @@ export class MockBody {
       },
       skin: triangles(o.skin, s.skin), wall: triangles(o.wall, s.wall),
       copies: { ids: new Uint32Array(c.ids), copies: new Uint32Array(c.values[0]!), cells: new Int16Array(c.values[1]!) },
-      nodes: new Float32Array(this.positions),
+      nodes: new Float32Array(this.positions), fading: { ids: new Uint32Array(0), offsets: new Float32Array(0) },
     };
   }
 

@@ -280,6 +280,7 @@ export class MockEngine extends MessageEngine {
       flags: (this.playing ? FrameFlag.Playing : 0) | (this.strokeStart ? FrameFlag.Stroke : 0), undoDepth: this.undo.length,
       redoDepth: this.redo.length, nodes: new Float32Array(this.mock.positions), grasps,
       places: new Float32Array(0), tools: new Float32Array(0), contacts: new Float32Array(0), partners: new Uint32Array(0), touching: 0, press: 0,
+      fading: { ids: new Uint32Array(0), offsets: new Float32Array(0) },
     });
   }
 }

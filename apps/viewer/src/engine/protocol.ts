@@ -1,7 +1,7 @@
-// Messages between page and engine, protocol version 3: docs/protocol.md.
+// Messages between page and engine, protocol version 4: docs/protocol.md.
 // Decoded messages hold views on the received buffer: copy what is kept.
 
-export const kProtocolVersion = 3;
+export const kProtocolVersion = 4;
 export const kHeaderBytes = 8;
 export const kMaxToolSamples = 1000; // 64 bytes each: stays below 64 KiB
 export const kUploadChunkBytes = 48 * 1024;
@@ -42,15 +42,18 @@ export interface Body {
 export interface VertexChange { ids: Uint32Array; rest: Float32Array; normal: Int16Array; copy: Uint32Array }
 export interface TriangleChange { ids: Uint32Array; triangles: Uint32Array }
 export interface CopyChange { ids: Uint32Array; copies: Uint32Array; cells: Int16Array }
+/** Render vertices that are drawn beside where their copies put them, ascending, and by how much (metres): all there are. */
+export interface Fading { ids: Uint32Array; offsets: Float32Array }
 export interface Totals { nv: number; ns: number; nw: number; nc: number; nn: number }
 export interface Patch {
   type: 'patch'; body: number; from: number; to: number; input: number; totals: Totals;
-  vertices: VertexChange; skin: TriangleChange; wall: TriangleChange; copies: CopyChange; nodes: Float32Array;
+  vertices: VertexChange; skin: TriangleChange; wall: TriangleChange; copies: CopyChange; nodes: Float32Array; fading: Fading;
 }
 export interface Frame {
   type: 'frame'; body: number; seq: number; version: number; input: number; time: number; stepMs: number; speed: number;
   flags: number; undoDepth: number; redoDepth: number; nodes: Float32Array; grasps: Float32Array;
   places: Float32Array; tools: Float32Array; contacts: Float32Array; partners: Uint32Array; touching: number; press: number;
+  fading: Fading;
 }
 export interface Hit { type: 'hit'; input: number; triangle: number; t: number; point: Vec3; normal: Vec3; beside: number }
 /** How the operation stands, in scenes with a lesion: m³, shares, metres, N, s. */
@@ -207,12 +210,18 @@ function readBody(r: Reader): Body {
   return m;
 }
 
+function readFading(r: Reader, n: number): Fading {
+  const fading = { ids: r.u32s(n), offsets: r.f32s(3 * n) };
+  checkAscending(fading.ids, 'fading vertices');
+  return fading;
+}
+
 function readPatch(r: Reader): Patch {
   const body = r.u32(), from = r.u32(), to = r.u32(), input = r.u32();
   const totals: Totals = { nv: r.u32(), ns: r.u32(), nw: r.u32(), nc: r.u32(), nn: r.u32() };
   const mv = r.u32(), ms = r.u32(), mw = r.u32(), mc = r.u32();
   const av = r.u32(), as = r.u32(), aw = r.u32(), ac = r.u32();
-  r.u32();
+  const nfade = r.u32();
   r.u32();
   const triangles = (m: number, a: number): TriangleChange => ({ ids: r.u32s(m), triangles: r.u32s(3 * (m + a)) });
   const vertices: VertexChange = {
@@ -220,7 +229,8 @@ function readPatch(r: Reader): Patch {
   };
   const skin = triangles(ms, as), wall = triangles(mw, aw);
   const copies: CopyChange = { ids: r.u32s(mc), copies: r.u32s(8 * (mc + ac)), cells: r.i16s(4 * (mc + ac)) };
-  const nodes = r.f32s(3 * totals.nn);
+  const nodes = r.f32s(3 * totals.nn), fading = readFading(r, nfade);
+  checkBelow(fading.ids, totals.nv, 'fading vertex');
   const changes: [Uint32Array, number, number, string][] = [
     [vertices.ids, totals.nv, av, 'vertices'], [skin.ids, totals.ns, as, 'skin triangles'],
     [wall.ids, totals.nw, aw, 'wall triangles'], [copies.ids, totals.nc, ac, 'copies'],
@@ -234,18 +244,19 @@ function readPatch(r: Reader): Patch {
   checkBelow(skin.triangles, totals.nv, 'vertex of skin triangle');
   checkBelow(wall.triangles, totals.nv, 'vertex of wall triangle');
   checkCopies(copies.copies, totals.nn);
-  return { type: 'patch', body, from, to, input, totals, vertices, skin, wall, copies, nodes };
+  return { type: 'patch', body, from, to, input, totals, vertices, skin, wall, copies, nodes, fading };
 }
 
 function readFrame(r: Reader): Frame {
   const body = r.u32(), seq = r.u32(), version = r.u32(), input = r.u32(), time = r.f64(), stepMs = r.f32();
   const speed = r.f32(), nn = r.u32(), flags = r.u32(), undoDepth = r.u32(), redoDepth = r.u32(), ng = r.u32();
-  const np = r.u32(), nt = r.u32(), nk = r.u32(), touching = r.u32(), press = r.f32();
+  const np = r.u32(), nt = r.u32(), nk = r.u32(), touching = r.u32(), press = r.f32(), nfade = r.u32();
   if (nt > np) throw new ProtocolError(`${nt} tools among ${np} things`);
   return {
     type: 'frame', body, seq, version, input, time, stepMs, speed, flags, undoDepth, redoDepth, nodes: r.f32s(3 * nn),
     grasps: r.f32s(6 * ng), places: r.f32s(kPlaceFloats * np), tools: r.f32s(kToolFloats * nt),
     contacts: r.f32s(kContactFloats * nk), partners: r.u32s(nk), touching, press,
+    fading: readFading(r, nfade),
   };
 }
 
@@ -489,20 +500,21 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
     case 'patch': {
       const v = m.vertices, s = m.skin, wl = m.wall, c = m.copies, t = m.totals;
       const arrays = [v.ids, v.rest, v.normal, v.copy, s.ids, s.triangles, wl.ids, wl.triangles, c.ids, c.copies, c.cells,
-        m.nodes];
+        m.nodes, m.fading.ids, m.fading.offsets];
       const w = new Writer(MessageType.Patch, 76 + sizeOf(arrays)).u32(m.body, m.from, m.to, m.input)
         .u32(t.nv, t.ns, t.nw, t.nc, t.nn).u32(v.ids.length, s.ids.length, wl.ids.length, c.ids.length)
         .u32(v.copy.length - v.ids.length, s.triangles.length / 3 - s.ids.length,
-          wl.triangles.length / 3 - wl.ids.length, c.copies.length / 8 - c.ids.length).u32(0, 0);
+          wl.triangles.length / 3 - wl.ids.length, c.copies.length / 8 - c.ids.length).u32(m.fading.ids.length, 0);
       for (const a of arrays) w.array(a);
       return w.finish();
     }
     case 'frame':
-      return new Writer(MessageType.Frame, 72 + sizeOf([m.nodes, m.grasps, m.places, m.tools, m.contacts, m.partners]))
+      return new Writer(MessageType.Frame, 76 + sizeOf([m.nodes, m.grasps, m.places, m.tools, m.contacts, m.partners, m.fading.ids, m.fading.offsets]))
         .u32(m.body, m.seq, m.version, m.input).f64(m.time).f32(m.stepMs, m.speed)
         .u32(m.nodes.length / 3, m.flags, m.undoDepth, m.redoDepth, m.grasps.length / 6, m.places.length / kPlaceFloats,
-          m.tools.length / kToolFloats, m.partners.length, m.touching).f32(m.press)
-        .array(m.nodes).array(m.grasps).array(m.places).array(m.tools).array(m.contacts).array(m.partners).finish();
+          m.tools.length / kToolFloats, m.partners.length, m.touching).f32(m.press).u32(m.fading.ids.length)
+        .array(m.nodes).array(m.grasps).array(m.places).array(m.tools).array(m.contacts).array(m.partners)
+        .array(m.fading.ids).array(m.fading.offsets).finish();
     case 'hit':
       return new Writer(MessageType.Hit, 56).u32(m.input).i32(m.triangle).f64(m.t, ...m.point).f32(...m.normal, m.beside).finish();
     case 'stats':

@@ -6,9 +6,9 @@ import { BodyState, type PatchEffect } from './body_state';
 import { CellTextures } from './cell_textures';
 import { type BodyMaterials, type Look, type QualityLevel, type Uniforms, disposeMaterials, makeBodyMaterials } from './materials';
 import type { Range } from './ranges';
-import type { Patch } from '../engine/protocol';
+import type { Fading, Patch } from '../engine/protocol';
 
-export interface Attributes { rest: BufferAttribute; normal: BufferAttribute; copy: BufferAttribute }
+export interface Attributes { rest: BufferAttribute; normal: BufferAttribute; copy: BufferAttribute; offset: BufferAttribute }
 
 function upload(attribute: BufferAttribute, ranges: Range[], items: number): void {
   for (const r of ranges) attribute.addUpdateRange(items * r.start, items * (r.end - r.start));
@@ -94,6 +94,7 @@ export class BodyMesh {
       upload(a.rest, effect.vertices, 3);
       upload(a.normal, effect.vertices, 4);
       upload(a.copy, effect.vertices, 1);
+      upload(a.offset, effect.offsets, 3);
       upload(this.skin.geometry.index!, effect.skin, 3);
       upload(this.wall.geometry.index!, effect.wall, 3);
       this.skin.geometry.setDrawRange(0, 3 * state.ns);
@@ -104,14 +105,15 @@ export class BodyMesh {
     return effect;
   }
 
-  /** New node positions; false when nothing moved. */
-  setNodes(nodes: Float32Array): boolean {
-    const state = this.state!;
+  /** New node positions and offsets of vertices; false when nothing moved. */
+  setNodes(nodes: Float32Array, fading: Fading): boolean {
+    const state = this.state!, offsets = state.setFading(fading);
+    upload(this.attributes!.offset, offsets, 3);
     let moved = false;
     for (let i = 0; i < nodes.length; i++) {
       if (state.nodes[i] !== nodes[i]) { moved = true; break; }
     }
-    if (!moved) return false;
+    if (!moved) return offsets.length > 0;
     state.nodes.set(nodes);
     this.cells.update(state);
     this.updateBounds();
@@ -142,13 +144,14 @@ export class BodyMesh {
     this.skin.geometry.dispose();
     this.wall.geometry.dispose();
     const rest = new BufferAttribute(s.rest, 3), normal = new BufferAttribute(s.normal, 4, true);
-    const copy = new BufferAttribute(s.copy, 1);
-    this.attributes = { rest, normal, copy };
+    const copy = new BufferAttribute(s.copy, 1), offset = new BufferAttribute(s.offset, 3);
+    this.attributes = { rest, normal, copy, offset };
     const geometry = (index: Uint32Array, count: number): BufferGeometry => {
       const g = new BufferGeometry();
       g.setAttribute('position', rest);
       g.setAttribute('normal', normal);
       g.setAttribute('copyId', copy);
+      g.setAttribute('kOffset', offset);
       const indices = new BufferAttribute(index, 1);
       indices.setUsage(DynamicDrawUsage);
       g.setIndex(indices);
@@ -156,7 +159,7 @@ export class BodyMesh {
       g.boundingSphere = this.bounds;
       return g;
     };
-    for (const a of [rest, normal, copy]) a.setUsage(DynamicDrawUsage);
+    for (const a of [rest, normal, copy, offset]) a.setUsage(DynamicDrawUsage);
     this.skin.geometry = geometry(s.skin, s.ns);
     this.wall.geometry = geometry(s.wall, s.nw);
     this.generation++;

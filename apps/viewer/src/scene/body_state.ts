@@ -1,6 +1,6 @@
 // The page's copy of a body: flat arrays with spare capacity, to which patches are applied.
 import { type Range, changedRanges } from './ranges';
-import type { Body, Patch, TriangleChange } from '../engine/protocol';
+import type { Body, Fading, Patch, TriangleChange } from '../engine/protocol';
 
 type Numbers = Float32Array | Uint32Array | Int16Array;
 
@@ -15,7 +15,7 @@ function grown<T extends Numbers>(old: T, items: number): T {
 }
 
 /** What a patch changed, in records, and whether arrays were replaced by larger ones. */
-export interface PatchEffect { vertices: Range[]; skin: Range[]; wall: Range[]; copies: Range[]; regrown: boolean }
+export interface PatchEffect { vertices: Range[]; skin: Range[]; wall: Range[]; copies: Range[]; offsets: Range[]; regrown: boolean }
 
 export class BodyState {
   readonly body: number;
@@ -25,6 +25,8 @@ export class BodyState {
   readonly cellSize: Float32Array;
   nv = 0; ns = 0; nw = 0; nc = 0; nn = 0;
   rest: Float32Array; normal: Int16Array; copy: Uint32Array;
+  offset: Float32Array;  // metres beside where the copy puts a vertex: zero but for those in `fading`
+  fading: Uint32Array = new Uint32Array(0);
   skin: Uint32Array; wall: Uint32Array;
   copies: Uint32Array; cells: Int16Array;
   nodes: Float32Array;
@@ -39,6 +41,7 @@ export class BodyState {
     this.nc = b.copies.length / 8; this.nn = b.nodes.length / 3;
     const v = roomFor(this.nv), s = roomFor(this.ns), w = roomFor(Math.max(this.nw, this.ns / 8)), c = roomFor(this.nc);
     this.rest = grown(b.rest, 3 * v); this.normal = grown(b.normal, 4 * v); this.copy = grown(b.copy, v);
+    this.offset = new Float32Array(3 * v);
     this.skin = grown(b.skin, 3 * s); this.wall = grown(b.wall, 3 * w);
     this.copies = grown(b.copies, 8 * c); this.cells = grown(b.cells, 4 * c);
     this.nodes = grown(b.nodes, 3 * roomFor(this.nn));
@@ -77,10 +80,24 @@ export class BodyState {
 
     this.nv = t.nv; this.ns = t.ns; this.nw = t.nw; this.nc = t.nc; this.nn = t.nn;
     this.version = p.to;
+    const offsets = this.setFading(p.fading);
     return {
       vertices: changedRanges(v.ids, v0, t.nv), skin: changedRanges(p.skin.ids, s0, t.ns),
-      wall: changedRanges(p.wall.ids, w0, t.nw), copies: changedRanges(p.copies.ids, c0, t.nc), regrown,
+      wall: changedRanges(p.wall.ids, w0, t.nw), copies: changedRanges(p.copies.ids, c0, t.nc), offsets, regrown,
     };
+  }
+
+  /** Takes over all offsets; those of other vertices end. The vertices that this changes, those that are gone included. */
+  setFading(f: Fading): Range[] {
+    if (f.ids.length === 0 && this.fading.length === 0) return [];
+    if (f.ids.length > 0 && f.ids[f.ids.length - 1]! >= this.nv) throw new Error(`offset of vertex ${f.ids[f.ids.length - 1]} of ${this.nv}`);
+    for (const i of this.fading) this.offset.fill(0, 3 * i, 3 * i + 3);
+    scatter(this.offset, 3, f.ids, f.offsets, 0);
+    const changed = new Uint32Array(this.fading.length + f.ids.length);
+    changed.set(this.fading);
+    changed.set(f.ids, this.fading.length);
+    this.fading = f.ids.slice();
+    return changedRanges(changed.sort(), this.nv, this.nv);
   }
 
   private reserve(nv: number, ns: number, nw: number, nc: number, nn: number): boolean {
@@ -88,6 +105,7 @@ export class BodyState {
     if (nv > this.copy.length) {
       const v = roomFor(nv);
       this.rest = grown(this.rest, 3 * v); this.normal = grown(this.normal, 4 * v); this.copy = grown(this.copy, v);
+      this.offset = grown(this.offset, 3 * v);
       regrown = true;
     }
     if (3 * ns > this.skin.length) { this.skin = grown(this.skin, 3 * roomFor(ns)); regrown = true; }

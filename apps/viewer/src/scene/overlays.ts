@@ -190,6 +190,7 @@ export class Overlays {
     const g = new BufferGeometry();
     g.setAttribute('position', a.rest);
     g.setAttribute('copyId', a.copy);
+    g.setAttribute('kOffset', a.offset);
     // Walls after the room that the skin has.
     g.setIndex(new BufferAttribute(new Uint32Array(2 * (s.skin.length + s.wall.length)), 1));
     g.boundingSphere = this.body.bounds;

@@ -121,7 +121,7 @@ export function latticeCoordinates(d: CellData, x: number, y: number, z: number)
   ];
 }
 
-/** Declarations for the vertex shader: attribute copyId, uniforms, kSkin(rest, normal) -> kPos, kNrm. */
+/** Declarations for the vertex shader: attributes copyId and kOffset (0 in geometries without it), uniforms, kSkin(rest, normal) -> kPos, kNrm. */
 export const kSkinningDeclarations = /* glsl */ `
 uniform highp sampler2D uPose;
 #ifdef KERF_SMOOTH
@@ -132,6 +132,7 @@ uniform mat3 uToCells;
 uniform mat3 uToAxes;
 uniform vec3 uInverseSize;
 in uint copyId;
+in vec3 kOffset;
 vec3 kPos, kNrm;
 void kSkin(vec3 r, vec3 n) {
   ivec2 p = ivec2(int(copyId & 63u) << 3, int(copyId >> 6));
@@ -141,7 +142,7 @@ void kSkin(vec3 r, vec3 n) {
   vec4 t7 = texelFetch(uPose, p + ivec2(7, 0), 0);
   vec3 q = uToCells * (r - uOrigin) - vec3(t0.w, t1.w, t2.w);
   kPos = t0.xyz + t1.xyz * q.x + t2.xyz * q.y + t3.xyz * q.z + t4.xyz * (q.x * q.y) + t5.xyz * (q.y * q.z)
-       + t6.xyz * (q.x * q.z) + t7.xyz * (q.x * q.y * q.z);
+       + t6.xyz * (q.x * q.z) + t7.xyz * (q.x * q.y * q.z) + kOffset;
   vec3 m = uToAxes * n;
 #ifdef KERF_SMOOTH
   int row = int(copyId) / ${kNormalPerRow};

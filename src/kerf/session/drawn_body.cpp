@@ -296,11 +296,12 @@ void DrawnBody::fading(std::span<const FadingVertex> fades, std::vector<std::uin
   vertices.clear();
   offsets.clear();
   if (fades.empty()) return;
-  for (const FadingVertex& f : fades)
+  for (const FadingVertex& f : fades) {
+    if (static_cast<std::size_t>(f.vertex) >= first_.size()) break;  // of a cut that is not drawn yet: a page came in the middle of a tick
     for (RenderVertex r = first_[static_cast<std::size_t>(f.vertex)]; r.valid(); r = next_[r.index()]) vertices.push_back(number(r.index()));
+  }
   std::sort(vertices.begin(), vertices.end());
-  for (const std::uint32_t r : vertices)
-    offsets.push_back(to_float(kerf::fading(fades, place_[r].index())->offset));
+  for (const std::uint32_t r : vertices) offsets.push_back(to_float(kerf::fading(fades, place_[r].index())->offset));
 }
 
 protocol::Body DrawnBody::body_message(const LatticeFrame& frame) const {

@@ -20,20 +20,21 @@ struct VertexBirth {
 struct CutScratch {
   std::vector<VertexBirth> births;  ///< by rising vertex; those of vertices that were rolled back are dropped lazily
 
-  double wall_seconds = 0;          ///< time spent on walls; the caller sets it back
+  double wall_seconds = 0;  ///< time spent on walls; the caller sets it back
 
   std::vector<VisualVertex> path;
   std::array<std::vector<VisualVertex>, 2> chain, chain_right;
   std::array<std::vector<double>, 2> parameter;
-  std::array<std::vector<VisualHalfEdge>, 2> left, right;      // along the chains: on the side of h and of its twin
-  std::array<std::vector<VisualHalfEdge>, 2> down, up;         // along the opened lines at the start and the end
+  std::array<std::vector<VisualHalfEdge>, 2> left, right;  // along the chains: on the side of h and of its twin
+  std::array<std::vector<VisualHalfEdge>, 2> down, up;  // along the opened lines at the start and the end
   std::array<std::vector<VisualVertex>, 2> line, line_right;
   struct ColumnVertex { VisualVertex vertex; double y; float depth; };
   std::vector<ColumnVertex> column, next_column;
   std::vector<VisualVertex> wall_inner;
-  std::vector<VisualHalfEdge> wall_down[2], wall_up[2], pending;
+  std::array<std::vector<VisualHalfEdge>, 2> wall_down, wall_up;
+  std::vector<VisualHalfEdge> pending;
   std::vector<VisualTriangle> faces;
-  std::vector<VisualVertex> part[3];
+  std::array<std::vector<VisualVertex>, 3> part;
   std::vector<CollisionHalfEdge> flip_stack;
   std::vector<Vec3> displacement;
 

@@ -60,10 +60,11 @@ async function operate(page, name, { look, probe, bites, size, shave }) {
     await page.keyboard.press('i');
     await page.mouse.move(...await rest(page, probe));
     await page.mouse.down();
-    await page.waitForTimeout(1500);
+    await until(page, () => Math.hypot(...window.kerf.state().rigid[0].force) > 0.1);
     await save(page, `${name}-probe`);
     await page.mouse.up();
-    await page.waitForTimeout(600);
+    await until(page, () => Math.hypot(...window.kerf.state().rigid[0].force) === 0);
+    await page.waitForTimeout(2000);
   }
   await page.evaluate((s) => { window.kerf.app.setInstrumentSize('punch', s / window.kerf.app.stage.size); }, size);
   await page.keyboard.press('9');

@@ -5,6 +5,7 @@ import { MathUtils, Quaternion, Vector3, type PerspectiveCamera } from 'three';
 const kField = 78;            // degrees across the round picture
 export const kRound = 0.94;   // of the shorter side of the window that the round picture takes
 const kWidest = MathUtils.degToRad(62); // that the shaft leans away from its first direction
+const kFirstDepth = 0.66;
 const kUp = new Vector3(0, 0, 1);
 
 export interface ScopePlace { entry: Vector3; target: Vector3; angle: number }
@@ -18,7 +19,7 @@ export class Arthroscope {
   private side = 0;
   private lift = 0;
   private roll = 0;
-  private depth = 0.5;
+  private depth = kFirstDepth;
 
   /** `entry`: where it goes through the skin, `target`: what is looked at to begin with, metres; `angle` radians. */
   set(place: ScopePlace): void {
@@ -27,8 +28,8 @@ export class Arthroscope {
     const way = place.target.clone().sub(place.entry);
     this.reach = Math.max(1e-9, way.length());
     this.side = this.lift = this.roll = 0;
-    this.depth = 0.5;
-    // The shaft is led so that the oblique view, not the shaft, points at the target when half-way in.
+    this.depth = kFirstDepth;
+    // The shaft is led so that the oblique view, not the shaft, points at the target to begin with.
     const lean = this.angle - Math.asin(this.depth * Math.sin(this.angle)); // law of sines: entry, tip, target
     this.first.copy(way.divideScalar(this.reach));
     this.first.applyAxisAngle(this.sideAxis(), lean);

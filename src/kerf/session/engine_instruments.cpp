@@ -116,11 +116,11 @@ Status Engine::Impl::bite(const protocol::ToolInput& input) {
       punch.values.push_back(corner.x);
       punch.values.push_back(corner.y);
     }
-    const Status done = perform(std::move(punch));
+    Status done = perform(std::move(punch));
     const auto& strokes = session->strokes();
     if (strokes.size() == first + 2 && strokes.back().kind == StrokeRecord::Kind::kRemoval) taken_with.insert(first + 1);
     report_strokes(input.input, first, before);
-    KERF_TRY(done);
+    if (!done.ok()) return done;
   }
   return {};
 }
@@ -269,7 +269,7 @@ Status Engine::Impl::take_away(std::uint32_t input) {
   SessionChange remove;
   remove.kind = Kind::kRemove;
   remove.vertices = {triangle.value};
-  const Status done = perform(std::move(remove));
+  Status done = perform(std::move(remove));
   report_strokes(input, first, before);
   return done;
 }

@@ -76,6 +76,7 @@ struct VertexSearch {
   std::array<FaceFoot, 2> best;                           ///< by slot: on the vertex's + and - side
   RimVertex rim;
   std::array<LipFoot, 2> lip;
+  double lip_gap = -HUGE_VAL;  ///< of the lip that is farther away, with patience if it touched; none: nothing faces the rim
 };
 
 /// Which way a direction (unit, up to its sign) points from the face to the vertex: as in the last step, else by where it is.
@@ -100,6 +101,67 @@ double side_of(const Pair& pair, VertexSearch& search, F f, Vec3 direction, Vec3
   return side;
 }
 
+/// How far a point of a prism is from a wall, along the wall's conormal (out of its material) or along the direction
+/// next to it that the point's own prism is upright to: whichever is more; negative: behind it.
+double beside_wall(const BodyPoint& wall, Vec3 conormal, const BodyPoint& p) {
+  const Vec3 d = p.position - wall.position;
+  const auto along = [&](Vec3 n) { return dot(n, d) - std::fabs(dot(n, p.offset)) - std::fabs(dot(n, wall.offset)); };
+  const double size = dot(p.offset, p.offset);
+  if (!(size > 0)) return along(conormal);
+  return std::max(along(conormal), along(normalized(conormal - (dot(conormal, p.offset) / size) * p.offset)));
+}
+
+/// The same for the walls at a vertex of a rim: of an outer corner the farther one, of an inner corner the nearer.
+double beside_rim(const BodyView& body, V v, const BodyPoint& p) {
+  const RimVertex rim = rim_at(body, v);
+  if (rim.count == 0) return -HUGE_VAL;
+  const BodyPoint wall = vertex_point(body, v);
+  const double first = beside_wall(wall, rim.end[0].conormal, p);
+  if (rim.count == 1) return first;
+  const double second = beside_wall(wall, rim.end[1].conormal, p);
+  return dot(rim.end[0].conormal, rim.end[1].along[0]) < 0 ? std::max(first, second) : std::min(first, second);
+}
+
+/// How far a point is beside the walls that a cut left on a face: the farthest.
+double beside_walls(const BodyView& body, F f, const BodyPoint& p) {
+  double beside = -HUGE_VAL;
+  for (int i = 0; i < 3; ++i) {
+    const H h = ContactSurface::corner(f, i);
+    const V v = body.surface.from(h);
+    if (body.surface.cut[h] != 0) {
+      const double t = closest_on_segment(p.position, body.position(v), body.position(body.surface.to(h)));
+      beside = std::max(beside, beside_wall(edge_point(body, h, t), -body.into(h), p));
+    } else if (body.surface.on_cut[v] != 0) {
+      beside = std::max(beside, beside_rim(body, v, p));
+    }
+  }
+  return beside;
+}
+
+/// Is another face round the foot (on an edge or a corner of f) nearer? Direction: unit, from the foot to the point.
+bool is_nearer_elsewhere(const BodyView& body, F f, const std::array<double, 3>& foot, Vec3 direction) {
+  const ContactSurface& s = body.surface;
+  if (const int opposite = opposite_corner(foot); opposite >= 0) {
+    const H g = s.twin[ContactSurface::corner(f, (opposite + 1) % 3)];
+    return g.valid() && dot(direction, body.into(g)) > kOffFaces;
+  }
+  const int at = foot[0] == 1 ? 0 : foot[1] == 1 ? 1 : 2;
+  const V v = s.from(ContactSurface::corner(f, at));
+  const auto leads_to = [&](V w) { return dot(direction, normalized(body.position(w) - body.position(v))) > kOffFaces; };
+  const H start = s.outgoing[v];
+  H h = start;
+  do {
+    if (leads_to(s.to(h)) || leads_to(s.from(ContactSurface::prev(h)))) return true;
+    h = s.twin[ContactSurface::prev(h)];
+  } while (h.valid() && h != start);
+  if (h.valid()) return false;
+  for (H g = s.twin[start]; g.valid(); g = s.twin[g]) {
+    g = ContactSurface::next(g);
+    if (leads_to(s.to(g))) return true;
+  }
+  return false;
+}
+
 /// hang_together: near at rest means neighbours.
 void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together) {
   const BodyView& other = pair.b;
@@ -115,7 +177,8 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
   Vec3 direction = other.normal(f);
   // Beside the face the direction of the distance counts, if there is any.
   const double rounding = 1e-12 * (norm(search.point.position) + norm(c.foot.position));
-  if (!is_inside(closest.barycentric) && closest.distance > rounding) direction = (1 / closest.distance) * d;
+  const bool on_border = !is_inside(closest.barycentric) && closest.distance > rounding;
+  if (on_border) direction = (1 / closest.distance) * d;
   if (!(norm(direction) > 0.5)) return;
   bool known = false;
   c.normal = side_of(pair, search, f, direction, d, known) * direction;
@@ -125,10 +188,14 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
     if (hang_together) return;
     find_neighbours(other.surface, search.v, pair.run.scratch.neighbours);
     if (is_neighbour(pair.run.scratch.neighbours, f)) return;
+    if (on_border && is_nearer_elsewhere(other, f, closest.barycentric, direction)) return;
     c.across = true;
     const double lying = std::fabs(dot(c.normal, search.point.offset)) + std::fabs(dot(c.normal, c.foot.offset));
     if (!known && std::fabs(dot(c.normal, d)) < kLevel * lying) return;
-    // Side by side is the business of the lips.
+    // Farther apart sideways than they are deep: side by side, the business of the lips.
+    const double beside = search.lip_gap > -HUGE_VAL ? search.lip_gap
+                                                     : beside_walls(other, f, search.point) - (known ? kStay * norm(search.point.offset) : 0);
+    if (beside > c.gap) return;
     if (!is_inside(closest.barycentric) && lying < kSideBySide * (norm(search.point.offset) + norm(c.foot.offset))) return;
   }
   FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
@@ -146,26 +213,28 @@ void offer_lips(const Pair& pair, VertexSearch& search, F f) {
   }
 }
 
-/// Lips keep each other apart sideways, or lie on each other: whichever way they are farther apart, with some patience.
-void hand_out_vertex(const Pair& pair, VertexSearch& search) {
-  const double radius = norm(search.point.offset);
+/// How far the lips of a vertex are from those that face them; one that touched counts as nearly closed a little longer.
+void measure_lips(const Pair& pair, VertexSearch& search) {
   for (int k = 0; k < search.rim.count; ++k) {
     const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (!lip.edge.valid()) continue;
+    const bool was = recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 0))) != nullptr ||
+                     recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 1))) != nullptr;
+    const double gap = lip_gap(search.point, edge_point(pair.b, lip.edge, lip.t), lip.normal);
+    search.lip_gap = std::max(search.lip_gap, gap + (was ? kStay * norm(search.point.offset) : 0));
+  }
+}
+
+/// Lips keep each other apart sideways, or lie on each other: whichever way they are farther apart.
+void hand_out_vertex(const Pair& pair, VertexSearch& search) {
+  const bool on_top = search.best[0].across || search.best[1].across;
+  for (int k = 0; k < search.rim.count && !on_top; ++k) {
+    const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
+    if (!lip.edge.valid()) continue;
     const BodyPoint foot = edge_point(pair.b, lip.edge, lip.t);
-    double gap = lip_gap(search.point, foot, lip.normal);
-    const ContactName names[2] = {lip_name(pair, search.v, k, 0), lip_name(pair, search.v, k, 1)};
-    const bool was = recall(pair.run.before, contact_key(names[0])) != nullptr ||
-                     recall(pair.run.before, contact_key(names[1])) != nullptr;
-    if (was) gap += kStay * radius;
-    bool on_top = false;
-    for (const FaceFoot& face : search.best) on_top = on_top || (face.across && face.gap > gap);
-    if (on_top) continue;
-    for (FaceFoot& face : search.best)
-      if (face.across) face.gap = HUGE_VAL;
     for (int end = 0; end < 2; ++end) {
       const double lift = end == 0 ? 1 : -1;
-      hand_out_pair(pair.run, names[end], search.point, lift, foot, lift, lip.normal, lip.edge.value);
+      hand_out_pair(pair.run, lip_name(pair, search.v, k, end), search.point, lift, foot, lift, lip.normal, lip.edge.value);
     }
   }
   for (int slot = 0; slot < 2; ++slot) {
@@ -191,22 +260,28 @@ void search_vertex(const Pair& pair, V v, std::span<const std::array<std::uint32
   const TreeBox here{p, p}, mine{direction, direction};
   if (pair.self && pair.a.surface.on_cut[v] != 0) search.rim = rim_at(pair.a, v);
   const auto& points = other.frame.boxes.points;
-  for (const auto& [leaf, partner] : leaves) {
-    const TreeBox& directions = other.frame.directions[partner];
-    if (squared_distance(other.frame.boxes.box[partner], p) > limit ||
-        side_by_side(here, mine, other.frame.boxes.box[partner], directions, gap_limit))
-      continue;
-    const bool neighbours = pair.self && hang_together(pair.a.surface, leaf, partner);
-    other.surface.tree.for_each_triangle(partner, [&](F f) {
-      if (neighbours && is_clear_neighbour(pair.a.surface, v, f)) return;
-      const auto c = other.surface.vertices(f);
-      const TreeCorner &x = points[c[0].index()], &y = points[c[1].index()], &z = points[c[2].index()];
-      const TreeBox box = joined(joined({x, x}, {y, y}), {z, z});
-      if (squared_distance(box, p) > limit || side_by_side(here, mine, box, directions, gap_limit)) return;
-      offer_face(pair, search, f, neighbours);
-      if (search.rim.count > 0) offer_lips(pair, search, f);
-    });
+  const auto for_each_near = [&](auto&& visit) {
+    for (const auto& [leaf, partner] : leaves) {
+      const TreeBox& directions = other.frame.directions[partner];
+      if (squared_distance(other.frame.boxes.box[partner], p) > limit ||
+          side_by_side(here, mine, other.frame.boxes.box[partner], directions, gap_limit))
+        continue;
+      const bool neighbours = pair.self && hang_together(pair.a.surface, leaf, partner);
+      other.surface.tree.for_each_triangle(partner, [&](F f) {
+        if (neighbours && is_clear_neighbour(pair.a.surface, v, f)) return;
+        const auto c = other.surface.vertices(f);
+        const TreeCorner &x = points[c[0].index()], &y = points[c[1].index()], &z = points[c[2].index()];
+        const TreeBox box = joined(joined({x, x}, {y, y}), {z, z});
+        if (squared_distance(box, p) > limit || side_by_side(here, mine, box, directions, gap_limit)) return;
+        visit(f, neighbours);
+      });
+    }
+  };
+  if (search.rim.count > 0) {
+    for_each_near([&](F f, bool) { offer_lips(pair, search, f); });
+    measure_lips(pair, search);
   }
+  for_each_near([&](F f, bool neighbours) { offer_face(pair, search, f, neighbours); });
   hand_out_vertex(pair, search);
 }
 
@@ -256,6 +331,19 @@ bool are_clear_neighbours(const ContactSurface& s, H h, H g) {
   return false;
 }
 
+/// How far all of edge h is beside the walls at edge g: the farthest.
+double edge_beside_walls(const BodyView& a, H h, const BodyView& b, H g) {
+  const BodyPoint first = vertex_point(a, a.surface.from(h)), last = vertex_point(a, a.surface.to(h));
+  if (b.surface.cut[g] != 0) {
+    const BodyPoint wall = vertex_point(b, b.surface.from(g));
+    return std::min(beside_wall(wall, -b.into(g), first), beside_wall(wall, -b.into(g), last));
+  }
+  double beside = -HUGE_VAL;
+  for (const V v : {b.surface.from(g), b.surface.to(g)})
+    if (b.surface.on_cut[v] != 0) beside = std::max(beside, std::min(beside_rim(b, v, first), beside_rim(b, v, last)));
+  return beside;
+}
+
 void test_edges(const Pair& pair, H h, H g, double reach) {
   const ContactSurface &s = pair.a.surface, &o = pair.b.surface;
   const V p = s.from(h), q = s.to(h), u = o.from(g), w = o.to(g);
@@ -273,12 +361,17 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   const RememberedContact* r = recall(pair.run.before, contact_key(name));
   if (r != nullptr && dot(r->normal, n) < 0) n = -n;
   if (!pair.a.off_faces(h, -n) || !pair.b.off_faces(g, n)) return;
-  if (!(prism_gap(x, y, n) < gap_limit(pair.run, n, x.travel - y.travel))) return;
+  const double gap = prism_gap(x, y, n);
+  if (!(gap < gap_limit(pair.run, n, x.travel - y.travel))) return;
   const double over = dot(n, x.offset), under = dot(n, y.offset);
   if (pair.self) {
     const int relation = rest_relation(s, h, g, pair.run.scratch.neighbours);
     if (relation > 0) return;
-    if (relation < 0 && r == nullptr && size < kLevel * (std::fabs(over) + std::fabs(under))) return;
+    if (relation < 0) {
+      if (r == nullptr && size < kLevel * (std::fabs(over) + std::fabs(under))) return;
+      const double patience = r != nullptr ? kStay * norm(x.offset) : 0;
+      if (std::max(edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h)) > gap + patience) return;
+    }
   }
   hand_out_pair(pair.run, name, x, over > 0 ? -1 : 1, y, under > 0 ? 1 : -1, n, -1);
 }

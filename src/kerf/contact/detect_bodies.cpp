@@ -19,6 +19,8 @@ using F = CollisionTriangle;
 constexpr double kLevel = 0.5;
 /// And where the distance from a vertex to a lip's edge is this level (a cosine), the walls meet, not the faces.
 constexpr double kSideBySide = 0.7;
+/// Lips that did not touch a step ago are never deeper in each other than this part of the radius.
+constexpr double kPassed = 0.5;
 /// A vertex stays with the lip or the face that it touched unless the other is better by this part of the radius.
 constexpr double kStay = 0.1;
 
@@ -162,6 +164,16 @@ bool is_nearer_elsewhere(const BodyView& body, F f, const std::array<double, 3>&
   return false;
 }
 
+/// Is a face on the lip that faces the vertex, however far the lips have slid over each other?
+bool lies_by_lip(const Pair& pair, const VertexSearch& search, F f) {
+  const ContactSurface& s = pair.b.surface;
+  for (int k = 0; k < search.rim.count; ++k) {
+    const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
+    if (lip.edge.valid() && rest_distance(s, s.from(lip.edge), f) <= 2 * lip.score + neighbour_distance(s, s.from(lip.edge), f)) return true;
+  }
+  return false;
+}
+
 /// hang_together: near at rest means neighbours.
 void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together) {
   const BodyView& other = pair.b;
@@ -197,6 +209,9 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
                                                      : beside_walls(other, f, search.point) - (known ? kStay * norm(search.point.offset) : 0);
     if (beside > c.gap) return;
     if (!is_inside(closest.barycentric) && lying < kSideBySide * (norm(search.point.offset) + norm(c.foot.offset))) return;
+  } else if (pair.self && lies_by_lip(pair, search, f)) {
+    c.across = true;
+    if (search.lip_gap > c.gap) return;
   }
   FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
   if (c.gap < best.gap || (c.gap == best.gap && f < best.face)) best = c;
@@ -215,13 +230,16 @@ void offer_lips(const Pair& pair, VertexSearch& search, F f) {
 
 /// How far the lips of a vertex are from those that face them; one that touched counts as nearly closed a little longer.
 void measure_lips(const Pair& pair, VertexSearch& search) {
+  const double radius = norm(search.point.offset);
   for (int k = 0; k < search.rim.count; ++k) {
-    const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
+    LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (!lip.edge.valid()) continue;
     const bool was = recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 0))) != nullptr ||
                      recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 1))) != nullptr;
     const double gap = lip_gap(search.point, edge_point(pair.b, lip.edge, lip.t), lip.normal);
-    search.lip_gap = std::max(search.lip_gap, gap + (was ? kStay * norm(search.point.offset) : 0));
+    // So deep at first sight: one has passed over the other.
+    if (!was && gap < -kPassed * radius) lip.edge = H();
+    else search.lip_gap = std::max(search.lip_gap, gap + (was ? kStay * radius : 0));
   }
 }
 

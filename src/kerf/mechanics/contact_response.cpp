@@ -402,6 +402,7 @@ double update_contacts(double h, StepWorkspace& w) {
   ContactWork& c = w.contact;
   const ContactSet& set = *c.set;
   double change = 0;
+  bool missed = false;  // light nodes overlap with forces that are nothing to the rest of the body
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     const ContactRow& in = set.rows[r];
     Row& row = c.rows[r];
@@ -410,6 +411,7 @@ double update_contacts(double h, StepWorkspace& w) {
     Vec3 used;  // impulse in the pass that is over
     if (row.phase != ContactPhase::kOpen) used = row.impulse - times(row.block, jv);
     const double gap = row.gap + h * dot(in.normal, u);
+    missed = missed || (row.phase == ContactPhase::kOpen && gap < -set.options.unseen);
     row.force = std::max(0.0, -row.stiffness * gap);
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     Vec3 wanted;
@@ -425,7 +427,7 @@ double update_contacts(double h, StepWorkspace& w) {
     const Vec3 d = wanted - used;
     change += row.weights * dot(d, d);
   }
-  return std::sqrt(change);
+  return missed && set.options.unseen > 0 ? HUGE_VAL : std::sqrt(change);
 }
 
 ContactSummary finish_contacts(double h, StepWorkspace& w) {

@@ -85,7 +85,8 @@ double multiply_contacts(const MechanicsModel& model, SystemVector p, StepWorksp
 /// residual += contacts and tools of the right-hand side.
 void add_contact_impulses(StepWorkspace& workspace);
 
-/// After a pass: which rows press and slide now. Returns the norm of the residual that this makes, N s.
+/// After a pass: which rows press and slide now. Returns the norm of the residual that this makes, N s; infinite if a row that
+/// was open overlaps by more than options.unseen.
 double update_contacts(double h, StepWorkspace& workspace);
 
 /// What the report says.

@@ -13,6 +13,9 @@ namespace {
 /// Radius of gyration of a tool's proxy, m: turns of its tip weigh as much as moves.
 constexpr double kToolGyration = 0.02;
 
+/// Contacts that a step closes without having seen them may overlap by this part of the half thickness.
+constexpr double kUnseen = 0.01;
+
 void refresh_surface(const Body& body, ContactStep& c) {
   if (c.surface_stale) rebuild_contact_surface(body.complex.collision, c.surface);
   c.surface_stale = false;
@@ -167,6 +170,7 @@ Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::st
   c.set.options.stiffness = scene.contact.stiffness;
   c.set.options.passes = scene.contact.passes;
   c.set.options.push_speed = scene.contact.push_speed;
+  c.set.options.unseen = kUnseen * c.surface.largest_radius;
   return {};
 }
 

@@ -14,12 +14,10 @@ using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 
-/// Parts of one body that lie next to each other across a cut may overlap sideways by a little, where they lie level. Nearer than
-/// this part of the distance at which they would lie on each other, and not on each other a step ago, they count as level.
-constexpr double kLevel = 0.5;
-/// And where the distance from a vertex to a lip's edge is this level (a cosine), the walls meet, not the faces.
+/// Where the distance from a vertex to a lip's edge is this level (a cosine), the walls meet, not the faces.
 constexpr double kSideBySide = 0.7;
-/// Lips that did not touch a step ago are never deeper in each other than this part of the radius.
+/// What did not touch across a cut a step ago is never deeper in each other than this part of the radius: it lies side by side,
+/// or has passed over.
 constexpr double kPassed = 0.5;
 /// A vertex stays with the lip or the face that it touched unless the other is better by this part of the radius.
 constexpr double kStay = 0.1;
@@ -196,22 +194,25 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
   c.normal = side_of(pair, search, f, direction, d, known) * direction;
   c.gap = prism_gap(search.point, c.foot, c.normal);
   if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
-  if (pair.self && rest_distance(other.surface, search.v, f) <= neighbour_distance(other.surface, search.v, f)) {
-    if (hang_together) return;
-    find_neighbours(other.surface, search.v, pair.run.scratch.neighbours);
-    if (is_neighbour(pair.run.scratch.neighbours, f)) return;
-    if (on_border && is_nearer_elsewhere(other, f, closest.barycentric, direction)) return;
-    c.across = true;
-    const double lying = std::fabs(dot(c.normal, search.point.offset)) + std::fabs(dot(c.normal, c.foot.offset));
-    if (!known && std::fabs(dot(c.normal, d)) < kLevel * lying) return;
-    // Farther apart sideways than they are deep: side by side, the business of the lips.
-    const double beside = search.lip_gap > -HUGE_VAL ? search.lip_gap
-                                                     : beside_walls(other, f, search.point) - (known ? kStay * norm(search.point.offset) : 0);
-    if (beside > c.gap) return;
-    if (!is_inside(closest.barycentric) && lying < kSideBySide * (norm(search.point.offset) + norm(c.foot.offset))) return;
-  } else if (pair.self && lies_by_lip(pair, search, f)) {
-    c.across = true;
-    if (search.lip_gap > c.gap) return;
+  if (pair.self) {
+    const ContactSurface& s = other.surface;
+    if (rest_distance(s, search.v, f) <= neighbour_distance(s, search.v, f)) {
+      if (hang_together) return;
+      find_neighbours(s, search.v, pair.run.scratch.neighbours);
+      if (is_neighbour(pair.run.scratch.neighbours, f)) return;
+      c.across = true;
+    }
+    c.across = c.across || lies_by_lip(pair, search, f);
+    const double walls = beside_walls(other, f, search.point), radius = norm(search.point.offset);
+    if (c.across || walls > -HUGE_VAL) {
+      if (on_border && is_nearer_elsewhere(other, f, closest.barycentric, direction)) return;
+      if (!known && c.gap < -kPassed * radius) return;
+      // Farther apart sideways than they are deep: side by side, the business of the lips.
+      const double beside = c.across && search.lip_gap > -HUGE_VAL ? search.lip_gap : walls - (known ? kStay * radius : 0);
+      if (beside > c.gap) return;
+      const double lying = std::fabs(dot(c.normal, search.point.offset)) + std::fabs(dot(c.normal, c.foot.offset));
+      if (c.across && on_border && lying < kSideBySide * (radius + norm(c.foot.offset))) return;
+    }
   }
   FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
   if (c.gap < best.gap || (c.gap == best.gap && f < best.face)) best = c;
@@ -385,10 +386,10 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   if (pair.self) {
     const int relation = rest_relation(s, h, g, pair.run.scratch.neighbours);
     if (relation > 0) return;
-    if (relation < 0) {
-      if (r == nullptr && size < kLevel * (std::fabs(over) + std::fabs(under))) return;
-      const double patience = r != nullptr ? kStay * norm(x.offset) : 0;
-      if (std::max(edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h)) > gap + patience) return;
+    const double walls = std::max(edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h));
+    if (relation < 0 || walls > -HUGE_VAL) {
+      if (r == nullptr && gap < -kPassed * norm(x.offset)) return;
+      if (walls - (r != nullptr ? kStay * norm(x.offset) : 0) > gap) return;
     }
   }
   hand_out_pair(pair.run, name, x, over > 0 ? -1 : 1, y, under > 0 ? 1 : -1, n, -1);

@@ -17,6 +17,10 @@ using Quad = StepWorkspace::Quad;
 
 constexpr double kUnitTolerance = 1e-6;  // of a normal's length
 constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
+/// Overlap that no force of the last step explains is taken back by this part in a step: all of it at once would be a push.
+constexpr double kRecover = 0.2;
+/// From this pass on rows only join: what opens and closes in turn stays closed.
+constexpr int kFreePasses = 4;
 
 Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
 Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
@@ -252,6 +256,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
                       double h, StepWorkspace& w) {
   ContactWork& c = w.contact;
   c.set = &set;
+  c.pass = 0;
   const std::vector<double>& free = model.structure().free;
   c.tools.resize(set.tools.size());
   for (std::size_t i = 0; i < set.tools.size(); ++i) {
@@ -309,6 +314,9 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
     if (row.phase != ContactPhase::kOpen) row.phase = phase_of(in.friction, row, row.stretch, row.force);
     set_sliding_direction(row);
+    if (!(in.gap < 0) || !(row.stiffness > 0)) continue;
+    const double held = row.force / row.stiffness, unexplained = -in.gap - held;
+    if (unexplained > 0) row.gap = -held - std::min(kRecover * unexplained, set.options.push_speed * h);
   }
 }
 
@@ -316,6 +324,7 @@ void assemble_contacts(const MechanicsModel& model, double h, bool last, StepWor
   ContactWork& c = w.contact;
   const ContactSet& set = *c.set;
   const RigidPieces& pieces = model.structure().rigid;
+  ++c.pass;
   c.pressing.clear();
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     if (c.rows[r].phase == ContactPhase::kOpen || !(c.rows[r].stiffness > 0)) continue;
@@ -415,7 +424,7 @@ double update_contacts(double h, StepWorkspace& w) {
     row.force = std::max(0.0, -row.stiffness * gap);
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     Vec3 wanted;
-    if (gap < 0) {
+    if (gap < 0 || (row.phase != ContactPhase::kOpen && c.pass > kFreePasses)) {
       row.phase = phase_of(in.friction, row, row.stretch, row.force);
       set_sliding_direction(row);
       wanted = h * (row.force * in.normal - (row.phase == ContactPhase::kStick ? row.stiffness * row.stretch

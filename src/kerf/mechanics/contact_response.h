@@ -47,6 +47,7 @@ struct ContactWork {
     std::int32_t element = -1, rows = 0;
   };
   const ContactSet* set = nullptr;     // null: no contact in this step
+  int pass = 0;                        // of this step, from 1
   std::vector<Row> rows;
   std::vector<std::int32_t> pressing;  // rows, ascending
   std::vector<std::int32_t> single;    // those of them that are applied one by one

@@ -15,13 +15,14 @@ namespace {
 
 constexpr double kRadius = 0.05;  // half thickness of the model "sheet", m
 
-Scene sheet(std::size_t triangles, double mass, double dt) {
+Scene sheet(std::size_t triangles, double mass, double dt, double radius = kRadius) {
   Scene scene;
   scene.body.model = "sheet";
+  scene.body.thickness = 2 * radius;
   scene.body.options.visual_triangles = 1664;
   scene.body.options.collision_triangles = triangles;
   scene.material.young = 5000;
-  scene.material.density = 10 * mass;
+  scene.material.density = mass / (2 * radius);
   scene.simulation.time_step = dt;
   return scene;
 }
@@ -49,7 +50,7 @@ struct Course {
   double left = 0;     ///< root mean square of the node speeds at the end, m/s
   int most_pressing = 0;
 };
-Course run(Session& session, double seconds) {
+Course run(Session& session, double seconds, double radius = kRadius) {
   Course r;
   const auto steps = static_cast<int>(std::lround(seconds / session.time_step()));
   for (int i = 0; i < steps; ++i) {
@@ -57,7 +58,7 @@ Course run(Session& session, double seconds) {
     EXPECT_TRUE(step.ok()) << (step.ok() ? "" : step.error().message);
     if (!step) return r;
     EXPECT_FALSE(step->mechanics.cap_hit);
-    r.deepest = std::max(r.deepest, step->mechanics.deepest_overlap / kRadius);
+    r.deepest = std::max(r.deepest, step->mechanics.deepest_overlap / radius);
     r.most_pressing = std::max(r.most_pressing, step->mechanics.pressing);
     double sum = 0;
     for (const Vec3 v : session.node_velocities()) {
@@ -105,8 +106,8 @@ struct Cut {
   Session session;
   std::vector<CollisionVertex> right, lip;
 
-  static Scene scene(double dt) {
-    Scene s = sheet(500, 1, dt);
+  static Scene scene(double dt, double radius) {
+    Scene s = sheet(500, 1, dt, radius);
     s.simulation.gravity = {};
     s.contact.enabled = true;
     SceneFix& left = s.fixes.emplace_back();
@@ -123,7 +124,7 @@ struct Cut {
     }
     ASSERT_TRUE(session.end_stroke().ok());
   }
-  Cut(double dt, bool across) : session(must_create(scene(dt))) {
+  Cut(double dt, bool across, double radius = kRadius) : session(must_create(scene(dt, radius))) {
     stroke({0.013, -0.6, 0}, {0.013, 0.05, 0});
     if (across) stroke({-0.3, -0.21, 0}, {0.3, -0.21, 0});
     const auto& rest = session.body().complex.collision.rest;
@@ -151,19 +152,20 @@ TEST(Lips, AtRestNothingMovesAtAll) {
 }
 
 TEST(Lips, PressedTheyHoldAgainstEachOther) {
-  for (const double dt : {0.001, 0.005, 0.0167})
-    for (const bool across : {false, true}) {
-      Cut cut(dt, across);
-      ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
-      cut.move("right", {-0.03, 0, 0}, 0.4);
-      const Course r = run(cut.session, 0.5);
-      EXPECT_LT(r.deepest, 0.05) << dt << " " << across;
-      EXPECT_LT(r.fastest, 1) << dt << " " << across;
-      EXPECT_GT(r.most_pressing, 40);
-      Vec3 force;  // between two parts of one body: along x, the sum of what one side feels
-      for (const Session::ContactState& c : cut.session.contacts()) force += Vec3{std::abs(c.force.x), 0, 0};
-      EXPECT_GT(force.x, 1);
-    }
+  for (const double radius : {kRadius, 0.2 * kRadius})
+    for (const double dt : {0.001, 0.005, 0.0167})
+      for (const bool across : {false, true}) {
+        Cut cut(dt, across, radius);
+        ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+        cut.move("right", {-0.03, 0, 0}, 0.4);
+        const Course r = run(cut.session, 0.5, radius);
+        EXPECT_LT(r.deepest, 0.05) << dt << " " << across << " " << radius;
+        EXPECT_LT(r.fastest, 1) << dt << " " << across << " " << radius;
+        EXPECT_GT(r.most_pressing, 25);
+        Vec3 force;  // between two parts of one body: along x, the sum of what one side feels
+        for (const Session::ContactState& c : cut.session.contacts()) force += Vec3{std::abs(c.force.x), 0, 0};
+        EXPECT_GT(force.x, radius / kRadius);
+      }
 }
 
 TEST(Lips, PulledTheyDoNotStick) {
@@ -180,35 +182,49 @@ TEST(Lips, PulledTheyDoNotStick) {
 }
 
 TEST(Lips, ShearedAndThenPressedTheySlide) {
-  for (const double dt : {0.005, 0.0167}) {
-    Cut cut(dt, false);
-    ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
-    cut.move("right", {0, 0.08, 0}, 0.4);
-    const Course sheared = run(cut.session, 0.4);
-    cut.move("right", {-0.03, 0, 0}, 0.4);
-    const Course pressed = run(cut.session, 0.6);
-    EXPECT_LT(std::max(sheared.deepest, pressed.deepest), 0.05) << dt;
-    EXPECT_LT(std::max(sheared.fastest, pressed.fastest), 2) << dt;
-    EXPECT_GT(pressed.most_pressing, 20);
-  }
+  for (const double radius : {kRadius, 0.2 * kRadius})  // thin lips slide on by more than counts as neighbours
+    for (const double dt : {0.005, 0.0167}) {
+      Cut cut(dt, false, radius);
+      ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+      cut.move("right", {0, 0.08, 0}, 0.4);
+      const Course sheared = run(cut.session, 0.4, radius);
+      cut.move("right", {-0.03, 0, 0}, 0.4);
+      const Course pressed = run(cut.session, 0.6, radius);
+      EXPECT_LT(std::max(sheared.deepest, pressed.deepest), radius == kRadius ? 0.05 : 0.25) << dt << " " << radius;
+      EXPECT_LT(std::max(sheared.fastest, pressed.fastest), 2) << dt << " " << radius;
+      EXPECT_GT(pressed.most_pressing, 10);
+    }
 }
 
 TEST(Lips, LiftedOverAndBackTheyComeHome) {
-  for (const double dt : {0.005, 0.0167}) {
-    Cut cut(dt, false);
+  struct Case {
+    double dt, radius;
+  };
+  for (const Case c : {Case{0.005, kRadius}, Case{0.0167, kRadius}, Case{0.0167, 0.2 * kRadius}}) {
+    Cut cut(c.dt, false, c.radius);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
-    double fastest = 0;
-    for (const Vec3 by : {Vec3{0, 0, 0.15}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -0.05}, Vec3{0, 0, 0.05}, Vec3{0.12, 0, 0}, Vec3{0, 0, -0.15}}) {
+    double fastest = 0, deepest = 0;
+    const auto watch = [&](double seconds) {
+      const Course r = run(cut.session, seconds, c.radius);
+      fastest = std::max(fastest, r.fastest);
+      deepest = std::max(deepest, r.deepest);
+    };
+    const double up = 3 * c.radius, down = c.radius;
+    for (const Vec3 by : {Vec3{0, 0, up}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -down}, Vec3{0, 0, down}, Vec3{0.12, 0, 0}, Vec3{0, 0, -up}}) {
       cut.move("lip", by, 0.4);
-      fastest = std::max(fastest, run(cut.session, 0.4).fastest);
+      watch(0.4);
     }
     SceneCommand release;
     release.what = SceneRelease{"lip"};
     ASSERT_TRUE(cut.session.apply(release).ok());
-    fastest = std::max(fastest, run(cut.session, 2).fastest);
-    EXPECT_LT(fastest, 5) << dt;
-    EXPECT_LT(run(cut.session, 0.1).fastest, 1) << dt;
+    watch(2);
+    EXPECT_LT(fastest, 10) << c.dt << " " << c.radius;  // of any node; sound runs at 22 m/s in this sheet
+    // Shoved over an edge that it has not quite cleared, a lip gives way by less than that; it never jumps from wall to face.
+    EXPECT_LT(deepest, 0.4) << c.dt << " " << c.radius;
+    const Course home = run(cut.session, 0.1, c.radius);
+    EXPECT_LT(home.fastest, 1) << c.dt;
+    EXPECT_LT(home.deepest, 0.02) << c.dt;
     EXPECT_TRUE(cut.session.validate().ok());
   }
 }
@@ -349,6 +365,33 @@ TEST(SessionContact, AStripThatFallsOnItsEndComesToRestWithItsLayersApart) {
     if (c.obstacle == 0) force += c.force;
   const double weight = 9.81 * 1000 * 0.2 * 0.024 * 0.003;
   EXPECT_NEAR(force.z, weight, 0.05 * weight);
+}
+
+TEST(SessionContact, TwoCrossingStripsComeToRest) {
+  // One hangs over the other: light rims on faces, with friction. They used to open and close without end.
+  for (const double dt : {0.002, 0.01}) {
+    Scene scene;
+    scene.body.model = "strip";
+    scene.more_bodies.emplace_back().model = "strip";
+    scene.more_bodies[0].position = {0.01, 0, 0.012};
+    scene.more_bodies[0].rotation = {0, 0, M_PI / 2};
+    scene.material.young = 2e5;
+    scene.material.damping_mass = 4;
+    scene.contact.friction = 0.5;
+    scene.simulation.time_step = dt;
+    for (const double x : {-0.09, 0.09}) {
+      SceneFix& fix = scene.fixes.emplace_back();
+      fix.region.shape = SceneRegion::Shape::kHalfSpace;
+      fix.region.point = {x, 0, 0};
+      fix.region.normal = {x > 0 ? 1.0 : -1.0, 0, 0};
+    }
+    Session session = must_create(scene);
+    run(session, 3, 0.0015);
+    const Course r = run(session, 0.2, 0.0015);
+    EXPECT_LT(r.left, 2e-3) << dt;
+    EXPECT_LT(r.deepest, 0.02) << dt;
+    EXPECT_GT(r.most_pressing, 3);
+  }
 }
 
 TEST(SessionContact, WhatStartsInsideAnotherIsSaidAndComesApart) {

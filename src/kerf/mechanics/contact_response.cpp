@@ -17,8 +17,8 @@ using Quad = StepWorkspace::Quad;
 
 constexpr double kUnitTolerance = 1e-6;  // of a normal's length
 constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
-/// Overlap that no force of the last step explains is taken back by this part in a step: all of it at once would be a push.
-constexpr double kRecover = 0.2;
+/// Overlap that no force of the last step explains is taken back within about this time, s: all of it at once would be a push.
+constexpr double kRecovery = 0.008;
 /// From this pass on rows only join: what opens and closes in turn stays closed.
 constexpr int kFreePasses = 4;
 
@@ -316,7 +316,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     set_sliding_direction(row);
     if (!(in.gap < 0) || !(row.stiffness > 0)) continue;
     const double held = row.force / row.stiffness, unexplained = -in.gap - held;
-    if (unexplained > 0) row.gap = -held - std::min(kRecover * unexplained, set.options.push_speed * h);
+    if (unexplained > 0) row.gap = -held - std::min(h / (h + kRecovery) * unexplained, set.options.push_speed * h);
   }
 }
 

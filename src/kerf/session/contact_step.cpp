@@ -199,12 +199,12 @@ RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, doubl
   return r;
 }
 
-int contact_substeps(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
-                     const std::vector<ToolMotion>& motions, double t, double dt, Vec3 gravity, ContactStep& c) {
+int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state, const std::vector<ToolMotion>& motions,
+                     double t, double dt, ContactStep& c) {
   refresh_surface(body, c);
   if (scene.contact.substeps <= 1) return 1;
   place_shapes(scene, state, motions, t, dt, c);
-  const SurfaceState surface = surface_state(body, model, state, dt, gravity, c);
+  const SurfaceState surface{&c.surface, {}, {}, {}};  // how thick it is is all that counts
   int parts = 1;
   for (const std::vector<RigidShape>* shapes : {&c.shapes.obstacles, &c.tools})
     parts = std::max(parts, substeps({&surface, 1}, *shapes, dt, scene.contact.substeps));

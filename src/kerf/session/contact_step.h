@@ -43,9 +43,9 @@ RigidState tool_state(const SceneRigidTool& tool);
 /// Numbers of a tool that follows a motion from time t for h seconds.
 RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, double t, double h);
 
-/// How many equal parts a step of dt seconds needs so that nothing tunnels: body, obstacles and tools as they move at time t.
-int contact_substeps(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
-                     const std::vector<ToolMotion>& motions, double t, double dt, Vec3 gravity, ContactStep& step);
+/// How many equal parts a step of dt seconds needs so that nothing tunnels: obstacles and tools as they move at time t.
+int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state, const std::vector<ToolMotion>& motions,
+                     double t, double dt, ContactStep& step);
 
 /// The two halves of find_contacts.
 void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,

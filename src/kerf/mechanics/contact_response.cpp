@@ -17,10 +17,8 @@ using Quad = StepWorkspace::Quad;
 
 constexpr double kUnitTolerance = 1e-6;  // of a normal's length
 constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
-/// Overlap that no force of the last step explains is taken back within about this time, s: all of it at once would be a push.
-constexpr double kRecovery = 0.008;
 /// From this pass on rows only join: what opens and closes in turn stays closed.
-constexpr int kFreePasses = 4;
+constexpr int kFreePasses = 6;
 
 Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
 Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
@@ -315,8 +313,9 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     if (row.phase != ContactPhase::kOpen) row.phase = phase_of(in.friction, row, row.stretch, row.force);
     set_sliding_direction(row);
     if (!(in.gap < 0) || !(row.stiffness > 0)) continue;
-    const double held = row.force / row.stiffness, unexplained = -in.gap - held;
-    if (unexplained > 0) row.gap = -held - std::min(h / (h + kRecovery) * unexplained, set.options.push_speed * h);
+    // What the force of the last step holds is no overlap to get rid of, however far it goes beyond what may be pushed out in a step.
+    const double held = row.force / row.stiffness;
+    row.gap = std::max(in.gap, -held - set.options.push_speed * h);
   }
 }
 

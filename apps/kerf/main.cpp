@@ -174,6 +174,9 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
                       "Mesh of the mid-surface, when BODY is a visual mesh");
   command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
       ->check(CLI::PositiveNumber);
+  command->add_option("--scale", options.scale, "Metres per unit of the mesh files; --from and --to are metres")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   add_vec3(
       command, "--from", [&options](Vec3 v) { options.from = v; }, "Where the cut starts, metres")
       ->required();
@@ -183,12 +186,15 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
   add_vec3(
       command, "--along", [&options](Vec3 v) { options.along = v; },
       "Direction of the blade's edge; default: through the thickness");
+  command->add_flag("--through", options.through, "Cut every layer that the blade meets, not only the first");
   command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")
       ->required();
   command->footer(
       "Examples:\n"
       "  kerf cut steak --from -0.12,0,0 --to 0.12,0,0 --out out/halves\n"
       "  kerf cut knee.kerf --from 0,0.01,0 --to 0,0.02,0 --out out/tear\n"
+      "  kerf cut knee.stl --scale 0.001 --from 0,0.01,0 --to 0,0.02,0 --out out/tear     the file is in millimetres\n"
+      "  kerf cut tube --through --from 0,-0.1,0.05 --to 0,0.1,0.05 --along 1,0,0 --out out/tube     both walls\n"
       "The cut runs straight from --from to --to; points off the body are fine, it is cut where the blade "
       "meets it.");
   command->callback([&options, &chosen] { chosen = [&options] { return cut_body(options); }; });

@@ -8,8 +8,10 @@
 
 #include "cutting/punch_body.h"
 #include "kerf/base/hash.h"
+#include "kerf/base/indexed.h"
 #include "kerf/base/random.h"
 #include "kerf/cutting/roughen.h"
+#include "kerf/cutting/slide_vertex.h"
 
 namespace kerf {
 namespace {
@@ -121,6 +123,53 @@ TEST(Shave, EdgesMoveBackAndTheVolumeFallsByTheirArea) {
   EXPECT_GT(area, 0.005);
   const double thickness = 2 * norm(b.body.collision.offset[CollisionVertex(0)]);
   EXPECT_NEAR(removed, area * thickness, 0.02 * removed);
+  EXPECT_EQ(crossing_pairs(b.body), 0);
+}
+
+/// Far past the edges of root triangles: a hole grows to twice its radius, and its rim is the circle that the shaver went along.
+TEST(Shave, AHoleGrowsToTheCircleThatTheShaverWentAlong) {
+  SyntheticOptions synthetic;
+  synthetic.closed = true;
+  synthetic.subdivisions = 2;
+  ShaveBody b(PunchBody(CutBody(sheet_65_mesh(), synthetic)));
+  const auto cut = b.punch(circle({0.5, 0.5}, 0.15, 0.01));
+  ASSERT_TRUE(cut);
+  ShaveOptions o;
+  o.depth = 0.004;
+  const double half = norm(b.body.collision.offset[CollisionVertex(0)]), radius = 0.06;
+  double volume = b.start.volume;
+  const int around = 24, turns = 36;
+  double reach = 0;
+  for (int pass = 0; pass < around * turns; ++pass) {
+    const int turn = pass / around;
+    const double a = 2 * std::numbers::pi * (pass % around + 0.5 * (turn % 2)) / around;
+    reach = 0.15 + 0.15 * std::min(1.0, (turn + 1) / (turns - 8.0));
+    const double centre = reach - radius - half;  // the window is wider than the shaver by the half thickness
+    b.shave_at({0.5 + centre * std::cos(a), 0.5 + centre * std::sin(a), 0}, radius, o);
+    const Status valid = pass % 4 == 0 ? validate_complex(b.body, b.start) : Status{};
+    ASSERT_TRUE(valid.ok()) << "pass " << pass << ": " << valid.error().message;
+    EXPECT_LE(b.start.volume, volume * (1 + 1e-12));
+    volume = b.start.volume;
+  }
+  // The border is a circle, without thorns, a little inside the one that the shaver reaches: it takes less and less towards its end.
+  const CollisionMesh& m = b.body.collision;
+  int vertices = 0;
+  double least = 1, most = 0;
+  for (const WallId w : ids<WallId>(b.body.wall_edge.size())) {
+    const CollisionHalfEdge h = b.body.wall_edge[w];
+    bool inside = false;
+    for (const CollisionTriangle f : cut->loose) inside = inside || f == CollisionMesh::face(h);
+    if (inside) continue;
+    const double r = norm(m.rest[m.from(h)] - Vec3{0.5, 0.5, 0});
+    least = std::min(least, r);
+    most = std::max(most, r);
+    ++vertices;
+  }
+  printf("%d vertices of the border between %.4f and %.4f of %.4f\n", vertices, least, most, reach);
+  EXPECT_GT(vertices, 12);
+  EXPECT_GT(least, 0.88 * reach);
+  EXPECT_LT(most, reach);
+  EXPECT_LT(most, 1.06 * least);
   EXPECT_EQ(crossing_pairs(b.body), 0);
 }
 

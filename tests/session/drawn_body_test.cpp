@@ -96,6 +96,30 @@ TEST(DrawnBody, LocalUpdateIsTheWholeOneOnSheets) {
   cut_at_random("model = \"sheet\"\noptions = { visual_triangles = 6656 }", 6, 20);
 }
 
+TEST(DrawnBody, LocalUpdateIsTheWholeOneWhereAShaverWorks) {
+  Both both(make("model = \"meniscus\""));
+  Session& session = both.session;
+  Punch punch;
+  punch.centre = {0, 0.013, 0};
+  punch.outline = circle_outline(0.003, 5e-5);
+  ASSERT_TRUE(session.punch(punch, SceneFrame::kRest, 2e-4).ok());
+  ASSERT_NO_FATAL_FAILURE(both.compare("a punch"));
+  for (int pass = 0; pass < 60; ++pass) {
+    const double a = 0.13 * pass;
+    const Vec3 at{0.003 * std::cos(a), 0.013 - 0.003 * std::fabs(std::sin(a)), 0};
+    ASSERT_TRUE(session.shave({at, at, 0.001}, SceneFrame::kRest, 0.6, pass < 20 ? 0 : 4e-5).ok());
+    ASSERT_NO_FATAL_FAILURE(both.compare("pass " + std::to_string(pass)));
+    if (pass == 30) { ASSERT_TRUE(session.end_stroke().ok()); }
+  }
+  ASSERT_TRUE(session.cancel_stroke().ok());
+  ASSERT_NO_FATAL_FAILURE(both.compare("cancelled"));
+  ASSERT_TRUE(session.undo().ok());
+  ASSERT_NO_FATAL_FAILURE(both.compare("undone"));
+  ASSERT_TRUE(session.redo().ok());
+  ASSERT_NO_FATAL_FAILURE(both.compare("redone"));
+  EXPECT_GT(both.patches, 50u);
+}
+
 TEST(DrawnBody, ARestoredBodyIsComparedAsAWhole) {
   Both both(make("model = \"steak\""));
   const auto start = both.session.snapshot();

@@ -438,13 +438,40 @@ class Sweep {
     return *start;
   }
 
+  /// A step that is refused is tried again a minimum feature to the left and to the right of where it should go, then twice as far.
   std::optional<Advance> advance(V tip, const FacePoint& to) {
-    begin_step();
-    auto step = advance_cut(target_.complex, tip, to, target_.options, target_.scratch);
-    if (!step) return refuse(), std::nullopt;
-    end_step();
-    ++report_.steps;
-    return *step;
+    for (const double shift : {0.0, 1.0, -1.0, 2.0, -2.0}) {
+      const FacePoint there = shift == 0 ? to : shifted(tip, to, shift * feature_);
+      if (!there.face.valid()) continue;
+      begin_step();
+      auto step = advance_cut(target_.complex, tip, there, target_.options, target_.scratch);
+      if (!step) {
+        journal_rollback(target_.complex, step_mark_);
+        continue;
+      }
+      end_step();
+      ++report_.steps;
+      if (shift != 0) ++report_.retried;
+      return *step;
+    }
+    ++report_.refused;
+    return std::nullopt;
+  }
+
+  /// A point moved along the edge opposite to the tip, by `way` metres at the edge itself; no face where it would leave the face.
+  FacePoint shifted(V tip, const FacePoint& point, double way) const {
+    FacePoint there = point;
+    for (int i = 0; i < 3; ++i) {
+      const H h = CollisionMesh::corner(point.face, i);
+      if (mesh().from(h) != tip) continue;
+      double &a = there.weights[static_cast<std::size_t>((i + 1) % 3)], &b = there.weights[static_cast<std::size_t>((i + 2) % 3)];
+      const double length = norm(mesh().rest[mesh().apex(h)] - mesh().rest[mesh().to(h)]);
+      const double move = (a + b) * way / std::max(length, 1e-300);
+      a -= move;
+      b += move;
+      if (a > 0 && b > 0) return there;
+    }
+    return {};
   }
 
   // Around every step: a mark to return to if it is refused.
@@ -505,6 +532,7 @@ Result<SweepReport> move_blade(BladeStroke& stroke, const BladeEdge& edge, Sweep
     const SweepReport part = Sweep(stroke, target).run(to);
     total.steps += part.steps;
     total.refused += part.refused;
+    total.retried += part.retried;
     total.changed |= part.changed;
   }
   return total;

@@ -39,7 +39,8 @@ struct BladeStroke {
 /// What one pose did.
 struct SweepReport {
   int steps = 0;         ///< collision triangles walked into, provisional ones included
-  int refused = 0;       ///< degenerate steps that were rolled back; the front stopped there
+  int refused = 0;       ///< degenerate steps that were rolled back, and all tries beside them; the front stopped there
+  int retried = 0;       ///< steps that were refused and then done a minimum feature or two beside their place
   bool changed = false;  ///< the complex is not what it was before
 };
 

@@ -45,6 +45,20 @@ bool is_large_enough(const CellComplex& body, Vec2 a, Vec2 b, Vec2 c) {
   return orient(a, b, c) > kLeastCollisionArea * body.mean_root_edge * body.mean_root_edge;
 }
 
+/// Do the four vertices around an edge lie in one plane, and their offsets too, as the corners of a root triangle cut up do? Where a shaver
+/// moved them they may not, and turning the edge would change the body.
+bool is_flat(const CellComplex& body, H h, H g) {
+  const CollisionMesh& mesh = body.collision;
+  const H hn = CollisionMesh::next(h), hp = CollisionMesh::prev(h), gp = CollisionMesh::prev(g);
+  const Vec2 a = mesh.planar[h], b = mesh.planar[hn], c = mesh.planar[hp], d = mesh.planar[gp];
+  const double whole = orient(a, b, c), wb = orient(a, d, c) / whole, wc = orient(a, b, d) / whole;
+  const auto strays = [&](const auto& array) {
+    const Vec3 x = array[mesh.from(h)];
+    return norm(x + wb * (array[mesh.to(h)] - x) + wc * (array[mesh.apex(h)] - x) - array[mesh.apex(g)]);
+  };
+  return strays(mesh.rest) + strays(mesh.offset) < kFlatness * body.mean_root_edge;
+}
+
 void push_face_edges(CutContext& cut, F f) {
   for (int i = 0; i < 3; ++i) cut.scratch.flip_stack.push_back(CollisionMesh::corner(f, i));
 }
@@ -228,6 +242,7 @@ void flip_to_delaunay(CutContext& cut) {
     const double size = std::sqrt((sin_c * sin_c + cos_c * cos_c) * (sin_d * sin_d + cos_d * cos_d));
     if (!(sin_c * cos_d + cos_c * sin_d < -kFlipGain * size)) continue;
     if (!is_large_enough(body, a, d, c) || !is_large_enough(body, b, c, d)) continue;
+    if (!is_flat(body, h, g)) continue;
     if (mesh.find_half_edge(mesh.apex(h), mesh.apex(g)).valid() || mesh.find_half_edge(mesh.apex(g), mesh.apex(h)).valid())
       continue;  // already joined by an edge (the lips of a slit)
     const F f1 = CollisionMesh::face(h), f2 = CollisionMesh::face(g);

@@ -38,6 +38,8 @@ inline constexpr double kLipAttraction = 1.5;
 inline constexpr double kPairFraction = 0.3;
 /// A flip must improve the angle sum by more than rounding (sine of the excess angle).
 inline constexpr double kFlipGain = 1e-9;
+/// A flip moves the middle of its quad by no more than this, part of the mean root edge.
+inline constexpr double kFlatness = 1e-9;
 /// Faces of the collision mesh keep at least this part of the mean root edge squared.
 inline constexpr double kLeastCollisionArea = 1e-14;
 

@@ -1,10 +1,11 @@
 // Shaving the surface of a cut (paper 5.3, figure 24): where the shaver touches collision edges made by a cut, the walls that hang
 // on them are smoothed around the parameters at which it meets them. No collision triangle is cut.
 //
-// Past the paper: where a wall is smooth, the collision vertices themselves move back into the material, in the planes of
-// their root triangles or along the edges of these, and both meshes, chains, lines and walls move with them.
+// Past the paper: where a wall is smooth, the collision vertices themselves move back into the material (slide_vertex.h), and those in
+// front of them make way; both meshes, chains, lines and walls move with them.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "kerf/binding/cell_complex.h"
@@ -27,10 +28,11 @@ struct ShaveOptions {
 struct ShavePass {
   int edges = 0;          ///< collision edges that the shaver meets
   int moved_back = 0;     ///< collision vertices that moved
-  int stuck = 0;          ///< collision vertices that could not: no room up to the next root edge, or at a corner of one
+  int stuck = 0;          ///< collision vertices that could not: at the end of a slit, or where nothing is left to take
   double removed = 0;     ///< m^3: by how much the enclosed volume fell
   double skin_area = 0;   ///< m^2: change of the skin's area
   double collision_area = 0;  ///< m^2: change of the collision mesh's area in its root planes
+  std::vector<std::pair<RootId, double>> prisms;  ///< m^3: changes of the volumes of collision triangles' prisms, by root
   double roughness_before = 0, roughness_after = 0;  ///< metres: of the walls that it meets (wall_roughness)
   std::vector<WallId> walls;                    ///< that it meets; rising
   std::vector<VisualVertex> vertices;           ///< visual vertices that moved; rising

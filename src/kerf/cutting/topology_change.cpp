@@ -4,6 +4,7 @@
 
 #include "kerf/base/indexed.h"
 #include "kerf/cutting/half_edge_split.h"
+#include "kerf/embedding/owned_vertices.h"
 
 namespace kerf {
 
@@ -124,7 +125,7 @@ void collect(const CellComplex& body, const Since& since, const CutScratch& scra
   change.owned.clear();
   change.owner.clear();
   for (const CollisionTriangle t : change.triangles)
-    for_each_owned_vertex(body, t, [&](VisualVertex v) {
+    for_each_owned(body, t, [&](VisualVertex v, Ownership, CollisionHalfEdge) {
       if (!first_time(change.seen_visual, v.index())) return;
       change.owned.push_back(v);
       change.owner.push_back(t);

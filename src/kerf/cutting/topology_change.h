@@ -44,30 +44,4 @@ void collect_topology_change(const CellComplex& body, const JournalStep& step, c
 /// Only the collision triangles: new, or changed in any way since `since`; rising, no repeats.
 std::vector<CollisionTriangle> changed_triangles(const CellComplex& body, const JournalMark& since);
 
-/// Calls f(v) for every visual vertex that triangle f owns: free ones, chains of its edges, bound vertices and lines of
-/// its corners, wall vertices of its edges. Shared ones are reported by every triangle they belong to.
-template <class Fn>
-void for_each_owned_vertex(const CellComplex& body, CollisionTriangle t, Fn&& f) {
-  const CollisionMesh& mesh = body.collision;
-  for (const PoolRun& run : mesh.free[t])
-    for (std::int32_t i = 0; i < run.count; ++i) {
-      const VisualVertex v = body.free_pool[run.at(i)];
-      if (body.visual.free[v]) f(v);
-    }
-  for (int corner = 0; corner < 3; ++corner) {
-    const CollisionHalfEdge h = CollisionMesh::corner(t, corner);
-    for (const PoolRun& run : mesh.chain[h])
-      for (std::int32_t i = 0; i < run.count; ++i) f(body.chain_pool[run.at(i)]);
-    const CollisionVertex v = mesh.origin[h];
-    for (const VisualVertex b : mesh.bound[v])
-      if (b.valid()) f(b);
-    const PoolRun line = mesh.line[v];
-    for (std::int32_t i = 0; i < line.count; ++i) f(body.chain_pool[line.at(i)]);
-    if (const WallId wall = mesh.wall[h]; wall.valid()) {
-      const PoolRun run = body.wall_inner[wall];
-      for (std::int32_t i = 0; i < run.count; ++i) f(body.wall_pool[run.at(i)]);
-    }
-  }
-}
-
 }  // namespace kerf

@@ -106,8 +106,6 @@ struct WallStrip {
   CH edge;             // the border half-edge that the wall hangs on
   bool mirrored_ties;  // the twin of a wall has its diagonals mirrored
   WallId wall;
-  double along = 0;    // texture coordinate of the left column, metres
-  double sign = 1;
 
   /// Column k of the wall: k = 0 at the start of `edge`. New inner vertices get their 3D points from `displacement`.
   void fill_column(std::int32_t k, std::int32_t last, std::vector<ColumnVertex>& column, const Vec3* displacement,
@@ -148,8 +146,6 @@ struct WallStrip {
         down += static_cast<float>(norm(mesh.rest[column[i].vertex] - mesh.rest[column[i - 1].vertex]));
       column[i].depth = down;
     }
-    if (column.size() == 1) return;
-    // A line starts where the rim's single vertex would be in the middle: nothing to shift, depths start at +.
   }
 
   VisualTriangle add_face(double x_left, const ColumnVertex& a, bool a_left, const ColumnVertex& b, bool b_left,
@@ -206,7 +202,7 @@ void build_walls(CutContext& cut, CH h, CH g) {
 
   for (int which = 0; which < 2; ++which) {
     const CH edge = which == 0 ? h : g;
-    WallStrip strip{cut, edge, which == 1, WallId{}, 0, 1};
+    WallStrip strip{cut, edge, which == 1, WallId{}};
     strip.wall = body.wall_edge.push_back(edge);
     const auto first_inner = static_cast<std::int32_t>(body.wall_pool.size());
     coarse.wall.set(edge, strip.wall);

@@ -66,6 +66,7 @@ std::string run_report_json(const Session& session, const RunLog& log) {
                     {"after", json(s.after)},
                     {"triangles_walked", s.triangles},
                     {"refused_steps", s.refused},
+                    {"retried_steps", s.retried},
                     {"milliseconds",
                      {{"cut_and_binding_update", 1e3 * s.times.cut_and_binding},
                       {"embedding_update", 1e3 * s.times.embedding},

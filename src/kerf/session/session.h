@@ -45,6 +45,7 @@ struct StrokeRecord {
   CutTimes times;               ///< summed over the stroke
   int triangles = 0;            ///< collision triangles walked into, provisional ones included
   int refused = 0;              ///< degenerate steps that were rolled back
+  int retried = 0;              ///< steps that were refused where they should have gone, and done a little beside
 };
 
 /// What one punch did.

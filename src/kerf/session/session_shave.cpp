@@ -13,22 +13,10 @@
 namespace kerf {
 namespace {
 
-/// m^3 that the hexahedra of each body should hold: its prisms, scaled.
-std::vector<double> prism_volumes(const Body& body) {
-  const CollisionMesh& mesh = body.complex.collision;
-  const HexMesh& hex = body.hex;
-  std::vector<double> volumes(hex.bodies.size(), 0.0);
-  for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
-    PrismCorners c[3];
-    for (int i = 0; i < 3; ++i) c[i] = corners_of(mesh, hex.frame, mesh.origin[CollisionMesh::corner(t, i)]);
-    volumes[static_cast<std::size_t>(hex.body_of(mesh.root[t]))] += ruled_volume(prism_between(c[0], c[1], c[2]));
-  }
-  for (std::size_t i = 0; i < volumes.size(); ++i) volumes[i] *= hex.bodies[i].scale * hex.frame.cell_volume();
-  return volumes;
-}
-
-/// Normals of what is drawn, where vertices have moved: those of the skin as interpolated, those of walls from their faces.
-void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& moved, RenderSurface& surface) {
+/// Normals of what is drawn, where vertices have moved: those of the skin as interpolated, those of walls from their faces. Appends
+/// the render vertices that get another one.
+void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& moved, RenderSurface& surface,
+                   std::vector<RenderVertex>& changed) {
   const VisualMesh& mesh = complex.visual;
   const auto face_vector = [&](VisualTriangle f) {
     const VisualHalfEdge h = VisualMesh::corner(f, 0);
@@ -48,7 +36,10 @@ void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& 
   around.erase(std::unique(around.begin(), around.end()), around.end());
   for (const VisualVertex v : around) {
     const RenderVertex skin = surface.skin[v];
-    if (skin.valid() && !(surface.normal[skin] == mesh.normal[v])) surface.normal.set(skin, mesh.normal[v]);
+    if (skin.valid() && !(surface.normal[skin] == mesh.normal[v])) {
+      surface.normal.set(skin, mesh.normal[v]);
+      changed.push_back(skin);
+    }
     cut::for_each_corner(mesh, v, [&](VisualHalfEdge h) {
       const Patch patch = mesh.patch[VisualMesh::face(h)];
       const RenderVertex r = surface.corner[h];
@@ -59,7 +50,10 @@ void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& 
         return true;
       });
       const Vec3f normal = to_float(normalized(sum));
-      if (norm(sum) > 0 && !(surface.normal[r] == normal)) surface.normal.set(r, normal);
+      if (norm(sum) > 0 && !(surface.normal[r] == normal)) {
+        surface.normal.set(r, normal);
+        changed.push_back(r);
+      }
       return true;
     });
   }
@@ -90,8 +84,6 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
   Body& body = state.body;
   sweep_positions = frame == SceneFrame::kRest ? body.complex.collision.rest.raw() : deformed_collision();
   const std::size_t vertices = body.complex.collision.vertex_count();
-  std::vector<double> before;
-  if (depth > 0) before = prism_volumes(body);
   begin_pose();
   ShavePass pass;
   kerf::shave(body.complex, sweep_positions, shaver, {smoothing, depth}, cut_options, cut_scratch, pass);
@@ -110,9 +102,9 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     state.measures.collision_area += pass.collision_area;
     for (const CollisionVertex v : pass.collision_vertices)
       if (v.index() < body.hex.prism_corner.size()) body.hex.prism_corner.set(v, corners_of(body.complex.collision, body.hex.frame, v));
-    if (depth > 0) {
-      const std::vector<double> after = prism_volumes(body);
-      for (std::size_t i = 0; i < after.size(); ++i) body.hex.bodies[i].volume += after[i] - before[i];
+    for (const auto& [root, change] : pass.prisms) {
+      LatticeBody& owner = body.hex.bodies[static_cast<std::size_t>(body.hex.body_of(root))];
+      owner.volume += owner.scale * change;
     }
     // Everything that moved is looked up anew, in its present cell.
     for (const VisualVertex v : pass.vertices)
@@ -127,14 +119,18 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
       return followed.error();
     }
     std::vector<CollisionTriangle> owners;
+    const auto add_around = [&](CollisionVertex v) {
+      cut::for_each_corner(body.complex.collision, v, [&](CollisionHalfEdge k) {
+        owners.push_back(CollisionMesh::face(k));
+        return true;
+      });
+    };
     for (const WallId w : pass.walls) {
       const CollisionHalfEdge h = body.complex.wall_edge[w];
-      for (const CollisionVertex v : {body.complex.collision.from(h), body.complex.collision.to(h)})
-        cut::for_each_corner(body.complex.collision, v, [&](CollisionHalfEdge k) {
-          owners.push_back(CollisionMesh::face(k));
-          return true;
-        });
+      add_around(body.complex.collision.from(h));
+      add_around(body.complex.collision.to(h));
     }
+    for (const CollisionVertex v : pass.collision_vertices) add_around(v);
     std::sort(owners.begin(), owners.end());
     owners.erase(std::unique(owners.begin(), owners.end()), owners.end());
     moved.clear();
@@ -144,12 +140,17 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
       let_nothing_jump();
     }
     note_moved(skin, pass.vertices);
-    renew_normals(body.complex, pass.vertices, body.surface);
+    std::vector<RenderVertex> other_normals;
+    renew_normals(body.complex, pass.vertices, body.surface, other_normals);
+    if (watching) {
+      watched.moved.insert(watched.moved.end(), pass.vertices.begin(), pass.vertices.end());
+      watched.moved.insert(watched.moved.end(), moved.begin(), moved.end());
+      watched.render_vertices.insert(watched.render_vertices.end(), other_normals.begin(), other_normals.end());
+    }
     mark_synced();
     state.stroke->shaved = true;
     ++state.topology_version;
     positions_changed();
-    watched.everything = watched.everything || watching;
     record.times.embedding += following.embedding;
   }
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -151,6 +151,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   end_pose();
   record.triangles += report->steps;
   record.refused += report->refused;
+  record.retried += report->retried;
   record.ended = state.time;
   const double total = seconds_since(start);
   record.times.embedding += following.embedding;

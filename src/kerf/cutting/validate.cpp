@@ -26,6 +26,8 @@ using VV = VisualVertex;
 using VF = VisualTriangle;
 
 constexpr double kRelative = 1e-9;
+/// Of the box at the start: what is taken away is subtracted from the whole, whose rounding stays when next to nothing is left.
+constexpr double kRounding = 1e-13;
 
 template <class... Args>
 Error broken(fmt::format_string<Args...> text, Args&&... args) {
@@ -389,12 +391,13 @@ Status validate_complex(const CellComplex& body, const ComplexMeasures& at_start
   if (chi_fine != (body.closed ? 2 : 1) * chi_coarse)
     return broken("Euler characteristic {} of the visual mesh, {} of the collision mesh", chi_fine, chi_coarse);
   const ComplexMeasures now = measure_complex(body);
-  const auto same = [](double a, double b, double scale) { return std::fabs(a - b) <= kRelative * scale; };
-  if (!same(now.skin_area, at_start.skin_area, at_start.skin_area))
+  const double box_area = dot(at_start.size, at_start.size), box_volume = at_start.size.x * at_start.size.y * at_start.size.z;
+  const auto same = [](double a, double b, double whole) { return std::fabs(a - b) <= std::max(kRelative * std::fabs(b), kRounding * whole); };
+  if (!same(now.skin_area, at_start.skin_area, box_area))
     return broken("skin area {} instead of {} m2", now.skin_area, at_start.skin_area);
-  if (!same(now.collision_area, at_start.collision_area, at_start.collision_area))
+  if (!same(now.collision_area, at_start.collision_area, box_area))
     return broken("collision area {} instead of {} m2", now.collision_area, at_start.collision_area);
-  if (!same(now.volume, at_start.volume, std::fabs(at_start.volume)))
+  if (!same(now.volume, at_start.volume, box_volume))
     return broken("volume {} instead of {} m3", now.volume, at_start.volume);
   return {};
 }

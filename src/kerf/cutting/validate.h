@@ -16,8 +16,8 @@ struct ComplexMeasures {
 ComplexMeasures measure_complex(const CellComplex& body);
 
 /// Both meshes are oriented manifolds with one fan per vertex; a closed body has no border; chi(visual) = chi(collision),
-/// or twice that for a closed body; as many pieces, and the same ones; area and volume as at the start (1e-9);
-/// every planar image exactly positively oriented and the same bits at all corners of a vertex in a plane; chains
+/// or twice that for a closed body; as many pieces, and the same ones; area and volume as at the start (1e-9, or 1e-13 of the
+/// box then); every planar image exactly positively oriented and the same bits at all corners of a vertex in a plane; chains
 /// consecutive and ordered with bound ends; every visual vertex in exactly one place; free ones inside their triangle;
 /// lines, walls and barriers consistent; nothing infinite. The error names the ids. Cost: n log n.
 Status validate_complex(const CellComplex& body, const ComplexMeasures& at_start);

@@ -340,7 +340,12 @@ Status Session::validate() const {
   double whole = 0;
   for (std::size_t i = 0; i < hex.bodies.size(); ++i)
     whole += model.materials()[s.state.materials.of(static_cast<std::int32_t>(i))].density * hex.bodies[i].volume;
-  if (s.state.materials.regions.empty() && std::abs(mass - whole) > 1e-9 * whole)
+  // What is left after removals may weigh less than the rounding of what was there.
+  const LatticeFrame& frame = hex.frame;
+  double densest = 0;
+  for (const Material& m : model.materials()) densest = std::max(densest, m.density);
+  const double rounding = 1e-13 * densest * frame.cell_volume() * frame.count[0] * frame.count[1] * frame.count[2];
+  if (s.state.materials.regions.empty() && std::abs(mass - whole) > std::max(1e-9 * whole, rounding))
     return failed(fmt::format("the hexahedra weigh {} kg, the body {} kg", mass, whole));
   if (s.state.mechanics.positions.size() != hex.node_count() || s.state.mechanics.rotations.size() != hex.hex_count())
     return failed("mechanics and the hexahedra have different numbers of nodes or elements");

@@ -194,7 +194,7 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
       "  kerf cut steak --from -0.12,0,0 --to 0.12,0,0 --out out/halves\n"
       "  kerf cut knee.kerf --from 0,0.01,0 --to 0,0.02,0 --out out/tear\n"
       "  kerf cut knee.stl --scale 0.001 --from 0,0.01,0 --to 0,0.02,0 --out out/tear     the file is in millimetres\n"
-      "  kerf cut tube --through --from 0,-0.1,0.05 --to 0,0.1,0.05 --along 1,0,0 --out out/tube     both walls\n"
+      "  kerf cut tube --through --from 0,-0.06,0 --to 0,0.06,0 --along 0,0,1 --out out/tube     both walls\n"
       "The cut runs straight from --from to --to; points off the body are fine, it is cut where the blade "
       "meets it.");
   command->callback([&options, &chosen] { chosen = [&options] { return cut_body(options); }; });

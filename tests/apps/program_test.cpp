@@ -105,6 +105,19 @@ TEST_F(ProgramTest, MakeThenInfoThenBind) {
   EXPECT_FALSE(std::filesystem::exists(in("x.kerf")));
 }
 
+TEST_F(ProgramTest, CutsThroughOneLayerOrAllAndFilesInMillimetres) {
+  const std::string along = "cut tube --from 0,-0.06,0 --to 0,0.06,0 --along 0,0,1 --out " + in("cut");
+  EXPECT_THAT(kerf(along).text, HasSubstr("1 piece;"));
+  EXPECT_THAT(kerf(along + " --through").text, HasSubstr("2 pieces;"));
+  ASSERT_EQ(kerf("make steak --out " + in("steak")).status, 0);
+  const std::string files = "cut " + in("steak/visual.obj") + " --collision " + in("steak/collision.obj") + " --out " + in("cut");
+  EXPECT_THAT(kerf(files + " --from -0.12,0,0 --to 0.12,0,0").text, HasSubstr("2 pieces;"));
+  EXPECT_THAT(kerf(files + " --scale 10 --from -1.2,0,0 --to 1.2,0,0").text, HasSubstr("2 pieces;"));
+  const Outcome model = kerf("cut steak --scale 10 --from -0.12,0,0 --to 0.12,0,0 --out " + in("cut"));
+  EXPECT_EQ(model.status, 2);
+  EXPECT_THAT(model.text, HasSubstr("in metres already"));
+}
+
 TEST_F(ProgramTest, CutsThatCannotBeSayWhy) {
   ASSERT_EQ(kerf("make steak --out " + in("steak")).status, 0);
   const std::string to = " --to 0.12,0,0 --out " + in("x");

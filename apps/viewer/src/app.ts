@@ -29,6 +29,8 @@ export interface SceneInfo {
   material: { young: number; poisson: number; density: number }; gravity: [number, number, number];
   /** Of meshes that were opened in the page. */
   unit: { metres: number; guessed: boolean } | null;
+  /** By the page, from files: its name may be that of a shipped scene too. */
+  opened: boolean;
   /** What should be taken out. */
   lesion: Lesion | null;
   /** Of the arthroscope, where the scene says. */
@@ -83,7 +85,7 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
     box: b && proper ? { min: [b[0]!, b[1]!, b[2]!], max: [b[3]!, b[4]!, b[5]!] } : null,
     material: { young: num(m.young, 20000), poisson: num(m.poisson, 0.45), density: num(m.density, 1000) },
     gravity: [num(g[0], 0), num(g[1], 0), num(g[2], -9.81)],
-    lesion: readLesion(j.lesion), scope: readScope(j.arthroscope),
+    opened: j.opened === true, lesion: readLesion(j.lesion), scope: readScope(j.arthroscope),
     unit: num(u.metres, 0) > 0 ? { metres: num(u.metres, 1), guessed: u.guessed === true } : null,
   };
 }

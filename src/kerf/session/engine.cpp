@@ -153,6 +153,7 @@ void Engine::Impl::hello(std::uint32_t client) {
   json["scenes"] = Json::array();
   for (const OfferedScene& s : options.scenes) json["scenes"].push_back({{"name", s.name}, {"title", s.title}});
   const Scene& scene = session->scene();
+  json["opened"] = folder.has_value();
   json["title"] = scene.title.empty() ? source.name : scene.title;
   const Material material = session->material();
   json["material"] = {{"young", material.young}, {"poisson", material.poisson}, {"density", material.density}};
@@ -206,6 +207,7 @@ void Engine::Impl::send_things(std::uint32_t client) {
 
 void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   EngineClient& client = clients.at(id);
+  publish(0);  // it may come between two steps: what the body message says belongs together
   hello(id);
   bool resumed = m.session == options.session_id && m.body == body && m.version <= version && m.version > 0;
   if (resumed && m.version < version) {

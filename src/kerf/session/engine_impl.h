@@ -51,6 +51,7 @@ struct HandInstrument {
   int passes = 0;                 ///< of a shaver
   // Probe
   std::uint32_t tool = 0;         ///< number in the scene
+  RigidPlace parked;              ///< its pose as it came down
   std::vector<Vec3> surface;      ///< collision vertices as it came down: the probe follows the surface before it gave way
   Vec3 point, normal;             ///< under the pointer, and towards the eye
   double time = 0;                ///< s that it has been down

@@ -29,8 +29,8 @@ constexpr double kSmoothing = 30, kShaving = 0.6;
 constexpr double kLongestPass = 0.05;   ///< s
 constexpr std::size_t kMostPasses = 8;  ///< per tick
 constexpr double kSuckEvery = 0.1;      ///< s
-/// A probe comes down and goes up in this time, from this many sizes above.
-constexpr double kApproach = 0.25, kLift = 3;  ///< s, sizes
+/// A probe comes down from this many sizes above, and goes back to where it was.
+constexpr double kApproach = 0.25, kRetreat = 0.4, kLift = 3;  ///< s, s, sizes
 /// A probe's shaft leans this much aside of the view.
 constexpr double kLean = 0.5;
 
@@ -91,6 +91,7 @@ void Engine::Impl::put_down(const protocol::ToolInput& input) {
   if (found == tools.end()) return instrument.reset();
   i.tool = static_cast<std::uint32_t>(found - tools.begin());
   i.surface = session->collision_positions();
+  i.parked = session->tools()[i.tool].pose;
 }
 
 Status Engine::Impl::bite(const protocol::ToolInput& input) {
@@ -228,10 +229,9 @@ void Engine::Impl::lift_probe() {
   SessionChange lift;
   lift.kind = Kind::kTool;
   lift.id = session->scene().tools[i.tool].id;
-  const Session::ToolState now = session->tools()[i.tool];
-  put(lift.values, now.pose.position + kLift * i.size * i.normal);
-  put(lift.values, turn_of(now.pose.axes));
-  lift.values.push_back(kApproach);
+  put(lift.values, i.parked.position);
+  put(lift.values, turn_of(i.parked.axes));
+  lift.values.push_back(kRetreat);
   (void)perform(std::move(lift)).ok();  // it stays where it is when it can't be led
 }
 

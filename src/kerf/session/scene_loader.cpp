@@ -73,7 +73,19 @@ double guess_unit(double size) {
   return unit;
 }
 
-Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Progress& progress) {
+namespace {
+
+/// Messages name what a person opened, not where it was put for the moment.
+Error as_opened(Error error, const std::filesystem::path& folder, const std::string& name) {
+  const std::string place = (folder / "").string();
+  for (std::size_t at = error.message.find(place); at != std::string::npos; at = error.message.find(place, at)) {
+    error.message.erase(at, place.size());
+    if (error.message.compare(at, 7, "visual.") == 0) error.message.replace(at, 6, name);
+  }
+  return error;
+}
+
+Result<std::unique_ptr<LoadedScene>> load_now(SceneRequest request, const Progress& progress) {
   auto out = std::make_unique<LoadedScene>();
   if (request.folder)
     for (const SceneSource::File& f : request.source.files)
@@ -104,6 +116,17 @@ Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Prog
   if (!things) return things.error();
   out->things = std::move(things).value();
   return out;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Progress& progress) {
+  if (!request.folder) return load_now(std::move(request), progress);
+  const std::filesystem::path folder = request.folder->path();
+  const std::string name = request.source.name;
+  auto loaded = load_now(std::move(request), progress);
+  if (!loaded) return as_opened(loaded.error(), folder, name);
+  return loaded;
 }
 
 SceneLoader::~SceneLoader() {

@@ -363,12 +363,14 @@ export function bindControls(app: App): void {
   });
 
   // Readouts
+  const shownScene = (info: SceneInfo): string => (info.opened ? '' : info.name);
   const whole = (x: number | undefined): string => (x === undefined ? '–' : x.toLocaleString('en'));
   app.listener = {
     connection(_state: EngineState) { showRole(); },
     scene(info: SceneInfo) {
-      const s = select('scene'), scenes = info.scenes.some((x) => x.name === info.name) ? info.scenes : [{ name: info.name, title: info.title }, ...info.scenes];
-      s.replaceChildren(...scenes.map((x) => new Option(x.title, x.name, false, x.name === info.name)));
+      const s = select('scene'), shipped = !info.opened && info.scenes.some((x) => x.name === info.name), value = shownScene(info);
+      const scenes = shipped ? info.scenes : [{ name: value, title: info.title }, ...info.scenes];
+      s.replaceChildren(...scenes.map((x) => new Option(x.title, x.name, false, x.name === value)));
       s.title = `Scene: ${info.title}`;
       document.title = `${info.title} · Kerf`;
       input('young').value = String(Math.log10(info.material.young));
@@ -381,7 +383,7 @@ export function bindControls(app: App): void {
     },
     loading(now: Loading | null) {
       byId('loading').hidden = now === null;
-      if (!now) { select('scene').value = app.info?.name ?? ''; return; }
+      if (!now) { select('scene').value = app.info ? shownScene(app.info) : ''; return; }
       setText('loading-text', now.stage ? `Loading: ${now.stage}` : 'Loading…');
       byId<HTMLProgressElement>('loading-bar').value = now.fraction;
     },

@@ -149,60 +149,90 @@ class Rememberer {
 
   // A vertex that no embedding knows yet is of a walk that is about to be taken back.
   void visual(VisualVertex v) {
-    if (!body_.embedding.visual.contains(v)) return;
+    if (!body_.embedding.visual.contains(v) || m_.seen_visual[v.index()] == m_.round) return;
     const HexId* old = value_of(m_.old_visual, v.value);
-    note(v.value, body_.complex.visual.rest[v], old ? *old : body_.embedding.visual[v], now_.fade.visual, m_.seen_visual[v.index()],
-         m_.visual);
+    note(v.value, body_.complex.visual.rest[v], old ? *old : body_.embedding.visual[v], m_.seen_visual[v.index()], m_.visual);
   }
   void collision(CollisionVertex v) {
-    if (!body_.embedding.collision.contains(v)) return;
+    if (!body_.embedding.collision.contains(v) || m_.seen_collision[v.index()] == m_.round) return;
     const HexId* old = value_of(m_.old_collision, v.value);
-    note(v.value, body_.complex.collision.rest[v], old ? *old : body_.embedding.collision[v], now_.fade.collision,
-         m_.seen_collision[v.index()], m_.collision);
+    note(v.value, body_.complex.collision.rest[v], old ? *old : body_.embedding.collision[v], m_.seen_collision[v.index()], m_.collision);
   }
-  void note(std::int32_t vertex, Vec3 rest, HexId copy, const std::vector<FadingVertex>& fade, std::uint32_t& seen,
-            std::vector<SurfaceMemory::Vertex>& out) {
-    if (seen == m_.round || !copy.valid()) return;  // it may be new
+  void note(std::int32_t vertex, Vec3 rest, HexId copy, std::uint32_t& seen, std::vector<SurfaceMemory::Vertex>& out) {
+    if (!copy.valid()) return;  // it may be new
     seen = m_.round;
-    const std::array<NodeId, 8>* old = value_of(m_.old_nodes, copy);
-    const std::array<NodeId, 8>& nodes = old ? *old : body_.hex.nodes[copy];
-    if (!nodes[0].valid()) return;  // a copy that the change has made
+    const NodesThen* nodes = nodes_then(copy);
+    if (nodes == nullptr) return;
     const std::array<double, 8> w = weights(body_.hex, copy, rest);
     SurfaceMemory::Vertex item{vertex, rest, {}, {}};
     for (std::size_t c = 0; c < 8; ++c) {
-      item.position += w[c] * old_position(nodes[c]);
-      item.velocity += w[c] * old_velocity(nodes[c]);
-    }
-    if (const FadingVertex* f = fading(fade, static_cast<std::size_t>(vertex))) {
-      item.position += f->offset;
-      item.velocity += f->velocity;
+      item.position += w[c] * nodes->position[c];
+      item.velocity += w[c] * nodes->velocity[c];
     }
     out.push_back(item);
+  }
+
+  /// How the nodes of a copy moved then; null for one that the change has made. Neighbours in a surface mostly share a copy, so the last
+  /// few are kept.
+  struct NodesThen {
+    HexId copy;
+    bool valid = false;
+    std::array<Vec3, 8> position, velocity;
+  };
+  const NodesThen* nodes_then(HexId copy) {
+    NodesThen& found = kept_[copy.index() % kept_.size()];
+    if (found.copy != copy) {
+      found.copy = copy;
+      const std::array<NodeId, 8>* old = value_of(m_.old_nodes, copy);
+      const std::array<NodeId, 8>& nodes = old ? *old : body_.hex.nodes[copy];
+      found.valid = nodes[0].valid();
+      for (std::size_t c = 0; found.valid && c < 8; ++c) {
+        found.position[c] = old_position(nodes[c]);
+        found.velocity[c] = old_velocity(nodes[c]);
+      }
+    }
+    return found.valid ? &found : nullptr;
   }
 
   const MovingSurface& now_;
   const Body& body_;
   SurfaceMemory& m_;
+  std::array<NodesThen, 16> kept_;
 };
 
 template <class RestOf, class CopyOf>
 void hold(const Body& body, std::span<const Vec3> positions, std::span<const Vec3> velocities, double negligible, std::size_t count,
-          RestOf&& rest_of, CopyOf&& copy_of, std::vector<SurfaceMemory::Vertex>& memory, std::vector<FadingVertex>& merged,
+          RestOf&& rest_of, CopyOf&& copy_of, const std::vector<SurfaceMemory::Vertex>& memory, SurfaceMemory& scratch,
           std::vector<FadingVertex>& list) {
-  std::sort(memory.begin(), memory.end(), [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
+  auto& order = scratch.order;
+  auto& merged = scratch.merged;
+  order.clear();
+  for (std::size_t i = 0; i < memory.size(); ++i) order.emplace_back(memory[i].vertex, static_cast<std::int32_t>(i));
+  std::sort(order.begin(), order.end());
   merged.clear();
   auto old = list.begin();
   const auto keep = [&](const FadingVertex& f) {
     if (static_cast<std::size_t>(f.vertex) < count) merged.push_back(f);
   };
-  for (const SurfaceMemory::Vertex& m : memory) {
+  for (const auto& [vertex, place] : order) {
+    const SurfaceMemory::Vertex& m = memory[static_cast<std::size_t>(place)];
+    Vec3 position = m.position, velocity = m.velocity;
     for (; old != list.end() && old->vertex < m.vertex; ++old) keep(*old);
-    if (old != list.end() && old->vertex == m.vertex) ++old;
+    if (old != list.end() && old->vertex == m.vertex) {
+      position += old->offset;
+      velocity += old->velocity;
+      ++old;
+    }
     if (static_cast<std::size_t>(m.vertex) >= count || !(rest_of(m.vertex) == m.rest)) continue;  // gone, or another point
     const HexId copy = copy_of(m.vertex);
-    const EmbeddedPoint point{copy, body.hex.local(copy, m.rest)};
-    const FadingVertex f{m.vertex, m.position - point_position(body.hex, point, positions),
-                         m.velocity - point_position(body.hex, point, velocities)};
+    const std::array<NodeId, 8>& nodes = body.hex.nodes[copy];
+    const std::array<double, 8> w = weights(body.hex, copy, m.rest);
+    Vec3 now{}, moving{};
+    for (std::size_t c = 0; c < 8; ++c) {
+      now += w[c] * positions[nodes[c].index()];
+      moving += w[c] * velocities[nodes[c].index()];
+    }
+    const FadingVertex f{m.vertex, position - now, velocity - moving};
     if (norm(f.offset) > negligible || norm(f.velocity) > negligible * kFadeRate) merged.push_back(f);
   }
   for (; old != list.end(); ++old) keep(*old);
@@ -252,10 +282,10 @@ void hold_surface(const Body& body, std::span<const Vec3> positions, std::span<c
                   SurfaceMemory& memory, SurfaceFade& fade) {
   hold(body, positions, velocities, negligible, body.complex.visual.vertex_count(),
        [&](std::int32_t v) { return body.complex.visual.rest[VisualVertex(v)]; },
-       [&](std::int32_t v) { return body.embedding.visual[VisualVertex(v)]; }, memory.visual, memory.merged, fade.visual);
+       [&](std::int32_t v) { return body.embedding.visual[VisualVertex(v)]; }, memory.visual, memory, fade.visual);
   hold(body, positions, velocities, negligible, body.complex.collision.vertex_count(),
        [&](std::int32_t v) { return body.complex.collision.rest[CollisionVertex(v)]; },
-       [&](std::int32_t v) { return body.embedding.collision[CollisionVertex(v)]; }, memory.collision, memory.merged, fade.collision);
+       [&](std::int32_t v) { return body.embedding.collision[CollisionVertex(v)]; }, memory.collision, memory, fade.collision);
 }
 
 }  // namespace kerf

@@ -36,7 +36,8 @@ void fade_offsets(SurfaceFade& fade, double dt, double negligible);
 /// The entry of a vertex, or null.
 const FadingVertex* fading(std::span<const FadingVertex> list, std::size_t vertex);
 
-/// Positions and velocities of surface vertices as they were before a cut, and of nodes that it has moved since. Memory, no state.
+/// Positions and velocities of surface vertices, by their copies alone, as they were before a cut, and of nodes that it has moved since.
+/// Memory, no state.
 struct SurfaceMemory {
   struct Vertex {
     std::int32_t vertex = 0;
@@ -52,6 +53,7 @@ struct SurfaceMemory {
   std::vector<std::pair<HexId, std::array<NodeId, 8>>> old_nodes;
   std::vector<HexId> copies;
   std::vector<CellId> cells;
+  std::vector<std::pair<std::int32_t, std::int32_t>> order;  // vertex, place in the list
   std::vector<FadingVertex> merged;
 };
 

@@ -45,6 +45,10 @@ std::vector<std::uint64_t> trace(const Scene& scene, int threads) {
   return hashes;
 }
 
+TEST(Determinism, ThereAreShippedScenes) {
+  EXPECT_GE(shipped_scenes().size(), 5U);
+}
+
 class ShippedScene : public ::testing::TestWithParam<std::filesystem::path> {};
 
 TEST_P(ShippedScene, DoesNotDependOnThreads) {

@@ -228,56 +228,46 @@ void extend_to_rim(MidSheet& sheet, const SheetInput& in, const Column<double>& 
   fill_positions(m, cot, kept, m.position);
 }
 
-}  // namespace
+/// Shortest ways along edges from some vertices: how far it is (infinite where none leads), and from which one (-1).
+struct EdgeWays {
+  Column<double> distance;
+  Column<std::int32_t> source;
+};
 
-Column<std::int32_t> nearest_trusted(const SurfaceMesh& m, const Column<std::uint8_t>& trusted) {
-  Column<double> distance(m.position.size(), HUGE_VAL);
-  Column<std::int32_t> source(m.position.size(), -1);
+template <class IsSource>
+EdgeWays ways_from(const SurfaceMesh& m, IsSource&& is_source) {
+  EdgeWays ways{Column<double>(m.position.size(), HUGE_VAL), Column<std::int32_t>(m.position.size(), -1)};
   using Entry = std::pair<double, std::int32_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
-    if (!trusted[v]) continue;
-    distance[v] = 0;
-    source[v] = v;
+    if (!is_source(v)) continue;
+    ways.distance[v] = 0;
+    ways.source[v] = v;
     queue.emplace(0, v);
   }
   while (!queue.empty()) {
     const auto [d, v] = queue.top();
     queue.pop();
-    if (d > distance[v]) continue;
+    if (d > ways.distance[v]) continue;
     m.for_each_neighbour(v, [&, from = d, at = v](std::int32_t u) {
       const double next = from + norm(m.position[u] - m.position[at]);
-      if (next >= distance[u]) return;
-      distance[u] = next;
-      source[u] = source[at];
+      if (next >= ways.distance[u]) return;
+      ways.distance[u] = next;
+      ways.source[u] = ways.source[at];
       queue.emplace(next, u);
     });
   }
-  return source;
+  return ways;
+}
+
+}  // namespace
+
+Column<std::int32_t> nearest_trusted(const SurfaceMesh& m, const Column<std::uint8_t>& trusted) {
+  return ways_from(m, [&](std::int32_t v) { return trusted[v] != 0; }).source;
 }
 
 Column<double> distance_from_border(const SurfaceMesh& m) {
-  Column<double> distance(m.position.size(), HUGE_VAL);
-  using Entry = std::pair<double, std::int32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
-    if (!m.has_vertex(v) || !m.on_border(v)) continue;
-    distance[v] = 0;
-    queue.emplace(0, v);
-  }
-  while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
-    if (d > distance[v]) continue;
-    m.for_each_neighbour(v, [&, from = d, at = v](std::int32_t u) {
-      const double next = from + norm(m.position[u] - m.position[at]);
-      if (next < distance[u]) {
-        distance[u] = next;
-        queue.emplace(next, u);
-      }
-    });
-  }
-  return distance;
+  return ways_from(m, [&](std::int32_t v) { return m.has_vertex(v) && m.on_border(v); }).distance;
 }
 
 MidSheet make_mid_sheet(SideSheet side, const SheetInput& in) {

@@ -14,6 +14,8 @@
 #include "kerf/mesh/surface_check.h"
 #include "kerf/midsurface/diagnosis_file.h"
 #include "kerf/midsurface/self_intersections.h"
+#include "kerf/midsurface/surface_filter.h"
+#include "kerf/midsurface/working_mesh.h"
 #include "midsurface/corpus.h"
 
 namespace kerf {
@@ -69,6 +71,47 @@ TEST(Midsurface, ThicknessOfASlab) {
   for (std::size_t v = 0; v < made->half_thickness.size(); ++v)
     EXPECT_NEAR(made->half_thickness[v], 0.01, 2e-4) << "vertex " << v + 1;
   EXPECT_NEAR(made->verdict.volume_ratio, 1, 0.02);
+}
+
+/// A cylinder of radius 1 along z whose sides are slivers as long as it is, as CAD programs write rods.
+TriangleMesh rod(std::size_t sides, double length) {
+  TriangleMesh m;
+  for (std::size_t r = 0; r < 2; ++r)
+    for (std::size_t i = 0; i < sides; ++i) {
+      const double a = 2 * 3.141592653589793 * static_cast<double>(i) / static_cast<double>(sides);
+      m.positions.push_back({std::cos(a), std::sin(a), r == 0 ? 0.0 : length});
+    }
+  m.positions.push_back({0, 0, 0});
+  m.positions.push_back({0, 0, length});
+  const VertexId bottom(2 * sides), top(2 * sides + 1);
+  for (std::size_t i = 0; i < sides; ++i) {
+    const std::size_t j = (i + 1) % sides;
+    const VertexId a(i), b(j), c(sides + j), d(sides + i);
+    for (const auto& t : {std::array{a, b, c}, std::array{a, c, d}, std::array{bottom, b, a}, std::array{top, d, c}})
+      m.triangles.push_back({t[0], t[1], t[2]});
+  }
+  return m;
+}
+
+// Halves of a sliver are three slivers: divided alone, these rods came to 400,000 triangles, and a probe with a hook to 155,000.
+TEST(Midsurface, LongSliversDoNotMultiply) {
+  for (const double length : {50.0, 200.0, 1000.0}) {
+    auto surface = mid::connect(rod(48, length));
+    ASSERT_TRUE(surface.ok());
+    const double area = mid::total_area(*surface), volume = mid::enclosed_volume(*surface);
+    const mid::WorkingMesh work = mid::make_working_mesh(std::move(*surface));
+    EXPECT_LT(work.mesh.face_count(), 76000) << length;
+    EXPECT_NEAR(mid::total_area(work.mesh), area, 0.02 * area) << length;
+    EXPECT_NEAR(mid::enclosed_volume(work.mesh), volume, 0.04 * volume) << length;
+    for (std::int32_t h = 0; h < work.mesh.origin.count(); ++h) {
+      ASSERT_GE(work.mesh.twin[h], 0);
+      ASSERT_LE(work.mesh.length(h), 1.5 * work.edge * (1 + 1e-9)) << length;
+    }
+  }
+  const auto made = make_midsurface(rod(48, 200));
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ(made->verdict.thinness, Thinness::kNotThin);
+  EXPECT_FALSE(made->verdict.reasons.empty());
 }
 
 TEST(Midsurface, TakesTheWantedNumberOfTriangles) {

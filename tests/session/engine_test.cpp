@@ -8,12 +8,14 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <thread>
 
 #include "engine_table.h"
 #include "kerf/base/random.h"
+#include "kerf/mesh/whole_file.h"
 #include "kerf/session/body.h"
 
 namespace kerf {
@@ -913,6 +915,25 @@ TEST(Engine, UploadedMeshesAreLoaded) {
   table.load(page, page_command(8, kLoadUpload, {13}));
   EXPECT_EQ(p.errors.size(), 6u) << p.errors.back().text;
   EXPECT_EQ(p.name, "s");
+}
+
+// An instrument dropped as a body: a rod with a hook, of long slivers. It is told why it can't be cut, and what was shown stays.
+TEST(Engine, AnInstrumentDroppedAsABodyIsRefused) {
+  const std::filesystem::path file = std::filesystem::path(KERF_SOURCE_DIR) / "../shared/meshes/hook-probe.obj";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "no ../shared/meshes beside the source";
+  Table table;
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  const auto bytes = read_whole_file(file.string());
+  ASSERT_TRUE(bytes.ok());
+  const std::string text(bytes->view());
+  for (std::size_t at = 0; at < text.size(); at += 100000)
+    table.tell(page, page_upload(1, 0, "hook.obj", static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(text.size()), text.substr(at, 100000)));
+  const std::uint32_t body = table.engine.body();
+  table.load(page, page_command(1, kLoadUpload, {1}));
+  ASSERT_EQ(p.errors.size(), 1u);
+  EXPECT_NE(p.errors[0].text.find("hook.obj: no collision mesh could be made: the body branches"), std::string::npos) << p.errors[0].text;
+  EXPECT_EQ(table.engine.body(), body);
 }
 
 TEST(Engine, WhatWasRecordedReplaysToTheBit) {

@@ -117,7 +117,7 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
   for (Vec3& p : out.diagnosis.surface.positions) p += centre;
   out.seconds.labels = watch.lap();
-  if (!two_sides) {
+  if (!two_sides || out.verdict.thinness == Thinness::kNotThin) {
     out.seconds.total = total.lap();
     return out;
   }

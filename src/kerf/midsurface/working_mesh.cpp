@@ -13,6 +13,9 @@ constexpr double kFewest = 8000, kMost = 50000;
 constexpr double kTurn = 0.2;        // cosine: a collapse may turn a face by 78 degrees
 constexpr double kDeviation = 0.02;  // of the mean thickness
 constexpr double kShort = 0.8, kLong = 1.5;
+constexpr double kTooMany = 1.5;  // times kMost
+constexpr int kMostRounds = 40, kMostFlips = 10;
+constexpr double kFlat = 1e-3;    // of the mean thickness
 
 /// Edge length of `n` equilateral triangles of that area together.
 double edge_for(double area, double n) { return std::sqrt(area / n * 4 / std::sqrt(3.0)); }
@@ -140,25 +143,47 @@ void coarsen(SurfaceMesh& m, double edge, double deviation) {
     if (100 * coarsener.pass(limit, kLong * edge) < m.face_count() / 100) break;
 }
 
-/// Splits every edge longer than the limit, longest first, until there is none.
-void refine(SurfaceMesh& m, double limit, std::size_t most_faces) {
+/// Splits every edge longer than the limit once, longest first; false if there is none.
+bool split_long_edges(SurfaceMesh& m, double limit, std::size_t most_faces) {
   struct Long {
     double length;
     std::int32_t h;
   };
-  for (bool any = true; any;) {
-    std::vector<Long> edges;
-    for (std::int32_t h = 0; h < m.origin.count(); ++h)
-      if (m.is_edge(h) && m.length(h) > limit) edges.push_back({m.length(h), h});
-    std::sort(edges.begin(), edges.end(), [](const Long& x, const Long& y) {
-      return x.length != y.length ? x.length > y.length : x.h < y.h;
-    });
-    any = !edges.empty();
-    for (const Long& e : edges) {
-      if (m.origin.size() >= 3 * most_faces) return;
-      // A split before this one may have changed which edge the number stands for.
-      if (m.length(e.h) > limit) split(m, e.h, 0.5 * (m.position[m.from(e.h)] + m.position[m.to(e.h)]));
+  std::vector<Long> edges;
+  for (std::int32_t h = 0; h < m.origin.count(); ++h)
+    if (m.is_edge(h) && m.length(h) > limit) edges.push_back({m.length(h), h});
+  std::sort(edges.begin(), edges.end(), [](const Long& x, const Long& y) {
+    return x.length != y.length ? x.length > y.length : x.h < y.h;
+  });
+  for (const Long& e : edges) {
+    if (m.origin.size() >= 3 * most_faces) return false;
+    // A split before this one may have changed which edge the number stands for.
+    if (m.length(e.h) > limit) split(m, e.h, 0.5 * (m.position[m.from(e.h)] + m.position[m.to(e.h)]));
+  }
+  return !edges.empty();
+}
+
+/// Cosine of the angle at p between a and b.
+double corner_cosine(Vec3 p, Vec3 a, Vec3 b) {
+  const Vec3 u = a - p, v = b - p;
+  return dot(u, v) / std::max(norm(u) * norm(v), 1e-300);
+}
+
+/// Turns edges whose opposite angles are together more than 180 degrees, where that moves the surface by less than `deviation`.
+void flip_flat_edges(SurfaceMesh& m, double deviation) {
+  for (int round = 0; round < kMostFlips; ++round) {
+    std::int32_t flipped = 0;
+    for (std::int32_t h = 0; h < m.origin.count(); ++h) {
+      if (!m.is_edge(h) || m.twin[h] < 0) continue;
+      const Vec3 a = m.position[m.from(h)], b = m.position[m.to(h)], c = m.position[m.apex(h)], d = m.position[m.apex(m.twin[h])];
+      // The sum of the opposite angles, by their cosines; with some slack, or four points on a circle would turn for ever.
+      if (!(corner_cosine(c, a, b) + corner_cosine(d, a, b) < -1e-6)) continue;
+      const Vec3 along = cross(b - a, d - c), n1 = cross(d - a, c - a), n2 = cross(c - b, d - b);
+      if (!(dot(n1, n2) > 0) || std::fabs(dot(c - a, along)) > deviation * norm(along) || !can_flip(m, h)) continue;
+      flip(m, h);
+      ++flipped;
     }
+    if (flipped == 0) return;
   }
 }
 
@@ -170,11 +195,21 @@ WorkingMesh make_working_mesh(SurfaceMesh filtered) {
   const double area = total_area(filtered);
   out.edge = std::clamp(0.5 * out.thickness, edge_for(area, kMost), edge_for(area, kFewest));
   out.mesh = std::move(filtered);
-  const std::int32_t before = out.mesh.face_count();
-  coarsen(out.mesh, out.edge, kDeviation * out.thickness);
-  out.mesh = compacted(out.mesh);
-  out.coarsened = out.mesh.face_count() < before;
-  refine(out.mesh, kLong * out.edge, static_cast<std::size_t>(8 * kMost));
+  const auto make_coarser = [&] {
+    const std::int32_t before = out.mesh.face_count();
+    coarsen(out.mesh, out.edge, kDeviation * out.thickness);
+    out.mesh = compacted(out.mesh);
+    out.coarsened = out.coarsened || out.mesh.face_count() < before;
+  };
+  make_coarser();
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (!split_long_edges(out.mesh, kLong * out.edge, static_cast<std::size_t>(8 * kMost))) break;
+    // Halves of long slivers are slivers, three of each: unless they collapse, there are 3^n of them.
+    if (out.mesh.face_count() > kTooMany * kMost) {
+      flip_flat_edges(out.mesh, kFlat * out.thickness);
+      make_coarser();
+    }
+  }
   return out;
 }
 

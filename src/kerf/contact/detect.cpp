@@ -193,6 +193,7 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   DetectScratch& scratch = workspace.scratch();
   DetectReport report;
   scratch.found.clear();
+  scratch.meshes = 0;
   scratch.remembered.clear();
   scratch.bodies.resize(bodies.size());
   double radius = 0, size = 0;

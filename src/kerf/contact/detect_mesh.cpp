@@ -1,6 +1,8 @@
 // A body against a rigid triangle mesh, in the frame of the mesh. Both trees are walked together; what a leaf of the body has
 // to do with is then a few leaves of the mesh.
 #include <algorithm>
+#include <bit>
+#include <cfloat>
 #include <cmath>
 
 #include "kerf/contact/near_shape.h"
@@ -106,50 +108,14 @@ NearestPlace nearest(const ObstacleMesh& mesh, Leaves leaves, Vec3 local, double
   return best;
 }
 
-/// An edge of the body in the mesh's frame.
-struct LocalEdge {
-  H edge;
-  TreeBox box;
-  Vec3 a, b;
-  double reach = 0;     ///< m
-  bool has_faces = false;  ///< the rest is known
-  std::array<TreeCorner, 2> into{};  ///< unit, from the edge into its faces; zero: none
-  std::array<float, 2> origin{};     ///< of the edge along these
-};
-
-void add_faces(const NearShape& near, LocalEdge& edge) {
-  edge.has_faces = true;
-  const H twin = near.body.surface.twin[edge.edge];
-  const Vec3 into[2] = {near.body.into(edge.edge), twin.valid() ? near.body.into(twin) : Vec3{}};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Vec3 local = transposed_times(near.placed.axes, into[i]);
-    edge.into[i] = to_corner(local);
-    edge.origin[i] = static_cast<float>(dot(local, edge.a));
-  }
-}
-
-/// Is all of a box seen from the edge in directions that point into a face of the body, from above and from below? Then
-/// nothing in it can touch the edge before a face: the test of off_faces(), for a whole box.
-bool beside(const LocalEdge& edge, const TreeBox& b) {
-  const auto margin = static_cast<float>(kOffFaces * edge.reach);
-  bool above = false, below = false;
-  const TreeLanes sum = lanes(b.min) + lanes(b.max), size = lanes(b.max) - lanes(b.min);
-  for (std::size_t i = 0; i < 2; ++i) {
-    const TreeLanes into = lanes(edge.into[i]);
-    const float middle = 0.5f * sum_of_three(into * sum) - edge.origin[i];
-    const float half = 0.5f * sum_of_three((into < TreeLanes{} ? -into : into) * size);
-    above = above | (middle - half > margin);
-    below = below | (middle + half < -margin);
-  }
-  return above && below;
-}
-
-const ObstacleLeaves::Triangle* search_vertex(const NearShape& near, V v, Leaves leaves,
-                                              const ObstacleLeaves::Triangle* guess) {
+void search_vertex(const NearShape& near, V v, Leaves leaves, std::span<std::int32_t> guesses) {
   const PlacedPart& part = near.placed;
+  const ObstacleMesh& mesh = *part.part->mesh;
   const Vec3 local = transposed_times(part.axes, near.body.position(v) - part.centre);
-  const NearestPlace place = nearest(*part.part->mesh, leaves, local, near.reach(v), guess);
-  if (place.triangle == nullptr) return nullptr;
+  std::int32_t& guess = guesses[v.index()];
+  const NearestPlace place = nearest(mesh, leaves, local, near.reach(v), guess < 0 ? nullptr : &mesh.leaves.triangles[static_cast<std::size_t>(guess)]);
+  if (place.triangle == nullptr) return;
+  guess = static_cast<std::int32_t>(place.triangle - mesh.leaves.triangles.data());
   const auto& c = place.triangle->corner;
   ClosestPoint foot;
   foot.triangle = place.triangle->id;
@@ -159,73 +125,143 @@ const ObstacleLeaves::Triangle* search_vertex(const NearShape& near, V v, Leaves
   Proximity proximity;
   proximity_of_foot(part, local, foot, proximity);
   hand_out_vertex_contact(near, v, proximity);
-  return place.triangle;
 }
 
-void search_points(const NearShape& near, F f, const TreeBox& box, double reach, Leaves leaves) {
+/// Corners and edges of a mesh near a leaf of the body.
+struct Gathered {
+  Vec3 centre;  ///< of the blocks
+  TreeBox box;  ///< of it all, in the mesh's frame
+};
+
+/// Fills the blocks of scratch with what stands on leaves.
+Gathered gather(const NearShape& near, Vec3 centre, Leaves leaves) {
   const ObstacleMesh& mesh = *near.placed.part->mesh;
+  const ObstacleLeaves& all = mesh.leaves;
+  auto& edges = near.run.scratch.mesh_edges;
+  auto& points = near.run.scratch.mesh_points;
+  edges.clear();
+  points.clear();
+  Gathered out{centre, {{{FLT_MAX, FLT_MAX, FLT_MAX, 0}}, {{-FLT_MAX, -FLT_MAX, -FLT_MAX, 0}}}};
+  std::size_t edge_count = 0, point_count = 0;
+  for (const auto& [leaf, m] : leaves) {
+    out.box = joined(out.box, all.box[m]);
+    const ObstacleLeaves::Range range = all.range[m];
+    for (std::uint32_t i = range.edge; i < range.edge_end; ++i, ++edge_count) {
+      if (edge_count % 8 == 0) edges.push_back(empty_edges());
+      set_edge(all.edges[i], i, centre, edge_count % 8, edges.back());
+    }
+    for (std::uint32_t i = range.vertex; i < range.vertex_end; ++i, ++point_count) {
+      if (point_count % 8 == 0) points.push_back(empty_points());
+      const std::int32_t v = all.vertices[i];
+      set_point(mesh.positions[static_cast<std::size_t>(v)], v, centre, point_count % 8, points.back());
+    }
+  }
+  return out;
+}
+
+/// The largest coordinate in a box, as seen from a centre.
+float extent_of(const TreeBox& box, Vec3 centre) {
+  const TreeCorner c = to_corner(centre);
+  float most = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    most = std::max({most, std::fabs(box.min.x[k] - c.x[k]), std::fabs(box.max.x[k] - c.x[k])});
+  return most;
+}
+
+void search_points(const NearShape& near, F f, const TreeBox& box, double reach) {
   const std::array<Vec3, 3> corner = near.body.corners(f);
-  const auto r = static_cast<float>(reach), limit = static_cast<float>(reach * reach);
-  for (const auto& [leaf, m] : leaves) {
-    if (!kerf::near(box, mesh.leaves.box[m], r)) continue;
-    const ObstacleLeaves::Range range = mesh.leaves.range[m];
-    for (std::uint32_t i = range.vertex; i < range.vertex_end; ++i) {
-      const std::int32_t v = mesh.leaves.vertices[i];
-      if (squared_distance(box, to_corner(mesh.positions[static_cast<std::size_t>(v)])) > limit) continue;
-      offer_point(near, f, corner, reach, mesh_point(near.placed, v));
-    }
-  }
+  for (const PointBlock& block : near.run.scratch.mesh_points)
+    for (unsigned mask = near_box(block, box, static_cast<float>(reach)); mask != 0; mask &= mask - 1)
+      offer_point(near, f, corner, reach,
+                  mesh_point(near.placed, block.vertex[static_cast<std::size_t>(std::countr_zero(mask))]));
 }
 
-void search_edges(const NearShape& near, LocalEdge& mine, Leaves leaves) {
+/// An edge of the body, with its ends in the mesh's frame, against the gathered edges.
+void search_edges(const NearShape& near, H h, const std::array<Vec3, 2>& ends, Vec3 centre, double reach, float extent) {
   const ObstacleMesh& mesh = *near.placed.part->mesh;
-  const auto r = static_cast<float>(mine.reach);
-  for (const auto& [leaf, m] : leaves) {
-    const TreeBox box = mesh.leaves.box[m];
-    if (!kerf::near(mine.box, box, r)) continue;
-    if (!mine.has_faces) add_faces(near, mine);
-    if (beside(mine, box)) continue;
-    const ObstacleLeaves::Range range = mesh.leaves.range[m];
-    for (std::uint32_t i = range.edge; i < range.edge_end; ++i) {
-      const ObstacleLeaves::Edge& edge = mesh.leaves.edges[i];
-      if (!kerf::near(mine.box, edge.box, r) || beside(mine, edge.box)) continue;
+  const H twin = near.body.surface.twin[h];
+  EdgeProbe probe;
+  const Vec3 a = ends[0] - centre, b = ends[1] - centre, along = b - a;
+  const double length = norm(along);
+  for (std::size_t i = 0; i < 2 && length > 0; ++i) {
+    if (i == 1 && !twin.valid()) break;
+    const Vec3 normal = transposed_times(near.placed.axes, near.body.normal(ContactSurface::face(i == 0 ? h : twin)));
+    const Vec3 into = ((i == 0 ? 1 : -1) / length) * cross(normal, along);
+    probe.into[i] = to_corner(into);
+    probe.at[i] = static_cast<float>(dot(into, a));
+  }
+  probe.a = to_corner(a);
+  probe.b = to_corner(b);
+  probe.reach = static_cast<float>(reach);
+  probe.length = static_cast<float>(length);
+  probe.extent = extent;
+  for (const EdgeBlock& block : near.run.scratch.mesh_edges)
+    for (unsigned mask = may_touch(block, probe); mask != 0; mask &= mask - 1) {
+      const ObstacleLeaves::Edge& edge = mesh.leaves.edges[block.edge[static_cast<std::size_t>(std::countr_zero(mask))]];
       SegmentFeet feet;
-      if (!inner_feet(mine.a, mine.b, edge.a, edge.b, feet)) continue;
-      const Vec3 d = lerp(mine.a, mine.b, feet.s) - lerp(edge.a, edge.b, feet.t);
-      if (dot(d, d) < mine.reach * mine.reach) hand_out_edges(near, mine.edge, mesh_edge(near.placed, edge), feet);
+      if (!inner_feet(ends[0], ends[1], edge.a, edge.b, feet)) continue;
+      const Vec3 d = lerp(ends[0], ends[1], feet.s) - lerp(edge.a, edge.b, feet.t);
+      if (dot(d, d) < reach * reach) hand_out_edges(near, h, mesh_edge(near.placed, edge), feet);
     }
+}
+
+/// A coarse face of the body, or one beside it, against corners and edges of the mesh.
+void search_face(const NearShape& near, F f, const Gathered& gathered, const std::array<Vec3, 3>& local, double reach) {
+  const ContactSurface& surface = near.body.surface;
+  const auto r = static_cast<float>(reach);
+  if (surface.coarse[f] != 0) {
+    TreeBox box;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const TreeCorner p = to_corner(local[i] - gathered.centre);
+      box = i == 0 ? TreeBox{p, p} : joined(box, {p, p});
+    }
+    search_points(near, f, box, reach);
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const H h = ContactSurface::corner(f, static_cast<int>(i));
+    if (!surface.owns_edge(h) || !is_coarse_edge(surface, h)) continue;
+    const std::array<Vec3, 2> ends{local[i], local[(i + 1) % 3]};
+    const TreeCorner a = to_corner(ends[0]), b = to_corner(ends[1]);
+    const TreeBox box = joined({a, a}, {b, b});
+    if (kerf::near(box, gathered.box, r))
+      search_edges(near, h, ends, gathered.centre, reach, extent_of(joined(box, gathered.box), gathered.centre));
   }
 }
 
-void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves, const ObstacleLeaves::Triangle*& guess) {
+void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves, std::span<std::int32_t> guesses) {
   const ContactSurface& surface = near.body.surface;
   const PlacedPart& part = near.placed;
   const double rounding = 1e-6 * (norm(part.centre) + part.part->mesh->box.diagonal()) + near.body.frame.boxes.slack;
+  Gathered gathered;
+  bool has_gathered = false;
   surface.tree.for_each_triangle(leaf, [&](F f) {
     bool coarse = false;
     for (int i = 0; i < 3; ++i) {
       const H h = ContactSurface::corner(f, i);
       coarse = coarse || is_coarse_edge(surface, h);
       if (!surface.owns_vertex(h)) continue;
-      const ObstacleLeaves::Triangle* found = search_vertex(near, surface.origin[h], leaves, guess);
-      if (found != nullptr) guess = found;
+      search_vertex(near, surface.origin[h], leaves, guesses);
     }
     if (!coarse) return;
     const auto v = surface.vertices(f);
-    const double reach = near.reach(v) + rounding;
     std::array<Vec3, 3> local;
     for (std::size_t i = 0; i < 3; ++i) local[i] = transposed_times(part.axes, near.body.position(v[i]) - part.centre);
-    const std::array<TreeCorner, 3> p{to_corner(local[0]), to_corner(local[1]), to_corner(local[2])};
-    if (surface.coarse[f] != 0)
-      search_points(near, f, joined(joined({p[0], p[0]}, {p[1], p[1]}), {p[2], p[2]}), reach, leaves);
-    for (std::size_t i = 0; i < 3; ++i) {
-      const H h = ContactSurface::corner(f, static_cast<int>(i));
-      if (!surface.owns_edge(h) || !is_coarse_edge(surface, h)) continue;
-      const std::size_t k = (i + 1) % 3;
-      LocalEdge edge{h, joined({p[i], p[i]}, {p[k], p[k]}), local[i], local[k], reach};
-      search_edges(near, edge, leaves);
-    }
+    if (!has_gathered) gathered = gather(near, local[0], leaves);
+    has_gathered = true;
+    search_face(near, f, gathered, local, near.reach(v) + rounding);
   });
+}
+
+/// What was nearest to each vertex when last asked, as far as it can still be meant.
+std::span<std::int32_t> last_nearest(const NearShape& near) {
+  DetectScratch& scratch = near.run.scratch;
+  if (scratch.nearest.size() <= scratch.meshes) scratch.nearest.resize(scratch.meshes + 1);
+  std::vector<std::int32_t>& guesses = scratch.nearest[scratch.meshes++];
+  guesses.resize(near.body.surface.vertex_count(), -1);
+  const auto triangles = static_cast<std::int32_t>(near.placed.part->mesh->leaves.triangles.size());
+  for (std::int32_t& guess : guesses)
+    if (guess >= triangles) guess = -1;
+  return guesses;
 }
 
 }  // namespace
@@ -233,11 +269,11 @@ void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves, const
 void detect_mesh(const NearShape& near, double reach) {
   find_pairs(near, reach);
   const auto& pairs = near.run.scratch.leaf_pairs;
-  const ObstacleLeaves::Triangle* guess = nullptr;  // neighbours among vertices have neighbours for nearest triangles
+  const std::span<std::int32_t> guesses = last_nearest(near);
   for (std::size_t i = 0; i < pairs.size();) {
     std::size_t end = i + 1;
     while (end < pairs.size() && pairs[end][0] == pairs[i][0]) ++end;
-    search_leaf(near, pairs[i][0], std::span(pairs).subspan(i, end - i), guess);
+    search_leaf(near, pairs[i][0], std::span(pairs).subspan(i, end - i), guesses);
     i = end;
   }
   hand_out_points(near);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kerf/contact/detect.h"
+#include "kerf/contact/edge_block.h"
 #include "kerf/contact/rest_neighbours.h"
 #include "kerf/contact/shape_features.h"
 
@@ -107,6 +108,11 @@ struct DetectScratch {
   std::vector<std::array<std::uint32_t, 2>> leaf_pairs;  ///< near each other, by the first
   NeighbourSearch neighbours;
   LeafEdges edges, other_edges;
+  std::vector<EdgeBlock> mesh_edges;            ///< of a mesh, near a leaf
+  std::vector<PointBlock> mesh_points;
+  /// Per body and mesh, in the order that they are asked: the packed triangle that was nearest to each vertex, or -1. Only a guess.
+  std::vector<std::vector<std::int32_t>> nearest;
+  std::size_t meshes = 0;                       ///< asked so far in this call
 };
 
 /// Everything one call works on.

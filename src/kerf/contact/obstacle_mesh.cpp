@@ -109,7 +109,8 @@ void pack_leaves(ObstacleMesh& m) {
         if (m.vertex_owner[static_cast<std::size_t>(m.corners[k])] == h) l.vertices.push_back(m.corners[k]);
         if (m.convex_edge[k] == 0) continue;
         const Vec3 a = p[side], b = p[(side + 1) % 3];
-        ObstacleLeaves::Edge edge{box_of({a, b}), a, b, {normalized(cross(m.face_normal[k / 3], b - a)), {}}, h};
+        ObstacleLeaves::Edge edge{box_of({a, b}), a, b, {normalized(cross(m.face_normal[k / 3], b - a)), {}}, h,
+                                  static_cast<float>(1.000001 * norm(b - a))};
         if (m.twin[k] >= 0)
           edge.into[1] = normalized(cross(b - a, m.face_normal[static_cast<std::size_t>(m.twin[k]) / 3]));
         l.edges.push_back(edge);

@@ -29,6 +29,7 @@ struct ObstacleLeaves {
     Vec3 a, b;
     std::array<Vec3, 2> into;  ///< unit, from the edge into its faces; zero: none
     std::int32_t half_edge;
+    float length;  ///< m, rounded up
   };
   std::vector<Triangle> triangles;
   std::vector<Edge> edges;             ///< convex ones

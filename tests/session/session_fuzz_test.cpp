@@ -62,6 +62,22 @@ Scene random_scene(Random& random) {
   return scene;
 }
 
+/// A small body in which a cut with all its checks takes about a millisecond.
+Scene small_scene(Random& random) {
+  Scene scene = random_scene(random);
+  struct Kind {
+    const char* model;
+    std::size_t triangles;
+  };
+  static constexpr Kind kinds[] = {{"closed-sheet", 500}, {"tube", 200}, {"holed-slab", 200}, {"half-shell", 200}, {"s-shape", 200}};
+  const Kind& kind = kinds[random.index(5)];
+  scene.name = scene.body.model = kind.model;
+  scene.body.options.visual_triangles = kind.triangles;
+  scene.body.options.noise = scene.body.options.bumps = 0;
+  if (scene.cut.roughness > 0) scene.cut.roughness = 1e-4;
+  return scene;
+}
+
 /// The scene as a recording keeps it.
 std::string scene_text(const Scene& s) {
   return fmt::format(
@@ -96,10 +112,10 @@ std::string touching(std::uint64_t seed, const Scene& scene) {
 
 class Life {
  public:
-  Life(std::uint64_t seed, Tally& tally) : seed_(seed), random_(seed), tally_(tally) {
-    const Scene scene = random_scene(random_);
+  Life(std::uint64_t seed, Tally& tally, bool small = false) : seed_(seed), random_(seed), tally_(tally), short_(small) {
+    const Scene scene = small ? small_scene(random_) : random_scene(random_);
     what_ = "seed " + std::to_string(seed) + ", " + scene.name;
-    auto made = test::RecordedSession::create(scene_text(scene) + touching(seed, scene), scene.name);
+    auto made = test::RecordedSession::create(scene_text(scene) + (small ? "" : touching(seed, scene)), scene.name);
     if (!made.ok() && (scene.body.options.noise > 0 || scene.body.options.bumps > 0)) {
       // A body too rough to be bound is refused; that is fine, but there must be one to cut.
       Scene smooth = scene;
@@ -139,6 +155,22 @@ class Life {
     tally_.most_pieces = std::max(tally_.most_pieces, good_ ? session_->counts().pieces : 0);
     return trace;
   }
+  /// Cuts and hardly anything else, without contact, until there are crumbs.
+  void storm(int operations, int most_pieces) {
+    for (int i = 0; i < operations && good_ && session_->counts().pieces < most_pieces; ++i) {
+      operation_ = i;
+      switch (random_.index(20)) {
+        case 0: undo(); break;
+        case 1: redo(); break;
+        case 2: cancelled_stroke(); break;
+        case 3: case 4: punch(); break;
+        case 5: shave(); break;
+        case 6: steps(1); break;
+        default: stroke(); break;
+      }
+    }
+    tally_.most_pieces = std::max(tally_.most_pieces, good_ ? session_->counts().pieces : 0);
+  }
   [[nodiscard]] bool good() const { return good_; }
 
  private:
@@ -173,6 +205,7 @@ class Life {
     const double size = box_.diagonal();
     std::vector<Vec3> path;
     const Vec3 a = target(positions), b = target(positions), c = target(positions);
+    if (short_ && random_.index(16) > 0) return {a, a + size * random_.uniform(0.02, 0.2) * normalized(b - a + 1e-9 * size * x_)};
     switch (random_.index(8)) {
       case 0: case 1: path = {a, b}; break;
       case 2:  // a curve
@@ -219,7 +252,7 @@ class Life {
     const double turn = random_.index(4) ? 0 : random_.uniform(-0.4, 0.4);
     if (!expect(session_->begin_stroke(frame, random_.index(2) == 0), "begin")) return;
     if (stab && !expect(session_->move_blade(path[0] + 3 * size * edge_, path[0] + 2 * size * edge_), "stab")) return;
-    const int parts = 1 + random_.index(6);
+    const int parts = 1 + random_.index(short_ ? 3 : 6);
     for (std::size_t i = 0; i + 1 < path.size() && good_; ++i)
       for (int k = i == 0 ? 0 : 1; k <= parts && good_; ++k) {
         const double s = static_cast<double>(k) / parts;
@@ -465,6 +498,7 @@ class Life {
   std::uint64_t seed_;
   Random random_;
   Tally& tally_;
+  bool short_ = false;  ///< most cuts are short
   std::unique_ptr<test::RecordedSession> session_;
   std::string what_;
   Box3 box_;
@@ -481,18 +515,17 @@ std::uint64_t number_from(const char* variable, std::uint64_t otherwise) {
   return text ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
-TEST(SessionFuzz, EveryLifeKeepsItsInvariants) {
+/// `live` from one seed after the other, `most` of them, or for KERF_FUZZ_SECONDS.
+template <class Live>
+int lives_of(int most, Tally& tally, const Live& live) {
   const std::uint64_t first = number_from("KERF_FUZZ_SEED", 1), seconds = number_from("KERF_FUZZ_SECONDS", 0);
   const auto start = std::chrono::steady_clock::now();
-  Tally tally;
   int lives = 0, failed = 0;
   for (std::uint64_t seed = first;; ++seed) {
     const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (seconds > 0 ? passed >= static_cast<double>(seconds) : lives >= 12) break;
-    Life life(seed, tally);
-    if (life.good()) life.live(18);
+    if (seconds > 0 ? passed >= static_cast<double>(seconds) : lives >= most) break;
     ++lives;
-    if (!life.good() && ++failed >= 8) break;
+    if (!live(seed) && ++failed >= 8) break;
   }
   std::printf("%d lives, %d strokes over %d triangles, %d refused steps, %d undone, up to %d pieces; in %d poses vertices "
               "jumped by up to %.2g, velocities by %.2g, energy grew by %.2g\n",
@@ -500,7 +533,27 @@ TEST(SessionFuzz, EveryLifeKeepsItsInvariants) {
               tally.kick, tally.gain);
   std::printf("%d punches, %d of them refused, %d passes of a shaver, %d vertices moved back, %d pieces taken away\n", tally.punches,
               tally.punches_refused, tally.passes, tally.moved_back, tally.removed);
+  return lives;
+}
+
+TEST(SessionFuzz, EveryLifeKeepsItsInvariants) {
+  Tally tally;
+  const int lives = lives_of(12, tally, [&](std::uint64_t seed) {
+    Life life(seed, tally);
+    if (life.good()) life.live(18);
+    return life.good();
+  });
   EXPECT_GT(tally.triangles, 8 * lives);
+}
+
+TEST(SessionFuzz, StormOfCuts) {
+  Tally tally;
+  const int lives = lives_of(2, tally, [&](std::uint64_t seed) {
+    Life life(seed, tally, true);
+    if (life.good()) life.storm(60, 30);
+    return life.good();
+  });
+  EXPECT_GT(tally.strokes, 4 * lives);
 }
 
 TEST(SessionFuzz, ThreadsDoNotChangeABit) {

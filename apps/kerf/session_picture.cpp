@@ -97,7 +97,9 @@ Status write_picture(Session& session, const Scene& scene, const std::filesystem
       for (std::size_t c = 0; c < 8; ++c) nodes[c] = body.hex.nodes[h][c].value;
       hexahedra.push_back(nodes);
     }
-    append(lines, hexahedron_edges(session.node_positions(), hexahedra, 2, 1));
+    std::vector<Vec3> shown;
+    session.shown_nodes(shown);
+    append(lines, hexahedron_edges(shown, hexahedra, 2, 1));
   }
 
   PictureOptions options;

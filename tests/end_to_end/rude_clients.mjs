@@ -14,7 +14,7 @@ const program = process.argv[2], seconds = Number(process.argv[3] ?? 5);
 let seed = Number(process.argv[4] ?? 1) >>> 0;
 const random = () => { seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0; return seed / 2 ** 32; };
 const below = (n) => Math.floor(random() * n);
-const kProtocol = 4;
+const kProtocol = 5;
 
 // --- The server
 const child = spawn(program, ['view', 'trainer', '--port', '0', '--no-browser'], { stdio: ['ignore', 'pipe', 'pipe'] });

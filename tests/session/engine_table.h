@@ -98,14 +98,17 @@ struct Table {
     message.body = engine.body();
     message.version = engine.version();
     std::vector<Vec3f> nodes;
-    for (const Vec3 p : engine.session().node_positions()) nodes.push_back(to_float(p));
+    std::vector<Vec3> shown;
+    engine.session().shown_nodes(shown);
+    for (const Vec3 p : shown) nodes.push_back(to_float(p));
     message.nodes = nodes;
-    MirroredPage expected;
-    expected.hear(protocol::encode(message));
     std::vector<std::uint32_t> fading;
     std::vector<Vec3f> offsets;
     fresh.fading(engine.session().fading_visual(), fading, offsets);
-    for (std::size_t i = 0; i < fading.size(); ++i) expected.body.offsets[fading[i]] = {offsets[i].x, offsets[i].y, offsets[i].z};
+    message.fading = fading;
+    message.offset = offsets;
+    MirroredPage expected;
+    expected.hear(protocol::encode(message));
     EXPECT_TRUE(pages.at(id).body == expected.body) << "the page's body differs from the engine's at version " << engine.version();
   }
 };

@@ -130,7 +130,12 @@ TEST(Engine, APageDrawsTheSurfaceThatDoesNotJump) {
       table.kept[second];
       table.tell(second, page_hello());
     }
-    if (k == 20) sampled(false);
+    if (k == 20) {
+      sampled(false);
+      EXPECT_EQ(table.pages[second].frames, 0u);
+      EXPECT_GT(table.pages[second].body.offsets.size(), 10u);
+      EXPECT_LT(drawn_beside(table.pages[second], session), 1e-6) << "a page that has just come";
+    }
     const Point to{-0.6 + 0.03 * k, 0.1 + 0.05 * std::sin(0.3 * k), 0};
     table.tell(page, page_tool(2, kScalpel, k == 0 ? kDown : kMove, {ray_between(eye, to)}));
     look();

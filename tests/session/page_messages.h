@@ -17,7 +17,7 @@ namespace kerf::test {
 /// Appends little-endian values; finish() puts the length into the header.
 class PageWriter {
  public:
-  explicit PageWriter(std::uint16_t type) { u16(type).u16(4).u32(0); }
+  explicit PageWriter(std::uint16_t type) { u16(type).u16(5).u32(0); }
   PageWriter& u16(std::uint16_t v) { return put(v, 2); }
   PageWriter& u32(std::uint32_t v) { return put(v, 4); }
   PageWriter& u64(std::uint64_t v) { return put(v, 8); }
@@ -50,7 +50,7 @@ inline PageRay ray_between(Point a, Point b) {
 }
 
 inline std::vector<std::byte> page_hello(std::uint64_t session = 0, std::uint32_t body = 0, std::uint32_t version = 0) {
-  return PageWriter(64).u32(4).u32(0).u64(session).u32(body).u32(version).finish();
+  return PageWriter(64).u32(5).u32(0).u64(session).u32(body).u32(version).finish();
 }
 inline std::vector<std::byte> page_ack(std::uint32_t seq) { return PageWriter(65).u32(seq).u32(0).finish(); }
 inline std::vector<std::byte> page_tool(std::uint32_t input, std::uint32_t tool, std::uint32_t phase,
@@ -89,7 +89,7 @@ class EngineReader {
  public:
   explicit EngineReader(std::span<const std::byte> bytes) : bytes_(bytes) {
     type = u16();
-    EXPECT_EQ(u16(), 4);
+    EXPECT_EQ(u16(), 5);
     EXPECT_EQ(u32(), bytes.size());
     EXPECT_EQ(bytes.size() % 4, 0u);
   }
@@ -244,8 +244,7 @@ struct MirroredPage {
         MirroredBody b;
         b.body = r.u32();
         b.version = r.u32();
-        const auto nv = r.u32(), ns = r.u32(), nw = r.u32(), nc = r.u32(), nn = r.u32();
-        r.u32();
+        const auto nv = r.u32(), ns = r.u32(), nw = r.u32(), nc = r.u32(), nn = r.u32(), nfade = r.u32();
         for (float& x : b.origin) x = r.f32();
         r.f32();
         for (float& x : b.axes) x = r.f32();
@@ -259,6 +258,8 @@ struct MirroredPage {
         b.cells = r.array<I4>(nc);
         b.nodes = r.array<F3>(nn);
         body = std::move(b);
+        const auto faded = r.array<std::uint32_t>(nfade);
+        body.fade(faded, r.array<F3>(nfade));
         body.check();
         break;
       }

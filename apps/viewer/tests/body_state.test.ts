@@ -10,6 +10,7 @@ function body(nv: number, ns: number, nw: number, nc: number): Body {
     cellSize: new Float32Array([1, 1, 1]), rest: new Float32Array(3 * nv).map((_, i) => i), normal: new Int16Array(4 * nv).map((_, i) => i % 100),
     copy: new Uint32Array(nv), skin: new Uint32Array(3 * ns).map((_, i) => i % nv), wall: new Uint32Array(3 * nw),
     copies: new Uint32Array(8 * nc).map((_, i) => i % 8), cells: new Int16Array(4 * nc), nodes: new Float32Array(24),
+    fading: { ids: new Uint32Array(0), offsets: new Float32Array(0) },
   };
 }
 const empty = (s: BodyState): Patch => ({

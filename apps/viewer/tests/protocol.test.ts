@@ -16,7 +16,7 @@ const engineMessages: EngineMessage[] = [
     normal: new Int16Array([0, 0, 32767, 0, -32767, 0, 0, 0, 1, 2, 3, 0]), copy: new Uint32Array([0, 1, 1]),
     skin: new Uint32Array([0, 1, 2]), wall: new Uint32Array([2, 1, 0, 1, 1, 2]),
     copies: new Uint32Array([...eight(0), ...Array(8).fill(kNoNode)]), cells: new Int16Array([0, 1, 2, 0, -3, 4, 5, 0]),
-    nodes: new Float32Array(27).map((_, i) => i / 3),
+    nodes: new Float32Array(27).map((_, i) => i / 3), fading: { ids: new Uint32Array([1]), offsets: new Float32Array([1, 2, 3]) },
   },
   {
     type: 'patch', body: 3, from: 9, to: 10, input: 77, totals: { nv: 5, ns: 2, nw: 3, nc: 3, nn: 9 },
@@ -50,7 +50,7 @@ const engineMessages: EngineMessage[] = [
 ];
 
 const pageMessages: PageMessage[] = [
-  { type: 'pageHello', protocol: 4, session: 123456789012345678n, body: 1, version: 7 },
+  { type: 'pageHello', protocol: 5, session: 123456789012345678n, body: 1, version: 7 },
   { type: 'ack', seq: 42 },
   {
     type: 'tool', input: 1, tool: 10, phase: 2, modifiers: 5, size: 0.25,
@@ -76,7 +76,7 @@ describe('messages', () => {
 
   it('lays a frame out as the protocol page says', () => {
     const v = new DataView(encodeEngineMessage(engineMessages[3]!));
-    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 4, 84 + 12 + 24 + 64 + 56 + 40 + 4 + 8 + 24]);
+    expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([4, 5, 84 + 12 + 24 + 64 + 56 + 40 + 4 + 8 + 24]);
     expect([8, 12, 16, 20].map((o) => v.getUint32(o, true))).toEqual([1, 2, 3, 4]);
     expect(v.getFloat64(24, true)).toBe(1.25);
     expect([v.getFloat32(32, true), v.getFloat32(36, true)]).toEqual([0.5, 1]);
@@ -88,7 +88,7 @@ describe('messages', () => {
   });
   it('lays bodies, patches, hits and tools out as the protocol page says', () => {
     const body = new DataView(encodeEngineMessage(engineMessages[1]!));
-    expect([8, 12, 16, 20, 24, 28, 32, 36].map((o) => body.getUint32(o, true))).toEqual([3, 9, 3, 1, 2, 2, 9, 0]);
+    expect([8, 12, 16, 20, 24, 28, 32, 36].map((o) => body.getUint32(o, true))).toEqual([3, 9, 3, 1, 2, 2, 9, 1]);
     expect([40, 44, 48, 92, 96, 100].map((o) => body.getFloat32(o, true))).toEqual([1, 2, 3, 0.5, 0.25, 0.125]);
     expect(body.getFloat32(104 + 4, true)).toBe(1);
     expect(body.getInt16(104 + 36 + 4, true)).toBe(32767);

@@ -18,17 +18,17 @@ MechanicsElement element_of(const HexMesh& hex, const BodyMaterials& materials, 
 }
 
 /// All values first: a joined node may be one of those that another is joined of.
-void join_nodes(const LatticeChange& change, const MechanicsModel& model, MechanicsState& state, std::vector<NodeMotion>& old) {
+void join_nodes(const LatticeChange& change, const MechanicsModel& model, MechanicsState& state, NodeFade& fade,
+                std::vector<NodeMotion>& old) {
   std::vector<NodeMemory::Share> shares;
   for (const LatticeChange::NodeOrigin& o : change.joined_nodes)
-    shares.push_back({o.node, o.from, o.volume, state.positions[o.from.index()], state.velocities[o.from.index()]});
+    shares.push_back({o.node, o.volume, motion_of(state, fade, o.from)});
   for (std::size_t i = 0, end; i < shares.size(); i = end) {
     for (end = i; end < shares.size() && shares[end].node == shares[i].node;) ++end;
     const std::span<const NodeMemory::Share> all(shares.data() + i, end - i);
     const NodeId node = shares[i].node;
     if (model.is_fixed(node)) continue;
-    const NodeMemory::Share& share = largest_share(all);
-    move_node(node, share.position, share.velocity, state, old);
+    move_node(node, largest_share(all).from, state, fade, old);
   }
 }
 
@@ -100,7 +100,7 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
 }
 
 Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change, MechanicsModel& model,
-                   MechanicsState& state, std::vector<NodeMotion>& old) {
+                   MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old) {
   for (std::size_t i = model.node_count(); i < hex.node_count(); ++i) {
     const NodeId node(i);
     const NodeId parent = hex.node_parent[node];
@@ -108,9 +108,11 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
     model.add_node(hex.rest(node), {corner[0], corner[1], corner[2]});
     state.positions.push_back(parent.valid() ? state.positions[parent.index()] : hex.rest(node));
     state.velocities.push_back(parent.valid() ? state.velocities[parent.index()] : Vec3{});
-    if (parent.valid() && model.is_fixed(parent)) model.fix_node(node);
+    if (!parent.valid()) continue;
+    fade.set(node, fade.offset_of(parent), fade.velocity_of(parent));
+    if (model.is_fixed(parent)) model.fix_node(node);
   }
-  join_nodes(change, model, state, old);
+  join_nodes(change, model, state, fade, old);
   for (std::size_t i = state.rotations.size(); i < hex.hex_count(); ++i) {
     const HexId parent = hex.parent[HexId(i)];
     state.rotations.push_back(parent.valid() && parent.index() < i ? state.rotations[parent.index()] : hex.frame.axes);
@@ -172,7 +174,8 @@ Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsMod
   state.velocities.resize(std::min(state.velocities.size(), hex.node_count()));
   state.rotations.resize(std::min(state.rotations.size(), hex.hex_count()));
   std::vector<NodeMotion> unused;
-  KERF_TRY(sync_change(hex, materials, {}, model, state, unused));
+  NodeFade no_fade;
+  KERF_TRY(sync_change(hex, materials, {}, model, state, no_fade, unused));
   for (std::size_t i = 0; i < hex.hex_count(); ++i) KERF_TRY(sync_hex(hex, materials, HexId(i), model));
   return {};
 }

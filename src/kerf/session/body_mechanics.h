@@ -31,11 +31,11 @@ Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& m
 /// Sets the element of one copy (or removes it, if it is dead or absorbed).
 Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model);
 
-/// After a cut: new nodes and elements with what they inherit - position, velocity, fixed flag, rotation - and changed
+/// After a cut: new nodes and elements with what they inherit - position, velocity, offset, fixed flag, rotation - and changed
 /// ones. A node that carries material of several old ones moves as most of it did;
 /// the motion that it had goes to `old`.
 Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change, MechanicsModel& model,
-                   MechanicsState& state, std::vector<NodeMotion>& old);
+                   MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old);
 
 /// Lets nodes that no element uses move with the body, where the mechanics leaves them behind: those of absorbed copies with
 /// the copies that absorbed them, extrapolated; others with the nodes that were split off from
@@ -45,7 +45,7 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
 void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<std::uint8_t>& carried);
 
 /// After rolling back or undoing: makes the model match the hexahedra again, comparing all of them. The state keeps its
-/// first node_count and hex_count entries.
+/// first node_count and hex_count entries; new nodes have no offsets.
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state);
 
 /// A cut can leave slivers that weigh next to nothing. What a loose solve leaves undone there is a tiny force and a huge

@@ -56,6 +56,7 @@ void move_in_balance(const HexMesh& hex, const MechanicsModel& model, const Mech
     const auto earlier = old.first(i);  // a node may have been moved twice: the first entry has what it had before
     if (std::any_of(earlier.begin(), earlier.end(), [&](const NodeMotion& e) { return e.node == m.node; })) continue;
     const Vec3 v = state.velocities[m.node.index()];
+    if (v == m.velocity && state.positions[m.node.index()] == m.position) continue;
     for_each_share(hex, model, m.node, [&](HexId h, double mass) {
       if (std::binary_search(changed.begin(), changed.end(), h)) return;
       balance.momentum += mass * (v - m.velocity);
@@ -86,7 +87,7 @@ bool out_of_balance(const HexMesh& hex, const MechanicsModel& model, const Mecha
   return balance.kinetic > kBalanced * kinetic || norm(balance.momentum) > kBalanced * std::sqrt(2 * mass * kinetic);
 }
 
-void settle_balance(CutBalance& balance, MechanicsState& state) {
+void settle_balance(CutBalance& balance, MechanicsState& state, NodeFade& fade) {
   double mass = 0, kinetic = 0;
   Vec3 momentum;
   for (std::size_t i = 0; i < balance.nodes.size(); ++i) {
@@ -110,7 +111,9 @@ void settle_balance(CutBalance& balance, MechanicsState& state) {
   }
   for (const NodeId n : balance.nodes) {
     Vec3& v = state.velocities[n.index()];
-    v = mean + scale * (v - before);
+    const Vec3 settled = mean + scale * (v - before);
+    fade.set(n, fade.offset_of(n), fade.velocity_of(n) + (v - settled));
+    v = settled;
   }
 }
 

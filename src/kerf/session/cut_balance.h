@@ -7,7 +7,7 @@
 #include "kerf/lattice/hex_mesh.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
-#include "kerf/session/node_memory.h"
+#include "kerf/session/node_fade.h"
 
 namespace kerf {
 
@@ -31,7 +31,7 @@ void move_in_balance(const HexMesh& hex, const MechanicsModel& model, const Mech
 bool out_of_balance(const HexMesh& hex, const MechanicsModel& model, const MechanicsState& state, CutBalance& balance);
 
 /// Shifts the velocities of the changed nodes so that momentum is what it was, and draws them together towards their mean until kinetic
-/// energy is not more than it was.
-void settle_balance(CutBalance& balance, MechanicsState& state);
+/// energy is not more than it was. What is shown keeps its velocity.
+void settle_balance(CutBalance& balance, MechanicsState& state, NodeFade& fade);
 
 }  // namespace kerf

@@ -121,13 +121,14 @@ void Engine::Impl::start_over() {
   published_nodes = session->node_positions().size();
   counts = session->counts();
   counted_topology = published_topology;
-  body_message.reset();
   frame_due = true;
+  protocol::Message message;
   for (auto& [id, client] : clients) {
     if (!client.ready) continue;
     client.queue.forget_frame();
     hello(id);
-    send_body(id);
+    if (!message) message = body_now();
+    client.queue.push(message);
     send_things(id);
   }
   send_overlay();
@@ -186,17 +187,15 @@ void Engine::Impl::hello(std::uint32_t client) {
   send(client, protocol::encode(m));
 }
 
-void Engine::Impl::send_body(std::uint32_t client) {
-  if (!body_message) {
-    protocol::Body m = drawn.body_message(session->body().hex.frame);
-    m.body = body;
-    m.version = version;
-    fill_nodes();
-    m.nodes = nodes;
-    body_message = share(protocol::encode(m));
-  }
-  const auto found = clients.find(client);
-  if (found != clients.end()) found->second.queue.push(body_message);
+protocol::Message Engine::Impl::body_now() {
+  protocol::Body m = drawn.body_message(session->body().hex.frame);
+  m.body = body;
+  m.version = version;
+  fill_nodes();
+  m.nodes = nodes;
+  m.fading = fading;
+  m.offset = fading_offset;
+  return share(protocol::encode(m));
 }
 
 void Engine::Impl::send_things(std::uint32_t client) {
@@ -216,7 +215,7 @@ void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
     for (auto p = first; p != history.end(); ++p) client.queue.push(p->message);
   }
   client.ready = true;
-  if (!resumed) send_body(id);
+  if (!resumed) client.queue.push(body_now());
   send_things(id);
   if (holder == 0) holder = id;
   send_roles();
@@ -251,9 +250,9 @@ void Engine::Impl::pass_tools(std::uint32_t to) {
 }
 
 void Engine::Impl::fill_nodes() {
-  const std::vector<Vec3>& positions = session->node_positions();
-  nodes.resize(positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i) nodes[i] = to_float(positions[i]);
+  session->shown_nodes(shown_nodes);
+  nodes.resize(shown_nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) nodes[i] = to_float(shown_nodes[i]);
   drawn.fading(session->fading_visual(), fading, fading_offset);
 }
 
@@ -276,7 +275,6 @@ void Engine::Impl::publish(std::uint32_t input) {
   m.fading = fading;
   m.offset = fading_offset;
   const protocol::Message message = share(protocol::encode(m));
-  body_message.reset();
   history.push_back({m.from, message});
   history_bytes += message->size();
   while (history_bytes > options.patch_history && !history.empty()) {

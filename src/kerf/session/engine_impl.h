@@ -84,7 +84,6 @@ struct Engine::Impl {
   };
   std::deque<OldPatch> history;
   std::size_t history_bytes = 0;
-  protocol::Message body_message;  ///< of `version`; null until somebody asks
   std::map<std::uint32_t, EngineClient> clients;
   std::uint32_t next_client = 1, holder = 0;
   std::uint32_t frame_seq = 0, last_input = 0;
@@ -131,6 +130,7 @@ struct Engine::Impl {
   bool too_long = false;  ///< to be recorded: more happened than is kept
 
   // Memory without state
+  std::vector<Vec3> shown_nodes;
   std::vector<Vec3f> nodes, fading_offset;
   std::vector<std::uint32_t> fading;
   std::vector<protocol::Grasp> grasps;
@@ -146,7 +146,7 @@ struct Engine::Impl {
   void error(std::uint32_t client, std::uint32_t input, protocol::ErrorCode code, std::string_view text);
   void hello(std::uint32_t client);
   void greet(std::uint32_t client, const protocol::PageHello& message);
-  void send_body(std::uint32_t client);
+  protocol::Message body_now();
   void send_things(std::uint32_t client);
   void send_roles();
   void send_overlay();

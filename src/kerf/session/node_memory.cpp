@@ -24,7 +24,8 @@ void NodeMemory::clear() {
   cells.clear();
 }
 
-void remember_cells(const HexMesh& hex, const MechanicsState& state, std::span<const CellId> cells, NodeMemory& memory) {
+void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeFade& fade, std::span<const CellId> cells,
+                    NodeMemory& memory) {
   memory.clear();
   memory.cells.assign(cells.begin(), cells.end());
   std::sort(memory.cells.begin(), memory.cells.end());
@@ -33,11 +34,7 @@ void remember_cells(const HexMesh& hex, const MechanicsState& state, std::span<c
     const std::size_t first = memory.copies.size();
     for (HexId h = hex.first_copy[cell]; h.valid(); h = hex.next_in_cell[h]) {
       NodeMemory::Copy copy;
-      copy.nodes = hex.nodes[h];
-      for (std::size_t c = 0; c < 8; ++c) {
-        copy.positions[c] = state.positions[copy.nodes[c].index()];
-        copy.velocities[c] = state.velocities[copy.nodes[c].index()];
-      }
+      for (std::size_t c = 0; c < 8; ++c) copy.nodes[c] = motion_of(state, fade, hex.nodes[h][c]);
       memory.copies.push_back(copy);
     }
     for_each_piece(hex, cell, [&](CollisionTriangle t, const Piece& p) {
@@ -49,7 +46,7 @@ void remember_cells(const HexMesh& hex, const MechanicsState& state, std::span<c
   std::sort(memory.pieces.begin(), memory.pieces.end(), [](const auto& a, const auto& b) { return key(a) < key(b); });
 }
 
-void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state, std::vector<NodeMotion>& old) {
+void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old) {
   auto& shares = memory.shares;
   shares.clear();
   for (const CellId cell : memory.cells)
@@ -60,27 +57,18 @@ void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state,
         if (before->side * now.side < 0) continue;
         const NodeMemory::Copy& copy = memory.copies[static_cast<std::size_t>(before->copy)];
         for (std::size_t c = 0; c < 8; ++c)
-          shares.push_back({hex.nodes[now.copy][c], copy.nodes[c], std::min(before->volume, now.volume), copy.positions[c],
-                            copy.velocities[c]});
+          shares.push_back({hex.nodes[now.copy][c], std::min(before->volume, now.volume), copy.nodes[c]});
       }
     });
   // Stable: the order of a sum must not depend on the sort.
   std::stable_sort(shares.begin(), shares.end(),
-                   [](const auto& a, const auto& b) { return std::tuple(a.node, a.from) < std::tuple(b.node, b.from); });
+                   [](const auto& a, const auto& b) { return std::tuple(a.node, a.from.node) < std::tuple(b.node, b.from.node); });
   for (std::size_t i = 0, end; i < shares.size(); i = end) {
     for (end = i; end < shares.size() && shares[end].node == shares[i].node;) ++end;
     const std::span<const NodeMemory::Share> all(shares.data() + i, end - i);
     const NodeMemory::Share& share = largest_share(all);
-    move_node(share.node, share.position, share.velocity, state, old);
+    move_node(share.node, share.from, state, fade, old);
   }
-}
-
-void move_node(NodeId node, Vec3 position, Vec3 velocity, MechanicsState& state, std::vector<NodeMotion>& old) {
-  Vec3 &x = state.positions[node.index()], &v = state.velocities[node.index()];
-  if (x == position && v == velocity) return;
-  old.push_back({node, x, v});
-  x = position;
-  v = velocity;
 }
 
 const NodeMemory::Share& largest_share(std::span<const NodeMemory::Share> shares) {
@@ -88,7 +76,7 @@ const NodeMemory::Share& largest_share(std::span<const NodeMemory::Share> shares
   double most = -1;
   for (std::size_t i = 0, end; i < shares.size(); i = end) {
     double volume = 0;
-    for (end = i; end < shares.size() && shares[end].from == shares[i].from; ++end) volume += shares[end].volume;
+    for (end = i; end < shares.size() && shares[end].from.node == shares[i].from.node; ++end) volume += shares[end].volume;
     if (volume > most) most = volume, best = i;
   }
   return shares[best];

@@ -8,20 +8,13 @@
 #include <vector>
 
 #include "kerf/lattice/hex_mesh.h"
-#include "kerf/mechanics/step.h"
+#include "kerf/session/node_fade.h"
 
 namespace kerf {
 
-/// Where a node was and how it moved, metres and m/s.
-struct NodeMotion {
-  NodeId node;
-  Vec3 position, velocity;
-};
-
 struct NodeMemory {
   struct Copy {
-    std::array<NodeId, 8> nodes;
-    std::array<Vec3, 8> positions, velocities;
+    std::array<NodeMotion, 8> nodes;
   };
   struct Piece {
     CellId cell;
@@ -32,9 +25,9 @@ struct NodeMemory {
   };
   /// What a remembered node lends to a node of now.
   struct Share {
-    NodeId node, from;
+    NodeId node;
     double volume = 0;
-    Vec3 position, velocity;
+    NodeMotion from;
   };
   std::vector<Copy> copies;
   std::vector<Piece> pieces;  ///< by cell, triangle and side
@@ -45,16 +38,14 @@ struct NodeMemory {
 };
 
 /// Remembers the motion of all pieces of material in these cells (any order, repeats allowed), instead of what was remembered.
-void remember_cells(const HexMesh& hex, const MechanicsState& state, std::span<const CellId> cells, NodeMemory& memory);
+void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeFade& fade, std::span<const CellId> cells,
+                    NodeMemory& memory);
 
-/// Gives the nodes of those cells the motion that most of their material had, to the bit. Nodes of material that is not
+/// Gives the nodes of those cells the motion and offsets that most of their material had, to the bit. Nodes of material that is not
 /// remembered stay as they are. Appends the motion that nodes had before to `old`.
-void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state, std::vector<NodeMotion>& old);
+void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old);
 
-/// Gives a node another motion and appends the old one to `old`, if they differ.
-void move_node(NodeId node, Vec3 position, Vec3 velocity, MechanicsState& state, std::vector<NodeMotion>& old);
-
-/// Of shares of one node, sorted by `from`: the first of that node with the most volume.
+/// Of shares of one node, sorted by the node they are from: the first of that node with the most volume.
 const NodeMemory::Share& largest_share(std::span<const NodeMemory::Share> shares);
 
 }  // namespace kerf

@@ -242,13 +242,14 @@ Bytes encode(const Hello& m) {
 }
 
 Bytes encode(const Body& m) {
-  KERF_ASSERT(m.rest.size() == m.normal.size() && m.rest.size() == m.copy.size() && m.copies.size() == m.cells.size());
+  KERF_ASSERT(m.rest.size() == m.normal.size() && m.rest.size() == m.copy.size() && m.copies.size() == m.cells.size() &&
+              m.fading.size() == m.offset.size());
   return Writer(Type::kBody, 96 + 24 * m.rest.size() + 12 * (m.skin.size() + m.wall.size()) + 40 * m.copies.size() +
-                                 12 * m.nodes.size())
+                                 12 * m.nodes.size() + 16 * m.fading.size())
       .u32(m.body).u32(m.version).size(m.rest.size()).size(m.skin.size()).size(m.wall.size()).size(m.copies.size())
-      .size(m.nodes.size()).u32(0).vec(m.origin).f32(0).vec(m.axes[0]).vec(m.axes[1]).vec(m.axes[2]).vec(m.cell)
+      .size(m.nodes.size()).size(m.fading.size()).vec(m.origin).f32(0).vec(m.axes[0]).vec(m.axes[1]).vec(m.axes[2]).vec(m.cell)
       .array(m.rest).array(m.normal).array(m.copy).array(m.skin).array(m.wall).array(m.copies).array(m.cells)
-      .array(m.nodes).finish();
+      .array(m.nodes).array(m.fading).array(m.offset).finish();
 }
 
 Bytes encode(const Patch& m) {

@@ -1,4 +1,4 @@
-// The messages between page and engine, version 4 (docs/protocol.md): encoding of everything the engine says, checked
+// The messages between page and engine, version 5 (docs/protocol.md): encoding of everything the engine says, checked
 // decoding of everything a page says. Bytes in, bytes out: no sockets, no state. A page is not trusted; whatever it
 // sends is decoded or refused with a reason, and decoded messages keep every promise of the page.
 #pragma once
@@ -18,7 +18,7 @@
 
 namespace kerf::protocol {
 
-inline constexpr std::uint16_t kVersion = 4;
+inline constexpr std::uint16_t kVersion = 5;
 inline constexpr std::size_t kHeaderBytes = 8;
 /// Most bytes of a message from a page, header included; uploads have chunks of their own size.
 inline constexpr std::size_t kMaxPageBytes = std::size_t{64} << 10;
@@ -60,7 +60,9 @@ struct Body {
   std::span<const Triangle> skin, wall;
   std::span<const Copy> copies;
   std::span<const Cell> cells;
-  std::span<const Vec3f> nodes;
+  std::span<const Vec3f> nodes;           ///< as they are shown
+  std::span<const std::uint32_t> fading;  ///< render vertices drawn beside where their copies put them, ascending: all there are
+  std::span<const Vec3f> offset;          ///< one each, metres
 };
 struct Totals {
   std::uint32_t nv = 0, ns = 0, nw = 0, nc = 0, nn = 0;
@@ -81,8 +83,8 @@ struct Patch {
   std::span<const Copy> copies;
   std::span<const Cell> cells;
   std::span<const Vec3f> nodes;
-  std::span<const std::uint32_t> fading;  ///< render vertices drawn beside where their copies put them, ascending: all there are
-  std::span<const Vec3f> offset;          ///< one each, metres
+  std::span<const std::uint32_t> fading;  ///< as in Body
+  std::span<const Vec3f> offset;
 };
 inline constexpr std::uint32_t kPlaying = 1, kInStroke = 2;
 struct Grasp {
@@ -111,7 +113,7 @@ struct Frame {
   std::span<const std::uint32_t> partners;  ///< one each: ContactWith, kSliding
   std::uint32_t touching = 0;         ///< all contacts that press
   float press = 0;                    ///< N, the sum of their normal forces
-  std::span<const std::uint32_t> fading;  ///< as in Patch
+  std::span<const std::uint32_t> fading;  ///< as in Body
   std::span<const Vec3f> offset;
 };
 struct Hit {

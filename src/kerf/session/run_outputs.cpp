@@ -86,8 +86,8 @@ Status Animation::add_frame(const Session& session) {
     surface_ = textured_surface(body.surface, body.complex.visual);
     version_ = session.topology_version();
   }
-  evaluate_render_surface(body.surface, body.complex.visual, body.hex, body.embedding, session.node_positions(), positions_,
-                          normals_);
+  session.shown_nodes(nodes_);
+  evaluate_render_surface(body.surface, body.complex.visual, body.hex, body.embedding, nodes_, positions_, normals_);
   if (const auto fades = session.fading_visual(); !fades.empty())
     for (std::size_t i = 0; i < positions_.size(); ++i)
       if (const FadingVertex* f = fading(fades, body.surface.vertex[RenderVertex(i)].index()))

@@ -34,6 +34,7 @@ class Animation {
   GlbBuilder builder_;
   TexturedSurface surface_;
   std::uint64_t version_ = 0;
+  std::vector<Vec3> nodes_;
   std::vector<Vec3f> positions_, normals_, frame_positions_, frame_normals_;
 };
 

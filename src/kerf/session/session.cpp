@@ -64,7 +64,7 @@ CutOptions cut_options(const Scene& scene) {
 std::size_t UndoStep::bytes() const {
   return topology.bytes() + (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
          mechanics.rotations.size() * sizeof(Mat3) +
-         (fade.visual.size() + fade.collision.size()) * sizeof(FadingVertex) + (removal ? removal->bytes() : 0);
+         fade.bytes() + (removal ? removal->bytes() : 0);
 }
 
 SessionState::SessionState(const SessionState& o)
@@ -235,13 +235,18 @@ SessionChanges Session::take_changes() { return std::exchange(impl_->watched, {}
 const std::vector<Vec3>& Session::node_positions() const { return impl_->state.mechanics.positions; }
 const std::vector<Vec3>& Session::node_velocities() const { return impl_->state.mechanics.velocities; }
 const std::vector<Vec3>& Session::collision_positions() { return impl_->deformed_collision(); }
+void Session::shown_nodes(std::vector<Vec3>& positions) const {
+  add_offsets(impl_->state.mechanics.positions, impl_->state.fade.nodes.offset, positions);
+}
 std::vector<Vec3> Session::visual_positions() const {
   const SessionState& s = impl_->state;
+  std::vector<Vec3> nodes;
+  shown_nodes(nodes);
   const VisualMesh& mesh = s.body.complex.visual;
   std::vector<Vec3> positions(mesh.vertex_count());
   for (const VisualVertex v : ids<VisualVertex>(positions.size())) {
     const HexId copy = s.body.embedding.visual[v];
-    positions[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, s.mechanics.positions);
+    positions[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, nodes);
   }
   for (const FadingVertex& f : s.fade.visual) positions[static_cast<std::size_t>(f.vertex)] += f.offset;
   return positions;
@@ -249,11 +254,13 @@ std::vector<Vec3> Session::visual_positions() const {
 
 std::vector<Vec3> Session::visual_velocities() const {
   const SessionState& s = impl_->state;
+  std::vector<Vec3> nodes;
+  add_offsets(s.mechanics.velocities, s.fade.nodes.velocity, nodes);
   const VisualMesh& mesh = s.body.complex.visual;
   std::vector<Vec3> velocities(mesh.vertex_count());
   for (const VisualVertex v : ids<VisualVertex>(velocities.size())) {
     const HexId copy = s.body.embedding.visual[v];
-    velocities[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, s.mechanics.velocities);
+    velocities[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, nodes);
   }
   for (const FadingVertex& f : s.fade.visual) velocities[static_cast<std::size_t>(f.vertex)] += f.velocity;
   return velocities;
@@ -261,8 +268,9 @@ std::vector<Vec3> Session::visual_velocities() const {
 
 std::vector<Vec3> Session::collision_velocities() const {
   const SessionState& s = impl_->state;
-  std::vector<Vec3> velocities(s.body.complex.collision.vertex_count());
-  kerf::collision_positions(s.body.hex, s.body.embedding, s.mechanics.velocities, velocities);
+  std::vector<Vec3> velocities(s.body.complex.collision.vertex_count()), nodes;
+  add_offsets(s.mechanics.velocities, s.fade.nodes.velocity, nodes);
+  kerf::collision_positions(s.body.hex, s.body.embedding, nodes, velocities);
   for (const FadingVertex& f : s.fade.collision) velocities[static_cast<std::size_t>(f.vertex)] += f.velocity;
   return velocities;
 }
@@ -281,7 +289,7 @@ void Session::visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& nor
   }
   positions.resize(body.complex.visual.vertex_count());
   normals.resize(body.complex.visual.vertex_count());
-  evaluate_skin(body.hex, s.skin, s.state.mechanics.positions, positions, normals);
+  evaluate_skin(body.hex, s.skin, s.shown_nodes(), positions, normals);
   for (const FadingVertex& f : s.state.fade.visual) {
     Vec3f& p = positions[static_cast<std::size_t>(f.vertex)];
     p = to_float(to_double(p) + f.offset);
@@ -368,6 +376,8 @@ std::uint64_t Session::hash() const {
     hash.add(c.feature);
   }
   hash.add(state.gravity);
+  hash.add(state.fade.nodes.offset);
+  hash.add(state.fade.nodes.velocity);
   for (const auto* list : {&state.fade.visual, &state.fade.collision})
     for (const FadingVertex& f : *list) {
       hash.add(f.vertex);

@@ -195,6 +195,8 @@ class Session {
   SessionChanges take_changes();
   [[nodiscard]] const std::vector<Vec3>& node_positions() const;   ///< metres, by NodeId
   [[nodiscard]] const std::vector<Vec3>& node_velocities() const;  ///< m/s
+  /// Where nodes are shown, metres: with offsets that fade after a cut (node_fade.h). Surfaces hang on these.
+  void shown_nodes(std::vector<Vec3>& positions) const;
   /// Deformed collision vertices, metres, by CollisionVertex.
   [[nodiscard]] const std::vector<Vec3>& collision_positions();
   /// Deformed visual vertices, metres, by VisualVertex, in double precision (files; drawing uses embedding/).
@@ -202,10 +204,10 @@ class Session {
   /// m/s, by vertex. Positions and velocities of the surface are continuous through a cut (surface_fade.h).
   [[nodiscard]] std::vector<Vec3> visual_velocities() const;
   [[nodiscard]] std::vector<Vec3> collision_velocities() const;
-  /// Visual vertices that are not just where their copies put them, by vertex; until the next call that changes the session.
+  /// Visual vertices that are not just where shown_nodes() put them, by vertex; until the next call that changes the session.
   [[nodiscard]] std::span<const FadingVertex> fading_visual() const;
   /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (4.2.5). Allocates only
-  /// when the arrays grow. Normals are those of the hexahedra, without what fades.
+  /// when the arrays grow. Normals are those of the shown hexahedra, without what fades of single vertices.
   void visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
   /// Force of the supports on the body, N, of the last step: the sum, and that on one fixed node. Zero for free nodes, and
   /// from a change of topology to the next step.

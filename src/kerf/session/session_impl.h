@@ -134,6 +134,7 @@ struct Session::Impl {
   std::vector<Vec3> collision_positions;
   bool collision_positions_valid = false;
   std::vector<Vec3> sweep_positions;
+  std::vector<Vec3> shown;  ///< of shown_nodes()
   std::vector<TipGlue> glue;
 
   Status prepare(const Progress& progress);
@@ -245,6 +246,8 @@ struct Session::Impl {
   void contact_follows(std::span<const CollisionTriangle> changed);
 
   const std::vector<Vec3>& deformed_collision();
+  /// Node positions with their offsets; until nodes or offsets change.
+  std::span<const Vec3> shown_nodes();
   void positions_changed() { collision_positions_valid = false; }
 };
 

@@ -196,6 +196,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   report.volume = r.removed.volume;
 
   MechanicsState kept_motion = state.mechanics;
+  NodeFade kept_fade;
   kept_motion.positions.clear();
   kept_motion.velocities.clear();
   kept_motion.rotations.clear();
@@ -204,11 +205,13 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   for (const NodeId n : l.node.origins()) {
     kept_motion.positions.push_back(state.mechanics.positions[n.index()]);
     kept_motion.velocities.push_back(state.mechanics.velocities[n.index()]);
+    kept_fade.set(NodeId(fixed.size()), state.fade.nodes.offset_of(n), state.fade.nodes.velocity_of(n));
     fixed.push_back(before.fixed[n.index()]);
     prescribed.push_back(before.prescribed[n.index()]);
   }
   for (const HexId h : l.copy.origins()) kept_motion.rotations.push_back(state.mechanics.rotations[h.index()]);
   state.mechanics = std::move(kept_motion);
+  state.fade.nodes = std::move(kept_fade);
   keep_fades(state.fade.visual, r.visual_vertex);
   keep_fades(state.fade.collision, r.collision_vertex);
 
@@ -246,7 +249,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   if (divided) {
     begin_pose();
     if (moved_ever()) {
-      remember_surface_before(surface_state(), state.synced, surface);
+      remember_change(surface_state(), state.synced, surface);
       let_nothing_jump();
     }
     (void)journal_take(body, state.synced);  // no undo step of its own

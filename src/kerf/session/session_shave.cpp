@@ -136,7 +136,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     moved.clear();
     embed_triangles(body.complex, body.hex, owners, body.embedding, embedding_scratch, moved);
     if (moved_ever()) {
-      remember_surface_before(surface_state(), state.synced, surface);
+      remember_change(surface_state(), state.synced, surface);
       let_nothing_jump();
     }
     note_moved(skin, pass.vertices);

@@ -71,11 +71,17 @@ void note_changes(Body& body, const Since& since, const TopologyChange& change, 
 const std::vector<Vec3>& Session::Impl::deformed_collision() {
   if (!collision_positions_valid || collision_positions.size() != state.body.complex.collision.vertex_count()) {
     collision_positions.resize(state.body.complex.collision.vertex_count());
-    kerf::collision_positions(state.body.hex, state.body.embedding, state.mechanics.positions, collision_positions);
+    kerf::collision_positions(state.body.hex, state.body.embedding, shown_nodes(), collision_positions);
     for (const FadingVertex& f : state.fade.collision) collision_positions[static_cast<std::size_t>(f.vertex)] += f.offset;
     collision_positions_valid = true;
   }
   return collision_positions;
+}
+
+std::span<const Vec3> Session::Impl::shown_nodes() {
+  if (state.fade.nodes.empty()) return state.mechanics.positions;
+  add_offsets(state.mechanics.positions, state.fade.nodes.offset, shown);
+  return shown;
 }
 
 Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
@@ -102,22 +108,18 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
 }
 
 void Session::Impl::begin_pose() {
-  begin_surface(surface);
+  begin_surface(state.body, surface);
   balance.clear();
 }
 
 void Session::Impl::end_pose() {
   if (!moved_ever()) return;
-  if (out_of_balance(state.body.hex, state.model, state.mechanics, balance)) {
-    // Vertices that are not remembered yet are where they were; the others keep the offsets from where they were.
-    remember_surface_around(surface_state(), balance.nodes, surface);
-    settle_balance(balance, state.mechanics);
-  }
+  if (out_of_balance(state.body.hex, state.model, state.mechanics, balance)) settle_balance(balance, state.mechanics, state.fade.nodes);
   let_nothing_jump();
 }
 
 void Session::Impl::let_nothing_jump() {
-  hold_surface(state.body, state.mechanics.positions, state.mechanics.velocities, kSurfaceRounding * size, surface, state.fade);
+  hold_surface(surface_state(), kSurfaceRounding * size, surface, state.fade);
   positions_changed();
 }
 
@@ -183,14 +185,15 @@ Status Session::Impl::follow_complex(CutTimes& times) {
     changed_visual.push_back(f);
   update_render_surface(body.complex.visual, changed_visual, body.surface);
   const std::size_t old_nodes = state.mechanics.positions.size(), known_nodes = surface.nodes.size();
+  if (moved_ever()) remember_change(surface_state(), state.synced, surface);
   const auto in_balance = [&](auto&& add) {
     if (!moved_ever()) return;
     for (const auto* list : {&lattice_change.changed_copies, &lattice_change.dead_copies, &lattice_change.new_copies})
       for (const HexId id : *list) add(state.model, state.mechanics, id, balance);
   };
   in_balance(leave_balance);
-  KERF_TRY(sync_change(body.hex, state.materials, lattice_change, state.model, state.mechanics, surface.nodes));
-  recall_cells(body.hex, remembered, state.mechanics, surface.nodes);
+  KERF_TRY(sync_change(body.hex, state.materials, lattice_change, state.model, state.mechanics, state.fade.nodes, surface.nodes));
+  recall_cells(body.hex, remembered, state.mechanics, state.fade.nodes, surface.nodes);
   in_balance(join_balance);
   if (moved_ever()) {
     const auto first = surface.nodes.begin() + static_cast<std::ptrdiff_t>(known_nodes);
@@ -199,7 +202,7 @@ Status Session::Impl::follow_complex(CutTimes& times) {
     changed_hexes = lattice_change.changed_copies;
     changed_hexes.insert(changed_hexes.end(), lattice_change.new_copies.begin(), lattice_change.new_copies.end());
     move_in_balance(body.hex, state.model, state.mechanics, std::span(surface.nodes).subspan(known_nodes), changed_hexes, balance);
-    remember_surface_before(surface_state(), state.synced, surface);
+    remember_moved(surface_state(), known_nodes, mark_of(body, state.synced, body.hex.cell).size, surface, state.fade.nodes);
   }
   KERF_TRY(renew_springs());
   renew_loads();
@@ -227,7 +230,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   const auto nodes = mark_of(body, mark, body.hex.corner);
   const auto copies = mark_of(body, mark, body.hex.cell);
   if (moved_ever()) {
-    remember_surface(surface_state(), mark, surface);
+    remember_rollback(surface_state(), mark, surface);
     std::erase_if(surface.nodes, [&](const NodeMotion& n) { return n.node.index() >= nodes.size; });
   }
   note_rollback(skin, body.embedding, mark_of(body, mark, body.embedding.visual));
@@ -250,7 +253,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   for (const HexId id : touched) remembered_cells.push_back(body.hex.frame.cell_id(body.hex.cell[id]));
   for (std::size_t i = copies.size; i < body.hex.hex_count(); ++i)
     remembered_cells.push_back(body.hex.frame.cell_id(body.hex.cell[HexId(i)]));
-  remember_cells(body.hex, state.mechanics, remembered_cells, remembered);
+  remember_cells(body.hex, state.mechanics, state.fade.nodes, remembered_cells, remembered);
 
   const auto remove = [&](HexId id) {
     leave_balance(state.model, state.mechanics, id, balance);
@@ -266,6 +269,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   (void)truncated;
   state.mechanics.positions.resize(nodes.size);
   state.mechanics.velocities.resize(nodes.size);
+  state.fade.nodes.truncate(nodes.size);
   state.mechanics.rotations.resize(copies.size);
   for (const HexId id : touched) {
     const Status synced = sync_hex(body.hex, state.materials, id, state.model);

@@ -408,6 +408,7 @@ export class MockBody {
       rest: new Float32Array(s.rest), normal: packNormals(s.normal), copy: new Uint32Array(s.copy),
       skin: new Uint32Array(s.skin), wall: new Uint32Array(s.wall), copies: new Uint32Array(t.copies),
       cells: new Int16Array(t.cells), nodes: new Float32Array(this.positions),
+      fading: { ids: new Uint32Array(0), offsets: new Float32Array(0) },
     };
   }
 

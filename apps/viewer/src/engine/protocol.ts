@@ -1,7 +1,7 @@
-// Messages between page and engine, protocol version 4: docs/protocol.md.
+// Messages between page and engine, protocol version 5: docs/protocol.md.
 // Decoded messages hold views on the received buffer: copy what is kept.
 
-export const kProtocolVersion = 4;
+export const kProtocolVersion = 5;
 export const kHeaderBytes = 8;
 export const kMaxToolSamples = 1000; // 64 bytes each: stays below 64 KiB
 export const kUploadChunkBytes = 48 * 1024;
@@ -37,7 +37,7 @@ export interface Hello {
 export interface Body {
   type: 'body'; body: number; version: number; origin: Float32Array; axes: Float32Array; cellSize: Float32Array;
   rest: Float32Array; normal: Int16Array; copy: Uint32Array; skin: Uint32Array; wall: Uint32Array;
-  copies: Uint32Array; cells: Int16Array; nodes: Float32Array;
+  copies: Uint32Array; cells: Int16Array; nodes: Float32Array; fading: Fading;
 }
 export interface VertexChange { ids: Uint32Array; rest: Float32Array; normal: Int16Array; copy: Uint32Array }
 export interface TriangleChange { ids: Uint32Array; triangles: Uint32Array }
@@ -194,15 +194,16 @@ function readCounts(r: Reader): Counts {
 
 function readBody(r: Reader): Body {
   const body = r.u32(), version = r.u32(), nv = r.u32(), ns = r.u32(), nw = r.u32(), nc = r.u32(), nn = r.u32();
-  r.u32();
-  const origin = r.f32s(3);
+  const nfade = r.u32(), origin = r.f32s(3);
   r.u32();
   const axes = r.f32s(9), cellSize = r.f32s(3);
   if (cellSize.some((s) => !(s > 0))) throw new ProtocolError('cell size is not positive');
   const m: Body = {
     type: 'body', body, version, origin, axes, cellSize, rest: r.f32s(3 * nv), normal: r.i16s(4 * nv), copy: r.u32s(nv),
     skin: r.u32s(3 * ns), wall: r.u32s(3 * nw), copies: r.u32s(8 * nc), cells: r.i16s(4 * nc), nodes: r.f32s(3 * nn),
+    fading: readFading(r, nfade),
   };
+  checkBelow(m.fading.ids, nv, 'fading vertex');
   checkBelow(m.copy, nc, 'copy of vertex');
   checkBelow(m.skin, nv, 'vertex of skin triangle');
   checkBelow(m.wall, nv, 'vertex of wall triangle');
@@ -490,10 +491,10 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
         .f32(m.tick).u32(name.length, json.length, 0).array(name).array(json).finish();
     }
     case 'body': {
-      const arrays = [m.rest, m.normal, m.copy, m.skin, m.wall, m.copies, m.cells, m.nodes];
+      const arrays = [m.rest, m.normal, m.copy, m.skin, m.wall, m.copies, m.cells, m.nodes, m.fading.ids, m.fading.offsets];
       const w = new Writer(MessageType.Body, 96 + sizeOf(arrays))
         .u32(m.body, m.version, m.copy.length, m.skin.length / 3, m.wall.length / 3, m.copies.length / 8,
-          m.nodes.length / 3, 0).f32(...m.origin).u32(0).f32(...m.axes).f32(...m.cellSize);
+          m.nodes.length / 3, m.fading.ids.length).f32(...m.origin).u32(0).f32(...m.axes).f32(...m.cellSize);
       for (const a of arrays) w.array(a);
       return w.finish();
     }

@@ -45,6 +45,7 @@ export class BodyState {
     this.skin = grown(b.skin, 3 * s); this.wall = grown(b.wall, 3 * w);
     this.copies = grown(b.copies, 8 * c); this.cells = grown(b.cells, 4 * c);
     this.nodes = grown(b.nodes, 3 * roomFor(this.nn));
+    this.setFading(b.fading);
   }
 
   /** Applies the change to the next version. The patch must be for this body and version. */

@@ -152,7 +152,7 @@ TEST(Lips, AtRestNothingMovesAtAll) {
 }
 
 TEST(Lips, PressedTheyHoldAgainstEachOther) {
-  for (const double radius : {kRadius, 0.2 * kRadius})
+  for (const double radius : {kRadius, 0.2 * kRadius, 0.08 * kRadius})
     for (const double dt : {0.001, 0.005, 0.0167})
       for (const bool across : {false, true}) {
         Cut cut(dt, across, radius);
@@ -161,7 +161,7 @@ TEST(Lips, PressedTheyHoldAgainstEachOther) {
         const Course r = run(cut.session, 0.5, radius);
         EXPECT_LT(r.deepest, 0.05) << dt << " " << across << " " << radius;
         EXPECT_LT(r.fastest, 1) << dt << " " << across << " " << radius;
-        EXPECT_GT(r.most_pressing, 25);
+        EXPECT_GT(r.most_pressing, 40);
         Vec3 force;  // between two parts of one body: along x, the sum of what one side feels
         for (const Session::ContactState& c : cut.session.contacts()) force += Vec3{std::abs(c.force.x), 0, 0};
         EXPECT_GT(force.x, radius / kRadius);
@@ -190,9 +190,9 @@ TEST(Lips, ShearedAndThenPressedTheySlide) {
       const Course sheared = run(cut.session, 0.4, radius);
       cut.move("right", {-0.03, 0, 0}, 0.4);
       const Course pressed = run(cut.session, 0.6, radius);
-      EXPECT_LT(std::max(sheared.deepest, pressed.deepest), radius == kRadius ? 0.05 : 0.25) << dt << " " << radius;
+      EXPECT_LT(std::max(sheared.deepest, pressed.deepest), 0.05) << dt << " " << radius;
       EXPECT_LT(std::max(sheared.fastest, pressed.fastest), 2) << dt << " " << radius;
-      EXPECT_GT(pressed.most_pressing, 10);
+      EXPECT_GT(pressed.most_pressing, 20);
     }
 }
 
@@ -219,9 +219,8 @@ TEST(Lips, LiftedOverAndBackTheyComeHome) {
     release.what = SceneRelease{"lip"};
     ASSERT_TRUE(cut.session.apply(release).ok());
     watch(2);
-    EXPECT_LT(fastest, 10) << c.dt << " " << c.radius;  // of any node; sound runs at 22 m/s in this sheet
-    // Shoved over an edge that it has not quite cleared, a lip gives way by less than that; it never jumps from wall to face.
-    EXPECT_LT(deepest, 0.4) << c.dt << " " << c.radius;
+    EXPECT_LT(fastest, 4) << c.dt << " " << c.radius;  // of any node; sound runs at 22 m/s in this sheet
+    EXPECT_LT(deepest, 0.06) << c.dt << " " << c.radius;
     const Course home = run(cut.session, 0.1, c.radius);
     EXPECT_LT(home.fastest, 1) << c.dt;
     EXPECT_LT(home.deepest, 0.02) << c.dt;
@@ -368,6 +367,37 @@ TEST(SessionContact, AStripThatFallsOnItsEndComesToRestWithItsLayersApart) {
     const double weight = 9.81 * 1000 * 0.2 * 0.024 * 0.003;
     EXPECT_NEAR(force.z, weight, 0.05 * weight);
   }
+}
+
+TEST(SessionContact, APileCutThroughDoesNotFlyApart) {
+  // A blade through all layers at once leaves slivers thinner than they are wide, between layers that move under it. What the cut sets
+  // free of the bending is little: weight times height and bending make 2 m/s. Borders of slivers used to count as lips in each other,
+  // and pieces left at 40 m/s.
+  Scene scene;
+  scene.body.model = "strip";
+  scene.body.rotation = {0, -M_PI / 2, 0};
+  scene.body.position = {0, 0, 0.105};
+  scene.material.young = 2e4;
+  scene.simulation.time_step = 0.004;
+  scene.obstacles.emplace_back();
+  Session session = must_create(scene);
+  ASSERT_TRUE(session.step(200).ok());
+  Box3 box;
+  for (const Vec3 p : session.collision_positions()) box.add(p);
+  ASSERT_LT(box.size().z, 0.05);  // 200 mm, folded
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kWorld, true).ok());
+  Course course;
+  for (int i = 0; i <= 20; ++i) {
+    const Vec3 p{box.center().x, lerp(box.min, box.max, -0.1 + 0.06 * i).y, 0};
+    ASSERT_TRUE(session.move_blade(p + Vec3{0, 0, 0.25}, p - Vec3{0, 0, 0.02}).ok());
+    course.fastest = std::max(course.fastest, run(session, 0.004, 0.0015).fastest);
+  }
+  ASSERT_TRUE(session.end_stroke().ok());
+  EXPECT_GT(session.counts().pieces, 4);
+  const Course after = run(session, 0.12, 0.0015);
+  EXPECT_LT(std::max(course.fastest, after.fastest), 6);
+  EXPECT_LT(after.left, 0.7);
+  EXPECT_TRUE(session.validate().ok());
 }
 
 TEST(SessionContact, TwoCrossingStripsComeToRest) {

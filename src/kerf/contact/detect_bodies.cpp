@@ -16,9 +16,9 @@ using F = CollisionTriangle;
 
 /// Where the distance from a vertex to a lip's edge is this level (a cosine), the walls meet, not the faces.
 constexpr double kSideBySide = 0.7;
-/// What did not touch across a cut a step ago is never deeper in each other than this part of the radius: it lies side by side,
-/// or has passed over.
-constexpr double kPassed = 0.5;
+/// What did not touch across a cut a step ago is never deeper in each other than this part of the radius: it would have been seen
+/// coming. It lies side by side, or has passed over.
+constexpr double kPassed = 0.1;
 /// A vertex stays with the lip or the face that it touched unless the other is better by this part of the radius.
 constexpr double kStay = 0.1;
 

@@ -13,6 +13,8 @@ using H = CollisionHalfEdge;
 
 /// Rims are smooth up to this cosine between the conormals of neighbouring edges; lips face below the second.
 constexpr double kSmooth = 0.5, kFacing = -0.3;
+/// Borders of a strip narrower than this many thicknesses may be taken for lips; one is behind the other beyond this cosine.
+constexpr double kNarrow = 2, kBehind = 0.5;
 
 /// The edges made by cuts that leave v and arrive at it along the border of its fan; none where it is no rim.
 struct RimEdges {
@@ -36,6 +38,17 @@ RimEdges rim_edges(const ContactSurface& s, V v) {
     look(g);
   }
   return r;
+}
+
+/// Is v behind edge h at rest, with no more than narrow material between? Such a strip has its other border at its back, however it is bent.
+bool back_to_back(const ContactSurface& s, const BodyPoint& v, H h) {
+  const Vec3 p = s.rest[v.where.vertex[0]], a = s.rest[s.from(h)], b = s.rest[s.to(h)];
+  const Vec3 d = p - lerp(a, b, closest_on_segment(p, a, b));
+  const double distance = norm(d);
+  if (distance > kNarrow * (norm(v.offset) + s.radius[s.from(h)])) return false;
+  const Vec3 apex = s.rest[s.from(ContactSurface::prev(h))] - a;
+  const Vec3 inward = apex - (dot(apex, b - a) / dot(b - a, b - a)) * (b - a);
+  return dot(inward, d) > kBehind * norm(inward) * distance;
 }
 
 /// The conormal that edge h has at one of its ends: smooth rims share it.
@@ -77,14 +90,14 @@ void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h,
   if (!(distance <= best.score)) return;
   const Vec3 own = -body.into(h);
   const Vec3 c = normalized(lerp(conormal_at(body, h, own, false), conormal_at(body, h, own, true), t));
-  if (!(dot(c, rim.conormal) < kFacing)) return;
+  if (!(dot(c, rim.conormal) < kFacing) || back_to_back(body.surface, v, h)) return;
   const Vec3 n = normalized(c - rim.conormal);
   // Walls that don't overlap along the thickness pass over each other.
   const Vec3 upright = normalized(v.offset + foot.offset);
   const double height = dot(upright, d), thickness = norm(v.offset) + norm(foot.offset);
   if (!(std::fabs(height) < thickness) && thickness > 0) return;
-  // Beside the end of a rim there is no wall.
-  const double beside = norm(d - dot(n, d) * n - height * upright);
+  // Beyond the end of a rim there is no wall.
+  const double beside = std::fabs(dot(d, normalized(b - a)));
   if (!(beside <= std::fabs(dot(n, d)) + 0.25 * thickness)) return;
   // Where two cuts cross, four lips meet in one point: the one that runs along with the rim faces it.
   double score = distance;

@@ -13,6 +13,14 @@ namespace {
 /// Radius of gyration of a tool's proxy, m: turns of its tip weigh as much as moves.
 constexpr double kToolGyration = 0.02;
 
+/// Contacts give way by force over stiffness, which is that of cells: in bodies thinner than a cell by more than this, the stiffness
+/// grows as they get thinner (up to the second times), so that the overlap stays as small a part of the half thickness.
+constexpr double kThinCell = 5, kStiffest = 20;
+
+/// Bodies in each other come apart by at most so many half thicknesses a second: what turns out to overlap without a force that held it
+/// (a sliver that spins between others) must not be thrown.
+constexpr double kPushRadii = 20;
+
 /// Contacts that a step closes without having seen them may overlap by this part of the half thickness.
 constexpr double kUnseen = 0.01;
 
@@ -167,10 +175,13 @@ Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::st
   if (!shapes) return shapes.error();
   c.shapes = std::move(*shapes);
   c.surface = make_contact_surface(body.complex.collision);
-  c.set.options.stiffness = scene.contact.stiffness;
+  const double radius = c.surface.largest_radius;
+  const Vec3 cell = body.hex.frame.cell;
+  const double thin = radius > 0 ? std::max({cell.x, cell.y, cell.z}) / (kThinCell * radius) : 1;
+  c.set.options.stiffness = scene.contact.stiffness * std::clamp(thin, 1.0, kStiffest);
   c.set.options.passes = scene.contact.passes;
-  c.set.options.push_speed = scene.contact.push_speed;
-  c.set.options.unseen = kUnseen * c.surface.largest_radius;
+  c.set.options.push_speed = radius > 0 ? std::min(scene.contact.push_speed, kPushRadii * radius) : scene.contact.push_speed;
+  c.set.options.unseen = kUnseen * radius;
   return {};
 }
 

@@ -43,7 +43,7 @@ std::vector<Vec3> inner_rim(const Session& session) {
 }  // namespace
 
 int main() {
-  std::vector<double> all, cut, wall, follow, pieces, removal, bumps, edges;
+  std::vector<double> all, cut, wall, follow, pieces, removal, bumps, edges, moving, moving_punch, steps;
   int refused = 0, retries = 0;
   for (int run = 0; run < 12; ++run) {
     Scene scene;
@@ -93,6 +93,47 @@ int main() {
       if (pass.ok()) (deep ? edges : bumps).push_back(now() - before);
     }
   }
+  // The same in a body that moves: a probe's press has gone through it, and a step follows every pass.
+  for (int run = 0; run < 6; ++run) {
+    Scene scene;
+    scene.name = "meniscus";
+    scene.body.model = "meniscus";
+    scene.simulation.time_step = 0.002;
+    SceneFix horns;
+    horns.region.shape = SceneRegion::Shape::kHalfSpace;
+    horns.region.point = {0, 0.027, 0};
+    horns.region.normal = {0, 1, 0};
+    scene.fixes.push_back(horns);
+    auto made = Session::create(scene);
+    if (!made.ok()) return fmt::print("{}\n", made.error().message), 1;
+    Session session = std::move(made).value();
+    for (int i = 0; i < 5; ++i) (void)session.step();
+    const std::vector<Vec3> places = inner_rim(session);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      Punch p;
+      p.centre = places[i] + Vec3{1e-4 * run, 0, 0};
+      p.outline = circle_outline(0.0015 + 1e-4 * run, 5e-5);
+      const double start = now();
+      const auto done = session.punch(p, SceneFrame::kRest, 1e-4);
+      if (!done.ok() || !done->cut) continue;
+      moving_punch.push_back(now() - start);
+      (void)session.remove_piece(done->loose[0]);
+      (void)session.step();
+    }
+    const CollisionMesh& mesh = session.body().complex.collision;
+    std::vector<Vec3> lips;
+    for (const CollisionHalfEdge h : session.body().complex.wall_edge.raw())
+      lips.push_back(lerp(mesh.rest[mesh.from(h)], mesh.rest[mesh.to(h)], 0.5));
+    for (std::size_t i = 0; i < 2 * lips.size(); ++i) {
+      const Vec3 at = lips[i % lips.size()];
+      const double before = now();
+      const auto pass = session.shave({at + Vec3{0, 0, 1e-3}, at - Vec3{0, 0, 1e-3}, 1e-3}, SceneFrame::kRest, 0.3, 1e-5);
+      if (pass.ok()) moving.push_back(now() - before);
+      const double stepped = now();
+      (void)session.step();
+      steps.push_back(now() - stepped);
+    }
+  }
   fmt::print("{} punches, {} retried, {} refused; {:.0f} collision triangles each\n", all.size(), retries, refused, quantile(pieces, 0.5));
   fmt::print("milliseconds of this thread (stages: wall)\n                         median    99 %    most\n");
   const auto row = [](const char* name, const std::vector<double>& v) {
@@ -105,4 +146,7 @@ int main() {
   row("taking it away", removal);
   row("shaving bumps", bumps);
   row("shaving edges back", edges);
+  row("everything, moving", moving_punch);
+  row("shaving edges, moving", moving);
+  row("a step between them", steps);
 }

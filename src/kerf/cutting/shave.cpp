@@ -106,7 +106,7 @@ class ShavingPass {
     pass_.collision_area = books_.collision_area;
     pass_.prisms = std::move(books_.prisms);
     pass_.vertices = std::move(books_.vertices);
-    sort_unique(pass_.vertices);
+    std::sort(pass_.vertices.begin(), pass_.vertices.end());
     pass_.roughness_after = wall_roughness(body_, pass_.walls);
   }
 

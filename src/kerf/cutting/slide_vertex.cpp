@@ -46,12 +46,6 @@ double corner_angle(const CollisionMesh& mesh, H h) {
   return std::atan2(cross(a, b), dot(a, b));
 }
 
-template <class T>
-void sort_unique(std::vector<T>& v) {
-  std::sort(v.begin(), v.end());
-  v.erase(std::unique(v.begin(), v.end()), v.end());
-}
-
 }  // namespace
 
 double fan_angle(const CollisionMesh& mesh, V v) {
@@ -216,6 +210,7 @@ void VertexSlider::collect_rim(V v) {
 /// Everything that the triangles around v own, with its new place.
 bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
   shifts_.clear();
+  shift_of_.clear();
   planes_.clear();
   const bool on_rim = coarse_.on_rim(v);
   if (on_rim) collect_rim(v);
@@ -255,6 +250,7 @@ bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
 /// along the rim, where it lies at `s`.
 bool VertexSlider::add_shift(VV x, double hat, bool on_rim, double s) {
   if (!x.valid() || !(hat > 0)) return true;
+  if (shift_of_.insert(x.value) != static_cast<std::int32_t>(shifts_.size())) return false;  // seen twice
   Shift shift;
   shift.vertex = x;
   shift.first = planes_.size();
@@ -384,26 +380,30 @@ VertexSlider::Place VertexSlider::find_place(VH h, Vec2 u) const {
 }
 
 Vec2 VertexSlider::planar_after(VH h) const {
-  const auto it = std::lower_bound(shifts_.begin(), shifts_.end(), mesh_.origin[h], [](const Shift& s, VV v) { return s.vertex < v; });
-  if (it != shifts_.end() && it->vertex == mesh_.origin[h])
-    for (int k = 0; k < it->planes; ++k)
-      if (const ShiftPlane& p = planes_[it->first + static_cast<std::size_t>(k)]; p.patch == mesh_.patch[VisualMesh::face(h)]) return p.planar;
+  if (const std::int32_t i = shift_of_.find(mesh_.origin[h].value); i >= 0) {
+    const Shift& s = shifts_[static_cast<std::size_t>(i)];
+    const Patch patch = mesh_.patch[VisualMesh::face(h)];
+    for (int k = 0; k < s.planes; ++k)
+      if (const ShiftPlane& p = planes_[s.first + static_cast<std::size_t>(k)]; p.patch == patch) return p.planar;
+  }
   return mesh_.planar[h];
+}
+
+/// Adds the faces around v to faces_ that are not among them.
+void VertexSlider::faces_around(VV v, bool walls_too) {
+  for_each_corner(mesh_, v, [&](VH h) {
+    const VF f = VisualMesh::face(h);
+    if ((walls_too || !mesh_.patch[f].is_wall()) && face_seen_.insert(f.value) == static_cast<std::int32_t>(faces_.size())) faces_.push_back(f);
+    return true;
+  });
 }
 
 /// Visual faces that would turn over or nearly vanish have their longest edge turned, where that helps.
 bool VertexSlider::nothing_turns_over(SlideBooks& books) {
-  std::sort(shifts_.begin(), shifts_.end(), [](const Shift& a, const Shift& b) { return a.vertex < b.vertex; });
-  for (std::size_t i = 1; i < shifts_.size(); ++i)
-    if (shifts_[i].vertex == shifts_[i - 1].vertex) return false;
   const double unit = body_.mean_root_edge * body_.mean_root_edge;
   faces_.clear();
-  for (const Shift& s : shifts_)
-    for_each_corner(mesh_, s.vertex, [&](VH h) {
-      if (!mesh_.patch[VisualMesh::face(h)].is_wall()) faces_.push_back(VisualMesh::face(h));
-      return true;
-    });
-  sort_unique(faces_);
+  face_seen_.clear();
+  for (const Shift& s : shifts_) faces_around(s.vertex, false);
   std::vector<VF>& todo = todo_;
   todo.assign(faces_.rbegin(), faces_.rend());
   int turns = kMostTurns;
@@ -507,18 +507,14 @@ void VertexSlider::book_faces(Vec3 origin, double sign, SlideBooks& books) const
 
 void VertexSlider::apply(const std::vector<Move>& moves, SlideBooks& books) {
   faces_.clear();
-  for (const Move& m : moves)
-    for_each_corner(mesh_, m.vertex, [&](VH h) {
-      faces_.push_back(VisualMesh::face(h));
-      return true;
-    });
-  sort_unique(faces_);
+  face_seen_.clear();
+  for (const Move& m : moves) faces_around(m.vertex, true);
   if (faces_.empty()) return;
   const Vec3 origin = mesh_.rest[mesh_.origin[VisualMesh::corner(faces_[0], 0)]];
   book_faces(origin, -1, books);
   for (const Move& m : moves) {
     mesh_.rest.set(m.vertex, m.rest);
-    books.vertices.push_back(m.vertex);
+    if (books.moved.insert(m.vertex.value) == static_cast<std::int32_t>(books.vertices.size())) books.vertices.push_back(m.vertex);
   }
   book_faces(origin, 1, books);
 }

@@ -14,6 +14,7 @@
 
 #include "kerf/cutting/cut_context.h"
 #include "kerf/cutting/wall_points.h"
+#include "kerf/geodesic/sparse_index.h"
 
 namespace kerf::cut {
 
@@ -36,7 +37,8 @@ struct SlideBooks {
   double skin_area = 0;       ///< m^2: change of the skin's area
   double collision_area = 0;  ///< m^2: change of the collision mesh's area in its root planes
   std::vector<std::pair<RootId, double>> prisms;  ///< m^3: changes of the prisms' volumes, by root
-  std::vector<VisualVertex> vertices;             ///< visual vertices that moved, with repeats
+  std::vector<VisualVertex> vertices;             ///< visual vertices that moved, each once
+  SparseIndex moved;                              ///< the same, to be looked up
 };
 
 /// The angle of material around a border vertex, or all around an inner one (radians, in the root planes).
@@ -94,6 +96,7 @@ class VertexSlider {
   Place find_place(VisualHalfEdge h, Vec2 u) const;
   bool nothing_turns_over(SlideBooks& books);
   VisualHalfEdge turn_longest_edge(VisualTriangle f, SlideBooks& books);
+  void faces_around(VisualVertex v, bool walls_too);
   void book_faces(Vec3 origin, double sign, SlideBooks& books) const;
   [[nodiscard]] Vec2 planar_after(VisualHalfEdge h) const;
   void write_shifts(SlideBooks& books);
@@ -111,6 +114,8 @@ class VertexSlider {
   std::vector<RimPoint> rim_;
   double along_rim_ = 0;
   double area_ = 0;
+  SparseIndex shift_of_;  // number in shifts_, by vertex
+  SparseIndex face_seen_;
   std::vector<VisualTriangle> faces_, todo_;
   std::vector<Move> moves_;
   std::vector<WallId> walls_;

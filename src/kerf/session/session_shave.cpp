@@ -8,6 +8,7 @@
 
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/wall_points.h"
+#include "kerf/geodesic/sparse_index.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
@@ -23,17 +24,18 @@ void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& 
     const Vec3 a = mesh.rest[mesh.from(h)];
     return cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a);
   };
+  SparseIndex seen, done;
   std::vector<VisualVertex> around;
+  const auto add = [&](VisualVertex v) {
+    if (seen.insert(v.value) == static_cast<std::int32_t>(around.size())) around.push_back(v);
+  };
   for (const VisualVertex v : moved) {
-    around.push_back(v);
+    add(v);
     cut::for_each_corner(mesh, v, [&](VisualHalfEdge h) {
-      around.push_back(mesh.to(h));
-      around.push_back(mesh.apex(h));
+      add(mesh.to(h));
       return true;
     });
   }
-  std::sort(around.begin(), around.end());
-  around.erase(std::unique(around.begin(), around.end()), around.end());
   for (const VisualVertex v : around) {
     const RenderVertex skin = surface.skin[v];
     if (skin.valid() && !(surface.normal[skin] == mesh.normal[v])) {
@@ -43,7 +45,8 @@ void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& 
     cut::for_each_corner(mesh, v, [&](VisualHalfEdge h) {
       const Patch patch = mesh.patch[VisualMesh::face(h)];
       const RenderVertex r = surface.corner[h];
-      if (!patch.is_wall() || !r.valid()) return true;
+      if (!patch.is_wall() || !r.valid() || done.find(r.value) >= 0) return true;
+      done.insert(r.value);
       Vec3 sum;
       cut::for_each_corner(mesh, v, [&](VisualHalfEdge k) {
         if (surface.corner[k] == r) sum += face_vector(VisualMesh::face(k));

@@ -54,6 +54,43 @@ TEST(Journal, RollbackRestoresEveryNestedMark) {
   }
 }
 
+// A stroke that writes to the same items for a long time needs no more memory than the items.
+TEST(Journal, LongLogsAreCompactedAndUndoIsTheSame) {
+  Random random(3);
+  for (int round = 0; round < 20; ++round) {
+    TwoArrays t;
+    scribble(t, random, 300);
+    JournalMark start, since;
+    journal_mark(t, start);
+    const auto before = std::pair(t.a.raw(), t.b.raw());
+    int compactions = 0;
+    for (int pass = 0; pass < 200; ++pass) {
+      for (int i = 0; i < 20; ++i) t.a.set(I(static_cast<std::int32_t>(random.index(static_cast<int>(t.a.size())))), random.index(100));
+      if (pass % 10 == 0) scribble(t, random, 5);
+      compactions += journal_compact(t, start) ? 1 : 0;
+      journal_mark(t, since);
+      // The newest mark works as ever.
+      const auto here = std::pair(t.a.raw(), t.b.raw());
+      scribble(t, random, 7);
+      journal_rollback(t, since);
+      EXPECT_TRUE(here == std::pair(t.a.raw(), t.b.raw()));
+    }
+    EXPECT_GT(compactions, 3);
+    const auto after = std::pair(t.a.raw(), t.b.raw());
+    TwoArrays other = t;
+    journal_rollback(other, start);
+    EXPECT_TRUE(before == std::pair(other.a.raw(), other.b.raw()));
+    JournalStep step = journal_take(t, start);
+    EXPECT_LE(step.arrays[0].indices.size(), 3 * before.first.size());  // of 4,000 writes
+    for (int again = 0; again < 2; ++again) {
+      journal_undo(t, step);
+      EXPECT_TRUE(before == std::pair(t.a.raw(), t.b.raw()));
+      journal_redo(t, step);
+      EXPECT_TRUE(after == std::pair(t.a.raw(), t.b.raw()));
+    }
+  }
+}
+
 TEST(Journal, UndoAndRedoOfSegmentsRestoreTheBits) {
   Random random(2);
   Journaled<I, int> a;

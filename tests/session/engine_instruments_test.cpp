@@ -39,6 +39,12 @@ position = [0, 0.015, 0.012]
 length = 0.06
 radius = 0.0006
 tip = 0.002
+[[tool]]
+id = "shaver"
+kind = "shaver"
+position = [0.01, 0.015, 0.012]
+length = 0.06
+radius = 0.001
 )";
   return source;
 }
@@ -229,6 +235,53 @@ TEST(Instruments, TheProbeFollowsThePointerAndFeels) {
   EXPECT_LT(norm(table.engine.session().tools()[0].pose.position - Vec3{0, 0.015, 0.012}), 1e-9);  // back where it waited
   EXPECT_NEAR(norm(table.engine.session().tools()[0].force), 0, 1e-9);
   EXPECT_GT(table.engine.session().score()->largest_force, 1e-4);
+}
+
+// Paper, 5.3: the shaver smooths "while its contact pushes the meniscus".
+TEST(Instruments, TheShaverPushesWhatItSmooths) {
+  const auto most_moved = [](const Session& session) {
+    const auto now = session.visual_positions();
+    const auto& rest = session.body().complex.visual.rest;
+    double most = 0;
+    for (std::size_t v = 0; v < now.size(); ++v) most = std::max(most, norm(now[v] - rest[VisualVertex(v)]));
+    return most;
+  };
+  SceneSource without = trainer();
+  without.text.resize(without.text.rfind("[[tool]]"));
+  for (const bool over : {false, true})
+    for (const SceneSource& source : {trainer(), without}) {
+      Table table({}, source);
+      const auto page = table.join();
+      table.tick(2);
+      use(table, page, kPunch, {{-0.0012, 0.0130, 0}, {0.0012, 0.0130, 0}}, 0.0016f);
+      const double jagged = table.engine.session().roughness();
+      table.tell(page, page_tool(5, kShaver, kDown, {ray_between(kAbove, {0, over ? 0.0110 : 0.0118, 0})}, 0, 0.0012f));
+      double force = 0, moved = 0;
+      for (int i = 0; i < 60; ++i) {
+        table.tick();
+        if (table.engine.session().tools().size() > 1) force = std::max(force, norm(table.engine.session().tools()[1].force));
+        moved = std::max(moved, most_moved(table.engine.session()));
+        const Status valid = table.engine.session().validate();
+        ASSERT_TRUE(valid.ok()) << valid.error().message;
+      }
+      EXPECT_LT(table.engine.session().roughness(), jagged);
+      if (source.text == without.text) {
+        EXPECT_LT(moved, 1e-6);
+      } else {
+        EXPECT_GT(force, 1e-3) << over;
+        EXPECT_LT(force, 20) << over;
+        EXPECT_GT(moved, 2e-5) << over;
+        EXPECT_LT(moved, 2e-3) << over;
+      }
+      table.tell(page, page_tool(6, kShaver, kUp, {}));
+      table.tick(120);
+      expect_sound(table, page);
+      if (source.text == without.text) continue;
+      const auto parked = table.engine.session().tools()[1];
+      EXPECT_LT(norm(parked.pose.position - Vec3{0.01, 0.015, 0.012}), 1e-9);
+      EXPECT_NEAR(norm(parked.force), 0, 1e-9);
+      EXPECT_LT(most_moved(table.engine.session()), 0.2 * moved);
+    }
 }
 
 TEST(Instruments, AnOperationReplaysToTheBit) {

@@ -75,17 +75,39 @@ class Journaled {
     log_.resize(to.log);
     items_.resize(to.size);
     marked_size_ = to.size;
+    compacted_ = 0;
+  }
+  /// Once the log since `from` has doubled: forgets what going back to `from` does not need, all but the first old value of every item, and
+  /// items that came later. True: marks taken since `from` don't hold any more. Amortised cost: that of the writes, and a bit for
+  /// each item.
+  bool compact(Mark from) {
+    if (log_.size() - from.log < 2 * compacted_ + from.size / 16 + 64) return false;
+    std::vector<bool> seen(from.size);
+    std::size_t kept = from.log;
+    for (std::size_t i = from.log; i < log_.size(); ++i) {
+      const Entry entry = log_[i];
+      if (entry.index >= from.size || seen[entry.index]) continue;
+      seen[entry.index] = true;
+      log_[kept++] = entry;
+    }
+    log_.resize(kept);
+    compacted_ = kept - from.log;
+    return true;
   }
   /// Takes everything since `from` out of the log without changing items (a finished stroke becomes one undo step).
   [[nodiscard]] JournalSegment take_segment(Mark from) {
+    (void)compact(from);
     JournalSegment s;
     s.base_size = from.size;
-    s.indices.reserve(log_.size() - from.log);
-    s.values.reserve((log_.size() - from.log) * sizeof(T));
-    for (std::size_t i = from.log; i < log_.size(); ++i) {
-      s.indices.push_back(log_[i].index);
-      append(s.values, log_[i].value);
+    const std::size_t n = log_.size() - from.log;
+    s.indices.resize(n);
+    s.values.resize(n * sizeof(T));
+    for (std::size_t i = 0; i < n; ++i) {
+      const Entry& entry = log_[from.log + i];
+      s.indices[i] = entry.index;
+      std::memcpy(s.values.data() + i * sizeof(T), static_cast<const void*>(&entry.value), sizeof(T));
     }
+    compacted_ = 0;
     log_.resize(from.log);
     marked_size_ = items_.size();
     return s;
@@ -129,14 +151,11 @@ class Journaled {
     std::memcpy(s.values.data() + i * sizeof(T), static_cast<const void*>(&items_[s.indices[i]]), sizeof(T));
     items_[s.indices[i]] = old;
   }
-  static void append(std::vector<std::byte>& out, const T& value) {
-    const auto* bytes = reinterpret_cast<const std::byte*>(&value);
-    out.insert(out.end(), bytes, bytes + sizeof(T));
-  }
   struct Entry { std::uint32_t index; T value; };
   std::vector<T> items_;
   std::vector<Entry> log_;
   std::size_t marked_size_ = 0;
+  std::size_t compacted_ = 0;  // entries that the last compaction left
 };
 
 // A struct of Journaled arrays offers  template <class F> void for_each_array(F&& f) { f(a); f(b); ... }
@@ -167,6 +186,17 @@ void journal_rollback(Body& body, const JournalMark& to) {
     a.rollback({to.arrays[i].first, to.arrays[i].second});
     ++i;
   });
+}
+/// Shortens long logs of a stroke that goes on. True: of the marks taken since `from`, none holds; take new ones.
+template <class Body>
+bool journal_compact(Body& body, const JournalMark& from) {
+  std::size_t i = 0;
+  bool any = false;
+  body.for_each_array([&](auto& a) {
+    any = a.compact({from.arrays[i].first, from.arrays[i].second}) || any;
+    ++i;
+  });
+  return any;
 }
 template <class Body>
 JournalStep journal_take(Body& body, const JournalMark& from) {

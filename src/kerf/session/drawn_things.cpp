@@ -18,7 +18,7 @@ const char* word(SceneShape shape) {
   return kWords[static_cast<std::size_t>(shape)];
 }
 const char* word(SceneToolKind kind) {
-  constexpr const char* kWords[] = {"probe", "grasper", "scalpel", "scissors", "sphere", "mesh"};
+  constexpr const char* kWords[] = {"probe", "grasper", "scalpel", "scissors", "sphere", "mesh", "shaver"};
   return kWords[static_cast<std::size_t>(kind)];
 }
 bool has_jaws(const SceneRigidTool& tool) {

@@ -49,8 +49,8 @@ struct HandInstrument {
   double since_work = 0;          ///< s
   bool any = false;               ///< it has done something
   int passes = 0;                 ///< of a shaver
-  // Probe
-  std::uint32_t tool = 0;         ///< number in the scene
+  // Probe, and shaver
+  std::optional<std::uint32_t> tool;  ///< number in the scene
   RigidPlace parked;              ///< its pose as it came down
   std::vector<Vec3> surface;      ///< collision vertices as it came down: the probe follows the surface before it gave way
   Vec3 point, normal;             ///< under the pointer, and towards the eye
@@ -190,7 +190,9 @@ struct Engine::Impl {
   Status shave(double real_seconds);
   Status suck(bool now);
   Status probe(double real_seconds);
-  void lift_probe();
+  Status push_shaver(double real_seconds);
+  Status lead_in_hand(Vec3 view, Vec3 tip);
+  void lift_tool();
   Status take_away(std::uint32_t input);
   bool holds(const std::string& grasp);
   /// Queues the report of all strokes since `first`; times are those of one of their parts.

@@ -33,6 +33,8 @@ constexpr double kSuckEvery = 0.1;      ///< s
 constexpr double kApproach = 0.25, kRetreat = 0.4, kLift = 3;  ///< s, s, sizes
 /// A probe's shaft leans this much aside of the view.
 constexpr double kLean = 0.5;
+/// A shaver that is pressed fully goes this many sizes deep into the surface under the pointer.
+constexpr double kShaverPress = 1;
 
 void put(std::vector<double>& values, Vec3 v) { values.insert(values.end(), {v.x, v.y, v.z}); }
 
@@ -71,7 +73,7 @@ Status Engine::Impl::use_instrument(const protocol::ToolInput& input) {
     if (input.phase == Phase::kUp && !instrument->any) return bad_input("There is nothing loose here.");
   }
   if (input.phase != Phase::kUp) return {};
-  if (input.tool == Tool::kProbe) lift_probe();
+  lift_tool();
   if (input.tool == Tool::kShaver) {
     KERF_TRY(shave(0));
     if (session->in_stroke()) KERF_TRY(perform(Kind::kEndStroke));
@@ -85,13 +87,17 @@ void Engine::Impl::put_down(const protocol::ToolInput& input) {
   HandInstrument& i = instrument.emplace();
   i.strokes = session->strokes().size();
   i.before = current_counts();
-  if (input.tool != Tool::kProbe) return;
+  if (input.tool != Tool::kProbe && input.tool != Tool::kShaver) return;
+  const SceneToolKind kind = input.tool == Tool::kProbe ? SceneToolKind::kProbe : SceneToolKind::kShaver;
   const auto& tools = session->scene().tools;
-  const auto found = std::find_if(tools.begin(), tools.end(), [](const SceneRigidTool& t) { return t.kind == SceneToolKind::kProbe; });
-  if (found == tools.end()) return instrument.reset();
+  const auto found = std::find_if(tools.begin(), tools.end(), [&](const SceneRigidTool& t) { return t.kind == kind; });
+  if (found == tools.end()) {
+    if (kind == SceneToolKind::kProbe) instrument.reset();
+    return;
+  }
   i.tool = static_cast<std::uint32_t>(found - tools.begin());
   i.surface = session->collision_positions();
-  i.parked = session->tools()[i.tool].pose;
+  i.parked = session->tools()[*i.tool].pose;
 }
 
 Status Engine::Impl::bite(const protocol::ToolInput& input) {
@@ -167,7 +173,39 @@ Status Engine::Impl::shave(double real_seconds) {
     ++i.passes;
   }
   i.rays.erase(i.rays.begin(), i.rays.end() - 1);
-  return {};
+  return i.tool ? push_shaver(real_seconds) : Status{};
+}
+
+/// The shaver of the scene goes where the page's is. Over the body its round end presses on what is under the pointer; beside a rim its shaft
+/// goes past the thickness. Measured by the surface before it gave way, or the shaver would run after it.
+Status Engine::Impl::push_shaver(double real_seconds) {
+  HandInstrument& i = *instrument;
+  i.time += real_seconds;
+  const CollisionMesh& mesh = session->body().complex.collision;
+  const std::vector<Vec3>& now = session->collision_positions();
+  while (i.surface.size() < now.size()) i.surface.push_back(now[i.surface.size()]);  // long edges are divided
+  if (i.surface.size() != now.size()) return {};
+  const ViewRay& ray = i.rays.back();
+  const auto at = pick_near(mesh, i.surface, ray.origin, ray.direction, 2 * i.size);
+  if (!at) return {};
+  i.any = true;
+  const bool over = at->beside == 0;
+  const double deep = over ? kShaverPress * i.pressure * i.size : at->half;
+  const Vec3 end = (over ? at->point : beside(ray, *at)) + deep * ray.direction;
+  return lead_in_hand(ray.direction, end);
+}
+
+/// Leads the tool in hand to `tip`, from above as it comes down.
+Status Engine::Impl::lead_in_hand(Vec3 view, Vec3 tip) {
+  const HandInstrument& i = *instrument;
+  const double s = std::min(1.0, i.time / kApproach), down = s * s * (3 - 2 * s);
+  SessionChange lead;
+  lead.kind = Kind::kTool;
+  lead.id = session->scene().tools[*i.tool].id;
+  put(lead.values, tip - (1 - down) * kLift * i.size * view);
+  put(lead.values, turn_of(probe_axes(view)));
+  lead.values.push_back(speed / options.tick);  // as long as a tick: no jumps
+  return perform(std::move(lead));
 }
 
 Status Engine::Impl::suck(bool now) {
@@ -209,26 +247,17 @@ Status Engine::Impl::probe(double real_seconds) {
   } else {
     return {};
   }
-  const double s = std::min(1.0, i.time / kApproach), down = s * s * (3 - 2 * s);
   const double press = 2 * i.pressure * i.size;
-  const Mat3 axes = probe_axes(ray.direction);
-  const SceneRigidTool& rigid = session->scene().tools[i.tool];
-  const Vec3 tip = i.point + ((1 - down) * -kLift * i.size + down * press) * ray.direction - tool_sizes(rigid).tip * axes.c[0];
-  SessionChange lead;
-  lead.kind = Kind::kTool;
-  lead.id = rigid.id;
-  put(lead.values, tip);
-  put(lead.values, turn_of(axes));
-  lead.values.push_back(speed / options.tick);  // as long as a tick: no jumps
-  return perform(std::move(lead));
+  const double hook = tool_sizes(session->scene().tools[*i.tool]).tip;
+  return lead_in_hand(ray.direction, i.point + press * ray.direction - hook * probe_axes(ray.direction).c[0]);
 }
 
-void Engine::Impl::lift_probe() {
+void Engine::Impl::lift_tool() {
   const HandInstrument& i = *instrument;
-  if (!i.any) return;
+  if (!i.tool || !i.any) return;
   SessionChange lift;
   lift.kind = Kind::kTool;
-  lift.id = session->scene().tools[i.tool].id;
+  lift.id = session->scene().tools[*i.tool].id;
   put(lift.values, i.parked.position);
   put(lift.values, turn_of(i.parked.axes));
   lift.values.push_back(kRetreat);

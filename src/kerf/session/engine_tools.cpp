@@ -97,7 +97,7 @@ Status Engine::Impl::use_tool(const protocol::ToolInput& input) {
 }
 
 void Engine::Impl::cancel_tool() {
-  if (instrument && tool == Tool::kProbe) lift_probe();
+  if (instrument) lift_tool();
   tool.reset();
   line_from.reset();
   instrument.reset();

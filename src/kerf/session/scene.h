@@ -196,6 +196,7 @@ enum class SceneToolKind {
   kScissors,  ///< two blades that close; the closing line cuts
   kSphere,    ///< a ball
   kMesh,      ///< a rigid surface from a file
+  kShaver,    ///< a rod with a round end; it smooths in a page's hand (engine_instruments.cpp), and presses
 };
 
 /// A rigid tool that follows a given pose through a virtual coupling, and feels what it touches. In its own axes: the tip

@@ -673,6 +673,7 @@ class SceneReader {
         return check("pair of scissors", {"length", "radius", "tip", "width", "thickness", "opening", "sharp"}, {});
       case SceneToolKind::kSphere: return check("sphere", {"radius"}, {});
       case SceneToolKind::kMesh: return check("mesh", {"scale"}, {"mesh"});
+      case SceneToolKind::kShaver: return check("shaver", {"length", "radius"}, {});
     }
   }
 

@@ -19,7 +19,7 @@ constexpr std::string_view kToolWords[] = {"scalpel", "scissors", "line"};
 constexpr std::string_view kFrameWords[] = {"world", "rest"};
 constexpr std::string_view kPunchWords[] = {"circle", "d", "polygon"};
 constexpr std::string_view kShapeWords[] = {"plane", "sphere", "capsule", "box", "mesh"};
-constexpr std::string_view kToolKindWords[] = {"probe", "grasper", "scalpel", "scissors", "sphere", "mesh"};
+constexpr std::string_view kToolKindWords[] = {"probe", "grasper", "scalpel", "scissors", "sphere", "mesh", "shaver"};
 constexpr std::string_view kMeshWords[] = {"visual", "collision", "hexahedra"};
 
 template <class T, auto Member>
@@ -393,7 +393,8 @@ std::span<const SceneKey<SceneRigidTool>> scene_keys<SceneRigidTool>() {
       {"kind", choice<T, &T::kind>(kToolKindWords), "", kAny, true,
        "In its own axes the tip is the origin and the shaft leads up along z; hooks, jaws and edges lie in the plane "
        "y = 0. probe: a rod with a hook. grasper: two jaws. scalpel: an edge that cuts, back and flanks that press. "
-       "scissors: two blades whose closing line cuts. sphere: a ball about the origin. mesh: a surface from a file."},
+       "scissors: two blades whose closing line cuts. sphere: a ball about the origin. mesh: a surface from a file. "
+       "shaver: a rod with a round end, which presses while the page's shaver smooths."},
       {"position", &T::position, "m", kAny, false, "Where its origin is at the start."},
       {"rotation", &T::rotation, "rad", kTurn, false, "How it is turned at the start: axis times angle."},
       {"length", &T::length, "m", kPositive, false, "Of the shaft. Default: 0.12."},

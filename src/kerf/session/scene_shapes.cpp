@@ -24,6 +24,7 @@ ToolSizes own_sizes(SceneToolKind kind) {
     case SceneToolKind::kScissors: sizes.tip = 0.02; break;
     case SceneToolKind::kSphere: sizes.radius = 0.005; break;
     case SceneToolKind::kMesh: break;
+    case SceneToolKind::kShaver: break;
   }
   return sizes;
 }
@@ -121,6 +122,7 @@ std::vector<ShapePart> tool_parts(const SceneRigidTool& tool, double jaws, const
       return {jaw_part(s.tip, angle, 1, s.width / 2, s.thickness), jaw_part(s.tip, angle, -1, s.width / 2, s.thickness), shaft};
     case SceneToolKind::kSphere: return {sphere_part({}, s.radius)};
     case SceneToolKind::kMesh: break;
+    case SceneToolKind::kShaver: return {capsule_part({0, 0, s.radius}, {0, 0, s.radius + s.length}, s.radius)};
   }
   return {};
 }

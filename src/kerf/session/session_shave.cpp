@@ -150,6 +150,8 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
       watched.moved.insert(watched.moved.end(), moved.begin(), moved.end());
       watched.render_vertices.insert(watched.render_vertices.end(), other_normals.begin(), other_normals.end());
     }
+    // Passes write to the same items again and again; what undo needs is where they began.
+    (void)journal_compact(body, state.stroke->start);
     mark_synced();
     state.stroke->shaved = true;
     ++state.topology_version;

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "exit_status.h"
 #include "folder.h"
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/models.h"
 #include "kerf/midsurface/diagnosis_file.h"
 #include "kerf/session/scene_body.h"
 #include "progress_bar.h"
@@ -20,9 +22,26 @@ Status save_collision(const std::filesystem::path& path, const TriangleMesh& mes
   return path.extension() == ".ply" ? write_ply(path.string(), mesh) : write_obj(path.string(), mesh);
 }
 
+bool is_model(const BindOptions& options) {
+  if (std::filesystem::exists(options.visual)) return false;
+  const auto& names = model_names();
+  return std::any_of(names.begin(), names.end(), [&](const ModelName& m) { return m.name == options.visual.string(); });
+}
+
+/// What the person said, else what the model knows of itself.
+BodyNature nature_of(const BindOptions& options, const SceneBodyLoaded& loaded) {
+  BodyNature nature{options.young, options.poisson, options.density, loaded.lattice};
+  if (!is_model(options)) return nature;
+  nature.young = nature.young.value_or(loaded.young);
+  nature.poisson = nature.poisson.value_or(loaded.poisson);
+  nature.density = nature.density.value_or(loaded.density);
+  return nature;
+}
+
 Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<Midsurface>& made) {
   SceneBody body;
-  body.visual = options.visual.string();
+  if (is_model(options)) body.model = options.visual.string();
+  else body.visual = options.visual.string();
   body.collision = options.collision.string();
   body.options.collision_triangles = options.triangles;
   body.scale = options.scale;
@@ -37,7 +56,7 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
   if (!loaded.ok()) return loaded;
   if (made && !options.write_collision.empty()) KERF_TRY(save_collision(options.write_collision, made->collision));
   if (options.out.has_parent_path()) KERF_TRY(make_folder(options.out.parent_path()));
-  KERF_TRY(save_bound_body(loaded->bound, options.out));
+  KERF_TRY(save_bound_body(loaded->bound, options.out, nature_of(options, *loaded)));
   return loaded;
 }
 
@@ -66,6 +85,9 @@ std::string quality_table(const Midsurface& m) {
 }  // namespace
 
 int bind_meshes(const BindOptions& options) {
+  if (is_model(options) && (options.scale != 1 || !options.collision.empty()))
+    return report(bad_input(fmt::format("bind: {} is a model, in metres and with its own collision mesh; leave --scale and --collision out, or "
+                                        "give a mesh file", options.visual.string())));
   std::optional<Midsurface> made;
   const Result<SceneBodyLoaded> loaded = bind_and_save(options, made);
   if (!loaded.ok()) return report(loaded.error());

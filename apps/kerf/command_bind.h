@@ -7,7 +7,7 @@
 namespace kerf::app {
 
 struct BindOptions {
-  std::filesystem::path visual;
+  std::filesystem::path visual;           ///< or a model's name
   std::filesystem::path collision;        ///< empty: made automatically from a closed visual mesh
   std::filesystem::path write_collision;  ///< where to save the mesh that was made; empty: nowhere
   std::filesystem::path diagnose;         ///< where to save the coloured surface (PLY); empty: nowhere
@@ -15,6 +15,7 @@ struct BindOptions {
   std::filesystem::path out;
   double scale = 1;                 ///< metres per unit of the files
   std::optional<double> thickness;  ///< metres, for an open visual mesh
+  std::optional<double> young, poisson, density;  ///< Pa, 1, kg/m3: kept in the file for scenes
   bool exact_paths = false;
   bool quiet = false;
 };

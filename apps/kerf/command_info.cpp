@@ -118,7 +118,8 @@ int show_mesh(const std::string& file) {
 }
 
 int show_bound_body(const std::string& file) {
-  const Result<BoundBody> body = load_bound_body(file);
+  BodyNature nature;
+  const Result<BoundBody> body = load_bound_body(file, &nature);
   if (!body.ok()) return report(body.error());
   const BindReport& r = body->report;
   std::string out = fmt::format("body       {}\n", file);
@@ -131,6 +132,15 @@ int show_bound_body(const std::string& file) {
   out += fmt::format("paths      {}, together {}\n", r.paths, length_text(r.path_length));
   out += fmt::format("area       {:.6g} m2", r.area_after);
   if (r.closed) out += fmt::format(", volume {:.6g} m3", r.volume_after);
+  out += "\nmaterial  ";
+  const auto number = [&](const char* what, const std::optional<double>& x, const char* unit) {
+    if (x) out += fmt::format(" {} {:.6g}{}{}", what, *x, *unit ? " " : "", unit);
+  };
+  number("Young's modulus", nature.young, "Pa");
+  number("Poisson's ratio", nature.poisson, "");
+  number("density", nature.density, "kg/m3");
+  if (!nature.young && !nature.poisson && !nature.density) out += " not said; scenes do";
+  if (nature.lattice) out += fmt::format("\nlattice    {} x {} x {} cells", nature.lattice->cells[0], nature.lattice->cells[1], nature.lattice->cells[2]);
   out += fmt::format("\nbinding    took {:.3g} s\n", r.seconds.total);
   for (const std::string& warning : r.warnings) out += fmt::format("warning    {}\n", warning);
   std::fputs(out.c_str(), stdout);

@@ -8,6 +8,7 @@
 #include "exit_status.h"
 #include "kerf/base/parallel.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/session/body_scene.h"
 #include "kerf/session/recording.h"
 #include "kerf/session/run_outputs.h"
 #include "kerf/session/run_report.h"
@@ -81,10 +82,10 @@ class Run {
   /// What kerf replay repeats: the scene as it stands, and the hashes.
   Status write_recording(const std::filesystem::path& scene_file) {
     if (options_.record.empty()) return {};
-    auto text = read_whole_file(scene_file.string());
+    auto text = scene_text_in(scene_file);
     if (!text) return text.error();
     Recording recording;
-    recording.source.text = text->view();
+    recording.source.text = std::move(*text);
     recording.source.name = scene_file.stem().string();
     recording.source.folder = std::filesystem::absolute(scene_file).parent_path();
     KERF_TRY(take_meshes(scene_, recording.source));
@@ -167,12 +168,20 @@ class Run {
   std::vector<StateHash> hashes_;
 };
 
+/// Of a scene file, or of a bound body that hangs by its far rim.
+Result<Scene> scene_in(const std::filesystem::path& path, const RunOptions& options) {
+  if (!is_bound_body(path)) return read_scene(path, mesh_folders(options.meshes));
+  const auto text = scene_text_in(path);
+  if (!text.ok()) return text.error();
+  return parse_scene(*text, path.stem().string(), path.parent_path());
+}
+
 }  // namespace
 
 int run_scene(const RunOptions& options) {
   const Result<std::filesystem::path> path = find_scene(options.scene);
   if (!path.ok()) return report(path.error());
-  Result<Scene> scene = read_scene(*path, mesh_folders(options.meshes));
+  Result<Scene> scene = scene_in(*path, options);
   if (!scene.ok()) return report(scene.error());
   if (options.duration) scene->simulation.duration = *options.duration;
   if (options.threads) scene->simulation.threads = *options.threads;

@@ -12,6 +12,7 @@
 
 #include "exit_status.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/session/body_scene.h"
 #include "kerf/session/scene_file.h"
 #include "mesh_folders.h"
 #include "progress_bar.h"
@@ -88,10 +89,10 @@ constexpr const char* kHowToBuildThePage =
 int view_scene(const ViewOptions& options) {
   const auto path = find_scene(options.scene);
   if (!path) return report(path.error());
-  auto text = read_whole_file(path->string());
+  auto text = scene_text_in(*path);
   if (!text) return report(text.error());
   SceneSource source;
-  source.text = text->view();
+  source.text = std::move(*text);
   source.name = path->stem().string();
   source.folder = std::filesystem::absolute(*path).parent_path();
   source.mesh_folders = mesh_folders(options.meshes);

@@ -55,7 +55,7 @@ CLI::Option* add_vec3(CLI::App* command, const std::string& name, const std::fun
 
 void add_run(CLI::App& app, RunOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("run", "Simulate a scene and write what came of it");
-  command->add_option("SCENE", options.scene, "A scene file, or the name of a shipped scene")->required();
+  command->add_option("SCENE", options.scene, "A scene file, the name of a shipped scene, or a body saved by kerf bind")->required();
   command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")
       ->required();
   command->add_option("--duration", options.duration, "Simulate this many seconds instead of the scene's")
@@ -82,7 +82,7 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
   CLI::App* command = app.add_subcommand("bind", "Bind a visual mesh to a collision mesh and save the body");
   command
       ->add_option("VISUAL", options.visual,
-                   "Mesh that is drawn: OBJ, PLY, STL or OFF, closed or an open sheet")
+                   "Mesh that is drawn: OBJ, PLY, STL or OFF, closed or an open sheet; or a model's name")
       ->required();
   CLI::Option* collision = command->add_option(
       "-c,--collision", options.collision,
@@ -105,6 +105,10 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       ->capture_default_str();
   command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
       ->check(CLI::PositiveNumber);
+  command->add_option("--young", options.young, "Young's modulus in Pa, kept in the file: scenes use it where they say none")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--poisson", options.poisson, "Poisson's ratio, kept in the file")->check(CLI::Range(-0.99, 0.499));
+  command->add_option("--density", options.density, "kg/m3, kept in the file")->check(CLI::PositiveNumber);
   command->add_flag("--exact", options.exact_paths, "Exact geodesic paths: slower, a little shorter");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
   command->footer(
@@ -112,8 +116,9 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       "  kerf make steak --out steak && kerf bind steak/visual.obj --collision steak/collision.obj --out "
       "steak.kerf\n"
       "  kerf bind meniscus.stl --scale 0.001 --out meniscus.kerf     makes the collision mesh; the file is in millimetres\n"
-      "  kerf bind knee.stl --collision knee-middle.obj --scale 0.001 --out knee.kerf\n"
-      "A scene uses the result with:  [body] bound = \"steak.kerf\"");
+      "  kerf bind knee.stl --collision knee-middle.obj --scale 0.001 --young 3.85e6 --out knee.kerf\n"
+      "  kerf bind meniscus --out meniscus.kerf                       a model, with its material and lattice\n"
+      "kerf view and kerf run take the result as it is; a scene uses it with:  [body] bound = \"steak.kerf\"");
   command->callback([&options, &chosen] { chosen = [&options] { return bind_meshes(options); }; });
 }
 
@@ -202,7 +207,7 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
 
 void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("view", "Cut it yourself, in a browser");
-  command->add_option("SCENE", options.scene, "A scene file, or the name of a shipped scene; default: steak");
+  command->add_option("SCENE", options.scene, "A scene file, the name of a shipped scene, or a body saved by kerf bind; default: steak");
   CLI::Option* port = command->add_option("-p,--port", options.port, "Port of this machine; 0: any. Default: 8080, or the next free one")
                           ->check(CLI::Range(0, 65535));
   command->add_option("--listen", options.listen,

@@ -105,6 +105,19 @@ TEST_F(ProgramTest, MakeThenInfoThenBind) {
   EXPECT_FALSE(std::filesystem::exists(in("x.kerf")));
 }
 
+// A bound model needs no scene: it knows its material and lattice, and hangs by its far rim.
+TEST_F(ProgramTest, ABoundModelRunsAlone) {
+  ASSERT_EQ(kerf("bind steak --out " + in("steak.kerf")).status, 0);
+  const Outcome info = kerf("info " + in("steak.kerf"));
+  EXPECT_THAT(info.text, HasSubstr("Young's modulus"));
+  EXPECT_THAT(info.text, HasSubstr("lattice    "));
+  EXPECT_EQ(kerf("run " + in("steak.kerf") + " --duration 0.005 --quiet --record " + in("r.json") + " --out " + in("alone")).status, 0);
+  EXPECT_EQ(kerf("replay " + in("r.json")).status, 0);
+  const Outcome twice = kerf("bind steak --scale 2 --out " + in("x.kerf"));
+  EXPECT_EQ(twice.status, 2);
+  EXPECT_THAT(twice.text, HasSubstr("is a model"));
+}
+
 TEST_F(ProgramTest, CutsThroughOneLayerOrAllAndFilesInMillimetres) {
   const std::string along = "cut tube --from 0,-0.06,0 --to 0,0.06,0 --along 0,0,1 --out " + in("cut");
   EXPECT_THAT(kerf(along).text, HasSubstr("1 piece;"));

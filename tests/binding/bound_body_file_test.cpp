@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -78,6 +79,50 @@ TEST_F(BoundBodyFile, RoundTripIsExact) {
     EXPECT_EQ(read(folder_ / "a.body"), read(folder_ / "b.body"));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.body.part"));
   }
+}
+
+TEST_F(BoundBodyFile, MaterialAndLatticeComeBack) {
+  const BoundBody a = body("sheet", 0.1);
+  BodyNature nature, back;
+  nature.young = 4.5e3;
+  nature.poisson = -0.2;
+  nature.lattice = LatticeHint{{-1, 2, 3.5}, {0.1, 0.2, 0.3}, {9, 8, 1}};
+  ASSERT_TRUE(save_bound_body(a, folder_ / "a.body", nature).ok());
+  const auto b = load_bound_body(folder_ / "a.body", &back);
+  ASSERT_TRUE(b.ok()) << b.error().message;
+  EXPECT_EQ(back.young, nature.young);
+  EXPECT_EQ(back.poisson, nature.poisson);
+  EXPECT_FALSE(back.density);
+  ASSERT_TRUE(back.lattice);
+  EXPECT_EQ(back.lattice->origin, nature.lattice->origin);
+  EXPECT_EQ(back.lattice->cell, nature.lattice->cell);
+  EXPECT_EQ(back.lattice->cells, nature.lattice->cells);
+  ASSERT_TRUE(save_bound_body(a, folder_ / "a.body").ok());
+  ASSERT_TRUE(load_bound_body(folder_ / "a.body", &back).ok());
+  EXPECT_FALSE(back.young || back.poisson || back.density || back.lattice);
+  // What can't be is refused, whoever wrote it.
+  for (const int what : {0, 1, 2, 3, 4}) {
+    BodyNature wrong = nature;
+    if (what == 0) wrong.young = -1;
+    if (what == 1) wrong.poisson = 0.5;
+    if (what == 2) wrong.density = std::nan("");
+    if (what == 3) wrong.lattice->cell.y = 0;
+    if (what == 4) wrong.lattice->cells[2] = 0;
+    ASSERT_TRUE(save_bound_body(a, folder_ / "w.body", wrong).ok());
+    const auto r = load_bound_body(folder_ / "w.body");
+    ASSERT_FALSE(r.ok()) << what;
+    EXPECT_NE(r.error().message.find("can't be"), std::string::npos) << r.error().message;
+  }
+}
+
+TEST_F(BoundBodyFile, ReadsVersionOne) {
+  BodyNature nature;
+  nature.young = 1;
+  const auto body = load_bound_body(std::filesystem::path(KERF_SOURCE_DIR) / "tests/binding/samples/body-version-1.kerf", &nature);
+  ASSERT_TRUE(body.ok()) << body.error().message;
+  EXPECT_EQ(body->complex.collision.face_count(), 2u);
+  EXPECT_EQ(body->report.input_triangles, 8u);
+  EXPECT_FALSE(nature.young || nature.poisson || nature.density || nature.lattice);
 }
 
 TEST_F(BoundBodyFile, DamagedFilesAreRefusedByName) {

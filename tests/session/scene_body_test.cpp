@@ -1,4 +1,5 @@
 #include "kerf/session/scene_body.h"
+#include "kerf/session/session.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -64,6 +65,27 @@ TEST_F(SceneBodyTest, FilesAreScaledAndNeedAThickness) {
   EXPECT_NEAR(norm(loaded->bound.complex.collision.offset[CollisionVertex(0)]), 0.0001, 1e-12);
   EXPECT_EQ(loaded->young, kSceneYoung);
   EXPECT_FALSE(loaded->lattice.has_value());
+}
+
+// A scene on a bound model that says nothing else is the scene on the model, to the bit.
+TEST_F(SceneBodyTest, ABoundModelKnowsItsMaterialAndLattice) {
+  Scene model;
+  model.body.model = "steak";
+  const Result<SceneBodyLoaded> made = load_scene_body(model.body);
+  ASSERT_TRUE(made.ok());
+  ASSERT_TRUE(save_bound_body(made->bound, file("steak.kerf"), {made->young, made->poisson, made->density, made->lattice}).ok());
+  ASSERT_TRUE(save_bound_body(made->bound, file("plain.kerf")).ok());
+  const auto hash_of = [&](const Scene& scene) {
+    auto session = Session::create(scene);
+    EXPECT_TRUE(session.ok());
+    for (int i = 0; i < 5; ++i) EXPECT_TRUE(session->step().ok());
+    return session->hash();
+  };
+  Scene bound, plain;
+  bound.body.bound = file("steak.kerf");
+  plain.body.bound = file("plain.kerf");
+  EXPECT_EQ(hash_of(bound), hash_of(model));
+  EXPECT_NE(hash_of(plain), hash_of(model));
 }
 
 TEST_F(SceneBodyTest, ABoundBodyComesBack) {

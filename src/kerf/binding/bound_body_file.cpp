@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "kerf/base/hash.h"
@@ -14,6 +15,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the file layout is the memory layout of little-endian machines");
 
+constexpr int kMostHintedCells = 1 << 20;  // along an axis
 constexpr char kMagic[8] = {'K', 'E', 'R', 'F', 'B', 'O', 'D', 'Y'};
 
 /// Pool runs have padding bytes in memory; in files they are three numbers.
@@ -159,24 +161,71 @@ void read_body(Reader& r, BoundBody& body) {
   }
 }
 
+void write_nature(Writer& w, const BodyNature& nature) {
+  const std::optional<double>* numbers[] = {&nature.young, &nature.poisson, &nature.density};
+  std::uint8_t known = nature.lattice ? 8 : 0;
+  for (std::size_t i = 0; i < 3; ++i) known = static_cast<std::uint8_t>(known | (*numbers[i] ? 1u << i : 0u));
+  w.value(known);
+  for (const auto* number : numbers) w.value(number->value_or(0));
+  const LatticeHint lattice = nature.lattice.value_or(LatticeHint{});
+  for (const Vec3 v : {lattice.origin, lattice.cell})
+    for (int i = 0; i < 3; ++i) w.value(v[i]);
+  for (const int n : lattice.cells) w.value(static_cast<std::int32_t>(n));
+}
+
+/// False where it can't be.
+bool read_nature(Reader& r, BodyNature& nature) {
+  std::uint8_t known = 0;
+  r.value(known);
+  double numbers[3];
+  for (double& x : numbers) r.value(x);
+  LatticeHint lattice;
+  for (Vec3* v : {&lattice.origin, &lattice.cell})
+    for (int i = 0; i < 3; ++i) r.value((*v)[i]);
+  for (int& n : lattice.cells) {
+    std::int32_t stored_count = 0;
+    r.value(stored_count);
+    n = stored_count;
+  }
+  bool sound = known < 16;
+  const auto take = [&](int i, std::optional<double>& to, double least, double most) {
+    if (!(known >> i & 1)) return;
+    to = numbers[i];
+    sound = sound && *to > least && *to < most;
+  };
+  take(0, nature.young, 0, HUGE_VAL);
+  take(1, nature.poisson, -1, 0.5);
+  take(2, nature.density, 0, HUGE_VAL);
+  if (known & 8) {
+    sound = sound && is_finite(lattice.origin) && is_finite(lattice.cell);
+    for (int i = 0; i < 3; ++i) {
+      const int n = lattice.cells[static_cast<std::size_t>(i)];
+      sound = sound && lattice.cell[i] > 0 && n > 0 && n <= kMostHintedCells;
+    }
+    nature.lattice = lattice;
+  }
+  return sound;
+}
+
 }  // namespace
 
-Status save_bound_body(const BoundBody& body, const std::filesystem::path& file) {
+Status save_bound_body(const BoundBody& body, const std::filesystem::path& file, const BodyNature& nature) {
   ReplacingFile out(file.string());
   Writer w(out);
   // Only reads: the arrays are visited through the one function that lists them.
   write_body(w, const_cast<BoundBody&>(body));
+  write_nature(w, nature);
   w.value(w.hash());
   return out.commit();
 }
 
-Result<BoundBody> load_bound_body(const std::filesystem::path& file) {
+Result<BoundBody> load_bound_body(const std::filesystem::path& file, BodyNature* nature) {
   const auto bytes = read_whole_file(file.string());
   if (!bytes) return bytes.error();
-  return parse_bound_body(bytes->view(), file.string());
+  return parse_bound_body(bytes->view(), file.string(), nature);
 }
 
-Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& name) {
+Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& name, BodyNature* nature) {
   const auto bad = [&](const std::string& why) { return bad_input(fmt::format("{}: {}", name, why)); };
   Reader r(bytes);
   char magic[sizeof kMagic];
@@ -184,10 +233,12 @@ Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& na
   r.bytes(magic, sizeof magic);
   r.value(version);
   if (!r.ok() || std::memcmp(magic, kMagic, sizeof magic) != 0) return bad("is not a bound body; make one with kerf bind");
-  if (version != kBoundBodyVersion)
-    return bad(fmt::format("has version {}, this program reads version {}; bind the body again", version, kBoundBodyVersion));
+  if (version < 1 || version > kBoundBodyVersion)
+    return bad(fmt::format("has version {}, this program reads versions 1 to {}; bind the body again", version, kBoundBodyVersion));
   BoundBody body;
   read_body(r, body);
+  BodyNature known;
+  const bool sound = version < 2 || read_nature(r, known);
   const std::uint64_t expected = r.hash();
   std::uint64_t written = 0;
   r.value(written);
@@ -196,7 +247,9 @@ Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& na
   written = expected;  // a fuzzer does not get past a checksum
 #endif
   if (r.left() != 0 || written != expected) return bad("is damaged (its checksum is wrong); bind the body again");
+  if (!sound) return bad("holds a material or a lattice that can't be; bind the body again");
   if (const Status valid = validate_binding(body.complex); !valid) return bad(valid.error().message);
+  if (nature) *nature = known;
   return body;
 }
 

@@ -85,9 +85,14 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
   SceneBodyLoaded out;
   if (!body.bound.empty()) {
     KERF_TRY(progress("load", 0));
-    Result<BoundBody> bound = load_bound_body(body.bound);
+    BodyNature nature;
+    Result<BoundBody> bound = load_bound_body(body.bound, &nature);
     if (!bound.ok()) return bound.error();
     out.bound = std::move(*bound);
+    out.young = nature.young.value_or(out.young);
+    out.poisson = nature.poisson.value_or(out.poisson);
+    out.density = nature.density.value_or(out.density);
+    out.lattice = nature.lattice;
     return out;
   }
   TriangleMesh visual, collision;

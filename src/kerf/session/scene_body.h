@@ -16,8 +16,8 @@ namespace kerf {
 
 struct SceneBodyLoaded {
   BoundBody bound;
-  std::optional<LatticeHint> lattice;  ///< of a model: the lattice it recommends
-  double young = kSceneYoung;          ///< pascals; the model's own, or the default for bodies from files
+  std::optional<LatticeHint> lattice;  ///< of a model, or a body bound from one: the lattice it recommends
+  double young = kSceneYoung;          ///< pascals; the model's own, that of a bound body, or the default
   double poisson = kScenePoisson;
   double density = kSceneDensity;  ///< kg/m3
   std::vector<std::string> notes;  ///< repairs and warnings, one sentence each

@@ -6,10 +6,10 @@
 #include <exception>
 #include <new>
 
-#include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/session/body_scene.h"
 
 namespace kerf {
 namespace {
@@ -26,9 +26,6 @@ Status check_upload(const Scene& scene, const std::filesystem::path& folder) {
   return {};
 }
 
-/// What uploaded meshes are simulated with: they hang by the far rim.
-constexpr double kUploadStep = 0.005;  ///< s
-
 Result<Box3> mesh_box(const std::string& file) {
   auto mesh = read_mesh(file);
   if (!mesh) return mesh.error();
@@ -39,30 +36,21 @@ Result<Box3> mesh_box(const std::string& file) {
 
 /// The scene of uploaded meshes.
 Result<std::string> upload_text(const std::string& title, UploadedMeshes& meshes, const std::filesystem::path& folder) {
-  std::string text = fmt::format("title = \"{}\"\n[body]\n", title);
-  Box3 box;
   if (!meshes.bound.empty()) {
-    auto body = load_bound_body((folder / meshes.bound).string());
-    if (!body) return body.error();
-    for (const Vec3 p : body->complex.collision.rest.raw()) box.add(p);
     meshes.unit = 1;
-    text += fmt::format("bound = \"{}\"\n", meshes.bound);
-  } else {
-    const auto visual = mesh_box((folder / meshes.visual).string());
-    if (!visual) return visual.error();
-    if (meshes.unit == 0) {
-      meshes.unit = guess_unit(visual->diagonal());
-      meshes.guessed = true;
-    }
-    box.add(meshes.unit * visual->min);
-    box.add(meshes.unit * visual->max);
-    text += fmt::format("visual = \"{}\"\nscale = {}\n", meshes.visual, meshes.unit);
-    if (!meshes.collision.empty()) text += fmt::format("collision = \"{}\"\n", meshes.collision);
-    if (meshes.thickness > 0) text += fmt::format("thickness = {}\n", meshes.thickness * meshes.unit);
+    return body_scene_text(title, folder / meshes.bound);
   }
-  const double rim = box.max.y - kRimShare * box.size().y;
-  return text + fmt::format("[simulation]\ntime_step = {}\n[[fix]]\nhalf_space = {{ point = [0, {}, 0], normal = [0, 1, 0] }}\n",
-                            kUploadStep, rim);
+  std::string text = fmt::format("title = \"{}\"\n[body]\n", title);
+  const auto visual = mesh_box((folder / meshes.visual).string());
+  if (!visual) return visual.error();
+  if (meshes.unit == 0) {
+    meshes.unit = guess_unit(visual->diagonal());
+    meshes.guessed = true;
+  }
+  text += fmt::format("visual = \"{}\"\nscale = {}\n", meshes.visual, meshes.unit);
+  if (!meshes.collision.empty()) text += fmt::format("collision = \"{}\"\n", meshes.collision);
+  if (meshes.thickness > 0) text += fmt::format("thickness = {}\n", meshes.thickness * meshes.unit);
+  return text + far_rim_text(meshes.unit * visual->min.y, meshes.unit * visual->max.y);
 }
 
 }  // namespace

@@ -302,8 +302,8 @@ class ShavingPass {
       if (!(height < wanted) || !(height < orient(from, a, b) / norm(b - a))) return;
       const double share = kMakeWayBy * std::min(1.0, (wanted - height) / (wanted - least));
       const double t = std::clamp(dot(to - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
-      pushes.push_back({n, (std::min(1.0, 2 * (1 - t)) * share) * d});
-      pushes.push_back({p, (std::min(1.0, 2 * t) * share) * d});
+      pushes.push_back({n, (std::min(1.0, 2 * (1 - t)) * share) * d, height < least});
+      pushes.push_back({p, (std::min(1.0, 2 * t) * share) * d, height < least});
     });
     // An end that two triangles push takes the longer way.
     std::sort(pushes.begin(), pushes.end(), [&](const Push& a, const Push& b) {
@@ -316,9 +316,11 @@ class ShavingPass {
   struct Push {
     H corner;  ///< of the vertex to push
     Vec2 way;  ///< in the plane of that corner
+    bool close = false;  ///< it must
   };
 
-  /// A vertex of the rim is pushed along the rim only, by another one.
+  /// A vertex of the rim is pushed along the rim only, by another one. One on a lip is pushed into its own material where it is so close that
+  /// neither could move alone: the tip of a thorn goes back as a whole.
   void push(const Push& p, bool along_rim, int rings) {
     const V v = coarse_.from(p.corner);
     double distance = norm(p.way);
@@ -326,9 +328,17 @@ class ShavingPass {
     SlideTarget target;
     for (int i = 0; i <= 2; ++i, distance *= 0.5) {
       if (coarse_.on_border(v)) {
-        if (!along_rim) return;
         const auto [out, in] = border_edges(coarse_, v);
-        if (!is_rim_edge(coarse_, out) || !is_rim_edge(coarse_, in)) return;
+        if (!is_rim_edge(coarse_, out) && !is_rim_edge(coarse_, in)) {
+          target = push_lip(p, distance);
+          if (i == 0 && rings > 0) make_way(v, target, rings - 1);
+          if (slider_.slide(v, target, {true, 0}, books_)) {
+            slid_.push_back(v);
+            return;
+          }
+          continue;
+        }
+        if (!along_rim || !is_rim_edge(coarse_, out) || !is_rim_edge(coarse_, in)) return;
         // Along the rim, as far as the push leads that way.
         const double along = std::cos(angle_to(p)), back = std::cos(angle_to(p) - fan_angle(coarse_, v));
         target = point_on_rim(coarse_, v, along > back ? distance * std::max(0.0, along) : -distance * std::max(0.0, back));
@@ -342,6 +352,14 @@ class ShavingPass {
         return;
       }
     }
+  }
+  SlideTarget push_lip(const Push& p, double distance) {
+    const V v = coarse_.from(p.corner);
+    if (!p.close || coarse_.on_rim(v) || is_end_of_slit(v)) return {};
+    const double whole = fan_angle(coarse_, v), middle = whole / 2;
+    const double angle = middle + std::remainder(angle_to(p) - middle, 2 * std::numbers::pi), inside = std::clamp(angle, 0.0, whole);
+    const double along = std::cos(angle - inside);
+    return along > 0 ? point_in_fan(coarse_, v, inside, along * distance) : SlideTarget{};
   }
   /// The angle of a push, counter-clockwise from the vertex's first edge.
   [[nodiscard]] double angle_to(const Push& p) const {

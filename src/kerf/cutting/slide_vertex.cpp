@@ -26,6 +26,10 @@ constexpr double kKeepsArea = 0.5, kLeastArea = 1e-6;
 /// Visual faces keep this area. Below these (part of what it was; of the mean root edge squared) an edge of the face is turned.
 constexpr double kLeastVisualArea = 1e-11, kThinVisual = 0.3, kSmallVisual = 1e-7;
 constexpr int kMostTurns = 200;
+/// Cosines: of the angle by which the skin turns at a sharp edge, and between the two parts of one that a vertex may slide along. It
+/// goes this part of the way to the next vertex at most.
+constexpr double kCrease = 0.85, kStraightCrease = -0.5, kAlongCrease = 0.9;
+constexpr double kInsideOwner = 1e-6;  // of its area: a free vertex stays so far inside its triangle
 constexpr int kLongestWalk = 1000;
 
 Vec2 turned(Vec2 d, double angle) {
@@ -100,9 +104,15 @@ struct VertexSlider::Place {
 };
 
 bool VertexSlider::slide(V v, const SlideTarget& target, const SlideRules& rules, SlideBooks& books) {
-  if (!target.corner.valid() || (coarse_.on_rim(v) && target.along_rim == 0) || !chart(v, target) || !collision_faces_stay_sound(rules) || !collect_shifts(v, target) ||
-      !nothing_turns_over(books))
-    return false;
+  if (!target.corner.valid() || (coarse_.on_rim(v) && target.along_rim == 0) || !chart(v, target) || !collision_faces_stay_sound(rules)) return false;
+  // Sharp edges of the skin stay where they are, unless they are in the way.
+  any_crease_ = false;
+  keep_creases_ = true;
+  if (!collect_shifts(v, target) || !nothing_turns_over(books)) {
+    if (!any_crease_) return false;
+    keep_creases_ = false;
+    if (!collect_shifts(v, target) || !nothing_turns_over(books)) return false;
+  }
   // Where walls stray from their smooth shape, they go on doing so.
   walls_at(coarse_, v, walls_);
   strays_.clear();
@@ -218,7 +228,7 @@ bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
   for (int i = 0; i < side_count(body_); ++i) {
     const auto s = static_cast<std::size_t>(i);
     const Side side = static_cast<Side>(i);
-    if (!(i == 1 && on_rim) && !add_shift(coarse_.bound[v][s], 1, on_rim, 0)) return false;
+    if (!(i == 1 && on_rim) && !add_shift(coarse_.bound[v][s], 1, on_rim ? Of::kRim : Of::kEnd, 0)) return false;
     for (const H h : fan_) {
       for (const H e : {h, CollisionMesh::prev(h)}) {
         const bool rim = is_rim_edge(coarse_, e);
@@ -229,26 +239,78 @@ bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
         for (std::int32_t k = 0; k < run.count; ++k) {
           const VV x = body_.chain_pool[run.at(k)];
           const double t = dot(mirrored(planar_in(mesh_, x, patch), side) - from, d) / dot(d, d);
-          if (!add_shift(x, e == h ? 1 - t : t, rim, e == h ? t * norm(d) : (t - 1) * norm(d))) return false;
+          if (!add_shift(x, e == h ? 1 - t : t, rim ? Of::kRim : Of::kChain, e == h ? t * norm(d) : (t - 1) * norm(d))) return false;
         }
       }
       const PoolRun list = coarse_.free[CollisionMesh::face(h)][s];
       const Vec2 a = coarse_.planar[CollisionMesh::next(h)], b = coarse_.planar[CollisionMesh::prev(h)];
       const double whole = orient(coarse_.planar[h], a, b);
+      owner_ = {corner_of(coarse_.root[CollisionMesh::face(h)])->to, a, b};
       for (std::int32_t k = 0; k < list.count; ++k) {
         const VV x = body_.free_pool[list.at(k)];
         if (!mesh_.free[x]) continue;
         const Vec2 u = mirrored(mesh_.planar[mesh_.outgoing[x]], side);
-        if (!add_shift(x, std::clamp(orient(u, a, b) / whole, 0.0, 1.0), false, 0)) return false;
+        if (!add_shift(x, std::clamp(orient(u, a, b) / whole, 0.0, 1.0), Of::kInside, 0)) return false;
       }
     }
   }
   return true;
 }
 
+/// Does the skin bend sharply at an edge?
+bool VertexSlider::is_crease(VH h) const {
+  const VH t = mesh_.twin[h];
+  if (!t.valid()) return false;
+  const VF f = VisualMesh::face(h), g = VisualMesh::face(t);
+  if (mesh_.patch[f].is_wall() || mesh_.patch[g].is_wall()) return false;
+  const Vec3 a = mesh_.rest[mesh_.origin[h]], along = mesh_.rest[mesh_.origin[t]] - a;
+  const Vec3 n = cross(along, mesh_.rest[mesh_.apex(h)] - a), m = cross(mesh_.rest[mesh_.apex(t)] - a, along);
+  const double d = dot(n, m);
+  return d < kCrease * norm(n) * norm(m);
+}
+
+/// A free vertex on a sharp edge of the skin goes along it, as far as its place in the plane leads that way: elsewhere the skin
+/// between it and its neighbours would cut the edge off. False where it is on none.
+bool VertexSlider::shift_along_crease(VV x, Shift& shift) {
+  if (shift.planes != 1) return false;
+  ShiftPlane& plane = planes_[shift.first];
+  VH edge[2];
+  int n = 0;
+  for_each_corner(mesh_, x, [&](VH h) {
+    if (is_crease(h)) {
+      if (n < 2) edge[n] = h;
+      ++n;
+    }
+    return n <= 2;
+  });
+  if (n != 2) return false;
+  const Vec3 here = mesh_.rest[x], one = mesh_.rest[mesh_.to(edge[0])] - here, other = mesh_.rest[mesh_.to(edge[1])] - here;
+  if (!(dot(one, other) < kStraightCrease * norm(one) * norm(other))) return false;
+  const Vec2 from = mesh_.planar[edge[0]];
+  double best = 0;
+  int which = 0;
+  for (int i = 0; i < 2; ++i) {
+    const Vec2 d = mesh_.planar[VisualMesh::next(edge[i])] - from;
+    if (const double along = dot(plane.planar - from, d) / dot(d, d); along > best) best = along, which = i;
+  }
+  best = std::min(best, kAlongCrease);
+  const VH e = edge[which], to = VisualMesh::next(e);
+  const Vec2 planar = lerp(from, mesh_.planar[to], best), own = mirrored(planar, plane.patch.side());
+  const double least = kInsideOwner * orient(owner_[0], owner_[1], owner_[2]);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!(orient(own, owner_[i], owner_[(i + 1) % 3]) > least)) return false;
+  any_crease_ = true;
+  plane.planar = planar;
+  plane.texture = lerp(mesh_.texture[e], mesh_.texture[to], best);
+  const Vec3 normal = (1 - best) * to_double(mesh_.normal[x]) + best * to_double(mesh_.normal[mesh_.origin[to]]);
+  shift.rest = lerp(here, mesh_.rest[mesh_.origin[to]], best);
+  shift.normal = norm(normal) > 1e-6 ? to_float(normalized(normal)) : mesh_.normal[x];
+  return true;
+}
+
 /// A visual vertex that moves by `hat` times the way of the collision vertex, in all root planes that it has; on the rim
 /// along the rim, where it lies at `s`.
-bool VertexSlider::add_shift(VV x, double hat, bool on_rim, double s) {
+bool VertexSlider::add_shift(VV x, double hat, Of owner, double s) {
   if (!x.valid() || !(hat > 0)) return true;
   if (shift_of_.insert(x.value) != static_cast<std::int32_t>(shifts_.size())) return false;  // seen twice
   Shift shift;
@@ -277,7 +339,11 @@ bool VertexSlider::add_shift(VV x, double hat, bool on_rim, double s) {
     shift.normal = norm(normal) > 1e-6 ? to_float(normalized(normal)) : mesh_.normal[x];
     found = true;
   };
-  if (on_rim) {
+  if (keep_creases_ && owner == Of::kInside && shift_along_crease(x, shift)) {
+    shifts_.push_back(shift);
+    return true;
+  }
+  if (owner == Of::kRim) {
     const double to = s + hat * along_rim_;
     const auto it = std::upper_bound(rim_.begin(), rim_.end(), to, [](double a, const RimPoint& p) { return a < p.s; });
     const auto next = std::clamp<std::ptrdiff_t>(it - rim_.begin(), 1, static_cast<std::ptrdiff_t>(rim_.size()) - 1);
@@ -439,6 +505,10 @@ VH VertexSlider::turn_longest_edge(VF f, SlideBooks& books) {
   if (!h.valid()) return {};
   const VH g = mesh_.twin[h];
   if (!g.valid() || mesh_.barrier[h] || mesh_.barrier[g] || !(mesh_.patch[f] == mesh_.patch[VisualMesh::face(g)])) return {};
+  if (keep_creases_ && is_crease(h)) {
+    any_crease_ = true;
+    return {};
+  }
   const VH hn = VisualMesh::next(h), hp = VisualMesh::prev(h), gn = VisualMesh::next(g), gp = VisualMesh::prev(g);
   if (!(mesh_.texture[h] == mesh_.texture[gn] && mesh_.texture[hn] == mesh_.texture[g])) return {};
   const Vec2 a = mesh_.planar[h], b = mesh_.planar[hn], c = mesh_.planar[hp], d = mesh_.planar[gp];

@@ -9,6 +9,7 @@
 // the edge.
 #pragma once
 
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -92,7 +93,10 @@ class VertexSlider {
   bool collision_faces_stay_sound(const SlideRules& rules);
   bool collect_shifts(CollisionVertex v, const SlideTarget& target);
   void collect_rim(CollisionVertex v);
-  bool add_shift(VisualVertex x, double hat, bool on_rim, double s);
+  enum class Of { kEnd, kChain, kRim, kInside };  // what owns a visual vertex: the moving vertex, an edge, a rim edge, a triangle
+  bool add_shift(VisualVertex x, double hat, Of owner, double s);
+  [[nodiscard]] bool is_crease(VisualHalfEdge h) const;
+  bool shift_along_crease(VisualVertex x, Shift& shift);
   Place find_place(VisualHalfEdge h, Vec2 u) const;
   bool nothing_turns_over(SlideBooks& books);
   VisualHalfEdge turn_longest_edge(VisualTriangle f, SlideBooks& books);
@@ -112,7 +116,9 @@ class VertexSlider {
   std::vector<Shift> shifts_;
   std::vector<ShiftPlane> planes_;
   std::vector<RimPoint> rim_;
+  std::array<Vec2, 3> owner_;  // of a vertex inside a triangle: that triangle as it will be
   double along_rim_ = 0;
+  bool keep_creases_ = true, any_crease_ = false;
   double area_ = 0;
   SparseIndex shift_of_;  // number in shifts_, by vertex
   SparseIndex face_seen_;

@@ -240,6 +240,16 @@ TEST(Midsurface, SpikesAndCrossingsAreNoted) {
   made = make_midsurface(body.mesh);
   ASSERT_TRUE(made.ok());
   EXPECT_THAT(all(made->notes), HasSubstr("passes through itself"));
+  // Marked there, and nowhere else.
+  const MidsurfaceDiagnosis& d = made->diagnosis;
+  int crossing = 0;
+  for (std::size_t f = 0; f < d.flag.size(); ++f) {
+    if (d.flag[f] != 2) continue;
+    ++crossing;
+    const auto& t = d.surface.triangles.raw()[f];
+    EXPECT_LT(norm(d.surface.positions[t[0]] - Vec3{0, 0, 0}), 0.03);
+  }
+  EXPECT_GT(crossing, 1);
 }
 
 // Pairs counted one by one: all triangles of two balls that overlap.

@@ -356,6 +356,8 @@ class ShavingPass {
   SlideTarget push_lip(const Push& p, double distance) {
     const V v = coarse_.from(p.corner);
     if (!p.close || coarse_.on_rim(v) || is_end_of_slit(v)) return {};
+    // Nothing is taken where the shaver does not reach.
+    if (!(point_distance(position_[v.index()], shaver_.base, shaver_.tip) < shaver_.radius + half_thickness(v))) return {};
     const double whole = fan_angle(coarse_, v), middle = whole / 2;
     const double angle = middle + std::remainder(angle_to(p) - middle, 2 * std::numbers::pi), inside = std::clamp(angle, 0.0, whole);
     const double along = std::cos(angle - inside);

@@ -31,6 +31,7 @@ constexpr int kMostTurns = 200;
 constexpr double kCrease = 0.85, kStraightCrease = -0.5, kAlongCrease = 0.9;
 constexpr double kInsideOwner = 1e-6;  // of its area: a free vertex stays so far inside its triangle
 constexpr int kLongestWalk = 1000;
+constexpr double kFarTexture = 2;  ///< largest barycentric coordinate by which a texture goes on beyond a seam
 
 Vec2 turned(Vec2 d, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
@@ -432,6 +433,9 @@ VertexSlider::Place VertexSlider::find_place(VH h, Vec2 u) const {
       seam = true;  // the texture goes on as it was before
       place.texture_face = f;
       place.texture_weight = weights(f, u, false);
+      // A sliver says nothing about what lies far beside it; passes on passes would carry the texture away without end.
+      if (std::any_of(place.texture_weight.begin(), place.texture_weight.end(), [](double w) { return std::fabs(w) > kFarTexture; }))
+        place.texture_weight = weights(f, u, true);
     }
     f = VisualMesh::face(t);
     if (!(mesh_.patch[f] == patch)) u = carried(u, mesh_.planar[worst], mesh_.planar[wn], mesh_.planar[tn], mesh_.planar[t]);

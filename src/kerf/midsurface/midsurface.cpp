@@ -22,6 +22,7 @@ constexpr double kDefaultTriangles = 160;
 constexpr double kMostByNeed = 1500;     // triangles that the bends may ask for by themselves
 constexpr double kMostSpanning = 0.1;    // of the inner edges may join two rim vertices
 constexpr std::size_t kMostSearched = 300000;  // triangles of surfaces that are searched for self-intersections
+constexpr std::uint8_t kCrossing = 2;    // flag of what passes through itself
 constexpr int kTries = 4;
 constexpr double kMore = 1.3;            // times as many triangles after a try that left something bad
 
@@ -88,8 +89,9 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
     out.notes.push_back(fmt::format("the surface is rough (neighbouring triangles turn by {:.0f} degrees); a copy smoothed {} "
                                     "times was used to find the middle",
                                     filter.roughness * 57.29577951308232, filter.smoothing_steps));
+  SelfIntersections own;
   if (surface.triangles.size() <= kMostSearched) {
-    const SelfIntersections own = find_self_intersections(surface);
+    own = find_self_intersections(surface);
     if (own.pairs > 0)
       out.notes.push_back(fmt::format("the surface passes through itself at {} pairs of triangles, the first near ({:.4g}, {:.4g}, "
                                       "{:.4g}): repair it there, what lies twice is counted twice",
@@ -114,6 +116,11 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   if (!minus) return minus.error();
   std::vector<std::uint8_t> flag;
   const bool two_sides = judge_sides({work, pairing, labels, plus->mesh, minus->mesh, centre}, out.verdict, flag);
+  for (const std::int32_t t : own.triangles) {
+    const auto& corners = surface.triangles.raw()[static_cast<std::size_t>(t)];
+    const Vec3 middle = (1.0 / 3) * (surface.positions[corners[0]] + surface.positions[corners[1]] + surface.positions[corners[2]]);
+    if (const auto near = bvh.closest(work.mesh.view(), middle - centre); near.valid()) flag[static_cast<std::size_t>(near.triangle)] = kCrossing;
+  }
   out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
   for (Vec3& p : out.diagnosis.surface.positions) p += centre;
   out.seconds.labels = watch.lap();

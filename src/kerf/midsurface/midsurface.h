@@ -68,7 +68,7 @@ struct MidsurfaceDiagnosis {
   std::vector<float> side;          ///< |F|: -1 to 1
   std::vector<float> confidence;    ///< |F|: 0 to 1
   std::vector<float> thickness;     ///< |F|, metres; 0: nothing opposite
-  std::vector<std::uint8_t> flag;   ///< |F|: 1 where something speaks against a thin body
+  std::vector<std::uint8_t> flag;   ///< |F|: 1 where something speaks against a thin body, 2 where the surface passes through itself
 };
 
 struct Midsurface {

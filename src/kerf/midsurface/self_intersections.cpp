@@ -33,6 +33,7 @@ SelfIntersections find_self_intersections(const TriangleMesh& mesh) {
   const std::size_t n = view.size(), chunks = (n + kGrain - 1) / kGrain;
   std::vector<std::size_t> pairs(chunks, 0);
   std::vector<std::vector<Vec3>> places(chunks);
+  std::vector<std::vector<std::int32_t>> triangles(chunks);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     const std::size_t chunk = begin / kGrain;
     for (std::size_t i = begin; i < end; ++i) {
@@ -49,7 +50,9 @@ SelfIntersections find_self_intersections(const TriangleMesh& mesh) {
         if (!intersect(s, view[g])) return;
         ++pairs[chunk];
         found = true;
+        triangles[chunk].push_back(g);
       });
+      if (found) triangles[chunk].push_back(f);
       if (found && places[chunk].size() < kPlaces) places[chunk].push_back((1.0 / 3) * (s[0] + s[1] + s[2]));
     }
   });
@@ -58,7 +61,10 @@ SelfIntersections find_self_intersections(const TriangleMesh& mesh) {
     out.pairs += pairs[c];
     for (const Vec3 p : places[c])
       if (out.places.size() < kPlaces) out.places.push_back(p);
+    out.triangles.insert(out.triangles.end(), triangles[c].begin(), triangles[c].end());
   }
+  std::sort(out.triangles.begin(), out.triangles.end());
+  out.triangles.erase(std::unique(out.triangles.begin(), out.triangles.end()), out.triangles.end());
   return out;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "kerf/mesh/triangle_mesh.h"
@@ -11,6 +12,7 @@ namespace kerf {
 struct SelfIntersections {
   std::size_t pairs = 0;         ///< of triangles that share no vertex and meet
   std::vector<Vec3> places;      ///< of the first ones, a point near each
+  std::vector<std::int32_t> triangles;  ///< that take part, rising, each once
 };
 
 /// Exact for triangles in general position; pairs that touch in a plane are not counted. About n log n, in parallel.

@@ -360,7 +360,8 @@ class ShavingPass {
     if (!(point_distance(position_[v.index()], shaver_.base, shaver_.tip) < shaver_.radius + half_thickness(v))) return {};
     const double whole = fan_angle(coarse_, v), middle = whole / 2;
     const double angle = middle + std::remainder(angle_to(p) - middle, 2 * std::numbers::pi), inside = std::clamp(angle, 0.0, whole);
-    const double along = std::cos(angle - inside);
+    // One that lies back waits, as when it is met itself: else it would be pushed into a notch.
+    const double along = std::cos(angle - inside) * std::clamp(1 - (whole - std::numbers::pi) / kWaits, 0.0, 1.0);
     return along > 0 ? point_in_fan(coarse_, v, inside, along * distance) : SlideTarget{};
   }
   /// The angle of a push, counter-clockwise from the vertex's first edge.

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/validate.h"
 #include "support/synthetic_complex.h"
@@ -124,6 +127,31 @@ TEST(BladeSweep, LiftingTheBladeKeepsTheEndOfTheCut) {
   }
 }
 
+TEST(BladeSweep, BackAndForthInItsOwnSlitCutsNothingMore) {
+  for (const bool through : {false, true})
+    for (const double aside : {0.0, 1e-9, 0.002}) {
+      SCOPED_TRACE(testing::Message() << "through " << through << ", aside " << aside);
+      Bench b(sheet_65_mesh());
+      b.stroke.through = through;
+      const auto go = [&](double from, double to, double y) {
+        for (int i = 0; i <= 17; ++i) b.vertical(from + (to - from) * i / 17, y);
+      };
+      go(-0.1, 0.6, 0.43);
+      const double length = lip_length(b.body);
+      go(0.6, 0.2, 0.43 + aside);
+      EXPECT_NEAR(lip_length(b.body), length, 1e-9);
+      EXPECT_EQ(b.stroke.fronts.size(), 1u);
+      go(0.2, 0.6, 0.43);
+      EXPECT_NEAR(lip_length(b.body), length, 0.01);
+      go(0.6, 0.8, 0.43);  // and on
+      EXPECT_NEAR(lip_length(b.body), length + 0.4, 0.01);
+      go(0.8, 0.3, 0.43);
+      for (int i = 1; i <= 5; ++i) b.vertical(0.3, 0.43 + 0.05 * i);  // a branch
+      EXPECT_NEAR(lip_length(b.body), length + 0.4 + 0.5, 0.02);
+      EXPECT_EQ(b.pieces(), 1);
+    }
+}
+
 TEST(BladeSweep, CurvedCutFollowsTheBlade) {
   Bench b(sheet_65_mesh());
   const double r = 0.3;
@@ -198,6 +226,92 @@ TEST(BladeSweep, ScreenStrokeCutsTheFirstLayerOnlyUnlessThrough) {
           EXPECT_GT(b.body.collision.rest[v].z, -0.9);
         }
   }
+}
+
+/// A long blade comes down on its whole length at once.
+TEST(BladeSweep, ChopThroughAFlatSheet) {
+  for (const bool through : {false, true})
+    for (const int poses : {1, 7})
+      for (const double tilt : {0.0, 1e-12, -1e-6, 0.01, -0.3}) {
+        SCOPED_TRACE(testing::Message() << poses << " poses, tilt " << tilt << ", through " << through);
+        Bench b(sheet_65_mesh());
+        b.stroke.through = through;
+        for (int i = 0; i <= poses; ++i) {
+          const double z = 0.5 - 1.0 * i / poses;
+          b.move({-0.3, 0.43, z - 0.8 * tilt}, {1.3, 0.45, z + 0.8 * tilt});
+        }
+        EXPECT_EQ(b.pieces(), 2);
+        EXPECT_NEAR(lip_length(b.body), 2, 0.01);
+        EXPECT_TRUE(b.stroke.fronts.empty());
+      }
+}
+
+/// A short one cuts as far as it is long, whichever end comes first.
+TEST(BladeSweep, ShortBladePressedIntoASheetCutsItsLength) {
+  for (const double tilt : {0.0, 1e-9, 0.02, -0.02, 0.2, -0.2}) {
+    SCOPED_TRACE(tilt);
+    Bench b(sheet_65_mesh());
+    for (int i = 0; i <= 5; ++i) {
+      const double z = 0.25 - 0.1 * i;
+      b.move({0.31, 0.43, z - 0.2 * tilt}, {0.69, 0.47, z + 0.2 * tilt});
+    }
+    EXPECT_EQ(b.pieces(), 1);
+    EXPECT_NEAR(lip_length(b.body), 2 * 0.382, 0.03);
+  }
+}
+
+/// A tube along y, between 0.5 and 1.5: a ring in the plane, rolled.
+Vec3 rolled(Vec3 p) {
+  const double angle = std::atan2(p.y, p.x);
+  return {0.3 * std::cos(angle), std::hypot(p.x, p.y), 0.3 * std::sin(angle)};
+}
+
+TEST(BladeSweep, ChopThroughATube) {
+  for (const int poses : {1, 2, 9, 60})
+    for (const double wobble : {0.0, 0.02}) {
+      SCOPED_TRACE(testing::Message() << poses << " poses, wobble " << wobble);
+      Bench b(annulus_mesh(0.5, 1.5, 24, 6));
+      b.stroke.through = true;
+      b.deform = rolled;
+      b.place();
+      for (int i = 0; i <= poses; ++i) {
+        const double z = 0.5 - 1.0 * i / poses, y = 0.93 + wobble * std::sin(7 * z);
+        b.move({-1, y, z}, {1, y + 0.02, z});
+        if (poses == 60 && std::abs(z) < 0.25) {
+          EXPECT_EQ(b.stroke.fronts.size(), 2u) << "at z = " << z;
+        }
+      }
+      EXPECT_EQ(b.pieces(), 2);
+    }
+}
+
+/// Half way through a tube, and out again the way it came.
+TEST(BladeSweep, ANotchInATube) {
+  Bench b(annulus_mesh(0.5, 1.5, 24, 6));
+  b.stroke.through = true;
+  b.deform = rolled;
+  b.place();
+  for (int i = 0; i <= 20; ++i) b.move({-1, 0.93, 0.5 - 0.025 * i}, {1, 0.94, 0.5 - 0.025 * i});
+  EXPECT_EQ(b.stroke.fronts.size(), 2u);
+  const double half_ring = lip_length(b.body);
+  for (int i = 20; i >= 0; --i) b.move({-1, 0.93, 0.5 - 0.025 * i}, {1, 0.94, 0.5 - 0.025 * i});
+  EXPECT_EQ(b.pieces(), 1);
+  EXPECT_NEAR(lip_length(b.body), half_ring, 1e-12);
+  // At rest, a ring of radius 0.93.
+  EXPECT_NEAR(half_ring, 2 * std::numbers::pi * 0.935, 0.06);
+}
+
+TEST(BladeSweep, PressedOntoADome) {
+  Bench b(sheet_65_mesh());
+  b.stroke.through = true;
+  b.deform = [](Vec3 p) { return Vec3{p.x, p.y, 0.3 - 1.2 * ((p.x - 0.5) * (p.x - 0.5) + (p.y - 0.5) * (p.y - 0.5))}; };
+  b.place();
+  for (int i = 0; i <= 10; ++i) b.move({-1, 0.48, 0.5 - 0.03 * i}, {2, 0.49, 0.5 - 0.03 * i});  // down to 0.2
+  EXPECT_EQ(b.stroke.fronts.size(), 2u);
+  EXPECT_EQ(b.pieces(), 1);
+  EXPECT_NEAR(lip_length(b.body), 2 * 2 * std::sqrt(0.1 / 1.2), 0.05);
+  for (int i = 11; i <= 40; ++i) b.move({-1, 0.48, 0.5 - 0.03 * i}, {2, 0.49, 0.5 - 0.03 * i});
+  EXPECT_EQ(b.pieces(), 2);
 }
 
 TEST(BladeSweep, TurningScalpelOnABentSheet) {

@@ -243,9 +243,14 @@ class Life {
     choose_edge();
     const std::vector<Vec3> positions =
         frame == SceneFrame::kRest ? session_->body().complex.collision.rest.raw() : session_->collision_positions();
-    const std::vector<Vec3> path = random_path(positions);
+    std::vector<Vec3> path = random_path(positions);
     last_path_ = path;
     const double size = box_.diagonal();
+    if (random_.index(8) == 0) {  // the edge comes down on its whole length, or nearly
+      const Vec3 down = edge_, at = path[0];
+      edge_ = normalized(x_ + random_.uniform(-0.2, 0.2) * down);
+      path = {at + 0.5 * size * down, at, at - random_.uniform(-0.1, 0.5) * size * down + 0.1 * size * random_.uniform(-1, 1) * y_};
+    }
     const double up = random_.index(4) ? 2 * size : size * random_.uniform(0, 0.1);
     const double down = random_.index(4) ? 2 * size : size * random_.uniform(0.001, 0.1);
     const bool stab = random_.index(6) == 0;

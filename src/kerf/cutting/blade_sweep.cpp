@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "kerf/spatial/predicates.h"
@@ -19,6 +20,14 @@ constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is
 constexpr double kLeastProgress = 0.02; // cosine to the blade's motion below which a direction does not lead on
 constexpr double kLengthSlack = 1e-9;   // of the edge's length: the ends of a blade belong to it
 constexpr double kMoments = 1e7;        // parts of a move that count as different times
+constexpr double kLeastRise = 1e-6;     // cosine: an edge of the mesh stands out towards the blade
+constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
+constexpr double kAcrossLip = 0.1;      // sine of the angle to a lip; a blade that moves along it doesn't cut it
+constexpr double kNearLip = 0.1;        // of the mean edge: nearer to a lip the blade stands in the slit, not in the material
+constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
+constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
+constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
+constexpr double kSlack = 2;            // minimum features behind the blade's last pose that still count as swept
 constexpr double kSameTrack = 0.5;      // of the minimum feature: nearer hits are the layer that a front already cuts
 
 /// The plane that holds the point where a front is and the edge where the blade is going, with progress measured
@@ -51,15 +60,18 @@ struct TrackPlane {
   [[nodiscard]] double progress(Vec3 p) const { return dot(p - origin, motion); }
   /// Position along the blade: 0 at the base, 1 at the tip.
   [[nodiscard]] double along_blade(Vec3 p) const { return dot(p - origin, along) / along_squared; }
-  [[nodiscard]] bool in_blade(Vec3 p) const {
-    const double s = along_blade(p);
-    return s >= -kLengthSlack && s <= 1 + kLengthSlack;
-  }
   /// Fraction from p to q, which lie on different sides, at which the plane is crossed.
   [[nodiscard]] double crossing(Vec3 p, Vec3 q) const {
     const double hp = height(p), hq = height(q);
     return hp + hq > 0 ? hp / (hp + hq) : 0.5;
   }
+};
+
+/// Which part of the blade passed a point, and when.
+struct Passing {
+  double depth = 0;  // 0 at the base, 1 at the tip
+  double time = 0;   // 0 .. 1 of the move
+  [[nodiscard]] bool in_blade() const { return depth >= -kLengthSlack && depth <= 1 + kLengthSlack; }
 };
 
 /// Where a blade gets into the material.
@@ -68,6 +80,17 @@ struct Entry {
   double depth = 0; // along the blade
   FacePoint point;
   Vec3 position;
+  // An edge of the mesh that the blade's whole length comes down on: the ways into the faces on both sides. Zero: all ways.
+  std::array<Vec3, 2> ways{};
+};
+
+/// Where the cut has got to in one layer.
+struct Front {
+  V tip;
+  Vec3 way;             // it must go there first, or zero
+  FacePoint last_bit;   // an end inside a face, done after the commit; no face: none
+  bool goes_on = false; // it has cut, or will
+  bool waits = false;   // the blade is back in the slit
 };
 
 class Sweep {
@@ -77,18 +100,19 @@ class Sweep {
   }
 
   SweepReport run(const BladeEdge& to) {
-    redo_provisional_end(to);
-    const BladeEdge from = stroke_.edge;
+    to_ = to;
+    for (const V tip : stroke_.fronts) ends_.push_back(at(tip));
+    redo_provisional_end();
     // Entries are looked for before anything moves: afterwards the fronts' own tracks would be met again.
     std::vector<Entry> entries;
-    if (stroke_.through || stroke_.fronts.empty()) entries = find_entries(from, to);
+    const bool all_back = std::all_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V tip) { return goes_back(tip); });
+    if (stroke_.through || all_back) entries = find_entries(stroke_.edge, to);
+    stroke_.standing = false;
 
-    std::vector<FacePoint> last_bits;  // ends inside a face, done after the commit
-    std::vector<V> fronts;
     const std::size_t old_fronts = stroke_.fronts.size();
     bool crossed = false;
-    for (std::size_t i = 0; i < stroke_.fronts.size(); ++i) {
-      const Followed way = follow(stroke_.fronts[i], to, fronts, last_bits);
+    for (std::size_t i = 0; i < old_fronts; ++i) {
+      const Followed way = follow(stroke_.fronts[i], stroke_.ways[i]);
       crossed |= way.moved;
       // The blade leaves the material from where it was: what was provisional there is cut for good.
       if (way.lost && !way.moved && redone_ && i < stroke_.last_bits.size() && stroke_.last_bits[i].face.valid() &&
@@ -103,11 +127,19 @@ class Sweep {
       if (!start) continue;
       visited_.push_back(e.position);
       crossed = true;
-      (void)follow(*start, to, fronts, last_bits);
+      for (int k = 0; k == 0 || (k < 2 && norm(e.ways[1]) > 0); ++k) (void)follow(*start, e.ways[static_cast<std::size_t>(k)]);
       if (!stroke_.through) break;
     }
     if (crossed) report_.changed = true;
-    stroke_.fronts = std::move(fronts);
+    if (!stroke_.through) drop_waiting();
+    std::vector<FacePoint> last_bits;
+    stroke_.fronts.clear();
+    stroke_.ways.clear();
+    for (const Front& f : fronts_) {
+      stroke_.fronts.push_back(f.tip);
+      stroke_.ways.push_back(f.way);
+      last_bits.push_back(f.last_bit);
+    }
 
     // The provisional ends.
     bool ends_inside = std::any_of(last_bits.begin(), last_bits.end(), [](const FacePoint& p) { return p.face.valid(); });
@@ -119,6 +151,7 @@ class Sweep {
           if (!touches(stroke_.fronts[i], last_bits[i].face)) continue;  // another front has split it; next time
           const auto step = advance(stroke_.fronts[i], last_bits[i]);
           if (step) {
+            if (step->tip != stroke_.fronts[i]) stroke_.ways[i] = {};
             stroke_.fronts[i] = step->tip;
             if (step->kind != Advance::Kind::kNothing) report_.changed = stroke_.provisional = true;
           }
@@ -137,15 +170,22 @@ class Sweep {
   const CollisionMesh& mesh() const { return target_.complex.collision; }
   Vec3 at(V v) const { return target_.position[v.index()]; }
 
+  /// Fronts that only wait for the blade to come back, while it cuts elsewhere.
+  void drop_waiting() {
+    if (std::none_of(fronts_.begin(), fronts_.end(), [](const Front& f) { return f.goes_on; })) return;
+    std::erase_if(fronts_, [](const Front& f) { return f.waits; });
+  }
+
   void commit() {
     stroke_.mark = target_.commit();
     stroke_.committed = stroke_.fronts;
+    stroke_.committed_ways = stroke_.ways;
     stroke_.trail.clear();
     stroke_.provisional = false;
   }
 
   /// Rolls the provisional ends back, unless the blade has left the straight line to where it is going.
-  void redo_provisional_end(const BladeEdge& to) {
+  void redo_provisional_end() {
     if (!stroke_.provisional) return;
     const std::size_t n = stroke_.fronts.size();
     const double tolerance = target_.options.path_tolerance * target_.complex.mean_root_edge;
@@ -154,7 +194,7 @@ class Sweep {
       const Vec3 last = stroke_.trail[stroke_.trail.size() - n + i];
       // The next end is not known yet; it continues the present one unless the blade turns there.
       const Vec3 front_now = at(stroke_.fronts[i]), start_now = at(stroke_.committed[i]);
-      const auto plane = TrackPlane::make(start_now, to);
+      const auto plane = TrackPlane::make(start_now, to_);
       double off = plane ? std::abs(plane->orient3d_value(front_now)) /
                                std::max(norm(cross(plane->b - plane->a, plane->c - plane->a)), 1e-300)
                          : norm(front_now - start_now);
@@ -174,28 +214,35 @@ class Sweep {
     target_.rollback(stroke_.mark);
     target_.position.resize(mesh().vertex_count());
     stroke_.fronts = stroke_.committed;
+    stroke_.ways = stroke_.committed_ways;
     stroke_.provisional = false;
     redone_ = true;
     report_.changed = true;
   }
 
-  /// Walks one front towards the blade's new edge over as many triangles as it takes. Appends the front, if it is still
-  /// in the material, to `fronts`, and its last bit inside a face (or none) to `last_bits`.
   struct Followed {
     bool moved = false;  // past the vertex it stood at
     bool lost = false;   // the blade is no longer in the material
   };
-  Followed follow(V tip, const BladeEdge& to, std::vector<V>& fronts, std::vector<FacePoint>& last_bits) {
+  /// Walks one front towards the blade's new edge over as many triangles as it takes; `way`: where to first (or zero). Notes the front,
+  /// if it is still in the material, and its last bit inside a face (or none).
+  Followed follow(V tip, Vec3 way_on) {
+    const auto stay = [&](const FacePoint& last_bit, bool moved, bool waits = false) {
+      fronts_.push_back({tip, moved ? Vec3{} : way_on, last_bit, moved || last_bit.face.valid(), waits});
+      return Followed{moved, false};
+    };
+    const bool joined = std::find(joined_.begin(), joined_.end(), tip) != joined_.end();
     bool moved = false;
     const std::size_t limit = 100 + 4 * mesh().face_count();
     for (std::size_t round = 0; round < limit; ++round) {
-      const auto plane = TrackPlane::make(at(tip), to);
-      if (!plane || plane->progress(at(tip)) > -0.5 * feature_) {  // the blade is here
-        fronts.push_back(tip);
-        last_bits.push_back({});
-        return {moved, false};
-      }
-      const auto way = leave_vertex(tip, *plane);
+      const auto plane = TrackPlane::make(at(tip), to_);
+      // The blade is here. A front that has just begun may stand at a corner beside the blade's track.
+      const bool fresh = !moved && norm(way_on) > 0;
+      if (!plane || plane->progress(at(tip)) > (fresh ? -kBeside : -0.5) * feature_) return stay({}, moved);
+      if (!moved && goes_back(tip)) return stay({}, false, true);
+      auto way = leave_vertex(tip, *plane, moved ? Vec3{} : way_on);
+      if (!way && joined && !moved) return {false, true};  // another front has come to meet this one
+      if (!way) way = leave_beside(tip, *plane, way_on);
       if (!way) {  // no material ahead: out over the rim, or into an open slit
         const auto again = enter_next_lip(tip, *plane);
         if (!again) return {moved, true};
@@ -203,65 +250,133 @@ class Sweep {
         moved = true;
         continue;
       }
-      if (way->inside) {
-        if (way->missed) return {moved, true};  // the blade's edge no longer reaches the surface
-        fronts.push_back(tip);
-        last_bits.push_back(way->target);
-        return {moved, false};
-      }
-      if (way->missed) return {moved, true};
+      if (way->missed) return {moved, true};  // the blade's edge no longer reaches the surface
+      if (way->inside) return stay(way->target, moved);
+      const Vec3 before = at(tip);
       const auto step = advance(tip, way->target);
       if (!step) return {moved, true};
-      if (step->kind == Advance::Kind::kNothing || step->tip == tip) {
-        fronts.push_back(tip);
-        last_bits.push_back({});
-        return {moved, false};
-      }
+      if (step->kind == Advance::Kind::kNothing || step->tip == tip) return stay({}, moved);
       moved = true;
       tip = step->tip;
+      way_on = normalized(at(tip) - before);
       visited_.push_back(at(tip));
+      if (step->kind == Advance::Kind::kRanOut) joined_.push_back(tip);
+      if (way->last) return {true, true};
     }
     return {moved, true};
+  }
+
+  /// The tip is the end of a slit, and the blade is somewhere back between its lips.
+  bool goes_back(V tip) const {
+    const auto plane = TrackPlane::make(at(tip), to_);
+    if (!plane) return false;
+    double angle = 0;
+    Vec3 lips;
+    mesh().for_each_outgoing(tip, [&](H h) {
+      const Vec3 a = normalized(at(mesh().to(h)) - at(tip)), b = normalized(at(mesh().apex(h)) - at(tip));
+      angle += std::acos(std::clamp(dot(a, b), -1.0, 1.0));
+      if (mesh().is_border(h)) lips += a;
+      if (mesh().is_border(CollisionMesh::prev(h))) lips += b;
+      return true;
+    });
+    return angle > 1.5 * std::numbers::pi && dot(lips, plane->motion) > kBack * norm(lips);
   }
 
   struct Way {
     FacePoint target;
     bool inside = false;  // the blade's edge is reached inside the face
     bool missed = false;  // the blade's edge does not extend to the surface there
+    bool last = false;    // it does up to the target
   };
 
-  /// The face of the tip's fan that the track runs through, and where it leaves it.
-  std::optional<Way> leave_vertex(V tip, const TrackPlane& plane) const {
+  /// Which part of the blade passed a point of the track, and when.
+  Passing passing(const TrackPlane& plane, Vec3 p) const {
+    const double behind = plane.progress(p), beside = plane.along_blade(p);
+    const Vec3 base = to_.base - stroke_.edge.base, tip = to_.tip - stroke_.edge.tip;
+    Passing found{beside, -HUGE_VAL};
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 move = lerp(base, tip, std::clamp(found.depth, 0.0, 1.0));
+      const double pace = dot(move, plane.motion);
+      if (!(pace > 0)) return {beside, -HUGE_VAL};
+      found.time = 1 + behind / pace;
+      // What lies further back was passed before: the blade was not elsewhere than at the beginning of this move.
+      found.depth = beside + (1 - std::clamp(found.time, 0.0, 1.0)) * dot(move, plane.along) / plane.along_squared;
+      // Within the slack it counts as passed in this move.
+      if (found.time < 0 && -found.time * pace <= kSlack * feature_) found.time = 0;
+    }
+    return found;
+  }
+
+  /// The face of the tip's fan that the track runs through ahead, and where it leaves it.
+  std::optional<Way> leave_vertex(V tip, const TrackPlane& plane, Vec3 way_on) const {
     std::optional<Way> best;
     double best_progress = kLeastProgress;
-    const Vec3 p0 = at(tip);
+    for_each_way(tip, plane, [&](H h, double f, Vec3 p, Vec3 direction) {
+      const double progress = dot(direction, plane.motion);
+      if (progress <= best_progress || (norm(way_on) > 0 && dot(direction, way_on) < kSideways)) return;
+      best_progress = progress;
+      best = way_to(tip, plane, h, f, p);
+    });
+    return best;
+  }
+
+  /// Where no way leads ahead: one along the blade, or down on the other side of a ridge, through what the blade has passed in this move.
+  /// `way_on`: the direction so far; without one it is towards the middle of the blade.
+  std::optional<Way> leave_beside(V tip, const TrackPlane& plane, Vec3 way_on) const {
+    std::optional<Way> best;
+    double best_cosine = 0;
+    if (passing(plane, at(tip)).time < 0) return best;
+    if (!(norm(way_on) > 0)) way_on = (plane.along_blade(at(tip)) < 0.5 ? 1 : -1) * plane.along;
+    for_each_way(tip, plane, [&](H h, double f, Vec3 p, Vec3 direction) {
+      const double cosine = dot(direction, way_on) / norm(way_on);
+      if (cosine <= best_cosine) return;
+      // A lip is no way.
+      if ((f < kAlongLip && mesh().is_border(h)) || (f > 1 - kAlongLip && mesh().is_border(CollisionMesh::prev(h)))) return;
+      best_cosine = cosine;
+      best = way_to(tip, plane, h, f, p);
+    });
+    return best;
+  }
+
+  /// Calls fn(half-edge from tip, fraction along the opposite edge, point there, direction) where the track leaves the tip's fan.
+  template <class Fn>
+  void for_each_way(V tip, const TrackPlane& plane, Fn&& fn) const {
     mesh().for_each_outgoing(tip, [&](H h) {
       const Vec3 a = at(mesh().to(h)), b = at(mesh().apex(h));
       if (plane.above(a) == plane.above(b)) return true;
       const double f = plane.crossing(a, b);
-      const Vec3 p = lerp(a, b, f);
-      const double length = norm(p - p0);
-      if (!(length > 0)) return true;
-      const double progress = (plane.progress(p) - plane.progress(p0)) / length;
-      if (progress <= best_progress) return true;
-      best_progress = progress;
-      Way way;
-      double u = 1;
-      if (plane.progress(p) >= 0) {
-        way.inside = true;
-        u = std::clamp(plane.progress(p0) / (plane.progress(p0) - plane.progress(p)), 0.0, 1.0);
-      }
-      // A blade that is deep at its new pose was about as deep on the way, so its edge there serves for both.
-      way.missed = !plane.in_blade(lerp(p0, p, u));
-      way.target.face = mesh().face(h);
-      std::array<double, 3>& w = way.target.weights;
-      w[static_cast<std::size_t>(h.value % 3)] = 1 - u;
-      w[static_cast<std::size_t>((h.value + 1) % 3)] = u * (1 - f);
-      w[static_cast<std::size_t>((h.value + 2) % 3)] = u * f;
-      best = way;
+      const Vec3 p = lerp(a, b, f), way = p - at(tip);
+      if (norm(way) > 0) fn(h, f, p, normalized(way));
       return true;
     });
-    return best;
+  }
+
+  Way way_to(V tip, const TrackPlane& plane, H h, double f, Vec3 p) const {
+    Way way;
+    const Vec3 p0 = at(tip);
+    double u = 1;
+    if (plane.progress(p) >= 0) {
+      way.inside = true;
+      u = std::clamp(plane.progress(p0) / (plane.progress(p0) - plane.progress(p)), 0.0, 1.0);
+    }
+    const auto cut_up_to = [&](double part) {
+      const Passing there = passing(plane, lerp(p0, p, part));
+      return there.in_blade() && (there.time >= 0 || dot(p - p0, plane.motion) >= kLeastProgress * norm(p - p0));
+    };
+    if (!cut_up_to(u)) {
+      double least = 0, most = u;  // the blade's end leaves the material on the way
+      for (int i = 0; i < 30; ++i) (cut_up_to(0.5 * (least + most)) ? least : most) = 0.5 * (least + most);
+      u = least;
+      way.inside = false;
+      way.missed = u * norm(p - p0) < feature_;
+      way.last = true;
+    }
+    way.target.face = mesh().face(h);
+    std::array<double, 3>& w = way.target.weights;
+    w[static_cast<std::size_t>(h.value % 3)] = 1 - u;
+    w[static_cast<std::size_t>((h.value + 1) % 3)] = u * (1 - f);
+    w[static_cast<std::size_t>((h.value + 2) % 3)] = u * f;
+    return way;
   }
 
   /// The next border that the track meets ahead of `tip`: the other lip of a slit, or a rim further on.
@@ -303,17 +418,15 @@ class Sweep {
     if (plane.above(a) == plane.above(b)) return std::nullopt;
     const double f = plane.crossing(a, b);
     const Vec3 p = lerp(a, b, f);
-    if (!plane.in_blade(p)) return std::nullopt;
+    if (!passing(plane, p).in_blade()) return std::nullopt;
     const Vec3 inward = cross(cross(b - a, c - a), b - a);
-    if (!(dot(inward, plane.motion) > 0)) return std::nullopt;
+    if (!(dot(inward, plane.motion) > kLeastProgress * norm(inward))) return std::nullopt;
     return BorderHit{f, plane.progress(p)};
   }
 
   /// Everything the blade runs into during this move, first things first.
   std::vector<Entry> find_entries(const BladeEdge& from, const BladeEdge& to) const {
     std::vector<Entry> entries;
-    // The swept strip: rows of points from -> to, two triangles.
-    const Vec3 strip[2][3] = {{from.base, from.tip, to.tip}, {from.base, to.tip, to.base}};
     Box3 box;
     for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) box.add(p);
     for (std::size_t i = 0; i < mesh().face_count(); ++i) {
@@ -331,34 +444,15 @@ class Sweep {
         double t = 0;
         FacePoint point;
         if (!pierce(face, p, tracks[k].first, tracks[k].second, t, point)) continue;
+        // Where the edge stands already is mostly where a front of its own is, before what is provisional was rolled back.
+        if (k == 2 && !stroke_.standing && in_a_slit(face, point)) continue;
         const double time = k == 2 ? 0 : t;
         entries.push_back({time, k == 2 ? t : k == 0 ? 1.0 : 0.0, point,
                            lerp(tracks[k].first, tracks[k].second, t)});
       }
       for (int k = 0; k < 3; ++k) {
         const H h = CollisionMesh::corner(face, k);
-        if (!mesh().is_border(h)) continue;
-        const Vec3 a = p[k], b = p[(k + 1) % 3], c = p[(k + 2) % 3];
-        for (const auto& triangle : strip) {
-          double f = 0;
-          Vec3 bary;
-          if (!segment_triangle(a, b, triangle[0], triangle[1], triangle[2], f, bary)) continue;
-          const bool first = &triangle == &strip[0];
-          const double time = first ? bary.z : bary.y + bary.z;
-          const Vec3 inward = cross(cross(b - a, c - a), b - a);
-          const Vec3 motion = first ? to.tip - from.tip : to.base - from.base;
-          if (!(dot(inward, motion) > 0)) continue;
-          Entry e;
-          e.time = time;
-          e.position = lerp(a, b, f);
-          const Vec3 base = lerp(from.base, to.base, time), tip = lerp(from.tip, to.tip, time);
-          e.depth = dot(e.position - base, tip - base) / std::max(dot(tip - base, tip - base), 1e-300);
-          e.point.face = face;
-          e.point.weights = {0, 0, 0};
-          e.point.weights[static_cast<std::size_t>(k)] = 1 - f;
-          e.point.weights[static_cast<std::size_t>((k + 1) % 3)] = f;
-          entries.push_back(e);
-        }
+        if (mesh().is_border(h) || h < mesh().twin[h]) meet_edge(h, from, to, entries);
       }
     }
     // Layers met at the same moment but for rounding: the one nearer to the base is the first.
@@ -367,6 +461,57 @@ class Sweep {
       return ta != tb ? ta < tb : a.depth < b.depth;
     });
     return entries;
+  }
+
+  /// Where an edge of the mesh goes through the strip that the blade sweeps, and the track begins there: at a border whose face lies ahead,
+  /// or along the blade; at an inner edge with both its faces ahead.
+  void meet_edge(H h, const BladeEdge& from, const BladeEdge& to, std::vector<Entry>& entries) const {
+    const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h));
+    const Vec3 strip[2][3] = {{from.base, from.tip, to.tip}, {from.base, to.tip, to.base}};
+    for (const auto& triangle : strip) {
+      double f = 0;
+      Vec3 bary;
+      if (!segment_triangle(a, b, triangle[0], triangle[1], triangle[2], f, bary)) continue;
+      Entry e;
+      e.time = &triangle == &strip[0] ? bary.z : bary.y + bary.z;
+      e.position = lerp(a, b, f);
+      const Vec3 base = lerp(from.base, to.base, e.time), along = lerp(from.tip, to.tip, e.time) - base;
+      const double along_squared = std::max(dot(along, along), 1e-300);
+      e.depth = dot(e.position - base, along) / along_squared;
+      Vec3 motion = lerp(to.base - from.base, to.tip - from.tip, e.depth);
+      motion -= (dot(motion, along) / along_squared) * along;
+      const Vec3 across = cross(along, motion);
+      if (is_lip(h) && std::abs(dot(b - a, across)) < kAcrossLip * norm(b - a) * norm(across)) continue;
+      const auto way = way_into(h, along, motion);
+      if (!way) continue;
+      e.ways[0] = *way;
+      double progress = dot(*way, motion);
+      if (mesh().is_border(h)) {
+        if (!(progress > -kLeastProgress * norm(motion))) continue;
+      } else {
+        const auto other = way_into(mesh().twin[h], along, motion);
+        if (!other) continue;
+        e.ways[1] = *other;
+        progress = std::min(progress, dot(*other, motion));
+        if (!(progress > kLeastRise * norm(motion))) continue;
+        if (!stroke_.through) {  // the first layer from the base
+          if (dot(e.ways[1] - e.ways[0], along) < 0) e.ways[0] = e.ways[1];
+          e.ways[1] = {};
+        }
+      }
+      e.point.face = mesh().face(h);
+      e.point.weights = {0, 0, 0};
+      e.point.weights[static_cast<std::size_t>(h.value % 3)] = 1 - f;
+      e.point.weights[static_cast<std::size_t>((h.value + 1) % 3)] = f;
+      entries.push_back(e);
+    }
+  }
+  /// Direction of the track from edge h into its face: where the face's plane meets the strip's.
+  std::optional<Vec3> way_into(H h, Vec3 along, Vec3 motion) const {
+    const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h)), c = at(mesh().apex(h));
+    const Vec3 normal = cross(b - a, c - a), line = cross(cross(along, motion), normal);
+    if (!(norm(line) > 0)) return std::nullopt;
+    return (dot(line, cross(normal, b - a)) > 0 ? 1 / norm(line) : -1 / norm(line)) * line;
   }
 
   static bool segment_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c, double& t, Vec3& bary) {
@@ -383,6 +528,26 @@ class Sweep {
     if (wa < -1e-12 || wb < -1e-12 || wc < -1e-12) return false;
     bary = {wa, wb, wc};
     return true;
+  }
+
+  /// Is a point of a face so near to a front or a lip that a blade there stands in a slit?
+  bool in_a_slit(F face, const FacePoint& point) const {
+    if (std::any_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V front) { return touches(front, face); })) return true;
+    const double near = kNearLip * target_.complex.mean_root_edge;
+    Vec3 x;
+    for (int i = 0; i < 3; ++i) x += point.weights[static_cast<std::size_t>(i)] * at(mesh().from(CollisionMesh::corner(face, i)));
+    if (std::any_of(ends_.begin(), ends_.end(), [&](Vec3 end) { return norm(end - x) < kSlack * feature_; })) return true;
+    for (int i = 0; i < 3; ++i) {
+      const H h = CollisionMesh::corner(face, i);
+      const Vec3 a = at(mesh().from(h)), edge = at(mesh().to(h)) - a;
+      if (mesh().on_border(mesh().from(h)) && norm(x - a) < near) return true;
+      if (mesh().is_border(h) && norm(cross(edge, x - a)) < near * norm(edge)) return true;
+    }
+    return false;
+  }
+  /// Not an edge of the rim.
+  bool is_lip(H h) const {
+    return mesh().is_border(h) && (mesh().wall[h].valid() || !mesh().on_rim(mesh().from(h)) || !mesh().on_rim(mesh().to(h)));
   }
 
   static bool pierce(F face, const Vec3 p[3], Vec3 from, Vec3 to, double& t, FacePoint& point) {
@@ -501,8 +666,12 @@ class Sweep {
   SweepReport report_;
   double feature_ = 0;
   bool redone_ = false;
+  BladeEdge to_;
+  std::vector<Front> fronts_;  // of the new pose
+  std::vector<Vec3> ends_;     // where fronts were at the last pose, provisional ends included
   std::vector<Vec3> visited_;
   std::vector<V> entered_;
+  std::vector<V> joined_;  // where a path has run into a border: it fell apart
   JournalMark step_mark_;
 };
 
@@ -519,7 +688,7 @@ Result<SweepReport> move_blade(BladeStroke& stroke, const BladeEdge& edge, Sweep
     return bad_input("blade: base and tip are the same point; a blade needs an edge of some length");
   SweepReport total;
   if (!stroke.started) {
-    stroke.started = true;
+    stroke.started = stroke.standing = true;
     stroke.edge = edge;
     return total;
   }
@@ -539,9 +708,11 @@ Result<SweepReport> move_blade(BladeStroke& stroke, const BladeEdge& edge, Sweep
 }
 
 void lift_blade(BladeStroke& stroke) {
-  stroke.started = false;
+  stroke.started = stroke.standing = false;
   stroke.fronts.clear();
+  stroke.ways.clear();
   stroke.committed.clear();
+  stroke.committed_ways.clear();
   stroke.trail.clear();
   stroke.last_bits.clear();
   stroke.provisional = false;

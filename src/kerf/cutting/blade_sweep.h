@@ -27,9 +27,12 @@ struct BladeEdge {
 struct BladeStroke {
   BladeEdge edge;                          ///< the last pose
   bool started = false;                    ///< `edge` holds a pose
+  bool standing = false;                   ///< it has not moved from there: what it pierces was stabbed by placing it
   bool through = false;                    ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;     ///< where the cut has got to, one per layer; provisional ends included
-  std::vector<CollisionVertex> committed;  ///< the same at `mark`
+  std::vector<Vec3> ways;                  ///< where fronts that haven't left their vertex must go (unit), or zero: anywhere
+  std::vector<CollisionVertex> committed;  ///< the fronts at `mark`
+  std::vector<Vec3> committed_ways;        ///< the ways at `mark`
   std::vector<FacePoint> last_bits;        ///< provisional ends as seen from `mark`; no face: none
   std::vector<Vec3> trail;                 ///< provisional ends since `mark`, at rest, fronts.size() of them per pose
   bool provisional = false;                ///< there is work after `mark` that the next pose may undo
@@ -58,7 +61,8 @@ struct SweepTarget {
 };
 
 /// Moves the blade from its last pose to `edge`, cutting what it meets on the way. The first call places it; material
-/// that it pierces from then on is stabbed. A step that can't be done without breaking an invariant is rolled back and
+/// that it pierces from then on is stabbed, and where its length comes down on a vault two fronts go off to both sides (without `through`
+/// the one towards the base: the other is where the edge comes out again). A step that can't be done without breaking an invariant is rolled back and
 /// counted. Turning moves are divided, so that the swept surface is nearly flat in each part. After it returns, the
 /// caller brings hexahedra and embeddings up to date (the provisional end included). Bad input: an edge without length
 /// or with a coordinate that is not finite.

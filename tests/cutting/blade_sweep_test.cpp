@@ -314,6 +314,24 @@ TEST(BladeSweep, PressedOntoADome) {
   EXPECT_EQ(b.pieces(), 2);
 }
 
+/// The material comes to the blade, whose own moves are small.
+TEST(BladeSweep, ADomeThatRisesAgainstTheBlade) {
+  static double height;
+  height = 0;
+  Bench b(sheet_65_mesh());
+  b.stroke.through = true;
+  b.deform = [](Vec3 p) { return Vec3{p.x, p.y, height - 1.2 * ((p.x - 0.5) * (p.x - 0.5) + (p.y - 0.5) * (p.y - 0.5))}; };
+  for (int i = 0; i <= 40; ++i) {
+    height = 0.01 * i;
+    b.place();
+    b.move({-1, 0.48, 0.2 - 1e-4 * i}, {2, 0.49, 0.2 - 1e-4 * i});
+  }
+  // A parabola up to 0.204 above the edge, in six flat pieces; the cut is one bit and reaches from side to side.
+  EXPECT_EQ(b.pieces(), 1);
+  EXPECT_NEAR(lip_length(b.body), 2 * 2 * std::sqrt(0.204 / 1.2), 0.16);
+  EXPECT_EQ(b.stroke.fronts.size(), 2u);
+}
+
 TEST(BladeSweep, TurningScalpelOnABentSheet) {
   Bench b(sheet_65_mesh());
   b.deform = [](Vec3 p) { return Vec3{p.x, p.y, 0.15 * std::sin(4 * p.x) + 0.1 * p.y * p.y}; };

@@ -24,7 +24,9 @@ constexpr double kLeastRise = 1e-6;     // cosine: an edge of the mesh stands ou
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
 constexpr double kAcrossLip = 0.1;      // sine of the angle to a lip; a blade that moves along it doesn't cut it
 constexpr double kNearLip = 0.1;        // of the mean edge: nearer to a lip the blade stands in the slit, not in the material
+constexpr double kNearFront = 0.3;      // of the mean edge: what meets a lip so near to a front is cut by that front
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
+constexpr double kMissed = 0.5;         // mean edges that material may have come towards the blade since its last pose
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
 constexpr double kSlack = 2;            // minimum features behind the blade's last pose that still count as swept
@@ -80,6 +82,7 @@ struct Entry {
   double depth = 0; // along the blade
   FacePoint point;
   Vec3 position;
+  bool standing = false;  // the edge was there before it moved
   // An edge of the mesh that the blade's whole length comes down on: the ways into the faces on both sides. Zero: all ways.
   std::array<Vec3, 2> ways{};
 };
@@ -107,6 +110,7 @@ class Sweep {
     std::vector<Entry> entries;
     const bool all_back = std::all_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V tip) { return goes_back(tip); });
     if (stroke_.through || all_back) entries = find_entries(stroke_.edge, to);
+    if (!stroke_.standing && std::any_of(entries.begin(), entries.end(), [](const Entry& e) { return e.standing; })) add_missed(entries);
     stroke_.standing = false;
 
     const std::size_t old_fronts = stroke_.fronts.size();
@@ -125,7 +129,6 @@ class Sweep {
       if (!located) continue;
       const auto start = start_here(*located);
       if (!start) continue;
-      visited_.push_back(e.position);
       crossed = true;
       for (int k = 0; k == 0 || (k < 2 && norm(e.ways[1]) > 0); ++k) (void)follow(*start, e.ways[static_cast<std::size_t>(k)]);
       if (!stroke_.through) break;
@@ -229,6 +232,7 @@ class Sweep {
   Followed follow(V tip, Vec3 way_on) {
     const auto stay = [&](const FacePoint& last_bit, bool moved, bool waits = false) {
       fronts_.push_back({tip, moved ? Vec3{} : way_on, last_bit, moved || last_bit.face.valid(), waits});
+      visited_.push_back({at(tip), last_bit.face.valid() ? place(last_bit) : at(tip)});
       return Followed{moved, false};
     };
     const bool joined = std::find(joined_.begin(), joined_.end(), tip) != joined_.end();
@@ -259,7 +263,7 @@ class Sweep {
       moved = true;
       tip = step->tip;
       way_on = normalized(at(tip) - before);
-      visited_.push_back(at(tip));
+      visited_.push_back({before, at(tip)});
       if (step->kind == Advance::Kind::kRanOut) joined_.push_back(tip);
       if (way->last) return {true, true};
     }
@@ -447,8 +451,7 @@ class Sweep {
         // Where the edge stands already is mostly where a front of its own is, before what is provisional was rolled back.
         if (k == 2 && !stroke_.standing && in_a_slit(face, point)) continue;
         const double time = k == 2 ? 0 : t;
-        entries.push_back({time, k == 2 ? t : k == 0 ? 1.0 : 0.0, point,
-                           lerp(tracks[k].first, tracks[k].second, t)});
+        entries.push_back({time, k == 2 ? t : k == 0 ? 1.0 : 0.0, point, lerp(tracks[k].first, tracks[k].second, t), k == 2, {}});
       }
       for (int k = 0; k < 3; ++k) {
         const H h = CollisionMesh::corner(face, k);
@@ -482,6 +485,7 @@ class Sweep {
       motion -= (dot(motion, along) / along_squared) * along;
       const Vec3 across = cross(along, motion);
       if (is_lip(h) && std::abs(dot(b - a, across)) < kAcrossLip * norm(b - a) * norm(across)) continue;
+      if (is_lip(h) && near_front(e.position)) continue;
       const auto way = way_into(h, along, motion);
       if (!way) continue;
       e.ways[0] = *way;
@@ -514,6 +518,21 @@ class Sweep {
     return (dot(line, cross(normal, b - a)) > 0 ? 1 / norm(line) : -1 / norm(line)) * line;
   }
 
+  /// Material has moved onto the standing edge. Where that happened on its length, what lies between the points where the edge goes through
+  /// now is cut too: the ridge is looked for a little behind the edge, and its fronts come first.
+  void add_missed(std::vector<Entry>& entries) const {
+    const Vec3 along = stroke_.edge.tip - stroke_.edge.base;
+    Vec3 motion = lerp(to_.base, to_.tip, 0.5) - lerp(stroke_.edge.base, stroke_.edge.tip, 0.5);
+    motion -= (dot(motion, along) / dot(along, along)) * along;
+    if (!(norm(motion) > 0)) return;
+    const Vec3 back = (kMissed * target_.complex.mean_root_edge / norm(motion)) * motion;
+    std::vector<Entry> ridges;
+    const BladeEdge behind{stroke_.edge.base - back, stroke_.edge.tip - back};
+    for (std::size_t i = 0; i < mesh().half_edge_count(); ++i)
+      if (const H h(i); h < mesh().twin[h]) meet_edge(h, behind, stroke_.edge, ridges);
+    entries.insert(entries.begin(), ridges.begin(), ridges.end());
+  }
+
   static bool segment_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c, double& t, Vec3& bary) {
     const int sp = orient3d(a, b, c, p), sq = orient3d(a, b, c, q);
     if ((sp > 0) == (sq > 0)) return false;
@@ -534,9 +553,8 @@ class Sweep {
   bool in_a_slit(F face, const FacePoint& point) const {
     if (std::any_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V front) { return touches(front, face); })) return true;
     const double near = kNearLip * target_.complex.mean_root_edge;
-    Vec3 x;
-    for (int i = 0; i < 3; ++i) x += point.weights[static_cast<std::size_t>(i)] * at(mesh().from(CollisionMesh::corner(face, i)));
-    if (std::any_of(ends_.begin(), ends_.end(), [&](Vec3 end) { return norm(end - x) < kSlack * feature_; })) return true;
+    const Vec3 x = place(point);
+    if (near_front(x)) return true;
     for (int i = 0; i < 3; ++i) {
       const H h = CollisionMesh::corner(face, i);
       const Vec3 a = at(mesh().from(h)), edge = at(mesh().to(h)) - a;
@@ -544,6 +562,10 @@ class Sweep {
       if (mesh().is_border(h) && norm(cross(edge, x - a)) < near * norm(edge)) return true;
     }
     return false;
+  }
+  bool near_front(Vec3 x) const {
+    const double near = kNearFront * target_.complex.mean_root_edge;
+    return std::any_of(ends_.begin(), ends_.end(), [&](Vec3 end) { return norm(end - x) < near; });
   }
   /// Not an edge of the rim.
   bool is_lip(H h) const {
@@ -563,7 +585,12 @@ class Sweep {
   bool on_a_track(Vec3 p, std::size_t old_fronts) const {
     for (std::size_t i = 0; i < std::min(old_fronts, stroke_.fronts.size()); ++i)
       if (norm(at(stroke_.fronts[i]) - p) < feature_) return true;
-    return std::any_of(visited_.begin(), visited_.end(), [&](Vec3 q) { return norm(p - q) < kSameTrack * feature_; });
+    return std::any_of(visited_.begin(), visited_.end(), [&](const std::array<Vec3, 2>& bit) {
+      const Vec3 way = bit[1] - bit[0];
+      const double length_squared = dot(way, way);
+      const double s = length_squared > 0 ? std::clamp(dot(p - bit[0], way) / length_squared, 0.0, 1.0) : 0;
+      return norm(p - bit[0] - s * way) < kSameTrack * feature_;
+    });
   }
 
   /// An entry was found before other fronts cut; find its place on the mesh as it is now.
@@ -649,6 +676,11 @@ class Sweep {
     for (std::size_t i = target_.position.size(); i < mesh().vertex_count(); ++i)
       target_.position.push_back(place(V(i)));
   }
+  Vec3 place(const FacePoint& p) const {
+    Vec3 x;
+    for (int i = 0; i < 3; ++i) x += p.weights[static_cast<std::size_t>(i)] * at(mesh().from(CollisionMesh::corner(p.face, i)));
+    return x;
+  }
   /// New vertices lie among their parents as they do at rest.
   Vec3 place(V v) const {
     const auto& births = target_.scratch.births;
@@ -669,7 +701,7 @@ class Sweep {
   BladeEdge to_;
   std::vector<Front> fronts_;  // of the new pose
   std::vector<Vec3> ends_;     // where fronts were at the last pose, provisional ends included
-  std::vector<Vec3> visited_;
+  std::vector<std::array<Vec3, 2>> visited_;  // bits of tracks
   std::vector<V> entered_;
   std::vector<V> joined_;  // where a path has run into a border: it fell apart
   JournalMark step_mark_;

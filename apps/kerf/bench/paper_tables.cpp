@@ -1,6 +1,7 @@
 // Section 5 of the paper, measured here beside its values. The paper: Intel i7-4770 3.4 GHz, SOFA.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 
@@ -115,6 +116,9 @@ class PaperBench {
     table.rows.push_back({name, "sum of these parts", value(paper.cut_and_binding + paper.embedding + paper.surface),
                           kMilli * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()), Cell(), Cell()});
     add_row(table, name, "Total Cut Time", value(paper.total), timings->whole);
+    const auto poses = time_poses(*session, std::max(1, options_.cut_count() / 20), true);
+    if (!poses) return poses.error();
+    add_row(table, name, "a cut by hand while it moves, per pose", Cell(), *poses);
     add_row(table, name, "Simulation Time, before the cuts", paper.simulation, frames_before->frame);
     if (const auto six = time_short_cuts(*session, 6, session_size(*session), 100); !six) return six.error();
     const auto frames_after = time_frames(*session, frames());

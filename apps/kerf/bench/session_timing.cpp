@@ -91,7 +91,7 @@ Result<CutTimings> time_short_cuts(Session& session, int cuts, double length, st
   return timings;
 }
 
-Result<Sample> time_poses(Session& session, int cuts) {
+Result<Sample> time_poses(Session& session, int cuts, bool moving) {
   Sample times;
   Random random(11);
   const Box3 box = rest_box(session);
@@ -106,6 +106,7 @@ Result<Sample> time_poses(Session& session, int cuts) {
       const double start = thread_seconds();
       KERF_TRY(session.move_blade(p + up, p - up));
       if (k > 0) times.add(thread_seconds() - start);
+      if (moving) KERF_TRY(session.step(1));
     }
     KERF_TRY(session.end_stroke());
     if (session.undo_depth() > depth) KERF_TRY(session.undo());

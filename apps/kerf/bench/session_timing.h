@@ -25,7 +25,8 @@ Result<CutTimings> time_cuts(Session& session, int cuts);
 Result<CutTimings> time_short_cuts(Session& session, int cuts, double length, std::uint64_t seed);
 
 /// A cut drawn by hand across the body: time of every pose, a fortieth of the body apart; the provisional end included. Undone.
-Result<Sample> time_poses(Session& session, int cuts);
+/// moving: the body swings, a step (not in the time) after every pose.
+Result<Sample> time_poses(Session& session, int cuts, bool moving = false);
 
 /// A notch punched out of the border about `centre` (rest frame, metres): a blade runs around it, out of the body and back out. Undone.
 Result<CutTimings> time_notches(Session& session, const std::vector<Vec3>& centres, double radius);

@@ -296,10 +296,11 @@ Result<SpringId> MechanicsModel::add_spring(const RowSpring& spring) {
   }
   if (used == 0) return bad_input("spring: it names no node");
   stale_ = true;
-  for (std::size_t i = 0; i < springs_.size(); ++i)
+  for (std::size_t i = 0; free_springs_ > 0 && i < springs_.size(); ++i)
     if (!springs_[i].nodes[0].valid()) {
       springs_[i] = packed;
       spring_caps_[i] = HUGE_VAL;
+      --free_springs_;
       return SpringId(i);
     }
   springs_.push_back(packed);
@@ -322,12 +323,14 @@ SpringReceipt MechanicsModel::set_spring_stiffness(SpringId id, double stiffness
 void MechanicsModel::remove_spring(SpringId id) {
   if (!has_spring(id)) return;
   springs_[id.index()].nodes.fill(NodeId());
+  ++free_springs_;
   stale_ = true;
 }
 
 void MechanicsModel::clear_springs() {
   springs_.clear();
   spring_caps_.clear();
+  free_springs_ = 0;
   stale_ = true;
 }
 

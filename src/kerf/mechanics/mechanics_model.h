@@ -213,6 +213,7 @@ class MechanicsModel {
 
   std::vector<RowSpring> springs_;
   std::vector<double> spring_caps_;
+  std::size_t free_springs_ = 0;  ///< removed ones, whose places new ones take
 
   Structure structure_;
   bool stale_ = true;

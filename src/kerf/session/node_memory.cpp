@@ -6,14 +6,23 @@
 namespace kerf {
 namespace {
 
-auto key(const NodeMemory::Piece& p) { return std::tuple(p.cell, p.triangle, p.side); }
+auto key(const NodeMemory::Piece& p) { return std::tuple(p.cell, p.triangle); }
 
-/// Calls f(piece) for the pieces of a cell, by triangle and side.
+/// Calls f(triangle, piece) for the pieces of a cell, by triangle.
 template <class Fn>
 void for_each_piece(const HexMesh& hex, CellId cell, Fn&& f) {
   for (const CollisionTriangle t : hex.members_of(cell))
     for (const Piece& p : hex.pieces_of(t))
       if (p.cell == cell) f(t, p);
+}
+
+void inherit(HexId copy, std::int32_t from, double volume, std::vector<NodeMemory::Heir>& heirs) {
+  for (auto heir = heirs.rbegin(); heir != heirs.rend(); ++heir)  // neighbours mostly go together
+    if (heir->copy == copy && heir->from == from) {
+      heir->volume += volume;
+      return;
+    }
+  heirs.push_back({copy, from, volume});
 }
 
 }  // namespace
@@ -43,23 +52,27 @@ void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeF
       memory.pieces.push_back({cell, t, p.side, p.volume, static_cast<std::int32_t>(copy)});
     });
   }
-  std::sort(memory.pieces.begin(), memory.pieces.end(), [](const auto& a, const auto& b) { return key(a) < key(b); });
+  KERF_ASSERT(std::is_sorted(memory.pieces.begin(), memory.pieces.end(), [](const auto& a, const auto& b) { return key(a) < key(b); }));
 }
 
 void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old) {
+  auto& heirs = memory.heirs;
   auto& shares = memory.shares;
   shares.clear();
-  for (const CellId cell : memory.cells)
+  auto before = memory.pieces.begin();
+  for (const CellId cell : memory.cells) {
+    heirs.clear();
     for_each_piece(hex, cell, [&](CollisionTriangle t, const Piece& now) {
-      auto before = std::lower_bound(memory.pieces.begin(), memory.pieces.end(), std::tuple(cell, t),
-                                     [](const auto& p, const auto& k) { return std::tuple(p.cell, p.triangle) < k; });
-      for (; before != memory.pieces.end() && before->cell == cell && before->triangle == t; ++before) {
-        if (before->side * now.side < 0) continue;
-        const NodeMemory::Copy& copy = memory.copies[static_cast<std::size_t>(before->copy)];
-        for (std::size_t c = 0; c < 8; ++c)
-          shares.push_back({hex.nodes[now.copy][c], std::min(before->volume, now.volume), copy.nodes[c]});
-      }
+      // Both lists are in the same order; a triangle has few pieces in a cell.
+      const std::tuple here(cell, t);
+      while (before != memory.pieces.end() && key(*before) < here) ++before;
+      for (auto p = before; p != memory.pieces.end() && key(*p) == here; ++p)
+        if (p->side * now.side >= 0) inherit(now.copy, p->copy, std::min(p->volume, now.volume), heirs);
     });
+    for (const NodeMemory::Heir& heir : heirs)
+      for (std::size_t c = 0; c < 8; ++c)
+        shares.push_back({hex.nodes[heir.copy][c], heir.volume, memory.copies[static_cast<std::size_t>(heir.from)].nodes[c]});
+  }
   // Stable: the order of a sum must not depend on the sort.
   std::stable_sort(shares.begin(), shares.end(),
                    [](const auto& a, const auto& b) { return std::tuple(a.node, a.from.node) < std::tuple(b.node, b.from.node); });

@@ -23,6 +23,12 @@ struct NodeMemory {
     double volume = 0;
     std::int32_t copy = 0;  ///< in copies
   };
+  /// How much of a remembered copy's material is in a copy of now.
+  struct Heir {
+    HexId copy;
+    std::int32_t from = 0;  ///< in copies
+    double volume = 0;
+  };
   /// What a remembered node lends to a node of now.
   struct Share {
     NodeId node;
@@ -30,8 +36,9 @@ struct NodeMemory {
     NodeMotion from;
   };
   std::vector<Copy> copies;
-  std::vector<Piece> pieces;  ///< by cell, triangle and side
+  std::vector<Piece> pieces;  ///< by cell and triangle
   std::vector<CellId> cells;  ///< ascending
+  std::vector<Heir> heirs;    ///< memory of recall_cells
   std::vector<Share> shares;  ///< memory of recall_cells
   void clear();
   [[nodiscard]] bool empty() const { return pieces.empty(); }

@@ -67,6 +67,26 @@ std::size_t UndoStep::bytes() const {
          fade.bytes() + (removal ? removal->bytes() : 0);
 }
 
+void UndoList::push(UndoStep step) {
+  const std::size_t bytes = step.bytes();
+  bytes_ += bytes;
+  steps_.emplace_back(std::move(step), bytes);
+}
+UndoStep UndoList::pop() {
+  UndoStep step = std::move(steps_.back().first);
+  bytes_ -= steps_.back().second;
+  steps_.pop_back();
+  return step;
+}
+void UndoList::forget_oldest() {
+  bytes_ -= steps_.front().second;
+  steps_.pop_front();
+}
+void UndoList::clear() {
+  steps_.clear();
+  bytes_ = 0;
+}
+
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures), gravity(o.gravity),
       largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps), next_command(o.next_command), grasps(o.grasps),
@@ -218,6 +238,7 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
   impl_->state = snapshot->state;
   impl_->step_options.gravity = impl_->state.gravity;
   impl_->skin_stale = true;
+  impl_->springs_stale = true;
   impl_->contact.surface_stale = true;
   impl_->watched.everything = impl_->watching;
   impl_->state.topology_version = version + 1;  // whoever watches must look again
@@ -316,6 +337,7 @@ Vec3 Session::support_force(NodeId node) const {
 
 Vec3 Session::grasp_force(const std::string& id) const {
   Vec3 sum;
+  if (!impl_->fresh_springs()) return sum;
   for (const Grasp& g : impl_->state.grasps)
     if (g.id == id)
       for (const SpringId spring : g.springs)

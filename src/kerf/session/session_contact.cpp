@@ -89,6 +89,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divi
 Result<StepReport> Session::Impl::advance_mechanics() {
   const double dt = step_options.dt;
   detection_seconds = 0;
+  KERF_TRY(fresh_springs());
   const int equal = contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact)
                      : 1;
   parts = equal;

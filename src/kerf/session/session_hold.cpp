@@ -144,6 +144,7 @@ void Session::Impl::move_grasps(double until, double over) {
 
 Status Session::Impl::renew_springs() {
   const Body& body = state.body;
+  springs_stale = false;
   state.model.clear_springs();
   for (Grasp& g : state.grasps) {
     g.springs.clear();

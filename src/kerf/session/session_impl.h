@@ -1,6 +1,7 @@
 // The inside of a Session: its state (copied for snapshots) and the memory it works in. Private to session/*.cpp.
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -61,6 +62,22 @@ struct UndoStep {
   [[nodiscard]] std::size_t bytes() const;
 };
 
+/// Steps in their order, the latest at the back, and what they hold.
+class UndoList {
+ public:
+  [[nodiscard]] bool empty() const { return steps_.empty(); }
+  [[nodiscard]] std::size_t size() const { return steps_.size(); }
+  [[nodiscard]] std::size_t bytes() const { return bytes_; }
+  void push(UndoStep step);
+  UndoStep pop();
+  void forget_oldest();
+  void clear();
+
+ private:
+  std::deque<std::pair<UndoStep, std::size_t>> steps_;  ///< with the bytes of each
+  std::size_t bytes_ = 0;
+};
+
 struct SessionState {
   Body body;
   MechanicsModel model{Vec3{1, 1, 1}};
@@ -78,7 +95,7 @@ struct SessionState {
   DetectMemory touching;          ///< what detection remembers of contacts
   std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
   JournalMark synced;                   ///< hexahedra, embeddings and mechanics match the complex as of here
-  std::vector<UndoStep> undo, redo;
+  UndoList undo, redo;
   std::vector<StrokeRecord> strokes;
   std::uint64_t topology_version = 1;
 
@@ -136,6 +153,8 @@ struct Session::Impl {
   std::vector<Vec3> sweep_positions;
   std::vector<Vec3> shown;  ///< of shown_nodes()
   std::vector<TipGlue> glue;
+  BodyCounts counted;  ///< of topology version counted_at
+  std::uint64_t counted_at = 0;
 
   Status prepare(const Progress& progress);
 
@@ -149,7 +168,7 @@ struct Session::Impl {
   Status undo() { return travel(state.undo, state.redo, true); }
   Status redo() { return travel(state.redo, state.undo, false); }
   /// Takes the last step of one list back (or makes it again) and puts it on the other.
-  Status travel(std::vector<UndoStep>& from, std::vector<UndoStep>& to, bool back);
+  Status travel(UndoList& from, UndoList& to, bool back);
   /// Grasps let go of collision vertices that an undone cut made: their hold moves to what they were split off from.
   void keep_grasps_on(const std::vector<CollisionVertex>& ancestors);
   [[nodiscard]] std::vector<CollisionVertex> grasp_ancestors() const;
@@ -192,6 +211,7 @@ struct Session::Impl {
   }
   /// Has anything ever moved? Else no vertex can jump.
   [[nodiscard]] bool moved_ever() const { return state.steps > 0; }
+  const BodyCounts& counts();
   void mark_synced() { journal_mark(state.body, state.synced); }
   void rollback_to(const JournalMark& mark);
 
@@ -224,8 +244,11 @@ struct Session::Impl {
   void unfix(const SceneRegion& region);
   /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.
   std::vector<NodeId> nodes_in(const SceneRegion& region) const;
-  /// Springs of grasps and of slit tips, anew; after every change of topology.
+  /// Springs of grasps and of slit tips, anew. Linear in the tips there ever were, so changes of topology only say that they are
+  /// stale; whoever looks at them asks for fresh ones first.
   Status renew_springs();
+  Status fresh_springs() { return springs_stale ? renew_springs() : Status{}; }
+  bool springs_stale = false;
   /// Takes the grasp of a tool away, if there is one.
   Status let_go(std::size_t tool);
   /// Grasps on their way at `until`; `over`: s since they were last told.

@@ -24,7 +24,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
   KERF_TRY(finish_command_stroke());
   if (state.stroke) KERF_TRY(end_stroke());
   const auto start = Clock::now();
-  std::vector<UndoStep> redo = std::move(state.redo);  // given back if nothing is cut
+  UndoList redo = std::exchange(state.redo, {});  // given back if nothing is cut
   KERF_TRY(begin_stroke(frame, true));
   const auto give_up = [&] {
     Status cancelled = cancel_stroke();

@@ -168,7 +168,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   record.kind = StrokeRecord::Kind::kRemoval;
   record.began = record.ended = state.time;
   record.finished = true;
-  record.before = count_body(state.body);
+  record.before = counts();
   UndoStep step;
   step.mechanics = state.mechanics;
   step.fade = state.fade;
@@ -258,7 +258,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   KERF_TRY(renew_springs());
   renew_loads();
 
-  record.after = count_body(body);
+  record.after = counts();
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   record.times.total = report.seconds;
   state.strokes.push_back(record);

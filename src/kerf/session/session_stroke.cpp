@@ -102,9 +102,17 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
   stroke.fade = state.fade;
   StrokeRecord record;
   record.began = record.ended = state.time;
-  record.before = record.after = count_body(state.body);
+  record.before = record.after = counts();
   state.strokes.push_back(record);
   return {};
+}
+
+const BodyCounts& Session::Impl::counts() {
+  if (counted_at != state.topology_version) {
+    counted = count_body(state.body);
+    counted_at = state.topology_version;
+  }
+  return counted;
 }
 
 void Session::Impl::begin_pose() {
@@ -204,7 +212,7 @@ Status Session::Impl::follow_complex(CutTimes& times) {
     move_in_balance(body.hex, state.model, state.mechanics, std::span(surface.nodes).subspan(known_nodes), changed_hexes, balance);
     remember_moved(surface_state(), known_nodes, mark_of(body, state.synced, body.hex.cell).size, surface, state.fade.nodes);
   }
-  KERF_TRY(renew_springs());
+  springs_stale = true;
   renew_loads();
   ++state.topology_version;
   positions_changed();
@@ -278,9 +286,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
     join_balance(state.model, state.mechanics, id, balance);
   }
   state.synced = mark;
-  const Status springs = renew_springs();
-  KERF_ASSERT(springs.ok());
-  (void)springs;
+  springs_stale = true;
   renew_loads();
   ++state.topology_version;
   positions_changed();
@@ -293,7 +299,7 @@ Status Session::Impl::end_stroke() {
   StrokeRecord& record = state.strokes.back();
   record.finished = true;
   record.ended = state.time;
-  record.after = count_body(state.body);
+  record.after = counts();
 
   UndoStep step;
   step.topology = journal_take(state.body, stroke.start);
@@ -311,13 +317,8 @@ Status Session::Impl::end_stroke() {
 }
 
 void Session::Impl::add_undo(UndoStep step) {
-  state.undo.push_back(std::move(step));
-  std::size_t bytes = 0;
-  for (const UndoStep& u : state.undo) bytes += u.bytes();
-  while (bytes > kUndoBytes && state.undo.size() > 1) {
-    bytes -= state.undo.front().bytes();
-    state.undo.erase(state.undo.begin());
-  }
+  state.undo.push(std::move(step));
+  while (state.undo.bytes() > kUndoBytes && state.undo.size() > 1) state.undo.forget_oldest();
 }
 
 Status Session::Impl::cancel_stroke() {
@@ -337,7 +338,8 @@ Status Session::Impl::cancel_stroke() {
   state.stroke.reset();
   keep_grasps_on(ancestors);
   positions_changed();
-  return renew_springs();
+  springs_stale = true;
+  return {};
 }
 
 std::vector<CollisionVertex> Session::Impl::grasp_ancestors() const {
@@ -365,11 +367,10 @@ void Session::Impl::keep_grasps_on(const std::vector<CollisionVertex>& ancestors
   }
 }
 
-Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>& to, bool back) {
+Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
   if (state.stroke) KERF_TRY(end_stroke());
   if (from.empty()) return bad_input(back ? "there is no stroke to undo" : "there is no stroke to redo");
-  UndoStep step = std::move(from.back());
-  from.pop_back();
+  UndoStep step = from.pop();
   MechanicsState now = state.mechanics;
   if (step.removal) {
     KERF_TRY(swap_removal(*step.removal, back));
@@ -398,9 +399,9 @@ Status Session::Impl::travel(std::vector<UndoStep>& from, std::vector<UndoStep>&
     contact_follows(topology_change.triangles);
   }
   if (watching && !step.removal) note_changes(state.body, step.topology, topology_change, watched);
-  to.push_back(std::move(step));
+  to.push(std::move(step));
   positions_changed();
-  KERF_TRY(renew_springs());
+  springs_stale = true;
   renew_loads();
   return {};
 }

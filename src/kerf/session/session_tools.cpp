@@ -211,6 +211,7 @@ Status Session::Impl::close_on(std::size_t i) {
   ToolMotion& motion = state.tools[i];
   const RigidState& at = state.mechanics.tools[i];
   if (motion.holding) {
+    KERF_TRY(fresh_springs());
     for (const Grasp& g : state.grasps) {
       if (g.tool != static_cast<std::int32_t>(i)) continue;
       for (std::size_t k = 0; k < g.springs.size(); ++k) {

@@ -84,6 +84,8 @@ class Rememberer {
     for (std::size_t i = first; i < m_.nodes.size(); ++i) {
       const NodeMotion& was = m_.nodes[i];
       const NodeId n = was.node;
+      const auto begin = m_.nodes.begin() + static_cast<std::ptrdiff_t>(first), here = m_.nodes.begin() + static_cast<std::ptrdiff_t>(i);
+      if (std::any_of(begin, here, [&](const NodeMotion& m) { return m.node == n; })) continue;  // moved twice
       const Vec3 then = was.shown_position(), now = position(n);
       if (then == now && was.shown_velocity() == velocity(n)) continue;
       double stays = 0, goes = 0;  // m^3 of material that the node was shown to move then, and that moved as it does now

@@ -79,6 +79,11 @@ void linearise(const ContactRow& in, double h, double blend, Row& row) {
   row.impulse = h * ((-k * (row.gap - h * dot(n, vo))) * n + ks * d - (keep * limit) * t);
 }
 
+/// How fast overlap that no force explains is pushed out.
+double push_speed(const ContactRow& row, const ContactOptions& options) {
+  return row.push_speed > 0 ? std::min(row.push_speed, options.push_speed) : options.push_speed;
+}
+
 /// Stick or slide from a stretch of the friction spring and a normal force.
 ContactPhase phase_of(double friction, const Row& row, Vec3 stretch, double force) {
   const bool reversed = row.phase == ContactPhase::kSlide && dot(stretch, row.along) < 0;
@@ -234,6 +239,7 @@ Status check_contacts(const MechanicsModel& model, const MechanicsState& state, 
     if (!(std::abs(dot(row.normal, row.normal) - 1) < kUnitTolerance)) return refuse("its normal is not a unit vector");
     if (!std::isfinite(row.gap)) return refuse("its gap is not finite");
     if (!(row.friction >= 0) || !std::isfinite(row.friction)) return refuse("its friction must not be negative");
+    if (!(row.push_speed >= 0)) return refuse("its push speed must not be negative");
     if (!is_finite(row.other_velocity) || !is_finite(row.arm)) return refuse("a velocity or an arm is not finite");
     for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
       if (!set.entries[k].node.valid() || set.entries[k].node.index() >= model.node_count())
@@ -273,7 +279,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
   for (std::size_t r = 0; r < set.rows.size(); ++r) {
     const ContactRow& in = set.rows[r];
     Row& row = c.rows[r];
-    row.gap = std::max(in.gap, -set.options.push_speed * h);
+    row.gap = std::max(in.gap, -push_speed(in, set.options) * h);
     while (memory != state.contacts.end() && memory->key < in.key) ++memory;
     if (memory != state.contacts.end() && memory->key == in.key) {
       row.force = memory->force;
@@ -315,7 +321,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     if (!(in.gap < 0) || !(row.stiffness > 0)) continue;
     // What the force of the last step holds is no overlap to get rid of, however far it goes beyond what may be pushed out in a step.
     const double held = row.force / row.stiffness;
-    row.gap = std::max(in.gap, -held - set.options.push_speed * h);
+    row.gap = std::max(in.gap, -held - push_speed(in, set.options) * h);
   }
 }
 

@@ -30,6 +30,7 @@ struct ContactRow {
   double gap = 0;         ///< at the start of the step, m; negative: overlap
   Vec3 other_velocity;    ///< of a given other side at the contact point, m/s
   double friction = 0;    ///< Coulomb's coefficient
+  double push_speed = 0;  ///< m/s, instead of the options' where that is faster; 0: theirs
 };
 
 /// A rigid tool that follows a given pose through a virtual coupling: six freedoms in the same linear system.

@@ -17,8 +17,8 @@ constexpr double kToolGyration = 0.02;
 /// grows as they get thinner (up to the second times), so that the overlap stays as small a part of the half thickness.
 constexpr double kThinCell = 5, kStiffest = 20;
 
-/// Bodies in each other come apart by at most so many half thicknesses a second: what turns out to overlap without a force that held it
-/// (a sliver that spins between others) must not be thrown.
+/// Bodies that are in each other, or in themselves, come apart by at most so many half thicknesses a second: what turns out to overlap
+/// without a force that held it (a sliver that spins between others) must not be thrown.
 constexpr double kPushRadii = 20;
 
 /// Contacts that a step closes without having seen them may overlap by this part of the half thickness.
@@ -155,6 +155,7 @@ void make_contact_rows(const Body& body, ContactStep& c) {
     if (other_body) add_point(body, contact.b, -1, row.first, c);
     row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
     if (!other_body) row.cell = common_copy(body, contact.a);
+    else row.push_speed = kPushRadii * c.surface.largest_radius;
     row.normal = contact.normal;
     row.gap = contact.gap;
     row.friction = contact.friction;
@@ -180,7 +181,7 @@ Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::st
   const double thin = radius > 0 ? std::max({cell.x, cell.y, cell.z}) / (kThinCell * radius) : 1;
   c.set.options.stiffness = scene.contact.stiffness * std::clamp(thin, 1.0, kStiffest);
   c.set.options.passes = scene.contact.passes;
-  c.set.options.push_speed = radius > 0 ? std::min(scene.contact.push_speed, kPushRadii * radius) : scene.contact.push_speed;
+  c.set.options.push_speed = scene.contact.push_speed;
   c.set.options.unseen = kUnseen * radius;
   return {};
 }

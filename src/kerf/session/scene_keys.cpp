@@ -527,7 +527,9 @@ std::span<const SceneKey<SceneBlade>> scene_keys<SceneBlade>() {
        "Coordinates of the poses: world, or rest, which follows the body's deformation."},
       {"poses", SceneNested{"list of tables"}, "", kAny, true,
        "Where the edge is when; it moves in straight lines between at least two poses."},
-      {"through", &T::through, "", kAny, false, "Cut every layer that the edge meets instead of the first."},
+      {"through", &T::through, "", kAny, false,
+       "Cut every layer that the edge meets instead of the first, counted from its base. Pressed on its length through a tube or a vault "
+       "the edge meets two: where it goes in and where it comes out."},
   };
   return keys;
 }

@@ -7,7 +7,8 @@
 #include <numbers>
 #include <optional>
 
-#include "kerf/spatial/predicates.h"
+#include "kerf/cutting/blade_entry.h"
+#include "kerf/cutting/blade_track.h"
 
 namespace kerf {
 namespace {
@@ -17,75 +18,12 @@ using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 
 constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is flat for our purpose
-constexpr double kLeastProgress = 0.02; // cosine to the blade's motion below which a direction does not lead on
-constexpr double kLengthSlack = 1e-9;   // of the edge's length: the ends of a blade belong to it
-constexpr double kMoments = 1e7;        // parts of a move that count as different times
-constexpr double kLeastRise = 1e-6;     // cosine: an edge of the mesh stands out towards the blade
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
-constexpr double kAcrossLip = 0.1;      // sine of the angle to a lip; a blade that moves along it doesn't cut it
-constexpr double kNearLip = 0.1;        // of the mean edge: nearer to a lip the blade stands in the slit, not in the material
-constexpr double kNearFront = 0.3;      // of the mean edge: what meets a lip so near to a front is cut by that front
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
-constexpr double kMissed = 0.5;         // mean edges that material may have come towards the blade since its last pose
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
 constexpr double kSlack = 2;            // minimum features behind the blade's last pose that still count as swept
 constexpr double kSameTrack = 0.5;      // of the minimum feature: nearer hits are the layer that a front already cuts
-
-/// The plane that holds the point where a front is and the edge where the blade is going, with progress measured
-/// along it: negative behind the blade, zero at it.
-struct TrackPlane {
-  Vec3 a, b, c;  // three points of the plane, for exact signs
-  Vec3 origin, along, motion;
-  double along_squared = 0;
-
-  /// Plane through `from` and the line of `edge`; none if `from` is on that line.
-  static std::optional<TrackPlane> make(Vec3 from, const BladeEdge& edge) {
-    TrackPlane p;
-    p.a = from;
-    p.b = edge.base;
-    p.c = edge.tip;
-    p.origin = edge.base;
-    p.along = edge.tip - edge.base;
-    p.along_squared = dot(p.along, p.along);
-    const Vec3 back = from - edge.base;
-    const Vec3 off = back - (dot(back, p.along) / p.along_squared) * p.along;
-    const double distance = norm(off);
-    if (!(distance > 0)) return std::nullopt;
-    p.motion = (-1 / distance) * off;
-    return p;
-  }
-  /// True above the plane. Zero counts as below, for everybody, so that neighbours agree.
-  [[nodiscard]] bool above(Vec3 p) const { return orient3d(a, b, c, p) > 0; }
-  [[nodiscard]] double height(Vec3 p) const { return std::abs(orient3d_value(p)); }
-  [[nodiscard]] double orient3d_value(Vec3 p) const { return dot(cross(b - a, c - a), p - a); }
-  [[nodiscard]] double progress(Vec3 p) const { return dot(p - origin, motion); }
-  /// Position along the blade: 0 at the base, 1 at the tip.
-  [[nodiscard]] double along_blade(Vec3 p) const { return dot(p - origin, along) / along_squared; }
-  /// Fraction from p to q, which lie on different sides, at which the plane is crossed.
-  [[nodiscard]] double crossing(Vec3 p, Vec3 q) const {
-    const double hp = height(p), hq = height(q);
-    return hp + hq > 0 ? hp / (hp + hq) : 0.5;
-  }
-};
-
-/// Which part of the blade passed a point, and when.
-struct Passing {
-  double depth = 0;  // 0 at the base, 1 at the tip
-  double time = 0;   // 0 .. 1 of the move
-  [[nodiscard]] bool in_blade() const { return depth >= -kLengthSlack && depth <= 1 + kLengthSlack; }
-};
-
-/// Where a blade gets into the material.
-struct Entry {
-  double time = 0;  // 0 .. 1 of the move
-  double depth = 0; // along the blade
-  FacePoint point;
-  Vec3 position;
-  bool standing = false;  // the edge was there before it moved
-  // An edge of the mesh that the blade's whole length comes down on: the ways into the faces on both sides. Zero: all ways.
-  std::array<Vec3, 2> ways{};
-};
 
 /// Where the cut has got to in one layer.
 struct Front {
@@ -107,10 +45,10 @@ class Sweep {
     for (const V tip : stroke_.fronts) ends_.push_back(at(tip));
     redo_provisional_end();
     // Entries are looked for before anything moves: afterwards the fronts' own tracks would be met again.
-    std::vector<Entry> entries;
+    std::vector<BladeEntry> entries;
     const bool all_back = std::all_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V tip) { return goes_back(tip); });
-    if (stroke_.through || all_back) entries = find_entries(stroke_.edge, to);
-    if (!stroke_.standing && std::any_of(entries.begin(), entries.end(), [](const Entry& e) { return e.standing; })) add_missed(entries);
+    if (stroke_.through || all_back)
+      entries = find_blade_entries({target_.complex, target_.position, stroke_.edge, to, stroke_.through, stroke_.standing, stroke_.fronts, ends_});
     stroke_.standing = false;
 
     const std::size_t old_fronts = stroke_.fronts.size();
@@ -123,7 +61,7 @@ class Sweep {
           touches(stroke_.fronts[i], stroke_.last_bits[i].face))
         crossed |= advance(stroke_.fronts[i], stroke_.last_bits[i]).has_value();
     }
-    for (const Entry& e : entries) {
+    for (const BladeEntry& e : entries) {
       if (on_a_track(e.position, old_fronts)) continue;
       const auto located = relocate(e);
       if (!located) continue;
@@ -428,160 +366,6 @@ class Sweep {
     return BorderHit{f, plane.progress(p)};
   }
 
-  /// Everything the blade runs into during this move, first things first.
-  std::vector<Entry> find_entries(const BladeEdge& from, const BladeEdge& to) const {
-    std::vector<Entry> entries;
-    Box3 box;
-    for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) box.add(p);
-    for (std::size_t i = 0; i < mesh().face_count(); ++i) {
-      const F face(i);
-      const H h0 = CollisionMesh::corner(face, 0);
-      const V v[3] = {mesh().from(h0), mesh().to(h0), mesh().apex(h0)};
-      const Vec3 p[3] = {at(v[0]), at(v[1]), at(v[2])};
-      if (std::max({p[0].x, p[1].x, p[2].x}) < box.min.x || std::min({p[0].x, p[1].x, p[2].x}) > box.max.x ||
-          std::max({p[0].y, p[1].y, p[2].y}) < box.min.y || std::min({p[0].y, p[1].y, p[2].y}) > box.max.y ||
-          std::max({p[0].z, p[1].z, p[2].z}) < box.min.z || std::min({p[0].z, p[1].z, p[2].z}) > box.max.z)
-        continue;
-      // An end of the edge, or the edge as it stood at first, goes through the face: a stab.
-      const std::pair<Vec3, Vec3> tracks[3] = {{from.tip, to.tip}, {from.base, to.base}, {from.base, from.tip}};
-      for (int k = 0; k < 3; ++k) {
-        double t = 0;
-        FacePoint point;
-        if (!pierce(face, p, tracks[k].first, tracks[k].second, t, point)) continue;
-        // Where the edge stands already is mostly where a front of its own is, before what is provisional was rolled back.
-        if (k == 2 && !stroke_.standing && in_a_slit(face, point)) continue;
-        const double time = k == 2 ? 0 : t;
-        entries.push_back({time, k == 2 ? t : k == 0 ? 1.0 : 0.0, point, lerp(tracks[k].first, tracks[k].second, t), k == 2, {}});
-      }
-      for (int k = 0; k < 3; ++k) {
-        const H h = CollisionMesh::corner(face, k);
-        if (mesh().is_border(h) || h < mesh().twin[h]) meet_edge(h, from, to, entries);
-      }
-    }
-    // Layers met at the same moment but for rounding: the one nearer to the base is the first.
-    std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-      const auto ta = std::llround(a.time * kMoments), tb = std::llround(b.time * kMoments);
-      return ta != tb ? ta < tb : a.depth < b.depth;
-    });
-    return entries;
-  }
-
-  /// Where an edge of the mesh goes through the strip that the blade sweeps, and the track begins there: at a border whose face lies ahead,
-  /// or along the blade; at an inner edge with both its faces ahead.
-  void meet_edge(H h, const BladeEdge& from, const BladeEdge& to, std::vector<Entry>& entries) const {
-    const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h));
-    const Vec3 strip[2][3] = {{from.base, from.tip, to.tip}, {from.base, to.tip, to.base}};
-    for (const auto& triangle : strip) {
-      double f = 0;
-      Vec3 bary;
-      if (!segment_triangle(a, b, triangle[0], triangle[1], triangle[2], f, bary)) continue;
-      Entry e;
-      e.time = &triangle == &strip[0] ? bary.z : bary.y + bary.z;
-      e.position = lerp(a, b, f);
-      const Vec3 base = lerp(from.base, to.base, e.time), along = lerp(from.tip, to.tip, e.time) - base;
-      const double along_squared = std::max(dot(along, along), 1e-300);
-      e.depth = dot(e.position - base, along) / along_squared;
-      Vec3 motion = lerp(to.base - from.base, to.tip - from.tip, e.depth);
-      motion -= (dot(motion, along) / along_squared) * along;
-      const Vec3 across = cross(along, motion);
-      if (is_lip(h) && std::abs(dot(b - a, across)) < kAcrossLip * norm(b - a) * norm(across)) continue;
-      if (is_lip(h) && near_front(e.position)) continue;
-      const auto way = way_into(h, along, motion);
-      if (!way) continue;
-      e.ways[0] = *way;
-      double progress = dot(*way, motion);
-      if (mesh().is_border(h)) {
-        if (!(progress > -kLeastProgress * norm(motion))) continue;
-      } else {
-        const auto other = way_into(mesh().twin[h], along, motion);
-        if (!other) continue;
-        e.ways[1] = *other;
-        progress = std::min(progress, dot(*other, motion));
-        if (!(progress > kLeastRise * norm(motion))) continue;
-        if (!stroke_.through) {  // the first layer from the base
-          if (dot(e.ways[1] - e.ways[0], along) < 0) e.ways[0] = e.ways[1];
-          e.ways[1] = {};
-        }
-      }
-      e.point.face = mesh().face(h);
-      e.point.weights = {0, 0, 0};
-      e.point.weights[static_cast<std::size_t>(h.value % 3)] = 1 - f;
-      e.point.weights[static_cast<std::size_t>((h.value + 1) % 3)] = f;
-      entries.push_back(e);
-    }
-  }
-  /// Direction of the track from edge h into its face: where the face's plane meets the strip's.
-  std::optional<Vec3> way_into(H h, Vec3 along, Vec3 motion) const {
-    const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h)), c = at(mesh().apex(h));
-    const Vec3 normal = cross(b - a, c - a), line = cross(cross(along, motion), normal);
-    if (!(norm(line) > 0)) return std::nullopt;
-    return (dot(line, cross(normal, b - a)) > 0 ? 1 / norm(line) : -1 / norm(line)) * line;
-  }
-
-  /// Material has moved onto the standing edge. Where that happened on its length, what lies between the points where the edge goes through
-  /// now is cut too: the ridge is looked for a little behind the edge, and its fronts come first.
-  void add_missed(std::vector<Entry>& entries) const {
-    const Vec3 along = stroke_.edge.tip - stroke_.edge.base;
-    Vec3 motion = lerp(to_.base, to_.tip, 0.5) - lerp(stroke_.edge.base, stroke_.edge.tip, 0.5);
-    motion -= (dot(motion, along) / dot(along, along)) * along;
-    if (!(norm(motion) > 0)) return;
-    const Vec3 back = (kMissed * target_.complex.mean_root_edge / norm(motion)) * motion;
-    std::vector<Entry> ridges;
-    const BladeEdge behind{stroke_.edge.base - back, stroke_.edge.tip - back};
-    for (std::size_t i = 0; i < mesh().half_edge_count(); ++i)
-      if (const H h(i); h < mesh().twin[h]) meet_edge(h, behind, stroke_.edge, ridges);
-    entries.insert(entries.begin(), ridges.begin(), ridges.end());
-  }
-
-  static bool segment_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c, double& t, Vec3& bary) {
-    const int sp = orient3d(a, b, c, p), sq = orient3d(a, b, c, q);
-    if ((sp > 0) == (sq > 0)) return false;
-    const Vec3 n = cross(b - a, c - a);
-    const double hp = std::abs(dot(n, p - a)), hq = std::abs(dot(n, q - a));
-    t = hp + hq > 0 ? hp / (hp + hq) : 0.5;
-    const Vec3 x = lerp(p, q, t);
-    const double n2 = dot(n, n);
-    if (!(n2 > 0)) return false;
-    const double wa = dot(cross(b - x, c - x), n) / n2, wb = dot(cross(c - x, a - x), n) / n2;
-    const double wc = 1 - wa - wb;
-    if (wa < -1e-12 || wb < -1e-12 || wc < -1e-12) return false;
-    bary = {wa, wb, wc};
-    return true;
-  }
-
-  /// Is a point of a face so near to a front or a lip that a blade there stands in a slit?
-  bool in_a_slit(F face, const FacePoint& point) const {
-    if (std::any_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V front) { return touches(front, face); })) return true;
-    const double near = kNearLip * target_.complex.mean_root_edge;
-    const Vec3 x = place(point);
-    if (near_front(x)) return true;
-    for (int i = 0; i < 3; ++i) {
-      const H h = CollisionMesh::corner(face, i);
-      const Vec3 a = at(mesh().from(h)), edge = at(mesh().to(h)) - a;
-      if (mesh().on_border(mesh().from(h)) && norm(x - a) < near) return true;
-      if (mesh().is_border(h) && norm(cross(edge, x - a)) < near * norm(edge)) return true;
-    }
-    return false;
-  }
-  bool near_front(Vec3 x) const {
-    const double near = kNearFront * target_.complex.mean_root_edge;
-    return std::any_of(ends_.begin(), ends_.end(), [&](Vec3 end) { return norm(end - x) < near; });
-  }
-  /// Not an edge of the rim.
-  bool is_lip(H h) const {
-    return mesh().is_border(h) && (mesh().wall[h].valid() || !mesh().on_rim(mesh().from(h)) || !mesh().on_rim(mesh().to(h)));
-  }
-
-  static bool pierce(F face, const Vec3 p[3], Vec3 from, Vec3 to, double& t, FacePoint& point) {
-    Vec3 bary;
-    if (!segment_triangle(from, to, p[0], p[1], p[2], t, bary)) return false;
-    point.face = face;
-    point.weights = {std::max(bary.x, 0.0), std::max(bary.y, 0.0), std::max(bary.z, 0.0)};
-    const double sum = point.weights[0] + point.weights[1] + point.weights[2];
-    for (double& w : point.weights) w /= sum;
-    return true;
-  }
-
   bool on_a_track(Vec3 p, std::size_t old_fronts) const {
     for (std::size_t i = 0; i < std::min(old_fronts, stroke_.fronts.size()); ++i)
       if (norm(at(stroke_.fronts[i]) - p) < feature_) return true;
@@ -594,7 +378,7 @@ class Sweep {
   }
 
   /// An entry was found before other fronts cut; find its place on the mesh as it is now.
-  std::optional<FacePoint> relocate(const Entry& e) const {
+  std::optional<FacePoint> relocate(const BladeEntry& e) const {
     const auto w = weights_in(e.point.face, e.position);
     if (w) return FacePoint{e.point.face, *w};
     for (std::size_t i = 0; i < mesh().face_count(); ++i)

@@ -1,0 +1,195 @@
+#include "kerf/cutting/blade_entry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "kerf/cutting/blade_track.h"
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+
+constexpr double kMoments = 1e7;        // parts of a move that count as different times
+constexpr double kLeastRise = 1e-6;     // cosine: an edge of the mesh stands out towards the blade
+constexpr double kAcrossLip = 0.1;      // sine of the angle to a lip; a blade that moves along it doesn't cut it
+constexpr double kNearLip = 0.1;        // of the mean edge: nearer to a lip the blade stands in the slit, not in the material
+constexpr double kNearFront = 0.3;      // of the mean edge: what meets a lip so near to a front is cut by that front
+constexpr double kMissed = 0.5;         // mean edges that material may have come towards the blade since its last pose
+
+class EntrySearch {
+ public:
+  explicit EntrySearch(const BladeMove& move) : move_(move) {}
+
+  /// Everything the blade runs into during this move, first things first.
+  std::vector<BladeEntry> run() const {
+    const BladeEdge &from = move_.from, &to = move_.to;
+    std::vector<BladeEntry> entries;
+    Box3 box;
+    for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) box.add(p);
+    for (std::size_t i = 0; i < mesh().face_count(); ++i) {
+      const F face(i);
+      const H h0 = CollisionMesh::corner(face, 0);
+      const V v[3] = {mesh().from(h0), mesh().to(h0), mesh().apex(h0)};
+      const Vec3 p[3] = {at(v[0]), at(v[1]), at(v[2])};
+      if (std::max({p[0].x, p[1].x, p[2].x}) < box.min.x || std::min({p[0].x, p[1].x, p[2].x}) > box.max.x ||
+          std::max({p[0].y, p[1].y, p[2].y}) < box.min.y || std::min({p[0].y, p[1].y, p[2].y}) > box.max.y ||
+          std::max({p[0].z, p[1].z, p[2].z}) < box.min.z || std::min({p[0].z, p[1].z, p[2].z}) > box.max.z)
+        continue;
+      // An end of the edge, or the edge as it stood at first, goes through the face: a stab.
+      const std::pair<Vec3, Vec3> tracks[3] = {{from.tip, to.tip}, {from.base, to.base}, {from.base, from.tip}};
+      for (int k = 0; k < 3; ++k) {
+        double t = 0;
+        FacePoint point;
+        if (!pierce(face, p, tracks[k].first, tracks[k].second, t, point)) continue;
+        // Where the edge stands already is mostly where a front of its own is, before what is provisional was rolled back.
+        if (k == 2 && !move_.standing && in_a_slit(face, point)) continue;
+        const double time = k == 2 ? 0 : t;
+        entries.push_back({time, k == 2 ? t : k == 0 ? 1.0 : 0.0, point, lerp(tracks[k].first, tracks[k].second, t), k == 2, {}});
+      }
+      for (int k = 0; k < 3; ++k) {
+        const H h = CollisionMesh::corner(face, k);
+        if (mesh().is_border(h) || h < mesh().twin[h]) meet_edge(h, from, to, entries);
+      }
+    }
+    // Layers met at the same moment but for rounding: the one nearer to the base is the first.
+    std::stable_sort(entries.begin(), entries.end(), [](const BladeEntry& a, const BladeEntry& b) {
+      const auto ta = std::llround(a.time * kMoments), tb = std::llround(b.time * kMoments);
+      return ta != tb ? ta < tb : a.depth < b.depth;
+    });
+    if (!move_.standing && std::any_of(entries.begin(), entries.end(), [](const BladeEntry& e) { return e.standing; })) add_missed(entries);
+    return entries;
+  }
+
+ private:
+  const CollisionMesh& mesh() const { return move_.complex.collision; }
+  Vec3 at(V v) const { return move_.position[v.index()]; }
+
+  /// Where an edge of the mesh goes through the strip that the blade sweeps, and the track begins there: at a border whose face lies ahead,
+  /// or along the blade; at an inner edge with both its faces ahead.
+  void meet_edge(H h, const BladeEdge& from, const BladeEdge& to, std::vector<BladeEntry>& entries) const {
+    const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h));
+    const Vec3 strip[2][3] = {{from.base, from.tip, to.tip}, {from.base, to.tip, to.base}};
+    for (const auto& triangle : strip) {
+      double f = 0;
+      Vec3 bary;
+      if (!segment_triangle(a, b, triangle[0], triangle[1], triangle[2], f, bary)) continue;
+      BladeEntry e;
+      e.time = &triangle == &strip[0] ? bary.z : bary.y + bary.z;
+      e.position = lerp(a, b, f);
+      const Vec3 base = lerp(from.base, to.base, e.time), along = lerp(from.tip, to.tip, e.time) - base;
+      const double along_squared = std::max(dot(along, along), 1e-300);
+      e.depth = dot(e.position - base, along) / along_squared;
+      Vec3 motion = lerp(to.base - from.base, to.tip - from.tip, e.depth);
+      motion -= (dot(motion, along) / along_squared) * along;
+      const Vec3 across = cross(along, motion);
+      if (is_lip(h) && std::abs(dot(b - a, across)) < kAcrossLip * norm(b - a) * norm(across)) continue;
+      if (is_lip(h) && near_front(e.position)) continue;
+      const auto way = way_into(h, along, motion);
+      if (!way) continue;
+      e.ways[0] = *way;
+      double progress = dot(*way, motion);
+      if (mesh().is_border(h)) {
+        if (!(progress > -kLeastProgress * norm(motion))) continue;
+      } else {
+        const auto other = way_into(mesh().twin[h], along, motion);
+        if (!other) continue;
+        e.ways[1] = *other;
+        progress = std::min(progress, dot(*other, motion));
+        if (!(progress > kLeastRise * norm(motion))) continue;
+        if (!move_.through) {  // the first layer from the base
+          if (dot(e.ways[1] - e.ways[0], along) < 0) e.ways[0] = e.ways[1];
+          e.ways[1] = {};
+        }
+      }
+      e.point.face = mesh().face(h);
+      e.point.weights = {0, 0, 0};
+      e.point.weights[static_cast<std::size_t>(h.value % 3)] = 1 - f;
+      e.point.weights[static_cast<std::size_t>((h.value + 1) % 3)] = f;
+      entries.push_back(e);
+    }
+  }
+  /// Direction of the track from edge h into its face: where the face's plane meets the strip's.
+  std::optional<Vec3> way_into(H h, Vec3 along, Vec3 motion) const {
+    const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h)), c = at(mesh().apex(h));
+    const Vec3 normal = cross(b - a, c - a), line = cross(cross(along, motion), normal);
+    if (!(norm(line) > 0)) return std::nullopt;
+    return (dot(line, cross(normal, b - a)) > 0 ? 1 / norm(line) : -1 / norm(line)) * line;
+  }
+
+  /// Material has moved onto the standing edge. Where that happened on its length, what lies between the points where the edge goes through
+  /// now is cut too: the ridge is looked for a little behind the edge, and its fronts come first.
+  void add_missed(std::vector<BladeEntry>& entries) const {
+    const Vec3 along = move_.from.tip - move_.from.base;
+    Vec3 motion = lerp(move_.to.base, move_.to.tip, 0.5) - lerp(move_.from.base, move_.from.tip, 0.5);
+    motion -= (dot(motion, along) / dot(along, along)) * along;
+    if (!(norm(motion) > 0)) return;
+    const Vec3 back = (kMissed * move_.complex.mean_root_edge / norm(motion)) * motion;
+    std::vector<BladeEntry> ridges;
+    const BladeEdge behind{move_.from.base - back, move_.from.tip - back};
+    for (std::size_t i = 0; i < mesh().half_edge_count(); ++i)
+      if (const H h(i); h < mesh().twin[h]) meet_edge(h, behind, move_.from, ridges);
+    entries.insert(entries.begin(), ridges.begin(), ridges.end());
+  }
+
+  static bool segment_triangle(Vec3 p, Vec3 q, Vec3 a, Vec3 b, Vec3 c, double& t, Vec3& bary) {
+    const int sp = orient3d(a, b, c, p), sq = orient3d(a, b, c, q);
+    if ((sp > 0) == (sq > 0)) return false;
+    const Vec3 n = cross(b - a, c - a);
+    const double hp = std::abs(dot(n, p - a)), hq = std::abs(dot(n, q - a));
+    t = hp + hq > 0 ? hp / (hp + hq) : 0.5;
+    const Vec3 x = lerp(p, q, t);
+    const double n2 = dot(n, n);
+    if (!(n2 > 0)) return false;
+    const double wa = dot(cross(b - x, c - x), n) / n2, wb = dot(cross(c - x, a - x), n) / n2;
+    const double wc = 1 - wa - wb;
+    if (wa < -1e-12 || wb < -1e-12 || wc < -1e-12) return false;
+    bary = {wa, wb, wc};
+    return true;
+  }
+
+  /// Is a point of a face so near to a front or a lip that a blade there stands in a slit?
+  bool in_a_slit(F face, const FacePoint& point) const {
+    const double near = kNearLip * move_.complex.mean_root_edge;
+    Vec3 x;
+    for (int i = 0; i < 3; ++i) x += point.weights[static_cast<std::size_t>(i)] * at(mesh().from(CollisionMesh::corner(face, i)));
+    if (near_front(x)) return true;
+    for (int i = 0; i < 3; ++i) {
+      const H h = CollisionMesh::corner(face, i);
+      const Vec3 a = at(mesh().from(h)), edge = at(mesh().to(h)) - a;
+      if (std::find(move_.fronts.begin(), move_.fronts.end(), mesh().from(h)) != move_.fronts.end()) return true;
+      if (mesh().on_border(mesh().from(h)) && norm(x - a) < near) return true;
+      if (mesh().is_border(h) && norm(cross(edge, x - a)) < near * norm(edge)) return true;
+    }
+    return false;
+  }
+  bool near_front(Vec3 x) const {
+    const double near = kNearFront * move_.complex.mean_root_edge;
+    return std::any_of(move_.ends.begin(), move_.ends.end(), [&](Vec3 end) { return norm(end - x) < near; });
+  }
+  /// Not an edge of the rim.
+  bool is_lip(H h) const {
+    return mesh().is_border(h) && (mesh().wall[h].valid() || !mesh().on_rim(mesh().from(h)) || !mesh().on_rim(mesh().to(h)));
+  }
+
+  static bool pierce(F face, const Vec3 p[3], Vec3 from, Vec3 to, double& t, FacePoint& point) {
+    Vec3 bary;
+    if (!segment_triangle(from, to, p[0], p[1], p[2], t, bary)) return false;
+    point.face = face;
+    point.weights = {std::max(bary.x, 0.0), std::max(bary.y, 0.0), std::max(bary.z, 0.0)};
+    const double sum = point.weights[0] + point.weights[1] + point.weights[2];
+    for (double& w : point.weights) w /= sum;
+    return true;
+  }
+
+  const BladeMove& move_;
+};
+
+}  // namespace
+
+std::vector<BladeEntry> find_blade_entries(const BladeMove& move) { return EntrySearch(move).run(); }
+
+}  // namespace kerf

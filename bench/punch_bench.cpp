@@ -40,16 +40,51 @@ std::vector<Vec3> inner_rim(const Session& session) {
   return border;
 }
 
+/// The meniscus; `held`: by its horns, to move in steps of 2 ms.
+Result<Session> meniscus(bool held) {
+  Scene scene;
+  scene.name = "meniscus";
+  scene.body.model = "meniscus";
+  if (held) {
+    scene.simulation.time_step = 0.002;
+    SceneFix horns;
+    horns.region.shape = SceneRegion::Shape::kHalfSpace;
+    horns.region.point = {0, 0.027, 0};
+    horns.region.normal = {0, 1, 0};
+    scene.fixes.push_back(horns);
+  }
+  return Session::create(scene);
+}
+
+/// A jagged bite; those of every run lie and measure otherwise.
+Result<PunchReport> bite(Session& session, Vec3 place, int run) {
+  Punch p;
+  p.centre = place + Vec3{1e-4 * run, 0, 0};
+  p.outline = circle_outline(0.0015 + 1e-4 * run, 5e-5);
+  return session.punch(p, SceneFrame::kRest, 1e-4);
+}
+
+/// The middles of all edges that are cut.
+std::vector<Vec3> cut_edges(const Session& session) {
+  const CollisionMesh& mesh = session.body().complex.collision;
+  std::vector<Vec3> middles;
+  for (const CollisionHalfEdge h : session.body().complex.wall_edge.raw())
+    middles.push_back(lerp(mesh.rest[mesh.from(h)], mesh.rest[mesh.to(h)], 0.5));
+  return middles;
+}
+
+/// A pass of a shaver of 1 mm; depth 0 takes bumps only.
+Result<ShaveReport> pass(Session& session, Vec3 at, double depth) {
+  return session.shave({at + Vec3{0, 0, 1e-3}, at - Vec3{0, 0, 1e-3}, 1e-3}, SceneFrame::kRest, 0.3, depth);
+}
+
 }  // namespace
 
 int main() {
   std::vector<double> all, cut, wall, follow, pieces, removal, bumps, edges, moving, moving_punch, steps;
   int refused = 0, retries = 0;
   for (int run = 0; run < 12; ++run) {
-    Scene scene;
-    scene.name = "meniscus";
-    scene.body.model = "meniscus";
-    auto made = Session::create(scene);
+    auto made = meniscus(false);
     if (!made.ok()) return fmt::print("{}\n", made.error().message), 1;
     Session session = std::move(made).value();
     if (run == 0) {
@@ -57,13 +92,10 @@ int main() {
       fmt::print("meniscus: {} / {} visual, {} / {} collision vertices / triangles, {} nodes, {} hexahedra\n", c.visual_vertices,
                  c.visual_triangles, c.collision_vertices, c.collision_triangles, c.nodes, c.hexahedra);
     }
-    std::vector<Vec3> places = inner_rim(session);
+    const std::vector<Vec3> places = inner_rim(session);
     for (std::size_t i = 0; i < places.size(); ++i) {
-      Punch p;
-      p.centre = places[i] + Vec3{1e-4 * run, 0, 0};
-      p.outline = circle_outline(0.0015 + 1e-4 * run, 5e-5);
       const double start = now();
-      const auto done = session.punch(p, SceneFrame::kRest, 1e-4);
+      const auto done = bite(session, places[i], run);
       const double ms = now() - start;
       if (!done.ok()) {
         ++refused;
@@ -81,54 +113,36 @@ int main() {
       if (gone.ok()) removal.push_back(now() - before);
     }
     // A shaver of 1 mm along the cut edges, first for the bumps only.
-    const CollisionMesh& mesh = session.body().complex.collision;
-    std::vector<Vec3> lips;
-    for (const CollisionHalfEdge h : session.body().complex.wall_edge.raw())
-      lips.push_back(lerp(mesh.rest[mesh.from(h)], mesh.rest[mesh.to(h)], 0.5));
+    const std::vector<Vec3> lips = cut_edges(session);
     for (std::size_t i = 0; i < 2 * lips.size(); ++i) {
       const Vec3 at = lips[i % lips.size()];
       const bool deep = i >= lips.size();
       const double before = now();
-      const auto pass = session.shave({at + Vec3{0, 0, 1e-3}, at - Vec3{0, 0, 1e-3}, 1e-3}, SceneFrame::kRest, 0.3, deep ? 1e-5 : 0);
-      if (pass.ok()) (deep ? edges : bumps).push_back(now() - before);
+      const auto done = pass(session, at, deep ? 1e-5 : 0);
+      if (done.ok()) (deep ? edges : bumps).push_back(now() - before);
     }
   }
   // The same in a body that moves: a probe's press has gone through it, and a step follows every pass.
   for (int run = 0; run < 6; ++run) {
-    Scene scene;
-    scene.name = "meniscus";
-    scene.body.model = "meniscus";
-    scene.simulation.time_step = 0.002;
-    SceneFix horns;
-    horns.region.shape = SceneRegion::Shape::kHalfSpace;
-    horns.region.point = {0, 0.027, 0};
-    horns.region.normal = {0, 1, 0};
-    scene.fixes.push_back(horns);
-    auto made = Session::create(scene);
+    auto made = meniscus(true);
     if (!made.ok()) return fmt::print("{}\n", made.error().message), 1;
     Session session = std::move(made).value();
     for (int i = 0; i < 5; ++i) (void)session.step();
     const std::vector<Vec3> places = inner_rim(session);
     for (std::size_t i = 0; i < places.size(); ++i) {
-      Punch p;
-      p.centre = places[i] + Vec3{1e-4 * run, 0, 0};
-      p.outline = circle_outline(0.0015 + 1e-4 * run, 5e-5);
       const double start = now();
-      const auto done = session.punch(p, SceneFrame::kRest, 1e-4);
+      const auto done = bite(session, places[i], run);
       if (!done.ok() || !done->cut) continue;
       moving_punch.push_back(now() - start);
       (void)session.remove_piece(done->loose[0]);
       (void)session.step();
     }
-    const CollisionMesh& mesh = session.body().complex.collision;
-    std::vector<Vec3> lips;
-    for (const CollisionHalfEdge h : session.body().complex.wall_edge.raw())
-      lips.push_back(lerp(mesh.rest[mesh.from(h)], mesh.rest[mesh.to(h)], 0.5));
+    const std::vector<Vec3> lips = cut_edges(session);
     for (std::size_t i = 0; i < 2 * lips.size(); ++i) {
       const Vec3 at = lips[i % lips.size()];
       const double before = now();
-      const auto pass = session.shave({at + Vec3{0, 0, 1e-3}, at - Vec3{0, 0, 1e-3}, 1e-3}, SceneFrame::kRest, 0.3, 1e-5);
-      if (pass.ok()) moving.push_back(now() - before);
+      const auto done = pass(session, at, 1e-5);
+      if (done.ok()) moving.push_back(now() - before);
       const double stepped = now();
       (void)session.step();
       steps.push_back(now() - stepped);

@@ -13,6 +13,7 @@ using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 
+constexpr double kMargin = 1e-9;        // of the coordinates: rounding of distances to the strip
 constexpr double kMoments = 1e7;        // parts of a move that count as different times
 constexpr double kLeastRise = 1e-6;     // cosine: an edge of the mesh stands out towards the blade
 constexpr double kAcrossLip = 0.1;      // sine of the angle to a lip; a blade that moves along it doesn't cut it
@@ -29,7 +30,18 @@ class EntrySearch {
     const BladeEdge &from = move_.from, &to = move_.to;
     std::vector<BladeEntry> entries;
     Box3 box;
-    for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) box.add(p);
+    // The strip is nearly flat: most faces that its box meets lie on one side of it.
+    const Vec3 flat = cross(from.tip + to.tip - from.base - to.base, to.base + to.tip - from.base - from.tip);
+    const Vec3 normal = norm(flat) > 0 ? normalized(flat) : Vec3{};
+    double least = HUGE_VAL, most = -HUGE_VAL;
+    for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) {
+      box.add(p);
+      least = std::min(least, dot(normal, p));
+      most = std::max(most, dot(normal, p));
+    }
+    const double margin = kMargin * (norm(box.min) + norm(box.max));
+    least -= margin;
+    most += margin;
     for (std::size_t i = 0; i < mesh().face_count(); ++i) {
       const F face(i);
       const H h0 = CollisionMesh::corner(face, 0);
@@ -39,6 +51,8 @@ class EntrySearch {
           std::max({p[0].y, p[1].y, p[2].y}) < box.min.y || std::min({p[0].y, p[1].y, p[2].y}) > box.max.y ||
           std::max({p[0].z, p[1].z, p[2].z}) < box.min.z || std::min({p[0].z, p[1].z, p[2].z}) > box.max.z)
         continue;
+      const double side[3] = {dot(normal, p[0]), dot(normal, p[1]), dot(normal, p[2])};
+      if (std::max({side[0], side[1], side[2]}) < least || std::min({side[0], side[1], side[2]}) > most) continue;
       // An end of the edge, or the edge as it stood at first, goes through the face: a stab.
       const std::pair<Vec3, Vec3> tracks[3] = {{from.tip, to.tip}, {from.base, to.base}, {from.base, from.tip}};
       for (int k = 0; k < 3; ++k) {

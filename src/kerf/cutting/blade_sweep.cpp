@@ -1,7 +1,5 @@
 #include "kerf/cutting/blade_sweep.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,6 +7,7 @@
 
 #include "kerf/cutting/blade_entry.h"
 #include "kerf/cutting/blade_track.h"
+#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
@@ -83,7 +82,7 @@ class Sweep {
     }
 
     // The provisional ends.
-    bool ends_inside = std::any_of(last_bits.begin(), last_bits.end(), [](const FacePoint& p) { return p.face.valid(); });
+    const bool ends_inside = std::any_of(last_bits.begin(), last_bits.end(), [](const FacePoint& p) { return p.face.valid(); });
     if (ends_inside) {
       // Walked again from the same mark: the mark and the trail stay, so that a slow bend adds up.
       if (crossed || !redone_ || stroke_.fronts.size() != stroke_.committed.size()) commit();
@@ -369,12 +368,8 @@ class Sweep {
   bool on_a_track(Vec3 p, std::size_t old_fronts) const {
     for (std::size_t i = 0; i < std::min(old_fronts, stroke_.fronts.size()); ++i)
       if (norm(at(stroke_.fronts[i]) - p) < feature_) return true;
-    return std::any_of(visited_.begin(), visited_.end(), [&](const std::array<Vec3, 2>& bit) {
-      const Vec3 way = bit[1] - bit[0];
-      const double length_squared = dot(way, way);
-      const double s = length_squared > 0 ? std::clamp(dot(p - bit[0], way) / length_squared, 0.0, 1.0) : 0;
-      return norm(p - bit[0] - s * way) < kSameTrack * feature_;
-    });
+    return std::any_of(visited_.begin(), visited_.end(),
+                       [&](const std::array<Vec3, 2>& bit) { return distance_to_segment(p, bit[0], bit[1]) < kSameTrack * feature_; });
   }
 
   /// An entry was found before other fronts cut; find its place on the mesh as it is now.

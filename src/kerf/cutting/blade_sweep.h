@@ -27,7 +27,7 @@ struct BladeEdge {
 struct BladeStroke {
   BladeEdge edge;                          ///< the last pose
   bool started = false;                    ///< `edge` holds a pose
-  bool standing = false;                   ///< it has not moved from there: what it pierces was stabbed by placing it
+  bool standing = false;                   ///< `edge` is the first pose: what it goes through there is stabbed by the first move
   bool through = false;                    ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;     ///< where the cut has got to, one per layer; provisional ends included
   std::vector<Vec3> ways;                  ///< where fronts that haven't left their vertex must go (unit), or zero: anywhere

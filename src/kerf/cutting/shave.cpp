@@ -13,6 +13,7 @@
 #include "kerf/cutting/rim_vertex.h"
 #include "kerf/cutting/slide_vertex.h"
 #include "kerf/cutting/wall_points.h"
+#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
@@ -67,11 +68,6 @@ double segment_distance(Vec3 p0, Vec3 p1, Vec3 q0, Vec3 q1, double& s) {
     }
   }
   return norm((p0 + s * d1) - (q0 + t * d2));
-}
-double point_distance(Vec3 p, Vec3 q0, Vec3 q1) {
-  const Vec3 d = q1 - q0;
-  const double e = dot(d, d), t = e > 0 ? std::clamp(dot(p - q0, d) / e, 0.0, 1.0) : 0.0;
-  return norm(p - (q0 + t * d));
 }
 
 /// Where the shaver meets a wall's edge.
@@ -216,7 +212,7 @@ class ShavingPass {
     for (const Contact& c : contacts_)
       for (const V v : {coarse_.from(c.edge), coarse_.to(c.edge)}) {
         const double reach = shaver_.radius + half_thickness(v);
-        const double d = point_distance(position_[v.index()], shaver_.base, shaver_.tip);
+        const double d = distance_to_segment(position_[v.index()], shaver_.base, shaver_.tip);
         if (d < reach) touched.push_back({v, 1 - d * d / (reach * reach)});
       }
     sort_unique(touched);
@@ -357,7 +353,7 @@ class ShavingPass {
     const V v = coarse_.from(p.corner);
     if (!p.close || coarse_.on_rim(v) || is_end_of_slit(v)) return {};
     // Nothing is taken where the shaver does not reach.
-    if (!(point_distance(position_[v.index()], shaver_.base, shaver_.tip) < shaver_.radius + half_thickness(v))) return {};
+    if (!(distance_to_segment(position_[v.index()], shaver_.base, shaver_.tip) < shaver_.radius + half_thickness(v))) return {};
     const double whole = fan_angle(coarse_, v), middle = whole / 2;
     const double angle = middle + std::remainder(angle_to(p) - middle, 2 * std::numbers::pi), inside = std::clamp(angle, 0.0, whole);
     // One that lies back waits, as when it is met itself: else it would be pushed into a notch.

@@ -1,5 +1,7 @@
 #include "kerf/spatial/triangle_queries.h"
 
+#include <algorithm>
+
 #include "kerf/spatial/predicates.h"
 
 namespace kerf {
@@ -84,6 +86,12 @@ void closest_point(Vec3 p, const std::array<Vec3, 3>& triangle, ClosestPoint& re
   offer_segment(p, triangle, 0, 1, result);
   offer_segment(p, triangle, 1, 2, result);
   offer_segment(p, triangle, 2, 0, result);
+}
+
+double distance_to_segment(Vec3 p, Vec3 a, Vec3 b) {
+  const Vec3 d = b - a;
+  const double e = dot(d, d), t = e > 0 ? std::clamp(dot(p - a, d) / e, 0.0, 1.0) : 0.0;
+  return norm(p - (a + t * d));
 }
 
 }  // namespace kerf

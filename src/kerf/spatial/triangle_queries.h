@@ -1,4 +1,4 @@
-// One ray or point against one triangle.
+// One ray or point against one triangle, or a point against a segment.
 #pragma once
 
 #include <array>
@@ -46,5 +46,8 @@ bool intersect(const RayFrame& ray, const std::array<Vec3, 3>& triangle, RayHit&
 
 /// Closest point of a triangle, which may be a segment or a point (triangle id left alone).
 void closest_point(Vec3 p, const std::array<Vec3, 3>& triangle, ClosestPoint& result);
+
+/// Metres from p to the segment a - b, which may be a point.
+double distance_to_segment(Vec3 p, Vec3 a, Vec3 b);
 
 }  // namespace kerf

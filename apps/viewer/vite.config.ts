@@ -25,5 +25,6 @@ export default defineConfig({
   server: {
     proxy: { '/engine': { target: process.env.KERF_SERVER ?? 'http://127.0.0.1:8080', ws: true } },
   },
-  test: { include: ['tests/**/*.test.ts'], environment: 'node' },
+  // A busy machine is no failure.
+  test: { include: ['tests/**/*.test.ts'], environment: 'node', testTimeout: 120_000 },
 });

@@ -178,6 +178,23 @@ await check('a cut dragged across the steak makes two pieces and shows', async (
   assert.ok(still < 2, `the picture far from it differs by ${still}`);
 });
 
+await check('a slit that is closed shows as a line', async () => {
+  await page.keyboard.press('r');
+  await until(page, () => window.kerf.state().undoDepth === 0 && window.kerf.state().pieces === 1 && !window.kerf.state().playing);
+  await page.keyboard.press('2');
+  const [from, to] = await line(page, [-0.004, -0.076, 0.01], [-0.004, 0.076, 0.01]), on = from.map((x, k) => 0.6 * x + 0.4 * to[k]);
+  await page.mouse.move(5, 300);
+  await page.waitForTimeout(600);
+  const whole = await page.screenshot();
+  await drag(page, from, to);
+  await until(page, () => window.kerf.state().pieces === 2);
+  await page.mouse.move(5, 300);
+  await page.waitForTimeout(600);
+  const slit = await page.screenshot({ path: join(out, 'steak-slit.png') });
+  const shows = await difference(page, whole, slit, on, 12), beside = await difference(page, whole, slit, [on[0] + 40, on[1]], 10);
+  assert.ok(shows > 1.5 && beside < 0.5, `the picture on the slit differs by ${shows}, beside it by ${beside}`);
+});
+
 await check('undo and redo by the keyboard', async () => {
   await page.keyboard.press('1');
   const cut = await state(page);

@@ -814,6 +814,7 @@ export class App implements EngineEvents {
     this.height = h;
     this.stage.resize(w, h);
     this.overlays.setPixels(w, h);
+    this.mesh.crease.setHeight(h);
     this.ink.resize(w, h, window.devicePixelRatio || 1);
     if (this.ready && this.frames < 3) this.stage.resetCamera();
     this.touch(false);
@@ -868,6 +869,7 @@ export class App implements EngineEvents {
       }
       this.latency.echoed(pending.input, performance.now(), 'motion');
     }
+    if (state && this.mesh.crease.update(state, now)) this.touch(false);
     this.sendHeld(false);
     this.sendLed();
     this.sendHover(now);

@@ -4,6 +4,7 @@ import {
 } from 'three';
 import { BodyState, type PatchEffect } from './body_state';
 import { CellTextures } from './cell_textures';
+import { Crease } from './crease';
 import { type BodyMaterials, type Look, type QualityLevel, type Uniforms, disposeMaterials, makeBodyMaterials } from './materials';
 import type { Range } from './ranges';
 import type { Fading, Patch } from '../engine/protocol';
@@ -18,6 +19,7 @@ function upload(attribute: BufferAttribute, ranges: Range[], items: number): voi
 export class BodyMesh {
   readonly group = new Group();
   readonly cells = new CellTextures();
+  readonly crease = new Crease(this.cells.uniforms);
   state: BodyState | null = null;
   attributes: Attributes | null = null;
   /** Counts how often buffers were replaced: overlays that share attributes rebuild when it changes. */
@@ -42,15 +44,17 @@ export class BodyMesh {
       mesh.matrixAutoUpdate = false;
       this.group.add(mesh);
     }
+    this.group.add(this.crease.mesh);
     this.group.visible = false;
   }
 
-  set shaded(on: boolean) { this.skin.visible = this.wall.visible = on; }
+  set shaded(on: boolean) { this.skin.visible = this.wall.visible = this.crease.shown = on; }
 
   setLook(look: Look, level: QualityLevel): void {
     this.look = look;
     this.level = level;
     this.cells.smooth = level !== 'lite';
+    this.crease.setLook(look);
     const old = this.materials;
     this.materials = makeBodyMaterials(look, level, this.open, this.cells.uniforms, this.noise, this.frame);
     this.skin.material = this.materials.skin;
@@ -71,6 +75,7 @@ export class BodyMesh {
     }
     this.cells.setBody(state);
     this.build();
+    this.crease.setBody(0.26 / (this.frame.uTextureScale!.value as number), this.open);
     this.group.visible = true;
     this.updateBounds();
   }
@@ -101,6 +106,7 @@ export class BodyMesh {
       this.wall.geometry.setDrawRange(0, 3 * state.nw);
     }
     this.cells.update(state);
+    this.crease.patched(state);
     this.updateBounds();
     return effect;
   }
@@ -109,6 +115,7 @@ export class BodyMesh {
   setNodes(nodes: Float32Array, fading: Fading): boolean {
     const state = this.state!, offsets = state.setFading(fading);
     upload(this.attributes!.offset, offsets, 3);
+    if (offsets.length > 0) this.crease.refresh(state);
     let moved = false;
     for (let i = 0; i < nodes.length; i++) {
       if (state.nodes[i] !== nodes[i]) { moved = true; break; }

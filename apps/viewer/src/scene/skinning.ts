@@ -121,7 +121,7 @@ export function latticeCoordinates(d: CellData, x: number, y: number, z: number)
   ];
 }
 
-/** Declarations for the vertex shader: attributes copyId and kOffset (0 in geometries without it), uniforms, kSkin(rest, normal) -> kPos, kNrm. */
+/** Declarations for the vertex shader: attributes copyId and kOffset (0 in geometries without it), uniforms, kSkin(rest, normal) -> kPos, kNrm; kSkinAs(copy, rest, normal) without offset. */
 export const kSkinningDeclarations = /* glsl */ `
 uniform highp sampler2D uPose;
 #ifdef KERF_SMOOTH
@@ -134,19 +134,19 @@ uniform vec3 uInverseSize;
 in uint copyId;
 in vec3 kOffset;
 vec3 kPos, kNrm;
-void kSkin(vec3 r, vec3 n) {
-  ivec2 p = ivec2(int(copyId & 63u) << 3, int(copyId >> 6));
+void kSkinAs(uint copy, vec3 r, vec3 n) {
+  ivec2 p = ivec2(int(copy & 63u) << 3, int(copy >> 6));
   vec4 t0 = texelFetch(uPose, p, 0), t1 = texelFetch(uPose, p + ivec2(1, 0), 0), t2 = texelFetch(uPose, p + ivec2(2, 0), 0);
   vec4 t3 = texelFetch(uPose, p + ivec2(3, 0), 0), t4 = texelFetch(uPose, p + ivec2(4, 0), 0);
   vec4 t5 = texelFetch(uPose, p + ivec2(5, 0), 0), t6 = texelFetch(uPose, p + ivec2(6, 0), 0);
   vec4 t7 = texelFetch(uPose, p + ivec2(7, 0), 0);
   vec3 q = uToCells * (r - uOrigin) - vec3(t0.w, t1.w, t2.w);
   kPos = t0.xyz + t1.xyz * q.x + t2.xyz * q.y + t3.xyz * q.z + t4.xyz * (q.x * q.y) + t5.xyz * (q.y * q.z)
-       + t6.xyz * (q.x * q.z) + t7.xyz * (q.x * q.y * q.z) + kOffset;
+       + t6.xyz * (q.x * q.z) + t7.xyz * (q.x * q.y * q.z);
   vec3 m = uToAxes * n;
 #ifdef KERF_SMOOTH
-  int row = int(copyId) / ${kNormalPerRow};
-  ivec2 g = ivec2((int(copyId) - row * ${kNormalPerRow}) * ${kNormalTexels}, row);
+  int row = int(copy) / ${kNormalPerRow};
+  ivec2 g = ivec2((int(copy) - row * ${kNormalPerRow}) * ${kNormalTexels}, row);
   vec3 s = clamp(q, 0.0, 1.0);
   kNrm = vec3(0.0);
   for (int k = 0; k < 8; k++) {
@@ -161,5 +161,9 @@ void kSkin(vec3 r, vec3 n) {
   vec3 c = (t3.xyz + t5.xyz * q.y + t6.xyz * q.x + t7.xyz * (q.x * q.y)) * uInverseSize.z;
   kNrm = cross(b, c) * m.x + cross(c, a) * m.y + cross(a, b) * m.z;
 #endif
+}
+void kSkin(vec3 r, vec3 n) {
+  kSkinAs(copyId, r, n);
+  kPos += kOffset;
 }
 `;

@@ -262,6 +262,32 @@ await check('the server killed and started again: the page comes back by itself'
   await until(page, () => window.kerf.state().cut?.outcome === 0 && window.kerf.state().pieces === 2);
 });
 
+await check('a second button, a pen, and a finger beside it', async () => {
+  const cdp = await page.context().newCDPSession(page);
+  const [from, to] = await line(page, [-0.05, -0.04, 0.01], [-0.05, 0.04, 0.01], 0), depth = (await state(page)).undoDepth;
+  // The right button goes down and up during a stroke: it is still one.
+  await page.mouse.move(...from);
+  await page.mouse.down();
+  await page.mouse.move(0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]), { steps: 10 });
+  await page.mouse.down({ button: 'right' });
+  await page.mouse.move(0.25 * from[0] + 0.75 * to[0], 0.25 * from[1] + 0.75 * to[1], { steps: 5 });
+  await page.mouse.up({ button: 'right' });
+  await page.mouse.move(...to, { steps: 5 });
+  await page.mouse.up();
+  await until(page, (n) => window.kerf.state().undoDepth === n, depth + 1);
+  // Once a pen was seen, a finger turns the view.
+  const pen = (type, buttons) => cdp.send('Input.dispatchMouseEvent', { type, x: 5, y: 300, button: 'left', buttons, clickCount: 1, pointerType: 'pen', force: 0.5 });
+  await pen('mousePressed', 1);
+  await pen('mouseReleased', 0);
+  const before = (await state(page)).camera.position, touch = (type, ...touchPoints) => cdp.send('Input.dispatchTouchEvent', { type, touchPoints });
+  await touch('touchStart', { x: from[0], y: from[1] });
+  for (let i = 1; i < 8; i++) await touch('touchMove', { x: from[0] + 15 * i, y: from[1] });
+  await touch('touchEnd');
+  await until(page, (c) => Math.hypot(...window.kerf.state().camera.position.map((x, k) => x - c[k])) > 0.05, before);
+  assert.equal((await state(page)).undoDepth, depth + 1);
+  await page.keyboard.press('h');
+});
+
 await check('another scene, a recording that replays to the same bits', async () => {
   await page.evaluate(() => { window.kerf.app.command(8, [], 'meniscus'); });
   await until(page, () => window.kerf.state().scene === 'meniscus' && window.kerf.state().ready);
@@ -391,6 +417,26 @@ await check('own meshes are loaded and cut', async () => {
   assert.equal(after.cut.pieces, 2);
   assert.equal(after.cut.invariants, 0, after.cut.text);
   await page.keyboard.press('Space');
+});
+
+await check('an open sheet alone is asked for its thickness, a picture is refused', async () => {
+  const offer = (name, text) => page.evaluate(([n, t]) => {
+    const files = new DataTransfer();
+    files.items.add(new File([t], n));
+    document.body.dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
+  }, [name, text]);
+  const says = (text) => page.waitForFunction((t) => [...document.querySelectorAll('#toasts p')].some((p) => p.textContent.includes(t)), text);
+  await offer('photo.png', 'no mesh');
+  await says("photo.png can't be opened");
+  let text = '';
+  const n = 8;
+  for (let y = 0; y <= n; y++) for (let x = 0; x <= n; x++) text += `v ${10 * x} ${10 * y} 0\n`;
+  for (let y = 0; y < n; y++) for (let x = 1; x <= n; x++) text += `f ${y * (n + 1) + x} ${y * (n + 1) + x + 1} ${(y + 1) * (n + 1) + x + 1} ${(y + 1) * (n + 1) + x}\n`;
+  await offer('cloth.obj', text);
+  await until(page, () => document.getElementById('upload').open);
+  await page.fill('#upload-thickness', '2');
+  await page.click('#upload-go');
+  await until(page, () => window.kerf.state().scene === 'cloth' && window.kerf.state().ready);
 });
 
 await check('a tool led by the pointer presses on a body that lies on a board', async () => {

@@ -187,6 +187,9 @@ export class App implements EngineEvents {
   private width = 1;
   private height = 1;
   private uploads = 0;
+  private uploadInput = 0;
+  /** Hears why the last upload could not be shown. */
+  uploadFailed: ((text: string) => void) | null = null;
   private liteTurn = 0;
   /** The camera follows a body that sinks or swings away, until a person moves it or uses a tool. */
   private follow = true;
@@ -258,8 +261,9 @@ export class App implements EngineEvents {
     this.engine.have(state.body, state.version);
     this.pending = null;
     const look = info?.look ?? 'steak';
-    const same = this.shownScene === (info?.name ?? '') && this.ready;
-    this.shownScene = info?.name ?? '';
+    // Opened files may have the name of those before.
+    const shown = JSON.stringify([info?.name, info?.opened, info?.box]), same = this.shownScene === shown && this.ready;
+    this.shownScene = shown;
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     this.stage.keepFloorBelow(this.mesh.lowest);
     this.blade.setSize(this.stage.size);
@@ -359,7 +363,7 @@ export class App implements EngineEvents {
       normal.negate();
     }
     this.blade.bites = this.instrumentSize(this.tool);
-    this.blade.place(point, normal, eye, touching, this.stroke !== null);
+    this.blade.place(point, normal, eye, touching, this.stroke !== null, !(this.stroke && this.tool === 'shaver' && this.hasTool('shaver')));
     this.touch(true);
   }
 
@@ -402,6 +406,7 @@ export class App implements EngineEvents {
     this.errors++;
     this.lastError = error.text;
     this.listener?.toast(error.text || `The engine reports error ${error.code}.`, true);
+    if (error.input === this.uploadInput && error.input !== 0) this.uploadFailed?.(error.text);
   }
 
   overlay(overlay: Overlay): void {
@@ -435,7 +440,8 @@ export class App implements EngineEvents {
     if (tool === 'hand') this.blade.hide();
     this.touch(true);
   }
-  get hasProbe(): boolean { return this.thingList.some((t) => t.tool && t.shape === 'probe'); }
+  private hasTool(shape: string): boolean { return this.thingList.some((t) => t.tool && t.shape === shape); }
+  get hasProbe(): boolean { return this.hasTool('probe'); }
   /** Metres; 0 for tools without a size. */
   instrumentSize(tool: ToolName): number {
     const size = toolInfo(tool).size;
@@ -541,7 +547,7 @@ export class App implements EngineEvents {
       done += p.bytes.length;
       progress(done / total);
     }
-    this.command(CommandCode.LoadUpload, [id, unit], parts.some((p) => p.part === UploadPart.Visual) ? thickness : '');
+    this.uploadInput = this.command(CommandCode.LoadUpload, [id, unit], parts.some((p) => p.part === UploadPart.Visual) ? thickness : '');
   }
 
   // -------------------------------------------------------------------------------------------------------------------
@@ -613,8 +619,8 @@ export class App implements EngineEvents {
           c.setPointerCapture(e.pointerId);
           return;
         }
-        // Alt-drag turns the view with the first button too.
-        this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed || e.altKey);
+        // Alt-drag turns the view with the first button too, and so does a finger beside a pen.
+        this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed || e.altKey || kind === 'touch');
         this.touch(false);
         return;
       }
@@ -668,7 +674,12 @@ export class App implements EngineEvents {
     };
     c.addEventListener('pointerup', (e) => finish(e, true), capture);
     c.addEventListener('pointercancel', (e) => finish(e, false), capture);
-    c.addEventListener('lostpointercapture', (e) => { if (this.pointers.owns(e.pointerId)) finish(e, false); }, capture);
+    c.addEventListener('lostpointercapture', (e) => {
+      if (!this.pointers.owns(e.pointerId)) return;
+      // A second button that comes up takes the capture with it, while the first is still down.
+      if ((e.buttons & 1) !== 0 && e.pointerType === 'mouse') c.setPointerCapture(e.pointerId);
+      else finish(e, false);
+    }, capture);
     c.addEventListener('wheel', (e) => {
       if (!this.led && this.stage.scopeOn) {
         e.preventDefault();

@@ -4,7 +4,7 @@ import { Pacer } from '../src/tools/pacing';
 import { Stroke } from '../src/tools/tools';
 import { Phase, ToolCode, type ToolSample } from '../src/engine/protocol';
 import { keyName } from '../src/ui/keyboard';
-import { sortMeshes } from '../src/ui/upload';
+import { sortMeshes, whyNot } from '../src/ui/upload';
 import { readSceneInfo } from '../src/app';
 
 const down = (id: number, kind: PointerKind, button = 0, alt = false) => ({ id, kind, button, alt });
@@ -120,6 +120,14 @@ describe('dropped meshes', () => {
     expect(sortMeshes([{ name: 'a.obj', size: 10 }])).toEqual({ visual: 0, collision: -1 });
     expect(sortMeshes([{ name: 'collision.obj', size: 10 }])).toEqual({ visual: 0, collision: -1 });
     expect(sortMeshes([])).toEqual({ visual: -1, collision: -1 });
+  });
+  it('says at once what is no mesh', () => {
+    const file = (name: string, size = 10): { name: string; size: number } => ({ name, size });
+    expect(whyNot([file('a.OBJ'), file('b.stl')])).toBeNull();
+    expect(whyNot([file('body.kerf')])).toBeNull();
+    expect(whyNot([file('a.obj'), file('photo.png')])).toMatch(/photo\.png .*OBJ/);
+    expect(whyNot([file('cut.kerfrec')])).toMatch(/kerf replay cut\.kerfrec/);
+    expect(whyNot([file('a.obj', 1e9)])).toMatch(/larger/);
   });
 });
 

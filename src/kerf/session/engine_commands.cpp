@@ -296,8 +296,8 @@ Result<SceneRequest> Engine::Impl::upload_request(EngineClient& client, std::uin
     from.name = plain_stem(parts[2]->name);
   } else if (parts[2] && lower_extension(parts[2]->name) == ".kerf") {
     from.name = plain_stem(parts[2]->name);
-    from.files.push_back({"body.kerf", std::move(parts[2]->bytes)});
-    request.meshes.emplace().bound = "body.kerf";
+    const std::string& file = request.meshes.emplace().bound = from.name + ".kerf";
+    from.files.push_back({file, std::move(parts[2]->bytes)});
   } else if (parts[0]) {
     UploadedMeshes& own = request.meshes.emplace();
     own.visual = "visual" + lower_extension(parts[0]->name);

@@ -162,14 +162,14 @@ export class Blade {
     return was;
   }
 
-  /** Places the instrument; `touching`: the point is on the body, otherwise only near it. */
-  place(point: Vector3, normal: Vector3, eye: Vector3, touching: boolean, pressed: boolean): void {
+  /** Places the instrument; `touching`: the point is on the body, otherwise only near it; `own`: not one of the scene's, which is drawn already. */
+  place(point: Vector3, normal: Vector3, eye: Vector3, touching: boolean, pressed: boolean, own = true): void {
     this.hideInstruments();
     if (this.tool === 'hand' || this.tool === 'rigid') { this.hide(); return; }
     const cutting = this.tool === 'scalpel' || this.tool === 'line' || this.tool === 'closed';
     const tool = this.tool, held = tool === 'grasp' || tool === 'take';
     const g = tool === 'scalpel' || tool === 'line' || tool === 'closed' ? this.instruments.scalpel : held ? this.instruments.forceps : tool === 'fix' || tool === 'release' ? this.instruments[tool]
-      : tool === 'probe' ? null : this.instruments[tool];
+      : tool === 'probe' || !own ? null : this.instruments[tool];
     if (Number.isFinite(this.lastPoint.x)) {
       const step = point.clone().sub(this.lastPoint);
       step.addScaledVector(normal, -step.dot(normal));

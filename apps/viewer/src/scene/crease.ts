@@ -8,7 +8,7 @@ import { patchSkinning, type Look, type Uniforms } from './materials';
 const kWidth = 0.0045;       // of the body's diagonal, to either side
 const kLeastPixels = 1.3;
 const kPatience = 10;        // times as long as it took to find the lips nobody looks for them again
-const kInk: Record<Look, number> = { steak: 0x1c0204, meniscus: 0x1d120c, sheet: 0x06182a };
+const kInk: Record<Look, number> = { steak: 0x1c0204, meniscus: 0x3a2616, sheet: 0x06182a };
 
 const kVertex = /* glsl */ `
   kSkinAs(kTwin, position, normal);

@@ -26,6 +26,8 @@ export function bindControls(app: App): void {
   const button = (id: string): HTMLButtonElement => byId<HTMLButtonElement>(id);
 
   const toast = (text: string, error = false): void => {
+    const last = byId('toasts').lastElementChild;
+    if (last?.textContent === text) last.remove(); // once is enough
     const p = document.createElement('p');
     p.textContent = text;
     p.classList.toggle('error', error);
@@ -388,7 +390,7 @@ export function bindControls(app: App): void {
       byId<HTMLProgressElement>('loading-bar').value = now.fraction;
     },
     progress() {
-      setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : '0');
+      setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : '–'); // at rest nothing is drawn
       if (!panel.hidden) {
         for (const [row, of] of [['l', 'cut'], ['m', 'motion']] as const) {
           const l = app.latency.summary(of);

@@ -17,6 +17,17 @@ export function sortMeshes(files: NamedFile[]): { visual: number; collision: num
   return { visual, collision };
 }
 
+const kMesh = /\.(obj|ply|stl|off)$/i, kWhole = /\.(toml|kerf)$/i;
+
+/** Why these files can't be opened; null: they can be tried. */
+export function whyNot(files: NamedFile[]): string | null {
+  const large = files.find((f) => f.size > kLargestFile), other = files.find((f) => !kMesh.test(f.name) && !kWhole.test(f.name));
+  if (large) return `${large.name} is larger than 512 MiB.`;
+  if (!other) return null;
+  return /\.kerfrec$/i.test(other.name) ? `${other.name} is a recording: kerf replay ${other.name} repeats it.`
+    : `${other.name} can't be opened: meshes are OBJ, PLY, STL or OFF files; a scene (.toml) or a bound body (.kerf) will do too.`;
+}
+
 const kLargestFile = 512 * 1024 * 1024;
 
 export function bindUpload(app: App, toast: (text: string, error?: boolean) => void): void {
@@ -36,16 +47,18 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
   const open = (list: File[]): void => {
     if (list.length === 0) return;
     if (!app.toolAllowed) { toast('Take the tools first: another page holds them, or the connection is lost.', true); return; }
-    const large = list.find((f) => f.size > kLargestFile);
-    if (large) { toast(`${large.name} is larger than 512 MiB.`, true); return; }
-    const other = list.find((f) => /\.(toml|kerf)$/i.test(f.name));
+    const refused = whyNot(list);
+    if (refused) { toast(refused, true); return; }
+    const other = list.find((f) => kWhole.test(f.name));
     if (other) {
       send([{ part: UploadPart.Scene, file: other }], '', 0).catch((e: unknown) => toast(e instanceof Error ? e.message : String(e), true));
       return;
     }
     files = list;
+    app.uploadFailed = null;
     if (files.length === 1) {  // a closed mesh needs nothing else; an open one is asked for its thickness
       toast(`Opening ${files[0]!.name}: its collision mesh is being made.`);
+      app.uploadFailed = (text) => { if (/thick/.test(text)) ask(); };
       send([{ part: UploadPart.Visual, file: files[0]! }], '', 0).catch((e: unknown) => {
         toast(e instanceof Error ? e.message : String(e), true);
         ask();

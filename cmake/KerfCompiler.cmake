@@ -17,3 +17,10 @@ if(KERF_SANITIZE)
                          -fno-sanitize-recover=all)
   target_link_options(kerf_flags INTERFACE -fsanitize=${KERF_SANITIZE})
 endif()
+
+# For tests, after kerf_flags: their assertions are many calls of members, and a check of each pointer makes them compile twice as
+# long. Addresses are checked all the same, and what the library does is checked in full.
+add_library(kerf_test_flags INTERFACE)
+if(KERF_SANITIZE MATCHES undefined)
+  target_compile_options(kerf_test_flags INTERFACE -fno-sanitize=null,alignment,vptr,object-size)
+endif()

@@ -21,7 +21,7 @@ function(kerf_module name)
     foreach(module ${name} ${ARG_DEPENDS} ${ARG_TESTS})
       target_sources(kerf_${name}_tests PRIVATE $<TARGET_OBJECTS:kerf_${module}>)
     endforeach()
-    target_link_libraries(kerf_${name}_tests PRIVATE kerf_flags Eigen3::Eigen TBB::tbb fmt::fmt
+    target_link_libraries(kerf_${name}_tests PRIVATE kerf_flags kerf_test_flags Eigen3::Eigen TBB::tbb fmt::fmt
                           tomlplusplus::tomlplusplus nlohmann_json::nlohmann_json
                           GTest::gtest GTest::gmock GTest::gtest_main)
     target_compile_definitions(kerf_${name}_tests PRIVATE KERF_SOURCE_DIR="${PROJECT_SOURCE_DIR}")

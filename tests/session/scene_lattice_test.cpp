@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kerf/binding/collision_mesh_build.h"
+#include "kerf/session/session.h"
 
 namespace kerf {
 namespace {
@@ -31,6 +32,23 @@ TEST(SceneLattice, TheModelsOwnLattice) {
   ASSERT_TRUE(frame.ok()) << frame.error().message;
   EXPECT_EQ(frame->count, (LatticeIndex{9, 9, 1}));
   EXPECT_EQ(frame->origin, hint->origin);
+}
+
+/// The lattice of a model that was bent, got bumps or noise holds the body it became.
+TEST(SceneLattice, AModelsOwnLatticeHoldsWhatBecameOfIt) {
+  const auto deformed = [](const char* model, double bend, double bumps, double noise) {
+    Scene scene;
+    scene.name = scene.body.model = model;
+    scene.body.options.bend = bend;
+    scene.body.options.bumps = bumps;
+    scene.body.options.noise = noise;
+    return scene;
+  };
+  for (const Scene& scene : {deformed("meniscus", 0, 2.8e-5, 8.8e-5), deformed("sheet", -2, 0, 0), deformed("strip", -1.94, 1.2e-4, 9.7e-5),
+                             deformed("half-shell", 0, 3e-3, 0), deformed("two-holed-slab", -1.09, 1.4e-3, 0)}) {
+    const auto session = Session::create(scene);
+    EXPECT_TRUE(session.ok()) << scene.name << ": " << (session.ok() ? "" : session.error().message);
+  }
 }
 
 TEST(SceneLattice, LayersAreChosenByTheBody) {

@@ -32,6 +32,19 @@ LatticeOptions given(Vec3 origin, const Mat3& axes, Vec3 cell, LatticeIndex coun
   return options;
 }
 
+/// A model's own lattice, stretched where the body reaches past it: bends, bumps and noise move its surface.
+LatticeOptions around(const LatticeHint& hint, const Box3& body) {
+  Vec3 origin = hint.origin, cell = hint.cell;
+  for (int i = 0; i < 3; ++i) {
+    const int count = hint.cells[static_cast<std::size_t>(i)];
+    const double low = origin[i], high = low + count * cell[i], slack = kOutside * cell[i];
+    if (body.min[i] >= low - slack && body.max[i] <= high + slack) continue;
+    origin[i] = std::fmin(low, body.min[i]);
+    cell[i] = (std::fmax(high, body.max[i]) - origin[i]) / count;
+  }
+  return given(origin, Mat3{}, cell, {hint.cells[0], hint.cells[1], hint.cells[2]});
+}
+
 /// Mean over the vertices, metres.
 double mean_thickness(const CollisionMesh& mesh) {
   double sum = 0;
@@ -83,8 +96,7 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
       automatic.layers = 0;
       return choose_lattice(mesh, automatic);
     }
-    return choose_lattice(
-        mesh, given(hint->origin, Mat3{}, hint->cell, {hint->cells[0], hint->cells[1], hint->cells[2]}));
+    return choose_lattice(mesh, around(*hint, prism_box(mesh, Mat3{})));
   }
   Mat3 axes;
   if (wanted.axes) {

@@ -1,4 +1,5 @@
 // Commands at awkward times and in awkward places.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "kerf/session/session.h"
@@ -45,6 +46,19 @@ TEST(SessionCommands, TheLastBitOfAStrokeIsCutBeforeTheNextBegins) {
   EXPECT_EQ(session->strokes()[0].after.pieces, 2);
   ASSERT_TRUE(session->step(6).ok());
   EXPECT_EQ(session->counts().pieces, 1);
+}
+
+TEST(SessionCommands, AnUndoBeyondTheFirstStrokeIsNotedAndTheRunGoesOn) {
+  Scene scene = sheet();
+  scene.file = "scene.toml";
+  scene.simulation.time_step = 0.01;
+  scene.commands = {blade(0.0, 0.05, 0.7), {0.06, SceneUndo{1}, 12}, blade(0.07, 0.05, 0.1), {0.13, SceneRedo{1}, 20}};  // the first misses
+  auto session = Session::create(scene);
+  ASSERT_TRUE(session.ok());
+  const Status done = session->step(15);
+  EXPECT_TRUE(done.ok()) << done.error().message;
+  EXPECT_EQ(session->counts().pieces, 2);
+  EXPECT_THAT(session->notes(), testing::IsSupersetOf({"scene.toml:12: there was no stroke left to undo", "scene.toml:20: there was no stroke left to redo"}));
 }
 
 TEST(SessionCommands, ABladeMayTurnOverBetweenTwoPoses) {

@@ -653,7 +653,7 @@ std::span<const SceneKey<SceneUnfix>> scene_keys<SceneUnfix>() {
 template <>
 std::span<const SceneKey<SceneUndo>> scene_keys<SceneUndo>() {
   static const SceneKey<SceneUndo> keys[] = {
-      {"count", &SceneUndo::count, "", at_least_one(1e6), false, "How many strokes are taken back."},
+      {"count", &SceneUndo::count, "", at_least_one(1e6), false, "How many strokes are taken back; with none left the run goes on and notes it."},
   };
   return keys;
 }
@@ -661,7 +661,7 @@ std::span<const SceneKey<SceneUndo>> scene_keys<SceneUndo>() {
 template <>
 std::span<const SceneKey<SceneRedo>> scene_keys<SceneRedo>() {
   static const SceneKey<SceneRedo> keys[] = {
-      {"count", &SceneRedo::count, "", at_least_one(1e6), false, "How many strokes are done again."},
+      {"count", &SceneRedo::count, "", at_least_one(1e6), false, "How many strokes are done again; with none left the run goes on and notes it."},
   };
   return keys;
 }

@@ -30,8 +30,11 @@ std::vector<CollisionVertex> vertices_near(const std::vector<Vec3>& positions, V
 }  // namespace
 
 Status Session::Impl::apply(const SceneCommand& command) {
+  const std::string place =
+      command.line > 0 ? fmt::format("{}:{}: ", scene.file.empty() ? scene.name : scene.file, command.line) : std::string();
   struct Visitor {
     Impl& s;
+    const std::string& place;
     Status operator()(const SceneBlade& blade) {
       KERF_TRY(s.finish_command_stroke());
       KERF_TRY(s.begin_stroke(blade.frame, blade.through));
@@ -50,20 +53,23 @@ Status Session::Impl::apply(const SceneCommand& command) {
     Status operator()(const SceneUnfix& u) { return s.unfix(u.region), Status{}; }
     Status operator()(const SceneToolMotion& m) { return s.move_tool(m); }
     Status operator()(const SceneJaws& j) { return s.move_jaws(j); }
-    Status operator()(const SceneUndo& u) {
+    Status operator()(const SceneUndo& u) { return several(u.count, true); }
+    Status operator()(const SceneRedo& r) { return several(r.count, false); }
+    /// What is beyond the last stroke is noted: one that met nothing left nothing to take back.
+    Status several(int count, bool back) {
       KERF_TRY(s.finish_command_stroke());
-      for (int i = 0; i < u.count; ++i) KERF_TRY(s.undo());
-      return {};
-    }
-    Status operator()(const SceneRedo& r) {
-      KERF_TRY(s.finish_command_stroke());
-      for (int i = 0; i < r.count; ++i) KERF_TRY(s.redo());
+      for (int i = 0; i < count; ++i) {
+        if ((back ? s.state.undo : s.state.redo).empty()) {
+          s.notes.push_back(fmt::format("{}there was no stroke left to {}", place, back ? "undo" : "redo"));
+          return {};
+        }
+        KERF_TRY(back ? s.undo() : s.redo());
+      }
       return {};
     }
   };
-  Status done = std::visit(Visitor{*this}, command.what);
-  if (!done && command.line > 0)
-    return Error{done.error().kind, fmt::format("{}:{}: {}", scene.file.empty() ? scene.name : scene.file, command.line, done.error().message)};
+  Status done = std::visit(Visitor{*this, place}, command.what);
+  if (!done && !place.empty()) return Error{done.error().kind, place + done.error().message};
   return done;
 }
 

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "kerf/base/hash.h"
+#include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
 #include "kerf/binding/parameters_in.h"
@@ -108,6 +109,62 @@ TEST(Bind, VisualMeshItselfAsCollisionMesh) {
   expect_bound(body, model.visual, model.visual, "visual as collision");
   EXPECT_EQ(body->report.visual_vertices, 3425);
   EXPECT_EQ(body->report.visual_triangles, 6656);
+}
+
+/// A box of 12 triangles around the origin.
+TriangleMesh box_of_12(Vec3 half) {
+  TriangleMesh m;
+  for (int i = 0; i < 8; ++i) m.positions.push_back({(i & 1 ? 1 : -1) * half.x, (i & 2 ? 1 : -1) * half.y, (i & 4 ? 1 : -1) * half.z});
+  for (const auto& f : {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
+    m.triangles.push_back({VertexId(f[0]), VertexId(f[1]), VertexId(f[2])});
+    m.triangles.push_back({VertexId(f[0]), VertexId(f[2]), VertexId(f[3])});
+  }
+  return m;
+}
+
+/// A flat sheet of nx by ny squares in the middle of the box, its inner vertices off the plane by up to `off`.
+TriangleMesh sheet_in_box(Vec3 half, int nx, int ny, double off) {
+  TriangleMesh m;
+  Random random(5);
+  for (int j = 0; j <= ny; ++j)
+    for (int i = 0; i <= nx; ++i) {
+      const bool border = i == 0 || j == 0 || i == nx || j == ny;
+      m.positions.push_back({half.x * (2.0 * i / nx - 1), half.y * (2.0 * j / ny - 1), border ? 0 : random.uniform(-off, off)});
+    }
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i) {
+      const int a = j * (nx + 1) + i, b = a + 1, c = b + nx + 1, d = a + nx + 1;
+      m.triangles.push_back({VertexId(a), VertexId(b), VertexId(c)});
+      m.triangles.push_back({VertexId(a), VertexId(c), VertexId(d)});
+    }
+  return m;
+}
+
+// Dozens of bound points in one visual triangle left slivers, in which later ones ended 14 mm beside their places.
+TEST(Bind, FewVisualTrianglesForManyCollisionTriangles) {
+  for (const Vec3 half : {Vec3{0.045, 0.025, 0.004}, Vec3{0.05, 0.05, 5e-5}, Vec3{0.1, 0.01, 0.002}}) {
+    const TriangleMesh visual = box_of_12(half), collision = sheet_in_box(half, 11, 8, 0);
+    const auto body = bind(visual, collision, {});
+    expect_bound(body, visual, collision, "box");
+    EXPECT_TRUE(body->report.warnings.empty()) << body->report.warnings[0];
+    const CellComplex& c = body->complex;
+    for (const CollisionVertex v : ids<CollisionVertex>(c.collision.vertex_count())) {
+      if (c.collision.on_border(v)) continue;
+      for (std::size_t side = 0; side < 2; ++side) {
+        const Vec3 p = c.visual.rest[c.collision.bound[v][side]], q = c.collision.rest[v];
+        EXPECT_LT(std::hypot(p.x - q.x, p.y - q.y), 0.16 * c.mean_root_edge);  // snaps to visual vertices, edges of 3
+      }
+    }
+  }
+}
+
+// Normals of fine triangles that are off by 20 degrees cross before they leave a thick body.
+TEST(Bind, RaysOfFineTrianglesDoNotCross) {
+  const Vec3 half{0.05, 0.04, 0.012};
+  const TriangleMesh visual = box_of_12(half), collision = sheet_in_box(half, 26, 22, 5e-4);
+  const auto body = bind(visual, collision, {});
+  expect_bound(body, visual, collision, "rough sheet");
+  EXPECT_TRUE(body->report.warnings.empty()) << body->report.warnings[0];
 }
 
 TEST(Bind, BentBumpyAndNoisy) {

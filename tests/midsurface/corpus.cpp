@@ -424,6 +424,21 @@ void add_thin(Collector& c) {
   s.half = [](double u, double v) { return std::hypot(u - 0.5, v - 0.5) < 0.2 ? 0.015 : 0.009; };
   c.sheet("plate with a boss", s).middle.clear();
 
+  s = plate(0.1, 0.06, 0.002, 100, 60);
+  s.hole = [](int i, int j) { return j >= 18 && i % 10 >= 5; };
+  c.sheet("comb", s).middle.clear();
+  // As segmented images come: steps of 90 degrees, and flat in between.
+  std::vector<std::string> layers;
+  for (int z = 0; z < 24; ++z) {
+    if (z > 0) layers.emplace_back("|");
+    for (int y = 0; y < 36; ++y) {
+      std::string row;
+      for (int x = 0; x < 48; ++x) row += std::fabs(z - 4 - 0.25 * x - 0.1 * y) < 3.2 ? '#' : '.';
+      layers.push_back(row);
+    }
+  }
+  c.thin("slanted slab of voxels", voxels(layers, 48, 0.001, 1));
+
   TriangleMesh shell = turned(48, 24, [](double t) { return Vec2{0.05 * std::sin(kPi * t), -0.05 * std::cos(kPi * t)}; });
   const TriangleMesh inside = turned(48, 24, [](double t) { return Vec2{0.044 * std::sin(kPi * t), -0.044 * std::cos(kPi * t)}; });
   const auto offset = static_cast<std::int32_t>(shell.positions.size());
@@ -488,6 +503,7 @@ void add_thick(Collector& c) {
   c.thick("cube", voxels({"#"}, 1, 0.1, 12));
   c.thick("cube of 12 triangles", voxels({"#"}, 1, 0.1, 1));
   c.thick("rod", voxels({"#####"}, 5, 0.02, 5));
+  c.thick("bar of 12 triangles", [] { ThickSheet s = plate(0.1, 0.004, 0.004, 1, 1); s.wall_rows = 1; return thicken(s); }());
   c.thick("solid torus", closed_tube(60, 24, [](double u, double v) {
             const double a = 2 * kPi * u, b = 2 * kPi * v, r = 0.05 + 0.02 * std::cos(b);
             return Vec3{r * std::cos(a), r * std::sin(a), 0.02 * std::sin(b)};

@@ -14,6 +14,7 @@
 #include "kerf/binding/path_network.h"
 #include "kerf/binding/split_surface.h"
 #include "kerf/binding/skin_search.h"
+#include "kerf/binding/tolerances.h"
 #include "kerf/binding/weld.h"
 #include "kerf/mesh/half_edge_build.h"
 
@@ -106,6 +107,12 @@ TriangleMesh as_mesh(const WeldedSurface& s) {
   mesh.positions = IndexedArray<VertexId, Vec3>(s.positions);
   for (const auto& t : s.triangles) mesh.triangles.push_back({VertexId(t[0]), VertexId(t[1]), VertexId(t[2])});
   return mesh;
+}
+
+double mean_edge(const CollisionMesh& c) {
+  double sum = 0;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(c.half_edge_count())) sum += norm(c.rest[c.to(h)] - c.rest[c.from(h)]);
+  return sum / static_cast<double>(c.half_edge_count());
 }
 
 /// Memory for the crossings of all paths, about 2.5 sqrt(faces of a patch) each; growing later would copy everything.
@@ -268,7 +275,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   if (!built) return built.error();
   CollisionMesh& c = *built;
   KERF_TRY(check_folds(c));
-  const std::vector<Vec3> normals = vertex_normals(collision_surface);
+  std::vector<Vec3> normals = vertex_normals(collision_surface);
 
   {
     const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
@@ -277,6 +284,13 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
     report.volume_before = closed ? m.volume : 0;
   }
   SplitSurface s = make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(texture));
+  if (split_long_edges(s, kLongEdge * mean_edge(c), visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count())) {
+    visual.positions = s.walled.position;
+    visual.triangles.resize(s.parent.size());
+    for (std::size_t f = 0; f < s.parent.size(); ++f)
+      visual.triangles[f] = {s.walled.origin[3 * f], s.walled.origin[3 * f + 1], s.walled.origin[3 * f + 2]};
+    search.emplace(visual.positions, visual.triangles);
+  }
   reserve_for_paths(s, c, closed);
   const Vec3 origin = visual.positions[0];
   report.seconds.prepare = watch.lap();

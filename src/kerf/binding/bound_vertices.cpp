@@ -123,6 +123,57 @@ BorderFrame border_frame(const CollisionMesh& c, CV v, Vec3 normal) {
   return {normalized(cross(normalized(after), normal) + cross(normalized(before), normal)), 0.5 * (norm(after) + norm(before))};
 }
 
+/// Exits of the rays of inner vertices along +- normal.
+using Exits = std::vector<std::array<std::optional<SkinPoint>, 2>>;
+void cast_both_ways(const SkinSearch& search, const CollisionMesh& c, CV v, Vec3 normal, Exits& hit) {
+  for (std::size_t side = 0; side < 2; ++side) hit[v.index()][side] = search.first_exit(c.rest[v], side == 0 ? normal : -normal, HUGE_VAL);
+}
+
+/// Triangles finer than the body is thick have rays that cross before they leave it; smoother normals don't.
+void uncross(const SkinSearch& search, const CollisionMesh& c, const std::vector<std::uint8_t>& border, std::span<Vec3> normals, Exits& hit) {
+  const auto crossed = [&](CT f) {
+    CV v[3];
+    for (int k = 0; k < 3; ++k) v[k] = c.from(CollisionMesh::corner(f, k));
+    const Vec3 n = cross(c.rest[v[1]] - c.rest[v[0]], c.rest[v[2]] - c.rest[v[0]]);
+    for (std::size_t side = 0; side < 2; ++side) {
+      Vec3 p[3];
+      for (int k = 0; k < 3; ++k) {
+        const auto& q = hit[v[k].index()][side];
+        if (!border[v[k].index()] && !q) return false;
+        p[k] = q ? q->position : c.rest[v[k]];
+      }
+      if (!(dot(cross(p[1] - p[0], p[2] - p[0]), n) > 0)) return true;
+    }
+    return false;
+  };
+  std::vector<std::uint8_t> rough(c.vertex_count());
+  std::vector<Vec3> smooth(normals.begin(), normals.end());
+  for (int round = 0; round < kMostUncrossings; ++round) {
+    std::fill(rough.begin(), rough.end(), std::uint8_t{0});
+    bool any = false;
+    for (const CT f : ids<CT>(c.face_count())) {
+      if (!crossed(f)) continue;
+      any = true;
+      for (int k = 0; k < 3; ++k) rough[c.from(CollisionMesh::corner(f, k)).index()] = 1;
+    }
+    if (!any) return;
+    for (const CV v : ids<CV>(c.vertex_count())) {
+      if (!rough[v.index()] || border[v.index()]) continue;
+      Vec3 sum = normals[v.index()];
+      c.for_each_outgoing(v, [&](CH h) {
+        sum += normals[c.to(h).index()];
+        return true;
+      });
+      smooth[v.index()] = normalized(sum);
+    }
+    for (const CV v : ids<CV>(c.vertex_count())) {
+      if (!rough[v.index()] || border[v.index()]) continue;
+      normals[v.index()] = smooth[v.index()];
+      cast_both_ways(search, c, v, normals[v.index()], hit);
+    }
+  }
+}
+
 }  // namespace
 
 Status check_folds(const CollisionMesh& c) {
@@ -172,7 +223,7 @@ Status check_inside(const SkinSearch& search, const CollisionMesh& c, const std:
 }
 
 Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, const CollisionMesh& c,
-                                  std::span<const Vec3> normals) {
+                                  std::span<Vec3> normals) {
   const std::size_t nv = c.vertex_count();
   BoundVertices out;
   out.bound.assign(nv, {-1, -1});
@@ -181,16 +232,14 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
   for (const CV v : ids<CV>(nv)) border[v.index()] = c.on_border(v);
 
   // Inner vertices: rays both ways, then a plausible reach from the neighbourhood.
-  std::vector<std::array<std::optional<SkinPoint>, 2>> hit(nv);
+  Exits hit(nv);
+  for (const CV v : ids<CV>(nv))
+    if (!border[v.index()]) cast_both_ways(search, c, v, normals[v.index()], hit);
+  uncross(search, c, border, normals, hit);
   std::vector<double> all;
-  for (const CV v : ids<CV>(nv)) {
-    if (border[v.index()]) continue;
-    for (std::size_t side = 0; side < 2; ++side) {
-      const Vec3 n = normals[v.index()];
-      hit[v.index()][side] = search.first_exit(c.rest[v], side == 0 ? n : -n, HUGE_VAL);
+  for (const CV v : ids<CV>(nv))
+    for (std::size_t side = 0; side < 2; ++side)
       if (hit[v.index()][side]) all.push_back(hit[v.index()][side]->distance);
-    }
-  }
   KERF_TRY(check_inside(search, c, border, hit, out));
   const double overall = all.empty() ? 0 : median(all);
   std::vector<double> typical(nv, overall), ring;

@@ -89,7 +89,7 @@ Result<PatchMap> find_patches(const SplitSurface& s, const CollisionMesh& c, con
     const std::int32_t label = map.label[f];
     if (label < 0)
       return failed(fmt::format("visual triangle {} belongs to no collision triangle: the collision mesh does not cover that part of "
-                                "the body (several bodies in one file?)", s.parent[f] + 1));
+                                "the body (several bodies in one file?)", s.input_face(static_cast<std::int32_t>(f)) + 1));
     ++map.first[at(label) + 1];
     for (std::size_t h = 3 * f; h < 3 * f + 3; ++h) walls[at(label)] += w.wall[h];
   }

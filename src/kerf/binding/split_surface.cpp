@@ -1,6 +1,8 @@
 #include "kerf/binding/split_surface.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace kerf {
 namespace {
@@ -114,6 +116,29 @@ std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t) {
   w.wall[at(k)] = wall;
   if (w.outgoing[at(b)] == g) w.outgoing[at(b)] = k;
   return m;
+}
+
+bool split_long_edges(SplitSurface& s, double limit, std::size_t most_faces) {
+  const WalledSurface& w = s.walled;
+  const auto length = [&](std::int32_t h) { return norm(w.at(w.to(h)) - w.at(w.from(h))); };
+  struct Long {
+    double length;
+    std::int32_t h;
+  };
+  const std::size_t before = s.parent.size();
+  for (std::vector<Long> edges; s.parent.size() < most_faces; edges.clear()) {
+    for (std::int32_t h = 0; h < static_cast<std::int32_t>(w.origin.size()); ++h)
+      if (w.opposite(h) < h && length(h) > limit) edges.push_back({length(h), h});
+    if (edges.empty()) break;
+    std::sort(edges.begin(), edges.end(), [](const Long& x, const Long& y) { return x.length != y.length ? x.length > y.length : x.h < y.h; });
+    // A split before this one may have changed which edge the number stands for.
+    for (const Long& e : edges)
+      if (s.parent.size() < most_faces && length(e.h) > limit) split_edge(s, e.h, 0.5);
+  }
+  if (s.parent.size() == before) return false;
+  s.input = s.parent;
+  std::iota(s.parent.begin(), s.parent.end(), 0);
+  return true;
 }
 
 std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> weights) {

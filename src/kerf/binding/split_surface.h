@@ -17,9 +17,14 @@ struct SplitSurface {
   WalledSurface walled;
   std::vector<Vec2f> texture;        ///< 3 |F| corners, or empty
   std::vector<Vec3f> normal;         ///< |V|, unit
-  std::vector<std::int32_t> parent;  ///< |F|: the face of the input that a face is part of
+  std::vector<std::int32_t> parent;  ///< |F|: the face before any bound point was inserted that a face is part of
+  std::vector<std::int32_t> input;   ///< of those faces: the face of the input; empty: the same
 
   [[nodiscard]] std::int32_t vertex_count() const { return static_cast<std::int32_t>(walled.position.size()); }
+  [[nodiscard]] std::int32_t input_face(std::int32_t f) const {
+    const std::int32_t p = parent[static_cast<std::size_t>(f)];
+    return input.empty() ? p : input[static_cast<std::size_t>(p)];
+  }
   [[nodiscard]] std::int32_t face_count() const { return static_cast<std::int32_t>(parent.size()); }
 };
 
@@ -30,6 +35,10 @@ SplitSurface make_split_surface(std::span<const Vec3> positions, std::span<const
 /// Splits edge h = a->b (and its twin) at a + t (b - a); returns the new vertex m. h becomes a->m in place and the edge c->a
 /// of its face keeps its id; only the edge from b to the apex moves to a new face, on both sides. Both halves keep the wall flag.
 std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t);
+
+/// Halves edges longer than `limit`, longest first, until there are none or `most_faces` are reached; the faces of the result are their
+/// own parents. Bound points and paths of many collision triangles in one visual triangle would leave slivers. False if nothing was long.
+bool split_long_edges(SplitSurface& s, double limit, std::size_t most_faces);
 
 /// Splits face f into three at the point with these barycentric weights; returns the new vertex. The first edge of f stays.
 std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> weights);

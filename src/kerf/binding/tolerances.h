@@ -8,12 +8,18 @@ namespace kerf {
 /// and 10 % gave smallest angles of 0.002, 0.1, 0.1 and 0.7 degrees; more would bend paths visibly.
 inline constexpr double kSnapFraction = 0.05;
 
+/// Visual edges longer than this many mean collision edges are halved first; at most this many faces for each collision triangle come of it.
+inline constexpr double kLongEdge = 3, kMostByHalving = 64;
+
 /// A path crosses an edge at least this fraction away from an end that lies on a wall or border, so that paths that run
 /// side by side do not shrink edges geometrically.
 inline constexpr double kWallMargin = 0.3;
 
 /// A triangle with twice its area below this fraction of its longest edge squared counts as having no area.
 inline constexpr double kZeroAreaFraction = 1e-12;
+
+/// So often normals are made smoother where rays cross.
+inline constexpr int kMostUncrossings = 12;
 
 /// A ray hit farther away than this many times the typical half thickness around it belongs to another part of the body.
 inline constexpr double kReachFactor = 4.0;

@@ -19,6 +19,7 @@ constexpr double kSure = 0.1;        // confidence of a wedge of 44 degrees
 constexpr int kBorderSteps = 6;
 constexpr int kMoveSteps = 40;
 constexpr double kBorderLeash = 2.5; // of the half thickness: how far the border moves in a round
+constexpr double kPinhole = 3;      // thicknesses around: holes narrower than the body is thick
 constexpr int kRefinements = 3;
 constexpr double kFacing = 4;       // power of the cosine between the sides that a ray meets
 constexpr std::size_t kGrain = 512;
@@ -143,6 +144,9 @@ Fields border_moves(const MidSheet& sheet, const SheetInput& in) {
   const Column<std::int32_t> source = nearest_trusted(m, sheet.trusted);
   for (const std::vector<std::int32_t>& loop : border_loops(m)) {
     const std::size_t n = loop.size();
+    double length = 0;
+    for (std::size_t i = 0; i < n; ++i) length += norm(m.position[loop[(i + 1) % n]] - m.position[loop[i]]);
+    if (length < kPinhole * in.work.thickness) continue;  // straight on from all around would meet in a point
     std::vector<Vec3> move(n), smooth(n);
     std::vector<std::uint8_t> known(n, 0);
     for (std::size_t i = 0; i < n; ++i) {

@@ -24,6 +24,8 @@ constexpr double kMostSpanning = 0.1;    // of the inner edges may join two rim 
 constexpr std::size_t kMostSearched = 300000;  // triangles of surfaces that are searched for self-intersections
 constexpr std::uint8_t kCrossing = 2;    // flag of what passes through itself
 constexpr int kTries = 4;
+constexpr double kOfWidth = 0.55, kSmaller = 0.6;  // sizes in the next try: of the width of a narrow place, of the size around a bad one
+constexpr double kNearMiddle = 0.3;      // of a spanning edge
 constexpr double kMore = 1.3;            // times as many triangles after a try that left something bad
 
 class Stopwatch {
@@ -58,9 +60,37 @@ struct Try {
   RelaxReport relaxed;
   MidsurfaceQuality quality;
   std::size_t crossings = 0;  ///< pairs of triangles that pass through each other
+  std::vector<std::int32_t> crossing;  ///< those triangles
   [[nodiscard]] bool good() const { return bad() == 0 && quality.spanning_edges <= kMostSpanning; }
+  [[nodiscard]] double badness() const {
+    return static_cast<double>(bad()) / mesh.mesh.face_count() + (quality.spanning_edges > kMostSpanning ? quality.spanning_edges : 0);
+  }
   [[nodiscard]] std::size_t bad() const { return relaxed.blind.size() + crossings; }
 };
+
+/// Smaller sizes around what a try has left bad: where the sheet is narrower than a triangle, an inner vertex must fit in.
+void refine_bad_places(const Try& t, const MidSheet& sheet, Column<double>& limit) {
+  const auto refine = [&](Vec3 p, double reach, double size) {
+    for (std::int32_t v = 0; v < sheet.mesh.vertex_count(); ++v)
+      if (norm(sheet.mesh.position[v] - p) < reach) limit[v] = std::min(limit[v], size);
+  };
+  const SurfaceMesh& m = t.mesh.mesh;
+  if (t.quality.spanning_edges > kMostSpanning)
+    for (std::int32_t h = 0; h < m.origin.count(); ++h) {
+      if (!m.is_edge(h) || m.twin[h] < 0 || t.mesh.curve[m.from(h)] < 0 || t.mesh.curve[m.to(h)] < 0) continue;
+      const double length = m.length(h);
+      const Vec3 middle = 0.5 * (m.position[m.from(h)] + m.position[m.to(h)]);
+      double half_width = 0;
+      for (std::int32_t v = 0; v < sheet.mesh.vertex_count(); ++v)
+        if (norm(sheet.mesh.position[v] - middle) < kNearMiddle * length) half_width = std::max(half_width, sheet.from_border[v]);
+      if (half_width > 0) refine(middle, 0.75 * length, kOfWidth * 2 * half_width);
+    }
+  for (const std::int32_t v : t.relaxed.blind) refine(m.position[v], 2 * t.mesh.size[v], kSmaller * t.mesh.size[v]);
+  for (const std::int32_t f : t.crossing) {
+    const std::int32_t v = m.origin[3 * f];
+    refine(m.centroid(f), 2 * t.mesh.size[v], kSmaller * t.mesh.size[v]);
+  }
+}
 
 }  // namespace
 
@@ -86,9 +116,9 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
                                     filter.spikes, filter.spike_places[0].x + centre.x,
                                     filter.spike_places[0].y + centre.y, filter.spike_places[0].z + centre.z));
   if (filter.smoothing_steps > 0)
-    out.notes.push_back(fmt::format("the surface is rough (neighbouring triangles turn by {:.0f} degrees); a copy smoothed {} "
-                                    "times was used to find the middle",
-                                    filter.roughness * 57.29577951308232, filter.smoothing_steps));
+    out.notes.push_back(fmt::format("the surface is rough (neighbouring triangles turn by {:.0f} degrees, {:.0f} % of them by more than 20); "
+                                    "a copy smoothed {} times was used to find the middle",
+                                    filter.roughness * 57.29577951308232, 100 * filter.steps, filter.smoothing_steps));
   SelfIntersections own;
   if (surface.triangles.size() <= kMostSearched) {
     own = find_self_intersections(surface);
@@ -124,14 +154,17 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
   for (Vec3& p : out.diagnosis.surface.positions) p += centre;
   out.seconds.labels = watch.lap();
-  if (!two_sides || out.verdict.thinness == Thinness::kNotThin) {
+  if (!two_sides) {
     out.seconds.total = total.lap();
     return out;
   }
 
   KERF_TRY(tell("mid-surface: sheet"));
   const MidSheet sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
+  const auto of_sides = static_cast<std::ptrdiff_t>(out.verdict.reasons.size());
   judge_sheet(sheet, work, centre, out.verdict);
+  // How stout a body is says more than what its sides look like then.
+  std::rotate(out.verdict.reasons.begin(), out.verdict.reasons.begin() + of_sides, out.verdict.reasons.end());
   out.seconds.sheet = watch.lap();
   if (out.verdict.thinness == Thinness::kNotThin) {
     out.seconds.total = total.lap();
@@ -140,9 +173,10 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
 
   const SheetSampler sampler(sheet);
   const TwoSidedRays rays(work.mesh, bvh, labels.field, pairing.normal);
+  Column<double> limit = border_limits(sheet);
   const auto attempt = [&](double target) -> Result<Try> {
     Try t;
-    const SheetSizes sizes = sheet_sizes(sheet, target);
+    const SheetSizes sizes = sheet_sizes(sheet, target, limit);
     KERF_TRY(tell("mid-surface: triangles"));
     t.mesh = remesh(sampler, sizes, target);
     out.seconds.remesh += watch.lap();
@@ -150,7 +184,9 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
     t.relaxed = relax_to_middle(t.mesh, sampler, sizes, rays);
     out.seconds.relax += watch.lap();
     if (work.coarsened || filter.spikes > 0 || filter.smoothing_steps > 0) snap_border(t.mesh, visual, surface);
-    t.crossings = find_self_intersections(to_triangle_mesh(t.mesh.mesh)).pairs;
+    SelfIntersections through = find_self_intersections(to_triangle_mesh(t.mesh.mesh));
+    t.crossings = through.pairs;
+    t.crossing = std::move(through.triangles);
     KERF_TRY(tell("mid-surface: quality"));
     t.quality = measure_quality(t.mesh, {work.mesh, bvh, labels, visual});
     t.quality.need = sizes.need;
@@ -159,15 +195,17 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   };
   double target = static_cast<double>(options.triangles);
   if (options.triangles == 0)
-    target = std::clamp(sheet_sizes(sheet, kDefaultTriangles).need, kDefaultTriangles, kMostByNeed);
-  auto first = attempt(target);
-  if (!first) return first.error();
-  Try best = std::move(first).value();
+    target = std::clamp(sheet_sizes(sheet, kDefaultTriangles, limit).need, kDefaultTriangles, kMostByNeed);
+  const double most = std::max(kMostByNeed, 2 * target);
+  auto next = attempt(target);
+  if (!next) return next.error();
+  Try best = *next;
   for (int i = 1; i < kTries && !best.good(); ++i) {
-    target *= kMore;
-    auto next = attempt(target);
+    refine_bad_places(*next, sheet, limit);
+    target = std::min(most, std::max(kMore * target, sheet_sizes(sheet, target, limit).need));
+    next = attempt(target);
     if (!next) return next.error();
-    if (next->bad() <= best.bad()) best = std::move(next).value();
+    if (next->badness() <= best.badness()) best = *next;
   }
   if (best.crossings > 0)
     out.verdict.warnings.push_back(fmt::format("the collision mesh passes through itself at {} pairs of triangles: take more of them",

@@ -109,8 +109,20 @@ RelaxReport relax_to_middle(CoarseMesh& c, const SheetSampler& sampler, const Sh
   const Column<Vec3> normal = vertex_normals(m);
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
     if (c.curve[v] >= 0) continue;
-    if (const auto hit = rays.cast(m.position[v], normal[v])) c.half_thickness[v] = 0.5 * (hit->plus + hit->minus);
-    else report.blind.push_back(v);
+    auto hit = rays.cast(m.position[v], normal[v]);
+    if (!hit) {  // next to a wall a smoother normal may see both sides
+      Vec3 around = normal[v];
+      m.for_each_neighbour(v, [&](std::int32_t u) { around += normal[u]; });
+      hit = rays.cast(m.position[v], normalized(around));
+    }
+    if (hit) {
+      c.half_thickness[v] = 0.5 * (hit->plus + hit->minus);
+      continue;
+    }
+    // Next to the rim rays meet its wall, which is of neither side.
+    const SheetSampler::Sample here = sampler.closest(m.position[v], c.normal[v], sizes.size);
+    if (here.trusted) report.blind.push_back(v);
+    else c.half_thickness[v] = here.half_thickness;
   }
   // The rim's wall: the half thickness found as far inside as it is high (a fixed point).
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
@@ -125,10 +137,11 @@ RelaxReport relax_to_middle(CoarseMesh& c, const SheetSampler& sampler, const Sh
     });
     inward = inward - dot(inward, normal[v]) * normal[v];
     const Vec3 in = normalized(inward);
+    const double most = kOddRay * sampler.closest(m.position[v], c.normal[v], sizes.size).half_thickness;
     double x = 0.1 * nearby, half = 0;
     for (int round = 0; round < 8 && x > 0; ++round) {
       const auto hit = rays.cast(m.position[v] + x * in, normal[v]);
-      half = hit ? 0.5 * (hit->plus + hit->minus) : 0;
+      half = hit ? std::min(0.5 * (hit->plus + hit->minus), most) : 0;
       if (half > 0 && std::fabs(half - x) < 1e-3 * half) break;
       x = half > 0 ? std::min({half, 2 * x, nearby}) : 0.5 * x;
     }

@@ -12,6 +12,7 @@ namespace {
 constexpr double kSagitta = 0.2;    // of the half thickness: how far a chord may leave the bend
 constexpr double kSmallest = 0.15;  // of the largest size
 constexpr double kGrading = 0.5;    // change of size over distance
+constexpr double kFewestBorderEdges = 6;
 constexpr double kNeedCap = 3;      // times the largest size: what flat parts are counted with in `need`
 
 using Entry = std::pair<double, std::int32_t>;
@@ -53,7 +54,18 @@ void grade(const SurfaceMesh& m, Column<double>& size) {
 
 }  // namespace
 
-SheetSizes sheet_sizes(const MidSheet& sheet, double target) {
+Column<double> border_limits(const MidSheet& sheet) {
+  const SurfaceMesh& m = sheet.mesh;
+  Column<double> out(m.position.size(), HUGE_VAL);
+  for (const std::vector<std::int32_t>& loop : border_loops(m)) {
+    double length = 0;
+    for (std::size_t i = 0; i < loop.size(); ++i) length += norm(m.position[loop[(i + 1) % loop.size()]] - m.position[loop[i]]);
+    for (const std::int32_t v : loop) out[v] = length / kFewestBorderEdges;
+  }
+  return out;
+}
+
+SheetSizes sheet_sizes(const MidSheet& sheet, double target, Column<double> limit) {
   const SurfaceMesh& m = sheet.mesh;
   const Column<double> area = vertex_areas(m), kappa = bend(sheet);
   double volume = 0, total = 0;
@@ -67,10 +79,12 @@ SheetSizes sheet_sizes(const MidSheet& sheet, double target) {
   for (std::int32_t v = 0; v < m.vertex_count(); ++v)
     wanted[v] = std::min(100 * scale, std::sqrt(8 * kSagitta * half / std::max(kappa[v], 1e-12 / scale)));
   grade(m, wanted);
+  grade(m, limit);
+  const auto size = [&](std::int32_t v, double low, double high) { return std::min(limit[v], std::clamp(wanted[v], low, high)); };
   const auto count = [&](double low, double high) {
     double n = 0;
     for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
-      const double s = std::clamp(wanted[v], low, high);
+      const double s = size(v, low, high);
       n += area[v] / (0.25 * std::sqrt(3.0) * s * s);
     }
     return n;
@@ -84,8 +98,7 @@ SheetSizes sheet_sizes(const MidSheet& sheet, double target) {
   out.largest = std::sqrt(low * high);
   out.need = count(0, kNeedCap * out.largest);
   out.size.resize(m.position.size());
-  for (std::int32_t v = 0; v < m.vertex_count(); ++v)
-    out.size[v] = std::clamp(wanted[v], kSmallest * out.largest, out.largest);
+  for (std::int32_t v = 0; v < m.vertex_count(); ++v) out.size[v] = size(v, kSmallest * out.largest, out.largest);
   return out;
 }
 

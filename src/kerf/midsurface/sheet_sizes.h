@@ -12,7 +12,10 @@ struct SheetSizes {
 };
 
 /// Edges whose chord stays within a fifth of the half thickness of the bent sheet, graded, and cut off at the length that
-/// gives `target` triangles in all.
-SheetSizes sheet_sizes(const MidSheet& sheet, double target);
+/// gives `target` triangles in all. `limit`: |V|, no longer than that, metres; graded here.
+SheetSizes sheet_sizes(const MidSheet& sheet, double target, Column<double> limit);
+
+/// Limits that let every border be a hexagon at least, |V|; HUGE_VAL inside.
+Column<double> border_limits(const MidSheet& sheet);
 
 }  // namespace kerf::mid

@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kGrain = 4096;
 constexpr double kRough = 9 * 0.017453292519943295;      // median dihedral angle that noise begins at
 constexpr double kCoarse = 25 * 0.017453292519943295;    // times edge / thickness: coarse but clean surfaces bend that much
+constexpr double kSteps = 0.15, kCoarseSteps = 0.4;      // share of the edges that turn by kStep that staircases begin at; times edge / thickness
+constexpr double kStep = 0.9396926207859084;             // cosine of 20 degrees
 constexpr int kMaxSteps = 20;
 constexpr int kSpikeRounds = 3;
 constexpr double kAlone = 2;  // times what is next to it
@@ -87,7 +89,12 @@ std::int32_t remove_spikes(SurfaceMesh& m, std::vector<Vec3>& places) {
   return static_cast<std::int32_t>(spikes.size());
 }
 
-double median_dihedral(const SurfaceMesh& m) {
+/// How neighbouring triangles turn: noise shows in the median, the steps of voxels, flat in between, in the share of sharp edges.
+struct Roughness {
+  double median = 0;  ///< radians
+  double steps = 0;   ///< share of the edges
+};
+Roughness roughness(const SurfaceMesh& m) {
   Column<Vec3> normal(static_cast<std::size_t>(m.face_count()));
   parallel_for(normal.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) normal[static_cast<std::int32_t>(f)] = m.normal(static_cast<std::int32_t>(f));
@@ -96,7 +103,9 @@ double median_dihedral(const SurfaceMesh& m) {
   cosines.reserve(m.origin.size() / 2);
   for (std::int32_t h = 0; h < m.origin.count(); ++h)
     if (m.is_edge(h) && m.twin[h] >= 0) cosines.push_back(dot(normal[h / 3], normal[m.twin[h] / 3]));
-  return cosines.empty() ? 0 : std::acos(std::clamp(median(cosines), -1.0, 1.0));
+  if (cosines.empty()) return {};
+  const auto steps = std::count_if(cosines.begin(), cosines.end(), [](double c) { return c < kStep; });
+  return {std::acos(std::clamp(median(cosines), -1.0, 1.0)), static_cast<double>(steps) / static_cast<double>(cosines.size())};
 }
 
 /// Taubin: a step that smooths and one that lets it grow back.
@@ -123,9 +132,12 @@ FilterReport filter_surface(SurfaceMesh& mesh) {
     report.spikes += n;
     if (n == 0) break;
   }
-  report.roughness = median_dihedral(mesh);
-  for (double rough = report.roughness; report.smoothing_steps < kMaxSteps; rough = median_dihedral(mesh)) {
-    if (rough <= std::max(kRough, kCoarse * mean_edge(mesh) / mean_thickness(mesh))) break;
+  Roughness rough = roughness(mesh);
+  report.roughness = rough.median;
+  report.steps = rough.steps;
+  for (; report.smoothing_steps < kMaxSteps; rough = roughness(mesh)) {
+    const double fineness = mean_edge(mesh) / mean_thickness(mesh);
+    if (rough.median <= std::max(kRough, kCoarse * fineness) && rough.steps <= std::max(kSteps, kCoarseSteps * fineness)) break;
     smooth_once(mesh);
     ++report.smoothing_steps;
   }

@@ -18,6 +18,7 @@ constexpr double kFork = 2;  // mean thicknesses: length of forks
 constexpr double kTooStout = 2, kStout = 3;           // width over thickness
 constexpr double kNarrow = 1.5, kNarrowShare = 0.3;   // thicknesses; of the area
 constexpr double kLeastVolume = 0.8, kMostVolume = 1.2;
+constexpr double kPinhole = 2;                        // thicknesses around
 constexpr std::size_t kMostPlaces = 12;
 
 void refuse(MidsurfaceVerdict& v, std::string why) {
@@ -124,6 +125,7 @@ bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vecto
 
 void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, MidsurfaceVerdict& verdict) {
   const SurfaceMesh& m = sheet.mesh;
+  const bool two_sides = verdict.reasons.empty();
   const Column<double> area = vertex_areas(m);
   double volume = 0, total = 0, widest = 0;
   std::int32_t middle = 0;
@@ -193,7 +195,20 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, Mi
                                 100 * verdict.narrow_share, place(narrowest + origin)));
     verdict.places.push_back({narrowest + origin, "as narrow as thick"});
   }
-  if (verdict.volume_ratio < kLeastVolume || verdict.volume_ratio > kMostVolume)
+  // A hole narrower than the body is thick takes as many triangles as the rest, if there is one at all: scans have such faults.
+  std::size_t pinholes = 0;
+  Vec3 first_pinhole;
+  for (const std::vector<std::int32_t>& loop : border_loops(m)) {
+    double length = 0;
+    for (std::size_t i = 0; i < loop.size(); ++i) length += norm(m.position[loop[(i + 1) % loop.size()]] - m.position[loop[i]]);
+    if (!(length < kPinhole * thickness)) continue;
+    if (pinholes++ == 0) first_pinhole = m.position[loop[0]] + origin;
+    verdict.places.push_back({m.position[loop[0]] + origin, "a hole narrower than the body is thick"});
+  }
+  if (pinholes > 0)
+    warn(verdict, fmt::format("{} hole(s) through the body are narrower than it is thick, the first at {}; if the scan left them, fill them",
+                              pinholes, place(first_pinhole)));
+  if (two_sides && (verdict.volume_ratio < kLeastVolume || verdict.volume_ratio > kMostVolume))
     refuse(verdict, fmt::format("the mid-surface times the thickness makes {:.0f} % of the volume: a sheet does not stand for "
                                 "this body", 100 * verdict.volume_ratio));
 }

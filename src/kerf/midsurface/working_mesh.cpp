@@ -204,11 +204,10 @@ WorkingMesh make_working_mesh(SurfaceMesh filtered) {
   make_coarser();
   for (int round = 0; round < kMostRounds; ++round) {
     if (!split_long_edges(out.mesh, kLong * out.edge, static_cast<std::size_t>(8 * kMost))) break;
-    // Halves of long slivers are slivers, three of each: unless they collapse, there are 3^n of them.
-    if (out.mesh.face_count() > kTooMany * kMost) {
-      flip_flat_edges(out.mesh, kFlat * out.thickness);
-      make_coarser();
-    }
+    // Halves of long slivers are slivers: unless their edges are turned, ways along edges say nothing about distances. Unless they
+    // collapse, there are 3^n of them.
+    flip_flat_edges(out.mesh, kFlat * out.thickness);
+    if (out.mesh.face_count() > kTooMany * kMost) make_coarser();
   }
   return out;
 }

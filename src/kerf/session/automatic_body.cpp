@@ -5,7 +5,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kTries = 4;
+constexpr int kTries = 3;
 constexpr double kMore = 1.3;
 
 }  // namespace
@@ -36,6 +36,8 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
       return out;
     }
     last = bound.error();
+    if (!out.midsurface.verdict.warnings.empty())
+      last.message = fmt::format("{}; {}", fmt::join(out.midsurface.verdict.warnings, "; "), last.message);
     wanted.triangles = static_cast<std::size_t>(kMore * static_cast<double>(out.midsurface.collision.triangles.size()));
   }
   last.message = fmt::format("the collision mesh that was made does not bind ({}); ask for more triangles, or give a collision "

@@ -880,7 +880,7 @@ export class App implements EngineEvents {
       }
       this.latency.echoed(pending.input, performance.now(), 'motion');
     }
-    if (state && this.mesh.crease.update(state, now)) this.touch(false);
+    if (state && this.mesh.crease.update(state, now, this.strokeActive)) this.touch(false);
     this.sendHeld(false);
     this.sendLed();
     this.sendHover(now);

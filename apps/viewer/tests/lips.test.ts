@@ -27,6 +27,8 @@ describe('lips', () => {
 
   it('of a slit that ends inside are both sides, and point away from it', () => {
     const n = 6, s = grid(n, 3, (x) => x < 4), lips = findLips(s);
+    const sorted = (l: typeof lips): string[] => Array.from({ length: 2 * l.count }, (_, i) => `${l.ends[i]} ${l.others[i]} ${l.inward.subarray(3 * i, 3 * i + 3).join(' ')}`).sort();
+    expect(sorted(findLips(s, (n + 1) ** 2))).toEqual(sorted(lips)); // told what was there before the cut
     expect(lips.count).toBe(2 * 4); // edges 0-1, 1-2, 2-3, 3-4 on two sides
     for (let i = 0; i < 2 * lips.count; i++) {
       const v = lips.ends[i]!, w = lips.others[i]!, x = s.rest[3 * v]!;

@@ -8,6 +8,7 @@ import { patchSkinning, type Look, type Uniforms } from './materials';
 const kWidth = 0.0045;       // of the body's diagonal, to either side
 const kLeastPixels = 1.3;
 const kPatience = 10;        // times as long as it took to find the lips nobody looks for them again
+const kLongMs = 8;           // longer than this is no work for the middle of a stroke
 const kInk: Record<Look, number> = { steak: 0x1c0204, meniscus: 0x3a2616, sheet: 0x06182a };
 
 const kVertex = /* glsl */ `
@@ -30,6 +31,10 @@ export class Crease {
   private lips: Lips | null = null;
   private stale = false;
   private notBefore = 0;
+  private cost = 0;
+  /** Vertices of the body as it came, if it came without cuts. */
+  private base = 0;
+  private fresh = true;
 
   constructor(cells: Uniforms) {
     const material = new MeshBasicMaterial({ transparent: true, depthWrite: false, toneMapped: false });
@@ -56,7 +61,9 @@ export class Crease {
     this.mesh.material.side = open ? DoubleSide : FrontSide;
     this.lips = null;
     this.show();
-    this.notBefore = 0;
+    this.base = 0;
+    this.fresh = true;
+    this.notBefore = this.cost = 0;
     this.stale = true;
   }
   setLook(look: Look): void { this.mesh.material.color = new Color(kInk[look]); }
@@ -70,14 +77,17 @@ export class Crease {
     this.refresh(state);
   }
 
-  /** Finds the lips again if they changed and the last search was long enough ago; true when it did. */
-  update(state: BodyState, now: number): boolean {
-    if (!this.stale || now < this.notBefore) return false;
+  /** Finds the lips again if they changed and there is time for it; true when it did. `busy`: a stroke is under way. */
+  update(state: BodyState, now: number, busy: boolean): boolean {
+    if (!this.stale || now < this.notBefore || (busy && this.cost > kLongMs)) return false;
     this.stale = false;
     const started = performance.now();
-    this.lips = findLips(state);
+    this.lips = findLips(state, this.base);
+    if (this.fresh && this.lips.count === 0) this.base = state.nv;
+    this.fresh = false;
     this.build(state, this.lips);
-    this.notBefore = now + kPatience * (performance.now() - started);
+    this.cost = performance.now() - started;
+    this.notBefore = now + kPatience * this.cost;
     return true;
   }
 

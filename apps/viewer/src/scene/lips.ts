@@ -12,37 +12,53 @@ export interface Lips {
 
 const kLongestMitre = 2;
 
-/** Vertices of the skin by place: `first` names one of them for all, `twin` another one at the same place or itself. */
-function samePlaces({ rest, skin, nv, ns }: Skin): { first: Uint32Array; twin: Uint32Array; any: boolean } {
-  const first = new Uint32Array(nv), twin = new Uint32Array(nv), seen = new Uint8Array(nv);
-  let slots = 1024;
-  while (slots < 2 * nv) slots *= 2;
+/**
+ * Vertices of the skin by place: `first` names one of them for all, `twin` another one at the same place or itself. Those
+ * before `base` are all at places of their own.
+ */
+function samePlaces({ rest, skin, nv, ns }: Skin, base: number): { first: Uint32Array; twin: Uint32Array; any: boolean } {
+  const first = new Uint32Array(nv), twin = new Uint32Array(nv), late = new Uint8Array(Math.max(0, nv - base));
+  for (let v = 0; v < nv; v++) first[v] = twin[v] = v;
+  for (let i = 0; i < 3 * ns; i++) if (skin[i]! >= base) late[skin[i]! - base] = 1;
+  let slots = 64;
+  while (slots < 2 * late.length) slots *= 2;
   const table = new Int32Array(slots).fill(-1), bits = new Int32Array(rest.buffer, rest.byteOffset, 3 * nv);
   let any = false;
-  for (let i = 0; i < 3 * ns; i++) {
-    const v = skin[i]!;
-    if (seen[v] === 1) continue;
-    seen[v] = 1;
-    let h = Math.imul(bits[3 * v]! << 1, 0x9e3779b1) ^ Math.imul(bits[3 * v + 1]! << 1, 0x85ebca77) ^ Math.imul(bits[3 * v + 2]! << 1, 0xc2b2ae3d);
-    h = (h ^ (h >>> 15)) & (slots - 1);
-    for (;; h = (h + 1) & (slots - 1)) {
+  /** The slot of a place: that of a vertex that is there, or an empty one. */
+  const slotOf = (v: number): number => {
+    // Round numbers end in zeros, and so do their products: every bit is stirred down. The sign of zero counts for nothing.
+    let h = Math.imul(bits[3 * v]! << 1, 0x9e3779b1);
+    h = Math.imul((h ^ (h >>> 15)) ^ (bits[3 * v + 1]! << 1), 0x9e3779b1);
+    h = Math.imul((h ^ (h >>> 15)) ^ (bits[3 * v + 2]! << 1), 0x9e3779b1);
+    for (h = (h ^ (h >>> 15)) & (slots - 1); ; h = (h + 1) & (slots - 1)) {
       const w = table[h]!;
-      if (w < 0) { table[h] = first[v] = twin[v] = v; break; }
-      if (rest[3 * w] === rest[3 * v] && rest[3 * w + 1] === rest[3 * v + 1] && rest[3 * w + 2] === rest[3 * v + 2]) {
-        first[v] = w;
-        twin[v] = w;
-        if (twin[w] === w) twin[w] = v;
-        any = true;
-        break;
-      }
+      if (w < 0 || (rest[3 * w] === rest[3 * v] && rest[3 * w + 1] === rest[3 * v + 1] && rest[3 * w + 2] === rest[3 * v + 2])) return h;
     }
+  };
+  const join = (v: number, w: number): void => {
+    first[v] = first[w]!;
+    twin[v] = w;
+    if (twin[w] === w) twin[w] = v;
+    any = true;
+  };
+  for (let v = base; v < nv; v++) {
+    if (late[v - base] === 0) continue;
+    const h = slotOf(v);
+    if (table[h]! < 0) table[h] = v; else join(v, table[h]!);
+  }
+  for (let v = 0; v < base && late.length > 0; v++) {
+    const w = table[slotOf(v)]!;
+    if (w >= 0) join(v, w);
   }
   return { first, twin, any };
 }
 
-/** All lips of a skin. Looks at every triangle once; what it does beyond that grows with the length of the cuts. */
-export function findLips(s: Skin): Lips {
-  const { rest, skin, nv, ns } = s, { first, twin, any } = samePlaces(s);
+/**
+ * All lips of a skin. Looks at every vertex and triangle once; what it does beyond that grows with the length of the cuts.
+ * `base`: so many vertices were there before the first cut; 0: not known.
+ */
+export function findLips(s: Skin, base = 0): Lips {
+  const { rest, skin, nv, ns } = s, { first, twin, any } = samePlaces(s, Math.min(base, nv));
   const from: number[] = [], to: number[] = [], corner: number[] = [], at = new Map<number, number>();
   for (let t = 0; any && t < 3 * ns; t += 3) {
     const a = skin[t]!, b = skin[t + 1]!, c = skin[t + 2]!;

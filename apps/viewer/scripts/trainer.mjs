@@ -6,6 +6,7 @@ import { join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 import { ready, withPage } from './page.mjs';
+import { shrink } from './shrink.mjs';
 
 const { values: options } = parseArgs({
   options: { kerf: { type: 'string', default: 'kerf' }, out: { type: 'string', default: 'trainer' }, meshes: { type: 'string' } },
@@ -49,7 +50,7 @@ async function save(page, name) {
     const blob = await window.kerf.app.picture(), url = new FileReader();
     return new Promise((done) => { url.onload = () => done(url.result.split(',')[1]); url.readAsDataURL(blob); });
   });
-  writeFileSync(join(out, `${name}.png`), Buffer.from(bytes, 'base64'));
+  writeFileSync(join(out, `${name}.png`), await shrink(page, Buffer.from(bytes, 'base64')));
   console.log(join(out, `${name}.png`));
 }
 

@@ -164,7 +164,7 @@ await check('a cut dragged across the steak makes two pieces and shows', async (
   await page.mouse.move(...hold);
   await page.mouse.down();
   await page.mouse.move(hold[0] - 60, hold[1] + 10, { steps: 15 });
-  await page.waitForTimeout(700);
+  await until(page, (t) => window.kerf.state().time > t, (await state(page)).time + 0.7);
   await page.keyboard.press('Space');
   await page.mouse.move(5, 300, { steps: 2 });
   await page.keyboard.down('Shift');
@@ -383,6 +383,23 @@ await check('a bite, a shave and a piece taken away in the trainer, with a score
   await page.keyboard.press('z');
   await until(page, () => window.kerf.state().pieces === 2);
   report.trainer = (await state(page)).score;
+  await page.keyboard.press('1');
+});
+
+await check('nothing lies over anything on a phone, on its side, on a tablet or a desk', async () => {
+  await page.keyboard.press('9');  // an instrument with a size, in a scene with a score: as many cards as there can be
+  for (const [width, height] of [[390, 844], [844, 390], [820, 1180], [1280, 720], [900, 640]]) {
+    await page.setViewportSize({ width, height });
+    const wrong = await page.evaluate(() => {
+      document.getElementById('hint').hidden = false;
+      document.getElementById('hint-text').textContent = 'Click to bite a piece out, over the rim too; drag to bite on. Hold Shift to leave the pieces lying.';
+      const cards = [...document.querySelectorAll('.card')].map((e) => [e.id || e.textContent.slice(0, 20), e.getBoundingClientRect()]).filter(([, r]) => r.width > 0);
+      const outside = cards.filter(([, r]) => r.left < 0 || r.top < 0 || r.right > innerWidth || r.bottom > innerHeight).map(([name]) => `${name} is cut off`);
+      const over = cards.flatMap(([m, a], i) => cards.slice(i + 1).filter(([, b]) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1).map(([n]) => `${m} and ${n}`));
+      return [...outside, ...over];
+    });
+    assert.deepEqual(wrong, [], `${width} x ${height}`);
+  }
   await page.keyboard.press('1');
 });
 

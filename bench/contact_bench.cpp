@@ -3,7 +3,9 @@
 // Prints median and 99th percentile of the steps after the sheet has come down (CPU time of the thread), by stage,
 // contacts, iterations and passes, deepest overlap in parts of the half thickness, and the speed that is left.
 //
-//   contact_bench [--dt ms] [--seconds s] [--tolerance t] [pattern]
+//   contact_bench [--dt ms] [--seconds s] [--tolerance t] [--cut] [pattern]
+//
+// With --cut the sheet is cut by 0.5 m first, and there are rows without self-contact: what the lips cost.
 #include <fmt/format.h>
 
 #include <time.h>
@@ -60,7 +62,16 @@ double rms(const std::vector<Vec3>& v) {
   return std::sqrt(sum / static_cast<double>(v.size()));
 }
 
+/// Half a metre across the middle, between two balls.
+Status cut(Session& session) {
+  const Vec3 up{0, 0, 1};
+  KERF_TRY(session.begin_stroke(SceneFrame::kRest, false));
+  for (const Vec3 p : {Vec3{-0.2, -0.13, 0}, Vec3{0.22, 0.14, 0}}) KERF_TRY(session.move_blade(p + up, p - up));
+  return session.end_stroke();
+}
+
 struct Options {
+  bool cut = false;
   double dt = 0.01, seconds = 6, tolerance = 0.01;
   int passes = 0;
   double stiffness = 0;
@@ -75,6 +86,9 @@ void run(const std::string& name, const Scene& scene, const Options& o) {
     return;
   }
   Session& session = *made;
+  if (o.cut) {
+    if (const Status done = cut(session); !done.ok()) return fmt::print("{}: {}\n", name, done.error().message);
+  }
   std::vector<double> total, detection, forces, setup, solve, contact, iterations, passes;
   double deepest = 0, deepest_late = 0, residual_speed = 0;
   SessionStep last;
@@ -121,6 +135,7 @@ int main(int argc, char** argv) {
     else if (a == "--seconds") o.seconds = number();
     else if (a == "--tolerance") o.tolerance = number();
     else if (a == "--passes") o.passes = static_cast<int>(number());
+    else if (a == "--cut") o.cut = true;
     else if (a == "--stiffness") o.stiffness = number();
     else o.pattern = a;
   }
@@ -132,6 +147,10 @@ int main(int argc, char** argv) {
       scene.simulation.tolerance = o.tolerance;
       if (o.passes > 0) scene.contact.passes = o.passes;
       if (o.stiffness > 0) scene.contact.stiffness = o.stiffness;
-      run(fmt::format("{} {}", mass > 10 ? "draped" : "light", triangles), scene, o);
+      const std::string name = fmt::format("{} {}", mass > 10 ? "draped" : "light", triangles);
+      run(name, scene, o);
+      if (!o.cut) continue;
+      scene.contact.self = false;
+      run(name + " without itself", scene, o);
     }
 }

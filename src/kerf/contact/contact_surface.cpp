@@ -1,6 +1,7 @@
 #include "kerf/contact/contact_surface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "kerf/contact/rest_neighbours.h"
@@ -41,6 +42,7 @@ double circumradius(Vec3 a, Vec3 b, Vec3 c) {
 
 void unlist(ContactSurface& s, F f) {
   SurfaceTree& tree = s.tree;
+  ++s.node_changes[s.root_leaf[s.root[f]]];
   F* link = &tree.first[s.root[f]];
   while (link->valid() && *link != f) link = &tree.next[*link];
   if (link->valid()) *link = tree.next[f];
@@ -88,6 +90,18 @@ void count_cut_edges(ContactSurface& s, F f, int change) {
     if (const H h = ContactSurface::corner(f, i); s.cut[h] != 0) count_cut_edge(s, s.rest[s.from(h)], s.rest[s.to(h)], change);
 }
 
+/// Different for different bodies: what detection remembers of one is never taken for another.
+std::uint32_t fingerprint(const CollisionMesh& mesh) {
+  std::uint64_t h = mesh.face_count();
+  const auto add = [&h](std::uint64_t x) { h = (h ^ x) * 0x9e3779b97f4a7c15ull, h ^= h >> 32; };
+  for (const Vec3 p : mesh.rest.raw())
+    for (const double x : {p.x, p.y, p.z}) add(std::bit_cast<std::uint64_t>(x));
+  for (const Vec3 p : mesh.offset.raw()) add(std::bit_cast<std::uint64_t>(p.x + p.y + p.z));
+  for (const V v : mesh.origin.raw()) add(static_cast<std::uint32_t>(v.value));
+  for (const H twin : mesh.twin.raw()) add(static_cast<std::uint32_t>(twin.value));
+  return static_cast<std::uint32_t>(h);
+}
+
 void resize(ContactSurface& s, std::size_t vertices, std::size_t faces) {
   s.origin.resize(3 * faces);
   s.twin.resize(3 * faces);
@@ -129,6 +143,10 @@ ContactSurface make_contact_surface(const CollisionMesh& mesh) {
     if (pieces[r] != 1) s.root_border[RootId(r)] = 0;  // cut already: nobody knows what its border was
   s.tree = make_surface_tree(boxes);
   s.node_open.assign(s.tree.nodes.size(), 0);
+  s.node_changes.assign(s.tree.nodes.size(), fingerprint(mesh));
+  s.root_leaf.resize(roots);
+  for (std::uint32_t n = 0; n < s.tree.nodes.size(); ++n)
+    for (std::uint32_t i = 0; i < s.tree.nodes[n].count; ++i) s.root_leaf[s.tree.roots[s.tree.nodes[n].first + i]] = n;
   rebuild_contact_surface(mesh, s);
   make_rest_culling(s);
   for (const F f : ids<F>(s.face_count())) count_cut_edges(s, f, 1);
@@ -139,6 +157,7 @@ void rebuild_contact_surface(const CollisionMesh& mesh, ContactSurface& s) {
   for (const F f : ids<F>(s.face_count())) count_cut_edges(s, f, -1);
   resize(s, 0, 0);
   s.tree.first = IndexedArray<RootId, F>(s.root_corner.size());
+  for (std::uint32_t& changes : s.node_changes) ++changes;
   update_contact_surface(mesh, {}, s);
 }
 
@@ -161,6 +180,7 @@ void update_contact_surface(const CollisionMesh& mesh, std::span<const F> change
   resize(s, mesh.vertex_count(), faces);
   const auto renew = [&](F f) {
     copy_face(mesh, s, f);
+    ++s.node_changes[s.root_leaf[s.root[f]]];
     count_cut_edges(s, f, 1);
     for (const V v : s.vertices(f)) vertices.push_back(v);
   };

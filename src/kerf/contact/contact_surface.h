@@ -37,10 +37,12 @@ struct ContactSurface {
   IndexedArray<F, std::uint8_t> coarse;  ///< 1: so large against the thickness that its vertices alone miss too much
   SurfaceTree tree;
   std::vector<std::int32_t> node_open;   ///< per node: cut edges and other gaps in the surface near it; see rest_neighbours.h
+  std::vector<std::uint32_t> node_changes; ///< per leaf: how often triangles in it, or who are neighbours in it, have changed; only grows
   // Of the uncut body, fixed.
   IndexedArray<RootId, std::array<Vec3, 3>> root_corner;
   IndexedArray<RootId, std::uint8_t> root_border;  ///< bit i: edge corner i to i+1 was a border before any cut
   TreeBoxes rest_boxes;                            ///< of the tree, at rest
+  IndexedArray<RootId, std::uint32_t> root_leaf;   ///< of the tree
   std::vector<std::int32_t> node_piece;            ///< per node: the piece of the body that it belongs to, or -1: several
   std::vector<float> node_thinnest;                ///< per node: least radius, m; cuts don't lower it
   double largest_radius = 0;                       ///< m

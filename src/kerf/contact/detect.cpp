@@ -196,6 +196,7 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   scratch.meshes = 0;
   scratch.remembered.clear();
   scratch.bodies.resize(bodies.size());
+  scratch.quiet.resize(bodies.size());
   double radius = 0, size = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     prepare(bodies[b], options.self_contact || bodies.size() > 1, scratch.bodies[b]);
@@ -211,6 +212,7 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   for (std::int32_t a = 0; a < count; ++a)
     for (std::int32_t b = options.self_contact ? a : a + 1; b < count; ++b) detect_bodies(run, a, b);
   deliver(scratch, memory, contacts);
+  for (QuietBody& quiet : scratch.quiet) quiet.memory = memory.contacts;
   return report;
 }
 

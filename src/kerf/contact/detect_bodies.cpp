@@ -5,7 +5,7 @@
 #include "kerf/contact/detect_scratch.h"
 #include "kerf/contact/lips.h"
 #include "kerf/contact/segment_queries.h"
-#include "kerf/spatial/triangle_queries.h"
+#include "kerf/contact/triangle_foot.h"
 
 namespace kerf {
 namespace {
@@ -38,6 +38,7 @@ struct Pair {
   const BodyView& b;
   bool self;
   double most_sway;  ///< of the other body
+  QuietBody* quiet;  ///< of a body with itself; else null
   [[nodiscard]] double sway(std::size_t v) const { return self ? a.frame.sway[v] : a.frame.travel[v]; }
 };
 
@@ -52,17 +53,6 @@ bool share_vertex(const ContactSurface& s, F f, std::int32_t g) {
   if (g < 0 || static_cast<std::size_t>(g) >= s.face_count()) return false;
   const auto p = s.vertices(f), q = s.vertices(F(g));
   return std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end();
-}
-
-/// Has f a corner so near to v at rest that it must be a neighbour, if the two hang together?
-bool is_clear_neighbour(const ContactSurface& s, V v, F f) {
-  const double r = kNeighbour * s.radius[v];
-  for (const V c : s.vertices(f)) {
-    const Vec3 d = s.rest[c] - s.rest[v];
-    const double near = r + kNeighbour * s.radius[c];
-    if (dot(d, d) <= near * near) return true;
-  }
-  return false;
 }
 
 /// One vertex at work.
@@ -177,18 +167,19 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
   const BodyView& other = pair.b;
   const auto corner = other.surface.vertices(f);
   if (pair.self && (corner[0] == search.v || corner[1] == search.v || corner[2] == search.v)) return;
-  ClosestPoint closest;
-  closest_point(search.point.position, other.corners(f), closest);
-  if (!(closest.distance < search.reach)) return;
+  const TriangleFoot nearest = nearest_foot(search.point.position, other.corners(f));
+  if (!(nearest.square < search.reach * search.reach)) return;
+  const double distance = std::sqrt(nearest.square);
+  const std::array<double, 3> weights = nearest.weights();
   FaceFoot c;
   c.face = f;
-  c.foot = face_point(other, f, closest.barycentric);
+  c.foot = face_point(other, f, weights);
   const Vec3 d = search.point.position - c.foot.position;
   Vec3 direction = other.normal(f);
   // Beside the face the direction of the distance counts, if there is any.
   const double rounding = 1e-12 * (norm(search.point.position) + norm(c.foot.position));
-  const bool on_border = !is_inside(closest.barycentric) && closest.distance > rounding;
-  if (on_border) direction = (1 / closest.distance) * d;
+  const bool on_border = !is_inside(weights) && distance > rounding;
+  if (on_border) direction = (1 / distance) * d;
   if (!(norm(direction) > 0.5)) return;
   bool known = false;
   c.normal = side_of(pair, search, f, direction, d, known) * direction;
@@ -205,7 +196,7 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
     c.across = c.across || lies_by_lip(pair, search, f);
     const double walls = beside_walls(other, f, search.point), radius = norm(search.point.offset);
     if (c.across || walls > -HUGE_VAL) {
-      if (on_border && is_nearer_elsewhere(other, f, closest.barycentric, direction)) return;
+      if (on_border && is_nearer_elsewhere(other, f, weights, direction)) return;
       if (!known && c.gap < -kPassed * radius) return;
       // Farther apart sideways than they are deep: side by side, the business of the lips.
       const double beside = c.across && search.lip_gap > -HUGE_VAL ? search.lip_gap : walls - (known ? kStay * radius : 0);
@@ -244,8 +235,8 @@ void measure_lips(const Pair& pair, VertexSearch& search) {
   }
 }
 
-/// Lips keep each other apart sideways, or lie on each other: whichever way they are farther apart.
-void hand_out_vertex(const Pair& pair, VertexSearch& search) {
+/// Lips keep each other apart sideways, or lie on each other: whichever way they are farther apart. Are there contacts with faces?
+bool hand_out_vertex(const Pair& pair, VertexSearch& search) {
   const bool on_top = search.best[0].across || search.best[1].across;
   for (int k = 0; k < search.rim.count && !on_top; ++k) {
     const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
@@ -256,17 +247,22 @@ void hand_out_vertex(const Pair& pair, VertexSearch& search) {
       hand_out_pair(pair.run, lip_name(pair, search.v, k, end), search.point, lift, foot, lift, lip.normal, lip.edge.value);
     }
   }
+  bool touches = false;
   for (int slot = 0; slot < 2; ++slot) {
     const FaceFoot& c = search.best[static_cast<std::size_t>(slot)];
     if (!(c.gap < HUGE_VAL)) continue;
     const double lift = slot == 0 ? 1 : -1, other = dot(c.normal, c.foot.offset) > 0 ? 1 : -1;
     hand_out_pair(pair.run, vertex_name(pair, search.v, slot), search.point, lift, c.foot, other, c.normal, c.face.value);
+    touches = true;
   }
+  return touches;
 }
 
-/// A vertex against all leaves that its own leaf has to do with.
-void search_vertex(const Pair& pair, V v, std::span<const std::array<std::uint32_t, 2>> leaves) {
+/// A vertex against the rims of all leaves that its own leaf has to do with, and against the faces of some of them.
+void search_vertex(const Pair& pair, V v, std::span<const LeafPair> all, std::span<const LeafPair> some) {
   const BodyView& other = pair.b;
+  const bool on_cut = pair.self && pair.a.surface.on_cut[v] != 0;
+  if (some.empty() && !on_cut) return;
   VertexSearch search;
   search.v = v;
   search.point = vertex_point(pair.a, v);
@@ -277,10 +273,11 @@ void search_vertex(const Pair& pair, V v, std::span<const std::array<std::uint32
   const auto gap_limit = static_cast<float>(search.approach + other.frame.boxes.slack + pair.a.frame.boxes.slack);
   const TreeCorner p = pair.a.frame.boxes.points[v.index()], direction = pair.a.frame.unit[v.index()];
   const TreeBox here{p, p}, mine{direction, direction};
-  if (pair.self && pair.a.surface.on_cut[v] != 0) search.rim = rim_at(pair.a, v);
+  if (on_cut) search.rim = rim_at(pair.a, v);
   const auto& points = other.frame.boxes.points;
-  const auto for_each_near = [&](auto&& visit) {
+  const auto for_each_near = [&](std::span<const LeafPair> leaves, bool rims, auto&& visit) {
     for (const auto& [leaf, partner] : leaves) {
+      if (rims && pair.quiet->has_rim[partner] == 0) continue;
       const TreeBox& directions = other.frame.directions[partner];
       if (squared_distance(other.frame.boxes.box[partner], p) > limit ||
           side_by_side(here, mine, other.frame.boxes.box[partner], directions, gap_limit))
@@ -297,57 +294,106 @@ void search_vertex(const Pair& pair, V v, std::span<const std::array<std::uint32
     }
   };
   if (search.rim.count > 0) {
-    for_each_near([&](F f, bool) { offer_lips(pair, search, f); });
+    for_each_near(all, true, [&](F f, bool) { offer_lips(pair, search, f); });
     measure_lips(pair, search);
   }
-  for_each_near([&](F f, bool neighbours) { offer_face(pair, search, f, neighbours); });
-  hand_out_vertex(pair, search);
+  for_each_near(some, false, [&](F f, bool neighbours) { offer_face(pair, search, f, neighbours); });
+  const bool touches = hand_out_vertex(pair, search);
+  if (pair.quiet != nullptr) pair.quiet->vertex[v.index()].touched = touches ? 1 : 0;
 }
 
-/// All pairs by their first leaf: its vertices against the second leaves.
-void search_vertices(const Pair& pair) {
-  const auto& pairs = pair.run.scratch.leaf_pairs;
-  const ContactSurface& surface = pair.a.surface;
+/// Pairs with the same first leaf; and, of a body with itself, what it has followed so far.
+struct LeafGroup {
+  std::span<const LeafPair> pairs;
+  std::span<const QuietBody::Followed> followed;
+  std::span<const std::uint8_t> fresh;  ///< of these
+  bool any_fresh = true;
+};
+template <class Visit>
+void for_each_group(const Pair& pair, Visit&& visit) {
+  const std::span<const LeafPair> pairs = pair.run.scratch.leaf_pairs;
+  std::size_t at = 0;
   for (std::size_t i = 0; i < pairs.size();) {
+    const std::uint32_t leaf = pairs[i][0];
     std::size_t end = i + 1;
-    while (end < pairs.size() && pairs[end][0] == pairs[i][0]) ++end;
-    const auto leaves = std::span(pairs).subspan(i, end - i);
-    surface.tree.for_each_triangle(pairs[i][0], [&](F f) {
-      for (int k = 0; k < 3; ++k)
-        if (const H h = ContactSurface::corner(f, k); surface.owns_vertex(h)) search_vertex(pair, surface.origin[h], leaves);
-    });
+    while (end < pairs.size() && pairs[end][0] == leaf) ++end;
+    LeafGroup group{pairs.subspan(i, end - i), {}, {}};
+    if (pair.quiet != nullptr) {
+      const std::span<const QuietBody::Followed> followed = pair.quiet->followed;
+      while (followed[at].leaves[0] != leaf) ++at;
+      std::size_t behind = at + 1;
+      while (behind < followed.size() && followed[behind].leaves[0] == leaf) ++behind;
+      group.followed = followed.subspan(at, behind - at);
+      group.fresh = std::span<const std::uint8_t>(pair.quiet->fresh).subspan(at, behind - at);
+      group.any_fresh = std::find(group.fresh.begin(), group.fresh.end(), 1) != group.fresh.end();
+    }
+    visit(group);
     i = end;
   }
 }
 
+/// The pairs of a group that a vertex or an edge has to be tested with in this call. deform(pair of leaves, limit, most): how much it may deform
+/// towards that leaf, if less than `most`; 0: test it.
+template <class Deform>
+std::span<const LeafPair> pairs_to_test(const Pair& pair, const LeafGroup& group, double approach, QuietUntil& known, Deform&& deform) {
+  const std::uint32_t leaf = group.pairs[0][0];
+  const bool quiet = is_quiet(*pair.quiet, known, leaf, approach);
+  if (!quiet || group.any_fresh) {
+    if (!may_be_quiet(known)) return group.pairs;
+    const double limit = quiet ? known.approach : quiet_limit(approach, pair.run.margin);
+    QuietUntil found = quiet ? known : QuietUntil();
+    double most = 0.5 * quiet_skin(pair.a);
+    for (std::size_t i = 0; i < group.followed.size(); ++i) {
+      const LeafPair& leaves = group.followed[i].leaves;
+      const auto end = found.near.begin() + found.near_count;
+      if ((quiet && group.fresh[i] == 0) || std::find(found.near.begin(), end, leaves[1]) != end) continue;
+      if (const double d = deform(leaves, limit, most); d > 0) {
+        most = d;
+      } else if (found.near_count < QuietUntil::kMostNear) {
+        found.near[found.near_count++] = leaves[1];
+      } else {
+        give_up(known);
+        return group.pairs;
+      }
+    }
+    most += pair.quiet->moved[leaf];
+    known = found;
+    known.moved = quiet ? std::min(known.moved, most) : most;
+    known.approach = limit;
+    known.leaf = leaf;
+  }
+  std::vector<LeafPair>& near = pair.quiet->near;
+  near.clear();
+  for (std::size_t i = 0; i < known.near_count; ++i)
+    if (std::binary_search(group.pairs.begin(), group.pairs.end(), LeafPair{leaf, known.near[i]})) near.push_back({leaf, known.near[i]});
+  return near;
+}
+
+std::span<const LeafPair> vertex_pairs(const Pair& pair, V v, const LeafGroup& group) {
+  // Which side a vertex is on of what it touches says so of the faces around it as well: those have to be looked at.
+  if (pair.quiet == nullptr || pair.quiet->vertex[v.index()].touched != 0) return group.pairs;
+  const double approach = pair.run.margin + kApproach * (pair.sway(v.index()) + pair.most_sway);
+  return pairs_to_test(pair, group, approach, pair.quiet->vertex[v.index()], [&](const LeafPair& leaves, double limit, double most) {
+    return quiet_vertex(pair.a, v, leaves, limit, most, pair.run.scratch.neighbours);
+  });
+}
+
+/// All pairs by their first leaf: its vertices against the second leaves.
+void search_vertices(const Pair& pair) {
+  const ContactSurface& surface = pair.a.surface;
+  for_each_group(pair, [&](const LeafGroup& group) {
+    surface.tree.for_each_triangle(group.pairs[0][0], [&](F f) {
+      for (int k = 0; k < 3; ++k)
+        if (const H h = ContactSurface::corner(f, k); surface.owns_vertex(h)) {
+          const V v = surface.origin[h];
+          search_vertex(pair, v, group.pairs, vertex_pairs(pair, v, group));
+        }
+    });
+  });
+}
+
 bool is_coarse(const ContactSurface& s, H h) {
   return s.coarse[ContactSurface::face(h)] != 0 || (s.twin[h].valid() && s.coarse[ContactSurface::face(s.twin[h])] != 0);
-}
-
-/// Are two edges of one body near at rest, and do they hang together there (1) or not (-1)? 0: not near.
-int rest_relation(const ContactSurface& s, H h, H g, NeighbourSearch& search) {
-  int relation = 0;
-  const auto look = [&](V v, F f) {
-    if (relation == 1 || rest_distance(s, v, f) > neighbour_distance(s, v, f)) return;
-    find_neighbours(s, v, search);
-    relation = is_neighbour(search, f) ? 1 : -1;
-  };
-  look(s.from(h), ContactSurface::face(g));
-  look(s.to(h), ContactSurface::face(g));
-  look(s.from(g), ContactSurface::face(h));
-  look(s.to(g), ContactSurface::face(h));
-  return relation;
-}
-
-/// Have two edges ends so near to each other at rest that they must be neighbours, if they hang together?
-bool are_clear_neighbours(const ContactSurface& s, H h, H g) {
-  for (const V v : {s.from(h), s.to(h)})
-    for (const V w : {s.from(g), s.to(g)}) {
-      const Vec3 d = s.rest[v] - s.rest[w];
-      const double near = kNeighbour * (s.radius[v] + s.radius[w]);
-      if (dot(d, d) <= near * near) return true;
-    }
-  return false;
 }
 
 /// How far all of edge h is beside the walls at edge g: the farthest.
@@ -411,6 +457,50 @@ void list_edges(const BodyView& body, std::uint32_t leaf, LeafEdges& list) {
   list.range[leaf][1] = static_cast<std::uint32_t>(list.items.size());
 }
 
+/// Calls visit(item of the other leaf, hang together) for all of them that edge `i` has to do with.
+template <class Visit>
+void for_each_edge(const Pair& pair, std::uint32_t i, const LeafPair& leaves, float reach, Visit&& visit) {
+  const auto [leaf, other] = leaves;
+  if (pair.self && other < leaf) return;
+  const LeafEdges &mine = pair.run.scratch.edges, &others = pair.self ? mine : pair.run.scratch.other_edges;
+  const TreeBox& box = mine.items[i].box;
+  if (!near(box, pair.b.frame.boxes.box[other], reach)) return;
+  for (std::uint32_t k = leaf == other && pair.self ? i + 1 : others.range[other][0]; k < others.range[other][1]; ++k)
+    if (near(box, others.items[k].box, reach)) visit(others.items[k]);
+}
+
+/// Towards those listed later in this call.
+std::span<const LeafPair> edge_pairs(const Pair& pair, std::uint32_t i, const LeafGroup& group, double approach) {
+  if (pair.quiet == nullptr) return group.pairs;
+  const H h = pair.run.scratch.edges.items[i].edge;
+  const double reach = 2 * pair.a.frame.greatest_offset + quiet_skin(pair.a) + 2 * pair.a.frame.boxes.slack;
+  return pairs_to_test(pair, group, approach, pair.quiet->edge[h.index()], [&](const LeafPair& leaves, double limit, double most) {
+    const bool together = hang_together(pair.a.surface, leaves[0], leaves[1]);
+    for_each_edge(pair, i, leaves, static_cast<float>(reach + limit), [&](const LeafEdges::Item& other) {
+      if (most > 0) most = quiet_edges(pair.a, h, other.edge, together, limit, most, pair.run.scratch.neighbours);
+    });
+    return most;
+  });
+}
+
+/// A coarse edge against those of other leaves.
+void search_edge(const Pair& pair, std::uint32_t i, std::span<const LeafPair> pairs, double reach, double approach) {
+  const double slack = pair.a.frame.boxes.slack + pair.b.frame.boxes.slack;
+  const auto r = static_cast<float>(reach + slack), limit = static_cast<float>(approach + slack);
+  const LeafEdges::Item x = pair.run.scratch.edges.items[i];
+  for (const LeafPair& leaves : pairs) {
+    const TreeBox &target = pair.b.frame.boxes.box[leaves[1]], &directions = pair.a.frame.directions[leaves[0]],
+                  &other_directions = pair.b.frame.directions[leaves[1]];
+    if ((pair.self && leaves[1] < leaves[0]) || side_by_side(x.box, directions, target, other_directions, limit)) continue;
+    const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], leaves[1]);
+    for_each_edge(pair, i, leaves, r, [&](const LeafEdges::Item& y) {
+      if (neighbours && are_clear_neighbours(pair.a.surface, x.edge, y.edge)) return;
+      if (side_by_side(x.box, directions, y.box, other_directions, limit)) return;
+      test_edges(pair, x.edge, y.edge, reach);
+    });
+  }
+}
+
 void search_edges(const Pair& pair, double reach, double approach) {
   LeafEdges &mine = pair.run.scratch.edges, &others = pair.self ? mine : pair.run.scratch.other_edges;
   for (auto [list, body] : {std::pair{&mine, &pair.a}, std::pair{&others, &pair.b}}) {
@@ -418,27 +508,20 @@ void search_edges(const Pair& pair, double reach, double approach) {
     list->range.resize(body->surface.tree.nodes.size());
     list->listed.assign(body->surface.tree.nodes.size(), 0);
   }
-  const double slack = pair.a.frame.boxes.slack + pair.b.frame.boxes.slack;
-  const auto r = static_cast<float>(reach + slack), limit = static_cast<float>(approach + slack);
-  for (const auto& [leaf, other] : pair.run.scratch.leaf_pairs) {
-    if (pair.self && other < leaf) continue;
+  for_each_group(pair, [&](const LeafGroup& group) {
+    const std::uint32_t leaf = group.pairs[0][0];
     list_edges(pair.a, leaf, mine);
-    list_edges(pair.b, other, others);
-    const bool neighbours = pair.self && hang_together(pair.a.surface, leaf, other);
-    const TreeBox &target = pair.b.frame.boxes.box[other], &directions = pair.a.frame.directions[leaf],
-                  &other_directions = pair.b.frame.directions[other];
+    for (const LeafPair& leaves : group.pairs) list_edges(pair.b, leaves[1], others);
+    for (const QuietBody::Followed& it : group.followed) list_edges(pair.b, it.leaves[1], others);
     for (std::uint32_t i = mine.range[leaf][0]; i < mine.range[leaf][1]; ++i) {
-      const LeafEdges::Item x = mine.items[i];
-      if (!near(x.box, target, r) || side_by_side(x.box, directions, target, other_directions, limit)) continue;
-      for (std::uint32_t k = leaf == other && pair.self ? i + 1 : others.range[other][0]; k < others.range[other][1]; ++k) {
-        const LeafEdges::Item& y = others.items[k];
-        if (!near(x.box, y.box, r)) continue;
-        if (neighbours && are_clear_neighbours(pair.a.surface, x.edge, y.edge)) continue;
-        if (side_by_side(x.box, directions, y.box, other_directions, limit)) continue;
-        test_edges(pair, x.edge, y.edge, reach);
-      }
+      const H h = mine.items[i].edge;
+      const std::span<const LeafPair> some = edge_pairs(pair, i, group, approach);
+      if (some.empty()) continue;
+      const std::size_t before = pair.run.scratch.found.size();
+      search_edge(pair, i, some, reach, approach);
+      if (pair.quiet != nullptr) pair.quiet->edge[h.index()].touched = pair.run.scratch.found.size() > before ? 1 : 0;
     }
-  }
+  });
 }
 
 }  // namespace
@@ -449,16 +532,18 @@ void detect_bodies(DetectRun& run, std::int32_t first, std::int32_t second) {
   const double sway_a = self ? a.frame.greatest_sway : a.frame.greatest_travel;
   const double sway_b = self ? sway_a : b.frame.greatest_travel;
   const double reach = a.frame.greatest_offset + b.frame.greatest_offset + run.margin + kApproach * (sway_a + sway_b);
-  const Pair pair{run, a, b, self, sway_b};
   const double approach = run.margin + kApproach * (sway_a + sway_b);
   find_leaf_pairs(a, b, reach, approach, run.scratch);
+  QuietBody* quiet = self ? &run.scratch.quiet[static_cast<std::size_t>(first)] : nullptr;
+  if (self) follow_body(a, run.scratch.leaf_pairs, run.before, *quiet);
+  const Pair pair{run, a, b, self, sway_b, quiet};
   if (run.scratch.leaf_pairs.empty()) return;
   search_vertices(pair);
   search_edges(pair, reach, approach);
   if (self) return;
   for (auto& [leaf, other] : run.scratch.leaf_pairs) std::swap(leaf, other);
   std::sort(run.scratch.leaf_pairs.begin(), run.scratch.leaf_pairs.end(), by_first);
-  search_vertices({run, b, a, false, sway_a});
+  search_vertices({run, b, a, false, sway_a, nullptr});
 }
 
 }  // namespace kerf

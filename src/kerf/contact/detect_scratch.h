@@ -8,6 +8,7 @@
 
 #include "kerf/contact/detect.h"
 #include "kerf/contact/edge_block.h"
+#include "kerf/contact/quiet.h"
 #include "kerf/contact/rest_neighbours.h"
 #include "kerf/contact/shape_features.h"
 
@@ -105,8 +106,9 @@ struct DetectScratch {
   std::vector<std::uint32_t> order;
   ShapeFeatures features;
   std::vector<FaceCandidate> faces;
-  std::vector<std::array<std::uint32_t, 2>> leaf_pairs;  ///< near each other, by the first
+  std::vector<LeafPair> leaf_pairs, sorted_pairs;  ///< near each other, by the first
   NeighbourSearch neighbours;
+  std::vector<QuietBody> quiet;                 ///< per body
   LeafEdges edges, other_edges;
   std::vector<EdgeBlock> mesh_edges;            ///< of a mesh, near a leaf
   std::vector<PointBlock> mesh_points;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/contact/triangle_foot.h"
 #include "kerf/mesh/union_find.h"
-#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
@@ -56,20 +56,12 @@ double neighbour_distance(const ContactSurface& s, V v, F f) {
 }
 
 double rest_distance(const ContactSurface& s, V v, F f) {
-  ClosestPoint foot;
-  closest_point(s.rest[v], rest_corners(s, f), foot);
-  return foot.distance;
+  return std::sqrt(nearest_foot(s.rest[v], rest_corners(s, f)).square);
 }
 
-void find_neighbours(const ContactSurface& s, V v, NeighbourSearch& search) {
-  if (search.vertex == v && search.surface == &s) return;
-  search.vertex = v;
-  search.surface = &s;
-  if (search.stamp.size() < s.face_count()) search.stamp.resize(s.face_count(), 0);
-  if (++search.round == 0) {  // once in four thousand million
-    std::fill(search.stamp.begin(), search.stamp.end(), 0u);
-    search.round = 1;
-  }
+namespace {
+
+void flood(const ContactSurface& s, V v, NeighbourSearch& search) {
   search.queue.clear();
   const auto add = [&](F f) {
     search.stamp[f.index()] = search.round;
@@ -93,8 +85,84 @@ void find_neighbours(const ContactSurface& s, V v, NeighbourSearch& search) {
       if (!g.valid()) continue;
       const F f = ContactSurface::face(g);
       if (search.stamp[f.index()] == search.round) continue;
-      if (rest_distance(s, v, f) <= neighbour_distance(s, v, f)) add(f);
+      if (is_clear_neighbour(s, v, f) || rest_distance(s, v, f) <= neighbour_distance(s, v, f)) add(f);
     }
+}
+
+/// Leaves out what is no longer known, when that is most of it.
+void tidy(NeighbourSearch& search) {
+  if (search.found.size() < 2 * search.live + 1024) return;
+  search.kept.clear();
+  for (NeighbourSearch::Known& known : search.known) {
+    const auto begin = search.found.begin() + known.begin;
+    known.begin = static_cast<std::uint32_t>(search.kept.size());
+    search.kept.insert(search.kept.end(), begin, begin + known.count);
+  }
+  std::swap(search.kept, search.found);
+}
+
+}  // namespace
+
+void find_neighbours(const ContactSurface& s, V v, NeighbourSearch& search) {
+  if (search.vertex == v && search.surface == &s) return;
+  if (search.surface != &s) {
+    search.known.clear();
+    search.found.clear();
+    search.live = 0;
+  }
+  search.vertex = v;
+  search.surface = &s;
+  if (search.stamp.size() < s.face_count()) search.stamp.resize(s.face_count(), 0);
+  if (++search.round == 0) {  // once in four thousand million
+    std::fill(search.stamp.begin(), search.stamp.end(), 0u);
+    search.round = 1;
+  }
+  if (search.known.size() < s.vertex_count()) search.known.resize(s.vertex_count());
+  NeighbourSearch::Known& known = search.known[v.index()];
+  const std::uint32_t leaf = s.root_leaf[s.root[ContactSurface::face(s.outgoing[v])]], changes = s.node_changes[leaf];
+  if (known.count > 0 && known.leaf == leaf && known.changes == changes) {
+    for (std::uint32_t i = known.begin; i < known.begin + known.count; ++i) search.stamp[search.found[i].index()] = search.round;
+    return;
+  }
+  flood(s, v, search);
+  search.live += search.queue.size() - known.count;
+  known = {leaf, changes, static_cast<std::uint32_t>(search.found.size()), static_cast<std::uint32_t>(search.queue.size())};
+  search.found.insert(search.found.end(), search.queue.begin(), search.queue.end());
+  tidy(search);
+}
+
+bool is_clear_neighbour(const ContactSurface& s, V v, F f) {
+  const double r = kNeighbour * s.radius[v];
+  for (const V c : s.vertices(f)) {
+    const Vec3 d = s.rest[c] - s.rest[v];
+    const double near = r + kNeighbour * s.radius[c];
+    if (dot(d, d) <= near * near) return true;
+  }
+  return false;
+}
+
+bool are_clear_neighbours(const ContactSurface& s, H h, H g) {
+  for (const V v : {s.from(h), s.to(h)})
+    for (const V w : {s.from(g), s.to(g)}) {
+      const Vec3 d = s.rest[v] - s.rest[w];
+      const double near = kNeighbour * (s.radius[v] + s.radius[w]);
+      if (dot(d, d) <= near * near) return true;
+    }
+  return false;
+}
+
+int rest_relation(const ContactSurface& s, H h, H g, NeighbourSearch& search) {
+  int relation = 0;
+  const auto look = [&](V v, F f) {
+    if (relation == 1 || rest_distance(s, v, f) > neighbour_distance(s, v, f)) return;
+    find_neighbours(s, v, search);
+    relation = is_neighbour(search, f) ? 1 : -1;
+  };
+  look(s.from(h), ContactSurface::face(g));
+  look(s.to(h), ContactSurface::face(g));
+  look(s.from(g), ContactSurface::face(h));
+  look(s.to(g), ContactSurface::face(h));
+  return relation;
 }
 
 void make_rest_culling(ContactSurface& s) {
@@ -151,7 +219,10 @@ void count_cut_edge(ContactSurface& s, Vec3 a, Vec3 b, int change) {
   Box3 box;
   box.add(a);
   box.add(b);
-  for_nodes_near(s, {to_corner(box.min), to_corner(box.max)}, reach(s), [&](std::uint32_t n) { s.node_open[n] += change; });
+  for_nodes_near(s, {to_corner(box.min), to_corner(box.max)}, reach(s), [&](std::uint32_t n) {
+    s.node_open[n] += change;
+    ++s.node_changes[n];
+  });
 }
 
 bool hang_together(const ContactSurface& s, std::uint32_t n, std::uint32_t m) {

@@ -15,16 +15,24 @@ namespace kerf {
 
 inline constexpr double kNeighbour = 1.2;
 
-/// Memory of a search; contents are private.
+/// Memory of searches in one surface; contents are private.
 struct NeighbourSearch {
+  /// Neighbours found earlier, good while what is near the vertex does not change.
+  struct Known {
+    std::uint32_t leaf = 0, changes = 0, begin = 0, count = 0;
+  };
   std::vector<std::uint32_t> stamp;  ///< per face: the search that found it
   std::uint32_t round = 0;
   std::vector<CollisionTriangle> queue;
   CollisionVertex vertex;            ///< of the last search
   const void* surface = nullptr;
+  std::vector<Known> known;          ///< per vertex
+  std::vector<CollisionTriangle> found, kept;  ///< what `known` points to, and memory to tidy it up
+  std::size_t live = 0;              ///< of `found`
 };
 
-/// Finds the neighbours of v: afterwards is_neighbour() answers. Cost: the faces within the distance.
+/// Finds the neighbours of v: afterwards is_neighbour() answers. Cost: the faces within the distance; of a vertex that was asked about
+/// before, a look at each. Between cuts (ContactSurface::node_changes) no memory is asked for once all vertices were asked about.
 void find_neighbours(const ContactSurface& surface, CollisionVertex v, NeighbourSearch& search);
 inline bool is_neighbour(const NeighbourSearch& search, CollisionTriangle f) {
   return search.stamp[f.index()] == search.round;
@@ -33,6 +41,12 @@ inline bool is_neighbour(const NeighbourSearch& search, CollisionTriangle f) {
 double neighbour_distance(const ContactSurface& surface, CollisionVertex v, CollisionTriangle f);
 /// From v to f at rest, m.
 double rest_distance(const ContactSurface& surface, CollisionVertex v, CollisionTriangle f);
+
+/// Has f a corner so near to v at rest that it must be a neighbour, if the two hang together? And edges with such ends?
+bool is_clear_neighbour(const ContactSurface& surface, CollisionVertex v, CollisionTriangle f);
+bool are_clear_neighbours(const ContactSurface& surface, CollisionHalfEdge h, CollisionHalfEdge g);
+/// Are two edges of one body near at rest, and do they hang together there (1) or not (-1)? 0: not near.
+int rest_relation(const ContactSurface& surface, CollisionHalfEdge h, CollisionHalfEdge g, NeighbourSearch& search);
 
 /// For the whole body as it is: boxes at rest, pieces, and what lies close without being neighbours. O(n x neighbours).
 void make_rest_culling(ContactSurface& surface);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kerf/binding/cell_complex.h"
+#include "kerf/cutting/dense_index.h"
 
 namespace kerf {
 
@@ -37,6 +38,7 @@ struct CutScratch {
   std::array<std::vector<VisualVertex>, 3> part;
   std::vector<CollisionHalfEdge> flip_stack;
   std::vector<Vec3> displacement;
+  DenseIndex slid_vertex, slid_face;
 
   /// Births of vertices from `first` on.
   void note_birth(const VertexBirth& birth) {

@@ -387,7 +387,7 @@ class ShavingPass {
   std::vector<Contact> contacts_;
   std::vector<WallPoint> points_;
   std::vector<WallId> walls_;
-  VertexSlider slider_{body_};
+  VertexSlider slider_{body_, scratch_};
   SlideBooks books_;
   std::vector<V> slid_;
 };

@@ -221,7 +221,7 @@ void VertexSlider::collect_rim(V v) {
 /// Everything that the triangles around v own, with its new place.
 bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
   shifts_.clear();
-  shift_of_.clear();
+  shift_of_.reset(mesh_.vertex_count());
   planes_.clear();
   const bool on_rim = coarse_.on_rim(v);
   if (on_rim) collect_rim(v);
@@ -267,7 +267,7 @@ bool VertexSlider::is_crease(VH h) const {
   const Vec3 a = mesh_.rest[mesh_.origin[h]], along = mesh_.rest[mesh_.origin[t]] - a;
   const Vec3 n = cross(along, mesh_.rest[mesh_.apex(h)] - a), m = cross(mesh_.rest[mesh_.apex(t)] - a, along);
   const double d = dot(n, m);
-  return d < kCrease * norm(n) * norm(m);
+  return !(d > 0) || d * d < kCrease * kCrease * dot(n, n) * dot(m, m);
 }
 
 /// A free vertex on a sharp edge of the skin goes along it, as far as its place in the plane leads that way: elsewhere the skin
@@ -472,7 +472,7 @@ void VertexSlider::faces_around(VV v, bool walls_too) {
 bool VertexSlider::nothing_turns_over(SlideBooks& books) {
   const double unit = body_.mean_root_edge * body_.mean_root_edge;
   faces_.clear();
-  face_seen_.clear();
+  face_seen_.reset(mesh_.face_count());
   for (const Shift& s : shifts_) faces_around(s.vertex, false);
   std::vector<VF>& todo = todo_;
   todo.assign(faces_.rbegin(), faces_.rend());
@@ -581,7 +581,7 @@ void VertexSlider::book_faces(Vec3 origin, double sign, SlideBooks& books) const
 
 void VertexSlider::apply(const std::vector<Move>& moves, SlideBooks& books) {
   faces_.clear();
-  face_seen_.clear();
+  face_seen_.reset(mesh_.face_count());
   for (const Move& m : moves) faces_around(m.vertex, true);
   if (faces_.empty()) return;
   const Vec3 origin = mesh_.rest[mesh_.origin[VisualMesh::corner(faces_[0], 0)]];

@@ -56,7 +56,8 @@ inline bool is_rim_edge(const CollisionMesh& mesh, CollisionHalfEdge h) { return
 
 class VertexSlider {
  public:
-  explicit VertexSlider(CellComplex& body) : body_(body), coarse_(body.collision), mesh_(body.visual) {}
+  VertexSlider(CellComplex& body, CutScratch& scratch)
+      : body_(body), coarse_(body.collision), mesh_(body.visual), shift_of_(scratch.slid_vertex), face_seen_(scratch.slid_face) {}
 
   /// Moves v. A vertex on the rim goes along a rim edge only. False, and nothing done but visual edges turned, if a triangle of either mesh would turn over
   /// or get too small, or if the rules forbid it. Journaled. Cost: what the triangles around own.
@@ -120,8 +121,8 @@ class VertexSlider {
   double along_rim_ = 0;
   bool keep_creases_ = true, any_crease_ = false;
   double area_ = 0;
-  SparseIndex shift_of_;  // number in shifts_, by vertex
-  SparseIndex face_seen_;
+  DenseIndex& shift_of_;  // number in shifts_, by vertex
+  DenseIndex& face_seen_;
   std::vector<VisualTriangle> faces_, todo_;
   std::vector<Move> moves_;
   std::vector<WallId> walls_;

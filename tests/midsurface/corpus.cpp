@@ -447,6 +447,11 @@ void add_thin(Collector& c) {
     shell.triangles.push_back({VertexId(offset + t[0].value), VertexId(offset + t[2].value), VertexId(offset + t[1].value)});
   c.thin("hollow sphere", shell, 2, 0);
   c.thin("flat ellipsoid", turned(64, 32, [](double t) { return Vec2{0.1 * std::sin(kPi * t), -0.02 * std::cos(kPi * t)}; }));
+  c.thin("ellipsoid 3 to 1", turned(64, 32, [](double t) { return Vec2{0.03 * std::sin(kPi * t), -0.01 * std::cos(kPi * t)}; }));
+  c.thin("lens 3 to 1", turned(64, 32, [](double t) {  // two spherical caps of radius 5/3 of the lens's
+           const double a = 0.6435011087932844 * (1 - std::fabs(1 - 2 * t)), r = 0.05;
+           return Vec2{r * std::sin(a), (t < 0.5 ? -1 : 1) * (r * std::cos(a) - 0.04)};
+         }));
   c.thin("coin", turned(60, 30, [](double t) {
            const double s3 = 3 * t;
            return s3 < 1 ? Vec2{0.03 * s3, -0.004} : s3 < 2 ? Vec2{0.03, -0.004 + 0.008 * (s3 - 1)} : Vec2{0.03 * (3 - s3), 0.004};

@@ -69,6 +69,31 @@ TEST(SessionPunch, IsOneUndoStepToTheBit) {
   }
 }
 
+// Two bites over a straight rim that meet deeper than the rim leave a sliver between them. It goes with the bite that cuts it loose.
+TEST(SessionPunch, TheScrapBetweenTwoBitesGoesWithTheSecond) {
+  for (const bool take : {false, true}) {
+    Session session = make_session("sheet");
+    const Box3 box = box_of(session);
+    const double r = 0.1 * box.size().x, deep = 0.6 * r;
+    const Vec3 rim{box.center().x, box.min.y, box.center().z};
+    for (const double x : {-0.93 * r, 0.93 * r}) {
+      SceneCommand command;
+      ScenePunch punch;
+      punch.frame = SceneFrame::kRest;
+      punch.shape = ScenePunchShape::kCircle;
+      punch.point = rim + Vec3{x, deep, 0};
+      punch.radius = r;
+      punch.take = take || x < 0;
+      command.what = punch;
+      const Status done = session.apply(command);
+      ASSERT_TRUE(done.ok()) << done.error().message;
+      const Status valid = session.validate();
+      ASSERT_TRUE(valid.ok()) << valid.error().message;
+    }
+    EXPECT_EQ(session.counts().pieces, take ? 1 : 3);  // the sheet, the bite and the scrap
+  }
+}
+
 TEST(SessionPunch, BadInputAndAirLeaveEverythingAsItWas) {
   Session session = make_session("meniscus");
   Punch p;

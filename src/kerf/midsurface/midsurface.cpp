@@ -162,7 +162,7 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   KERF_TRY(tell("mid-surface: sheet"));
   const MidSheet sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
   const auto of_sides = static_cast<std::ptrdiff_t>(out.verdict.reasons.size());
-  judge_sheet(sheet, work, centre, out.verdict);
+  judge_sheet(sheet, work, bvh, centre, out.verdict);
   // How stout a body is says more than what its sides look like then.
   std::rotate(out.verdict.reasons.begin(), out.verdict.reasons.begin() + of_sides, out.verdict.reasons.end());
   out.seconds.sheet = watch.lap();

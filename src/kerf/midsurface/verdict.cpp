@@ -58,6 +58,19 @@ std::size_t add_places(const SurfaceMesh& m, const std::vector<std::uint8_t>& fl
   return roots.size();
 }
 
+/// Volume of the columns over the sheet along its normals, each as high as the body is there.
+double columns_on(const MidSheet& sheet, const Column<double>& area, const WorkingMesh& work, const TriangleBvh& bvh) {
+  const TriangleView view = work.mesh.view();
+  double volume = 0;
+  for (std::int32_t v = 0; v < sheet.mesh.vertex_count(); ++v) {
+    const Vec3 p = sheet.mesh.position[v], n = sheet.normal[v];
+    if (n == Vec3{}) continue;
+    const RayHit up = bvh.first_hit(view, {p, n, 0, HUGE_VAL}), down = bvh.first_hit(view, {p, -n, 0, HUGE_VAL});
+    if (up.valid() && down.valid()) volume += area[v] * (up.t + down.t);
+  }
+  return volume;
+}
+
 }  // namespace
 
 bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag) {
@@ -123,7 +136,7 @@ bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vecto
   return true;
 }
 
-void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, MidsurfaceVerdict& verdict) {
+void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleBvh& bvh, Vec3 origin, MidsurfaceVerdict& verdict) {
   const SurfaceMesh& m = sheet.mesh;
   const bool two_sides = verdict.reasons.empty();
   const Column<double> area = vertex_areas(m);
@@ -142,6 +155,9 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, Mi
   const bool rimless = widest == 0;
   verdict.width_over_thickness = rimless ? HUGE_VAL : 2 * widest / thickness;
   verdict.volume_ratio = volume / std::fabs(enclosed_volume(work.mesh));
+  const auto odd = [&] { return verdict.volume_ratio < kLeastVolume || verdict.volume_ratio > kMostVolume; };
+  // Sides that lean towards each other up to the rim, as a lens's, are thinner there than half thicknesses go on.
+  if (odd()) verdict.volume_ratio = columns_on(sheet, area, work, bvh) / std::fabs(enclosed_volume(work.mesh));
 
   // Discs from the widest on; what no wide disc covers is narrow.
   double narrow = 0;
@@ -183,11 +199,11 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, Mi
   verdict.narrow_share = narrow / total;
 
   if (!rimless && verdict.width_over_thickness < kTooStout) {
-    refuse(verdict, fmt::format("the body is only {:.2g} times as wide as thick; below {} it is not thin",
+    refuse(verdict, fmt::format("the body is only {:.3g} times as wide as thick; below {} it is not thin",
                                 verdict.width_over_thickness, kTooStout));
     verdict.places.push_back({m.position[middle] + origin, "the widest place"});
   } else if (!rimless && verdict.width_over_thickness < kStout) {
-    warn(verdict, fmt::format("the body is only {:.2g} times as wide as thick; the method is meant for {} and more",
+    warn(verdict, fmt::format("the body is only {:.3g} times as wide as thick; the method is meant for {} and more",
                               verdict.width_over_thickness, kStout));
   }
   if (verdict.narrow_share > kNarrowShare) {
@@ -208,7 +224,7 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, Mi
   if (pinholes > 0)
     warn(verdict, fmt::format("{} hole(s) through the body are narrower than it is thick, the first at {}; if the scan left them, fill them",
                               pinholes, place(first_pinhole)));
-  if (two_sides && (verdict.volume_ratio < kLeastVolume || verdict.volume_ratio > kMostVolume))
+  if (two_sides && odd())
     refuse(verdict, fmt::format("the mid-surface times the thickness makes {:.0f} % of the volume: a sheet does not stand for "
                                 "this body", 100 * verdict.volume_ratio));
 }

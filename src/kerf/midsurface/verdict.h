@@ -19,7 +19,7 @@ struct SidesFound {
 /// person's frame) and flags (|F| of the working mesh); true if the sheet can be made.
 bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag);
 
-/// Width over thickness, narrow parts, volume.
-void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, Vec3 origin, MidsurfaceVerdict& verdict);
+/// Width over thickness, narrow parts, volume. `bvh`: of the working mesh.
+void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleBvh& bvh, Vec3 origin, MidsurfaceVerdict& verdict);
 
 }  // namespace kerf::mid

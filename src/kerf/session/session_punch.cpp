@@ -1,10 +1,12 @@
 // A punch is a stroke that is over at once: one cut, one undo step.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "kerf/cutting/pieces.h"
 #include "kerf/cutting/roughen.h"
 #include "kerf/session/session_impl.h"
 
@@ -13,6 +15,38 @@ namespace {
 
 /// Sides of round outlines stay within this part of the path tolerance of the curve.
 constexpr double kRoundness = 0.4;
+
+double area_of(const std::vector<Vec2>& polygon) {
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) twice += cross(polygon[i], polygon[(i + 1) % polygon.size()]);
+  return 0.5 * std::fabs(twice);
+}
+
+/// Marks pieces that the bite has cut loose beside its outline, as between two bites at a rim: neither held, nor larger than the bite, nor
+/// the largest of all.
+void add_scraps(const Body& body, const MechanicsModel& model, const std::vector<CollisionHalfEdge>& lips, double bite,
+                std::vector<std::uint8_t>& triangles) {
+  const CollisionMesh& mesh = body.complex.collision;
+  const Pieces pieces = collision_pieces(body.complex);
+  std::vector<double> area(static_cast<std::size_t>(pieces.count), 0);
+  std::vector<std::uint8_t> scrap(area.size(), 0);
+  for (const CollisionHalfEdge h : lips) scrap[static_cast<std::size_t>(piece_of_triangle(pieces, CollisionMesh::face(h)))] = 1;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    const auto p = static_cast<std::size_t>(piece_of_triangle(pieces, f));
+    const CollisionHalfEdge h = CollisionMesh::corner(f, 0);
+    const Vec3 a = mesh.rest[mesh.from(h)];
+    area[p] += 0.5 * norm(cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a));
+    if (!scrap[p]) continue;
+    for (const Piece& piece : body.hex.pieces_of(f))
+      for (const NodeId n : body.hex.nodes[body.hex.host[piece.copy]])
+        if (model.is_fixed(n)) scrap[p] = 0;
+  }
+  scrap[static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin())] = 0;
+  for (std::size_t f = 0; f < triangles.size(); ++f) {
+    const auto p = static_cast<std::size_t>(pieces.of_face[f]);
+    if (scrap[p] && area[p] < bite) triangles[f] = 1;
+  }
+}
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -81,6 +115,7 @@ Status Session::Impl::punch(const ScenePunch& what) {
   if (!what.take || done->loose.empty()) return {};
   std::vector<std::uint8_t> triangles(state.body.complex.collision.face_count(), 0);
   for (const CollisionTriangle t : done->loose) triangles[t.index()] = 1;
+  add_scraps(state.body, state.model, done->lips, area_of(p.outline), triangles);
   const auto taken = take_away(triangles);
   return taken ? Status{} : Status(taken.error());
 }

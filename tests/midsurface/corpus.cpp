@@ -404,6 +404,13 @@ void add_thin(Collector& c) {
     return Vec3{r * std::cos(a), r * std::sin(a), 0.05 * v};
   };
   c.sheet("cone", s, 0, 2);
+  s = plate(0.1, 0.1, 0.008, 80, 40);
+  s.closed_u = true;
+  s.middle = [](double u, double v) {
+    const double a = 2 * kPi * u, b = 0.1 + 1.4 * v;
+    return 0.03 * Vec3{std::cos(a) * std::sin(b), std::sin(a) * std::sin(b), std::cos(b)};
+  };
+  c.sheet("dome with a hole narrower than it is thick", s, 0, 2).middle.clear();
   s = plate(0.12, 0.12, 0.006, 48, 48);
   s.middle = [](double u, double v) {
     const double x = 0.12 * (u - 0.5), y = 0.12 * (v - 0.5);

@@ -262,6 +262,24 @@ await check('the server killed and started again: the page comes back by itself'
   await until(page, () => window.kerf.state().cut?.outcome === 0 && window.kerf.state().pieces === 2);
 });
 
+await check('what is fixed is hatched while it can be changed', async () => {
+  const rim = await rest(page, [0, 0.068, 0.01]), free = await rest(page, [0, -0.03, 0.01]);
+  await page.keyboard.press('Space');
+  await until(page, () => !window.kerf.state().playing);
+  const shot = async (key) => {
+    await page.keyboard.press(key);
+    await page.mouse.move(5, 300);
+    await page.waitForTimeout(700);
+    return page.screenshot({ path: join(out, `fixed-${key}.png`) });
+  };
+  assert.ok((await state(page)).fixed > 10);
+  const plain = await shot('1'), hatched = await shot('5'), again = await shot('1');
+  const there = await difference(page, plain, hatched, rim, 12), elsewhere = await difference(page, plain, hatched, free, 12);
+  assert.ok(there > 10 && elsewhere < 0.5, `the fixed rim differs by ${there}, the rest by ${elsewhere}`);
+  assert.ok(await difference(page, plain, again, rim, 12) < 0.5);
+  await page.keyboard.press('Space');
+});
+
 await check('a second button, a pen, and a finger beside it', async () => {
   const cdp = await page.context().newCDPSession(page);
   const [from, to] = await line(page, [-0.05, -0.04, 0.01], [-0.05, 0.04, 0.01], 0), depth = (await state(page)).undoDepth;

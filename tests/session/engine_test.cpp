@@ -396,6 +396,42 @@ TEST(Engine, PullingMovesTheBodyAndShiftLeavesItHeld) {
   EXPECT_TRUE(p.errors.empty());
 }
 
+TEST(Engine, PagesKnowWhatIsFixed) {
+  Table table;
+  const auto page = table.join();
+  // The scene holds everything beyond y = 0.055 m; nothing of that moves, all else may.
+  const auto right = [&](const MirroredPage& p) {
+    std::vector<std::uint32_t> wanted;
+    for (std::uint32_t i = 0; i < p.body.nodes.size(); ++i)
+      if (table.engine.session().is_fixed(NodeId(i))) wanted.push_back(i);
+    return p.fixed == wanted;
+  };
+  const std::vector<std::uint32_t> rim = table.pages[page].fixed;
+  ASSERT_FALSE(rim.empty());
+  const auto start = table.pages[page].body.nodes;
+  for (const std::uint32_t i : rim) EXPECT_GT(start[i][1], 0.054f);
+  table.tick(40);
+  for (const std::uint32_t i : rim) EXPECT_EQ(table.pages[page].body.nodes[i], start[i]);
+  EXPECT_TRUE(right(table.pages[page]));
+  table.tell(page, page_command(1, kFixAll, {0}));
+  table.tick(20);
+  EXPECT_TRUE(table.pages[page].fixed.empty());
+  table.tell(page, page_command(2, kFixAll, {1}));
+  const auto late = table.join();
+  EXPECT_TRUE(!table.pages[late].fixed.empty() && right(table.pages[late]) && right(table.pages[page]));
+  // Cuts through what is held, and undo, give and take nodes.
+  table.tell(page, page_command(3, kReset));
+  table.tell(page, page_tool(4, kLine, kDown, {ray_between(kEye, {-0.02, 0.09, 0})}));
+  table.tell(page, page_tool(4, kLine, kUp, {ray_between(kEye, {0.02, -0.09, 0})}));
+  table.tick(20);
+  EXPECT_GT(table.pages[page].fixed.size(), rim.size());
+  EXPECT_TRUE(right(table.pages[page]) && right(table.pages[late]));
+  table.tell(page, page_command(5, kUndo));
+  table.tick(20);
+  EXPECT_EQ(table.pages[page].fixed, rim);
+  EXPECT_TRUE(table.pages[page].errors.empty());
+}
+
 TEST(Engine, FixHoldsAndReleaseLetsFall) {
   SceneSource loose = steak();
   loose.text = "[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.01\ngravity = [0, 0, -5]\n";

@@ -216,6 +216,7 @@ struct MirroredPage {
   float press = 0;
   std::array<float, 7> score{};  ///< lesion m^3, its share gone, healthy m^3 gone, share, roughness, force, time
   std::uint32_t score_pieces = 0, scores = 0;
+  std::vector<std::uint32_t> fixed;  ///< nodes that supports hold
   std::uint32_t overlays = 0;
   struct {
     std::vector<F3> rest, foot_rest;
@@ -384,6 +385,15 @@ struct MirroredPage {
         for (float& x : score) x = r.f32();
         score_pieces = r.u32();
         ++scores;
+        break;
+      }
+      case 15: {
+        EXPECT_EQ(r.u32(), body.body);
+        const auto n = r.u32();
+        EXPECT_EQ(r.u32(), 0u);
+        EXPECT_EQ(r.u32(), 0u);
+        fixed = r.array<std::uint32_t>(n);
+        for (std::size_t i = 1; i < fixed.size(); ++i) EXPECT_LT(fixed[i - 1], fixed[i]);
         break;
       }
       case 13: {

@@ -3,7 +3,7 @@ import { Vector3 } from 'three';
 import type { Engine, EngineEvents, EngineState } from './engine/engine';
 import {
   CommandCode, FrameFlag, LoadState, Modifier, Outcome, UploadPart, type Body, type Counts, type CutReport, type EngineError,
-  type Fading, type FileMessage, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Score, type Stats, type Things, type ToolSample, type Vec3,
+  type Fading, type FileMessage, type Fixed, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Score, type Stats, type Things, type ToolSample, type Vec3,
 } from './engine/protocol';
 import { Blade } from './scene/blade';
 import { BodyMesh } from './scene/body_mesh';
@@ -367,6 +367,12 @@ export class App implements EngineEvents {
     this.touch(true);
   }
 
+  fixed(fixed: Fixed): void {
+    if (fixed.body !== this.mesh.state?.body) return;
+    this.mesh.setFixed(fixed.nodes.slice());
+    this.touch(false);
+  }
+
   score(score: Score): void {
     this.scoreNow = score;
     this.listener?.score(score);
@@ -434,6 +440,7 @@ export class App implements EngineEvents {
     this.cancelStroke(true);
     this.tool = tool;
     this.blade.setTool(tool);
+    this.mesh.showFixed = tool === 'fix' || tool === 'release';
     this.pointers.handTool = tool === 'hand';
     this.updateAllowed();
     this.hoverChanged = true;
@@ -949,7 +956,7 @@ export class App implements EngineEvents {
       bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
       blade: this.blade.visible, loading: this.loadingNow, things: this.things.list.map((t) => ({ name: t.name, shape: t.shape, tool: t.tool })),
       scopeOn: this.stage.scopeOn, score: this.scoreNow, lesion: this.info?.lesion ?? null, instrument: this.instrumentSize(this.tool),
-      rigid: this.things.tools, touching: this.things.touching, press: this.things.press, unit: this.info?.unit ?? null,
+      rigid: this.things.tools, touching: this.things.touching, press: this.things.press, unit: this.info?.unit ?? null, fixed: this.mesh.fixed.length,
     };
   }
 

@@ -48,6 +48,7 @@ class Recorder implements EngineEvents {
   loading(): void {}
   thingsCame(): void {}
   score(): void { /* not of this engine */ }
+  fixed(): void { /* not of this engine */ }
   state(s: string): void { this.states.push(s); }
 }
 

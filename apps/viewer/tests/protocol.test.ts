@@ -47,6 +47,7 @@ const engineMessages: EngineMessage[] = [
   { type: 'loading', input: 3, state: 0, fraction: 0.25, stage: 'paths' },
   { type: 'file', request: 9, name: 'a.obj', bytes: new Uint8Array([1, 2, 3, 4, 5]) },
   { type: 'score', lesionVolume: 2 ** -30, lesionRemoved: 0.5, healthyRemoved: 2 ** -32, healthyShare: 0.25, roughness: 2 ** -12, largestForce: 1.5, time: 12, loosePieces: 3 },
+  { type: 'fixed', body: 2, nodes: new Uint32Array([0, 4, 5]) },
 ];
 
 const pageMessages: PageMessage[] = [

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 import { random } from '../src/scene/noise';
 import {
-  NormalScratch, fillNormals, fillPose, kNormalPerRow, kNormalTexels, kTextureWidth, normalRows, poseRows, skinPoint, type CellData,
+  NormalScratch, fillMarks, fillNormals, fillPose, kNormalPerRow, kNormalTexels, kTextureWidth, normalRows, poseRows, skinPoint, type CellData,
 } from '../src/scene/skinning';
 
 const next = random(3);
@@ -143,5 +143,19 @@ describe('normals', () => {
     const d = lattice(2, 1, 1, (p) => p);
     d.copies.fill(0xffffffff, 8, 16);
     expect(normalsOf(d).some((x) => !Number.isFinite(x))).toBe(false);
+  });
+});
+
+describe('marks', () => {
+  it('are a bit for each of a copy\'s nodes, and leave the pose alone', () => {
+    const d = lattice(2, 2, 1, (p) => p), pose = poseOf(d), plain = pose.slice();
+    const marked = new Set([d.copies[3]!, d.copies[7]!, d.copies[8]!]);
+    fillMarks(d, marked, pose);
+    for (let c = 0; c < d.nc; c++) {
+      for (let k = 0; k < 8; k++) expect(((pose[32 * c + 15]! >> k) & 1) === 1).toBe(marked.has(d.copies[8 * c + k]!));
+    }
+    expect(pose.filter((x, i) => i % 32 !== 15 && x !== plain[i])).toHaveLength(0);
+    fillMarks(d, null, pose);
+    expect(pose).toEqual(plain);
   });
 });

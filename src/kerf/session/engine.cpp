@@ -122,6 +122,7 @@ void Engine::Impl::start_over() {
   counts = session->counts();
   counted_topology = published_topology;
   frame_due = true;
+  find_fixed();
   protocol::Message message;
   for (auto& [id, client] : clients) {
     if (!client.ready) continue;
@@ -130,6 +131,7 @@ void Engine::Impl::start_over() {
     if (!message) message = body_now();
     client.queue.push(message);
     send_things(id);
+    send(id, fixed_now());
   }
   send_overlay();
 }
@@ -204,6 +206,17 @@ void Engine::Impl::send_things(std::uint32_t client) {
   send(client, protocol::encode(m));
 }
 
+bool Engine::Impl::find_fixed() {
+  fixed.swap(fixed_before);
+  fixed.clear();
+  const std::size_t n = session->node_positions().size();
+  for (std::size_t i = 0; i < n; ++i)
+    if (session->is_fixed(NodeId(i))) fixed.push_back(static_cast<std::uint32_t>(i));
+  return fixed != fixed_before;
+}
+
+protocol::Bytes Engine::Impl::fixed_now() const { return protocol::encode(protocol::Fixed{body, fixed}); }
+
 void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   EngineClient& client = clients.at(id);
   publish(0);  // it may come between two steps: what the body message says belongs together
@@ -217,6 +230,11 @@ void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   client.ready = true;
   if (!resumed) client.queue.push(body_now());
   send_things(id);
+  if (find_fixed()) {
+    broadcast(share(fixed_now()));
+  } else {
+    send(id, fixed_now());
+  }
   if (holder == 0) holder = id;
   send_roles();
   frame_due = true;
@@ -545,6 +563,7 @@ void Engine::end_tick() {
   if (e.since_stats >= kStatsEvery) {
     e.send_stats(e.since_stats);
     e.send_score();
+    if (e.find_fixed()) e.broadcast(share(e.fixed_now()));
     e.since_stats = 0;
   }
 }

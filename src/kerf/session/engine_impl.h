@@ -133,6 +133,7 @@ struct Engine::Impl {
   std::vector<Vec3> shown_nodes;
   std::vector<Vec3f> nodes, fading_offset;
   std::vector<std::uint32_t> fading;
+  std::vector<std::uint32_t> fixed, fixed_before;  ///< nodes, ascending
   std::vector<protocol::Grasp> grasps;
   DrawnContacts contacts;
 
@@ -148,6 +149,8 @@ struct Engine::Impl {
   void greet(std::uint32_t client, const protocol::PageHello& message);
   protocol::Message body_now();
   void send_things(std::uint32_t client);
+  bool find_fixed();  ///< brings `fixed` up to date; true when that changed it
+  [[nodiscard]] protocol::Bytes fixed_now() const;
   void send_roles();
   void send_overlay();
   void pass_tools(std::uint32_t to);

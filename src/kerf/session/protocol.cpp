@@ -343,6 +343,10 @@ Bytes encode(const Score& m) {
       .f32(m.roughness).f32(m.largest_force).f32(m.time).u32(m.loose_pieces).finish();
 }
 
+Bytes encode(const Fixed& m) {
+  return Writer(Type::kFixed, 16 + 4 * m.nodes.size()).u32(m.body).size(m.nodes.size()).u32(0).u32(0).array(m.nodes).finish();
+}
+
 Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
   if (bytes.size() < kHeaderBytes) return bad_input(fmt::format("a message of {} bytes has no header", bytes.size()));
   Reader r(bytes);

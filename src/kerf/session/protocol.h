@@ -32,7 +32,7 @@ using Message = std::shared_ptr<const Bytes>;
 
 enum class Type : std::uint16_t {
   kHello = 1, kBody = 2, kPatch = 3, kFrame = 4, kHit = 5, kStats = 6, kCutReport = 7, kRole = 8, kError = 9,
-  kOverlay = 10, kFile = 11, kLoading = 12, kThings = 13, kScore = 14,
+  kOverlay = 10, kFile = 11, kLoading = 12, kThings = 13, kScore = 14, kFixed = 15,
   kPageHello = 64, kAck = 65, kTool = 66, kRay = 67, kCommand = 68, kClaim = 69, kUpload = 70, kDevice = 71,
 };
 
@@ -190,6 +190,11 @@ struct Score {
   float time = 0;             ///< s, simulated
   std::uint32_t loose_pieces = 0;
 };
+/// What supports hold.
+struct Fixed {
+  std::uint32_t body = 0;
+  std::span<const std::uint32_t> nodes;  ///< ascending
+};
 enum class LoadState : std::uint32_t { kUnderWay = 0, kShown = 1, kFailed = 2, kStopped = 3 };
 /// How far the scene is that comes next.
 struct Loading {
@@ -215,6 +220,7 @@ Bytes encode(const File& message);
 Bytes encode(const Loading& message);
 Bytes encode(const Things& message);
 Bytes encode(const Score& message);
+Bytes encode(const Fixed& message);
 
 // --- Page to engine ------------------------------------------------------------------------------------------------
 

@@ -328,6 +328,8 @@ Vec3 Session::support_force() const {
   return sum;
 }
 
+bool Session::is_fixed(NodeId node) const { return impl_->state.model.is_fixed(node); }
+
 Vec3 Session::support_force(NodeId node) const {
   const Impl& s = *impl_;
   // What the last step left belongs to the nodes that there were then.

@@ -195,6 +195,7 @@ class Session {
   SessionChanges take_changes();
   [[nodiscard]] const std::vector<Vec3>& node_positions() const;   ///< metres, by NodeId
   [[nodiscard]] const std::vector<Vec3>& node_velocities() const;  ///< m/s
+  [[nodiscard]] bool is_fixed(NodeId node) const;                  ///< by a support
   /// Where nodes are shown, metres: with offsets that fade after a cut (node_fade.h). Surfaces hang on these.
   void shown_nodes(std::vector<Vec3>& positions) const;
   /// Deformed collision vertices, metres, by CollisionVertex.

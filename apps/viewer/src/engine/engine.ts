@@ -1,6 +1,6 @@
 // What the page knows of an engine. A server over a WebSocket, a worker and the mock all do this.
 import type {
-  Body, CutReport, EngineError, FileMessage, Frame, Hello, Hit, Loading, Overlay, Patch, Role, Score, Stats, Things, ToolSample, Vec3,
+  Body, CutReport, EngineError, FileMessage, Fixed, Frame, Hello, Hit, Loading, Overlay, Patch, Role, Score, Stats, Things, ToolSample, Vec3,
 } from './protocol';
 
 export type EngineState = 'connecting' | 'live' | 'lost';
@@ -21,6 +21,7 @@ export interface EngineEvents {
   loading(loading: Loading): void;
   thingsCame(things: Things): void;
   score(score: Score): void;
+  fixed(fixed: Fixed): void;
   state(state: EngineState): void;
 }
 

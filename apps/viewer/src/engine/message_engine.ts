@@ -93,6 +93,7 @@ export abstract class MessageEngine implements Engine {
         case 'loading': events.loading(m); break;
         case 'things': events.thingsCame(m); break;
         case 'score': events.score(m); break;
+        case 'fixed': events.fixed(m); break;
       }
     } catch (e) {
       if (!(e instanceof ProtocolError)) throw e;

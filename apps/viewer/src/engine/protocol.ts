@@ -9,7 +9,7 @@ export const kNoNode = 0xffffffff;
 
 export const MessageType = {
   Hello: 1, Body: 2, Patch: 3, Frame: 4, Hit: 5, Stats: 6, CutReport: 7, Role: 8, Error: 9, Overlay: 10, File: 11,
-  Loading: 12, Things: 13, Score: 14,
+  Loading: 12, Things: 13, Score: 14, Fixed: 15,
   PageHello: 64, Ack: 65, Tool: 66, Ray: 67, Command: 68, Claim: 69, Upload: 70, Device: 71,
 } as const;
 
@@ -56,6 +56,8 @@ export interface Frame {
   fading: Fading;
 }
 export interface Hit { type: 'hit'; input: number; triangle: number; t: number; point: Vec3; normal: Vec3; beside: number }
+/** Nodes that supports hold, ascending. */
+export interface Fixed { type: 'fixed'; body: number; nodes: Uint32Array }
 /** How the operation stands, in scenes with a lesion: m³, shares, metres, N, s. */
 export interface Score {
   type: 'score'; lesionVolume: number; lesionRemoved: number; healthyRemoved: number; healthyShare: number; roughness: number;
@@ -84,7 +86,7 @@ export interface Things { type: 'things'; body: number; json: string; positions:
 export interface Loading { type: 'loading'; input: number; state: number; fraction: number; stage: string }
 export interface FileMessage { type: 'file'; request: number; name: string; bytes: Uint8Array }
 export type EngineMessage =
-  | Hello | Body | Patch | Frame | Hit | Stats | CutReport | Role | EngineError | Overlay | FileMessage | Loading | Things | Score;
+  | Hello | Body | Patch | Frame | Hit | Stats | CutReport | Role | EngineError | Overlay | FileMessage | Loading | Things | Score | Fixed;
 
 export interface PageHello { type: 'pageHello'; protocol: number; session: bigint; body: number; version: number }
 export interface Ack { type: 'ack'; seq: number }
@@ -361,6 +363,13 @@ export function decodeEngineMessage(buffer: ArrayBuffer): EngineMessage {
         largestForce: r.f32(), time: r.f32(), loosePieces: r.u32(),
       };
       break;
+    case MessageType.Fixed: {
+      const body = r.u32(), n = r.u32();
+      r.u32();
+      r.u32();
+      m = { type: 'fixed', body, nodes: r.u32s(n) };
+      break;
+    }
     case MessageType.Loading: {
       const input = r.u32(), state = r.u32(), fraction = r.f32(), bytes = r.u32();
       if (state > LoadState.Stopped || fraction < 0 || fraction > 1) throw new ProtocolError(`loading in state ${state} at ${fraction}`);
@@ -553,6 +562,7 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
     case 'score':
       return new Writer(MessageType.Score, 32).f32(m.lesionVolume, m.lesionRemoved, m.healthyRemoved, m.healthyShare, m.roughness,
         m.largestForce, m.time).u32(m.loosePieces).finish();
+    case 'fixed': return new Writer(MessageType.Fixed, 16 + sizeOf([m.nodes])).u32(m.body, m.nodes.length, 0, 0).array(m.nodes).finish();
     case 'loading': {
       const stage = utf8Encoder.encode(m.stage);
       return new Writer(MessageType.Loading, 16 + sizeOf([stage])).u32(m.input, m.state).f32(m.fraction).u32(stage.length).array(stage).finish();

@@ -48,6 +48,23 @@ export class BodyMesh {
     this.group.visible = false;
   }
 
+  /** Nodes that supports hold; shown while a tool is chosen that fixes or releases. */
+  fixed: Uint32Array = new Uint32Array(0);
+  private fixedShown = false;
+  setFixed(nodes: Uint32Array): void {
+    this.fixed = nodes;
+    this.hatch();
+  }
+  set showFixed(on: boolean) {
+    if (on === this.fixedShown) return;
+    this.fixedShown = on;
+    this.hatch();
+  }
+  private hatch(): void {
+    this.cells.marked = this.fixedShown ? new Set(this.fixed) : null;
+    if (this.state) this.cells.update(this.state);
+  }
+
   set shaded(on: boolean) { this.skin.visible = this.wall.visible = this.crease.shown = on; }
 
   setLook(look: Look, level: QualityLevel): void {
@@ -66,6 +83,8 @@ export class BodyMesh {
 
   setBody(state: BodyState): void {
     this.state = state;
+    this.fixed = new Uint32Array(0);
+    this.cells.marked = null;
     this.lastEffect = null;
     this.frameTextures(state);
     const open = isOpen(state);

@@ -2,7 +2,7 @@
 import { DataTexture, FloatType, Matrix3, NearestFilter, RGBAFormat, Vector3 } from 'three';
 import type { BodyState } from './body_state';
 import type { Uniforms } from './materials';
-import { NormalScratch, fillNormals, fillPose, kTextureWidth, normalRows, poseRows } from './skinning';
+import { NormalScratch, fillMarks, fillNormals, fillPose, kTextureWidth, normalRows, poseRows } from './skinning';
 
 function makeTexture(rows: number): DataTexture {
   const t = new DataTexture(new Float32Array(4 * kTextureWidth * rows), kTextureWidth, rows, RGBAFormat, FloatType);
@@ -19,6 +19,8 @@ export class CellTextures {
     uTextureScaleV: { value: 1 },
   };
   smooth = true;
+  /** Nodes to be hatched. */
+  marked: ReadonlySet<number> | null = null;
   private readonly scratch = new NormalScratch();
 
   get pose(): Float32Array { return this.texture('uPose').image.data as Float32Array; }
@@ -39,6 +41,7 @@ export class CellTextures {
   update(b: BodyState): void {
     this.reserve('uPose', poseRows(b.nc));
     fillPose(b, this.pose);
+    fillMarks(b, this.marked, this.pose);
     this.texture('uPose').needsUpdate = true;
     if (!this.smooth) return;
     this.reserve('uNormals', normalRows(b.nc));

@@ -89,6 +89,7 @@ uniform highp sampler3D uNoise;
 uniform vec3 uBoxMin, uBoxMax, uFibre;
 uniform float uTextureScale;
 varying vec3 vRest;
+varying float vMarked;
 vec3 kAlbedo; float kRough, kHeight, kGlow;
 uniform int uLesion;
 uniform vec4 uLesionA, uLesionB;
@@ -97,6 +98,12 @@ float kIntoLesion(vec3 r) {
   if (uLesion == 1) return uLesionA.w - distance(r, uLesionA.xyz);
   if (uLesion == 2) { vec3 d = min(r - uLesionA.xyz, uLesionB.xyz - r); return min(d.x, min(d.y, d.z)); }
   return dot(r - uLesionA.xyz, normalize(uLesionB.xyz));
+}
+// What supports hold is hatched.
+void kHatch(vec3 r, inout vec3 albedo) {
+  if (vMarked < 0.4) return;
+  float d = abs(fract(48.0 * (r.x + r.y + r.z)) - 0.5), w = 48.0 * (fwidth(r.x) + fwidth(r.y) + fwidth(r.z));
+  albedo = mix(albedo, vec3(0.02, 0.13, 0.42), smoothstep(0.4, 0.5, vMarked) * (0.22 + 0.55 * smoothstep(-w, w, d - 0.30)));
 }
 void kMark(vec3 r, inout vec3 albedo) {
   if (uLesion == 0) return;
@@ -128,8 +135,8 @@ export function patchSkinning(material: Material, uniforms: Uniforms, defines: s
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader
-      .replace('#include <common>', `#include <common>\n${head}${kSkinningDeclarations}\nvarying vec3 vRest;`)
-      .replace('void main() {', 'void main() {\n\tkSkin(position, normal);\n\tvRest = position * uTextureScaleV;')
+      .replace('#include <common>', `#include <common>\n${head}${kSkinningDeclarations}\nvarying vec3 vRest;\nvarying float vMarked;`)
+      .replace('void main() {', 'void main() {\n\tkSkin(position, normal);\n\tvRest = position * uTextureScaleV;\n\tvMarked = kMarked;')
       .replace('#include <beginnormal_vertex>', 'vec3 objectNormal = kNrm;\n#ifdef USE_TANGENT\n\tvec3 objectTangent = tangent.xyz;\n#endif')
       .replace('#include <begin_vertex>', 'vec3 transformed = kPos;')
       .replace('uniform vec3 uOrigin;', 'uniform vec3 uOrigin;\nuniform float uTextureScaleV;');
@@ -143,7 +150,7 @@ function surfacePatch(look: Look, level: QualityLevel): (shader: WebGLProgramPar
     const lite = level === 'lite' ? '#define KERF_LITE\n' : '';
     let f = shader.fragmentShader
       .replace('#include <common>', `#include <common>\n${lite}${kFragmentDeclarations}${kLooks[look]}`)
-      .replace('#include <color_fragment>', 'kSurface(vRest, kAlbedo, kRough, kHeight, kGlow);\n\tkMark(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;')
+      .replace('#include <color_fragment>', 'kSurface(vRest, kAlbedo, kRough, kHeight, kGlow);\n\tkMark(vRest, kAlbedo);\n\tkHatch(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;')
       .replace('#include <roughnessmap_fragment>', 'float roughnessFactor = clamp(kRough * roughness, 0.08, 1.0);');
     if (level !== 'lite') f = f.replace('#include <normal_fragment_maps>', kBump);
     // Light that has wandered through the body: strongest where one looks along the surface.

@@ -48,6 +48,15 @@ export function fillPose(d: CellData, out: Float32Array): void {
   for (let c = 0; c < d.nc; c++) writePose(d, c, out, 32 * c);
 }
 
+/** Writes which of a copy's eight nodes are marked, one bit each, to w of T3. */
+export function fillMarks(d: CellData, marked: ReadonlySet<number> | null, out: Float32Array): void {
+  for (let c = 0; c < d.nc; c++) {
+    let bits = 0;
+    for (let k = 0; marked && k < 8; k++) if (marked.has(d.copies[8 * c + k]!)) bits |= 1 << k;
+    out[32 * c + 15] = bits;
+  }
+}
+
 /** Memory of fillNormals that is kept between frames. */
 export class NormalScratch { sum = new Float64Array(0); live = new Uint8Array(0) }
 
@@ -121,7 +130,7 @@ export function latticeCoordinates(d: CellData, x: number, y: number, z: number)
   ];
 }
 
-/** Declarations for the vertex shader: attributes copyId and kOffset (0 in geometries without it), uniforms, kSkin(rest, normal) -> kPos, kNrm; kSkinAs(copy, rest, normal) without offset. */
+/** Declarations for the vertex shader: attributes copyId and kOffset (0 in geometries without it), uniforms, kSkin(rest, normal) -> kPos, kNrm and kMarked (0 to 1, by the copy's nodes); kSkinAs(copy, rest, normal) without offset. */
 export const kSkinningDeclarations = /* glsl */ `
 uniform highp sampler2D uPose;
 #ifdef KERF_SMOOTH
@@ -134,6 +143,7 @@ uniform vec3 uInverseSize;
 in uint copyId;
 in vec3 kOffset;
 vec3 kPos, kNrm;
+float kMarked;
 void kSkinAs(uint copy, vec3 r, vec3 n) {
   ivec2 p = ivec2(int(copy & 63u) << 3, int(copy >> 6));
   vec4 t0 = texelFetch(uPose, p, 0), t1 = texelFetch(uPose, p + ivec2(1, 0), 0), t2 = texelFetch(uPose, p + ivec2(2, 0), 0);
@@ -143,6 +153,12 @@ void kSkinAs(uint copy, vec3 r, vec3 n) {
   vec3 q = uToCells * (r - uOrigin) - vec3(t0.w, t1.w, t2.w);
   kPos = t0.xyz + t1.xyz * q.x + t2.xyz * q.y + t3.xyz * q.z + t4.xyz * (q.x * q.y) + t5.xyz * (q.y * q.z)
        + t6.xyz * (q.x * q.z) + t7.xyz * (q.x * q.y * q.z);
+  int marks = int(t3.w);
+  kMarked = 0.0;
+  for (int k = 0; k < 8 && marks != 0; k++, marks >>= 1) {
+    vec3 f = clamp(q, 0.0, 1.0);
+    if ((marks & 1) != 0) kMarked += ((k & 1) == 0 ? 1.0 - f.x : f.x) * ((k & 2) == 0 ? 1.0 - f.y : f.y) * ((k & 4) == 0 ? 1.0 - f.z : f.z);
+  }
   vec3 m = uToAxes * n;
 #ifdef KERF_SMOOTH
   int row = int(copy) / ${kNormalPerRow};

@@ -207,8 +207,8 @@ export class Stage {
 
   /** Scenes with obstacles bring their own board; a level plane of theirs is the ground. */
   private furnish(): void {
-    this.board.visible = !this.plain && !this.scopeIsOn && this.look === 'steak' && !this.furnished;
-    this.ground.visible = !this.plain && !this.scopeIsOn;
+    this.board.visible = !this.plain && !this.scopeIsOn && this.look === 'steak' && !this.furnished && !this.below;
+    this.ground.visible = !this.plain && !this.scopeIsOn && !this.below;
     this.placeFloor();
   }
   setFurniture(furnished: boolean, floor: number | null): void {
@@ -220,6 +220,8 @@ export class Stage {
   }
   private furnished = false;
   private carried: number | null = null;
+  /** The eye is under the ground, which would hide the body's other side. */
+  private below = false;
 
   /** A new body: fits light, ground and camera to its box. */
   setBox(box: Box, look: Look, keepCamera: boolean): void {
@@ -349,6 +351,12 @@ export class Stage {
   }
 
   render(shadows: boolean): void {
+    const below = !this.scopeIsOn && this.camera.position.z < this.floor;
+    if (below !== this.below) {
+      this.below = below;
+      this.furnish();
+      shadows = true;
+    }
     if (shadows) this.renderer.shadowMap.needsUpdate = true;
     this.renderer.render(this.scene, this.camera);
   }

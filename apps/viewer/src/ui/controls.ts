@@ -285,7 +285,10 @@ export function bindControls(app: App): void {
       : app.roleNow.held ? 'This page holds the tools' : 'Another page holds the tools';
     const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
     byId('banner').hidden = !lost;
-    if (lost) setText('banner', 'The connection is lost. Tools are paused; the page connects again by itself.');
+    if (lost) {
+      setText('banner', app.bodies > 0 ? 'The connection is lost. Tools are paused; the page connects again by itself.'
+        : 'No connection: kerf view has ended, or this is not the whole address that it printed (with its token). The page goes on trying.');
+    }
     for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record', 'young', 'poisson', 'density', 'gravity', 'fix-rim', 'fix-none', 'result-save', 'result-again', 'result-on', 'open-files', 'unit', 'loading-stop']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
     showPlay();
   };

@@ -403,7 +403,7 @@ TEST(Engine, PagesKnowWhatIsFixed) {
   const auto right = [&](const MirroredPage& p) {
     std::vector<std::uint32_t> wanted;
     for (std::uint32_t i = 0; i < p.body.nodes.size(); ++i)
-      if (table.engine.session().is_fixed(NodeId(i))) wanted.push_back(i);
+      if (table.engine.session().is_fixed(NodeId(std::size_t{i}))) wanted.push_back(i);
     return p.fixed == wanted;
   };
   const std::vector<std::uint32_t> rim = table.pages[page].fixed;

@@ -1,5 +1,6 @@
 #include "cutting/cut_body.h"
 #include "kerf/cutting/topology_change.h"
+#include "kerf/embedding/owned_vertices.h"
 
 namespace kerf {
 namespace {
@@ -143,9 +144,10 @@ TEST(TopologyChange, NamesExactlyWhatDiffers) {
         EXPECT_LT(norm(p - b.body.collision.rest[birth.vertex]), 1e-12);
       }
       // Every new visual vertex has an owner among the changed triangles.
-      std::vector<std::uint8_t> owned(b.body.visual.vertex_count(), 0);
-      for (const VisualVertex v : change.owned) owned[v.index()]++;
-      for (std::size_t v = before.visual.vertex_count(); v < b.body.visual.vertex_count(); ++v) EXPECT_EQ(owned[v], 1) << v;
+      std::vector<bool> owned(b.body.visual.vertex_count(), false);
+      for (const CollisionTriangle t : change.triangles)
+        for_each_owned(b.body, t, [&](VisualVertex v, Ownership, CollisionHalfEdge) { owned[v.index()] = true; });
+      for (std::size_t v = before.visual.vertex_count(); v < b.body.visual.vertex_count(); ++v) EXPECT_TRUE(owned[v]) << v;
       // Faces that are not named have the corners they had.
       for (std::size_t f = 0; f < before.visual.face_count(); ++f) {
         if (std::binary_search(change.visual_triangles.begin(), change.visual_triangles.end(), VisualTriangle(f))) continue;

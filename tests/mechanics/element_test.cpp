@@ -150,6 +150,76 @@ TEST(Element, FullMaterialPointsGiveTheFullCell) {
   for (double m : masses) EXPECT_NEAR(m, 1000 * h.x * h.y * h.z / 8, 1e-15);
 }
 
+// Strain displacement matrices at every point, summed up; the incompatible modes condensed with Eigen.
+Eigen::MatrixXd dense_stiffness(ElementFormulation formulation, const Material& material, Vec3 h,
+                                std::span<const MaterialPoint> points) {
+  const double lambda = lame_lambda(material), mu = lame_mu(material);
+  Eigen::Matrix<double, 6, 6> c = Eigen::Matrix<double, 6, 6>::Zero();
+  c.topLeftCorner<3, 3>().setConstant(lambda);
+  c.diagonal() += Eigen::Matrix<double, 6, 1>{2 * mu, 2 * mu, 2 * mu, mu, mu, mu};
+  double volume = 0;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const MaterialPoint& p : points) {
+    volume += p.volume;
+    mean += p.volume * Eigen::Vector3d(p.xi.x, p.xi.y, p.xi.z);
+  }
+  mean /= volume;
+  const int strain[9] = {0, 1, 2, 3, 3, 4, 4, 5, 5}, along[9] = {0, 1, 2, 0, 1, 1, 2, 0, 2};
+  Eigen::Matrix<double, 33, 33> k = Eigen::Matrix<double, 33, 33>::Zero();
+  for (const MaterialPoint& p : points) {
+    Eigen::Matrix<double, 6, 33> b = Eigen::Matrix<double, 6, 33>::Zero();
+    for (int n = 0; n < 8; ++n) {
+      double g[3];
+      for (int a = 0; a < 3; ++a) {
+        const int u = (a + 1) % 3, v = (a + 2) % 3;
+        g[a] = corner_sign(n, a) * (1 + corner_sign(n, u) * p.xi[u]) * (1 + corner_sign(n, v) * p.xi[v]) / (4 * h[a]);
+      }
+      for (int a = 0; a < 3; ++a) {
+        b(a, 3 * n + a) = g[a];
+        b(3 + a, 3 * n + a) = g[(a + 1) % 3];  // xy, yz, zx
+        b(3 + a, 3 * n + (a + 1) % 3) = g[a];
+      }
+    }
+    for (int r = 0; r < 9; ++r) b(strain[r], 24 + r) = p.xi[along[r]] - mean[along[r]];
+    k += p.volume * b.transpose() * c * b;
+  }
+  Eigen::MatrixXd kuu = k.topLeftCorner<24, 24>();
+  if (formulation == ElementFormulation::kIncompatible)
+    kuu -= k.topRightCorner<24, 9>() * k.bottomRightCorner<9, 9>().ldlt().solve(k.bottomLeftCorner<9, 24>());
+  return kuu;
+}
+
+TEST(Element, PartlyFilledMatrixIsThatOfStrainsSummedOverThePoints) {
+  Material material;
+  material.young = 5;
+  material.poisson = 0.4;
+  const Vec3 h{0.7, 1.1, 0.4};
+  Random random(12);
+  for (ElementFormulation formulation : kBoth)
+    for (int round = 0; round < 20; ++round) {
+      std::array<double, 27> volumes;
+      for (double& v : volumes) v = random.uniform(0.001, 0.01);
+      const auto points = material_points_27(volumes);
+      const Eigen::MatrixXd expected = dense_stiffness(formulation, material, h, points);
+      const ElementMatrix k = partly_filled_matrix(formulation, material, h, points, 0);
+      const ElementMatrix full = element_matrix(formulation, material, h);
+      const ElementMatrix with_floor = partly_filled_matrix(formulation, material, h, volumes, full);
+      const double largest = expected.cwiseAbs().maxCoeff();
+      for (int i = 0; i < 24; ++i)
+        for (int j = 0; j < 24; ++j) {
+          const auto at = static_cast<std::size_t>(24 * i + j);
+          EXPECT_NEAR(k[at], expected(i, j), 1e-11 * largest);
+          EXPECT_NEAR(with_floor[at], expected(i, j) + kStiffnessFloor * full[at], 1e-11 * largest);
+        }
+      const auto masses = lumped_masses(1000, volumes);
+      for (int c = 0; c < 8; ++c) {
+        double mass = 0;
+        for (const MaterialPoint& p : points) mass += 1000 * p.volume * shape_functions(p.xi)[static_cast<std::size_t>(c)];
+        EXPECT_NEAR(masses[static_cast<std::size_t>(c)], mass, 1e-12 * mass);
+      }
+    }
+}
+
 // Gauss points of the part of a cell between natural coordinates lo and hi.
 std::vector<MaterialPoint> box_part(Vec3 h, Vec3 lo, Vec3 hi) {
   std::vector<MaterialPoint> points;
@@ -239,6 +309,38 @@ TEST(Element, HalfFilledAlignedStripBendsLikeTheHalf) {
   for (std::size_t i = 0; i < u.size(); ++i) compliance += u[i] * force[i];
   const double beam = std::pow(24, 3) / (3 * 1000 * 4 / 12.0) + 24 / (5.0 / 6 * lame_mu(material) * 4);
   EXPECT_NEAR(compliance / beam, 0.97, 0.03);
+}
+
+TEST(Element, MatrixIsWorkedOutAnewWhereMaterialIsAnother) {
+  Material one, other;
+  other.young = 3 * one.young;
+  const Vec3 h{0.1, 0.2, 0.3};
+  MechanicsModel model = test::make_box({2, 1, 1}, h, one);
+  ASSERT_TRUE(model.add_material(other).ok());
+  std::array<double, 27> volumes[2];
+  Random random(5);
+  for (auto& set : volumes)
+    for (double& v : set) v = random.uniform(1e-6, 1e-5);
+  const std::array<double, 8> masses{1, 1, 1, 1, 1, 1, 1, 1};
+  // Elements come and go, so that they take each other's places in the pool of matrices.
+  for (int round = 0; round < 60; ++round) {
+    const HexId id(static_cast<std::int32_t>(random.next() % 2));
+    MechanicsElement element = model.element(id);
+    if (random.next() % 3 == 0) model.remove_element(id);
+    element.material = static_cast<std::int32_t>(random.next() % 2);
+    const auto& set = volumes[random.next() % 2];
+    if (random.next() % 5 == 0) {
+      const auto index = static_cast<std::int32_t>(random.next() % 2);
+      Material changed = model.materials()[static_cast<std::size_t>(index)];
+      changed.young *= 1.5;
+      ASSERT_TRUE(model.set_material(index, changed).ok());
+    }
+    ASSERT_TRUE(model.set_element(id, element, set, masses).ok());
+    const Material& material = model.materials()[static_cast<std::size_t>(element.material)];
+    const ElementMatrix expected = partly_filled_matrix(model.formulation(), material, h, material_points_27(set));
+    const ElementMatrix stored = model.element_stiffness(id);
+    for (std::size_t i = 0; i < 576; ++i) ASSERT_NEAR(stored[i], expected[i], 1e-11 * expected[0]);
+  }
 }
 
 TEST(Material, RejectsWhatCannotBeSimulated) {

@@ -1,5 +1,7 @@
 #include "kerf/cutting/free_list.h"
 
+#include <algorithm>
+
 #include "kerf/cutting/orient.h"
 
 namespace kerf::cut {
@@ -10,10 +12,19 @@ void divide_free_lists(CutContext& cut, std::array<PoolRun, 2> lists, const Coll
   std::array<PoolRun, 2> result[3];
   for (int s = 0; s < side_count(body); ++s) {
     const PoolRun run = lists[static_cast<std::size_t>(s)];
-    auto& part = cut.scratch.part;
-    for (auto& p : part) p.clear();
-    for (std::int32_t i = 0; i < run.count; ++i) {
-      const VisualVertex v = body.free_pool[PoolIndex(run.first + i)];
+    const auto count = static_cast<std::size_t>(std::max(run.count, 0));
+    for (auto& part : cut.scratch.part)
+      if (part.size() < count) part.resize(count);
+    VisualVertex* const part[3] = {nullptr, cut.scratch.part[1].data(), cut.scratch.part[2].data()};
+    std::size_t parts[3] = {};
+    // What goes into the first stays in place, but for gaps that close; the others follow it.
+    std::int32_t next = run.first;
+    const auto put = [&](VisualVertex v) {
+      const PoolIndex here(next++);
+      if (body.free_pool[here] != v) body.free_pool.set(here, v);
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+      const VisualVertex v = body.free_pool[PoolIndex(static_cast<std::size_t>(run.first) + i)];
       if (!body.visual.free[v]) continue;
       const Vec2 u = mirrored(body.visual.planar[body.visual.outgoing[v]], static_cast<Side>(s));
       int k = 0;
@@ -26,15 +37,16 @@ void divide_free_lists(CutContext& cut, std::array<PoolRun, 2> lists, const Coll
         else
           k = left1 && orient(m, corner[2], u) < 0 ? 1 : 2;
       }
-      part[k].push_back(v);
+      if (k == 0) put(v);
+      else part[k][parts[k]] = v;
+      ++parts[k];
     }
-    std::int32_t next = run.first;
+    std::int32_t first = run.first;
     for (int k = 0; k < n; ++k) {
-      result[k][static_cast<std::size_t>(s)] = {next, static_cast<std::int32_t>(part[k].size()), false};
-      for (const VisualVertex v : part[k]) {
-        const PoolIndex here(next++);
-        if (body.free_pool[here] != v) body.free_pool.set(here, v);
-      }
+      if (k > 0)
+        for (std::size_t i = 0; i < parts[k]; ++i) put(part[k][i]);
+      result[k][static_cast<std::size_t>(s)] = {first, static_cast<std::int32_t>(parts[k]), false};
+      first = next;
     }
   }
   for (int k = 0; k < n; ++k) body.collision.free.set(into[k], result[k]);

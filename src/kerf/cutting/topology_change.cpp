@@ -4,7 +4,6 @@
 
 #include "kerf/base/indexed.h"
 #include "kerf/cutting/half_edge_split.h"
-#include "kerf/embedding/owned_vertices.h"
 
 namespace kerf {
 
@@ -107,9 +106,9 @@ void collect(const CellComplex& body, const Since& since, const CutScratch& scra
   change.first_new_visual_triangle = VisualTriangle(since.size(fine.patch));
   change.first_new_wall = WallId(since.size(body.wall_edge));
   change.births.clear();
-  for (const VertexBirth& birth : scratch.births)
-    if (birth.vertex >= change.first_new_collision_vertex && birth.vertex.index() < mesh.vertex_count())
-      change.births.push_back(birth);
+  auto birth = std::lower_bound(scratch.births.begin(), scratch.births.end(), change.first_new_collision_vertex,
+                                [](const VertexBirth& b, CollisionVertex v) { return b.vertex < v; });
+  for (; birth != scratch.births.end() && birth->vertex.index() < mesh.vertex_count(); ++birth) change.births.push_back(*birth);
 
   change.visual_triangles.clear();
   const auto face = [&](VisualTriangle f) {
@@ -121,15 +120,6 @@ void collect(const CellComplex& body, const Since& since, const CutScratch& scra
   since.for_each(fine.texture, half_edge);
   since.for_each(fine.patch, face);
   std::sort(change.visual_triangles.begin(), change.visual_triangles.end());
-
-  change.owned.clear();
-  change.owner.clear();
-  for (const CollisionTriangle t : change.triangles)
-    for_each_owned(body, t, [&](VisualVertex v, Ownership, CollisionHalfEdge) {
-      if (!first_time(change.seen_visual, v.index())) return;
-      change.owned.push_back(v);
-      change.owner.push_back(t);
-    });
 }
 
 }  // namespace

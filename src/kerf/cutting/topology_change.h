@@ -22,18 +22,14 @@ struct TopologyChange {
   WallId first_new_wall;
   /// Visual triangles that are not new but whose corners, texture or patch changed; rising, no repeats.
   std::vector<VisualTriangle> visual_triangles;
-  /// Visual vertices that belong to one of `triangles` (as free, chain, bound, line or wall vertex), new ones included,
-  /// with that triangle; each once. Their place in the cells must be looked up again.
-  std::vector<VisualVertex> owned;
-  std::vector<CollisionTriangle> owner;            ///< of `owned`, one each
 
   // Memory kept between calls: rounds in which an element was last seen.
-  std::vector<std::uint32_t> seen_triangle, seen_visual_triangle, seen_visual;
+  std::vector<std::uint32_t> seen_triangle, seen_visual_triangle;
   std::uint32_t round = 0;
 };
 
 /// Fills `change` with what happened since `since`. Reuses its memory. Births come from the scratch that the cuts were
-/// made with. Cost: proportional to the log and to what the changed triangles own.
+/// made with. Cost: proportional to the log.
 void collect_topology_change(const CellComplex& body, const JournalMark& since, const CutScratch& scratch,
                              TopologyChange& change);
 

@@ -82,21 +82,22 @@ class Embedder {
     const std::span<const Piece> pieces = hex_.pieces_of(t);
     for (const Piece& p : pieces)
       if (p.side == 0) s_.hex_stamp[hex_.host[p.copy].index()] = s_.serial;
-    for_each_owned(body_, t, [&](VisualVertex v, Ownership how, CollisionHalfEdge h) {
-      const HexId current = e_.visual[v];
-      if (current.valid() && s_.hex_stamp[current.index()] == s_.serial) return;  // still one of ours
-      const Vec3 q = to_lattice_(body_.visual.rest[v]);
-      HexId copy = in_own_cell(pieces, q);
-      if (!copy.valid()) copy = search(t, how, h, q, current);
-      if (copy == current) return;
-      e_.visual.set(v, copy);
-      moved_.push_back(v);
+    // Nearly all vertices keep their copy: those inside the triangle, the most by far, are passed over in one loop.
+    for (const PoolRun& run : body_.collision.free[t]) {
+      if (!run.exists()) continue;
+      const std::span<const VisualVertex> inside =
+          body_.free_pool.slice(static_cast<std::size_t>(run.first), static_cast<std::size_t>(run.count));
+      for (const VisualVertex v : inside)
+        if (!is_ours(e_.visual[v]) && body_.visual.free[v] != 0) place(t, pieces, v, Ownership::kFree, CollisionMesh::corner(t, 0));
+    }
+    for_each_on_edges(body_, t, [&](VisualVertex v, Ownership how, CollisionHalfEdge h) {
+      if (!is_ours(e_.visual[v])) place(t, pieces, v, how, h);
     });
     for (int i = 0; i < 3; ++i) {
       const CollisionHalfEdge h = CollisionMesh::corner(t, i);
       const CollisionVertex v = body_.collision.origin[h];
       const HexId current = e_.collision[v];
-      if (current.valid() && s_.hex_stamp[current.index()] == s_.serial) continue;
+      if (is_ours(current)) continue;
       const Vec3 rest = body_.collision.rest[v], q = to_lattice_(rest);
       const HexId copy = search(t, Ownership::kCorner, h, q, current);
       if (copy == current) continue;
@@ -106,26 +107,46 @@ class Embedder {
   }
 
  private:
+  /// Is a copy one of those of the triangle looked at?
+  [[nodiscard]] bool is_ours(HexId copy) const { return copy.valid() && s_.hex_stamp[copy.index()] == s_.serial; }
+
+  void place(CollisionTriangle t, std::span<const Piece> pieces, VisualVertex v, Ownership how, CollisionHalfEdge h) {
+    const HexId current = e_.visual[v];
+    const Vec3 q = to_lattice_(body_.visual.rest[v]);
+    HexId copy = in_own_cell(pieces, q);
+    if (!copy.valid()) copy = search(t, how, h, q, current);
+    if (copy == current) return;
+    e_.visual.set(v, copy);
+    moved_.push_back(v);
+  }
+
   /// The copy of t's material in the very cell of the point; none if t has none there.
-  [[nodiscard]] HexId in_own_cell(std::span<const Piece> pieces, Vec3 q) const {
+  [[nodiscard]] HexId in_own_cell(std::span<const Piece> pieces, Vec3 q) {
     LatticeIndex c;
     for (int a = 0; a < 3; ++a)
       c[static_cast<std::size_t>(a)] =
           std::clamp(static_cast<int>(std::floor(q[a])), 0, to_lattice_.last[static_cast<std::size_t>(a)]);
     const CellId cell = hex_.frame.cell_id(c);
+    // Vertices come in neighbourhoods: mostly it is the piece of the one before.
+    if (last_ < pieces.size() && pieces[last_].cell == cell && pieces[last_].side == 0) return beside(q, c) ? HexId{} : hex_.host[pieces[last_].copy];
     std::size_t i = 0;
     if (pieces.size() > 16)
       i = static_cast<std::size_t>(std::lower_bound(pieces.begin(), pieces.end(), cell,
                                                     [](const Piece& p, CellId id) { return p.cell < id; }) - pieces.begin());
     for (; i < pieces.size(); ++i)
       if (pieces[i].cell == cell && right_side(hex_, pieces[i], q)) {
-        for (int a = 0; a < 3; ++a) {  // clamped: beside the lattice
-          const double x = q[a] - c[static_cast<std::size_t>(a)];
-          if (x < -kInside || x > 1 + kInside) return {};
-        }
-        return hex_.host[pieces[i].copy];
+        last_ = i;
+        return beside(q, c) ? HexId{} : hex_.host[pieces[i].copy];
       }
     return {};
+  }
+  /// Clamped: is the point beside the lattice?
+  static bool beside(Vec3 q, LatticeIndex c) {
+    for (int a = 0; a < 3; ++a) {
+      const double x = q[a] - c[static_cast<std::size_t>(a)];
+      if (x < -kInside || x > 1 + kInside) return true;
+    }
+    return false;
   }
 
   /// Over all triangles that own the vertex.
@@ -149,6 +170,7 @@ class Embedder {
   EmbeddingScratch& s_;
   std::vector<VisualVertex>& moved_;
   ToLattice to_lattice_;
+  std::size_t last_ = 0;  ///< piece that the last vertex was in
 };
 
 /// Derivatives of the position by the local coordinates.

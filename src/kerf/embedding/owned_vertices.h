@@ -13,18 +13,10 @@ enum class Ownership {
   kWall,    ///< inside the wall of a cut edge
 };
 
-/// Calls f(vertex, ownership, half-edge) for all visual vertices of triangle t (table in cell_complex.h): free ones of both
-/// sides, chains of its edges, bound vertices and lines of its corners, walls of its border edges. The half-edge is the
-/// edge, or the corner's outgoing half-edge in t. Shared vertices are reported through every triangle they belong to.
+/// for_each_owned without free vertices.
 template <class Fn>
-void for_each_owned(const CellComplex& body, CollisionTriangle t, Fn&& f) {
+void for_each_on_edges(const CellComplex& body, CollisionTriangle t, Fn&& f) {
   const CollisionMesh& mesh = body.collision;
-  const CollisionHalfEdge first = CollisionMesh::corner(t, 0);
-  for (const PoolRun& run : mesh.free[t])
-    for (std::int32_t i = 0; i < run.count; ++i) {
-      const VisualVertex v = body.free_pool[PoolIndex(run.first + i)];
-      if (body.visual.free[v] != 0) f(v, Ownership::kFree, first);  // others moved to a chain meanwhile
-    }
   for (int i = 0; i < 3; ++i) {
     const CollisionHalfEdge h = CollisionMesh::corner(t, i);
     for (const PoolRun& run : mesh.chain[h])
@@ -39,6 +31,21 @@ void for_each_owned(const CellComplex& body, CollisionTriangle t, Fn&& f) {
       for (std::int32_t k = 0; k < run.count; ++k) f(body.wall_pool[PoolIndex(run.first + k)], Ownership::kWall, h);
     }
   }
+}
+
+/// Calls f(vertex, ownership, half-edge) for all visual vertices of triangle t (table in cell_complex.h): free ones of both
+/// sides, chains of its edges, bound vertices and lines of its corners, walls of its border edges. The half-edge is the
+/// edge, or the corner's outgoing half-edge in t. Shared vertices are reported through every triangle they belong to.
+template <class Fn>
+void for_each_owned(const CellComplex& body, CollisionTriangle t, Fn&& f) {
+  const CollisionMesh& mesh = body.collision;
+  const CollisionHalfEdge first = CollisionMesh::corner(t, 0);
+  for (const PoolRun& run : mesh.free[t])
+    for (std::int32_t i = 0; i < run.count; ++i) {
+      const VisualVertex v = body.free_pool[PoolIndex(run.first + i)];
+      if (body.visual.free[v] != 0) f(v, Ownership::kFree, first);  // others moved to a chain meanwhile
+    }
+  for_each_on_edges(body, t, f);
 }
 
 }  // namespace kerf

@@ -19,6 +19,7 @@ MechanicsModel::MechanicsModel(Vec3 cell_size, const Mat3& axes, ElementFormulat
 Result<std::int32_t> MechanicsModel::add_material(const Material& material) {
   KERF_TRY(kerf::validate(material));
   materials_.push_back(material);
+  full_matrix_.push_back(element_matrix(formulation_, material, cell_size_));
   stale_ = true;
   return static_cast<std::int32_t>(materials_.size() - 1);
 }
@@ -29,6 +30,9 @@ Status MechanicsModel::set_material(std::int32_t index, const Material& material
   KERF_TRY(kerf::validate(material));
   const Material before = materials_[index];
   materials_[index] = material;
+  full_matrix_[index] = element_matrix(formulation_, material, cell_size_);
+  for (OwnMaterial& own : own_material_)
+    if (own.material == index) own.material = -1;
   if (before.density != material.density)
     for (std::size_t e = 0; e < elements_.size(); ++e)
       if (alive_[e] && elements_[e].material == index) {
@@ -112,13 +116,17 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element) {
   return {};
 }
 
+Status MechanicsModel::check_masses(HexId id, const std::array<double, 8>& masses) const {
+  for (double m : masses)
+    if (!std::isfinite(m))
+      return bad_input(fmt::format("element {}: a corner's mass is not finite; check the density and its material points", id.value + 1));
+  return {};
+}
+
 Status MechanicsModel::set_element(HexId id, const MechanicsElement& element,
                                    const std::array<double, 8>& masses) {
   KERF_TRY(check_element(id, element));
-  for (double m : masses)
-    if (!std::isfinite(m))
-      return bad_input(
-          fmt::format("element {}: a corner's mass is not finite; check the density", id.value + 1));
+  KERF_TRY(check_masses(id, masses));
   release_own(id);
   store_element(id, element, masses);
   return {};
@@ -128,36 +136,65 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element,
                                    std::span<const MaterialPoint> points) {
   KERF_TRY(check_element(id, element));
   const Material& material = materials_[element.material];
-  return set_element(id, element, partly_filled_matrix(formulation_, material, cell_size_, points),
+  return set_element(id, element,
+                     partly_filled_matrix(formulation_, material, cell_size_, points),
                      lumped_masses(material.density, points));
 }
 
 Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
                                    const std::array<double, 8>& masses) {
   KERF_TRY(check_element(id, element));
-  for (double m : masses)
-    if (!std::isfinite(m))
-      return bad_input(
-          fmt::format("element {}: a corner's mass is not finite; check its material points", id.value + 1));
+  KERF_TRY(check_masses(id, masses));
+  return store_own(id, element, matrix, masses);
+}
+
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, const std::array<double, 27>& volumes,
+                                   const std::array<double, 8>& masses) {
+  KERF_TRY(check_element(id, element));
+  KERF_TRY(check_masses(id, masses));
+  std::int32_t slot = id.index() < own_slot_.size() ? own_slot_[id.index()] : -1;
+  if (slot < 0 && !own_empty_.empty()) slot = own_empty_.back();  // the one that it will take
+  if (slot >= 0 && own_material_[slot].material == element.material && own_material_[slot].volumes == volumes) {
+    store_element(id, element, masses);
+    take_own(id);
+    return {};
+  }
+  const Material& material = materials_[element.material];
+  KERF_TRY(store_own(id, element,
+                     partly_filled_matrix(formulation_, material, cell_size_, volumes, full_matrix_[element.material]),
+                     masses));
+  own_material_[own_slot_[id.index()]] = {volumes, element.material};
+  return {};
+}
+
+/// The element's slot, a new one if it had none; what is in it may be of another element.
+std::int32_t MechanicsModel::take_own(HexId id) {
+  std::int32_t slot = own_slot_[id.index()];
+  if (slot >= 0) return slot;
+  if (own_empty_.empty()) {
+    slot = static_cast<std::int32_t>(own_element_.size());
+    own_element_.resize(own_element_.size() + kLanes, -1);
+    own_material_.resize(own_element_.size());
+    own_matrices_.resize(own_matrices_.size() + kPacked * kLanes, 0.0);
+    for (int lane = kLanes - 1; lane > 0; --lane) own_empty_.push_back(slot + lane);
+  } else {
+    slot = own_empty_.back();
+    own_empty_.pop_back();
+  }
+  own_slot_[id.index()] = slot;
+  own_element_[slot] = id.value;
+  return slot;
+}
+
+Status MechanicsModel::store_own(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
+                                 const std::array<double, 8>& masses) {
   for (double k : matrix)
     if (!std::isfinite(k))
       return bad_input(
           fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
   store_element(id, element, masses);
-  std::int32_t slot = own_slot_[id.index()];
-  if (slot < 0) {
-    if (own_empty_.empty()) {
-      slot = static_cast<std::int32_t>(own_element_.size());
-      own_element_.resize(own_element_.size() + kLanes, -1);
-      own_matrices_.resize(own_matrices_.size() + kPacked * kLanes, 0.0);
-      for (int lane = kLanes - 1; lane > 0; --lane) own_empty_.push_back(slot + lane);
-    } else {
-      slot = own_empty_.back();
-      own_empty_.pop_back();
-    }
-    own_slot_[id.index()] = slot;
-    own_element_[slot] = id.value;
-  }
+  const std::int32_t slot = take_own(id);
+  own_material_[slot].material = -1;
   double* out = own_matrices_.data() + kPacked * kLanes * (slot / kLanes) + slot % kLanes;
   for (int i = 0; i < 24; ++i)
     for (int j = i; j < 24; ++j, out += kLanes) *out = 0.5 * (matrix[24 * i + j] + matrix[24 * j + i]);
@@ -206,7 +243,7 @@ ElementMatrix MechanicsModel::element_stiffness(HexId id) const {
   const MechanicsElement& e = elements_[id.index()];
   ElementMatrix k;
   if (own_slot_[id.index()] < 0) {
-    k = element_matrix(formulation_, materials_[e.material], cell_size_);
+    k = full_matrix_[e.material];
   } else {
     const std::int32_t slot = own_slot_[id.index()];
     const double* in = own_block(slot / kLanes) + slot % kLanes;
@@ -365,8 +402,7 @@ void MechanicsModel::refresh() {
   const std::size_t n = node_count();
 
   s.shared.clear();
-  for (const Material& m : materials_)
-    s.shared.push_back(walsh_hadamard(element_matrix(formulation_, m, cell_size_)));
+  for (const ElementMatrix& full : full_matrix_) s.shared.push_back(walsh_hadamard(full));
 
   s.batches.clear();
   for (std::int32_t material = 0; material < static_cast<std::int32_t>(materials_.size()); ++material) {

@@ -96,6 +96,10 @@ class MechanicsModel {
   /// The same with matrix (N/m, symmetric) and corner masses (kg, >= 0) given.
   Status set_element(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
                      const std::array<double, 8>& masses);
+  /// The same with material at material_points_27 (m^3 each) and corner masses (kg, >= 0). The matrix is worked out only if the
+  /// element's material is another than it was.
+  Status set_element(HexId id, const MechanicsElement& element, const std::array<double, 27>& volumes,
+                     const std::array<double, 8>& masses);
   void remove_element(HexId id);
   /// Drops the elements and nodes from these counts on (undo); no element left may use a dropped node.
   Status truncate(std::size_t nodes, std::size_t elements);
@@ -190,6 +194,9 @@ class MechanicsModel {
   Status check_element(HexId id, const MechanicsElement& element) const;
   void store_element(HexId id, MechanicsElement element, std::array<double, 8> masses);
   void release_own(HexId id);
+  std::int32_t take_own(HexId id);
+  Status check_masses(HexId id, const std::array<double, 8>& masses) const;
+  Status store_own(HexId id, const MechanicsElement& element, const ElementMatrix& matrix, const std::array<double, 8>& masses);
   [[nodiscard]] double spring_cap(std::int32_t material, double young_scale) const;
 
   Vec3 cell_size_;
@@ -210,6 +217,13 @@ class MechanicsModel {
   std::vector<double> own_matrices_;       // [slot / 4][300][4]
   std::vector<std::int32_t> own_element_;  // per slot, -1: empty
   std::vector<std::int32_t> own_empty_;    // empty slots, the last is used next
+  /// What the matrix in a slot was worked out from; it outlives the element.
+  struct OwnMaterial {
+    std::array<double, 27> volumes;
+    std::int32_t material = -1;  ///< -1: from something else
+  };
+  std::vector<OwnMaterial> own_material_;   // per slot
+  std::vector<ElementMatrix> full_matrix_;  // per material
 
   std::vector<RowSpring> springs_;
   std::vector<double> spring_caps_;

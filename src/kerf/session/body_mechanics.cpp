@@ -86,17 +86,15 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
   const std::array<double, 27>& weights = hex.weights[id];
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
   const double scale = sum > 0 ? m.volume / sum : 0;
-  std::array<MaterialPoint, 27> points;
-  for (std::size_t i = 0; i < 27; ++i) points[i] = {quadrature_points()[i], scale * weights[i]};
-  const ElementMatrix matrix =
-      partly_filled_matrix(model.formulation(), material, hex.frame.cell, points);
-  std::array<double, 8> masses = lumped_masses(material.density, points);
+  std::array<double, 27> volumes;
+  for (std::size_t i = 0; i < 27; ++i) volumes[i] = scale * weights[i];
+  std::array<double, 8> masses = lumped_masses(material.density, volumes);
   const double own = std::accumulate(masses.begin(), masses.end(), 0.0);
   const double wanted = material.density * m.mass_volume;
   for (double& mass : masses) mass = own > 0 ? std::max(mass, 0.0) : wanted / 8;
   const double kept = std::accumulate(masses.begin(), masses.end(), 0.0);
   for (double& mass : masses) mass *= kept > 0 ? wanted / kept : 0;
-  return model.set_element(id, element, matrix, masses);
+  return model.set_element(id, element, volumes, masses);
 }
 
 Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change, MechanicsModel& model,

@@ -268,7 +268,8 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
     state.model.remove_element(id);
   };
   for (std::size_t i = copies.size; i < state.model.element_count(); ++i) remove(HexId(i));
-  for (const HexId id : touched) remove(id);
+  // Backwards, so that each finds its matrix again when they are set in order.
+  for (std::size_t i = touched.size(); i-- > 0;) remove(touched[i]);
   state.model.clear_springs();
   journal_rollback(body, mark);
   contact_follows(topology_change.triangles);

@@ -18,6 +18,7 @@ using namespace testing_support;
 struct Bench {
   CellComplex body;
   std::vector<Vec3> position;
+  FaceBoxes boxes;
   CutScratch scratch;
   CutOptions options;
   BladeStroke stroke;
@@ -34,12 +35,16 @@ struct Bench {
   }
   void place() {
     position.clear();
+    boxes.forget();
     for (const Vec3& p : body.collision.rest.raw()) position.push_back(deform(p));
   }
   SweepTarget target() {
-    return SweepTarget{body, position, scratch, options,
+    return SweepTarget{body, position, boxes, scratch, options,
                        [this] { JournalMark m; journal_mark(body, m); return m; },
-                       [this](const JournalMark& m) { journal_rollback(body, m); }};
+                       [this](const JournalMark& m) {
+                         journal_rollback(body, m);
+                         boxes.forget();
+                       }};
   }
   SweepReport move(Vec3 base, Vec3 tip) {
     SweepTarget t = target();

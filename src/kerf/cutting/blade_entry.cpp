@@ -29,30 +29,9 @@ class EntrySearch {
   std::vector<BladeEntry> run() const {
     const BladeEdge &from = move_.from, &to = move_.to;
     std::vector<BladeEntry> entries;
-    Box3 box;
-    // The strip is nearly flat: most faces that its box meets lie on one side of it.
-    const Vec3 flat = cross(from.tip + to.tip - from.base - to.base, to.base + to.tip - from.base - from.tip);
-    const Vec3 normal = norm(flat) > 0 ? normalized(flat) : Vec3{};
-    double least = HUGE_VAL, most = -HUGE_VAL;
-    for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) {
-      box.add(p);
-      least = std::min(least, dot(normal, p));
-      most = std::max(most, dot(normal, p));
-    }
-    const double margin = kMargin * (norm(box.min) + norm(box.max));
-    least -= margin;
-    most += margin;
-    for (std::size_t i = 0; i < mesh().face_count(); ++i) {
-      const F face(i);
+    for_each_near({from.base, from.tip, to.base, to.tip}, [&](F face) {
       const H h0 = CollisionMesh::corner(face, 0);
-      const V v[3] = {mesh().from(h0), mesh().to(h0), mesh().apex(h0)};
-      const Vec3 p[3] = {at(v[0]), at(v[1]), at(v[2])};
-      if (std::max({p[0].x, p[1].x, p[2].x}) < box.min.x || std::min({p[0].x, p[1].x, p[2].x}) > box.max.x ||
-          std::max({p[0].y, p[1].y, p[2].y}) < box.min.y || std::min({p[0].y, p[1].y, p[2].y}) > box.max.y ||
-          std::max({p[0].z, p[1].z, p[2].z}) < box.min.z || std::min({p[0].z, p[1].z, p[2].z}) > box.max.z)
-        continue;
-      const double side[3] = {dot(normal, p[0]), dot(normal, p[1]), dot(normal, p[2])};
-      if (std::max({side[0], side[1], side[2]}) < least || std::min({side[0], side[1], side[2]}) > most) continue;
+      const Vec3 p[3] = {at(mesh().from(h0)), at(mesh().to(h0)), at(mesh().apex(h0))};
       // An end of the edge, or the edge as it stood at first, goes through the face: a stab.
       const std::pair<Vec3, Vec3> tracks[3] = {{from.tip, to.tip}, {from.base, to.base}, {from.base, from.tip}};
       for (int k = 0; k < 3; ++k) {
@@ -68,7 +47,7 @@ class EntrySearch {
         const H h = CollisionMesh::corner(face, k);
         if (mesh().is_border(h) || h < mesh().twin[h]) meet_edge(h, from, to, entries);
       }
-    }
+    });
     // Layers met at the same moment but for rounding: the one nearer to the base is the first.
     std::stable_sort(entries.begin(), entries.end(), [](const BladeEntry& a, const BladeEntry& b) {
       const auto ta = std::llround(a.time * kMoments), tb = std::llround(b.time * kMoments);
@@ -81,6 +60,36 @@ class EntrySearch {
  private:
   const CollisionMesh& mesh() const { return move_.complex.collision; }
   Vec3 at(V v) const { return move_.position[v.index()]; }
+
+  /// Calls fn(face) for the faces near a strip, base and tip of its first edge, then of its last, by rising number.
+  template <class Fn>
+  void for_each_near(const std::array<Vec3, 4>& strip, Fn&& fn) const {
+    Box3 box;
+    // The strip is nearly flat: most faces that its box meets lie on one side of it.
+    const Vec3 flat = cross(strip[1] + strip[3] - strip[0] - strip[2], strip[2] + strip[3] - strip[0] - strip[1]);
+    const Vec3 normal = norm(flat) > 0 ? normalized(flat) : Vec3{};
+    double least = HUGE_VAL, most = -HUGE_VAL;
+    for (const Vec3 p : strip) {
+      box.add(p);
+      least = std::min(least, dot(normal, p));
+      most = std::max(most, dot(normal, p));
+    }
+    const double margin = kMargin * (norm(box.min) + norm(box.max));
+    box.min -= Vec3{margin, margin, margin};
+    box.max += Vec3{margin, margin, margin};
+    const auto meets = [&](const Box3& b) {
+      if (!boxes_meet(b, box)) return false;
+      const double middle = 0.5 * dot(normal, b.min + b.max);
+      const Vec3 size = b.max - b.min;
+      const double reach = 0.5 * (std::abs(normal.x) * size.x + std::abs(normal.y) * size.y + std::abs(normal.z) * size.z) + margin;
+      return middle + reach >= least && middle - reach <= most;
+    };
+    move_.boxes.for_each(meets, [&](F face) {
+      Box3 of_face;
+      for (int k = 0; k < 3; ++k) of_face.add(at(mesh().from(CollisionMesh::corner(face, k))));
+      if (meets(of_face)) fn(face);
+    });
+  }
 
   /// Where an edge of the mesh goes through the strip that the blade sweeps, and the track begins there: at a border whose face lies ahead,
   /// or along the blade; at an inner edge with both its faces ahead.
@@ -144,8 +153,10 @@ class EntrySearch {
     const Vec3 back = (kMissed * move_.complex.mean_root_edge / norm(motion)) * motion;
     std::vector<BladeEntry> ridges;
     const BladeEdge behind{move_.from.base - back, move_.from.tip - back};
-    for (std::size_t i = 0; i < mesh().half_edge_count(); ++i)
-      if (const H h(i); h < mesh().twin[h]) meet_edge(h, behind, move_.from, ridges);
+    for_each_near({behind.base, behind.tip, move_.from.base, move_.from.tip}, [&](F face) {
+      for (int k = 0; k < 3; ++k)
+        if (const H h = CollisionMesh::corner(face, k); h < mesh().twin[h]) meet_edge(h, behind, move_.from, ridges);
+    });
     entries.insert(entries.begin(), ridges.begin(), ridges.end());
   }
 

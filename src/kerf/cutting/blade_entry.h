@@ -25,6 +25,7 @@ struct BladeEntry {
 struct BladeMove {
   const CellComplex& complex;
   std::span<const Vec3> position;  ///< of collision vertices, deformed, metres
+  const FaceBoxes& boxes;          ///< there, up to date
   const BladeEdge &from, &to;
   bool through = false;   ///< as in BladeStroke
   bool standing = false;  ///< as in BladeStroke
@@ -32,7 +33,7 @@ struct BladeMove {
   std::span<const Vec3> ends;               ///< where they were at the last pose
 };
 
-/// Everything the blade runs into during a move, first things first.
+/// Everything the blade runs into during a move, first things first. Cost: what its strip comes near.
 std::vector<BladeEntry> find_blade_entries(const BladeMove& move);
 
 }  // namespace kerf

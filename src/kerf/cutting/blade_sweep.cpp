@@ -22,6 +22,8 @@ constexpr double kBack = 0.7;           // cosine: a blade that goes so straight
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
 constexpr double kSlack = 2;            // minimum features behind the blade's last pose that still count as swept
+constexpr double kOffPlane = 1e-6;      // mean edges: a point so near to a face's plane lies in it
+constexpr double kRounding = 1e-8;      // of coordinates, of mean edges
 constexpr double kSameTrack = 0.5;      // of the minimum feature: nearer hits are the layer that a front already cuts
 
 /// Where the cut has got to in one layer.
@@ -46,8 +48,10 @@ class Sweep {
     // Entries are looked for before anything moves: afterwards the fronts' own tracks would be met again.
     std::vector<BladeEntry> entries;
     const bool all_back = std::all_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V tip) { return goes_back(tip); });
-    if (stroke_.through || all_back)
-      entries = find_blade_entries({target_.complex, target_.position, stroke_.edge, to, stroke_.through, stroke_.standing, stroke_.fronts, ends_});
+    if (stroke_.through || all_back) {
+      target_.boxes.refresh(mesh(), target_.position);
+      entries = find_blade_entries({target_.complex, target_.position, target_.boxes, stroke_.edge, to, stroke_.through, stroke_.standing, stroke_.fronts, ends_});
+    }
     stroke_.standing = false;
 
     const std::size_t old_fronts = stroke_.fronts.size();
@@ -326,19 +330,23 @@ class Sweep {
     H found;
     double found_progress = 0, found_f = 0;
     const V tip_origin = mesh().ancestor[tip];
-    for (std::size_t i = 0; i < mesh().half_edge_count(); ++i) {
-      const H h(i);
-      if (!mesh().is_border(h)) continue;
-      const V va = mesh().from(h), vb = mesh().to(h);
-      if (mesh().ancestor[va] == tip_origin || mesh().ancestor[vb] == tip_origin) continue;
-      const auto hit = cross_border(h, plane);
-      if (!hit) continue;
-      if (hit->progress < start - 1e-9 * target_.complex.mean_root_edge || hit->progress > 0) continue;
-      if (found.valid() && hit->progress >= found_progress) continue;
-      found = h;
-      found_progress = hit->progress;
-      found_f = hit->fraction;
-    }
+    const Box3 region = region_ahead(plane, start);
+    target_.boxes.refresh(mesh(), target_.position);
+    target_.boxes.for_each([&](const Box3& box) { return boxes_meet(box, region); }, [&](F face) {
+      for (int k = 0; k < 3; ++k) {
+        const H h = CollisionMesh::corner(face, k);
+        if (!mesh().is_border(h)) continue;
+        const V va = mesh().from(h), vb = mesh().to(h);
+        if (mesh().ancestor[va] == tip_origin || mesh().ancestor[vb] == tip_origin) continue;
+        const auto hit = cross_border(h, plane);
+        if (!hit) continue;
+        if (hit->progress < start - 1e-9 * target_.complex.mean_root_edge || hit->progress > 0) continue;
+        if (found.valid() && hit->progress >= found_progress) continue;
+        found = h;
+        found_progress = hit->progress;
+        found_f = hit->fraction;
+      }
+    });
     if (!found.valid()) return std::nullopt;
     FacePoint point;
     point.face = mesh().face(found);
@@ -350,6 +358,21 @@ class Sweep {
     if (std::find(entered_.begin(), entered_.end(), *start_vertex) != entered_.end()) return std::nullopt;  // no circles
     entered_.push_back(*start_vertex);
     return start_vertex;
+  }
+
+  /// Around all that the blade has passed between a progress and where it goes, along its whole length.
+  Box3 region_ahead(const TrackPlane& plane, double start) const {
+    const Vec3 base = to_.base - stroke_.edge.base, tip = to_.tip - stroke_.edge.tip;
+    // By so much it has moved along itself: what passed a point was elsewhere on the blade then.
+    const double slid = std::max(std::abs(dot(base, plane.along)), std::abs(dot(tip, plane.along))) / plane.along_squared + kRounding;
+    const double margin = kRounding * target_.complex.mean_root_edge;
+    Box3 box;
+    for (const double depth : {-slid, 1 + slid})
+      for (const double progress : {start - margin, margin}) box.add(plane.origin + depth * plane.along + progress * plane.motion);
+    const double wide = kRounding * (norm(box.min) + norm(box.max)) + margin;
+    box.min -= Vec3{wide, wide, wide};
+    box.max += Vec3{wide, wide, wide};
+    return box;
   }
 
   struct BorderHit { double fraction, progress; };
@@ -373,12 +396,18 @@ class Sweep {
   }
 
   /// An entry was found before other fronts cut; find its place on the mesh as it is now.
-  std::optional<FacePoint> relocate(const BladeEntry& e) const {
+  std::optional<FacePoint> relocate(const BladeEntry& e) {
     const auto w = weights_in(e.point.face, e.position);
     if (w) return FacePoint{e.point.face, *w};
-    for (std::size_t i = 0; i < mesh().face_count(); ++i)
-      if (const auto other = weights_in(F(i), e.position)) return FacePoint{F(i), *other};
-    return std::nullopt;
+    const double near = 2 * kOffPlane * target_.complex.mean_root_edge + kRounding * norm(e.position);
+    const Box3 region{e.position - Vec3{near, near, near}, e.position + Vec3{near, near, near}};
+    target_.boxes.refresh(mesh(), target_.position);
+    std::optional<FacePoint> found;
+    target_.boxes.for_each([&](const Box3& box) { return !found && boxes_meet(box, region); }, [&](F face) {
+      if (found) return;
+      if (const auto other = weights_in(face, e.position)) found = FacePoint{face, *other};
+    });
+    return found;
   }
 
   /// Barycentric coordinates of a point that lies in (the plane of) a face; none if it lies outside.
@@ -388,7 +417,7 @@ class Sweep {
     const Vec3 n = cross(b - a, c - a);
     const double n2 = dot(n, n);
     if (!(n2 > 0)) return std::nullopt;
-    if (std::abs(dot(n, x - a)) > 1e-6 * std::sqrt(n2) * target_.complex.mean_root_edge) return std::nullopt;
+    if (std::abs(dot(n, x - a)) > kOffPlane * std::sqrt(n2) * target_.complex.mean_root_edge) return std::nullopt;
     const double wa = dot(cross(b - x, c - x), n) / n2, wb = dot(cross(c - x, a - x), n) / n2, wc = 1 - wa - wb;
     if (wa < -1e-9 || wb < -1e-9 || wc < -1e-9) return std::nullopt;
     return std::array<double, 3>{std::max(wa, 0.0), std::max(wb, 0.0), std::max(wc, 0.0)};
@@ -446,12 +475,16 @@ class Sweep {
   }
 
   // Around every step: a mark to return to if it is refused.
-  void begin_step() { journal_mark(target_.complex, step_mark_); }
+  void begin_step() {
+    journal_mark(target_.complex, step_mark_);
+    origin_mark_ = target_.complex.collision.origin.mark();
+  }
   void refuse() {
     journal_rollback(target_.complex, step_mark_);
     ++report_.refused;
   }
   void end_step() {
+    mesh().origin.for_each_changed(origin_mark_, [&](H h) { target_.boxes.mark(CollisionMesh::face(h)); });
     for (std::size_t i = target_.position.size(); i < mesh().vertex_count(); ++i)
       target_.position.push_back(place(V(i)));
   }
@@ -484,6 +517,7 @@ class Sweep {
   std::vector<V> entered_;
   std::vector<V> joined_;  // where a path has run into a border: it fell apart
   JournalMark step_mark_;
+  Journaled<H, V>::Mark origin_mark_;
 };
 
 double turn(const BladeEdge& a, const BladeEdge& b) {

@@ -15,6 +15,7 @@
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
 #include "kerf/cutting/cut_path.h"
+#include "kerf/cutting/face_boxes.h"
 
 namespace kerf {
 
@@ -52,6 +53,7 @@ struct SweepReport {
 struct SweepTarget {
   CellComplex& complex;
   std::vector<Vec3>& position;
+  FaceBoxes& boxes;  ///< at `position`; the sweep marks what it cuts, the caller what `rollback` and others change
   CutScratch& scratch;
   const CutOptions& options;
   /// Brings all that follows the complex (hexahedra, embeddings) up to date and marks the journal there.

@@ -150,7 +150,10 @@ struct Session::Impl {
   std::vector<std::uint8_t> carried;
   std::vector<Vec3> collision_positions;
   bool collision_positions_valid = false;
-  std::vector<Vec3> sweep_positions;
+  std::vector<Vec3> sweep_positions;  ///< where a blade meets the collision vertices
+  FaceBoxes sweep_boxes;              ///< there
+  bool sweep_at_rest = false;         ///< those are positions at rest
+  std::size_t sweep_known = 0;        ///< and so many of them still hold
   std::vector<Vec3> shown;  ///< of shown_nodes()
   std::vector<TipGlue> glue;
   BodyCounts counted;  ///< of topology version counted_at
@@ -269,6 +272,15 @@ struct Session::Impl {
   void contact_follows(std::span<const CollisionTriangle> changed);
 
   const std::vector<Vec3>& deformed_collision();
+  /// Fills sweep_positions. At rest only with what is new, else with everything.
+  void place_for_sweep(SceneFrame frame);
+  void forget_places() {
+    sweep_known = 0;
+    sweep_boxes.forget();
+  }
+  /// The complex has changed since `since` (a mark, before it is rolled back to, or a step): what was kept of it for sweeps goes.
+  template <class Since>
+  void sweep_follows(const Since& since, std::size_t vertices, std::size_t faces);
   /// Node positions with their offsets; until nodes or offsets change.
   std::span<const Vec3> shown_nodes();
   void positions_changed() { collision_positions_valid = false; }

@@ -65,9 +65,11 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
     state.redo = std::move(redo);
     return cancelled;
   };
-  sweep_positions = frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : deformed_collision();
+  forget_places();
+  place_for_sweep(frame);
   begin_pose();
   auto cut = cut_punch(state.body.complex, sweep_positions, punch, cut_options, cut_scratch);
+  forget_places();
   if (!cut) {
     KERF_TRY(give_up());
     return cut.error();

@@ -75,6 +75,7 @@ void Session::Impl::forget_ids() {
   topology_change = {};
   remembered.clear();
   skin_stale = true;
+  forget_places();
   contact.surface_stale = true;
   state.touching = {};
   watched.everything = watching;

@@ -85,11 +85,13 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     state.strokes.back().kind = StrokeRecord::Kind::kShave;
   }
   Body& body = state.body;
-  sweep_positions = frame == SceneFrame::kRest ? body.complex.collision.rest.raw() : deformed_collision();
+  forget_places();
+  place_for_sweep(frame);
   const std::size_t vertices = body.complex.collision.vertex_count();
   begin_pose();
   ShavePass pass;
   kerf::shave(body.complex, sweep_positions, shaver, {smoothing, depth}, cut_options, cut_scratch, pass);
+  forget_places();
   ShaveReport report;
   report.edges = pass.edges;
   report.moved_back = pass.moved_back;

@@ -50,6 +50,17 @@ void append_changed(Body& body, const JournalStep& step, const Journaled<Id, T>&
   for (std::size_t i = s.base_size; i < array.size(); ++i) to.push_back(Id(i));
 }
 
+/// Calls fn(id) for every item of an array that existed at a mark and was written to since, repeats included.
+template <class Id, class T, class Fn>
+void for_each_written(Body& body, const JournalMark& since, const Journaled<Id, T>& array, Fn&& fn) {
+  array.for_each_changed(mark_of(body, since, array), fn);
+}
+/// The same for a step that has just been undone or redone.
+template <class Id, class T, class Fn>
+void for_each_written(Body& body, const JournalStep& step, const Journaled<Id, T>& array, Fn&& fn) {
+  for (const std::uint32_t i : step.arrays[number_of(body, &array)].indices) fn(Id(static_cast<std::size_t>(i)));
+}
+
 /// Everything that taking the body back to `since`, or a step that was undone or redone, changes; `change` holds what it
 /// changes of the complex.
 template <class Since>
@@ -76,6 +87,32 @@ const std::vector<Vec3>& Session::Impl::deformed_collision() {
     collision_positions_valid = true;
   }
   return collision_positions;
+}
+
+void Session::Impl::place_for_sweep(SceneFrame frame) {
+  const bool at_rest = frame == SceneFrame::kRest;
+  if (!at_rest || !sweep_at_rest) forget_places();
+  sweep_at_rest = at_rest;
+  if (!at_rest) {
+    sweep_positions = deformed_collision();
+    return;
+  }
+  const std::vector<Vec3>& rest = state.body.complex.collision.rest.raw();
+  sweep_known = std::min(sweep_known, rest.size());
+  sweep_positions.resize(sweep_known);
+  sweep_positions.insert(sweep_positions.end(), rest.begin() + static_cast<std::ptrdiff_t>(sweep_known), rest.end());
+  sweep_known = rest.size();
+}
+
+template <class Since>
+void Session::Impl::sweep_follows(const Since& since, std::size_t vertices, std::size_t faces) {
+  const CollisionMesh& mesh = state.body.complex.collision;
+  bool moved_at_rest = false;
+  for_each_written(state.body, since, mesh.rest, [&](CollisionVertex) { moved_at_rest = true; });
+  if (moved_at_rest) return forget_places();
+  for_each_written(state.body, since, mesh.origin, [&](CollisionHalfEdge h) { sweep_boxes.mark(CollisionMesh::face(h)); });
+  sweep_known = std::min(sweep_known, vertices);
+  sweep_boxes.shrink(faces);
 }
 
 std::span<const Vec3> Session::Impl::shown_nodes() {
@@ -138,10 +175,10 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   StrokeRecord& record = state.strokes.back();
   Status trouble;
   // The blade meets the body as it is now, or as it was before anything moved.
-  sweep_positions = stroke.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : deformed_collision();
+  place_for_sweep(stroke.frame);
   CutTimes following;
   begin_pose();
-  SweepTarget target{state.body.complex, sweep_positions, cut_scratch, cut_options,
+  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options,
                      [&] {
                        if (trouble) trouble = follow_complex(following);
                        mark_synced();
@@ -179,6 +216,8 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   collect_topology_change(body.complex, state.synced, cut_scratch, topology_change);
   if (topology_change.triangles.empty() && remembered.empty()) return {};
   contact_follows(topology_change.triangles);
+  sweep_follows(state.synced, sweep_known, body.complex.collision.face_count());
+  for (const CollisionTriangle f : topology_change.triangles) sweep_boxes.mark(f);  // new ones lie where they lie at rest from now on
   lattice_change.clear();
   adapt_lattice(body.complex.collision, body.hex, topology_change.triangles, lattice_scratch, lattice_change);
   moved.clear();
@@ -237,6 +276,8 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   Body& body = state.body;
   const auto nodes = mark_of(body, mark, body.hex.corner);
   const auto copies = mark_of(body, mark, body.hex.cell);
+  const CollisionMesh& mesh = body.complex.collision;
+  sweep_follows(mark, mark_of(body, mark, mesh.rest).size, mark_of(body, mark, mesh.root).size);
   if (moved_ever()) {
     remember_rollback(surface_state(), mark, surface);
     std::erase_if(surface.nodes, [&](const NodeMotion& n) { return n.node.index() >= nodes.size; });
@@ -381,6 +422,9 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
     if (back) journal_undo(state.body, step.topology);
     else journal_redo(state.body, step.topology);
     keep_grasps_on(ancestors);
+    const CollisionMesh& mesh = state.body.complex.collision;
+    sweep_follows(step.topology, step.topology.arrays[number_of(state.body, &mesh.rest)].base_size,
+                  step.topology.arrays[number_of(state.body, &mesh.root)].base_size);
     BodyAccount other = account();
     set_account(std::move(step.account));
     step.account = std::move(other);

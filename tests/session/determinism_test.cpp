@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kerf/base/parallel.h"
+#include "kerf/base/random.h"
 #include "kerf/session/recording.h"
 #include "kerf/session/scene_file.h"
 #include "kerf/session/session.h"
@@ -184,6 +185,58 @@ TEST(Determinism, ASnapshotGoesOnAsTheSessionDid) {
     EXPECT_EQ(session->hash(), end) << "from step " << middle;
     session->restore(kept);
   }
+}
+
+TEST(Determinism, WhatIsKeptBetweenStrokesIsWhatWouldBeFoundAnew) {
+  // One session keeps boxes, positions and pieces from stroke to stroke, the other is set back to its own snapshot all the time.
+  Scene scene;
+  scene.name = scene.body.model = "closed-sheet";
+  scene.body.options.visual_triangles = 3000;
+  scene.body.options.collision_triangles = 392;
+  auto one = Session::create(scene), other = Session::create(scene);
+  ASSERT_TRUE(one.ok()) << one.error().message;
+  ASSERT_TRUE(other.ok());
+  Box3 box;
+  for (const Vec3 p : one->body().complex.collision.rest.raw()) box.add(p);
+  const Vec3 size = box.size(), up{0, 0, 1};
+  Random random(8);
+  int travelled = 0;
+  for (int i = 0; i < 60; ++i) {
+    const SceneFrame frame = random.next() % 4 == 0 ? SceneFrame::kWorld : SceneFrame::kRest;
+    const bool through = random.next() % 2 == 0;
+    const std::uint64_t what = random.next() % 6;
+    const Vec3 from = box.center() + Vec3{size.x * random.uniform(-0.6, 0.6), size.y * random.uniform(-0.6, 0.6), 0};
+    const Vec3 step{size.x * random.uniform(-0.06, 0.06), size.y * random.uniform(-0.06, 0.06), 0};
+    for (Session* session : {&*one, &*other}) {
+      const auto again = [&] {
+        if (session == &*other) session->restore(session->snapshot());
+      };
+      again();
+      if (what == 0 && session->undo_depth() > 0) {
+        ASSERT_TRUE(session->undo().ok());
+        ++travelled;
+      } else if (what == 1 && session->redo_depth() > 0) {
+        ASSERT_TRUE(session->redo().ok());
+        ++travelled;
+      } else {
+        ASSERT_TRUE(session->begin_stroke(frame, through).ok());
+        for (int k = 0; k <= 10; ++k) {
+          const Vec3 p = from + k * step;
+          ASSERT_TRUE(session->move_blade(p + up, p - up).ok());
+          if (k % 3 == 1) again();
+        }
+        ASSERT_TRUE(session->end_stroke().ok());
+      }
+    }
+    ASSERT_EQ(one->hash(), other->hash()) << "after " << i;
+    ASSERT_EQ(one->strokes().size(), other->strokes().size());
+    if (!one->strokes().empty()) {
+      ASSERT_EQ(one->strokes().back().after.pieces, other->strokes().back().after.pieces);
+    }
+  }
+  EXPECT_GT(travelled, 6);
+  EXPECT_GT(one->counts().pieces, 1);
+  EXPECT_TRUE(one->validate().ok());
 }
 
 }  // namespace

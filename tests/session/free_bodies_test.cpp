@@ -86,7 +86,9 @@ TEST(FreeBodies, HitOffCentreTheyKeepLinearAndAngularMomentum) {
       }
       EXPECT_GT(pressed, 3);
       EXPECT_LT(linear, 1e-11);
-      EXPECT_LT(angular, 0.012);  // what rotations of elements that are frozen in a step leave
+      // What rotations of elements that are frozen in a step leave. With friction in long steps the course depends on the last bits: with
+      // stiffnesses 1e-15 to 1e-10 apart it was 0.006 to 0.015.
+      EXPECT_LT(angular, friction > 0 && dt > 0.002 ? 0.03 : 6e-3);
       EXPECT_LT(kinetic, 1 + 1e-9);
     }
 }

@@ -175,14 +175,15 @@ class ScaleBench {
     table.title = "Number of cuts in one body";
     table.columns = {"cuts so far", "visual triangles", "collision triangles", "hexahedra", "pieces", "refused steps", "triangles in a cut",
                      "cut per triangle, median (us)", "99th percentile (us)", "whole cut, median (ms)", "99th percentile (ms)",
-                     "begin and end a stroke (ms)", "invariants"};
+                     "begin and end a stroke (ms)", "undo of the last (ms)", "memory (MB)", "invariants"};
     const std::size_t visual = options_.quick ? 50'000 : 500'000;
     auto session = bench_session({"closed-sheet", visual, offered_collision(options_.quick ? 2000 : 20'000), 40});
     if (!session) return session.error();
     const double length = 3 * session->body().complex.mean_root_edge;
     table.note = fmt::format(
         "Straight cuts of {:.0f} mm at random, from within to within, all of them staying; times are of the cuts since the row before. What "
-        "earlier cuts left behind is cut again, so pieces get smaller and more numerous.",
+        "earlier cuts left behind is cut again, so pieces get smaller and more numerous, and a cut enters more triangles. Memory: the largest of the "
+        "process so far.",
         1e3 * length);
     const int most = options_.quick ? 100 : 10'000;
     int so_far = 0, refused = 0;
@@ -192,6 +193,10 @@ class ScaleBench {
       if (!timings) return timings.error();
       so_far = next;
       refused += timings->refused;
+      const double start = thread_seconds();
+      KERF_TRY(session->undo());
+      const double undone = thread_seconds() - start;
+      KERF_TRY(session->redo());
       const BodyCounts c = session->counts();
       const Status valid = session->validate();
       KERF_TRY(progress_(fmt::format("cuts: {}", so_far), static_cast<double>(so_far) / most));
@@ -199,7 +204,7 @@ class ScaleBench {
                             static_cast<double>(c.hexahedra), static_cast<double>(c.pieces), static_cast<double>(refused), timings->triangles,
                             kMicro * timings->per_triangle.median(), kMicro * timings->per_triangle.quantile(0.99),
                             kMilli * timings->whole.median(), kMilli * timings->whole.quantile(0.99), kMilli * timings->begin_and_end.median(),
-                            valid ? "hold" : valid.error().message});
+                            kMilli * undone, std::round(peak_memory() / 1e6), valid ? "hold" : valid.error().message});
     }
     add_plot(table, "cuts-time", 0, {7, 8}, "us per triangle");
     run_.tables.push_back(std::move(table));

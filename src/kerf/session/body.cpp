@@ -51,7 +51,9 @@ std::uint64_t body_hash(const Body& body) {
   return hash.value();
 }
 
-BodyCounts count_body(const Body& body) {
+BodyCounts count_body(const Body& body) { return count_body(body, collision_pieces(body.complex).count); }
+
+BodyCounts count_body(const Body& body, int pieces) {
   BodyCounts c;
   c.visual_vertices = body.complex.visual.vertex_count();
   c.visual_triangles = body.complex.visual.face_count();
@@ -59,7 +61,7 @@ BodyCounts count_body(const Body& body) {
   c.collision_triangles = body.complex.collision.face_count();
   c.nodes = count_active_nodes(body.hex);
   c.hexahedra = count_alive(body.hex);
-  c.pieces = collision_pieces(body.complex).count;
+  c.pieces = pieces;
   return c;
 }
 

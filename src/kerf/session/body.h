@@ -35,6 +35,8 @@ struct BodyCounts {
 };
 
 BodyCounts count_body(const Body& body);
+/// The same where the number of pieces is known.
+BodyCounts count_body(const Body& body, int pieces);
 
 /// Hash of all arrays: two bodies with the same hash hold the same bits.
 std::uint64_t body_hash(const Body& body);

@@ -240,6 +240,7 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
   impl_->skin_stale = true;
   impl_->springs_stale = true;
   impl_->forget_places();
+  impl_->piece_labels.forget();
   impl_->contact.surface_stale = true;
   impl_->watched.everything = impl_->watching;
   impl_->state.topology_version = version + 1;  // whoever watches must look again

@@ -9,6 +9,7 @@
 
 #include "kerf/base/journal.h"
 #include "kerf/cutting/blade_sweep.h"
+#include "kerf/cutting/piece_labels.h"
 #include "kerf/cutting/topology_change.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/embedding/skin.h"
@@ -278,6 +279,8 @@ struct Session::Impl {
     sweep_known = 0;
     sweep_boxes.forget();
   }
+  PieceLabels piece_labels;                             ///< at topology version counted_at
+  std::vector<CollisionTriangle> pieces_changed;  ///< since then
   /// The complex has changed since `since` (a mark, before it is rolled back to, or a step): what was kept of it for sweeps goes.
   template <class Since>
   void sweep_follows(const Since& since, std::size_t vertices, std::size_t faces);

@@ -76,6 +76,7 @@ void Session::Impl::forget_ids() {
   remembered.clear();
   skin_stale = true;
   forget_places();
+  piece_labels.forget();
   contact.surface_stale = true;
   state.touching = {};
   watched.everything = watching;

@@ -146,7 +146,8 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
 
 const BodyCounts& Session::Impl::counts() {
   if (counted_at != state.topology_version) {
-    counted = count_body(state.body);
+    counted = count_body(state.body, piece_labels.count(state.body.complex.collision, pieces_changed));
+    pieces_changed.clear();
     counted_at = state.topology_version;
   }
   return counted;
@@ -217,6 +218,7 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   if (topology_change.triangles.empty() && remembered.empty()) return {};
   contact_follows(topology_change.triangles);
   sweep_follows(state.synced, sweep_known, body.complex.collision.face_count());
+  pieces_changed.insert(pieces_changed.end(), topology_change.triangles.begin(), topology_change.triangles.end());
   for (const CollisionTriangle f : topology_change.triangles) sweep_boxes.mark(f);  // new ones lie where they lie at rest from now on
   lattice_change.clear();
   adapt_lattice(body.complex.collision, body.hex, topology_change.triangles, lattice_scratch, lattice_change);
@@ -278,6 +280,8 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   const auto copies = mark_of(body, mark, body.hex.cell);
   const CollisionMesh& mesh = body.complex.collision;
   sweep_follows(mark, mark_of(body, mark, mesh.rest).size, mark_of(body, mark, mesh.root).size);
+  append_changed(body, mark, mesh.root, pieces_changed);
+  for_each_written(body, mark, mesh.twin, [&](CollisionHalfEdge h) { pieces_changed.push_back(CollisionMesh::face(h)); });
   if (moved_ever()) {
     remember_rollback(surface_state(), mark, surface);
     std::erase_if(surface.nodes, [&](const NodeMotion& n) { return n.node.index() >= nodes.size; });
@@ -423,6 +427,7 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
     else journal_redo(state.body, step.topology);
     keep_grasps_on(ancestors);
     const CollisionMesh& mesh = state.body.complex.collision;
+    piece_labels.forget();  // they may have grown together
     sweep_follows(step.topology, step.topology.arrays[number_of(state.body, &mesh.rest)].base_size,
                   step.topology.arrays[number_of(state.body, &mesh.root)].base_size);
     BodyAccount other = account();

@@ -428,8 +428,7 @@ struct Solver {
       --two_level_steps;
       second = true;
     }
-    // Later passes change few rows: the coarse space of the first one still preconditions them. Where it carries momentum it has to be exact.
-    if (second && (first || lean || !report.two_level)) add_second_level();
+    if (second) add_second_level();
     double rr = norm_start * norm_start, rz_old = 0, alpha = 0;
     const bool coarse_start = first && lean && report.two_level;
     if (coarse_start) {

@@ -1,6 +1,7 @@
 #include "kerf/session/body_mechanics.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "kerf/embedding/embedding.h"
@@ -176,6 +177,27 @@ Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsMod
   KERF_TRY(sync_change(hex, materials, {}, model, state, no_fade, unused));
   for (std::size_t i = 0; i < hex.hex_count(); ++i) KERF_TRY(sync_hex(hex, materials, HexId(i), model));
   return {};
+}
+
+double deformation_rate(const HexMesh& hex, std::span<const Vec3> velocities, double least) {
+  Box3 range;
+  for (const Vec3 v : velocities) range.add(v);
+  const Vec3 cell = hex.frame.cell;
+  // Along each axis the rate is a mean of differences between two nodes over the edge, and no difference is longer than this.
+  if (velocities.empty() || std::sqrt(3.0) * norm(range.size()) < least * std::min({cell.x, cell.y, cell.z})) return 0;
+  double most = 0;
+  for (const HexId h : ids<HexId>(hex.hex_count())) {
+    if (!hex.alive(h)) continue;
+    Vec3 mode[3];
+    for (int c = 0; c < 8; ++c) {
+      const Vec3 v = velocities[hex.nodes[h][static_cast<std::size_t>(c)].index()];
+      for (int a = 0; a < 3; ++a) mode[a] += static_cast<double>(corner_sign(c, a)) * v;
+    }
+    double square = 0;
+    for (int a = 0; a < 3; ++a) square += dot(mode[a], mode[a]) / (16 * cell[a] * cell[a]);
+    most = std::max(most, square);
+  }
+  return std::sqrt(most);
 }
 
 void calm_light_nodes(const HexMesh& hex, std::span<const double> masses, double dt, MechanicsState& state) {

@@ -48,6 +48,10 @@ void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<s
 /// first node_count and hex_count entries; new nodes have no offsets.
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state);
 
+/// How fast the body turns and deforms where it does so most: the greatest Frobenius norm of the rate of the deformation gradient in
+/// a living copy, 1/s. Cost: every node, and every copy where nodes are fast enough against each other for `least` (1/s) to be reached.
+double deformation_rate(const HexMesh& hex, std::span<const Vec3> velocities, double least);
+
 /// A cut can leave slivers that weigh next to nothing. What a loose solve leaves undone there is a tiny force and a huge
 /// velocity, which the next step takes for real. After a step: nodes under kLightNode of the mean mass are slowed
 /// down to kLightSpeed times the fastest of the others, and a hundredth of a cell a step; their positions with them.

@@ -38,6 +38,10 @@ void add_part(const StepReport& part, StepReport& sum, bool first) {
   sum.seconds_total += before.seconds_total;
 }
 
+/// Change of the deformation gradient in one part of a step at most (1: a turn of 0.7 radians), and parts at most. Rotations are frozen in a
+/// part; what turns farther, such as a scrap that spins in a long step, would be fed with energy until it explodes.
+constexpr double kTurn = 1, kTurnParts = 16;
+
 }  // namespace
 
 int Session::Impl::parts_of_self_contact(double h) const {
@@ -90,10 +94,11 @@ Result<StepReport> Session::Impl::advance_mechanics() {
   const double dt = step_options.dt;
   detection_seconds = 0;
   KERF_TRY(fresh_springs());
-  const int equal = contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact)
-                     : 1;
+  int equal = contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact) : 1;
+  const double turn = dt * deformation_rate(state.body.hex, state.mechanics.velocities, kTurn / dt);
+  equal = std::max(equal, static_cast<int>(std::ceil(std::min(turn / kTurn, kTurnParts))));
   parts = equal;
-  if (contact.on) {
+  if (contact.on || equal > 1) {
     before_step = state.mechanics;
     touched_before = state.touching;
   }
@@ -103,7 +108,7 @@ Result<StepReport> Session::Impl::advance_mechanics() {
     move_grasps(i + 1 == equal ? state.time + dt : state.time + (i + 1) * h, h);
     auto part = advance_part(state.time + i * h, h, true);
     if (!part) {
-      if (contact.on) {
+      if (contact.on || equal > 1) {
         state.mechanics = before_step;
         state.touching = touched_before;
       }

@@ -142,6 +142,7 @@ TEST(ToolThrows, ThoseThatOnceGotThroughDoNot) {
   ASSERT_TRUE(made.ok()) << made.error().message;
   Mat mat(0.0167, false, std::move(*made));
   for (const int i : {15, 55, 65, 69, 100}) throw_ball(mat, 90210, i);
+  throw_ball(mat, 271828, 14);
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ Result<SceneFolders> unpack_meshes(const SceneSource& source, const std::filesys
     if (!mesh.content) continue;
     // The ending says which format it is; nothing else of the name leads anywhere.
     const std::filesystem::path ending = std::filesystem::path(mesh.written).extension();
-    const std::string name = fmt::format("mesh{}{}", number++, plain_file_name("x" + ending.string()) ? ending.string() : "");
+    const std::string name = fmt::format("mesh{}{}", number++, plain_file_name(fmt::format("x{}", ending.string())) ? ending.string() : "");
     KERF_TRY(replace_file((folder / name).string(), *mesh.content));
     folders.instead[mesh.written] = folder / name;
   }

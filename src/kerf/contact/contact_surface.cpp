@@ -1,9 +1,9 @@
 #include "kerf/contact/contact_surface.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
+#include "kerf/base/hash.h"
 #include "kerf/contact/rest_neighbours.h"
 
 namespace kerf {
@@ -92,14 +92,12 @@ void count_cut_edges(ContactSurface& s, F f, int change) {
 
 /// Different for different bodies: what detection remembers of one is never taken for another.
 std::uint32_t fingerprint(const CollisionMesh& mesh) {
-  std::uint64_t h = mesh.face_count();
-  const auto add = [&h](std::uint64_t x) { h = (h ^ x) * 0x9e3779b97f4a7c15ull, h ^= h >> 32; };
-  for (const Vec3 p : mesh.rest.raw())
-    for (const double x : {p.x, p.y, p.z}) add(std::bit_cast<std::uint64_t>(x));
-  for (const Vec3 p : mesh.offset.raw()) add(std::bit_cast<std::uint64_t>(p.x + p.y + p.z));
-  for (const V v : mesh.origin.raw()) add(static_cast<std::uint32_t>(v.value));
-  for (const H twin : mesh.twin.raw()) add(static_cast<std::uint32_t>(twin.value));
-  return static_cast<std::uint32_t>(h);
+  Hash hash;
+  hash.add(mesh.rest.raw());
+  hash.add(mesh.offset.raw());
+  hash.add(mesh.origin.raw());
+  hash.add(mesh.twin.raw());
+  return static_cast<std::uint32_t>(hash.value() ^ hash.value() >> 32);
 }
 
 void resize(ContactSurface& s, std::size_t vertices, std::size_t faces) {

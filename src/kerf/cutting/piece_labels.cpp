@@ -1,8 +1,8 @@
 #include "kerf/cutting/piece_labels.h"
 
 #include <algorithm>
+#include <utility>
 
-#include "kerf/base/indexed.h"
 #include "kerf/cutting/pieces.h"
 
 namespace kerf {
@@ -60,27 +60,11 @@ bool PieceLabels::is_settled(std::int32_t cluster) {
 }
 
 std::int32_t PieceLabels::count_all(const CollisionMesh& mesh) {
-  label_.assign(mesh.face_count(), -1);
+  Pieces all = collision_pieces(mesh);
+  label_ = std::move(all.of_face);
   reached_.assign(mesh.face_count(), -1);
-  pieces_ = next_label_ = 0;
-  std::vector<F> stack;
-  for (const F seed : ids<F>(mesh.face_count())) {
-    if (label_[seed.index()] >= 0) continue;
-    const std::int32_t piece = next_label_++;
-    label_[seed.index()] = piece;
-    stack.assign(1, seed);
-    while (!stack.empty()) {
-      const F f = stack.back();
-      stack.pop_back();
-      for (int i = 0; i < 3; ++i) {
-        const CollisionHalfEdge twin = mesh.twin[CollisionMesh::corner(f, i)];
-        if (!twin.valid() || label_[CollisionMesh::face(twin).index()] >= 0) continue;
-        label_[CollisionMesh::face(twin).index()] = piece;
-        stack.push_back(CollisionMesh::face(twin));
-      }
-    }
-  }
-  return pieces_ = next_label_;
+  pieces_ = next_label_ = all.count;
+  return pieces_;
 }
 
 std::int32_t PieceLabels::count(const CollisionMesh& mesh, std::span<const CollisionTriangle> changed) {

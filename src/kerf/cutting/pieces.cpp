@@ -30,7 +30,8 @@ Pieces label(const M& mesh) {
 
 }  // namespace
 
-Pieces collision_pieces(const CellComplex& body) { return label(body.collision); }
+Pieces collision_pieces(const CellComplex& body) { return collision_pieces(body.collision); }
+Pieces collision_pieces(const CollisionMesh& mesh) { return label(mesh); }
 Pieces visual_pieces(const CellComplex& body) { return label(body.visual); }
 
 }  // namespace kerf

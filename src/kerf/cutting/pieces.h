@@ -15,6 +15,7 @@ struct Pieces {
 
 /// Pieces of the collision mesh, joined across edges. Cost: linear.
 Pieces collision_pieces(const CellComplex& body);
+Pieces collision_pieces(const CollisionMesh& mesh);
 /// Pieces of the visual mesh. A closed body whose sides have no common rim (a shell) counts its two walls apart.
 Pieces visual_pieces(const CellComplex& body);
 

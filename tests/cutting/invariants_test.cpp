@@ -22,6 +22,10 @@ TEST(ValidateComplex, SeesEveryKindOfDamage) {
   };
   const Damage damages[] = {
       {"twin", [](CellComplex& b) { b.visual.twin.set(VH(7), VH{}); }},
+      {"twins parted", [](CellComplex& b) {
+         b.visual.twin.set(b.visual.twin[VH(7)], VH{});
+         b.visual.twin.set(VH(7), VH{});
+       }},
       {"origin", [](CellComplex& b) { b.visual.origin.set(VH(7), b.visual.origin[VisualMesh::next(VH(7))]); }},
       {"planar moved at one corner", [](CellComplex& b) { b.visual.planar.set(VH(11), b.visual.planar[VH(11)] + Vec2{1e-15, 0}); }},
       {"3D point moved", [](CellComplex& b) { b.visual.rest.set(VisualVertex(90), b.visual.rest[VisualVertex(90)] + Vec3{0, 0, 1e-2}); }},

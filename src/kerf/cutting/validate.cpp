@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,51 +43,53 @@ Status check_topology(const M& mesh, const char* name, Plane&& plane) {
   using V = typename M::V;
   const std::size_t nh = mesh.half_edge_count();
   if (mesh.twin.size() != nh || mesh.planar.size() != nh || nh % 3 != 0) return broken("{}: array sizes differ", name);
-  std::vector<std::uint64_t> edges(nh);
-  std::vector<std::int32_t> degree(mesh.vertex_count(), 0);
+  std::vector<std::int32_t> first(mesh.vertex_count() + 1, 0);  // of every vertex, among the half-edges sorted by where they start
   for (const H h : ids<H>(nh)) {
     const V a = mesh.from(h), b = mesh.to(h);
     if (!mesh.outgoing.contains(a)) return broken("{}: half-edge {} starts nowhere", name, h.value);
     if (a == b) return broken("{}: face {} repeats vertex {}", name, M::face(h).value, a.value);
-    ++degree[a.index()];
+    ++first[a.index() + 1];
     if (const H t = mesh.twin[h]; t.valid()) {
       if (mesh.twin[t] != h) return broken("{}: twin of the twin of half-edge {} is another", name, h.value);
       if (mesh.from(t) != b || mesh.to(t) != a) return broken("{}: half-edge {} and its twin join other vertices", name, h.value);
     }
-    edges[h.index()] = (static_cast<std::uint64_t>(a.value) << 32) | static_cast<std::uint32_t>(b.value);
     if (!std::isfinite(mesh.planar[h].x) || !std::isfinite(mesh.planar[h].y))
       return broken("{}: half-edge {} has no finite planar position", name, h.value);
   }
-  std::sort(edges.begin(), edges.end());
-  if (const auto it = std::adjacent_find(edges.begin(), edges.end()); it != edges.end())
-    return broken("{}: two half-edges {} -> {}", name, *it >> 32, *it & 0xffffffffu);
-  for (const H h : ids<H>(nh)) {  // a simplicial complex: one edge between two vertices
-    if (mesh.twin[h].valid()) continue;
-    const std::uint64_t back = (static_cast<std::uint64_t>(mesh.to(h).value) << 32) | static_cast<std::uint32_t>(mesh.from(h).value);
-    if (std::binary_search(edges.begin(), edges.end(), back))
-      return broken("{}: two edges join vertices {} and {}", name, mesh.from(h).value, mesh.to(h).value);
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<H> leaving(nh);
+  {
+    std::vector<std::int32_t> next(first.begin(), first.end() - 1);
+    for (const H h : ids<H>(nh)) leaving[static_cast<std::size_t>(next[mesh.from(h).index()]++)] = h;
   }
+  std::vector<std::int32_t> reached(mesh.vertex_count(), -1);  // the last vertex with an edge to it, of those looked at
   for (const V v : ids<V>(mesh.vertex_count())) {
-    if (degree[v.index()] == 0) return broken("{}: vertex {} belongs to no face", name, v.value);
+    const std::span<const H> star(leaving.data() + first[v.index()], static_cast<std::size_t>(first[v.index() + 1] - first[v.index()]));
+    for (const H h : star) {
+      std::int32_t& by = reached[mesh.to(h).index()];
+      if (by == v.value) return broken("{}: two half-edges {} -> {}", name, v.value, mesh.to(h).value);
+      by = v.value;
+    }
+    for (const H h : star) {  // a simplicial complex: one edge between two vertices
+      const H in = M::prev(h);
+      if (!mesh.twin[in].valid() && reached[mesh.from(in).index()] == v.value)
+        return broken("{}: two edges join vertices {} and {}", name, mesh.from(in).value, v.value);
+    }
+    if (star.empty()) return broken("{}: vertex {} belongs to no face", name, v.value);
     if (mesh.from(mesh.outgoing[v]) != v) return broken("{}: outgoing half-edge of vertex {} starts elsewhere", name, v.value);
-    std::int32_t count = 0;
+    std::size_t count = 0;
     bool one_name = true;
     for_each_corner(mesh, v, [&](H h) {
       ++count;
       one_name = one_name && mesh.from(h) == v;
-      return count <= degree[v.index()];
+      return count <= star.size();
     });
-    if (!one_name || count != degree[v.index()]) return broken("{}: vertex {} has more than one fan", name, v.value);
+    if (!one_name || count != star.size()) return broken("{}: vertex {} has more than one fan", name, v.value);
     // Same bits at all corners in one plane.
-    bool same = true;
-    for_each_corner(mesh, v, [&](H h) {
-      for_each_corner(mesh, v, [&](H k) {
-        if (k < h && plane(M::face(h)) == plane(M::face(k)) && !(mesh.planar[h] == mesh.planar[k])) same = false;
-        return same;
-      });
-      return same;
-    });
-    if (!same) return broken("{}: vertex {} has two positions in one plane", name, v.value);
+    for (std::size_t i = 1; i < star.size(); ++i)
+      for (std::size_t k = 0; k < i; ++k)
+        if (plane(M::face(star[i])) == plane(M::face(star[k])) && !(mesh.planar[star[i]] == mesh.planar[star[k]]))
+          return broken("{}: vertex {} has two positions in one plane", name, v.value);
   }
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const H h = M::corner(typename M::F(f), 0);

@@ -34,7 +34,7 @@ void run(benchmark::State& state, const TriangleMesh& input) {
     if (!checked.ok()) return state.SkipWithError(checked.error().message.c_str());
     auto made = make_automatic_body(mesh, 0, {});
     if (!made.ok()) return state.SkipWithError(made.error().message.c_str());
-    if (!made->bound) return state.SkipWithError(not_thin_message(made->midsurface).c_str());
+    if (!made->bound) return state.SkipWithError((made->refused ? made->refused->message : not_thin_message(made->midsurface)).c_str());
     body = std::move(*made);
   }
   const MidsurfaceSeconds& s = body.midsurface.seconds;

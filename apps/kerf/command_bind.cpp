@@ -53,8 +53,10 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
     if (options.diagnose.has_parent_path()) KERF_TRY(make_folder(options.diagnose.parent_path()));
     KERF_TRY(write_diagnosis(options.diagnose.string(), made->diagnosis));
   }
+  // One that does not bind is saved too, so that it can be looked at and mended.
+  if (made && !made->collision.triangles.empty() && !options.write_collision.empty())
+    KERF_TRY(save_collision(options.write_collision, made->collision));
   if (!loaded.ok()) return loaded;
-  if (made && !options.write_collision.empty()) KERF_TRY(save_collision(options.write_collision, made->collision));
   if (options.out.has_parent_path()) KERF_TRY(make_folder(options.out.parent_path()));
   KERF_TRY(save_bound_body(loaded->bound, options.out, nature_of(options, *loaded)));
   return loaded;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -69,6 +70,35 @@ TEST_F(ProgramTest, BadInputIsStatusTwo) {
   EXPECT_EQ(bad.status, 2);
   EXPECT_THAT(bad.text,
               HasSubstr("bad.toml:4: unknown key \"yuong\" in [material]; did you mean \"young\"?"));
+}
+
+// A strip wound through itself: there is a collision mesh, but it does not bind.
+TEST_F(ProgramTest, WhatDoesNotBindIsSavedToBeLookedAt) {
+  std::ofstream strip(in("strip.obj"));
+  const int n = 120;
+  for (int i = 0; i <= n; ++i)
+    for (int k = 0; k < 4; ++k) {
+      const double a = 7.7 * i / n, r = 0.05 + (k == 1 || k == 2 ? 0.006 : 0) + 0.0005 * i / n;
+      strip << "v " << r * std::cos(a) << ' ' << r * std::sin(a) << ' ' << (k < 2 ? 0 : 0.05) << '\n';
+    }
+  const auto quad = [&](int a, int b, int c, int d) {
+    strip << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << "\nf " << a + 1 << ' ' << c + 1 << ' ' << d + 1 << '\n';
+  };
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < 4; ++k) quad(4 * i + k, 4 * i + (k + 1) % 4, 4 * i + 4 + (k + 1) % 4, 4 * i + 4 + k);
+  quad(3, 2, 1, 0);
+  quad(4 * n, 4 * n + 1, 4 * n + 2, 4 * n + 3);
+  strip.close();
+  const Outcome bind = kerf("bind " + in("strip.obj") + " --out " + in("strip.kerf") + " --write-collision " + in("deep/made.obj") +
+                            " --diagnose " + in("deep/judged.ply"));
+  EXPECT_NE(bind.status, 0) << bind.text;
+  EXPECT_THAT(bind.text, HasSubstr("passes through itself"));
+  EXPECT_FALSE(std::filesystem::exists(in("strip.kerf")));
+  EXPECT_TRUE(std::filesystem::exists(in("deep/judged.ply")));
+  EXPECT_THAT(bind.text, HasSubstr("does not bind"));
+  EXPECT_THAT(bind.text, HasSubstr(", at ("));
+  EXPECT_TRUE(std::filesystem::exists(in("deep/made.obj")));
+  EXPECT_EQ(kerf("info " + in("deep/made.obj")).status, 0);
 }
 
 TEST_F(ProgramTest, ScenesAreFoundFromAnyFolder) {

@@ -286,6 +286,25 @@ TEST(SelfIntersections, AgreeWithBruteForce) {
   EXPECT_EQ(find_self_intersections(two).pairs, expected);
 }
 
+// Two even grids that cross: every edge of one meets the other at its edges and diagonals only.
+TEST(SelfIntersections, GridsThatMeetAtTheirEdges) {
+  TriangleMesh grids;
+  const auto add = [&](const std::function<Vec3(double, double)>& at) {
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const std::array<Vec3, 4> corner = {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)};
+        const auto first = static_cast<std::int32_t>(grids.positions.size());
+        for (const Vec3 p : corner) grids.positions.push_back(p);
+        grids.triangles.push_back({VertexId(first), VertexId(first + 1), VertexId(first + 2)});
+        grids.triangles.push_back({VertexId(first), VertexId(first + 2), VertexId(first + 3)});
+      }
+  };
+  add([](double i, double j) { return Vec3{i, j, 0}; });
+  EXPECT_EQ(find_self_intersections(grids).pairs, 0u);
+  add([](double i, double j) { return Vec3{2.5, j, i - 2.5}; });
+  EXPECT_GE(find_self_intersections(grids).pairs, 4u);
+}
+
 TEST(Midsurface, RealMeniscus) {
   const std::string path = std::string(KERF_SOURCE_DIR) + "/../shared/meshes/medial-meniscus.obj";
   auto mesh = read_mesh(path);

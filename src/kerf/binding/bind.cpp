@@ -274,7 +274,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   auto built = build_collision_mesh(collision_surface, no_thickness);
   if (!built) return built.error();
   CollisionMesh& c = *built;
-  KERF_TRY(check_folds(c));
+  KERF_TRY(check_folds(c, options.at_fault));
   std::vector<Vec3> normals = vertex_normals(collision_surface);
 
   {
@@ -296,7 +296,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   report.seconds.prepare = watch.lap();
 
   KERF_TRY(tell("vertices"));
-  auto bound = closed ? bind_closed(s, *search, c, normals) : bind_open(s, *search, c, options.thickness);
+  auto bound = closed ? bind_closed(s, *search, c, normals, options.at_fault) : bind_open(s, *search, c, options.thickness);
   if (!bound) return bound.error();
   search.reset();  // large bodies: what is not needed any more goes
   visual = {};
@@ -308,7 +308,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   report.seconds.vertices = watch.lap();
 
   KERF_TRY(tell("paths"));
-  auto network = insert_paths(s, c, *bound, closed, {options.exact, options.progress});
+  auto network = insert_paths(s, c, *bound, closed, {options.exact, options.progress, options.at_fault});
   if (!network) return network.error();
   report.divided_edges = split_dividing_edges(s, c, *bound, *network);
   report.paths = network->paths;
@@ -317,7 +317,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   report.seconds.paths = watch.lap();
 
   KERF_TRY(tell("patches"));
-  auto patches = find_patches(s, c, *bound, *network, closed);
+  auto patches = find_patches(s, c, *bound, *network, closed, options.at_fault);
   if (!patches) return patches.error();
   report.seconds.patches = watch.lap();
 

@@ -15,6 +15,7 @@ struct BindOptions {
   bool exact = false;    ///< exact geodesic paths (Xin and Wang 2009) instead of locally shortest ones
   double thickness = 0;  ///< metres; open sheets only, must be > 0 there; a closed body has its own
   Progress progress = {};
+  std::vector<CollisionVertex>* at_fault = nullptr;  ///< receives the collision vertices at what is refused, where it is one place
 };
 
 /// What was done. All counts and seconds; nothing that a later computation depends on.

@@ -176,7 +176,7 @@ void uncross(const SkinSearch& search, const CollisionMesh& c, const std::vector
 
 }  // namespace
 
-Status check_folds(const CollisionMesh& c) {
+Status check_folds(const CollisionMesh& c, std::vector<CollisionVertex>* at_fault) {
   const auto normal = [&](CH h) {
     const Vec3 a = c.rest[c.from(h)], b = c.rest[c.to(h)], d = c.rest[c.apex(h)];
     return normalized(cross(b - a, d - a));
@@ -184,9 +184,10 @@ Status check_folds(const CollisionMesh& c) {
   for (const CH h : ids<CH>(c.half_edge_count())) {
     const CH t = c.twin[h];
     if (!t.valid() || t < h) continue;
-    if (dot(normal(h), normal(t)) < kFoldCosine)
-      return bad_input(fmt::format("collision mesh: folded over itself at the edge between vertices {} and {}; unfold it, "
-                                   "every part of the body needs one layer of triangles", c.from(h).value + 1, c.to(h).value + 1));
+    if (!(dot(normal(h), normal(t)) < kFoldCosine)) continue;
+    if (at_fault != nullptr) *at_fault = {c.from(h), c.to(h)};
+    return bad_input(fmt::format("collision mesh: folded over itself at the edge between vertices {} and {}; unfold it, "
+                                 "every part of the body needs one layer of triangles", c.from(h).value + 1, c.to(h).value + 1));
   }
   return {};
 }
@@ -223,9 +224,13 @@ Status check_inside(const SkinSearch& search, const CollisionMesh& c, const std:
 }
 
 Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, const CollisionMesh& c,
-                                  std::span<Vec3> normals) {
+                                  std::span<Vec3> normals, std::vector<CollisionVertex>* at_fault) {
   const std::size_t nv = c.vertex_count();
   BoundVertices out;
+  const auto refuse = [&](CV v, std::string why) {
+    if (at_fault != nullptr) *at_fault = {v};
+    return bad_input(std::move(why));
+  };
   out.bound.assign(nv, {-1, -1});
   out.half_thickness.assign(nv, 0);
   std::vector<std::uint8_t> border(nv);
@@ -269,7 +274,7 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
       const auto [outward, length] = frame[v.index()];
       std::optional<SkinPoint> q = search.closest(p, {}, 2 * length);
       if (!q)
-        return bad_input(fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
+        return refuse(v, fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
                                      "in the same place and in the same unit?", v.value + 1));
       // A border that ends inside the body: its rim lies straight ahead, the closest point may be on the top or bottom.
       if (q->distance > 1e-3 * length) {
@@ -287,7 +292,7 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
       std::optional<SkinPoint> q = hit[v.index()][side];
       if (!q || q->distance > kReachFactor * typical[v.index()]) q = search.closest(p, direction, kOutsideFactor * typical[v.index()]);
       if (!q)
-        return bad_input(fmt::format("collision vertex {} lies outside the visual mesh: nothing within reach on its {} side; "
+        return refuse(v, fmt::format("collision vertex {} lies outside the visual mesh: nothing within reach on its {} side; "
                                      "move it between the two sides of the body", v.value + 1, side == 0 ? "+" : "-"));
       chosen[v.index()][side] = *q;
     }
@@ -308,7 +313,7 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
     for (std::size_t side = 0; side < 2; ++side) bound[side] = insert_bound_point(s, q[side].face, q[side].position, out);
     const double across = dot(s.walled.at(bound[0]) - s.walled.at(bound[1]), normals[v.index()]);
     if (!(across > 0))
-      return bad_input(fmt::format("collision vertex {}: its + side lies below its - side; the collision mesh is outside the "
+      return refuse(v, fmt::format("collision vertex {}: its + side lies below its - side; the collision mesh is outside the "
                                    "visual mesh or folded over it there", v.value + 1));
     out.half_thickness[v.index()] = 0.5 * across;
   }

@@ -22,15 +22,15 @@ struct BoundVertices {
   std::vector<std::string> warnings;
 };
 
-/// A collision mesh folded over itself claims one part of the body twice: bad input, naming the edge.
-Status check_folds(const CollisionMesh& collision);
+/// A collision mesh folded over itself claims one part of the body twice: bad input, naming the edge. at_fault: receives its ends.
+Status check_folds(const CollisionMesh& collision, std::vector<CollisionVertex>* at_fault = nullptr);
 
 /// Binds every collision vertex of a closed body: inner ones to the first exits of the rays along +- normal, border ones
 /// to the rim. Splits faces and edges of `surface`; marks bound vertices as wall vertices. `search` is over the faces of
 /// the surface before any split. Where rays of fine triangles cross on their way out of thick parts, `normals` (of the vertices) are made
 /// smoother. Bad input names the collision vertex (1-based).
 Result<BoundVertices> bind_closed(SplitSurface& surface, const SkinSearch& search, const CollisionMesh& collision,
-                                  std::span<Vec3> normals);
+                                  std::span<Vec3> normals, std::vector<CollisionVertex>* at_fault = nullptr);
 
 /// The same for an open sheet: inner vertices to the closest points, border vertices to the closest points of the border
 /// loop that corresponds, in order along it. Half the thickness everywhere.

@@ -12,7 +12,7 @@ std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 Result<PatchMap> find_patches(const SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices,
-                              const PathNetwork& network, bool closed) {
+                              const PathNetwork& network, bool closed, std::vector<CollisionVertex>* at_fault) {
   using CH = CollisionHalfEdge;
   const WalledSurface& w = s.walled;
   const std::size_t patches = 2 * c.face_count();
@@ -20,6 +20,8 @@ Result<PatchMap> find_patches(const SplitSurface& s, const CollisionMesh& c, con
     return fmt::format("collision triangle {} ({} side)", patch / 2 + 1, patch % 2 == 0 ? "+" : "-");
   };
   const auto disc_error = [&](std::size_t patch, const std::string& what) {
+    if (at_fault != nullptr)
+      for (int k = 0; k < 3; ++k) at_fault->push_back(c.from(CollisionMesh::corner(CollisionTriangle(patch / 2), k)));
     return failed(fmt::format("the region of {} is not a disc bounded by its three paths: {}; the collision mesh fits the visual "
                               "mesh badly there", name(patch), what));
   };

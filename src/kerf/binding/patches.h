@@ -19,6 +19,6 @@ struct PatchMap {
 /// triangle, in order, each once: a disc. Every face and every wall vertex must belong. Linear time. Fails, naming the
 /// collision triangle and side.
 Result<PatchMap> find_patches(const SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices,
-                              const PathNetwork& network, bool closed);
+                              const PathNetwork& network, bool closed, std::vector<CollisionVertex>* at_fault = nullptr);
 
 }  // namespace kerf

@@ -333,6 +333,7 @@ class PathInserter {
   }
 
   Error edge_error(CH h, int side, const std::string& reason) const {
+    if (options_.at_fault != nullptr) *options_.at_fault = {collision_.from(h), collision_.to(h)};
     return failed(fmt::format("collision edge {}-{} ({} side): {}", collision_.from(h).value + 1, collision_.to(h).value + 1,
                               side == 0 ? "+" : "-", reason));
   }
@@ -358,6 +359,11 @@ class PathInserter {
   }
 
   Status insert_path(CH h, int side, const SurfacePath& path) {
+    const double edge = norm(collision_.rest[collision_.to(h)] - collision_.rest[collision_.from(h)]);
+    const double ends = norm(surface_.walled.at(bound(collision_.to(h), side)) - surface_.walled.at(bound(collision_.from(h), side)));
+    if (path.length > kWinding * std::max(edge, ends))
+      return edge_error(h, side, fmt::format("its path winds around earlier ones, {:.0f} times as long as the edge; the collision mesh is folded "
+                                             "there, or fits the body badly", path.length / std::max(edge, ends)));
     const auto first = static_cast<std::int32_t>(network_.pool.size());
     plan_stops(surface_.walled, path, plan_);
     if (!insert_stops(surface_, plan_, network_.pool, network_.length))

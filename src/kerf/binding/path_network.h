@@ -28,6 +28,7 @@ struct PathNetwork {
 struct PathNetworkOptions {
   bool exact = false;  ///< exact geodesics instead of locally shortest paths
   Progress progress = {};
+  std::vector<CollisionVertex>* at_fault = nullptr;  ///< receives the ends of the edge that has no path
 };
 
 /// Finds a path for every collision edge and side, and re-meshes `surface` along it: rim first, then a spanning tree, then the

@@ -35,5 +35,7 @@ inline constexpr double kRimHeight = 0.5;
 
 /// A path that follows the rim may be this much longer than the shortest one.
 inline constexpr double kRimDetour = 1.5;
+/// A path longer than this many times its edge winds around others: more would follow, each longer than the last.
+inline constexpr double kWinding = 30;
 
 }  // namespace kerf

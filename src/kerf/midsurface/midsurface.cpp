@@ -22,7 +22,8 @@ constexpr double kDefaultTriangles = 160;
 constexpr double kMostByNeed = 1500;     // triangles that the bends may ask for by themselves
 constexpr double kMostSpanning = 0.1;    // of the inner edges may join two rim vertices
 constexpr std::size_t kMostSearched = 300000;  // triangles of surfaces that are searched for self-intersections
-constexpr std::uint8_t kCrossing = 2;    // flag of what passes through itself
+constexpr std::uint8_t kCrossing = 2, kBadMesh = 3;  // flags: what passes through itself; where the collision mesh is bad
+constexpr std::size_t kMostMarked = 12;
 constexpr int kTries = 4;
 constexpr double kOfWidth = 0.55, kSmaller = 0.6;  // sizes in the next try: of the width of a narrow place, of the size around a bad one
 constexpr double kNearMiddle = 0.3;      // of a spanning edge
@@ -92,7 +93,27 @@ void refine_bad_places(const Try& t, const MidSheet& sheet, Column<double>& limi
   }
 }
 
+/// The first bad places of the try that was taken, whose positions are the person's again.
+void mark_what_is_bad(const Try& t, Midsurface& out) {
+  const SurfaceMesh& m = t.mesh.mesh;
+  const std::size_t crossing = std::min(t.crossing.size(), kMostMarked), blind = std::min(t.relaxed.blind.size(), kMostMarked);
+  for (std::size_t i = 0; i < crossing; ++i)
+    mark_bad_place(out, m.centroid(t.crossing[i]), t.mesh.size[m.origin[3 * t.crossing[i]]], "the collision mesh passes through itself");
+  for (std::size_t i = 0; i < blind; ++i)
+    mark_bad_place(out, m.position[t.relaxed.blind[i]], t.mesh.size[t.relaxed.blind[i]], "a collision vertex does not see both sides");
+}
+
 }  // namespace
+
+void mark_bad_place(Midsurface& made, Vec3 point, double reach, const std::string& what) {
+  made.verdict.places.push_back({point, what});
+  MidsurfaceDiagnosis& d = made.diagnosis;
+  for (std::size_t f = 0; f < d.flag.size(); ++f) {
+    const auto& t = d.surface.triangles.raw()[f];
+    const Vec3 middle = (1.0 / 3) * (d.surface.positions[t[0]] + d.surface.positions[t[1]] + d.surface.positions[t[2]]);
+    if (norm(middle - point) < reach) d.flag[f] = kBadMesh;
+  }
+}
 
 Result<Midsurface> make_midsurface(const TriangleMesh& surface, const MidsurfaceOptions& options) {
   Midsurface out;
@@ -154,10 +175,16 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
   for (Vec3& p : out.diagnosis.surface.positions) p += centre;
   out.seconds.labels = watch.lap();
-  if (!two_sides) {
+  // A surface that passes through itself is the cause of much else, so that comes first.
+  const auto refuse = [&] {
+    if (own.pairs > 0) {
+      out.verdict.reasons.insert(out.verdict.reasons.begin(), out.notes.back());
+      out.notes.pop_back();
+    }
     out.seconds.total = total.lap();
     return out;
-  }
+  };
+  if (!two_sides) return refuse();
 
   KERF_TRY(tell("mid-surface: sheet"));
   const MidSheet sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
@@ -166,10 +193,7 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   // How stout a body is says more than what its sides look like then.
   std::rotate(out.verdict.reasons.begin(), out.verdict.reasons.begin() + of_sides, out.verdict.reasons.end());
   out.seconds.sheet = watch.lap();
-  if (out.verdict.thinness == Thinness::kNotThin) {
-    out.seconds.total = total.lap();
-    return out;
-  }
+  if (out.verdict.thinness == Thinness::kNotThin) return refuse();
 
   const SheetSampler sampler(sheet);
   const TwoSidedRays rays(work.mesh, bvh, labels.field, pairing.normal);
@@ -216,12 +240,14 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
     out.verdict.warnings.push_back("parts of the body are narrower than a triangle of the collision mesh: ask for more of them");
   if (!best.good()) out.verdict.thinness = std::max(out.verdict.thinness, Thinness::kDoubtful);
   out.quality = best.quality;
+  out.quality.crossings = best.crossings;
   std::int32_t inner = 0;
   for (const std::int32_t c : best.mesh.curve) inner += c < 0;
   out.quality.good_rays = inner > 0 ? 1 - static_cast<double>(best.relaxed.blind.size()) / inner : 1;
   for (Vec3& p : best.mesh.mesh.position) p += centre;
   out.collision = to_triangle_mesh(best.mesh.mesh);
   out.half_thickness = best.mesh.half_thickness;
+  mark_what_is_bad(best, out);
   out.seconds.total = total.lap();
   return out;
 }

@@ -56,6 +56,7 @@ struct MidsurfaceQuality {
   double to_visual_max = 0;    ///< prisms' surface to the visual mesh: with the one above the Hausdorff distance
   double spanning_edges = 0;   ///< share of the inner edges that join two rim vertices: too few triangles there
   double mean_half_thickness = 0;
+  std::size_t crossings = 0;   ///< pairs of collision triangles that pass through each other
 };
 
 struct MidsurfaceSeconds {
@@ -68,7 +69,7 @@ struct MidsurfaceDiagnosis {
   std::vector<float> side;          ///< |F|: -1 to 1
   std::vector<float> confidence;    ///< |F|: 0 to 1
   std::vector<float> thickness;     ///< |F|, metres; 0: nothing opposite
-  std::vector<std::uint8_t> flag;   ///< |F|: 1 where something speaks against a thin body, 2 where the surface passes through itself
+  std::vector<std::uint8_t> flag;   ///< |F|: 1 where something speaks against a thin body, 2 where the surface passes through itself, 3 where the collision mesh is bad
 };
 
 struct Midsurface {
@@ -80,6 +81,9 @@ struct Midsurface {
   MidsurfaceSeconds seconds;
   std::vector<std::string> notes;       ///< what was filtered
 };
+
+/// Marks what lies within `reach` (metres) of a place where the collision mesh is bad, and adds the place to the verdict's.
+void mark_bad_place(Midsurface& made, Vec3 point, double reach, const std::string& what);
 
 /// surface: one closed body, an oriented manifold as check_surface leaves it. That a body is not thin is no error but a
 /// verdict, with reasons and places. Bad input: not closed. The same bits for any number of threads. About 0.2 s for

@@ -11,12 +11,14 @@ namespace {
 
 constexpr std::size_t kGrain = 2048, kPlaces = 12;
 
-/// Does segment p q pass through triangle t, strictly on both sides of its plane?
+/// Does segment p q, whose ends lie strictly on both sides of t's plane, meet t? At t's edges and corners too: the two sides of an even
+/// grid that is folded over itself meet in nothing else.
 bool pierces(Vec3 p, Vec3 q, const std::array<Vec3, 3>& t) {
   const int side = orient3d(t[0], t[1], t[2], p);
   if (side == 0 || orient3d(t[0], t[1], t[2], q) != -side) return false;
   const int a = orient3d(p, q, t[0], t[1]), b = orient3d(p, q, t[1], t[2]), c = orient3d(p, q, t[2], t[0]);
-  return a != 0 && a == b && b == c;
+  const int least = std::min({a, b, c}), most = std::max({a, b, c});
+  return least * most >= 0 && (least != 0 || most != 0);
 }
 
 bool intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {

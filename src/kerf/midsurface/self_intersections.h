@@ -15,7 +15,7 @@ struct SelfIntersections {
   std::vector<std::int32_t> triangles;  ///< that take part, rising, each once
 };
 
-/// Exact for triangles in general position; pairs that touch in a plane are not counted. About n log n, in parallel.
+/// Exact; pairs that lie in one plane are not counted. About n log n, in parallel.
 SelfIntersections find_self_intersections(const TriangleMesh& mesh);
 
 }  // namespace kerf

@@ -11,7 +11,8 @@ namespace kerf {
 
 struct AutomaticBody {
   Midsurface midsurface;
-  std::optional<BoundBody> bound;  ///< none if the body is not thin
+  std::optional<BoundBody> bound;  ///< none if the body is not thin, or does not bind
+  std::optional<Error> refused;    ///< why it does not bind, with the place, which is marked in the mid-surface's diagnosis
 };
 
 /// triangles: wanted of the collision mesh, 0: as many as it needs. Bad input: what make_midsurface and bind refuse.

@@ -72,10 +72,10 @@ Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& 
       visual, body.collision_triangles > 0 ? static_cast<std::size_t>(body.collision_triangles) : body.options.collision_triangles, options);
   if (!automatic.ok()) return automatic.error();
   add_notes(notes, body.visual, remarks(automatic->midsurface));
-  const bool thin = automatic->bound.has_value();
-  const std::string why = thin ? std::string() : not_thin_message(automatic->midsurface);
+  std::optional<Error> refused = std::move(automatic->refused);
+  if (!automatic->bound && !refused) refused = bad_input(not_thin_message(automatic->midsurface));
   if (made != nullptr) *made = std::move(automatic->midsurface);
-  if (!thin) return bad_input(why);
+  if (refused) return *refused;
   return std::move(*automatic->bound);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kerf/base/prefetch.h"
 #include "kerf/cutting/orient.h"
 
 namespace kerf::cut {
@@ -50,6 +51,24 @@ bool edge_split_is_sound(const VisualMesh& mesh, H h, Vec2 u_left, Vec2 u_right,
   if (!side_is_sound(h, u_left)) return false;
   const H g = mesh.twin[h];
   return !g.valid() || side_is_sound(g, u_right);
+}
+
+void prefetch_split(const VisualMesh& mesh, H h) {
+  for (const VisualVertex v : {mesh.from(h), mesh.to(h)}) {
+    prefetch(mesh.free, v);
+    prefetch(mesh.rest, v);
+    prefetch(mesh.normal, v);
+  }
+  prefetch(mesh.texture, h);
+  prefetch(mesh.barrier, h);
+  const H g = mesh.twin[h];
+  if (!g.valid()) return;
+  prefetch(mesh.origin, g);
+  prefetch(mesh.twin, g);
+  prefetch(mesh.planar, g);
+  prefetch(mesh.texture, g);
+  prefetch(mesh.barrier, g);
+  prefetch(mesh.patch, VisualMesh::face(g));
 }
 
 VisualVertex split_visual_edge(VisualMesh& mesh, H h, double fraction, Vec2 u_left, Vec2 u_right) {

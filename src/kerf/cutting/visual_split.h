@@ -21,6 +21,9 @@ bool edge_split_is_sound(const VisualMesh& mesh, VisualHalfEdge h, Vec2 u_left, 
 /// `fraction` (from a, clamped to 5-95 %): any point of the edge leaves area, volume and the texture map as they are.
 VisualVertex split_visual_edge(VisualMesh& mesh, VisualHalfEdge h, double fraction, Vec2 u_left, Vec2 u_right);
 
+/// Asks for the memory that splitting h and walking on behind it will need.
+void prefetch_split(const VisualMesh& mesh, VisualHalfEdge h);
+
 /// Splits a face at a planar point, the 3D point at barycentric weights (normalised and kept off the edges).
 VisualVertex split_visual_face(VisualMesh& mesh, VisualTriangle f, std::array<double, 3> weights, Vec2 u);
 

@@ -70,10 +70,11 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
     return {};
   }
   const VisualVertex a = mesh.from(exit), b = mesh.to(exit);
-  const auto go_along = [&](VisualVertex to) -> VisualVertex {
-    const H h = mesh.find_half_edge(current, to);
-    const H edge = h.valid() ? h : mesh.find_half_edge(to, current);
-    if (!edge.valid() || mesh.barrier[edge]) {
+  prefetch_split(mesh, exit);
+  // Both edges of `current` in this face are known: to a the one before `exit`, from b the one after it, which after a split leads from
+  // the new vertex.
+  const auto go_along = [&](H edge, VisualVertex to) -> VisualVertex {
+    if (mesh.barrier[edge]) {
       cut.fail("the path runs along an existing cut", "visual vertex", to.value);
       return {};
     }
@@ -81,12 +82,13 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
     take_from_free(mesh, to);
     return to;
   };
+  const H to_a = VisualMesh::prev(exit), from_b = VisualMesh::next(exit);
   if (towards_first) {
     if (!mesh.free[a]) {
       cut.fail("the path meets an existing cut", "visual vertex", a.value);
       return {};
     }
-    return go_along(a);
+    return go_along(to_a, a);
   }
   if (mesh.barrier[exit] || mesh.is_border(exit)) {
     cut.fail("the path is blocked by an existing cut", "visual half-edge", exit.value);
@@ -95,11 +97,11 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
   const Vec2 ua = mesh.planar[exit], ub = mesh.planar[VisualMesh::next(exit)];
   double f = oa / (oa - ob);
   Vec2 u = lerp(ua, ub, f);
-  if (f < kWarpFraction && mesh.free[a] && warp_onto(mesh, a, u, patch, kWarpKeepsArea)) return go_along(a);
-  if (1 - f < kWarpFraction && mesh.free[b] && warp_onto(mesh, b, u, patch, kWarpKeepsArea)) return go_along(b);
+  if (f < kWarpFraction && mesh.free[a] && warp_onto(mesh, a, u, patch, kWarpKeepsArea)) return go_along(to_a, a);
+  if (1 - f < kWarpFraction && mesh.free[b] && warp_onto(mesh, b, u, patch, kWarpKeepsArea)) return go_along(from_b, b);
   if (!edge_split_is_sound(mesh, exit, u, u)) {
-    if (mesh.free[a] && warp_onto(mesh, a, u, patch, 0)) return go_along(a);
-    if (mesh.free[b] && warp_onto(mesh, b, u, patch, 0)) return go_along(b);
+    if (mesh.free[a] && warp_onto(mesh, a, u, patch, 0)) return go_along(to_a, a);
+    if (mesh.free[b] && warp_onto(mesh, b, u, patch, 0)) return go_along(from_b, b);
     bool sound = false;
     for (int i = 0; i < 40 && !sound; ++i) {  // towards the middle, a billionth first
       f += (0.5 - f) * std::min(0.5, 1e-9 * static_cast<double>(1ll << std::min(i, 29)));
@@ -112,7 +114,7 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
     }
   }
   const VisualVertex m = split_visual_edge(mesh, exit, f, u, u);
-  return go_along(m);
+  return go_along(from_b, m);
 }
 
 /// The face of `patch` that holds u, walking straight from vertex `from`; none after a failure.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/prefetch.h"
 #include "kerf/embedding/owned_vertices.h"
 
 namespace kerf {
@@ -82,13 +83,30 @@ class Embedder {
     const std::span<const Piece> pieces = hex_.pieces_of(t);
     for (const Piece& p : pieces)
       if (p.side == 0) s_.hex_stamp[hex_.host[p.copy].index()] = s_.serial;
+    // With one piece there is no choice for what lies inside the triangle.
+    only_ = pieces.size() == 1 && pieces[0].side == 0 ? hex_.host[pieces[0].copy] : HexId{};
     // Nearly all vertices keep their copy: those inside the triangle, the most by far, are passed over in one loop.
     for (const PoolRun& run : body_.collision.free[t]) {
       if (!run.exists()) continue;
       const std::span<const VisualVertex> inside =
           body_.free_pool.slice(static_cast<std::size_t>(run.first), static_cast<std::size_t>(run.count));
-      for (const VisualVertex v : inside)
-        if (!is_ours(e_.visual[v]) && body_.visual.free[v] != 0) place(t, pieces, v, Ownership::kFree, CollisionMesh::corner(t, 0));
+      std::array<VisualVertex, 64> strays;  // their memory is on its way while the next ones are found
+      std::size_t count = 0;
+      const auto place_strays = [&] {
+        for (std::size_t k = 0; k < count; ++k)
+          if (body_.visual.free[strays[k]] != 0) place(t, pieces, strays[k], Ownership::kFree, CollisionMesh::corner(t, 0));
+        count = 0;
+      };
+      for (std::size_t i = 0; i < inside.size(); ++i) {
+        if (i + kPrefetchAhead < inside.size()) prefetch(e_.visual, inside[i + kPrefetchAhead]);
+        const VisualVertex v = inside[i];
+        if (is_ours(e_.visual[v])) continue;
+        prefetch(body_.visual.free, v);
+        prefetch(body_.visual.rest, v);
+        strays[count++] = v;
+        if (count == strays.size()) place_strays();
+      }
+      place_strays();
     }
     for_each_on_edges(body_, t, [&](VisualVertex v, Ownership how, CollisionHalfEdge h) {
       if (!is_ours(e_.visual[v])) place(t, pieces, v, how, h);
@@ -112,9 +130,12 @@ class Embedder {
 
   void place(CollisionTriangle t, std::span<const Piece> pieces, VisualVertex v, Ownership how, CollisionHalfEdge h) {
     const HexId current = e_.visual[v];
-    const Vec3 q = to_lattice_(body_.visual.rest[v]);
-    HexId copy = in_own_cell(pieces, q);
-    if (!copy.valid()) copy = search(t, how, h, q, current);
+    HexId copy = how == Ownership::kFree ? only_ : HexId{};
+    if (!copy.valid()) {
+      const Vec3 q = to_lattice_(body_.visual.rest[v]);
+      copy = in_own_cell(pieces, q);
+      if (!copy.valid()) copy = search(t, how, h, q, current);
+    }
     if (copy == current) return;
     e_.visual.set(v, copy);
     moved_.push_back(v);
@@ -170,6 +191,7 @@ class Embedder {
   EmbeddingScratch& s_;
   std::vector<VisualVertex>& moved_;
   ToLattice to_lattice_;
+  HexId only_;            ///< the copy of the triangle looked at, if it has but one
   std::size_t last_ = 0;  ///< piece that the last vertex was in
 };
 

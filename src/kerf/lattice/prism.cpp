@@ -190,29 +190,36 @@ class MomentSum {
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t a = 0; a < 3; ++a) p[i][a] = 2 * (t.p[i][static_cast<int>(a)] - cell[a]) - 1;
     const double volume = volume_of(t);
+    // Points first, then moment by moment: a sum stays in a register while all groups go into it, one after the other.
+    double x[kGroups][kLanes], y[kGroups][kLanes], z[kGroups][kLanes], wz[kGroups][kLanes], wy[kGroups][kLanes];
     for (std::size_t g = 0; g < kGroups; ++g) {
       const auto& b = kKeast.b[g];
-      double x[kLanes], y[kLanes], z[kLanes], wz[kLanes], wy[kLanes];
       for (std::size_t l = 0; l < kLanes; ++l) {
-        x[l] = b[0][l] * p[0][0] + b[1][l] * p[1][0] + b[2][l] * p[2][0] + b[3][l] * p[3][0];
-        y[l] = b[0][l] * p[0][1] + b[1][l] * p[1][1] + b[2][l] * p[2][1] + b[3][l] * p[3][1];
-        z[l] = b[0][l] * p[0][2] + b[1][l] * p[1][2] + b[2][l] * p[2][2] + b[3][l] * p[3][2];
-        wz[l] = volume * kKeast.w[g][l];
+        x[g][l] = b[0][l] * p[0][0] + b[1][l] * p[1][0] + b[2][l] * p[2][0] + b[3][l] * p[3][0];
+        y[g][l] = b[0][l] * p[0][1] + b[1][l] * p[1][1] + b[2][l] * p[2][1] + b[3][l] * p[3][1];
+        z[g][l] = b[0][l] * p[0][2] + b[1][l] * p[1][2] + b[2][l] * p[2][2] + b[3][l] * p[3][2];
+        wz[g][l] = volume * kKeast.w[g][l];
       }
-      double(*m)[kLanes] = sum_;
-      for (int k = 0; k < 3; ++k) {
-        for (std::size_t l = 0; l < kLanes; ++l) wy[l] = wz[l];
-        for (int j = 0; j < 3; ++j, m += 3) {
+    }
+    double(*m)[kLanes] = sum_;
+    for (int k = 0; k < 3; ++k) {
+      for (std::size_t g = 0; g < kGroups; ++g)
+        for (std::size_t l = 0; l < kLanes; ++l) wy[g][l] = wz[g][l];
+      for (int j = 0; j < 3; ++j, m += 3) {
+        double m0[kLanes], m1[kLanes], m2[kLanes];
+        for (std::size_t l = 0; l < kLanes; ++l) m0[l] = m[0][l], m1[l] = m[1][l], m2[l] = m[2][l];
+        for (std::size_t g = 0; g < kGroups; ++g)
           for (std::size_t l = 0; l < kLanes; ++l) {
-            const double v = wy[l], vx = v * x[l];
-            m[0][l] += v;
-            m[1][l] += vx;
-            m[2][l] += vx * x[l];
-            wy[l] = v * y[l];
+            const double v = wy[g][l], vx = v * x[g][l];
+            m0[l] += v;
+            m1[l] += vx;
+            m2[l] += vx * x[g][l];
+            wy[g][l] = v * y[g][l];
           }
-        }
-        for (std::size_t l = 0; l < kLanes; ++l) wz[l] *= z[l];
+        for (std::size_t l = 0; l < kLanes; ++l) m[0][l] = m0[l], m[1][l] = m1[l], m[2][l] = m2[l];
       }
+      for (std::size_t g = 0; g < kGroups; ++g)
+        for (std::size_t l = 0; l < kLanes; ++l) wz[g][l] *= z[g][l];
     }
   }
   void add_to(Moments& moments) const {

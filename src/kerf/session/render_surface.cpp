@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "kerf/base/prefetch.h"
+
 namespace kerf {
 namespace {
 
@@ -47,11 +49,20 @@ void update_render_surface(const VisualMesh& mesh, std::span<const VisualTriangl
     sum.emplace_back();
     return surface.vertex.push_back(v);
   };
-  for (const VisualTriangle f : changed) {
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    if (i + 2 * kPrefetchAhead < changed.size()) {
+      const VisualHalfEdge h = VisualMesh::corner(changed[i + 2 * kPrefetchAhead], 0);
+      prefetch(mesh.origin, h);
+      prefetch(surface.corner, h);
+      prefetch(mesh.patch, VisualMesh::face(h));
+    }
+    if (i + kPrefetchAhead < changed.size())
+      for (int k = 0; k < 3; ++k) prefetch(surface.skin, mesh.from(VisualMesh::corner(changed[i + kPrefetchAhead], k)));
+    const VisualTriangle f = changed[i];
     const Patch patch = mesh.patch[f];
     const Vec3 face = patch.is_wall() ? face_vector(mesh, f) : Vec3{};
-    for (int i = 0; i < 3; ++i) {
-      const VisualHalfEdge h = VisualMesh::corner(f, i);
+    for (int k = 0; k < 3; ++k) {
+      const VisualHalfEdge h = VisualMesh::corner(f, k);
       const VisualVertex v = mesh.from(h);
       RenderVertex r;
       if (!patch.is_wall()) {

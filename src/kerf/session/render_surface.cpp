@@ -1,5 +1,6 @@
 #include "kerf/session/render_surface.h"
 
+#include <array>
 #include <utility>
 
 #include "kerf/base/prefetch.h"
@@ -34,6 +35,25 @@ WallCorner find_on_walls(const VisualMesh& mesh, const RenderSurface& surface, V
   return out;
 }
 
+/// Render vertices of walls found last: corners of a vertex come soon after one another.
+class FoundOnWalls {
+ public:
+  [[nodiscard]] RenderVertex find(VisualVertex v, Patch patch) const {
+    const Entry& e = entry_[v.index() % kSize];
+    return e.vertex == v && e.patch == patch ? e.found : RenderVertex{};
+  }
+  void note(VisualVertex v, Patch patch, RenderVertex found) { entry_[v.index() % kSize] = {v, patch, found}; }
+
+ private:
+  static constexpr std::size_t kSize = 128;
+  struct Entry {
+    VisualVertex vertex;
+    Patch patch;
+    RenderVertex found;
+  };
+  std::array<Entry, kSize> entry_{};
+};
+
 }  // namespace
 
 void update_render_surface(const VisualMesh& mesh, std::span<const VisualTriangle> changed, RenderSurface& surface) {
@@ -43,6 +63,7 @@ void update_render_surface(const VisualMesh& mesh, std::span<const VisualTriangl
   const std::size_t first_new = surface.size();
   std::vector<Vec3> sum;                                        // of the faces around each new wall vertex
   std::vector<std::pair<RenderVertex, RenderVertex>> siblings;  // on two walls that meet in a line
+  FoundOnWalls found;
   const auto add_vertex = [&](VisualVertex v, Patch patch, Vec3f normal) {
     surface.patch.push_back(patch);
     surface.normal.push_back(normal);
@@ -72,11 +93,15 @@ void update_render_surface(const VisualMesh& mesh, std::span<const VisualTriangl
           surface.skin.set(v, r);
         }
       } else {
-        const WallCorner around = find_on_walls(mesh, surface, v, patch);
-        r = around.found;
+        r = found.find(v, patch);
         if (!r.valid()) {
-          r = add_vertex(v, patch, {});
-          if (around.sibling.valid()) siblings.emplace_back(r, around.sibling);
+          const WallCorner around = find_on_walls(mesh, surface, v, patch);
+          r = around.found;
+          if (!r.valid()) {
+            r = add_vertex(v, patch, {});
+            if (around.sibling.valid()) siblings.emplace_back(r, around.sibling);
+          }
+          found.note(v, patch, r);
         }
         if (r.index() >= first_new) sum[r.index() - first_new] += face;
       }

@@ -18,43 +18,40 @@ struct Batch {
   static constexpr std::size_t kSize = 128;
   std::array<VisualVertex, kSize> vertex;
   std::array<double, kSize> x, y;
-  std::array<std::int8_t, kSize> side[3];  ///< sign of orient() against up to three lines
+  std::array<double, kSize> told[3];  ///< sign of orient() against up to three lines; 0: too near to tell by rounded arithmetic
   std::size_t count = 0;
 
-  /// side[which] = sign of orient(a, b, vertex), as in orient.h.
-  void tell_sides(std::size_t which, Vec2 a, Vec2 b) {
-    std::int8_t* const sign = side[which].data();
-    std::size_t doubtful = 0;
+  void tell_sides(std::size_t line, Vec2 a, Vec2 b) {
+    double* const sign = told[line].data();
     for (std::size_t i = 0; i < count; ++i) {
       const double left = (a.x - x[i]) * (b.y - y[i]), right = (a.y - y[i]) * (b.x - x[i]), det = left - right;
       const double error = exact::kFilter2d * (std::fabs(left) + std::fabs(right)) + exact::kUnderflow;
-      const int told = static_cast<int>(det > error) - static_cast<int>(-det > error);
-      sign[i] = static_cast<std::int8_t>(told);
-      doubtful += told == 0 ? 1 : 0;
+      const double negative = -det > error ? -1.0 : 0.0;
+      sign[i] = det > error ? 1.0 : negative;
     }
-    for (std::size_t i = 0; doubtful > 0; ++i)
-      if (sign[i] == 0) {
-        sign[i] = static_cast<std::int8_t>(exact::orient2d(a, b, {x[i], y[i]}));
-        --doubtful;
-      }
+  }
+  /// The sign of orient(a, b, vertex i), as in orient.h; tell_sides() has looked at that line.
+  [[nodiscard]] double side(std::size_t line, std::size_t i, Vec2 a, Vec2 b) const {
+    const double sign = told[line][i];
+    return sign != 0 ? sign : exact::orient2d(a, b, {x[i], y[i]});
   }
 };
 
-/// Reads list items [first, last) into the batch.
-void read_batch(const CellComplex& body, std::span<const VisualVertex> list, std::size_t first, std::size_t last, Side side, Batch& batch) {
+/// Reads a part of a list into the batch.
+void read_batch(const CellComplex& body, std::span<const VisualVertex> list, Side side, Batch& batch) {
+  const VisualMesh& mesh = body.visual;
+  for (const VisualVertex v : list) {
+    prefetch(mesh.outgoing, v);
+    prefetch(mesh.free, v);
+  }
+  for (const VisualVertex v : list) prefetch(mesh.planar, mesh.outgoing[v]);
   batch.count = 0;
-  for (std::size_t i = first; i < last; ++i) {
-    if (i + 2 * kPrefetchAhead < list.size()) {
-      prefetch(body.visual.outgoing, list[i + 2 * kPrefetchAhead]);
-      prefetch(body.visual.free, list[i + 2 * kPrefetchAhead]);
-    }
-    if (i + kPrefetchAhead < list.size()) prefetch(body.visual.planar, body.visual.outgoing[list[i + kPrefetchAhead]]);
-    const VisualVertex v = list[i];
-    const Vec2 u = mirrored(body.visual.planar[body.visual.outgoing[v]], side);
+  for (const VisualVertex v : list) {
+    const Vec2 u = mirrored(mesh.planar[mesh.outgoing[v]], side);
     batch.vertex[batch.count] = v;
     batch.x[batch.count] = u.x;
     batch.y[batch.count] = u.y;
-    batch.count += body.visual.free[v] != 0 ? 1 : 0;  // others moved to a chain meanwhile
+    batch.count += mesh.free[v] != 0 ? 1 : 0;  // others moved to a chain meanwhile
   }
 }
 
@@ -75,19 +72,22 @@ void divide_free_lists(CutContext& cut, std::array<PoolRun, 2> lists, const Coll
     const std::span<const VisualVertex> list =
         count > 0 ? body.free_pool.slice(static_cast<std::size_t>(run.first), count) : std::span<const VisualVertex>{};
     for (std::size_t i = 0; i < count; i += Batch::kSize) {
-      read_batch(body, list, i, std::min(count, i + Batch::kSize), static_cast<Side>(s), batch);
+      read_batch(body, list.subspan(i, std::min(Batch::kSize, count - i)), static_cast<Side>(s), batch);
       if (n == 2) {
         batch.tell_sides(1, m, corner[1]);
-      } else {
-        for (std::size_t k = 0; k < 3; ++k) batch.tell_sides(k, m, corner[k]);
-      }
-      for (std::size_t j = 0; j < batch.count; ++j) {
-        std::size_t k = batch.side[1][j] > 0 ? 1 : 0;
-        if (n == 3) {
-          const bool left0 = batch.side[0][j] >= 0, left1 = batch.side[1][j] >= 0;
-          k = left0 && !left1 ? 0 : left1 && batch.side[2][j] < 0 ? 1 : 2;
+        for (std::size_t j = 0; j < batch.count; ++j) {
+          const bool second = batch.side(1, j, m, corner[1]) > 0;
+          part[0][parts[0]] = part[1][parts[1]] = batch.vertex[j];  // the one that is not its own is overwritten
+          parts[0] += second ? 0 : 1;
+          parts[1] += second ? 1 : 0;
         }
-        part[k][parts[k]++] = batch.vertex[j];
+      } else {
+        for (std::size_t line = 0; line < 3; ++line) batch.tell_sides(line, m, corner[line]);
+        for (std::size_t j = 0; j < batch.count; ++j) {
+          const bool left0 = batch.side(0, j, m, corner[0]) >= 0, left1 = batch.side(1, j, m, corner[1]) >= 0;
+          const std::size_t k = left0 && !left1 ? 0 : left1 && batch.side(2, j, m, corner[2]) < 0 ? 1 : 2;
+          part[k][parts[k]++] = batch.vertex[j];
+        }
       }
     }
     // What goes into the first stays in place, but for gaps that close; the others follow it.

@@ -1,5 +1,9 @@
 #include "kerf/cutting/chain_split.h"
 
+#include <utility>
+
+#include "kerf/cutting/half_edge_split.h"
+
 namespace kerf::cut {
 
 namespace {
@@ -15,7 +19,16 @@ double chain_parameter(const CellComplex& body, CH h, Side side, VisualVertex v)
 }
 
 VisualHalfEdge chain_half_edge(const VisualMesh& mesh, Side side, VisualVertex u, VisualVertex w) {
-  return side == Side::kPlus ? mesh.find_half_edge(u, w) : mesh.find_half_edge(w, u);
+  if (side == Side::kMinus) std::swap(u, w);
+  // A chord that has just been walked left every vertex with its edge back to the one before.
+  if (const VisualHalfEdge h = mesh.outgoing[u]; mesh.to(h) == w) return h;
+  if (const VisualHalfEdge g = mesh.outgoing[w]; mesh.to(g) == u && mesh.twin[g].valid()) return mesh.twin[g];
+  VisualHalfEdge found;
+  for_each_corner(mesh, u, [&](VisualHalfEdge h) {
+    if (mesh.to(h) == w) found = h;
+    return !found.valid();
+  });
+  return found;
 }
 
 VisualVertex insert_in_chain(CutContext& cut, CH h, Side side, VisualVertex u, VisualVertex w, double fraction,

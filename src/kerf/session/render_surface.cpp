@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "kerf/base/prefetch.h"
+#include "kerf/cutting/half_edge_split.h"
 
 namespace kerf {
 namespace {
@@ -23,7 +24,7 @@ struct WallCorner {
 };
 WallCorner find_on_walls(const VisualMesh& mesh, const RenderSurface& surface, VisualVertex v, Patch patch) {
   WallCorner out;
-  mesh.for_each_outgoing(v, [&](VisualHalfEdge h) {
+  cut::for_each_corner(mesh, v, [&](VisualHalfEdge h) {  // a body with walls is closed: the fan is whole
     const Patch other = mesh.patch[VisualMesh::face(h)];
     if (!other.is_wall()) return true;
     const RenderVertex r = surface.corner[h];

@@ -4,6 +4,7 @@
 // its gap, so that nothing tunnels as long as tools move by no more than substeps() allows. docs/contact.md has the method.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -29,8 +30,19 @@ struct RememberedContact {
   std::int32_t feature = -1;  ///< private
   friend bool operator==(const RememberedContact&, const RememberedContact&) = default;
 };
+/// And of a lip at the flank of a blade that cuts (flanks.h): how the cut runs beside the blade's plane, and how far it is opened.
+struct RememberedRim {
+  std::int32_t tool = 0;
+  CollisionVertex vertex;
+  std::int32_t side = 0;           ///< of the blade, 1 or -1; 0: it belongs to both lips
+  std::array<double, 2> beside{};  ///< m, at the - and + corner: how far it lay inside the blade's plane
+  std::array<double, 2> deep{};    ///< m: how far an end of the slit lay inside the blade
+  double open = 0;                 ///< m
+  friend bool operator==(const RememberedRim&, const RememberedRim&) = default;
+};
 struct DetectMemory {
   std::vector<RememberedContact> contacts;  ///< by key
+  std::vector<RememberedRim> rims;          ///< by tool and vertex; detect() leaves them alone
   friend bool operator==(const DetectMemory&, const DetectMemory&) = default;
 };
 

@@ -21,6 +21,9 @@ constexpr double kThinCell = 5, kStiffest = 20;
 /// without a force that held it (a sliver that spins between others) must not be thrown.
 constexpr double kPushRadii = 20;
 
+/// A cut runs this part of the mean collision edge beside the blade that makes it, at most: snapped to vertices, and straightened.
+constexpr double kStray = 0.2;
+
 /// Contacts that a step closes without having seen them may overlap by this part of the half thickness.
 constexpr double kUnseen = 0.01;
 
@@ -127,6 +130,17 @@ void add_point(const Body& body, const SurfacePoint& point, double sign, std::in
   }
 }
 
+/// How far a lip can leave the one that faces it: 0 where one cell carries both, 1 where they have no node in common.
+double freedom(const Body& body, CollisionVertex a, CollisionVertex b) {
+  const auto &na = body.hex.nodes[body.embedding.collision[a]], &nb = body.hex.nodes[body.embedding.collision[b]];
+  const auto wa = trilinear_weights(body.embedding.collision_local[a]), wb = trilinear_weights(body.embedding.collision_local[b]);
+  double shared = 0;
+  for (std::size_t i = 0; i < 8; ++i)
+    for (std::size_t k = 0; k < 8; ++k)
+      if (na[i] == nb[k]) shared += std::min(wa[i], wb[k]);
+  return std::clamp(1 - shared, 0.0, 1.0);
+}
+
 /// The copy that all vertices of a point hang on, or none.
 HexId common_copy(const Body& body, const SurfacePoint& point) {
   HexId copy;
@@ -141,6 +155,27 @@ HexId common_copy(const Body& body, const SurfacePoint& point) {
 }
 
 }  // namespace
+
+void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double h, DetectMemory& memory,
+                ContactStep& c) {
+  std::erase_if(memory.rims, [&](const RememberedRim& r) { return !motions[static_cast<std::size_t>(r.tool)].inside; });
+  bool any = false;
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    if (!motions[i].inside || scene.tools[i].kind != SceneToolKind::kScalpel) continue;
+    const SurfaceState surface{&c.surface, c.positions, c.offsets, c.predicted};
+    const ToolSizes sizes = tool_sizes(scene.tools[i]);
+    Blade blade{&c.tools[i], static_cast<std::int32_t>(i), sizes.tip, sizes.width, sizes.thickness};
+    blade.stray = kStray * body.complex.mean_root_edge;
+    blade.margin = scene.contact.margin * c.surface.largest_radius;
+    blade.step = h;
+    find_slit(surface, blade, memory, c.slit);
+    for (SlitVertex& v : c.slit.vertices)
+      if (v.facing.valid()) v.freedom = freedom(body, v.vertex, v.facing);
+    detect_flanks(surface, blade, c.slit, memory, c.contacts);
+    any = true;
+  }
+  if (any) std::sort(c.contacts.begin(), c.contacts.end(), [](const Contact& a, const Contact& b) { return a.key < b.key; });
+}
 
 void make_contact_rows(const Body& body, ContactStep& c) {
   c.set.rows.clear();

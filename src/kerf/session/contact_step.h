@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kerf/contact/detect.h"
+#include "kerf/contact/flanks.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/session/body.h"
 #include "kerf/session/rigid_motion.h"
@@ -32,6 +33,7 @@ struct ContactStep {
   std::vector<Contact> contacts;   ///< of the last detection, by key; results in the workspace of mechanics are in the same order
   ContactSet set;
   std::vector<std::int32_t> node_slot;  ///< per node, -1 between uses
+  Slit slit;                            ///< of the blade that cuts
 };
 
 /// Shapes, contact geometry and options of a scene. Bad input: meshes of obstacles that can't be used.
@@ -52,6 +54,9 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
                      const std::vector<ToolMotion>& motions, double t, double h, Vec3 gravity, DetectMemory& memory,
                      ContactStep& step);
 void make_contact_rows(const Body& body, ContactStep& step);
+/// Contacts of the flanks and the back of scalpels that cut, after detection.
+void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double h, DetectMemory& memory,
+                ContactStep& step);
 
 /// What touches between t and t + h: step.contacts, without those that leave_out says, and the rows of step.set.
 /// O(surface refitted + contacts).
@@ -61,6 +66,7 @@ void find_contacts(const Scene& scene, const Body& body, const MechanicsModel& m
                    ContactStep& step, LeaveOut&& leave_out) {
   detect_contacts(scene, body, model, state, motions, t, h, gravity, memory, step);
   std::erase_if(step.contacts, leave_out);
+  add_flanks(scene, body, motions, h, memory, step);
   make_contact_rows(body, step);
 }
 

@@ -401,6 +401,10 @@ std::uint64_t Session::hash() const {
     hash.add(c.normal);
     hash.add(c.feature);
   }
+  for (const RememberedRim& r : state.touching.rims) {
+    hash.add(std::array<std::int32_t, 3>{r.tool, r.vertex.value, r.side});
+    hash.add(std::array<double, 5>{r.beside[0], r.beside[1], r.deep[0], r.deep[1], r.open});
+  }
   hash.add(state.gravity);
   hash.add(state.fade.nodes.offset);
   hash.add(state.fade.nodes.velocity);

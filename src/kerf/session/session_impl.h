@@ -239,6 +239,9 @@ struct Session::Impl {
   void resist(std::size_t tool, const BladeEdge& before, const BladeEdge& now, double inside);
   /// What contact must leave out: an edge that cuts and what follows it, jaws that hold.
   [[nodiscard]] bool leaves_out(const Contact& c) const;
+  /// Is a contact of a blade that cuts with material in or beside its slit? That is for its flanks.
+  [[nodiscard]] bool is_near_cut(const Contact& c, const ToolSizes& sizes) const;
+  std::vector<Vec3> cut_through;  ///< of this step: where the blade that cuts is in the material, in rest coordinates
   struct ToolLoad {
     CollisionVertex vertex;
     Vec3 force;  ///< N

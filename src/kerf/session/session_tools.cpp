@@ -2,8 +2,8 @@
 //
 // A sharp edge goes through stages. Outside it is a blunt part of its tool: it presses. Where material resists
 // (SceneCut::resistance), it presses on until its force per length is exceeded; where none does, it enters at once. Inside it
-// cuts: a stroke begins, the blade no longer touches what it is cutting, and the resistance pushes both. When the whole blade
-// is out of the thickness the stroke ends. Blades cut forward only, and one at a time.
+// cuts: a stroke begins, the blade touches the lips that it leaves (contact/flanks.h) and what lies far from them, and the
+// resistance pushes both. When the whole blade is out of the thickness the stroke ends. Blades cut forward only, and one at a time.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -75,6 +75,7 @@ Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
 
 Status Session::Impl::use_tools(double until) {
   tool_loads.clear();
+  cut_through.clear();
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     state.tools[i].force = state.tools[i].torque = {};
     if (is_blade(scene.tools[i])) KERF_TRY(cut_with(i, until));
@@ -107,11 +108,14 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   for (const Vec3 p : {now.base, now.tip, now.base + back, now.tip + back}) near.add(p);
   const Thickness material(state.body.complex.collision, deformed_collision(), near);
   int edge_in = 0, blade_in = 0;
+  const CollisionMesh& mesh = state.body.complex.collision;
   if (!material.empty())
     for (int line = 0; line < (scissors ? 1 : 3); ++line)
       for (int k = 0; k < kEdgeSamples; ++k) {
         const Vec3 p = lerp(now.base, now.tip, static_cast<double>(k) / (kEdgeSamples - 1)) + (0.5 * line) * back;
-        if (!material.holds(p, line == 0 ? 0 : sizes.thickness)) continue;
+        CollisionVertex closest;
+        if (!material.holds(p, line == 0 ? 0 : sizes.thickness, &closest)) continue;
+        cut_through.push_back(mesh.rest[closest]);
         ++blade_in;
         edge_in += line == 0 ? 1 : 0;
       }
@@ -272,6 +276,20 @@ Status Session::Impl::let_go(std::size_t i) {
   return state.grasps.size() == before ? Status{} : renew_springs();
 }
 
+bool Session::Impl::is_near_cut(const Contact& c, const ToolSizes& sizes) const {
+  const ContactSurface& s = contact.surface;
+  Vec3 rest;
+  double radius = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!c.a.vertex[k].valid()) continue;
+    rest += c.a.weight[k] * s.rest[c.a.vertex[k]];
+    radius = std::max(radius, s.radius[c.a.vertex[k]]);
+  }
+  // The places are half a width apart, and vertices nearest to them.
+  const double reach = sizes.width + sizes.thickness + radius + state.body.complex.mean_root_edge;
+  return std::any_of(cut_through.begin(), cut_through.end(), [&](Vec3 p) { return norm(p - rest) < reach; });
+}
+
 bool Session::Impl::leaves_out(const Contact& c) const {
   if (c.tool < 0) return false;
   const auto i = static_cast<std::size_t>(c.tool);
@@ -282,7 +300,8 @@ bool Session::Impl::leaves_out(const Contact& c) const {
   const RigidState& at = state.mechanics.tools[i];
   const Vec3 local = transposed_times(at.axes, c.point - at.position);
   if (local.z > sizes.tip * (1 + 1e-9)) return false;  // the shaft
-  if (motion.holding || motion.inside) return true;
+  if (motion.holding) return true;
+  if (motion.inside) return tool.kind != SceneToolKind::kScalpel || is_near_cut(c, sizes);
   if (tool.kind == SceneToolKind::kScissors) return motion.jaws(state.time) < 1;
   if (scene.cut.resistance > 0) return false;
   const Vec3 push = transposed_times(at.axes, c.normal);

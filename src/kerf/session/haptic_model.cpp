@@ -42,13 +42,17 @@ double dot_six(const Six& a, const Six& b) {
   return sum;
 }
 
-/// Half the coupling's and the planes' stretches squared.
-double energy(const HapticModel& model, const std::array<Six, kHapticPlanes>& rows, const Six& wanted, const Six& x) {
+/// Half the coupling's stretches squared, and the planes'.
+double coupling_energy(const HapticModel& model, const Six& wanted, const Six& x) {
   double sum = 0;
   for (std::size_t i = 0; i < kFree; ++i) {
     const double k = i < 3 ? model.stiffness : model.turning_stiffness;
     sum += 0.5 * k * (x[i] - wanted[i]) * (x[i] - wanted[i]);
   }
+  return sum;
+}
+double planes_energy(const HapticModel& model, const std::array<Six, kHapticPlanes>& rows, const Six& x) {
+  double sum = 0;
   for (std::size_t p = 0; p < static_cast<std::size_t>(model.plane_count); ++p) {
     const double depth = std::fmax(0.0, model.planes[p].depth + dot_six(rows[p], x));
     sum += 0.5 * model.planes[p].stiffness * depth * depth;
@@ -132,9 +136,10 @@ HapticAnswer solve_proxy(const HapticModel& model, const RigidPlace& device) {
     active_before = active;
     const Six full = solve(a, b);
     // Newton's step, halved until the energy falls: the active sets can't go round in circles.
-    const double now = energy(model, rows, wanted, x);
+    const auto energy = [&](const Six& at) { return coupling_energy(model, wanted, at) + planes_energy(model, rows, at); };
+    const double now = energy(x);
     Six next = full;
-    for (int halved = 0; halved < 8 && energy(model, rows, wanted, next) > now; ++halved)
+    for (int halved = 0; halved < 8 && energy(next) > now; ++halved)
       for (std::size_t i = 0; i < kFree; ++i) next[i] = x[i] + 0.5 * (next[i] - x[i]);
     x = next;
     if (x != full) active_before = ~0u;
@@ -142,6 +147,8 @@ HapticAnswer solve_proxy(const HapticModel& model, const RigidPlace& device) {
 
   HapticAnswer out;
   out.tool = {model.tool.position + Vec3{x[0], x[1], x[2]}, product(turn({x[3], x[4], x[5]}), model.tool.axes)};
+  out.coupling = coupling_energy(model, wanted, x);
+  out.planes = planes_energy(model, rows, x);
   out.wrench.force = model.stiffness * Vec3{x[0] - wanted[0], x[1] - wanted[1], x[2] - wanted[2]};
   out.wrench.torque = model.turning_stiffness * Vec3{x[3] - wanted[3], x[4] - wanted[4], x[5] - wanted[5]};
   if (const double f = norm(out.wrench.force); model.max_force > 0 && f > model.max_force) {

@@ -56,6 +56,7 @@ void reduce_contacts(std::span<const HapticContact> contacts, double tissue, Hap
 struct HapticAnswer {
   RigidPlace tool;
   Wrench wrench;
+  double coupling = 0, planes = 0;  ///< J that the springs of the coupling and of the planes hold there
 };
 HapticAnswer solve_proxy(const HapticModel& model, const RigidPlace& device);
 

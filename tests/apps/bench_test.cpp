@@ -75,14 +75,16 @@ TEST(Bench, EveryTableOfScale) {
   options.quick = true;
   const auto run = bench_scale(options, {});
   ASSERT_TRUE(run.ok()) << run.error().message;
-  ASSERT_EQ(run->tables.size(), 7U);
+  ASSERT_EQ(run->tables.size(), 8U);
   for (const Table& table : run->tables) {
     EXPECT_FALSE(table.rows.empty()) << table.id;
     for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.columns.size()) << table.id;
   }
   const Table& cuts = run->tables[5];
   for (const auto& row : cuts.rows) EXPECT_EQ(row.back().text, "hold");
-  const Table& threads = run->tables[6];
+  for (const auto& row : run->tables[6].rows)  // strokes, then nothing that is wrong
+    EXPECT_TRUE(row[1].number == 5 && row[4].number == 0 && row[5].number == 0 && row[6].number == 0 && row[8].text.starts_with("0 of"));
+  const Table& threads = run->tables[7];
   EXPECT_EQ(threads.rows[0].back().text, threads.rows[1].back().text);
   EXPECT_EQ(threads.rows[2].back().text, threads.rows[3].back().text);
 }

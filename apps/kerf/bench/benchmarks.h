@@ -23,7 +23,7 @@ struct BenchOptions {
 
 /// Tables 1 to 6, figures 16 and 17 and the figures of 5.3, beside the paper's values.
 Result<Run> bench_paper(const BenchOptions& options, const Progress& progress);
-/// How cost grows with the size of each mesh, with the number of cuts, and with threads.
+/// How cost grows with the size of each mesh, with the number of cuts, and with threads; what many random strokes break.
 Result<Run> bench_scale(const BenchOptions& options, const Progress& progress);
 
 }  // namespace kerf::bench

@@ -1,4 +1,4 @@
-// How cost grows: one quantity at a time, on closed sheets of 1 x 1 x 0.1 m.
+// How cost grows: one quantity at a time, on closed sheets of 1 x 1 x 0.1 m; and how well many random strokes end.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include "bench/bench_bodies.h"
 #include "bench/benchmarks.h"
 #include "bench/machine.h"
+#include "bench/random_strokes.h"
 #include "bench/session_timing.h"
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
@@ -36,6 +37,11 @@ class ScaleBench {
       KERF_TRY(collision());
       KERF_TRY(hexahedra());
       KERF_TRY(number_of_cuts());
+      if (wanted("random")) {
+        auto table = random_strokes(options_, progress_);
+        if (!table) return table.error();
+        run_.tables.push_back(std::move(*table));
+      }
     }
     KERF_TRY(threads());
     run_.machine = machine_facts();

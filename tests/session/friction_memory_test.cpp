@@ -44,8 +44,12 @@ Creep creep_of(Session& session, const std::vector<Vec3>& before) {
 /// Where a cut makes new vertices, contacts start with unstretched friction springs. A spring holds with mu times the normal force, and its
 /// stiffness is that of the overlap: so its stretch is mu times the overlap at most, and that is all a cut may let the slab creep.
 TEST(FrictionMemory, WhatRestsDoesNotCreepWhenItIsCut) {
-  for (const auto& [slope, dt] : {std::pair{0.29, 0.004}, {0.29, 0.0167}, {0.1, 0.0167}}) {
-    auto made = Session::create(slab_on_slope(dt, slope));
+  struct Row {
+    double slope, dt;
+  };
+  for (const Row row : {Row{0.29, 0.004}, Row{0.29, 0.0167}, Row{0.1, 0.0167}}) {
+    const double dt = row.dt;
+    auto made = Session::create(slab_on_slope(dt, row.slope));
     ASSERT_TRUE(made.ok()) << made.error().message;
     Session session = std::move(*made);
     const auto wait = [&](double s) { ASSERT_TRUE(session.step(static_cast<int>(std::ceil(s / dt))).ok()); };

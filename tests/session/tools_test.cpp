@@ -75,6 +75,22 @@ TEST(Tools, AnEdgeCutsWhatItIsLedThrough) {
   expect_valid(session);
 }
 
+TEST(Tools, ALongEdgeCutsThinMaterialWhereverItMeetsIt) {
+  // Looked at in nine places of an edge of 60 mm, a strip 3 mm thick could lie between two of them.
+  for (const double tip : {-0.00825, -0.01125, -0.012}) {
+    Scene scene = strip_scene();
+    scene.tools = {tool_of(SceneToolKind::kScalpel, {0.003, -0.03, tip}, kFacingY)};
+    scene.tools[0].tip = 0.06;
+    Session session = make(scene);
+    lead(session, {{0.4, {0.003, 0.03, tip}, kFacingY}});
+    ASSERT_TRUE(session.step(250).ok());
+    expect_valid(session);
+    EXPECT_FALSE(session.in_stroke()) << tip;
+    EXPECT_EQ(session.counts().pieces, 2) << tip;
+    EXPECT_EQ(session.undo_depth(), 1) << tip;
+  }
+}
+
 TEST(Tools, ABluntEdgePresses) {
   Scene scene = strip_scene();
   scene.tools = {tool_of(SceneToolKind::kScalpel, {0.003, -0.03, -0.012}, kFacingY)};

@@ -16,7 +16,8 @@
 namespace kerf {
 namespace {
 
-constexpr int kEdgeSamples = 9;         // along an edge; a blade is looked at in three such lines
+constexpr int kEdgeSamples = 9;         // along an edge at least; a blade is looked at in three such lines
+constexpr int kMostSamples = 128;       // along an edge; no nearer to each other than half the half thickness
 constexpr double kEdgeFirst = 0.5;      // cosine between forward and the push of what an edge meets
 constexpr double kForward = 0.2;        // share of an edge's motion that must go forward for it to cut
 constexpr double kSlowEdge = 0.02;      // m/s below which resistance falls to zero with the speed
@@ -25,7 +26,7 @@ constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: 
 
 bool is_blade(const SceneRigidTool& tool) { return has_edge(tool); }
 
-/// Does the point lie in the material? Nearest triangles only; `closest` gets the nearest vertex.
+/// The material near a box: does a point lie in it? `closest` gets the vertex nearest to it, or to its way in.
 class Thickness {
  public:
   Thickness(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const Box3& near) : mesh_(mesh), positions_(positions) {
@@ -39,11 +40,15 @@ class Thickness {
       }
       bool apart = false;
       for (int i = 0; i < 3; ++i) apart = apart || box.min[i] > near.max[i] + radius || box.max[i] < near.min[i] - radius;
-      if (!apart) triangles_.push_back(t);
+      if (apart) continue;
+      triangles_.push_back(t);
+      thinnest_ = std::min(thinnest_, radius);
     }
   }
   [[nodiscard]] bool empty() const { return triangles_.empty(); }
-  [[nodiscard]] bool holds(Vec3 p, double extra, CollisionVertex* closest = nullptr) const {
+  /// m to the thickness; 0 in it.
+  [[nodiscard]] double clearance(Vec3 p, CollisionVertex* closest = nullptr) const {
+    double least = HUGE_VAL;
     for (const CollisionTriangle t : triangles_) {
       std::array<CollisionVertex, 3> v;
       std::array<Vec3, 3> x;
@@ -55,18 +60,41 @@ class Thickness {
       closest_point(p, x, found);
       double radius = 0;
       for (std::size_t k = 0; k < 3; ++k) radius += found.barycentric[k] * norm(mesh_.offset[v[k]]);
-      if (found.distance > radius + extra) continue;
+      if (found.distance - radius >= least) continue;
+      least = found.distance - radius;
       if (closest)
         *closest = v[static_cast<std::size_t>(std::max_element(found.barycentric.begin(), found.barycentric.end()) - found.barycentric.begin())];
-      return true;
+      if (least <= 0) return 0;
     }
-    return false;
+    return least;
+  }
+  [[nodiscard]] bool holds(Vec3 p, double extra) const { return clearance(p) <= extra; }
+  /// Calls look(vertex) for places along a line that lie in the material, or no farther from it than `extra`, as near to each other as the
+  /// material is thick; returns the length that they stand for. What is far from the material is passed over.
+  template <class Look>
+  double walk(Vec3 from, Vec3 to, double extra, Look&& look) const {
+    const double length = norm(to - from);
+    if (empty() || !(length > 0)) return 0;
+    const double step = std::clamp(0.5 * thinnest_, length / kMostSamples, length / kEdgeSamples);
+    double inside = 0;
+    for (double at = 0; at < length + step;) {
+      const double here = std::min(at, length);
+      CollisionVertex closest;
+      const double far = clearance(lerp(from, to, here / length), &closest) - extra;
+      if (far <= 0) {
+        look(closest);
+        inside += step;
+      }
+      at += std::max(step, far);
+    }
+    return std::min(inside, length);
   }
 
  private:
   const CollisionMesh& mesh_;
   const std::vector<Vec3>& positions_;
   std::vector<CollisionTriangle> triangles_;
+  double thinnest_ = HUGE_VAL;  ///< m: the least of their greatest half thicknesses
 };
 
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
@@ -107,22 +135,21 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   Box3 near;
   for (const Vec3 p : {now.base, now.tip, now.base + back, now.tip + back}) near.add(p);
   const Thickness material(state.body.complex.collision, deformed_collision(), near);
-  int edge_in = 0, blade_in = 0;
+  bool blade_in = false;
+  double edge_in = 0;  // m
   const CollisionMesh& mesh = state.body.complex.collision;
-  if (!material.empty())
-    for (int line = 0; line < (scissors ? 1 : 3); ++line)
-      for (int k = 0; k < kEdgeSamples; ++k) {
-        const Vec3 p = lerp(now.base, now.tip, static_cast<double>(k) / (kEdgeSamples - 1)) + (0.5 * line) * back;
-        CollisionVertex closest;
-        if (!material.holds(p, line == 0 ? 0 : sizes.thickness, &closest)) continue;
-        cut_through.push_back(mesh.rest[closest]);
-        ++blade_in;
-        edge_in += line == 0 ? 1 : 0;
-      }
+  for (int line = 0; line < (scissors ? 1 : 3); ++line) {
+    const Vec3 aside = (0.5 * line) * back;
+    const double in = material.walk(now.base + aside, now.tip + aside, line == 0 ? 0 : sizes.thickness, [&](CollisionVertex closest) {
+      blade_in = true;
+      cut_through.push_back(mesh.rest[closest]);
+    });
+    if (line == 0) edge_in = in;
+  }
 
-  if (motion.inside && (blade_in == 0 || (scissors && !closing))) {
+  if (motion.inside && (!blade_in || (scissors && !closing))) {
     motion.inside = false;
-    if (own && blade_in > 0) KERF_TRY(move_blade(now));
+    if (own && blade_in) KERF_TRY(move_blade(now));
     if (own) return end_stroke();
     return {};
   }
@@ -142,7 +169,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const Vec3 way = edge_middle(now) - edge_middle(last);
   const double ahead = std::max(dot(way, place.axes * edge.forward), -dot(way, place.axes.c[2]));
   if (ahead > kForward * norm(way)) KERF_TRY(move_blade(now));
-  resist(i, before, now, norm(now.tip - now.base) * edge_in / kEdgeSamples);
+  resist(i, before, now, edge_in);
   return {};
 }
 
@@ -186,10 +213,7 @@ void Session::Impl::resist(std::size_t i, const BladeEdge& before, const BladeEd
   near.add(now.tip);
   const Thickness material(mesh, positions, near);
   std::vector<CollisionVertex> carriers;
-  for (int k = 0; k < kEdgeSamples; ++k) {
-    CollisionVertex v;
-    if (material.holds(lerp(now.base, now.tip, static_cast<double>(k) / (kEdgeSamples - 1)), 0, &v)) carriers.push_back(v);
-  }
+  material.walk(now.base, now.tip, 0, [&](CollisionVertex v) { carriers.push_back(v); });
   if (carriers.empty()) return;
   Vec3 tissue;
   for (const CollisionVertex v : carriers) {

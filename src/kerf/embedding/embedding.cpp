@@ -71,7 +71,8 @@ class Embedder {
   Embedder(const CellComplex& body, const HexMesh& hex, Embedding& embedding, EmbeddingScratch& scratch,
            std::vector<VisualVertex>& moved)
       : body_(body), hex_(hex), e_(embedding), s_(scratch), moved_(moved), to_lattice_(hex.frame) {
-    if (e_.visual.size() < body.visual.vertex_count()) e_.visual.grow(body.visual.vertex_count() - e_.visual.size());
+    // One by one: g++ 12 fills a grown array of ids through memory, at a dozen cycles each.
+    while (e_.visual.size() < body.visual.vertex_count()) e_.visual.push_back({});
     const std::size_t missing = body.collision.vertex_count() - e_.collision.size();
     e_.collision.grow(missing);
     e_.collision_local.grow(missing);

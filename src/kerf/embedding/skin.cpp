@@ -18,6 +18,14 @@ void fill_lane(const CellComplex& body, const HexMesh& hex, VisualVertex v, Skin
   block.vertex[l] = v.value;
 }
 
+/// Each vertex once: who cuts without ever looking must not fill the memory.
+void note(Skin& skin, VisualVertex v) {
+  if (v.index() >= skin.noted.size()) skin.noted.resize(v.index() + 1, 0);
+  if (skin.noted[v.index()] != 0) return;
+  skin.noted[v.index()] = 1;
+  skin.dirty.push_back(v);
+}
+
 void remove(Skin& skin, VisualVertex v) {
   const std::int32_t slot = skin.slot[v.index()];
   if (slot < 0) return;
@@ -129,28 +137,29 @@ void build_skin(const CellComplex& body, const HexMesh& hex, const Embedding& em
 }
 
 void note_moved(Skin& skin, std::span<const VisualVertex> moved) {
-  skin.dirty.insert(skin.dirty.end(), moved.begin(), moved.end());
+  for (const VisualVertex v : moved) note(skin, v);
 }
 
 void note_rollback(Skin& skin, const Embedding& embedding, Journaled<VisualVertex, HexId>::Mark to) {
-  embedding.visual.for_each_changed(to, [&](VisualVertex v) { skin.dirty.push_back(v); });
-  for (std::size_t v = to.size; v < embedding.visual.size(); ++v) skin.dirty.push_back(VisualVertex(v));
+  embedding.visual.for_each_changed(to, [&](VisualVertex v) { note(skin, v); });
+  for (std::size_t v = to.size; v < embedding.visual.size(); ++v) note(skin, VisualVertex(v));
 }
 
 void note_step(Skin& skin, const JournalStep& step) {
   const JournalSegment& visual = step.arrays[0];
-  for (const std::uint32_t v : visual.indices) skin.dirty.push_back(VisualVertex(std::size_t{v}));
+  for (const std::uint32_t v : visual.indices) note(skin, VisualVertex(std::size_t{v}));
   // Vertices that the step made are found by their number.
-  for (std::size_t v = visual.base_size; v < skin.slot.size(); ++v) skin.dirty.push_back(VisualVertex(v));
+  for (std::size_t v = visual.base_size; v < skin.slot.size(); ++v) note(skin, VisualVertex(v));
 }
 
 void refresh_skin(const CellComplex& body, const HexMesh& hex, const Embedding& embedding, Skin& skin) {
   const std::size_t n = embedding.visual.size();
   for (std::size_t v = n; v < skin.slot.size(); ++v) remove(skin, VisualVertex(v));
-  for (std::size_t v = skin.slot.size(); v < n; ++v) skin.dirty.push_back(VisualVertex(v));
+  for (std::size_t v = skin.slot.size(); v < n; ++v) note(skin, VisualVertex(v));
   skin.slot.resize(n, -1);
   if (skin.first_block.size() < hex.hex_count()) skin.first_block.resize(hex.hex_count(), -1);
   for (const VisualVertex v : skin.dirty) {
+    skin.noted[v.index()] = 0;
     if (v.index() >= n) continue;
     remove(skin, v);
     if (embedding.visual[v].valid()) insert(body, hex, skin, v, embedding.visual[v]);

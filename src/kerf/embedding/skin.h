@@ -33,7 +33,8 @@ struct Skin {
   std::vector<std::int32_t> slot;         ///< per visual vertex: 8 block + lane, or -1
   std::vector<std::int32_t> first_block;  ///< per copy: -1 none
   std::int32_t free_block = -1;
-  std::vector<VisualVertex> dirty;        ///< to be looked at by the next refresh
+  std::vector<VisualVertex> dirty;        ///< to be looked at by the next refresh, each once
+  std::vector<std::uint8_t> noted;        ///< per visual vertex: 1 while it is in `dirty`
   std::vector<std::array<float, 24>> coefficients;  ///< per copy, scratch of evaluation
   std::vector<std::uint8_t> wanted;
 };

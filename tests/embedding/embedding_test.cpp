@@ -146,6 +146,39 @@ TEST(Embedding, ForcesKeepSumMomentAndWork) {
   }
 }
 
+TEST(Embedding, PointsArePlacedToTheBitsOfThePlainSum) {
+  const Embedded e = embedded_sheet(true, 0.02);
+  Random random(12);
+  std::vector<Vec3> nodes = rest_nodes(e.hex);
+  for (Vec3& x : nodes) x += Vec3{random.uniform(-.03, .03), random.uniform(-.03, .03), random.uniform(-.03, .03)};
+  std::vector<Vec3> places(e.body.collision.vertex_count());
+  collision_positions(e.hex, e.embedding, nodes, places);
+  for (const CollisionVertex v : ids<CollisionVertex>(places.size())) {
+    const std::array<double, 8> w = trilinear_weights(e.embedding.collision_local[v]);
+    Vec3 x{};
+    for (std::size_t c = 0; c < 8; ++c) x += w[c] * nodes[e.hex.nodes[e.embedding.collision[v]][c].index()];
+    EXPECT_EQ(places[v.index()], x);
+    EXPECT_EQ(point_position(e.hex, {e.embedding.collision[v], e.embedding.collision_local[v]}, nodes), x);
+  }
+}
+
+TEST(Embedding, AVertexThatMovesOftenIsNotedOnce) {
+  Embedded e = embedded_sheet(true, 0);
+  Skin skin;
+  build_skin(e.body, e.hex, e.embedding, skin);
+  std::vector<VisualVertex> all;
+  for (const VisualVertex v : ids<VisualVertex>(e.body.visual.vertex_count())) all.push_back(v);
+  for (int round = 0; round < 3; ++round) {
+    for (int i = 0; i < 5; ++i) note_moved(skin, all);
+    EXPECT_EQ(skin.dirty.size(), all.size());
+    refresh_skin(e.body, e.hex, e.embedding, skin);
+    EXPECT_TRUE(skin.dirty.empty());
+    std::size_t lanes = 0;
+    for (const SkinBlock& b : skin.blocks) lanes += static_cast<std::size_t>(b.count);
+    EXPECT_EQ(lanes, all.size());
+  }
+}
+
 TEST(Embedding, NothingIsOwnedTwiceInTheCountOfLanes) {
   Embedded e = embedded_sheet(true, 0);
   Skin skin;

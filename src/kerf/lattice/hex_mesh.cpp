@@ -39,18 +39,28 @@ const std::array<double, 27>& full_weights() {
   return weights;
 }
 
-std::array<double, 27> weights_of(const Moments& moments) {
-  // Along one axis: weights at (-p, 0, p) with the moments m0, m1, m2 of 1, x, x^2.
-  std::array<double, 27> w = moments;
-  for (const std::size_t stride : {1, 3, 9})
-    for (std::size_t i = 0; i < 27; ++i) {
-      if (i / stride % 3 != 0) continue;
-      const double m0 = w[i], m1 = w[i + stride], m2 = w[i + 2 * stride];
+namespace {
+
+/// Along one axis: weights at (-p, 0, p) with the moments m0, m1, m2 of 1, x, x^2.
+template <std::size_t kStep>
+void moments_to_weights(std::array<double, 27>& w) {
+  for (std::size_t block = 0; block < 27; block += 3 * kStep)
+    for (std::size_t i = block; i < block + kStep; ++i) {
+      const double m0 = w[i], m1 = w[i + kStep], m2 = w[i + 2 * kStep];
       const double even = m2 / (kPoint * kPoint), odd = m1 / kPoint;
       w[i] = 0.5 * (even - odd);
-      w[i + stride] = m0 - even;
-      w[i + 2 * stride] = 0.5 * (even + odd);
+      w[i + kStep] = m0 - even;
+      w[i + 2 * kStep] = 0.5 * (even + odd);
     }
+}
+
+}  // namespace
+
+std::array<double, 27> weights_of(const Moments& moments) {
+  std::array<double, 27> w = moments;
+  moments_to_weights<1>(w);
+  moments_to_weights<3>(w);
+  moments_to_weights<9>(w);
   return w;
 }
 

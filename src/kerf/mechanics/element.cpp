@@ -54,17 +54,24 @@ Moments moments_of(std::span<const MaterialPoint> points) {
   return m;
 }
 
+// Values at the three Gauss points along one axis to moments along it.
+template <std::size_t kStep>
+void values_to_moments(Moments& m) {
+  for (std::size_t block = 0; block < 27; block += 3 * kStep)
+    for (std::size_t i = block; i < block + kStep; ++i) {
+      const double low = m[i], middle = m[i + kStep], high = m[i + 2 * kStep];
+      m[i] = low + middle + high;
+      m[i + kStep] = kPoint * (high - low);
+      m[i + 2 * kStep] = kPoint * kPoint * (high + low);
+    }
+}
+
 Moments moments_of(const std::array<double, 27>& volumes) {
   Moments m{};
   std::copy(volumes.begin(), volumes.end(), m.begin());
-  for (const std::size_t stride : kStride)
-    for (std::size_t i = 0; i < 27; ++i) {
-      if (i / stride % 3 != 0) continue;
-      const double low = m[i], middle = m[i + stride], high = m[i + 2 * stride];
-      m[i] = low + middle + high;
-      m[i + stride] = kPoint * (high - low);
-      m[i + 2 * stride] = kPoint * kPoint * (high + low);
-    }
+  values_to_moments<kStride[0]>(m);
+  values_to_moments<kStride[1]>(m);
+  values_to_moments<kStride[2]>(m);
   return m;
 }
 

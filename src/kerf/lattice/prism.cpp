@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "kerf/lattice/lattice_tolerances.h"
 
@@ -183,6 +184,10 @@ constexpr KeastRule keast() {
 }
 constexpr KeastRule kKeast = keast();
 
+/// Four doubles in a vector register (of g++ and clang; two smaller ones where the machine has none so wide). Written out, since loops
+/// over lanes are made into shuffles.
+using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
+
 class MomentSum {
  public:
   void add(const Tetrahedron& t, LatticeIndex cell) {
@@ -191,35 +196,31 @@ class MomentSum {
       for (std::size_t a = 0; a < 3; ++a) p[i][a] = 2 * (t.p[i][static_cast<int>(a)] - cell[a]) - 1;
     const double volume = volume_of(t);
     // Points first, then moment by moment: a sum stays in a register while all groups go into it, one after the other.
-    double x[kGroups][kLanes], y[kGroups][kLanes], z[kGroups][kLanes], wz[kGroups][kLanes], wy[kGroups][kLanes];
+    Lanes x[kGroups], y[kGroups], z[kGroups], wz[kGroups], wy[kGroups];
     for (std::size_t g = 0; g < kGroups; ++g) {
-      const auto& b = kKeast.b[g];
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        x[g][l] = b[0][l] * p[0][0] + b[1][l] * p[1][0] + b[2][l] * p[2][0] + b[3][l] * p[3][0];
-        y[g][l] = b[0][l] * p[0][1] + b[1][l] * p[1][1] + b[2][l] * p[2][1] + b[3][l] * p[3][1];
-        z[g][l] = b[0][l] * p[0][2] + b[1][l] * p[1][2] + b[2][l] * p[2][2] + b[3][l] * p[3][2];
-        wz[g][l] = volume * kKeast.w[g][l];
-      }
+      Lanes b[4], w;
+      std::memcpy(b, kKeast.b[g], sizeof b);
+      std::memcpy(&w, kKeast.w[g], sizeof w);
+      x[g] = b[0] * p[0][0] + b[1] * p[1][0] + b[2] * p[2][0] + b[3] * p[3][0];
+      y[g] = b[0] * p[0][1] + b[1] * p[1][1] + b[2] * p[2][1] + b[3] * p[3][1];
+      z[g] = b[0] * p[0][2] + b[1] * p[1][2] + b[2] * p[2][2] + b[3] * p[3][2];
+      wz[g] = volume * w;
     }
-    double(*m)[kLanes] = sum_;
+    Lanes* m = sum_;
     for (int k = 0; k < 3; ++k) {
-      for (std::size_t g = 0; g < kGroups; ++g)
-        for (std::size_t l = 0; l < kLanes; ++l) wy[g][l] = wz[g][l];
+      for (std::size_t g = 0; g < kGroups; ++g) wy[g] = wz[g];
       for (int j = 0; j < 3; ++j, m += 3) {
-        double m0[kLanes], m1[kLanes], m2[kLanes];
-        for (std::size_t l = 0; l < kLanes; ++l) m0[l] = m[0][l], m1[l] = m[1][l], m2[l] = m[2][l];
-        for (std::size_t g = 0; g < kGroups; ++g)
-          for (std::size_t l = 0; l < kLanes; ++l) {
-            const double v = wy[g][l], vx = v * x[g][l];
-            m0[l] += v;
-            m1[l] += vx;
-            m2[l] += vx * x[g][l];
-            wy[g][l] = v * y[g][l];
-          }
-        for (std::size_t l = 0; l < kLanes; ++l) m[0][l] = m0[l], m[1][l] = m1[l], m[2][l] = m2[l];
+        Lanes m0 = m[0], m1 = m[1], m2 = m[2];
+        for (std::size_t g = 0; g < kGroups; ++g) {
+          const Lanes v = wy[g], vx = v * x[g];
+          m0 += v;
+          m1 += vx;
+          m2 += vx * x[g];
+          wy[g] = v * y[g];
+        }
+        m[0] = m0, m[1] = m1, m[2] = m2;
       }
-      for (std::size_t g = 0; g < kGroups; ++g)
-        for (std::size_t l = 0; l < kLanes; ++l) wz[g][l] *= z[g][l];
+      for (std::size_t g = 0; g < kGroups; ++g) wz[g] *= z[g];
     }
   }
   void add_to(Moments& moments) const {
@@ -227,7 +228,7 @@ class MomentSum {
   }
 
  private:
-  alignas(32) double sum_[27][kLanes] = {};
+  Lanes sum_[27] = {};
 };
 
 /// A prism that stands upright on a lattice plane with a flat top, as those of flat bodies in an aligned lattice: its moments

@@ -91,6 +91,21 @@ TEST(Tools, ALongEdgeCutsThinMaterialWhereverItMeetsIt) {
   }
 }
 
+TEST(Tools, BladesAndJawsOfAnySizeHaveAShape) {
+  for (const SceneToolKind kind : {SceneToolKind::kScalpel, SceneToolKind::kScissors, SceneToolKind::kGrasper})
+    for (const double tip : {0.0005, 0.02})
+      for (const double width : {0.0005, 0.004})
+        for (const double thickness : {0.0003, 0.004, 0.02}) {
+          Scene scene = strip_scene();
+          scene.tools = {tool_of(kind, {0, 0, 0.05})};
+          scene.tools[0].tip = tip;
+          scene.tools[0].width = width;
+          scene.tools[0].thickness = thickness;
+          const auto session = Session::create(scene);
+          EXPECT_TRUE(session.ok()) << tip << " " << width << " " << thickness << ": " << (session.ok() ? "" : session.error().message);
+        }
+}
+
 TEST(Tools, ABluntEdgePresses) {
   Scene scene = strip_scene();
   scene.tools = {tool_of(SceneToolKind::kScalpel, {0.003, -0.03, -0.012}, kFacingY)};

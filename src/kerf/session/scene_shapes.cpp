@@ -34,7 +34,7 @@ ToolSizes own_sizes(SceneToolKind kind) {
 ShapePart jaw_part(double tip, double angle, double side, double thick, double wide) {
   const Mat3 axes = turn({0, side * angle, 0});
   const Vec3 hinge{0, 0, tip};
-  const double rounding = 0.25 * std::fmin(thick, wide);
+  const double rounding = 0.25 * std::min({thick, wide, tip});
   return box_part(hinge + axes * Vec3{-side * thick / 2, 0, -tip / 2},
                   {thick / 2 - rounding, wide / 2 - rounding, tip / 2 - rounding}, axes, rounding);
 }
@@ -112,7 +112,8 @@ std::vector<ShapePart> tool_parts(const SceneRigidTool& tool, double jaws, const
     case SceneToolKind::kGrasper:
       return {jaw_part(s.tip, angle, 1, s.radius, s.width), jaw_part(s.tip, angle, -1, s.radius, s.width), shaft};
     case SceneToolKind::kScalpel: {
-      const double edge = s.thickness / 2, rounding = 0.45 * s.thickness;
+      const double edge = std::min({s.thickness, s.width, s.tip}) / 2;
+      const double rounding = 0.9 * std::min({s.thickness / 2, (s.width - edge) / 2, s.tip / 2});  // blades may be as thick as they are wide
       const ShapePart blade = box_part({-(s.width + edge) / 2, 0, s.tip / 2},
                                        {(s.width - edge) / 2 - rounding, s.thickness / 2 - rounding, s.tip / 2 - rounding}, {},
                                        rounding);

@@ -2,6 +2,7 @@
 // KERF_FUZZ_SECONDS=n in the environment runs longer, KERF_FUZZ_SEED=s starts from another seed.
 #include "kerf/cutting/shave.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <numbers>
@@ -99,6 +100,31 @@ TEST(Shave, OnlyWhereItTouches) {
   b.shave_at({0.5, 0.5, 0}, 0.05, o);  // in the hole, touching nothing
   EXPECT_EQ(b.pass.edges, 0);
   EXPECT_TRUE(b.pass.vertices.empty());
+}
+
+// A pass that may move few vertices leaves the others to the next ones, which begin there: all have their turn.
+TEST(Shave, WhatAPassLeavesComesFirstInTheNext) {
+  std::vector<CollisionHalfEdge> lips;
+  ShaveBody b = rough_hole(0.2, 0, 2, lips);
+  ShaveOptions o;
+  o.depth = 1e-4;
+  o.moves = 1;
+  ShaveBody whole = rough_hole(0.2, 0, 2, lips);
+  whole.shave_at({0.5, 0.5, 0}, 0.25, {0.5, 1e-4});
+  EXPECT_FALSE(whole.pass.left.valid());
+  const std::vector<CollisionVertex> all = whole.pass.collision_vertices;
+  ASSERT_GT(all.size(), 4u);
+  std::vector<CollisionVertex> moved;
+  for (std::size_t pass = 0; pass < all.size(); ++pass) {
+    b.shave_at({0.5, 0.5, 0}, 0.25, o);
+    ASSERT_LT(b.pass.collision_vertices.size(), all.size());
+    EXPECT_TRUE(b.pass.left.valid());
+    moved.insert(moved.end(), b.pass.collision_vertices.begin(), b.pass.collision_vertices.end());
+    o.until = o.first;
+    o.first = b.pass.left;
+  }
+  b.expect_valid();
+  for (const CollisionVertex v : all) EXPECT_NE(std::find(moved.begin(), moved.end(), v), moved.end()) << v.value;
 }
 
 TEST(Shave, EdgesMoveBackAndTheVolumeFallsByTheirArea) {

@@ -113,6 +113,16 @@ class ShavingPass {
     v.erase(std::unique(v.begin(), v.end()), v.end());
   }
   [[nodiscard]] double half_thickness(V v) const { return norm(coarse_.offset[v]); }
+  /// No vector is longer.
+  static double at_most(Vec3 v) { return std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z); }
+  /// Along one of the axes an edge is farther than `reach` from the shaver.
+  [[nodiscard]] bool is_far(Vec3 a, Vec3 b, double reach) const {
+    const Vec3 c = shaver_.base, d = shaver_.tip;
+    const auto apart = [reach](double p, double q, double r, double s) {
+      return std::min(p, q) > std::max(r, s) + reach || std::max(p, q) < std::min(r, s) - reach;
+    };
+    return apart(a.x, b.x, c.x, d.x) || apart(a.y, b.y, c.y, d.y) || apart(a.z, b.z, c.z, d.z);
+  }
 
   void find_contacts() {
     contacts_.clear();
@@ -121,6 +131,7 @@ class ShavingPass {
       const H h = body_.wall_edge[w];
       const V a = coarse_.from(h), b = coarse_.to(h);
       const Vec3 pa = position_[a.index()], pb = position_[b.index()];
+      if (is_far(pa, pb, shaver_.radius + std::max(at_most(coarse_.offset[a]), at_most(coarse_.offset[b])))) continue;
       const double reach = shaver_.radius + std::max(half_thickness(a), half_thickness(b));
       double s = 0;
       const double d = segment_distance(pa, pb, shaver_.base, shaver_.tip, s);
@@ -216,13 +227,19 @@ class ShavingPass {
         if (d < reach) touched.push_back({v, 1 - d * d / (reach * reach)});
       }
     sort_unique(touched);
+    if (options_.first.valid())
+      std::rotate(touched.begin(), std::lower_bound(touched.begin(), touched.end(), Touched{options_.first, 0}), touched.end());
     for (const Touched& t : touched) {
+      if (options_.moves > 0 && moves_ >= options_.moves) {
+        pass_.left = t.vertex;
+        break;
+      }
       if (is_end_of_slit(t.vertex)) {
         ++pass_.stuck;
         continue;
       }
       if (!is_smooth_around(t.vertex)) continue;
-      const double way = options_.depth * t.weight * share(t.vertex);
+      const double way = (has_waited(t.vertex) ? 2 : 1) * options_.depth * t.weight * share(t.vertex);
       if (!(way > 0)) continue;
       if (slide_back(t.vertex, way)) {
         slid_.push_back(t.vertex);
@@ -249,6 +266,18 @@ class ShavingPass {
     return std::min(kMostAtCorners, 1 / std::max(std::cos(bend / 2), 1e-3));
   }
 
+  [[nodiscard]] bool has_waited(V v) const {
+    const V first = options_.first, until = options_.until;
+    if (!first.valid()) return false;
+    if (!until.valid()) return !(v < first);
+    return first < until ? !(v < first) && v < until : !(v < first) || v < until;
+  }
+
+  bool slide(V v, const SlideTarget& to, const SlideRules& rules) {
+    ++moves_;
+    return slider_.slide(v, to, rules, books_);
+  }
+
   bool slide_back(V v, double way) {
     const auto [out, in] = border_edges(coarse_, v);
     const bool rim_out = is_rim_edge(coarse_, out), rim_in = is_rim_edge(coarse_, in);
@@ -267,7 +296,7 @@ class ShavingPass {
     for (int i = 0; i <= kHalvings; ++i, way *= 0.5) {
       const SlideTarget to = target(way);
       if (i == 0) make_way(v, to, kRings);
-      if (slider_.slide(v, to, rules, books_)) return true;
+      if (slide(v, to, rules)) return true;
     }
     return false;
   }
@@ -328,7 +357,7 @@ class ShavingPass {
         if (!is_rim_edge(coarse_, out) && !is_rim_edge(coarse_, in)) {
           target = push_lip(p, distance);
           if (i == 0 && rings > 0) make_way(v, target, rings - 1);
-          if (slider_.slide(v, target, {true, 0}, books_)) {
+          if (slide(v, target, {true, 0})) {
             slid_.push_back(v);
             return;
           }
@@ -343,7 +372,7 @@ class ShavingPass {
         target = point_in_fan(coarse_, v, std::fmod(angle_to(p) + 4 * std::numbers::pi, fan_angle(coarse_, v)), distance);
       }
       if (i == 0 && rings > 0) make_way(v, target, rings - 1);
-      if (slider_.slide(v, target, {}, books_)) {
+      if (slide(v, target, {})) {
         slid_.push_back(v);
         return;
       }
@@ -390,6 +419,7 @@ class ShavingPass {
   VertexSlider slider_{body_, scratch_};
   SlideBooks books_;
   std::vector<V> slid_;
+  int moves_ = 0;
 };
 
 }  // namespace

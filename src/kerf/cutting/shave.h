@@ -23,12 +23,17 @@ struct Shaver {
 struct ShaveOptions {
   double smoothing = 0.5;  ///< part of a bump that one pass takes off where the shaver touches fully, 0 to 1
   double depth = 0;        ///< metres by which smooth edges move back in one pass where it touches fully; 0: walls only
+  int moves = 0;           ///< about as many collision vertices are moved in one pass, so that it takes no longer; 0: all
+  /// What the pass before had no time for: from `first` on, round to before `until` (none: to the end). The pass begins with them, and
+  /// they go twice as far.
+  CollisionVertex first, until;
 };
 
 struct ShavePass {
   int edges = 0;          ///< collision edges that the shaver meets
   int moved_back = 0;     ///< collision vertices that moved
   int stuck = 0;          ///< collision vertices that could not: at the end of a slit, or where nothing is left to take
+  CollisionVertex left;   ///< the first vertex that is left for the next pass; none: all had their turn
   double removed = 0;     ///< m^3: by how much the enclosed volume fell
   double skin_area = 0;   ///< m^2: change of the skin's area
   double collision_area = 0;  ///< m^2: change of the collision mesh's area in its root planes
@@ -41,8 +46,8 @@ struct ShavePass {
 
 /// One pass of the shaver over a closed body. `position`: of every collision vertex, metres; where an edge that moves back is
 /// met far from its ends, it gets a vertex there, which is appended. Walls only lose material, and only
-/// towards their smooth shape; no face of either mesh turns over in its plane. Journaled. Cost: a look at every wall, then what
-/// hangs on the edges that are met.
+/// towards their smooth shape; no face of either mesh turns over in its plane. Journaled. Cost: a look at the box of every edge that is
+/// cut, then what hangs on those that are met.
 void shave(CellComplex& body, std::vector<Vec3>& position, const Shaver& shaver, const ShaveOptions& options,
            const CutOptions& cut_options, CutScratch& scratch, ShavePass& pass);
 

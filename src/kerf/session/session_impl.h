@@ -45,6 +45,7 @@ struct ActiveStroke {
   bool shaving = false;      ///< passes of a shaver instead of poses of a blade
   bool shaved = false;       ///< one of them took something off
   SceneShave shave;          ///< of a command
+  CollisionVertex shave_left, shave_until;  ///< what the last pass had no time for: ShaveOptions::first, until
   bool from_command = false; ///< poses come from `command`
   std::int32_t tool = -1;    ///< or from the edge of this tool of the scene
   SceneBlade command;

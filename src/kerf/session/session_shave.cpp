@@ -8,15 +8,17 @@
 
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/wall_points.h"
-#include "kerf/geodesic/sparse_index.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
 namespace {
 
+/// Of collision vertices in one pass, so that a frame of shaving never takes long; what is left comes first in the next.
+constexpr int kMostMoves = 10;
+
 /// Normals of what is drawn, where vertices have moved: those of the skin as interpolated, those of walls from their faces. Appends
 /// the render vertices that get another one.
-void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& moved, RenderSurface& surface,
+void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& moved, CutScratch& scratch, RenderSurface& surface,
                    std::vector<RenderVertex>& changed) {
   const VisualMesh& mesh = complex.visual;
   const auto face_vector = [&](VisualTriangle f) {
@@ -24,7 +26,9 @@ void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& 
     const Vec3 a = mesh.rest[mesh.from(h)];
     return cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a);
   };
-  SparseIndex seen, done;
+  DenseIndex &seen = scratch.slid_vertex, &done = scratch.slid_face;
+  seen.reset(mesh.vertex_count());
+  done.reset(surface.normal.size());
   std::vector<VisualVertex> around;
   const auto add = [&](VisualVertex v) {
     if (seen.insert(v.value) == static_cast<std::int32_t>(around.size())) around.push_back(v);
@@ -90,7 +94,10 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
   const std::size_t vertices = body.complex.collision.vertex_count();
   begin_pose();
   ShavePass pass;
-  kerf::shave(body.complex, sweep_positions, shaver, {smoothing, depth}, cut_options, cut_scratch, pass);
+  kerf::shave(body.complex, sweep_positions, shaver, {smoothing, depth, kMostMoves, state.stroke->shave_left, state.stroke->shave_until}, cut_options,
+              cut_scratch, pass);
+  state.stroke->shave_until = state.stroke->shave_left;
+  state.stroke->shave_left = pass.left;
   forget_places();
   ShaveReport report;
   report.edges = pass.edges;
@@ -146,7 +153,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     }
     note_moved(skin, pass.vertices);
     std::vector<RenderVertex> other_normals;
-    renew_normals(body.complex, pass.vertices, body.surface, other_normals);
+    renew_normals(body.complex, pass.vertices, cut_scratch, body.surface, other_normals);
     if (watching) {
       watched.moved.insert(watched.moved.end(), pass.vertices.begin(), pass.vertices.end());
       watched.moved.insert(watched.moved.end(), moved.begin(), moved.end());

@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::size_t kGrain = 1024;
 constexpr double kFacing = 4;  // power: walls that lean by 60 degrees must not count as a side
-constexpr double kMedial = 0.98;
+constexpr double kMedial = 0.98, kMedialStout = 0.85;  // of the way to the middle: what is farther counts as medial
+constexpr double kStout = 2.4;  // mean thicknesses
 constexpr double kSameSurface = 0.7071067811865476;  // cosine: farther turned neighbours lie across a crease
 
 template <class Fn>
@@ -65,7 +66,9 @@ Pairing find_pairs(const SurfaceMesh& m, const TriangleBvh& bvh, double thicknes
     const double facing = std::max(0.0, -dot(n, out.normal[hit.triangle]));
     const double half = 0.5 * hit.t;
     // Anything farther than that counts as half the way: in the middle of a ball everything is equally far.
-    const double room = bvh.closest(view, c - half * n, kMedial * half).distance;
+    // The more so the stouter the body is there: boxes of triangles reach inwards too, and all of them would be opened.
+    const double medial = hit.t > kStout * thickness ? kMedialStout : kMedial;
+    const double room = bvh.closest(view, c - half * n, medial * half).distance;
     const double rho = std::min(1.0, room / half);
     p.confidence = std::pow(facing, kFacing) * rho * rho * rho;
   });

@@ -33,6 +33,7 @@ struct Hull {
 /// Four numbers at once, whatever the machine has.
 using Four = double __attribute__((vector_size(32)));
 double least_of(Four v) { return std::min(std::min(v[0], v[1]), std::min(v[2], v[3])); }
+double greatest_of(Four v) { return std::max(std::max(v[0], v[1]), std::max(v[2], v[3])); }
 Four greater_of(Four a, Four b) { return a > b ? a : b; }
 
 /// By how much two hulls may deform before a gap between them could be below `limit`; 0: now. thick: both half thicknesses at most.
@@ -47,26 +48,25 @@ double quiet_hulls(const Hull& a, const Hull& b, double limit, double thick) {
       x[n] = d.x, y[n] = d.y, z[n] = d.z;
     }
   for (; n < 4; ++n) x[n] = d.x, y[n] = d.y, z[n] = d.z;
-  const Vec3 axis = normalized(sum);
-  const Four along = axis.x * x + axis.y * y + axis.z * z;
-  const double distance = least_of(along);
-  if (!(distance > limit)) return 0;
-  // A direction between points of the hulls is a mean of those between corners, made unit: it was not shorter than `shortest`.
-  const Four square = x * x + y * y + z * z;
-  const double shortest = std::sqrt(least_of(along * along / square));
+  const Four along = sum.x * x + sum.y * y + sum.z * z;
+  const double length = norm(sum), least = least_of(along);
+  if (!(least > limit * length) || !(least > 0)) return 0;
+  const double distance = least / length;
+  // A distance d between points of the hulls is a mean of those between corners, and so are o . d and the part of d along the axis, which |d|
+  // is no less than: o . d / |d| is at most the greatest of their quotients.
+  const Four inverse = length / along;
   const auto greatest_part = [&](const Hull& h) {
     Four most{};
     for (std::size_t k = 0; k < h.count; ++k) {
-      const Four part = h.offset[k].x * x + h.offset[k].y * y + h.offset[k].z * z;
-      most = greater_of(most, part * part);
+      const Four part = inverse * (h.offset[k].x * x + h.offset[k].y * y + h.offset[k].z * z);
+      most = greater_of(most, greater_of(part, -part));
     }
-    most /= square;
-    return std::sqrt(std::max(std::max(most[0], most[1]), std::max(most[2], most[3])));
+    return most;
   };
-  const double upright = (greatest_part(a) + greatest_part(b)) / shortest;
-  const double spare = distance - std::min(thick, upright) - limit;
+  const Four mine = greatest_part(a), other = greatest_part(b);
+  const double spare = distance - std::min(thick, greatest_of(mine) + greatest_of(other)) - limit;
   // Both points move and both offsets turn by as much: d changes by twice that, d / |d| by twice that over the distance left.
-  return spare > 0 ? std::min(kNearest * distance, spare / (2 + 2.2 / (1 - kNearest) * thick / distance)) : 0;
+  return spare > 0 ? std::min(kNearest * distance, spare * distance / (2 * distance + 2.2 / (1 - kNearest) * thick)) : 0;
 }
 
 Vec3 lesser(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }

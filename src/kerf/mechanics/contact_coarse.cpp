@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kerf/mechanics/lanes.h"
 #include "kerf/mechanics/step.h"
 
 namespace kerf {
@@ -76,11 +77,33 @@ void extend_structure(const MechanicsModel& model, StepWorkspace& w) {
   }
 }
 
-/// 3 x 6: (t, w) -> weight t + w x arm.
-void motion_matrix(const Part& part, double (&m)[3][6]) {
+/// What a row with block P (3 x 3) feels of the six motions of a part: P (weight t + w x arm), one row of 6 and two zeros for every axis.
+struct Felt {
+  Lanes low[3], high[3];
+};
+Felt felt_of(const double (&p)[3][3], const Part& part) {
   const double w = part.weight, *a = part.arm;
-  const double rows[3][6] = {{w, 0, 0, 0, a[2], -a[1]}, {0, w, 0, -a[2], 0, a[0]}, {0, 0, w, a[1], -a[0], 0}};
-  std::copy(&rows[0][0], &rows[0][0] + 18, &m[0][0]);
+  Felt out;
+  for (int r = 0; r < 3; ++r) {
+    const double *q = p[r];
+    out.low[r] = Lanes{w * q[0], w * q[1], w * q[2], q[2] * a[1] - q[1] * a[2]};
+    out.high[r] = Lanes{q[0] * a[2] - q[2] * a[0], q[1] * a[0] - q[0] * a[1], 0, 0};
+  }
+  return out;
+}
+
+/// block += felt' (weight t + w x arm), column by column.
+void add_felt(const Felt& f, const Part& part, double* block) {
+  const double w = part.weight, *a = part.arm;
+  const auto add = [&](int column, double x, int r, double y, int q) {
+    double* out = block + 8 * column;
+    store_lanes(out, load_lanes(out) + x * f.low[r] + y * f.low[q]);
+    store_lanes(out + 4, load_lanes(out + 4) + x * f.high[r] + y * f.high[q]);
+  };
+  for (int r = 0; r < 3; ++r) add(r, w, r, 0, r);
+  add(3, -a[2], 1, a[1], 2);
+  add(4, a[2], 0, -a[0], 2);
+  add(5, -a[1], 0, a[0], 1);
 }
 
 }  // namespace
@@ -110,20 +133,10 @@ void add_contacts_to_coarse(const MechanicsModel& model, StepWorkspace& w) {
     const double* p = w.contact.rows[w.contact.pressing[i]].block;
     const double full[3][3] = {{p[0], p[3], p[5]}, {p[3], p[1], p[4]}, {p[5], p[4], p[2]}};
     for (std::int32_t a = c.part_begin[i]; a < c.part_begin[i + 1]; ++a) {
-      double left[3][6], felt[3][6] = {};
-      motion_matrix(c.parts[a], left);
-      for (int r = 0; r < 3; ++r)
-        for (int k = 0; k < 3; ++k)
-          for (int j = 0; j < 6; ++j) felt[r][j] += full[r][k] * left[k][j];
-      for (std::int32_t b = a; b < c.part_begin[i + 1]; ++b) {
-        double right[3][6];
-        motion_matrix(c.parts[b], right);
-        double* block = coarse.factored.data() +
-                        kBlockDoubles * static_cast<std::size_t>(c.cholesky.find_block(c.parts[a].place, c.parts[b].place));
-        for (int j = 0; j < 6; ++j)
-          for (int r = 0; r < 3; ++r)
-            for (int k = 0; k < 6; ++k) block[8 * j + k] += felt[r][k] * right[r][j];
-      }
+      const Felt felt = felt_of(full, c.parts[a]);
+      for (std::int32_t b = a; b < c.part_begin[i + 1]; ++b)
+        add_felt(felt, c.parts[b],
+                 coarse.factored.data() + kBlockDoubles * static_cast<std::size_t>(c.cholesky.find_block(c.parts[a].place, c.parts[b].place)));
     }
   }
 }

@@ -377,6 +377,13 @@ double exactness(const MechanicsModel& model, const StepOptions& o) {
   return ratio > kStiffestLoose ? std::min(o.tolerance, std::max(kLeastTolerance, kToleranceTimesRatio / ratio)) : o.tolerance;
 }
 
+// One number for a list (FNV-1a); two lists with the same one would only cost iterations.
+std::uint64_t name_of(const std::vector<std::int32_t>& list) {
+  std::uint64_t name = 0xcbf29ce484222325ull;
+  for (const std::int32_t i : list) name = (name ^ static_cast<std::uint32_t>(i)) * 0x100000001b3ull;
+  return name;
+}
+
 // The linear solves of one step: one without contacts, several while these open and close.
 struct Solver {
   MechanicsModel& model;
@@ -385,7 +392,8 @@ struct Solver {
   std::int32_t& two_level_steps;
   StepReport& report;
   double floor = 0, norm_b = 0, tolerance = 0;
-  bool coarse_assembled = false;
+  bool coarse_assembled = false, coarse_factored = false;
+  std::uint64_t factored_rows = 0;  // that pressed when the coarse matrix was factored
 
   [[nodiscard]] double wanted() const {
     return std::max((report.two_level ? 1 : kBlockJacobiFactor) * tolerance * norm_b, floor);
@@ -398,7 +406,11 @@ struct Solver {
       prepare_coarse_space(model, w);
       coarse_assembled = true;
     }
-    factor_coarse_space(model, w);
+    // While the same rows press, their coarse matrix hardly changes; but no momentum may hang on an old one.
+    const std::uint64_t rows = w.contact.set != nullptr ? name_of(w.contact.pressing) : 0;
+    if (!coarse_factored || rows != factored_rows || w.contact.any_free_touched) factor_coarse_space(model, w);
+    coarse_factored = true;
+    factored_rows = rows;
     report.two_level = true;
     report.seconds_setup += seconds_since(start);
   }

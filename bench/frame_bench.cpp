@@ -1,0 +1,152 @@
+// Whole frames at 1 kHz, as a haptic device would ask for them (the row `haptic` of `kerf bench paper`), stage by stage: what the slowest frames
+// spend their time on. A body lies on a plane, held at one end, while a blade moves through it in every frame; contact and self-contact are on.
+// CPU time of the thread.
+//
+//   frame_bench [--strokes n] [--poses n] [--csv FILE] [steak | meniscus]
+#include <fmt/format.h>
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "kerf/base/random.h"
+#include "kerf/session/session.h"
+
+namespace {
+
+using namespace kerf;
+
+double cpu_seconds() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+struct Frame {
+  double all = 0, cut = 0, find = 0, forces = 0, setup = 0, solve = 0, response = 0, surface = 0;
+  int rows = 0, pressing = 0, iterations = 0, passes = 0, parts = 0;
+};
+
+Scene scene_of(const std::string& model) {
+  Scene scene;
+  scene.name = scene.body.model = model;
+  scene.simulation.time_step = 0.001;
+  SceneFix fix;
+  fix.region.shape = SceneRegion::Shape::kHalfSpace;
+  fix.region.point = {-0.45 * (model == "meniscus" ? 0.045 : 0.2), 0, 0};
+  fix.region.normal = {-1, 0, 0};
+  scene.fixes.push_back(fix);
+  SceneObstacle& plane = scene.obstacles.emplace_back();
+  plane.shape = SceneShape::kPlane;
+  plane.position = {0, 0, model == "meniscus" ? -0.0045 : -0.0125};
+  return scene;
+}
+
+Status run(const std::string& model, int strokes, int poses, std::vector<Frame>& frames, double& deepest) {
+  auto made = Session::create(scene_of(model));
+  if (!made) return made.error();
+  Session& session = *made;
+  KERF_TRY(session.step(500));
+  Box3 box;
+  for (const Vec3 p : session.body().complex.collision.rest.raw()) box.add(p);
+  Random random(17);
+  const Vec3 size = box.size(), up{0, 0, box.diagonal()};
+  std::vector<Vec3f> positions, normals;
+  for (int i = 0; i <= strokes; ++i) {
+    const double angle = random.uniform(0, 2 * std::numbers::pi), shift = random.uniform(-0.2, 0.2);
+    const Vec3 along{0.6 * size.x * std::cos(angle), 0.6 * size.y * std::sin(angle), 0};
+    const Vec3 middle = box.center() + shift * Vec3{-along.y, along.x, 0};
+    const int depth = session.undo_depth();
+    KERF_TRY(session.begin_stroke(SceneFrame::kWorld, true));
+    for (int k = 0; k <= poses; ++k) {
+      const Vec3 p = middle + (2.0 * k / poses - 1) * along;
+      Frame f;
+      const double start = cpu_seconds();
+      KERF_TRY(session.move_blade(p + up, p - up));
+      f.cut = cpu_seconds() - start;
+      const auto step = session.step();
+      if (!step) return step.error();
+      const double stepped = cpu_seconds();
+      session.visual_skin(positions, normals);
+      const double end = cpu_seconds();
+      f.all = end - start;
+      f.surface = end - stepped;
+      const StepReport& m = step->mechanics;
+      f.find = step->detection;
+      f.forces = m.seconds_forces;
+      f.setup = m.seconds_setup;
+      f.solve = m.seconds_solve;
+      f.response = m.seconds_contact;
+      f.rows = m.contacts;
+      f.pressing = m.pressing;
+      f.iterations = m.iterations;
+      f.passes = m.passes;
+      f.parts = step->parts;
+      deepest = std::max(deepest, m.deepest_overlap);
+      if (i > 0) frames.push_back(f);
+    }
+    KERF_TRY(session.end_stroke());
+    if (session.undo_depth() > depth) KERF_TRY(session.undo());
+  }
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int strokes = 20, poses = 1000;
+  std::string csv;
+  std::vector<std::string> models;
+  for (int i = 1; i < argc; ++i) {
+    const std::string a = argv[i];
+    if (a == "--strokes" && i + 1 < argc) strokes = std::atoi(argv[++i]);
+    else if (a == "--poses" && i + 1 < argc) poses = std::atoi(argv[++i]);
+    else if (a == "--csv" && i + 1 < argc) csv = argv[++i];
+    else models.push_back(a);
+  }
+  if (models.empty()) models = {"steak", "meniscus"};
+  fmt::print("us{:<22} {:>6} {:>6} {:>6} {:>6} | {:>4} {:>4} {:>4} {:>4} {:>4} {:>4} {:>4} | {:>5} {:>5} {:>5} {:>6} {:>5}\n", "", "median", "99 %", "99.9 %", "most", "cut", "find",
+             "forc", "setp", "solv", "resp", "surf", "rows", "press", "CG", "passes", "parts");
+  for (const std::string& model : models) {
+    std::vector<Frame> frames;
+    double deepest = 0;
+    if (const Status done = run(model, strokes, poses, frames, deepest); !done.ok()) {
+      fmt::print("{}: {}\n", model, done.error().message);
+      return 1;
+    }
+    if (!csv.empty())
+      if (std::FILE* file = std::fopen((csv + "-" + model + ".csv").c_str(), "w")) {
+        fmt::print(file, "all,cut,find,forces,setup,solve,response,surface,rows,pressing,iterations,passes,parts\n");
+        for (const Frame& f : frames)
+          fmt::print(file, "{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{},{},{},{},{}\n", 1e6 * f.all, 1e6 * f.cut, 1e6 * f.find, 1e6 * f.forces, 1e6 * f.setup,
+                     1e6 * f.solve, 1e6 * f.response, 1e6 * f.surface, f.rows, f.pressing, f.iterations, f.passes, f.parts);
+        std::fclose(file);
+      }
+    std::sort(frames.begin(), frames.end(), [](const Frame& a, const Frame& b) { return a.all < b.all; });
+    const std::size_t n = frames.size();
+    const auto at = [&](double q) { return 1e6 * frames[static_cast<std::size_t>(q * static_cast<double>(n - 1))].all; };
+    // Means over a share of the frames, by time.
+    const auto row = [&](const char* name, std::size_t begin, std::size_t end) {
+      Frame s;
+      for (std::size_t i = begin; i < end; ++i) {
+        const Frame& f = frames[i];
+        s.cut += f.cut, s.find += f.find, s.forces += f.forces, s.setup += f.setup, s.solve += f.solve, s.response += f.response, s.surface += f.surface;
+        s.rows += f.rows, s.pressing += f.pressing, s.iterations += f.iterations, s.passes += f.passes, s.parts += f.parts;
+      }
+      const double c = 1.0 / static_cast<double>(std::max<std::size_t>(1, end - begin)), us = 1e6 * c;
+      fmt::print("{:<24} {:6.0f} {:6.0f} {:6.0f} {:6.0f} | {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} | {:5.0f} {:5.0f} {:5.1f} {:6.2f} {:5.2f}\n", name, at(0.5), at(0.99),
+                 at(0.999), at(1), us * s.cut, us * s.find, us * s.forces, us * s.setup, us * s.solve, us * s.response, us * s.surface, c * s.rows, c * s.pressing,
+                 c * s.iterations, c * s.passes, c * s.parts);
+    };
+    row((model + ", all").c_str(), 0, n);
+    row("  slowest hundredth", n - n / 100, n);
+    row("  slowest thousandth", n - n / 1000, n);
+    fmt::print("  deepest overlap {:.3g} mm\n", 1e3 * deepest);
+  }
+}

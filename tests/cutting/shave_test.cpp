@@ -108,9 +108,9 @@ TEST(Shave, WhatAPassLeavesComesFirstInTheNext) {
   ShaveBody b = rough_hole(0.2, 0, 2, lips);
   ShaveOptions o;
   o.depth = 1e-4;
-  o.moves = 1;
   ShaveBody whole = rough_hole(0.2, 0, 2, lips);
-  whole.shave_at({0.5, 0.5, 0}, 0.25, {0.5, 1e-4});
+  whole.shave_at({0.5, 0.5, 0}, 0.25, o);
+  o.moves = 1;
   EXPECT_FALSE(whole.pass.left.valid());
   const std::vector<CollisionVertex> all = whole.pass.collision_vertices;
   ASSERT_GT(all.size(), 4u);

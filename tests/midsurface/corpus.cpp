@@ -427,6 +427,13 @@ void add_thin(Collector& c) {
   // The middle of a tray with sharp creases is known only away from them.
   s = extruded(0.2, 0.1, 0.008, 60, 24, [](double u) { return u < 0.3 ? -1.2 : u > 0.7 ? 1.2 : 0.0; });
   c.sheet("folded sheet with two creases", s).middle.clear();
+  // Sharp inside and outside: as thick on both sides of a crease as elsewhere.
+  s = extruded(0.1, 0.06, 0.003, 16, 12, [](double u) { return u < 0.5 ? 0.9599 : -0.9599; });
+  s.half = [](double u, double) { return 0.0015 / (std::fabs(u - 0.5) < 1e-6 ? std::cos(0.9599) : 1); };
+  c.sheet("roof that turns by 110 degrees", s).middle.clear();
+  s = extruded(0.1, 0.08, 0.003, 20, 20, [](double u) { return u < 0.3 ? kPi / 2 : u < 0.7 ? 0 : -kPi / 2; });
+  s.half = [](double u, double) { return 0.0015 / (std::fabs(std::fabs(u - 0.5) - 0.2) < 1e-6 ? std::cos(kPi / 4) : 1); };
+  c.sheet("U channel", s).middle.clear();
   s = plate(0.2, 0.16, 0.02, 80, 64);
   s.half = [](double u, double v) { return std::hypot(u - 0.5, v - 0.5) < 0.2 ? 0.015 : 0.009; };
   c.sheet("plate with a boss", s).middle.clear();

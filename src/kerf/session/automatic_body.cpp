@@ -58,6 +58,8 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
   const std::string where = mark_fault(at_fault, out.midsurface);
   std::vector<std::string> why = out.midsurface.verdict.warnings;
   why.push_back(out.refused->message + where);
+  if (out.midsurface.quality.crossings > 0)
+    why.emplace_back("a body that is folded by 120 degrees and more there can be unfolded or rounded, one that passes through itself repaired");
   out.refused->message = fmt::format("the collision mesh that was made does not bind ({}); ask for more triangles, or give a collision "
                                      "mesh of your own; --write-collision FILE.obj saves the one that was made, --diagnose FILE.ply "
                                      "shows the places", fmt::join(why, "; "));

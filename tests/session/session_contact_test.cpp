@@ -412,8 +412,9 @@ TEST(SessionContact, APileCutThroughDoesNotFlyApart) {
 }
 
 TEST(SessionContact, TwoCrossingStripsComeToRest) {
-  // One hangs over the other: light rims on faces, with friction. They used to open and close without end.
-  for (const double dt : {0.002, 0.01}) {
+  // One hangs over the other: light rims on faces, with friction. They used to open and close without end, and at 16.7 ms the held strip,
+  // which carries both by its tension, shook at 5 cm/s.
+  for (const double dt : {0.002, 0.01, 0.0167}) {
     Scene scene;
     scene.body.model = "strip";
     scene.more_bodies.emplace_back().model = "strip";
@@ -432,7 +433,7 @@ TEST(SessionContact, TwoCrossingStripsComeToRest) {
     Session session = must_create(scene);
     run(session, 3, 0.0015);
     const Course r = run(session, 0.2, 0.0015);
-    EXPECT_LT(r.left, 2e-3) << dt;
+    EXPECT_LT(r.left, dt < 0.01 ? 2e-3 : 2e-4) << dt;
     EXPECT_LT(r.deepest, 0.02) << dt;
     EXPECT_GT(r.most_pressing, 3);
   }

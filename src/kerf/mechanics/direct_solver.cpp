@@ -80,11 +80,20 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
       const ElementMatrix k = model.element_stiffness(HexId(e));
       Eigen::Matrix3d r;
       for (int i = 0; i < 9; ++i) r(i / 3, i % 3) = w.rotation[9 * batch + i].v[lane];
+      const double scale = dt * dt + dt * damping;
+      // Tension against the spin, which is half the sum of gradient x velocity.
+      const double tension = 0.25 * scale * element.young_scale * w.tension[batch].v[lane];
+      Eigen::Matrix<double, 3, 8> gradient;
+      for (int c = 0; c < 8; ++c)
+        for (int a = 0; a < 3; ++a) gradient(a, c) = corner_sign(c, a) / (4 * model.cell_size()[a]);
+      gradient = (r * gradient).eval();
       for (int c = 0; c < 8; ++c)
         for (int d = 0; d < 8; ++d) {
           Eigen::Matrix3d block;
           for (int i = 0; i < 9; ++i) block(i / 3, i % 3) = k[24 * (3 * c + i / 3) + 3 * d + i % 3];
-          block = (dt * dt + dt * damping) * r * block * r.transpose();
+          block = scale * r * block * r.transpose();
+          block += tension * (gradient.col(c).dot(gradient.col(d)) * Eigen::Matrix3d::Identity() -
+                              gradient.col(d) * gradient.col(c).transpose());
           for (int i = 0; i < 9; ++i)
             add(element.nodes[c].value, i / 3, element.nodes[d].value, i % 3, block(i / 3, i % 3));
         }

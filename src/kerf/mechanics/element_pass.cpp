@@ -1,6 +1,8 @@
 #include "kerf/mechanics/element_pass.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "kerf/mechanics/lanes.h"
 #include "kerf/mechanics/rotation.h"
@@ -82,6 +84,41 @@ inline void apply_own(const double* k, const Lanes (&u)[8][3], Lanes (&f)[8][3])
   }
 }
 
+// The linear modes of corner values, as the transform makes them: mode[a] = sum over corners, those with bit a subtracted.
+inline void linear_modes(const Lanes (&u)[8][3], Lanes (&mode)[3][3]) {
+  for (int a = 0; a < 3; ++a)
+    for (int i = 0; i < 3; ++i) {
+      Lanes sum = u[0][i] - u[1 << a][i];
+      for (int c = 1; c < 8; ++c)
+        if (c != 1 << a) sum += (c >> a & 1) != 0 ? -u[c][i] : u[c][i];
+      mode[a][i] = sum;
+    }
+}
+
+// Volume times stress (row, column) -> volume times what resists a turn of the cell most: the trace less the least principal value, which
+// is at least as large as this (Gershgorin).
+inline Lanes turning_tension(const Lanes (&s)[3][3]) {
+  using rotation_detail::select;
+  const auto size = [](const Lanes& x) { return select(x < 0, -x, x); };
+  const Lanes xy = size(0.5 * (s[0][1] + s[1][0])), yz = size(0.5 * (s[1][2] + s[2][1])), zx = size(0.5 * (s[2][0] + s[0][2]));
+  const Lanes x = s[0][0] - xy - zx, y = s[1][1] - xy - yz, z = s[2][2] - yz - zx;
+  const Lanes least = select(x < y, select(x < z, x, z), select(y < z, y, z));
+  return s[0][0] + s[1][1] + s[2][2] - least;
+}
+
+// Forces of the linear modes, from the modes of a motion: tension times the spin of the cell, q: -1 / (4 h).
+inline void turn_back(const Lanes& tension, const double (&q)[3], const Lanes (&u)[3][3], Lanes (&f)[3][3]) {
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const Lanes torque = 0.25 * tension * (q[i] * u[i][j] - q[j] * u[j][i]);
+    f[i][j] = q[i] * torque;
+    f[j][i] = -q[j] * torque;
+  }
+  for (int k = 0; k < 3; ++k) f[k][k] = all_lanes(0);
+}
+
+inline bool any_of_lanes(const Lanes& x) { return x[0] != 0 || x[1] != 0 || x[2] != 0 || x[3] != 0; }
+
 inline Lanes young_scales(const MechanicsModel& model, const Batch& batch) {
   Lanes s = all_lanes(0);
   for (int lane = 0; lane < kLanes; ++lane)
@@ -127,8 +164,11 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_
       u[1 << a][a] -= h4[a];
     }
     const Lanes scale = -young_scales(model, batch);
+    Lanes stress[3][3];  // times the volume
     if (batch.own < 0) {
       apply_blocks(s.shared[batch.material], u);
+      for (int a = 0; a < 3; ++a)
+        for (int i = 0; i < 3; ++i) stress[i][a] = h4[a] * u[1 << a][i];
       for (int m = 1; m < 8; ++m) {
         rotate(r, u[m]);
         for (int a = 0; a < 3; ++a) u[m][a] *= scale;
@@ -140,12 +180,17 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_
       walsh_hadamard_transform(u);  // back to corners, times 8
       Lanes force[8][3];
       apply_own(model.own_block(batch.own), u, force);
+      Lanes mode[3][3];
+      linear_modes(force, mode);
+      for (int a = 0; a < 3; ++a)
+        for (int i = 0; i < 3; ++i) stress[i][a] = h4[a] / 64 * mode[a][i];
       for (int c = 0; c < 8; ++c) {
         rotate(r, force[c]);
         for (int a = 0; a < 3; ++a) force[c][a] *= 0.125 * scale;
       }
       scatter(w.slot.data() + 32 * b, force);
     }
+    store_lanes(w.tension[b].v, -scale * turning_tension(stress));
   }
   return inverted;
 }
@@ -153,14 +198,25 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_
 void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt, std::size_t begin,
                         std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
+  const Vec3 h = model.cell_size();
+  const double least = std::min({h.x, h.y, h.z});
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
     Lanes scale = all_lanes(0);
     for (int lane = 0; lane < kLanes; ++lane) {
+      double& tension = w.tension[b].v[lane];
+      const double whole = dt * dt * tension;
+      tension = 0;
       if (batch.element[lane] < 0) continue;
-      const MechanicsElement& e = model.element(HexId(batch.element[lane]));
+      const HexId id(batch.element[lane]);
+      const MechanicsElement& e = model.element(id);
       const double damping = model.materials()[e.material].damping_stiffness;
-      scale[lane] = std::sqrt((dt * dt + dt * damping) * e.young_scale);
+      const double square = (dt * dt + dt * damping) * e.young_scale;
+      scale[lane] = std::sqrt(square);
+      if (!(whole > 0)) continue;
+      const auto& masses = model.element_masses(id);
+      const double excess = whole - kTautness * least * least * std::accumulate(masses.begin(), masses.end(), 0.0);
+      if (excess > 0 && square > 0) tension = excess / square;
     }
     for (int i = 0; i < 9; ++i)
       store_lanes(w.scaled_rotation[9 * b + i].v, scale * load_lanes(w.rotation[9 * b + i].v));
@@ -170,16 +226,27 @@ void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt
 void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const std::vector<Quad>& p,
                             std::size_t begin, std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
+  const Vec3 h = model.cell_size();
+  const double q[3] = {-0.25 / h.x, -0.25 / h.y, -0.25 / h.z};
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
     Lanes r[3][3], u[8][3];
     load_rotation(w.scaled_rotation.data() + 9 * b, r);
     gather(batch, p.data(), u);
+    const Lanes tension = load_lanes(w.tension[b].v);
+    const bool taut = any_of_lanes(tension);
+    Lanes linear[3][3], back[3][3];
     if (batch.own < 0) {
       walsh_hadamard_transform(u);
       for (int m = 1; m < 8; ++m) rotate_back(r, u[m]);
       for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
+      if (taut) {
+        for (int i = 0; i < 9; ++i) linear[i / 3][i % 3] = u[1 << i / 3][i % 3];
+        turn_back(tension, q, linear, back);
+      }
       apply_blocks(s.shared[batch.material], u);
+      if (taut)
+        for (int i = 0; i < 9; ++i) u[1 << i / 3][i % 3] += back[i / 3][i % 3];
       for (int m = 1; m < 8; ++m) rotate(r, u[m]);
       for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
       walsh_hadamard_transform(u);
@@ -188,6 +255,12 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const
       Lanes f[8][3];
       for (int c = 0; c < 8; ++c) rotate_back(r, u[c]);
       apply_own(model.own_block(batch.own), u, f);
+      if (taut) {
+        linear_modes(u, linear);
+        turn_back(tension, q, linear, back);
+        for (int c = 0; c < 8; ++c)
+          for (int i = 0; i < 9; ++i) f[c][i % 3] += (c >> i / 3 & 1) != 0 ? -back[i / 3][i % 3] : back[i / 3][i % 3];
+      }
       for (int c = 0; c < 8; ++c) rotate(r, f[c]);
       scatter(w.slot.data() + 32 * b, f);
     }
@@ -199,6 +272,14 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
   const MechanicsModel::Structure& s = model.structure();
   // Components in the order xx yy zz xy yz zx.
   constexpr int kRow[6] = {0, 1, 2, 0, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 0};
+  const Vec3 h = model.cell_size();
+  const double q[3] = {0.25 / h.x, 0.25 / h.y, 0.25 / h.z};
+  double turning[6];  // of corner 0 with itself, for a tension of one
+  for (int i = 0; i < 3; ++i) {
+    const double first = q[(i + 1) % 3], second = q[(i + 2) % 3];
+    turning[i] = 0.25 * (first * first + second * second);
+    turning[3 + i] = -0.25 * q[i] * first;
+  }
   const auto write = [&](std::size_t b, int corner, const Lanes(&d)[6]) {
     Lanes a0 = d[0], a1 = d[1], a2 = d[2], a3 = d[3];
     Lanes b0 = d[4], b1 = d[5], b2 = all_lanes(0), b3 = all_lanes(0);
@@ -215,8 +296,10 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
     const Batch& batch = s.batches[b];
     Lanes r[3][3];
     load_rotation(w.scaled_rotation.data() + 9 * b, r);
+    const Lanes tension = load_lanes(w.tension[b].v);
     if (batch.own < 0) {
-      const std::array<double, 6>& k = s.shared[batch.material].corner;
+      Lanes k[6];
+      for (int i = 0; i < 6; ++i) k[i] = s.shared[batch.material].corner[i] + tension * turning[i];
       Lanes base[6], xy[6], yz[6], zx[6];
       for (int i = 0; i < 6; ++i) {
         const Lanes* p = r[kRow[i]];
@@ -242,9 +325,14 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
       };
       for (int c = 0; c < 8; ++c) {
         const int o = 3 * c;
-        const Lanes m[3][3] = {{packed(o, o), packed(o, o + 1), packed(o, o + 2)},
-                               {packed(o, o + 1), packed(o + 1, o + 1), packed(o + 1, o + 2)},
-                               {packed(o, o + 2), packed(o + 1, o + 2), packed(o + 2, o + 2)}};
+        const double xy = (c ^ c >> 1) & 1 ? -1 : 1, yz = (c >> 1 ^ c >> 2) & 1 ? -1 : 1, zx = xy * yz;
+        const Lanes own[6] = {packed(o, o) + tension * turning[0],
+                              packed(o + 1, o + 1) + tension * turning[1],
+                              packed(o + 2, o + 2) + tension * turning[2],
+                              packed(o, o + 1) + xy * tension * turning[3],
+                              packed(o + 1, o + 2) + yz * tension * turning[4],
+                              packed(o, o + 2) + zx * tension * turning[5]};
+        const Lanes m[3][3] = {{own[0], own[3], own[5]}, {own[3], own[1], own[4]}, {own[5], own[4], own[2]}};
         Lanes mr[3][3];  // M R'
         for (int i = 0; i < 3; ++i)
           for (int j = 0; j < 3; ++j) mr[i][j] = m[i][0] * r[j][0] + m[i][1] * r[j][1] + m[i][2] * r[j][2];

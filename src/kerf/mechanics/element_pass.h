@@ -13,12 +13,17 @@ namespace kerf {
 /// Elements per parallel chunk / 4; nodes per chunk. Fixed, because sums are taken per chunk.
 inline constexpr std::size_t kBatchGrain = 32, kNodeGrain = 512;
 
+/// A cell under tension resists turning; while rotations are frozen in a step, that is on the right-hand side alone and, beyond
+/// tension dt^2 = density h^2 in cells too thin to resist bending, throws nodes up in one step and down in the next. What is more than this part of that goes
+/// into the matrix: tension times the square of the cell's mean spin.
+inline constexpr double kTautness = 0.25;
+
 /// Follows the rotations (workspace.rotation) to workspace.position and writes the elastic forces into the
-/// slots. Returns the number of inverted elements.
+/// slots, and into workspace.tension what of the stress resists turns. Returns the number of inverted elements.
 int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin,
                        std::size_t end);
 
-/// workspace.scaled_rotation for a step of dt.
+/// workspace.scaled_rotation and tension for a step of dt.
 void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, double dt, std::size_t begin,
                         std::size_t end);
 

@@ -46,6 +46,7 @@ void resize(const MechanicsModel& model, StepWorkspace& w) {
   w.diagonal_slot.resize(2 * s.element_slots);
   w.rotation.resize(9 * s.batches.size());
   w.scaled_rotation.resize(9 * s.batches.size());
+  w.tension.resize(s.batches.size());
   w.spring_scale.resize(s.springs.size());
   w.partial.resize(n / kNodeGrain + 1);
   w.inverted.resize(s.batches.size() / kBatchGrain + 1);
@@ -416,14 +417,16 @@ struct Solver {
   }
 
   // The coarse motion that takes up the coarse part of the residual, as a search direction with its product: pieces that
-  // rest on something then keep their momentum, whatever the tolerance.
-  void coarse_direction() {
-    solve_coarse(model, w, o.parallel);
+  // rest on something then keep their momentum, whatever the tolerance. Returns how far to go: the coarse matrix knows nothing of tension.
+  double coarse_direction() {
+    const double rz = solve_coarse(model, w, o.parallel);
     for (Quad& q : w.preconditioned) store_lanes(q.v, all_lanes(0));
     if (w.contact.set != nullptr)
       for (ToolWork& tool : w.contact.tools) std::fill(tool.preconditioned, tool.preconditioned + 6, 0.0);
     next_direction(model, w, 0, true, o.parallel);
-    multiply(model, w, SystemVector::kSearch, o.parallel);
+    const double pap = multiply(model, w, SystemVector::kSearch, o.parallel);
+    const bool taut = std::any_of(w.tension.begin(), w.tension.end(), [](const Quad& t) { return sum_of(load_lanes(t.v)) + t.v[3] > 0; });
+    return taut && pap > 0 ? rz / pap : 1;
   }
 
   // From the solution so far, whose residual is given.
@@ -444,8 +447,7 @@ struct Solver {
     double rr = norm_start * norm_start, rz_old = 0, alpha = 0;
     const bool coarse_start = first && lean && report.two_level;
     if (coarse_start) {
-      coarse_direction();
-      alpha = 1;
+      alpha = coarse_direction();
     }
     int settling = 0;
     bool restart = true;
@@ -523,8 +525,7 @@ struct Solver {
       return {};
     }
     if (contacts && w.contact.any_free_touched && report.two_level) {
-      coarse_direction();
-      advance(model, w, 1, o.parallel);
+      advance(model, w, coarse_direction(), o.parallel);
     }
     absorb_rigid_momentum(model, w);
     carry_crumbs(model, w);

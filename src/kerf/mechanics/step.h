@@ -109,6 +109,7 @@ struct StepWorkspace {
   std::vector<Quad> diagonal_slot;     // two per slot: xx yy zz xy, yz zx - -
   std::vector<Quad> rotation;          // nine per batch
   std::vector<Quad> scaled_rotation;   // nine per batch: times the square root of (dt^2 + dt b) E-scale
+  std::vector<Quad> tension;           // per batch: volume times stress against turns, then what the matrix has of it over the scale's square
   std::vector<double> spring_scale;    // dt^2 k + dt c, per live spring
   std::vector<Quad> partial;           // per chunk of nodes
   std::vector<std::int32_t> inverted;  // per chunk of batches

@@ -59,27 +59,36 @@ int Session::Impl::parts_of_self_contact(double h) const {
   return static_cast<int>(std::ceil(std::min(most, static_cast<double>(scene.contact.substeps))));
 }
 
+int Session::Impl::parts_of_turning(double h) const {
+  const double turn = h * deformation_rate(state.body.hex, state.mechanics.velocities, kTurn / h);
+  return std::max(1, static_cast<int>(std::ceil(std::min(turn / kTurn, kTurnParts))));
+}
+
+Result<StepReport> Session::Impl::divide_part(double t, double h, int more) {
+  StepReport sum;
+  for (int i = 0; i < more; ++i) {
+    auto part = advance_part(t + i * (h / more), h / more, false);
+    if (!part) return part;
+    add_part(*part, sum, i == 0);
+  }
+  parts += more - 1;
+  return sum;
+}
+
 Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divide) {
-  last_options = step_options;
-  last_options.dt = h;
+  int more = may_divide ? parts_of_turning(h) : 1;
   if (contact.on) {
     const auto start = Clock::now();
     touched_part = state.touching;
     find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity, state.touching,
                   contact, [this](const Contact& c) { return leaves_out(c); });
     detection_seconds += std::chrono::duration<double>(Clock::now() - start).count();
-    if (const int more = may_divide ? parts_of_self_contact(h) : 1; more > 1) {
-      state.touching = touched_part;
-      StepReport sum;
-      for (int i = 0; i < more; ++i) {
-        auto part = advance_part(t + i * (h / more), h / more, false);
-        if (!part) return part;
-        add_part(*part, sum, i == 0);
-      }
-      parts += more - 1;
-      return sum;
-    }
+    if (may_divide) more = std::max(more, parts_of_self_contact(h));
+    if (more > 1) state.touching = touched_part;
   }
+  if (more > 1) return divide_part(t, h, more);
+  last_options = step_options;
+  last_options.dt = h;
   if (contact.on && std::any_of(contact.contacts.begin(), contact.contacts.end(), [](const Contact& c) { return c.b.vertex[0].valid(); }))
     last_options.tolerance *= kPairTolerance;
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
@@ -95,8 +104,7 @@ Result<StepReport> Session::Impl::advance_mechanics() {
   detection_seconds = 0;
   KERF_TRY(fresh_springs());
   int equal = contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact) : 1;
-  const double turn = dt * deformation_rate(state.body.hex, state.mechanics.velocities, kTurn / dt);
-  equal = std::max(equal, static_cast<int>(std::ceil(std::min(turn / kTurn, kTurnParts))));
+  equal = std::max(equal, parts_of_turning(dt));
   parts = equal;
   if (contact.on || equal > 1) {
     before_step = state.mechanics;

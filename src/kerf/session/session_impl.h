@@ -271,6 +271,9 @@ struct Session::Impl {
   /// h seconds from t on; may_divide: in smaller parts where parts of the body come together fast.
   Result<StepReport> advance_part(double t, double h, bool may_divide);
   [[nodiscard]] int parts_of_self_contact(double h) const;
+  /// Where a cell turns or stretches by more than rotations frozen in a part allow.
+  [[nodiscard]] int parts_of_turning(double h) const;
+  Result<StepReport> divide_part(double t, double h, int more);
   /// In the first step: a note about bodies that were placed into something.
   void warn_of_overlap();
   /// Triangles of the collision mesh that a cut, or taking one back, has changed.

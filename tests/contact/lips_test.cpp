@@ -121,6 +121,33 @@ TEST(Lips, ShearedAlongStayInTouch) {
   for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, -0.02 * kRadius, 1e-12);
 }
 
+TEST(Lips, RimsThatCrossTouchBetweenTheirVertices) {
+  // One lip lies on the other at one end and beside it at the other: in between only its lower rim and the other's upper one touch.
+  const double r = kRadius, depth = 0.02 * r;
+  for (const double side_up : {1.0, -1.0}) {
+    LipBody body;
+    body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+    for (const double gap : {0.1 * r, 0.0, -depth}) {
+      body.place([&](Vec3 p, int side) {
+        if (side < 0) return p;
+        const double along = 0.2 * (p.y - 0.43);
+        return p + Vec3{gap / std::sqrt(2) + along, 0, side_up * (2 * r + gap / std::sqrt(2) - along)};
+      });
+      body.detect();
+      int crossings = 0;
+      for (const Contact& c : body.contacts) {
+        EXPECT_GT(c.gap, gap - 1e-9);
+        if (std::fabs(c.normal.x) < 0.6 || std::fabs(c.normal.z) < 0.6) continue;
+        ++crossings;
+        EXPECT_NEAR(c.gap, gap, 1e-9);
+        EXPECT_NEAR(std::fabs(c.normal.x + side_up * c.normal.z), std::sqrt(2), 1e-9);
+        EXPECT_NEAR(c.point.y, 0.43, 0.02);
+      }
+      EXPECT_EQ(crossings, 1) << gap;
+    }
+  }
+}
+
 TEST(Lips, LiftedOverAndBack) {
   LipBody body;
   body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});

@@ -21,6 +21,8 @@ constexpr double kSideBySide = 0.7;
 constexpr double kPassed = 0.1;
 /// A vertex stays with the lip or the face that it touched unless the other is better by this part of the radius.
 constexpr double kStay = 0.1;
+/// Rims cross from this sine of their angle on; and deeper in each other than this part of the radius they have lost each other.
+constexpr double kCrossing = 0.005, kLostRims = 0.5, kOffCone = 0.2;
 
 /// A face that a vertex touches or might touch.
 struct FaceFoot {
@@ -228,9 +230,10 @@ void measure_lips(const Pair& pair, VertexSearch& search) {
     if (!lip.edge.valid()) continue;
     const bool was = recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 0))) != nullptr ||
                      recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 1))) != nullptr;
-    const double gap = lip_gap(search.point, edge_point(pair.b, lip.edge, lip.t), lip.normal);
+    const RimEnd& rim = search.rim.end[static_cast<std::size_t>(k)];
+    const double gap = std::min(lip_end(pair.b, search.point, rim, lip, 0).gap, lip_end(pair.b, search.point, rim, lip, 1).gap);
     // So deep at first sight: one has passed over the other.
-    if (!was && gap < -kPassed * radius) lip.edge = H();
+    if (!(gap < HUGE_VAL) || (!was && gap < -kPassed * radius)) lip.edge = H();
     else search.lip_gap = std::max(search.lip_gap, gap + (was ? kStay * radius : 0));
   }
 }
@@ -241,10 +244,9 @@ bool hand_out_vertex(const Pair& pair, VertexSearch& search) {
   for (int k = 0; k < search.rim.count && !on_top; ++k) {
     const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (!lip.edge.valid()) continue;
-    const BodyPoint foot = edge_point(pair.b, lip.edge, lip.t);
     for (int end = 0; end < 2; ++end) {
-      const double lift = end == 0 ? 1 : -1;
-      hand_out_pair(pair.run, lip_name(pair, search.v, k, end), search.point, lift, foot, lift, lip.normal, lip.edge.value);
+      const LipEnd e = lip_end(pair.b, search.point, search.rim.end[static_cast<std::size_t>(k)], lip, end);
+      if (e.gap < HUGE_VAL) hand_out_pair(pair.run, lip_name(pair, search.v, k, end), search.point, e.lift, e.foot, e.other_lift, e.normal, lip.edge.value);
     }
   }
   bool touches = false;
@@ -409,11 +411,40 @@ double edge_beside_walls(const BodyView& a, H h, const BodyView& b, H g) {
   return beside;
 }
 
+/// Rims of lips that lie on each other at one end and side by side at the other: the upper rim of one crosses the lower rim of the other. The
+/// normal is upright to both; it points out of wall and face of either.
+void test_rims(const Pair& pair, H h, H g) {
+  const ContactSurface& s = pair.a.surface;
+  const Vec3 out = -pair.a.into(h), other_out = -pair.b.into(g);
+  if (!(dot(out, other_out) < 0)) return;
+  for (const double lift : {1.0, -1.0}) {
+    const auto corner = [&](const BodyView& body, V v, double l) { return body.position(v) + l * body.offset(v); };
+    const Vec3 a = corner(pair.a, s.from(h), lift), b = corner(pair.a, s.to(h), lift);
+    const Vec3 c = corner(pair.b, s.from(g), -lift), e = corner(pair.b, s.to(g), -lift);
+    SegmentFeet feet;
+    if (!inner_feet(a, b, c, e, feet)) continue;
+    const Vec3 across = cross(b - a, e - c);
+    const double size = norm(across);
+    if (!(size > kCrossing * norm(b - a) * norm(e - c))) continue;
+    const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
+    Vec3 n = (1 / size) * across;
+    if (dot(n, other_out - out) < 0) n = -n;
+    const double over = -lift * dot(n, y.offset), under = -lift * dot(n, x.offset);
+    if (!(dot(n, other_out) >= -kOffCone && -dot(n, out) >= -kOffCone && over >= -kOffCone * norm(y.offset) && under >= -kOffCone * norm(x.offset))) continue;
+    const ContactName name{ContactKind::kEdgeEdge, lift > 0 ? 1 : 2, pair.a.index, pair.b.index, 0, h.value, g.value};
+    const double gap = dot(n, x.position + lift * x.offset - y.position + lift * y.offset), radius = norm(x.offset);
+    const bool was = recall(pair.run.before, contact_key(name)) != nullptr;
+    if (gap < -(was ? kLostRims : kPassed) * radius) continue;
+    hand_out_pair(pair.run, name, x, lift, y, -lift, n, -1);
+  }
+}
+
 void test_edges(const Pair& pair, H h, H g, double reach) {
   const ContactSurface &s = pair.a.surface, &o = pair.b.surface;
   const V p = s.from(h), q = s.to(h), u = o.from(g), w = o.to(g);
   if (pair.self && (p == u || p == w || q == u || q == w)) return;
   const Vec3 a = pair.a.position(p), b = pair.a.position(q), c = pair.b.position(u), e = pair.b.position(w);
+  if (pair.self && s.cut[h] != 0 && o.cut[g] != 0) test_rims(pair, h, g);
   SegmentFeet feet;
   if (!inner_feet(a, b, c, e, feet)) return;
   const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);

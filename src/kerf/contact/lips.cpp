@@ -15,6 +15,8 @@ using H = CollisionHalfEdge;
 constexpr double kSmooth = 0.5, kFacing = -0.3;
 /// Borders of a strip narrower than this many thicknesses may be taken for lips; one is behind the other beyond this cosine.
 constexpr double kNarrow = 2, kBehind = 0.5;
+/// Walls stand along each other as long as one's thickness has this part of itself along the other's.
+constexpr double kLeastUpright = 0.2;
 
 /// The edges made by cuts that leave v and arrive at it along the border of its fan; none where it is no rim.
 struct RimEdges {
@@ -105,11 +107,56 @@ void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h,
     const Vec3 run = t > 0 ? a - b : b - a;
     if (!(dot(run, rim.along[0]) > 0 || dot(run, rim.along[1]) > 0)) score += 0.01 * norm(b - a);
   }
-  if (score < best.score || (score == best.score && h < best.edge)) best = {h, t, score, n};
+  if (score < best.score || (score == best.score && h < best.edge)) best = {h, t, score, c};
 }
 
-double lip_gap(const BodyPoint& v, const BodyPoint& foot, Vec3 n) {
-  return dot(n, v.position - foot.position) - std::fabs(dot(n, v.offset - foot.offset));
+namespace {
+
+/// The wall of a lip over a point of its rim: unit, upright to rim and thickness, out of the material.
+Vec3 wall_normal(Vec3 conormal, Vec3 offset) {
+  const double size = dot(offset, offset);
+  return size > 0 ? normalized(conormal - (dot(conormal, offset) / size) * offset) : conormal;
+}
+
+}  // namespace
+
+LipEnd lip_end(const BodyView& body, const BodyPoint& v, const RimEnd& rim, const LipFoot& foot, int end) {
+  const auto& s = body.surface;
+  const Vec3 a = body.position(s.from(foot.edge)), b = body.position(s.to(foot.edge));
+  const Vec3 oa = body.offset(s.from(foot.edge)), ob = body.offset(s.to(foot.edge));
+  LipEnd e;
+  double t = foot.t;
+  const double wanted = end == 0 ? 1 : -1;
+  for (int pass = 0;; ++pass) {
+    e.foot = edge_point(body, foot.edge, t);
+    // Heights on the other wall are linear in those on this one: own lift m is at A + m B there.
+    const Vec3 o = e.foot.offset;
+    const double size = dot(o, o);
+    e.lift = e.other_lift = wanted;
+    e.gap = 0;
+    if (size > 0) {
+      const double A = dot(v.position - e.foot.position, o) / size, B = dot(v.offset, o) / size;
+      if (B > kLeastUpright) {
+        if (std::fabs(A) >= 1 + B) e.gap = HUGE_VAL;
+        const double at = A + wanted * B;
+        e.other_lift = std::clamp(at, -1.0, 1.0);
+        if (e.other_lift != at) e.lift = std::clamp((e.other_lift - A) / B, -1.0, 1.0);
+      }
+    }
+    if (pass == 1) break;
+    const Vec3 p = v.position + e.lift * v.offset;
+    const double next = closest_on_segment(p, a + e.other_lift * oa, b + e.other_lift * ob);
+    if (next == t) break;
+    t = next;
+  }
+  const double share = std::clamp(0.5 + 2 * (std::fabs(e.lift) - std::fabs(e.other_lift)), 0.0, 1.0);
+  e.normal = normalized(share * wall_normal(foot.conormal, e.foot.offset) - (1 - share) * wall_normal(rim.conormal, v.offset));
+  if (e.gap > 0 || !(norm(e.normal) > 0.5)) {
+    e.gap = HUGE_VAL;
+    return e;
+  }
+  e.gap = dot(e.normal, v.position + e.lift * v.offset - (e.foot.position + e.other_lift * e.foot.offset));
+  return e;
 }
 
 }  // namespace kerf

@@ -29,12 +29,19 @@ struct LipFoot {
   CollisionHalfEdge edge;   ///< none: nothing faces
   double t = 0;             ///< on it
   double score = HUGE_VAL;  ///< lower is nearer
-  Vec3 normal;              ///< unit, from the other lip to this one
+  Vec3 conormal;            ///< unit, out of the other lip's material
 };
 /// Takes edge h (made by a cut) if it faces the rim at v and is nearer than what was found.
 void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, CollisionHalfEdge h, LipFoot& best);
 
-/// How far the walls are apart where they are nearest to or deepest in each other, m.
-double lip_gap(const BodyPoint& v, const BodyPoint& foot, Vec3 normal);
+/// Where two walls meet, at one end of the height that they share: at the height of either one's end, a corner against a wall.
+struct LipEnd {
+  BodyPoint foot;         ///< on the other rim
+  double lift = 0, other_lift = 0;
+  Vec3 normal;            ///< unit, from the other wall to this one: that of the wall which the other's corner meets, of both for two corners
+  double gap = 0;         ///< m; HUGE_VAL: one wall is above the other
+};
+/// end 0: the upper one of v, 1: the lower one.
+LipEnd lip_end(const BodyView& body, const BodyPoint& v, const RimEnd& rim, const LipFoot& foot, int end);
 
 }  // namespace kerf

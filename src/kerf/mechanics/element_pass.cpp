@@ -195,7 +195,7 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_
   return inverted;
 }
 
-void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt, std::size_t begin,
+void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt, bool weight, std::size_t begin,
                         std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
   const Vec3 h = model.cell_size();
@@ -214,8 +214,14 @@ void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt
       const double square = (dt * dt + dt * damping) * e.young_scale;
       scale[lane] = std::sqrt(square);
       if (!(whole > 0)) continue;
+      const auto piece = static_cast<std::size_t>(s.rigid.piece[e.nodes[0].index()]);
+      if (!weight && s.rigid.free_index[piece] >= 0) continue;
       const auto& masses = model.element_masses(id);
-      const double excess = whole - kTautness * least * least * std::accumulate(masses.begin(), masses.end(), 0.0);
+      const Material& material = model.materials()[e.material];
+      const double mass = std::accumulate(masses.begin(), masses.end(), 0.0);
+      const double thick = least * std::min(1.0, mass / (material.density * h.x * h.y * h.z));
+      const double sound = std::sqrt(material.young * e.young_scale / material.density);
+      const double excess = whole - mass * std::max(kTautness * least * least, kTautBending * thick * dt * sound);
       if (excess > 0 && square > 0) tension = excess / square;
     }
     for (int i = 0; i < 9; ++i)
@@ -273,12 +279,12 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
   // Components in the order xx yy zz xy yz zx.
   constexpr int kRow[6] = {0, 1, 2, 0, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 0};
   const Vec3 h = model.cell_size();
-  const double q[3] = {0.25 / h.x, 0.25 / h.y, 0.25 / h.z};
+  const double slope[3] = {0.25 / h.x, 0.25 / h.y, 0.25 / h.z};
   double turning[6];  // of corner 0 with itself, for a tension of one
   for (int i = 0; i < 3; ++i) {
-    const double first = q[(i + 1) % 3], second = q[(i + 2) % 3];
+    const double first = slope[(i + 1) % 3], second = slope[(i + 2) % 3];
     turning[i] = 0.25 * (first * first + second * second);
-    turning[3 + i] = -0.25 * q[i] * first;
+    turning[3 + i] = -0.25 * slope[i] * first;
   }
   const auto write = [&](std::size_t b, int corner, const Lanes(&d)[6]) {
     Lanes a0 = d[0], a1 = d[1], a2 = d[2], a3 = d[3];

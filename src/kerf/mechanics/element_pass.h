@@ -13,18 +13,19 @@ namespace kerf {
 /// Elements per parallel chunk / 4; nodes per chunk. Fixed, because sums are taken per chunk.
 inline constexpr std::size_t kBatchGrain = 32, kNodeGrain = 512;
 
-/// A cell under tension resists turning; while rotations are frozen in a step, that is on the right-hand side alone and, beyond
-/// tension dt^2 = density h^2 in cells too thin to resist bending, throws nodes up in one step and down in the next. What is more than this part of that goes
-/// into the matrix: tension times the square of the cell's mean spin.
-inline constexpr double kTautness = 0.25;
+/// A cell under tension resists turning; while rotations are frozen in a step, that is on the right-hand side alone. Transverse waves for which dt^2
+/// (tension - bending) is over 4 times the mass then go up in one step and down in the next: never below a tension of density h^2 / dt^2, nor of 1.15
+/// t sqrt(E density) / dt where t is the thickness. What is more than these parts of both goes into the matrix: tension times the square of the cell's mean spin.
+inline constexpr double kTautness = 0.25, kTautBending = 0.3;
 
 /// Follows the rotations (workspace.rotation) to workspace.position and writes the elastic forces into the
 /// slots, and into workspace.tension what of the stress resists turns. Returns the number of inverted elements.
 int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin,
                        std::size_t end);
 
-/// workspace.scaled_rotation and tension for a step of dt.
-void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, double dt, std::size_t begin,
+/// workspace.scaled_rotation and tension for a step of dt. weight: there is gravity; without it tension doesn't last in pieces that nothing holds, and they
+/// have none in the matrix: it would brake their spin.
+void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, double dt, bool weight, std::size_t begin,
                         std::size_t end);
 
 /// slot = (dt^2 + dt b) R K R' p for one search direction.

@@ -142,7 +142,7 @@ void diagonal_pass(const MechanicsModel& model, StepWorkspace& w, const StepOpti
   const Structure& s = model.structure();
   for_each_chunk(o.parallel, s.batches.size(), kBatchGrain,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
-                   element_scale_pass(model, w, o.dt, begin, end);
+                   element_scale_pass(model, w, o.dt, !(o.gravity == Vec3{}), begin, end);
                    element_diagonal_pass(model, w, begin, end);
                  });
   const std::size_t full_slots = s.full_batches * 32;
@@ -417,16 +417,14 @@ struct Solver {
   }
 
   // The coarse motion that takes up the coarse part of the residual, as a search direction with its product: pieces that
-  // rest on something then keep their momentum, whatever the tolerance. Returns how far to go: the coarse matrix knows nothing of tension.
-  double coarse_direction() {
-    const double rz = solve_coarse(model, w, o.parallel);
+  // rest on something then keep their momentum, whatever the tolerance.
+  void coarse_direction() {
+    solve_coarse(model, w, o.parallel);
     for (Quad& q : w.preconditioned) store_lanes(q.v, all_lanes(0));
     if (w.contact.set != nullptr)
       for (ToolWork& tool : w.contact.tools) std::fill(tool.preconditioned, tool.preconditioned + 6, 0.0);
     next_direction(model, w, 0, true, o.parallel);
-    const double pap = multiply(model, w, SystemVector::kSearch, o.parallel);
-    const bool taut = std::any_of(w.tension.begin(), w.tension.end(), [](const Quad& t) { return sum_of(load_lanes(t.v)) + t.v[3] > 0; });
-    return taut && pap > 0 ? rz / pap : 1;
+    multiply(model, w, SystemVector::kSearch, o.parallel);
   }
 
   // From the solution so far, whose residual is given.
@@ -447,7 +445,8 @@ struct Solver {
     double rr = norm_start * norm_start, rz_old = 0, alpha = 0;
     const bool coarse_start = first && lean && report.two_level;
     if (coarse_start) {
-      alpha = coarse_direction();
+      coarse_direction();
+      alpha = 1;
     }
     int settling = 0;
     bool restart = true;
@@ -521,11 +520,12 @@ struct Solver {
       if (!(change > (o.solver == SolverKind::kDirect ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
     }
     if (o.solver == SolverKind::kDirect) {
-      carry_crumbs(model, w);
+        carry_crumbs(model, w);
       return {};
     }
     if (contacts && w.contact.any_free_touched && report.two_level) {
-      advance(model, w, coarse_direction(), o.parallel);
+      coarse_direction();
+      advance(model, w, 1, o.parallel);
     }
     absorb_rigid_momentum(model, w);
     carry_crumbs(model, w);

@@ -124,7 +124,7 @@ TEST(BladeFlanks, PushTheLipsAside) {
     cut_half_way(session);
     for (const double way : {0.003, -0.003}) {
       lead(session, 0.1, {kHere + way, 0.004, -0.012});
-      const double most = run(session, 1);
+      const double most = run(session, 1.5);
       const Session::ToolState tool = session.tools()[0];
       const Vec3 held = session.support_force();
       const Lips back = lips_at(session, -0.0055);

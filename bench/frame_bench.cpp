@@ -144,7 +144,7 @@ int main(int argc, char** argv) {
                  at(0.999), at(1), us * s.cut, us * s.find, us * s.forces, us * s.setup, us * s.solve, us * s.response, us * s.surface, c * s.rows, c * s.pressing,
                  c * s.iterations, c * s.passes, c * s.parts);
     };
-    row((model + ", all").c_str(), 0, n);
+    row(fmt::format("{}, all", model).c_str(), 0, n);
     row("  slowest hundredth", n - n / 100, n);
     row("  slowest thousandth", n - n / 1000, n);
     fmt::print("  deepest overlap {:.3g} mm\n", 1e3 * deepest);

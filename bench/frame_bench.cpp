@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
       return 1;
     }
     if (!csv.empty())
-      if (std::FILE* file = std::fopen((csv + "-" + model + ".csv").c_str(), "w")) {
+      if (std::FILE* file = std::fopen(fmt::format("{}-{}.csv", csv, model).c_str(), "w")) {
         fmt::print(file, "all,cut,find,forces,setup,solve,response,surface,rows,pressing,iterations,passes,parts\n");
         for (const Frame& f : frames)
           fmt::print(file, "{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{},{},{},{},{}\n", 1e6 * f.all, 1e6 * f.cut, 1e6 * f.find, 1e6 * f.forces, 1e6 * f.setup,

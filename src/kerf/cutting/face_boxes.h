@@ -1,13 +1,15 @@
 // Boxes of the collision triangles where they are now, so that a blade looks only at what it comes near.
 //
-// Sixteen triangles that follow each other make a group, sixteen groups one of the next level, and so on. Numbers hardly
-// ever lie far from their neighbours: a mesh is numbered in patches or rows, and what a cut makes comes one after the other. So no tree
-// has to be built or balanced, and triangles are always met in rising order.
+// Triangles are kept by the root triangle that they were cut out of, sixteen to a group: what cuts make in one place stays together,
+// however many cuts elsewhere came in between. Sixteen roots that follow each other make one of the next level, and so on; numbers of roots
+// hardly ever lie far from their neighbours, as a mesh is numbered in patches or rows. So no tree has to be built or balanced.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "kerf/base/vec.h"
@@ -18,48 +20,67 @@ namespace kerf {
 class FaceBoxes {
  public:
   /// Nothing holds any more: positions have changed, or the mesh is another.
-  void forget() {
-    levels_.clear();
-    stale_.clear();
-    faces_ = 0;
-  }
-  /// A triangle has other corners or other positions. New ones need not be told.
+  void forget();
+  /// A triangle has other corners or other positions; its root is the same. New ones need not be told.
   void mark(CollisionTriangle f) {
-    if (f.index() < faces_) stale_.push_back(f.value / kGroup);
+    if (f.index() < group_of_.size()) stale_groups_.push_back(group_of_[f.index()]);
   }
   /// Triangles from this number on are gone; others may take their numbers.
-  void shrink(std::size_t faces) {
-    if (faces >= faces_) return;
-    faces_ = faces;
-    if (faces > 0) mark(CollisionTriangle(faces - 1));
-  }
+  void shrink(std::size_t faces);
   /// Brings all boxes up to date. `position` of every vertex, metres. Cost: proportional to what has changed; everything after forget().
   void refresh(const CollisionMesh& mesh, std::span<const Vec3> position);
 
   /// Calls fn(triangle) for all triangles, by rising number, but for those of groups whose box meets(box) denies.
   template <class Meets, class Fn>
   void for_each(Meets&& meets, Fn&& fn) const {
-    if (!levels_.empty()) visit(levels_.size() - 1, 0, levels_.back().size(), meets, fn);
+    if (levels_.empty()) return;
+    std::vector<std::int32_t> met = std::exchange(met_, {});  // not in the hands of fn
+    met.clear();
+    collect(levels_.size() - 1, 0, levels_.back().size(), meets, met);
+    std::sort(met.begin(), met.end());
+    for (const std::int32_t f : met) fn(CollisionTriangle(f));
+    met_ = std::move(met);
   }
 
  private:
   static constexpr std::int32_t kGroup = 16;
 
-  template <class Meets, class Fn>
-  void visit(std::size_t level, std::size_t first, std::size_t last, Meets&& meets, Fn&& fn) const {
-    const std::size_t below = level > 0 ? levels_[level - 1].size() : faces_;
+  /// Some triangles of one root, by rising number.
+  struct Group {
+    Box3 box;
+    std::array<std::int32_t, kGroup> faces{};
+    std::int32_t count = 0;
+    std::int32_t root = -1;
+    std::int32_t before = -1;  ///< the root's group before this one
+  };
+
+  void append(std::int32_t face, std::int32_t root);
+  void refresh_levels();
+
+  template <class Meets>
+  void collect(std::size_t level, std::size_t first, std::size_t last, Meets&& meets, std::vector<std::int32_t>& met) const {
     for (std::size_t i = first; i < last; ++i) {
       if (!meets(levels_[level][i])) continue;
-      const std::size_t begin = i * kGroup, end = std::min(begin + kGroup, below);
-      if (level > 0) visit(level - 1, begin, end, meets, fn);
-      else
-        for (std::size_t f = begin; f < end; ++f) fn(CollisionTriangle(f));
+      if (level > 0) {
+        collect(level - 1, i * kGroup, std::min((i + 1) * kGroup, levels_[level - 1].size()), meets, met);
+        continue;
+      }
+      if (last_[i] < 0) continue;
+      const bool only = groups_[static_cast<std::size_t>(last_[i])].before < 0;  // has the box of its root
+      for (std::int32_t g = last_[i]; g >= 0; g = groups_[static_cast<std::size_t>(g)].before) {
+        const Group& group = groups_[static_cast<std::size_t>(g)];
+        if (only || meets(group.box)) met.insert(met.end(), group.faces.begin(), group.faces.begin() + group.count);
+      }
     }
   }
 
-  std::vector<std::vector<Box3>> levels_;  ///< the first: of groups of triangles; the last has at most kGroup
-  std::vector<std::int32_t> stale_;        ///< groups of the first level
-  std::size_t faces_ = 0;
+  std::vector<Group> groups_;
+  std::vector<std::int32_t> unused_;    ///< groups without triangles
+  std::vector<std::int32_t> group_of_;  ///< per triangle
+  std::vector<std::int32_t> last_;      ///< per root: the latest of its groups, or -1
+  std::vector<std::vector<Box3>> levels_;  ///< the first: of roots, empty where nothing is left of one; the last has at most kGroup
+  std::vector<std::int32_t> stale_groups_, stale_;  ///< of groups; of the first level
+  mutable std::vector<std::int32_t> met_;           ///< memory of for_each
 };
 
 /// Do two boxes have a point in common? An empty one has none.

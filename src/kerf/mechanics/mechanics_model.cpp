@@ -44,6 +44,7 @@ Status MechanicsModel::set_material(std::int32_t index, const Material& material
 
 NodeId MechanicsModel::add_node(Vec3 rest_position, GridPoint grid) {
   rest_positions_.push_back(rest_position);
+  node_uses_.push_back(0);
   grid_.push_back(grid);
   fixed_.push_back(0);
   prescribed_.emplace_back();
@@ -95,10 +96,17 @@ void MechanicsModel::store_element(HexId id, MechanicsElement element, std::arra
     element_masses_.resize(id.index() + 1);
     own_slot_.resize(id.index() + 1, -1);
   }
+  count_uses(id, -1);
   elements_[id.index()] = element;
   alive_[id.index()] = 1;
+  count_uses(id, 1);
   element_masses_[id.index()] = masses;
   stale_ = true;
+}
+
+void MechanicsModel::count_uses(HexId id, std::int32_t by) {
+  if (!alive_[id.index()]) return;
+  for (const NodeId n : elements_[id.index()].nodes) node_uses_[n.index()] += by;
 }
 
 void MechanicsModel::release_own(HexId id) {
@@ -204,17 +212,24 @@ Status MechanicsModel::store_own(HexId id, const MechanicsElement& element, cons
 void MechanicsModel::remove_element(HexId id) {
   if (!has_element(id)) return;
   release_own(id);
+  count_uses(id, -1);
   alive_[id.index()] = 0;
   stale_ = true;
 }
 
 Status MechanicsModel::truncate(std::size_t nodes, std::size_t elements) {
-  for (std::size_t e = 0; e < std::min(elements, elements_.size()); ++e)
-    if (alive_[e])
-      for (NodeId n : elements_[e].nodes)
-        if (n.index() >= nodes)
-          return bad_input(fmt::format("element {} still uses node {}; change it before the node goes", e + 1,
-                                       n.value + 1));
+  const auto count_going = [&](std::int32_t by) {
+    for (std::size_t e = elements; e < elements_.size(); ++e) count_uses(HexId(e), by);
+  };
+  count_going(-1);
+  const auto going = node_uses_.begin() + static_cast<std::ptrdiff_t>(std::min(nodes, node_count()));
+  if (std::any_of(going, node_uses_.end(), [](std::int32_t uses) { return uses > 0; })) {
+    count_going(1);
+    for (std::size_t e = 0; e < std::min(elements, elements_.size()); ++e)
+      for (const NodeId n : elements_[e].nodes)
+        if (alive_[e] && n.index() >= nodes)
+          return bad_input(fmt::format("element {} still uses node {}; change it before the node goes", e + 1, n.value + 1));
+  }
   for (std::size_t e = elements; e < elements_.size(); ++e) release_own(HexId(e));
   if (elements < elements_.size()) {
     elements_.resize(elements);
@@ -230,6 +245,7 @@ Status MechanicsModel::truncate(std::size_t nodes, std::size_t elements) {
       }
   if (nodes < node_count()) {
     rest_positions_.resize(nodes);
+    node_uses_.resize(nodes);
     grid_.resize(nodes);
     fixed_.resize(nodes);
     prescribed_.resize(nodes);

@@ -193,6 +193,7 @@ class MechanicsModel {
  private:
   Status check_element(HexId id, const MechanicsElement& element) const;
   void store_element(HexId id, MechanicsElement element, std::array<double, 8> masses);
+  void count_uses(HexId id, std::int32_t by);
   void release_own(HexId id);
   std::int32_t take_own(HexId id);
   Status check_masses(HexId id, const std::array<double, 8>& masses) const;
@@ -205,6 +206,7 @@ class MechanicsModel {
   std::vector<Material> materials_;
 
   std::vector<Vec3> rest_positions_;
+  std::vector<std::int32_t> node_uses_;  // by elements that are there
   std::vector<GridPoint> grid_;
   std::vector<std::uint8_t> fixed_;
   std::vector<Vec3> prescribed_;

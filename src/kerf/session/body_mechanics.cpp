@@ -155,27 +155,31 @@ void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<s
 }
 
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state) {
-  for (std::size_t i = hex.hex_count(); i < model.element_count(); ++i)
-    if (model.has_element(HexId(i))) model.remove_element(HexId(i));
-  for (std::size_t i = 0; i < hex.hex_count(); ++i) {
-    // Elements go before nodes do: none that is left may use a node that is dropped.
-    const HexId id(i);
-    if (model.has_element(id)) {
-      const auto& nodes = model.element(id).nodes;
-      const bool stale = std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return n.index() >= hex.node_count(); });
-      if (stale) model.remove_element(id);
-    }
+  std::vector<HexId> all;
+  for (const HexId id : ids<HexId>(hex.hex_count())) all.push_back(id);
+  return sync_copies(hex, materials, all, model, state);
+}
+
+Status sync_copies(const HexMesh& hex, const BodyMaterials& materials, std::span<const HexId> changed, MechanicsModel& model,
+                   MechanicsState& state) {
+  const std::size_t known = std::min(model.element_count(), hex.hex_count());
+  for (std::size_t i = hex.hex_count(); i < model.element_count(); ++i) model.remove_element(HexId(i));
+  // Elements go before nodes do: none that is left may use a node that is dropped.
+  for (const HexId id : changed) {
+    if (!model.has_element(id)) continue;
+    const auto& nodes = model.element(id).nodes;
+    if (std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return n.index() >= hex.node_count(); })) model.remove_element(id);
   }
-  const std::size_t nodes = std::min(model.node_count(), hex.node_count());
-  const std::size_t elements = std::min(model.element_count(), hex.hex_count());
-  KERF_TRY(model.truncate(nodes, elements));
+  KERF_TRY(model.truncate(std::min(model.node_count(), hex.node_count()), known));
   state.positions.resize(std::min(state.positions.size(), hex.node_count()));
   state.velocities.resize(std::min(state.velocities.size(), hex.node_count()));
   state.rotations.resize(std::min(state.rotations.size(), hex.hex_count()));
   std::vector<NodeMotion> unused;
   NodeFade no_fade;
   KERF_TRY(sync_change(hex, materials, {}, model, state, no_fade, unused));
-  for (std::size_t i = 0; i < hex.hex_count(); ++i) KERF_TRY(sync_hex(hex, materials, HexId(i), model));
+  for (const HexId id : changed)
+    if (id.index() < known) KERF_TRY(sync_hex(hex, materials, id, model));
+  for (std::size_t i = known; i < hex.hex_count(); ++i) KERF_TRY(sync_hex(hex, materials, HexId(i), model));
   return {};
 }
 

@@ -44,9 +44,12 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
 /// is. After every step; linear. `carried` is memory.
 void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<std::uint8_t>& carried);
 
-/// After rolling back or undoing: makes the model match the hexahedra again, comparing all of them. The state keeps its
-/// first node_count and hex_count entries; new nodes have no offsets.
+/// Makes the model match the hexahedra, comparing all of them. The state keeps its first node_count and hex_count entries;
+/// new nodes have no offsets.
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state);
+/// The same after rolling back, undoing or redoing, where only these copies, and those that came or went, may differ. Ascending.
+Status sync_copies(const HexMesh& hex, const BodyMaterials& materials, std::span<const HexId> changed, MechanicsModel& model,
+                   MechanicsState& state);
 
 /// How fast the body turns and deforms where it does so most: the greatest Frobenius norm of the rate of the deformation gradient in
 /// a living copy, 1/s. Cost: every node, and every copy where nodes are fast enough against each other for `least` (1/s) to be reached.

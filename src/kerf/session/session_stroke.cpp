@@ -77,6 +77,22 @@ void note_changes(Body& body, const Since& since, const TopologyChange& change, 
   append_changed(body, since, body.surface.normal, to.render_vertices);
 }
 
+/// The copies among the first `count` whose element depends on what was written since, ascending.
+template <class Since>
+std::vector<HexId> written_copies(Body& body, const Since& since, std::size_t count) {
+  std::vector<HexId> written;
+  const auto note = [&](HexId id) {
+    if (id.index() < count) written.push_back(id);
+  };
+  for_each_written(body, since, body.hex.nodes, note);
+  for_each_written(body, since, body.hex.state, note);
+  for_each_written(body, since, body.hex.material, note);
+  for_each_written(body, since, body.hex.weights, note);
+  std::sort(written.begin(), written.end());
+  written.erase(std::unique(written.begin(), written.end()), written.end());
+  return written;
+}
+
 }  // namespace
 
 const std::vector<Vec3>& Session::Impl::deformed_collision() {
@@ -291,16 +307,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   if (watching) {
     note_changes(body, mark, topology_change, watched);
   }
-  std::vector<HexId> touched;
-  const auto note = [&](HexId id) {
-    if (id.index() < copies.size) touched.push_back(id);
-  };
-  body.hex.nodes.for_each_changed(mark_of(body, mark, body.hex.nodes), note);
-  body.hex.state.for_each_changed(mark_of(body, mark, body.hex.state), note);
-  body.hex.material.for_each_changed(mark_of(body, mark, body.hex.material), note);
-  body.hex.weights.for_each_changed(mark_of(body, mark, body.hex.weights), note);
-  std::sort(touched.begin(), touched.end());
-  touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+  const std::vector<HexId> touched = written_copies(body, mark, copies.size);
   // The twins of the provisional tip go; when it is walked again its material takes up its motion where it left it.
   remembered_cells.clear();
   for (const HexId id : touched) remembered_cells.push_back(body.hex.frame.cell_id(body.hex.cell[id]));
@@ -433,7 +440,8 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
     BodyAccount other = account();
     set_account(std::move(step.account));
     step.account = std::move(other);
-    KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
+    const HexMesh& hex = state.body.hex;
+    KERF_TRY(sync_copies(hex, state.materials, written_copies(state.body, step.topology, hex.hex_count()), state.model, state.mechanics));
   }
   state.mechanics = std::move(step.mechanics);
   step.mechanics = std::move(now);

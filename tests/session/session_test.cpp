@@ -128,6 +128,31 @@ void cut_along_y(Session& session, double x, int poses) {
   }
 }
 
+TEST(Session, AfterUndoTimeGoesOnAsIfNothingHadBeenCut) {
+  for (const char* model : {"steak", "closed-sheet"}) {
+    Session session = make(scene_of(model)), untouched = make(scene_of(model));
+    ASSERT_TRUE(session.step(5).ok());
+    ASSERT_TRUE(untouched.step(5).ok());
+    for (const double x : {0.013, -0.021, 0.0131}) {
+      ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+      cut_along_y(session, x, 9);
+      ASSERT_TRUE(session.end_stroke().ok());
+    }
+    ASSERT_TRUE(session.undo().ok());
+    ASSERT_TRUE(session.redo().ok());
+    while (session.undo_depth() > 0) ASSERT_TRUE(session.undo().ok());
+    ASSERT_TRUE(session.step(7).ok());
+    ASSERT_TRUE(untouched.step(7).ok());
+    EXPECT_EQ(session.node_positions(), untouched.node_positions()) << model;
+    EXPECT_EQ(session.node_velocities(), untouched.node_velocities()) << model;
+    // What a redo brings back moves on too.
+    ASSERT_TRUE(session.redo().ok());
+    EXPECT_EQ(session.undo_depth(), 1);
+    ASSERT_TRUE(session.step(3).ok());
+    expect_valid(session);
+  }
+}
+
 TEST(Session, CancelledStrokesLeaveNoTrace) {
   Scene scene = scene_of("steak");
   Session session = make(scene);

@@ -209,6 +209,22 @@ TEST(SelfContact, TwoBodiesTouchLikeOne) {
   EXPECT_GT(edges, 30);
 }
 
+// A sheet folded at rest, flat on flat: thicker than the gap it is reported, thinner it is not.
+TEST(SelfContact, FoldsWithTooLittleBetweenThemAreFound) {
+  constexpr double kGap = 0.012, kArc = M_PI * kGap / 2, kArm = 0.1;
+  TriangleMesh fold = plain_grid_mesh(50, 10, 2 * kArm + kArc, 0.05);
+  const double start = fold.positions[VertexId(0)].x;
+  for (Vec3& p : fold.positions.raw()) {
+    const double s = p.x - start - kArm, angle = std::clamp(s / kArc, 0.0, 1.0) * M_PI;
+    const double along = s < 0 ? -s : s > kArc ? s - kArc : -0.5 * kGap * std::sin(angle);
+    p = {along, p.y, -0.5 * kGap * std::cos(angle)};
+  }
+  const TightFolds tight = find_tight_folds(BareSurface(fold, 0.01).surface);
+  EXPECT_GT(tight.vertices, 200u);
+  EXPECT_NEAR(tight.overlap, 0.02 - kGap, 1e-9);
+  EXPECT_EQ(find_tight_folds(BareSurface(fold, 0.0059).surface).vertices, 0u);
+}
+
 // A fold that closes: detected before it does, and never let through however fast.
 TEST(SelfContact, ClosingFoldIsSeenInTime) {
   const double r = 0.01;

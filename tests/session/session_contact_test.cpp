@@ -451,6 +451,34 @@ TEST(SessionContact, WhatStartsInsideAnotherIsSaidAndComesApart) {
   EXPECT_LT(run(session, 0.05).deepest, 1e-3);
 }
 
+TEST(SessionContact, BodiesThatStartInsideEachOtherAreSaidAndComeApart) {
+  // Strips 3 mm thick, their middles 1 mm apart at rest: they were taken for lips that have passed each other, and fell through.
+  Scene scene;
+  scene.body.model = "strip";
+  scene.more_bodies.emplace_back().model = "strip";
+  scene.more_bodies[0].position = {0.01, 0, 0.001};
+  scene.more_bodies[0].rotation = {0, 0, M_PI / 2};
+  scene.material.young = 2e5;
+  scene.simulation.gravity = {};
+  scene.simulation.time_step = 0.002;
+  Session session = must_create(scene);
+  const Course apart = run(session, 0.2, 0.0015);
+  ASSERT_EQ(session.notes().size(), 1u);
+  EXPECT_NE(session.notes()[0].find("inside each other"), std::string::npos);
+  EXPECT_LT(apart.fastest, 3);  // push_speed is 1 m/s
+  double least = 1, most = -1;
+  const CollisionMesh& mesh = session.body().complex.collision;
+  const std::vector<Vec3> at = session.collision_positions();
+  // Where they cross, one lies above the other by its thickness at least.
+  for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count())) {
+    const Vec3 rest = mesh.rest[v];
+    if (std::abs(rest.x - 0.01) > 0.02 || std::abs(rest.y) > 0.02) continue;
+    if (rest.z > 0.0005) least = std::min(least, at[v.index()].z);
+    else most = std::max(most, at[v.index()].z);
+  }
+  EXPECT_GT(least - most, 0.003);
+}
+
 TEST(SessionContact, AFastBallDoesNotGetThroughASheet) {
   // Thrown down at the middle of a held sheet, at random places and speeds. The ball is light: it must stop above.
   Random random(11);

@@ -41,6 +41,7 @@ struct ContactSurface {
   // Of the uncut body, fixed.
   IndexedArray<RootId, std::array<Vec3, 3>> root_corner;
   IndexedArray<RootId, std::uint8_t> root_border;  ///< bit i: edge corner i to i+1 was a border before any cut
+  IndexedArray<RootId, std::int32_t> root_piece;   ///< two with different numbers never hung together
   TreeBoxes rest_boxes;                            ///< of the tree, at rest
   IndexedArray<RootId, std::uint32_t> root_leaf;   ///< of the tree
   std::vector<std::int32_t> node_piece;            ///< per node: the piece of the body that it belongs to, or -1: several

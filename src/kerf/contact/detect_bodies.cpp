@@ -189,7 +189,7 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
   if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
   if (pair.self) {
     const ContactSurface& s = other.surface;
-    if (rest_distance(s, search.v, f) <= neighbour_distance(s, search.v, f)) {
+    if (!are_strangers(s, search.v, f) && rest_distance(s, search.v, f) <= neighbour_distance(s, search.v, f)) {
       if (hang_together) return;
       find_neighbours(s, search.v, pair.run.scratch.neighbours);
       if (is_neighbour(pair.run.scratch.neighbours, f)) return;
@@ -461,7 +461,7 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   if (!(gap < gap_limit(pair.run, n, x.travel - y.travel))) return;
   const double over = dot(n, x.offset), under = dot(n, y.offset);
   if (pair.self) {
-    const int relation = rest_relation(s, h, g, pair.run.scratch.neighbours);
+    const int relation = are_strangers(s, p, ContactSurface::face(g)) ? 0 : rest_relation(s, h, g, pair.run.scratch.neighbours);
     if (relation > 0) return;
     const double walls = std::max(edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h));
     if (relation < 0 || walls > -HUGE_VAL) {

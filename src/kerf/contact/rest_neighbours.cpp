@@ -165,11 +165,46 @@ int rest_relation(const ContactSurface& s, H h, H g, NeighbourSearch& search) {
   return relation;
 }
 
+TightFolds find_tight_folds(const ContactSurface& s) {
+  constexpr double kTight = 0.1;  // of the half thickness: deeper, and detection takes it for something that has passed
+  TightFolds folds;
+  NeighbourSearch search;
+  for (const V v : ids<V>(s.vertex_count())) {
+    double deepest = 0;
+    const TreeCorner p = to_corner(s.rest[v]);
+    for_nodes_near(s, {p, p}, reach(s), [&](std::uint32_t leaf) {
+      if (s.tree.nodes[leaf].count == 0) return;
+      s.tree.for_each_triangle(leaf, [&](F f) {
+        const auto corner = s.vertices(f);
+        const TriangleFoot foot = nearest_foot(s.rest[v], {s.rest[corner[0]], s.rest[corner[1]], s.rest[corner[2]]});
+        const auto weights = foot.weights();
+        Vec3 at, offset;
+        for (std::size_t k = 0; k < 3; ++k) {
+          at += weights[k] * s.rest[corner[k]];
+          offset += weights[k] * s.offset[corner[k]];
+        }
+        const double distance = std::sqrt(foot.square);
+        if (!(distance > 0) || are_strangers(s, v, f)) return;
+        const Vec3 n = (1 / distance) * (s.rest[v] - at);
+        const double overlap = std::fabs(dot(n, s.offset[v])) + std::fabs(dot(n, offset)) - distance;
+        if (overlap <= std::max(deepest, kTight * s.radius[v])) return;
+        find_neighbours(s, v, search);
+        if (!is_neighbour(search, f)) deepest = overlap;
+      });
+    });
+    if (deepest == 0) continue;
+    if (folds.vertices++ == 0) folds.first = s.rest[v];
+    folds.overlap = std::max(folds.overlap, deepest);
+  }
+  return folds;
+}
+
 void make_rest_culling(ContactSurface& s) {
   refit(s.tree, s.origin.raw(), s.rest.raw(), s.rest_boxes);
   s.node_piece.assign(s.tree.nodes.size(), -1);
   s.node_thinnest.assign(s.tree.nodes.size(), HUGE_VALF);
   const std::vector<std::int32_t> piece = pieces(s);
+  s.root_piece.raw() = piece;
   for (std::size_t n = s.tree.nodes.size(); n-- > 0;) {
     const SurfaceTreeNode node = s.tree.nodes[n];
     std::int32_t& mine = s.node_piece[n];

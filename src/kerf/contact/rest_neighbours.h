@@ -42,6 +42,19 @@ double neighbour_distance(const ContactSurface& surface, CollisionVertex v, Coll
 /// From v to f at rest, m.
 double rest_distance(const ContactSurface& surface, CollisionVertex v, CollisionTriangle f);
 
+/// Are a vertex and a face of bodies that never hung together, or of pieces that were apart from the start?
+inline bool are_strangers(const ContactSurface& s, CollisionVertex v, CollisionTriangle f) {
+  return s.root_piece[s.root[ContactSurface::face(s.outgoing[v])]] != s.root_piece[s.root[f]];
+}
+/// Where a body is closer to itself at rest than it is thick, without hanging together there: folds with too little between them.
+struct TightFolds {
+  std::size_t vertices = 0;
+  Vec3 first;           ///< m, at rest
+  double overlap = 0;   ///< m: the most
+};
+/// What is deeper in each other than a tenth of the half thickness: such places have no contact with each other. O(n x neighbours).
+TightFolds find_tight_folds(const ContactSurface& surface);
+
 /// Has f a corner so near to v at rest that it must be a neighbour, if the two hang together? And edges with such ends?
 bool is_clear_neighbour(const ContactSurface& surface, CollisionVertex v, CollisionTriangle f);
 bool are_clear_neighbours(const ContactSurface& surface, CollisionHalfEdge h, CollisionHalfEdge g);

@@ -1,8 +1,11 @@
 #include "kerf/session/contact_step.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/contact/rest_neighbours.h"
 #include "kerf/contact/surface_offsets.h"
 #include "kerf/mechanics/lanes.h"
 #include "kerf/mechanics/rigid_tools.h"
@@ -211,6 +214,14 @@ Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::st
   if (!shapes) return shapes.error();
   c.shapes = std::move(*shapes);
   c.surface = make_contact_surface(body.complex.collision);
+  if (scene.contact.self) {
+    const TightFolds folds = find_tight_folds(c.surface);
+    if (folds.vertices > 0)
+      notes.push_back(fmt::format(
+          "the body is thicker than the gap between its folds: {} vertices of the collision mesh, first ({:.4g}, {:.4g}, {:.4g}), by up to {:.3g} m; such places "
+          "do not touch each other; give it less thickness, or widen the gap",
+          folds.vertices, folds.first.x, folds.first.y, folds.first.z, folds.overlap));
+  }
   const double radius = c.surface.largest_radius;
   const Vec3 cell = body.hex.frame.cell;
   const double thin = radius > 0 ? std::max({cell.x, cell.y, cell.z}) / (kThinCell * radius) : 1;

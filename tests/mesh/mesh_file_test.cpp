@@ -493,7 +493,7 @@ TEST(MeshFile, RandomBytesNeverCrash) {
       } else {
         bytes[at] = static_cast<char>(random.index(256));
       }
-      if (bytes.empty()) bytes = "x";
+      if (bytes.empty()) bytes.push_back('x');
     }
     for (const Result<TriangleMesh>& mesh :
          {parse_obj(bytes, "x"), parse_ply(bytes, "x"), parse_stl(bytes, "x"), parse_off(bytes, "x")}) {

@@ -5,96 +5,35 @@
 //   frame_bench [--strokes n] [--poses n] [--csv FILE] [steak | meniscus]
 #include <fmt/format.h>
 
-#include <time.h>
-
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <numbers>
 #include <string>
 #include <vector>
 
-#include "kerf/base/random.h"
-#include "kerf/session/session.h"
+#include "bench/bench_bodies.h"
+#include "bench/session_timing.h"
 
 namespace {
 
 using namespace kerf;
-
-double cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct Frame {
   double all = 0, cut = 0, find = 0, forces = 0, setup = 0, solve = 0, response = 0, surface = 0;
   int rows = 0, pressing = 0, iterations = 0, passes = 0, parts = 0;
 };
 
-Scene scene_of(const std::string& model) {
-  Scene scene;
-  scene.name = scene.body.model = model;
-  scene.simulation.time_step = 0.001;
-  SceneFix fix;
-  fix.region.shape = SceneRegion::Shape::kHalfSpace;
-  fix.region.point = {-0.45 * (model == "meniscus" ? 0.045 : 0.2), 0, 0};
-  fix.region.normal = {-1, 0, 0};
-  scene.fixes.push_back(fix);
-  SceneObstacle& plane = scene.obstacles.emplace_back();
-  plane.shape = SceneShape::kPlane;
-  plane.position = {0, 0, model == "meniscus" ? -0.0045 : -0.0125};
-  return scene;
-}
-
 Status run(const std::string& model, int strokes, int poses, std::vector<Frame>& frames, double& deepest) {
-  auto made = Session::create(scene_of(model));
-  if (!made) return made.error();
-  Session& session = *made;
-  KERF_TRY(session.step(500));
-  Box3 box;
-  for (const Vec3 p : session.body().complex.collision.rest.raw()) box.add(p);
-  Random random(17);
-  const Vec3 size = box.size(), up{0, 0, box.diagonal()};
-  std::vector<Vec3f> positions, normals;
-  for (int i = 0; i <= strokes; ++i) {
-    const double angle = random.uniform(0, 2 * std::numbers::pi), shift = random.uniform(-0.2, 0.2);
-    const Vec3 along{0.6 * size.x * std::cos(angle), 0.6 * size.y * std::sin(angle), 0};
-    const Vec3 middle = box.center() + shift * Vec3{-along.y, along.x, 0};
-    const int depth = session.undo_depth();
-    KERF_TRY(session.begin_stroke(SceneFrame::kWorld, true));
-    for (int k = 0; k <= poses; ++k) {
-      const Vec3 p = middle + (2.0 * k / poses - 1) * along;
-      Frame f;
-      const double start = cpu_seconds();
-      KERF_TRY(session.move_blade(p + up, p - up));
-      f.cut = cpu_seconds() - start;
-      const auto step = session.step();
-      if (!step) return step.error();
-      const double stepped = cpu_seconds();
-      session.visual_skin(positions, normals);
-      const double end = cpu_seconds();
-      f.all = end - start;
-      f.surface = end - stepped;
-      const StepReport& m = step->mechanics;
-      f.find = step->detection;
-      f.forces = m.seconds_forces;
-      f.setup = m.seconds_setup;
-      f.solve = m.seconds_solve;
-      f.response = m.seconds_contact;
-      f.rows = m.contacts;
-      f.pressing = m.pressing;
-      f.iterations = m.iterations;
-      f.passes = m.passes;
-      f.parts = step->parts;
-      deepest = std::max(deepest, m.deepest_overlap);
-      if (i > 0) frames.push_back(f);
-    }
-    KERF_TRY(session.end_stroke());
-    if (session.undo_depth() > depth) KERF_TRY(session.undo());
-  }
-  return {};
+  auto session = Session::create(bench::haptic_scene(model));
+  if (!session) return session.error();
+  KERF_TRY(session->step(500));
+  const auto done = bench::time_cutting_frames(*session, strokes, poses, [&](const SessionStep& step, double cut, double stepping, double surface) {
+    const StepReport& m = step.mechanics;
+    frames.push_back({cut + stepping + surface, cut, step.detection, m.seconds_forces, m.seconds_setup, m.seconds_solve, m.seconds_contact, surface,
+                      m.contacts, m.pressing, m.iterations, m.passes, step.parts});
+    deepest = std::max(deepest, m.deepest_overlap);
+  });
+  return done ? Status{} : Status(done.error());
 }
 
 }  // namespace

@@ -49,6 +49,15 @@ Scene bench_scene(const BenchBody& body) {
 
 Result<Session> bench_session(const BenchBody& body) { return Session::create(bench_scene(body)); }
 
+Scene haptic_scene(const std::string& model) {
+  Scene scene = bench_scene({model, 0, 0});
+  scene.simulation.time_step = 0.001;
+  SceneObstacle& plane = scene.obstacles.emplace_back();
+  plane.shape = SceneShape::kPlane;
+  plane.position = {0, 0, model == "meniscus" ? -0.0045 : -0.0125};
+  return scene;
+}
+
 Scene sheet_over_balls(std::size_t collision, double mass) {
   Scene scene = bench_scene({"sheet", 6656, collision});
   scene.fixes.clear();

@@ -330,13 +330,8 @@ class PaperBench {
         "moves in every frame, and every stroke is undone.",
         strokes, poses);
     table.columns = {"body", "", "median", "99th percentile", "99.9th percentile", "worst"};
-    for (const auto& [model, bottom] : {std::pair{"steak", -0.0125}, std::pair{"meniscus", -0.0045}}) {
-      Scene scene = bench_scene({model, 0, 0});
-      scene.simulation.time_step = 0.001;
-      SceneObstacle& plane = scene.obstacles.emplace_back();
-      plane.shape = SceneShape::kPlane;
-      plane.position = {0, 0, bottom};
-      auto session = Session::create(scene);
+    for (const char* model : {"steak", "meniscus"}) {
+      auto session = Session::create(haptic_scene(model));
       if (!session) return session.error();
       KERF_TRY(session->step(options_.quick ? 20 : 500));
       const auto times = time_cutting_frames(*session, strokes, poses);

@@ -137,7 +137,7 @@ Result<CutTimings> time_notches(Session& session, const std::vector<Vec3>& centr
   return timings;
 }
 
-Result<HandFrames> time_cutting_frames(Session& session, int strokes, int poses) {
+Result<HandFrames> time_cutting_frames(Session& session, int strokes, int poses, const LookAtFrame& look) {
   HandFrames times;
   Random random(17);
   const Box3 box = rest_box(session);
@@ -154,7 +154,8 @@ Result<HandFrames> time_cutting_frames(Session& session, int strokes, int poses)
       const double start = thread_seconds();
       KERF_TRY(session.move_blade(p + up, p - up));
       const double cut = thread_seconds();
-      KERF_TRY(session.step(1));
+      const auto step = session.step();
+      if (!step) return step.error();
       const double stepped = thread_seconds();
       session.visual_skin(positions, normals);
       const double end = thread_seconds();
@@ -163,6 +164,7 @@ Result<HandFrames> time_cutting_frames(Session& session, int strokes, int poses)
       times.cut.add(cut - start);
       times.step.add(stepped - cut);
       times.surface.add(end - stepped);
+      if (look) look(*step, cut - start, stepped - cut, end - stepped);
     }
     KERF_TRY(session.end_stroke());
     if (session.undo_depth() > depth) KERF_TRY(session.undo());

@@ -1,6 +1,8 @@
 // Times of cuts, steps and frames of a session: what both benchmarks measure.
 #pragma once
 
+#include <functional>
+
 #include "bench/timing.h"
 #include "kerf/base/result.h"
 #include "kerf/session/session.h"
@@ -42,7 +44,9 @@ struct HandFrames {
   Sample frame;  ///< all of it
   Sample cut, step, surface;
 };
-Result<HandFrames> time_cutting_frames(Session& session, int strokes, int poses);
+/// `look` is told every step, and the seconds of its frame: cut, step, surface.
+using LookAtFrame = std::function<void(const SessionStep& step, double cut, double stepping, double surface)>;
+Result<HandFrames> time_cutting_frames(Session& session, int strokes, int poses, const LookAtFrame& look = {});
 
 /// Frames as they come.
 Result<FrameTimings> time_frames(Session& session, int frames);

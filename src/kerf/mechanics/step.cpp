@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "kerf/base/hash.h"
 #include "kerf/mechanics/chunked_loop.h"
 #include "kerf/mechanics/direct_solver.h"
 #include "kerf/mechanics/element_pass.h"
@@ -378,11 +379,11 @@ double exactness(const MechanicsModel& model, const StepOptions& o) {
   return ratio > kStiffestLoose ? std::min(o.tolerance, std::max(kLeastTolerance, kToleranceTimesRatio / ratio)) : o.tolerance;
 }
 
-// One number for a list (FNV-1a); two lists with the same one would only cost iterations.
+// One number for a list; two lists with the same one would only cost iterations.
 std::uint64_t name_of(const std::vector<std::int32_t>& list) {
-  std::uint64_t name = 0xcbf29ce484222325ull;
-  for (const std::int32_t i : list) name = (name ^ static_cast<std::uint32_t>(i)) * 0x100000001b3ull;
-  return name;
+  Hash hash;
+  hash.add(list);
+  return hash.value();
 }
 
 // The linear solves of one step: one without contacts, several while these open and close.
@@ -520,7 +521,7 @@ struct Solver {
       if (!(change > (o.solver == SolverKind::kDirect ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
     }
     if (o.solver == SolverKind::kDirect) {
-        carry_crumbs(model, w);
+      carry_crumbs(model, w);
       return {};
     }
     if (contacts && w.contact.any_free_touched && report.two_level) {

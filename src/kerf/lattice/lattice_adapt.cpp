@@ -905,7 +905,9 @@ class Adapter {
         const Element& y = s_.elements[at(k)];
         if (!y.copy.valid()) continue;
         if (x.side != 0 && y.side != 0) {
-          if (hex_.tips[x.tip].vertex == hex_.tips[y.tip].vertex && x.side != y.side) continue;
+          const CollisionVertex tip = hex_.tips[x.tip].vertex;
+          if (tip == hex_.tips[y.tip].vertex && x.side != y.side && (has_other_part(ea, i) || has_other_part(eb, k) || glued_at(tip, x.copy, y.copy)))
+            continue;
         } else if (x.side != 0) {
           if (!reaches(x, beyond)) continue;
         } else if (y.side != 0) {
@@ -962,10 +964,27 @@ class Adapter {
       const auto& along = hex_.tips[t].along;
       if (std::none_of(along.begin(), along.end(), [&](CollisionHalfEdge g) { return g.valid() && (g == h || mesh_.twin[g] == h); }))
         continue;
-      for (TipId record = hex_.vertex_tip[hex_.tips[t].vertex]; record.valid(); record = hex_.tips[record].next_of_vertex) {
-        const TipCopies glued = tip_copies(hex_, record);
-        if ((glued.left == x && glued.right == y) || (glued.left == y && glued.right == x)) return true;
-      }
+      if (glued_at(hex_.tips[t].vertex, x, y)) return true;
+    }
+    return false;
+  }
+
+  /// Does the glue at a tip hold these two copies together?
+  [[nodiscard]] bool glued_at(CollisionVertex tip, HexId x, HexId y) const {
+    for (TipId record = hex_.vertex_tip[tip]; record.valid(); record = hex_.tips[record].next_of_vertex) {
+      const TipCopies glued = tip_copies(hex_, record);
+      if ((glued.left == x && glued.right == y) || (glued.left == y && glued.right == x)) return true;
+    }
+    return false;
+  }
+
+  /// Does the other part of this split prism hold material in the cell, too? If not, the tip's plane lies in a face of the cell (or
+  /// the prism just looks over it), and its parts meet in that face alone.
+  [[nodiscard]] bool has_other_part(const Work::CellElements& entry, std::int32_t e) const {
+    const Element& part = s_.elements[at(e)];
+    for (std::int32_t o = std::max(entry.first, e - 1); o <= std::min(entry.first + entry.count - 1, e + 1); ++o) {
+      const Element& other = s_.elements[at(o)];
+      if (other.triangle == part.triangle && other.side == -part.side) return other.copy.valid();
     }
     return false;
   }

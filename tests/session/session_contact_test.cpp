@@ -198,9 +198,11 @@ TEST(Lips, ShearedAndThenPressedTheySlide) {
 
 TEST(Lips, LiftedOverAndBackTheyComeHome) {
   struct Case {
-    double dt, radius;
+    double dt, radius, deepest = 0.05;
   };
-  for (const Case c : {Case{0.005, kRadius}, Case{0.0167, kRadius}, Case{0.005, 0.2 * kRadius}, Case{0.0167, 0.2 * kRadius}}) {
+  // A thin one snaps over, half of its thickness in a millisecond.
+  for (const Case c : {Case{0.005, kRadius}, Case{0.0167, kRadius}, Case{0.005, 0.2 * kRadius}, Case{0.0167, 0.2 * kRadius},
+                       Case{0.005, 0.08 * kRadius, 0.1}, Case{0.0167, 0.08 * kRadius, 0.1}}) {
     Cut cut(c.dt, false, c.radius);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
@@ -220,7 +222,7 @@ TEST(Lips, LiftedOverAndBackTheyComeHome) {
     ASSERT_TRUE(cut.session.apply(release).ok());
     watch(2);
     EXPECT_LT(fastest, 4) << c.dt << " " << c.radius;  // of any node; sound runs at 22 m/s in this sheet
-    EXPECT_LT(deepest, 0.05) << c.dt << " " << c.radius;
+    EXPECT_LT(deepest, c.deepest) << c.dt << " " << c.radius;
     const Course home = run(cut.session, 0.1, c.radius);
     EXPECT_LT(home.fastest, 1) << c.dt;
     EXPECT_LT(home.deepest, 0.02) << c.dt;

@@ -19,6 +19,8 @@ constexpr double kUnitTolerance = 1e-6;  // of a normal's length
 constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
 /// From this pass on rows only join: what opens and closes in turn stays closed.
 constexpr int kFreePasses = 6;
+/// A row that overlaps by more than so many times options.unseen without a force is not left to the next step.
+constexpr double kMostUnseen = 2;
 
 Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
 Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
@@ -417,6 +419,7 @@ double update_contacts(double h, StepWorkspace& w) {
   const ContactSet& set = *c.set;
   double change = 0;
   bool missed = false;  // light nodes overlap with forces that are nothing to the rest of the body
+  c.overlooked = false;
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     const ContactRow& in = set.rows[r];
     Row& row = c.rows[r];
@@ -426,6 +429,7 @@ double update_contacts(double h, StepWorkspace& w) {
     if (row.phase != ContactPhase::kOpen) used = row.impulse - times(row.block, jv);
     const double gap = row.gap + h * dot(in.normal, u);
     missed = missed || (row.phase == ContactPhase::kOpen && gap < -set.options.unseen);
+    c.overlooked = c.overlooked || (row.phase == ContactPhase::kOpen && set.options.unseen > 0 && gap < -kMostUnseen * set.options.unseen);
     row.force = std::max(0.0, -row.stiffness * gap);
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     Vec3 wanted;

@@ -48,6 +48,7 @@ struct ContactWork {
   };
   const ContactSet* set = nullptr;     // null: no contact in this step
   int pass = 0;                        // of this step, from 1
+  bool overlooked = false;             // after the last pass: a row without a force overlaps by more than kMostUnseen allows
   std::vector<Row> rows;
   std::vector<std::int32_t> pressing;  // rows, ascending
   std::vector<std::int32_t> single;    // those of them that are applied one by one

@@ -20,6 +20,9 @@ using Quad = StepWorkspace::Quad;
 using Structure = MechanicsModel::Structure;
 using Clock = std::chrono::steady_clock;
 
+/// Passes over contacts at most, while one is overlooked, in times of those that are wished for.
+constexpr int kMostPasses = 3;
+
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -498,9 +501,9 @@ struct Solver {
     floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
             std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
     const bool contacts = w.contact.set != nullptr;
-    const int passes = contacts ? w.contact.set->options.passes : 1;
-    for (int pass = 0; pass < passes; ++pass) {
-      const bool last = pass + 1 == passes;
+    const int wished = contacts ? w.contact.set->options.passes : 1, most = contacts ? kMostPasses * wished : 1;
+    for (int pass = 0, passes = wished; pass < passes; ++pass) {
+      const bool last = pass + 1 >= wished;
       if (contacts) {
         const Clock::time_point start = Clock::now();
         assemble_contacts(model, o.dt, last, w);
@@ -518,6 +521,7 @@ struct Solver {
       const Clock::time_point start = Clock::now();
       const double change = update_contacts(o.dt, w);
       report.seconds_contact += seconds_since(start);
+      if (pass + 1 == passes && passes < most && w.contact.overlooked) ++passes;
       if (!(change > (o.solver == SolverKind::kDirect ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
     }
     if (o.solver == SolverKind::kDirect) {

@@ -20,6 +20,11 @@ constexpr double kSelfTravel = 0.25, kLeastRadius = 0.1;
 /// by more than contacts give, and they would open and close without end.
 constexpr double kPairTolerance = 0.1;
 
+/// A part of a step in which points of bodies got deeper into each other than this share of the largest half thickness, by half of it in that part, is
+/// taken again in so many shorter ones.
+constexpr double kDeeper = 0.04;
+constexpr int kTryAgainParts = 4;
+
 /// Adds a part of a step to the report of what came before it.
 void add_part(const StepReport& part, StepReport& sum, bool first) {
   const StepReport before = sum;
@@ -64,10 +69,23 @@ int Session::Impl::parts_of_turning(double h) const {
   return std::max(1, static_cast<int>(std::ceil(std::min(turn / kTurn, kTurnParts))));
 }
 
-Result<StepReport> Session::Impl::divide_part(double t, double h, int more) {
+bool Session::Impl::went_too_deep() const {
+  const double most = kDeeper * contact.surface.largest_radius;
+  for (std::size_t i = 0; i < contact.contacts.size(); ++i) {
+    const double gap = contact.set.rows[i].gap, end = workspace.contact.results[i].end_gap;
+    if (contact.contacts[i].b.vertex[0].valid() && end < -most && end < gap - 0.5 * most) return true;
+  }
+  return false;
+}
+
+Result<StepReport> Session::Impl::divide_part(double t, double h, int more, const MechanicsState* began) {
   StepReport sum;
   for (int i = 0; i < more; ++i) {
-    auto part = advance_part(t + i * (h / more), h / more, false);
+    if (began != nullptr && i > 0) {
+      before_part = state.mechanics;
+      began = &before_part;
+    }
+    auto part = advance_part(t + i * (h / more), h / more, false, began);
     if (!part) return part;
     add_part(*part, sum, i == 0);
   }
@@ -75,7 +93,7 @@ Result<StepReport> Session::Impl::divide_part(double t, double h, int more) {
   return sum;
 }
 
-Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divide) {
+Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divide, const MechanicsState* began) {
   int more = may_divide ? parts_of_turning(h) : 1;
   if (contact.on) {
     const auto start = Clock::now();
@@ -86,13 +104,18 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divi
     if (may_divide) more = std::max(more, parts_of_self_contact(h));
     if (more > 1) state.touching = touched_part;
   }
-  if (more > 1) return divide_part(t, h, more);
+  if (more > 1) return divide_part(t, h, more, began);
   last_options = step_options;
   last_options.dt = h;
   if (contact.on && std::any_of(contact.contacts.begin(), contact.contacts.end(), [](const Contact& c) { return c.b.vertex[0].valid(); }))
     last_options.tolerance *= kPairTolerance;
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
+  if (began != nullptr && went_too_deep()) {
+    state.mechanics = *began;
+    state.touching = touched_part;
+    return divide_part(t, h, kTryAgainParts, nullptr);
+  }
   // Slivers are the solver's business now (kNodeTolerance, carry_crumbs). The random life that once ran away without this (seed 5022 of the
   // session fuzzer) no longer does; it stands because hardly any others have been tried without it.
   calm_light_nodes(state.body.hex, state.model.structure().mass, h, state.mechanics);
@@ -114,7 +137,12 @@ Result<StepReport> Session::Impl::advance_mechanics() {
   StepReport sum;
   for (int i = 0; i < equal; ++i) {
     move_grasps(i + 1 == equal ? state.time + dt : state.time + (i + 1) * h, h);
-    auto part = advance_part(state.time + i * h, h, true);
+    const MechanicsState* began = contact.on && scene.contact.substeps > 1 ? &before_step : nullptr;
+    if (began != nullptr && i > 0) {
+      before_part = state.mechanics;
+      began = &before_part;
+    }
+    auto part = advance_part(state.time + i * h, h, true, began);
     if (!part) {
       if (contact.on || equal > 1) {
         state.mechanics = before_step;

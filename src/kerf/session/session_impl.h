@@ -129,7 +129,7 @@ struct Session::Impl {
   StepWorkspace workspace;
   StepOptions last_options;  ///< of the step that the workspace holds
   ContactStep contact;
-  MechanicsState before_step;  ///< while a step is taken in parts
+  MechanicsState before_step, before_part;  ///< while a step is taken in parts
   DetectMemory touched_before, touched_part;
   int parts = 1;  ///< of the last step
   double detection_seconds = 0;
@@ -269,11 +269,14 @@ struct Session::Impl {
   /// Mechanics up to the end of the step, in parts where contact wants it. On an error the state is as it was.
   Result<StepReport> advance_mechanics();
   /// h seconds from t on; may_divide: in smaller parts where parts of the body come together fast.
-  Result<StepReport> advance_part(double t, double h, bool may_divide);
+  /// `began`: the mechanics as it is now, to try again from in shorter parts; null: take it as it comes.
+  Result<StepReport> advance_part(double t, double h, bool may_divide, const MechanicsState* began);
   [[nodiscard]] int parts_of_self_contact(double h) const;
   /// Where a cell turns or stretches by more than rotations frozen in a part allow.
   [[nodiscard]] int parts_of_turning(double h) const;
-  Result<StepReport> divide_part(double t, double h, int more);
+  Result<StepReport> divide_part(double t, double h, int more, const MechanicsState* began);
+  /// Points of a body got so much deeper into another one in the part that is over that shorter ones are worth their time.
+  bool went_too_deep() const;
   /// In the first step: a note about bodies that were placed into something.
   void warn_of_overlap();
   /// Triangles of the collision mesh that a cut, or taking one back, has changed.

@@ -202,7 +202,7 @@ TEST(Lips, LiftedOverAndBackTheyComeHome) {
   };
   // A thin one snaps over, half of its thickness in a millisecond.
   for (const Case c : {Case{0.005, kRadius}, Case{0.0167, kRadius}, Case{0.005, 0.2 * kRadius}, Case{0.0167, 0.2 * kRadius},
-                       Case{0.005, 0.08 * kRadius, 0.1}, Case{0.0167, 0.08 * kRadius, 0.1}}) {
+                       Case{0.001, 0.08 * kRadius}, Case{0.005, 0.08 * kRadius}, Case{0.0167, 0.08 * kRadius, 0.1}}) {
     Cut cut(c.dt, false, c.radius);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());

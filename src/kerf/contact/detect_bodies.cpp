@@ -21,6 +21,8 @@ constexpr double kSideBySide = 0.7;
 constexpr double kPassed = 0.1;
 /// A vertex stays with the lip or the face that it touched unless the other is better by this part of the radius.
 constexpr double kStay = 0.1;
+/// Edges whose nearest points move towards each other by less than this part of the radius in a step hardly move.
+constexpr double kHardly = 0.3;
 /// Rims cross from this sine of their angle on; and deeper in each other than this part of the radius they have lost each other.
 constexpr double kCrossing = 0.005, kLostRims = 0.5, kOffCone = 0.2;
 
@@ -439,6 +441,15 @@ void test_rims(const Pair& pair, H h, H g) {
   }
 }
 
+/// Rims of lips may lie over each other at one end and side by side, with air between, where they are nearest (x on h, y on g): rims that cross
+/// are all that touches there. Only where they hardly move in the step: fast ones may be over each other at its end.
+bool are_side_by_side(const Pair& pair, H h, const BodyPoint& x, H g, const BodyPoint& y) {
+  const double travel = norm(x.travel - y.travel);
+  if (!(travel < kHardly * norm(x.offset))) return false;
+  return (pair.b.surface.cut[g] != 0 && beside_wall(y, -pair.b.into(g), x) > travel) ||
+         (pair.a.surface.cut[h] != 0 && beside_wall(x, -pair.a.into(h), y) > travel);
+}
+
 void test_edges(const Pair& pair, H h, H g, double reach) {
   const ContactSurface &s = pair.a.surface, &o = pair.b.surface;
   const V p = s.from(h), q = s.to(h), u = o.from(g), w = o.to(g);
@@ -463,6 +474,7 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   if (pair.self) {
     const int relation = are_strangers(s, p, ContactSurface::face(g)) ? 0 : rest_relation(s, h, g, pair.run.scratch.neighbours);
     if (relation > 0) return;
+    if (are_side_by_side(pair, h, x, g, y)) return;
     const double walls = std::max(edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h));
     if (relation < 0 || walls > -HUGE_VAL) {
       if (r == nullptr && gap < -kPassed * norm(x.offset)) return;

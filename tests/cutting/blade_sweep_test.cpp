@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kerf/cutting/blade_track.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/validate.h"
 #include "support/synthetic_complex.h"
@@ -359,6 +360,44 @@ TEST(BladeSweep, ProvisionalEndsLeaveNoTrace) {
   b.vertical(0.30, 0.41);
   EXPECT_NEAR(static_cast<double>(b.body.collision.vertex_count()), static_cast<double>(vertices), 3);
   EXPECT_NEAR(static_cast<double>(b.body.visual.face_count()), static_cast<double>(triangles), 60);
+}
+
+/// A point on a blade's line but for rounding has no track to the blade: which way it would lead is rounding, too.
+TEST(BladeSweep, APointOnTheBladeHasNoTrack) {
+  Random random(11);
+  for (int i = 0; i < 2000; ++i) {
+    const auto somewhere = [&] { return Vec3{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)}; };
+    const BladeEdge edge{somewhere(), somewhere()};
+    const double along = random.uniform(-0.5, 1.5);
+    EXPECT_FALSE(TrackPlane::make(lerp(edge.base, edge.tip, along), edge)) << i;
+    const Vec3 beside = normalized(cross(edge.tip - edge.base, somewhere()));
+    const auto plane = TrackPlane::make(lerp(edge.base, edge.tip, along) + 1e-9 * beside, edge);
+    ASSERT_TRUE(plane) << i;
+    EXPECT_NEAR(plane->progress(lerp(edge.base, edge.tip, along) + 1e-9 * beside), -1e-9, 1e-12);
+  }
+}
+
+/// Seed 7410000391 of the session's storms: at a vertex that the blade ends on to the last bit, the front turned round, came back
+/// and turned round, until memory ran out.
+TEST(BladeSweep, EndsOnAVertexToTheLastBit) {
+  Random random(12);
+  for (int i = 0; i < 150; ++i) {
+    Bench b(sheet_65_mesh(), i % 2 == 1, 1);
+    const CollisionVertex v(static_cast<std::size_t>(random.index(static_cast<int>(b.body.collision.vertex_count()))));
+    const Vec3 p = b.position[v.index()], lean{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 1};
+    const double angle = random.uniform(0, 2 * std::numbers::pi), far = random.uniform(0.1, 1.5);
+    const Vec3 back = far * Vec3{std::cos(angle), std::sin(angle), 0};
+    const double up = random.uniform(0.1, 0.9), down = random.uniform(0.1, 0.9);
+    const std::size_t triangles = b.body.visual.face_count();
+    b.move(p - back + up * lean, p - back - down * lean);
+    int steps = b.move(p + up * lean, p - down * lean).steps;
+    for (int turn = 1; turn <= 3; ++turn) {  // on the spot, about that vertex
+      const Vec3 turned = lean + 0.1 * turn * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), 0};
+      steps += b.move(p + up * turned, p - down * turned).steps;
+    }
+    EXPECT_LT(steps, 60) << i;
+    EXPECT_LT(b.body.visual.face_count(), 4 * triangles) << i;
+  }
 }
 
 TEST(BladeSweep, RandomStrokesOnAMovingSheetKeepEveryInvariant) {

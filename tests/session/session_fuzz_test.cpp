@@ -533,6 +533,10 @@ int lives_of(int most, Tally& tally, const Live& live) {
     const double passed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (seconds > 0 ? passed >= static_cast<double>(seconds) : lives >= most) break;
     ++lives;
+    if (seconds > 0 && lives % 50 == 1) {  // what a run that is killed leaves behind
+      std::fprintf(stderr, "seed %llu, %d strokes so far\n", static_cast<unsigned long long>(seed), tally.strokes);
+      std::fflush(stderr);
+    }
     if (!live(seed) && ++failed >= 8) break;
   }
   std::printf("%d lives, %d strokes over %d triangles, %d refused steps, %d undone, up to %d pieces; in %d poses vertices "

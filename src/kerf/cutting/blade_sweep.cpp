@@ -178,6 +178,7 @@ class Sweep {
     };
     const bool joined = std::find(joined_.begin(), joined_.end(), tip) != joined_.end();
     bool moved = false;
+    std::vector<V> been{mesh().ancestor[tip]};
     const std::size_t limit = 100 + 4 * mesh().face_count();
     for (std::size_t round = 0; round < limit; ++round) {
       const auto plane = TrackPlane::make(at(tip), to_);
@@ -207,6 +208,9 @@ class Sweep {
       visited_.push_back({before, at(tip)});
       if (step->kind == Advance::Kind::kRanOut) joined_.push_back(tip);
       if (way->last) return {true, true};
+      // No circles: every one would cut what the last one left.
+      if (std::find(been.begin(), been.end(), mesh().ancestor[tip]) != been.end()) return {true, true};
+      been.push_back(mesh().ancestor[tip]);
     }
     return {moved, true};
   }

@@ -10,6 +10,8 @@
 namespace kerf {
 
 inline constexpr double kLeastProgress = 0.02; // cosine to the blade's motion below which a direction does not lead on
+inline constexpr double kOnTheLine = 1e-12;    // of coordinates: nearer to the blade's line, rounding would say which way it moves
+inline constexpr double kShort = 1e-4;          // of the way to the blade's base: so near, the direction is made upright again
 inline constexpr double kLengthSlack = 1e-9;   // of the edge's length: the ends of a blade belong to it
 
 /// The plane that holds the point where a front is and the edge where the blade is going, with progress measured
@@ -19,7 +21,7 @@ struct TrackPlane {
   Vec3 origin, along, motion;
   double along_squared = 0;
 
-  /// Plane through `from` and the line of `edge`; none if `from` is on that line.
+  /// Plane through `from` and the line of `edge`; none if `from` is on that line, but for rounding.
   static std::optional<TrackPlane> make(Vec3 from, const BladeEdge& edge) {
     TrackPlane p;
     p.a = from;
@@ -31,8 +33,10 @@ struct TrackPlane {
     const Vec3 back = from - edge.base;
     const Vec3 off = back - (dot(back, p.along) / p.along_squared) * p.along;
     const double distance = norm(off);
-    if (!(distance > 0)) return std::nullopt;
+    if (!(distance > kOnTheLine * (norm(from) + norm(edge.base) + norm(back)))) return std::nullopt;
     p.motion = (-1 / distance) * off;
+    // What rounding leaves of the blade's own direction weighs much where the rest is short.
+    if (distance < kShort * norm(back)) p.motion = normalized(p.motion - (dot(p.motion, p.along) / p.along_squared) * p.along);
     return p;
   }
   /// True above the plane. Zero counts as below, for everybody, so that neighbours agree.

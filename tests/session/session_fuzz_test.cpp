@@ -534,10 +534,16 @@ int lives_of(int most, Tally& tally, const Live& live) {
     if (seconds > 0 ? passed >= static_cast<double>(seconds) : lives >= most) break;
     ++lives;
     if (seconds > 0 && lives % 50 == 1) {  // what a run that is killed leaves behind
-      std::fprintf(stderr, "seed %llu, %d strokes so far\n", static_cast<unsigned long long>(seed), tally.strokes);
+      std::fprintf(stderr, "at seed %llu after %d cuts\n", static_cast<unsigned long long>(seed), tally.strokes);
       std::fflush(stderr);
     }
-    if (!live(seed) && ++failed >= 8) break;
+    bool good = false;
+    try {
+      good = live(seed);
+    } catch (const std::exception& e) {  // out of memory, most likely: no recording, but the seed
+      ADD_FAILURE() << "seed " << seed << ", " << e.what();
+    }
+    if (!good && ++failed >= 8) break;
   }
   std::printf("%d lives, %d strokes over %d triangles, %d refused steps, %d undone, up to %d pieces; in %d poses vertices "
               "jumped by up to %.2g, velocities by %.2g, energy grew by %.2g\n",

@@ -148,6 +148,31 @@ TEST(Lips, RimsThatCrossTouchBetweenTheirVertices) {
   }
 }
 
+TEST(Lips, AThinOneThatLiesFlatOnTheOtherTouchesItWithAllItsRim) {
+  // Faces that are near the rim at rest, on the other side of the cut, are no neighbours of it, however flat the sheet is.
+  constexpr double kThin = 0.008;
+  for (const int grid : {9, 13, 21}) {
+    LipBody body(grid, kThin, false);
+    body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+    for (double moved = 0.04; moved < 0.4; moved += 0.03) {
+      body.place([&](Vec3 p, int side) { return side > 0 ? p + Vec3{-moved, 0, 2.05 * kThin} : p; });
+      body.detect();
+      std::vector<int> touched(body.surface.vertex_count(), 0);
+      for (const Contact& c : body.contacts)
+        if (c.b.vertex[0].valid() && std::fabs(c.normal.z) > 0.99)
+          for (const SurfacePoint* p : {&c.a, &c.b})
+            if (p->vertex[0].valid() && !p->vertex[1].valid()) touched[p->vertex[0].index()] = 1;
+      int rim = 0;
+      for (const CollisionVertex v : ids<CollisionVertex>(body.surface.vertex_count()))
+        if (body.surface.on_cut[v] != 0 && body.position[v.index()].z == 0) {
+          EXPECT_EQ(touched[v.index()], 1) << grid << " moved by " << moved << " at " << body.surface.rest[v].y;
+          ++rim;
+        }
+      EXPECT_GE(rim, grid);
+    }
+  }
+}
+
 TEST(Lips, LiftedOverAndBack) {
   LipBody body;
   body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});

@@ -414,11 +414,12 @@ double edge_beside_walls(const BodyView& a, H h, const BodyView& b, H g) {
 }
 
 /// Rims of lips that lie on each other at one end and side by side at the other: the upper rim of one crosses the lower rim of the other. The
-/// normal is upright to both; it points out of wall and face of either.
-void test_rims(const Pair& pair, H h, H g) {
+/// normal is upright to both; it points out of wall and face of either. False: they cross in another way, or lost each other.
+bool test_rims(const Pair& pair, H h, H g) {
   const ContactSurface& s = pair.a.surface;
   const Vec3 out = -pair.a.into(h), other_out = -pair.b.into(g);
-  if (!(dot(out, other_out) < 0)) return;
+  if (!(dot(out, other_out) < 0)) return false;
+  bool known = true;
   for (const double lift : {1.0, -1.0}) {
     const auto corner = [&](const BodyView& body, V v, double l) { return body.position(v) + l * body.offset(v); };
     const Vec3 a = corner(pair.a, s.from(h), lift), b = corner(pair.a, s.to(h), lift);
@@ -432,13 +433,20 @@ void test_rims(const Pair& pair, H h, H g) {
     Vec3 n = (1 / size) * across;
     if (dot(n, other_out - out) < 0) n = -n;
     const double over = -lift * dot(n, y.offset), under = -lift * dot(n, x.offset);
-    if (!(dot(n, other_out) >= -kOffCone && -dot(n, out) >= -kOffCone && over >= -kOffCone * norm(y.offset) && under >= -kOffCone * norm(x.offset))) continue;
+    if (!(dot(n, other_out) >= -kOffCone && -dot(n, out) >= -kOffCone && over >= -kOffCone * norm(y.offset) && under >= -kOffCone * norm(x.offset))) {
+      known = false;
+      continue;
+    }
     const ContactName name{ContactKind::kEdgeEdge, lift > 0 ? 1 : 2, pair.a.index, pair.b.index, 0, h.value, g.value};
     const double gap = dot(n, x.position + lift * x.offset - y.position + lift * y.offset), radius = norm(x.offset);
     const bool was = recall(pair.run.before, contact_key(name)) != nullptr;
-    if (gap < -(was ? kLostRims : kPassed) * radius) continue;
+    if (gap < -(was ? kLostRims : kPassed) * radius) {
+      known = false;
+      continue;
+    }
     hand_out_pair(pair.run, name, x, lift, y, -lift, n, -1);
   }
+  return known;
 }
 
 /// Rims of lips may lie over each other at one end and side by side, with air between, where they are nearest (x on h, y on g): rims that cross
@@ -455,7 +463,7 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   const V p = s.from(h), q = s.to(h), u = o.from(g), w = o.to(g);
   if (pair.self && (p == u || p == w || q == u || q == w)) return;
   const Vec3 a = pair.a.position(p), b = pair.a.position(q), c = pair.b.position(u), e = pair.b.position(w);
-  if (pair.self && s.cut[h] != 0 && o.cut[g] != 0) test_rims(pair, h, g);
+  const bool rims = pair.self && s.cut[h] != 0 && o.cut[g] != 0 && test_rims(pair, h, g);
   SegmentFeet feet;
   if (!inner_feet(a, b, c, e, feet)) return;
   const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
@@ -474,7 +482,7 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   if (pair.self) {
     const int relation = are_strangers(s, p, ContactSurface::face(g)) ? 0 : rest_relation(s, h, g, pair.run.scratch.neighbours);
     if (relation > 0) return;
-    if (are_side_by_side(pair, h, x, g, y)) return;
+    if (rims && are_side_by_side(pair, h, x, g, y)) return;
     const double walls = std::max(edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h));
     if (relation < 0 || walls > -HUGE_VAL) {
       if (r == nullptr && gap < -kPassed * norm(x.offset)) return;

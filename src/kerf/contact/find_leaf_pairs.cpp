@@ -7,10 +7,12 @@
 namespace kerf {
 namespace {
 
-/// May two nodes of one body be left out: neighbours, or hardly bent? Then what lies close at rest can't have met.
+/// May two nodes of one body be left out: neighbours, or hardly bent? Then what lies close at rest can't have met, unless a cut runs through
+/// one of them: its far side may have come over the other.
 bool may_skip(const BodyView& body, std::uint32_t n, std::uint32_t m) {
   if (!hang_together(body.surface, n, m)) return false;
   if (all_neighbours(body.surface, n, m)) return true;
+  if (body.surface.node_open[n] != 0 || body.surface.node_open[m] != 0) return false;
   const auto& directions = body.frame.directions;
   return is_narrow(joined(directions[n], directions[m])) && any_neighbours(body.surface, n, m);
 }

@@ -30,6 +30,15 @@ constexpr double kStray = 0.2;
 /// Contacts that a step closes without having seen them may overlap by this part of the half thickness.
 constexpr double kUnseen = 0.01;
 
+DetectOptions detect_options(const Scene& scene, double h) {
+  DetectOptions options;
+  options.step = h;
+  options.margin = scene.contact.margin;
+  options.self_contact = scene.contact.self;
+  options.body_friction = scene.contact.friction;
+  return options;
+}
+
 void refresh_surface(const Body& body, ContactStep& c) {
   if (c.surface_stale) rebuild_contact_surface(body.complex.collision, c.surface);
   c.surface_stale = false;
@@ -47,22 +56,18 @@ CornerWeights corner_weights(Vec3 l) {
 
 Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
 
-/// The surface as it is, and as it would be h seconds on without contact: positions and offsets of its vertices in one pass,
-/// as collision_positions() and surface_offsets() define them.
-SurfaceState surface_state(const Body& body, const MechanicsModel& model, const MechanicsState& state, double h, Vec3 gravity,
-                           ContactStep& c) {
+/// Where a node would be h seconds on without contact.
+Vec3 predicted_place(const MechanicsModel& model, const MechanicsState& state, std::size_t i, double h, Vec3 gravity) {
+  return state.positions[i] + h * (model.is_fixed(NodeId(i)) ? model.prescribed_velocities()[i] : state.velocities[i] + h * gravity);
+}
+
+/// The surface as it is and as it will be, by c.nodes: positions and offsets of its vertices in one pass, as collision_positions() and
+/// surface_offsets() define them.
+SurfaceState surface_state(const Body& body, ContactStep& c) {
   const std::size_t n = body.complex.collision.vertex_count();
   c.positions.resize(n);
   c.offsets.resize(n);
   c.predicted.resize(n);
-  c.nodes.resize(state.positions.size());
-  for (std::size_t i = 0; i < state.positions.size(); ++i) {
-    const NodeId node(i);
-    const Vec3 x = state.positions[i];
-    const Vec3 v = model.is_fixed(node) ? model.prescribed_velocities()[i] : state.velocities[i] + h * gravity;
-    const Vec3 next = x + h * v;
-    c.nodes[i] = {{x.x, x.y, x.z, 0}, {next.x, next.y, next.z, 0}};
-  }
   const LatticeFrame& frame = body.hex.frame;
   const Vec3 per_cell{2 / frame.cell.x, 2 / frame.cell.y, 2 / frame.cell.z};
   for (const CollisionVertex v : ids<CollisionVertex>(n)) {
@@ -274,13 +279,44 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
                      ContactStep& c) {
   refresh_surface(body, c);
   place_shapes(scene, state, motions, t, h, c);
-  const SurfaceState surface = surface_state(body, model, state, h, gravity, c);
-  DetectOptions options;
-  options.step = h;
-  options.margin = scene.contact.margin;
-  options.self_contact = scene.contact.self;
-  options.body_friction = scene.contact.friction;
-  c.seen = detect({&surface, 1}, c.shapes.obstacles, c.tools, options, memory, c.detect, c.contacts);
+  c.nodes.resize(state.positions.size());
+  for (std::size_t i = 0; i < state.positions.size(); ++i) {
+    const Vec3 x = state.positions[i], next = predicted_place(model, state, i, h, gravity);
+    c.nodes[i] = {{x.x, x.y, x.z, 0}, {next.x, next.y, next.z, 0}};
+  }
+  const SurfaceState surface = surface_state(body, c);
+  c.seen = detect({&surface, 1}, c.shapes.obstacles, c.tools, detect_options(scene, h), memory, c.detect, c.contacts);
+}
+
+bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
+                   const DetectMemory& memory, double h, Vec3 gravity, double deep, ContactStep& c) {
+  if (!scene.contact.self) return false;
+  const std::size_t n = began.positions.size();
+  Vec3 mean;
+  for (std::size_t i = 0; i < n; ++i) mean += ended.positions[i] - predicted_place(model, began, i, h, gravity);
+  mean = (1.0 / static_cast<double>(std::max<std::size_t>(n, 1))) * mean;
+  double stray = 0;
+  for (std::size_t i = 0; i < n; ++i) stray = std::max(stray, norm(ended.positions[i] - predicted_place(model, began, i, h, gravity) - mean));
+  if (!(2 * stray > scene.contact.margin * c.surface.largest_radius)) return false;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3 x = began.positions[i], next = ended.positions[i];
+    c.nodes[i] = {{x.x, x.y, x.z, 0}, {next.x, next.y, next.z, 0}};
+  }
+  const SurfaceState surface = surface_state(body, c);
+  c.surprise_memory = memory;
+  detect({&surface, 1}, {}, {}, detect_options(scene, h), c.surprise_memory, c.detect_surprises, c.surprises);
+  const auto travel = [&](const SurfacePoint& p) {
+    Vec3 u;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (p.vertex[k].valid()) u += p.weight[k] * (c.predicted[p.vertex[k].index()] - c.positions[p.vertex[k].index()]);
+    return u;
+  };
+  for (const Contact& contact : c.surprises) {
+    if (!(contact.gap + dot(contact.normal, travel(contact.a) - travel(contact.b)) < -deep)) continue;
+    const auto at = std::lower_bound(c.contacts.begin(), c.contacts.end(), contact.key, [](const Contact& x, std::uint64_t key) { return x.key < key; });
+    if (at == c.contacts.end() || at->key != contact.key) return true;
+  }
+  return false;
 }
 
 }  // namespace kerf

@@ -34,6 +34,10 @@ struct ContactStep {
   ContactSet set;
   std::vector<std::int32_t> node_slot;  ///< per node, -1 between uses
   Slit slit;                            ///< of the blade that cuts
+
+  DetectWorkspace detect_surprises;     ///< find_surprise(): what it works on
+  DetectMemory surprise_memory;
+  std::vector<Contact> surprises;
 };
 
 /// Shapes, contact geometry and options of a scene. Bad input: meshes of obstacles that can't be used.
@@ -57,6 +61,11 @@ void make_contact_rows(const Body& body, ContactStep& step);
 /// Contacts of the flanks and the back of scalpels that cut, after detection.
 void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double h, DetectMemory& memory,
                 ContactStep& step);
+
+/// Did a step of h seconds, from `began` to `ended`, take points of the body so deep (m) into each other that find_contacts() had not handed out, because
+/// they moved otherwise than they would have without contact and forces? `memory`: that before the step. Looks only if nodes strayed far.
+bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
+                   const DetectMemory& memory, double h, Vec3 gravity, double deep, ContactStep& step);
 
 /// What touches between t and t + h: step.contacts, without those that leave_out says, and the rows of step.set.
 /// O(surface refitted + contacts).

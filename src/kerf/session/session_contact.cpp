@@ -111,7 +111,8 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divi
     last_options.tolerance *= kPairTolerance;
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
-  if (began != nullptr && went_too_deep()) {
+  if (began != nullptr && (went_too_deep() || find_surprise(scene, state.body, state.model, *began, state.mechanics, touched_part, h, step_options.gravity,
+                                                            kDeeper * contact.surface.largest_radius, contact))) {
     state.mechanics = *began;
     state.touching = touched_part;
     return divide_part(t, h, kTryAgainParts, nullptr);

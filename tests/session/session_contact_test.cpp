@@ -9,6 +9,7 @@
 #include "kerf/contact/surface_offsets.h"
 #include "kerf/session/session.h"
 #include "kerf/spatial/triangle_queries.h"
+#include "support/lips_checker.h"
 
 namespace kerf {
 namespace {
@@ -227,6 +228,48 @@ TEST(Lips, LiftedOverAndBackTheyComeHome) {
     EXPECT_LT(home.fastest, 1) << c.dt;
     EXPECT_LT(home.deepest, 0.02) << c.dt;
     EXPECT_TRUE(cut.session.validate().ok());
+  }
+}
+
+/// Deepest overlap of the two sides of Cut's slit as a dense sample sees it, parts of the half thickness.
+double seen_from_outside(Session& session, double radius) {
+  const Body& body = session.body();
+  const auto& rest = body.complex.collision.rest;
+  const ContactSurface surface = make_contact_surface(body.complex.collision);
+  std::vector<Vec3> offsets(surface.vertex_count());
+  surface_offsets(body.hex, body.embedding, surface, session.node_positions(), offsets);
+  const std::vector<Vec3> positions = session.collision_positions();
+  const auto triangles = testing_support::triangles_of(surface);
+  constexpr double kTip = 0.05, kCutX = 0.013;
+  testing_support::LipsView lips{{positions, offsets, triangles}, {}, {}};
+  for (const CollisionTriangle f : ids<CollisionTriangle>(surface.face_count())) {
+    const auto c = surface.vertices(f);
+    const Vec3 middle = (1.0 / 3) * (rest[c[0]] + rest[c[1]] + rest[c[2]]);
+    lips.side.push_back(middle.y < kTip && std::fabs(middle.x - kCutX) < 0.3 ? (middle.x > kCutX ? 1 : -1) : 0);
+    for (int i = 0; i < 3; ++i)
+      if (const CollisionHalfEdge h = ContactSurface::corner(f, i); surface.cut[h] != 0 && lips.side.back() != 0)
+        lips.walls.push_back({surface.from(h).value, surface.to(h).value, lips.side.back()});
+  }
+  const double end = kTip - std::max(4 * radius, 0.012);
+  return testing_support::deepest_between_sides(lips, rest.raw(), [&](Vec3 p) { return p.y < end && std::fabs(p.x - kCutX) < 0.18; }) / radius;
+}
+
+TEST(Lips, LiftedAThinOneOverlapsNowhere) {
+  // What no contact knows of counts too: a rim that came down on faces that had been near it at rest was once left out, one diameter deep.
+  constexpr double kThin = 0.08 * kRadius;
+  for (const double height : {3.05, 3.3}) {
+    Cut cut(0.005, false, kThin);
+    ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+    ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
+    double deepest = 0;
+    for (const Vec3 by : {Vec3{0, 0, height * kThin}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -kThin}, Vec3{0, 0, kThin}, Vec3{0.12, 0, 0}}) {
+      cut.move("lip", by, 0.4);
+      for (int i = 0; i < 10; ++i) {
+        run(cut.session, 0.04, kThin);
+        deepest = std::max(deepest, seen_from_outside(cut.session, kThin));
+      }
+    }
+    EXPECT_LT(deepest, 0.1) << height;
   }
 }
 

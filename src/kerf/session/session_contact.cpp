@@ -22,7 +22,7 @@ constexpr double kPairTolerance = 0.1;
 
 /// A part of a step in which points of bodies got deeper into each other than this share of the largest half thickness, by half of it in that part, is
 /// taken again in so many shorter ones.
-constexpr double kDeeper = 0.04;
+constexpr double kDeeper = 0.03;
 constexpr int kTryAgainParts = 4;
 
 /// Adds a part of a step to the report of what came before it.

@@ -131,7 +131,7 @@ TEST(BladeFlanks, PushTheLipsAside) {
       EXPECT_LT(most, 0.001) << dt << ": J; its 14 g would have 0.6 mJ at 0.3 m/s";
       EXPECT_LT(back.left, -0.0003) << dt;
       EXPECT_GT(back.right, 0.0003) << dt;
-      EXPECT_LT(tool.force.x * way, -0.1 * std::fabs(way)) << dt << ": the strip pushes back";
+      EXPECT_LT(tool.force.x * way, -0.04 * std::fabs(way)) << dt << ": the strip pushes back, with its slit a little longer: it bows onto the edge";
       EXPECT_NEAR(tool.force.x, held.x, 0.002) << dt << ": with what its supports hold";
     }
     lead(session, 0.3, {kHere, 0.03, -0.012});
@@ -168,6 +168,7 @@ Session cut_mat(double dt) {
     scene.fixes.push_back(fix);
   }
   scene.tools[0].position = {kHere, -0.02, 0.03};
+  scene.cut.resistance = 10;  // or the mat, pushed aside, would be cut on where it comes onto the edge
   scene.tools[0].stiffness = 5000;
   Session session = make(scene);
   lead(session, 0.2, {kHere, -0.02, -0.012});

@@ -4,7 +4,7 @@
 // direction from its rim into the material says which, however deep it is, and never flips. The lips start out together, nearer
 // than the blade is thick: they are opened slowly, as far as the body lets them come apart. Ahead of where the blade is as
 // thick as it gets, it is a wedge; around the edge itself, where uncut material begins, nothing touches. The end of the slit
-// behind the blade touches its back, and the end ahead does not come past the edge: material that moves onto it uncut is pressed. They slide without friction: what drags along a blade in its slit is the resistance to cutting.
+// behind the blade touches its back, and the end ahead does not come past the edge uncut. They slide without friction: what drags along a blade in its slit is the resistance to cutting.
 #pragma once
 
 #include <vector>

@@ -90,7 +90,7 @@ void UndoList::clear() {
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures), gravity(o.gravity),
       largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps), next_command(o.next_command), grasps(o.grasps),
-      tools(o.tools), touching(o.touching),
+      tools(o.tools), edge_holds(o.edge_holds), touching(o.touching),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
       strokes(o.strokes), topology_version(o.topology_version) {}
 
@@ -193,6 +193,7 @@ Result<SessionStep> Session::step() {
   carry_unused_nodes(s.state.body.hex, s.state.mechanics, s.carried);
   fade_offsets(s.state.fade, dt, kFaded * s.size);
   s.positions_changed();
+  s.carry_edges();
   report.mechanics = *mechanics;
   report.parts = s.parts;
   report.detection = s.detection_seconds;
@@ -428,7 +429,7 @@ std::uint64_t Session::hash() const {
     hash.add(t.poses);
     hash.add(std::array<double, 5>{t.began, t.jaws_from, t.jaws_to, t.jaws_began, t.jaws_over});
     hash.add(std::array<std::int32_t, 5>{t.inside, t.holding, t.placed, t.jaw_pushes[0], t.jaw_pushes[1]});
-    hash.add(std::array<Vec3, 4>{t.base, t.tip, t.force, t.torque});
+    hash.add(std::array<Vec3, 6>{t.base, t.tip, t.carried, t.press, t.force, t.torque});
     hash.add(std::array<double, 2>{t.edge_force, t.edge_length});
   }
   return hash.value();

@@ -146,6 +146,10 @@ void Session::Impl::move_grasps(double until, double over) {
       if (state.model.has_spring(g.springs[i]))
         state.model.set_spring_target(g.springs[i], g.centre + g.turned * g.offset[i], velocity);
   }
+  for (const EdgeHold& e : state.edge_holds) {
+    const RigidState& tool = state.mechanics.tools[static_cast<std::size_t>(e.tool)];
+    if (state.model.has_spring(e.spring)) state.model.set_spring_target(e.spring, tool.position + over * tool.velocity + e.offset);
+  }
 }
 
 Status Session::Impl::renew_springs() {
@@ -165,6 +169,15 @@ Status Session::Impl::renew_springs() {
       if (!receipt) return receipt.error();
       g.springs.push_back(receipt->id);
     }
+  }
+  for (EdgeHold& e : state.edge_holds) {
+    e.spring = {};
+    if (!body.complex.collision.rest.contains(e.vertex)) continue;
+    const HexId copy = body.embedding.collision[e.vertex];
+    const Vec3 target = state.mechanics.tools[static_cast<std::size_t>(e.tool)].position + e.offset;
+    auto receipt = state.model.add_attachment(copy, weights(body.hex, copy, body.complex.collision.rest[e.vertex]), target, e.stiffness);
+    if (!receipt) return receipt.error();
+    e.spring = receipt->id;
   }
   tip_glue(body.hex, glue);
   for (const TipGlue& g : glue) {
@@ -203,7 +216,7 @@ void Session::Impl::unfix(const SceneRegion& region) {
 }
 
 void Session::Impl::renew_loads() {
-  if (scene.loads.empty() && scene.tools.empty()) return;
+  if (scene.loads.empty()) return;
   state.model.clear_loads();
   const Body& body = state.body;
   const auto add = [&](CollisionVertex v, Vec3 force) {
@@ -211,8 +224,6 @@ void Session::Impl::renew_loads() {
     const auto w = weights(body.hex, copy, body.complex.collision.rest[v]);
     for (std::size_t c = 0; c < 8; ++c) state.model.add_load(body.hex.nodes[copy][c], w[c] * force);
   };
-  for (const ToolLoad& load : tool_loads)
-    if (body.complex.collision.rest.contains(load.vertex)) add(load.vertex, load.force);
   for (const SceneLoad& load : scene.loads) {
     if (state.time < load.from || (load.until && state.time >= *load.until)) continue;
     const auto points = vertices_near(body.complex.collision.rest.raw(), load.point, load.radius);

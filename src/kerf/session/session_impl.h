@@ -80,6 +80,15 @@ class UndoList {
   std::size_t bytes_ = 0;
 };
 
+/// Where an edge that cuts ties a vertex to itself, up to the resistance of the material.
+struct EdgeHold {
+  std::int32_t tool = 0;
+  CollisionVertex vertex;
+  double stiffness = 0;  ///< N/m
+  Vec3 offset;           ///< m: of the spring's target from the tool's place
+  SpringId spring;       ///< none: not in the model yet
+};
+
 struct SessionState {
   Body body;
   MechanicsModel model{Vec3{1, 1, 1}};
@@ -94,6 +103,7 @@ struct SessionState {
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
   std::vector<ToolMotion> tools;  ///< one per tool of the scene; where the tools are is in `mechanics`
+  std::vector<EdgeHold> edge_holds;  ///< of the last step
   DetectMemory touching;          ///< what detection remembers of contacts
   std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
   JournalMark synced;                   ///< hexahedra, embeddings and mechanics match the complex as of here
@@ -235,19 +245,25 @@ struct Session::Impl {
   Status cut_with(std::size_t tool, double until);
   /// After mechanics: what edges and jaws have met, for the next step.
   void feel_tools();
+  /// Is the edge ahead of where the cut has got to? A front that lies ahead of it, where material is stretched, would be lost.
+  [[nodiscard]] bool passes_fronts(const BladeEdge& now, Vec3 way);
+  /// At the end of a step: the last cut of a blade goes along with the material that it was in.
+  void carry_edges();
+  std::vector<Vec3> before_mechanics;  ///< where collision vertices were in this step, if a tool has an edge
   Status close_on(std::size_t tool);
-  /// Force of the material on an edge that cuts, and back on the material as a load of this step.
-  void resist(std::size_t tool, const BladeEdge& before, const BladeEdge& now, double inside);
+  /// Force of the material on an edge that cuts, and what holds the material back in this step. `step`: m that the edge moved in the
+  /// material in the last one.
+  void resist(std::size_t tool, const BladeEdge& now, Vec3 step, double inside);
+  /// The springs of this step's edge_holds.
+  void hold_edges();
+  /// N/m: of an edge in material before it gives way.
+  [[nodiscard]] double edge_stiffness(std::size_t tool, double inside) const;
   /// What contact must leave out: an edge that cuts and what follows it, jaws that hold.
   [[nodiscard]] bool leaves_out(const Contact& c) const;
   /// Is a contact of a blade that cuts with material in or beside its slit? That is for its flanks.
   [[nodiscard]] bool is_near_cut(const Contact& c, const ToolSizes& sizes) const;
   std::vector<Vec3> cut_through;  ///< of this step: where the blade that cuts is in the material, in rest coordinates
-  struct ToolLoad {
-    CollisionVertex vertex;
-    Vec3 force;  ///< N
-  };
-  std::vector<ToolLoad> tool_loads;  ///< of this step
+  std::vector<EdgeHold> edge_holds;  ///< of this step, as it is put together
   Status fix(const SceneRegion& region, const std::string& name);
   void unfix(const SceneRegion& region);
   /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.

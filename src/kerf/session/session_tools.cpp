@@ -3,7 +3,8 @@
 // A sharp edge goes through stages. Outside it is a blunt part of its tool: it presses. Where material resists
 // (SceneCut::resistance), it presses on until its force per length is exceeded; where none does, it enters at once. Inside it
 // cuts: a stroke begins, the blade touches the lips that it leaves (contact/flanks.h) and what lies far from them, and the
-// resistance pushes both. When the whole blade is out of the thickness the stroke ends. Blades cut forward only, and one at a time.
+// resistance holds both. It is the edge's motion in the material that cuts, whichever of the two moves. When the whole blade is out of the
+// thickness the stroke ends. Blades cut forward only, and one at a time.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,13 +21,16 @@ constexpr int kEdgeSamples = 9;         // along an edge at least; a blade is lo
 constexpr int kMostSamples = 128;       // along an edge; no nearer to each other than half the half thickness
 constexpr double kEdgeFirst = 0.5;      // cosine between forward and the push of what an edge meets
 constexpr double kForward = 0.2;        // share of an edge's motion that must go forward for it to cut
-constexpr double kSlowEdge = 0.02;      // m/s below which resistance falls to zero with the speed
-constexpr double kStableShare = 0.5;    // of the damping that an explicit resistance may add
+constexpr double kPress = 0.02;         // mean collision edges that an edge goes into material before that gives way, at least
+constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is no farther into what is uncut does not cut on
+constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
+constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
+constexpr double kStableShare = 0.5;    // of a tool's own stiffness in a step: what an explicit force may add
 constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: what touches there touches the edge
 
 bool is_blade(const SceneRigidTool& tool) { return has_edge(tool); }
 
-/// The material near a box: does a point lie in it? `closest` gets the vertex nearest to it, or to its way in.
+/// The material near a box: does a point lie in it?
 class Thickness {
  public:
   Thickness(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const Box3& near) : mesh_(mesh), positions_(positions) {
@@ -46,8 +50,16 @@ class Thickness {
     }
   }
   [[nodiscard]] bool empty() const { return triangles_.empty(); }
-  /// m to the thickness; 0 in it.
-  [[nodiscard]] double clearance(Vec3 p, CollisionVertex* closest = nullptr) const {
+  /// A place of the middle surface.
+  struct Place {
+    std::array<CollisionVertex, 3> vertex;
+    std::array<double, 3> weight;
+    [[nodiscard]] CollisionVertex closest() const {
+      return vertex[static_cast<std::size_t>(std::max_element(weight.begin(), weight.end()) - weight.begin())];
+    }
+  };
+  /// m to the thickness; 0 in it. `closest` gets a place of the material that it lies in, or that is nearest to it.
+  [[nodiscard]] double clearance(Vec3 p, Place* closest = nullptr) const {
     double least = HUGE_VAL;
     for (const CollisionTriangle t : triangles_) {
       std::array<CollisionVertex, 3> v;
@@ -62,14 +74,13 @@ class Thickness {
       for (std::size_t k = 0; k < 3; ++k) radius += found.barycentric[k] * norm(mesh_.offset[v[k]]);
       if (found.distance - radius >= least) continue;
       least = found.distance - radius;
-      if (closest)
-        *closest = v[static_cast<std::size_t>(std::max_element(found.barycentric.begin(), found.barycentric.end()) - found.barycentric.begin())];
+      if (closest) *closest = {v, {found.barycentric[0], found.barycentric[1], found.barycentric[2]}};
       if (least <= 0) return 0;
     }
     return least;
   }
   [[nodiscard]] bool holds(Vec3 p, double extra) const { return clearance(p) <= extra; }
-  /// Calls look(vertex) for places along a line that lie in the material, or no farther from it than `extra`, as near to each other as the
+  /// Calls look(place) for places along a line that lie in the material, or no farther from it than `extra`, as near to each other as the
   /// material is thick; returns the length that they stand for. What is far from the material is passed over.
   template <class Look>
   double walk(Vec3 from, Vec3 to, double extra, Look&& look) const {
@@ -79,7 +90,7 @@ class Thickness {
     double inside = 0;
     for (double at = 0; at < length + step;) {
       const double here = std::min(at, length);
-      CollisionVertex closest;
+      Place closest;
       const double far = clearance(lerp(from, to, here / length), &closest) - extra;
       if (far <= 0) {
         look(closest);
@@ -98,17 +109,20 @@ class Thickness {
 };
 
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
+BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
 
 }  // namespace
 
 Status Session::Impl::use_tools(double until) {
-  tool_loads.clear();
+  edge_holds.clear();
   cut_through.clear();
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     state.tools[i].force = state.tools[i].torque = {};
     if (is_blade(scene.tools[i])) KERF_TRY(cut_with(i, until));
     if (scene.tools[i].kind == SceneToolKind::kGrasper) KERF_TRY(close_on(i));
   }
+  if (std::any_of(scene.tools.begin(), scene.tools.end(), is_blade)) before_mechanics = deformed_collision();
+  hold_edges();
   return {};
 }
 
@@ -140,9 +154,9 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const CollisionMesh& mesh = state.body.complex.collision;
   for (int line = 0; line < (scissors ? 1 : 3); ++line) {
     const Vec3 aside = (0.5 * line) * back;
-    const double in = material.walk(now.base + aside, now.tip + aside, line == 0 ? 0 : sizes.thickness, [&](CollisionVertex closest) {
+    const double in = material.walk(now.base + aside, now.tip + aside, line == 0 ? 0 : sizes.thickness, [&](const Thickness::Place& place_in) {
       blade_in = true;
-      cut_through.push_back(mesh.rest[closest]);
+      cut_through.push_back(mesh.rest[place_in.closest()]);
     });
     if (line == 0) edge_in = in;
   }
@@ -163,14 +177,73 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   if (!own) {
     KERF_TRY(begin_stroke(SceneFrame::kWorld, false));
     state.stroke->tool = static_cast<std::int32_t>(i);
-    KERF_TRY(move_blade(before));
+    KERF_TRY(move_blade(before + motion.carried));
+    motion.press = {};
   }
-  const BladeEdge last = state.stroke->blade.edge;
-  const Vec3 way = edge_middle(now) - edge_middle(last);
+  // Pressed into what has not given way, an edge cuts nothing; where it gives way the cut comes up to the edge.
+  const Vec3 step = edge_middle(now) - edge_middle(before) - motion.carried;
+  const double stiffness = edge_stiffness(i, edge_in), most = stiffness > 0 ? scene.cut.resistance * edge_in / stiffness : 0;
+  motion.press += step;
+  const bool gives_way = norm(motion.press) > most || most <= 0;
+  if (gives_way) motion.press = most > 0 ? most * normalized(motion.press) : Vec3{};
+  const Vec3 way = edge_middle(now) - edge_middle(state.stroke->blade.edge);
   const double ahead = std::max(dot(way, place.axes * edge.forward), -dot(way, place.axes.c[2]));
-  if (ahead > kForward * norm(way)) KERF_TRY(move_blade(now));
-  resist(i, before, now, edge_in);
+  if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) && passes_fronts(now, way))
+    KERF_TRY(move_blade(now));
+  resist(i, now, step, edge_in);
   return {};
+}
+
+bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
+  const Vec3 along = normalized(now.tip - now.base), across = way - dot(way, along) * along;
+  const BladeStroke& blade = state.stroke->blade;
+  const std::vector<Vec3>& positions = deformed_collision();
+  bool any = false;
+  for (const CollisionVertex v : blade.fronts) {
+    const Vec3 front = positions[v.index()];
+    if (distance_to_segment(front, blade.edge.base, blade.edge.tip) > kFrontNear * state.body.complex.mean_root_edge) continue;
+    const Vec3 back = now.base - front, to_edge = back - dot(back, along) * along;
+    if (dot(to_edge, across) >= kAcross * norm(to_edge) * norm(across)) return true;
+    any = true;
+  }
+  return !any;
+}
+
+void Session::Impl::carry_edges() {
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    if (!is_blade(scene.tools[i])) continue;
+    ToolMotion& motion = state.tools[i];
+    motion.carried = {};
+    const bool own = state.stroke && state.stroke->tool == static_cast<std::int32_t>(i);
+    if (state.stroke && !own) continue;
+    const CollisionMesh& mesh = state.body.complex.collision;
+    const std::vector<Vec3>& after = deformed_collision();
+    const RigidState& at = state.mechanics.tools[i];
+    const ToolEdge edge = tool_edge(scene.tools[i], motion.jaws(state.time));
+    const RigidPlace place{at.position, at.axes};
+    const BladeEdge here = own ? state.stroke->blade.edge : BladeEdge{place.to_world(edge.base), place.to_world(edge.tip)};
+    Vec3 sum;
+    int places = 0;
+    // Where the cut has got to says it exactly.
+    if (own)
+      for (const CollisionVertex v : state.stroke->blade.fronts) {
+        if (distance_to_segment(before_mechanics[v.index()], here.base, here.tip) > kFrontNear * state.body.complex.mean_root_edge) continue;
+        sum += after[v.index()] - before_mechanics[v.index()];
+        ++places;
+      }
+    if (places == 0) {
+      Box3 near;
+      near.add(here.base);
+      near.add(here.tip);
+      const Thickness material(mesh, own ? before_mechanics : after, near);
+      material.walk(here.base, here.tip, 0, [&](const Thickness::Place& p) {
+        for (std::size_t k = 0; k < 3; ++k) sum += p.weight[k] * (after[p.vertex[k].index()] - before_mechanics[p.vertex[k].index()]);
+        ++places;
+      });
+    }
+    if (places > 0) motion.carried = (1.0 / places) * sum;
+    if (own) state.stroke->blade.edge = state.stroke->blade.edge + motion.carried;
+  }
 }
 
 void Session::Impl::feel_tools() {
@@ -201,37 +274,51 @@ void Session::Impl::feel_tools() {
   }
 }
 
-void Session::Impl::resist(std::size_t i, const BladeEdge& before, const BladeEdge& now, double inside) {
-  if (scene.cut.resistance <= 0 || inside <= 0) return;
-  const SceneRigidTool& tool = scene.tools[i];
+double Session::Impl::edge_stiffness(std::size_t i, double inside) const {
   const double dt = step_options.dt;
+  const RigidTool coupling = rigid_tool(scene.tools[i], state.tools[i], state.time, dt);
+  const double most = kStableShare * (coupling.mass / (dt * dt) + coupling.damping / dt + coupling.stiffness);
+  return std::min(most, scene.cut.resistance * inside / (kPress * state.body.complex.mean_root_edge));
+}
+
+void Session::Impl::resist(std::size_t i, const BladeEdge& now, Vec3 step, double inside) {
+  const double stiffness = edge_stiffness(i, inside);
+  if (!(stiffness > 0)) return;
   const CollisionMesh& mesh = state.body.complex.collision;
-  const std::vector<Vec3>& positions = deformed_collision();
   // What it cuts is where the edge meets the middle of the material: the vertices nearest to the edge carry the force.
   Box3 near;
   near.add(now.base);
   near.add(now.tip);
-  const Thickness material(mesh, positions, near);
+  const Thickness material(mesh, deformed_collision(), near);
   std::vector<CollisionVertex> carriers;
-  material.walk(now.base, now.tip, 0, [&](CollisionVertex v) { carriers.push_back(v); });
+  material.walk(now.base, now.tip, 0, [&](const Thickness::Place& p) { carriers.push_back(p.closest()); });
+  std::sort(carriers.begin(), carriers.end());
+  carriers.erase(std::unique(carriers.begin(), carriers.end()), carriers.end());
   if (carriers.empty()) return;
-  Vec3 tissue;
-  for (const CollisionVertex v : carriers) {
-    const HexId copy = state.body.embedding.collision[v];
-    const auto w = weights(state.body.hex, copy, mesh.rest[v]);
-    for (std::size_t c = 0; c < 8; ++c) tissue += w[c] * state.mechanics.velocities[state.body.hex.nodes[copy][c].index()];
-  }
-  tissue = (1 / static_cast<double>(carriers.size())) * tissue;
-  const Vec3 velocity = (1 / dt) * (edge_middle(now) - edge_middle(before)) - tissue;
-  const RigidTool coupling = rigid_tool(tool, state.tools[i], state.time, dt);
-  const double most = kStableShare * (coupling.mass / dt + coupling.damping + coupling.stiffness * dt);
-  const double damping = std::min(most, scene.cut.resistance * inside / std::max(norm(velocity), kSlowEdge));
-  const Vec3 force = -damping * velocity;
   ToolMotion& motion = state.tools[i];
+  const Vec3 force = -stiffness * motion.press, at = state.mechanics.tools[i].position;
   motion.force += force;
-  motion.torque += cross(edge_middle(now) - state.mechanics.tools[i].position, force);
-  const Vec3 share = (-1 / static_cast<double>(carriers.size())) * force;
-  for (const CollisionVertex v : carriers) tool_loads.push_back({v, share});
+  motion.torque += cross(edge_middle(now) - at, force);
+  // On the material springs, softer the farther they will be drawn: at the end of the step they pull with the resistance at most.
+  const double drawn = norm(motion.press + step), softer = std::min(stiffness, scene.cut.resistance * inside / std::max(drawn, 1e-300));
+  for (const CollisionVertex v : carriers) {
+    const Embedding& e = state.body.embedding;
+    const Vec3 x = point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.positions);
+    edge_holds.push_back({static_cast<std::int32_t>(i), v, softer / static_cast<double>(carriers.size()), x + motion.press - at, {}});
+  }
+}
+
+void Session::Impl::hold_edges() {
+  const auto same = [](const EdgeHold& a, const EdgeHold& b) { return a.tool == b.tool && a.vertex == b.vertex; };
+  if (!springs_stale && std::equal(edge_holds.begin(), edge_holds.end(), state.edge_holds.begin(), state.edge_holds.end(), same)) {
+    for (std::size_t k = 0; k < edge_holds.size(); ++k) {
+      edge_holds[k].spring = state.edge_holds[k].spring;
+      (void)state.model.set_spring_stiffness(edge_holds[k].spring, edge_holds[k].stiffness);
+    }
+  } else {
+    springs_stale = true;
+  }
+  state.edge_holds = edge_holds;
 }
 
 Status Session::Impl::close_on(std::size_t i) {

@@ -1,0 +1,236 @@
+// An edge that rests cuts what moves onto it, as if it had moved through the material itself.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "kerf/cutting/pieces.h"
+#include "kerf/session/session.h"
+
+namespace kerf {
+namespace {
+
+/// A scalpel whose edge stands upright and faces +y.
+constexpr Vec3 kFacingY{0, 0, std::numbers::pi / 2};
+constexpr double kHere = 0.003;  // m, x of the cut
+#ifdef __SANITIZE_ADDRESS__
+const std::vector<double> kSteps{0.0167};
+#else
+const std::vector<double> kSteps{0.001, 0.005, 0.0167};
+#endif
+
+/// A strip along x, 24 mm wide and 3 mm thick, without weight, and a scalpel before its side.
+Scene strip_scene(double dt, double resistance) {
+  Scene scene;
+  scene.body.model = "strip";
+  scene.body.options.visual_triangles = 1000;
+  scene.lattice.cells = std::array<int, 3>{50, 8, 1};
+  scene.simulation.time_step = dt;
+  scene.simulation.gravity = {};
+  scene.material.young = 1e5;
+  scene.cut.resistance = resistance;
+  SceneRigidTool tool;
+  tool.id = "tool";
+  tool.kind = SceneToolKind::kScalpel;
+  tool.position = {kHere, -0.02, -0.012};
+  tool.rotation = kFacingY;
+  scene.tools = {tool};
+  return scene;
+}
+
+Session make(const Scene& scene) {
+  auto session = Session::create(scene);
+  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
+  return std::move(session).value();
+}
+void apply(Session& session, SceneCommand command) {
+  const Status done = session.apply(command);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+}
+void clamp(Session& session) {
+  for (const double side : {-1.0, 1.0}) {
+    std::vector<CollisionVertex> held;
+    const auto& rest = session.body().complex.collision.rest;
+    for (const CollisionVertex v : ids<CollisionVertex>(rest.size()))
+      if (rest[v].x * side > 0.03) held.push_back(v);
+    ASSERT_TRUE(session.grasp(side < 0 ? "left" : "right", held).ok());
+  }
+}
+void move_clamps(Session& session, Vec3 by, double over) {
+  for (const char* id : {"left", "right"}) {
+    SceneCommand command;
+    SceneMove move;
+    move.id = id;
+    move.by = by;
+    move.over = over;
+    command.what = move;
+    apply(session, command);
+  }
+}
+void lead(Session& session, Vec3 to, double over) {
+  SceneCommand command;
+  command.what = SceneToolMotion{"tool", {{over, to, kFacingY}}};
+  apply(session, command);
+}
+int steps(const Session& session, double seconds) { return static_cast<int>(std::ceil(seconds / session.time_step() - 1e-9)); }
+
+/// Length of the lips of all cuts at rest, on one side, m.
+double cut_length(const Session& session) {
+  const CollisionMesh& mesh = session.body().complex.collision;
+  double length = 0;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count()))
+    for (int k = 0; k < 3; ++k) {
+      const CollisionHalfEdge h = CollisionMesh::corner(f, k);
+      if (mesh.is_border(h) && mesh.wall[h].valid()) length += 0.5 * norm(mesh.rest[mesh.from(h)] - mesh.rest[mesh.to(h)]);
+    }
+  return length;
+}
+
+/// Areas of the pieces at rest, m^2, ascending.
+std::vector<double> piece_areas(const Session& session) {
+  const CollisionMesh& mesh = session.body().complex.collision;
+  const Pieces pieces = collision_pieces(mesh);
+  std::vector<double> areas(static_cast<std::size_t>(pieces.count), 0.0);
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    const CollisionHalfEdge h = CollisionMesh::corner(f, 0);
+    const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)], c = mesh.rest[mesh.apex(h)];
+    areas[static_cast<std::size_t>(piece_of_triangle(pieces, f))] += 0.5 * norm(cross(b - a, c - a));
+  }
+  std::sort(areas.begin(), areas.end());
+  return areas;
+}
+void expect_valid(const Session& session) {
+  const Status valid = session.validate();
+  EXPECT_TRUE(valid.ok()) << valid.error().message;
+}
+
+/// The strip and the edge have come together by `way` at 0.1 m/s: one moved, the other rested.
+Session come_together(double dt, double resistance, double way, bool strip_moves) {
+  Session session = make(strip_scene(dt, resistance));
+  clamp(session);
+  if (strip_moves) move_clamps(session, {0, -way, 0}, way / 0.1);
+  else lead(session, {kHere, -0.02 + way, -0.012}, way / 0.1);
+  EXPECT_TRUE(session.step(steps(session, way / 0.1 + 0.3)).ok());
+  expect_valid(session);
+  return session;
+}
+
+TEST(RestingEdge, CutsAsOneThatMoves) {
+  for (const double resistance : {0.0, 20.0})
+    for (const double dt : kSteps) {
+      for (const double way : {0.02}) {
+        const Session blade = come_together(dt, resistance, way, false), strip = come_together(dt, resistance, way, true);
+        const double in = way - 0.008;  // of its 24 mm
+        EXPECT_NEAR(cut_length(strip), in, 0.0015) << resistance << " " << dt;
+        EXPECT_NEAR(cut_length(strip), cut_length(blade), 0.0008) << resistance << " " << dt;
+        EXPECT_TRUE(strip.in_stroke());
+        EXPECT_EQ(strip.counts().pieces, 1);
+        EXPECT_LT(strip.tools()[0].coupling_force.y, 1.3 * 0.003 * resistance + 0.001) << "no more than its resistance";
+        EXPECT_GE(strip.tools()[0].coupling_force.y, 0.2 * 0.003 * resistance - 0.001) << "nor much less: it springs back a little";
+      }
+      Session blade = come_together(dt, resistance, 0.045, false), strip = come_together(dt, resistance, 0.045, true);
+      ASSERT_EQ(blade.counts().pieces, 2) << resistance << " " << dt;
+      ASSERT_EQ(strip.counts().pieces, 2) << resistance << " " << dt;
+      EXPECT_FALSE(strip.in_stroke());
+      EXPECT_NEAR(piece_areas(strip)[0], piece_areas(blade)[0], 0.0005 * 0.024) << resistance << " " << dt;
+      EXPECT_EQ(strip.undo_depth(), 1);
+      ASSERT_TRUE(strip.undo().ok());
+      EXPECT_EQ(strip.counts().pieces, 1);
+      expect_valid(strip);
+    }
+}
+
+TEST(RestingEdge, PressesBelowTheResistance) {
+  for (const double dt : kSteps) {
+    Session session = come_together(dt, 1e5, 0.01, true);
+    EXPECT_EQ(session.undo_depth(), 0) << dt;
+    EXPECT_FALSE(session.in_stroke()) << dt;
+    EXPECT_GT(session.tools()[0].coupling_force.y, 0.05) << dt << ": it holds the strip back";
+  }
+}
+
+/// What is held in a slit stays; what is pulled harder is cut on.
+TEST(RestingEdge, CutsNothingAtRest) {
+  for (const double resistance : {0.0, 20.0})
+    for (const double dt : kSteps) {
+      Session session = come_together(dt, resistance, 0.02, false);
+      EXPECT_TRUE(session.in_stroke());
+      const auto stays = [&](const char* when) {
+        const double length = cut_length(session), force = session.tools()[0].coupling_force.y;
+        const std::uint64_t version = session.topology_version();
+        ASSERT_TRUE(session.step(steps(session, 1.0)).ok());
+        EXPECT_EQ(session.topology_version(), version) << when << " " << resistance << " " << dt;
+        EXPECT_EQ(cut_length(session), length);
+        EXPECT_NEAR(session.tools()[0].coupling_force.y, force, 0.002) << when << " " << resistance << " " << dt;
+      };
+      stays("as cut");
+      const double before = cut_length(session);
+      if (resistance > 0) {  // half as hard as it was cut, and harder again
+        move_clamps(session, {0, 0.0005, 0}, 0.1);
+        ASSERT_TRUE(session.step(steps(session, 0.3)).ok());
+        move_clamps(session, {0, -0.0003, 0}, 0.1);
+        ASSERT_TRUE(session.step(steps(session, 0.3)).ok());
+        EXPECT_EQ(cut_length(session), before) << dt;
+        stays("pulled a little");
+        move_clamps(session, {0, -0.0002, 0}, 0.1);
+      }
+      move_clamps(session, {0, -0.004, 0}, 0.1);
+      ASSERT_TRUE(session.step(steps(session, 0.4)).ok());
+      EXPECT_NEAR(cut_length(session) - before, 0.004, 0.0008) << resistance << " " << dt;
+      stays("cut on");
+      expect_valid(session);
+    }
+}
+
+/// A strip without holds falls on an edge below it that faces up and rises by `tilt` across the strip.
+Session fallen(double dt, double resistance, double tilt) {
+  Scene scene = strip_scene(dt, resistance);
+  scene.simulation.gravity = {0, 0, -9.81};
+  scene.material.young = 1e6;
+  const Mat3 axes{{Vec3{0, std::sin(tilt), std::cos(tilt)}, Vec3{1, 0, 0}, Vec3{0, std::cos(tilt), -std::sin(tilt)}}};
+  scene.tools[0].tip = 0.04;
+  scene.tools[0].rotation = turn_of(axes);
+  scene.tools[0].position = Vec3{0, 0, resistance > 0 ? -0.006 : -0.0085} - 0.02 * axes.c[2];
+  Session session = make(scene);
+  EXPECT_TRUE(session.step(steps(session, 0.25)).ok());
+  expect_valid(session);
+  return session;
+}
+
+TEST(RestingEdge, CutsOrHoldsWhatFallsOnIt) {
+  for (const double dt : kSteps) {
+    const Session cut = fallen(dt, 0, 0.4), held = fallen(dt, 1e4, 0);
+    EXPECT_GT(cut_length(cut), dt < 0.01 ? 0.0239 : 0.01) << dt << ": in one step of 16.7 ms it falls by twice its thickness";
+    EXPECT_FALSE(held.in_stroke()) << dt;
+    EXPECT_EQ(held.undo_depth(), 0) << dt;
+    EXPECT_EQ(held.counts().pieces, 1) << dt;
+    EXPECT_GT(held.tools()[0].coupling_force.z, 0.05) << dt << ": it lies on the edge";
+  }
+}
+
+TEST(RestingEdge, TheSameBitsForAnyNumberOfThreadsAndAfterARestore) {
+  std::uint64_t once = 0;
+  for (const int threads : {1, 3}) {
+    Scene scene = strip_scene(0.005, 20);
+    scene.simulation.threads = threads;
+    Session session = make(scene);
+    clamp(session);
+    move_clamps(session, {0, -0.02, 0}, 0.2);
+    ASSERT_TRUE(session.step(25).ok());
+    ASSERT_TRUE(session.in_stroke());
+    const auto snapshot = session.snapshot();
+    ASSERT_TRUE(session.step(25).ok());
+    const std::uint64_t hash = session.hash();
+    session.restore(snapshot);
+    ASSERT_TRUE(session.step(25).ok());
+    EXPECT_EQ(session.hash(), hash);
+    if (once == 0) once = hash;
+    EXPECT_EQ(hash, once);
+  }
+}
+
+}  // namespace
+}  // namespace kerf

@@ -193,6 +193,72 @@ TEST(Tools, ScissorsCutWhereTheyClose) {
   EXPECT_FALSE(session.in_stroke());
 }
 
+/// Scissors that reach across a strip from its side and have cut it by about half.
+Session half_cut_by_scissors(double dt) {
+  Scene scene = strip_scene();
+  scene.lattice.cells = std::array<int, 3>{50, 8, 1};
+  scene.simulation.time_step = dt;
+  scene.material.young = 1e5;
+  const Mat3 axes{{Vec3{0, 0, 1}, Vec3{-1, 0, 0}, Vec3{0, -1, 0}}};
+  // Hinge at y = -18 mm, tips at y = 2 mm.
+  scene.tools = {tool_of(SceneToolKind::kScissors, {0.003, 0.002, 0}, turn_of(axes))};
+  scene.tools[0].thickness = 0.001;
+  Session session = make(scene);
+  EXPECT_TRUE(session.step(static_cast<int>(std::ceil(0.02 / dt))).ok());
+  SceneCommand close;
+  close.what = SceneJaws{"tool", true, 0.2};
+  EXPECT_TRUE(session.apply(close).ok());
+  EXPECT_TRUE(session.step(static_cast<int>(std::ceil(0.6 / dt))).ok());
+  return session;
+}
+
+TEST(Tools, ScissorsPushTheLipsThatTheyLeft) {
+  for (const double dt : {0.001, 0.005, 0.0167}) {
+    Session session = half_cut_by_scissors(dt);
+    expect_valid(session);
+    EXPECT_FALSE(session.in_stroke()) << dt << ": shut, they cut no more";
+    EXPECT_EQ(session.counts().pieces, 1);
+    EXPECT_EQ(session.undo_depth(), 1);
+    const std::uint64_t version = session.topology_version();
+    const Vec3 at_rest = session.tools()[0].force;
+    EXPECT_LT(std::fabs(at_rest.x), 0.01) << dt << ": both lips push alike";
+    const Vec3 turned = session.scene().tools[0].rotation;
+    for (const double way : {0.002, -0.002}) {
+      lead(session, {{0.3, {0.003 + way, 0.002, 0}, turned}});
+      ASSERT_TRUE(session.step(static_cast<int>(std::ceil(1.2 / dt))).ok());
+      const Session::ToolState tool = session.tools()[0];
+      EXPECT_LT(tool.force.x * way, -0.05 * std::fabs(way)) << dt << ": the strip pushes back";
+      EXPECT_NEAR(tool.force.x, session.support_force().x, 0.003) << dt << ": with what its supports hold";
+      // Lips lie on their sides of the blades.
+      const CollisionMesh& mesh = session.body().complex.collision;
+      const RigidPlace place{tool.place.position, tool.place.axes};
+      int beside = 0;
+      for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count()))
+        for (int k = 0; k < 3; ++k) {
+          const CollisionHalfEdge h = CollisionMesh::corner(f, k);
+          if (mesh.twin[h].valid() || !mesh.wall[h].valid()) continue;
+          const auto local = [&](CollisionVertex v) { return place.to_local(session.collision_positions()[v.index()]); };
+          const Vec3 a = local(mesh.from(h)), b = local(mesh.to(h)), c = local(mesh.apex(h));
+          if (std::min(a.z, b.z) < 0.005) continue;
+          ++beside;
+          const double side = c.y > 0.5 * (a.y + b.y) ? 1 : -1;
+          EXPECT_GT(side * 0.5 * (a.y + b.y), -0.0001) << dt << " " << way;
+        }
+      EXPECT_GT(beside, 1) << dt;
+    }
+    EXPECT_EQ(session.topology_version(), version) << dt;
+    // Out of the slit they are a body like others.
+    lead(session, {{0.1, {0.003, 0.002, 0}, turned}, {0.4, {0.003, -0.03, 0}, turned}});
+    ASSERT_TRUE(session.step(static_cast<int>(std::ceil(0.8 / dt))).ok());
+    EXPECT_LT(norm(session.tools()[0].force), 0.001) << dt;
+    lead(session, {{0.1, {0.03, -0.03, 0}, turned}, {0.5, {0.03, -0.01, 0}, turned}});
+    ASSERT_TRUE(session.step(static_cast<int>(std::ceil(1.0 / dt))).ok());
+    EXPECT_LT(session.tools()[0].force.y, -0.01) << dt << ": shut, they press";
+    EXPECT_EQ(session.topology_version(), version) << dt;
+    expect_valid(session);
+  }
+}
+
 TEST(Tools, AJumpOfThePoseIsFollowedAtBoundedSpeed) {
   Scene scene = strip_scene();
   scene.tools = {tool_of(SceneToolKind::kSphere, {0, 0, 0.5})};

@@ -178,7 +178,7 @@ void find_slit(const SurfaceState& body, const Blade& b, const DetectMemory& mem
   const ContactSurface& s = *body.surface;
   slit.vertices.clear();
   slit.edges.clear();
-  const double reach = b.margin + kApproach * b.step * greatest_speed(*b.shape);
+  const double reach = b.margin + kApproach * b.step * b.speed;
   for (const H h : ids<H>(s.origin.size())) {
     if (s.cut[h] == 0) continue;
     const V from = s.from(h), to = s.to(h);

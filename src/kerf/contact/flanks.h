@@ -15,11 +15,12 @@ namespace kerf {
 
 /// A blade in the frame of its tool: the edge from (0, 0, 0) to (0, 0, length), facing +x, its back at x = -width.
 struct Blade {
-  const RigidShape* shape = nullptr;  ///< with its motion
+  const RigidShape* shape = nullptr;  ///< its frame and motion; parts do not matter
   std::int32_t tool = 0;
   double length = 0, width = 0, thickness = 0;  ///< m
   double stray = 0;   ///< m: a cut may run this far beside the blade's plane
   double margin = 0;  ///< m: what is farther from touching is left out, but for its motion
+  double speed = 0;   ///< m/s: of any of its points, at most
   double step = 1e-3; ///< h, s
 };
 

@@ -164,17 +164,27 @@ HexId common_copy(const Body& body, const SurfacePoint& point) {
 
 }  // namespace
 
-void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double h, DetectMemory& memory,
+void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h, DetectMemory& memory,
                 ContactStep& c) {
-  std::erase_if(memory.rims, [&](const RememberedRim& r) { return !motions[static_cast<std::size_t>(r.tool)].inside; });
+  const auto between_lips = [&](std::size_t i) { return motions[i].inside || motions[i].in_slit; };
+  std::erase_if(memory.rims, [&](const RememberedRim& r) { return !between_lips(static_cast<std::size_t>(r.tool)); });
   bool any = false;
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
-    if (!motions[i].inside || scene.tools[i].kind != SceneToolKind::kScalpel) continue;
+    if (!between_lips(i)) continue;
     const SurfaceState surface{&c.surface, c.positions, c.offsets, c.predicted};
-    const ToolSizes sizes = tool_sizes(scene.tools[i]);
-    Blade blade{&c.tools[i], static_cast<std::int32_t>(i), sizes.tip, sizes.width, sizes.thickness};
+    const ToolBlade own = tool_blade(scene.tools[i], motions[i].jaws(t + h));
+    if (own.width < own.thickness) continue;  // scissors that have hardly begun to close
+    const RigidShape& tool = c.tools[i];
+    RigidShape frame;
+    frame.position = tool.position + tool.axes * own.origin;
+    frame.axes = product(tool.axes, own.axes);
+    frame.velocity = tool.velocity_at(frame.position);
+    frame.spin = tool.spin;
+    frame.friction = tool.friction;
+    Blade blade{&frame, static_cast<std::int32_t>(i), own.length, own.width, own.thickness};
     blade.stray = kStray * body.complex.mean_root_edge;
     blade.margin = scene.contact.margin * c.surface.largest_radius;
+    blade.speed = greatest_speed(tool);
     blade.step = h;
     find_slit(surface, blade, memory, c.slit);
     for (SlitVertex& v : c.slit.vertices)

@@ -58,8 +58,8 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
                      const std::vector<ToolMotion>& motions, double t, double h, Vec3 gravity, DetectMemory& memory,
                      ContactStep& step);
 void make_contact_rows(const Body& body, ContactStep& step);
-/// Contacts of the flanks and the back of scalpels that cut, after detection.
-void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double h, DetectMemory& memory,
+/// Contacts of the flanks and the back of blades in their slits between t and t + h, after detection.
+void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h, DetectMemory& memory,
                 ContactStep& step);
 
 /// Did a step of h seconds, from `began` to `ended`, take points of the body so deep (m) into each other that find_contacts() had not handed out, because
@@ -75,7 +75,7 @@ void find_contacts(const Scene& scene, const Body& body, const MechanicsModel& m
                    ContactStep& step, LeaveOut&& leave_out) {
   detect_contacts(scene, body, model, state, motions, t, h, gravity, memory, step);
   std::erase_if(step.contacts, leave_out);
-  add_flanks(scene, body, motions, h, memory, step);
+  add_flanks(scene, body, motions, t, h, memory, step);
   make_contact_rows(body, step);
 }
 

@@ -33,6 +33,7 @@ struct ToolMotion {
   double jaws_from = 1, jaws_to = 1;  ///< 1 open, 0 closed
   double jaws_began = 0, jaws_over = 0;  ///< s
   bool inside = false;   ///< its edge is in tissue: the blade does not touch, it cuts
+  bool in_slit = false;  ///< scissors: they have cut, and their blades are still between the lips
   bool holding = false;  ///< its jaws hold tissue
   bool placed = false;   ///< base and tip hold the edge of the last step
   Vec3 base, tip;        ///< m, world

@@ -101,6 +101,14 @@ ToolEdge tool_edge(const SceneRigidTool& tool, double jaws) {
   return {{-reach, 0, height}, {reach, 0, height}, {0, 0, -1}};
 }
 
+ToolBlade tool_blade(const SceneRigidTool& tool, double jaws) {
+  const ToolSizes s = tool_sizes(tool);
+  const ToolEdge e = tool_edge(tool, jaws);
+  if (tool.kind != SceneToolKind::kScissors) return {{}, {}, s.tip, s.width, s.thickness};
+  const Vec3 along = normalized(e.tip - e.base);
+  return {e.base, {{e.forward, cross(along, e.forward), along}}, norm(e.tip - e.base), s.tip - e.base.z, s.thickness};
+}
+
 std::vector<ShapePart> tool_parts(const SceneRigidTool& tool, double jaws, const std::vector<ShapePart>& loaded) {
   if (!loaded.empty()) return loaded;
   const ToolSizes s = tool_sizes(tool);

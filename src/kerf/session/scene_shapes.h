@@ -28,6 +28,14 @@ inline bool has_edge(const SceneRigidTool& tool) {
 /// jaws: 1 open, 0 closed.
 ToolEdge tool_edge(const SceneRigidTool& tool, double jaws);
 
+/// What is in the slit behind an edge, in the tool's axes: from the edge back by `width`. Of scissors, the blades that have met.
+struct ToolBlade {
+  Vec3 origin;  ///< metres: one end of the edge
+  Mat3 axes;    ///< columns: forward, across, along the edge
+  double length = 0, width = 0, thickness = 0;  ///< m
+};
+ToolBlade tool_blade(const SceneRigidTool& tool, double jaws);
+
 /// Parts of a tool in its axes. A scalpel's edge is a part of its own, number
 /// kEdgePart, which presses and does not when it cuts. A tool from a mesh has the shape that `loaded` holds.
 std::vector<ShapePart> tool_parts(const SceneRigidTool& tool, double jaws, const std::vector<ShapePart>& loaded = {});

@@ -428,7 +428,7 @@ std::uint64_t Session::hash() const {
     hash.add(t.start);
     hash.add(t.poses);
     hash.add(std::array<double, 5>{t.began, t.jaws_from, t.jaws_to, t.jaws_began, t.jaws_over});
-    hash.add(std::array<std::int32_t, 5>{t.inside, t.holding, t.placed, t.jaw_pushes[0], t.jaw_pushes[1]});
+    hash.add(std::array<std::int32_t, 6>{t.inside, t.in_slit, t.holding, t.placed, t.jaw_pushes[0], t.jaw_pushes[1]});
     hash.add(std::array<Vec3, 6>{t.base, t.tip, t.carried, t.press, t.force, t.torque});
     hash.add(std::array<double, 2>{t.edge_force, t.edge_length});
   }

@@ -17,8 +17,9 @@
 namespace kerf {
 namespace {
 
-constexpr int kEdgeSamples = 9;         // along an edge at least; a blade is looked at in three such lines
+constexpr int kEdgeSamples = 9;         // along an edge at least; a blade is looked at in a few such lines
 constexpr int kMostSamples = 128;       // along an edge; no nearer to each other than half the half thickness
+constexpr int kScalpelLines = 3, kScissorsLines = 5;
 constexpr double kEdgeFirst = 0.5;      // cosine between forward and the push of what an edge meets
 constexpr double kForward = 0.2;        // share of an edge's motion that must go forward for it to cut
 constexpr double kPress = 0.02;         // mean collision edges that an edge goes into material before that gives way, at least
@@ -138,31 +139,39 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   motion.tip = now.tip;
   motion.placed = true;
   const bool own = state.stroke && state.stroke->tool == static_cast<std::int32_t>(i);
-  if (state.stroke && !own) return {};  // another blade is at work
+  const bool another = state.stroke && !own;
+  if (another && !motion.in_slit) return {};  // another blade is at work
 
   const bool closing = motion.jaws_to <= 0 && motion.jaws(until) > 0;
 
-  // How much of the blade is in the thickness: its edge, its middle line and its back.
-  const ToolSizes sizes = tool_sizes(tool);
+  // How much of the blade is in the thickness: its edge, its back, and lines between them.
+  const ToolBlade blade = tool_blade(tool, motion.jaws(until));
   const bool scissors = tool.kind == SceneToolKind::kScissors;
-  const Vec3 back = scissors ? Vec3{} : -sizes.width * (place.axes * edge.forward);
+  const Vec3 back = -blade.width * (place.axes * edge.forward);
   Box3 near;
   for (const Vec3 p : {now.base, now.tip, now.base + back, now.tip + back}) near.add(p);
+  // Lips that swing off shut scissors come back to their sides, unless they are far.
+  const double extra = motion.in_slit ? tool_sizes(tool).width : blade.thickness;
+  if (motion.in_slit) near.min -= Vec3{extra, extra, extra}, near.max += Vec3{extra, extra, extra};
   const Thickness material(state.body.complex.collision, deformed_collision(), near);
   bool blade_in = false;
   double edge_in = 0;  // m
   const CollisionMesh& mesh = state.body.complex.collision;
-  for (int line = 0; line < (scissors ? 1 : 3); ++line) {
-    const Vec3 aside = (0.5 * line) * back;
-    const double in = material.walk(now.base + aside, now.tip + aside, line == 0 ? 0 : sizes.thickness, [&](const Thickness::Place& place_in) {
+  const int lines = scissors ? kScissorsLines : kScalpelLines;
+  for (int line = 0; line < lines; ++line) {
+    const Vec3 aside = (static_cast<double>(line) / (lines - 1)) * back;
+    const double in = material.walk(now.base + aside, now.tip + aside, line == 0 ? 0 : extra, [&](const Thickness::Place& place_in) {
       blade_in = true;
       cut_through.push_back(mesh.rest[place_in.closest()]);
     });
     if (line == 0) edge_in = in;
   }
+  motion.in_slit = motion.in_slit && blade_in && motion.jaws(until) < 1;
+  if (another) return {};
 
   if (motion.inside && (!blade_in || (scissors && !closing))) {
     motion.inside = false;
+    motion.in_slit = scissors && blade_in;
     if (own && blade_in) KERF_TRY(move_blade(now));
     if (own) return end_stroke();
     return {};
@@ -412,8 +421,11 @@ bool Session::Impl::leaves_out(const Contact& c) const {
   const Vec3 local = transposed_times(at.axes, c.point - at.position);
   if (local.z > sizes.tip * (1 + 1e-9)) return false;  // the shaft
   if (motion.holding) return true;
-  if (motion.inside) return tool.kind != SceneToolKind::kScalpel || is_near_cut(c, sizes);
-  if (tool.kind == SceneToolKind::kScissors) return motion.jaws(state.time) < 1;
+  if (motion.inside || motion.in_slit) return is_near_cut(c, sizes);
+  if (tool.kind == SceneToolKind::kScissors) {  // half open, with material between them
+    const double jaws = motion.jaws(state.time);
+    return jaws > 0 && jaws < 1;
+  }
   if (scene.cut.resistance > 0) return false;
   const Vec3 push = transposed_times(at.axes, c.normal);
   const bool on_edge = local.x > -kBladeZone * sizes.width || local.z < kBladeZone * sizes.tip;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "kerf/mechanics/lanes.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mesh/union_find.h"
 
@@ -61,24 +62,40 @@ RigidModes rigid_modes(Vec3 h, double length) {
 
 // K times the rigid motions of some corners, [dof][motion].
 RigidModes moved_rigidly(const ElementMatrix& k, const RigidModes& modes, unsigned columns) {
-  RigidModes out{};
-  for (int i = 0; i < 24; ++i)
-    for (int d = 0; d < 8; ++d) {
+  RigidModes out;
+  for (std::size_t i = 0; i < 24; ++i) {
+    Lanes low = all_lanes(0), high = all_lanes(0);
+    for (std::size_t d = 0; d < 8; ++d) {
       if ((columns >> d & 1u) == 0) continue;
-      for (int j = 3 * d; j < 3 * d + 3; ++j)
-        for (int m = 0; m < 8; ++m) out[i][m] += k[24 * i + j] * modes[j][m];
+      for (std::size_t j = 3 * d; j < 3 * d + 3; ++j) {
+        low += k[24 * i + j] * load_lanes(modes[j].data());
+        high += k[24 * i + j] * load_lanes(modes[j].data() + 4);
+      }
     }
+    store_lanes(out[i].data(), low);
+    store_lanes(out[i].data() + 4, high);
+  }
   return out;
 }
 
-// What the rigid motions of some corners feel of that.
+// What the rigid motions of some corners feel of that. Of the six motions a displacement along x is part of three: itself and turns about y and z.
 std::array<double, 36> felt(const RigidModes& force, const RigidModes& modes, unsigned rows) {
-  std::array<double, 36> out{};
+  Lanes low[6], high[6];
+  for (int l = 0; l < 6; ++l) low[l] = high[l] = all_lanes(0);
   for (int c = 0; c < 8; ++c) {
     if ((rows >> c & 1u) == 0) continue;
-    for (int i = 3 * c; i < 3 * c + 3; ++i)
-      for (int l = 0; l < 6; ++l)
-        for (int m = 0; m < 6; ++m) out[6 * l + m] += modes[i][l] * force[i][m];
+    for (int a = 0; a < 3; ++a) {
+      const int i = 3 * c + a, l = 3 + (a + 1) % 3, m = 3 + (a + 2) % 3;
+      const Lanes f = load_lanes(force[i].data()), g = load_lanes(force[i].data() + 4);
+      low[a] += f, high[a] += g;
+      low[l] += modes[i][l] * f, high[l] += modes[i][l] * g;
+      low[m] += modes[i][m] * f, high[m] += modes[i][m] * g;
+    }
+  }
+  std::array<double, 36> out{};
+  for (std::size_t l = 0; l < 6; ++l) {
+    for (std::size_t m = 0; m < 4; ++m) out[6 * l + m] = low[l][m];
+    for (std::size_t m = 4; m < 6; ++m) out[6 * l + m] = high[l][m - 4];
   }
   return out;
 }
@@ -101,7 +118,9 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
     for (int c = 0; c < 8; ++c)
       for (int d = 0; d < c; ++d) {
         const auto i = nodes[c].index(), j = nodes[d].index();
-        if (block[i] >= 0 && block[i] == block[j]) joined.join(nodes[c].value, nodes[d].value);
+        if (block[i] < 0 || block[i] != block[j]) continue;
+        joined.join(nodes[c].value, nodes[d].value);
+        break;  // the others hang on that one
       }
   }
   out.group.assign(n, -1);
@@ -114,6 +133,7 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
 
   // Pairs of groups that elements and springs connect.
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  std::vector<std::uint64_t> there(static_cast<std::size_t>(out.groups), 0);  // per group, those among the first 64 that it has a pair with
   const auto connect = [&](const std::array<NodeId, 8>& nodes) {
     for (int c = 0; c < 8; ++c)
       for (int d = 0; d < c; ++d) {
@@ -121,6 +141,11 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
         const std::int32_t a = out.group[nodes[c].index()], b = out.group[nodes[d].index()];
         if (a < 0 || b < 0 || a == b) continue;
         const std::pair pair(std::min(a, b), std::max(a, b));
+        if (pair.second < 64) {
+          const std::uint64_t bit = std::uint64_t{1} << pair.second;
+          if ((there[pair.first] & bit) != 0) continue;
+          there[pair.first] |= bit;
+        }
         if (pairs.empty() || pairs.back() != pair) pairs.push_back(pair);
       }
   };

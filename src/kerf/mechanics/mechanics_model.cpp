@@ -413,7 +413,7 @@ Status MechanicsModel::validate() const {
 void MechanicsModel::refresh() {
   if (!stale_) return;
   stale_ = false;
-  coarse_stale_ = true;
+  coarse_stale_ = node_matrix_stale_ = true;
   Structure& s = structure_;
   const std::size_t n = node_count();
 
@@ -515,6 +515,13 @@ void MechanicsModel::refresh_coarse() {
   if (!coarse_stale_) return;
   coarse_stale_ = false;
   coarse_ = coarse_structure(*this);
+}
+
+void MechanicsModel::refresh_node_matrix() {
+  refresh();
+  if (!node_matrix_stale_) return;
+  node_matrix_stale_ = false;
+  node_matrix_structure(*this, node_matrix_);
 }
 
 }  // namespace kerf

@@ -19,6 +19,7 @@
 #include "kerf/mechanics/element.h"
 #include "kerf/mechanics/element_wht.h"
 #include "kerf/mechanics/material.h"
+#include "kerf/mechanics/node_matrix.h"
 #include "kerf/mechanics/rigid_pieces.h"
 
 namespace kerf {
@@ -181,6 +182,9 @@ class MechanicsModel {
   /// The same for the solver's coarse space, which not every step needs.
   void refresh_coarse();
   [[nodiscard]] const CoarseStructure& coarse() const { return coarse_; }
+  /// The same for the matrix put together (node_matrix.h).
+  void refresh_node_matrix();
+  [[nodiscard]] const NodeMatrixStructure& node_matrix() const { return node_matrix_; }
   /// Upper triangle by rows, [300][4 lanes], of one pool block.
   [[nodiscard]] const double* own_block(std::int32_t block) const {
     return own_matrices_.data() + 1200 * block;
@@ -235,6 +239,8 @@ class MechanicsModel {
   bool stale_ = true;
   CoarseStructure coarse_;
   bool coarse_stale_ = true;
+  NodeMatrixStructure node_matrix_;
+  bool node_matrix_stale_ = true;
 };
 
 }  // namespace kerf

@@ -22,6 +22,8 @@ using Clock = std::chrono::steady_clock;
 
 /// Passes over contacts at most, while one is overlooked, in times of those that are wished for.
 constexpr int kMostPasses = 3;
+/// The least tolerance for which products may be taken in single precision, over the ratio of elastic forces to inertia.
+constexpr double kSingleDigits = 1e-6;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -186,11 +188,43 @@ double reduced(const StepWorkspace& w, std::size_t n, int component) {
   return sum;
 }
 
+// product = A search by the matrix put together; springs are rows.
+double multiply_by_nodes(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
+  const Structure& s = model.structure();
+  const std::size_t n = model.node_count();
+  narrow_search(w);
+  for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    w.partial[chunk].v[0] = multiply_node_matrix(model, w, begin, end);
+  });
+  double sum = reduced(w, n, 0);
+  for (std::size_t i = 0; i < s.springs.size(); ++i) {
+    const RowSpring& spring = model.springs()[s.springs[i]];
+    Lanes at = all_lanes(0);
+    for (int k = 0; k < 8; ++k)
+      if (spring.nodes[k].valid()) at += spring.weights[k] * load_lanes(w.search[spring.nodes[k].index()].v);
+    const Lanes force = w.spring_scale[i] * at;
+    for (int k = 0; k < 8; ++k) {
+      if (!spring.nodes[k].valid()) continue;
+      double* out = w.product[spring.nodes[k].index()].v;
+      store_lanes(out, load_lanes(out) + spring.weights[k] * force);
+    }
+    sum += sum_of(at * force);
+  }
+  return sum;
+}
+
+// Then no digit of momentum may be lost.
+bool free_piece_touched(const StepWorkspace& w) { return w.contact.set != nullptr && w.contact.any_free_touched; }
+
 // product = A p for all nodes and tools; returns p' A p.
 double multiply(const MechanicsModel& model, StepWorkspace& w, SystemVector which, bool parallel) {
   const Structure& s = model.structure();
   const std::vector<Quad>& p = which == SystemVector::kSearch ? w.search : w.solution;
   const std::size_t n = model.node_count();
+  if (w.node_matrix && which == SystemVector::kSearch && !free_piece_touched(w)) {
+    const double sum = multiply_by_nodes(model, w, parallel);
+    return w.contact.set != nullptr ? sum + multiply_contacts(model, which, w) : sum;
+  }
   for_each_chunk(parallel, s.batches.size(), kBatchGrain,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
                    element_stiffness_pass(model, w, p, begin, end);
@@ -373,12 +407,26 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
   return fresh_residual(model, w, !nonzero, parallel);
 }
 
-// What a loose solve leaves undone moves whole pieces, by as much as elastic forces exceed inertia.
-double exactness(const MechanicsModel& model, const StepOptions& o) {
+// E dt^2 / (rho h^2): elastic forces over inertia in a step.
+double stiffness_ratio(const MechanicsModel& model, const StepOptions& o) {
   const Vec3 cell = model.cell_size();
   const double h = std::min({cell.x, cell.y, cell.z});
   double ratio = 0;
   for (const Material& m : model.materials()) ratio = std::max(ratio, m.young * o.dt * o.dt / (m.density * h * h));
+  return ratio;
+}
+
+// Is the matrix put together cheaper than products cell by cell, where there will be many, and has it digits enough?
+bool gains_by_node_matrix(const MechanicsModel& model, const StepOptions& o) {
+  const Structure& s = model.structure();
+  const double ratio = stiffness_ratio(model, o);
+  return model.node_count() <= kMostMatrixNodes && 2 * s.full_batches <= s.batches.size() && ratio <= kStiffestMatrix &&
+         o.tolerance >= kSingleDigits * std::max(1.0, ratio);
+}
+
+// What a loose solve leaves undone moves whole pieces, by as much as elastic forces exceed inertia.
+double exactness(const MechanicsModel& model, const StepOptions& o) {
+  const double ratio = stiffness_ratio(model, o);
   return ratio > kStiffestLoose ? std::min(o.tolerance, std::max(kLeastTolerance, kToleranceTimesRatio / ratio)) : o.tolerance;
 }
 
@@ -410,6 +458,11 @@ struct Solver {
       model.refresh_coarse();
       prepare_coarse_space(model, w);
       coarse_assembled = true;
+      w.node_matrix = gains_by_node_matrix(model, o) && !free_piece_touched(w);
+      if (w.node_matrix) {
+        model.refresh_node_matrix();
+        assemble_node_matrix(model, w);
+      }
     }
     // While the same rows press, their coarse matrix hardly changes; but no momentum may hang on an old one.
     const std::uint64_t rows = w.contact.set != nullptr ? name_of(w.contact.pressing) : 0;
@@ -577,6 +630,7 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
   const std::size_t n = model.node_count();
   StepReport report;
   resize(model, w);
+  w.node_matrix = false;
   load_state(model, state, w);
   report.inverted_elements = force_pass(model, w, o.parallel);
   spring_force_pass(model, w, o.dt);

@@ -114,6 +114,12 @@ struct StepWorkspace {
   std::vector<Quad> partial;           // per chunk of nodes
   std::vector<std::int32_t> inverted;  // per chunk of batches
   std::vector<Quad> arm;               // (x - centre of the node's group) / length, per node
+  struct alignas(16) Single {
+    float v[4];
+  };
+  std::vector<NodeBlockPair> node_blocks;  // (dt^2 + dt b) K between pairs of nodes (node_matrix.h)
+  std::vector<Single> single;              // the search direction
+  bool node_matrix = false;                // node_blocks are those of this step
   CoarseSpace coarse;
   ContactWork contact;  // results of the last step's contacts in it
 };

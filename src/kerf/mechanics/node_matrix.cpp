@@ -102,7 +102,10 @@ void node_matrix_structure(const MechanicsModel& model, NodeMatrixStructure& out
   for (std::size_t m = 0; m < out.full.size(); ++m) {
     const ElementMatrix k = dense(s.shared[m]);
     for (int i = 0; i < 24; ++i)
-      for (int j = i; j < 24; ++j) out.full[m][static_cast<std::size_t>(packed(i, j))] = k[static_cast<std::size_t>(24 * i + j)];
+      for (int j = i; j < 24; ++j) {
+        const int from = 24 * i + j, to = packed(i, j);
+        out.full[m][static_cast<std::size_t>(to)] = k[static_cast<std::size_t>(from)];
+      }
   }
 }
 

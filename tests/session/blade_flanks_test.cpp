@@ -2,19 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "kerf/base/rigid_place.h"
 #include "kerf/session/session.h"
+#include "session/blade_strip.h"
 
 namespace kerf {
 namespace {
 
-/// A scalpel whose edge stands upright and faces +y: its own y points along -x.
-constexpr Vec3 kFacingY{0, 0, std::numbers::pi / 2};
+using testing_support::kFacingY;
 constexpr double kHere = 0.002;  // m, x of the cut
 /// Short steps take long under a sanitizer.
 #ifdef __SANITIZE_ADDRESS__
@@ -23,15 +21,9 @@ const std::vector<double> kSteps{0.0167};
 const std::vector<double> kSteps{0.002, 0.0167};
 #endif
 
-/// A strip along x, 24 mm wide and 3 mm thick, held at both ends, without weight, and a scalpel that is about to cut across.
+/// Held at both ends.
 Scene strip_scene(double time_step = 0.002) {
-  Scene scene;
-  scene.body.model = "strip";
-  scene.body.options.visual_triangles = 1000;
-  scene.lattice.cells = std::array<int, 3>{50, 8, 1};
-  scene.simulation.time_step = time_step;
-  scene.simulation.gravity = {};
-  scene.material.young = 1e5;
+  Scene scene = testing_support::blade_strip(time_step, kHere);
   for (const double side : {-1.0, 1.0}) {
     SceneFix fix;
     fix.region.shape = SceneRegion::Shape::kHalfSpace;
@@ -39,13 +31,7 @@ Scene strip_scene(double time_step = 0.002) {
     fix.region.normal = {side, 0, 0};
     scene.fixes.push_back(fix);
   }
-  SceneRigidTool tool;
-  tool.id = "tool";
-  tool.kind = SceneToolKind::kScalpel;
-  tool.position = {kHere, -0.02, -0.012};
-  tool.rotation = kFacingY;
-  tool.thickness = 0.001;
-  scene.tools = {tool};
+  scene.tools[0].thickness = 0.001;
   return scene;
 }
 

@@ -161,5 +161,50 @@ TEST(SeveralBodies, BadInput) {
   EXPECT_THAT(fine.notes(), ::testing::Contains(HasSubstr("body 2 (steak) gets cells of")));
 }
 
+template <class Which>
+std::vector<CollisionVertex> vertices_where(const Session& session, Which&& which) {
+  std::vector<CollisionVertex> found;
+  const auto& rest = session.body().complex.collision.rest;
+  for (const CollisionVertex v : ids<CollisionVertex>(rest.size()))
+    if (which(rest[v])) found.push_back(v);
+  return found;
+}
+
+TEST(SeveralBodies, OneIsDraggedEvenlyWhileOthersHitEachOther) {
+  // Bodies that come together fast divide a step; what is held elsewhere must not be at the end of the whole step in the first part of it.
+  constexpr double kSpeed = 0.5;
+  Scene scene = scene_of({body_of("strip"), body_of("strip", {0, 0, 0.04}, {0, 0, M_PI / 2}), body_of("strip", {0, 1, 0})});
+  scene.contact.enabled = true;
+  scene.simulation.gravity = {};
+  Session session = make(scene);
+  const std::vector<CollisionVertex> apart = vertices_where(session, [](Vec3 p) { return p.y > 0.5; });
+  ASSERT_TRUE(session.grasp("below", vertices_where(session, [](Vec3 p) { return p.y < 0.5 && p.z < 0.02; })).ok());
+  ASSERT_TRUE(session.grasp("above", vertices_where(session, [](Vec3 p) { return p.y < 0.5 && p.z > 0.02; })).ok());
+  ASSERT_TRUE(session.grasp("apart", apart).ok());
+  const auto move = [&](const char* name, Vec3 by, double over) {
+    SceneCommand c;
+    c.what = SceneMove{name, by, {}, over};
+    ASSERT_TRUE(session.apply(c).ok());
+  };
+  move("above", {0, 0, -0.06}, 0.06);  // at 1 m/s onto the one below
+  move("apart", {kSpeed, 0, 0}, 1);
+  const auto middle = [&] {
+    Vec3 sum;
+    for (const CollisionVertex v : apart) sum += session.collision_positions()[v.index()];
+    return (1.0 / static_cast<double>(apart.size())) * sum;
+  };
+  int divided = 0;
+  for (int i = 0; i < 16; ++i) {
+    const auto step = session.step();
+    ASSERT_TRUE(step.ok()) << step.error().message;
+    if (i < 4) continue;  // it gathers speed
+    divided += step->parts > 1 ? 1 : 0;
+    for (const NodeId n : session.body().hex.nodes[session.body().embedding.collision[apart[0]]])
+      EXPECT_NEAR(session.node_velocities()[n.index()].x, kSpeed, 0.02 * kSpeed) << "step " << i << " of " << step->parts;
+  }
+  EXPECT_GT(divided, 2);
+  EXPECT_NEAR(middle().x, kSpeed * 0.08, 1e-4);
+}
+
 }  // namespace
 }  // namespace kerf

@@ -109,6 +109,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divi
   last_options.dt = h;
   if (contact.on && std::any_of(contact.contacts.begin(), contact.contacts.end(), [](const Contact& c) { return c.b.vertex[0].valid(); }))
     last_options.tolerance *= kPairTolerance;
+  aim_holds(t + h, h);
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
   if (began != nullptr && (went_too_deep() || find_surprise(scene, state.body, state.model, *began, state.mechanics, touched_part, h, step_options.gravity,
@@ -137,7 +138,6 @@ Result<StepReport> Session::Impl::advance_mechanics() {
   const double h = dt / equal;
   StepReport sum;
   for (int i = 0; i < equal; ++i) {
-    move_grasps(i + 1 == equal ? state.time + dt : state.time + (i + 1) * h, h);
     const MechanicsState* began = contact.on && scene.contact.substeps > 1 ? &before_step : nullptr;
     if (began != nullptr && i > 0) {
       before_part = state.mechanics;

@@ -129,26 +129,21 @@ Status Session::Impl::release(const SceneRelease& what) {
   return renew_springs();
 }
 
-void Session::Impl::move_grasps(double until, double over) {
+void Session::Impl::aim_holds(double until, double h) {
   for (Grasp& g : state.grasps) {
-    const double s = g.move_over > 0 ? std::clamp((until - g.move_began) / g.move_over, 0.0, 1.0) : 1.0;
-    const Vec3 before = g.centre;
     if (g.tool >= 0) {
       const RigidState& tool = state.mechanics.tools[static_cast<std::size_t>(g.tool)];
       g.centre = g.from = g.to = tool.position + tool.axes * g.local;
       g.turned = product(tool.axes, transposed(g.axes_then));
     } else {
-      g.centre = lerp(g.from, g.to, s);
+      g.centre = lerp(g.from, g.to, g.move_over > 0 ? std::clamp((until - g.move_began) / g.move_over, 0.0, 1.0) : 1.0);
     }
-    // At once means at once: a target that jumps has no velocity.
-    const Vec3 velocity = g.move_over > 0 || g.tool >= 0 ? (1 / over) * (g.centre - before) : Vec3{};
     for (std::size_t i = 0; i < g.springs.size(); ++i)
-      if (state.model.has_spring(g.springs[i]))
-        state.model.set_spring_target(g.springs[i], g.centre + g.turned * g.offset[i], velocity);
+      if (state.model.has_spring(g.springs[i])) state.model.set_spring_target(g.springs[i], g.centre + g.turned * g.offset[i]);
   }
   for (const EdgeHold& e : state.edge_holds) {
     const RigidState& tool = state.mechanics.tools[static_cast<std::size_t>(e.tool)];
-    if (state.model.has_spring(e.spring)) state.model.set_spring_target(e.spring, tool.position + over * tool.velocity + e.offset);
+    if (state.model.has_spring(e.spring)) state.model.set_spring_target(e.spring, tool.position + h * tool.velocity + e.offset);
   }
 }
 

@@ -275,8 +275,9 @@ struct Session::Impl {
   bool springs_stale = false;
   /// Takes the grasp of a tool away, if there is one.
   Status let_go(std::size_t tool);
-  /// Grasps on their way at `until`; `over`: s since they were last told.
-  void move_grasps(double until, double over);
+  /// What holds the body is told where it is at `until`, the end of the part of a step, h seconds long, that is solved next: once for
+  /// every part, or what is held would be at the end of the whole step in the first one.
+  void aim_holds(double until, double h);
   /// Young's modulus of the body that a copy belongs to, outside of all regions.
   [[nodiscard]] double young_at(HexId copy) const;
   void renew_loads();

@@ -46,6 +46,19 @@ inline bool is_in_prism(const PrismView& body, std::size_t f, Vec3 p) {
   return u >= 0 && v >= 0 && u + v <= 1 && std::fabs(l) <= 1;
 }
 
+/// m from a point to a wall: 8 x 4 pieces of it, each as two triangles. (The wall is ruled; two triangles would leave it by up to a quarter of
+/// what it is twisted by.)
+inline double wall_distance(Vec3 p, Vec3 from_low, Vec3 to_low, Vec3 to_high, Vec3 from_high) {
+  const auto at = [&](int i, int k) { return lerp(lerp(from_low, to_low, i / 8.0), lerp(from_high, to_high, i / 8.0), k / 4.0); };
+  double least = HUGE_VAL;
+  for (int i = 0; i < 8; ++i)
+    for (int k = 0; k < 4; ++k) {
+      const Vec3 a = at(i, k), b = at(i + 1, k), c = at(i + 1, k + 1), d = at(i, k + 1);
+      least = std::min({least, brute_triangle_distance(p, a, b, c), brute_triangle_distance(p, a, c, d)});
+    }
+  return least;
+}
+
 /// m from a point that is in the material of a side to its nearest face or wall; 0 where it is not in it.
 inline double depth_in_side(const LipsView& lips, int side, Vec3 p) {
   const PrismView& body = lips.prisms;
@@ -73,8 +86,7 @@ inline double depth_in_side(const LipsView& lips, int side, Vec3 p) {
     }
   for (const LipsView::Wall& w : lips.walls) {
     if (w.side != side) continue;
-    const Vec3 a = corner(w.from, -1), b = corner(w.to, -1), c = corner(w.to, 1), d = corner(w.from, 1);
-    least = std::min({least, brute_triangle_distance(p, a, b, c), brute_triangle_distance(p, a, c, d)});
+    least = std::min(least, wall_distance(p, corner(w.from, -1), corner(w.to, -1), corner(w.to, 1), corner(w.from, 1)));
   }
   return least;
 }

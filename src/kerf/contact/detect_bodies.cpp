@@ -23,8 +23,9 @@ constexpr double kPassed = 0.1;
 constexpr double kStay = 0.1;
 /// Edges whose nearest points move towards each other by less than this part of the radius in a step hardly move.
 constexpr double kHardly = 0.3;
-/// Rims cross from this sine of their angle on; and deeper in each other than this part of the radius they have lost each other.
-constexpr double kCrossing = 0.005, kLostRims = 0.5, kOffCone = 0.2;
+/// Rims cross from this sine of their angle on, with a normal that leaves the cones of both by no more than this; and deeper in each other than this
+/// part of the radius they have lost each other. (Far more than kPassed: the cones say which way out is.)
+constexpr double kCrossing = 0.005, kOffCone = 0.2, kLostRims = 0.5;
 
 /// A face that a vertex touches or might touch.
 struct FaceFoot {
@@ -400,26 +401,50 @@ bool is_coarse(const ContactSurface& s, H h) {
   return s.coarse[ContactSurface::face(h)] != 0 || (s.twin[h].valid() && s.coarse[ContactSurface::face(s.twin[h])] != 0);
 }
 
+/// How far all that stands over an edge is from the wall over another: beside it along `conormal` or next to that, upright to either end of the first,
+/// or over or under it. One direction for all four ends: offsets may turn along an edge, and what is beside at its ends may cross in between.
+double apart_from_wall(const BodyPoint& wall_first, const BodyPoint& wall_last, Vec3 conormal, const BodyPoint& first, const BodyPoint& last) {
+  const auto along = [&](Vec3 n) {
+    const auto nearest = [&](const BodyPoint& p) { return dot(n, p.position) - std::fabs(dot(n, p.offset)); };
+    const auto farthest = [&](const BodyPoint& p) { return dot(n, p.position) + std::fabs(dot(n, p.offset)); };
+    return std::min(nearest(first), nearest(last)) - std::max(farthest(wall_first), farthest(wall_last));
+  };
+  double apart = along(conormal);
+  for (const BodyPoint* p : {&first, &last, &wall_first, &wall_last}) {
+    const double size = dot(p->offset, p->offset);
+    if (!(size > 0)) continue;
+    const Vec3 up = (1 / std::sqrt(size)) * p->offset;
+    apart = std::max({apart, along(up), along(-up)});
+    if (p == &first || p == &last) apart = std::max(apart, along(normalized(conormal - dot(conormal, up) * up)));
+  }
+  return apart;
+}
+
 /// How far all of edge h is beside the walls at edge g: the farthest.
 double edge_beside_walls(const BodyView& a, H h, const BodyView& b, H g) {
   const BodyPoint first = vertex_point(a, a.surface.from(h)), last = vertex_point(a, a.surface.to(h));
-  if (b.surface.cut[g] != 0) {
-    const BodyPoint wall = vertex_point(b, b.surface.from(g));
-    return std::min(beside_wall(wall, -b.into(g), first), beside_wall(wall, -b.into(g), last));
-  }
+  if (b.surface.cut[g] != 0)
+    return apart_from_wall(vertex_point(b, b.surface.from(g)), vertex_point(b, b.surface.to(g)), -b.into(g), first, last);
   double beside = -HUGE_VAL;
   for (const V v : {b.surface.from(g), b.surface.to(g)})
     if (b.surface.on_cut[v] != 0) beside = std::max(beside, std::min(beside_rim(b, v, first), beside_rim(b, v, last)));
   return beside;
 }
 
+/// Rims of two lips, as far as those that cross say what is between them.
+struct CrossingRims {
+  bool known = false;        ///< they cross in no other way, and have not lost each other
+  double apart = -HUGE_VAL;  ///< m where they cross, negative: overlap
+};
+
 /// Rims of lips that lie on each other at one end and side by side at the other: the upper rim of one crosses the lower rim of the other. The
-/// normal is upright to both; it points out of wall and face of either. False: they cross in another way, or lost each other.
-bool test_rims(const Pair& pair, H h, H g) {
+/// normal is upright to both; it points out of wall and face of either.
+CrossingRims test_rims(const Pair& pair, H h, H g) {
   const ContactSurface& s = pair.a.surface;
   const Vec3 out = -pair.a.into(h), other_out = -pair.b.into(g);
-  if (!(dot(out, other_out) < 0)) return false;
-  bool known = true;
+  CrossingRims rims;
+  if (!(dot(out, other_out) < 0)) return rims;
+  rims.known = true;
   for (const double lift : {1.0, -1.0}) {
     const auto corner = [&](const BodyView& body, V v, double l) { return body.position(v) + l * body.offset(v); };
     const Vec3 a = corner(pair.a, s.from(h), lift), b = corner(pair.a, s.to(h), lift);
@@ -432,21 +457,20 @@ bool test_rims(const Pair& pair, H h, H g) {
     const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
     Vec3 n = (1 / size) * across;
     if (dot(n, other_out - out) < 0) n = -n;
-    const double over = -lift * dot(n, y.offset), under = -lift * dot(n, x.offset);
-    if (!(dot(n, other_out) >= -kOffCone && -dot(n, out) >= -kOffCone && over >= -kOffCone * norm(y.offset) && under >= -kOffCone * norm(x.offset))) {
-      known = false;
-      continue;
-    }
     const ContactName name{ContactKind::kEdgeEdge, lift > 0 ? 1 : 2, pair.a.index, pair.b.index, 0, h.value, g.value};
     const double gap = dot(n, x.position + lift * x.offset - y.position + lift * y.offset), radius = norm(x.offset);
-    const bool was = recall(pair.run.before, contact_key(name)) != nullptr;
-    if (gap < -(was ? kLostRims : kPassed) * radius) {
-      known = false;
+    // Deep at first sight, they crossed in this step, or the normal is wrong: it has to leave no cone.
+    const double off = gap < -kPassed * radius && recall(pair.run.before, contact_key(name)) == nullptr ? 0 : kOffCone;
+    const double over = -lift * dot(n, y.offset), under = -lift * dot(n, x.offset);
+    if (!(dot(n, other_out) >= -off && -dot(n, out) >= -off && over >= -off * norm(y.offset) && under >= -off * norm(x.offset)) ||
+        gap < -kLostRims * radius) {
+      rims.known = false;
       continue;
     }
+    rims.apart = std::max(rims.apart, gap);
     hand_out_pair(pair.run, name, x, lift, y, -lift, n, -1);
   }
-  return known;
+  return rims;
 }
 
 /// Rims of lips may lie over each other at one end and side by side, with air between, where they are nearest (x on h, y on g): rims that cross
@@ -463,7 +487,7 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   const V p = s.from(h), q = s.to(h), u = o.from(g), w = o.to(g);
   if (pair.self && (p == u || p == w || q == u || q == w)) return;
   const Vec3 a = pair.a.position(p), b = pair.a.position(q), c = pair.b.position(u), e = pair.b.position(w);
-  const bool rims = pair.self && s.cut[h] != 0 && o.cut[g] != 0 && test_rims(pair, h, g);
+  const CrossingRims rims = pair.self && s.cut[h] != 0 && o.cut[g] != 0 ? test_rims(pair, h, g) : CrossingRims();
   SegmentFeet feet;
   if (!inner_feet(a, b, c, e, feet)) return;
   const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
@@ -482,8 +506,8 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   if (pair.self) {
     const int relation = are_strangers(s, p, ContactSurface::face(g)) ? 0 : rest_relation(s, h, g, pair.run.scratch.neighbours);
     if (relation > 0) return;
-    if (rims && are_side_by_side(pair, h, x, g, y)) return;
-    const double walls = std::max(edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h));
+    if (rims.known && are_side_by_side(pair, h, x, g, y)) return;
+    const double walls = std::max({edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h), rims.apart});
     if (relation < 0 || walls > -HUGE_VAL) {
       if (r == nullptr && gap < -kPassed * norm(x.offset)) return;
       if (walls - (r != nullptr ? kStay * norm(x.offset) : 0) > gap) return;

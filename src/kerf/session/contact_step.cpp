@@ -309,20 +309,14 @@ bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& m
   for (std::size_t i = 0; i < n; ++i) stray = std::max(stray, norm(ended.positions[i] - predicted_place(model, began, i, h, gravity) - mean));
   if (!(2 * stray > scene.contact.margin * c.surface.largest_radius)) return false;
   for (std::size_t i = 0; i < n; ++i) {
-    const Vec3 x = began.positions[i], next = ended.positions[i];
-    c.nodes[i] = {{x.x, x.y, x.z, 0}, {next.x, next.y, next.z, 0}};
+    const Vec3 x = ended.positions[i];
+    c.nodes[i] = {{x.x, x.y, x.z, 0}, {x.x, x.y, x.z, 0}};
   }
   const SurfaceState surface = surface_state(body, c);
   c.surprise_memory = memory;
   detect({&surface, 1}, {}, {}, detect_options(scene, h), c.surprise_memory, c.detect_surprises, c.surprises);
-  const auto travel = [&](const SurfacePoint& p) {
-    Vec3 u;
-    for (std::size_t k = 0; k < 3; ++k)
-      if (p.vertex[k].valid()) u += p.weight[k] * (c.predicted[p.vertex[k].index()] - c.positions[p.vertex[k].index()]);
-    return u;
-  };
   for (const Contact& contact : c.surprises) {
-    if (!(contact.gap + dot(contact.normal, travel(contact.a) - travel(contact.b)) < -deep)) continue;
+    if (!(contact.gap < -deep)) continue;
     const auto at = std::lower_bound(c.contacts.begin(), c.contacts.end(), contact.key, [](const Contact& x, std::uint64_t key) { return x.key < key; });
     if (at == c.contacts.end() || at->key != contact.key) return true;
   }

@@ -263,6 +263,17 @@ bool hand_out_vertex(const Pair& pair, VertexSearch& search) {
   return touches;
 }
 
+void list_faces(const BodyView& body, std::uint32_t leaf, LeafBoxes& list) {
+  const auto& points = body.frame.boxes.points;
+  list.list(leaf, [&](auto&& add) {
+    body.surface.tree.for_each_triangle(leaf, [&](F f) {
+      const auto c = body.surface.vertices(f);
+      const TreeCorner &x = points[c[0].index()], &y = points[c[1].index()], &z = points[c[2].index()];
+      add(f.value, joined(joined({x, x}, {y, y}), {z, z}));
+    });
+  });
+}
+
 /// A vertex against the rims of all leaves that its own leaf has to do with, and against the faces of some of them.
 void search_vertex(const Pair& pair, V v, std::span<const LeafPair> all, std::span<const LeafPair> some) {
   const BodyView& other = pair.b;
@@ -279,30 +290,33 @@ void search_vertex(const Pair& pair, V v, std::span<const LeafPair> all, std::sp
   const TreeCorner p = pair.a.frame.boxes.points[v.index()], direction = pair.a.frame.unit[v.index()];
   const TreeBox here{p, p}, mine{direction, direction};
   if (on_cut) search.rim = rim_at(pair.a, v);
-  const auto& points = other.frame.boxes.points;
-  const auto for_each_near = [&](std::span<const LeafPair> leaves, bool rims, auto&& visit) {
-    for (const auto& [leaf, partner] : leaves) {
-      if (rims && pair.quiet->has_rim[partner] == 0) continue;
-      const TreeBox& directions = other.frame.directions[partner];
-      if (squared_distance(other.frame.boxes.box[partner], p) > limit ||
-          side_by_side(here, mine, other.frame.boxes.box[partner], directions, gap_limit))
-        continue;
-      const bool neighbours = pair.self && hang_together(pair.a.surface, leaf, partner);
-      other.surface.tree.for_each_triangle(partner, [&](F f) {
-        if (neighbours && is_clear_neighbour(pair.a.surface, v, f)) return;
-        const auto c = other.surface.vertices(f);
-        const TreeCorner &x = points[c[0].index()], &y = points[c[1].index()], &z = points[c[2].index()];
-        const TreeBox box = joined(joined({x, x}, {y, y}), {z, z});
-        if (squared_distance(box, p) > limit || side_by_side(here, mine, box, directions, gap_limit)) return;
-        visit(f, neighbours);
-      });
-    }
-  };
+  LeafBoxes& faces = pair.run.scratch.leaf_faces;
+  auto& near = pair.run.scratch.near_faces;
+  near.clear();
+  auto tested = some.begin();  // in the order of all of them
+  for (const LeafPair& leaves : all) {
+    const std::uint32_t partner = leaves[1];
+    const bool test = tested != some.end() && *tested == leaves, rims = search.rim.count > 0 && pair.quiet->has_rim[partner] != 0;
+    if (test) ++tested;
+    if ((!test && !rims) || squared_distance(other.frame.boxes.box[partner], p) > limit) continue;
+    const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], partner);
+    const auto select = [&](const BoxBlock& block) {
+      const unsigned bits = near_point(block, p, limit);
+      return bits == 0 ? 0 : bits & not_side_by_side(here, mine, block, other.frame.directions[partner], gap_limit);
+    };
+    list_faces(other, partner, faces);
+    faces.for_each(partner, select, [&](std::uint32_t i) {
+      const F f(faces.item[i]);
+      if (!neighbours || !is_clear_neighbour(pair.a.surface, v, f)) near.push_back({f, rims, test, neighbours});
+    });
+  }
   if (search.rim.count > 0) {
-    for_each_near(all, true, [&](F f, bool) { offer_lips(pair, search, f); });
+    for (const auto& it : near)
+      if (it.rims) offer_lips(pair, search, it.face);
     measure_lips(pair, search);
   }
-  for_each_near(some, false, [&](F f, bool neighbours) { offer_face(pair, search, f, neighbours); });
+  for (const auto& it : near)
+    if (it.test) offer_face(pair, search, it.face, it.hang_together);
   const bool touches = hand_out_vertex(pair, search);
   if (pair.quiet != nullptr) pair.quiet->vertex[v.index()].touched = touches ? 1 : 0;
 }
@@ -342,16 +356,23 @@ void for_each_group(const Pair& pair, Visit&& visit) {
 template <class Deform>
 std::span<const LeafPair> pairs_to_test(const Pair& pair, const LeafGroup& group, double approach, QuietUntil& known, Deform&& deform) {
   const std::uint32_t leaf = group.pairs[0][0];
+  if (!pair.quiet->settled(leaf)) return group.pairs;
   const bool quiet = is_quiet(*pair.quiet, known, leaf, approach);
   if (!quiet || group.any_fresh) {
     if (!may_be_quiet(known)) return group.pairs;
+    std::size_t& budget = pair.quiet->budget;
+    if (budget == 0) {
+      known.moved = -1;
+      return group.pairs;
+    }
     const double limit = quiet ? known.approach : quiet_limit(approach, pair.run.margin);
     QuietUntil found = quiet ? known : QuietUntil();
     double most = 0.5 * quiet_skin(pair.a);
     for (std::size_t i = 0; i < group.followed.size(); ++i) {
       const LeafPair& leaves = group.followed[i].leaves;
       const auto end = found.near.begin() + found.near_count;
-      if ((quiet && group.fresh[i] == 0) || std::find(found.near.begin(), end, leaves[1]) != end) continue;
+      if ((quiet && group.fresh[i] == 0) || !pair.quiet->settled(leaves[1]) || std::find(found.near.begin(), end, leaves[1]) != end) continue;
+      if (budget > 0) --budget;
       if (const double d = deform(leaves, limit, most); d > 0) {
         most = d;
       } else if (found.near_count < QuietUntil::kMostNear) {
@@ -369,8 +390,10 @@ std::span<const LeafPair> pairs_to_test(const Pair& pair, const LeafGroup& group
   }
   std::vector<LeafPair>& near = pair.quiet->near;
   near.clear();
-  for (std::size_t i = 0; i < known.near_count; ++i)
-    if (std::binary_search(group.pairs.begin(), group.pairs.end(), LeafPair{leaf, known.near[i]})) near.push_back({leaf, known.near[i]});
+  for (const LeafPair& leaves : group.pairs) {
+    const auto end = known.near.begin() + known.near_count;
+    if (!pair.quiet->settled(leaves[1]) || std::find(known.near.begin(), end, leaves[1]) != end) near.push_back(leaves);
+  }
   return near;
 }
 
@@ -386,6 +409,7 @@ std::span<const LeafPair> vertex_pairs(const Pair& pair, V v, const LeafGroup& g
 /// All pairs by their first leaf: its vertices against the second leaves.
 void search_vertices(const Pair& pair) {
   const ContactSurface& surface = pair.a.surface;
+  pair.run.scratch.leaf_faces.clear(pair.b.surface.tree.nodes.size());
   for_each_group(pair, [&](const LeafGroup& group) {
     surface.tree.for_each_triangle(group.pairs[0][0], [&](F f) {
       for (int k = 0; k < 3; ++k)
@@ -516,43 +540,49 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   hand_out_pair(pair.run, name, x, over > 0 ? -1 : 1, y, under > 0 ? 1 : -1, n, -1);
 }
 
-void list_edges(const BodyView& body, std::uint32_t leaf, LeafEdges& list) {
-  if (list.listed[leaf] != 0) return;
-  list.listed[leaf] = 1;
-  list.range[leaf][0] = static_cast<std::uint32_t>(list.items.size());
+void list_edges(const BodyView& body, std::uint32_t leaf, LeafBoxes& list) {
   const auto& points = body.frame.boxes.points;
-  body.surface.tree.for_each_triangle(leaf, [&](F f) {
-    for (int i = 0; i < 3; ++i) {
-      const H h = ContactSurface::corner(f, i);
-      if (!body.surface.owns_edge(h) || !is_coarse(body.surface, h)) continue;
-      const TreeCorner &a = points[body.surface.from(h).index()], &b = points[body.surface.to(h).index()];
-      list.items.push_back({h, joined({a, a}, {b, b})});
-    }
+  list.list(leaf, [&](auto&& add) {
+    body.surface.tree.for_each_triangle(leaf, [&](F f) {
+      for (int i = 0; i < 3; ++i) {
+        const H h = ContactSurface::corner(f, i);
+        if (!body.surface.owns_edge(h) || !is_coarse(body.surface, h)) continue;
+        const TreeCorner &a = points[body.surface.from(h).index()], &b = points[body.surface.to(h).index()];
+        add(h.value, joined({a, a}, {b, b}));
+      }
+    });
   });
-  list.range[leaf][1] = static_cast<std::uint32_t>(list.items.size());
 }
 
-/// Calls visit(item of the other leaf, hang together) for all of them that edge `i` has to do with.
-template <class Visit>
-void for_each_edge(const Pair& pair, std::uint32_t i, const LeafPair& leaves, float reach, Visit&& visit) {
+/// Calls visit(edge of the other leaf) for all of them that edge `i` has to do with and that select(block, bits) leaves of those that are near.
+template <class Select, class Visit>
+void for_each_edge(const Pair& pair, std::uint32_t i, const LeafPair& leaves, float reach, Select&& select, Visit&& visit) {
   const auto [leaf, other] = leaves;
   if (pair.self && other < leaf) return;
-  const LeafEdges &mine = pair.run.scratch.edges, &others = pair.self ? mine : pair.run.scratch.other_edges;
-  const TreeBox& box = mine.items[i].box;
+  LeafBoxes &mine = pair.run.scratch.leaf_edges, &others = pair.self ? mine : pair.run.scratch.other_leaf_edges;
+  const TreeBox box = mine.box[i];
   if (!near(box, pair.b.frame.boxes.box[other], reach)) return;
-  for (std::uint32_t k = leaf == other && pair.self ? i + 1 : others.range[other][0]; k < others.range[other][1]; ++k)
-    if (near(box, others.items[k].box, reach)) visit(others.items[k]);
+  list_edges(pair.b, other, others);
+  const std::uint32_t first = leaf == other && pair.self ? i + 1 : 0;  // of one leaf with itself, each pair once
+  const auto chosen = [&](const BoxBlock& block) {
+    const unsigned bits = near_box(block, box, reach);
+    return bits == 0 ? 0 : select(block, bits);
+  };
+  others.for_each(other, chosen, [&](std::uint32_t k) {
+    if (k >= first) visit(H(others.item[k]));
+  });
 }
 
-/// Towards those listed later in this call.
+/// Towards leaves that come later in their order.
 std::span<const LeafPair> edge_pairs(const Pair& pair, std::uint32_t i, const LeafGroup& group, double approach) {
   if (pair.quiet == nullptr) return group.pairs;
-  const H h = pair.run.scratch.edges.items[i].edge;
+  const H h(pair.run.scratch.leaf_edges.item[i]);
   const double reach = 2 * pair.a.frame.greatest_offset + quiet_skin(pair.a) + 2 * pair.a.frame.boxes.slack;
   return pairs_to_test(pair, group, approach, pair.quiet->edge[h.index()], [&](const LeafPair& leaves, double limit, double most) {
     const bool together = hang_together(pair.a.surface, leaves[0], leaves[1]);
-    for_each_edge(pair, i, leaves, static_cast<float>(reach + limit), [&](const LeafEdges::Item& other) {
-      if (most > 0) most = quiet_edges(pair.a, h, other.edge, together, limit, most, pair.run.scratch.neighbours);
+    const auto all = [](const BoxBlock&, unsigned near) { return near; };
+    for_each_edge(pair, i, leaves, static_cast<float>(reach + limit), all, [&](H g) {
+      if (most > 0) most = quiet_edges(pair.a, h, g, together, limit, most, pair.run.scratch.neighbours);
     });
     return most;
   });
@@ -562,34 +592,28 @@ std::span<const LeafPair> edge_pairs(const Pair& pair, std::uint32_t i, const Le
 void search_edge(const Pair& pair, std::uint32_t i, std::span<const LeafPair> pairs, double reach, double approach) {
   const double slack = pair.a.frame.boxes.slack + pair.b.frame.boxes.slack;
   const auto r = static_cast<float>(reach + slack), limit = static_cast<float>(approach + slack);
-  const LeafEdges::Item x = pair.run.scratch.edges.items[i];
+  const H h(pair.run.scratch.leaf_edges.item[i]);
+  const TreeBox box = pair.run.scratch.leaf_edges.box[i];
   for (const LeafPair& leaves : pairs) {
-    const TreeBox &target = pair.b.frame.boxes.box[leaves[1]], &directions = pair.a.frame.directions[leaves[0]],
-                  &other_directions = pair.b.frame.directions[leaves[1]];
-    if ((pair.self && leaves[1] < leaves[0]) || side_by_side(x.box, directions, target, other_directions, limit)) continue;
+    if (pair.self && leaves[1] < leaves[0]) continue;
+    const TreeBox &directions = pair.a.frame.directions[leaves[0]], &other_directions = pair.b.frame.directions[leaves[1]];
     const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], leaves[1]);
-    for_each_edge(pair, i, leaves, r, [&](const LeafEdges::Item& y) {
-      if (neighbours && are_clear_neighbours(pair.a.surface, x.edge, y.edge)) return;
-      if (side_by_side(x.box, directions, y.box, other_directions, limit)) return;
-      test_edges(pair, x.edge, y.edge, reach);
+    const auto select = [&](const BoxBlock& block, unsigned near) { return near & not_side_by_side(box, directions, block, other_directions, limit); };
+    for_each_edge(pair, i, leaves, r, select, [&](H g) {
+      if (!neighbours || !are_clear_neighbours(pair.a.surface, h, g)) test_edges(pair, h, g, reach);
     });
   }
 }
 
 void search_edges(const Pair& pair, double reach, double approach) {
-  LeafEdges &mine = pair.run.scratch.edges, &others = pair.self ? mine : pair.run.scratch.other_edges;
-  for (auto [list, body] : {std::pair{&mine, &pair.a}, std::pair{&others, &pair.b}}) {
-    list->items.clear();
-    list->range.resize(body->surface.tree.nodes.size());
-    list->listed.assign(body->surface.tree.nodes.size(), 0);
-  }
+  LeafBoxes &mine = pair.run.scratch.leaf_edges, &others = pair.self ? mine : pair.run.scratch.other_leaf_edges;
+  mine.clear(pair.a.surface.tree.nodes.size());
+  others.clear(pair.b.surface.tree.nodes.size());
   for_each_group(pair, [&](const LeafGroup& group) {
     const std::uint32_t leaf = group.pairs[0][0];
     list_edges(pair.a, leaf, mine);
-    for (const LeafPair& leaves : group.pairs) list_edges(pair.b, leaves[1], others);
-    for (const QuietBody::Followed& it : group.followed) list_edges(pair.b, it.leaves[1], others);
-    for (std::uint32_t i = mine.range[leaf][0]; i < mine.range[leaf][1]; ++i) {
-      const H h = mine.items[i].edge;
+    for (std::uint32_t i = mine.leaf[leaf].begin; i < mine.leaf[leaf].end; ++i) {
+      const H h(mine.item[i]);
       const std::span<const LeafPair> some = edge_pairs(pair, i, group, approach);
       if (some.empty()) continue;
       const std::size_t before = pair.run.scratch.found.size();

@@ -8,6 +8,7 @@
 
 #include "kerf/contact/detect.h"
 #include "kerf/contact/edge_block.h"
+#include "kerf/contact/leaf_boxes.h"
 #include "kerf/contact/quiet.h"
 #include "kerf/contact/rest_neighbours.h"
 #include "kerf/contact/shape_features.h"
@@ -79,17 +80,6 @@ struct FaceCandidate {
   Vec3 direction;                ///< unit, up to its sign: of the face's normal, or from the point to its foot
 };
 
-/// Coarse edges of the leaves of a body's tree, each with its owner's leaf.
-struct LeafEdges {
-  struct Item {
-    CollisionHalfEdge edge;
-    TreeBox box;
-  };
-  std::vector<Item> items;
-  std::vector<std::array<std::uint32_t, 2>> range;  ///< per node: first and one behind the last of its items
-  std::vector<std::uint8_t> listed;                 ///< per node
-};
-
 /// A node of one tree and a list of nodes of another.
 struct TreeTask {
   std::uint32_t node, begin, end;
@@ -109,7 +99,13 @@ struct DetectScratch {
   std::vector<LeafPair> leaf_pairs, sorted_pairs;  ///< near each other, by the first
   NeighbourSearch neighbours;
   std::vector<QuietBody> quiet;                 ///< per body
-  LeafEdges edges, other_edges;
+  LeafBoxes leaf_faces;                         ///< of the body whose faces are tested
+  LeafBoxes leaf_edges, other_leaf_edges;           ///< coarse ones, each in its owner's leaf
+  struct NearFace {
+    CollisionTriangle face;
+    bool rims, test, hang_together;             ///< look for rims on it, test it, are its leaf and the vertex's neighbours
+  };
+  std::vector<NearFace> near_faces;             ///< of the vertex at work
   std::vector<EdgeBlock> mesh_edges;            ///< of a mesh, near a leaf
   std::vector<PointBlock> mesh_points;
   /// Per body and mesh, in the order that they are asked: the packed triangle that was nearest to each vertex, or -1. Only a guess.

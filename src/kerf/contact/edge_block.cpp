@@ -7,26 +7,14 @@
 namespace kerf {
 namespace {
 
-using EightBits = std::int32_t __attribute__((vector_size(32)));
-
 /// Places from the centre are exact to this part of the extent, and so is where they lie along a direction.
 constexpr float kRounding = 2e-6f;
 /// Rounding of the products that say where two lines are nearest, over the extent's third power and the length of one edge.
 constexpr float kFeetRounding = 2.5e-4f;
 constexpr float kFar = 1e30f;
 
-inline Eight all(float x) { return Eight{x, x, x, x, x, x, x, x}; }
-inline Eight lesser(const Eight& a, const Eight& b) { return a < b ? a : b; }
-inline Eight greater(const Eight& a, const Eight& b) { return a > b ? a : b; }
+inline Eight all(float x) { return all_eight(x); }
 inline Eight dot3(const Eight (&a)[3], const Eight (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-/// One bit for every lane that is zero; lanes are 0 or -1.
-inline unsigned zeros(const EightBits& v) {
-  const EightBits bits = v & EightBits{1, 2, 4, 8, 16, 32, 64, 128};
-  const EightBits two = bits | __builtin_shufflevector(bits, bits, 4, 5, 6, 7, 0, 1, 2, 3);
-  const EightBits four = two | __builtin_shufflevector(two, two, 2, 3, 0, 1, 2, 3, 0, 1);
-  return ~static_cast<unsigned>(four[0] | four[1]) & 0xffu;
-}
 
 /// Farther apart than `reach` along an axis?
 inline EightBits apart(const EdgeBlock& block, const EdgeProbe& probe) {

@@ -6,12 +6,10 @@
 #include <cstdint>
 
 #include "kerf/base/vec.h"
+#include "kerf/contact/eight.h"
 #include "kerf/contact/obstacle_mesh.h"
 
 namespace kerf {
-
-/// Eight floats at once, whatever the machine has.
-using Eight = float __attribute__((vector_size(32)));
 
 /// Eight corners, and eight edges. Places are from a common centre, so that they are small numbers; unused ones, at the end, are far away.
 struct PointBlock {

@@ -17,6 +17,11 @@ constexpr double kSkin = 0.5, kLeast = 2e-3;
 /// Things come nearer by at most this part of their distance (twice it, from both sides) while they are quiet.
 constexpr double kNearest = 0.25;
 constexpr std::uint8_t kMostPatience = 15;
+/// Leaves that settle in one call: one, and this part of all. What lies still after a cut is not all found out about in one step.
+constexpr std::size_t kSettleAtOnce = 16;
+/// Of every pair of leaves, so many vertices and edges are found out about in one call, in the mean: where the body begins to move, what is known of
+/// all of it runs out at once.
+constexpr std::size_t kBudget = 2;
 /// Calls that a pair of leaves is followed after it was near for the last time.
 constexpr std::uint32_t kFollow = 64;
 
@@ -102,13 +107,13 @@ void forget(const BodyView& body, std::uint32_t leaf, QuietBody& quiet) {
 }
 
 /// `pairs` join what is followed; afterwards quiet.fresh says what is new.
-template <class Changed>
-void follow_pairs(std::span<const LeafPair> pairs, Changed&& changed, QuietBody& quiet) {
+void follow_pairs(std::span<const LeafPair> pairs, QuietBody& quiet) {
   quiet.fresh.clear();
   quiet.merged.clear();
   const auto follow = [&](const LeafPair& leaves, std::uint32_t absent, bool known) {
     quiet.merged.push_back({leaves, absent});
-    quiet.fresh.push_back(known && !changed(leaves[1]) ? 0 : 1);
+    const std::uint8_t calm = quiet.calm[leaves[1]];
+    quiet.fresh.push_back(calm == QuietBody::kSettled || (calm > QuietBody::kSettled && !known) ? 1 : 0);
   };
   auto old = quiet.followed.begin();
   const auto follow_before = [&](const LeafPair* next) {
@@ -125,19 +130,21 @@ void follow_pairs(std::span<const LeafPair> pairs, Changed&& changed, QuietBody&
   std::swap(quiet.merged, quiet.followed);
 }
 
-/// What leaves and their partners have done since the last call.
+/// What leaves and their partners have done since the last call, as far as they have settled.
 void measure_motion(const BodyView& body, QuietBody& quiet) {
   const auto& pairs = quiet.followed;
   for (std::size_t i = 0; i < pairs.size(); ++i)
-    if (i == 0 || pairs[i].leaves[0] != pairs[i - 1].leaves[0]) quiet.motion[pairs[i].leaves[0]] = motion_of(body, pairs[i].leaves[0], quiet);
+    if (const std::uint32_t leaf = pairs[i].leaves[0]; quiet.settled(leaf) && (i == 0 || leaf != pairs[i - 1].leaves[0]))
+      quiet.motion[leaf] = motion_of(body, leaf, quiet);
   for (std::size_t i = 0; i < pairs.size();) {
     const std::uint32_t leaf = pairs[i].leaves[0];
     QuietBody::Motion all = quiet.motion[leaf];
     for (; i < pairs.size() && pairs[i].leaves[0] == leaf; ++i) {
+      if (!quiet.settled(leaf) || !quiet.settled(pairs[i].leaves[1])) continue;
       const QuietBody::Motion& other = quiet.motion[pairs[i].leaves[1]];
       all = {lesser(all.least, other.least), greater(all.most, other.most), std::max(all.turn, other.turn)};
     }
-    quiet.moved[leaf] += 0.5 * norm(all.most - all.least) + all.turn;
+    if (quiet.settled(leaf)) quiet.moved[leaf] += 0.5 * norm(all.most - all.least) + all.turn;
   }
 }
 
@@ -152,15 +159,27 @@ void follow_body(const BodyView& body, std::span<const LeafPair> pairs, const De
   quiet.has_rim.resize(s.tree.nodes.size(), 0);
   const bool all_changed = quiet.changes.size() != s.node_changes.size();
   quiet.changes.resize(s.node_changes.size());
+  // A memory that is not its own comes when a step is taken again, in parts or with other positions: not for long.
+  const bool known = quiet.memory == before.contacts;
   const auto changed = [&](std::uint32_t leaf) { return all_changed || quiet.changes[leaf] != s.node_changes[leaf]; };
-  follow_pairs(pairs, changed, quiet);
+  quiet.calm.resize(s.tree.nodes.size(), 0);
+  std::size_t may_settle = 1 + s.tree.nodes.size() / (2 * kSettleAtOnce);
+  for (std::uint32_t n = 0; n < s.tree.nodes.size(); ++n) {
+    if (s.tree.nodes[n].count == 0) continue;
+    std::uint8_t& calm = quiet.calm[n];
+    if (!known || changed(n)) calm = 0;
+    else if (calm == QuietBody::kSettled - 1 ? may_settle > 0 : calm <= QuietBody::kSettled) ++calm;
+    if (calm == QuietBody::kSettled) --may_settle;
+  }
+  follow_pairs(pairs, quiet);
+  quiet.budget = kBudget * quiet.followed.size();
   measure_motion(body, quiet);
   quiet.position.assign(body.state.position.begin(), body.state.position.end());
   quiet.offset.assign(body.state.offset.begin(), body.state.offset.end());
   quiet.vertex.resize(s.vertex_count());
   quiet.edge.resize(s.origin.size());
 
-  if (quiet.memory != before.contacts) {
+  if (!known) {
     std::fill(quiet.vertex.begin(), quiet.vertex.end(), QuietUntil{});
     std::fill(quiet.edge.begin(), quiet.edge.end(), QuietUntil{});
   }

@@ -1,6 +1,8 @@
 // How long a vertex or an edge of a body cannot touch the body itself: found out when it is tested, good until the body has
 // deformed by as much. Then what it lies beside, the other lip of a cut above all, need not be tested in every step.
 //
+// Where a cut goes on, that would be found out anew in every step: leaves that keep changing are tested until they have settled.
+//
 // No result depends on it. A gap n . (x - x') - |n . o| - |n . o'| along the distance is bounded from below for whole faces and
 // edges, and so is how fast it can change; what is quiet would have been tested in vain.
 #pragma once
@@ -48,13 +50,19 @@ struct QuietBody {
   std::vector<Motion> motion;           ///< per leaf, of this call
   std::vector<QuietUntil> vertex, edge;  ///< edges by their owners
   std::vector<std::uint32_t> changes;   ///< per node: of its surface, as seen in the last call
-  /// Pairs that things were tested with, whose motion counts; those that are no longer near stay a while, they tend to come back.
+  std::vector<std::uint8_t> calm;       ///< per leaf: calls without a change until it has settled, and one more
+  /// Calls without a change after which it is worth finding out how long something is quiet, which costs as much as a few tests.
+  static constexpr std::uint8_t kSettled = 4;
+  [[nodiscard]] bool settled(std::uint32_t leaf) const { return calm[leaf] >= kSettled; }
+  /// Pairs that things were tested with; those that are no longer near stay a while, they tend to come back. The motion of those that have
+  /// settled counts.
   struct Followed {
     LeafPair leaves;
     std::uint32_t absent = 0;  ///< calls since it was among the pairs
   };
   std::vector<Followed> followed, merged;
-  std::vector<std::uint8_t> fresh;      ///< per followed pair: 1: not followed so far, or changed since the last call
+  std::vector<std::uint8_t> fresh;      ///< per followed pair: 1: not followed so far, or settled in this call; never while the second leaf is unsettled
+  std::size_t budget = 0;               ///< pairs of a vertex or edge with a leaf about which this call may still find out
   std::vector<std::uint8_t> has_rim;    ///< per leaf: some edge of it was made by a cut
   std::vector<LeafPair> near;           ///< of the group at work: pairs that have to be tested
   std::vector<RememberedContact> memory;  ///< that the last call left
@@ -64,7 +72,7 @@ struct QuietBody {
 /// before: the memory that this call is given; another one than that of the last call makes everything unknown.
 void follow_body(const BodyView& body, std::span<const LeafPair> pairs, const DetectMemory& before, QuietBody& quiet);
 
-/// Is it quiet in this call, towards followed pairs that are not fresh?
+/// Is it quiet in this call, towards followed pairs that are settled and not fresh?
 inline bool is_quiet(const QuietBody& quiet, const QuietUntil& it, std::uint32_t leaf, double approach) {
   return quiet.moved[leaf] < it.moved && approach <= it.approach && it.leaf == leaf;
 }

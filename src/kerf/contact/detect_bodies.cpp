@@ -44,6 +44,7 @@ struct Pair {
   bool self;
   double most_sway;  ///< of the other body
   QuietBody* quiet;  ///< of a body with itself; else null
+  std::array<std::array<LipEnd, 2>, 2>& lip_ends;  ///< of the vertex at work: of its lips' feet, upper and lower
   [[nodiscard]] double sway(std::size_t v) const { return self ? a.frame.sway[v] : a.frame.travel[v]; }
 };
 
@@ -170,8 +171,6 @@ bool lies_by_lip(const Pair& pair, const VertexSearch& search, F f) {
 /// hang_together: near at rest means neighbours.
 void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together) {
   const BodyView& other = pair.b;
-  const auto corner = other.surface.vertices(f);
-  if (pair.self && (corner[0] == search.v || corner[1] == search.v || corner[2] == search.v)) return;
   const TriangleFoot nearest = nearest_foot(search.point.position, other.corners(f));
   if (!(nearest.square < search.reach * search.reach)) return;
   const double distance = std::sqrt(nearest.square);
@@ -192,22 +191,25 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
   if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
   if (pair.self) {
     const ContactSurface& s = other.surface;
+    const double radius = norm(search.point.offset);
+    // On the border of what lies across a cut, level with it: the business of the lips.
+    const double lying = std::fabs(dot(c.normal, search.point.offset)) + std::fabs(dot(c.normal, c.foot.offset));
+    const bool level = on_border && lying < kSideBySide * (radius + norm(c.foot.offset));
     if (!are_strangers(s, search.v, f) && rest_distance(s, search.v, f) <= neighbour_distance(s, search.v, f)) {
-      if (hang_together) return;
+      if (hang_together || level) return;  // neighbours have none either
       find_neighbours(s, search.v, pair.run.scratch.neighbours);
       if (is_neighbour(pair.run.scratch.neighbours, f)) return;
       c.across = true;
     }
     c.across = c.across || lies_by_lip(pair, search, f);
-    const double walls = beside_walls(other, f, search.point), radius = norm(search.point.offset);
+    if (c.across && level) return;
+    const double walls = beside_walls(other, f, search.point);
     if (c.across || walls > -HUGE_VAL) {
       if (on_border && is_nearer_elsewhere(other, f, weights, direction)) return;
       if (!known && c.gap < -kPassed * radius) return;
       // Farther apart sideways than they are deep: side by side, the business of the lips.
       const double beside = c.across && search.lip_gap > -HUGE_VAL ? search.lip_gap : walls - (known ? kStay * radius : 0);
       if (beside > c.gap) return;
-      const double lying = std::fabs(dot(c.normal, search.point.offset)) + std::fabs(dot(c.normal, c.foot.offset));
-      if (c.across && on_border && lying < kSideBySide * (radius + norm(c.foot.offset))) return;
     }
   }
   FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
@@ -234,7 +236,9 @@ void measure_lips(const Pair& pair, VertexSearch& search) {
     const bool was = recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 0))) != nullptr ||
                      recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 1))) != nullptr;
     const RimEnd& rim = search.rim.end[static_cast<std::size_t>(k)];
-    const double gap = std::min(lip_end(pair.b, search.point, rim, lip, 0).gap, lip_end(pair.b, search.point, rim, lip, 1).gap);
+    auto& ends = pair.lip_ends[static_cast<std::size_t>(k)];
+    ends = {lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
+    const double gap = std::min(ends[0].gap, ends[1].gap);
     // So deep at first sight: one has passed over the other.
     if (!(gap < HUGE_VAL) || (!was && gap < -kPassed * radius)) lip.edge = H();
     else search.lip_gap = std::max(search.lip_gap, gap + (was ? kStay * radius : 0));
@@ -248,7 +252,7 @@ bool hand_out_vertex(const Pair& pair, VertexSearch& search) {
     const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (!lip.edge.valid()) continue;
     for (int end = 0; end < 2; ++end) {
-      const LipEnd e = lip_end(pair.b, search.point, search.rim.end[static_cast<std::size_t>(k)], lip, end);
+      const LipEnd& e = pair.lip_ends[static_cast<std::size_t>(k)][static_cast<std::size_t>(end)];
       if (e.gap < HUGE_VAL) hand_out_pair(pair.run, lip_name(pair, search.v, k, end), search.point, e.lift, e.foot, e.other_lift, e.normal, lip.edge.value);
     }
   }
@@ -300,14 +304,16 @@ void search_vertex(const Pair& pair, V v, std::span<const LeafPair> all, std::sp
     if (test) ++tested;
     if ((!test && !rims) || squared_distance(other.frame.boxes.box[partner], p) > limit) continue;
     const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], partner);
-    const auto select = [&](const BoxBlock& block) {
-      const unsigned bits = near_point(block, p, limit);
-      return bits == 0 ? 0 : bits & not_side_by_side(here, mine, block, other.frame.directions[partner], gap_limit);
+    const auto select = [&](std::uint32_t block) {
+      const unsigned bits = near_point(faces.block[block], p, limit);
+      return bits == 0 ? 0 : bits & not_side_by_side(here, mine, faces.block[block], other.frame.directions[partner], gap_limit);
     };
     list_faces(other, partner, faces);
     faces.for_each(partner, select, [&](std::uint32_t i) {
       const F f(faces.item[i]);
-      if (!neighbours || !is_clear_neighbour(pair.a.surface, v, f)) near.push_back({f, rims, test, neighbours});
+      const auto c = other.surface.vertices(f);
+      const bool own = pair.self && (c[0] == v || c[1] == v || c[2] == v);
+      if ((rims || !own) && (!neighbours || !is_clear_neighbour(pair.a.surface, v, f))) near.push_back({f, rims, test && !own, neighbours});
     });
   }
   if (search.rim.count > 0) {
@@ -540,7 +546,7 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   hand_out_pair(pair.run, name, x, over > 0 ? -1 : 1, y, under > 0 ? 1 : -1, n, -1);
 }
 
-void list_edges(const BodyView& body, std::uint32_t leaf, LeafBoxes& list) {
+void list_edges(const BodyView& body, std::uint32_t leaf, LeafEdges& list) {
   const auto& points = body.frame.boxes.points;
   list.list(leaf, [&](auto&& add) {
     body.surface.tree.for_each_triangle(leaf, [&](F f) {
@@ -549,24 +555,25 @@ void list_edges(const BodyView& body, std::uint32_t leaf, LeafBoxes& list) {
         if (!body.surface.owns_edge(h) || !is_coarse(body.surface, h)) continue;
         const TreeCorner &a = points[body.surface.from(h).index()], &b = points[body.surface.to(h).index()];
         add(h.value, joined({a, a}, {b, b}));
+        list.set_last(a, b, body.surface.from(h).value, body.surface.to(h).value, body.surface.cut[h] != 0, leaf);
       }
     });
   });
 }
 
-/// Calls visit(edge of the other leaf) for all of them that edge `i` has to do with and that select(block, bits) leaves of those that are near.
+/// Calls visit(edge of the other leaf) for all of them that edge `i` has to do with and that select(list, number of a block, bits) leaves of those that are near.
 template <class Select, class Visit>
 void for_each_edge(const Pair& pair, std::uint32_t i, const LeafPair& leaves, float reach, Select&& select, Visit&& visit) {
   const auto [leaf, other] = leaves;
   if (pair.self && other < leaf) return;
-  LeafBoxes &mine = pair.run.scratch.leaf_edges, &others = pair.self ? mine : pair.run.scratch.other_leaf_edges;
+  LeafEdges &mine = pair.run.scratch.leaf_edges, &others = pair.self ? mine : pair.run.scratch.other_leaf_edges;
   const TreeBox box = mine.box[i];
   if (!near(box, pair.b.frame.boxes.box[other], reach)) return;
   list_edges(pair.b, other, others);
   const std::uint32_t first = leaf == other && pair.self ? i + 1 : 0;  // of one leaf with itself, each pair once
-  const auto chosen = [&](const BoxBlock& block) {
-    const unsigned bits = near_box(block, box, reach);
-    return bits == 0 ? 0 : select(block, bits);
+  const auto chosen = [&](std::uint32_t block) {
+    const unsigned bits = near_box(others.block[block], box, reach);
+    return bits == 0 ? 0 : select(others, block, bits);
   };
   others.for_each(other, chosen, [&](std::uint32_t k) {
     if (k >= first) visit(H(others.item[k]));
@@ -580,7 +587,7 @@ std::span<const LeafPair> edge_pairs(const Pair& pair, std::uint32_t i, const Le
   const double reach = 2 * pair.a.frame.greatest_offset + quiet_skin(pair.a) + 2 * pair.a.frame.boxes.slack;
   return pairs_to_test(pair, group, approach, pair.quiet->edge[h.index()], [&](const LeafPair& leaves, double limit, double most) {
     const bool together = hang_together(pair.a.surface, leaves[0], leaves[1]);
-    const auto all = [](const BoxBlock&, unsigned near) { return near; };
+    const auto all = [](const LeafEdges&, std::uint32_t, unsigned near) { return near; };
     for_each_edge(pair, i, leaves, static_cast<float>(reach + limit), all, [&](H g) {
       if (most > 0) most = quiet_edges(pair.a, h, g, together, limit, most, pair.run.scratch.neighbours);
     });
@@ -594,11 +601,20 @@ void search_edge(const Pair& pair, std::uint32_t i, std::span<const LeafPair> pa
   const auto r = static_cast<float>(reach + slack), limit = static_cast<float>(approach + slack);
   const H h(pair.run.scratch.leaf_edges.item[i]);
   const TreeBox box = pair.run.scratch.leaf_edges.box[i];
+  const V from = pair.a.surface.from(h), to = pair.a.surface.to(h);
+  const auto& points = pair.a.frame.boxes.points;
+  SegmentProbe probe{points[from.index()], points[to.index()], -1, -1, static_cast<float>(slack)};
+  if (pair.self) probe.from = from.value, probe.to = to.value;
+  const bool rim = pair.self && pair.a.surface.cut[h] != 0;
   for (const LeafPair& leaves : pairs) {
     if (pair.self && leaves[1] < leaves[0]) continue;
     const TreeBox &directions = pair.a.frame.directions[leaves[0]], &other_directions = pair.b.frame.directions[leaves[1]];
     const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], leaves[1]);
-    const auto select = [&](const BoxBlock& block, unsigned near) { return near & not_side_by_side(box, directions, block, other_directions, limit); };
+    const auto select = [&](const LeafEdges& others, std::uint32_t block, unsigned near) {
+      const SegmentBlock& ends = others.ends[block];
+      const unsigned bits = near & (may_have_inner_feet(ends, probe) | (rim ? ends.rims : 0));
+      return bits == 0 ? 0 : bits & not_side_by_side(box, directions, others.block[block], other_directions, limit);
+    };
     for_each_edge(pair, i, leaves, r, select, [&](H g) {
       if (!neighbours || !are_clear_neighbours(pair.a.surface, h, g)) test_edges(pair, h, g, reach);
     });
@@ -606,7 +622,7 @@ void search_edge(const Pair& pair, std::uint32_t i, std::span<const LeafPair> pa
 }
 
 void search_edges(const Pair& pair, double reach, double approach) {
-  LeafBoxes &mine = pair.run.scratch.leaf_edges, &others = pair.self ? mine : pair.run.scratch.other_leaf_edges;
+  LeafEdges &mine = pair.run.scratch.leaf_edges, &others = pair.self ? mine : pair.run.scratch.other_leaf_edges;
   mine.clear(pair.a.surface.tree.nodes.size());
   others.clear(pair.b.surface.tree.nodes.size());
   for_each_group(pair, [&](const LeafGroup& group) {
@@ -635,14 +651,15 @@ void detect_bodies(DetectRun& run, std::int32_t first, std::int32_t second) {
   find_leaf_pairs(a, b, reach, approach, run.scratch);
   QuietBody* quiet = self ? &run.scratch.quiet[static_cast<std::size_t>(first)] : nullptr;
   if (self) follow_body(a, run.scratch.leaf_pairs, run.before, *quiet);
-  const Pair pair{run, a, b, self, sway_b, quiet};
+  std::array<std::array<LipEnd, 2>, 2> lip_ends;
+  const Pair pair{run, a, b, self, sway_b, quiet, lip_ends};
   if (run.scratch.leaf_pairs.empty()) return;
   search_vertices(pair);
   search_edges(pair, reach, approach);
   if (self) return;
   for (auto& [leaf, other] : run.scratch.leaf_pairs) std::swap(leaf, other);
   std::sort(run.scratch.leaf_pairs.begin(), run.scratch.leaf_pairs.end(), by_first);
-  search_vertices({run, b, a, false, sway_a, nullptr});
+  search_vertices({run, b, a, false, sway_a, nullptr, lip_ends});
 }
 
 }  // namespace kerf

@@ -100,7 +100,7 @@ struct DetectScratch {
   NeighbourSearch neighbours;
   std::vector<QuietBody> quiet;                 ///< per body
   LeafBoxes leaf_faces;                         ///< of the body whose faces are tested
-  LeafBoxes leaf_edges, other_leaf_edges;           ///< coarse ones, each in its owner's leaf
+  LeafEdges leaf_edges, other_leaf_edges;           ///< coarse ones, each in its owner's leaf
   struct NearFace {
     CollisionTriangle face;
     bool rims, test, hang_together;             ///< look for rims on it, test it, are its leaf and the vertex's neighbours

@@ -1,5 +1,6 @@
 #include "kerf/contact/leaf_boxes.h"
 
+#include <cfloat>
 #include <cmath>
 
 #ifdef __AVX__
@@ -66,6 +67,25 @@ unsigned not_side_by_side(const TreeBox& a, const TreeBox& a_directions, const B
   return zeros(may_be & (gap > least));
 }
 
+unsigned may_have_inner_feet(const SegmentBlock& block, const SegmentProbe& probe) {
+  Eight u[3], v[3], w[3], size = all_eight(0), other = all_eight(0), between = all_eight(0);
+  for (std::size_t k = 0; k < 3; ++k) {
+    u[k] = all_eight(probe.b.x[k] - probe.a.x[k]);
+    v[k] = block.b[k] - block.a[k];
+    w[k] = probe.a.x[k] - block.a[k];
+    size += absolute(u[k]), other += absolute(v[k]), between += absolute(w[k]);
+  }
+  const auto product = [](const Eight(&a)[3], const Eight(&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  const Eight uu = product(u, u), vv = product(v, v), uv = product(u, v), uw = product(u, w), vw = product(v, w);
+  const Eight det = uu * vv - uv * uv, s = uv * vw - vv * uw, t = uu * vw - uv * uw;
+  // Ends are rounded by a part of `slack`: with lengths of at most M, s and t change by 8 of that, det by 4, times M squared and one length.
+  const Eight all = size + other + between, error = all * all * (8 * probe.slack + (64 * FLT_EPSILON) * all);
+  const Eight slack_s = error * other, slack_t = error * size;
+  const EightBits outside = (s < -slack_s) | (s > det + slack_s) | (t < -slack_t) | (t > det + slack_t);
+  const EightBits joined = (block.from == probe.from) | (block.from == probe.to) | (block.to == probe.from) | (block.to == probe.to);
+  return zeros(outside | joined);
+}
+
 void LeafBoxes::clear(std::size_t nodes) {
   item.clear();
   box.clear();
@@ -85,6 +105,24 @@ void LeafBoxes::add(std::uint32_t begin, std::int32_t i, const TreeBox& b) {
   }
   item.push_back(i);
   box.push_back(b);
+}
+
+void LeafEdges::clear(std::size_t nodes) {
+  LeafBoxes::clear(nodes);
+  ends.clear();
+}
+
+void LeafEdges::set_last(const TreeCorner& a, const TreeCorner& b, std::int32_t from, std::int32_t to, bool rim, std::uint32_t n) {
+  const std::size_t lane = (item.size() - 1 - leaf[n].begin) % 8;
+  if (lane == 0) ends.emplace_back();
+  SegmentBlock& it = ends.back();
+  for (std::size_t k = 0; k < 3; ++k) {
+    it.a[k][lane] = a.x[k];
+    it.b[k][lane] = b.x[k];
+  }
+  it.from[lane] = from;
+  it.to[lane] = to;
+  if (rim) it.rims |= 1u << lane;
 }
 
 }  // namespace kerf

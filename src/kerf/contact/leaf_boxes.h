@@ -22,6 +22,21 @@ unsigned near_box(const BoxBlock& block, const TreeBox& box, float reach);
 /// Bit i: side_by_side() does not hold for `a` and box i, whose directions are in `directions`.
 unsigned not_side_by_side(const TreeBox& a, const TreeBox& a_directions, const BoxBlock& block, const TreeBox& directions, float limit);
 
+/// The edges in eight boxes.
+struct SegmentBlock {
+  Eight a[3], b[3];    ///< ends, m
+  EightBits from, to;  ///< their vertices
+  unsigned rims = 0;   ///< bit i: edge i was made by a cut
+};
+/// An edge that blocks are asked about.
+struct SegmentProbe {
+  TreeCorner a, b;
+  std::int32_t from = -1, to = -1;  ///< what has one of these vertices as well is left out; -1: nothing is
+  float slack = 0;                  ///< TreeBoxes::slack of both sides
+};
+/// Bit i: the edge may be nearest to edge i inside of both, as inner_feet() has it.
+unsigned may_have_inner_feet(const SegmentBlock& block, const SegmentProbe& probe);
+
 struct LeafBoxes {
   struct Range {
     std::uint32_t begin = 0, end = 0, block = 0;  ///< items of a leaf, and its first block
@@ -42,16 +57,23 @@ struct LeafBoxes {
     fill([&](std::int32_t i, const TreeBox& b) { add(leaf[n].begin, i, b); });
     leaf[n].end = static_cast<std::uint32_t>(item.size());
   }
-  /// Calls visit(position in `item`) for all items of a leaf whose bit select(block) sets, in order.
+  /// Calls visit(position in `item`) for all items of a leaf whose bit select(number of a block) sets, in order.
   template <class Select, class Visit>
   void for_each(std::uint32_t n, Select&& select, Visit&& visit) const {
     const Range& range = leaf[n];
     for (std::uint32_t at = range.begin, b = range.block; at < range.end; at += 8, ++b)
-      for (unsigned bits = select(block[b]); bits != 0; bits &= bits - 1) visit(at + static_cast<std::uint32_t>(std::countr_zero(bits)));
+      for (unsigned bits = select(b); bits != 0; bits &= bits - 1) visit(at + static_cast<std::uint32_t>(std::countr_zero(bits)));
   }
 
  private:
   void add(std::uint32_t begin, std::int32_t i, const TreeBox& b);
+};
+struct LeafEdges : LeafBoxes {
+  std::vector<SegmentBlock> ends;  ///< per block
+
+  void clear(std::size_t nodes);
+  /// Says what the edge that was added last is.
+  void set_last(const TreeCorner& a, const TreeCorner& b, std::int32_t from, std::int32_t to, bool rim, std::uint32_t n);
 };
 
 }  // namespace kerf

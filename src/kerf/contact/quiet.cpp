@@ -21,7 +21,7 @@ constexpr std::uint8_t kMostPatience = 15;
 constexpr std::size_t kSettleAtOnce = 16;
 /// Of every pair of leaves, so many vertices and edges are found out about in one call, in the mean: where the body begins to move, what is known of
 /// all of it runs out at once.
-constexpr std::size_t kBudget = 2;
+constexpr std::size_t kBudget = 1;
 /// Calls that a pair of leaves is followed after it was near for the last time.
 constexpr std::uint32_t kFollow = 64;
 

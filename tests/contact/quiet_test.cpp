@@ -115,6 +115,37 @@ TEST(Quiet, FindsTheSameContactsAsAWorkspaceThatKnowsNothing) {
   }
 }
 
+/// Cuts that are made one after the other with pauses of all lengths, so that leaves change, settle and change again, while the body bends and
+/// opens: what is known of one side of a pair must not outlive a change of the other.
+TEST(Quiet, FindsTheSameContactsWhileCutsAreMade) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const double radius = 0.03;
+    MovingBody body(9, radius);
+    Random random(seed);
+    int next = 0, cuts = 0;
+    double bend = 0;
+    for (int i = 0; i < 150; ++i) {
+      if (i == next) {
+        const Vec3 at{random.uniform(0.3, 0.7), random.uniform(0.2, 0.8), 0};
+        const double angle = random.uniform(0, 6.28), length = random.uniform(0.02, 0.3);
+        body.make_cut({at, at + length * Vec3{std::cos(angle), std::sin(angle), 0}});
+        next = i + 1 + static_cast<int>(random.uniform(0, ++cuts % 3 == 0 ? 20 : 4));
+      }
+      bend = 0.95 * bend + 0.05 * random.uniform(-3, 3);
+      body.place([&](Vec3 p, int side) {
+        Vec3 x = p + Vec3{0, 0, side * radius * std::sin(0.05 * i) * std::max(0.0, 0.6 - p.y)};
+        const double a = bend * (x.x - 0.5), height = x.z;
+        if (std::fabs(bend) > 1e-3) x = Vec3{0.5 + std::sin(a) / bend - height * std::sin(a), x.y, (1 - std::cos(a)) / bend + height * std::cos(a)};
+        return x;
+      });
+      body.detect_twice();
+      if (testing::Test::HasFatalFailure()) FAIL() << "seed " << seed << ", call " << i;
+    }
+    EXPECT_GT(body.most, 10u) << seed;
+    EXPECT_GT(cuts, 15) << seed;
+  }
+}
+
 /// A coil that winds up until its layers touch, without any cut.
 TEST(Quiet, SeesACoilClose) {
   for (const double radius : {0.01, 0.03}) {

@@ -104,6 +104,7 @@ TEST(LeafBoxes, KeepEveryEdgeThatHasInnerFeet) {
       SegmentFeet feet;
       const bool has = inner_feet(p, q, edges[static_cast<std::size_t>(i)][0], edges[static_cast<std::size_t>(i)][1], feet), keeps = (bits >> i & 1) != 0;
       ASSERT_TRUE(keeps || !has) << round << " " << i;
+      if (round % 3 == 0 || size < 0.03 || i < 5) continue;
       ++all, kept += keeps ? 1 : 0, with_feet += has ? 1 : 0;
     }
     SegmentProbe end = probe;
@@ -111,8 +112,9 @@ TEST(LeafBoxes, KeepEveryEdgeThatHasInnerFeet) {
     EXPECT_EQ(may_have_inner_feet(list.ends[0], end) & 0b00110000u, 0u);  // edges 4 (from 4 to 5) and 5 (from 5 to 6)
     EXPECT_EQ(may_have_inner_feet(list.ends[0], end) | 0b00110000u, bits | 0b00110000u);
   }
+  // And where rounding is small hardly any other.
   EXPECT_GT(with_feet, all / 50);
-  EXPECT_LT(kept, all / 2);
+  EXPECT_LT(static_cast<double>(kept), 1.1 * static_cast<double>(with_feet)) << all;
 }
 
 }  // namespace

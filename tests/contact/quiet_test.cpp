@@ -122,6 +122,7 @@ TEST(Quiet, FindsTheSameContactsWhileCutsAreMade) {
     const double radius = 0.03;
     MovingBody body(9, radius);
     Random random(seed);
+    body.make_cut({{0.47, -0.1, 0}, {0.52, 0.3, 0}, {0.48, 0.62, 0}});
     int next = 0, cuts = 0;
     double bend = 0;
     for (int i = 0; i < 150; ++i) {
@@ -133,7 +134,7 @@ TEST(Quiet, FindsTheSameContactsWhileCutsAreMade) {
       }
       bend = 0.95 * bend + 0.05 * random.uniform(-3, 3);
       body.place([&](Vec3 p, int side) {
-        Vec3 x = p + Vec3{0, 0, side * radius * std::sin(0.05 * i) * std::max(0.0, 0.6 - p.y)};
+        Vec3 x = p + (side * 3 * radius * std::max(0.0, 0.62 - p.y)) * Vec3{std::sin(0.11 * i), 0, std::sin(0.07 * i)};
         const double a = bend * (x.x - 0.5), height = x.z;
         if (std::fabs(bend) > 1e-3) x = Vec3{0.5 + std::sin(a) / bend - height * std::sin(a), x.y, (1 - std::cos(a)) / bend + height * std::cos(a)};
         return x;

@@ -18,9 +18,12 @@ using F = CollisionTriangle;
 
 constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is flat for our purpose
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
+constexpr double kFlat = 0.1;           // cosine between a way and the blade's motion: the way lies along the blade
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
+constexpr double kSlitEnd = 1.5 * std::numbers::pi;  // rad; a border vertex with more material around it is where a slit ends
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
+constexpr double kKnownWay = 0.25;      // minimum features; a move that is shorter does not say where the blade came from
 constexpr double kSlack = 2;            // minimum features behind the blade's last pose that still count as swept
 constexpr double kOffPlane = 1e-6;      // mean edges: a point so near to a face's plane lies in it
 constexpr double kRounding = 1e-8;      // of coordinates, of mean edges
@@ -57,6 +60,7 @@ class Sweep {
     const std::size_t old_fronts = stroke_.fronts.size();
     bool crossed = false;
     for (std::size_t i = 0; i < old_fronts; ++i) {
+      if (met_along(at(stroke_.fronts[i]))) continue;
       const Followed way = follow(stroke_.fronts[i], stroke_.ways[i]);
       crossed |= way.moved;
       // The blade leaves the material from where it was: what was provisional there is cut for good.
@@ -183,12 +187,17 @@ class Sweep {
     for (std::size_t round = 0; round < limit; ++round) {
       const auto plane = TrackPlane::make(at(tip), to_);
       // The blade is here. A front that has just begun may stand at a corner beside the blade's track.
-      const bool fresh = !moved && norm(way_on) > 0;
+      const bool fresh = !moved && norm(way_on) > 0 && !is_flat(at(tip), way_on);
       if (!plane || plane->progress(at(tip)) > (fresh ? -kBeside : -0.5) * feature_) return stay({}, moved);
       if (!moved && goes_back(tip)) return stay({}, false, true);
-      auto way = leave_vertex(tip, *plane, moved ? Vec3{} : way_on);
+      const Vec3 onwards = norm(way_on) > 0 ? way_on : away_from_slit(tip);
+      auto way = leave_vertex(tip, *plane, moved ? Vec3{} : way_on, onwards);
       if (!way && joined && !moved) return {false, true};  // another front has come to meet this one
-      if (!way) way = leave_beside(tip, *plane, way_on);
+      if (!way) {
+        const auto strip = strip_plane(tip, *plane);
+        if (strip) way = leave_beside(tip, *strip, onwards);
+        if (!way) way = leave_beside(tip, *plane, onwards);
+      }
       if (!way) {  // no material ahead: out over the rim, or into an open slit
         const auto again = enter_next_lip(tip, *plane);
         if (!again) return {moved, true};
@@ -215,20 +224,34 @@ class Sweep {
     return {moved, true};
   }
 
+  struct Slit {
+    double angle = 0;  // of the material around the vertex
+    Vec3 lips;         // the sum of the directions of its borders
+  };
+  Slit slit_at(V tip) const {
+    Slit slit;
+    mesh().for_each_outgoing(tip, [&](H h) {
+      const Vec3 a = normalized(at(mesh().to(h)) - at(tip)), b = normalized(at(mesh().apex(h)) - at(tip));
+      slit.angle += std::acos(std::clamp(dot(a, b), -1.0, 1.0));
+      if (mesh().is_border(h)) slit.lips += a;
+      if (mesh().is_border(CollisionMesh::prev(h))) slit.lips += b;
+      return true;
+    });
+    return slit;
+  }
+
+  /// Where a slit that ends here leads on; zero if none does.
+  Vec3 away_from_slit(V tip) const {
+    const Slit slit = slit_at(tip);
+    return slit.angle > kSlitEnd ? -1.0 * slit.lips : Vec3{};
+  }
+
   /// The tip is the end of a slit, and the blade is somewhere back between its lips.
   bool goes_back(V tip) const {
     const auto plane = TrackPlane::make(at(tip), to_);
     if (!plane) return false;
-    double angle = 0;
-    Vec3 lips;
-    mesh().for_each_outgoing(tip, [&](H h) {
-      const Vec3 a = normalized(at(mesh().to(h)) - at(tip)), b = normalized(at(mesh().apex(h)) - at(tip));
-      angle += std::acos(std::clamp(dot(a, b), -1.0, 1.0));
-      if (mesh().is_border(h)) lips += a;
-      if (mesh().is_border(CollisionMesh::prev(h))) lips += b;
-      return true;
-    });
-    return angle > 1.5 * std::numbers::pi && dot(lips, plane->motion) > kBack * norm(lips);
+    const auto [angle, lips] = slit_at(tip);
+    return angle > kSlitEnd && dot(lips, plane->motion) > kBack * norm(lips);
   }
 
   struct Way {
@@ -257,11 +280,13 @@ class Sweep {
   }
 
   /// The face of the tip's fan that the track runs through ahead, and where it leaves it.
-  std::optional<Way> leave_vertex(V tip, const TrackPlane& plane, Vec3 way_on) const {
+  /// It leads first where `way_on` says (or zero), and where it lies along the blade not back from `onwards`.
+  std::optional<Way> leave_vertex(V tip, const TrackPlane& plane, Vec3 way_on, Vec3 onwards) const {
     std::optional<Way> best;
     double best_progress = kLeastProgress;
     for_each_way(tip, plane, [&](H h, double f, Vec3 p, Vec3 direction) {
       const double progress = dot(direction, plane.motion);
+      if (progress < kFlat && dot(direction, onwards) < 0) return;
       if (progress <= best_progress || (norm(way_on) > 0 && dot(direction, way_on) < kSideways)) return;
       best_progress = progress;
       best = way_to(tip, plane, h, f, p);
@@ -269,16 +294,38 @@ class Sweep {
     return best;
   }
 
+  /// What the edge itself moves by where it passes a point.
+  Vec3 edge_motion(Vec3 p) const {
+    const Vec3 along = to_.tip - to_.base;
+    const double squared = dot(along, along), depth = std::clamp(dot(p - to_.base, along) / squared, 0.0, 1.0);
+    const Vec3 motion = lerp(to_.base - stroke_.edge.base, to_.tip - stroke_.edge.tip, depth);
+    return motion - (dot(motion, along) / squared) * along;
+  }
+  /// A way along the blade.
+  bool is_flat(Vec3 where, Vec3 way) const {
+    const Vec3 motion = edge_motion(where);
+    return std::abs(dot(way, motion)) < kFlat * norm(way) * norm(motion);
+  }
+  /// The plane in which the blade has passed the tip in this move, if the tip lies beside it only because cuts snap. A track along
+  /// the blade would never come back to it by itself.
+  std::optional<TrackPlane> strip_plane(V tip, const TrackPlane& plane) const {
+    const Vec3 motion = edge_motion(at(tip));
+    if (norm(motion) < kKnownWay * feature_ || norm(motion) + kSlack * feature_ < -plane.progress(at(tip))) return std::nullopt;
+    auto strip = TrackPlane::make(to_.base + plane.along_blade(at(tip)) * plane.along - motion, to_);
+    if (!strip || std::abs(dot(at(tip) - to_.base, normalized(cross(strip->along, strip->motion)))) > kBeside * feature_) return std::nullopt;
+    return strip;
+  }
+
   /// Where no way leads ahead: one along the blade, or down on the other side of a ridge, through what the blade has passed in this move.
   /// `way_on`: the direction so far; without one it is towards the middle of the blade.
   std::optional<Way> leave_beside(V tip, const TrackPlane& plane, Vec3 way_on) const {
     std::optional<Way> best;
     double best_cosine = 0;
-    if (passing(plane, at(tip)).time < 0) return best;
+    const bool passed_before = passing(plane, at(tip)).time < 0;
     if (!(norm(way_on) > 0)) way_on = (plane.along_blade(at(tip)) < 0.5 ? 1 : -1) * plane.along;
     for_each_way(tip, plane, [&](H h, double f, Vec3 p, Vec3 direction) {
       const double cosine = dot(direction, way_on) / norm(way_on);
-      if (cosine <= best_cosine) return;
+      if (cosine <= best_cosine || (passed_before && std::abs(dot(direction, plane.motion)) > kFlat)) return;
       // A lip is no way.
       if ((f < kAlongLip && mesh().is_border(h)) || (f > 1 - kAlongLip && mesh().is_border(CollisionMesh::prev(h)))) return;
       best_cosine = cosine;
@@ -310,7 +357,7 @@ class Sweep {
     }
     const auto cut_up_to = [&](double part) {
       const Passing there = passing(plane, lerp(p0, p, part));
-      return there.in_blade() && (there.time >= 0 || dot(p - p0, plane.motion) >= kLeastProgress * norm(p - p0));
+      return there.in_blade() && (there.time >= 0 || dot(p - p0, plane.motion) >= -kFlat * norm(p - p0));
     };
     if (!cut_up_to(u)) {
       double least = 0, most = u;  // the blade's end leaves the material on the way
@@ -396,7 +443,16 @@ class Sweep {
     for (std::size_t i = 0; i < std::min(old_fronts, stroke_.fronts.size()); ++i)
       if (norm(at(stroke_.fronts[i]) - p) < feature_) return true;
     return std::any_of(visited_.begin(), visited_.end(),
-                       [&](const std::array<Vec3, 2>& bit) { return distance_to_segment(p, bit[0], bit[1]) < kSameTrack * feature_; });
+                       [&](const std::array<Vec3, 2>& bit) { return distance_to_segment(p, bit[0], bit[1]) < kSameTrack * feature_; }) ||
+           met_along(p);
+  }
+
+  /// A front that has gone along the blade in this move has come by, beside this point only because cuts snap.
+  bool met_along(Vec3 p) const {
+    const double near = kBeside * feature_;
+    return std::any_of(visited_.begin(), visited_.end(), [&](const std::array<Vec3, 2>& bit) {
+      return norm(p - bit[0]) > near && distance_to_segment(p, bit[0], bit[1]) < near && is_flat(p, bit[1] - bit[0]);
+    });
   }
 
   /// An entry was found before other fronts cut; find its place on the mesh as it is now.

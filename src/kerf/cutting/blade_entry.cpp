@@ -121,11 +121,12 @@ class EntrySearch {
         const auto other = way_into(mesh().twin[h], along, motion);
         if (!other) continue;
         e.ways[1] = *other;
+        const double steeper = std::max(progress, dot(*other, motion));
         progress = std::min(progress, dot(*other, motion));
         if (!(progress > kLeastRise * norm(motion))) continue;
-        if (!move_.through) {  // the first layer from the base
-          if (dot(e.ways[1] - e.ways[0], along) < 0) e.ways[0] = e.ways[1];
-          e.ways[1] = {};
+        if (!move_.through) {  // the first layer from the base; a sheet that the blade lies along is one layer
+          if (dot(e.ways[1] - e.ways[0], along) < 0) std::swap(e.ways[0], e.ways[1]);
+          if (steeper > kFlat * norm(motion)) e.ways[1] = {};
         }
       }
       e.point.face = mesh().face(h);

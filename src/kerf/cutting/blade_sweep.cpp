@@ -18,7 +18,6 @@ using F = CollisionTriangle;
 
 constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is flat for our purpose
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
-constexpr double kFlat = 0.1;           // cosine between a way and the blade's motion: the way lies along the blade
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
 constexpr double kSlitEnd = 1.5 * std::numbers::pi;  // rad; a border vertex with more material around it is where a slit ends
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
@@ -61,7 +60,7 @@ class Sweep {
     bool crossed = false;
     for (std::size_t i = 0; i < old_fronts; ++i) {
       if (met_along(at(stroke_.fronts[i]))) continue;
-      const Followed way = follow(stroke_.fronts[i], stroke_.ways[i]);
+      const Followed way = follow(stroke_.fronts[i], stroke_.ways[i], first_layer_is_led());
       crossed |= way.moved;
       // The blade leaves the material from where it was: what was provisional there is cut for good.
       if (way.lost && !way.moved && redone_ && i < stroke_.last_bits.size() && stroke_.last_bits[i].face.valid() &&
@@ -75,7 +74,7 @@ class Sweep {
       const auto start = start_here(*located);
       if (!start) continue;
       crossed = true;
-      for (int k = 0; k == 0 || (k < 2 && norm(e.ways[1]) > 0); ++k) (void)follow(*start, e.ways[static_cast<std::size_t>(k)]);
+      for (int k = 0; k == 0 || (k < 2 && norm(e.ways[1]) > 0); ++k) (void)follow(*start, e.ways[static_cast<std::size_t>(k)], k > 0 && !stroke_.through);
       if (!stroke_.through) break;
     }
     if (crossed) report_.changed = true;
@@ -122,6 +121,11 @@ class Sweep {
   void drop_waiting() {
     if (std::none_of(fronts_.begin(), fronts_.end(), [](const Front& f) { return f.goes_on; })) return;
     std::erase_if(fronts_, [](const Front& f) { return f.waits; });
+  }
+
+  /// A front of the only layer that is to be cut goes on: what others cut is that layer too as long as it lies along the blade.
+  bool first_layer_is_led() const {
+    return !stroke_.through && std::any_of(fronts_.begin(), fronts_.end(), [](const Front& f) { return !f.waits; });
   }
 
   void commit() {
@@ -174,7 +178,8 @@ class Sweep {
   };
   /// Walks one front towards the blade's new edge over as many triangles as it takes; `way`: where to first (or zero). Notes the front,
   /// if it is still in the material, and its last bit inside a face (or none).
-  Followed follow(V tip, Vec3 way_on) {
+  /// `flat_only`: no farther than it lies along the blade.
+  Followed follow(V tip, Vec3 way_on, bool flat_only) {
     const auto stay = [&](const FacePoint& last_bit, bool moved, bool waits = false) {
       fronts_.push_back({tip, moved ? Vec3{} : way_on, last_bit, moved || last_bit.face.valid(), waits});
       visited_.push_back({at(tip), last_bit.face.valid() ? place(last_bit) : at(tip)});
@@ -206,6 +211,7 @@ class Sweep {
         continue;
       }
       if (way->missed) return {moved, true};  // the blade's edge no longer reaches the surface
+      if (flat_only && !is_flat(at(tip), place(way->target) - at(tip))) return {moved, true};
       if (way->inside) return stay(way->target, moved);
       const Vec3 before = at(tip);
       const auto step = advance(tip, way->target);

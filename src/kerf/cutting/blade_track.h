@@ -10,6 +10,7 @@
 namespace kerf {
 
 inline constexpr double kLeastProgress = 0.02; // cosine to the blade's motion below which a direction does not lead on
+inline constexpr double kFlat = 0.1;           // the same, below which a direction lies along the blade
 inline constexpr double kOnTheLine = 1e-12;    // of coordinates: nearer to the blade's line, rounding would say which way it moves
 inline constexpr double kShort = 1e-4;          // of the way to the blade's base: so near, the direction is made upright again
 inline constexpr double kLengthSlack = 1e-9;   // of the edge's length: the ends of a blade belong to it

@@ -198,10 +198,12 @@ class Sweep {
       const Vec3 onwards = norm(way_on) > 0 ? way_on : away_from_slit(tip);
       auto way = leave_vertex(tip, *plane, moved ? Vec3{} : way_on, onwards);
       if (!way && joined && !moved) return {false, true};  // another front has come to meet this one
-      if (!way) {
+      // A stab at the end of a blade may lead out beyond that end, or in.
+      if (!way || (way->missed && !(norm(onwards) > 0))) {
         const auto strip = strip_plane(tip, *plane);
-        if (strip) way = leave_beside(tip, *strip, onwards);
-        if (!way) way = leave_beside(tip, *plane, onwards);
+        auto beside = strip ? leave_beside(tip, *strip, onwards) : std::nullopt;
+        if (!beside) beside = leave_beside(tip, *plane, onwards);
+        if (beside && !(way && beside->missed)) way = beside;
       }
       if (!way) {  // no material ahead: out over the rim, or into an open slit
         const auto again = enter_next_lip(tip, *plane);

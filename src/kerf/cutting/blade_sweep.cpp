@@ -59,7 +59,7 @@ class Sweep {
     const std::size_t old_fronts = stroke_.fronts.size();
     bool crossed = false;
     for (std::size_t i = 0; i < old_fronts; ++i) {
-      if (met_along(at(stroke_.fronts[i]))) continue;
+      if (met_along(at(stroke_.fronts[i]), true)) continue;
       const Followed way = follow(stroke_.fronts[i], stroke_.ways[i], first_layer_is_led());
       crossed |= way.moved;
       // The blade leaves the material from where it was: what was provisional there is cut for good.
@@ -190,9 +190,12 @@ class Sweep {
     std::vector<V> been{mesh().ancestor[tip]};
     const std::size_t limit = 100 + 4 * mesh().face_count();
     for (std::size_t round = 0; round < limit; ++round) {
-      const auto plane = TrackPlane::make(at(tip), to_);
-      // The blade is here. A front that has just begun may stand at a corner beside the blade's track.
-      const bool fresh = !moved && norm(way_on) > 0 && !is_flat(at(tip), way_on);
+      auto plane = TrackPlane::make(at(tip), to_);
+      // A front that has just begun may stand at a corner beside the blade's track.
+      bool fresh = !moved && norm(way_on) > 0;
+      if (fresh && plane && is_flat(at(tip), way_on))
+        if (const auto strip = strip_plane(tip, *plane)) plane = strip, fresh = false;
+      // The blade is here.
       if (!plane || plane->progress(at(tip)) > (fresh ? -kBeside : -0.5) * feature_) return stay({}, moved);
       if (!moved && goes_back(tip)) return stay({}, false, true);
       const Vec3 onwards = norm(way_on) > 0 ? way_on : away_from_slit(tip);
@@ -401,6 +404,7 @@ class Sweep {
         if (!hit) continue;
         if (hit->progress < start - 1e-9 * target_.complex.mean_root_edge || hit->progress > 0) continue;
         if (found.valid() && hit->progress >= found_progress) continue;
+        if (met_along(lerp(at(va), at(vb), hit->fraction), false)) continue;
         found = h;
         found_progress = hit->progress;
         found_f = hit->fraction;
@@ -452,14 +456,15 @@ class Sweep {
       if (norm(at(stroke_.fronts[i]) - p) < feature_) return true;
     return std::any_of(visited_.begin(), visited_.end(),
                        [&](const std::array<Vec3, 2>& bit) { return distance_to_segment(p, bit[0], bit[1]) < kSameTrack * feature_; }) ||
-           met_along(p);
+           met_along(p, false);
   }
 
-  /// A front that has gone along the blade in this move has come by, beside this point only because cuts snap.
-  bool met_along(Vec3 p) const {
+  /// A front that has gone along the blade in this move has come by, beside this point only because cuts snap. `from_elsewhere`: it did not
+  /// begin here.
+  bool met_along(Vec3 p, bool from_elsewhere) const {
     const double near = kBeside * feature_;
     return std::any_of(visited_.begin(), visited_.end(), [&](const std::array<Vec3, 2>& bit) {
-      return norm(p - bit[0]) > near && distance_to_segment(p, bit[0], bit[1]) < near && is_flat(p, bit[1] - bit[0]);
+      return distance_to_segment(p, bit[0], bit[1]) < near && !(from_elsewhere && norm(p - bit[0]) < near) && is_flat(p, bit[1] - bit[0]);
     });
   }
 

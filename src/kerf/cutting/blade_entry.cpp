@@ -109,8 +109,8 @@ class EntrySearch {
       Vec3 motion = lerp(to.base - from.base, to.tip - from.tip, e.depth);
       motion -= (dot(motion, along) / along_squared) * along;
       const Vec3 across = cross(along, motion);
-      if (is_lip(h) && std::abs(dot(b - a, across)) < kAcrossLip * norm(b - a) * norm(across)) continue;
-      if (is_lip(h) && near_front(e.position)) continue;
+      if (is_lip(mesh(), h) && std::abs(dot(b - a, across)) < kAcrossLip * norm(b - a) * norm(across)) continue;
+      if (is_lip(mesh(), h) && near_front(e.position)) continue;
       const auto way = way_into(h, along, motion);
       if (!way) continue;
       e.ways[0] = *way;
@@ -196,11 +196,6 @@ class EntrySearch {
     const double near = kNearFront * move_.complex.mean_root_edge;
     return std::any_of(move_.ends.begin(), move_.ends.end(), [&](Vec3 end) { return norm(end - x) < near; });
   }
-  /// Not an edge of the rim.
-  bool is_lip(H h) const {
-    return mesh().is_border(h) && (mesh().wall[h].valid() || !mesh().on_rim(mesh().from(h)) || !mesh().on_rim(mesh().to(h)));
-  }
-
   static bool pierce(F face, const Vec3 p[3], Vec3 from, Vec3 to, double& t, FacePoint& point) {
     Vec3 bary;
     if (!segment_triangle(from, to, p[0], p[1], p[2], t, bary)) return false;
@@ -215,6 +210,10 @@ class EntrySearch {
 };
 
 }  // namespace
+
+bool is_lip(const CollisionMesh& mesh, CollisionHalfEdge h) {
+  return mesh.is_border(h) && (mesh.wall[h].valid() || !mesh.on_rim(mesh.from(h)) || !mesh.on_rim(mesh.to(h)));
+}
 
 std::vector<BladeEntry> find_blade_entries(const BladeMove& move) { return EntrySearch(move).run(); }
 

@@ -33,6 +33,9 @@ struct BladeMove {
   std::span<const Vec3> ends;               ///< where they were at the last pose
 };
 
+/// A border made by a cut, not an edge of the rim.
+bool is_lip(const CollisionMesh& mesh, CollisionHalfEdge h);
+
 /// Everything the blade runs into during a move, first things first. Cost: what its strip comes near.
 std::vector<BladeEntry> find_blade_entries(const BladeMove& move);
 

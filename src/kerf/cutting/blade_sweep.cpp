@@ -198,11 +198,13 @@ class Sweep {
       // The blade is here.
       if (!plane || plane->progress(at(tip)) > (fresh ? -kBeside : -0.5) * feature_) return stay({}, moved);
       if (!moved && goes_back(tip)) return stay({}, false, true);
-      const Vec3 onwards = norm(way_on) > 0 ? way_on : away_from_slit(tip);
-      auto way = leave_vertex(tip, *plane, moved ? Vec3{} : way_on, onwards);
+      const Slit slit = norm(way_on) > 0 ? Slit{} : slit_at(tip);
+      const Vec3 onwards = slit.ends() ? -1.0 * slit.lips : way_on;
+      const bool out = slit.ran_out();
+      auto way = leave_vertex(tip, *plane, moved ? Vec3{} : way_on, onwards, out);
       if (!way && joined && !moved) return {false, true};  // another front has come to meet this one
       // A stab at the end of a blade may lead out beyond that end, or in.
-      if (!way || (way->missed && !(norm(onwards) > 0))) {
+      if (!out && (!way || (way->missed && !(norm(onwards) > 0)))) {
         const auto strip = strip_plane(tip, *plane);
         auto beside = strip ? leave_beside(tip, *strip, onwards) : std::nullopt;
         if (!beside) beside = leave_beside(tip, *plane, onwards);
@@ -238,6 +240,9 @@ class Sweep {
   struct Slit {
     double angle = 0;  // of the material around the vertex
     Vec3 lips;         // the sum of the directions of its borders
+    bool cut = false;  // one of them was made by a cut
+    [[nodiscard]] bool ends() const { return cut && angle > kSlitEnd; }
+    [[nodiscard]] bool ran_out() const { return cut && angle <= kSlitEnd; }
   };
   Slit slit_at(V tip) const {
     Slit slit;
@@ -246,23 +251,18 @@ class Sweep {
       slit.angle += std::acos(std::clamp(dot(a, b), -1.0, 1.0));
       if (mesh().is_border(h)) slit.lips += a;
       if (mesh().is_border(CollisionMesh::prev(h))) slit.lips += b;
+      slit.cut = slit.cut || is_lip(mesh(), h) || is_lip(mesh(), CollisionMesh::prev(h));
       return true;
     });
     return slit;
-  }
-
-  /// Where a slit that ends here leads on; zero if none does.
-  Vec3 away_from_slit(V tip) const {
-    const Slit slit = slit_at(tip);
-    return slit.angle > kSlitEnd ? -1.0 * slit.lips : Vec3{};
   }
 
   /// The tip is the end of a slit, and the blade is somewhere back between its lips.
   bool goes_back(V tip) const {
     const auto plane = TrackPlane::make(at(tip), to_);
     if (!plane) return false;
-    const auto [angle, lips] = slit_at(tip);
-    return angle > kSlitEnd && dot(lips, plane->motion) > kBack * norm(lips);
+    const Slit slit = slit_at(tip);
+    return slit.angle > kSlitEnd && dot(slit.lips, plane->motion) > kBack * norm(slit.lips);
   }
 
   struct Way {
@@ -291,13 +291,13 @@ class Sweep {
   }
 
   /// The face of the tip's fan that the track runs through ahead, and where it leaves it.
-  /// It leads first where `way_on` says (or zero), and where it lies along the blade not back from `onwards`.
-  std::optional<Way> leave_vertex(V tip, const TrackPlane& plane, Vec3 way_on, Vec3 onwards) const {
+  /// It leads first where `way_on` says (or zero), and where it lies along the blade not back from `onwards`, nor anywhere from where a cut ran `out`.
+  std::optional<Way> leave_vertex(V tip, const TrackPlane& plane, Vec3 way_on, Vec3 onwards, bool out) const {
     std::optional<Way> best;
     double best_progress = kLeastProgress;
     for_each_way(tip, plane, [&](H h, double f, Vec3 p, Vec3 direction) {
       const double progress = dot(direction, plane.motion);
-      if (progress < kFlat && dot(direction, onwards) < 0) return;
+      if (progress < kFlat && (out || dot(direction, onwards) < 0)) return;
       if (progress <= best_progress || (norm(way_on) > 0 && dot(direction, way_on) < kSideways)) return;
       best_progress = progress;
       best = way_to(tip, plane, h, f, p);

@@ -191,22 +191,22 @@ class Sweep {
     const std::size_t limit = 100 + 4 * mesh().face_count();
     for (std::size_t round = 0; round < limit; ++round) {
       auto plane = TrackPlane::make(at(tip), to_);
+      const Slit slit = norm(way_on) > 0 ? Slit{} : slit_at(tip);
       // A front that has just begun may stand at a corner beside the blade's track.
       bool fresh = !moved && norm(way_on) > 0;
-      if (fresh && plane && is_flat(at(tip), way_on))
-        if (const auto strip = strip_plane(tip, *plane)) plane = strip, fresh = false;
+      if (plane && (fresh ? is_flat(at(tip), way_on) : !moved && !slit.cut && norm(flat_normal(tip)) > 0))
+        if (const auto side = side_plane(tip, *plane)) plane = side, fresh = false;
       // The blade is here.
       if (!plane || plane->progress(at(tip)) > (fresh ? -kBeside : -0.5) * feature_) return stay({}, moved);
       if (!moved && goes_back(tip)) return stay({}, false, true);
-      const Slit slit = norm(way_on) > 0 ? Slit{} : slit_at(tip);
       const Vec3 onwards = slit.ends() ? -1.0 * slit.lips : way_on;
       const bool out = slit.ran_out();
       auto way = leave_vertex(tip, *plane, moved ? Vec3{} : way_on, onwards, out);
       if (!way && joined && !moved) return {false, true};  // another front has come to meet this one
       // A stab at the end of a blade may lead out beyond that end, or in.
       if (!out && (!way || (way->missed && !(norm(onwards) > 0)))) {
-        const auto strip = strip_plane(tip, *plane);
-        auto beside = strip ? leave_beside(tip, *strip, onwards) : std::nullopt;
+        const auto side = side_plane(tip, *plane);
+        auto beside = side ? leave_beside(tip, *side, onwards) : std::nullopt;
         if (!beside) beside = leave_beside(tip, *plane, onwards);
         if (beside && !(way && beside->missed)) way = beside;
       }
@@ -317,14 +317,39 @@ class Sweep {
     const Vec3 motion = edge_motion(where);
     return std::abs(dot(way, motion)) < kFlat * norm(way) * norm(motion);
   }
-  /// The plane in which the blade has passed the tip in this move, if the tip lies beside it only because cuts snap. A track along
-  /// the blade would never come back to it by itself.
-  std::optional<TrackPlane> strip_plane(V tip, const TrackPlane& plane) const {
+  /// Normal of the surface at a vertex, if the blade is parallel to all faces around; or zero.
+  Vec3 flat_normal(V tip) const {
+    const Vec3 along = normalized(to_.tip - to_.base);
+    Vec3 sum;
+    bool lies = true;
+    mesh().for_each_outgoing(tip, [&](H h) {
+      const Vec3 normal = cross(at(mesh().to(h)) - at(tip), at(mesh().apex(h)) - at(tip));
+      sum += normal;
+      lies = std::abs(dot(normal, along)) < kFlat * norm(normal);
+      return lies;
+    });
+    return lies ? sum : Vec3{};
+  }
+  /// The plane of a track along the blade. The one through the tip and the edge is worth nothing for that where the tip is near the edge, and would
+  /// never lead back to where the blade has passed. None where the blade does not lie along the surface.
+  std::optional<TrackPlane> side_plane(V tip, const TrackPlane& plane) const {
+    // The plane that the blade has swept in this move, if the tip lies beside it only because cuts snap.
     const Vec3 motion = edge_motion(at(tip));
-    if (norm(motion) < kKnownWay * feature_ || norm(motion) + kSlack * feature_ < -plane.progress(at(tip))) return std::nullopt;
-    auto strip = TrackPlane::make(to_.base + plane.along_blade(at(tip)) * plane.along - motion, to_);
-    if (!strip || std::abs(dot(at(tip) - to_.base, normalized(cross(strip->along, strip->motion)))) > kBeside * feature_) return std::nullopt;
-    return strip;
+    if (norm(motion) > kKnownWay * feature_ && norm(motion) + kSlack * feature_ > -plane.progress(at(tip))) {
+      auto strip = TrackPlane::make(to_.base + plane.along_blade(at(tip)) * plane.along - motion, to_);
+      if (strip && std::abs(dot(at(tip) - to_.base, normalized(cross(strip->along, strip->motion)))) < kBeside * feature_) return strip;
+    }
+    // Else upright on the surface.
+    const Vec3 along = normalized(plane.along);
+    Vec3 upright = flat_normal(tip);
+    upright -= dot(upright, along) * along;
+    if (!(norm(upright) > 0)) return std::nullopt;
+    TrackPlane side = plane;
+    side.motion = (dot(upright, plane.motion) > 0 ? 1 : -1) * normalized(upright);
+    side.a = at(tip);
+    side.b = at(tip) + plane.along;
+    side.c = at(tip) + norm(plane.along) * side.motion;
+    return side;
   }
 
   /// Where no way leads ahead: one along the blade, or down on the other side of a ridge, through what the blade has passed in this move.

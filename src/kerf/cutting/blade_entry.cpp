@@ -42,6 +42,7 @@ class EntrySearch {
         if (k == 2 && !move_.standing && in_a_slit(face, point)) continue;
         const double time = k == 2 ? 0 : t;
         entries.push_back({time, k == 2 ? t : k == 0 ? 1.0 : 0.0, point, lerp(tracks[k].first, tracks[k].second, t), k == 2, {}});
+        if (k == 2) entries.back().ways = ways_along(p, from);
       }
       for (int k = 0; k < 3; ++k) {
         const H h = CollisionMesh::corner(face, k);
@@ -135,6 +136,13 @@ class EntrySearch {
       e.point.weights[static_cast<std::size_t>((h.value + 1) % 3)] = f;
       entries.push_back(e);
     }
+  }
+  /// Along a blade that lies along a face: what it has gone through may lie to both sides. Zero for one that stands upright.
+  static std::array<Vec3, 2> ways_along(const Vec3 p[3], const BladeEdge& edge) {
+    const Vec3 normal = normalized(cross(p[1] - p[0], p[2] - p[0])), along = normalized(edge.tip - edge.base);
+    if (!(std::abs(dot(normal, along)) < kFlat)) return {};
+    const Vec3 way = normalized(along - dot(along, normal) * normal);
+    return {-1.0 * way, way};
   }
   /// Direction of the track from edge h into its face: where the face's plane meets the strip's.
   std::optional<Vec3> way_into(H h, Vec3 along, Vec3 motion) const {

@@ -124,7 +124,8 @@ class EntrySearch {
         e.ways[1] = *other;
         const double steeper = std::max(progress, dot(*other, motion));
         progress = std::min(progress, dot(*other, motion));
-        if (!(progress > kLeastRise * norm(motion))) continue;
+        // One of them may be level: the edge of the mesh is where a plateau ends.
+        if (!(progress > -kLeastRise * norm(motion) && steeper > kLeastRise * norm(motion))) continue;
         if (!move_.through) {  // the first layer from the base; a sheet that the blade lies along is one layer
           if (dot(e.ways[1] - e.ways[0], along) < 0) std::swap(e.ways[0], e.ways[1]);
           if (steeper > kFlat * norm(motion)) e.ways[1] = {};

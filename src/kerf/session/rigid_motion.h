@@ -38,6 +38,7 @@ struct ToolMotion {
   bool placed = false;   ///< base and tip hold the edge of the last step
   Vec3 base, tip;        ///< m, world
   Vec3 carried;          ///< m: what the material at its edge moved by in the last step
+  bool crossed = false;  ///< material has gone over its edge in the last step, from one side to the other
   Vec3 press;            ///< m: how far the edge that cuts has pressed into what has not given way
   double edge_force = 0, edge_length = 0;  ///< N, m: what the edge met in the last step, pressing
   bool jaw_pushes[2] = {false, false};     ///< which jaws met something

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "kerf/session/edge_crossing.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/spatial/triangle_queries.h"
 
@@ -26,6 +27,7 @@ constexpr double kPress = 0.02;         // mean collision edges that an edge goe
 constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is no farther into what is uncut does not cut on
 constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
+constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
 constexpr double kStableShare = 0.5;    // of a tool's own stiffness in a step: what an explicit force may add
 constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: what touches there touches the edge
 
@@ -177,7 +179,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     return {};
   }
   if (!motion.inside) {
-    bool enters = edge_in > 0 && (!scissors || closing);
+    bool enters = (edge_in > 0 || motion.crossed) && (!scissors || closing);
     if (scene.cut.resistance > 0 && !scissors)  // it presses until the material gives way
       enters = motion.edge_force > scene.cut.resistance * motion.edge_length && motion.edge_length > 0;
     if (!enters) return {};
@@ -223,6 +225,7 @@ void Session::Impl::carry_edges() {
     if (!is_blade(scene.tools[i])) continue;
     ToolMotion& motion = state.tools[i];
     motion.carried = {};
+    motion.crossed = false;
     const bool own = state.stroke && state.stroke->tool == static_cast<std::int32_t>(i);
     if (state.stroke && !own) continue;
     const CollisionMesh& mesh = state.body.complex.collision;
@@ -251,6 +254,13 @@ void Session::Impl::carry_edges() {
       });
     }
     if (places > 0) motion.carried = (1.0 / places) * sum;
+    // What went by in one step is in its thickness neither before nor after.
+    const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)}, before = own ? here : BladeEdge{motion.base, motion.tip};
+    if (places == 0 && motion.placed)
+      if (const auto over = motion_over_edge(mesh, before_mechanics, after, before, there, kCrossing * state.body.complex.mean_root_edge)) {
+        motion.carried = *over;
+        motion.crossed = true;
+      }
     if (own) state.stroke->blade.edge = state.stroke->blade.edge + motion.carried;
   }
 }

@@ -28,6 +28,7 @@ constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is
 constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
 constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
+constexpr double kTurnsWith = 0.4;       // of an edge's length: it turns with material that it lies in over more than that
 constexpr double kStableShare = 0.5;    // of a tool's own stiffness in a step: what an explicit force may add
 constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: what touches there touches the edge
 
@@ -83,6 +84,17 @@ class Thickness {
     return least;
   }
   [[nodiscard]] bool holds(Vec3 p, double extra) const { return clearance(p) <= extra; }
+  /// Is any of it in a blade, from its edge to its back?
+  [[nodiscard]] bool lies_within(const BladeEdge& edge, Vec3 back, double extra) const {
+    if (empty()) return false;
+    const double lines = std::clamp(std::ceil(norm(back) / std::max(thinnest_ + extra, 1e-300)), 1.0, static_cast<double>(kMostSamples));
+    bool any = false;
+    for (int line = 0; !any && line <= static_cast<int>(lines); ++line) {
+      const Vec3 aside = (line / lines) * back;
+      walk(edge.base + aside, edge.tip + aside, extra, [&](const Place&) { any = true; });
+    }
+    return any;
+  }
   /// Calls look(place) for places along a line that lie in the material, or no farther from it than `extra`, as near to each other as the
   /// material is thick; returns the length that they stand for. What is far from the material is passed over.
   template <class Look>
@@ -111,8 +123,36 @@ class Thickness {
   double thinnest_ = HUGE_VAL;  ///< m: the least of their greatest half thicknesses
 };
 
+/// Does a blade that moves so cut, forward or with its tip?
+bool leads(Vec3 way, const Mat3& axes, Vec3 forward) {
+  return std::max(dot(way, axes * forward), -dot(way, axes.c[2])) > kForward * norm(way);
+}
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
 BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
+
+/// How an edge goes along with the material at some places of it.
+struct CarriedEdge {
+  explicit CarriedEdge(const BladeEdge& edge) : edge(edge), along(edge.tip - edge.base), squared(dot(along, along)) {}
+  void add(Vec3 at, Vec3 motion) {
+    const double s = squared > 0 ? std::clamp(dot(at - edge.base, along) / squared, 0.0, 1.0) : 0;
+    least = std::min(least, s), most = std::max(most, s);
+    sum_s += s, sum_ss += s * s;
+    sum += motion, sum_sm += s * motion;
+    ++places;
+  }
+  [[nodiscard]] Vec3 mean() const { return (1.0 / places) * sum; }
+  /// Turned with the material too, if that is known along a large part of it.
+  [[nodiscard]] BladeEdge moved() const {
+    if (!(most - least > kTurnsWith)) return edge + mean();
+    const double n = places, spread = n * sum_ss - sum_s * sum_s;
+    const Vec3 slope = (1 / spread) * (n * sum_sm - sum_s * sum), at_base = (1 / n) * (sum - sum_s * slope);
+    return {edge.base + at_base, edge.tip + at_base + slope};
+  }
+  BladeEdge edge;
+  Vec3 along, sum, sum_sm;
+  double squared = 0, least = HUGE_VAL, most = -HUGE_VAL, sum_s = 0, sum_ss = 0;
+  int places = 0;
+};
 
 }  // namespace
 
@@ -168,18 +208,23 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     });
     if (line == 0) edge_in = in;
   }
+  // Material that went a long way in one step may lie between those lines.
+  if (motion.inside && !blade_in && material.lies_within(now, back, extra)) blade_in = true;
   motion.in_slit = motion.in_slit && blade_in && motion.jaws(until) < 1;
   if (another) return {};
 
   if (motion.inside && (!blade_in || (scissors && !closing))) {
     motion.inside = false;
     motion.in_slit = scissors && blade_in;
-    if (own && blade_in) KERF_TRY(move_blade(now));
+    const Vec3 gone = own ? edge_middle(now) - edge_middle(state.stroke->blade.edge) : Vec3{};
+    const bool went_by = motion.crossed && !scissors && leads(gone, place.axes, edge.forward);
+    if (own && (blade_in || went_by)) KERF_TRY(move_blade(now));
     if (own) return end_stroke();
     return {};
   }
   if (!motion.inside) {
-    bool enters = (edge_in > 0 || motion.crossed) && (!scissors || closing);
+    const bool went_by = motion.crossed && leads(edge_middle(now) - edge_middle(before + motion.carried), place.axes, edge.forward);
+    bool enters = (edge_in > 0 || went_by) && (!scissors || closing);
     if (scene.cut.resistance > 0 && !scissors)  // it presses until the material gives way
       enters = motion.edge_force > scene.cut.resistance * motion.edge_length && motion.edge_length > 0;
     if (!enters) return {};
@@ -234,34 +279,36 @@ void Session::Impl::carry_edges() {
     const ToolEdge edge = tool_edge(scene.tools[i], motion.jaws(state.time));
     const RigidPlace place{at.position, at.axes};
     const BladeEdge here = own ? state.stroke->blade.edge : BladeEdge{place.to_world(edge.base), place.to_world(edge.tip)};
-    Vec3 sum;
-    int places = 0;
+    CarriedEdge carried(here);
     // Where the cut has got to says it exactly.
     if (own)
       for (const CollisionVertex v : state.stroke->blade.fronts) {
         if (distance_to_segment(before_mechanics[v.index()], here.base, here.tip) > kFrontNear * state.body.complex.mean_root_edge) continue;
-        sum += after[v.index()] - before_mechanics[v.index()];
-        ++places;
+        carried.add(before_mechanics[v.index()], after[v.index()] - before_mechanics[v.index()]);
       }
-    if (places == 0) {
+    if (carried.places == 0) {
       Box3 near;
       near.add(here.base);
       near.add(here.tip);
       const Thickness material(mesh, own ? before_mechanics : after, near);
       material.walk(here.base, here.tip, 0, [&](const Thickness::Place& p) {
-        for (std::size_t k = 0; k < 3; ++k) sum += p.weight[k] * (after[p.vertex[k].index()] - before_mechanics[p.vertex[k].index()]);
-        ++places;
+        Vec3 at, moved;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vec3 was = before_mechanics[p.vertex[k].index()];
+          at += p.weight[k] * was;
+          moved += p.weight[k] * (after[p.vertex[k].index()] - was);
+        }
+        carried.add(at, moved);
       });
     }
-    if (places > 0) motion.carried = (1.0 / places) * sum;
-    // What went by in one step is in its thickness neither before nor after.
+    // What went by in one step may be in its thickness neither before nor after.
     const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)}, before = own ? here : BladeEdge{motion.base, motion.tip};
-    if (places == 0 && motion.placed)
-      if (const auto over = motion_over_edge(mesh, before_mechanics, after, before, there, kCrossing * state.body.complex.mean_root_edge)) {
-        motion.carried = *over;
-        motion.crossed = true;
-      }
-    if (own) state.stroke->blade.edge = state.stroke->blade.edge + motion.carried;
+    std::optional<Vec3> over;
+    if (motion.placed) over = motion_over_edge(mesh, before_mechanics, after, before, there, kCrossing * state.body.complex.mean_root_edge);
+    motion.crossed = over.has_value();
+    if (carried.places > 0) motion.carried = carried.mean();
+    else if (over) motion.carried = *over;
+    if (own) state.stroke->blade.edge = carried.places > 0 ? carried.moved() : here + motion.carried;
   }
 }
 

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "kerf/session/edge_crossing.h"
+#include "kerf/session/edge_carry.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/spatial/triangle_queries.h"
 
@@ -28,7 +28,6 @@ constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is
 constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
 constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
-constexpr double kTurnsWith = 0.4;       // of an edge's length: it turns with material that it lies in over more than that
 constexpr double kStableShare = 0.5;    // of a tool's own stiffness in a step: what an explicit force may add
 constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: what touches there touches the edge
 
@@ -129,30 +128,6 @@ bool leads(Vec3 way, const Mat3& axes, Vec3 forward) {
 }
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
 BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
-
-/// How an edge goes along with the material at some places of it.
-struct CarriedEdge {
-  explicit CarriedEdge(const BladeEdge& edge) : edge(edge), along(edge.tip - edge.base), squared(dot(along, along)) {}
-  void add(Vec3 at, Vec3 motion) {
-    const double s = squared > 0 ? std::clamp(dot(at - edge.base, along) / squared, 0.0, 1.0) : 0;
-    least = std::min(least, s), most = std::max(most, s);
-    sum_s += s, sum_ss += s * s;
-    sum += motion, sum_sm += s * motion;
-    ++places;
-  }
-  [[nodiscard]] Vec3 mean() const { return (1.0 / places) * sum; }
-  /// Turned with the material too, if that is known along a large part of it.
-  [[nodiscard]] BladeEdge moved() const {
-    if (!(most - least > kTurnsWith)) return edge + mean();
-    const double n = places, spread = n * sum_ss - sum_s * sum_s;
-    const Vec3 slope = (1 / spread) * (n * sum_sm - sum_s * sum), at_base = (1 / n) * (sum - sum_s * slope);
-    return {edge.base + at_base, edge.tip + at_base + slope};
-  }
-  BladeEdge edge;
-  Vec3 along, sum, sum_sm;
-  double squared = 0, least = HUGE_VAL, most = -HUGE_VAL, sum_s = 0, sum_ss = 0;
-  int places = 0;
-};
 
 }  // namespace
 
@@ -302,13 +277,23 @@ void Session::Impl::carry_edges() {
       });
     }
     // What went by in one step may be in its thickness neither before nor after.
-    const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)}, before = own ? here : BladeEdge{motion.base, motion.tip};
-    std::optional<Vec3> over;
-    if (motion.placed) over = motion_over_edge(mesh, before_mechanics, after, before, there, kCrossing * state.body.complex.mean_root_edge);
-    motion.crossed = over.has_value();
+    CarriedEdge all = carried, over(here);
+    if (motion.placed) {
+      const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)}, before = own ? here : BladeEdge{motion.base, motion.tip};
+      add_crossings(mesh, before_mechanics, after, before, there, kCrossing * state.body.complex.mean_root_edge, over);
+      all.add(over);
+    }
+    motion.crossed = over.places > 0;
     if (carried.places > 0) motion.carried = carried.mean();
-    else if (over) motion.carried = *over;
-    if (own) state.stroke->blade.edge = carried.places > 0 ? carried.moved() : here + motion.carried;
+    else if (motion.crossed) motion.carried = over.mean();
+    if (own) {
+      state.stroke->blade.edge = all.turns() ? all.moved(here) : here + motion.carried;
+    } else if (all.turns()) {
+      const BladeEdge moved = all.moved({motion.base, motion.tip});
+      motion.carried = edge_middle(moved) - 0.5 * (motion.base + motion.tip);
+      motion.base = moved.base - motion.carried;
+      motion.tip = moved.tip - motion.carried;
+    }
   }
 }
 

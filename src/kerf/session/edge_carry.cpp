@@ -1,8 +1,9 @@
-#include "kerf/session/edge_crossing.h"
+#include "kerf/session/edge_carry.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "kerf/base/indexed.h"
 #include "kerf/cutting/face_boxes.h"
@@ -37,14 +38,12 @@ std::optional<std::array<double, 3>> meeting(const Corners& before, const Corner
 
 }  // namespace
 
-std::optional<Vec3> motion_over_edge(const CollisionMesh& mesh, const std::vector<Vec3>& before, const std::vector<Vec3>& after,
-                                     const BladeEdge& from, const BladeEdge& to, double spacing) {
+void add_crossings(const CollisionMesh& mesh, const std::vector<Vec3>& before, const std::vector<Vec3>& after, const BladeEdge& from,
+                   const BladeEdge& to, double spacing, CarriedEdge& carried) {
   Box3 swept;
   for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) swept.add(p);
   const double length = std::max(norm(from.tip - from.base), norm(to.tip - to.base));
   const int points = static_cast<int>(std::clamp(std::ceil(length / spacing), static_cast<double>(kLeastPoints), static_cast<double>(kMostPoints)));
-  Vec3 sum;
-  int places = 0;
   for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
     Corners x0, x1;
     Box3 box;
@@ -58,12 +57,14 @@ std::optional<Vec3> motion_over_edge(const CollisionMesh& mesh, const std::vecto
       const double s = static_cast<double>(i) / points;
       const auto weights = meeting(x0, x1, lerp(from.base, from.tip, s), lerp(to.base, to.tip, s));
       if (!weights) continue;
-      for (std::size_t k = 0; k < 3; ++k) sum += (*weights)[k] * (x1[k] - x0[k]);
-      ++places;
+      Vec3 was, motion;
+      for (std::size_t k = 0; k < 3; ++k) {
+        was += (*weights)[k] * x0[k];
+        motion += (*weights)[k] * (x1[k] - x0[k]);
+      }
+      carried.add(was, motion);
     }
   }
-  if (places == 0) return std::nullopt;
-  return (1.0 / places) * sum;
 }
 
 }  // namespace kerf

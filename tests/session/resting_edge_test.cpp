@@ -185,15 +185,53 @@ Session fallen(double dt, double resistance, double tilt) {
   return session;
 }
 
+/// In one step of 16.7 ms it falls by twice its thickness.
 TEST(RestingEdge, CutsOrHoldsWhatFallsOnIt) {
   for (const double dt : kSteps) {
-    const Session cut = fallen(dt, 0, 0.4), held = fallen(dt, 1e4, 0);
-    EXPECT_GT(cut_length(cut), dt < 0.01 ? 0.0239 : 0.01) << dt << ": in one step of 16.7 ms it falls by twice its thickness";
+    for (const double tilt : {0.0, 0.01, 0.2, 0.4}) EXPECT_NEAR(cut_length(fallen(dt, 0, tilt)), 0.024, 0.001) << dt << " " << tilt;
+    const Session held = fallen(dt, 1e4, 0);
     EXPECT_FALSE(held.in_stroke()) << dt;
     EXPECT_EQ(held.undo_depth(), 0) << dt;
     EXPECT_EQ(held.counts().pieces, 1) << dt;
     EXPECT_GT(held.tools()[0].coupling_force.z, 0.05) << dt << ": it lies on the edge";
   }
+}
+
+/// A whole edge, nearly parallel to the strip, and the strip come together: the blade is lowered, the strip is, or a stroke is commanded.
+TEST(RestingEdge, AnEdgeThatLandsFlatCuts) {
+  enum class Moves { kBlade, kStrip, kStroke };
+  for (const Moves moves : {Moves::kBlade, Moves::kStrip, Moves::kStroke})
+    for (const double dt : kSteps)
+      for (const double speed : {0.05, 0.2})
+        for (const double tilt : {-0.02, -0.004, 0.0, 0.003, 0.012}) {
+          Scene scene = strip_scene(dt, 0);
+          const double up = moves == Moves::kStrip ? 1 : -1, length = 0.04, way = 0.012;
+          const Vec3 along{0, std::cos(tilt), std::sin(tilt)}, forward = up * Vec3{0, -std::sin(tilt), std::cos(tilt)};
+          const Vec3 turned = turn_of(Mat3{{forward, cross(along, forward), along}}), at = Vec3{kHere, 0, -0.006 * up} - 0.5 * length * along;
+          const Vec3 down{0, 0, -way};
+          scene.tools[0].tip = length;
+          scene.tools[0].rotation = turned;
+          scene.tools[0].position = at;
+          if (moves == Moves::kStroke) scene.tools.clear();
+          Session session = make(scene);
+          clamp(session);
+          SceneCommand command;
+          if (moves == Moves::kStrip) {
+            move_clamps(session, down, way / speed);
+          } else if (moves == Moves::kBlade) {
+            command.what = SceneToolMotion{"tool", {{way / speed, at + down, turned}}};
+            apply(session, command);
+          } else {
+            SceneBlade blade;
+            blade.poses = {{0, at, at + length * along}, {way / speed, at + down, at + length * along + down}};
+            command.what = blade;
+            apply(session, command);
+          }
+          ASSERT_TRUE(session.step(steps(session, way / speed + 0.1)).ok());
+          EXPECT_NEAR(cut_length(session), 0.024, 0.001) << static_cast<int>(moves) << " " << dt << " " << speed << " " << tilt;
+          EXPECT_EQ(session.counts().pieces, 2) << static_cast<int>(moves) << " " << dt << " " << speed << " " << tilt;
+          expect_valid(session);
+        }
 }
 
 TEST(RestingEdge, TheSameBitsForAnyNumberOfThreadsAndAfterARestore) {

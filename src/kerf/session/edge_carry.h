@@ -41,7 +41,7 @@ class CarriedEdge {
   int places = 0;
 
  private:
-  static constexpr double kTurns = 0.4;  // of the length
+  static constexpr double kTurns = 0.25;  // of the length
   Vec3 base_, along_, m_, sm_;
   double squared_ = 0, least_ = HUGE_VAL, most_ = -HUGE_VAL, s_ = 0, ss_ = 0;
 };

@@ -19,6 +19,7 @@ using F = CollisionTriangle;
 constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is flat for our purpose
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
+constexpr double kReturns = 0.9;         // cosine: a way that is so contrary to the one that a front came by leads back along its lip
 constexpr double kSlitEnd = 1.5 * std::numbers::pi;  // rad; a border vertex with more material around it is where a slit ends
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
@@ -297,7 +298,8 @@ class Sweep {
     double best_progress = kLeastProgress;
     for_each_way(tip, plane, [&](H h, double f, Vec3 p, Vec3 direction) {
       const double progress = dot(direction, plane.motion);
-      if (progress < kFlat && (out || dot(direction, onwards) < 0)) return;
+      if (progress < kFlat && out) return;
+      if (dot(direction, onwards) < (progress < kFlat ? 0 : -kReturns) * norm(onwards)) return;
       if (progress <= best_progress || (norm(way_on) > 0 && dot(direction, way_on) < kSideways)) return;
       best_progress = progress;
       best = way_to(tip, plane, h, f, p);

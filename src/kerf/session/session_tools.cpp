@@ -254,45 +254,45 @@ void Session::Impl::carry_edges() {
     const ToolEdge edge = tool_edge(scene.tools[i], motion.jaws(state.time));
     const RigidPlace place{at.position, at.axes};
     const BladeEdge here = own ? state.stroke->blade.edge : BladeEdge{place.to_world(edge.base), place.to_world(edge.tip)};
-    CarriedEdge carried(here);
+    CarriedEdge along(here);
     // Where the cut has got to says it exactly.
     if (own)
       for (const CollisionVertex v : state.stroke->blade.fronts) {
         if (distance_to_segment(before_mechanics[v.index()], here.base, here.tip) > kFrontNear * state.body.complex.mean_root_edge) continue;
-        carried.add(before_mechanics[v.index()], after[v.index()] - before_mechanics[v.index()]);
+        along.add(before_mechanics[v.index()], after[v.index()] - before_mechanics[v.index()]);
       }
-    if (carried.places == 0) {
+    if (along.places == 0) {
       Box3 near;
       near.add(here.base);
       near.add(here.tip);
       const Thickness material(mesh, own ? before_mechanics : after, near);
       material.walk(here.base, here.tip, 0, [&](const Thickness::Place& p) {
-        Vec3 at, moved;
+        Vec3 was_at, way;
         for (std::size_t k = 0; k < 3; ++k) {
           const Vec3 was = before_mechanics[p.vertex[k].index()];
-          at += p.weight[k] * was;
-          moved += p.weight[k] * (after[p.vertex[k].index()] - was);
+          was_at += p.weight[k] * was;
+          way += p.weight[k] * (after[p.vertex[k].index()] - was);
         }
-        carried.add(at, moved);
+        along.add(was_at, way);
       });
     }
     // What went by in one step may be in its thickness neither before nor after.
-    CarriedEdge all = carried, over(here);
+    CarriedEdge all = along, over(here);
     if (motion.placed) {
       const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)}, before = own ? here : BladeEdge{motion.base, motion.tip};
       add_crossings(mesh, before_mechanics, after, before, there, kCrossing * state.body.complex.mean_root_edge, over);
       all.add(over);
     }
     motion.crossed = over.places > 0;
-    if (carried.places > 0) motion.carried = carried.mean();
+    if (along.places > 0) motion.carried = along.mean();
     else if (motion.crossed) motion.carried = over.mean();
     if (own) {
       state.stroke->blade.edge = all.turns() ? all.moved(here) : here + motion.carried;
     } else if (all.turns()) {
-      const BladeEdge moved = all.moved({motion.base, motion.tip});
-      motion.carried = edge_middle(moved) - 0.5 * (motion.base + motion.tip);
-      motion.base = moved.base - motion.carried;
-      motion.tip = moved.tip - motion.carried;
+      const BladeEdge turned = all.moved({motion.base, motion.tip});
+      motion.carried = edge_middle(turned) - 0.5 * (motion.base + motion.tip);
+      motion.base = turned.base - motion.carried;
+      motion.tip = turned.tip - motion.carried;
     }
   }
 }

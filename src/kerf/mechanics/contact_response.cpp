@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/hash.h"
 #include "kerf/mechanics/lanes.h"
 #include "kerf/mechanics/node_block.h"
 #include "kerf/mechanics/step.h"
@@ -169,11 +170,23 @@ void sum_rows_of_cells(const MechanicsModel& model, StepWorkspace& w) {
   }
 }
 
-/// Block-Jacobi of what contacts touch now, and of what they touched in the pass before.
-void refresh_diagonals(const MechanicsModel& model, StepWorkspace& w) {
+/// One number for which rows press, and how; two with the same one would only cost iterations.
+std::uint64_t name_of_phases(const ContactWork& c) {
+  Hash hash;
+  for (const std::int32_t r : c.pressing) hash.add((static_cast<std::uint64_t>(r) << 2) | static_cast<std::uint64_t>(c.rows[r].phase));
+  return hash.value();
+}
+
+/// First level of the preconditioner of what contacts touch now, and of what they touched in the pass before. Rows that slide a little farther
+/// keep the one that they have.
+void refresh_diagonals(const MechanicsModel& model, bool coupled, StepWorkspace& w) {
   ContactWork& c = w.contact;
   const ContactSet& set = *c.set;
   const std::vector<double>& free = model.structure().free;
+  const std::uint64_t name = coupled ? name_of_phases(c) : 0;
+  if (c.pass > 1 && c.inverse.used && coupled && c.inverse.name == name) return;
+  c.inverse.used = coupled && choose_inverse_rows(model, w);
+  c.inverse.name = name;
   for (std::size_t i = 0; i < c.nodes.size(); ++i) c.node_block[2 * i] = c.node_block[2 * i + 1] = {};
   for (const std::int32_t r : c.pressing) {
     const ContactRow& row = set.rows[r];
@@ -187,6 +200,7 @@ void refresh_diagonals(const MechanicsModel& model, StepWorkspace& w) {
         c.node_block.resize(2 * c.nodes.size());
         c.node_block[2 * slot] = c.node_block[2 * slot + 1] = {};
       }
+      if (c.inverse.used && c.inverse.has[r] != 0) continue;
       const double weight = set.entries[k].weight;
       double* out = c.node_block[2 * slot].v;
       store_lanes(out, load_lanes(out) + weight * weight * load_lanes(c.rows[r].block));
@@ -195,10 +209,12 @@ void refresh_diagonals(const MechanicsModel& model, StepWorkspace& w) {
   }
   for (std::size_t i = 0; i < c.nodes.size(); ++i) {
     const auto node = static_cast<std::size_t>(c.nodes[i]);
-    store_inverse(load_lanes(w.diagonal[2 * node].v) + load_lanes(c.node_block[2 * i].v),
-                  load_lanes(w.diagonal[2 * node + 1].v) + load_lanes(c.node_block[2 * i + 1].v),
-                  w.inverse_diagonal[3 * node].v);
+    const Lanes first = load_lanes(w.diagonal[2 * node].v) + load_lanes(c.node_block[2 * i].v);
+    const Lanes second = load_lanes(w.diagonal[2 * node + 1].v) + load_lanes(c.node_block[2 * i + 1].v);
+    if (c.inverse.used) store_framed_inverse(c.inverse, first, second, w.inverse_diagonal[3 * node].v);
+    else store_inverse(first, second, w.inverse_diagonal[3 * node].v);
   }
+  if (c.inverse.used) factor_contact_inverse(w);
 }
 
 /// The tools' 6 x 6 blocks: their own inertia and coupling, and J' P J of what presses on them.
@@ -337,7 +353,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
   }
 }
 
-void assemble_contacts(const MechanicsModel& model, double h, bool last, StepWorkspace& w) {
+void assemble_contacts(const MechanicsModel& model, double h, bool last, bool coupled, StepWorkspace& w) {
   ContactWork& c = w.contact;
   const ContactSet& set = *c.set;
   const RigidPieces& pieces = model.structure().rigid;
@@ -359,7 +375,7 @@ void assemble_contacts(const MechanicsModel& model, double h, bool last, StepWor
         c.any_free_touched = true;
       }
   sum_rows_of_cells(model, w);
-  refresh_diagonals(model, w);
+  refresh_diagonals(model, coupled, w);
   refresh_tool_blocks(w);
 }
 
@@ -426,6 +442,25 @@ void add_contact_impulses(StepWorkspace& w) {
   }
 }
 
+void add_impulse_changes(StepWorkspace& w) {
+  ContactWork& c = w.contact;
+  const ContactSet& set = *c.set;
+  for (std::size_t r = 0; r < c.rows.size(); ++r) {
+    const ContactRow& row = set.rows[r];
+    const Row& now = c.rows[r];
+    if (!(now.stiffness > 0)) continue;
+    const Vec3 impulse = now.phase == ContactPhase::kOpen ? Vec3{} : now.impulse - times(now.block, now.motion);
+    const Vec3 change = impulse - now.used;
+    if (change == Vec3{}) continue;
+    const Lanes lanes = lanes_of(change);
+    for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
+      double* out = w.residual[set.entries[k].node.index()].v;
+      store_lanes(out, load_lanes(out) + set.entries[k].weight * lanes);
+    }
+    if (row.rigid >= 0) add_to_tool(c.tools[row.rigid].residual, row.arm, change, -1);
+  }
+}
+
 double update_contacts(double h, StepWorkspace& w) {
   ContactWork& c = w.contact;
   const ContactSet& set = *c.set;
@@ -437,8 +472,8 @@ double update_contacts(double h, StepWorkspace& w) {
     Row& row = c.rows[r];
     if (!(row.stiffness > 0)) continue;
     const Vec3 jv = relative(set, in, w.solution, c.tools, &ToolWork::solution), u = jv - in.other_velocity;
-    Vec3 used;  // impulse in the pass that is over
-    if (row.phase != ContactPhase::kOpen) used = row.impulse - times(row.block, jv);
+    row.motion = jv;
+    row.used = row.phase != ContactPhase::kOpen ? row.impulse - times(row.block, jv) : Vec3{};
     const double gap = row.gap + h * dot(in.normal, u);
     missed = missed || (row.phase == ContactPhase::kOpen && gap < -set.options.unseen);
     c.overlooked = c.overlooked || (row.phase == ContactPhase::kOpen && set.options.unseen > 0 && gap < -kMostUnseen * set.options.unseen);
@@ -454,7 +489,7 @@ double update_contacts(double h, StepWorkspace& w) {
       row.phase = ContactPhase::kOpen;
       row.along = {};
     }
-    const Vec3 d = wanted - used;
+    const Vec3 d = wanted - row.used;
     change += row.weights * dot(d, d);
   }
   return missed && set.options.unseen > 0 ? HUGE_VAL : std::sqrt(change);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "kerf/base/result.h"
+#include "kerf/mechanics/contact_inverse.h"
 #include "kerf/mechanics/contact_rows.h"
 #include "kerf/mechanics/rigid_tools.h"
 
@@ -37,6 +38,8 @@ struct ContactWork {
     ContactPhase phase = ContactPhase::kOpen;
     double block[8] = {};  // h^2 P of this pass: xx yy zz xy, yz zx - -
     Vec3 impulse;          // its share of the right-hand side, h [...]
+    Vec3 motion;           // J v when the pass before was over
+    Vec3 used;             // impulse in it, with that motion
   };
   struct alignas(32) Quad {
     double v[4];
@@ -59,6 +62,7 @@ struct ContactWork {
   std::vector<std::int32_t> node_slot; // per node, -1
   std::vector<std::int32_t> nodes;     // whose diagonal block has contacts in it, and was without in the last pass
   std::vector<Quad> node_block;        // two quads per entry of `nodes`
+  ContactInverse inverse;
   std::vector<std::uint8_t> touched_free;  // per free piece: something presses on it
   bool any_free_touched = false;
   std::vector<ToolWork> tools;
@@ -78,7 +82,8 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
                       double h, StepWorkspace& workspace);
 
 /// Before each pass: blocks, impulses, sums over cells, diagonals. last: sliding friction as a secant, which never drives.
-void assemble_contacts(const MechanicsModel& model, double h, bool last, StepWorkspace& workspace);
+/// coupled: with the rows' inverse (contact_inverse.h) where it pays.
+void assemble_contacts(const MechanicsModel& model, double h, bool last, bool coupled, StepWorkspace& workspace);
 
 enum class SystemVector { kSolution, kSearch };
 /// product += contacts and tools of A p; returns their p' A p.
@@ -86,6 +91,9 @@ double multiply_contacts(const MechanicsModel& model, SystemVector p, StepWorksp
 
 /// residual += contacts and tools of the right-hand side.
 void add_contact_impulses(StepWorkspace& workspace);
+
+/// residual += what this pass changed in the contacts' impulses at the present solution, which is that of the last update.
+void add_impulse_changes(StepWorkspace& workspace);
 
 /// After a pass: which rows press and slide now. Returns the norm of the residual that this makes, N s; infinite if a row that
 /// was open overlaps by more than options.unseen.

@@ -294,6 +294,7 @@ Products advance(const MechanicsModel& model, StepWorkspace& w, double alpha, bo
     }
     sums.rr += square_of(tool);
   }
+  if (w.contact.inverse.used) sums.rz += apply_contact_inverse(w);
   return sums;
 }
 
@@ -345,6 +346,29 @@ void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, 
     for (int a = 0; a < 6; ++a)
       tool.search[a] = tool.preconditioned[a] + beta * tool.search[a] + (y != nullptr ? y[a] : 0);
   }
+}
+
+// The residual of the last pass with what contacts have changed since; search and product are cleared. Returns its norm over what moves.
+double carried_residual(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
+  const Structure& s = model.structure();
+  const std::size_t n = model.node_count();
+  add_impulse_changes(w);
+  for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    Lanes sum = all_lanes(0);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Lanes r = load_lanes(w.residual[i].v);
+      sum += s.free[i] * (r * r);
+      store_lanes(w.search[i].v, all_lanes(0));
+      store_lanes(w.product[i].v, all_lanes(0));
+    }
+    w.partial[chunk].v[0] = sum_of(sum);
+  });
+  double sum = reduced(w, n, 0);
+  for (ToolWork& tool : w.contact.tools) {
+    for (int a = 0; a < 6; ++a) tool.search[a] = tool.product[a] = 0;
+    sum += square_of(tool);
+  }
+  return std::sqrt(sum);
 }
 
 // residual = b - A x, or b alone; search and product are cleared. Returns its norm over what moves.
@@ -553,17 +577,19 @@ struct Solver {
     tolerance = exactness(model, o);
     floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
             std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
-    const bool contacts = w.contact.set != nullptr;
+    const bool contacts = w.contact.set != nullptr, iterative = o.solver != SolverKind::kDirect;
     const int wished = contacts ? w.contact.set->options.passes : 1, most = contacts ? kMostPasses * wished : 1;
     for (int pass = 0, passes = wished; pass < passes; ++pass) {
       const bool last = pass + 1 >= wished;
       if (contacts) {
         const Clock::time_point start = Clock::now();
-        assemble_contacts(model, o.dt, last, w);
+        assemble_contacts(model, o.dt, last, iterative, w);
         report.seconds_contact += seconds_since(start);
       }
       report.passes = pass + 1;
-      const double norm = pass == 0 ? start_solve(model, w, o.parallel) : fresh_residual(model, w, false, o.parallel);
+      const double norm = pass == 0                                    ? start_solve(model, w, o.parallel)
+                          : iterative && !w.contact.any_free_touched ? carried_residual(model, w, o.parallel)
+                                                                     : fresh_residual(model, w, false, o.parallel);
       if (o.solver == SolverKind::kDirect) {
         norm_b = std::max(norm_b, norm);
         KERF_TRY(direct());
@@ -641,6 +667,7 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
   report.seconds_setup = seconds_since(setup);
   const Clock::time_point solve = Clock::now();
   w.contact.set = nullptr;
+  w.contact.inverse.used = false;
   if (contacts != nullptr) {
     prepare_contacts(model, state, *contacts, o.gravity, o.dt, w);
     report.contacts = static_cast<int>(contacts->rows.size());

@@ -37,10 +37,10 @@ struct ContactInverse {
     double v[4];
   };
   bool used = false;
-  std::uint64_t name = 0;            ///< of the rows and phases that it was made for
   Vec3 axes[3];                      ///< the frame
   std::vector<std::int32_t> rows;    ///< of the contact set, ascending
   std::vector<std::uint8_t> has;     ///< per row of the contact set
+  std::vector<std::uint8_t> phases;  ///< of all those rows when it was made
   std::vector<std::int32_t> begin;   ///< per row its touches
   std::vector<Touch> touches;        ///< of nodes that move
   std::vector<Vec3> root;            ///< R per row, by axis

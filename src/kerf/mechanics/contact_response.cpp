@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kerf/base/hash.h"
 #include "kerf/mechanics/lanes.h"
 #include "kerf/mechanics/node_block.h"
 #include "kerf/mechanics/step.h"
@@ -20,6 +19,8 @@ constexpr double kUnitTolerance = 1e-6;  // of a normal's length
 constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
 /// From this pass on rows only join: what opens and closes in turn stays closed.
 constexpr int kFreePasses = 6;
+/// Rows that may press in another way than those that the inverse was made for: an iteration or two more cost less than another factor.
+constexpr int kStaleRows = 2;
 /// A row that overlaps by more than so many times options.unseen without a force is not left to the next step.
 constexpr double kMostUnseen = 2;
 
@@ -170,11 +171,11 @@ void sum_rows_of_cells(const MechanicsModel& model, StepWorkspace& w) {
   }
 }
 
-/// One number for which rows press, and how; two with the same one would only cost iterations.
-std::uint64_t name_of_phases(const ContactWork& c) {
-  Hash hash;
-  for (const std::int32_t r : c.pressing) hash.add((static_cast<std::uint64_t>(r) << 2) | static_cast<std::uint64_t>(c.rows[r].phase));
-  return hash.value();
+/// Rows that press in another way than those that the inverse was made for.
+int changed_rows(const ContactWork& c) {
+  int changed = 0;
+  for (std::size_t r = 0; r < c.rows.size(); ++r) changed += static_cast<std::uint8_t>(c.rows[r].phase) != c.inverse.phases[r] ? 1 : 0;
+  return changed;
 }
 
 /// First level of the preconditioner of what contacts touch now, and of what they touched in the pass before. Rows that slide a little farther
@@ -183,10 +184,10 @@ void refresh_diagonals(const MechanicsModel& model, bool coupled, StepWorkspace&
   ContactWork& c = w.contact;
   const ContactSet& set = *c.set;
   const std::vector<double>& free = model.structure().free;
-  const std::uint64_t name = coupled ? name_of_phases(c) : 0;
-  if (c.pass > 1 && c.inverse.used && coupled && c.inverse.name == name) return;
+  if (c.pass > 1 && c.inverse.used && changed_rows(c) <= kStaleRows) return;
   c.inverse.used = coupled && choose_inverse_rows(model, w);
-  c.inverse.name = name;
+  c.inverse.phases.resize(c.rows.size());
+  for (std::size_t r = 0; r < c.rows.size(); ++r) c.inverse.phases[r] = static_cast<std::uint8_t>(c.rows[r].phase);
   for (std::size_t i = 0; i < c.nodes.size(); ++i) c.node_block[2 * i] = c.node_block[2 * i + 1] = {};
   for (const std::int32_t r : c.pressing) {
     const ContactRow& row = set.rows[r];

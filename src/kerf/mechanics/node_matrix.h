@@ -5,7 +5,7 @@
 //   y_i = m_i x_i + sum over j of A_ij (x_j - x_i)
 //
 // Since translations strain nothing, the diagonal blocks are not needed, and translations strain nothing here to the last bit, however light a
-// node is. Mass stays in double precision, and so does the residual that every pass over contacts starts from.
+// node is. Mass stays in double precision.
 #pragma once
 
 #include <array>

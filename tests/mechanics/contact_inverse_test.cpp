@@ -141,6 +141,19 @@ TEST(ContactInverse, IsPositiveDefinite) {
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m).eigenvalues()(0), 0);
 }
 
+TEST(ContactInverse, FrictionlessRowsOnASlopeNeedNoOtherFrame) {
+  Touched t(12, 9);
+  const Eigen::Vector3d normal = Eigen::Vector3d(1, -2, 3).normalized();
+  for (ContactWork::Row& row : t.w.contact.rows) store(30 * normal * normal.transpose(), row.block);
+  ASSERT_TRUE(t.prepare());
+  double most = 0;
+  for (const Vec3 q : t.w.contact.inverse.axes) {
+    EXPECT_NEAR(norm(q), 1, 1e-12);
+    most = std::max(most, std::abs(Eigen::Vector3d(q.x, q.y, q.z).dot(normal)));
+  }
+  EXPECT_NEAR(most, 1, 1e-9);
+}
+
 TEST(ContactInverse, LeavesTooManyRowsAndTooStiffOnesToTheDiagonals) {
   Touched many(static_cast<int>(kMostInverseRows) + 1, 5);
   EXPECT_FALSE(many.prepare());

@@ -16,34 +16,33 @@ inline double dot3(const double* block, Vec3 q) {  // q' block q
          2 * (q.x * q.y * block[3] + q.y * q.z * block[4] + q.z * q.x * block[5]);
 }
 
-/// Principal axes of a symmetric block.
+inline double dot_lanes(const Lanes& a, const Lanes& b) {
+  const Lanes p = a * b;
+  return (p[0] + p[1]) + p[2];
+}
+
+/// Principal axes of a positive semidefinite block: its columns are turned until they are upright to each other (Hestenes). All in whole columns: GCC 12
+/// makes fused multiply-adds of the rotation of two numbers, whatever -ffp-contract says.
 void principal_axes(const double* block, Vec3* axes) {
-  double a[3][3] = {{block[0], block[3], block[5]}, {block[3], block[1], block[4]}, {block[5], block[4], block[2]}};
-  double q[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // columns
+  Lanes a[3] = {{block[0], block[3], block[5], 0}, {block[3], block[1], block[4], 0}, {block[5], block[4], block[2], 0}};
+  Lanes q[3] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
+  const auto turn = [](Lanes& x, Lanes& y, double c, double s) {
+    const Lanes before = x;
+    x = c * before - s * y;
+    y = s * before + c * y;
+  };
   for (int sweep = 0; sweep < kSweeps; ++sweep)
     for (int i = 0; i < 2; ++i)
       for (int j = i + 1; j < 3; ++j) {
-        if (!(std::abs(a[i][j]) > 1e-12 * (std::abs(a[i][i]) + std::abs(a[j][j])))) continue;
-        const double theta = (a[j][j] - a[i][i]) / (2 * a[i][j]);
+        const double xx = dot_lanes(a[i], a[i]), yy = dot_lanes(a[j], a[j]), xy = dot_lanes(a[i], a[j]);
+        if (!(std::abs(xy) > 1e-12 * (xx + yy))) continue;
+        const double theta = (yy - xx) / (2 * xy);
         const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
         const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-        for (auto& row : a) {
-          const double x = row[i], y = row[j];
-          row[i] = c * x - s * y;
-          row[j] = s * x + c * y;
-        }
-        for (int k = 0; k < 3; ++k) {
-          const double x = a[i][k], y = a[j][k];
-          a[i][k] = c * x - s * y;
-          a[j][k] = s * x + c * y;
-        }
-        for (auto& row : q) {
-          const double x = row[i], y = row[j];
-          row[i] = c * x - s * y;
-          row[j] = s * x + c * y;
-        }
+        turn(a[i], a[j], c, s);
+        turn(q[i], q[j], c, s);
       }
-  for (int k = 0; k < 3; ++k) axes[k] = {q[0][k], q[1][k], q[2][k]};
+  for (int k = 0; k < 3; ++k) axes[k] = {q[k][0], q[k][1], q[k][2]};
 }
 
 /// Shares of the rows by slot, rows ascending.

@@ -539,7 +539,8 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
     if (rims.known && are_side_by_side(pair, h, x, g, y)) return;
     const double walls = std::max({edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h), rims.apart});
     if (relation < 0 || walls > -HUGE_VAL) {
-      if (r == nullptr && gap < -kPassed * norm(x.offset)) return;
+      // Of two rims all directions are known in which they might have passed each other.
+      if (r == nullptr && gap < -(s.cut[h] != 0 && o.cut[g] != 0 ? kLostRims : kPassed) * norm(x.offset)) return;
       if (walls - (r != nullptr ? kStay * norm(x.offset) : 0) > gap) return;
     }
   }

@@ -162,11 +162,15 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const bool closing = motion.jaws_to <= 0 && motion.jaws(until) > 0;
 
   // How much of the blade is in the thickness: its edge, its back, and lines between them.
-  const ToolBlade blade = tool_blade(tool, motion.jaws(until));
+  // Scissors that have cut stay in their slit while they open, as far as their tips reach.
   const bool scissors = tool.kind == SceneToolKind::kScissors;
+  const double reach = motion.in_slit ? 0 : motion.jaws(until);
+  const ToolBlade blade = tool_blade(tool, reach);
+  const ToolEdge front = tool_edge(tool, reach);
+  const BladeEdge first{place.to_world(front.base), place.to_world(front.tip)};
   const Vec3 back = -blade.width * (place.axes * edge.forward);
   Box3 near;
-  for (const Vec3 p : {now.base, now.tip, now.base + back, now.tip + back}) near.add(p);
+  for (const Vec3 p : {first.base, first.tip, first.base + back, first.tip + back}) near.add(p);
   // Lips that swing off shut scissors come back to their sides, unless they are far.
   const double extra = motion.in_slit ? tool_sizes(tool).width : blade.thickness;
   if (motion.in_slit) near.min -= Vec3{extra, extra, extra}, near.max += Vec3{extra, extra, extra};
@@ -177,15 +181,16 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const int lines = scissors ? kScissorsLines : kScalpelLines;
   for (int line = 0; line < lines; ++line) {
     const Vec3 aside = (static_cast<double>(line) / (lines - 1)) * back;
-    const double in = material.walk(now.base + aside, now.tip + aside, line == 0 ? 0 : extra, [&](const Thickness::Place& place_in) {
+    const double in = material.walk(first.base + aside, first.tip + aside, line == 0 ? 0 : extra, [&](const Thickness::Place& place_in) {
       blade_in = true;
       cut_through.push_back(mesh.rest[place_in.closest()]);
     });
     if (line == 0) edge_in = in;
   }
+  if (motion.in_slit) edge_in = material.walk(now.base, now.tip, 0, [](const Thickness::Place&) {});
   // Material that went a long way in one step may lie between those lines.
   if (motion.inside && !blade_in && material.lies_within(now, back, extra)) blade_in = true;
-  motion.in_slit = motion.in_slit && blade_in && motion.jaws(until) < 1;
+  motion.in_slit = motion.in_slit && blade_in;
   if (another) return {};
 
   if (motion.inside && (!blade_in || (scissors && !closing))) {

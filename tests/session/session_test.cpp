@@ -55,6 +55,30 @@ TEST(Session, ModelsHaveThePapersCounts) {
   }
 }
 
+TEST(Session, AStrokeThroughASlitGoesOnFromItsEnd) {
+  // The second stroke begins outside, follows the slit of the first one and cuts the rest: no bridge is left where the first one ended.
+  for (const auto& [model, half] : {std::pair{"strip", 0.012}, std::pair{"sheet", 0.5}, std::pair{"steak", 0.09}})
+    for (const double end : {-0.11, 0.0, 0.17, 0.42})
+      for (const int poses : {3, 12, 200}) {
+        Scene scene = scene_of(model);
+        scene.contact.enabled = false;
+        Session session = make(scene);
+        const auto stroke = [&](double to) {
+          ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+          for (int i = 0; i <= poses; ++i) {
+            const Vec3 p{0.1 * half, (-1.7 + (to + 1.7) * i / poses) * half, 0};
+            ASSERT_TRUE(session.move_blade(p + Vec3{0, 0, 0.3}, p - Vec3{0, 0, 0.3}).ok());
+          }
+          ASSERT_TRUE(session.end_stroke().ok());
+        };
+        stroke(end);
+        ASSERT_EQ(session.counts().pieces, 1);
+        stroke(1.7);
+        EXPECT_EQ(session.counts().pieces, 2) << model << " " << end << " " << poses;
+        expect_valid(session);
+      }
+}
+
 TEST(Session, FreeFallIsExact) {
   Scene scene = scene_of("steak");
   scene.material.damping_mass = 0;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "kerf/base/rigid_place.h"
+#include "kerf/cutting/blade_entry.h"
 #include "kerf/session/session.h"
 
 namespace kerf {
@@ -256,6 +257,42 @@ TEST(Tools, ScissorsPushTheLipsThatTheyLeft) {
     EXPECT_LT(session.tools()[0].force.y, -0.01) << dt << ": shut, they press";
     EXPECT_EQ(session.topology_version(), version) << dt;
     expect_valid(session);
+  }
+}
+
+TEST(Tools, ScissorsThatOpenGoOnInTheirSlit) {
+  for (const double dt : {0.001, 0.005, 0.0167}) {
+    Session session = half_cut_by_scissors(dt);
+    const auto jaws = [&](bool closed) {
+      SceneCommand command;
+      command.what = SceneJaws{"tool", closed, 0.2};
+      ASSERT_TRUE(session.apply(command).ok());
+      ASSERT_TRUE(session.step(static_cast<int>(std::ceil(0.3 / dt))).ok());
+    };
+    jaws(false);
+    lead(session, {{0.2, {0.003, 0.0075, 0}, session.scene().tools[0].rotation}});
+    ASSERT_TRUE(session.step(static_cast<int>(std::ceil(0.3 / dt))).ok());
+    // One lip over a blade and one under the other, they would stand centimetres apart.
+    const auto& rest = session.body().complex.collision.rest;
+    const std::vector<Vec3> now = session.collision_positions();
+    double moved = 0;
+    for (const CollisionVertex v : ids<CollisionVertex>(rest.size())) moved = std::max(moved, norm(now[v.index()] - rest[v]));
+    EXPECT_LT(moved, 0.001) << dt;
+    EXPECT_EQ(session.undo_depth(), 1) << dt;
+    jaws(true);
+    expect_valid(session);
+    // The slit goes on from its end: one slit, with the rim one border of the mesh, to where the tips are.
+    const CollisionMesh& mesh = session.body().complex.collision;
+    double end = -1;
+    int slit_ends = 0;
+    for (const CollisionVertex v : ids<CollisionVertex>(rest.size())) {
+      const Slit slit = slit_at(mesh, rest.raw(), v);
+      if (!slit.ends() || rest[v].y < 0) continue;  // nicks in its lips don't count
+      ++slit_ends;
+      end = rest[v].y;
+    }
+    EXPECT_EQ(slit_ends, 1) << dt;
+    EXPECT_NEAR(end, 0.0075, 0.0015) << dt;
   }
 }
 

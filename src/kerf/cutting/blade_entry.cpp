@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 
 #include "kerf/cutting/blade_track.h"
@@ -19,6 +20,8 @@ constexpr double kLeastRise = 1e-6;     // cosine: an edge of the mesh stands ou
 constexpr double kAcrossLip = 0.1;      // sine of the angle to a lip; a blade that moves along it doesn't cut it
 constexpr double kNearLip = 0.1;        // of the mean edge: nearer to a lip the blade stands in the slit, not in the material
 constexpr double kNearFront = 0.3;      // of the mean edge: what meets a lip so near to a front is cut by that front
+constexpr double kOnwards = 0.7;         // cosine: a blade that goes so straight on from the end of a slit lengthens it
+constexpr double kSlitEnd = 1.5 * std::numbers::pi;  // rad; a border vertex with more material around it is where a slit ends
 constexpr double kMissed = 0.5;         // mean edges that material may have come towards the blade since its last pose
 
 class EntrySearch {
@@ -47,6 +50,7 @@ class EntrySearch {
       for (int k = 0; k < 3; ++k) {
         const H h = CollisionMesh::corner(face, k);
         if (mesh().is_border(h) || h < mesh().twin[h]) meet_edge(h, from, to, entries);
+        if (mesh().on_border(mesh().from(h))) meet_slit_end(h, entries);
       }
     });
     // Layers met at the same moment but for rounding: the one nearer to the base is the first.
@@ -138,6 +142,39 @@ class EntrySearch {
       entries.push_back(e);
     }
   }
+  /// The end of a slit, where h begins: a blade that has gone through the slit without a front, because a stroke before cut it, goes on from
+  /// there. Lips that it moves along are no entries, and the rim is cut already.
+  void meet_slit_end(H h, std::vector<BladeEntry>& entries) const {
+    const V v = mesh().from(h);
+    const BladeEdge &from = move_.from, &to = move_.to;
+    const Slit slit = slit_at(mesh(), move_.position, v);
+    if (!slit.ends() || near_front(at(v))) return;
+    if (std::any_of(entries.begin(), entries.end(), [&](const BladeEntry& e) { return e.slit_end && e.position == at(v); })) return;
+    BladeEntry e;
+    e.slit_end = true;
+    e.position = at(v);
+    const auto depth_in = [&](const BladeEdge& edge) {
+      return dot(e.position - edge.base, edge.tip - edge.base) / std::max(dot(edge.tip - edge.base, edge.tip - edge.base), 1e-300);
+    };
+    const auto ahead = [&](const BladeEdge& edge, Vec3 motion) { return dot(e.position - lerp(edge.base, edge.tip, depth_in(edge)), motion); };
+    const Vec3 along = to.tip - to.base;
+    Vec3 motion = lerp(to.base - from.base, to.tip - from.tip, depth_in(to));
+    motion -= (dot(motion, along) / std::max(dot(along, along), 1e-300)) * along;
+    if (!(dot(slit.lips, motion) < -kOnwards * norm(slit.lips) * norm(motion))) return;
+    // The material may have brought it past the blade's last pose.
+    const double near = kNearLip * move_.complex.mean_root_edge, first = ahead(from, motion), last = ahead(to, motion);
+    if (!(first >= -near * norm(motion) && last < 0)) return;
+    e.time = std::max(0.0, first / (first - last));
+    const BladeEdge there{lerp(from.base, to.base, e.time), lerp(from.tip, to.tip, e.time)};
+    e.depth = depth_in(there);
+    const Vec3 beside = e.position - lerp(there.base, there.tip, e.depth);
+    if (!(e.depth >= 0 && e.depth <= 1 && norm(beside) < near)) return;
+    e.ways[0] = -1.0 * normalized(slit.lips);
+    e.point.face = mesh().face(h);
+    e.point.weights = {0, 0, 0};
+    e.point.weights[static_cast<std::size_t>(h.value % 3)] = 1;
+    entries.push_back(e);
+  }
   /// Along a blade that lies along a face: what it has gone through may lie to both sides. Zero for one that stands upright.
   static std::array<Vec3, 2> ways_along(const Vec3 p[3], const BladeEdge& edge) {
     const Vec3 normal = normalized(cross(p[1] - p[0], p[2] - p[0])), along = normalized(edge.tip - edge.base);
@@ -222,6 +259,22 @@ class EntrySearch {
 
 bool is_lip(const CollisionMesh& mesh, CollisionHalfEdge h) {
   return mesh.is_border(h) && (mesh.wall[h].valid() || !mesh.on_rim(mesh.from(h)) || !mesh.on_rim(mesh.to(h)));
+}
+
+bool Slit::turns_back() const { return angle > kSlitEnd; }
+
+Slit slit_at(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex v) {
+  Slit slit;
+  const Vec3 x = position[v.index()];
+  mesh.for_each_outgoing(v, [&](H h) {
+    const Vec3 a = normalized(position[mesh.to(h).index()] - x), b = normalized(position[mesh.apex(h).index()] - x);
+    slit.angle += std::acos(std::clamp(dot(a, b), -1.0, 1.0));
+    if (mesh.is_border(h)) slit.lips += a;
+    if (mesh.is_border(CollisionMesh::prev(h))) slit.lips += b;
+    slit.cut = slit.cut || is_lip(mesh, h) || is_lip(mesh, CollisionMesh::prev(h));
+    return true;
+  });
+  return slit;
 }
 
 std::vector<BladeEntry> find_blade_entries(const BladeMove& move) { return EntrySearch(move).run(); }

@@ -17,6 +17,7 @@ struct BladeEntry {
   FacePoint point;
   Vec3 position;
   bool standing = false;  // the edge was there before it moved
+  bool slit_end = false;  // where a slit goes on
   // An edge of the mesh that the blade's whole length comes down on: the ways into the faces on both sides. Zero: all ways.
   std::array<Vec3, 2> ways{};
 };
@@ -35,6 +36,17 @@ struct BladeMove {
 
 /// A border made by a cut, not an edge of the rim.
 bool is_lip(const CollisionMesh& mesh, CollisionHalfEdge h);
+
+/// What a vertex says of a slit.
+struct Slit {
+  double angle = 0;  ///< rad, of the material around the vertex
+  Vec3 lips;         ///< the sum of the directions of its borders
+  bool cut = false;  ///< one of them was made by a cut
+  [[nodiscard]] bool turns_back() const;  ///< the border turns back here
+  [[nodiscard]] bool ends() const { return cut && turns_back(); }  ///< it is where a slit ends
+  [[nodiscard]] bool ran_out() const { return cut && !turns_back(); }  ///< where one has come out at the rim
+};
+Slit slit_at(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex v);
 
 /// Everything the blade runs into during a move, first things first. Cost: what its strip comes near.
 std::vector<BladeEntry> find_blade_entries(const BladeMove& move);

@@ -20,7 +20,6 @@ constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
 constexpr double kReturns = 0.9;         // cosine: a way that is so contrary to the one that a front came by leads back along its lip
-constexpr double kSlitEnd = 1.5 * std::numbers::pi;  // rad; a border vertex with more material around it is where a slit ends
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
 constexpr double kKnownWay = 0.25;      // minimum features; a move that is shorter does not say where the blade came from
@@ -51,10 +50,7 @@ class Sweep {
     // Entries are looked for before anything moves: afterwards the fronts' own tracks would be met again.
     std::vector<BladeEntry> entries;
     const bool all_back = std::all_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V tip) { return goes_back(tip); });
-    if (stroke_.through || all_back) {
-      target_.boxes.refresh(mesh(), target_.position);
-      entries = find_blade_entries({target_.complex, target_.position, target_.boxes, stroke_.edge, to, stroke_.through, stroke_.standing, stroke_.fronts, ends_});
-    }
+    if (stroke_.through || all_back) entries = find_entries(stroke_.fronts, ends_);
     stroke_.standing = false;
 
     const std::size_t old_fronts = stroke_.fronts.size();
@@ -69,14 +65,17 @@ class Sweep {
         crossed |= advance(stroke_.fronts[i], stroke_.last_bits[i]).has_value();
     }
     for (const BladeEntry& e : entries) {
-      if (on_a_track(e.position, old_fronts)) continue;
-      const auto located = relocate(e);
-      if (!located) continue;
-      const auto start = start_here(*located);
-      if (!start) continue;
+      if (!enter(e, old_fronts)) continue;
       crossed = true;
-      for (int k = 0; k == 0 || (k < 2 && norm(e.ways[1]) > 0); ++k) (void)follow(*start, e.ways[static_cast<std::size_t>(k)], k > 0 && !stroke_.through);
       if (!stroke_.through) break;
+    }
+    // A front that went along the lip of a slit is lost where the slit ends: there it goes on.
+    if (!stroke_.through && fronts_.empty()) {
+      for (const BladeEntry& e : find_entries({}, {}))
+        if (e.slit_end && enter(e, old_fronts)) {
+          crossed = true;
+          break;
+        }
     }
     if (crossed) report_.changed = true;
     if (!stroke_.through) drop_waiting();
@@ -117,6 +116,21 @@ class Sweep {
  private:
   const CollisionMesh& mesh() const { return target_.complex.collision; }
   Vec3 at(V v) const { return target_.position[v.index()]; }
+
+  std::vector<BladeEntry> find_entries(std::span<const V> fronts, std::span<const Vec3> ends) {
+    target_.boxes.refresh(mesh(), target_.position);
+    return find_blade_entries({target_.complex, target_.position, target_.boxes, stroke_.edge, to_, stroke_.through, stroke_.standing, fronts, ends});
+  }
+  /// Starts a cut there, and one or two fronts. False: it is cut already, or refused.
+  bool enter(const BladeEntry& e, std::size_t old_fronts) {
+    if (on_a_track(e.position, old_fronts)) return false;
+    const auto located = relocate(e);
+    if (!located) return false;
+    const auto start = start_here(*located);
+    if (!start) return false;
+    for (int k = 0; k == 0 || (k < 2 && norm(e.ways[1]) > 0); ++k) (void)follow(*start, e.ways[static_cast<std::size_t>(k)], k > 0 && !stroke_.through);
+    return true;
+  }
 
   /// Fronts that only wait for the blade to come back, while it cuts elsewhere.
   void drop_waiting() {
@@ -192,7 +206,7 @@ class Sweep {
     const std::size_t limit = 100 + 4 * mesh().face_count();
     for (std::size_t round = 0; round < limit; ++round) {
       auto plane = TrackPlane::make(at(tip), to_);
-      const Slit slit = norm(way_on) > 0 ? Slit{} : slit_at(tip);
+      const Slit slit = norm(way_on) > 0 ? Slit{} : slit_at(mesh(), target_.position, tip);
       // A front that has just begun may stand at a corner beside the blade's track.
       bool fresh = !moved && norm(way_on) > 0;
       if (plane && (fresh ? is_flat(at(tip), way_on) : !moved && !slit.cut && norm(flat_normal(tip)) > 0))
@@ -238,32 +252,12 @@ class Sweep {
     return {moved, true};
   }
 
-  struct Slit {
-    double angle = 0;  // of the material around the vertex
-    Vec3 lips;         // the sum of the directions of its borders
-    bool cut = false;  // one of them was made by a cut
-    [[nodiscard]] bool ends() const { return cut && angle > kSlitEnd; }
-    [[nodiscard]] bool ran_out() const { return cut && angle <= kSlitEnd; }
-  };
-  Slit slit_at(V tip) const {
-    Slit slit;
-    mesh().for_each_outgoing(tip, [&](H h) {
-      const Vec3 a = normalized(at(mesh().to(h)) - at(tip)), b = normalized(at(mesh().apex(h)) - at(tip));
-      slit.angle += std::acos(std::clamp(dot(a, b), -1.0, 1.0));
-      if (mesh().is_border(h)) slit.lips += a;
-      if (mesh().is_border(CollisionMesh::prev(h))) slit.lips += b;
-      slit.cut = slit.cut || is_lip(mesh(), h) || is_lip(mesh(), CollisionMesh::prev(h));
-      return true;
-    });
-    return slit;
-  }
-
   /// The tip is the end of a slit, and the blade is somewhere back between its lips.
   bool goes_back(V tip) const {
     const auto plane = TrackPlane::make(at(tip), to_);
     if (!plane) return false;
-    const Slit slit = slit_at(tip);
-    return slit.angle > kSlitEnd && dot(slit.lips, plane->motion) > kBack * norm(slit.lips);
+    const Slit slit = slit_at(mesh(), target_.position, tip);
+    return slit.turns_back() && dot(slit.lips, plane->motion) > kBack * norm(slit.lips);
   }
 
   struct Way {

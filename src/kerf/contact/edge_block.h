@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "kerf/base/vec.h"
-#include "kerf/contact/eight.h"
+#include "kerf/base/eight.h"
 #include "kerf/contact/obstacle_mesh.h"
 
 namespace kerf {

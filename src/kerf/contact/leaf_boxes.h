@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "kerf/contact/eight.h"
+#include "kerf/base/eight.h"
 #include "kerf/contact/surface_tree.h"
 
 namespace kerf {

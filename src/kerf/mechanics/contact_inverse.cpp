@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "kerf/base/eight.h"
 #include "kerf/mechanics/step.h"
 
 namespace kerf {
@@ -59,15 +60,12 @@ void sort_shares(ContactInverse& c, std::size_t slots) {
     }
 }
 
-using Eight = float __attribute__((vector_size(32)));
-
 inline Eight load_eight(const float* p) {
   Eight v;
   std::memcpy(&v, p, sizeof v);
   return v;
 }
 inline void store_eight(float* p, const Eight& v) { std::memcpy(p, &v, sizeof v); }
-inline Eight all_eight(float x) { return Eight{x, x, x, x, x, x, x, x}; }
 
 /// out -= sum over k < n of factor[k] v[k], `Blocks` eights at once; the factors lie `step` apart.
 template <int Blocks>

@@ -100,13 +100,16 @@ TEST(BladeFlanks, OpenTheLips) {
     const Vec3 f = session.tools()[0].force;
     EXPECT_LT(most, 2e-5) << dt << ": J; nothing jumps open";
     EXPECT_NEAR(back.right - back.left, 0.001 * 5.5 / 6, 0.0001) << dt << ": as far as the blade is thick there";
-    EXPECT_LT(std::fabs(f.x), 0.01) << dt << ": and they push from both sides alike";
+    EXPECT_LT(std::fabs(f.x), 0.025) << dt << ": with 0.01 to 0.05 N from either side; what is left over bends the strip";
+    EXPECT_NEAR(f.x, session.support_force().x, 0.005) << dt << ": and its supports hold that";
   }
 }
 
 TEST(BladeFlanks, PushTheLipsAside) {
   for (const double dt : kSteps) {
-    Session session = make(strip_scene(dt));
+    Scene scene = strip_scene(dt);
+    scene.cut.resistance = 10;  // else the strip bows onto the edge, and is cut in a hook
+    Session session = make(scene);
     cut_half_way(session);
     for (const double way : {0.003, -0.003}) {
       lead(session, 0.1, {kHere + way, 0.004, -0.012});
@@ -118,7 +121,7 @@ TEST(BladeFlanks, PushTheLipsAside) {
       EXPECT_LT(back.left, -0.0003) << dt;
       EXPECT_GT(back.right, 0.0003) << dt;
       EXPECT_LT(tool.force.x * way, -0.04 * std::fabs(way)) << dt << ": the strip pushes back, with its slit a little longer: it bows onto the edge";
-      EXPECT_NEAR(tool.force.x, held.x, 0.002) << dt << ": with what its supports hold";
+      EXPECT_NEAR(-tool.coupling_force.x, held.x, 0.002) << dt << ": with what its supports hold";
     }
     lead(session, 0.3, {kHere, 0.03, -0.012});
     const double most = run(session, 0.5);

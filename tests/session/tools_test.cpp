@@ -263,11 +263,16 @@ TEST(Tools, ScissorsPushTheLipsThatTheyLeft) {
 TEST(Tools, ScissorsThatOpenGoOnInTheirSlit) {
   for (const double dt : {0.001, 0.005, 0.0167}) {
     Session session = half_cut_by_scissors(dt);
+    double fastest = 0;
     const auto jaws = [&](bool closed) {
       SceneCommand command;
       command.what = SceneJaws{"tool", closed, 0.2};
       ASSERT_TRUE(session.apply(command).ok());
-      ASSERT_TRUE(session.step(static_cast<int>(std::ceil(0.3 / dt))).ok());
+      for (int i = 0; i < static_cast<int>(std::ceil(0.3 / dt)); ++i) {
+        const auto done = session.step();
+        ASSERT_TRUE(done.ok());
+        fastest = std::max(fastest, done->mechanics.kinetic_energy);
+      }
     };
     jaws(false);
     lead(session, {{0.2, {0.003, 0.0075, 0}, session.scene().tools[0].rotation}});
@@ -287,12 +292,14 @@ TEST(Tools, ScissorsThatOpenGoOnInTheirSlit) {
     int slit_ends = 0;
     for (const CollisionVertex v : ids<CollisionVertex>(rest.size())) {
       const Slit slit = slit_at(mesh, rest.raw(), v);
-      if (!slit.ends() || rest[v].y < 0) continue;  // nicks in its lips don't count
+      if (!slit.ends()) continue;
       ++slit_ends;
       end = rest[v].y;
     }
-    EXPECT_EQ(slit_ends, 1) << dt;
+    EXPECT_EQ(slit_ends, 1) << dt << ": no nicks in its lips";
     EXPECT_NEAR(end, 0.0075, 0.0015) << dt;
+    // The shaft, which stands at the slit's mouth by now, touches the rim from the start: lips that come past the hinge don't find themselves in it.
+    EXPECT_LT(fastest, 1e-5) << dt << ": J";
   }
 }
 

@@ -112,7 +112,8 @@ ToolBlade tool_blade(const SceneRigidTool& tool, double jaws) {
 std::vector<ShapePart> tool_parts(const SceneRigidTool& tool, double jaws, const std::vector<ShapePart>& loaded) {
   if (!loaded.empty()) return loaded;
   const ToolSizes s = tool_sizes(tool);
-  const ShapePart shaft = capsule_part({0, 0, s.tip}, {0, 0, s.tip + s.length}, s.radius);
+  // Its round end meets the hinge: whatever touches below is a blade's or a jaw's (Session::Impl::leaves_out).
+  const ShapePart shaft = capsule_part({0, 0, s.tip + std::min(s.radius, 0.5 * s.length)}, {0, 0, s.tip + s.length}, s.radius);
   const double angle = jaws * tool.opening / 2;
   switch (tool.kind) {
     case SceneToolKind::kProbe:

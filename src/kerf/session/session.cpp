@@ -18,8 +18,6 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kParallelNodes = 2000;
-/// Of the body's size: offsets of surface vertices that are dropped.
-constexpr double kFaded = 1e-9;
 /// Items per journaled array that a session has room for before it must allocate.
 constexpr std::size_t kLeastReserve = 1024, kMostReserve = 32768;
 
@@ -184,23 +182,12 @@ Result<SessionStep> Session::step() {
     KERF_TRY(s.apply(command));
   }
   if (s.state.stroke && s.state.stroke->from_command) KERF_TRY(s.advance_command_stroke(until));
-  KERF_TRY(s.use_tools(until));
-  s.renew_loads();
-
-  auto mechanics = s.advance_mechanics();
+  auto mechanics = s.advance();
   if (!mechanics) return mechanics.error();
-  s.feel_tools();
-  carry_unused_nodes(s.state.body.hex, s.state.mechanics, s.carried);
-  fade_offsets(s.state.fade, dt, kFaded * s.size);
-  s.positions_changed();
-  s.carry_edges();
   report.mechanics = *mechanics;
   report.parts = s.parts;
   report.detection = s.detection_seconds;
   s.forces_of = s.state.topology_version;
-  if (s.contact.on)
-    for (const RigidToolResult& tool : s.workspace.contact.tool_results)
-      s.state.largest_tool_force = std::max(s.state.largest_tool_force, norm(tool.force));
   ++s.state.steps;
   s.state.time = static_cast<double>(s.state.steps) * dt;  // no drift
   report.topology_changed = version != s.state.topology_version;

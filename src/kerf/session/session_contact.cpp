@@ -25,24 +25,6 @@ constexpr double kPairTolerance = 0.1;
 constexpr double kDeeper = 0.03;
 constexpr int kTryAgainParts = 4;
 
-/// Adds a part of a step to the report of what came before it.
-void add_part(const StepReport& part, StepReport& sum, bool first) {
-  const StepReport before = sum;
-  sum = part;
-  if (first) return;
-  sum.iterations += before.iterations;
-  sum.block_jacobi_iterations += before.block_jacobi_iterations;
-  sum.passes = std::max(part.passes, before.passes);
-  sum.cap_hit = part.cap_hit || before.cap_hit;
-  sum.two_level = part.two_level || before.two_level;
-  sum.deepest_overlap = std::max(part.deepest_overlap, before.deepest_overlap);
-  sum.seconds_forces += before.seconds_forces;
-  sum.seconds_setup += before.seconds_setup;
-  sum.seconds_solve += before.seconds_solve;
-  sum.seconds_contact += before.seconds_contact;
-  sum.seconds_total += before.seconds_total;
-}
-
 /// Change of the deformation gradient in one part of a step at most (1: a turn of 0.7 radians), and parts at most. Rotations are frozen in a
 /// part; what turns farther, such as a scrap that spins in a long step, would be fed with energy until it explodes.
 constexpr double kTurn = 1, kTurnParts = 16;
@@ -124,9 +106,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divi
   return done;
 }
 
-Result<StepReport> Session::Impl::advance_mechanics() {
-  const double dt = step_options.dt;
-  detection_seconds = 0;
+Result<StepReport> Session::Impl::advance_mechanics(double dt) {
   KERF_TRY(fresh_springs());
   int equal = contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact) : 1;
   equal = std::max(equal, parts_of_turning(dt));

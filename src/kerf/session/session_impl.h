@@ -282,9 +282,24 @@ struct Session::Impl {
   [[nodiscard]] double young_at(HexId copy) const;
   void renew_loads();
 
+  // session_parts.cpp
+  /// Tools and body up to the end of the step: one after the other, in as many parts as edges want that are fast in the material.
+  Result<StepReport> advance();
+  /// dt seconds in equal parts. `tools_first`: else they have cut already.
+  Result<StepReport> divide_tools_and_body(double dt, int equal, bool tools_first);
+  Result<StepReport> advance_tools_and_body(double h, bool tools_first, bool may_divide);
+  /// No other blade is in the body.
+  [[nodiscard]] bool edge_at_work(std::size_t tool) const;
+  /// Half thicknesses that material near an edge will move past it in dt seconds, as far as velocities say, and has moved past it since before_step.
+  [[nodiscard]] double edge_travel(double dt);
+  [[nodiscard]] double edge_travelled();
+  double part_time = 0;  ///< s: the part of a step that is being made
+  /// Adds a part of a step to the report of what came before it.
+  static void add_part(const StepReport& part, StepReport& sum, bool first);
+
   // session_contact.cpp
-  /// Mechanics up to the end of the step, in parts where contact wants it. On an error the state is as it was.
-  Result<StepReport> advance_mechanics();
+  /// Mechanics for dt seconds, in parts where contact wants it. On an error the state is as it was.
+  Result<StepReport> advance_mechanics(double dt);
   /// h seconds from t on; may_divide: in smaller parts where parts of the body come together fast.
   /// `began`: the mechanics as it is now, to try again from in shorter parts; null: take it as it comes.
   Result<StepReport> advance_part(double t, double h, bool may_divide, const MechanicsState* began);

@@ -331,7 +331,7 @@ void Session::Impl::feel_tools() {
 }
 
 double Session::Impl::edge_stiffness(std::size_t i, double inside) const {
-  const double dt = step_options.dt;
+  const double dt = part_time;
   const RigidTool coupling = rigid_tool(scene.tools[i], state.tools[i], state.time, dt);
   const double most = kStableShare * (coupling.mass / (dt * dt) + coupling.damping / dt + coupling.stiffness);
   return std::min(most, scene.cut.resistance * inside / (kPress * state.body.complex.mean_root_edge));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
 
 namespace kerf {
@@ -259,6 +260,40 @@ TEST(TriangleBvh, LargeGridIsLean) {
     const RayHit hit = bvh.first_hit(soup.view(), ray);
     ASSERT_TRUE(hit.valid());
     EXPECT_NEAR(1 - hit.t, 0, 0.11);
+  }
+}
+
+/// Large trees are built in parts, side by side.
+TEST(TriangleBvh, LargeTreesAreTheSameForAnyNumberOfThreads) {
+  const Soup soup = random_soup(300'000, 5, 0.004);
+  const auto made_with = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return TriangleBvh(soup.view());
+  };
+  const TriangleBvh one = made_with(1), four = made_with(4);
+  ASSERT_EQ(one.order(), four.order());
+  ASSERT_EQ(one.nodes().size(), four.nodes().size());
+  TriangleBvh again = four;
+  again.refit(soup.view());  // finds the boxes from the triangles
+  std::vector<int> seen(one.size(), 0);
+  for (std::size_t n = 0; n < one.nodes().size(); ++n) {
+    const TriangleBvh::Node &a = one.nodes()[n], &b = four.nodes()[n], &c = again.nodes()[n];
+    ASSERT_TRUE(a.min == b.min && a.max == b.max && a.first == b.first && a.count == b.count) << n;
+    ASSERT_TRUE(a.min == c.min && a.max == c.max) << n;
+    if (a.count == 0) { ASSERT_GT(a.first, n); }
+    for (std::uint32_t i = a.first; i < a.first + a.count; ++i) ++seen[static_cast<std::size_t>(one.order()[i])];
+  }
+  EXPECT_TRUE(std::all_of(seen.begin(), seen.end(), [](int k) { return k == 1; }));
+  Random random(6);
+  for (int i = 0; i < 20; ++i) {
+    const Vec3 p = draw(random);
+    double best = HUGE_VAL;
+    for (std::int32_t t = 0; t < std::int32_t(soup.view().size()); ++t) {
+      ClosestPoint found;
+      closest_point(p, soup.view()[t], found);
+      best = std::min(best, found.distance);
+    }
+    EXPECT_EQ(one.closest(soup.view(), p).distance, best);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cfloat>
 
 #include "kerf/base/check.h"
+#include "kerf/base/parallel.h"
 
 namespace kerf {
 namespace {
@@ -10,6 +11,7 @@ namespace {
 constexpr std::uint32_t kLeafSize = 4;
 constexpr std::size_t kBins = 16;
 constexpr int kHeuristicDepth = 64;     // deeper parts are halved by count, which adds at most 31 levels
+constexpr std::uint32_t kPart = 1 << 16;  // so many triangles are one thread's
 constexpr std::uint32_t kSmall = 12;    // below this many triangles halving is as good as the heuristic
 
 float round_down(double x) {
@@ -51,6 +53,19 @@ struct TriangleBvh::Builder {
   };
   TriangleBvh& bvh;
   std::vector<Item> items;
+
+  static void set_box(const FloatBox& box, Node& node) {
+    node.min = {box[0], box[1], box[2]};
+    node.max = {-box[3], -box[4], -box[5]};
+  }
+  static void join_children(const std::vector<Node>& nodes, Node& node) {
+    FloatBox box = kEmptyBox;
+    for (std::uint32_t k = 0; k < 2; ++k) {
+      const Node& child = nodes[node.first + k];
+      join(box, {child.min[0], child.min[1], child.min[2], -child.max[0], -child.max[1], -child.max[2]});
+    }
+    set_box(box, node);
+  }
 
   // Position of the split; [begin, end) is then partitioned there.
   std::uint32_t split(std::uint32_t begin, std::uint32_t end, int depth) {
@@ -110,28 +125,73 @@ struct TriangleBvh::Builder {
     return half;
   }
 
-  void build() {
-    const auto n = static_cast<std::uint32_t>(items.size());
-    bvh.nodes_.reserve(n);  // about 0.8 n are used
-    bvh.nodes_.emplace_back();
-    std::vector<Task> tasks{{0, 0, n, 0}};
+  /// The tree of a task, root first. Children come after their parents; their numbers count from the root.
+  std::vector<Node> build_part(const Task& whole) {
+    std::vector<Node> nodes;
+    nodes.reserve(whole.end - whole.begin);  // about 0.8 of them are used
+    nodes.emplace_back();
+    std::vector<Task> tasks{{0, whole.begin, whole.end, whole.depth}};
     while (!tasks.empty()) {
       const Task task = tasks.back();
       tasks.pop_back();
       if (task.end - task.begin <= kLeafSize) {
-        bvh.nodes_[task.node].first = task.begin;
-        bvh.nodes_[task.node].count = task.end - task.begin;
+        Node& leaf = nodes[task.node];
+        leaf.first = task.begin;
+        leaf.count = task.end - task.begin;
+        FloatBox box = kEmptyBox;
+        for (std::uint32_t i = task.begin; i < task.end; ++i) join(box, items[i].box);
+        set_box(box, leaf);
         continue;
       }
-      const std::uint32_t middle = split(task.begin, task.end, task.depth);
-      const auto children = static_cast<std::uint32_t>(bvh.nodes_.size());
-      bvh.nodes_[task.node].first = children;
-      bvh.nodes_.emplace_back();
-      bvh.nodes_.emplace_back();
-      tasks.push_back({children + 1, middle, task.end, task.depth + 1});
-      tasks.push_back({children, task.begin, middle, task.depth + 1});
+      divide(task, nodes, tasks);
     }
-    bvh.nodes_.shrink_to_fit();
+    for (std::size_t n = nodes.size(); n-- > 0;)
+      if (nodes[n].count == 0) join_children(nodes, nodes[n]);
+    return nodes;
+  }
+
+  void divide(const Task& task, std::vector<Node>& nodes, std::vector<Task>& tasks) {
+    const std::uint32_t middle = split(task.begin, task.end, task.depth);
+    const auto children = static_cast<std::uint32_t>(nodes.size());
+    nodes[task.node].first = children;
+    nodes.emplace_back();
+    nodes.emplace_back();
+    tasks.push_back({children + 1, middle, task.end, task.depth + 1});
+    tasks.push_back({children, task.begin, middle, task.depth + 1});
+  }
+
+  /// The top one after the other, the parts below it side by side. Which is which, sizes alone say: the tree is the same for any number of threads.
+  void build() {
+    const auto n = static_cast<std::uint32_t>(items.size());
+    std::vector<Node>& nodes = bvh.nodes_;
+    nodes.emplace_back();
+    std::vector<Task> tasks{{0, 0, n, 0}}, parts;
+    while (!tasks.empty()) {
+      const Task task = tasks.back();
+      tasks.pop_back();
+      if (task.end - task.begin <= kPart) parts.push_back(task);
+      else divide(task, nodes, tasks);
+    }
+    const std::size_t top = nodes.size();
+    std::vector<std::vector<Node>> built(parts.size());
+    parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) built[i] = build_part(parts[i]);
+    });
+    std::size_t all = top;
+    for (const std::vector<Node>& part : built) all += part.size() - 1;
+    nodes.reserve(all);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const auto shift = static_cast<std::uint32_t>(nodes.size() - 1);  // its root stands among the top
+      for (Node& node : built[i])
+        if (node.count == 0) node.first += shift;
+      nodes[parts[i].node] = built[i][0];
+      nodes.insert(nodes.end(), built[i].begin() + 1, built[i].end());
+      built[i] = {};
+    }
+    std::vector<char> is_root(top, 0);
+    for (const Task& part : parts) is_root[part.node] = 1;
+    for (std::size_t i = top; i-- > 0;)
+      if (is_root[i] == 0) join_children(nodes, nodes[i]);
     bvh.order_.resize(n);
     for (std::uint32_t i = 0; i < n; ++i) bvh.order_[i] = items[i].triangle;
   }
@@ -141,30 +201,26 @@ TriangleBvh::TriangleBvh(const TriangleView& triangles) {
   if (triangles.size() == 0) return;
   Builder builder{*this, {}};
   builder.items.resize(triangles.size());
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const auto triangle = static_cast<std::int32_t>(i);
-    builder.items[i] = {triangle_box(triangles[triangle]), triangle};
-  }
+  parallel_for(triangles.size(), kPart, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto triangle = static_cast<std::int32_t>(i);
+      builder.items[i] = {triangle_box(triangles[triangle]), triangle};
+    }
+  });
   builder.build();
-  builder.items = {};
-  refit(triangles);
 }
 
 void TriangleBvh::refit(const TriangleView& triangles) {
   KERF_ASSERT(triangles.size() == order_.size());
   for (std::size_t n = nodes_.size(); n-- > 0;) {  // children come after their parents
     Node& node = nodes_[n];
-    FloatBox box = kEmptyBox;
-    if (node.count > 0) {
-      for (std::uint32_t i = node.first; i < node.first + node.count; ++i) join(box, triangle_box(triangles[order_[i]]));
-    } else {
-      for (std::uint32_t k = 0; k < 2; ++k) {
-        const Node& child = nodes_[node.first + k];
-        join(box, {child.min[0], child.min[1], child.min[2], -child.max[0], -child.max[1], -child.max[2]});
-      }
+    if (node.count == 0) {
+      Builder::join_children(nodes_, node);
+      continue;
     }
-    node.min = {box[0], box[1], box[2]};
-    node.max = {-box[3], -box[4], -box[5]};
+    FloatBox box = kEmptyBox;
+    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) join(box, triangle_box(triangles[order_[i]]));
+    Builder::set_box(box, node);
   }
 }
 

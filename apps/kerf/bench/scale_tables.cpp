@@ -229,6 +229,14 @@ class ScaleBench {
     const int cells = options_.quick ? 20 : 70;
     for (const int count : {1, 2}) {
       const ThreadLimit limit(count);
+      const auto timing = time_binding({"closed-sheet", 2 * visual, 104}, 1, false, true);
+      if (!timing) return timing.error();
+      const BindReport::Seconds& s = timing->report.seconds;
+      table.rows.push_back({static_cast<double>(count), "pre-processing, everything but reading files", fmt::format("{} visual vertices", timing->report.input_vertices),
+                            s.prepare + s.vertices + s.paths + s.patches + s.parameters + s.assemble, ""});
+    }
+    for (const int count : {1, 2}) {
+      const ThreadLimit limit(count);
       const double start = wall_seconds();
       auto large = bench_session({"closed-sheet", visual, offered_collision(options_.quick ? 200 : 20'000)});
       if (!large) return large.error();

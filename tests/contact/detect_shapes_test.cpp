@@ -85,6 +85,32 @@ TEST(DetectShapes, FarShapesCostNoContacts) {
   EXPECT_GT(d.contacts.size(), 25u);
 }
 
+/// A coarse sheet falls fast on boxes below it: edges at their undersides are within reach, but it is not in them. Nor is it if it touches them from above.
+TEST(DetectShapes, WhatIsAboveABoxIsNotInIt) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    Random random(seed);
+    BareSurface sheet(plain_grid_mesh(3, 3), 0.02);
+    const Vec3 half{random.uniform(0.03, 0.3), random.uniform(0.03, 0.3), random.uniform(0.03, 0.3)};
+    RigidShape box = shape_of(box_part({}, half)), mesh = shape_of(mesh_part(testing_support::prepared(testing_support::box_mesh(half))));
+    for (RigidShape* shape : {&box, &mesh}) {
+      shape->axes = testing_support::random_rotation(random);
+      double high = 0;
+      for (int k = 0; k < 3; ++k) high += std::fabs(shape->axes.c[static_cast<std::size_t>(k)].z) * half[k];
+      const double gap = seed % 2 == 0 ? 0.001 : random.uniform(0.001, 0.05);
+      shape->position = {random.uniform(0.2, 0.8), random.uniform(0.2, 0.8), -0.02 - gap - high};
+      sheet.rest();
+      sheet.move({0, 0, -random.uniform(0.02, 0.5)});
+      Detection d;
+      d.run(sheet, std::span(shape, 1));
+      expect_consistent(sheet, d.contacts);
+      for (const Contact& c : d.contacts) {
+        EXPECT_GE(c.gap, 0) << seed;
+        EXPECT_GT(c.normal.z, -0.1) << seed;
+      }
+    }
+  }
+}
+
 /// A sheet folded at random: smooth waves of all directions.
 BareSurface folded_sheet(Random& random, int grid, double radius) {
   BareSurface sheet(plain_grid_mesh(grid, grid), radius);

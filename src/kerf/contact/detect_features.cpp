@@ -163,6 +163,13 @@ void hand_out_points(const NearShape& near) {
   faces.clear();
 }
 
+/// A place on the inner side of a convex edge, by d, has gone in there, unless the other side of the shape is nearer: then it came from there, or is not in the
+/// shape at all but sees the edge through it.
+static bool went_in_here(const NearShape& near, Vec3 place, Vec3 d) {
+  Proximity beyond;
+  return closest_on_part(near.placed, place + d, norm(d), beyond) && beyond.distance < 0;
+}
+
 void hand_out_edges(const NearShape& near, H h, const ShapeEdge& edge, const SegmentFeet& feet) {
   const BodyPoint foot = edge_point(near.body, h, feet.s);
   const Vec3 other = lerp(edge.a, edge.b, feet.t), d = foot.position - other;
@@ -172,9 +179,13 @@ void hand_out_edges(const NearShape& near, H h, const ShapeEdge& edge, const Seg
   // Across both edges if the distance is nothing but rounding.
   Vec3 n = size > 1e-9 * (norm(along) + norm(edge.b - edge.a)) ? (1 / size) * d : normalized(cross(along, edge.b - edge.a));
   if (!(norm(n) > 0.5)) return;
+  const RememberedContact* r = recall_either_end(near.run, name);
   if (dot(edge.outward, edge.outward) > 0) {
-    if (dot(n, edge.outward) < 0) n = -n;
-  } else if (const RememberedContact* r = recall_either_end(near.run, name); r != nullptr && dot(r->normal, n) < 0) {
+    if (dot(n, edge.outward) < 0) {
+      if (!(r != nullptr && dot(r->normal, n) < 0) && !went_in_here(near, foot.position, d)) return;
+      n = -n;
+    }
+  } else if (r != nullptr && dot(r->normal, n) < 0) {
     n = -n;
   }
   if (dot(n, edge.into[0]) > kOffFaces || dot(n, edge.into[1]) > kOffFaces || !near.body.off_faces(h, -n)) return;

@@ -37,6 +37,7 @@ void prepare(const SurfaceState& state, bool between_bodies, BodyFrame& frame) {
       frame.normals[f.index()] = normalized(cross(state.position[v[1].index()] - a, state.position[v[2].index()] - a));
     }
   }
+  frame.rims.clear(s.vertex_count(), s.origin.size());
   frame.thickness.resize(s.vertex_count());
   frame.travel.resize(s.vertex_count());
   frame.sway.resize(s.vertex_count());
@@ -121,18 +122,19 @@ std::uint64_t contact_key(const ContactName& n) {
   return mix(key ^ (bits(n.feature) << 32 | bits(n.other_feature)));
 }
 
-const RememberedContact* recall(const DetectMemory& memory, std::uint64_t key) {
-  const auto at = std::lower_bound(memory.contacts.begin(), memory.contacts.end(), key,
-                                   [](const RememberedContact& r, std::uint64_t k) { return r.key < k; });
-  return at != memory.contacts.end() && at->key == key ? &*at : nullptr;
+const RememberedContact* recall(const DetectRun& run, std::uint64_t key) {
+  if (!run.scratch.sieve.may_have(key)) return nullptr;
+  const std::vector<RememberedContact>& contacts = run.before.contacts;
+  const auto at = std::lower_bound(contacts.begin(), contacts.end(), key, [](const RememberedContact& r, std::uint64_t k) { return r.key < k; });
+  return at != contacts.end() && at->key == key ? &*at : nullptr;
 }
 
 const RememberedContact* recall_either_end(const DetectRun& run, ContactName name) {
   name.slot *= 2;
-  const RememberedContact* r = recall(run.before, contact_key(name));
+  const RememberedContact* r = recall(run, contact_key(name));
   if (r != nullptr) return r;
   ++name.slot;
-  return recall(run.before, contact_key(name));
+  return recall(run, contact_key(name));
 }
 
 void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius) {
@@ -195,6 +197,8 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   scratch.found.clear();
   scratch.meshes = 0;
   scratch.remembered.clear();
+  scratch.sieve = {};
+  for (const RememberedContact& r : memory.contacts) scratch.sieve.add(r.key);
   scratch.bodies.resize(bodies.size());
   scratch.quiet.resize(bodies.size());
   double radius = 0, size = 0;

@@ -1,5 +1,6 @@
 // Bodies against each other and against themselves.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "kerf/contact/detect_scratch.h"
@@ -66,7 +67,6 @@ struct VertexSearch {
   V v;
   BodyPoint point;
   double reach = 0;     ///< of mid-surfaces
-  double approach = 0;  ///< of gaps
   std::array<const RememberedContact*, 2> remembered{};  ///< by slot
   bool recalled = false;
   std::array<FaceFoot, 2> best;                           ///< by slot: on the vertex's + and - side
@@ -79,8 +79,7 @@ struct VertexSearch {
 double side_of(const Pair& pair, VertexSearch& search, F f, Vec3 direction, Vec3 d, bool& known) {
   if (!search.recalled) {
     for (int slot = 0; slot < 2; ++slot)
-      search.remembered[static_cast<std::size_t>(slot)] =
-          recall(pair.run.before, contact_key(vertex_name(pair, search.v, slot)));
+      search.remembered[static_cast<std::size_t>(slot)] = recall(pair.run, contact_key(vertex_name(pair, search.v, slot)));
     search.recalled = true;
   }
   known = false;
@@ -109,7 +108,7 @@ double beside_wall(const BodyPoint& wall, Vec3 conormal, const BodyPoint& p) {
 
 /// The same for the walls at a vertex of a rim: of an outer corner the farther one, of an inner corner the nearer.
 double beside_rim(const BodyView& body, V v, const BodyPoint& p) {
-  const RimVertex rim = rim_at(body, v);
+  const RimVertex& rim = rim_at(body, v);
   if (rim.count == 0) return -HUGE_VAL;
   const BodyPoint wall = vertex_point(body, v);
   const double first = beside_wall(wall, rim.end[0].conormal, p);
@@ -126,7 +125,7 @@ double beside_walls(const BodyView& body, F f, const BodyPoint& p) {
     const V v = body.surface.from(h);
     if (body.surface.cut[h] != 0) {
       const double t = closest_on_segment(p.position, body.position(v), body.position(body.surface.to(h)));
-      beside = std::max(beside, beside_wall(edge_point(body, h, t), -body.into(h), p));
+      beside = std::max(beside, beside_wall(edge_point(body, h, t), out_of_rim(body, h), p));
     } else if (body.surface.on_cut[v] != 0) {
       beside = std::max(beside, beside_rim(body, v, p));
     }
@@ -233,8 +232,8 @@ void measure_lips(const Pair& pair, VertexSearch& search) {
   for (int k = 0; k < search.rim.count; ++k) {
     LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (!lip.edge.valid()) continue;
-    const bool was = recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 0))) != nullptr ||
-                     recall(pair.run.before, contact_key(lip_name(pair, search.v, k, 1))) != nullptr;
+    const bool was = recall(pair.run, contact_key(lip_name(pair, search.v, k, 0))) != nullptr ||
+                     recall(pair.run, contact_key(lip_name(pair, search.v, k, 1))) != nullptr;
     const RimEnd& rim = search.rim.end[static_cast<std::size_t>(k)];
     auto& ends = pair.lip_ends[static_cast<std::size_t>(k)];
     ends = {lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
@@ -278,35 +277,60 @@ void list_faces(const BodyView& body, std::uint32_t leaf, LeafBoxes& list) {
   });
 }
 
-/// A vertex against the rims of all leaves that its own leaf has to do with, and against the faces of some of them.
-void search_vertex(const Pair& pair, V v, std::span<const LeafPair> all, std::span<const LeafPair> some) {
+/// Pairs with the same first leaf; and, of a body with itself, what it has followed so far.
+struct LeafGroup {
+  std::span<const LeafPair> pairs;
+  std::span<const QuietBody::Followed> followed;
+  std::span<const std::uint8_t> fresh;  ///< of these
+  bool any_fresh = true;
+};
+
+/// The second leaves of a group, eight at a time.
+std::span<const LeafBlock> list_partners(const Pair& pair, const LeafGroup& group) {
+  auto& blocks = pair.run.scratch.partners;
+  if (!blocks.empty()) return blocks;
+  blocks.resize((group.pairs.size() + 7) / 8, no_leaves());
+  for (std::size_t i = 0; i < group.pairs.size(); ++i) {
+    const std::uint32_t leaf = group.pairs[i][1];
+    set_leaf(pair.b.frame.boxes.box[leaf], pair.b.frame.directions[leaf], i % 8, blocks[i / 8]);
+  }
+  return blocks;
+}
+
+/// Calls visit(pair, is it one of `some`?) for the pairs of a group whose bit select(block of partners) sets. `some` are in the order of the group.
+template <class Select, class Visit>
+void for_each_near_leaf(const Pair& pair, const LeafGroup& group, std::span<const LeafPair> some, Select&& select, Visit&& visit) {
+  const std::span<const LeafBlock> blocks = list_partners(pair, group);
+  auto tested = some.begin();
+  for (std::size_t b = 0; b < blocks.size(); ++b)
+    for (unsigned bits = select(blocks[b]); bits != 0; bits &= bits - 1) {
+      const std::size_t i = 8 * b + static_cast<std::size_t>(std::countr_zero(bits));
+      if (i >= group.pairs.size()) break;
+      const LeafPair& leaves = group.pairs[i];
+      while (tested != some.end() && (*tested)[1] < leaves[1]) ++tested;
+      visit(leaves, tested != some.end() && *tested == leaves);
+    }
+}
+
+/// Fills scratch.near_faces with the faces that a vertex may touch, or whose rims it may face.
+void find_near_faces(const Pair& pair, V v, double reach, double approach, const LeafGroup& group, std::span<const LeafPair> some, bool has_rim) {
   const BodyView& other = pair.b;
-  const bool on_cut = pair.self && pair.a.surface.on_cut[v] != 0;
-  if (some.empty() && !on_cut) return;
-  VertexSearch search;
-  search.v = v;
-  search.point = vertex_point(pair.a, v);
-  search.approach = pair.run.margin + kApproach * (pair.sway(v.index()) + pair.most_sway);
-  search.reach = norm(search.point.offset) + other.frame.greatest_offset + search.approach;
-  const double r = search.reach + other.frame.boxes.slack + pair.a.frame.boxes.slack;
-  const auto limit = static_cast<float>(r * r);
-  const auto gap_limit = static_cast<float>(search.approach + other.frame.boxes.slack + pair.a.frame.boxes.slack);
+  const double slack = other.frame.boxes.slack + pair.a.frame.boxes.slack, r = reach + slack;
+  const auto square = static_cast<float>(r * r), limit = static_cast<float>(approach + slack);
   const TreeCorner p = pair.a.frame.boxes.points[v.index()], direction = pair.a.frame.unit[v.index()];
   const TreeBox here{p, p}, mine{direction, direction};
-  if (on_cut) search.rim = rim_at(pair.a, v);
   LeafBoxes& faces = pair.run.scratch.leaf_faces;
   auto& near = pair.run.scratch.near_faces;
   near.clear();
-  auto tested = some.begin();  // in the order of all of them
-  for (const LeafPair& leaves : all) {
+  const auto select_leaves = [&](const LeafBlock& leaves) { return leaves_near_point(leaves, p, direction, square, limit); };
+  for_each_near_leaf(pair, group, some, select_leaves, [&](const LeafPair& leaves, bool test) {
     const std::uint32_t partner = leaves[1];
-    const bool test = tested != some.end() && *tested == leaves, rims = search.rim.count > 0 && pair.quiet->has_rim[partner] != 0;
-    if (test) ++tested;
-    if ((!test && !rims) || squared_distance(other.frame.boxes.box[partner], p) > limit) continue;
+    const bool rims = has_rim && pair.quiet->has_rim[partner] != 0;
+    if (!test && !rims) return;
     const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], partner);
     const auto select = [&](std::uint32_t block) {
-      const unsigned bits = near_point(faces.block[block], p, limit);
-      return bits == 0 ? 0 : bits & not_side_by_side(here, mine, faces.block[block], other.frame.directions[partner], gap_limit);
+      const unsigned bits = near_point(faces.block[block], p, square);
+      return bits == 0 ? 0 : bits & not_side_by_side(here, mine, faces.block[block], other.frame.directions[partner], limit);
     };
     list_faces(other, partner, faces);
     faces.for_each(partner, select, [&](std::uint32_t i) {
@@ -315,25 +339,37 @@ void search_vertex(const Pair& pair, V v, std::span<const LeafPair> all, std::sp
       const bool own = pair.self && (c[0] == v || c[1] == v || c[2] == v);
       if ((rims || !own) && (!neighbours || !is_clear_neighbour(pair.a.surface, v, f))) near.push_back({f, rims, test && !own, neighbours});
     });
-  }
-  if (search.rim.count > 0) {
+  });
+}
+
+/// A vertex against the rims of all leaves that its own leaf has to do with, and against the faces of some of them.
+void search_vertex(const Pair& pair, V v, const LeafGroup& group, std::span<const LeafPair> some) {
+  const bool on_cut = pair.self && pair.a.surface.on_cut[v] != 0;
+  if (some.empty() && !on_cut) return;
+  const int rims = on_cut ? rim_at(pair.a, v).count : 0;
+  const double approach = pair.run.margin + kApproach * (pair.sway(v.index()) + pair.most_sway);
+  const double reach = pair.a.frame.thickness[v.index()] + pair.b.frame.greatest_offset + approach;
+  find_near_faces(pair, v, reach, approach, group, some, rims > 0);
+  const auto& near = pair.run.scratch.near_faces;
+  bool touches = false;
+  if (!near.empty()) {
+    VertexSearch search;
+    search.v = v;
+    search.point = vertex_point(pair.a, v);
+    search.reach = reach;
+    if (on_cut) search.rim = rim_at(pair.a, v);
+    if (rims > 0) {
+      for (const auto& it : near)
+        if (it.rims) offer_lips(pair, search, it.face);
+      measure_lips(pair, search);
+    }
     for (const auto& it : near)
-      if (it.rims) offer_lips(pair, search, it.face);
-    measure_lips(pair, search);
+      if (it.test) offer_face(pair, search, it.face, it.hang_together);
+    touches = hand_out_vertex(pair, search);
   }
-  for (const auto& it : near)
-    if (it.test) offer_face(pair, search, it.face, it.hang_together);
-  const bool touches = hand_out_vertex(pair, search);
   if (pair.quiet != nullptr) pair.quiet->vertex[v.index()].touched = touches ? 1 : 0;
 }
 
-/// Pairs with the same first leaf; and, of a body with itself, what it has followed so far.
-struct LeafGroup {
-  std::span<const LeafPair> pairs;
-  std::span<const QuietBody::Followed> followed;
-  std::span<const std::uint8_t> fresh;  ///< of these
-  bool any_fresh = true;
-};
 template <class Visit>
 void for_each_group(const Pair& pair, Visit&& visit) {
   const std::span<const LeafPair> pairs = pair.run.scratch.leaf_pairs;
@@ -352,6 +388,7 @@ void for_each_group(const Pair& pair, Visit&& visit) {
       group.fresh = std::span<const std::uint8_t>(pair.quiet->fresh).subspan(at, behind - at);
       group.any_fresh = std::find(group.fresh.begin(), group.fresh.end(), 1) != group.fresh.end();
     }
+    pair.run.scratch.partners.clear();
     visit(group);
     i = end;
   }
@@ -421,7 +458,7 @@ void search_vertices(const Pair& pair) {
       for (int k = 0; k < 3; ++k)
         if (const H h = ContactSurface::corner(f, k); surface.owns_vertex(h)) {
           const V v = surface.origin[h];
-          search_vertex(pair, v, group.pairs, vertex_pairs(pair, v, group));
+          search_vertex(pair, v, group, vertex_pairs(pair, v, group));
         }
     });
   });
@@ -454,7 +491,7 @@ double apart_from_wall(const BodyPoint& wall_first, const BodyPoint& wall_last, 
 double edge_beside_walls(const BodyView& a, H h, const BodyView& b, H g) {
   const BodyPoint first = vertex_point(a, a.surface.from(h)), last = vertex_point(a, a.surface.to(h));
   if (b.surface.cut[g] != 0)
-    return apart_from_wall(vertex_point(b, b.surface.from(g)), vertex_point(b, b.surface.to(g)), -b.into(g), first, last);
+    return apart_from_wall(vertex_point(b, b.surface.from(g)), vertex_point(b, b.surface.to(g)), out_of_rim(b, g), first, last);
   double beside = -HUGE_VAL;
   for (const V v : {b.surface.from(g), b.surface.to(g)})
     if (b.surface.on_cut[v] != 0) beside = std::max(beside, std::min(beside_rim(b, v, first), beside_rim(b, v, last)));
@@ -471,7 +508,7 @@ struct CrossingRims {
 /// normal is upright to both; it points out of wall and face of either.
 CrossingRims test_rims(const Pair& pair, H h, H g) {
   const ContactSurface& s = pair.a.surface;
-  const Vec3 out = -pair.a.into(h), other_out = -pair.b.into(g);
+  const Vec3 out = out_of_rim(pair.a, h), other_out = out_of_rim(pair.b, g);
   CrossingRims rims;
   if (!(dot(out, other_out) < 0)) return rims;
   rims.known = true;
@@ -490,7 +527,7 @@ CrossingRims test_rims(const Pair& pair, H h, H g) {
     const ContactName name{ContactKind::kEdgeEdge, lift > 0 ? 1 : 2, pair.a.index, pair.b.index, 0, h.value, g.value};
     const double gap = dot(n, x.position + lift * x.offset - y.position + lift * y.offset), radius = norm(x.offset);
     // Deep at first sight, they crossed in this step, or the normal is wrong: it has to leave no cone.
-    const double off = gap < -kPassed * radius && recall(pair.run.before, contact_key(name)) == nullptr ? 0 : kOffCone;
+    const double off = gap < -kPassed * radius && recall(pair.run, contact_key(name)) == nullptr ? 0 : kOffCone;
     const double over = -lift * dot(n, y.offset), under = -lift * dot(n, x.offset);
     if (!(dot(n, other_out) >= -off && -dot(n, out) >= -off && over >= -off * norm(y.offset) && under >= -off * norm(x.offset)) ||
         gap < -kLostRims * radius) {
@@ -508,8 +545,8 @@ CrossingRims test_rims(const Pair& pair, H h, H g) {
 bool are_side_by_side(const Pair& pair, H h, const BodyPoint& x, H g, const BodyPoint& y) {
   const double travel = norm(x.travel - y.travel);
   if (!(travel < kHardly * norm(x.offset))) return false;
-  return (pair.b.surface.cut[g] != 0 && beside_wall(y, -pair.b.into(g), x) > travel) ||
-         (pair.a.surface.cut[h] != 0 && beside_wall(x, -pair.a.into(h), y) > travel);
+  return (pair.b.surface.cut[g] != 0 && beside_wall(y, out_of_rim(pair.b, g), x) > travel) ||
+         (pair.a.surface.cut[h] != 0 && beside_wall(x, out_of_rim(pair.a, h), y) > travel);
 }
 
 void test_edges(const Pair& pair, H h, H g, double reach) {
@@ -527,7 +564,7 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   const ContactName name{ContactKind::kEdgeEdge, 0, pair.a.index, pair.b.index, 0, h.value, g.value};
   Vec3 n = size > 1e-9 * (norm(b - a) + norm(e - c)) ? (1 / size) * d : normalized(cross(b - a, e - c));
   if (!(norm(n) > 0.5)) return;
-  const RememberedContact* r = recall(pair.run.before, contact_key(name));
+  const RememberedContact* r = recall(pair.run, contact_key(name));
   if (r != nullptr && dot(r->normal, n) < 0) n = -n;
   if (!pair.a.off_faces(h, -n) || !pair.b.off_faces(g, n)) return;
   const double gap = prism_gap(x, y, n);
@@ -562,14 +599,13 @@ void list_edges(const BodyView& body, std::uint32_t leaf, LeafEdges& list) {
   });
 }
 
-/// Calls visit(edge of the other leaf) for all of them that edge `i` has to do with and that select(list, number of a block, bits) leaves of those that are near.
+/// Calls visit(edge of the other leaf, which comes near) for all of them that edge `i` has to do with and that select(list, number of a block, bits)
+/// leaves of those that are near.
 template <class Select, class Visit>
 void for_each_edge(const Pair& pair, std::uint32_t i, const LeafPair& leaves, float reach, Select&& select, Visit&& visit) {
   const auto [leaf, other] = leaves;
-  if (pair.self && other < leaf) return;
   LeafEdges &mine = pair.run.scratch.leaf_edges, &others = pair.self ? mine : pair.run.scratch.other_leaf_edges;
   const TreeBox box = mine.box[i];
-  if (!near(box, pair.b.frame.boxes.box[other], reach)) return;
   list_edges(pair.b, other, others);
   const std::uint32_t first = leaf == other && pair.self ? i + 1 : 0;  // of one leaf with itself, each pair once
   const auto chosen = [&](std::uint32_t block) {
@@ -587,9 +623,11 @@ std::span<const LeafPair> edge_pairs(const Pair& pair, std::uint32_t i, const Le
   const H h(pair.run.scratch.leaf_edges.item[i]);
   const double reach = 2 * pair.a.frame.greatest_offset + quiet_skin(pair.a) + 2 * pair.a.frame.boxes.slack;
   return pairs_to_test(pair, group, approach, pair.quiet->edge[h.index()], [&](const LeafPair& leaves, double limit, double most) {
+    const auto far = static_cast<float>(reach + limit);
+    if (leaves[1] < leaves[0] || !near(pair.run.scratch.leaf_edges.box[i], pair.b.frame.boxes.box[leaves[1]], far)) return most;
     const bool together = hang_together(pair.a.surface, leaves[0], leaves[1]);
     const auto all = [](const LeafEdges&, std::uint32_t, unsigned near) { return near; };
-    for_each_edge(pair, i, leaves, static_cast<float>(reach + limit), all, [&](H g) {
+    for_each_edge(pair, i, leaves, far, all, [&](H g) {
       if (most > 0) most = quiet_edges(pair.a, h, g, together, limit, most, pair.run.scratch.neighbours);
     });
     return most;
@@ -597,7 +635,7 @@ std::span<const LeafPair> edge_pairs(const Pair& pair, std::uint32_t i, const Le
 }
 
 /// A coarse edge against those of other leaves.
-void search_edge(const Pair& pair, std::uint32_t i, std::span<const LeafPair> pairs, double reach, double approach) {
+void search_edge(const Pair& pair, std::uint32_t i, const LeafGroup& group, std::span<const LeafPair> some, double reach, double approach) {
   const double slack = pair.a.frame.boxes.slack + pair.b.frame.boxes.slack;
   const auto r = static_cast<float>(reach + slack), limit = static_cast<float>(approach + slack);
   const H h(pair.run.scratch.leaf_edges.item[i]);
@@ -607,9 +645,11 @@ void search_edge(const Pair& pair, std::uint32_t i, std::span<const LeafPair> pa
   SegmentProbe probe{points[from.index()], points[to.index()], -1, -1, static_cast<float>(slack)};
   if (pair.self) probe.from = from.value, probe.to = to.value;
   const bool rim = pair.self && pair.a.surface.cut[h] != 0;
-  for (const LeafPair& leaves : pairs) {
-    if (pair.self && leaves[1] < leaves[0]) continue;
-    const TreeBox &directions = pair.a.frame.directions[leaves[0]], &other_directions = pair.b.frame.directions[leaves[1]];
+  const TreeBox& directions = pair.a.frame.directions[group.pairs[0][0]];
+  const auto select_leaves = [&](const LeafBlock& leaves) { return leaves_near_box(leaves, box, directions, r, limit); };
+  for_each_near_leaf(pair, group, some, select_leaves, [&](const LeafPair& leaves, bool test) {
+    if (!test || (pair.self && leaves[1] < leaves[0])) return;
+    const TreeBox& other_directions = pair.b.frame.directions[leaves[1]];
     const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], leaves[1]);
     const auto select = [&](const LeafEdges& others, std::uint32_t block, unsigned near) {
       const SegmentBlock& ends = others.ends[block];
@@ -619,7 +659,7 @@ void search_edge(const Pair& pair, std::uint32_t i, std::span<const LeafPair> pa
     for_each_edge(pair, i, leaves, r, select, [&](H g) {
       if (!neighbours || !are_clear_neighbours(pair.a.surface, h, g)) test_edges(pair, h, g, reach);
     });
-  }
+  });
 }
 
 void search_edges(const Pair& pair, double reach, double approach) {
@@ -634,7 +674,7 @@ void search_edges(const Pair& pair, double reach, double approach) {
       const std::span<const LeafPair> some = edge_pairs(pair, i, group, approach);
       if (some.empty()) continue;
       const std::size_t before = pair.run.scratch.found.size();
-      search_edge(pair, i, some, reach, approach);
+      search_edge(pair, i, group, some, reach, approach);
       if (pair.quiet != nullptr) pair.quiet->edge[h.index()].touched = pair.run.scratch.found.size() > before ? 1 : 0;
     }
   });

@@ -11,6 +11,7 @@
 #include "kerf/contact/leaf_boxes.h"
 #include "kerf/contact/quiet.h"
 #include "kerf/contact/rest_neighbours.h"
+#include "kerf/contact/rim.h"
 #include "kerf/contact/shape_features.h"
 
 namespace kerf {
@@ -24,6 +25,7 @@ struct BodyFrame {
   std::vector<double> thickness;    ///< per vertex: length of its offset, m
   std::vector<double> travel;       ///< per vertex: length of predicted - position, m
   std::vector<double> sway;         ///< the same less the body's mean motion
+  mutable RimMemory rims;           ///< lips.h
   double greatest_travel = 0, greatest_sway = 0, greatest_offset = 0;
 };
 
@@ -80,6 +82,14 @@ struct FaceCandidate {
   Vec3 direction;                ///< unit, up to its sign: of the face's normal, or from the point to its foot
 };
 
+/// Which keys are in the memory, roughly: most that are asked for are not.
+struct KeySieve {
+  static constexpr std::size_t kWords = 128;
+  std::array<std::uint64_t, kWords> bits{};
+  void add(std::uint64_t key) { bits[key / 64 % kWords] |= std::uint64_t{1} << key % 64; }
+  [[nodiscard]] bool may_have(std::uint64_t key) const { return (bits[key / 64 % kWords] >> key % 64 & 1) != 0; }
+};
+
 /// A node of one tree and a list of nodes of another.
 struct TreeTask {
   std::uint32_t node, begin, end;
@@ -93,6 +103,7 @@ struct DetectScratch {
   std::vector<TreeTask> tasks;
   std::vector<Contact> found;                   ///< as they come
   std::vector<RememberedContact> remembered;    ///< in parallel
+  KeySieve sieve;                               ///< of the memory that this call is given
   std::vector<std::uint32_t> order;
   ShapeFeatures features;
   std::vector<FaceCandidate> faces;
@@ -101,6 +112,7 @@ struct DetectScratch {
   std::vector<QuietBody> quiet;                 ///< per body
   LeafBoxes leaf_faces;                         ///< of the body whose faces are tested
   LeafEdges leaf_edges, other_leaf_edges;           ///< coarse ones, each in its owner's leaf
+  std::vector<LeafBlock> partners;              ///< second leaves of the group of pairs at work; none: not listed yet
   struct NearFace {
     CollisionTriangle face;
     bool rims, test, hang_together;             ///< look for rims on it, test it, are its leaf and the vertex's neighbours
@@ -136,7 +148,7 @@ struct ContactName {
 std::uint64_t contact_key(const ContactName& name);
 
 /// What the last step knew under this key, or none.
-const RememberedContact* recall(const DetectMemory& memory, std::uint64_t key);
+const RememberedContact* recall(const DetectRun& run, std::uint64_t key);
 
 /// A shape of the scene: an obstacle or a tool.
 struct ShapeRef {

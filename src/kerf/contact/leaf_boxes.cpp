@@ -25,6 +25,80 @@ inline Eight root(const Eight& v) {
 
 }  // namespace
 
+LeafBlock no_leaves() {
+  LeafBlock block{};
+  for (std::size_t k = 0; k < 3; ++k) block.min[k] = block.max[k] = all_eight(kFar);
+  return block;
+}
+
+void set_leaf(const TreeBox& box, const TreeBox& directions, std::size_t i, LeafBlock& block) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    block.min[k][i] = box.min.x[k];
+    block.max[k][i] = box.max.x[k];
+    block.centre[k][i] = 0.5f * (directions.min.x[k] + directions.max.x[k]);
+    block.width[k][i] = 0.5f * (directions.max.x[k] - directions.min.x[k]);
+  }
+  block.size[i] = directions.max.x[3];
+}
+
+namespace {
+
+/// What is computed here is right to this part of it.
+constexpr float kRounding = 1e-5f;
+
+/// Where a box lies from eight leaves: the box of all differences, and the least distance.
+struct Between {
+  Eight middle[3], half[3], farthest[3], square, distance;
+};
+inline Between between(const LeafBlock& block, const TreeBox& a) {
+  Between it;
+  it.square = Eight{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    it.middle[k] = 0.5f * (a.min.x[k] + a.max.x[k] - block.min[k] - block.max[k]);
+    it.half[k] = 0.5f * (a.max.x[k] - a.min.x[k] + block.max[k] - block.min[k]);
+    it.farthest[k] = absolute(it.middle[k]) + it.half[k];
+    const Eight beyond = greater(absolute(it.middle[k]) - it.half[k], Eight{});
+    it.square += beyond * beyond;
+  }
+  it.distance = root(it.square);
+  return it;
+}
+
+/// side_by_side(), by so much more that rounding can't make it true of a leaf and not of what is in it.
+inline EightBits clearly_side_by_side(const LeafBlock& block, const Between& it, const TreeBox& a_directions, float limit) {
+  Eight along[3], spread[3], other_along[3], other_spread[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    const float centre = 0.5f * (a_directions.min.x[k] + a_directions.max.x[k]), width = 0.5f * (a_directions.max.x[k] - a_directions.min.x[k]);
+    along[k] = centre * it.middle[k];
+    spread[k] = std::fabs(centre) * it.half[k] + width * it.farthest[k];
+    other_along[k] = block.centre[k] * it.middle[k];
+    other_spread[k] = absolute(block.centre[k]) * it.half[k] + block.width[k] * it.farthest[k];
+  }
+  const Eight inverse = 1 / it.distance, one = all_eight(1);
+  const Eight part = (absolute(along[0] + along[1] + along[2]) + (spread[0] + spread[1] + spread[2])) * inverse;
+  const Eight other = (absolute(other_along[0] + other_along[1] + other_along[2]) + (other_spread[0] + other_spread[1] + other_spread[2])) * inverse;
+  const float size = a_directions.max.x[3];
+  const Eight gap = it.distance - size * lesser(part, one) - block.size * lesser(other, one);
+  // Where the distance is zero, the quotients are not numbers, and so is the gap: not side by side.
+  return (it.distance > all_eight(limit * (1 + kRounding))) & (gap > limit + kRounding * (it.distance + size + block.size));
+}
+
+}  // namespace
+
+unsigned leaves_near_point(const LeafBlock& block, const TreeCorner& p, const TreeCorner& direction, float square, float limit) {
+  const Between it = between(block, {p, p});
+  const EightBits far = it.square > all_eight(square * (1 + kRounding));
+  const unsigned near = zeros(far);
+  return near == 0 ? 0 : near & zeros(clearly_side_by_side(block, it, {direction, direction}, limit));
+}
+
+unsigned leaves_near_box(const LeafBlock& block, const TreeBox& a, const TreeBox& a_directions, float reach, float limit) {
+  EightBits far{};
+  for (std::size_t k = 0; k < 3; ++k) far |= greater(block.min[k] - a.max.x[k], a.min.x[k] - block.max[k]) > all_eight(reach);
+  const unsigned near = zeros(far);
+  return near == 0 ? 0 : near & zeros(clearly_side_by_side(block, between(block, a), a_directions, limit));
+}
+
 unsigned near_point(const BoxBlock& block, const TreeCorner& p, float square) {
   Eight d[3];
   for (std::size_t k = 0; k < 3; ++k) {
@@ -68,15 +142,17 @@ unsigned not_side_by_side(const TreeBox& a, const TreeBox& a_directions, const B
 }
 
 unsigned may_have_inner_feet(const SegmentBlock& block, const SegmentProbe& probe) {
-  Eight u[3], v[3], w[3], size = all_eight(0), other = all_eight(0), between = all_eight(0);
+  float u[3], uu = 0, size = 0;
+  Eight w[3], between = all_eight(0);
   for (std::size_t k = 0; k < 3; ++k) {
-    u[k] = all_eight(probe.b.x[k] - probe.a.x[k]);
-    v[k] = block.b[k] - block.a[k];
+    u[k] = probe.b.x[k] - probe.a.x[k];
+    uu += u[k] * u[k];
+    size += std::fabs(u[k]);
     w[k] = probe.a.x[k] - block.a[k];
-    size += absolute(u[k]), other += absolute(v[k]), between += absolute(w[k]);
+    between += absolute(w[k]);
   }
-  const auto product = [](const Eight(&a)[3], const Eight(&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-  const Eight uu = product(u, u), vv = product(v, v), uv = product(u, v), uw = product(u, w), vw = product(v, w);
+  const Eight &vv = block.square, &other = block.size, (&v)[3] = block.along;
+  const Eight uv = u[0] * v[0] + u[1] * v[1] + u[2] * v[2], uw = u[0] * w[0] + u[1] * w[1] + u[2] * w[2], vw = v[0] * w[0] + v[1] * w[1] + v[2] * w[2];
   const Eight det = uu * vv - uv * uv, s = uv * vw - vv * uw, t = uu * vw - uv * uw;
   // Ends are rounded by a part of `slack`: with lengths of at most M, s and t change by 8 of that, det by 4, times M squared and one length.
   const Eight all = size + other + between, error = all * all * (8 * probe.slack + (64 * FLT_EPSILON) * all);
@@ -117,8 +193,11 @@ void LeafEdges::set_last(const TreeCorner& a, const TreeCorner& b, std::int32_t 
   if (lane == 0) ends.emplace_back();
   SegmentBlock& it = ends.back();
   for (std::size_t k = 0; k < 3; ++k) {
+    const float along = b.x[k] - a.x[k];
     it.a[k][lane] = a.x[k];
-    it.b[k][lane] = b.x[k];
+    it.along[k][lane] = along;
+    it.square[lane] += along * along;
+    it.size[lane] += std::fabs(along);
   }
   it.from[lane] = from;
   it.to[lane] = to;

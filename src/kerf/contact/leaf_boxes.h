@@ -22,9 +22,22 @@ unsigned near_box(const BoxBlock& block, const TreeBox& box, float reach);
 /// Bit i: side_by_side() does not hold for `a` and box i, whose directions are in `directions`.
 unsigned not_side_by_side(const TreeBox& a, const TreeBox& a_directions, const BoxBlock& block, const TreeBox& directions, float limit);
 
+/// Eight leaves of a body's tree: their boxes, and those of the directions in them. Unused ones, at the end, are far away.
+struct LeafBlock {
+  Eight min[3], max[3];
+  Eight centre[3], width[3], size;  ///< of the directions: middle, half width; longest offset, m
+};
+LeafBlock no_leaves();
+void set_leaf(const TreeBox& box, const TreeBox& directions, std::size_t i, LeafBlock& block);
+/// Bit i: something in leaf i may be what near_point() and not_side_by_side() select, together: none of that is left out.
+unsigned leaves_near_point(const LeafBlock& block, const TreeCorner& p, const TreeCorner& direction, float square, float limit);
+/// The same of near_box() and not_side_by_side().
+unsigned leaves_near_box(const LeafBlock& block, const TreeBox& a, const TreeBox& a_directions, float reach, float limit);
+
 /// The edges in eight boxes.
 struct SegmentBlock {
-  Eight a[3], b[3];    ///< ends, m
+  Eight a[3], along[3];  ///< first end, and from there to the other, m
+  Eight square, size;  ///< of the length, and the sum of its coordinates' sizes
   EightBits from, to;  ///< their vertices
   unsigned rims = 0;   ///< bit i: edge i was made by a cut
 };

@@ -53,23 +53,47 @@ bool back_to_back(const ContactSurface& s, const BodyPoint& v, H h) {
   return dot(inward, d) > kBehind * norm(inward) * distance;
 }
 
+/// The number of an edge in the memory of this call.
+std::size_t known_edge(const BodyView& body, H h) {
+  RimMemory& rims = body.frame.rims;
+  std::int32_t& number = rims.edge[h.index()];
+  if (number == RimMemory::kUnknown) {
+    number = static_cast<std::int32_t>(rims.edges.size());
+    rims.edges.push_back({-body.into(h), {}, false});
+  }
+  return static_cast<std::size_t>(number);
+}
+
 /// The conormal that edge h has at one of its ends: smooth rims share it.
 Vec3 conormal_at(const BodyView& body, H h, Vec3 own, bool at_end) {
   const RimEdges rim = rim_edges(body.surface, at_end ? body.surface.to(h) : body.surface.from(h));
   const H other = at_end ? rim.out : rim.in;
   if (!other.valid() || other == h) return own;
-  const Vec3 c = -body.into(other);
+  const Vec3 c = out_of_rim(body, other);
   return dot(c, own) > kSmooth ? normalized(c + own) : own;
 }
 
-}  // namespace
+/// The same at t on the edge, unit.
+Vec3 conormal_between(const BodyView& body, H h, double t) {
+  const std::size_t number = known_edge(body, h);
+  std::vector<RimEdge>& edges = body.frame.rims.edges;
+  if (!edges[number].ends_known) {
+    const Vec3 own = edges[number].conormal;
+    for (const bool at_end : {false, true}) {
+      const Vec3 c = conormal_at(body, h, own, at_end);  // may find other edges
+      edges[number].at[at_end ? 1 : 0] = c;
+    }
+    edges[number].ends_known = true;
+  }
+  return normalized(lerp(edges[number].at[0], edges[number].at[1], t));
+}
 
-RimVertex rim_at(const BodyView& body, V v) {
+RimVertex find_rim(const BodyView& body, V v) {
   const RimEdges edges = rim_edges(body.surface, v);
   const Vec3 x = body.position(v);
   RimVertex r;
-  if (edges.out.valid()) r.end[0] = {-body.into(edges.out), {normalized(body.position(body.surface.to(edges.out)) - x)}};
-  if (edges.in.valid()) r.end[1] = {-body.into(edges.in), {normalized(body.position(body.surface.from(edges.in)) - x)}};
+  if (edges.out.valid()) r.end[0] = {out_of_rim(body, edges.out), {normalized(body.position(body.surface.to(edges.out)) - x)}};
+  if (edges.in.valid()) r.end[1] = {out_of_rim(body, edges.in), {normalized(body.position(body.surface.from(edges.in)) - x)}};
   if (!edges.out.valid()) std::swap(r.end[0], r.end[1]);
   r.count = edges.out.valid() && edges.in.valid() ? 2 : edges.out.valid() || edges.in.valid() ? 1 : 0;
   if (r.count < 2) return r;
@@ -83,6 +107,20 @@ RimVertex rim_at(const BodyView& body, V v) {
   return r;
 }
 
+}  // namespace
+
+Vec3 out_of_rim(const BodyView& body, H h) { return body.frame.rims.edges[known_edge(body, h)].conormal; }
+
+const RimVertex& rim_at(const BodyView& body, V v) {
+  RimMemory& rims = body.frame.rims;
+  if (rims.vertex[v.index()] == RimMemory::kUnknown) {
+    const RimVertex r = find_rim(body, v);
+    rims.vertex[v.index()] = static_cast<std::int32_t>(rims.vertices.size());
+    rims.vertices.push_back(r);
+  }
+  return rims.vertices[static_cast<std::size_t>(rims.vertex[v.index()])];
+}
+
 void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h, LipFoot& best) {
   const Vec3 a = body.position(body.surface.from(h)), b = body.position(body.surface.to(h));
   const double t = closest_on_segment(v.position, a, b);
@@ -90,8 +128,7 @@ void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h,
   const Vec3 d = v.position - foot.position;
   const double distance = norm(d);
   if (!(distance <= best.score)) return;
-  const Vec3 own = -body.into(h);
-  const Vec3 c = normalized(lerp(conormal_at(body, h, own, false), conormal_at(body, h, own, true), t));
+  const Vec3 c = conormal_between(body, h, t);
   if (!(dot(c, rim.conormal) < kFacing) || back_to_back(body.surface, v, h)) return;
   const Vec3 n = normalized(c - rim.conormal);
   // Walls that don't overlap along the thickness pass over each other.

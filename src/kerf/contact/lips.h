@@ -12,17 +12,10 @@
 
 namespace kerf {
 
-/// One smooth piece of rim at a vertex. Where a rim turns sharply (two cuts cross) the vertex has two.
-struct RimEnd {
-  Vec3 conormal;              ///< unit, out of the material
-  std::array<Vec3, 2> along;  ///< along the rim's edges, away from the vertex; zero: none
-};
-struct RimVertex {
-  std::array<RimEnd, 2> end;
-  int count = 0;              ///< 0: no rim, or the tip of a cut
-};
-/// Rims at a vertex, from edges made by cuts alone: the outer border would tilt them.
-RimVertex rim_at(const BodyView& body, CollisionVertex v);
+/// Rims at a vertex, from edges made by cuts alone: the outer border would tilt them. Good until another vertex is asked about.
+const RimVertex& rim_at(const BodyView& body, CollisionVertex v);
+/// Out of the material at an edge made by a cut: unit, in its face.
+Vec3 out_of_rim(const BodyView& body, CollisionHalfEdge h);
 
 /// The nearest place on a facing lip.
 struct LipFoot {

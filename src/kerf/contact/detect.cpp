@@ -1,8 +1,8 @@
 #include "kerf/contact/detect.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "kerf/contact/near_shape.h"
@@ -81,18 +81,38 @@ void detect_shape(DetectRun& run, const ShapeRef& ref) {
   }
 }
 
+/// Fills scratch.order. Keys are as good as random: by their first bits each has a place of about its own, and is moved on from there.
+void sort_found(DetectScratch& scratch) {
+  using FoundKey = DetectScratch::FoundKey;
+  const std::vector<Contact>& found = scratch.found;
+  const int bits = 1 + static_cast<int>(std::bit_width(found.size()));
+  const auto bucket = [&](std::uint64_t key) { return static_cast<std::size_t>(key >> (64 - bits)); };
+  auto& begin = scratch.order_begin;
+  begin.assign((std::size_t{1} << bits) + 1, 0);
+  for (const Contact& c : found) ++begin[bucket(c.key) + 1];
+  for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+  scratch.order.resize(found.size());
+  for (std::uint32_t i = 0; i < found.size(); ++i) scratch.order[begin[bucket(found[i].key)]++] = {found[i].key, i};
+  const auto before = [&](const FoundKey& a, const FoundKey& b) {
+    if (a.key != b.key) return a.key < b.key;
+    const double x = found[a.found].gap, y = found[b.found].gap;
+    return x != y ? x < y : a.found < b.found;
+  };
+  for (std::size_t i = 1; i < scratch.order.size(); ++i) {
+    const FoundKey it = scratch.order[i];
+    std::size_t at = i;
+    for (; at > 0 && before(it, scratch.order[at - 1]); --at) scratch.order[at] = scratch.order[at - 1];
+    scratch.order[at] = it;
+  }
+}
+
 /// By key, each once (features that were found twice are the same contact).
 void deliver(DetectScratch& scratch, DetectMemory& memory, std::vector<Contact>& contacts) {
-  scratch.order.resize(scratch.found.size());
-  std::iota(scratch.order.begin(), scratch.order.end(), 0u);
-  std::sort(scratch.order.begin(), scratch.order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const Contact &x = scratch.found[a], &y = scratch.found[b];
-    return x.key != y.key ? x.key < y.key : x.gap != y.gap ? x.gap < y.gap : a < b;
-  });
+  sort_found(scratch);
   contacts.clear();
   memory.contacts.clear();
-  for (const std::uint32_t i : scratch.order) {
-    if (!contacts.empty() && contacts.back().key == scratch.found[i].key) continue;
+  for (const auto& [key, i] : scratch.order) {
+    if (!contacts.empty() && contacts.back().key == key) continue;
     contacts.push_back(scratch.found[i]);
     memory.contacts.push_back(scratch.remembered[i]);
   }

@@ -67,8 +67,11 @@ struct VertexSearch {
   V v;
   BodyPoint point;
   double reach = 0;     ///< of mid-surfaces
+  double far = 0;       ///< no gap matters that is larger than this
+  double radius = 0;    ///< half thickness
+  double from_origin = 0;
   std::array<const RememberedContact*, 2> remembered{};  ///< by slot
-  bool recalled = false;
+  [[nodiscard]] bool is_remembered() const { return remembered[0] != nullptr || remembered[1] != nullptr; }
   std::array<FaceFoot, 2> best;                           ///< by slot: on the vertex's + and - side
   RimVertex rim;
   std::array<LipFoot, 2> lip;
@@ -76,12 +79,7 @@ struct VertexSearch {
 };
 
 /// Which way a direction (unit, up to its sign) points from the face to the vertex: as in the last step, else by where it is.
-double side_of(const Pair& pair, VertexSearch& search, F f, Vec3 direction, Vec3 d, bool& known) {
-  if (!search.recalled) {
-    for (int slot = 0; slot < 2; ++slot)
-      search.remembered[static_cast<std::size_t>(slot)] = recall(pair.run, contact_key(vertex_name(pair, search.v, slot)));
-    search.recalled = true;
-  }
+double side_of(const Pair& pair, const VertexSearch& search, F f, Vec3 direction, Vec3 d, bool& known) {
   known = false;
   double nearest = 0.3;  // cosine: beyond, the other contact says nothing about this one
   double side = dot(direction, d) < 0 ? -1 : 1;
@@ -167,6 +165,16 @@ bool lies_by_lip(const Pair& pair, const VertexSearch& search, F f) {
   return false;
 }
 
+/// Does beside_walls() find a wall at a face?
+bool has_walls(const BodyView& body, F f) {
+  for (int i = 0; i < 3; ++i) {
+    const H h = ContactSurface::corner(f, i);
+    const V v = body.surface.from(h);
+    if (body.surface.cut[h] != 0 || (body.surface.on_cut[v] != 0 && rim_at(body, v).count > 0)) return true;
+  }
+  return false;
+}
+
 /// hang_together: near at rest means neighbours.
 void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together) {
   const BodyView& other = pair.b;
@@ -180,19 +188,23 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
   const Vec3 d = search.point.position - c.foot.position;
   Vec3 direction = other.normal(f);
   // Beside the face the direction of the distance counts, if there is any.
-  const double rounding = 1e-12 * (norm(search.point.position) + norm(c.foot.position));
+  const double rounding = 1e-12 * (search.from_origin + norm(c.foot.position));
   const bool on_border = !is_inside(weights) && distance > rounding;
   if (on_border) direction = (1 / distance) * d;
-  if (!(norm(direction) > 0.5)) return;
+  const double lying = std::fabs(dot(direction, search.point.offset)) + std::fabs(dot(direction, c.foot.offset));
+  if (!search.is_remembered() && std::fabs(dot(direction, d)) - lying > search.far) return;
+  if (!(dot(direction, direction) > 0.25)) return;
   bool known = false;
   c.normal = side_of(pair, search, f, direction, d, known) * direction;
   c.gap = prism_gap(search.point, c.foot, c.normal);
   if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
+  FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
+  if (!(c.gap < best.gap || (c.gap == best.gap && f < best.face))) return;
   if (pair.self) {
     const ContactSurface& s = other.surface;
-    const double radius = norm(search.point.offset);
+    const double radius = search.radius;
+    if (!known && c.gap < -kPassed * radius && has_walls(other, f)) return;
     // On the border of what lies across a cut, level with it: the business of the lips.
-    const double lying = std::fabs(dot(c.normal, search.point.offset)) + std::fabs(dot(c.normal, c.foot.offset));
     const bool level = on_border && lying < kSideBySide * (radius + norm(c.foot.offset));
     if (!are_strangers(s, search.v, f) && rest_distance(s, search.v, f) <= neighbour_distance(s, search.v, f)) {
       if (hang_together || level) return;  // neighbours have none either
@@ -211,8 +223,7 @@ void offer_face(const Pair& pair, VertexSearch& search, F f, bool hang_together)
       if (beside > c.gap) return;
     }
   }
-  FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
-  if (c.gap < best.gap || (c.gap == best.gap && f < best.face)) best = c;
+  best = c;
 }
 
 void offer_lips(const Pair& pair, VertexSearch& search, F f) {
@@ -228,7 +239,7 @@ void offer_lips(const Pair& pair, VertexSearch& search, F f) {
 
 /// How far the lips of a vertex are from those that face them; one that touched counts as nearly closed a little longer.
 void measure_lips(const Pair& pair, VertexSearch& search) {
-  const double radius = norm(search.point.offset);
+  const double radius = search.radius;
   for (int k = 0; k < search.rim.count; ++k) {
     LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (!lip.edge.valid()) continue;
@@ -357,6 +368,11 @@ void search_vertex(const Pair& pair, V v, const LeafGroup& group, std::span<cons
     search.v = v;
     search.point = vertex_point(pair.a, v);
     search.reach = reach;
+    search.radius = pair.a.frame.thickness[v.index()];
+    search.from_origin = norm(search.point.position);
+    search.far = (1 + 1e-9) * approach + 1e-12 * search.from_origin;
+    for (int slot = 0; slot < 2; ++slot)
+      search.remembered[static_cast<std::size_t>(slot)] = recall(pair.run, contact_key(vertex_name(pair, v, slot)));
     if (on_cut) search.rim = rim_at(pair.a, v);
     if (rims > 0) {
       for (const auto& it : near)
@@ -380,12 +396,16 @@ void for_each_group(const Pair& pair, Visit&& visit) {
     while (end < pairs.size() && pairs[end][0] == leaf) ++end;
     LeafGroup group{pairs.subspan(i, end - i), {}, {}};
     if (pair.quiet != nullptr) {
-      const std::span<const QuietBody::Followed> followed = pair.quiet->followed;
+      QuietBody& quiet = *pair.quiet;
+      const std::span<const QuietBody::Followed> followed = quiet.followed;
       while (followed[at].leaves[0] != leaf) ++at;
       std::size_t behind = at + 1;
       while (behind < followed.size() && followed[behind].leaves[0] == leaf) ++behind;
       group.followed = followed.subspan(at, behind - at);
-      group.fresh = std::span<const std::uint8_t>(pair.quiet->fresh).subspan(at, behind - at);
+      group.fresh = std::span<const std::uint8_t>(quiet.fresh).subspan(at, behind - at);
+      quiet.unsettled.clear();
+      for (const LeafPair& leaves : group.pairs)
+        if (!quiet.settled(leaves[1])) quiet.unsettled.push_back(leaves);
       group.any_fresh = std::find(group.fresh.begin(), group.fresh.end(), 1) != group.fresh.end();
     }
     pair.run.scratch.partners.clear();
@@ -431,6 +451,7 @@ std::span<const LeafPair> pairs_to_test(const Pair& pair, const LeafGroup& group
     known.approach = limit;
     known.leaf = leaf;
   }
+  if (known.near_count == 0) return pair.quiet->unsettled;
   std::vector<LeafPair>& near = pair.quiet->near;
   near.clear();
   for (const LeafPair& leaves : group.pairs) {
@@ -634,6 +655,9 @@ std::span<const LeafPair> edge_pairs(const Pair& pair, std::uint32_t i, const Le
   });
 }
 
+/// So few leaves are not worth looking at eight at a time.
+constexpr std::size_t kFewLeaves = 3;
+
 /// A coarse edge against those of other leaves.
 void search_edge(const Pair& pair, std::uint32_t i, const LeafGroup& group, std::span<const LeafPair> some, double reach, double approach) {
   const double slack = pair.a.frame.boxes.slack + pair.b.frame.boxes.slack;
@@ -646,8 +670,7 @@ void search_edge(const Pair& pair, std::uint32_t i, const LeafGroup& group, std:
   if (pair.self) probe.from = from.value, probe.to = to.value;
   const bool rim = pair.self && pair.a.surface.cut[h] != 0;
   const TreeBox& directions = pair.a.frame.directions[group.pairs[0][0]];
-  const auto select_leaves = [&](const LeafBlock& leaves) { return leaves_near_box(leaves, box, directions, r, limit); };
-  for_each_near_leaf(pair, group, some, select_leaves, [&](const LeafPair& leaves, bool test) {
+  const auto search_leaf = [&](const LeafPair& leaves, bool test) {
     if (!test || (pair.self && leaves[1] < leaves[0])) return;
     const TreeBox& other_directions = pair.b.frame.directions[leaves[1]];
     const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], leaves[1]);
@@ -659,7 +682,13 @@ void search_edge(const Pair& pair, std::uint32_t i, const LeafGroup& group, std:
     for_each_edge(pair, i, leaves, r, select, [&](H g) {
       if (!neighbours || !are_clear_neighbours(pair.a.surface, h, g)) test_edges(pair, h, g, reach);
     });
-  });
+  };
+  if (some.size() > kFewLeaves) {
+    for_each_near_leaf(pair, group, some, [&](const LeafBlock& leaves) { return leaves_near_box(leaves, box, directions, r, limit); }, search_leaf);
+  } else {
+    for (const LeafPair& leaves : some)
+      if (near(box, pair.b.frame.boxes.box[leaves[1]], r)) search_leaf(leaves, true);
+  }
 }
 
 void search_edges(const Pair& pair, double reach, double approach) {
@@ -669,6 +698,8 @@ void search_edges(const Pair& pair, double reach, double approach) {
   for_each_group(pair, [&](const LeafGroup& group) {
     const std::uint32_t leaf = group.pairs[0][0];
     list_edges(pair.a, leaf, mine);
+    if (pair.quiet != nullptr)
+      for (std::uint32_t i = mine.leaf[leaf].begin; i < mine.leaf[leaf].end; ++i) __builtin_prefetch(&pair.quiet->edge[H(mine.item[i]).index()]);
     for (std::uint32_t i = mine.leaf[leaf].begin; i < mine.leaf[leaf].end; ++i) {
       const H h(mine.item[i]);
       const std::span<const LeafPair> some = edge_pairs(pair, i, group, approach);

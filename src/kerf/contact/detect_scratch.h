@@ -104,7 +104,12 @@ struct DetectScratch {
   std::vector<Contact> found;                   ///< as they come
   std::vector<RememberedContact> remembered;    ///< in parallel
   KeySieve sieve;                               ///< of the memory that this call is given
-  std::vector<std::uint32_t> order;
+  struct FoundKey {
+    std::uint64_t key = 0;
+    std::uint32_t found = 0;
+  };
+  std::vector<FoundKey> order;                  ///< by key, and memory to sort it
+  std::vector<std::uint32_t> order_begin;
   ShapeFeatures features;
   std::vector<FaceCandidate> faces;
   std::vector<LeafPair> leaf_pairs, sorted_pairs;  ///< near each other, by the first

@@ -65,6 +65,7 @@ struct QuietBody {
   std::size_t budget = 0;               ///< pairs of a vertex or edge with a leaf about which this call may still find out
   std::vector<std::uint8_t> has_rim;    ///< per leaf: some edge of it was made by a cut
   std::vector<LeafPair> near;           ///< of the group at work: pairs that have to be tested
+  std::vector<LeafPair> unsettled;      ///< of the group at work: pairs whose second leaf has not settled
   std::vector<RememberedContact> memory;  ///< that the last call left
 };
 

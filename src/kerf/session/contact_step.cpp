@@ -120,20 +120,37 @@ void place_shapes(const Scene& scene, const MechanicsState& state, const std::ve
   }
 }
 
+/// lifted_weights(), four at a time.
+CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex v, double lift) {
+  const Vec3 local = body.embedding.collision_local[v];
+  CornerWeights w = corner_weights(local);
+  if (lift == 0) return w;
+  const LatticeFrame& frame = body.hex.frame;
+  const Vec3 o = transposed_times(frame.axes, c.surface.offset[v]);
+  const Vec3 d{2 * o.x / frame.cell.x, 2 * o.y / frame.cell.y, 2 * o.z / frame.cell.z};
+  const CornerWeights plus = corner_weights(local + d), minus = corner_weights(local - d);
+  w.low += lift * (0.5 * (plus.low - minus.low));
+  w.high += lift * (0.5 * (plus.high - minus.high));
+  return w;
+}
+
 /// Adds the entries of a surface point, times sign. Nodes that are there already get the sum.
 void add_point(const Body& body, const SurfacePoint& point, double sign, std::int32_t first, ContactStep& c) {
+  auto& entries = c.set.entries;
   for (std::size_t k = 0; k < 3; ++k) {
     const CollisionVertex v = point.vertex[k];
     if (!v.valid() || point.weight[k] == 0) continue;
-    const auto weights = lifted_weights(body.hex, body.embedding, c.surface, v, point.lift);
+    const CornerWeights w = weights_of(body, c, v, point.lift);
+    const double scale = sign * point.weight[k];
+    const Lanes weights[2] = {scale * w.low, scale * w.high};
     const auto& nodes = body.hex.nodes[body.embedding.collision[v]];
     for (std::size_t i = 0; i < 8; ++i) {
       std::int32_t& slot = c.node_slot[nodes[i].index()];
       if (slot < first) {
-        slot = static_cast<std::int32_t>(c.set.entries.size());
-        c.set.entries.push_back({nodes[i], 0});
+        slot = static_cast<std::int32_t>(entries.size());
+        entries.push_back({nodes[i], 0});
       }
-      c.set.entries[static_cast<std::size_t>(slot)].weight += sign * point.weight[k] * weights[i];
+      entries[static_cast<std::size_t>(slot)].weight += weights[i / 4][i % 4];
     }
   }
 }

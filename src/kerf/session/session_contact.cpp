@@ -67,7 +67,7 @@ Result<StepReport> Session::Impl::divide_part(double t, double h, int more, cons
       before_part = state.mechanics;
       began = &before_part;
     }
-    auto part = advance_part(t + i * (h / more), h / more, false, began);
+    auto part = advance_part(t + i * (h / more), h / more, kUndivided, began);
     if (!part) return part;
     add_part(*part, sum, i == 0);
   }
@@ -75,15 +75,15 @@ Result<StepReport> Session::Impl::divide_part(double t, double h, int more, cons
   return sum;
 }
 
-Result<StepReport> Session::Impl::advance_part(double t, double h, bool may_divide, const MechanicsState* began) {
-  int more = may_divide ? parts_of_turning(h) : 1;
+Result<StepReport> Session::Impl::advance_part(double t, double h, int least_parts, const MechanicsState* began) {
+  int more = std::max(1, least_parts);
   if (contact.on) {
     const auto start = Clock::now();
     touched_part = state.touching;
     find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity, state.touching,
                   contact, [this](const Contact& c) { return leaves_out(c); });
     detection_seconds += std::chrono::duration<double>(Clock::now() - start).count();
-    if (may_divide) more = std::max(more, parts_of_self_contact(h));
+    if (least_parts != kUndivided) more = std::max(more, parts_of_self_contact(h));
     if (more > 1) state.touching = touched_part;
   }
   if (more > 1) return divide_part(t, h, more, began);
@@ -123,7 +123,8 @@ Result<StepReport> Session::Impl::advance_mechanics(double dt) {
       before_part = state.mechanics;
       began = &before_part;
     }
-    auto part = advance_part(state.time + i * h, h, true, began);
+    // What it turns is known for the first of one part.
+    auto part = advance_part(state.time + i * h, h, equal == 1 ? 1 : parts_of_turning(h), began);
     if (!part) {
       if (contact.on || equal > 1) {
         state.mechanics = before_step;

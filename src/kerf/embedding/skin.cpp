@@ -106,9 +106,19 @@ inline Lanes inverse_square_root(Lanes s) {
   return r;
 }
 
+/// x and y of a vertex go out together.
+using Pairs = double __attribute__((vector_size(4 * kSkinLanes)));
 inline void store(const SkinBlock& b, Lanes x, Lanes y, Lanes z, std::span<Vec3f> out) {
   if (b.count == kSkinLanes) {
-    for (std::int32_t l = 0; l < kSkinLanes; ++l) out[at(b.vertex[at(l)])] = {x[l], y[l], z[l]};
+    const Pairs low = reinterpret_cast<Pairs>(__builtin_shufflevector(x, y, 0, 8, 1, 9, 4, 12, 5, 13));
+    const Pairs high = reinterpret_cast<Pairs>(__builtin_shufflevector(x, y, 2, 10, 3, 11, 6, 14, 7, 15));
+    const auto put = [&](std::size_t l, double xy, float last) {
+      Vec3f& to = out[at(b.vertex[l])];
+      std::memcpy(&to.x, &xy, sizeof xy);
+      to.z = last;
+    };
+    put(0, low[0], z[0]), put(1, low[1], z[1]), put(2, high[0], z[2]), put(3, high[1], z[3]);
+    put(4, low[2], z[4]), put(5, low[3], z[5]), put(6, high[2], z[6]), put(7, high[3], z[7]);
   } else {
     for (std::int32_t l = 0; l < b.count; ++l) out[at(b.vertex[at(l)])] = {x[l], y[l], z[l]};
   }

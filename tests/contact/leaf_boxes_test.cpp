@@ -69,6 +69,54 @@ TEST(LeafBoxes, LeaveOutWhatOneBoxAtATimeDoes) {
   EXPECT_GT(in, 500u);
 }
 
+/// A leaf may only be left out if everything in it is: also where the leaf holds a single thing, and rounding decides.
+TEST(LeafBoxes, LeavesEightAtATimeKeepAllThatIsSelectedInThem) {
+  Random random(7);
+  std::size_t selected = 0, out = 0, in = 0;
+  for (int round = 0; round < 4000; ++round) {
+    const Vec3 centre = random_vec(random, round % 4 == 0 ? 20 : 0.5);
+    const Vec3 at = centre + random_vec(random, 1);
+    const TreeBox probe = box_of(at, round % 2 == 0 ? at : at + random_vec(random, 0.3));
+    const TreeBox mine = round % 3 == 0 ? random_directions(random, 0) : random_directions(random, 0.2f);
+    const auto reach = static_cast<float>(random.uniform(0, 1)), limit = round % 5 == 0 ? 0.0f : static_cast<float>(random.uniform(0, 0.3));
+    const int count = 1 + static_cast<int>(random.uniform(0, 7.99));
+    LeafBlock block = no_leaves();
+    std::vector<std::vector<TreeBox>> items(static_cast<std::size_t>(count));
+    std::vector<TreeBox> directions;
+    for (std::size_t k = 0; k < items.size(); ++k) {
+      TreeBox leaf;
+      const Vec3 middle = centre + random_vec(random, 1);
+      const int things = round % 2 == 0 ? 1 : 5;
+      for (int i = 0; i < things; ++i) {
+        const Vec3 p = middle + random_vec(random, 0.3);
+        items[k].push_back(box_of(p, p + random_vec(random, 0.2)));
+        leaf = i == 0 ? items[k].back() : joined(leaf, items[k].back());
+      }
+      directions.push_back(random_directions(random, 0.3f));
+      set_leaf(leaf, directions.back(), k, block);
+    }
+    const TreeCorner p = probe.min, direction = mine.max;
+    const unsigned by_point = leaves_near_point(block, p, direction, reach * reach, limit), by_box = leaves_near_box(block, probe, mine, reach, limit);
+    EXPECT_EQ((by_point | by_box) >> count, 0u);
+    for (std::size_t k = 0; k < items.size(); ++k) {
+      ++((by_box >> k & 1) != 0 ? in : out);
+      for (const TreeBox& item : items[k]) {
+        const bool beside_point = side_by_side({p, p}, {direction, direction}, item, directions[k], limit), beside_box = side_by_side(probe, mine, item, directions[k], limit);
+        if (!(squared_distance(item, p) > reach * reach) && !beside_point) {
+          ASSERT_TRUE((by_point >> k & 1) != 0) << round;
+        }
+        if (near(item, probe, reach) && !beside_box) {
+          ++selected;
+          ASSERT_TRUE((by_box >> k & 1) != 0) << round;
+        }
+      }
+    }
+  }
+  EXPECT_GT(selected, 1000u);
+  EXPECT_GT(out, 1000u);
+  EXPECT_GT(in, 1000u);
+}
+
 TEST(LeafBoxes, KeepEveryEdgeThatHasInnerFeet) {
   Random random(6);
   std::size_t kept = 0, with_feet = 0, all = 0;

@@ -70,6 +70,9 @@ struct MovingBody {
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       const Contact &x = contacts[i], &y = anew[i];
       ASSERT_EQ(x.key, y.key);
+      if (i > 0) {
+        ASSERT_LT(contacts[i - 1].key, x.key);
+      }
       ASSERT_EQ(x.gap, y.gap);
       ASSERT_EQ(x.normal, y.normal);
       ASSERT_EQ(x.point, y.point);

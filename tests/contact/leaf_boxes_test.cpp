@@ -101,7 +101,8 @@ TEST(LeafBoxes, LeavesEightAtATimeKeepAllThatIsSelectedInThem) {
     for (std::size_t k = 0; k < items.size(); ++k) {
       ++((by_box >> k & 1) != 0 ? in : out);
       for (const TreeBox& item : items[k]) {
-        const bool beside_point = side_by_side({p, p}, {direction, direction}, item, directions[k], limit), beside_box = side_by_side(probe, mine, item, directions[k], limit);
+        const bool beside_point = side_by_side({p, p}, {direction, direction}, item, directions[k], limit);
+        const bool beside_box = side_by_side(probe, mine, item, directions[k], limit);
         if (!(squared_distance(item, p) > reach * reach) && !beside_point) {
           ASSERT_TRUE((by_point >> k & 1) != 0) << round;
         }

@@ -300,9 +300,9 @@ struct Session::Impl {
   // session_contact.cpp
   /// Mechanics for dt seconds, in parts where contact wants it. On an error the state is as it was.
   Result<StepReport> advance_mechanics(double dt);
+  static constexpr int kUndivided = 0;
   /// h seconds from t on, in least_parts or more, where parts of the body come together fast; or kUndivided: as one part.
   /// `began`: the mechanics as it is now, to try again from in shorter parts; null: take it as it comes.
-  static constexpr int kUndivided = 0;
   Result<StepReport> advance_part(double t, double h, int least_parts, const MechanicsState* began);
   [[nodiscard]] int parts_of_self_contact(double h) const;
   /// Where a cell turns or stretches by more than rotations frozen in a part allow.

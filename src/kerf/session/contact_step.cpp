@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kerf/contact/rest_neighbours.h"
+#include "kerf/contact/segment_queries.h"
 #include "kerf/contact/surface_offsets.h"
 #include "kerf/mechanics/lanes.h"
 #include "kerf/mechanics/rigid_tools.h"
@@ -90,6 +91,50 @@ SurfaceState surface_state(const Body& body, ContactStep& c) {
     c.offsets[v.index()] = vec_of(offset);
   }
   return {&c.surface, c.positions, c.offsets, c.predicted};
+}
+
+/// The surface at rest where a state has it.
+SurfaceState surface_at(const Body& body, const MechanicsState& state, ContactStep& c) {
+  c.nodes.resize(state.positions.size());
+  for (std::size_t i = 0; i < state.positions.size(); ++i) {
+    const Vec3 x = state.positions[i];
+    c.nodes[i] = {{x.x, x.y, x.z, 0}, {x.x, x.y, x.z, 0}};
+  }
+  return surface_state(body, c);
+}
+
+/// Where two edges are nearest at their ends of the prism, if that is inside both.
+bool find_feet(const SurfaceState& surface, SurfacePoint& a, SurfacePoint& b) {
+  const auto corner = [&](const SurfacePoint& p, std::size_t k) {
+    return surface.position[p.vertex[k].index()] + p.lift * surface.offset[p.vertex[k].index()];
+  };
+  SegmentFeet feet;
+  if (!inner_feet(corner(a, 0), corner(a, 1), corner(b, 0), corner(b, 1), feet)) return false;
+  a.weight = {1 - feet.s, feet.s, 0};
+  b.weight = {1 - feet.t, feet.t, 0};
+  return true;
+}
+
+/// How deep the points of a contact are in the material of the other one, m; of edges also those that are nearest now.
+double depth_of(const SurfaceState& surface, const Contact& contact, DepthSearch& search) {
+  double depth = std::max(kerf::depth_of(surface, contact.a, 0, search), kerf::depth_of(surface, contact.b, 0, search));
+  SurfacePoint a = contact.a, b = contact.b;
+  const bool edges = a.vertex[1].valid() && b.vertex[1].valid() && !a.vertex[2].valid() && !b.vertex[2].valid();
+  if (!edges || !find_feet(surface, a, b)) return depth;
+  return std::max({depth, kerf::depth_of(surface, a, 0, search), kerf::depth_of(surface, b, 0, search)});
+}
+
+/// Came walls over borders to be deeper than `deep` in material of the body, and by half of that since it began?
+bool walls_sank_in(const Body& body, const MechanicsState& began, const MechanicsState& ended, double deep, ContactStep& c) {
+  const SurfaceState end = surface_at(body, ended, c);
+  prepare_depths(end, c.depths);
+  find_deep_walls(end, deep, c.depths);
+  if (c.depths.deep.empty()) return false;
+  const SurfaceState begin = surface_at(body, began, c);
+  prepare_depths(begin, c.depths);
+  return std::any_of(c.depths.deep.begin(), c.depths.deep.end(), [&](const DepthSearch::Deep& d) {
+    return kerf::depth_of(begin, d.point, 0, c.depths) < d.depth - 0.5 * deep;
+  });
 }
 
 /// Obstacles on their way, tools where they are with the velocity that their coupling alone would give them.
@@ -315,6 +360,25 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
   c.seen = detect({&surface, 1}, c.shapes.obstacles, c.tools, detect_options(scene, h), memory, c.detect, c.contacts);
 }
 
+double reckon_overlap(const Body& body, const MechanicsState& ended, double deep, std::span<ContactResult> results, ContactStep& c) {
+  double deepest = 0;
+  bool known = false;
+  SurfaceState surface;
+  for (std::size_t i = 0; i < c.contacts.size(); ++i) {
+    const Contact& contact = c.contacts[i];
+    if (contact.b.vertex[0].valid() && -results[i].end_gap > deep) {
+      if (!known) {
+        surface = surface_at(body, ended, c);
+        prepare_depths(surface, c.depths);
+        known = true;
+      }
+      results[i].end_gap = std::max(results[i].end_gap, -depth_of(surface, contact, c.depths));
+    }
+    deepest = std::max(deepest, -results[i].end_gap);
+  }
+  return deepest;
+}
+
 bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
                    const DetectMemory& memory, double h, Vec3 gravity, double deep, ContactStep& c) {
   if (!scene.contact.self) return false;
@@ -325,17 +389,15 @@ bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& m
   double stray = 0;
   for (std::size_t i = 0; i < n; ++i) stray = std::max(stray, norm(ended.positions[i] - predicted_place(model, began, i, h, gravity) - mean));
   if (!(2 * stray > scene.contact.margin * c.surface.largest_radius)) return false;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec3 x = ended.positions[i];
-    c.nodes[i] = {{x.x, x.y, x.z, 0}, {x.x, x.y, x.z, 0}};
-  }
-  const SurfaceState surface = surface_state(body, c);
+  if (walls_sank_in(body, began, ended, deep, c)) return true;
+  const SurfaceState surface = surface_at(body, ended, c);
+  prepare_depths(surface, c.depths);
   c.surprise_memory = memory;
   detect({&surface, 1}, {}, {}, detect_options(scene, h), c.surprise_memory, c.detect_surprises, c.surprises);
   for (const Contact& contact : c.surprises) {
     if (!(contact.gap < -deep)) continue;
     const auto at = std::lower_bound(c.contacts.begin(), c.contacts.end(), contact.key, [](const Contact& x, std::uint64_t key) { return x.key < key; });
-    if (at == c.contacts.end() || at->key != contact.key) return true;
+    if ((at == c.contacts.end() || at->key != contact.key) && depth_of(surface, contact, c.depths) > deep) return true;
   }
   return false;
 }

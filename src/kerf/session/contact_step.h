@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kerf/contact/depth.h"
 #include "kerf/contact/detect.h"
 #include "kerf/contact/flanks.h"
 #include "kerf/mechanics/step.h"
@@ -38,6 +39,7 @@ struct ContactStep {
   DetectWorkspace detect_surprises;     ///< find_surprise(): what it works on
   DetectMemory surprise_memory;
   std::vector<Contact> surprises;
+  DepthSearch depths;                   ///< and reckon_overlap()
 };
 
 /// Shapes, contact geometry and options of a scene. Bad input: meshes of obstacles that can't be used.
@@ -64,9 +66,14 @@ void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMoti
 
 /// Did a step of h seconds, from `began` to `ended`, take points of the body so deep (m) into each other that find_contacts() had not handed out, because
 /// they moved otherwise than they would have without contact and forces? Looks at where they ended (what is linear in the step is not true of rims that
-/// turn), and only if nodes strayed far. `memory`: that before the step.
+/// turn), and only if nodes strayed far: at walls that came to be in material, and at what detection finds there. `memory`: that before the step.
 bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
                    const DetectMemory& memory, double h, Vec3 gravity, double deep, ContactStep& step);
+
+/// m: the deepest of all contacts at the end of a step that has been solved. Two points of bodies that would overlap by more than `deep` along the normal
+/// that they had when it began may have turned or slid off each other: of those, how deep they really are in the material of the other one replaces
+/// their end_gap in `results`, if that is less.
+double reckon_overlap(const Body& body, const MechanicsState& ended, double deep, std::span<ContactResult> results, ContactStep& step);
 
 /// What touches between t and t + h: step.contacts, without those that leave_out says, and the rows of step.set.
 /// O(surface refitted + contacts).

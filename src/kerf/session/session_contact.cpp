@@ -25,6 +25,11 @@ constexpr double kPairTolerance = 0.1;
 constexpr double kDeeper = 0.03;
 constexpr int kTryAgainParts = 4;
 
+/// Those parts may be taken again in turn, where something has got deeper than kMostUnseen by surprise; but not into parts shorter than `substeps` allows
+/// (but for rounding), and nothing is tried again once there are as many parts as it allows.
+constexpr int kTries = 2;
+constexpr double kMostUnseen = 0.045, kShortest = 0.99;
+
 /// Change of the deformation gradient in one part of a step at most (1: a turn of 0.7 radians), and parts at most. Rotations are frozen in a
 /// part; what turns farther, such as a scrap that spins in a long step, would be fed with energy until it explodes.
 constexpr double kTurn = 1, kTurnParts = 16;
@@ -60,14 +65,21 @@ bool Session::Impl::went_too_deep() const {
   return false;
 }
 
-Result<StepReport> Session::Impl::divide_part(double t, double h, int more, const MechanicsState* began) {
+bool Session::Impl::must_try_again(int tries, double h, const MechanicsState& began) {
+  if (tries == kTries && went_too_deep()) return true;
+  const double deep = (tries < kTries ? kMostUnseen : kDeeper) * contact.surface.largest_radius;
+  return find_surprise(scene, state.body, state.model, began, state.mechanics, touched_part, h, step_options.gravity, deep, contact);
+}
+
+Result<StepReport> Session::Impl::divide_part(double t, double h, int more, int tries, const MechanicsState* began) {
   StepReport sum;
   for (int i = 0; i < more; ++i) {
-    if (began != nullptr && i > 0) {
-      before_part = state.mechanics;
-      began = &before_part;
+    if (tries > 0 && i > 0) {
+      MechanicsState& now = before_part[static_cast<std::size_t>(tries - 1)];
+      now = state.mechanics;
+      began = &now;
     }
-    auto part = advance_part(t + i * (h / more), h / more, kUndivided, began);
+    auto part = advance_part(t + i * (h / more), h / more, kUndivided, tries, began);
     if (!part) return part;
     add_part(*part, sum, i == 0);
   }
@@ -75,7 +87,7 @@ Result<StepReport> Session::Impl::divide_part(double t, double h, int more, cons
   return sum;
 }
 
-Result<StepReport> Session::Impl::advance_part(double t, double h, int least_parts, const MechanicsState* began) {
+Result<StepReport> Session::Impl::advance_part(double t, double h, int least_parts, int tries, const MechanicsState* began) {
   int more = std::max(1, least_parts);
   if (contact.on) {
     const auto start = Clock::now();
@@ -86,7 +98,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
     if (least_parts != kUndivided) more = std::max(more, parts_of_self_contact(h));
     if (more > 1) state.touching = touched_part;
   }
-  if (more > 1) return divide_part(t, h, more, began);
+  if (more > 1) return divide_part(t, h, more, tries, began);
   last_options = step_options;
   last_options.dt = h;
   if (contact.on && std::any_of(contact.contacts.begin(), contact.contacts.end(), [](const Contact& c) { return c.b.vertex[0].valid(); }))
@@ -94,11 +106,15 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
   aim_holds(t + h, h);
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
-  if (began != nullptr && (went_too_deep() || find_surprise(scene, state.body, state.model, *began, state.mechanics, touched_part, h, step_options.gravity,
-                                                            kDeeper * contact.surface.largest_radius, contact))) {
-    state.mechanics = *began;
-    state.touching = touched_part;
-    return divide_part(t, h, kTryAgainParts, nullptr);
+  if (contact.on) {
+    done->deepest_overlap =
+        reckon_overlap(state.body, state.mechanics, kDeeper * contact.surface.largest_radius, workspace.contact.results, contact);
+    if (tries > 0 && parts < scene.contact.substeps && must_try_again(tries, h, *began)) {
+      state.mechanics = *began;
+      state.touching = touched_part;
+      const bool once_more = tries > 1 && h / kTryAgainParts > kShortest * step_options.dt / scene.contact.substeps;
+      return divide_part(t, h, kTryAgainParts, once_more ? tries - 1 : 0, began);
+    }
   }
   // Slivers are the solver's business now (kNodeTolerance, carry_crumbs). The random life that once ran away without this (seed 5022 of the
   // session fuzzer) no longer does; it stands because hardly any others have been tried without it.
@@ -118,13 +134,14 @@ Result<StepReport> Session::Impl::advance_mechanics(double dt) {
   const double h = dt / equal;
   StepReport sum;
   for (int i = 0; i < equal; ++i) {
-    const MechanicsState* began = contact.on && scene.contact.substeps > 1 ? &before_step : nullptr;
-    if (began != nullptr && i > 0) {
-      before_part = state.mechanics;
-      began = &before_part;
+    const int tries = contact.on && scene.contact.substeps > 1 ? kTries : 0;
+    const MechanicsState* began = &before_step;
+    if (tries > 0 && i > 0) {
+      before_part.back() = state.mechanics;
+      began = &before_part.back();
     }
     // What it turns is known for the first of one part.
-    auto part = advance_part(state.time + i * h, h, equal == 1 ? 1 : parts_of_turning(h), began);
+    auto part = advance_part(state.time + i * h, h, equal == 1 ? 1 : parts_of_turning(h), tries, began);
     if (!part) {
       if (contact.on || equal > 1) {
         state.mechanics = before_step;

@@ -139,7 +139,8 @@ struct Session::Impl {
   StepWorkspace workspace;
   StepOptions last_options;  ///< of the step that the workspace holds
   ContactStep contact;
-  MechanicsState before_step, before_part;  ///< while a step is taken in parts
+  MechanicsState before_step;  ///< while a step is taken in parts
+  std::array<MechanicsState, 2> before_part;  ///< and a part of it, by how often that may be tried again
   DetectMemory touched_before, touched_part;
   int parts = 1;  ///< of the last step
   double detection_seconds = 0;
@@ -302,14 +303,16 @@ struct Session::Impl {
   Result<StepReport> advance_mechanics(double dt);
   static constexpr int kUndivided = 0;
   /// h seconds from t on, in least_parts or more, where parts of the body come together fast; or kUndivided: as one part.
-  /// `began`: the mechanics as it is now, to try again from in shorter parts; null: take it as it comes.
-  Result<StepReport> advance_part(double t, double h, int least_parts, const MechanicsState* began);
+  /// `tries`: how often it may be tried again in shorter parts, from `began`, the mechanics as it is now; 0: take it as it comes.
+  Result<StepReport> advance_part(double t, double h, int least_parts, int tries, const MechanicsState* began);
   [[nodiscard]] int parts_of_self_contact(double h) const;
   /// Where a cell turns or stretches by more than rotations frozen in a part allow.
   [[nodiscard]] int parts_of_turning(double h) const;
-  Result<StepReport> divide_part(double t, double h, int more, const MechanicsState* began);
+  Result<StepReport> divide_part(double t, double h, int more, int tries, const MechanicsState* began);
   /// Points of a body got so much deeper into another one in the part that is over that shorter ones are worth their time.
-  bool went_too_deep() const;
+  [[nodiscard]] bool went_too_deep() const;
+  /// So, or taken by surprise: after a part of h seconds that began as `began` and may be tried again so often.
+  bool must_try_again(int tries, double h, const MechanicsState& began);
   /// In the first step: a note about bodies that were placed into something.
   void warn_of_overlap();
   /// Triangles of the collision mesh that a cut, or taking one back, has changed.

@@ -1,0 +1,169 @@
+#include "kerf/contact/depth.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "kerf/contact/triangle_foot.h"
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+
+/// Points on a wall: pieces along and up (rims cross in a point, so along it they are more). Newton's steps to a place in a prism, and how far (barycentric)
+/// the last one may go.
+constexpr int kAlong = 8, kUp = 4, kNewton = 8;
+constexpr double kSettled = 1e-6, kLost = 40;  // beyond, it has lost its way
+
+Vec3 corner(const SurfaceState& body, V v, double lift) { return body.position[v.index()] + lift * body.offset[v.index()]; }
+
+Vec3 place_of(const SurfaceState& body, const SurfacePoint& p) {
+  Vec3 x;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (p.vertex[k].valid()) x += p.weight[k] * corner(body, p.vertex[k], p.lift);
+  return x;
+}
+
+/// Is p = x + l o for a point x of face f, -1 < l < 1?
+bool is_in_prism(const SurfaceState& body, F f, Vec3 p) {
+  const auto v = body.surface->vertices(f);
+  std::array<Vec3, 3> x, o;
+  for (std::size_t i = 0; i < 3; ++i) {
+    x[i] = body.position[v[i].index()];
+    o[i] = body.offset[v[i].index()];
+  }
+  double u = 1.0 / 3, w = 1.0 / 3, l = 0;
+  for (int i = 0; i < kNewton; ++i) {
+    const Vec3 a = x[0] + l * o[0], up = (1 - u - w) * o[0] + u * o[1] + w * o[2];
+    const Vec3 du = x[1] + l * o[1] - a, dw = x[2] + l * o[2] - a, rest = p - (a + u * du + w * dw);
+    const double size = dot(du, cross(dw, up));
+    if (size == 0) return false;
+    const double step[3] = {dot(rest, cross(dw, up)) / size, dot(du, cross(rest, up)) / size, dot(du, cross(dw, rest)) / size};
+    u += step[0], w += step[1], l += step[2];
+    if (std::fabs(step[0]) + std::fabs(step[1]) + std::fabs(step[2]) < kSettled) break;
+    if (!(std::fabs(u) + std::fabs(w) + std::fabs(l) < kLost)) return false;
+  }
+  return u >= 0 && w >= 0 && u + w <= 1 && std::fabs(l) <= 1;
+}
+
+double squared_wall_distance(const SurfaceState& body, H h, Vec3 p) {
+  const V a = body.surface->from(h), b = body.surface->to(h);
+  const Vec3 low = corner(body, a, -1), high = corner(body, b, 1);
+  return std::min(nearest_foot(p, {low, corner(body, b, -1), high}).square, nearest_foot(p, {low, high, corner(body, a, 1)}).square);
+}
+
+/// How deep p is in the material of some faces, if deeper than `least`; else 0.
+double depth_in(const SurfaceState& body, std::span<const F> faces, Vec3 p, double least) {
+  const ContactSurface& s = *body.surface;
+  if (std::none_of(faces.begin(), faces.end(), [&](F f) { return is_in_prism(body, f, p); })) return 0;
+  double square = HUGE_VAL;
+  for (const F f : faces) {
+    const auto v = s.vertices(f);
+    for (const double lift : {-1.0, 1.0})
+      square = std::min(square, nearest_foot(p, {corner(body, v[0], lift), corner(body, v[1], lift), corner(body, v[2], lift)}).square);
+    for (int i = 0; i < 3; ++i)
+      if (const H h = ContactSurface::corner(f, i); !s.twin[h].valid()) square = std::min(square, squared_wall_distance(body, h, p));
+    if (!(square > least * least)) return 0;
+  }
+  return std::sqrt(square);
+}
+
+/// Is a wall at most `least` under the + or - side of a face, or within `least` of the face's own borders?
+bool hardly_meet(const SurfaceState& body, H wall, F f, double least) {
+  const ContactSurface& s = *body.surface;
+  const std::array<Vec3, 4> w{corner(body, s.from(wall), -1), corner(body, s.to(wall), -1), corner(body, s.to(wall), 1), corner(body, s.from(wall), 1)};
+  const auto c = s.vertices(f);
+  const auto apart = [&](Vec3 n) {
+    double first = HUGE_VAL, last = -HUGE_VAL;
+    for (const Vec3 p : w) first = std::min(first, dot(n, p));
+    for (const V v : c) last = std::max(last, dot(n, body.position[v.index()]) + std::fabs(dot(n, body.offset[v.index()])));
+    return first - last > -least;
+  };
+  const Vec3 a = body.position[c[0].index()], b = body.position[c[1].index()], d = body.position[c[2].index()];
+  const Vec3 n = normalized(cross(b - a, d - a));
+  return apart(n) || apart(-n) || apart(normalized(cross(b - a, n))) || apart(normalized(cross(d - b, n))) || apart(normalized(cross(a - d, n)));
+}
+
+/// Faces near a box of points that are neighbours of none of some vertices: all that may hold the points, and what bounds their material.
+void find_near_faces(const SurfaceState& body, const Box3& box, std::span<const V> vertices, DepthSearch& search) {
+  const ContactSurface& s = *body.surface;
+  search.near.clear();
+  const TreeBox here{to_corner(box.min), to_corner(box.max)};
+  const auto r = static_cast<float>(search.reach + search.boxes.slack + 1e-6 * (norm(box.min) + norm(box.max)));
+  search.stack.assign(1, 0);
+  while (!search.stack.empty()) {
+    const std::uint32_t n = search.stack.back();
+    search.stack.pop_back();
+    if (!near(search.boxes.box[n], here, r)) continue;
+    const SurfaceTreeNode node = s.tree.nodes[n];
+    if (node.count == 0) {
+      search.stack.push_back(node.first + 1);
+      search.stack.push_back(node.first);
+      continue;
+    }
+    s.tree.for_each_triangle(n, [&](F f) {
+      const auto c = s.vertices(f);
+      const TreeCorner &x = search.boxes.points[c[0].index()], &y = search.boxes.points[c[1].index()], &z = search.boxes.points[c[2].index()];
+      if (near(joined(joined({x, x}, {y, y}), {z, z}), here, r)) search.near.push_back(f);
+    });
+  }
+  for (const V v : vertices) {
+    const auto may_be = [&](F f) { return !are_strangers(s, v, f) && rest_distance(s, v, f) <= neighbour_distance(s, v, f); };
+    if (std::none_of(search.near.begin(), search.near.end(), may_be)) continue;
+    find_neighbours(s, v, search.neighbours);
+    std::erase_if(search.near, [&](F f) { return is_neighbour(search.neighbours, f); });
+  }
+}
+
+}  // namespace
+
+void prepare_depths(const SurfaceState& body, DepthSearch& search) {
+  if (body.surface->tree.empty()) return;
+  refit(body.surface->tree, body.surface->origin.raw(), body.position, search.boxes);
+  search.neighbours.vertex = {};  // what it found may have been cut since
+  double most = 0;
+  for (const Vec3 o : body.offset) most = std::max(most, dot(o, o));
+  search.reach = std::sqrt(most);
+}
+
+double depth_of(const SurfaceState& body, const SurfacePoint& point, double least, DepthSearch& search) {
+  if (body.surface->tree.empty()) return 0;
+  const Vec3 p = place_of(body, point);
+  Box3 box;
+  box.add(p);
+  std::size_t vertices = 0;
+  while (vertices < 3 && point.vertex[vertices].valid()) ++vertices;
+  find_near_faces(body, box, std::span(point.vertex).first(vertices), search);
+  return depth_in(body, search.near, p, least);
+}
+
+void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search) {
+  const ContactSurface& s = *body.surface;
+  search.deep.clear();
+  if (s.tree.empty()) return;
+  for (const H h : ids<H>(s.twin.size())) {
+    if (s.cut[h] == 0) continue;
+    const std::array<V, 2> ends{s.from(h), s.to(h)};
+    Box3 box;
+    for (const V v : ends)
+      for (const double lift : {-1.0, 1.0}) box.add(corner(body, v, lift));
+    find_near_faces(body, box, ends, search);
+    if (std::all_of(search.near.begin(), search.near.end(), [&](F f) { return hardly_meet(body, h, f, least); })) continue;
+    for (int i = 0; i < kAlong; ++i)  // where it ends the next wall begins
+      for (int k = 0; k <= kUp; ++k) {
+        DepthSearch::Deep point;
+        const double t = i / static_cast<double>(kAlong);
+        point.point.vertex = {ends[0], ends[1], V()};
+        point.point.weight = {1 - t, t, 0};
+        point.point.lift = 2 * k / static_cast<double>(kUp) - 1;
+        point.depth = depth_in(body, search.near, place_of(body, point.point), least);
+        if (point.depth > least) search.deep.push_back(point);
+      }
+  }
+}
+
+}  // namespace kerf

@@ -222,12 +222,11 @@ double seen_from_outside(Session& session, double radius) {
 
 TEST(Lips, LiftedOverAndBackTheyComeHome) {
   struct Case {
-    double dt, radius, said = 0.1, seen = 0.05;
+    double dt, radius;
   };
-  // A thin one snaps over, half of its thickness in a millisecond. Contacts may say more than there is: what they say is reckoned along the normal
-  // that they had at the beginning of a step.
-  for (const Case c : {Case{0.005, kRadius, 0.05}, Case{0.0167, kRadius, 0.05}, Case{0.005, 0.2 * kRadius}, Case{0.0167, 0.2 * kRadius, 0.05},
-                       Case{0.001, 0.08 * kRadius}, Case{0.005, 0.08 * kRadius}, Case{0.0167, 0.08 * kRadius, 0.1, 0.08}}) {
+  // A thin one snaps over, half of its thickness in a millisecond.
+  for (const Case c : {Case{0.005, kRadius}, Case{0.0167, kRadius}, Case{0.005, 0.2 * kRadius}, Case{0.0167, 0.2 * kRadius}, Case{0.001, 0.08 * kRadius},
+                       Case{0.005, 0.08 * kRadius}, Case{0.0167, 0.08 * kRadius}}) {
     Cut cut(c.dt, false, c.radius);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
@@ -250,8 +249,8 @@ TEST(Lips, LiftedOverAndBackTheyComeHome) {
     ASSERT_TRUE(cut.session.apply(release).ok());
     watch(2);
     EXPECT_LT(fastest, 4) << c.dt << " " << c.radius;  // of any node; sound runs at 22 m/s in this sheet
-    EXPECT_LT(said, c.said) << c.dt << " " << c.radius;
-    EXPECT_LT(seen, c.seen) << c.dt << " " << c.radius;
+    EXPECT_LT(said, 0.05) << c.dt << " " << c.radius;
+    EXPECT_LT(seen, 0.05) << c.dt << " " << c.radius;
     const Course home = run(cut.session, 0.1, c.radius);
     EXPECT_LT(home.fastest, 1) << c.dt;
     EXPECT_LT(home.deepest, 0.02) << c.dt;
@@ -261,25 +260,28 @@ TEST(Lips, LiftedOverAndBackTheyComeHome) {
 
 TEST(Lips, LiftedAThinOneOverlapsNowhere) {
   // What no contact knows of counts too: a rim that came down on faces that had been near it at rest was once left out, one diameter deep; and in long
-  // steps rims that turned while they passed each other sank in.
+  // steps rims that turned while they passed each other sank in, by up to 1.3 half thicknesses without a contact; and contacts said up to one where there
+  // was nothing.
   constexpr double kThin = 0.08 * kRadius;
   struct Case {
     double dt, height;
   };
-  for (const Case c : {Case{0.005, 3.05}, Case{0.0167, 2.8}, Case{0.0167, 3.5}, Case{0.0167, 3.8}}) {
+  for (const Case c : {Case{0.005, 3.05}, Case{0.0167, 2.8}, Case{0.0167, 2.8855}, Case{0.0167, 3.2104}, Case{0.0167, 3.5}, Case{0.0167, 3.5866}, Case{0.0167, 3.8},
+                       Case{0.0167, 3.826}}) {
     Cut cut(c.dt, false, kThin);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
-    double deepest = 0;
+    double deepest = 0, said = 0;
     for (const Vec3 by : {Vec3{0, 0, c.height * kThin}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -kThin}, Vec3{0, 0, kThin}, Vec3{0.12, 0, 0}}) {
       cut.move("lip", by, 0.4);
-      const int steps = static_cast<int>(std::lround(0.4 / c.dt)), every = std::max(1, steps / 12);
+      const int steps = static_cast<int>(std::lround(0.4 / c.dt)), every = std::max(1, steps / 24);
       for (int i = 0; i < steps; ++i) {
-        run(cut.session, c.dt, kThin);
+        said = std::max(said, run(cut.session, c.dt, kThin).deepest);
         if (i % every == 0) deepest = std::max(deepest, seen_from_outside(cut.session, kThin));
       }
     }
-    EXPECT_LT(deepest, 0.1) << c.dt << " " << c.height;
+    EXPECT_LT(deepest, 0.06) << c.dt << " " << c.height;
+    EXPECT_LT(said, 0.06) << c.dt << " " << c.height;
   }
 }
 

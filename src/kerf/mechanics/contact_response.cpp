@@ -21,6 +21,9 @@ constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
 constexpr int kFreePasses = 6;
 /// Rows that may press in another way than those that the inverse was made for: an iteration or two more cost less than another factor.
 constexpr int kStaleRows = 2;
+/// From this pass on the secant's share in rows that slid before and after the last one is so many times as large: they only creep.
+constexpr int kSettledPass = 3;
+constexpr double kSettledBlend = 0.2;
 /// A row that overlaps by more than so many times options.unseen without a force is not left to the next step.
 constexpr double kMostUnseen = 2;
 
@@ -362,7 +365,7 @@ void assemble_contacts(const MechanicsModel& model, double h, bool last, bool co
   c.pressing.clear();
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     if (c.rows[r].phase == ContactPhase::kOpen || !(c.rows[r].stiffness > 0)) continue;
-    linearise(set.rows[r], h, last ? 1.0 : set.options.friction_blend, c.rows[r]);
+    linearise(set.rows[r], h, last ? 1.0 : (c.rows[r].slid && c.pass >= kSettledPass ? kSettledBlend : 1) * set.options.friction_blend, c.rows[r]);
     c.pressing.push_back(static_cast<std::int32_t>(r));
   }
   c.touched_free.assign(pieces.free.size(), 0);
@@ -482,8 +485,10 @@ double update_contacts(double h, StepWorkspace& w) {
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     Vec3 wanted;
     if (gap < 0 || (row.phase != ContactPhase::kOpen && c.pass > kFreePasses)) {
+      const ContactPhase before = row.phase;
       row.phase = phase_of(in.friction, row, row.stretch, row.force);
       set_sliding_direction(row);
+      row.slid = before == ContactPhase::kSlide && row.phase == ContactPhase::kSlide;
       wanted = h * (row.force * in.normal - (row.phase == ContactPhase::kStick ? row.stiffness * row.stretch
                                                                                 : (in.friction * row.force) * row.along));
     } else {

@@ -36,6 +36,7 @@ struct ContactWork {
     Vec3 stretch;          // and at the end, by the last iterate
     Vec3 along;            // direction of sliding
     ContactPhase phase = ContactPhase::kOpen;
+    bool slid = false;     // in the pass before, too
     double block[8] = {};  // h^2 P of this pass: xx yy zz xy, yz zx - -
     Vec3 impulse;          // its share of the right-hand side, h [...]
     Vec3 motion;           // J v when the pass before was over

@@ -516,8 +516,10 @@ struct Solver {
       report.stopped_by_floor = true;
       return;
     }
+    // In small bodies that something presses on, the coarse space costs less than the iterations that it takes to find out that it is needed.
+    const bool small = w.contact.set != nullptr && !w.contact.pressing.empty() && gains_by_node_matrix(model, o);
     bool second = report.two_level || o.preconditioner == Preconditioner::kTwoLevel ||
-                  (lean && o.preconditioner == Preconditioner::kAdaptive);
+                  ((lean || small) && o.preconditioner == Preconditioner::kAdaptive);
     if (first && o.preconditioner == Preconditioner::kAdaptive && two_level_steps > 0) {
       --two_level_steps;
       second = true;

@@ -53,6 +53,105 @@ Matrix6 rotated(const Matrix6& e, const double (&r)[3][3]) {
   return out;
 }
 
+// Elastic part from the elements that touch several groups.
+void add_elements(const MechanicsModel& model, StepWorkspace& w) {
+  const CoarseStructure& s = model.coarse();
+  CoarseSpace& coarse = w.coarse;
+  const double inverse_length = 1 / s.length;
+  const MechanicsModel::Structure& structure = model.structure();
+  for (const CoarseStructure::Crossing& c : s.crossings) {
+    const MechanicsModel::Batch& batch = structure.batches[c.batch];
+    Lanes sum = all_lanes(0);
+    for (int k = 0; k < 8; ++k) sum += load_lanes(w.position[batch.node[k][c.lane]].v);
+    sum *= 0.125;
+    double r[3][3];
+    for (int i = 0; i < 9; ++i) r[i / 3][i % 3] = w.scaled_rotation[9 * c.batch + i].v[c.lane];
+    double arm[8][3];
+    for (int p = 0; p < c.parts; ++p)
+      for (int a = 0; a < 3; ++a) arm[p][a] = inverse_length * (sum[a] - coarse.centre[3 * c.place[p] + a]);
+    if (c.antisymmetric) {
+      const Matrix6 m = rotated(s.matrices[c.matrix], r);
+      add_moved(m, 1, arm[0], arm[0], coarse.blocks.data() + kBlockDoubles * s.targets[c.target]);
+      add_moved(m, -1, arm[0], arm[1], coarse.blocks.data() + kBlockDoubles * s.targets[c.target + 1]);
+      add_moved(m, 1, arm[1], arm[1], coarse.blocks.data() + kBlockDoubles * s.targets[c.target + 2]);
+      continue;
+    }
+    int pair = 0;
+    for (int p = 0; p < c.parts; ++p)
+      for (int q = p; q < c.parts; ++q, ++pair)
+        add_moved(rotated(s.matrices[c.matrix + pair], r), 1, arm[p], arm[q],
+                  coarse.blocks.data() + kBlockDoubles * s.targets[c.target + pair]);
+  }
+}
+
+// What a node feels of the six motions of a group: three numbers each.
+struct FeltByNode {
+  std::int32_t place = -1;
+  Lanes column[6];
+};
+
+// block += T' felt, T the motions of the node's own group.
+void add_node(const Lanes& arm, const FeltByNode& felt, double* block) {
+  for (int k = 0; k < 6; ++k) {
+    const Lanes f = felt.column[k], torque = cross_lanes(arm, f);
+    double* out = block + 8 * k;
+    store_lanes(out, load_lanes(out) + Lanes{f[0], f[1], f[2], torque[0]});
+    store_lanes(out + 4, load_lanes(out + 4) + Lanes{torque[1], torque[2], 0, 0});
+  }
+}
+
+// The same from the node matrix: P' A P node by node. The blocks on its diagonal are what makes translations strain nothing, so
+// a node feels of its own group only how others turn about it, and of the rest what it leaves behind.
+void add_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
+  constexpr int kMostGroups = 16;  // kept for a node; what else there is comes out as well
+  const CoarseStructure& s = model.coarse();
+  const NodeMatrixStructure& structure = model.node_matrix();
+  double* blocks = w.coarse.blocks.data();
+  FeltByNode felt[kMostGroups];
+  const auto turned = [](const Lanes (&a)[3], const Lanes& arm, Lanes* turns) {
+    turns[0] += arm[1] * a[2] - arm[2] * a[1];
+    turns[1] += arm[2] * a[0] - arm[0] * a[2];
+    turns[2] += arm[0] * a[1] - arm[1] * a[0];
+  };
+  for (std::size_t i = 0; i < model.node_count(); ++i) {
+    const std::int32_t place = s.place[i];
+    if (place < 0) continue;
+    const Lanes arm = load_lanes(w.arm[i].v);
+    const auto write = [&](const FeltByNode& f) { add_node(arm, f, blocks + kBlockDoubles * s.cholesky.find_block(place, f.place)); };
+    int groups = 1;
+    const auto begin = [&](FeltByNode& f, std::int32_t group) {
+      f.place = group;
+      for (Lanes& c : f.column) c = all_lanes(0);
+    };
+    begin(felt[0], place);
+    Lanes left[3] = {all_lanes(0), all_lanes(0), all_lanes(0)};  // behind, by all who are not in the group
+    for (std::int32_t k = structure.row_begin[i]; k < structure.row_begin[i + 1]; ++k) {
+      const auto j = static_cast<std::size_t>(structure.column[k]);
+      const std::int32_t other = s.place[j];
+      Lanes a[3];
+      for (int c = 0; c < 3; ++c) a[c] = node_block_column(w.node_blocks.data(), k, c);
+      if (other == place) {
+        turned(a, load_lanes(w.arm[j].v) - arm, felt[0].column + 3);
+        continue;
+      }
+      for (int c = 0; c < 3; ++c) left[c] -= a[c];
+      if (other < 0 || other > place) continue;
+      int g = 1;
+      while (g < groups && felt[g].place != other) ++g;
+      if (g == groups) {
+        if (groups == kMostGroups) write(felt[--g]);
+        groups = g + 1;
+        begin(felt[g], other);
+      }
+      for (int c = 0; c < 3; ++c) felt[g].column[c] += a[c];
+      turned(a, load_lanes(w.arm[j].v), felt[g].column + 3);
+    }
+    for (int c = 0; c < 3; ++c) felt[0].column[c] += left[c];
+    turned(left, arm, felt[0].column + 3);
+    for (int g = 0; g < groups; ++g) write(felt[g]);
+  }
+}
+
 }  // namespace
 
 void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
@@ -106,31 +205,10 @@ void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
     set(3, 5, -mqq[5]);
   }
 
-  const MechanicsModel::Structure& structure = model.structure();
-  for (const CoarseStructure::Crossing& c : s.crossings) {
-    const MechanicsModel::Batch& batch = structure.batches[c.batch];
-    Lanes sum = all_lanes(0);
-    for (int k = 0; k < 8; ++k) sum += load_lanes(w.position[batch.node[k][c.lane]].v);
-    sum *= 0.125;
-    double r[3][3];
-    for (int i = 0; i < 9; ++i) r[i / 3][i % 3] = w.scaled_rotation[9 * c.batch + i].v[c.lane];
-    double arm[8][3];
-    for (int p = 0; p < c.parts; ++p)
-      for (int a = 0; a < 3; ++a) arm[p][a] = inverse_length * (sum[a] - coarse.centre[3 * c.place[p] + a]);
-    if (c.antisymmetric) {
-      const Matrix6 m = rotated(s.matrices[c.matrix], r);
-      add_moved(m, 1, arm[0], arm[0], coarse.blocks.data() + kBlockDoubles * s.targets[c.target]);
-      add_moved(m, -1, arm[0], arm[1], coarse.blocks.data() + kBlockDoubles * s.targets[c.target + 1]);
-      add_moved(m, 1, arm[1], arm[1], coarse.blocks.data() + kBlockDoubles * s.targets[c.target + 2]);
-      continue;
-    }
-    int pair = 0;
-    for (int p = 0; p < c.parts; ++p)
-      for (int q = p; q < c.parts; ++q, ++pair)
-        add_moved(rotated(s.matrices[c.matrix + pair], r), 1, arm[p], arm[q],
-                  coarse.blocks.data() + kBlockDoubles * s.targets[c.target + pair]);
-  }
+  if (w.node_matrix) add_node_matrix(model, w);
+  else add_elements(model, w);
 
+  const MechanicsModel::Structure& structure = model.structure();
   for (const CoarseStructure::SpringParts& c : s.springs) {
     const RowSpring& spring = model.springs()[structure.springs[c.spring]];
     // The row on a part's motion: weight t + w x (sum of weights times arms).

@@ -23,7 +23,8 @@ struct CoarseSpace {
   ContactCoarse contact;
 };
 
-/// Arms of the nodes and coarse matrix for a prepared step (positions, scaled rotations, masses, springs), without contacts.
+/// Arms of the nodes and coarse matrix for a prepared step (positions, scaled rotations, masses, springs), without contacts. From the node matrix
+/// where that has been put together, else from the crossings.
 void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& workspace);
 
 /// Adds the contacts of this pass, if any, and factors.

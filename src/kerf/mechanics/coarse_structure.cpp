@@ -100,6 +100,15 @@ std::array<double, 36> felt(const RigidModes& force, const RigidModes& modes, un
   return out;
 }
 
+// Storage blocks of the pairs of some places, behind those that are there.
+std::int32_t add_targets(std::int32_t parts, const std::array<std::int32_t, 8>& place, CoarseStructure& out) {
+  const auto first = static_cast<std::int32_t>(out.targets.size());
+  for (int p = 0; p < parts; ++p)
+    for (int q = p; q < parts; ++q)
+      out.targets.push_back(out.cholesky.block(out.cholesky.order[place[p]], out.cholesky.order[place[q]]));
+  return first;
+}
+
 }  // namespace
 
 CoarseStructure coarse_structure(const MechanicsModel& model) {
@@ -169,17 +178,31 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
   for (std::size_t i = 0; i < n; ++i)
     if (out.place[i] >= 0) out.members[next[out.place[i]]++] = static_cast<std::int32_t>(i);
 
-  const auto add_targets = [&](std::int32_t parts, const std::array<std::int32_t, 8>& place) {
-    const auto first = static_cast<std::int32_t>(out.targets.size());
-    for (int p = 0; p < parts; ++p)
-      for (int q = p; q < parts; ++q)
-        out.targets.push_back(out.cholesky.block(out.cholesky.order[place[p]], out.cholesky.order[place[q]]));
-    return first;
-  };
+  for (std::size_t i = 0; i < s.springs.size(); ++i) {
+    const RowSpring& spring = model.springs()[s.springs[i]];
+    CoarseStructure::SpringParts parts;
+    parts.spring = static_cast<std::int32_t>(i);
+    std::array<std::int32_t, 8> place, sorted;
+    for (int k = 0; k < 8; ++k) place[k] = spring.nodes[k].valid() ? out.place[spring.nodes[k].index()] : -1;
+    sorted = place;
+    std::sort(sorted.begin(), sorted.end(), std::greater<>());
+    for (int k = 0; k < 8; ++k)
+      if (sorted[k] >= 0 && (k == 0 || sorted[k] != sorted[k - 1])) parts.place[parts.parts++] = sorted[k];
+    parts.part.fill(-1);
+    for (int k = 0; k < 8; ++k)
+      for (int p = 0; p < parts.parts; ++p)
+        if (place[k] == parts.place[p]) parts.part[k] = p;
+    parts.target = add_targets(parts.parts, parts.place, out);
+    out.springs.push_back(parts);
+  }
+  return out;
+}
 
+void add_crossings(const MechanicsModel& model, CoarseStructure& out) {
+  const MechanicsModel::Structure& s = model.structure();
   // Full cells of one material that are split alike share their matrices.
   std::map<std::pair<std::int32_t, std::array<unsigned, 8>>, std::int32_t> known;
-  const RigidModes modes = rigid_modes(h, out.length);
+  const RigidModes modes = rigid_modes(model.cell_size(), out.length);
   std::vector<ElementMatrix> full;
   for (const WalshHadamardMatrix& k : s.shared) full.push_back(dense(k));
   for (std::size_t b = 0; b < s.batches.size(); ++b)
@@ -206,7 +229,7 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
         for (int c = 0; c < 8; ++c)
           if (place[c] == crossing.place[p]) corners[p] |= 1u << c;
       crossing.antisymmetric = crossing.parts == 2 && !held;
-      crossing.target = add_targets(crossing.parts, crossing.place);
+      crossing.target = add_targets(crossing.parts, crossing.place, out);
       const auto fresh = [&](const ElementMatrix& k) {
         const auto first = static_cast<std::int32_t>(out.matrices.size());
         out.matrices.resize(out.matrices.size() +
@@ -234,24 +257,6 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
       out.crossings.push_back(crossing);
     }
 
-  for (std::size_t i = 0; i < s.springs.size(); ++i) {
-    const RowSpring& spring = model.springs()[s.springs[i]];
-    CoarseStructure::SpringParts parts;
-    parts.spring = static_cast<std::int32_t>(i);
-    std::array<std::int32_t, 8> place, sorted;
-    for (int k = 0; k < 8; ++k) place[k] = spring.nodes[k].valid() ? out.place[spring.nodes[k].index()] : -1;
-    sorted = place;
-    std::sort(sorted.begin(), sorted.end(), std::greater<>());
-    for (int k = 0; k < 8; ++k)
-      if (sorted[k] >= 0 && (k == 0 || sorted[k] != sorted[k - 1])) parts.place[parts.parts++] = sorted[k];
-    parts.part.fill(-1);
-    for (int k = 0; k < 8; ++k)
-      for (int p = 0; p < parts.parts; ++p)
-        if (place[k] == parts.place[p]) parts.part[k] = p;
-    parts.target = add_targets(parts.parts, parts.place);
-    out.springs.push_back(parts);
-  }
-  return out;
 }
 
 }  // namespace kerf

@@ -38,7 +38,7 @@ struct CoarseStructure {
     std::int32_t target = 0;     ///< first of as many target blocks
     bool antisymmetric = false;  ///< two parts and no held node: all three matrices are +-the first
   };
-  std::vector<Crossing> crossings;
+  std::vector<Crossing> crossings;  ///< only after add_crossings()
   /// Element stiffness between the rigid motions of its parts in its own frame, 6 x 6 row-major, pairs (row
   /// >= column).
   std::vector<std::array<double, 36>> matrices;
@@ -57,7 +57,10 @@ struct CoarseStructure {
   BlockCholeskyStructure cholesky;
 };
 
-/// Builds all of it. O(elements).
+/// Builds all of it but the crossings. O(elements).
 CoarseStructure coarse_structure(const MechanicsModel& model);
+
+/// The crossings: where the matrix is not put together (node_matrix.h), the coarse one comes from the elements.
+void add_crossings(const MechanicsModel& model, CoarseStructure& structure);
 
 }  // namespace kerf

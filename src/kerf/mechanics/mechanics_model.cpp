@@ -515,6 +515,14 @@ void MechanicsModel::refresh_coarse() {
   if (!coarse_stale_) return;
   coarse_stale_ = false;
   coarse_ = coarse_structure(*this);
+  crossings_stale_ = true;
+}
+
+void MechanicsModel::refresh_crossings() {
+  refresh_coarse();
+  if (!crossings_stale_) return;
+  crossings_stale_ = false;
+  add_crossings(*this, coarse_);
 }
 
 void MechanicsModel::refresh_node_matrix() {

@@ -181,6 +181,8 @@ class MechanicsModel {
   [[nodiscard]] const Structure& structure() const { return structure_; }
   /// The same for the solver's coarse space, which not every step needs.
   void refresh_coarse();
+  /// And its crossings, which not every coarse space needs.
+  void refresh_crossings();
   [[nodiscard]] const CoarseStructure& coarse() const { return coarse_; }
   /// The same for the matrix put together (node_matrix.h).
   void refresh_node_matrix();
@@ -241,6 +243,7 @@ class MechanicsModel {
   bool coarse_stale_ = true;
   NodeMatrixStructure node_matrix_;
   bool node_matrix_stale_ = true;
+  bool crossings_stale_ = true;
 };
 
 }  // namespace kerf

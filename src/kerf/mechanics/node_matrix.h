@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "kerf/mechanics/lanes.h"
+
 namespace kerf {
 
 class MechanicsModel;
@@ -46,6 +48,12 @@ inline constexpr double kStiffestMatrix = 1e3;
 struct alignas(32) NodeBlockPair {
   float v[3][8];
 };
+
+/// Column `k` of a block, as (x, y, z, 0).
+inline Lanes node_block_column(const NodeBlockPair* blocks, std::int32_t block, int k) {
+  const float* v = blocks[block / 2].v[k] + 4 * (block % 2);
+  return Lanes{v[0], v[1], v[2], v[3]};
+}
 
 /// workspace.node_blocks for a prepared step (scaled rotations, tension); springs and contacts are left out.
 void assemble_node_matrix(const MechanicsModel& model, StepWorkspace& workspace);

@@ -479,14 +479,16 @@ struct Solver {
   void add_second_level() {
     const Clock::time_point start = Clock::now();
     if (!coarse_assembled) {
-      model.refresh_coarse();
-      prepare_coarse_space(model, w);
-      coarse_assembled = true;
       w.node_matrix = gains_by_node_matrix(model, o) && !free_piece_touched(w);
       if (w.node_matrix) {
+        model.refresh_coarse();
         model.refresh_node_matrix();
         assemble_node_matrix(model, w);
+      } else {
+        model.refresh_crossings();
       }
+      prepare_coarse_space(model, w);
+      coarse_assembled = true;
     }
     // While the same rows press, their coarse matrix hardly changes; but no momentum may hang on an old one.
     const std::uint64_t rows = w.contact.set != nullptr ? name_of(w.contact.pressing) : 0;

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "kerf/mechanics/lanes.h"
@@ -51,8 +52,9 @@ struct alignas(32) NodeBlockPair {
 
 /// Column `k` of a block, as (x, y, z, 0).
 inline Lanes node_block_column(const NodeBlockPair* blocks, std::int32_t block, int k) {
-  const float* v = blocks[block / 2].v[k] + 4 * (block % 2);
-  return Lanes{v[0], v[1], v[2], v[3]};
+  float __attribute__((vector_size(16))) v;
+  std::memcpy(&v, blocks[block / 2].v[k] + 4 * (block % 2), sizeof v);
+  return __builtin_convertvector(v, Lanes);
 }
 
 /// workspace.node_blocks for a prepared step (scaled rotations, tension); springs and contacts are left out.

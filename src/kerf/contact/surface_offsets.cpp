@@ -1,5 +1,7 @@
 #include "kerf/contact/surface_offsets.h"
 
+#include <array>
+
 namespace kerf {
 namespace {
 
@@ -14,15 +16,6 @@ std::array<double, 8> offset_weights(const LatticeFrame& frame, Vec3 local, Vec3
 }
 
 }  // namespace
-
-std::array<double, 8> lifted_weights(const HexMesh& hex, const Embedding& embedding, const ContactSurface& surface,
-                                     CollisionVertex v, double lift) {
-  std::array<double, 8> w = trilinear_weights(embedding.collision_local[v]);
-  if (lift == 0) return w;
-  const auto o = offset_weights(hex.frame, embedding.collision_local[v], surface.offset[v]);
-  for (std::size_t i = 0; i < 8; ++i) w[i] += lift * o[i];
-  return w;
-}
 
 void surface_offsets(const HexMesh& hex, const Embedding& embedding, const ContactSurface& surface,
                      std::span<const Vec3> nodes, std::span<Vec3> out) {

@@ -256,7 +256,6 @@ void add_crossings(const MechanicsModel& model, CoarseStructure& out) {
       }
       out.crossings.push_back(crossing);
     }
-
 }
 
 }  // namespace kerf

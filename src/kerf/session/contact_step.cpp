@@ -156,16 +156,15 @@ void place_shapes(const Scene& scene, const MechanicsState& state, const std::ve
     c.set.tools[i] = rigid_tool(tool, motions[i], t, h);
     c.set.tools[i].force = motions[i].force;
     c.set.tools[i].torque = motions[i].torque;
-    ToolWork free;
-    prepare_tool(c.set.tools[i], now, h, free);
+    const RigidVelocity free = free_velocity(c.set.tools[i], now, h);
     shape.position = now.position;
     shape.axes = now.axes;
-    shape.velocity = (1 / free.mass) * Vec3{free.right[0], free.right[1], free.right[2]};
-    shape.spin = (1 / free.inertia) * Vec3{free.right[3], free.right[4], free.right[5]};
+    shape.velocity = free.linear;
+    shape.spin = free.spin;
   }
 }
 
-/// lifted_weights(), four at a time.
+/// Weights of a cell's corners in vertex v's place, displaced by lift times its offset (surface_offsets.h), four at a time.
 CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex v, double lift) {
   const Vec3 local = body.embedding.collision_local[v];
   CornerWeights w = corner_weights(local);
@@ -312,6 +311,12 @@ Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::st
 RigidState tool_state(const SceneRigidTool& tool) {
   const RigidPlace place = place_of(tool.position, tool.rotation);
   return {place.position, place.axes, {}, {}};
+}
+
+RigidVelocity free_velocity(const RigidTool& tool, const RigidState& now, double h) {
+  ToolWork work;
+  prepare_tool(tool, now, h, work);
+  return {(1 / work.mass) * Vec3{work.right[0], work.right[1], work.right[2]}, (1 / work.inertia) * Vec3{work.right[3], work.right[4], work.right[5]}};
 }
 
 RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, double t, double h) {

@@ -50,6 +50,8 @@ RigidState tool_state(const SceneRigidTool& tool);
 
 /// Numbers of a tool that follows a motion from time t for h seconds.
 RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, double t, double h);
+/// What its coupling alone makes of the tool's motion in a step of h seconds.
+RigidVelocity free_velocity(const RigidTool& tool, const RigidState& now, double h);
 
 /// How many equal parts a step of dt seconds needs so that nothing tunnels: obstacles and tools as they move at time t.
 int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state, const std::vector<ToolMotion>& motions,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kerf/mechanics/rigid_tools.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/spatial/triangle_queries.h"
 
@@ -68,10 +67,7 @@ double Session::Impl::edge_travel(double dt) {
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     if (!edge_at_work(i)) continue;
     const RigidState& at = state.mechanics.tools[i];
-    ToolWork free;  // where its coupling alone takes it
-    prepare_tool(rigid_tool(scene.tools[i], state.tools[i], state.time, dt), at, dt, free);
-    const Vec3 velocity = (1 / free.mass) * Vec3{free.right[0], free.right[1], free.right[2]};
-    const Vec3 spin = (1 / free.inertia) * Vec3{free.right[3], free.right[4], free.right[5]};
+    const auto [velocity, spin] = free_velocity(rigid_tool(scene.tools[i], state.tools[i], state.time, dt), at, dt);
     const ToolEdge edge = tool_edge(scene.tools[i], state.tools[i].jaws(state.time));
     const RigidPlace place{at.position, at.axes};
     MovingEdge moving{place.to_world(edge.base), place.to_world(edge.tip), {}, {}};

@@ -402,8 +402,10 @@ TEST(Engine, PagesKnowWhatIsFixed) {
   // The scene holds everything beyond y = 0.055 m; nothing of that moves, all else may.
   const auto right = [&](const MirroredPage& p) {
     std::vector<std::uint32_t> wanted;
-    for (std::uint32_t i = 0; i < p.body.nodes.size(); ++i)
-      if (table.engine.session().is_fixed(NodeId(std::size_t{i}))) wanted.push_back(i);
+    for (std::uint32_t i = 0; i < p.body.nodes.size(); ++i) {
+      const NodeId n(std::size_t{i});
+      if (table.engine.session().is_fixed(n) && table.engine.session().body().hex.active(n)) wanted.push_back(i);
+    }
     return p.fixed == wanted;
   };
   const std::vector<std::uint32_t> rim = table.pages[page].fixed;

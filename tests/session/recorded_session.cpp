@@ -171,20 +171,30 @@ class Player {
       return Problem{Problem::Kind::kFailure, done.error().message, 0, 0};
     }
     if (c.kind == Kind::kUndo && done) {
-      const std::uint64_t wanted = before_.empty() ? 0 : before_.back();
-      if (!before_.empty()) before_.pop_back();
-      if (fingerprint(session_) != wanted) return Problem{Problem::Kind::kUndo, "undo did not bring back the state before", 0, 0};
+      if (before_.empty()) return Problem{Problem::Kind::kUndo, "undo of what nobody did", 0, 0};
+      const std::uint64_t wanted = before_.back();
+      before_.pop_back();
+      if (wanted != kNotComparable && fingerprint(session_) != wanted)
+        return Problem{Problem::Kind::kUndo, "undo did not bring back the state before", 0, 0};
       undone_.push_back(now);
     } else if (c.kind == Kind::kRedo && done) {
-      const std::uint64_t wanted = undone_.empty() ? 0 : undone_.back();
-      if (!undone_.empty()) undone_.pop_back();
-      if (fingerprint(session_) != wanted) return Problem{Problem::Kind::kRedo, "redo did not bring back the state before undo", 0, 0};
+      if (undone_.empty()) return Problem{Problem::Kind::kRedo, "redo of what nobody undid", 0, 0};
+      const std::uint64_t wanted = undone_.back();
+      undone_.pop_back();
+      if (wanted != kNotComparable && fingerprint(session_) != wanted)
+        return Problem{Problem::Kind::kRedo, "redo did not bring back the state before undo", 0, 0};
       before_.push_back(now);
     } else if (c.kind == Kind::kCancelStroke && done && in_stroke) {
-      if (fingerprint(session_) != begun_) return Problem{Problem::Kind::kCancel, "a cancelled stroke left something behind", 0, 0};
+      if (begun_ != kNotComparable && fingerprint(session_) != begun_)
+        return Problem{Problem::Kind::kCancel, "a cancelled stroke left something behind", 0, 0};
     } else if (session_.undo_depth() > depth) {
       before_.push_back(now);
       undone_.clear();
+    }
+    if (c.kind == Kind::kFix || c.kind == Kind::kUnfix) {
+      std::fill(before_.begin(), before_.end(), kNotComparable);
+      std::fill(undone_.begin(), undone_.end(), kNotComparable);
+      begun_ = kNotComparable;
     }
     if (!in_stroke && session_.in_stroke()) begun_ = now, begun_depth_ = depth;
     if (session_.redo_depth() == 0) undone_.clear();

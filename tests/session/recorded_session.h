@@ -16,6 +16,8 @@ namespace kerf::test {
 
 /// Everything an undo brings back.
 std::uint64_t fingerprint(const Session& session);
+/// In the place of a fingerprint from before supports changed: they stay what they are, and what they hold is still.
+inline constexpr std::uint64_t kNotComparable = 0;
 
 /// A Session whose changes can be played again. Only through this type: a Session& to it notes nothing.
 class RecordedSession : public Session {

@@ -403,7 +403,7 @@ class Life {
     }
     const std::uint64_t now = fingerprint(*session_);
     if (!expect(session_->undo(), "undo")) return;
-    if (fingerprint(*session_) != before_.back()) fail("undo did not bring back the state before the stroke");
+    if (before_.back() != test::kNotComparable && fingerprint(*session_) != before_.back()) fail("undo did not bring back the state before the stroke");
     check("undo");
     after_undo_.push_back({now, before_.back()});
     before_.pop_back();
@@ -418,7 +418,8 @@ class Life {
     // Redo brings back what undo found; the next undo brings back what redo found.
     const std::uint64_t now = fingerprint(*session_);
     if (!expect(session_->redo(), "redo")) return;
-    if (fingerprint(*session_) != after_undo_.back().first) fail("redo did not bring back the state before undo");
+    const std::uint64_t wanted = after_undo_.back().first;
+    if (wanted != test::kNotComparable && fingerprint(*session_) != wanted) fail("redo did not bring back the state before undo");
     check("redo");
     before_.push_back(now);
     after_undo_.pop_back();
@@ -497,6 +498,9 @@ class Life {
     if (random_.index(4)) command.what = SceneFixCommand{region};
     else command.what = SceneUnfix{region};
     expect(session_->apply(command), "fix");
+    // Undo brings back how the body moved, but a support stays what it is, and what it holds is still.
+    std::fill(before_.begin(), before_.end(), test::kNotComparable);
+    for (auto& [now, then] : after_undo_) now = then = test::kNotComparable;
     check("fix");
   }
 

@@ -96,6 +96,39 @@ TEST(SurfaceFade, ACutOfAMovingBodyIsLocal) {
   EXPECT_EQ(shown, session.node_positions());
 }
 
+// A support takes hold at once, not with the next step: what a cut lets go there must not bring back the motion from before.
+TEST(SurfaceFade, ASupportOfAMovingBodyHoldsWhatIsCutAtOnce) {
+  Session session = swinging_sheet();
+  const auto stroke = [&](double y, double from, double to) {
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());
+    for (int i = 0; i <= 10; ++i) {
+      const double x = from + (to - from) * i / 10;
+      const test::SurfaceMotion before = test::surface_motion(session);
+      ASSERT_TRUE(session.move_blade({x, y, 1}, {x, y, -1}).ok());
+      const test::Continuity c = test::continuity(before, test::surface_motion(session), 1.4);
+      ASSERT_TRUE(c.broken.empty()) << c.broken << ", pose " << i;
+    }
+    ASSERT_TRUE(session.end_stroke().ok());
+  };
+  stroke(-0.21, -0.6, 0.1);
+  const double moving = test::surface_motion(session).kinetic;
+  SceneFixCommand fix;
+  fix.region.shape = SceneRegion::Shape::kSphere;
+  fix.region.center = {0, 0.13, 0};
+  fix.region.radius = 0.3;
+  ASSERT_TRUE(session.apply({0, fix}).ok());
+  const Status held = session.validate();
+  ASSERT_TRUE(held.ok()) << held.error().message;
+  EXPECT_LT(test::surface_motion(session).kinetic, moving);
+  stroke(0.13, -0.6, 0.1);
+  // Undo brings the motion of before back, but not to what is held since.
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(session.undo().ok());
+    const Status valid = session.validate();
+    ASSERT_TRUE(valid.ok()) << valid.error().message;
+  }
+}
+
 // Offsets of nodes belong to what undo, redo, snapshots and cancelled strokes take back.
 TEST(SurfaceFade, UndoTakesOffsetsBack) {
   Session session = swinging_sheet();

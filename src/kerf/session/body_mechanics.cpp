@@ -122,7 +122,7 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
   return {};
 }
 
-void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<std::uint8_t>& carried) {
+void carry_unused_nodes(const HexMesh& hex, const MechanicsModel& model, MechanicsState& state, std::vector<std::uint8_t>& carried) {
   carried.assign(hex.node_count(), 0);
   for (const HexId id : ids<HexId>(hex.hex_count())) {
     if (hex.state[id] != HexState::kAbsorbed) continue;
@@ -152,6 +152,12 @@ void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<s
     state.positions[n.index()] = state.positions[parent.index()];
     state.velocities[n.index()] = state.velocities[parent.index()];
   }
+  hold_fixed_nodes(model, state);
+}
+
+void hold_fixed_nodes(const MechanicsModel& model, MechanicsState& state) {
+  for (std::size_t i = 0; i < model.node_count(); ++i)
+    if (model.is_fixed(NodeId(i))) state.velocities[i] = model.prescribed_velocities()[i];
 }
 
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state) {

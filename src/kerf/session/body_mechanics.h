@@ -41,8 +41,11 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
 /// the copies that absorbed them, extrapolated; others with the nodes that were split off from
 /// them or that they were split off from. Whoever uses such a node
 /// again (after a later cut, or when a provisional tip is rolled back) or splits one off from it finds it where the material
-/// is. After every step; linear. `carried` is memory.
-void carry_unused_nodes(const HexMesh& hex, MechanicsState& state, std::vector<std::uint8_t>& carried);
+/// is. Supports hold fixed ones still. After every step; linear. `carried` is memory.
+void carry_unused_nodes(const HexMesh& hex, const MechanicsModel& model, MechanicsState& state, std::vector<std::uint8_t>& carried);
+
+/// Gives fixed nodes the velocity that their support prescribes, whoever moved them before.
+void hold_fixed_nodes(const MechanicsModel& model, MechanicsState& state);
 
 /// Makes the model match the hexahedra, comparing all of them. The state keeps its first node_count and hex_count entries;
 /// new nodes have no offsets.

@@ -211,7 +211,7 @@ bool Engine::Impl::find_fixed() {
   fixed.clear();
   const std::size_t n = session->node_positions().size();
   for (std::size_t i = 0; i < n; ++i)
-    if (session->is_fixed(NodeId(i))) fixed.push_back(static_cast<std::uint32_t>(i));
+    if (session->is_fixed(NodeId(i)) && session->body().hex.active(NodeId(i))) fixed.push_back(static_cast<std::uint32_t>(i));
   return fixed != fixed_before;
 }
 

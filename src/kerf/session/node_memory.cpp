@@ -55,7 +55,8 @@ void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeF
   KERF_ASSERT(std::is_sorted(memory.pieces.begin(), memory.pieces.end(), [](const auto& a, const auto& b) { return key(a) < key(b); }));
 }
 
-void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old) {
+void recall_cells(const HexMesh& hex, const MechanicsModel& model, NodeMemory& memory, MechanicsState& state, NodeFade& fade,
+                  std::vector<NodeMotion>& old) {
   auto& heirs = memory.heirs;
   auto& shares = memory.shares;
   shares.clear();
@@ -80,7 +81,9 @@ void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state,
     for (end = i; end < shares.size() && shares[end].node == shares[i].node;) ++end;
     const std::span<const NodeMemory::Share> all(shares.data() + i, end - i);
     const NodeMemory::Share& share = largest_share(all);
-    move_node(share.node, share.from, state, fade, old);
+    NodeMotion to = share.from;
+    if (model.is_fixed(share.node)) to.velocity = model.prescribed_velocities()[share.node.index()];
+    move_node(share.node, to, state, fade, old);
   }
 }
 

@@ -50,7 +50,8 @@ void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeF
 
 /// Gives the nodes of those cells the motion and offsets that most of their material had, to the bit. Nodes of material that is not
 /// remembered stay as they are. Appends the motion that nodes had before to `old`.
-void recall_cells(const HexMesh& hex, NodeMemory& memory, MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old);
+void recall_cells(const HexMesh& hex, const MechanicsModel& model, NodeMemory& memory, MechanicsState& state, NodeFade& fade,
+                  std::vector<NodeMotion>& old);
 
 /// Of shares of one node, sorted by the node they are from: the first of that node with the most volume.
 const NodeMemory::Share& largest_share(std::span<const NodeMemory::Share> shares);

@@ -347,6 +347,9 @@ Status Session::validate() const {
     if (!is_finite(s.state.mechanics.positions[i]) || !is_finite(s.state.mechanics.velocities[i]))
       return failed(fmt::format("node {} has a position or velocity that is not finite", i));
   MechanicsModel& model = const_cast<MechanicsModel&>(s.state.model);  // total_mass refreshes derived data
+  for (const NodeId n : ids<NodeId>(model.node_count()))
+    if (model.is_fixed(n) && !(s.state.mechanics.velocities[n.index()] == model.prescribed_velocities()[n.index()]))
+      return failed(fmt::format("node {} is fixed and moves", n.value));
   // Mass, material by material; mechanics has just the elements that live.
   double mass = 0;
   const HexMesh& hex = s.state.body.hex;

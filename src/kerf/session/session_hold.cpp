@@ -185,9 +185,14 @@ Status Session::Impl::renew_springs() {
 std::vector<NodeId> Session::Impl::nodes_in(const SceneRegion& region) const {
   const HexMesh& hex = state.body.hex;
   std::vector<NodeId> nodes;
+  bool any = false;
   for (const NodeId n : ids<NodeId>(hex.node_count()))
-    if (hex.active(n) && region.contains(hex.rest(n))) nodes.push_back(n);
-  if (!nodes.empty()) return nodes;
+    if (region.contains(hex.rest(n))) {
+      nodes.push_back(n);
+      any |= hex.active(n);
+    }
+  if (any) return nodes;  // with those that a later cut may use again
+  nodes.clear();
   // A region smaller than a cell: the cells that hold its material.
   const CollisionMesh& mesh = state.body.complex.collision;
   for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
@@ -203,6 +208,7 @@ Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
                                  "metres); make it larger or move it onto the body",
                                  name));
   for (const NodeId n : nodes) state.model.fix_node(n);
+  hold_fixed_nodes(state.model, state.mechanics);
   return {};
 }
 

@@ -127,7 +127,7 @@ Result<StepReport> Session::Impl::advance_tools_and_body(double h, bool tools_fi
     return divide_tools_and_body(h, kTryAgainParts, false);
   }
   feel_tools();
-  carry_unused_nodes(state.body.hex, state.mechanics, carried);
+  carry_unused_nodes(state.body.hex, state.model, state.mechanics, carried);
   fade_offsets(state.fade, h, kFaded * size);
   positions_changed();
   carry_edges();

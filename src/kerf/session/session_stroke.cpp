@@ -258,7 +258,7 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   };
   in_balance(leave_balance);
   KERF_TRY(sync_change(body.hex, state.materials, lattice_change, state.model, state.mechanics, state.fade.nodes, surface.nodes));
-  recall_cells(body.hex, remembered, state.mechanics, state.fade.nodes, surface.nodes);
+  recall_cells(body.hex, state.model, remembered, state.mechanics, state.fade.nodes, surface.nodes);
   in_balance(join_balance);
   if (moved_ever()) {
     const auto first = surface.nodes.begin() + static_cast<std::ptrdiff_t>(known_nodes);
@@ -383,6 +383,7 @@ Status Session::Impl::cancel_stroke() {
   // Halves that have drifted apart would be torn together: motion goes back too.
   std::swap(state.stroke->before.tools, state.mechanics.tools);
   state.mechanics = std::move(state.stroke->before);
+  hold_fixed_nodes(state.model, state.mechanics);
   // Ids and places are what they were; only tools and obstacles may have moved on meanwhile.
   if (state.steps == state.stroke->steps) state.touching = std::move(state.stroke->touching);
   else state.touching = {};
@@ -444,6 +445,7 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
     KERF_TRY(sync_copies(hex, state.materials, written_copies(state.body, step.topology, hex.hex_count()), state.model, state.mechanics));
   }
   state.mechanics = std::move(step.mechanics);
+  hold_fixed_nodes(state.model, state.mechanics);  // a support may be newer
   step.mechanics = std::move(now);
   state.mechanics.tools = step.mechanics.tools;  // tools stay where they are
   state.touching = {};

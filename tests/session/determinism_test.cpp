@@ -15,7 +15,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::int64_t kMostSteps = 1500;  ///< of a shipped scene
+constexpr std::int64_t kMostSteps = 500;  ///< of a shipped scene
 
 std::vector<std::filesystem::path> shipped_scenes() {
   std::vector<std::filesystem::path> found;

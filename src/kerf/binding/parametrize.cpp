@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <mutex>
 
 #include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
@@ -42,6 +44,26 @@ struct PatchSystem {
     double length, weight;
   };
   std::vector<Spoke> spokes;
+};
+
+/// Memory that one thread after another works in: new memory for every few patches would cost more than what is done in it.
+class PatchSystems {
+ public:
+  std::unique_ptr<PatchSystem> take() {
+    const std::scoped_lock lock(mutex_);
+    if (idle_.empty()) return std::make_unique<PatchSystem>();
+    auto system = std::move(idle_.back());
+    idle_.pop_back();
+    return system;
+  }
+  void give_back(std::unique_ptr<PatchSystem> system) {
+    const std::scoped_lock lock(mutex_);
+    idle_.push_back(std::move(system));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<PatchSystem>> idle_;
 };
 
 class Parametrizer {
@@ -104,8 +126,7 @@ class Parametrizer {
       assemble(weights, p);
       p.points.clear();
       for (const std::int32_t v : p.inner) p.points.push_back(w_.at(v));
-      if (!p.lu.factor(p.rows, p.points)) return false;
-      p.lu.solve(p.x);
+      if (!p.lu.solve(p.rows, p.points, p.x)) return false;
     }
     for (const std::int32_t f : faces) {
       std::array<Vec2, 3> q;
@@ -213,16 +234,18 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
   const std::size_t step = closed ? 1 : 2, count = 2 * collision.face_count() / step;
   enum : std::uint8_t { kMean, kUniform, kBad };
   std::vector<std::uint8_t> outcome(count, kMean);
+  PatchSystems systems;
   // In slices, so that progress can be told between them.
   const std::size_t slice = progress ? std::max<std::size_t>(64, count / 16) : count;
   for (std::size_t begin = 0; begin < count; begin += slice) {
     const std::size_t end = std::min(count, begin + slice);
     parallel_for(end - begin, 4, [&](std::size_t first, std::size_t last) {
-      PatchSystem system;
+      auto system = systems.take();
       for (std::size_t i = begin + first; i < begin + last; ++i) {
-        if (parametrizer.solve(step * i, Weights::kMeanValue, system)) continue;
-        outcome[i] = parametrizer.solve(step * i, Weights::kUniform, system) ? kUniform : kBad;
+        if (parametrizer.solve(step * i, Weights::kMeanValue, *system)) continue;
+        outcome[i] = parametrizer.solve(step * i, Weights::kUniform, *system) ? kUniform : kBad;
       }
+      systems.give_back(std::move(system));
     });
     KERF_TRY(progress("parameters", static_cast<double>(end) / static_cast<double>(count)));
   }

@@ -264,6 +264,42 @@ TEST(TriangleBvh, LargeGridIsLean) {
 }
 
 /// Large trees are built in parts, side by side.
+TEST(TriangleBvh, ATreeOfRunsAnswersAsOneOfTriangles) {
+  Soup shuffled = closed_grid_box(40);
+  for (std::size_t t = 0; t < shuffled.corners.size() / 3; ++t) {  // runs of it would be as long as the box
+    const std::size_t other = (t * 7919) % (shuffled.corners.size() / 3);
+    for (std::size_t k = 0; k < 3; ++k) std::swap(shuffled.corners[3 * t + k], shuffled.corners[3 * other + k]);
+  }
+  for (const Soup& soup : {closed_grid_box(40), closed_grid_box(3), shuffled, random_soup(1001, 4, 0.05), random_soup(7, 4, 0.5)}) {
+    const TriangleBvh fine(soup.view());
+    for (const std::size_t queries : {1u, 30u, 300u}) {
+      const TriangleBvh coarse(soup.view(), queries);
+      EXPECT_LE(coarse.nodes().size(), fine.nodes().size());
+      std::vector<std::int32_t> order = coarse.order();
+      std::sort(order.begin(), order.end());
+      for (std::size_t t = 0; t < order.size(); ++t) ASSERT_EQ(order[t], static_cast<std::int32_t>(t));
+      Random random(5);
+      std::vector<RayHit> some, same;
+      for (int round = 0; round < 200; ++round) {
+        const Vec3 p = draw(random, 2), d = normalized(draw(random));
+        const ClosestPoint a = fine.closest(soup.view(), p), b = coarse.closest(soup.view(), p);
+        EXPECT_EQ(a.triangle, b.triangle);
+        EXPECT_EQ(a.point, b.point);
+        const RayHit h = fine.first_hit(soup.view(), {p, d, 0, 10}), g = coarse.first_hit(soup.view(), {p, d, 0, 10});
+        EXPECT_EQ(h.triangle, g.triangle);
+        EXPECT_EQ(h.t, g.t);
+        fine.all_hits(soup.view(), {p, d, 0, 10}, some);
+        coarse.all_hits(soup.view(), {p, d, 0, 10}, same);
+        ASSERT_EQ(some.size(), same.size());
+        for (std::size_t i = 0; i < some.size(); ++i) EXPECT_EQ(some[i].triangle, same[i].triangle);
+      }
+    }
+  }
+  // A box of 9600 triangles in order for few queries: a tree of a tenth of the size. Out of order: no smaller.
+  EXPECT_LT(10 * TriangleBvh(closed_grid_box(40).view(), 10).nodes().size(), TriangleBvh(closed_grid_box(40).view()).nodes().size());
+  EXPECT_EQ(TriangleBvh(shuffled.view(), 10).nodes().size(), TriangleBvh(shuffled.view()).nodes().size());
+}
+
 TEST(TriangleBvh, LargeTreesAreTheSameForAnyNumberOfThreads) {
   const Soup soup = random_soup(300'000, 5, 0.004);
   const auto made_with = [&](int threads) {

@@ -23,6 +23,9 @@ namespace {
 
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
+/// Rays and closest points that bind a collision vertex, roughly.
+constexpr std::size_t kQueriesPerVertex = 8;
+
 class Stopwatch {
  public:
   /// Seconds since the last call.
@@ -263,7 +266,8 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
       report.warnings.push_back("visual mesh: its triangles were clockwise seen from outside and were turned over");
     }
   }
-  std::optional<SkinSearch> search(std::in_place, visual.positions, visual.triangles);
+  const std::size_t queries = kQueriesPerVertex * collision.positions.size();
+  std::optional<SkinSearch> search(std::in_place, visual.positions, visual.triangles, queries);
   if (!closed && !agrees(*search, visual, collision)) {
     turn_over(collision);
     report.flipped_collision = true;
@@ -289,7 +293,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
     visual.triangles.resize(s.parent.size());
     for (std::size_t f = 0; f < s.parent.size(); ++f)
       visual.triangles[f] = {s.walled.origin[3 * f], s.walled.origin[3 * f + 1], s.walled.origin[3 * f + 2]};
-    search.emplace(visual.positions, visual.triangles);
+    search.emplace(visual.positions, visual.triangles, queries);
   }
   reserve_for_paths(s, c, closed);
   const Vec3 origin = visual.positions[0];

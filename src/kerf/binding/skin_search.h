@@ -21,8 +21,9 @@ struct SkinPoint {
 /// Refers to the mesh it was built from.
 class SkinSearch {
  public:
-  SkinSearch(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles)
-      : triangles_(positions, {triangles.front().data(), 3 * triangles.size()}), bvh_(triangles_) {}
+  /// `queries`: about how many there will be.
+  SkinSearch(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles, std::size_t queries)
+      : triangles_(positions, {triangles.front().data(), 3 * triangles.size()}), bvh_(triangles_, queries) {}
 
   /// The point nearest to p on faces whose normal n has dot(n, facing) > 0 (all faces if facing is zero), not farther than reach.
   [[nodiscard]] std::optional<SkinPoint> closest(Vec3 p, Vec3 facing, double reach) const {

@@ -13,6 +13,7 @@ constexpr std::size_t kBins = 16;
 constexpr int kHeuristicDepth = 64;     // deeper parts are halved by count, which adds at most 31 levels
 constexpr std::uint32_t kPart = 1 << 16;  // so many triangles are one thread's
 constexpr std::uint32_t kSmall = 12;    // below this many triangles halving is as good as the heuristic
+constexpr double kLongestRun = 16, kRunsForQueries = 0.6;  // building costs triangles / run, a query costs run: the sum is least at a root
 
 float round_down(double x) {
   const auto f = static_cast<float>(std::clamp(x, -double{FLT_MAX}, double{FLT_MAX}));
@@ -34,6 +35,10 @@ FloatBox triangle_box(const std::array<Vec3, 3>& t) {
   }
   return box;
 }
+float diagonal(const FloatBox& b) {
+  const float x = b[0] + b[3], y = b[1] + b[4], z = b[2] + b[5];
+  return std::sqrt(x * x + y * y + z * z);
+}
 float half_area(const FloatBox& b) {
   const float x = -b[3] - b[0], y = -b[4] - b[1], z = -b[5] - b[2];
   return x * y + y * z + z * x;
@@ -44,7 +49,7 @@ float half_area(const FloatBox& b) {
 struct TriangleBvh::Builder {
   struct Item {
     FloatBox box;
-    std::int32_t triangle;
+    std::int32_t triangle;  ///< or the number of the run
     [[nodiscard]] float middle(std::size_t axis) const { return 0.5f * box[axis] - 0.5f * box[axis + 3]; }
   };
   struct Task {
@@ -53,6 +58,53 @@ struct TriangleBvh::Builder {
   };
   TriangleBvh& bvh;
   std::vector<Item> items;
+
+  /// One item for every run of so many consecutive triangles. False if the triangles of a run are not near each other.
+  bool collect(const TriangleView& triangles, std::size_t run) {
+    const std::size_t runs = (triangles.size() + run - 1) / run;
+    items.resize(runs);
+    struct Lengths {
+      double runs = 0, triangles = 0;
+    };
+    std::vector<Lengths> lengths((runs + kPart - 1) / kPart);
+    parallel_for(runs, kPart, [&](std::size_t begin, std::size_t end) {
+      Lengths& sum = lengths[begin / kPart];
+      for (std::size_t i = begin; i < end; ++i) {
+        FloatBox box = kEmptyBox;
+        for (std::size_t t = i * run; t < std::min(triangles.size(), (i + 1) * run); ++t) {
+          const FloatBox b = triangle_box(triangles[static_cast<std::int32_t>(t)]);
+          join(box, b);
+          if (run > 1) sum.triangles += diagonal(b);
+        }
+        if (run > 1) sum.runs += diagonal(box);
+        items[i] = {box, static_cast<std::int32_t>(i)};
+      }
+    });
+    Lengths all;
+    for (const Lengths& part : lengths) all.runs += part.runs, all.triangles += part.triangles;
+    // Triangles that hang together are no longer than the sum of them; the ends of rows cost a little.
+    return run == 1 || all.runs <= 2 * all.triangles;
+  }
+
+  /// From runs to triangles.
+  void expand(std::size_t triangles, std::size_t run) {
+    bvh.order_.resize(triangles);
+    if (run == 1) {
+      for (std::size_t i = 0; i < triangles; ++i) bvh.order_[i] = items[i].triangle;
+      return;
+    }
+    std::vector<std::uint32_t> place(items.size() + 1, 0);  // of the items' triangles
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      const std::size_t first = static_cast<std::size_t>(items[i].triangle) * run, end = std::min(triangles, first + run);
+      for (std::size_t t = first; t < end; ++t) bvh.order_[place[i] + (t - first)] = static_cast<std::int32_t>(t);
+      place[i + 1] = place[i] + static_cast<std::uint32_t>(end - first);
+    }
+    for (Node& node : bvh.nodes_)
+      if (node.count > 0) {
+        node.count = place[node.first + node.count] - place[node.first];
+        node.first = place[node.first];
+      }
+  }
 
   static void set_box(const FloatBox& box, Node& node) {
     node.min = {box[0], box[1], box[2]};
@@ -192,22 +244,17 @@ struct TriangleBvh::Builder {
     for (const Task& part : parts) is_root[part.node] = 1;
     for (std::size_t i = top; i-- > 0;)
       if (is_root[i] == 0) join_children(nodes, nodes[i]);
-    bvh.order_.resize(n);
-    for (std::uint32_t i = 0; i < n; ++i) bvh.order_[i] = items[i].triangle;
   }
 };
 
-TriangleBvh::TriangleBvh(const TriangleView& triangles) {
+TriangleBvh::TriangleBvh(const TriangleView& triangles, std::size_t queries) {
   if (triangles.size() == 0) return;
   Builder builder{*this, {}};
-  builder.items.resize(triangles.size());
-  parallel_for(triangles.size(), kPart, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto triangle = static_cast<std::int32_t>(i);
-      builder.items[i] = {triangle_box(triangles[triangle]), triangle};
-    }
-  });
+  const double share = static_cast<double>(triangles.size()) / static_cast<double>(std::max<std::size_t>(queries, 1));
+  auto run = static_cast<std::size_t>(std::clamp(std::sqrt(kRunsForQueries * share), 1.0, kLongestRun));
+  if (!builder.collect(triangles, run)) builder.collect(triangles, run = 1);
   builder.build();
+  builder.expand(triangles.size(), run);
 }
 
 void TriangleBvh::refit(const TriangleView& triangles) {

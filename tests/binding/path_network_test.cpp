@@ -21,7 +21,8 @@ namespace {
 SplitSurface surface_of(const TriangleMesh& mesh) {
   std::vector<std::array<std::int32_t, 3>> triangles;
   for (const auto& t : mesh.triangles) triangles.push_back({t[0].value, t[1].value, t[2].value});
-  return make_split_surface(mesh.positions.raw(), triangles, *build_half_edges(triangles, mesh.positions.size()), {});
+  return make_split_surface(mesh.positions.raw(), triangles, *build_half_edges(triangles, mesh.positions.size()),
+                            smooth_normals(mesh.positions.raw(), triangles), {});
 }
 
 /// Area of the surface, corner by corner.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "kerf/base/parallel.h"
 #include "kerf/binding/bound_vertices.h"
 #include "kerf/binding/collision_mesh_build.h"
 #include "kerf/binding/parametrize.h"
@@ -47,15 +48,21 @@ struct Measure {
 template <class Corner>
 Measure measure(std::size_t faces, Vec3 origin, Corner&& corner) {
   // Sums of blocks: adding millions of equal parts one by one would lose digits.
-  constexpr std::size_t kBlock = 1024;
-  Measure total;
-  for (std::size_t begin = 0; begin < faces; begin += kBlock) {
-    Measure m;
-    for (std::size_t f = begin; f < std::min(faces, begin + kBlock); ++f) {
-      const Vec3 a = corner(f, 0) - origin, b = corner(f, 1) - origin, c = corner(f, 2) - origin;
-      m.area += 0.5 * norm(cross(b - a, c - a));
-      m.volume += dot(a, cross(b, c)) / 6;
+  constexpr std::size_t kBlock = 1024, kBlocks = 32;  // so many at a time
+  std::vector<Measure> blocks((faces + kBlock - 1) / kBlock);
+  parallel_for(blocks.size(), kBlocks, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Measure m;
+      for (std::size_t f = i * kBlock; f < std::min(faces, (i + 1) * kBlock); ++f) {
+        const Vec3 a = corner(f, 0) - origin, b = corner(f, 1) - origin, c = corner(f, 2) - origin;
+        m.area += 0.5 * norm(cross(b - a, c - a));
+        m.volume += dot(a, cross(b, c)) / 6;
+      }
+      blocks[i] = m;
     }
+  });
+  Measure total;
+  for (const Measure& m : blocks) {
     total.area += m.area;
     total.volume += m.volume;
   }
@@ -141,7 +148,7 @@ void assemble(SplitSurface&& s, CollisionMesh&& collision, const BoundVertices& 
   const auto typed = []<class Id>(std::vector<std::int32_t>& raw, Id) {
     std::vector<Id> ids;
     ids.reserve(raw.size());
-    for (const std::int32_t i : raw) ids.push_back(Id(i));
+    for (const std::int32_t i : raw) ids.push_back(Id{i});
     raw = {};
     return ids;
   };
@@ -168,17 +175,18 @@ void assemble(SplitSurface&& s, CollisionMesh&& collision, const BoundVertices& 
   v.rest = Journaled<VisualVertex, Vec3>(std::move(w.position));
   v.normal = Journaled<VisualVertex, Vec3f>(std::move(s.normal));
   v.free = Journaled<VisualVertex, std::uint8_t>(std::move(free));
-  v.outgoing = Journaled<VisualVertex, VisualHalfEdge>(typed(w.outgoing, VisualHalfEdge{}));
   if (s.texture.empty()) v.texture.grow(w.origin.size());
   else v.texture = Journaled<VisualHalfEdge, Vec2f>(std::move(s.texture));
-  v.origin = Journaled<VisualHalfEdge, VisualVertex>(typed(w.origin, VisualVertex{}));
-  v.twin = Journaled<VisualHalfEdge, VisualHalfEdge>(typed(w.twin, VisualHalfEdge{}));
   v.barrier = Journaled<VisualHalfEdge, std::uint8_t>(std::move(w.wall));
   v.planar = Journaled<VisualHalfEdge, Vec2>(std::move(parameters.planar));
-  std::vector<Patch> patch;
-  patch.reserve(patches.label.size());
-  for (const std::int32_t label : patches.label) patch.push_back(Patch{label});
-  v.patch = Journaled<VisualTriangle, Patch>(std::move(patch));
+  parallel_for(4, 1, [&](std::size_t begin, std::size_t end) {  // side by side
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i == 0) v.origin = Journaled<VisualHalfEdge, VisualVertex>(typed(w.origin, VisualVertex{}));
+      if (i == 1) v.twin = Journaled<VisualHalfEdge, VisualHalfEdge>(typed(w.twin, VisualHalfEdge{}));
+      if (i == 2) v.outgoing = Journaled<VisualVertex, VisualHalfEdge>(typed(w.outgoing, VisualHalfEdge{}));
+      if (i == 3) v.patch = Journaled<VisualTriangle, Patch>(typed(patches.label, Patch{}));
+    }
+  });
 
   std::vector<VisualVertex> chain_pool;
   chain_pool.reserve(network.pool.size());
@@ -235,7 +243,17 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   const auto renumbered = [](const WeldedSurface& s) {
     return s.merged + s.unused > 0 ? " (vertices are numbered as after merging equal positions)" : "";
   };
-  auto connected = build_half_edges(visual.triangles, visual.positions.size());
+  const std::size_t queries = kQueriesPerVertex * collision.positions.size();
+  Result<HalfEdgeArrays> connected = HalfEdgeArrays{};
+  std::optional<SkinSearch> search;
+  std::vector<Vec3f> visual_normals;
+  parallel_for(3, 1, [&](std::size_t begin, std::size_t end) {  // side by side
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i == 0) connected = build_half_edges(visual.triangles, visual.positions.size());
+      if (i == 1) visual_normals = smooth_normals(visual.positions, visual.triangles);
+      if (i == 2) search.emplace(visual.positions, visual.triangles, queries);
+    }
+  });
   if (!connected) return Error{connected.error().kind, "visual mesh: " + connected.error().message + renumbered(visual)};
   auto connected_collision = build_half_edges(collision.triangles, collision.positions.size());
   if (!connected_collision)
@@ -256,18 +274,20 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
     texture.reserve(3 * visual.triangles.size());
     for (const auto& uv : visual_mesh.texture) texture.insert(texture.end(), uv.begin(), uv.end());
   }
+  const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
+  const Measure before = measure(visual.triangles.size(), visual.positions[0], corner);
+  report.area_before = before.area;
   if (closed) {
-    const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
-    if (measure(visual.triangles.size(), visual.positions[0], corner).volume < 0) {
+    report.volume_before = std::fabs(before.volume);
+    if (before.volume < 0) {
       turn_over(visual);
+      for (Vec3f& n : visual_normals) n = {-n.x, -n.y, -n.z};
       for (std::size_t i = 0; i < texture.size(); i += 3) std::swap(texture[i + 1], texture[i + 2]);
       connected = build_half_edges(visual.triangles, visual.positions.size());
       report.flipped_visual = true;
       report.warnings.push_back("visual mesh: its triangles were clockwise seen from outside and were turned over");
     }
   }
-  const std::size_t queries = kQueriesPerVertex * collision.positions.size();
-  std::optional<SkinSearch> search(std::in_place, visual.positions, visual.triangles, queries);
   if (!closed && !agrees(*search, visual, collision)) {
     turn_over(collision);
     report.flipped_collision = true;
@@ -281,13 +301,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   KERF_TRY(check_folds(c, options.at_fault));
   std::vector<Vec3> normals = vertex_normals(collision_surface);
 
-  {
-    const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
-    const Measure m = measure(visual.triangles.size(), visual.positions[0], corner);
-    report.area_before = m.area;
-    report.volume_before = closed ? m.volume : 0;
-  }
-  SplitSurface s = make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(texture));
+  SplitSurface s = make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(visual_normals), std::move(texture));
   if (split_long_edges(s, kLongEdge * mean_edge(c), visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count())) {
     visual.positions = s.walled.position;
     visual.triangles.resize(s.parent.size());
@@ -334,8 +348,8 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   KERF_TRY(tell("assemble"));
   {
     const WalledSurface& w = s.walled;
-    const auto corner = [&](std::size_t f, std::size_t k) { return w.position[at(w.origin[3 * f + k])]; };
-    const Measure m = measure(s.parent.size(), origin, corner);
+    const auto split_corner = [&](std::size_t f, std::size_t k) { return w.position[at(w.origin[3 * f + k])]; };
+    const Measure m = measure(s.parent.size(), origin, split_corner);
     report.area_after = m.area;
     report.volume_after = closed ? m.volume : 0;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace kerf {
@@ -35,12 +36,38 @@ void move_edge(SplitSurface& s, std::int32_t from, std::int32_t to) {
   if (w.outgoing[at(w.from(from))] == from) w.outgoing[at(w.from(from))] = to;
 }
 
+/// The angle with this sine >= 0 and cosine, to a common scale: good to 2e-8 (Abramowitz and Stegun 4.4.49), which is a float's.
+double angle_of(double sine, double cosine) {
+  const double size = std::fabs(cosine), low = sine < size ? sine : size, high = sine < size ? size : sine;
+  const double t = low / high, q = t * t;
+  double p = 0.0028662257;
+  for (const double c : {-0.0161657367, 0.0429096138, -0.0752896400, 0.1065626393, -0.1420889944, 0.1999355085, -0.3333314528, 1.0}) p = p * q + c;
+  const double acute = sine < size ? p * t : 0.5 * std::numbers::pi - p * t;
+  return cosine < 0 ? std::numbers::pi - acute : acute;
+}
+
 Vec3f blended_normal(Vec3f a, Vec3f b, double t) { return to_float(normalized(lerp(to_double(a), to_double(b), t))); }
 
 }  // namespace
 
+std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles) {
+  std::vector<Vec3> sum(positions.size());
+  for (const auto& t : triangles) {
+    const Vec3 a = positions[at(t[0])], b = positions[at(t[1])], c = positions[at(t[2])];
+    const Vec3 u = b - a, v = c - b, w = a - c, area = cross(u, v);
+    const double twice = norm(area);
+    const Vec3 n = (1 / twice) * area;
+    sum[at(t[0])] += angle_of(twice, -dot(u, w)) * n;
+    sum[at(t[1])] += angle_of(twice, -dot(v, u)) * n;
+    sum[at(t[2])] += angle_of(twice, -dot(w, v)) * n;
+  }
+  std::vector<Vec3f> normals(sum.size());
+  for (std::size_t v = 0; v < sum.size(); ++v) normals[v] = to_float(normalized(sum[v]));
+  return normals;
+}
+
 SplitSurface make_split_surface(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles,
-                                HalfEdgeArrays connected, std::vector<Vec2f> texture) {
+                                HalfEdgeArrays connected, std::vector<Vec3f> normals, std::vector<Vec2f> texture) {
   SplitSurface s;
   WalledSurface& w = s.walled;
   w.position.assign(positions.begin(), positions.end());
@@ -52,21 +79,10 @@ SplitSurface make_split_surface(std::span<const Vec3> positions, std::span<const
   w.wall_vertex.assign(positions.size(), 0);
   for (std::int32_t h = 0; h < static_cast<std::int32_t>(w.twin.size()); ++h)
     if (w.opposite(h) < 0) w.wall_vertex[at(w.from(h))] = w.wall_vertex[at(w.to(h))] = 1;
+  s.normal = std::move(normals);
   s.texture = std::move(texture);
   s.parent.resize(triangles.size());
   for (std::size_t f = 0; f < triangles.size(); ++f) s.parent[f] = static_cast<std::int32_t>(f);
-
-  std::vector<Vec3> sum(positions.size());
-  for (const auto& t : triangles) {
-    const Vec3 p[3] = {positions[at(t[0])], positions[at(t[1])], positions[at(t[2])]};
-    const Vec3 area = cross(p[1] - p[0], p[2] - p[0]);
-    const double twice = norm(area);
-    const Vec3 n = (1 / twice) * area;
-    for (std::size_t i = 0; i < 3; ++i)
-      sum[at(t[i])] += std::atan2(twice, dot(p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i])) * n;
-  }
-  s.normal.resize(sum.size());
-  for (std::size_t v = 0; v < sum.size(); ++v) s.normal[v] = to_float(normalized(sum[v]));
   return s;
 }
 

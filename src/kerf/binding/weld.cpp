@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
+#include "kerf/base/parallel.h"
+#include "kerf/base/prefetch.h"
 #include "kerf/binding/tolerances.h"
 
 namespace kerf {
@@ -20,6 +23,13 @@ std::uint64_t hash_position(Vec3 p) {
   }
   return h;
 }
+
+bool is_flat(Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 u = b - a, v = c - a, w = c - b;
+  return !(norm(cross(u, v)) > kZeroAreaFraction * std::max({dot(u, u), dot(v, v), dot(w, w)}));
+}
+
+constexpr std::size_t kChunk = 1 << 16;  // triangles
 
 }  // namespace
 
@@ -49,13 +59,23 @@ Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
   while (capacity < 2 * nv) capacity *= 2;
   std::vector<std::int32_t> table(capacity, -1), rename(nv, -1);
   out.positions.reserve(nv);
+  out.original.reserve(nv);
+  std::array<std::uint64_t, kPrefetchAhead> hashes{};  // of the next vertices: their slots are asked for early
+  const auto ask = [&](std::size_t v) {
+    const std::uint64_t hash = hash_position(mesh.positions[VertexId(v)]);
+    __builtin_prefetch(table.data() + (hash & (capacity - 1)));
+    hashes[v % kPrefetchAhead] = hash;
+  };
+  for (std::size_t v = 0; v < std::min(nv, kPrefetchAhead); ++v) ask(v);
   for (std::size_t v = 0; v < nv; ++v) {
+    const std::uint64_t hash = hashes[v % kPrefetchAhead];
+    if (v + kPrefetchAhead < nv) ask(v + kPrefetchAhead);
     if (!used[v]) {
       ++out.unused;
       continue;
     }
     const Vec3 p = mesh.positions[VertexId(v)];
-    std::size_t slot = hash_position(p) & (capacity - 1);
+    std::size_t slot = hash & (capacity - 1);
     while (table[slot] >= 0 && !(out.positions[at(table[slot])] == p)) slot = (slot + 1) & (capacity - 1);
     if (table[slot] < 0) {
       table[slot] = static_cast<std::int32_t>(out.positions.size());
@@ -66,16 +86,23 @@ Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
     }
     rename[v] = table[slot];
   }
-  out.triangles.reserve(mesh.triangles.size());
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+  const std::size_t nf = mesh.triangles.size();
+  out.triangles.resize(nf);
+  std::vector<std::size_t> flat((nf + kChunk - 1) / kChunk, nf);  // the first one of every chunk
+  parallel_for(nf, kChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto& t = mesh.triangles[TriangleId(f)];
+      const std::array<std::int32_t, 3> r{rename[t[0].index()], rename[t[1].index()], rename[t[2].index()]};
+      out.triangles[f] = r;
+      if (flat[begin / kChunk] == nf && is_flat(out.positions[at(r[0])], out.positions[at(r[1])], out.positions[at(r[2])]))
+        flat[begin / kChunk] = f;
+    }
+  });
+  for (const std::size_t f : flat) {
+    if (f == nf) continue;
     const auto& t = mesh.triangles[TriangleId(f)];
-    const std::array<std::int32_t, 3> r{rename[t[0].index()], rename[t[1].index()], rename[t[2].index()]};
-    const Vec3 a = out.positions[at(r[0])], b = out.positions[at(r[1])], c = out.positions[at(r[2])];
-    const double longest = std::max({norm(b - a), norm(c - a), norm(c - b)});
-    if (!(norm(cross(b - a, c - a)) > kZeroAreaFraction * longest * longest))
-      return bad_input(fmt::format("{}: triangle {} (vertices {}, {}, {}) has no area; remove it or move its vertices apart", name, f + 1,
-                                   t[0].value + 1, t[1].value + 1, t[2].value + 1));
-    out.triangles.push_back(r);
+    return bad_input(fmt::format("{}: triangle {} (vertices {}, {}, {}) has no area; remove it or move its vertices apart", name, f + 1,
+                                 t[0].value + 1, t[1].value + 1, t[2].value + 1));
   }
   return out;
 }

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "kerf/base/indexed.h"
+#include "kerf/base/parallel.h"
 #include "kerf/binding/tolerances.h"
 #include "kerf/geodesic/path_scratch.h"
 
@@ -311,7 +312,7 @@ class PathInserter {
     std::size_t done = 0;
     for (const auto* list : {&tree, &others})
       for (const CH h : *list) {
-        for (int side = 0; side < (closed_ ? 2 : 1); ++side) KERF_TRY(insert(h, side));
+        KERF_TRY(closed_ ? insert_both(h) : insert(h, 0));
         if (++done % 64 == 0) KERF_TRY(options_.progress("paths", static_cast<double>(done) / static_cast<double>(inner.size())));
       }
     return std::move(network_);
@@ -372,11 +373,50 @@ class PathInserter {
     return {};
   }
 
-  Status insert(CH h, int side) {
+  Result<SurfacePath> find(CH h, int side, PathScratch& scratch) const {
     const std::int32_t s = bound(collision_.from(h), side), t = bound(collision_.to(h), side);
     const Sector at_s = order_.sector(surface_.walled, s, order_.slot(h, side, false));
     const Sector at_t = order_.sector(surface_.walled, t, order_.slot(h, side, true));
-    auto path = find_path(surface_.walled, s, t, at_s, at_t, {options_.exact}, scratch_);
+    return find_path(surface_.walled, s, t, at_s, at_t, {options_.exact}, scratch);
+  }
+
+  /// Both sides of a closed body: the two paths are looked for side by side. Where they come near each other, the second is looked for
+  /// again with the first as a wall.
+  Status insert_both(CH h) {
+    if (bound(collision_.from(h), 0) == bound(collision_.from(h), 1) || bound(collision_.to(h), 0) == bound(collision_.to(h), 1)) {
+      KERF_TRY(insert(h, 0));
+      return insert(h, 1);
+    }
+    std::array<Result<SurfacePath>, 2> path{SurfacePath{}, SurfacePath{}};
+    parallel_for(2, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t side = begin; side < end; ++side) path[side] = find(h, static_cast<int>(side), side == 0 ? scratch_ : other_scratch_);
+    });
+    if (!path[0]) return edge_error(h, 0, path[0].error().message);
+    const bool apart = path[1].ok() && are_apart(*path[0], *path[1]);
+    KERF_TRY(insert_path(h, 0, *path[0]));
+    return apart ? insert_path(h, 1, *path[1]) : insert(h, 1);
+  }
+
+  /// Has no triangle that one path runs through a corner in common with one of the other? Then inserting one changes nothing that the other
+  /// names.
+  bool are_apart(const SurfacePath& a, const SurfacePath& b) {
+    const auto list_vertices = [&](const SurfacePath& path, std::vector<std::int32_t>& vertices) {
+      vertices.clear();
+      for (const PathStop& stop : path.stops) {
+        vertices.push_back(stop.vertex >= 0 ? stop.vertex : surface_.walled.from(stop.half_edge));
+        if (stop.vertex < 0) vertices.push_back(surface_.walled.to(stop.half_edge));
+      }
+      std::sort(vertices.begin(), vertices.end());
+    };
+    list_vertices(a, near_[0]);
+    list_vertices(b, near_[1]);
+    for (auto i = near_[0].begin(), j = near_[1].begin(); i != near_[0].end() && j != near_[1].end(); *i < *j ? ++i : ++j)
+      if (*i == *j) return false;
+    return true;
+  }
+
+  Status insert(CH h, int side) {
+    auto path = find(h, side, scratch_);
     if (!path) return edge_error(h, side, path.error().message);
     return insert_path(h, side, *path);
   }
@@ -412,7 +452,8 @@ class PathInserter {
   const PathNetworkOptions& options_;
   PathOrder order_;
   PathNetwork network_;
-  PathScratch scratch_;
+  PathScratch scratch_, other_scratch_;
+  std::array<std::vector<std::int32_t>, 2> near_;
   std::vector<PlannedStop> plan_;
   std::vector<std::uint8_t> is_bound_;  ///< |V visual|, open sheets only
 };

@@ -13,15 +13,16 @@ namespace {
 double angle_between(Vec2 a, Vec2 b) { return std::atan2(std::fabs(cross(a, b)), dot(a, b)); }
 double angle_between(Vec3 a, Vec3 b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
 
-// Where the apex lies beyond the edge right -> left, seen from the side the path comes from.
+// Where the apex lies beyond the edge right -> left, seen from the side the path comes from. The unfolded triangle is similar to the
+// one in space: no root or quotient waits for the one before, and what the sizes drift apart is rounding of products.
 Vec2 unfold_apex(Vec3 right, Vec3 left, Vec3 apex, Vec2 right2, Vec2 left2, double sign) {
   const Vec3 edge = left - right, to_apex = apex - right;
-  const double length = norm(edge), length2 = norm(left2 - right2);
-  if (!(length > 0) || !(length2 > 0)) return right2 + Vec2{norm(to_apex), 0};  // a needle: any direction will do
-  const double along = dot(to_apex, edge) / length;
-  const double away = sign * norm(cross(edge, to_apex)) / length;
-  const Vec2 u = (1 / length2) * (left2 - right2);
-  return {right2.x + along * u.x + away * u.y, right2.y + along * u.y - away * u.x};
+  const Vec2 u = left2 - right2;
+  const double square = dot(edge, edge);
+  if (!(square > 0) || u == Vec2{}) return right2 + Vec2{norm(to_apex), 0};  // a needle: any direction will do
+  const double along = dot(to_apex, edge) / square;
+  const double away = sign * norm(cross(edge, to_apex)) / square;
+  return {right2.x + (along * u.x + away * u.y), right2.y + (along * u.y - away * u.x)};
 }
 
 void unfold(const PathQuery& query, const Strip& strip, Straightener& w) {
@@ -29,22 +30,27 @@ void unfold(const PathQuery& query, const Strip& strip, Straightener& w) {
   const std::size_t n = strip.size();
   w.left.resize(n);
   w.right.resize(n);
-  Vec2 r{}, l{norm(m.at(m.to(strip[0])) - m.at(m.from(strip[0]))), 0};
-  w.s = unfold_apex(m.at(m.from(strip[0])), m.at(m.to(strip[0])), m.at(query.s), r, l, -1);
+  Vec3 right = m.at(m.from(strip[0])), left = m.at(m.to(strip[0]));
+  Vec2 r{}, l{norm(left - right), 0};
+  w.s = unfold_apex(right, left, m.at(query.s), r, l, -1);
   for (std::size_t i = 0;; ++i) {
     w.left[i] = l;
     w.right[i] = r;
-    const std::int32_t h = strip[i], g = m.opposite(h);
-    const Vec2 apex = unfold_apex(m.at(m.from(h)), m.at(m.to(h)), m.at(m.apex(g)), r, l, 1);
+    const std::int32_t g = m.opposite(strip[i]);
+    const Vec3 p = m.at(m.apex(g));
+    const Vec2 apex = unfold_apex(right, left, p, r, l, 1);
     if (i + 1 == n) {
       w.t = apex;
       return;
     }
     KERF_ASSERT(strip[i + 1] / 3 == g / 3 && strip[i + 1] != g);
-    if (strip[i + 1] == WalledSurface::next(g))
+    if (strip[i + 1] == WalledSurface::next(g)) {
       l = apex;
-    else
+      left = p;
+    } else {
       r = apex;
+      right = p;
+    }
   }
 }
 

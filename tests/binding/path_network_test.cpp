@@ -146,7 +146,7 @@ Outcome displaced_bindings(const char* name, std::size_t triangles, int runs) {
     const auto patches = find_patches(s, *collision, bound, *network, closed);
     EXPECT_TRUE(patches.ok()) << name << " run " << run << ": " << (patches ? "" : patches.error().message);
     if (!patches) continue;
-    const auto parameters = parametrize(s, *collision, bound, *network, *patches, closed, {});
+    const auto parameters = parametrize(s, *collision, bound, *network, *patches, closed, {}, {});
     EXPECT_TRUE(parameters.ok()) << name << " run " << run << ": " << (parameters ? "" : parameters.error().message);
     if (!parameters) continue;
     EXPECT_EQ(parameters->uniform_patches, 0) << name << " run " << run;

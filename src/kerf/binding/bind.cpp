@@ -125,21 +125,11 @@ double mean_edge(const CollisionMesh& c) {
   return sum / static_cast<double>(c.half_edge_count());
 }
 
-/// Memory for the crossings of all paths, about 2.5 sqrt(faces of a patch) each; growing later would copy everything.
-void reserve_for_paths(SplitSurface& s, const CollisionMesh& c, bool closed) {
-  const double sides = closed ? 2 : 1, faces = static_cast<double>(s.face_count()), patches = sides * static_cast<double>(c.face_count());
-  const double crossings = 1.2 * 1.5 * patches * (2.5 * std::sqrt(faces / patches) + 4);
-  const auto vertices = s.walled.position.size() + static_cast<std::size_t>(crossings);
-  const auto triangles = s.parent.size() + 2 * static_cast<std::size_t>(crossings);
-  s.walled.position.reserve(vertices);
-  s.walled.outgoing.reserve(vertices);
-  s.walled.wall_vertex.reserve(vertices);
-  s.normal.reserve(vertices);
-  s.parent.reserve(triangles);
-  s.walled.origin.reserve(3 * triangles);
-  s.walled.twin.reserve(3 * triangles);
-  s.walled.wall.reserve(3 * triangles);
-  if (!s.texture.empty()) s.texture.reserve(3 * triangles);
+/// For the crossings of all paths, about 2.5 sqrt(faces of a patch) each; growing later would copy everything.
+HalfEdgeRoom room_for_paths(std::size_t triangles, std::size_t collision_triangles) {
+  const double faces = static_cast<double>(triangles), patches = 2 * static_cast<double>(collision_triangles);  // an open sheet has half
+  const auto crossings = static_cast<std::size_t>(1.2 * 1.5 * patches * (2.5 * std::sqrt(faces / patches) + 4));
+  return {2 * crossings, crossings};
 }
 
 /// Moves everything into the cell complex.
@@ -243,14 +233,15 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   const auto renumbered = [](const WeldedSurface& s) {
     return s.merged + s.unused > 0 ? " (vertices are numbered as after merging equal positions)" : "";
   };
+  const HalfEdgeRoom room = room_for_paths(visual.triangles.size(), collision.triangles.size());
   const std::size_t queries = kQueriesPerVertex * collision.positions.size();
   Result<HalfEdgeArrays> connected = HalfEdgeArrays{};
   std::optional<SkinSearch> search;
   std::vector<Vec3f> visual_normals;
   parallel_for(3, 1, [&](std::size_t begin, std::size_t end) {  // side by side
     for (std::size_t i = begin; i < end; ++i) {
-      if (i == 0) connected = build_half_edges(visual.triangles, visual.positions.size());
-      if (i == 1) visual_normals = smooth_normals(visual.positions, visual.triangles);
+      if (i == 0) connected = build_half_edges(visual.triangles, visual.positions.size(), room);
+      if (i == 1) visual_normals = smooth_normals(visual.positions, visual.triangles, room);
       if (i == 2) search.emplace(visual.positions, visual.triangles, queries);
     }
   });
@@ -271,7 +262,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
 
   std::vector<Vec2f> texture;
   if (visual_mesh.has_texture()) {
-    texture.reserve(3 * visual.triangles.size());
+    texture.reserve(3 * (visual.triangles.size() + room.triangles));
     for (const auto& uv : visual_mesh.texture) texture.insert(texture.end(), uv.begin(), uv.end());
   }
   const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
@@ -283,7 +274,7 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
       turn_over(visual);
       for (Vec3f& n : visual_normals) n = {-n.x, -n.y, -n.z};
       for (std::size_t i = 0; i < texture.size(); i += 3) std::swap(texture[i + 1], texture[i + 2]);
-      connected = build_half_edges(visual.triangles, visual.positions.size());
+      connected = build_half_edges(visual.triangles, visual.positions.size(), room);
       report.flipped_visual = true;
       report.warnings.push_back("visual mesh: its triangles were clockwise seen from outside and were turned over");
     }
@@ -301,7 +292,8 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   KERF_TRY(check_folds(c, options.at_fault));
   std::vector<Vec3> normals = vertex_normals(collision_surface);
 
-  SplitSurface s = make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(visual_normals), std::move(texture));
+  SplitSurface s =
+      make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(visual_normals), std::move(texture), room);
   if (split_long_edges(s, kLongEdge * mean_edge(c), visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count())) {
     visual.positions = s.walled.position;
     visual.triangles.resize(s.parent.size());
@@ -309,7 +301,6 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
       visual.triangles[f] = {s.walled.origin[3 * f], s.walled.origin[3 * f + 1], s.walled.origin[3 * f + 2]};
     search.emplace(visual.positions, visual.triangles, queries);
   }
-  reserve_for_paths(s, c, closed);
   const Vec3 origin = visual.positions[0];
   report.seconds.prepare = watch.lap();
 
@@ -335,12 +326,19 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   report.seconds.paths = watch.lap();
 
   KERF_TRY(tell("patches"));
-  auto patches = find_patches(s, c, *bound, *network, closed, options.at_fault);
+  Result<PatchMap> patches = PatchMap{};
+  std::vector<Vec2> planar;
+  parallel_for(2, 1, [&](std::size_t begin, std::size_t end) {  // side by side: to touch so much memory first takes as long
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i == 0) patches = find_patches(s, c, *bound, *network, closed, options.at_fault);
+      if (i == 1) planar.resize(s.walled.origin.size());
+    }
+  });
   if (!patches) return patches.error();
   report.seconds.patches = watch.lap();
 
   KERF_TRY(tell("parameters"));
-  auto parameters = parametrize(s, c, *bound, *network, *patches, closed, options.progress);
+  auto parameters = parametrize(s, c, *bound, *network, *patches, closed, std::move(planar), options.progress);
   if (!parameters) return parameters.error();
   report.uniform_patches = parameters->uniform_patches;
   report.seconds.parameters = watch.lap();

@@ -69,8 +69,8 @@ class PatchSystems {
 class Parametrizer {
  public:
   Parametrizer(const SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, const PathNetwork& network,
-               const PatchMap& patches)
-      : w_(s.walled), c_(c), vertices_(vertices), network_(network), patches_(patches), local_(s.walled.position.size(), -1) {
+               const PatchMap& patches, std::vector<Vec2> memory)
+      : planar(std::move(memory)), w_(s.walled), c_(c), vertices_(vertices), network_(network), patches_(patches), local_(s.walled.position.size(), -1) {
     planar.resize(s.walled.origin.size());
   }
 
@@ -112,9 +112,9 @@ class Parametrizer {
     p.inner.clear();
     const std::span<const std::int32_t> faces(patches_.faces.data() + patches_.first[patch],
                                               at(patches_.first[patch + 1] - patches_.first[patch]));
-    for (const std::int32_t f : faces)
-      for (std::int32_t h = 3 * f; h < 3 * f + 3; ++h)
-        if (!w_.wall_vertex[at(w_.from(h))]) local_[at(w_.from(h))] = -1;
+    if (weights == Weights::kUniform)  // tried before with others
+      for (const std::int32_t f : faces)
+        for (std::int32_t h = 3 * f; h < 3 * f + 3; ++h) local_[at(w_.from(h))] = -1;
     for (const std::int32_t f : faces)
       for (std::int32_t h = 3 * f; h < 3 * f + 3; ++h) {
         const std::int32_t v = w_.from(h);
@@ -228,8 +228,9 @@ class Parametrizer {
 }  // namespace
 
 Result<Parametrization> parametrize(const SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices,
-                                    const PathNetwork& network, const PatchMap& patches, bool closed, const Progress& progress) {
-  Parametrizer parametrizer(surface, collision, vertices, network, patches);
+                                    const PathNetwork& network, const PatchMap& patches, bool closed, std::vector<Vec2> planar,
+                                    const Progress& progress) {
+  Parametrizer parametrizer(surface, collision, vertices, network, patches, std::move(planar));
   KERF_TRY(parametrizer.measure_chains());
   const std::size_t step = closed ? 1 : 2, count = 2 * collision.face_count() / step;
   enum : std::uint8_t { kMean, kUniform, kBad };

@@ -19,7 +19,9 @@ struct Parametrization {
 /// oriented, exactly. All corners of one vertex in one plane hold the same bits; chain vertices are interpolated between
 /// the corners of the collision triangle, bound vertices hold its corners' bits. Fails, naming the collision triangle,
 /// where even uniform weights give no valid map (triangles too thin for double precision).
+/// `planar`: memory for the result, of any contents.
 Result<Parametrization> parametrize(const SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices,
-                                    const PathNetwork& network, const PatchMap& patches, bool closed, const Progress& progress);
+                                    const PathNetwork& network, const PatchMap& patches, bool closed, std::vector<Vec2> planar,
+                                    const Progress& progress);
 
 }  // namespace kerf

@@ -373,50 +373,65 @@ class PathInserter {
     return {};
   }
 
-  Result<SurfacePath> find(CH h, int side, PathScratch& scratch) const {
-    const std::int32_t s = bound(collision_.from(h), side), t = bound(collision_.to(h), side);
-    const Sector at_s = order_.sector(surface_.walled, s, order_.slot(h, side, false));
-    const Sector at_t = order_.sector(surface_.walled, t, order_.slot(h, side, true));
-    return find_path(surface_.walled, s, t, at_s, at_t, {options_.exact}, scratch);
+  struct Ends {
+    Sector at_s, at_t;
+  };
+  [[nodiscard]] Ends ends_of(CH h, int side) const {
+    const WalledSurface& w = surface_.walled;
+    return {order_.sector(w, bound(collision_.from(h), side), order_.slot(h, side, false)),
+            order_.sector(w, bound(collision_.to(h), side), order_.slot(h, side, true))};
+  }
+  Result<SurfacePath> find(CH h, int side, const Ends& ends, PathScratch& scratch) const {
+    return find_path(surface_.walled, bound(collision_.from(h), side), bound(collision_.to(h), side), ends.at_s, ends.at_t, {options_.exact}, scratch);
   }
 
-  /// Both sides of a closed body: the two paths are looked for side by side. Where they come near each other, the second is looked for
-  /// again with the first as a wall.
+  /// Both sides of a closed body: the two paths are looked for side by side. Where the first one is in the way of the second, that is
+  /// looked for again.
   Status insert_both(CH h) {
-    if (bound(collision_.from(h), 0) == bound(collision_.from(h), 1) || bound(collision_.to(h), 0) == bound(collision_.to(h), 1)) {
-      KERF_TRY(insert(h, 0));
-      return insert(h, 1);
-    }
     std::array<Result<SurfacePath>, 2> path{SurfacePath{}, SurfacePath{}};
+    const std::array<Ends, 2> ends{ends_of(h, 0), ends_of(h, 1)};
     parallel_for(2, 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t side = begin; side < end; ++side) path[side] = find(h, static_cast<int>(side), side == 0 ? scratch_ : other_scratch_);
+      for (std::size_t side = begin; side < end; ++side)
+        path[side] = find(h, static_cast<int>(side), ends[side], side == 0 ? scratch_ : other_scratch_);
     });
     if (!path[0]) return edge_error(h, 0, path[0].error().message);
     const bool apart = path[1].ok() && are_apart(*path[0], *path[1]);
     KERF_TRY(insert_path(h, 0, *path[0]));
-    return apart ? insert_path(h, 1, *path[1]) : insert(h, 1);
+    return apart && still_leads(*path[1], ends[1], ends_of(h, 1)) ? insert_path(h, 1, *path[1]) : insert(h, 1);
   }
 
-  /// Has no triangle that one path runs through a corner in common with one of the other? Then inserting one changes nothing that the other
-  /// names.
+  /// Do the paths run through different triangles? Then inserting one splits none that the other names.
   bool are_apart(const SurfacePath& a, const SurfacePath& b) {
-    const auto list_vertices = [&](const SurfacePath& path, std::vector<std::int32_t>& vertices) {
-      vertices.clear();
-      for (const PathStop& stop : path.stops) {
-        vertices.push_back(stop.vertex >= 0 ? stop.vertex : surface_.walled.from(stop.half_edge));
-        if (stop.vertex < 0) vertices.push_back(surface_.walled.to(stop.half_edge));
-      }
-      std::sort(vertices.begin(), vertices.end());
-    };
-    list_vertices(a, near_[0]);
-    list_vertices(b, near_[1]);
+    list_faces(a, near_[0]);
+    list_faces(b, near_[1]);
     for (auto i = near_[0].begin(), j = near_[1].begin(); i != near_[0].end() && j != near_[1].end(); *i < *j ? ++i : ++j)
       if (*i == *j) return false;
     return true;
   }
+  void list_faces(const SurfacePath& path, std::vector<std::int32_t>& faces) const {
+    const WalledSurface& w = surface_.walled;
+    faces.clear();
+    for (std::size_t i = 0; i < path.stops.size(); ++i) {
+      std::int32_t h = path.stops[i].half_edge;
+      if (h < 0 && i > 0 && path.stops[i - 1].vertex >= 0) h = find_half_edge(w, path.stops[i - 1].vertex, path.stops[i].vertex);  // along an edge
+      if (h < 0) continue;
+      faces.push_back(h / 3);
+      if (w.opposite(h) >= 0) faces.push_back(w.opposite(h) / 3);
+    }
+    std::sort(faces.begin(), faces.end());
+  }
+  /// After the insertion of a path that is apart from this one: does it still leave and arrive between the same neighbours, through
+  /// vertices that are still free?
+  [[nodiscard]] bool still_leads(const SurfacePath& path, const Ends& before, const Ends& now) const {
+    const auto same = [](Sector a, Sector b) { return a.first == b.first && a.last == b.last; };
+    if (!same(before.at_s, now.at_s) || !same(before.at_t, now.at_t)) return false;
+    for (std::size_t i = 1; i + 1 < path.stops.size(); ++i)
+      if (path.stops[i].vertex >= 0 && surface_.walled.wall_vertex[at(path.stops[i].vertex)]) return false;
+    return true;
+  }
 
   Status insert(CH h, int side) {
-    auto path = find(h, side, scratch_);
+    auto path = find(h, side, ends_of(h, side), scratch_);
     if (!path) return edge_error(h, side, path.error().message);
     return insert_path(h, side, *path);
   }

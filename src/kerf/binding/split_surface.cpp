@@ -50,7 +50,7 @@ Vec3f blended_normal(Vec3f a, Vec3f b, double t) { return to_float(normalized(le
 
 }  // namespace
 
-std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles) {
+std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles, HalfEdgeRoom room) {
   std::vector<Vec3> sum(positions.size());
   for (const auto& t : triangles) {
     const Vec3 a = positions[at(t[0])], b = positions[at(t[1])], c = positions[at(t[2])];
@@ -61,19 +61,25 @@ std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions, std::span<con
     sum[at(t[1])] += angle_of(twice, -dot(v, u)) * n;
     sum[at(t[2])] += angle_of(twice, -dot(w, v)) * n;
   }
-  std::vector<Vec3f> normals(sum.size());
-  for (std::size_t v = 0; v < sum.size(); ++v) normals[v] = to_float(normalized(sum[v]));
+  std::vector<Vec3f> normals;
+  normals.reserve(sum.size() + room.vertices);
+  for (const Vec3 n : sum) normals.push_back(to_float(normalized(n)));
   return normals;
 }
 
 SplitSurface make_split_surface(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles,
-                                HalfEdgeArrays connected, std::vector<Vec3f> normals, std::vector<Vec2f> texture) {
+                                HalfEdgeArrays connected, std::vector<Vec3f> normals, std::vector<Vec2f> texture, HalfEdgeRoom room) {
   SplitSurface s;
   WalledSurface& w = s.walled;
+  const std::size_t vertices = positions.size() + room.vertices, faces = triangles.size() + room.triangles;
+  w.position.reserve(vertices);
+  w.wall_vertex.reserve(vertices);
+  w.origin.reserve(3 * faces);
+  w.wall.reserve(3 * faces);
+  s.parent.reserve(faces);
   w.position.assign(positions.begin(), positions.end());
   w.outgoing = std::move(connected.outgoing);
   w.twin = std::move(connected.twin);
-  w.origin.reserve(w.twin.size());
   for (const auto& t : triangles) w.origin.insert(w.origin.end(), t.begin(), t.end());
   w.wall.assign(w.origin.size(), 0);
   w.wall_vertex.assign(positions.size(), 0);

@@ -24,12 +24,27 @@ std::uint64_t hash_position(Vec3 p) {
   return h;
 }
 
+struct Range {
+  Box3 box;
+  std::size_t not_finite;  ///< the first such vertex; the mesh's vertex count: none
+};
+Range range_of(const TriangleMesh& mesh, std::size_t begin, std::size_t end) {
+  Vec3 low = mesh.positions[VertexId(begin)], high = low;
+  for (std::size_t v = begin; v < end; ++v) {
+    const Vec3 p = mesh.positions[VertexId(v)];
+    if (!is_finite(p)) return {{}, v};
+    low = {p.x < low.x ? p.x : low.x, p.y < low.y ? p.y : low.y, p.z < low.z ? p.z : low.z};
+    high = {p.x > high.x ? p.x : high.x, p.y > high.y ? p.y : high.y, p.z > high.z ? p.z : high.z};
+  }
+  return {{low, high}, mesh.positions.size()};
+}
+
 bool is_flat(Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 u = b - a, v = c - a, w = c - b;
   return !(norm(cross(u, v)) > kZeroAreaFraction * std::max({dot(u, u), dot(v, v), dot(w, w)}));
 }
 
-constexpr std::size_t kChunk = 1 << 16;  // triangles
+constexpr std::size_t kChunk = 1 << 16;  // vertices or triangles
 
 }  // namespace
 
@@ -38,11 +53,14 @@ Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
   if (mesh.triangles.empty()) return bad_input(fmt::format("{}: it has no triangles", name));
   if (mesh.has_texture() && mesh.texture.size() != mesh.triangles.size())
     return bad_input(fmt::format("{}: {} triangles, but texture coordinates for {}", name, mesh.triangles.size(), mesh.texture.size()));
+  std::vector<Range> ranges((nv + kChunk - 1) / kChunk, Range{{}, nv});
+  parallel_for(nv, kChunk, [&](std::size_t begin, std::size_t end) { ranges[begin / kChunk] = range_of(mesh, begin, end); });
   Box3 bounds;
-  for (std::size_t v = 0; v < nv; ++v) {
-    const Vec3 p = mesh.positions[VertexId(v)];
-    if (!is_finite(p)) return bad_input(fmt::format("{}: vertex {} has a coordinate that is not a finite number", name, v + 1));
-    bounds.add(p);
+  for (const Range& range : ranges) {
+    if (range.not_finite != nv)
+      return bad_input(fmt::format("{}: vertex {} has a coordinate that is not a finite number", name, range.not_finite + 1));
+    bounds.add(range.box.min);
+    bounds.add(range.box.max);
   }
   if (!(bounds.diagonal() > 1e-100 && bounds.diagonal() < 1e100))
     return bad_input(fmt::format("{}: its size is {:g} m; scale it to metres", name, bounds.diagonal()));

@@ -5,7 +5,7 @@
 namespace kerf {
 
 Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t, 3>> triangles,
-                                        std::size_t vertex_count) {
+                                        std::size_t vertex_count, HalfEdgeRoom room) {
   const auto half_edges = static_cast<std::int32_t>(3 * triangles.size());
   auto origin = [&](std::int32_t h) { return triangles[static_cast<std::size_t>(h / 3)][static_cast<std::size_t>(h % 3)]; };
   auto next = [](std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
@@ -34,6 +34,8 @@ Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t,
   for (std::size_t i = 0; i < grouped.size(); ++i) target[i] = origin(next(grouped[i]));
 
   HalfEdgeArrays result;
+  result.twin.reserve(static_cast<std::size_t>(half_edges) + 3 * room.triangles);
+  result.outgoing.reserve(vertex_count + room.vertices);
   result.twin.assign(static_cast<std::size_t>(half_edges), -1);
   result.outgoing.assign(vertex_count, -1);
   for (std::size_t v = 0; v < vertex_count; ++v) {

@@ -248,13 +248,15 @@ TEST(Bind, ExactPathsAreShorter) {
 }
 
 TEST(Bind, SameBitsForAnyNumberOfThreads) {
-  const Model model = make("meniscus");
-  auto many = bind(model.visual, model.collision, {});
-  ASSERT_TRUE(many.ok());
-  const ThreadLimit one(1);
-  auto single = bind(model.visual, model.collision, {});
-  ASSERT_TRUE(single.ok());
-  EXPECT_EQ(hash_of(many->complex), hash_of(single->complex));
+  for (const auto* name : {"meniscus", "steak", "closed-sheet", "two-holed-slab"}) {
+    const Model model = make(name);
+    const auto many = bind(model.visual, model.collision, {});
+    ASSERT_TRUE(many.ok()) << name;
+    const ThreadLimit one(1);
+    const auto single = bind(model.visual, model.collision, {});
+    ASSERT_TRUE(single.ok()) << name;
+    EXPECT_EQ(hash_of(many->complex), hash_of(single->complex)) << name;
+  }
 }
 
 TEST(Bind, RealMeniscus) {

@@ -250,10 +250,10 @@ TEST(Bind, ExactPathsAreShorter) {
 TEST(Bind, SameBitsForAnyNumberOfThreads) {
   for (const auto* name : {"meniscus", "steak", "closed-sheet", "two-holed-slab"}) {
     const Model model = make(name);
-    const auto many = bind(model.visual, model.collision, {});
+    auto many = bind(model.visual, model.collision, {});
     ASSERT_TRUE(many.ok()) << name;
     const ThreadLimit one(1);
-    const auto single = bind(model.visual, model.collision, {});
+    auto single = bind(model.visual, model.collision, {});
     ASSERT_TRUE(single.ok()) << name;
     EXPECT_EQ(hash_of(many->complex), hash_of(single->complex)) << name;
   }

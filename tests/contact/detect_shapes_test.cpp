@@ -5,6 +5,7 @@
 
 #include "contact/bare_surface.h"
 #include "contact/shapes_for_tests.h"
+#include "kerf/base/rigid_place.h"
 #include "support/contact_checker.h"
 
 namespace kerf {
@@ -108,6 +109,47 @@ TEST(DetectShapes, WhatIsAboveABoxIsNotInIt) {
         EXPECT_GT(c.normal.z, -0.1) << seed;
       }
     }
+  }
+}
+
+// Between two faces of a crease a ball comes down on the farther one within a step, so that is a contact before it touches; nearest faces that took
+// turns once let it sink in by more than the half thickness.
+TEST(DetectShapes, ABallInACreaseMeetsBothFaces) {
+  for (const double degrees : {30.0, 40.0, 50.0, 58.0}) {
+    BareSurface crease(plain_grid_mesh(2, 1), 0.02);
+    const double slope = std::tan(0.5 * degrees * 3.14159265358979323846 / 180);
+    crease.deform([&](Vec3 p) { return Vec3{p.x, p.y, slope * std::fabs(p.x - 0.5)}; });
+    const double flat = 1 / std::sqrt(1 + slope * slope);
+    RigidShape ball = shape_of(sphere_part({}, 0.12));
+    // On the bisector it touches both at this height; a little to one side it is nearer to one.
+    for (const double aside : {0.0, 0.001}) {
+      ball.position = {0.5 + aside, 0.45, (0.12 + 0.02 + 0.001) / flat};
+      Detection d;
+      d.run(crease, std::span(&ball, 1));
+      bool left = false, right = false;
+      for (const Contact& c : d.contacts) {
+        if (!c.a.vertex[2].valid()) continue;
+        left = left || c.normal.x < -0.5 * slope * flat;
+        right = right || c.normal.x > 0.5 * slope * flat;
+      }
+      EXPECT_TRUE(left && right) << degrees << " degrees, " << aside << " m to one side";
+    }
+  }
+}
+
+// A blade that stands in a sheet, thin to one side of the sheet's edge: that has not come in over
+// the end of the blade, which is farther off than anything moves in a step.
+TEST(DetectShapes, WhatIsInAThinPlateHasNotComeInOverItsEnd) {
+  for (const double deep : {0.012, 0.016, 0.02}) {
+    BareSurface sheet(plain_grid_mesh(2, 2), 0.02);
+    // Nearly upright, its upper end `deep` above the sheet, across the sheet's edges along x.
+    RigidShape plate = shape_of(box_part({}, {0.004, 0.15, 0.3}));
+    plate.axes = turn({0, 0.02, 0});
+    plate.position = Vec3{0.3, 0.5, deep} - 0.3 * plate.axes.c[2];
+    Detection d;
+    d.run(sheet, std::span(&plate, 1));
+    for (const Contact& c : d.contacts)
+      EXPECT_GT(c.gap, -0.02) << deep << ", " << c.normal.z;
   }
 }
 

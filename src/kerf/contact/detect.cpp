@@ -149,12 +149,18 @@ const RememberedContact* recall(const DetectRun& run, std::uint64_t key) {
   return at != contacts.end() && at->key == key ? &*at : nullptr;
 }
 
+bool is_passing(const DetectMemory& memory, std::uint64_t key) {
+  const auto at = std::lower_bound(memory.passing.begin(), memory.passing.end(), key, [](const ToolContact& p, std::uint64_t k) { return p.key < k; });
+  return at != memory.passing.end() && at->key == key;
+}
+
 const RememberedContact* recall_either_end(const DetectRun& run, ContactName name) {
   name.slot *= 2;
-  const RememberedContact* r = recall(run, contact_key(name));
-  if (r != nullptr) return r;
-  ++name.slot;
-  return recall(run, contact_key(name));
+  for (int end = 0; end < 2; ++end, ++name.slot) {
+    const RememberedContact* r = recall(run, contact_key(name));
+    if (r != nullptr && !is_passing(run.before, r->key)) return r;
+  }
+  return nullptr;
 }
 
 void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius) {

@@ -35,16 +35,29 @@ struct RememberedRim {
   std::int32_t tool = 0;
   CollisionVertex vertex;
   std::int32_t side = 0;           ///< of the blade, 1 or -1; 0: it belongs to both lips
+  std::int32_t end = 0;            ///< of the slit, as SlitVertex::end
   std::array<double, 2> beside{};  ///< m, at the - and + corner: how far it lay inside the blade's plane
   std::array<double, 2> deep{};    ///< m: how far an end of the slit lay inside the blade
   double open = 0;                 ///< m
   friend bool operator==(const RememberedRim&, const RememberedRim&) = default;
 };
+/// A contact with a tool.
+struct ToolContact {
+  std::uint64_t key = 0;
+  std::int32_t tool = 0;
+  friend bool operator==(const ToolContact&, const ToolContact&) = default;
+};
 struct DetectMemory {
   std::vector<RememberedContact> contacts;  ///< by key
   std::vector<RememberedRim> rims;          ///< by tool and vertex; detect() leaves them alone
+  std::vector<ToolContact> flanks;          ///< of flanks that touched; detect() leaves them alone
+  /// By key: left out although things are in each other there, so they may come out on either side. Whoever leaves contacts out says so, detect()
+  /// leaves the list alone.
+  std::vector<ToolContact> passing;
   friend bool operator==(const DetectMemory&, const DetectMemory&) = default;
 };
+
+[[nodiscard]] bool is_passing(const DetectMemory& memory, std::uint64_t key);
 
 struct DetectOptions {
   double step = 1e-3;         ///< h, s

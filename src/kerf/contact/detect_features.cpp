@@ -17,6 +17,9 @@ using F = CollisionTriangle;
 constexpr std::size_t kMostLayers = 3;
 /// Faces in directions nearer to each other than this cosine are one layer.
 constexpr double kOtherDirection = 0.5;
+/// Faces that a point lies above on the inner side of a crease between them count on their own from this cosine on: the ball in it comes
+/// down on the farther one within a step.
+constexpr double kOtherFace = 0.9;
 /// A point stays with the face of the last step unless another one of that layer is nearer by this part of the half
 /// thickness: under a ridge two faces are equally near, and a contact that changed between them would shake the body.
 constexpr double kStay = 0.1;
@@ -96,14 +99,32 @@ double side_of(const NearShape& near, const FaceCandidate& c, std::span<const Re
 /// The candidate that a layer keeps to: the face of the last step in place of one that is hardly nearer.
 const FaceCandidate& kept(const NearShape& near, const FaceCandidate& c, std::span<const FaceCandidate> candidates,
                           std::span<const RememberedContact* const> remembered) {
+  const auto is_known = [&](const RememberedContact* r) { return r != nullptr && r->feature == c.face.value; };
+  if (std::any_of(remembered.begin(), remembered.end(), is_known)) return c;
   for (const RememberedContact* r : remembered) {
-    if (r == nullptr || r->feature == c.face.value) continue;
+    if (r == nullptr) continue;
     for (const FaceCandidate& other : candidates)
       if (other.face.value == r->feature && std::fabs(dot(other.direction, c.direction)) > kOtherDirection &&
           other.distance < c.distance + kStay * norm(face_point(near.body, other.face, other.weight).offset))
         return other;
   }
   return c;
+}
+
+/// A face, or else a layer, keeps its slot.
+std::size_t slot_of(const std::array<const RememberedContact*, kMostLayers>& remembered, const std::array<bool, kMostLayers>& used, F face, Vec3 n) {
+  constexpr double kTaken = -4, kFree = -1.5, kSameFace = 2;
+  const auto fits = [&](std::size_t i) {
+    if (used[i]) return kTaken;
+    if (remembered[i] == nullptr) return kFree;
+    const double along = dot(remembered[i]->normal, n);
+    if (!(along > kOtherDirection)) return 2 * kFree;
+    return remembered[i]->feature == face.value ? along + kSameFace : along;
+  };
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < kMostLayers; ++i)
+    if (fits(i) > fits(best)) best = i;
+  return best;
 }
 
 /// Contacts of one point: the nearest face, and those that it sees in clearly other directions.
@@ -115,6 +136,7 @@ void hand_out_point(const NearShape& near, std::span<const FaceCandidate> candid
     remembered[i] = recall_either_end(near.run, name);
   }
   std::array<Vec3, kMostLayers> taken;
+  std::array<bool, kMostLayers> above{};  ///< it lies above the face, not beside it
   std::array<bool, kMostLayers> used{};
   std::size_t count = 0;
   for (const FaceCandidate& nearest : candidates) {
@@ -125,17 +147,11 @@ void hand_out_point(const NearShape& near, std::span<const FaceCandidate> candid
     // The far side of a thin shape sees the body through the shape.
     if (!known && dot(n, c.point.outward) < -0.2) continue;
     bool other = true;
-    for (std::size_t i = 0; i < count; ++i) other = other && dot(taken[i], n) < kOtherDirection;
+    for (std::size_t i = 0; i < count; ++i) other = other && dot(taken[i], n) < (above[i] && c.interior ? kOtherFace : kOtherDirection);
     if (!other) continue;
-    // A layer keeps its slot.
-    std::size_t slot = kMostLayers;
-    for (std::size_t i = 0; i < kMostLayers && slot == kMostLayers; ++i)
-      if (!used[i] && remembered[i] != nullptr && dot(remembered[i]->normal, n) > kOtherDirection) slot = i;
-    for (std::size_t i = 0; i < kMostLayers && slot == kMostLayers; ++i)
-      if (!used[i] && remembered[i] == nullptr) slot = i;
-    for (std::size_t i = 0; i < kMostLayers && slot == kMostLayers; ++i)
-      if (!used[i]) slot = i;
+    const std::size_t slot = slot_of(remembered, used, c.face, n);
     used[slot] = true;
+    above[count] = c.interior;
     taken[count++] = n;
 
     const BodyPoint foot = face_point(near.body, c.face, c.weight);
@@ -164,8 +180,11 @@ void hand_out_points(const NearShape& near) {
 }
 
 /// A place on the inner side of a convex edge, by d, has gone in there, unless the other side of the shape is nearer: then it came from there, or is not in the
-/// shape at all but sees the edge through it.
-static bool went_in_here(const NearShape& near, Vec3 place, Vec3 d) {
+/// shape at all but sees the edge through it. Nor has what nobody saw coming although it is farther in than a step can take it: it is in a thin shape by
+/// another way.
+static bool went_in_here(const NearShape& near, H h, Vec3 place, Vec3 d) {
+  const ContactSurface& s = near.body.surface;
+  if (norm(d) > std::fmax(near.approach(s.from(h)), near.approach(s.to(h)))) return false;
   Proximity beyond;
   return closest_on_part(near.placed, place + d, norm(d), beyond) && beyond.distance < 0;
 }
@@ -182,7 +201,7 @@ void hand_out_edges(const NearShape& near, H h, const ShapeEdge& edge, const Seg
   const RememberedContact* r = recall_either_end(near.run, name);
   if (dot(edge.outward, edge.outward) > 0) {
     if (dot(n, edge.outward) < 0) {
-      if (!(r != nullptr && dot(r->normal, n) < 0) && !went_in_here(near, foot.position, d)) return;
+      if (!(r != nullptr && dot(r->normal, n) < 0) && !went_in_here(near, h, foot.position, d)) return;
       n = -n;
     }
   } else if (r != nullptr && dot(r->normal, n) < 0) {

@@ -18,6 +18,9 @@ constexpr double kWedge = 2, kLongestWedge = 0.5;
 constexpr double kBeside = 0.3;
 /// Lips are opened by at most so many half thicknesses of the body a second.
 constexpr double kOpening = 20;
+/// What did not touch a step ago and is deeper than so many half thicknesses has come into the blade where nothing touches (about its edge, or
+/// beyond its ends): it is let through until it has come out. So is what got deeper than kLost: the rim has turned past the blade.
+constexpr double kUnseenDepth = 0.2, kLost = 0.5;
 
 double wedge_of(const Blade& b) { return std::min(kWedge * b.thickness, kLongestWedge * b.width); }
 
@@ -60,12 +63,13 @@ void know(const Blade& b, double radius, const DetectMemory& memory, SlitVertex&
   s.known.tool = b.tool;
   s.known.vertex = s.vertex;
   s.known.side = s.side;
-  const bool fresh = s.local.x > -wedge_of(b);
+  s.known.end = s.end;
+  const bool fresh = s.local.x > -wedge_of(b), same_end = before && before->end == s.end;
   for (std::size_t k = 0; k < 2; ++k) {
     const Vec3 x = s.local + (k == 0 ? -1.0 : 1.0) * s.offset;
     if (fresh || !before) s.known.beside[k] = std::clamp(-s.side * x.y, 0.0, b.stray + std::fabs(s.offset.y));
     const double deep = std::max(0.0, -end_gap(b, s.end, x.x));  // material that the blade has not left yet
-    s.known.deep[k] = before ? std::min(before->deep[k], deep) : deep;
+    s.known.deep[k] = same_end ? std::min(before->deep[k], deep) : deep;
   }
   const double wanted = s.side == 0 ? 0 : 0.5 * b.thickness * s.freedom;
   s.known.open = std::min(wanted, s.known.open + kOpening * radius * b.step);
@@ -155,6 +159,24 @@ void touch_end(const Blade& b, const ContactName& name, int end, const RimPlace&
   hand_out_wall(b, name, p, {static_cast<double>(end), 0, 0}, contacts, gap(low), gap(high), low, high);
 }
 
+/// Takes contacts from `first` on out again that are deep and new, or lost. `known`: those of the last step, replaced by these.
+void let_through(const ContactSurface& s, const Blade& b, std::size_t first, std::vector<ToolContact>& known, std::vector<Contact>& contacts) {
+  const auto before = static_cast<std::ptrdiff_t>(known.size());
+  const auto is_new = [&](const Contact& c) {
+    return std::find(known.begin(), known.begin() + before, ToolContact{c.key, b.tool}) == known.begin() + before;
+  };
+  std::size_t kept = first;
+  for (std::size_t i = first; i < contacts.size(); ++i) {
+    const Contact c = contacts[i];
+    const double radius = s.radius[c.a.vertex[0]], deep = -c.gap / (radius > 0 ? radius : 0.5 * b.thickness);
+    if (deep > kLost || (deep > kUnseenDepth && is_new(c))) continue;
+    known.push_back({c.key, b.tool});
+    contacts[kept++] = c;
+  }
+  contacts.resize(kept);
+  known.erase(std::remove_if(known.begin(), known.begin() + before, [&](const ToolContact& k) { return k.tool == b.tool; }), known.begin() + before);
+}
+
 /// Where both lips meet, and lead away to the same side of it.
 void find_ends(const Blade& b, Slit& slit) {
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(slit.vertices.size()); ++i) {
@@ -229,6 +251,7 @@ void detect_flanks(const SurfaceState& body, const Blade& b, Slit& slit, DetectM
   memory.rims.insert(at, slit.vertices.size(), {});
   for (std::size_t i = 0; i < slit.vertices.size(); ++i) memory.rims[static_cast<std::size_t>(first) + i] = slit.vertices[i].known;
 
+  const std::size_t first_contact = contacts.size();
   ContactName name{ContactKind::kFlank, 0, 0, -1 - b.tool, 0, 0, 0};
   const double wedge = wedge_of(b);
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(slit.vertices.size()); ++i) {
@@ -248,6 +271,7 @@ void detect_flanks(const SurfaceState& body, const Blade& b, Slit& slit, DetectM
       touch_flank(b, name, e.side, place_between(body, from, to, t), contacts);
     }
   }
+  let_through(s, b, first_contact, memory.flanks, contacts);
 }
 
 }  // namespace kerf

@@ -28,6 +28,9 @@ constexpr double kPushRadii = 20;
 /// A cut runs this part of the mean collision edge beside the blade that makes it, at most: snapped to vertices, and straightened.
 constexpr double kStray = 0.2;
 
+/// Jaws turn by at most this part of the thickness of theirs and the body's in a part of a step, as all tools move (substeps()).
+constexpr double kJawTravel = 0.5;
+
 /// Contacts that a step closes without having seen them may overlap by this part of the half thickness.
 constexpr double kUnseen = 0.01;
 
@@ -229,6 +232,7 @@ void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMoti
                 ContactStep& c) {
   const auto between_lips = [&](std::size_t i) { return motions[i].inside || motions[i].in_slit; };
   std::erase_if(memory.rims, [&](const RememberedRim& r) { return !between_lips(static_cast<std::size_t>(r.tool)); });
+  std::erase_if(memory.flanks, [&](const ToolContact& f) { return !between_lips(static_cast<std::size_t>(f.tool)); });
   bool any = false;
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     if (!between_lips(i)) continue;
@@ -339,6 +343,11 @@ RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, doubl
   return r;
 }
 
+/// m: what the tips of jaws move by from t to t + dt while they open or close, in the tool's frame.
+static double jaw_travel(const SceneRigidTool& tool, const ToolMotion& motion, double t, double dt) {
+  return std::fabs(motion.jaws(t + dt) - motion.jaws(t)) * 0.5 * tool.opening * tool_sizes(tool).tip;
+}
+
 int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state, const std::vector<ToolMotion>& motions,
                      double t, double dt, ContactStep& c) {
   refresh_surface(body, c);
@@ -348,6 +357,12 @@ int contact_substeps(const Scene& scene, const Body& body, const MechanicsState&
   int parts = 1;
   for (const std::vector<RigidShape>* shapes : {&c.shapes.obstacles, &c.tools})
     parts = std::max(parts, substeps({&surface, 1}, *shapes, dt, scene.contact.substeps));
+  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
+    const double travel = jaw_travel(scene.tools[i], motions[i], t, dt);
+    if (!(travel > 0)) continue;
+    const double size = c.surface.largest_radius + thinnest_radius(c.tools[i]);
+    if (size > 0) parts = std::max(parts, static_cast<int>(std::min(std::ceil(travel / (kJawTravel * size)), static_cast<double>(scene.contact.substeps))));
+  }
   return parts;
 }
 

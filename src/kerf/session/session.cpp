@@ -393,9 +393,14 @@ std::uint64_t Session::hash() const {
     hash.add(c.feature);
   }
   for (const RememberedRim& r : state.touching.rims) {
-    hash.add(std::array<std::int32_t, 3>{r.tool, r.vertex.value, r.side});
+    hash.add(std::array<std::int32_t, 4>{r.tool, r.vertex.value, r.side, r.end});
     hash.add(std::array<double, 5>{r.beside[0], r.beside[1], r.deep[0], r.deep[1], r.open});
   }
+  for (const auto* list : {&state.touching.flanks, &state.touching.passing})
+    for (const ToolContact& c : *list) {
+      hash.add(c.key);
+      hash.add(c.tool);
+    }
   hash.add(state.gravity);
   hash.add(state.fade.nodes.offset);
   hash.add(state.fade.nodes.velocity);

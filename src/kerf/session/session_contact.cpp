@@ -92,8 +92,10 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
   if (contact.on) {
     const auto start = Clock::now();
     touched_part = state.touching;
+    passing.clear();
     find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity, state.touching,
-                  contact, [this](const Contact& c) { return leaves_out(c); });
+                  contact, [this](const Contact& c) { return lets_pass(c); });
+    state.touching.passing = passing;
     detection_seconds += std::chrono::duration<double>(Clock::now() - start).count();
     if (least_parts != kUndivided) more = std::max(more, parts_of_self_contact(h));
     if (more > 1) state.touching = touched_part;

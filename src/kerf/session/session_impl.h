@@ -261,6 +261,10 @@ struct Session::Impl {
   [[nodiscard]] double edge_stiffness(std::size_t tool, double inside) const;
   /// What contact must leave out: an edge that cuts and what follows it, jaws that hold.
   [[nodiscard]] bool leaves_out(const Contact& c) const;
+  /// Is a contact let through: left out now, or left out until what is in each other there has come out? So is, as long as the tool lets anything pass, what is
+  /// deep when it is first met: it has come along with that. Notes it in `passing`.
+  bool lets_pass(const Contact& c);
+  std::vector<ToolContact> passing;  ///< of this part of a step: DetectMemory::passing
   /// Is a contact of a blade that cuts with material in or beside its slit? That is for its flanks.
   [[nodiscard]] bool is_near_cut(const Contact& c, const ToolSizes& sizes) const;
   std::vector<Vec3> cut_through;  ///< of this step: where the blade that cuts is in the material, in rest coordinates

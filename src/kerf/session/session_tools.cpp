@@ -29,6 +29,8 @@ constexpr double kAcross = 0.5;         // cosine between an edge's way and the 
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
 constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
 constexpr double kStableShare = 0.5;    // of a tool's own stiffness in a step: what an explicit force may add
+constexpr double kOut = 0.05;           // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
+constexpr double kUnseenDepth = 0.2;    // and what is as deep when it is first met, by a tool that lets something pass, has come along with it
 constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: what touches there touches the edge
 
 bool is_blade(const SceneRigidTool& tool) { return has_edge(tool); }
@@ -127,6 +129,10 @@ bool leads(Vec3 way, const Mat3& axes, Vec3 forward) {
   return std::max(dot(way, axes * forward), -dot(way, axes.c[2])) > kForward * norm(way);
 }
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
+const RememberedContact* known_contact(const DetectMemory& memory, std::uint64_t key) {
+  const auto at = std::lower_bound(memory.contacts.begin(), memory.contacts.end(), key, [](const RememberedContact& r, std::uint64_t k) { return r.key < k; });
+  return at != memory.contacts.end() && at->key == key ? &*at : nullptr;
+}
 BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
 
 }  // namespace
@@ -477,6 +483,27 @@ bool Session::Impl::leaves_out(const Contact& c) const {
   const Vec3 push = transposed_times(at.axes, c.normal);
   const bool on_edge = local.x > -kBladeZone * sizes.width || local.z < kBladeZone * sizes.tip;
   return on_edge && std::max(push.x, -push.z) >= kEdgeFirst;
+}
+
+bool Session::Impl::lets_pass(const Contact& c) {
+  if (c.tool < 0) return false;
+  const SceneRigidTool& tool = scene.tools[static_cast<std::size_t>(c.tool)];
+  if (!is_blade(tool) && tool.kind != SceneToolKind::kGrasper) return false;
+  const ContactSurface& s = contact.surface;
+  double radius = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (c.a.vertex[k].valid()) radius = std::max(radius, s.radius[c.a.vertex[k]]);
+  const bool left_out = leaves_out(c);
+  if (!(radius > 0) || c.gap >= -kOut * radius) return left_out;
+  bool pass = left_out || is_passing(touched_part, c.key);
+  const auto of_tool = [&](const ToolContact& p) { return p.tool == c.tool; };
+  if (!pass && c.gap < -kUnseenDepth * radius && std::any_of(touched_part.passing.begin(), touched_part.passing.end(), of_tool)) {
+    // A point of a tool that meets another face has the same key.
+    const RememberedContact *was = known_contact(touched_part, c.key), *is = known_contact(state.touching, c.key);
+    pass = was == nullptr || is == nullptr || was->feature != is->feature;
+  }
+  if (pass) passing.push_back({c.key, c.tool});
+  return pass;
 }
 
 }  // namespace kerf

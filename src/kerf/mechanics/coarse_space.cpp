@@ -11,6 +11,8 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kGroupGrain = 16;
+/// Nodes whose places lie beside a line by no more than this share of their mean square distance from the middle are on a line.
+constexpr double kLine = 1e-3;
 
 using Matrix6 = std::array<double, 36>;  // row-major
 
@@ -152,6 +154,36 @@ void add_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
   }
 }
 
+// Nodes on a line, or alone, do not feel turns about it: what a group's matrix says of those is rounding, or what the cells' deformation leaves
+// behind, and would set light nodes spinning. Holds such turns as firmly as the group's others, which nothing asks of them.
+void hold_turns_about_a_line(const CoarseStructure& s, StepWorkspace& w, std::size_t g) {
+  Lanes moment[3] = {all_lanes(0), all_lanes(0), all_lanes(0)};  // sum of q q'
+  for (std::int32_t k = s.member_begin[g]; k < s.member_begin[g + 1]; ++k) {
+    const Lanes q = load_lanes(w.arm[s.members[k]].v);
+    for (int a = 0; a < 3; ++a) moment[a] += q[a] * q;
+  }
+  double* b = w.coarse.blocks.data() + kBlockDoubles * g;
+  double firm = 0;
+  for (int i = 0; i < 6; ++i) firm = std::max(firm, b[9 * i]);
+  const double all = moment[0][0] + moment[1][1] + moment[2][2];
+  if (!(all > 0)) {
+    for (int i = 3; i < 6; ++i) b[9 * i] += firm;
+    return;
+  }
+  int longest = 0;
+  for (int a = 1; a < 3; ++a)
+    if (moment[a][a] > moment[longest][longest]) longest = a;
+  Lanes line = moment[longest];
+  for (int sweep = 0; sweep < 2; ++sweep) line = line[0] * moment[0] + line[1] * moment[1] + line[2] * moment[2], line /= all;
+  const double length = (line[0] * line[0] + line[1] * line[1]) + line[2] * line[2];
+  if (!(length > 0)) return;
+  const Lanes felt = line[0] * moment[0] + line[1] * moment[1] + line[2] * moment[2];
+  const double along = ((line[0] * felt[0] + line[1] * felt[1]) + line[2] * felt[2]) / length;
+  if (all - along > kLine * all) return;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b[8 * (3 + j) + 3 + i] += firm * line[i] * line[j] / length;
+}
+
 }  // namespace
 
 void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
@@ -238,6 +270,8 @@ void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
               block[8 * j + i] += w.spring_scale[c.spring] * rows[0][a][i] * rows[1][a][j];
       }
   }
+
+  for (std::size_t g = 0; g < groups; ++g) hold_turns_about_a_line(s, w, g);
 }
 
 void factor_coarse_space(const MechanicsModel& model, StepWorkspace& w) {

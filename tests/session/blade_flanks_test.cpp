@@ -8,9 +8,12 @@
 #include "kerf/base/rigid_place.h"
 #include "kerf/session/session.h"
 #include "session/blade_strip.h"
+#include "session/make_session.h"
 
 namespace kerf {
 namespace {
+
+using test::make;
 
 using testing_support::kFacingY;
 constexpr double kHere = 0.002;  // m, x of the cut
@@ -35,11 +38,6 @@ Scene strip_scene(double time_step = 0.002) {
   return scene;
 }
 
-Session make(const Scene& scene) {
-  auto session = Session::create(scene);
-  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
-  return std::move(session).value();
-}
 void lead(Session& session, double over, Vec3 to) {
   SceneCommand command;
   command.what = SceneToolMotion{"tool", {{over, to, kFacingY}}};

@@ -9,9 +9,12 @@
 #include "kerf/cutting/pieces.h"
 #include "kerf/session/session.h"
 #include "session/blade_strip.h"
+#include "session/make_session.h"
 
 namespace kerf {
 namespace {
+
+using test::make;
 
 using testing_support::kFacingY;
 constexpr double kHere = 0.003;  // m, x of the cut
@@ -27,11 +30,6 @@ Scene strip_scene(double dt, double resistance) {
   return scene;
 }
 
-Session make(const Scene& scene) {
-  auto session = Session::create(scene);
-  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
-  return std::move(session).value();
-}
 void apply(Session& session, SceneCommand command) {
   const Status done = session.apply(command);
   ASSERT_TRUE(done.ok()) << done.error().message;

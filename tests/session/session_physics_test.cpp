@@ -7,15 +7,12 @@
 
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/session.h"
+#include "session/make_session.h"
 
 namespace kerf {
 namespace {
 
-Session make(const Scene& scene) {
-  auto session = Session::create(scene);
-  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
-  return std::move(session).value();
-}
+using test::make;
 
 struct Motion {
   double mass = 0, kinetic = 0;

@@ -7,9 +7,12 @@
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/run_report.h"
 #include "kerf/session/scene_file.h"
+#include "session/make_session.h"
 
 namespace kerf {
 namespace {
+
+using test::make;
 
 Scene scene_of(const char* model) {
   Scene scene;
@@ -18,12 +21,6 @@ Scene scene_of(const char* model) {
   scene.simulation.time_step = 0.005;
   scene.simulation.gravity = {0, 0, -1};
   return scene;
-}
-
-Session make(const Scene& scene) {
-  auto session = Session::create(scene);
-  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
-  return std::move(session).value();
 }
 
 void expect_valid(const Session& session) {

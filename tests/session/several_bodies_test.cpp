@@ -4,17 +4,14 @@
 
 #include "kerf/base/rigid_place.h"
 #include "kerf/session/session.h"
+#include "session/make_session.h"
 
 namespace kerf {
 namespace {
 
-using ::testing::HasSubstr;
+using test::make;
 
-Session make(const Scene& scene) {
-  auto session = Session::create(scene);
-  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
-  return std::move(session).value();
-}
+using ::testing::HasSubstr;
 
 void expect_valid(const Session& session) {
   const Status valid = session.validate();

@@ -7,15 +7,12 @@
 
 #include "kerf/base/rigid_place.h"
 #include "kerf/session/session.h"
+#include "session/make_session.h"
 
 namespace kerf {
 namespace {
 
-Session make(const Scene& scene) {
-  auto session = Session::create(scene);
-  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
-  return std::move(session).value();
-}
+using test::make;
 
 double half_thickness(const Session& session) {
   double most = 0;
@@ -57,6 +54,26 @@ void hold_beyond(Scene& scene, double x, double side) {
   scene.fixes.push_back(fix);
 }
 
+void add_floor(Scene& scene, double z) {
+  SceneObstacle& floor = scene.obstacles.emplace_back();
+  floor.shape = SceneShape::kPlane;
+  floor.position = {0, 0, z};
+}
+
+Scene held_strip(double dt) {
+  Scene scene;
+  scene.body.model = "strip";
+  scene.body.options.visual_triangles = 1000;
+  scene.simulation.time_step = dt;
+  scene.simulation.gravity = {};
+  hold_beyond(scene, 0.095, 1);
+  hold_beyond(scene, -0.095, -1);
+  return scene;
+}
+
+/// Jaws that reach along +y across the strip's border and open along z.
+Mat3 across_the_border() { return {{Vec3{0, 0, 1}, Vec3{-1, 0, 0}, Vec3{0, -1, 0}}}; }
+
 SceneRigidTool tool_of(SceneToolKind kind, Vec3 position, Vec3 rotation) {
   SceneRigidTool tool;
   tool.id = "tool";
@@ -69,15 +86,8 @@ SceneRigidTool tool_of(SceneToolKind kind, Vec3 position, Vec3 rotation) {
 TEST(ToolRelease, JawsThatTurnWithWhatTheyHoldAndOpenThrowNothing) {
   for (const double dt : {0.001, 0.005, 0.0167})
     for (const int axis : {0, 1}) {
-      Scene scene;
-      scene.body.model = "strip";
-      scene.body.options.visual_triangles = 1000;
-      scene.simulation.time_step = dt;
-      scene.simulation.gravity = {};
-      hold_beyond(scene, 0.095, 1);
-      hold_beyond(scene, -0.095, -1);
-      // Jaws that reach along +y across the strip's border and open along z.
-      const Mat3 axes{{Vec3{0, 0, 1}, Vec3{-1, 0, 0}, Vec3{0, -1, 0}}};
+      Scene scene = held_strip(dt);
+      const Mat3 axes = across_the_border();
       scene.tools = {tool_of(SceneToolKind::kGrasper, {0.003, -0.005, 0}, turn_of(axes))};
       scene.tools[0].tip = 0.016;
       add(scene, 0.02, SceneJaws{"tool", true, 0.1});
@@ -97,14 +107,8 @@ TEST(ToolRelease, JawsThatTurnWithWhatTheyHoldAndOpenThrowNothing) {
 
 // In one long step: the jaw that comes down on a strip beside the tool's middle does not go through it.
 TEST(ToolRelease, JawsThatCloseWithinAStepTakeHoldOfWhatLiesBetween) {
-  Scene scene;
-  scene.body.model = "strip";
-  scene.body.options.visual_triangles = 1000;
-  scene.simulation.time_step = 0.0167;
-  scene.simulation.gravity = {};
-  hold_beyond(scene, 0.095, 1);
-  hold_beyond(scene, -0.095, -1);
-  const Mat3 axes{{Vec3{0, 0, 1}, Vec3{-1, 0, 0}, Vec3{0, -1, 0}}};
+  Scene scene = held_strip(0.0167);
+  const Mat3 axes = across_the_border();
   scene.tools = {tool_of(SceneToolKind::kGrasper, {0.003, -0.007, -0.004}, turn_of(axes))};
   scene.tools[0].tip = 0.03;
   add(scene, 0.02, SceneJaws{"tool", true, 0.0167});
@@ -147,9 +151,7 @@ TEST(ToolRelease, TheEndOfASlitIsNotInTheScissorsThatCutIt) {
   scene.contact.friction = 0.45853604103509882;
   scene.cut.resistance = 5.8800828199785293;
   hold_beyond(scene, -0.0839331, -1);
-  SceneObstacle& plane = scene.obstacles.emplace_back();
-  plane.shape = SceneShape::kPlane;
-  plane.position = {0, 0, -0.103287};
+  add_floor(scene, -0.103287);
   SceneObstacle capsule;
   capsule.shape = SceneShape::kCapsule;
   capsule.position = {0.0534879, 0.0346708, -0.0383918};
@@ -181,9 +183,7 @@ TEST(ToolRelease, LipsThatTurnPastABladeAreNotThrown) {
   scene.contact.friction = 0.12411376391135524;
   scene.cut.resistance = 21.222315835714308;
   hold_beyond(scene, -0.0427808, -1);
-  SceneObstacle& plane = scene.obstacles.emplace_back();
-  plane.shape = SceneShape::kPlane;
-  plane.position = {0, 0, -0.112674};
+  add_floor(scene, -0.112674);
   scene.tools = {tool_of(SceneToolKind::kScalpel, {-0.0201359, -0.087826, 0.0143859}, {-1.31672, -1.23243, 1.22927})};
   scene.tools[0].tip = 0.0506513;
   add(scene, 0.02, SceneToolMotion{"tool", {{0.0936101, {0.0225306, -0.017715, -0.0163313}, {-0.912661, -0.978484, 0.790313}},

@@ -8,15 +8,13 @@
 #include "kerf/base/rigid_place.h"
 #include "kerf/cutting/blade_entry.h"
 #include "kerf/session/session.h"
+#include "session/make_session.h"
 
 namespace kerf {
 namespace {
 
-Session make(const Scene& scene) {
-  auto session = Session::create(scene);
-  EXPECT_TRUE(session.ok()) << (session.ok() ? "" : session.error().message);
-  return std::move(session).value();
-}
+using test::make;
+
 void expect_valid(const Session& session) {
   const Status valid = session.validate();
   EXPECT_TRUE(valid.ok()) << valid.error().message;

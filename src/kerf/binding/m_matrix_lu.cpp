@@ -1,14 +1,12 @@
 #include "kerf/binding/m_matrix_lu.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
+
+#include "kerf/base/lanes.h"
 
 namespace kerf {
 namespace {
 
-/// Four doubles at once. Products and sums are never fused, so that all machines give the same bits.
-using Four = double __attribute__((vector_size(32)));
 constexpr std::size_t kLanes = 4;
 
 /// Parts of a mesh with at most so many rows are one dense matrix (measured: 8 to 32 hardly differ).
@@ -17,45 +15,37 @@ constexpr std::size_t kLeaf = 12;
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 std::size_t padded(std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
 
-Four load(const double* p) {
-  Four v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-void store(double* p, const Four& v) { std::memcpy(p, &v, sizeof v); }
-Four all(double x) { return Four{x, x, x, x}; }
-
 /// c(r, j) -= sum over k of a(k, r) b(k, j): four rows of c and eight or four columns.
 inline void subtract_wide_tile(double* c, std::size_t stride_c, const double* a, std::size_t stride_a, const double* b, std::size_t stride_b,
                                std::size_t depth) {
   double* const c1 = c + stride_c;
   double* const c2 = c1 + stride_c;
   double* const c3 = c2 + stride_c;
-  Four l0 = load(c), r0 = load(c + kLanes), l1 = load(c1), r1 = load(c1 + kLanes), l2 = load(c2), r2 = load(c2 + kLanes), l3 = load(c3),
-       r3 = load(c3 + kLanes);
+  Lanes l0 = load_lanes(c), r0 = load_lanes(c + kLanes), l1 = load_lanes(c1), r1 = load_lanes(c1 + kLanes), l2 = load_lanes(c2), r2 = load_lanes(c2 + kLanes), l3 = load_lanes(c3),
+       r3 = load_lanes(c3 + kLanes);
   for (std::size_t k = 0; k < depth; ++k, a += stride_a, b += stride_b) {
-    const Four left = load(b), right = load(b + kLanes);
-    l0 -= all(a[0]) * left, r0 -= all(a[0]) * right;
-    l1 -= all(a[1]) * left, r1 -= all(a[1]) * right;
-    l2 -= all(a[2]) * left, r2 -= all(a[2]) * right;
-    l3 -= all(a[3]) * left, r3 -= all(a[3]) * right;
+    const Lanes left = load_lanes(b), right = load_lanes(b + kLanes);
+    l0 -= all_lanes(a[0]) * left, r0 -= all_lanes(a[0]) * right;
+    l1 -= all_lanes(a[1]) * left, r1 -= all_lanes(a[1]) * right;
+    l2 -= all_lanes(a[2]) * left, r2 -= all_lanes(a[2]) * right;
+    l3 -= all_lanes(a[3]) * left, r3 -= all_lanes(a[3]) * right;
   }
-  store(c, l0), store(c + kLanes, r0);
-  store(c1, l1), store(c1 + kLanes, r1);
-  store(c2, l2), store(c2 + kLanes, r2);
-  store(c3, l3), store(c3 + kLanes, r3);
+  store_lanes(c, l0), store_lanes(c + kLanes, r0);
+  store_lanes(c1, l1), store_lanes(c1 + kLanes, r1);
+  store_lanes(c2, l2), store_lanes(c2 + kLanes, r2);
+  store_lanes(c3, l3), store_lanes(c3 + kLanes, r3);
 }
 inline void subtract_tile(double* c, std::size_t stride_c, const double* a, std::size_t stride_a, const double* b, std::size_t stride_b,
                           std::size_t depth) {
   double* const c1 = c + stride_c;
   double* const c2 = c1 + stride_c;
   double* const c3 = c2 + stride_c;
-  Four s0 = load(c), s1 = load(c1), s2 = load(c2), s3 = load(c3);
+  Lanes s0 = load_lanes(c), s1 = load_lanes(c1), s2 = load_lanes(c2), s3 = load_lanes(c3);
   for (std::size_t k = 0; k < depth; ++k, a += stride_a, b += stride_b) {
-    const Four row = load(b);
-    s0 -= all(a[0]) * row, s1 -= all(a[1]) * row, s2 -= all(a[2]) * row, s3 -= all(a[3]) * row;
+    const Lanes row = load_lanes(b);
+    s0 -= all_lanes(a[0]) * row, s1 -= all_lanes(a[1]) * row, s2 -= all_lanes(a[2]) * row, s3 -= all_lanes(a[3]) * row;
   }
-  store(c, s0), store(c1, s1), store(c2, s2), store(c3, s3);
+  store_lanes(c, s0), store_lanes(c1, s1), store_lanes(c2, s2), store_lanes(c3, s3);
 }
 
 /// c -= transposed(a) b; rows and columns of c are whole lanes.
@@ -71,7 +61,7 @@ void subtract_product(double* c, std::size_t stride_c, const double* a, std::siz
 /// Eliminates four pivots: u, l: their rows of U and columns of L from the diagonal on, `width` long. L is scaled to a unit
 /// diagonal, the reciprocals of the pivots come on U's. What lies on the wrong side of the diagonal becomes 0.
 bool eliminate_four(double* u, double* l, std::size_t stride, std::size_t width) {
-  Four inverse{};
+  Lanes inverse{};
   for (std::size_t k = 0; k < kLanes; ++k) {
     const double pivot = u[k * stride + k];
     if (!(pivot > 0)) return false;
@@ -83,21 +73,21 @@ bool eliminate_four(double* u, double* l, std::size_t stride, std::size_t width)
         if (j > i) l[i * stride + j] -= u[k * stride + i] * l[k * stride + j];
       }
   }
-  const auto u_at = [&](std::size_t i, std::size_t j) { return all(u[i * stride + j]); };
-  const auto l_at = [&](std::size_t i, std::size_t j) { return all(l[i * stride + j]); };
-  const Four u01 = u_at(0, 1), u02 = u_at(0, 2), u03 = u_at(0, 3), u12 = u_at(1, 2), u13 = u_at(1, 3), u23 = u_at(2, 3);
-  const Four l01 = l_at(0, 1), l02 = l_at(0, 2), l03 = l_at(0, 3), l12 = l_at(1, 2), l13 = l_at(1, 3), l23 = l_at(2, 3);
-  const Four d0 = all(inverse[0]), d1 = all(inverse[1]), d2 = all(inverse[2]), d3 = all(inverse[3]);
+  const auto u_at = [&](std::size_t i, std::size_t j) { return all_lanes(u[i * stride + j]); };
+  const auto l_at = [&](std::size_t i, std::size_t j) { return all_lanes(l[i * stride + j]); };
+  const Lanes u01 = u_at(0, 1), u02 = u_at(0, 2), u03 = u_at(0, 3), u12 = u_at(1, 2), u13 = u_at(1, 3), u23 = u_at(2, 3);
+  const Lanes l01 = l_at(0, 1), l02 = l_at(0, 2), l03 = l_at(0, 3), l12 = l_at(1, 2), l13 = l_at(1, 3), l23 = l_at(2, 3);
+  const Lanes d0 = all_lanes(inverse[0]), d1 = all_lanes(inverse[1]), d2 = all_lanes(inverse[2]), d3 = all_lanes(inverse[3]);
   for (std::size_t j = kLanes; j < width; j += kLanes) {
-    const Four u0 = load(u + j), u1 = load(u + stride + j) - l01 * u0, u2 = load(u + 2 * stride + j) - l02 * u0 - l12 * u1;
-    store(u + stride + j, u1);
-    store(u + 2 * stride + j, u2);
-    store(u + 3 * stride + j, load(u + 3 * stride + j) - l03 * u0 - l13 * u1 - l23 * u2);
-    const Four l0 = d0 * load(l + j), l1 = d1 * (load(l + stride + j) - u01 * l0), l2 = d2 * (load(l + 2 * stride + j) - u02 * l0 - u12 * l1);
-    store(l + j, l0);
-    store(l + stride + j, l1);
-    store(l + 2 * stride + j, l2);
-    store(l + 3 * stride + j, d3 * (load(l + 3 * stride + j) - u03 * l0 - u13 * l1 - u23 * l2));
+    const Lanes u0 = load_lanes(u + j), u1 = load_lanes(u + stride + j) - l01 * u0, u2 = load_lanes(u + 2 * stride + j) - l02 * u0 - l12 * u1;
+    store_lanes(u + stride + j, u1);
+    store_lanes(u + 2 * stride + j, u2);
+    store_lanes(u + 3 * stride + j, load_lanes(u + 3 * stride + j) - l03 * u0 - l13 * u1 - l23 * u2);
+    const Lanes l0 = d0 * load_lanes(l + j), l1 = d1 * (load_lanes(l + stride + j) - u01 * l0), l2 = d2 * (load_lanes(l + 2 * stride + j) - u02 * l0 - u12 * l1);
+    store_lanes(l + j, l0);
+    store_lanes(l + stride + j, l1);
+    store_lanes(l + 2 * stride + j, l2);
+    store_lanes(l + 3 * stride + j, d3 * (load_lanes(l + 3 * stride + j) - u03 * l0 - u13 * l1 - u23 * l2));
   }
   for (std::size_t k = 0; k < kLanes; ++k) {
     u[k * stride + k] = inverse[k];
@@ -267,10 +257,10 @@ void MMatrixLu::substitute(const Front& front) {
   const double* right = upper + own + others;
   for (std::size_t i = own; i-- > 0;) {
     const double* const u = upper + i * stride;
-    Four sum_x{}, sum_y{};
+    Lanes sum_x{}, sum_y{};
     for (std::size_t j = (i + 1) / kLanes * kLanes; j < stride; j += kLanes) {
-      sum_x += load(u + j) * load(x + j);
-      sum_y += load(u + j) * load(y + j);
+      sum_x += load_lanes(u + j) * load_lanes(x + j);
+      sum_y += load_lanes(u + j) * load_lanes(y + j);
     }
     x[i] = u[i] * (right[i * stride] - (sum_x[0] + sum_x[1] + sum_x[2] + sum_x[3]));
     y[i] = u[i] * (right[i * stride + 1] - (sum_y[0] + sum_y[1] + sum_y[2] + sum_y[3]));

@@ -142,16 +142,19 @@ std::uint64_t contact_key(const ContactName& n) {
   return mix(key ^ (bits(n.feature) << 32 | bits(n.other_feature)));
 }
 
-const RememberedContact* recall(const DetectRun& run, std::uint64_t key) {
-  if (!run.scratch.sieve.may_have(key)) return nullptr;
-  const std::vector<RememberedContact>& contacts = run.before.contacts;
-  const auto at = std::lower_bound(contacts.begin(), contacts.end(), key, [](const RememberedContact& r, std::uint64_t k) { return r.key < k; });
-  return at != contacts.end() && at->key == key ? &*at : nullptr;
+/// In a list by key; null: it is not there.
+template <class T>
+static const T* with_key(const std::vector<T>& list, std::uint64_t key) {
+  const auto at = std::lower_bound(list.begin(), list.end(), key, [](const T& t, std::uint64_t k) { return t.key < k; });
+  return at != list.end() && at->key == key ? &*at : nullptr;
 }
 
-bool is_passing(const DetectMemory& memory, std::uint64_t key) {
-  const auto at = std::lower_bound(memory.passing.begin(), memory.passing.end(), key, [](const ToolContact& p, std::uint64_t k) { return p.key < k; });
-  return at != memory.passing.end() && at->key == key;
+const RememberedContact* remembered_contact(const DetectMemory& memory, std::uint64_t key) { return with_key(memory.contacts, key); }
+
+bool is_passing(const DetectMemory& memory, std::uint64_t key) { return with_key(memory.passing, key) != nullptr; }
+
+const RememberedContact* recall(const DetectRun& run, std::uint64_t key) {
+  return run.scratch.sieve.may_have(key) ? remembered_contact(run.before, key) : nullptr;
 }
 
 const RememberedContact* recall_either_end(const DetectRun& run, ContactName name) {

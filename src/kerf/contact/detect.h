@@ -57,6 +57,8 @@ struct DetectMemory {
   friend bool operator==(const DetectMemory&, const DetectMemory&) = default;
 };
 
+/// What is remembered of a contact; null: it was none.
+[[nodiscard]] const RememberedContact* remembered_contact(const DetectMemory& memory, std::uint64_t key);
 [[nodiscard]] bool is_passing(const DetectMemory& memory, std::uint64_t key);
 
 struct DetectOptions {

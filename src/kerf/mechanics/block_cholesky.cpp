@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kerf/base/check.h"
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 
 namespace kerf {
 namespace {

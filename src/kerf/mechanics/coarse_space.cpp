@@ -4,7 +4,7 @@
 #include <array>
 
 #include "kerf/mechanics/chunked_loop.h"
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/step.h"
 
 namespace kerf {
@@ -174,7 +174,7 @@ void hold_turns_about_a_line(const CoarseStructure& s, StepWorkspace& w, std::si
   for (int a = 1; a < 3; ++a)
     if (moment[a][a] > moment[longest][longest]) longest = a;
   Lanes line = moment[longest];
-  for (int sweep = 0; sweep < 2; ++sweep) line = line[0] * moment[0] + line[1] * moment[1] + line[2] * moment[2], line /= all;
+  for (int sweep = 0; sweep < 2; ++sweep) line = (line[0] * moment[0] + line[1] * moment[1] + line[2] * moment[2]) / all;
   const double length = (line[0] * line[0] + line[1] * line[1]) + line[2] * line[2];
   if (!(length > 0)) return;
   const Lanes felt = line[0] * moment[0] + line[1] * moment[1] + line[2] * moment[2];

@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mesh/union_find.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/step.h"
 
 namespace kerf {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "kerf/base/vec.h"
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 
 namespace kerf {
 

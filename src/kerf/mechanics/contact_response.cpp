@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/node_block.h"
 #include "kerf/mechanics/step.h"
 

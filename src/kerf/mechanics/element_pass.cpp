@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/rotation.h"
 
 namespace kerf {

@@ -1,7 +1,7 @@
 // The 3 x 3 diagonal blocks of the system, one per node: as xx yy zz xy, yz zx - -.
 #pragma once
 
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 
 namespace kerf {
 

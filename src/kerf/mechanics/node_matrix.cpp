@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
 

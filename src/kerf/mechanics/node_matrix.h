@@ -14,7 +14,7 @@
 #include <cstring>
 #include <vector>
 
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 
 namespace kerf {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "kerf/mechanics/block_cholesky.h"
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/mesh/union_find.h"

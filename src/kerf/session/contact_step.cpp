@@ -8,7 +8,7 @@
 #include "kerf/contact/rest_neighbours.h"
 #include "kerf/contact/segment_queries.h"
 #include "kerf/contact/surface_offsets.h"
-#include "kerf/mechanics/lanes.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/rigid_tools.h"
 
 namespace kerf {

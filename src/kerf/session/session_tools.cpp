@@ -129,10 +129,6 @@ bool leads(Vec3 way, const Mat3& axes, Vec3 forward) {
   return std::max(dot(way, axes * forward), -dot(way, axes.c[2])) > kForward * norm(way);
 }
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
-const RememberedContact* known_contact(const DetectMemory& memory, std::uint64_t key) {
-  const auto at = std::lower_bound(memory.contacts.begin(), memory.contacts.end(), key, [](const RememberedContact& r, std::uint64_t k) { return r.key < k; });
-  return at != memory.contacts.end() && at->key == key ? &*at : nullptr;
-}
 BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
 
 }  // namespace
@@ -499,7 +495,7 @@ bool Session::Impl::lets_pass(const Contact& c) {
   const auto of_tool = [&](const ToolContact& p) { return p.tool == c.tool; };
   if (!pass && c.gap < -kUnseenDepth * radius && std::any_of(touched_part.passing.begin(), touched_part.passing.end(), of_tool)) {
     // A point of a tool that meets another face has the same key.
-    const RememberedContact *was = known_contact(touched_part, c.key), *is = known_contact(state.touching, c.key);
+    const RememberedContact *was = remembered_contact(touched_part, c.key), *is = remembered_contact(state.touching, c.key);
     pass = was == nullptr || is == nullptr || was->feature != is->feature;
   }
   if (pass) passing.push_back({c.key, c.tool});

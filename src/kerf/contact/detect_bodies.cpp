@@ -28,6 +28,10 @@ constexpr double kHardly = 0.3;
 /// part of the radius they have lost each other. (Far more than kPassed: the cones say which way out is.)
 constexpr double kCrossing = 0.005, kOffCone = 0.2, kLostRims = 0.5;
 
+/// Walls whose offsets turn by more than this part of the radius along their edges meet in between, too: so many pieces.
+constexpr double kTwisted = 0.1;
+constexpr int kWallPieces = 4;
+
 /// A face that a vertex touches or might touch.
 struct FaceFoot {
   F face;
@@ -561,6 +565,36 @@ CrossingRims test_rims(const Pair& pair, H h, H g) {
   return rims;
 }
 
+/// By how much the offset of a wall turns out of it from one end of an edge to the other, m.
+double twist_of(const BodyView& body, H h) {
+  return std::fabs(dot(out_of_rim(body, h), body.offset(body.surface.to(h)) - body.offset(body.surface.from(h))));
+}
+
+/// Coarse walls that are twisted bulge between their corners: places along the rim of one are as corners to the other.
+void test_walls(const Pair& pair, H h, H g) {
+  for (int k = 1; k < kWallPieces; ++k) {
+    const double t = k / static_cast<double>(kWallPieces);
+    const BodyPoint x = edge_point(pair.a, h, t);
+    const RimEnd rim{out_of_rim_at(pair.a, h, t), {}};
+    LipFoot foot;
+    offer_lip(pair.b, x, rim, g, foot);
+    if (!foot.edge.valid() || !(foot.t > 0 && foot.t < 1)) continue;  // what is nearest to a corner is that one's business
+    const auto name = [&](int end) { return ContactName{ContactKind::kWall, 2 * k + end, pair.a.index, pair.b.index, 0, h.value, g.value}; };
+    const std::array<LipEnd, 2> ends{lip_end(pair.b, x, rim, foot, 0), lip_end(pair.b, x, rim, foot, 1)};
+    const double gap = std::min(ends[0].gap, ends[1].gap), radius = norm(x.offset);
+    const bool was = recall(pair.run, contact_key(name(0))) != nullptr || recall(pair.run, contact_key(name(1))) != nullptr;
+    if (!(gap < HUGE_VAL) || (!was && gap < -kPassed * radius)) continue;
+    // Deeper in each other sideways than along the thickness: they lie on each other.
+    const BodyPoint y = edge_point(pair.b, g, foot.t);
+    const double above = std::fabs(dot(normalized(x.offset + y.offset), x.position - y.position)) - radius - norm(y.offset);
+    if (above > gap + (was ? kStay * radius : 0)) continue;
+    for (int end = 0; end < 2; ++end) {
+      const LipEnd& e = ends[static_cast<std::size_t>(end)];
+      if (e.gap < HUGE_VAL) hand_out_pair(pair.run, name(end), x, e.lift, e.foot, e.other_lift, e.normal, -1);
+    }
+  }
+}
+
 /// Rims of lips may lie over each other at one end and side by side, with air between, where they are nearest (x on h, y on g): rims that cross
 /// are all that touches there. Only where they hardly move in the step: fast ones may be over each other at its end.
 bool are_side_by_side(const Pair& pair, H h, const BodyPoint& x, H g, const BodyPoint& y) {
@@ -576,6 +610,10 @@ void test_edges(const Pair& pair, H h, H g, double reach) {
   if (pair.self && (p == u || p == w || q == u || q == w)) return;
   const Vec3 a = pair.a.position(p), b = pair.a.position(q), c = pair.b.position(u), e = pair.b.position(w);
   const CrossingRims rims = pair.self && s.cut[h] != 0 && o.cut[g] != 0 ? test_rims(pair, h, g) : CrossingRims();
+  if (pair.self && s.cut[h] != 0 && o.cut[g] != 0 && twist_of(pair.a, h) + twist_of(pair.b, g) > kTwisted * norm(pair.a.offset(p))) {
+    test_walls(pair, h, g);
+    test_walls(pair, g, h);
+  }
   SegmentFeet feet;
   if (!inner_feet(a, b, c, e, feet)) return;
   const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);

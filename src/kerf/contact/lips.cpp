@@ -44,7 +44,10 @@ RimEdges rim_edges(const ContactSurface& s, V v) {
 
 /// Is v behind edge h at rest, with no more than narrow material between? Such a strip has its other border at its back, however it is bent.
 bool back_to_back(const ContactSurface& s, const BodyPoint& v, H h) {
-  const Vec3 p = s.rest[v.where.vertex[0]], a = s.rest[s.from(h)], b = s.rest[s.to(h)];
+  Vec3 p;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (v.where.vertex[k].valid()) p += v.where.weight[k] * s.rest[v.where.vertex[k]];
+  const Vec3 a = s.rest[s.from(h)], b = s.rest[s.to(h)];
   const Vec3 d = p - lerp(a, b, closest_on_segment(p, a, b));
   const double distance = norm(d);
   if (distance > kNarrow * (norm(v.offset) + s.radius[s.from(h)])) return false;
@@ -73,7 +76,6 @@ Vec3 conormal_at(const BodyView& body, H h, Vec3 own, bool at_end) {
   return dot(c, own) > kSmooth ? normalized(c + own) : own;
 }
 
-/// The same at t on the edge, unit.
 Vec3 conormal_between(const BodyView& body, H h, double t) {
   const std::size_t number = known_edge(body, h);
   std::vector<RimEdge>& edges = body.frame.rims.edges;
@@ -110,6 +112,7 @@ RimVertex find_rim(const BodyView& body, V v) {
 }  // namespace
 
 Vec3 out_of_rim(const BodyView& body, H h) { return body.frame.rims.edges[known_edge(body, h)].conormal; }
+Vec3 out_of_rim_at(const BodyView& body, H h, double t) { return conormal_between(body, h, t); }
 
 const RimVertex& rim_at(const BodyView& body, V v) {
   RimMemory& rims = body.frame.rims;

@@ -16,6 +16,8 @@ namespace kerf {
 const RimVertex& rim_at(const BodyView& body, CollisionVertex v);
 /// Out of the material at an edge made by a cut: unit, in its face.
 Vec3 out_of_rim(const BodyView& body, CollisionHalfEdge h);
+/// The same at t on the edge: smooth rims share it at their vertices.
+Vec3 out_of_rim_at(const BodyView& body, CollisionHalfEdge h, double t);
 
 /// The nearest place on a facing lip.
 struct LipFoot {

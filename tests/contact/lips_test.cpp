@@ -292,5 +292,51 @@ TEST(Lips, WedgeShapedRim) {
   for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, -0.01 * kRadius, 1e-12);
 }
 
+TEST(Lips, APointedCornerIsNoTip) {
+  // Two cuts that cross at 8 degrees leave two pointed corners: the walls at either lie nearly back to back, as those at the tip of a slit do.
+  LipBody body(6, 0.02);
+  body.make_cut({{0.46, -0.1, 0}, {0.54, 1.1, 0}});
+  body.make_cut({{0.54, -0.1, 0}, {0.46, 1.1, 0}});
+  const ContactSurface& s = body.surface;
+  body.detect();
+  int pointed = 0;
+  for (const CollisionVertex v : ids<CollisionVertex>(s.vertex_count())) {
+    if (norm(s.rest[v] - Vec3{0.5, 0.5, 0}) > 0.02) continue;
+    double angle = 0;
+    for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(s.origin.size()))
+      if (s.from(h) == v) {
+        const Vec3 a = s.rest[s.to(h)] - s.rest[v], b = s.rest[s.from(ContactSurface::prev(h))] - s.rest[v];
+        angle += std::acos(dot(a, b) / (norm(a) * norm(b)));
+      }
+    if (angle > 0.3) continue;
+    ++pointed;
+    const auto is_its = [&](const Contact& c) { return c.a.vertex[0] == v && !c.a.vertex[1].valid(); };
+    EXPECT_GE(std::count_if(body.contacts.begin(), body.contacts.end(), is_its), 2) << v.value;  // of either wall
+  }
+  EXPECT_EQ(pointed, 2);
+  for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, 0, 1e-9);
+}
+
+TEST(Lips, MadeDeepInEachOtherTheyComeApart) {
+  // Ahead of a tip the two sides of a cell may move into each other; a cut that goes on makes lips that overlap. But lips that share little height have
+  // passed over each other, and nothing says which way is back.
+  for (const double deep : {0.3, 0.6}) {
+    LipBody body;
+    body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+    body.place([&](Vec3 p, int side) { return p - Vec3{0.5 * deep * kRadius * side, 0, 0}; });
+    body.detect();
+    ASSERT_GT(body.contacts.size(), 10u);
+    for (const Contact& c : body.contacts) {
+      EXPECT_NEAR(c.gap, -deep * kRadius, 1e-12);
+      EXPECT_GT(std::fabs(c.normal.x), 0.999);
+    }
+  }
+  LipBody over;
+  over.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+  over.place([&](Vec3 p, int side) { return p + Vec3{-0.3 * kRadius * side, 0, 0.85 * kRadius * side}; });
+  over.detect();
+  for (const Contact& c : over.contacts) EXPECT_LT(std::fabs(c.normal.x), 0.1);
+}
+
 }  // namespace
 }  // namespace kerf

@@ -36,6 +36,10 @@ bool is_in_prism(const SurfaceState& body, F f, Vec3 p) {
     x[i] = body.position[v[i].index()];
     o[i] = body.offset[v[i].index()];
   }
+  for (int k = 0; k < 3; ++k) {  // most are not even in its box
+    const double a = std::fabs(o[0][k]), b = std::fabs(o[1][k]), c = std::fabs(o[2][k]);
+    if (p[k] < std::min({x[0][k] - a, x[1][k] - b, x[2][k] - c}) || p[k] > std::max({x[0][k] + a, x[1][k] + b, x[2][k] + c})) return false;
+  }
   double u = 1.0 / 3, w = 1.0 / 3, l = 0;
   for (int i = 0; i < kNewton; ++i) {
     const Vec3 a = x[0] + l * o[0], up = (1 - u - w) * o[0] + u * o[1] + w * o[2];

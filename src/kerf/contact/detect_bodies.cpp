@@ -20,6 +20,8 @@ constexpr double kSideBySide = 0.7;
 /// What did not touch across a cut a step ago is never deeper in each other than this part of the radius: it would have been seen
 /// coming. It lies side by side, or has passed over.
 constexpr double kPassed = 0.1;
+/// Walls of lips that share so many times as much height as they overlap beside each other are side by side, however deep.
+constexpr double kClearly = 3;
 /// A vertex stays with the lip or the face that it touched unless the other is better by this part of the radius.
 constexpr double kStay = 0.1;
 /// Edges whose nearest points move towards each other by less than this part of the radius in a step hardly move.
@@ -241,6 +243,15 @@ void offer_lips(const Pair& pair, VertexSearch& search, F f) {
   }
 }
 
+/// How far walls are from each other along the thickness, m; negative: the height that they share.
+double above_wall(const BodyPoint& x, const BodyPoint& y) {
+  return std::fabs(dot(normalized(x.offset + y.offset), x.position - y.position)) - norm(x.offset) - norm(y.offset);
+}
+
+/// Walls that are deep in each other at first sight have passed over each other, unless beside is clearly the shorter way out: a cut has just made them,
+/// of what had moved together where its tip was.
+bool have_passed(double gap, double above, double radius) { return gap < -kPassed * radius && !(above < kClearly * gap); }
+
 /// How far the lips of a vertex are from those that face them; one that touched counts as nearly closed a little longer.
 void measure_lips(const Pair& pair, VertexSearch& search) {
   const double radius = search.radius;
@@ -253,8 +264,7 @@ void measure_lips(const Pair& pair, VertexSearch& search) {
     auto& ends = pair.lip_ends[static_cast<std::size_t>(k)];
     ends = {lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
     const double gap = std::min(ends[0].gap, ends[1].gap);
-    // So deep at first sight: one has passed over the other.
-    if (!(gap < HUGE_VAL) || (!was && gap < -kPassed * radius)) lip.edge = H();
+    if (!(gap < HUGE_VAL) || (!was && have_passed(gap, above_wall(search.point, edge_point(pair.b, lip.edge, lip.t)), radius))) lip.edge = H();
     else search.lip_gap = std::max(search.lip_gap, gap + (was ? kStay * radius : 0));
   }
 }
@@ -583,10 +593,9 @@ void test_walls(const Pair& pair, H h, H g) {
     const std::array<LipEnd, 2> ends{lip_end(pair.b, x, rim, foot, 0), lip_end(pair.b, x, rim, foot, 1)};
     const double gap = std::min(ends[0].gap, ends[1].gap), radius = norm(x.offset);
     const bool was = recall(pair.run, contact_key(name(0))) != nullptr || recall(pair.run, contact_key(name(1))) != nullptr;
-    if (!(gap < HUGE_VAL) || (!was && gap < -kPassed * radius)) continue;
+    const double above = above_wall(x, edge_point(pair.b, g, foot.t));
+    if (!(gap < HUGE_VAL) || (!was && have_passed(gap, above, radius))) continue;
     // Deeper in each other sideways than along the thickness: they lie on each other.
-    const BodyPoint y = edge_point(pair.b, g, foot.t);
-    const double above = std::fabs(dot(normalized(x.offset + y.offset), x.position - y.position)) - radius - norm(y.offset);
     if (above > gap + (was ? kStay * radius : 0)) continue;
     for (int end = 0; end < 2; ++end) {
       const LipEnd& e = ends[static_cast<std::size_t>(end)];

@@ -13,6 +13,8 @@ using H = CollisionHalfEdge;
 
 /// Rims are smooth up to this cosine between the conormals of neighbouring edges; lips face below the second.
 constexpr double kSmooth = 0.5, kFacing = -0.3;
+/// The edges of a rim lie on each other at a vertex from this cosine of their conormals on: at the tip of a cut, or in a pointed corner.
+constexpr double kFoldedBack = -0.9, kHalfTurn = 3.141592653589793;
 /// Borders of a strip narrower than this many thicknesses may be taken for lips; one is behind the other beyond this cosine.
 constexpr double kNarrow = 2, kBehind = 0.5;
 /// Walls stand along each other as long as one's thickness has this part of itself along the other's.
@@ -40,6 +42,27 @@ RimEdges rim_edges(const ContactSurface& s, V v) {
     look(g);
   }
   return r;
+}
+
+/// Does the material round a border vertex reach around more than half a turn at rest, as at the tip of a cut? A pointed corner does not.
+bool is_reflex(const ContactSurface& s, V v) {
+  double angle = 0;
+  const auto add = [&](H h) {
+    const Vec3 a = s.rest[s.to(h)] - s.rest[v], b = s.rest[s.from(ContactSurface::prev(h))] - s.rest[v];
+    angle += std::atan2(norm(cross(a, b)), dot(a, b));
+  };
+  const H start = s.outgoing[v];
+  H h = start;
+  do {
+    add(h);
+    h = s.twin[ContactSurface::prev(h)];
+  } while (h.valid() && h != start);
+  if (!h.valid())
+    for (H g = s.twin[start]; g.valid(); g = s.twin[g]) {
+      g = ContactSurface::next(g);
+      add(g);
+    }
+  return angle > kHalfTurn;
 }
 
 /// Is v behind edge h at rest, with no more than narrow material between? Such a strip has its other border at its back, however it is bent.
@@ -100,7 +123,7 @@ RimVertex find_rim(const BodyView& body, V v) {
   r.count = edges.out.valid() && edges.in.valid() ? 2 : edges.out.valid() || edges.in.valid() ? 1 : 0;
   if (r.count < 2) return r;
   const double turn = dot(r.end[0].conormal, r.end[1].conormal);
-  if (turn < -0.9) r.count = 0;  // the tip: both lips are its own
+  if (turn < kFoldedBack && is_reflex(body.surface, v)) r.count = 0;  // the tip: both lips are its own
   if (turn > kSmooth) {
     r.end[0].conormal = normalized(r.end[0].conormal + r.end[1].conormal);
     r.end[0].along[1] = r.end[1].along[0];

@@ -20,48 +20,42 @@ constexpr double kNarrow = 2, kBehind = 0.5;
 /// Walls stand along each other as long as one's thickness has this part of itself along the other's.
 constexpr double kLeastUpright = 0.2;
 
+/// Calls f(h) for every half-edge that leaves v, each with its face.
+template <class Fn>
+void for_each_outgoing(const ContactSurface& s, V v, Fn&& f) {
+  const H start = s.outgoing[v];
+  H h = start;
+  do {
+    f(h);
+    h = s.twin[ContactSurface::prev(h)];
+  } while (h.valid() && h != start);
+  if (h.valid()) return;
+  for (H g = s.twin[start]; g.valid(); g = s.twin[g]) {
+    g = ContactSurface::next(g);
+    f(g);
+  }
+}
+
 /// The edges made by cuts that leave v and arrive at it along the border of its fan; none where it is no rim.
 struct RimEdges {
   H out, in;
 };
 RimEdges rim_edges(const ContactSurface& s, V v) {
   RimEdges r;
-  const auto look = [&](H h) {
+  for_each_outgoing(s, v, [&](H h) {
     if (s.cut[h] != 0) r.out = h;
     if (s.cut[ContactSurface::prev(h)] != 0) r.in = ContactSurface::prev(h);
-  };
-  const H start = s.outgoing[v];
-  H h = start;
-  do {
-    look(h);
-    h = s.twin[ContactSurface::prev(h)];
-  } while (h.valid() && h != start);
-  if (h.valid()) return r;
-  for (H g = s.twin[start]; g.valid(); g = s.twin[g]) {
-    g = ContactSurface::next(g);
-    look(g);
-  }
+  });
   return r;
 }
 
 /// Does the material round a border vertex reach around more than half a turn at rest, as at the tip of a cut? A pointed corner does not.
 bool is_reflex(const ContactSurface& s, V v) {
   double angle = 0;
-  const auto add = [&](H h) {
+  for_each_outgoing(s, v, [&](H h) {
     const Vec3 a = s.rest[s.to(h)] - s.rest[v], b = s.rest[s.from(ContactSurface::prev(h))] - s.rest[v];
     angle += std::atan2(norm(cross(a, b)), dot(a, b));
-  };
-  const H start = s.outgoing[v];
-  H h = start;
-  do {
-    add(h);
-    h = s.twin[ContactSurface::prev(h)];
-  } while (h.valid() && h != start);
-  if (!h.valid())
-    for (H g = s.twin[start]; g.valid(); g = s.twin[g]) {
-      g = ContactSurface::next(g);
-      add(g);
-    }
+  });
   return angle > kHalfTurn;
 }
 
@@ -99,20 +93,6 @@ Vec3 conormal_at(const BodyView& body, H h, Vec3 own, bool at_end) {
   return dot(c, own) > kSmooth ? normalized(c + own) : own;
 }
 
-Vec3 conormal_between(const BodyView& body, H h, double t) {
-  const std::size_t number = known_edge(body, h);
-  std::vector<RimEdge>& edges = body.frame.rims.edges;
-  if (!edges[number].ends_known) {
-    const Vec3 own = edges[number].conormal;
-    for (const bool at_end : {false, true}) {
-      const Vec3 c = conormal_at(body, h, own, at_end);  // may find other edges
-      edges[number].at[at_end ? 1 : 0] = c;
-    }
-    edges[number].ends_known = true;
-  }
-  return normalized(lerp(edges[number].at[0], edges[number].at[1], t));
-}
-
 RimVertex find_rim(const BodyView& body, V v) {
   const RimEdges edges = rim_edges(body.surface, v);
   const Vec3 x = body.position(v);
@@ -135,7 +115,20 @@ RimVertex find_rim(const BodyView& body, V v) {
 }  // namespace
 
 Vec3 out_of_rim(const BodyView& body, H h) { return body.frame.rims.edges[known_edge(body, h)].conormal; }
-Vec3 out_of_rim_at(const BodyView& body, H h, double t) { return conormal_between(body, h, t); }
+
+Vec3 out_of_rim_at(const BodyView& body, H h, double t) {
+  const std::size_t number = known_edge(body, h);
+  std::vector<RimEdge>& edges = body.frame.rims.edges;
+  if (!edges[number].ends_known) {
+    const Vec3 own = edges[number].conormal;
+    for (const bool at_end : {false, true}) {
+      const Vec3 c = conormal_at(body, h, own, at_end);  // may find other edges
+      edges[number].at[at_end ? 1 : 0] = c;
+    }
+    edges[number].ends_known = true;
+  }
+  return normalized(lerp(edges[number].at[0], edges[number].at[1], t));
+}
 
 const RimVertex& rim_at(const BodyView& body, V v) {
   RimMemory& rims = body.frame.rims;
@@ -154,7 +147,7 @@ void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h,
   const Vec3 d = v.position - foot.position;
   const double distance = norm(d);
   if (!(distance <= best.score)) return;
-  const Vec3 c = conormal_between(body, h, t);
+  const Vec3 c = out_of_rim_at(body, h, t);
   if (!(dot(c, rim.conormal) < kFacing) || back_to_back(body.surface, v, h)) return;
   const Vec3 n = normalized(c - rim.conormal);
   // Walls that don't overlap along the thickness pass over each other.

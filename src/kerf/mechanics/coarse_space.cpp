@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "kerf/mechanics/chunked_loop.h"
 #include "kerf/base/lanes.h"
+#include "kerf/mechanics/chunked_loop.h"
 #include "kerf/mechanics/step.h"
 
 namespace kerf {

@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "kerf/base/vec.h"
 #include "kerf/base/lanes.h"
+#include "kerf/base/vec.h"
 
 namespace kerf {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kerf/mechanics/block_cholesky.h"
 #include "kerf/base/lanes.h"
+#include "kerf/mechanics/block_cholesky.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/mesh/union_find.h"

@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "kerf/base/hash.h"
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/chunked_loop.h"
 #include "kerf/mechanics/direct_solver.h"
 #include "kerf/mechanics/element_pass.h"
-#include "kerf/base/lanes.h"
 #include "kerf/mechanics/node_block.h"
 
 namespace kerf {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/lanes.h"
 #include "kerf/contact/rest_neighbours.h"
 #include "kerf/contact/segment_queries.h"
 #include "kerf/contact/surface_offsets.h"
-#include "kerf/base/lanes.h"
 #include "kerf/mechanics/rigid_tools.h"
 
 namespace kerf {

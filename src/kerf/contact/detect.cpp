@@ -29,7 +29,8 @@ void prepare(const SurfaceState& state, bool between_bodies, BodyFrame& frame) {
               state.predicted.size() == s.vertex_count());
   refit(s.tree, s.origin.raw(), state.position, frame.boxes);
   frame.normals.clear();
-  if (std::find(s.coarse.begin(), s.coarse.end(), 1) != s.coarse.end()) {
+  frame.any_coarse = std::find(s.coarse.begin(), s.coarse.end(), 1) != s.coarse.end();
+  if (frame.any_coarse) {
     frame.normals.resize(s.face_count());
     for (const CollisionTriangle f : ids<CollisionTriangle>(s.face_count())) {
       const auto v = s.vertices(f);

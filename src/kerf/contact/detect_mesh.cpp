@@ -108,23 +108,80 @@ NearestPlace nearest(const ObstacleMesh& mesh, Leaves leaves, Vec3 local, double
   return best;
 }
 
-void search_vertex(const NearShape& near, V v, Leaves leaves, std::span<std::int32_t> guesses) {
+/// Balls are made to last for so many steps, or not at all: making one costs more than a search among the leaves.
+constexpr double kStepsToLast = 4;
+
+/// A vertex in the frame of the mesh, with how far it is from the mesh at least.
+PlacedVertex& placed(const NearShape& near, V v) {
+  DetectScratch& scratch = near.run.scratch;
+  PlacedVertex& p = scratch.placed[v.index()];
+  if (p.call == scratch.mesh_calls) return p;
+  p.local = transposed_times(near.placed.axes, near.body.position(v) - near.placed.centre);
+  p.least = scratch.clearances[scratch.meshes].least(v, p.local);
+  p.call = scratch.mesh_calls;
+  return p;
+}
+
+/// Fills scratch.leaf_list with the leaves of the mesh within `reach` of a place in its frame.
+Leaves leaves_around(const NearShape& near, Vec3 local, double reach) {
+  const ObstacleMesh& mesh = *near.placed.part->mesh;
+  const TreeCorner p = to_corner(local);
+  const double rounded = reach + 1e-6 * (norm(local) + mesh.box.diagonal());
+  const auto limit = static_cast<float>(rounded * rounded);
+  auto& found = near.run.scratch.leaf_list;
+  auto& stack = near.run.scratch.stack;
+  found.clear();
+  stack.assign(1, 0);
+  while (!stack.empty()) {
+    const std::uint32_t n = stack.back();
+    stack.pop_back();
+    if (squared_distance(mesh.leaves.box[n], p) > limit) continue;
+    const TriangleBvh::Node& node = mesh.tree.nodes()[n];
+    if (node.count > 0) found.push_back({0, n});
+    else stack.insert(stack.end(), {node.first + 1, node.first});
+  }
+  return found;
+}
+
+/// There is nothing within `reach` of a vertex: how much farther is it? Up to as much again.
+void find_clearance(const NearShape& near, V v, double reach, Clearance& known, PlacedVertex& p) {
+  p.least = reach;
+  if (!(reach > kStepsToLast * (near.approach(v) - near.run.margin))) return;
+  const ObstacleMesh& mesh = *near.placed.part->mesh;
+  const ObstacleLeaves::Triangle* guess = known.guess(v);
+  const double far = guess == nullptr ? 2 * reach : std::min(2 * reach, std::sqrt(nearest_foot(p.local, guess->corner).square));
+  const NearestPlace place = nearest(mesh, leaves_around(near, p.local, far), p.local, far, guess);
+  p.least = place.triangle == nullptr ? far : std::sqrt(place.foot.square);
+  known.set(v, p.local, p.least, place.triangle);
+}
+
+void search_vertex(const NearShape& near, V v, Leaves leaves) {
   const PlacedPart& part = near.placed;
   const ObstacleMesh& mesh = *part.part->mesh;
-  const Vec3 local = transposed_times(part.axes, near.body.position(v) - part.centre);
-  std::int32_t& guess = guesses[v.index()];
-  const NearestPlace place = nearest(mesh, leaves, local, near.reach(v), guess < 0 ? nullptr : &mesh.leaves.triangles[static_cast<std::size_t>(guess)]);
-  if (place.triangle == nullptr) return;
-  guess = static_cast<std::int32_t>(place.triangle - mesh.leaves.triangles.data());
+  PlacedVertex& p = placed(near, v);
+  const double reach = near.reach(v);
+  if (p.least > reach) return;
+  Clearance& known = near.run.scratch.clearances[near.run.scratch.meshes];
+  const NearestPlace place = nearest(mesh, leaves, p.local, reach, known.guess(v));
+  if (place.triangle == nullptr) return find_clearance(near, v, reach, known, p);
   const auto& c = place.triangle->corner;
   ClosestPoint foot;
   foot.triangle = place.triangle->id;
   foot.distance = std::sqrt(place.foot.square);
   foot.barycentric = place.foot.weights();
   foot.point = foot.barycentric[0] * c[0] + foot.barycentric[1] * c[1] + foot.barycentric[2] * c[2];
+  p.least = foot.distance;
+  known.set(v, p.local, p.least, place.triangle);
   Proximity proximity;
-  proximity_of_foot(part, local, foot, proximity);
+  proximity_of_foot(part, p.local, foot, proximity);
   hand_out_vertex_contact(near, v, proximity);
+}
+
+TreeBox box_of(std::span<const Vec3> points) {
+  const TreeCorner first = to_corner(points[0]);
+  TreeBox box{first, first};
+  for (const Vec3 p : points.subspan(1)) box = joined(box, {to_corner(p), to_corner(p)});
+  return box;
 }
 
 /// Corners and edges of a mesh near a leaf of the body.
@@ -133,27 +190,40 @@ struct Gathered {
   TreeBox box;  ///< of it all, in the mesh's frame
 };
 
-/// Fills the blocks of scratch with what stands on leaves.
-Gathered gather(const NearShape& near, Vec3 centre, Leaves leaves) {
+/// Fills the blocks of scratch with what stands on leaves and is near scratch.mesh_faces.
+Gathered gather(const NearShape& near, Leaves leaves) {
   const ObstacleMesh& mesh = *near.placed.part->mesh;
   const ObstacleLeaves& all = mesh.leaves;
-  auto& edges = near.run.scratch.mesh_edges;
-  auto& points = near.run.scratch.mesh_points;
+  DetectScratch& scratch = near.run.scratch;
+  auto& edges = scratch.mesh_edges;
+  auto& points = scratch.mesh_points;
   edges.clear();
   points.clear();
+  const Vec3 centre = scratch.mesh_faces.front().local[0];
+  TreeBox around = box_of(scratch.mesh_faces.front().local);
+  double reach = 0;
+  for (const MeshFace& face : scratch.mesh_faces) {
+    around = joined(around, box_of(face.local));
+    reach = std::fmax(reach, face.reach);
+  }
+  const auto r = static_cast<float>(reach);
   Gathered out{centre, {{{FLT_MAX, FLT_MAX, FLT_MAX, 0}}, {{-FLT_MAX, -FLT_MAX, -FLT_MAX, 0}}}};
   std::size_t edge_count = 0, point_count = 0;
   for (const auto& [leaf, m] : leaves) {
-    out.box = joined(out.box, all.box[m]);
+    if (!kerf::near(around, all.box[m], r)) continue;
     const ObstacleLeaves::Range range = all.range[m];
-    for (std::uint32_t i = range.edge; i < range.edge_end; ++i, ++edge_count) {
+    for (std::uint32_t i = range.edge; i < range.edge_end; ++i) {
+      if (!kerf::near(around, all.edges[i].box, r)) continue;
       if (edge_count % 8 == 0) edges.push_back(empty_edges());
-      set_edge(all.edges[i], i, centre, edge_count % 8, edges.back());
+      set_edge(all.edges[i], i, centre, edge_count++ % 8, edges.back());
+      out.box = joined(out.box, all.edges[i].box);
     }
-    for (std::uint32_t i = range.vertex; i < range.vertex_end; ++i, ++point_count) {
-      if (point_count % 8 == 0) points.push_back(empty_points());
+    for (std::uint32_t i = range.vertex; i < range.vertex_end; ++i) {
       const std::int32_t v = all.vertices[i];
-      set_point(mesh.positions[static_cast<std::size_t>(v)], v, centre, point_count % 8, points.back());
+      const Vec3 p = mesh.positions[static_cast<std::size_t>(v)];
+      if (squared_distance(around, to_corner(p)) > r * r) continue;
+      if (point_count % 8 == 0) points.push_back(empty_points());
+      set_point(p, v, centre, point_count++ % 8, points.back());
     }
   }
   return out;
@@ -205,78 +275,79 @@ void search_edges(const NearShape& near, H h, const std::array<Vec3, 2>& ends, V
     }
 }
 
-/// A coarse face of the body, or one beside it, against corners and edges of the mesh.
-void search_face(const NearShape& near, F f, const Gathered& gathered, const std::array<Vec3, 3>& local, double reach) {
+MeshFace mesh_face(const NearShape& near, F f, double rounding) {
+  MeshFace face{f, {}, {}, {}, 0};
+  const auto v = near.body.surface.vertices(f);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const PlacedVertex& p = placed(near, v[i]);
+    face.local[i] = p.local;
+    face.least[i] = p.least;
+  }
+  for (std::size_t i = 0; i < 3; ++i) face.length[i] = norm(face.local[(i + 1) % 3] - face.local[i]);
+  face.reach = near.reach(v) + rounding;
+  return face;
+}
+
+/// Against corners and edges of the mesh.
+void search_face(const NearShape& near, const MeshFace& face, const Gathered& gathered) {
   const ContactSurface& surface = near.body.surface;
-  const auto r = static_cast<float>(reach);
-  if (surface.coarse[f] != 0) {
-    TreeBox box;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const TreeCorner p = to_corner(local[i] - gathered.centre);
-      box = i == 0 ? TreeBox{p, p} : joined(box, {p, p});
-    }
-    search_points(near, f, box, reach);
+  const auto r = static_cast<float>(face.reach);
+  if (surface.coarse[face.face] != 0) {
+    const Vec3 c = gathered.centre;
+    search_points(near, face.face, box_of(std::array<Vec3, 3>{face.local[0] - c, face.local[1] - c, face.local[2] - c}), face.reach);
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    const H h = ContactSurface::corner(f, static_cast<int>(i));
-    if (!surface.owns_edge(h) || !is_coarse_edge(surface, h)) continue;
-    const std::array<Vec3, 2> ends{local[i], local[(i + 1) % 3]};
-    const TreeCorner a = to_corner(ends[0]), b = to_corner(ends[1]);
-    const TreeBox box = joined({a, a}, {b, b});
+    const H h = ContactSurface::corner(face.face, static_cast<int>(i));
+    if (!surface.owns_edge(h) || !is_coarse_edge(surface, h) || face.is_clear(i)) continue;
+    const std::array<Vec3, 2> ends{face.local[i], face.local[(i + 1) % 3]};
+    const TreeBox box = box_of(ends);
     if (kerf::near(box, gathered.box, r))
-      search_edges(near, h, ends, gathered.centre, reach, extent_of(joined(box, gathered.box), gathered.centre));
+      search_edges(near, h, ends, gathered.centre, face.reach, extent_of(joined(box, gathered.box), gathered.centre));
   }
 }
 
-void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves, std::span<std::int32_t> guesses) {
+void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves) {
   const ContactSurface& surface = near.body.surface;
   const PlacedPart& part = near.placed;
   const double rounding = 1e-6 * (norm(part.centre) + part.part->mesh->box.diagonal()) + near.body.frame.boxes.slack;
-  Gathered gathered;
-  bool has_gathered = false;
+  surface.tree.for_each_triangle(leaf, [&](F f) {
+    for (int i = 0; i < 3; ++i)
+      if (const H h = ContactSurface::corner(f, i); surface.owns_vertex(h)) search_vertex(near, surface.origin[h], leaves);
+  });
+  if (!near.body.frame.any_coarse) return;
+  auto& faces = near.run.scratch.mesh_faces;
+  faces.clear();
   surface.tree.for_each_triangle(leaf, [&](F f) {
     bool coarse = false;
-    for (int i = 0; i < 3; ++i) {
-      const H h = ContactSurface::corner(f, i);
-      coarse = coarse || is_coarse_edge(surface, h);
-      if (!surface.owns_vertex(h)) continue;
-      search_vertex(near, surface.origin[h], leaves, guesses);
-    }
+    for (int i = 0; i < 3; ++i) coarse = coarse || is_coarse_edge(surface, ContactSurface::corner(f, i));
     if (!coarse) return;
-    const auto v = surface.vertices(f);
-    std::array<Vec3, 3> local;
-    for (std::size_t i = 0; i < 3; ++i) local[i] = transposed_times(part.axes, near.body.position(v[i]) - part.centre);
-    if (!has_gathered) gathered = gather(near, local[0], leaves);
-    has_gathered = true;
-    search_face(near, f, gathered, local, near.reach(v) + rounding);
+    const MeshFace face = mesh_face(near, f, rounding);
+    if (!face.is_clear()) faces.push_back(face);
   });
-}
-
-/// What was nearest to each vertex when last asked, as far as it can still be meant.
-std::span<std::int32_t> last_nearest(const NearShape& near) {
-  DetectScratch& scratch = near.run.scratch;
-  if (scratch.nearest.size() <= scratch.meshes) scratch.nearest.resize(scratch.meshes + 1);
-  std::vector<std::int32_t>& guesses = scratch.nearest[scratch.meshes++];
-  guesses.resize(near.body.surface.vertex_count(), -1);
-  const auto triangles = static_cast<std::int32_t>(near.placed.part->mesh->leaves.triangles.size());
-  for (std::int32_t& guess : guesses)
-    if (guess >= triangles) guess = -1;
-  return guesses;
+  if (faces.empty()) return;
+  const Gathered gathered = gather(near, leaves);
+  for (const MeshFace& face : faces) search_face(near, face, gathered);
 }
 
 }  // namespace
 
 void detect_mesh(const NearShape& near, double reach) {
   find_pairs(near, reach);
-  const auto& pairs = near.run.scratch.leaf_pairs;
-  const std::span<std::int32_t> guesses = last_nearest(near);
+  DetectScratch& scratch = near.run.scratch;
+  const auto& pairs = scratch.leaf_pairs;
+  const std::size_t vertices = near.body.surface.vertex_count();
+  if (scratch.clearances.size() <= scratch.meshes) scratch.clearances.resize(scratch.meshes + 1);
+  scratch.clearances[scratch.meshes].is_of(near.placed.part->mesh, vertices);
+  if (scratch.placed.size() < vertices) scratch.placed.resize(vertices);
+  ++scratch.mesh_calls;
   for (std::size_t i = 0; i < pairs.size();) {
     std::size_t end = i + 1;
     while (end < pairs.size() && pairs[end][0] == pairs[i][0]) ++end;
-    search_leaf(near, pairs[i][0], std::span(pairs).subspan(i, end - i), guesses);
+    search_leaf(near, pairs[i][0], std::span(pairs).subspan(i, end - i));
     i = end;
   }
   hand_out_points(near);
+  ++scratch.meshes;
 }
 
 }  // namespace kerf

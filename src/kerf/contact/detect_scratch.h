@@ -1,11 +1,14 @@
 // What the parts of detection share during one call.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "kerf/contact/clearance.h"
 #include "kerf/contact/detect.h"
 #include "kerf/contact/edge_block.h"
 #include "kerf/contact/leaf_boxes.h"
@@ -26,6 +29,7 @@ struct BodyFrame {
   std::vector<double> travel;       ///< per vertex: length of predicted - position, m
   std::vector<double> sway;         ///< the same less the body's mean motion
   mutable RimMemory rims;           ///< lips.h
+  bool any_coarse = false;          ///< has the body coarse triangles?
   double greatest_travel = 0, greatest_sway = 0, greatest_offset = 0;
 };
 
@@ -95,6 +99,27 @@ struct TreeTask {
   std::uint32_t node, begin, end;
 };
 
+/// A vertex of a body in the frame of a mesh.
+struct PlacedVertex {
+  Vec3 local;
+  double least = 0;        ///< the mesh is so far away at least, m
+  std::uint64_t call = 0;  ///< of detect_mesh
+};
+
+/// A coarse face of a body, or one beside it, in the frame of a mesh.
+struct MeshFace {
+  CollisionTriangle face;
+  std::array<Vec3, 3> local;     ///< corners
+  std::array<double, 3> least;   ///< how far they are from the mesh at least, m
+  std::array<double, 3> length;  ///< of the edges from them, m
+  double reach;                  ///< m
+  /// Has it nothing within reach? No place of a triangle is farther from all corners than its longest edge over the root of three.
+  [[nodiscard]] bool is_clear() const {
+    return std::min({least[0], least[1], least[2]}) - std::sqrt(1.0 / 3) * std::max({length[0], length[1], length[2]}) > reach;
+  }
+  [[nodiscard]] bool is_clear(std::size_t edge) const { return 0.5 * (least[edge] + least[(edge + 1) % 3] - length[edge]) > reach; }
+};
+
 struct DetectScratch {
   std::vector<BodyFrame> bodies;
   std::vector<std::uint32_t> leaves;            ///< near a part
@@ -113,6 +138,7 @@ struct DetectScratch {
   ShapeFeatures features;
   std::vector<FaceCandidate> faces;
   std::vector<LeafPair> leaf_pairs, sorted_pairs;  ///< near each other, by the first
+  std::vector<LeafPair> leaf_list;              ///< of a mesh (the second), near a place
   NeighbourSearch neighbours;
   std::vector<QuietBody> quiet;                 ///< per body
   LeafBoxes leaf_faces;                         ///< of the body whose faces are tested
@@ -125,9 +151,11 @@ struct DetectScratch {
   std::vector<NearFace> near_faces;             ///< of the vertex at work
   std::vector<EdgeBlock> mesh_edges;            ///< of a mesh, near a leaf
   std::vector<PointBlock> mesh_points;
-  /// Per body and mesh, in the order that they are asked: the packed triangle that was nearest to each vertex, or -1. Only a guess.
-  std::vector<std::vector<std::int32_t>> nearest;
+  std::vector<MeshFace> mesh_faces;             ///< of the leaf at work, that may have something within reach
+  std::vector<Clearance> clearances;            ///< per body and mesh, in the order that they are asked
   std::size_t meshes = 0;                       ///< asked so far in this call
+  std::vector<PlacedVertex> placed;             ///< of the body that a mesh is asked about
+  std::uint64_t mesh_calls = 0;                 ///< ever: tells what in `placed` is of this mesh
 };
 
 /// Everything one call works on.

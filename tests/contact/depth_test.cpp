@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "contact/bare_surface.h"
+#include "kerf/base/random.h"
 #include "support/lips_checker.h"
 
 namespace kerf {
@@ -83,6 +84,58 @@ TEST(Depth, IsTheLeastWayOutOfWhatIsNoNeighbour) {
     }
   EXPECT_GT(compared, 100);
   EXPECT_GT(through_walls, 10);
+}
+
+// Offsets of material that is sheared and crumpled point anywhere; for places beside such a prism Newton's method finds no root, and says so.
+TEST(Depth, NothingIsInACrookedPrismThatIsNoPlaceOfIt) {
+  BareSurface body(two_plates(1), kRadius);
+  const ContactSurface& s = body.surface;
+  const CollisionVertex probe([&] {
+    for (const CollisionVertex v : ids<CollisionVertex>(s.vertex_count()))
+      if (s.rest[v].z > 0.5) return v.value;
+    return 0;
+  }());
+  int inside = 0, outside = 0;
+  DepthSearch search;
+  for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
+    Random random(seed);
+    const auto any = [&](double size) { return Vec3{random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)}; };
+    for (const CollisionVertex v : ids<CollisionVertex>(s.vertex_count())) {
+      body.position[v.index()] = s.rest[v].z > 0.5 ? any(2 * kRadius) : 4 * kRadius * (s.rest[v] - Vec3{0.5, 0.5, 0}) + any(kRadius);
+      body.offset[v.index()] = kRadius * random.uniform(0.5, 2.5) * normalized(any(1) + Vec3{0, 0, 0.3});
+    }
+    prepare_depths(body.state(), search);
+    SurfacePoint at;
+    at.vertex[0] = probe;
+    at.weight[0] = 1;
+    at.lift = random.uniform(-1, 1);
+    const double depth = depth_of(body.state(), at, 0, search);
+    if (!(depth > 0)) {
+      ++outside;
+      continue;
+    }
+    ++inside;
+    // The nearest of a grid of places of the prisms.
+    const Vec3 p = body.point(at);
+    double nearest = HUGE_VAL, coarse = 0;
+    for (const CollisionTriangle f : ids<CollisionTriangle>(s.face_count())) {
+      const auto c = s.vertices(f);
+      if (s.rest[c[0]].z > 0.5) continue;
+      constexpr int kGrid = 20;
+      for (int i = 0; i <= kGrid; ++i)
+        for (int k = 0; i + k <= kGrid; ++k)
+          for (int l = -kGrid / 2; l <= kGrid / 2; ++l) {
+            Vec3 x;
+            const double w[3] = {1 - (i + k) / double{kGrid}, i / double{kGrid}, k / double{kGrid}};
+            for (std::size_t m = 0; m < 3; ++m) x += w[m] * (body.position[c[m].index()] + 2 * l / double{kGrid} * body.offset[c[m].index()]);
+            nearest = std::min(nearest, norm(x - p));
+          }
+      coarse = std::max(coarse, (norm(body.position[c[1].index()] - body.position[c[0].index()]) + norm(body.position[c[2].index()] - body.position[c[0].index()]) + 10 * kRadius) / kGrid);
+    }
+    EXPECT_LT(nearest, coarse) << seed;
+  }
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(outside, 100);
 }
 
 TEST(Depth, WallsThatSinkInAreFoundAndNoOthers) {

@@ -137,6 +137,61 @@ TEST(SelfContact, FoldedSheetsEqualBruteForce) {
   }
 }
 
+// Half of a roll has closed by more than was foreseen: a second look at what has strayed finds all that has come to be in each other, and looks nowhere else.
+TEST(SelfContact, ASecondLookFindsWhatHasStrayed) {
+  for (const double r : {0.01, 0.02, 0.03})
+    for (const double reached : {0.3, 0.5}) {  // how far along the roll it closes
+      BareSurface sheet(plain_grid_mesh(32, 8, 1, 0.4), r);
+      const std::size_t n = sheet.position.size();
+      std::vector<double> part(n);
+      for (const CollisionVertex v : ids<CollisionVertex>(n)) part[v.index()] = std::clamp(1.5 - sheet.surface.rest[v].y / (0.4 * reached), 0.0, 1.0);
+      // Layers this far apart where the roll closes, and side by side, with hardly anything between them, elsewhere.
+      const auto rolled = [&](double apart) {
+        roll(sheet, 2 * r, 2.1 * r);
+        const std::vector<Vec3> position = sheet.position, offset = sheet.offset;
+        roll(sheet, 2 * r, apart);
+        for (std::size_t v = 0; v < n; ++v) {
+          sheet.position[v] = lerp(position[v], sheet.position[v], part[v]);
+          sheet.offset[v] = lerp(offset[v], sheet.offset[v], part[v]);
+        }
+        sheet.predicted = sheet.position;
+      };
+      rolled(2.5 * r);
+      const std::vector<Vec3> open = sheet.position, open_offset = sheet.offset;
+      SelfDetection d;
+      d.run(sheet);
+      const std::vector<Contact> first = d.contacts;
+      rolled(1.8 * r);
+      std::vector<Vec3> stray(n), turn(n);
+      for (std::size_t v = 0; v < n; ++v) {
+        stray[v] = sheet.position[v] - open[v];
+        turn[v] = sheet.offset[v] - open_offset[v];
+      }
+      SelfDetection all, again;
+      all.run(sheet);
+      const Strayed strayed{stray, turn};
+      DetectOptions options;
+      options.strayed = &strayed;
+      again.run(sheet, options);
+      const auto has = [](const std::vector<Contact>& list, const Contact& c) {
+        return std::any_of(list.begin(), list.end(), [&](const Contact& x) { return x.key == c.key && x.gap == c.gap; });
+      };
+      int found = 0;
+      for (const Contact& c : all.contacts) {
+        if (!(c.gap < -0.03 * r) || std::any_of(first.begin(), first.end(), [&](const Contact& x) { return x.key == c.key; })) continue;
+        ++found;
+        EXPECT_TRUE(has(again.contacts, c)) << "gap " << c.gap / r << " r at y = " << sheet.surface.rest[c.a.vertex[0]].y;
+      }
+      EXPECT_GT(found, 20) << r << " " << reached;
+      EXPECT_LT(again.contacts.size(), all.contacts.size());
+      // Of what has gone as foreseen nothing is looked at.
+      std::fill(stray.begin(), stray.end(), Vec3{1, 2, 3});
+      std::fill(turn.begin(), turn.end(), Vec3{});
+      again.run(sheet, options);
+      EXPECT_TRUE(again.contacts.empty());
+    }
+}
+
 TEST(SelfContact, FlatAndBentSheetsHaveNone) {
   BareSurface sheet(plain_grid_mesh(20, 20), 0.05);
   SelfDetection d;

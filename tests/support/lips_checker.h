@@ -40,10 +40,10 @@ inline bool is_in_prism(const PrismView& body, std::size_t f, Vec3 p) {
     const double step[3] = {dot(rest, cross(dv, up)) / size, dot(du, cross(rest, up)) / size, dot(du, cross(dv, rest)) / size};
     u += step[0], v += step[1], l += step[2];
     const double moved = std::fabs(step[0]) + std::fabs(step[1]) + std::fabs(step[2]);
-    if (moved < 1e-10) break;
+    if (moved < 1e-10) return u >= 0 && v >= 0 && u + v <= 1 && std::fabs(l) <= 1;
     if (!(std::fabs(u) + std::fabs(v) + std::fabs(l) < 40)) return false;
   }
-  return u >= 0 && v >= 0 && u + v <= 1 && std::fabs(l) <= 1;
+  return false;  // it has not come to a place of the prism that is p
 }
 
 /// m from a point to a wall: 8 x 4 pieces of it, each as two triangles. (The wall is ruled; two triangles would leave it by up to a quarter of

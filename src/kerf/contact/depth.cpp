@@ -48,10 +48,10 @@ bool is_in_prism(const SurfaceState& body, F f, Vec3 p) {
     if (size == 0) return false;
     const double step[3] = {dot(rest, cross(dw, up)) / size, dot(du, cross(rest, up)) / size, dot(du, cross(dw, rest)) / size};
     u += step[0], w += step[1], l += step[2];
-    if (std::fabs(step[0]) + std::fabs(step[1]) + std::fabs(step[2]) < kSettled) break;
+    if (std::fabs(step[0]) + std::fabs(step[1]) + std::fabs(step[2]) < kSettled) return u >= 0 && w >= 0 && u + w <= 1 && std::fabs(l) <= 1;
     if (!(std::fabs(u) + std::fabs(w) + std::fabs(l) < kLost)) return false;
   }
-  return u >= 0 && w >= 0 && u + w <= 1 && std::fabs(l) <= 1;
+  return false;  // of a crooked prism's box, where no place of the prism is p
 }
 
 double squared_wall_distance(const SurfaceState& body, H h, Vec3 p) {

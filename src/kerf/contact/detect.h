@@ -61,11 +61,19 @@ struct DetectMemory {
 [[nodiscard]] const RememberedContact* remembered_contact(const DetectMemory& memory, std::uint64_t key);
 [[nodiscard]] bool is_passing(const DetectMemory& memory, std::uint64_t key);
 
+/// How the vertices of a body and their offsets came to be elsewhere than an earlier call was told, |V_c| each, m.
+struct Strayed {
+  std::span<const Vec3> position, offset;
+};
+
 struct DetectOptions {
   double step = 1e-3;         ///< h, s
   double margin = 0.2;        ///< contacts farther apart than this are left out; times the body's largest radius
   bool self_contact = true;   ///< a body with itself, lips of cuts included
   double body_friction = 0;   ///< between bodies and of a body with itself
+  /// Not null: of a body with itself only what has strayed towards each other by more than half the margin is looked at, which is all that the earlier
+  /// call can have overlooked. For one body.
+  const Strayed* strayed = nullptr;
 };
 
 /// What was seen besides contacts.

@@ -30,6 +30,9 @@ constexpr double kHardly = 0.3;
 /// part of the radius they have lost each other. (Far more than kPassed: the cones say which way out is.)
 constexpr double kCrossing = 0.005, kOffCone = 0.2, kLostRims = 0.5;
 
+/// What has strayed towards each other by less than this part of the margin was seen coming.
+constexpr double kForeseen = 0.5;
+
 /// Walls whose offsets turn by more than this part of the radius along their edges meet in between, too: so many pieces.
 constexpr double kTwisted = 0.1;
 constexpr int kWallPieces = 4;
@@ -350,7 +353,7 @@ void find_near_faces(const Pair& pair, V v, double reach, double approach, const
   const auto select_leaves = [&](const LeafBlock& leaves) { return leaves_near_point(leaves, p, direction, square, limit); };
   for_each_near_leaf(pair, group, some, select_leaves, [&](const LeafPair& leaves, bool test) {
     const std::uint32_t partner = leaves[1];
-    const bool rims = has_rim && pair.quiet->has_rim[partner] != 0;
+    const bool rims = has_rim && (pair.quiet == nullptr || pair.quiet->has_rim[partner] != 0);
     if (!test && !rims) return;
     const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], partner);
     const auto select = [&](std::uint32_t block) {
@@ -768,8 +771,10 @@ void detect_bodies(DetectRun& run, std::int32_t first, std::int32_t second) {
   const double reach = a.frame.greatest_offset + b.frame.greatest_offset + run.margin + kApproach * (sway_a + sway_b);
   const double approach = run.margin + kApproach * (sway_a + sway_b);
   find_leaf_pairs(a, b, reach, approach, run.scratch);
-  QuietBody* quiet = self ? &run.scratch.quiet[static_cast<std::size_t>(first)] : nullptr;
-  if (self) follow_body(a, run.scratch.leaf_pairs, run.before, *quiet);
+  const Strayed* strayed = self ? run.options.strayed : nullptr;
+  if (strayed != nullptr) leave_out_foreseen(a, *strayed, kForeseen * run.margin, run.scratch);
+  QuietBody* quiet = self && strayed == nullptr ? &run.scratch.quiet[static_cast<std::size_t>(first)] : nullptr;
+  if (quiet != nullptr) follow_body(a, run.scratch.leaf_pairs, run.before, *quiet);
   std::array<std::array<LipEnd, 2>, 2> lip_ends;
   const Pair pair{run, a, b, self, sway_b, quiet, lip_ends};
   if (run.scratch.leaf_pairs.empty()) return;

@@ -86,6 +86,12 @@ struct FaceCandidate {
   Vec3 direction;                ///< unit, up to its sign: of the face's normal, or from the point to its foot
 };
 
+/// How the vertices of a leaf strayed, and how far an offset did at most, m.
+struct StrayBox {
+  Vec3 least, most;
+  double turn = -1;  ///< negative: not known yet
+};
+
 /// Which keys are in the memory, roughly: most that are asked for are not.
 struct KeySieve {
   static constexpr std::size_t kWords = 128;
@@ -138,6 +144,7 @@ struct DetectScratch {
   ShapeFeatures features;
   std::vector<FaceCandidate> faces;
   std::vector<LeafPair> leaf_pairs, sorted_pairs;  ///< near each other, by the first
+  std::vector<StrayBox> strays;                 ///< per leaf
   std::vector<LeafPair> leaf_list;              ///< of a mesh (the second), near a place
   NeighbourSearch neighbours;
   std::vector<QuietBody> quiet;                 ///< per body
@@ -244,6 +251,9 @@ bool side_by_side(const TreeBox& a, const TreeBox& a_directions, const TreeBox& 
 /// below `approach`, by the first. For a body with itself both orders of every pair, without what hangs together and is hardly
 /// bent.
 void find_leaf_pairs(const BodyView& a, const BodyView& b, double reach, double approach, DetectScratch& scratch);
+
+/// Leaves out of them those that have not strayed towards each other by more than `least`, m.
+void leave_out_foreseen(const BodyView& body, const Strayed& strayed, double least, DetectScratch& scratch);
 
 /// A body with itself or with another one: vertices against faces, both ways, lips of cuts, and coarse edges against each
 /// other.

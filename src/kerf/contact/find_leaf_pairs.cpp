@@ -34,7 +34,37 @@ void sort_pairs(std::size_t nodes, std::size_t other_nodes, DetectScratch& scrat
   }
 }
 
+StrayBox stray_of(const BodyView& body, std::uint32_t leaf, const Strayed& strayed) {
+  StrayBox box{{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, 0};
+  body.surface.tree.for_each_triangle(leaf, [&](CollisionTriangle f) {
+    for (const CollisionVertex v : body.surface.vertices(f)) {
+      const Vec3 d = strayed.position[v.index()];
+      for (int k = 0; k < 3; ++k) {
+        box.least[k] = std::min(box.least[k], d[k]);
+        box.most[k] = std::max(box.most[k], d[k]);
+      }
+      box.turn = std::max(box.turn, norm(strayed.offset[v.index()]));
+    }
+  });
+  return box;
+}
+
 }  // namespace
+
+void leave_out_foreseen(const BodyView& body, const Strayed& strayed, double least, DetectScratch& scratch) {
+  auto& boxes = scratch.strays;
+  boxes.assign(body.surface.tree.nodes.size(), {});
+  const auto box_of = [&](std::uint32_t leaf) -> const StrayBox& {
+    if (boxes[leaf].turn < 0) boxes[leaf] = stray_of(body, leaf, strayed);
+    return boxes[leaf];
+  };
+  std::erase_if(scratch.leaf_pairs, [&](const LeafPair& leaves) {
+    const StrayBox &a = box_of(leaves[0]), &b = box_of(leaves[1]);
+    Vec3 apart;  // the most by which a stray of one differs from a stray of the other
+    for (int k = 0; k < 3; ++k) apart[k] = std::max({0.0, a.most[k] - b.least[k], b.most[k] - a.least[k]});
+    return !(norm(apart) + a.turn + b.turn > least);
+  });
+}
 
 bool side_by_side(const TreeBox& a, const TreeBox& a_directions, const TreeBox& b, const TreeBox& b_directions,
                   float limit) {

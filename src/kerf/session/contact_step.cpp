@@ -106,6 +106,20 @@ SurfaceState surface_at(const Body& body, const MechanicsState& state, ContactSt
   return surface_state(body, c);
 }
 
+/// How the surface came to be elsewhere than detect_contacts() said: places, and offsets, which it took for fixed. Both are linear in the nodes.
+Strayed find_strays(const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended, double h, Vec3 gravity,
+                    ContactStep& c) {
+  c.nodes.resize(ended.positions.size());
+  for (std::size_t i = 0; i < ended.positions.size(); ++i) {
+    const Vec3 moved = ended.positions[i] - began.positions[i], stray = ended.positions[i] - predicted_place(model, began, i, h, gravity);
+    c.nodes[i] = {{moved.x, moved.y, moved.z, 0}, {stray.x, stray.y, stray.z, 0}};
+  }
+  surface_state(body, c);
+  std::swap(c.strays, c.predicted);
+  std::swap(c.turns, c.offsets);
+  return {c.strays, c.turns};
+}
+
 /// Where two edges are nearest at their ends of the prism, if that is inside both.
 bool find_feet(const SurfaceState& surface, SurfacePoint& a, SurfacePoint& b) {
   const auto corner = [&](const SurfacePoint& p, std::size_t k) {
@@ -410,10 +424,13 @@ bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& m
   for (std::size_t i = 0; i < n; ++i) stray = std::max(stray, norm(ended.positions[i] - predicted_place(model, began, i, h, gravity) - mean));
   if (!(2 * stray > scene.contact.margin * c.surface.largest_radius)) return false;
   if (walls_sank_in(body, began, ended, deep, c)) return true;
+  const Strayed strayed = find_strays(body, model, began, ended, h, gravity, c);
   const SurfaceState surface = surface_at(body, ended, c);
   prepare_depths(surface, c.depths);
   c.surprise_memory = memory;
-  detect({&surface, 1}, {}, {}, detect_options(scene, h), c.surprise_memory, c.detect_surprises, c.surprises);
+  DetectOptions options = detect_options(scene, h);
+  options.strayed = &strayed;
+  detect({&surface, 1}, {}, {}, options, c.surprise_memory, c.detect_surprises, c.surprises);
   for (const Contact& contact : c.surprises) {
     if (!(contact.gap < -deep)) continue;
     const auto at = std::lower_bound(c.contacts.begin(), c.contacts.end(), contact.key, [](const Contact& x, std::uint64_t key) { return x.key < key; });

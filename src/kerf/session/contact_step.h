@@ -37,6 +37,7 @@ struct ContactStep {
   Slit slit;                            ///< of the blade that cuts
 
   DetectWorkspace detect_surprises;     ///< find_surprise(): what it works on
+  std::vector<Vec3> strays, turns;      // per collision vertex
   DetectMemory surprise_memory;
   std::vector<Contact> surprises;
   DepthSearch depths;                   ///< and reckon_overlap()

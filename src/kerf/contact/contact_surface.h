@@ -62,6 +62,22 @@ struct ContactSurface {
   [[nodiscard]] std::array<V, 3> vertices(F f) const {
     return {origin[corner(f, 0)], origin[corner(f, 1)], origin[corner(f, 2)]};
   }
+  /// Calls visit(h) for every half-edge that leaves v (one per face) until visit returns false: outgoing[v], counter-clockwise those that follow, and
+  /// behind a border clockwise the others.
+  template <class Visit>
+  void for_each_outgoing(V v, Visit&& visit) const {
+    const H start = outgoing[v];
+    H h = start;
+    do {
+      if (!visit(h)) return;
+      h = twin[prev(h)];
+    } while (h.valid() && h != start);
+    if (h.valid()) return;
+    for (H g = twin[start]; g.valid(); g = twin[g]) {
+      g = next(g);
+      if (!visit(g)) return;
+    }
+  }
 };
 
 /// Triangles with a circumradius above this part of the thickness' half are coarse: obstacle vertices and edges are tested

@@ -20,31 +20,16 @@ constexpr double kNarrow = 2, kBehind = 0.5;
 /// Walls stand along each other as long as one's thickness has this part of itself along the other's.
 constexpr double kLeastUpright = 0.2;
 
-/// Calls f(h) for every half-edge that leaves v, each with its face.
-template <class Fn>
-void for_each_outgoing(const ContactSurface& s, V v, Fn&& f) {
-  const H start = s.outgoing[v];
-  H h = start;
-  do {
-    f(h);
-    h = s.twin[ContactSurface::prev(h)];
-  } while (h.valid() && h != start);
-  if (h.valid()) return;
-  for (H g = s.twin[start]; g.valid(); g = s.twin[g]) {
-    g = ContactSurface::next(g);
-    f(g);
-  }
-}
-
 /// The edges made by cuts that leave v and arrive at it along the border of its fan; none where it is no rim.
 struct RimEdges {
   H out, in;
 };
 RimEdges rim_edges(const ContactSurface& s, V v) {
   RimEdges r;
-  for_each_outgoing(s, v, [&](H h) {
+  s.for_each_outgoing(v, [&](H h) {
     if (s.cut[h] != 0) r.out = h;
     if (s.cut[ContactSurface::prev(h)] != 0) r.in = ContactSurface::prev(h);
+    return true;
   });
   return r;
 }
@@ -52,9 +37,10 @@ RimEdges rim_edges(const ContactSurface& s, V v) {
 /// Does the material round a border vertex reach around more than half a turn at rest, as at the tip of a cut? A pointed corner does not.
 bool is_reflex(const ContactSurface& s, V v) {
   double angle = 0;
-  for_each_outgoing(s, v, [&](H h) {
+  s.for_each_outgoing(v, [&](H h) {
     const Vec3 a = s.rest[s.to(h)] - s.rest[v], b = s.rest[s.from(ContactSurface::prev(h))] - s.rest[v];
     angle += std::atan2(norm(cross(a, b)), dot(a, b));
+    return true;
   });
   return angle > kHalfTurn;
 }

@@ -1,0 +1,226 @@
+// What one vertex of a body touches: faces, and lips that face its own.
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/contact/body_pair.h"
+#include "kerf/contact/triangle_foot.h"
+#include "kerf/contact/walls.h"
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+
+/// Where the distance from a vertex to a lip's edge is this level (a cosine), the walls meet, not the faces.
+constexpr double kSideBySide = 0.7;
+
+/// A face that a vertex touches or might touch.
+struct FaceFoot {
+  F face;
+  BodyPoint foot;
+  Vec3 normal;        ///< unit, from the face to the vertex
+  double gap = HUGE_VAL;
+  bool across = false;  ///< a neighbour at rest but for a cut
+};
+
+/// One vertex at work.
+struct VertexSearch {
+  V v;
+  BodyPoint point;
+  double reach = 0;     ///< of mid-surfaces
+  double far = 0;       ///< no gap matters that is larger than this
+  double radius = 0;    ///< half thickness
+  double from_origin = 0;
+  std::array<const RememberedContact*, 2> remembered{};  ///< by slot
+  [[nodiscard]] bool is_remembered() const { return remembered[0] != nullptr || remembered[1] != nullptr; }
+  std::array<FaceFoot, 2> best;                           ///< by slot: on the vertex's + and - side
+  RimVertex rim;
+  std::array<LipFoot, 2> lip;
+  double lip_gap = -HUGE_VAL;  ///< of the lip that is farther away, with patience if it touched; none: nothing faces the rim
+};
+
+ContactName vertex_name(const BodyPair& pair, V v, int slot) {
+  return {ContactKind::kVertexFace, slot, pair.a.index, pair.b.index, 0, v.value, 0};
+}
+ContactName lip_name(const BodyPair& pair, V v, int rim, int end) {
+  return {ContactKind::kLip, 2 * rim + end, pair.a.index, pair.a.index, 0, v.value, 0};
+}
+
+bool share_vertex(const ContactSurface& s, F f, std::int32_t g) {
+  if (g < 0 || static_cast<std::size_t>(g) >= s.face_count()) return false;
+  const auto p = s.vertices(f), q = s.vertices(F(g));
+  return std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end();
+}
+
+/// Which way a direction (unit, up to its sign) points from the face to the vertex: as in the last step, else by where it is.
+double side_of(const BodyPair& pair, const VertexSearch& search, F f, Vec3 direction, Vec3 d, bool& known) {
+  known = false;
+  double nearest = 0.3;  // cosine: beyond, the other contact says nothing about this one
+  double side = dot(direction, d) < 0 ? -1 : 1;
+  for (const RememberedContact* r : search.remembered) {
+    if (r == nullptr || !share_vertex(pair.b.surface, f, r->feature)) continue;
+    const double along = dot(r->normal, direction);
+    if (std::fabs(along) <= nearest) continue;
+    nearest = std::fabs(along);
+    known = true;
+    side = along < 0 ? -1 : 1;
+  }
+  return side;
+}
+
+/// Is another face round the foot (on an edge or a corner of f) nearer? Direction: unit, from the foot to the point.
+bool is_nearer_elsewhere(const BodyView& body, F f, const std::array<double, 3>& foot, Vec3 direction) {
+  const ContactSurface& s = body.surface;
+  if (const int opposite = opposite_corner(foot); opposite >= 0) {
+    const H g = s.twin[ContactSurface::corner(f, (opposite + 1) % 3)];
+    return g.valid() && dot(direction, body.into(g)) > kOffFaces;
+  }
+  const int at = foot[0] == 1 ? 0 : foot[1] == 1 ? 1 : 2;
+  const V v = s.from(ContactSurface::corner(f, at));
+  const auto leads_to = [&](V w) { return dot(direction, normalized(body.position(w) - body.position(v))) > kOffFaces; };
+  bool nearer = false;
+  s.for_each_outgoing(v, [&](H h) {
+    nearer = leads_to(s.to(h)) || leads_to(s.from(ContactSurface::prev(h)));
+    return !nearer;
+  });
+  return nearer;
+}
+
+/// Is a face on the lip that faces the vertex, however far the lips have slid over each other?
+bool lies_by_lip(const BodyPair& pair, const VertexSearch& search, F f) {
+  const ContactSurface& s = pair.b.surface;
+  for (int k = 0; k < search.rim.count; ++k) {
+    const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
+    if (lip.edge.valid() && rest_distance(s, s.from(lip.edge), f) <= 2 * lip.score + neighbour_distance(s, s.from(lip.edge), f)) return true;
+  }
+  return false;
+}
+
+/// hang_together: near at rest means neighbours.
+void offer_face(const BodyPair& pair, VertexSearch& search, F f, bool hang_together) {
+  const BodyView& other = pair.b;
+  const TriangleFoot nearest = nearest_foot(search.point.position, other.corners(f));
+  if (!(nearest.square < search.reach * search.reach)) return;
+  const double distance = std::sqrt(nearest.square);
+  const std::array<double, 3> weights = nearest.weights();
+  FaceFoot c;
+  c.face = f;
+  c.foot = face_point(other, f, weights);
+  const Vec3 d = search.point.position - c.foot.position;
+  Vec3 direction = other.normal(f);
+  // Beside the face the direction of the distance counts, if there is any.
+  const double rounding = 1e-12 * (search.from_origin + norm(c.foot.position));
+  const bool on_border = !is_inside(weights) && distance > rounding;
+  if (on_border) direction = (1 / distance) * d;
+  const double lying = std::fabs(dot(direction, search.point.offset)) + std::fabs(dot(direction, c.foot.offset));
+  if (!search.is_remembered() && std::fabs(dot(direction, d)) - lying > search.far) return;
+  if (!(dot(direction, direction) > 0.25)) return;
+  bool known = false;
+  c.normal = side_of(pair, search, f, direction, d, known) * direction;
+  c.gap = prism_gap(search.point, c.foot, c.normal);
+  if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
+  FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
+  if (!(c.gap < best.gap || (c.gap == best.gap && f < best.face))) return;
+  if (pair.self) {
+    const ContactSurface& s = other.surface;
+    const double radius = search.radius;
+    if (!known && c.gap < -kPassed * radius && has_walls(other, f)) return;
+    // On the border of what lies across a cut, level with it: the business of the lips.
+    const bool level = on_border && lying < kSideBySide * (radius + norm(c.foot.offset));
+    if (!are_strangers(s, search.v, f) && rest_distance(s, search.v, f) <= neighbour_distance(s, search.v, f)) {
+      if (hang_together || level) return;  // neighbours have none either
+      find_neighbours(s, search.v, pair.run.scratch.neighbours);
+      if (is_neighbour(pair.run.scratch.neighbours, f)) return;
+      c.across = true;
+    }
+    c.across = c.across || lies_by_lip(pair, search, f);
+    if (c.across && level) return;
+    const double walls = beside_walls(other, f, search.point);
+    if (c.across || walls > -HUGE_VAL) {
+      if (on_border && is_nearer_elsewhere(other, f, weights, direction)) return;
+      if (!known && c.gap < -kPassed * radius) return;
+      // Farther apart sideways than they are deep: side by side, the business of the lips.
+      const double beside = c.across && search.lip_gap > -HUGE_VAL ? search.lip_gap : walls - (known ? kStay * radius : 0);
+      if (beside > c.gap) return;
+    }
+  }
+  best = c;
+}
+
+void offer_lips(const BodyPair& pair, VertexSearch& search, F f) {
+  const ContactSurface& s = pair.b.surface;
+  for (int i = 0; i < 3; ++i) {
+    const H h = ContactSurface::corner(f, i);
+    if (s.cut[h] == 0 || s.from(h) == search.v || s.to(h) == search.v) continue;
+    for (int k = 0; k < search.rim.count; ++k)
+      offer_lip(pair.b, search.point, search.rim.end[static_cast<std::size_t>(k)], h,
+                search.lip[static_cast<std::size_t>(k)]);
+  }
+}
+
+/// How far the lips of a vertex are from those that face them; one that touched counts as nearly closed a little longer.
+void measure_lips(const BodyPair& pair, VertexSearch& search) {
+  const double radius = search.radius;
+  for (int k = 0; k < search.rim.count; ++k) {
+    LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
+    if (!lip.edge.valid()) continue;
+    const bool was = recall(pair.run, contact_key(lip_name(pair, search.v, k, 0))) != nullptr ||
+                     recall(pair.run, contact_key(lip_name(pair, search.v, k, 1))) != nullptr;
+    const RimEnd& rim = search.rim.end[static_cast<std::size_t>(k)];
+    auto& ends = pair.lip_ends[static_cast<std::size_t>(k)];
+    ends = {lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
+    const double gap = std::min(ends[0].gap, ends[1].gap);
+    if (!(gap < HUGE_VAL) || (!was && have_passed(gap, above_wall(search.point, edge_point(pair.b, lip.edge, lip.t)), radius))) lip.edge = H();
+    else search.lip_gap = std::max(search.lip_gap, gap + (was ? kStay * radius : 0));
+  }
+}
+
+/// Lips keep each other apart sideways, or lie on each other: whichever way they are farther apart. Are there contacts with faces?
+bool hand_out_vertex(const BodyPair& pair, VertexSearch& search) {
+  const bool on_top = search.best[0].across || search.best[1].across;
+  for (int k = 0; k < search.rim.count && !on_top; ++k) {
+    const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
+    if (!lip.edge.valid()) continue;
+    for (int end = 0; end < 2; ++end) {
+      const LipEnd& e = pair.lip_ends[static_cast<std::size_t>(k)][static_cast<std::size_t>(end)];
+      if (e.gap < HUGE_VAL) hand_out_pair(pair.run, lip_name(pair, search.v, k, end), search.point, e.lift, e.foot, e.other_lift, e.normal, lip.edge.value);
+    }
+  }
+  bool touches = false;
+  for (int slot = 0; slot < 2; ++slot) {
+    const FaceFoot& c = search.best[static_cast<std::size_t>(slot)];
+    if (!(c.gap < HUGE_VAL)) continue;
+    const double lift = slot == 0 ? 1 : -1, other = dot(c.normal, c.foot.offset) > 0 ? 1 : -1;
+    hand_out_pair(pair.run, vertex_name(pair, search.v, slot), search.point, lift, c.foot, other, c.normal, c.face.value);
+    touches = true;
+  }
+  return touches;
+}
+
+}  // namespace
+
+bool test_vertex(const BodyPair& pair, V v) {
+  const auto& near = pair.run.scratch.near_faces;
+  VertexSearch search;
+  search.v = v;
+  search.point = vertex_point(pair.a, v);
+  search.reach = pair.reach(v);
+  search.radius = pair.a.frame.thickness[v.index()];
+  search.from_origin = norm(search.point.position);
+  search.far = (1 + 1e-9) * pair.approach(v) + 1e-12 * search.from_origin;
+  for (int slot = 0; slot < 2; ++slot)
+    search.remembered[static_cast<std::size_t>(slot)] = recall(pair.run, contact_key(vertex_name(pair, v, slot)));
+  if (pair.self && pair.a.surface.on_cut[v] != 0) search.rim = rim_at(pair.a, v);
+  if (search.rim.count > 0) {
+    for (const auto& it : near)
+      if (it.rims) offer_lips(pair, search, it.face);
+    measure_lips(pair, search);
+  }
+  for (const auto& it : near)
+    if (it.test) offer_face(pair, search, it.face, it.hang_together);
+  return hand_out_vertex(pair, search);
+}
+
+}  // namespace kerf

@@ -273,6 +273,64 @@ TEST(Lips, TwoCutsThatCross) {
   for (const Contact& c : body.contacts) EXPECT_NEAR(c.gap, -push, 0.1 * push) << c.a.vertex[0].value;
 }
 
+/// Two cuts that cross, and the four quarters moved one by one: (x, y) = (1, -1) is that of large x and small y.
+struct Quarters : LipBody {
+  Quarters() : LipBody(8) {
+    make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+    make_cut({{-0.1, 0.5, 0}, {1.1, 0.5, 0}});
+  }
+  template <class Fn>
+  void move(Fn&& f) {
+    place([](Vec3 p, int) { return p; });
+    for (const CollisionTriangle t : ids<CollisionTriangle>(surface.face_count())) {
+      const auto c = surface.vertices(t);
+      const Vec3 middle = (1.0 / 3) * (surface.rest[c[0]] + surface.rest[c[1]] + surface.rest[c[2]]);
+      for (const CollisionVertex v : c) position[v.index()] = surface.rest[v] + f(middle.x > 0.5 ? 1 : -1, middle.y > 0.5 ? 1 : -1);
+    }
+    predicted = position;
+    detect();
+  }
+};
+
+TEST(Lips, CornersAcrossACrossingKeepOutOfEachOther) {
+  Quarters body;
+  const double r = kRadius;
+  const auto away = [&](int x, int y) { return 5 * r * Vec3{static_cast<double>(x), static_cast<double>(y), 0}; };
+  for (int k = -3; k < 4; ++k) {
+    // The corners go into each other by d along x and e along y: apart the shorter way, or not at all.
+    for (int l = -3; l < 4; ++l) {
+      const double d = 0.02 * k * r, e = 0.02 * l * r;
+      body.memory = {};
+      for (const double part : {0.25, 0.5, 0.75, 1.0})
+        body.move([&](int x, int y) { return x != y ? away(x, y) : x < 0 ? Vec3{} : Vec3{-part * d, -part * e, 0}; });
+      if (std::min(d, e) <= 0) {
+        for (const Contact& c : body.contacts) EXPECT_GE(c.gap, -1e-9) << k << " " << l;
+        continue;
+      }
+      ASSERT_FALSE(body.contacts.empty()) << k << " " << l;
+      EXPECT_NEAR(body.least_gap(), -std::min(d, e), 0.02 * std::min(d, e)) << k << " " << l;
+      for (const Contact& c : body.contacts) EXPECT_NEAR(std::max(std::fabs(c.normal.x), std::fabs(c.normal.y)), 1, 1e-3);
+    }
+  }
+}
+
+TEST(Lips, ACornerLiesOnThePieceAcrossThoughItsOwnLipsAreClosed) {
+  Quarters body;
+  const double r = kRadius;
+  for (const double height : {2.02, 1.98, 1.95, 1.92}) {
+    // Both quarters of large x rise together, and slide over those of small x.
+    body.move([&](int x, int y) { return x > 0 ? Vec3{-0.6 * r, -0.6 * r, height * r} : y > 0 ? 4 * r * Vec3{-1, 1, 0} : Vec3{}; });
+    int on_top = 0;
+    for (const Contact& c : body.contacts) {
+      const bool corner = norm(body.surface.rest[c.a.vertex[0]] - Vec3{0.5, 0.5, 0}) < 1e-9 && !c.a.vertex[1].valid() && body.position[c.a.vertex[0].index()].z > r;
+      if (!corner || std::fabs(c.normal.z) < 0.99) continue;
+      ++on_top;
+      EXPECT_NEAR(c.gap, (height - 2) * r, 1e-9);
+    }
+    EXPECT_EQ(on_top, 2) << height;  // of the upper quarter and of the lower one
+  }
+}
+
 TEST(Lips, WedgeShapedRim) {
   TriangleMesh mesh = plain_grid_mesh(6, 6);
   LipBody body;

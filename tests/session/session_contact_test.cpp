@@ -287,6 +287,30 @@ TEST(Lips, LiftedAThinOneOverlapsNowhere) {
   }
 }
 
+TEST(Lips, WhereTwoCutsCrossNoPieceSinksIntoTheOneAcross) {
+  // Corners of pieces across a crossing had no contacts, and lay in each other by 0.1 half thicknesses and more for a third of the time.
+  struct Case {
+    double dt, radius, height;
+  };
+  for (const Case c : {Case{0.0167, kRadius, 3}, Case{0.0167, kRadius, 3.2}, Case{0.005, kRadius, 3.1}, Case{0.0167, 0.2 * kRadius, 3}}) {
+    Cut cut(c.dt, false, c.radius);
+    cut.stroke({-0.15, -0.21, 0}, {0.18, -0.17, 0});
+    ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+    ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
+    double deepest = 0;
+    for (const Vec3 by : {Vec3{0, 0, c.height * c.radius}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -c.radius}, Vec3{0, 0, c.radius}, Vec3{0.12, 0, 0}}) {
+      cut.move("lip", by, 0.4);
+      const int steps = static_cast<int>(std::lround(0.4 / c.dt)), every = std::max(1, steps / 12);
+      for (int i = 0; i < steps; ++i) {
+        run(cut.session, c.dt, c.radius);
+        if (i % every == 0) deepest = std::max(deepest, seen_from_outside(cut.session, c.radius));
+      }
+    }
+    EXPECT_LT(deepest, 0.07) << c.dt << " " << c.radius << " " << c.height;
+    EXPECT_TRUE(cut.session.validate().ok());
+  }
+}
+
 Scene pressed_by_a_ball(double dt) {
   Scene scene = sheet(500, 1, dt);
   SceneFix& border = scene.fixes.emplace_back();

@@ -17,6 +17,8 @@ constexpr double kSmooth = 0.5, kFacing = -0.3;
 constexpr double kFoldedBack = -0.9, kHalfTurn = 3.141592653589793;
 /// Borders of a strip narrower than this many thicknesses may be taken for lips; one is behind the other beyond this cosine.
 constexpr double kNarrow = 2, kBehind = 0.5;
+/// What is nearer to an edge at rest than this part of the thickness is on it, but for rounding.
+constexpr double kRounding = 1e-6;
 /// Walls stand along each other as long as one's thickness has this part of itself along the other's.
 constexpr double kLeastUpright = 0.2;
 
@@ -52,8 +54,8 @@ bool back_to_back(const ContactSurface& s, const BodyPoint& v, H h) {
     if (v.where.vertex[k].valid()) p += v.where.weight[k] * s.rest[v.where.vertex[k]];
   const Vec3 a = s.rest[s.from(h)], b = s.rest[s.to(h)];
   const Vec3 d = p - lerp(a, b, closest_on_segment(p, a, b));
-  const double distance = norm(d);
-  if (distance > kNarrow * (norm(v.offset) + s.radius[s.from(h)])) return false;
+  const double distance = norm(d), thickness = norm(v.offset) + s.radius[s.from(h)];
+  if (distance > kNarrow * thickness || distance < kRounding * thickness) return false;
   const Vec3 apex = s.rest[s.from(ContactSurface::prev(h))] - a;
   const Vec3 inward = apex - (dot(apex, b - a) / dot(b - a, b - a)) * (b - a);
   return dot(inward, d) > kBehind * norm(inward) * distance;
@@ -199,6 +201,79 @@ LipEnd lip_end(const BodyView& body, const BodyPoint& v, const RimEnd& rim, cons
   }
   e.gap = dot(e.normal, v.position + e.lift * v.offset - (e.foot.position + e.other_lift * e.foot.offset));
   return e;
+}
+
+namespace {
+
+/// Which of v's rims the first and the second rim of a corner face, as the corner across from it; -1: it is not.
+std::array<int, 2> faced_rims(const RimVertex& rim, const RimVertex& other) {
+  const auto faces = [&](std::size_t i, std::size_t k) { return dot(rim.end[i].conormal, other.end[k].conormal) < kFacing; };
+  if (faces(0, 0) && faces(1, 1)) return {0, 1};
+  if (faces(1, 0) && faces(0, 1)) return {1, 0};
+  return {-1, -1};
+}
+
+}  // namespace
+
+bool is_outer_corner(const RimVertex& rim) { return rim.count == 2 && dot(rim.end[0].conormal, rim.end[1].along[0]) < 0; }
+
+bool LipRun::has(H h) const { return std::find(edge.begin(), edge.begin() + count, h) != edge.begin() + count; }
+
+LipRun lip_run(const BodyView& body, H h) {
+  const ContactSurface& s = body.surface;
+  LipRun run;
+  run.edge[static_cast<std::size_t>(run.count++)] = h;
+  for (const bool forward : {true, false}) {
+    H g = h;
+    for (int i = 0; i < LipRun::kMost; ++i) {
+      const V v = forward ? s.to(g) : s.from(g);
+      if (rim_at(body, v).count != 1) break;
+      const RimEdges edges = rim_edges(s, v);
+      g = forward ? edges.out : edges.in;
+      if (!g.valid() || g == h) break;
+      run.edge[static_cast<std::size_t>(run.count++)] = g;
+    }
+  }
+  return run;
+}
+
+void offer_second_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h, const LipRun& first, LipFoot& best) {
+  LipFoot foot = best;
+  offer_lip(body, v, rim, h, foot);
+  if (foot.edge != h || foot.edge == best.edge || first.has(h)) return;
+  if (!(foot.t > 0 && foot.t < 1)) {
+    const RimVertex& end = rim_at(body, foot.t > 0 ? body.surface.to(h) : body.surface.from(h));
+    if (end.count != 1 || end.end[0].along[1] == Vec3{}) return;
+  }
+  best = foot;
+}
+
+void offer_corner(const BodyView& body, const BodyPoint& v, const RimVertex& rim, V c, CornerFoot& best) {
+  const Vec3 d = v.position - body.position(c);
+  const double distance = norm(d), thickness = norm(v.offset) + norm(body.offset(c));
+  if (!(distance < best.score || (distance == best.score && c < best.corner)) || !(distance < thickness) || c == v.where.vertex[0]) return;
+  const RimVertex& other = rim_at(body, c);
+  if (!is_outer_corner(rim) || !is_outer_corner(other) || faced_rims(rim, other)[0] < 0) return;
+  const RimEdges edges = rim_edges(body.surface, c);
+  if (back_to_back(body.surface, v, edges.out) || back_to_back(body.surface, v, edges.in)) return;
+  best = {c, distance};
+}
+
+std::array<CornerWall, 2> corner_walls(const BodyView& body, const BodyPoint& v, const RimVertex& rim, V corner) {
+  const RimEdges edges = rim_edges(body.surface, corner);
+  const std::array<int, 2> faced = faced_rims(rim, rim_at(body, corner));
+  std::array<CornerWall, 2> walls;
+  for (std::size_t k = 0; k < 2; ++k) {
+    CornerWall& w = walls[k];
+    const H h = k == 0 ? edges.out : edges.in;
+    const double t = closest_on_segment(v.position, body.position(body.surface.from(h)), body.position(body.surface.to(h)));
+    w.foot = {h, t, norm(v.position - edge_point(body, h, t).position), out_of_rim_at(body, h, t)};
+    for (std::size_t end = 0; end < 2; ++end) {
+      w.ends[end] = lip_end(body, v, rim.end[static_cast<std::size_t>(faced[k])], w.foot, static_cast<int>(end));
+      w.later[end] = w.ends[end].gap + dot(w.ends[end].normal, v.travel - w.ends[end].foot.travel);
+    }
+  }
+  return walls;
 }
 
 }  // namespace kerf

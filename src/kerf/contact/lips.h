@@ -29,6 +29,19 @@ struct LipFoot {
 /// Takes edge h (made by a cut) if it faces the rim at v and is nearer than what was found.
 void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, CollisionHalfEdge h, LipFoot& best);
 
+/// Is a vertex the outer corner of a piece, between two walls?
+bool is_outer_corner(const RimVertex& rim);
+/// The edges that run on from h along its lip, up to its corners or so many on either side; h as well.
+struct LipRun {
+  static constexpr int kMost = 12;
+  std::array<CollisionHalfEdge, 2 * kMost + 1> edge;
+  int count = 0;
+  [[nodiscard]] bool has(CollisionHalfEdge h) const;
+};
+LipRun lip_run(const BodyView& body, CollisionHalfEdge h);
+/// Where cuts cross, a wall may face two lips. Takes edge h as offer_lip() does if it belongs to another lip than `first`, and v is beside it, not beyond its end.
+void offer_second_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, CollisionHalfEdge h, const LipRun& first, LipFoot& best);
+
 /// Where two walls meet, at one end of the height that they share: at the height of either one's end, a corner against a wall.
 struct LipEnd {
   BodyPoint foot;         ///< on the other rim
@@ -38,5 +51,21 @@ struct LipEnd {
 };
 /// end 0: the upper one of v, 1: the lower one.
 LipEnd lip_end(const BodyView& body, const BodyPoint& v, const RimEnd& rim, const LipFoot& foot, int end);
+
+/// Where two cuts cross, four pieces meet with a corner each. The piece across has a wall on either side of its corner.
+struct CornerFoot {
+  CollisionVertex corner;   ///< none: nothing is across
+  double score = HUGE_VAL;  ///< how far away it is, m
+};
+/// Takes vertex c if it is the corner across from v's and nearer than what was found.
+void offer_corner(const BodyView& body, const BodyPoint& v, const RimVertex& rim, CollisionVertex c, CornerFoot& best);
+
+/// A wall at the corner across, met by v's wall that faces it.
+struct CornerWall {
+  LipFoot foot;
+  std::array<LipEnd, 2> ends;        ///< as of lips
+  std::array<double, 2> later{};     ///< their gaps after the motion that is predicted, m
+};
+std::array<CornerWall, 2> corner_walls(const BodyView& body, const BodyPoint& v, const RimVertex& rim, CollisionVertex corner);
 
 }  // namespace kerf

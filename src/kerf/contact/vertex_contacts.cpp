@@ -15,6 +15,8 @@ using F = CollisionTriangle;
 
 /// Where the distance from a vertex to a lip's edge is this level (a cosine), the walls meet, not the faces.
 constexpr double kSideBySide = 0.7;
+/// A corner stays with the wall of the corner across that it touched unless the other is better by this part of the radius.
+constexpr double kStayAtWall = 0.02;
 
 /// A face that a vertex touches or might touch.
 struct FaceFoot {
@@ -38,6 +40,9 @@ struct VertexSearch {
   std::array<FaceFoot, 2> best;                           ///< by slot: on the vertex's + and - side
   RimVertex rim;
   std::array<LipFoot, 2> lip;
+  std::array<LipFoot, 2> second;  ///< on other lips, where cuts cross
+  CornerFoot corner;
+  bool near_crossing = false;     ///< is there a corner of a piece near?
   double lip_gap = -HUGE_VAL;  ///< of the lip that is farther away, with patience if it touched; none: nothing faces the rim
 };
 
@@ -142,7 +147,9 @@ void offer_face(const BodyPair& pair, VertexSearch& search, F f, bool hang_toget
       if (on_border && is_nearer_elsewhere(other, f, weights, direction)) return;
       if (!known && c.gap < -kPassed * radius) return;
       // Farther apart sideways than they are deep: side by side, the business of the lips.
-      const double beside = c.across && search.lip_gap > -HUGE_VAL ? search.lip_gap : walls - (known ? kStay * radius : 0);
+      double beside = walls - (known ? kStay * radius : 0);
+      // Where cuts cross, the lips that are nearest may be others than the face's own.
+      if (c.across && search.lip_gap > -HUGE_VAL) beside = search.near_crossing && walls > -HUGE_VAL ? std::min(beside, search.lip_gap) : search.lip_gap;
       if (beside > c.gap) return;
     }
   }
@@ -157,6 +164,27 @@ void offer_lips(const BodyPair& pair, VertexSearch& search, F f) {
     for (int k = 0; k < search.rim.count; ++k)
       offer_lip(pair.b, search.point, search.rim.end[static_cast<std::size_t>(k)], h,
                 search.lip[static_cast<std::size_t>(k)]);
+    for (const V c : {s.from(h), s.to(h)}) {
+      if (!is_outer_corner(rim_at(pair.b, c))) continue;
+      search.near_crossing = true;
+      offer_corner(pair.b, search.point, search.rim, c, search.corner);
+    }
+  }
+}
+
+/// The lips beyond the crossing of two cuts that the rims of a vertex face as well, when those on this side are known.
+void offer_second_lips(const BodyPair& pair, VertexSearch& search) {
+  const ContactSurface& s = pair.b.surface;
+  for (int k = 0; k < search.rim.count; ++k) {
+    const H first = search.lip[static_cast<std::size_t>(k)].edge;
+    if (!first.valid()) continue;
+    const LipRun run = lip_run(pair.b, first);
+    for (const auto& it : pair.run.scratch.near_faces)
+      for (int i = 0; i < 3 && it.rims; ++i) {
+        const H h = ContactSurface::corner(it.face, i);
+        if (s.cut[h] != 0 && s.from(h) != search.v && s.to(h) != search.v)
+          offer_second_lip(pair.b, search.point, search.rim.end[static_cast<std::size_t>(k)], h, run, search.second[static_cast<std::size_t>(k)]);
+      }
   }
 }
 
@@ -177,16 +205,65 @@ void measure_lips(const BodyPair& pair, VertexSearch& search) {
   }
 }
 
+/// Does a lip end at the corner across, which has a say of its own?
+bool ends_at_corner(const BodyView& body, const VertexSearch& search, const LipFoot& lip) {
+  const V corner = search.corner.corner;
+  if (!corner.valid()) return false;
+  const LipRun run = lip_run(body, lip.edge);
+  return std::any_of(run.edge.begin(), run.edge.begin() + run.count, [&](H g) { return body.surface.from(g) == corner || body.surface.to(g) == corner; });
+}
+
+/// Lips beyond a crossing: as those on this side.
+void hand_out_second_lips(const BodyPair& pair, const VertexSearch& search) {
+  for (int k = 0; k < search.rim.count; ++k) {
+    const LipFoot& lip = search.second[static_cast<std::size_t>(k)];
+    if (!lip.edge.valid() || ends_at_corner(pair.b, search, lip)) continue;
+    const RimEnd& rim = search.rim.end[static_cast<std::size_t>(k)];
+    const std::array<LipEnd, 2> ends{lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
+    const auto name = [&](int end) { return lip_name(pair, search.v, 3 + k, end); };
+    const bool was = recall(pair.run, contact_key(name(0))) != nullptr || recall(pair.run, contact_key(name(1))) != nullptr;
+    const double gap = std::min(ends[0].gap, ends[1].gap);
+    if (!(gap < HUGE_VAL) || (!was && have_passed(gap, above_wall(search.point, edge_point(pair.b, lip.edge, lip.t)), search.radius))) continue;
+    for (int end = 0; end < 2; ++end) {
+      const LipEnd& e = ends[static_cast<std::size_t>(end)];
+      if (e.gap < HUGE_VAL) hand_out_pair(pair.run, name(end), search.point, e.lift, e.foot, e.other_lift, e.normal, lip.edge.value);
+    }
+  }
+}
+
+/// The corner of the piece across, where two cuts cross, is left by whichever wall is nearer as things move, at either height.
+void hand_out_corner(const BodyPair& pair, const VertexSearch& search) {
+  if (!search.corner.corner.valid()) return;
+  const std::array<CornerWall, 2> walls = corner_walls(pair.b, search.point, search.rim, search.corner.corner);
+  const BodyPoint corner = vertex_point(pair.b, search.corner.corner);
+  const std::array<const RememberedContact*, 2> was{recall(pair.run, contact_key(lip_name(pair, search.v, 2, 0))),
+                                                    recall(pair.run, contact_key(lip_name(pair, search.v, 2, 1)))};
+  for (std::size_t end = 0; end < 2; ++end) {
+    const auto out = [&](const CornerWall& w) {
+      return w.later[end] + (was[end] != nullptr && was[end]->feature == w.foot.edge.value ? kStayAtWall * search.radius : 0);
+    };
+    const CornerWall& wall = out(walls[0]) < out(walls[1]) ? walls[1] : walls[0];
+    const LipEnd& e = wall.ends[end];
+    if (!(e.gap < HUGE_VAL)) continue;
+    if (was[0] == nullptr && was[1] == nullptr && have_passed(e.gap, above_wall(search.point, corner), search.radius)) continue;
+    hand_out_pair(pair.run, lip_name(pair, search.v, 2, static_cast<int>(end)), search.point, e.lift, e.foot, e.other_lift, e.normal, wall.foot.edge.value);
+  }
+}
+
 /// Lips keep each other apart sideways, or lie on each other: whichever way they are farther apart. Are there contacts with faces?
 bool hand_out_vertex(const BodyPair& pair, VertexSearch& search) {
   const bool on_top = search.best[0].across || search.best[1].across;
   for (int k = 0; k < search.rim.count && !on_top; ++k) {
     const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
-    if (!lip.edge.valid()) continue;
+    if (!lip.edge.valid() || ends_at_corner(pair.b, search, lip)) continue;
     for (int end = 0; end < 2; ++end) {
       const LipEnd& e = pair.lip_ends[static_cast<std::size_t>(k)][static_cast<std::size_t>(end)];
       if (e.gap < HUGE_VAL) hand_out_pair(pair.run, lip_name(pair, search.v, k, end), search.point, e.lift, e.foot, e.other_lift, e.normal, lip.edge.value);
     }
+  }
+  if (!on_top && search.near_crossing) {
+    hand_out_second_lips(pair, search);
+    hand_out_corner(pair, search);
   }
   bool touches = false;
   for (int slot = 0; slot < 2; ++slot) {
@@ -216,6 +293,7 @@ bool test_vertex(const BodyPair& pair, V v) {
   if (search.rim.count > 0) {
     for (const auto& it : near)
       if (it.rims) offer_lips(pair, search, it.face);
+    if (search.near_crossing) offer_second_lips(pair, search);
     measure_lips(pair, search);
   }
   for (const auto& it : near)

@@ -17,6 +17,9 @@ inline constexpr double kClearly = 3;
 /// A vertex stays with the lip or the face that it touched unless the other is better by this part of the radius.
 inline constexpr double kStay = 0.1;
 
+/// Directions are next to each other up to this cosine.
+inline constexpr double kNextTo = 0.7;
+
 /// How far a point of a prism is from a wall, along the wall's conormal (out of its material) or along the direction
 /// next to it that the point's own prism is upright to: whichever is more; negative: behind it.
 inline double beside_wall(const BodyPoint& wall, Vec3 conormal, const BodyPoint& p) {
@@ -24,7 +27,9 @@ inline double beside_wall(const BodyPoint& wall, Vec3 conormal, const BodyPoint&
   const auto along = [&](Vec3 n) { return dot(n, d) - std::fabs(dot(n, p.offset)) - std::fabs(dot(n, wall.offset)); };
   const double size = dot(p.offset, p.offset);
   if (!(size > 0)) return along(conormal);
-  return std::max(along(conormal), along(normalized(conormal - (dot(conormal, p.offset) / size) * p.offset)));
+  const Vec3 own = conormal - (dot(conormal, p.offset) / size) * p.offset;
+  if (!(dot(own, own) > kNextTo * kNextTo)) return along(conormal);
+  return std::max(along(conormal), along(normalized(own)));
 }
 /// How far a point is beside the walls that a cut left on a face: the farthest.
 double beside_walls(const BodyView& body, CollisionTriangle f, const BodyPoint& p);

@@ -62,6 +62,8 @@ struct ContactSurface {
   [[nodiscard]] std::array<V, 3> vertices(F f) const {
     return {origin[corner(f, 0)], origin[corner(f, 1)], origin[corner(f, 2)]};
   }
+  /// Is the edge between coarse triangles, or on the border of one?
+  [[nodiscard]] bool is_coarse_edge(H h) const { return coarse[face(h)] != 0 || (twin[h].valid() && coarse[face(twin[h])] != 0); }
   /// Calls visit(h) for every half-edge that leaves v (one per face) until visit returns false: outgoing[v], counter-clockwise those that follow, and
   /// behind a border clockwise the others.
   template <class Visit>

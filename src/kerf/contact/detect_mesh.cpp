@@ -298,7 +298,7 @@ void search_face(const NearShape& near, const MeshFace& face, const Gathered& ga
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const H h = ContactSurface::corner(face.face, static_cast<int>(i));
-    if (!surface.owns_edge(h) || !is_coarse_edge(surface, h) || face.is_clear(i)) continue;
+    if (!surface.owns_edge(h) || !surface.is_coarse_edge(h) || face.is_clear(i)) continue;
     const std::array<Vec3, 2> ends{face.local[i], face.local[(i + 1) % 3]};
     const TreeBox box = box_of(ends);
     if (kerf::near(box, gathered.box, r))
@@ -319,7 +319,7 @@ void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves) {
   faces.clear();
   surface.tree.for_each_triangle(leaf, [&](F f) {
     bool coarse = false;
-    for (int i = 0; i < 3; ++i) coarse = coarse || is_coarse_edge(surface, ContactSurface::corner(f, i));
+    for (int i = 0; i < 3; ++i) coarse = coarse || surface.is_coarse_edge(ContactSurface::corner(f, i));
     if (!coarse) return;
     const MeshFace face = mesh_face(near, f, rounding);
     if (!face.is_clear()) faces.push_back(face);

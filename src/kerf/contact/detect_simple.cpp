@@ -22,16 +22,16 @@ const RememberedContact* recall_around(const NearShape& near, ContactName name) 
   const ContactSurface& surface = near.body.surface;
   const CollisionVertex v(name.feature);
   if (const RememberedContact* r = recall_either_end(near.run, name)) return r;
-  const CollisionHalfEdge start = surface.outgoing[v];
-  CollisionHalfEdge h = start;
-  do {
+  const RememberedContact* found = nullptr;
+  surface.for_each_outgoing(v, [&](CollisionHalfEdge h) {
     for (const CollisionVertex w : {surface.to(h), surface.from(ContactSurface::prev(h))}) {
       name.feature = w.value;
-      if (const RememberedContact* r = recall_either_end(near.run, name)) return r;
+      found = recall_either_end(near.run, name);
+      if (found != nullptr) return false;
     }
-    h = surface.twin[ContactSurface::prev(h)];
-  } while (h.valid() && h != start);
-  return nullptr;
+    return true;
+  });
+  return found;
 }
 
 }  // namespace
@@ -47,7 +47,7 @@ void detect_simple(const NearShape& near, double reach) {
       bool coarse = false;
       for (int i = 0; i < 3; ++i) {
         const CollisionHalfEdge h = ContactSurface::corner(f, i);
-        coarse = coarse || is_coarse_edge(surface, h);
+        coarse = coarse || surface.is_coarse_edge(h);
         if (!surface.owns_vertex(h)) continue;
         const CollisionVertex v = surface.origin[h];
         Proximity proximity;
@@ -62,7 +62,7 @@ void detect_simple(const NearShape& near, double reach) {
       }
       for (int i = 0; i < 3; ++i) {
         const CollisionHalfEdge h = ContactSurface::corner(f, i);
-        if (!surface.owns_edge(h) || !is_coarse_edge(surface, h)) continue;
+        if (!surface.owns_edge(h) || !surface.is_coarse_edge(h)) continue;
         for (const ShapeEdge& edge : scratch.features.edges) test_edges(near, h, local_reach, edge);
       }
     });

@@ -29,12 +29,6 @@ struct NearShape {
   }
 };
 
-/// Is the edge between coarse triangles, or on the border of one?
-inline bool is_coarse_edge(const ContactSurface& s, CollisionHalfEdge h) {
-  const CollisionHalfEdge g = s.twin[h];
-  return s.coarse[ContactSurface::face(h)] != 0 || (g.valid() && s.coarse[ContactSurface::face(g)] != 0);
-}
-
 /// A vertex of the body and the nearest place on the part.
 void hand_out_vertex_contact(const NearShape& near, CollisionVertex v, Proximity proximity);
 /// Notes a face (coarse) that a point of the shape comes within `reach` of, to be decided on by hand_out_points.

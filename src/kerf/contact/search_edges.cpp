@@ -11,17 +11,13 @@ using F = CollisionTriangle;
 /// So few leaves are not worth looking at eight at a time.
 constexpr std::size_t kFewLeaves = 3;
 
-bool is_coarse(const ContactSurface& s, H h) {
-  return s.coarse[ContactSurface::face(h)] != 0 || (s.twin[h].valid() && s.coarse[ContactSurface::face(s.twin[h])] != 0);
-}
-
 void list_edges(const BodyView& body, std::uint32_t leaf, LeafEdges& list) {
   const auto& points = body.frame.boxes.points;
   list.list(leaf, [&](auto&& add) {
     body.surface.tree.for_each_triangle(leaf, [&](F f) {
       for (int i = 0; i < 3; ++i) {
         const H h = ContactSurface::corner(f, i);
-        if (!body.surface.owns_edge(h) || !is_coarse(body.surface, h)) continue;
+        if (!body.surface.owns_edge(h) || !body.surface.is_coarse_edge(h)) continue;
         const TreeCorner &a = points[body.surface.from(h).index()], &b = points[body.surface.to(h).index()];
         add(h.value, joined({a, a}, {b, b}));
         list.set_last(a, b, body.surface.from(h).value, body.surface.to(h).value, body.surface.cut[h] != 0, leaf);

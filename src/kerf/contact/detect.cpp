@@ -29,8 +29,7 @@ void prepare(const SurfaceState& state, bool between_bodies, BodyFrame& frame) {
               state.predicted.size() == s.vertex_count());
   refit(s.tree, s.origin.raw(), state.position, frame.boxes);
   frame.normals.clear();
-  frame.any_coarse = std::find(s.coarse.begin(), s.coarse.end(), 1) != s.coarse.end();
-  if (frame.any_coarse) {
+  if (std::find(s.coarse.begin(), s.coarse.end(), 1) != s.coarse.end()) {
     frame.normals.resize(s.face_count());
     for (const CollisionTriangle f : ids<CollisionTriangle>(s.face_count())) {
       const auto v = s.vertices(f);

@@ -314,7 +314,7 @@ void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves) {
     for (int i = 0; i < 3; ++i)
       if (const H h = ContactSurface::corner(f, i); surface.owns_vertex(h)) search_vertex(near, surface.origin[h], leaves);
   });
-  if (!near.body.frame.any_coarse) return;
+  if (near.body.frame.normals.empty()) return;  // no coarse triangles
   auto& faces = near.run.scratch.mesh_faces;
   faces.clear();
   surface.tree.for_each_triangle(leaf, [&](F f) {

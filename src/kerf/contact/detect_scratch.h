@@ -29,7 +29,6 @@ struct BodyFrame {
   std::vector<double> travel;       ///< per vertex: length of predicted - position, m
   std::vector<double> sway;         ///< the same less the body's mean motion
   mutable RimMemory rims;           ///< lips.h
-  bool any_coarse = false;          ///< has the body coarse triangles?
   double greatest_travel = 0, greatest_sway = 0, greatest_offset = 0;
 };
 

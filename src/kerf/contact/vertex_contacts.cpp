@@ -49,6 +49,8 @@ struct VertexSearch {
 ContactName vertex_name(const BodyPair& pair, V v, int slot) {
   return {ContactKind::kVertexFace, slot, pair.a.index, pair.b.index, 0, v.value, 0};
 }
+/// Behind its rims (0 and 1) a vertex has names for the corner across, and for what its rims face beyond a crossing.
+constexpr int kCornerAcross = 2, kSecondLips = 3;
 ContactName lip_name(const BodyPair& pair, V v, int rim, int end) {
   return {ContactKind::kLip, 2 * rim + end, pair.a.index, pair.a.index, 0, v.value, 0};
 }
@@ -188,14 +190,25 @@ void offer_second_lips(const BodyPair& pair, VertexSearch& search) {
   }
 }
 
+/// Did either end of a rim touch in the last step?
+bool touched(const BodyPair& pair, V v, int rim) {
+  return recall(pair.run, contact_key(lip_name(pair, v, rim, 0))) != nullptr || recall(pair.run, contact_key(lip_name(pair, v, rim, 1))) != nullptr;
+}
+
+void hand_out_ends(const BodyPair& pair, const VertexSearch& search, int rim, const std::array<LipEnd, 2>& ends, H edge) {
+  for (int end = 0; end < 2; ++end) {
+    const LipEnd& e = ends[static_cast<std::size_t>(end)];
+    if (e.gap < HUGE_VAL) hand_out_pair(pair.run, lip_name(pair, search.v, rim, end), search.point, e.lift, e.foot, e.other_lift, e.normal, edge.value);
+  }
+}
+
 /// How far the lips of a vertex are from those that face them; one that touched counts as nearly closed a little longer.
 void measure_lips(const BodyPair& pair, VertexSearch& search) {
   const double radius = search.radius;
   for (int k = 0; k < search.rim.count; ++k) {
     LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (!lip.edge.valid()) continue;
-    const bool was = recall(pair.run, contact_key(lip_name(pair, search.v, k, 0))) != nullptr ||
-                     recall(pair.run, contact_key(lip_name(pair, search.v, k, 1))) != nullptr;
+    const bool was = touched(pair, search.v, k);
     const RimEnd& rim = search.rim.end[static_cast<std::size_t>(k)];
     auto& ends = pair.lip_ends[static_cast<std::size_t>(k)];
     ends = {lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
@@ -220,14 +233,10 @@ void hand_out_second_lips(const BodyPair& pair, const VertexSearch& search) {
     if (!lip.edge.valid() || ends_at_corner(pair.b, search, lip)) continue;
     const RimEnd& rim = search.rim.end[static_cast<std::size_t>(k)];
     const std::array<LipEnd, 2> ends{lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
-    const auto name = [&](int end) { return lip_name(pair, search.v, 3 + k, end); };
-    const bool was = recall(pair.run, contact_key(name(0))) != nullptr || recall(pair.run, contact_key(name(1))) != nullptr;
+    const bool was = touched(pair, search.v, kSecondLips + k);
     const double gap = std::min(ends[0].gap, ends[1].gap);
     if (!(gap < HUGE_VAL) || (!was && have_passed(gap, above_wall(search.point, edge_point(pair.b, lip.edge, lip.t)), search.radius))) continue;
-    for (int end = 0; end < 2; ++end) {
-      const LipEnd& e = ends[static_cast<std::size_t>(end)];
-      if (e.gap < HUGE_VAL) hand_out_pair(pair.run, name(end), search.point, e.lift, e.foot, e.other_lift, e.normal, lip.edge.value);
-    }
+    hand_out_ends(pair, search, kSecondLips + k, ends, lip.edge);
   }
 }
 
@@ -236,8 +245,8 @@ void hand_out_corner(const BodyPair& pair, const VertexSearch& search) {
   if (!search.corner.corner.valid()) return;
   const std::array<CornerWall, 2> walls = corner_walls(pair.b, search.point, search.rim, search.corner.corner);
   const BodyPoint corner = vertex_point(pair.b, search.corner.corner);
-  const std::array<const RememberedContact*, 2> was{recall(pair.run, contact_key(lip_name(pair, search.v, 2, 0))),
-                                                    recall(pair.run, contact_key(lip_name(pair, search.v, 2, 1)))};
+  const std::array<const RememberedContact*, 2> was{recall(pair.run, contact_key(lip_name(pair, search.v, kCornerAcross, 0))),
+                                                    recall(pair.run, contact_key(lip_name(pair, search.v, kCornerAcross, 1)))};
   for (std::size_t end = 0; end < 2; ++end) {
     const auto out = [&](const CornerWall& w) {
       return w.later[end] + (was[end] != nullptr && was[end]->feature == w.foot.edge.value ? kStayAtWall * search.radius : 0);
@@ -246,7 +255,7 @@ void hand_out_corner(const BodyPair& pair, const VertexSearch& search) {
     const LipEnd& e = wall.ends[end];
     if (!(e.gap < HUGE_VAL)) continue;
     if (was[0] == nullptr && was[1] == nullptr && have_passed(e.gap, above_wall(search.point, corner), search.radius)) continue;
-    hand_out_pair(pair.run, lip_name(pair, search.v, 2, static_cast<int>(end)), search.point, e.lift, e.foot, e.other_lift, e.normal, wall.foot.edge.value);
+    hand_out_pair(pair.run, lip_name(pair, search.v, kCornerAcross, static_cast<int>(end)), search.point, e.lift, e.foot, e.other_lift, e.normal, wall.foot.edge.value);
   }
 }
 
@@ -256,10 +265,7 @@ bool hand_out_vertex(const BodyPair& pair, VertexSearch& search) {
   for (int k = 0; k < search.rim.count && !on_top; ++k) {
     const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (!lip.edge.valid() || ends_at_corner(pair.b, search, lip)) continue;
-    for (int end = 0; end < 2; ++end) {
-      const LipEnd& e = pair.lip_ends[static_cast<std::size_t>(k)][static_cast<std::size_t>(end)];
-      if (e.gap < HUGE_VAL) hand_out_pair(pair.run, lip_name(pair, search.v, k, end), search.point, e.lift, e.foot, e.other_lift, e.normal, lip.edge.value);
-    }
+    hand_out_ends(pair, search, k, pair.lip_ends[static_cast<std::size_t>(k)], lip.edge);
   }
   if (!on_top && search.near_crossing) {
     hand_out_second_lips(pair, search);

@@ -177,13 +177,6 @@ void search_vertex(const NearShape& near, V v, Leaves leaves) {
   hand_out_vertex_contact(near, v, proximity);
 }
 
-TreeBox box_of(std::span<const Vec3> points) {
-  const TreeCorner first = to_corner(points[0]);
-  TreeBox box{first, first};
-  for (const Vec3 p : points.subspan(1)) box = joined(box, {to_corner(p), to_corner(p)});
-  return box;
-}
-
 /// Corners and edges of a mesh near a leaf of the body.
 struct Gathered {
   Vec3 centre;  ///< of the blocks

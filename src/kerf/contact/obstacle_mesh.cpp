@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 
 #include "kerf/mesh/surface_edges.h"
 
@@ -84,12 +83,6 @@ void add_edges(const TriangleMesh& mesh, ObstacleMesh& m) {
   });
 }
 
-TreeBox box_of(std::initializer_list<Vec3> points) {
-  TreeBox box{to_corner(*points.begin()), to_corner(*points.begin())};
-  for (const Vec3 p : points) box = joined(box, {to_corner(p), to_corner(p)});
-  return box;
-}
-
 void pack_leaves(ObstacleMesh& m) {
   ObstacleLeaves& l = m.leaves;
   l.range.resize(m.tree.nodes().size());
@@ -103,13 +96,13 @@ void pack_leaves(ObstacleMesh& m) {
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
       const std::int32_t t = m.tree.order()[i];
       const std::array<Vec3, 3> p = m.view()[t];
-      l.triangles.push_back({box_of({p[0], p[1], p[2]}), p, t});
+      l.triangles.push_back({box_of(p), p, t});
       for (std::int32_t h = 3 * t; h < 3 * t + 3; ++h) {
         const auto k = static_cast<std::size_t>(h), side = k % 3;
         if (m.vertex_owner[static_cast<std::size_t>(m.corners[k])] == h) l.vertices.push_back(m.corners[k]);
         if (m.convex_edge[k] == 0) continue;
         const Vec3 a = p[side], b = p[(side + 1) % 3];
-        ObstacleLeaves::Edge edge{box_of({a, b}), a, b, {normalized(cross(m.face_normal[k / 3], b - a)), {}}, h,
+        ObstacleLeaves::Edge edge{box_of(std::array{a, b}), a, b, {normalized(cross(m.face_normal[k / 3], b - a)), {}}, h,
                                   static_cast<float>(1.000001 * norm(b - a))};
         if (m.twin[k] >= 0)
           edge.into[1] = normalized(cross(b - a, m.face_normal[static_cast<std::size_t>(m.twin[k]) / 3]));

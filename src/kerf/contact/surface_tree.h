@@ -100,5 +100,12 @@ inline float squared_distance(const TreeBox& a, const TreeCorner& p) {
 inline TreeCorner to_corner(Vec3 p) {
   return {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z), 0}};
 }
+/// The box of some points, at least one.
+inline TreeBox box_of(std::span<const Vec3> points) {
+  const TreeCorner first = to_corner(points[0]);
+  TreeBox box{first, first};
+  for (const Vec3 p : points.subspan(1)) box = joined(box, {to_corner(p), to_corner(p)});
+  return box;
+}
 
 }  // namespace kerf

@@ -11,8 +11,8 @@ namespace {
 using V = CollisionVertex;
 using H = CollisionHalfEdge;
 
-/// Rims are smooth up to this cosine between the conormals of neighbouring edges; lips face below the second.
-constexpr double kSmooth = 0.5, kFacing = -0.3;
+/// Rims are smooth up to this cosine between the conormals of neighbouring edges; lips face below the second, or below the third if their walls do, below the fourth.
+constexpr double kSmooth = 0.5, kFacing = -0.3, kTurned = 0.2, kFacingWalls = -0.7;
 /// The edges of a rim lie on each other at a vertex from this cosine of their conormals on: at the tip of a cut, or in a pointed corner.
 constexpr double kFoldedBack = -0.9, kHalfTurn = 3.141592653589793;
 /// Borders of a strip narrower than this many thicknesses may be taken for lips; one is behind the other beyond this cosine.
@@ -59,6 +59,18 @@ bool back_to_back(const ContactSurface& s, const BodyPoint& v, H h) {
   const Vec3 apex = s.rest[s.from(ContactSurface::prev(h))] - a;
   const Vec3 inward = apex - (dot(apex, b - a) / dot(b - a, b - a)) * (b - a);
   return dot(inward, d) > kBehind * norm(inward) * distance;
+}
+
+/// The wall of a lip over a point of its rim: unit, upright to rim and thickness, out of the material.
+Vec3 wall_normal(Vec3 conormal, Vec3 offset) {
+  const double size = dot(offset, offset);
+  return size > 0 ? normalized(conormal - (dot(conormal, offset) / size) * offset) : conormal;
+}
+
+/// Do lips face each other? Where faces have turned to each other and offsets lean, conormals may not, and yet the walls do.
+bool are_facing(Vec3 conormal, Vec3 offset, Vec3 other_conormal, Vec3 other_offset) {
+  const double along = dot(conormal, other_conormal);
+  return along < kFacing || (along < kTurned && dot(wall_normal(conormal, offset), wall_normal(other_conormal, other_offset)) < kFacingWalls);
 }
 
 /// The number of an edge in the memory of this call.
@@ -136,7 +148,7 @@ void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h,
   const double distance = norm(d);
   if (!(distance <= best.score)) return;
   const Vec3 c = out_of_rim_at(body, h, t);
-  if (!(dot(c, rim.conormal) < kFacing) || back_to_back(body.surface, v, h)) return;
+  if (!are_facing(c, foot.offset, rim.conormal, v.offset) || back_to_back(body.surface, v, h)) return;
   const Vec3 n = normalized(c - rim.conormal);
   // Walls that don't overlap along the thickness pass over each other.
   const Vec3 upright = normalized(v.offset + foot.offset);
@@ -153,16 +165,6 @@ void offer_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h,
   }
   if (score < best.score || (score == best.score && h < best.edge)) best = {h, t, score, c};
 }
-
-namespace {
-
-/// The wall of a lip over a point of its rim: unit, upright to rim and thickness, out of the material.
-Vec3 wall_normal(Vec3 conormal, Vec3 offset) {
-  const double size = dot(offset, offset);
-  return size > 0 ? normalized(conormal - (dot(conormal, offset) / size) * offset) : conormal;
-}
-
-}  // namespace
 
 LipEnd lip_end(const BodyView& body, const BodyPoint& v, const RimEnd& rim, const LipFoot& foot, int end) {
   const auto& s = body.surface;

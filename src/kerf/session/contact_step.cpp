@@ -413,8 +413,11 @@ double reckon_overlap(const Body& body, const MechanicsState& ended, double deep
   return deepest;
 }
 
+/// A known contact that ends deeper than was solved for, by this part of what is too deep, has turned.
+constexpr double kUnlike = 0.5;
+
 bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
-                   const DetectMemory& memory, double h, Vec3 gravity, double deep, ContactStep& c) {
+                   const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& c) {
   if (!scene.contact.self) return false;
   const std::size_t n = began.positions.size();
   Vec3 mean;
@@ -434,7 +437,9 @@ bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& m
   for (const Contact& contact : c.surprises) {
     if (!(contact.gap < -deep)) continue;
     const auto at = std::lower_bound(c.contacts.begin(), c.contacts.end(), contact.key, [](const Contact& x, std::uint64_t key) { return x.key < key; });
-    if ((at == c.contacts.end() || at->key != contact.key) && depth_of(surface, contact, c.depths) > deep) return true;
+    const bool known = at != c.contacts.end() && at->key == contact.key;
+    if (known && !(contact.gap < results[static_cast<std::size_t>(at - c.contacts.begin())].end_gap - kUnlike * deep)) continue;
+    if (depth_of(surface, contact, c.depths) > deep) return true;
   }
   return false;
 }

@@ -68,10 +68,10 @@ void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMoti
                 ContactStep& step);
 
 /// Did a step of h seconds, from `began` to `ended`, take points of the body so deep (m) into each other that find_contacts() had not handed out, because
-/// they moved otherwise than they would have without contact and forces? Looks at where they ended (what is linear in the step is not true of rims that
+/// they moved otherwise than they would have without contact and forces, or much deeper than the `results` of those say? Looks at where they ended (what is linear in the step is not true of rims that
 /// turn), and only if nodes strayed far: at walls that came to be in material, and at what detection finds there. `memory`: that before the step.
 bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
-                   const DetectMemory& memory, double h, Vec3 gravity, double deep, ContactStep& step);
+                   const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& step);
 
 /// m: the deepest of all contacts at the end of a step that has been solved. Two points of bodies that would overlap by more than `deep` along the normal
 /// that they had when it began may have turned or slid off each other: of those, how deep they really are in the material of the other one replaces

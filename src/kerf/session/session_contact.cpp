@@ -68,7 +68,7 @@ bool Session::Impl::went_too_deep() const {
 bool Session::Impl::must_try_again(int tries, double h, const MechanicsState& began) {
   if (tries == kTries && went_too_deep()) return true;
   const double deep = (tries < kTries ? kMostUnseen : kDeeper) * contact.surface.largest_radius;
-  return find_surprise(scene, state.body, state.model, began, state.mechanics, touched_part, h, step_options.gravity, deep, contact);
+  return find_surprise(scene, state.body, state.model, began, state.mechanics, touched_part, h, step_options.gravity, deep, workspace.contact.results, contact);
 }
 
 Result<StepReport> Session::Impl::divide_part(double t, double h, int more, int tries, const MechanicsState* began) {

@@ -386,7 +386,7 @@ class PathInserter {
   }
 
   /// Both sides of a closed body: the two paths are looked for side by side. Where the first one is in the way of the second, that is
-  /// looked for again.
+  /// looked for again: the paths of the rim, which are in by then, keep the sides apart, but for a handle that the collision mesh lacks.
   Status insert_both(CH h) {
     std::array<Result<SurfacePath>, 2> path{SurfacePath{}, SurfacePath{}};
     const std::array<Ends, 2> ends{ends_of(h, 0), ends_of(h, 1)};

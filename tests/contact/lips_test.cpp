@@ -331,6 +331,29 @@ TEST(Lips, ACornerLiesOnThePieceAcrossThoughItsOwnLipsAreClosed) {
   }
 }
 
+TEST(Lips, ABorderMeetsTheWallOfALipThatLeans) {
+  // The wall over the left lip leans until it is a plate under which the right side comes with its outer border: no rim, so no lip. On the way from its foot,
+  // straight up, it would be deep in the prism long before it touches the plate, and has had no contact then.
+  LipBody body;
+  const double r = kRadius;
+  body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+  const Vec3 lean{1.7 * r, 0, 0.4 * r}, down = normalized(Vec3{0.4, 0, -1.7});
+  for (const double height : {-1.2, -1.1, -1.03, -1.0, -0.98}) {
+    body.place([&](Vec3 p, int side) { return side > 0 ? Vec3{1.5 - p.x, p.y, height * r} : p; });
+    for (std::size_t v = 0; v < body.offset.size(); ++v)
+      if (body.position[v].z == 0) body.offset[v] = lean;
+    body.detect();
+    int met = 0;
+    for (const Contact& c : body.contacts) {
+      if (c.a.vertex[1].valid() || body.surface.rest[c.a.vertex[0]].x != 1 || c.normal.z > 0.5) continue;
+      ++met;
+      EXPECT_LT(norm(c.normal - down), 1e-9);
+      EXPECT_NEAR(c.gap, down.z * (height + 1) * r, 1e-9);
+    }
+    EXPECT_GE(met, 5) << height;
+  }
+}
+
 TEST(Lips, WedgeShapedRim) {
   TriangleMesh mesh = plain_grid_mesh(6, 6);
   LipBody body;

@@ -11,7 +11,8 @@ namespace {
 using V = CollisionVertex;
 using H = CollisionHalfEdge;
 
-/// Rims are smooth up to this cosine between the conormals of neighbouring edges; lips face below the second, or below the third if their walls do, below the fourth.
+/// Rims are smooth up to this cosine between the conormals of neighbouring edges; lips face below the second, or below the third if their walls do, below
+/// the fourth.
 constexpr double kSmooth = 0.5, kFacing = -0.3, kTurned = 0.2, kFacingWalls = -0.7;
 /// The edges of a rim lie on each other at a vertex from this cosine of their conormals on: at the tip of a cut, or in a pointed corner.
 constexpr double kFoldedBack = -0.9, kHalfTurn = 3.141592653589793;
@@ -61,12 +62,6 @@ bool back_to_back(const ContactSurface& s, const BodyPoint& v, H h) {
   return dot(inward, d) > kBehind * norm(inward) * distance;
 }
 
-/// The wall of a lip over a point of its rim: unit, upright to rim and thickness, out of the material.
-Vec3 wall_normal(Vec3 conormal, Vec3 offset) {
-  const double size = dot(offset, offset);
-  return size > 0 ? normalized(conormal - (dot(conormal, offset) / size) * offset) : conormal;
-}
-
 /// Do lips face each other? Where faces have turned to each other and offsets lean, conormals may not, and yet the walls do.
 bool are_facing(Vec3 conormal, Vec3 offset, Vec3 other_conormal, Vec3 other_offset) {
   const double along = dot(conormal, other_conormal);
@@ -113,6 +108,11 @@ RimVertex find_rim(const BodyView& body, V v) {
 }
 
 }  // namespace
+
+Vec3 wall_normal(Vec3 conormal, Vec3 offset) {
+  const double size = dot(offset, offset);
+  return size > 0 ? normalized(conormal - (dot(conormal, offset) / size) * offset) : conormal;
+}
 
 Vec3 out_of_rim(const BodyView& body, H h) { return body.frame.rims.edges[known_edge(body, h)].conormal; }
 

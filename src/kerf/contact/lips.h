@@ -19,6 +19,9 @@ Vec3 out_of_rim(const BodyView& body, CollisionHalfEdge h);
 /// The same at t on the edge: smooth rims share it at their vertices.
 Vec3 out_of_rim_at(const BodyView& body, CollisionHalfEdge h, double t);
 
+/// The wall of a lip over a point of its rim: unit, upright to rim and thickness, out of the material.
+Vec3 wall_normal(Vec3 conormal, Vec3 offset);
+
 /// The nearest place on a facing lip.
 struct LipFoot {
   CollisionHalfEdge edge;   ///< none: nothing faces

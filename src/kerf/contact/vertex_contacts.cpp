@@ -105,6 +105,27 @@ bool lies_by_lip(const BodyPair& pair, const VertexSearch& search, F f) {
   return false;
 }
 
+/// A vertex that has no rim of its own meets the wall over an edge made by a cut, where that separates it better than the way from its foot: where offsets
+/// lean, the prism over the foot reaches far to the side.
+void meet_wall(const BodyView& other, const BodyPoint& point, const std::array<double, 3>& weights, FaceFoot& c) {
+  const int opposite = opposite_corner(weights);
+  const H h = ContactSurface::corner(c.face, opposite >= 0 ? (opposite + 1) % 3 : weights[0] == 1 ? 0 : weights[1] == 1 ? 1 : 2);
+  Vec3 conormal;
+  if (opposite < 0) {
+    const RimVertex& rim = rim_at(other, other.surface.from(h));
+    if (rim.count != 1) return;
+    conormal = rim.end[0].conormal;
+  } else {
+    if (other.surface.cut[h] == 0) return;
+    conormal = out_of_rim(other, h);
+  }
+  const Vec3 wall = wall_normal(conormal, c.foot.offset);
+  const double gap = prism_gap(point, c.foot, wall);
+  if (!(gap > c.gap)) return;
+  c.gap = gap;
+  c.normal = wall;
+}
+
 /// hang_together: near at rest means neighbours.
 void offer_face(const BodyPair& pair, VertexSearch& search, F f, bool hang_together) {
   const BodyView& other = pair.b;
@@ -127,6 +148,7 @@ void offer_face(const BodyPair& pair, VertexSearch& search, F f, bool hang_toget
   bool known = false;
   c.normal = side_of(pair, search, f, direction, d, known) * direction;
   c.gap = prism_gap(search.point, c.foot, c.normal);
+  if (on_border && pair.self && pair.a.surface.on_cut[search.v] == 0) meet_wall(other, search.point, weights, c);
   if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
   FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
   if (!(c.gap < best.gap || (c.gap == best.gap && f < best.face))) return;

@@ -14,6 +14,9 @@
 namespace kerf {
 namespace {
 
+/// A known contact that ends deeper than was solved for, by this part of what is too deep, has turned.
+constexpr double kUnlike = 0.5;
+
 /// Radius of gyration of a tool's proxy, m: turns of its tip weigh as much as moves.
 constexpr double kToolGyration = 0.02;
 
@@ -412,9 +415,6 @@ double reckon_overlap(const Body& body, const MechanicsState& ended, double deep
   }
   return deepest;
 }
-
-/// A known contact that ends deeper than was solved for, by this part of what is too deep, has turned.
-constexpr double kUnlike = 0.5;
 
 bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
                    const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& c) {

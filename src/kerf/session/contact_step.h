@@ -68,8 +68,9 @@ void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMoti
                 ContactStep& step);
 
 /// Did a step of h seconds, from `began` to `ended`, take points of the body so deep (m) into each other that find_contacts() had not handed out, because
-/// they moved otherwise than they would have without contact and forces, or much deeper than the `results` of those say? Looks at where they ended (what is linear in the step is not true of rims that
-/// turn), and only if nodes strayed far: at walls that came to be in material, and at what detection finds there. `memory`: that before the step.
+/// they moved otherwise than they would have without contact and forces, or much deeper than the `results` of those say? Looks at where they ended (what is
+/// linear in the step is not true of rims that turn), and only if nodes strayed far: at walls that came to be in material, and at what detection finds there.
+/// `memory`: that before the step.
 bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
                    const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& step);
 

@@ -349,6 +349,10 @@ TEST(Lips, ABorderMeetsTheWallOfALipThatLeans) {
       ++met;
       EXPECT_LT(norm(c.normal - down), 1e-9);
       EXPECT_NEAR(c.gap, down.z * (height + 1) * r, 1e-9);
+      // It is met where it is, halfway up the wall, not at an end of that: the force would turn both.
+      const std::size_t v = c.a.vertex[0].index();
+      EXPECT_LT(norm(cross(c.normal, body.position[v] + c.a.lift * body.offset[v] - c.point)), 1e-9);
+      EXPECT_LT(std::fabs(c.b.lift), 0.1);
     }
     EXPECT_GE(met, 5) << height;
   }

@@ -24,6 +24,7 @@ struct FaceFoot {
   BodyPoint foot;
   Vec3 normal;        ///< unit, from the face to the vertex
   double gap = HUGE_VAL;
+  double other_lift = 0;  ///< of the place that is met: an end, or somewhere on a wall
   bool across = false;  ///< a neighbour at rest but for a cut
 };
 
@@ -122,8 +123,10 @@ void meet_wall(const BodyView& other, const BodyPoint& point, const std::array<d
   const Vec3 wall = wall_normal(conormal, c.foot.offset);
   const double gap = prism_gap(point, c.foot, wall);
   if (!(gap > c.gap)) return;
+  const Vec3 end = point.position - std::copysign(1, dot(wall, point.offset)) * point.offset, o = c.foot.offset;
   c.gap = gap;
   c.normal = wall;
+  c.other_lift = dot(o, o) > 0 ? std::clamp(dot(end - c.foot.position, o) / dot(o, o), -1.0, 1.0) : 1;
 }
 
 /// hang_together: near at rest means neighbours.
@@ -148,6 +151,7 @@ void offer_face(const BodyPair& pair, VertexSearch& search, F f, bool hang_toget
   bool known = false;
   c.normal = side_of(pair, search, f, direction, d, known) * direction;
   c.gap = prism_gap(search.point, c.foot, c.normal);
+  c.other_lift = dot(c.normal, c.foot.offset) > 0 ? 1 : -1;
   if (on_border && pair.self && pair.a.surface.on_cut[search.v] == 0) meet_wall(other, search.point, weights, c);
   if (!(c.gap < gap_limit(pair.run, c.normal, search.point.travel - c.foot.travel))) return;
   FaceFoot& best = search.best[dot(c.normal, search.point.offset) > 0 ? 1 : 0];
@@ -297,8 +301,7 @@ bool hand_out_vertex(const BodyPair& pair, VertexSearch& search) {
   for (int slot = 0; slot < 2; ++slot) {
     const FaceFoot& c = search.best[static_cast<std::size_t>(slot)];
     if (!(c.gap < HUGE_VAL)) continue;
-    const double lift = slot == 0 ? 1 : -1, other = dot(c.normal, c.foot.offset) > 0 ? 1 : -1;
-    hand_out_pair(pair.run, vertex_name(pair, search.v, slot), search.point, lift, c.foot, other, c.normal, c.face.value);
+    hand_out_pair(pair.run, vertex_name(pair, search.v, slot), search.point, slot == 0 ? 1 : -1, c.foot, c.other_lift, c.normal, c.face.value);
     touches = true;
   }
   return touches;

@@ -270,8 +270,8 @@ TEST(Lips, LiftedAThinOneOverlapsNowhere) {
     int triangles = 500;
   };
   for (const Case c : {Case{0.005, 3.05}, Case{0.0167, 2.8}, Case{0.0167, 2.8855}, Case{0.0167, 3.2104}, Case{0.0167, 3.5}, Case{0.0167, 3.5866}, Case{0.0167, 3.8},
-                       Case{0.0167, 3.826}, Case{0.0167, 2.8, 104}, Case{0.0167, 3.2, 104}, Case{0.005, 3.4, 104}, Case{0.0167, 2.846, 104}, Case{0.0167, 3.099, 104},
-                       Case{0.0167, 3.191, 104}, Case{0.0167, 3.237, 104}, Case{0.0167, 3.72, 104}, Case{0.0167, 5.376, 104}}) {
+                       Case{0.0167, 3.826}, Case{0.0167, 2.8, 104}, Case{0.0167, 3.05, 104}, Case{0.0167, 3.2, 104}, Case{0.005, 3.4, 104}, Case{0.0167, 2.846, 104},
+                       Case{0.0167, 3.099, 104}, Case{0.0167, 3.191, 104}, Case{0.0167, 3.237, 104}, Case{0.0167, 3.72, 104}, Case{0.0167, 5.376, 104}}) {
     Cut cut(c.dt, false, kThin, c.triangles);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());

@@ -78,15 +78,21 @@ double side_of(const BodyPair& pair, const VertexSearch& search, F f, Vec3 direc
   return side;
 }
 
+/// The edge of f that a foot on its border lies on, or the one that leaves the corner where it lies.
+H border_at(F f, const std::array<double, 3>& foot) {
+  const int opposite = opposite_corner(foot);
+  return ContactSurface::corner(f, opposite >= 0 ? (opposite + 1) % 3 : foot[0] == 1 ? 0 : foot[1] == 1 ? 1 : 2);
+}
+
 /// Is another face round the foot (on an edge or a corner of f) nearer? Direction: unit, from the foot to the point.
 bool is_nearer_elsewhere(const BodyView& body, F f, const std::array<double, 3>& foot, Vec3 direction) {
   const ContactSurface& s = body.surface;
-  if (const int opposite = opposite_corner(foot); opposite >= 0) {
-    const H g = s.twin[ContactSurface::corner(f, (opposite + 1) % 3)];
+  const H at = border_at(f, foot);
+  if (opposite_corner(foot) >= 0) {
+    const H g = s.twin[at];
     return g.valid() && dot(direction, body.into(g)) > kOffFaces;
   }
-  const int at = foot[0] == 1 ? 0 : foot[1] == 1 ? 1 : 2;
-  const V v = s.from(ContactSurface::corner(f, at));
+  const V v = s.from(at);
   const auto leads_to = [&](V w) { return dot(direction, normalized(body.position(w) - body.position(v))) > kOffFaces; };
   bool nearer = false;
   s.for_each_outgoing(v, [&](H h) {
@@ -109,16 +115,15 @@ bool lies_by_lip(const BodyPair& pair, const VertexSearch& search, F f) {
 /// A vertex that has no rim of its own meets the wall over an edge made by a cut, where that separates it better than the way from its foot: where offsets
 /// lean, the prism over the foot reaches far to the side.
 void meet_wall(const BodyView& other, const BodyPoint& point, const std::array<double, 3>& weights, FaceFoot& c) {
-  const int opposite = opposite_corner(weights);
-  const H h = ContactSurface::corner(c.face, opposite >= 0 ? (opposite + 1) % 3 : weights[0] == 1 ? 0 : weights[1] == 1 ? 1 : 2);
+  const H h = border_at(c.face, weights);
+  const V corner = other.surface.from(h);
   Vec3 conormal;
-  if (opposite < 0) {
-    const RimVertex& rim = rim_at(other, other.surface.from(h));
-    if (rim.count != 1) return;
-    conormal = rim.end[0].conormal;
-  } else {
+  if (opposite_corner(weights) >= 0) {
     if (other.surface.cut[h] == 0) return;
     conormal = out_of_rim(other, h);
+  } else {
+    if (other.surface.on_cut[corner] == 0 || rim_at(other, corner).count != 1) return;
+    conormal = rim_at(other, corner).end[0].conormal;
   }
   const Vec3 wall = wall_normal(conormal, c.foot.offset);
   const double gap = prism_gap(point, c.foot, wall);

@@ -10,6 +10,7 @@
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
+#include "kerf/mesh/whole_file.h"
 #include "kerf/midsurface/diagnosis_file.h"
 #include "kerf/session/scene_body.h"
 #include "progress_bar.h"
@@ -18,12 +19,11 @@ namespace kerf::app {
 namespace {
 
 Status save_collision(const std::filesystem::path& path, const TriangleMesh& mesh) {
-  if (path.has_parent_path()) KERF_TRY(make_folder(path.parent_path()));
   return path.extension() == ".ply" ? write_ply(path.string(), mesh) : write_obj(path.string(), mesh);
 }
 
 bool is_model(const BindOptions& options) {
-  if (std::filesystem::exists(options.visual)) return false;
+  if (is_there(options.visual)) return false;
   const auto& names = model_names();
   return std::any_of(names.begin(), names.end(), [&](const ModelName& m) { return m.name == options.visual.string(); });
 }
@@ -47,17 +47,19 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
   body.scale = options.scale;
   body.thickness = options.thickness;
   body.exact_paths = options.exact_paths;
+  // Binding may take long: where its results go is looked at before, unless there is nothing to bind.
+  for (const std::filesystem::path* file : {&options.out, &options.write_collision, &options.diagnose}) {
+    if ((file->empty() && file != &options.out) || (body.model.empty() && !is_there(options.visual))) continue;
+    if (file->has_parent_path()) KERF_TRY(make_folder(file->parent_path()));
+    KERF_TRY(check_can_be_written(file->string()));
+  }
   ProgressBar bar(options.quiet);
   Result<SceneBodyLoaded> loaded = load_scene_body(body, bar.callback(), &made);
-  if (made && !options.diagnose.empty()) {
-    if (options.diagnose.has_parent_path()) KERF_TRY(make_folder(options.diagnose.parent_path()));
-    KERF_TRY(write_diagnosis(options.diagnose.string(), made->diagnosis));
-  }
+  if (made && !options.diagnose.empty()) KERF_TRY(write_diagnosis(options.diagnose.string(), made->diagnosis));
   // One that does not bind is saved too, so that it can be looked at and mended.
   if (made && !made->collision.triangles.empty() && !options.write_collision.empty())
     KERF_TRY(save_collision(options.write_collision, made->collision));
   if (!loaded.ok()) return loaded;
-  if (options.out.has_parent_path()) KERF_TRY(make_folder(options.out.parent_path()));
   KERF_TRY(save_bound_body(loaded->bound, options.out, nature_of(options, *loaded)));
   return loaded;
 }

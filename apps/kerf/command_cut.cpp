@@ -18,7 +18,7 @@ namespace {
 SceneBody body_named(const CutOptions& options) {
   SceneBody body;
   const std::filesystem::path path(options.body);
-  if (!std::filesystem::exists(path))
+  if (!is_there(path))
     for (const ModelName& model : model_names())
       if (model.name == options.body) body.model = options.body;
   if (body.model.empty()) {
@@ -41,7 +41,7 @@ int cut_body(const CutOptions& options) {
   if (const SceneBody named = body_named(options); named.visual.empty() && options.scale != 1)
     return report(bad_input(fmt::format("cut: \"{}\" is in metres already; --scale is for mesh files", options.body)));
   if (const SceneBody named = body_named(options); !named.visual.empty() && named.collision.empty()) {
-    if (!std::filesystem::exists(named.visual)) {
+    if (!is_there(named.visual)) {
       std::string models;
       for (const ModelName& model : model_names()) models += (models.empty() ? "" : ", ") + std::string(model.name);
       return report(bad_input(fmt::format("cut: there is no file \"{}\", and no model of that name (models: {})", options.body, models)));

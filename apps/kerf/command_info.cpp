@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <variant>
 
 #include "exit_status.h"
+#include "folder.h"
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_check.h"
@@ -18,36 +21,37 @@
 namespace kerf::app {
 namespace {
 
-std::string command_text(const SceneCommand& command) {
-  switch (command.what.index()) {
-    case 0: {
-      const auto& blade = std::get<SceneBlade>(command.what);
-      return fmt::format("blade, {} poses in {:g} s, {} frame", blade.poses.size(), blade.poses.back().time,
-                         blade.frame == SceneFrame::kRest ? "rest" : "world");
-    }
-    case 1:
-      return fmt::format("grasp \"{}\"", std::get<SceneGrasp>(command.what).id);
-    case 2:
-      return fmt::format("move \"{}\"", std::get<SceneMove>(command.what).id);
-    case 3:
-      return fmt::format("release \"{}\"", std::get<SceneRelease>(command.what).id);
-    case 4:
-      return "fix";
-    case 5:
-      return "unfix";
-    case 6:
-      return fmt::format("undo {}", std::get<SceneUndo>(command.what).count);
-    case 7:
-      return fmt::format("redo {}", std::get<SceneRedo>(command.what).count);
-    case 8:
-      return fmt::format("tool {} through {} poses", std::get<SceneToolMotion>(command.what).id,
-                         std::get<SceneToolMotion>(command.what).poses.size());
-    default: {
-      const auto& jaws = std::get<SceneJaws>(command.what);
-      return fmt::format("{} {}", jaws.close ? "close" : "open", jaws.id);
-    }
+/// What a command does. Every kind has its own line: a new one does not compile without it.
+struct CommandText {
+  std::string operator()(const SceneBlade& blade) const {
+    return fmt::format("blade, {} poses in {:g} s, {} frame", blade.poses.size(), blade.poses.back().time, frame(blade.frame));
   }
-}
+  std::string operator()(const SceneGrasp& grasp) const { return fmt::format("grasp \"{}\"", grasp.id); }
+  std::string operator()(const SceneMove& move) const { return fmt::format("move \"{}\"", move.id); }
+  std::string operator()(const SceneRelease& release) const { return fmt::format("release \"{}\"", release.id); }
+  std::string operator()(const SceneFixCommand&) const { return "fix"; }
+  std::string operator()(const SceneUnfix&) const { return "unfix"; }
+  std::string operator()(const SceneUndo& undo) const { return fmt::format("undo {}", undo.count); }
+  std::string operator()(const SceneRedo& redo) const { return fmt::format("redo {}", redo.count); }
+  std::string operator()(const SceneToolMotion& motion) const {
+    return fmt::format("tool {} through {} poses", motion.id, motion.poses.size());
+  }
+  std::string operator()(const SceneJaws& jaws) const { return fmt::format("{} {}", jaws.close ? "close" : "open", jaws.id); }
+  std::string operator()(const ScenePunch& punch) const {
+    const std::string outline = punch.shape == ScenePunchShape::kPolygon ? fmt::format("{} corners", punch.points.size())
+                                : fmt::format("{} of radius {:g} m", punch.shape == ScenePunchShape::kD ? "half disc" : "circle", punch.radius);
+    return fmt::format("punch, {}, {} frame{}", outline, frame(punch.frame), punch.take ? ", takes what comes loose" : "");
+  }
+  std::string operator()(const SceneShave& shave) const {
+    return fmt::format("shave, {} poses in {:g} s, radius {:g} m, {} frame", shave.poses.size(), shave.poses.back().time, shave.radius,
+                       frame(shave.frame));
+  }
+  std::string operator()(const SceneRemove& remove) const {
+    return remove.grasp.empty() ? fmt::format("remove loose pieces in a region, {} frame", frame(remove.frame))
+                                : fmt::format("remove what \"{}\" holds", remove.grasp);
+  }
+  static const char* frame(SceneFrame frame) { return frame == SceneFrame::kRest ? "rest" : "world"; }
+};
 
 std::string body_text(const SceneBody& body) {
   if (!body.model.empty()) return fmt::format("body      model {}\n", body.model);
@@ -69,7 +73,7 @@ int show_scene(const std::filesystem::path& path) {
   out += fmt::format("contact   {}, {} obstacles, {} tools\n", wants_contact(scene) ? "on" : "off", scene.obstacles.size(),
                      scene.tools.size());
   for (const SceneCommand& command : scene.commands)
-    out += fmt::format("{:7.3f} s {}\n", command.at, command_text(command));
+    out += fmt::format("{:7.3f} s {}\n", command.at, std::visit(CommandText{}, command.what));
   std::fputs(out.c_str(), stdout);
   return kSuccess;
 }
@@ -89,6 +93,15 @@ int show_mesh(const std::string& file) {
   std::string out = fmt::format("mesh       {}\n", file);
   out += fmt::format("counts     {} vertices, {} edges, {} triangles\n", m.vertices + m.unused_vertices,
                      m.edges, m.triangles);
+  SurfaceRequirements requirements;
+  requirements.single_body = false;
+  // Lengths that doubles can't square have no area; the checks say how large such a surface is.
+  if (!std::isfinite(m.area) || !std::isfinite(info.longest_edge) || !std::isfinite(m.volume) || !is_finite(size)) {
+    const Result<SurfaceReport> refused = check_surface(*mesh, requirements);
+    out += fmt::format("unusable   {}\n", refused.ok() ? "its lengths are too large to compute with" : refused.error().message);
+    std::fputs(out.c_str(), stdout);
+    return kSuccess;
+  }
   out += fmt::format("size       {:.6g} x {:.6g} x {:.6g}, centre {:.6g}, {:.6g}, {:.6g}\n", size.x, size.y,
                      size.z, m.box.center().x, m.box.center().y, m.box.center().z);
   out += fmt::format("           if it is in metres: {} long\n",
@@ -103,8 +116,6 @@ int show_mesh(const std::string& file) {
   out += fmt::format("\nborders    {} in all {} edges\n", m.border_loops, m.border_edges);
   out += fmt::format("textures   {}; {} group{}\n", info.has_texture ? "yes" : "no", info.groups,
                      info.groups == 1 ? "" : "s");
-  SurfaceRequirements requirements;
-  requirements.single_body = false;
   const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
   if (!checked.ok()) {
     out += fmt::format("unusable   {}\n", checked.error().message);
@@ -141,7 +152,7 @@ int show_bound_body(const std::string& file) {
   number("density", nature.density, "kg/m3");
   if (!nature.young && !nature.poisson && !nature.density) out += " not said; scenes do";
   if (nature.lattice) out += fmt::format("\nlattice    {} x {} x {} cells", nature.lattice->cells[0], nature.lattice->cells[1], nature.lattice->cells[2]);
-  out += fmt::format("\nbinding    took {:.3g} s\n", r.seconds.total);
+  out += '\n';
   for (const std::string& warning : r.warnings) out += fmt::format("warning    {}\n", warning);
   std::fputs(out.c_str(), stdout);
   return kSuccess;
@@ -162,7 +173,7 @@ int show_info(const InfoOptions& options) {
     return report(bad_input("info: name a file, or say --schema or --scenes; see kerf info --help"));
   const std::filesystem::path path = options.file;
   const std::string ending = path.extension().string();
-  if (ending == ".toml" || (ending.empty() && !std::filesystem::exists(path))) {
+  if (ending == ".toml" || (ending.empty() && !is_there(path))) {
     const Result<std::filesystem::path> scene = find_scene(options.file);
     if (!scene.ok()) return report(scene.error());
     return show_scene(*scene);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -53,9 +54,7 @@ class Run {
       if (!step) return step.error();
       if (!options_.record.empty() && session_.step_count() % kHashEvery == 0)
         hashes_.push_back({session_.step_count(), session_.hash()});
-      const StepReport& m = step->mechanics;
-      log_.steps.push_back({session_.time(), step->seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit, m.stopped_by_floor,
-                            m.inverted_elements, m.kinetic_energy});
+      log_.add(session_, *step);
       const auto& strokes = session_.strokes();
       while (finished < strokes.size() && strokes[finished].finished) check(fmt::format("stroke {}", ++finished));
       if (frames && session_.time() >= static_cast<double>(next_frame) * interval - 0.5 * scene_.simulation.time_step) {
@@ -99,6 +98,7 @@ class Run {
   void summary() const {
     if (options_.quiet) return;
     for (std::size_t i = notes_said_; i < session_.notes().size(); ++i) fmt::print("note: {}\n", session_.notes()[i]);
+    if (const std::string note = overlap_note(session_, log_); !note.empty()) fmt::print("note: {}\n", note);
     const BodyCounts now = session_.counts();
     std::vector<double> milliseconds;
     for (const RunLog::Step& s : log_.steps) milliseconds.push_back(1e3 * s.seconds);
@@ -113,15 +113,18 @@ class Run {
     fmt::print("  {} pieces; visual {}/{}, collision {}/{} vertices/triangles, {} nodes, {} hexahedra\n", now.pieces,
                now.visual_vertices, now.visual_triangles, now.collision_vertices, now.collision_triangles, now.nodes,
                now.hexahedra);
+    say_forces();
     if (const auto score = session_.score()) fmt::print("  {}\n", score_line(*score));
-    for (const RunLog::Check& c : log_.checks)
-      if (!c.problem.empty()) fmt::print("  invariant broken ({}, {} s): {}\n", c.what, c.time, c.problem);
     fmt::print("  results: {}\n", options_.out.string());
   }
-  [[nodiscard]] bool invariants_hold() const {
+  /// Whether the invariants held at every check. What is broken is an error, said however quiet the run is.
+  [[nodiscard]] Status invariants() const {
+    std::string broken;
     for (const RunLog::Check& c : log_.checks)
-      if (!c.problem.empty()) return false;
-    return true;
+      if (!c.problem.empty())
+        broken += fmt::format("{}{}: invariant broken ({}, {} s): {}", broken.empty() ? "" : "\nkerf: ", scene_.name, c.what, c.time, c.problem);
+    if (broken.empty()) return {};
+    return failed(broken);
   }
 
  private:
@@ -129,13 +132,31 @@ class Run {
     const Status valid = session_.validate();
     log_.checks.push_back({session_.time(), what, valid ? "" : valid.error().message});
   }
-  Status add_frame() {
-    if (scene_.output.animation) KERF_TRY(animation_.add_frame(session_));
-    if (scene_.output.positions) {
-      if (!series_) series_.emplace((options_.out / "positions.pvd").string());
-      KERF_TRY(series_->add(session_.time(), hexahedra_vtu(session_)));
+  /// What tools felt, and how well contact held.
+  void say_forces() const {
+    const auto micrometres = [](double m) { return std::round(1e6 * m) / 1e6 + 0.0; };  // and no -0
+    for (std::size_t i = 0; i < log_.tools.size(); ++i) {
+      const RunLog::Tool& tool = log_.tools[i];
+      const Vec3 place = session_.tools()[i].place.position, at{micrometres(place.x), micrometres(place.y), micrometres(place.z)};
+      fmt::print("  tool \"{}\": largest force on it {:.3g} N at {:.4g} s, torque {:.3g} N m at {:.4g} s; ends at ({:.6g}, {:.6g}, {:.6g}) m\n",
+                 scene_.tools[i].id, tool.force, tool.force_at, tool.torque, tool.torque_at, at.x, at.y, at.z);
     }
-    return {};
+    int most = 0;
+    for (const RunLog::Step& s : log_.steps) most = std::max(most, s.pressing);
+    if (most == 0) return;
+    const DeepestOverlap deepest = deepest_overlap(session_, log_);
+    fmt::print("  contact: up to {} places press; deepest overlap {:.2g} mm, {:.2g} of the largest half thickness, at {:.4g} s\n", most,
+               1e3 * deepest.metres, deepest.share, deepest.time);
+  }
+  /// What can't be kept of a state is a run that failed, not bad input.
+  Status add_frame() {
+    Status added;
+    if (scene_.output.animation) added = animation_.add_frame(session_);
+    if (added && scene_.output.positions) {
+      if (!series_) series_.emplace((options_.out / "positions.pvd").string());
+      added = series_->add(session_.time(), hexahedra_vtu(session_));
+    }
+    return added ? added : failed(added.error().message);
   }
   /// Time of every step; the steps that cut stand out.
   [[nodiscard]] Plot step_plot() const {
@@ -191,6 +212,8 @@ int run_scene(const RunOptions& options) {
     return report(bad_input(fmt::format("{}: {} s in time steps of {} s are more than {} steps; choose a larger time_step or a shorter duration",
                                         path->string(), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
   if (const Status made = make_folder(options.out); !made) return report(made.error());
+  if (!options.record.empty())
+    if (const Status possible = check_can_be_written(options.record.string()); !possible) return report(possible.error());
 
   std::optional<ThreadLimit> limit;
   if (scene->simulation.threads > 0) limit.emplace(scene->simulation.threads);
@@ -211,7 +234,8 @@ int run_scene(const RunOptions& options) {
   run.summary();
   if (!simulated) return report(simulated.error());
   if (!written) return report(written.error());
-  return run.invariants_hold() ? kSuccess : kRunFailed;
+  if (const Status held = run.invariants(); !held) return report(held.error());
+  return kSuccess;
 }
 
 }  // namespace kerf::app

@@ -1,4 +1,4 @@
-// Folders for results.
+// Folders for results, and what there is of a name.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,11 +9,18 @@
 
 namespace kerf::app {
 
+/// Is there anything of this name, if only a link that leads nowhere or round in a circle?
+inline bool is_there(const std::filesystem::path& path) {
+  std::error_code code;
+  return std::filesystem::exists(std::filesystem::symlink_status(path, code));
+}
+
 /// Makes the folder and those above it. Bad input: it can't be made, or is a file.
 inline Status make_folder(const std::filesystem::path& folder) {
+  if (folder.empty()) return bad_input("the folder for the results has no name; give one: --out FOLDER");
   std::error_code code;
   std::filesystem::create_directories(folder, code);
-  if (code || !std::filesystem::is_directory(folder)) {
+  if (code || !std::filesystem::is_directory(folder, code)) {
     return bad_input(
         fmt::format("can't make the folder {}: {}", folder.string(), code ? code.message() : "it is a file"));
   }

@@ -6,8 +6,10 @@
 #include <charconv>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <functional>
+#include <iostream>
 #include <new>
 #include <string>
 
@@ -20,6 +22,7 @@
 #include "command_run.h"
 #include "command_view.h"
 #include "exit_status.h"
+#include "kerf/base/parallel.h"
 #include "kerf/mesh/models.h"
 #include "mesh_folders.h"
 #include "scene_search.h"
@@ -274,25 +277,54 @@ void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::funct
       "  kerf bench page out/bench/*.json --out results.md");
 }
 
+/// Says what the machine lacks; false when this is about something else.
+bool say_what_lacks(const std::exception& error) {
+  if (dynamic_cast<const std::bad_alloc*>(&error)) {
+    std::fputs("kerf: not enough memory; use smaller meshes, or let the program have more (ulimit -v)\n", stderr);
+    return true;
+  }
+  if (!is_lack_of_threads(error)) return false;
+  std::fputs("kerf: no thread could be made; let the program have more memory (ulimit -v) or processes (ulimit -u), or one thread alone: "
+             "kerf run --threads 1\n", stderr);
+  return true;
+}
+
+/// The same where an exception can't come through: TBB takes its threads up again in a destructor.
+void say_and_end() {
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::exception& error) {
+    if (say_what_lacks(error)) std::_Exit(kRunFailed);
+  } catch (...) {
+  }
+  std::abort();
+}
+
+/// Was all that was printed written?
+bool printed() {
+  std::cout.flush();
+  if (std::cout.good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
+  std::fputs("kerf: the standard output can't be written; is its disk full?\n", stderr);
+  return false;
+}
+
 /// Runs a command; what the machine lacks ends it with a sentence, not with a crash. Files stay as they were: whole_file.h.
 int run_guarded(const std::function<int()>& chosen) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows over the limit is an error like a full disk
   int status = kRunFailed;
   try {
     status = chosen();
-  } catch (const std::bad_alloc&) {
-    std::fputs("kerf: not enough memory; use smaller meshes, or let the program have more (ulimit -v)\n", stderr);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "kerf: the system can't go on: %s\n", error.what());
+    if (!say_what_lacks(error)) std::fprintf(stderr, "kerf: the system can't go on: %s\n", error.what());
   }
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
-  std::fputs("kerf: the standard output can't be written; is its disk full?\n", stderr);
+  if (printed()) return status;
   return status == kSuccess ? kRunFailed : status;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::set_terminate(say_and_end);
   CLI::App app("Kerf cuts thin deformable solids in real time.", "kerf");
   app.set_version_flag("--version", "kerf " KERF_VERSION);
   app.require_subcommand(1);
@@ -322,7 +354,8 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kSuccess : kBadInput;
+    if (app.exit(error) != 0) return kBadInput;
+    return printed() ? kSuccess : kRunFailed;  // --help, --version
   }
   return run_guarded(chosen);
 }

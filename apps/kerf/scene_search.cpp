@@ -7,10 +7,25 @@
 #include <set>
 #include <string_view>
 
+#include "folder.h"
 #include "kerf/session/closest_word.h"
 
 namespace kerf::app {
 namespace fs = std::filesystem;
+
+namespace {
+
+/// What there is of this name that is no file, in words; empty: nothing.
+std::string what_else(const fs::path& path) {
+  std::error_code code;
+  if (!is_there(path)) return {};
+  const fs::file_status status = fs::status(path, code);
+  if (code == std::errc::too_many_symbolic_link_levels) return "is a symbolic link that leads round in a circle";
+  if (!fs::exists(status)) return fs::is_symlink(fs::symlink_status(path, code)) ? "is a symbolic link that leads nowhere" : "can't be looked at";
+  return fs::is_directory(status) ? "is a folder" : "is not a regular file";
+}
+
+}  // namespace
 
 std::vector<fs::path> scene_folders() {
   std::vector<fs::path> out;
@@ -39,6 +54,9 @@ Result<fs::path> find_scene(const std::string& name) {
   for (const fs::path& candidate : candidates) {
     if (fs::is_regular_file(candidate, code)) return candidate;
   }
+  for (const fs::path& candidate : {candidates[0], candidates[1]})
+    if (const std::string what = what_else(candidate); !what.empty())
+      return bad_input(fmt::format("{}: {}, not a scene file; name a scene (kerf info --scenes lists those that are shipped)", candidate.string(), what));
   std::string message = fmt::format("there is no scene \"{}\"", name);
   const std::vector<std::string> shipped = shipped_scenes();
   const std::vector<std::string_view> known(shipped.begin(), shipped.end());

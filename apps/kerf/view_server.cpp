@@ -16,10 +16,15 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
+#include <thread>
 
+#include <unistd.h>
+
+#include "exit_status.h"
 #include "gunzip.h"
 #include "kerf/mesh/whole_file.h"
 
@@ -112,11 +117,61 @@ Result<PageFiles> read_page(const std::string& folder) {
 
 // -------------------------------------------------------------------------------------------------------------------
 
+namespace {
+
+/// Watches for signals in a thread of its own, and calls `end` in the server's at the first. When the server doesn't end within a while, or at the second, it ends the
+/// process at once: a step may be under way that takes long. No file is half written then, each gets its name when it is complete.
+class SignalWatch {
+ public:
+  SignalWatch(asio::io_context& server, std::function<void()> end) : server_(server), end_(std::move(end)), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
+    error_code ignored;
+    signals_.add(SIGHUP, ignored);  // the terminal was closed
+    wait();
+    thread_ = std::thread([this] { io_.run(); });
+  }
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+  ~SignalWatch() {
+    io_.stop();
+    thread_.join();
+  }
+
+ private:
+  static constexpr auto kPatience = std::chrono::milliseconds(1500);
+
+  void wait() {
+    signals_.async_wait([this](error_code error, int) {
+      if (error) return;
+      if (told_) end_process();
+      told_ = true;
+      asio::post(server_, end_);
+      timer_.expires_after(kPatience);
+      timer_.async_wait([](error_code off) { if (!off) end_process(); });
+      wait();
+    });
+  }
+  [[noreturn]] static void end_process() {
+    constexpr std::string_view kWhy = "kerf: stopped while a step was being computed, without waiting for its end\n";
+    (void)!::write(STDERR_FILENO, kWhy.data(), kWhy.size());
+    ::_exit(kRunFailed);
+  }
+
+  asio::io_context& server_;
+  std::function<void()> end_;
+  asio::io_context io_;
+  asio::signal_set signals_;
+  asio::steady_timer timer_;
+  bool told_ = false;
+  std::thread thread_;
+};
+
+}  // namespace
+
 struct ViewServer::Impl {
   class Page;
 
   Impl(Engine e, PageFiles p, ServerOptions o)
-      : engine(std::move(e)), page(std::move(p)), options(std::move(o)), acceptor(io), timer(io), signals(io) {}
+      : engine(std::move(e)), page(std::move(p)), options(std::move(o)), acceptor(io), timer(io) {}
 
   class Request;
   /// Before io: requests that end with it leave the list. By age: when there are too many, those go first that say nothing.
@@ -128,7 +183,6 @@ struct ViewServer::Impl {
   ServerOptions options;
   tcp::acceptor acceptor;
   asio::steady_timer timer;
-  asio::signal_set signals;
   std::uint16_t port = 0;
   std::set<std::shared_ptr<Page>> pages;
   Clock::time_point last_tick, next_tick;
@@ -457,7 +511,6 @@ void ViewServer::Impl::shut_down() {
   error_code ignored;
   acceptor.close(ignored);
   timer.cancel();
-  signals.cancel(ignored);
   for (const auto& one : pages) one->end();
   io.stop();
 }
@@ -515,13 +568,10 @@ const Engine& ViewServer::engine() const { return impl_->engine; }
 
 void ViewServer::run(bool signals) {
   Impl& s = *impl_;
+  std::optional<SignalWatch> watch;
   if (signals) {
-    error_code ignored;
-    s.signals.add(SIGINT, ignored);
-    s.signals.add(SIGTERM, ignored);
-    s.signals.add(SIGHUP, ignored);     // the terminal was closed
-    std::signal(SIGPIPE, SIG_IGN);      // whoever read our output has gone: no reason to go too
-    s.signals.async_wait([&s](error_code error, int) { if (!error) s.shut_down(); });
+    std::signal(SIGPIPE, SIG_IGN);  // whoever read our output has gone: no reason to go too
+    watch.emplace(s.io, [&s] { s.shut_down(); });
   }
   s.last_tick = s.next_tick = Clock::now();
   s.accept();

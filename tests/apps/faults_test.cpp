@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -103,6 +104,32 @@ TEST_F(Faults, DeviceThatIsFull) {
   const Outcome printed = kerf({"info", "steak"}, {}, "/dev/full");
   EXPECT_EQ(printed.status, 1) << printed.text;
   EXPECT_EQ(printed.signal, 0);
+  for (const char* what : {"--help", "--version"}) {
+    const Outcome help = kerf({what}, {}, "/dev/full");
+    EXPECT_EQ(help.status, 1) << what;
+    EXPECT_THAT(help.text, HasSubstr("standard output can't be written"));
+    EXPECT_EQ(kerf({what}).status, 0);
+  }
+}
+
+// Where the results go is looked at before the work.
+TEST_F(Faults, PlacesThatCannotBeWrittenAreRefusedFirst) {
+  std::filesystem::create_directories(in("folder"));
+  const std::string scene = in("long.toml");
+  std::ofstream(scene) << "[body]\nmodel = \"steak\"\n[simulation]\nduration = 1000\n";
+  const auto refused = [&](std::vector<std::string> command, const std::string& file, const char* why) {
+    command.push_back(file);
+    const Outcome out = kerf(command);
+    EXPECT_EQ(out.status, 2) << out.text;
+    EXPECT_THAT(out.text, HasSubstr(why));
+  };
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {"run", scene, "-q", "-o", in("out"), "--record"}, {"bind", "steak", "-q", "-o"}, {"bind", "steak", "-o", in("x.kerf"), "--diagnose"}}) {
+    refused(command, in("folder"), "is a folder");
+    refused(command, in(std::string(300, 'x')), "too long");
+  }
+  refused({"bind", "steak", "-o"}, "", "no file name given");
+  EXPECT_THAT(left_over(), testing::IsEmpty());
 }
 
 TEST_F(Faults, FilesOverALimitLeaveTheOldOnes) {
@@ -181,6 +208,74 @@ TEST_F(Faults, LittleMemory) {
     EXPECT_THAT(out.text, HasSubstr("kerf: ")) << megabytes;
   }
   EXPECT_GT(refused, 0);
+}
+
+// What is named and is no file is said to be what it is.
+TEST_F(Faults, NamesOfWhatIsNoFile) {
+  std::filesystem::create_directories(in("d.toml"));
+  std::filesystem::create_symlink("pong", in("ping"));
+  std::filesystem::create_symlink("ping", in("pong"));
+  std::filesystem::create_symlink("ping", in("ping.toml"));
+  std::filesystem::create_symlink("nowhere", in("lost.toml"));
+  ASSERT_EQ(::mkfifo(in("pipe.toml").c_str(), 0600), 0);
+  const std::string longest = in(std::string(300, 'x'));
+  const auto refused = [&](const std::vector<std::string>& command, const std::string& why) {
+    const Outcome out = kerf(command);
+    EXPECT_EQ(out.status, 2) << out.text;
+    EXPECT_THAT(out.text, HasSubstr(why)) << command[0] << ' ' << command[1];
+  };
+  const auto scene = [&](const std::string& name, const std::string& why) {
+    refused({"run", in(name), "-o", in("out")}, in(name) + ": " + why);
+    refused({"info", in(name)}, in(name) + ": " + why);
+    refused({"view", in(name), "--no-browser"}, in(name) + ": " + why);
+  };
+  scene("d.toml", "is a folder");
+  scene("pipe.toml", "is not a regular file");
+  scene("ping.toml", "is a symbolic link that leads round in a circle");
+  scene("lost.toml", "is a symbolic link that leads nowhere");
+  refused({"run", "/dev/null", "-o", in("out")}, "/dev/null: is not a regular file");
+  refused({"run", in("d"), "-o", in("out")}, "d.toml: is a folder");
+  EXPECT_EQ(kerf({"run", "steak", "-o", ""}).status, 2);
+  EXPECT_THAT(kerf({"run", "steak", "-o", ""}).text, HasSubstr("the folder for the results has no name"));
+  // Meshes.
+  const std::vector<std::string> cut{"--from", "0,0,0", "--to", "1,0,0", "-o", in("out")};
+  for (const std::string& name : {in("ping"), in("ping.stl"), longest}) {
+    if (name == in("ping.stl")) std::filesystem::create_symlink("ping", name);
+    const std::string why = name == longest ? "" : "its symbolic links lead round in a circle";
+    refused({"bind", name, "-o", in("x.kerf")}, why);
+    refused({"info", name}, name == in("ping") ? "round in a circle" : why);
+    std::vector<std::string> whole{"cut", name};
+    whole.insert(whole.end(), cut.begin(), cut.end());
+    refused(whole, why);
+  }
+  EXPECT_THAT(kerf({"bind", longest, "-o", in("x.kerf")}).text, HasSubstr("name is too long"));
+}
+
+// Where no second thread can be had, the program says so; one thread is enough for it.
+TEST_F(Faults, NoThreads) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer needs threads and address space";
+#endif
+  std::filesystem::permissions(folder_, std::filesystem::perms::all);
+  const auto alone = [] {
+    limit(RLIMIT_NPROC, 1);
+    if (::getuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) ::_exit(125);  // root may have any number
+  };
+  const Outcome probe = kerf({"info", "steak"}, alone);
+  if (probe.status == 125 || probe.status == 126) GTEST_SKIP() << "can't become another user here";
+  const Outcome one = kerf({"run", "steak", "--threads", "1", "--duration", "0.005", "--quiet", "-o", in("one")}, alone);
+  EXPECT_EQ(one.status, 0) << one.text;
+  EXPECT_EQ(one.signal, 0);
+  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "one core: no other thread is wanted";
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {"run", "steak", "--duration", "0.005", "--quiet", "-o", in("all")}, {"run", "steak", "--threads", "2", "--duration", "0.005", "-q", "-o", in("two")},
+           {"bench", "scale", "--quick", "--rows", "threads", "-q"}}) {
+    const Outcome out = kerf(command, alone);
+    EXPECT_EQ(out.signal, 0) << out.text;
+    EXPECT_EQ(out.status, 1) << out.text;
+    EXPECT_THAT(out.text, HasSubstr("kerf: no thread could be made"));
+    EXPECT_THAT(out.text, HasSubstr("--threads 1"));
+  }
 }
 
 TEST_F(Faults, FilesThatVanishOrAreBeingWritten) {

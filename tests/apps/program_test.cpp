@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <string>
 
 namespace kerf::app {
@@ -111,6 +113,78 @@ TEST_F(ProgramTest, ScenesAreFoundFromAnyFolder) {
   EXPECT_THAT(kerf("info --scenes").text, HasSubstr("steak\n"));
 }
 
+TEST_F(ProgramTest, EveryShippedSceneIsDescribed) {
+  std::istringstream names(kerf("info --scenes").text);
+  int described = 0;
+  for (std::string name; names >> name;) {
+    const Outcome info = kerf("info " + name);
+    if (info.status == 2 && info.text.find("there is no file") != std::string::npos) continue;  // its meshes are elsewhere
+    EXPECT_EQ(info.status, 0) << name << ": " << info.text;
+    ++described;
+  }
+  EXPECT_GT(described, 5);
+  std::ofstream(in("all.toml")) << R"([body]
+model = "sheet"
+[[command]]
+at = 0
+type = "punch"
+radius = 0.1
+point = [0, 0, 0]
+take = true
+[[command]]
+at = 0.1
+type = "punch"
+shape = "polygon"
+points = [[0, 0], [0.1, 0], [0, 0.1]]
+point = [0, 0, 0]
+[[command]]
+at = 0.2
+type = "shave"
+radius = 0.01
+poses = [{ time = 0, base = [0, 0, 1], tip = [0, 0, -1] }, { time = 0.1, base = [0.1, 0, 1], tip = [0.1, 0, -1] }]
+[[command]]
+at = 0.4
+type = "remove"
+sphere = { center = [0, 0, 0], radius = 0.1 }
+[[command]]
+at = 0.5
+type = "grasp"
+id = "piece"
+point = [0, 0, 0]
+[[command]]
+at = 0.6
+type = "remove"
+grasp = "piece"
+)";
+  const Outcome all = kerf("info " + in("all.toml"));
+  EXPECT_EQ(all.status, 0);
+  for (const char* line : {"0.000 s punch, circle of radius 0.1 m, world frame, takes", "0.100 s punch, 3 corners", "0.200 s shave, 2 poses in 0.1 s",
+                           "0.400 s remove loose pieces", "0.600 s remove what \"piece\" holds"})
+    EXPECT_THAT(all.text, HasSubstr(line));
+}
+
+TEST_F(ProgramTest, InfoOfASurfaceThatIsTooLargeSaysSo) {
+  for (const char* size : {"1e308", "1e200"}) {
+    std::ofstream(in("huge.obj")) << "v 0 0 0\nv " << size << " 0 0\nv 0 " << size << " 0\nv -" << size << " 0 1\nf 1 2 3\nf 1 3 4\n";
+    const Outcome info = kerf("info " + in("huge.obj"));
+    EXPECT_EQ(info.status, 0);
+    EXPECT_THAT(info.text, HasSubstr("unusable   "));
+    EXPECT_THAT(info.text, HasSubstr("give `scale`"));
+    EXPECT_THAT(info.text, testing::Not(testing::ContainsRegex("inf |inf\n|nan")));
+  }
+}
+
+// However quiet it is, a run says why it is none.
+TEST_F(ProgramTest, ABodyTooFarOffIsRefusedQuietOrNot) {
+  for (const char* quiet : {"", " --quiet"})
+    for (const char* x : {"1e7", "1e100", "9e5"}) {
+      std::ofstream(in("far.toml")) << "[body]\nmodel = \"strip\"\nposition = [" << x << ", 0, 0]\n[simulation]\nduration = 0.01\n";
+      const Outcome far = kerf("run " + in("far.toml") + " --out " + in("x") + quiet);
+      EXPECT_EQ(far.status, 2);
+      EXPECT_THAT(far.text, HasSubstr("position"));
+    }
+}
+
 TEST_F(ProgramTest, MakeThenInfoThenBind) {
   const Outcome make = kerf("make steak --out " + in("deep/steak"));
   ASSERT_EQ(make.status, 0) << make.text;
@@ -133,6 +207,20 @@ TEST_F(ProgramTest, MakeThenInfoThenBind) {
                 .status,
             2);
   EXPECT_FALSE(std::filesystem::exists(in("x.kerf")));
+}
+
+TEST_F(ProgramTest, ARunSaysWhatToolsFelt) {
+  std::ofstream(in("press.toml")) << "[body]\nmodel = \"strip\"\nposition = [0, 0, 0.0016]\n[simulation]\ntime_step = 0.01\nduration = 0.2\n"
+                                     "[output]\nanimation = false\npicture = false\n[[obstacle]]\nname = \"board\"\nshape = \"plane\"\n"
+                                     "[[tool]]\nid = \"ball\"\nkind = \"sphere\"\nradius = 0.005\nposition = [0, 0, 0.006]\n";
+  const Outcome run = kerf("run " + in("press.toml") + " --out " + in("press"));
+  ASSERT_EQ(run.status, 0) << run.text;
+  EXPECT_THAT(run.text, HasSubstr("tool \"ball\": largest force on it "));
+  EXPECT_THAT(run.text, HasSubstr("deepest overlap "));
+  std::ifstream file(in("press/report.json"));
+  const std::string report{std::istreambuf_iterator<char>(file), {}};
+  for (const char* key : {"largest_force", "largest_torque", "coupling_force", "pressing_most", "deepest_overlap", "force_end"})
+    EXPECT_THAT(report, HasSubstr(std::string("\"") + key + "\"")) << key;
 }
 
 // A bound model needs no scene: it knows its material and lattice, and hangs by its far rim.

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -243,6 +245,26 @@ TEST(ViewServer, KilledAndStartedAgainOnTheSamePort) {
   page.say(page_hello(kept.session, kept.body.body, kept.body.version));
   ASSERT_TRUE(page.until([&] { return page.page.frames > kept.frames + 3; }));
   EXPECT_EQ(page.page.bodies, kept.bodies + 1);  // another session: the whole body
+}
+
+/// A server that is asked for something which takes a minute, and told to end.
+void end_while_busy() {
+  ServerOptions options = Running::any_port();
+  options.reload = [] {
+    std::raise(SIGTERM);
+    std::this_thread::sleep_for(std::chrono::minutes(1));
+    return files();
+  };
+  auto server = ViewServer::create(steak(), files(), options);
+  std::thread([port = server->port()] { get(port, "/"); }).detach();
+  server->run();
+}
+
+TEST(ViewServerDeathTest, EndsWhenToldToWhateverIsBeingComputed) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EXIT(end_while_busy(), ::testing::ExitedWithCode(1), "without waiting");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(30));
 }
 
 TEST(ViewServer, APortInUseGivesTheNextOrAClearError) {

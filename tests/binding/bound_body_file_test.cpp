@@ -81,6 +81,17 @@ TEST_F(BoundBodyFile, RoundTripIsExact) {
   }
 }
 
+// How long it took is no part of a body: builds compare files, caches go by their hashes.
+TEST_F(BoundBodyFile, TheSameMeshesGiveTheSameBytes) {
+  for (const auto model : {"steak", "sheet"}) {
+    ASSERT_TRUE(save_bound_body(body(model, 0.1), folder_ / "a.body").ok());
+    BoundBody again = body(model, 0.1);
+    again.report.seconds.total += 1;
+    ASSERT_TRUE(save_bound_body(again, folder_ / "b.body").ok());
+    EXPECT_EQ(read(folder_ / "a.body"), read(folder_ / "b.body")) << model;
+  }
+}
+
 TEST_F(BoundBodyFile, MaterialAndLatticeComeBack) {
   const BoundBody a = body("sheet", 0.1);
   BodyNature nature, back;
@@ -186,6 +197,10 @@ TEST_F(BoundBodyFile, ContentsAreValidated) {
   refused([](CellComplex& x) { x.collision.root.set(CollisionTriangle(5), RootId(1 << 30)); });
   refused([](CellComplex& x) { x.chain_pool.set(PoolIndex(0), VisualVertex(1 << 30)); });
   refused([](CellComplex& x) { x.visual.rest.set(VisualVertex(0), {NAN, 0, 0}); });
+  refused([](CellComplex& x) { x.collision.planar.set(CollisionHalfEdge(4), {NAN, 0}); });
+  refused([](CellComplex& x) { x.visual.texture.set(VisualHalfEdge(100), {NAN, 0}); });
+  refused([](CellComplex& x) { x.visual.texture.set(VisualHalfEdge(3), {0, -HUGE_VALF}); });
+  refused([](CellComplex& x) { x.visual.texture.set(VisualHalfEdge(0), {3.4e38f, 0}); });
   refused([](CellComplex& x) { x.mean_root_edge = NAN; });
   refused([](CellComplex& x) { x.visual.planar.grow(1); });
 }

@@ -69,6 +69,18 @@ TEST(LeafBoxes, LeaveOutWhatOneBoxAtATimeDoes) {
   EXPECT_GT(in, 500u);
 }
 
+TEST(LeafBoxes, NothingIsFoundInPlacesThatAreNotInUse) {
+  Random random(6);
+  for (int count = 0; count < 20; ++count) {
+    std::vector<TreeBox> boxes;
+    const LeafBoxes list = random_boxes(random, count, boxes);
+    std::vector<int> found(boxes.size());
+    list.for_each(0, [&](std::uint32_t b) { return near_point(list.block[b], {}, HUGE_VALF) & near_box(list.block[b], {}, HUGE_VALF); },
+                  [&](std::uint32_t i) { ++found.at(i); });
+    for (const int times : found) EXPECT_EQ(times, 1);
+  }
+}
+
 /// A leaf may only be left out if everything in it is: also where the leaf holds a single thing, and rounding decides.
 TEST(LeafBoxes, LeavesEightAtATimeKeepAllThatIsSelectedInThem) {
   Random random(7);

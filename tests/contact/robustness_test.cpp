@@ -43,6 +43,47 @@ TEST(Robustness, SizesFromTinyToHuge) {
   }
 }
 
+/// A body bent over itself that flies apart at this speed, met by a shape of each kind.
+void flies_apart(double at, double way, DetectReport& report, std::vector<Contact>& contacts) {
+  Random random(3);
+  BareSurface sheet(plain_grid_mesh(10, 6), 0.03);
+  sheet.deform([&](Vec3 p) { return Vec3{at + std::cos(4 * p.x), p.y, std::sin(4 * p.x)}; });
+  for (Vec3& p : sheet.predicted) p += way * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+  const auto shapes = testing_support::one_of_each(random, {at, 0.5, 0}, 0.2);
+  const SurfaceState state = sheet.state();
+  DetectMemory memory;
+  DetectWorkspace workspace;
+  report = detect(std::span(&state, 1), shapes, {}, {}, memory, workspace, contacts);
+}
+
+TEST(Robustness, WhatFliesApartOrIsFarAwayIsFoundOrRefused) {
+  for (const double way : {1e3, 1e6, 1e9, 1e12, 1e15, 1e17, 1e18, 1e20, 1e40, 1e300, double{HUGE_VAL}, std::nan("")})
+    for (const bool far : {false, true}) {
+      DetectReport report;
+      std::vector<Contact> contacts(1);
+      flies_apart(far ? way : 0, far ? 0 : way, report, contacts);
+      EXPECT_EQ(report.out_of_range, !(way <= kFarthest)) << way;
+      EXPECT_TRUE(contacts.empty() || !report.out_of_range) << way;
+      EXPECT_TRUE(contacts.size() > 100 || far || !(way <= 1e12)) << way;
+      expect_sane(contacts);
+    }
+}
+
+TEST(Robustness, ShapesThatAreTooFastAreRefused) {
+  BareSurface sheet(plain_grid_mesh(4, 4), 0.03);
+  const SurfaceState state = sheet.state();
+  for (const double speed : {1e6, 1e30, double{HUGE_VAL}, std::nan("")}) {
+    RigidShape shape = testing_support::shape_of(sphere_part({0.5, 0.5, 0}, 0.1));
+    shape.velocity = {0, 0, speed};
+    DetectMemory memory;
+    DetectWorkspace workspace;
+    std::vector<Contact> contacts;
+    const DetectReport report = detect(std::span(&state, 1), std::span(&shape, 1), {}, {}, memory, workspace, contacts);
+    EXPECT_EQ(report.out_of_range, !(speed < 1e10)) << speed;
+    EXPECT_EQ(contacts.empty(), report.out_of_range) << speed;
+  }
+}
+
 TEST(Robustness, WhateverCoincidesGivesUnitNormals) {
   for (const double r : {0.0, 0.05}) {
     BareSurface sheet(plain_grid_mesh(4, 4), r);

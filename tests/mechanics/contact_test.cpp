@@ -427,6 +427,53 @@ TEST(Contact, AToolFollowsAJumpAtBoundedSpeedAndPressesWithBoundedForce) {
   }
 }
 
+/// A free tool pressed onto a vertex by a given force: held below the limit, and on with what the limit leaves beyond. It never pulls.
+TEST(Contact, ARowWithALimitHoldsUpToItAndGivesWayBeyond) {
+  for (double dt : {0.001, 0.0167})
+    for (double push : {0.05, 0.15}) {
+      Pressed p(0);
+      p.o.dt = dt;
+      const double limit = 0.1;
+      const NodeId node = p.g.node(2, 2, 2);
+      p.state.tools[0].position = p.state.positions[node.index()];
+      ContactResult felt;
+      const auto run = [&](double seconds, double force) {
+        for (int i = 0; i < static_cast<int>(seconds / dt); ++i) {
+          test::clear(p.set);
+          p.tool.force = {0, 0, force};
+          p.set.tools = {p.tool};
+          ContactRow row;
+          row.key = 1;
+          row.count = 1;
+          row.rigid = 0;
+          row.normal = {0, 0, -1};
+          row.gap = p.state.tools[0].position.z - p.state.positions[node.index()].z;
+          row.stiffness = 500;
+          row.limit = limit;
+          p.set.entries = {{node, 1}};
+          p.set.rows = {row};
+          must_step(p.model, p.state, p.o, p.w, p.set);
+          felt = p.w.contact.results[0];
+          EXPECT_LE(felt.force.z, 1e-12) << "it never pulls";
+          EXPECT_LE(felt.normal_force, limit * (1 + 1e-6));
+        }
+      };
+      run(push < limit ? 6 : 2, -push);
+      if (push < limit) {
+        EXPECT_NEAR(felt.normal_force, push, 1e-3 * push) << dt;
+        EXPECT_LT(norm(p.state.tools[0].velocity), 1e-4) << dt;
+      } else {
+        const double before = p.state.tools[0].velocity.z;
+        const int more = 10;
+        run((more + 0.5) * dt, -push);
+        EXPECT_NEAR(p.state.tools[0].velocity.z - before, -(push - limit) / p.tool.mass * more * dt, 1e-5) << dt;
+        EXPECT_NEAR(felt.normal_force, limit, 1e-6 * limit);
+      }
+      run(2, 1);
+      EXPECT_EQ(felt.normal_force, 0) << "drawn back it is free";
+    }
+}
+
 TEST(Contact, IterativeSolversMatchTheDirectOne) {
   for (Preconditioner preconditioner : {Preconditioner::kBlockJacobi, Preconditioner::kTwoLevel, Preconditioner::kAdaptive}) {
     Pressed a(1e3), b(1e3);
@@ -582,6 +629,8 @@ TEST(Contact, WhatCannotBeComputedIsRefused) {
   refused([](ContactSet& s) { s.rows[1].normal = {0, 0, 2}; }, "unit");
   refused([](ContactSet& s) { s.rows[1].normal = {NAN, 0, 0}; }, "unit");
   refused([](ContactSet& s) { s.rows[1].friction = -1; }, "friction");
+  refused([](ContactSet& s) { s.rows[1].stiffness = -1; }, "stiffness");
+  refused([](ContactSet& s) { s.rows[1].limit = 1; }, "limit");
   refused([](ContactSet& s) { s.rows[1].key = 0; }, "key");
   refused([](ContactSet& s) { s.rows[1].count = 7; }, "cell");
   refused([](ContactSet& s) { s.rows[1].first = 1000; }, "entries");

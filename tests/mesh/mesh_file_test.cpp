@@ -181,6 +181,16 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
       {"a.obj", "v 0 0 0\r\nv 1 0\r\nv 0 1 0\r\nf 1 2 3\r\n", ":2:", "needs three numbers"},
       {"a.obj", "v 0 0 0\rv 1 0 x\rv 0 1 0\rf 1 2 3\r", ":2:", "'x'"},
       {"a.obj", three + "vt 0 nan\nf 1/1 2/1 3/1\n", ":4:", "texture coordinate 1 is not a finite number"},
+      {"a.obj", three + "vt 0.5 -3.4e38\nf 1/1 2/1 3/1\n", ":4:", "texture coordinate 1 is beyond 1e+09"},
+      {"a.ply",
+       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float u\nproperty float v\n"
+       "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0 0\n1 0 0 3.4e38 0\n0 1 0 0 1\n3 0 1 2\n",
+       ":13:", "vertex 2 has a texture coordinate beyond 1e+09"},
+      {"a.ply",
+       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+       "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 -1e20\n",
+       ":14:", "face 1 has a texture coordinate beyond 1e+09"},
+      {"a.off", "STOFF\n3 1 0\n0 0 0 0 0\n1 0 0 1e30 0\n0 1 0 0 1\n3 0 1 2\n", ":4:", "vertex 2 has a texture coordinate beyond 1e+09"},
       {"a.obj", three, ":", "no faces"},
       {"a.obj", "# nothing\n", ":", "no faces"},
       {"a.obj", "hello world\nv 1\n", ":2:", "needs three numbers"},

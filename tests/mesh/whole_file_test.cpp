@@ -43,6 +43,77 @@ TEST(WholeFile, AKilledRunLeavesTheOldFile) {
   // What the dead run left behind is in nobody's way.
   ASSERT_TRUE(replace_file(path, "new").ok());
   EXPECT_EQ(TemporaryFolder::get(path), "new");
+  // ... and is gone.
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
+TEST(WholeFile, WhatSeveralKilledRunsLeftGoesAndWhatALivingOneHasStays) {
+  const TemporaryFolder folder;
+  const std::string path = folder.put("a", "old");
+  const std::string other = folder.put("a.part-0", "mine");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ReplacingFile first(path), second(path), third(path);
+    ::_exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 5);
+  ReplacingFile living(path);
+  living.write("living");
+  ASSERT_TRUE(replace_file(path, "new").ok());
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 3);  // a, the other, and the living one's
+  ASSERT_TRUE(living.commit().ok());
+  EXPECT_EQ(TemporaryFolder::get(path), "living");
+  EXPECT_EQ(TemporaryFolder::get(other), "mine");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
+}
+
+TEST(WholeFile, ALinkStaysAndWhatItLeadsToIsReplaced) {
+  const TemporaryFolder folder;
+  const std::string path = folder.put("a", "old");
+  std::filesystem::create_directory(folder.file("deep"));
+  std::filesystem::create_symlink("../a", folder.file("deep/one"));
+  std::filesystem::create_symlink(folder.file("deep/one"), folder.file("two"));
+  ASSERT_TRUE(replace_file(folder.file("two"), "new").ok());
+  EXPECT_EQ(TemporaryFolder::get(path), "new");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.file("two")));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.file("deep/one")));
+  // One that leads to a file that is not there yet makes it.
+  std::filesystem::create_symlink("later", folder.file("early"));
+  ASSERT_TRUE(replace_file(folder.file("early"), "there").ok());
+  EXPECT_EQ(TemporaryFolder::get(folder.file("later")), "there");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.file("early")));
+  // A circle is refused and stays.
+  std::filesystem::create_symlink("pong", folder.file("ping"));
+  std::filesystem::create_symlink("ping", folder.file("pong"));
+  const Status circle = replace_file(folder.file("ping"), "never");
+  ASSERT_FALSE(circle.ok());
+  EXPECT_NE(circle.error().message.find("ping: its symbolic links lead round in a circle"), std::string::npos) << circle.error().message;
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.file("ping")));
+}
+
+TEST(WholeFile, WhatCannotBeWrittenIsKnownBeforehand) {
+  const TemporaryFolder folder;
+  const std::string path = folder.put("a", "old");
+  EXPECT_TRUE(check_can_be_written(path).ok());
+  EXPECT_TRUE(check_can_be_written(folder.file("new")).ok());
+  EXPECT_EQ(TemporaryFolder::get(path), "old");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+  const auto refused = [](const std::string& where, const std::string& why, ErrorKind kind = ErrorKind::kBadInput) {
+    const Status s = check_can_be_written(where);
+    ASSERT_FALSE(s.ok()) << where;
+    EXPECT_EQ(s.error().kind, kind) << where;
+    EXPECT_NE(s.error().message.find(why), std::string::npos) << s.error().message;
+  };
+  refused("", "no file name given");
+  refused(folder.path(), "is a folder");
+  refused(folder.file("no/a"), "is not a folder");
+  refused(folder.file(std::string(300, 'x')), "too long");
+  if (std::filesystem::exists("/dev/full")) refused("/dev/full", "No space left", ErrorKind::kFailed);
+  ASSERT_EQ(::mkfifo(folder.file("pipe").c_str(), 0600), 0);
+  EXPECT_TRUE(check_can_be_written(folder.file("pipe")).ok());  // without waiting for a reader
 }
 
 TEST(WholeFile, TwoWritersOfOneFileDoNotMix) {

@@ -186,7 +186,10 @@ TEST(BladeFlanks, LetNoLipThrough) {
 /// The back meets the beginning of a slit when the blade is drawn back.
 TEST(BladeFlanks, TheBackMeetsTheEndOfTheSlit) {
   Session session = cut_mat(0.0167);
-  EXPECT_LT(std::fabs(session.tools()[0].force.y), 0.01);
+  double touching = 0;
+  for (const Session::ContactState& c : session.contacts()) touching -= c.force.y;
+  EXPECT_LT(std::fabs(touching), 0.01);
+  EXPECT_LT(std::fabs(session.tools()[0].force.y), 1.1 * 10 * 0.003) << "its edge alone is held back: resistance x thickness";
   lead(session, 0.2, {kHere, -0.02, -0.012});
   run(session, 0.4);
   const double force = session.tools()[0].force.y;

@@ -509,6 +509,37 @@ TEST(Engine, GravityAndMaterialChangeLive) {
   ASSERT_EQ(table.pages[page].errors.size(), 3u);
   EXPECT_EQ(table.pages[page].errors[0].code, 2u);
   EXPECT_EQ(table.engine.session().material().young, 50e3);
+  // Numbers that nothing can be computed with: the range is said.
+  const auto refused = [&](const std::vector<double>& values, const char* range) {
+    table.tell(page, page_command(6, kMaterial, values));
+    EXPECT_EQ(table.pages[page].errors.back().input, 6u);
+    EXPECT_NE(table.pages[page].errors.back().text.find(range), std::string::npos) << table.pages[page].errors.back().text;
+    table.pages[page].errors.back().input = 0;
+  };
+  refused({1e-300, 0.3, 900}, "from 0.001 to 1e+13 Pa");
+  refused({1e300, 0.3, 900}, "from 0.001 to 1e+13 Pa");
+  refused({50e3, 0.3, 1e300}, "from 0.001 to 1e+06 kg/m3");
+  EXPECT_EQ(table.engine.session().material().young, 50e3);
+}
+
+TEST(Engine, ValuesOfCommandsThatMeanNothingAreRefused) {
+  Table table;
+  const auto page = table.join();
+  table.tell(page, page_command(1, kPause));
+  const std::int64_t steps = table.engine.session().step_count();
+  std::uint32_t input = 1;
+  const auto refused = [&](std::uint32_t code, double value, const char* range) {
+    const std::size_t before = table.pages[page].errors.size();
+    table.tell(page, page_command(++input, code, {value}));
+    ASSERT_EQ(table.pages[page].errors.size(), before + 1) << code << ' ' << value;
+    EXPECT_EQ(table.pages[page].errors.back().code, 2u);
+    EXPECT_NE(table.pages[page].errors.back().text.find(range), std::string::npos) << table.pages[page].errors.back().text;
+  };
+  for (const double value : {1e18, -5.0, 1.5, 0.0, 1001.0}) refused(kStep, value, "from 1 to 1000");
+  for (const double value : {7.0, -1.0, 0.5}) refused(kOverlay, value, "from 0 to 2");
+  for (const std::uint32_t code : {static_cast<std::uint32_t>(kFixAll), static_cast<std::uint32_t>(kContacts), static_cast<std::uint32_t>(kRecording)})
+    for (const double value : {7.0, 1e300, -1.0}) refused(code, value, "from 0 to 1");
+  EXPECT_EQ(table.engine.session().step_count(), steps);
 }
 
 TEST(Engine, PauseStepAndSpeed) {

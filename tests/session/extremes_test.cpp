@@ -215,6 +215,64 @@ TEST(Extremes, AHundredTimesTheEarthsGravity) {
 
 // The meaning of a length does not depend on the unit: a power of two changes no bit of a mantissa, so that the same cuts give
 // the very same meshes.
+/// A strip held at one end, under all kinds of loads out of scale: it goes on, or a step is refused that names the scene's own step, with the state as it was.
+/// No step has thousands of parts.
+void outrage(const Scene& scene, bool refused) {
+  auto session = Session::create(scene);
+  ASSERT_TRUE(session.ok()) << session.error().message;
+  for (int i = 0; i < 16; ++i) {
+    const auto before = session->node_positions();
+    const std::vector<Vec3> places(before.begin(), before.end());
+    const auto report = session->step();
+    if (report) {
+      EXPECT_LE(report->parts, 128);
+      continue;
+    }
+    EXPECT_TRUE(refused) << report.error().message;
+    EXPECT_EQ(report.error().kind, ErrorKind::kFailed);
+    EXPECT_NE(report.error().message.find("0.005 s"), std::string::npos) << report.error().message;
+    const auto after = session->node_positions();
+    EXPECT_TRUE(std::equal(places.begin(), places.end(), after.begin(), after.end()));
+    return;
+  }
+  EXPECT_FALSE(refused);
+}
+
+Scene held_strip() {
+  Scene scene;
+  scene.name = scene.body.model = "strip";
+  scene.simulation.time_step = 0.005;
+  scene.contact.enabled = true;
+  SceneFix fix;
+  fix.region.shape = SceneRegion::Shape::kHalfSpace;
+  fix.region.point = {-0.09, 0, 0};
+  fix.region.normal = {-1, 0, 0};
+  scene.fixes.push_back(fix);
+  return scene;
+}
+
+TEST(Extremes, WhatIsTooFastToBeFollowedIsRefusedAtOnce) {
+  for (const double g : {1e4, 1e9, 1e12, 1e20, 1e60}) {
+    SCOPED_TRACE(g);
+    Scene scene = held_strip();
+    scene.simulation.gravity = {0, 0, g};
+    outrage(scene, g > 1e4);
+  }
+  for (const double way : {1e6, 1e7, 1e12, 1e20}) {
+    SCOPED_TRACE(way);
+    Scene scene = held_strip();
+    SceneGrasp grasp;
+    grasp.id = "a";
+    grasp.point = {0.09, 0, 0};
+    SceneMove move;
+    move.id = "a";
+    move.by = Vec3{0, 0, way};
+    move.over = 0.05;
+    scene.commands = {{0, grasp, 0}, {0.01, move, 0}};
+    outrage(scene, true);
+  }
+}
+
 TEST(Extremes, FromAMicrometreToAKilometre) {
   const auto model = make_model("closed-sheet", {.visual_triangles = 1500, .collision_triangles = 104});
   ASSERT_TRUE(model.ok());

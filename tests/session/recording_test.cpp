@@ -44,6 +44,33 @@ Recording example() {
   return r;
 }
 
+TEST(Recording, WhatIsOutOfAllScaleIsRefusedByName) {
+  const auto error_of = [](SessionChange::Kind kind, std::vector<double> values, std::string id = {}) {
+    Recording r = example();
+    SessionChange c;
+    c.kind = kind;
+    c.step = 4;
+    c.id = std::move(id);
+    c.values = std::move(values);
+    r.changes.push_back(c);
+    const auto back = parse_recording(recording_text(r), "x.kerfrec");
+    return back ? std::string() : back.error().message;
+  };
+  using Kind = SessionChange::Kind;
+  EXPECT_EQ(error_of(Kind::kGravity, {0, 0, -9.81}), "");
+  EXPECT_EQ(error_of(Kind::kGravity, {0, 0, 1e5}), "x.kerfrec: gravity goes from -10000 to 10000 m/s2, but is 100000");
+  EXPECT_EQ(error_of(Kind::kMaterial, {1e4, 0.3, 1000}), "");
+  EXPECT_EQ(error_of(Kind::kMaterial, {1e300, 0.3, 1000}), "x.kerfrec: Young's modulus goes from 0.001 to 1e+13 Pa, but is 1e+300");
+  EXPECT_EQ(error_of(Kind::kMaterial, {1e4, 0.3, 1e-300}), "x.kerfrec: density goes from 0.001 to 1e+06 kg/m3, but is 1e-300");
+  EXPECT_EQ(error_of(Kind::kMove, {0, 0, 1e6, 1e9}, "a"), "");
+  EXPECT_EQ(error_of(Kind::kMove, {0, -1e100, 0, 1}, "a"), "x.kerfrec: \"move\" names a place 1e+100 m from the origin; 1e+06 m is the farthest");
+  EXPECT_NE(error_of(Kind::kTool, {1e7, 0, 0, 0, 0, 0, 1}, "a"), "");
+  EXPECT_NE(error_of(Kind::kShave, {0, 0, 0, 0, 0, 0, 1e300, 0.1, 0, 0}), "");
+  EXPECT_EQ(error_of(Kind::kSuck, {1, 0, 0, 0, 1e300}), "");  // everything
+  EXPECT_NE(error_of(Kind::kSuck, {2, 0, 0, 1e300, 0, 0, 1}), "");
+  EXPECT_EQ(error_of(Kind::kFix, {2, 0, 0, 0, 0, 0, 1e300}), "");  // a direction has any length
+}
+
 TEST(Recording, ComesBackToTheBit) {
   const Recording r = example();
   auto back = parse_recording(recording_text(r), "test");

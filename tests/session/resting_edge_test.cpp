@@ -148,6 +148,7 @@ TEST(RestingEdge, CutsNothingAtRest) {
         EXPECT_EQ(session.topology_version(), version) << when << " " << resistance << " " << dt;
         EXPECT_EQ(cut_length(session), length);
         EXPECT_NEAR(session.tools()[0].coupling_force.y, force, 0.002) << when << " " << resistance << " " << dt;
+        EXPECT_NEAR(session.tools()[0].force.y, -force, 0.002) << when << " " << resistance << " " << dt;
       };
       stays("as cut");
       const double before = cut_length(session);

@@ -487,6 +487,22 @@ TEST(Scene, ModelsAreKnown) {
               HasSubstr("scene.toml:3: scale of [body] goes with visual"));
 }
 
+TEST(Scene, WhatIsOutOfAllScaleIsRefusedWithItsLine) {
+  const std::string body = "[body]\nmodel = \"sheet\"\n";
+  const auto at = [&](const std::string& text) { return error_of(body + text); };
+  EXPECT_EQ(at("[simulation]\ngravity = [0, 0, -1e5]\n"), "scene.toml:4: gravity of [simulation] must be at least -10000, but is -100000");
+  EXPECT_EQ(at("position = [1e7, 0, 0]\n"), "scene.toml:3: position of [body] must be at most 1000000, but is 10000000");
+  EXPECT_EQ(at("[[load]]\npoint = [0, 0, 0]\nforce = [0, 0, 1e20]\n"), "scene.toml:5: force of [[load]] must be at most 1000000, but is 1e+20");
+  EXPECT_EQ(at("[[obstacle]]\nshape = \"plane\"\nmoves = [{ time = 0.1, position = [0, -1e9, 0] }]\n"),
+            "scene.toml:5: position of a pose of moves must be at least -1000000, but is -1000000000");
+  EXPECT_EQ(at("[[command]]\nat = 0\ntype = \"grasp\"\nid = \"a\"\npoint = [0, 0, 0]\n[[command]]\nat = 0\ntype = \"move\"\nid = \"a\"\nby = [0, 0, 1e100]\n"),
+            "scene.toml:12: by of move must be at most 1000000, but is 1e+100");
+  EXPECT_EQ(at("[material]\nyoung = 1e300\n"), "scene.toml:4: young of [material] must be at most 10000000000000, but is 1e+300");
+  EXPECT_THAT(at("[material]\ndensity = 1e300\n"), HasSubstr("scene.toml:4: density of [material] must be at most 1000000"));
+  EXPECT_THAT(at("[[command]]\nat = 0\ntype = \"punch\"\nshape = \"polygon\"\npoint = [0, 0, 0]\npoints = [[0, 0], [1e300, 0], [0, 1]]\n"),
+              HasSubstr("scene.toml:8: a point of a punch"));
+}
+
 TEST(Scene, WrongTypesAndNumbersNameTheLine) {
   const std::string body = "[body]\nmodel = \"sheet\"\n";
   const auto at3 = [&](const std::string& text) { return error_of(body + text); };

@@ -153,6 +153,10 @@ TEST(SeveralBodies, BadInput) {
   EXPECT_EQ(error_of(scene_of({body_of("sheet"), body_of("steak")})),
             "body 1 (sheet) is an open sheet, body 2 (steak) is closed: bodies of one scene must all be closed, or all open sheets");
   EXPECT_THAT(error_of(scene_of({body_of("steak"), body_of("steak", {1e9, 0, 0})})), HasSubstr("too far"));
+  // Alone it would be gone in the rounding, too.
+  EXPECT_THAT(error_of(scene_of({body_of("steak", {1e7, 0, 0})})), HasSubstr("give [body] a position nearer to the origin"));
+  EXPECT_THAT(error_of(scene_of({body_of("meniscus", {0, 0, -1e4})})), HasSubstr("too far for its cells"));
+  EXPECT_EQ(error_of(scene_of({body_of("meniscus", {0, 0, -1e3})})), "no error");
   EXPECT_THAT(error_of(scene_of({body_of("steak"), body_of("steak", {300, 300, 300})})), HasSubstr("cells"));
   const Session fine = make(scene_of({body_of("meniscus"), body_of("steak", {0, 0, 0.1})}));
   EXPECT_THAT(fine.notes(), ::testing::Contains(HasSubstr("body 2 (steak) gets cells of")));

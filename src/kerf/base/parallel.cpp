@@ -4,6 +4,8 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <string_view>
+#include <system_error>
 
 #ifdef KERF_TELL_THREAD_SANITIZER
 // oneAPI TBB as packaged is not built with the thread sanitizer, nor is this file (CMakeLists.txt): it is told what comes before what, and sees
@@ -33,6 +35,10 @@ void parallel_for(std::size_t n, std::size_t grain, const std::function<void(std
   grain = std::max<std::size_t>(grain, 1);
   if (n <= grain) return body(0, n);
   const std::size_t chunks = (n + grain - 1) / grain;
+  if (tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) == 1) {
+    for (std::size_t c = 0; c < chunks; ++c) body(c * grain, std::min(n, (c + 1) * grain));
+    return;
+  }
   char begun = 0, done = 0;
   comes_before(begun);
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
@@ -41,6 +47,11 @@ void parallel_for(std::size_t n, std::size_t grain, const std::function<void(std
     comes_before(done);
   });
   comes_after(done);
+}
+
+bool is_lack_of_threads(const std::exception& error) {
+  if (const auto* system = dynamic_cast<const std::system_error*>(&error)) return system->code() == std::errc::resource_unavailable_try_again;
+  return std::string_view(error.what()).find("pthread_create") != std::string_view::npos;  // TBB throws a plain runtime_error
 }
 
 ThreadLimit::ThreadLimit(int threads)

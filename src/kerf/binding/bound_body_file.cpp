@@ -36,7 +36,7 @@ void for_each_number(Report& r, F&& f) {
   f(r.merged_vertices), f(r.unused_vertices), f(r.input_vertices), f(r.input_triangles), f(r.visual_vertices), f(r.visual_triangles);
   f(r.inserted_points), f(r.snapped_points), f(r.paths), f(r.rim_followed), f(r.divided_edges), f(r.uniform_patches);
   f(r.path_length), f(r.area_before), f(r.area_after), f(r.volume_before), f(r.volume_after);
-  auto& s = r.seconds;
+  auto& s = r.seconds;  // zeros: the same meshes give the same file, however long it took; older files have times
   f(s.prepare), f(s.vertices), f(s.paths), f(s.patches), f(s.parameters), f(s.assemble), f(s.total);
 }
 
@@ -116,7 +116,9 @@ void write_body(Writer& w, BoundBody& body) {
       w.array(a.raw());
     }
   });
-  for_each_number(body.report, [&]<class T>(const T& x) {
+  BindReport report = body.report;
+  report.seconds = {};
+  for_each_number(report, [&]<class T>(const T& x) {
     if constexpr (std::is_same_v<T, bool>) w.value(std::uint8_t{x});
     else w.value(x);
   });
@@ -248,7 +250,7 @@ Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& na
 #endif
   if (r.left() != 0 || written != expected) return bad("is damaged (its checksum is wrong); bind the body again");
   if (!sound) return bad("holds a material or a lattice that can't be; bind the body again");
-  if (const Status valid = validate_binding(body.complex); !valid) return bad(valid.error().message);
+  if (const Status valid = validate_binding(body.complex); !valid) return bad(valid.error().message + "; bind the body again");
   if (nature) *nature = known;
   return body;
 }

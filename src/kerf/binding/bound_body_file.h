@@ -2,7 +2,7 @@
 //
 // Layout, little-endian: 8 bytes "KERFBODY", version (u32), flags (u32, 1: closed), mean root edge (f64); then every array of the
 // cell complex in the order of CellComplex::for_each_array, each as item count (u64), item size (u32) and the items; then
-// the report; then what the body is made of (from version 2 on): u8 (1 Young's modulus, 2 Poisson's ratio, 4 density, 8 lattice are known),
+// the report (its times are 0: the same meshes give the same bytes); then what the body is made of (from version 2 on): u8 (1 Young's modulus, 2 Poisson's ratio, 4 density, 8 lattice are known),
 // three f64, and the lattice's origin and cell (six f64) and counts (three i32), 0 where unknown; then a 64-bit hash of all that precedes.
 // Runs of pools are three i32: first, count, reversed.
 #pragma once
@@ -27,7 +27,7 @@ struct BodyNature {
   std::optional<LatticeHint> lattice;
 };
 
-/// Writes a freshly bound body (no cuts). The file appears complete or not at all: it is written beside its place and renamed.
+/// Writes a freshly bound body (no cuts), without the times of its report. The file appears complete or not at all: it is written beside its place and renamed.
 Status save_bound_body(const BoundBody& body, const std::filesystem::path& file, const BodyNature& nature = {});
 
 /// Reads it back, to the bit; files of version 1 too, of which nothing else is known. Bad input, naming the file: cannot be opened, not such a file, another version, truncated, damaged

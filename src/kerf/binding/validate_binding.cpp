@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kerf/base/indexed.h"
+#include "kerf/mesh/mesh_limits.h"
 #include "kerf/spatial/predicates.h"
 
 namespace kerf {
@@ -106,6 +107,9 @@ Status check_sizes(const CellComplex& x) {
   }
   for (const VisualVertex i : ids<VisualVertex>(vv))
     if (!is_finite(v.rest[i]) || !is_finite(to_double(v.normal[i]))) return broken("visual vertex {} is not finite", i.value + 1);
+  for (const VisualHalfEdge h : ids<VisualHalfEdge>(v.texture.size()))
+    if (!is_texture_coordinate(v.texture[h].x) || !is_texture_coordinate(v.texture[h].y))
+      return broken("visual half-edge {} has a texture coordinate that is not finite, or beyond {:g}", h.value + 1, kMostTexture);
   for (std::size_t f = 0; f < cf; ++f)
     if (c.root[CollisionTriangle(f)] != RootId(f)) return broken("collision triangle {} is not its own root", f + 1);
   for (const VisualTriangle f : ids<VisualTriangle>(v.face_count())) {
@@ -132,9 +136,11 @@ Vec2 mirrored(Vec2 p, Side side) { return side == Side::kPlus ? p : Vec2{p.x, -p
 Status check_planes(const CellComplex& x) {
   const VisualMesh& v = x.visual;
   const CollisionMesh& c = x.collision;
-  for (const CollisionTriangle f : ids<CollisionTriangle>(c.face_count()))
-    if (orient2d(c.planar[CollisionMesh::corner(f, 0)], c.planar[CollisionMesh::corner(f, 1)], c.planar[CollisionMesh::corner(f, 2)]) <= 0)
+  for (const CollisionTriangle f : ids<CollisionTriangle>(c.face_count())) {
+    const Vec2 a = c.planar[CollisionMesh::corner(f, 0)], b = c.planar[CollisionMesh::corner(f, 1)], d = c.planar[CollisionMesh::corner(f, 2)];
+    if (!std::isfinite(a.x + a.y + b.x + b.y + d.x + d.y) || orient2d(a, b, d) <= 0)
       return broken("collision triangle {} is not positively oriented in its plane", f.value + 1);
+  }
   for (const VisualTriangle f : ids<VisualTriangle>(v.face_count())) {
     const Vec2 a = v.planar[VisualMesh::corner(f, 0)], b = v.planar[VisualMesh::corner(f, 1)], d = v.planar[VisualMesh::corner(f, 2)];
     if (!std::isfinite(a.x + a.y + b.x + b.y + d.x + d.y) || orient2d(a, b, d) <= 0)

@@ -23,6 +23,21 @@ std::uint64_t mix(std::uint64_t z) {  // splitmix64: one to one
   return z ^ (z >> 31);
 }
 
+bool in_range(Vec3 v) { return std::fabs(v.x) <= kFarthest && std::fabs(v.y) <= kFarthest && std::fabs(v.z) <= kFarthest; }
+
+/// Everything that boxes and distances are made of is a number, and not too large a one?
+bool in_range(std::span<const SurfaceState> bodies) {
+  for (const SurfaceState& body : bodies)
+    for (const std::span<const Vec3> places : {body.position, body.offset, body.predicted})
+      if (!std::all_of(places.begin(), places.end(), [](Vec3 v) { return in_range(v); })) return false;
+  return true;
+}
+bool in_range(std::span<const RigidShape> shapes, double h) {
+  return std::all_of(shapes.begin(), shapes.end(), [&](const RigidShape& shape) {
+    return in_range(shape.position) && is_finite(shape.axes.c[0] + shape.axes.c[1] + shape.axes.c[2]) && h * greatest_speed(shape) <= kFarthest;
+  });
+}
+
 void prepare(const SurfaceState& state, bool between_bodies, BodyFrame& frame) {
   const ContactSurface& s = *state.surface;
   KERF_ASSERT(state.position.size() == s.vertex_count() && state.offset.size() == s.vertex_count() &&
@@ -223,6 +238,11 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
                     DetectWorkspace& workspace, std::vector<Contact>& contacts) {
   DetectScratch& scratch = workspace.scratch();
   DetectReport report;
+  if (!in_range(bodies) || !in_range(obstacles, options.step) || !in_range(tools, options.step)) {
+    report.out_of_range = true;
+    contacts.clear();
+    return report;
+  }
   scratch.found.clear();
   scratch.meshes = 0;
   scratch.remembered.clear();
@@ -233,6 +253,7 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   double radius = 0, size = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     prepare(bodies[b], options.self_contact || bodies.size() > 1, scratch.bodies[b]);
+    report.sway = std::max(report.sway, scratch.bodies[b].greatest_sway);
     radius = std::max(radius, bodies[b].surface->largest_radius);
     size = std::max(size, bodies[b].surface->size);
   }

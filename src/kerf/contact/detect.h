@@ -76,8 +76,13 @@ struct DetectOptions {
   const Strayed* strayed = nullptr;
 };
 
+/// m: no place farther from the origin, at either end of a step, and no way longer in it, can be looked at. Its square is a number in single precision.
+inline constexpr double kFarthest = 1e17;
+
 /// What was seen besides contacts.
 struct DetectReport {
+  bool out_of_range = false;  ///< something is farther off than kFarthest, or not a number: nothing was looked at
+  double sway = 0;            ///< m: how far a vertex would move in the step, less the mean of its body, at most
   double deepest = 0;         ///< most negative gap over the radius there, >= 0
   std::int32_t deep = 0;      ///< contacts that start deeper than a fifth of the radius: bodies placed into each other
 };
@@ -101,7 +106,7 @@ class DetectWorkspace {
 
 /// Replaces `contacts` by all contacts, by key, keys unique; `memory` by what they are to be known by in the next step.
 /// Indices of obstacles and tools are those in the spans. A contact's friction is the shape's, or body_friction.
-/// Positions must be finite; anything may be degenerate. Same input, same bits, with any number of threads.
+/// Any positions and velocities will do; where they are out of range there are no contacts, and the memory stays as it is. Anything may be degenerate. Same input, same bits, with any number of threads.
 DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidShape> obstacles,
                     std::span<const RigidShape> tools, const DetectOptions& options, DetectMemory& memory,
                     DetectWorkspace& workspace, std::vector<Contact>& contacts);

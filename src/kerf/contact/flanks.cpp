@@ -18,6 +18,9 @@ constexpr double kWedge = 2, kLongestWedge = 0.5;
 constexpr double kBeside = 0.3;
 /// Lips are opened by at most so many half thicknesses of the body a second.
 constexpr double kOpening = 20;
+/// How far a cut runs beside the blade that makes it grows by at most so many half thicknesses a second: a lip that slides along the edge while the
+/// blade is pushed into it does not run farther beside it by that.
+constexpr double kDrift = 2;
 /// What did not touch a step ago and is deeper than so many half thicknesses has come into the blade where nothing touches (about its edge, or
 /// beyond its ends): it is let through until it has come out. So is what got deeper than kLost: the rim has turned past the blade.
 constexpr double kUnseenDepth = 0.2, kLost = 0.5;
@@ -67,7 +70,9 @@ void know(const Blade& b, double radius, const DetectMemory& memory, SlitVertex&
   const bool fresh = s.local.x > -wedge_of(b), same_end = before && before->end == s.end;
   for (std::size_t k = 0; k < 2; ++k) {
     const Vec3 x = s.local + (k == 0 ? -1.0 : 1.0) * s.offset;
-    if (fresh || !before) s.known.beside[k] = std::clamp(-s.side * x.y, 0.0, b.stray + std::fabs(s.offset.y));
+    const double beside = std::clamp(-s.side * x.y, 0.0, b.stray + std::fabs(s.offset.y));
+    if (!before) s.known.beside[k] = beside;
+    else if (fresh) s.known.beside[k] = std::min(before->beside[k] + kDrift * radius * b.step, beside);
     const double deep = std::max(0.0, -end_gap(b, s.end, x.x));  // material that the blade has not left yet
     s.known.deep[k] = same_end ? std::min(before->deep[k], deep) : deep;
   }

@@ -74,8 +74,10 @@ struct LeafBoxes {
   template <class Select, class Visit>
   void for_each(std::uint32_t n, Select&& select, Visit&& visit) const {
     const Range& range = leaf[n];
-    for (std::uint32_t at = range.begin, b = range.block; at < range.end; at += 8, ++b)
-      for (unsigned bits = select(b); bits != 0; bits &= bits - 1) visit(at + static_cast<std::uint32_t>(std::countr_zero(bits)));
+    for (std::uint32_t at = range.begin, b = range.block; at < range.end; at += 8, ++b) {
+      const unsigned used = range.end - at < 8 ? (1u << (range.end - at)) - 1 : 0xff;  // nothing is far from what is not a number
+      for (unsigned bits = select(b) & used; bits != 0; bits &= bits - 1) visit(at + static_cast<std::uint32_t>(std::countr_zero(bits)));
+    }
   }
 
  private:

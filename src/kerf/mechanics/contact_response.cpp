@@ -70,9 +70,19 @@ inline void add_to_tool(double (&out)[6], Vec3 arm, Vec3 f, double sign) {
   }
 }
 
+/// N along the normal at a gap, of a row that gives way.
+double limited_force(const ContactRow& in, const Row& row, double gap) { return std::clamp(-row.stiffness * gap, 0.0, in.limit); }
+
 /// Block and impulse of a row in its present phase; blend is theta.
 void linearise(const ContactRow& in, double h, double blend, Row& row) {
   const Vec3 n = in.normal, vo = in.other_velocity;
+  if (in.limit > 0) {
+    const double k = row.phase == ContactPhase::kStick ? row.stiffness : 0, hh = h * h;
+    const double block[8] = {hh * k * n.x * n.x, hh * k * n.y * n.y, hh * k * n.z * n.z, hh * k * n.x * n.y, hh * k * n.y * n.z, hh * k * n.z * n.x, 0, 0};
+    std::copy(block, block + 8, row.block);
+    row.impulse = h * (k > 0 ? -k * (row.gap - h * dot(n, vo)) : in.limit) * n;
+    return;
+  }
   const double k = row.stiffness, friction = row.phase == ContactPhase::kStick ? k : 0;
   double ks = friction, keep = 0;
   Vec3 t;
@@ -99,6 +109,12 @@ void linearise(const ContactRow& in, double h, double blend, Row& row) {
 /// How fast overlap that no force explains is pushed out.
 double push_speed(const ContactRow& row, const ContactOptions& options) {
   return row.push_speed > 0 ? std::min(row.push_speed, options.push_speed) : options.push_speed;
+}
+
+/// Of a row that gives way: kSlide where it does.
+ContactPhase phase_of_limited(const ContactRow& in, const Row& row, double gap) {
+  if (!(gap < 0)) return ContactPhase::kOpen;
+  return -row.stiffness * gap > in.limit ? ContactPhase::kSlide : ContactPhase::kStick;
 }
 
 /// Stick or slide from a stretch of the friction spring and a normal force.
@@ -272,6 +288,8 @@ Status check_contacts(const MechanicsModel& model, const MechanicsState& state, 
     if (!std::isfinite(row.gap)) return refuse("its gap is not finite");
     if (!(row.friction >= 0) || !std::isfinite(row.friction)) return refuse("its friction must not be negative");
     if (!(row.push_speed >= 0)) return refuse("its push speed must not be negative");
+    if (!(row.stiffness >= 0) || !std::isfinite(row.stiffness)) return refuse("its stiffness must not be negative");
+    if (!(row.limit >= 0) || (row.limit > 0 && !(row.stiffness > 0))) return refuse("its limit must not be negative, and needs a stiffness");
     if (!is_finite(row.other_velocity) || !is_finite(row.arm)) return refuse("a velocity or an arm is not finite");
     for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
       if (!set.entries[k].node.valid() || set.entries[k].node.index() >= model.node_count())
@@ -334,7 +352,16 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     }
     row.stiffness = stiffness / (h * h);
     const Vec3 u = relative(set, in, w.velocity, c.tools, &ToolWork::solution) - in.other_velocity;
+    if (in.stiffness > 0) {
+      row.stiffness = in.stiffness;
+      row.gap = in.gap;
+    }
     const double ahead = row.gap + h * dot(in.normal, u);
+    if (in.limit > 0) {
+      row.phase = phase_of_limited(in, row, ahead);
+      row.force = limited_force(in, row, ahead);
+      continue;
+    }
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     row.phase = ahead < 0 ? phase_of(in.friction, row, row.stretch, row.force) : ContactPhase::kOpen;
     if (ahead < reach || row.force > 0)
@@ -344,13 +371,14 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
   for (std::size_t r = 0; r < set.rows.size(); ++r) {
     const ContactRow& in = set.rows[r];
     Row& row = c.rows[r];
+    if (in.limit > 0) continue;
     double sharing = 0;
     for (std::int32_t k = in.first; k < in.first + in.count; ++k)
       sharing += std::abs(set.entries[k].weight) * c.share[set.entries[k].node.index()];
-    row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
+    if (!(in.stiffness > 0)) row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
     if (row.phase != ContactPhase::kOpen) row.phase = phase_of(in.friction, row, row.stretch, row.force);
     set_sliding_direction(row);
-    if (!(in.gap < 0) || !(row.stiffness > 0)) continue;
+    if (!(in.gap < 0) || !(row.stiffness > 0) || in.stiffness > 0) continue;
     // What the force of the last step holds is no overlap to get rid of, however far it goes beyond what may be pushed out in a step.
     const double held = row.force / row.stiffness;
     row.gap = std::max(in.gap, -held - push_speed(in, set.options) * h);
@@ -479,6 +507,13 @@ double update_contacts(double h, StepWorkspace& w) {
     row.motion = jv;
     row.used = row.phase != ContactPhase::kOpen ? row.impulse - times(row.block, jv) : Vec3{};
     const double gap = row.gap + h * dot(in.normal, u);
+    if (in.limit > 0) {
+      row.phase = phase_of_limited(in, row, gap);
+      row.force = limited_force(in, row, gap);
+      const Vec3 d = (h * row.force) * in.normal - row.used;
+      change += row.weights * dot(d, d);
+      continue;
+    }
     missed = missed || (row.phase == ContactPhase::kOpen && gap < -set.options.unseen);
     c.overlooked = c.overlooked || (row.phase == ContactPhase::kOpen && set.options.unseen > 0 && gap < -kMostUnseen * set.options.unseen);
     row.force = std::max(0.0, -row.stiffness * gap);
@@ -524,11 +559,12 @@ ContactSummary finish_contacts(double h, StepWorkspace& w) {
     const Vec3 u = relative(set, in, w.solution, c.tools, &ToolWork::solution) - in.other_velocity;
     c.results[r].end_gap = in.gap + h * dot(in.normal, u);
     c.results[r].sliding = row.phase == ContactPhase::kSlide;
+    if (in.limit > 0) continue;
     out.pressing += row.phase != ContactPhase::kOpen ? 1 : 0;
     out.sliding += row.phase == ContactPhase::kSlide ? 1 : 0;
     out.deepest = std::max(out.deepest, -c.results[r].end_gap);
   }
-  for (std::size_t i = 0; i < c.tools.size(); ++i) coupling_of(set.tools[i], c.tools[i], h, c.tool_results[i]);
+  for (std::size_t i = 0; i < c.tools.size(); ++i) forces_on_tool(set.tools[i], c.tools[i], h, c.tool_results[i]);
   return out;
 }
 
@@ -538,7 +574,7 @@ void store_contacts(double h, const StepWorkspace& w, MechanicsState& state) {
   state.contacts.clear();
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     const Row& row = c.rows[r];
-    if (row.phase == ContactPhase::kOpen || !(row.force > 0)) continue;
+    if (row.phase == ContactPhase::kOpen || !(row.force > 0) || set.rows[r].limit > 0) continue;
     const double longest = set.rows[r].friction * row.force / row.stiffness, length = norm(row.stretch);
     state.contacts.push_back({set.rows[r].key, row.force, length > longest ? (longest / length) * row.stretch : row.stretch});
   }

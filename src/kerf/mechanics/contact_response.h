@@ -5,7 +5,8 @@
 //   b += h sum J' [-k (g0 - h n . v_o) n + ks (...) (h v_o - s) - (1 - theta) mu lambda t [sliding]]
 //
 // J takes velocities of nodes and tools to the row's relative velocity, g0 is its gap at the start, s the stretch of its
-// friction spring. Which rows press and which slide is found in a few passes. The stiffness is relative: k = kappa times
+// friction spring. Which rows press and which slide is found in a few passes. A row with a limit (material that is cut) is a spring k along n that gives
+// way at that force: it slides then. The stiffness is relative: k = kappa times
 // the local diagonal of M / h^2 + K, divided by how many contacts lean on the same nodes.
 #pragma once
 

@@ -31,6 +31,8 @@ struct ContactRow {
   Vec3 other_velocity;    ///< of a given other side at the contact point, m/s
   double friction = 0;    ///< Coulomb's coefficient
   double push_speed = 0;  ///< m/s, instead of the options' where that is faster; 0: theirs
+  double stiffness = 0;   ///< N/m, instead of that of the nodes; 0: theirs
+  double limit = 0;       ///< N: where it gives way, without friction and however deep it then is; 0: it never does. Needs a stiffness
 };
 
 /// A rigid tool that follows a given pose through a virtual coupling: six freedoms in the same linear system.
@@ -83,10 +85,10 @@ struct ContactSet {
   ContactOptions options;
 };
 
-/// What a step did with a tool.
+/// What a step did with a tool: N, N m about its centre, world. Their sum is mass times acceleration, to rounding.
 struct RigidToolResult {
-  Vec3 force, torque;        ///< of all contacts on the tool, about its centre; N, N m, world
-  Vec3 coupling_force, coupling_torque;  ///< of the virtual coupling on the tool: what its device feels, reversed
+  Vec3 force, torque;  ///< on the tool: of all contacts, as the other sides feel them, and those given
+  Vec3 coupling_force, coupling_torque;  ///< of the virtual coupling, with its limits, and with what the solver left undone
 };
 
 /// What a step did with one row.

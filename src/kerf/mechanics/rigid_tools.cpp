@@ -46,6 +46,8 @@ Status check_tool(const RigidTool& t, const RigidState& s, std::size_t index) {
 void prepare_tool(const RigidTool& t, const RigidState& s, double h, ToolWork& w) {
   w = {};
   w.length = std::sqrt(t.inertia / t.mass);
+  w.velocity = s.velocity;
+  w.spin = s.spin;
   w.offset = t.target - s.position;
   w.turn_offset = turn_of(product(t.target_axes, transposed(s.axes)));
   const double weaker = limited(t.max_force, t.stiffness * w.offset + t.damping * (t.target_velocity - s.velocity));
@@ -77,12 +79,13 @@ RigidState moved_tool(const RigidState& s, const ToolWork& w, double h) {
   return out;
 }
 
-void coupling_of(const RigidTool& t, const ToolWork& w, double h, RigidToolResult& out) {
+void forces_on_tool(const RigidTool& t, const ToolWork& w, double h, RigidToolResult& out) {
   const Vec3 v{w.solution[0], w.solution[1], w.solution[2]}, spin{w.solution[3], w.solution[4], w.solution[5]};
-  out.coupling_force = w.stiffness * (w.offset - h * v) + w.damping * (t.target_velocity - v);
-  out.coupling_torque = w.turning_stiffness * (w.turn_offset - h * spin) + w.turning_damping * (t.target_spin - spin);
-  out.force = (1 / h) * Vec3{w.contact[0], w.contact[1], w.contact[2]};
-  out.torque = (1 / h) * Vec3{w.contact[3], w.contact[4], w.contact[5]};
+  out.force = t.force + (1 / h) * Vec3{w.contact[0], w.contact[1], w.contact[2]};
+  out.torque = t.torque + (1 / h) * Vec3{w.contact[3], w.contact[4], w.contact[5]};
+  // Its limits, and what the solver left undone, are in it.
+  out.coupling_force = (t.mass / h) * (v - w.velocity) - out.force;
+  out.coupling_torque = (t.inertia / h) * (spin - w.spin) - out.torque;
 }
 
 }  // namespace kerf

@@ -719,8 +719,8 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
             fmt::format("step: node {} is not finite before the step; restore an earlier state", i + 1));
     return failed(fmt::format(
         "step: the result is not finite, so the step was refused and the state kept; try a smaller "
-        "dt than {} s, or look for a load or a support velocity that is out of scale",
-        o.dt));
+        "time step than {} s, or look for a load or a support velocity that is out of scale",
+        o.part_of > 0 ? o.part_of : o.dt));
   }
   for (std::size_t i = 0; i < n; ++i) {
     state.positions[i] = vec_of(w.position[i]);

@@ -48,6 +48,7 @@ enum class SolverKind {
 
 struct StepOptions {
   double dt = 1.0 / 60;       ///< s
+  double part_of = 0;         ///< s: the time step that this is a part of, as messages name it; 0: it is whole
   Vec3 gravity{0, 0, -9.81};  ///< m/s^2
   /// Residual relative to the right-hand side with the coarse space. Block-Jacobi alone leaves smooth errors
   /// that such a residual does not see, so it goes kBlockJacobiFactor further.

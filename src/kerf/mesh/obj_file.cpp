@@ -133,6 +133,9 @@ class ObjReader {
       return error(fmt::format("texture coordinate {} is not a finite number; correct or remove it",
                                texture_.size() + 1));
     }
+    if (!is_texture_coordinate(uv.x) || !is_texture_coordinate(uv.y)) {
+      return error(fmt::format("texture coordinate {} is beyond {:g}; correct or remove it", texture_.size() + 1, kMostTexture));
+    }
     texture_.push_back(uv);
     return {};
   }

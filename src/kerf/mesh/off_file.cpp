@@ -90,6 +90,9 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
             "vertex {} has no finite texture coordinates, but the header says {}; correct the line", v + 1,
             header));
       }
+      if (!is_texture_coordinate(texture.x) || !is_texture_coordinate(texture.y)) {
+        return error(fmt::format("vertex {} has a texture coordinate beyond {:g}; correct it", v + 1, kMostTexture));
+      }
       vertex_texture.push_back(texture);
     }
     scanner.next_line();

@@ -453,6 +453,9 @@ class PlyReader {
               fmt::format("vertex {} has a texture coordinate that is not a finite number; correct it",
                           i + 1));
         }
+        if (!is_texture_coordinate(uv.x) || !is_texture_coordinate(uv.y)) {
+          return error_in(source, fmt::format("vertex {} has a texture coordinate beyond {:g}; correct it", i + 1, kMostTexture));
+        }
         vertex_texture_.push_back(uv);
       }
       if (!source.end_element()) return broken(source, element, i);
@@ -498,6 +501,9 @@ class PlyReader {
                   source,
                   fmt::format("face {} has a texture coordinate that is not a finite number; correct it",
                               i + 1));
+            }
+            if (good && !is_texture_coordinate(static_cast<float>(value))) {
+              return error_in(source, fmt::format("face {} has a texture coordinate beyond {:g}; correct it", i + 1, kMostTexture));
             }
             if (good) uvs.push_back(value);
           }

@@ -74,9 +74,10 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who,
   if (diagonal == 0) return bad_input(who + "all vertices lie at one place; give a surface with an extent");
   if (!(diagonal >= kSmallestDiagonal && diagonal <= kLargestDiagonal)) {
     return bad_input(fmt::format(
-        "{}the surface is {:.3g} m across, and sizes from {:g} to {:g} m can be worked with; give "
+        "{}the surface is {}{:.3g} m across, and sizes from {:g} to {:g} m can be worked with; give "
         "`scale` to turn the file's units into metres",
-        who, diagonal, kSmallestDiagonal, kLargestDiagonal));
+        who, std::isfinite(diagonal) ? "" : "more than ", std::fmin(diagonal, std::numeric_limits<double>::max()), kSmallestDiagonal,
+        kLargestDiagonal));
   }
   double distance = 0;
   for (const double c : {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}) {

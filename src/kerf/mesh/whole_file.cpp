@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <limits.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -27,6 +29,48 @@ std::string parent_of(const std::string& path) {
   return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
 }
 
+constexpr int kMostLinks = 40;        // as many as the kernel follows
+constexpr int kMostWriters = 1000;    // of one file at a time
+constexpr int kRememberedWriters = 8; // as many places are looked at for what killed ones left
+
+/// The place that a path leads to over symbolic links, there or not. 0, or an error number.
+int follow_links(std::string& path) {
+  for (int i = 0; i < kMostLinks; ++i) {
+    char target[PATH_MAX];
+    const ssize_t n = ::readlink(path.c_str(), target, sizeof target);
+    if (n < 0) return errno == EINVAL || errno == ENOENT ? 0 : errno;  // no link, or nothing there yet
+    const std::string to(target, static_cast<std::size_t>(n));
+    path = to.starts_with('/') || path.find('/') == std::string::npos ? to : fmt::format("{}/{}", parent_of(path), to);
+  }
+  return ELOOP;
+}
+
+std::string temporary_name(const std::string& path, int number) { return fmt::format("{}.kerf.part-{}", path, number); }
+
+/// Does another writer, living or dead, have what could not be opened, so that the next number is to be tried?
+bool taken(int error_number) { return error_number == EEXIST || error_number == EACCES || error_number == ELOOP; }
+/// Not every disk of a network has locks.
+bool no_locks(int error_number) { return error_number == ENOLCK || error_number == EOPNOTSUPP || error_number == ENOSYS; }
+
+/// Opens a temporary file and makes it this writer's own for as long as it is open: a lock goes with its process, so
+/// that what a killed one left is free. -1: it is another's, or can't be had (errno).
+int own(const std::string& path, int flags) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | flags, 0666);
+  if (file < 0) return -1;
+  struct stat opened {}, named {};
+  int why = EEXIST;
+  if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) why = errno;
+    if (no_locks(why)) ::unlink(path.c_str());  // nobody works here by locks
+  } else if (::fstat(file, &opened) == 0 && ::lstat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
+             opened.st_dev == named.st_dev && S_ISREG(opened.st_mode)) {
+    return file;
+  }  // else its owner has renamed it meanwhile: it is a finished file
+  ::close(file);
+  errno = why;
+  return -1;
+}
+
 }  // namespace
 
 Result<FileBytes> read_whole_file(const std::string& path) {
@@ -34,6 +78,8 @@ Result<FileBytes> read_whole_file(const std::string& path) {
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.value < 0) {
     if (errno == ENOENT) return bad_input(fmt::format("{}: no such file; check the path", path));
+    if (errno == ELOOP) return bad_input(fmt::format("{}: its symbolic links lead round in a circle; name a file", path));
+    if (errno == ENAMETOOLONG) return bad_input(fmt::format("{}: the name is too long for a file; check the path", path));
     return bad_input(
         fmt::format("{}: can't be opened ({}); check its permissions", path, std::strerror(errno)));
   }
@@ -64,6 +110,10 @@ Result<FileBytes> read_whole_file(const std::string& path) {
 }
 
 ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
+  if (path_.empty()) {
+    fail(ENOENT);
+    return;
+  }
   struct stat info {};
   if (::stat(path_.c_str(), &info) == 0 && !S_ISREG(info.st_mode)) {
     if (S_ISDIR(info.st_mode)) {
@@ -74,29 +124,55 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
     if (descriptor_ < 0) fail(errno);
     return;
   }
-  for (int attempt = 0; attempt < 1000; ++attempt) {
-    temporary_ = fmt::format("{}.part-{}-{}", path_, ::getpid(), attempt);
+  std::string target = path_;
+  if (const int error = follow_links(target); error != 0) {
+    fail(error);
+    return;
+  }
+  path_ = target;
+  int number = 0;
+  for (; number < kMostWriters; ++number) {
+    temporary_ = temporary_name(path_, number);
+    descriptor_ = own(temporary_, O_CREAT);
+    if (descriptor_ >= 0 || !taken(errno)) break;
+  }
+  if (descriptor_ < 0 && no_locks(errno)) {
+    temporary_ = fmt::format("{}.kerf.part-{}-0", path_, ::getpid());
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor_ >= 0 || errno != EEXIST) break;
   }
   if (descriptor_ < 0) {
     temporary_.clear();
     fail(errno);
+    return;
+  }
+  if (::ftruncate(descriptor_, 0) != 0) fail(errno);
+  // What others left that were killed is of no use to anybody.
+  for (int other = 0; other < kRememberedWriters; ++other) {
+    if (other == number) continue;
+    const std::string left = temporary_name(path_, other);
+    if (const Descriptor file{own(left, 0)}; file.value >= 0) ::unlink(left.c_str());
   }
 }
 
 ReplacingFile::~ReplacingFile() {
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());  // while it is still this writer's own
   if (descriptor_ >= 0) ::close(descriptor_);
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
 void ReplacingFile::fail(int error_number) {
   if (!failure_.empty()) return;
-  if (error_number == ENOENT || error_number == ENOTDIR) {
+  error_number_ = error_number;
+  if (path_.empty()) {
+    failure_ = "no file name given; name the file to write";
+  } else if (error_number == ENOENT || error_number == ENOTDIR) {
     failure_ = fmt::format("{}: can't be written, because {} is not a folder; make it first", path_,
                            parent_of(path_));
   } else if (error_number == EISDIR) {
     failure_ = fmt::format("{}: is a folder; name a file in it", path_);
+  } else if (error_number == ELOOP) {
+    failure_ = fmt::format("{}: its symbolic links lead round in a circle; name a file", path_);
+  } else if (error_number == ENAMETOOLONG) {
+    failure_ = fmt::format("{}: the name is too long for this disk; choose a shorter one", path_);
   } else {
     failure_ = fmt::format("{}: can't be written ({}); check permissions and free space", path_,
                            std::strerror(error_number));
@@ -122,7 +198,9 @@ void ReplacingFile::flush() {
 
 Status ReplacingFile::commit() {
   flush();
-  if (descriptor_ >= 0 && ::close(std::exchange(descriptor_, -1)) != 0) fail(errno);
+  // Some disks say only on closing that they are full. A second descriptor is closed: the lock goes with the first, and the
+  // file must be this writer's own until it has its name.
+  if (const int second = descriptor_ >= 0 ? ::dup(descriptor_) : -1; second >= 0 && ::close(second) != 0) fail(errno);
   if (failure_.empty() && !temporary_.empty()) {
     if (::rename(temporary_.c_str(), path_.c_str()) != 0) {
       fail(errno);
@@ -130,8 +208,18 @@ Status ReplacingFile::commit() {
       temporary_.clear();
     }
   }
+  if (failure_.empty() && ::close(std::exchange(descriptor_, -1)) != 0) fail(errno);
   if (!failure_.empty()) return failed(failure_);
   return {};
+}
+
+Status check_can_be_written(const std::string& path) {
+  struct stat info {};
+  if (::stat(path.c_str(), &info) == 0 && S_ISFIFO(info.st_mode)) return {};  // whoever reads it would see it end
+  ReplacingFile file(path);
+  if (file.temporary_.empty() && file.descriptor_ >= 0 && ::write(file.descriptor_, "", 0) < 0) file.fail(errno);
+  if (file.failure_.empty()) return {};
+  return file.error_number_ == ENOSPC ? failed(file.failure_) : bad_input(file.failure_);
 }
 
 Status replace_file(const std::string& path, std::string_view bytes) {

@@ -21,7 +21,9 @@ struct FileBytes {
 Result<FileBytes> read_whole_file(const std::string& path);
 
 /// Collects what is written in a temporary file beside the target; commit() renames it over the target.
-/// Without commit() nothing of the target changes. Devices and pipes are written in place. Not copyable.
+/// Without commit() nothing of the target changes. Symbolic links stay: what they lead to is replaced. Devices and pipes
+/// are written in place. What killed writers of the same file left beside it is removed, what living ones have is not.
+/// Not copyable.
 class ReplacingFile {
  public:
   explicit ReplacingFile(std::string path);
@@ -35,6 +37,7 @@ class ReplacingFile {
   Status commit();
 
  private:
+  friend Status check_can_be_written(const std::string& path);
   void flush();
   void fail(int error_number);
 
@@ -42,8 +45,13 @@ class ReplacingFile {
   std::string temporary_;  ///< empty: written in place
   std::string buffer_;
   std::string failure_;
+  int error_number_ = 0;  ///< of failure_
   int descriptor_ = -1;
 };
+
+/// Could a file be written there? Leaves nothing. To be asked before long work whose result goes there. Bad input: a folder,
+/// a name that can't be, no permission; failure: a device that is full.
+Status check_can_be_written(const std::string& path);
 
 /// Replaces a file by these bytes.
 Status replace_file(const std::string& path, std::string_view bytes);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "kerf/base/lanes.h"
 #include "kerf/contact/rest_neighbours.h"
@@ -157,7 +158,7 @@ bool walls_sank_in(const Body& body, const MechanicsState& began, const Mechanic
   });
 }
 
-/// Obstacles on their way, tools where they are with the velocity that their coupling alone would give them.
+/// Obstacles on their way, tools where they are with the velocity that they would have without contacts.
 void place_shapes(const Scene& scene, const MechanicsState& state, const std::vector<ToolMotion>& motions, double t, double h,
                   ContactStep& c) {
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
@@ -176,11 +177,11 @@ void place_shapes(const Scene& scene, const MechanicsState& state, const std::ve
     c.set.tools[i] = rigid_tool(tool, motions[i], t, h);
     c.set.tools[i].force = motions[i].force;
     c.set.tools[i].torque = motions[i].torque;
-    const RigidVelocity free = free_velocity(c.set.tools[i], now, h);
+    const RigidVelocity expected = expected_velocity(tool, motions[i], now, t, h);
     shape.position = now.position;
     shape.axes = now.axes;
-    shape.velocity = free.linear;
-    shape.spin = free.spin;
+    shape.velocity = expected.linear;
+    shape.spin = expected.spin;
   }
 }
 
@@ -247,6 +248,7 @@ HexId common_copy(const Body& body, const SurfacePoint& point) {
 
 void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h, DetectMemory& memory,
                 ContactStep& c) {
+  if (c.seen.out_of_range) return;
   const auto between_lips = [&](std::size_t i) { return motions[i].inside || motions[i].in_slit; };
   std::erase_if(memory.rims, [&](const RememberedRim& r) { return !between_lips(static_cast<std::size_t>(r.tool)); });
   std::erase_if(memory.flanks, [&](const ToolContact& f) { return !between_lips(static_cast<std::size_t>(f.tool)); });
@@ -304,6 +306,35 @@ void make_contact_rows(const Body& body, ContactStep& c) {
   }
 }
 
+Vec3 pressed(const Body& body, const MechanicsState& state, const EdgePress& press) {
+  const Embedding& e = body.embedding;
+  const RigidState& tool = state.tools[static_cast<std::size_t>(press.tool)];
+  const Vec3 x = point_position(body.hex, {e.collision[press.vertex], e.collision_local[press.vertex]}, state.positions);
+  return tool.position + tool.axes * press.local - (x + press.offset);
+}
+
+void add_edge_rows(const Body& body, const MechanicsState& state, std::span<const EdgePress> presses, ContactStep& c) {
+  for (std::size_t i = 0; i < presses.size(); ++i) {
+    const EdgePress& press = presses[i];
+    const RigidState& tool = state.tools[static_cast<std::size_t>(press.tool)];
+    ContactRow row;
+    row.key = std::numeric_limits<std::uint64_t>::max() - (presses.size() - 1 - i);
+    row.first = static_cast<std::int32_t>(c.set.entries.size());
+    SurfacePoint at;
+    at.vertex[0] = press.vertex;
+    at.weight[0] = 1;
+    add_point(body, at, 1, row.first, c);
+    row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
+    row.rigid = press.tool;
+    row.arm = tool.axes * press.local;
+    row.normal = tool.axes * press.direction;
+    row.gap = -dot(row.normal, pressed(body, state, press));
+    row.stiffness = press.stiffness;
+    row.limit = press.limit;
+    c.set.rows.push_back(row);
+  }
+}
+
 Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::string>& notes, ContactStep& c) {
   c.on = wants_contact(scene);
   if (!c.on) return {};
@@ -334,7 +365,10 @@ RigidState tool_state(const SceneRigidTool& tool) {
   return {place.position, place.axes, {}, {}};
 }
 
-RigidVelocity free_velocity(const RigidTool& tool, const RigidState& now, double h) {
+RigidVelocity expected_velocity(const SceneRigidTool& scene_tool, const ToolMotion& motion, const RigidState& now, double t, double h) {
+  RigidTool tool = rigid_tool(scene_tool, motion, t, h);
+  tool.force = motion.force + motion.resistance;
+  tool.torque = motion.torque + motion.resistance_torque;
   ToolWork work;
   prepare_tool(tool, now, h, work);
   return {(1 / work.mass) * Vec3{work.right[0], work.right[1], work.right[2]}, (1 / work.inertia) * Vec3{work.right[3], work.right[4], work.right[5]}};

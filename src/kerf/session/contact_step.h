@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -51,8 +52,24 @@ RigidState tool_state(const SceneRigidTool& tool);
 
 /// Numbers of a tool that follows a motion from time t for h seconds.
 RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, double t, double h);
-/// What its coupling alone makes of the tool's motion in a step of h seconds.
-RigidVelocity free_velocity(const RigidTool& tool, const RigidState& now, double h);
+/// What its coupling, what it holds and what it cuts make of the tool's motion from time t in a step of h seconds, without contacts.
+RigidVelocity expected_velocity(const SceneRigidTool& tool, const ToolMotion& motion, const RigidState& now, double t, double h);
+
+/// Where an edge that cuts presses against a vertex: one-sided, up to the resistance of the material.
+struct EdgePress {
+  std::int32_t tool = 0;
+  CollisionVertex vertex;
+  double share = 1;      ///< of the edge in the material
+  Vec3 local;            ///< m, in the tool's frame: the place of the edge
+  Vec3 direction;        ///< unit, in the tool's frame: into the material
+  Vec3 offset;           ///< m: from the vertex to where the edge would not press
+  double stiffness = 0;  ///< N/m
+  double limit = 0;      ///< N
+};
+/// m: how far its edge has pressed on from there.
+Vec3 pressed(const Body& body, const MechanicsState& state, const EdgePress& press);
+/// Rows of edges that cut, after those of contacts.
+void add_edge_rows(const Body& body, const MechanicsState& state, std::span<const EdgePress> presses, ContactStep& step);
 
 /// How many equal parts a step of dt seconds needs so that nothing tunnels: obstacles and tools as they move at time t.
 int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state, const std::vector<ToolMotion>& motions,

@@ -40,6 +40,12 @@ std::string plain_stem(const std::string& name) {
   return out.empty() ? "upload" : out.substr(0, 80);
 }
 
+/// Whole numbers from `least` to `most`.
+Status check_whole(double value, const char* what, int least, int most) {
+  if (value >= least && value <= most && value == std::floor(value)) return {};
+  return bad_input(fmt::format("{} is a whole number from {} to {}, but {:g} came.", what, least, most, value));
+}
+
 Status check_unit(double unit) {
   if (unit >= kLeastUnit && unit <= kMostUnit) return {};
   return bad_input(fmt::format("The unit of a mesh goes from {} to {} metres.", kLeastUnit, kMostUnit));
@@ -61,7 +67,8 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       send_frame();
       return {};
     case CommandCode::kStep: {
-      const int n = static_cast<int>(std::clamp(c.value[0], 1.0, static_cast<double>(kMostSingleSteps)));
+      KERF_TRY(check_whole(c.value[0], "The number of steps", 1, kMostSingleSteps));
+      const int n = static_cast<int>(c.value[0]);
       for (int i = 0; i < n; ++i)
         if (!single_step()) break;
       return {};
@@ -123,6 +130,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
     case CommandCode::kMaterial: return perform(Kind::kMaterial, {c.value[0], c.value[1], c.value[2]});
     case CommandCode::kExport: return export_files(id, c.input, c.text);
     case CommandCode::kRecording: {
+      KERF_TRY(check_whole(c.value[0], "The value of recording (1 start, 0 stop)", 0, 1));
       if (too_long) {
         recording = false;
         return bad_input("So much has happened since the start that it is no longer kept; start again (reset) to record.");
@@ -138,6 +146,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       return {};
     }
     case CommandCode::kOverlay: {
+      KERF_TRY(check_whole(c.value[0], "The value of the overlay (0 no, 1 yes, 2 with feet)", 0, 2));
       client.overlay = c.value[0] != 0;
       client.feet = c.value[0] == 2;
       if (client.overlay) send_overlay();
@@ -151,6 +160,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       return {};
     }
     case CommandCode::kContacts:
+      KERF_TRY(check_whole(c.value[0], "The value of contacts (0 no, 1 yes)", 0, 1));
       client.contacts = c.value[0] != 0;
       frame_due = true;
       return {};
@@ -166,6 +176,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       tell_loading(protocol::LoadState::kStopped, {}, 0);
       return {};
     case CommandCode::kFixAll: {
+      KERF_TRY(check_whole(c.value[0], "The value of fix all (0 nothing, 1 the far rim)", 0, 1));
       if (c.value[0] == 1) return fix_rim();
       SceneRegion all;
       all.shape = SceneRegion::Shape::kSphere;

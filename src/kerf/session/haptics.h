@@ -8,6 +8,8 @@
 //   publish_haptics(session, 0, now, channel);   device.give(w);
 //   session.apply(tool_to(...device's pose))
 //
+// What a device feels are contacts. What resists an edge that cuts, and what jaws hold, is in HapticModel::force, but not in wrench().
+//
 // No device drivers here. Everything is plain memory: no locks, no allocation, on both sides.
 #pragma once
 

@@ -92,7 +92,7 @@ struct Grasp {
 };
 /// Where a thing is: x y z, a unit quaternion x y z w, and how far its jaws are open (0 to 1; without jaws 1).
 using Place = std::array<float, 8>;
-/// Of a tool: the pose that it follows (x y z, x y z w), force (N) and torque (N m) of what it touches, 0.
+/// Of a tool: the pose that it follows (x y z, x y z w), force (N) and torque (N m) of the body on it, 0.
 using ToolForces = std::array<float, 14>;
 enum class ContactWith : std::uint32_t { kObstacle = 0, kTool = 1, kBody = 2 };
 inline constexpr std::uint32_t kSliding = 16;  ///< added to a contact's partner

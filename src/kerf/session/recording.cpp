@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "kerf/mesh/base64.h"
+#include "kerf/session/scene_limits.h"
 
 namespace kerf {
 namespace {
@@ -43,6 +45,41 @@ bool plain_file_name(const std::string& name) {
          name.find('\\') == std::string::npos && name.find('\0') == std::string::npos;
 }
 
+namespace {
+
+/// Places, gravity and materials as scenes may have them. A blade far off meets nothing.
+Status check_limits(const SessionChange& c) {
+  const auto places = [&](std::size_t from, std::size_t to) -> Status {
+    for (std::size_t i = from; i < std::min(to, c.values.size()); ++i)
+      if (std::abs(c.values[i]) > kFarthestPlace)
+        return bad_input(fmt::format("\"{}\" names a place {:g} m from the origin; {:g} m is the farthest", word_of(c.kind).word, std::abs(c.values[i]),
+                                     kFarthestPlace));
+    return {};
+  };
+  const auto range = [&](std::size_t i, const char* what, const char* unit, double least, double most) -> Status {
+    if (c.values[i] >= least && c.values[i] <= most) return {};
+    return bad_input(fmt::format("{} goes from {:g} to {:g}{}{}, but is {:g}", what, least, most, *unit ? " " : "", unit, c.values[i]));
+  };
+  switch (c.kind) {
+    case Kind::kMove:
+    case Kind::kTool: return places(0, 3);
+    case Kind::kShave: return places(1, 8);
+    case Kind::kPunch: KERF_TRY(places(3, 6)); return places(12, c.values.size());
+    case Kind::kFix:
+    case Kind::kUnfix:
+    case Kind::kSuck: return places(1, c.values[0] == 2 ? 4 : 1);  // boxes and balls may be as large as anybody likes
+    case Kind::kGravity:
+      for (std::size_t i = 0; i < 3; ++i) KERF_TRY(range(i, "gravity", "m/s2", -kMostGravity, kMostGravity));
+      return {};
+    case Kind::kMaterial:
+      KERF_TRY(range(0, "Young's modulus", "Pa", kLeastYoung, kMostYoung));
+      return range(2, "density", "kg/m3", kLeastDensity, kMostDensity);
+    default: return {};
+  }
+}
+
+}  // namespace
+
 Status check(const SessionChange& c) {
   const int wanted = word_of(c.kind).values;
   if (c.kind == Kind::kRemove && c.vertices.size() != 1) return bad_input("\"remove\" names one collision triangle");
@@ -53,18 +90,18 @@ Status check(const SessionChange& c) {
     const bool framed = c.kind == Kind::kBeginStroke && c.values.size() == 2;
     if (!framed && c.values.size() != static_cast<std::size_t>(wanted))
       return bad_input(fmt::format("\"{}\" has {} values instead of {}", word_of(c.kind).word, c.values.size(), wanted));
-    return {};
+    return check_limits(c);
   }
   if (wanted == -2) {
     if (c.values.size() < 12 + 6 || c.values.size() % 2 != 0 || (c.values[0] != 0 && c.values[0] != 1 && c.values[0] != 2 && c.values[0] != 3))
       return bad_input("a punch is frame, reach, roughness, centre, axis, across and three or more corners x, y");
-    return {};
+    return check_limits(c);
   }
   const double shape = c.values.empty() ? -1 : c.values[0];
   const std::size_t size = shape == 1 ? 5 : 7;
   if ((shape != 0 && shape != 1 && shape != 2) || c.values.size() != size)
     return bad_input("a region is [0, min, max], [1, centre, radius] or [2, point, normal]");
-  return {};
+  return check_limits(c);
 }
 
 namespace {

@@ -1,11 +1,15 @@
 // Doing what a recording says.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/recording.h"
 #include "kerf/session/recording_meshes.h"
 #include "kerf/session/scene_file.h"
+#include "kerf/session/scene_limits.h"
 #include "kerf/session/temporary_folder.h"
 
 namespace kerf {
@@ -14,6 +18,7 @@ namespace {
 using Kind = SessionChange::Kind;
 
 constexpr double kShortestMotion = 1e-6;  ///< s
+constexpr double kFarthestBlade = 10 * kFarthestPlace;  ///< m: a page's blade reaches from its eye to beyond the body
 
 Vec3 vec(const std::vector<double>& values, std::size_t at) { return {values[at], values[at + 1], values[at + 2]}; }
 
@@ -61,7 +66,10 @@ Status apply(Session& session, const SessionChange& c) {
   switch (c.kind) {
     case Kind::kBeginStroke:
       return session.begin_stroke(c.values.size() > 1 && c.values[1] != 0 ? SceneFrame::kRest : SceneFrame::kWorld, c.values[0] != 0);
-    case Kind::kBlade: return session.move_blade(vec(c.values, 0), vec(c.values, 3));
+    case Kind::kBlade:
+      for (const double v : c.values)
+        if (std::abs(v) > kFarthestBlade) return bad_input(fmt::format("a blade can't be {:g} m from the origin; {:g} m is the farthest", std::abs(v), kFarthestBlade));
+      return session.move_blade(vec(c.values, 0), vec(c.values, 3));
     case Kind::kEndStroke: return session.end_stroke();
     case Kind::kCancelStroke: return session.cancel_stroke();
     case Kind::kUndo: return session.undo();

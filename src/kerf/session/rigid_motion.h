@@ -39,10 +39,12 @@ struct ToolMotion {
   Vec3 base, tip;        ///< m, world
   Vec3 carried;          ///< m: what the material at its edge moved by in the last step
   bool crossed = false;  ///< material has gone over its edge in the last step, from one side to the other
-  Vec3 press;            ///< m: how far the edge that cuts has pressed into what has not given way
+  Vec3 press;            ///< m: how far the edge that cuts has pressed into what has not given way; behind that, where it has gone back
+  bool pressed = false;  ///< with what it did in the last step
   double edge_force = 0, edge_length = 0;  ///< N, m: what the edge met in the last step, pressing
   bool jaw_pushes[2] = {false, false};     ///< which jaws met something
-  Vec3 force, torque;    ///< N, N m: of what it cuts or holds, on the tool, in this step
+  Vec3 force, torque;    ///< N, N m: of what it holds, on the tool, in this step
+  Vec3 resistance, resistance_torque;  ///< N, N m: of what it cuts, as far as the last step tells; what it really is, this step finds
   [[nodiscard]] RigidPlace pose(double time) const { return place_at(start, poses, time - began); }
   /// 1 open, 0 closed.
   [[nodiscard]] double jaws(double time) const;

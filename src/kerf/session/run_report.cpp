@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 namespace kerf {
 namespace {
@@ -31,6 +32,62 @@ Quantiles of_steps(const RunLog& log, double (*value)(const RunLog::Step&)) {
   return quantiles(std::move(values));
 }
 
+/// Overlap that is worth a word, as a share of the largest half thickness.
+constexpr double kDeep = 0.05;
+
+double half_thickness(const Session& session) {
+  double most = 0;
+  const CollisionMesh& mesh = session.body().complex.collision;
+  for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count())) most = std::max(most, norm(mesh.offset[v]));
+  return most;
+}
+
+DeepestOverlap deepest_of(const Session& session, std::span<const RunLog::Step> steps) {
+  DeepestOverlap out;
+  for (const RunLog::Step& s : steps)
+    if (s.overlap > out.metres) out.metres = s.overlap, out.time = s.time;
+  const double thick = half_thickness(session);
+  if (thick > 0) out.share = out.metres / thick;
+  return out;
+}
+
+Json tools_json(const Session& session, const RunLog& log) {
+  const std::vector<Session::ToolState> now = session.tools();
+  Json out = Json::array();
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const RunLog::Tool most = i < log.tools.size() ? log.tools[i] : RunLog::Tool{};
+    out.push_back({{"id", session.scene().tools[i].id},
+                   {"largest_force", {{"newtons", most.force}, {"time", most.force_at}}},
+                   {"largest_torque", {{"newton_metres", most.torque}, {"time", most.torque_at}}},
+                   {"end",
+                    {{"position", json(now[i].place.position)},
+                     {"force", json(now[i].force)},
+                     {"torque", json(now[i].torque)},
+                     {"coupling_force", json(now[i].coupling_force)},
+                     {"coupling_torque", json(now[i].coupling_torque)}}}});
+  }
+  return out;
+}
+
+Json contact_json(const Session& session, const RunLog& log) {
+  int contacts = 0, pressing = 0;
+  for (const RunLog::Step& s : log.steps) {
+    contacts = std::max(contacts, s.contacts);
+    pressing = std::max(pressing, s.pressing);
+  }
+  const DeepestOverlap deepest = deepest_overlap(session, log);
+  std::vector<Vec3> on(session.scene().obstacles.size());
+  for (const Session::ContactState& c : session.contacts())
+    if (c.obstacle >= 0) on[static_cast<std::size_t>(c.obstacle)] -= c.force;
+  Json obstacles = Json::array();
+  for (std::size_t i = 0; i < on.size(); ++i)
+    obstacles.push_back({{"name", session.scene().obstacles[i].name}, {"force_end", json(on[i])}});
+  return {{"contacts_most", contacts},
+          {"pressing_most", pressing},
+          {"deepest_overlap", {{"metres", deepest.metres}, {"share_of_half_thickness", deepest.share}, {"time", deepest.time}}},
+          {"obstacles", obstacles}};
+}
+
 }  // namespace
 
 Quantiles quantiles(std::vector<double> values) {
@@ -43,6 +100,35 @@ Quantiles quantiles(std::vector<double> values) {
   return {rank(0.5), rank(0.99), values.back()};
 }
 
+void RunLog::add(const Session& session, const SessionStep& step) {
+  const StepReport& m = step.mechanics;
+  steps.push_back({session.time(), step.seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit, m.stopped_by_floor,
+                   m.inverted_elements, m.kinetic_energy, m.contacts, m.pressing, m.deepest_overlap});
+  const std::vector<Session::ToolState> now = session.tools();
+  tools.resize(now.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    Tool& tool = tools[i];
+    if (const double force = norm(now[i].force); force > tool.force) tool.force = force, tool.force_at = session.time();
+    if (const double torque = norm(now[i].torque); torque > tool.torque) tool.torque = torque, tool.torque_at = session.time();
+  }
+}
+
+DeepestOverlap deepest_overlap(const Session& session, const RunLog& log) { return deepest_of(session, log.steps); }
+
+std::string overlap_note(const Session& session, const RunLog& log) {
+  std::span<const RunLog::Step> later = log.steps;
+  if (later.empty()) return {};
+  // What started inside each other and is still being pushed apart is told of when it starts; unless it never comes out.
+  const double most = kDeep * half_thickness(session);
+  const auto out = std::find_if(later.begin(), later.end(), [&](const RunLog::Step& s) { return s.overlap <= most; });
+  later = later.subspan(out == later.end() ? 1 : static_cast<std::size_t>(out - later.begin()));
+  const DeepestOverlap deepest = deepest_of(session, later);
+  if (!(deepest.share > kDeep)) return {};
+  return fmt::format("things were in each other by up to {:.2g} mm, {:.2g} of the largest half thickness, at {:.4g} s; take a shorter time_step, or "
+                     "let steps be divided more often (substeps of [contact])",
+                     1e3 * deepest.metres, deepest.share, deepest.time);
+}
+
 std::string run_report_json(const Session& session, const RunLog& log) {
   Json report;
   report["kerf_report_version"] = kReportVersion;
@@ -51,6 +137,7 @@ std::string run_report_json(const Session& session, const RunLog& log) {
   report["simulated_seconds"] = session.time();
   report["time_step_seconds"] = session.time_step();
   report["notes"] = session.notes();
+  if (const std::string note = overlap_note(session, log); !note.empty()) report["notes"].push_back(note);
   report["counts"] = {{"start", json(log.counts_before)}, {"final", json(session.counts())}};
   report["state_hash"] = fmt::format("{:016x}", session.hash());
 
@@ -99,6 +186,8 @@ std::string run_report_json(const Session& session, const RunLog& log) {
       {"inverted_elements_most", inverted},
       {"kinetic_energy_end", log.steps.empty() ? 0.0 : log.steps.back().kinetic_energy}};
   report["support_force"] = json(session.support_force());
+  if (!session.scene().tools.empty()) report["tools"] = tools_json(session, log);
+  if (wants_contact(session.scene())) report["contact"] = contact_json(session, log);
 
   if (const auto score = session.score())
     report["score"] = {{"lesion_volume", score->lesion_volume},   {"lesion_removed", score->lesion_removed},

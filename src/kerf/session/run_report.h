@@ -21,8 +21,15 @@ struct RunLog {
     bool stopped_by_floor = false;  ///< at rest: the residual is rounding
     int inverted = 0;
     double kinetic_energy = 0;  ///< J
+    int contacts = 0, pressing = 0;
+    double overlap = 0;    ///< m: the deepest
   };
   std::vector<Step> steps;
+  struct Tool {
+    double force = 0, force_at = 0;    ///< N, the largest of ToolState::force; s
+    double torque = 0, torque_at = 0;  ///< N m; s
+  };
+  std::vector<Tool> tools;  ///< of the scene
   struct Check {
     double time = 0;
     std::string what;     ///< "start", "stroke 1", "end"
@@ -31,7 +38,20 @@ struct RunLog {
   std::vector<Check> checks;
   BodyCounts counts_before;
   double prepare_seconds = 0;  ///< loading, binding, hexahedra
+
+  /// A step that the session has just taken.
+  void add(const Session& session, const SessionStep& step);
 };
+
+/// How far things were in each other.
+struct DeepestOverlap {
+  double metres = 0, share = 0;  ///< share: of the body's largest half thickness
+  double time = 0;               ///< s
+};
+/// In any step.
+DeepestOverlap deepest_overlap(const Session& session, const RunLog& log);
+/// A sentence about things that got too deep into each other after the first step, or nothing.
+std::string overlap_note(const Session& session, const RunLog& log);
 
 /// JSON text of the report. Keys are stable within one "version".
 std::string run_report_json(const Session& session, const RunLog& log);

@@ -16,6 +16,7 @@ namespace kerf {
 namespace {
 
 constexpr double kInside = 1e-9;    // of a cell: where a body that fits exactly ends
+constexpr double kFarthestCells = 1e6;   // least cells: farther from the origin, doubles don't resolve where things are in a cell
 constexpr double kMuchFiner = 2.5;  // cells along an axis where a body alone would have one
 
 std::string body_name(const SceneBody& body, std::size_t number) {
@@ -72,9 +73,22 @@ Result<LatticeFrame> joined_frame(const std::vector<LatticeFrame>& frames, const
   return choose_lattice(mesh, options);
 }
 
-}  // namespace
+/// Refuses what lies so far off that its invariants would drown in rounding.
+Status check_distance(const SceneBodies& bodies) {
+  Box3 box;
+  for (const Vec3 p : bodies.complex.collision.rest.raw()) box.add(p);
+  double distance = 0;
+  for (const Vec3 corner : {box.min, box.max})
+    for (int i = 0; i < 3; ++i) distance = std::fmax(distance, std::fabs(corner[i]));
+  const Vec3 cell = bodies.frame.cell;
+  const double least = std::fmin(cell.x, std::fmin(cell.y, cell.z));
+  if (distance <= kFarthestCells * least) return {};
+  return bad_input(fmt::format("the body lies {:.3g} m from the origin, too far for its cells of {:.3g} m ({:.3g} m is the farthest); give [body] a position "
+                               "nearer to the origin, or move its mesh there",
+                               distance, least, kFarthestCells * least));
+}
 
-Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progress) {
+Result<SceneBodies> gather_bodies(const Scene& scene, const Progress& progress) {
   SceneBodies out;
   std::vector<LatticeFrame> frames;
   std::vector<std::string> names;
@@ -134,6 +148,14 @@ Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progre
       break;
     }
   return out;
+}
+
+}  // namespace
+
+Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progress) {
+  auto bodies = gather_bodies(scene, progress);
+  if (bodies) KERF_TRY(check_distance(*bodies));
+  return bodies;
 }
 
 }  // namespace kerf

@@ -11,6 +11,7 @@
 #include "kerf/mesh/rigid_models.h"
 #include "kerf/session/closest_word.h"
 #include "kerf/session/scene_keys.h"
+#include "kerf/session/scene_limits.h"
 #include "kerf/session/scene_schema.h"
 #include "kerf/session/toml_text.h"
 
@@ -862,10 +863,10 @@ class SceneReader {
       bool good = pair && pair->size() == 2;
       for (std::size_t i = 0; good && i < 2; ++i) {
         const auto number = (*pair)[i].value<double>();
-        good = number && std::isfinite(*number);
+        good = number && std::fabs(*number) <= kFarthestPlace;
         if (good) (i == 0 ? p.x : p.y) = *number;
       }
-      if (!good) return problem(line_of(item), "a point of a punch is [x, y], two finite numbers in metres");
+      if (!good) return problem(line_of(item), "a point of a punch is [x, y], two numbers in metres, up to 1e6");
       out.points.push_back(p);
     }
     if (out.points.size() < 3) problem(line_of(*node), fmt::format("a polygon needs at least three points, but has {}", out.points.size()));

@@ -1,5 +1,7 @@
 #include "kerf/session/scene_keys.h"
 
+#include "kerf/session/scene_limits.h"
+
 namespace kerf {
 namespace {
 
@@ -8,6 +10,11 @@ constexpr SceneRange kAny{};
 constexpr SceneRange kPositive{0, kInfinity, true, false};
 constexpr SceneRange kNotNegative{0, kInfinity, false, false};
 constexpr SceneRange kPositiveFraction{0, 1, true, true};
+constexpr SceneRange kPlace{-kFarthestPlace, kFarthestPlace, false, false};
+constexpr SceneRange kForce{-kHardestForce, kHardestForce, false, false};
+constexpr SceneRange kAcceleration{-kMostGravity, kMostGravity, false, false};
+constexpr SceneRange kStiffness{0, kMostYoung, true, false};
+constexpr SceneRange kMassPerVolume{0, kMostDensity, true, false};
 constexpr SceneRange kTurn{-100, 100, false, false};  // 16 turns; beyond, digits of the angle are lost
 constexpr SceneRange at_least_one(double max) {
   return {1, max, false, false};
@@ -85,7 +92,7 @@ std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
       {"exact_paths", &T::exact_paths, "", kAny, false,
        "Exact geodesics when the meshes are bound; the default straightens locally, which is faster and "
        "nearly as short."},
-      {"position", &T::position, "m", kAny, false,
+      {"position", &T::position, "m", kPlace, false,
        "Where the origin of the body's own coordinates goes; all other rest coordinates of the scene are those "
        "after placing."},
       {"rotation", &T::rotation, "rad", kTurn, false,
@@ -133,7 +140,7 @@ template <>
 std::span<const SceneKey<SceneMaterial>> scene_keys<SceneMaterial>() {
   using T = SceneMaterial;
   static const SceneKey<T> keys[] = {
-      {"young", &T::young, "Pa", kPositive, false,
+      {"young", &T::young, "Pa", kStiffness, false,
        "Young's modulus: resistance to stretching. Default: the model's own, 20000 for files."},
       {"poisson",
        &T::poisson,
@@ -142,7 +149,7 @@ std::span<const SceneKey<SceneMaterial>> scene_keys<SceneMaterial>() {
        false,
        "Poisson's ratio: 0 does not narrow when stretched, 0.49 keeps its volume. Default: the model's own, "
        "0.45 for files."},
-      {"density", &T::density, "kg/m3", kPositive, false,
+      {"density", &T::density, "kg/m3", kMassPerVolume, false,
        "Mass per volume. Default: the model's own, 1000 for files."},
       {"damping_mass", &T::damping_mass, "1/s", kNotNegative, false,
        "Rayleigh damping of motion through space; brings free bodies to rest too."},
@@ -162,14 +169,14 @@ std::span<const SceneKey<SceneMaterialRegion>> scene_keys<SceneMaterialRegion>()
        "The region: a box. Give exactly one of box, sphere, half_space."},
       {"sphere", SceneNested{"table"}, "", kAny, false, "The region: a ball."},
       {"half_space", SceneNested{"table"}, "", kAny, false, "The region: one side of a plane."},
-      {"young", &T::young, "Pa", kPositive, false, "Young's modulus there; as in [material] when absent."},
+      {"young", &T::young, "Pa", kStiffness, false, "Young's modulus there; as in [material] when absent."},
       {"poisson",
        &T::poisson,
        "",
        {0, 0.499, false, false},
        false,
        "Poisson's ratio there; as in [material] when absent."},
-      {"density", &T::density, "kg/m3", kPositive, false, "Density there; as in [material] when absent."},
+      {"density", &T::density, "kg/m3", kMassPerVolume, false, "Density there; as in [material] when absent."},
   };
   return keys;
 }
@@ -184,7 +191,7 @@ std::span<const SceneKey<SceneLattice>> scene_keys<SceneLattice>() {
        "from files get cells that fit their thickness."},
       {"cell_size", &T::cell_size, "m", kPositive, false,
        "Edge lengths of a cell along the three axes; the body sits in the middle of the lattice."},
-      {"origin", &T::origin, "m", kAny, false,
+      {"origin", &T::origin, "m", kPlace, false,
        "Lowest corner of the lattice; goes with both cells and cell_size, which then are the whole lattice."},
       {"axes", &T::axes, "", kAny, false,
        "Three unit vectors at right angles, right-handed; goes with cells or cell_size. Default: chosen by "
@@ -241,7 +248,7 @@ std::span<const SceneKey<SceneSimulation>> scene_keys<SceneSimulation>() {
   static const SceneKey<T> keys[] = {
       {"time_step", &T::time_step, "s", kPositive, false, "Time between two states."},
       {"duration", &T::duration, "s", kNotNegative, false, "How much time is simulated."},
-      {"gravity", &T::gravity, "m/s2", kAny, false, "Acceleration of free fall; z is up."},
+      {"gravity", &T::gravity, "m/s2", kAcceleration, false, "Acceleration of free fall; z is up."},
       {"tolerance", &T::tolerance, "", kPositiveFraction, false,
        "Residual at which the linear solver stops, relative to the right-hand side."},
       {"max_iterations", &T::max_iterations, "", at_least_one(1e6), false,
@@ -276,11 +283,11 @@ template <>
 std::span<const SceneKey<SceneLoad>> scene_keys<SceneLoad>() {
   using T = SceneLoad;
   static const SceneKey<T> keys[] = {
-      {"point", &T::point, "m", kAny, true,
+      {"point", &T::point, "m", kPlace, true,
        "Where the force acts, in rest coordinates; the closest surface point counts."},
       {"radius", &T::radius, "m", kNotNegative, false,
        "The force is spread over the surface this far around the point."},
-      {"force", &T::force, "N", kAny, true, "The whole force, in world directions."},
+      {"force", &T::force, "N", kForce, true, "The whole force, in world directions."},
       {"from", &T::from, "s", kNotNegative, false, "When the force sets in."},
       {"until", &T::until, "s", kPositive, false, "When the force ends; it stays when absent."},
   };
@@ -291,14 +298,14 @@ template <>
 std::span<const SceneKey<SceneBodyMaterial>> scene_keys<SceneBodyMaterial>() {
   using T = SceneBodyMaterial;
   static const SceneKey<T> keys[] = {
-      {"young", &T::young, "Pa", kPositive, false, "Young's modulus of this body; as in [material] when absent."},
+      {"young", &T::young, "Pa", kStiffness, false, "Young's modulus of this body; as in [material] when absent."},
       {"poisson",
        &T::poisson,
        "",
        {0, 0.499, false, false},
        false,
        "Poisson's ratio of this body; as in [material] when absent."},
-      {"density", &T::density, "kg/m3", kPositive, false,
+      {"density", &T::density, "kg/m3", kMassPerVolume, false,
        "Density of this body; as in [material] when absent."},
   };
   return keys;
@@ -332,7 +339,7 @@ std::span<const SceneKey<SceneContact>> scene_keys<SceneContact>() {
        false,
        "Things nearer than this are watched; what moves fast is watched from farther off anyway."},
       {"push_speed", &T::push_speed, "m/s", kPositive, false,
-       "At most this fast things that overlap at the start are pushed apart."},
+       "At most this fast things that overlap at the start are pushed apart. What is free keeps that speed and flies off with it: place things apart, or lower it."},
       {"passes", &T::passes, "", at_least_one(64), false,
        "Linear solves of a step at most, while contacts open and close. Three times as many while a contact without a force overlaps by more than 2 % of the half thickness."},
       {"substeps", &T::substeps, "", at_least_one(1000), false,
@@ -349,7 +356,7 @@ std::span<const SceneKey<SceneObstacle>> scene_keys<SceneObstacle>() {
       {"shape", choice<T, &T::shape>(kShapeWords), "", kAny, true,
        "In its own axes: plane: z = 0, outside above. sphere: about the origin. capsule: along z. box: about the "
        "origin. mesh: a surface from a file or a generated one, outside where its triangles run counter-clockwise."},
-      {"position", &T::position, "m", kAny, false, "Where its origin is."},
+      {"position", &T::position, "m", kPlace, false, "Where its origin is."},
       {"rotation", &T::rotation, "rad", kTurn, false, "How it is turned: axis times angle."},
       {"radius", &T::radius, "m", kPositive, false, "Of a sphere or a capsule."},
       {"length", &T::length, "m", kNotNegative, false, "Of a capsule, between the middles of its round ends."},
@@ -378,7 +385,7 @@ std::span<const SceneKey<ScenePose>> scene_keys<ScenePose>() {
   static const SceneKey<T> keys[] = {
       {"time", &T::time, "s", kNotNegative, true,
        "When; later than the pose before. In a command: after its at."},
-      {"position", &T::position, "m", kAny, true, "Where the origin is."},
+      {"position", &T::position, "m", kPlace, true, "Where the origin is."},
       {"rotation", &T::rotation, "rad", kTurn, false,
        "How it is turned: axis times angle. Default: as in the pose before."},
   };
@@ -395,7 +402,7 @@ std::span<const SceneKey<SceneRigidTool>> scene_keys<SceneRigidTool>() {
        "y = 0. probe: a rod with a hook. grasper: two jaws. scalpel: an edge that cuts, back and flanks that press. "
        "scissors: two blades whose closing line cuts. sphere: a ball about the origin. mesh: a surface from a file. "
        "shaver: a rod with a round end, which presses while the page's shaver smooths."},
-      {"position", &T::position, "m", kAny, false, "Where its origin is at the start."},
+      {"position", &T::position, "m", kPlace, false, "Where its origin is at the start."},
       {"rotation", &T::rotation, "rad", kTurn, false, "How it is turned at the start: axis times angle."},
       {"length", &T::length, "m", kPositive, false, "Of the shaft. Default: 0.12."},
       {"radius", &T::radius, "m", kPositive, false,
@@ -540,8 +547,8 @@ std::span<const SceneKey<SceneBladePose>> scene_keys<SceneBladePose>() {
   static const SceneKey<T> keys[] = {
       {"time", &T::time, "s", kNotNegative, true,
        "Seconds after the command's at; later than the pose before."},
-      {"base", &T::base, "m", kAny, true, "One end of the edge."},
-      {"tip", &T::tip, "m", kAny, true, "The other end of the edge."},
+      {"base", &T::base, "m", kPlace, true, "One end of the edge."},
+      {"tip", &T::tip, "m", kPlace, true, "The other end of the edge."},
   };
   return keys;
 }
@@ -552,7 +559,7 @@ std::span<const SceneKey<ScenePunch>> scene_keys<ScenePunch>() {
   static const SceneKey<T> keys[] = {
       {"shape", choice<T, &T::shape>(kPunchWords), "", kAny, false,
        "Outline. d: half a disc, its flat side through the point and along the axis times across, its round side towards across."},
-      {"point", &T::point, "m", kAny, true, "Middle of the circle or of the D's flat side; where (0, 0) of a polygon is."},
+      {"point", &T::point, "m", kPlace, true, "Middle of the circle or of the D's flat side; where (0, 0) of a polygon is."},
       {"axis", &T::axis, "", kAny, false, "Along which it is pressed; any length."},
       {"across", &T::across, "", kAny, false, "Where the outline's x points; its part along the axis does not count."},
       {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the punch."},
@@ -598,7 +605,7 @@ std::span<const SceneKey<SceneGrasp>> scene_keys<SceneGrasp>() {
   using T = SceneGrasp;
   static const SceneKey<T> keys[] = {
       {"id", &T::id, "", kAny, true, "A name for move and release."},
-      {"point", &T::point, "m", kAny, true, "What is taken hold of: the closest surface point."},
+      {"point", &T::point, "m", kPlace, true, "What is taken hold of: the closest surface point."},
       {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the point."},
       {"radius", &T::radius, "m", kNotNegative, false, "Everything this near to the point is held too."},
       {"stiffness", &T::stiffness, "N/m", kPositive, false,
@@ -613,8 +620,8 @@ std::span<const SceneKey<SceneMove>> scene_keys<SceneMove>() {
   using T = SceneMove;
   static const SceneKey<T> keys[] = {
       {"id", &T::id, "", kAny, true, "The grasp that moves."},
-      {"by", &T::by, "m", kAny, false, "How far, in world directions. Give by or to."},
-      {"to", &T::to, "m", kAny, false, "Where the held point goes, in world coordinates."},
+      {"by", &T::by, "m", kPlace, false, "How far, in world directions. Give by or to."},
+      {"to", &T::to, "m", kPlace, false, "Where the held point goes, in world coordinates."},
       {"over", &T::over, "s", kNotNegative, false, "How long the motion takes; 0: at once."},
   };
   return keys;
@@ -670,8 +677,8 @@ template <>
 std::span<const SceneKey<SceneArthroscope>> scene_keys<SceneArthroscope>() {
   using T = SceneArthroscope;
   static const SceneKey<T> keys[] = {
-      {"entry", &T::entry, "m", kAny, true, "Where it goes through the skin; it turns about this point."},
-      {"target", &T::target, "m", kAny, true, "What it looks at to begin with."},
+      {"entry", &T::entry, "m", kPlace, true, "Where it goes through the skin; it turns about this point."},
+      {"target", &T::target, "m", kPlace, true, "What it looks at to begin with."},
       {"angle", &T::angle, "rad", SceneRange{0, 1.3}, false, "Between its shaft and its view."},
   };
   return keys;
@@ -704,7 +711,7 @@ std::span<const SceneKey<SceneRegion>> scene_sphere_keys() {
 
 std::span<const SceneKey<SceneRegion>> scene_half_space_keys() {
   static const SceneKey<SceneRegion> keys[] = {
-      {"point", &SceneRegion::point, "m", kAny, true, "A point of the plane."},
+      {"point", &SceneRegion::point, "m", kPlace, true, "A point of the plane."},
       {"normal", &SceneRegion::normal, "", kAny, true, "Points into the region; any length."},
   };
   return keys;

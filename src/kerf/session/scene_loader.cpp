@@ -6,6 +6,7 @@
 #include <exception>
 #include <new>
 
+#include "kerf/base/parallel.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/mesh/whole_file.h"
@@ -117,9 +118,18 @@ Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Prog
   return loaded;
 }
 
+namespace {
+
+Error no_thread() {
+  return failed("There is not enough memory for this scene, or no thread can be had to load it; what was shown stays. Let the program have more "
+                "memory (ulimit -v) or processes (ulimit -u).");
+}
+
+}  // namespace
+
 SceneLoader::~SceneLoader() {
   stop();
-  if (job_) job_->thread.join();
+  if (job_ && job_->thread.joinable()) job_->thread.join();
   if (disposer_.joinable()) disposer_.join();
 }
 
@@ -141,7 +151,7 @@ void SceneLoader::stop() {
 void SceneLoader::begin(SceneRequest request) {
   job_ = std::make_unique<Job>();
   Job& job = *job_;
-  job.thread = std::thread([&job, request = std::move(request)]() mutable {
+  auto work = [&job, request = std::move(request)]() mutable {
     const auto tell = [&job](std::string_view stage, double fraction) {
       const std::scoped_lock lock(job.mutex);
       job.where = {std::string(stage), fraction};
@@ -153,10 +163,16 @@ void SceneLoader::begin(SceneRequest request) {
     } catch (const std::bad_alloc&) {
       job.outcome = failed("There is not enough memory for this scene; what was shown stays.");
     } catch (const std::exception& error) {
-      job.outcome = failed(std::string("This scene can't be loaded: ") + error.what());
+      job.outcome = is_lack_of_threads(error) ? no_thread() : failed(std::string("This scene can't be loaded: ") + error.what());
     }
     job.done = true;
-  });
+  };
+  try {
+    job.thread = std::thread(std::move(work));
+  } catch (const std::exception&) {  // a thread needs a stack and a place among the processes
+    job.outcome = no_thread();
+    job.done = true;
+  }
 }
 
 SceneLoader::Where SceneLoader::where() const {
@@ -167,7 +183,7 @@ SceneLoader::Where SceneLoader::where() const {
 
 std::optional<Result<std::unique_ptr<LoadedScene>>> SceneLoader::take() {
   if (!job_ || !job_->done) return {};
-  job_->thread.join();
+  if (job_->thread.joinable()) job_->thread.join();
   auto outcome = std::move(job_->outcome);
   const bool stopped = job_->stop;
   job_.reset();
@@ -186,7 +202,11 @@ std::optional<Result<std::unique_ptr<LoadedScene>>> SceneLoader::take() {
 
 void SceneLoader::dispose(std::unique_ptr<LoadedScene> scene) {
   if (disposer_.joinable()) disposer_.join();
-  disposer_ = std::thread([scene = std::move(scene)]() mutable { scene.reset(); });
+  try {
+    disposer_ = std::thread([scene = std::move(scene)]() mutable { scene.reset(); });
+  } catch (const std::exception&) {
+    // Without a thread the scene has been freed here, with the function that had it.
+  }
 }
 
 }  // namespace kerf

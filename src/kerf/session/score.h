@@ -23,7 +23,7 @@ struct TrainerScore {
   double healthy_share = 0;     ///< of what there was
   int loose_pieces = 0;         ///< left behind
   double roughness = 0;         ///< metres: RMS of the cut surfaces that remain
-  double largest_force = 0;     ///< N: of a tool on the body, in any step
+  double largest_force = 0;     ///< N: Session::ToolState::force of a tool, in any step (mean over it)
   double time = 0;              ///< s, simulated
 };
 

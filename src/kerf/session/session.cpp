@@ -88,7 +88,7 @@ void UndoList::clear() {
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures), gravity(o.gravity),
       largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps), next_command(o.next_command), grasps(o.grasps),
-      tools(o.tools), edge_holds(o.edge_holds), touching(o.touching),
+      tools(o.tools), touching(o.touching),
       stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
       strokes(o.strokes), topology_version(o.topology_version) {}
 
@@ -183,7 +183,7 @@ Result<SessionStep> Session::step() {
   }
   if (s.state.stroke && s.state.stroke->from_command) KERF_TRY(s.advance_command_stroke(until));
   auto mechanics = s.advance();
-  if (!mechanics) return mechanics.error();
+  if (!mechanics) return failed(mechanics.error().message);  // whatever it was that could not be computed with: the scene was accepted
   report.mechanics = *mechanics;
   report.parts = s.parts;
   report.detection = s.detection_seconds;
@@ -423,8 +423,8 @@ std::uint64_t Session::hash() const {
     hash.add(t.start);
     hash.add(t.poses);
     hash.add(std::array<double, 5>{t.began, t.jaws_from, t.jaws_to, t.jaws_began, t.jaws_over});
-    hash.add(std::array<std::int32_t, 6>{t.inside, t.in_slit, t.holding, t.placed, t.jaw_pushes[0], t.jaw_pushes[1]});
-    hash.add(std::array<Vec3, 6>{t.base, t.tip, t.carried, t.press, t.force, t.torque});
+    hash.add(std::array<std::int32_t, 7>{t.inside, t.in_slit, t.holding, t.placed, t.pressed, t.jaw_pushes[0], t.jaw_pushes[1]});
+    hash.add(std::array<Vec3, 8>{t.base, t.tip, t.carried, t.press, t.force, t.torque, t.resistance, t.resistance_torque});
     hash.add(std::array<double, 2>{t.edge_force, t.edge_length});
   }
   return hash.value();

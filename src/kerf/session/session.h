@@ -227,13 +227,14 @@ class Session {
     std::int32_t obstacle = -1, tool = -1;  ///< number in the scene; both -1: the body itself
   };
   [[nodiscard]] std::vector<ContactState> contacts() const;
-  /// Where a tool of the scene is, and what it feels: forces on it in the last step, about its own place.
+  /// Where a tool of the scene is, and what acts on it: N, and N m about its place, world, mean over the last step; zero from a change of
+  /// topology to the next step. Force and coupling together are mass times acceleration: at rest one is the other reversed.
   struct ToolState {
     RigidState place;
     RigidPlace pose;                       ///< that it follows
     double jaws = 1;                       ///< 1 open, 0 closed
-    Vec3 force, torque;                    ///< N, N m: of what it touches
-    Vec3 coupling_force, coupling_torque;  ///< of the coupling to its pose
+    Vec3 force, torque;                    ///< of the body: contacts, resistance to its edge, what its jaws hold
+    Vec3 coupling_force, coupling_torque;  ///< of the coupling to its pose: what whoever leads it does
   };
   [[nodiscard]] std::vector<ToolState> tools() const;
   [[nodiscard]] const std::vector<StrokeRecord>& strokes() const;

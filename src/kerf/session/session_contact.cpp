@@ -34,7 +34,35 @@ constexpr double kMostUnseen = 0.045, kShortest = 0.99;
 /// part; what turns farther, such as a scrap that spins in a long step, would be fed with energy until it explodes.
 constexpr double kTurn = 1, kTurnParts = 16;
 
+/// Parts are divided in turn: for edges of tools, for what is fast or turns, for what comes together, for what got deep. All of that together could come to thousands, so
+/// no part is shorter than what one of these divisions makes of a step, over this.
+constexpr double kDivided = 4;
+
+/// Ends of an edge of the body that come apart by more than the body's size in the shortest part of one division have nothing to do with each other any more.
+constexpr double kTornApart = 1;
+
 }  // namespace
+
+double Session::Impl::shortest_part() const { return step_options.dt / (kDivided * std::max(kTurnParts, static_cast<double>(scene.contact.substeps))); }
+
+int Session::Impl::most_parts(double h) const { return std::max(1, static_cast<int>(h / (kShortest * shortest_part()))); }
+
+Status Session::Impl::can_be_followed(double h) const {
+  const double dt = step_options.dt;
+  constexpr const char* kWhatToDo = "the step was refused and the state kept; try a shorter time step, or look for a load, a gravity or a move that is out of scale";
+  if (contact.seen.out_of_range)
+    return failed(fmt::format("the body, an obstacle or a tool is or gets farther away than {:.0e} m in a time step of {} s; {}", kFarthest, dt, kWhatToDo));
+  const double part = std::min(h, kDivided * shortest_part()), most = kTornApart * size * (h / part);
+  if (!(2 * contact.seen.sway > most)) return {};
+  double apart = 0;
+  const ContactSurface& mesh = contact.surface;
+  const auto way = [&](CollisionVertex v) { return contact.predicted[v.index()] - contact.positions[v.index()]; };
+  for (const CollisionHalfEdge e : ids<CollisionHalfEdge>(mesh.origin.size())) apart = std::max(apart, norm(way(mesh.to(e)) - way(mesh.from(e))));
+  if (!(apart > most)) return {};
+  return failed(fmt::format("neighbouring points of the body come apart at {:.3g} m/s, too fast to be followed in a time step of {} s: by {:.3g} times the body's size in the shortest part that "
+                            "it is divided into; {}",
+                            apart / h, dt, kTornApart * apart / most, kWhatToDo));
+}
 
 int Session::Impl::parts_of_self_contact(double h) const {
   double most = 1;
@@ -48,12 +76,12 @@ int Session::Impl::parts_of_self_contact(double h) const {
     const double radius = contact.surface.radius[c.a.vertex[0]] + contact.surface.radius[c.b.vertex[0]];
     most = std::max(most, -h * dot(row.normal, u) / (kSelfTravel * std::max(radius, contact.surface.largest_radius * kLeastRadius)));
   }
-  return static_cast<int>(std::ceil(std::min(most, static_cast<double>(scene.contact.substeps))));
+  return std::min(most_parts(h), static_cast<int>(std::ceil(std::min(most, static_cast<double>(scene.contact.substeps)))));
 }
 
 int Session::Impl::parts_of_turning(double h) const {
   const double turn = h * deformation_rate(state.body.hex, state.mechanics.velocities, kTurn / h);
-  return std::max(1, static_cast<int>(std::ceil(std::min(turn / kTurn, kTurnParts))));
+  return std::clamp(static_cast<int>(std::ceil(turn / kTurn < kTurnParts ? turn / kTurn : kTurnParts)), 1, most_parts(h));
 }
 
 bool Session::Impl::went_too_deep() const {
@@ -95,23 +123,26 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
     passing.clear();
     find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity, state.touching,
                   contact, [this](const Contact& c) { return lets_pass(c); });
+    add_edge_rows(state.body, state.mechanics, edge_presses, contact);
     state.touching.passing = passing;
     detection_seconds += std::chrono::duration<double>(Clock::now() - start).count();
+    KERF_TRY(can_be_followed(h));
     if (least_parts != kUndivided) more = std::max(more, parts_of_self_contact(h));
     if (more > 1) state.touching = touched_part;
   }
   if (more > 1) return divide_part(t, h, more, tries, began);
   last_options = step_options;
   last_options.dt = h;
+  last_options.part_of = step_options.dt;
   if (contact.on && std::any_of(contact.contacts.begin(), contact.contacts.end(), [](const Contact& c) { return c.b.vertex[0].valid(); }))
     last_options.tolerance *= kPairTolerance;
-  aim_holds(t + h, h);
+  aim_holds(t + h);
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
   if (contact.on) {
     done->deepest_overlap =
         reckon_overlap(state.body, state.mechanics, kDeeper * contact.surface.largest_radius, workspace.contact.results, contact);
-    if (tries > 0 && parts < scene.contact.substeps && must_try_again(tries, h, *began)) {
+    if (tries > 0 && parts < scene.contact.substeps && most_parts(h) >= kTryAgainParts && must_try_again(tries, h, *began)) {
       state.mechanics = *began;
       state.touching = touched_part;
       const bool once_more = tries > 1 && h / kTryAgainParts > kShortest * step_options.dt / scene.contact.substeps;
@@ -121,13 +152,15 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
   // Slivers are the solver's business now (kNodeTolerance, carry_crumbs). The random life that once ran away without this (seed 5022 of the
   // session fuzzer) no longer does; it stands because hardly any others have been tried without it.
   calm_light_nodes(state.body.hex, state.model.structure().mass, h, state.mechanics);
+  add_forces(workspace.contact.tool_results, h, part_impulses);
   return done;
 }
 
 Result<StepReport> Session::Impl::advance_mechanics(double dt) {
   KERF_TRY(fresh_springs());
+  part_impulses.assign(scene.tools.size(), {});
   int equal = contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact) : 1;
-  equal = std::max(equal, parts_of_turning(dt));
+  equal = std::min(std::max(equal, parts_of_turning(dt)), most_parts(dt));
   parts = equal;
   if (contact.on || equal > 1) {
     before_step = state.mechanics;
@@ -161,7 +194,7 @@ void Session::Impl::warn_of_overlap() {
   if (!contact.on || contact.seen.deep == 0) return;
   const std::string note = fmt::format(
       "things start inside each other: {} contacts deeper than a fifth of the half thickness, the deepest {:.2g} of it; they are "
-      "pushed apart at up to {} m/s (push_speed of [contact])",
+      "pushed apart at up to {} m/s (push_speed of [contact]), and what is free keeps that speed and flies off with it: place things apart, or lower push_speed",
       contact.seen.deep, contact.seen.deepest, scene.contact.push_speed);
   if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
 }
@@ -176,9 +209,9 @@ std::vector<Session::ContactState> Session::contacts() const {
   std::vector<ContactState> out;
   const std::vector<ContactResult>& results = s.workspace.contact.results;
   // What the last step left belongs to the body that there was then.
-  if (!s.contact.on || s.forces_of != s.state.topology_version || results.size() != s.contact.contacts.size()) return out;
-  out.reserve(results.size());
-  for (std::size_t i = 0; i < results.size(); ++i) {
+  if (!s.contact.on || s.forces_of != s.state.topology_version || results.size() != s.contact.set.rows.size()) return out;
+  out.reserve(s.contact.contacts.size());
+  for (std::size_t i = 0; i < s.contact.contacts.size(); ++i) {
     const Contact& c = s.contact.contacts[i];
     const ContactResult& r = results[i];
     out.push_back({c.point, c.normal, r.end_gap, r.force, r.normal_force, r.sliding, c.obstacle, c.tool});
@@ -189,17 +222,19 @@ std::vector<Session::ContactState> Session::contacts() const {
 std::vector<Session::ToolState> Session::tools() const {
   const Impl& s = *impl_;
   std::vector<ToolState> out;
-  const std::vector<RigidToolResult>& results = s.workspace.contact.tool_results;
+  // What the last step left belongs to the body that there was then.
+  const bool felt = s.forces_of == s.state.topology_version && s.tool_forces.size() == s.state.mechanics.tools.size();
   for (std::size_t i = 0; i < s.state.mechanics.tools.size(); ++i) {
     ToolState tool;
     tool.place = s.state.mechanics.tools[i];
     tool.jaws = s.state.tools[i].jaws(s.state.time);
     tool.pose = s.state.tools[i].pose(s.state.time);
-    if (i < results.size()) {
-      tool.force = results[i].force;
-      tool.torque = results[i].torque;
-      tool.coupling_force = results[i].coupling_force;
-      tool.coupling_torque = results[i].coupling_torque;
+    if (felt) {
+      const RigidToolResult& on = s.tool_forces[i];
+      tool.force = on.force;
+      tool.torque = on.torque;
+      tool.coupling_force = on.coupling_force;
+      tool.coupling_torque = on.coupling_torque;
     }
     out.push_back(tool);
   }

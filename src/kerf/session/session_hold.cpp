@@ -129,7 +129,7 @@ Status Session::Impl::release(const SceneRelease& what) {
   return renew_springs();
 }
 
-void Session::Impl::aim_holds(double until, double h) {
+void Session::Impl::aim_holds(double until) {
   for (Grasp& g : state.grasps) {
     if (g.tool >= 0) {
       const RigidState& tool = state.mechanics.tools[static_cast<std::size_t>(g.tool)];
@@ -140,10 +140,6 @@ void Session::Impl::aim_holds(double until, double h) {
     }
     for (std::size_t i = 0; i < g.springs.size(); ++i)
       if (state.model.has_spring(g.springs[i])) state.model.set_spring_target(g.springs[i], g.centre + g.turned * g.offset[i]);
-  }
-  for (const EdgeHold& e : state.edge_holds) {
-    const RigidState& tool = state.mechanics.tools[static_cast<std::size_t>(e.tool)];
-    if (state.model.has_spring(e.spring)) state.model.set_spring_target(e.spring, tool.position + h * tool.velocity + e.offset);
   }
 }
 
@@ -164,15 +160,6 @@ Status Session::Impl::renew_springs() {
       if (!receipt) return receipt.error();
       g.springs.push_back(receipt->id);
     }
-  }
-  for (EdgeHold& e : state.edge_holds) {
-    e.spring = {};
-    if (!body.complex.collision.rest.contains(e.vertex)) continue;
-    const HexId copy = body.embedding.collision[e.vertex];
-    const Vec3 target = state.mechanics.tools[static_cast<std::size_t>(e.tool)].position + e.offset;
-    auto receipt = state.model.add_attachment(copy, weights(body.hex, copy, body.complex.collision.rest[e.vertex]), target, e.stiffness);
-    if (!receipt) return receipt.error();
-    e.spring = receipt->id;
   }
   tip_glue(body.hex, glue);
   for (const TipGlue& g : glue) {

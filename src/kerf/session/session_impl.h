@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -80,15 +81,6 @@ class UndoList {
   std::size_t bytes_ = 0;
 };
 
-/// Where an edge that cuts ties a vertex to itself, up to the resistance of the material.
-struct EdgeHold {
-  std::int32_t tool = 0;
-  CollisionVertex vertex;
-  double stiffness = 0;  ///< N/m
-  Vec3 offset;           ///< m: of the spring's target from the tool's place
-  SpringId spring;       ///< none: not in the model yet
-};
-
 struct SessionState {
   Body body;
   MechanicsModel model{Vec3{1, 1, 1}};
@@ -103,7 +95,6 @@ struct SessionState {
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
   std::vector<ToolMotion> tools;  ///< one per tool of the scene; where the tools are is in `mechanics`
-  std::vector<EdgeHold> edge_holds;  ///< of the last step
   DetectMemory touching;          ///< what detection remembers of contacts
   std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
   JournalMark synced;                   ///< hexahedra, embeddings and mechanics match the complex as of here
@@ -145,6 +136,8 @@ struct Session::Impl {
   int parts = 1;  ///< of the last step
   double detection_seconds = 0;
   std::uint64_t forces_of = 0;  ///< topology version of the step that the workspace holds
+  std::vector<RigidToolResult> tool_forces;  ///< mean over the last step
+  std::vector<RigidToolResult> step_impulses, part_impulses;  ///< N s: of the step and of the part of it that are being made
   EmbeddingScratch embedding_scratch;
   std::vector<VisualVertex> moved;
   Skin skin;  ///< derived from the embedding
@@ -252,13 +245,10 @@ struct Session::Impl {
   void carry_edges();
   std::vector<Vec3> before_mechanics;  ///< where collision vertices were in this step, if a tool has an edge
   Status close_on(std::size_t tool);
-  /// Force of the material on an edge that cuts, and what holds the material back in this step. `step`: m that the edge moved in the
-  /// material in the last one.
-  void resist(std::size_t tool, const BladeEdge& now, Vec3 step, double inside);
-  /// The springs of this step's edge_holds.
-  void hold_edges();
-  /// N/m: of an edge in material before it gives way.
-  [[nodiscard]] double edge_stiffness(std::size_t tool, double inside) const;
+  /// What the edge of a tool presses against in this step, with `inside` metres of it in the material. `into`: unit, where the material is uncut.
+  void resist(std::size_t tool, const BladeEdge& now, Vec3 into, double inside);
+  /// After mechanics: how far edges have pressed on.
+  void press_edges();
   /// What contact must leave out: an edge that cuts and what follows it, jaws that hold.
   [[nodiscard]] bool leaves_out(const Contact& c) const;
   /// Is a contact let through: left out now, or left out until what is in each other there has come out? So is, as long as the tool lets anything pass, what is
@@ -268,7 +258,7 @@ struct Session::Impl {
   /// Is a contact of a blade that cuts with material in or beside its slit? That is for its flanks.
   [[nodiscard]] bool is_near_cut(const Contact& c, const ToolSizes& sizes) const;
   std::vector<Vec3> cut_through;  ///< of this step: where the blade that cuts is in the material, in rest coordinates
-  std::vector<EdgeHold> edge_holds;  ///< of this step, as it is put together
+  std::vector<EdgePress> edge_presses;  ///< of this step
   Status fix(const SceneRegion& region, const std::string& name);
   void unfix(const SceneRegion& region);
   /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.
@@ -280,9 +270,9 @@ struct Session::Impl {
   bool springs_stale = false;
   /// Takes the grasp of a tool away, if there is one.
   Status let_go(std::size_t tool);
-  /// What holds the body is told where it is at `until`, the end of the part of a step, h seconds long, that is solved next: once for
-  /// every part, or what is held would be at the end of the whole step in the first one.
-  void aim_holds(double until, double h);
+  /// What holds the body is told where it is at `until`, the end of the part of a step that is solved next: once for every part, or what
+  /// is held would be at the end of the whole step in the first one.
+  void aim_holds(double until);
   /// Young's modulus of the body that a copy belongs to, outside of all regions.
   [[nodiscard]] double young_at(HexId copy) const;
   void renew_loads();
@@ -298,9 +288,10 @@ struct Session::Impl {
   /// Half thicknesses that material near an edge will move past it in dt seconds, as far as velocities say, and has moved past it since before_step.
   [[nodiscard]] double edge_travel(double dt);
   [[nodiscard]] double edge_travelled();
-  double part_time = 0;  ///< s: the part of a step that is being made
   /// Adds a part of a step to the report of what came before it.
   static void add_part(const StepReport& part, StepReport& sum, bool first);
+  /// What a part does to the tools, times its duration. A step's forces are means: its parts' impulses together are what moved the tool.
+  static void add_forces(std::span<const RigidToolResult> forces, double times, std::vector<RigidToolResult>& sum);
 
   // session_contact.cpp
   /// Mechanics for dt seconds, in parts where contact wants it. On an error the state is as it was.
@@ -309,6 +300,12 @@ struct Session::Impl {
   /// h seconds from t on, in least_parts or more, where parts of the body come together fast; or kUndivided: as one part.
   /// `tries`: how often it may be tried again in shorter parts, from `began`, the mechanics as it is now; 0: take it as it comes.
   Result<StepReport> advance_part(double t, double h, int least_parts, int tries, const MechanicsState* began);
+  /// s: no part of a step that is divided again and again is shorter; and how many such parts h seconds have room for, at least one.
+  [[nodiscard]] double shortest_part() const;
+  [[nodiscard]] int most_parts(double h) const;
+  /// After detection for h seconds: is all that moves a number, and does what hangs together stay together? Else contacts mean nothing, there are more than one can wait for, and
+  /// they are sought ever farther away.
+  [[nodiscard]] Status can_be_followed(double h) const;
   [[nodiscard]] int parts_of_self_contact(double h) const;
   /// Where a cell turns or stretches by more than rotations frozen in a part allow.
   [[nodiscard]] int parts_of_turning(double h) const;

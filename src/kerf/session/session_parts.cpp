@@ -36,6 +36,15 @@ void Session::Impl::add_part(const StepReport& part, StepReport& sum, bool first
   sum.seconds_total += before.seconds_total;
 }
 
+void Session::Impl::add_forces(std::span<const RigidToolResult> forces, double times, std::vector<RigidToolResult>& sum) {
+  for (std::size_t i = 0; i < std::min(forces.size(), sum.size()); ++i) {
+    sum[i].force += times * forces[i].force;
+    sum[i].torque += times * forces[i].torque;
+    sum[i].coupling_force += times * forces[i].coupling_force;
+    sum[i].coupling_torque += times * forces[i].coupling_torque;
+  }
+}
+
 namespace {
 
 /// An edge of a tool and how it moves.
@@ -67,7 +76,7 @@ double Session::Impl::edge_travel(double dt) {
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     if (!edge_at_work(i)) continue;
     const RigidState& at = state.mechanics.tools[i];
-    const auto [velocity, spin] = free_velocity(rigid_tool(scene.tools[i], state.tools[i], state.time, dt), at, dt);
+    const auto [velocity, spin] = expected_velocity(scene.tools[i], state.tools[i], at, state.time, dt);
     const ToolEdge edge = tool_edge(scene.tools[i], state.tools[i].jaws(state.time));
     const RigidPlace place{at.position, at.axes};
     MovingEdge moving{place.to_world(edge.base), place.to_world(edge.tip), {}, {}};
@@ -113,7 +122,6 @@ double Session::Impl::edge_travelled() {
 }
 
 Result<StepReport> Session::Impl::advance_tools_and_body(double h, bool tools_first, bool may_divide) {
-  part_time = h;
   if (tools_first) KERF_TRY(use_tools(state.time + h));
   renew_loads();
   auto done = advance_mechanics(h);
@@ -127,12 +135,12 @@ Result<StepReport> Session::Impl::advance_tools_and_body(double h, bool tools_fi
     return divide_tools_and_body(h, kTryAgainParts, false);
   }
   feel_tools();
+  press_edges();
   carry_unused_nodes(state.body.hex, state.model, state.mechanics, carried);
   fade_offsets(state.fade, h, kFaded * size);
   positions_changed();
   carry_edges();
-  if (contact.on)
-    for (const RigidToolResult& tool : workspace.contact.tool_results) state.largest_tool_force = std::max(state.largest_tool_force, norm(tool.force));
+  add_forces(part_impulses, 1, step_impulses);
   return done;
 }
 
@@ -155,7 +163,13 @@ Result<StepReport> Session::Impl::divide_tools_and_body(double dt, int equal, bo
 Result<StepReport> Session::Impl::advance() {
   const double dt = step_options.dt, travel = scene.contact.substeps > 1 ? edge_travel(dt) / kEdgeTravel : 1;
   detection_seconds = 0;
-  return divide_tools_and_body(dt, static_cast<int>(std::ceil(std::clamp(travel, 1.0, static_cast<double>(scene.contact.substeps)))), true);
+  step_impulses.assign(scene.tools.size(), {});
+  auto done = divide_tools_and_body(dt, static_cast<int>(std::ceil(std::clamp(travel, 1.0, static_cast<double>(scene.contact.substeps)))), true);
+  if (!done) return done;
+  tool_forces.assign(scene.tools.size(), {});
+  add_forces(step_impulses, 1 / dt, tool_forces);
+  for (const RigidToolResult& tool : tool_forces) state.largest_tool_force = std::max(state.largest_tool_force, norm(tool.force));
+  return done;
 }
 
 }  // namespace kerf

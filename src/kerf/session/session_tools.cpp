@@ -28,7 +28,6 @@ constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is
 constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
 constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
-constexpr double kStableShare = 0.5;    // of a tool's own stiffness in a step: what an explicit force may add
 constexpr double kOut = 0.05;           // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
 constexpr double kUnseenDepth = 0.2;    // and what is as deep when it is first met, by a tool that lets something pass, has come along with it
 constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: what touches there touches the edge
@@ -134,15 +133,15 @@ BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip 
 }  // namespace
 
 Status Session::Impl::use_tools(double until) {
-  edge_holds.clear();
+  edge_presses.clear();
   cut_through.clear();
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
-    state.tools[i].force = state.tools[i].torque = {};
+    ToolMotion& motion = state.tools[i];
+    motion.force = motion.torque = motion.resistance = motion.resistance_torque = {};
     if (is_blade(scene.tools[i])) KERF_TRY(cut_with(i, until));
     if (scene.tools[i].kind == SceneToolKind::kGrasper) KERF_TRY(close_on(i));
   }
   if (std::any_of(scene.tools.begin(), scene.tools.end(), is_blade)) before_mechanics = deformed_collision();
-  hold_edges();
   return {};
 }
 
@@ -217,18 +216,30 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     state.stroke->tool = static_cast<std::int32_t>(i);
     KERF_TRY(move_blade(before + motion.carried));
     motion.press = {};
+    motion.pressed = false;
   }
-  // Pressed into what has not given way, an edge cuts nothing; where it gives way the cut comes up to the edge.
-  const Vec3 step = edge_middle(now) - edge_middle(before) - motion.carried;
-  const double stiffness = edge_stiffness(i, edge_in), most = stiffness > 0 ? scene.cut.resistance * edge_in / stiffness : 0;
-  motion.press += step;
-  const bool gives_way = norm(motion.press) > most || most <= 0;
-  if (gives_way) motion.press = most > 0 ? most * normalized(motion.press) : Vec3{};
+  if (motion.pressed) {  // but for the jaws
+    const ToolEdge was = tool_edge(tool, motion.jaws(state.time));
+    motion.press += 0.5 * (place.axes * (edge.base + edge.tip - was.base - was.tip));
+  } else {
+    motion.press += edge_middle(now) - edge_middle(before) - motion.carried;
+  }
+  // Pressed into what has not given way, an edge cuts nothing; where it gives way the cut comes up to the edge. Behind the end of its cut nothing
+  // holds it but the lips, to the side.
   const Vec3 way = edge_middle(now) - edge_middle(state.stroke->blade.edge);
-  const double ahead = std::max(dot(way, place.axes * edge.forward), -dot(way, place.axes.c[2]));
+  const Vec3 forward = place.axes * edge.forward, down = -1.0 * place.axes.c[2], aside = place.axes.c[1];
+  const double ahead = std::max(dot(way, forward), dot(way, down)), most = kPress * state.body.complex.mean_root_edge;
+  const bool tip_in = !scissors && material.holds(now.tip, 0);
+  const auto along = [&](Vec3 direction) { return std::max(dot(motion.press, direction), std::min(0.0, dot(way, direction))); };
+  const double pressed = along(forward), pressed_down = tip_in ? along(down) : 0;
+  const Vec3 into = std::max(0.0, pressed) * forward + std::max(0.0, pressed_down) * down, beside = dot(motion.press, aside) * aside;
+  const double press = norm(into + beside), kept = press > most ? most / press : 1;
+  const bool resists = scene.cut.resistance * edge_in > 0, gives_way = press > most || !resists;
+  motion.press = {};
+  if (resists) motion.press = kept * (into + beside) + std::min(0.0, pressed) * forward + std::min(0.0, pressed_down) * down;
   if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) && passes_fronts(now, way))
     KERF_TRY(move_blade(now));
-  resist(i, now, step, edge_in);
+  resist(i, now, norm(into) > 0 ? normalized(into) : forward, edge_in);
   return {};
 }
 
@@ -332,17 +343,13 @@ void Session::Impl::feel_tools() {
   }
 }
 
-double Session::Impl::edge_stiffness(std::size_t i, double inside) const {
-  const double dt = part_time;
-  const RigidTool coupling = rigid_tool(scene.tools[i], state.tools[i], state.time, dt);
-  const double most = kStableShare * (coupling.mass / (dt * dt) + coupling.damping / dt + coupling.stiffness);
-  return std::min(most, scene.cut.resistance * inside / (kPress * state.body.complex.mean_root_edge));
-}
-
-void Session::Impl::resist(std::size_t i, const BladeEdge& now, Vec3 step, double inside) {
-  const double stiffness = edge_stiffness(i, inside);
-  if (!(stiffness > 0)) return;
+void Session::Impl::resist(std::size_t i, const BladeEdge& now, Vec3 into, double inside) {
+  const double limit = scene.cut.resistance * inside;
+  if (!(limit > 0)) return;
+  ToolMotion& motion = state.tools[i];
   const CollisionMesh& mesh = state.body.complex.collision;
+  const RigidState& at = state.mechanics.tools[i];
+  const RigidPlace place{at.position, at.axes};
   // What it cuts is where the edge meets the middle of the material: the vertices nearest to the edge carry the force.
   Box3 near;
   near.add(now.base);
@@ -351,32 +358,40 @@ void Session::Impl::resist(std::size_t i, const BladeEdge& now, Vec3 step, doubl
   std::vector<CollisionVertex> carriers;
   material.walk(now.base, now.tip, 0, [&](const Thickness::Place& p) { carriers.push_back(p.closest()); });
   std::sort(carriers.begin(), carriers.end());
-  carriers.erase(std::unique(carriers.begin(), carriers.end()), carriers.end());
-  if (carriers.empty()) return;
-  ToolMotion& motion = state.tools[i];
-  const Vec3 force = -stiffness * motion.press, at = state.mechanics.tools[i].position;
-  motion.force += force;
-  motion.torque += cross(edge_middle(now) - at, force);
-  // On the material springs, softer the farther they will be drawn: at the end of the step they pull with the resistance at most.
-  const double drawn = norm(motion.press + step), softer = std::min(stiffness, scene.cut.resistance * inside / std::max(drawn, 1e-300));
-  for (const CollisionVertex v : carriers) {
+  for (std::size_t k = 0; k < carriers.size();) {
+    const CollisionVertex v = carriers[k];
+    const std::size_t first = k;
+    while (k < carriers.size() && carriers[k] == v) ++k;
+    const double share = static_cast<double>(k - first) / static_cast<double>(carriers.size());
+    EdgePress press{static_cast<std::int32_t>(i), v, share, {}, transposed_times(at.axes, into), {}, 0, share * limit};
+    press.stiffness = press.limit / (kPress * state.body.complex.mean_root_edge);
     const Embedding& e = state.body.embedding;
-    const Vec3 x = point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.positions);
-    edge_holds.push_back({static_cast<std::int32_t>(i), v, softer / static_cast<double>(carriers.size()), x + motion.press - at, {}});
+    const Vec3 x = point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.positions), along = now.tip - now.base;
+    const Vec3 on_edge = now.base + std::clamp(dot(x - now.base, along) / dot(along, along), 0.0, 1.0) * along;
+    press.local = place.to_local(on_edge);
+    press.offset = on_edge - motion.press - x;
+    edge_presses.push_back(press);
+    const Vec3 aside = at.axes.c[1];
+    const auto held = [&](Vec3 direction) { return std::clamp(press.stiffness * dot(motion.press, direction), -press.limit, press.limit) * direction; };
+    const Vec3 back = -1.0 * (std::max(0.0, dot(held(into), into)) * into + held(aside));
+    motion.resistance += back;
+    motion.resistance_torque += cross(on_edge - at.position, back);
+    press.share = 0;  // to the side it is held both ways
+    for (const double side : {1.0, -1.0}) {
+      press.direction = {0, side, 0};
+      edge_presses.push_back(press);
+    }
   }
 }
 
-void Session::Impl::hold_edges() {
-  const auto same = [](const EdgeHold& a, const EdgeHold& b) { return a.tool == b.tool && a.vertex == b.vertex; };
-  if (!springs_stale && std::equal(edge_holds.begin(), edge_holds.end(), state.edge_holds.begin(), state.edge_holds.end(), same)) {
-    for (std::size_t k = 0; k < edge_holds.size(); ++k) {
-      edge_holds[k].spring = state.edge_holds[k].spring;
-      (void)state.model.set_spring_stiffness(edge_holds[k].spring, edge_holds[k].stiffness);
-    }
-  } else {
-    springs_stale = true;
+void Session::Impl::press_edges() {
+  for (ToolMotion& motion : state.tools) motion.pressed = false;
+  for (const EdgePress& p : edge_presses) {
+    ToolMotion& motion = state.tools[static_cast<std::size_t>(p.tool)];
+    if (!motion.pressed) motion.press = {};
+    motion.pressed = true;
+    motion.press += p.share * pressed(state.body, state.mechanics, p);
   }
-  state.edge_holds = edge_holds;
 }
 
 Status Session::Impl::close_on(std::size_t i) {

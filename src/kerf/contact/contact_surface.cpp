@@ -35,6 +35,9 @@ bool is_cut(const CollisionMesh& mesh, const ContactSurface& s, H h) {
   return true;
 }
 
+/// Cuts interpolate: what they raise a radius by is rounding, and must not tell a body with a cut that was taken back from one that never had it.
+double rounded(double radius) { return static_cast<double>(static_cast<float>(radius)); }
+
 double circumradius(Vec3 a, Vec3 b, Vec3 c) {
   const double area = norm(cross(b - a, c - a));  // twice
   return area > 0 ? norm(b - a) * norm(c - b) * norm(a - c) / (2 * area) : HUGE_VAL;
@@ -203,7 +206,7 @@ void update_contact_surface(const CollisionMesh& mesh, std::span<const F> change
     if (v.index() >= mesh.vertex_count()) continue;
     copy_vertex(mesh, s, v);
     find_on_cut(mesh, s, v);
-    s.largest_radius = std::max(s.largest_radius, s.radius[v]);  // cuts interpolate: they never raise it
+    s.largest_radius = std::max(s.largest_radius, rounded(s.radius[v]));
   }
 }
 

@@ -20,6 +20,7 @@ constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
 constexpr double kReturns = 0.9;         // cosine: a way that is so contrary to the one that a front came by leads back along its lip
+constexpr double kAhead = 0.5;           // cosine at rest between the way of a slit and the border that it comes to
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
 constexpr double kKnownWay = 0.25;      // minimum features; a move that is shorter does not say where the blade came from
@@ -225,6 +226,7 @@ class Sweep {
         if (!beside) beside = leave_beside(tip, *plane, onwards);
         if (beside && !(way && beside->missed)) way = beside;
       }
+      if (!way) way = leave_turned_over(tip, *plane);
       if (!way) {  // no material ahead: out over the rim, or into an open slit
         const auto again = enter_next_lip(tip, *plane);
         if (!again) return {moved, true};
@@ -364,6 +366,29 @@ class Sweep {
       best = way_to(tip, plane, h, f, p);
     });
     return best;
+  }
+
+  /// The last strand before a border may be stretched over the edge until its face turns over: the border then lies behind the tip, and the blade, which is past
+  /// both, has cut it.
+  std::optional<Way> leave_turned_over(V tip, const TrackPlane& plane) const {
+    std::optional<Way> out;
+    if (!passing(plane, at(tip)).in_blade()) return out;
+    const std::vector<Vec3>& rest = mesh().rest.raw();
+    const Vec3 lips = slit_at(mesh(), rest, tip).lips;
+    for_each_way(tip, plane, [&](H h, double, Vec3, Vec3 direction) {
+      const H opposite = CollisionMesh::next(h);
+      if (!mesh().is_border(opposite) || mesh().wall[opposite].valid() || dot(direction, plane.motion) > 0) return;
+      // Where the strand is thinnest: where the track crosses a face that has turned over says nothing.
+      const Vec3 from = rest[tip.index()], a = rest[mesh().to(h).index()], b = rest[mesh().apex(h).index()];
+      const double f = std::clamp(dot(from - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+      const Vec3 ahead = lerp(a, b, f) - from;
+      if (!(dot(ahead, lips) < -kAhead * norm(ahead) * norm(lips))) return;
+      out.emplace();
+      out->target.face = mesh().face(h);
+      out->target.weights[static_cast<std::size_t>((h.value + 1) % 3)] = 1 - f;
+      out->target.weights[static_cast<std::size_t>((h.value + 2) % 3)] = f;
+    });
+    return out;
   }
 
   /// Calls fn(half-edge from tip, fraction along the opposite edge, point there, direction) where the track leaves the tip's fan.

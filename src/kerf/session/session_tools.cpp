@@ -215,7 +215,8 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     KERF_TRY(begin_stroke(SceneFrame::kWorld, false));
     state.stroke->tool = static_cast<std::int32_t>(i);
     KERF_TRY(move_blade(before + motion.carried));
-    motion.press = {};
+    // What it pressed with until the material gave way it goes on to press with: else it would fall into the cut.
+    motion.press = scene.cut.resistance > 0 && !scissors ? kPress * state.body.complex.mean_root_edge * (place.axes * edge.forward) : Vec3{};
     motion.pressed = false;
   }
   if (motion.pressed) {  // but for the jaws

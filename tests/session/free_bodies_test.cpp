@@ -67,7 +67,7 @@ TEST(FreeBodies, HitOffCentreTheyKeepLinearAndAngularMomentum) {
       StepOptions options;
       options.dt = dt;
       options.gravity = {};
-      options.tolerance = 1e-3;
+      options.tolerance = 5e-4;  // at twice that the course with friction depends on the last bits in short steps too: 0.0016 to 0.0074
       StepWorkspace workspace;
       DetectMemory memory;
       const Motion before = motion_of(*model, state);

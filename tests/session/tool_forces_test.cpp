@@ -149,7 +149,7 @@ TEST(ToolForces, AreMeansOverAStepInParts) {
   scene.simulation.tolerance = 0.01;
   scene.tools[0].max_speed = 1;
   Session session = make(scene);
-  lead(session, {0.003, 0.002, -0.004}, {}, 1e-3);
+  lead(session, {0.003, 0.002, -0.006}, {}, 1e-3);
   RigidState before = session.tools()[0].place;
   int parts = 1;
   double felt = 0, off = 0, turned_off = 0;

@@ -26,6 +26,8 @@ constexpr int kSettledPass = 3;
 constexpr double kSettledBlend = 0.2;
 /// A row that overlaps by more than so many times options.unseen without a force is not left to the next step.
 constexpr double kMostUnseen = 2;
+/// What touches is so many times as heavy as the nodes at the contact, or less, when it is asked how hard it will press.
+constexpr double kHeavier = 4;
 
 Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
 Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
@@ -83,10 +85,9 @@ void linearise(const ContactRow& in, double h, double blend, Row& row) {
     row.impulse = h * (k > 0 ? -k * (row.gap - h * dot(n, vo)) : in.limit) * n;
     return;
   }
-  const double k = row.stiffness, friction = row.phase == ContactPhase::kStick ? k : 0;
-  double ks = friction, keep = 0;
+  const double k = row.stiffness, limit = in.friction * row.held;
+  double ks = row.phase == ContactPhase::kStick ? k : 0, keep = 0;
   Vec3 t;
-  const double limit = in.friction * row.force;
   if (row.phase == ContactPhase::kSlide) {
     const double length = norm(row.stretch);
     t = row.along;
@@ -111,6 +112,13 @@ double push_speed(const ContactRow& row, const ContactOptions& options) {
   return row.push_speed > 0 ? std::min(row.push_speed, options.push_speed) : options.push_speed;
 }
 
+/// N that a row will press with, where the gap is what it would be without more than `known` N: k times the overlap would stop the nodes many times
+/// over. Bodies are heavier than the nodes that touch, but by less than that.
+double likely_force(const Row& row, double known, double gap) {
+  const double overlap = std::max(0.0, -gap);
+  return std::min(row.stiffness * overlap, known + kHeavier * row.inertia * overlap);
+}
+
 /// Of a row that gives way: kSlide where it does.
 ContactPhase phase_of_limited(const ContactRow& in, const Row& row, double gap) {
   if (!(gap < 0)) return ContactPhase::kOpen;
@@ -118,9 +126,9 @@ ContactPhase phase_of_limited(const ContactRow& in, const Row& row, double gap) 
 }
 
 /// Stick or slide from a stretch of the friction spring and a normal force.
-ContactPhase phase_of(double friction, const Row& row, Vec3 stretch, double force) {
-  const bool reversed = row.phase == ContactPhase::kSlide && dot(stretch, row.along) < 0;
-  return row.stiffness * norm(stretch) <= friction * force || reversed ? ContactPhase::kStick : ContactPhase::kSlide;
+ContactPhase phase_of(double friction, const Row& row) {
+  const bool reversed = row.phase == ContactPhase::kSlide && dot(row.stretch, row.along) < 0;
+  return row.stiffness * norm(row.stretch) <= friction * row.held || reversed ? ContactPhase::kStick : ContactPhase::kSlide;
 }
 
 void set_sliding_direction(Row& row) {
@@ -325,6 +333,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
   c.node_slot.assign(model.node_count(), -1);
   c.share.assign(model.node_count(), 0);
   const double reach = norm(gravity) * h * h;
+  double asked = 0;
   auto memory = state.contacts.begin();
   for (std::size_t r = 0; r < set.rows.size(); ++r) {
     const ContactRow& in = set.rows[r];
@@ -332,25 +341,27 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     row.gap = std::max(in.gap, -push_speed(in, set.options) * h);
     while (memory != state.contacts.end() && memory->key < in.key) ++memory;
     if (memory != state.contacts.end() && memory->key == in.key) {
-      row.force = memory->force;
+      row.force = row.held = memory->force;
       row.slip = memory->slip - dot(memory->slip, in.normal) * in.normal;
     }
-    double stiffness = 0, moving = 0;
+    double stiffness = 0, moving = 0, mass = 0;
     for (std::int32_t k = in.first; k < in.first + in.count; ++k) {
       const std::size_t node = set.entries[k].node.index();
       if (free[node] == 0) continue;
       const double weight = std::abs(set.entries[k].weight);
       const double* d = w.diagonal[2 * node].v;
       stiffness += weight * (d[0] + d[1] + d[2]);
+      mass += weight * model.structure().mass[node];
       moving += weight;
       row.weights += weight * weight;
     }
-    if (moving > 0) stiffness /= 3 * moving;
+    if (moving > 0) stiffness /= 3 * moving, mass /= moving;
     if (in.rigid >= 0) {
       row.weights += 1;
-      if (!(moving > 0)) stiffness = c.tools[in.rigid].mass;
+      if (!(moving > 0)) stiffness = mass = c.tools[in.rigid].mass;
     }
     row.stiffness = stiffness / (h * h);
+    row.inertia = mass / (h * h);
     const Vec3 u = relative(set, in, w.velocity, c.tools, &ToolWork::solution) - in.other_velocity;
     if (in.stiffness > 0) {
       row.stiffness = in.stiffness;
@@ -360,10 +371,11 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     if (in.limit > 0) {
       row.phase = phase_of_limited(in, row, ahead);
       row.force = limited_force(in, row, ahead);
+      asked += row.weights * (h * row.force) * (h * row.force);
       continue;
     }
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
-    row.phase = ahead < 0 ? phase_of(in.friction, row, row.stretch, row.force) : ContactPhase::kOpen;
+    row.phase = ahead < 0 ? phase_of(in.friction, row) : ContactPhase::kOpen;
     if (ahead < reach || row.force > 0)
       for (std::int32_t k = in.first; k < in.first + in.count; ++k)
         c.share[set.entries[k].node.index()] += std::abs(set.entries[k].weight);
@@ -375,14 +387,18 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     double sharing = 0;
     for (std::int32_t k = in.first; k < in.first + in.count; ++k)
       sharing += std::abs(set.entries[k].weight) * c.share[set.entries[k].node.index()];
+    row.inertia /= std::max(1.0, sharing);
     if (!(in.stiffness > 0)) row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
-    if (row.phase != ContactPhase::kOpen) row.phase = phase_of(in.friction, row, row.stretch, row.force);
+    if (row.phase != ContactPhase::kOpen) row.phase = phase_of(in.friction, row);
     set_sliding_direction(row);
-    if (!(in.gap < 0) || !(row.stiffness > 0) || in.stiffness > 0) continue;
     // What the force of the last step holds is no overlap to get rid of, however far it goes beyond what may be pushed out in a step.
-    const double held = row.force / row.stiffness;
-    row.gap = std::max(in.gap, -held - push_speed(in, set.options) * h);
+    if (in.gap < 0 && row.stiffness > 0 && !(in.stiffness > 0)) row.gap = std::max(in.gap, -row.force / row.stiffness - push_speed(in, set.options) * h);
+    if (row.phase == ContactPhase::kOpen) continue;
+    const Vec3 u = relative(set, in, w.velocity, c.tools, &ToolWork::solution) - in.other_velocity;
+    const double impulse = h * likely_force(row, row.force, row.gap + h * dot(in.normal, u));
+    asked += row.weights * impulse * impulse;
   }
+  c.asked = std::sqrt(asked);
 }
 
 void assemble_contacts(const MechanicsModel& model, double h, bool last, bool coupled, StepWorkspace& w) {
@@ -496,7 +512,7 @@ void add_impulse_changes(StepWorkspace& w) {
 double update_contacts(double h, StepWorkspace& w) {
   ContactWork& c = w.contact;
   const ContactSet& set = *c.set;
-  double change = 0;
+  double change = 0, asked = 0;
   bool missed = false;  // light nodes overlap with forces that are nothing to the rest of the body
   c.overlooked = false;
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
@@ -512,27 +528,33 @@ double update_contacts(double h, StepWorkspace& w) {
       row.force = limited_force(in, row, gap);
       const Vec3 d = (h * row.force) * in.normal - row.used;
       change += row.weights * dot(d, d);
+      asked += row.weights * dot(d, d);
       continue;
     }
     missed = missed || (row.phase == ContactPhase::kOpen && gap < -set.options.unseen);
     c.overlooked = c.overlooked || (row.phase == ContactPhase::kOpen && set.options.unseen > 0 && gap < -kMostUnseen * set.options.unseen);
     row.force = std::max(0.0, -row.stiffness * gap);
+    row.held = row.phase == ContactPhase::kOpen ? likely_force(row, 0, gap) : std::min(row.force, std::max(0.0, dot(row.used, in.normal) / h));
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
-    Vec3 wanted;
+    Vec3 wanted, owed;  // impulses: the second without what a spring that turns round would hold beyond its limit
     if (gap < 0 || (row.phase != ContactPhase::kOpen && c.pass > kFreePasses)) {
       const ContactPhase before = row.phase;
-      row.phase = phase_of(in.friction, row, row.stretch, row.force);
+      row.phase = phase_of(in.friction, row);
       set_sliding_direction(row);
       row.slid = before == ContactPhase::kSlide && row.phase == ContactPhase::kSlide;
-      wanted = h * (row.force * in.normal - (row.phase == ContactPhase::kStick ? row.stiffness * row.stretch
-                                                                                : (in.friction * row.force) * row.along));
+      const double limit = in.friction * row.held;
+      const Vec3 spring = row.phase == ContactPhase::kStick ? row.stiffness * row.stretch : limit * row.along;
+      wanted = h * (row.force * in.normal - spring);
+      owed = norm(spring) > limit ? h * (row.force * in.normal - (limit / norm(spring)) * spring) : wanted;
     } else {
       row.phase = ContactPhase::kOpen;
       row.along = {};
     }
-    const Vec3 d = wanted - row.used;
+    const Vec3 d = wanted - row.used, e = row.used == Vec3{} ? (h * row.held) * in.normal : owed - row.used;
     change += row.weights * dot(d, d);
+    asked += row.weights * dot(e, e);
   }
+  c.asked = std::sqrt(asked);
   return missed && set.options.unseen > 0 ? HUGE_VAL : std::sqrt(change);
 }
 
@@ -574,9 +596,9 @@ void store_contacts(double h, const StepWorkspace& w, MechanicsState& state) {
   state.contacts.clear();
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     const Row& row = c.rows[r];
-    if (row.phase == ContactPhase::kOpen || !(row.force > 0) || set.rows[r].limit > 0) continue;
-    const double longest = set.rows[r].friction * row.force / row.stiffness, length = norm(row.stretch);
-    state.contacts.push_back({set.rows[r].key, row.force, length > longest ? (longest / length) * row.stretch : row.stretch});
+    if (row.phase == ContactPhase::kOpen || !(row.held > 0) || set.rows[r].limit > 0) continue;
+    const double longest = set.rows[r].friction * row.held / row.stiffness, length = norm(row.stretch);
+    state.contacts.push_back({set.rows[r].key, row.held, length > longest ? (longest / length) * row.stretch : row.stretch});
   }
   for (std::size_t i = 0; i < c.tools.size(); ++i) state.tools[i] = moved_tool(state.tools[i], c.tools[i], h);
 }

@@ -31,8 +31,10 @@ struct ContactWork {
   struct Row {
     double gap = 0;        // at the start, clamped: overlap is pushed out at a bounded speed
     double stiffness = 0;  // k, N/m
+    double inertia = 0;    // N/m: mass over h^2, shared as the stiffness is
     double weights = 0;    // sum of the squares, of what moves
     double force = 0;      // lambda of the last iterate, N
+    double held = 0;       // what of it acted in the last pass: it limits friction, N
     Vec3 slip;             // stretch of the friction spring at the start, m
     Vec3 stretch;          // and at the end, by the last iterate
     Vec3 along;            // direction of sliding
@@ -53,6 +55,8 @@ struct ContactWork {
   };
   const ContactSet* set = nullptr;     // null: no contact in this step
   int pass = 0;                        // of this step, from 1
+  double unforced = 0;                 // norm of the residual without contacts, when the first pass begins, N s
+  double asked = 0;                    // norm of what contacts should change in the next pass, as far as mass must be stopped, N s
   bool overlooked = false;             // after the last pass: a row without a force overlaps by more than kMostUnseen allows
   std::vector<Row> rows;
   std::vector<std::int32_t> pressing;  // rows, ascending

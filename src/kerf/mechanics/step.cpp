@@ -395,6 +395,7 @@ double fresh_residual(const MechanicsModel& model, StepWorkspace& w, bool x_is_z
   };
   double sum = norm_of(true);
   if (w.contact.set != nullptr) {
+    if (w.contact.pass == 1) w.contact.unforced = std::sqrt(sum);
     for (ToolWork& tool : w.contact.tools)
       for (int a = 0; a < 6; ++a) {
         tool.residual[a] = x_is_zero ? 0 : -tool.product[a];
@@ -513,7 +514,9 @@ struct Solver {
   // From the solution so far, whose residual is given.
   void conjugate_gradients(double norm_start, bool first) {
     const bool lean = w.contact.set != nullptr && w.contact.any_free_touched;
-    norm_b = std::max(norm_b, norm_start);
+    // Contacts that close in this pass ask for far more than will be left of it once the rest of the body gives way: measured by that, what matters would be
+    // left undone.
+    norm_b = std::max(norm_b, w.contact.set != nullptr ? std::min(norm_start, w.contact.unforced + w.contact.asked) : norm_start);
     if (norm_start == 0) {
       report.stopped_by_floor = true;
       return;

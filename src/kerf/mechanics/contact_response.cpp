@@ -26,6 +26,8 @@ constexpr int kSettledPass = 3;
 constexpr double kSettledBlend = 0.2;
 /// A row that overlaps by more than so many times options.unseen without a force is not left to the next step.
 constexpr double kMostUnseen = 2;
+/// A contact is as stiff as this many times its softer side at most: measured by a side that is a thousand times as stiff, it would throw the other one about.
+constexpr double kSofter = 3;
 /// What touches is so many times as heavy as the nodes at the contact, or less, when it is asked how hard it will press.
 constexpr double kHeavier = 4;
 
@@ -344,18 +346,24 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
       row.force = row.held = memory->force;
       row.slip = memory->slip - dot(memory->slip, in.normal) * in.normal;
     }
-    double stiffness = 0, moving = 0, mass = 0;
+    double stiffness = 0, moving = 0, mass = 0, of_side[2] = {}, on_side[2] = {};
     for (std::int32_t k = in.first; k < in.first + in.count; ++k) {
       const std::size_t node = set.entries[k].node.index();
       if (free[node] == 0) continue;
       const double weight = std::abs(set.entries[k].weight);
       const double* d = w.diagonal[2 * node].v;
-      stiffness += weight * (d[0] + d[1] + d[2]);
+      const double share = weight * (d[0] + d[1] + d[2]);
+      const int side = set.entries[k].weight < 0 ? 1 : 0;
+      stiffness += share;
+      of_side[side] += share;
+      on_side[side] += weight;
       mass += weight * model.structure().mass[node];
       moving += weight;
       row.weights += weight * weight;
     }
     if (moving > 0) stiffness /= 3 * moving, mass /= moving;
+    for (int side = 0; side < 2; ++side)
+      if (on_side[side] > 0) stiffness = std::min(stiffness, kSofter * of_side[side] / (3 * on_side[side]));
     if (in.rigid >= 0) {
       row.weights += 1;
       if (!(moving > 0)) stiffness = mass = c.tools[in.rigid].mass;

@@ -38,7 +38,7 @@ double deepest(const Session& session) {
   return most;
 }
 
-// Contacts were as stiff as the mean of both sides, thousands of times too much for the softer one: the first pair exploded, the others went on at 4 to 40 mm/s.
+// Contacts were as stiff as the mean of both sides, thousands of times too much for the softer one: the first pair exploded, the last two went on at 4 to 40 mm/s.
 TEST(ComingToRest, StiffOnSoftAndSoftOnStiff) {
   struct Pair {
     double lower, upper;

@@ -299,7 +299,7 @@ Status check_contacts(const MechanicsModel& model, const MechanicsState& state, 
     if (!(row.friction >= 0) || !std::isfinite(row.friction)) return refuse("its friction must not be negative");
     if (!(row.push_speed >= 0)) return refuse("its push speed must not be negative");
     if (!(row.stiffness >= 0) || !std::isfinite(row.stiffness)) return refuse("its stiffness must not be negative");
-    if (!(row.limit >= 0) || (row.limit > 0 && !(row.stiffness > 0))) return refuse("its limit must not be negative, and needs a stiffness");
+    if (!(row.limit >= 0) || (row.limit > 0) != (row.stiffness > 0)) return refuse("its limit must not be negative, and stiffness and limit go together");
     if (!is_finite(row.other_velocity) || !is_finite(row.arm)) return refuse("a velocity or an arm is not finite");
     for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
       if (!set.entries[k].node.valid() || set.entries[k].node.index() >= model.node_count())
@@ -370,8 +370,9 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     }
     row.stiffness = stiffness / (h * h);
     row.inertia = mass / (h * h);
-    const Vec3 u = relative(set, in, w.velocity, c.tools, &ToolWork::solution) - in.other_velocity;
-    if (in.stiffness > 0) {
+    row.motion = relative(set, in, w.velocity, c.tools, &ToolWork::solution);
+    const Vec3 u = row.motion - in.other_velocity;
+    if (in.limit > 0) {
       row.stiffness = in.stiffness;
       row.gap = in.gap;
     }
@@ -396,14 +397,13 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     for (std::int32_t k = in.first; k < in.first + in.count; ++k)
       sharing += std::abs(set.entries[k].weight) * c.share[set.entries[k].node.index()];
     row.inertia /= std::max(1.0, sharing);
-    if (!(in.stiffness > 0)) row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
+    row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
     if (row.phase != ContactPhase::kOpen) row.phase = phase_of(in.friction, row);
     set_sliding_direction(row);
     // What the force of the last step holds is no overlap to get rid of, however far it goes beyond what may be pushed out in a step.
-    if (in.gap < 0 && row.stiffness > 0 && !(in.stiffness > 0)) row.gap = std::max(in.gap, -row.force / row.stiffness - push_speed(in, set.options) * h);
+    if (in.gap < 0 && row.stiffness > 0) row.gap = std::max(in.gap, -row.force / row.stiffness - push_speed(in, set.options) * h);
     if (row.phase == ContactPhase::kOpen) continue;
-    const Vec3 u = relative(set, in, w.velocity, c.tools, &ToolWork::solution) - in.other_velocity;
-    const double impulse = h * likely_force(row, row.force, row.gap + h * dot(in.normal, u));
+    const double impulse = h * likely_force(row, row.force, row.gap + h * dot(in.normal, row.motion - in.other_velocity));
     asked += row.weights * impulse * impulse;
   }
   c.asked = std::sqrt(asked);
@@ -542,11 +542,11 @@ double update_contacts(double h, StepWorkspace& w) {
     missed = missed || (row.phase == ContactPhase::kOpen && gap < -set.options.unseen);
     c.overlooked = c.overlooked || (row.phase == ContactPhase::kOpen && set.options.unseen > 0 && gap < -kMostUnseen * set.options.unseen);
     row.force = std::max(0.0, -row.stiffness * gap);
-    row.held = row.phase == ContactPhase::kOpen ? likely_force(row, 0, gap) : std::min(row.force, std::max(0.0, dot(row.used, in.normal) / h));
+    const ContactPhase before = row.phase;
+    row.held = before == ContactPhase::kOpen ? likely_force(row, 0, gap) : std::min(row.force, std::max(0.0, dot(row.used, in.normal) / h));
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     Vec3 wanted, owed;  // impulses: the second without what a spring that turns round would hold beyond its limit
     if (gap < 0 || (row.phase != ContactPhase::kOpen && c.pass > kFreePasses)) {
-      const ContactPhase before = row.phase;
       row.phase = phase_of(in.friction, row);
       set_sliding_direction(row);
       row.slid = before == ContactPhase::kSlide && row.phase == ContactPhase::kSlide;
@@ -558,7 +558,7 @@ double update_contacts(double h, StepWorkspace& w) {
       row.phase = ContactPhase::kOpen;
       row.along = {};
     }
-    const Vec3 d = wanted - row.used, e = row.used == Vec3{} ? (h * row.held) * in.normal : owed - row.used;
+    const Vec3 d = wanted - row.used, e = before == ContactPhase::kOpen ? (h * row.held) * in.normal : owed - row.used;
     change += row.weights * dot(d, d);
     asked += row.weights * dot(e, e);
   }

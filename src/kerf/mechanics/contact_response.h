@@ -42,7 +42,7 @@ struct ContactWork {
     bool slid = false;     // in the pass before, too
     double block[8] = {};  // h^2 P of this pass: xx yy zz xy, yz zx - -
     Vec3 impulse;          // its share of the right-hand side, h [...]
-    Vec3 motion;           // J v when the pass before was over
+    Vec3 motion;           // J v when the pass before was over, or as the step began
     Vec3 used;             // impulse in it, with that motion
   };
   struct alignas(32) Quad {

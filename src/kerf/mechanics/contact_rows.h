@@ -31,8 +31,8 @@ struct ContactRow {
   Vec3 other_velocity;    ///< of a given other side at the contact point, m/s
   double friction = 0;    ///< Coulomb's coefficient
   double push_speed = 0;  ///< m/s, instead of the options' where that is faster; 0: theirs
-  double stiffness = 0;   ///< N/m, instead of that of the nodes; 0: theirs
-  double limit = 0;       ///< N: where it gives way, without friction and however deep it then is; 0: it never does. Needs a stiffness
+  double limit = 0;       ///< N: where it gives way, without friction and however deep it then is; 0: it never does
+  double stiffness = 0;   ///< N/m, of a row with a limit, and only there
 };
 
 /// A rigid tool that follows a given pose through a virtual coupling: six freedoms in the same linear system.

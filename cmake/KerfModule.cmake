@@ -15,19 +15,34 @@ function(kerf_module name)
   set(KERF_MODULES ${KERF_MODULES} ${name} PARENT_SCOPE)
 
   file(GLOB tests CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/tests/${name}/*.cpp)
+  if(KERF_TESTS_LIKE)
+    kerf_keep_tests_like("${KERF_TESTS_LIKE}" tests)
+  endif()
   if(KERF_BUILD_TESTS AND tests)
-    add_executable(kerf_${name}_tests ${tests})
+    add_executable(kerf_${name}_tests ${tests} ${PROJECT_SOURCE_DIR}/tests/support/source_dir.cpp)
     target_include_directories(kerf_${name}_tests PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
     foreach(module ${name} ${ARG_DEPENDS} ${ARG_TESTS})
       target_sources(kerf_${name}_tests PRIVATE $<TARGET_OBJECTS:kerf_${module}>)
     endforeach()
-    target_link_libraries(kerf_${name}_tests PRIVATE kerf_flags kerf_test_flags Eigen3::Eigen TBB::tbb fmt::fmt
+    target_link_libraries(kerf_${name}_tests PRIVATE kerf_flags Eigen3::Eigen TBB::tbb fmt::fmt
                           tomlplusplus::tomlplusplus nlohmann_json::nlohmann_json
                           GTest::gtest GTest::gmock GTest::gtest_main)
-    target_compile_definitions(kerf_${name}_tests PRIVATE KERF_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     gtest_discover_tests(kerf_${name}_tests TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60
                          PROPERTIES LABELS ${name})
   endif()
+endfunction()
+
+# Leaves out of the list `tests` the files whose tests' names don't match; files without tests help others and stay.
+function(kerf_keep_tests_like expression tests)
+  set(kept "")
+  foreach(path ${${tests}})
+    file(STRINGS ${path} all REGEX "^(TEST|INSTANTIATE)")
+    file(STRINGS ${path} some REGEX "^(TEST|INSTANTIATE).*(${expression})")
+    if(some OR NOT all)
+      list(APPEND kept ${path})
+    endif()
+  endforeach()
+  set(${tests} ${kept} PARENT_SCOPE)
 endfunction()
 
 # All modules in one installable static library with a CMake package.

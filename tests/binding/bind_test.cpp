@@ -16,6 +16,7 @@
 #include "kerf/binding/validate_binding.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -260,7 +261,7 @@ TEST(Bind, SameBitsForAnyNumberOfThreads) {
 }
 
 TEST(Bind, RealMeniscus) {
-  const std::filesystem::path folder = KERF_SOURCE_DIR "/../shared/meshes";
+  const std::filesystem::path folder = test::source_dir() + "/../shared/meshes";
   if (!std::filesystem::exists(folder / "medial-meniscus.obj")) GTEST_SKIP() << "needs " << folder << "/medial-meniscus.obj";
   auto visual = read_mesh(folder / "medial-meniscus.obj"), collision = read_mesh(folder / "medial-meniscus-collision.obj");
   ASSERT_TRUE(visual.ok() && collision.ok());

@@ -10,6 +10,7 @@
 
 #include "kerf/base/random.h"
 #include "kerf/mesh/models.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -129,7 +130,7 @@ TEST_F(BoundBodyFile, MaterialAndLatticeComeBack) {
 TEST_F(BoundBodyFile, ReadsVersionOne) {
   BodyNature nature;
   nature.young = 1;
-  const auto body = load_bound_body(std::filesystem::path(KERF_SOURCE_DIR) / "tests/binding/samples/body-version-1.kerf", &nature);
+  const auto body = load_bound_body(std::filesystem::path(test::source_dir()) / "tests/binding/samples/body-version-1.kerf", &nature);
   ASSERT_TRUE(body.ok()) << body.error().message;
   EXPECT_EQ(body->complex.collision.face_count(), 2u);
   EXPECT_EQ(body->report.input_triangles, 8u);

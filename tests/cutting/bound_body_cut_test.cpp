@@ -8,6 +8,7 @@
 #include "kerf/binding/bind.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -107,7 +108,7 @@ TEST(BoundBodyCut, EveryModelStaysValid) {
 }
 
 TEST(BoundBodyCut, TheScannedMeniscusStaysValid) {
-  const std::string folder = std::string(KERF_SOURCE_DIR) + "/../shared/meshes/";
+  const std::string folder = test::source_dir() + "/../shared/meshes/";
   if (!std::filesystem::exists(folder + "medial-meniscus.obj")) GTEST_SKIP() << "no ../shared/meshes beside the source";
   const auto visual = read_mesh(folder + "medial-meniscus.obj");
   const auto collision = read_mesh(folder + "medial-meniscus-collision.obj");

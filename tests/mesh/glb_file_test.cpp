@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "mesh/temporary_folder.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -188,7 +189,7 @@ TEST(GlbFile, RefusedFramesAddNothing) {
 }
 
 TEST(GlbFile, KhronosValidatorFindsNothing) {
-  const std::string tools = std::string(KERF_SOURCE_DIR) + "/tests/tools";
+  const std::string tools = test::source_dir() + "/tests/tools";
   if (std::system("node --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "node is not installed";
   if (!std::filesystem::exists(tools + "/node_modules/gltf-validator")) {
     GTEST_SKIP() << "the validator is not installed; run `npm ci` in tests/tools";

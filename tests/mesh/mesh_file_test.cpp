@@ -11,6 +11,7 @@
 
 #include "kerf/base/random.h"
 #include "mesh/temporary_folder.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -559,7 +560,7 @@ TEST(MeshFile, SharedMeshes) {
                                {"medial-meniscus.obj", 1564, 3124},
                                {"medial-meniscus-collision.obj", 105, 160},
                                {"tibia-cartilage.obj", 4453, 8602}};
-  const std::string root = std::string(KERF_SOURCE_DIR) + "/../shared/meshes/";
+  const std::string root = test::source_dir() + "/../shared/meshes/";
   if (!std::filesystem::exists(root)) GTEST_SKIP() << "the real meshes are not here: " << root;
   for (const SharedMesh& expected : meshes) {
     const auto mesh = read_mesh(root + expected.name);

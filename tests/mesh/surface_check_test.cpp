@@ -13,6 +13,7 @@
 #include "kerf/mesh/half_edge_build.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_measures.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -577,7 +578,7 @@ TEST(SurfaceCheck, RandomDamageIsRepairedOrRefused) {
 }
 
 TEST(SurfaceCheck, RealMeshes) {
-  const std::string root = std::string(KERF_SOURCE_DIR) + "/../shared/meshes/";
+  const std::string root = test::source_dir() + "/../shared/meshes/";
   if (!std::filesystem::exists(root)) GTEST_SKIP() << "the real meshes are not here: " << root;
   auto meniscus = read_mesh(root + "medial-meniscus.obj");
   ASSERT_TRUE(meniscus.ok());

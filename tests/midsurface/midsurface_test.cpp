@@ -17,6 +17,7 @@
 #include "kerf/midsurface/surface_filter.h"
 #include "kerf/midsurface/working_mesh.h"
 #include "midsurface/corpus.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -306,7 +307,7 @@ TEST(SelfIntersections, GridsThatMeetAtTheirEdges) {
 }
 
 TEST(Midsurface, RealMeniscus) {
-  const std::string path = std::string(KERF_SOURCE_DIR) + "/../shared/meshes/medial-meniscus.obj";
+  const std::string path = test::source_dir() + "/../shared/meshes/medial-meniscus.obj";
   auto mesh = read_mesh(path);
   if (!mesh.ok()) GTEST_SKIP() << "no real meshes beside the project";
   ASSERT_TRUE(check_surface(*mesh).ok());

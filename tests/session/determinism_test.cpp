@@ -11,6 +11,7 @@
 #include "kerf/session/recording.h"
 #include "kerf/session/scene_file.h"
 #include "kerf/session/session.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -19,7 +20,7 @@ constexpr std::int64_t kMostSteps = 500;  ///< of a shipped scene
 
 std::vector<std::filesystem::path> shipped_scenes() {
   std::vector<std::filesystem::path> found;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(KERF_SOURCE_DIR) / "scenes"))
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(test::source_dir()) / "scenes"))
     if (entry.path().extension() == ".toml") found.push_back(entry.path());
   std::sort(found.begin(), found.end());
   return found;
@@ -53,7 +54,7 @@ TEST(Determinism, ThereAreShippedScenes) {
 class ShippedScene : public ::testing::TestWithParam<std::filesystem::path> {};
 
 TEST_P(ShippedScene, DoesNotDependOnThreads) {
-  const auto scene = read_scene(GetParam(), {KERF_SOURCE_DIR "/../shared/meshes"});
+  const auto scene = read_scene(GetParam(), {test::source_dir() + "/../shared/meshes"});
   if (!scene.ok() && scene.error().message.find("--meshes") != std::string::npos) GTEST_SKIP() << scene.error().message;
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   const auto one = trace(*scene, 1), two = trace(*scene, 2);

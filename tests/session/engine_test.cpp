@@ -17,6 +17,7 @@
 #include "kerf/base/random.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/body.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -993,7 +994,7 @@ TEST(Engine, UploadedMeshesAreLoaded) {
 
 // An instrument dropped as a body: a rod with a hook, of long slivers. It is told why it can't be cut, and what was shown stays.
 TEST(Engine, AnInstrumentDroppedAsABodyIsRefused) {
-  const std::filesystem::path file = std::filesystem::path(KERF_SOURCE_DIR) / "../shared/meshes/hook-probe.obj";
+  const std::filesystem::path file = std::filesystem::path(test::source_dir()) / "../shared/meshes/hook-probe.obj";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "no ../shared/meshes beside the source";
   Table table;
   const auto page = table.join();

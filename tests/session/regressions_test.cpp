@@ -7,6 +7,7 @@
 
 #include "kerf/mesh/whole_file.h"
 #include "session/recorded_session.h"
+#include "support/source_dir.h"
 
 namespace kerf::test {
 namespace {
@@ -15,7 +16,7 @@ using Kind = SessionChange::Kind;
 
 TEST(Regressions, WhatFailedOnceHolds) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(KERF_SOURCE_DIR) / "tests" / "regressions"))
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(test::source_dir()) / "tests" / "regressions"))
     if (entry.path().extension() == ".kerfrec") files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   for (const auto& file : files) {

@@ -12,12 +12,13 @@
 #include "kerf/session/run_outputs.h"
 #include "kerf/session/run_report.h"
 #include "kerf/session/session.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
 
 TEST(ScannedMeniscus, FiftyRandomCuts) {
-  const std::filesystem::path folder = std::filesystem::path(KERF_SOURCE_DIR) / "../shared/meshes";
+  const std::filesystem::path folder = std::filesystem::path(test::source_dir()) / "../shared/meshes";
   if (!std::filesystem::exists(folder / "medial-meniscus.obj")) GTEST_SKIP() << "no ../shared/meshes beside the source";
   Scene scene;
   scene.name = "scan";
@@ -77,7 +78,7 @@ TEST(ScannedMeniscus, FiftyRandomCuts) {
   std::filesystem::create_directories(out);
   ASSERT_TRUE(write_final_meshes(session, {"visual", "collision"}, out).ok());
   ASSERT_TRUE(replace_file((out / "report.json").string(), run_report_json(session, {})).ok());
-  const std::string check = "python3 " KERF_SOURCE_DIR "/tests/end_to_end/check_export.py " + out.string() + " --pieces " +
+  const std::string check = "python3 " + test::source_dir() + "/tests/end_to_end/check_export.py " + out.string() + " --pieces " +
                             std::to_string(session.counts().pieces);
   EXPECT_EQ(std::system(check.c_str()), 0);
   std::filesystem::remove_all(out);

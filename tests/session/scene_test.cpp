@@ -10,6 +10,7 @@
 #include "kerf/session/closest_word.h"
 #include "kerf/session/scene_file.h"
 #include "kerf/session/scene_schema.h"
+#include "support/source_dir.h"
 
 namespace kerf {
 namespace {
@@ -676,10 +677,10 @@ TEST_F(SceneFolder, UnreadableScenes) {
 
 TEST(Scene, ShippedScenesAreValid) {
   int n = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(KERF_SOURCE_DIR "/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_dir() + "/scenes")) {
     if (entry.path().extension() != ".toml") continue;
     ++n;
-    const Result<Scene> scene = read_scene(entry.path(), {KERF_SOURCE_DIR "/../shared/meshes"});
+    const Result<Scene> scene = read_scene(entry.path(), {test::source_dir() + "/../shared/meshes"});
     // Real meshes are not part of the project.
     if (!scene.ok() && scene.error().message.find("--meshes") != std::string::npos) continue;
     EXPECT_TRUE(scene.ok()) << scene.error().message;
@@ -790,7 +791,7 @@ TEST(SceneSchema, TextHasEveryKeyWithItsDefault) {
 }
 
 TEST(SceneSchema, TheDocumentationIsCurrent) {
-  std::ifstream file(KERF_SOURCE_DIR "/docs/scene.md");
+  std::ifstream file(test::source_dir() + "/docs/scene.md");
   const std::string written((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   EXPECT_TRUE(written == scene_schema_markdown())
       << "make it anew: kerf info --schema --markdown > docs/scene.md";

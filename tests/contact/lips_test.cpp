@@ -148,6 +148,37 @@ TEST(Lips, RimsThatCrossTouchBetweenTheirVertices) {
   }
 }
 
+TEST(Lips, RimsGoOnToCrossWhenTheEndOfOneIsOnTheCrestOfTheOther) {
+  // Held by the face below it, a corner that has come down to the other lip's upper rim comes no lower. Then the rims met just beyond that end, so not at all,
+  // and the rest of the wall went into the other one by 0.2 half thicknesses in a step.
+  const double r = kRadius, slope = 0.2, end = 0;
+  for (const double beyond : {-0.3, 0.02, 0.06, 0.15}) {  // parts of r, the place of the corner along the other normal
+    LipBody body;
+    body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
+    const auto cross_at = [&](double y, double gap) {
+      body.place([&](Vec3 p, int side) {
+        if (side < 0) return p;
+        const double along = slope * (p.y - y);
+        return p + Vec3{gap / std::sqrt(2) + along, 0, 2 * r + gap / std::sqrt(2) - along};
+      });
+      body.detect();
+      int crossings = 0;
+      for (const Contact& c : body.contacts) {
+        if (std::fabs(c.normal.x) < 0.6 || std::fabs(c.normal.z) < 0.6) continue;
+        ++crossings;
+        EXPECT_NEAR(c.gap, gap, 1e-9);
+        EXPECT_NEAR(c.point.y, std::max(end, y), 0.02) << beyond;
+      }
+      return crossings;
+    };
+    const double there = end - beyond * r / (std::sqrt(2) * slope);
+    EXPECT_EQ(cross_at(there, 0.001 * r), beyond < 0 ? 1 : 0) << beyond;  // who never crossed doesn't begin to there
+    EXPECT_EQ(cross_at(0.05, 0.001 * r), 1) << beyond;
+    EXPECT_EQ(cross_at(there, -0.01 * r), beyond < 0.1 ? 1 : 0) << beyond;
+    EXPECT_EQ(cross_at(there, -0.02 * r), beyond < 0.1 ? 1 : 0) << beyond;
+  }
+}
+
 TEST(Lips, TwistedWallsTouchBetweenTheirCorners) {
   // A lip that rises along an edge of the rim while its wall leans over to the other one. At height l on it, s along the edge, the wall is at
   //   x = -0.3 r s - 0.6 r s l,   and what faces it ends at l = 1 - 1.5 s

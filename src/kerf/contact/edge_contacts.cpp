@@ -17,6 +17,9 @@ constexpr double kHardly = 0.3;
 /// Rims cross from this sine of their angle on, with a normal that leaves the cones of both by no more than this; and deeper in each other than this
 /// part of the radius they have lost each other. (Far more than kPassed: the cones say which way out is.)
 constexpr double kCrossing = 0.005, kOffCone = 0.2, kLostRims = 0.5;
+/// Rims that crossed go on to while the end of one is no farther than this part of the radius from where it would cross the other: its corner is on the crest
+/// then, held by the face below it, and all that keeps the rest of its wall beside the other one is that the rims still meet.
+constexpr double kOnCrest = 0.1;
 /// Walls whose offsets turn by more than this part of the radius along their edges meet in between, too: so many pieces.
 constexpr double kTwisted = 0.1;
 constexpr int kWallPieces = 4;
@@ -26,6 +29,17 @@ struct CrossingRims {
   bool known = false;        ///< they cross in no other way, and have not lost each other
   double apart = -HUGE_VAL;  ///< m where they cross, negative: overlap
 };
+
+/// Points of segments a b and c d that are nearest to where they would cross, seen along n (unit, upright to both), if those are within `reach` of each other.
+bool crossing_ends(Vec3 a, Vec3 b, Vec3 c, Vec3 d, Vec3 n, double reach, SegmentFeet& feet) {
+  const Vec3 u = b - a, v = d - c, w = a - c;
+  const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
+  feet.s = std::clamp((uv * vw - vv * uw) / (uu * vv - uv * uv), 0.0, 1.0);
+  feet.t = std::clamp((vw + feet.s * uv) / vv, 0.0, 1.0);
+  feet.s = std::clamp((feet.t * uv - uw) / uu, 0.0, 1.0);
+  const Vec3 between = w + feet.s * u - feet.t * v;
+  return norm(between - dot(between, n) * n) < reach;
+}
 
 /// Rims of lips that lie on each other at one end and side by side at the other: the upper rim of one crosses the lower rim of the other. The
 /// normal is upright to both; it points out of wall and face of either.
@@ -39,18 +53,19 @@ CrossingRims test_rims(const BodyPair& pair, H h, H g) {
     const auto corner = [&](const BodyView& body, V v, double l) { return body.position(v) + l * body.offset(v); };
     const Vec3 a = corner(pair.a, s.from(h), lift), b = corner(pair.a, s.to(h), lift);
     const Vec3 c = corner(pair.b, s.from(g), -lift), e = corner(pair.b, s.to(g), -lift);
-    SegmentFeet feet;
-    if (!inner_feet(a, b, c, e, feet)) continue;
     const Vec3 across = cross(b - a, e - c);
     const double size = norm(across);
     if (!(size > kCrossing * norm(b - a) * norm(e - c))) continue;
-    const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
     Vec3 n = (1 / size) * across;
     if (dot(n, other_out - out) < 0) n = -n;
     const ContactName name{ContactKind::kEdgeEdge, lift > 0 ? 1 : 2, pair.a.index, pair.b.index, 0, h.value, g.value};
+    const bool crossed = recall(pair.run, contact_key(name)) != nullptr;
+    SegmentFeet feet;
+    if (!inner_feet(a, b, c, e, feet) && !(crossed && crossing_ends(a, b, c, e, n, kOnCrest * norm(pair.a.offset(s.from(h))), feet))) continue;
+    const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
     const double gap = dot(n, x.position + lift * x.offset - y.position + lift * y.offset), radius = norm(x.offset);
     // Deep at first sight, they crossed in this step, or the normal is wrong: it has to leave no cone.
-    const double off = gap < -kPassed * radius && recall(pair.run, contact_key(name)) == nullptr ? 0 : kOffCone;
+    const double off = gap < -kPassed * radius && !crossed ? 0 : kOffCone;
     const double over = -lift * dot(n, y.offset), under = -lift * dot(n, x.offset);
     if (!(dot(n, other_out) >= -off && -dot(n, out) >= -off && over >= -off * norm(y.offset) && under >= -off * norm(x.offset)) ||
         gap < -kLostRims * radius) {

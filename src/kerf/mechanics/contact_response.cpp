@@ -30,6 +30,9 @@ constexpr double kMostUnseen = 2;
 constexpr double kSofter = 3;
 /// What touches is so many times as heavy as the nodes at the contact, or less, when it is asked how hard it will press.
 constexpr double kHeavier = 4;
+/// A spring of friction is stretched by this part of options.unseen before it slips, however little it holds. Where next to nothing presses, k would have it
+/// slip after nanometres, and what the solver leaves undone would decide, anew in every pass, who holds.
+constexpr double kSlack = 0.1;
 
 Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
 Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
@@ -77,8 +80,15 @@ inline void add_to_tool(double (&out)[6], Vec3 arm, Vec3 f, double sign) {
 /// N along the normal at a gap, of a row that gives way.
 double limited_force(const ContactRow& in, const Row& row, double gap) { return std::clamp(-row.stiffness * gap, 0.0, in.limit); }
 
+/// How far a friction spring is stretched when it slips, m, and its stiffness, N/m, where `limit` N are the most that it holds.
+double longest_stretch(const ContactSet& set, const Row& row, double limit) { return std::max(kSlack * set.options.unseen, limit / row.stiffness); }
+double friction_stiffness(const ContactSet& set, const Row& row, double limit) {
+  const double slack = kSlack * set.options.unseen;
+  return slack > 0 ? std::min(row.stiffness, limit / slack) : row.stiffness;
+}
+
 /// Block and impulse of a row in its present phase; blend is theta.
-void linearise(const ContactRow& in, double h, double blend, Row& row) {
+void linearise(const ContactSet& set, const ContactRow& in, double h, double blend, Row& row) {
   const Vec3 n = in.normal, vo = in.other_velocity;
   if (in.limit > 0) {
     const double k = row.phase == ContactPhase::kStick ? row.stiffness : 0, hh = h * h;
@@ -88,7 +98,7 @@ void linearise(const ContactRow& in, double h, double blend, Row& row) {
     return;
   }
   const double k = row.stiffness, limit = in.friction * row.held;
-  double ks = row.phase == ContactPhase::kStick ? k : 0, keep = 0;
+  double ks = row.phase == ContactPhase::kStick ? friction_stiffness(set, row, limit) : 0, keep = 0;
   Vec3 t;
   if (row.phase == ContactPhase::kSlide) {
     const double length = norm(row.stretch);
@@ -128,9 +138,9 @@ ContactPhase phase_of_limited(const ContactRow& in, const Row& row, double gap) 
 }
 
 /// Stick or slide from a stretch of the friction spring and a normal force.
-ContactPhase phase_of(double friction, const Row& row) {
+ContactPhase phase_of(const ContactSet& set, double friction, const Row& row) {
   const bool reversed = row.phase == ContactPhase::kSlide && dot(row.stretch, row.along) < 0;
-  return row.stiffness * norm(row.stretch) <= friction * row.held || reversed ? ContactPhase::kStick : ContactPhase::kSlide;
+  return norm(row.stretch) <= longest_stretch(set, row, friction * row.held) || reversed ? ContactPhase::kStick : ContactPhase::kSlide;
 }
 
 void set_sliding_direction(Row& row) {
@@ -384,7 +394,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
       continue;
     }
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
-    row.phase = ahead < 0 ? phase_of(in.friction, row) : ContactPhase::kOpen;
+    row.phase = ahead < 0 ? phase_of(set, in.friction, row) : ContactPhase::kOpen;
     if (ahead < reach || row.force > 0)
       for (std::int32_t k = in.first; k < in.first + in.count; ++k)
         c.share[set.entries[k].node.index()] += std::abs(set.entries[k].weight);
@@ -398,7 +408,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
       sharing += std::abs(set.entries[k].weight) * c.share[set.entries[k].node.index()];
     row.inertia /= std::max(1.0, sharing);
     row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
-    if (row.phase != ContactPhase::kOpen) row.phase = phase_of(in.friction, row);
+    if (row.phase != ContactPhase::kOpen) row.phase = phase_of(set, in.friction, row);
     set_sliding_direction(row);
     // What the force of the last step holds is no overlap to get rid of, however far it goes beyond what may be pushed out in a step.
     if (in.gap < 0 && row.stiffness > 0) row.gap = std::max(in.gap, -row.force / row.stiffness - push_speed(in, set.options) * h);
@@ -417,7 +427,7 @@ void assemble_contacts(const MechanicsModel& model, double h, bool last, bool co
   c.pressing.clear();
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     if (c.rows[r].phase == ContactPhase::kOpen || !(c.rows[r].stiffness > 0)) continue;
-    linearise(set.rows[r], h, last ? 1.0 : (c.rows[r].slid && c.pass >= kSettledPass ? kSettledBlend : 1) * set.options.friction_blend, c.rows[r]);
+    linearise(set, set.rows[r], h, last ? 1.0 : (c.rows[r].slid && c.pass >= kSettledPass ? kSettledBlend : 1) * set.options.friction_blend, c.rows[r]);
     c.pressing.push_back(static_cast<std::int32_t>(r));
   }
   c.touched_free.assign(pieces.free.size(), 0);
@@ -547,11 +557,11 @@ double update_contacts(double h, StepWorkspace& w) {
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     Vec3 wanted, owed;  // impulses: the second without what a spring that turns round would hold beyond its limit
     if (gap < 0 || (row.phase != ContactPhase::kOpen && c.pass > kFreePasses)) {
-      row.phase = phase_of(in.friction, row);
+      row.phase = phase_of(set, in.friction, row);
       set_sliding_direction(row);
       row.slid = before == ContactPhase::kSlide && row.phase == ContactPhase::kSlide;
       const double limit = in.friction * row.held;
-      const Vec3 spring = row.phase == ContactPhase::kStick ? row.stiffness * row.stretch : limit * row.along;
+      const Vec3 spring = row.phase == ContactPhase::kStick ? friction_stiffness(set, row, limit) * row.stretch : limit * row.along;
       wanted = h * (row.force * in.normal - spring);
       owed = norm(spring) > limit ? h * (row.force * in.normal - (limit / norm(spring)) * spring) : wanted;
     } else {
@@ -605,7 +615,7 @@ void store_contacts(double h, const StepWorkspace& w, MechanicsState& state) {
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     const Row& row = c.rows[r];
     if (row.phase == ContactPhase::kOpen || !(row.held > 0) || set.rows[r].limit > 0) continue;
-    const double longest = set.rows[r].friction * row.held / row.stiffness, length = norm(row.stretch);
+    const double longest = longest_stretch(set, row, set.rows[r].friction * row.held), length = norm(row.stretch);
     state.contacts.push_back({set.rows[r].key, row.held, length > longest ? (longest / length) * row.stretch : row.stretch});
   }
   for (std::size_t i = 0; i < c.tools.size(); ++i) state.tools[i] = moved_tool(state.tools[i], c.tools[i], h);

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "exit_status.h"
 #include "kerf/base/parallel.h"
+#include "kerf/base/stopwatch.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/body_scene.h"
 #include "kerf/session/recording.h"
@@ -24,9 +24,6 @@
 
 namespace kerf::app {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// A run in progress: the session, what it has collected, and where it goes.
 class Run {

@@ -5,27 +5,15 @@
 
 #include "kerf/base/random.h"
 #include "kerf/session/session.h"
+#include "session/session_measures.h"
 
 namespace kerf {
 namespace {
 
-Session make_session(const char* model, double time_step = 0.002) {
-  Scene scene;
-  scene.name = model;
-  scene.body.model = model;
-  scene.simulation.time_step = time_step;
-  scene.simulation.gravity = {};
-  scene.cut.layers = 4;
-  auto made = Session::create(scene);
-  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
-  return std::move(made).value();
-}
+using test::box_of;
+using test::model_session;
 
-Box3 box_of(Session& session) {
-  Box3 box;
-  for (const Vec3 p : session.collision_positions()) box.add(p);
-  return box;
-}
+Session make_session(const char* model, double time_step = 0.002) { return model_session(model, 0, 4, time_step); }
 
 /// A place on the mid-surface of the body.
 Vec3 somewhere(Session& session, Random& random) {

@@ -9,27 +9,17 @@
 #include "kerf/cutting/pieces.h"
 #include "kerf/session/session.h"
 #include "kerf/session/surface_fade.h"
+#include "session/session_measures.h"
 
 namespace kerf {
 namespace {
 
-Session make_session(const char* model, int layers = 3) {
-  Scene scene;
-  scene.name = model;
-  scene.body.model = model;
-  scene.simulation.time_step = 0.002;
-  scene.simulation.gravity = {0, 0, -1};
-  scene.cut.layers = layers;
-  auto made = Session::create(scene);
-  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
-  return std::move(made).value();
-}
+using test::box_of;
+using test::enclosed_volume;
+using test::mass;
+using test::model_session;
 
-Box3 box_of(Session& session) {
-  Box3 box;
-  for (const Vec3 p : session.collision_positions()) box.add(p);
-  return box;
-}
+Session make_session(const char* model, int layers = 3) { return model_session(model, -1, layers); }
 
 Punch round_punch(Session& session, Random& random, double share) {
   const Box3 box = box_of(session);
@@ -41,19 +31,6 @@ Punch round_punch(Session& session, Random& random, double share) {
   return punch;
 }
 
-/// Enclosed volume of all visual triangles at rest.
-double enclosed(const Session& session) {
-  const VisualMesh& m = session.body().complex.visual;
-  double v = 0;
-  for (std::size_t f = 0; f < m.face_count(); ++f)
-    v += dot(m.rest[m.origin[VisualHalfEdge(3 * f)]], cross(m.rest[m.origin[VisualHalfEdge(3 * f + 1)]], m.rest[m.origin[VisualHalfEdge(3 * f + 2)]])) / 6;
-  return v;
-}
-double mass(const Session& session) {
-  double m = 0;
-  for (const HexMaterial& h : session.body().hex.material.raw()) m += session.material().density * h.mass_volume;
-  return m;
-}
 void expect_valid(const Session& session, const char* where) {
   const Status valid = session.validate();
   ASSERT_TRUE(valid.ok()) << where << ": " << valid.error().message;
@@ -70,7 +47,7 @@ TEST(Removal, MassAndVolumeFallByThePiecesOwn) {
       ASSERT_TRUE(cut.ok()) << model << cut.error().message;
       ASSERT_TRUE(session.step(2).ok());
       if (!cut->cut) continue;
-      const double v = enclosed(session), m = mass(session);
+      const double v = enclosed_volume(session), m = mass(session);
       const BodyCounts before = session.counts();
       hashes.push_back(session.hash());
       const auto gone = session.remove_piece(cut->loose[0]);
@@ -83,7 +60,7 @@ TEST(Removal, MassAndVolumeFallByThePiecesOwn) {
       EXPECT_LT(after.collision_triangles, before.collision_triangles);
       EXPECT_GT(gone->mass, 0);
       EXPECT_GT(gone->volume, 0);
-      EXPECT_NEAR(enclosed(session), v - gone->volume, 1e-12 * v);
+      EXPECT_NEAR(enclosed_volume(session), v - gone->volume, 1e-12 * v);
       EXPECT_NEAR(mass(session), m - gone->mass, 1e-12 * m);
       // To the bit there and back, and on from there.
       const std::uint64_t hash = session.hash();

@@ -7,34 +7,16 @@
 #include "kerf/session/recording.h"
 #include "kerf/session/scene_file.h"
 #include "kerf/session/session.h"
+#include "session/session_measures.h"
 
 namespace kerf {
 namespace {
 
-Session make_session(const char* model) {
-  Scene scene;
-  scene.name = model;
-  scene.body.model = model;
-  scene.simulation.time_step = 0.002;
-  scene.simulation.gravity = {0, 0, -1};
-  scene.cut.layers = 4;
-  auto made = Session::create(scene);
-  EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.error().message);
-  return std::move(made).value();
-}
+using test::enclosed_volume;
+using test::mass;
+using test::model_session;
 
-double enclosed(const Session& session) {
-  const VisualMesh& m = session.body().complex.visual;
-  double v = 0;
-  for (std::size_t f = 0; f < m.face_count(); ++f)
-    v += dot(m.rest[m.origin[VisualHalfEdge(3 * f)]], cross(m.rest[m.origin[VisualHalfEdge(3 * f + 1)]], m.rest[m.origin[VisualHalfEdge(3 * f + 2)]])) / 6;
-  return v;
-}
-double mass(const Session& session) {
-  double m = 0;
-  for (const HexMaterial& h : session.body().hex.material.raw()) m += session.material().density * h.mass_volume;
-  return m;
-}
+Session make_session(const char* model) { return model_session(model, -1, 4); }
 
 /// A rough bite at the thin rim of the meniscus, taken away; the middles of its lips.
 std::vector<Vec3> bite(Session& session, double roughness) {
@@ -58,7 +40,7 @@ TEST(SessionShave, SmootherLighterAndUndoneToTheBit) {
   ASSERT_TRUE(session.step(3).ok());
   const std::uint64_t hash = session.hash();
   const int depth = session.undo_depth();
-  const double m0 = mass(session), v0 = enclosed(session);
+  const double m0 = mass(session), v0 = enclosed_volume(session);
   double roughness = session.roughness(), removed = 0, m = m0;
   ASSERT_GT(roughness, 2e-5);
   for (int pass = 0; pass < 60; ++pass) {
@@ -74,7 +56,7 @@ TEST(SessionShave, SmootherLighterAndUndoneToTheBit) {
     roughness = session.roughness();
     m = mass(session);
   }
-  EXPECT_NEAR(enclosed(session), v0 - removed, 1e-12 * v0);
+  EXPECT_NEAR(enclosed_volume(session), v0 - removed, 1e-12 * v0);
   EXPECT_GT(removed, 0);
   EXPECT_LT(m, m0);
   ASSERT_TRUE(session.end_stroke().ok());

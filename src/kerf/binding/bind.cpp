@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 
 #include "kerf/base/parallel.h"
+#include "kerf/base/stopwatch.h"
 #include "kerf/binding/bound_vertices.h"
 #include "kerf/binding/collision_mesh_build.h"
 #include "kerf/binding/parametrize.h"
@@ -26,20 +26,6 @@ std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Rays and closest points that bind a collision vertex, roughly.
 constexpr std::size_t kQueriesPerVertex = 8;
-
-class Stopwatch {
- public:
-  /// Seconds since the last call.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double s = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return s;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 struct Measure {
   double area = 0, volume = 0;

@@ -1,7 +1,6 @@
 #include "kerf/cutting/unlink.h"
 
-#include <chrono>
-
+#include "kerf/base/stopwatch.h"
 #include "kerf/cutting/chain_split.h"
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/visual_walk.h"
@@ -177,9 +176,9 @@ bool unlink_edge(CutContext& cut, CH h) {
   if (!body.closed) return true;
   for (std::size_t e = 0; e < 2; ++e)
     if (!splits[e]) coarse.line.set(end[e], make_line(cut, coarse.bound[end[e]]));
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   build_walls(cut, h, g);
-  cut.scratch.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  cut.scratch.wall_seconds += seconds_since(start);
   return true;
 }
 

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "kerf/base/hash.h"
 #include "kerf/base/lanes.h"
+#include "kerf/base/stopwatch.h"
 #include "kerf/mechanics/chunked_loop.h"
 #include "kerf/mechanics/direct_solver.h"
 #include "kerf/mechanics/element_pass.h"
@@ -18,16 +18,11 @@ namespace {
 
 using Quad = StepWorkspace::Quad;
 using Structure = MechanicsModel::Structure;
-using Clock = std::chrono::steady_clock;
 
 /// Passes over contacts at most, while one is overlooked, in times of those that are wished for.
 constexpr int kMostPasses = 3;
 /// The least tolerance for which products may be taken in single precision, over the ratio of elastic forces to inertia.
 constexpr double kSingleDigits = 1e-6;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 Lanes lanes_of(Vec3 v) {
   return Lanes{v.x, v.y, v.z, 0};

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/midsurface/border_snap.h"
 #include "kerf/midsurface/quality.h"
 #include "kerf/midsurface/relax.h"
@@ -28,19 +28,6 @@ constexpr int kTries = 4;
 constexpr double kOfWidth = 0.55, kSmaller = 0.6;  // sizes in the next try: of the width of a narrow place, of the size around a bad one
 constexpr double kNearMiddle = 0.3;      // of a spanning edge
 constexpr double kMore = 1.3;            // times as many triangles after a try that left something bad
-
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double s = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return s;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 MidsurfaceDiagnosis diagnosis(const SurfaceMesh& m, const Pairing& pairing, const SideLabels& labels,
                               std::vector<std::uint8_t> flag) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/session/engine_impl.h"
 #include "kerf/session/run_outputs.h"
 #include "kerf/session/run_report.h"
@@ -13,7 +14,6 @@
 namespace kerf {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using protocol::ErrorCode;
 
 /// Real time that a stalled engine catches up at most, s.
@@ -24,8 +24,6 @@ constexpr double kIdleFrames = 0.5;    ///< s between frames while nothing moves
 constexpr std::size_t kStepWindow = 512;
 /// Bodies up to this many visual triangles are hashed while a recording runs; larger ones at its end only.
 constexpr std::size_t kHashedTriangles = 200'000;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 protocol::Message share(protocol::Bytes bytes) { return std::make_shared<const protocol::Bytes>(std::move(bytes)); }
 

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/embedding/embedding_validate.h"
 #include "kerf/lattice/lattice_validate.h"
@@ -20,10 +20,6 @@ namespace {
 constexpr std::size_t kParallelNodes = 2000;
 /// Items per journaled array that a session has room for before it must allocate.
 constexpr std::size_t kLeastReserve = 1024, kMostReserve = 32768;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 const std::string& source(const Scene& scene) { return scene.file.empty() ? scene.name : scene.file; }
 
@@ -168,7 +164,7 @@ Status Session::Impl::prepare(const Progress& progress) {
 
 Result<SessionStep> Session::step() {
   Impl& s = *impl_;
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   SessionStep report;
   const std::uint64_t version = s.state.topology_version;
   const double dt = s.step_options.dt;

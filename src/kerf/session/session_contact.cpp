@@ -2,15 +2,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 /// Points of a body that come together move by at most this part of their half thicknesses in a part of a step: faster, and
 /// layers of a pile are through each other before they are seen. Radii count at least as this part of the body's largest.
@@ -125,7 +123,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
                   contact, [this](const Contact& c) { return lets_pass(c); });
     add_edge_rows(state.body, state.mechanics, edge_presses, contact);
     state.touching.passing = passing;
-    detection_seconds += std::chrono::duration<double>(Clock::now() - start).count();
+    detection_seconds += seconds_since(start);
     KERF_TRY(can_be_followed(h));
     if (least_parts != kUndivided) more = std::max(more, parts_of_self_contact(h));
     if (more > 1) state.touching = touched_part;

@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/roughen.h"
 #include "kerf/session/session_impl.h"
@@ -47,9 +47,6 @@ void add_scraps(const Body& body, const MechanicsModel& model, const std::vector
     if (scrap[p] && area[p] < bite) triangles[f] = 1;
   }
 }
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 }  // namespace
 

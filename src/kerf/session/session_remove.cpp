@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/remove_pieces.h"
 #include "kerf/lattice/lattice_remove.h"
@@ -147,7 +147,7 @@ Status Session::Impl::swap_removal(PieceRemoval& r, bool back) {
 }
 
 Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& triangles) {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   RemovalReport report;
   KERF_TRY(finish_command_stroke());
   if (state.stroke) KERF_TRY(end_stroke());
@@ -261,7 +261,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   renew_loads();
 
   record.after = counts();
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report.seconds = seconds_since(start);
   record.times.total = report.seconds;
   state.strokes.push_back(record);
   step.record = state.strokes.size() - 1;

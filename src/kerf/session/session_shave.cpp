@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/wall_points.h"
 #include "kerf/session/session_impl.h"
@@ -78,7 +78,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     return bad_input("shaver: its ends must be finite, its radius above 0");
   if (!(smoothing >= 0 && smoothing <= 1) || !(depth >= 0 && std::isfinite(depth)))
     return bad_input(fmt::format("shaver: smoothing must lie in [0, 1] and depth must not be negative, not {} and {}", smoothing, depth));
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   if (state.stroke && !state.stroke->shaving) {
     KERF_TRY(finish_command_stroke());
     if (state.stroke) KERF_TRY(end_stroke());
@@ -167,7 +167,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     positions_changed();
     record.times.embedding += following.embedding;
   }
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report.seconds = seconds_since(start);
   record.ended = state.time;
   record.triangles += pass.edges;
   record.times.total += report.seconds;

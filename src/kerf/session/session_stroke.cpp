@@ -1,16 +1,13 @@
 // Strokes: a blade moves through the body, and everything follows; undo and redo of whole strokes.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Of the body's size: differences of a vertex' place that are only rounding.
 constexpr double kSurfaceRounding = 1e-13;

@@ -176,6 +176,7 @@ TEST(Lips, RimsGoOnToCrossWhenTheEndOfOneIsOnTheCrestOfTheOther) {
     EXPECT_EQ(cross_at(0.05, 0.001 * r), 1) << beyond;
     EXPECT_EQ(cross_at(there, -0.01 * r), beyond < 0.1 ? 1 : 0) << beyond;
     EXPECT_EQ(cross_at(there, -0.02 * r), beyond < 0.1 ? 1 : 0) << beyond;
+    EXPECT_EQ(cross_at(there, 0.03 * r), beyond < 0 ? 1 : 0) << beyond;  // with air between, nothing has to be held
   }
 }
 

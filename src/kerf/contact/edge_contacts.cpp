@@ -17,9 +17,10 @@ constexpr double kHardly = 0.3;
 /// Rims cross from this sine of their angle on, with a normal that leaves the cones of both by no more than this; and deeper in each other than this
 /// part of the radius they have lost each other. (Far more than kPassed: the cones say which way out is.)
 constexpr double kCrossing = 0.005, kOffCone = 0.2, kLostRims = 0.5;
-/// Rims that crossed go on to while the end of one is no farther than this part of the radius from where it would cross the other: its corner is on the crest
-/// then, held by the face below it, and all that keeps the rest of its wall beside the other one is that the rims still meet.
-constexpr double kOnCrest = 0.1;
+/// Rims that crossed and press (no more than the second part of the radius apart) go on to while the end of one is no farther than the first from where it
+/// would cross the other: its corner is on the crest then, held by the face below it, and all that keeps the rest of its wall beside the other one is that the
+/// rims still meet.
+constexpr double kOnCrest = 0.1, kPressing = 0.02;
 /// Walls whose offsets turn by more than this part of the radius along their edges meet in between, too: so many pieces.
 constexpr double kTwisted = 0.1;
 constexpr int kWallPieces = 4;
@@ -61,7 +62,10 @@ CrossingRims test_rims(const BodyPair& pair, H h, H g) {
     const ContactName name{ContactKind::kEdgeEdge, lift > 0 ? 1 : 2, pair.a.index, pair.b.index, 0, h.value, g.value};
     const bool crossed = recall(pair.run, contact_key(name)) != nullptr;
     SegmentFeet feet;
-    if (!inner_feet(a, b, c, e, feet) && !(crossed && crossing_ends(a, b, c, e, n, kOnCrest * norm(pair.a.offset(s.from(h))), feet))) continue;
+    if (!inner_feet(a, b, c, e, feet)) {
+      const double r = norm(pair.a.offset(s.from(h)));
+      if (!crossed || !(dot(n, a - c) < kPressing * r) || !crossing_ends(a, b, c, e, n, kOnCrest * r, feet)) continue;
+    }
     const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
     const double gap = dot(n, x.position + lift * x.offset - y.position + lift * y.offset), radius = norm(x.offset);
     // Deep at first sight, they crossed in this step, or the normal is wrong: it has to leave no cone.

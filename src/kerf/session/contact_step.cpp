@@ -38,6 +38,9 @@ constexpr double kJawTravel = 0.5;
 /// Contacts that a step closes without having seen them may overlap by this part of the half thickness.
 constexpr double kUnseen = 0.01;
 
+/// A wall that a step took into material came deeper by at least this part of what is too deep.
+constexpr double kSankBy = 0.5;
+
 DetectOptions detect_options(const Scene& scene, double h) {
   DetectOptions options;
   options.step = h;
@@ -145,7 +148,7 @@ double depth_of(const SurfaceState& surface, const Contact& contact, DepthSearch
   return std::max({depth, kerf::depth_of(surface, a, 0, search), kerf::depth_of(surface, b, 0, search)});
 }
 
-/// Came walls over borders to be deeper than `deep` in material of the body, and by half of that since it began?
+/// Came walls over borders to be deeper than `deep` in material of the body, and by kSankBy of that since it began?
 bool walls_sank_in(const Body& body, const MechanicsState& began, const MechanicsState& ended, double deep, ContactStep& c) {
   const SurfaceState end = surface_at(body, ended, c);
   prepare_depths(end, c.depths);
@@ -154,7 +157,7 @@ bool walls_sank_in(const Body& body, const MechanicsState& began, const Mechanic
   const SurfaceState begin = surface_at(body, began, c);
   prepare_depths(begin, c.depths);
   return std::any_of(c.depths.deep.begin(), c.depths.deep.end(), [&](const DepthSearch::Deep& d) {
-    return kerf::depth_of(begin, d.point, 0, c.depths) < d.depth - 0.5 * deep;
+    return kerf::depth_of(begin, d.point, 0, c.depths) < d.depth - kSankBy * deep;
   });
 }
 
@@ -454,13 +457,20 @@ bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& m
                    const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& c) {
   if (!scene.contact.self) return false;
   const std::size_t n = began.positions.size();
-  Vec3 mean;
-  for (std::size_t i = 0; i < n; ++i) mean += ended.positions[i] - predicted_place(model, began, i, h, gravity);
-  mean = (1.0 / static_cast<double>(std::max<std::size_t>(n, 1))) * mean;
-  double stray = 0;
-  for (std::size_t i = 0; i < n; ++i) stray = std::max(stray, norm(ended.positions[i] - predicted_place(model, began, i, h, gravity) - mean));
+  Vec3 mean, mean_stray;
+  for (std::size_t i = 0; i < n; ++i) {
+    mean += ended.positions[i] - began.positions[i];
+    mean_stray += ended.positions[i] - predicted_place(model, began, i, h, gravity);
+  }
+  const double share = 1.0 / static_cast<double>(std::max<std::size_t>(n, 1));
+  double moved = 0, stray = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    moved = std::max(moved, norm(ended.positions[i] - began.positions[i] - share * mean));
+    stray = std::max(stray, norm(ended.positions[i] - predicted_place(model, began, i, h, gravity) - share * mean_stray));
+  }
+  // What touches is found where it is as the step begins: corners that pass each other just as foretold may still come to lie in walls. But by no more than they moved.
+  if (2 * moved > kSankBy * deep && walls_sank_in(body, began, ended, deep, c)) return true;
   if (!(2 * stray > scene.contact.margin * c.surface.largest_radius)) return false;
-  if (walls_sank_in(body, began, ended, deep, c)) return true;
   const Strayed strayed = find_strays(body, model, began, ended, h, gravity, c);
   const SurfaceState surface = surface_at(body, ended, c);
   prepare_depths(surface, c.depths);

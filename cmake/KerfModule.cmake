@@ -32,17 +32,17 @@ function(kerf_module name)
   endif()
 endfunction()
 
-# Leaves out of the list `tests` the files whose tests' names don't match; files without tests help others and stay.
-function(kerf_keep_tests_like expression tests)
+# Leaves out of a list of tests' files those with no test whose name matches; files without tests help others and stay.
+function(kerf_keep_tests_like expression list_name)
   set(kept "")
-  foreach(path ${${tests}})
+  foreach(path ${${list_name}})
     file(STRINGS ${path} all REGEX "^(TEST|INSTANTIATE)")
     file(STRINGS ${path} some REGEX "^(TEST|INSTANTIATE).*(${expression})")
     if(some OR NOT all)
       list(APPEND kept ${path})
     endif()
   endforeach()
-  set(${tests} ${kept} PARENT_SCOPE)
+  set(${list_name} ${kept} PARENT_SCOPE)
 endfunction()
 
 # All modules in one installable static library with a CMake package.

@@ -60,10 +60,10 @@ double squared_wall_distance(const SurfaceState& body, H h, Vec3 p) {
   return std::min(nearest_foot(p, {low, corner(body, b, -1), high}).square, nearest_foot(p, {low, high, corner(body, a, 1)}).square);
 }
 
-/// How deep p is in the material of some faces, if deeper than `least`; else 0.
-double depth_in(const SurfaceState& body, std::span<const F> faces, Vec3 p, double least) {
+/// How deep p is in the material of `faces`, if deeper than `least`; else 0, as where none of `prisms` holds it.
+double depth_in(const SurfaceState& body, std::span<const F> prisms, std::span<const F> faces, Vec3 p, double least) {
   const ContactSurface& s = *body.surface;
-  if (std::none_of(faces.begin(), faces.end(), [&](F f) { return is_in_prism(body, f, p); })) return 0;
+  if (std::none_of(prisms.begin(), prisms.end(), [&](F f) { return is_in_prism(body, f, p); })) return 0;
   double square = HUGE_VAL;
   for (const F f : faces) {
     const auto v = s.vertices(f);
@@ -76,20 +76,30 @@ double depth_in(const SurfaceState& body, std::span<const F> faces, Vec3 p, doub
   return std::sqrt(square);
 }
 
-/// Is a wall at most `least` under the + or - side of a face, or within `least` of the face's own borders?
-bool hardly_meet(const SurfaceState& body, H wall, F f, double least) {
-  const ContactSurface& s = *body.surface;
-  const std::array<Vec3, 4> w{corner(body, s.from(wall), -1), corner(body, s.to(wall), -1), corner(body, s.to(wall), 1), corner(body, s.from(wall), 1)};
-  const auto c = s.vertices(f);
+using WallCorners = std::array<Vec3, 4>;
+
+/// Is a wall outside the box of a face's prism, at most `least` under its + or - side, or within `least` of its edges? (Beyond an edge that is no border, what
+/// is deep is in the next face.)
+bool hardly_meet(const SurfaceState& body, const WallCorners& wall, F f, double least) {
+  const auto v = body.surface->vertices(f);
+  std::array<Vec3, 3> x, o;
+  for (std::size_t i = 0; i < 3; ++i) {
+    x[i] = body.position[v[i].index()];
+    o[i] = body.offset[v[i].index()];
+  }
+  for (int k = 0; k < 3; ++k) {
+    const double a = std::fabs(o[0][k]), b = std::fabs(o[1][k]), c = std::fabs(o[2][k]);
+    const auto [first, last] = std::minmax({wall[0][k], wall[1][k], wall[2][k], wall[3][k]});
+    if (last < std::min({x[0][k] - a, x[1][k] - b, x[2][k] - c}) || first > std::max({x[0][k] + a, x[1][k] + b, x[2][k] + c})) return true;
+  }
   const auto apart = [&](Vec3 n) {
-    double first = HUGE_VAL, last = -HUGE_VAL;
-    for (const Vec3 p : w) first = std::min(first, dot(n, p));
-    for (const V v : c) last = std::max(last, dot(n, body.position[v.index()]) + std::fabs(dot(n, body.offset[v.index()])));
+    const double first = std::min({dot(n, wall[0]), dot(n, wall[1]), dot(n, wall[2]), dot(n, wall[3])});
+    double last = -HUGE_VAL;
+    for (std::size_t i = 0; i < 3; ++i) last = std::max(last, dot(n, x[i]) + std::fabs(dot(n, o[i])));
     return first - last > -least;
   };
-  const Vec3 a = body.position[c[0].index()], b = body.position[c[1].index()], d = body.position[c[2].index()];
-  const Vec3 n = normalized(cross(b - a, d - a));
-  return apart(n) || apart(-n) || apart(normalized(cross(b - a, n))) || apart(normalized(cross(d - b, n))) || apart(normalized(cross(a - d, n)));
+  const Vec3 n = normalized(cross(x[1] - x[0], x[2] - x[0]));
+  return apart(n) || apart(-n) || apart(normalized(cross(x[1] - x[0], n))) || apart(normalized(cross(x[2] - x[1], n))) || apart(normalized(cross(x[0] - x[2], n)));
 }
 
 /// Faces near a box of points that are neighbours of none of some vertices: all that may hold the points, and what bounds their material.
@@ -142,7 +152,7 @@ double depth_of(const SurfaceState& body, const SurfacePoint& point, double leas
   std::size_t vertices = 0;
   while (vertices < 3 && point.vertex[vertices].valid()) ++vertices;
   find_near_faces(body, box, std::span(point.vertex).first(vertices), search);
-  return depth_in(body, search.near, p, least);
+  return depth_in(body, search.near, search.near, p, least);
 }
 
 void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search) {
@@ -152,11 +162,13 @@ void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search
   for (const H h : ids<H>(s.twin.size())) {
     if (s.cut[h] == 0) continue;
     const std::array<V, 2> ends{s.from(h), s.to(h)};
+    const WallCorners wall{corner(body, ends[0], -1), corner(body, ends[1], -1), corner(body, ends[1], 1), corner(body, ends[0], 1)};
     Box3 box;
-    for (const V v : ends)
-      for (const double lift : {-1.0, 1.0}) box.add(corner(body, v, lift));
+    for (const Vec3 p : wall) box.add(p);
     find_near_faces(body, box, ends, search);
-    if (std::all_of(search.near.begin(), search.near.end(), [&](F f) { return hardly_meet(body, h, f, least); })) continue;
+    const auto rest = std::partition(search.near.begin(), search.near.end(), [&](F f) { return !hardly_meet(body, wall, f, least); });
+    const std::span<const F> prisms(search.near.begin(), rest);
+    if (prisms.empty()) continue;
     for (int i = 0; i < kAlong; ++i)  // where it ends the next wall begins
       for (int k = 0; k <= kUp; ++k) {
         DepthSearch::Deep point;
@@ -164,7 +176,7 @@ void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search
         point.point.vertex = {ends[0], ends[1], V()};
         point.point.weight = {1 - t, t, 0};
         point.point.lift = 2 * k / static_cast<double>(kUp) - 1;
-        point.depth = depth_in(body, search.near, place_of(body, point.point), least);
+        point.depth = depth_in(body, prisms, search.near, place_of(body, point.point), least);
         if (point.depth > least) search.deep.push_back(point);
       }
   }

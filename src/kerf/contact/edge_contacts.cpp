@@ -31,15 +31,22 @@ struct CrossingRims {
   double apart = -HUGE_VAL;  ///< m where they cross, negative: overlap
 };
 
-/// Points of segments a b and c d that are nearest to where they would cross, seen along n (unit, upright to both), if those are within `reach` of each other.
-bool crossing_ends(Vec3 a, Vec3 b, Vec3 c, Vec3 d, Vec3 n, double reach, SegmentFeet& feet) {
-  const Vec3 u = b - a, v = d - c, w = a - c;
-  const double uu = dot(u, u), vv = dot(v, v), uv = dot(u, v), uw = dot(u, w), vw = dot(v, w);
-  feet.s = std::clamp((uv * vw - vv * uw) / (uu * vv - uv * uv), 0.0, 1.0);
-  feet.t = std::clamp((vw + feet.s * uv) / vv, 0.0, 1.0);
-  feet.s = std::clamp((feet.t * uv - uw) / uu, 0.0, 1.0);
-  const Vec3 between = w + feet.s * u - feet.t * v;
-  return norm(between - dot(between, n) * n) < reach;
+/// Where segments a b and c d come nearest seen along n (unit), if that is less than `reach`: at one of their ends, as they do not cross.
+bool nearest_ends(Vec3 a, Vec3 b, Vec3 c, Vec3 d, Vec3 n, double reach, SegmentFeet& feet) {
+  const auto seen = [n](Vec3 p) { return p - dot(p, n) * n; };
+  const Vec3 p = seen(a - c), q = seen(b - c), r = {}, s = seen(d - c);
+  double least = reach * reach;
+  const auto offer = [&](double along, double other) {
+    const Vec3 between = (p + along * (q - p)) - other * s;
+    if (!(dot(between, between) < least)) return;
+    least = dot(between, between);
+    feet = {along, other};
+  };
+  offer(0, closest_on_segment(p, r, s));
+  offer(1, closest_on_segment(q, r, s));
+  offer(closest_on_segment(r, p, q), 0);
+  offer(closest_on_segment(s, p, q), 1);
+  return least < reach * reach;
 }
 
 /// Rims of lips that lie on each other at one end and side by side at the other: the upper rim of one crosses the lower rim of the other. The
@@ -54,18 +61,16 @@ CrossingRims test_rims(const BodyPair& pair, H h, H g) {
     const auto corner = [&](const BodyView& body, V v, double l) { return body.position(v) + l * body.offset(v); };
     const Vec3 a = corner(pair.a, s.from(h), lift), b = corner(pair.a, s.to(h), lift);
     const Vec3 c = corner(pair.b, s.from(g), -lift), e = corner(pair.b, s.to(g), -lift);
+    const ContactName name{ContactKind::kEdgeEdge, lift > 0 ? 1 : 2, pair.a.index, pair.b.index, 0, h.value, g.value};
+    SegmentFeet feet;
+    const bool inside = inner_feet(a, b, c, e, feet), crossed = recall(pair.run, contact_key(name)) != nullptr;
+    if (!inside && !crossed) continue;
     const Vec3 across = cross(b - a, e - c);
-    const double size = norm(across);
+    const double size = norm(across), r = norm(pair.a.offset(s.from(h)));
     if (!(size > kCrossing * norm(b - a) * norm(e - c))) continue;
     Vec3 n = (1 / size) * across;
     if (dot(n, other_out - out) < 0) n = -n;
-    const ContactName name{ContactKind::kEdgeEdge, lift > 0 ? 1 : 2, pair.a.index, pair.b.index, 0, h.value, g.value};
-    const bool crossed = recall(pair.run, contact_key(name)) != nullptr;
-    SegmentFeet feet;
-    if (!inner_feet(a, b, c, e, feet)) {
-      const double r = norm(pair.a.offset(s.from(h)));
-      if (!crossed || !(dot(n, a - c) < kPressing * r) || !crossing_ends(a, b, c, e, n, kOnCrest * r, feet)) continue;
-    }
+    if (!inside && !(dot(n, a - c) < kPressing * r && nearest_ends(a, b, c, e, n, kOnCrest * r, feet))) continue;
     const BodyPoint x = edge_point(pair.a, h, feet.s), y = edge_point(pair.b, g, feet.t);
     const double gap = dot(n, x.position + lift * x.offset - y.position + lift * y.offset), radius = norm(x.offset);
     // Deep at first sight, they crossed in this step, or the normal is wrong: it has to leave no cone.

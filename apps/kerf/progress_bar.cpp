@@ -70,7 +70,7 @@ void ProgressBar::update(std::string_view stage, double fraction) {
 }
 
 void ProgressBar::draw(double fraction) {
-  const double elapsed = std::chrono::duration<double>(Clock::now() - stage_start_).count();
+  const double elapsed = seconds_since(stage_start_);
   const std::string left = fraction > 0.02 ? time_text(elapsed * (1 - fraction) / fraction) + " left" : "";
   const int bar_width = std::clamp(terminal_width() - kStageWidth - 28, 8, 60);
   const int full = static_cast<int>(fraction * bar_width);

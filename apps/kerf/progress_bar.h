@@ -1,10 +1,10 @@
 // Progress of long work on stderr: a bar on a terminal, a few plain lines otherwise, nothing for short work.
 #pragma once
 
-#include <chrono>
 #include <string>
 
 #include "kerf/base/progress.h"
+#include "kerf/base/stopwatch.h"
 
 namespace kerf::app {
 
@@ -22,7 +22,6 @@ class ProgressBar {
   void clear();
 
  private:
-  using Clock = std::chrono::steady_clock;
   void update(std::string_view stage, double fraction);
   void draw(double fraction);
 

@@ -26,6 +26,7 @@
 
 #include "exit_status.h"
 #include "gunzip.h"
+#include "kerf/base/stopwatch.h"
 #include "kerf/mesh/whole_file.h"
 
 namespace kerf::app {
@@ -36,7 +37,6 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
-using Clock = std::chrono::steady_clock;
 using boost::system::error_code;
 
 constexpr std::chrono::seconds kHttpTimeout{30};

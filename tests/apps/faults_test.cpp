@@ -21,6 +21,7 @@
 #include <thread>
 #include <vector>
 
+#include "apps/program_path.h"
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
@@ -53,17 +54,17 @@ class Faults : public ::testing::Test {
 
   /// Runs the program; `prepare` happens in the child before it.
   Outcome kerf(const std::vector<std::string>& arguments, const std::function<void()>& prepare = {}, const char* stdout_to = nullptr) {
-    const std::string log = in("output.txt");
+    const std::string log = in("output.txt"), program = test::program_path();
     const pid_t child = ::fork();
     if (child == 0) {
       const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
       ::dup2(file, STDERR_FILENO);
       ::dup2(stdout_to ? ::open(stdout_to, O_WRONLY) : file, STDOUT_FILENO);
       if (prepare) prepare();
-      std::vector<char*> list{const_cast<char*>(KERF_PROGRAM)};
+      std::vector<char*> list{const_cast<char*>(program.c_str())};
       for (const std::string& argument : arguments) list.push_back(const_cast<char*>(argument.c_str()));
       list.push_back(nullptr);
-      ::execv(KERF_PROGRAM, list.data());
+      ::execv(program.c_str(), list.data());
       ::_exit(126);
     }
     int status = 0;
@@ -171,6 +172,7 @@ TEST_F(Faults, KilledWhileSaving) {
   ASSERT_EQ(kerf({"make", "closed-sheet", "--visual-triangles", "30000", "--noise", "0.001", "-o", in("body")}).status, 0);
   const std::string two = contents(file);
   ASSERT_NE(one, two);
+  const std::string program = test::program_path();
   int killed = 0;
   for (int i = 0; i < 24; ++i) {
     const pid_t child = ::fork();
@@ -178,7 +180,7 @@ TEST_F(Faults, KilledWhileSaving) {
       const int nowhere = ::open("/dev/null", O_WRONLY);
       ::dup2(nowhere, STDOUT_FILENO);
       const std::string noise = i % 2 ? "0" : "0.001", out = in("body");
-      ::execl(KERF_PROGRAM, KERF_PROGRAM, "make", "closed-sheet", "--visual-triangles", "30000", "--noise", noise.c_str(), "-o", out.c_str(),
+      ::execl(program.c_str(), program.c_str(), "make", "closed-sheet", "--visual-triangles", "30000", "--noise", noise.c_str(), "-o", out.c_str(),
               nullptr);
       ::_exit(126);
     }

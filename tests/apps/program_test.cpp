@@ -11,6 +11,8 @@
 #include <sstream>
 #include <string>
 
+#include "apps/program_path.h"
+
 namespace kerf::app {
 namespace {
 
@@ -23,7 +25,7 @@ struct Outcome {
 
 Outcome kerf(const std::string& arguments, const std::string& environment = "") {
   Outcome out;
-  std::FILE* pipe = popen((environment + " " + KERF_PROGRAM + " " + arguments + " 2>&1").c_str(), "r");
+  std::FILE* pipe = popen((environment + " " + test::program_path() + " " + arguments + " 2>&1").c_str(), "r");
   if (pipe == nullptr) return out;
   char buffer[4096];
   for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) out.text.append(buffer, n);

@@ -7,11 +7,13 @@
 #include <fstream>
 #include <sstream>
 
+#include "apps/program_path.h"
+
 namespace kerf::app {
 namespace {
 
 int kerf(const std::string& arguments) {
-  const int status = std::system((std::string(KERF_PROGRAM) + " " + arguments + " >/dev/null 2>&1").c_str());
+  const int status = std::system((test::program_path() + " " + arguments + " >/dev/null 2>&1").c_str());
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 

@@ -20,7 +20,7 @@ constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
 /// From this pass on rows only join: what opens and closes in turn stays closed.
 constexpr int kFreePasses = 6;
 /// Rows that may press in another way than those that the inverse was made for: an iteration or two more cost less than another factor.
-constexpr int kStaleRows = 2;
+constexpr int kStaleRows = 6;
 /// From this pass on the secant's share in rows that slid before and after the last one is so many times as large: they only creep.
 constexpr int kSettledPass = 3;
 constexpr double kSettledBlend = 0.2;

@@ -2,7 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "kerf/base/rigid_place.h"
+#include "kerf/contact/depth.h"
+#include "kerf/contact/surface_offsets.h"
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
@@ -205,6 +210,70 @@ TEST(SeveralBodies, OneIsDraggedEvenlyWhileOthersHitEachOther) {
   }
   EXPECT_GT(divided, 2);
   EXPECT_NEAR(middle().x, kSpeed * 0.08, 1e-4);
+}
+
+/// How deep walls of cuts are in material, seen from outside, parts of the half thickness; what is not deeper than a twentieth counts as 0.
+double deepest_wall(Session& session) {
+  const Body& body = session.body();
+  const ContactSurface surface = make_contact_surface(body.complex.collision);
+  std::vector<Vec3> offsets(surface.vertex_count());
+  surface_offsets(body.hex, body.embedding, surface, session.node_positions(), offsets);
+  const std::vector<Vec3> positions = session.collision_positions();
+  const SurfaceState state{&surface, positions, offsets, positions};
+  DepthSearch search;
+  prepare_depths(state, search);
+  find_deep_walls(state, 0.05 * surface.largest_radius, search);
+  double deepest = 0;
+  for (const DepthSearch::Deep& d : search.deep) deepest = std::max(deepest, d.depth / surface.largest_radius);
+  return deepest;
+}
+
+TEST(SeveralBodies, LipsOfAStripUnderAnotherStayApartWhileBothAreSawn) {
+  // The strip above is as near to the lips at rest as its own lips would be. It was taken for the lip across, which a vertex lay on: such a vertex has no contact
+  // with walls, and the lips went up to 0.58 into each other.
+  struct Saw {
+    double dt, resistance, seconds;
+  };
+  for (const Saw saw : {Saw{0.005, 10, 1.0}, Saw{0.0167, 20, 1.5}}) {
+    Scene scene;
+    scene.body = body_of("strip");
+    scene.body.options.visual_triangles = 1000;
+    scene.more_bodies = {scene.body};
+    scene.more_bodies[0].position = {0, 0, 0.0031};
+    scene.simulation.time_step = saw.dt;
+    scene.material.young = 1e5;
+    scene.contact.friction = 0.5;
+    scene.cut.resistance = saw.resistance;
+    SceneObstacle& table = scene.obstacles.emplace_back();
+    table.position = {0, 0, -0.0016};
+    SceneRigidTool& knife = scene.tools.emplace_back();
+    knife.id = "knife";
+    knife.kind = SceneToolKind::kScalpel;
+    knife.thickness = 0.001;
+    knife.rotation = {0, 0, std::numbers::pi / 2};
+    knife.position = {0.002, -0.03, -0.012};
+    Session session = make(scene);
+    ASSERT_TRUE(session.step(static_cast<int>(0.2 / saw.dt)).ok());
+    SceneToolMotion motion{"knife", {}};
+    Vec3 at = knife.position;
+    double t = 0;
+    for (int i = 0; i < 12; ++i)
+      for (const auto& [over, by] : {std::pair{0.15, 0.02}, std::pair{0.1, -0.012}}) {
+        at.y += by;
+        t += over;
+        motion.poses.push_back({t, at, knife.rotation});
+      }
+    SceneCommand command;
+    command.what = motion;
+    ASSERT_TRUE(session.apply(command).ok());
+    double deepest = 0;
+    for (int i = 0; i * saw.dt < saw.seconds; ++i) {
+      ASSERT_TRUE(session.step().ok());
+      if (i % 4 == 3) deepest = std::max(deepest, deepest_wall(session));
+    }
+    EXPECT_GE(session.counts().pieces, 3) << "it cuts";
+    EXPECT_EQ(deepest, 0) << saw.dt;
+  }
 }
 
 }  // namespace

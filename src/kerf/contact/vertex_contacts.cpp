@@ -102,9 +102,11 @@ bool is_nearer_elsewhere(const BodyView& body, F f, const std::array<double, 3>&
   return nearer;
 }
 
-/// Is a face on the lip that faces the vertex, however far the lips have slid over each other?
+/// Is a face on the lip that faces the vertex, however far the lips have slid over each other? What never hung together with it, such as a strip that lies on
+/// another one, is not, however near it was at rest.
 bool lies_by_lip(const BodyPair& pair, const VertexSearch& search, F f) {
   const ContactSurface& s = pair.b.surface;
+  if (are_strangers(s, search.v, f)) return false;
   for (int k = 0; k < search.rim.count; ++k) {
     const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
     if (lip.edge.valid() && rest_distance(s, s.from(lip.edge), f) <= 2 * lip.score + neighbour_distance(s, s.from(lip.edge), f)) return true;

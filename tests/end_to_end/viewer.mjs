@@ -139,7 +139,7 @@ await check('a cut dragged across the steak makes two pieces and shows', async (
   await page.waitForTimeout(1500);  // it comes to rest
   await page.keyboard.press('Space');
   await until(page, () => !window.kerf.state().playing);
-  const [from, to] = await line(page, [-0.004, -0.076, 0.01], [-0.004, 0.076, 0.01]);
+  const [from, to] = await line(page, [-0.004, -0.088, 0.01], [-0.004, 0.088, 0.01]);
   const near = [], far = [20, 620];
   for (const y of [-0.065, -0.05, -0.035, -0.02]) near.push(await rest(page, [-0.004, y, 0.01]));
   await page.mouse.move(5, 300);

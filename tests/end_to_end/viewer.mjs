@@ -186,7 +186,7 @@ await check('a slit that is closed shows as a line', async () => {
   await page.keyboard.press('r');
   await until(page, () => window.kerf.state().undoDepth === 0 && window.kerf.state().pieces === 1 && !window.kerf.state().playing);
   await page.keyboard.press('2');
-  const [from, to] = await line(page, [-0.004, -0.076, 0.01], [-0.004, 0.076, 0.01]), on = from.map((x, k) => 0.6 * x + 0.4 * to[k]);
+  const [from, to] = await line(page, [-0.004, -0.088, 0.01], [-0.004, 0.088, 0.01]), on = from.map((x, k) => 0.6 * x + 0.4 * to[k]);
   await page.mouse.move(5, 300);
   await page.waitForTimeout(600);
   const whole = await page.screenshot();

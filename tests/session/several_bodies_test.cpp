@@ -267,7 +267,7 @@ TEST(SeveralBodies, LipsOfAStripUnderAnotherStayApartWhileBothAreSawn) {
     command.what = motion;
     ASSERT_TRUE(session.apply(command).ok());
     double deepest = 0;
-    for (int i = 0; i * saw.dt < saw.seconds; ++i) {
+    for (int i = 0; i * saw.dt < saw.seconds || (session.counts().pieces < 3 && i * saw.dt < motion.poses.back().time); ++i) {
       ASSERT_TRUE(session.step().ok());
       if (i % 4 == 3) deepest = std::max(deepest, deepest_wall(session));
     }

@@ -34,18 +34,18 @@ struct CrossingRims {
 /// Where segments a b and c d come nearest seen along n (unit), if that is less than `reach`: at one of their ends, as they do not cross.
 bool nearest_ends(Vec3 a, Vec3 b, Vec3 c, Vec3 d, Vec3 n, double reach, SegmentFeet& feet) {
   const auto seen = [n](Vec3 p) { return p - dot(p, n) * n; };
-  const Vec3 p = seen(a - c), q = seen(b - c), r = {}, s = seen(d - c);
+  const Vec3 sa = seen(a - c), sb = seen(b - c), sc = {}, sd = seen(d - c);
   double least = reach * reach;
   const auto offer = [&](double along, double other) {
-    const Vec3 between = (p + along * (q - p)) - other * s;
+    const Vec3 between = lerp(sa, sb, along) - lerp(sc, sd, other);
     if (!(dot(between, between) < least)) return;
     least = dot(between, between);
     feet = {along, other};
   };
-  offer(0, closest_on_segment(p, r, s));
-  offer(1, closest_on_segment(q, r, s));
-  offer(closest_on_segment(r, p, q), 0);
-  offer(closest_on_segment(s, p, q), 1);
+  offer(0, closest_on_segment(sa, sc, sd));
+  offer(1, closest_on_segment(sb, sc, sd));
+  offer(closest_on_segment(sc, sa, sb), 0);
+  offer(closest_on_segment(sd, sa, sb), 1);
   return least < reach * reach;
 }
 

@@ -33,6 +33,8 @@ constexpr double kHeavier = 4;
 /// A spring of friction is stretched by this part of options.unseen before it slips, however little it holds. Where next to nothing presses, k would have it
 /// slip after nanometres, and what the solver leaves undone would decide, anew in every pass, who holds.
 constexpr double kSlack = 0.1;
+/// A row is so many times as stiff at most because of what it held.
+constexpr double kStiffened = 10;
 
 Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
 Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
@@ -75,6 +77,14 @@ inline void add_to_tool(double (&out)[6], Vec3 arm, Vec3 f, double sign) {
     out[a] += sign * f[a];
     out[3 + a] += sign * torque[a];
   }
+}
+
+/// A row that would hold what it held with an overlap of more than options.unseen is stiffer, by how many times more to the power of 3/4: what is pressed for long goes in by little,
+/// however long the steps. With the first power nothing would bring rows that share a load back to a share of it.
+double stiffening(const ContactSet& set, const Row& row) {
+  if (!(set.options.unseen > 0 && row.stiffness > 0)) return 1;
+  const double times = row.force / (row.stiffness * set.options.unseen);
+  return times > 1 ? std::min(std::sqrt(times * std::sqrt(times)), kStiffened) : 1;
 }
 
 /// N along the normal at a gap, of a row that gives way.
@@ -408,6 +418,7 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
       sharing += std::abs(set.entries[k].weight) * c.share[set.entries[k].node.index()];
     row.inertia /= std::max(1.0, sharing);
     row.stiffness *= set.options.stiffness / std::max(1.0, sharing);
+    row.stiffness *= stiffening(set, row);
     if (row.phase != ContactPhase::kOpen) row.phase = phase_of(set, in.friction, row);
     set_sliding_direction(row);
     // What the force of the last step holds is no overlap to get rid of, however far it goes beyond what may be pushed out in a step.

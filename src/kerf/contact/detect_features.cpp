@@ -23,6 +23,13 @@ constexpr double kOtherFace = 0.9;
 /// A point stays with the face of the last step unless another one of that layer is nearer by this part of the half
 /// thickness: under a ridge two faces are equally near, and a contact that changed between them would shake the body.
 constexpr double kStay = 0.1;
+/// Faces near a ball that are asked which side of them it was on. A ball with its middle farther from the mid-surface than this part of its radius is on the side where
+/// its middle is, unless they say otherwise.
+constexpr std::size_t kMostRemembered = 16;
+constexpr double kWellOut = 0.5;
+
+/// The middle of a ball or an end of a capsule, round on all sides; else a corner.
+bool is_ball(const ShapePoint& p) { return p.radius > 0 && p.outward == Vec3{}; }
 
 }  // namespace
 
@@ -127,14 +134,71 @@ std::size_t slot_of(const std::array<const RememberedContact*, kMostLayers>& rem
   return best;
 }
 
-/// Contacts of one point: the nearest face, and those that it sees in clearly other directions.
+using Remembered = std::array<const RememberedContact*, kMostLayers>;
+
+ContactName point_name(const NearShape& near, const ShapePoint& point) {
+  return {ContactKind::kFaceShape, 0, near.body.index, near.shape.other(), near.part, point.id, 0};
+}
+
+/// The memory of a ball that lies against a face.
+const RememberedContact* recall_against(const NearShape& near, ContactName name, F f) {
+  name.other_feature = f.value + 1;  // 0: the nearest one of a corner
+  return recall_either_end(near.run, name);
+}
+
+/// From the middle of a ball to the body.
+Vec3 direction_from(const NearShape& near, const FaceCandidate& c) {
+  return !c.interior || dot(face_point(near.body, c.face, c.weight).position - c.point.p, c.direction) >= 0 ? c.direction : -c.direction;
+}
+
+/// Did a ball touch this face, or one beside it, from the other side, and none of them from this one?
+bool came_through(const NearShape& near, const FaceCandidate& c, std::span<const RememberedContact* const> remembered) {
+  const ContactSurface& s = near.body.surface;
+  const auto corner = s.vertices(c.face);
+  const Vec3 n = direction_from(near, c);
+  bool other_side = false;
+  for (const RememberedContact* r : remembered) {
+    if (r == nullptr || r->feature < 0 || static_cast<std::size_t>(r->feature) >= s.face_count()) continue;
+    const auto old = s.vertices(F(r->feature));
+    if (std::find_first_of(corner.begin(), corner.end(), old.begin(), old.end()) == corner.end()) continue;
+    const double along = dot(r->normal, n);
+    if (along > kOtherDirection) return false;
+    other_side = other_side || along < -kOtherDirection;
+  }
+  return other_side;
+}
+
+/// Contacts of a ball that is well out of the body: every face and edge that it lies against. A body that lies round it touches it with many at once, and no one of them
+/// keeps another one out. The nearest one counts twice: its other contact goes along with the ball, and remembers the side when it goes deep. False if the ball is so deep
+/// that its middle does not tell on which side it is.
+bool hand_out_ball(const NearShape& near, std::span<const FaceCandidate> candidates, const Remembered& remembered) {
+  ContactName name = point_name(near, candidates[0].point);
+  std::array<const RememberedContact*, kMostLayers + kMostRemembered> known{};
+  std::copy(remembered.begin(), remembered.end(), known.begin());
+  for (std::size_t i = 0; i < std::min(candidates.size(), kMostRemembered); ++i) known[kMostLayers + i] = recall_against(near, name, candidates[i].face);
+  const double radius = candidates[0].point.radius;
+  if (!(candidates[0].distance > kWellOut * radius)) return false;
+  if (std::any_of(candidates.begin(), candidates.end(), [&](const FaceCandidate& c) { return came_through(near, c, known); })) return false;
+  const auto touch = [&](const FaceCandidate& c, std::int32_t other_feature) {
+    const Vec3 n = direction_from(near, c);
+    const BodyPoint foot = face_point(near.body, c.face, c.weight);
+    name.other_feature = other_feature;
+    hand_out_shape(near.run, name, near.shape, foot, c.point.p + radius * n, n, dot(foot.position - c.point.p, n) - radius, c.face.value);
+  };
+  for (const FaceCandidate& c : candidates) touch(c, c.face.value + 1);
+  touch(kept(near, candidates[0], candidates, remembered), 0);
+  return true;
+}
+
+/// Contacts of one point. A corner has them with the nearest face, and with those that it sees in clearly other directions.
 void hand_out_point(const NearShape& near, std::span<const FaceCandidate> candidates) {
-  ContactName name{ContactKind::kFaceShape, 0, near.body.index, near.shape.other(), near.part, candidates[0].point.id, 0};
-  std::array<const RememberedContact*, kMostLayers> remembered{};
+  ContactName name = point_name(near, candidates[0].point);
+  Remembered remembered{};
   for (std::size_t i = 0; i < kMostLayers; ++i) {
     name.slot = static_cast<std::int32_t>(i);
     remembered[i] = recall_either_end(near.run, name);
   }
+  if (is_ball(candidates[0].point) && hand_out_ball(near, candidates, remembered)) return;
   std::array<Vec3, kMostLayers> taken;
   std::array<bool, kMostLayers> above{};  ///< it lies above the face, not beside it
   std::array<bool, kMostLayers> used{};

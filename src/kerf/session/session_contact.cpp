@@ -13,6 +13,8 @@ namespace {
 /// Points of a body that come together move by at most this part of their half thicknesses in a part of a step: faster, and
 /// layers of a pile are through each other before they are seen. Radii count at least as this part of the body's largest.
 constexpr double kSelfTravel = 0.25, kLeastRadius = 0.1;
+/// Nor would any go into an obstacle by more than this part without the contact: it is held where they are as the part begins, which says little of where they would wrap round the obstacle.
+constexpr double kObstacleTravel = 0.5;
 
 /// Points of bodies that touch each other are solved to this part of the tolerance: what the solver leaves undone moves light rims
 /// by more than contacts give, and they would open and close without end.
@@ -62,17 +64,19 @@ Status Session::Impl::can_be_followed(double h) const {
                             apart / h, dt, kTornApart * apart / most, kWhatToDo));
 }
 
-int Session::Impl::parts_of_self_contact(double h) const {
+int Session::Impl::parts_of_meeting(double h) const {
   double most = 1;
+  const double least = contact.surface.largest_radius * kLeastRadius;
   for (std::size_t i = 0; i < contact.contacts.size(); ++i) {
     const Contact& c = contact.contacts[i];
-    if (!c.b.vertex[0].valid()) continue;
     const ContactRow& row = contact.set.rows[i];
-    Vec3 u;
+    if (row.rigid >= 0) continue;  // tools have their own parts
+    Vec3 u = -row.other_velocity;
     for (std::int32_t k = row.first; k < row.first + row.count; ++k)
       u += contact.set.entries[k].weight * state.mechanics.velocities[contact.set.entries[k].node.index()];
-    const double radius = contact.surface.radius[c.a.vertex[0]] + contact.surface.radius[c.b.vertex[0]];
-    most = std::max(most, -h * dot(row.normal, u) / (kSelfTravel * std::max(radius, contact.surface.largest_radius * kLeastRadius)));
+    const double closing = -h * dot(row.normal, u), radius = contact.surface.radius[c.a.vertex[0]];
+    most = std::max(most, c.b.vertex[0].valid() ? closing / (kSelfTravel * std::max(radius + contact.surface.radius[c.b.vertex[0]], least))
+                                                : std::min(closing, closing - row.gap) / (kObstacleTravel * std::max(radius, least)));
   }
   return std::min(most_parts(h), static_cast<int>(std::ceil(std::min(most, static_cast<double>(scene.contact.substeps)))));
 }
@@ -125,7 +129,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
     state.touching.passing = passing;
     detection_seconds += seconds_since(start);
     KERF_TRY(can_be_followed(h));
-    if (least_parts != kUndivided) more = std::max(more, parts_of_self_contact(h));
+    if (least_parts != kUndivided) more = std::max(more, parts_of_meeting(h));
     if (more > 1) state.touching = touched_part;
   }
   if (more > 1) return divide_part(t, h, more, tries, began);

@@ -306,7 +306,7 @@ struct Session::Impl {
   /// After detection for h seconds: is all that moves a number, and does what hangs together stay together? Else contacts mean nothing, there are more than one can wait for, and
   /// they are sought ever farther away.
   [[nodiscard]] Status can_be_followed(double h) const;
-  [[nodiscard]] int parts_of_self_contact(double h) const;
+  [[nodiscard]] int parts_of_meeting(double h) const;
   /// Where a cell turns or stretches by more than rotations frozen in a part allow.
   [[nodiscard]] int parts_of_turning(double h) const;
   Result<StepReport> divide_part(double t, double h, int more, int tries, const MechanicsState* began);

@@ -1,11 +1,14 @@
 // Bodies against rigid shapes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "contact/bare_surface.h"
 #include "contact/shapes_for_tests.h"
+#include "kerf/base/random.h"
 #include "kerf/base/rigid_place.h"
+#include "kerf/contact/triangle_foot.h"
 #include "support/contact_checker.h"
 
 namespace kerf {
@@ -135,6 +138,47 @@ TEST(DetectShapes, ABallInACreaseMeetsBothFaces) {
       EXPECT_TRUE(left && right) << degrees << " degrees, " << aside << " m to one side";
     }
   }
+}
+
+// A body that lies round a ball lies against it with many faces at once; three of them were contacts, others in turn from step to step, and the ball was in the rest by a fifth
+// of the half thickness for good.
+TEST(DetectShapes, ABallThatABodyLiesRoundTouchesEveryFace) {
+  const double r = 0.01, kBall = 0.11;
+  int deep = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    BareSurface sheet(plain_grid_mesh(6, 6, 0.3, 0.3), r);
+    // Rolled onto a ball that is a little larger or smaller, with bumps: some faces are in the ball, some out of it.
+    const double radius = kBall + r * random.uniform(0.9, 1.1);
+    const Vec3 middle{random.uniform(0.12, 0.18), random.uniform(0.12, 0.18), 0};
+    sheet.deform([&](Vec3 p) {
+      const Vec3 d{p.x - middle.x, p.y - middle.y, 0};
+      const double angle = norm(d) / radius, high = radius + r * random.uniform(-0.1, 0.1);
+      return high * (std::sin(angle) * normalized(d) + Vec3{0, 0, std::cos(angle)});
+    });
+    const RigidShape ball = shape_of(sphere_part({}, kBall));
+    Detection d;
+    for (int call = 0; call < 2; ++call) {  // with and without memory
+      d.run(sheet, std::span(&ball, 1));
+      expect_consistent(sheet, d.contacts);
+      for (const CollisionTriangle f : ids<CollisionTriangle>(sheet.surface.face_count())) {
+        const auto v = sheet.surface.vertices(f);
+        const std::array<Vec3, 3> corner{sheet.position[v[0].index()], sheet.position[v[1].index()], sheet.position[v[2].index()]};
+        const Vec3 normal = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
+        const std::array<double, 3> w = nearest_foot({}, corner).weights();
+        if (w[0] == 0 || w[1] == 0 || w[2] == 0) continue;
+        Vec3 offset;
+        for (std::size_t i = 0; i < 3; ++i) offset += w[i] * sheet.offset[v[i].index()];
+        const double gap = std::fabs(dot(normal, corner[0])) - kBall - std::fabs(dot(normal, offset));
+        if (gap > -0.01 * r) continue;
+        ++deep;
+        EXPECT_TRUE(std::any_of(d.contacts.begin(), d.contacts.end(), [&](const Contact& c) {
+          return c.a.vertex == v && std::fabs(c.gap - gap) < 1e-12 && dot(c.normal, corner[0]) > 0;
+        })) << "seed " << seed << " face " << f.value << " gap " << gap;
+      }
+    }
+  }
+  EXPECT_GT(deep, 500);
 }
 
 // A blade that stands in a sheet, thin to one side of the sheet's edge: that has not come in over

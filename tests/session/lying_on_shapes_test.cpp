@@ -1,0 +1,119 @@
+// Thin bodies that fall on shapes and stay lying on them, looked at from outside: how deep their faces are in what they lie on.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kerf/contact/surface_offsets.h"
+#include "kerf/session/scene_shapes.h"
+#include "kerf/session/session.h"
+#include "session/make_session.h"
+#include "support/contact_checker.h"
+
+namespace kerf {
+namespace {
+
+using test::make;
+
+/// Parts of the half thickness.
+double deepest_in_obstacles(Session& session, const SceneShapes& shapes) {
+  const Body& body = session.body();
+  const ContactSurface surface = make_contact_surface(body.complex.collision);
+  std::vector<Vec3> offsets(surface.vertex_count());
+  surface_offsets(body.hex, body.embedding, surface, session.node_positions(), offsets);
+  const std::vector<Vec3> positions = session.collision_positions();
+  const auto triangles = testing_support::triangles_of(surface);
+  double deepest = 0;
+  for (const RigidShape& shape : shapes.obstacles) deepest = std::max(deepest, testing_support::deepest_in_shape({positions, offsets, triangles}, shape, 8));
+  return deepest / surface.largest_radius;
+}
+
+Scene strip_falls(double dt, double young) {
+  Scene scene;
+  scene.body.model = "strip";
+  scene.body.options.visual_triangles = 1000;
+  scene.simulation.time_step = dt;
+  scene.material.young = young;
+  scene.material.damping_mass = 2;
+  return scene;
+}
+
+SceneObstacle ball(Vec3 position, double radius) {
+  SceneObstacle o;
+  o.shape = SceneShape::kSphere;
+  o.position = position;
+  o.radius = radius;
+  return o;
+}
+
+struct Fall {
+  const char* what;
+  std::vector<SceneObstacle> obstacles;
+};
+
+std::vector<Fall> falls() {
+  SceneObstacle capsule;
+  capsule.shape = SceneShape::kCapsule;
+  capsule.position = {0.002, 0.003, -0.012};
+  capsule.rotation = {0.4, 1.3, 0.2};
+  capsule.radius = 0.006;
+  capsule.length = 0.02;
+  SceneObstacle box;
+  box.shape = SceneShape::kBox;
+  box.position = {-0.003, 0.002, -0.02};
+  box.rotation = {0.5, 0.7, 0.1};
+  box.size = {0.02, 0.025, 0.015};
+  return {{"a ball", {ball({0.002, -0.001, -0.02}, 0.0165)}},
+          {"two balls", {ball({-0.006, 0.003, -0.02}, 0.0165), ball({0.02, -0.002, -0.02}, 0.0119)}},
+          {"a capsule", {capsule}},
+          {"a box", {box}}};
+}
+
+// They come at 0.5 m/s, 5 half thicknesses in a step of 16.7 ms. Balls were in the strip by 0.2 to 0.6 half thicknesses then, and by 0.02 to 0.5 for good.
+TEST(LyingOnShapes, OfAnyKindNothingSinksIn) {
+  for (const Fall& fall : falls())
+    for (const double dt : {0.005, 0.0167})
+      for (const double young : {2e4, 1e5}) {
+        Scene scene = strip_falls(dt, young);
+        scene.obstacles = fall.obstacles;
+        scene.obstacles.emplace_back().position = {0, 0, -0.06};
+        std::vector<std::string> notes;
+        const auto shapes = load_scene_shapes(scene, notes);
+        ASSERT_TRUE(shapes.ok());
+        Session session = make(scene);
+        double falling = 0;
+        const int steps = static_cast<int>(0.8 / dt);
+        for (int i = 0; i < steps; ++i) {
+          ASSERT_TRUE(session.step().ok());
+          if (i * dt < 0.3) falling = std::max(falling, deepest_in_obstacles(session, *shapes));
+        }
+        EXPECT_LT(falling, dt > 0.01 ? 0.25 : 0.05) << fall.what << " " << dt << " " << young;
+        EXPECT_LT(deepest_in_obstacles(session, *shapes), 0.02) << fall.what << " " << dt << " " << young;
+      }
+}
+
+// Contacts give way by force over stiffness, and the load of all that lies above is a force: five soft strips lay 0.04 half thicknesses in each other, and of six every step was
+// taken in four parts for that.
+TEST(LyingOnShapes, APileIsHeldWhereItLies) {
+  Scene scene = strip_falls(0.0167, 2e4);
+  for (int i = 1; i < 5; ++i) {
+    SceneBody& upper = scene.more_bodies.emplace_back(scene.body);
+    upper.position = {0.003 * (i % 2), -0.002 * (i % 3), i * 0.0032};
+    upper.rotation = {0, 0, 0.9 * i};
+  }
+  scene.obstacles.emplace_back().position = {0, 0, -0.0017};
+  Session session = make(scene);
+  SessionStep last;
+  for (int i = 0; i < 60; ++i) {
+    auto step = session.step();
+    ASSERT_TRUE(step.ok());
+    last = *step;
+  }
+  EXPECT_EQ(last.parts, 1);
+  EXPECT_LT(last.mechanics.deepest_overlap, 0.02 * 0.0015);
+  EXPECT_GT(last.mechanics.pressing, 200);
+}
+
+}  // namespace
+}  // namespace kerf

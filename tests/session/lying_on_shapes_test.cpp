@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "kerf/contact/surface_offsets.h"
@@ -17,7 +18,7 @@ namespace {
 using test::make;
 
 /// Parts of the half thickness.
-double deepest_in_obstacles(Session& session, const SceneShapes& shapes) {
+double deepest_in(Session& session, std::span<const RigidShape> shapes) {
   const Body& body = session.body();
   const ContactSurface surface = make_contact_surface(body.complex.collision);
   std::vector<Vec3> offsets(surface.vertex_count());
@@ -25,7 +26,7 @@ double deepest_in_obstacles(Session& session, const SceneShapes& shapes) {
   const std::vector<Vec3> positions = session.collision_positions();
   const auto triangles = testing_support::triangles_of(surface);
   double deepest = 0;
-  for (const RigidShape& shape : shapes.obstacles) deepest = std::max(deepest, testing_support::deepest_in_shape({positions, offsets, triangles}, shape, 8));
+  for (const RigidShape& shape : shapes) deepest = std::max(deepest, testing_support::deepest_in_shape({positions, offsets, triangles}, shape, 8));
   return deepest / surface.largest_radius;
 }
 
@@ -86,11 +87,43 @@ TEST(LyingOnShapes, OfAnyKindNothingSinksIn) {
         const int steps = static_cast<int>(0.8 / dt);
         for (int i = 0; i < steps; ++i) {
           ASSERT_TRUE(session.step().ok());
-          if (i * dt < 0.3) falling = std::max(falling, deepest_in_obstacles(session, *shapes));
+          if (i * dt < 0.3) falling = std::max(falling, deepest_in(session, shapes->obstacles));
         }
         EXPECT_LT(falling, dt > 0.01 ? 0.25 : 0.05) << fall.what << " " << dt << " " << young;
-        EXPECT_LT(deepest_in_obstacles(session, *shapes), 0.02) << fall.what << " " << dt << " " << young;
+        EXPECT_LT(deepest_in(session, shapes->obstacles), 0.02) << fall.what << " " << dt << " " << young;
       }
+}
+
+// A strip that lies on a floor was expected to fall out of the way of what comes down on it, at less than a step's weight makes it: the ball was in it by 0.6 half thicknesses, and nothing said so.
+TEST(LyingOnShapes, WhatComesDownOnThemIsSeenComing) {
+  for (const double dt : {0.005, 0.0167})
+    for (const double speed : {0.05, 0.13, 0.3}) {
+      Scene scene = strip_falls(dt, 2.7e5);
+      scene.obstacles.emplace_back().position = {0, 0, -0.00152};
+      SceneRigidTool& tool = scene.tools.emplace_back();
+      tool.id = "ball";
+      tool.kind = SceneToolKind::kSphere;
+      tool.radius = 0.0061;
+      tool.position = {0.003, -0.004, 0.0198};
+      tool.stiffness = 340;
+      Session session = make(scene);
+      SceneCommand command;
+      const double down = 0.0068;
+      command.what = SceneToolMotion{"ball", {{(tool.position.z - down) / speed, {tool.position.x, tool.position.y, down}, {}}}};
+      ASSERT_TRUE(session.apply(command).ok());
+      double deepest = 0;
+      const double end = (tool.position.z - down) / speed + 0.2;
+      for (int i = 0; i * dt < end; ++i) {
+        ASSERT_TRUE(session.step().ok());
+        RigidShape ball;
+        ball.position = session.tools()[0].place.position;
+        ball.axes = session.tools()[0].place.axes;
+        ball.parts = tool_parts(tool, 1);
+        deepest = std::max(deepest, deepest_in(session, std::span(&ball, 1)));
+      }
+      EXPECT_GT(norm(session.tools()[0].force), 0.1) << dt << " " << speed;
+      EXPECT_LT(deepest, 0.05) << dt << " " << speed;
+    }
 }
 
 // Contacts give way by force over stiffness, and the load of all that lies above is a force: five soft strips lay 0.04 half thicknesses in each other, and of six every step was

@@ -204,7 +204,9 @@ void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const
   c.normal = normal;
   c.other_velocity = shape.velocity_at(point);
   c.friction = shape.friction;
-  const double limit = gap_limit(run, normal, a.travel - run.options.step * c.other_velocity);
+  // Where the body would go without contacts says little of what already lies on something: that does not get out of the way.
+  const Vec3 comes = -run.options.step * c.other_velocity, held = a.travel - std::max(0.0, dot(normal, a.travel)) * normal;
+  const double limit = std::max(gap_limit(run, normal, a.travel + comes), gap_limit(run, normal, held + comes));
   const double along = dot(normal, a.offset), radius = norm(a.offset);
   const double nearer = along > 0 ? -1 : 1;
   const std::int32_t slot = name.slot;

@@ -89,7 +89,7 @@ TEST(LyingOnShapes, OfAnyKindNothingSinksIn) {
           ASSERT_TRUE(session.step().ok());
           if (i * dt < 0.3) falling = std::max(falling, deepest_in(session, shapes->obstacles));
         }
-        EXPECT_LT(falling, dt > 0.01 ? 0.25 : 0.05) << fall.what << " " << dt << " " << young;
+        EXPECT_LT(falling, dt > 0.01 ? 0.15 : 0.05) << fall.what << " " << dt << " " << young;
         EXPECT_LT(deepest_in(session, shapes->obstacles), 0.02) << fall.what << " " << dt << " " << young;
       }
 }

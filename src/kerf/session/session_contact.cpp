@@ -13,7 +13,7 @@ namespace {
 /// Points of a body that come together move by at most this part of their half thicknesses in a part of a step: faster, and
 /// layers of a pile are through each other before they are seen. Radii count at least as this part of the body's largest.
 constexpr double kSelfTravel = 0.25, kLeastRadius = 0.1;
-/// Nor would any go into an obstacle by more than this part without the contact: it is held where they are as the part begins, which says little of where they would wrap round the obstacle.
+/// And by this part where they meet an obstacle: they are held where it is as the part begins, which says little of how the body will have wrapped round it by the end.
 constexpr double kObstacleTravel = 0.5;
 
 /// Points of bodies that touch each other are solved to this part of the tolerance: what the solver leaves undone moves light rims
@@ -75,8 +75,13 @@ int Session::Impl::parts_of_meeting(double h) const {
     for (std::int32_t k = row.first; k < row.first + row.count; ++k)
       u += contact.set.entries[k].weight * state.mechanics.velocities[contact.set.entries[k].node.index()];
     const double closing = -h * dot(row.normal, u), radius = contact.surface.radius[c.a.vertex[0]];
-    most = std::max(most, c.b.vertex[0].valid() ? closing / (kSelfTravel * std::max(radius + contact.surface.radius[c.b.vertex[0]], least))
-                                                : std::min(closing, closing - row.gap) / (kObstacleTravel * std::max(radius, least)));
+    if (c.b.vertex[0].valid()) {
+      most = std::max(most, closing / (kSelfTravel * std::max(radius + contact.surface.radius[c.b.vertex[0]], least)));
+      continue;
+    }
+    // What falls already falls faster in this part; what lies still a little above an obstacle is held by something else.
+    const double comes = closing + std::clamp(-h * h * dot(row.normal, step_options.gravity), 0.0, std::max(closing, 0.0));
+    if (comes > row.gap) most = std::max(most, comes / (kObstacleTravel * std::max(radius, least)));
   }
   return std::min(most_parts(h), static_cast<int>(std::ceil(std::min(most, static_cast<double>(scene.contact.substeps)))));
 }

@@ -143,7 +143,7 @@ class Shown {
     for (const p of points) path.push(await this.at(p));
     await this.page.keyboard.press(key);
     await drag(this.page, path, 6);
-    await this.until((n) => window.kerf.state().undoDepth > n, undoDepth);
+    await this.until((n) => window.kerf.state().undoDepth > n && window.kerf.state().cut !== null, undoDepth);  // the report may come later than the state
     const { cut } = await this.state();
     console.log(`  cut: ${cut.pieces} piece(s), ${cut.triangles ?? ''} triangles, ${cut.totalMs.toFixed(1)} ms`);
   }

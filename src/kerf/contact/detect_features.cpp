@@ -118,8 +118,11 @@ const FaceCandidate& kept(const NearShape& near, const FaceCandidate& c, std::sp
   return c;
 }
 
+/// What a point touched in the last step, by slot.
+using Remembered = std::array<const RememberedContact*, kMostLayers>;
+
 /// A face, or else a layer, keeps its slot.
-std::size_t slot_of(const std::array<const RememberedContact*, kMostLayers>& remembered, const std::array<bool, kMostLayers>& used, F face, Vec3 n) {
+std::size_t slot_of(const Remembered& remembered, const std::array<bool, kMostLayers>& used, F face, Vec3 n) {
   constexpr double kTaken = -4, kFree = -1.5, kSameFace = 2;
   const auto fits = [&](std::size_t i) {
     if (used[i]) return kTaken;
@@ -133,8 +136,6 @@ std::size_t slot_of(const std::array<const RememberedContact*, kMostLayers>& rem
     if (fits(i) > fits(best)) best = i;
   return best;
 }
-
-using Remembered = std::array<const RememberedContact*, kMostLayers>;
 
 ContactName point_name(const NearShape& near, const ShapePoint& point) {
   return {ContactKind::kFaceShape, 0, near.body.index, near.shape.other(), near.part, point.id, 0};
@@ -172,12 +173,12 @@ bool came_through(const NearShape& near, const FaceCandidate& c, std::span<const
 /// keeps another one out. The nearest one counts twice: its other contact goes along with the ball, and remembers the side when it goes deep. False if the ball is so deep
 /// that its middle does not tell on which side it is.
 bool hand_out_ball(const NearShape& near, std::span<const FaceCandidate> candidates, const Remembered& remembered) {
+  const double radius = candidates[0].point.radius;
+  if (!(candidates[0].distance > kWellOut * radius)) return false;
   ContactName name = point_name(near, candidates[0].point);
   std::array<const RememberedContact*, kMostLayers + kMostRemembered> known{};
   std::copy(remembered.begin(), remembered.end(), known.begin());
   for (std::size_t i = 0; i < std::min(candidates.size(), kMostRemembered); ++i) known[kMostLayers + i] = recall_against(near, name, candidates[i].face);
-  const double radius = candidates[0].point.radius;
-  if (!(candidates[0].distance > kWellOut * radius)) return false;
   if (std::any_of(candidates.begin(), candidates.end(), [&](const FaceCandidate& c) { return came_through(near, c, known); })) return false;
   const auto touch = [&](const FaceCandidate& c, std::int32_t other_feature) {
     const Vec3 n = direction_from(near, c);

@@ -67,47 +67,89 @@ inline Eight load_eight(const float* p) {
 }
 inline void store_eight(float* p, const Eight& v) { std::memcpy(p, &v, sizeof v); }
 
-/// out -= sum over k < n of factor[k] v[k], `Blocks` eights at once; the factors lie `step` apart.
-template <int Blocks>
-inline void subtract_columns(const float* factor, std::size_t step, const float* v, std::size_t stride, std::size_t n, float* out) {
-  Eight sum[Blocks];
-  for (int b = 0; b < Blocks; ++b) sum[b] = load_eight(out + 8 * b);
-  for (std::size_t k = 0; k < n; ++k, factor += step, v += stride) {
-    const Eight x = all_eight(*factor);
-    for (int b = 0; b < Blocks; ++b) sum[b] -= x * load_eight(v + 8 * b);
-  }
-  for (int b = 0; b < Blocks; ++b) store_eight(out + 8 * b, sum[b]);
+/// Eight by eight: v[c] are eight rows of column c of L, or eight columns of row c of L^-1. Both are made a tile at a time, which never leaves the registers.
+struct Tile {
+  Eight v[8];
+};
+inline Tile load_tile(const float* p, std::size_t stride) {
+  Tile t;
+#pragma GCC unroll 8
+  for (std::size_t c = 0; c < 8; ++c) t.v[c] = load_eight(p + c * stride);
+  return t;
 }
-void subtract_columns(const float* factor, std::size_t step, const float* v, std::size_t stride, std::size_t n, std::size_t width, float* out) {
-  for (; width >= 32; width -= 32, v += 32, out += 32) subtract_columns<4>(factor, step, v, stride, n, out);
-  if (width >= 16) {
-    subtract_columns<2>(factor, step, v, stride, n, out);
-    width -= 16, v += 16, out += 16;
-  }
-  if (width > 0) subtract_columns<1>(factor, step, v, stride, n, out);
+inline void store_tile(float* p, std::size_t stride, const Tile& t) {
+#pragma GCC unroll 8
+  for (std::size_t c = 0; c < 8; ++c) store_eight(p + c * stride, t.v[c]);
 }
 
-/// Lower triangle of 1 + B, by columns, in place to its factor L. No pivot of such a matrix is less than 1.
-void factor_columns(float* s, std::size_t n, std::size_t stride) {
-  for (std::size_t j = 0; j < n; ++j) {
-    float* column = s + j * stride;
-    const std::size_t first = j / 8 * 8;
-    subtract_columns(s + j, stride, s + first, stride, j, stride - first, column + first);
-    const float inverse = 1 / std::sqrt(std::max(1.0F, column[j]));
-    for (std::size_t i = first; i < stride; i += 8) store_eight(column + i, inverse * load_eight(column + i));
-    column[j] = inverse;
+/// t -= what lies before it: sum over first <= k < last of factor(k)[c] v(k), which of one k lie `stride` after those of the one before.
+inline void subtract_products(const float* factor, const float* v, std::size_t stride, std::size_t first, std::size_t last, Tile& t) {
+  for (std::size_t k = first; k < last; ++k) {
+    const float* f = factor + k * stride;
+    const Eight x = load_eight(v + k * stride);
+#pragma GCC unroll 8
+    for (std::size_t c = 0; c < 8; ++c) t.v[c] -= f[c] * x;
   }
 }
 
-/// L^-1 by rows; `out` is zero before.
-void invert_columns(const float* l, std::size_t n, std::size_t stride, float* out) {
-  for (std::size_t i = 0; i < n; ++i) {
-    float* row = out + i * stride;
-    const std::size_t width = i / 8 * 8 + 8;
-    subtract_columns(l + i, stride, out, stride, i, width, row);
-    const float inverse = l[i * stride + i];
-    for (std::size_t j = 0; j < width; j += 8) store_eight(row + j, inverse * load_eight(row + j));
-    row[i] = inverse;
+/// And what lies in the eight columns of the tile itself: those of L on the diagonal, with the inverse of the pivots there.
+inline void solve_tile(const float* l, std::size_t stride, Tile& t) {
+#pragma GCC unroll 8
+  for (std::size_t c = 0; c < 8; ++c) {
+    t.v[c] *= l[c * stride + c];
+#pragma GCC unroll 8
+    for (std::size_t d = c + 1; d < 8; ++d) t.v[d] -= l[c * stride + d] * t.v[c];
+  }
+}
+
+/// A tile on the diagonal to its factor. No pivot of 1 + B is less than 1.
+inline void factor_tile(Tile& t) {
+#pragma GCC unroll 8
+  for (std::size_t c = 0; c < 8; ++c) {
+    const float inverse = 1 / std::sqrt(std::max(1.0F, t.v[c][c]));
+    t.v[c] *= inverse;
+#pragma GCC unroll 8
+    for (std::size_t d = c + 1; d < 8; ++d) t.v[d] -= t.v[c][d] * t.v[c];
+    t.v[c][c] = inverse;
+  }
+}
+
+/// Lower triangle of 1 + B, by columns, in place to its factor L; on its diagonal the inverse of the pivots.
+void factor_columns(float* s, std::size_t stride) {
+  for (std::size_t j = 0; j < stride; j += 8) {
+    float* corner = s + j * stride + j;
+    Tile t = load_tile(corner, stride);
+    subtract_products(s + j, s + j, stride, 0, j, t);
+    factor_tile(t);
+    store_tile(corner, stride, t);
+    for (std::size_t i = j + 8; i < stride; i += 8) {
+      t = load_tile(s + j * stride + i, stride);
+      subtract_products(s + j, s + i, stride, 0, j, t);
+      solve_tile(corner, stride, t);
+      store_tile(s + j * stride + i, stride, t);
+    }
+  }
+}
+
+/// L^-1 by rows.
+void invert_columns(const float* l, std::size_t stride, float* out) {
+  for (std::size_t i = 0; i < stride; i += 8) {
+    const float* corner = l + i * stride + i;
+    for (std::size_t j = 0; j < i; j += 8) {
+      Tile t = {};
+      subtract_products(l + i, out + j, stride, j, i, t);
+      solve_tile(corner, stride, t);
+      store_tile(out + i * stride + j, stride, t);
+    }
+    Tile t = {};
+#pragma GCC unroll 8
+    for (std::size_t c = 0; c < 8; ++c) {
+      t.v[c] *= corner[c * stride + c];
+      t.v[c][c] = corner[c * stride + c];
+#pragma GCC unroll 8
+      for (std::size_t d = c + 1; d < 8; ++d) t.v[d] -= corner[c * stride + d] * t.v[c];
+    }
+    store_tile(out + i * stride + i, stride, t);
   }
 }
 
@@ -232,8 +274,8 @@ void factor_contact_inverse(StepWorkspace& w) {
   float* inverse = c.inverse.data()->v;
   for (int a = 0; a < 3; ++a, s += size, inverse += size) {
     for (std::size_t j = 0; j < n; ++j) s[j * c.stride + j] += 1;
-    factor_columns(s, n, c.stride);
-    invert_columns(s, n, c.stride, inverse);
+    factor_columns(s, c.stride);
+    invert_columns(s, c.stride, inverse);
   }
 }
 

@@ -196,6 +196,39 @@ TEST(DetectShapes, ABallThatABodyLiesRoundTouchesEveryFace) {
   EXPECT_GT(deep, 500);
 }
 
+// A soft body hangs over the corner of a box by one vertex, which has been crushed there, as a tent over its pole. A moment later the corner has come out of the tent by a little, and
+// the nearest place of all faces is that vertex. Its own contact says nothing of where the faces lie: without theirs it slid off, and the corner went in between them.
+TEST(DetectShapes, ACornerThatHasCrushedAVertexStillPressesOnTheFacesRoundIt) {
+  const double r = 0.01;
+  BareSurface sheet(plain_grid_mesh(2, 2, 0.2, 0.2), r);
+  const auto middle = static_cast<std::size_t>(std::min_element(sheet.position.begin(), sheet.position.end(), [](Vec3 a, Vec3 b) {
+                        return norm(a - Vec3{0.1, 0.1, 0}) < norm(b - Vec3{0.1, 0.1, 0});
+                      }) - sheet.position.begin());
+  const auto hang = [&](double apex) {
+    sheet.deform([&](Vec3 p) { return norm(p - Vec3{0.1, 0.1, 0}) < 1e-9 ? Vec3{0.1, 0.1, apex} : Vec3{p.x, p.y, -0.06 - 0.1 * p.x - 0.2 * p.y}; });
+    sheet.offset[middle] = 0.05 * sheet.offset[middle];
+  };
+  RigidShape box = shape_of(box_part({}, {0.2, 0.2, 0.2}));
+  const Vec3 diagonal = normalized(Vec3{1, 1, 1}), across = cross(diagonal, {0, 0, 1});
+  box.axes = turn(std::acos(diagonal.z) / norm(across) * across);
+  box.position = Vec3{0.1, 0.1, 0} - box.axes * Vec3{0.2, 0.2, 0.2};
+  Detection d;
+  hang(0.02 * r);
+  d.run(sheet, std::span(&box, 1));
+  expect_consistent(sheet, d.contacts);
+  // Of the corner with three faces, at that vertex.
+  const auto pressing = [&] {
+    return std::count_if(d.contacts.begin(), d.contacts.end(), [&](const Contact& c) { return norm(c.point - Vec3{0.1, 0.1, 0}) < 1e-12 && norm(sheet.point(c.a) - sheet.position[middle]) < 0.1 * r; });
+  };
+  EXPECT_GE(pressing(), 3);
+  for (int call = 0; call < 2; ++call) {  // and it goes on to
+    hang(-0.02 * r);
+    d.run(sheet, std::span(&box, 1));
+    expect_consistent(sheet, d.contacts);
+    EXPECT_GE(pressing(), 3);
+  }
+}
+
 // A blade that stands in a sheet, thin to one side of the sheet's edge: that has not come in over
 // the end of the blade, which is farther off than anything moves in a step.
 TEST(DetectShapes, WhatIsInAThinPlateHasNotComeInOverItsEnd) {

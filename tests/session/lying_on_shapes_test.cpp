@@ -126,6 +126,32 @@ TEST(LyingOnShapes, WhatComesDownOnThemIsSeenComing) {
     }
 }
 
+// A mat as soft as jelly comes down on a corner of a box, which stretches and crushes it until it is all but nothing there. The corner went in by 3.2 half thicknesses for good.
+TEST(LyingOnShapes, ACornerThatCrushesASoftMatDoesNotGoIn) {
+  Scene scene;
+  scene.body.model = "mat";
+  scene.body.options.visual_triangles = 1000;
+  scene.simulation.time_step = 0.0167;
+  scene.material.young = 13588.6;
+  scene.material.damping_mass = 2;
+  scene.contact.friction = 0.0843;
+  SceneObstacle& box = scene.obstacles.emplace_back();
+  box.shape = SceneShape::kBox;
+  box.position = {-0.011164, 0.014501, -0.034};
+  box.rotation = {1.953823, -1.659079, 0.990451};
+  box.size = {0.037402, 0.029933, 0.015674};
+  scene.obstacles.emplace_back().position = {0, 0, -0.084};
+  std::vector<std::string> notes;
+  const auto shapes = load_scene_shapes(scene, notes);
+  ASSERT_TRUE(shapes.ok());
+  Session session = make(scene);
+  for (int i = 0; i < 36; ++i) {
+    ASSERT_TRUE(session.step().ok());
+    EXPECT_LT(deepest_in(session, shapes->obstacles), 0.1) << i;
+  }
+  EXPECT_LT(deepest_in(session, shapes->obstacles), 0.05);
+}
+
 // Contacts give way by force over stiffness, and the load of all that lies above is a force: five soft strips lay 0.04 half thicknesses in each other, and of six every step was
 // taken in four parts for that.
 TEST(LyingOnShapes, APileIsHeldWhereItLies) {

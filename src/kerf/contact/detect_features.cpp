@@ -31,6 +31,31 @@ constexpr double kWellOut = 0.5;
 /// The middle of a ball or an end of a capsule, round on all sides; else a corner.
 bool is_ball(const ShapePoint& p) { return p.radius > 0 && p.outward == Vec3{}; }
 
+ContactName point_name(const NearShape& near, const ShapePoint& point) {
+  return {ContactKind::kFaceShape, 0, near.body.index, near.shape.other(), near.part, point.id, 0};
+}
+
+/// What a point touched in the last step, by slot.
+using Remembered = std::array<const RememberedContact*, kMostLayers>;
+
+Remembered recall_point(const NearShape& near, const ShapePoint& point) {
+  ContactName name = point_name(near, point);
+  Remembered remembered{};
+  for (std::size_t i = 0; i < kMostLayers; ++i) {
+    name.slot = static_cast<std::int32_t>(i);
+    remembered[i] = recall_either_end(near.run, name);
+  }
+  return remembered;
+}
+
+/// Does a corner that lies beside a face, within the half thickness at rest, still press on it? Where it has crushed a soft body its nearest place on all faces round a
+/// vertex is that vertex, whose own contact says nothing of the direction in which they lie: without theirs the vertex slides off, and the corner goes in between.
+bool still_presses(const NearShape& near, const FaceCandidate& c) {
+  if (is_ball(c.point) || !(c.distance < near.body.surface.radius[near.body.surface.vertices(c.face)[0]])) return false;
+  const Remembered remembered = recall_point(near, c.point);
+  return std::any_of(remembered.begin(), remembered.end(), [&](const RememberedContact* r) { return r != nullptr && r->feature == c.face.value; });
+}
+
 }  // namespace
 
 void offer_point(const NearShape& near, F f, const std::array<Vec3, 3>& corner, double reach, const ShapePoint& point) {
@@ -42,7 +67,7 @@ void offer_point(const NearShape& near, F f, const std::array<Vec3, 3>& corner, 
   c.distance = std::sqrt(foot.square);
   c.face = f;
   c.weight = foot.weights();
-  c.interior = is_inside(c.weight);
+  c.interior = is_inside(c.weight) || still_presses(near, c);
   if (c.interior) {
     c.direction = near.body.normal(f);
   } else {
@@ -118,9 +143,6 @@ const FaceCandidate& kept(const NearShape& near, const FaceCandidate& c, std::sp
   return c;
 }
 
-/// What a point touched in the last step, by slot.
-using Remembered = std::array<const RememberedContact*, kMostLayers>;
-
 /// A face, or else a layer, keeps its slot.
 std::size_t slot_of(const Remembered& remembered, const std::array<bool, kMostLayers>& used, F face, Vec3 n) {
   constexpr double kTaken = -4, kFree = -1.5, kSameFace = 2;
@@ -135,10 +157,6 @@ std::size_t slot_of(const Remembered& remembered, const std::array<bool, kMostLa
   for (std::size_t i = 1; i < kMostLayers; ++i)
     if (fits(i) > fits(best)) best = i;
   return best;
-}
-
-ContactName point_name(const NearShape& near, const ShapePoint& point) {
-  return {ContactKind::kFaceShape, 0, near.body.index, near.shape.other(), near.part, point.id, 0};
 }
 
 /// The memory of a ball that lies against a face.
@@ -194,11 +212,7 @@ bool hand_out_ball(const NearShape& near, std::span<const FaceCandidate> candida
 /// Contacts of one point. A corner has them with the nearest face, and with those that it sees in clearly other directions.
 void hand_out_point(const NearShape& near, std::span<const FaceCandidate> candidates) {
   ContactName name = point_name(near, candidates[0].point);
-  Remembered remembered{};
-  for (std::size_t i = 0; i < kMostLayers; ++i) {
-    name.slot = static_cast<std::int32_t>(i);
-    remembered[i] = recall_either_end(near.run, name);
-  }
+  const Remembered remembered = recall_point(near, candidates[0].point);
   if (is_ball(candidates[0].point) && hand_out_ball(near, candidates, remembered)) return;
   std::array<Vec3, kMostLayers> taken;
   std::array<bool, kMostLayers> above{};  ///< it lies above the face, not beside it

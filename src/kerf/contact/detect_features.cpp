@@ -48,10 +48,24 @@ Remembered recall_point(const NearShape& near, const ShapePoint& point) {
   return remembered;
 }
 
+/// Does the body go on all round a place on the border of a face?
+bool is_inner(const ContactSurface& s, F f, const std::array<double, 3>& weight) {
+  if (const int opposite = opposite_corner(weight); opposite >= 0) return s.twin[ContactSurface::corner(f, (opposite + 1) % 3)].valid();
+  bool inner = true;
+  const H corner = ContactSurface::corner(f, weight[0] > 0 ? 0 : weight[1] > 0 ? 1 : 2);
+  s.for_each_outgoing(s.from(corner), [&](H h) {
+    inner = s.twin[h].valid() && s.twin[ContactSurface::prev(h)].valid();
+    return inner;
+  });
+  return inner;
+}
+
 /// Does a corner that lies beside a face, within the half thickness at rest, still press on it? Where it has crushed a soft body its nearest place on all faces round a
-/// vertex is that vertex, whose own contact says nothing of the direction in which they lie: without theirs the vertex slides off, and the corner goes in between.
+/// vertex is that vertex, whose own contact says nothing of the direction in which they lie: without theirs the vertex slides off, and the corner goes in between. Not so
+/// beyond the body's border, which it comes against from the side.
 bool still_presses(const NearShape& near, const FaceCandidate& c) {
-  if (is_ball(c.point) || !(c.distance < near.body.surface.radius[near.body.surface.vertices(c.face)[0]])) return false;
+  const ContactSurface& s = near.body.surface;
+  if (is_ball(c.point) || !(c.distance < s.radius[s.vertices(c.face)[0]]) || !is_inner(s, c.face, c.weight)) return false;
   const Remembered remembered = recall_point(near, c.point);
   return std::any_of(remembered.begin(), remembered.end(), [&](const RememberedContact* r) { return r != nullptr && r->feature == c.face.value; });
 }

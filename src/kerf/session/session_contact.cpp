@@ -13,7 +13,7 @@ namespace {
 /// Points of a body that come together move by at most this part of their half thicknesses in a part of a step: faster, and
 /// layers of a pile are through each other before they are seen. Radii count at least as this part of the body's largest.
 constexpr double kSelfTravel = 0.25, kLeastRadius = 0.1;
-/// And by this part where they meet an obstacle: they are held where it is as the part begins, which says little of how the body will have wrapped round it by the end.
+/// And by this part where they meet an obstacle or a tool: they are held where it is as the part begins, which says little of how the body will have wrapped round it by the end.
 constexpr double kObstacleTravel = 0.5;
 
 /// Points of bodies that touch each other are solved to this part of the tolerance: what the solver leaves undone moves light rims
@@ -70,8 +70,12 @@ int Session::Impl::parts_of_meeting(double h) const {
   for (std::size_t i = 0; i < contact.contacts.size(); ++i) {
     const Contact& c = contact.contacts[i];
     const ContactRow& row = contact.set.rows[i];
-    if (row.rigid >= 0) continue;  // tools have their own parts
+    if (row.limit > 0) continue;  // an edge that presses until it cuts
     Vec3 u = -row.other_velocity;
+    if (row.rigid >= 0) {
+      const auto& tool = state.mechanics.tools[static_cast<std::size_t>(row.rigid)];
+      u -= tool.velocity + cross(tool.spin, row.arm);
+    }
     for (std::int32_t k = row.first; k < row.first + row.count; ++k)
       u += contact.set.entries[k].weight * state.mechanics.velocities[contact.set.entries[k].node.index()];
     const double closing = -h * dot(row.normal, u), radius = contact.surface.radius[c.a.vertex[0]];

@@ -60,9 +60,9 @@ bool is_inner(const ContactSurface& s, F f, const std::array<double, 3>& weight)
   return inner;
 }
 
-/// Does a corner that lies beside a face, within the half thickness at rest, still press on it? Where it has crushed a soft body its nearest place on all faces round a
-/// vertex is that vertex, whose own contact says nothing of the direction in which they lie: without theirs the vertex slides off, and the corner goes in between. Not so
-/// beyond the body's border, which it comes against from the side.
+/// Does a corner that lies beside a face, within the half thickness at rest, still press on it? Where it has crushed a soft body it lies all but on the mid-surface, and
+/// its nearest place on the faces round it is on an edge or a vertex, from where it lies in any direction: a contact along that would be none, or push anywhere, the body
+/// slides off, and the corner goes in between. Not so beyond the body's border, which it comes against from the side.
 bool still_presses(const NearShape& near, const FaceCandidate& c) {
   const ContactSurface& s = near.body.surface;
   if (is_ball(c.point) || !(c.distance < s.radius[s.vertices(c.face)[0]]) || !is_inner(s, c.face, c.weight)) return false;

@@ -6,10 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "kerf/contact/surface_offsets.h"
 #include "kerf/session/scene_shapes.h"
 #include "kerf/session/session.h"
-#include "session/make_session.h"
+#include "session/session_measures.h"
 #include "support/contact_checker.h"
 
 namespace kerf {
@@ -19,15 +18,11 @@ using test::make;
 
 /// Parts of the half thickness.
 double deepest_in(Session& session, std::span<const RigidShape> shapes) {
-  const Body& body = session.body();
-  const ContactSurface surface = make_contact_surface(body.complex.collision);
-  std::vector<Vec3> offsets(surface.vertex_count());
-  surface_offsets(body.hex, body.embedding, surface, session.node_positions(), offsets);
-  const std::vector<Vec3> positions = session.collision_positions();
-  const auto triangles = testing_support::triangles_of(surface);
+  const test::SurfaceNow now = test::surface_now(session);
+  const auto triangles = testing_support::triangles_of(now.surface);
   double deepest = 0;
-  for (const RigidShape& shape : shapes) deepest = std::max(deepest, testing_support::deepest_in_shape({positions, offsets, triangles}, shape, 8));
-  return deepest / surface.largest_radius;
+  for (const RigidShape& shape : shapes) deepest = std::max(deepest, testing_support::deepest_in_shape({now.positions, now.offsets, triangles}, shape, 8));
+  return deepest / now.surface.largest_radius;
 }
 
 Scene strip_falls(double dt, double young) {

@@ -6,9 +6,9 @@
 
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
-#include "kerf/contact/surface_offsets.h"
 #include "kerf/session/session.h"
 #include "kerf/spatial/triangle_queries.h"
+#include "session/session_measures.h"
 #include "support/lips_checker.h"
 
 namespace kerf {
@@ -91,14 +91,10 @@ TEST(SessionContact, ASheetComesToRestOnFourBalls) {
       }
       EXPECT_NEAR(force.z, 9.81 * mass, 0.01 * 9.81 * mass);
       // Seen from outside: no vertex's lower corner in a ball. The balls are faceted, 0.93 of the radius at the least.
-      const Body& body = session.body();
-      const ContactSurface surface = make_contact_surface(body.complex.collision);
-      std::vector<Vec3> offsets(surface.vertex_count());
-      surface_offsets(body.hex, body.embedding, surface, session.node_positions(), offsets);
-      const std::vector<Vec3> positions = session.collision_positions();
-      for (std::size_t v = 0; v < positions.size(); ++v)
+      const test::SurfaceNow now = test::surface_now(session);
+      for (std::size_t v = 0; v < now.positions.size(); ++v)
         for (const SceneObstacle& ball : scene.obstacles)
-          EXPECT_GT(norm(positions[v] - offsets[v] - ball.position), 0.93 * ball.scale - 0.02 * kRadius);
+          EXPECT_GT(norm(now.positions[v] - now.offsets[v] - ball.position), 0.93 * ball.scale - 0.02 * kRadius);
     }
 }
 
@@ -199,15 +195,12 @@ TEST(Lips, ShearedAndThenPressedTheySlide) {
 
 /// Deepest overlap of the two sides of Cut's slit as a dense sample sees it, parts of the half thickness.
 double seen_from_outside(Session& session, double radius) {
-  const Body& body = session.body();
-  const auto& rest = body.complex.collision.rest;
-  const ContactSurface surface = make_contact_surface(body.complex.collision);
-  std::vector<Vec3> offsets(surface.vertex_count());
-  surface_offsets(body.hex, body.embedding, surface, session.node_positions(), offsets);
-  const std::vector<Vec3> positions = session.collision_positions();
+  const auto& rest = session.body().complex.collision.rest;
+  const test::SurfaceNow now = test::surface_now(session);
+  const ContactSurface& surface = now.surface;
   const auto triangles = testing_support::triangles_of(surface);
   constexpr double kTip = 0.05, kCutX = 0.013;
-  testing_support::LipsView lips{{positions, offsets, triangles}, {}, {}};
+  testing_support::LipsView lips{{now.positions, now.offsets, triangles}, {}, {}};
   for (const CollisionTriangle f : ids<CollisionTriangle>(surface.face_count())) {
     const auto c = surface.vertices(f);
     const Vec3 middle = (1.0 / 3) * (rest[c[0]] + rest[c[1]] + rest[c[2]]);

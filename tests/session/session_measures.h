@@ -2,7 +2,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "kerf/contact/surface_offsets.h"
 #include "session/make_session.h"
 
 namespace kerf::test {
@@ -16,6 +18,19 @@ inline Session model_session(const std::string& model, double gravity, int layer
   scene.simulation.gravity = {0, 0, gravity};
   scene.cut.layers = layers;
   return make(scene);
+}
+
+/// The collision surface of the first body where it is now.
+struct SurfaceNow {
+  ContactSurface surface;
+  std::vector<Vec3> positions, offsets;  ///< per vertex: of the mid-surface, from it to the upper side; m
+};
+inline SurfaceNow surface_now(Session& session) {
+  const Body& body = session.body();
+  SurfaceNow now{make_contact_surface(body.complex.collision), session.collision_positions(), {}};
+  now.offsets.resize(now.surface.vertex_count());
+  surface_offsets(body.hex, body.embedding, now.surface, session.node_positions(), now.offsets);
+  return now;
 }
 
 inline Box3 box_of(Session& session) {

@@ -7,9 +7,9 @@
 
 #include "kerf/base/rigid_place.h"
 #include "kerf/contact/depth.h"
-#include "kerf/contact/surface_offsets.h"
 #include "kerf/session/session.h"
 #include "session/make_session.h"
+#include "session/session_measures.h"
 
 namespace kerf {
 namespace {
@@ -214,17 +214,13 @@ TEST(SeveralBodies, OneIsDraggedEvenlyWhileOthersHitEachOther) {
 
 /// How deep walls of cuts are in material, seen from outside, parts of the half thickness; what is not deeper than a twentieth counts as 0.
 double deepest_wall(Session& session) {
-  const Body& body = session.body();
-  const ContactSurface surface = make_contact_surface(body.complex.collision);
-  std::vector<Vec3> offsets(surface.vertex_count());
-  surface_offsets(body.hex, body.embedding, surface, session.node_positions(), offsets);
-  const std::vector<Vec3> positions = session.collision_positions();
-  const SurfaceState state{&surface, positions, offsets, positions};
+  const test::SurfaceNow now = test::surface_now(session);
+  const SurfaceState state{&now.surface, now.positions, now.offsets, now.positions};
   DepthSearch search;
   prepare_depths(state, search);
-  find_deep_walls(state, 0.05 * surface.largest_radius, search);
+  find_deep_walls(state, 0.05 * now.surface.largest_radius, search);
   double deepest = 0;
-  for (const DepthSearch::Deep& d : search.deep) deepest = std::max(deepest, d.depth / surface.largest_radius);
+  for (const DepthSearch::Deep& d : search.deep) deepest = std::max(deepest, d.depth / now.surface.largest_radius);
   return deepest;
 }
 

@@ -196,6 +196,40 @@ TEST(DetectShapes, ABallThatABodyLiesRoundTouchesEveryFace) {
   EXPECT_GT(deep, 500);
 }
 
+// A body that is not as thick everywhere, or leans, is nearest to a ball elsewhere than over the foot on its mid-surface. A ball that was pressed into a strip was in it by 0.15 half
+// thicknesses beside that foot, and soft mats that hung over a ball by 0.04 to 0.07 at rest.
+TEST(DetectShapes, ABallTouchesFacesWhereTheirSidesComeNearest) {
+  const double r = 0.01, kBall = 0.11;
+  int deep = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    BareSurface sheet(plain_grid_mesh(6, 6, 0.3, 0.3), r);
+    const Vec3 middle{random.uniform(0.12, 0.18), random.uniform(0.12, 0.18), 0};
+    sheet.deform([&](Vec3 p) {
+      const Vec3 d{p.x - middle.x, p.y - middle.y, 0};
+      const double angle = norm(d) / kBall, high = kBall + 0.6 * r;
+      return high * (std::sin(angle) * normalized(d) + Vec3{0, 0, std::cos(angle)});
+    });
+    for (Vec3& o : sheet.offset) o = random.uniform(0.2, 1) * (o + random.uniform(0, 0.6) * testing_support::random_vector(random, r));
+    const RigidShape ball = shape_of(sphere_part({}, kBall));
+    Detection d;
+    d.run(sheet, std::span(&ball, 1));
+    expect_consistent(sheet, d.contacts);
+    for (const CollisionTriangle f : ids<CollisionTriangle>(sheet.surface.face_count())) {
+      const auto v = sheet.surface.vertices(f);
+      const auto corner = [&](std::size_t i) { return sheet.position[v[i].index()] - sheet.offset[v[i].index()]; };
+      const std::array<double, 3> w = nearest_foot({}, {corner(0), corner(1), corner(2)}).weights();
+      if (w[0] == 0 || w[1] == 0 || w[2] == 0) continue;
+      const double gap = norm(w[0] * corner(0) + w[1] * corner(1) + w[2] * corner(2)) - kBall;
+      if (gap > -0.01 * r) continue;
+      ++deep;
+      EXPECT_TRUE(std::any_of(d.contacts.begin(), d.contacts.end(), [&](const Contact& c) { return c.a.vertex == v && c.a.lift == -1 && std::fabs(c.gap - gap) < 1e-12; }))
+          << "seed " << seed << " face " << f.value << " gap " << gap;
+    }
+  }
+  EXPECT_GT(deep, 300);
+}
+
 // A soft body hangs over the corner of a box by one vertex, which has been crushed there, as a tent over its pole. A moment later the corner has come out of the tent by a little, and
 // the nearest place of all faces is that vertex. Its own contact says nothing of where the faces lie: without theirs it slid off, and the corner went in between them.
 TEST(DetectShapes, ACornerThatHasCrushedAVertexStillPressesOnTheFacesRoundIt) {

@@ -139,11 +139,12 @@ class Shown {
   at([x, y, z]) { return this.page.evaluate((p) => window.kerf.pickPoint(...p), [x, y, z]); }
   /** Drags a tool through points of space, with the mouse. */
   async cut(key, ...points) {
-    const { undoDepth } = await this.state(), path = [];
+    const before = await this.state(), path = [];
     for (const p of points) path.push(await this.at(p));
     await this.page.keyboard.press(key);
     await drag(this.page, path, 6);
-    await this.until((n) => window.kerf.state().undoDepth > n && window.kerf.state().cut !== null, undoDepth);  // the report may come later than the state
+    // The report may come later than the state.
+    await this.until(([depth, cuts]) => window.kerf.state().undoDepth > depth && window.kerf.state().cuts > cuts, [before.undoDepth, before.cuts]);
     const { cut } = await this.state();
     console.log(`  cut: ${cut.pieces} piece(s), ${cut.triangles ?? ''} triangles, ${cut.totalMs.toFixed(1)} ms`);
   }

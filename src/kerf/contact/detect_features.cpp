@@ -70,6 +70,21 @@ bool still_presses(const NearShape& near, const FaceCandidate& c) {
   return std::any_of(remembered.begin(), remembered.end(), [&](const RememberedContact* r) { return r != nullptr && r->feature == c.face.value; });
 }
 
+/// From a point to its foot on an edge of a face; zero: another face or a vertex has the contact.
+Vec3 direction_over_edge(const NearShape& near, const FaceCandidate& c, const std::array<Vec3, 3>& corner) {
+  const int opposite = opposite_corner(c.weight);
+  if (opposite < 0 || !(c.distance > 0)) return {};  // a vertex: it looks for itself
+  const H h = ContactSurface::corner(c.face, (opposite + 1) % 3), g = near.body.surface.twin[h];
+  // The edge's other face has the same foot.
+  if (g.valid() && g < h && near.body.surface.coarse[ContactSurface::face(g)] != 0) return {};
+  const Vec3 place = c.weight[0] * corner[0] + c.weight[1] * corner[1] + c.weight[2] * corner[2];
+  const Vec3 direction = (1 / c.distance) * (place - c.point.p);
+  return near.body.off_faces(h, -direction) ? direction : Vec3{};
+}
+
+/// Has a face no contact over its foot on the mid-surface?
+bool is_beside(const FaceCandidate& c) { return c.direction == Vec3{}; }
+
 }  // namespace
 
 void offer_point(const NearShape& near, F f, const std::array<Vec3, 3>& corner, double reach, const ShapePoint& point) {
@@ -85,16 +100,13 @@ void offer_point(const NearShape& near, F f, const std::array<Vec3, 3>& corner, 
   if (c.interior) {
     c.direction = near.body.normal(f);
   } else {
-    const int opposite = opposite_corner(c.weight);
-    if (opposite < 0 || !(c.distance > 0)) return;  // a vertex: it looks for itself
-    const H h = ContactSurface::corner(f, (opposite + 1) % 3), g = near.body.surface.twin[h];
-    // The edge's other face has the same foot.
-    if (g.valid() && g < h && near.body.surface.coarse[ContactSurface::face(g)] != 0) return;
-    const Vec3 place = c.weight[0] * corner[0] + c.weight[1] * corner[1] + c.weight[2] * corner[2];
-    c.direction = (1 / c.distance) * (place - point.p);
-    if (!near.body.off_faces(h, -c.direction)) return;
+    c.direction = direction_over_edge(near, c, corner);
   }
-  if (!(norm(c.direction) > 0.5)) return;  // a face without area
+  // Of a ball, a face without a direction is kept: its side may come near, if not its middle.
+  if (!(norm(c.direction) > 0.5)) {
+    if (!is_ball(point) || !(c.distance > kWellOut * point.radius)) return;
+    c.direction = {};
+  }
   near.run.scratch.faces.push_back(c);
 }
 
@@ -201,10 +213,31 @@ bool came_through(const NearShape& near, const FaceCandidate& c, std::span<const
   return other_side;
 }
 
+/// Contact of a ball with the side of a face that is towards it, where that comes nearest. It leans against the mid-surface where the half thickness is not the same
+/// everywhere, as where the ball has pressed the body thin: over the foot on the mid-surface is not where it is nearest.
+void touch_side(const NearShape& near, ContactName name, const FaceCandidate& c) {
+  constexpr double kSameSide = 0.7;  // cosine
+  const auto v = near.body.surface.vertices(c.face);
+  const BodyPoint foot = face_point(near.body, c.face, c.weight);
+  const Vec3 n = is_beside(c) ? normalized(foot.position - c.point.p) : direction_from(near, c);
+  const double lift = dot(n, foot.offset) > 0 ? -1 : 1;
+  const auto corner = [&](std::size_t i) { return near.body.position(v[i]) + lift * near.body.offset(v[i]); };
+  const std::array<double, 3> weight = nearest_foot(c.point.p, {corner(0), corner(1), corner(2)}).weights();
+  if (!is_inside(weight) && opposite_corner(weight) < 0) return;  // a vertex: it looks for itself
+  const BodyPoint place = face_point(near.body, c.face, weight);
+  const Vec3 d = place.position + lift * place.offset - c.point.p;
+  const double size = norm(d);
+  if (!(dot(d, n) > kSameSide * size)) return;
+  name.slot = 1;
+  name.other_feature = c.face.value + 1;
+  const Vec3 out = (1 / size) * d;
+  hand_out_shape(near.run, name, near.shape, place, c.point.p + c.point.radius * out, out, dot(place.position - c.point.p, out) - c.point.radius, c.face.value);
+}
+
 /// Contacts of a ball that is well out of the body: every face and edge that it lies against. A body that lies round it touches it with many at once, and no one of them
 /// keeps another one out. The nearest one counts twice: its other contact goes along with the ball, and remembers the side when it goes deep. False if the ball is so deep
 /// that its middle does not tell on which side it is.
-bool hand_out_ball(const NearShape& near, std::span<const FaceCandidate> candidates, const Remembered& remembered) {
+bool hand_out_ball(const NearShape& near, std::span<const FaceCandidate> candidates, std::span<const FaceCandidate> beside, const Remembered& remembered) {
   const double radius = candidates[0].point.radius;
   if (!(candidates[0].distance > kWellOut * radius)) return false;
   ContactName name = point_name(near, candidates[0].point);
@@ -218,16 +251,26 @@ bool hand_out_ball(const NearShape& near, std::span<const FaceCandidate> candida
     name.other_feature = other_feature;
     hand_out_shape(near.run, name, near.shape, foot, c.point.p + radius * n, n, dot(foot.position - c.point.p, n) - radius, c.face.value);
   };
-  for (const FaceCandidate& c : candidates) touch(c, c.face.value + 1);
+  for (const FaceCandidate& c : candidates) {
+    touch(c, c.face.value + 1);
+    touch_side(near, name, c);
+  }
+  for (const FaceCandidate& c : beside) touch_side(near, name, c);
   touch(kept(near, candidates[0], candidates, remembered), 0);
   return true;
 }
 
 /// Contacts of one point. A corner has them with the nearest face, and with those that it sees in clearly other directions.
-void hand_out_point(const NearShape& near, std::span<const FaceCandidate> candidates) {
+void hand_out_point(const NearShape& near, std::span<const FaceCandidate> all) {
+  const auto last = std::find_if(all.begin(), all.end(), is_beside);
+  const std::span<const FaceCandidate> candidates(all.begin(), last), beside(last, all.end());
+  if (candidates.empty()) {
+    for (const FaceCandidate& c : beside) touch_side(near, point_name(near, c.point), c);
+    return;
+  }
   ContactName name = point_name(near, candidates[0].point);
   const Remembered remembered = recall_point(near, candidates[0].point);
-  if (is_ball(candidates[0].point) && hand_out_ball(near, candidates, remembered)) return;
+  if (is_ball(candidates[0].point) && hand_out_ball(near, candidates, beside, remembered)) return;
   std::array<Vec3, kMostLayers> taken;
   std::array<bool, kMostLayers> above{};  ///< it lies above the face, not beside it
   std::array<bool, kMostLayers> used{};
@@ -261,6 +304,7 @@ void hand_out_points(const NearShape& near) {
   auto& faces = near.run.scratch.faces;
   std::sort(faces.begin(), faces.end(), [](const FaceCandidate& a, const FaceCandidate& b) {
     if (a.point.id != b.point.id) return a.point.id < b.point.id;
+    if (is_beside(a) != is_beside(b)) return is_beside(b);
     return a.distance != b.distance ? a.distance < b.distance : a.face < b.face;
   });
   for (std::size_t i = 0; i < faces.size();) {

@@ -110,7 +110,7 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       ->check(CLI::PositiveNumber);
   command->add_option("--young", options.young, "Young's modulus in Pa, kept in the file: scenes use it where they say none")
       ->check(CLI::PositiveNumber);
-  command->add_option("--poisson", options.poisson, "Poisson's ratio, kept in the file")->check(CLI::Range(-0.99, 0.499));
+  command->add_option("--poisson", options.poisson, "Poisson's ratio, kept in the file")->check(CLI::Range(0.0, 0.49));
   command->add_option("--density", options.density, "kg/m3, kept in the file")->check(CLI::PositiveNumber);
   command->add_flag("--exact", options.exact_paths, "Exact geodesic paths: slower, a little shorter");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");

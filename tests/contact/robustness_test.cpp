@@ -1,6 +1,7 @@
 // Degenerate and extreme input, repeatability, and memory in steady state.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "contact/bare_surface.h"
@@ -110,6 +111,31 @@ TEST(Robustness, WhateverCoincidesGivesUnitNormals) {
       detect(std::span(&state, 1), shapes, {}, {}, memory, workspace, contacts);
       expect_sane(contacts);
       EXPECT_GT(contacts.size(), 20u);
+    }
+  }
+}
+
+// Two bodies in one place, and an obstacle that is the body's own mid-surface: distances are nothing but rounding, and what was divided by them was no unit vector. The step refused it.
+TEST(Robustness, WhatLiesInOneAnotherButForRounding) {
+  Random random(5);
+  TriangleMesh mesh = plain_grid_mesh(4, 4);
+  for (Vec3& p : mesh.positions) p += Vec3{-0.5, -0.5, 0};
+  const RigidShape shape = testing_support::shape_of(mesh_part(testing_support::prepared(mesh)));
+  for (const double noise : {0.0, 1e-18, 1e-17, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-10}) {
+    BareSurface sheet(mesh, 0.05), twin(mesh, 0.05);
+    for (BareSurface* body : {&sheet, &twin}) {
+      for (Vec3& p : body->position) p += testing_support::random_vector(random, noise);
+      body->predicted = body->position;
+    }
+    const std::array<SurfaceState, 2> states{sheet.state(), twin.state()};
+    DetectMemory memory;
+    DetectWorkspace workspace;
+    std::vector<Contact> contacts;
+    for (int k = 0; k < 3; ++k) {
+      detect(states, std::span(&shape, 1), {}, {}, memory, workspace, contacts);
+      expect_sane(contacts);
+      EXPECT_GT(contacts.size(), 20u) << noise;
+      for (const Contact& c : contacts) EXPECT_NEAR(norm(c.normal), 1, 1e-9) << noise;
     }
   }
 }

@@ -514,7 +514,7 @@ TEST(Scene, WrongTypesAndNumbersNameTheLine) {
   EXPECT_EQ(at3("[material]\nyoung = 0\n"),
             "scene.toml:4: young of [material] must be more than 0, but is 0");
   EXPECT_EQ(at3("[material]\npoisson = 0.5\n"),
-            "scene.toml:4: poisson of [material] must be at most 0.499, but is 0.5");
+            "scene.toml:4: poisson of [material] must be at most 0.49, but is 0.5");
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\noptions = { visual_triangle = 3 }\n"),
               HasSubstr("did you mean \"visual_triangles\"?"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\noptions = { visual_triangles = -3 }\n"),

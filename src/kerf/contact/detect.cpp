@@ -16,6 +16,9 @@ constexpr double kDeep = 0.2;
 /// A body without thickness has contacts' margins as if its radius were this part of its size.
 constexpr double kThinnest = 1e-3;
 
+/// Normals are longer or shorter than 1 by no more than this, squared.
+constexpr double kNotUnit = 1e-9;
+
 std::uint64_t mix(std::uint64_t z) {  // splitmix64: one to one
   z += 0x9e3779b97f4a7c15ull;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
@@ -183,8 +186,11 @@ const RememberedContact* recall_either_end(const DetectRun& run, ContactName nam
 
 void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius) {
   run.scratch.found.push_back(contact);
-  run.scratch.found.back().key = key;
-  run.scratch.remembered.push_back({key, contact.normal, feature});
+  Contact& found = run.scratch.found.back();
+  found.key = key;
+  // A distance that is hardly more than rounding does not fit the direction that was divided by it.
+  if (std::fabs(dot(found.normal, found.normal) - 1) > kNotUnit) found.normal = normalized(found.normal);
+  run.scratch.remembered.push_back({key, found.normal, feature});
   if (contact.gap >= 0) return;
   const double depth = radius > 0 ? -contact.gap / radius : 0;
   run.report.deepest = std::max(run.report.deepest, depth);

@@ -207,7 +207,7 @@ void proximity_of_foot(const PlacedPart& placed, Vec3 local, const ClosestPoint&
   const bool inside = behind && mesh.closed;
   Vec3 normal = behind ? -feature : feature;
   // A distance that is nothing but rounding has no direction.
-  const double scale = norm(local) + norm(best.point);
+  const double scale = norm(local) + norm(best.point) + mesh.box.diagonal();
   if (zeros > 0 && best.distance > 1e-12 * scale) normal = (1 / best.distance) * d;
   if (inside) normal = -normal;
   r.normal = placed.axes * normal;

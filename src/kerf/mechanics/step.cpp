@@ -444,6 +444,12 @@ bool gains_by_node_matrix(const MechanicsModel& model, const StepOptions& o) {
          o.tolerance >= kSingleDigits * std::max(1.0, ratio);
 }
 
+// Too stiff for iterations, and small enough to do without?
+bool is_factorised(const MechanicsModel& model, const StepOptions& o) {
+  return o.solver == SolverKind::kConjugateGradients && o.preconditioner == Preconditioner::kAdaptive && model.node_count() <= kMostFactorisedNodes &&
+         stiffness_ratio(model, o) > kStiffestLoose;
+}
+
 // What a loose solve leaves undone moves whole pieces, by as much as elastic forces exceed inertia.
 double exactness(const MechanicsModel& model, const StepOptions& o) {
   const double ratio = stiffness_ratio(model, o);
@@ -648,8 +654,7 @@ MechanicsState rest_state(const MechanicsModel& model) {
   return state;
 }
 
-Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o,
-                        StepWorkspace& w, const ContactSet* contacts) {
+static Result<StepReport> step_with(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w, const ContactSet* contacts) {
   const Clock::time_point start = Clock::now();
   KERF_TRY(check(model, state, o));
   if (contacts != nullptr) KERF_TRY(check_contacts(model, state, *contacts));
@@ -731,6 +736,16 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
   w.contact.set = nullptr;
   report.seconds_total = seconds_since(start);
   return report;
+}
+
+Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w, const ContactSet* contacts) {
+  if (is_factorised(model, o)) {
+    StepOptions direct = o;
+    direct.solver = SolverKind::kDirect;
+    // What is too stiff for that as well is left to iterations.
+    if (Result<StepReport> done = step_with(model, state, direct, w, contacts)) return done;
+  }
+  return step_with(model, state, o, w, contacts);
 }
 
 std::vector<Vec3> internal_forces(MechanicsModel& model, const MechanicsState& state) {

@@ -27,6 +27,8 @@ constexpr double kStay = 0.1;
 /// its middle is, unless they say otherwise.
 constexpr std::size_t kMostRemembered = 16;
 constexpr double kWellOut = 0.5;
+/// kOffFaces of an edge that pressed in the last step.
+constexpr double kStillOffFaces = 0.3;
 
 /// The middle of a ball or an end of a capsule, round on all sides; else a corner.
 bool is_ball(const ShapePoint& p) { return p.radius > 0 && p.outward == Vec3{}; }
@@ -344,7 +346,11 @@ void hand_out_edges(const NearShape& near, H h, const ShapeEdge& edge, const Seg
   } else if (r != nullptr && dot(r->normal, n) < 0) {
     n = -n;
   }
-  if (dot(n, edge.into[0]) > kOffFaces || dot(n, edge.into[1]) > kOffFaces || !near.body.off_faces(h, -n)) return;
+  // An edge that pressed goes on to where it leans a little farther: in a body crushed all but to nothing other contacts do not take over at once.
+  const double most = r != nullptr ? kStillOffFaces : kOffFaces;
+  const H twin = near.body.surface.twin[h];
+  const auto leads_into = [&](Vec3 direction, Vec3 into) { return dot(direction, into) > most; };
+  if (leads_into(n, edge.into[0]) || leads_into(n, edge.into[1]) || leads_into(-n, near.body.into(h)) || (twin.valid() && leads_into(-n, near.body.into(twin)))) return;
   hand_out_shape(near.run, name, near.shape, foot, other + edge.radius * n, n, dot(d, n) - edge.radius, -1);
 }
 

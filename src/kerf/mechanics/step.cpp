@@ -444,10 +444,10 @@ bool gains_by_node_matrix(const MechanicsModel& model, const StepOptions& o) {
          o.tolerance >= kSingleDigits * std::max(1.0, ratio);
 }
 
-// Too stiff for iterations, and small enough to do without?
-bool is_factorised(const MechanicsModel& model, const StepOptions& o) {
+// Too stiff for iterations, and cheap enough to do without? Where things touch, every pass would factorise anew.
+bool is_factorised(const MechanicsModel& model, const StepOptions& o, const ContactSet* contacts) {
   return o.solver == SolverKind::kConjugateGradients && o.preconditioner == Preconditioner::kAdaptive && model.node_count() <= kMostFactorisedNodes &&
-         stiffness_ratio(model, o) > kStiffestLoose;
+         (contacts == nullptr || contacts->rows.empty()) && stiffness_ratio(model, o) > kStiffestIterated;
 }
 
 // What a loose solve leaves undone moves whole pieces, by as much as elastic forces exceed inertia.
@@ -739,7 +739,7 @@ static Result<StepReport> step_with(MechanicsModel& model, MechanicsState& state
 }
 
 Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w, const ContactSet* contacts) {
-  if (is_factorised(model, o)) {
+  if (is_factorised(model, o, contacts)) {
     StepOptions direct = o;
     direct.solver = SolverKind::kDirect;
     // What is too stiff for that as well is left to iterations.

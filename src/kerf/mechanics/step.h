@@ -76,10 +76,10 @@ inline constexpr int kMostSettling = 100;
 /// E dt^2 / (rho h^2) from which on a loose solve would let pieces run away (seen from 8e9 on); the tolerance that is then used
 /// times that ratio, and the least tolerance.
 inline constexpr double kStiffestLoose = 1e8, kToleranceTimesRatio = 100, kLeastTolerance = 1e-9;
-/// The same ratio from which on what a loose solve leaves undone makes energy in what nothing touches, until a free body flies apart (seen from 1.5e6 on): it is factorised,
-/// if it has no more nodes than this.
-inline constexpr double kStiffestIterated = 1e6;
-inline constexpr std::size_t kMostFactorisedNodes = 1000;
+/// The same ratio from which on what a loose solve leaves undone makes energy in what nothing touches, until a free body flies apart (seen from 1.5e6 on; what then spins is
+/// stepped in shorter parts, of a lower ratio): it is factorised, if it has no more nodes than this.
+inline constexpr double kStiffestIterated = 1e5;
+inline constexpr std::size_t kMostFactorisedNodes = 3000;
 /// Gravity used for the residual's floor when the scene has less, m/s^2.
 inline constexpr double kFloorGravity = 9.81;
 

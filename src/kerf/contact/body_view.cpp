@@ -2,10 +2,10 @@
 #include "kerf/contact/detect_scratch.h"
 
 namespace kerf {
-bool BodyView::off_faces(CollisionHalfEdge h, Vec3 direction) const {
-  if (dot(direction, into(h)) > kOffFaces) return false;
+bool BodyView::off_faces(CollisionHalfEdge h, Vec3 direction, double most) const {
+  if (dot(direction, into(h)) > most) return false;
   const CollisionHalfEdge g = surface.twin[h];
-  return !g.valid() || dot(direction, into(g)) <= kOffFaces;
+  return !g.valid() || dot(direction, into(g)) <= most;
 }
 
 BodyPoint vertex_point(const BodyView& body, CollisionVertex v) {

@@ -348,9 +348,7 @@ void hand_out_edges(const NearShape& near, H h, const ShapeEdge& edge, const Seg
   }
   // An edge that pressed goes on to where it leans a little farther: in a body crushed all but to nothing other contacts do not take over at once.
   const double most = r != nullptr ? kStillOffFaces : kOffFaces;
-  const H twin = near.body.surface.twin[h];
-  const auto leads_into = [&](Vec3 direction, Vec3 into) { return dot(direction, into) > most; };
-  if (leads_into(n, edge.into[0]) || leads_into(n, edge.into[1]) || leads_into(-n, near.body.into(h)) || (twin.valid() && leads_into(-n, near.body.into(twin)))) return;
+  if (dot(n, edge.into[0]) > most || dot(n, edge.into[1]) > most || !near.body.off_faces(h, -n, most)) return;
   hand_out_shape(near.run, name, near.shape, foot, other + edge.radius * n, n, dot(d, n) - edge.radius, -1);
 }
 

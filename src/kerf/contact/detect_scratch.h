@@ -60,7 +60,7 @@ struct BodyView {
     return normalized(cross(normal(ContactSurface::face(h)), position(surface.to(h)) - position(surface.from(h))));
   }
   /// Is a direction (unit, from a point of edge h) off both faces of the edge, or nearly?
-  [[nodiscard]] bool off_faces(CollisionHalfEdge h, Vec3 direction) const;
+  [[nodiscard]] bool off_faces(CollisionHalfEdge h, Vec3 direction, double most = kOffFaces) const;
 };
 
 /// A point of a body with everything that moves along.

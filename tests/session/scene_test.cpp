@@ -561,6 +561,33 @@ TEST(Scene, WrongTypesAndNumbersNameTheLine) {
   EXPECT_THAT(error_of("[body]\nmodel = \"a\"\nmodel = \"b\"\n"), HasSubstr("scene.toml:3:"));
 }
 
+TEST(Scene, ProblemsNameTheLineOfTheKey) {
+  const std::string body = "[body]\nmodel = \"sheet\"\n";
+  const auto at = [&](const std::string& text) { return error_of(body + text); };
+  EXPECT_EQ(at("[simulation]\ntime_step = 5.0\nduration = 2.0\n"), "scene.toml:4: time_step of [simulation] (5 s) is longer than its duration (2 s)");
+  EXPECT_THAT(at("[simulation]\nseed = 3\nduration = 1e-4\n"), HasSubstr("scene.toml:5: time_step of [simulation] (0.001 s)"));
+  EXPECT_EQ(at("[output]\npicture = true\npicture_at = 5\n"), "scene.toml:5: picture_at of [output] (5 s) is after the end of the run (1 s)");
+  EXPECT_EQ(at("[[load]]\npoint = [0, 0, 0]\nforce = [0, 0, 1]\nfrom = 1\nuntil = 0.5\n"),
+            "scene.toml:7: until of [[load]] must be later than from, but 0.5 is not later than 1");
+  EXPECT_THAT(at("[output.camera]\nzoom = 2\ndirection = [0, 0, 1]\n"), HasSubstr("scene.toml:5: up of [output.camera] must not be parallel to direction; give another up"));
+  EXPECT_THAT(at("[output.camera]\nzoom = 2\nup = [0, 0, 0]\n"), HasSubstr("scene.toml:5: up of [output.camera] must not be zero"));
+  EXPECT_THAT(at("[arthroscope]\nentry = [0, 0, 1]\ntarget = [0, 0, 1]\n"), HasSubstr("scene.toml:5: [arthroscope]"));
+  EXPECT_THAT(at("[[command]]\nat = 0\ntype = \"blade\"\nposes = [{ time = 0, base = [0, 0, 0], tip = [0, 0, 0] }, { time = 1, base = [0.1, 0, 0], tip = [0.1, 0, 0] }]\n"),
+              ::testing::AllOf(HasSubstr("scene.toml:6: the blade has zero length: base and tip of pose 1 are"), HasSubstr("scene.toml:6: the blade has zero length: base and tip of pose 2 are")));
+}
+
+TEST(Scene, PunchesSayWhichKeyIsWrong) {
+  const auto punch = [&](const std::string& text) { return error_of("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"punch\"\npoint = [0, 0, 0]\n" + text); };
+  EXPECT_EQ(punch(""), "scene.toml:5: a round punch needs a radius");
+  EXPECT_EQ(punch("radius = 0.1\naxis = [1, 0, 0]\n"),
+            "scene.toml:8: across of punch must have a part across the axis, but is by default [1, 0, 0]; give across = another direction, where the outline's x points");
+  EXPECT_THAT(punch("radius = 0.1\nacross = [0, 0, 2]\n"), HasSubstr("scene.toml:8: across of punch must have a part across the axis, but is [0, 0, 2]; give"));
+  EXPECT_EQ(punch("radius = 0.1\naxis = [0, 0, 0]\n"), "scene.toml:8: axis of punch must not be zero");
+  EXPECT_THAT(punch("radius = 0.1\npoints = [[0, 0], [1, 0], [0, 1]]\n"), HasSubstr("scene.toml:8: a round punch has no points"));
+  EXPECT_THAT(punch("shape = \"polygon\"\n"), HasSubstr("scene.toml:7: a polygon punch needs points"));
+  EXPECT_THAT(punch("shape = \"polygon\"\npoints = [[0, 0], [1, 0], [0, 1]]\nradius = 1\n"), HasSubstr("scene.toml:9: a polygon punch has no radius"));
+}
+
 TEST(Scene, AllProblemsAreListedInTheOrderOfTheLines) {
   const std::string message =
       error_of("[simulation]\nduration = -1\n[body]\nmodel = 3\n[material]\nyoung = -1\n");

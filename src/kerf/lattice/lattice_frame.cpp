@@ -144,8 +144,8 @@ Status check_count(const LatticeIndex& count) {
   double cells = 1;
   for (const int n : count) cells *= n;
   if (cells > static_cast<double>(kMaxLatticeCells))
-    return bad_input(fmt::format("lattice: {} x {} x {} cells are too many; choose larger cells or fewer of them", count[0],
-                                 count[1], count[2]));
+    return bad_input(fmt::format("lattice: {} x {} x {} cells are too many, {} are the most; choose larger cells or fewer of them", count[0],
+                                 count[1], count[2], kMaxLatticeCells));
   return {};
 }
 

@@ -51,7 +51,7 @@ Result<Model> make_model(std::string_view name, const ModelOptions& options) {
     if (!std::isfinite(v)) return bad_input("rim radius, bend, bumps and noise must be finite numbers");
   if (options.bumps < 0 || options.noise < 0) return bad_input("bumps and noise are lengths in metres, 0 or more");
   if (options.rim_radius != 0 && name != "closed-sheet")
-    return bad_input("only model closed-sheet has a rim radius");
+    return bad_input(fmt::format("model {} has no rim radius, only closed-sheet has", name));
   Result<Model> model = make_plain(name, options);
   if (!model) return model;
   // Waves as long as a third of the body: bumps, not folds, at any amplitude that makes sense.

@@ -25,6 +25,7 @@ struct SceneRegion {
   double radius = 0;  ///< sphere, > 0
   Vec3 point;         ///< half-space: a point of its border plane
   Vec3 normal;        ///< half-space: points into the region; any length > 0
+  int line = 0;       ///< in the scene file, for messages; 0 when there is none
 
   /// Is p inside or on the border?
   [[nodiscard]] bool contains(Vec3 p) const {
@@ -68,6 +69,7 @@ struct SceneBody {
   int collision_triangles = 0;      ///< wanted of a collision mesh that is made from `visual` alone; 0: as many as it needs
   Vec3 position, rotation;          ///< as in ScenePose; coordinates at rest are those after placing
   SceneBodyMaterial material;       ///< of this body
+  int line = 0;                     ///< in the scene file: of the model's options, or else of model, visual or bound
 };
 
 /// A region whose material differs; what is not given stays as in [material]. Later regions win.
@@ -110,6 +112,7 @@ struct SceneLattice {
   std::optional<std::array<Vec3, 3>> axes;  ///< orthonormal, right-handed
   std::optional<int> layers;                ///< cells across the thickness
   SceneFormulation formulation = SceneFormulation::kIncompatible;
+  int line = 0;                             ///< in the scene file: of cells, cell_size or layers
 };
 
 /// How cuts are made (CutOptions of cutting/cut_options.h). Tolerances are fractions of the mean edge length
@@ -153,6 +156,7 @@ struct SceneLoad {
   Vec3 force;                   ///< newtons, all of it, in world directions
   double from = 0;              ///< s: when it sets in
   std::optional<double> until;  ///< s: when it ends; never when absent
+  int line = 0;                 ///< in the scene file: of `point`
 };
 
 // --- Contact

@@ -11,6 +11,7 @@
 #include "kerf/session/rigid_motion.h"
 #include "kerf/session/scene_body.h"
 #include "kerf/session/scene_lattice.h"
+#include "kerf/session/scene_place.h"
 
 namespace kerf {
 namespace {
@@ -19,11 +20,7 @@ constexpr double kInside = 1e-9;    // of a cell: where a body that fits exactly
 constexpr double kFarthestCells = 1e6;   // least cells: farther from the origin, doubles don't resolve where things are in a cell
 constexpr double kMuchFiner = 2.5;  // cells along an axis where a body alone would have one
 
-std::string body_name(const SceneBody& body, std::size_t number) {
-  if (!body.name.empty()) return body.name;
-  const std::string& what = !body.model.empty() ? body.model : !body.visual.empty() ? body.visual : body.bound;
-  return fmt::format("body {} ({})", number + 1, what);
-}
+const SceneBody& body_at(const Scene& scene, std::size_t number) { return number == 0 ? scene.body : scene.more_bodies[number - 1]; }
 
 /// Does the scene say where the lattice lies, or how large its cells are, along the scene's own axes?
 bool lattice_is_given(const SceneLattice& wanted) { return wanted.cells || wanted.cell_size || wanted.origin || wanted.axes; }
@@ -93,15 +90,16 @@ Result<SceneBodies> gather_bodies(const Scene& scene, const Progress& progress) 
   std::vector<LatticeFrame> frames;
   std::vector<std::string> names;
   for (std::size_t i = 0; i <= scene.more_bodies.size(); ++i) {
-    const SceneBody& body = i == 0 ? scene.body : scene.more_bodies[i - 1];
-    names.push_back(body_name(body, i));
+    const SceneBody& body = body_at(scene, i);
+    names.push_back(body_name(scene, i));
     auto loaded = load_scene_body(body, progress);
-    if (!loaded) return loaded.error();
+    // What is wrong with a file is said with its name; models have none.
+    if (!loaded) return body.model.empty() ? loaded.error() : at_line(scene, body.line, loaded.error());
     for (std::string& note : loaded->notes) out.notes.push_back(std::move(note));
     CellComplex& complex = loaded->bound.complex;
     if (!lattice_is_given(scene.lattice)) {
       auto frame = scene_lattice(scene.lattice, loaded->lattice, complex.collision);
-      if (!frame) return frame.error();
+      if (!frame) return at_line(scene, scene.lattice.line, frame.error());
       frames.push_back(placed(*frame, place_of(body.position, body.rotation)));
     }
     if (body.position != Vec3{} || body.rotation != Vec3{})
@@ -126,7 +124,7 @@ Result<SceneBodies> gather_bodies(const Scene& scene, const Progress& progress) 
 
   if (frames.empty()) {
     auto frame = scene_lattice(scene.lattice, {}, out.complex.collision);
-    if (!frame) return frame.error();
+    if (!frame) return at_line(scene, scene.lattice.line, frame.error());
     out.frame = *frame;
     return out;
   }
@@ -135,7 +133,7 @@ Result<SceneBodies> gather_bodies(const Scene& scene, const Progress& progress) 
     return out;
   }
   auto frame = joined_frame(frames, out.complex.collision);
-  if (!frame) return frame.error();
+  if (!frame) return at_line(scene, scene.lattice.line, frame.error());
   out.frame = *frame;
   for (std::size_t i = 0; i < frames.size(); ++i)
     for (int k = 0; k < 3; ++k) {
@@ -151,6 +149,13 @@ Result<SceneBodies> gather_bodies(const Scene& scene, const Progress& progress) 
 }
 
 }  // namespace
+
+std::string body_name(const Scene& scene, std::size_t number) {
+  const SceneBody& body = body_at(scene, number);
+  if (!body.name.empty()) return body.name;
+  const std::string& what = !body.model.empty() ? body.model : !body.visual.empty() ? body.visual : body.bound;
+  return fmt::format("body {} ({})", number + 1, what);
+}
 
 Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progress) {
   auto bodies = gather_bodies(scene, progress);

@@ -19,6 +19,9 @@ struct SceneBodies {
   std::vector<std::string> notes;            ///< repairs and warnings, one sentence each
 };
 
+/// How messages call the body of this number, from 0: by its name, or "body 2 (steak)".
+std::string body_name(const Scene& scene, std::size_t number);
+
 /// Bad input: what load_scene_body and scene_lattice refuse; closed bodies beside open sheets.
 ///
 /// The lattice of one body is the one that it would have at the origin, moved along. Several share one: that of the first

@@ -144,7 +144,11 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     }
   }
   Result<BoundBody> bound = bind(visual, collision, options);
-  if (!bound.ok()) return named(bound.error(), name);
+  if (!bound.ok()) {
+    Error error = named(bound.error(), name);
+    if (body.options.noise > 0) error.message += fmt::format("; noise of {} m moves the visual mesh that far, give less", body.options.noise);
+    return error;
+  }
   out.bound = std::move(*bound);
   add_notes(out.notes, name, out.bound.report.warnings);
   return out;

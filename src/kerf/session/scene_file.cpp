@@ -68,6 +68,13 @@ int line_of(const toml::key& key) {
   return static_cast<int>(key.source().begin.line);
 }
 
+/// Where to look for what is wrong with the first of these keys that is there; the table's line without any.
+int line_of(const toml::table& table, std::initializer_list<std::string_view> keys) {
+  for (const std::string_view key : keys)
+    if (const toml::node* node = table.get(key)) return line_of(*node);
+  return std::max(1, line_of(static_cast<const toml::node&>(table)));
+}
+
 template <class T>
 void add_names(std::vector<std::string_view>& out, std::span<const SceneKey<T>> keys) {
   for (const SceneKey<T>& key : keys) out.push_back(key.name);
@@ -101,7 +108,7 @@ class SceneReader {
     if (const toml::table* t = table_at(root, "arthroscope")) {
       SceneArthroscope& scope = scene.arthroscope.emplace();
       read_plain(*t, "[arthroscope]", scene_keys<SceneArthroscope>(), scope);
-      if (scope.entry == scope.target && problems_.empty()) problem(line_of(*t), "[arthroscope]: entry and target are the same point");
+      if (scope.entry == scope.target && problems_.empty()) problem(line_of(*t, {"target"}), "[arthroscope]: entry and target are the same point");
     }
     for (const toml::table* t : tables_at(root, "fix")) {
       SceneFix& fix = scene.fixes.emplace_back();
@@ -123,7 +130,7 @@ class SceneReader {
     if (problems_.empty()) {  // these look across tables, and would only repeat other problems
       check_grasps(scene);
       check_tools(scene);
-      check_times(scene);
+      check_times(root, scene);
     }
     if (!problems_.empty()) return bad_input(message());
     scene.files = std::move(files_);
@@ -451,6 +458,7 @@ class SceneReader {
   }
 
   void read_region(const toml::table& table, std::string_view where, SceneRegion& out) {
+    out.line = line_of(table, {"box", "sphere", "half_space"});
     int found = 0;
     if (const toml::node* node = table.get("box")) {
       ++found;
@@ -470,12 +478,12 @@ class SceneReader {
       ++found;
       out.shape = SceneRegion::Shape::kHalfSpace;
       if (read_shape(*node, label(where, "half_space"), scene_half_space_keys(), out)) {
-        check_direction(*node, fmt::format("normal of half_space of {}", where), out.normal);
+        check_direction(*node->as_table(), "normal", label(where, "half_space"), out.normal);
       }
     }
     if (found != 1) {
       problem(
-          line_of(table),
+          out.line,
           fmt::format(
               "{} needs exactly one region: box = {{ min = [x, y, z], max = [x, y, z] }}, sphere = {{ center "
               "= [x, y, z], radius = r }} or half_space = {{ point = [x, y, z], normal = [x, y, z] }}",
@@ -493,8 +501,8 @@ class SceneReader {
     read_plain(*table, where, keys, out);
     return problems_.size() == before;
   }
-  void check_direction(const toml::node& node, std::string_view what, Vec3 v) {
-    if (!(norm(v) > 0)) problem(line_of(node), fmt::format("{} must not be zero", what));
+  void check_direction(const toml::table& table, std::string_view key, std::string_view where, Vec3 v) {
+    if (!(norm(v) > 0)) problem(line_of(table, {key}), fmt::format("{} must not be zero", label(where, key)));
   }
 
   /// [body], or [[body]] several times.
@@ -518,6 +526,7 @@ class SceneReader {
       read_plain(*t, "[body.material]", scene_keys<SceneBodyMaterial>(), out.material);
     const bool model = table.contains("model"), visual = table.contains("visual"),
                bound = table.contains("bound");
+    out.line = line_of(table, {"options", "model", "visual", "bound"});
     if (model + visual + bound != 1) {
       problem(
           line_of(table),
@@ -563,6 +572,7 @@ class SceneReader {
     read_plain(table, "[lattice]", scene_keys<SceneLattice>(), out);
     const bool cells = table.contains("cells"), size = table.contains("cell_size"),
                origin = table.contains("origin");
+    out.line = line_of(table, {"cells", "cell_size", "layers"});
     if (cells && size && !origin)
       problem(line_of(*table.get("cell_size")), "[lattice] takes cells or cell_size; both only with origin");
     if (origin && !(cells && size))
@@ -587,8 +597,9 @@ class SceneReader {
 
   void read_load(const toml::table& table, SceneLoad& out) {
     read_plain(table, "[[load]]", scene_keys<SceneLoad>(), out);
+    out.line = line_of(table, {"point"});
     if (out.until && *out.until <= out.from)
-      problem(line_of(table), "until of [[load]] must be later than from");
+      problem(line_of(table, {"until"}), fmt::format("until of [[load]] must be later than from, but {} is not later than {}", *out.until, out.from));
   }
 
   // --- Obstacles and tools
@@ -646,7 +657,7 @@ class SceneReader {
     }
     check("mesh", {"mesh", "model", "scale"}, {});
     if (table.contains("mesh") == table.contains("model"))
-      return problem(out.line, "[[obstacle]] of shape mesh needs either mesh = \"file.obj\" or model = \"ball\"");
+      return problem(line_of(table, {"model", "shape"}), "[[obstacle]] of shape mesh needs either mesh = \"file.obj\" or model = \"ball\"");
     if (out.model.empty()) return;
     std::vector<std::string_view> known;
     for (const RigidModelName& m : rigid_model_names()) known.push_back(m.name);
@@ -715,10 +726,11 @@ class SceneReader {
     if (!t) return;
     SceneCamera& camera = scene.output.camera;
     read_plain(*t, "[output.camera]", scene_keys<SceneCamera>(), camera);
-    check_direction(*t, "direction of [output.camera]", camera.direction);
-    check_direction(*t, "up of [output.camera]", camera.up);
-    if (norm(cross(normalized(camera.direction), normalized(camera.up))) < 1e-6 && norm(camera.up) > 0) {
-      problem(line_of(*t), "up of [output.camera] must not be parallel to direction");
+    check_direction(*t, "direction", "[output.camera]", camera.direction);
+    check_direction(*t, "up", "[output.camera]", camera.up);
+    if (norm(camera.direction) > 0 && norm(camera.up) > 0 && norm(cross(normalized(camera.direction), normalized(camera.up))) < 1e-6) {
+      problem(line_of(*t, {"up", "direction"}), fmt::format("up of [output.camera] must not be parallel to direction{}",
+                                                            t->contains("up") ? "" : "; give another up, by default it is [0, 0, 1]"));
     }
   }
 
@@ -754,7 +766,7 @@ class SceneReader {
         break;
       case 2:
         command.what = read_one_command<SceneMove>(table, where);
-        if (table.contains("by") == table.contains("to")) problem(command.line, "move needs either by or to");
+        if (table.contains("by") == table.contains("to")) problem(line_of(table, {"to", "by"}), "move needs either by or to");
         break;
       case 3:
         command.what = read_one_command<SceneRelease>(table, where);
@@ -798,7 +810,7 @@ class SceneReader {
       case 13: {
         SceneRemove remove = read_one_command<SceneRemove>(table, where);
         const bool region = table.contains("box") || table.contains("sphere") || table.contains("half_space");
-        if (region == table.contains("grasp")) problem(command.line, "remove needs either a grasp or one region: box, sphere or half_space");
+        if (region == table.contains("grasp")) problem(line_of(table, {"grasp"}), "remove needs either a grasp or one region: box, sphere or half_space");
         else if (region) read_region(table, where, remove.region);
         command.what = std::move(remove);
         break;
@@ -826,13 +838,15 @@ class SceneReader {
 
   void read_poses(const toml::table& table, std::vector<SceneBladePose>& out, std::string_view tool) {
     const toml::node& node = *table.get("poses");
+    int number = 0;
     for (const toml::table* t : tables_at(table, "poses")) {
       const std::size_t before = problems_.size();
+      ++number;
       SceneBladePose pose;
       read_plain(*t, "a pose", scene_keys<SceneBladePose>(), pose);
       if (problems_.size() > before) continue;
       if (!(norm(pose.tip - pose.base) > 0)) {
-        problem(line_of(*t), fmt::format("the {} has zero length: base and tip of this pose are the same point", tool));
+        problem(line_of(*t), fmt::format("the {} has zero length: base and tip of pose {} are the same point", tool, number));
       }
       if (!out.empty() && pose.time <= out.back().time) {
         problem(line_of(*t), fmt::format("times of poses must increase, but {} follows {}", pose.time, out.back().time));
@@ -846,13 +860,19 @@ class SceneReader {
   }
 
   void read_punch(const toml::table& table, ScenePunch& out) {
-    const int line = line_of(table);
     const bool polygon = out.shape == ScenePunchShape::kPolygon;
-    if (polygon != table.contains("points") || polygon == table.contains("radius"))
-      problem(line, polygon ? "a polygon punch needs points, and no radius" : "a round punch needs a radius, and no points");
-    check_direction(table, "axis of punch", out.axis);
-    if (norm(out.axis) > 0 && !(norm(cross(normalized(out.axis), out.across)) > 1e-9 * norm(out.across)))
-      problem(line, "across of punch must have a part across the axis");
+    if (!table.contains(polygon ? "points" : "radius"))
+      problem(line_of(table, {"shape", "type"}), polygon ? "a polygon punch needs points" : "a round punch needs a radius");
+    if (table.contains(polygon ? "radius" : "points"))
+      problem(line_of(table, {polygon ? "radius" : "points"}), polygon ? "a polygon punch has no radius, its points say how large it is"
+                                                                       : "a round punch has no points; with them give shape = \"polygon\"");
+    check_direction(table, "axis", "punch", out.axis);
+    if (norm(out.axis) > 0 && !(norm(cross(normalized(out.axis), out.across)) > 1e-9 * norm(out.across))) {
+      const Vec3 a = out.across;
+      problem(line_of(table, {"across", "axis"}),
+              fmt::format("across of punch must have a part across the axis, but {} [{}, {}, {}]; give across = another direction, where the outline's x points",
+                          table.contains("across") ? "is" : "is by default", a.x, a.y, a.z));
+    }
     const toml::node* node = table.get("points");
     if (!node) return;
     const toml::array* list = node->as_array();
@@ -911,7 +931,7 @@ class SceneReader {
     }
   }
 
-  void check_times(const Scene& scene) {
+  void check_times(const toml::table& root, const Scene& scene) {
     const double end = scene.simulation.duration * (1 + kTimeTolerance) + kTimeTolerance;
     for (const SceneCommand& c : scene.commands) {
       double last = c.at;
@@ -930,13 +950,18 @@ class SceneReader {
       }
     }
     if (scene.simulation.time_step > scene.simulation.duration && scene.simulation.duration > 0) {
-      problem(1, fmt::format("time_step of [simulation] ({} s) is longer than its duration ({} s)",
+      problem(line_in(root, "simulation", {"time_step", "duration"}), fmt::format("time_step of [simulation] ({} s) is longer than its duration ({} s)",
                              scene.simulation.time_step, scene.simulation.duration));
     }
     if (scene.output.picture_at && *scene.output.picture_at > end) {
-      problem(1, fmt::format("picture_at of [output] ({} s) is after the end of the run ({} s)",
+      problem(line_in(root, "output", {"picture_at"}), fmt::format("picture_at of [output] ({} s) is after the end of the run ({} s)",
                              *scene.output.picture_at, scene.simulation.duration));
     }
+  }
+
+  static int line_in(const toml::table& root, std::string_view table, std::initializer_list<std::string_view> keys) {
+    const toml::node* node = root.get(table);
+    return node && node->is_table() ? line_of(*node->as_table(), keys) : 1;
   }
 
   struct Problem {

@@ -10,6 +10,7 @@
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/rigid_models.h"
 #include "kerf/mesh/surface_check.h"
+#include "kerf/session/scene_place.h"
 
 namespace kerf {
 namespace {
@@ -78,12 +79,6 @@ Result<ShapePart> obstacle_part(const SceneObstacle& obstacle, std::vector<std::
   auto mesh = prepare(std::move(*made), obstacle.model, notes);
   if (!mesh.ok()) return mesh.error();
   return mesh_part(std::move(*mesh));
-}
-
-/// Puts the place in the scene before a message.
-Error at_line(const Scene& scene, int line, Error error) {
-  if (line > 0) error.message = fmt::format("{}:{}: {}", scene.file.empty() ? scene.name : scene.file, line, error.message);
-  return error;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "kerf/embedding/embedding_validate.h"
 #include "kerf/lattice/lattice_validate.h"
 #include "kerf/session/scene_bodies.h"
+#include "kerf/session/scene_place.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
@@ -21,8 +22,6 @@ constexpr std::size_t kParallelNodes = 2000;
 /// Items per journaled array that a session has room for before it must allocate.
 constexpr std::size_t kLeastReserve = 1024, kMostReserve = 32768;
 
-const std::string& source(const Scene& scene) { return scene.file.empty() ? scene.name : scene.file; }
-
 /// Strokes share one provisional tip and one journal, so they follow each other.
 Status check_commands(const Scene& scene) {
   double end = -1;
@@ -31,11 +30,10 @@ Status check_commands(const Scene& scene) {
     const auto* blade = std::get_if<SceneBlade>(&c.what);
     if (!blade) continue;
     if (blade->poses.empty())
-      return bad_input(fmt::format("{}:{}: this blade has no poses; give it two or more to sweep between", source(scene), c.line));
+      return bad_input(scene_place(scene, c.line) + "this blade has no poses; give it two or more to sweep between");
     if (c.at < end)
-      return bad_input(fmt::format("{}:{}: this blade starts at {} s, before the one of line {} has ended ({} s); one blade "
-                                   "cuts at a time",
-                                   source(scene), c.line, c.at, line, end));
+      return bad_input(fmt::format("{}this blade starts at {} s, before the one {}has ended ({} s); one blade cuts at a time",
+                                   scene_place(scene, c.line), c.at, line > 0 ? fmt::format("of line {} ", line) : "", end));
     end = c.at + blade->poses.back().time;
     line = c.line;
   }
@@ -120,7 +118,7 @@ Status Session::Impl::prepare(const Progress& progress) {
     tissue_at_start = tissue_volume(state.body.complex, *scene.lesion);
     pieces_at_start = collision_pieces(state.body.complex).count;
     if (!(tissue_at_start.lesion > 0))
-      return bad_input(fmt::format("{}: [lesion] marks nothing of the body (rest coordinates, metres); move it onto the body", source(scene)));
+      return at_line(scene, scene.lesion->line, bad_input("[lesion] marks nothing of the body (rest coordinates, metres); move it onto the body"));
   }
   const LatticeFrame& frame = state.body.hex.frame;
   size = norm(Vec3{frame.cell.x * frame.count[0], frame.cell.y * frame.count[1], frame.cell.z * frame.count[2]});
@@ -150,7 +148,7 @@ Status Session::Impl::prepare(const Progress& progress) {
   }
   KERF_TRY(prepare_contact(scene, state.body, notes, contact));
   for (std::size_t i = 0; i < scene.fixes.size(); ++i)
-    KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}: [[fix]] number {}", source(scene), i + 1)));
+    KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}[[fix]] number {}", scene_place(scene, scene.fixes[i].region.line), i + 1)));
   KERF_TRY(renew_springs());
   renew_loads();
   // Page faults of memory touched for the first time cost more than a cut does.

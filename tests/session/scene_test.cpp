@@ -672,6 +672,9 @@ TEST_F(SceneFolder, MissingFilesAreNamedWithThePlace) {
                         (folder_ / "gone.obj").string() + "); --meshes"));
   write("body.toml", "[body]\nbound = \"meshes\"\n");
   EXPECT_THAT(read_scene(folder_ / "body.toml").error().message, HasSubstr("is not a file"));
+  write("body.toml", "[body]\nbound = \"meshes/skin.obj\"\nthickness = 0.1\nexact_paths = true\n");
+  EXPECT_THAT(read_scene(folder_ / "body.toml").error().message,
+              ::testing::AllOf(HasSubstr("body.toml:3: thickness of [body] does not go with bound"), HasSubstr("body.toml:4: exact_paths of [body] does not go with bound")));
   write("body.toml", "[body]\nvisual = \"meshes/skin.obj\"\n");  // the collision mesh is made
   EXPECT_TRUE(read_scene(folder_ / "body.toml").ok());
 }

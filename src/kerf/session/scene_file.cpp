@@ -540,6 +540,9 @@ class SceneReader {
       problem(line_of(*table.get("scale")),
               "scale of [body] goes with visual: models and bound bodies are in metres");
     }
+    for (const std::string_view key : {"thickness", "exact_paths"})
+      if (bound && table.contains(key))
+        problem(line_of(*table.get(key)), fmt::format("{} of [body] does not go with bound: a bound body has been through all that", key));
     if (model && !out.model.empty()) check_model(*table.get("model"));
     const toml::node* options = table.get("options");
     if (!options) return;

@@ -66,6 +66,13 @@ std::vector<std::string> remarks(const Midsurface& m) {
   return out;
 }
 
+/// A closed surface says itself how thick it is.
+void note_unused_thickness(const SceneBody& body, const CellComplex& complex, const std::string& name, std::vector<std::string>& notes) {
+  if (body.thickness && complex.closed)
+    notes.push_back(fmt::format("{}: the thickness of {} m that was given is not used: the {} is closed and says itself how thick it is", name,
+                                *body.thickness, body.model.empty() ? "surface" : "model"));
+}
+
 Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& visual, const BindOptions& options,
                                      std::vector<std::string>& notes, std::optional<Midsurface>* made) {
   Result<AutomaticBody> automatic = make_automatic_body(
@@ -132,6 +139,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
         if (!bound.ok()) return named(bound.error(), body.visual);
         out.bound = std::move(*bound);
         add_notes(out.notes, body.visual, out.bound.report.warnings);
+        note_unused_thickness(body, out.bound.complex, body.visual, out.notes);
         return out;
       }
       collision = visual;  // an open sheet may be its own
@@ -151,6 +159,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
   }
   out.bound = std::move(*bound);
   add_notes(out.notes, name, out.bound.report.warnings);
+  note_unused_thickness(body, out.bound.complex, name, out.notes);
   return out;
 }
 

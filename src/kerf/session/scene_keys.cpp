@@ -87,11 +87,11 @@ std::span<const SceneKey<SceneBody>> scene_keys<SceneBody>() {
       {"scale", &T::scale, "m per unit", kPositive, false,
        "Metres per unit of the files visual and collision: 0.001 for millimetres."},
       {"thickness", &T::thickness, "m", kPositive, false,
-       "Thickness of the solid. An open visual mesh needs it (models bring their own); a closed one ignores "
-       "it."},
+       "Thickness of the solid. An open visual mesh needs it (models bring their own); with a closed one it is not used, and "
+       "a note says so; a bound body has its own."},
       {"exact_paths", &T::exact_paths, "", kAny, false,
        "Exact geodesics when the meshes are bound; the default straightens locally, which is faster and "
-       "nearly as short."},
+       "nearly as short. Does not go with bound."},
       {"position", &T::position, "m", kPlace, false,
        "Where the origin of the body's own coordinates goes; all other rest coordinates of the scene are those "
        "after placing."},
@@ -156,7 +156,8 @@ std::span<const SceneKey<SceneMaterial>> scene_keys<SceneMaterial>() {
       {"damping_stiffness", &T::damping_stiffness, "s", kNotNegative, false,
        "Rayleigh damping of deformation."},
       {"region", SceneNested{"list of tables"}, "", kAny, false,
-       "Regions of another material; later ones win."},
+       "Regions of another material; later ones win. A cell is of one material, that of its middle; a region without the middle of a "
+       "cell is noted."},
   };
   return keys;
 }
@@ -284,7 +285,7 @@ std::span<const SceneKey<SceneLoad>> scene_keys<SceneLoad>() {
   using T = SceneLoad;
   static const SceneKey<T> keys[] = {
       {"point", &T::point, "m", kPlace, true,
-       "Where the force acts, in rest coordinates; the closest surface point counts."},
+       "Where the force acts, in rest coordinates; the closest surface point counts, and one that is far away is noted."},
       {"radius", &T::radius, "m", kNotNegative, false,
        "The force is spread over the surface this far around the point."},
       {"force", &T::force, "N", kForce, true, "The whole force, in world directions."},
@@ -317,7 +318,7 @@ std::span<const SceneKey<SceneContact>> scene_keys<SceneContact>() {
   static const SceneKey<T> keys[] = {
       {"enabled", &T::enabled, "", kAny, false,
        "Whether things touch. Default: true when the scene has a [contact], obstacles, tools or several bodies; "
-       "otherwise everything passes through everything."},
+       "otherwise everything passes through everything. False in a scene with obstacles or tools is noted."},
       {"self", &T::self, "", kAny, false,
        "Whether bodies touch themselves, the two lips of a cut included, and each other."},
       {"friction",
@@ -449,7 +450,7 @@ std::span<const SceneKey<SceneToolMotion>> scene_keys<SceneToolMotion>() {
   static const SceneKey<T> keys[] = {
       {"id", &T::id, "", kAny, true, "The tool that moves."},
       {"poses", SceneNested{"list of tables"}, "", kAny, true,
-       "Where its pose goes: straight and even from where it is now."},
+       "Where its pose goes: straight and even from where it is now. A later command breaks off one that still leads the tool, and a note says so."},
   };
   return keys;
 }
@@ -559,9 +560,9 @@ std::span<const SceneKey<ScenePunch>> scene_keys<ScenePunch>() {
   static const SceneKey<T> keys[] = {
       {"shape", choice<T, &T::shape>(kPunchWords), "", kAny, false,
        "Outline. d: half a disc, its flat side through the point and along the axis times across, its round side towards across."},
-      {"point", &T::point, "m", kPlace, true, "Middle of the circle or of the D's flat side; where (0, 0) of a polygon is."},
+      {"point", &T::point, "m", kPlace, true, "Middle of the circle or of the D's flat side; where (0, 0) of a polygon is. A punch that cuts nothing is noted."},
       {"axis", &T::axis, "", kAny, false, "Along which it is pressed; any length."},
-      {"across", &T::across, "", kAny, false, "Where the outline's x points; its part along the axis does not count."},
+      {"across", &T::across, "", kAny, false, "Where the outline's x points; its part along the axis does not count, and it must have another: give it with an axis along x."},
       {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the punch."},
       {"radius", &T::radius, "m", kPositive, false, "Of a circle or a D, which need it."},
       {"points", SceneNested{"list of [x, y]"}, "m", kAny, false, "Corners of a polygon, which needs them; its sides must not cross."},
@@ -593,7 +594,7 @@ std::span<const SceneKey<SceneRemove>> scene_keys<SceneRemove>() {
       {"grasp", &T::grasp, "", kAny, false, "The piece that this grasp holds. Give it or one region."},
       {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the region."},
       {"box", SceneNested{"table"}, "", kAny, false,
-       "Every piece that reaches into this box, but the heaviest piece and those that [[fix]] holds."},
+       "Every piece that reaches into this box, but the heaviest piece and those that [[fix]] holds. Taking nothing, or all that there was of a body, is noted."},
       {"sphere", SceneNested{"table"}, "", kAny, false, "The same with a ball."},
       {"half_space", SceneNested{"table"}, "", kAny, false, "The same with one side of a plane."},
   };
@@ -605,7 +606,7 @@ std::span<const SceneKey<SceneGrasp>> scene_keys<SceneGrasp>() {
   using T = SceneGrasp;
   static const SceneKey<T> keys[] = {
       {"id", &T::id, "", kAny, true, "A name for move and release."},
-      {"point", &T::point, "m", kPlace, true, "What is taken hold of: the closest surface point."},
+      {"point", &T::point, "m", kPlace, true, "What is taken hold of: the closest surface point; one that is far away is noted."},
       {"frame", choice<T, &T::frame>(kFrameWords), "", kAny, false, "Coordinates of the point."},
       {"radius", &T::radius, "m", kNotNegative, false, "Everything this near to the point is held too."},
       {"stiffness", &T::stiffness, "N/m", kPositive, false,

@@ -151,6 +151,7 @@ Status Session::Impl::prepare(const Progress& progress) {
     KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}[[fix]] number {}", scene_place(scene, scene.fixes[i].region.line), i + 1)));
   KERF_TRY(renew_springs());
   renew_loads();
+  note_idle_parts();
   // Page faults of memory touched for the first time cost more than a cut does.
   state.body.for_each_array([](auto& a) {
     const std::size_t extra = std::clamp(a.size(), kLeastReserve, kMostReserve);

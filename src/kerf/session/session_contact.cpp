@@ -203,11 +203,10 @@ Result<StepReport> Session::Impl::advance_mechanics(double dt) {
 
 void Session::Impl::warn_of_overlap() {
   if (!contact.on || contact.seen.deep == 0) return;
-  const std::string note = fmt::format(
+  add_note(fmt::format(
       "things start inside each other: {} contacts deeper than a fifth of the half thickness, the deepest {:.2g} of it; they are "
       "pushed apart at up to {} m/s (push_speed of [contact]), and what is free keeps that speed and flies off with it: place things apart, or lower push_speed",
-      contact.seen.deep, contact.seen.deepest, scene.contact.push_speed);
-  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+      contact.seen.deep, contact.seen.deepest, scene.contact.push_speed));
 }
 
 void Session::Impl::contact_follows(std::span<const CollisionTriangle> changed) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/session/scene_place.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
@@ -15,7 +16,8 @@ constexpr double kGraspStiffness = 2;
 
 double least_cell_edge(const HexMesh& hex) { return std::min({hex.frame.cell.x, hex.frame.cell.y, hex.frame.cell.z}); }
 
-/// Vertices within radius of the point, at least the closest one.
+}  // namespace
+
 std::vector<CollisionVertex> vertices_near(const std::vector<Vec3>& positions, Vec3 point, double radius) {
   std::vector<CollisionVertex> near;
   std::size_t closest = 0;
@@ -27,11 +29,8 @@ std::vector<CollisionVertex> vertices_near(const std::vector<Vec3>& positions, V
   return near;
 }
 
-}  // namespace
-
 Status Session::Impl::apply(const SceneCommand& command) {
-  const std::string place =
-      command.line > 0 ? fmt::format("{}:{}: ", scene.file.empty() ? scene.name : scene.file, command.line) : std::string();
+  const std::string place = scene_place(scene, command.line);
   struct Visitor {
     Impl& s;
     const std::string& place;
@@ -43,10 +42,10 @@ Status Session::Impl::apply(const SceneCommand& command) {
       s.state.stroke->command_began = s.state.time;
       return {};
     }
-    Status operator()(const ScenePunch& p) { return s.punch(p); }
+    Status operator()(const ScenePunch& p) { return s.punch(p, place); }
     Status operator()(const SceneShave& shave) { return s.begin_shave(shave); }
-    Status operator()(const SceneRemove& r) { return s.remove(r); }
-    Status operator()(const SceneGrasp& g) { return s.grasp(g); }
+    Status operator()(const SceneRemove& r) { return s.remove(r, place); }
+    Status operator()(const SceneGrasp& g) { return s.grasp(g, place); }
     Status operator()(const SceneMove& m) { return s.move(m); }
     Status operator()(const SceneRelease& r) { return s.release(r); }
     Status operator()(const SceneFixCommand& f) { return s.fix(f.region, "the fix command"); }
@@ -60,7 +59,7 @@ Status Session::Impl::apply(const SceneCommand& command) {
       KERF_TRY(s.finish_command_stroke());
       for (int i = 0; i < count; ++i) {
         if ((back ? s.state.undo : s.state.redo).empty()) {
-          s.notes.push_back(fmt::format("{}there was no stroke left to {}", place, back ? "undo" : "redo"));
+          s.add_note(fmt::format("{}there was no stroke left to {}", place, back ? "undo" : "redo"));
           return {};
         }
         KERF_TRY(back ? s.undo() : s.redo());
@@ -73,14 +72,14 @@ Status Session::Impl::apply(const SceneCommand& command) {
   return done;
 }
 
-Status Session::Impl::grasp(const SceneGrasp& what) {
+Status Session::Impl::grasp(const SceneGrasp& what, const std::string& place) {
   if (!is_finite(what.point) || !(what.radius >= 0) || (what.stiffness && !(*what.stiffness > 0 && std::isfinite(*what.stiffness))))
     return bad_input(fmt::format("grasp '{}': point, radius (>= 0) and stiffness (> 0) must be finite numbers", what.id));
   const std::vector<Vec3>& now = deformed_collision();
-  return hold(what.id,
-              vertices_near(what.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : now, what.point,
-                            what.radius),
-              what.stiffness);
+  const std::vector<Vec3>& positions = what.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : now;
+  std::vector<CollisionVertex> points = vertices_near(positions, what.point, what.radius);
+  note_far_point(fmt::format("{}grasp '{}' takes hold", place, what.id), positions, points, what.point, what.radius, what.frame);
+  return hold(what.id, std::move(points), what.stiffness);
 }
 
 Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> points, std::optional<double> stiffness) {

@@ -114,6 +114,9 @@ class SessionSnapshot {
   SessionState state;
 };
 
+/// Vertices within `radius` of a point, at least the closest one.
+std::vector<CollisionVertex> vertices_near(const std::vector<Vec3>& positions, Vec3 point, double radius);
+
 struct Session::Impl {
   Scene scene;
   CutOptions cut_options;
@@ -167,6 +170,16 @@ struct Session::Impl {
 
   Status prepare(const Progress& progress);
 
+  // session_notes.cpp
+  /// Each note once: after a restore the same may happen again.
+  void add_note(std::string note);
+  /// Before the first step: what of the scene does nothing, or is broken off.
+  void note_idle_parts();
+  /// A grasp or a load whose point lies away from the body takes the nearest vertex: `points` of `positions`. `what`: who takes it.
+  void note_far_point(const std::string& what, const std::vector<Vec3>& positions, std::span<const CollisionVertex> points, Vec3 point, double radius, SceneFrame frame);
+  /// How a body is called in messages.
+  [[nodiscard]] std::string name_of_body(std::int32_t body) const;
+
   // session_stroke.cpp
   Status begin_stroke(SceneFrame frame, bool through);
   Status move_blade(const BladeEdge& edge);
@@ -187,7 +200,7 @@ struct Session::Impl {
   // session_remove.cpp
   Result<RemovalReport> take_away(const std::vector<std::uint8_t>& triangles);
   Result<RemovalReport> take_grasped(const std::string& id);
-  Status remove(const SceneRemove& what);
+  Status remove(const SceneRemove& what, const std::string& place);
   Result<RemovalReport> remove_in(const SceneRegion& region, SceneFrame frame);
   /// Body, measures, supports and grasps change places with those of a removal that is undone or done again.
   Status swap_removal(PieceRemoval& removal, bool back);
@@ -205,7 +218,7 @@ struct Session::Impl {
 
   // session_punch.cpp
   Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness);
-  Status punch(const ScenePunch& what);
+  Status punch(const ScenePunch& what, const std::string& place);
 
   /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.
   Status follow_complex(CutTimes& times);
@@ -225,8 +238,9 @@ struct Session::Impl {
   void rollback_to(const JournalMark& mark);
 
   // session_hold.cpp
+  /// `place` of the commands: where they stand in the scene file, for notes.
   Status apply(const SceneCommand& command);
-  Status grasp(const SceneGrasp& what);
+  Status grasp(const SceneGrasp& what, const std::string& place);
   Status hold(const std::string& id, std::vector<CollisionVertex> points, std::optional<double> stiffness);
   Status move(const SceneMove& what);
   Status release(const SceneRelease& what);

@@ -99,7 +99,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
   return report;
 }
 
-Status Session::Impl::punch(const ScenePunch& what) {
+Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
   Punch p;
   p.centre = what.point;
   p.axis = what.axis;
@@ -111,6 +111,11 @@ Status Session::Impl::punch(const ScenePunch& what) {
                                                      : what.points;
   const auto done = punch(p, what.frame, what.roughness);
   if (!done) return done.error();
+  if (!done->cut)
+    add_note(fmt::format("{}the punch cut nothing: its outline meets no material along its axis{} ({} coordinates, metres); move its point onto the body",
+                         place, what.reach ? " within its reach" : "", what.frame == SceneFrame::kRest ? "rest" : "world"));
+  else if (what.take && done->loose.empty())
+    add_note(fmt::format("{}the punch cut, but nothing came loose that could be taken away", place));
   if (!what.take || done->loose.empty()) return {};
   std::vector<std::uint8_t> triangles(state.body.complex.collision.face_count(), 0);
   for (const CollisionTriangle t : done->loose) triangles[t.index()] = 1;

@@ -14,6 +14,8 @@
 namespace kerf {
 namespace {
 
+constexpr double kNothingLeft = 1e-9;  // of a body's volume: rounding of sums over its cells
+
 void keep_embedding(Embedding& e, const ComplexRenaming& r, const LatticeRenaming& l) {
   keep_items(e.visual, r.visual_vertex, l.copy);
   keep_items(e.collision, r.collision_vertex, l.copy);
@@ -335,9 +337,20 @@ Result<RemovalReport> Session::Impl::take_grasped(const std::string& id) {
 }
 Result<RemovalReport> Session::remove_grasped(const std::string& id) { return impl_->take_grasped(id); }
 
-Status Session::Impl::remove(const SceneRemove& what) {
+Status Session::Impl::remove(const SceneRemove& what, const std::string& place) {
+  const std::vector<LatticeBody> before = state.body.hex.bodies;
   const auto done = what.grasp.empty() ? remove_in(what.region, what.frame) : take_grasped(what.grasp);
-  return done ? Status{} : Status(done.error());
+  if (!done) return done.error();
+  if (done->pieces == 0)
+    add_note(fmt::format("{}remove took nothing away: {}", place,
+                         counts().pieces == 1 ? "the body is in one piece, and only loose pieces can go"
+                                              : "no loose piece reaches there; the heaviest piece and those that [[fix]] holds stay"));
+  const std::vector<LatticeBody>& after = state.body.hex.bodies;
+  for (std::size_t i = 0; i < std::min(before.size(), after.size()); ++i)
+    if (before[i].volume > 0 && after[i].volume <= kNothingLeft * before[i].volume)
+      add_note(fmt::format("{}remove took all away that there was of {}; make its region smaller, or hold that body with [[fix]], if it should stay",
+                           place, name_of_body(static_cast<std::int32_t>(i))));
+  return {};
 }
 
 }  // namespace kerf

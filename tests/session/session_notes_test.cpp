@@ -105,5 +105,39 @@ TEST(SessionNotes, ACommandThatBreaksOffAnotherIsNoted) {
               ElementsAre(StartsWith("scene.toml:17: this command moves grasp 'g' from 0.4 s on, and breaks off the one of line 11")));
 }
 
+/// Two strips, one over the other, and an upright edge from z = -0.04 m, or `low`, to 0.06 m that goes through them in x = 0.
+std::string knife(double low) {
+  return "[[body]]\nmodel = \"strip\"\n[[body]]\nmodel = \"strip\"\nname = \"upper\"\nposition = [0, 0, 0.03]\n"
+         "[simulation]\ntime_step = 0.01\ngravity = [0, 0, 0]\n"
+         "[[fix]]\nhalf_space = { point = [0.09, 0, 0], normal = [1, 0, 0] }\n[[fix]]\nhalf_space = { point = [-0.09, 0, 0], normal = [-1, 0, 0] }\n"
+         "[[tool]]\nid = \"k\"\nkind = \"scalpel\"\nrotation = [0, 0, 1.5708]\ntip = " + std::to_string(0.06 - low) + "\nwidth = 0.006\nposition = [0, -0.02, " + std::to_string(low) + "]\n"
+         "[[command]]\nat = 0\ntype = \"tool\"\nid = \"k\"\nposes = [{ time = 0.2, position = [0, 0.02, " + std::to_string(low) + "] }]\n";
+}
+
+TEST(SessionNotes, WhatTheEdgeOfAToolGoesThroughIsNotedOnce) {
+  Session session = test::make(scene_of(knife(-0.04)));
+  ASSERT_TRUE(session.step(22).ok());
+  EXPECT_EQ(session.counts().pieces, 3) << "one of the two is cut";
+  EXPECT_THAT(session.notes(), ElementsAre(AllOf(StartsWith("while it cut "), HasSubstr("the edge of tool 'k' went through "))));
+}
+
+TEST(SessionNotes, AnEdgeThatReachesOneSheetOnlyIsNotNoted) {
+  Session session = test::make(scene_of(knife(0.015)));
+  ASSERT_TRUE(session.step(22).ok());
+  EXPECT_EQ(session.counts().pieces, 3);
+  EXPECT_THAT(session.notes(), IsEmpty());
+}
+
+std::string tube_cut(const char* more) {
+  return std::string("[body]\nmodel = \"tube\"\n[simulation]\ntime_step = 0.01\ngravity = [0, 0, 0]\n[[command]]\nat = 0\ntype = \"blade\"\nframe = \"rest\"\n") + more +
+         "poses = [{ time = 0, base = [0, -0.07, 0.1], tip = [0, -0.07, -0.1] }, { time = 0.1, base = [0, 0.07, 0.1], tip = [0, 0.07, -0.1] }]\n";
+}
+
+TEST(SessionNotes, ABladeThatGoesThroughTwoLayersSaysHowToCutBoth) {
+  EXPECT_THAT(notes_of(tube_cut(""), 12), ElementsAre(AllOf(StartsWith("scene.toml:6: while it cut body 1 (tube), the blade went through another layer of it"), HasSubstr("through = true"))));
+  EXPECT_THAT(notes_of(tube_cut("through = true\n"), 12), IsEmpty());
+  EXPECT_THAT(notes_of(tube_cut("tool = \"line\"\n"), 12), IsEmpty()) << "a line of sight goes on behind what it cuts";
+}
+
 }  // namespace
 }  // namespace kerf

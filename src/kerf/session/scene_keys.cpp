@@ -537,7 +537,7 @@ std::span<const SceneKey<SceneBlade>> scene_keys<SceneBlade>() {
        "Where the edge is when; it moves in straight lines between at least two poses."},
       {"through", &T::through, "", kAny, false,
        "Cut every layer that the edge meets instead of the first, counted from its base. Pressed on its length through a tube or a vault "
-       "the edge meets two: where it goes in and where it comes out."},
+       "the edge meets two: where it goes in and where it comes out. What it goes through without cutting is noted, but for a line."},
   };
   return keys;
 }

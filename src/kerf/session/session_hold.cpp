@@ -39,6 +39,7 @@ Status Session::Impl::apply(const SceneCommand& command) {
       KERF_TRY(s.begin_stroke(blade.frame, blade.through));
       s.state.stroke->from_command = true;
       s.state.stroke->command = blade;
+      s.state.stroke->place = place;
       s.state.stroke->command_began = s.state.time;
       return {};
     }

@@ -50,6 +50,7 @@ struct ActiveStroke {
   bool from_command = false; ///< poses come from `command`
   std::int32_t tool = -1;    ///< or from the edge of this tool of the scene
   SceneBlade command;
+  std::string place;         ///< of that command in the scene file, for messages
   double command_began = 0;
   std::size_t next_pose = 0;
 };
@@ -177,6 +178,8 @@ struct Session::Impl {
   void note_idle_parts();
   /// A grasp or a load whose point lies away from the body takes the nearest vertex: `points` of `positions`. `what`: who takes it.
   void note_far_point(const std::string& what, const std::vector<Vec3>& positions, std::span<const CollisionVertex> points, Vec3 point, double radius, SceneFrame frame);
+  /// The edge of the stroke's blade goes through material that the stroke does not cut.
+  void note_passed(const BladeEdge& edge);
   /// How a body is called in messages.
   [[nodiscard]] std::string name_of_body(std::int32_t body) const;
 

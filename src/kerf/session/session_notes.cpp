@@ -7,12 +7,15 @@
 #include "kerf/session/scene_bodies.h"
 #include "kerf/session/scene_place.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
 
 /// Mean collision edges that a point on the surface may lie away from the nearest collision vertex, beside the half thickness there.
 constexpr double kNearVertex = 2;
+/// Mean collision edges, beside the half thickness: what a blade goes through nearer to a front of its cut is the layer that it cuts.
+constexpr double kSameLayer = 1;
 /// Relative: sums of decimal fractions end a few bits late.
 constexpr double kTimeTolerance = 1e-9;
 
@@ -105,6 +108,53 @@ void Session::Impl::note_far_point(const std::string& what, const std::vector<Ve
   add_note(fmt::format("{} {:.3g} m away from its point: nothing of the body is there, and the nearest vertex is at ({:.4g}, {:.4g}, {:.4g}) ({} coordinates, "
                        "metres); move the point onto the body",
                        what, far, at.x, at.y, at.z, frame == SceneFrame::kRest ? "rest" : "world"));
+}
+
+void Session::Impl::note_passed(const BladeEdge& edge) {
+  const ActiveStroke& stroke = *state.stroke;
+  // A line of sight goes on behind what it should cut, and who leads a blade by hand sees what it does.
+  const bool command = stroke.from_command && stroke.command.tool != SceneTool::kLine;
+  if (stroke.blade.through || stroke.blade.fronts.empty() || (!command && stroke.tool < 0)) return;
+  const CollisionMesh& mesh = state.body.complex.collision;
+  const auto body_at = [&](CollisionTriangle f) { return state.body.hex.body_of(mesh.root[f]); };
+  const auto body_of = [&](CollisionVertex v) { return body_at(CollisionMesh::face(mesh.outgoing[v])); };
+  const auto place = [&](CollisionVertex v) { return sweep_positions[v.index()]; };
+  const std::int32_t own = body_of(stroke.blade.fronts[0]);
+
+  Box3 near;
+  near.add(edge.base);
+  near.add(edge.tip);
+  const RayFrame ray({edge.base, edge.tip - edge.base});
+  std::vector<std::uint8_t> passed(state.body.hex.bodies.size(), 0);
+  sweep_boxes.refresh(mesh, sweep_positions);
+  sweep_boxes.for_each([&](const Box3& box) { return boxes_meet(box, near); }, [&](CollisionTriangle f) {
+    std::array<CollisionVertex, 3> v;
+    std::array<Vec3, 3> x;
+    double radius = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      v[k] = mesh.origin[CollisionMesh::corner(f, static_cast<int>(k))];
+      x[k] = place(v[k]);
+      radius = std::max(radius, norm(mesh.offset[v[k]]));
+    }
+    RayHit hit;
+    hit.t = 1;
+    if (!intersect(ray, x, hit) || hit.t < 0 || hit.t > 1) return;
+    const Vec3 p = lerp(edge.base, edge.tip, hit.t);
+    const double layer = kSameLayer * state.body.complex.mean_root_edge + 2 * radius;
+    const bool cut = std::any_of(stroke.blade.fronts.begin(), stroke.blade.fronts.end(), [&](CollisionVertex front) {
+      return body_of(front) == body_at(f) && (body_at(f) != own || norm(place(front) - p) < layer);
+    });
+    if (!cut) passed[static_cast<std::size_t>(body_at(f))] = 1;
+  });
+
+  const std::string who = command ? "the blade" : fmt::format("the edge of tool '{}'", scene.tools[static_cast<std::size_t>(stroke.tool)].id);
+  for (std::size_t b = 0; b < passed.size(); ++b) {
+    if (!passed[b]) continue;
+    const std::string what = static_cast<std::int32_t>(b) == own ? "another layer of it" : name_of_body(static_cast<std::int32_t>(b));
+    add_note(fmt::format("{}while it cut {}, {} went through {} without cutting that: a blade cuts the first layer that it meets; {}", stroke.place, name_of_body(own),
+                         who, what,
+                         command ? "through = true cuts all that its edge meets" : "cut one after the other, or with an edge that does not reach so far"));
+  }
 }
 
 }  // namespace kerf

@@ -221,6 +221,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   record.times.total += total;
   cut_scratch.wall_seconds = 0;
   remembered.clear();
+  if (report->steps > 0) note_passed(edge);
   return trouble;
 }
 

@@ -444,16 +444,22 @@ bool gains_by_node_matrix(const MechanicsModel& model, const StepOptions& o) {
          o.tolerance >= kSingleDigits * std::max(1.0, ratio);
 }
 
-// Too stiff for iterations, and cheap enough to do without? Where things touch, every pass would factorise anew.
-bool is_factorised(const MechanicsModel& model, const StepOptions& o, const ContactSet* contacts) {
-  return o.solver == SolverKind::kConjugateGradients && o.preconditioner == Preconditioner::kAdaptive && model.node_count() <= kMostFactorisedNodes &&
-         (contacts == nullptr || contacts->rows.empty()) && stiffness_ratio(model, o) > kStiffestIterated;
+bool is_stiff(const MechanicsModel& model, const StepOptions& o) { return stiffness_ratio(model, o) > kStiffByMomentum; }
+
+// Are iterations that come to no end worth the time that the matrix takes to be factorised?
+bool may_factorise(const MechanicsModel& model, const StepOptions& o) {
+  return o.solver == SolverKind::kConjugateGradients && model.node_count() <= kMostFactorisedNodes && is_stiff(model, o);
 }
 
-// What a loose solve leaves undone moves whole pieces, by as much as elastic forces exceed inertia.
-double exactness(const MechanicsModel& model, const StepOptions& o) {
-  const double ratio = stiffness_ratio(model, o);
-  return ratio > kStiffestLoose ? std::min(o.tolerance, std::max(kLeastTolerance, kToleranceTimesRatio / ratio)) : o.tolerance;
+// Norm of the momentum that the nodes bring into the step and of what weight and loads add, node by node.
+double momentum_brought(const MechanicsModel& model, const StepWorkspace& w, const StepOptions& o) {
+  const Structure& s = model.structure();
+  double sum = 0;
+  for (std::size_t i = 0; i < model.node_count(); ++i) {
+    const Vec3 p = s.mass[i] * (vec_of(w.velocity[i]) + o.dt * o.gravity) + o.dt * model.loads()[i];
+    sum += s.free[i] * dot(p, p);
+  }
+  return std::sqrt(sum);
 }
 
 // One number for a list; two lists with the same one would only cost iterations.
@@ -463,6 +469,13 @@ std::uint64_t name_of(const std::vector<std::int32_t>& list) {
   return hash.value();
 }
 
+/// How a step is solved.
+enum class Attempt {
+  kAsAsked,    ///< as the options say; iterations that hit their cap are taken for what they are
+  kUntilCap,   ///< the same, but given up at the cap
+  kDirectly,   ///< factorised, whatever the options say, as exactly as iterations would be
+};
+
 // The linear solves of one step: one without contacts, several while these open and close.
 struct Solver {
   MechanicsModel& model;
@@ -470,12 +483,17 @@ struct Solver {
   const StepOptions& o;
   std::int32_t& two_level_steps;
   StepReport& report;
-  double floor = 0, norm_b = 0, tolerance = 0;
+  Attempt attempt;
+  double floor = 0, norm_b = 0;
+  bool stiff = false;
+  double brought = 0;  // momentum; for what is stiff only
   bool coarse_assembled = false, coarse_factored = false;
   std::uint64_t factored_rows = 0;  // that pressed when the coarse matrix was factored
 
+  [[nodiscard]] double relative() const { return (report.two_level ? 1 : kBlockJacobiFactor) * o.tolerance; }
   [[nodiscard]] double wanted() const {
-    return std::max((report.two_level ? 1 : kBlockJacobiFactor) * tolerance * norm_b, floor);
+    const double whole = stiff ? std::min(norm_b, brought) : norm_b;
+    return std::max(relative() * whole, floor);
   }
 
   void add_second_level() {
@@ -545,7 +563,7 @@ struct Solver {
       const double residual = std::sqrt(rr);
       if (!started && coarse_start) norm_b = std::min(norm_b, residual);
       if (!(residual > wanted()) && (settling++ >= kMostSettling || every_node_settled(model, w, o))) {
-        report.stopped_by_floor = residual > (report.two_level ? 1 : kBlockJacobiFactor) * tolerance * norm_b;
+        report.stopped_by_floor = residual > relative() * norm_b;
         break;
       }
       if (report.iterations >= o.max_iterations) {
@@ -582,10 +600,11 @@ struct Solver {
 
   Status solve() {
     const Structure& s = model.structure();
-    tolerance = exactness(model, o);
+    stiff = is_stiff(model, o);
+    if (stiff) brought = momentum_brought(model, w, o);
     floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
             std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
-    const bool contacts = w.contact.set != nullptr, iterative = o.solver != SolverKind::kDirect;
+    const bool contacts = w.contact.set != nullptr, oracle = o.solver == SolverKind::kDirect, iterative = !oracle && attempt != Attempt::kDirectly;
     const int wished = contacts ? w.contact.set->options.passes : 1, most = contacts ? kMostPasses * wished : 1;
     for (int pass = 0, passes = wished; pass < passes; ++pass) {
       const bool last = pass + 1 >= wished;
@@ -598,8 +617,9 @@ struct Solver {
       const double norm = pass == 0                                    ? start_solve(model, w, o.parallel)
                           : iterative && !w.contact.any_free_touched ? carried_residual(model, w, o.parallel)
                                                                      : fresh_residual(model, w, false, o.parallel);
-      if (o.solver == SolverKind::kDirect) {
+      if (!iterative) {
         norm_b = std::max(norm_b, norm);
+        report.factorised = true;
         KERF_TRY(direct());
       } else {
         conjugate_gradients(norm, pass == 0);
@@ -609,9 +629,10 @@ struct Solver {
       const double change = update_contacts(o.dt, w);
       report.seconds_contact += seconds_since(start);
       if (pass + 1 == passes && passes < most && w.contact.overlooked) ++passes;
-      if (!(change > (o.solver == SolverKind::kDirect ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
+      if (!(change > (oracle ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
+      if (report.cap_hit && attempt == Attempt::kUntilCap) return {};
     }
-    if (o.solver == SolverKind::kDirect) {
+    if (!iterative) {
       carry_crumbs(model, w);
       return {};
     }
@@ -654,7 +675,10 @@ MechanicsState rest_state(const MechanicsModel& model) {
   return state;
 }
 
-static Result<StepReport> step_with(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w, const ContactSet* contacts) {
+namespace {
+
+/// One attempt at a step. Where it is given up the report says that the cap was hit, and the state is kept.
+Result<StepReport> attempted(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w, const ContactSet* contacts, Attempt attempt) {
   const Clock::time_point start = Clock::now();
   KERF_TRY(check(model, state, o));
   if (contacts != nullptr) KERF_TRY(check_contacts(model, state, *contacts));
@@ -686,8 +710,9 @@ static Result<StepReport> step_with(MechanicsModel& model, MechanicsState& state
   std::int32_t two_level_steps = state.two_level_steps;
   {
     const double before = report.seconds_setup;
-    Solver solver{model, w, o, two_level_steps, report};
+    Solver solver{model, w, o, two_level_steps, report, attempt};
     KERF_TRY(solver.solve());
+    if (report.cap_hit && attempt == Attempt::kUntilCap) return report;
     report.seconds_solve = seconds_since(solve) - (report.seconds_setup - before) - report.seconds_contact;
   }
   if (contacts != nullptr) {
@@ -722,7 +747,7 @@ static Result<StepReport> step_with(MechanicsModel& model, MechanicsState& state
             fmt::format("step: node {} is not finite before the step; restore an earlier state", i + 1));
     return failed(fmt::format(
         "step: the result is not finite, so the step was refused and the state kept; try a smaller "
-        "time step than {} s, or look for a load or a support velocity that is out of scale",
+        "time step than {} s, or look for a load, a support velocity or a stiffness that is out of scale",
         o.part_of > 0 ? o.part_of : o.dt));
   }
   for (std::size_t i = 0; i < n; ++i) {
@@ -738,14 +763,18 @@ static Result<StepReport> step_with(MechanicsModel& model, MechanicsState& state
   return report;
 }
 
+}  // namespace
+
 Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w, const ContactSet* contacts) {
-  if (is_factorised(model, o, contacts)) {
-    StepOptions direct = o;
-    direct.solver = SolverKind::kDirect;
-    // What is too stiff for that as well is left to iterations.
-    if (Result<StepReport> done = step_with(model, state, direct, w, contacts)) return done;
-  }
-  return step_with(model, state, o, w, contacts);
+  if (!may_factorise(model, o)) return attempted(model, state, o, w, contacts, Attempt::kAsAsked);
+  const Clock::time_point start = Clock::now();
+  Result<StepReport> done = attempted(model, state, o, w, contacts, Attempt::kUntilCap);
+  if (done && !done->cap_hit) return done;
+  done = attempted(model, state, o, w, contacts, Attempt::kDirectly);
+  // What rounding makes indefinite as well is left as iterations leave it.
+  if (!done) done = attempted(model, state, o, w, contacts, Attempt::kAsAsked);
+  if (done) done->seconds_total = seconds_since(start);
+  return done;
 }
 
 std::vector<Vec3> internal_forces(MechanicsModel& model, const MechanicsState& state) {

@@ -73,13 +73,11 @@ inline constexpr std::int32_t kTwoLevelSteps = 32;
 /// iterations more.
 inline constexpr double kNodeTolerance = 0.2, kStillAtRest = 0.01;
 inline constexpr int kMostSettling = 100;
-/// E dt^2 / (rho h^2) from which on a loose solve would let pieces run away (seen from 8e9 on); the tolerance that is then used
-/// times that ratio, and the least tolerance.
-inline constexpr double kStiffestLoose = 1e8, kToleranceTimesRatio = 100, kLeastTolerance = 1e-9;
-/// The same ratio from which on what a loose solve leaves undone makes energy in what nothing touches, until a free body flies apart (seen from 1.5e6 on; what then spins is
-/// stepped in shorter parts, of a lower ratio): it is factorised, if it has no more nodes than this.
-inline constexpr double kStiffestIterated = 1e5;
-inline constexpr std::size_t kMostFactorisedNodes = 3000;
+/// E dt^2 / (rho h^2) from which on the residual is measured by the momentum of the body and not by the right-hand side: elastic forces exceed that by about this
+/// ratio, and a hundredth of them would be a motion of whole pieces, and then more energy from step to step (seen from 1.5e6 on).
+inline constexpr double kStiffByMomentum = 1e5;
+/// Steps so stiff whose iterations come to no end are factorised, in models of up to this many nodes.
+inline constexpr std::size_t kMostFactorisedNodes = 20'000;
 /// Gravity used for the residual's floor when the scene has less, m/s^2.
 inline constexpr double kFloorGravity = 9.81;
 
@@ -90,6 +88,7 @@ struct StepReport {
   double residual = 0;     ///< relative to the right-hand side at the end
   bool stopped_by_floor = false;
   bool cap_hit = false;       ///< max_iterations reached: the step is less exact than asked for
+  bool factorised = false;    ///< solved directly, as iterations came to no end; `iterations` are none then
   int contacts = 0;           ///< rows given
   int pressing = 0;           ///< those of them that carry a force
   int sliding = 0;            ///< those of them that slide

@@ -102,7 +102,7 @@ Quantiles quantiles(std::vector<double> values) {
 
 void RunLog::add(const Session& session, const SessionStep& step) {
   const StepReport& m = step.mechanics;
-  steps.push_back({session.time(), step.seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit, m.stopped_by_floor,
+  steps.push_back({session.time(), step.seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit, m.factorised, m.stopped_by_floor,
                    m.inverted_elements, m.kinetic_energy, m.contacts, m.pressing, m.deepest_overlap});
   const std::vector<Session::ToolState> now = session.tools();
   tools.resize(now.size());
@@ -162,11 +162,12 @@ std::string run_report_json(const Session& session, const RunLog& log) {
   }
   report["cuts"] = cuts;
 
-  int most = 0, caps = 0, inverted = 0, floors = 0;
+  int most = 0, caps = 0, factorised = 0, inverted = 0, floors = 0;
   double worst_residual = 0, sum = 0;
   for (const RunLog::Step& s : log.steps) {
     most = std::max(most, s.iterations);
     caps += s.cap_hit ? 1 : 0;
+    factorised += s.factorised ? 1 : 0;
     inverted = std::max(inverted, s.inverted);
     // A body at rest has next to nothing on the right-hand side; what is left of that says nothing.
     if (s.stopped_by_floor) ++floors;
@@ -182,7 +183,8 @@ std::string run_report_json(const Session& session, const RunLog& log) {
         {"iterations_most", most},
         {"residual_worst", worst_residual},
         {"steps_stopped_by_floor", floors},
-        {"steps_not_converged", caps}}},
+        {"steps_not_converged", caps},
+        {"steps_factorised", factorised}}},
       {"inverted_elements_most", inverted},
       {"kinetic_energy_end", log.steps.empty() ? 0.0 : log.steps.back().kinetic_energy}};
   report["support_force"] = json(session.support_force());

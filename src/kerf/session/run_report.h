@@ -18,6 +18,7 @@ struct RunLog {
     int iterations = 0;
     double residual = 0;   ///< relative
     bool cap_hit = false;
+    bool factorised = false;        ///< solved directly
     bool stopped_by_floor = false;  ///< at rest: the residual is rounding
     int inverted = 0;
     double kinetic_energy = 0;  ///< J

@@ -49,7 +49,7 @@ int Session::Impl::most_parts(double h) const { return std::max(1, static_cast<i
 
 Status Session::Impl::can_be_followed(double h) const {
   const double dt = step_options.dt;
-  constexpr const char* kWhatToDo = "the step was refused and the state kept; try a shorter time step, or look for a load, a gravity or a move that is out of scale";
+  constexpr const char* kWhatToDo = "the step was refused and the state kept; try a shorter time step, or look for a load, a gravity, a move or a stiffness (young) that is out of scale";
   if (contact.seen.out_of_range)
     return failed(fmt::format("the body, an obstacle or a tool is or gets farther away than {:.0e} m in a time step of {} s; {}", kFarthest, dt, kWhatToDo));
   const double part = std::min(h, kDivided * shortest_part()), most = kTornApart * size * (h / part);

@@ -27,6 +27,7 @@ void Session::Impl::add_part(const StepReport& part, StepReport& sum, bool first
   sum.block_jacobi_iterations += before.block_jacobi_iterations;
   sum.passes = std::max(part.passes, before.passes);
   sum.cap_hit = part.cap_hit || before.cap_hit;
+  sum.factorised = part.factorised || before.factorised;
   sum.two_level = part.two_level || before.two_level;
   sum.deepest_overlap = std::max(part.deepest_overlap, before.deepest_overlap);
   sum.seconds_forces += before.seconds_forces;

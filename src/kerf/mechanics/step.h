@@ -88,7 +88,7 @@ struct StepReport {
   double residual = 0;     ///< relative to the right-hand side at the end
   bool stopped_by_floor = false;
   bool cap_hit = false;       ///< max_iterations reached: the step is less exact than asked for
-  bool factorised = false;    ///< solved directly, as iterations came to no end; `iterations` are none then
+  bool factorised = false;    ///< solved directly, as asked for or as iterations came to no end
   int contacts = 0;           ///< rows given
   int pressing = 0;           ///< those of them that carry a force
   int sliding = 0;            ///< those of them that slide

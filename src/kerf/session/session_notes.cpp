@@ -44,29 +44,26 @@ std::string Session::Impl::name_of_body(std::int32_t body) const { return body_n
 
 void Session::Impl::note_idle_parts() {
   const HexMesh& hex = state.body.hex;
-  // A cell is of one material: that of its middle.
-  const std::vector<SceneMaterialRegion>& regions = scene.material.regions;
-  std::vector<std::uint8_t> covers(regions.size(), 0), counts(regions.size(), 0);
+  const std::vector<SceneRegion>& regions = state.materials.regions;
+  std::vector<std::uint8_t> counts(regions.size(), 0);
   for (const HexId h : ids<HexId>(regions.empty() ? 0 : hex.hex_count())) {
-    if (!hex.alive(h)) continue;
-    const LatticeIndex c = hex.cell[h];
-    const Vec3 middle = hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5});
-    bool first = true;
-    for (std::size_t i = regions.size(); i-- > 0;) {
-      if (!regions[i].region.contains(middle)) continue;
-      covers[i] = 1;
-      if (first) counts[i] = 1;
-      first = false;
-    }
+    if (!state.model.has_element(h)) continue;
+    const auto material = static_cast<std::size_t>(state.model.element(h).material), plain = state.materials.of(hex.material[h].body);
+    if (material > plain) counts[material - plain - 1] = 1;
   }
   for (std::size_t i = 0; i < regions.size(); ++i) {
     if (counts[i]) continue;
+    bool covers = false;
+    for (const HexId h : ids<HexId>(hex.hex_count())) {
+      const LatticeIndex c = hex.cell[h];
+      covers = covers || (hex.alive(h) && regions[i].contains(hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5})));
+    }
     const Vec3 cell = hex.frame.cell;
-    const std::string name = fmt::format("{}[[material.region]] number {}", scene_place(scene, regions[i].region.line), i + 1);
-    add_note(covers[i] ? fmt::format("{} changes nothing: later regions have all of its cells, and later ones win", name)
-                       : fmt::format("{} marks nothing: the middle of no cell of the body lies in it (rest coordinates, metres); move it onto the body, or make it "
-                                     "larger or the cells smaller (they are {:.3g} x {:.3g} x {:.3g} m)",
-                                     name, cell.x, cell.y, cell.z));
+    const std::string name = fmt::format("{}[[material.region]] number {}", scene_place(scene, regions[i].line), i + 1);
+    add_note(covers ? fmt::format("{} changes nothing: later regions have all of its cells, and later ones win", name)
+                    : fmt::format("{} marks nothing: the middle of no cell of the body lies in it (rest coordinates, metres); move it onto the body, or make it "
+                                  "larger or the cells smaller (they are {:.3g} x {:.3g} x {:.3g} m)",
+                                  name, cell.x, cell.y, cell.z));
   }
 
   const std::vector<Vec3>& rest = state.body.complex.collision.rest.raw();

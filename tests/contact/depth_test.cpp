@@ -163,6 +163,26 @@ TEST(Depth, WallsThatSinkInAreFoundAndNoOthers) {
   }
 }
 
+TEST(Depth, RimsThatCrossInAPointAreFoundWhereverThatIs) {
+  // Walls 50 half thicknesses long. The second plate stands upright and comes down steeply onto the border of the first, in which it has 0.4 half thicknesses
+  // of its lower rim: somewhere along it.
+  BareSurface body(two_plates(1), kRadius);
+  count_as_cut(body.surface);
+  DepthSearch search;
+  for (int i = 1; i < 50; ++i) {
+    const double along = i / 50.0, steep = M_PI / 4;
+    body.deform([&](Vec3 p) {
+      if (p.z < 0.5) return p;
+      const double u = p.x - along, up = p.y;  // the place `along` its rim is at (1, 0.43), 0.4 half thicknesses under the first plate's side
+      return Vec3{1 + std::cos(steep) * u + std::sin(steep) * up, 0.43, kRadius - 0.4 * kRadius - std::sin(steep) * u + std::cos(steep) * up};
+    });
+    prepare_depths(body.state(), search);
+    find_deep_walls(body.state(), 0.05 * kRadius, search);
+    ASSERT_FALSE(search.deep.empty()) << i;
+    for (const DepthSearch::Deep& d : search.deep) EXPECT_LT(norm(body.point(d.point) - Vec3{1, 0.43, kRadius}), 2 * kRadius);
+  }
+}
+
 TEST(Depth, NeighboursAreNoMaterialToBeIn) {
   // A plate rolled into a ring: its ends pass each other, one through the other.
   BareSurface body(plain_grid_mesh(24, 3, 1, 0.1), kRadius);

@@ -103,8 +103,9 @@ struct Cut {
   Session session;
   std::vector<CollisionVertex> right, lip;
 
-  static Scene scene(double dt, double radius, int triangles) {
+  static Scene scene(double dt, double radius, int triangles, double young) {
     Scene s = sheet(triangles, 1, dt, radius);
+    s.material.young = young;
     s.simulation.gravity = {};
     s.contact.enabled = true;
     SceneFix& left = s.fixes.emplace_back();
@@ -121,7 +122,7 @@ struct Cut {
     }
     ASSERT_TRUE(session.end_stroke().ok());
   }
-  Cut(double dt, bool across, double radius = kRadius, int triangles = 500) : session(must_create(scene(dt, radius, triangles))) {
+  Cut(double dt, bool across, double radius = kRadius, int triangles = 500, double young = 5000) : session(must_create(scene(dt, radius, triangles, young))) {
     stroke({0.013, -0.6, 0}, {0.013, 0.05, 0});
     if (across) stroke({-0.3, -0.21, 0}, {0.3, -0.21, 0});
     const auto& rest = session.body().complex.collision.rest;
@@ -258,15 +259,17 @@ TEST(Lips, LiftedAThinOneOverlapsNowhere) {
   // to 1.1 half thicknesses in each of these cases. There the lip's corner leans over the other side while it passes: at the heights from 2.846 on it got
   // 0.2 to 1.1 deep in it. At the last height a corner went from one rim to the next in a part of a step, just as foretold, and 0.08 deep.
   constexpr double kThin = 0.08 * kRadius;
+  // Then stiffer ones, which were up to 0.14 deep: no rule knew of a contact, and in shorter parts they only sank in more slowly.
   struct Case {
     double dt, height;
     int triangles = 500;
+    double young = 5000;
   };
   for (const Case c : {Case{0.005, 3.05}, Case{0.0167, 2.8}, Case{0.0167, 2.8855}, Case{0.0167, 3.2104}, Case{0.0167, 3.5}, Case{0.0167, 3.5866}, Case{0.0167, 3.8},
                        Case{0.0167, 3.826}, Case{0.0167, 2.8, 104}, Case{0.0167, 3.05, 104}, Case{0.0167, 3.2, 104}, Case{0.005, 3.4, 104}, Case{0.0167, 2.846, 104},
                        Case{0.0167, 3.099, 104}, Case{0.0167, 3.191, 104}, Case{0.0167, 3.237, 104}, Case{0.0167, 3.72, 104}, Case{0.0167, 5.376, 104},
-                       Case{0.0167, 3.43738353898}}) {
-    Cut cut(c.dt, false, kThin, c.triangles);
+                       Case{0.0167, 3.43738353898}, Case{0.0167, 2.9164, 104, 2e4}, Case{0.0167, 3.4172, 104, 1e5}, Case{0.0167, 3.4589, 104, 1e5}}) {
+    Cut cut(c.dt, false, kThin, c.triangles, c.young);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
     double deepest = 0, said = 0;
@@ -278,8 +281,8 @@ TEST(Lips, LiftedAThinOneOverlapsNowhere) {
         if (i % every == 0) deepest = std::max(deepest, seen_from_outside(cut.session, kThin));
       }
     }
-    EXPECT_LT(deepest, 0.06) << c.dt << " " << c.height << " " << c.triangles;
-    EXPECT_LT(said, 0.06) << c.dt << " " << c.height << " " << c.triangles;
+    EXPECT_LT(deepest, 0.05) << c.dt << " " << c.height << " " << c.triangles << " " << c.young;
+    EXPECT_LT(said, 0.05) << c.dt << " " << c.height << " " << c.triangles << " " << c.young;
   }
 }
 

@@ -14,7 +14,7 @@ using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 
-/// Points on a wall: pieces along and up (rims cross in a point, so along it they are more). Newton's steps to a place in a prism, and how far (barycentric)
+/// Points on a wall: pieces along and up, and along also where it goes through a prism (rims cross in a point). Newton's steps to a place in a prism, and how far (barycentric)
 /// the last one may go.
 constexpr int kAlong = 8, kUp = 4, kNewton = 8;
 constexpr double kSettled = 1e-6, kLost = 40;  // beyond, it has lost its way
@@ -60,17 +60,22 @@ double squared_wall_distance(const SurfaceState& body, H h, Vec3 p) {
   return std::min(nearest_foot(p, {low, corner(body, b, -1), high}).square, nearest_foot(p, {low, high, corner(body, a, 1)}).square);
 }
 
-/// How deep p is in the material of `faces`, if deeper than `least`; else 0, as where none of `prisms` holds it.
-double depth_in(const SurfaceState& body, std::span<const F> prisms, std::span<const F> faces, Vec3 p, double least) {
+/// How deep p is in the material of `faces`, if deeper than `least`, and its way out; else 0, as where none of `prisms` holds it.
+double depth_in(const SurfaceState& body, std::span<const F> prisms, std::span<const F> faces, Vec3 p, double least, WayOut& out) {
   const ContactSurface& s = *body.surface;
   if (std::none_of(prisms.begin(), prisms.end(), [&](F f) { return is_in_prism(body, f, p); })) return 0;
   double square = HUGE_VAL;
+  const auto offer = [&](double way, H edge, std::int32_t side) {
+    if (!(way < square)) return;
+    square = way;
+    out = {edge, side};
+  };
   for (const F f : faces) {
     const auto v = s.vertices(f);
-    for (const double lift : {-1.0, 1.0})
-      square = std::min(square, nearest_foot(p, {corner(body, v[0], lift), corner(body, v[1], lift), corner(body, v[2], lift)}).square);
+    for (const std::int32_t lift : {-1, 1})
+      offer(nearest_foot(p, {corner(body, v[0], lift), corner(body, v[1], lift), corner(body, v[2], lift)}).square, ContactSurface::corner(f, 0), lift);
     for (int i = 0; i < 3; ++i)
-      if (const H h = ContactSurface::corner(f, i); !s.twin[h].valid()) square = std::min(square, squared_wall_distance(body, h, p));
+      if (const H h = ContactSurface::corner(f, i); !s.twin[h].valid()) offer(squared_wall_distance(body, h, p), h, 0);
     if (!(square > least * least)) return 0;
   }
   return std::sqrt(square);
@@ -100,6 +105,34 @@ bool hardly_meet(const SurfaceState& body, const WallCorners& wall, F f, double 
   };
   const Vec3 n = normalized(cross(x[1] - x[0], x[2] - x[0]));
   return apart(n) || apart(-n) || apart(normalized(cross(x[1] - x[0], n))) || apart(normalized(cross(x[2] - x[1], n))) || apart(normalized(cross(x[0] - x[2], n)));
+}
+
+/// The middle of what a segment has in a face's prism, taken for a piece between planes; negative: nothing.
+double middle_in_prism(const SurfaceState& body, F f, Vec3 from, Vec3 to) {
+  const auto v = body.surface->vertices(f);
+  std::array<Vec3, 3> x, o;
+  for (std::size_t i = 0; i < 3; ++i) {
+    x[i] = body.position[v[i].index()];
+    o[i] = body.offset[v[i].index()];
+  }
+  double first = 0, last = 1;
+  const auto clip = [&](Vec3 outward, Vec3 on) {
+    const double a = dot(outward, from - on), b = dot(outward, to - on);
+    if (a > 0 && b > 0) last = -1;
+    else if (a > 0) first = std::max(first, a / (a - b));
+    else if (b > 0) last = std::min(last, a / (a - b));
+  };
+  const Vec3 n = cross(x[1] - x[0], x[2] - x[0]);
+  for (const double side : {1.0, -1.0}) {
+    const std::array<Vec3, 3> c{x[0] + side * o[0], x[1] + side * o[1], x[2] + side * o[2]};
+    clip(side * cross(c[1] - c[0], c[2] - c[0]), c[0]);
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t k = (i + 1) % 3;
+    const Vec3 up = o[i] + o[k];
+    clip(cross(x[k] - x[i], dot(up, n) < 0 ? -up : up), x[i]);
+  }
+  return first < last ? 0.5 * (first + last) : -1;
 }
 
 /// Faces near a box of points that are neighbours of none of some vertices: all that may hold the points, and what bounds their material.
@@ -152,7 +185,8 @@ double depth_of(const SurfaceState& body, const SurfacePoint& point, double leas
   std::size_t vertices = 0;
   while (vertices < 3 && point.vertex[vertices].valid()) ++vertices;
   find_near_faces(body, box, std::span(point.vertex).first(vertices), search);
-  return depth_in(body, search.near, search.near, p, least);
+  WayOut out;
+  return depth_in(body, search.near, search.near, p, least, out);
 }
 
 void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search) {
@@ -169,16 +203,20 @@ void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search
     const auto rest = std::partition(search.near.begin(), search.near.end(), [&](F f) { return !hardly_meet(body, wall, f, least); });
     const std::span<const F> prisms(search.near.begin(), rest);
     if (prisms.empty()) continue;
-    for (int i = 0; i < kAlong; ++i)  // where it ends the next wall begins
-      for (int k = 0; k <= kUp; ++k) {
-        DepthSearch::Deep point;
-        const double t = i / static_cast<double>(kAlong);
-        point.point.vertex = {ends[0], ends[1], V()};
+    for (int k = 0; k <= kUp; ++k) {
+      DepthSearch::Deep point;
+      point.point.vertex = {ends[0], ends[1], V()};
+      point.point.lift = 2 * k / static_cast<double>(kUp) - 1;
+      const auto look = [&](double t) {
         point.point.weight = {1 - t, t, 0};
-        point.point.lift = 2 * k / static_cast<double>(kUp) - 1;
-        point.depth = depth_in(body, prisms, search.near, place_of(body, point.point), least);
+        point.depth = depth_in(body, prisms, search.near, place_of(body, point.point), least, point.out);
         if (point.depth > least) search.deep.push_back(point);
-      }
+      };
+      for (int i = 0; i < kAlong; ++i) look(i / static_cast<double>(kAlong));  // where it ends the next wall begins
+      const Vec3 from = corner(body, ends[0], point.point.lift), to = corner(body, ends[1], point.point.lift);
+      for (const F f : prisms)
+        if (const double t = middle_in_prism(body, f, from, to); t > 0) look(t);
+    }
   }
 }
 

@@ -41,11 +41,26 @@ struct RememberedRim {
   double open = 0;                 ///< m
   friend bool operator==(const RememberedRim&, const RememberedRim&) = default;
 };
+/// What bounds material: a side of a face, or the wall over a border.
+struct WayOut {
+  CollisionHalfEdge edge;  ///< of a wall: the border; else the first of the face
+  std::int32_t side = 0;   ///< 1 or -1: of the face; 0: the wall
+  friend bool operator==(const WayOut&, const WayOut&) = default;
+};
 /// A contact with a tool.
 struct ToolContact {
   std::uint64_t key = 0;
   std::int32_t tool = 0;
   friend bool operator==(const ToolContact&, const ToolContact&) = default;
+};
+/// A place of a wall that sank into material of its body where no contact was found, and is held since (sunk_walls.h).
+struct SunkWall {
+  CollisionHalfEdge edge;  ///< which the wall stands on
+  double along = 0;        ///< on it, 0 to 1
+  double lift = 0;         ///< SurfacePoint::lift
+  double depth = 0;        ///< m
+  WayOut out;              ///< of the material that it sank into
+  friend bool operator==(const SunkWall&, const SunkWall&) = default;
 };
 struct DetectMemory {
   std::vector<RememberedContact> contacts;  ///< by key
@@ -54,6 +69,7 @@ struct DetectMemory {
   /// By key: left out although things are in each other there, so they may come out on either side. Whoever leaves contacts out says so, detect()
   /// leaves the list alone.
   std::vector<ToolContact> passing;
+  std::vector<SunkWall> walls;  ///< detect() leaves them alone
   friend bool operator==(const DetectMemory&, const DetectMemory&) = default;
 };
 

@@ -174,7 +174,7 @@ struct DetectRun {
   double margin = 0;  ///< m
 };
 
-enum class ContactKind : std::uint8_t { kVertexShape, kFaceShape, kEdgeShape, kVertexFace, kEdgeEdge, kLip, kFlank, kWall };
+enum class ContactKind : std::uint8_t { kVertexShape, kFaceShape, kEdgeShape, kVertexFace, kEdgeEdge, kLip, kFlank, kWall, kSunkWall };
 
 /// Who touches whom, in one number: features by their ids, mixed so that different contacts have different keys.
 struct ContactName {

@@ -9,6 +9,7 @@
 #include "kerf/base/lanes.h"
 #include "kerf/contact/rest_neighbours.h"
 #include "kerf/contact/segment_queries.h"
+#include "kerf/contact/sunk_walls.h"
 #include "kerf/contact/surface_offsets.h"
 #include "kerf/mechanics/rigid_tools.h"
 
@@ -154,6 +155,7 @@ bool walls_sank_in(const Body& body, const MechanicsState& began, const Mechanic
   prepare_depths(end, c.depths);
   find_deep_walls(end, deep, c.depths);
   if (c.depths.deep.empty()) return false;
+  c.sunk = c.depths.deep;
   const SurfaceState begin = surface_at(body, began, c);
   prepare_depths(begin, c.depths);
   return std::any_of(c.depths.deep.begin(), c.depths.deep.end(), [&](const DepthSearch::Deep& d) {
@@ -432,6 +434,7 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
   }
   const SurfaceState surface = surface_state(body, c);
   c.seen = detect({&surface, 1}, c.shapes.obstacles, c.tools, detect_options(scene, h), memory, c.detect, c.contacts);
+  if (!c.seen.out_of_range) add_sunk_walls(surface, scene.contact.margin * c.surface.largest_radius, scene.contact.friction, memory, c.contacts);
 }
 
 double reckon_overlap(const Body& body, const MechanicsState& ended, double deep, std::span<ContactResult> results, ContactStep& c) {
@@ -455,6 +458,7 @@ double reckon_overlap(const Body& body, const MechanicsState& ended, double deep
 
 bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
                    const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& c) {
+  c.sunk.clear();
   if (!scene.contact.self) return false;
   const std::size_t n = began.positions.size();
   Vec3 mean, mean_stray;

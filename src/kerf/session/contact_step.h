@@ -42,6 +42,7 @@ struct ContactStep {
   DetectMemory surprise_memory;
   std::vector<Contact> surprises;
   DepthSearch depths;                   ///< and reckon_overlap()
+  std::vector<DepthSearch::Deep> sunk;  ///< walls that the last find_surprise() found deep in material
 };
 
 /// Shapes, contact geometry and options of a scene. Bad input: meshes of obstacles that can't be used.
@@ -87,7 +88,7 @@ void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMoti
 /// Did a step of h seconds, from `began` to `ended`, take points of the body so deep (m) into each other that find_contacts() had not handed out, because
 /// they moved otherwise than they would have without contact and forces, or much deeper than the `results` of those say? Looks at where they ended (what is
 /// linear in the step is not true of rims that turn), and only if nodes strayed far: at walls that came to be in material, and at what detection finds there.
-/// `memory`: that before the step.
+/// `memory`: that before the step. Walls that are so deep by then, since now or before, are in step.sunk.
 bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
                    const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& step);
 

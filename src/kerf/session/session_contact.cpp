@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kerf/base/stopwatch.h"
+#include "kerf/contact/sunk_walls.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
@@ -151,14 +152,17 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
   if (contact.on) {
+    contact.sunk.clear();
     done->deepest_overlap =
         reckon_overlap(state.body, state.mechanics, kDeeper * contact.surface.largest_radius, workspace.contact.results, contact);
     if (tries > 0 && parts < scene.contact.substeps && most_parts(h) >= kTryAgainParts && must_try_again(tries, h, *began)) {
       state.mechanics = *began;
       state.touching = touched_part;
+      remember_sunk_walls(contact.surface, contact.sunk, state.touching);
       const bool once_more = tries > 1 && h / kTryAgainParts > kShortest * step_options.dt / scene.contact.substeps;
       return divide_part(t, h, kTryAgainParts, once_more ? tries - 1 : 0, began);
     }
+    remember_sunk_walls(contact.surface, contact.sunk, state.touching);
   }
   // Slivers are the solver's business now (kNodeTolerance, carry_crumbs). The random life that once ran away without this (seed 5022 of the
   // session fuzzer) no longer does; it stands because hardly any others have been tried without it.
@@ -210,6 +214,7 @@ void Session::Impl::warn_of_overlap() {
 }
 
 void Session::Impl::contact_follows(std::span<const CollisionTriangle> changed) {
+  state.touching.walls.clear();
   if (!contact.on || contact.surface_stale) return;
   update_contact_surface(state.body.complex.collision, changed, contact.surface);
 }

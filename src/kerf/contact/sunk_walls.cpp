@@ -1,0 +1,127 @@
+#include "kerf/contact/sunk_walls.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "kerf/contact/detect_scratch.h"
+#include "kerf/contact/triangle_foot.h"
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+
+/// Faces that a place may have moved on to since the last step.
+constexpr int kMostFaces = 4;
+/// Places of a wall are at least so far apart along it, parts of its length: what is nearer is the same place, which slides along.
+constexpr double kSamePlace = 0.06;
+
+Vec3 corner(const SurfaceState& body, V v, double lift) { return body.position[v.index()] + lift * body.offset[v.index()]; }
+
+Vec3 place_of(const SurfaceState& body, const SurfacePoint& p) {
+  Vec3 x;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (p.vertex[k].valid()) x += p.weight[k] * corner(body, p.vertex[k], p.lift);
+  return x;
+}
+
+/// The nearest place on the way out, and where out is.
+struct Exit {
+  SurfacePoint foot;
+  Vec3 normal;
+};
+
+/// On the side of a face, or of the one that the place has moved on to; false: it is beside all of them.
+bool find_exit_of_face(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit) {
+  const ContactSurface& s = *body.surface;
+  for (int i = 0; i < kMostFaces; ++i) {
+    const F f = ContactSurface::face(out.edge);
+    const auto v = s.vertices(f);
+    const std::array<Vec3, 3> t{corner(body, v[0], out.side), corner(body, v[1], out.side), corner(body, v[2], out.side)};
+    const std::array<double, 3> weights = nearest_foot(p, t).weights();
+    if (is_inside(weights)) {
+      exit.foot = {0, {v[0], v[1], v[2]}, weights, static_cast<double>(out.side)};
+      const Vec3 n = normalized(cross(t[1] - t[0], t[2] - t[0]));
+      exit.normal = dot(n, body.offset[v[0].index()] + body.offset[v[1].index()] + body.offset[v[2].index()]) < 0 ? -out.side * n : out.side * n;
+      return true;
+    }
+    const int opposite = opposite_corner(weights);
+    const H h = ContactSurface::corner(f, opposite >= 0 ? (opposite + 1) % 3 : weights[0] == 1 ? 0 : weights[1] == 1 ? 1 : 2);
+    if (!s.twin[h].valid()) return false;
+    out.edge = s.twin[h];
+  }
+  return false;
+}
+
+bool find_exit_of_wall(const SurfaceState& body, Vec3 p, const WayOut& out, Exit& exit) {
+  const ContactSurface& s = *body.surface;
+  const V a = s.from(out.edge), b = s.to(out.edge), apex = s.from(ContactSurface::prev(out.edge));
+  const Vec3 low = corner(body, a, -1), high = corner(body, b, 1);
+  const TriangleFoot under = nearest_foot(p, {low, corner(body, b, -1), high}), over = nearest_foot(p, {low, high, corner(body, a, 1)});
+  const std::array<double, 3> w = under.square <= over.square ? under.weights() : over.weights();
+  const double along = under.square <= over.square ? w[1] + w[2] : w[1], lift = under.square <= over.square ? w[2] - w[0] - w[1] : w[1] + w[2] - w[0];
+  if (!(along > 0 && along < 1 && std::fabs(lift) < 1)) return false;
+  exit.foot = {0, {a, b, V()}, {1 - along, along, 0}, lift};
+  const Vec3 n = normalized(cross(corner(body, b, lift) - corner(body, a, lift), lerp(body.offset[a.index()], body.offset[b.index()], along)));
+  exit.normal = dot(n, lerp(body.position[a.index()], body.position[b.index()], along) - body.position[apex.index()]) < 0 ? -n : n;
+  return true;
+}
+
+/// Are both still there, and is the wall that of a cut?
+bool are_there(const ContactSurface& s, const SunkWall& wall) {
+  return wall.edge.index() < s.twin.size() && s.cut[wall.edge] != 0 && wall.out.edge.index() < s.twin.size() &&
+         (wall.out.side != 0 || !s.twin[wall.out.edge].valid());
+}
+
+/// The contact of a wall; false: there is none any more.
+bool find_contact(const SurfaceState& body, double margin, SunkWall& wall, Contact& c) {
+  const ContactSurface& s = *body.surface;
+  if (!are_there(s, wall)) return false;
+  c.a = {0, {s.from(wall.edge), s.to(wall.edge), V()}, {1 - wall.along, wall.along, 0}, wall.lift};
+  const Vec3 p = place_of(body, c.a);
+  Exit exit;
+  if (!(wall.out.side != 0 ? find_exit_of_face(body, p, wall.out, exit) : find_exit_of_wall(body, p, wall.out, exit))) return false;
+  c.b = exit.foot;
+  c.point = place_of(body, c.b);
+  c.normal = exit.normal;
+  c.gap = dot(c.normal, p - c.point);
+  return c.gap < margin && std::fabs(dot(c.normal, c.normal) - 1) < 1e-6;
+}
+
+}  // namespace
+
+void remember_sunk_walls(const ContactSurface& surface, std::span<const DepthSearch::Deep> deep, DetectMemory& memory) {
+  // A place that was known gives way to where the same wall is deepest by now.
+  for (const DepthSearch::Deep& d : deep) {
+    SunkWall wall{{}, d.point.weight[1], d.point.lift, d.depth, d.out};
+    surface.for_each_outgoing(d.point.vertex[0], [&](H h) {
+      if (surface.to(h) == d.point.vertex[1] && surface.cut[h] != 0) wall.edge = h;
+      return !wall.edge.valid();
+    });
+    const auto is_it = [&](const SunkWall& w) { return w.edge == wall.edge && std::fabs(w.along - wall.along) < kSamePlace; };
+    if (!wall.edge.valid() || std::any_of(memory.walls.begin(), memory.walls.end(), [&](const SunkWall& w) { return is_it(w) && w.depth >= wall.depth; })) continue;
+    std::erase_if(memory.walls, is_it);
+    memory.walls.push_back(wall);
+  }
+}
+
+void add_sunk_walls(const SurfaceState& body, double margin, double friction, DetectMemory& memory, std::vector<Contact>& contacts) {
+  if (memory.walls.empty()) return;
+  std::size_t kept = 0;
+  for (SunkWall wall : memory.walls) {
+    Contact c;
+    if (!find_contact(body, margin, wall, c)) continue;
+    c.friction = friction;
+    c.key = contact_key({ContactKind::kSunkWall, static_cast<std::int32_t>(std::lround(wall.along / kSamePlace)), 0, 0, 0, wall.edge.value, 0});
+    contacts.push_back(c);
+    wall.depth = std::max(0.0, -c.gap);
+    memory.walls[kept++] = wall;
+  }
+  memory.walls.resize(kept);
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.key < b.key; });
+}
+
+}  // namespace kerf

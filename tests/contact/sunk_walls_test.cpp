@@ -1,0 +1,173 @@
+// Walls that sank into material are held where they went in, and nowhere else.
+#include "kerf/contact/sunk_walls.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "contact/bare_surface.h"
+
+namespace kerf {
+namespace {
+
+using testing_support::BareSurface;
+using testing_support::plain_grid_mesh;
+
+constexpr double kRadius = 0.02, kMargin = 0.2 * kRadius, kDeep = 0.05 * kRadius;
+/// Walls of the upright plate's lower border, each of which is in the other plate for all of its length.
+constexpr std::size_t kWalls = 5;
+
+/// A plate of 5 x 5 cells in z = 0, and one that never hung together with it and stands on it, its lower border `depth` in the first.
+struct Plates {
+  BareSurface body;
+  DepthSearch search;
+  DetectMemory memory;
+  std::vector<Contact> contacts;
+
+  static TriangleMesh mesh() {
+    TriangleMesh both = plain_grid_mesh(5, 5);
+    const TriangleMesh one = both;
+    const std::size_t n = one.positions.size();
+    for (const Vec3 p : one.positions.raw()) both.positions.push_back(p + Vec3{0, 0, 1});
+    for (const std::array<VertexId, 3>& t : one.triangles.raw())
+      both.triangles.push_back({VertexId(t[0].index() + n), VertexId(t[1].index() + n), VertexId(t[2].index() + n)});
+    return both;
+  }
+  Plates() : body(mesh(), kRadius) {
+    for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(body.surface.twin.size())) body.surface.cut[h] = body.surface.twin[h].valid() ? 0 : 1;
+  }
+  /// Upright, its lower border from x = 0.25 + shift to 0.75 + shift at y = 0.43.
+  void stand(double depth, double shift = 0) {
+    body.deform([&](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x + shift, 0.43, p.y + kRadius - depth}; });
+  }
+  void remember() {
+    prepare_depths(body.state(), search);
+    find_deep_walls(body.state(), kDeep, search);
+    remember_sunk_walls(body.surface, search.deep, memory);
+  }
+  void find() {
+    contacts.clear();
+    add_sunk_walls(body.state(), kMargin, 0.3, memory, contacts);
+  }
+  [[nodiscard]] bool is_of_second(const SurfacePoint& p) const { return body.surface.rest[p.vertex[0]].z > 0.5; }
+  /// Contacts of the second plate's lower border.
+  [[nodiscard]] std::size_t of_lower_border() const {
+    return static_cast<std::size_t>(std::count_if(contacts.begin(), contacts.end(), [&](const Contact& c) {
+      return std::max(body.surface.rest[c.a.vertex[0]].y, body.surface.rest[c.a.vertex[1]].y) < 1e-9;
+    }));
+  }
+};
+
+TEST(SunkWalls, AreHeldByTheWayThatTheyCameIn) {
+  Plates plates;
+  plates.stand(0.3 * kRadius);
+  plates.remember();
+  plates.find();
+  std::set<CollisionVertex> ends;
+  for (const Contact& c : plates.contacts) {
+    ends.insert(c.a.vertex[0]);
+    const Vec3 at = plates.body.point(c.a);
+    EXPECT_NEAR(c.gap, at.z - kRadius, 1e-12);
+    EXPECT_LT(norm(c.normal - Vec3{0, 0, 1}), 1e-12);
+    EXPECT_LT(norm(at - c.gap * c.normal - plates.body.point(c.b)), 1e-12);
+    EXPECT_EQ(c.b.lift, 1);
+    EXPECT_EQ(c.friction, 0.3);
+  }
+  EXPECT_GE(ends.size(), kWalls);
+  EXPECT_GE(plates.of_lower_border(), 8 * kWalls);
+  // The same places are remembered once, and places that slide along a wall take the place of others.
+  for (int i = 0; i < 4; ++i) {
+    plates.stand(0.3 * kRadius + 1e-6 * i, 0.01 * i);
+    plates.remember();
+    plates.find();
+  }
+  EXPECT_LE(plates.of_lower_border(), 17 * kWalls);
+  EXPECT_EQ(plates.memory.walls.size(), plates.contacts.size());
+  for (std::size_t i = 1; i < plates.contacts.size(); ++i) EXPECT_LT(plates.contacts[i - 1].key, plates.contacts[i].key);
+}
+
+TEST(SunkWalls, FromBelowTheyGoOutBelow) {
+  Plates plates;
+  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x, 0.43, p.y - 1 - 0.7 * kRadius}; });
+  plates.remember();
+  plates.find();
+  ASSERT_GE(plates.contacts.size(), 8 * kWalls);
+  for (const Contact& c : plates.contacts) {
+    EXPECT_NEAR(c.gap, -kRadius - plates.body.point(c.a).z, 1e-12);
+    EXPECT_LT(norm(c.normal - Vec3{0, 0, -1}), 1e-12);
+    EXPECT_EQ(c.b.lift, -1);
+  }
+}
+
+TEST(SunkWalls, TheyFollowFromFaceToFaceAndAreForgottenFarOff) {
+  Plates plates;
+  plates.stand(0.3 * kRadius);
+  plates.remember();
+  plates.find();
+  const std::size_t held = plates.of_lower_border();
+  ASSERT_GE(held, 8 * kWalls);
+  for (const double shift : {0.0, 0.07, 0.14, 0.21}) {  // over faces of 0.2
+    plates.stand(0.1 * kRadius, shift);
+    plates.find();
+    ASSERT_EQ(plates.of_lower_border(), held) << shift;
+    for (const Contact& c : plates.contacts) {
+      EXPECT_NEAR(c.gap, plates.body.point(c.a).z - kRadius, 1e-12);
+      EXPECT_LT(norm(plates.body.point(c.b) - c.point), 1e-12);
+    }
+  }
+  plates.stand(-0.9 * kMargin, 0.21);
+  plates.find();
+  EXPECT_EQ(plates.of_lower_border(), held);
+  plates.stand(-1.1 * kMargin, 0.21);
+  plates.find();
+  EXPECT_TRUE(plates.contacts.empty());
+  EXPECT_TRUE(plates.memory.walls.empty());
+  plates.stand(0.3 * kRadius, 0.21);
+  plates.find();
+  EXPECT_TRUE(plates.contacts.empty());
+}
+
+TEST(SunkWalls, BesideTheMaterialNothingHoldsThem) {
+  Plates plates;
+  plates.stand(0.3 * kRadius);
+  plates.remember();
+  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x, 1.001, p.y + 0.7 * kRadius}; });
+  plates.find();
+  EXPECT_TRUE(plates.contacts.empty());
+}
+
+TEST(SunkWalls, ThroughTheWallOfABorderTheyGoOutThere) {
+  // The second plate lies level with the first, its border a little within the other's.
+  Plates plates;
+  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{1 - 0.3 * kRadius + p.x, 0.1 + 0.8 * p.y, 0.05 * kRadius}; });
+  plates.remember();
+  plates.find();
+  std::set<bool> of;
+  for (const Contact& c : plates.contacts) {
+    const Vec3 at = plates.body.point(c.a);
+    if (std::fabs(at.y - 0.5) > 0.4 - kRadius || std::fabs(c.a.lift) > 0.5) continue;  // corners, and what is nearer to the top
+    const bool second = plates.is_of_second(c.a);
+    of.insert(second);
+    EXPECT_NEAR(c.gap, second ? at.x - 1 : 1 - 0.3 * kRadius - at.x, 1e-9);
+    EXPECT_LT(norm(c.normal - Vec3{second ? 1.0 : -1.0, 0, 0}), 1e-9);
+    EXPECT_LT(norm(plates.body.point(c.b) - c.point), 1e-12);
+    EXPECT_FALSE(c.b.vertex[2].valid());
+  }
+  EXPECT_EQ(of.size(), 2u);  // each is in the other
+}
+
+TEST(SunkWalls, WhatIsNoWallAnyMoreIsForgotten) {
+  Plates plates;
+  plates.stand(0.3 * kRadius);
+  plates.remember();
+  ASSERT_FALSE(plates.memory.walls.empty());
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(plates.body.surface.cut.size())) plates.body.surface.cut[h] = 0;
+  plates.find();
+  EXPECT_TRUE(plates.contacts.empty());
+  EXPECT_TRUE(plates.memory.walls.empty());
+}
+
+}  // namespace
+}  // namespace kerf

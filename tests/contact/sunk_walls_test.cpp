@@ -62,7 +62,7 @@ struct Plates {
 
 TEST(SunkWalls, AreHeldByTheWayThatTheyCameIn) {
   Plates plates;
-  plates.stand(0.3 * kRadius);
+  plates.stand(0.2 * kRadius);
   plates.remember();
   plates.find();
   std::set<CollisionVertex> ends;
@@ -79,7 +79,7 @@ TEST(SunkWalls, AreHeldByTheWayThatTheyCameIn) {
   EXPECT_GE(plates.of_lower_border(), 8 * kWalls);
   // The same places are remembered once, and places that slide along a wall take the place of others.
   for (int i = 0; i < 4; ++i) {
-    plates.stand(0.3 * kRadius + 1e-6 * i, 0.01 * i);
+    plates.stand(0.2 * kRadius + 1e-6 * i, 0.01 * i);
     plates.remember();
     plates.find();
   }
@@ -90,7 +90,7 @@ TEST(SunkWalls, AreHeldByTheWayThatTheyCameIn) {
 
 TEST(SunkWalls, FromBelowTheyGoOutBelow) {
   Plates plates;
-  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x, 0.43, p.y - 1 - 0.7 * kRadius}; });
+  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x, 0.43, p.y - 1 - 0.8 * kRadius}; });
   plates.remember();
   plates.find();
   ASSERT_GE(plates.contacts.size(), 8 * kWalls);
@@ -103,7 +103,7 @@ TEST(SunkWalls, FromBelowTheyGoOutBelow) {
 
 TEST(SunkWalls, TheyFollowFromFaceToFaceAndAreForgottenFarOff) {
   Plates plates;
-  plates.stand(0.3 * kRadius);
+  plates.stand(0.2 * kRadius);
   plates.remember();
   plates.find();
   const std::size_t held = plates.of_lower_border();
@@ -124,16 +124,16 @@ TEST(SunkWalls, TheyFollowFromFaceToFaceAndAreForgottenFarOff) {
   plates.find();
   EXPECT_TRUE(plates.contacts.empty());
   EXPECT_TRUE(plates.memory.walls.empty());
-  plates.stand(0.3 * kRadius, 0.21);
+  plates.stand(0.2 * kRadius, 0.21);
   plates.find();
   EXPECT_TRUE(plates.contacts.empty());
 }
 
 TEST(SunkWalls, BesideTheMaterialNothingHoldsThem) {
   Plates plates;
-  plates.stand(0.3 * kRadius);
+  plates.stand(0.2 * kRadius);
   plates.remember();
-  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x, 1.001, p.y + 0.7 * kRadius}; });
+  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x, 1.001, p.y + 0.8 * kRadius}; });
   plates.find();
   EXPECT_TRUE(plates.contacts.empty());
 }
@@ -141,7 +141,7 @@ TEST(SunkWalls, BesideTheMaterialNothingHoldsThem) {
 TEST(SunkWalls, ThroughTheWallOfABorderTheyGoOutThere) {
   // The second plate lies level with the first, its border a little within the other's.
   Plates plates;
-  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{1 - 0.3 * kRadius + p.x, 0.1 + 0.8 * p.y, 0.05 * kRadius}; });
+  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{1 - 0.2 * kRadius + p.x, 0.1 + 0.8 * p.y, 0.05 * kRadius}; });
   plates.remember();
   plates.find();
   std::set<bool> of;
@@ -150,7 +150,7 @@ TEST(SunkWalls, ThroughTheWallOfABorderTheyGoOutThere) {
     if (std::fabs(at.y - 0.5) > 0.4 - kRadius || std::fabs(c.a.lift) > 0.5) continue;  // corners, and what is nearer to the top
     const bool second = plates.is_of_second(c.a);
     of.insert(second);
-    EXPECT_NEAR(c.gap, second ? at.x - 1 : 1 - 0.3 * kRadius - at.x, 1e-9);
+    EXPECT_NEAR(c.gap, second ? at.x - 1 : 1 - 0.2 * kRadius - at.x, 1e-9);
     EXPECT_LT(norm(c.normal - Vec3{second ? 1.0 : -1.0, 0, 0}), 1e-9);
     EXPECT_LT(norm(plates.body.point(c.b) - c.point), 1e-12);
     EXPECT_FALSE(c.b.vertex[2].valid());
@@ -158,9 +158,24 @@ TEST(SunkWalls, ThroughTheWallOfABorderTheyGoOutThere) {
   EXPECT_EQ(of.size(), 2u);  // each is in the other
 }
 
+TEST(SunkWalls, WhatIsTooDeepForThatIsLeftAlone) {
+  Plates plates;
+  plates.stand(0.4 * kRadius);
+  plates.remember();
+  plates.find();
+  EXPECT_EQ(plates.of_lower_border(), 0u);
+  plates.stand(0.2 * kRadius);
+  plates.remember();
+  plates.find();
+  EXPECT_GE(plates.of_lower_border(), 8 * kWalls);
+  plates.stand(0.4 * kRadius);
+  plates.find();
+  EXPECT_EQ(plates.of_lower_border(), 0u);
+}
+
 TEST(SunkWalls, WhatIsNoWallAnyMoreIsForgotten) {
   Plates plates;
-  plates.stand(0.3 * kRadius);
+  plates.stand(0.2 * kRadius);
   plates.remember();
   ASSERT_FALSE(plates.memory.walls.empty());
   for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(plates.body.surface.cut.size())) plates.body.surface.cut[h] = 0;

@@ -60,6 +60,7 @@ struct SunkWall {
   double lift = 0;         ///< SurfacePoint::lift
   double depth = 0;        ///< m
   WayOut out;              ///< of the material that it sank into
+  bool held = false;       ///< by now
   friend bool operator==(const SunkWall&, const SunkWall&) = default;
 };
 struct DetectMemory {

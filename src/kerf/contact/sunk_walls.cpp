@@ -16,6 +16,9 @@ using F = CollisionTriangle;
 
 /// Faces that a place may have moved on to since the last step.
 constexpr int kMostFaces = 4;
+/// What is deeper than this part of the half thickness came in some other way than its nearest one out, or can't be held: near the tip of a cut, where all hangs
+/// together, or where faces are folded sharply.
+constexpr double kHopeless = 0.3;
 /// Places of a wall are at least so far apart along it, parts of its length: what is nearer is the same place, which slides along.
 constexpr double kSamePlace = 0.06;
 
@@ -76,6 +79,8 @@ bool are_there(const ContactSurface& s, const SunkWall& wall) {
          (wall.out.side != 0 || !s.twin[wall.out.edge].valid());
 }
 
+double hopeless_depth(const ContactSurface& s, H edge) { return kHopeless * std::max(s.radius[s.from(edge)], s.radius[s.to(edge)]); }
+
 /// The contact of a wall; false: there is none any more.
 bool find_contact(const SurfaceState& body, double margin, SunkWall& wall, Contact& c) {
   const ContactSurface& s = *body.surface;
@@ -88,22 +93,28 @@ bool find_contact(const SurfaceState& body, double margin, SunkWall& wall, Conta
   c.point = place_of(body, c.b);
   c.normal = exit.normal;
   c.gap = dot(c.normal, p - c.point);
-  return c.gap < margin && std::fabs(dot(c.normal, c.normal) - 1) < 1e-6;
+  return c.gap < margin && c.gap > -hopeless_depth(s, wall.edge) && std::fabs(dot(c.normal, c.normal) - 1) < 1e-6;
 }
 
 }  // namespace
 
 void remember_sunk_walls(const ContactSurface& surface, std::span<const DepthSearch::Deep> deep, DetectMemory& memory) {
-  // A place that was known gives way to where the same wall is deepest by now.
   for (const DepthSearch::Deep& d : deep) {
-    SunkWall wall{{}, d.point.weight[1], d.point.lift, d.depth, d.out};
+    SunkWall wall{{}, d.point.weight[1], d.point.lift, d.depth, d.out, false};
     surface.for_each_outgoing(d.point.vertex[0], [&](H h) {
       if (surface.to(h) == d.point.vertex[1] && surface.cut[h] != 0) wall.edge = h;
       return !wall.edge.valid();
     });
+    if (!wall.edge.valid() || d.depth > hopeless_depth(surface, wall.edge)) continue;
     const auto is_it = [&](const SunkWall& w) { return w.edge == wall.edge && std::fabs(w.along - wall.along) < kSamePlace; };
-    if (!wall.edge.valid() || std::any_of(memory.walls.begin(), memory.walls.end(), [&](const SunkWall& w) { return is_it(w) && w.depth >= wall.depth; })) continue;
-    std::erase_if(memory.walls, is_it);
+    const auto known = std::find_if(memory.walls.begin(), memory.walls.end(), is_it);
+    if (known != memory.walls.end()) {
+      // It moves to where the wall is deepest by now, but goes out as it has begun to.
+      if (std::any_of(known, memory.walls.end(), [&](const SunkWall& w) { return is_it(w) && w.depth >= wall.depth; })) continue;
+      if (known->held) wall.out = known->out;
+      wall.held = known->held;
+      std::erase_if(memory.walls, is_it);
+    }
     memory.walls.push_back(wall);
   }
 }
@@ -118,6 +129,7 @@ void add_sunk_walls(const SurfaceState& body, double margin, double friction, De
     c.key = contact_key({ContactKind::kSunkWall, static_cast<std::int32_t>(std::lround(wall.along / kSamePlace)), 0, 0, 0, wall.edge.value, 0});
     contacts.push_back(c);
     wall.depth = std::max(0.0, -c.gap);
+    wall.held = true;
     memory.walls[kept++] = wall;
   }
   memory.walls.resize(kept);

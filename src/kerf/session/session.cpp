@@ -397,7 +397,7 @@ std::uint64_t Session::hash() const {
       hash.add(c.tool);
     }
   for (const SunkWall& w : state.touching.walls) {
-    hash.add(std::array<std::int32_t, 3>{w.edge.value, w.out.edge.value, w.out.side});
+    hash.add(std::array<std::int32_t, 4>{w.edge.value, w.out.edge.value, w.out.side, w.held ? 1 : 0});
     hash.add(std::array<double, 3>{w.along, w.lift, w.depth});
   }
   hash.add(state.gravity);

@@ -129,6 +129,26 @@ TEST(SunkWalls, TheyFollowFromFaceToFaceAndAreForgottenFarOff) {
   EXPECT_TRUE(plates.contacts.empty());
 }
 
+TEST(SunkWalls, UnderAValleyTheyGoOutThroughItsBottom) {
+  // The first plate is folded upwards along a line of its vertices; the other one's lower border runs along above it, a little aside. Somewhere the edge
+  // between the faces is nearest of both.
+  const double rise = std::tan(20 * M_PI / 180);
+  for (int i = -20; i <= 20; ++i) {
+    Plates plates;
+    plates.body.deform([&](Vec3 p) {
+      return p.z < 0.5 ? Vec3{p.x, p.y, rise * std::fabs(p.y - 0.4)} : Vec3{0.3 + 0.4 * p.x, 0.4 + 0.02 * i * kRadius + 0.3 * p.y, 0.85 * kRadius + p.y};
+    });
+    plates.remember();
+    plates.find();
+    EXPECT_GE(plates.of_lower_border(), 8 * kWalls) << i;
+    for (const Contact& c : plates.contacts) {
+      EXPECT_LT(c.gap, 0);
+      EXPECT_GT(c.gap, -0.3 * kRadius);
+      EXPECT_GT(c.normal.z, 0.9);
+    }
+  }
+}
+
 TEST(SunkWalls, BesideTheMaterialNothingHoldsThem) {
   Plates plates;
   plates.stand(0.2 * kRadius);

@@ -45,18 +45,18 @@ bool find_exit_of_face(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit
     const auto v = s.vertices(f);
     const std::array<Vec3, 3> t{corner(body, v[0], out.side), corner(body, v[1], out.side), corner(body, v[2], out.side)};
     const std::array<double, 3> weights = nearest_foot(p, t).weights();
-    if (is_inside(weights)) {
-      exit.foot = {0, {v[0], v[1], v[2]}, weights, static_cast<double>(out.side)};
-      const Vec3 n = normalized(cross(t[1] - t[0], t[2] - t[0]));
-      exit.normal = dot(n, body.offset[v[0].index()] + body.offset[v[1].index()] + body.offset[v[2].index()]) < 0 ? -out.side * n : out.side * n;
-      return true;
-    }
+    exit.foot = {0, {v[0], v[1], v[2]}, weights, static_cast<double>(out.side)};
+    const Vec3 n = normalized(cross(t[1] - t[0], t[2] - t[0]));
+    exit.normal = dot(n, body.offset[v[0].index()] + body.offset[v[1].index()] + body.offset[v[2].index()]) < 0 ? -out.side * n : out.side * n;
+    if (is_inside(weights)) return true;
     const int opposite = opposite_corner(weights);
     const H h = ContactSurface::corner(f, opposite >= 0 ? (opposite + 1) % 3 : weights[0] == 1 ? 0 : weights[1] == 1 ? 1 : 2);
     if (!s.twin[h].valid()) return false;
     out.edge = s.twin[h];
   }
-  return false;
+  // Over a ridge or under a valley the edge between two faces is nearest of both: the last one serves.
+  const Vec3 d = p - place_of(body, exit.foot), beside = d - dot(exit.normal, d) * exit.normal;
+  return norm(beside) < std::fabs(dot(exit.normal, d));
 }
 
 bool find_exit_of_wall(const SurfaceState& body, Vec3 p, const WayOut& out, Exit& exit) {

@@ -114,14 +114,15 @@ void throw_ball(Mat& mat, int seed, int number) {
   const std::vector<Vec3>& x = session.collision_positions();
   const CollisionMesh& mesh = session.body().complex.collision;
   double nearest = HUGE_VAL;
-  int under = 0;
+  std::array<int, 2> under{};  // a millimetre to either side: straight below a ball there may be the gap of the slit
   for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
     std::array<Vec3, 3> t;
     for (int c = 0; c < 3; ++c) t[static_cast<std::size_t>(c)] = x[mesh.origin[CollisionMesh::corner(f, c)].index()];
     nearest = std::min(nearest, distance(ball, t));
-    under += below(ball, t);
+    under[0] += below(ball + Vec3{0, 1e-3, 0}, t);
+    under[1] += below(ball - Vec3{0, 1e-3, 0}, t);
   }
-  EXPECT_EQ(under % 2, 1) << where << ": it is still above the mat";
+  EXPECT_TRUE(under[0] % 2 == 1 || under[1] % 2 == 1) << where << ": it is still above the mat";
   EXPECT_GT(nearest, 0.9 * kBall) << where;
 }
 
@@ -134,6 +135,13 @@ TEST(ToolThrows, NoneGetsThrough) {
       Mat mat(dt, cut, std::move(*made));
       for (int i = 0; i < (throws + 3) / 4 && !HasFatalFailure(); ++i) throw_ball(mat, seed, i);
     }
+}
+
+TEST(ToolThrows, ABallOverTheGapOfTheSlitIsAboveTheMat) {
+  auto made = Session::create(mat_scene(0.0167));
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  Mat mat(0.0167, true, std::move(*made));
+  throw_ball(mat, 31337, 57);
 }
 
 /// Balls that the mat let through while it was pushed off tools no faster than off itself.

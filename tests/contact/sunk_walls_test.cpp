@@ -153,6 +153,7 @@ TEST(SunkWalls, BesideTheMaterialNothingHoldsThem) {
   Plates plates;
   plates.stand(0.2 * kRadius);
   plates.remember();
+  ASSERT_FALSE(plates.memory.walls.empty());
   plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x, 1.001, p.y + 0.8 * kRadius}; });
   plates.find();
   EXPECT_TRUE(plates.contacts.empty());
@@ -178,10 +179,95 @@ TEST(SunkWalls, ThroughTheWallOfABorderTheyGoOutThere) {
   EXPECT_EQ(of.size(), 2u);  // each is in the other
 }
 
+TEST(SunkWalls, AlongABorderTheyFollowFromWallToWall) {
+  Plates plates;
+  const auto slide = [&](double by) {
+    plates.body.deform([&](Vec3 p) { return p.z < 0.5 ? p : Vec3{1 - 0.2 * kRadius + p.x, 0.25 + by + 0.5 * p.y, 0.05 * kRadius}; });
+  };
+  slide(0);
+  plates.remember();
+  const auto of_second = [&] {  // in the wall of the first plate's border, away from the second one's corners
+    plates.find();
+    return std::count_if(plates.contacts.begin(), plates.contacts.end(), [&](const Contact& c) {
+      const double up = plates.body.surface.rest[c.a.vertex[0]].y + c.a.weight[1] * (plates.body.surface.rest[c.a.vertex[1]].y - plates.body.surface.rest[c.a.vertex[0]].y);
+      return plates.is_of_second(c.a) && !c.b.vertex[2].valid() && std::fabs(up - 0.5) < 0.45;
+    });
+  };
+  const auto held = of_second();
+  ASSERT_GT(held, 8);
+  for (int i = 1; i <= 20; ++i) {  // borders of 0.2
+    slide(0.01 * i);
+    EXPECT_EQ(of_second(), held) << i;
+  }
+}
+
+TEST(SunkWalls, BothRimsOfAWallAreHeld) {
+  // The lower border of the second plate lies in a steep valley of the first, wider than the plate is thick, and both its rims are in the slopes.
+  Plates plates;
+  const double rise = std::tan(30 * M_PI / 180);
+  plates.body.deform([&](Vec3 p) {
+    return p.z < 0.5 ? Vec3{p.x, p.y, rise * std::fabs(p.y - 0.4)} : Vec3{0.3 + 0.4 * p.x, 0.4, p.y + 1.42 * kRadius};
+  });
+  plates.remember();
+  plates.find();
+  int rims[2] = {0, 0};
+  for (const Contact& c : plates.contacts) {
+    if (std::fabs(c.a.lift) < 1) continue;
+    ++rims[c.a.lift > 0 ? 1 : 0];
+    EXPECT_NE(c.normal.y > 0, plates.body.point(c.a).y > 0.4);  // off the slope that it is in
+  }
+  EXPECT_GE(rims[0], 20);
+  EXPECT_GE(rims[1], 20);
+}
+
+TEST(SunkWalls, WhatIsHeldGoesOnAsItHasBegun) {
+  Plates plates;
+  plates.stand(0.2 * kRadius);
+  plates.remember();
+  plates.find();
+  const SunkWall held = plates.memory.walls.front();
+  ASSERT_TRUE(held.held);
+  // Deeper places beside it, with another way out: the last of them takes its place, but not its own way.
+  std::vector<DepthSearch::Deep> deep;
+  for (const double along : {held.along - 0.05, held.along + 0.05, held.along}) {
+    DepthSearch::Deep& d = deep.emplace_back();
+    d.point.vertex = {plates.body.surface.from(held.edge), plates.body.surface.to(held.edge), CollisionVertex()};
+    d.point.weight = {1 - along, along, 0};
+    d.point.lift = held.lift;
+    d.depth = held.depth + 0.01 * kRadius * static_cast<double>(deep.size());
+    d.out = {held.out.edge, -held.out.side};
+  }
+  plates.memory.walls = {held};
+  remember_sunk_walls(plates.body.surface, deep, plates.memory);
+  ASSERT_EQ(plates.memory.walls.size(), 1u);
+  EXPECT_EQ(plates.memory.walls[0].out, held.out);
+  EXPECT_TRUE(plates.memory.walls[0].held);
+  EXPECT_EQ(plates.memory.walls[0].along, held.along);
+}
+
+TEST(SunkWalls, OnlyWhatACutChangesIsForgotten) {
+  Plates plates;
+  plates.stand(0.2 * kRadius);
+  plates.remember();
+  const std::vector<SunkWall> before = plates.memory.walls;
+  const SunkWall first = before.front();
+  std::vector<CollisionTriangle> changed{ContactSurface::face(first.edge)};
+  forget_sunk_walls(plates.body.surface, changed, plates.memory);
+  EXPECT_LT(plates.memory.walls.size(), before.size());
+  EXPECT_FALSE(plates.memory.walls.empty());
+  for (const SunkWall& w : plates.memory.walls) EXPECT_NE(ContactSurface::face(w.edge), changed[0]);
+  const std::size_t left = plates.memory.walls.size();
+  changed = {ContactSurface::face(plates.memory.walls.front().out.edge)};
+  forget_sunk_walls(plates.body.surface, changed, plates.memory);
+  EXPECT_LT(plates.memory.walls.size(), left);
+  for (const SunkWall& w : plates.memory.walls) EXPECT_NE(ContactSurface::face(w.out.edge), changed[0]);
+}
+
 TEST(SunkWalls, WhatIsTooDeepForThatIsLeftAlone) {
   Plates plates;
   plates.stand(0.4 * kRadius);
   plates.remember();
+  for (const SunkWall& w : plates.memory.walls) EXPECT_LT(w.depth, 0.3 * kRadius);  // of the walls that go up from there
   plates.find();
   EXPECT_EQ(plates.of_lower_border(), 0u);
   plates.stand(0.2 * kRadius);

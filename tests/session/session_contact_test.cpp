@@ -286,6 +286,24 @@ TEST(Lips, LiftedAThinOneOverlapsNowhere) {
   }
 }
 
+TEST(Lips, WhatIsHeldBecauseItSankInIsPartOfTheState) {
+  constexpr double kThin = 0.08 * kRadius, kStep = 0.0167;
+  Cut cut(kStep, false, kThin, 104, 1e5);
+  ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
+  ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
+  for (const Vec3 by : {Vec3{0, 0, 3.4589 * kThin}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -kThin}}) {
+    cut.move("lip", by, 0.4);
+    for (int i = 0; i < 4; ++i) {
+      const auto then = cut.session.snapshot();
+      run(cut.session, 6 * kStep, kThin);
+      const std::uint64_t once = cut.session.hash();
+      cut.session.restore(then);
+      run(cut.session, 6 * kStep, kThin);
+      EXPECT_EQ(cut.session.hash(), once);
+    }
+  }
+}
+
 TEST(Lips, WhereTwoCutsCrossNoPieceSinksIntoTheOneAcross) {
   // Corners of pieces across a crossing had no contacts, and lay in each other by 0.1 half thicknesses and more for a third of the time.
   struct Case {

@@ -35,7 +35,7 @@ void prepare_depths(const SurfaceState& body, DepthSearch& search);
 /// m that a point of the body is deep in what is not neighbour to it; 0: in nothing, or not deeper than `least`.
 double depth_of(const SurfaceState& body, const SurfacePoint& point, double least, DepthSearch& search);
 
-/// Points of the walls that cuts have left (8 x 5 on each, and where its edges go through a face's prism) that are deeper than `least` metres. Walls with nothing near cost a look into the tree.
+/// Points of the walls that cuts have left (8 x 5 on each, and the middle of what its five lines have in a face's prism) that are deeper than `least` metres. Walls with nothing near cost a look into the tree.
 void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search);
 
 }  // namespace kerf

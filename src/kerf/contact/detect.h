@@ -53,7 +53,7 @@ struct ToolContact {
   std::int32_t tool = 0;
   friend bool operator==(const ToolContact&, const ToolContact&) = default;
 };
-/// A place of a wall that sank into material of its body where no contact was found, and is held since (sunk_walls.h).
+/// A place of a wall that has sunk into material of its body, to be held by a contact of its own (sunk_walls.h).
 struct SunkWall {
   CollisionHalfEdge edge;  ///< which the wall stands on
   double along = 0;        ///< on it, 0 to 1

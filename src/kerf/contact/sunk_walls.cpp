@@ -14,7 +14,7 @@ using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 
-/// Faces that a place may have moved on to since the last step.
+/// Faces, or borders, that a place may have moved on to since the last step.
 constexpr int kMostFaces = 4;
 /// What is deeper than this part of the half thickness came in some other way than its nearest one out, or can't be held: near the tip of a cut, where all hangs
 /// together, or where faces are folded sharply.
@@ -37,6 +37,12 @@ struct Exit {
   Vec3 normal;
 };
 
+/// Over a ridge or under a valley the edge between two faces is nearest of both, and the last one serves. Is it that, or is the place beside?
+bool is_over_edge(const SurfaceState& body, Vec3 p, const Exit& exit) {
+  const Vec3 d = p - place_of(body, exit.foot), beside = d - dot(exit.normal, d) * exit.normal;
+  return norm(beside) < std::fabs(dot(exit.normal, d));
+}
+
 /// On the side of a face, or of the one that the place has moved on to; false: it is beside all of them.
 bool find_exit_of_face(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit) {
   const ContactSurface& s = *body.surface;
@@ -54,24 +60,44 @@ bool find_exit_of_face(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit
     if (!s.twin[h].valid()) return false;
     out.edge = s.twin[h];
   }
-  // Over a ridge or under a valley the edge between two faces is nearest of both: the last one serves.
-  const Vec3 d = p - place_of(body, exit.foot), beside = d - dot(exit.normal, d) * exit.normal;
-  return norm(beside) < std::fabs(dot(exit.normal, d));
+  return is_over_edge(body, p, exit);
 }
 
-bool find_exit_of_wall(const SurfaceState& body, Vec3 p, const WayOut& out, Exit& exit) {
-  const ContactSurface& s = *body.surface;
-  const V a = s.from(out.edge), b = s.to(out.edge), apex = s.from(ContactSurface::prev(out.edge));
-  const Vec3 low = corner(body, a, -1), high = corner(body, b, 1);
-  const TriangleFoot under = nearest_foot(p, {low, corner(body, b, -1), high}), over = nearest_foot(p, {low, high, corner(body, a, 1)});
-  const std::array<double, 3> w = under.square <= over.square ? under.weights() : over.weights();
-  const double along = under.square <= over.square ? w[1] + w[2] : w[1], lift = under.square <= over.square ? w[2] - w[0] - w[1] : w[1] + w[2] - w[0];
-  if (!(along > 0 && along < 1 && std::fabs(lift) < 1)) return false;
-  exit.foot = {0, {a, b, V()}, {1 - along, along, 0}, lift};
-  const Vec3 n = normalized(cross(corner(body, b, lift) - corner(body, a, lift), lerp(body.offset[a.index()], body.offset[b.index()], along)));
-  exit.normal = dot(n, lerp(body.position[a.index()], body.position[b.index()], along) - body.position[apex.index()]) < 0 ? -n : n;
-  return true;
+/// The border that goes on from h at its end, or leads to its beginning; none where there is no other.
+H next_border(const ContactSurface& s, H h, bool at_end) {
+  H next;
+  s.for_each_outgoing(at_end ? s.to(h) : s.from(h), [&](H g) {
+    const H candidate = at_end ? g : ContactSurface::prev(g);
+    if (!s.twin[candidate].valid() && candidate != h) next = candidate;
+    return !next.valid();
+  });
+  return next;
 }
+
+/// On the wall over a border, or over one of those that it has slid on to; false: it is beside all of them, above or below.
+bool find_exit_of_wall(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit) {
+  const ContactSurface& s = *body.surface;
+  for (int i = 0; i < kMostFaces; ++i) {
+    const V a = s.from(out.edge), b = s.to(out.edge), apex = s.from(ContactSurface::prev(out.edge));
+    const Vec3 low = corner(body, a, -1), high = corner(body, b, 1);
+    const TriangleFoot under = nearest_foot(p, {low, corner(body, b, -1), high}), over = nearest_foot(p, {low, high, corner(body, a, 1)});
+    const bool is_under = under.square <= over.square;
+    const std::array<double, 3> w = is_under ? under.weights() : over.weights();
+    const double along = is_under ? w[1] + w[2] : w[1], lift = is_under ? w[2] - w[0] - w[1] : w[1] + w[2] - w[0];
+    if (!(std::fabs(lift) < 1)) return false;
+    exit.foot = {0, {a, b, V()}, {1 - along, along, 0}, lift};
+    const Vec3 n = normalized(cross(corner(body, b, lift) - corner(body, a, lift), lerp(body.offset[a.index()], body.offset[b.index()], along)));
+    exit.normal = dot(n, lerp(body.position[a.index()], body.position[b.index()], along) - body.position[apex.index()]) < 0 ? -n : n;
+    if (along > 0 && along < 1) return true;
+    const H next = next_border(s, out.edge, along >= 1);
+    if (!next.valid()) return false;
+    out.edge = next;
+  }
+  return is_over_edge(body, p, exit);
+}
+
+/// A wall has places at both of its rims.
+bool is_upper(const SunkWall& wall) { return wall.lift > 0; }
 
 /// Are both still there, and is the wall that of a cut?
 bool are_there(const ContactSurface& s, const SunkWall& wall) {
@@ -106,17 +132,27 @@ void remember_sunk_walls(const ContactSurface& surface, std::span<const DepthSea
       return !wall.edge.valid();
     });
     if (!wall.edge.valid() || d.depth > hopeless_depth(surface, wall.edge)) continue;
-    const auto is_it = [&](const SunkWall& w) { return w.edge == wall.edge && std::fabs(w.along - wall.along) < kSamePlace; };
-    const auto known = std::find_if(memory.walls.begin(), memory.walls.end(), is_it);
-    if (known != memory.walls.end()) {
-      // It moves to where the wall is deepest by now, but goes out as it has begun to.
-      if (std::any_of(known, memory.walls.end(), [&](const SunkWall& w) { return is_it(w) && w.depth >= wall.depth; })) continue;
-      if (known->held) wall.out = known->out;
-      wall.held = known->held;
-      std::erase_if(memory.walls, is_it);
+    const auto is_it = [&](const SunkWall& w) { return w.edge == wall.edge && is_upper(w) == is_upper(wall) && std::fabs(w.along - wall.along) < kSamePlace; };
+    if (std::any_of(memory.walls.begin(), memory.walls.end(), [&](const SunkWall& w) { return is_it(w) && w.depth >= wall.depth; })) continue;
+    // Places that are known move to where the wall is deepest by now, but it goes out as it has begun to.
+    double nearest = HUGE_VAL;
+    for (const SunkWall& w : memory.walls) {
+      if (!is_it(w) || !w.held || !(std::fabs(w.along - wall.along) < nearest)) continue;
+      nearest = std::fabs(w.along - wall.along);
+      wall.out = w.out;
+      wall.held = true;
     }
+    std::erase_if(memory.walls, is_it);
     memory.walls.push_back(wall);
   }
+}
+
+void forget_sunk_walls(const ContactSurface& surface, std::span<const F> changed, DetectMemory& memory) {
+  const auto is_gone = [&](H h) {
+    const F f = ContactSurface::face(h);
+    return f.index() >= surface.face_count() || std::binary_search(changed.begin(), changed.end(), f);
+  };
+  std::erase_if(memory.walls, [&](const SunkWall& w) { return is_gone(w.edge) || is_gone(w.out.edge); });
 }
 
 void add_sunk_walls(const SurfaceState& body, double margin, double friction, DetectMemory& memory, std::vector<Contact>& contacts) {
@@ -126,7 +162,8 @@ void add_sunk_walls(const SurfaceState& body, double margin, double friction, De
     Contact c;
     if (!find_contact(body, margin, wall, c)) continue;
     c.friction = friction;
-    c.key = contact_key({ContactKind::kSunkWall, static_cast<std::int32_t>(std::lround(wall.along / kSamePlace)), 0, 0, 0, wall.edge.value, 0});
+    const long place = 2 * std::lround(wall.along / kSamePlace) + (is_upper(wall) ? 1 : 0);
+    c.key = contact_key({ContactKind::kSunkWall, static_cast<std::int32_t>(place), 0, 0, 0, wall.edge.value, 0});
     contacts.push_back(c);
     wall.depth = std::max(0.0, -c.gap);
     wall.held = true;

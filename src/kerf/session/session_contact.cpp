@@ -214,9 +214,12 @@ void Session::Impl::warn_of_overlap() {
 }
 
 void Session::Impl::contact_follows(std::span<const CollisionTriangle> changed) {
-  state.touching.walls.clear();
-  if (!contact.on || contact.surface_stale) return;
+  if (!contact.on || contact.surface_stale) {
+    state.touching.walls.clear();
+    return;
+  }
   update_contact_surface(state.body.complex.collision, changed, contact.surface);
+  forget_sunk_walls(contact.surface, changed, state.touching);
 }
 
 std::vector<Session::ContactState> Session::contacts() const {

@@ -57,4 +57,20 @@ struct BareSurface {
   }
 };
 
+/// Two plates that never hung together, the second one 1 m above the first at rest.
+inline TriangleMesh two_plates(int cells) {
+  TriangleMesh mesh = plain_grid_mesh(cells, cells);
+  const TriangleMesh other = mesh;
+  const std::size_t first = mesh.positions.size();
+  for (const Vec3 p : other.positions.raw()) mesh.positions.push_back(p + Vec3{0, 0, 1});
+  for (const std::array<VertexId, 3>& t : other.triangles.raw())
+    mesh.triangles.push_back({VertexId(t[0].index() + first), VertexId(t[1].index() + first), VertexId(t[2].index() + first)});
+  return mesh;
+}
+
+/// Only walls that cuts have left are looked at: all borders, then.
+inline void count_as_cut(ContactSurface& s) {
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(s.twin.size())) s.cut[h] = s.twin[h].valid() ? 0 : 1;
+}
+
 }  // namespace kerf::testing_support

@@ -14,26 +14,12 @@ namespace kerf {
 namespace {
 
 using testing_support::BareSurface;
+using testing_support::count_as_cut;
 using testing_support::LipsView;
 using testing_support::plain_grid_mesh;
+using testing_support::two_plates;
 
 constexpr double kRadius = 0.02;
-
-/// Two plates that never hung together, the second one 1 m above the first at rest.
-TriangleMesh two_plates(int cells) {
-  TriangleMesh mesh = plain_grid_mesh(cells, cells);
-  const TriangleMesh other = mesh;
-  const std::size_t first = mesh.positions.size();
-  for (const Vec3 p : other.positions.raw()) mesh.positions.push_back(p + Vec3{0, 0, 1});
-  for (const std::array<VertexId, 3>& t : other.triangles.raw())
-    mesh.triangles.push_back({VertexId(t[0].index() + first), VertexId(t[1].index() + first), VertexId(t[2].index() + first)});
-  return mesh;
-}
-
-/// Only walls that cuts have left are looked at: all borders, then.
-void count_as_cut(ContactSurface& s) {
-  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(s.twin.size())) s.cut[h] = s.twin[h].valid() ? 0 : 1;
-}
 
 /// The same for the brute search: every triangle on its plate's side, every border a wall.
 LipsView whole(const BareSurface& body, const std::vector<std::array<std::int32_t, 3>>& triangles) {

@@ -13,7 +13,6 @@ namespace kerf {
 namespace {
 
 using testing_support::BareSurface;
-using testing_support::plain_grid_mesh;
 
 constexpr double kRadius = 0.02, kMargin = 0.2 * kRadius, kDeep = 0.05 * kRadius;
 /// Walls of the upright plate's lower border, each of which is in the other plate for all of its length.
@@ -26,18 +25,7 @@ struct Plates {
   DetectMemory memory;
   std::vector<Contact> contacts;
 
-  static TriangleMesh mesh() {
-    TriangleMesh both = plain_grid_mesh(5, 5);
-    const TriangleMesh one = both;
-    const std::size_t n = one.positions.size();
-    for (const Vec3 p : one.positions.raw()) both.positions.push_back(p + Vec3{0, 0, 1});
-    for (const std::array<VertexId, 3>& t : one.triangles.raw())
-      both.triangles.push_back({VertexId(t[0].index() + n), VertexId(t[1].index() + n), VertexId(t[2].index() + n)});
-    return both;
-  }
-  Plates() : body(mesh(), kRadius) {
-    for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(body.surface.twin.size())) body.surface.cut[h] = body.surface.twin[h].valid() ? 0 : 1;
-  }
+  Plates() : body(testing_support::two_plates(5), kRadius) { testing_support::count_as_cut(body.surface); }
   /// Upright, its lower border from x = 0.25 + shift to 0.75 + shift at y = 0.43.
   void stand(double depth, double shift = 0) {
     body.deform([&](Vec3 p) { return p.z < 0.5 ? p : Vec3{0.25 + 0.5 * p.x + shift, 0.43, p.y + kRadius - depth}; });

@@ -19,15 +19,6 @@ using F = CollisionTriangle;
 constexpr int kAlong = 8, kUp = 4, kNewton = 8;
 constexpr double kSettled = 1e-6, kLost = 40;  // beyond, it has lost its way
 
-Vec3 corner(const SurfaceState& body, V v, double lift) { return body.position[v.index()] + lift * body.offset[v.index()]; }
-
-Vec3 place_of(const SurfaceState& body, const SurfacePoint& p) {
-  Vec3 x;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (p.vertex[k].valid()) x += p.weight[k] * corner(body, p.vertex[k], p.lift);
-  return x;
-}
-
 /// Is p = x + l o for a point x of face f, -1 < l < 1?
 bool is_in_prism(const SurfaceState& body, F f, Vec3 p) {
   const auto v = body.surface->vertices(f);
@@ -56,8 +47,8 @@ bool is_in_prism(const SurfaceState& body, F f, Vec3 p) {
 
 double squared_wall_distance(const SurfaceState& body, H h, Vec3 p) {
   const V a = body.surface->from(h), b = body.surface->to(h);
-  const Vec3 low = corner(body, a, -1), high = corner(body, b, 1);
-  return std::min(nearest_foot(p, {low, corner(body, b, -1), high}).square, nearest_foot(p, {low, high, corner(body, a, 1)}).square);
+  const Vec3 low = lifted_corner(body, a, -1), high = lifted_corner(body, b, 1);
+  return std::min(nearest_foot(p, {low, lifted_corner(body, b, -1), high}).square, nearest_foot(p, {low, high, lifted_corner(body, a, 1)}).square);
 }
 
 /// How deep p is in the material of `faces`, if deeper than `least`, and its way out; else 0, as where none of `prisms` holds it.
@@ -73,7 +64,7 @@ double depth_in(const SurfaceState& body, std::span<const F> prisms, std::span<c
   for (const F f : faces) {
     const auto v = s.vertices(f);
     for (const std::int32_t lift : {-1, 1})
-      offer(nearest_foot(p, {corner(body, v[0], lift), corner(body, v[1], lift), corner(body, v[2], lift)}).square, ContactSurface::corner(f, 0), lift);
+      offer(nearest_foot(p, {lifted_corner(body, v[0], lift), lifted_corner(body, v[1], lift), lifted_corner(body, v[2], lift)}).square, ContactSurface::corner(f, 0), lift);
     for (int i = 0; i < 3; ++i)
       if (const H h = ContactSurface::corner(f, i); !s.twin[h].valid()) offer(squared_wall_distance(body, h, p), h, 0);
     if (!(square > least * least)) return 0;
@@ -168,6 +159,13 @@ void find_near_faces(const SurfaceState& body, const Box3& box, std::span<const 
 
 }  // namespace
 
+Vec3 place_of(const SurfaceState& body, const SurfacePoint& p) {
+  Vec3 x;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (p.vertex[k].valid()) x += p.weight[k] * lifted_corner(body, p.vertex[k], p.lift);
+  return x;
+}
+
 void prepare_depths(const SurfaceState& body, DepthSearch& search) {
   if (body.surface->tree.empty()) return;
   refit(body.surface->tree, body.surface->origin.raw(), body.position, search.boxes);
@@ -196,7 +194,7 @@ void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search
   for (const H h : ids<H>(s.twin.size())) {
     if (s.cut[h] == 0) continue;
     const std::array<V, 2> ends{s.from(h), s.to(h)};
-    const WallCorners wall{corner(body, ends[0], -1), corner(body, ends[1], -1), corner(body, ends[1], 1), corner(body, ends[0], 1)};
+    const WallCorners wall{lifted_corner(body, ends[0], -1), lifted_corner(body, ends[1], -1), lifted_corner(body, ends[1], 1), lifted_corner(body, ends[0], 1)};
     Box3 box;
     for (const Vec3 p : wall) box.add(p);
     find_near_faces(body, box, ends, search);
@@ -213,7 +211,7 @@ void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search
         if (point.depth > least) search.deep.push_back(point);
       };
       for (int i = 0; i < kAlong; ++i) look(i / static_cast<double>(kAlong));  // where it ends the next wall begins
-      const Vec3 from = corner(body, ends[0], point.point.lift), to = corner(body, ends[1], point.point.lift);
+      const Vec3 from = lifted_corner(body, ends[0], point.point.lift), to = lifted_corner(body, ends[1], point.point.lift);
       for (const F f : prisms)
         if (const double t = middle_in_prism(body, f, from, to); t > 0) look(t);
     }

@@ -29,13 +29,19 @@ struct DepthSearch {
   NeighbourSearch neighbours;
 };
 
+/// m: where a vertex is, lifted off the mid-surface (SurfacePoint::lift).
+inline Vec3 lifted_corner(const SurfaceState& body, CollisionVertex v, double lift) { return body.position[v.index()] + lift * body.offset[v.index()]; }
+/// m: where a point of the body is.
+Vec3 place_of(const SurfaceState& body, const SurfacePoint& point);
+
 /// Where the body is now, for the calls below. O(n).
 void prepare_depths(const SurfaceState& body, DepthSearch& search);
 
 /// m that a point of the body is deep in what is not neighbour to it; 0: in nothing, or not deeper than `least`.
 double depth_of(const SurfaceState& body, const SurfacePoint& point, double least, DepthSearch& search);
 
-/// Points of the walls that cuts have left (8 x 5 on each, and the middle of what its five lines have in a face's prism) that are deeper than `least` metres. Walls with nothing near cost a look into the tree.
+/// Points of the walls that cuts have left (8 x 5 on each, and the middle of what its five lines have in a face's prism) that are deeper than `least`
+/// metres. Walls with nothing near cost a look into the tree.
 void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search);
 
 }  // namespace kerf

@@ -22,15 +22,6 @@ constexpr double kHopeless = 0.3;
 /// Places of a wall are at least so far apart along it, parts of its length: what is nearer is the same place, which slides along.
 constexpr double kSamePlace = 0.06;
 
-Vec3 corner(const SurfaceState& body, V v, double lift) { return body.position[v.index()] + lift * body.offset[v.index()]; }
-
-Vec3 place_of(const SurfaceState& body, const SurfacePoint& p) {
-  Vec3 x;
-  for (std::size_t k = 0; k < 3; ++k)
-    if (p.vertex[k].valid()) x += p.weight[k] * corner(body, p.vertex[k], p.lift);
-  return x;
-}
-
 /// The nearest place on the way out, and where out is.
 struct Exit {
   SurfacePoint foot;
@@ -49,7 +40,7 @@ bool find_exit_of_face(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit
   for (int i = 0; i < kMostFaces; ++i) {
     const F f = ContactSurface::face(out.edge);
     const auto v = s.vertices(f);
-    const std::array<Vec3, 3> t{corner(body, v[0], out.side), corner(body, v[1], out.side), corner(body, v[2], out.side)};
+    const std::array<Vec3, 3> t{lifted_corner(body, v[0], out.side), lifted_corner(body, v[1], out.side), lifted_corner(body, v[2], out.side)};
     const std::array<double, 3> weights = nearest_foot(p, t).weights();
     exit.foot = {0, {v[0], v[1], v[2]}, weights, static_cast<double>(out.side)};
     const Vec3 n = normalized(cross(t[1] - t[0], t[2] - t[0]));
@@ -79,14 +70,14 @@ bool find_exit_of_wall(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit
   const ContactSurface& s = *body.surface;
   for (int i = 0; i < kMostFaces; ++i) {
     const V a = s.from(out.edge), b = s.to(out.edge), apex = s.from(ContactSurface::prev(out.edge));
-    const Vec3 low = corner(body, a, -1), high = corner(body, b, 1);
-    const TriangleFoot under = nearest_foot(p, {low, corner(body, b, -1), high}), over = nearest_foot(p, {low, high, corner(body, a, 1)});
+    const Vec3 low = lifted_corner(body, a, -1), high = lifted_corner(body, b, 1);
+    const TriangleFoot under = nearest_foot(p, {low, lifted_corner(body, b, -1), high}), over = nearest_foot(p, {low, high, lifted_corner(body, a, 1)});
     const bool is_under = under.square <= over.square;
     const std::array<double, 3> w = is_under ? under.weights() : over.weights();
     const double along = is_under ? w[1] + w[2] : w[1], lift = is_under ? w[2] - w[0] - w[1] : w[1] + w[2] - w[0];
     if (!(std::fabs(lift) < 1)) return false;
     exit.foot = {0, {a, b, V()}, {1 - along, along, 0}, lift};
-    const Vec3 n = normalized(cross(corner(body, b, lift) - corner(body, a, lift), lerp(body.offset[a.index()], body.offset[b.index()], along)));
+    const Vec3 n = normalized(cross(lifted_corner(body, b, lift) - lifted_corner(body, a, lift), lerp(body.offset[a.index()], body.offset[b.index()], along)));
     exit.normal = dot(n, lerp(body.position[a.index()], body.position[b.index()], along) - body.position[apex.index()]) < 0 ? -n : n;
     if (along > 0 && along < 1) return true;
     const H next = next_border(s, out.edge, along >= 1);

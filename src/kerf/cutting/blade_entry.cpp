@@ -147,7 +147,7 @@ class EntrySearch {
   void meet_slit_end(H h, std::vector<BladeEntry>& entries) const {
     const V v = mesh().from(h);
     const BladeEdge &from = move_.from, &to = move_.to;
-    const Slit slit = slit_at(mesh(), move_.position, v);
+    const SlitCorner slit = slit_at(mesh(), move_.position, v);
     if (!slit.ends() || near_front(at(v))) return;
     if (std::any_of(entries.begin(), entries.end(), [&](const BladeEntry& e) { return e.slit_end && e.position == at(v); })) return;
     BladeEntry e;
@@ -261,10 +261,10 @@ bool is_lip(const CollisionMesh& mesh, CollisionHalfEdge h) {
   return mesh.is_border(h) && (mesh.wall[h].valid() || !mesh.on_rim(mesh.from(h)) || !mesh.on_rim(mesh.to(h)));
 }
 
-bool Slit::turns_back() const { return angle > kSlitEnd; }
+bool SlitCorner::turns_back() const { return angle > kSlitEnd; }
 
-Slit slit_at(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex v) {
-  Slit slit;
+SlitCorner slit_at(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex v) {
+  SlitCorner slit;
   const Vec3 x = position[v.index()];
   mesh.for_each_outgoing(v, [&](H h) {
     const Vec3 a = normalized(position[mesh.to(h).index()] - x), b = normalized(position[mesh.apex(h).index()] - x);

@@ -38,7 +38,7 @@ struct BladeMove {
 bool is_lip(const CollisionMesh& mesh, CollisionHalfEdge h);
 
 /// What a vertex says of a slit.
-struct Slit {
+struct SlitCorner {
   double angle = 0;  ///< rad, of the material around the vertex
   Vec3 lips;         ///< the sum of the directions of its borders
   bool cut = false;  ///< one of them was made by a cut
@@ -46,7 +46,7 @@ struct Slit {
   [[nodiscard]] bool ends() const { return cut && turns_back(); }  ///< it is where a slit ends
   [[nodiscard]] bool ran_out() const { return cut && !turns_back(); }  ///< where one has come out at the rim
 };
-Slit slit_at(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex v);
+SlitCorner slit_at(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex v);
 
 /// Everything the blade runs into during a move, first things first. Cost: what its strip comes near.
 std::vector<BladeEntry> find_blade_entries(const BladeMove& move);

@@ -207,7 +207,7 @@ class Sweep {
     const std::size_t limit = 100 + 4 * mesh().face_count();
     for (std::size_t round = 0; round < limit; ++round) {
       auto plane = TrackPlane::make(at(tip), to_);
-      const Slit slit = norm(way_on) > 0 ? Slit{} : slit_at(mesh(), target_.position, tip);
+      const SlitCorner slit = norm(way_on) > 0 ? SlitCorner{} : slit_at(mesh(), target_.position, tip);
       // A front that has just begun may stand at a corner beside the blade's track.
       bool fresh = !moved && norm(way_on) > 0;
       if (plane && (fresh ? is_flat(at(tip), way_on) : !moved && !slit.cut && norm(flat_normal(tip)) > 0))
@@ -258,7 +258,7 @@ class Sweep {
   bool goes_back(V tip) const {
     const auto plane = TrackPlane::make(at(tip), to_);
     if (!plane) return false;
-    const Slit slit = slit_at(mesh(), target_.position, tip);
+    const SlitCorner slit = slit_at(mesh(), target_.position, tip);
     return slit.turns_back() && dot(slit.lips, plane->motion) > kBack * norm(slit.lips);
   }
 

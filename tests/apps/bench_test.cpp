@@ -6,7 +6,7 @@
 #include "bench/benchmarks.h"
 #include "bench/session_timing.h"
 
-namespace kerf::bench {
+namespace kerf::bench::bench_test {
 namespace {
 
 using testing::HasSubstr;
@@ -114,4 +114,4 @@ TEST(Bench, Quantiles) {
 }
 
 }  // namespace
-}  // namespace kerf::bench
+}  // namespace kerf::bench::bench_test

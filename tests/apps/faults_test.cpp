@@ -26,7 +26,7 @@
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
 
-namespace kerf::app {
+namespace kerf::app::faults_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -339,4 +339,4 @@ TEST_F(Faults, BoundBodiesAreSavedWholeOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace kerf::app
+}  // namespace kerf::app::faults_test

@@ -11,7 +11,7 @@
 #include "kerf/mesh/models.h"
 #include "png_file.h"
 
-namespace kerf::app {
+namespace kerf::app::picture_test {
 namespace {
 
 struct Rgb {
@@ -168,4 +168,4 @@ TEST(PngFile, ReadsBack) {
 }
 
 }  // namespace
-}  // namespace kerf::app
+}  // namespace kerf::app::picture_test

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace kerf::app {
+namespace kerf::app::plot_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -63,4 +63,4 @@ TEST(Plot, NothingAndOnePointAndConstants) {
 }
 
 }  // namespace
-}  // namespace kerf::app
+}  // namespace kerf::app::plot_test

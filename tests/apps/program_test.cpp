@@ -13,7 +13,7 @@
 
 #include "apps/program_path.h"
 
-namespace kerf::app {
+namespace kerf::app::program_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -282,4 +282,4 @@ TEST_F(ProgramTest, AFolderThatCannotBeMade) {
 }
 
 }  // namespace
-}  // namespace kerf::app
+}  // namespace kerf::app::program_test

@@ -9,7 +9,7 @@
 
 #include "apps/program_path.h"
 
-namespace kerf::app {
+namespace kerf::app::replay_test {
 namespace {
 
 int kerf(const std::string& arguments) {
@@ -47,4 +47,4 @@ TEST(Replay, ARunIsRepeatedToTheBit) {
 }
 
 }  // namespace
-}  // namespace kerf::app
+}  // namespace kerf::app::replay_test

@@ -13,7 +13,7 @@
 #include "kerf/base/random.h"
 #include "socket_page.h"
 
-namespace kerf::app {
+namespace kerf::app::view_server_test {
 namespace {
 
 using namespace kerf::test;
@@ -301,4 +301,4 @@ TEST(ViewServer, ReadsThePageFromAFolder) {
 }
 
 }  // namespace
-}  // namespace kerf::app
+}  // namespace kerf::app::view_server_test

@@ -5,7 +5,7 @@
 #include "kerf/base/ids.h"
 #include "kerf/base/random.h"
 
-namespace kerf {
+namespace kerf::journal_test {
 namespace {
 
 struct Tag;
@@ -113,4 +113,4 @@ TEST(Journal, UndoAndRedoOfSegmentsRestoreTheBits) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::journal_test

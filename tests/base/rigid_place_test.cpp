@@ -6,7 +6,7 @@
 
 #include "kerf/base/random.h"
 
-namespace kerf {
+namespace kerf::rigid_place_test {
 namespace {
 
 Vec3 random_direction(Random& random) {
@@ -49,4 +49,4 @@ TEST(RigidPlace, HalfWayIsHalfTheTurn) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::rigid_place_test

@@ -8,7 +8,7 @@
 #include "kerf/binding/validate_binding.h"
 #include "kerf/mesh/models.h"
 
-namespace kerf {
+namespace kerf::bind_bad_input_test {
 namespace {
 
 Model make(std::string_view name) { return *make_model(name, {}); }
@@ -178,4 +178,4 @@ TEST(BindRepairs, FarFromTheOriginAndTinyAndHuge) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::bind_bad_input_test

@@ -8,7 +8,7 @@
 #include "kerf/binding/bind.h"
 #include "kerf/binding/validate_binding.h"
 
-namespace kerf {
+namespace kerf::bind_shapes_test {
 namespace {
 
 /// Octahedron subdivided n times and pushed onto a sphere.
@@ -177,4 +177,4 @@ TEST(BindShapes, TextureOfNewVerticesIsInterpolated) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::bind_shapes_test

@@ -18,7 +18,7 @@
 #include "kerf/mesh/models.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::bind_test {
 namespace {
 
 constexpr double kThickness = 0.1;
@@ -302,4 +302,4 @@ TEST(Bind, RandomBindings) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::bind_test

@@ -12,7 +12,7 @@
 #include "kerf/mesh/models.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::bound_body_file_test {
 namespace {
 
 class BoundBodyFile : public ::testing::Test {
@@ -215,4 +215,4 @@ TEST_F(BoundBodyFile, PlacesThatCannotBeUsed) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::bound_body_file_test

@@ -6,7 +6,7 @@
 
 #include "kerf/base/random.h"
 
-namespace kerf {
+namespace kerf::dissection_test {
 namespace {
 
 struct Graph {
@@ -101,4 +101,4 @@ TEST(Dissection, KeepsSeparatorsSmallOnSheets) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::dissection_test

@@ -8,7 +8,7 @@
 
 #include "kerf/base/random.h"
 
-namespace kerf {
+namespace kerf::m_matrix_lu_test {
 namespace {
 
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
@@ -183,4 +183,4 @@ TEST(MMatrixLu, RefusesMatricesThatAreNoMMatrices) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::m_matrix_lu_test

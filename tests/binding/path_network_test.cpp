@@ -15,7 +15,7 @@
 #include "kerf/binding/patches.h"
 #include "kerf/mesh/models.h"
 
-namespace kerf {
+namespace kerf::path_network_test {
 namespace {
 
 SplitSurface surface_of(const TriangleMesh& mesh) {
@@ -163,4 +163,4 @@ TEST(PathNetwork, DisplacedBindingsStillGiveDiscs) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::path_network_test

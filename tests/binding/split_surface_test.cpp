@@ -7,7 +7,7 @@
 #include "kerf/base/random.h"
 #include "kerf/mesh/models.h"
 
-namespace kerf {
+namespace kerf::split_surface_test {
 namespace {
 
 using Triangles = std::vector<std::array<std::int32_t, 3>>;
@@ -53,4 +53,4 @@ TEST(SplitSurface, NormalsOfThinTriangles) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::split_surface_test

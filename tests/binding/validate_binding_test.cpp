@@ -9,7 +9,7 @@
 #include "kerf/binding/bind.h"
 #include "kerf/mesh/models.h"
 
-namespace kerf {
+namespace kerf::validate_binding_test {
 namespace {
 
 class ValidateBinding : public ::testing::Test {
@@ -112,4 +112,4 @@ TEST_F(ValidateBinding, NoticesEveryDamage) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::validate_binding_test

@@ -10,7 +10,7 @@
 #include "contact/bare_surface.h"
 #include "contact/shapes_for_tests.h"
 
-namespace kerf {
+namespace kerf::clearance_test {
 namespace {
 
 using testing_support::BareSurface;
@@ -108,4 +108,4 @@ TEST(Clearance, IsNoMoreThanTheDistance) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::clearance_test

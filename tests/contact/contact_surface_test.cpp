@@ -9,7 +9,7 @@
 #include "kerf/contact/rest_neighbours.h"
 #include "kerf/cutting/topology_change.h"
 
-namespace kerf {
+namespace kerf::contact_surface_test {
 namespace {
 
 using testing_support::CutBody;
@@ -137,4 +137,4 @@ TEST(ContactSurface, OnlyCutEdgesAreRims) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::contact_surface_test

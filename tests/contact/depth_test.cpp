@@ -10,7 +10,7 @@
 #include "kerf/base/random.h"
 #include "support/lips_checker.h"
 
-namespace kerf {
+namespace kerf::depth_test {
 namespace {
 
 using testing_support::BareSurface;
@@ -190,4 +190,4 @@ TEST(Depth, NeighboursAreNoMaterialToBeIn) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::depth_test

@@ -11,7 +11,7 @@
 #include "kerf/contact/triangle_foot.h"
 #include "support/contact_checker.h"
 
-namespace kerf {
+namespace kerf::detect_shapes_test {
 namespace {
 
 using testing_support::BareSurface;
@@ -368,4 +368,4 @@ TEST(DetectShapes, CoarseTrianglesMissNothing) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::detect_shapes_test

@@ -9,7 +9,7 @@
 #include "kerf/contact/detect_scratch.h"
 #include "kerf/contact/segment_queries.h"
 
-namespace kerf {
+namespace kerf::edge_block_test {
 namespace {
 
 struct BodyEdge {
@@ -116,4 +116,4 @@ TEST(EdgeBlock, PointsNearABox) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::edge_block_test

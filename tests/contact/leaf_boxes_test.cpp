@@ -10,7 +10,7 @@
 #include "kerf/contact/detect_scratch.h"
 #include "kerf/contact/segment_queries.h"
 
-namespace kerf {
+namespace kerf::leaf_boxes_test {
 namespace {
 
 Vec3 random_vec(Random& random, double size) {
@@ -179,4 +179,4 @@ TEST(LeafBoxes, KeepEveryEdgeThatHasInnerFeet) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::leaf_boxes_test

@@ -8,7 +8,7 @@
 #include "cutting/cut_body.h"
 #include "kerf/cutting/topology_change.h"
 
-namespace kerf {
+namespace kerf::lips_test {
 namespace {
 
 using testing_support::CutBody;
@@ -456,4 +456,4 @@ TEST(Lips, MadeDeepInEachOtherTheyComeApart) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::lips_test

@@ -8,7 +8,7 @@
 #include "kerf/contact/detect.h"
 #include "kerf/cutting/topology_change.h"
 
-namespace kerf {
+namespace kerf::quiet_test {
 namespace {
 
 using testing_support::CutBody;
@@ -180,4 +180,4 @@ TEST(Quiet, SeesACoilClose) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::quiet_test

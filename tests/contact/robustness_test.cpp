@@ -9,7 +9,7 @@
 #include "kerf/base/parallel.h"
 #include "support/counted_new.h"
 
-namespace kerf {
+namespace kerf::robustness_test {
 namespace {
 
 using testing_support::BareSurface;
@@ -262,4 +262,4 @@ TEST(Robustness, SteadyStateAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::robustness_test

@@ -10,7 +10,7 @@
 #include "kerf/contact/rest_neighbours.h"
 #include "support/contact_checker.h"
 
-namespace kerf {
+namespace kerf::self_contact_test {
 namespace {
 
 using testing_support::BareSurface;
@@ -301,4 +301,4 @@ TEST(SelfContact, ClosingFoldIsSeenInTime) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::self_contact_test

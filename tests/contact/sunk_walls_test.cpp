@@ -9,7 +9,7 @@
 
 #include "contact/bare_surface.h"
 
-namespace kerf {
+namespace kerf::sunk_walls_test {
 namespace {
 
 using testing_support::BareSurface;
@@ -279,4 +279,4 @@ TEST(SunkWalls, WhatIsNoWallAnyMoreIsForgotten) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::sunk_walls_test

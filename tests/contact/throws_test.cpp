@@ -7,7 +7,7 @@
 #include "contact/bare_surface.h"
 #include "contact/shapes_for_tests.h"
 
-namespace kerf {
+namespace kerf::throws_test {
 namespace {
 
 using testing_support::BareSurface;
@@ -114,4 +114,4 @@ TEST(Throws, Substeps) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::throws_test

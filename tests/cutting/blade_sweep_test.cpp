@@ -12,7 +12,7 @@
 #include "kerf/spatial/triangle_queries.h"
 #include "support/synthetic_complex.h"
 
-namespace kerf {
+namespace kerf::blade_sweep_test {
 namespace {
 
 using namespace testing_support;
@@ -487,4 +487,4 @@ TEST(BladeSweep, RefusesEdgesWithoutLengthAndNumbersThatAreNone) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::blade_sweep_test

@@ -10,7 +10,7 @@
 #include "kerf/mesh/models.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::bound_body_cut_test {
 namespace {
 
 using namespace testing_support;
@@ -119,4 +119,4 @@ TEST(BoundBodyCut, TheScannedMeniscusStaysValid) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::bound_body_cut_test

@@ -2,7 +2,7 @@
 #include "kerf/cutting/topology_change.h"
 #include "kerf/embedding/owned_vertices.h"
 
-namespace kerf {
+namespace kerf::cut_journal_test {
 namespace {
 
 using namespace testing_support;
@@ -175,4 +175,4 @@ TEST(TopologyChange, NamesExactlyWhatDiffers) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::cut_journal_test

@@ -16,7 +16,7 @@
 #include "lattice/lattice_canonical.h"
 #include "support/synthetic_complex.h"
 
-namespace kerf {
+namespace kerf::cut_lattice_test {
 namespace {
 
 using namespace testing_support;
@@ -226,4 +226,4 @@ TEST(CutLattice, PointsDoNotJumpWhenTheBodyIsCut) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::cut_lattice_test

@@ -3,7 +3,7 @@
 
 #include "cutting/cut_body.h"
 
-namespace kerf {
+namespace kerf::cut_path_test {
 namespace {
 
 using namespace testing_support;
@@ -145,4 +145,4 @@ INSTANTIATE_TEST_SUITE_P(Bodies, CutPath, ::testing::Values(false, true), [](con
 });
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::cut_path_test

@@ -7,7 +7,7 @@
 #include "kerf/cutting/cut_path.h"
 #include "support/synthetic_complex.h"
 
-namespace kerf {
+namespace kerf::face_boxes_test {
 namespace {
 
 using namespace testing_support;
@@ -93,4 +93,4 @@ TEST(FaceBoxes, MeetWhatComparingAllTrianglesMeetsWhileAMeshIsCutAndRestored) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::face_boxes_test

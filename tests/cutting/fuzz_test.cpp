@@ -6,7 +6,7 @@
 #include "cutting/cut_body.h"
 #include "kerf/base/random.h"
 
-namespace kerf {
+namespace kerf::fuzz_test {
 namespace {
 
 using namespace testing_support;
@@ -169,4 +169,4 @@ TEST_P(Fuzz, EveryInvariantHoldsAfterEveryCut) {
 INSTANTIATE_TEST_SUITE_P(Bodies, Fuzz, ::testing::Values(0, 1, 2, 3));
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::fuzz_test

@@ -3,7 +3,7 @@
 
 #include "cutting/cut_body.h"
 
-namespace kerf {
+namespace kerf::invariants_test {
 namespace {
 
 using namespace testing_support;
@@ -83,4 +83,4 @@ TEST(ValidateComplex, SeesEveryKindOfDamage) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::invariants_test

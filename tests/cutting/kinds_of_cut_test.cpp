@@ -4,7 +4,7 @@
 
 #include "cutting/cut_body.h"
 
-namespace kerf {
+namespace kerf::kinds_of_cut_test {
 namespace {
 
 using namespace testing_support;
@@ -325,4 +325,4 @@ TEST(Walls, RoughnessMovesBothLipsAlike) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::kinds_of_cut_test

@@ -11,7 +11,7 @@
 #include "kerf/cutting/topology_change.h"
 #include "support/synthetic_complex.h"
 
-namespace kerf {
+namespace kerf::piece_labels_test {
 namespace {
 
 using namespace testing_support;
@@ -47,4 +47,4 @@ TEST(PieceLabels, CountWhatGoingOverTheWholeMeshCounts) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::piece_labels_test

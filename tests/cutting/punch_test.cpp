@@ -11,7 +11,7 @@
 #include "kerf/cutting/roughen.h"
 #include "kerf/cutting/wall_points.h"
 
-namespace kerf {
+namespace kerf::punch_test {
 namespace {
 
 using namespace testing_support;
@@ -304,4 +304,4 @@ TEST_P(PunchFuzz, EveryPunchLoosensWhatItHoldsAndEveryInvariantHolds) {
 INSTANTIATE_TEST_SUITE_P(Bodies, PunchFuzz, ::testing::Values(0, 1, 2, 3));
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::punch_test

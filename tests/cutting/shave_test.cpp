@@ -14,7 +14,7 @@
 #include "kerf/cutting/roughen.h"
 #include "kerf/cutting/slide_vertex.h"
 
-namespace kerf {
+namespace kerf::shave_test {
 namespace {
 
 using namespace testing_support;
@@ -257,4 +257,4 @@ TEST(Shave, FuzzWithPunches) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::shave_test

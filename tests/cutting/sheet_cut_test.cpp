@@ -1,6 +1,6 @@
 #include "cutting/cut_body.h"
 
-namespace kerf {
+namespace kerf::sheet_cut_test {
 namespace {
 
 using namespace testing_support;
@@ -48,4 +48,4 @@ TEST(SheetCut, AClosedLoopLeavesAnIsland) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::sheet_cut_test

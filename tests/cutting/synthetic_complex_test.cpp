@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kerf {
+namespace kerf::synthetic_complex_test {
 namespace {
 
 using namespace testing_support;
@@ -38,4 +38,4 @@ TEST(SyntheticComplex, ClosedBodyIsClosed) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::synthetic_complex_test

@@ -8,7 +8,7 @@
 #include "kerf/lattice/lattice_build.h"
 #include "support/synthetic_complex.h"
 
-namespace kerf {
+namespace kerf::embedding_test {
 namespace {
 
 using namespace testing_support;
@@ -189,4 +189,4 @@ TEST(Embedding, NothingIsOwnedTwiceInTheCountOfLanes) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::embedding_test

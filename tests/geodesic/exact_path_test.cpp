@@ -10,7 +10,7 @@
 #include "shortest_path_oracle.h"
 #include "surfaces.h"
 
-namespace kerf {
+namespace kerf::exact_path_test {
 namespace {
 
 double bump(Vec3 p, double size) {
@@ -240,4 +240,4 @@ TEST(ExactPath, SphereConverges) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::exact_path_test

@@ -10,7 +10,7 @@
 #include "kerf/geodesic/validate_path.h"
 #include "surfaces.h"
 
-namespace kerf {
+namespace kerf::find_path_test {
 namespace {
 
 using test::grid;
@@ -240,4 +240,4 @@ TEST(FindPath, DegenerateGeometryOnlyCostsLength) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::find_path_test

@@ -8,7 +8,7 @@
 #include "lattice/lattice_bodies.h"
 #include "lattice/lattice_canonical.h"
 
-namespace kerf {
+namespace kerf::lattice_adapt_test {
 namespace {
 
 /// A rotated, curved, jittered strip in a lattice that does not know about it.
@@ -159,4 +159,4 @@ TEST(LatticeAdapt, RollsBackAndUndoesToTheBit) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::lattice_adapt_test

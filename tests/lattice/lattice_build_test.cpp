@@ -8,7 +8,7 @@
 #include "kerf/mesh/models.h"
 #include "lattice/lattice_bodies.h"
 
-namespace kerf {
+namespace kerf::lattice_build_test {
 namespace {
 
 TEST(LatticeBuild, PaperSheetHas81HexahedraAnd200Nodes) {
@@ -285,4 +285,4 @@ TEST(LatticeBuild, ModelsHaveThePapersLatticesAndKeepTheirVolume) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::lattice_build_test

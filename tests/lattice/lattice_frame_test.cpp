@@ -4,7 +4,7 @@
 
 #include "lattice/lattice_bodies.h"
 
-namespace kerf {
+namespace kerf::lattice_frame_test {
 namespace {
 
 Vec3 turned(Vec3 p, double a, double b) {
@@ -84,4 +84,4 @@ TEST(LatticeFrame, RefusesWhatItCannotUse) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::lattice_frame_test

@@ -6,7 +6,7 @@
 #include "kerf/lattice/hex_mesh.h"
 #include "lattice/lattice_bodies.h"
 
-namespace kerf {
+namespace kerf::prism_test {
 namespace {
 
 /// Integral of x^n over [a, b], halved (so that over [-1, 1] it is the mean).
@@ -133,4 +133,4 @@ TEST(Prism, RuledVolumeAddsUpWhenATwistedTriangleIsSplit) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::prism_test

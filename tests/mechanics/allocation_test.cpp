@@ -5,7 +5,7 @@
 #include "mechanics/contact_bodies.h"
 #include "support/counted_new.h"
 
-namespace kerf {
+namespace kerf::allocation_test {
 namespace {
 
 TEST(Allocation, AStepInSteadyStateAllocatesNothing) {
@@ -75,4 +75,4 @@ TEST(Allocation, AStepInSteadyStateAllocatesNothing) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::allocation_test

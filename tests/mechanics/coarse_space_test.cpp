@@ -9,7 +9,7 @@
 #include "kerf/mechanics/step.h"
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::coarse_space_test {
 namespace {
 
 using test::Grid;
@@ -177,4 +177,4 @@ TEST(CoarseSpace, ManyGroupsMayMeetAtANode) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::coarse_space_test

@@ -10,7 +10,7 @@
 #include "kerf/mechanics/step.h"
 #include "mechanics/contact_bodies.h"
 
-namespace kerf {
+namespace kerf::contact_inverse_test {
 namespace {
 
 Eigen::Matrix3d full(const double* b) {
@@ -167,4 +167,4 @@ TEST(ContactInverse, LeavesTooManyRowsAndTooStiffOnesToTheDiagonals) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::contact_inverse_test

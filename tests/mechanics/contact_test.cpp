@@ -8,7 +8,7 @@
 #include "kerf/base/parallel.h"
 #include "mechanics/contact_bodies.h"
 
-namespace kerf {
+namespace kerf::contact_test {
 namespace {
 
 using test::Grid;
@@ -703,4 +703,4 @@ TEST(Contact, AbsurdNumbersDoNotTravel) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::contact_test

@@ -8,7 +8,7 @@
 #include "kerf/mechanics/element_wht.h"
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::element_test {
 namespace {
 
 using test::Grid;
@@ -360,4 +360,4 @@ TEST(Material, RejectsWhatCannotBeSimulated) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::element_test

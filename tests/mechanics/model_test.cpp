@@ -8,7 +8,7 @@
 #include "kerf/mechanics/step.h"
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::model_test {
 namespace {
 
 using test::Grid;
@@ -323,4 +323,4 @@ TEST(MechanicsModel, RefusesWhatItCannotUse) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::model_test

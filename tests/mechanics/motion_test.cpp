@@ -6,7 +6,7 @@
 #include "kerf/mechanics/step.h"
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::motion_test {
 namespace {
 
 using test::Grid;
@@ -317,4 +317,4 @@ TEST(Motion, TurnedLatticeAndTurnedGravityGiveTheTurnedMotion) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::motion_test

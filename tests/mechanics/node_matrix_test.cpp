@@ -12,7 +12,7 @@
 #include "kerf/mechanics/step.h"
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::node_matrix_test {
 namespace {
 
 using test::Grid;
@@ -113,4 +113,4 @@ TEST(NodeMatrix, IsLeftAloneWhereItHasNotEnoughDigits) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::node_matrix_test

@@ -6,7 +6,7 @@
 
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::rotation_test {
 namespace {
 
 Eigen::Matrix3d eigen(const Mat3& m) {
@@ -93,4 +93,4 @@ TEST(Rotation, FourLanesGiveTheBitsOfOne) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::rotation_test

@@ -7,7 +7,7 @@
 #include "kerf/mechanics/step.h"
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::statics_test {
 namespace {
 
 using test::Grid;
@@ -209,4 +209,4 @@ TEST(Statics, TipLoadedStripFollowsTheElastica) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::statics_test

@@ -7,7 +7,7 @@
 #include "kerf/base/parallel.h"
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::step_test {
 namespace {
 
 using test::Grid;
@@ -146,4 +146,4 @@ TEST(Step, SameBitsForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::step_test

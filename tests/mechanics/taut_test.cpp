@@ -7,7 +7,7 @@
 #include "kerf/mechanics/step.h"
 #include "mechanics/test_bodies.h"
 
-namespace kerf {
+namespace kerf::taut_test {
 namespace {
 
 using test::Grid;
@@ -115,4 +115,4 @@ TEST(Taut, IterativeSolversMatchTheDirectOne) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::taut_test

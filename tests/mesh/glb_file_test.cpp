@@ -12,7 +12,7 @@
 #include "mesh/temporary_folder.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::glb_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -224,4 +224,4 @@ TEST(GlbFile, KhronosValidatorFindsNothing) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::glb_file_test

@@ -13,7 +13,7 @@
 #include "mesh/temporary_folder.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::mesh_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -572,4 +572,4 @@ TEST(MeshFile, SharedMeshes) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::mesh_file_test

@@ -11,7 +11,7 @@
 
 #include "kerf/mesh/half_edge_build.h"
 
-namespace kerf {
+namespace kerf::models_test {
 namespace {
 
 std::vector<std::array<std::int32_t, 3>> index_triangles(const TriangleMesh& mesh) {
@@ -602,4 +602,4 @@ TEST(Models, BadOptionsAreRefused) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::models_test

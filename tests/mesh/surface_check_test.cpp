@@ -15,7 +15,7 @@
 #include "kerf/mesh/surface_measures.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::surface_check_test {
 namespace {
 
 using ::testing::AllOf;
@@ -601,4 +601,4 @@ TEST(SurfaceCheck, RealMeshes) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::surface_check_test

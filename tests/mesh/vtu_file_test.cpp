@@ -11,7 +11,7 @@
 #include "kerf/mesh/base64.h"
 #include "mesh/temporary_folder.h"
 
-namespace kerf {
+namespace kerf::vtu_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -161,4 +161,4 @@ TEST(VtuFile, SeriesIsCompleteAfterEveryFrame) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::vtu_file_test

@@ -9,7 +9,7 @@
 
 #include "mesh/temporary_folder.h"
 
-namespace kerf {
+namespace kerf::whole_file_test {
 namespace {
 
 TEST(WholeFile, AnAbandonedFileLeavesTheOldOne) {
@@ -130,4 +130,4 @@ TEST(WholeFile, TwoWritersOfOneFileDoNotMix) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::whole_file_test

@@ -13,7 +13,7 @@
 #include "kerf/mesh/surface_check.h"
 #include "kerf/midsurface/midsurface.h"
 
-namespace kerf {
+namespace kerf::corpus_test {
 namespace {
 
 const std::vector<corpus::Body>& all_bodies() {
@@ -79,4 +79,4 @@ std::string test_name(const ::testing::TestParamInfo<std::size_t>& info) {
 INSTANTIATE_TEST_SUITE_P(Bodies, MidsurfaceCorpus, ::testing::Range<std::size_t>(0, all_bodies().size()), test_name);
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::corpus_test

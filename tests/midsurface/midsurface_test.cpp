@@ -19,7 +19,7 @@
 #include "midsurface/corpus.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::midsurface_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -327,4 +327,4 @@ TEST(Midsurface, RealMeniscus) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::midsurface_test

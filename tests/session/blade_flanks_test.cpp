@@ -10,7 +10,7 @@
 #include "session/blade_strip.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::blade_flanks_test {
 namespace {
 
 using test::make;
@@ -242,4 +242,4 @@ TEST(BladeFlanks, TheSameBitsForAnyNumberOfThreadsAndAfterARestore) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::blade_flanks_test

@@ -7,7 +7,7 @@
 #include "kerf/base/random.h"
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::body_mechanics_test {
 namespace {
 
 // Of v = G x every cell has the gradient G, whatever way the lattice lies.
@@ -66,4 +66,4 @@ TEST(DeformationRate, LongStepsOfWhatTurnsFastAreDivided) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::body_mechanics_test

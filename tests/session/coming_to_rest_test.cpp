@@ -8,7 +8,7 @@
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::coming_to_rest_test {
 namespace {
 
 using test::make;
@@ -84,4 +84,4 @@ TEST(ComingToRest, AFreeMeniscusOnAPlateau) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::coming_to_rest_test

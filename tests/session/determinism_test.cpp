@@ -13,7 +13,7 @@
 #include "kerf/session/session.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::determinism_test {
 namespace {
 
 constexpr std::int64_t kMostSteps = 500;  ///< of a shipped scene
@@ -241,4 +241,4 @@ TEST(Determinism, WhatIsKeptBetweenStrokesIsWhatWouldBeFoundAnew) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::determinism_test

@@ -6,7 +6,7 @@
 #include "kerf/base/random.h"
 #include "kerf/session/scene_file.h"
 
-namespace kerf {
+namespace kerf::drawn_body_test {
 namespace {
 
 Session make(const std::string& body) {
@@ -134,4 +134,4 @@ TEST(DrawnBody, ARestoredBodyIsComparedAsAWhole) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::drawn_body_test

@@ -8,7 +8,7 @@
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::edge_resistance_test {
 namespace {
 
 using test::make;
@@ -138,4 +138,4 @@ TEST(EdgeResistance, WhatTheKnifeFeelsTheBoardGets) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::edge_resistance_test

@@ -7,7 +7,7 @@
 #include "kerf/session/body.h"
 #include "kerf/session/scene_shapes.h"
 
-namespace kerf {
+namespace kerf::engine_instruments_test {
 namespace {
 
 using namespace kerf::test;
@@ -309,4 +309,4 @@ TEST(Instruments, AnOperationReplaysToTheBit) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::engine_instruments_test

@@ -19,7 +19,7 @@
 #include "kerf/session/body.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::engine_test {
 namespace {
 
 using namespace kerf::test;
@@ -214,7 +214,7 @@ TEST(Engine, AStrokeCutsTheSteakInTwoAndUndoTakesItBack) {
 
 Vec3 vec(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
 
-double distance_to_segment(Vec3 p, Vec3 a, Vec3 b) {
+double away_from_segment(Vec3 p, Vec3 a, Vec3 b) {
   const double t = std::clamp(dot(p - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
   return norm(p - (a + t * (b - a)));
 }
@@ -222,7 +222,7 @@ double distance_to_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 n = cross(b - a, c - a);
   const auto inside = [&](Vec3 u, Vec3 v) { return dot(cross(v - u, p - u), n) >= 0; };
   if (inside(a, b) && inside(b, c) && inside(c, a)) return std::abs(dot(p - a, n)) / norm(n);
-  return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
+  return std::min({away_from_segment(p, a, b), away_from_segment(p, b, c), away_from_segment(p, c, a)});
 }
 
 // Every vertex of the skin has one foot; it lies on the collision mesh, on an edge of it or at the vertex it is linked to.
@@ -254,8 +254,8 @@ TEST(Engine, FeetLieOnWhatVerticesAreBoundTo) {
         for (const auto& t : o.triangles) {
           const Vec3 a = vec(o.rest[t[0]]), b = vec(o.rest[t[1]]), c = vec(o.rest[t[2]]);
           away = std::min(away, kind == 2 ? distance_to_triangle(foot, a, b, c)
-                                          : std::min({distance_to_segment(foot, a, b), distance_to_segment(foot, b, c),
-                                                      distance_to_segment(foot, c, a)}));
+                                          : std::min({away_from_segment(foot, a, b), away_from_segment(foot, b, c),
+                                                      away_from_segment(foot, c, a)}));
         }
       EXPECT_LT(away, kClose) << "round " << round << " vertex " << vertex << " kind " << kind;
     }
@@ -1085,4 +1085,4 @@ TEST(Engine, DroppedFilesTravelInTheRecording) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::engine_test

@@ -16,7 +16,7 @@
 #include "kerf/session/temporary_folder.h"
 #include "session/session_measures.h"
 
-namespace kerf {
+namespace kerf::extremes_test {
 namespace {
 
 Scene sheet(std::size_t visual, std::size_t collision, int cells) {
@@ -353,4 +353,4 @@ TEST(Extremes, FromAMicrometreToAKilometre) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::extremes_test

@@ -8,7 +8,7 @@
 #include "kerf/session/contact_step.h"
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::free_bodies_test {
 namespace {
 
 /// Two strips of 200 x 24 x 3 mm that cross 3 mm apart.
@@ -126,4 +126,4 @@ TEST(FreeBodies, NoNodeOfOneThatFallsOnABallFliesOff) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::free_bodies_test

@@ -8,7 +8,7 @@
 
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::friction_memory_test {
 namespace {
 
 /// A slab on a plane that is tilted to `slope` about y, by turning gravity instead.
@@ -85,4 +85,4 @@ TEST(FrictionMemory, WhatRestsDoesNotCreepWhenItIsCut) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::friction_memory_test

@@ -8,7 +8,7 @@
 #include "kerf/session/haptic_model.h"
 #include "kerf/session/latest.h"
 
-namespace kerf {
+namespace kerf::haptic_model_test {
 namespace {
 
 HapticModel coupling(double stiffness) {
@@ -148,4 +148,4 @@ TEST(Latest, OneWritesOneReads) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::haptic_model_test

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace kerf {
+namespace kerf::haptics_test {
 namespace {
 
 /// A slab held from below, a ball over it.
@@ -181,4 +181,4 @@ TEST(Haptics, AStaleModelLetsGo) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::haptics_test

@@ -10,7 +10,7 @@
 #include "kerf/session/session.h"
 #include "kerf/spatial/bvh.h"
 
-namespace kerf {
+namespace kerf::long_shaving_test {
 namespace {
 
 /// The thin inner rim of the model meniscus: a parabola y = 13 mm + 20 x^2, about. Bites there, then passes to and fro along it.
@@ -117,4 +117,4 @@ TEST_F(LongShaving, SharpEdgesOfTheSkinStay) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::long_shaving_test

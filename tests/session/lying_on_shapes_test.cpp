@@ -11,7 +11,7 @@
 #include "session/session_measures.h"
 #include "support/contact_checker.h"
 
-namespace kerf {
+namespace kerf::lying_on_shapes_test {
 namespace {
 
 using test::make;
@@ -170,4 +170,4 @@ TEST(LyingOnShapes, APileIsHeldWhereItLies) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::lying_on_shapes_test

@@ -14,7 +14,7 @@
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::notched_plate_test {
 namespace {
 
 enum Load : std::size_t { kTension, kBending, kOpening, kTearing };
@@ -198,4 +198,4 @@ TEST(NotchedPlate, ASlitFromTheStartIsASlitThatWasCut) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::notched_plate_test

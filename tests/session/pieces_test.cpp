@@ -11,7 +11,7 @@
 #include "kerf/lattice/lattice_validate.h"
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::pieces_test {
 namespace {
 
 TEST(Pieces, ATipInAFaceOfTheLatticeCutsNothingOff) {
@@ -66,4 +66,4 @@ TEST(Pieces, ATipInAFaceOfTheLatticeCutsNothingOff) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::pieces_test

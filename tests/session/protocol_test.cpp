@@ -6,7 +6,7 @@
 #include "kerf/base/random.h"
 #include "page_messages.h"
 
-namespace kerf::protocol {
+namespace kerf::protocol::protocol_test {
 namespace {
 
 using namespace kerf::test;
@@ -229,4 +229,4 @@ TEST(Protocol, EngineMessagesReadBack) {
 }
 
 }  // namespace
-}  // namespace kerf::protocol
+}  // namespace kerf::protocol::protocol_test

@@ -166,27 +166,27 @@ class Player {
       if (const Continuity jump = continuity(before, surface_motion(session_), size_, c.kind != Kind::kShave); !jump.broken.empty())
         return Problem{Problem::Kind::kJump, jump.broken, 0, 0};
     if (!done && c.kind == Kind::kPunch) {  // one that finds no way is refused, and leaves nothing behind
-      if (fingerprint(session_) != now) return Problem{Problem::Kind::kCancel, "a punch that was refused left something behind", 0, 0};
+      if (fingerprint(session_) != now) return Problem{Problem::Kind::kCancelFails, "a punch that was refused left something behind", 0, 0};
     } else if (!done && done.error().kind == ErrorKind::kFailed) {
       return Problem{Problem::Kind::kFailure, done.error().message, 0, 0};
     }
     if (c.kind == Kind::kUndo && done) {
-      if (before_.empty()) return Problem{Problem::Kind::kUndo, "undo of what nobody did", 0, 0};
+      if (before_.empty()) return Problem{Problem::Kind::kUndoFails, "undo of what nobody did", 0, 0};
       const std::uint64_t wanted = before_.back();
       before_.pop_back();
       if (wanted != kNotComparable && fingerprint(session_) != wanted)
-        return Problem{Problem::Kind::kUndo, "undo did not bring back the state before", 0, 0};
+        return Problem{Problem::Kind::kUndoFails, "undo did not bring back the state before", 0, 0};
       undone_.push_back(now);
     } else if (c.kind == Kind::kRedo && done) {
-      if (undone_.empty()) return Problem{Problem::Kind::kRedo, "redo of what nobody undid", 0, 0};
+      if (undone_.empty()) return Problem{Problem::Kind::kRedoFails, "redo of what nobody undid", 0, 0};
       const std::uint64_t wanted = undone_.back();
       undone_.pop_back();
       if (wanted != kNotComparable && fingerprint(session_) != wanted)
-        return Problem{Problem::Kind::kRedo, "redo did not bring back the state before undo", 0, 0};
+        return Problem{Problem::Kind::kRedoFails, "redo did not bring back the state before undo", 0, 0};
       before_.push_back(now);
     } else if (c.kind == Kind::kCancelStroke && done && in_stroke) {
       if (begun_ != kNotComparable && fingerprint(session_) != begun_)
-        return Problem{Problem::Kind::kCancel, "a cancelled stroke left something behind", 0, 0};
+        return Problem{Problem::Kind::kCancelFails, "a cancelled stroke left something behind", 0, 0};
     } else if (session_.undo_depth() > depth) {
       before_.push_back(now);
       undone_.clear();

@@ -57,7 +57,7 @@ class RecordedSession : public Session {
 };
 
 struct Problem {
-  enum class Kind { kInvariant, kFailure, kUndo, kRedo, kCancel, kJump } kind = Kind::kInvariant;
+  enum class Kind { kInvariant, kFailure, kUndoFails, kRedoFails, kCancelFails, kJump } kind = Kind::kInvariant;
   std::string what;
   std::size_t change = 0;  ///< changes that had been made
   std::int64_t step = 0;   ///< steps that had been made

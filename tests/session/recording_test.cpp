@@ -9,7 +9,7 @@
 #include "kerf/base/random.h"
 #include "kerf/session/temporary_folder.h"
 
-namespace kerf {
+namespace kerf::recording_test {
 namespace {
 
 Recording example() {
@@ -302,4 +302,4 @@ TEST_F(MeshesTravel, ComparedTheySayWhereTheyPart) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::recording_test

@@ -9,7 +9,7 @@
 #include "session/recorded_session.h"
 #include "support/source_dir.h"
 
-namespace kerf::test {
+namespace kerf::test::regressions_test {
 namespace {
 
 using Kind = SessionChange::Kind;
@@ -93,21 +93,21 @@ TEST(Regressions, FailuresShrinkToWhatTheyNeed) {
       const SessionChange& c = r.changes[i];
       if (c.kind == Kind::kBlade && last < 0 && c.values[0] > 0) crossed = c.step;
       last = c.kind == Kind::kBlade ? c.values[0] : 1;
-      if (c.kind == Kind::kUndo && crossed >= 0 && c.step >= crossed + 2) return Problem{Problem::Kind::kUndo, "planted", i + 1, c.step};
+      if (c.kind == Kind::kUndo && crossed >= 0 && c.step >= crossed + 2) return Problem{Problem::Kind::kUndoFails, "planted", i + 1, c.step};
     }
     return {};
   };
   const Recording all = session->recording();
   ASSERT_TRUE(planted(all));
-  const Recording small = shrunk(all, Problem::Kind::kUndo, planted, std::chrono::seconds(60));
+  const Recording small = shrunk(all, Problem::Kind::kUndoFails, planted, std::chrono::seconds(60));
   ASSERT_TRUE(planted(small));
   std::vector<Kind> kinds;
   for (const SessionChange& c : small.changes) kinds.push_back(c.kind);
   EXPECT_THAT(kinds, testing::ElementsAre(Kind::kBlade, Kind::kBlade, Kind::kUndo));
   EXPECT_EQ(small.last_step, 2);
   // One of another kind is left alone.
-  EXPECT_EQ(shrunk(all, Problem::Kind::kRedo, planted, std::chrono::seconds(5)).changes.size(), all.changes.size());
+  EXPECT_EQ(shrunk(all, Problem::Kind::kRedoFails, planted, std::chrono::seconds(5)).changes.size(), all.changes.size());
 }
 
 }  // namespace
-}  // namespace kerf::test
+}  // namespace kerf::test::regressions_test

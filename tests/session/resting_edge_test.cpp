@@ -11,7 +11,7 @@
 #include "session/blade_strip.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::resting_edge_test {
 namespace {
 
 using test::make;
@@ -278,4 +278,4 @@ TEST(RestingEdge, TheSameBitsForAnyNumberOfThreadsAndAfterARestore) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::resting_edge_test

@@ -9,7 +9,7 @@
 
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::run_report_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -109,4 +109,4 @@ TEST(RunReport, IsSilentWhereNothingTouches) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::run_report_test

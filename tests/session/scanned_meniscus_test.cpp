@@ -14,7 +14,7 @@
 #include "kerf/session/session.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::scanned_meniscus_test {
 namespace {
 
 TEST(ScannedMeniscus, FiftyRandomCuts) {
@@ -85,4 +85,4 @@ TEST(ScannedMeniscus, FiftyRandomCuts) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::scanned_meniscus_test

@@ -10,7 +10,7 @@
 #include "kerf/binding/validate_binding.h"
 #include "kerf/mesh/mesh_file.h"
 
-namespace kerf {
+namespace kerf::scene_body_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -154,4 +154,4 @@ TEST_F(SceneBodyTest, ErrorsNameTheFile) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::scene_body_test

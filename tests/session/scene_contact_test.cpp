@@ -4,7 +4,7 @@
 
 #include "kerf/session/scene_file.h"
 
-namespace kerf {
+namespace kerf::scene_contact_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -76,4 +76,4 @@ TEST(SceneContact, ToolsAreNamedAndHaveWhatTheyNeed) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::scene_contact_test

@@ -9,7 +9,7 @@
 #include "kerf/binding/collision_mesh_build.h"
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::scene_lattice_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -102,4 +102,4 @@ TEST(SceneLattice, AGivenLatticeMustHoldTheBody) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::scene_lattice_test

@@ -7,7 +7,7 @@
 #include "kerf/session/scene_file.h"
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::scene_lines_test {
 namespace {
 
 using ::testing::AllOf;
@@ -35,4 +35,4 @@ TEST(SceneLines, WhatAModelOrALatticeCannotBeNamesItsLine) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::scene_lines_test

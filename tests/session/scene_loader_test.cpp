@@ -8,7 +8,7 @@
 #include <chrono>
 #include <thread>
 
-namespace kerf {
+namespace kerf::scene_loader_test {
 namespace {
 
 /// Threads ask for a stack that no machine has: none can be made.
@@ -75,4 +75,4 @@ TEST(SceneLoader, EndsWhileNoThreadCouldBeMade) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::scene_loader_test

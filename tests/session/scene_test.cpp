@@ -12,7 +12,7 @@
 #include "kerf/session/scene_schema.h"
 #include "support/source_dir.h"
 
-namespace kerf {
+namespace kerf::scene_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -828,4 +828,4 @@ TEST(SceneSchema, TheDocumentationIsCurrent) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::scene_test

@@ -8,7 +8,7 @@
 #include "kerf/session/scene_file.h"
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::score_test {
 namespace {
 
 Scene slab(double radius) {
@@ -91,4 +91,4 @@ TEST(Score, NoLesionNoScoreAndALesionBesideTheBodyIsRefused) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::score_test

@@ -4,7 +4,7 @@
 
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::session_commands_test {
 namespace {
 
 Scene sheet() {
@@ -102,4 +102,4 @@ TEST(SessionCommands, ABladeWithoutPosesIsRefused) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_commands_test

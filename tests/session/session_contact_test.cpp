@@ -11,7 +11,7 @@
 #include "session/session_measures.h"
 #include "support/lips_checker.h"
 
-namespace kerf {
+namespace kerf::session_contact_test {
 namespace {
 
 constexpr double kRadius = 0.05;  // half thickness of the model "sheet", m
@@ -623,4 +623,4 @@ TEST(SessionContact, AFastBallDoesNotGetThroughASheet) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_contact_test

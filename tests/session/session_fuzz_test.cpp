@@ -24,7 +24,7 @@
 #include "session/continuity.h"
 #include "session/recorded_session.h"
 
-namespace kerf {
+namespace kerf::session_fuzz_test {
 namespace {
 
 using test::fingerprint;
@@ -592,4 +592,4 @@ TEST(SessionFuzz, ThreadsDoNotChangeABit) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_fuzz_test

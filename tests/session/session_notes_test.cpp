@@ -7,7 +7,7 @@
 #include "kerf/session/scene_file.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::session_notes_test {
 namespace {
 
 using ::testing::AllOf;
@@ -140,4 +140,4 @@ TEST(SessionNotes, ABladeThatGoesThroughTwoLayersSaysHowToCutBoth) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_notes_test

@@ -9,7 +9,7 @@
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::session_physics_test {
 namespace {
 
 using test::make;
@@ -205,4 +205,4 @@ TEST(CutPhysics, VeryStiffPiecesDoNotRunAway) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_physics_test

@@ -7,7 +7,7 @@
 #include "kerf/session/session.h"
 #include "session/session_measures.h"
 
-namespace kerf {
+namespace kerf::session_punch_test {
 namespace {
 
 using test::box_of;
@@ -105,4 +105,4 @@ TEST(SessionPunch, BadInputAndAirLeaveEverythingAsItWas) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_punch_test

@@ -11,7 +11,7 @@
 #include "kerf/session/surface_fade.h"
 #include "session/session_measures.h"
 
-namespace kerf {
+namespace kerf::session_remove_test {
 namespace {
 
 using test::box_of;
@@ -241,4 +241,4 @@ TEST(Removal, WorksOnAndIsUndoneAmongStrokes) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_remove_test

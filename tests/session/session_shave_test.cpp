@@ -9,7 +9,7 @@
 #include "kerf/session/session.h"
 #include "session/session_measures.h"
 
-namespace kerf {
+namespace kerf::session_shave_test {
 namespace {
 
 using test::enclosed_volume;
@@ -249,4 +249,4 @@ TEST(SessionShave, ChangesOfARecordingComeBackToTheBit) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_shave_test

@@ -9,7 +9,7 @@
 #include "kerf/session/scene_file.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::session_test {
 namespace {
 
 using test::make;
@@ -307,4 +307,4 @@ TEST(Session, LightNodesAreCalmed) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::session_test

@@ -11,7 +11,7 @@
 #include "session/make_session.h"
 #include "session/session_measures.h"
 
-namespace kerf {
+namespace kerf::several_bodies_test {
 namespace {
 
 using test::make;
@@ -273,4 +273,4 @@ TEST(SeveralBodies, LipsOfAStripUnderAnotherStayApartWhileBothAreSawn) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::several_bodies_test

@@ -5,7 +5,7 @@
 #include "kerf/session/session.h"
 #include "support/counted_new.h"
 
-namespace kerf {
+namespace kerf::step_allocation_test {
 namespace {
 
 Scene steak() {
@@ -84,4 +84,4 @@ TEST(StepAllocation, NothingAtRestOnAPlane) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::step_allocation_test

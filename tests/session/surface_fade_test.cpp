@@ -9,7 +9,7 @@
 
 #include "session/continuity.h"
 
-namespace kerf {
+namespace kerf::surface_fade_test {
 namespace {
 
 // A critically damped spring from x0 with speed v0: x = (x0 + (v0 + r x0) t) exp(-r t).
@@ -161,4 +161,4 @@ TEST(SurfaceFade, UndoTakesOffsetsBack) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::surface_fade_test

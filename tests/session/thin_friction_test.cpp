@@ -7,7 +7,7 @@
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::thin_friction_test {
 namespace {
 
 using test::make;
@@ -126,4 +126,4 @@ TEST(ThinFriction, ASteakThatIsCutOnItsBoardIsNoMatterOfManyPasses) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::thin_friction_test

@@ -11,7 +11,7 @@
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::tool_forces_test {
 namespace {
 
 using test::make;
@@ -231,4 +231,4 @@ TEST(ToolForces, BelongToTheLastStepAndAreNoState) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::tool_forces_test

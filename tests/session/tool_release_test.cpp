@@ -9,7 +9,7 @@
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::tool_release_test {
 namespace {
 
 using test::make;
@@ -197,4 +197,4 @@ TEST(ToolRelease, LipsThatTurnPastABladeAreNotThrown) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::tool_release_test

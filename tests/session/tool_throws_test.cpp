@@ -12,7 +12,7 @@
 #include "kerf/base/random.h"
 #include "kerf/session/session.h"
 
-namespace kerf {
+namespace kerf::tool_throws_test {
 namespace {
 
 constexpr double kBall = 0.006;  // m, radius
@@ -154,4 +154,4 @@ TEST(ToolThrows, ThoseThatOnceGotThroughDoNot) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::tool_throws_test

@@ -10,7 +10,7 @@
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
-namespace kerf {
+namespace kerf::tools_test {
 namespace {
 
 using test::make;
@@ -289,7 +289,7 @@ TEST(Tools, ScissorsThatOpenGoOnInTheirSlit) {
     double end = -1;
     int slit_ends = 0;
     for (const CollisionVertex v : ids<CollisionVertex>(rest.size())) {
-      const Slit slit = slit_at(mesh, rest.raw(), v);
+      const SlitCorner slit = slit_at(mesh, rest.raw(), v);
       if (!slit.ends()) continue;
       ++slit_ends;
       end = rest[v].y;
@@ -334,4 +334,4 @@ TEST(Tools, TheSameBitsAfterARestore) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::tools_test

@@ -9,7 +9,7 @@
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
 
-namespace kerf {
+namespace kerf::bvh_test {
 namespace {
 
 struct Soup {
@@ -334,4 +334,4 @@ TEST(TriangleBvh, LargeTreesAreTheSameForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::bvh_test

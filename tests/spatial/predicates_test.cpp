@@ -10,7 +10,7 @@
 
 #include "kerf/base/random.h"
 
-namespace kerf {
+namespace kerf::predicates_test {
 namespace {
 
 __extension__ typedef __int128 Int;
@@ -109,4 +109,4 @@ TEST(Predicates, AntisymmetricForAnyBits) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::predicates_test

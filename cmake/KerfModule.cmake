@@ -27,9 +27,16 @@ function(kerf_module name)
     target_link_libraries(kerf_${name}_tests PRIVATE kerf_flags Eigen3::Eigen TBB::tbb fmt::fmt
                           tomlplusplus::tomlplusplus nlohmann_json::nlohmann_json
                           GTest::gtest GTest::gmock GTest::gtest_main)
+    kerf_unity(kerf_${name}_tests 8)
     gtest_discover_tests(kerf_${name}_tests TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60
                          PROPERTIES LABELS ${name})
   endif()
+endfunction()
+
+# Compiles the files of a target in lots of so many. The headers cost more than what stands in the files, and are then read once a lot.
+# The files must not have two things of one name: each file of tests has a namespace of its own (scripts/check-layers looks).
+function(kerf_unity target lot)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${KERF_UNITY} UNITY_BUILD_BATCH_SIZE ${lot})
 endfunction()
 
 # Leaves out of a list of tests' files those with no test whose name matches; files without tests help others and stay.

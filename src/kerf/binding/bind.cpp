@@ -280,7 +280,10 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
 
   SplitSurface s =
       make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(visual_normals), std::move(texture), room);
-  if (split_long_edges(s, kLongEdge * mean_edge(c), visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count())) {
+  const double edge = mean_edge(c);
+  const std::size_t most_faces = visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count();
+  const bool flattened = triangulate_flat_parts(s, kLongInFlatPart * edge, most_faces);
+  if (split_long_edges(s, kLongEdge * edge, most_faces) || flattened) {
     visual.positions = s.walled.position;
     visual.triangles.resize(s.parent.size());
     for (std::size_t f = 0; f < s.parent.size(); ++f)

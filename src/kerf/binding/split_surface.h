@@ -44,6 +44,11 @@ std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t);
 /// own parents. Bound points and paths of many collision triangles in one visual triangle would leave slivers. False if nothing was long.
 bool split_long_edges(SplitSurface& s, double limit, std::size_t most_faces);
 
+/// Triangulates flat parts anew where they have edges longer than `limit` beside thin triangles, as the fans of drawing programs do: Delaunay
+/// by flips (Lawson 1977), longer edges halved, longest first, until there are none or `most_faces` are reached; the faces of the result are
+/// their own parents. The surface stays the same set of points but for kFlatPart, textures but for kSameTexture. False if nothing changed.
+bool triangulate_flat_parts(SplitSurface& s, double limit, std::size_t most_faces);
+
 /// Splits face f into three at the point with these barycentric weights; returns the new vertex. The first edge of f stays.
 std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> weights);
 

@@ -2,6 +2,8 @@
 // break a mesh, they only keep triangles fat.
 #pragma once
 
+#include <cstddef>
+
 namespace kerf {
 
 /// A path or a bound point nearer than this fraction of the local edge to a free vertex uses that vertex. 0.1 %, 1 %, 5 %
@@ -10,6 +12,17 @@ inline constexpr double kSnapFraction = 0.05;
 
 /// Visual edges longer than this many mean collision edges are halved first; at most this many faces for each collision triangle come of it.
 inline constexpr double kLongEdge = 3, kMostByHalving = 64;
+
+/// Edges longer than this many mean collision edges beside a triangle lower than this part of the edge are taken out of flat parts. Spokes of
+/// fans are; grids of squares and boxes of two triangles a side, which do no harm, are not.
+inline constexpr double kLongInFlatPart = 1.5, kThinFan = 0.15;
+/// Two triangles lie in one plane if corners are off it by no more than this part of their longest edge (far below what a float keeps of a turned
+/// body), and in one texture map if that is off by no more than this (a texture has some thousand pixels; floats of 1 are good to 1e-7).
+inline constexpr double kFlatPart = 1e-7, kSameTexture = 1e-5;
+/// A flip must better the sum of two cotangents by more than rounding. So many a face are made at most: each betters the triangulation, but
+/// near this bound rounding has made a circle.
+inline constexpr double kDelaunayGain = 1e-9;
+inline constexpr std::size_t kMostFlips = 64;
 
 /// A path crosses an edge at least this fraction away from an end that lies on a wall or border, so that paths that run
 /// side by side do not shrink edges geometrically.

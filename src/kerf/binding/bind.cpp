@@ -15,6 +15,7 @@
 #include "kerf/binding/path_network.h"
 #include "kerf/binding/split_surface.h"
 #include "kerf/binding/skin_search.h"
+#include "kerf/binding/squash.h"
 #include "kerf/binding/tolerances.h"
 #include "kerf/binding/weld.h"
 #include "kerf/mesh/half_edge_build.h"
@@ -193,9 +194,8 @@ void assemble(SplitSurface&& s, CollisionMesh&& collision, const BoundVertices& 
   out.closed = closed;
 }
 
-}  // namespace
-
-Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh, const BindOptions& options) {
+/// Binds once, `to_squash`: with the surface of a closed body squashed. Also on an error, `squashed` says whether it came so far.
+Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh, const BindOptions& options, bool to_squash, bool& squashed) {
   BoundBody body;
   BindReport& report = body.report;
   Stopwatch watch, total;
@@ -306,7 +306,8 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   report.seconds.vertices = watch.lap();
 
   KERF_TRY(tell("paths"));
-  auto network = insert_paths(s, c, *bound, closed, {options.exact, options.progress, options.at_fault});
+  auto network = insert_paths(s, c, *bound, closed, {options.exact, options.progress, options.at_fault, to_squash ? std::span<const Vec3>(normals) : std::span<const Vec3>()});
+  squashed = !s.upright.empty();
   if (!network) return network.error();
   report.divided_edges = split_dividing_edges(s, c, *bound, *network);
   report.paths = network->paths;
@@ -329,7 +330,9 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   KERF_TRY(tell("parameters"));
   auto parameters = parametrize(s, c, *bound, *network, *patches, closed, std::move(planar), options.progress);
   if (!parameters) return parameters.error();
+  report.upright_patches = parameters->upright_patches;
   report.uniform_patches = parameters->uniform_patches;
+  if (squashed) unsquash(s);
   report.seconds.parameters = watch.lap();
 
   KERF_TRY(tell("assemble"));
@@ -343,9 +346,26 @@ Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& coll
   report.visual_vertices = s.vertex_count();
   report.visual_triangles = s.face_count();
   assemble(std::move(s), std::move(c), *bound, *network, std::move(*patches), std::move(*parameters), closed, body.complex);
+  report.displacement = measure_displacement(body.complex);
   report.seconds.assemble = watch.lap();
   report.seconds.total = total.lap();
   return body;
+}
+
+}  // namespace
+
+Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh, const BindOptions& options) {
+  bool squashed = false;
+  auto body = bind_once(visual_mesh, collision_mesh, options, true, squashed);
+  if (body || !squashed || body.error().kind != ErrorKind::kFailed) return body;
+  // Where the mid-surface is folded or fits badly, paths over the surface itself may find a way.
+  if (options.at_fault != nullptr) options.at_fault->clear();
+  auto again = bind_once(visual_mesh, collision_mesh, options, false, squashed);
+  if (!again) return again;
+  again->report.unsquashed = true;
+  again->report.warnings.push_back("the collision mesh is folded or fits badly somewhere, so paths follow the visual surface instead of the mid-surface: "
+                                   "near the rim, cuts are drawn beside the blade");
+  return again;
 }
 
 }  // namespace kerf

@@ -7,6 +7,7 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/binding/cell_complex.h"
+#include "kerf/binding/displacement.h"
 #include "kerf/mesh/triangle_mesh.h"
 
 namespace kerf {
@@ -34,7 +35,10 @@ struct BindReport {
   std::int64_t paths = 0;
   std::int64_t rim_followed = 0;         ///< rim paths that follow the mid-surface instead of the shortest way
   std::int64_t divided_edges = 0;        ///< edges split because they joined two vertices of one path
+  std::int64_t upright_patches = 0;      ///< patches parametrised with the weights of the surface as it is, not squashed
   std::int64_t uniform_patches = 0;      ///< patches parametrised with uniform weights
+  bool unsquashed = false;               ///< a path or patch of the squashed surface failed: all are those of the surface as it is
+  Displacement displacement;             ///< of the visual surface against its parameters
   double path_length = 0;                ///< metres
   double area_before = 0, area_after = 0;      ///< metres^2
   double volume_before = 0, volume_after = 0;  ///< metres^3, closed only
@@ -56,7 +60,8 @@ struct BoundBody {
 };
 
 /// Binds `visual` to `collision`: bound vertices (4.1.1), paths (4.1.2), re-meshing that leaves the surface geometrically identical (4.1.3),
-/// parameters (4.1.4), verification that every patch is a disc. Visual vertices keep their ids (after merging equal positions), new
+/// parameters (4.1.4), verification that every patch is a disc. Paths and parameters of a closed body are those of the surface squashed onto the
+/// mid-surface (squash.h), so that a cut is drawn where the collision mesh is cut, near the rim too. Visual vertices keep their ids (after merging equal positions), new
 /// ones follow. Closed or open is derived from the visual mesh; the visual mesh itself may be the collision mesh.
 ///
 /// Bad input gets an error that names the element: meshes that are no oriented manifolds, triangles without area, coordinates that are

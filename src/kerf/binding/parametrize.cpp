@@ -28,7 +28,8 @@ struct BoundaryPoint {
   Vec2 planar;
 };
 
-enum class Weights { kMeanValue, kUniform };
+/// Mean value weights of the surface, squashed if it is; of the surface as it is; all alike.
+enum class Weights { kMeanValue, kUpright, kUniform };
 
 /// Memory of one patch's system.
 struct PatchSystem {
@@ -70,7 +71,7 @@ class Parametrizer {
  public:
   Parametrizer(const SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, const PathNetwork& network,
                const PatchMap& patches, std::vector<Vec2> memory)
-      : planar(std::move(memory)), w_(s.walled), c_(c), vertices_(vertices), network_(network), patches_(patches), local_(s.walled.position.size(), -1) {
+      : planar(std::move(memory)), s_(s), w_(s.walled), c_(c), vertices_(vertices), network_(network), patches_(patches), local_(s.walled.position.size(), -1) {
     planar.resize(s.walled.origin.size());
   }
 
@@ -112,7 +113,7 @@ class Parametrizer {
     p.inner.clear();
     const std::span<const std::int32_t> faces(patches_.faces.data() + patches_.first[patch],
                                               at(patches_.first[patch + 1] - patches_.first[patch]));
-    if (weights == Weights::kUniform)  // tried before with others
+    if (weights != Weights::kMeanValue)  // tried before with others
       for (const std::int32_t f : faces)
         for (std::int32_t h = 3 * f; h < 3 * f + 3; ++h) local_[at(w_.from(h))] = -1;
     for (const std::int32_t f : faces)
@@ -170,18 +171,19 @@ class Parametrizer {
     rows.value.clear();
     rows.diagonal.resize(n);
     p.x.assign(n, Vec2{});
+    const std::vector<Vec3>& position = weights == Weights::kUpright ? s_.upright : w_.position;
     for (std::size_t i = 0; i < n; ++i) {
       const std::int32_t v = p.inner[i];
       p.spokes.clear();
       const std::int32_t start = w_.outgoing[at(v)];
       std::int32_t h = start;
       do {  // inner vertices have a closed fan
-        const Vec3 d = w_.at(w_.to(h)) - w_.at(v);
+        const Vec3 d = position[at(w_.to(h))] - position[at(v)];
         p.spokes.push_back({w_.to(h), d, norm(d), 1});
         h = w_.opposite(WalledSurface::prev(h));
       } while (h != start);
       const std::size_t m = p.spokes.size();
-      if (weights == Weights::kMeanValue) {
+      if (weights != Weights::kUniform) {
         double before = tan_half(p.spokes[m - 1].direction, p.spokes[0].direction, p.spokes[m - 1].length, p.spokes[0].length);
         for (std::size_t k = 0; k < m; ++k) {
           const auto& next = p.spokes[(k + 1) % m];
@@ -216,6 +218,7 @@ class Parametrizer {
     }
   }
 
+  const SplitSurface& s_;
   const WalledSurface& w_;
   const CollisionMesh& c_;
   const BoundVertices& vertices_;
@@ -233,7 +236,7 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
   Parametrizer parametrizer(surface, collision, vertices, network, patches, std::move(planar));
   KERF_TRY(parametrizer.measure_chains());
   const std::size_t step = closed ? 1 : 2, count = 2 * collision.face_count() / step;
-  enum : std::uint8_t { kMean, kUniform, kBad };
+  enum : std::uint8_t { kMean, kUpright, kUniform, kBad };
   std::vector<std::uint8_t> outcome(count, kMean);
   PatchSystems systems;
   // In slices, so that progress can be told between them.
@@ -244,7 +247,8 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
       auto system = systems.take();
       for (std::size_t i = begin + first; i < begin + last; ++i) {
         if (parametrizer.solve(step * i, Weights::kMeanValue, *system)) continue;
-        outcome[i] = parametrizer.solve(step * i, Weights::kUniform, *system) ? kUniform : kBad;
+        if (!surface.upright.empty() && parametrizer.solve(step * i, Weights::kUpright, *system)) outcome[i] = kUpright;
+        else outcome[i] = parametrizer.solve(step * i, Weights::kUniform, *system) ? kUniform : kBad;
       }
       systems.give_back(std::move(system));
     });
@@ -255,6 +259,7 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
     if (outcome[i] == kBad)
       return failed(fmt::format("collision triangle {} ({} side): its part of the visual mesh has triangles too thin to be laid out in double "
                                 "precision; remesh the visual mesh there", step * i / 2 + 1, step * i % 2 == 0 ? "+" : "-"));
+    if (outcome[i] == kUpright) ++result.upright_patches;
     if (outcome[i] == kUniform) ++result.uniform_patches;
   }
   result.planar = std::move(parametrizer.planar);

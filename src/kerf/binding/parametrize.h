@@ -12,6 +12,7 @@ namespace kerf {
 
 struct Parametrization {
   std::vector<Vec2> planar;  ///< 3 |F visual| corners; the - side mirrored (y -> -y)
+  int upright_patches = 0;   ///< patches that took the weights of the surface as it is, because squashed they turned a triangle over
   int uniform_patches = 0;   ///< patches that needed uniform weights, because mean value weights turned a triangle over
 };
 

@@ -8,6 +8,7 @@
 
 #include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
+#include "kerf/binding/squash.h"
 #include "kerf/binding/tolerances.h"
 #include "kerf/geodesic/path_scratch.h"
 
@@ -296,6 +297,8 @@ class PathInserter {
       KERF_TRY(closed_ ? insert_rim(h) : walk_border(h));
       pieces.join(c.from(h).index(), c.to(h).index());
     }
+
+    if (closed_ && !options_.squash_along.empty()) squash(surface_, c, vertices_, options_.squash_along);
 
     // A spanning tree of short edges, links between two borders first; then the others, short ones first.
     std::vector<double> length(c.half_edge_count());

@@ -173,6 +173,7 @@ std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t) {
   const std::int32_t a = w.from(h), b = w.to(h), c = w.apex(h);
   const std::int32_t m = s.vertex_count();
   w.position.push_back(lerp(w.at(a), w.at(b), t));
+  if (!s.upright.empty()) s.upright.push_back(lerp(s.upright[at(a)], s.upright[at(b)], t));
   s.normal.push_back(blended_normal(s.normal[at(a)], s.normal[at(b)], t));
   const std::uint8_t wall = w.wall[at(h)];
   w.wall_vertex.push_back(wall != 0 || g < 0);
@@ -295,6 +296,7 @@ std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> w
   const std::int32_t h0 = 3 * f, h1 = h0 + 1, h2 = h0 + 2;
   const std::int32_t a = w.from(h0), b = w.from(h1), c = w.from(h2);
   const std::int32_t m = s.vertex_count();
+  KERF_ASSERT(s.upright.empty());
   // Relative to corner a: a far origin must not cost digits.
   w.position.push_back(w.at(a) + (weights[1] * (w.at(b) - w.at(a)) + weights[2] * (w.at(c) - w.at(a))));
   s.normal.push_back(to_float(normalized(weights[0] * to_double(s.normal[at(a)]) + weights[1] * to_double(s.normal[at(b)]) +

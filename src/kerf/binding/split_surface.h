@@ -15,6 +15,7 @@ namespace kerf {
 
 struct SplitSurface {
   WalledSurface walled;
+  std::vector<Vec3> upright;         ///< |V|: where vertices are, while walled.position has them squashed (squash.h); else empty
   std::vector<Vec2f> texture;        ///< 3 |F| corners, or empty
   std::vector<Vec3f> normal;         ///< |V|, unit
   std::vector<std::int32_t> parent;  ///< |F|: the face before any bound point was inserted that a face is part of
@@ -49,7 +50,8 @@ bool split_long_edges(SplitSurface& s, double limit, std::size_t most_faces);
 /// their own parents. The surface stays the same set of points but for kFlatPart, textures but for kSameTexture. False if nothing changed.
 bool triangulate_flat_parts(SplitSurface& s, double limit, std::size_t most_faces);
 
-/// Splits face f into three at the point with these barycentric weights; returns the new vertex. The first edge of f stays.
+/// Splits face f into three at the point with these barycentric weights; returns the new vertex. The first edge of f stays. Not while the
+/// surface is squashed.
 std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> weights);
 
 /// The half-edge a -> b, or -1. Cost: the valence of a.

@@ -296,6 +296,15 @@ Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh&
   KERF_TRY(tell("vertices"));
   auto bound = closed ? bind_closed(s, *search, c, normals, options.at_fault) : bind_open(s, *search, c, options.thickness);
   if (!bound) return bound.error();
+  if (closed) {
+    TriangleMesh led = collision_surface;
+    const int count = lead_to_rim(s, c, *bound, led.positions.raw());
+    // Not where the mesh would fold on the way.
+    if (auto again = build_collision_mesh(led, no_thickness); count > 0 && again && check_folds(*again)) {
+      c = std::move(*again);
+      report.led_vertices = count;
+    }
+  }
   search.reset();  // large bodies: what is not needed any more goes
   visual = {};
   report.inserted_points = bound->inserted;

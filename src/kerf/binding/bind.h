@@ -32,6 +32,7 @@ struct BindReport {
   std::int64_t visual_triangles = 0;
   std::int64_t inserted_points = 0;      ///< bound points that became new vertices
   std::int64_t snapped_points = 0;       ///< bound points that took an existing vertex
+  std::int64_t led_vertices = 0;         ///< border vertices of the collision mesh that were led out to the rim
   std::int64_t paths = 0;
   std::int64_t rim_followed = 0;         ///< rim paths that follow the mid-surface instead of the shortest way
   std::int64_t divided_edges = 0;        ///< edges split because they joined two vertices of one path
@@ -62,7 +63,7 @@ struct BoundBody {
 /// Binds `visual` to `collision`: bound vertices (4.1.1), paths (4.1.2), re-meshing that leaves the surface geometrically identical (4.1.3),
 /// parameters (4.1.4), verification that every patch is a disc. Paths and parameters of a closed body are those of the surface squashed onto the
 /// mid-surface (squash.h), so that a cut is drawn where the collision mesh is cut, near the rim too. Visual vertices keep their ids (after merging equal positions), new
-/// ones follow. Closed or open is derived from the visual mesh; the visual mesh itself may be the collision mesh.
+/// ones follow. The collision mesh's vertices keep their ids and, but for a border that is off the rim, their places. Closed or open is derived from the visual mesh; the visual mesh itself may be the collision mesh.
 ///
 /// Bad input gets an error that names the element: meshes that are no oriented manifolds, triangles without area, coordinates that are
 /// not finite, borders that do not correspond, a collision mesh in several pieces, folded, or outside the visual mesh.

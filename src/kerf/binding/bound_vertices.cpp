@@ -277,7 +277,7 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
         return refuse(v, fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
                                      "in the same place and in the same unit?", v.value + 1));
       // A border that ends inside the body: its rim lies straight ahead, the closest point may be on the top or bottom.
-      if (q->distance > 1e-3 * length) {
+      if (q->distance > kOnRim * length) {
         if (const auto ahead = search.first_exit(p, outward, 2 * length)) {
           q = ahead;
         } else if (search.first_exit(p, n, 2 * length) && search.first_exit(p, -n, 2 * length)) {
@@ -335,6 +335,26 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
   }
   warn_flipped(s, c, out);
   return out;
+}
+
+int lead_to_rim(const SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, std::span<Vec3> rest) {
+  int led = 0;
+  for (const CV v : ids<CV>(c.vertex_count())) {
+    if (!c.on_border(v)) continue;
+    double shortest = HUGE_VAL;
+    const auto look_at = [&](CV other) { shortest = std::min(shortest, norm(c.rest[other] - c.rest[v])); };
+    c.for_each_outgoing(v, [&](CH h) {
+      look_at(c.to(h));
+      look_at(c.apex(h));
+      return true;
+    });
+    const Vec3 rim = s.walled.at(vertices.bound[v.index()][0]);
+    const double off = norm(rim - c.rest[v]);
+    if (off <= kOnRim * shortest || off >= kMostLead * shortest) continue;
+    rest[v.index()] = rim;
+    ++led;
+  }
+  return led;
 }
 
 std::vector<std::vector<std::int32_t>> border_loops(std::span<const std::int32_t> origin, std::span<const std::int32_t> twin) {

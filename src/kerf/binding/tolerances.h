@@ -43,6 +43,11 @@ inline constexpr double kOutsideFactor = 2.0;
 /// Two collision triangles that meet at an inner edge with normals whose cosine is below this fold the mesh over itself.
 inline constexpr double kFoldCosine = -0.7;
 
+/// A border vertex of the collision mesh no farther from the visual mesh than this part of the edges there is on its rim.
+inline constexpr double kOnRim = 1e-3;
+/// One that is off the rim by less than this part of its shortest edge is led out to it. Scans stop 0.1 to 0.18 short; half an edge would turn triangles over.
+inline constexpr double kMostLead = 0.4;
+
 /// A shortest rim path that rises above the mid-surface by more than this fraction of the half thickness leaves the rim.
 inline constexpr double kRimHeight = 0.5;
 

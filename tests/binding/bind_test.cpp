@@ -269,6 +269,7 @@ TEST(Bind, RealMeniscus) {
     const auto body = bind(*visual, *collision, {.exact = exact});
     expect_bound(body, *visual, *collision, "medial meniscus");
     EXPECT_EQ(body->complex.collision.face_count(), 160u);
+    EXPECT_LT(body->report.displacement.mean, 0.04);  // 0.115 when paths and parameters were those of the surface as it is
   }
 }
 

@@ -45,14 +45,15 @@ TEST(Squash, ModelsAreWhereTheirParametersAre) {
   }
 }
 
-// The mid-surface's normals turn, so that places are found in prisms, not in the triangles' planes.
+// The mid-surface's normals turn, so that places are found in prisms, not in the triangles' planes; and those of the last triangles do not lie in
+// the body's side, so that they lean: without that, 0.007 edge and 0.11 for closed-sheet.
 TEST(Squash, BentModelsToo) {
   for (const auto& [name, what] : model_names()) {
     Model model = make(name);
     if (!bend(model, 1.5).ok()) continue;
     const Displacement d = bound(model, std::string(name)).report.displacement;
-    EXPECT_LT(d.mean, 0.015) << name;
-    EXPECT_LT(d.largest, 0.18) << name;
+    EXPECT_LT(d.mean, name == "closed-sheet" ? 0.003 : 0.015) << name;
+    EXPECT_LT(d.largest, name == "closed-sheet" ? 0.05 : 0.15) << name;
   }
 }
 

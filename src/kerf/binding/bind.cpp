@@ -13,6 +13,7 @@
 #include "kerf/binding/parametrize.h"
 #include "kerf/binding/patches.h"
 #include "kerf/binding/path_network.h"
+#include "kerf/binding/rim_normals.h"
 #include "kerf/binding/split_surface.h"
 #include "kerf/binding/skin_search.h"
 #include "kerf/binding/squash.h"
@@ -310,6 +311,7 @@ Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh&
   report.inserted_points = bound->inserted;
   report.snapped_points = bound->snapped;
   report.warnings.insert(report.warnings.end(), bound->warnings.begin(), bound->warnings.end());
+  if (closed) lean_with_sides(s, c, *bound, normals);
   for (const CollisionVertex v : ids<CollisionVertex>(c.vertex_count()))
     c.offset.set(v, bound->half_thickness[v.index()] * normals[v.index()]);
   report.seconds.vertices = watch.lap();

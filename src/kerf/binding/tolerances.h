@@ -48,6 +48,13 @@ inline constexpr double kOnRim = 1e-3;
 /// One that is off the rim by less than this part of its shortest edge is led out to it. Scans stop 0.1 to 0.18 short; half an edge would turn triangles over.
 inline constexpr double kMostLead = 0.4;
 
+/// A face whose normal has less than this cosine to the mid-surface's normal is part of the body's side.
+inline constexpr double kSteep = 0.7;
+/// Faces of the side count up to this many half thicknesses from the rim: the height of a side, without its neighbours' round a corner.
+inline constexpr double kSideReach = 0.8;
+/// Sine of the angle by which normals at the rim may lean: 37 degrees. More is no side that a prism could follow.
+inline constexpr double kMostLean = 0.6;
+
 /// A shortest rim path that rises above the mid-surface by more than this fraction of the half thickness leaves the rim.
 inline constexpr double kRimHeight = 0.5;
 

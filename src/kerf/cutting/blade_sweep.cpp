@@ -432,12 +432,26 @@ class Sweep {
     return way;
   }
 
+  /// A corner at the tip's place, split off from it by a cut, with the track leading on into its material: the other lip of a slit that has a vertex
+  /// just there. A path that reaches a slit at such a vertex goes on from one of them, or the slit is open ahead.
+  std::optional<V> twin_ahead(V tip) const {
+    std::optional<V> found;
+    for_each_twin(target_.complex, tip, [&](V twin) {
+      if (found || norm(at(twin) - at(tip)) >= feature_) return;
+      const auto plane = TrackPlane::make(at(twin), to_);
+      if (plane && leave_vertex(twin, *plane, {}, {}, false)) found = twin;
+    });
+    return found;
+  }
+
   /// The next border that the track meets ahead of `tip`: the other lip of a slit, or a rim further on.
   std::optional<V> enter_next_lip(V tip, const TrackPlane& plane) {
+    if (const auto twin = twin_ahead(tip)) return twin;
     const double start = plane.progress(at(tip));
     H found;
     double found_progress = 0, found_f = 0;
-    const V tip_origin = mesh().ancestor[tip];
+    // Back into a lip that it has just come out of is no way; the same place on lips that have moved apart is another.
+    const auto at_tip = [&](V v) { return mesh().ancestor[v] == mesh().ancestor[tip] && norm(at(v) - at(tip)) < feature_; };
     const Box3 region = region_ahead(plane, start);
     target_.boxes.refresh(mesh(), target_.position);
     target_.boxes.for_each([&](const Box3& box) { return boxes_meet(box, region); }, [&](F face) {
@@ -445,7 +459,7 @@ class Sweep {
         const H h = CollisionMesh::corner(face, k);
         if (!mesh().is_border(h)) continue;
         const V va = mesh().from(h), vb = mesh().to(h);
-        if (mesh().ancestor[va] == tip_origin || mesh().ancestor[vb] == tip_origin) continue;
+        if (at_tip(va) || at_tip(vb)) continue;
         const auto hit = cross_border(h, plane);
         if (!hit) continue;
         if (hit->progress < start - 1e-9 * target_.complex.mean_root_edge || hit->progress > 0) continue;

@@ -1,0 +1,107 @@
+// Strokes nobody rehearsed, each trial on a body made whole again: what the blade parted comes apart, and nothing else.
+#include <numbers>
+
+#include "cutting/stroke_body.h"
+
+namespace kerf::stroke_oracle_test {
+namespace {
+
+using namespace testing_support;
+
+constexpr double kPi = std::numbers::pi;
+
+/// Trials on one body; counts what goes wrong.
+struct Trials {
+  explicit Trials(StrokeBody& b) : body(b) {}
+  Trials(const Trials&) = delete;
+  Trials& operator=(const Trials&) = delete;
+
+  void expect_pieces(const std::vector<Stroke>& strokes, int pieces, int poses = 40) {
+    body.make_whole();
+    for (const Stroke& s : strokes) body.cut(s, poses);
+    const Status valid = validate_complex(body.body, body.start);
+    EXPECT_TRUE(valid.ok()) << (valid.ok() ? "" : valid.error().message) << text_of(strokes);
+    ++count;
+    const int made = body.pieces();
+    if (made == pieces) return;
+    if (wrong++ == 0) first_wrong = std::to_string(made) + " pieces for " + std::to_string(pieces) + ":" + text_of(strokes);
+  }
+  ~Trials() { EXPECT_EQ(wrong, 0) << "of " << count << "; first " << first_wrong; }
+
+  StrokeBody& body;
+  int wrong = 0, count = 0;
+  std::string first_wrong;
+};
+
+Stroke line(Vec2 through, double angle, double reach) {
+  const Vec2 along{reach * std::cos(angle), reach * std::sin(angle)};
+  return {through - along, through + along};
+}
+/// A pair of lines at 30 to 150 degrees.
+std::vector<Stroke> pair_through(Vec2 p, double reach, Random& random) {
+  const double a = random.uniform(0, kPi), b = a + random.uniform(30, 150) * kPi / 180;
+  return {line(p, a, reach), line(p, b, reach)};
+}
+/// `off`: metres beside an inner vertex of the collision mesh, in any direction.
+void cross_at_vertices(StrokeBody& b, Random& random, int times, double off) {
+  b.make_whole();
+  std::vector<Vec3> inner;
+  const CollisionMesh& m = b.body.collision;
+  for (const CollisionVertex v : ids<CollisionVertex>(m.vertex_count()))
+    if (!m.on_border(v)) inner.push_back(m.rest[v]);
+  Trials trials(b);
+  for (int i = 0; i < times; ++i) {
+    const Vec3 v = inner[static_cast<std::size_t>(random.index(static_cast<int>(inner.size())))];
+    const double angle = random.uniform(0, 2 * kPi);
+    trials.expect_pieces(pair_through({v.x + off * std::cos(angle), v.y + off * std::sin(angle)}, 1.5, random), 4);
+  }
+}
+void cross_anywhere(StrokeBody& b, Random& random, int times, double size) {
+  Trials trials(b);
+  for (int i = 0; i < times; ++i) {
+    const Vec2 p{random.uniform(-0.25, 0.25) * size, random.uniform(-0.2, 0.2) * size};
+    trials.expect_pieces(pair_through(p, 1.2 * size, random), 4);
+  }
+}
+
+class StrokeOracle : public ::testing::Test {
+ protected:
+  StrokeBody sheet{"closed-sheet", 2500};  ///< 1 m wide, 104 collision triangles with edges of 0.156 m
+  [[nodiscard]] double edge() const { return sheet.body.mean_root_edge; }
+};
+
+// The second path reaches the first slit at a vertex; the slit's other lip has one at the same place.
+TEST_F(StrokeOracle, TwoCutsNearTheCorner) {
+  const double at = -0.45238095238095238;
+  Trials(sheet).expect_pieces({{{at, -0.6}, {at, 0.6}}, {{-0.6, at}, {0.6, at}}}, 4);
+}
+TEST_F(StrokeOracle, CrossingsMakeFourPieces) {
+  Random random(1);
+  cross_anywhere(sheet, random, 200, 1);
+}
+TEST_F(StrokeOracle, CrossingsAtAVertex) {
+  Random random(2);
+  cross_at_vertices(sheet, random, 100, 0);
+}
+TEST(StrokeOracleSteak, CrossingsMakeFourPieces) {
+  StrokeBody steak("steak");
+  Random random(4);
+  cross_anywhere(steak, random, 60, 0.2);
+}
+TEST_F(StrokeOracle, CrossingsOfATiltedBlade) {
+  Random random(5);
+  for (const double tilt : {0.02, 0.05, 0.1, 0.15}) {  // m over 0.7 m: up to 23 degrees
+    sheet.tilt = tilt;
+    cross_anywhere(sheet, random, 25, 1);
+    cross_at_vertices(sheet, random, 25, 0);
+  }
+}
+TEST_F(StrokeOracle, CrossingsInAWavyBody) {
+  sheet.deform = [](Vec3 p) { return Vec3{p.x + 0.03 * std::sin(7 * p.y), p.y, p.z + 0.05 * std::sin(9 * p.x) * std::cos(8 * p.y)}; };
+  Random random(6);
+  cross_anywhere(sheet, random, 50, 1);
+  cross_at_vertices(sheet, random, 50, 0);
+}
+
+}  // namespace
+}  // namespace kerf::stroke_oracle_test

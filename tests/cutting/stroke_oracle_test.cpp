@@ -83,6 +83,10 @@ TEST_F(StrokeOracle, CrossingsAtAVertex) {
   Random random(2);
   cross_at_vertices(sheet, random, 100, 0);
 }
+TEST_F(StrokeOracle, CrossingsNearAVertex) {
+  Random random(3);
+  cross_at_vertices(sheet, random, 100, 0.02 * edge());
+}
 TEST(StrokeOracleSteak, CrossingsMakeFourPieces) {
   StrokeBody steak("steak");
   Random random(4);
@@ -101,6 +105,64 @@ TEST_F(StrokeOracle, CrossingsInAWavyBody) {
   Random random(6);
   cross_anywhere(sheet, random, 50, 1);
   cross_at_vertices(sheet, random, 50, 0);
+}
+
+/// In from one side, turned by `degrees` inside, and out again.
+void turn(StrokeBody& b, Random& random, int times, double least, double most, bool two_strokes) {
+  Trials trials(b);
+  for (int i = 0; i < times; ++i) {
+    const double half = 0.5 * kPi / 180 * (180 - random.uniform(least, most)), lean = random.uniform(-0.25, 0.25);
+    const Vec2 corner{random.uniform(-0.25, -0.15), random.uniform(-0.1, 0.1)};
+    const Vec2 in = corner - 1.5 * Vec2{std::cos(half + lean), std::sin(half + lean)};
+    const Vec2 out = corner - 1.5 * Vec2{std::cos(half - lean), -std::sin(half - lean)};
+    trials.expect_pieces(two_strokes ? std::vector<Stroke>{{in, corner}, {corner, out}} : std::vector<Stroke>{{in, corner, out}}, 2);
+  }
+}
+TEST_F(StrokeOracle, TurnsWithinAStroke) {
+  Trials(sheet).expect_pieces({{{-0.65, 0.02}, {-0.35, 0.02}, {-1.38923048, 0.62}}}, 2, 20);
+  Random random(7);
+  turn(sheet, random, 50, 70, 130, false);
+  turn(sheet, random, 100, 130, 170, false);
+}
+TEST_F(StrokeOracle, TurnsBetweenTwoStrokes) {
+  Random random(8);
+  turn(sheet, random, 50, 70, 130, true);
+  turn(sheet, random, 100, 130, 170, true);
+}
+
+TEST_F(StrokeOracle, DiceOfThreeToTwelveLines) {
+  Trials trials(sheet);
+  for (const int lines : {3, 5, 8, 12})
+    for (const double off : {0.0, 0.013, -0.021, 0.0037}) {
+      std::vector<Stroke> strokes;
+      for (const bool across : {false, true})
+        for (int k = 1; k <= lines; ++k) {
+          const double at = -0.5 + static_cast<double>(k) / (lines + 1) + off;
+          strokes.push_back(across ? Stroke{{-0.6, at}, {0.6, at}} : Stroke{{at, -0.6}, {at, 0.6}});
+        }
+      trials.expect_pieces(strokes, (lines + 1) * (lines + 1));
+    }
+}
+
+// Four strokes of one to five segments anywhere, crossing each other and themselves.
+TEST_F(StrokeOracle, RandomPolylines) {
+  Random random(10);
+  const StrokeJudge judge{0.12 * edge()};
+  int bridged = 0, severed = 0;
+  for (int i = 0; i < 25; ++i) {
+    std::vector<Stroke> strokes(4);
+    for (Stroke& s : strokes)
+      for (int k = 2 + random.index(5); k > 0; --k) s.push_back({random.uniform(-0.65, 0.65), random.uniform(-0.65, 0.65)});
+    sheet.make_whole();
+    for (const Stroke& s : strokes) sheet.cut(s);
+    const Status valid = validate_complex(sheet.body, sheet.start);
+    ASSERT_TRUE(valid.ok()) << (valid.ok() ? "" : valid.error().message) << text_of(strokes);
+    const auto verdict = judge.judge(sheet, strokes);
+    bridged += verdict.bridges > 0;
+    severed += verdict.severed > 0;
+  }
+  EXPECT_LE(bridged, 2);
+  EXPECT_LE(severed, 1);
 }
 
 }  // namespace

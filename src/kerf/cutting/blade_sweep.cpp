@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "kerf/cutting/blade_entry.h"
 #include "kerf/cutting/blade_track.h"
@@ -19,12 +20,12 @@ using F = CollisionTriangle;
 constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is flat for our purpose
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
-constexpr double kReturns = 0.9;         // cosine: a way that is so contrary to the one that a front came by leads back along its lip
 constexpr double kAhead = 0.5;           // cosine at rest between the way of a slit and the border that it comes to
 constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
 constexpr double kKnownWay = 0.25;      // minimum features; a move that is shorter does not say where the blade came from
 constexpr double kSlack = 2;            // minimum features behind the blade's last pose that still count as swept
+constexpr double kCameFrom = 0.5;       // mean edges: an edge that stands so near to a border in the material has come in from there
 constexpr double kOffPlane = 1e-6;      // mean edges: a point so near to a face's plane lies in it
 constexpr double kRounding = 1e-8;      // of coordinates, of mean edges
 constexpr double kSameTrack = 0.5;      // of the minimum feature: nearer hits are the layer that a front already cuts
@@ -51,7 +52,8 @@ class Sweep {
     // Entries are looked for before anything moves: afterwards the fronts' own tracks would be met again.
     std::vector<BladeEntry> entries;
     const bool all_back = std::all_of(stroke_.fronts.begin(), stroke_.fronts.end(), [&](V tip) { return goes_back(tip); });
-    if (stroke_.through || all_back) entries = find_entries(stroke_.fronts, ends_);
+    if (stroke_.through || all_back) entries = find_entries(all_back ? std::span<const V>() : stroke_.fronts, ends_);  // one that waits is not where the edge stands
+    first_pose_ = stroke_.standing;
     stroke_.standing = false;
 
     const std::size_t old_fronts = stroke_.fronts.size();
@@ -78,6 +80,7 @@ class Sweep {
           break;
         }
     }
+    if (std::none_of(fronts_.begin(), fronts_.end(), [](const Front& f) { return f.goes_on; })) crossed |= lead_in_where_it_stands();
     if (crossed) report_.changed = true;
     if (!stroke_.through) drop_waiting();
     std::vector<FacePoint> last_bits;
@@ -125,12 +128,78 @@ class Sweep {
   /// Starts a cut there, and one or two fronts. False: it is cut already, or refused.
   bool enter(const BladeEntry& e, std::size_t old_fronts) {
     if (on_a_track(e.position, old_fronts)) return false;
+    if (stands_inside(e) && !first_pose_)
+      if (const auto border = nearest_border(e.position, kCameFrom * target_.complex.mean_root_edge + 2 * norm(edge_motion(e.position)), true))
+        return lead_in(*border, e.position);
     const auto located = relocate(e);
     if (!located) return false;
     const auto start = start_here(*located);
     if (!start) return false;
     for (int k = 0; k == 0 || (k < 2 && norm(e.ways[1]) > 0); ++k) (void)follow(*start, e.ways[static_cast<std::size_t>(k)], k > 0 && !stroke_.through);
     return true;
+  }
+
+  /// The edge goes through the material there, upright.
+  static bool stands_inside(const BladeEntry& e) { return e.standing && !(norm(e.ways[1]) > 0); }
+
+  /// Cuts from a border to where the edge stood in the material at the last pose, and on from there.
+  bool lead_in(const FacePoint& border, Vec3 standing) {
+    const auto start = start_here(border);
+    if (!start) return false;
+    const Vec3 way = standing - at(*start);
+    const std::size_t before = fronts_.size();
+    const BladeEdge goal = std::exchange(to_, stroke_.edge);
+    const Followed led = follow(*start, norm(way) > 0 ? normalized(way) : Vec3{}, false);
+    to_ = goal;
+    if (fronts_.size() == before) return led.moved;  // it went out of the material on the way
+    V tip = fronts_.back().tip;
+    const FacePoint last_bit = fronts_.back().last_bit;
+    fronts_.pop_back();
+    if (last_bit.face.valid())
+      if (const auto step = advance(tip, last_bit)) tip = step->tip;
+    (void)follow(tip, {}, false);
+    return true;
+  }
+
+  /// The edge has come to stand in the material, and no front has gone with it: it has left the border that it was at before.
+  bool lead_in_where_it_stands() {
+    target_.boxes.refresh(mesh(), target_.position);
+    std::vector<Vec3> ends;
+    for (const Front& f : fronts_) ends.push_back(at(f.tip));
+    bool led = false;
+    for (const BladeEntry& e : find_blade_entries({target_.complex, target_.position, target_.boxes, to_, to_, stroke_.through, false, {}, ends})) {
+      if (!stands_inside(e)) continue;
+      const auto border = nearest_border(lerp(stroke_.edge.base, stroke_.edge.tip, e.depth), kCameFrom * target_.complex.mean_root_edge, false);
+      if (!border) continue;
+      const auto start = start_here(*border);
+      if (!start) continue;
+      led |= follow(*start, {}, false).moved || (!fronts_.empty() && fronts_.back().goes_on);
+      if (led && !stroke_.through) break;
+    }
+    return led;
+  }
+
+  /// The point of a border nearest to x, less than `reach` away. `inside`: of those borders only that x is on the material's side of.
+  std::optional<FacePoint> nearest_border(Vec3 x, double reach, bool inside) {
+    const Box3 region{x - Vec3{reach, reach, reach}, x + Vec3{reach, reach, reach}};
+    target_.boxes.refresh(mesh(), target_.position);
+    std::optional<FacePoint> found;
+    double least = reach;
+    target_.boxes.for_each([&](const Box3& box) { return boxes_meet(box, region); }, [&](F face) {
+      for (int k = 0; k < 3; ++k) {
+        const H h = CollisionMesh::corner(face, k);
+        if (!mesh().is_border(h)) continue;
+        const Vec3 a = at(mesh().from(h)), b = at(mesh().to(h)), c = at(mesh().apex(h));
+        const double f = std::clamp(dot(x - a, b - a) / std::max(dot(b - a, b - a), 1e-300), 0.0, 1.0);
+        const double distance = norm(x - lerp(a, b, f));
+        if (distance >= least || (inside && dot(cross(cross(b - a, c - a), b - a), x - a) < 0)) continue;
+        least = distance;
+        found = FacePoint{face, {}};
+        found->weights[static_cast<std::size_t>(k)] = 1 - f;
+        found->weights[static_cast<std::size_t>((k + 1) % 3)] = f;
+      }
+    });
+    return found;
   }
 
   /// Fronts that only wait for the blade to come back, while it cuts elsewhere.
@@ -254,12 +323,31 @@ class Sweep {
     return {moved, true};
   }
 
-  /// The tip is the end of a slit, and the blade is somewhere back between its lips.
+  /// The tip is the end of a slit, and the blade is somewhere back between its lips. One that was at that end and goes back beside the lips, farther from
+  /// them than the minimum feature, cuts: however sharp it turns there.
   bool goes_back(V tip) const {
     const auto plane = TrackPlane::make(at(tip), to_);
     if (!plane) return false;
     const SlitCorner slit = slit_at(mesh(), target_.position, tip);
-    return slit.turns_back() && dot(slit.lips, plane->motion) > kBack * norm(slit.lips);
+    if (!slit.turns_back() || !(dot(slit.lips, plane->motion) > kBack * norm(slit.lips))) return false;
+    const Vec3 along = normalized(stroke_.edge.tip - stroke_.edge.base), off = at(tip) - stroke_.edge.base;
+    if (norm(off - dot(off, along) * along) > feature_) return true;
+    const auto way = leave_vertex(tip, *plane, {}, {}, false);
+    return !way || distance_to_lips(tip, place(way->target)) < feature_;
+  }
+  /// Of a point to the borders that begin and end at a vertex, as if they went straight on.
+  double distance_to_lips(V tip, Vec3 p) const {
+    double least = HUGE_VAL;
+    const auto look_at = [&](V other) {
+      const Vec3 lip = normalized(at(other) - at(tip)), x = p - at(tip);
+      least = std::min(least, norm(x - std::max(dot(x, lip), 0.0) * lip));
+    };
+    mesh().for_each_outgoing(tip, [&](H h) {
+      if (mesh().is_border(h)) look_at(mesh().to(h));
+      if (const H in = CollisionMesh::prev(h); mesh().is_border(in)) look_at(mesh().from(in));
+      return true;
+    });
+    return least;
   }
 
   struct Way {
@@ -295,7 +383,7 @@ class Sweep {
     for_each_way(tip, plane, [&](H h, double f, Vec3 p, Vec3 direction) {
       const double progress = dot(direction, plane.motion);
       if (progress < kFlat && out) return;
-      if (dot(direction, onwards) < (progress < kFlat ? 0 : -kReturns) * norm(onwards)) return;
+      if (progress < kFlat && dot(direction, onwards) < 0) return;
       if (progress <= best_progress || (norm(way_on) > 0 && dot(direction, way_on) < kSideways)) return;
       best_progress = progress;
       best = way_to(tip, plane, h, f, p);
@@ -643,6 +731,7 @@ class Sweep {
   SweepReport report_;
   double feature_ = 0;
   bool redone_ = false;
+  bool first_pose_ = false;    // the edge stands where it was put down
   BladeEdge to_;
   std::vector<Front> fronts_;  // of the new pose
   std::vector<Vec3> ends_;     // where fronts were at the last pose, provisional ends included

@@ -60,7 +60,8 @@ class CutPath : public ::testing::TestWithParam<bool> {};
 TEST_P(CutPath, AStabTakesCornersEdgesOrFaces) {
   Square s(GetParam());
   const std::size_t vertices = s.body.collision.vertex_count();
-  EXPECT_EQ(s.stab(0.02, 0.01).value, 0);  // within twice the minimum feature of the corner
+  EXPECT_EQ(s.stab(0.012, 0.01).value, 0);  // within the minimum feature of the corner
+  EXPECT_EQ(s.stab(0.03, 0).value, 0);      // within twice that of it, on the border
   EXPECT_EQ(s.body.collision.vertex_count(), vertices);
   const CollisionVertex edge = s.stab(0.4, 0.01);  // within it of the border edge
   EXPECT_EQ(edge.index(), vertices);

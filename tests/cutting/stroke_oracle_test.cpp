@@ -144,6 +144,27 @@ TEST_F(StrokeOracle, DiceOfThreeToTwelveLines) {
     }
 }
 
+// A closed stroke frees what it goes around: its end is the place where it began.
+TEST_F(StrokeOracle, NestedHexagons) {
+  Random random(11);
+  Trials trials(sheet);
+  constexpr int kLoops = 5;
+  for (int i = 0; i < 30; ++i) {
+    const double largest = 0.46 - random.uniform(0, 0.01), turned = i < 2 ? 0 : random.uniform();
+    std::vector<Stroke> strokes;
+    for (int loop = 0; loop < kLoops; ++loop) {
+      Stroke s;
+      for (int k = 0; k <= 6; ++k) {
+        const double angle = kPi / 3 * k + 0.3 * loop + turned, radius = largest - 0.08 * loop;
+        s.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+      }
+      strokes.push_back(s);
+    }
+    if (i % 2 == 1) std::reverse(strokes.begin(), strokes.end());
+    trials.expect_pieces(strokes, kLoops + 1, i < 2 ? 4 : 40);
+  }
+}
+
 // Four strokes of one to five segments anywhere, crossing each other and themselves.
 TEST_F(StrokeOracle, RandomPolylines) {
   Random random(10);

@@ -21,7 +21,7 @@ constexpr double kMaxTurn = 0.05;       // rad; a swept strip that turns less is
 constexpr double kAlongLip = 1e-3;      // of an edge's length: a direction so near to a lip runs along it
 constexpr double kBack = 0.7;           // cosine: a blade that goes so straight back cuts nothing
 constexpr double kAhead = 0.5;           // cosine at rest between the way of a slit and the border that it comes to
-constexpr double kBeside = 2.5;         // minimum features that a start may be moved by: to a corner within two
+constexpr double kBeside = 2.5;         // minimum features: a front that has just begun, or snaps, may stand so far beside the blade's track
 constexpr double kSideways = 0.1;       // cosine between the way that a front must take and one that will do
 constexpr double kKnownWay = 0.25;      // minimum features; a move that is shorter does not say where the blade came from
 constexpr double kSlack = 2;            // minimum features behind the blade's last pose that still count as swept
@@ -282,7 +282,7 @@ class Sweep {
       if (plane && (fresh ? is_flat(at(tip), way_on) : !moved && !slit.cut && norm(flat_normal(tip)) > 0))
         if (const auto side = side_plane(tip, *plane)) plane = side, fresh = false;
       // The blade is here.
-      if (!plane || plane->progress(at(tip)) > (fresh ? -kBeside : -0.5) * feature_) return stay({}, moved);
+      if (!plane || plane->progress(at(tip)) > (fresh ? -kBeside : -0.5) * feature_) return stay(plane ? joined_end(tip, {}) : FacePoint{}, moved);
       if (!moved && goes_back(tip)) return stay({}, false, true);
       const Vec3 onwards = slit.ends() ? -1.0 * slit.lips : way_on;
       const bool out = slit.ran_out();
@@ -305,7 +305,7 @@ class Sweep {
       }
       if (way->missed) return {moved, true};  // the blade's edge no longer reaches the surface
       if (flat_only && !is_flat(at(tip), place(way->target) - at(tip))) return {moved, true};
-      if (way->inside) return stay(way->target, moved);
+      if (way->inside) return stay(joined_end(tip, way->target), moved);
       const Vec3 before = at(tip);
       const auto step = advance(tip, way->target);
       if (!step) return {moved, true};
@@ -677,6 +677,37 @@ class Sweep {
     }
     ++report_.refused;
     return std::nullopt;
+  }
+
+  /// Where a path from the tip ends that would end at `end` (no face: at the tip): on a border ahead, if that is nearer than the minimum feature. So a
+  /// closed stroke ends where it began, as a start so near to a border is on it (start_cut).
+  FacePoint joined_end(V tip, const FacePoint& end) const {
+    const SlitCorner slit = slit_at(mesh(), target_.position, tip);
+    if (slit.ran_out()) return end;
+    const Vec3 x = end.face.valid() ? place(end) : at(tip);
+    double least = feature_;
+    FacePoint joined = end;
+    // `f`: along the edge opposite to the tip in the face of `out`, which leaves the tip.
+    const auto look_at = [&](H out, double f) {
+      const H across = CollisionMesh::next(out);
+      const double distance = norm(lerp(at(mesh().from(across)), at(mesh().to(across)), f) - x);
+      if (distance >= least) return;
+      least = distance;
+      joined = {mesh().face(out), {}};
+      joined.weights[static_cast<std::size_t>(across.value % 3)] = 1 - f;
+      joined.weights[static_cast<std::size_t>((across.value + 1) % 3)] = f;
+    };
+    mesh().for_each_outgoing(tip, [&](H out) {
+      const H across = CollisionMesh::next(out);
+      const V a = mesh().from(across), b = mesh().to(across);
+      // Not back to where its own lips come from.
+      if (mesh().on_border(a) && !mesh().is_border(out) && dot(at(a) - at(tip), slit.lips) <= 0) look_at(out, 0);
+      if (!mesh().is_border(across)) return true;
+      const double f = dot(x - at(a), at(b) - at(a)) / dot(at(b) - at(a), at(b) - at(a));
+      if (f > 0 && f < 1) look_at(out, f);
+      return true;
+    });
+    return joined;
   }
 
   /// A point moved along the edge opposite to the tip, by `way` metres at the edge itself; no face where it would leave the face.

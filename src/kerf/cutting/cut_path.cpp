@@ -97,7 +97,9 @@ Result<V> start_cut(CellComplex& body, const FacePoint& at, const CutOptions& op
   const std::array<double, 3> w = clamped(at.weights);
   const Vec2 t = planar_point(mesh, h0, w);
   H h = h0, nearest;
-  double least = 2 * feature;
+  bool enters = false;  // over a border
+  for (std::size_t i = 0; i < 3; ++i) enters |= w[(i + 2) % 3] <= 0 && mesh.is_border(CollisionMesh::corner(at.face, static_cast<int>(i)));
+  double least = (enters ? 2 : 1) * feature;
   for (int i = 0; i < 3; ++i, h = CollisionMesh::next(h))
     if (const double d = norm(t - mesh.planar[h]); d < least) {
       least = d;

@@ -17,9 +17,9 @@ struct FacePoint {
   std::array<double, 3> weights{};
 };
 
-/// Where a stab enters: the corner, edge point or new inner vertex at `at`, by the tolerances: within twice the minimum
-/// feature of a corner that corner, within it of an edge a new vertex on the edge. On a border this makes the border
-/// vertex to start from. Nothing is opened yet.
+/// Where a stab enters: the corner, edge point or new inner vertex at `at`, by the tolerances: within the minimum feature
+/// of a corner that corner (twice that for a point on a border, or the repeat of a cut would shave off a sliver),
+/// within it of an edge a new vertex on the edge, on a border the one to start from. Nothing is opened yet.
 /// Error: a point outside the mesh, a refused degenerate case; then roll the journal back.
 Result<CollisionVertex> start_cut(CellComplex& body, const FacePoint& at, const CutOptions& options, CutScratch& scratch);
 

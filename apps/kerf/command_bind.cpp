@@ -13,6 +13,7 @@
 #include "kerf/mesh/whole_file.h"
 #include "kerf/midsurface/diagnosis_file.h"
 #include "kerf/session/scene_body.h"
+#include "placement_text.h"
 #include "progress_bar.h"
 
 namespace kerf::app {
@@ -101,10 +102,10 @@ int bind_meshes(const BindOptions& options) {
   const BindReport& r = loaded->bound.report;
   std::fputs(
       fmt::format("bound {} visual triangles to {} collision triangles ({}) in {:.3g} s; "
-                  "re-meshing added {} vertices and {} triangles\nwritten to {}\n",
+                  "re-meshing added {} vertices and {} triangles\n{}written to {}\n",
                   r.input_triangles, loaded->bound.complex.collision.face_count(),
                   r.closed ? "closed" : "open sheet", r.seconds.total, r.visual_vertices - r.input_vertices,
-                  r.visual_triangles - r.input_triangles, options.out.string())
+                  r.visual_triangles - r.input_triangles, r.closed ? placement_text(r) + "\n" : "", options.out.string())
           .c_str(),
       stdout);
   return kSuccess;

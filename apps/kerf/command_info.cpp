@@ -16,6 +16,7 @@
 #include "kerf/session/scene_file.h"
 #include "kerf/session/scene_schema.h"
 #include "mesh_folders.h"
+#include "placement_text.h"
 #include "scene_search.h"
 
 namespace kerf::app {
@@ -141,6 +142,7 @@ int show_bound_body(const std::string& file) {
                      body->complex.collision.vertex_count(), body->complex.collision.face_count(),
                      length_text(body->complex.mean_root_edge));
   out += fmt::format("paths      {}, together {}\n", r.paths, length_text(r.path_length));
+  if (r.closed) out += fmt::format("placement  {}\n", placement_text(r));
   out += fmt::format("area       {:.6g} m2", r.area_after);
   if (r.closed) out += fmt::format(", volume {:.6g} m3", r.volume_after);
   out += "\nmaterial  ";

@@ -176,49 +176,5 @@ TEST(BindShapes, TextureOfNewVerticesIsInterpolated) {
   for (const Vec3f n : v.normal.raw()) EXPECT_NEAR(norm(to_double(n)), 1, 1e-5);
 }
 
-/// Disc of radius 1 in rings of 6, 12, 18... triangles' corners.
-TriangleMesh rings_of_six(int rings) {
-  TriangleMesh m;
-  m.positions.push_back({0, 0, 0});
-  for (int r = 1; r <= rings; ++r)
-    for (int i = 0; i < 6 * r; ++i) {
-      const double a = 2 * M_PI * i / (6 * r), s = static_cast<double>(r) / rings;
-      m.positions.push_back({s * std::cos(a), s * std::sin(a), 0});
-    }
-  const auto at = [](int ring, int i) { return VertexId(ring == 0 ? 0 : 1 + 3 * ring * (ring - 1) + i % (6 * ring)); };
-  for (int r = 1; r <= rings; ++r)
-    for (int sector = 0; sector < 6; ++sector)
-      for (int i = 0; i < r; ++i) {
-        const int outer = sector * r + i, inner = sector * (r - 1) + i;
-        m.triangles.push_back({at(r - 1, inner), at(r, outer), at(r, outer + 1)});
-        if (i > 0) m.triangles.push_back({at(r - 1, inner - 1), at(r, outer), at(r - 1, inner)});
-      }
-  return m;
-}
-
-// Both caps of a disc are fans of 720 triangles, as drawing programs make them: their spokes were divided 49 times over.
-TEST(BindShapes, FansAreTriangulatedAnew) {
-  TriangleMesh skin = plate(720, 1, 0.05);
-  const TriangleMesh middle = rings_of_six(5);
-  for (const bool textured : {false, true}) {
-    if (textured)
-      for (const auto& t : skin.triangles) {
-        std::array<Vec2f, 3> uv;
-        for (std::size_t k = 0; k < 3; ++k) uv[k] = {static_cast<float>(skin.positions[t[k]].x), static_cast<float>(skin.positions[t[k]].y)};
-        skin.texture.push_back(uv);
-      }
-    const auto body = bind(skin, middle, {});
-    expect_valid(body, middle.triangles.size(), "fans");
-    ASSERT_TRUE(body.ok());
-    EXPECT_LT(body->report.visual_triangles, 20000);
-    if (!textured) continue;
-    const VisualMesh& v = body->complex.visual;
-    for (const VisualHalfEdge h : ids<VisualHalfEdge>(v.half_edge_count())) {
-      EXPECT_NEAR(v.texture[h].x, v.rest[v.from(h)].x, 1e-6);
-      EXPECT_NEAR(v.texture[h].y, v.rest[v.from(h)].y, 1e-6);
-    }
-  }
-}
-
 }  // namespace
 }  // namespace kerf::bind_shapes_test

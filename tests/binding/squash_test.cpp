@@ -29,7 +29,7 @@ BoundBody bound(const Model& model, const std::string& what) {
   if (!body) return {};
   const Status valid = validate_binding(body->complex);
   EXPECT_TRUE(valid.ok()) << what << ": " << (valid ? "" : valid.error().message);
-  EXPECT_FALSE(body->report.unsquashed) << what;
+  EXPECT_FALSE(body->report.upright) << what;
   EXPECT_EQ(body->report.upright_patches, 0) << what;
   EXPECT_EQ(body->report.uniform_patches, 0) << what;
   return std::move(*body);
@@ -100,7 +100,7 @@ TEST(Squash, APlateBecomesAFilm) {
   // What is split meanwhile comes back to where it would have been.
   const Vec3 a = positions[static_cast<std::size_t>(triangles[0][0])], b = positions[static_cast<std::size_t>(triangles[0][1])];
   split_edge(s, 0, 0.25);
-  unsquash(s);
+  stand_up(s);
   EXPECT_TRUE(s.upright.empty());
   EXPECT_EQ(s.walled.position.back(), lerp(a, b, 0.25));
   s.walled.position.pop_back();

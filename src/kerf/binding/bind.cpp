@@ -10,10 +10,11 @@
 #include "kerf/base/stopwatch.h"
 #include "kerf/binding/bound_vertices.h"
 #include "kerf/binding/collision_mesh_build.h"
+#include "kerf/binding/flat_parts.h"
 #include "kerf/binding/parametrize.h"
 #include "kerf/binding/patches.h"
 #include "kerf/binding/path_network.h"
-#include "kerf/binding/rim_normals.h"
+#include "kerf/binding/rim_fit.h"
 #include "kerf/binding/split_surface.h"
 #include "kerf/binding/skin_search.h"
 #include "kerf/binding/squash.h"
@@ -107,17 +108,28 @@ TriangleMesh as_mesh(const WeldedSurface& s) {
   return mesh;
 }
 
-double mean_edge(const CollisionMesh& c) {
-  double sum = 0;
-  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(c.half_edge_count())) sum += norm(c.rest[c.to(h)] - c.rest[c.from(h)]);
-  return sum / static_cast<double>(c.half_edge_count());
-}
-
 /// For the crossings of all paths, about 2.5 sqrt(faces of a patch) each; growing later would copy everything.
 HalfEdgeRoom room_for_paths(std::size_t triangles, std::size_t collision_triangles) {
   const double faces = static_cast<double>(triangles), patches = 2 * static_cast<double>(collision_triangles);  // an open sheet has half
   const auto crossings = static_cast<std::size_t>(1.2 * 1.5 * patches * (2.5 * std::sqrt(faces / patches) + 4));
   return {2 * crossings, crossings};
+}
+
+/// Metres, of all chains, those of the rim once.
+double length_of_paths(const WalledSurface& w, const CollisionMesh& c, const BoundVertices& vertices, const PathNetwork& network) {
+  double length = 0;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(c.half_edge_count()))
+    for (std::size_t side = 0; side < (c.twin[h].valid() ? 2u : 1u); ++side) {
+      const PoolRun run = network.chain[h.index()][side];
+      if (!run.exists() || (c.twin[h].valid() && c.twin[h] < h)) continue;
+      Vec3 last = w.at(vertices.bound[c.from(h).index()][side]);
+      for (std::int32_t i = 0; i <= run.count; ++i) {
+        const Vec3 p = w.at(i < run.count ? network.pool[run.at(i).index()] : vertices.bound[c.to(h).index()][side]);
+        length += norm(p - last);
+        last = p;
+      }
+    }
+  return length;
 }
 
 /// Moves everything into the cell complex.
@@ -195,8 +207,14 @@ void assemble(SplitSurface&& s, CollisionMesh&& collision, const BoundVertices& 
   out.closed = closed;
 }
 
-/// Binds once, `to_squash`: with the surface of a closed body squashed. Also on an error, `squashed` says whether it came so far.
-Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh, const BindOptions& options, bool to_squash, bool& squashed) {
+/// What a binding is found on.
+enum class Shape {
+  kSquashed,  ///< closed bodies: the surface pressed onto the mid-surface
+  kUpright,   ///< the surface as it stands
+};
+
+/// `squash_failed`: set where the paths or patches of a squashed surface are at fault.
+Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh, const BindOptions& options, bool& squash_failed) {
   BoundBody body;
   BindReport& report = body.report;
   Stopwatch watch, total;
@@ -281,10 +299,10 @@ Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh&
 
   SplitSurface s =
       make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(visual_normals), std::move(texture), room);
-  const double edge = mean_edge(c);
   const std::size_t most_faces = visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count();
-  const bool flattened = triangulate_flat_parts(s, kLongInFlatPart * edge, most_faces);
-  if (split_long_edges(s, kLongEdge * edge, most_faces) || flattened) {
+  const double edge = mean_edge(c);
+  const bool evened = even_flat_parts(s, {kLongSpoke * edge, kLongEdge * edge, most_faces});
+  if (split_long_edges(s, kLongEdge * edge, most_faces) || evened) {
     visual.positions = s.walled.position;
     visual.triangles.resize(s.parent.size());
     for (std::size_t f = 0; f < s.parent.size(); ++f)
@@ -297,33 +315,32 @@ Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh&
   KERF_TRY(tell("vertices"));
   auto bound = closed ? bind_closed(s, *search, c, normals, options.at_fault) : bind_open(s, *search, c, options.thickness);
   if (!bound) return bound.error();
-  if (closed) {
-    TriangleMesh led = collision_surface;
-    const int count = lead_to_rim(s, c, *bound, led.positions.raw());
-    // Not where the mesh would fold on the way.
-    if (auto again = build_collision_mesh(led, no_thickness); count > 0 && again && check_folds(*again)) {
-      c = std::move(*again);
-      report.led_vertices = count;
-    }
-  }
+  even_bound_points(s);
   search.reset();  // large bodies: what is not needed any more goes
   visual = {};
   report.inserted_points = bound->inserted;
   report.snapped_points = bound->snapped;
   report.warnings.insert(report.warnings.end(), bound->warnings.begin(), bound->warnings.end());
-  if (closed) lean_with_sides(s, c, *bound, normals);
+  if (closed) {
+    auto led = lead_border(c, s, *bound);
+    if (!led) return led.error();
+    report.led_vertices = *led;
+    lean_border_normals(c, s, *bound, normals);
+  }
   for (const CollisionVertex v : ids<CollisionVertex>(c.vertex_count()))
     c.offset.set(v, bound->half_thickness[v.index()] * normals[v.index()]);
   report.seconds.vertices = watch.lap();
 
   KERF_TRY(tell("paths"));
-  auto network = insert_paths(s, c, *bound, closed, {options.exact, options.progress, options.at_fault, to_squash ? std::span<const Vec3>(normals) : std::span<const Vec3>()});
-  squashed = !s.upright.empty();
+  PathNetworkOptions path_options{options.exact, {}, options.progress, options.at_fault};
+  // The rim's paths stay where the rim is: squashed, the chord over the top would be shorter.
+  if (closed && shape == Shape::kSquashed) path_options.after_rim = [&] { report.crossed_normals = squash(s, c, *bound, normals); };
+  auto network = insert_paths(s, c, *bound, closed, path_options);
+  squash_failed = !s.upright.empty();  // until the parameters are there
   if (!network) return network.error();
   report.divided_edges = split_dividing_edges(s, c, *bound, *network);
   report.paths = network->paths;
   report.rim_followed = network->rim_followed;
-  report.path_length = network->length;
   report.seconds.paths = watch.lap();
 
   KERF_TRY(tell("patches"));
@@ -341,9 +358,10 @@ Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh&
   KERF_TRY(tell("parameters"));
   auto parameters = parametrize(s, c, *bound, *network, *patches, closed, std::move(planar), options.progress);
   if (!parameters) return parameters.error();
+  squash_failed = false;
   report.upright_patches = parameters->upright_patches;
   report.uniform_patches = parameters->uniform_patches;
-  if (squashed) unsquash(s);
+  stand_up(s);
   report.seconds.parameters = watch.lap();
 
   KERF_TRY(tell("assemble"));
@@ -353,11 +371,15 @@ Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh&
     const Measure m = measure(s.parent.size(), origin, split_corner);
     report.area_after = m.area;
     report.volume_after = closed ? m.volume : 0;
+    report.path_length = length_of_paths(w, c, *bound, *network);
   }
   report.visual_vertices = s.vertex_count();
   report.visual_triangles = s.face_count();
   assemble(std::move(s), std::move(c), *bound, *network, std::move(*patches), std::move(*parameters), closed, body.complex);
-  report.displacement = measure_displacement(body.complex);
+  if (closed) report.displacement = measure_displacement(body.complex);
+  if (report.displacement.mean > kMuchDisplaced)
+    report.warnings.push_back(fmt::format("the collision mesh fits badly: walls of cuts will be drawn {:.0f} % of its mean edge beside the blade on the mean; "
+                                          "put it half-way through the thickness, out to the rim", 100 * report.displacement.mean));
   report.seconds.assemble = watch.lap();
   report.seconds.total = total.lap();
   return body;
@@ -365,18 +387,21 @@ Result<BoundBody> bind_once(const TriangleMesh& visual_mesh, const TriangleMesh&
 
 }  // namespace
 
-Result<BoundBody> bind(const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh, const BindOptions& options) {
-  bool squashed = false;
-  auto body = bind_once(visual_mesh, collision_mesh, options, true, squashed);
-  if (body || !squashed || body.error().kind != ErrorKind::kFailed) return body;
-  // Where the mid-surface is folded or fits badly, paths over the surface itself may find a way.
-  if (options.at_fault != nullptr) options.at_fault->clear();
-  auto again = bind_once(visual_mesh, collision_mesh, options, false, squashed);
-  if (!again) return again;
-  again->report.unsquashed = true;
-  again->report.warnings.push_back("the collision mesh is folded or fits badly somewhere, so paths follow the visual surface instead of the mid-surface: "
-                                   "near the rim, cuts are drawn beside the blade");
-  return again;
+Result<BoundBody> bind(const TriangleMesh& visual, const TriangleMesh& collision, const BindOptions& options) {
+  bool squash_failed = false;
+  std::string why = "that was asked for";
+  if (options.squash) {
+    auto body = bind_as(Shape::kSquashed, visual, collision, options, squash_failed);
+    if (body || !squash_failed || body.error().kind != ErrorKind::kFailed) return body;
+    why = "the surface cannot be pressed onto the collision mesh: " + body.error().message;
+    if (options.at_fault != nullptr) options.at_fault->clear();
+  }
+  auto body = bind_as(Shape::kUpright, visual, collision, options, squash_failed);
+  if (!body || !body->report.closed) return body;
+  body->report.upright = true;
+  body->report.warnings.push_back(fmt::format("walls near the rim will be drawn up to {:.0f} % of a collision edge beside the blade, as paths and parameters follow the "
+                                              "surface and not the mid-surface ({})", 100 * body->report.displacement.largest, why));
+  return body;
 }
 
 }  // namespace kerf

@@ -16,6 +16,7 @@ struct BindOptions {
   bool exact = false;    ///< exact geodesic paths (Xin and Wang 2009) instead of locally shortest ones
   double thickness = 0;  ///< metres; open sheets only, must be > 0 there; a closed body has its own
   Progress progress = {};
+  bool squash = true;    ///< false: paths and parameters of the surface as it stands, as the paper has them; walls near the rim are drawn beside the blade
   std::vector<CollisionVertex>* at_fault = nullptr;  ///< receives the collision vertices at what is refused, where it is one place
 };
 
@@ -32,14 +33,15 @@ struct BindReport {
   std::int64_t visual_triangles = 0;
   std::int64_t inserted_points = 0;      ///< bound points that became new vertices
   std::int64_t snapped_points = 0;       ///< bound points that took an existing vertex
-  std::int64_t led_vertices = 0;         ///< border vertices of the collision mesh that were led out to the rim
   std::int64_t paths = 0;
   std::int64_t rim_followed = 0;         ///< rim paths that follow the mid-surface instead of the shortest way
   std::int64_t divided_edges = 0;        ///< edges split because they joined two vertices of one path
-  std::int64_t upright_patches = 0;      ///< patches parametrised with the weights of the surface as it is, not squashed
+  std::int64_t led_vertices = 0;         ///< border vertices of the collision mesh that were led to the rim
+  std::int64_t crossed_normals = 0;      ///< visual vertices where the normals of the collision mesh cross
+  std::int64_t upright_patches = 0;      ///< patches whose parameters are those of the surface as it stands, not as squashed
   std::int64_t uniform_patches = 0;      ///< patches parametrised with uniform weights
-  bool unsquashed = false;               ///< a path or patch of the squashed surface failed: all are those of the surface as it is
-  Displacement displacement;             ///< of the visual surface against its parameters
+  bool upright = false;                  ///< a closed body is bound on the surface as it stands: asked for, or paths or patches failed on the squashed one
+  Displacement displacement;             ///< of the result; measured again when a file is read; closed only
   double path_length = 0;                ///< metres
   double area_before = 0, area_after = 0;      ///< metres^2
   double volume_before = 0, volume_after = 0;  ///< metres^3, closed only
@@ -61,9 +63,9 @@ struct BoundBody {
 };
 
 /// Binds `visual` to `collision`: bound vertices (4.1.1), paths (4.1.2), re-meshing that leaves the surface geometrically identical (4.1.3),
-/// parameters (4.1.4), verification that every patch is a disc. Paths and parameters of a closed body are those of the surface squashed onto the
-/// mid-surface (squash.h), so that a cut is drawn where the collision mesh is cut, near the rim too. Visual vertices keep their ids (after merging equal positions), new
-/// ones follow. The collision mesh's vertices keep their ids and, but for a border that is off the rim, their places. Closed or open is derived from the visual mesh; the visual mesh itself may be the collision mesh.
+/// parameters (4.1.4), verification that every patch is a disc. Paths and parameters of closed bodies are found on the surface squashed onto
+/// the collision mesh, whose border is led to the rim. Visual vertices keep their ids (after merging equal positions), new
+/// ones follow. Closed or open is derived from the visual mesh; the visual mesh itself may be the collision mesh.
 ///
 /// Bad input gets an error that names the element: meshes that are no oriented manifolds, triangles without area, coordinates that are
 /// not finite, borders that do not correspond, a collision mesh in several pieces, folded, or outside the visual mesh.

@@ -15,6 +15,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the file layout is the memory layout of little-endian machines");
 
+/// The first version whose closed bodies are bound on a squashed surface.
+constexpr std::uint32_t kSquashedVersion = 3;
+
 constexpr int kMostHintedCells = 1 << 20;  // along an axis
 constexpr char kMagic[8] = {'K', 'E', 'R', 'F', 'B', 'O', 'D', 'Y'};
 
@@ -29,15 +32,16 @@ std::array<PoolRun, 2> restored(const std::array<StoredRun, 2>& r) { return {res
 template <class T>
 concept HasPadding = requires(const T& x) { stored(x); };
 
-/// The numbers of the report in file order.
+/// The numbers of the report in file order, as of `version`.
 template <class Report, class F>
-void for_each_number(Report& r, F&& f) {
+void for_each_number(Report& r, std::uint32_t version, F&& f) {
   f(r.closed), f(r.flipped_collision), f(r.flipped_visual);
   f(r.merged_vertices), f(r.unused_vertices), f(r.input_vertices), f(r.input_triangles), f(r.visual_vertices), f(r.visual_triangles);
   f(r.inserted_points), f(r.snapped_points), f(r.paths), f(r.rim_followed), f(r.divided_edges), f(r.uniform_patches);
   f(r.path_length), f(r.area_before), f(r.area_after), f(r.volume_before), f(r.volume_after);
   auto& s = r.seconds;  // zeros: the same meshes give the same file, however long it took; older files have times
   f(s.prepare), f(s.vertices), f(s.paths), f(s.patches), f(s.parameters), f(s.assemble), f(s.total);
+  if (version >= kSquashedVersion) f(r.led_vertices), f(r.crossed_normals), f(r.upright_patches), f(r.upright);
 }
 
 class Writer {
@@ -118,7 +122,7 @@ void write_body(Writer& w, BoundBody& body) {
   });
   BindReport report = body.report;
   report.seconds = {};
-  for_each_number(report, [&]<class T>(const T& x) {
+  for_each_number(report, kBoundBodyVersion, [&]<class T>(const T& x) {
     if constexpr (std::is_same_v<T, bool>) w.value(std::uint8_t{x});
     else w.value(x);
   });
@@ -126,7 +130,7 @@ void write_body(Writer& w, BoundBody& body) {
   for (const std::string& s : body.report.warnings) w.array(std::vector<char>(s.begin(), s.end()));
 }
 
-void read_body(Reader& r, BoundBody& body) {
+void read_body(Reader& r, std::uint32_t version, BoundBody& body) {
   std::uint32_t flags = 0;
   r.value(flags);
   body.complex.closed = flags == 1;
@@ -145,7 +149,7 @@ void read_body(Reader& r, BoundBody& body) {
       a = Journaled<Id, T>(std::move(items));
     }
   });
-  for_each_number(body.report, [&]<class T>(T& x) {
+  for_each_number(body.report, version, [&]<class T>(T& x) {
     if constexpr (std::is_same_v<T, bool>) {
       std::uint8_t byte = 0;
       r.value(byte);
@@ -238,7 +242,7 @@ Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& na
   if (version < 1 || version > kBoundBodyVersion)
     return bad(fmt::format("has version {}, this program reads versions 1 to {}; bind the body again", version, kBoundBodyVersion));
   BoundBody body;
-  read_body(r, body);
+  read_body(r, version, body);
   BodyNature known;
   const bool sound = version < 2 || read_nature(r, known);
   const std::uint64_t expected = r.hash();
@@ -252,6 +256,9 @@ Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& na
   if (!sound) return bad("holds a material or a lattice that can't be; bind the body again");
   if (const Status valid = validate_binding(body.complex); !valid) return bad(valid.error().message + "; bind the body again");
   if (nature) *nature = known;
+  if (body.complex.closed) body.report.displacement = measure_displacement(body.complex);
+  if (version < kSquashedVersion && body.complex.closed)
+    body.report.warnings.push_back(fmt::format("the file has version {}: walls of cuts near the rim will be drawn beside the blade; bind the body again", version));
   return body;
 }
 

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "kerf/base/indexed.h"
+#include "kerf/binding/collision_mesh_build.h"
+#include "kerf/binding/margins.h"
 #include "kerf/binding/tolerances.h"
 
 namespace kerf {
@@ -31,7 +33,7 @@ std::array<double, 3> weights_in(const WalledSurface& w, std::int32_t f, Vec3 p)
 }
 
 /// Makes the point p of the original face `face` a bound vertex: an existing free vertex nearby, or a new one.
-std::int32_t insert_bound_point(SplitSurface& s, std::int32_t face, Vec3 p, BoundVertices& out) {
+std::int32_t insert_bound_point(SplitSurface& s, std::int32_t face, Vec3 p, double mean_edge, BoundVertices& out) {
   WalledSurface& w = s.walled;
   // Earlier points may have split the face: walk to the part that holds p.
   std::int32_t f = face;
@@ -57,7 +59,8 @@ std::int32_t insert_bound_point(SplitSurface& s, std::int32_t face, Vec3 p, Boun
     const std::int32_t v = w.from(3 * f + static_cast<std::int32_t>(k));
     if (w.wall_vertex[at(v)]) continue;
     const Vec3 q = b[0] * (x[0] - x[k]) + b[1] * (x[1] - x[k]) + b[2] * (x[2] - x[k]);
-    if (norm(q) < kSnapFraction * std::min(length[k], length[(k + 2) % 3])) {
+    const double shorter = std::min(length[k], length[(k + 2) % 3]);
+    if (norm(q) < Margins::of(shorter, mean_edge).snap * shorter) {
       w.wall_vertex[at(v)] = 1;
       ++out.snapped;
       return v;
@@ -66,15 +69,16 @@ std::int32_t insert_bound_point(SplitSurface& s, std::int32_t face, Vec3 p, Boun
   const auto k = static_cast<std::int32_t>(std::min_element(b.begin(), b.end()) - b.begin());
   const std::int32_t h = 3 * f + (k + 1) % 3;
   std::int32_t m;
-  if (b[at(k)] < kSnapFraction && w.opposite(h) >= 0) {
+  const double longest = *std::max_element(length.begin(), length.end()), inside = Margins::of(longest, mean_edge).snap;
+  if (b[at(k)] < inside && w.opposite(h) >= 0) {
+    const Margins margins = Margins::of(length[at((k + 1) % 3)], mean_edge);
     double t = b[at((k + 2) % 3)] / (b[at((k + 1) % 3)] + b[at((k + 2) % 3)]);
-    t = std::clamp(t, w.wall_vertex[at(w.from(h))] ? kWallMargin : kSnapFraction,
-                   1 - (w.wall_vertex[at(w.to(h))] ? kWallMargin : kSnapFraction));
+    t = std::clamp(t, w.wall_vertex[at(w.from(h))] ? margins.wall : margins.snap, 1 - (w.wall_vertex[at(w.to(h))] ? margins.wall : margins.snap));
     m = split_edge(s, h, t);
   } else {
     // Away from the corners and (border edges only come here) from the sides.
     sum = 0;
-    for (double& weight : b) sum += weight = std::max(weight, kSnapFraction);
+    for (double& weight : b) sum += weight = std::max(weight, inside);
     for (double& weight : b) weight /= sum;
     m = split_face(s, f, b);
   }
@@ -226,6 +230,7 @@ Status check_inside(const SkinSearch& search, const CollisionMesh& c, const std:
 Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, const CollisionMesh& c,
                                   std::span<Vec3> normals, std::vector<CollisionVertex>* at_fault) {
   const std::size_t nv = c.vertex_count();
+  const double edge = mean_edge(c);
   BoundVertices out;
   const auto refuse = [&](CV v, std::string why) {
     if (at_fault != nullptr) *at_fault = {v};
@@ -277,7 +282,7 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
         return refuse(v, fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
                                      "in the same place and in the same unit?", v.value + 1));
       // A border that ends inside the body: its rim lies straight ahead, the closest point may be on the top or bottom.
-      if (q->distance > kOnRim * length) {
+      if (q->distance > 1e-3 * length) {
         if (const auto ahead = search.first_exit(p, outward, 2 * length)) {
           q = ahead;
         } else if (search.first_exit(p, n, 2 * length) && search.first_exit(p, -n, 2 * length)) {
@@ -307,10 +312,10 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
     const auto& q = chosen[v.index()];
     auto& bound = out.bound[v.index()];
     if (border[v.index()]) {
-      bound[0] = bound[1] = insert_bound_point(s, q[0].face, q[0].position, out);
+      bound[0] = bound[1] = insert_bound_point(s, q[0].face, q[0].position, edge, out);
       continue;
     }
-    for (std::size_t side = 0; side < 2; ++side) bound[side] = insert_bound_point(s, q[side].face, q[side].position, out);
+    for (std::size_t side = 0; side < 2; ++side) bound[side] = insert_bound_point(s, q[side].face, q[side].position, edge, out);
     const double across = dot(s.walled.at(bound[0]) - s.walled.at(bound[1]), normals[v.index()]);
     if (!(across > 0))
       return refuse(v, fmt::format("collision vertex {}: its + side lies below its - side; the collision mesh is outside the "
@@ -335,26 +340,6 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
   }
   warn_flipped(s, c, out);
   return out;
-}
-
-int lead_to_rim(const SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, std::span<Vec3> rest) {
-  int led = 0;
-  for (const CV v : ids<CV>(c.vertex_count())) {
-    if (!c.on_border(v)) continue;
-    double shortest = HUGE_VAL;
-    const auto look_at = [&](CV other) { shortest = std::min(shortest, norm(c.rest[other] - c.rest[v])); };
-    c.for_each_outgoing(v, [&](CH h) {
-      look_at(c.to(h));
-      look_at(c.apex(h));
-      return true;
-    });
-    const Vec3 rim = s.walled.at(vertices.bound[v.index()][0]);
-    const double off = norm(rim - c.rest[v]);
-    if (off <= kOnRim * shortest || off >= kMostLead * shortest) continue;
-    rest[v.index()] = rim;
-    ++led;
-  }
-  return led;
 }
 
 std::vector<std::vector<std::int32_t>> border_loops(std::span<const std::int32_t> origin, std::span<const std::int32_t> twin) {
@@ -453,6 +438,7 @@ bool order_on_loop(std::vector<double>& s, double perimeter, bool& moved) {
 
 Result<BoundVertices> bind_open(SplitSurface& s, const SkinSearch& search, const CollisionMesh& c, double thickness) {
   const std::size_t nv = c.vertex_count();
+  const double mean = mean_edge(c);
   BoundVertices out;
   out.bound.assign(nv, {-1, -1});
   out.half_thickness.assign(nv, 0.5 * thickness);
@@ -568,7 +554,7 @@ Result<BoundVertices> bind_open(SplitSurface& s, const SkinSearch& search, const
     if (!q)
       return bad_input(fmt::format("collision vertex {}: the visual mesh is farther away than its longest edge; are both meshes in "
                                    "the same place and in the same unit?", v.value + 1));
-    out.bound[v.index()][0] = insert_bound_point(s, q->face, q->position, out);
+    out.bound[v.index()][0] = insert_bound_point(s, q->face, q->position, mean, out);
   }
   warn_flipped(s, c, out);
   return out;

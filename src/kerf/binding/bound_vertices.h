@@ -37,10 +37,6 @@ Result<BoundVertices> bind_closed(SplitSurface& surface, const SkinSearch& searc
 Result<BoundVertices> bind_open(SplitSurface& surface, const SkinSearch& search, const CollisionMesh& collision,
                                 double thickness);
 
-/// Moves border vertices of a closed body's collision mesh that stop short of the rim, or stand out over it, to their bound points, if those are nearer
-/// than kMostLead of the shortest edge there. `rest`: their positions, |V collision|. Returns how many.
-int lead_to_rim(const SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices, std::span<Vec3> rest);
-
 /// Border loops of half-edge arrays as vertex lists in the direction of their half-edges.
 std::vector<std::vector<std::int32_t>> border_loops(std::span<const std::int32_t> origin, std::span<const std::int32_t> twin);
 

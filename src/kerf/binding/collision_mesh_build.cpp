@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/indexed.h"
 #include "kerf/mesh/half_edge_build.h"
 
 namespace kerf {
@@ -81,6 +82,12 @@ Result<CollisionMesh> build_collision_mesh(const TriangleMesh& surface, std::spa
   mesh.root = Journaled<CollisionTriangle, RootId>(std::move(root));
   mesh.free.grow(nf);
   return mesh;
+}
+
+double mean_edge(const CollisionMesh& c) {
+  double sum = 0;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(c.half_edge_count())) sum += norm(c.rest[c.to(h)] - c.rest[c.from(h)]);
+  return sum / static_cast<double>(c.half_edge_count());
 }
 
 }  // namespace kerf

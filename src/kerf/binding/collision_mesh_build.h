@@ -18,4 +18,7 @@ std::vector<Vec3> vertex_normals(const TriangleMesh& mesh);
 /// Bad input: not an oriented manifold, a triangle without area.
 Result<CollisionMesh> build_collision_mesh(const TriangleMesh& surface, std::span<const double> half_thickness);
 
+/// Metres; inner edges count twice.
+double mean_edge(const CollisionMesh& mesh);
+
 }  // namespace kerf

@@ -5,68 +5,64 @@
 #include <cmath>
 #include <vector>
 
-#include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
 #include "kerf/binding/parameters_in.h"
+#include "kerf/binding/tolerances.h"
 
 namespace kerf {
 namespace {
 
-struct Sum {
-  double area = 0, displaced = 0, largest = 0;
+struct Part {
+  double area = 0, sum = 0, largest = 0;
 };
 
-/// Adds one face: a third of its area for each of its corners.
-void add(const CellComplex& body, VisualTriangle f, Sum& sum) {
-  const CollisionMesh& c = body.collision;
-  const VisualMesh& m = body.visual;
-  const CollisionTriangle t(m.patch[f].root().value);
-  std::array<double, 3> off;
-  Vec3 upright;
-  for (int k = 0; k < 3; ++k) {
-    const VisualHalfEdge corner = VisualMesh::corner(f, k);
-    const auto weights = parameters_in(body, corner, t);
-    Vec3 place, line;
-    for (int i = 0; i < 3; ++i) {
-      const CollisionVertex v = c.from(CollisionMesh::corner(t, i));
-      place += weights[static_cast<std::size_t>(i)] * c.rest[v];
-      line += weights[static_cast<std::size_t>(i)] * c.offset[v];
-    }
-    if (!(norm(line) > 0)) return;
-    line = normalized(line);
-    upright += line;
-    off[static_cast<std::size_t>(k)] = norm(cross(m.rest[m.from(corner)] - place, line));
+void add_face(const CellComplex& x, VisualTriangle face, Part& part) {
+  const VisualMesh& v = x.visual;
+  const CollisionMesh& c = x.collision;
+  const CollisionTriangle t(v.patch[face].root().value);  // no cut yet: triangles are their own roots
+  std::array<Vec3, 3> place, rest, offset;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto corner = static_cast<int>(k);
+    place[k] = v.rest[v.from(VisualMesh::corner(face, corner))];
+    rest[k] = c.rest[c.from(CollisionMesh::corner(t, corner))];
+    offset[k] = c.offset[c.from(CollisionMesh::corner(t, corner))];
   }
-  const Vec3 a = m.rest[m.from(VisualMesh::corner(f, 0))], b = m.rest[m.from(VisualMesh::corner(f, 1))], d = m.rest[m.from(VisualMesh::corner(f, 2))];
-  const Vec3 normal = cross(b - a, d - a);
-  const double area = 0.5 * norm(normal);
-  if (!(std::fabs(dot(normal, upright)) > 0.5 * norm(normal) * norm(upright))) return;
-  sum.area += area;
-  for (const double x : off) {
-    sum.displaced += area / 3 * x;
-    sum.largest = std::max(sum.largest, x);
+  const Vec3 area = cross(place[1] - place[0], place[2] - place[0]);
+  const Vec3 flat = cross(rest[1] - rest[0], rest[2] - rest[0]);
+  if (!(std::fabs(dot(area, flat)) > kDrawnCosine * norm(area) * norm(flat))) return;
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto w = parameters_in(x, VisualMesh::corner(face, static_cast<int>(k)), t);
+    // Relative to a corner: a far origin must not cost digits.
+    Vec3 off = place[k] - rest[0] - (w[1] * (rest[1] - rest[0]) + w[2] * (rest[2] - rest[0]));
+    Vec3 n = normalized(w[0] * offset[0] + w[1] * offset[1] + w[2] * offset[2]);
+    if (n == Vec3{}) n = normalized(flat);
+    off = off - dot(off, n) * n;
+    part.largest = std::max(part.largest, norm(off));
+    sum += norm(off) / 3;
   }
+  part.area += norm(area);
+  part.sum += norm(area) * sum;
 }
 
 }  // namespace
 
-Displacement measure_displacement(const CellComplex& body) {
-  // Sums of blocks, added in order.
+Displacement measure_displacement(const CellComplex& x) {
   constexpr std::size_t kBlock = 1024, kBlocks = 32;  // so many at a time
-  const std::size_t faces = body.visual.face_count();
-  std::vector<Sum> blocks((faces + kBlock - 1) / kBlock);
+  const std::size_t faces = x.visual.face_count();
+  std::vector<Part> blocks((faces + kBlock - 1) / kBlock);
   parallel_for(blocks.size(), kBlocks, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      for (std::size_t f = i * kBlock; f < std::min(faces, (i + 1) * kBlock); ++f) add(body, VisualTriangle(f), blocks[i]);
+      for (std::size_t f = i * kBlock; f < std::min(faces, (i + 1) * kBlock); ++f) add_face(x, VisualTriangle(f), blocks[i]);
   });
-  Sum all;
-  for (const Sum& block : blocks) {
-    all.area += block.area;
-    all.displaced += block.displaced;
-    all.largest = std::max(all.largest, block.largest);
+  Part total;
+  for (const Part& b : blocks) {
+    total.area += b.area;
+    total.sum += b.sum;
+    total.largest = std::max(total.largest, b.largest);
   }
-  const double edge = body.mean_root_edge;
-  return {all.area > 0 ? all.displaced / (all.area * edge) : 0, all.largest / edge};
+  if (!(total.area > 0)) return {};
+  return {total.sum / total.area / x.mean_root_edge, total.largest / x.mean_root_edge};
 }
 
 }  // namespace kerf

@@ -1,19 +1,19 @@
-// How far the visual surface is from where its parameters say it is: by so much a wall that is drawn stands beside the blade.
+// How far what is drawn lies beside where its parameters say it is.
 #pragma once
 
 #include "kerf/binding/cell_complex.h"
 
 namespace kerf {
 
-/// Parts of the mean collision edge.
+/// In parts of the mean edge of the collision mesh.
 struct Displacement {
-  double mean = 0;  ///< by area
+  double mean = 0;     ///< by area
   double largest = 0;
 };
 
-/// A corner with parameters in a collision triangle belongs to the point there, and to the line along the prism's offset at that point. Its
-/// displacement is its distance to that line. Over faces that lie along the mid-surface (to 60 degrees): what stands up is side, where many points
-/// share one place of the mid-surface. Before any cut. Linear time; the same for any number of threads.
-Displacement measure_displacement(const CellComplex& body);
+/// A visual corner with weights (a, b, c) belongs above P, the sum of its collision corners by these weights, along n, the sum of their
+/// offsets. Its displacement is the part of x - P at right angles to n: a wall that is cut at P is drawn that far from the blade.
+/// Over faces of the skin flatter than 60 degrees to the mid-surface; the side of a body stands along n. Freshly bound bodies only. Linear.
+Displacement measure_displacement(const CellComplex& complex);
 
 }  // namespace kerf

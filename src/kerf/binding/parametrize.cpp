@@ -28,8 +28,7 @@ struct BoundaryPoint {
   Vec2 planar;
 };
 
-/// Mean value weights of the surface, squashed if it is; of the surface as it is; all alike.
-enum class Weights { kMeanValue, kUpright, kUniform };
+enum class Weights { kMeanValue, kUpright, kUniform };  // tried in this order; kUpright: mean value, of the real positions
 
 /// Memory of one patch's system.
 struct PatchSystem {
@@ -71,7 +70,7 @@ class Parametrizer {
  public:
   Parametrizer(const SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, const PathNetwork& network,
                const PatchMap& patches, std::vector<Vec2> memory)
-      : planar(std::move(memory)), s_(s), w_(s.walled), c_(c), vertices_(vertices), network_(network), patches_(patches), local_(s.walled.position.size(), -1) {
+      : planar(std::move(memory)), w_(s.walled), upright_(s.upright), c_(c), vertices_(vertices), network_(network), patches_(patches), local_(s.walled.position.size(), -1) {
     planar.resize(s.walled.origin.size());
   }
 
@@ -171,14 +170,13 @@ class Parametrizer {
     rows.value.clear();
     rows.diagonal.resize(n);
     p.x.assign(n, Vec2{});
-    const std::vector<Vec3>& position = weights == Weights::kUpright ? s_.upright : w_.position;
     for (std::size_t i = 0; i < n; ++i) {
       const std::int32_t v = p.inner[i];
       p.spokes.clear();
       const std::int32_t start = w_.outgoing[at(v)];
       std::int32_t h = start;
       do {  // inner vertices have a closed fan
-        const Vec3 d = position[at(w_.to(h))] - position[at(v)];
+        const Vec3 d = weights == Weights::kUpright ? upright_[at(w_.to(h))] - upright_[at(v)] : w_.at(w_.to(h)) - w_.at(v);
         p.spokes.push_back({w_.to(h), d, norm(d), 1});
         h = w_.opposite(WalledSurface::prev(h));
       } while (h != start);
@@ -218,8 +216,8 @@ class Parametrizer {
     }
   }
 
-  const SplitSurface& s_;
   const WalledSurface& w_;
+  const std::vector<Vec3>& upright_;   ///< empty: as in w_
   const CollisionMesh& c_;
   const BoundVertices& vertices_;
   const PathNetwork& network_;
@@ -237,6 +235,7 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
   KERF_TRY(parametrizer.measure_chains());
   const std::size_t step = closed ? 1 : 2, count = 2 * collision.face_count() / step;
   enum : std::uint8_t { kMean, kUpright, kUniform, kBad };
+  const bool squashed = !surface.upright.empty();
   std::vector<std::uint8_t> outcome(count, kMean);
   PatchSystems systems;
   // In slices, so that progress can be told between them.
@@ -247,8 +246,9 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
       auto system = systems.take();
       for (std::size_t i = begin + first; i < begin + last; ++i) {
         if (parametrizer.solve(step * i, Weights::kMeanValue, *system)) continue;
-        if (!surface.upright.empty() && parametrizer.solve(step * i, Weights::kUpright, *system)) outcome[i] = kUpright;
-        else outcome[i] = parametrizer.solve(step * i, Weights::kUniform, *system) ? kUniform : kBad;
+        outcome[i] = squashed && parametrizer.solve(step * i, Weights::kUpright, *system) ? kUpright
+                     : parametrizer.solve(step * i, Weights::kUniform, *system)           ? kUniform
+                                                                                          : kBad;
       }
       systems.give_back(std::move(system));
     });
@@ -259,8 +259,8 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
     if (outcome[i] == kBad)
       return failed(fmt::format("collision triangle {} ({} side): its part of the visual mesh has triangles too thin to be laid out in double "
                                 "precision; remesh the visual mesh there", step * i / 2 + 1, step * i % 2 == 0 ? "+" : "-"));
-    if (outcome[i] == kUpright) ++result.upright_patches;
-    if (outcome[i] == kUniform) ++result.uniform_patches;
+    result.upright_patches += outcome[i] == kUpright;
+    result.uniform_patches += outcome[i] == kUniform;
   }
   result.planar = std::move(parametrizer.planar);
   return result;

@@ -12,8 +12,8 @@ namespace kerf {
 
 struct Parametrization {
   std::vector<Vec2> planar;  ///< 3 |F visual| corners; the - side mirrored (y -> -y)
-  int upright_patches = 0;   ///< patches that took the weights of the surface as it is, because squashed they turned a triangle over
-  int uniform_patches = 0;   ///< patches that needed uniform weights, because mean value weights turned a triangle over
+  int upright_patches = 0;   ///< patches that needed the weights of the real positions, because those of squashed ones turned a triangle over
+  int uniform_patches = 0;   ///< patches that needed uniform weights, because those turned one over too
 };
 
 /// One small sparse system per patch, in parallel, with the same bits for any number of threads. Every planar triangle is positively

@@ -8,7 +8,8 @@
 
 #include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
-#include "kerf/binding/squash.h"
+#include "kerf/binding/collision_mesh_build.h"
+#include "kerf/binding/margins.h"
 #include "kerf/binding/tolerances.h"
 #include "kerf/geodesic/path_scratch.h"
 
@@ -119,8 +120,8 @@ struct PlannedStop {
 
 bool touches(const PlannedStop& s, std::int32_t v) { return s.a == v || s.b == v; }
 
-/// Moves crossings to free vertices nearby and away from walls (kSnapFraction, kWallMargin).
-void plan_stops(WalledSurface& w, const SurfacePath& path, std::vector<PlannedStop>& plan) {
+/// Moves crossings to free vertices nearby and away from walls (Margins).
+void plan_stops(WalledSurface& w, const SurfacePath& path, double mean_edge, std::vector<PlannedStop>& plan) {
   plan.clear();
   std::int32_t snapped = -1;  // the vertex that the last stop was moved to
   for (const PathStop& stop : path.stops) {
@@ -133,7 +134,8 @@ void plan_stops(WalledSurface& w, const SurfacePath& path, std::vector<PlannedSt
     PlannedStop p{w.from(stop.half_edge), w.to(stop.half_edge), stop.t};
     if (snapped >= 0 && touches(p, snapped)) continue;
     const std::int32_t near = p.t < 0.5 ? p.a : p.b;
-    if (std::min(p.t, 1 - p.t) < kSnapFraction && !w.wall_vertex[at(near)]) {
+    const Margins margins = Margins::of(norm(w.at(p.b) - w.at(p.a)), mean_edge);
+    if (std::min(p.t, 1 - p.t) < margins.snap && !w.wall_vertex[at(near)]) {
       while (plan.back().b >= 0 && touches(plan.back(), near)) plan.pop_back();
       plan.push_back({near, -1, 0});
       w.wall_vertex[at(near)] = 1;
@@ -141,15 +143,14 @@ void plan_stops(WalledSurface& w, const SurfacePath& path, std::vector<PlannedSt
       continue;
     }
     snapped = -1;
-    p.t = std::clamp(p.t, w.wall_vertex[at(p.a)] ? kWallMargin : kSnapFraction,
-                     1 - (w.wall_vertex[at(p.b)] ? kWallMargin : kSnapFraction));
+    p.t = std::clamp(p.t, w.wall_vertex[at(p.a)] ? margins.wall : margins.snap, 1 - (w.wall_vertex[at(p.b)] ? margins.wall : margins.snap));
     plan.push_back(p);
   }
 }
 
 /// Splits the crossed edges in turn; the path's own edges appear by themselves and become walls. Appends the inner vertices.
 /// Fails only on stops that are no path.
-bool insert_stops(SplitSurface& s, const std::vector<PlannedStop>& plan, std::vector<std::int32_t>& inner, double& length) {
+bool insert_stops(SplitSurface& s, const std::vector<PlannedStop>& plan, std::vector<std::int32_t>& inner) {
   WalledSurface& w = s.walled;
   std::int32_t current = plan.front().a;
   for (std::size_t i = 1; i < plan.size(); ++i) {
@@ -174,7 +175,6 @@ bool insert_stops(SplitSurface& s, const std::vector<PlannedStop>& plan, std::ve
     std::int32_t h = find_half_edge(w, current, reached);
     if (h < 0 || w.wall[at(h)]) return false;
     mark_wall(w, h);
-    length += norm(w.at(reached) - w.at(current));
     if (i + 1 < plan.size()) inner.push_back(reached);
     current = reached;
   }
@@ -276,7 +276,7 @@ class Pieces {
 class PathInserter {
  public:
   PathInserter(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, bool closed, const PathNetworkOptions& options)
-      : surface_(s), collision_(c), vertices_(vertices), closed_(closed), options_(options), order_(c, closed) {
+      : surface_(s), collision_(c), vertices_(vertices), closed_(closed), mean_edge_(mean_edge(c)), options_(options), order_(c, closed) {
     network_.chain.assign(c.half_edge_count(), {PoolRun{}, PoolRun{}});
   }
 
@@ -297,8 +297,7 @@ class PathInserter {
       KERF_TRY(closed_ ? insert_rim(h) : walk_border(h));
       pieces.join(c.from(h).index(), c.to(h).index());
     }
-
-    if (closed_ && !options_.squash_along.empty()) squash(surface_, c, vertices_, options_.squash_along);
+    if (options_.after_rim) options_.after_rim();
 
     // A spanning tree of short edges, links between two borders first; then the others, short ones first.
     std::vector<double> length(c.half_edge_count());
@@ -353,7 +352,6 @@ class PathInserter {
       if (w.wall[at(e)] || w.opposite(e) >= 0 || (next != goal && is_bound_[at(next)]))
         return edge_error(h, 0, "its ends do not follow one another on the border of the visual mesh");
       mark_wall(w, e);
-      network_.length += norm(w.at(next) - w.at(v));
       if (next == goal) break;
       network_.pool.push_back(next);
       v = next;
@@ -369,8 +367,8 @@ class PathInserter {
       return edge_error(h, side, fmt::format("its path winds around earlier ones, {:.0f} times as long as the edge; the collision mesh is folded "
                                              "there, or fits the body badly", path.length / std::max(edge, ends)));
     const auto first = static_cast<std::int32_t>(network_.pool.size());
-    plan_stops(surface_.walled, path, plan_);
-    if (!insert_stops(surface_, plan_, network_.pool, network_.length))
+    plan_stops(surface_.walled, path, mean_edge_, plan_);
+    if (!insert_stops(surface_, plan_, network_.pool))
       return edge_error(h, side, "its path runs over itself; is the visual mesh badly folded there?");
     store(h, side, first);
     return {};
@@ -467,6 +465,7 @@ class PathInserter {
   const CollisionMesh& collision_;
   const BoundVertices& vertices_;
   bool closed_;
+  double mean_edge_;
   const PathNetworkOptions& options_;
   PathOrder order_;
   PathNetwork network_;

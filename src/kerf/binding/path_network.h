@@ -7,7 +7,7 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
+#include <functional>
 #include <vector>
 
 #include "kerf/base/progress.h"
@@ -21,21 +21,19 @@ namespace kerf {
 struct PathNetwork {
   std::vector<std::int32_t> pool;             ///< inner visual vertices of all chains
   std::vector<std::array<PoolRun, 2>> chain;  ///< per collision half-edge and side, as CollisionMesh::chain
-  double length = 0;                          ///< metres, all chains
   int paths = 0;
   int rim_followed = 0;                       ///< rim paths that follow the mid-surface because the shortest one left the rim
 };
 
 struct PathNetworkOptions {
   bool exact = false;  ///< exact geodesics instead of locally shortest paths
+  std::function<void()> after_rim = {};  ///< called when the paths of a closed body's rim are in; may move the surface's vertices
   Progress progress = {};
   std::vector<CollisionVertex>* at_fault = nullptr;  ///< receives the ends of the edge that has no path
-  std::span<const Vec3> squash_along = {};           ///< normals of the collision vertices: a closed body is squashed along them; or none
 };
 
 /// Finds a path for every collision edge and side, and re-meshes `surface` along it: rim first, then a spanning tree, then the
-/// others, short ones first. Path edges become walls. Rim paths are those of the surface as it is, since over a squashed one the chord across the
-/// top is shorter; what follows runs over the squashed surface. Cost: the length of the paths, apart from the searches.
+/// others, short ones first. Path edges become walls. Cost: the length of the paths, apart from the searches.
 /// Fails, naming the collision edge, where earlier paths leave no way.
 Result<PathNetwork> insert_paths(SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices,
                                  bool closed, const PathNetworkOptions& options);

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <queue>
 
-#include "kerf/binding/tolerances.h"
+#include "kerf/base/check.h"
 
 namespace kerf {
 namespace {
@@ -50,78 +49,6 @@ double angle_of(double sine, double cosine) {
 }
 
 Vec3f blended_normal(Vec3f a, Vec3f b, double t) { return to_float(normalized(lerp(to_double(a), to_double(b), t))); }
-
-double length_of(const WalledSurface& w, std::int32_t h) { return norm(w.at(w.to(h)) - w.at(w.from(h))); }
-
-/// The faces become their own parents; which faces of the input they are part of is kept.
-void become_parents(SplitSurface& s) {
-  std::vector<std::int32_t> input(s.parent.size());
-  for (std::size_t f = 0; f < input.size(); ++f) input[f] = s.input_face(static_cast<std::int32_t>(f));
-  s.input = std::move(input);
-  std::iota(s.parent.begin(), s.parent.end(), 0);
-}
-
-/// Is the edge so long and one of its triangles so thin that it should not be there, if another could be?
-bool is_long_and_thin(const WalledSurface& w, std::int32_t h, double limit) {
-  const auto thin = [&](std::int32_t e) {
-    const Vec3 a = w.at(w.from(e)), along = w.at(w.to(e)) - a;
-    return norm(cross(along, w.at(w.apex(e)) - a)) < kThinFan * dot(along, along);
-  };
-  return w.opposite(h) >= 0 && length_of(w, h) > limit && (thin(h) || thin(w.opposite(h)));
-}
-
-/// Do the triangles at edge h lie in one plane and in one texture map, so that the other diagonal would do as well?
-bool is_in_flat_part(const SplitSurface& s, std::int32_t h) {
-  const WalledSurface& w = s.walled;
-  const std::int32_t g = w.opposite(h);
-  if (g < 0 || w.wall[at(h)]) return false;
-  const Vec3 a = w.at(w.from(h)), b = w.at(w.to(h)), c = w.at(w.apex(h)), d = w.at(w.apex(g));
-  const Vec3 n = cross(b - a, c - a), m = cross(a - b, d - b);
-  const double longest = std::max({norm(b - a), norm(c - a), norm(d - a), norm(c - b), norm(d - b)});
-  const double off = std::max(std::fabs(dot(d - a, n)) / norm(n), std::fabs(dot(c - a, m)) / norm(m));
-  if (!(dot(n, m) > 0) || !(off <= kFlatPart * longest)) return false;
-  if (s.texture.empty()) return true;
-  // The far corner's texture must be where the map of h's triangle puts it.
-  const auto uv = [&](std::int32_t e) { return s.texture[at(e)]; };
-  const Vec2f ta = uv(h), tb = uv(WalledSurface::next(h)), tc = uv(WalledSurface::prev(h)), td = uv(WalledSurface::prev(g));
-  const double wb = dot(cross(d - a, c - a), n) / dot(n, n), wc = dot(cross(b - a, d - a), n) / dot(n, n);
-  const auto apart = [](Vec2f p, Vec2f q) { return std::fabs(p.x - q.x) + std::fabs(p.y - q.y); };
-  const auto mapped = [&](float x, float y, float z) { return static_cast<float>(x + wb * (y - x) + wc * (z - x)); };
-  return apart(ta, uv(WalledSurface::next(g))) + apart(tb, uv(g)) < kSameTexture &&
-         apart(td, {mapped(ta.x, tb.x, tc.x), mapped(ta.y, tb.y, tc.y)}) < kSameTexture;
-}
-
-/// Would the other diagonal of the quadrilateral around h be the Delaunay one? By the cotangents of the angles opposite to h.
-bool is_worse_diagonal(const WalledSurface& w, std::int32_t h) {
-  const auto cotangent = [&](std::int32_t e) {
-    const Vec3 c = w.at(w.apex(e)), u = w.at(w.from(e)) - c, v = w.at(w.to(e)) - c;
-    return dot(u, v) / norm(cross(u, v));
-  };
-  return cotangent(h) + cotangent(w.opposite(h)) < -kDelaunayGain;
-}
-
-/// Turns edge h = a->b between triangles (a, b, c) and (b, a, d) into d->c between (d, c, a) and (c, d, b). The faces keep their numbers.
-void flip_edge(SplitSurface& s, std::int32_t h) {
-  WalledSurface& w = s.walled;
-  const std::int32_t g = w.opposite(h);
-  const std::array<std::int32_t, 4> inner{WalledSurface::next(h), WalledSurface::prev(h), WalledSurface::next(g), WalledSurface::prev(g)};
-  const std::int32_t a = w.from(h), b = w.from(g), c = w.from(inner[1]), d = w.from(inner[3]);
-  std::array<std::int32_t, 4> outer;
-  std::array<std::uint8_t, 4> wall;
-  for (std::size_t i = 0; i < 4; ++i) outer[i] = w.opposite(inner[i]), wall[i] = w.wall[at(inner[i])];
-  // The outer edges bc, ca, ad, db move on by one slot.
-  w.origin[at(h)] = d, w.origin[at(inner[0])] = c, w.origin[at(inner[1])] = a;
-  w.origin[at(g)] = c, w.origin[at(inner[2])] = d, w.origin[at(inner[3])] = b;
-  for (std::size_t i = 0; i < 4; ++i) {
-    connect(w, inner[i], outer[(i + 1) % 4]);
-    w.wall[at(inner[i])] = wall[(i + 1) % 4];
-  }
-  w.outgoing[at(a)] = inner[1], w.outgoing[at(b)] = inner[3], w.outgoing[at(c)] = inner[0], w.outgoing[at(d)] = inner[2];
-  if (s.texture.empty()) return;
-  const Vec2f ta = s.texture[at(h)], tb = s.texture[at(g)], tc = s.texture[at(inner[1])], td = s.texture[at(inner[3])];
-  s.texture[at(h)] = td, s.texture[at(inner[0])] = tc, s.texture[at(inner[1])] = ta;
-  s.texture[at(g)] = tc, s.texture[at(inner[2])] = td, s.texture[at(inner[3])] = tb;
-}
 
 }  // namespace
 
@@ -218,6 +145,7 @@ std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t) {
 
 bool split_long_edges(SplitSurface& s, double limit, std::size_t most_faces) {
   const WalledSurface& w = s.walled;
+  const auto length = [&](std::int32_t h) { return norm(w.at(w.to(h)) - w.at(w.from(h))); };
   struct Long {
     double length;
     std::int32_t h;
@@ -225,78 +153,63 @@ bool split_long_edges(SplitSurface& s, double limit, std::size_t most_faces) {
   const std::size_t before = s.parent.size();
   for (std::vector<Long> edges; s.parent.size() < most_faces; edges.clear()) {
     for (std::int32_t h = 0; h < static_cast<std::int32_t>(w.origin.size()); ++h)
-      if (w.opposite(h) < h && length_of(w, h) > limit) edges.push_back({length_of(w, h), h});
+      if (w.opposite(h) < h && length(h) > limit) edges.push_back({length(h), h});
     if (edges.empty()) break;
     std::sort(edges.begin(), edges.end(), [](const Long& x, const Long& y) { return x.length != y.length ? x.length > y.length : x.h < y.h; });
     // A split before this one may have changed which edge the number stands for.
     for (const Long& e : edges)
-      if (s.parent.size() < most_faces && length_of(w, e.h) > limit) split_edge(s, e.h, 0.5);
+      if (s.parent.size() < most_faces && length(e.h) > limit) split_edge(s, e.h, 0.5);
   }
   if (s.parent.size() == before) return false;
-  become_parents(s);
+  make_own_parents(s);
   return true;
 }
 
-bool triangulate_flat_parts(SplitSurface& s, double limit, std::size_t most_faces) {
-  const WalledSurface& w = s.walled;
-  struct Long {
-    double length;
-    std::int32_t from, to;
-    bool operator<(const Long& o) const { return length != o.length ? length < o.length : from != o.from ? from > o.from : to > o.to; }
-  };
-  std::priority_queue<Long> to_halve;
-  std::vector<std::int32_t> to_flip;
-  for (std::int32_t h = 0; h < static_cast<std::int32_t>(w.origin.size()); ++h)
-    if (w.opposite(h) < h && is_long_and_thin(w, h, limit) && is_in_flat_part(s, h)) to_flip.push_back(h);
-  if (to_flip.empty()) return false;
-  // Creases of a flat part are halved with it, or the triangles along them would stay thin.
-  const auto bounds_flat_part = [&](std::int32_t h) {
-    for (const std::int32_t e : {h, w.opposite(h)})
-      if (e >= 0 && (is_in_flat_part(s, e) || is_in_flat_part(s, WalledSurface::next(e)) || is_in_flat_part(s, WalledSurface::prev(e)))) return true;
-    return false;
-  };
-  bool changed = false;
-  std::size_t flips = kMostFlips * std::max(s.parent.size(), most_faces);
-  const auto flip_all = [&] {
-    while (!to_flip.empty()) {
-      const std::int32_t h = to_flip.back();
-      to_flip.pop_back();
-      const std::int32_t g = w.opposite(h);
-      if (flips > 0 && is_in_flat_part(s, h) && is_worse_diagonal(w, h) && find_half_edge(w, w.apex(h), w.apex(g)) < 0) {
-        --flips;
-        changed = true;
-        flip_edge(s, h);
-        for (const std::int32_t e : {WalledSurface::next(h), WalledSurface::prev(h), WalledSurface::next(g), WalledSurface::prev(g)}) to_flip.push_back(e);
-      }
-      if (length_of(w, h) > limit) to_halve.push({length_of(w, h), w.from(h), w.to(h)});
-    }
-  };
-  flip_all();
-  while (!to_halve.empty() && s.parent.size() < most_faces) {
-    const Long e = to_halve.top();
-    to_halve.pop();
-    const std::int32_t h = find_half_edge(w, e.from, e.to);
-    if (h < 0 || !bounds_flat_part(h)) continue;
-    const std::int32_t m = split_edge(s, h, 0.5), start = fan_start(w, m);
-    changed = true;
-    std::int32_t out = start;
-    do {
-      to_flip.push_back(WalledSurface::next(out));
-      if (length_of(w, out) > limit) to_halve.push({length_of(w, out), w.from(out), w.to(out)});
-      out = ccw(w, out);
-    } while (out >= 0 && out != start);
-    flip_all();
+void make_own_parents(SplitSurface& s) {
+  std::vector<std::int32_t> input(s.parent.size());
+  for (std::size_t f = 0; f < input.size(); ++f) input[f] = s.input_face(static_cast<std::int32_t>(f));
+  s.input = std::move(input);
+  if (!s.flat.empty()) {
+    std::vector<std::uint8_t> flat(s.parent.size());
+    for (std::size_t f = 0; f < flat.size(); ++f) flat[f] = s.flat[at(s.parent[f])];
+    s.flat = std::move(flat);
   }
-  if (changed) become_parents(s);
-  return changed;
+  std::iota(s.parent.begin(), s.parent.end(), 0);
+}
+
+void flip_edge(SplitSurface& s, std::int32_t h) {
+  WalledSurface& w = s.walled;
+  const std::int32_t g = w.opposite(h), hn = WalledSurface::next(h), hp = WalledSurface::prev(h), gn = WalledSurface::next(g), gp = WalledSurface::prev(g);
+  const std::int32_t a = w.from(h), b = w.to(h), c = w.from(hp), d = w.from(gp);
+  // (a, b, c) and (b, a, d) become (d, c, a) and (c, d, b).
+  const std::array<std::int32_t, 4> outer{w.opposite(hp), w.opposite(gn), w.opposite(gp), w.opposite(hn)};  // of c-a, a-d, d-b, b-c
+  if (!s.texture.empty()) {
+    const Vec2f ua = s.texture[at(h)], ub = s.texture[at(g)], uc = s.texture[at(hp)], ud = s.texture[at(gp)];
+    s.texture[at(h)] = s.texture[at(gn)] = ud;
+    s.texture[at(hn)] = s.texture[at(g)] = uc;
+    s.texture[at(hp)] = ua;
+    s.texture[at(gp)] = ub;
+  }
+  w.origin[at(h)] = w.origin[at(gn)] = d;
+  w.origin[at(hn)] = w.origin[at(g)] = c;
+  w.origin[at(hp)] = a;
+  w.origin[at(gp)] = b;
+  connect(w, hn, outer[0]);
+  connect(w, hp, outer[1]);
+  connect(w, gn, outer[2]);
+  connect(w, gp, outer[3]);
+  w.outgoing[at(a)] = hp;
+  w.outgoing[at(b)] = gp;
+  w.outgoing[at(c)] = hn;
+  w.outgoing[at(d)] = gn;
 }
 
 std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> weights) {
+  KERF_ASSERT(s.upright.empty());
   WalledSurface& w = s.walled;
   const std::int32_t h0 = 3 * f, h1 = h0 + 1, h2 = h0 + 2;
   const std::int32_t a = w.from(h0), b = w.from(h1), c = w.from(h2);
   const std::int32_t m = s.vertex_count();
-  KERF_ASSERT(s.upright.empty());
   // Relative to corner a: a far origin must not cost digits.
   w.position.push_back(w.at(a) + (weights[1] * (w.at(b) - w.at(a)) + weights[2] * (w.at(c) - w.at(a))));
   s.normal.push_back(to_float(normalized(weights[0] * to_double(s.normal[at(a)]) + weights[1] * to_double(s.normal[at(b)]) +

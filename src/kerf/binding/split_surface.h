@@ -15,11 +15,12 @@ namespace kerf {
 
 struct SplitSurface {
   WalledSurface walled;
-  std::vector<Vec3> upright;         ///< |V|: where vertices are, while walled.position has them squashed (squash.h); else empty
   std::vector<Vec2f> texture;        ///< 3 |F| corners, or empty
   std::vector<Vec3f> normal;         ///< |V|, unit
+  std::vector<Vec3> upright;         ///< |V|: real positions while `walled` has squashed ones; else empty
   std::vector<std::int32_t> parent;  ///< |F|: the face before any bound point was inserted that a face is part of
   std::vector<std::int32_t> input;   ///< of those faces: the face of the input; empty: the same
+  std::vector<std::uint8_t> flat;    ///< of those faces: 1: of a flat part that was triangulated anew; empty: none
 
   [[nodiscard]] std::int32_t vertex_count() const { return static_cast<std::int32_t>(walled.position.size()); }
   [[nodiscard]] std::int32_t input_face(std::int32_t f) const {
@@ -41,17 +42,18 @@ SplitSurface make_split_surface(std::span<const Vec3> positions, std::span<const
 /// of its face keeps its id; only the edge from b to the apex moves to a new face, on both sides. Both halves keep the wall flag.
 std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t);
 
+/// Replaces inner edge h by the other diagonal of its two faces, whose numbers stay: h becomes the new edge, from the apex beyond it to its own. The
+/// quad must be convex, without walls.
+void flip_edge(SplitSurface& s, std::int32_t h);
+
+/// Makes the faces their own parents; `input` and `flat` follow.
+void make_own_parents(SplitSurface& s);
+
 /// Halves edges longer than `limit`, longest first, until there are none or `most_faces` are reached; the faces of the result are their
 /// own parents. Bound points and paths of many collision triangles in one visual triangle would leave slivers. False if nothing was long.
 bool split_long_edges(SplitSurface& s, double limit, std::size_t most_faces);
 
-/// Triangulates flat parts anew where they have edges longer than `limit` beside thin triangles, as the fans of drawing programs do: Delaunay
-/// by flips (Lawson 1977), longer edges halved, longest first, until there are none or `most_faces` are reached; the faces of the result are
-/// their own parents. The surface stays the same set of points but for kFlatPart, textures but for kSameTexture. False if nothing changed.
-bool triangulate_flat_parts(SplitSurface& s, double limit, std::size_t most_faces);
-
-/// Splits face f into three at the point with these barycentric weights; returns the new vertex. The first edge of f stays. Not while the
-/// surface is squashed.
+/// Splits face f into three at the point with these barycentric weights; returns the new vertex. The first edge of f stays. Real positions only.
 std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> weights);
 
 /// The half-edge a -> b, or -1. Cost: the valence of a.

@@ -3,146 +3,188 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+#include <vector>
 
 #include "kerf/base/indexed.h"
+#include "kerf/base/parallel.h"
 #include "kerf/binding/tolerances.h"
 
 namespace kerf {
 namespace {
 
-using CV = CollisionVertex;
-using CH = CollisionHalfEdge;
-using CT = CollisionTriangle;
-
 std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
-/// A place in a prism: barycentric weights in its triangle, and metres along the normal there.
-struct PrismPoint {
-  double b = 0, c = 0, height = 0;
-  [[nodiscard]] std::array<double, 3> weights() const { return {1 - b - c, b, c}; }
-};
-
-/// What is over and under a collision triangle, between the normals of its corners: x = corner + b u + c v + height (normal + b nu + c nv).
+/// x(b, c, h) = origin + b u + c v + h (m + b mu + c mv): a prism over a collision triangle, whose normals are interpolated.
 struct Prism {
-  Vec3 corner, u, v;            // the first corner, edges from it
-  Vec3 normal, nu, nv;          // at the first corner, and how those at the others differ
-  Vec3 up;                      // of the triangle, unit
-  double area = 0;              // twice the triangle's
-  std::array<double, 3> height; // of the corners over the opposite edges
-
-  /// Newton's method, from the projection to the plane; that itself where the normals have crossed on their way.
-  [[nodiscard]] PrismPoint find(Vec3 x) const {
-    const Vec3 d = x - corner;
-    PrismPoint p{dot(cross(d, v), up) / area, dot(cross(u, d), up) / area, dot(d, up)};
-    const PrismPoint projected = p;
-    for (int step = 0; step < kPrismSteps; ++step) {
-      const Vec3 along_b = u + p.height * nu, along_c = v + p.height * nv, along_height = normal + (p.b * nu + p.c * nv);
-      const Vec3 left = d - (p.b * u + p.c * v) - p.height * along_height;
-      if (dot(left, left) < kPrismGoal * area) break;
-      const double volume = dot(cross(along_b, along_c), along_height);
-      if (!(volume > kPrismLeast * area)) return projected;
-      p.b += dot(cross(left, along_c), along_height) / volume;
-      p.c += dot(cross(along_b, left), along_height) / volume;
-      p.height += dot(cross(along_b, along_c), left) / volume;
-    }
-    return p;
-  }
-  [[nodiscard]] Vec3 squashed(const PrismPoint& p) const { return corner + (p.b * u + p.c * v) + (kSquash * p.height) * up; }
+  Vec3 origin, u, v, m, mu, mv;
+  Vec3 up;                       ///< unit normal of the triangle
+  double area = 0;               ///< twice
+  std::array<double, 3> height;  ///< of the triangle, from each corner
 };
 
-Prism prism_of(const CollisionMesh& c, CT f, std::span<const Vec3> normals) {
-  std::array<CV, 3> k;
-  for (int i = 0; i < 3; ++i) k[at(i)] = c.from(CollisionMesh::corner(f, i));
-  Prism p;
-  p.corner = c.rest[k[0]];
-  p.u = c.rest[k[1]] - p.corner;
-  p.v = c.rest[k[2]] - p.corner;
-  p.normal = normals[k[0].index()];
-  p.nu = normals[k[1].index()] - p.normal;
-  p.nv = normals[k[2].index()] - p.normal;
-  const Vec3 n = cross(p.u, p.v);
-  p.area = norm(n);
-  p.up = (1 / p.area) * n;
-  p.height = {p.area / norm(p.v - p.u), p.area / norm(p.v), p.area / norm(p.u)};
-  return p;
-}
-
-struct Landing {
-  CT face;
-  PrismPoint point;
+struct PrismPoint {
+  double b = 0, c = 0, h = 0;
+  bool crossed = false;  ///< the normals cross before they get there
+  [[nodiscard]] double weight(std::size_t corner) const { return corner == 0 ? 1 - b - c : corner == 1 ? b : c; }
 };
 
-/// From prism to prism across the edge that x is farthest out over, to the one that it is least out of.
-Landing walk_to(const CollisionMesh& c, std::span<const Prism> prisms, CT from, Vec3 x) {
-  std::array<CT, kMostPrisms> tried;
-  Landing best{from, {}};
-  double least = HUGE_VAL;
-  CT face = from;
-  for (std::size_t step = 0; step < tried.size() && face.valid(); ++step) {
-    tried[step] = face;
-    const Prism& prism = prisms[face.index()];
-    const PrismPoint point = prism.find(x);
-    // In metres: in weights, a small triangle beyond the rim would seem farther than a large one.
-    double out = 0, farthest = 0;
-    CT next;
-    for (int i = 0; i < 3; ++i) {
-      const double over = -point.weights()[at(i)] * prism.height[at(i)];
-      out = std::max(out, over);
-      const CH twin = c.twin[CollisionMesh::corner(face, (i + 1) % 3)];
-      if (over <= farthest || !twin.valid()) continue;
-      const CT other = CollisionMesh::face(twin);
-      if (std::find(tried.begin(), tried.begin() + static_cast<std::ptrdiff_t>(step) + 1, other) != tried.begin() + static_cast<std::ptrdiff_t>(step) + 1) continue;
-      farthest = over;
-      next = other;
-    }
-    if (out < least) {
-      least = out;
-      best = {face, point};
-    }
-    face = out > 0 ? next : CT{};
-  }
-  return best;
+PrismPoint projected(const Prism& p, Vec3 x) {
+  const Vec3 d = x - p.origin;
+  return {dot(cross(d, p.v), p.up) / p.area, dot(cross(p.u, d), p.up) / p.area, dot(d, p.up)};
 }
+
+PrismPoint locate(const Prism& p, Vec3 x) {
+  const PrismPoint start = projected(p, x);
+  PrismPoint q = start;
+  const Vec3 d = x - p.origin;
+  const double exact = kNewtonExact * std::sqrt(p.area);
+  for (int step = 0; step <= kMostNewtonSteps; ++step) {
+    const Vec3 m = p.m + q.b * p.mu + q.c * p.mv;
+    const Vec3 off = d - (q.b * p.u + q.c * p.v + q.h * m);
+    if (norm(off) <= exact) return q;
+    const Vec3 along_b = p.u + q.h * p.mu, along_c = p.v + q.h * p.mv;
+    const double det = dot(cross(along_b, along_c), m);
+    if (!(det > kLeastPrismArea * p.area)) break;
+    q.b += dot(cross(off, along_c), m) / det;
+    q.c += dot(cross(along_b, off), m) / det;
+    q.h += dot(cross(along_b, along_c), off) / det;
+  }
+  q = start;
+  q.crossed = true;
+  return q;
+}
+
+class Squasher {
+ public:
+  Squasher(const WalledSurface& w, const CollisionMesh& c, std::span<const Vec3> normals) : w_(w), c_(c) {
+    prisms_.reserve(c.face_count());
+    for (const CollisionTriangle f : ids<CollisionTriangle>(c.face_count())) {
+      std::array<Vec3, 3> r, m;
+      for (int k = 0; k < 3; ++k) {
+        const CollisionVertex v = c.from(CollisionMesh::corner(f, k));
+        r[at(k)] = c.rest[v];
+        m[at(k)] = normals[v.index()];
+      }
+      Prism p{r[0], r[1] - r[0], r[2] - r[0], m[0], m[1] - m[0], m[2] - m[0], {}, 0, {}};
+      const Vec3 n = cross(p.u, p.v);
+      p.area = norm(n);
+      p.up = (1 / p.area) * n;
+      for (std::size_t k = 0; k < 3; ++k) p.height[k] = p.area / norm(r[(k + 2) % 3] - r[(k + 1) % 3]);
+      prisms_.push_back(p);
+    }
+  }
+
+  /// Every vertex after the one it is reached from, in levels of equal distance; false at vertices that are not reached.
+  void order_vertices(const BoundVertices& vertices) {
+    from_.assign(w_.position.size(), -1);
+    prism_.assign(w_.position.size(), -1);
+    order_.reserve(w_.position.size());
+    for (const CollisionVertex v : ids<CollisionVertex>(c_.vertex_count()))
+      for (const std::int32_t b : vertices.bound[v.index()]) {
+        if (b < 0 || from_[at(b)] >= 0) continue;
+        from_[at(b)] = b;
+        prism_[at(b)] = CollisionMesh::face(c_.outgoing[v]).value;
+        order_.push_back(b);
+      }
+    level_.push_back(0);
+    for (std::size_t begin = 0; begin < order_.size(); begin = level_.back()) {
+      const std::size_t end = order_.size();
+      level_.push_back(end);
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::int32_t v = order_[i], first = w_.outgoing[at(v)];
+        std::int32_t h = first;
+        do {  // the surface is closed
+          const std::int32_t u = w_.to(h);
+          if (from_[at(u)] < 0) {
+            from_[at(u)] = v;
+            order_.push_back(u);
+          }
+          h = w_.opposite(WalledSurface::prev(h));
+        } while (h != first);
+      }
+    }
+  }
+
+  std::int64_t place_all(std::vector<Vec3>& place) {
+    std::vector<std::uint8_t> crossed(w_.position.size(), 0);
+    for (std::size_t l = 0; l + 1 < level_.size(); ++l) {
+      constexpr std::size_t kVertices = 512;  // so many at a time
+      parallel_for(level_[l + 1] - level_[l], kVertices, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = level_[l] + begin; i < level_[l] + end; ++i) {
+          const std::int32_t v = order_[i];
+          std::int32_t& prism = prism_[at(v)];
+          prism = prism_[at(from_[at(v)])];
+          const PrismPoint q = walk(w_.at(v), prism);
+          const Prism& p = prisms_[at(prism)];
+          place[at(v)] = p.origin + (q.b * p.u + q.c * p.v + (kSquash * q.h) * p.up);
+          crossed[at(v)] = q.crossed;
+        }
+      });
+    }
+    return std::count(crossed.begin(), crossed.end(), std::uint8_t{1});
+  }
+
+ private:
+  /// From prism to prism over the side that x is farthest beyond, in metres; the one that x is least out of. Weights would end the walk early: those
+  /// of triangles that are small or thin are large.
+  PrismPoint walk(Vec3 x, std::int32_t& prism) const {
+    std::array<std::int32_t, kMostPrisms> tried;
+    std::size_t count = 0;
+    PrismPoint best;
+    double least = HUGE_VAL;
+    for (std::int32_t f = prism; f >= 0 && count < tried.size();) {
+      tried[count++] = f;
+      const Prism& p = prisms_[at(f)];
+      const PrismPoint q = locate(p, x);
+      std::int32_t next = -1;
+      double out = 0, farthest = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double beyond = -q.weight(k) * p.height[k];
+        out = std::max(out, beyond);
+        if (!(beyond > farthest)) continue;
+        const CollisionHalfEdge across = c_.twin[CollisionHalfEdge(3 * f + static_cast<std::int32_t>((k + 1) % 3))];
+        if (!across.valid()) continue;
+        const std::int32_t g = CollisionMesh::face(across).value;
+        if (std::find(tried.begin(), tried.begin() + static_cast<std::ptrdiff_t>(count), g) != tried.begin() + static_cast<std::ptrdiff_t>(count)) continue;
+        farthest = beyond;
+        next = g;
+      }
+      if (out < least) {
+        least = out;
+        best = q;
+        prism = f;
+      }
+      f = next;
+    }
+    return best;
+  }
+
+  const WalledSurface& w_;
+  const CollisionMesh& c_;
+  std::vector<Prism> prisms_;
+  std::vector<std::int32_t> from_, prism_, order_;
+  std::vector<std::size_t> level_;  ///< where levels begin in order_, and its end
+};
 
 }  // namespace
 
-void squash(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, std::span<const Vec3> normals) {
+std::int64_t squash(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, std::span<const Vec3> normals) {
   WalledSurface& w = s.walled;
-  std::vector<Prism> prisms;
-  prisms.reserve(c.face_count());
-  for (const CT f : ids<CT>(c.face_count())) prisms.push_back(prism_of(c, f, normals));
-  s.upright.reserve(w.position.capacity());
-  s.upright = w.position;
-  // Outwards from the bound vertices: each vertex begins in the prism of the one it is reached from, so that layers of a bent body which come
-  // near each other are not mixed up.
-  std::vector<CT> prism_at(w.position.size());
-  std::vector<std::int32_t> queue;
-  queue.reserve(w.position.size());
-  const auto reach = [&](std::int32_t v, CT from) {
-    if (prism_at[at(v)].valid()) return;
-    prism_at[at(v)] = from;
-    queue.push_back(v);
-  };
-  for (const CV v : ids<CV>(c.vertex_count()))
-    for (const std::int32_t b : vertices.bound[v.index()]) reach(b, CollisionMesh::face(c.outgoing[v]));
-  for (std::size_t i = 0; i < queue.size(); ++i) {
-    const std::int32_t v = queue[i];
-    const Landing landing = walk_to(c, prisms, prism_at[at(v)], s.upright[at(v)]);
-    prism_at[at(v)] = landing.face;
-    w.position[at(v)] = prisms[landing.face.index()].squashed(landing.point);
-    const std::int32_t start = fan_start(w, v);
-    std::int32_t h = start;
-    do {
-      reach(w.to(h), landing.face);
-      h = ccw(w, h);
-    } while (h >= 0 && h != start);
-  }
+  std::vector<Vec3> place;
+  place.reserve(w.position.capacity());
+  place = w.position;
+  Squasher squasher(w, c, normals);
+  squasher.order_vertices(vertices);
+  const std::int64_t crossed = squasher.place_all(place);
+  s.upright = std::move(w.position);
+  w.position = std::move(place);
+  return crossed;
 }
 
-void unsquash(SplitSurface& s) {
+void stand_up(SplitSurface& s) {
+  if (s.upright.empty()) return;
   s.walled.position = std::move(s.upright);
-  s.upright.clear();
+  s.upright = {};
 }
 
 }  // namespace kerf

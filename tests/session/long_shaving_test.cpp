@@ -66,12 +66,15 @@ class LongShaving : public ::testing::Test {
     }
     return {least, most};
   }
-  /// How far the skin is from where it was, metres: mean over the middles of its edges and faces.
-  [[nodiscard]] double skin_strays() const {
+  struct Strays {
+    double mean = 0, largest = 0;
+  };
+  /// How far the skin is from where it was, metres: over the middles of its edges and faces.
+  [[nodiscard]] Strays skin_strays() const {
     const TriangleView view(skin_);
     const TriangleBvh bvh(view);
     const VisualMesh& mesh = session_.body().complex.visual;
-    double sum = 0;
+    Strays strays;
     int n = 0;
     for (std::size_t f = 0; f < mesh.face_count(); ++f) {
       const VisualTriangle t(f);
@@ -79,11 +82,14 @@ class LongShaving : public ::testing::Test {
       const VisualHalfEdge h = VisualMesh::corner(t, 0);
       const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)], c = mesh.rest[mesh.apex(h)];
       for (const Vec3 p : {(1.0 / 3) * (a + b + c), 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)}) {
-        sum += bvh.closest(view, p).distance;
+        const double distance = bvh.closest(view, p).distance;
+        strays.mean += distance;
+        strays.largest = std::max(strays.largest, distance);
         ++n;
       }
     }
-    return sum / n;
+    strays.mean /= n;
+    return strays;
   }
   Session session_;
   TriangleMesh skin_;
@@ -113,7 +119,9 @@ TEST_F(LongShaving, SharpEdgesOfTheSkinStay) {
   bite(-0.0013, 0.0130, 0.0018, 3e-4);
   bite(0.0013, 0.0130, 0.0018, 3e-4);
   shave(400, 0.0112, 0.3, 7e-5);
-  EXPECT_LT(skin_strays(), 1.6e-7);
+  const Strays strays = skin_strays();
+  EXPECT_LT(strays.mean, 1.6e-7);
+  EXPECT_LT(strays.largest, 7e-5);  // 3e-4 where the side of the body, squashed to a line, was stretched like the rest
 }
 
 }  // namespace

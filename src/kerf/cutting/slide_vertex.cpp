@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "kerf/binding/tolerances.h"
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/orient.h"
 #include "kerf/cutting/visual_split.h"
@@ -29,6 +30,10 @@ constexpr int kMostTurns = 200;
 /// Cosines: of the angle by which the skin turns at a sharp edge, and between the two parts of one that a vertex may slide along. It
 /// goes this part of the way to the next vertex at most.
 constexpr double kCrease = 0.85, kStraightCrease = -0.5, kAlongCrease = 0.9;
+/// Cosine: a sharp edge within 45 degrees of the way along the rim goes along with it.
+constexpr double kAlongWay = 0.7;
+/// Heights of the body's side at the rim: the side is kSquash of them wide in the plane, twice that where it leans.
+constexpr double kSideStrip = 2 * kSquash;
 constexpr double kInsideOwner = 1e-6;  // of its area: a free vertex stays so far inside its triangle
 constexpr int kLongestWalk = 1000;
 constexpr double kFarTexture = 2;  ///< largest barycentric coordinate by which a texture goes on beyond a seam
@@ -247,16 +252,22 @@ bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
       const Vec2 a = coarse_.planar[CollisionMesh::next(h)], b = coarse_.planar[CollisionMesh::prev(h)];
       const double whole = orient(coarse_.planar[h], a, b);
       owner_ = {corner_of(coarse_.root[CollisionMesh::face(h)])->to, a, b};
+      const double strip = on_rim ? 0 : std::max(side_strip(coarse_.to(h)), side_strip(coarse_.apex(h))) * norm(b - a) / whole;
       for (std::int32_t k = 0; k < list.count; ++k) {
         const VV x = body_.free_pool[list.at(k)];
         if (!mesh_.free[x]) continue;
         const Vec2 u = mirrored(mesh_.planar[mesh_.outgoing[x]], side);
-        if (!add_shift(x, std::clamp(orient(u, a, b) / whole, 0.0, 1.0), Of::kInside, 0)) return false;
+        const double height = std::clamp(orient(u, a, b) / whole, 0.0, 1.0);
+        if (!add_shift(x, std::max(0.0, (height - strip) / (1 - strip)), Of::kInside, 0)) return false;
       }
     }
   }
   return true;
 }
+
+/// How far the body's side reaches in from a vertex, in the plane; 0: the vertex is not on the rim. What lies there stays: a side is hardly
+/// wider than a line there (binding/squash.h), and stretched like the rest its sharp edges would be cut off.
+double VertexSlider::side_strip(V v) const { return coarse_.on_rim(v) ? kSideStrip * norm(coarse_.offset[v]) : 0; }
 
 /// Does the skin bend sharply at an edge?
 bool VertexSlider::is_crease(VH h) const {
@@ -309,6 +320,20 @@ bool VertexSlider::shift_along_crease(VV x, Shift& shift) {
   return true;
 }
 
+/// The next vertex on the sharp edge of the skin that x lies on, on the side that `way` points to; none where x is on no edge that goes on there.
+VV VertexSlider::next_on_crease(VV x, Vec3 way) const {
+  VV next;
+  int n = 0;
+  double best = 0;
+  for_each_corner(mesh_, x, [&](VH h) {
+    if (!is_crease(h)) return true;
+    const Vec3 edge = mesh_.rest[mesh_.to(h)] - mesh_.rest[x];
+    if (const double along = dot(edge, way) / norm(edge); along > best) best = along, next = mesh_.to(h);
+    return ++n <= 2;
+  });
+  return n == 2 && best > kAlongWay * norm(way) ? next : VV{};
+}
+
 /// A visual vertex that moves by `hat` times the way of the collision vertex, in all root planes that it has; on the rim
 /// along the rim, where it lies at `s`.
 bool VertexSlider::add_shift(VV x, double hat, Of owner, double s) {
@@ -340,7 +365,7 @@ bool VertexSlider::add_shift(VV x, double hat, Of owner, double s) {
     shift.normal = norm(normal) > 1e-6 ? to_float(normalized(normal)) : mesh_.normal[x];
     found = true;
   };
-  if (keep_creases_ && owner == Of::kInside && shift_along_crease(x, shift)) {
+  if (keep_creases_ && owner == Of::kInside && along_rim_ == 0 && shift_along_crease(x, shift)) {
     shifts_.push_back(shift);
     return true;
   }
@@ -359,6 +384,15 @@ bool VertexSlider::add_shift(VV x, double hat, Of owner, double s) {
                                                                   : lerp(mesh_.texture[VisualMesh::next(t)], mesh_.texture[t], w);
     shifts_.push_back(shift);
     return true;
+  }
+  if (keep_creases_ && along_rim_ != 0 && owner != Of::kEnd) {
+    // Beside a rim vertex that slides, sharp edges of the skin run along the rim: what is on one stays on it.
+    const Vec3 whole_way = shifts_.front().rest - mesh_.rest[shifts_.front().vertex], here = mesh_.rest[x];
+    if (const VV next = next_on_crease(x, whole_way); next.valid()) {
+      any_crease_ = true;
+      const double t = std::min(kAlongCrease, hat * norm(whole_way) / norm(mesh_.rest[next] - here));
+      set_rest(lerp(here, mesh_.rest[next], t), (1 - t) * to_double(mesh_.normal[x]) + t * to_double(mesh_.normal[next]));
+    }
   }
   for (std::size_t k = shift.first; k < planes_.size(); ++k) {
     VH corner;

@@ -87,6 +87,7 @@ class VertexSlider {
     Vec3 rest;
     Vec3f normal;
   };
+  [[nodiscard]] double side_strip(CollisionVertex v) const;
   struct RimPoint { double s; VisualVertex vertex; };
   struct Place;
 
@@ -98,6 +99,7 @@ class VertexSlider {
   bool add_shift(VisualVertex x, double hat, Of owner, double s);
   [[nodiscard]] bool is_crease(VisualHalfEdge h) const;
   bool shift_along_crease(VisualVertex x, Shift& shift);
+  [[nodiscard]] VisualVertex next_on_crease(VisualVertex x, Vec3 way) const;
   Place find_place(VisualHalfEdge h, Vec2 u) const;
   bool nothing_turns_over(SlideBooks& books);
   VisualHalfEdge turn_longest_edge(VisualTriangle f, SlideBooks& books);

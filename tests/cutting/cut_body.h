@@ -10,6 +10,7 @@
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/rest_cut.h"
 #include "kerf/cutting/validate.h"
+#include "support/piece_volumes.h"
 #include "support/synthetic_complex.h"
 
 namespace kerf::testing_support {

@@ -406,4 +406,30 @@ Status validate_complex(const CellComplex& body, const ComplexMeasures& at_start
   return {};
 }
 
+Status validate_piece_volumes(const CellComplex& body, const ComplexMeasures& at_start) {
+  if (!body.closed) return {};
+  const CollisionMesh& coarse = body.collision;
+  const VisualMesh& mesh = body.visual;
+  const Pieces pieces = collision_pieces(body), fine = visual_pieces(body);
+  // A shell without a rim has two visual pieces to one of the collision mesh: the bound vertices tell whose they are.
+  std::vector<std::int32_t> owner(static_cast<std::size_t>(fine.count), -1);
+  std::vector<Vec3> origin(static_cast<std::size_t>(pieces.count));  // near by: far from zero, products of coordinates lose digits
+  for (const CV v : ids<CV>(coarse.vertex_count())) {
+    const std::int32_t piece = piece_of_triangle(pieces, CollisionMesh::face(coarse.outgoing[v]));
+    origin[static_cast<std::size_t>(piece)] = coarse.rest[v];
+    for (const VV u : coarse.bound[v]) owner[static_cast<std::size_t>(fine.of_face[VisualMesh::face(mesh.outgoing[u]).index()])] = piece;
+  }
+  std::vector<double> volume(static_cast<std::size_t>(pieces.count), 0.0);
+  for (const VF f : ids<VF>(mesh.face_count())) {
+    const std::int32_t piece = owner[static_cast<std::size_t>(fine.of_face[f.index()])];
+    if (piece < 0) return broken("visual piece {} belongs to no collision piece", fine.of_face[f.index()]);
+    const auto p = [&](int k) { return mesh.rest[mesh.from(VisualMesh::corner(f, k))] - origin[static_cast<std::size_t>(piece)]; };
+    volume[static_cast<std::size_t>(piece)] += dot(p(0), cross(p(1), p(2))) / 6;
+  }
+  const double rounding = kRounding * at_start.size.x * at_start.size.y * at_start.size.z;
+  for (std::size_t i = 0; i < volume.size(); ++i)
+    if (!(volume[i] > rounding)) return broken("piece {} of {} has a volume of {} m3", i, volume.size(), volume[i]);
+  return {};
+}
+
 }  // namespace kerf

@@ -335,6 +335,7 @@ Vec3 Session::grasp_force(const std::string& id) const {
 Status Session::validate() const {
   const Impl& s = *impl_;
   KERF_TRY(validate_complex(s.state.body.complex, s.state.measures));
+  KERF_TRY(validate_piece_volumes(s.state.body.complex, s.state.measures));
   KERF_TRY(validate_lattice(s.state.body.complex.collision, s.state.body.hex));
   KERF_TRY(validate_lattice_pieces(s.state.body.complex.collision, s.state.body.hex));
   KERF_TRY(validate_embedding(s.state.body.complex, s.state.body.hex, s.state.body.embedding));

@@ -147,6 +147,13 @@ ContactPhase phase_of_limited(const ContactRow& in, const Row& row, double gap) 
   return -row.stiffness * gap > in.limit ? ContactPhase::kSlide : ContactPhase::kStick;
 }
 
+/// The same after a pass: from open to sliding and back only by way of the spring. In a body that gives way by more than the spring does, the limit pushes a row
+/// open, and without it the row is beyond its limit again: taken for that at once it would go from one to the other with every pass.
+ContactPhase next_of_limited(const ContactRow& in, const Row& row, double gap) {
+  const ContactPhase next = phase_of_limited(in, row, gap);
+  return next != row.phase && row.phase != ContactPhase::kStick ? ContactPhase::kStick : next;
+}
+
 /// Stick or slide from a stretch of the friction spring and a normal force.
 ContactPhase phase_of(const ContactSet& set, double friction, const Row& row) {
   const bool reversed = row.phase == ContactPhase::kSlide && dot(row.stretch, row.along) < 0;
@@ -553,7 +560,7 @@ double update_contacts(double h, StepWorkspace& w) {
     row.used = row.phase != ContactPhase::kOpen ? row.impulse - times(row.block, jv) : Vec3{};
     const double gap = row.gap + h * dot(in.normal, u);
     if (in.limit > 0) {
-      row.phase = phase_of_limited(in, row, gap);
+      row.phase = next_of_limited(in, row, gap);
       row.force = limited_force(in, row, gap);
       const Vec3 d = (h * row.force) * in.normal - row.used;
       change += row.weights * dot(d, d);

@@ -27,6 +27,7 @@ constexpr double kPress = 0.02;         // mean collision edges that an edge goe
 constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is no farther into what is uncut does not cut on
 constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
+constexpr double kUpright = 0.05;       // cosine between an edge and the normal of the material at the end of its cut, at least: else it lies along it
 constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
 constexpr double kOut = 0.05;           // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
 constexpr double kUnseenDepth = 0.2;    // and what is as deep when it is first met, by a tool that lets something pass, has come along with it
@@ -126,6 +127,39 @@ class Thickness {
 /// Does a blade that moves so cut, forward or with its tip?
 bool leads(Vec3 way, const Mat3& axes, Vec3 forward) {
   return std::max(dot(way, axes * forward), -dot(way, axes.c[2])) > kForward * norm(way);
+}
+/// m of an edge in the material at the ends of its cut, `inside` at most. `at` gets those ends that are no farther than `near` from the edge, and the vertices ahead of
+/// them, each once for every face that it shares with an end; nothing where the edge lies along the material.
+double length_at_fronts(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const BladeStroke& blade, const BladeEdge& now, Vec3 into, double near,
+                        double inside, std::vector<CollisionVertex>& at) {
+  const Vec3 along = now.tip - now.base;
+  const double length = norm(along);
+  double sum = 0;
+  for (const CollisionVertex v : blade.fronts) {
+    const Vec3 front = positions[v.index()];
+    if (distance_to_segment(front, now.base, now.tip) > near) continue;
+    Vec3 upright;
+    mesh.for_each_outgoing(v, [&](CollisionHalfEdge h) {
+      upright += cross(positions[mesh.to(h).index()] - front, positions[mesh.apex(h).index()] - front);
+      return true;
+    });
+    const double cosine = std::fabs(dot(upright, along)) / std::max(norm(upright) * length, 1e-300);
+    if (!(cosine > kUpright)) {
+      at.clear();
+      return inside;
+    }
+    const double middle = dot(front - now.base, along) / length, reach = norm(mesh.offset[v]) / cosine;
+    const double in = std::min(middle + reach, length) - std::max(middle - reach, 0.0);
+    if (!(in > 0)) continue;
+    sum += in;
+    at.push_back(v);
+    mesh.for_each_outgoing(v, [&](CollisionHalfEdge h) {
+      for (const CollisionVertex ahead : {mesh.to(h), mesh.apex(h)})
+        if ((!mesh.on_border(ahead) || mesh.on_rim(ahead)) && dot(positions[ahead.index()] - front, into) > kForward * norm(positions[ahead.index()] - front)) at.push_back(ahead);
+      return true;
+    });
+  }
+  return std::min(sum, inside);
 }
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
 BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
@@ -345,19 +379,23 @@ void Session::Impl::feel_tools() {
 }
 
 void Session::Impl::resist(std::size_t i, const BladeEdge& now, Vec3 into, double inside) {
-  const double limit = scene.cut.resistance * inside;
-  if (!(limit > 0)) return;
+  if (!(scene.cut.resistance * inside > 0)) return;
   ToolMotion& motion = state.tools[i];
   const CollisionMesh& mesh = state.body.complex.collision;
   const RigidState& at = state.mechanics.tools[i];
   const RigidPlace place{at.position, at.axes};
-  // What it cuts is where the edge meets the middle of the material: the vertices nearest to the edge carry the force.
-  Box3 near;
-  near.add(now.base);
-  near.add(now.tip);
-  const Thickness material(mesh, deformed_collision(), near);
+  // What it cuts is at the end of its cut, whatever else lies along the edge: lips that stand beside it would be dragged along. Before there is a cut, and where the edge
+  // lies along the material, it is where the edge meets its middle: the vertices nearest to the edge carry the force.
   std::vector<CollisionVertex> carriers;
-  material.walk(now.base, now.tip, 0, [&](const Thickness::Place& p) { carriers.push_back(p.closest()); });
+  const double at_end = length_at_fronts(mesh, deformed_collision(), state.stroke->blade, now, into, kFrontNear * state.body.complex.mean_root_edge, inside, carriers);
+  const double limit = scene.cut.resistance * (carriers.empty() ? inside : at_end);
+  if (carriers.empty()) {
+    Box3 near;
+    near.add(now.base);
+    near.add(now.tip);
+    const Thickness material(mesh, deformed_collision(), near);
+    material.walk(now.base, now.tip, 0, [&](const Thickness::Place& p) { carriers.push_back(p.closest()); });
+  }
   std::sort(carriers.begin(), carriers.end());
   for (std::size_t k = 0; k < carriers.size();) {
     const CollisionVertex v = carriers[k];

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "kerf/cutting/face_boxes.h"
 #include "kerf/session/edge_carry.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/spatial/triangle_queries.h"
@@ -28,6 +29,10 @@ constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is
 constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
 constexpr double kUpright = 0.05;       // cosine between an edge and the normal of the material at the end of its cut, at least: else it lies along it
+constexpr double kLies = 0.3;           // cosine between an edge and the normal of what it lies along, at most
+constexpr double kLandsOn = 0.5;        // and between that and the edge's way, at least
+constexpr double kLook = 0.02;          // mean collision edges between places of such an edge that are looked at
+constexpr double kMostLooks = 2048;     // of them at most
 constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
 constexpr double kOut = 0.05;           // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
 constexpr double kUnseenDepth = 0.2;    // and what is as deep when it is first met, by a tool that lets something pass, has come along with it
@@ -161,6 +166,48 @@ double length_at_fronts(const CollisionMesh& mesh, const std::vector<Vec3>& posi
   }
   return std::min(sum, inside);
 }
+/// m that uncut material lies behind an edge along which it lies, `reach` at most. The last pose of an edge goes along with the material as a straight line; material
+/// that is pressed in bends, and would come to lie behind that pose uncut. `beside`: so near to the lips of a cut along the edge, m, it is cut.
+double missed_behind(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const BladeEdge& last, Vec3 into, double reach, double spacing, double beside) {
+  const double length = norm(last.tip - last.base), step = std::max(spacing, length / kMostLooks);
+  const Vec3 along = (1 / length) * (last.tip - last.base);
+  Box3 swept;
+  for (const Vec3 p : {last.base, last.tip}) swept.add(p), swept.add(p - reach * into);
+  std::vector<std::array<Vec3, 2>> lips;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
+    if (mesh.is_border(h) && (mesh.wall[h].valid() || !mesh.on_rim(mesh.from(h)) || !mesh.on_rim(mesh.to(h))))
+      lips.push_back({positions[mesh.from(h).index()], positions[mesh.to(h).index()]});
+  const auto beside_lip = [&](Vec3 p) {
+    return std::any_of(lips.begin(), lips.end(), [&](const std::array<Vec3, 2>& lip) {
+      const Vec3 way = lip[1] - lip[0], off = p - (lip[0] + std::clamp(dot(p - lip[0], way) / std::max(dot(way, way), 1e-300), 0.0, 1.0) * way);
+      return norm(off) < beside && std::fabs(dot(off, along)) <= kAcross * norm(off);
+    });
+  };
+  double most = 0;
+  for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
+    std::array<Vec3, 3> x;
+    Box3 box;
+    double first = length, end = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.add(x[k] = positions[mesh.origin[CollisionMesh::corner(t, static_cast<int>(k))].index()]);
+      first = std::min(first, dot(x[k] - last.base, along));
+      end = std::max(end, dot(x[k] - last.base, along));
+    }
+    if (!boxes_meet(box, swept)) continue;
+    const Vec3 n = cross(x[1] - x[0], x[2] - x[0]);
+    const double squared = dot(n, n), slope = dot(n, into);
+    if (!(squared > 0) || std::fabs(dot(n, along)) > kLies * std::sqrt(squared) || slope * slope < kLandsOn * kLandsOn * squared) continue;
+    for (double at = step * std::ceil(std::max(first, 0.0) / step); at <= std::min(end, length); at += step) {
+      const Vec3 p = last.base + at * along;
+      const double behind = dot(n, p - x[0]) / slope;
+      if (!(behind > most) || behind > reach) continue;
+      const Vec3 hit = p - behind * into;
+      const double a = dot(cross(x[1] - hit, x[2] - hit), n), b = dot(cross(x[2] - hit, x[0] - hit), n), c = squared - a - b;
+      if (std::min({a, b, c}) >= 0 && !beside_lip(hit)) most = behind;
+    }
+  }
+  return most;
+}
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
 BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
 
@@ -272,8 +319,15 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const bool resists = scene.cut.resistance * edge_in > 0, gives_way = press > most || !resists;
   motion.press = {};
   if (resists) motion.press = kept * (into + beside) + std::min(0.0, pressed) * forward + std::min(0.0, pressed_down) * down;
-  if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) && passes_fronts(now, way))
+  if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) && passes_fronts(now, way)) {
+    if (scene.cut.resistance > 0 && !scissors) {
+      BladeEdge& last = state.stroke->blade.edge;
+      const Vec3 straight = pressed >= pressed_down ? forward : down;
+      const double mean = state.body.complex.mean_root_edge;
+      last = last + -missed_behind(mesh, deformed_collision(), last, straight, blade.width, kLook * mean, kFrontNear * mean) * straight;
+    }
     KERF_TRY(move_blade(now));
+  }
   resist(i, now, norm(into) > 0 ? normalized(into) : forward, edge_in);
   return {};
 }

@@ -427,6 +427,22 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
   return fresh_residual(model, w, !nonzero, parallel);
 }
 
+// Elastic forces turn no piece as a whole; linearised with frozen rotations they do, a little, where it spins. Pieces that nothing holds or touches get the momentum
+// and angular momentum that they brought into the step, with what weight and loads add and damping takes.
+void keep_rigid_momentum(const MechanicsModel& model, StepWorkspace& w, const StepOptions& o) {
+  const Structure& s = model.structure();
+  const RigidPieces& p = s.rigid;
+  for (std::size_t f = 0; f < p.free.size(); ++f) {
+    if (w.contact.set != nullptr && w.contact.touched_free[f] != 0) continue;
+    for (std::int32_t k = p.member_begin[f]; k < p.member_begin[f + 1]; ++k) {
+      const std::int32_t i = p.members[k];
+      const Lanes brought = s.mass[i] * (load_lanes(w.velocity[i].v) + o.dt * lanes_of(o.gravity)) + o.dt * lanes_of(model.loads()[i]);
+      store_lanes(w.residual[i].v, brought - w.mass_diagonal[i] * load_lanes(w.solution[i].v));
+    }
+  }
+  absorb_rigid_momentum(model, w);
+}
+
 // E dt^2 / (rho h^2): elastic forces over inertia in a step.
 double stiffness_ratio(const MechanicsModel& model, const StepOptions& o) {
   const Vec3 cell = model.cell_size();
@@ -633,6 +649,7 @@ struct Solver {
       if (report.cap_hit && attempt == Attempt::kUntilCap) return {};
     }
     if (!iterative) {
+      keep_rigid_momentum(model, w, o);
       carry_crumbs(model, w);
       return {};
     }
@@ -640,7 +657,7 @@ struct Solver {
       coarse_direction();
       advance(model, w, 1, o.parallel);
     }
-    absorb_rigid_momentum(model, w);
+    keep_rigid_momentum(model, w, o);
     carry_crumbs(model, w);
     return {};
   }

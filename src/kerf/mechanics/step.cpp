@@ -21,6 +21,11 @@ using Structure = MechanicsModel::Structure;
 
 /// Passes over contacts at most, while one is overlooked, in times of those that are wished for.
 constexpr int kMostPasses = 3;
+/// Of the momentum that the nodes of a piece have about its centre, the residual may hold so many tolerances, where nothing holds or touches the piece: ten times it at the
+/// default one. What of that would turn the piece is taken back (keep_rigid_momentum); what bends it stays.
+constexpr double kFlightTolerance = 1000;
+/// Radians that such a piece must turn by in a step for that to be looked at: below, what it is stretched by is little.
+constexpr double kFlightTurn = 0.25;
 /// The least tolerance for which products may be taken in single precision, over the ratio of elastic forces to inertia.
 constexpr double kSingleDigits = 1e-6;
 
@@ -314,6 +319,42 @@ bool every_node_settled(const MechanicsModel& model, StepWorkspace& w, const Ste
   return !(most > kNodeTolerance * kNodeTolerance * speed + still * still);
 }
 
+// Pieces that nothing holds or touches: a step stretches what spins by half the square of the angle, and its elastic forces, to which the residual is relative, are
+// then many times its momentum. A hundredth of them would set it swinging. Does the residual on each of them hold at most `share` of the momentum that its nodes bring
+// along about its centre, or `floor` N s? Only where it turns by more than kFlightTurn.
+bool free_pieces_settled(const MechanicsModel& model, const StepWorkspace& w, double dt, double share, double floor) {
+  const Structure& s = model.structure();
+  const RigidPieces& p = s.rigid;
+  for (std::size_t f = 0; f < p.free.size(); ++f) {
+    if (w.contact.set != nullptr && w.contact.touched_free[f] != 0) continue;
+    const std::int32_t begin = p.member_begin[f], end = p.member_begin[f + 1];
+    Lanes left = all_lanes(0), momentum = all_lanes(0), moment = all_lanes(0), own = all_lanes(0);
+    double mass = 0;
+    for (std::int32_t k = begin; k < end; ++k) {
+      const std::int32_t node = p.members[k];
+      const Lanes r = load_lanes(w.residual[node].v);
+      left += r * r;
+      momentum += s.mass[node] * load_lanes(w.velocity[node].v);
+      moment += s.mass[node] * load_lanes(w.position[node].v);
+      mass += s.mass[node];
+    }
+    if (!(sum_of(left) > floor * floor)) continue;
+    const Lanes centre = momentum / mass, middle = moment / mass;
+    double moves = 0, size = 0;
+    for (std::int32_t k = begin; k < end; ++k) {
+      const std::int32_t node = p.members[k];
+      const Lanes v = load_lanes(w.velocity[node].v) - centre, x = load_lanes(w.position[node].v) - middle;
+      const Lanes m = s.mass[node] * v + dt * lanes_of(model.loads()[node]);
+      own += m * m;
+      moves += s.mass[node] * sum_of(v * v);
+      size += s.mass[node] * sum_of(x * x);
+    }
+    if (!(dt * dt * moves > kFlightTurn * kFlightTurn * size)) continue;
+    if (sum_of(left) > share * share * sum_of(own)) return false;
+  }
+  return true;
+}
+
 // p = z + beta p, where z gets its coarse part here: t + w x arm of the node's group.
 void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool two_level,
                     bool parallel) {
@@ -578,7 +619,8 @@ struct Solver {
       rr = now.rr;
       const double residual = std::sqrt(rr);
       if (!started && coarse_start) norm_b = std::min(norm_b, residual);
-      if (!(residual > wanted()) && (settling++ >= kMostSettling || every_node_settled(model, w, o))) {
+      if (!(residual > wanted()) && free_pieces_settled(model, w, o.dt, kFlightTolerance * relative(), floor) &&
+          (settling++ >= kMostSettling || every_node_settled(model, w, o))) {
         report.stopped_by_floor = residual > relative() * norm_b;
         break;
       }

@@ -147,8 +147,8 @@ ContactPhase phase_of_limited(const ContactRow& in, const Row& row, double gap) 
   return -row.stiffness * gap > in.limit ? ContactPhase::kSlide : ContactPhase::kStick;
 }
 
-/// The same after a pass: from open to sliding and back only by way of the spring. In a body that gives way by more than the spring does, the limit pushes a row
-/// open, and without it the row is beyond its limit again: taken for that at once it would go from one to the other with every pass.
+/// The same after a pass: from open to sliding and back only by way of the spring. In a body that gives way by more than the spring is long, the limit pushes the row open,
+/// and open it is beyond its limit: taken by its gap alone it would change with every pass, and none of them would be the solution.
 ContactPhase next_of_limited(const ContactRow& in, const Row& row, double gap) {
   const ContactPhase next = phase_of_limited(in, row, gap);
   return next != row.phase && row.phase != ContactPhase::kStick ? ContactPhase::kStick : next;

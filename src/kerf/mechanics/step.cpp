@@ -12,6 +12,7 @@
 #include "kerf/mechanics/direct_solver.h"
 #include "kerf/mechanics/element_pass.h"
 #include "kerf/mechanics/node_block.h"
+#include "kerf/mechanics/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -21,11 +22,6 @@ using Structure = MechanicsModel::Structure;
 
 /// Passes over contacts at most, while one is overlooked, in times of those that are wished for.
 constexpr int kMostPasses = 3;
-/// Of the momentum that the nodes of a piece have about its centre, the residual may hold so many tolerances, where nothing holds or touches the piece: ten times it at the
-/// default one. What of that would turn the piece is taken back (keep_rigid_momentum); what bends it stays.
-constexpr double kFlightTolerance = 1000;
-/// Radians that such a piece must turn by in a step for that to be looked at: below, what it is stretched by is little.
-constexpr double kFlightTurn = 0.25;
 /// The least tolerance for which products may be taken in single precision, over the ratio of elastic forces to inertia.
 constexpr double kSingleDigits = 1e-6;
 
@@ -319,38 +315,41 @@ bool every_node_settled(const MechanicsModel& model, StepWorkspace& w, const Ste
   return !(most > kNodeTolerance * kNodeTolerance * speed + still * still);
 }
 
-// Pieces that nothing holds or touches: a step stretches what spins by half the square of the angle, and its elastic forces, to which the residual is relative, are
-// then many times its momentum. A hundredth of them would set it swinging. Does the residual on each of them hold at most `share` of the momentum that its nodes bring
-// along about its centre, or `floor` N s? Only where it turns by more than kFlightTurn.
-bool free_pieces_settled(const MechanicsModel& model, const StepWorkspace& w, double dt, double share, double floor) {
+// Does something press on this free piece? Else it is in flight.
+bool is_touched(const StepWorkspace& w, std::size_t free) { return w.contact.set != nullptr && w.contact.touched_free[free] != 0; }
+
+// A step stretches a piece in flight by half the square of the angle that it turns by. Elastic forces, to which the residual is relative, are then many times the momentum
+// of its nodes about its centre, and a hundredth of them bends it anew in every step. Does the residual hold at most `share` of that momentum, or `floor` N s, in every piece
+// that turns by more than kFlightTurn? What of it would turn the piece is no matter: keep_rigid_momentum takes it back.
+bool flight_settled(const MechanicsModel& model, const StepWorkspace& w, double dt, double share, double floor) {
   const Structure& s = model.structure();
   const RigidPieces& p = s.rigid;
   for (std::size_t f = 0; f < p.free.size(); ++f) {
-    if (w.contact.set != nullptr && w.contact.touched_free[f] != 0) continue;
+    if (is_touched(w, f)) continue;
     const std::int32_t begin = p.member_begin[f], end = p.member_begin[f + 1];
-    Lanes left = all_lanes(0), momentum = all_lanes(0), moment = all_lanes(0), own = all_lanes(0);
-    double mass = 0;
+    double left = 0, mass = 0;
+    Lanes momentum = all_lanes(0), moment = all_lanes(0);
     for (std::int32_t k = begin; k < end; ++k) {
       const std::int32_t node = p.members[k];
       const Lanes r = load_lanes(w.residual[node].v);
-      left += r * r;
+      left += sum_of(r * r);
+      mass += s.mass[node];
       momentum += s.mass[node] * load_lanes(w.velocity[node].v);
       moment += s.mass[node] * load_lanes(w.position[node].v);
-      mass += s.mass[node];
     }
-    if (!(sum_of(left) > floor * floor)) continue;
-    const Lanes centre = momentum / mass, middle = moment / mass;
-    double moves = 0, size = 0;
+    if (!(left > floor * floor)) continue;
+    const Lanes velocity = momentum / mass, centre = moment / mass;
+    double brought = 0, moves = 0, size = 0;
     for (std::int32_t k = begin; k < end; ++k) {
       const std::int32_t node = p.members[k];
-      const Lanes v = load_lanes(w.velocity[node].v) - centre, x = load_lanes(w.position[node].v) - middle;
-      const Lanes m = s.mass[node] * v + dt * lanes_of(model.loads()[node]);
-      own += m * m;
+      const Lanes v = load_lanes(w.velocity[node].v) - velocity, x = load_lanes(w.position[node].v) - centre;
+      const Lanes own = s.mass[node] * v + dt * lanes_of(model.loads()[node]);
+      brought += sum_of(own * own);
       moves += s.mass[node] * sum_of(v * v);
       size += s.mass[node] * sum_of(x * x);
     }
-    if (!(dt * dt * moves > kFlightTurn * kFlightTurn * size)) continue;
-    if (sum_of(left) > share * share * sum_of(own)) return false;
+    const bool turns = dt * dt * moves > kFlightTurn * kFlightTurn * size;
+    if (turns && left > share * share * brought) return false;
   }
   return true;
 }
@@ -468,17 +467,20 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
   return fresh_residual(model, w, !nonzero, parallel);
 }
 
-// Elastic forces turn no piece as a whole; linearised with frozen rotations they do, a little, where it spins. Pieces that nothing holds or touches get the momentum
-// and angular momentum that they brought into the step, with what weight and loads add and damping takes.
+// Momentum that a node brings into the step, with what weight and loads add.
+Lanes momentum_of(const MechanicsModel& model, const StepWorkspace& w, const StepOptions& o, std::size_t node) {
+  return model.structure().mass[node] * (load_lanes(w.velocity[node].v) + o.dt * lanes_of(o.gravity)) + o.dt * lanes_of(model.loads()[node]);
+}
+
+// Elastic forces turn no piece as a whole; linearised with frozen rotations they do, a little, where it spins. A piece in flight gets the momentum and the angular momentum
+// that its nodes bring along, less what damping takes. The residual of its nodes is used up.
 void keep_rigid_momentum(const MechanicsModel& model, StepWorkspace& w, const StepOptions& o) {
-  const Structure& s = model.structure();
-  const RigidPieces& p = s.rigid;
+  const RigidPieces& p = model.structure().rigid;
   for (std::size_t f = 0; f < p.free.size(); ++f) {
-    if (w.contact.set != nullptr && w.contact.touched_free[f] != 0) continue;
+    if (is_touched(w, f)) continue;
     for (std::int32_t k = p.member_begin[f]; k < p.member_begin[f + 1]; ++k) {
-      const std::int32_t i = p.members[k];
-      const Lanes brought = s.mass[i] * (load_lanes(w.velocity[i].v) + o.dt * lanes_of(o.gravity)) + o.dt * lanes_of(model.loads()[i]);
-      store_lanes(w.residual[i].v, brought - w.mass_diagonal[i] * load_lanes(w.solution[i].v));
+      const std::int32_t node = p.members[k];
+      store_lanes(w.residual[node].v, momentum_of(model, w, o, node) - w.mass_diagonal[node] * load_lanes(w.solution[node].v));
     }
   }
   absorb_rigid_momentum(model, w);
@@ -513,8 +515,8 @@ double momentum_brought(const MechanicsModel& model, const StepWorkspace& w, con
   const Structure& s = model.structure();
   double sum = 0;
   for (std::size_t i = 0; i < model.node_count(); ++i) {
-    const Vec3 p = s.mass[i] * (vec_of(w.velocity[i]) + o.dt * o.gravity) + o.dt * model.loads()[i];
-    sum += s.free[i] * dot(p, p);
+    const Lanes p = momentum_of(model, w, o, i);
+    sum += s.free[i] * sum_of(p * p);
   }
   return std::sqrt(sum);
 }
@@ -619,8 +621,9 @@ struct Solver {
       rr = now.rr;
       const double residual = std::sqrt(rr);
       if (!started && coarse_start) norm_b = std::min(norm_b, residual);
-      if (!(residual > wanted()) && free_pieces_settled(model, w, o.dt, kFlightTolerance * relative(), floor) &&
-          (settling++ >= kMostSettling || every_node_settled(model, w, o))) {
+      if (!(residual > wanted()) &&
+          (settling++ >= kMostSettling ||
+           (flight_settled(model, w, o.dt, kFlightTolerance * relative(), floor) && every_node_settled(model, w, o)))) {
         report.stopped_by_floor = residual > relative() * norm_b;
         break;
       }
@@ -690,12 +693,7 @@ struct Solver {
       if (!(change > (oracle ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
       if (report.cap_hit && attempt == Attempt::kUntilCap) return {};
     }
-    if (!iterative) {
-      keep_rigid_momentum(model, w, o);
-      carry_crumbs(model, w);
-      return {};
-    }
-    if (contacts && w.contact.any_free_touched && report.two_level) {
+    if (iterative && contacts && w.contact.any_free_touched && report.two_level) {
       coarse_direction();
       advance(model, w, 1, o.parallel);
     }

@@ -11,9 +11,11 @@
 
 #include <fmt/format.h>
 
-#include "kerf/cutting/face_boxes.h"
+#include "kerf/contact/segment_queries.h"
+#include "kerf/cutting/blade_entry.h"
 #include "kerf/session/edge_carry.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/session/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
@@ -28,11 +30,6 @@ constexpr double kPress = 0.02;         // mean collision edges that an edge goe
 constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is no farther into what is uncut does not cut on
 constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
-constexpr double kUpright = 0.05;       // cosine between an edge and the normal of the material at the end of its cut, at least: else it lies along it
-constexpr double kLies = 0.3;           // cosine between an edge and the normal of what it lies along, at most
-constexpr double kLandsOn = 0.5;        // and between that and the edge's way, at least
-constexpr double kLook = 0.02;          // mean collision edges between places of such an edge that are looked at
-constexpr double kMostLooks = 2048;     // of them at most
 constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
 constexpr double kOut = 0.05;           // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
 constexpr double kUnseenDepth = 0.2;    // and what is as deep when it is first met, by a tool that lets something pass, has come along with it
@@ -60,6 +57,7 @@ class Thickness {
     }
   }
   [[nodiscard]] bool empty() const { return triangles_.empty(); }
+  [[nodiscard]] const std::vector<CollisionTriangle>& triangles() const { return triangles_; }
   /// A place of the middle surface.
   struct Place {
     std::array<CollisionVertex, 3> vertex;
@@ -133,81 +131,129 @@ class Thickness {
 bool leads(Vec3 way, const Mat3& axes, Vec3 forward) {
   return std::max(dot(way, axes * forward), -dot(way, axes.c[2])) > kForward * norm(way);
 }
-/// m of an edge in the material at the ends of its cut, `inside` at most. `at` gets those ends that are no farther than `near` from the edge, and the vertices ahead of
-/// them, each once for every face that it shares with an end; nothing where the edge lies along the material.
-double length_at_fronts(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const BladeStroke& blade, const BladeEdge& now, Vec3 into, double near,
-                        double inside, std::vector<CollisionVertex>& at) {
-  const Vec3 along = now.tip - now.base;
-  const double length = norm(along);
-  double sum = 0;
-  for (const CollisionVertex v : blade.fronts) {
+
+/// What an edge that cuts presses against: m of the edge, and the vertices that carry its force, each as often as it has shares.
+struct EdgeHold {
+  double length = 0;
+  std::vector<CollisionVertex> carriers;
+};
+/// At the ends of its cut that are no farther than `near` from the edge, and ahead of them. Lips that stand beside the edge neither count nor carry: they would be dragged along.
+/// The ends alone do not carry it: they hang on the copies of one cell, and give way by twice as much where the cut comes to the next one. Nothing where there is no cut
+/// yet, or where the edge lies along the material. `into`: unit, where the material is uncut.
+EdgeHold hold_at_fronts(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const std::vector<CollisionVertex>& fronts, const BladeEdge& edge, Vec3 into,
+                        double near) {
+  EdgeHold hold;
+  const double length = norm(edge.tip - edge.base);
+  const Vec3 along = (1 / length) * (edge.tip - edge.base);
+  for (const CollisionVertex v : fronts) {
     const Vec3 front = positions[v.index()];
-    if (distance_to_segment(front, now.base, now.tip) > near) continue;
-    Vec3 upright;
+    if (distance_to_segment(front, edge.base, edge.tip) > near) continue;
+    Vec3 normal;
     mesh.for_each_outgoing(v, [&](CollisionHalfEdge h) {
-      upright += cross(positions[mesh.to(h).index()] - front, positions[mesh.apex(h).index()] - front);
+      normal += cross(positions[mesh.to(h).index()] - front, positions[mesh.apex(h).index()] - front);
       return true;
     });
-    const double cosine = std::fabs(dot(upright, along)) / std::max(norm(upright) * length, 1e-300);
-    if (!(cosine > kUpright)) {
-      at.clear();
-      return inside;
-    }
-    const double middle = dot(front - now.base, along) / length, reach = norm(mesh.offset[v]) / cosine;
-    const double in = std::min(middle + reach, length) - std::max(middle - reach, 0.0);
-    if (!(in > 0)) continue;
-    sum += in;
-    at.push_back(v);
+    const double upright = std::fabs(dot(normal, along));
+    if (!(upright > kUpright * norm(normal))) return {};
+    const double middle = dot(front - edge.base, along), reach = norm(mesh.offset[v]) * norm(normal) / upright;
+    const double inside = std::min(middle + reach, length) - std::max(middle - reach, 0.0);
+    if (!(inside > 0)) continue;
+    hold.length += inside;
+    hold.carriers.push_back(v);
+    const auto is_ahead = [&](CollisionVertex other) {
+      const Vec3 way = positions[other.index()] - front;
+      return (!mesh.on_border(other) || mesh.on_rim(other)) && dot(way, into) > kAhead * norm(way);
+    };
     mesh.for_each_outgoing(v, [&](CollisionHalfEdge h) {
-      for (const CollisionVertex ahead : {mesh.to(h), mesh.apex(h)})
-        if ((!mesh.on_border(ahead) || mesh.on_rim(ahead)) && dot(positions[ahead.index()] - front, into) > kForward * norm(positions[ahead.index()] - front)) at.push_back(ahead);
+      for (const CollisionVertex other : {mesh.to(h), mesh.apex(h)})
+        if (is_ahead(other)) hold.carriers.push_back(other);
       return true;
     });
   }
-  return std::min(sum, inside);
+  return hold;
 }
-/// m that uncut material lies behind an edge along which it lies, `reach` at most. The last pose of an edge goes along with the material as a straight line; material
-/// that is pressed in bends, and would come to lie behind that pose uncut. `beside`: so near to the lips of a cut along the edge, m, it is cut.
-double missed_behind(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const BladeEdge& last, Vec3 into, double reach, double spacing, double beside) {
-  const double length = norm(last.tip - last.base), step = std::max(spacing, length / kMostLooks);
-  const Vec3 along = (1 / length) * (last.tip - last.base);
-  Box3 swept;
-  for (const Vec3 p : {last.base, last.tip}) swept.add(p), swept.add(p - reach * into);
-  std::vector<std::array<Vec3, 2>> lips;
-  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
-    if (mesh.is_border(h) && (mesh.wall[h].valid() || !mesh.on_rim(mesh.from(h)) || !mesh.on_rim(mesh.to(h))))
-      lips.push_back({positions[mesh.from(h).index()], positions[mesh.to(h).index()]});
-  const auto beside_lip = [&](Vec3 p) {
-    return std::any_of(lips.begin(), lips.end(), [&](const std::array<Vec3, 2>& lip) {
-      const Vec3 way = lip[1] - lip[0], off = p - (lip[0] + std::clamp(dot(p - lip[0], way) / std::max(dot(way, way), 1e-300), 0.0, 1.0) * way);
-      return norm(off) < beside && std::fabs(dot(off, along)) <= kAcross * norm(off);
-    });
-  };
-  double most = 0;
-  for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
-    std::array<Vec3, 3> x;
-    Box3 box;
-    double first = length, end = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.add(x[k] = positions[mesh.origin[CollisionMesh::corner(t, static_cast<int>(k))].index()]);
-      first = std::min(first, dot(x[k] - last.base, along));
-      end = std::max(end, dot(x[k] - last.base, along));
+/// The vertices nearest to where an edge meets the middle of the material.
+std::vector<CollisionVertex> nearest_along(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const BladeEdge& edge) {
+  std::vector<CollisionVertex> nearest;
+  Box3 near;
+  near.add(edge.base);
+  near.add(edge.tip);
+  const Thickness material(mesh, positions, near);
+  material.walk(edge.base, edge.tip, 0, [&](const Thickness::Place& p) { nearest.push_back(p.closest()); });
+  return nearest;
+}
+
+/// Places beside lips, across an edge: cuts run a little beside the blade, and what stands between them and the edge is cut.
+class BesideLips {
+ public:
+  /// Of all lips that come nearer than `near` to a box.
+  BesideLips(const CollisionMesh& mesh, const std::vector<Vec3>& positions, Box3 box, double near) : near_(near) {
+    box.min -= Vec3{near, near, near};
+    box.max += Vec3{near, near, near};
+    for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count())) {
+      if (!is_lip(mesh, h)) continue;
+      const Vec3 a = positions[mesh.from(h).index()], b = positions[mesh.to(h).index()];
+      Box3 of_lip;
+      of_lip.add(a);
+      of_lip.add(b);
+      if (boxes_meet(of_lip, box)) lips_.push_back({a, b});
     }
-    if (!boxes_meet(box, swept)) continue;
-    const Vec3 n = cross(x[1] - x[0], x[2] - x[0]);
-    const double squared = dot(n, n), slope = dot(n, into);
-    if (!(squared > 0) || std::fabs(dot(n, along)) > kLies * std::sqrt(squared) || slope * slope < kLandsOn * kLandsOn * squared) continue;
+  }
+  /// `along`: unit, the edge.
+  [[nodiscard]] bool holds(Vec3 p, Vec3 along) const {
+    return std::any_of(lips_.begin(), lips_.end(), [&](const std::array<Vec3, 2>& lip) {
+      const Vec3 off = p - lerp(lip[0], lip[1], closest_on_segment(p, lip[0], lip[1]));
+      return norm(off) < near_ && std::fabs(dot(off, along)) <= kAcross * norm(off);
+    });
+  }
+
+ private:
+  double near_;
+  std::vector<std::array<Vec3, 2>> lips_;
+};
+
+/// m that uncut material lies behind an edge that lies along it, `reach` at most. The last pose of an edge goes along with the material as a straight line; material that is
+/// pressed in bends, and parts of it come to lie behind that pose uncut. `material`: near the blade. `mean_edge`: of the collision mesh, m.
+double missed_behind(const Thickness& material, const CollisionMesh& mesh, const std::vector<Vec3>& positions, const BladeEdge& last, Vec3 into, double reach,
+                     double mean_edge) {
+  const double length = norm(last.tip - last.base), step = kLook * mean_edge;
+  const Vec3 along = (1 / length) * (last.tip - last.base);
+  struct Face {
+    std::array<Vec3, 3> x;
+    Vec3 normal;
+  };
+  std::vector<Face> across;  // the edge lies along them, and would come down on them
+  for (const CollisionTriangle t : material.triangles()) {
+    Face face;
+    for (std::size_t k = 0; k < 3; ++k) face.x[k] = positions[mesh.origin[CollisionMesh::corner(t, static_cast<int>(k))].index()];
+    face.normal = cross(face.x[1] - face.x[0], face.x[2] - face.x[0]);
+    const double size = norm(face.normal);
+    if (size > 0 && std::fabs(dot(face.normal, along)) <= kLies * size && std::fabs(dot(face.normal, into)) >= kLandsOn * size) across.push_back(face);
+  }
+  if (across.empty()) return 0;
+  Box3 swept;
+  for (const Vec3 p : {last.base, last.tip, last.base - reach * into, last.tip - reach * into}) swept.add(p);
+  const BesideLips cut(mesh, positions, swept, kBesideCut * mean_edge);
+  double most = 0;
+  for (const Face& face : across) {
+    double first = length, end = 0;
+    for (const Vec3 x : face.x) {
+      first = std::min(first, dot(x - last.base, along));
+      end = std::max(end, dot(x - last.base, along));
+    }
     for (double at = step * std::ceil(std::max(first, 0.0) / step); at <= std::min(end, length); at += step) {
       const Vec3 p = last.base + at * along;
-      const double behind = dot(n, p - x[0]) / slope;
+      const double behind = dot(face.normal, p - face.x[0]) / dot(face.normal, into);
       if (!(behind > most) || behind > reach) continue;
       const Vec3 hit = p - behind * into;
-      const double a = dot(cross(x[1] - hit, x[2] - hit), n), b = dot(cross(x[2] - hit, x[0] - hit), n), c = squared - a - b;
-      if (std::min({a, b, c}) >= 0 && !beside_lip(hit)) most = behind;
+      bool in_face = true;
+      for (std::size_t k = 0; k < 3; ++k) in_face = in_face && dot(cross(face.x[(k + 1) % 3] - face.x[k], hit - face.x[k]), face.normal) >= 0;
+      if (in_face && !cut.holds(hit, along)) most = behind;
     }
   }
   return most;
 }
+
 Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
 BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
 
@@ -245,7 +291,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
 
   // How much of the blade is in the thickness: its edge, its back, and lines between them.
   // Scissors that have cut stay in their slit while they open, as far as their tips reach.
-  const bool scissors = tool.kind == SceneToolKind::kScissors;
+  const bool scissors = tool.kind == SceneToolKind::kScissors, resisted = scene.cut.resistance > 0 && !scissors;
   const double reach = motion.in_slit ? 0 : motion.jaws(until);
   const ToolBlade blade = tool_blade(tool, reach);
   const ToolEdge front = tool_edge(tool, reach);
@@ -287,7 +333,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   if (!motion.inside) {
     const bool went_by = motion.crossed && leads(edge_middle(now) - edge_middle(before + motion.carried), place.axes, edge.forward);
     bool enters = (edge_in > 0 || went_by) && (!scissors || closing);
-    if (scene.cut.resistance > 0 && !scissors)  // it presses until the material gives way
+    if (resisted)  // it presses until the material gives way
       enters = motion.edge_force > scene.cut.resistance * motion.edge_length && motion.edge_length > 0;
     if (!enters) return {};
     motion.inside = true;
@@ -297,7 +343,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     state.stroke->tool = static_cast<std::int32_t>(i);
     KERF_TRY(move_blade(before + motion.carried));
     // What it pressed with until the material gave way it goes on to press with: else it would fall into the cut.
-    motion.press = scene.cut.resistance > 0 && !scissors ? kPress * state.body.complex.mean_root_edge * (place.axes * edge.forward) : Vec3{};
+    motion.press = resisted ? kPress * state.body.complex.mean_root_edge * (place.axes * edge.forward) : Vec3{};
     motion.pressed = false;
   }
   if (motion.pressed) {  // but for the jaws
@@ -320,11 +366,9 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   motion.press = {};
   if (resists) motion.press = kept * (into + beside) + std::min(0.0, pressed) * forward + std::min(0.0, pressed_down) * down;
   if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) && passes_fronts(now, way)) {
-    if (scene.cut.resistance > 0 && !scissors) {
+    if (resisted && pressed >= pressed_down) {  // tip first no face lies across its way along the edge
       BladeEdge& last = state.stroke->blade.edge;
-      const Vec3 straight = pressed >= pressed_down ? forward : down;
-      const double mean = state.body.complex.mean_root_edge;
-      last = last + -missed_behind(mesh, deformed_collision(), last, straight, blade.width, kLook * mean, kFrontNear * mean) * straight;
+      last = last + -missed_behind(material, mesh, deformed_collision(), last, forward, blade.width, state.body.complex.mean_root_edge) * forward;
     }
     KERF_TRY(move_blade(now));
   }
@@ -438,18 +482,10 @@ void Session::Impl::resist(std::size_t i, const BladeEdge& now, Vec3 into, doubl
   const CollisionMesh& mesh = state.body.complex.collision;
   const RigidState& at = state.mechanics.tools[i];
   const RigidPlace place{at.position, at.axes};
-  // What it cuts is at the end of its cut, whatever else lies along the edge: lips that stand beside it would be dragged along. Before there is a cut, and where the edge
-  // lies along the material, it is where the edge meets its middle: the vertices nearest to the edge carry the force.
-  std::vector<CollisionVertex> carriers;
-  const double at_end = length_at_fronts(mesh, deformed_collision(), state.stroke->blade, now, into, kFrontNear * state.body.complex.mean_root_edge, inside, carriers);
-  const double limit = scene.cut.resistance * (carriers.empty() ? inside : at_end);
-  if (carriers.empty()) {
-    Box3 near;
-    near.add(now.base);
-    near.add(now.tip);
-    const Thickness material(mesh, deformed_collision(), near);
-    material.walk(now.base, now.tip, 0, [&](const Thickness::Place& p) { carriers.push_back(p.closest()); });
-  }
+  EdgeHold hold = hold_at_fronts(mesh, deformed_collision(), state.stroke->blade.fronts, now, into, kFrontNear * state.body.complex.mean_root_edge);
+  if (hold.carriers.empty()) hold = {inside, nearest_along(mesh, deformed_collision(), now)};
+  std::vector<CollisionVertex>& carriers = hold.carriers;
+  const double limit = scene.cut.resistance * std::min(hold.length, inside);
   std::sort(carriers.begin(), carriers.end());
   for (std::size_t k = 0; k < carriers.size();) {
     const CollisionVertex v = carriers[k];

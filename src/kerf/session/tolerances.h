@@ -1,0 +1,22 @@
+// Numbers that decide what an edge presses against and what it has cut (session_tools.cpp).
+#pragma once
+
+namespace kerf {
+
+/// Cosine between an edge and the normal of the material at the end of its cut, at least: else the edge lies along the material, and its length there, half the thickness
+/// over this, would mean nothing.
+inline constexpr double kUpright = 0.05;
+
+/// Cosine between the way of an edge and that to a vertex that carries its force ahead of the end of the cut, at least.
+inline constexpr double kAhead = 0.2;
+
+/// Cosine between an edge and the normal of a face that it lies along, at most; and between that normal and the way of the edge, at least.
+inline constexpr double kLies = 0.3, kLandsOn = 0.5;
+
+/// Mean collision edges between the places of such a face that are looked at.
+inline constexpr double kLook = 0.02;
+
+/// Mean collision edges: material nearer to a lip, across the edge, is cut. Cuts run up to 0.2 beside the blade.
+inline constexpr double kBesideCut = 0.3;
+
+}  // namespace kerf

@@ -1,12 +1,17 @@
 // What resists an edge that cuts: statics say what a knife feels, and what it leaves behind.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/models_planar.h"
 #include "kerf/session/session.h"
+#include "kerf/session/temporary_folder.h"
 #include "session/make_session.h"
+#include "session/session_measures.h"
 
 namespace kerf::edge_resistance_test {
 namespace {
@@ -134,6 +139,105 @@ TEST(EdgeResistance, WhatTheKnifeFeelsTheBoardGets) {
       EXPECT_LE(press, 10 * 0.03) << dt;
       EXPECT_NEAR(board_force(session), weight + press, 0.03) << dt;
     }
+  }
+}
+
+constexpr Vec3 kSlab{0.08, 0.04, 0.005};  // m
+
+/// With a slab of that size about the origin for a body, in quads of 4 mm.
+Session slab_session(Scene scene) {
+  constexpr int nx = 20, ny = 10;
+  const models::PlanarMesh side = models::quad_grid(
+      nx, ny, [](int i, int j) { return Vec2{(static_cast<double>(i) / nx - 0.5) * kSlab.x, (static_cast<double>(j) / ny - 0.5) * kSlab.y}; },
+      [](int i, int j) { return models::alternating_split(i, j, nx, ny); });
+  models::ThickShape shape;
+  shape.top = [](std::size_t) { return kSlab.z / 2; };
+  shape.bottom = [](std::size_t) { return -kSlab.z / 2; };
+  const auto folder = TemporaryFolder::create();
+  EXPECT_TRUE(folder.ok());
+  scene.body.visual = (folder->path() / "visual.ply").string();
+  scene.body.collision = (folder->path() / "collision.ply").string();
+  EXPECT_TRUE(write_ply(scene.body.visual, models::thicken(side, shape)).ok());
+  EXPECT_TRUE(write_ply(scene.body.collision, models::flat_surface(side)).ok());
+  return make(scene);
+}
+
+/// A blade stands upright in a slab and goes through it from the side: it feels the resistance times the thickness, however soft the slab is.
+TEST(EdgeResistance, AnUprightBladeFeelsResistanceTimesThickness) {
+  struct Row {
+    double young;        // Pa
+    double held_beyond;  // m to both sides of the blade; a soft slab buckles unless it is held near to it
+    double speed, dt;    // m/s, s
+  };
+  constexpr double resistance = 200, way = 0.04;
+  for (const Row& row : {Row{3e5, 0.015, 0.2, 0.001}, Row{2e5, 0.015, 0.2, 0.001}, Row{1e5, 0.0076, 0.05, 0.005}}) {
+    SCOPED_TRACE(row.young);
+    Scene scene;
+    scene.material.young = row.young;
+    scene.cut.resistance = resistance;
+    scene.simulation.time_step = row.dt;
+    scene.simulation.gravity = {};
+    for (const double side : {-1.0, 1.0}) {
+      SceneFix& fix = scene.fixes.emplace_back();
+      fix.region.shape = SceneRegion::Shape::kHalfSpace;
+      fix.region.point = {0, side * row.held_beyond, 0};
+      fix.region.normal = {0, side, 0};
+    }
+    SceneRigidTool& blade = scene.tools.emplace_back();
+    blade.id = "blade";
+    blade.kind = SceneToolKind::kScalpel;
+    blade.position = {-0.045, 0, -0.010};
+    blade.tip = 0.02;
+    Session session = slab_session(scene);
+    SceneCommand command;
+    command.what = SceneToolMotion{"blade", {{way / row.speed, blade.position + Vec3{way, 0, 0}, {}}}};
+    ASSERT_TRUE(session.apply(command).ok());
+    double sum = 0;
+    int felt = 0;
+    const int last = steps(session, way / row.speed);
+    for (int i = 0; i < last; ++i) {
+      ASSERT_TRUE(session.step().ok());
+      if (i < 0.4 * last) continue;  // then the blade is well in the slab
+      sum -= session.tools()[0].force.x;
+      ++felt;
+    }
+    EXPECT_NEAR(sum / felt, resistance * kSlab.z, 0.02 * resistance * kSlab.z);
+    EXPECT_GT(test::cut_length(session), 0.8 * (way - 0.005));
+  }
+}
+
+/// A knife that is pressed flat through a soft slab on a board feels the resistance along all of the slab, and parts it without a bridge.
+TEST(EdgeResistance, AKnifePressedFlatPartsASlabOnABoard) {
+  constexpr double resistance = 60, above = 0.006, below = -0.0053;  // N/m, m, m
+  for (const double speed : {0.1, 0.3}) {
+    SCOPED_TRACE(speed);
+    Scene scene;
+    scene.material.young = 3e4;
+    scene.cut.resistance = resistance;
+    scene.simulation.time_step = 0.001;
+    SceneObstacle& board = scene.obstacles.emplace_back();
+    board.shape = SceneShape::kPlane;
+    board.position = {0, 0, -0.5 * kSlab.z};
+    SceneRigidTool& knife = scene.tools.emplace_back();
+    knife.id = "knife";
+    knife.kind = SceneToolKind::kScalpel;
+    knife.position = {0.001, -0.03, above};
+    knife.rotation = kFacingDown;
+    knife.tip = 0.06;
+    knife.width = 0.015;
+    knife.thickness = 0.001;
+    Session session = slab_session(scene);
+    SceneCommand command;
+    command.what = SceneToolMotion{"knife", {{(above - below) / speed, {0.001, -0.03, below}, kFacingDown}}};
+    ASSERT_TRUE(session.apply(command).ok());
+    double most = 0;
+    for (int i = 0; i < steps(session, (above - below) / speed + 0.1); ++i) {
+      ASSERT_TRUE(session.step().ok());
+      most = std::max(most, session.tools()[0].force.z);
+    }
+    EXPECT_EQ(session.counts().pieces, 2);
+    EXPECT_NEAR(test::cut_length(session), kSlab.y, 0.0005);
+    EXPECT_GT(most, 0.95 * resistance * kSlab.y);
   }
 }
 

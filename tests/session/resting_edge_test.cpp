@@ -10,10 +10,12 @@
 #include "kerf/session/session.h"
 #include "session/blade_strip.h"
 #include "session/make_session.h"
+#include "session/session_measures.h"
 
 namespace kerf::resting_edge_test {
 namespace {
 
+using test::cut_length;
 using test::make;
 
 using testing_support::kFacingY;
@@ -60,18 +62,6 @@ void lead(Session& session, Vec3 to, double over) {
   apply(session, command);
 }
 int steps(const Session& session, double seconds) { return static_cast<int>(std::ceil(seconds / session.time_step() - 1e-9)); }
-
-/// Length of the lips of all cuts at rest, on one side, m.
-double cut_length(const Session& session) {
-  const CollisionMesh& mesh = session.body().complex.collision;
-  double length = 0;
-  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count()))
-    for (int k = 0; k < 3; ++k) {
-      const CollisionHalfEdge h = CollisionMesh::corner(f, k);
-      if (mesh.is_border(h) && mesh.wall[h].valid()) length += 0.5 * norm(mesh.rest[mesh.from(h)] - mesh.rest[mesh.to(h)]);
-    }
-  return length;
-}
 
 /// Areas of the pieces at rest, m^2, ascending.
 std::vector<double> piece_areas(const Session& session) {

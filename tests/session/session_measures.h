@@ -48,6 +48,15 @@ inline double enclosed_volume(const Session& session) {
   return v;
 }
 
+/// Length of the lips of all cuts at rest, on one side, m.
+inline double cut_length(const Session& session) {
+  const CollisionMesh& mesh = session.body().complex.collision;
+  double length = 0;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
+    if (mesh.is_border(h) && mesh.wall[h].valid()) length += 0.5 * norm(mesh.rest[mesh.from(h)] - mesh.rest[mesh.to(h)]);
+  return length;
+}
+
 /// Of all hexahedra, kg.
 inline double mass(const Session& session) {
   double m = 0;

@@ -1,14 +1,17 @@
-// Numbers that decide in a solve, for pieces in flight (step.cpp). Each: its unit, and where it comes from.
+// Numbers that decide in a solve, for pieces in flight (step.cpp). Each: its unit, where it comes from, and what half and double of it do to 180 runs of spinning slabs, strips
+// and plates (0.03 to 100 MPa, 5 to 60 rad/s, steps of 5 and 16.7 ms, half of them bent at the start): one gains 8 % of its kinetic energy, in 25.6 iterations a step.
 #pragma once
 
 namespace kerf {
 
 /// rad: a piece that turns by more in a step is held to kFlightTolerance. A step stretches it by half the square of that, and what a solve leaves undone of less stretch is
-/// little. Held to it at any spin, a disc that falls and lands (scene punch) takes 82 iterations for 76.
+/// little. Held to it at any spin, a disc that falls and lands (scene punch) takes 82 iterations for 76. Half: 25.6, double: 25.2, and
+/// again one run gains 8 %.
 inline constexpr double kFlightTurn = 0.25;
 
 /// Tolerances of a solve, of the momentum that the nodes of a piece have about its centre: what the residual may hold of it, ten times it at the default tolerance. Without it
-/// a strip of 10 MPa at a radian a step comes to 1.07 of its kinetic energy; a hundredth of it takes 35 iterations a step for 28, and is no better.
+/// a strip of 10 MPa at a radian a step comes to 1.07 of its kinetic energy; a hundredth of it takes 35 iterations a step for 28, and is no better. Half: 25.9, double: 25.3, again
+/// one run gains 8 %. Without it, a second one gains more than 1 %.
 inline constexpr double kFlightTolerance = 1000;
 
 }  // namespace kerf

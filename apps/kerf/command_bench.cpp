@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "bench/benchmarks.h"
+#include "command_files.h"
 #include "exit_status.h"
 #include "folder.h"
 #include "kerf/mesh/whole_file.h"
@@ -47,6 +48,9 @@ int run_bench(const BenchCommand& options) {
 }
 
 int write_bench_page(const BenchPage& options) {
+  std::vector<CommandFile> inputs;
+  for (const std::string& file : options.files) inputs.push_back({"the measurements", file});
+  if (const Status apart = check_outputs(inputs, {{"the page", options.out}}); !apart) return report(apart.error());
   std::vector<bench::Run> runs;
   for (const std::string& file : options.files) {
     const auto text = read_whole_file(file);

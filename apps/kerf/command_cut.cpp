@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "command_files.h"
 #include "exit_status.h"
 #include "kerf/cutting/rest_cut.h"
 #include "kerf/mesh/models.h"
@@ -31,6 +32,8 @@ SceneBody body_named(const CutOptions& options) {
   return body;
 }
 
+const std::vector<std::string> kMeshes{"visual", "collision", "hexahedra"};
+
 }  // namespace
 
 int cut_body(const CutOptions& options) {
@@ -52,6 +55,9 @@ int cut_body(const CutOptions& options) {
   scene.title = "one cut of " + options.body;
   scene.body = body_named(options);
   scene.simulation.gravity = {};
+  std::vector<std::string> names = final_mesh_files(kMeshes);
+  names.emplace_back("report.json");
+  if (const Status apart = check_outputs(files_of(scene.body), results_in(options.out, names)); !apart) return report(apart.error());
   if (const Status made = make_folder(options.out); !made) return report(made.error());
   Result<Session> session = [&] {
     ProgressBar bar;
@@ -90,7 +96,7 @@ int cut_body(const CutOptions& options) {
 
   const Status valid = session->validate();
   log.checks.push_back({0, "cut", valid ? "" : valid.error().message});
-  if (const Status w = write_final_meshes(*session, {"visual", "collision", "hexahedra"}, options.out); !w)
+  if (const Status w = write_final_meshes(*session, kMeshes, options.out); !w)
     return report(w.error());
   if (const Status w = replace_file((options.out / "report.json").string(), run_report_json(*session, log)); !w)
     return report(w.error());

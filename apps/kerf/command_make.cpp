@@ -4,6 +4,7 @@
 
 #include <cstdio>
 
+#include "command_files.h"
 #include "exit_status.h"
 #include "folder.h"
 #include "kerf/mesh/mesh_file.h"
@@ -34,10 +35,10 @@ std::string scene_text(const MakeOptions& options, const Model& model) {
 }
 
 Status write(const MakeOptions& options, const Model& model) {
+  const auto name_of = [&](const char* mesh) { return fmt::format("{}.{}", mesh, options.format); };
+  const auto file = [&](const char* mesh) { return (options.out / name_of(mesh)).string(); };
+  KERF_TRY(check_outputs({}, results_in(options.out, {name_of("visual"), name_of("collision"), "scene.toml"})));
   KERF_TRY(make_folder(options.out));
-  const auto file = [&](const char* name) {
-    return (options.out / fmt::format("{}.{}", name, options.format)).string();
-  };
   const bool obj = options.format == "obj";
   KERF_TRY(obj ? write_obj(file("visual"), model.visual) : write_ply(file("visual"), model.visual));
   KERF_TRY(obj ? write_obj(file("collision"), model.collision)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "command_files.h"
 #include "exit_status.h"
 #include "kerf/base/parallel.h"
 #include "kerf/base/stopwatch.h"
@@ -24,6 +25,17 @@
 
 namespace kerf::app {
 namespace {
+
+/// The files that a run of this scene leaves in its folder. The series positions stands for its frames too.
+std::vector<std::string> result_names(const SceneOutput& output) {
+  std::vector<std::string> names = final_mesh_files(output.meshes);
+  if (output.animation) names.emplace_back("body.glb");
+  if (output.positions) names.emplace_back("positions.pvd");
+  if (output.picture) names.emplace_back("picture.png");
+  names.emplace_back("steps.svg");
+  names.emplace_back("report.json");
+  return names;
+}
 
 /// A run in progress: the session, what it has collected, and where it goes.
 class Run {
@@ -208,6 +220,9 @@ int run_scene(const RunOptions& options) {
   if (!(scene->simulation.duration / scene->simulation.time_step <= kMostSteps))
     return report(bad_input(fmt::format("{}: {} s in time steps of {} s are more than {} steps; choose a larger time_step or a shorter duration",
                                         path->string(), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
+  std::vector<CommandFile> outputs = results_in(options.out, result_names(scene->output));
+  if (!options.record.empty()) outputs.push_back({"the recording", options.record});
+  if (const Status apart = check_outputs(files_of(*path, *scene), outputs); !apart) return report(apart.error());
   if (const Status made = make_folder(options.out); !made) return report(made.error());
   if (!options.record.empty())
     if (const Status possible = check_can_be_written(options.record.string()); !possible) return report(possible.error());

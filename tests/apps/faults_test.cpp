@@ -17,6 +17,7 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <map>
 #include <string>
 #include <thread>
 #include <vector>
@@ -131,6 +132,56 @@ TEST_F(Faults, PlacesThatCannotBeWrittenAreRefusedFirst) {
   }
   refused({"bind", "steak", "-o"}, "", "no file name given");
   EXPECT_THAT(left_over(), testing::IsEmpty());
+}
+
+// What a command writes takes the place of nothing that it reads, and of nothing else that it writes; by whatever name.
+TEST_F(Faults, NoResultReplacesWhatItIsMadeFrom) {
+  ASSERT_EQ(kerf({"make", "strip", "-o", in("s")}).status, 0);
+  std::ofstream(in("s/scene.toml"), std::ios::app) << "[simulation]\nduration = 0.002\n[output]\npicture = false\n";
+  std::filesystem::copy(in("s/collision.obj"), in("s/tool.obj"));
+  std::filesystem::create_directory_symlink("s", in("link"));
+  std::filesystem::create_symlink("s/visual.obj", in("visual-link.obj"));
+  std::filesystem::create_hard_link(in("s/visual.obj"), in("visual-hard.obj"));
+  std::filesystem::create_symlink("new.kerf", in("dangling.kerf"));
+  const std::string scene = in("s/scene.toml"), visual = in("s/visual.obj"), collision = in("s/collision.obj");
+  std::ofstream(in("tools.toml")) << "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n[[tool]]\nid = \"t\"\nkind = \"mesh\"\n"
+                                     "mesh = \"s/visual.obj\"\nposition = [0, 0, 1]\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"s/collision.obj\"\nposition = [0, 0, 2]\n";
+  ASSERT_EQ(kerf({"bind", "strip", "-o", in("body.kerf")}).status, 0);
+  std::map<std::string, std::string> before;
+  for (const char* name : {"s/scene.toml", "s/visual.obj", "s/collision.obj", "s/tool.obj", "tools.toml", "body.kerf"}) before[name] = contents(in(name));
+  const std::vector<std::string> cut{"--from", "-0.2,0,0", "--to", "0.2,0,0"};
+  const auto refused = [&](const std::vector<std::string>& command, const std::string& output, const std::string& other) {
+    const Outcome out = kerf(command);
+    EXPECT_EQ(out.status, 2) << out.text;
+    EXPECT_THAT(out.text, HasSubstr(output + " would replace "));
+    EXPECT_THAT(out.text, HasSubstr(other + ": they are the same file"));
+    for (const auto& [name, bytes] : before) EXPECT_EQ(contents(in(name)), bytes) << name;
+  };
+  refused({"run", scene, "-q", "-o", in("s")}, visual, visual);
+  refused({"run", scene, "-q", "-o", in("link")}, in("link/visual.obj"), visual);
+  refused({"run", in("tools.toml"), "-q", "-o", in("s")}, visual, visual);
+  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("tools.toml")}, in("tools.toml"), in("tools.toml"));
+  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-link.obj")}, in("visual-link.obj"), visual);
+  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-hard.obj")}, in("visual-hard.obj"), visual);
+  refused({"run", in("body.kerf"), "-q", "-o", in("o"), "--record", in("body.kerf")}, in("body.kerf"), in("body.kerf"));
+  refused({"run", "strip", "-q", "-o", in("o"), "--record", in("o/../o/report.json")}, in("o/../o/report.json"), in("o/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(in("o"))) << "refused before anything is made";
+  refused({"bind", visual, "-c", collision, "-o", visual}, visual, visual);
+  refused({"bind", visual, "-c", collision, "-o", in("visual-link.obj")}, in("visual-link.obj"), visual);
+  refused({"bind", visual, "-o", in("w.obj"), "--write-collision", in("w.obj")}, in("w.obj"), in("w.obj"));
+  refused({"bind", visual, "-o", in("dangling.kerf"), "--diagnose", in("new.kerf")}, in("new.kerf"), in("dangling.kerf"));
+  std::vector<std::string> meshes{"cut", visual, "-c", collision, "-o", in("s")};
+  meshes.insert(meshes.end(), cut.begin(), cut.end());
+  refused(meshes, visual, visual);
+  std::filesystem::create_directories(in("twice"));
+  std::filesystem::create_symlink("visual.obj", in("twice/collision.obj"));
+  refused({"make", "strip", "-o", in("twice")}, in("twice/collision.obj"), in("twice/visual.obj"));
+  std::ofstream(in("m.json")) << "{}";
+  refused({"bench", "page", in("m.json"), "-o", in("m.json")}, in("m.json"), in("m.json"));
+  // Beside each other they may stand; a device may get everything.
+  EXPECT_EQ(kerf({"run", scene, "-q", "-o", in("s/out"), "--record", in("s/r.kerfrec")}).status, 0);
+  EXPECT_EQ(kerf({"run", scene, "-q", "-o", in("s/out"), "--record", in("s/r.kerfrec")}).status, 0) << "over the results of before";
+  for (const auto& [name, bytes] : before) EXPECT_EQ(contents(in(name)), bytes) << name;
 }
 
 TEST_F(Faults, FilesOverALimitLeaveTheOldOnes) {

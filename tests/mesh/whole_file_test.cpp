@@ -116,6 +116,27 @@ TEST(WholeFile, WhatCannotBeWrittenIsKnownBeforehand) {
   EXPECT_TRUE(check_can_be_written(folder.file("pipe")).ok());  // without waiting for a reader
 }
 
+TEST(WholeFile, OneFileIsKnownByAllItsNames) {
+  const TemporaryFolder folder;
+  const std::string a = folder.put("a", "x"), b = folder.put("b", "x"), root = folder.path();
+  std::filesystem::create_directories(root + "/f");
+  std::filesystem::create_symlink("../a", root + "/f/link");
+  std::filesystem::create_hard_link(a, root + "/hard");
+  std::filesystem::create_directory_symlink("f", root + "/g");
+  for (const std::string& name : {a, root + "/./a", root + "/f/../a", root + "/f/link", root + "/g/link", root + "/hard"})
+    EXPECT_TRUE(same_file(a, name) && same_file(name, a)) << name;
+  EXPECT_FALSE(same_file(a, b));
+  // Of what is not there yet the place counts.
+  std::filesystem::create_symlink("f/new", root + "/ahead");
+  for (const std::string& name : {root + "/f/new", root + "/f//new", root + "/g/new", root + "/none/../f/new", root + "/ahead"})
+    EXPECT_TRUE(same_file(root + "/f/new", name) && same_file(name, root + "/f/new")) << name;
+  EXPECT_FALSE(same_file(root + "/f/new", root + "/f/newer"));
+  EXPECT_FALSE(same_file(root + "/f/new", a));
+  EXPECT_FALSE(same_file("/dev/null", "/dev/null")) << "what is written there is kept nowhere";
+  std::filesystem::create_symlink("round", root + "/round");
+  EXPECT_FALSE(same_file(root + "/round", root + "/round"));
+}
+
 TEST(WholeFile, TwoWritersOfOneFileDoNotMix) {
   const TemporaryFolder folder;
   const std::string path = folder.file("a");

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 namespace kerf {
@@ -220,6 +221,20 @@ Status check_can_be_written(const std::string& path) {
   if (file.temporary_.empty() && file.descriptor_ >= 0 && ::write(file.descriptor_, "", 0) < 0) file.fail(errno);
   if (file.failure_.empty()) return {};
   return file.error_number_ == ENOSPC ? failed(file.failure_) : bad_input(file.failure_);
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+  struct stat one {}, other {};
+  const bool there = ::stat(a.c_str(), &one) == 0;
+  if (there != (::stat(b.c_str(), &other) == 0)) return false;
+  if (there) return S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
+  const auto place = [](std::string path) {
+    std::error_code code;
+    if (follow_links(path) != 0) return std::filesystem::path();
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, code), code);
+  };
+  const std::filesystem::path where = place(a);
+  return !where.empty() && where == place(b);
 }
 
 Status replace_file(const std::string& path, std::string_view bytes) {

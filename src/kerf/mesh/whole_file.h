@@ -53,6 +53,10 @@ class ReplacingFile {
 /// a name that can't be, no permission; failure: a device that is full.
 Status check_can_be_written(const std::string& path);
 
+/// Do two names lead to one file: the same on its disk, or, where nothing is yet, one place in one folder? Symbolic links are followed.
+/// Devices and pipes keep nothing that could be lost: never.
+bool same_file(const std::string& a, const std::string& b);
+
 /// Replaces a file by these bytes.
 Status replace_file(const std::string& path, std::string_view bytes);
 

@@ -49,6 +49,16 @@ VtuMesh hexahedra_vtu(const Session& session) {
   return out;
 }
 
+std::vector<std::string> final_mesh_files(const std::vector<std::string>& which) {
+  constexpr std::pair<const char*, const char*> kFiles[] = {{"visual", "visual_rest.obj"},       {"visual", "visual.obj"},
+                                                            {"collision", "collision_rest.obj"}, {"collision", "collision.obj"},
+                                                            {"hexahedra", "hexahedra.vtu"}};
+  std::vector<std::string> files;
+  for (const auto& [mesh, file] : kFiles)
+    if (std::find(which.begin(), which.end(), mesh) != which.end()) files.emplace_back(file);
+  return files;
+}
+
 Status write_final_meshes(Session& session, const std::vector<std::string>& which, const std::filesystem::path& folder) {
   const auto wanted = [&](const char* name) { return std::find(which.begin(), which.end(), name) != which.end(); };
   const CellComplex& complex = session.body().complex;

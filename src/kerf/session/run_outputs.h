@@ -18,6 +18,9 @@ namespace kerf {
 /// `velocity` and `displacement` per point. Unused nodes are left out.
 VtuMesh hexahedra_vtu(const Session& session);
 
+/// Names of the files that write_final_meshes writes.
+std::vector<std::string> final_mesh_files(const std::vector<std::string>& which);
+
 /// visual.obj (deformed), visual_rest.obj, collision.obj, collision_rest.obj and hexahedra.vtu, those that `which` names
 /// ("visual", "collision", "hexahedra").
 Status write_final_meshes(Session& session, const std::vector<std::string>& which, const std::filesystem::path& folder);

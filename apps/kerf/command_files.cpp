@@ -1,0 +1,45 @@
+#include "command_files.h"
+
+#include <fmt/format.h>
+
+#include "folder.h"
+#include "kerf/mesh/whole_file.h"
+
+namespace kerf::app {
+
+std::vector<CommandFile> results_in(const std::filesystem::path& folder, const std::vector<std::string>& names) {
+  std::vector<CommandFile> files;
+  for (const std::string& name : names) files.push_back({"the result", folder / name});
+  return files;
+}
+
+std::vector<CommandFile> files_of(const SceneBody& body) {
+  std::vector<CommandFile> files;
+  if (!body.visual.empty()) files.push_back({"the visual mesh", body.visual});
+  if (!body.collision.empty()) files.push_back({"the collision mesh", body.collision});
+  if (!body.bound.empty()) files.push_back({"the body", body.bound});
+  return files;
+}
+
+std::vector<CommandFile> files_of(const std::filesystem::path& file, const Scene& scene) {
+  std::vector<CommandFile> files{{"the scene", file}};
+  for (const SceneFileUse& use : scene.files) files.push_back({fmt::format("\"{}\" of the scene,", use.written), use.path});
+  return files;
+}
+
+Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<CommandFile>& outputs) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const CommandFile& out = outputs[i];
+    for (const CommandFile& in : inputs)
+      if (is_there(in.path) && same_file(in.path.string(), out.path.string()))
+        return bad_input(fmt::format("{} {} would replace {} {}: they are the same file; choose another place for what is written", out.what,
+                                     out.path.string(), in.what, in.path.string()));
+    for (std::size_t k = 0; k < i; ++k)
+      if (same_file(outputs[k].path.string(), out.path.string()))
+        return bad_input(fmt::format("{} {} would replace {} {}: they are the same file; choose another place for one of them", out.what,
+                                     out.path.string(), outputs[k].what, outputs[k].path.string()));
+  }
+  return {};
+}
+
+}  // namespace kerf::app

@@ -1,0 +1,30 @@
+// What a command reads and what it will write: no result takes the place of what it is made from, or of another result.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "kerf/base/result.h"
+#include "kerf/session/scene.h"
+
+namespace kerf::app {
+
+struct CommandFile {
+  std::string what;  ///< for messages: "the scene", "the recording"
+  std::filesystem::path path;
+};
+
+/// Files of these names in a folder for results.
+std::vector<CommandFile> results_in(const std::filesystem::path& folder, const std::vector<std::string>& names);
+
+/// What a body is read from; nothing for a model.
+std::vector<CommandFile> files_of(const SceneBody& body);
+
+/// What a scene is read from: its file, and every mesh and bound body that it names.
+std::vector<CommandFile> files_of(const std::filesystem::path& file, const Scene& scene);
+
+/// To be asked before the work. Bad input: an output is an input or another output (same_file of whole_file.h); both are named.
+Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<CommandFile>& outputs);
+
+}  // namespace kerf::app

@@ -68,6 +68,16 @@ int cut_body(const CutOptions& options) {
 
   RunLog log;
   log.counts_before = session->counts();
+  const auto write_report = [&](const RunState& state) {
+    return replace_file((options.out / "report.json").string(), run_report_json(*session, log, state));
+  };
+  /// Says in the report, too, that it came to nothing.
+  const auto end_failed = [&](const Error& why) {
+    const Status written = write_report({RunState::Status::kFailed, why.message});
+    if (!written) (void)report(written.error());
+    return report(why);
+  };
+  if (const Status begun = write_report({RunState::Status::kRunning, {}}); !begun) return report(begun.error());
   Box3 box;
   for (const Vec3 p : session->collision_positions()) box.add(p);
   // Default: the blade stands on the surface where the cut begins.
@@ -84,32 +94,30 @@ int cut_body(const CutOptions& options) {
     // The sine of the angle between cut and normal, below which the normal says nothing about the edge.
     constexpr double kLeastSine = 0.1;
     if (!(norm(edge) > kLeastSine))
-      return report(bad_input("cut: at --from the cut runs along the surface's normal, so the blade's edge can't stand on the "
-                              "surface; say how it stands with --along X,Y,Z, or choose other points"));
+      return end_failed(bad_input("cut: at --from the cut runs along the surface's normal, so the blade's edge can't stand on the "
+                                  "surface; say how it stands with --along X,Y,Z, or choose other points"));
   }
   edge = (2 * box.diagonal() + norm(options.from - box.center()) + norm(options.to - box.center())) * normalized(edge);
   Status done = session->begin_stroke(SceneFrame::kRest, options.through);
   if (done) done = session->move_blade(options.from + edge, options.from - edge);
   if (done) done = session->move_blade(options.to + edge, options.to - edge);
   if (done) done = session->end_stroke();
-  if (!done) return report(done.error());
+  if (!done) return end_failed(done.error());
 
   const Status valid = session->validate();
   log.checks.push_back({0, "cut", valid ? "" : valid.error().message});
-  if (const Status w = write_final_meshes(*session, kMeshes, options.out); !w)
-    return report(w.error());
-  if (const Status w = replace_file((options.out / "report.json").string(), run_report_json(*session, log)); !w)
-    return report(w.error());
+  if (const Status w = write_final_meshes(*session, kMeshes, options.out); !w) return end_failed(w.error());
   const StrokeRecord& stroke = session->strokes().back();
   const BodyCounts now = session->counts();
   if (stroke.triangles == 0)
-    return report(bad_input(fmt::format("cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
-                                        "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
-                                        box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z)));
+    return end_failed(bad_input(fmt::format("cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
+                                            "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
+                                            box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z)));
   fmt::print("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles,
              1e3 * stroke.times.total, now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
-  if (!valid) return report(valid.error());
-  return kSuccess;
+  if (!valid) return end_failed(valid.error());
+  const Status written = write_report({});
+  return written ? kSuccess : report(written.error());
 }
 
 }  // namespace kerf::app

@@ -78,14 +78,15 @@ class Run {
     return {};
   }
 
-  /// Writes everything there is, of a run that was broken off too.
+  /// Writes everything there is but the report, of a run that was broken off too.
   Status write() {
     KERF_TRY(write_final_meshes(session_, scene_.output.meshes, options_.out));
     if (scene_.output.animation && animation_.frame_count() > 0) KERF_TRY(animation_.write(options_.out / "body.glb"));
     if (scene_.output.picture && !pictured_) KERF_TRY(picture());
-    KERF_TRY(write_svg(options_.out / "steps.svg", step_plot()));
-    return replace_file((options_.out / "report.json").string(), run_report_json(session_, log_));
+    return write_svg(options_.out / "steps.svg", step_plot());
   }
+  /// The first file of a run, and its last.
+  Status write_report(const RunState& state) { return replace_file((options_.out / "report.json").string(), run_report_json(session_, log_, state)); }
 
   /// What kerf replay repeats: the scene as it stands, and the hashes.
   Status write_recording(const std::filesystem::path& scene_file) {
@@ -240,14 +241,16 @@ int run_scene(const RunOptions& options) {
 
   Run run(*scene, std::move(session).value(), options);
   run.log().prepare_seconds = seconds_since(start);
-  const Status simulated = run.simulate();
+  if (const Status begun = run.write_report({RunState::Status::kRunning, {}}); !begun) return report(begun.error());
+  Status done = run.simulate();
   Status written = run.write();
   if (written) written = run.write_recording(*path);
+  if (done) done = written;
+  if (done) done = run.invariants();
+  written = run.write_report(done ? RunState{} : RunState{RunState::Status::kFailed, done.error().message});
   run.summary();
-  if (!simulated) return report(simulated.error());
-  if (!written) return report(written.error());
-  if (const Status held = run.invariants(); !held) return report(held.error());
-  return kSuccess;
+  if (!done) return report(done.error());
+  return written ? kSuccess : report(written.error());
 }
 
 }  // namespace kerf::app

@@ -164,7 +164,7 @@ TEST_F(Faults, NoResultReplacesWhatItIsMadeFrom) {
   refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-link.obj")}, in("visual-link.obj"), visual);
   refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-hard.obj")}, in("visual-hard.obj"), visual);
   refused({"run", in("body.kerf"), "-q", "-o", in("o"), "--record", in("body.kerf")}, in("body.kerf"), in("body.kerf"));
-  refused({"run", "strip", "-q", "-o", in("o"), "--record", in("o/../o/report.json")}, in("o/../o/report.json"), in("o/report.json"));
+  refused({"run", "sheet", "-q", "-o", in("o"), "--record", in("o/../o/report.json")}, in("o/../o/report.json"), in("o/report.json"));
   EXPECT_FALSE(std::filesystem::exists(in("o"))) << "refused before anything is made";
   refused({"bind", visual, "-c", collision, "-o", visual}, visual, visual);
   refused({"bind", visual, "-c", collision, "-o", in("visual-link.obj")}, in("visual-link.obj"), visual);
@@ -182,6 +182,52 @@ TEST_F(Faults, NoResultReplacesWhatItIsMadeFrom) {
   EXPECT_EQ(kerf({"run", scene, "-q", "-o", in("s/out"), "--record", in("s/r.kerfrec")}).status, 0);
   EXPECT_EQ(kerf({"run", scene, "-q", "-o", in("s/out"), "--record", in("s/r.kerfrec")}).status, 0) << "over the results of before";
   for (const auto& [name, bytes] : before) EXPECT_EQ(contents(in(name)), bytes) << name;
+}
+
+// A steak whose punch of 0.004 s is so small that it is refused.
+constexpr const char* kRefusedLate =
+    "[body]\nmodel = \"steak\"\n[simulation]\nduration = 0.006\n[output]\npicture = false\n"
+    "[[command]]\nat = 0.004\ntype = \"punch\"\npoint = [0.05, 0, 0]\nradius = 0.001\n";
+
+constexpr const char* kQuick = "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n[output]\npicture = false\n";
+
+TEST_F(Faults, AReportSaysHowItsRunEnded) {
+  const auto report = [&](const char* folder) { return contents(in(std::string(folder) + "/report.json")); };
+  std::ofstream(in("late.toml")) << kRefusedLate;
+  const Outcome late = kerf({"run", in("late.toml"), "-q", "-o", in("late")});
+  EXPECT_EQ(late.status, 2);
+  EXPECT_THAT(report("late"), HasSubstr("\"status\": \"failed\""));
+  EXPECT_THAT(report("late"), HasSubstr("late.toml:7: punch: too small"));
+  EXPECT_THAT(report("late"), HasSubstr("\"simulated_seconds\": 0.004,"));
+  EXPECT_TRUE(std::filesystem::exists(in("late/visual.obj"))) << "what there is is written";
+  std::ofstream(in("whole.toml")) << kQuick;
+  EXPECT_EQ(kerf({"run", in("whole.toml"), "-q", "-o", in("whole")}).status, 0);
+  EXPECT_THAT(report("whole"), HasSubstr("\"status\": \"complete\""));
+  EXPECT_THAT(report("whole"), testing::Not(HasSubstr("reason")));
+  EXPECT_EQ(kerf({"cut", "strip", "--from", "5,5,5", "--to", "6,5,5", "-o", in("air")}).status, 2);
+  EXPECT_THAT(report("air"), HasSubstr("\"reason\": \"cut: the blade met nothing"));
+  EXPECT_EQ(kerf({"cut", "strip", "--from", "0,-0.1,0", "--to", "0,0.1,0", "-o", in("air")}).status, 0);
+  EXPECT_THAT(report("air"), HasSubstr("\"status\": \"complete\""));
+}
+
+// Killed in the middle, a run leaves a report that does not look like that of a finished one.
+TEST_F(Faults, AKilledRunLeavesAReportThatSaysRunning) {
+  const std::string program = test::program_path(), scene = in("s.toml"), out = in("out"), report = in("out/report.json");
+  std::ofstream(scene) << kQuick;
+  ASSERT_EQ(kerf({"run", scene, "-q", "-o", out}).status, 0);
+  ASSERT_THAT(contents(report), HasSubstr("\"complete\""));
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::execl(program.c_str(), program.c_str(), "run", scene.c_str(), "--duration", "1000", "-q", "-o", out.c_str(), nullptr);
+    ::_exit(126);
+  }
+  for (int i = 0; i < 2000 && contents(report).find("\"running\"") == std::string::npos; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  ::kill(child, SIGKILL);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  EXPECT_THAT(contents(report), HasSubstr("\"running\""));
 }
 
 TEST_F(Faults, FilesOverALimitLeaveTheOldOnes) {

@@ -240,5 +240,45 @@ TEST(Removal, WorksOnAndIsUndoneAmongStrokes) {
   }
 }
 
+// What a command is for may have gone by then: that is told of, and the run goes on.
+TEST(Removal, CommandsForAGraspWhosePieceWasTakenAreNoted) {
+  Session session = make_session("steak");
+  SceneGrasp grasp;
+  grasp.id = "g";
+  grasp.point = {0.05, 0, 0};
+  ScenePunch punch;
+  punch.frame = SceneFrame::kRest;
+  punch.point = grasp.point;
+  punch.radius = 0.012;
+  punch.take = true;
+  SceneMove move;
+  move.id = "g";
+  move.by = Vec3{0, 0, 0.001};
+  SceneRemove remove;
+  remove.grasp = "g";
+  ASSERT_TRUE(session.apply({0, grasp}).ok());
+  ASSERT_TRUE(session.apply({0, move}).ok());
+  ASSERT_TRUE(session.apply({0, punch}).ok());
+  ASSERT_TRUE(session.grasps().empty());
+  for (const SceneCommand& command : {SceneCommand{0, move}, SceneCommand{0, remove}, SceneCommand{0, SceneRelease{"g"}}}) {
+    const std::size_t notes = session.notes().size();
+    ASSERT_TRUE(session.apply(command).ok());
+    ASSERT_EQ(session.notes().size(), notes + 1);
+    EXPECT_NE(session.notes().back().find("grasp 'g' held had been taken away"), std::string::npos) << session.notes().back();
+  }
+  move.id = "nobody";
+  EXPECT_FALSE(session.apply({0, move}).ok()) << "there never was one";
+  // It comes back with its piece, and its id may be used again.
+  move.id = "g";
+  const std::size_t notes = session.notes().size();
+  ASSERT_TRUE(session.undo().ok());
+  ASSERT_TRUE(session.apply({0, move}).ok());
+  ASSERT_TRUE(session.redo().ok());
+  grasp.point = {-0.05, 0, 0};
+  ASSERT_TRUE(session.apply({0, grasp}).ok());
+  ASSERT_TRUE(session.apply({0, move}).ok());
+  EXPECT_EQ(session.notes().size(), notes);
+}
+
 }  // namespace
 }  // namespace kerf::session_remove_test

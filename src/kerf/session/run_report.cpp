@@ -129,9 +129,12 @@ std::string overlap_note(const Session& session, const RunLog& log) {
                      1e3 * deepest.metres, deepest.share, deepest.time);
 }
 
-std::string run_report_json(const Session& session, const RunLog& log) {
+std::string run_report_json(const Session& session, const RunLog& log, const RunState& state) {
+  static constexpr const char* kStatus[] = {"running", "complete", "failed"};
   Json report;
   report["kerf_report_version"] = kReportVersion;
+  report["status"] = kStatus[static_cast<std::size_t>(state.status)];
+  if (state.status == RunState::Status::kFailed) report["reason"] = state.reason;
   report["scene"] = session.scene().name;
   report["title"] = session.scene().title;
   report["simulated_seconds"] = session.time();

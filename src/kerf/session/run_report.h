@@ -54,8 +54,15 @@ DeepestOverlap deepest_overlap(const Session& session, const RunLog& log);
 /// A sentence about things that got too deep into each other after the first step, or nothing.
 std::string overlap_note(const Session& session, const RunLog& log);
 
+/// Where a run is. A report that says kRunning is of a run that is under way, or was killed.
+struct RunState {
+  enum class Status { kRunning, kComplete, kFailed };
+  Status status = Status::kComplete;
+  std::string reason;  ///< why it failed
+};
+
 /// JSON text of the report. Keys are stable within one "version".
-std::string run_report_json(const Session& session, const RunLog& log);
+std::string run_report_json(const Session& session, const RunLog& log, const RunState& state = {});
 
 /// Median and 99th percentile (nearest rank) of values; zeros when there are none.
 struct Quantiles {

@@ -47,8 +47,8 @@ Status Session::Impl::apply(const SceneCommand& command) {
     Status operator()(const SceneShave& shave) { return s.begin_shave(shave); }
     Status operator()(const SceneRemove& r) { return s.remove(r, place); }
     Status operator()(const SceneGrasp& g) { return s.grasp(g, place); }
-    Status operator()(const SceneMove& m) { return s.move(m); }
-    Status operator()(const SceneRelease& r) { return s.release(r); }
+    Status operator()(const SceneMove& m) { return s.note_lost_grasp(m.id, place, "move") ? Status{} : s.move(m); }
+    Status operator()(const SceneRelease& r) { return s.note_lost_grasp(r.id, place, "release") ? Status{} : s.release(r); }
     Status operator()(const SceneFixCommand& f) { return s.fix(f.region, "the fix command"); }
     Status operator()(const SceneUnfix& u) { return s.unfix(u.region), Status{}; }
     Status operator()(const SceneToolMotion& m) { return s.move_tool(m); }
@@ -71,6 +71,18 @@ Status Session::Impl::apply(const SceneCommand& command) {
   Status done = std::visit(Visitor{*this, place}, command.what);
   if (!done && !place.empty()) return Error{done.error().kind, place + done.error().message};
   return done;
+}
+
+void Session::Impl::lose_empty_grasps() {
+  for (const Grasp& g : state.grasps)
+    if (g.points.empty()) state.lost_grasps.push_back(g.id);
+  std::erase_if(state.grasps, [](const Grasp& g) { return g.points.empty(); });
+}
+
+bool Session::Impl::note_lost_grasp(const std::string& id, const std::string& place, const char* what) {
+  if (std::find(state.lost_grasps.begin(), state.lost_grasps.end(), id) == state.lost_grasps.end()) return false;
+  add_note(fmt::format("{}there was nothing left to {}: what grasp '{}' held had been taken away", place, what, id));
+  return true;
 }
 
 Status Session::Impl::grasp(const SceneGrasp& what, const std::string& place) {
@@ -100,6 +112,7 @@ Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> p
   g.move_began = state.time;
   const double per_point = kGraspStiffness * young_at(state.body.embedding.collision[g.points[0]]) * least_cell_edge(state.body.hex);
   g.stiffness = stiffness ? *stiffness / static_cast<double>(g.points.size()) : per_point;
+  std::erase(state.lost_grasps, id);
   state.grasps.push_back(std::move(g));
   return renew_springs();
 }

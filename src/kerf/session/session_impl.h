@@ -95,6 +95,7 @@ struct SessionState {
   std::int64_t steps = 0;
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
+  std::vector<std::string> lost_grasps;  ///< ids of those whose piece was taken away
   std::vector<ToolMotion> tools;  ///< one per tool of the scene; where the tools are is in `mechanics`
   DetectMemory touching;          ///< what detection remembers of contacts
   std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
@@ -195,6 +196,10 @@ struct Session::Impl {
   /// Takes the last step of one list back (or makes it again) and puts it on the other.
   Status travel(UndoList& from, UndoList& to, bool back);
   /// Grasps let go of collision vertices that an undone cut made: their hold moves to what they were split off from.
+  /// Grasps that hold nothing any more go.
+  void lose_empty_grasps();
+  /// Was a grasp of this id lost, so that a command for it is only noted?
+  bool note_lost_grasp(const std::string& id, const std::string& place, const char* what);
   void keep_grasps_on(const std::vector<CollisionVertex>& ancestors);
   [[nodiscard]] std::vector<CollisionVertex> grasp_ancestors() const;
   Status advance_command_stroke(double until);

@@ -128,9 +128,10 @@ Status Session::Impl::swap_removal(PieceRemoval& r, bool back) {
       const auto same = std::find_if(state.grasps.begin(), state.grasps.end(), [&](const Grasp& g) { return g.id == grasp.id; });
       if (same != state.grasps.end()) *same = grasp;
       else state.grasps.insert(state.grasps.begin() + static_cast<std::ptrdiff_t>(std::min(place, state.grasps.size())), grasp);
+      std::erase(state.lost_grasps, grasp.id);
     }
   } else {
-    std::erase_if(state.grasps, [](const Grasp& g) { return g.points.empty(); });
+    lose_empty_grasps();
   }
   now.grasps = std::move(r.grasps);
   now.body = std::move(state.body);
@@ -233,7 +234,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
     g.points.resize(n);
     g.offset.resize(n);
   }
-  std::erase_if(state.grasps, [](const Grasp& g) { return g.points.empty(); });
+  lose_empty_grasps();
 
   forget_ids();
   const bool divided = !r.new_ancestor.empty();
@@ -338,6 +339,7 @@ Result<RemovalReport> Session::Impl::take_grasped(const std::string& id) {
 Result<RemovalReport> Session::remove_grasped(const std::string& id) { return impl_->take_grasped(id); }
 
 Status Session::Impl::remove(const SceneRemove& what, const std::string& place) {
+  if (!what.grasp.empty() && note_lost_grasp(what.grasp, place, "remove")) return {};
   const std::vector<LatticeBody> before = state.body.hex.bodies;
   const auto done = what.grasp.empty() ? remove_in(what.region, what.frame) : take_grasped(what.grasp);
   if (!done) return done.error();

@@ -34,6 +34,13 @@ SceneBody body_named(const CutOptions& options) {
 
 const std::vector<std::string> kMeshes{"visual", "collision", "hexahedra"};
 
+/// Names of the files that a cut leaves in its folder.
+std::vector<std::string> cut_files() {
+  std::vector<std::string> names = final_mesh_files(kMeshes);
+  names.emplace_back("report.json");
+  return names;
+}
+
 }  // namespace
 
 int cut_body(const CutOptions& options) {
@@ -55,9 +62,8 @@ int cut_body(const CutOptions& options) {
   scene.title = "one cut of " + options.body;
   scene.body = body_named(options);
   scene.simulation.gravity = {};
-  std::vector<std::string> names = final_mesh_files(kMeshes);
-  names.emplace_back("report.json");
-  if (const Status apart = check_outputs(files_of(scene.body), results_in(options.out, names)); !apart) return report(apart.error());
+  const std::vector<CommandFile> inputs = files_of(scene.body);
+  if (const Status apart = check_outputs(inputs, results_in(options.out, cut_files())); !apart) return report(apart.error());
   if (const Status made = make_folder(options.out); !made) return report(made.error());
   Result<Session> session = [&] {
     ProgressBar bar;
@@ -68,16 +74,17 @@ int cut_body(const CutOptions& options) {
 
   RunLog log;
   log.counts_before = session->counts();
-  const auto write_report = [&](const RunState& state) {
-    return replace_file((options.out / "report.json").string(), run_report_json(*session, log, state));
+  const auto write_report = [&](RunState::Status status, const std::string& reason = {}) {
+    return replace_file((options.out / "report.json").string(), run_report_json(*session, log, {status, reason, cut_files()}));
   };
   /// Says in the report, too, that it came to nothing.
   const auto end_failed = [&](const Error& why) {
-    const Status written = write_report({RunState::Status::kFailed, why.message});
+    const Status written = write_report(RunState::Status::kFailed, why.message);
     if (!written) (void)report(written.error());
     return report(why);
   };
-  if (const Status begun = write_report({RunState::Status::kRunning, {}}); !begun) return report(begun.error());
+  if (const Status emptied = remove_earlier_results(options.out, cut_files(), paths_of(inputs)); !emptied) return report(emptied.error());
+  if (const Status begun = write_report(RunState::Status::kRunning); !begun) return report(begun.error());
   Box3 box;
   for (const Vec3 p : session->collision_positions()) box.add(p);
   // Default: the blade stands on the surface where the cut begins.
@@ -116,7 +123,7 @@ int cut_body(const CutOptions& options) {
   fmt::print("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles,
              1e3 * stroke.times.total, now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
   if (!valid) return end_failed(valid.error());
-  const Status written = write_report({});
+  const Status written = write_report(RunState::Status::kComplete);
   return written ? kSuccess : report(written.error());
 }
 

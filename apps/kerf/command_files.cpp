@@ -27,6 +27,12 @@ std::vector<CommandFile> files_of(const std::filesystem::path& file, const Scene
   return files;
 }
 
+std::vector<std::filesystem::path> paths_of(const std::vector<CommandFile>& files) {
+  std::vector<std::filesystem::path> paths;
+  for (const CommandFile& file : files) paths.push_back(file.path);
+  return paths;
+}
+
 Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<CommandFile>& outputs) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const CommandFile& out = outputs[i];

@@ -24,6 +24,8 @@ std::vector<CommandFile> files_of(const SceneBody& body);
 /// What a scene is read from: its file, and every mesh and bound body that it names.
 std::vector<CommandFile> files_of(const std::filesystem::path& file, const Scene& scene);
 
+std::vector<std::filesystem::path> paths_of(const std::vector<CommandFile>& files);
+
 /// To be asked before the work. Bad input: an output is an input or another output (same_file of whole_file.h); both are named.
 Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<CommandFile>& outputs);
 

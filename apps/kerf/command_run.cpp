@@ -26,17 +26,6 @@
 namespace kerf::app {
 namespace {
 
-/// The files that a run of this scene leaves in its folder. The series positions stands for its frames too.
-std::vector<std::string> result_names(const SceneOutput& output) {
-  std::vector<std::string> names = final_mesh_files(output.meshes);
-  if (output.animation) names.emplace_back("body.glb");
-  if (output.positions) names.emplace_back("positions.pvd");
-  if (output.picture) names.emplace_back("picture.png");
-  names.emplace_back("steps.svg");
-  names.emplace_back("report.json");
-  return names;
-}
-
 /// A run in progress: the session, what it has collected, and where it goes.
 class Run {
  public:
@@ -86,7 +75,9 @@ class Run {
     return write_svg(options_.out / "steps.svg", step_plot());
   }
   /// The first file of a run, and its last.
-  Status write_report(const RunState& state) { return replace_file((options_.out / "report.json").string(), run_report_json(session_, log_, state)); }
+  Status write_report(RunState::Status status, const std::string& reason = {}) {
+    return replace_file((options_.out / "report.json").string(), run_report_json(session_, log_, {status, reason, result_files(scene_.output)}));
+  }
 
   /// What kerf replay repeats: the scene as it stands, and the hashes.
   Status write_recording(const std::filesystem::path& scene_file) {
@@ -221,12 +212,15 @@ int run_scene(const RunOptions& options) {
   if (!(scene->simulation.duration / scene->simulation.time_step <= kMostSteps))
     return report(bad_input(fmt::format("{}: {} s in time steps of {} s are more than {} steps; choose a larger time_step or a shorter duration",
                                         path->string(), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
-  std::vector<CommandFile> outputs = results_in(options.out, result_names(scene->output));
+  const std::vector<CommandFile> inputs = files_of(*path, *scene);
+  std::vector<CommandFile> outputs = results_in(options.out, result_files(scene->output));
   if (!options.record.empty()) outputs.push_back({"the recording", options.record});
-  if (const Status apart = check_outputs(files_of(*path, *scene), outputs); !apart) return report(apart.error());
+  if (const Status apart = check_outputs(inputs, outputs); !apart) return report(apart.error());
   if (const Status made = make_folder(options.out); !made) return report(made.error());
-  if (!options.record.empty())
-    if (const Status possible = check_can_be_written(options.record.string()); !possible) return report(possible.error());
+  for (const std::filesystem::path& file : {options.record, options.out / "report.json"}) {
+    if (file.empty()) continue;
+    if (const Status possible = check_can_be_written(file.string()); !possible) return report(possible.error());
+  }
 
   std::optional<ThreadLimit> limit;
   if (scene->simulation.threads > 0) limit.emplace(scene->simulation.threads);
@@ -241,13 +235,14 @@ int run_scene(const RunOptions& options) {
 
   Run run(*scene, std::move(session).value(), options);
   run.log().prepare_seconds = seconds_since(start);
-  if (const Status begun = run.write_report({RunState::Status::kRunning, {}}); !begun) return report(begun.error());
+  if (const Status emptied = remove_earlier_results(options.out, result_files(scene->output), paths_of(inputs)); !emptied) return report(emptied.error());
+  if (const Status begun = run.write_report(RunState::Status::kRunning); !begun) return report(begun.error());
   Status done = run.simulate();
   Status written = run.write();
   if (written) written = run.write_recording(*path);
   if (done) done = written;
   if (done) done = run.invariants();
-  written = run.write_report(done ? RunState{} : RunState{RunState::Status::kFailed, done.error().message});
+  written = done ? run.write_report(RunState::Status::kComplete) : run.write_report(RunState::Status::kFailed, done.error().message);
   run.summary();
   if (!done) return report(done.error());
   return written ? kSuccess : report(written.error());

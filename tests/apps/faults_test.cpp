@@ -230,6 +230,40 @@ TEST_F(Faults, AKilledRunLeavesAReportThatSaysRunning) {
   EXPECT_THAT(contents(report), HasSubstr("\"running\""));
 }
 
+// What an earlier run has left and the next does not write goes as that begins; what is somebody else's stays.
+TEST_F(Faults, ResultsOfTwoRunsAreNotMixed) {
+  const auto scene = [&](const char* name, const std::string& output) {
+    std::ofstream(in(name)) << "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n" << output;
+    return in(name);
+  };
+  const auto names = [&] {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(in("out"))) found.push_back(entry.path().filename().string());
+    return found;
+  };
+  const std::string all = scene("all.toml", "[output]\npicture = false\npositions = true\n");
+  const std::string few = scene("few.toml", "[output]\npicture = false\nanimation = false\nmeshes = [\"visual\"]\n");
+  ASSERT_EQ(kerf({"run", all, "-q", "-o", in("out")}).status, 0);
+  EXPECT_THAT(names(), testing::IsSupersetOf({"body.glb", "collision.obj", "hexahedra.vtu", "positions.pvd", "positions_000000.vtu"}));
+  std::ofstream(in("out/positions_mine.vtu")) << "mine";
+  std::ofstream(in("out/picture.png")) << "mine";  // the report names no picture
+  ASSERT_EQ(kerf({"run", few, "-q", "-o", in("out")}).status, 0);
+  EXPECT_THAT(names(), testing::UnorderedElementsAre("visual.obj", "visual_rest.obj", "steps.svg", "report.json", "positions_mine.vtu", "picture.png"));
+  // What the next run reads is no result to it.
+  const std::string reads = scene("reads.toml", "[output]\npicture = false\nanimation = false\nmeshes = []\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"out/visual.obj\"\n"
+                                                "position = [0, 0, 1]\n");
+  const std::string visual = contents(in("out/visual.obj"));
+  const Outcome read = kerf({"run", reads, "-q", "-o", in("out")});
+  ASSERT_EQ(read.status, 0) << read.text;
+  EXPECT_EQ(contents(in("out/visual.obj")), visual);
+  EXPECT_THAT(names(), testing::Not(testing::Contains("visual_rest.obj")));
+  // A report of somebody else says nothing of files here, nor does one that names other things.
+  std::ofstream(in("out/report.json")) << "{\"kerf_report_version\": 1, \"files\": [\"positions_mine.vtu\", \"../all.toml\", 7]}";
+  ASSERT_EQ(kerf({"run", few, "-q", "-o", in("out")}).status, 0);
+  EXPECT_THAT(names(), testing::Contains("positions_mine.vtu"));
+  EXPECT_TRUE(std::filesystem::exists(all));
+}
+
 TEST_F(Faults, FilesOverALimitLeaveTheOldOnes) {
   ASSERT_EQ(kerf({"make", "steak", "-o", in("steak")}).status, 0);
   const std::string before = contents(in("steak/visual.obj"));

@@ -160,5 +160,11 @@ TEST(VtuFile, SeriesIsCompleteAfterEveryFrame) {
   EXPECT_TRUE(std::filesystem::exists(folder.file("run_000001.vtu")));
 }
 
+TEST(VtuFile, FramesOfASeriesAreKnownByTheirNames) {
+  for (const char* name : {"positions_000000.vtu", "positions_1234567.vtu"}) EXPECT_TRUE(is_series_frame(name, "positions")) << name;
+  for (const char* name : {"positions.vtu", "positions_00000.vtu", "positions_00000a.vtu", "positions-000000.vtu", "position_000000.vtu", "positions_000000.vtk"})
+    EXPECT_FALSE(is_series_frame(name, "positions")) << name;
+}
+
 }  // namespace
 }  // namespace kerf::vtu_file_test

@@ -155,6 +155,14 @@ Status write_vtu(const std::string& path, const VtuMesh& mesh) {
   return file.commit();
 }
 
+bool is_series_frame(std::string_view file, std::string_view name) {
+  constexpr std::string_view kEnding = ".vtu";
+  constexpr std::size_t kDigits = 6;  // or more
+  if (!file.starts_with(name) || !file.ends_with(kEnding) || file.size() < name.size() + 1 + kDigits + kEnding.size()) return false;
+  const std::string_view middle = file.substr(name.size(), file.size() - name.size() - kEnding.size());
+  return middle.front() == '_' && middle.find_first_not_of("0123456789", 1) == std::string_view::npos;
+}
+
 VtuSeries::VtuSeries(std::string path) : stem_(std::move(path)) {
   if (stem_.size() > 4 && stem_.substr(stem_.size() - 4) == ".pvd") stem_.resize(stem_.size() - 4);
 }

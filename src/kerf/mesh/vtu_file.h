@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kerf/base/result.h"
@@ -50,6 +51,9 @@ void add_triangles(VtuMesh& mesh, const TriangleMesh& surface);
 /// Corners without a point, points that are not finite and fields of the wrong length are refused. Replaces
 /// in one go.
 Status write_vtu(const std::string& path, const VtuMesh& mesh);
+
+/// Is this the name of a frame of the series NAME.pvd?
+bool is_series_frame(std::string_view file, std::string_view name);
 
 /// Frames of one run: NAME.pvd and, beside it, NAME_000000.vtu, NAME_000001.vtu ... The .pvd is complete
 /// after every frame, so that a run that is stopped leaves a series that opens.

@@ -1,8 +1,13 @@
 #include "kerf/session/run_outputs.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/whole_file.h"
 #include "kerf/session/surface_export.h"
 #include "kerf/session/surface_fade.h"
 
@@ -57,6 +62,47 @@ std::vector<std::string> final_mesh_files(const std::vector<std::string>& which)
   for (const auto& [mesh, file] : kFiles)
     if (std::find(which.begin(), which.end(), mesh) != which.end()) files.emplace_back(file);
   return files;
+}
+
+std::vector<std::string> result_files(const SceneOutput& output) {
+  std::vector<std::string> files = final_mesh_files(output.meshes);
+  if (output.animation) files.emplace_back("body.glb");
+  if (output.positions) files.emplace_back("positions.pvd");
+  if (output.picture) files.emplace_back("picture.png");
+  files.emplace_back("steps.svg");
+  files.emplace_back("report.json");
+  return files;
+}
+
+Status remove_earlier_results(const std::filesystem::path& folder, const std::vector<std::string>& anew,
+                              const std::vector<std::filesystem::path>& inputs) {
+  const auto text = read_whole_file((folder / "report.json").string());
+  if (!text) return {};
+  const auto report = nlohmann::json::parse(text->view(), nullptr, false);
+  if (!report.is_object() || !report.contains("kerf_report_version") || !report.contains("files") || !report["files"].is_array()) return {};
+  const auto among = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  SceneOutput everything;
+  everything.positions = true;
+  const std::vector<std::string> known = result_files(everything);
+  std::vector<std::string> old;
+  for (const auto& name : report["files"])
+    if (name.is_string() && among(known, name)) old.push_back(name);
+  std::error_code code;
+  if (among(old, "positions.pvd"))
+    for (auto it = std::filesystem::directory_iterator(folder, code); it != std::filesystem::directory_iterator(); it.increment(code)) {
+      if (code) break;
+      if (const std::string name = it->path().filename().string(); is_series_frame(name, "positions")) old.push_back(name);
+    }
+  for (const std::string& name : old) {
+    const std::filesystem::path path = folder / name;
+    const bool input = std::any_of(inputs.begin(), inputs.end(), [&](const auto& in) { return same_file(in.string(), path.string()); });
+    if (input || among(anew, name) || !std::filesystem::is_regular_file(std::filesystem::symlink_status(path, code))) continue;
+    if (!std::filesystem::remove(path, code) && code)
+      return bad_input(fmt::format("{}: this result of an earlier run can't be removed ({}); choose another folder", path.string(), code.message()));
+  }
+  return {};
 }
 
 Status write_final_meshes(Session& session, const std::vector<std::string>& which, const std::filesystem::path& folder) {

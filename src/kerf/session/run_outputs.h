@@ -21,6 +21,14 @@ VtuMesh hexahedra_vtu(const Session& session);
 /// Names of the files that write_final_meshes writes.
 std::vector<std::string> final_mesh_files(const std::vector<std::string>& which);
 
+/// Names of all files that a run leaves in its folder. positions.pvd stands for the frames of its series, too.
+std::vector<std::string> result_files(const SceneOutput& output);
+
+/// Takes away what an earlier run has left in a folder and the next one does not write anew: files that the earlier one's report names
+/// ("files"), and of them only those that runs write. Links, and what is one of `inputs`, stay. Bad input: one can't be removed.
+Status remove_earlier_results(const std::filesystem::path& folder, const std::vector<std::string>& anew,
+                              const std::vector<std::filesystem::path>& inputs);
+
 /// visual.obj (deformed), visual_rest.obj, collision.obj, collision_rest.obj and hexahedra.vtu, those that `which` names
 /// ("visual", "collision", "hexahedra").
 Status write_final_meshes(Session& session, const std::vector<std::string>& which, const std::filesystem::path& folder);

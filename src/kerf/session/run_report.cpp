@@ -135,6 +135,7 @@ std::string run_report_json(const Session& session, const RunLog& log, const Run
   report["kerf_report_version"] = kReportVersion;
   report["status"] = kStatus[static_cast<std::size_t>(state.status)];
   if (state.status == RunState::Status::kFailed) report["reason"] = state.reason;
+  report["files"] = state.files;
   report["scene"] = session.scene().name;
   report["title"] = session.scene().title;
   report["simulated_seconds"] = session.time();

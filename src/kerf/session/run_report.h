@@ -59,6 +59,7 @@ struct RunState {
   enum class Status { kRunning, kComplete, kFailed };
   Status status = Status::kComplete;
   std::string reason;  ///< why it failed
+  std::vector<std::string> files;  ///< names of all results, as result_files of run_outputs.h says
 };
 
 /// JSON text of the report. Keys are stable within one "version".

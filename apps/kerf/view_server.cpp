@@ -23,6 +23,9 @@
 #include <thread>
 
 #include <unistd.h>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 
 #include "exit_status.h"
 #include "gunzip.h"
@@ -43,6 +46,7 @@ constexpr std::chrono::seconds kHttpTimeout{30};
 constexpr std::chrono::microseconds kTick{16667};
 /// A page that does something has a tick at once, but not more often than this.
 constexpr std::chrono::milliseconds kLeastTick{4};
+constexpr std::chrono::seconds kMemoryEvery{1};  ///< at most so often memory is given back to the system
 constexpr std::size_t kMostConnections = 64;  ///< requests; pages, which have a limit of their own, are no requests any more
 constexpr std::size_t kMostPages = 64;
 constexpr std::size_t kMostRequestHeader = 16 << 10;
@@ -185,8 +189,8 @@ struct ViewServer::Impl {
   asio::steady_timer timer;
   std::uint16_t port = 0;
   std::set<std::shared_ptr<Page>> pages;
-  Clock::time_point last_tick, next_tick;
-  bool stopping = false, ticking = false;
+  Clock::time_point last_tick, next_tick, next_memory;
+  bool stopping = false, ticking = false, memory_due = false;
 
   Status open();
   void accept();
@@ -196,6 +200,7 @@ struct ViewServer::Impl {
   void wait_for_tick();
   void tick_soon();
   void flush();
+  void give_memory_back();
   void shut_down();
   [[nodiscard]] bool host_allowed(std::string_view host) const;
   [[nodiscard]] bool origin_allowed(std::string_view origin) const;
@@ -231,7 +236,14 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
       self->message_.reset();
       if (error) return self->gone();
       self->write();
+      self->read_on();
     });
+  }
+  /// Reads, unless what the page has been answered is to be read first.
+  void read_on() {
+    if (!open_ || reading_ || server_.engine.holds_back(client_)) return;
+    reading_ = true;
+    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
   }
   void close() {
     if (!open_) return;
@@ -259,12 +271,10 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     open_ = true;
     client_ = server_.engine.connect();
     server_.pages.insert(shared_from_this());
-    read();
-  }
-  void read() {
-    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
+    read_on();
   }
   void have_read(error_code error) {
+    reading_ = false;
     if (error || !open_) return gone();
     const auto data = buffer_.cdata();
     static const std::byte kNothing{};
@@ -276,7 +286,7 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     buffer_.consume(buffer_.size());
     server_.flush();  // patches before anything else
     if (server_.engine.tick_wanted()) server_.tick_soon();
-    if (open_) read();
+    read_on();
   }
   void gone() {
     const auto self = shared_from_this();
@@ -286,7 +296,9 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     }
     error_code ignored;
     socket_.next_layer().close(ignored);
-    if (server_.pages.erase(self) > 0 && !server_.stopping) server_.flush();
+    if (server_.pages.erase(self) == 0) return;
+    server_.memory_due = true;
+    if (!server_.stopping) server_.flush();
   }
 
   Impl& server_;
@@ -295,7 +307,7 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
   beast::flat_buffer buffer_;
   protocol::Message message_;
   std::uint32_t client_ = 0;
-  bool open_ = false, writing_ = false;
+  bool open_ = false, writing_ = false, reading_ = false;
 };
 
 /// One HTTP connection, until it ends or becomes a page's socket.
@@ -481,6 +493,7 @@ void ViewServer::Impl::step_on() {
   engine.end_tick();
   ticking = false;
   flush();
+  give_memory_back();
   next_tick += kTick;
   if (next_tick < Clock::now()) next_tick = Clock::now();  // what is late is late: no debts
   wait_for_tick();
@@ -502,7 +515,20 @@ void ViewServer::Impl::wait_for_tick() {
 
 void ViewServer::Impl::flush() {
   const std::vector<std::shared_ptr<Page>> all(pages.begin(), pages.end());
-  for (const auto& one : all) one->write();
+  for (const auto& one : all) {
+    one->write();
+    one->read_on();  // what others have read makes room
+  }
+}
+
+/// What pages that have gone had still to read is the system's again; the allocator would keep it.
+void ViewServer::Impl::give_memory_back() {
+  if (!memory_due || Clock::now() < next_memory) return;
+  memory_due = false;
+  next_memory = Clock::now() + kMemoryEvery;
+#if defined(__GLIBC__)
+  ::malloc_trim(0);
+#endif
 }
 
 void ViewServer::Impl::shut_down() {

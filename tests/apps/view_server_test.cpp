@@ -219,6 +219,19 @@ TEST(ViewServer, ASlowPageLosesFramesAndHoldsNobodyUp) {
   while (slow.page.frames < 3) ASSERT_TRUE(slow.listen_once(false));
 }
 
+// A page that asks for more than it reads is not heard until it has read; it is not given up, and no other one waits for it.
+TEST(ViewServer, APageThatOnlyAsksWaitsForItself) {
+  const Running server;
+  SocketPage asks(server.port()), quick(server.port());
+  constexpr std::uint32_t kTimes = 2000;
+  for (std::uint32_t i = 0; i < kTimes; ++i) ASSERT_TRUE(asks.say(page_hello()));
+  quick.say(page_hello());
+  ASSERT_TRUE(quick.until([&] { return quick.page.frames > 30; }));
+  ASSERT_TRUE(asks.until([&] { return asks.page.bodies == kTimes; }));
+  ASSERT_TRUE(asks.until([&] { return asks.page.frames > 3; }));
+  EXPECT_TRUE(asks.page.errors.empty());
+}
+
 TEST(ViewServer, KilledAndStartedAgainOnTheSamePort) {
   MirroredPage kept;
   ServerOptions options = Running::any_port();

@@ -709,6 +709,70 @@ TEST(Engine, APageThatReadsNothingIsGivenUp) {
   EXPECT_TRUE(table.engine.gives_up(dead));
 }
 
+// However often pages ask, they have one body to read, and it goes with the last of them.
+TEST(Engine, PagesThatDoNotReadHaveOneBodyToRead) {
+  Table table;
+  const std::uint32_t a = table.engine.connect(), b = table.engine.connect();
+  table.engine.receive(a, page_hello());
+  const std::size_t one = table.engine.unread();
+  for (int i = 0; i < 20; ++i) {
+    table.engine.receive(a, page_hello());
+    table.engine.receive(b, page_hello());
+    table.engine.receive(b, page_command(1, kOverlay, {1}));
+    table.engine.tick(1.0 / 60);
+  }
+  EXPECT_LT(table.engine.unread(), 3 * one) << "a body, an overlay, 41 greetings";
+  std::set<const void*> large;
+  std::size_t times = 0;
+  for (const std::uint32_t page : {a, b})
+    while (const protocol::Message m = table.engine.next(page))
+      if (m->size() > one / 2) large.insert(m.get()), ++times;
+  EXPECT_EQ(times, 41u);
+  EXPECT_EQ(large.size(), 1u);
+  // What comes after a cut is another one.
+  table.engine.receive(a, page_hello());
+  table.engine.receive(a, page_command(1, kReset));
+  table.engine.receive(a, page_hello());
+  for (large.clear(); const protocol::Message m = table.engine.next(a);)
+    if (m->size() > one / 2) large.insert(m.get());
+  EXPECT_EQ(large.size(), 2u);
+  table.engine.receive(a, page_hello());
+  table.engine.disconnect(a);
+  table.engine.disconnect(b);
+  EXPECT_LT(table.engine.unread(), one / 2) << "nobody has anything to read";
+}
+
+TEST(Engine, APageIsListenedToAgainOnceItHasRead) {
+  EngineOptions options;
+  options.most_answers = 4000;
+  Table table(options);
+  const std::uint32_t slow = table.engine.connect(), quick = table.join();
+  EXPECT_FALSE(table.engine.holds_back(slow));
+  table.engine.receive(slow, page_hello());
+  EXPECT_TRUE(table.engine.holds_back(slow));
+  EXPECT_FALSE(table.engine.holds_back(quick));
+  while (table.engine.next(slow)) {}
+  EXPECT_FALSE(table.engine.holds_back(slow));
+  EXPECT_FALSE(table.engine.holds_back(999));
+}
+
+TEST(Engine, AllPagesTogetherHaveOnlySoMuchToRead) {
+  EngineOptions options;
+  options.most_together = 4000;
+  Table table(options);
+  const std::uint32_t slow = table.engine.connect(), other = table.engine.connect(), quick = table.join();
+  table.engine.receive(slow, page_hello());
+  EXPECT_TRUE(table.engine.holds_back(slow));
+  EXPECT_FALSE(table.engine.holds_back(other)) << "it has been asked nothing and owes nothing";
+  table.tell(quick, page_command(5, kExport, {}, "obj"));
+  ASSERT_EQ(table.pages[quick].errors.size(), 1u);
+  EXPECT_NE(table.pages[quick].errors[0].text.find("still on their way"), std::string::npos);
+  while (table.engine.next(slow)) {}
+  EXPECT_FALSE(table.engine.holds_back(slow));
+  table.tell(quick, page_command(6, kExport, {}, "obj"));
+  EXPECT_EQ(table.pages[quick].errors.size(), 1u);
+}
+
 TEST(Engine, BadMessagesAreAnsweredAndCounted) {
   Table table;
   const auto page = table.join();

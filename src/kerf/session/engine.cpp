@@ -25,7 +25,8 @@ constexpr std::size_t kStepWindow = 512;
 /// Bodies up to this many visual triangles are hashed while a recording runs; larger ones at its end only.
 constexpr std::size_t kHashedTriangles = 200'000;
 
-protocol::Message share(protocol::Bytes bytes) { return std::make_shared<const protocol::Bytes>(std::move(bytes)); }
+/// What a message takes beside its bytes: a place in a queue, counters, the allocator's own.
+constexpr std::size_t kMessageOverhead = 128;
 
 }  // namespace
 
@@ -121,17 +122,24 @@ void Engine::Impl::start_over() {
   counted_topology = published_topology;
   frame_due = true;
   find_fixed();
-  protocol::Message message;
   for (auto& [id, client] : clients) {
     if (!client.ready) continue;
     client.queue.forget_frame();
     hello(id);
-    if (!message) message = body_now();
-    client.queue.push(message);
-    send_things(id);
-    send(id, fixed_now());
+    client.queue.push(body_now());
+    client.queue.push(things_now());
+    client.queue.push(fixed_now());
   }
   send_overlay();
+}
+
+protocol::Message Engine::Impl::share(protocol::Bytes bytes) {
+  const std::size_t size = bytes.capacity() + kMessageOverhead;
+  *message_bytes += size;
+  return {new const protocol::Bytes(std::move(bytes)), [all = message_bytes, size](const protocol::Bytes* message) {
+            *all -= size;
+            delete message;
+          }};
 }
 
 void Engine::Impl::send(std::uint32_t client, protocol::Bytes bytes) {
@@ -188,20 +196,24 @@ void Engine::Impl::hello(std::uint32_t client) {
 }
 
 protocol::Message Engine::Impl::body_now() {
-  protocol::Body m = drawn.body_message(session->body().hex.frame);
-  m.body = body;
-  m.version = version;
-  fill_nodes();
-  m.nodes = nodes;
-  m.fading = fading;
-  m.offset = fading_offset;
-  return share(protocol::encode(m));
+  return once(body_told, [&] {
+    protocol::Body m = drawn.body_message(session->body().hex.frame);
+    m.body = body;
+    m.version = version;
+    fill_nodes();
+    m.nodes = nodes;
+    m.fading = fading;
+    m.offset = fading_offset;
+    return protocol::encode(m);
+  });
 }
 
-void Engine::Impl::send_things(std::uint32_t client) {
-  protocol::Things m = things.message();
-  m.body = body;
-  send(client, protocol::encode(m));
+protocol::Message Engine::Impl::things_now() {
+  return once(things_told, [&] {
+    protocol::Things m = things.message();
+    m.body = body;
+    return protocol::encode(m);
+  });
 }
 
 bool Engine::Impl::find_fixed() {
@@ -210,10 +222,14 @@ bool Engine::Impl::find_fixed() {
   const std::size_t n = session->node_positions().size();
   for (std::size_t i = 0; i < n; ++i)
     if (session->is_fixed(NodeId(i)) && session->body().hex.active(NodeId(i))) fixed.push_back(static_cast<std::uint32_t>(i));
-  return fixed != fixed_before;
+  if (fixed == fixed_before) return false;
+  fixed_told = {};
+  return true;
 }
 
-protocol::Bytes Engine::Impl::fixed_now() const { return protocol::encode(protocol::Fixed{body, fixed}); }
+protocol::Message Engine::Impl::fixed_now() {
+  return once(fixed_told, [&] { return protocol::encode(protocol::Fixed{body, fixed}); });
+}
 
 void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   EngineClient& client = clients.at(id);
@@ -225,38 +241,42 @@ void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
     resumed = first != history.end();
     for (auto p = first; p != history.end(); ++p) client.queue.push(p->message);
   }
-  client.ready = true;
+  const bool known = std::exchange(client.ready, true);
   if (!resumed) client.queue.push(body_now());
-  send_things(id);
+  client.queue.push(things_now());
   if (find_fixed()) {
-    broadcast(share(fixed_now()));
+    broadcast(fixed_now());
   } else {
-    send(id, fixed_now());
+    client.queue.push(fixed_now());
   }
+  frame_due = true;
+  if (known && holder != 0) return send(id, protocol::encode(role_of(id)));  // nothing new to the others
   if (holder == 0) holder = id;
   send_roles();
-  frame_due = true;
+}
+
+protocol::Role Engine::Impl::role_of(std::uint32_t client) const {
+  const auto ready = static_cast<std::uint32_t>(
+      std::count_if(clients.begin(), clients.end(), [](const auto& c) { return c.second.ready; }));
+  return {holder, client == holder ? 1u : 0u, ready};
 }
 
 void Engine::Impl::send_roles() {
-  const auto ready = static_cast<std::uint32_t>(
-      std::count_if(clients.begin(), clients.end(), [](const auto& c) { return c.second.ready; }));
   for (auto& [id, client] : clients)
-    if (client.ready) send(id, protocol::encode(protocol::Role{holder, id == holder ? 1u : 0u, ready}));
+    if (client.ready) send(id, protocol::encode(role_of(id)));
+}
+
+protocol::Message Engine::Impl::overlay_now(bool feet) {
+  return once(overlay_told[feet ? 1 : 0], [&] {
+    const OverlayArrays arrays = overlay_arrays(session->body(), feet);
+    return protocol::encode(protocol::Overlay{body, version, arrays.rest, arrays.copy, arrays.triangles, arrays.bound, arrays.links, arrays.feet,
+                                              arrays.foot_rest});
+  });
 }
 
 void Engine::Impl::send_overlay() {
-  protocol::Message plain, with_feet;
-  for (auto& [id, client] : clients) {
-    if (!client.ready || !client.overlay) continue;
-    protocol::Message& message = client.feet ? with_feet : plain;
-    if (!message) {
-      const OverlayArrays arrays = overlay_arrays(session->body(), client.feet);
-      message = share(protocol::encode(protocol::Overlay{body, version, arrays.rest, arrays.copy, arrays.triangles, arrays.bound,
-                                                         arrays.links, arrays.feet, arrays.foot_rest}));
-    }
-    client.queue.push(message);
-  }
+  for (auto& [id, client] : clients)
+    if (client.ready && client.overlay) client.queue.push(overlay_now(client.feet));
 }
 
 void Engine::Impl::pass_tools(std::uint32_t to) {
@@ -292,9 +312,9 @@ void Engine::Impl::publish(std::uint32_t input) {
   m.offset = fading_offset;
   const protocol::Message message = share(protocol::encode(m));
   history.push_back({m.from, message});
-  history_bytes += message->size();
+  history_bytes += message->capacity() + kMessageOverhead;
   while (history_bytes > options.patch_history && !history.empty()) {
-    history_bytes -= history.front().message->size();
+    history_bytes -= history.front().message->capacity() + kMessageOverhead;
     history.pop_front();
   }
   for (auto& [id, client] : clients)
@@ -527,6 +547,13 @@ bool Engine::gives_up(std::uint32_t id) const {
   return found == impl_->clients.end() || found->second.bad >= kMostBadMessages || found->second.queue.overflowed();
 }
 
+bool Engine::holds_back(std::uint32_t id) const {
+  const auto found = impl_->clients.find(id);
+  if (found == impl_->clients.end()) return false;
+  const std::size_t unread = found->second.queue.unread();
+  return unread > impl_->options.most_answers || (unread > 0 && impl_->unread() > impl_->options.most_together);
+}
+
 void Engine::tick(double real_seconds) {
   begin_tick(real_seconds);
   while (step_due()) {
@@ -561,7 +588,7 @@ void Engine::end_tick() {
   if (e.since_stats >= kStatsEvery) {
     e.send_stats(e.since_stats);
     e.send_score();
-    if (e.find_fixed()) e.broadcast(share(e.fixed_now()));
+    if (e.find_fixed()) e.broadcast(e.fixed_now());
     e.since_stats = 0;
   }
 }
@@ -574,6 +601,7 @@ std::uint32_t Engine::body() const { return impl_->body; }
 std::uint32_t Engine::version() const { return impl_->version; }
 std::uint32_t Engine::holder() const { return impl_->holder; }
 std::size_t Engine::client_count() const { return impl_->clients.size(); }
+std::size_t Engine::unread() const { return impl_->unread(); }
 Recording Engine::recording() const { return impl_->make_recording(); }
 
 }  // namespace kerf

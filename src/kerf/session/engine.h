@@ -32,6 +32,8 @@ struct EngineOptions {
   SceneOverrides overrides{false, 0};  ///< a page is for cutting by hand: without the scene's own commands
   double step_budget = 0.012;       ///< s of computing per tick; what does not fit makes the simulation slower
   std::size_t most_unread = std::size_t{256} << 20;  ///< bytes, then a page is given up
+  std::size_t most_answers = std::size_t{16} << 20;  ///< bytes unread by a page, from which on it is not listened to (holds_back)
+  std::size_t most_together = std::size_t{64} << 20; ///< bytes unread by all pages, from which on those are not listened to that have any
   std::size_t patch_history = std::size_t{8} << 20;  ///< bytes of patches kept for pages that come back
   std::size_t most_recorded = std::size_t{64} << 20;  ///< bytes of changes; a longer session can't be recorded
   std::size_t most_upload = std::size_t{512} << 20;  ///< bytes of all uploads that are not loaded yet
@@ -60,6 +62,8 @@ class Engine {
   protocol::Message next(std::uint32_t client);
   /// Must it be closed: too many bad messages, or too much unread?
   [[nodiscard]] bool gives_up(std::uint32_t client) const;
+  /// Shall it first read what it has been answered, and nothing more be read of it until then?
+  [[nodiscard]] bool holds_back(std::uint32_t client) const;
 
   // --- Time ------------------------------------------------------------------------------------------------------
   /// This much real time has passed (s). Runs as many steps as fit, and tells the pages.
@@ -80,6 +84,8 @@ class Engine {
   [[nodiscard]] std::uint32_t version() const;
   [[nodiscard]] std::uint32_t holder() const;
   [[nodiscard]] std::size_t client_count() const;
+  /// Bytes of all messages that pages have still to read, each once, however many have it to read.
+  [[nodiscard]] std::size_t unread() const;
   /// Everything done since the scene was loaded or reset, as a recording with a hash of the present state.
   [[nodiscard]] Recording recording() const;
 

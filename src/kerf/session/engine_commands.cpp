@@ -149,7 +149,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       KERF_TRY(check_whole(c.value[0], "The value of the overlay (0 no, 1 yes, 2 with feet)", 0, 2));
       client.overlay = c.value[0] != 0;
       client.feet = c.value[0] == 2;
-      if (client.overlay) send_overlay();
+      if (client.overlay) client.queue.push(overlay_now(client.feet));
       return {};
     }
     case CommandCode::kLoadUpload: {
@@ -225,7 +225,8 @@ Status Engine::Impl::fix_rim() {
 }
 
 Status Engine::Impl::export_files(std::uint32_t client, std::uint32_t request, const std::string& kind) {
-  if (clients.at(client).queue.unread() > kMostUnreadFiles) return bad_input("Files that were asked for before are still on their way.");
+  if (clients.at(client).queue.unread() > kMostUnreadFiles || unread() > options.most_together)
+    return bad_input("Files that were asked for before are still on their way.");
   const auto send_file = [&](const std::string& name, std::string_view bytes) {
     send(client, protocol::encode(protocol::File{request, name, bytes}));
   };

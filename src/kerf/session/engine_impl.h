@@ -1,9 +1,11 @@
 // The inside of an Engine. Private to engine*.cpp.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <deque>
 #include <map>
+#include <memory>
 #include <set>
 #include <string_view>
 
@@ -84,6 +86,14 @@ struct Engine::Impl {
   };
   std::deque<OldPatch> history;
   std::size_t history_bytes = 0;
+  /// A message that says all there is of one thing; the same for all pages for as long as one of them has it to read.
+  struct Told {
+    std::uint32_t body = 0, version = 0;
+    std::weak_ptr<const protocol::Bytes> message;
+  };
+  Told body_told, things_told, fixed_told;
+  std::array<Told, 2> overlay_told;  ///< without and with feet
+  std::shared_ptr<std::size_t> message_bytes = std::make_shared<std::size_t>(0);  ///< of all messages that there are; they may live longer than this
   std::map<std::uint32_t, EngineClient> clients;
   std::uint32_t next_client = 1, holder = 0;
   std::uint32_t frame_seq = 0, last_input = 0;
@@ -142,16 +152,30 @@ struct Engine::Impl {
   void watch_loading(double real_seconds);
   void tell_loading(protocol::LoadState state, std::string_view stage, double fraction);
   void start_over();  ///< after load or reset: new body number, nothing recorded
+  protocol::Message share(protocol::Bytes bytes);
+  /// What is still told, or else what `make` gives.
+  template <class Make>
+  protocol::Message once(Told& told, Make&& make) {
+    protocol::Message message = told.message.lock();
+    if (message && told.body == body && told.version == version) return message;
+    message = share(make());
+    told = {body, version, message};
+    return message;
+  }
+  [[nodiscard]] std::size_t unread() const { return *message_bytes - history_bytes; }
   void send(std::uint32_t client, protocol::Bytes bytes);
   void broadcast(const protocol::Message& message);
   void error(std::uint32_t client, std::uint32_t input, protocol::ErrorCode code, std::string_view text);
   void hello(std::uint32_t client);
   void greet(std::uint32_t client, const protocol::PageHello& message);
+  /// The body as it is, or was at a step since it has been cut: a frame with the present nodes follows.
   protocol::Message body_now();
-  void send_things(std::uint32_t client);
+  protocol::Message things_now();
   bool find_fixed();  ///< brings `fixed` up to date; true when that changed it
-  [[nodiscard]] protocol::Bytes fixed_now() const;
+  protocol::Message fixed_now();
+  [[nodiscard]] protocol::Role role_of(std::uint32_t client) const;
   void send_roles();
+  protocol::Message overlay_now(bool feet);
   void send_overlay();
   void pass_tools(std::uint32_t to);
   void publish(std::uint32_t input);

@@ -1056,6 +1056,28 @@ TEST(Engine, UploadedMeshesAreLoaded) {
   EXPECT_EQ(p.name, "s");
 }
 
+// Whether there is a file on this machine, what it is and where the server works are nobody's business.
+TEST(Engine, AnUploadedSceneLearnsNothingOfTheMachine) {
+  Table table;
+  const auto page = table.join();
+  std::set<std::string> answers;
+  std::uint32_t number = 0;
+  for (const char* path : {"/etc/passwd", "/etc", "/nonexistent", "x.obj", "../x.obj", "../../etc/passwd", ".", "/dev/null", "/proc/self/mem"})
+    for (const std::string& scene : {"[body]\nvisual = \"" + std::string(path) + "\"\n", "[body]\nbound = \"" + std::string(path) + "\"\n",
+                                     "[body]\nmodel = \"sheet\"\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"" + std::string(path) + "\"\n",
+                                     "[body]\nmodel = \"sheet\"\n[[tool]]\nid = \"t\"\nkind = \"mesh\"\nmesh = \"" + std::string(path) + "\"\n"}) {
+      table.tell(page, page_upload(++number, 2, "s.toml", 0, static_cast<std::uint32_t>(scene.size()), scene));
+      const std::size_t before = table.pages[page].errors.size();
+      table.load(page, page_command(number, kLoadUpload, {static_cast<double>(number)}));
+      ASSERT_GT(table.pages[page].errors.size(), before) << scene;
+      const std::string& text = table.pages[page].errors.back().text;
+      EXPECT_NE(text.find("can't name files"), std::string::npos) << text;
+      EXPECT_EQ(text.find("looked for"), std::string::npos) << text;
+      answers.insert(text);
+    }
+  EXPECT_EQ(answers.size(), 4u) << "one for each key, whatever the path";
+}
+
 // An instrument dropped as a body: a rod with a hook, of long slivers. It is told why it can't be cut, and what was shown stays.
 TEST(Engine, AnInstrumentDroppedAsABodyIsRefused) {
   const std::filesystem::path file = std::filesystem::path(test::source_dir()) / "../shared/meshes/hook-probe.obj";

@@ -311,6 +311,8 @@ class SceneReader {
   void get_file(const toml::node& node, std::string_view what, std::string& out) {
     std::string written;
     if (!get(node, what, written)) return;
+    if (folders_.only && std::find(folders_.only->begin(), folders_.only->end(), written) == folders_.only->end())
+      return problem(line_of(node), fmt::format("{}: a scene that is uploaded can't name files; use a model, or drop the meshes themselves", what));
     std::error_code code;
     std::filesystem::path path = std::filesystem::path(written).is_absolute() ? std::filesystem::path(written)
                                                                               : (folders_.scene / written).lexically_normal();

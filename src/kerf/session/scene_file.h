@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,6 +22,7 @@ struct SceneFolders {
   std::filesystem::path scene;                 ///< relative paths start here ("": the current folder),
   std::vector<std::filesystem::path> meshes;   ///< then here,
   std::map<std::string, std::filesystem::path> instead;  ///< but files written like this are there
+  std::optional<std::vector<std::string>> only;  ///< names that a scene of somebody else may write; nothing is looked for by others
 };
 
 /// Reads a scene file. Mesh files that it names are resolved against its folder, then against `meshes`, and must exist; they are
@@ -30,7 +32,7 @@ struct SceneFolders {
 Result<Scene> read_scene(const std::filesystem::path& path, const std::vector<std::filesystem::path>& meshes = {});
 
 /// The same for a text. `name` stands for the file in messages; relative files start at
-/// `folders`.
+/// `folders`. Names that `folders.only` lacks are bad input, and say nothing of what there is.
 Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneFolders& folders = {});
 
 }  // namespace kerf

@@ -15,16 +15,14 @@
 namespace kerf {
 namespace {
 
-bool inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
-  return path.empty() || path.lexically_normal().parent_path() == folder.lexically_normal();
-}
-
-/// A page may send a scene, not read this machine's files through one.
-Status check_upload(const Scene& scene, const std::filesystem::path& folder) {
-  for (const SceneFileUse& file : scene.files)
-    if (!inside(file.path, folder))
-      return bad_input("A scene that is uploaded can't name files; use a model, or drop the meshes themselves.");
-  return {};
+/// A page may send a scene, not ask for this machine's files through one: an upload names what came with it.
+SceneFolders folders_of(const SceneRequest& request) {
+  SceneFolders folders(request.source.folder);
+  folders.meshes = request.source.mesh_folders;
+  if (!request.folder) return folders;
+  folders.only.emplace();
+  for (const SceneSource::File& file : request.source.files) folders.only->push_back(file.name);
+  return folders;
 }
 
 Result<Box3> mesh_box(const std::string& file) {
@@ -85,9 +83,8 @@ Result<std::unique_ptr<LoadedScene>> load_now(SceneRequest request, const Progre
     if (!text) return text.error();
     request.source.text = std::move(text).value();
   }
-  auto scene = scene_of(request.source, request.overrides);
+  auto scene = scene_of(request.source, request.overrides, folders_of(request));
   if (!scene) return scene.error();
-  if (request.folder) KERF_TRY(check_upload(*scene, request.folder->path()));
   KERF_TRY(take_meshes(*scene, request.source));
   auto session = Session::create(*scene, progress);
   if (!session) return session.error();

@@ -196,10 +196,6 @@ struct Session::Impl {
   /// Takes the last step of one list back (or makes it again) and puts it on the other.
   Status travel(UndoList& from, UndoList& to, bool back);
   /// Grasps let go of collision vertices that an undone cut made: their hold moves to what they were split off from.
-  /// Grasps that hold nothing any more go.
-  void lose_empty_grasps();
-  /// Was a grasp of this id lost, so that a command for it is only noted?
-  bool note_lost_grasp(const std::string& id, const std::string& place, const char* what);
   void keep_grasps_on(const std::vector<CollisionVertex>& ancestors);
   [[nodiscard]] std::vector<CollisionVertex> grasp_ancestors() const;
   Status advance_command_stroke(double until);
@@ -252,6 +248,10 @@ struct Session::Impl {
   Status hold(const std::string& id, std::vector<CollisionVertex> points, std::optional<double> stiffness);
   Status move(const SceneMove& what);
   Status release(const SceneRelease& what);
+  /// Grasps that hold nothing any more, because their piece was taken away, go; their ids are remembered.
+  void lose_empty_grasps();
+  /// Was a grasp of this id lost, so that a command for it is only noted?
+  bool note_lost_grasp(const std::string& id, const std::string& place, const char* what);
   Status move_tool(const SceneToolMotion& what);
   Status move_jaws(const SceneJaws& what);
 

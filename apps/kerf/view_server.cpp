@@ -46,7 +46,9 @@ constexpr std::chrono::seconds kHttpTimeout{30};
 constexpr std::chrono::microseconds kTick{16667};
 /// A page that does something has a tick at once, but not more often than this.
 constexpr std::chrono::milliseconds kLeastTick{4};
-constexpr std::chrono::seconds kMemoryEvery{1};  ///< at most so often memory is given back to the system
+/// At most so often memory is given back to the system: that takes some milliseconds of a large heap. At half, a page that is loaded again and
+/// again costs twice as many of them; at twice, the memory of pages that have gone stays a second longer.
+constexpr std::chrono::seconds kMemoryEvery{1};
 constexpr std::size_t kMostConnections = 64;  ///< requests; pages, which have a limit of their own, are no requests any more
 constexpr std::size_t kMostPages = 64;
 constexpr std::size_t kMostRequestHeader = 16 << 10;
@@ -226,7 +228,9 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     socket_.async_accept(request_, [self = shared_from_this()](error_code error) { self->accepted(error); });
   }
   void write() {
-    if (!open_ || writing_) return;
+    if (!open_) return;
+    if (server_.engine.overflows(client_)) return close();
+    if (writing_) return;
     if (server_.engine.gives_up(client_)) return close();
     message_ = server_.engine.next(client_);
     if (!message_) return;

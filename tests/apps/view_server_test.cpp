@@ -18,14 +18,13 @@ namespace {
 
 using namespace kerf::test;
 
-Engine steak(std::uint64_t session = 1) {
+Engine steak(std::uint64_t session = 1, EngineOptions options = {}) {
   SceneSource source;
   source.name = "steak";
   source.text = "[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.01\ngravity = [0, 0, -1]\n"
                 "[[fix]]\nhalf_space = { point = [0, 0.055, 0], normal = [0, 1, 0] }\n";
-  EngineOptions options;
   options.session_id = session;
-  auto engine = Engine::create(source, options);
+  auto engine = Engine::create(source, std::move(options));
   EXPECT_TRUE(engine.ok());
   return std::move(engine).value();
 }
@@ -44,8 +43,8 @@ PageFiles files() {
 /// A server in a thread of its own.
 class Running {
  public:
-  explicit Running(ServerOptions options = any_port(), std::uint64_t session = 1)
-      : server_(make(options, session)), thread_([this] { server_.run(false); }) {}
+  explicit Running(ServerOptions options = any_port(), std::uint64_t session = 1, const EngineOptions& engine = {})
+      : server_(make(options, session, engine)), thread_([this] { server_.run(false); }) {}
   ~Running() {
     server_.stop();
     thread_.join();
@@ -58,8 +57,8 @@ class Running {
   }
 
  private:
-  static ViewServer make(const ServerOptions& options, std::uint64_t session) {
-    auto server = ViewServer::create(steak(session), files(), options);
+  static ViewServer make(const ServerOptions& options, std::uint64_t session, const EngineOptions& engine) {
+    auto server = ViewServer::create(steak(session, engine), files(), options);
     EXPECT_TRUE(server.ok()) << (server.ok() ? "" : server.error().message);
     return std::move(server).value();
   }
@@ -230,6 +229,27 @@ TEST(ViewServer, APageThatOnlyAsksWaitsForItself) {
   ASSERT_TRUE(asks.until([&] { return asks.page.bodies == kTimes; }));
   ASSERT_TRUE(asks.until([&] { return asks.page.frames > 3; }));
   EXPECT_TRUE(asks.page.errors.empty());
+}
+
+// What a page never reads is not kept for it, though the socket has not taken all of one message yet.
+TEST(ViewServer, APageThatReadsNothingIsCutOff) {
+  EngineOptions engine;
+  engine.most_unread = std::size_t{1} << 20;
+  const Running server(Running::any_port(), 1, engine);
+  SocketPage quick(server.port()), deaf(server.port());
+  quick.say(page_hello());
+  ASSERT_TRUE(quick.until([&] { return quick.page.held; }));
+  deaf.say(page_hello());
+  ASSERT_TRUE(quick.until([&] { return quick.page.clients == 2; }));
+  // The kernel takes some megabytes for it; each reset tells all pages the whole body.
+  constexpr std::uint32_t kMostResets = 500;
+  for (std::uint32_t i = 1; i <= kMostResets && quick.page.clients == 2; ++i) {
+    quick.say(page_command(i, 5));
+    ASSERT_TRUE(quick.until([&] { return quick.page.bodies > i; }));
+  }
+  EXPECT_TRUE(quick.until([&] { return quick.page.clients == 1; }));
+  while (deaf.listen_once(false)) {}
+  EXPECT_FALSE(deaf.open);
 }
 
 TEST(ViewServer, KilledAndStartedAgainOnTheSamePort) {

@@ -25,9 +25,6 @@ constexpr std::size_t kStepWindow = 512;
 /// Bodies up to this many visual triangles are hashed while a recording runs; larger ones at its end only.
 constexpr std::size_t kHashedTriangles = 200'000;
 
-/// What a message takes beside its bytes: a place in a queue, counters, the allocator's own.
-constexpr std::size_t kMessageOverhead = 128;
-
 }  // namespace
 
 protocol::Counts to_message(const BodyCounts& c) {
@@ -135,10 +132,11 @@ void Engine::Impl::start_over() {
 
 protocol::Message Engine::Impl::share(protocol::Bytes bytes) {
   const std::size_t size = bytes.capacity() + kMessageOverhead;
+  auto message = std::make_unique<const protocol::Bytes>(std::move(bytes));
   *message_bytes += size;
-  return {new const protocol::Bytes(std::move(bytes)), [all = message_bytes, size](const protocol::Bytes* message) {
+  return {message.release(), [all = message_bytes, size](const protocol::Bytes* read) {
             *all -= size;
-            delete message;
+            delete read;
           }};
 }
 
@@ -544,7 +542,16 @@ protocol::Message Engine::next(std::uint32_t id) {
 
 bool Engine::gives_up(std::uint32_t id) const {
   const auto found = impl_->clients.find(id);
-  return found == impl_->clients.end() || found->second.bad >= kMostBadMessages || found->second.queue.overflowed();
+  return found == impl_->clients.end() || found->second.bad >= kMostBadMessages || overflows(id);
+}
+
+bool Engine::overflows(std::uint32_t id) const {
+  const auto found = impl_->clients.find(id);
+  if (found == impl_->clients.end()) return false;
+  const ClientQueue& queue = found->second.queue;
+  if (queue.overflowed()) return true;
+  if (queue.unread() == 0 || impl_->unread() <= impl_->options.most_unread_together) return false;
+  return std::all_of(impl_->clients.begin(), impl_->clients.end(), [&](const auto& c) { return c.second.queue.unread() <= queue.unread(); });
 }
 
 bool Engine::holds_back(std::uint32_t id) const {

@@ -31,9 +31,19 @@ struct EngineOptions {
   double tick = 60;                 ///< Hz that the owner calls tick() with; pages are told
   SceneOverrides overrides{false, 0};  ///< a page is for cutting by hand: without the scene's own commands
   double step_budget = 0.012;       ///< s of computing per tick; what does not fit makes the simulation slower
-  std::size_t most_unread = std::size_t{256} << 20;  ///< bytes, then a page is given up
-  std::size_t most_answers = std::size_t{16} << 20;  ///< bytes unread by a page, from which on it is not listened to (holds_back)
-  std::size_t most_together = std::size_t{64} << 20; ///< bytes unread by all pages, from which on those are not listened to that have any
+  /// Bytes that a page has to read, from which on it is given up. A choice: what one dead page may cost. At half, a page that sleeps while others
+  /// cut is sent away earlier and comes back to a new Body; at twice, it costs twice as much until it is found out.
+  std::size_t most_unread = std::size_t{256} << 20;
+  /// Bytes that all pages together have to read, each message once, from which on the one that has the most is given up: what others do is told
+  /// to all, whether they read or not. Twice most_unread: at half, one page at its own limit would be given up by this one; at twice, pages that
+  /// do not read cost 1 GiB.
+  std::size_t most_unread_together = std::size_t{512} << 20;
+  /// Bytes that a page has to read, from which on it is not listened to (holds_back). A page that reads has one answer to read when it asks
+  /// again. At half, one that asks for two exports at once waits with more bodies; at twice, two such pages reach most_together, not four.
+  std::size_t most_answers = std::size_t{16} << 20;
+  /// Bytes that all pages have to read, from which on those are not listened to that have any: four times most_answers. At half, two slow pages
+  /// hold all others back that have anything to read; at twice, pages that ask and do not read cost twice as much.
+  std::size_t most_together = std::size_t{64} << 20;
   std::size_t patch_history = std::size_t{8} << 20;  ///< bytes of patches kept for pages that come back
   std::size_t most_recorded = std::size_t{64} << 20;  ///< bytes of changes; a longer session can't be recorded
   std::size_t most_upload = std::size_t{512} << 20;  ///< bytes of all uploads that are not loaded yet
@@ -62,6 +72,8 @@ class Engine {
   protocol::Message next(std::uint32_t client);
   /// Must it be closed: too many bad messages, or too much unread?
   [[nodiscard]] bool gives_up(std::uint32_t client) const;
+  /// Has it so much unread that it must be closed without waiting for what is being sent? It may never take that.
+  [[nodiscard]] bool overflows(std::uint32_t client) const;
   /// Shall it first read what it has been answered, and nothing more be read of it until then?
   [[nodiscard]] bool holds_back(std::uint32_t client) const;
 
@@ -84,7 +96,8 @@ class Engine {
   [[nodiscard]] std::uint32_t version() const;
   [[nodiscard]] std::uint32_t holder() const;
   [[nodiscard]] std::size_t client_count() const;
-  /// Bytes of all messages that pages have still to read, each once, however many have it to read.
+  /// Bytes of all messages that pages have still to read, each once, however many have it to read; without patches that are kept for pages
+  /// that come back, with what is under way.
   [[nodiscard]] std::size_t unread() const;
   /// Everything done since the scene was loaded or reset, as a recording with a hash of the present state.
   [[nodiscard]] Recording recording() const;

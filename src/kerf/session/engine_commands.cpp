@@ -23,7 +23,6 @@ constexpr int kMostSingleSteps = 1000;
 constexpr double kMostGravity = 1e3;               ///< m/s^2
 constexpr double kLeastUnit = 1e-9, kMostUnit = 1e3;  ///< metres
 constexpr std::size_t kMostUploadParts = 16;
-constexpr std::size_t kMostUnreadFiles = std::size_t{16} << 20;  ///< bytes that may still wait for a page that asks for more
 constexpr std::array<std::string_view, 5> kMeshEndings{".obj", ".ply", ".stl", ".off", ".kerf"};
 
 std::string lower_extension(const std::string& name) {
@@ -225,7 +224,7 @@ Status Engine::Impl::fix_rim() {
 }
 
 Status Engine::Impl::export_files(std::uint32_t client, std::uint32_t request, const std::string& kind) {
-  if (clients.at(client).queue.unread() > kMostUnreadFiles || unread() > options.most_together)
+  if (clients.at(client).queue.unread() > options.most_answers || unread() > options.most_together)
     return bad_input("Files that were asked for before are still on their way.");
   const auto send_file = [&](const std::string& name, std::string_view bytes) {
     send(client, protocol::encode(protocol::File{request, name, bytes}));

@@ -86,14 +86,16 @@ struct Engine::Impl {
   };
   std::deque<OldPatch> history;
   std::size_t history_bytes = 0;
-  /// A message that says all there is of one thing; the same for all pages for as long as one of them has it to read.
+  /// A message that says all there is of one thing; the same for all pages for as long as one of them has it to read, and the body is not cut.
   struct Told {
-    std::uint32_t body = 0, version = 0;
+    std::uint32_t body = 0;
+    std::uint64_t topology = 0;  ///< version of the session's
     std::weak_ptr<const protocol::Bytes> message;
   };
   Told body_told, things_told, fixed_told;
   std::array<Told, 2> overlay_told;  ///< without and with feet
-  std::shared_ptr<std::size_t> message_bytes = std::make_shared<std::size_t>(0);  ///< of all messages that there are; they may live longer than this
+  /// Of all messages that there are, with kMessageOverhead. Messages may live longer than the engine; all on its thread.
+  std::shared_ptr<std::size_t> message_bytes = std::make_shared<std::size_t>(0);
   std::map<std::uint32_t, EngineClient> clients;
   std::uint32_t next_client = 1, holder = 0;
   std::uint32_t frame_seq = 0, last_input = 0;
@@ -157,9 +159,9 @@ struct Engine::Impl {
   template <class Make>
   protocol::Message once(Told& told, Make&& make) {
     protocol::Message message = told.message.lock();
-    if (message && told.body == body && told.version == version) return message;
+    if (message && told.body == body && told.topology == session->topology_version()) return message;
     message = share(make());
-    told = {body, version, message};
+    told = {body, session->topology_version(), message};
     return message;
   }
   [[nodiscard]] std::size_t unread() const { return *message_bytes - history_bytes; }

@@ -50,8 +50,8 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
   body.thickness = options.thickness;
   body.exact_paths = options.exact_paths;
   std::vector<CommandFile> outputs{{"the body", options.out}};
-  if (!options.write_collision.empty()) outputs.push_back({"the collision mesh that is made,", options.write_collision});
-  if (!options.diagnose.empty()) outputs.push_back({"the surface as it was judged,", options.diagnose});
+  if (!options.write_collision.empty()) outputs.push_back({"the made collision mesh", options.write_collision});
+  if (!options.diagnose.empty()) outputs.push_back({"the judged surface", options.diagnose});
   KERF_TRY(check_outputs(files_of(body), outputs));
   // Binding may take long: where its results go is looked at before, unless there is nothing to bind.
   for (const std::filesystem::path* file : {&options.out, &options.write_collision, &options.diagnose}) {

@@ -11,6 +11,7 @@
 #include "kerf/session/run_report.h"
 #include "folder.h"
 #include "progress_bar.h"
+#include "result_folder.h"
 
 namespace kerf::app {
 namespace {
@@ -32,13 +33,55 @@ SceneBody body_named(const CutOptions& options) {
   return body;
 }
 
-const std::vector<std::string> kMeshes{"visual", "collision", "hexahedra"};
+/// Meshes that a cut leaves.
+std::vector<std::string> cut_meshes() { return {"visual", "collision", "hexahedra"}; }
 
 /// Names of the files that a cut leaves in its folder.
 std::vector<std::string> cut_files() {
-  std::vector<std::string> names = final_mesh_files(kMeshes);
+  std::vector<std::string> names = final_mesh_files(cut_meshes());
   names.emplace_back("report.json");
   return names;
+}
+
+/// Cuts, and writes the meshes.
+Status cut_once(const CutOptions& options, Session& session, RunLog& log) {
+  Box3 box;
+  for (const Vec3 p : session.collision_positions()) box.add(p);
+  // Default: the blade stands on the surface where the cut begins.
+  Vec3 edge = options.along.value_or(Vec3{});
+  if (!options.along) {
+    double distance = 0;
+    const CollisionMesh& mesh = session.body().complex.collision;
+    const FacePoint start = nearest_rest_point(session.body().complex, options.from, distance);
+    const CollisionHalfEdge h = CollisionMesh::corner(start.face, 0);
+    const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)], c = mesh.rest[mesh.apex(h)];
+    edge = normalized(cross(b - a, c - a));
+    const Vec3 path = normalized(options.to - options.from);
+    edge = edge - dot(edge, path) * path;
+    // The sine of the angle between cut and normal, below which the normal says nothing about the edge.
+    constexpr double kLeastSine = 0.1;
+    if (!(norm(edge) > kLeastSine))
+      return bad_input("cut: at --from the cut runs along the surface's normal, so the blade's edge can't stand on the "
+                       "surface; say how it stands with --along X,Y,Z, or choose other points");
+  }
+  edge = (2 * box.diagonal() + norm(options.from - box.center()) + norm(options.to - box.center())) * normalized(edge);
+  KERF_TRY(session.begin_stroke(SceneFrame::kRest, options.through));
+  KERF_TRY(session.move_blade(options.from + edge, options.from - edge));
+  KERF_TRY(session.move_blade(options.to + edge, options.to - edge));
+  KERF_TRY(session.end_stroke());
+
+  const Status valid = session.validate();
+  log.checks.push_back({0, "cut", valid ? "" : valid.error().message});
+  KERF_TRY(write_final_meshes(session, cut_meshes(), options.out));
+  const StrokeRecord& stroke = session.strokes().back();
+  const BodyCounts now = session.counts();
+  if (stroke.triangles == 0)
+    return bad_input(fmt::format("cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
+                                 "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
+                                 box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z));
+  fmt::print("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles,
+             1e3 * stroke.times.total, now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
+  return valid;
 }
 
 }  // namespace
@@ -64,7 +107,8 @@ int cut_body(const CutOptions& options) {
   scene.simulation.gravity = {};
   const std::vector<CommandFile> inputs = files_of(scene.body);
   if (const Status apart = check_outputs(inputs, results_in(options.out, cut_files())); !apart) return report(apart.error());
-  if (const Status made = make_folder(options.out); !made) return report(made.error());
+  const Result<FolderLock> folder = take_result_folder(options.out);
+  if (!folder) return report(folder.error());
   Result<Session> session = [&] {
     ProgressBar bar;
     return Session::create(scene, bar.callback());
@@ -74,57 +118,7 @@ int cut_body(const CutOptions& options) {
 
   RunLog log;
   log.counts_before = session->counts();
-  const auto write_report = [&](RunState::Status status, const std::string& reason = {}) {
-    return replace_file((options.out / "report.json").string(), run_report_json(*session, log, {status, reason, cut_files()}));
-  };
-  /// Says in the report, too, that it came to nothing.
-  const auto end_failed = [&](const Error& why) {
-    const Status written = write_report(RunState::Status::kFailed, why.message);
-    if (!written) (void)report(written.error());
-    return report(why);
-  };
-  if (const Status emptied = remove_earlier_results(options.out, cut_files(), paths_of(inputs)); !emptied) return report(emptied.error());
-  if (const Status begun = write_report(RunState::Status::kRunning); !begun) return report(begun.error());
-  Box3 box;
-  for (const Vec3 p : session->collision_positions()) box.add(p);
-  // Default: the blade stands on the surface where the cut begins.
-  Vec3 edge = options.along.value_or(Vec3{});
-  if (!options.along) {
-    double distance = 0;
-    const CollisionMesh& mesh = session->body().complex.collision;
-    const FacePoint start = nearest_rest_point(session->body().complex, options.from, distance);
-    const CollisionHalfEdge h = CollisionMesh::corner(start.face, 0);
-    const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)], c = mesh.rest[mesh.apex(h)];
-    edge = normalized(cross(b - a, c - a));
-    const Vec3 path = normalized(options.to - options.from);
-    edge = edge - dot(edge, path) * path;
-    // The sine of the angle between cut and normal, below which the normal says nothing about the edge.
-    constexpr double kLeastSine = 0.1;
-    if (!(norm(edge) > kLeastSine))
-      return end_failed(bad_input("cut: at --from the cut runs along the surface's normal, so the blade's edge can't stand on the "
-                                  "surface; say how it stands with --along X,Y,Z, or choose other points"));
-  }
-  edge = (2 * box.diagonal() + norm(options.from - box.center()) + norm(options.to - box.center())) * normalized(edge);
-  Status done = session->begin_stroke(SceneFrame::kRest, options.through);
-  if (done) done = session->move_blade(options.from + edge, options.from - edge);
-  if (done) done = session->move_blade(options.to + edge, options.to - edge);
-  if (done) done = session->end_stroke();
-  if (!done) return end_failed(done.error());
-
-  const Status valid = session->validate();
-  log.checks.push_back({0, "cut", valid ? "" : valid.error().message});
-  if (const Status w = write_final_meshes(*session, kMeshes, options.out); !w) return end_failed(w.error());
-  const StrokeRecord& stroke = session->strokes().back();
-  const BodyCounts now = session->counts();
-  if (stroke.triangles == 0)
-    return end_failed(bad_input(fmt::format("cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
-                                            "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
-                                            box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z)));
-  fmt::print("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles,
-             1e3 * stroke.times.total, now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
-  if (!valid) return end_failed(valid.error());
-  const Status written = write_report(RunState::Status::kComplete);
-  return written ? kSuccess : report(written.error());
+  return work_reported({*session, log, options.out, cut_files(), paths_of(inputs)}, [&] { return cut_once(options, *session, log); });
 }
 
 }  // namespace kerf::app

@@ -23,7 +23,7 @@ std::vector<CommandFile> files_of(const SceneBody& body) {
 
 std::vector<CommandFile> files_of(const std::filesystem::path& file, const Scene& scene) {
   std::vector<CommandFile> files{{"the scene", file}};
-  for (const SceneFileUse& use : scene.files) files.push_back({fmt::format("\"{}\" of the scene,", use.written), use.path});
+  for (const SceneFileUse& use : scene.files) files.push_back({fmt::format("the scene's \"{}\",", use.written), use.path});
   return files;
 }
 

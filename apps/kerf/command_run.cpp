@@ -15,10 +15,10 @@
 #include "kerf/session/run_outputs.h"
 #include "kerf/session/run_report.h"
 #include "kerf/session/scene_file.h"
-#include "folder.h"
 #include "mesh_folders.h"
 #include "plot.h"
 #include "progress_bar.h"
+#include "result_folder.h"
 #include "score_line.h"
 #include "scene_search.h"
 #include "session_picture.h"
@@ -67,16 +67,15 @@ class Run {
     return {};
   }
 
-  /// Writes everything there is but the report, of a run that was broken off too.
+  /// Writes everything there is but the report, of a run that was broken off, too.
   Status write() {
     KERF_TRY(write_final_meshes(session_, scene_.output.meshes, options_.out));
     if (scene_.output.animation && animation_.frame_count() > 0) KERF_TRY(animation_.write(options_.out / "body.glb"));
     if (scene_.output.picture && !pictured_) KERF_TRY(picture());
     return write_svg(options_.out / "steps.svg", step_plot());
   }
-  /// The first file of a run, and its last.
-  Status write_report(RunState::Status status, const std::string& reason = {}) {
-    return replace_file((options_.out / "report.json").string(), run_report_json(session_, log_, {status, reason, result_files(scene_.output)}));
+  [[nodiscard]] ReportedWork reported(const std::vector<CommandFile>& inputs) const {
+    return {session_, log_, options_.out, result_files(scene_.output), paths_of(inputs)};
   }
 
   /// What kerf replay repeats: the scene as it stands, and the hashes.
@@ -216,7 +215,8 @@ int run_scene(const RunOptions& options) {
   std::vector<CommandFile> outputs = results_in(options.out, result_files(scene->output));
   if (!options.record.empty()) outputs.push_back({"the recording", options.record});
   if (const Status apart = check_outputs(inputs, outputs); !apart) return report(apart.error());
-  if (const Status made = make_folder(options.out); !made) return report(made.error());
+  const Result<FolderLock> folder = take_result_folder(options.out);
+  if (!folder) return report(folder.error());
   for (const std::filesystem::path& file : {options.record, options.out / "report.json"}) {
     if (file.empty()) continue;
     if (const Status possible = check_can_be_written(file.string()); !possible) return report(possible.error());
@@ -235,17 +235,14 @@ int run_scene(const RunOptions& options) {
 
   Run run(*scene, std::move(session).value(), options);
   run.log().prepare_seconds = seconds_since(start);
-  if (const Status emptied = remove_earlier_results(options.out, result_files(scene->output), paths_of(inputs)); !emptied) return report(emptied.error());
-  if (const Status begun = run.write_report(RunState::Status::kRunning); !begun) return report(begun.error());
-  Status done = run.simulate();
-  Status written = run.write();
-  if (written) written = run.write_recording(*path);
-  if (done) done = written;
-  if (done) done = run.invariants();
-  written = done ? run.write_report(RunState::Status::kComplete) : run.write_report(RunState::Status::kFailed, done.error().message);
-  run.summary();
-  if (!done) return report(done.error());
-  return written ? kSuccess : report(written.error());
+  return work_reported(run.reported(inputs), [&] {
+    Status done = run.simulate();
+    Status written = run.write();
+    if (written) written = run.write_recording(*path);
+    run.summary();
+    if (done) done = written;
+    return done ? run.invariants() : done;
+  });
 }
 
 }  // namespace kerf::app

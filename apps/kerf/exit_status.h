@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdio>
+#include <exception>
 
 #include "kerf/base/result.h"
 
@@ -16,5 +17,8 @@ inline int report(const Error& error) {
   std::fprintf(stderr, "kerf: %s\n", error.message.c_str());
   return error.kind == ErrorKind::kBadInput ? kBadInput : kRunFailed;
 }
+
+/// What the machine lacks, of which an exception tells; null: it is about something else.
+const char* what_lacks(const std::exception& error);
 
 }  // namespace kerf::app

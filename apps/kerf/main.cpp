@@ -10,7 +10,6 @@
 #include <exception>
 #include <functional>
 #include <iostream>
-#include <new>
 #include <string>
 
 #include "command_bench.h"
@@ -22,7 +21,6 @@
 #include "command_run.h"
 #include "command_view.h"
 #include "exit_status.h"
-#include "kerf/base/parallel.h"
 #include "kerf/mesh/models.h"
 #include "mesh_folders.h"
 #include "scene_search.h"
@@ -279,14 +277,9 @@ void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::funct
 
 /// Says what the machine lacks; false when this is about something else.
 bool say_what_lacks(const std::exception& error) {
-  if (dynamic_cast<const std::bad_alloc*>(&error)) {
-    std::fputs("kerf: not enough memory; use smaller meshes, or let the program have more (ulimit -v)\n", stderr);
-    return true;
-  }
-  if (!is_lack_of_threads(error)) return false;
-  std::fputs("kerf: no thread could be made; let the program have more memory (ulimit -v) or processes (ulimit -u), or one thread alone: "
-             "kerf run --threads 1\n", stderr);
-  return true;
+  const char* lacks = what_lacks(error);
+  if (lacks) std::fprintf(stderr, "kerf: %s\n", lacks);
+  return lacks != nullptr;
 }
 
 /// The same where an exception can't come through: TBB takes its threads up again in a destructor.

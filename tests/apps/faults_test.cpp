@@ -76,6 +76,23 @@ class Faults : public ::testing::Test {
     out.text = contents(log);
     return out;
   }
+  /// Starts a run of many minutes, and waits until its report says so. To be killed.
+  [[nodiscard]] pid_t start_long_run(const std::string& scene, const std::string& out) const {
+    const std::string program = test::program_path();
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::execl(program.c_str(), program.c_str(), "run", scene.c_str(), "--duration", "1000", "-q", "-o", out.c_str(), nullptr);
+      ::_exit(126);
+    }
+    for (int i = 0; i < 2000 && contents(out + "/report.json").find("\"running\"") == std::string::npos; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return child;
+  }
+  [[nodiscard]] std::vector<std::string> names_in(const std::string& folder) const {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(in(folder))) found.push_back(entry.path().filename().string());
+    return found;
+  }
   [[nodiscard]] std::vector<std::string> left_over() const {
     std::vector<std::string> found;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_))
@@ -159,6 +176,8 @@ TEST_F(Faults, NoResultReplacesWhatItIsMadeFrom) {
   };
   refused({"run", scene, "-q", "-o", in("s")}, visual, visual);
   refused({"run", scene, "-q", "-o", in("link")}, in("link/visual.obj"), visual);
+  refused({"run", scene, "-q", "-o", in("s/not-there/..")}, in("s/not-there/../visual.obj"), visual);
+  EXPECT_FALSE(std::filesystem::exists(in("s/not-there")));
   refused({"run", in("tools.toml"), "-q", "-o", in("s")}, visual, visual);
   refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("tools.toml")}, in("tools.toml"), in("tools.toml"));
   refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-link.obj")}, in("visual-link.obj"), visual);
@@ -210,24 +229,39 @@ TEST_F(Faults, AReportSaysHowItsRunEnded) {
   EXPECT_THAT(report("air"), HasSubstr("\"status\": \"complete\""));
 }
 
-// Killed in the middle, a run leaves a report that does not look like that of a finished one.
+// Killed in the middle, a run leaves a report that does not look like that of a finished one, and that knows what is still there of an earlier one.
 TEST_F(Faults, AKilledRunLeavesAReportThatSaysRunning) {
-  const std::string program = test::program_path(), scene = in("s.toml"), out = in("out"), report = in("out/report.json");
-  std::ofstream(scene) << kQuick;
-  ASSERT_EQ(kerf({"run", scene, "-q", "-o", out}).status, 0);
+  const std::string all = in("all.toml"), few = in("few.toml"), out = in("out"), report = in("out/report.json");
+  std::ofstream(all) << kQuick << "positions = true\n";
+  std::ofstream(few) << kQuick << "animation = false\nmeshes = [\"visual\"]\n";
+  ASSERT_EQ(kerf({"run", all, "-q", "-o", out}).status, 0);
   ASSERT_THAT(contents(report), HasSubstr("\"complete\""));
-  const pid_t child = ::fork();
-  if (child == 0) {
-    ::execl(program.c_str(), program.c_str(), "run", scene.c_str(), "--duration", "1000", "-q", "-o", out.c_str(), nullptr);
-    ::_exit(126);
-  }
-  for (int i = 0; i < 2000 && contents(report).find("\"running\"") == std::string::npos; ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const pid_t child = start_long_run(few, out);
+  // Another one may not write there meanwhile, and changes nothing.
+  const Outcome second = kerf({"run", all, "-q", "-o", in("out/../out")});
+  EXPECT_EQ(second.status, 2) << second.text;
+  EXPECT_THAT(second.text, HasSubstr(in("out/../out") + ": another program is writing its results there"));
+  EXPECT_EQ(kerf({"cut", "strip", "--from", "0,-0.1,0", "--to", "0,0.1,0", "-o", out}).status, 2);
+  EXPECT_THAT(contents(report), HasSubstr("\"running\""));
   ::kill(child, SIGKILL);
   int status = 0;
   ::waitpid(child, &status, 0);
   EXPECT_TRUE(WIFSIGNALED(status));
   EXPECT_THAT(contents(report), HasSubstr("\"running\""));
+  for (const char* name : {"visual.obj", "body.glb", "hexahedra.vtu", "positions.pvd"}) EXPECT_THAT(contents(report), HasSubstr(name));
+  // What it leaves keeps nobody off.
+  EXPECT_EQ(kerf({"run", few, "-q", "-o", out}).status, 0);
+  EXPECT_THAT(names_in("out"), testing::UnorderedElementsAre("visual.obj", "visual_rest.obj", "steps.svg", "report.json"));
+}
+
+// Killed before it could remove what an earlier run has left, a run leaves that to the next.
+TEST_F(Faults, WhatAKilledRunDidNotRemoveTheNextDoes) {
+  std::ofstream(in("few.toml")) << kQuick << "animation = false\nmeshes = []\n";
+  std::filesystem::create_directories(in("out"));
+  for (const char* name : {"body.glb", "positions_000007.vtu", "notes.txt"}) std::ofstream(in(std::string("out/") + name)) << "old";
+  std::ofstream(in("out/report.json")) << "{\"kerf_report_version\": 1, \"status\": \"running\", \"files\": [\"steps.svg\", \"body.glb\", \"positions.pvd\"]}";
+  ASSERT_EQ(kerf({"run", in("few.toml"), "-q", "-o", in("out")}).status, 0);
+  EXPECT_THAT(names_in("out"), testing::UnorderedElementsAre("steps.svg", "report.json", "notes.txt"));
 }
 
 // What an earlier run has left and the next does not write goes as that begins; what is somebody else's stays.
@@ -236,15 +270,15 @@ TEST_F(Faults, ResultsOfTwoRunsAreNotMixed) {
     std::ofstream(in(name)) << "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n" << output;
     return in(name);
   };
-  const auto names = [&] {
-    std::vector<std::string> found;
-    for (const auto& entry : std::filesystem::directory_iterator(in("out"))) found.push_back(entry.path().filename().string());
-    return found;
-  };
+  const auto names = [&] { return names_in("out"); };
   const std::string all = scene("all.toml", "[output]\npicture = false\npositions = true\n");
   const std::string few = scene("few.toml", "[output]\npicture = false\nanimation = false\nmeshes = [\"visual\"]\n");
   ASSERT_EQ(kerf({"run", all, "-q", "-o", in("out")}).status, 0);
   EXPECT_THAT(names(), testing::IsSupersetOf({"body.glb", "collision.obj", "hexahedra.vtu", "positions.pvd", "positions_000000.vtu"}));
+  for (const std::string& name : names()) {  // the report knows all files of its run
+    if (name.starts_with("positions_")) continue;
+    EXPECT_THAT(contents(in("out/report.json")), HasSubstr("\"" + name + "\""));
+  }
   std::ofstream(in("out/positions_mine.vtu")) << "mine";
   std::ofstream(in("out/picture.png")) << "mine";  // the report names no picture
   ASSERT_EQ(kerf({"run", few, "-q", "-o", in("out")}).status, 0);

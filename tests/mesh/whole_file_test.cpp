@@ -132,9 +132,29 @@ TEST(WholeFile, OneFileIsKnownByAllItsNames) {
     EXPECT_TRUE(same_file(root + "/f/new", name) && same_file(name, root + "/f/new")) << name;
   EXPECT_FALSE(same_file(root + "/f/new", root + "/f/newer"));
   EXPECT_FALSE(same_file(root + "/f/new", a));
+  // A folder that is not there leads to one that is as soon as it is made.
+  EXPECT_TRUE(same_file(a, root + "/none/../a") && same_file(root + "/none/deeper/../../a", a));
+  EXPECT_FALSE(same_file(a, root + "/none/a"));
   EXPECT_FALSE(same_file("/dev/null", "/dev/null")) << "what is written there is kept nowhere";
   std::filesystem::create_symlink("round", root + "/round");
   EXPECT_FALSE(same_file(root + "/round", root + "/round"));
+}
+
+TEST(WholeFile, AFolderIsTakenByOne) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory_symlink(folder.path(), folder.file("link"));
+  {
+    const auto first = FolderLock::take(folder.path());
+    ASSERT_TRUE(first.ok());
+    for (const std::string& name : {folder.path(), folder.file("link")}) {
+      const auto second = FolderLock::take(name);
+      ASSERT_FALSE(second.ok()) << name;
+      EXPECT_EQ(second.error().kind, ErrorKind::kBadInput);
+      EXPECT_NE(second.error().message.find(name + ": another program"), std::string::npos) << second.error().message;
+    }
+  }
+  EXPECT_TRUE(FolderLock::take(folder.path()).ok()) << "it goes with its owner";
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "nothing lies there";
 }
 
 TEST(WholeFile, TwoWritersOfOneFileDoNotMix) {

@@ -72,6 +72,19 @@ int own(const std::string& path, int flags) {
   return -1;
 }
 
+/// Where a name leads over links, without `..`; of folders that are not there yet the names count. Empty: nowhere.
+std::string place_of(std::string path) {
+  std::error_code code;
+  if (follow_links(path) != 0) return {};
+  const std::filesystem::path place = std::filesystem::weakly_canonical(std::filesystem::absolute(path, code), code);
+  return code ? std::string() : place.string();
+}
+
+/// Is the file there, or will the name lead to one that is, once the folders in it are made ("new/../a")?
+bool is_found(const std::string& path, const std::string& place, struct stat& info) {
+  return ::stat(path.c_str(), &info) == 0 || (!place.empty() && ::stat(place.c_str(), &info) == 0);
+}
+
 }  // namespace
 
 Result<FileBytes> read_whole_file(const std::string& path) {
@@ -224,17 +237,26 @@ Status check_can_be_written(const std::string& path) {
 }
 
 bool same_file(const std::string& a, const std::string& b) {
+  const std::string places[] = {place_of(a), place_of(b)};
   struct stat one {}, other {};
-  const bool there = ::stat(a.c_str(), &one) == 0;
-  if (there != (::stat(b.c_str(), &other) == 0)) return false;
+  const bool there = is_found(a, places[0], one);
+  if (there != is_found(b, places[1], other)) return false;
   if (there) return S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
-  const auto place = [](std::string path) {
-    std::error_code code;
-    if (follow_links(path) != 0) return std::filesystem::path();
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, code), code);
-  };
-  const std::filesystem::path where = place(a);
-  return !where.empty() && where == place(b);
+  return !places[0].empty() && places[0] == places[1];
+}
+
+Result<FolderLock> FolderLock::take(const std::string& folder) {
+  FolderLock lock;
+  lock.descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (lock.descriptor_ < 0 || ::flock(lock.descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
+    return Result<FolderLock>(std::move(lock));
+  return bad_input(fmt::format("{}: another program is writing its results there; wait for its end, or choose another folder", folder));
+}
+
+FolderLock::FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 Status replace_file(const std::string& path, std::string_view bytes) {

@@ -57,6 +57,22 @@ Status check_can_be_written(const std::string& path);
 /// Devices and pipes keep nothing that could be lost: never.
 bool same_file(const std::string& a, const std::string& b);
 
+/// A folder that one program writes its results to at a time. The lock is on the folder itself: nothing of it lies there, and it goes
+/// with its process, however that ends.
+class FolderLock {
+ public:
+  /// Bad input: another program has it. Disks of a network that lock no folders, and folders that can't be opened, are everybody's.
+  static Result<FolderLock> take(const std::string& folder);
+  FolderLock(FolderLock&& other) noexcept;
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  ~FolderLock();
+
+ private:
+  FolderLock() = default;
+  int descriptor_ = -1;
+};
+
 /// Replaces a file by these bytes.
 Status replace_file(const std::string& path, std::string_view bytes);
 

@@ -74,31 +74,31 @@ std::vector<std::string> result_files(const SceneOutput& output) {
   return files;
 }
 
-Status remove_earlier_results(const std::filesystem::path& folder, const std::vector<std::string>& anew,
-                              const std::vector<std::filesystem::path>& inputs) {
+std::vector<std::string> earlier_results(const std::filesystem::path& folder) {
   const auto text = read_whole_file((folder / "report.json").string());
   if (!text) return {};
   const auto report = nlohmann::json::parse(text->view(), nullptr, false);
   if (!report.is_object() || !report.contains("kerf_report_version") || !report.contains("files") || !report["files"].is_array()) return {};
-  const auto among = [](const std::vector<std::string>& names, const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
   SceneOutput everything;
-  everything.positions = true;
-  const std::vector<std::string> known = result_files(everything);
-  std::vector<std::string> old;
-  for (const auto& name : report["files"])
-    if (name.is_string() && among(known, name)) old.push_back(name);
+  everything.meshes = {"visual", "collision", "hexahedra"};
+  everything.animation = everything.positions = everything.picture = true;
+  std::vector<std::string> names;
+  for (const std::string& name : result_files(everything))
+    if (std::find(report["files"].begin(), report["files"].end(), name) != report["files"].end()) names.push_back(name);
+  return names;
+}
+
+Status remove_results(const std::filesystem::path& folder, std::vector<std::string> names, const std::vector<std::string>& kept,
+                      const std::vector<std::filesystem::path>& inputs) {
+  const auto among = [](const std::vector<std::string>& all, const std::string& name) { return std::find(all.begin(), all.end(), name) != all.end(); };
   std::error_code code;
-  if (among(old, "positions.pvd"))
-    for (auto it = std::filesystem::directory_iterator(folder, code); it != std::filesystem::directory_iterator(); it.increment(code)) {
-      if (code) break;
-      if (const std::string name = it->path().filename().string(); is_series_frame(name, "positions")) old.push_back(name);
-    }
-  for (const std::string& name : old) {
+  if (among(names, "positions.pvd"))
+    for (auto it = std::filesystem::directory_iterator(folder, code); !code && it != std::filesystem::directory_iterator(); it.increment(code))
+      if (const std::string name = it->path().filename().string(); is_series_frame(name, "positions")) names.push_back(name);
+  for (const std::string& name : names) {
     const std::filesystem::path path = folder / name;
     const bool input = std::any_of(inputs.begin(), inputs.end(), [&](const auto& in) { return same_file(in.string(), path.string()); });
-    if (input || among(anew, name) || !std::filesystem::is_regular_file(std::filesystem::symlink_status(path, code))) continue;
+    if (input || among(kept, name) || !std::filesystem::is_regular_file(std::filesystem::symlink_status(path, code))) continue;
     if (!std::filesystem::remove(path, code) && code)
       return bad_input(fmt::format("{}: this result of an earlier run can't be removed ({}); choose another folder", path.string(), code.message()));
   }

@@ -24,10 +24,13 @@ std::vector<std::string> final_mesh_files(const std::vector<std::string>& which)
 /// Names of all files that a run leaves in its folder. positions.pvd stands for the frames of its series, too.
 std::vector<std::string> result_files(const SceneOutput& output);
 
-/// Takes away what an earlier run has left in a folder and the next one does not write anew: files that the earlier one's report names
-/// ("files"), and of them only those that runs write. Links, and what is one of `inputs`, stay. Bad input: one can't be removed.
-Status remove_earlier_results(const std::filesystem::path& folder, const std::vector<std::string>& anew,
-                              const std::vector<std::filesystem::path>& inputs);
+/// Names of results in a folder that the report there ("files") says are of an earlier run; of others than result_files gives, it says nothing.
+std::vector<std::string> earlier_results(const std::filesystem::path& folder);
+
+/// Takes away these results and, with positions.pvd, all frames of its series. Those in `kept`, links, and what is one of `inputs` stay.
+/// Bad input: one can't be removed.
+Status remove_results(const std::filesystem::path& folder, std::vector<std::string> names, const std::vector<std::string>& kept,
+                      const std::vector<std::filesystem::path>& inputs);
 
 /// visual.obj (deformed), visual_rest.obj, collision.obj, collision_rest.obj and hexahedra.vtu, those that `which` names
 /// ("visual", "collision", "hexahedra").

@@ -54,12 +54,12 @@ DeepestOverlap deepest_overlap(const Session& session, const RunLog& log);
 /// A sentence about things that got too deep into each other after the first step, or nothing.
 std::string overlap_note(const Session& session, const RunLog& log);
 
-/// Where a run is. A report that says kRunning is of a run that is under way, or was killed.
+/// Where a run is. A report that says kRunning is of a run that is under way, or that a signal or a crash ended.
 struct RunState {
   enum class Status { kRunning, kComplete, kFailed };
   Status status = Status::kComplete;
   std::string reason;  ///< why it failed
-  std::vector<std::string> files;  ///< names of all results, as result_files of run_outputs.h says
+  std::vector<std::string> files;  ///< names of the results, as result_files of run_outputs.h says
 };
 
 /// JSON text of the report. Keys are stable within one "version".

@@ -54,7 +54,6 @@ endfunction()
 
 # All modules in one installable static library with a CMake package.
 function(kerf_library)
-  include(GNUInstallDirs)
   include(CMakePackageConfigHelpers)
   set(objects "")
   foreach(module ${KERF_MODULES})

@@ -1,0 +1,30 @@
+"""Kerf cuts thin deformable solids in real time.
+
+    import kerf
+
+    session = kerf.Session("steak")
+    with session.stroke(frame="rest") as blade:
+        blade.move([0, -0.10, 0.05], [0, -0.10, -0.05])
+        blade.move([0, 0.02, 0.05], [0, 0.02, -0.05])
+    session.step(100)
+    print(session.counts, session.positions.shape)
+"""
+
+from . import _machine
+
+_machine.check()
+
+from ._core import Snapshot, Stroke  # noqa: E402
+from ._error import Error  # noqa: E402
+from ._scene import models, scenes  # noqa: E402
+from ._session import Session  # noqa: E402
+
+__all__ = ["Error", "Session", "Snapshot", "Stroke", "models", "scenes"]
+
+
+def __getattr__(name):
+    if name == "__version__":
+        from importlib.metadata import version  # slow to import
+
+        return version("kerf")
+    raise AttributeError(f"module 'kerf' has no attribute '{name}'")

@@ -1,0 +1,35 @@
+"""What is given as points and paths: arrays of the right shape, or an error that says what is wrong."""
+
+
+def _numbers(given, name, what):
+    import numpy as np
+
+    try:
+        array = np.asarray(given)
+    except ValueError:
+        raise ValueError(f"{name} must be {what}; its rows differ in length") from None
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must be {what}, not of type {array.dtype if array.dtype != object else type(given).__name__}")
+    array = np.ascontiguousarray(array, dtype=np.float64)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite")
+    return array
+
+
+def point(given, name):
+    """Three finite numbers, as a tuple."""
+    array = _numbers(given, name, "three numbers")
+    if array.shape != (3,):
+        raise ValueError(f"{name} must be three numbers, not an array of shape {array.shape}")
+    return tuple(array.tolist())
+
+
+def path(given, name="poses"):
+    """Edges of a blade, base and tip: an array of shape (n, 2, 3), two edges or more."""
+    what = "an array of shape (n, 2, 3): base and tip of the edge at each pose"
+    array = _numbers(given, name, what)
+    if array.ndim != 3 or array.shape[1:] != (2, 3):
+        raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
+    if len(array) < 2:
+        raise ValueError(f"{name} must hold two poses or more to sweep between, not {len(array)}")
+    return array

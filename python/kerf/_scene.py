@@ -1,0 +1,132 @@
+"""Everything that a session can be made of, as the text of a scene."""
+
+import math
+import os
+from pathlib import Path
+
+from . import _core
+from ._error import Error
+
+SHIPPED = Path(__file__).parent / "share" / "kerf" / "scenes"
+
+
+def scenes():
+    """Names of the shipped scenes, sorted."""
+    return sorted(path.stem for path in SHIPPED.glob("*.toml"))
+
+
+def models():
+    """Names of the models that can be generated."""
+    return _core.model_names()
+
+
+def source_of(scene):
+    """(text, name for messages, folder that relative files start in) of a path, a name, a text or a dict."""
+    if isinstance(scene, os.PathLike):
+        return _of_file(Path(os.fsdecode(scene)))
+    if isinstance(scene, str):
+        return _of_words(scene)
+    if isinstance(scene, dict):
+        return toml_of(scene), "scene", ""
+    raise TypeError(f"a scene is a path, a name, a text in TOML or a dict, not {type(scene).__name__}")
+
+
+def _of_file(path):
+    if not path.is_file():
+        raise Error(f"{path}: {'is a folder' if path.is_dir() else 'there is no such file'}; name a scene file or a bound body")
+    try:
+        text = _core.scene_text(str(path)).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise Error(f"{path}: byte {error.start} is not UTF-8; scene files are") from None
+    return text, str(path), str(path.parent)
+
+
+def _of_words(words):
+    if "\n" in words:
+        return words, "scene", ""
+    if "\0" in words:
+        raise ValueError("a scene's name has no null characters")
+    path = Path(words)
+    try:
+        if words and path.is_file():
+            return _of_file(path)
+    except OSError:  # too long for a path
+        pass
+    if words in scenes():
+        return _of_file(SHIPPED / f"{words}.toml")
+    if words in models():
+        return toml_of({"body": {"model": words}}), words, ""
+    if "=" in words:
+        return words, "scene", ""
+    if os.sep in words or words.endswith((".toml", ".kerf")):
+        return _of_file(path)
+    known = sorted({*scenes(), *models()})
+    closest = _core.closest_word(words, known)
+    raise Error(f'there is no scene or model "{words}"; ' + (f'did you mean "{closest}"?' if closest else f"there are {', '.join(known)}"))
+
+
+# --- dict to TOML ---
+
+
+def toml_of(scene):
+    """A dict as TOML: tables on lines of their own, so that messages name a line that can be found."""
+    plain, tables = [], []
+    for key, value in scene.items():
+        if value is None:
+            continue
+        if isinstance(value, dict):
+            tables.append((f"[{_key(key)}]", value))
+        elif isinstance(value, (list, tuple)) and value and all(isinstance(item, dict) for item in value):
+            tables.extend((f"[[{_key(key)}]]", item) for item in value)
+        else:
+            plain.append(f"{_key(key)} = {_value(value)}")
+    for head, table in tables:
+        plain.append(head)
+        plain.extend(f"{_key(key)} = {_value(value)}" for key, value in table.items() if value is not None)
+    return "\n".join(plain) + "\n"
+
+
+def _key(key):
+    if not isinstance(key, str):
+        raise TypeError(f"keys of a scene are words, not {type(key).__name__}")
+    return _text(key)
+
+
+_ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\r": "\\r", "\t": "\\t"}
+
+
+def _text(text):
+    return '"' + "".join(_ESCAPES.get(c) or (f"\\u{ord(c):04x}" if ord(c) < 0x20 or ord(c) == 0x7F else c) for c in text) + '"'
+
+
+def _number(value):
+    if math.isnan(value):
+        return "nan"
+    if math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return repr(float(value))
+
+
+def _value(value, depth=0):
+    if depth > 32:
+        raise ValueError("a scene is not that deep; is something in itself?")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, os.PathLike):
+        return _text(os.fsdecode(value))
+    if isinstance(value, int):
+        return str(int(value))
+    if isinstance(value, float):
+        return _number(value)
+    if isinstance(value, dict):
+        items = (f"{_key(k)} = {_value(v, depth + 1)}" for k, v in value.items() if v is not None)
+        return "{ " + ", ".join(items) + " }"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_value(item, depth + 1) for item in value) + "]"
+    if hasattr(value, "tolist") and hasattr(value, "dtype"):  # NumPy's arrays and numbers
+        plain = value.tolist()
+        if plain is not value:
+            return _value(plain, depth + 1)
+    raise TypeError(f"a scene holds numbers, words, lists and dicts, not {type(value).__name__}")

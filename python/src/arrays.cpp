@@ -1,0 +1,46 @@
+#include "arrays.h"
+
+namespace nb = nanobind;
+
+namespace kerf::python {
+namespace {
+
+/// Quick for what is mostly given; false: it is something else, or nothing of use.
+bool take_numbers(nb::handle object, Vec3& out) {
+  if (!PyTuple_Check(object.ptr()) && !PyList_Check(object.ptr())) return false;
+  if (PySequence_Size(object.ptr()) != 3) return false;
+  for (int i = 0; i < 3; ++i) {
+    const nb::object item = nb::steal(PySequence_GetItem(object.ptr(), i));
+    if (!item.is_valid()) throw nb::python_error();
+    if (!PyFloat_Check(item.ptr()) && !PyLong_Check(item.ptr())) return false;
+    out[i] = PyFloat_AsDouble(item.ptr());
+    if (PyErr_Occurred()) {
+      PyErr_Clear();  // an integer beyond all floats
+      return false;
+    }
+  }
+  return true;
+}
+
+bool take_array(nb::handle object, Vec3& out) {
+  nb::ndarray<const double, nb::shape<3>, nb::device::cpu> array;
+  if (!nb::try_cast(object, array, false)) return false;
+  const auto view = array.view();
+  out = {view(0), view(1), view(2)};
+  return true;
+}
+
+}  // namespace
+
+Vec3 point_of(nb::handle object, const char* argument) {
+  Vec3 out;
+  if (!take_numbers(object, out) && !take_array(object, out)) {
+    // Everything else, the right words for what can't be used included.
+    const nb::object numbers = nb::module_::import_("kerf._arguments").attr("point")(object, argument);
+    if (!take_numbers(numbers, out)) throw nb::type_error("three numbers are wanted");
+  }
+  if (!is_finite(out)) throw nb::value_error((std::string(argument) + " must be finite").c_str());
+  return out;
+}
+
+}  // namespace kerf::python

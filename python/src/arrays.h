@@ -1,0 +1,49 @@
+// The library's arrays as NumPy arrays, and back.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cstdint>
+#include <initializer_list>
+#include <utility>
+#include <vector>
+
+#include "kerf/base/vec.h"
+
+namespace kerf::python {
+
+/// A read-only NumPy array of these shape and items, which it owns from now on: nothing is copied.
+template <class Scalar, class Item>
+nanobind::object read_only_array(std::vector<Item> items, std::initializer_list<std::size_t> shape) {
+  static_assert(sizeof(Item) % sizeof(Scalar) == 0);
+  items.reserve(1);  // an array of no items still wants an address
+  auto* kept = new std::vector<Item>(std::move(items));
+  const nanobind::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Item>*>(p); });
+  const auto* data = reinterpret_cast<const Scalar*>(kept->data());
+  return nanobind::cast(nanobind::ndarray<nanobind::numpy, const Scalar>(data, shape, owner));
+}
+
+/// An array that was made of some version of what it shows.
+class KeptArray {
+ public:
+  /// The same array while the version is the same; else a new one, and who holds the old one keeps it as it is.
+  template <class Make>
+  nanobind::object get(std::uint64_t version, Make&& make) {
+    if (!array_.is_valid() || version != version_) {
+      array_ = make();
+      version_ = version;
+    }
+    return array_;
+  }
+  void forget() { array_.reset(); }
+
+ private:
+  std::uint64_t version_ = 0;
+  nanobind::object array_;
+};
+
+/// Three finite numbers from a tuple, a list or an array. TypeError and ValueError name the argument.
+Vec3 point_of(nanobind::handle object, const char* argument);
+
+}  // namespace kerf::python

@@ -1,0 +1,344 @@
+#include "live_session.h"
+
+#include <array>
+#include <filesystem>
+
+#include "errors.h"
+#include "interrupts.h"
+#include "kerf/base/stopwatch.h"
+#include "kerf/session/run_report.h"
+#include "kerf/session/scene_file.h"
+
+namespace nb = nanobind;
+
+namespace kerf::python {
+namespace {
+
+std::uint64_t next_number() {
+  static std::atomic<std::uint64_t> last = 0;
+  return ++last;
+}
+
+/// Does something long without Python's lock.
+template <class Work>
+auto unlocked(Work&& work) {
+  const nb::gil_scoped_release release;
+  return work();
+}
+
+template <class Scalar, std::size_t kColumns, class Item>
+nb::object rows_of(std::vector<Item> items) {
+  static_assert(sizeof(Item) == kColumns * sizeof(Scalar));
+  const std::size_t rows = items.size();
+  return read_only_array<Scalar>(std::move(items), {rows, kColumns});
+}
+template <class VertexId>
+nb::object triangles_of(std::vector<VertexId> corners) {
+  static_assert(sizeof(VertexId) == sizeof(std::int32_t));
+  const std::size_t rows = corners.size() / 3;
+  return read_only_array<std::int32_t>(std::move(corners), {rows, 3});
+}
+
+}  // namespace
+
+/// A session in use by this thread. Errors: it is closed, or another thread is in it.
+class LiveSession::Use {
+ public:
+  explicit Use(LiveSession& live) : live_(live) {
+    if (live.busy_.exchange(true)) throw Failure(failed("this session is in use by another thread; give each thread a session of its own, or a lock"));
+    if (live.session_) return;
+    live.busy_ = false;
+    throw Failure(bad_input("this session is closed"));
+  }
+  ~Use() { live_.busy_ = false; }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+  Session& operator*() { return *live_.session_; }
+  Session* operator->() { return &*live_.session_; }
+
+ private:
+  LiveSession& live_;
+};
+
+LiveSession::LiveSession(const std::string& text, const std::string& name, const std::string& folder, const std::vector<std::string>& meshes)
+    : number_(next_number()) {
+  Interrupts interrupts;
+  std::optional<Error> error;
+  {
+    const nb::gil_scoped_release release;
+    Stopwatch watch;
+    SceneFolders folders{std::filesystem::path(folder)};
+    folders.meshes.assign(meshes.begin(), meshes.end());
+    auto scene = parse_scene(text, name, folders);
+    if (!scene) {
+      error = scene.error();
+    } else if (auto session = Session::create(*scene, interrupts.listener()); !session) {
+      error = session.error();
+    } else {
+      session_ = std::move(*session);
+    }
+    prepare_seconds_ = watch.lap();
+  }
+  interrupts.raise();
+  if (error) throw Failure(*error);
+  at_start_ = session_->counts();
+}
+
+void LiveSession::step(std::int64_t n) {
+  if (n < 0) throw nb::value_error("n must not be negative");
+  Use session(*this);
+  ++changes_;
+  Interrupts interrupts;
+  std::optional<Error> error;
+  {
+    const nb::gil_scoped_release release;
+    for (std::int64_t i = 0; i < n && !interrupts.wanted(); ++i) {
+      auto step = session->step();
+      if (!step) {
+        error = step.error();
+        break;
+      }
+      last_step_ = std::move(*step);
+    }
+  }
+  interrupts.raise();
+  if (error) throw Failure(*error);
+}
+
+void LiveSession::undo() {
+  Use session(*this);
+  ++changes_;
+  const Status done = unlocked([&] { return session->undo(); });
+  note_end_of_stroke();
+  check(done);
+}
+
+void LiveSession::redo() {
+  Use session(*this);
+  ++changes_;
+  const Status done = unlocked([&] { return session->redo(); });
+  note_end_of_stroke();
+  check(done);
+}
+
+void LiveSession::validate() {
+  Use session(*this);
+  check(unlocked([&] { return session->validate(); }));
+}
+
+void LiveSession::close() {
+  if (!session_) return;
+  Use session(*this);
+  session_.reset();
+  for (KeptArray* array : {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &uvs_, &collision_positions_, &collision_rest_,
+                           &collision_triangles_, &nodes_, &node_velocities_, &hexahedra_})
+    array->forget();
+}
+
+// --- Strokes ---
+
+bool LiveSession::is_open(std::uint64_t stroke) const {
+  return stroke == stroke_ && session_->in_stroke() && session_->strokes().size() == stroke_record_;
+}
+
+void LiveSession::must_be_open(std::uint64_t stroke) const {
+  if (!is_open(stroke)) throw Failure(bad_input("this stroke is over; begin another one"));
+}
+
+void LiveSession::note_end_of_stroke() {
+  if (!session_->in_stroke()) stroke_record_ = 0;
+}
+
+bool LiveSession::stroke_is_open(std::uint64_t stroke) {
+  Use session(*this);
+  return is_open(stroke);
+}
+
+std::uint64_t LiveSession::begin_stroke(SceneFrame frame, bool through) {
+  Use session(*this);
+  if (is_open(stroke_)) throw Failure(bad_input("a stroke is open; end it before the next one begins"));
+  check(unlocked([&] { return session->begin_stroke(frame, through); }));
+  stroke_record_ = session->strokes().size();
+  return ++stroke_;
+}
+
+void LiveSession::move_blade(std::uint64_t stroke, Vec3 base, Vec3 tip) {
+  Use session(*this);
+  must_be_open(stroke);
+  ++changes_;
+  const Status moved = unlocked([&] { return session->move_blade(base, tip); });
+  note_end_of_stroke();
+  check(moved);
+}
+
+void LiveSession::end_stroke(std::uint64_t stroke, bool keep) {
+  Use session(*this);
+  must_be_open(stroke);
+  ++changes_;
+  const Status ended = unlocked([&] { return keep ? session->end_stroke() : session->cancel_stroke(); });
+  note_end_of_stroke();
+  check(ended);
+}
+
+bool LiveSession::cut(const double* edges, std::size_t poses, SceneFrame frame, bool through) {
+  Use session(*this);
+  if (is_open(stroke_)) throw Failure(bad_input("a stroke is open; end it before the next one begins"));
+  ++changes_;
+  Interrupts interrupts;
+  Status done;
+  bool met = false;
+  {
+    const nb::gil_scoped_release release;
+    done = session->begin_stroke(frame, through);
+    const std::size_t record = session->strokes().size();
+    for (std::size_t i = 0; i < poses && done.ok() && !interrupts.wanted(); ++i) {
+      const double* edge = edges + 6 * i;
+      done = session->move_blade({edge[0], edge[1], edge[2]}, {edge[3], edge[4], edge[5]});
+    }
+    if (done.ok() && !interrupts.wanted()) {
+      done = session->end_stroke();
+      if (done.ok()) met = session->strokes()[record - 1].before != session->strokes()[record - 1].after;
+    }
+    if (session->in_stroke()) {
+      const Status cancelled = session->cancel_stroke();
+      if (done.ok()) done = cancelled;
+    }
+  }
+  interrupts.raise();
+  check(done);
+  return met;
+}
+
+// --- Snapshots ---
+
+Snapshot LiveSession::snapshot() {
+  Use session(*this);
+  return {unlocked([&] { return session->snapshot(); }), number_};
+}
+
+void LiveSession::restore(const Snapshot& snapshot) {
+  Use session(*this);
+  if (snapshot.session != number_) throw Failure(bad_input("this snapshot was taken of another session"));
+  ++changes_;
+  unlocked([&] { session->restore(snapshot.state); });
+  stroke_record_ = 0;  // a stroke that was open then is nobody's now
+  if (session->in_stroke()) check(session->end_stroke());
+}
+
+// --- State ---
+
+double LiveSession::time() { return Use(*this)->time(); }
+double LiveSession::time_step() { return Use(*this)->time_step(); }
+std::int64_t LiveSession::steps() { return Use(*this)->step_count(); }
+std::uint64_t LiveSession::hash() {
+  Use session(*this);
+  return unlocked([&] { return session->hash(); });
+}
+std::uint64_t LiveSession::topology_version() { return Use(*this)->topology_version(); }
+int LiveSession::undo_depth() { return Use(*this)->undo_depth(); }
+int LiveSession::redo_depth() { return Use(*this)->redo_depth(); }
+bool LiveSession::in_stroke() { return Use(*this)->in_stroke(); }
+std::string LiveSession::name() { return Use(*this)->scene().name; }
+std::string LiveSession::title() { return Use(*this)->scene().title; }
+std::vector<std::string> LiveSession::notes() { return Use(*this)->notes(); }
+
+nb::dict LiveSession::counts() {
+  const BodyCounts counts = Use(*this)->counts();
+  nb::dict out;
+  out["visual_vertices"] = counts.visual_vertices;
+  out["visual_triangles"] = counts.visual_triangles;
+  out["collision_vertices"] = counts.collision_vertices;
+  out["collision_triangles"] = counts.collision_triangles;
+  out["nodes"] = counts.nodes;
+  out["hexahedra"] = counts.hexahedra;
+  out["pieces"] = counts.pieces;
+  return out;
+}
+
+nb::dict LiveSession::last_step() {
+  Use session(*this);
+  nb::dict out;
+  out["seconds"] = last_step_.seconds;
+  out["parts"] = last_step_.parts;
+  out["topology_changed"] = last_step_.topology_changed;
+  out["iterations"] = last_step_.mechanics.iterations;
+  out["residual"] = last_step_.mechanics.residual;
+  return out;
+}
+
+std::string LiveSession::report_json() {
+  Use session(*this);
+  RunLog log;
+  log.counts_before = at_start_;
+  log.prepare_seconds = prepare_seconds_;
+  return unlocked([&] { return run_report_json(*session, log); });
+}
+
+nb::object LiveSession::positions() {
+  Use session(*this);
+  return positions_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->visual_positions(); })); });
+}
+nb::object LiveSession::velocities() {
+  Use session(*this);
+  return velocities_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->visual_velocities(); })); });
+}
+nb::object LiveSession::normals() {
+  Use session(*this);
+  return normals_.get(changes_, [&] {
+    std::vector<Vec3f> places, normals;
+    unlocked([&] { session->visual_skin(places, normals); });
+    return rows_of<float, 3>(std::move(normals));
+  });
+}
+nb::object LiveSession::rest_positions() {
+  Use session(*this);
+  return rest_positions_.get(session->topology_version(),
+                             [&] { return rows_of<double, 3>(unlocked([&] { return session->body().complex.visual.rest.raw(); })); });
+}
+nb::object LiveSession::triangles() {
+  Use session(*this);
+  return triangles_.get(session->topology_version(),
+                        [&] { return triangles_of(unlocked([&] { return session->body().complex.visual.origin.raw(); })); });
+}
+nb::object LiveSession::uvs() {
+  Use session(*this);
+  return uvs_.get(session->topology_version(), [&] {
+    std::vector<Vec2f> corners = session->body().complex.visual.texture.raw();
+    const std::size_t rows = corners.size() / 3;
+    return read_only_array<float>(std::move(corners), {rows, 3, 2});
+  });
+}
+nb::object LiveSession::collision_positions() {
+  Use session(*this);
+  return collision_positions_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->collision_positions(); })); });
+}
+nb::object LiveSession::collision_rest_positions() {
+  Use session(*this);
+  return collision_rest_.get(session->topology_version(),
+                             [&] { return rows_of<double, 3>(unlocked([&] { return session->body().complex.collision.rest.raw(); })); });
+}
+nb::object LiveSession::collision_triangles() {
+  Use session(*this);
+  return collision_triangles_.get(session->topology_version(),
+                                  [&] { return triangles_of(unlocked([&] { return session->body().complex.collision.origin.raw(); })); });
+}
+nb::object LiveSession::nodes() {
+  Use session(*this);
+  return nodes_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->node_positions(); })); });
+}
+nb::object LiveSession::node_velocities() {
+  Use session(*this);
+  return node_velocities_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->node_velocities(); })); });
+}
+nb::object LiveSession::hexahedra() {
+  Use session(*this);
+  return hexahedra_.get(session->topology_version(), [&] {
+    const HexMesh& mesh = session->body().hex;
+    std::vector<std::array<NodeId, 8>> alive;
+    for (const HexId h : ids<HexId>(mesh.hex_count()))
+      if (mesh.alive(h)) alive.push_back(mesh.nodes[h]);
+    return rows_of<std::int32_t, 8>(std::move(alive));
+  });
+}
+
+}  // namespace kerf::python

@@ -1,0 +1,94 @@
+// A session as Python sees it: it may be closed, it is used by one thread at a time, and its arrays outlive what happens to it.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "arrays.h"
+#include "kerf/session/session.h"
+
+namespace kerf::python {
+
+/// A state of one session, to go back to.
+struct Snapshot {
+  std::shared_ptr<const SessionSnapshot> state;
+  std::uint64_t session = 0;  ///< number of the session that it was taken of
+};
+
+class LiveSession {
+ public:
+  /// From the text of a scene; files that it names are looked for in `folder`, then in `meshes`. `name` stands for it in messages.
+  LiveSession(const std::string& text, const std::string& name, const std::string& folder, const std::vector<std::string>& meshes);
+
+  void step(std::int64_t n);
+  void undo();
+  void redo();
+  void validate();
+  void close();
+  [[nodiscard]] bool closed() const { return !session_; }
+
+  /// One stroke of a hand. Its number says whether a stroke is still this one.
+  std::uint64_t begin_stroke(SceneFrame frame, bool through);
+  void move_blade(std::uint64_t stroke, Vec3 base, Vec3 tip);
+  void end_stroke(std::uint64_t stroke, bool keep);
+  [[nodiscard]] bool stroke_is_open(std::uint64_t stroke);
+  /// A whole stroke along `poses` edges; on an error the body is as before. False: it met nothing.
+  bool cut(const double* edges, std::size_t poses, SceneFrame frame, bool through);
+
+  Snapshot snapshot();
+  void restore(const Snapshot& snapshot);
+
+  double time();
+  double time_step();
+  std::int64_t steps();
+  std::uint64_t hash();
+  std::uint64_t topology_version();
+  int undo_depth();
+  int redo_depth();
+  bool in_stroke();
+  std::string name();
+  std::string title();
+  nanobind::dict counts();
+  nanobind::dict last_step();
+  std::vector<std::string> notes();
+  std::string report_json();
+
+  nanobind::object positions();
+  nanobind::object velocities();
+  nanobind::object normals();
+  nanobind::object rest_positions();
+  nanobind::object triangles();
+  nanobind::object uvs();
+  nanobind::object collision_positions();
+  nanobind::object collision_rest_positions();
+  nanobind::object collision_triangles();
+  nanobind::object nodes();
+  nanobind::object node_velocities();
+  nanobind::object hexahedra();
+
+ private:
+  class Use;
+  [[nodiscard]] bool is_open(std::uint64_t stroke) const;
+  void must_be_open(std::uint64_t stroke) const;
+  /// After what may have ended it: its place among the strokes may be another one's next.
+  void note_end_of_stroke();
+
+  std::optional<Session> session_;  ///< none: closed
+  std::atomic<bool> busy_ = false;  ///< a thread is in it
+  std::uint64_t number_ = 0;
+  std::uint64_t changes_ = 1;       ///< grows with everything that may move or cut the body
+  std::uint64_t stroke_ = 0;        ///< number of the latest stroke by hand
+  std::size_t stroke_record_ = 0;   ///< how many strokes there were with it; 0: it is over
+  SessionStep last_step_;
+  BodyCounts at_start_;
+  double prepare_seconds_ = 0;
+  KeptArray positions_, velocities_, normals_, rest_positions_, triangles_, uvs_, collision_positions_, collision_rest_, collision_triangles_,
+      nodes_, node_velocities_, hexahedra_;
+};
+
+}  // namespace kerf::python

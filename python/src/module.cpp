@@ -1,0 +1,161 @@
+// The extension module kerf._core. What stands in python/kerf/*.py makes it comfortable.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/vector.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "arrays.h"
+#include "errors.h"
+#include "kerf/mesh/models.h"
+#include "kerf/session/body_scene.h"
+#include "kerf/session/closest_word.h"
+#include "live_session.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace kerf::python {
+namespace {
+
+SceneFrame frame_of(std::string_view name) {
+  if (name == "rest") return SceneFrame::kRest;
+  if (name == "world") return SceneFrame::kWorld;
+  throw nb::value_error(("frame must be \"rest\" or \"world\", not \"" + std::string(name) + "\"").c_str());
+}
+
+/// One stroke; begins where `with` is entered.
+class Stroke {
+ public:
+  Stroke(nb::object session, SceneFrame frame, bool through) : session_(std::move(session)), frame_(frame), through_(through) {}
+  void enter() {
+    if (number_ != 0) throw Failure(bad_input("this stroke has begun before; make another one"));
+    number_ = live().begin_stroke(frame_, through_);
+  }
+  void move(nb::handle base, nb::handle tip) {
+    const Vec3 from = point_of(base, "base"), to = point_of(tip, "tip");
+    live().move_blade(number_, from, to);
+  }
+  void end() { live().end_stroke(number_, true); }
+  void cancel() { live().end_stroke(number_, false); }
+  /// What was cut stays, after an exception too. A stroke that is over already is none the worse for it.
+  void exit(bool raised) {
+    if (!live().closed()) {
+      if (live().stroke_is_open(number_)) end();
+    } else if (!raised) {
+      throw Failure(bad_input("this session was closed within a stroke"));
+    }
+  }
+  [[nodiscard]] bool is_open() { return !live().closed() && live().stroke_is_open(number_); }
+
+  // For Python's collector: a session may hold its strokes.
+  static int traverse(PyObject* self, visitproc visit, void* arg) {
+    Py_VISIT(Py_TYPE(self));
+    if (nb::inst_ready(self)) {
+      const nb::handle session = nb::inst_ptr<Stroke>(self)->session_;
+      Py_VISIT(session.ptr());
+    }
+    return 0;
+  }
+  static int clear(PyObject* self) {
+    if (nb::inst_ready(self)) nb::inst_ptr<Stroke>(self)->session_.reset();
+    return 0;
+  }
+
+ private:
+  LiveSession& live() { return nb::cast<LiveSession&>(session_); }
+  nb::object session_;
+  SceneFrame frame_;
+  bool through_;
+  std::uint64_t number_ = 0;
+};
+
+PyType_Slot stroke_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&Stroke::traverse)},
+                              {Py_tp_clear, reinterpret_cast<void*>(&Stroke::clear)},
+                              {0, nullptr}};
+
+using Path = nb::ndarray<const double, nb::shape<-1, 2, 3>, nb::c_contig, nb::device::cpu>;
+
+}  // namespace
+}  // namespace kerf::python
+
+NB_MODULE(_core, m) {
+  using namespace kerf;
+  using namespace kerf::python;
+  m.doc() = "The extension of the package kerf";
+  translate_failures();
+
+  nb::class_<Snapshot>(m, "Snapshot", "A state of one session, to go back to with its restore().");
+
+  nb::class_<Stroke>(m, "Stroke", nb::type_slots(stroke_slots), "One stroke of a blade: a context manager. What it has cut stays, and is one step of undo().")
+      .def("__enter__", [](nb::handle self) { nb::cast<Stroke&>(self).enter(); return nb::borrow(self); })
+      .def("__exit__", [](Stroke& self, nb::handle type, nb::handle, nb::handle) { self.exit(!type.is_none()); },
+           nb::arg("type").none(), nb::arg("value").none(), nb::arg("traceback").none())
+      .def("move", &Stroke::move, "base"_a, "tip"_a, "Moves the blade's edge in a straight line to these ends (metres); cuts at once.")
+      .def("end", &Stroke::end, "Lifts the blade before the block ends.")
+      .def("cancel", &Stroke::cancel, "Takes the stroke back: shape, positions and velocities are as it began.")
+      .def_prop_ro("is_open", &Stroke::is_open, "Has it begun, and not ended?");
+
+  nb::class_<LiveSession>(m, "Session")
+      .def(nb::init<const std::string&, const std::string&, const std::string&, const std::vector<std::string>&>(), "text"_a, "name"_a, "folder"_a,
+           "meshes"_a)
+      .def("step", &LiveSession::step, "n"_a = 1, "Simulates n time steps.")
+      .def("undo", &LiveSession::undo, "Takes the last stroke back, to the bit.")
+      .def("redo", &LiveSession::redo, "Does the stroke again that was undone last.")
+      .def("validate", &LiveSession::validate, "Checks all invariants; kerf.Error names the first that does not hold.")
+      .def("close", &LiveSession::close, "Frees the session now. Arrays that came from it stay.")
+      .def("snapshot", &LiveSession::snapshot, "The complete state, undo steps included.")
+      .def("restore", &LiveSession::restore, "snapshot"_a, "Goes back to a snapshot of this session.")
+      .def("stroke", [](nb::object self, std::string_view frame, bool through) { return Stroke(self, frame_of(frame), through); },
+           "frame"_a = "rest", "through"_a = false,
+           "A stroke of a blade, for `with`. Its poses are in coordinates at rest (frame=\"rest\") or where the body is now (\"world\"); "
+           "through=True cuts every layer that the edge meets, not only the first.")
+      .def("_cut", [](LiveSession& self, const Path& poses, std::string_view frame, bool through) {
+             return self.cut(poses.data(), poses.shape(0), frame_of(frame), through);
+           }, "poses"_a, "frame"_a, "through"_a)
+      .def("_report", &LiveSession::report_json)
+      .def_prop_ro("closed", &LiveSession::closed)
+      .def_prop_ro("time", &LiveSession::time, "Seconds, simulated.")
+      .def_prop_ro("time_step", &LiveSession::time_step, "Seconds.")
+      .def_prop_ro("steps", &LiveSession::steps, "Time steps taken.")
+      .def_prop_ro("hash", &LiveSession::hash, "A number for everything that the future depends on: same hash, same bits.")
+      .def_prop_ro("topology_version", &LiveSession::topology_version, "Grows with every change of topology.")
+      .def_prop_ro("undo_depth", &LiveSession::undo_depth)
+      .def_prop_ro("redo_depth", &LiveSession::redo_depth)
+      .def_prop_ro("in_stroke", &LiveSession::in_stroke)
+      .def_prop_ro("name", &LiveSession::name)
+      .def_prop_ro("title", &LiveSession::title)
+      .def_prop_ro("counts", &LiveSession::counts, "Vertices and elements of the three meshes, and pieces.")
+      .def_prop_ro("last_step", &LiveSession::last_step, "What the last step took.")
+      .def_prop_ro("notes", &LiveSession::notes, "Warnings, in sentences.")
+      .def_prop_ro("positions", &LiveSession::positions, "Visual vertices, metres: (n, 3), float64.")
+      .def_prop_ro("velocities", &LiveSession::velocities, "Of the visual vertices, m/s: (n, 3), float64.")
+      .def_prop_ro("normals", &LiveSession::normals, "Of the visual vertices, unit: (n, 3), float32.")
+      .def_prop_ro("rest_positions", &LiveSession::rest_positions, "Visual vertices at rest, metres: (n, 3), float64.")
+      .def_prop_ro("triangles", &LiveSession::triangles, "Visual vertices of each triangle: (m, 3), int32.")
+      .def_prop_ro("uvs", &LiveSession::uvs, "Texture coordinates of each corner of each triangle: (m, 3, 2), float32.")
+      .def_prop_ro("collision_positions", &LiveSession::collision_positions, "Collision vertices, metres: (n, 3), float64.")
+      .def_prop_ro("collision_rest_positions", &LiveSession::collision_rest_positions, "Collision vertices at rest, metres: (n, 3), float64.")
+      .def_prop_ro("collision_triangles", &LiveSession::collision_triangles, "Collision vertices of each triangle: (m, 3), int32.")
+      .def_prop_ro("nodes", &LiveSession::nodes, "Nodes of the hexahedra, metres, those that a cut has put out of use included: (n, 3), float64.")
+      .def_prop_ro("node_velocities", &LiveSession::node_velocities, "Of the nodes, m/s: (n, 3), float64.")
+      .def_prop_ro("hexahedra", &LiveSession::hexahedra, "Nodes of each hexahedron: (m, 8), int32.");
+
+  m.def("model_names", [] {
+    std::vector<std::string> out;
+    for (const ModelName& model : model_names()) out.emplace_back(model.name);
+    return out;
+  });
+  m.def("scene_text", [](const std::string& file) {
+    const std::string text = value_of(scene_text_in(file));
+    return nb::bytes(text.data(), text.size());
+  }, "file"_a);
+  m.def("closest_word", [](const std::string& word, const std::vector<std::string>& known) {
+    const std::vector<std::string_view> views(known.begin(), known.end());
+    return std::string(closest_word(word, views));
+  }, "word"_a, "known"_a);
+}

@@ -1,0 +1,219 @@
+"""What is wrong is an exception that says so, never a crash."""
+
+import numpy as np
+import pytest
+
+import kerf
+
+ACROSS = np.array([[[0, -0.10, 0.05], [0, -0.10, -0.05]], [[0, 0.12, 0.05], [0, 0.12, -0.05]]])
+
+
+@pytest.fixture
+def sheet():
+    return kerf.Session({"body": {"model": "sheet"}})
+
+
+def test_where_a_scene_is_wrong(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text('[body]\nmodel = "steak"\n[simulation]\ntime_stap = 0.1\n')
+    with pytest.raises(kerf.Error, match="time_step") as caught:
+        kerf.Session(path)
+    assert caught.value.file == str(path)
+    assert caught.value.line == 4
+    assert caught.value.kind == "bad input"
+
+
+@pytest.mark.parametrize("scene", ["steek", "no/such/file.toml", "/", "x = \n", "", "body.model = 'none'", {}, {"body": {"model": "steak", "scale": np.nan}},
+                                   {"simulation": {"duration": float("inf")}, "body": {"model": "steak"}}, "s" * 100000])
+def test_scenes_that_are_none(scene):
+    with pytest.raises(kerf.Error):
+        kerf.Session(scene)
+
+
+@pytest.mark.parametrize("scene", [5, None, b"steak", ["steak"], {1: 2}, {"body": {"model": object()}}])
+def test_scenes_of_the_wrong_type(scene):
+    with pytest.raises(TypeError):
+        kerf.Session(scene)
+
+
+def test_a_scene_in_itself():
+    scene = {"body": {"model": "steak"}}
+    scene["body"]["body"] = scene["body"]
+    with pytest.raises(ValueError):
+        kerf.Session(scene)
+
+
+@pytest.mark.parametrize("poses", [ACROSS[0], ACROSS[:1], ACROSS[:0], ACROSS.reshape(2, 3, 2), np.full((2, 2, 3), np.nan),
+                                   np.full((2, 2, 3), np.inf), [[[0, 0, 0], [1, 1]]], [], 5.0])
+def test_paths_of_the_wrong_shape(sheet, poses):
+    before = sheet.hash
+    with pytest.raises(ValueError):
+        sheet.cut(poses)
+    assert sheet.hash == before and not sheet.in_stroke
+
+
+def test_a_path_that_goes_wrong_half_way_leaves_no_trace(sheet):
+    before = sheet.hash
+    with pytest.raises(kerf.Error, match="edge"):
+        sheet.cut(np.concatenate([ACROSS, np.zeros((1, 2, 3))]))
+    assert sheet.hash == before and not sheet.in_stroke and sheet.undo_depth == 0
+
+
+@pytest.mark.parametrize("poses", ["across", None, [["a"]], ACROSS.astype(complex), ACROSS.astype(object), {}])
+def test_paths_of_the_wrong_type(sheet, poses):
+    with pytest.raises(TypeError):
+        sheet.cut(poses)
+
+
+def test_paths_of_other_layouts(sheet):
+    other = kerf.Session({"body": {"model": "sheet"}})
+    sheet.cut(ACROSS)
+    other.cut(np.asfortranarray(ACROSS))
+    assert sheet.hash == other.hash
+    third = kerf.Session({"body": {"model": "sheet"}})
+    third.cut(np.repeat(ACROSS, 2, axis=0)[::2])
+    assert sheet.hash == third.hash
+
+
+@pytest.mark.parametrize("point, error", [((0, 0), ValueError), ((0, 0, 0, 0), ValueError), ((0, 0, np.nan), ValueError), ((0, 10**400, 0), TypeError),
+                                          ("abc", TypeError), (None, TypeError), (5, ValueError), ((0, 0, "1"), TypeError), ((0, 0, 1j), TypeError),
+                                          (np.zeros((3, 1)), ValueError), (np.zeros(3, bool), TypeError), (np.full(3, np.inf, np.float32), ValueError)])
+def test_points_that_are_none(sheet, point, error):
+    with sheet.stroke() as blade:
+        with pytest.raises(error):
+            blade.move(point, (0, 0, 1))
+        with pytest.raises(error):
+            blade.move((0, 0, 1), point)
+
+
+@pytest.mark.parametrize("point", [(0, 0, 1), [0.0, 0, 1], np.array([0, 0, 1]), np.array([0, 0, 1], np.float32), np.arange(6.0)[::2],
+                                   (np.float64(0), 0, np.int8(1))])
+def test_points_in_every_form(sheet, point):
+    with sheet.stroke() as blade:
+        blade.move(point, (0, 0, -1))
+
+
+def test_frames(sheet):
+    with pytest.raises(ValueError, match="rest"):
+        sheet.stroke(frame="body")
+    with pytest.raises(ValueError):
+        sheet.cut(ACROSS, frame="")
+    with pytest.raises(TypeError):
+        sheet.stroke(frame=3)
+
+
+@pytest.mark.parametrize("n, error", [(-1, ValueError), (1.5, TypeError), ("2", TypeError), (2**70, TypeError), (None, TypeError)])
+def test_numbers_of_steps(sheet, n, error):
+    with pytest.raises(error):
+        sheet.step(n)
+
+
+def test_nothing_to_undo(sheet):
+    with pytest.raises(kerf.Error):
+        sheet.undo()
+
+
+def test_one_stroke_at_a_time(sheet):
+    with sheet.stroke() as blade:
+        blade.move(*ACROSS[0])
+        with pytest.raises(kerf.Error, match="open"):
+            sheet.stroke().__enter__()
+        with pytest.raises(kerf.Error, match="open"):
+            sheet.cut(ACROSS)
+        blade.end()
+        with pytest.raises(kerf.Error, match="over"):
+            blade.move(*ACROSS[1])
+    with pytest.raises(kerf.Error), blade:
+        pass
+
+
+def test_a_stroke_that_has_not_begun(sheet):
+    with pytest.raises(kerf.Error):
+        sheet.stroke().move(*ACROSS[0])
+
+
+def test_a_stroke_that_a_scene_ends():
+    poses = [{"time": 0, "base": [0.05, -1, 1], "tip": [0.05, -1, -1]}, {"time": 0.5, "base": [0.05, -0.9, 1], "tip": [0.05, -0.9, -1]}]
+    session = kerf.Session({"body": {"model": "steak"}, "command": [{"at": 0.01, "type": "blade", "poses": poses}]})
+    with session.stroke() as blade:
+        blade.move(*ACROSS[0])
+        session.step(20)
+        assert session.in_stroke and not blade.is_open
+        with pytest.raises(kerf.Error, match="over"):
+            blade.move(*ACROSS[1])
+
+
+def test_a_stroke_that_was_cancelled_does_not_move_the_next():
+    poses = [{"time": 0, "base": [0.05, -1, 1], "tip": [0.05, -1, -1]}, {"time": 0.5, "base": [0.05, -0.9, 1], "tip": [0.05, -0.9, -1]}]
+    session = kerf.Session({"body": {"model": "steak"}, "command": [{"at": 0.01, "type": "blade", "poses": poses}]})
+    with session.stroke() as blade:
+        blade.cancel()
+        session.step(20)
+        assert session.in_stroke and not blade.is_open
+        with pytest.raises(kerf.Error, match="over"):
+            blade.move(*ACROSS[0])
+
+
+def test_a_stroke_that_undo_ends(sheet):
+    with sheet.stroke() as blade:
+        blade.move(*ACROSS[0])
+        blade.move(*ACROSS[1])
+        sheet.undo()
+        assert not blade.is_open
+        with pytest.raises(kerf.Error, match="over"):
+            blade.move(*ACROSS[1])
+    assert sheet.counts["pieces"] == 1
+
+
+def test_a_stroke_left_open(sheet):
+    blade = sheet.stroke()
+    blade.__enter__()
+    blade.move(*ACROSS[0])
+    del blade
+    with pytest.raises(kerf.Error, match="open"):
+        sheet.cut(ACROSS)
+    sheet.step(2)
+    del sheet
+
+
+def test_a_closed_session(sheet):
+    with pytest.raises(RuntimeError, match="mine"), sheet.stroke() as blade:
+        sheet.close()
+        sheet.close()
+        for name in ("time", "hash", "counts", "positions", "triangles", "notes", "in_stroke", "last_step"):
+            with pytest.raises(kerf.Error, match="closed"):
+                getattr(sheet, name)
+        for call in (sheet.step, sheet.undo, sheet.redo, sheet.validate, sheet.snapshot, sheet.report, blade.end, blade.cancel,
+                     lambda: sheet.cut(ACROSS), lambda: blade.move((0, 0, 1), (0, 0, 2))):
+            with pytest.raises(kerf.Error, match="closed"):
+                call()
+        assert sheet.closed and not blade.is_open and "closed" in repr(sheet)
+        raise RuntimeError("mine")
+
+
+def test_a_session_closed_within_a_stroke(sheet):
+    with pytest.raises(kerf.Error, match="closed"), sheet.stroke():
+        sheet.close()
+
+
+def test_a_session_is_closed_by_with():
+    with kerf.Session({"body": {"model": "sheet"}}) as session:
+        assert not session.closed
+    assert session.closed
+
+
+def test_a_session_that_was_never_made():
+    class Mine(kerf.Session):
+        def __init__(self):
+            pass
+
+    with pytest.warns(RuntimeWarning), pytest.raises(TypeError):
+        Mine().step()
+
+
+def test_a_session_that_is_made_twice(sheet):
+    array = sheet.positions
+    with pytest.warns(RuntimeWarning), pytest.raises(TypeError):
+        sheet.__init__("sheet")
+    assert np.isfinite(array).all()
+    sheet.step()

@@ -1,0 +1,28 @@
+"""The program inside the package."""
+
+import subprocess
+import sys
+
+import pytest
+
+import kerf
+from kerf import _machine, _program
+
+
+def test_the_program_finds_its_scenes():
+    if not _program.PROGRAM.is_file():
+        pytest.skip("built without the program")
+    done = subprocess.run([sys.executable, "-m", "kerf", "info", "steak"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "steak" in done.stdout.lower()
+    scenes = subprocess.run([sys.executable, "-m", "kerf", "info", "--scenes"], capture_output=True, text=True).stdout
+    assert all(name in scenes for name in kerf.scenes())
+
+
+def test_older_processors_are_told(tmp_path):
+    file = tmp_path / "cpuinfo"
+    file.write_text("processor : 0\nflags : fpu sse sse2 avx\n")
+    if _machine.missing(file):
+        assert "avx2" in _machine.missing(file) and "avx" not in _machine.missing(file)
+    assert _machine.missing(tmp_path / "none") == []
+    assert _machine.missing() == []

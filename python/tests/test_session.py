@@ -1,0 +1,147 @@
+"""A session as its users meet it: scenes in, cuts, arrays out."""
+
+import numpy as np
+import pytest
+
+import kerf
+
+ACROSS = [[[0, -0.10, 0.05], [0, -0.10, -0.05]], [[0, 0.12, 0.05], [0, 0.12, -0.05]]]
+
+
+@pytest.fixture
+def steak():
+    return kerf.Session({"body": {"model": "steak"}, "simulation": {"time_step": 0.002}})
+
+
+def cut_run():
+    session = kerf.Session({"body": {"model": "steak"}})
+    assert session.cut(ACROSS)
+    session.step(20)
+    return session
+
+
+def test_a_steak_is_cut_in_two(steak):
+    assert steak.counts["pieces"] == 1
+    assert steak.cut(ACROSS)
+    steak.validate()
+    assert steak.counts["pieces"] == 2
+    steak.step(10)
+    assert steak.time == pytest.approx(0.02)
+    assert np.isfinite(steak.positions).all()
+    assert steak.positions.shape == (steak.counts["visual_vertices"], 3)
+    assert steak.triangles.shape == (steak.counts["visual_triangles"], 3)
+    assert steak.hexahedra.shape == (steak.counts["hexahedra"], 8)
+    assert steak.triangles.max() == len(steak.positions) - 1
+    assert steak.hexahedra.max() < len(steak.nodes)
+
+
+def test_same_input_same_bits():
+    one, other = cut_run(), cut_run()
+    assert one.hash == other.hash
+    assert (one.positions == other.positions).all()
+
+
+def test_undo_and_redo(steak):
+    before = steak.hash
+    steak.cut(ACROSS)
+    after = steak.hash
+    steak.undo()
+    assert steak.hash == before
+    steak.redo()
+    assert steak.hash == after
+    with pytest.raises(kerf.Error):
+        steak.redo()
+
+
+def test_a_stroke_by_hand(steak):
+    with steak.stroke(frame="world") as blade:
+        assert blade.is_open and steak.in_stroke
+        for y in np.linspace(-0.1, 0.1, 21):
+            blade.move((0.01, y, 0.5), np.array([0.01, y, -0.5]))
+            steak.step()
+    assert steak.counts["pieces"] == 2
+    assert not steak.in_stroke and not blade.is_open
+    assert steak.undo_depth == 1
+    steak.validate()
+
+
+def test_a_stroke_can_be_taken_back(steak):
+    before = steak.counts
+    with steak.stroke() as blade:
+        blade.move(*ACROSS[0])
+        blade.move(*ACROSS[1])
+        assert steak.counts != before
+        blade.cancel()
+    assert steak.counts == before
+
+
+def test_what_was_cut_stays_after_an_exception(steak):
+    with pytest.raises(ZeroDivisionError), steak.stroke() as blade:
+        blade.move(*ACROSS[0])
+        blade.move(*ACROSS[1])
+        1 / 0
+    assert steak.counts["pieces"] == 2
+    steak.undo()
+    assert steak.counts["pieces"] == 1
+
+
+def test_a_cut_through_the_air_is_none(steak):
+    assert not steak.cut(np.array(ACROSS) + [1, 0, 0])
+    assert steak.undo_depth == 0
+
+
+def test_snapshots(steak):
+    state = steak.snapshot()
+    before = steak.hash
+    steak.cut(ACROSS)
+    steak.step(5)
+    cut_triangles = steak.triangles
+    steak.restore(state)
+    assert steak.hash == before
+    assert len(steak.triangles) < len(cut_triangles)
+    other = kerf.Session({"body": {"model": "sheet"}})
+    with pytest.raises(kerf.Error, match="another session"):
+        other.restore(state)
+
+
+def test_restore_in_a_stroke_leaves_no_stroke(steak):
+    with steak.stroke() as blade:
+        blade.move(*ACROSS[0])
+        state = steak.snapshot()
+        blade.move(*ACROSS[1])
+        steak.restore(state)
+        assert not blade.is_open
+        with pytest.raises(kerf.Error, match="over"):
+            blade.move(*ACROSS[1])
+    assert steak.counts["pieces"] == 1
+
+
+def test_every_shipped_scene_is_found():
+    assert "steak" in kerf.scenes() and "trainer-knee" in kerf.scenes()
+    session = kerf.Session("steak")
+    assert session.title == "Steak, a straight and a curved cut"
+    session.step(1)
+    assert session.report()["kerf_report_version"] == 1
+
+
+def test_text_path_and_dict_are_the_same(tmp_path):
+    text = '[body]\nmodel = "sheet"\n[simulation]\ntime_step = 0.004\n[[fix]]\nhalf_space = { point = [0, 0, 0], normal = [0, 1, 0] }\n'
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    plain = {
+        "body": {"model": "sheet"},
+        "simulation": {"time_step": np.float64(0.004)},
+        "fix": [{"half_space": {"point": np.zeros(3), "normal": (0, 1, 0)}}],
+    }
+    hashes = set()
+    for scene in (text, path, str(path), plain):
+        session = kerf.Session(scene)
+        session.step(3)
+        hashes.add(session.hash)
+    assert len(hashes) == 1
+    assert kerf.Session(path).name == "mine"
+
+
+def test_strings_of_a_dict_are_quoted():
+    title = 'a "steak" \\ with\ttabs\n and é'
+    assert kerf.Session({"title": title, "body": {"model": "sheet"}}).title == title

@@ -10,7 +10,7 @@ def _numbers(given, name, what):
         raise ValueError(f"{name} must be {what}; its rows differ in length") from None
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be {what}, not of type {array.dtype if array.dtype != object else type(given).__name__}")
-    array = np.ascontiguousarray(array, dtype=np.float64)
+    array = np.array(array, dtype=np.float64, order="C")  # a copy: the caller's may change while other threads run
     if not np.isfinite(array).all():
         raise ValueError(f"{name} must be finite")
     return array

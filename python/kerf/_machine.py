@@ -2,7 +2,7 @@
 
 import os
 
-_NEEDED = {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
+_NEEDED = {"abm", "avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
 
 
 def missing(cpuinfo="/proc/cpuinfo"):

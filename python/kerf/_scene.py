@@ -31,11 +31,20 @@ def source_of(scene):
     raise TypeError(f"a scene is a path, a name, a text in TOML or a dict, not {type(scene).__name__}")
 
 
+def utf8(text):
+    """The text, if the library can have it: the name of a file may hold bytes that are not UTF-8."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise Error(f"{text[:100]!a} is not UTF-8; files of a scene, their folders and texts are") from None
+    return text
+
+
 def _of_file(path):
     if not path.is_file():
         raise Error(f"{path}: {'is a folder' if path.is_dir() else 'there is no such file'}; name a scene file or a bound body")
     try:
-        text = _core.scene_text(str(path)).decode("utf-8")
+        text = _core.scene_text(utf8(str(path))).decode("utf-8")
     except UnicodeDecodeError as error:
         raise Error(f"{path}: byte {error.start} is not UTF-8; scene files are") from None
     return text, str(path), str(path.parent)

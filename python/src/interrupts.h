@@ -16,9 +16,10 @@ class Interrupts {
  public:
   /// Is the work to end? Looks at most every 30 ms, and only where Python listens: in the thread that began.
   bool wanted() {
+    if (std::this_thread::get_id() != thread_) return false;  // what follows is this thread's alone
     if (wanted_) return true;
     const auto now = std::chrono::steady_clock::now();
-    if (now < next_ || std::this_thread::get_id() != thread_) return false;
+    if (now < next_) return false;
     next_ = now + std::chrono::milliseconds(30);
     const nanobind::gil_scoped_acquire lock;
     wanted_ = PyErr_CheckSignals() != 0;

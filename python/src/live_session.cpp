@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <utility>
 
 #include "errors.h"
 #include "interrupts.h"
@@ -129,10 +130,12 @@ void LiveSession::validate() {
 void LiveSession::close() {
   if (!session_) return;
   Use session(*this);
-  session_.reset();
+  // Closed at once for who asks meanwhile; what a large body holds takes a while to free.
+  std::optional<Session> dying = std::exchange(session_, std::nullopt);
   for (KeptArray* array : {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &uvs_, &collision_positions_, &collision_rest_,
                            &collision_triangles_, &nodes_, &node_velocities_, &hexahedra_})
     array->forget();
+  unlocked([&] { dying.reset(); });
 }
 
 // --- Strokes ---
@@ -190,6 +193,7 @@ bool LiveSession::cut(const double* edges, std::size_t poses, SceneFrame frame, 
   {
     const nb::gil_scoped_release release;
     done = session->begin_stroke(frame, through);
+    const bool begun = done.ok();
     const std::size_t record = session->strokes().size();
     for (std::size_t i = 0; i < poses && done.ok() && !interrupts.wanted(); ++i) {
       const double* edge = edges + 6 * i;
@@ -199,7 +203,7 @@ bool LiveSession::cut(const double* edges, std::size_t poses, SceneFrame frame, 
       done = session->end_stroke();
       if (done.ok()) met = session->strokes()[record - 1].before != session->strokes()[record - 1].after;
     }
-    if (session->in_stroke()) {
+    if (begun && session->in_stroke()) {
       const Status cancelled = session->cancel_stroke();
       if (done.ok()) done = cancelled;
     }
@@ -213,7 +217,7 @@ bool LiveSession::cut(const double* edges, std::size_t poses, SceneFrame frame, 
 
 Snapshot LiveSession::snapshot() {
   Use session(*this);
-  return {unlocked([&] { return session->snapshot(); }), number_};
+  return {unlocked([&] { return session->snapshot(); }), number_, is_open(stroke_)};
 }
 
 void LiveSession::restore(const Snapshot& snapshot) {
@@ -221,8 +225,9 @@ void LiveSession::restore(const Snapshot& snapshot) {
   if (snapshot.session != number_) throw Failure(bad_input("this snapshot was taken of another session"));
   ++changes_;
   unlocked([&] { session->restore(snapshot.state); });
-  stroke_record_ = 0;  // a stroke that was open then is nobody's now
-  if (session->in_stroke()) check(session->end_stroke());
+  stroke_record_ = 0;
+  // A hand's stroke that was open then is nobody's now. A blade of the scene goes on from where it was.
+  if (snapshot.in_hand) check(session->end_stroke());
 }
 
 // --- State ---
@@ -243,7 +248,8 @@ std::string LiveSession::title() { return Use(*this)->scene().title; }
 std::vector<std::string> LiveSession::notes() { return Use(*this)->notes(); }
 
 nb::dict LiveSession::counts() {
-  const BodyCounts counts = Use(*this)->counts();
+  Use session(*this);
+  const BodyCounts counts = unlocked([&] { return session->counts(); });
   nb::dict out;
   out["visual_vertices"] = counts.visual_vertices;
   out["visual_triangles"] = counts.visual_triangles;

@@ -18,6 +18,7 @@ namespace kerf::python {
 struct Snapshot {
   std::shared_ptr<const SessionSnapshot> state;
   std::uint64_t session = 0;  ///< number of the session that it was taken of
+  bool in_hand = false;       ///< a stroke by hand was open
 };
 
 class LiveSession {
@@ -37,7 +38,7 @@ class LiveSession {
   void move_blade(std::uint64_t stroke, Vec3 base, Vec3 tip);
   void end_stroke(std::uint64_t stroke, bool keep);
   [[nodiscard]] bool stroke_is_open(std::uint64_t stroke);
-  /// A whole stroke along `poses` edges; on an error the body is as before. False: it met nothing.
+  /// A whole stroke along `poses` edges; one of the scene's own blade ends first. On an error the body is as before. False: it met nothing.
   bool cut(const double* edges, std::size_t poses, SceneFrame frame, bool through);
 
   Snapshot snapshot();

@@ -1,5 +1,9 @@
 """What is wrong is an exception that says so, never a crash."""
 
+import copy
+import os
+import pickle
+
 import numpy as np
 import pytest
 
@@ -108,6 +112,35 @@ def test_numbers_of_steps(sheet, n, error):
         sheet.step(n)
 
 
+@pytest.mark.parametrize("n", [0, np.int64(2), np.uint8(2)])
+def test_numbers_of_steps_in_every_form(sheet, n):
+    sheet.step(n)
+    assert sheet.steps == n
+
+
+def test_files_that_are_not_utf8(tmp_path):
+    path = tmp_path / os.fsdecode(b"\xff.toml")
+    path.write_text("body.model = 'sheet'")
+    for scene in (path, str(path), "title = '\udcff'\nbody.model = 'sheet'"):
+        with pytest.raises(kerf.Error, match="UTF-8"):
+            kerf.Session(scene)
+    with pytest.raises(kerf.Error, match="UTF-8"):
+        kerf.Session("sheet", meshes=[path])
+
+
+def test_sessions_are_not_copied(sheet):
+    for work in (copy.copy, copy.deepcopy, pickle.dumps):
+        with pytest.raises(TypeError, match="copied"):
+            work(sheet)
+
+
+def test_errors_are_pickled():
+    with pytest.raises(kerf.Error) as caught:
+        kerf.Session("body.model = 'none'")
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (str(again), again.kind, again.line) == (str(caught.value), "bad input", 1)
+
+
 def test_nothing_to_undo(sheet):
     with pytest.raises(kerf.Error):
         sheet.undo()
@@ -209,6 +242,15 @@ def test_a_session_that_was_never_made():
 
     with pytest.warns(RuntimeWarning), pytest.raises(TypeError):
         Mine().step()
+    with pytest.raises(TypeError, match="not made"):
+        Mine().stroke()
+    for other in (5, None):
+        with pytest.raises(TypeError):
+            kerf.Session.stroke(other)
+        with pytest.raises(TypeError):
+            kerf.Stroke.__enter__(other)
+    with pytest.raises(TypeError):
+        kerf.Stroke()
 
 
 def test_a_session_that_is_made_twice(sheet):

@@ -1,5 +1,8 @@
 """A session as its users meet it: scenes in, cuts, arrays out."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -18,6 +21,14 @@ def cut_run():
     assert session.cut(ACROSS)
     session.step(20)
     return session
+
+
+def test_the_example_of_the_readme(capsys):
+    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    names = {}
+    exec(re.search(r"```python\n(.*?)```", readme, re.S)[1], names)
+    assert re.fullmatch(r"\d+ \[.*\]\n", capsys.readouterr().out)
+    assert names["session"].redo_depth == 1
 
 
 def test_a_steak_is_cut_in_two(steak):
@@ -114,6 +125,26 @@ def test_restore_in_a_stroke_leaves_no_stroke(steak):
         with pytest.raises(kerf.Error, match="over"):
             blade.move(*ACROSS[1])
     assert steak.counts["pieces"] == 1
+
+
+def test_a_blade_of_the_scene_goes_on_after_restore():
+    poses = [{"time": 0, "base": [0, -0.2, 0.5], "tip": [0, -0.2, -0.5]}, {"time": 0.3, "base": [0, 0.2, 0.5], "tip": [0, 0.2, -0.5]}]
+    session = kerf.Session({"body": {"model": "steak"}, "command": [{"at": 0, "type": "blade", "frame": "rest", "poses": poses}]})
+    while session.time < 0.15:
+        session.step()
+    assert session.in_stroke
+    state, before = session.snapshot(), session.hash
+
+    def rest_of_it():
+        while session.time < 0.35:
+            session.step()
+        return session.hash
+
+    after = rest_of_it()
+    assert session.counts["pieces"] == 2
+    session.restore(state)
+    assert session.in_stroke and session.hash == before
+    assert rest_of_it() == after
 
 
 def test_every_shipped_scene_is_found():

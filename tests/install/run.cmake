@@ -24,5 +24,9 @@ run(${CMAKE_COMMAND} -S ${CONSUMER} -B ${WORK}/build -G ${GENERATOR} -D CMAKE_PR
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
 if(EXISTS ${WORK}/prefix/bin/kerf)
+  # Without it the program would find those of the sources.
+  if(NOT EXISTS ${WORK}/prefix/share/kerf/scenes/sheet.toml)
+    message(FATAL_ERROR "the scenes are not below the prefix")
+  endif()
   run(${WORK}/prefix/bin/kerf info sheet)
 endif()

@@ -75,7 +75,7 @@ TEST(RimStrip, OfADisc) {
       part += 0.5 * cross(a - Vec2{d, 0}, b - Vec2{d, 0});
     }
     // The collision mesh's border is a chord of the rim, up to 0.005 m off: what is beyond it is drawn in, and the wall with it.
-    EXPECT_NEAR(share_cut_off(body, {{d, -0.6, 0}, {d, 0.6, 0}}, "disc") / (part / whole), 1, 0.05) << d;
+    EXPECT_NEAR(share_cut_off(body, {{d, -0.6, 0}, {d, 0.6, 0}}, "disc") / (part / whole), 1, 0.003 / (0.5 - d)) << d;
   }
 }
 

@@ -55,7 +55,7 @@ VisualVertex insert_in_chain(CutContext& cut, CH h, Side side, VisualVertex u, V
     cut.fail("two points of a chain coincide", "collision half-edge", h.value);
     return {};
   }
-  return split_visual_edge(mesh, e, f, left, right);
+  return split_visual_edge(mesh, e, f, left, right, place_reach(cut.body));
 }
 
 ChainCut cut_chain(CutContext& cut, CH h, Side side, double t, Vec2 u_left, Vec2 u_right) {
@@ -100,11 +100,12 @@ ChainCut cut_chain(CutContext& cut, CH h, Side side, double t, Vec2 u_left, Vec2
                 kWarpKeepsArea);
   };
   const double gap = high - low;
-  if (first > 0 && t - low < kWarpFraction * gap && slide(at(first - 1))) return {at(first - 1), first - 1, first};
-  if (first < run.count && high - t < kWarpFraction * gap && slide(at(first))) return {at(first), first, first + 1};
   const auto s = static_cast<std::size_t>(index(side));
   const VisualVertex u = first > 0 ? at(first - 1) : coarse.bound[coarse.from(h)][s];
   const VisualVertex w = first < run.count ? at(first) : coarse.bound[coarse.to(h)][s];
+  const double near = near_enough(body, u, w);
+  if (first > 0 && t - low < near * gap && slide(u)) return {u, first - 1, first};
+  if (first < run.count && high - t < near * gap && slide(w)) return {w, first, first + 1};
   return {insert_in_chain(cut, h, side, u, w, (t - low) / gap, u_left, u_right), first, first};
 }
 

@@ -71,8 +71,10 @@ void prefetch_split(const VisualMesh& mesh, H h) {
   prefetch(mesh.patch, VisualMesh::face(g));
 }
 
-VisualVertex split_visual_edge(VisualMesh& mesh, H h, double fraction, Vec2 u_left, Vec2 u_right) {
-  const double f = std::clamp(fraction, kClampFraction, 1 - kClampFraction);
+VisualVertex split_visual_edge(VisualMesh& mesh, H h, double fraction, Vec2 u_left, Vec2 u_right, double reach) {
+  const double length = norm(mesh.rest[mesh.to(h)] - mesh.rest[mesh.from(h)]);
+  const double least = std::min(kClampFraction, reach / std::max(length, 1e-300));
+  const double f = std::clamp(fraction, least, 1 - least);
   const H g = mesh.twin[h], hn = VisualMesh::next(h), hp = VisualMesh::prev(h);
   const VisualVertex a = mesh.origin[h], b = mesh.origin[hn];
   const VisualVertex ends[2] = {a, b};
@@ -113,10 +115,12 @@ VisualVertex split_visual_edge(VisualMesh& mesh, H h, double fraction, Vec2 u_le
   return m;
 }
 
-VisualVertex split_visual_face(VisualMesh& mesh, VisualTriangle f, std::array<double, 3> weights, Vec2 u) {
+VisualVertex split_visual_face(VisualMesh& mesh, VisualTriangle f, std::array<double, 3> weights, Vec2 u, double reach) {
   const H h[3] = {VisualMesh::corner(f, 0), VisualMesh::corner(f, 1), VisualMesh::corner(f, 2)};
   double sum = 0;
-  for (double& w : weights) sum += w = std::max(w, kNearEdgeWeight);
+  double longest = 1e-300;
+  for (const H e : h) longest = std::max(longest, norm(mesh.rest[mesh.to(e)] - mesh.rest[mesh.from(e)]));
+  for (double& w : weights) sum += w = std::max(w, std::min(kNearEdgeWeight, reach / longest));
   VisualVertex v[3];
   Vec3 rest;
   Vec2f texture{};

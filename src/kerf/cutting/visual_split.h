@@ -1,6 +1,7 @@
 // Splitting edges and faces of the visual mesh: topology, corner data, 3D point, texture and normal.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "kerf/cutting/cut_context.h"
@@ -18,14 +19,22 @@ VisualVertex append_visual_vertex(VisualMesh& mesh, Vec3 rest, Vec3f normal);
 bool edge_split_is_sound(const VisualMesh& mesh, VisualHalfEdge h, Vec2 u_left, Vec2 u_right, double keep = 0);
 
 /// Splits h = a -> b. The planar points are the true ones; the 3D point, the texture and the normal are taken at
-/// `fraction` (from a, clamped to 5-95 %): any point of the edge leaves area, volume and the texture map as they are.
-VisualVertex split_visual_edge(VisualMesh& mesh, VisualHalfEdge h, double fraction, Vec2 u_left, Vec2 u_right);
+/// `fraction` (from a, kept off the ends by 5 %, `reach` metres at most): any point of the edge leaves area, volume and the texture
+/// map as they are.
+VisualVertex split_visual_edge(VisualMesh& mesh, VisualHalfEdge h, double fraction, Vec2 u_left, Vec2 u_right, double reach);
 
 /// Asks for the memory that splitting h and walking on behind it will need.
 void prefetch_split(const VisualMesh& mesh, VisualHalfEdge h);
 
-/// Splits a face at a planar point, the 3D point at barycentric weights (normalised and kept off the edges).
-VisualVertex split_visual_face(VisualMesh& mesh, VisualTriangle f, std::array<double, 3> weights, Vec2 u);
+/// Splits a face at a planar point, the 3D point at barycentric weights (normalised and kept off the edges, by `reach` metres at most).
+VisualVertex split_visual_face(VisualMesh& mesh, VisualTriangle f, std::array<double, 3> weights, Vec2 u, double reach);
+
+/// Metres by which a vertex may lie off the place of its parameter.
+inline double place_reach(const CellComplex& body) { return kPlaceReach * body.mean_root_edge; }
+/// A crossing of the edge between two vertices that is nearer to one of them than this part of the edge may take that vertex.
+inline double near_enough(const CellComplex& body, VisualVertex a, VisualVertex b) {
+  return std::min(kWarpFraction, place_reach(body) / std::max(norm(body.visual.rest[b] - body.visual.rest[a]), 1e-300));
+}
 
 /// Marks an edge as part of a chain, line or border.
 void set_barrier(VisualMesh& mesh, VisualHalfEdge h);

@@ -97,8 +97,9 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
   const Vec2 ua = mesh.planar[exit], ub = mesh.planar[VisualMesh::next(exit)];
   double f = oa / (oa - ob);
   Vec2 u = lerp(ua, ub, f);
-  if (f < kWarpFraction && mesh.free[a] && warp_onto(mesh, a, u, patch, kWarpKeepsArea)) return go_along(to_a, a);
-  if (1 - f < kWarpFraction && mesh.free[b] && warp_onto(mesh, b, u, patch, kWarpKeepsArea)) return go_along(from_b, b);
+  const double near = near_enough(cut.body, a, b);
+  if (f < near && mesh.free[a] && warp_onto(mesh, a, u, patch, kWarpKeepsArea)) return go_along(to_a, a);
+  if (1 - f < near && mesh.free[b] && warp_onto(mesh, b, u, patch, kWarpKeepsArea)) return go_along(from_b, b);
   if (!edge_split_is_sound(mesh, exit, u, u)) {
     if (mesh.free[a] && warp_onto(mesh, a, u, patch, 0)) return go_along(to_a, a);
     if (mesh.free[b] && warp_onto(mesh, b, u, patch, 0)) return go_along(from_b, b);
@@ -113,7 +114,7 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
       return {};
     }
   }
-  const VisualVertex m = split_visual_edge(mesh, exit, f, u, u);
+  const VisualVertex m = split_visual_edge(mesh, exit, f, u, u, place_reach(cut.body));
   return go_along(from_b, m);
 }
 
@@ -180,9 +181,10 @@ VisualVertex insert_point(CutContext& cut, VisualVertex from, Vec2 u, Patch patc
     return {};
   }
   for (double& w : weight) w /= area;
+  const double reach = place_reach(cut.body);
   for (std::size_t i = 0; i < 3; ++i) {
     const VisualVertex v = mesh.origin[h[i]];
-    if (weight[i] > kNearVertexWeight && mesh.free[v] && warp_onto(mesh, v, u, patch, kWarpKeepsArea)) {
+    if (weight[i] > kNearVertexWeight && norm(u - p[i]) < reach && mesh.free[v] && warp_onto(mesh, v, u, patch, kWarpKeepsArea)) {
       take_from_free(mesh, v);
       return v;
     }
@@ -191,13 +193,14 @@ VisualVertex insert_point(CutContext& cut, VisualVertex from, Vec2 u, Patch patc
   const auto split_edge = [&](std::size_t i, double keep) -> VisualVertex {
     if (mesh.barrier[h[i]] || mesh.is_border(h[i]) || !edge_split_is_sound(mesh, h[i], u, u, keep)) return {};
     const double wa = weight[i], wb = weight[(i + 1) % 3];
-    return split_visual_edge(mesh, h[i], wb / (wa + wb), u, u);
+    return split_visual_edge(mesh, h[i], wb / (wa + wb), u, u, reach);
   };
+  const auto distance = [&](std::size_t i) { return weight[(i + 2) % 3] * area / norm(p[(i + 1) % 3] - p[i]); };  // metres from edge i
   for (std::size_t i = 0; i < 3; ++i)
-    if (weight[(i + 2) % 3] < kNearEdgeWeight)
+    if (weight[(i + 2) % 3] < kNearEdgeWeight && distance(i) < reach)
       if (const VisualVertex m = split_edge(i, kSplitKeepsArea); m.valid()) return m;
   if (orient(u, p[1], p[2]) > 0 && orient(p[0], u, p[2]) > 0 && orient(p[0], p[1], u) > 0)
-    return split_visual_face(mesh, f, weight, u);
+    return split_visual_face(mesh, f, weight, u, reach);
   for (std::size_t i = 0; i < 3; ++i)
     if (weight[(i + 2) % 3] < kNearEdgeWeight)
       if (const VisualVertex m = split_edge(i, 0); m.valid()) return m;

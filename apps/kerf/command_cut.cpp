@@ -70,7 +70,7 @@ Status cut_once(const CutOptions& options, Session& session, RunLog& log) {
   KERF_TRY(session.move_blade(options.to + edge, options.to - edge));
   KERF_TRY(session.end_stroke());
 
-  const Status valid = session.validate();
+  Status valid = session.validate();
   log.checks.push_back({0, "cut", valid ? "" : valid.error().message});
   KERF_TRY(write_final_meshes(session, cut_meshes(), options.out));
   const StrokeRecord& stroke = session.strokes().back();

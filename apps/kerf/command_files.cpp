@@ -9,6 +9,7 @@ namespace kerf::app {
 
 std::vector<CommandFile> results_in(const std::filesystem::path& folder, const std::vector<std::string>& names) {
   std::vector<CommandFile> files;
+  files.reserve(names.size());
   for (const std::string& name : names) files.push_back({"the result", folder / name});
   return files;
 }
@@ -29,6 +30,7 @@ std::vector<CommandFile> files_of(const std::filesystem::path& file, const Scene
 
 std::vector<std::filesystem::path> paths_of(const std::vector<CommandFile>& files) {
   std::vector<std::filesystem::path> paths;
+  paths.reserve(files.size());
   for (const CommandFile& file : files) paths.push_back(file.path);
   return paths;
 }

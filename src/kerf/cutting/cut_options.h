@@ -23,8 +23,8 @@ namespace cut {
 /// A crossing this near to a visual vertex (part of the crossed edge) moves the vertex's parameter onto the path.
 inline constexpr double kWarpFraction = 0.1;
 /// None of these leaves a vertex farther from the place of its parameter than this part of the mean root edge, however long visual edges are: so far a
-/// drawn lip has teeth, and pieces thinner than that may lose their volume. At half, more and flatter triangles; at double, pieces of random lives in coarse bodies
-/// come nearer to none.
+/// drawn lip has teeth. Half: more and flatter triangles where visual edges are long. Double: teeth of a hundredth of an edge, nearly half of
+/// the minimum feature.
 inline constexpr double kPlaceReach = 0.005;
 /// Faces around a moved parameter keep at least this part of their planar area.
 inline constexpr double kWarpKeepsArea = 0.05;

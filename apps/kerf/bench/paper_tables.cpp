@@ -14,7 +14,7 @@
 namespace kerf::bench {
 namespace {
 
-constexpr double kMilli = 1e3;  // ms per s
+constexpr double kMilliseconds = 1e3;  // ms per s
 
 /// A row of tables 1, 3 and 5.
 struct PaperBinding {
@@ -94,7 +94,7 @@ class PaperBench {
     return {};
   }
 
-  static void add_row(Table& table, const char* model, const char* what, Cell paper, const Sample& sample, double unit = kMilli) {
+  static void add_row(Table& table, const char* model, const char* what, Cell paper, const Sample& sample, double unit = kMilliseconds) {
     std::vector<Cell> row{model, what, std::move(paper)};
     append_quantiles(row, sample, unit);
     table.rows.push_back(std::move(row));
@@ -114,7 +114,7 @@ class PaperBench {
     add_row(table, name, "Update Collision-Simulation and Visual-Simulation Embedding", value(paper.embedding), timings->embedding);
     if (paper.surface > 0) add_row(table, name, "Add Surface Mesh", paper.surface, timings->surface);
     table.rows.push_back({name, "sum of these parts", value(paper.cut_and_binding + paper.embedding + paper.surface),
-                          kMilli * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()), Cell(), Cell()});
+                          kMilliseconds * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()), Cell(), Cell()});
     add_row(table, name, "Total Cut Time", value(paper.total), timings->whole);
     const auto poses = time_poses(*session, std::max(1, options_.cut_count() / 20), true);
     if (!poses) return poses.error();
@@ -178,7 +178,7 @@ class PaperBench {
       table.rows.push_back({static_cast<double>(i), static_cast<double>(c.visual_vertices), static_cast<double>(c.visual_triangles),
                             static_cast<double>(c.collision_vertices), static_cast<double>(c.collision_triangles),
                             static_cast<double>(c.nodes), static_cast<double>(c.hexahedra), static_cast<double>(c.pieces),
-                            kMilli * frames->frame.median()});
+                            kMilliseconds * frames->frame.median()});
     }
     run_.figures.push_back(plot_of(table, "figure-16a", "vertices", {1, 3, 5}));
     run_.figures.push_back(plot_of(table, "figure-16b", "elements", {2, 4, 6}));
@@ -308,7 +308,7 @@ class PaperBench {
     add_row(table, name, "updating visual-simulation and collision-simulation embedding", 32.8, timings->embedding);
     add_row(table, name, "adding the cut surface", 8.1, timings->surface);
     table.rows.push_back({name, "sum of these parts", 6.2 + 32.8 + 8.1,
-                          kMilli * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()), Cell(), Cell()});
+                          kMilliseconds * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()), Cell(), Cell()});
     add_row(table, name, "total cut time of a punch", 48.2, timings->whole);
     add_row(table, name, "simulation step, surface included", 6.5, frames_free->frame);
     table.rows.push_back({name, "frames per second", 162.0, std::round(1 / frames_free->frame.median()),
@@ -338,8 +338,8 @@ class PaperBench {
       if (!times) return times.error();
       for (const auto& [name, sample] : {std::pair{"whole frame", &times->frame}, std::pair{"of it the cut", &times->cut},
                                          std::pair{"of it the step", &times->step}, std::pair{"of it the surface", &times->surface}})
-        table.rows.push_back({model, name, kMilli * sample->quantile(0.5), kMilli * sample->quantile(0.99), kMilli * sample->quantile(0.999),
-                              kMilli * sample->quantile(1)});
+        table.rows.push_back({model, name, kMilliseconds * sample->quantile(0.5), kMilliseconds * sample->quantile(0.99), kMilliseconds * sample->quantile(0.999),
+                              kMilliseconds * sample->quantile(1)});
     }
     run_.tables.push_back(std::move(table));
     return {};

@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kLargestFile = 0xffffffffull - 64;  // the header holds the length in 32 bits
-constexpr int kFloat = 5126;
+constexpr int kGlFloat = 5126;
 constexpr int kUint = 5125;
 constexpr int kArrayBuffer = 34962;
 constexpr int kElementBuffer = 34963;
@@ -222,14 +222,14 @@ Status GlbBuilder::write(const std::string& path) const {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const State& state = states_[i];
     Json attributes;
-    attributes["POSITION"] = accessor(state.position_view, kFloat, state.vertex_count, "VEC3");
+    attributes["POSITION"] = accessor(state.position_view, kGlFloat, state.vertex_count, "VEC3");
     Json& positions = accessors[static_cast<std::size_t>(accessor_of[state.position_view])];
     positions["min"] = vector_json(state.low);
     positions["max"] = vector_json(state.high);
-    attributes["NORMAL"] = accessor(state.normal_view, kFloat, state.vertex_count, "VEC3");
+    attributes["NORMAL"] = accessor(state.normal_view, kGlFloat, state.vertex_count, "VEC3");
     if (state.texture_view >= 0) {
       attributes["TEXCOORD_0"] =
-          accessor(static_cast<std::size_t>(state.texture_view), kFloat, state.vertex_count, "VEC2");
+          accessor(static_cast<std::size_t>(state.texture_view), kGlFloat, state.vertex_count, "VEC2");
     }
     Json primitives = Json::array();
     for (const StatePrimitive& p : state.primitives) {
@@ -261,10 +261,10 @@ Status GlbBuilder::write(const std::string& path) const {
       return views.size() - 1;
     };
     Json& input =
-        add_accessor(add_keys(times.data(), times.size() * sizeof(float)), kFloat, times.size(), "SCALAR");
+        add_accessor(add_keys(times.data(), times.size() * sizeof(float)), kGlFloat, times.size(), "SCALAR");
     input["min"] = Json::array({times.front()});
     input["max"] = Json::array({times.back()});
-    add_accessor(add_keys(scales.data(), scales.size() * sizeof(Vec3f)), kFloat, scales.size(), "VEC3");
+    add_accessor(add_keys(scales.data(), scales.size() * sizeof(Vec3f)), kGlFloat, scales.size(), "VEC3");
     samplers.push_back(
         {{"input", accessors.size() - 2}, {"interpolation", "STEP"}, {"output", accessors.size() - 1}});
     channels.push_back({{"sampler", samplers.size() - 1}, {"target", {{"node", i + 1}, {"path", "scale"}}}});

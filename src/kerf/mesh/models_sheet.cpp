@@ -10,24 +10,24 @@ namespace kerf::models {
 namespace {
 
 constexpr double kSide = 1.0;        // m
-constexpr double kThickness = 0.1;   // m
+constexpr double kSheetThickness = 0.1;   // m
 constexpr std::size_t kMostCollision = 120000;
 constexpr double kMaxTriangles = 10.1e6;  // a closed sheet of "10 million" may round up a little
 
-constexpr double kYoung = 5e3;     // Pa
-constexpr double kPoisson = 0.3;
-constexpr double kDensity = 10;    // kg/m3: the whole sheet has 1 kg
+constexpr double kSheetYoung = 5e3;     // Pa
+constexpr double kSheetPoisson = 0.3;
+constexpr double kSheetDensity = 10;    // kg/m3: the whole sheet has 1 kg
 
 void finish(Model& model, const PlanarMesh& collision) {
   model.collision = flat_surface(collision);
-  model.half_thickness.assign(collision.points.size(), kThickness / 2);
+  model.half_thickness.assign(collision.points.size(), kSheetThickness / 2);
   constexpr int cells = 9;  // 81 cells, 200 nodes
-  model.lattice.origin = {-kSide / 2, -kSide / 2, -kThickness / 2};
-  model.lattice.cell = {kSide / cells, kSide / cells, kThickness};
+  model.lattice.origin = {-kSide / 2, -kSide / 2, -kSheetThickness / 2};
+  model.lattice.cell = {kSide / cells, kSide / cells, kSheetThickness};
   model.lattice.cells = {cells, cells, 1};
-  model.young = kYoung;
-  model.poisson = kPoisson;
-  model.density = kDensity;
+  model.young = kSheetYoung;
+  model.poisson = kSheetPoisson;
+  model.density = kSheetDensity;
 }
 
 /// i of n steps over a centred interval of the given length; both ends and the middle are exact.
@@ -104,11 +104,11 @@ Result<Model> make_closed_sheet(const ModelOptions& options) {
   if (wanted < 500 || wanted > kMaxTriangles)
     return bad_input(fmt::format("model closed-sheet has 500 to 10000000 visual triangles, not {}", options.visual_triangles));
   const double bulge = options.rim_radius;
-  if (!(bulge >= 0 && bulge <= kThickness / 2))
-    return bad_input(fmt::format("the rim radius of model closed-sheet is 0 to {} m, not {}", kThickness / 2, bulge));
+  if (!(bulge >= 0 && bulge <= kSheetThickness / 2))
+    return bad_input(fmt::format("the rim radius of model closed-sheet is 0 to {} m, not {}", kSheetThickness / 2, bulge));
 
   // 4 n^2 triangles on both sides and 8 n (rings + 1) on the rim, its quads about square.
-  auto rings_of = [](int n) { return std::max(1, 2 * static_cast<int>(std::lround(n * kThickness / kSide / 2)) - 1); };
+  auto rings_of = [](int n) { return std::max(1, 2 * static_cast<int>(std::lround(n * kSheetThickness / kSide / 2)) - 1); };
   auto count_of = [&](int n) { return 4.0 * n * n + 8.0 * n * (rings_of(n) + 1); };
   int n = 4;
   while (count_of(n + 1) <= wanted) ++n;
@@ -119,8 +119,8 @@ Result<Model> make_closed_sheet(const ModelOptions& options) {
       n, n, [=](int i, int j) { return Vec2{spread(i, n, length), spread(j, n, length)}; },
       [=](int i, int j) { return alternating_split(i, j, n, n); });
   ThickShape shape;
-  shape.top = [](std::size_t) { return kThickness / 2; };
-  shape.bottom = [](std::size_t) { return -kThickness / 2; };
+  shape.top = [](std::size_t) { return kSheetThickness / 2; };
+  shape.bottom = [](std::size_t) { return -kSheetThickness / 2; };
   shape.rim_rings = rings_of(n);
   if (bulge > 0) {
     shape.bulge = [&side, length, bulge](std::size_t i) {

@@ -13,8 +13,8 @@ constexpr double kLength = 0.200, kWidth = 0.160, kThickness = 0.020;  // m
 constexpr int kCollisionBorder = 31;
 // With b border and i inner vertices on a side and k rings: 2 (b + i) + k b = 2641. The rim has three vertices per
 // collision border edge, and the middle one of its rings lies on the outline.
-constexpr int kBorder = 3 * kCollisionBorder, kInner = 1088, kRings = 3;
-static_assert(2 * (kBorder + kInner) + kRings * kBorder == 2641);
+constexpr int kBorder = 3 * kCollisionBorder, kInside = 1088, kBorderRings = 3;
+static_assert(2 * (kBorder + kInside) + kBorderRings * kBorder == 2641);
 constexpr double kRimBulge = 0.0065;  // m: the fat rim is rounded over this width
 constexpr double kRimHalf = 0.0068;   // m: half thickness where the faces meet the rim
 constexpr double kDomeWidth = 0.030;  // m from the rim over which the faces rise to full thickness
@@ -101,7 +101,7 @@ Result<Model> make_steak(const ModelOptions& options) {
     bulge.push_back((kRimBulge / norm(e)) * Vec2{e.y, -e.x});
     inset.push_back(outline[i] - bulge[i]);
   }
-  const PlanarMesh face = triangulate(inset, kInner);
+  const PlanarMesh face = triangulate(inset, kInside);
 
   std::vector<double> top, bottom;
   double high = 0, low = 0;
@@ -122,7 +122,7 @@ Result<Model> make_steak(const ModelOptions& options) {
   shape.top = [&](std::size_t i) { return scaled(top[i], high); };
   shape.bottom = [&](std::size_t i) { return scaled(bottom[i], low); };
   shape.bulge = [&](std::size_t i) { return bulge[i]; };
-  shape.rim_rings = kRings;
+  shape.rim_rings = kBorderRings;
 
   Model model;
   model.closed = true;

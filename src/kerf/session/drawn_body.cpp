@@ -375,8 +375,8 @@ std::vector<RootFrame> root_frames(const CollisionMesh& mesh) {
 void add_feet(const Body& body, OverlayArrays& out) {
   const CollisionMesh& mesh = body.complex.collision;
   const VisualMesh& visual = body.complex.visual;
-  enum : std::uint32_t { kVertex, kEdge, kTriangle, kUnseen };
-  std::vector<std::uint32_t> kind(visual.vertex_count(), kUnseen);
+  enum : std::uint32_t { kVertex, kEdge, kTriangle, kNotSeen };
+  std::vector<std::uint32_t> kind(visual.vertex_count(), kNotSeen);
   for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
     for (const VisualVertex bound : mesh.bound[v])
       if (bound.valid()) kind[bound.index()] = kVertex;

@@ -6,7 +6,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kMostPasses = 24;
+constexpr int kMostRounds = 24;
 constexpr int kFree = 6;  // three moves, three turns
 using Six = std::array<double, kFree>;
 
@@ -115,7 +115,7 @@ HapticAnswer solve_proxy(const HapticModel& model, const RigidPlace& device) {
 
   Six x{};  // the tool stays, to begin with
   std::uint32_t active_before = ~0u;
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  for (int pass = 0; pass < kMostRounds; ++pass) {
     std::array<Six, kFree> a{};
     Six b{};
     for (std::size_t i = 0; i < kFree; ++i) {

@@ -10,6 +10,7 @@
 
 #include "kerf/mesh/rigid_models.h"
 #include "kerf/session/closest_word.h"
+#include "kerf/session/overloaded.h"
 #include "kerf/session/scene_keys.h"
 #include "kerf/session/scene_limits.h"
 #include "kerf/session/scene_schema.h"
@@ -34,13 +35,6 @@ namespace {
 constexpr std::size_t kMaxProblems = 10;        // a screenful; more of them seldom help
 constexpr double kOrthonormalTolerance = 1e-6;  // axes typed with seven digits pass
 constexpr double kTimeTolerance = 1e-9;         // relative: sums of decimal fractions end a few bits late
-
-template <class... Fs>
-struct Overloaded : Fs... {
-  using Fs::operator()...;
-};
-template <class... Fs>
-Overloaded(Fs...) -> Overloaded<Fs...>;
 
 std::string_view type_name(const toml::node& node) {
   switch (node.type()) {

@@ -10,7 +10,7 @@ namespace kerf {
 namespace {
 
 constexpr double kFlat = 3;  // box over body thickness: more is bent
-constexpr double kOutside = 1e-6;  // of a cell: a body may stick out of a given lattice by rounding only
+constexpr double kStickingOut = 1e-6;  // of a cell: a body may stick out of a given lattice by rounding only
 
 /// Box of the prisms (rest positions plus and minus offset) along the axes.
 Box3 prism_box(const CollisionMesh& mesh, const Mat3& axes) {
@@ -37,7 +37,7 @@ LatticeOptions around(const LatticeHint& hint, const Box3& body) {
   Vec3 origin = hint.origin, cell = hint.cell;
   for (int i = 0; i < 3; ++i) {
     const int count = hint.cells[static_cast<std::size_t>(i)];
-    const double low = origin[i], high = low + count * cell[i], slack = kOutside * cell[i];
+    const double low = origin[i], high = low + count * cell[i], slack = kStickingOut * cell[i];
     if (body.min[i] >= low - slack && body.max[i] <= high + slack) continue;
     origin[i] = std::fmin(low, body.min[i]);
     cell[i] = (std::fmax(high, body.max[i]) - origin[i]) / count;
@@ -68,7 +68,7 @@ Result<LatticeFrame> holding(const CollisionMesh& mesh, const Result<LatticeFram
       const Vec3 p = mesh.rest[v] + side * mesh.offset[v];
       const Vec3 q = frame->to_lattice(p);
       for (int i = 0; i < 3; ++i) {
-        if (q[i] >= -kOutside && q[i] <= frame->count[static_cast<std::size_t>(i)] + kOutside) continue;
+        if (q[i] >= -kStickingOut && q[i] <= frame->count[static_cast<std::size_t>(i)] + kStickingOut) continue;
         const Box3 box = prism_box(mesh, frame->axes);
         return bad_input(
             fmt::format("[lattice]: the body sticks out of the lattice at ({:.6g}, {:.6g}, {:.6g}); along "
@@ -122,7 +122,7 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
       continue;
     }
     cell[i] = (*wanted.cell_size)[i];
-    const double n = std::ceil(size[i] / cell[i] - kOutside);
+    const double n = std::ceil(size[i] / cell[i] - kStickingOut);
     if (!(n < 1e6))
       return bad_input(fmt::format(
           "[lattice]: cell_size makes {:.0f} cells along axis {}; make the cells larger", n, i + 1));

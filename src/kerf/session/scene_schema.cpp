@@ -2,19 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "kerf/session/overloaded.h"
 #include "kerf/session/scene_keys.h"
 
 namespace kerf {
 namespace {
 
-template <class... Fs>
-struct Overloaded : Fs... {
-  using Fs::operator()...;
-};
-template <class... Fs>
-Overloaded(Fs...) -> Overloaded<Fs...>;
-
-std::string quoted(std::string_view s) {
+std::string in_quotes(std::string_view s) {
   return fmt::format("\"{}\"", s);
 }
 std::string text(const Vec3& v) {
@@ -64,16 +58,16 @@ std::string default_text(const SceneKey<T>& key) {
           [&](std::uint64_t T::*m) { return fmt::format("{}", t.*m); },
           [&](bool T::*m) { return fmt::format("{}", t.*m); },
           [](std::optional<bool> T::*) { return std::string("-"); },
-          [&](std::string T::*m) { return (t.*m).empty() ? std::string("-") : quoted(t.*m); },
+          [&](std::string T::*m) { return (t.*m).empty() ? std::string("-") : in_quotes(t.*m); },
           [&](Vec3 T::*m) { return text(t.*m); },
           [](std::optional<Vec3> T::*) { return std::string("-"); },
           [&](std::array<int, 2> T::*m) { return fmt::format("[{}, {}]", (t.*m)[0], (t.*m)[1]); },
           [](std::optional<std::array<int, 3>> T::*) { return std::string("-"); },
           [](std::optional<std::array<Vec3, 3>> T::*) { return std::string("-"); },
-          [&](const SceneChoice<T>& c) { return quoted(c.words[static_cast<std::size_t>(c.get(t))]); },
+          [&](const SceneChoice<T>& c) { return in_quotes(c.words[static_cast<std::size_t>(c.get(t))]); },
           [&](const SceneWords<T>& w) {
             std::vector<std::string> words;
-            for (const std::string& word : t.*(w.list)) words.push_back(quoted(word));
+            for (const std::string& word : t.*(w.list)) words.push_back(in_quotes(word));
             return fmt::format("[{}]", fmt::join(words, ", "));
           },
           [](const SceneFilePath<T>&) { return std::string("-"); },

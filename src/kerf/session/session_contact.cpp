@@ -28,12 +28,12 @@ constexpr int kTryAgainParts = 4;
 
 /// Those parts may be taken again in turn, where something has got deeper than kMostUnseen by surprise; but not into parts shorter than `substeps` allows
 /// (but for rounding), and nothing is tried again once there are as many parts as it allows.
-constexpr int kTries = 2;
+constexpr int kContactTries = 2;
 constexpr double kMostUnseen = 0.045, kShortest = 0.99;
 
 /// Change of the deformation gradient in one part of a step at most (1: a turn of 0.7 radians), and parts at most. Rotations are frozen in a
 /// part; what turns farther, such as a scrap that spins in a long step, would be fed with energy until it explodes.
-constexpr double kTurn = 1, kTurnParts = 16;
+constexpr double kMostTurn = 1, kTurnParts = 16;
 
 /// Parts are divided in turn: for edges of tools, for what is fast or turns, for what comes together, for what got deep. All of that together could come to thousands, so
 /// no part is shorter than what one of these divisions makes of a step, over this.
@@ -92,8 +92,8 @@ int Session::Impl::parts_of_meeting(double h) const {
 }
 
 int Session::Impl::parts_of_turning(double h) const {
-  const double turn = h * deformation_rate(state.body.hex, state.mechanics.velocities, kTurn / h);
-  return std::clamp(static_cast<int>(std::ceil(turn / kTurn < kTurnParts ? turn / kTurn : kTurnParts)), 1, most_parts(h));
+  const double turn = h * deformation_rate(state.body.hex, state.mechanics.velocities, kMostTurn / h);
+  return std::clamp(static_cast<int>(std::ceil(turn / kMostTurn < kTurnParts ? turn / kMostTurn : kTurnParts)), 1, most_parts(h));
 }
 
 bool Session::Impl::went_too_deep() const {
@@ -106,8 +106,8 @@ bool Session::Impl::went_too_deep() const {
 }
 
 bool Session::Impl::must_try_again(int tries, double h, const MechanicsState& began) {
-  if (tries == kTries && went_too_deep()) return true;
-  const double deep = (tries < kTries ? kMostUnseen : kDeeper) * contact.surface.largest_radius;
+  if (tries == kContactTries && went_too_deep()) return true;
+  const double deep = (tries < kContactTries ? kMostUnseen : kDeeper) * contact.surface.largest_radius;
   return find_surprise(scene, state.body, state.model, began, state.mechanics, touched_part, h, step_options.gravity, deep, workspace.contact.results, contact);
 }
 
@@ -184,7 +184,7 @@ Result<StepReport> Session::Impl::advance_mechanics(double dt) {
   const double h = dt / equal;
   StepReport sum;
   for (int i = 0; i < equal; ++i) {
-    const int tries = contact.on && scene.contact.substeps > 1 ? kTries : 0;
+    const int tries = contact.on && scene.contact.substeps > 1 ? kContactTries : 0;
     const MechanicsState* began = &before_step;
     if (tries > 0 && i > 0) {
       before_part.back() = state.mechanics;

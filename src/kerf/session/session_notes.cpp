@@ -17,7 +17,7 @@ constexpr double kNearVertex = 2;
 /// Mean collision edges, beside the half thickness: what a blade goes through nearer to a front of its cut is the layer that it cuts.
 constexpr double kSameLayer = 1;
 /// Relative: sums of decimal fractions end a few bits late.
-constexpr double kTimeTolerance = 1e-9;
+constexpr double kSameTime = 1e-9;
 
 /// What leads one thing along a path, from `began` to `end`.
 struct Leading {
@@ -86,7 +86,7 @@ void Session::Impl::note_idle_parts() {
     for (std::size_t k = i; k-- > 0;) {
       const auto before = leading(commands[k]);
       if (!before || before->what != now->what || *before->id != *now->id) continue;
-      if (before->end > commands[i].at * (1 + kTimeTolerance))
+      if (before->end > commands[i].at * (1 + kSameTime))
         add_note(fmt::format("{}this command {} {} '{}' from {} s on, and breaks off the one {}that would have led it until {:.6g} s",
                              scene_place(scene, commands[i].line), now->verb, now->what, *now->id, commands[i].at,
                              commands[k].line > 0 ? fmt::format("of line {} ", commands[k].line) : "", before->end));

@@ -13,7 +13,7 @@ namespace {
 constexpr double kEdgeTravel = 1;
 /// The same for what nobody could have known: a part in which it was more is taken again in so many shorter ones.
 constexpr double kEdgeSurprise = 2;
-constexpr int kTryAgainParts = 4;
+constexpr int kTryPieceAgain = 4;
 /// Of the body's size: offsets of surface vertices that are dropped.
 constexpr double kFaded = 1e-9;
 
@@ -133,7 +133,7 @@ Result<StepReport> Session::Impl::advance_tools_and_body(double h, bool tools_fi
     state.mechanics = before_step;
     state.touching = touched_before;
     positions_changed();
-    return divide_tools_and_body(h, kTryAgainParts, false);
+    return divide_tools_and_body(h, kTryPieceAgain, false);
   }
   feel_tools();
   press_edges();

@@ -14,7 +14,7 @@ namespace kerf {
 namespace {
 
 /// Sides of round outlines stay within this part of the path tolerance of the curve.
-constexpr double kRoundness = 0.4;
+constexpr double kPunchRoundness = 0.4;
 
 double area_of(const std::vector<Vec2>& polygon) {
   double twice = 0;
@@ -105,7 +105,7 @@ Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
   p.axis = what.axis;
   p.across = what.across;
   if (what.reach) p.reach = *what.reach;
-  const double tolerance = kRoundness * cut_options.path_tolerance * state.body.complex.mean_root_edge;
+  const double tolerance = kPunchRoundness * cut_options.path_tolerance * state.body.complex.mean_root_edge;
   p.outline = what.shape == ScenePunchShape::kCircle ? circle_outline(what.radius, tolerance)
               : what.shape == ScenePunchShape::kD    ? d_outline(what.radius, tolerance)
                                                      : what.points;

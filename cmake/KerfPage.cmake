@@ -10,6 +10,7 @@ function(kerf_page target dist)
       DEPENDS ${files} ${PROJECT_SOURCE_DIR}/scripts/embed-page
       COMMENT "Putting the page into the program" VERBATIM)
     set_source_files_properties(${out}/page.S PROPERTIES OBJECT_DEPENDS ${out}/page.cpp)
+    set_source_files_properties(${out}/page.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     target_sources(${target} PRIVATE ${out}/page.S ${out}/page.cpp)
     message(STATUS "kerf view: page from ${dist}")
   else()

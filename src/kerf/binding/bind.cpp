@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "kerf/base/at.h"
 #include "kerf/base/parallel.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/binding/bound_vertices.h"
@@ -24,8 +25,6 @@
 
 namespace kerf {
 namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Rays and closest points that bind a collision vertex, roughly.
 constexpr std::size_t kQueriesPerVertex = 8;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "kerf/base/at.h"
 #include "kerf/base/indexed.h"
 #include "kerf/binding/collision_mesh_build.h"
 #include "kerf/binding/margins.h"
@@ -20,8 +21,6 @@ using CT = CollisionTriangle;
 
 /// Vertices that a warning names before it says "...".
 constexpr std::size_t kNamedVertices = 5;
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Barycentric weights of p's projection to face f.
 std::array<double, 3> weights_in(const WalledSurface& w, std::int32_t f, Vec3 p) {

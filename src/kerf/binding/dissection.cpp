@@ -4,13 +4,13 @@
 #include <array>
 #include <cmath>
 
+#include "kerf/base/at.h"
+
 namespace kerf {
 namespace {
 
 constexpr std::size_t kBins = 64;
 constexpr float kRounding = 4e-7f;  // of a sum or two of floats
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

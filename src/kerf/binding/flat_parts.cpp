@@ -6,12 +6,11 @@
 #include <queue>
 #include <vector>
 
+#include "kerf/base/at.h"
 #include "kerf/binding/tolerances.h"
 
 namespace kerf {
 namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 class FlatParts {
  public:

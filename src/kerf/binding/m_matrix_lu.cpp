@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "kerf/base/at.h"
 #include "kerf/base/lanes.h"
 
 namespace kerf {
@@ -12,7 +13,6 @@ constexpr std::size_t kLanes = 4;
 /// Parts of a mesh with at most so many rows are one dense matrix (measured: 8 to 32 hardly differ).
 constexpr std::size_t kLeaf = 12;
 
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 std::size_t padded(std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
 
 /// c(r, j) -= sum over k of a(k, r) b(k, j): four rows of c and eight or four columns.

@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 
+#include "kerf/base/at.h"
 #include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
 #include "kerf/binding/m_matrix_lu.h"
@@ -14,8 +15,6 @@
 
 namespace kerf {
 namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// tan(angle / 2) between u and v, without trigonometric functions.
 double tan_half(Vec3 u, Vec3 v, double length_u, double length_v) {

@@ -2,14 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "kerf/base/at.h"
 #include "kerf/base/indexed.h"
 
 namespace kerf {
-namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 Result<PatchMap> find_patches(const SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices,
                               const PathNetwork& network, bool closed, std::vector<CollisionVertex>* at_fault) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "kerf/base/at.h"
 #include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
 #include "kerf/binding/collision_mesh_build.h"
@@ -18,8 +19,6 @@ namespace {
 
 using CV = CollisionVertex;
 using CH = CollisionHalfEdge;
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// The order in which paths end around every bound vertex, counter-clockwise seen from outside. A hub is a bound visual
 /// vertex: two for an inner collision vertex, one for a border vertex. With d collision edges, the hub of the + side has

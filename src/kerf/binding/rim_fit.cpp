@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "kerf/base/at.h"
 #include "kerf/base/indexed.h"
 #include "kerf/binding/collision_mesh_build.h"
 #include "kerf/binding/tolerances.h"
@@ -14,8 +15,6 @@ namespace {
 using CV = CollisionVertex;
 using CH = CollisionHalfEdge;
 using CT = CollisionTriangle;
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 double shortest_edge(const CollisionMesh& c, CV v) {
   double shortest = HUGE_VAL;

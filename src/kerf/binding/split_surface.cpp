@@ -5,12 +5,11 @@
 #include <numbers>
 #include <numeric>
 
+#include "kerf/base/at.h"
 #include "kerf/base/check.h"
 
 namespace kerf {
 namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Appends a face without neighbours; returns its first half-edge.
 std::int32_t append_face(SplitSurface& s, std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t parent) {

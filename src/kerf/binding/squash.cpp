@@ -5,14 +5,13 @@
 #include <cmath>
 #include <vector>
 
+#include "kerf/base/at.h"
 #include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
 #include "kerf/binding/tolerances.h"
 
 namespace kerf {
 namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// x(b, c, h) = origin + b u + c v + h (m + b mu + c mv): a prism over a collision triangle, whose normals are interpolated.
 struct Prism {

@@ -6,14 +6,13 @@
 #include <array>
 #include <bit>
 
+#include "kerf/base/at.h"
 #include "kerf/base/parallel.h"
 #include "kerf/base/prefetch.h"
 #include "kerf/binding/tolerances.h"
 
 namespace kerf {
 namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 std::uint64_t hash_position(Vec3 p) {
   std::uint64_t h = 0;

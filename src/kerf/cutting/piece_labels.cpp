@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "kerf/base/at.h"
 #include "kerf/cutting/pieces.h"
 
 namespace kerf {
 namespace {
 
 using F = CollisionTriangle;
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

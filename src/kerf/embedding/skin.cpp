@@ -2,10 +2,10 @@
 
 #include <cstring>
 
+#include "kerf/base/at.h"
+
 namespace kerf {
 namespace {
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// A vertex's local coordinates and scaled normal into a lane. cof(F) n = cof(dx/dlocal) diag(h) R' n up to a factor.
 void fill_lane(const CellComplex& body, const HexMesh& hex, VisualVertex v, SkinBlock& block, int lane) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <span>
 
+#include "kerf/base/at.h"
 #include "kerf/base/hash.h"
 #include "kerf/lattice/lattice_tip.h"
 #include "kerf/lattice/lattice_tolerances.h"
@@ -96,8 +97,6 @@ using CornerCopy = Work::CornerCopy;
 using Class = Work::Class;
 using OnFace = Work::OnFace;
 using T = CollisionTriangle;
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 template <class V>
 void sort_unique(V& v) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/at.h"
 #include "kerf/mesh/half_edge_build.h"
 
 namespace kerf::models {
@@ -51,15 +52,13 @@ void planar_box(const PlanarMesh& mesh, Vec2& lo, Vec2& hi) {
     for (const Vec2 p : t) add(p);
 }
 
-std::size_t slot(std::int32_t i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 PlanarMesh quad_grid(int nx, int ny, const std::function<Vec2(int, int)>& point,
                      const std::function<QuadSplit(int, int)>& split) {
   PlanarMesh mesh;
   const auto quads = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny);
-  mesh.points.reserve(slot(nx + 1) * slot(ny + 1));
+  mesh.points.reserve(at(nx + 1) * at(ny + 1));
   mesh.triangles.reserve(2 * quads);
   for (int j = 0; j <= ny; ++j)
     for (int i = 0; i <= nx; ++i) mesh.points.push_back(point(i, j));
@@ -79,7 +78,7 @@ PlanarMesh quad_grid(int nx, int ny, const std::function<Vec2(int, int)>& point,
           break;
         case QuadSplit::kCross: {
           const auto m = static_cast<std::int32_t>(mesh.points.size());
-          mesh.points.push_back(0.25 * (mesh.points[slot(a)] + mesh.points[slot(b)] + mesh.points[slot(c)] + mesh.points[slot(d)]));
+          mesh.points.push_back(0.25 * (mesh.points[at(a)] + mesh.points[at(b)] + mesh.points[at(c)] + mesh.points[at(d)]));
           mesh.triangles.push_back({a, b, m});
           mesh.triangles.push_back({b, c, m});
           mesh.triangles.push_back({c, d, m});
@@ -90,20 +89,20 @@ PlanarMesh quad_grid(int nx, int ny, const std::function<Vec2(int, int)>& point,
   if (holes) {  // drop the corners that no quad uses
     std::vector<std::int32_t> renamed(mesh.points.size(), -1);
     for (const auto& t : mesh.triangles)
-      for (const std::int32_t v : t) renamed[slot(v)] = 0;
+      for (const std::int32_t v : t) renamed[at(v)] = 0;
     std::int32_t count = 0;
     for (std::size_t v = 0; v < renamed.size(); ++v)
       if (renamed[v] == 0) {
-        mesh.points[slot(count)] = mesh.points[v];
+        mesh.points[at(count)] = mesh.points[v];
         renamed[v] = count++;
       }
-    mesh.points.resize(slot(count));
+    mesh.points.resize(at(count));
     for (auto& t : mesh.triangles)
-      for (std::int32_t& v : t) v = renamed[slot(v)];
+      for (std::int32_t& v : t) v = renamed[at(v)];
     find_loops(mesh);
   } else {  // the outer loop is known, and big grids need not be searched for it
     std::vector<std::int32_t> loop;
-    loop.reserve(2 * slot(nx + ny));
+    loop.reserve(2 * at(nx + ny));
     for (int i = 0; i < nx; ++i) loop.push_back(i);
     for (int j = 0; j < ny; ++j) loop.push_back(j * (nx + 1) + nx);
     for (int i = nx; i > 0; --i) loop.push_back(ny * (nx + 1) + i);
@@ -126,14 +125,14 @@ void find_loops(PlanarMesh& mesh) {
   const HalfEdgeArrays& he = *built;
   std::vector<std::int32_t> next(mesh.points.size(), -1);
   for (std::size_t h = 0; h < he.twin.size(); ++h)
-    if (he.twin[h] < 0) next[slot(mesh.triangles[h / 3][h % 3])] = mesh.triangles[h / 3][(h + 1) % 3];
+    if (he.twin[h] < 0) next[at(mesh.triangles[h / 3][h % 3])] = mesh.triangles[h / 3][(h + 1) % 3];
   for (std::size_t v = 0; v < next.size(); ++v) {
     if (next[v] < 0) continue;
     std::vector<std::int32_t> loop;
-    for (auto w = static_cast<std::int32_t>(v); next[slot(w)] >= 0;) {
+    for (auto w = static_cast<std::int32_t>(v); next[at(w)] >= 0;) {
       loop.push_back(w);
-      const std::int32_t to = next[slot(w)];
-      next[slot(w)] = -1;
+      const std::int32_t to = next[at(w)];
+      next[at(w)] = -1;
       w = to;
     }
     mesh.loops.push_back(std::move(loop));
@@ -151,8 +150,8 @@ PlanarMesh subdivide(const PlanarMesh& mesh) {
     if (middle[h] >= 0) continue;
     const auto& t = mesh.triangles[h / 3];
     middle[h] = static_cast<std::int32_t>(fine.points.size());
-    if (he.twin[h] >= 0) middle[slot(he.twin[h])] = middle[h];
-    fine.points.push_back(lerp(mesh.points[slot(t[h % 3])], mesh.points[slot(t[(h + 1) % 3])], 0.5));
+    if (he.twin[h] >= 0) middle[at(he.twin[h])] = middle[h];
+    fine.points.push_back(lerp(mesh.points[at(t[h % 3])], mesh.points[at(t[(h + 1) % 3])], 0.5));
   }
   fine.triangles.reserve(4 * mesh.triangles.size());
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
@@ -180,7 +179,7 @@ TriangleMesh flat_surface(const PlanarMesh& mesh) {
     const auto& t = mesh.triangles[f];
     out.triangles.push_back({VertexId(t[0]), VertexId(t[1]), VertexId(t[2])});
     std::array<Vec2f, 3> uv;
-    for (std::size_t c = 0; c < 3; ++c) uv[c] = map(mesh.corners.empty() ? mesh.points[slot(t[c])] : mesh.corners[f][c]);
+    for (std::size_t c = 0; c < 3; ++c) uv[c] = map(mesh.corners.empty() ? mesh.points[at(t[c])] : mesh.corners[f][c]);
     out.texture.push_back(uv);
   }
   return out;
@@ -191,7 +190,7 @@ TriangleMesh thicken(const PlanarMesh& mesh, const ThickShape& shape) {
   const std::size_t n = mesh.points.size();
   std::size_t border = 0;
   for (const auto& loop : mesh.loops) border += loop.size();
-  const auto rings = slot(shape.rim_rings);
+  const auto rings = at(shape.rim_rings);
   const std::size_t faces = 2 * mesh.triangles.size() + 2 * border * (rings + 1);
   out.positions.reserve(2 * n + rings * border);
   out.triangles.reserve(faces);
@@ -210,7 +209,7 @@ TriangleMesh thicken(const PlanarMesh& mesh, const ThickShape& shape) {
     for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
       const auto& t = mesh.triangles[f];
       auto uv = [&](std::size_t c) {
-        const Vec2 p = mesh.corners.empty() ? mesh.points[slot(t[c])] : mesh.corners[f][c];
+        const Vec2 p = mesh.corners.empty() ? mesh.points[at(t[c])] : mesh.corners[f][c];
         return side == 0 ? top(p) : bottom(p);
       };
       if (side == 0) {
@@ -229,12 +228,12 @@ TriangleMesh thicken(const PlanarMesh& mesh, const ThickShape& shape) {
     for (std::size_t r = 1; r <= rings; ++r) {
       const double t = static_cast<double>(r) / static_cast<double>(rings + 1);
       for (const std::int32_t v : loop) {
-        const double z0 = shape.top(slot(v)), z1 = shape.bottom(slot(v));
-        Vec2 p = mesh.points[slot(v)];
+        const double z0 = shape.top(at(v)), z1 = shape.bottom(at(v));
+        Vec2 p = mesh.points[at(v)];
         double z = z0 + t * (z1 - z0);
         if (shape.bulge) {  // half an ellipse; exact where its middle ring is
           const bool middle = 2 * r == rings + 1;
-          p = p + (middle ? 1 : std::sin(M_PI * t)) * shape.bulge(slot(v));
+          p = p + (middle ? 1 : std::sin(M_PI * t)) * shape.bulge(at(v));
           if (!middle) z = 0.5 * (z0 + z1) + 0.5 * (z0 - z1) * std::cos(M_PI * t);
         }
         out.positions.push_back({p.x, p.y, z});
@@ -242,7 +241,7 @@ TriangleMesh thicken(const PlanarMesh& mesh, const ThickShape& shape) {
     }
     std::vector<double> along(count + 1, 0);
     for (std::size_t i = 0; i < count; ++i) {
-      double step = norm(mesh.points[slot(loop[(i + 1) % count])] - mesh.points[slot(loop[i])]);
+      double step = norm(mesh.points[at(loop[(i + 1) % count])] - mesh.points[at(loop[i])]);
       if (!mesh.corners.empty()) step = 1;  // the points jump where the region closes on itself
       along[i + 1] = along[i] + step;
     }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/at.h"
 #include "kerf/mesh/half_edge_build.h"
 #include "kerf/mesh/models_planar.h"
 
@@ -13,8 +14,6 @@ constexpr double kFlipMargin = 1e-10;   // relative to the fourth power of the e
 constexpr double kWallDistance = 0.55;  // of the spacing: first distance of inner vertices from the outline
 
 using Index = std::int32_t;
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 double turn(Vec2 a, Vec2 b, Vec2 c) { return cross(b - a, c - a); }
 
 class Builder {

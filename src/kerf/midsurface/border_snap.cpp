@@ -8,8 +8,8 @@
 namespace kerf::mid {
 namespace {
 
-constexpr std::size_t kGrain = 8192;
-constexpr double kEdges = 0.5;  // of a border edge: how far a vertex may move
+constexpr std::size_t kSnapGrain = 8192;
+constexpr double kSnapEdges = 0.5;  // of a border edge: how far a vertex may move
 
 }  // namespace
 
@@ -22,7 +22,7 @@ void snap_border(CoarseMesh& c, const std::vector<Vec3>& positions, const Triang
     if (c.curve[v] < 0) continue;
     rim.push_back(m.position[v]);
     rim_vertex.push_back(v);
-    reach = std::max({reach, c.half_thickness[v], kEdges * m.length(m.outgoing[v])});
+    reach = std::max({reach, c.half_thickness[v], kSnapEdges * m.length(m.outgoing[v])});
   }
   if (rim.empty()) return;
   // Points as flat triangles; of the surface only triangles with a corner near one of them, or large ones.
@@ -31,7 +31,7 @@ void snap_border(CoarseMesh& c, const std::vector<Vec3>& positions, const Triang
   const TriangleView rim_view(rim, corners);
   const TriangleBvh rim_bvh(rim_view);
   std::vector<std::uint8_t> near(surface.triangles.size(), 0);
-  parallel_for(near.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(near.size(), kSnapGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) {
       const auto& t = surface.triangles.raw()[f];
       const Vec3 p = positions[t[0].index()], q = positions[t[1].index()], r = positions[t[2].index()];
@@ -48,7 +48,7 @@ void snap_border(CoarseMesh& c, const std::vector<Vec3>& positions, const Triang
   const TriangleBvh bvh(view);
   for (std::size_t i = 0; i < rim.size(); ++i) {
     const std::int32_t v = rim_vertex[i];
-    const double limit = std::max(c.half_thickness[v], kEdges * m.length(m.outgoing[v]));
+    const double limit = std::max(c.half_thickness[v], kSnapEdges * m.length(m.outgoing[v]));
     if (const ClosestPoint q = bvh.closest(view, rim[i], limit); q.valid()) m.position[v] = q.point;
   }
 }

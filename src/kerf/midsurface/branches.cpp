@@ -7,9 +7,9 @@
 namespace kerf::mid {
 namespace {
 
-constexpr double kSure = 0.3;           // least confidence of faces that are asked
+constexpr double kSureFace = 0.3;       // least confidence of faces that are asked
 constexpr double kJump = 0.75;          // of the thickness: opposite points farther apart than this are a jump
-constexpr double kEdges = 2.5;          // lengths of the edge between: smaller jumps are its own
+constexpr double kJumpEdges = 2.5;      // lengths of the edge between: smaller jumps are its own
 constexpr double kDetour = 2, kSlack = 0.5;  // the way round on the other side: times the jump, plus thicknesses
 
 Vec3 point_at(const SurfaceMesh& m, const Pair& p) {
@@ -62,7 +62,7 @@ Branches find_branches(const SurfaceMesh& m, const Pairing& pairing, const SideL
   SideWalk walk(m, labels.field);
   const auto sure = [&](std::int32_t f) {
     const Pair& p = pairing.pair[f];
-    return p.face >= 0 && std::min(p.confidence, pairing.pair[p.face].confidence) > kSure;
+    return p.face >= 0 && std::min(p.confidence, pairing.pair[p.face].confidence) > kSureFace;
   };
   for (std::int32_t h = 0; h < m.origin.count(); ++h) {
     if (!m.is_edge(h) || m.twin[h] < 0) continue;
@@ -70,7 +70,7 @@ Branches find_branches(const SurfaceMesh& m, const Pairing& pairing, const SideL
     if (!sure(f) || !sure(g)) continue;
     const Pair &p = pairing.pair[f], &q = pairing.pair[g];
     const double length = m.length(h), t = std::min(p.distance, q.distance);
-    const double least = std::max(kEdges * length, kJump * t);
+    const double least = std::max(kJumpEdges * length, kJump * t);
     bool fork = false;
     if ((field_at(m, labels.field, f) > 0) != (field_at(m, labels.field, g) > 0)) {
       fork = norm(point_at(m, p) - m.centroid(g)) > least && norm(point_at(m, q) - m.centroid(f)) > least;

@@ -15,14 +15,14 @@ constexpr double kReach = 0.35;     // of a thickness: how far a datum speaks
 constexpr double kAlmost = 0.97;    // of the way to the middle: the wall that collapses keeps a little area
 constexpr double kMargin = 1.4;     // half thicknesses from the rim: nearer, rays meet its wall
 constexpr double kUpright = 0.5;    // cosine between a face and the smooth normal
-constexpr double kSure = 0.1;        // confidence of a wedge of 44 degrees
+constexpr double kSureWedge = 0.1;   // confidence of a wedge of 44 degrees
 constexpr int kBorderSteps = 6;
 constexpr int kMoveSteps = 40;
 constexpr double kBorderLeash = 2.5; // of the half thickness: how far the border moves in a round
-constexpr double kPinhole = 1;      // thicknesses around: holes much narrower than the body is thick
+constexpr double kFilledHole = 1;   // thicknesses around: holes much narrower than the body is thick
 constexpr int kRefinements = 3;
-constexpr double kFacing = 4;       // power of the cosine between the sides that a ray meets
-constexpr std::size_t kGrain = 512;
+constexpr double kRayFacing = 4;    // power of the cosine between the sides that a ray meets
+constexpr std::size_t kSheetGrain = 512;
 
 /// Evens out the staircase that the marching triangles leave; the border stays on the surface.
 void smooth_border(SurfaceMesh& m, const SheetInput& in) {
@@ -68,7 +68,7 @@ Column<std::uint8_t> trusted_vertices(const SurfaceMesh& m, const Column<double>
   std::vector<double> sorted(confidence);
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
   std::nth_element(sorted.begin(), middle, sorted.end());
-  const double least = std::min(kSure, *middle);
+  const double least = std::min(kSureWedge, *middle);
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
     out[v] = confidence[v] >= least && from_border[v] > std::max(margin * half_thickness[v], 1.5 * edge);
     count += out[v];
@@ -146,7 +146,7 @@ Fields border_moves(const MidSheet& sheet, const SheetInput& in) {
     const std::size_t n = loop.size();
     double length = 0;
     for (std::size_t i = 0; i < n; ++i) length += norm(m.position[loop[(i + 1) % n]] - m.position[loop[i]]);
-    if (length < kPinhole * in.work.thickness) continue;  // straight on from all around would meet in a point
+    if (length < kFilledHole * in.work.thickness) continue;  // straight on from all around would meet in a point
     std::vector<Vec3> move(n), smooth(n);
     std::vector<std::uint8_t> known(n, 0);
     for (std::size_t i = 0; i < n; ++i) {
@@ -198,14 +198,14 @@ void centre(MidSheet& sheet, const SheetInput& in, const Column<double>& cot) {
   const TwoSidedRays rays(in.work.mesh, in.bvh, in.labels.field, in.pairing.normal);
   const Column<double> area = vertex_areas(m);
   std::vector<FieldDatum> move(m.position.size(), FieldDatum{{-1, -1, -1}, 0, {}}), half = move;
-  parallel_for(move.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(move.size(), kSheetGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto v = static_cast<std::int32_t>(i);
       if (!sheet.trusted[v]) continue;
       const auto hit = rays.cast(m.position[v], sheet.normal[v]);
       if (!hit) continue;
       const double t = hit->plus + hit->minus, reach = kReach * std::max(t, 1e-3 * in.work.thickness);
-      const double w = std::pow(std::max(hit->facing, 0.0), kFacing) * area[v] / (reach * reach);
+      const double w = std::pow(std::max(hit->facing, 0.0), kRayFacing) * area[v] / (reach * reach);
       const double along = 0.5 * (hit->plus - hit->minus) * std::max(dot(hit->direction, sheet.normal[v]), 0.5);
       move[i] = {{v, -1, -1}, w, {0, 0, 0, along}};
       half[i] = {{v, -1, -1}, w, {0, 0, 0, 0.5 * t}};

@@ -8,15 +8,15 @@
 namespace kerf::mid {
 namespace {
 
-constexpr std::size_t kGrain = 1024;
-constexpr double kFacing = 4;  // power: walls that lean by 60 degrees must not count as a side
+constexpr std::size_t kPairGrain = 1024;
+constexpr double kSideFacing = 4;  // power: walls that lean by 60 degrees must not count as a side
 constexpr double kMedial = 0.98, kMedialStout = 0.85;  // of the way to the middle: what is farther counts as medial
-constexpr double kStout = 2.4;  // mean thicknesses
+constexpr double kStoutPair = 2.4;  // mean thicknesses
 constexpr double kSameSurface = 0.7071067811865476;  // cosine: farther turned neighbours lie across a crease
 
 template <class Fn>
 void for_each_face(const SurfaceMesh& m, Fn&& fn) {
-  parallel_for(static_cast<std::size_t>(m.face_count()), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(static_cast<std::size_t>(m.face_count()), kPairGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t f = begin; f < end; ++f) fn(static_cast<std::int32_t>(f));
   });
 }
@@ -67,10 +67,10 @@ Pairing find_pairs(const SurfaceMesh& m, const TriangleBvh& bvh, double thicknes
     const double half = 0.5 * hit.t;
     // Anything farther than that counts as half the way: in the middle of a ball everything is equally far.
     // The more so the stouter the body is there: boxes of triangles reach inwards too, and all of them would be opened.
-    const double medial = hit.t > kStout * thickness ? kMedialStout : kMedial;
+    const double medial = hit.t > kStoutPair * thickness ? kMedialStout : kMedial;
     const double room = bvh.closest(view, c - half * n, medial * half).distance;
     const double rho = std::min(1.0, room / half);
-    p.confidence = std::pow(facing, kFacing) * rho * rho * rho;
+    p.confidence = std::pow(facing, kSideFacing) * rho * rho * rho;
   });
   double sum = 0, area = 0;
   for (std::int32_t f = 0; f < m.face_count(); ++f) {

@@ -9,7 +9,7 @@
 namespace kerf::mid {
 namespace {
 
-constexpr std::size_t kGrain = 2048;
+constexpr std::size_t kQualityGrain = 2048;
 constexpr int kSamples = 6;  // per edge of a prism's face
 
 /// Largest and mean distance of points to a surface.
@@ -17,13 +17,13 @@ struct Distances {
   double mean = 0, max = 0;
 };
 Distances distances(const std::vector<Vec3>& points, const TriangleView& view, const TriangleBvh& bvh) {
-  const std::size_t chunks = (points.size() + kGrain - 1) / kGrain;
+  const std::size_t chunks = (points.size() + kQualityGrain - 1) / kQualityGrain;
   std::vector<double> sum(chunks, 0), max(chunks, 0);
-  parallel_for(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(points.size(), kQualityGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const double d = bvh.closest(view, points[i]).distance;
-      sum[begin / kGrain] += d;
-      max[begin / kGrain] = std::max(max[begin / kGrain], d);
+      sum[begin / kQualityGrain] += d;
+      max[begin / kQualityGrain] = std::max(max[begin / kQualityGrain], d);
     }
   });
   Distances out;

@@ -9,8 +9,8 @@ namespace kerf::mid {
 namespace {
 
 constexpr int kRounds = 5;
-constexpr double kStep = 0.4, kLeash = 0.6;                 // of the half thickness
-constexpr double kSharp = 24 * 0.017453292519943295;        // no move makes a sharper angle sharper still
+constexpr double kRelaxStep = 0.4, kLeash = 0.6;            // of the half thickness
+constexpr double kSharpest = 24 * 0.017453292519943295;     // no move makes a sharper angle sharper still
 constexpr double kMostTurn = 0.31;
 constexpr double kFold = 0.2;  // cosine: no move folds neighbours more than by 78 degrees
 constexpr double kOddRay = 2;  // times the sheet's half thickness: such a ray runs along the sheet
@@ -51,7 +51,7 @@ void try_move(SurfaceMesh& m, std::int32_t v, Vec3 move) {
   const double before = angle_at(m, v, m.position[v]), fold = fold_at(m, v, m.position[v]);
   for (int halving = 0; halving < 3; ++halving, move = 0.5 * move) {
     const double after = angle_at(m, v, m.position[v] + move);
-    if (after < 0 || (after < kSharp && after < before)) continue;
+    if (after < 0 || (after < kSharpest && after < before)) continue;
     if (fold_at(m, v, m.position[v] + move) < std::min(kFold, fold)) continue;
     m.position[v] += move;
     return;
@@ -94,7 +94,7 @@ RelaxReport relax_to_middle(CoarseMesh& c, const SheetSampler& sampler, const Sh
       if (half > kOddRay * here.half_thickness) continue;
       c.half_thickness[v] = half;
       if (!here.trusted) continue;  // next to the rim the sheet goes straight on, not into a corner of the wall
-      const double way = std::clamp(0.5 * (hit->plus - hit->minus), -kStep * half, kStep * half);
+      const double way = std::clamp(0.5 * (hit->plus - hit->minus), -kRelaxStep * half, kRelaxStep * half);
       Vec3 place = m.position[v] + way * hit->direction;
       const SheetSampler::Sample s = sampler.closest(place, c.normal[v], sizes.size);
       const double leash = kLeash * s.half_thickness;

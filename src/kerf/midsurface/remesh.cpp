@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kCollapse = 0.78, kSplit = 1.35;  // of the wanted length
 constexpr double kLongest = 1.7;                   // of the wanted length: no collapse makes a longer edge
-constexpr double kTurn = 0.31, kTurnFirst = -0.17; // cosines: 72 degrees; 100 while the squeezed wall is still there
+constexpr double kRemeshTurn = 0.31, kTurnFirst = -0.17; // cosines: 72 degrees; 100 while the squeezed wall is still there
 constexpr double kGuarded = 0.4;                   // of the wanted length: faces with longer edges are guarded
 constexpr double kAgree = 0.26;                    // cosine between a face and the sheet
 constexpr double kSagittaOfEdge = 0.25;            // how far a border edge's middle may be off its curve, of its length
@@ -206,7 +206,7 @@ class Remesher {
       const Vec3 old = cross(p - m.position[v], q - m.position[v]), now = cross(p - place, q - place);
       const double old_size = norm(old), longest = std::max(norm(p - m.position[v]), norm(q - m.position[v]));
       if (old_size > 1e-3 * longest * longest) {
-        if (dot(old, now) <= (first_stage_ ? kTurnFirst : kTurn) * old_size * norm(now)) good = false;
+        if (dot(old, now) <= (first_stage_ ? kTurnFirst : kRemeshTurn) * old_size * norm(now)) good = false;
       }
       if (good && !on_sheet(place, p, q, to.sample.normal + m_.normal[x] + m_.normal[y],
                             level_ * (to.sample.size + m_.size[x] + m_.size[y]) / 3))
@@ -326,7 +326,7 @@ class Remesher {
       if (!good) return;
       const Vec3 p = m.position[m.to(e)], q = m.position[m.apex(e)];
       const Vec3 old = cross(p - o, q - o), now = cross(p - place, q - place);
-      if (dot(old, now) <= kTurn * norm(old) * norm(now) && !(norm(old) == 0)) good = false;
+      if (dot(old, now) <= kRemeshTurn * norm(old) * norm(now) && !(norm(old) == 0)) good = false;
       if (!first_stage_ && good) {
         const double angle = smallest_angle(place, p, q);
         if (angle < kSharp && angle < smallest_angle(o, p, q)) good = false;
@@ -418,7 +418,7 @@ void flip_for_angles(CoarseMesh& coarse) {
                    then = std::min(smallest_angle(d, c, a), smallest_angle(c, d, b));
       if (then <= now * (1 + 1e-9) || !can_flip(m, h)) continue;
       const Vec3 n = cross(b - a, c - a) + cross(a - b, d - b), n1 = cross(c - d, a - d), n2 = cross(d - c, b - c);
-      if (dot(n1, n) <= kTurn * norm(n) * norm(n1) || dot(n2, n) <= kTurn * norm(n) * norm(n2)) continue;
+      if (dot(n1, n) <= kRemeshTurn * norm(n) * norm(n1) || dot(n2, n) <= kRemeshTurn * norm(n) * norm(n2)) continue;
       const Vec3 sheet = coarse.normal[ia] + coarse.normal[ib] + coarse.normal[ic] + coarse.normal[id];
       if (dot(n1, sheet) <= 0 || dot(n2, sheet) <= 0) continue;
       // An edge that cuts a corner of the sheet off or joins two layers is longer and far from the old one.

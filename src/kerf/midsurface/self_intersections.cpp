@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kGrain = 2048, kPlaces = 12;
+constexpr std::size_t kCrossingGrain = 2048, kPlaces = 12;
 
 /// Does segment p q, whose ends lie strictly on both sides of t's plane, meet t? At t's edges and corners too: the two sides of an even
 /// grid that is folded over itself meet in nothing else.
@@ -32,12 +32,12 @@ bool intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
 SelfIntersections find_self_intersections(const TriangleMesh& mesh) {
   const TriangleView view(mesh);
   const TriangleBvh bvh(view);
-  const std::size_t n = view.size(), chunks = (n + kGrain - 1) / kGrain;
+  const std::size_t n = view.size(), chunks = (n + kCrossingGrain - 1) / kCrossingGrain;
   std::vector<std::size_t> pairs(chunks, 0);
   std::vector<std::vector<Vec3>> places(chunks);
   std::vector<std::vector<std::int32_t>> triangles(chunks);
-  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-    const std::size_t chunk = begin / kGrain;
+  parallel_for(n, kCrossingGrain, [&](std::size_t begin, std::size_t end) {
+    const std::size_t chunk = begin / kCrossingGrain;
     for (std::size_t i = begin; i < end; ++i) {
       const auto f = static_cast<std::int32_t>(i);
       const std::array<Vec3, 3> s = view[f];

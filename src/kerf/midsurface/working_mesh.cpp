@@ -10,7 +10,7 @@ namespace kerf::mid {
 namespace {
 
 constexpr double kFewest = 8000, kMost = 50000;
-constexpr double kTurn = 0.2;        // cosine: a collapse may turn a face by 78 degrees
+constexpr double kCollapseTurn = 0.2;  // cosine: a collapse may turn a face by 78 degrees
 constexpr double kDeviation = 0.02;  // of the mean thickness
 constexpr double kShort = 0.8, kLong = 1.5;
 constexpr double kTooMany = 1.5;  // times kMost
@@ -113,7 +113,7 @@ class Coarsener {
       if (!good || x == other || y == other) return;
       const Vec3 p = m_.position[x], q = m_.position[y], old = cross(p - m_.position[v], q - m_.position[v]),
                  now = cross(p - place, q - place);
-      if (dot(old, now) <= kTurn * norm(old) * norm(now)) good = false;
+      if (dot(old, now) <= kCollapseTurn * norm(old) * norm(now)) good = false;
       const double length = norm(p - place);
       if (length > longest && length > 1.1 * norm(p - m_.position[v])) good = false;
     });

@@ -69,12 +69,10 @@ int line_of(const toml::table& table, std::initializer_list<std::string_view> ke
   return std::max(1, line_of(static_cast<const toml::node&>(table)));
 }
 
-template <class T>
-void add_names(std::vector<std::string_view>& out, std::span<const SceneKey<T>> keys) {
-  for (const SceneKey<T>& key : keys) out.push_back(key.name);
+void add_names(std::vector<std::string_view>& out, std::span<const SceneKey> keys) {
+  for (const SceneKey& key : keys) out.push_back(key.name);
 }
-template <class T>
-std::vector<std::string_view> names(std::span<const SceneKey<T>> keys) {
+std::vector<std::string_view> names(std::span<const SceneKey> keys) {
   std::vector<std::string_view> out;
   add_names(out, keys);
   return out;
@@ -96,7 +94,7 @@ class SceneReader {
       read_plain(*t, "[simulation]", scene_keys<SceneSimulation>(), scene.simulation);
     }
     if (const toml::table* t = table_at(root, "lesion")) {
-      check_known(*t, "[lesion]", names(scene_lesion_keys()));
+      check_known(*t, "[lesion]", names(scene_lesion_keys().all));
       read_region(*t, "[lesion]", scene.lesion.emplace());
     }
     if (const toml::table* t = table_at(root, "arthroscope")) {
@@ -332,42 +330,41 @@ class SceneReader {
     if (!known) files_.push_back({written, out, line_of(node)});
   }
 
-  template <class T>
-  void get_field(const toml::node& node, const std::string& what, const SceneKey<T>& key, T& out) {
+  void get_field(const toml::node& node, const std::string& what, const SceneKey& key, void* out) {
     std::visit(
         Overloaded{
-            [&](double T::*m) { get(node, what, key.range, out.*m); },
-            [&](std::optional<double> T::*m) { get_optional(node, what, key.range, out.*m); },
-            [&](int T::*m) { get(node, what, key.range, out.*m); },
-            [&](std::optional<int> T::*m) { get_optional(node, what, key.range, out.*m); },
-            [&](std::int64_t T::*m) { get(node, what, key.range, out.*m); },
-            [&](std::uint64_t T::*m) {
+            [&](SceneMember<double> m) { get(node, what, key.range, m.of(out)); },
+            [&](SceneMember<std::optional<double>> m) { get_optional(node, what, key.range, m.of(out)); },
+            [&](SceneMember<int> m) { get(node, what, key.range, m.of(out)); },
+            [&](SceneMember<std::optional<int>> m) { get_optional(node, what, key.range, m.of(out)); },
+            [&](SceneMember<std::int64_t> m) { get(node, what, key.range, m.of(out)); },
+            [&](SceneMember<std::uint64_t> m) {
               std::int64_t x = 0;  // the ranges of these keys start at 0
-              if (get(node, what, key.range, x)) out.*m = static_cast<std::uint64_t>(x);
+              if (get(node, what, key.range, x)) m.of(out) = static_cast<std::uint64_t>(x);
             },
-            [&](bool T::*m) {
+            [&](SceneMember<bool> m) {
               if (node.is_boolean())
-                out.*m = node.as_boolean()->get();
+                m.of(out) = node.as_boolean()->get();
               else
                 wrong_type(node, what, "true or false");
             },
-            [&](std::optional<bool> T::*m) {
+            [&](SceneMember<std::optional<bool>> m) {
               if (node.is_boolean())
-                out.*m = node.as_boolean()->get();
+                m.of(out) = node.as_boolean()->get();
               else
                 wrong_type(node, what, "true or false");
             },
-            [&](std::string T::*m) { get(node, what, out.*m); },
-            [&](Vec3 T::*m) { get(node, what, key.range, out.*m); },
-            [&](std::optional<Vec3> T::*m) { get_optional(node, what, key.range, out.*m); },
-            [&](std::array<int, 2> T::*m) { get(node, what, key.range, out.*m); },
-            [&](std::optional<std::array<int, 3>> T::*m) { get_optional(node, what, key.range, out.*m); },
-            [&](std::optional<std::array<Vec3, 3>> T::*m) { get_optional(node, what, key.range, out.*m); },
-            [&](const SceneChoice<T>& choice) {
+            [&](SceneMember<std::string> m) { get(node, what, m.of(out)); },
+            [&](SceneMember<Vec3> m) { get(node, what, key.range, m.of(out)); },
+            [&](SceneMember<std::optional<Vec3>> m) { get_optional(node, what, key.range, m.of(out)); },
+            [&](SceneMember<std::array<int, 2>> m) { get(node, what, key.range, m.of(out)); },
+            [&](SceneMember<std::optional<std::array<int, 3>>> m) { get_optional(node, what, key.range, m.of(out)); },
+            [&](SceneMember<std::optional<std::array<Vec3, 3>>> m) { get_optional(node, what, key.range, m.of(out)); },
+            [&](const SceneChoice& choice) {
               if (const int i = get_word(node, what, choice.words); i >= 0) choice.set(out, i);
             },
-            [&](const SceneWords<T>& words) { get_words(node, what, words.words, out.*(words.list)); },
-            [&](const SceneFilePath<T>& file) { get_file(node, what, out.*(file.path)); },
+            [&](const SceneWords& words) { get_words(node, what, words.words, words.list.of(out)); },
+            [&](const SceneFilePath& file) { get_file(node, what, file.path.of(out)); },
             [](const SceneNested&) {},  // its own reader takes it apart
         },
         key.field);
@@ -396,9 +393,12 @@ class SceneReader {
 
   /// Fills in everything but nested tables; true when nothing required is missing.
   template <class T>
-  bool fill(const toml::table& table, std::string_view where, std::span<const SceneKey<T>> keys, T& out) {
+  bool fill(const toml::table& table, std::string_view where, SceneKeys<T> keys, T& out) {
+    return fill(table, where, keys.all, static_cast<void*>(&out));
+  }
+  bool fill(const toml::table& table, std::string_view where, std::span<const SceneKey> keys, void* out) {
     bool complete = true;
-    for (const SceneKey<T>& key : keys) {
+    for (const SceneKey& key : keys) {
       const toml::node* node = table.get(key.name);
       if (node) {
         get_field(*node, label(where, key.name), key, out);
@@ -413,9 +413,8 @@ class SceneReader {
   }
   /// check_known and fill.
   template <class T>
-  bool read_plain(const toml::table& table, std::string_view where, std::span<const SceneKey<T>> keys,
-                  T& out) {
-    check_known(table, where, names(keys));
+  bool read_plain(const toml::table& table, std::string_view where, SceneKeys<T> keys, T& out) {
+    check_known(table, where, names(keys.all));
     return fill(table, where, keys, out);
   }
 
@@ -487,7 +486,7 @@ class SceneReader {
     }
   }
   bool read_shape(const toml::node& node, const std::string& where,
-                  std::span<const SceneKey<SceneRegion>> keys, SceneRegion& out) {
+                  SceneKeys<SceneRegion> keys, SceneRegion& out) {
     const toml::table* table = node.as_table();
     if (!table) {
       wrong_type(node, where, "a table in braces");
@@ -738,8 +737,8 @@ class SceneReader {
 
   template <class T>
   T read_one_command(const toml::table& table, std::string_view where) {
-    std::vector<std::string_view> known = names(scene_keys<SceneCommand>());
-    add_names(known, scene_keys<T>());
+    std::vector<std::string_view> known = names(scene_keys<SceneCommand>().all);
+    add_names(known, scene_keys<T>().all);
     check_known(table, where, known);
     T out;
     fill(table, where, scene_keys<T>(), out);

@@ -18,59 +18,57 @@ std::string joined(std::span<const std::string_view> words) {
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
-template <class T>
-std::string type_text(const SceneKey<T>& key) {
+std::string type_text(const SceneKey& key) {
   return std::visit(
       Overloaded{
-          [](double T::*) { return std::string("number"); },
-          [](std::optional<double> T::*) { return std::string("number"); },
-          [](int T::*) { return std::string("whole number"); },
-          [](std::optional<int> T::*) { return std::string("whole number"); },
-          [](std::int64_t T::*) { return std::string("whole number"); },
-          [](std::uint64_t T::*) { return std::string("whole number"); },
-          [](bool T::*) { return std::string("true or false"); },
-          [](std::optional<bool> T::*) { return std::string("true or false"); },
-          [](std::string T::*) { return std::string("text"); },
-          [](Vec3 T::*) { return std::string("[x, y, z]"); },
-          [](std::optional<Vec3> T::*) { return std::string("[x, y, z]"); },
-          [](std::array<int, 2> T::*) { return std::string("[i, j]"); },
-          [](std::optional<std::array<int, 3>> T::*) { return std::string("[i, j, k]"); },
-          [](std::optional<std::array<Vec3, 3>> T::*) { return std::string("[[x, y, z], [..], [..]]"); },
-          [](const SceneChoice<T>& c) { return "one of " + joined(c.words); },
-          [](const SceneWords<T>& w) { return "list of " + joined(w.words); },
-          [](const SceneFilePath<T>&) { return std::string("file"); },
+          [](SceneMember<double>) { return std::string("number"); },
+          [](SceneMember<std::optional<double>>) { return std::string("number"); },
+          [](SceneMember<int>) { return std::string("whole number"); },
+          [](SceneMember<std::optional<int>>) { return std::string("whole number"); },
+          [](SceneMember<std::int64_t>) { return std::string("whole number"); },
+          [](SceneMember<std::uint64_t>) { return std::string("whole number"); },
+          [](SceneMember<bool>) { return std::string("true or false"); },
+          [](SceneMember<std::optional<bool>>) { return std::string("true or false"); },
+          [](SceneMember<std::string>) { return std::string("text"); },
+          [](SceneMember<Vec3>) { return std::string("[x, y, z]"); },
+          [](SceneMember<std::optional<Vec3>>) { return std::string("[x, y, z]"); },
+          [](SceneMember<std::array<int, 2>>) { return std::string("[i, j]"); },
+          [](SceneMember<std::optional<std::array<int, 3>>>) { return std::string("[i, j, k]"); },
+          [](SceneMember<std::optional<std::array<Vec3, 3>>>) { return std::string("[[x, y, z], [..], [..]]"); },
+          [](const SceneChoice& c) { return "one of " + joined(c.words); },
+          [](const SceneWords& w) { return "list of " + joined(w.words); },
+          [](const SceneFilePath&) { return std::string("file"); },
           [](const SceneNested& n) { return std::string(n.type); },
       },
       key.field);
 }
 
-template <class T>
-std::string default_text(const SceneKey<T>& key) {
+/// `table` is a struct as it is where a scene says nothing.
+std::string default_text(const SceneKey& key, void* table) {
   if (key.required) return "required";
-  const T t{};
   return std::visit(
       Overloaded{
-          [&](double T::*m) { return fmt::format("{}", t.*m); },
-          [](std::optional<double> T::*) { return std::string("-"); },
-          [&](int T::*m) { return fmt::format("{}", t.*m); },
-          [](std::optional<int> T::*) { return std::string("-"); },
-          [&](std::int64_t T::*m) { return fmt::format("{}", t.*m); },
-          [&](std::uint64_t T::*m) { return fmt::format("{}", t.*m); },
-          [&](bool T::*m) { return fmt::format("{}", t.*m); },
-          [](std::optional<bool> T::*) { return std::string("-"); },
-          [&](std::string T::*m) { return (t.*m).empty() ? std::string("-") : in_quotes(t.*m); },
-          [&](Vec3 T::*m) { return text(t.*m); },
-          [](std::optional<Vec3> T::*) { return std::string("-"); },
-          [&](std::array<int, 2> T::*m) { return fmt::format("[{}, {}]", (t.*m)[0], (t.*m)[1]); },
-          [](std::optional<std::array<int, 3>> T::*) { return std::string("-"); },
-          [](std::optional<std::array<Vec3, 3>> T::*) { return std::string("-"); },
-          [&](const SceneChoice<T>& c) { return in_quotes(c.words[static_cast<std::size_t>(c.get(t))]); },
-          [&](const SceneWords<T>& w) {
+          [&](SceneMember<double> m) { return fmt::format("{}", m.of(table)); },
+          [](SceneMember<std::optional<double>>) { return std::string("-"); },
+          [&](SceneMember<int> m) { return fmt::format("{}", m.of(table)); },
+          [](SceneMember<std::optional<int>>) { return std::string("-"); },
+          [&](SceneMember<std::int64_t> m) { return fmt::format("{}", m.of(table)); },
+          [&](SceneMember<std::uint64_t> m) { return fmt::format("{}", m.of(table)); },
+          [&](SceneMember<bool> m) { return fmt::format("{}", m.of(table)); },
+          [](SceneMember<std::optional<bool>>) { return std::string("-"); },
+          [&](SceneMember<std::string> m) { return m.of(table).empty() ? std::string("-") : in_quotes(m.of(table)); },
+          [&](SceneMember<Vec3> m) { return text(m.of(table)); },
+          [](SceneMember<std::optional<Vec3>>) { return std::string("-"); },
+          [&](SceneMember<std::array<int, 2>> m) { return fmt::format("[{}, {}]", m.of(table)[0], m.of(table)[1]); },
+          [](SceneMember<std::optional<std::array<int, 3>>>) { return std::string("-"); },
+          [](SceneMember<std::optional<std::array<Vec3, 3>>>) { return std::string("-"); },
+          [&](const SceneChoice& c) { return in_quotes(c.words[static_cast<std::size_t>(c.get(table))]); },
+          [&](const SceneWords& w) {
             std::vector<std::string> words;
-            for (const std::string& word : t.*(w.list)) words.push_back(in_quotes(word));
+            for (const std::string& word : w.list.of(table)) words.push_back(in_quotes(word));
             return fmt::format("[{}]", fmt::join(words, ", "));
           },
-          [](const SceneFilePath<T>&) { return std::string("-"); },
+          [](const SceneFilePath&) { return std::string("-"); },
           [](const SceneNested&) { return std::string("-"); },
       },
       key.field);
@@ -87,10 +85,11 @@ std::string range_text(const SceneRange& r) {
 }
 
 template <class T>
-void add(std::vector<SceneKeyDoc>& out, std::string table, std::span<const SceneKey<T>> keys) {
-  for (const SceneKey<T>& key : keys) {
+void add(std::vector<SceneKeyDoc>& out, std::string table, SceneKeys<T> keys) {
+  T as_it_comes{};
+  for (const SceneKey& key : keys.all) {
     out.push_back({table, std::string(key.name), type_text(key), std::string(key.unit), range_text(key.range),
-                   default_text(key), std::string(key.doc)});
+                   default_text(key, &as_it_comes), std::string(key.doc)});
   }
 }
 

@@ -54,9 +54,10 @@ TEST(Session, ModelsHaveThePapersCounts) {
 
 TEST(Session, AStrokeThroughASlitGoesOnFromItsEnd) {
   // The second stroke begins outside, follows the slit of the first one and cuts the rest: no bridge is left where the first one ended.
-  for (const auto& [model, half] : {std::pair{"strip", 0.012}, std::pair{"sheet", 0.5}, std::pair{"steak", 0.09}})
+  for (const auto& [model, half_of_it] : {std::pair{"strip", 0.012}, std::pair{"sheet", 0.5}, std::pair{"steak", 0.09}})
     for (const double end : {-0.11, 0.0, 0.17, 0.42})
       for (const int poses : {3, 12, 200}) {
+        const double half = half_of_it;  // clang captures no structured binding
         Scene scene = scene_of(model);
         scene.contact.enabled = false;
         Session session = make(scene);

@@ -167,6 +167,30 @@ class Setup(unittest.TestCase):
         self.assertIn("scripts/setup --yes", said)
         self.assertEqual(self.calls(), "")
 
+    def test_steak_and_test_stop_where_setup_was_refused(self):
+        for script in ("steak", "test"):
+            with self.subTest(script=script):
+                status, said = self.run_script(script)
+                self.assert_nothing_done(status, said)
+                self.assertIn("[1/", said)
+                self.assertNotIn("[2/", said)
+                self.assertIn("--no-setup", said)
+                self.assert_nothing_done(*self.on_terminal("n\n", script))
+                self.assertFalse((self.folder / "build").exists())
+
+    def test_steak_and_test_pass_yes_on_or_do_without_setup(self):
+        for script in ("steak", "test"):
+            with self.subTest(script=script):
+                (self.stubs / "installed").write_text("")
+                (self.stubs / "calls").write_text("")
+                _, said = self.run_script(script, "--no-setup")
+                self.assertEqual(self.calls(), "", said)
+                self.assertIn("[2/", said)
+                _, said = self.run_script(script, "--yes")
+                self.assertIn("sudo -n env DEBIAN_FRONTEND=noninteractive apt-get install -y", self.calls())
+                self.assertEqual("chromium" in self.calls(), script == "test")
+                self.assertIn("[2/", said)
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)

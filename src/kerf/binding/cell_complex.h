@@ -115,6 +115,14 @@ struct CellComplex {
   bool closed = false;                                  ///< the visual mesh has two sides
   double mean_root_edge = 0;                            ///< metres; the unit of all cutting tolerances
 
+  // Copies and moves are compiled once, in cell_complex.cpp.
+  CellComplex();
+  CellComplex(const CellComplex&);
+  CellComplex(CellComplex&&) noexcept;
+  CellComplex& operator=(const CellComplex&);
+  CellComplex& operator=(CellComplex&&) noexcept;
+  ~CellComplex();
+
   template <class Fn>
   void for_each_array(Fn&& f) {
     collision.for_each_array(f);
@@ -122,5 +130,8 @@ struct CellComplex {
     f(chain_pool); f(free_pool); f(wall_edge); f(wall_inner); f(wall_pool);
   }
 };
+
+extern template void journal_mark(CellComplex&, JournalMark&);
+extern template void journal_rollback(CellComplex&, const JournalMark&);
 
 }  // namespace kerf

@@ -6,7 +6,7 @@ namespace kerf {
 namespace {
 
 /// Singles are exact to this part of a place's size.
-constexpr double kRounding = 1e-6;
+constexpr double kClearanceRounding = 1e-6;
 
 }  // namespace
 
@@ -23,7 +23,7 @@ void Clearance::is_of(const std::shared_ptr<const ObstacleMesh>& mesh, std::size
 
 double Clearance::least(CollisionVertex v, Vec3 local) const {
   const auto& [x, y, z, radius] = ball_[v.index()].x;
-  return radius - norm(local - Vec3{x, y, z}) - kRounding * (size_ + norm(local));
+  return radius - norm(local - Vec3{x, y, z}) - kClearanceRounding * (size_ + norm(local));
 }
 
 void Clearance::set(CollisionVertex v, Vec3 local, double distance, const ObstacleLeaves::Triangle* nearest) {

@@ -16,12 +16,6 @@ using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 using Leaves = std::span<const std::array<std::uint32_t, 2>>;  // (body leaf, mesh leaf)
 
-Vec3 absolute(Vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
-
-float widest(const TreeBox& b) {
-  return std::max({b.max.x[0] - b.min.x[0], b.max.x[1] - b.min.x[1], b.max.x[2] - b.min.x[2]});
-}
-
 /// Fills scratch.leaf_pairs with leaves of the body and of the mesh that come within `reach`, those of one leaf of the body
 /// together. Goes down the body's tree with a list of what is near in the mesh's.
 void find_pairs(const NearShape& near, double reach) {

@@ -8,17 +8,17 @@ namespace kerf {
 namespace {
 
 /// Places from the centre are exact to this part of the extent, and so is where they lie along a direction.
-constexpr float kRounding = 2e-6f;
+constexpr float kBlockRounding = 2e-6f;
 /// Rounding of the products that say where two lines are nearest, over the extent's third power and the length of one edge.
 constexpr float kFeetRounding = 2.5e-4f;
-constexpr float kFar = 1e30f;
+constexpr float kFarEdge = 1e30f;
 
 inline Eight all(float x) { return all_eight(x); }
 inline Eight dot3(const Eight (&a)[3], const Eight (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /// Farther apart than `reach` along an axis?
 inline EightBits apart(const EdgeBlock& block, const EdgeProbe& probe) {
-  const Eight reach = all(probe.reach + kRounding * probe.extent);
+  const Eight reach = all(probe.reach + kBlockRounding * probe.extent);
   EightBits out{};
   for (std::size_t k = 0; k < 3; ++k) {
     const float low = std::min(probe.a.x[k], probe.b.x[k]), high = std::max(probe.a.x[k], probe.b.x[k]);
@@ -30,7 +30,7 @@ inline EightBits apart(const EdgeBlock& block, const EdgeProbe& probe) {
 
 /// Is each of two edges seen from the other in a direction that points into one of its faces, whichever sign it has?
 inline EightBits beside(const EdgeBlock& block, const EdgeProbe& probe) {
-  const Eight margin = all(static_cast<float>(kOffFaces) * probe.reach + kRounding * probe.extent);
+  const Eight margin = all(static_cast<float>(kOffFaces) * probe.reach + kBlockRounding * probe.extent);
   EightBits above{}, below{}, over{}, under{};
   for (std::size_t i = 0; i < 2; ++i) {
     const auto& n = probe.into[i].x;
@@ -66,13 +66,13 @@ inline EightBits feet_outside(const EdgeBlock& block, const EdgeProbe& probe) {
 
 EdgeBlock empty_edges() {
   EdgeBlock block{};
-  for (std::size_t k = 0; k < 3; ++k) block.a[k] = block.b[k] = all(kFar);
+  for (std::size_t k = 0; k < 3; ++k) block.a[k] = block.b[k] = all(kFarEdge);
   return block;
 }
 
 PointBlock empty_points() {
   PointBlock block{};
-  for (Eight& p : block.p) p = all(kFar);
+  for (Eight& p : block.p) p = all(kFarEdge);
   return block;
 }
 

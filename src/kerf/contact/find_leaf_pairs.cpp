@@ -17,10 +17,6 @@ bool may_skip(const BodyView& body, std::uint32_t n, std::uint32_t m) {
   return is_narrow(joined(directions[n], directions[m])) && any_neighbours(body.surface, n, m);
 }
 
-float widest(const TreeBox& b) {
-  return std::max({b.max.x[0] - b.min.x[0], b.max.x[1] - b.min.x[1], b.max.x[2] - b.min.x[2]});
-}
-
 /// By the second, then by the first without mixing up equal ones: O(pairs + nodes).
 void sort_pairs(std::size_t nodes, std::size_t other_nodes, DetectScratch& scratch) {
   scratch.sorted_pairs.resize(scratch.leaf_pairs.size());

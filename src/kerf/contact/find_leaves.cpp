@@ -33,7 +33,6 @@ Centred centred(const TreeBox& b) {
   const Vec3 lo{b.min.x[0], b.min.x[1], b.min.x[2]}, hi{b.max.x[0], b.max.x[1], b.max.x[2]};
   return {0.5 * (lo + hi), 0.5 * (hi - lo)};
 }
-Vec3 absolute(Vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
 
 void near_plane(const SurfaceTree& tree, const TreeBoxes& boxes, const PlacedPart& part, double reach,
                 DetectScratch& scratch) {

@@ -22,8 +22,8 @@ constexpr double kOpening = 20;
 /// blade is pushed into it does not run farther beside it by that.
 constexpr double kDrift = 2;
 /// What did not touch a step ago and is deeper than so many half thicknesses has come into the blade where nothing touches (about its edge, or
-/// beyond its ends): it is let through until it has come out. So is what got deeper than kLost: the rim has turned past the blade.
-constexpr double kUnseenDepth = 0.2, kLost = 0.5;
+/// beyond its ends): it is let through until it has come out. So is what got deeper than kLostDepth: the rim has turned past the blade.
+constexpr double kUnseenDepth = 0.2, kLostDepth = 0.5;
 
 double wedge_of(const Blade& b) { return std::min(kWedge * b.thickness, kLongestWedge * b.width); }
 
@@ -174,7 +174,7 @@ void let_through(const ContactSurface& s, const Blade& b, std::size_t first, std
   for (std::size_t i = first; i < contacts.size(); ++i) {
     const Contact c = contacts[i];
     const double radius = s.radius[c.a.vertex[0]], deep = -c.gap / (radius > 0 ? radius : 0.5 * b.thickness);
-    if (deep > kLost || (deep > kUnseenDepth && is_new(c))) continue;
+    if (deep > kLostDepth || (deep > kUnseenDepth && is_new(c))) continue;
     known.push_back({c.key, b.tool});
     contacts[kept++] = c;
   }

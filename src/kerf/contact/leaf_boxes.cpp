@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-constexpr float kFar = 1e18f;  // its square is finite
+constexpr float kFarBox = 1e18f;  // its square is finite
 
 inline Eight absolute(const Eight& v) { return v < Eight{} ? -v : v; }
 inline Eight root(const Eight& v) {
@@ -27,7 +27,7 @@ inline Eight root(const Eight& v) {
 
 LeafBlock no_leaves() {
   LeafBlock block{};
-  for (std::size_t k = 0; k < 3; ++k) block.min[k] = block.max[k] = all_eight(kFar);
+  for (std::size_t k = 0; k < 3; ++k) block.min[k] = block.max[k] = all_eight(kFarBox);
   return block;
 }
 
@@ -44,7 +44,7 @@ void set_leaf(const TreeBox& box, const TreeBox& directions, std::size_t i, Leaf
 namespace {
 
 /// What is computed here is right to this part of it.
-constexpr float kRounding = 1e-5f;
+constexpr float kBoxRounding = 1e-5f;
 
 /// Where a box lies from eight leaves: the box of all differences, and the least distance.
 struct Between {
@@ -80,14 +80,14 @@ inline EightBits clearly_side_by_side(const LeafBlock& block, const Between& it,
   const float size = a_directions.max.x[3];
   const Eight gap = it.distance - size * lesser(part, one) - block.size * lesser(other, one);
   // Where the distance is zero, the quotients are not numbers, and so is the gap: not side by side.
-  return (it.distance > all_eight(limit * (1 + kRounding))) & (gap > limit + kRounding * (it.distance + size + block.size));
+  return (it.distance > all_eight(limit * (1 + kBoxRounding))) & (gap > limit + kBoxRounding * (it.distance + size + block.size));
 }
 
 }  // namespace
 
 unsigned leaves_near_point(const LeafBlock& block, const TreeCorner& p, const TreeCorner& direction, float square, float limit) {
   const Between it = between(block, {p, p});
-  const EightBits far = it.square > all_eight(square * (1 + kRounding));
+  const EightBits far = it.square > all_eight(square * (1 + kBoxRounding));
   const unsigned near = zeros(far);
   return near == 0 ? 0 : near & zeros(clearly_side_by_side(block, it, {direction, direction}, limit));
 }
@@ -173,7 +173,7 @@ void LeafBoxes::add(std::uint32_t begin, std::int32_t i, const TreeBox& b) {
   const std::size_t lane = (item.size() - begin) % 8;
   if (lane == 0) {
     BoxBlock& fresh = block.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) fresh.min[k] = fresh.max[k] = all_eight(kFar);
+    for (std::size_t k = 0; k < 3; ++k) fresh.min[k] = fresh.max[k] = all_eight(kFarBox);
   }
   for (std::size_t k = 0; k < 3; ++k) {
     block.back().min[k][lane] = b.min.x[k];

@@ -19,7 +19,7 @@ constexpr double kFoldedBack = -0.9, kHalfTurn = 3.141592653589793;
 /// Borders of a strip narrower than this many thicknesses may be taken for lips; one is behind the other beyond this cosine.
 constexpr double kNarrow = 2, kBehind = 0.5;
 /// What is nearer to an edge at rest than this part of the thickness is on it, but for rounding.
-constexpr double kRounding = 1e-6;
+constexpr double kLipRounding = 1e-6;
 /// Walls stand along each other as long as one's thickness has this part of itself along the other's.
 constexpr double kLeastUpright = 0.2;
 
@@ -56,7 +56,7 @@ bool back_to_back(const ContactSurface& s, const BodyPoint& v, H h) {
   const Vec3 a = s.rest[s.from(h)], b = s.rest[s.to(h)];
   const Vec3 d = p - lerp(a, b, closest_on_segment(p, a, b));
   const double distance = norm(d), thickness = norm(v.offset) + s.radius[s.from(h)];
-  if (distance > kNarrow * thickness || distance < kRounding * thickness) return false;
+  if (distance > kNarrow * thickness || distance < kLipRounding * thickness) return false;
   const Vec3 apex = s.rest[s.from(ContactSurface::prev(h))] - a;
   const Vec3 inward = apex - (dot(apex, b - a) / dot(b - a, b - a)) * (b - a);
   return dot(inward, d) > kBehind * norm(inward) * distance;

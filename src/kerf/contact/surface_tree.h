@@ -49,6 +49,10 @@ struct alignas(16) TreeCorner {
 struct TreeBox {
   TreeCorner min, max;
 };
+/// Its longest side.
+[[nodiscard]] inline float widest(const TreeBox& b) {
+  return std::max({b.max.x[0] - b.min.x[0], b.max.x[1] - b.min.x[1], b.max.x[2] - b.min.x[2]});
+}
 /// Boxes of a tree for one set of positions. They are rounded: with `slack` metres around it a box holds its triangles.
 struct TreeBoxes {
   std::vector<TreeBox> box;         ///< per node

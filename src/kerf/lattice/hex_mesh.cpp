@@ -10,6 +10,13 @@ constexpr double kPoint = 0.774596669241483377;  // sqrt(3/5)
 
 }  // namespace
 
+HexMesh::HexMesh() = default;
+HexMesh::HexMesh(const HexMesh&) = default;
+HexMesh::HexMesh(HexMesh&&) noexcept = default;
+HexMesh& HexMesh::operator=(const HexMesh&) = default;
+HexMesh& HexMesh::operator=(HexMesh&&) noexcept = default;
+HexMesh::~HexMesh() = default;
+
 std::size_t count_alive(const HexMesh& hex) {
   return static_cast<std::size_t>(std::count(hex.state.raw().begin(), hex.state.raw().end(), HexState::kAlive));
 }

@@ -134,6 +134,14 @@ struct HexMesh {
   Journaled<CollisionVertex, TipId> vertex_tip;
   Journaled<TipId, TipCell> tips;
 
+  // Copies and moves are compiled once, in hex_mesh.cpp.
+  HexMesh();
+  HexMesh(const HexMesh&);
+  HexMesh(HexMesh&&) noexcept;
+  HexMesh& operator=(const HexMesh&);
+  HexMesh& operator=(HexMesh&&) noexcept;
+  ~HexMesh();
+
   template <class Fn>
   void for_each_array(Fn&& f) {
     f(cell); f(nodes); f(state); f(host); f(parent); f(material); f(weights); f(next_in_cell); f(absorber);

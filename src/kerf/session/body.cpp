@@ -41,6 +41,20 @@ void add(Hash& hash, const TipCell& t) {
 
 }  // namespace
 
+Body::Body() = default;
+Body::Body(const Body&) = default;
+Body::Body(Body&&) noexcept = default;
+Body& Body::operator=(const Body&) = default;
+Body& Body::operator=(Body&&) noexcept = default;
+Body::~Body() = default;
+
+template void journal_mark(Body&, JournalMark&);
+template void journal_rollback(Body&, const JournalMark&);
+template bool journal_compact(Body&, const JournalMark&);
+template JournalStep journal_take(Body&, const JournalMark&);
+template void journal_undo(Body&, JournalStep&);
+template void journal_redo(Body&, JournalStep&);
+
 std::uint64_t body_hash(const Body& body) {
   Hash hash;
   Body& arrays = const_cast<Body&>(body);  // for_each_array hands out references; none is written to

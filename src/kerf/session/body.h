@@ -16,6 +16,14 @@ struct Body {
   Embedding embedding;  ///< collision and visual vertices in hexahedra
   RenderSurface surface;  ///< the visual mesh as it is drawn
 
+  // Copies and moves are compiled once, in body.cpp.
+  Body();
+  Body(const Body&);
+  Body(Body&&) noexcept;
+  Body& operator=(const Body&);
+  Body& operator=(Body&&) noexcept;
+  ~Body();
+
   template <class Fn>
   void for_each_array(Fn&& f) {
     complex.for_each_array(f);
@@ -24,6 +32,13 @@ struct Body {
     surface.for_each_array(f);
   }
 };
+
+extern template void journal_mark(Body&, JournalMark&);
+extern template void journal_rollback(Body&, const JournalMark&);
+extern template bool journal_compact(Body&, const JournalMark&);
+extern template JournalStep journal_take(Body&, const JournalMark&);
+extern template void journal_undo(Body&, JournalStep&);
+extern template void journal_redo(Body&, JournalStep&);
 
 /// Numbers of vertices and elements of the three meshes (figure 16 of the paper), and of connected pieces.
 struct BodyCounts {

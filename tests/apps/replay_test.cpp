@@ -28,7 +28,7 @@ TEST(Replay, ARunIsRepeatedToTheBit) {
   std::filesystem::create_directories(folder);
   const std::filesystem::path file = folder / "sheet.kerfrec";
   std::filesystem::remove(file);
-  ASSERT_EQ(kerf("run sheet --duration 0.7 -q --out " + (folder / "out").string() + " --record " + file.string()), 0);
+  ASSERT_EQ(kerf("run sheet --duration 0.4 -q --out " + (folder / "out").string() + " --record " + file.string()), 0);
   EXPECT_EQ(kerf("replay " + file.string()), 0);
 
   const std::string good = read(file);

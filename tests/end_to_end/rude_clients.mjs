@@ -23,9 +23,8 @@ const exited = new Promise((done) => child.on('exit', (code, signal) => { over =
 child.stderr.on('data', (b) => { said += b; });
 const port = await new Promise((found, failed) => {
   child.stdout.on('data', (b) => { said += b; const m = /http:\/\/127.0.0.1:(\d+)/.exec(said); if (m) found(Number(m[1])); });
-  void exited.then(() => failed(new Error(`kerf view ended: ${said}`)));
+  void exited.then(() => (/the page is not built/.test(said) ? process.exit(77) : failed(new Error(`kerf view ended: ${said}`))));
 });
-if (/the page is not built/.test(said)) process.exit(77);
 const megabytes = () => Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${child.pid}/status`, 'utf8'))[1]) / 1024;
 
 // --- Messages and frames, by hand

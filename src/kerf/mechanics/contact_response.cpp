@@ -164,11 +164,6 @@ void set_sliding_direction(Row& row) {
   row.along = row.phase == ContactPhase::kSlide ? normalized(row.stretch) : Vec3{};
 }
 
-inline void add_block(double factor, const double* block, Quad* out) {
-  store_lanes(out[0].v, load_lanes(out[0].v) + factor * load_lanes(block));
-  store_lanes(out[1].v, load_lanes(out[1].v) + factor * load_lanes(block + 4));
-}
-
 void sum_rows_of_cells(const MechanicsModel& model, StepWorkspace& w) {
   ContactWork& c = w.contact;
   const ContactSet& set = *c.set;

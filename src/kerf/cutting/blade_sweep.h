@@ -14,15 +14,11 @@
 #include "kerf/base/journal.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
+#include "kerf/cutting/blade_edge.h"
 #include "kerf/cutting/cut_path.h"
 #include "kerf/cutting/face_boxes.h"
 
 namespace kerf {
-
-/// A blade's edge at one moment, metres.
-struct BladeEdge {
-  Vec3 base, tip;
-};
 
 /// One stroke of a blade: its state between poses. Plain data.
 struct BladeStroke {

@@ -1,0 +1,407 @@
+#include "kerf/cutting/blade_arcs.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+using Kind = ArcEnd::Kind;
+
+constexpr double kMargin = 1e-9;  // of the coordinates: rounding of distances to the strip
+constexpr double kNow = 1e-9;     // of a move: the edge is there
+constexpr double kShort = 1e-6;   // of the edge: an arc that is only begun
+constexpr double kInLine = 0.7071;  // cosine of 45 degrees, as of a turn that is an end: an arc in line with the way to a front goes on from it. At half or double little changes: paths are straight
+constexpr Kind kLines[4] = {Kind::kWas, Kind::kIs, Kind::kBase, Kind::kTip};
+
+/// What one face has of an arc: part of the segment between the edges at which the plane crosses the face. Above is on its left.
+struct Piece {
+  F face;
+  H in, out;
+  double in_fraction = 0, out_fraction = 0;
+  Vec2 q0, q1;
+  double from = 0, to = 1;                          // part of the segment
+  Kind begin = Kind::kBorder, end = Kind::kBorder;  // kBorder: at the edge, be it a border or not
+  int next = -1, before = -1;
+};
+
+class Search {
+ public:
+  Search(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes, const Strip& strip)
+      : mesh_(mesh), position_(position), boxes_(boxes), strip_(strip) {}
+
+  std::vector<BladeArc> run(std::span<const ArcFront> fronts, double near, bool ahead_only) {
+    if (!ahead_only) for_each_near([&](F face) { add(face); });
+    for (const ArcFront& f : fronts)
+      if (find(f.face) < 0) add_sorted({f.face});
+    link();
+    std::vector<BladeArc> arcs;
+    std::vector<int> front_of(pieces_.size(), -1);
+    // What lies ahead of the fronts.
+    std::vector<std::array<int, 3>> starts;  // piece, front, direction
+    for (std::size_t i = 0; i < fronts.size(); ++i) {
+      const int piece = piece_at(fronts[i], near);
+      if (piece < 0) continue;
+      front_of[static_cast<std::size_t>(piece)] = static_cast<int>(i);
+      starts.push_back({piece, static_cast<int>(i), direction(piece, fronts[i])});
+    }
+    used_.assign(pieces_.size(), false);
+    for (const auto& [piece, front, sense] : starts) {
+      if (used_[static_cast<std::size_t>(piece)]) continue;
+      std::vector<int> chain{piece};
+      int other = -1;
+      const auto next = [&](int p) { return sense > 0 ? pieces_[static_cast<std::size_t>(p)].next : pieces_[static_cast<std::size_t>(p)].before; };
+      for (int p = next(piece); p >= 0 && p != piece && !used_[static_cast<std::size_t>(p)]; p = next(p)) {
+        chain.push_back(p);
+        other = front_of[static_cast<std::size_t>(p)];
+        if (other >= 0) break;
+      }
+      // Behind it nothing is left of the same arc: there the blade was.
+      for (int p = sense > 0 ? pieces_[static_cast<std::size_t>(piece)].before : pieces_[static_cast<std::size_t>(piece)].next; p >= 0 && p != piece;
+           p = sense > 0 ? pieces_[static_cast<std::size_t>(p)].before : pieces_[static_cast<std::size_t>(p)].next) {
+        if (front_of[static_cast<std::size_t>(p)] >= 0 || used_[static_cast<std::size_t>(p)]) break;
+        used_[static_cast<std::size_t>(p)] = true;
+      }
+      for (const int p : chain) used_[static_cast<std::size_t>(p)] = true;
+      if (sense < 0) std::reverse(chain.begin(), chain.end());
+      BladeArc arc = make(chain);
+      ArcEnd& at_front = sense > 0 ? arc.begin : arc.end;
+      at_front.kind = Kind::kFront;
+      at_front.front = front;
+      at_front.time = 0;
+      if (other >= 0) {
+        ArcEnd& far = sense > 0 ? arc.end : arc.begin;
+        far.kind = Kind::kFront;
+        far.front = other;
+      }
+      if (sense < 0) arc.reverse();
+      arcs.push_back(std::move(arc));
+    }
+    for (int pass = 0; pass < 2; ++pass)
+      for (std::size_t i = 0; i < pieces_.size(); ++i) {
+        if (used_[i] || (pass == 0 && pieces_[i].before >= 0)) continue;
+        std::vector<int> chain;
+        for (int p = static_cast<int>(i); p >= 0 && !used_[static_cast<std::size_t>(p)]; p = pieces_[static_cast<std::size_t>(p)].next) {
+          chain.push_back(p);
+          used_[static_cast<std::size_t>(p)] = true;
+        }
+        arcs.push_back(make(chain));
+        // Not yet begun. What lies along the blade as a whole is passed at one moment, be it the last.
+        if (arcs.back().first > 1 - kNow && extent(chain) < kShort * strip_.length) {
+          arcs.pop_back();
+          continue;
+        }
+        arcs.back().closed = pieces_[static_cast<std::size_t>(chain.front())].before >= 0;
+        if (arcs.back().closed) arcs.back().crossings.push_back(crossing(pieces_[static_cast<std::size_t>(chain.back())]));
+      }
+    return arcs;
+  }
+
+ private:
+  Vec3 at(V v) const { return position_[v.index()]; }
+
+  template <class Fn>
+  void for_each_near(Fn&& fn) const {
+    const auto place = [&](double x, double y) { return strip_.origin + x * strip_.along + y * strip_.motion; };
+    Box3 box;
+    for (const Vec3 p : {place(0, 0), place(strip_.length, 0), place(strip_.base.x, strip_.base.y), place(strip_.tip.x, strip_.tip.y)}) box.add(p);
+    const double margin = kMargin * (norm(box.min) + norm(box.max));
+    box.min -= Vec3{margin, margin, margin};
+    box.max += Vec3{margin, margin, margin};
+    const Vec3 n = strip_.normal;
+    const auto meets = [&](const Box3& b) {
+      if (!boxes_meet(b, box)) return false;
+      const Vec3 size = b.max - b.min;
+      const double reach = 0.5 * (std::abs(n.x) * size.x + std::abs(n.y) * size.y + std::abs(n.z) * size.z) + margin;
+      return std::abs(strip_.height(0.5 * (b.min + b.max))) <= reach;
+    };
+    boxes_.for_each(meets, fn);
+  }
+
+  /// Where the plane crosses an edge with ends on both sides, from the one above: the same bits for all who share it.
+  double crossing_of(V above, V below) const {
+    const double a = strip_.height(at(above)), b = strip_.height(at(below));
+    return a - b > 0 ? a / (a - b) : 0.5;
+  }
+
+  void add(F face) {
+    Piece piece;
+    piece.face = face;
+    for (int k = 0; k < 3; ++k) {
+      const H h = CollisionMesh::corner(face, k);
+      const bool from = strip_.height(at(mesh_.from(h))) > 0, to = strip_.height(at(mesh_.to(h))) > 0;
+      if (from && !to) piece.out = h;
+      if (to && !from) piece.in = h;
+    }
+    if (!piece.in.valid()) return;
+    piece.out_fraction = crossing_of(mesh_.from(piece.out), mesh_.to(piece.out));
+    const double in = crossing_of(mesh_.to(piece.in), mesh_.from(piece.in));
+    piece.in_fraction = 1 - in;
+    piece.q1 = lerp(strip_.local(at(mesh_.from(piece.out))), strip_.local(at(mesh_.to(piece.out))), piece.out_fraction);
+    piece.q0 = lerp(strip_.local(at(mesh_.to(piece.in))), strip_.local(at(mesh_.from(piece.in))), in);
+    clip(piece);
+  }
+
+  /// Adds the parts of the segment that the edge has passed.
+  void clip(Piece piece) {
+    std::array<std::pair<double, int>, 4> cuts;
+    std::size_t n = 0;
+    for (int i = 0; i < 4; ++i) {
+      const double a = strip_.side(i, piece.q0), b = strip_.side(i, piece.q1);
+      if ((a > 0) != (b > 0)) cuts[n++] = {a / (a - b), i};
+    }
+    std::sort(cuts.begin(), cuts.begin() + static_cast<std::ptrdiff_t>(n));
+    const auto nearest = [&](Vec2 q) {
+      int best = 0;
+      for (int i = 1; i < 4; ++i)
+        if (std::abs(strip_.side(i, q)) < std::abs(strip_.side(best, q))) best = i;
+      return kLines[best];
+    };
+    // The ends count by themselves: they are the same for the face beyond.
+    bool inside = strip_.passed(piece.q0);
+    piece.from = 0;
+    piece.begin = Kind::kBorder;
+    const auto turn = [&](bool now, double where, Kind kind) {
+      if (now == inside) return;
+      inside = now;
+      if (now) {
+        piece.from = where;
+        piece.begin = kind;
+      } else {
+        piece.to = where;
+        piece.end = kind;
+        pieces_.push_back(piece);
+      }
+    };
+    for (std::size_t i = 0; i <= n; ++i) {
+      const double a = i == 0 ? 0 : cuts[i - 1].first, b = i == n ? 1 : cuts[i].first;
+      turn(strip_.passed(lerp(piece.q0, piece.q1, 0.5 * (a + b))), a, i == 0 ? nearest(piece.q0) : kLines[cuts[i - 1].second]);
+    }
+    turn(strip_.passed(piece.q1), 1, nearest(piece.q1));
+    if (inside) {
+      piece.to = 1;
+      piece.end = Kind::kBorder;
+      pieces_.push_back(piece);
+    }
+  }
+
+  /// The first piece of a face, or -1. They come by rising face.
+  int find(F face) const {
+    const auto it = std::lower_bound(pieces_.begin(), pieces_.end(), face, [](const Piece& p, F f) { return p.face < f; });
+    return it != pieces_.end() && it->face == face ? static_cast<int>(it - pieces_.begin()) : -1;
+  }
+  void add_sorted(const std::vector<F>& faces) {
+    for (const F f : faces) add(f);
+    std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.face < b.face; });
+  }
+
+  void link() {
+    for (std::size_t before = 0; before != pieces_.size();) {  // faces beyond, that were not looked for or that rounding left out
+      before = pieces_.size();
+      std::vector<F> beyond;
+      for (const Piece& p : pieces_)
+        for (const auto& [kind, edge] : {std::pair{p.begin, p.in}, std::pair{p.end, p.out}})
+          if (const H t = mesh_.twin[edge]; kind == Kind::kBorder && t.valid() && find(CollisionMesh::face(t)) < 0 &&
+                                            std::find(beyond.begin(), beyond.end(), CollisionMesh::face(t)) == beyond.end())
+            beyond.push_back(CollisionMesh::face(t));
+      add_sorted(beyond);
+    }
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      const H t = mesh_.twin[pieces_[i].out];
+      if (pieces_[i].end != Kind::kBorder || !t.valid()) continue;
+      const int k = find(CollisionMesh::face(t));
+      if (k < 0 || pieces_[static_cast<std::size_t>(k)].begin != Kind::kBorder) continue;
+      pieces_[i].next = k;
+      pieces_[static_cast<std::size_t>(k)].before = static_cast<int>(i);
+    }
+  }
+
+  /// Which way along its arc a front goes on: away from where the blade was. That is the end at the last place; if both or none are, the way that its path
+  /// came, and across that the nearer end.
+  int direction(int piece, const ArcFront& front) const {
+    const Vec2 q = strip_.local(front.position);
+    const auto end = [&](bool last) {
+      int p = piece;
+      for (int next = piece; next >= 0;) {
+        p = next;
+        next = last ? pieces_[static_cast<std::size_t>(p)].next : pieces_[static_cast<std::size_t>(p)].before;
+        if (next == piece) break;
+      }
+      const Piece& at = pieces_[static_cast<std::size_t>(p)];
+      return std::pair{(last ? at.end : at.begin) != Kind::kWas, norm(lerp(at.q0, at.q1, last ? at.to : at.from) - q)};
+    };
+    const auto first = end(false), last = end(true);
+    const Vec2 on = pieces_[static_cast<std::size_t>(piece)].q1 - pieces_[static_cast<std::size_t>(piece)].q0, way{dot(front.way, strip_.along), dot(front.way, strip_.motion)};
+    if (first.first == last.first && std::abs(dot(on, way)) > kInLine * norm(on) * norm(front.way)) return dot(on, way) > 0 ? 1 : -1;
+    return first <= last ? 1 : -1;
+  }
+
+  double distance(const Piece& p, Vec3 x) const {
+    const Vec2 a = lerp(p.q0, p.q1, p.from), d = lerp(p.q0, p.q1, p.to) - a, q = strip_.local(x);
+    const double s = dot(d, d) > 0 ? std::clamp(dot(q - a, d) / dot(d, d), 0.0, 1.0) : 0.0;
+    return norm(q - a - s * d) + std::abs(strip_.height(x));
+  }
+  int piece_at(const ArcFront& front, double near) const {
+    int best = find(front.face);
+    if (best >= 0) {
+      for (int i = best + 1; i < static_cast<int>(pieces_.size()) && pieces_[static_cast<std::size_t>(i)].face == front.face; ++i)
+        if (distance(pieces_[static_cast<std::size_t>(i)], front.position) < distance(pieces_[static_cast<std::size_t>(best)], front.position)) best = i;
+      return best;
+    }
+    double least = near;
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      bool touches = false;
+      for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l)
+          touches |= mesh_.from(CollisionMesh::corner(pieces_[i].face, k)) == mesh_.from(CollisionMesh::corner(front.face, l));
+      if (!touches) continue;
+      const Vec2 q = strip_.local(front.position);
+      for (const bool last : {false, true}) {
+        if ((last ? pieces_[i].end : pieces_[i].begin) != Kind::kWas) continue;
+        const double d = norm(lerp(pieces_[i].q0, pieces_[i].q1, last ? pieces_[i].to : pieces_[i].from) - q) + std::abs(strip_.height(front.position));
+        if (d >= least) continue;
+        least = d;
+        best = static_cast<int>(i);
+      }
+    }
+    return best;
+  }
+
+  ArcCrossing crossing(const Piece& p) const { return {p.out, mesh_.twin[p.out], p.out_fraction}; }
+
+  ArcEnd end(const Piece& p, bool last) const {
+    ArcEnd e;
+    e.kind = last ? p.end : p.begin;
+    const double part = last ? p.to : p.from;
+    if (e.kind == Kind::kBorder) {
+      e.border = last ? p.out : p.in;
+      e.fraction = last ? p.out_fraction : p.in_fraction;
+    }
+    e.point.face = p.face;
+    e.point.weights = {};
+    const auto add_to = [&](H h, double fraction, double weight) {
+      e.point.weights[static_cast<std::size_t>(h.value % 3)] += weight * (1 - fraction);
+      e.point.weights[static_cast<std::size_t>((h.value + 1) % 3)] += weight * fraction;
+    };
+    add_to(p.in, p.in_fraction, 1 - part);
+    add_to(p.out, p.out_fraction, part);
+    const Vec2 q = lerp(p.q0, p.q1, part);
+    e.time = e.kind == Kind::kWas ? 0 : e.kind == Kind::kIs ? 1 : strip_.time(q);
+    e.depth = q.x;
+    return e;
+  }
+
+  /// Of the arc in its plane, from end to end, metres.
+  double extent(const std::vector<int>& chain) const {
+    const Piece &a = pieces_[static_cast<std::size_t>(chain.front())], &b = pieces_[static_cast<std::size_t>(chain.back())];
+    return norm(lerp(b.q0, b.q1, b.to) - lerp(a.q0, a.q1, a.from));
+  }
+
+  BladeArc make(const std::vector<int>& chain) const {
+    BladeArc arc;
+    for (std::size_t i = 0; i < chain.size(); ++i) {
+      const Piece& p = pieces_[static_cast<std::size_t>(chain[i])];
+      arc.faces.push_back(p.face);
+      if (i + 1 < chain.size()) arc.crossings.push_back(crossing(p));
+      if (i + 1 < chain.size()) arc.first = std::min(arc.first, strip_.time(p.q1));
+    }
+    arc.begin = end(pieces_[static_cast<std::size_t>(chain.front())], false);
+    arc.end = end(pieces_[static_cast<std::size_t>(chain.back())], true);
+    arc.first = std::min({arc.first, arc.begin.time, arc.end.time});
+    // The edge stands on a border to the last bit: a front that waits there.
+    for (ArcEnd* e : {&arc.begin, &arc.end}) {
+      const ArcEnd& other = e == &arc.end ? arc.begin : arc.end;
+      if (e->kind == Kind::kBorder && e->time > 1 - kNow && other.time < 1 - kNow) e->kind = Kind::kIs;
+    }
+    return arc;
+  }
+
+  const CollisionMesh& mesh_;
+  std::span<const Vec3> position_;
+  const FaceBoxes& boxes_;
+  const Strip& strip_;
+  std::vector<Piece> pieces_;
+  std::vector<char> used_;
+};
+
+}  // namespace
+
+Strip Strip::make(const BladeEdge& from, const BladeEdge& to, std::span<const Vec3> fronts, double least) {
+  Strip s;
+  s.origin = to.base;
+  s.length = norm(to.tip - to.base);
+  s.along = (1 / s.length) * (to.tip - to.base);
+  const auto behind = [&](Vec3 p) { return (to.base - p) + dot(p - to.base, s.along) * s.along; };
+  Vec3 motion;
+  for (const Vec3 p : fronts) motion += (1.0 / static_cast<double>(fronts.size())) * behind(p);
+  if (!(norm(motion) > least))
+    for (const Vec3 p : {0.5 * (from.base + from.tip), from.base, from.tip})
+      if (norm(behind(p)) > (1 + 1e-9) * norm(motion)) motion = behind(p);
+  if (!(norm(motion) > least))
+    motion = std::abs(s.along.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  motion -= dot(motion, s.along) * s.along;
+  s.motion = normalized(motion);
+  s.normal = cross(s.along, s.motion);
+  s.base = s.local(from.base);
+  s.tip = s.local(from.tip);
+  if (s.tip.x - s.base.x > 0) s.slope = (s.tip.y - s.base.y) / (s.tip.x - s.base.x);
+  s.offset = s.base.y - s.slope * s.base.x;
+  // As the fronts have been carried: moved, and turned if they lie apart.
+  if (!fronts.empty()) {
+    Vec2 mean, first{HUGE_VAL, 0}, last{-HUGE_VAL, 0};
+    for (const Vec3 p : fronts) {
+      const Vec2 q = s.local(p);
+      mean = mean + (1.0 / static_cast<double>(fronts.size())) * q;
+      if (q.x < first.x) first = q;
+      if (q.x > last.x) last = q;
+    }
+    if (last.x - first.x > 0.1 * s.length) s.slope = (last.y - first.y) / (last.x - first.x);
+    s.offset = mean.y - s.slope * mean.x;
+  }
+  const auto far = [&] { return std::max(std::abs(s.offset + s.slope * s.base.x), std::abs(s.offset + s.slope * s.tip.x)); };
+  if (!(far() > least)) s.offset -= least;
+  s.base.y = s.offset + s.slope * s.base.x;
+  s.tip.y = s.offset + s.slope * s.tip.x;
+  return s;
+}
+
+double Strip::time(Vec2 q) const {
+  const double last = ahead_of_last(q), moved = last - q.y;
+  return moved != 0 ? std::clamp(last / moved, 0.0, 1.0) : 0.5;
+}
+
+bool Strip::passed(Vec2 q) const {
+  if ((ahead_of_last(q) > 0) == (q.y > 0)) return false;
+  const double t = time(q);
+  return q.x >= (1 - t) * base.x && q.x <= (1 - t) * tip.x + t * length;
+}
+
+double Strip::side(int line, Vec2 q) const {
+  if (line == 0) return ahead_of_last(q);
+  if (line == 1) return q.y;
+  const Vec2 a = line == 2 ? base : tip, b = line == 2 ? Vec2{0, 0} : Vec2{length, 0};
+  const double far = norm(b - a);
+  return far > 0 ? cross(b - a, q - a) / far : HUGE_VAL;
+}
+
+void BladeArc::reverse() {
+  std::swap(begin, end);
+  if (closed && !crossings.empty()) std::rotate(crossings.begin(), crossings.end() - 1, crossings.end());
+  std::reverse(faces.begin(), faces.end());
+  std::reverse(crossings.begin(), crossings.end());
+  for (ArcCrossing& c : crossings) {
+    std::swap(c.near, c.far);
+    c.fraction = 1 - c.fraction;
+  }
+}
+
+std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes, const Strip& strip,
+                                std::span<const ArcFront> fronts, double near, bool ahead_only) {
+  return Search(mesh, position, boxes, strip).run(fronts, near, ahead_only);
+}
+
+}  // namespace kerf

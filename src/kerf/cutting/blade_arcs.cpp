@@ -42,7 +42,10 @@ class Search {
     std::vector<BladeArc> arcs;
     std::vector<int> front_of(pieces_.size(), -1);
     // What lies ahead of the fronts.
-    std::vector<std::array<int, 3>> starts;  // piece, front, direction
+    struct Start {
+      int piece, front, sense;  // direction along the arc: 1 or -1
+    };
+    std::vector<Start> starts;
     for (std::size_t i = 0; i < fronts.size(); ++i) {
       const int piece = piece_at(fronts[i], near);
       if (piece < 0) continue;
@@ -50,7 +53,8 @@ class Search {
       starts.push_back({piece, static_cast<int>(i), direction(piece, fronts[i])});
     }
     used_.assign(pieces_.size(), false);
-    for (const auto& [piece, front, sense] : starts) {
+    for (const Start& start : starts) {
+      const int piece = start.piece, front = start.front, sense = start.sense;
       if (used_[static_cast<std::size_t>(piece)]) continue;
       std::vector<int> chain{piece};
       int other = -1;

@@ -235,6 +235,32 @@ TEST(BladeArcs, RoundAVaultAreClosed) {
   EXPECT_NEAR(length_of(vault.points(back)), length_of(vault.points(arcs[0])), 1e-12);
 }
 
+TEST(BladeArcs, BehindAFrontNothingIsLeft) {
+  // From border to border, so that neither end is where the edge was: the way on which the front came says which side is cut already.
+  const Sheet sheet(sheet_65_mesh());
+  const Strip strip = Strip::make({{-0.5, 0.37, -0.1}, {-0.5, 0.37, 0.1}}, {{1.5, 0.37, -0.1}, {1.5, 0.37, 0.1}}, {}, kLeast);
+  const std::vector<BladeArc> whole = sheet.arcs(strip);
+  ASSERT_EQ(whole.size(), 1u);
+  for (const double x : {0.21, 0.43, 0.77})
+    for (const double way : {-1.0, 1.0}) {
+      const Vec3 at{x, 0.37, 0};
+      CollisionTriangle face;
+      for (const CollisionTriangle f : whole[0].faces) {
+        const Vec3 a = sheet.at(sheet.mesh().from(CollisionMesh::corner(f, 0))), b = sheet.at(sheet.mesh().from(CollisionMesh::corner(f, 1))),
+                   c = sheet.at(sheet.mesh().from(CollisionMesh::corner(f, 2)));
+        if (cross(b - a, at - a).z > 0 && cross(c - b, at - b).z > 0 && cross(a - c, at - c).z > 0) face = f;
+      }
+      ASSERT_TRUE(face.valid());
+      const std::vector<ArcFront> fronts{{face, at, Vec3{way, 0, 0}}};
+      const std::vector<BladeArc> arcs = sheet.arcs(strip, fronts);
+      ASSERT_EQ(arcs.size(), 1u) << x << " " << way;
+      EXPECT_EQ(arcs[0].begin.kind, Kind::kFront);
+      EXPECT_EQ(arcs[0].faces.front(), face);
+      EXPECT_EQ(arcs[0].end.kind, Kind::kBorder);
+      EXPECT_NEAR(sheet.at(arcs[0].end.point).x, way > 0 ? 1 : 0, 1e-12);
+    }
+}
+
 TEST(BladeArcs, OfAFrontGoOnFromIt) {
   const Sheet sheet(sheet_65_mesh());
   const auto edge = [](double x) { return BladeEdge{{x, 0.37, -0.1}, {x, 0.37, 0.1}}; };

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "kerf/base/at.h"
+#include "kerf/cutting/cut_options.h"
+
 namespace kerf {
 namespace {
 
@@ -12,10 +15,6 @@ using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 using Kind = ArcEnd::Kind;
 
-constexpr double kMargin = 1e-9;  // of the coordinates: rounding of distances to the strip
-constexpr double kNow = 1e-9;     // of a move: the edge is there
-constexpr double kShort = 1e-6;   // of the edge: an arc that is only begun
-constexpr double kInLine = 0.7071;  // cosine of 45 degrees, as of a turn that is an end: an arc in line with the way to a front goes on from it. At half or double little changes: paths are straight
 constexpr Kind kLines[4] = {Kind::kWas, Kind::kIs, Kind::kBase, Kind::kTip};
 
 /// What one face has of an arc: part of the segment between the edges at which the plane crosses the face. Above is on its left.
@@ -39,81 +38,77 @@ class Search {
     for (const ArcFront& f : fronts)
       if (find(f.face) < 0) add_sorted({f.face});
     link();
-    std::vector<BladeArc> arcs;
-    std::vector<int> front_of(pieces_.size(), -1);
-    // What lies ahead of the fronts.
-    struct Start {
-      int piece, front, sense;  // direction along the arc: 1 or -1
-    };
-    std::vector<Start> starts;
-    for (std::size_t i = 0; i < fronts.size(); ++i) {
-      const int piece = piece_at(fronts[i], near);
-      if (piece < 0) continue;
-      front_of[static_cast<std::size_t>(piece)] = static_cast<int>(i);
-      starts.push_back({piece, static_cast<int>(i), direction(piece, fronts[i])});
-    }
     used_.assign(pieces_.size(), false);
-    for (const Start& start : starts) {
-      const int piece = start.piece, front = start.front, sense = start.sense;
-      if (used_[static_cast<std::size_t>(piece)]) continue;
-      std::vector<int> chain{piece};
-      int other = -1;
-      const auto next = [&](int p) { return sense > 0 ? pieces_[static_cast<std::size_t>(p)].next : pieces_[static_cast<std::size_t>(p)].before; };
-      for (int p = next(piece); p >= 0 && p != piece && !used_[static_cast<std::size_t>(p)]; p = next(p)) {
-        chain.push_back(p);
-        other = front_of[static_cast<std::size_t>(p)];
-        if (other >= 0) break;
-      }
-      // Behind it nothing is left of the same arc: there the blade was.
-      for (int p = sense > 0 ? pieces_[static_cast<std::size_t>(piece)].before : pieces_[static_cast<std::size_t>(piece)].next; p >= 0 && p != piece;
-           p = sense > 0 ? pieces_[static_cast<std::size_t>(p)].before : pieces_[static_cast<std::size_t>(p)].next) {
-        if (front_of[static_cast<std::size_t>(p)] >= 0 || used_[static_cast<std::size_t>(p)]) break;
-        used_[static_cast<std::size_t>(p)] = true;
-      }
-      for (const int p : chain) used_[static_cast<std::size_t>(p)] = true;
-      if (sense < 0) std::reverse(chain.begin(), chain.end());
-      BladeArc arc = make(chain);
-      ArcEnd& at_front = sense > 0 ? arc.begin : arc.end;
-      at_front.kind = Kind::kFront;
-      at_front.front = front;
-      at_front.time = 0;
-      if (other >= 0) {
-        ArcEnd& far = sense > 0 ? arc.end : arc.begin;
-        far.kind = Kind::kFront;
-        far.front = other;
-      }
-      if (sense < 0) arc.reverse();
-      arcs.push_back(std::move(arc));
-    }
-    for (int pass = 0; pass < 2; ++pass)
-      for (std::size_t i = 0; i < pieces_.size(); ++i) {
-        if (used_[i] || (pass == 0 && pieces_[i].before >= 0)) continue;
-        std::vector<int> chain;
-        for (int p = static_cast<int>(i); p >= 0 && !used_[static_cast<std::size_t>(p)]; p = pieces_[static_cast<std::size_t>(p)].next) {
-          chain.push_back(p);
-          used_[static_cast<std::size_t>(p)] = true;
-        }
-        arcs.push_back(make(chain));
-        // Not yet begun. What lies along the blade as a whole is passed at one moment, be it the last.
-        if (arcs.back().first > 1 - kNow && extent(chain) < kShort * strip_.length) {
-          arcs.pop_back();
-          continue;
-        }
-        arcs.back().closed = pieces_[static_cast<std::size_t>(chain.front())].before >= 0;
-        if (arcs.back().closed) arcs.back().crossings.push_back(crossing(pieces_[static_cast<std::size_t>(chain.back())]));
-      }
+    std::vector<BladeArc> arcs;
+    take_fronts(fronts, near, arcs);
+    for (const bool closed : {false, true})
+      for (int i = 0; i < static_cast<int>(pieces_.size()); ++i)
+        if (!used_[at(i)] && (closed || pieces_[at(i)].before < 0)) take_arc(i, closed, arcs);
     return arcs;
   }
 
  private:
-  Vec3 at(V v) const { return position_[v.index()]; }
+  int beside(int piece, bool onward) const { return onward ? pieces_[at(piece)].next : pieces_[at(piece)].before; }
+
+  /// What lies ahead of each front, up to the next one on the same arc.
+  void take_fronts(std::span<const ArcFront> fronts, double near, std::vector<BladeArc>& arcs) {
+    std::vector<int> piece_of, front_of(pieces_.size(), -1);
+    std::vector<bool> onward;
+    for (int i = 0; i < static_cast<int>(fronts.size()); ++i) {
+      piece_of.push_back(piece_at(fronts[at(i)], near));
+      onward.push_back(piece_of.back() >= 0 && goes_onward(piece_of.back(), fronts[at(i)]));
+      if (piece_of.back() >= 0) front_of[at(piece_of.back())] = i;
+    }
+    for (int i = 0; i < static_cast<int>(fronts.size()); ++i) {
+      const int piece = piece_of[at(i)];
+      const bool on = onward[at(i)];
+      if (piece < 0 || used_[at(piece)]) continue;
+      std::vector<int> chain{piece};
+      int other = -1;
+      for (int p = beside(piece, on); p >= 0 && p != piece && !used_[at(p)] && other < 0; p = beside(p, on)) {
+        chain.push_back(p);
+        other = front_of[at(p)];
+      }
+      // Behind it nothing is left of the same arc: there the blade was.
+      for (int p = beside(piece, !on); p >= 0 && p != piece && front_of[at(p)] < 0 && !used_[at(p)]; p = beside(p, !on)) used_[at(p)] = true;
+      for (const int p : chain) used_[at(p)] = true;
+      if (!on) std::reverse(chain.begin(), chain.end());
+      BladeArc arc = make(chain);
+      if (!on) arc.reverse();
+      arc.begin.kind = Kind::kFront;
+      arc.begin.front = i;
+      arc.begin.time = 0;
+      if (other >= 0) {
+        arc.end.kind = Kind::kFront;
+        arc.end.front = other;
+      }
+      arcs.push_back(std::move(arc));
+    }
+  }
+
+  /// The arc that begins with a piece, or goes round through it.
+  void take_arc(int first, bool closed, std::vector<BladeArc>& arcs) {
+    std::vector<int> chain;
+    for (int p = first; p >= 0 && !used_[at(p)]; p = pieces_[at(p)].next) {
+      chain.push_back(p);
+      used_[at(p)] = true;
+    }
+    BladeArc arc = make(chain);
+    // Not yet begun. What lies along the blade as a whole is passed at one moment, be it the last.
+    if (arc.first > 1 - cut::kArcNow && extent(chain) < cut::kArcShort * strip_.length) return;
+    arc.closed = closed;
+    if (closed) arc.crossings.push_back(crossing(pieces_[at(chain.back())]));
+    arcs.push_back(std::move(arc));
+  }
+
+  Vec3 place(V v) const { return position_[v.index()]; }
 
   template <class Fn>
   void for_each_near(Fn&& fn) const {
-    const auto place = [&](double x, double y) { return strip_.origin + x * strip_.along + y * strip_.motion; };
+    const auto corner = [&](double x, double y) { return strip_.origin + x * strip_.along + y * strip_.motion; };
     Box3 box;
-    for (const Vec3 p : {place(0, 0), place(strip_.length, 0), place(strip_.base.x, strip_.base.y), place(strip_.tip.x, strip_.tip.y)}) box.add(p);
-    const double margin = kMargin * (norm(box.min) + norm(box.max));
+    for (const Vec3 p : {corner(0, 0), corner(strip_.length, 0), corner(strip_.base.x, strip_.base.y), corner(strip_.tip.x, strip_.tip.y)}) box.add(p);
+    const double margin = cut::kArcMargin * (norm(box.min) + norm(box.max));
     box.min -= Vec3{margin, margin, margin};
     box.max += Vec3{margin, margin, margin};
     const Vec3 n = strip_.normal;
@@ -128,7 +123,7 @@ class Search {
 
   /// Where the plane crosses an edge with ends on both sides, from the one above: the same bits for all who share it.
   double crossing_of(V above, V below) const {
-    const double a = strip_.height(at(above)), b = strip_.height(at(below));
+    const double a = strip_.height(place(above)), b = strip_.height(place(below));
     return a - b > 0 ? a / (a - b) : 0.5;
   }
 
@@ -137,7 +132,7 @@ class Search {
     piece.face = face;
     for (int k = 0; k < 3; ++k) {
       const H h = CollisionMesh::corner(face, k);
-      const bool from = strip_.height(at(mesh_.from(h))) > 0, to = strip_.height(at(mesh_.to(h))) > 0;
+      const bool from = strip_.height(place(mesh_.from(h))) > 0, to = strip_.height(place(mesh_.to(h))) > 0;
       if (from && !to) piece.out = h;
       if (to && !from) piece.in = h;
     }
@@ -145,8 +140,8 @@ class Search {
     piece.out_fraction = crossing_of(mesh_.from(piece.out), mesh_.to(piece.out));
     const double in = crossing_of(mesh_.to(piece.in), mesh_.from(piece.in));
     piece.in_fraction = 1 - in;
-    piece.q1 = lerp(strip_.local(at(mesh_.from(piece.out))), strip_.local(at(mesh_.to(piece.out))), piece.out_fraction);
-    piece.q0 = lerp(strip_.local(at(mesh_.to(piece.in))), strip_.local(at(mesh_.from(piece.in))), in);
+    piece.q1 = lerp(strip_.local(place(mesh_.from(piece.out))), strip_.local(place(mesh_.to(piece.out))), piece.out_fraction);
+    piece.q0 = lerp(strip_.local(place(mesh_.to(piece.in))), strip_.local(place(mesh_.from(piece.in))), in);
     clip(piece);
   }
 
@@ -218,30 +213,30 @@ class Search {
       const H t = mesh_.twin[pieces_[i].out];
       if (pieces_[i].end != Kind::kBorder || !t.valid()) continue;
       const int k = find(CollisionMesh::face(t));
-      if (k < 0 || pieces_[static_cast<std::size_t>(k)].begin != Kind::kBorder) continue;
+      if (k < 0 || pieces_[at(k)].begin != Kind::kBorder) continue;
       pieces_[i].next = k;
-      pieces_[static_cast<std::size_t>(k)].before = static_cast<int>(i);
+      pieces_[at(k)].before = static_cast<int>(i);
     }
   }
 
   /// Which way along its arc a front goes on: away from where the blade was. That is the end at the last place; if both or none are, the way that its path
   /// came, and across that the nearer end.
-  int direction(int piece, const ArcFront& front) const {
+  bool goes_onward(int piece, const ArcFront& front) const {
     const Vec2 q = strip_.local(front.position);
     const auto end = [&](bool last) {
       int p = piece;
       for (int next = piece; next >= 0;) {
         p = next;
-        next = last ? pieces_[static_cast<std::size_t>(p)].next : pieces_[static_cast<std::size_t>(p)].before;
+        next = beside(p, last);
         if (next == piece) break;
       }
-      const Piece& at = pieces_[static_cast<std::size_t>(p)];
-      return std::pair{(last ? at.end : at.begin) != Kind::kWas, norm(lerp(at.q0, at.q1, last ? at.to : at.from) - q)};
+      const Piece& it = pieces_[at(p)];
+      return std::pair{(last ? it.end : it.begin) != Kind::kWas, norm(lerp(it.q0, it.q1, last ? it.to : it.from) - q)};
     };
     const auto first = end(false), last = end(true);
-    const Vec2 on = pieces_[static_cast<std::size_t>(piece)].q1 - pieces_[static_cast<std::size_t>(piece)].q0, way{dot(front.way, strip_.along), dot(front.way, strip_.motion)};
-    if (first.first == last.first && std::abs(dot(on, way)) > kInLine * norm(on) * norm(front.way)) return dot(on, way) > 0 ? 1 : -1;
-    return first <= last ? 1 : -1;
+    const Vec2 on = pieces_[at(piece)].q1 - pieces_[at(piece)].q0, way{dot(front.way, strip_.along), dot(front.way, strip_.motion)};
+    if (first.first == last.first && std::abs(dot(on, way)) > cut::kArcInLine * norm(on) * norm(front.way)) return dot(on, way) > 0;
+    return first <= last;
   }
 
   double distance(const Piece& p, Vec3 x) const {
@@ -252,8 +247,8 @@ class Search {
   int piece_at(const ArcFront& front, double near) const {
     int best = find(front.face);
     if (best >= 0) {
-      for (int i = best + 1; i < static_cast<int>(pieces_.size()) && pieces_[static_cast<std::size_t>(i)].face == front.face; ++i)
-        if (distance(pieces_[static_cast<std::size_t>(i)], front.position) < distance(pieces_[static_cast<std::size_t>(best)], front.position)) best = i;
+      for (int i = best + 1; i < static_cast<int>(pieces_.size()) && pieces_[at(i)].face == front.face; ++i)
+        if (distance(pieces_[at(i)], front.position) < distance(pieces_[at(best)], front.position)) best = i;
       return best;
     }
     double least = near;
@@ -301,25 +296,25 @@ class Search {
 
   /// Of the arc in its plane, from end to end, metres.
   double extent(const std::vector<int>& chain) const {
-    const Piece &a = pieces_[static_cast<std::size_t>(chain.front())], &b = pieces_[static_cast<std::size_t>(chain.back())];
+    const Piece &a = pieces_[at(chain.front())], &b = pieces_[at(chain.back())];
     return norm(lerp(b.q0, b.q1, b.to) - lerp(a.q0, a.q1, a.from));
   }
 
   BladeArc make(const std::vector<int>& chain) const {
     BladeArc arc;
     for (std::size_t i = 0; i < chain.size(); ++i) {
-      const Piece& p = pieces_[static_cast<std::size_t>(chain[i])];
+      const Piece& p = pieces_[at(chain[i])];
       arc.faces.push_back(p.face);
       if (i + 1 < chain.size()) arc.crossings.push_back(crossing(p));
       if (i + 1 < chain.size()) arc.first = std::min(arc.first, strip_.time(p.q1));
     }
-    arc.begin = end(pieces_[static_cast<std::size_t>(chain.front())], false);
-    arc.end = end(pieces_[static_cast<std::size_t>(chain.back())], true);
+    arc.begin = end(pieces_[at(chain.front())], false);
+    arc.end = end(pieces_[at(chain.back())], true);
     arc.first = std::min({arc.first, arc.begin.time, arc.end.time});
     // The edge stands on a border to the last bit: a front that waits there.
     for (ArcEnd* e : {&arc.begin, &arc.end}) {
       const ArcEnd& other = e == &arc.end ? arc.begin : arc.end;
-      if (e->kind == Kind::kBorder && e->time > 1 - kNow && other.time < 1 - kNow) e->kind = Kind::kIs;
+      if (e->kind == Kind::kBorder && e->time > 1 - cut::kArcNow && other.time < 1 - cut::kArcNow) e->kind = Kind::kIs;
     }
     return arc;
   }
@@ -329,7 +324,7 @@ class Search {
   const FaceBoxes& boxes_;
   const Strip& strip_;
   std::vector<Piece> pieces_;
-  std::vector<char> used_;
+  std::vector<bool> used_;
 };
 
 }  // namespace

@@ -47,5 +47,18 @@ inline constexpr double kFlatness = 1e-9;
 /// Faces of the collision mesh keep at least this part of the mean root edge squared.
 inline constexpr double kLeastCollisionArea = 1e-14;
 
+/// Of the coordinates: rounding of distances to the strip of a move. At half or double, or a hundred thousand times it, arcs are the same: faces
+/// beyond are looked for again when arcs are linked.
+inline constexpr double kArcMargin = 1e-9;
+/// Of a move: rounding of the time when the edge passes; what is passed so late lies where the edge is. Half or double is rounding too; at a tenth,
+/// ends on a border count as ends inside.
+inline constexpr double kArcNow = 1e-9;
+/// Of the edge: a shorter arc that is passed at the very end has only begun. At half or double an end that waits on a border begins a move earlier or
+/// later.
+inline constexpr double kArcShort = 1e-6;
+/// Cosine of 45 degrees: an arc in line with the way on which a front came goes on from it. At half, arcs nearly across that way count too; at
+/// double none does, and a front may turn back into its slit.
+inline constexpr double kArcInLine = 0.7071;
+
 }  // namespace cut
 }  // namespace kerf

@@ -56,6 +56,10 @@ inline constexpr double kArcNow = 1e-9;
 /// Of the edge: a shorter arc that is passed at the very end has only begun. At half or double an end that waits on a border begins a move earlier or
 /// later.
 inline constexpr double kArcShort = 1e-6;
+/// Faces that a way led over the mesh may touch. At half, ways around crowded vertices are not found; at double nothing more is.
+inline constexpr int kLeadFaces = 96;
+/// Of the reach of a way led over the mesh: what one more edge costs. Half or double is the same: of ways that are as straight the shortest is taken.
+inline constexpr double kLeadStep = 1e-3;
 /// Cosine of 45 degrees: an arc in line with the way on which a front came goes on from it. At half, arcs nearly across that way count too; at
 /// double none does, and a front may turn back into its slit.
 inline constexpr double kArcInLine = 0.7071;

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "kerf/cutting/blade_track.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/spatial/triangle_queries.h"
@@ -412,21 +411,6 @@ TEST(BladeSweep, ProvisionalEndsLeaveNoTrace) {
   b.vertical(0.30, 0.41);
   EXPECT_NEAR(static_cast<double>(b.body.collision.vertex_count()), static_cast<double>(vertices), 3);
   EXPECT_NEAR(static_cast<double>(b.body.visual.face_count()), static_cast<double>(triangles), 60);
-}
-
-/// A point on a blade's line but for rounding has no track to the blade: which way it would lead is rounding, too.
-TEST(BladeSweep, APointOnTheBladeHasNoTrack) {
-  Random random(11);
-  for (int i = 0; i < 2000; ++i) {
-    const auto somewhere = [&] { return Vec3{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)}; };
-    const BladeEdge edge{somewhere(), somewhere()};
-    const double along = random.uniform(-0.5, 1.5);
-    EXPECT_FALSE(TrackPlane::make(lerp(edge.base, edge.tip, along), edge)) << i;
-    const Vec3 beside = normalized(cross(edge.tip - edge.base, somewhere()));
-    const auto plane = TrackPlane::make(lerp(edge.base, edge.tip, along) + 1e-9 * beside, edge);
-    ASSERT_TRUE(plane) << i;
-    EXPECT_NEAR(plane->progress(lerp(edge.base, edge.tip, along) + 1e-9 * beside), -1e-9, 1e-12);
-  }
 }
 
 /// Seed 7410000391 of the session's storms: at a vertex that the blade ends on to the last bit, the front turned round, came back

@@ -57,7 +57,9 @@ std::vector<std::pair<double, H>> edges_met(const CollisionMesh& mesh, Vec3 from
 void expect_linked(const CollisionMesh& mesh, const std::vector<ArcCrossing>& way) {
   for (std::size_t i = 0; i < way.size(); ++i) {
     EXPECT_EQ(mesh.twin[way[i].near], way[i].far);
-    if (i > 0) EXPECT_EQ(CollisionMesh::face(way[i - 1].far), CollisionMesh::face(way[i].near));
+    if (i > 0) {
+      EXPECT_EQ(CollisionMesh::face(way[i - 1].far), CollisionMesh::face(way[i].near));
+    }
   }
 }
 CellComplex sheet_of(const TriangleMesh& surface) {

@@ -144,7 +144,7 @@ TEST(Lips, AtRestNothingMovesAtAll) {
       Cut cut(dt, across);
       const Course r = run(cut.session, 20 * dt);
       EXPECT_EQ(r.fastest, 0) << dt;
-      EXPECT_EQ(r.deepest, 0);
+      EXPECT_LT(r.deepest, 1e-14);  // rounding of where lips are cut
       EXPECT_GT(cut.session.contacts().size(), 20u);
     }
 }

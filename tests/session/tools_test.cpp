@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "kerf/base/rigid_place.h"
-#include "kerf/cutting/blade_entry.h"
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 
@@ -289,8 +288,14 @@ TEST(Tools, ScissorsThatOpenGoOnInTheirSlit) {
     double end = -1;
     int slit_ends = 0;
     for (const CollisionVertex v : ids<CollisionVertex>(rest.size())) {
-      const SlitCorner slit = slit_at(mesh, rest.raw(), v);
-      if (!slit.ends()) continue;
+      double material = 0;  // rad, around the vertex
+      if (!mesh.on_border(v)) continue;
+      mesh.for_each_outgoing(v, [&](CollisionHalfEdge h) {
+        const Vec3 a = normalized(rest[mesh.to(h)] - rest[v]), b = normalized(rest[mesh.apex(h)] - rest[v]);
+        material += std::acos(std::clamp(dot(a, b), -1.0, 1.0));
+        return true;
+      });
+      if (material < 1.5 * std::numbers::pi) continue;
       ++slit_ends;
       end = rest[v].y;
     }

@@ -82,8 +82,10 @@ struct CollisionMesh : HalfEdgeMesh<CollisionTag> {
     f(chain); f(wall); f(rest); f(offset); f(bound); f(line); f(ancestor); f(root); f(free);
   }
   [[nodiscard]] bool has_chain(H h) const { return chain[h][0].exists(); }
-  /// Is this border edge part of the original rim (or of the border of an open sheet) rather than made by a cut?
+  /// Is this vertex on the original rim (or on the border of an open sheet)?
   [[nodiscard]] bool on_rim(V v) const { return bound[v][0] == bound[v][1]; }
+  /// Is this edge a border that a cut has made?
+  [[nodiscard]] bool is_lip(H h) const { return is_border(h) && (wall[h].valid() || !on_rim(from(h)) || !on_rim(to(h))); }
 };
 
 struct VisualMesh : HalfEdgeMesh<VisualTag> {

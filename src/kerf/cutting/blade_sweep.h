@@ -9,6 +9,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "kerf/base/journal.h"
@@ -17,8 +18,26 @@
 #include "kerf/cutting/blade_edge.h"
 #include "kerf/cutting/cut_path.h"
 #include "kerf/cutting/face_boxes.h"
+#include "kerf/cutting/path_stop.h"
 
 namespace kerf {
+
+/// Where a blade has come so near to a border that a cut which ends there is joined to it.
+struct BladeTouch {
+  RestPoint at;
+  Vec3 border;  ///< the point of the border, at rest
+};
+
+/// Where the cut has got to in one layer, on the mesh without what is provisional: inside a face that its path began in or came into.
+struct BladeFront {
+  PathStop start;           ///< where its path goes on: its last vertex, or a point of a border that is not yet divided
+  CollisionVertex before;   ///< the path's vertex before the last one, or none
+  RestPoint end;        ///< where the blade was at the last pose
+  Vec3 came;                ///< where the blade was when its path last went on, at rest
+  bool in_slit = false;     ///< near the lip that its path begins on: it begins beside the end, maybe some faces away
+  std::vector<Vec3> trail;  ///< the places of the end since the start, at rest
+  std::optional<BladeTouch> touch;  ///< the nearest since the start
+};
 
 /// One stroke of a blade: its state between poses. Plain data.
 struct BladeStroke {
@@ -27,11 +46,7 @@ struct BladeStroke {
   bool standing = false;                   ///< `edge` is the first pose: what it goes through there is stabbed by the first move
   bool through = false;                    ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;     ///< where the cut has got to, one per layer; provisional ends included
-  std::vector<Vec3> ways;                  ///< where fronts that haven't left their vertex must go (unit), or zero: anywhere
-  std::vector<CollisionVertex> committed;  ///< the fronts at `mark`
-  std::vector<Vec3> committed_ways;        ///< the ways at `mark`
-  std::vector<FacePoint> last_bits;        ///< provisional ends as seen from `mark`; no face: none
-  std::vector<Vec3> trail;                 ///< provisional ends since `mark`, at rest, fronts.size() of them per pose
+  std::vector<BladeFront> ends;            ///< the same as seen from `mark`
   bool provisional = false;                ///< there is work after `mark` that the next pose may undo
   JournalMark mark;
 };

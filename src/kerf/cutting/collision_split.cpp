@@ -1,5 +1,7 @@
 #include "kerf/cutting/collision_split.h"
 
+#include <algorithm>
+
 #include "kerf/cutting/chain_split.h"
 #include "kerf/cutting/free_list.h"
 #include "kerf/cutting/half_edge_split.h"
@@ -225,7 +227,9 @@ V split_collision_face(CutContext& cut, F f, Vec2 u, const std::array<double, 3>
   return m;
 }
 
-void flip_to_delaunay(CutContext& cut) {
+void flip_to_delaunay(CutContext& cut) { flip_to_delaunay(cut, {}); }
+
+void flip_to_delaunay(CutContext& cut, std::span<const F> keep) {
   CellComplex& body = cut.body;
   CollisionMesh& mesh = body.collision;
   auto& stack = cut.scratch.flip_stack;
@@ -246,6 +250,7 @@ void flip_to_delaunay(CutContext& cut) {
     if (mesh.find_half_edge(mesh.apex(h), mesh.apex(g)).valid() || mesh.find_half_edge(mesh.apex(g), mesh.apex(h)).valid())
       continue;  // already joined by an edge (the lips of a slit)
     const F f1 = CollisionMesh::face(h), f2 = CollisionMesh::face(g);
+    if (std::any_of(keep.begin(), keep.end(), [&](F f) { return f == f1 || f == f2; })) continue;
     const std::array<PoolRun, 2> lists = joined_free_lists(cut, f1, f2);
     const std::array<PoolRun, 2> chain_h = mesh.chain[gn], chain_g = mesh.chain[hn];
     const WallId wall_h = mesh.wall[gn], wall_g = mesh.wall[hn];

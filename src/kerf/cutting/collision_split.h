@@ -1,6 +1,8 @@
 // Splitting edges and faces of the collision mesh, each mirrored on the visual mesh and the walls, and Delaunay flips.
 #pragma once
 
+#include <span>
+
 #include "kerf/cutting/cut_context.h"
 
 namespace kerf::cut {
@@ -12,7 +14,8 @@ CollisionVertex split_collision_edge(CutContext& cut, CollisionHalfEdge h, doubl
 /// Splits the triangle f at u (planar, strictly inside) with barycentric weights `weights`. None after a failure.
 CollisionVertex split_collision_face(CutContext& cut, CollisionTriangle f, Vec2 u, const std::array<double, 3>& weights);
 
-/// Flips chainless edges inside root triangles until they are Delaunay, starting from scratch.flip_stack.
+/// Flips chainless edges inside root triangles until they are Delaunay, starting from scratch.flip_stack; not those of the faces `keep`.
 void flip_to_delaunay(CutContext& cut);
+void flip_to_delaunay(CutContext& cut, std::span<const CollisionTriangle> keep);
 
 }  // namespace kerf::cut

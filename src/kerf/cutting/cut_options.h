@@ -56,6 +56,40 @@ inline constexpr double kArcNow = 1e-9;
 /// Of the edge: a shorter arc that is passed at the very end has only begun. At half or double an end that waits on a border begins a move earlier or
 /// later.
 inline constexpr double kArcShort = 1e-6;
+/// Minimum features: an arc so near to a lip is that lip, an end so near to a border is on it. Just over one, so that what has been rounded by a minimum
+/// feature is still near itself. At half, cuts along a lip leave slivers and closed strokes stay open; at double, teeth of a comb are severed.
+inline constexpr double kPathNear = 1.1;
+/// Minimum features from an inner vertex within which a path that crosses a close fan goes through it. At half, slits beside an edge of the mesh leave
+/// slivers on which contact stumbles; at double, teeth of a comb are severed.
+inline constexpr double kPathFan = 1.6;
+/// Mean root edges: what rounding may put a point outside of its face. Half or double is rounding too; at a hundredth, points on edges are in no face.
+inline constexpr double kPathOutside = 1e-6;
+/// Mean root edges that material may have been carried towards a blade, or a front beside its strip, between two poses. At half, bodies that rise fast
+/// against a blade are stabbed in place of led in; at double, what another arc has cut is taken for a front's own.
+inline constexpr double kPathCarried = 0.5;
+/// Faces around a point that are looked at. At half, crowded places are not seen whole; at double nothing more is.
+inline constexpr int kFacesAround = 64;
+/// Border edges on either side that count as the same lip. At half, long arcs between close vertices leave their lip; at double nothing changes.
+inline constexpr int kSameLip = 8;
+/// Cosine between a face and the blade, below which the blade lies along it. At half, chops of vaults cut one of two layers; at double, blades that lean
+/// over far cut what they only pass.
+inline constexpr double kPathFlat = 0.1;
+/// The same, below which it may bend along the blade between two poses, so that the edge's last place does not tell what has been cut.
+inline constexpr double kPathLeans = 0.3;
+/// Mean root edges that a move counts as at least. Half or double, or a thousand times it, is rounding.
+inline constexpr double kPathLeastMove = 1e-9;
+/// Times that arcs whose faces others have divided are looked for again. At half, dice with a blade that cuts all layers leave a layer; at double nothing
+/// changes.
+inline constexpr int kPathTries = 8;
+/// Parts of a move that count as different times. At half or double the order of layers that are met at once is by rounding.
+inline constexpr double kPathMoments = 1e7;
+/// Radians: a strip that turns less is flat. At half, twice the work; at double, curved strips are cut beside their place by a hundredth of the blade.
+inline constexpr double kPathTurn = 0.05;
+/// Mean root edges squared: a smaller piece is looked at whether it holds any material. At half, slivers of a third of an edge are let through unseen; at
+/// double, each cut costs a few faces more.
+inline constexpr double kCrumbArea = 0.05;
+/// Mean root edges cubed: a small piece that encloses less is not cut off. Half or double, or ten times either, is rounding of the skin's volume.
+inline constexpr double kCrumbVolume = 1e-8;
 /// Faces that a way led over the mesh may touch. At half, ways around crowded vertices are not found; at double nothing more is.
 inline constexpr int kLeadFaces = 96;
 /// Of the reach of a way led over the mesh: what one more edge costs. Half or double is the same: of ways that are as straight the shortest is taken.

@@ -39,6 +39,9 @@ struct CutScratch {
   std::vector<CollisionHalfEdge> flip_stack;
   std::vector<Vec3> displacement;
   DenseIndex slid_vertex, slid_face;
+  DenseIndex crumb_seen;
+  std::vector<CollisionTriangle> crumb_faces;
+  std::vector<VisualTriangle> crumb_skin;
 
   /// Births of vertices from `first` on.
   void note_birth(const VertexBirth& birth) {

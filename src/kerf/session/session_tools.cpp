@@ -12,7 +12,6 @@
 #include <fmt/format.h>
 
 #include "kerf/contact/segment_queries.h"
-#include "kerf/cutting/blade_entry.h"
 #include "kerf/session/edge_carry.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/session/tolerances.h"
@@ -191,7 +190,7 @@ class BesideLips {
     box.min -= Vec3{near, near, near};
     box.max += Vec3{near, near, near};
     for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count())) {
-      if (!is_lip(mesh, h)) continue;
+      if (!mesh.is_lip(h)) continue;
       const Vec3 a = positions[mesh.from(h).index()], b = positions[mesh.to(h).index()];
       Box3 of_lip;
       of_lip.add(a);

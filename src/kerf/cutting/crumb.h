@@ -1,0 +1,15 @@
+// Pieces that a cut must not leave: so small that nothing of the material is in them (docs/cutting.md, "From tool motion to a cut path").
+#pragma once
+
+#include <span>
+
+#include "kerf/binding/cell_complex.h"
+#include "kerf/cutting/cut_scratch.h"
+
+namespace kerf {
+
+/// Is one of these faces in a small piece of a closed body whose skin encloses nothing, or is turned inside out? Small: of kCrumbArea at most.
+/// Cost: the faces of small pieces, and a few for each face that is in a larger one.
+bool is_in_crumb(const CellComplex& body, std::span<const CollisionTriangle> faces, CutScratch& scratch);
+
+}  // namespace kerf

@@ -1,0 +1,158 @@
+#include "kerf/cutting/path_opening.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/base/at.h"
+#include "kerf/cutting/collision_split.h"
+#include "kerf/cutting/crumb.h"
+#include "kerf/cutting/unlink.h"
+
+namespace kerf {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+using Stop = PathStop;
+
+bool PathOpening::divided(F f) const { return std::find(divided_.begin(), divided_.end(), f) != divided_.end(); }
+
+bool PathOpening::open(std::span<const Stop> stops, bool closed) {
+  begin();
+  const std::size_t flips = ground_.cut.scratch.flip_stack.size();
+  made_.clear();
+  bool ok = true;
+  // A point inside goes first where the path begins on the border of its face: it is a corner of all parts then.
+  V inside;
+  if (stops.size() > 1 && stops[0].kind == Stop::Kind::kBorder && stops[1].kind == Stop::Kind::kInside) ok = (inside = make(stops[1], V{})).valid();
+  for (std::size_t i = 0; i < stops.size() && ok; ++i) {
+    const V v = closed && i + 1 == stops.size() ? made_.front() : i == 1 && inside.valid() ? inside : make(stops[i], made_.empty() ? V{} : made_.back());
+    ok = v.valid();
+    if (ok && (made_.empty() || made_.back() != v)) made_.push_back(v);
+  }
+  if (!ok || !open_made()) {
+    journal_rollback(ground_.cut.body, mark_);
+    ground_.cut.scratch.flip_stack.resize(std::min(flips, ground_.cut.scratch.flip_stack.size()));
+    ++refused_;
+    return false;
+  }
+  end();
+  return true;
+}
+
+bool PathOpening::open_made() {
+  edges_.clear();
+  for (std::size_t i = 0; i + 1 < made_.size(); ++i) {
+    H h = mesh().find_half_edge(made_[i], made_[i + 1]);
+    if (!h.valid()) h = mesh().find_half_edge(made_[i + 1], made_[i]);
+    if (!h.valid()) return false;
+    if (!mesh().is_border(h)) edges_.push_back(h);
+  }
+  // A slit of one edge would have both lips between the same two vertices.
+  if (edges_.size() == 1 && !mesh().on_border(mesh().from(edges_[0])) && !mesh().on_border(mesh().to(edges_[0]))) {
+    const V end = mesh().to(edges_[0]), middle = cut::split_collision_edge(ground_.cut, edges_[0], 0.5);
+    if (!middle.valid()) return false;
+    edges_.push_back(mesh().find_half_edge(middle, end));
+  }
+  beside_.clear();
+  for (const H h : edges_) {
+    if (!mesh().is_border(h)) {
+      beside_.push_back(CollisionMesh::face(h));
+      beside_.push_back(CollisionMesh::face(mesh().twin[h]));
+      if (!cut::unlink_edge(ground_.cut, h)) return false;
+    }
+    ++opened_;
+  }
+  return !is_in_crumb(ground_.cut.body, beside_, ground_.cut.scratch);
+}
+
+void PathOpening::turn_edges(std::span<const F> keep) {
+  begin();
+  cut::flip_to_delaunay(ground_.cut, keep);
+  end();
+}
+
+V PathOpening::make(const Stop& s, V before) {
+  switch (s.kind) {
+    case Stop::Kind::kVertex: return s.vertex;
+    case Stop::Kind::kEdge: return split(s.edge, s.fraction);
+    case Stop::Kind::kBorder: {
+      const H h = mesh().find_half_edge(s.a, s.b);
+      return h.valid() ? split(h, s.fraction) : V{};
+    }
+    case Stop::Kind::kInside: return make_inside(s.point, before);
+    case Stop::Kind::kNone: break;
+  }
+  return {};
+}
+
+/// Inside a face that the vertex before is a corner of: at a corner or on an edge if near, but on no border that the path does not reach.
+V PathOpening::make_inside(RestPoint p, V before) {
+  if (!find_face(mesh(), p, before, outside_) || (before.valid() && !has_corner(mesh(), p.face, before))) return {};
+  const Vec3 x = place_of(mesh(), p, mesh().rest.raw());
+  V corner;
+  double least = feature_;
+  for (int k = 0; k < 3; ++k) {
+    const V v = mesh().from(CollisionMesh::corner(p.face, k));
+    const double far = norm(mesh().rest[v] - x);
+    if (far < least && (v == before || !mesh().on_border(v))) least = far, corner = v;
+  }
+  if (corner.valid()) return corner;
+  H edge;
+  double fraction = 0;
+  for (int k = 0; k < 3; ++k) {
+    const H h = CollisionMesh::corner(p.face, k);
+    if (mesh().is_border(h)) continue;
+    const Vec3 a = mesh().rest[mesh().from(h)], d = mesh().rest[mesh().to(h)] - a;
+    const double s = dot(x - a, d) / dot(d, d), far = norm(x - a - s * d);
+    if (far < least) least = far, edge = h, fraction = s;
+  }
+  if (edge.valid()) {
+    const double margin = std::min(0.5, feature_ / length(edge));
+    return split(edge, std::clamp(fraction, margin, 1 - margin));
+  }
+  divided_.push_back(p.face);
+  return cut::split_collision_face(ground_.cut, p.face, p.at, weights_of(mesh(), p));
+}
+
+/// There or, if that is refused, one or two minimum features beside it.
+V PathOpening::split(H h, double fraction) {
+  const double shift = feature_ / length(h);
+  divided_.push_back(CollisionMesh::face(h));
+  if (const H t = mesh().twin[h]; t.valid()) divided_.push_back(CollisionMesh::face(t));
+  for (const double by : {0.0, 1.0, -1.0, 2.0, -2.0}) {
+    const double there = fraction + by * shift;
+    if (by != 0 && !(there > 0.5 * shift && there < 1 - 0.5 * shift)) continue;
+    JournalMark mark;
+    journal_mark(ground_.cut.body, mark);
+    const std::size_t flips = ground_.cut.scratch.flip_stack.size();
+    const V v = cut::split_collision_edge(ground_.cut, h, there);
+    if (v.valid()) {
+      if (by != 0) ++retried_;
+      return v;
+    }
+    journal_rollback(ground_.cut.body, mark);
+    ground_.cut.scratch.flip_stack.resize(flips);
+  }
+  return {};
+}
+
+void PathOpening::begin() {
+  journal_mark(ground_.cut.body, mark_);
+  origin_mark_ = mesh().origin.mark();
+}
+/// New vertices lie among their parents as they do at rest.
+void PathOpening::end() {
+  mesh().origin.for_each_changed(origin_mark_, [&](H h) { ground_.boxes.mark(CollisionMesh::face(h)); });
+  const auto& births = ground_.cut.scratch.births;
+  for (std::size_t i = ground_.position.size(); i < mesh().vertex_count(); ++i) {
+    const auto birth = std::lower_bound(births.begin(), births.end(), V(i), [](const VertexBirth& b, V id) { return b.vertex < id; });
+    KERF_ASSERT(birth != births.end() && birth->vertex == V(i));
+    Vec3 p;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (birth->parent[k].valid()) p += birth->weight[k] * ground_.position[birth->parent[k].index()];
+    ground_.position.push_back(p);
+  }
+}
+
+}  // namespace kerf

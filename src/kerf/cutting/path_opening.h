@@ -1,0 +1,59 @@
+// Cutting along stops: vertices made where they are wanted, and what lies between them opened.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kerf/cutting/cut_context.h"
+#include "kerf/cutting/face_boxes.h"
+#include "kerf/cutting/path_stop.h"
+
+namespace kerf {
+
+/// What paths are cut in. `position`: of all collision vertices, metres; those of new vertices are appended. `boxes`: there; faces that are cut are marked.
+struct PathGround {
+  cut::CutContext& cut;
+  std::vector<Vec3>& position;
+  FaceBoxes& boxes;
+};
+
+class PathOpening {
+ public:
+  /// `feature`, `outside`: metres, as in PathRounding.
+  PathOpening(PathGround ground, double feature, double outside) : ground_(ground), feature_(feature), outside_(outside) {}
+
+  /// Makes the vertices of a path, whose neighbours share a face each, and opens what lies between. `closed`: the last stop is the first. False: refused, as
+  /// degenerate or because a piece without material would come off, and nothing is changed. `made()`: the vertices.
+  bool open(std::span<const PathStop> stops, bool closed = false);
+  [[nodiscard]] const std::vector<CollisionVertex>& made() const { return made_; }
+  /// Turns edges where paths have been cut (Delaunay), but not those of the faces `keep`.
+  void turn_edges(std::span<const CollisionTriangle> keep);
+
+  /// Has a path divided this face?
+  [[nodiscard]] bool divided(CollisionTriangle f) const;
+  void forget_divided() { divided_.clear(); }
+  [[nodiscard]] int opened() const { return opened_; }    ///< edges
+  [[nodiscard]] int refused() const { return refused_; }  ///< paths
+  [[nodiscard]] int retried() const { return retried_; }  ///< vertices made a minimum feature or two beside their place
+
+ private:
+  CollisionMesh& mesh() const { return ground_.cut.body.collision; }
+  bool open_made();
+  CollisionVertex make(const PathStop& s, CollisionVertex before);
+  CollisionVertex make_inside(RestPoint p, CollisionVertex before);
+  CollisionVertex split(CollisionHalfEdge h, double fraction);
+  [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(mesh().rest[mesh().to(h)] - mesh().rest[mesh().from(h)]); }
+  void begin();
+  void end();
+
+  PathGround ground_;
+  double feature_, outside_;
+  std::vector<CollisionVertex> made_;
+  std::vector<CollisionHalfEdge> edges_;
+  std::vector<CollisionTriangle> divided_, beside_;
+  int opened_ = 0, refused_ = 0, retried_ = 0;
+  JournalMark mark_;
+  Journaled<CollisionHalfEdge, CollisionVertex>::Mark origin_mark_;
+};
+
+}  // namespace kerf

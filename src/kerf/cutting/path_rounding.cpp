@@ -1,0 +1,215 @@
+#include "kerf/cutting/path_rounding.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "kerf/base/at.h"
+#include "kerf/spatial/triangle_queries.h"
+
+namespace kerf {
+
+using V = CollisionVertex;
+using H = CollisionHalfEdge;
+using F = CollisionTriangle;
+using Stop = PathStop;
+
+namespace {
+
+void prepend(BladeArc& arc, const std::vector<ArcCrossing>& way) {
+  std::vector<F> faces;
+  for (const ArcCrossing& c : way) faces.push_back(CollisionMesh::face(c.near));
+  arc.crossings.insert(arc.crossings.begin(), way.begin(), way.end());
+  arc.faces.insert(arc.faces.begin(), faces.begin(), faces.end());
+}
+
+}  // namespace
+
+PathRounding::PathRounding(const CollisionMesh& mesh, const CutOptions& options, double mean_edge)
+    : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge), near_(cut::kPathNear * feature_), outside_(cut::kPathOutside * mean_edge), carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
+
+double PathRounding::foot(H h, Vec3 x) const {
+  const Vec3 a = rest(mesh_.from(h)), d = rest(mesh_.to(h)) - a;
+  return std::clamp(dot(x - a, d) / dot(d, d), 0.0, 1.0);
+}
+double PathRounding::distance(H h, Vec3 x) const { return distance_to_segment(x, rest(mesh_.from(h)), rest(mesh_.to(h))); }
+/// A point of an edge so near to an end may go there.
+double PathRounding::snap(H h) const { return std::min(0.45 * length(h), feature_); }
+
+H PathRounding::border_before(H h) const {
+  H last;
+  mesh_.for_each_outgoing(mesh_.from(h), [&](H g) { return last = CollisionMesh::prev(g), true; });
+  return last;
+}
+
+PathPlace PathRounding::path_place(const Stop& s) const {
+  if (s.kind == Stop::Kind::kVertex) return {rest(s), {}, s.vertex};
+  return {rest(s), s.kind == Stop::Kind::kInside ? s.point.face : CollisionMesh::face(s.border(mesh_)), {}};
+}
+
+Stop PathRounding::on_border(H border, double fraction) const {
+  const double far = length(border), least = snap(border);
+  if (fraction * far < least || (1 - fraction) * far < least) return Stop::at_vertex(fraction < 0.5 ? mesh_.from(border) : mesh_.to(border));
+  return Stop::on_border(mesh_.from(border), mesh_.to(border), fraction);
+}
+
+void PathRounding::own_lip(const Stop& stop, Vec3 x, std::vector<H>& own) const {
+  const H first = stop.border(mesh_);
+  if (!first.valid()) return;
+  const auto is_near = [&](H h) { return distance(h, x) < near_; };
+  for (H h = first; is_near(h) && own.size() < cut::kFacesAround && (own.empty() || h != first); h = mesh_.fan_start(mesh_.to(h))) own.push_back(h);
+  for (H h = border_before(first); is_near(h) && own.size() < 2 * cut::kFacesAround && h != first; h = border_before(h)) own.push_back(h);
+}
+
+BorderFoot PathRounding::nearest_border(F face, Vec3 x, std::span<const H> but) const {
+  struct Found {
+    BorderFoot foot;
+    double distance;
+  };
+  std::array<F, cut::kFacesAround> around{face};
+  std::array<Found, 3 * cut::kFacesAround> found;
+  int faces = 1;
+  std::ptrdiff_t count = 0;
+  for (int i = 0; i < faces; ++i)
+    for (int k = 0; k < 3; ++k) {
+      const H h = CollisionMesh::corner(around[at(i)], k);
+      const double far = distance(h, x);
+      if (far >= near_) continue;
+      if (!mesh_.is_border(h)) {
+        const F other = CollisionMesh::face(mesh_.twin[h]);
+        if (faces < cut::kFacesAround && std::find(around.begin(), around.begin() + faces, other) == around.begin() + faces) around[at(faces++)] = other;
+      } else if (std::find(but.begin(), but.end(), h) == but.end()) {
+        found[static_cast<std::size_t>(count++)] = {{h, foot(h, x)}, far};
+      }
+    }
+  std::stable_sort(found.begin(), found.begin() + count, [](const Found& a, const Found& b) { return a.distance < b.distance; });
+  std::vector<ArcCrossing> way;
+  for (std::ptrdiff_t i = 0; i < count; ++i)
+    if (const BorderFoot& f = found[static_cast<std::size_t>(i)].foot; lead_path(mesh_, {x, face, {}}, path_place(on_border(f.border, f.fraction)), outside_, way)) return f;
+  return {};
+}
+
+bool PathRounding::same_lip(const Stop& stop, H border, Vec3 from, Vec3 to) const {
+  const H first = stop.border(mesh_);
+  if (!first.valid()) return false;
+  const auto is_near = [&](V v) { return (stop.kind == Stop::Kind::kVertex && v == stop.vertex) || distance_to_segment(rest(v), from, to) < near_; };
+  H h = first;
+  for (int i = 0; i < cut::kSameLip; ++i, h = mesh_.fan_start(mesh_.to(h))) {
+    if (h == border) return true;
+    if (!is_near(mesh_.to(h))) break;
+  }
+  h = first;
+  for (int i = 0; i < cut::kSameLip; ++i, h = border_before(h)) {
+    if (h == border) return true;
+    if (!is_near(mesh_.from(h))) break;
+  }
+  return false;
+}
+
+void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start) const {
+  if (end.kind == ArcEnd::Kind::kBorder) return;
+  const RestPoint p = rest_point(mesh_, end.point);
+  const Vec3 x = rest(p);
+  std::vector<H> own;
+  if (start) own_lip(*start, x, own);
+  const BorderFoot foot = nearest_border(p.face, x, own);
+  if (!foot.exists()) return;
+  if (last) arc.reverse();
+  lead(arc, on_border(foot.border, foot.fraction), x);
+  if (last) arc.reverse();
+  end.kind = ArcEnd::Kind::kBorder;
+  end.border = foot.border;
+  end.fraction = foot.fraction;
+}
+void PathRounding::join_end(BladeArc& arc, const Stop* start) const { join(arc.end, arc, true, start); }
+void PathRounding::join_begin(BladeArc& arc) const { join(arc.begin, arc, false, nullptr); }
+
+bool PathRounding::lead(BladeArc& arc, const Stop& from, Vec3 x) const {
+  std::vector<ArcCrossing> way;
+  const PathPlace to{x, arc.faces.front(), {}};
+  if (!lead_path(mesh_, path_place(from), to, outside_, way) && !lead_path(mesh_, path_place(from), to, near_, way)) return false;
+  prepend(arc, way);
+  return true;
+}
+
+void PathRounding::reduce(BladeArc& arc) {
+  for (std::size_t i = 0; i + 1 < arc.crossings.size();) {
+    if (arc.crossings[i].far != arc.crossings[i + 1].near || arc.crossings[i].near != arc.crossings[i + 1].far) {
+      ++i;
+      continue;
+    }
+    const auto k = static_cast<std::ptrdiff_t>(i);
+    arc.crossings.erase(arc.crossings.begin() + k, arc.crossings.begin() + k + 2);
+    arc.faces.erase(arc.faces.begin() + k + 1, arc.faces.begin() + k + 3);
+    if (i > 0) --i;
+  }
+}
+
+bool PathRounding::slide(BladeArc& arc, Stop& begin, Vec3 last, const Stop& end) const {
+  if (!begin.border(mesh_).valid()) return false;
+  const std::size_t n = arc.crossings.size();
+  const H end_border = end.exists() ? end.border(mesh_) : H{};
+  Stop lip = begin;
+  BorderFoot leaves;
+  std::size_t left = n;
+  Vec3 before = rest(begin);
+  for (std::size_t k = 0; k <= n; ++k) {
+    const Vec3 x = k < n ? rest(arc.crossings[k]) : last;
+    const BorderFoot middle = nearest_border(arc.faces[k], 0.5 * (before + x));
+    if (!middle.exists() || !same_lip(lip, middle.border, before, x)) break;
+    BorderFoot foot = nearest_border(arc.faces[k], x);
+    if (k == n && end_border.valid()) foot = {end_border, end.fraction};
+    if (!foot.exists() || !same_lip(lip, foot.border, before, x)) break;
+    if (k == n) {
+      if (!end_border.valid()) begin = on_border(foot.border, foot.fraction);
+      return true;
+    }
+    lip = on_border(foot.border, foot.fraction);
+    before = x;
+    leaves = foot;
+    left = k;
+  }
+  if (left == n) return false;
+  begin = on_border(leaves.border, leaves.fraction);
+  const Vec3 x = rest(arc.crossings[left]);
+  arc.crossings.erase(arc.crossings.begin(), arc.crossings.begin() + static_cast<std::ptrdiff_t>(left));
+  arc.faces.erase(arc.faces.begin(), arc.faces.begin() + static_cast<std::ptrdiff_t>(left));
+  lead(arc, begin, x);
+  reduce(arc);
+  return false;
+}
+
+void PathRounding::begin_on_edge(BladeArc& arc, Stop& begin) const {
+  if (begin.kind != Stop::Kind::kInside || arc.crossings.empty()) return;
+  ArcCrossing& first = arc.crossings[0];
+  if (distance(first.near, rest(begin)) >= feature_) return;
+  first.fraction = foot(first.near, rest(begin));
+  begin = {};
+}
+
+void PathRounding::stops_of(const BladeArc& arc, const Stop& begin, std::vector<Stop>& stops) const {
+  const auto first = static_cast<std::ptrdiff_t>(stops.size());
+  const std::size_t n = arc.crossings.size();
+  V last = begin.kind == Stop::Kind::kVertex ? begin.vertex : V{};
+  const auto ends_at = [&](H h, V v) { return mesh_.from(h) == v || mesh_.to(h) == v; };
+  // Crossings of two edges that meet at a vertex, with less than a feature between them.
+  const auto close = [&](std::size_t i, std::size_t k, V v) { return k < n && ends_at(arc.crossings[k].near, v) && norm(rest(arc.crossings[i]) - rest(arc.crossings[k])) < feature_; };
+  for (std::size_t i = 0; i < n; ++i) {
+    const ArcCrossing& c = arc.crossings[i];
+    const double far = length(c.near), least = std::min(0.5, feature_ / far), off = std::min(c.fraction, 1 - c.fraction) * far;
+    const V end = c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near);
+    const bool in_fan = off < fan_ && (close(i, i - 1, end) || close(i, i + 1, end));
+    if (off < snap(c.near) || in_fan) {
+      if (end == last) continue;
+      const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == end; });
+      if (!mesh_.on_border(end) && !used) {
+        stops.push_back(Stop::at_vertex(last = end));
+        continue;
+      }
+    }
+    stops.push_back(Stop::on_edge(c.far, 1 - std::clamp(c.fraction, least, 1 - least)));
+    last = V{};
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,75 @@
+// Where an arc is cut: its crossings and ends rounded so that nothing short is left over, without touching or missing any border that the arc does not
+// (docs/cutting.md, "From tool motion to a cut path").
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "kerf/cutting/blade_arcs.h"
+#include "kerf/cutting/cut_options.h"
+#include "kerf/cutting/lead_path.h"
+#include "kerf/cutting/path_stop.h"
+
+namespace kerf {
+
+/// A point of a border near a point of the material, straight over the mesh from it.
+struct BorderFoot {
+  CollisionHalfEdge border;  ///< none: no border is near
+  double fraction = 0;
+  [[nodiscard]] bool exists() const { return border.valid(); }
+};
+
+/// Looks at the mesh at rest, and changes arcs, never the mesh. Distances in metres.
+class PathRounding {
+ public:
+  PathRounding(const CollisionMesh& mesh, const CutOptions& options, double mean_edge);
+
+  [[nodiscard]] double feature() const { return feature_; }  ///< nothing shorter is cut
+  [[nodiscard]] double near() const { return near_; }        ///< an arc so near to a lip is that lip, an end so near to a border is on it
+  [[nodiscard]] double outside() const { return outside_; }  ///< what rounding may put a point outside of its face
+  [[nodiscard]] double carried() const { return carried_; }  ///< how far material may have moved towards the blade between two poses
+
+  [[nodiscard]] Vec3 rest(CollisionVertex v) const { return mesh_.rest[v]; }
+  [[nodiscard]] Vec3 rest(const RestPoint& p) const { return place_of(mesh_, p, mesh_.rest.raw()); }
+  [[nodiscard]] Vec3 rest(const PathStop& s) const { return s.place(mesh_); }
+  [[nodiscard]] Vec3 rest(const ArcCrossing& c) const { return lerp(rest(mesh_.from(c.near)), rest(mesh_.to(c.near)), c.fraction); }
+
+  /// The stop on a border edge; near an end of it the vertex there.
+  [[nodiscard]] PathStop on_border(CollisionHalfEdge border, double fraction) const;
+  /// The nearest point of a border within `near` of a point of a face to which the material leads straight; on none of the edges `but`.
+  [[nodiscard]] BorderFoot nearest_border(CollisionTriangle face, Vec3 x, std::span<const CollisionHalfEdge> but = {}) const;
+  /// Is a border edge one of the next along the border from a stop, which runs within `near` of the segment from - to until there?
+  [[nodiscard]] bool same_lip(const PathStop& stop, CollisionHalfEdge border, Vec3 from, Vec3 to) const;
+
+  /// The end of an arc inside a face, `near` a border, is on it. `start`: the lip on which its path begins does not count; or null.
+  void join_end(BladeArc& arc, const PathStop* start) const;
+  /// The same for where it begins, with no lip left out.
+  void join_begin(BladeArc& arc) const;
+  /// The arc begins elsewhere: led from there to `x` in its first face. False: no way leads there.
+  bool lead(BladeArc& arc, const PathStop& from, Vec3 x) const;
+  /// Takes out what leads over an edge and back again.
+  static void reduce(BladeArc& arc);
+  /// Takes off the beginning of an arc that runs `near` the lip which it begins on; it begins where it leaves it. True: all of it does, up to `last`, on the
+  /// border `end` or inside.
+  bool slide(BladeArc& arc, PathStop& begin, Vec3 last, const PathStop& end) const;
+  /// A stab near the first edge that the arc crosses is on that edge.
+  void begin_on_edge(BladeArc& arc, PathStop& begin) const;
+  /// Appends where the arc's crossings go: onto an end of their edge, if that is inside the material and nearer than a feature, or if the next edge there is
+  /// crossed so near that a feature would be left over; else away from both ends.
+  void stops_of(const BladeArc& arc, const PathStop& begin, std::vector<PathStop>& stops) const;
+
+ private:
+  [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(rest(mesh_.to(h)) - rest(mesh_.from(h))); }
+  [[nodiscard]] double foot(CollisionHalfEdge h, Vec3 x) const;
+  [[nodiscard]] double distance(CollisionHalfEdge h, Vec3 x) const;
+  [[nodiscard]] double snap(CollisionHalfEdge h) const;
+  [[nodiscard]] CollisionHalfEdge border_before(CollisionHalfEdge h) const;
+  [[nodiscard]] PathPlace path_place(const PathStop& s) const;
+  void own_lip(const PathStop& stop, Vec3 x, std::vector<CollisionHalfEdge>& own) const;
+  void join(ArcEnd& end, BladeArc& arc, bool last, const PathStop* start) const;
+
+  const CollisionMesh& mesh_;
+  double feature_, near_, outside_, carried_, fan_;
+};
+
+}  // namespace kerf

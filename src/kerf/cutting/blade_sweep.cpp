@@ -349,7 +349,7 @@ class Sweep {
       if (stops.size() > 1) trail.clear(), touch.reset();
     }
     if (!ends_at_blade) return;
-    BladeFront f{begin, before, goal, came, false, std::move(trail), std::move(touch)};
+    BladeFront f{begin, before, goal, came, false, std::move(trail), touch};
     note(f);
     stroke_.ends.push_back(std::move(f));
   }

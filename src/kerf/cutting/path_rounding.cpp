@@ -18,6 +18,7 @@ namespace {
 
 void prepend(BladeArc& arc, const std::vector<ArcCrossing>& way) {
   std::vector<F> faces;
+  faces.reserve(way.size());
   for (const ArcCrossing& c : way) faces.push_back(CollisionMesh::face(c.near));
   arc.crossings.insert(arc.crossings.begin(), way.begin(), way.end());
   arc.faces.insert(arc.faces.begin(), faces.begin(), faces.end());

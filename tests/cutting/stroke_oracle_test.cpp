@@ -144,6 +144,14 @@ TEST_F(StrokeOracle, DiceOfThreeToTwelveLines) {
     }
 }
 
+// A second stroke follows the slit of a first one and goes on from its end: two halves, however small the poses.
+TEST_F(StrokeOracle, AStrokeGoesOnFromTheEndOfASlit) {
+  for (const int poses : {3, 200}) {
+    Trials trials(sheet);
+    for (int k = 0; k < 12; ++k) trials.expect_pieces({{{0.05, -0.85}, {0.05, -0.2 + 0.0375 * k}}, {{0.05, -0.85}, {0.05, 0.85}}}, 2, poses);
+  }
+}
+
 // A closed stroke frees what it goes around: its end is the place where it began.
 TEST_F(StrokeOracle, NestedHexagons) {
   Random random(11);

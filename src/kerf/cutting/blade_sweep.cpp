@@ -17,7 +17,7 @@ using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 using Kind = ArcEnd::Kind;
-using Stop = PathStop;
+using Stop = CutStop;
 
 /// One move: finds the arcs, orders them, and cuts one after the other.
 class Sweep {

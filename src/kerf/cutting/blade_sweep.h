@@ -18,7 +18,7 @@
 #include "kerf/cutting/blade_edge.h"
 #include "kerf/cutting/cut_path.h"
 #include "kerf/cutting/face_boxes.h"
-#include "kerf/cutting/path_stop.h"
+#include "kerf/cutting/cut_stop.h"
 
 namespace kerf {
 
@@ -30,7 +30,7 @@ struct BladeTouch {
 
 /// Where the cut has got to in one layer, on the mesh without what is provisional: inside a face that its path began in or came into.
 struct BladeFront {
-  PathStop start;           ///< where its path goes on: its last vertex, or a point of a border that is not yet divided
+  CutStop start;           ///< where its path goes on: its last vertex, or a point of a border that is not yet divided
   CollisionVertex before;   ///< the path's vertex before the last one, or none
   RestPoint end;        ///< where the blade was at the last pose
   Vec3 came;                ///< where the blade was when its path last went on, at rest

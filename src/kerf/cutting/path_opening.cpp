@@ -13,7 +13,7 @@ namespace kerf {
 using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
-using Stop = PathStop;
+using Stop = CutStop;
 
 bool PathOpening::divided(F f) const { return std::find(divided_.begin(), divided_.end(), f) != divided_.end(); }
 

@@ -6,7 +6,7 @@
 
 #include "kerf/cutting/cut_context.h"
 #include "kerf/cutting/face_boxes.h"
-#include "kerf/cutting/path_stop.h"
+#include "kerf/cutting/cut_stop.h"
 
 namespace kerf {
 
@@ -24,7 +24,7 @@ class PathOpening {
 
   /// Makes the vertices of a path, whose neighbours share a face each, and opens what lies between. `closed`: the last stop is the first. False: refused, as
   /// degenerate or because a piece without material would come off, and nothing is changed. `made()`: the vertices.
-  bool open(std::span<const PathStop> stops, bool closed = false);
+  bool open(std::span<const CutStop> stops, bool closed = false);
   [[nodiscard]] const std::vector<CollisionVertex>& made() const { return made_; }
   /// Turns edges where paths have been cut (Delaunay), but not those of the faces `keep`.
   void turn_edges(std::span<const CollisionTriangle> keep);
@@ -39,7 +39,7 @@ class PathOpening {
  private:
   CollisionMesh& mesh() const { return ground_.cut.body.collision; }
   bool open_made();
-  CollisionVertex make(const PathStop& s, CollisionVertex before);
+  CollisionVertex make(const CutStop& s, CollisionVertex before);
   CollisionVertex make_inside(RestPoint p, CollisionVertex before);
   CollisionVertex split(CollisionHalfEdge h, double fraction);
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(mesh().rest[mesh().to(h)] - mesh().rest[mesh().from(h)]); }

@@ -12,7 +12,7 @@ namespace kerf {
 using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
-using Stop = PathStop;
+using Stop = CutStop;
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include "kerf/cutting/blade_arcs.h"
 #include "kerf/cutting/cut_options.h"
 #include "kerf/cutting/lead_path.h"
-#include "kerf/cutting/path_stop.h"
+#include "kerf/cutting/cut_stop.h"
 
 namespace kerf {
 
@@ -31,32 +31,32 @@ class PathRounding {
 
   [[nodiscard]] Vec3 rest(CollisionVertex v) const { return mesh_.rest[v]; }
   [[nodiscard]] Vec3 rest(const RestPoint& p) const { return place_of(mesh_, p, mesh_.rest.raw()); }
-  [[nodiscard]] Vec3 rest(const PathStop& s) const { return s.place(mesh_); }
+  [[nodiscard]] Vec3 rest(const CutStop& s) const { return s.place(mesh_); }
   [[nodiscard]] Vec3 rest(const ArcCrossing& c) const { return lerp(rest(mesh_.from(c.near)), rest(mesh_.to(c.near)), c.fraction); }
 
   /// The stop on a border edge; near an end of it the vertex there.
-  [[nodiscard]] PathStop on_border(CollisionHalfEdge border, double fraction) const;
+  [[nodiscard]] CutStop on_border(CollisionHalfEdge border, double fraction) const;
   /// The nearest point of a border within `near` of a point of a face to which the material leads straight; on none of the edges `but`.
   [[nodiscard]] BorderFoot nearest_border(CollisionTriangle face, Vec3 x, std::span<const CollisionHalfEdge> but = {}) const;
   /// Is a border edge one of the next along the border from a stop, which runs within `near` of the segment from - to until there?
-  [[nodiscard]] bool same_lip(const PathStop& stop, CollisionHalfEdge border, Vec3 from, Vec3 to) const;
+  [[nodiscard]] bool same_lip(const CutStop& stop, CollisionHalfEdge border, Vec3 from, Vec3 to) const;
 
   /// The end of an arc inside a face, `near` a border, is on it. `start`: the lip on which its path begins does not count; or null.
-  void join_end(BladeArc& arc, const PathStop* start) const;
+  void join_end(BladeArc& arc, const CutStop* start) const;
   /// The same for where it begins, with no lip left out.
   void join_begin(BladeArc& arc) const;
   /// The arc begins elsewhere: led from there to `x` in its first face. False: no way leads there.
-  bool lead(BladeArc& arc, const PathStop& from, Vec3 x) const;
+  bool lead(BladeArc& arc, const CutStop& from, Vec3 x) const;
   /// Takes out what leads over an edge and back again.
   static void reduce(BladeArc& arc);
   /// Takes off the beginning of an arc that runs `near` the lip which it begins on; it begins where it leaves it. True: all of it does, up to `last`, on the
   /// border `end` or inside.
-  bool slide(BladeArc& arc, PathStop& begin, Vec3 last, const PathStop& end) const;
+  bool slide(BladeArc& arc, CutStop& begin, Vec3 last, const CutStop& end) const;
   /// A stab near the first edge that the arc crosses is on that edge.
-  void begin_on_edge(BladeArc& arc, PathStop& begin) const;
+  void begin_on_edge(BladeArc& arc, CutStop& begin) const;
   /// Appends where the arc's crossings go: onto an end of their edge, if that is inside the material and nearer than a feature, or if the next edge there is
   /// crossed so near that a feature would be left over; else away from both ends.
-  void stops_of(const BladeArc& arc, const PathStop& begin, std::vector<PathStop>& stops) const;
+  void stops_of(const BladeArc& arc, const CutStop& begin, std::vector<CutStop>& stops) const;
 
  private:
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(rest(mesh_.to(h)) - rest(mesh_.from(h))); }
@@ -64,9 +64,9 @@ class PathRounding {
   [[nodiscard]] double distance(CollisionHalfEdge h, Vec3 x) const;
   [[nodiscard]] double snap(CollisionHalfEdge h) const;
   [[nodiscard]] CollisionHalfEdge border_before(CollisionHalfEdge h) const;
-  [[nodiscard]] PathPlace path_place(const PathStop& s) const;
-  void own_lip(const PathStop& stop, Vec3 x, std::vector<CollisionHalfEdge>& own) const;
-  void join(ArcEnd& end, BladeArc& arc, bool last, const PathStop* start) const;
+  [[nodiscard]] PathPlace path_place(const CutStop& s) const;
+  void own_lip(const CutStop& stop, Vec3 x, std::vector<CollisionHalfEdge>& own) const;
+  void join(ArcEnd& end, BladeArc& arc, bool last, const CutStop* start) const;
 
   const CollisionMesh& mesh_;
   double feature_, near_, outside_, carried_, fan_;

@@ -6,7 +6,7 @@
 namespace kerf {
 
 /// A point of a path.
-struct PathStop {
+struct CutStop {
   enum class Kind { kNone, kVertex, kBorder, kEdge, kInside };
   Kind kind = Kind::kNone;
   CollisionVertex vertex;   ///< kVertex
@@ -15,10 +15,10 @@ struct PathStop {
   double fraction = 0;
   RestPoint point;      ///< kInside
 
-  static PathStop at_vertex(CollisionVertex v) { return {Kind::kVertex, v, {}, {}, {}, 0, {}}; }
-  static PathStop on_border(CollisionVertex a, CollisionVertex b, double fraction) { return {Kind::kBorder, {}, a, b, {}, fraction, {}}; }
-  static PathStop on_edge(CollisionHalfEdge h, double fraction) { return {Kind::kEdge, {}, {}, {}, h, fraction, {}}; }
-  static PathStop inside(const RestPoint& p) { return {Kind::kInside, {}, {}, {}, {}, 0, p}; }
+  static CutStop at_vertex(CollisionVertex v) { return {Kind::kVertex, v, {}, {}, {}, 0, {}}; }
+  static CutStop on_border(CollisionVertex a, CollisionVertex b, double fraction) { return {Kind::kBorder, {}, a, b, {}, fraction, {}}; }
+  static CutStop on_edge(CollisionHalfEdge h, double fraction) { return {Kind::kEdge, {}, {}, {}, h, fraction, {}}; }
+  static CutStop inside(const RestPoint& p) { return {Kind::kInside, {}, {}, {}, {}, 0, p}; }
 
   [[nodiscard]] bool exists() const { return kind != Kind::kNone; }
   /// A border edge at it: its own, or the one that leaves its vertex; none inside the material.

@@ -17,10 +17,11 @@
 #include "kerf/base/indexed.h"
 #include "kerf/base/random.h"
 #include "kerf/binding/bind.h"
-#include "kerf/cutting/blade_sweep.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/mesh/models.h"
+
+#include "cutting/move_blade.h"
 
 namespace kerf::testing_support {
 
@@ -68,19 +69,7 @@ struct StrokeBody {
     refused = 0;
   }
   void move(Vec2 p) {
-    SweepTarget target{body, position, boxes, scratch, options,
-                       [this] {
-                         JournalMark mark;
-                         journal_mark(body, mark);
-                         return mark;
-                       },
-                       [this](const JournalMark& mark) {
-                         journal_rollback(body, mark);
-                         boxes.forget();
-                       }};
-    const auto report = move_blade(stroke, {{p.x - tilt, p.y, reach}, {p.x + tilt, p.y, -reach}}, target);
-    EXPECT_TRUE(report.ok());
-    refused += report->refused;
+    refused += move_blade(*this, {{p.x - tilt, p.y, reach}, {p.x + tilt, p.y, -reach}}).refused;
   }
   /// So many poses for each segment.
   void cut(const Stroke& path, int poses = 40) {

@@ -27,35 +27,9 @@ class Sweep {
         rounding_(target.complex.collision, target.options, target.complex.mean_root_edge),
         opening_({cut_, target.position, target.boxes}, rounding_.feature(), rounding_.outside()) {}
 
-  SweepReport run(const BladeEdge& to) {
-    const bool redone = stroke_.provisional;
-    if (redone) take_back();
-    target_.scratch.flip_stack.clear();
-    lead(to);
-    if (dirty_) report_.changed = true;
-    if (dirty_ || (!redone && !stroke_.ends.empty())) stroke_.mark = target_.commit();
-    make_ends();
-    report_.steps = opening_.opened();
-    report_.refused += opening_.refused();
-    report_.retried = opening_.retried();
-    stroke_.edge = to;
-    return report_;
-  }
-
- private:
-  const CollisionMesh& mesh() const { return target_.complex.collision; }
-  Vec3 at(V v) const { return target_.position[v.index()]; }
-  Vec3 place(const RestPoint& p) const { return place_of(mesh(), p, target_.position); }
-
-  void take_back() {
-    target_.rollback(stroke_.mark);
-    target_.position.resize(mesh().vertex_count());
-    stroke_.provisional = false;
-    report_.changed = true;
-  }
-
   /// Cuts all arcs up to the last edges that they cross.
-  void lead(const BladeEdge& to) {
+  SweepReport lead(const BladeEdge& to) {
+    target_.scratch.flip_stack.clear();
     old_ = std::move(stroke_.ends);
     stroke_.ends.clear();
     std::vector<Vec3> places;
@@ -69,20 +43,21 @@ class Sweep {
     used_.assign(old_.size(), false);
     choose(arcs);
     for (int i = 0; i < cut::kPathTries && !left_.empty(); ++i) again();
-    report_.refused += static_cast<int>(left_.size());
+    refused_ = static_cast<int>(left_.size());
     for (std::size_t i = 0; i < old_.size(); ++i)
       if (!used_[i]) (void)make_end(old_[i]);
     stroke_.standing = false;
+    stroke_.edge = to;
 
     std::vector<F> keep;
     for (BladeFront& f : stroke_.ends)
       if (locate(f)) keep.push_back(f.end.face);
     opening_.turn_edges(keep);
+    return report();
   }
 
-  void make_ends() {
+  SweepReport make_ends() {
     stroke_.fronts.clear();
-    dirty_ = false;
     for (BladeFront& f : stroke_.ends) {
       const PathEnd end = make_end(f);
       stroke_.fronts.push_back(end.vertex);
@@ -90,10 +65,17 @@ class Sweep {
       const Vec3 x = rounding_.rest(f.end), border = mesh().rest[end.vertex];
       if (!f.touch || norm(border - x) < norm(f.touch->border - rounding_.rest(f.touch->at))) f.touch = BladeTouch{f.end, border};
     }
-    if (!dirty_) return;
-    opening_.turn_edges({});
-    stroke_.provisional = report_.changed = true;
+    if (dirty_) opening_.turn_edges({});
+    stroke_.provisional = dirty_;
+    return report();
   }
+
+ private:
+  const CollisionMesh& mesh() const { return target_.complex.collision; }
+  Vec3 at(V v) const { return target_.position[v.index()]; }
+  Vec3 place(const RestPoint& p) const { return place_of(mesh(), p, target_.position); }
+
+  SweepReport report() const { return {opening_.opened(), refused_ + opening_.refused(), opening_.retried(), dirty_}; }
 
   // ---- which arcs, in which order
 
@@ -474,7 +456,7 @@ class Sweep {
   cut::CutContext cut_;
   PathRounding rounding_;
   PathOpening opening_;
-  SweepReport report_;
+  int refused_ = 0;  // arcs whose faces were never free
   Strip strip_;
   bool dirty_ = false;
   std::vector<BladeFront> old_;  // at the last pose
@@ -489,10 +471,16 @@ double turn(const BladeEdge& a, const BladeEdge& b) {
 
 }  // namespace
 
-Result<SweepReport> move_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target) {
-  if (!is_finite(edge.base) || !is_finite(edge.tip)) return bad_input("blade: a coordinate of the edge is not a number");
-  if (!(norm(edge.tip - edge.base) > 0))
-    return bad_input("blade: base and tip are the same point; a blade needs an edge of some length");
+SweepReport& SweepReport::operator+=(const SweepReport& other) {
+  steps += other.steps;
+  refused += other.refused;
+  retried += other.retried;
+  changed |= other.changed;
+  return *this;
+}
+
+SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target) {
+  KERF_ASSERT(check_edge(edge).ok() && !stroke.provisional && target.position.size() == target.complex.collision.vertex_count());
   SweepReport total;
   if (!stroke.started) {
     stroke.started = stroke.standing = true;
@@ -504,14 +492,13 @@ Result<SweepReport> move_blade(BladeStroke& stroke, const BladeEdge& edge, Sweep
   for (int i = 1; i <= parts; ++i) {
     const double t = static_cast<double>(i) / parts;
     const BladeEdge to = i == parts ? edge : BladeEdge{lerp(from.base, edge.base, t), lerp(from.tip, edge.tip, t)};
-    if (!(norm(to.tip - to.base) > 0)) continue;
-    const SweepReport part = Sweep(stroke, target).run(to);
-    total.steps += part.steps;
-    total.refused += part.refused;
-    total.retried += part.retried;
-    total.changed |= part.changed;
+    if (norm(to.tip - to.base) > 0) total += Sweep(stroke, target).lead(to);
   }
   return total;
+}
+
+SweepReport make_ends(BladeStroke& stroke, SweepTarget& target) {
+  return Sweep(stroke, target).make_ends();
 }
 
 void lift_blade(BladeStroke& stroke) {

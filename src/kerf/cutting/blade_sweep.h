@@ -2,13 +2,16 @@
 //
 // A blade is a sharp edge, the segment base - tip. Between two poses it sweeps a surface; where that surface meets the
 // deformed collision mesh, the mesh is cut. The cut follows the blade progressively: it ends where the blade is, inside
-// a triangle if need be. That last bit is provisional: at the next pose it is rolled back and walked again, until the
-// path crosses an edge or bends too much, and is committed.
+// a triangle if need be. That last bit is provisional. A move is three steps, and what follows the mesh (positions, boxes,
+// hexahedra) is brought up to date by the caller after each:
+//
+//   take back    if `provisional`: the journal is rolled back to `mark`
+//   lead_blade   cuts up to the last edges that the paths cross; then the journal is marked
+//   make_ends    cuts on from there to where the blade is
 //
 // Parameters carry over from the deformed mesh to the rest configuration unchanged (affine in every triangle).
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -17,8 +20,8 @@
 #include "kerf/base/vec.h"
 #include "kerf/cutting/blade_edge.h"
 #include "kerf/cutting/cut_path.h"
-#include "kerf/cutting/face_boxes.h"
 #include "kerf/cutting/cut_stop.h"
+#include "kerf/cutting/face_boxes.h"
 
 namespace kerf {
 
@@ -47,16 +50,18 @@ struct BladeStroke {
   bool through = false;                    ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;     ///< where the cut has got to, one per layer; provisional ends included
   std::vector<BladeFront> ends;            ///< the same as seen from `mark`
-  bool provisional = false;                ///< there is work after `mark` that the next pose may undo
-  JournalMark mark;
+  bool provisional = false;                ///< there is work after `mark`, to be taken back before the next pose
+  JournalMark mark;                        ///< of the caller's journal
 };
 
-/// What one pose did.
+/// What one step of a move did.
 struct SweepReport {
-  int steps = 0;         ///< collision triangles walked into, provisional ones included
-  int refused = 0;       ///< degenerate steps that were rolled back, and all tries beside them; the front stopped there
-  int retried = 0;       ///< steps that were refused and then done a minimum feature or two beside their place
-  bool changed = false;  ///< the complex is not what it was before
+  int steps = 0;    ///< collision edges that were opened or run along, provisional ones included
+  int refused = 0;  ///< paths that were rolled back, as were all tries beside them; their front stopped there
+  int retried = 0;  ///< points of paths that were refused and then made a minimum feature or two beside their place
+  bool changed = false;  ///< the complex is not what it was before the step
+
+  SweepReport& operator+=(const SweepReport& other);
 };
 
 /// What the sweep works on. `position` holds the deformed position of every collision vertex, metres; the sweep appends
@@ -64,22 +69,20 @@ struct SweepReport {
 struct SweepTarget {
   CellComplex& complex;
   std::vector<Vec3>& position;
-  FaceBoxes& boxes;  ///< at `position`; the sweep marks what it cuts, the caller what `rollback` and others change
+  FaceBoxes& boxes;  ///< at `position`; the sweep marks what it cuts, the caller what rolling back and others change
   CutScratch& scratch;
   const CutOptions& options;
-  /// Brings all that follows the complex (hexahedra, embeddings) up to date and marks the journal there.
-  std::function<JournalMark()> commit;
-  /// Rolls everything back to a mark that `commit` returned.
-  std::function<void(const JournalMark&)> rollback;
 };
 
-/// Moves the blade from its last pose to `edge`, cutting what it meets on the way. The first call places it; material
-/// that it pierces from then on is stabbed, and where its length comes down on a vault two fronts go off to both sides (without `through`
-/// the one towards the base: the other is where the edge comes out again). A step that can't be done without breaking an invariant is rolled back and
-/// counted. Turning moves are divided, so that the swept surface is nearly flat in each part. After it returns, the
-/// caller brings hexahedra and embeddings up to date (the provisional end included). Bad input: an edge without length
-/// or with a coordinate that is not finite.
-Result<SweepReport> move_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target);
+/// Moves the blade from its last pose to `edge` (see check_edge), and cuts what it meets on the way up to the last edges that the paths
+/// cross. Nothing may be provisional. The first call places the blade; material that it pierces from then on is stabbed, and where its length comes down
+/// on a vault two fronts go off to both sides. Without `through` the one towards the base leads: the other is where the edge comes out again. A
+/// path that can't be cut without breaking an invariant is rolled back and counted. Turning moves are divided, so that the
+/// swept surface is nearly flat in each part.
+SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target);
+
+/// Cuts on to where the blade is: what is cut here is provisional. `stroke.mark` has been set since lead_blade.
+SweepReport make_ends(BladeStroke& stroke, SweepTarget& target);
 
 /// Ends the stroke; what was provisional stays.
 void lift_blade(BladeStroke& stroke);

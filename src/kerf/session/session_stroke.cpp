@@ -184,23 +184,29 @@ void Session::Impl::let_nothing_jump() {
 
 Status Session::Impl::move_blade(const BladeEdge& edge) {
   if (!state.stroke || state.stroke->shaving) return bad_input("no stroke has begun; begin one before the blade moves");
+  KERF_TRY(check_edge(edge));
   const auto start = Clock::now();
-  ActiveStroke& stroke = *state.stroke;
+  BladeStroke& blade = state.stroke->blade;
   StrokeRecord& record = state.strokes.back();
   Status trouble;
   // The blade meets the body as it is now, or as it was before anything moved.
-  place_for_sweep(stroke.frame);
+  place_for_sweep(state.stroke->frame);
   CutTimes following;
   begin_pose();
-  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options,
-                     [&] {
-                       if (trouble) trouble = follow_complex(following);
-                       mark_synced();
-                       return state.synced;
-                     },
-                     [&](const JournalMark& mark) { rollback_to(mark); }};
-  auto report = kerf::move_blade(stroke.blade, edge, target);
-  if (!report) return report.error();
+  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options};
+  const bool taken_back = blade.provisional;
+  if (taken_back) {
+    rollback_to(blade.mark);
+    sweep_positions.resize(state.body.complex.collision.vertex_count());
+    blade.provisional = false;
+  }
+  SweepReport report = lead_blade(blade, edge, target);
+  if (report.changed || !taken_back) {
+    trouble = follow_complex(following);
+    mark_synced();
+    blade.mark = state.synced;
+  }
+  report += make_ends(blade, target);
   if (trouble) trouble = follow_complex(following);
   if (!trouble) {
     // What follows the meshes could not; the body goes back to where the stroke began.
@@ -210,9 +216,9 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
     return trouble;
   }
   end_pose();
-  record.triangles += report->steps;
-  record.refused += report->refused;
-  record.retried += report->retried;
+  record.triangles += report.steps;
+  record.refused += report.refused;
+  record.retried += report.retried;
   record.ended = state.time;
   const double total = seconds_since(start);
   record.times.embedding += following.embedding;
@@ -221,7 +227,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   record.times.total += total;
   cut_scratch.wall_seconds = 0;
   remembered.clear();
-  if (report->steps > 0) note_passed(edge);
+  if (report.steps > 0) note_passed(edge);
   return trouble;
 }
 

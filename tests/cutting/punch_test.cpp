@@ -196,6 +196,24 @@ TEST(Punch, ReachLeavesOtherLayersAlone) {
   EXPECT_EQ(b.pieces(), 2);
 }
 
+TEST(Punch, AWallDeeperThanTheReachStaysAttached) {
+  // A sheet on edge, a metre high; the outline meets it along two upright lines.
+  for (const bool through : {false, true}) {
+    PunchBody b(CutBody::sheet(3, true));
+    b.position.clear();
+    for (const Vec3 p : b.body.collision.rest.raw()) b.position.push_back({p.x, 0.013, p.y});
+    Punch p = circle({0.5, 0}, 0.2);
+    p.centre.z = 0.5;
+    p.reach = through ? 0.6 : 0.3;
+    const auto cut = cut_punch(b.body, b.position, p, b.options, b.scratch);
+    ASSERT_TRUE(cut) << cut.error().message;
+    b.expect_valid();
+    EXPECT_GT(cut->opened_edges, 0);
+    EXPECT_EQ(b.pieces(), through ? 3 : 1);
+    EXPECT_NEAR(b.area(cut->loose), through ? 0.4 : 0, 0.02);
+  }
+}
+
 TEST(Roughness, IsSeededInMetresWatertightAndLeavesTheVolume) {
   PunchBody one(CutBody::sheet(3, true));
   one.options.layers = 4;

@@ -1,7 +1,7 @@
 // A punch: a closed outline with a cutting edge all around, pressed through the body along its axis (paper 5.3).
 //
-// Everything inside the outline comes loose, however much of the outline meets material: a loop inside the body, arcs from
-// rim to rim, or over earlier bites, holes and slits.
+// The outline is one stroke of a blade that stands along the axis and cuts every layer. Everything inside the outline comes loose, however
+// much of it meets material: a loop inside the body, arcs from rim to rim, or over earlier bites, holes and slits.
 #pragma once
 
 #include <limits>
@@ -16,7 +16,7 @@ struct Punch {
   Vec3 centre;               ///< metres, in the frame of the positions that it meets
   Vec3 axis{0, 0, 1};        ///< along which it is pressed; any length > 0
   Vec3 across{1, 0, 0};      ///< where the outline's x points; its part along the axis does not count
-  double reach = std::numeric_limits<double>::infinity();  ///< metres from the centre, along the axis to both sides
+  double reach = std::numeric_limits<double>::infinity();  ///< metres from the centre, along the axis to both sides; material beyond stays whole
   std::vector<Vec2> outline; ///< simple polygon around or beside the centre, metres, in either direction of turn
 };
 
@@ -27,18 +27,16 @@ std::vector<Vec2> d_outline(double radius, double tolerance);
 
 struct PunchCut {
   int opened_edges = 0;  ///< collision edges that were opened; 0: nothing to cut
-  int steps = 0;         ///< collision triangles walked into
   int retries = 0;       ///< times that the outline was moved by part of the minimum feature and cut again
   std::vector<CollisionTriangle> loose;  ///< the triangles that came loose; rising
   std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
 };
 
 /// Cuts along the outline through every layer within reach. `position`: of every collision vertex, metres; those of
-/// new vertices are appended. The side inside the outline gets the new ids.
+/// new vertices are appended.
 /// Bad input: an outline that is no simple polygon, or too small for the minimum feature; an axis without direction;
-/// numbers that are not finite. Failure: no way around degenerate cases was found, or what is inside the outline
-/// still hangs on (a surface that folds over itself on the outline); roll the journal back. Cost: a look at every
-/// collision triangle, then local steps.
+/// numbers that are not finite. Failure: what is inside the outline still hangs on (a surface that folds over itself on the
+/// outline); roll the journal back. Cost: a look at every collision triangle, then local steps.
 Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const Punch& punch, const CutOptions& options,
                            CutScratch& scratch);
 

@@ -85,7 +85,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
   end_pose();
   StrokeRecord& record = state.strokes.back();
   record.kind = StrokeRecord::Kind::kPunch;
-  record.triangles = cut->steps;
+  record.triangles = cut->opened_edges;
   record.refused = cut->retries;
   record.times.total = seconds_since(start);
   record.times.embedding = following.embedding;

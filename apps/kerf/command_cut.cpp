@@ -4,11 +4,12 @@
 
 #include "command_files.h"
 #include "exit_status.h"
-#include "kerf/cutting/rest_cut.h"
+#include "kerf/base/indexed.h"
 #include "kerf/mesh/models.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/run_outputs.h"
 #include "kerf/session/run_report.h"
+#include "kerf/spatial/triangle_queries.h"
 #include "folder.h"
 #include "progress_bar.h"
 #include "result_folder.h"
@@ -43,6 +44,21 @@ std::vector<std::string> cut_files() {
   return names;
 }
 
+/// Of the face of the mid-surface at rest that is nearest to a point.
+Vec3 normal_near(const CollisionMesh& mesh, Vec3 p) {
+  Vec3 normal;
+  double nearest = HUGE_VAL;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    const auto corner = [&](int i) { return mesh.rest[mesh.from(CollisionMesh::corner(f, i))]; };
+    ClosestPoint there;
+    closest_point(p, {corner(0), corner(1), corner(2)}, there);
+    if (!(there.distance < nearest)) continue;
+    nearest = there.distance;
+    normal = normalized(cross(corner(1) - corner(0), corner(2) - corner(0)));
+  }
+  return normal;
+}
+
 /// Cuts, and writes the meshes.
 Status cut_once(const CutOptions& options, Session& session, RunLog& log) {
   Box3 box;
@@ -50,12 +66,7 @@ Status cut_once(const CutOptions& options, Session& session, RunLog& log) {
   // Default: the blade stands on the surface where the cut begins.
   Vec3 edge = options.along.value_or(Vec3{});
   if (!options.along) {
-    double distance = 0;
-    const CollisionMesh& mesh = session.body().complex.collision;
-    const FacePoint start = nearest_rest_point(session.body().complex, options.from, distance);
-    const CollisionHalfEdge h = CollisionMesh::corner(start.face, 0);
-    const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)], c = mesh.rest[mesh.apex(h)];
-    edge = normalized(cross(b - a, c - a));
+    edge = normal_near(session.body().complex.collision, options.from);
     const Vec3 path = normalized(options.to - options.from);
     edge = edge - dot(edge, path) * path;
     // The sine of the angle between cut and normal, below which the normal says nothing about the edge.

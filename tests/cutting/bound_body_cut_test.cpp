@@ -48,8 +48,7 @@ void cut_at_random(CellComplex& body, std::uint64_t seed, int cuts, const std::s
         }
         break;
       default: {
-        double distance = 0;
-        const FacePoint at = nearest_rest_point(body, path[0], distance);
+        const SurfacePoint at = nearest_on_surface(body.collision, path[0]);
         const CollisionMesh& m = body.collision;
         const auto p = [&](int k) { return m.rest[m.origin[CollisionMesh::corner(at.face, k)]]; };
         const Vec3 x = normalized(p(1) - p(0)), y = normalized(cross(cross(x, p(2) - p(0)), x));
@@ -62,16 +61,9 @@ void cut_at_random(CellComplex& body, std::uint64_t seed, int cuts, const std::s
         }
       }
     }
-    JournalMark mark;
-    journal_mark(body, mark);
-    const auto cut = cut_rest_polyline(body, path, options, scratch);
-    if (!cut) {
-      journal_rollback(body, mark);
-      ++refused;
-      EXPECT_NE(cut.error().message.find("turns over"), std::string::npos) << name << " cut " << i << ": " << cut.error().message;
-      continue;
-    }
-    opened += cut->opened_edges;
+    const PolylineCut cut = cut_polyline(body, path, options, scratch);
+    opened += cut.opened_edges;
+    refused += cut.refused;
     const Status status = validate_complex(body, start);
     ASSERT_TRUE(status.ok()) << name << " seed " << seed << " cut " << i << ": " << status.error().message;
     const Status volumes = validate_piece_volumes(body, start);

@@ -20,7 +20,7 @@ TEST(CutJournal, UndoAndRedoOfCutsRestoreTheBits) {
     for (const auto& path : kCuts) {
       JournalMark mark;
       journal_mark(b.body, mark);
-      ASSERT_TRUE(cut_rest_polyline(b.body, path, b.options, b.scratch).ok());
+      b.cut(path, false);
       steps.push_back(journal_take(b.body, mark));
       states.push_back(hash_of(b.body));
       EXPECT_NE(states.back(), states[states.size() - 2]);
@@ -47,31 +47,10 @@ TEST(CutJournal, AProvisionalTipWalkedAgainLeavesNoTrace) {
   journal_mark(b.body, mark);
   for (int i = 1; i <= 5; ++i) {
     journal_rollback(b.body, mark);
-    ASSERT_TRUE(cut_rest_polyline(b.body, std::vector<Vec3>{{0.3, 0.3, 0}, {0.3 + 0.08 * i, 0.3 + 0.03 * i, 0}}, b.options, b.scratch).ok());
+    b.cut({{0.3, 0.3, 0}, {0.3 + 0.08 * i, 0.3 + 0.03 * i, 0}}, false);
   }
   direct.cut({{0.3, 0.3, 0}, {0.3 + 0.08 * 5, 0.3 + 0.03 * 5, 0}});
   EXPECT_EQ(hash_of(b.body), hash_of(direct.body));
-}
-
-TEST(CutJournal, ARefusedCutLeavesTheBodyAsItWas) {
-  CutBody b = CutBody::sheet(3, true);
-  b.cut({{0.2, 0.2, 0}, {0.8, 0.7, 0}});
-  const std::uint64_t before = hash_of(b.body);
-  JournalMark mark;
-  journal_mark(b.body, mark);
-  FacePoint bad{CollisionTriangle(3), {0.5, 0.5, NAN}};
-  EXPECT_FALSE(start_cut(b.body, bad, b.options, b.scratch).ok());
-  bad.weights = {2, -1, 0};
-  EXPECT_FALSE(start_cut(b.body, bad, b.options, b.scratch).ok());
-  bad = {CollisionTriangle(100000), {1, 0, 0}};
-  EXPECT_FALSE(start_cut(b.body, bad, b.options, b.scratch).ok());
-  EXPECT_FALSE(cut_rest_polyline(b.body, std::vector<Vec3>{{0, 0, 0}}, b.options, b.scratch).ok());
-  EXPECT_FALSE(cut_rest_polyline(b.body, std::vector<Vec3>{{0, 0, 0}, {NAN, 0, 0}}, b.options, b.scratch).ok());
-  CutOptions no_layers;
-  no_layers.layers = 0;
-  EXPECT_FALSE(cut_rest_polyline(b.body, std::vector<Vec3>{{0.1, 0.5, 0}, {0.4, 0.5, 0}}, no_layers, b.scratch).ok());
-  journal_rollback(b.body, mark);
-  EXPECT_EQ(hash_of(b.body), before);
 }
 
 /// Everything about a triangle that others may depend on, by value.
@@ -109,7 +88,7 @@ TEST(TopologyChange, NamesExactlyWhatDiffers) {
       const CellComplex before = b.body;
       JournalMark mark;
       journal_mark(b.body, mark);
-      ASSERT_TRUE(cut_rest_polyline(b.body, path, b.options, b.scratch).ok());
+      b.cut(path, false);
       collect_topology_change(b.body, mark, b.scratch, change);
       EXPECT_EQ(change.triangles, changed_triangles(b.body, mark));
       EXPECT_EQ(change.first_new_collision_vertex.index(), before.collision.vertex_count());

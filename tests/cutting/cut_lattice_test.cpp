@@ -5,7 +5,7 @@
 
 #include "cutting/cut_body.h"
 #include "kerf/base/random.h"
-#include "kerf/cutting/rest_cut.h"
+#include "cutting/cut_polyline.h"
 #include "kerf/cutting/topology_change.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/embedding/embedding_validate.h"
@@ -120,11 +120,7 @@ TEST(CutLattice, RandomCutsEqualAFreshStart) {
       std::vector<Vec3> path = random_path(random);
       if (bend > 0)
         for (Vec3& p : path) p = {bend * std::sin(p.x / bend), p.y, bend * (std::cos(p.x / bend) - 1)};
-      const auto done = cut_rest_polyline(e.body, path, {}, e.cut_scratch);
-      if (!done.ok()) {
-        journal_rollback(e.body, mark);
-        continue;
-      }
+      cut_polyline(e.body, path, {}, e.cut_scratch);
       e.update(mark);
       expect_consistent(e, volume, seed);
       if (::testing::Test::HasFatalFailure()) return;
@@ -151,10 +147,7 @@ TEST(CutLattice, UndoAndRedoOfWholeCuts) {
       journal_mark(e.body, marks[0]);
       journal_mark(e.hex, marks[1]);
       journal_mark(e.embedding, marks[2]);
-      if (!cut_rest_polyline(e.body, random_path(random), {}, e.cut_scratch).ok()) {
-        journal_rollback(e.body, marks[0]);
-        continue;
-      }
+      cut_polyline(e.body, random_path(random), {}, e.cut_scratch);
       e.update(marks[0]);
       steps.push_back({journal_take(e.body, marks[0]), journal_take(e.hex, marks[1]), journal_take(e.embedding, marks[2])});
     }
@@ -200,11 +193,7 @@ TEST(CutLattice, PointsDoNotJumpWhenTheBodyIsCut) {
       evaluate_skin(e.hex, e.skin, nodes, before, {});
       JournalMark mark;
       journal_mark(e.body, mark);
-      const auto done = cut_rest_polyline(e.body, random_path(random), {}, e.cut_scratch);
-      if (!done.ok()) {
-        journal_rollback(e.body, mark);
-        continue;
-      }
+      cut_polyline(e.body, random_path(random), {}, e.cut_scratch);
       e.update(mark);
       for (std::size_t n = nodes.size(); n < e.hex.node_count(); ++n) {
         const NodeId parent = e.hex.node_parent[NodeId(n)];

@@ -4,7 +4,7 @@
 
 #include "kerf/base/indexed.h"
 #include "kerf/base/random.h"
-#include "kerf/cutting/cut_path.h"
+#include "kerf/cutting/collision_split.h"
 #include "support/synthetic_complex.h"
 
 namespace kerf::face_boxes_test {
@@ -43,7 +43,7 @@ TEST(FaceBoxes, MeetWhatComparingAllTrianglesMeetsWhileAMeshIsCutAndRestored) {
   options.subdivisions = 1;
   CellComplex body = make_synthetic_complex(sheet_65_mesh(), options);
   CutScratch scratch;
-  const CutOptions cut;
+  const CutOptions cut_options;
   Random random(3);
   FaceBoxes boxes;
   JournalMark start;
@@ -57,11 +57,15 @@ TEST(FaceBoxes, MeetWhatComparingAllTrianglesMeetsWhileAMeshIsCutAndRestored) {
     journal_mark(body, mark);
     const auto origin = body.collision.origin.mark();
     const std::size_t faces = mesh.face_count();
-    FacePoint at;
-    at.face = CollisionTriangle(random.next() % faces);
-    at.weights = {0.3, 0.3, 0.4};
-    const bool done = start_cut(body, at, cut, scratch).ok();
-    if (!done) {
+    const CollisionTriangle face(random.next() % faces);
+    const CollisionHalfEdge corner = CollisionMesh::corner(face, 0);
+    const Vec2 middle = 0.3 * mesh.planar[corner] + 0.3 * mesh.planar[CollisionMesh::next(corner)] + 0.4 * mesh.planar[CollisionMesh::prev(corner)];
+    cut::CutContext context{body, cut_options, scratch};
+    scratch.flip_stack.clear();
+    const bool done = cut::split_collision_face(context, face, middle, {0.3, 0.3, 0.4}).valid();
+    if (done) {
+      cut::flip_to_delaunay(context);
+    } else {
       journal_rollback(body, mark);
       continue;
     }

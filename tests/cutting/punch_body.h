@@ -11,6 +11,7 @@ namespace kerf::testing_support {
 
 struct PunchBody : CutBody {
   std::vector<Vec3> position;
+  std::string last_error;
   using CutBody::CutBody;
   explicit PunchBody(CutBody b) : CutBody(std::move(b)) {}
 

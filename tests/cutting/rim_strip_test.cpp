@@ -7,7 +7,7 @@
 
 #include "kerf/base/random.h"
 #include "kerf/binding/bind.h"
-#include "kerf/cutting/rest_cut.h"
+#include "cutting/cut_polyline.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/mesh/models.h"
 #include "support/extruded_mesh.h"
@@ -29,8 +29,7 @@ CellComplex bound(const TriangleMesh& visual, const TriangleMesh& collision) {
 double share_cut_off(const CellComplex& body, const std::vector<Vec3>& points, const std::string& what) {
   CellComplex cut = body;
   CutScratch scratch;
-  const auto done = cut_rest_polyline(cut, points, {}, scratch);
-  EXPECT_TRUE(done.ok()) << what << ": " << (done.ok() ? "" : done.error().message);
+  EXPECT_EQ(cut_polyline(cut, points, {}, scratch).refused, 0) << what;
   const std::vector<double> volumes = piece_volumes(cut);
   EXPECT_EQ(volumes.size(), 2u) << what;
   if (volumes.size() != 2) return 0;
@@ -148,11 +147,7 @@ TEST(RimStrip, RandomStrokesLeaveNoPieceWithoutVolume) {
       CellComplex body = b.body;
       Random random(static_cast<std::uint64_t>(scene) + 1);
       CutScratch scratch;
-      for (int i = 0; i < 4; ++i) {
-        JournalMark mark;
-        journal_mark(body, mark);
-        if (!cut_rest_polyline(body, stroke(random, body.collision), {}, scratch).ok()) journal_rollback(body, mark);
-      }
+      for (int i = 0; i < 4; ++i) cut_polyline(body, stroke(random, body.collision), {}, scratch);
       const std::vector<double> volumes = piece_volumes(body);
       pieces += volumes.size();
       EXPECT_GT(volumes[0], 1e-6 * start.volume) << b.name << " scene " << scene << " of " << volumes.size() << " pieces";

@@ -19,10 +19,9 @@ TEST(SheetCut, UncutBodiesAreValid) {
 
 TEST(SheetCut, AStraightCutAcrossMakesTwoPiecesOfExactArea) {
   CutBody b = CutBody::sheet();
-  const RestCut r = b.cut({{-0.1, 0.43, 0}, {1.1, 0.43, 0}});
-  EXPECT_EQ(b.refused, 0) << b.last_error;
+  b.cut({{-0.1, 0.43, 0}, {1.1, 0.43, 0}});
+  EXPECT_EQ(b.refused, 0);
   EXPECT_EQ(b.pieces(), 2);
-  EXPECT_EQ(r.ran_out, 1);
   auto area = b.piece_areas();
   ASSERT_EQ(area.size(), 2u);
   std::sort(area.begin(), area.end());
@@ -33,17 +32,17 @@ TEST(SheetCut, AStraightCutAcrossMakesTwoPiecesOfExactArea) {
 TEST(SheetCut, AStabStaysOnePiece) {
   CutBody b = CutBody::sheet();
   b.cut({{0.31, 0.43, 0}, {0.37, 0.47, 0}});
-  EXPECT_EQ(b.refused, 0) << b.last_error;
+  EXPECT_EQ(b.refused, 0);
   EXPECT_EQ(b.pieces(), 1);
   b.cut({{0.31, 0.63, 0}, {0.77, 0.47, 0}});
-  EXPECT_EQ(b.refused, 0) << b.last_error;
+  EXPECT_EQ(b.refused, 0);
   EXPECT_EQ(b.pieces(), 1);
 }
 
 TEST(SheetCut, AClosedLoopLeavesAnIsland) {
   CutBody b = CutBody::sheet();
   b.cut(circle_points({0.52, 0.47, 0}, 0.3, 60));
-  EXPECT_EQ(b.refused, 0) << b.last_error;
+  EXPECT_EQ(b.refused, 0);
   EXPECT_EQ(b.pieces(), 2);
 }
 

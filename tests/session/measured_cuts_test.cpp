@@ -109,7 +109,7 @@ void expect_pieces(const Session& session, std::vector<double> expected, const s
   std::sort(expected.begin(), expected.end());
   const std::vector<double> volumes = weigh(session);
   ASSERT_EQ(volumes.size(), expected.size()) << what << fmt::format("; the smallest is {:.3g} m3 and should be {:.3g}", volumes.front(), expected.front());
-  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(volumes[i], expected[i], within.share * expected[i] + within.cut * session.scene().cut.snap * edge_of(session)) << what << ", piece " << i;
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(volumes[i], expected[i], within.share * expected[i] + within.cut * session.scene().cut.minimum_feature * edge_of(session)) << what << ", piece " << i;
   EXPECT_NEAR(std::accumulate(volumes.begin(), volumes.end(), 0.0), std::accumulate(expected.begin(), expected.end(), 0.0), 1e-9) << what;
   EXPECT_EQ(static_cast<std::size_t>(session.counts().pieces), expected.size()) << what;
   for (const StrokeRecord& s : session.strokes()) EXPECT_EQ(s.refused, 0) << what << (session.notes().empty() ? "; not noted" : "; " + session.notes().back());

@@ -32,6 +32,10 @@ std::vector<std::string> notes_of(const std::string& text, int steps = 0) {
   return session.notes();
 }
 
+TEST(SessionNotes, AKeyThatDecidesNothingIsNoted) {
+  EXPECT_THAT(notes_of(std::string(kStrip) + "[cut]\nsnap = 0.04\n"), ElementsAre(StartsWith("[cut] snap decides nothing")));
+}
+
 TEST(SessionNotes, ARegionOfMaterialThatMarksNoCellIsNoted) {
   const std::string strip = kStrip;
   EXPECT_THAT(notes_of(strip + "[[material.region]]\nsphere = { center = [9, 9, 9], radius = 0.1 }\nyoung = 1\n"),

@@ -220,6 +220,21 @@ TEST(Session, GraspsOnUndoneCutsHoldWhatTheCutWasMadeIn) {
   EXPECT_LT(farthest, 1e-6);
 }
 
+TEST(Session, SettingsOfCutsThatCannotBeAreRefused) {
+  const auto refusal = [](auto change) {
+    Scene scene;
+    scene.body.model = "sheet";
+    change(scene.cut);
+    const auto made = Session::create(scene);
+    return made.ok() ? std::string() : made.error().message;
+  };
+  EXPECT_EQ(refusal([](SceneCut&) {}), "");
+  EXPECT_NE(refusal([](SceneCut& c) { c.layers = 0; }).find("0 layers"), std::string::npos);
+  EXPECT_NE(refusal([](SceneCut& c) { c.minimum_feature = 0.3; }).find("minimum_feature of 0.3"), std::string::npos);
+  EXPECT_NE(refusal([](SceneCut& c) { c.path_tolerance = -1; }).find("path_tolerance of -1"), std::string::npos);
+  EXPECT_NE(refusal([](SceneCut& c) { c.roughness = NAN; }).find("roughness of nan"), std::string::npos);
+}
+
 TEST(Session, RoughnessIsAPartOfARowsHeight) {
   std::vector<std::uint64_t> hashes;
   for (const double roughness : {0.0, 0.1, 0.4}) {

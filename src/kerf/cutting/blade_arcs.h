@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "kerf/cutting/blade_edge.h"
-#include "kerf/cutting/cut_path.h"
 #include "kerf/cutting/face_boxes.h"
+#include "kerf/cutting/rest_point.h"
 
 namespace kerf {
 

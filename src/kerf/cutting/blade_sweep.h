@@ -19,7 +19,8 @@
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
 #include "kerf/cutting/blade_edge.h"
-#include "kerf/cutting/cut_path.h"
+#include "kerf/cutting/cut_options.h"
+#include "kerf/cutting/cut_scratch.h"
 #include "kerf/cutting/cut_stop.h"
 #include "kerf/cutting/face_boxes.h"
 

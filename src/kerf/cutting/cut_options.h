@@ -3,17 +3,21 @@
 
 #include <cstdint>
 
+#include "kerf/base/result.h"
+
 namespace kerf {
 
 struct CutOptions {
-  int layers = 2;                 ///< layers of wall faces across the thickness of a closed body, at least 1
-  double minimum_feature = 0.024; ///< nothing shorter is cut or left over; never below kLeastFeature
-  double snap = 0.04;             ///< a path that leaves a triangle this near to a corner (part of the edge) goes through it
-  double path_tolerance = 0.06;   ///< how far the cut may stray from the blade's path between its vertices
+  int layers = 2;                 ///< layers of wall faces across the thickness of a closed body, 1 to 1000
+  double minimum_feature = 0.024; ///< nothing shorter is cut or left over; 0 to 0.25, never below kLeastFeature
+  double path_tolerance = 0.06;   ///< how far the cut may stray from the blade's path between its vertices; at least 0
   bool flips = true;              ///< Delaunay flips of collision edges that own nothing
   double roughness = 0;           ///< inner wall vertices stray sideways by up to this part of a layer's height (0 to 0.5)
   std::uint64_t seed = 1;         ///< of the roughness
 };
+
+/// Bad input: what lies outside of the ranges above.
+Status check_cut_options(const CutOptions& options);
 
 /// Smaller features would let parameters on one edge coincide after rounding.
 inline constexpr double kLeastFeature = 1e-3;
@@ -36,8 +40,6 @@ inline constexpr double kNearVertexWeight = 0.8;
 inline constexpr double kNearEdgeWeight = 0.02;
 /// Faces made by inserting a point keep at least this part of their parent's planar area.
 inline constexpr double kSplitKeepsArea = 1e-3;
-/// A path follows an existing lip up to this many snap distances (of the mean root edge) away from it.
-inline constexpr double kLipAttraction = 1.5;
 /// Two chain parameters nearer than this part of the smallest gap beside them become one column of a wall.
 inline constexpr double kPairFraction = 0.3;
 /// A flip must improve the angle sum by more than rounding (sine of the excess angle).

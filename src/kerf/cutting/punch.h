@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "kerf/base/result.h"
-#include "kerf/cutting/cut_path.h"
+#include "kerf/binding/cell_complex.h"
+#include "kerf/cutting/cut_options.h"
+#include "kerf/cutting/cut_scratch.h"
 
 namespace kerf {
 

@@ -5,9 +5,14 @@
 #include <span>
 
 #include "kerf/binding/cell_complex.h"
-#include "kerf/cutting/cut_path.h"
 
 namespace kerf {
+
+/// A point of the collision mesh: barycentric weights (sum 1, >= 0) at the corners of a triangle.
+struct FacePoint {
+  CollisionTriangle face;
+  std::array<double, 3> weights{};
+};
 
 /// A point of the material.
 struct RestPoint {

@@ -121,7 +121,7 @@ struct SceneCut {
   int layers = 2;                  ///< rows of faces across the thickness of a cut surface
   double roughness = 0;            ///< how far inner vertices of a cut surface stray, part of a row's height
   double minimum_feature = 0.024;  ///< shorter path segments are left out
-  double snap = 0.04;              ///< a path point this near to the end of an edge moves to the vertex
+  std::optional<double> snap;      ///< decides nothing; scenes with it load
   double path_tolerance = 0.06;    ///< how far the cut may be from the blade's true path
   double resistance = 0;           ///< N per metre of edge inside the material, below which a tool's edge only presses
 };

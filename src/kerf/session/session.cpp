@@ -44,7 +44,6 @@ CutOptions cut_options(const Scene& scene) {
   CutOptions options;
   options.layers = scene.cut.layers;
   options.minimum_feature = scene.cut.minimum_feature;
-  options.snap = scene.cut.snap;
   options.path_tolerance = scene.cut.path_tolerance;
   options.seed = static_cast<std::uint64_t>(scene.simulation.seed);
   options.roughness = scene.cut.roughness;
@@ -113,6 +112,9 @@ Status Session::Impl::prepare(const Progress& progress) {
   if (!body) return body.error();
   state.body = std::move(*body);
   cut_options = kerf::cut_options(scene);
+  KERF_TRY(check_cut_options(cut_options));
+  if (scene.cut.snap)
+    notes.push_back("[cut] snap decides nothing: a path goes through a vertex within the minimum_feature, along the edge. Take the line out.");
   state.measures = measure_complex(state.body.complex);
   if (scene.lesion) {
     tissue_at_start = tissue_volume(state.body.complex, *scene.lesion);

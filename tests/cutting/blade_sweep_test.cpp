@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kerf/base/random.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/spatial/triangle_queries.h"
@@ -448,6 +449,25 @@ TEST(BladeSweep, RandomStrokesOnAMovingSheetKeepEveryInvariant) {
       lift_blade(b.stroke);
     }
     EXPECT_EQ(collision_pieces(b.body).count, visual_pieces(b.body).count);
+  }
+}
+
+// A long edge slices off the top of a dome in one move: its cut is a loop that neither begins nor ends.
+TEST(BladeSweep, ASliceOffADomeInOneMove) {
+  Random random(7);
+  for (int i = 0; i < 60; ++i) {
+    Bench b(sheet_65_mesh());
+    b.stroke.through = true;
+    const Vec3 top{0.5 + random.uniform(-0.1, 0.1), 0.5 + random.uniform(-0.1, 0.1), 0};
+    const double radius = random.uniform(0.15, 0.35), z = -radius * radius;
+    for (Vec3& p : b.position) p.z = -dot(p - top, p - top);
+    b.move({-2, -2, z}, {2, -2, z});
+    const SweepReport cut = b.move({-2, 2, z}, {2, 2, z});
+    EXPECT_EQ(cut.refused, 0) << i;
+    ASSERT_EQ(b.pieces(), 2) << i;
+    // Two lips. Flat faces lie below the dome by the square of their circumradius at most, 0.118 m.
+    EXPECT_LT(lip_length(b.body), 4 * std::numbers::pi * radius) << i;
+    EXPECT_GT(lip_length(b.body), 4 * std::numbers::pi * std::sqrt(radius * radius - 0.118 * 0.118)) << i;
   }
 }
 

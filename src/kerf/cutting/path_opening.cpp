@@ -24,7 +24,7 @@ bool PathOpening::open(std::span<const Stop> stops, bool closed) {
   bool ok = true;
   // A point inside goes first where the path begins on the border of its face: it is a corner of all parts then.
   V inside;
-  if (stops.size() > 1 && stops[0].kind == Stop::Kind::kBorder && stops[1].kind == Stop::Kind::kInside) ok = (inside = make(stops[1], V{})).valid();
+  if (stops.size() > 1 && stops[0].border(mesh()).valid() && stops[0].kind == Stop::Kind::kEdge && stops[1].kind == Stop::Kind::kInside) ok = (inside = make(stops[1], V{})).valid();
   for (std::size_t i = 0; i < stops.size() && ok; ++i) {
     const V v = closed && i + 1 == stops.size() ? made_.front() : i == 1 && inside.valid() ? inside : make(stops[i], made_.empty() ? V{} : made_.back());
     ok = v.valid();
@@ -75,8 +75,7 @@ void PathOpening::turn_edges(std::span<const F> keep) {
 V PathOpening::make(const Stop& s, V before) {
   switch (s.kind) {
     case Stop::Kind::kVertex: return s.vertex;
-    case Stop::Kind::kEdge: return split(s.edge, s.fraction);
-    case Stop::Kind::kBorder: {
+    case Stop::Kind::kEdge: {
       const H h = mesh().find_half_edge(s.a, s.b);
       return h.valid() ? split(h, s.fraction) : V{};
     }

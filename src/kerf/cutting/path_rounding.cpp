@@ -51,7 +51,7 @@ PathPlace PathRounding::path_place(const Stop& s) const {
 Stop PathRounding::on_border(H border, double fraction) const {
   const double far = length(border), least = snap(border);
   if (fraction * far < least || (1 - fraction) * far < least) return Stop::at_vertex(fraction < 0.5 ? mesh_.from(border) : mesh_.to(border));
-  return Stop::on_border(mesh_.from(border), mesh_.to(border), fraction);
+  return Stop::on_edge(mesh_.from(border), mesh_.to(border), fraction);
 }
 
 void PathRounding::own_lip(const Stop& stop, Vec3 x, std::vector<H>& own) const {
@@ -208,7 +208,7 @@ void PathRounding::stops_of(const BladeArc& arc, const Stop& begin, std::vector<
         continue;
       }
     }
-    stops.push_back(Stop::on_edge(c.far, 1 - std::clamp(c.fraction, least, 1 - least)));
+    stops.push_back(Stop::on_edge(mesh_.from(c.far), mesh_.to(c.far), 1 - std::clamp(c.fraction, least, 1 - least)));
     last = V{};
   }
 }

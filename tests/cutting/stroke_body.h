@@ -91,7 +91,7 @@ inline std::string text_of(const std::vector<Stroke>& strokes) {
   return text;
 }
 
-/// What strokes part, on a grid of points. Within `margin` metres of a stroke, or of its ends, cuts snap: there anything goes.
+/// What strokes part, on a grid of points. Within `margin` metres of a stroke, or of its ends, cuts snap: there anything goes. A stroke that ends where it began is closed.
 struct StrokeJudge {
   static constexpr int kPoints = 160;     ///< along the longer side
   static constexpr int kFew = kPoints * kPoints / 5000;  ///< points that make no part of their own
@@ -119,8 +119,10 @@ struct StrokeJudge {
     for (Stroke s : strokes) {
       for (std::size_t k = 0; k + 1 < s.size(); ++k) whole.push_back({s[k], s[k + 1]});
       const auto shorten = [&](Vec2& end, Vec2 to) { end = lerp(end, to, std::min(1.0, margin / std::max(norm(to - end), 1e-300))); };
-      shorten(s.front(), s[1]);
-      shorten(s.back(), s[s.size() - 2]);
+      if (!(s.front() == s.back())) {
+        shorten(s.front(), s[1]);
+        shorten(s.back(), s[s.size() - 2]);
+      }
       for (std::size_t k = 0; k + 1 < s.size(); ++k) shortened.push_back({s[k], s[k + 1]});
     }
     const double step = std::max(b.box.max.x - b.box.min.x, b.box.max.y - b.box.min.y) / kPoints;

@@ -1,7 +1,9 @@
 // Strokes nobody rehearsed, each trial on a body made whole again: what the blade parted comes apart, and nothing else.
+#include <chrono>
+#include <cstdlib>
 #include <numbers>
 
-#include "cutting/stroke_body.h"
+#include "cutting/stroke_sets.h"
 
 namespace kerf::stroke_oracle_test {
 namespace {
@@ -173,6 +175,16 @@ TEST_F(StrokeOracle, NestedHexagons) {
   }
 }
 
+// A stroke that comes within a minimum feature of the rim, at a vertex of it or between two, and turns: a lens comes out.
+TEST_F(StrokeOracle, TurnsAtTheRim) {
+  for (const double before : {-0.03, -1e-5, 1e-9, 1e-3, 0.01, 0.02})  // edges before the rim
+    for (const int poses : {1, 8, 200}) {
+      Trials trials(sheet);
+      for (const double x : {-1.0 / 3, -0.25, 1e-7, 0.09, 1.0 / 6})
+        trials.expect_pieces({{{x - 0.17, -0.6}, {x, 0.5 - before * edge()}, {x + 0.21, -0.6}}}, 3, poses);
+    }
+}
+
 // Four strokes of one to five segments anywhere, crossing each other and themselves.
 TEST_F(StrokeOracle, RandomPolylines) {
   Random random(10);
@@ -193,6 +205,57 @@ TEST_F(StrokeOracle, RandomPolylines) {
   EXPECT_LE(bridged, 2);
   EXPECT_LE(severed, 1);
 }
+
+/// Sets of strokes of each kind, in one to 200 poses a segment. KERF_FUZZ_SECONDS=n in the environment: so long for each kind, KERF_FUZZ_SEED=s from another
+/// seed, and what goes wrong is printed, not failed on.
+class StrokeSetsOracle : public ::testing::TestWithParam<int> {};
+
+TEST_P(StrokeSetsOracle, PartWhatTheyGoAround) {
+  const auto kind = static_cast<SetKind>(GetParam());
+  const char* seconds = std::getenv("KERF_FUZZ_SECONDS");
+  const char* first_seed = std::getenv("KERF_FUZZ_SEED");
+  constexpr std::uint64_t kSets = 20;
+  const std::uint64_t first = first_seed ? std::strtoull(first_seed, nullptr, 10) : 1;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto spent = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(); };
+  StrokeBody body("closed-sheet", 2500);
+  const double edge = body.body.mean_root_edge;
+  const CollisionMesh mesh = body.body.collision;
+  const StrokeSets sets(mesh, 1, edge);
+  const StrokeJudge judge{0.12 * edge};
+  int count = 0, bridged = 0, severed = 0, refused = 0;
+  for (std::uint64_t seed = first; seconds ? spent() < std::atof(seconds) : seed < first + kSets; ++seed) {
+    Random random(1000 * seed + static_cast<std::uint64_t>(GetParam()));
+    const std::vector<Stroke> strokes = sets.make(kind, random);
+    constexpr int kPoses[] = {1, 2, 3, 8, 40, 200};
+    const int poses = kPoses[random.index(6)];
+    body.make_whole();
+    for (const Stroke& s : strokes) body.cut(s, poses);
+    const Status valid = validate_complex(body.body, body.start);
+    ASSERT_TRUE(valid.ok()) << valid.error().message << text_of(strokes);
+    const Status volumes = validate_piece_volumes(body.body, body.start);
+    ASSERT_TRUE(volumes.ok()) << volumes.error().message << text_of(strokes);
+    const auto verdict = judge.judge(body, strokes);
+    ++count;
+    bridged += verdict.bridges > 0;
+    severed += verdict.severed > 0;
+    refused += body.refused > 0;
+    if (seconds && (verdict.bridges > 0 || verdict.severed > 0 || body.refused > 0))
+      printf("seed %llu, %d poses: %d bridges, %d severed, %d refused:%s\n", static_cast<unsigned long long>(seed), poses, verdict.bridges, verdict.severed, body.refused, text_of(strokes).c_str());
+  }
+  printf("%s: %d sets, %d with a bridge, %d severed, %d refused\n", kSetKinds[GetParam()], count, bridged, severed, refused);
+  if (seconds) return;
+  // Bridges known to be left: turns at vertices of the rim, or on edges that end there.
+  EXPECT_LE(bridged, kind == SetKind::kThroughVertices ? 3 : kind == SetKind::kAlongEdges ? 2 : 0);
+  EXPECT_EQ(severed, 0);
+  EXPECT_EQ(refused, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, StrokeSetsOracle, ::testing::Range(0, static_cast<int>(std::size(kSetKinds))), [](const auto& kind) {
+  std::string name = kSetKinds[kind.param];
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+});
 
 }  // namespace
 }  // namespace kerf::stroke_oracle_test

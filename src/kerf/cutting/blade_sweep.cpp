@@ -161,7 +161,7 @@ class Sweep {
       const auto turned = [&](double tolerance) {
         return std::any_of(f.trail.begin(), f.trail.end(), [&](Vec3 p) { return distance_to_segment(p, from, to) > tolerance; });
       };
-      const bool leaves = f.touch && distance_to_segment(f.touch->border, f.came, to) >= rounding_.near();
+      const bool leaves = f.touch && distance_to_segment(f.touch->border, f.came, rounding_.rest(stop_of(arc.end))) >= rounding_.near();
       if (!leaves && !turned(target_.options.path_tolerance * target_.complex.mean_root_edge)) continue;
       BladeFront until = f;
       if (leaves) until.end = f.touch->at, (void)locate(until);
@@ -327,8 +327,10 @@ class Sweep {
       if (!open(stops)) return;
       begin = Stop::at_vertex(opening_.made().back());
       before = before_last();
-      came = last_end;
-      if (stops.size() > 1) trail.clear(), touch.reset();
+      if (stops.size() > 1) trail.clear();
+      // What it came near to is still to be joined while the path has not left it.
+      if (stops.size() > 1 && touch && norm(touch->border - rounding_.rest(begin)) >= rounding_.near()) touch.reset();
+      if (!touch) came = last_end;
     }
     if (!ends_at_blade) return;
     BladeFront f{begin, before, goal, came, false, std::move(trail), touch};

@@ -161,7 +161,9 @@ class Sweep {
       const auto turned = [&](double tolerance) {
         return std::any_of(f.trail.begin(), f.trail.end(), [&](Vec3 p) { return distance_to_segment(p, from, to) > tolerance; });
       };
-      const bool leaves = f.touch && distance_to_segment(f.touch->border, f.came, rounding_.rest(stop_of(arc.end))) >= rounding_.near();
+      const Vec3 last = rounding_.rest(stop_of(arc.end));
+      const bool returns = arc.end.kind == Kind::kBorder && rounding_.same_lip(f.start, arc.end.border, rounding_.rest(f.start), last);
+      const bool leaves = f.touch && (returns || distance_to_segment(f.touch->border, f.came, last) >= rounding_.near());
       if (!leaves && !turned(target_.options.path_tolerance * target_.complex.mean_root_edge)) continue;
       BladeFront until = f;
       if (leaves) until.end = f.touch->at, (void)locate(until);

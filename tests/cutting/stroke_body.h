@@ -22,6 +22,7 @@
 #include "kerf/mesh/models.h"
 
 #include "cutting/move_blade.h"
+#include "cutting/plane_faces.h"
 
 namespace kerf::testing_support {
 
@@ -38,6 +39,7 @@ struct StrokeBody {
   ComplexMeasures start;
   JournalMark uncut;
   Box3 box;
+  std::vector<std::array<Vec2, 2>> outline;  ///< of the uncut body
   double reach = 0;  ///< of the blade to both sides of z = 0, metres
   double tilt = 0;   ///< so much the blade leans over to +x at its end
   Vec3 (*deform)(Vec3) = [](Vec3 p) { return p; };
@@ -51,7 +53,12 @@ struct StrokeBody {
     auto bound = bind(model->visual, model->collision, {});
     EXPECT_TRUE(bound.ok()) << (bound.ok() ? "" : bound.error().message);
     body = std::move(bound->complex);
-    for (const Vec3& p : body.collision.rest.raw()) box.add(p);
+    const CollisionMesh& mesh = body.collision;
+    for (const Vec3& p : mesh.rest.raw()) box.add(p);
+    for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count())) {
+      const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)];
+      if (mesh.is_border(h)) outline.push_back({{{a.x, a.y}, {b.x, b.y}}});
+    }
     reach = 0.25 * norm(box.max - box.min);
     start = measure_complex(body);
     journal_mark(body, uncut);
@@ -91,11 +98,12 @@ inline std::string text_of(const std::vector<Stroke>& strokes) {
   return text;
 }
 
-/// What strokes part, on a grid of points. Within `margin` metres of a stroke, or of its ends, cuts snap: there anything goes. A stroke that ends where it began is closed.
+/// What strokes part, on a grid of points; where the grid says that something should have come apart, the exact faces between strokes and outline decide. Within `margin` metres of a stroke, or of its ends, cuts snap: there anything goes. A stroke that ends where it began is closed.
 struct StrokeJudge {
   static constexpr int kPoints = 160;     ///< along the longer side
   static constexpr int kFew = kPoints * kPoints / 5000;  ///< points that make no part of their own
   double margin = 0;
+  double joined = 0;  ///< a turn nearer than this to the rim or to an earlier stroke is joined to it, metres
   struct Verdict {
     int bridges = 0;  ///< parts that the strokes make, but in one piece with another
     int severed = 0;  ///< pieces in one part, joined by a channel at least 2 margins wide
@@ -151,7 +159,42 @@ struct StrokeJudge {
       ++parts_of_piece[{piece[i], root(part, i)}];
       ++pieces_of_channel[{root(channel, i), piece[i]}];
     }
-    return {surplus(parts_of_piece), surplus(pieces_of_channel)};
+    const int severed = surplus(pieces_of_channel);
+    if (surplus(parts_of_piece) == 0) return {0, severed};
+
+    // The point of each part that is farthest from all strokes.
+    std::map<std::pair<int, std::size_t>, std::pair<double, std::size_t>> middles;
+    for (std::size_t i = 0; i < kN * kN; ++i) {
+      if (near[i] || piece[i] < 0 || parts_of_piece[{piece[i], root(part, i)}] <= kFew) continue;
+      double far = HUGE_VAL;
+      for (const auto& s : whole) far = std::min(far, distance(point(i), s[0], s[1]));
+      auto& [farthest, middle] = middles[{piece[i], root(part, i)}];
+      if (far > farthest) farthest = far, middle = i;
+    }
+    std::vector<std::array<Vec2, 2>> lines = b.outline;
+    lines.insert(lines.end(), shortened.begin(), shortened.end());
+    join_turns(b, strokes, lines);
+    const PlaneFaces faces(lines);
+    std::map<std::pair<int, const void*>, int> faces_of_piece;
+    for (const auto& [key, middle] : middles) faces_of_piece[{key.first, faces.face_of(point(middle.second))}] = kFew + 1;
+    return {surplus(faces_of_piece), severed};
+  }
+
+  /// Lines from turns to what they are joined to.
+  void join_turns(const StrokeBody& b, const std::vector<Stroke>& strokes, std::vector<std::array<Vec2, 2>>& lines) const {
+    std::vector<std::array<Vec2, 2>> earlier = b.outline;
+    const auto join = [&](Vec2 p) {
+      for (const auto& [from, to] : earlier) {
+        const double t = std::clamp(dot(p - from, to - from) / std::max(dot(to - from, to - from), 1e-300), 0.0, 1.0);
+        const Vec2 way = lerp(from, to, t) - p;
+        if (norm(way) > 0 && norm(way) < joined) lines.push_back({p, p + 1.01 * way});
+      }
+    };
+    for (const Stroke& s : strokes)
+      for (std::size_t k = 0; k + 1 < s.size(); ++k) {
+        if (k + 2 < s.size()) join(s[k + 1]);
+        earlier.push_back({s[k], s[k + 1]});
+      }
   }
 
   /// How many more entries there are than first keys, counting those of more than a few points.

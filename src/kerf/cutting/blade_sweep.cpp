@@ -158,13 +158,15 @@ class Sweep {
       if (!is_front(arc.begin)) continue;
       BladeFront& f = old_[kerf::at(arc.begin.front)];
       const Vec3 from = rounding_.rest(f.start), to = !arc.crossings.empty() ? rounding_.rest(arc.crossings[0]) : rounding_.rest(rest_point(mesh(), arc.end.point));
-      const auto turned = [&](double tolerance) {
-        return std::any_of(f.trail.begin(), f.trail.end(), [&](Vec3 p) { return distance_to_segment(p, from, to) > tolerance; });
-      };
+      const double tolerance = target_.options.path_tolerance * target_.complex.mean_root_edge;
+      const bool turned = std::any_of(f.trail.begin(), f.trail.end(), [&](Vec3 p) {
+        const bool is_corner = dot(to - p, p - from) < cut::kPathCorner * norm(to - p) * norm(p - from);
+        return distance_to_segment(p, from, to) > (is_corner ? std::min(tolerance, rounding_.feature()) : tolerance);
+      });
       const Vec3 last = rounding_.rest(stop_of(arc.end));
       const bool returns = arc.end.kind == Kind::kBorder && rounding_.same_lip(f.start, arc.end.border, rounding_.rest(f.start), last);
       const bool leaves = f.touch && (returns || distance_to_segment(f.touch->border, f.came, last) >= rounding_.near());
-      if (!leaves && !turned(target_.options.path_tolerance * target_.complex.mean_root_edge)) continue;
+      if (!leaves && !turned) continue;
       BladeFront until = f;
       if (leaves) until.end = f.touch->at, (void)locate(until);
       const std::size_t vertices = mesh().vertex_count();
@@ -180,13 +182,16 @@ class Sweep {
   }
   /// A path that has run into a border has left two vertices there, one of them made since there were `vertices`: the one from which a point can be reached.
   V twin_towards(V v, std::size_t vertices, const RestPoint& point) const {
+    const auto is_twin = [&](std::size_t i) { return mesh().rest[V(i)] == mesh().rest[v] && V(i) != v; };
+    std::size_t first = vertices;
+    while (first < mesh().vertex_count() && !is_twin(first)) ++first;
     RestPoint p = point;
-    if (!find_face(mesh(), p, v, rounding_.outside())) return v;
+    if (first == mesh().vertex_count() || !find_face(mesh(), p, v, rounding_.outside())) return v;
     std::vector<ArcCrossing> way;
     const auto reaches = [&](V u) { return lead_path(mesh(), {rounding_.rest(u), {}, u}, {rounding_.rest(p), p.face, {}}, rounding_.outside(), way); };
     if (reaches(v)) return v;
-    for (std::size_t i = vertices; i < mesh().vertex_count(); ++i)
-      if (mesh().rest[V(i)] == mesh().rest[v] && reaches(V(i))) return V(i);
+    for (std::size_t i = first; i < mesh().vertex_count(); ++i)
+      if (is_twin(i) && reaches(V(i))) return V(i);
     return v;
   }
 
@@ -326,8 +331,9 @@ class Sweep {
     rounding_.stops_of(arc, begin, stops);
     if (!ends_at_blade) stops.push_back(end);
     if (stops.size() > 1 || begin.kind == Stop::Kind::kInside || !begin.exists()) {
+      const std::size_t vertices = mesh().vertex_count();
       if (!open(stops)) return;
-      begin = Stop::at_vertex(opening_.made().back());
+      begin = Stop::at_vertex(ends_at_blade ? twin_towards(opening_.made().back(), vertices, goal) : opening_.made().back());
       before = before_last();
       if (stops.size() > 1) trail.clear();
       // What it came near to is still to be joined while the path has not left it.

@@ -183,9 +183,25 @@ bool PathRounding::slide(BladeArc& arc, Stop& begin, Vec3 last, const Stop& end)
 void PathRounding::begin_on_edge(BladeArc& arc, Stop& begin) const {
   if (begin.kind != Stop::Kind::kInside || arc.crossings.empty()) return;
   ArcCrossing& first = arc.crossings[0];
-  if (distance(first.near, rest(begin)) >= feature_) return;
-  first.fraction = foot(first.near, rest(begin));
+  const Vec3 x = rest(begin);
+  if (distance(first.near, x) >= feature_) return;
+  const double fraction = foot(first.near, x);
+  // Not if it would go on to a vertex farther off.
+  const V end = fraction < 0.5 ? mesh_.from(first.near) : mesh_.to(first.near);
+  if (std::min(fraction, 1 - fraction) * length(first.near) < snap(first.near) && norm(rest(end) - x) >= feature_) return;
+  first.fraction = fraction;
   begin = {};
+}
+
+/// Radians, at rest.
+double PathRounding::material_around(V v) const {
+  double sum = 0;
+  mesh_.for_each_outgoing(v, [&](H h) {
+    const Vec3 a = normalized(rest(mesh_.to(h)) - rest(v)), b = normalized(rest(mesh_.apex(h)) - rest(v));
+    sum += std::acos(std::clamp(dot(a, b), -1.0, 1.0));
+    return true;
+  });
+  return sum;
 }
 
 void PathRounding::stops_of(const BladeArc& arc, const Stop& begin, std::vector<Stop>& stops) const {
@@ -203,7 +219,7 @@ void PathRounding::stops_of(const BladeArc& arc, const Stop& begin, std::vector<
     if (off < snap(c.near) || in_fan) {
       if (end == last) continue;
       const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == end; });
-      if (!mesh_.on_border(end) && !used) {
+      if (!used && (!mesh_.on_border(end) || material_around(end) > cut::kReflex)) {
         stops.push_back(Stop::at_vertex(last = end));
         continue;
       }

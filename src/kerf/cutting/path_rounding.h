@@ -63,6 +63,7 @@ class PathRounding {
   [[nodiscard]] double foot(CollisionHalfEdge h, Vec3 x) const;
   [[nodiscard]] double distance(CollisionHalfEdge h, Vec3 x) const;
   [[nodiscard]] double snap(CollisionHalfEdge h) const;
+  [[nodiscard]] double material_around(CollisionVertex v) const;
   [[nodiscard]] CollisionHalfEdge border_before(CollisionHalfEdge h) const;
   [[nodiscard]] PathPlace path_place(const CutStop& s) const;
   void own_lip(const CutStop& stop, Vec3 x, std::vector<CollisionHalfEdge>& own) const;

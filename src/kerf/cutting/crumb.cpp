@@ -1,7 +1,5 @@
 #include "kerf/cutting/crumb.h"
 
-#include <cmath>
-
 #include "kerf/cutting/cut_options.h"
 
 namespace kerf {
@@ -55,7 +53,7 @@ bool is_in_crumb(const CellComplex& body, std::span<const F> faces, CutScratch& 
       area += 0.5 * norm(cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a));
       return area <= most;
     });
-    if (small && !(std::fabs(enclosed_by(body, seed, scratch)) > least)) return true;
+    if (small && !(enclosed_by(body, seed, scratch) > least)) return true;
   }
   return false;
 }

@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// Is one of these faces in a small piece of a closed body whose skin encloses nothing? Small: of kCrumbArea at most.
+/// Is one of these faces in a small piece of a closed body whose skin encloses nothing, or is turned inside out? Small: of kCrumbArea at most.
 /// Cost: the faces of small pieces, and a few for each face that is in a larger one.
 bool is_in_crumb(const CellComplex& body, std::span<const CollisionTriangle> faces, CutScratch& scratch);
 

@@ -25,10 +25,6 @@ struct CutContext {
     id = which;
     return false;
   }
-  [[nodiscard]] Error error() const {
-    return failed(std::string("cut refused: ") + (reason ? reason : "unknown") + " (" + element + " " + std::to_string(id) +
-                  "); move the blade a little and cut again");
-  }
 };
 
 /// The - side is mirrored so that its patches are positively oriented.

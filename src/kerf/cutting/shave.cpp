@@ -98,6 +98,7 @@ class ShavingPass {
     smooth();
     if (options_.depth > 0) move_back();
     pass_.removed = books_.removed;
+    pass_.turned = books_.turned;
     pass_.skin_area = books_.skin_area;
     pass_.collision_area = books_.collision_area;
     pass_.prisms = std::move(books_.prisms);

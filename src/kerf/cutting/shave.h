@@ -33,6 +33,7 @@ struct ShavePass {
   int edges = 0;          ///< collision edges that the shaver meets
   int moved_back = 0;     ///< collision vertices that moved
   int stuck = 0;          ///< collision vertices that could not: at the end of a slit, or where nothing is left to take
+  int turned = 0;         ///< visual edges; also for vertices that could not move in the end
   CollisionVertex left;   ///< the first vertex that is left for the next pass; none: all had their turn
   double removed = 0;     ///< m^3: by how much the enclosed volume fell
   double skin_area = 0;   ///< m^2: change of the skin's area

@@ -561,6 +561,7 @@ VH VertexSlider::turn_longest_edge(VF f, SlideBooks& books) {
   const Vec2f texture_c = mesh_.texture[hp], texture_d = mesh_.texture[gp];
   const std::uint8_t along_h = mesh_.barrier[gn], along_g = mesh_.barrier[hn];
   flip_edge_topology(mesh_, h);
+  ++books.turned;
   mesh_.texture.set(hn, texture_d);
   mesh_.texture.set(gn, texture_c);
   mesh_.barrier.set(h, along_h);

@@ -39,6 +39,7 @@ struct SlideBooks {
   double collision_area = 0;  ///< m^2: change of the collision mesh's area in its root planes
   std::vector<std::pair<RootId, double>> prisms;  ///< m^3: changes of the prisms' volumes, by root
   std::vector<VisualVertex> vertices;             ///< visual vertices that moved, each once
+  int turned = 0;             ///< visual edges; slides that come to nothing leave them turned
   SparseIndex moved;                              ///< the same, to be looked up
 };
 

@@ -106,7 +106,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
   report.removed = pass.removed;
   report.roughness_before = pass.roughness_before;
   report.roughness_after = pass.roughness_after;
-  const bool changed = !pass.vertices.empty() || body.complex.collision.vertex_count() != vertices;
+  const bool changed = !pass.vertices.empty() || pass.turned > 0 || body.complex.collision.vertex_count() != vertices;
   StrokeRecord& record = state.strokes.back();
   if (changed) {
     state.measures.volume -= pass.removed;

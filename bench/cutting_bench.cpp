@@ -1,7 +1,7 @@
 // Cuts across sheets on 104 collision triangles, open and closed, in the rest configuration: collision mesh, visual mesh
 // and walls, without cells and embeddings. One thread, thread time; memory touched beforehand.
-// Prints microseconds per collision triangle (median, 99th percentile), per border-to-border cut (median), per undo, and of a
-// provisional tip walked again.
+// Prints microseconds per collision triangle of a whole cut across in one move (median, 99th percentile), per cut (median), per undo, and per pose of
+// a blade that moves on inside one face.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -12,11 +12,8 @@
 
 #include "kerf/base/random.h"
 #include "kerf/binding/bind.h"
+#include "kerf/cutting/blade_sweep.h"
 #include "kerf/cutting/cut_memory.h"
-#include "kerf/cutting/cut_path.h"
-#include "kerf/cutting/half_edge_split.h"
-#include "kerf/cutting/orient.h"
-#include "kerf/cutting/rest_cut.h"
 #include "kerf/cutting/topology_change.h"
 #include "kerf/mesh/models.h"
 
@@ -36,98 +33,98 @@ double percentile(std::vector<double> v, double p) {
   return v[static_cast<std::size_t>(p * static_cast<double>(v.size() - 1))];
 }
 
-Vec2 flat(const CollisionMesh& mesh, CollisionVertex v) { return {mesh.rest[v].x, mesh.rest[v].y}; }
+/// A body at rest and a blade that stands upright on its sheet.
+struct Bench {
+  CellComplex body;
+  std::vector<Vec3> position{};
+  FaceBoxes boxes{};
+  CutOptions options{};
+  CutScratch scratch{};
+  JournalMark clean{};
+  Box3 box{};
 
-/// The target of the next step from `tip` towards q on a flat sheet; false: out of the sheet.
-bool next_target(const CellComplex& body, CollisionVertex tip, Vec2 q, FacePoint& target) {
-  const CollisionMesh& mesh = body.collision;
-  bool found = false;
-  cut::for_each_corner(mesh, tip, [&](CollisionHalfEdge h) {
-    const Vec2 c = flat(mesh, mesh.from(h)), a = flat(mesh, mesh.to(h)), b = flat(mesh, mesh.apex(h));
-    const double oa = cut::orient(c, a, q), ob = cut::orient(c, b, q);
-    if (!(oa >= 0 && ob <= 0 && oa > ob)) return true;
-    const double area = cut::orient(c, a, b), wc = cut::orient(q, a, b) / area, f = oa / (oa - ob);
-    const double w[3] = {wc > 0 ? wc : 0, wc > 0 ? -ob / area : 1 - f, wc > 0 ? oa / area : f};
-    target.face = CollisionMesh::face(h);
-    for (int i = 0; i < 3; ++i) target.weights[static_cast<std::size_t>((h.value + i) % 3)] = std::clamp(w[i], 0.0, 1.0);
-    found = true;
-    return false;
-  });
-  return found;
-}
+  explicit Bench(CellComplex complex) : body(std::move(complex)) {
+    reserve_cut_memory(body, 60000);
+    position = body.collision.rest.raw();
+    for (const Vec3& p : position) box.add(p);
+    journal_mark(body, clean);
+  }
+  [[nodiscard]] Vec3 at(double x, double y) const { return {box.min.x + x * box.size().x, box.min.y + y * box.size().y, 0}; }
+  [[nodiscard]] BladeEdge edge(Vec3 p) const {
+    const Vec3 up{0, 0, body.mean_root_edge};
+    return {p + up, p - up};
+  }
+  SweepTarget target() { return {body, position, boxes, scratch, options}; }
+  void roll_back(const JournalMark& mark) {
+    journal_rollback(body, mark);
+    position.resize(body.collision.vertex_count());
+    boxes.forget();
+  }
+};
 
 void measure(const std::string& name, CellComplex body) {
-  reserve_cut_memory(body, 60000);
-  CutOptions options;
-  CutScratch scratch;
+  Bench bench(std::move(body));
   TopologyChange change;
   Random random(7);
-  std::vector<double> step, whole, undo, again, collect;
-  Box3 box;
-  for (const Vec3& p : body.collision.rest.raw()) box.add(p);
-  const auto at = [&](double x, double y) { return Vec3{box.min.x + x * box.size().x, box.min.y + y * box.size().y, 0}; };
-  JournalMark clean;
-  journal_mark(body, clean);
-  for (int i = 0; i < 22; ++i) {
+  std::vector<double> step, whole, undo, pose, collect;
+  int steps = 0;
+  constexpr int kWarm = 2;  // cuts that are made and not counted
+  for (int i = 0; i < 20 + kWarm; ++i) {
     const double a = random.uniform(0.05, 0.95), b = random.uniform(0.05, 0.95);
-    const Vec3 from = i % 2 ? at(0, a) : at(a, 0), to = i % 2 ? at(1.2, b) : at(b, 1.2);
-    double distance = 0;
-    const FacePoint start = nearest_rest_point(body, from, distance);
-    double cut_time = 0;
+    const Vec3 from = i % 2 ? bench.at(-0.1, a) : bench.at(a, -0.1), to = i % 2 ? bench.at(1.1, b) : bench.at(b, 1.1);
+    SweepTarget target = bench.target();
+    BladeStroke stroke;
+    lead_blade(stroke, bench.edge(from), target);
     double t0 = now();
-    auto tip = start_cut(body, start, options, scratch);
-    cut_time += now() - t0;
-    bool fine = tip.ok();
-    while (fine) {
-      FacePoint target;
-      if (!next_target(body, *tip, {to.x, to.y}, target)) break;
-      t0 = now();
-      const auto advance = advance_cut(body, *tip, target, options, scratch);
-      const double t = now() - t0;
-      fine = advance.ok();
-      if (!fine) break;
-      if (i >= 2) step.push_back(t);
-      cut_time += t;
-      *tip = advance->tip;
-      if (advance->kind == Advance::Kind::kRanOut) break;
-    }
-    if (!fine) {
+    SweepReport report = lead_blade(stroke, bench.edge(to), target);
+    report += make_ends(stroke, target);
+    const double cut_time = now() - t0;
+    if (report.refused || !report.steps) {
       fmt::print("{}: refused\n", name);
       return;
     }
     t0 = now();
-    collect_topology_change(body, clean, scratch, change);
+    collect_topology_change(bench.body, bench.clean, bench.scratch, change);
     const double collect_time = now() - t0;
     t0 = now();
-    journal_rollback(body, clean);
+    bench.roll_back(bench.clean);
     const double undo_time = now() - t0;
-    if (i < 2) continue;
+    if (i < kWarm) continue;
+    steps += report.steps;
+    step.push_back(cut_time / report.steps);
     whole.push_back(cut_time);
     undo.push_back(undo_time);
     collect.push_back(collect_time);
   }
-  // A blade that moves on inside: from the same stab to a new point every pose.
+  // A blade that moves on inside: its end is taken back and made again every pose.
   for (int i = 0; i < 20; ++i) {
-    const Vec3 p = at(random.uniform(0.2, 0.8), random.uniform(0.2, 0.8));
+    const Vec3 p = bench.at(random.uniform(0.2, 0.8), random.uniform(0.2, 0.8));
+    SweepTarget target = bench.target();
+    BladeStroke stroke;
+    lead_blade(stroke, bench.edge(p), target);
     for (int k = 1; k <= 5; ++k) {
       const double t0 = now();
-      journal_rollback(body, clean);
-      const Vec3 path[2] = {p, p + Vec3{0.012 * k, 0.007 * k, 0}};
-      if (!cut_rest_polyline(body, path, options, scratch)) return;
-      again.push_back(now() - t0);
+      if (stroke.provisional) {
+        bench.roll_back(stroke.mark);
+        stroke.provisional = false;
+      }
+      lead_blade(stroke, bench.edge(p + Vec3{0.012 * k, 0.007 * k, 0}), target);
+      journal_mark(bench.body, stroke.mark);
+      make_ends(stroke, target);
+      pose.push_back(now() - t0);
     }
-    journal_rollback(body, clean);
+    bench.roll_back(bench.clean);
   }
   fmt::print("{:<16}{:>9.1f}{:>9.1f}{:>12.3f}{:>10.1f}{:>10.1f}{:>10.1f}{:>10.1f}{:>8}\n", name, percentile(step, 0.5),
              percentile(step, 0.99), 1e-3 * percentile(whole, 0.5), percentile(collect, 0.5), percentile(undo, 0.5),
-             percentile(again, 0.5), percentile(again, 0.99), step.size());
+             percentile(pose, 0.5), percentile(pose, 0.99), steps);
 }
 
 }  // namespace
 
 int main() {
   fmt::print("{:<16}{:>9}{:>9}{:>12}{:>10}{:>10}{:>10}{:>10}{:>8}\n", "", "tri p50", "tri p99", "cut p50 ms", "change us",
-             "undo us", "tip p50", "tip p99", "steps");
+             "undo us", "pose p50", "pose p99", "steps");
   for (const bool closed : {false, true})
     for (const std::size_t triangles : {1664u, 6656u, 26624u, 106496u}) {
       ModelOptions options;

@@ -2,7 +2,7 @@
 
     progress_test.py SCRIPTS     SCRIPTS: the folder of the scripts
 """
-import os, pathlib, pty, select, shutil, signal, subprocess, sys, tempfile, time, unittest
+import os, pathlib, pty, re, select, shutil, signal, subprocess, sys, tempfile, time, unittest
 
 helper = pathlib.Path(sys.argv.pop(1)).resolve() / "progress.bash"
 
@@ -62,17 +62,19 @@ class Progress(unittest.TestCase):
         return said
 
     def assert_order(self, text, *parts):
+        """How far a step is at a given second depends on what else the machine does: # stands for a digit."""
         place = 0
         for part in parts:
-            self.assertIn(part, text[place:], text)
-            place = text.index(part, place) + len(part)
+            found = re.compile(re.escape(part).replace(r"\#", r"\d")).search(text, place)
+            self.assertIsNotNone(found, f"{part!r} is not after the others in {text!r}")
+            place = found.end()
 
     def test_without_a_terminal_lines_come_now_and_then(self):
         done = subprocess.run(["bash", "-c", STEPS], cwd=self.folder, env=self.environment, stdin=subprocess.DEVNULL, capture_output=True, text=True,
                               timeout=30)
         self.assertEqual(done.stderr, "")
-        self.assert_order(done.stdout, "1  dev build", "minutes", "2  fast tests", "   [1/2] dev build  2/3 built  0:01\n", "built something\n",
-                          "status 5\n", "   [2/2] fast tests  11/20 tests  0:01\n", "tested something\n", "status 0\n")
+        self.assert_order(done.stdout, "1  dev build", "minutes", "2  fast tests", "   [1/2] dev build  #/3 built  0:0#\n", "built something\n",
+                          "status 5\n", "   [2/2] fast tests  11/20 tests  0:0#\n", "tested something\n", "status 0\n")
         self.assertLessEqual(len(done.stdout.splitlines()), 11, done.stdout)
         self.assertNotIn("7/9", done.stdout)
         self.assertNotIn("\x1b", done.stdout)
@@ -80,8 +82,8 @@ class Progress(unittest.TestCase):
 
     def test_a_terminal_shows_them_in_one_line(self):
         said = self.on_terminal(STEPS)
-        self.assert_order(said, "\r\x1b[K[1/2] dev build  2/3 built  0:01", "\r\x1b[K", "built something\r\n", "status is mine\r\n", "status 5\r\n",
-                          "\r\x1b[K[2/2] fast tests  11/20 tests  0:01", "\r\x1b[K", "tested something\r\n", "status 0\r\n")
+        self.assert_order(said, "\r\x1b[K[1/2] dev build  #/3 built  0:0#", "\r\x1b[K", "built something\r\n", "status is mine\r\n", "status 5\r\n",
+                          "\r\x1b[K[2/2] fast tests  11/20 tests  0:0#", "\r\x1b[K", "tested something\r\n", "status 0\r\n")
         self.assertNotIn("7/9", said)
         self.assertEqual(os.listdir(self.folder + "/tmp"), [])
 

@@ -77,7 +77,7 @@ TEST(Lips, FreshCutHasGapsOfExactlyZero) {
   for (const bool closed : {true, false})
     for (const double end : {0.62, 1.1}) {
       LipBody body(6, kRadius, closed);
-      body.make_cut({{0.47, -0.1, 0}, {0.52, 0.3, 0}, {0.48, end, 0}});
+      body.make_cut({{0.47, -0.1, 0}, {0.54, 0.3, 0}, {0.45, end, 0}});  // no vertex of the grid so near that the path is rounded to it
       const DetectReport report = body.detect();
       ASSERT_FALSE(body.contacts.empty());
       for (const Contact& c : body.contacts) {
@@ -282,7 +282,7 @@ TEST(Lips, LiftedOverAndBack) {
 TEST(Lips, TwoCutsThatCross) {
   LipBody body;
   body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
-  body.make_cut({{-0.1, 0.47, 0}, {1.1, 0.52, 0}});
+  body.make_cut({{-0.1, 0.44, 0}, {1.1, 0.49, 0}});
   body.detect();
   ASSERT_FALSE(body.contacts.empty());
   for (const Contact& c : body.contacts) EXPECT_EQ(c.gap, 0);
@@ -294,7 +294,7 @@ TEST(Lips, TwoCutsThatCross) {
     const auto c = body.surface.vertices(t);
     Vec3 middle;
     for (const CollisionVertex v : c) middle += (1.0 / 3) * body.surface.rest[v];
-    const double cut_y = 0.47 + 0.05 * (middle.x + 0.1) / 1.2;
+    const double cut_y = 0.44 + 0.05 * (middle.x + 0.1) / 1.2;
     for (const CollisionVertex v : c)
       body.position[v.index()] = body.surface.rest[v] - 0.5 * push * Vec3{middle.x > 0.5 ? 1.0 : -1.0, middle.y > cut_y ? 1.0 : -1.0, 0};
   }
@@ -307,9 +307,10 @@ TEST(Lips, TwoCutsThatCross) {
 
 /// Two cuts that cross, and the four quarters moved one by one: (x, y) = (1, -1) is that of large x and small y.
 struct Quarters : LipBody {
+  static constexpr Vec3 kMiddle{0.5, 0.5, 0};
   Quarters() : LipBody(8) {
-    make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
-    make_cut({{-0.1, 0.5, 0}, {1.1, 0.5, 0}});
+    make_cut({{kMiddle.x, -0.1, 0}, {kMiddle.x, 1.1, 0}});
+    make_cut({{1.1, kMiddle.y, 0}, {-0.11, kMiddle.y, 0}});
   }
   template <class Fn>
   void move(Fn&& f) {
@@ -317,7 +318,7 @@ struct Quarters : LipBody {
     for (const CollisionTriangle t : ids<CollisionTriangle>(surface.face_count())) {
       const auto c = surface.vertices(t);
       const Vec3 middle = (1.0 / 3) * (surface.rest[c[0]] + surface.rest[c[1]] + surface.rest[c[2]]);
-      for (const CollisionVertex v : c) position[v.index()] = surface.rest[v] + f(middle.x > 0.5 ? 1 : -1, middle.y > 0.5 ? 1 : -1);
+      for (const CollisionVertex v : c) position[v.index()] = surface.rest[v] + f(middle.x > kMiddle.x ? 1 : -1, middle.y > kMiddle.y ? 1 : -1);
     }
     predicted = position;
     detect();
@@ -354,7 +355,7 @@ TEST(Lips, ACornerLiesOnThePieceAcrossThoughItsOwnLipsAreClosed) {
     body.move([&](int x, int y) { return x > 0 ? Vec3{-0.6 * r, -0.6 * r, height * r} : y > 0 ? 4 * r * Vec3{-1, 1, 0} : Vec3{}; });
     int on_top = 0;
     for (const Contact& c : body.contacts) {
-      const bool corner = norm(body.surface.rest[c.a.vertex[0]] - Vec3{0.5, 0.5, 0}) < 1e-9 && !c.a.vertex[1].valid() && body.position[c.a.vertex[0].index()].z > r;
+      const bool corner = norm(body.surface.rest[c.a.vertex[0]] - Quarters::kMiddle) < 1e-9 && !c.a.vertex[1].valid() && body.position[c.a.vertex[0].index()].z > r;
       if (!corner || std::fabs(c.normal.z) < 0.99) continue;
       ++on_top;
       EXPECT_NEAR(c.gap, (height - 2) * r, 1e-9);
@@ -412,13 +413,13 @@ TEST(Lips, WedgeShapedRim) {
 TEST(Lips, APointedCornerIsNoTip) {
   // Two cuts that cross at 8 degrees leave two pointed corners: the walls at either lie nearly back to back, as those at the tip of a slit do.
   LipBody body(6, 0.02);
-  body.make_cut({{0.46, -0.1, 0}, {0.54, 1.1, 0}});
-  body.make_cut({{0.54, -0.1, 0}, {0.46, 1.1, 0}});
+  body.make_cut({{0.42, -0.1, 0}, {0.50, 0.9, 0}, {0.516, 1.1, 0}});
+  body.make_cut({{0.50, -0.1, 0}, {0.42, 0.9, 0}, {0.404, 1.1, 0}});
   const ContactSurface& s = body.surface;
   body.detect();
   int pointed = 0;
   for (const CollisionVertex v : ids<CollisionVertex>(s.vertex_count())) {
-    if (norm(s.rest[v] - Vec3{0.5, 0.5, 0}) > 0.02) continue;
+    if (norm(s.rest[v] - Vec3{0.46, 0.4, 0}) > 0.02) continue;
     double angle = 0;
     for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(s.origin.size()))
       if (s.from(h) == v) {

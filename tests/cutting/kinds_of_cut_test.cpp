@@ -64,6 +64,29 @@ TEST_P(KindsOfCut, CrossingMakesFourQuarters) {
   EXPECT_EQ(b.pieces(), 4);
 }
 
+TEST_P(KindsOfCut, LinesOfTheGridStayStraightWhereTheyMeet) {
+  // Each crosses the other at a vertex, where paths may not be rounded to a place beside it.
+  const int n = 8;
+  for (const bool back : {false, true})
+    for (int k = 1; k < n; ++k) {
+      SyntheticOptions options;
+      options.subdivisions = 1;
+      options.closed = GetParam();
+      CutBody b(plain_grid_mesh(n, n), options);
+      const double x = static_cast<double>(k) / n, y = static_cast<double>((3 * k) % n) / n;
+      cut(b, {{x, -0.1, 0}, {x, 1.1, 0}});
+      cut(b, back ? std::vector<Vec3>{{1.1, y, 0}, {-0.1, y, 0}} : std::vector<Vec3>{{-0.1, y, 0}, {1.1, y, 0}});
+      EXPECT_EQ(b.pieces(), 4) << k;
+      const CollisionMesh& m = b.body.collision;
+      for (const CollisionVertex v : ids<CollisionVertex>(m.vertex_count())) {
+        if (!m.on_border(v)) continue;
+        const Vec3 p = m.rest[v];
+        const double off = std::min({std::fabs(p.x - x), std::fabs(p.y - y), p.x, 1 - p.x, p.y, 1 - p.y});
+        EXPECT_LT(off, 1e-9) << back << " " << k << ": " << p.x << " " << p.y;
+      }
+    }
+}
+
 TEST_P(KindsOfCut, ManyParallelAndCrossingStrips) {
   CutBody b = sheet(2);
   const int n = 7;

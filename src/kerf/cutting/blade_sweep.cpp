@@ -324,12 +324,10 @@ class Sweep {
       if (back) return;
     }
     if (along) arc.crossings.clear();
+    if (ends_at_blade) rounding_.hold_at_border(arc, last);
     if (norm(rounding_.rest(begin) - first) > 0) trail.clear(), touch.reset();
     rounding_.begin_on_edge(arc, begin);
-    std::vector<Stop> stops;
-    if (begin.exists()) stops.push_back(begin);
-    rounding_.stops_of(arc, begin, stops);
-    if (!ends_at_blade) stops.push_back(end);
+    const std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end);
     if (stops.size() > 1 || begin.kind == Stop::Kind::kInside || !begin.exists()) {
       const std::size_t vertices = mesh().vertex_count();
       if (!open(stops)) return;
@@ -347,8 +345,7 @@ class Sweep {
   }
 
   void cut_loop(const BladeArc& arc) {
-    std::vector<Stop> stops;
-    rounding_.stops_of(arc, {}, stops);
+    std::vector<Stop> stops = rounding_.stops_of({}, arc, {});
     if (stops.size() < 3) return;
     stops.push_back(stops.front());
     (void)open(stops, true);
@@ -357,9 +354,7 @@ class Sweep {
   /// The edge comes down on its length: two fronts.
   void cut_to_both_sides(const BladeArc& arc) {
     const RestPoint ends[2] = {rest_point(mesh(), arc.begin.point), rest_point(mesh(), arc.end.point)};
-    std::vector<Stop> stops;
-    rounding_.stops_of(arc, {}, stops);
-    if (!open(stops)) return;
+    if (!open(rounding_.stops_of({}, arc, {}))) return;
     const std::vector<V>& made = opening_.made();
     const V starts[2] = {made.front(), made.back()}, before[2] = {made.size() > 1 ? made[1] : V{}, before_last()};
     for (int k = 0; k < 2; ++k) {
@@ -437,10 +432,7 @@ class Sweep {
     const bool joined = arc.end.kind == Kind::kBorder;
     if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature())) return stay;
     PathRounding::reduce(arc);
-    std::vector<Stop> stops{f.start};
-    rounding_.stops_of(arc, f.start, stops);
-    stops.push_back(joined ? stop_of(arc.end) : Stop::inside(f.end));
-    return open(stops) ? PathEnd{opening_.made().back(), before_last(), joined} : stay;
+    return open(rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end))) ? PathEnd{opening_.made().back(), before_last(), joined} : stay;
   }
 
   /// On what way a front's path came to it, as the material lies now; it matters only along the blade, where no time tells.

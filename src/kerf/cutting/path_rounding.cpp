@@ -204,29 +204,45 @@ double PathRounding::material_around(V v) const {
   return sum;
 }
 
-void PathRounding::stops_of(const BladeArc& arc, const Stop& begin, std::vector<Stop>& stops) const {
+void PathRounding::hold_at_border(BladeArc& arc, Vec3 last) const {
+  while (!arc.crossings.empty()) {
+    const ArcCrossing& c = arc.crossings.back();
+    if (off_end(c) >= snap(c.near) || !mesh_.on_border(near_end(c)) || norm(rest(c) - last) >= feature_) return;
+    arc.crossings.pop_back();
+    arc.faces.pop_back();
+  }
+}
+
+std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc, const Stop& end) const {
+  std::vector<Stop> stops;
+  if (begin.exists()) stops.push_back(begin);
   const auto first = static_cast<std::ptrdiff_t>(stops.size());
-  const std::size_t n = arc.crossings.size();
-  V last = begin.kind == Stop::Kind::kVertex ? begin.vertex : V{};
+  std::size_t n = arc.crossings.size();
+  const auto vertex_of = [](const Stop& s) { return s.kind == Stop::Kind::kVertex ? s.vertex : V{}; };
+  const V goal = vertex_of(end);
+  while (goal.valid() && n > 0 && near_end(arc.crossings[n - 1]) == goal && off_end(arc.crossings[n - 1]) < snap(arc.crossings[n - 1].near)) --n;
+  V last = vertex_of(begin);
   const auto ends_at = [&](H h, V v) { return mesh_.from(h) == v || mesh_.to(h) == v; };
   // Crossings of two edges that meet at a vertex, with less than a feature between them.
   const auto close = [&](std::size_t i, std::size_t k, V v) { return k < n && ends_at(arc.crossings[k].near, v) && norm(rest(arc.crossings[i]) - rest(arc.crossings[k])) < feature_; };
   for (std::size_t i = 0; i < n; ++i) {
     const ArcCrossing& c = arc.crossings[i];
-    const double far = length(c.near), least = std::min(0.5, feature_ / far), off = std::min(c.fraction, 1 - c.fraction) * far;
-    const V end = c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near);
-    const bool in_fan = off < fan_ && (close(i, i - 1, end) || close(i, i + 1, end));
+    const double least = std::min(0.5, feature_ / length(c.near)), off = off_end(c);
+    const V v = near_end(c);
+    const bool in_fan = off < fan_ && (close(i, i - 1, v) || close(i, i + 1, v));
     if (off < snap(c.near) || in_fan) {
-      if (end == last) continue;
-      const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == end; });
-      if (!used && (!mesh_.on_border(end) || material_around(end) > cut::kReflex)) {
-        stops.push_back(Stop::at_vertex(last = end));
+      if (v == last) continue;
+      const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == v; });
+      if (!used && (!mesh_.on_border(v) || material_around(v) > cut::kReflex)) {
+        stops.push_back(Stop::at_vertex(last = v));
         continue;
       }
     }
     stops.push_back(Stop::on_edge(mesh_.from(c.far), mesh_.to(c.far), 1 - std::clamp(c.fraction, least, 1 - least)));
     last = V{};
   }
+  if (end.exists()) stops.push_back(end);
+  return stops;
 }
 
 }  // namespace kerf

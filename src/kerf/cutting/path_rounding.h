@@ -2,6 +2,7 @@
 // (docs/cutting.md, "From tool motion to a cut path").
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -54,15 +55,21 @@ class PathRounding {
   bool slide(BladeArc& arc, CutStop& begin, Vec3 last, const CutStop& end) const;
   /// A stab near the first edge that the arc crosses is on that edge.
   void begin_on_edge(BladeArc& arc, CutStop& begin) const;
-  /// Appends where the arc's crossings go: onto an end of their edge, if that is inside the material and nearer than a feature, or if the next edge there is
-  /// crossed so near that a feature would be left over; else away from both ends.
-  void stops_of(const BladeArc& arc, const CutStop& begin, std::vector<CutStop>& stops) const;
+  /// Takes off what an arc that ends at the blade crosses last, less than a feature before `last`, at vertices of a border: the path may be about to end there.
+  void hold_at_border(BladeArc& arc, Vec3 last) const;
+  /// The path of an arc: its beginning and end, if they exist, and where its crossings go. They go onto an end of their edge, if that is inside the material
+  /// and nearer than a feature, or if the next edge there is crossed so near that a feature would be left over; else away from both ends. What is crossed at
+  /// the vertex that the path begins or ends at is left out.
+  std::vector<CutStop> stops_of(const CutStop& begin, const BladeArc& arc, const CutStop& end) const;
 
  private:
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(rest(mesh_.to(h)) - rest(mesh_.from(h))); }
   [[nodiscard]] double foot(CollisionHalfEdge h, Vec3 x) const;
   [[nodiscard]] double distance(CollisionHalfEdge h, Vec3 x) const;
   [[nodiscard]] double snap(CollisionHalfEdge h) const;
+  /// The end of its edge that a crossing is nearer to, and how far it is from there.
+  [[nodiscard]] CollisionVertex near_end(const ArcCrossing& c) const { return c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near); }
+  [[nodiscard]] double off_end(const ArcCrossing& c) const { return std::min(c.fraction, 1 - c.fraction) * length(c.near); }
   [[nodiscard]] double material_around(CollisionVertex v) const;
   [[nodiscard]] CollisionHalfEdge border_before(CollisionHalfEdge h) const;
   [[nodiscard]] PathPlace path_place(const CutStop& s) const;

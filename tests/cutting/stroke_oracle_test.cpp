@@ -198,6 +198,13 @@ TEST_F(StrokeOracle, CornersAndTipsThatAPathPasses) {
   trials.expect_pieces({{{0, 3.23771116e-06}, {0.0833336745, -0.0833333333}}, {{-0.05, -0.65}, {-0.333333341, 0.166666667}, {0.50674719, -0.344842195}, {0, -0.5}}}, 3, 2);
 }
 
+// The edge stands at the corner at the end of a pose. What the plane of the next move touches there has no length, and is neither the way on nor a layer that was
+// missed: the cut led from the corner backwards to the rim.
+TEST_F(StrokeOracle, CornersCutOneWay) {
+  Trials(sheet).expect_pieces({{{0.65, -0.25}, {0.47, -0.07}, {0.35, -0.29}}}, 1, 8);
+  Trials(sheet).expect_pieces({{{-0.1, 0.4}, {-0.43, 0.48897659097125179}, {-0.086530861294418476, 0.5708055755619641}}}, 1, 2);
+}
+
 // Four strokes of one to five segments anywhere, crossing each other and themselves.
 TEST_F(StrokeOracle, RandomPolylines) {
   Random random(10);

@@ -94,8 +94,9 @@ class Search {
       used_[at(p)] = true;
     }
     BladeArc arc = make(chain);
-    // Not yet begun. What lies along the blade as a whole is passed at one moment, be it the last.
-    if (arc.first > 1 - cut::kArcNow && extent(chain) < cut::kArcShort * strip_.length) return;
+    // Not yet begun, or passed by the move before. What lies along the blade as a whole is passed at one moment, be it the first or the last.
+    const bool one_moment = arc.first > 1 - cut::kArcNow || std::max(arc.begin.time, arc.end.time) < cut::kArcNow;
+    if (one_moment && extent(chain) < cut::kArcShort * strip_.length) return;
     arc.closed = closed;
     if (closed) arc.crossings.push_back(crossing(pieces_[at(chain.back())]));
     arcs.push_back(std::move(arc));
@@ -245,15 +246,23 @@ class Search {
     const double s = dot(d, d) > 0 ? std::clamp(dot(q - a, d) / dot(d, d), 0.0, 1.0) : 0.0;
     return norm(q - a - s * d) + std::abs(strip_.height(x));
   }
+  /// Too short to tell from rounding: the plane only touches the face where the edge was.
+  bool is_short(const Piece& p) const { return (p.to - p.from) * norm(p.q1 - p.q0) < cut::kArcShort * strip_.length; }
+  /// Where a front's arc begins: in its face; else, or if what is there is short, at the nearest end where the edge was in a face beside it.
   int piece_at(const ArcFront& front, double near) const {
-    int best = find(front.face);
-    if (best >= 0) {
-      for (int i = best + 1; i < static_cast<int>(pieces_.size()) && pieces_[at(i)].face == front.face; ++i)
-        if (distance(pieces_[at(i)], front.position) < distance(pieces_[at(best)], front.position)) best = i;
-      return best;
-    }
+    int own = find(front.face);
+    for (int i = own + 1; own >= 0 && i < static_cast<int>(pieces_.size()) && pieces_[at(i)].face == front.face; ++i)
+      if (distance(pieces_[at(i)], front.position) < distance(pieces_[at(own)], front.position)) own = i;
+    if (own >= 0 && !is_short(pieces_[at(own)])) return own;
+    const int other = piece_beside(front, near, false);
+    if (other >= 0) return other;
+    return own >= 0 ? own : piece_beside(front, near, true);
+  }
+  int piece_beside(const ArcFront& front, double near, bool short_ones) const {
+    int best = -1;
     double least = near;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      if (is_short(pieces_[i]) != short_ones) continue;
       bool touches = false;
       for (int k = 0; k < 3; ++k)
         for (int l = 0; l < 3; ++l)

@@ -258,7 +258,10 @@ bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
         if (!mesh_.free[x]) continue;
         const Vec2 u = mirrored(mesh_.planar[mesh_.outgoing[x]], side);
         const double height = std::clamp(orient(u, a, b) / whole, 0.0, 1.0);
-        if (!add_shift(x, std::max(0.0, (height - strip) / (1 - strip)), Of::kInside, 0)) return false;
+        // The edges around move by the whole hat: beside them the side would be left in another triangle.
+        const double held = std::max(0.0, (height - strip) / (1 - strip));
+        const bool stays_inside = strip == 0 || is_inside_owner(u + held * (owner_[0] - coarse_.planar[h]));
+        if (!add_shift(x, stays_inside ? held : height, Of::kInside, 0)) return false;
       }
     }
   }
@@ -268,6 +271,14 @@ bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
 /// How far the body's side reaches in from a vertex, in the plane; 0: the vertex is not on the rim. What lies there stays: a side is hardly
 /// wider than a line there (binding/squash.h), and stretched like the rest its sharp edges would be cut off.
 double VertexSlider::side_strip(V v) const { return coarse_.on_rim(v) ? kSideStrip * norm(coarse_.offset[v]) : 0; }
+
+/// Well inside the collision triangle as it will be?
+bool VertexSlider::is_inside_owner(Vec2 u) const {
+  const double least = kInsideOwner * orient(owner_[0], owner_[1], owner_[2]);
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!(orient(u, owner_[i], owner_[(i + 1) % 3]) > least)) return false;
+  return true;
+}
 
 /// Does the skin bend sharply at an edge?
 bool VertexSlider::is_crease(VH h) const {
@@ -308,9 +319,7 @@ bool VertexSlider::shift_along_crease(VV x, Shift& shift) {
   best = std::min(best, kAlongCrease);
   const VH e = edge[which], to = VisualMesh::next(e);
   const Vec2 planar = lerp(from, mesh_.planar[to], best), own = mirrored(planar, plane.patch.side());
-  const double least = kInsideOwner * orient(owner_[0], owner_[1], owner_[2]);
-  for (std::size_t i = 0; i < 3; ++i)
-    if (!(orient(own, owner_[i], owner_[(i + 1) % 3]) > least)) return false;
+  if (!is_inside_owner(own)) return false;
   any_crease_ = true;
   plane.planar = planar;
   plane.texture = lerp(mesh_.texture[e], mesh_.texture[to], best);

@@ -98,6 +98,7 @@ class VertexSlider {
   void collect_rim(CollisionVertex v);
   enum class Of { kEnd, kChain, kRim, kInside };  // what owns a visual vertex: the moving vertex, an edge, a rim edge, a triangle
   bool add_shift(VisualVertex x, double hat, Of owner, double s);
+  [[nodiscard]] bool is_inside_owner(Vec2 u) const;
   [[nodiscard]] bool is_crease(VisualHalfEdge h) const;
   bool shift_along_crease(VisualVertex x, Shift& shift);
   [[nodiscard]] VisualVertex next_on_crease(VisualVertex x, Vec3 way) const;

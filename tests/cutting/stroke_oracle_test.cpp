@@ -189,12 +189,14 @@ TEST_F(StrokeOracle, TurnsAtTheRim) {
 TEST_F(StrokeOracle, ATurnOnTheRimBackOverItsOwnSlit) { Trials(sheet).expect_pieces({{{-0.25, -0.25}, {0.5, -0.35}, {0, -0.5}, {0.35, 0.15}}}, 3, 1); }
 
 // Each of these left a bridge: a line past a corner half a minimum feature away; a path past its own corner; a loop that begins near a vertex of the mesh; a
-// path that ends at the tip of a slit and goes on.
+// path that ends at the tip of a slit and goes on; a line that passes a corner between two edges; a loop that begins a minimum feature and a half from a vertex.
 TEST_F(StrokeOracle, CornersAndTipsThatAPathPasses) {
   Trials trials(sheet);
   trials.expect_pieces({{{-0.2, -0.4}, {-0.349938622, -0.310337627}, {-0.6, -0.45}}, {{-0.65, -0.3}, {-0.229959986, -0.317206967}}}, 2, 1);
   trials.expect_pieces({{{0, -0.35}, {-0.25, 0.250478957}, {-0.1, 0.25}, {-1.02408984e-07, 0.333431861}, {-0.499999981, 0.166666665}}}, 2, 1);
   trials.expect_pieces({{{-0.0832890331, 0.0792001918}, {-0.25, 0.1}, {-0.15, 0}, {-0.0832890331, 0.0792001918}}}, 2, 1);
+  trials.expect_pieces({{{0.15, 0.45}, {0.38, 0.337}, {0.4, 0.6}}, {{0, 0.25}, {0.39, 0.34}, {0.8, -0.55}}}, 2, 200);
+  trials.expect_pieces({{{0.33256368800311426, 0.1609208258439746}, {0.25, 0.3}, {0.3, 0}, {0.33256368800311426, 0.1609208258439746}}}, 2, 1);
   trials.expect_pieces({{{0, 3.23771116e-06}, {0.0833336745, -0.0833333333}}, {{-0.05, -0.65}, {-0.333333341, 0.166666667}, {0.50674719, -0.344842195}, {0, -0.5}}}, 3, 2);
 }
 

@@ -185,12 +185,11 @@ void PathRounding::begin_on_edge(BladeArc& arc, Stop& begin) const {
   ArcCrossing& first = arc.crossings[0];
   const Vec3 x = rest(begin);
   if (distance(first.near, x) >= feature_) return;
-  const double fraction = foot(first.near, x);
+  const double before = first.fraction;
+  first.fraction = foot(first.near, x);
   // Not if it would go on to a vertex farther off.
-  const V end = fraction < 0.5 ? mesh_.from(first.near) : mesh_.to(first.near);
-  if (std::min(fraction, 1 - fraction) * length(first.near) < snap(first.near) && norm(rest(end) - x) >= feature_) return;
-  first.fraction = fraction;
-  begin = {};
+  if (const V v = vertex_of_crossing(arc, 0, x); v.valid() && norm(rest(v) - x) >= feature_) first.fraction = before;
+  else begin = {};
 }
 
 /// Radians, at rest.
@@ -213,6 +212,26 @@ void PathRounding::hold_at_border(BladeArc& arc, Vec3 last) const {
   }
 }
 
+bool PathRounding::may_pass(V v) const { return !mesh_.on_border(v) || material_around(v) > cut::kReflex; }
+
+V PathRounding::vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from) const {
+  const std::size_t n = arc.crossings.size();
+  const ArcCrossing& c = arc.crossings[i];
+  const V v = near_end(c);
+  const double off = off_end(c);
+  const auto ends_at = [&](H h) { return mesh_.from(h) == v || mesh_.to(h) == v; };
+  // Crossings of two edges that meet at a vertex, with less than a feature between them.
+  const auto close = [&](std::size_t k) { return k < n && ends_at(arc.crossings[k].near) && norm(rest(c) - rest(arc.crossings[k])) < feature_; };
+  if (off < snap(c.near) || (off < fan_ && (close(i - 1) || close(i + 1)))) return v;
+  // Tips and corners of slits that it passes between two crossings.
+  const Vec3 x = rest(c), before = i > 0 ? rest(arc.crossings[i - 1]) : from;
+  for (const V u : {v, v == mesh_.from(c.near) ? mesh_.to(c.near) : mesh_.from(c.near)}) {
+    const bool passes = distance_to_segment(rest(u), before, x) < feature_ || (i + 1 < n && distance_to_segment(rest(u), x, rest(arc.crossings[i + 1])) < feature_);
+    if (passes && mesh_.on_border(u) && may_pass(u)) return u;
+  }
+  return {};
+}
+
 std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc, const Stop& end) const {
   std::vector<Stop> stops;
   if (begin.exists()) stops.push_back(begin);
@@ -222,18 +241,14 @@ std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc,
   const V goal = vertex_of(end);
   while (goal.valid() && n > 0 && near_end(arc.crossings[n - 1]) == goal && off_end(arc.crossings[n - 1]) < snap(arc.crossings[n - 1].near)) --n;
   V last = vertex_of(begin);
-  const auto ends_at = [&](H h, V v) { return mesh_.from(h) == v || mesh_.to(h) == v; };
-  // Crossings of two edges that meet at a vertex, with less than a feature between them.
-  const auto close = [&](std::size_t i, std::size_t k, V v) { return k < n && ends_at(arc.crossings[k].near, v) && norm(rest(arc.crossings[i]) - rest(arc.crossings[k])) < feature_; };
+  const Vec3 from = begin.exists() ? rest(begin) : rest(rest_point(mesh_, arc.begin.point));
   for (std::size_t i = 0; i < n; ++i) {
     const ArcCrossing& c = arc.crossings[i];
-    const double least = std::min(0.5, feature_ / length(c.near)), off = off_end(c);
-    const V v = near_end(c);
-    const bool in_fan = off < fan_ && (close(i, i - 1, v) || close(i, i + 1, v));
-    if (off < snap(c.near) || in_fan) {
+    const double least = std::min(0.5, feature_ / length(c.near));
+    if (const V v = vertex_of_crossing(arc, i, from); v.valid()) {
       if (v == last) continue;
       const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == v; });
-      if (!used && (!mesh_.on_border(v) || material_around(v) > cut::kReflex)) {
+      if (!used && may_pass(v)) {
         stops.push_back(Stop::at_vertex(last = v));
         continue;
       }

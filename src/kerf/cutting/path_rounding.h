@@ -70,6 +70,10 @@ class PathRounding {
   /// The end of its edge that a crossing is nearer to, and how far it is from there.
   [[nodiscard]] CollisionVertex near_end(const ArcCrossing& c) const { return c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near); }
   [[nodiscard]] double off_end(const ArcCrossing& c) const { return std::min(c.fraction, 1 - c.fraction) * length(c.near); }
+  /// A path may go through an inner vertex, and through the tip or a corner of a slit.
+  [[nodiscard]] bool may_pass(CollisionVertex v) const;
+  /// The vertex that a crossing is rounded to, or none. `from`: where the arc begins.
+  [[nodiscard]] CollisionVertex vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from) const;
   [[nodiscard]] double material_around(CollisionVertex v) const;
   [[nodiscard]] CollisionHalfEdge border_before(CollisionHalfEdge h) const;
   [[nodiscard]] PathPlace path_place(const CutStop& s) const;

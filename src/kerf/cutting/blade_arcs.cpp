@@ -246,14 +246,21 @@ class Search {
     const double s = dot(d, d) > 0 ? std::clamp(dot(q - a, d) / dot(d, d), 0.0, 1.0) : 0.0;
     return norm(q - a - s * d) + std::abs(strip_.height(x));
   }
-  /// Too short to tell from rounding: the plane only touches the face where the edge was.
-  bool is_short(const Piece& p) const { return (p.to - p.from) * norm(p.q1 - p.q0) < cut::kArcShort * strip_.length; }
+  /// The whole arc of a piece is too short to tell from rounding: the plane only touches the faces where the edge was.
+  bool is_short(int piece) const {
+    const auto length = [&](int p) { return (pieces_[at(p)].to - pieces_[at(p)].from) * norm(pieces_[at(p)].q1 - pieces_[at(p)].q0); };
+    const double least = cut::kArcShort * strip_.length;
+    double sum = length(piece);
+    for (const bool onward : {false, true})
+      for (int p = beside(piece, onward); p >= 0 && p != piece && sum < least; p = beside(p, onward)) sum += length(p);
+    return sum < least;
+  }
   /// Where a front's arc begins: in its face; else, or if what is there is short, at the nearest end where the edge was in a face beside it.
   int piece_at(const ArcFront& front, double near) const {
     int own = find(front.face);
     for (int i = own + 1; own >= 0 && i < static_cast<int>(pieces_.size()) && pieces_[at(i)].face == front.face; ++i)
       if (distance(pieces_[at(i)], front.position) < distance(pieces_[at(own)], front.position)) own = i;
-    if (own >= 0 && !is_short(pieces_[at(own)])) return own;
+    if (own >= 0 && !is_short(own)) return own;
     const int other = piece_beside(front, near, false);
     if (other >= 0) return other;
     return own >= 0 ? own : piece_beside(front, near, true);
@@ -262,7 +269,7 @@ class Search {
     int best = -1;
     double least = near;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      if (is_short(pieces_[i]) != short_ones) continue;
+      if (is_short(static_cast<int>(i)) != short_ones) continue;
       bool touches = false;
       for (int k = 0; k < 3; ++k)
         for (int l = 0; l < 3; ++l)

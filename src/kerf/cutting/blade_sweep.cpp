@@ -171,7 +171,8 @@ class Sweep {
       if (leaves) until.end = f.touch->at, (void)locate(until);
       const std::size_t vertices = mesh().vertex_count();
       const PathEnd end = make_end(until);
-      f = {Stop::at_vertex(leaves ? twin_towards(end.vertex, vertices, f.end) : end.vertex), end.before, f.end, rounding_.rest(until.end), false, {}, {}};
+      const Stop start = !end.made ? f.start : Stop::at_vertex(leaves ? twin_towards(end.vertex, vertices, f.end) : end.vertex);
+      f = {start, end.before, f.end, rounding_.rest(until.end), false, {}, {}};
       if (end.on_border) note(f);
       else f.trail.push_back(rounding_.rest(f.end));
       bent = true;
@@ -418,11 +419,12 @@ class Sweep {
 
   struct PathEnd {
     V vertex, before;
+    bool made = false;       // something was cut; else the front's start, or a vertex beside it
     bool on_border = false;  // not its own lip
   };
   /// Cuts up to where a front's blade is, or to a border near it.
   PathEnd make_end(const BladeFront& f) {
-    const PathEnd stay{f.start.kind == Stop::Kind::kVertex ? f.start.vertex : f.start.a, f.before, false};
+    const PathEnd stay{f.start.kind == Stop::Kind::kVertex ? f.start.vertex : f.start.a, f.before};
     BladeArc arc;
     arc.faces.push_back(f.end.face);
     arc.end.kind = Kind::kIs;
@@ -432,7 +434,7 @@ class Sweep {
     const bool joined = arc.end.kind == Kind::kBorder;
     if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature())) return stay;
     PathRounding::reduce(arc);
-    return open(rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end))) ? PathEnd{opening_.made().back(), before_last(), joined} : stay;
+    return open(rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end))) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
   }
 
   /// On what way a front's path came to it, as the material lies now; it matters only along the blade, where no time tells.

@@ -59,6 +59,7 @@ void PathRounding::own_lip(const Stop& stop, Vec3 x, std::vector<H>& own) const 
   if (!first.valid()) return;
   const auto is_near = [&](H h) { return distance(h, x) < near_; };
   for (H h = first; is_near(h) && own.size() < cut::kFacesAround && (own.empty() || h != first); h = mesh_.fan_start(mesh_.to(h))) own.push_back(h);
+  if (stop.kind != Stop::Kind::kVertex && own.empty()) return;  // between the stop and the border before it
   for (H h = border_before(first); is_near(h) && own.size() < 2 * cut::kFacesAround && h != first; h = border_before(h)) own.push_back(h);
 }
 
@@ -227,7 +228,7 @@ V PathRounding::vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from
   const Vec3 x = rest(c), before = i > 0 ? rest(arc.crossings[i - 1]) : from;
   for (const V u : {v, v == mesh_.from(c.near) ? mesh_.to(c.near) : mesh_.from(c.near)}) {
     const bool passes = distance_to_segment(rest(u), before, x) < feature_ || (i + 1 < n && distance_to_segment(rest(u), x, rest(arc.crossings[i + 1])) < feature_);
-    if (passes && mesh_.on_border(u) && may_pass(u)) return u;
+    if (passes && !(rest(u) == from) && mesh_.on_border(u) && may_pass(u)) return u;
   }
   return {};
 }
@@ -245,7 +246,7 @@ std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc,
   for (std::size_t i = 0; i < n; ++i) {
     const ArcCrossing& c = arc.crossings[i];
     const double least = std::min(0.5, feature_ / length(c.near));
-    if (const V v = vertex_of_crossing(arc, i, from); v.valid()) {
+    if (const V v = vertex_of_crossing(arc, i, from); v.valid() && v != goal) {
       if (v == last) continue;
       const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == v; });
       if (!used && may_pass(v)) {

@@ -87,6 +87,16 @@ struct StrokeBody {
     lift_blade(stroke);
   }
   [[nodiscard]] int pieces() const { return collision_pieces(body).count; }
+  /// Edges that were cut, at rest.
+  [[nodiscard]] std::vector<std::array<Vec2, 2>> cut_edges() const {
+    std::vector<std::array<Vec2, 2>> edges;
+    const CollisionMesh& m = body.collision;
+    for (const CollisionHalfEdge h : body.wall_edge.raw()) {
+      const Vec3 a = m.rest[m.from(h)], b = m.rest[m.to(h)];
+      edges.push_back({{{a.x, a.y}, {b.x, b.y}}});
+    }
+    return edges;
+  }
 };
 
 inline std::string text_of(const std::vector<Stroke>& strokes) {
@@ -120,6 +130,37 @@ struct StrokeJudge {
   static std::size_t root(std::vector<std::size_t>& parent, std::size_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
+  }
+
+  /// How far cuts lie from the strokes that made them, metres.
+  struct Deviation {
+    double stray = 0;   ///< of the farthest place of a cut, to the nearest stroke
+    double missed = 0;  ///< of the farthest place of a stroke inside the body, to the nearest cut or the outline
+  };
+  [[nodiscard]] static Deviation deviation(const StrokeBody& b, const std::vector<Stroke>& strokes) {
+    std::vector<std::array<Vec2, 2>> cuts = b.cut_edges(), paths;
+    for (const Stroke& s : strokes)
+      for (std::size_t k = 0; k + 1 < s.size(); ++k) paths.push_back({s[k], s[k + 1]});
+    const auto farthest = [](const auto& of, const auto& from, double step, auto&& counts) {
+      double far = 0;
+      for (const auto& [p, q] : of) {
+        const int parts = std::max(1, static_cast<int>(std::ceil(norm(q - p) / step)));
+        for (int i = 0; i <= parts; ++i) {
+          const Vec2 x = lerp(p, q, static_cast<double>(i) / parts);
+          if (!counts(x)) continue;
+          double near = HUGE_VAL;
+          for (const auto& [a, c] : from) near = std::min(near, distance(x, a, c));
+          far = std::max(far, near);
+        }
+      }
+      return far;
+    };
+    const double step = 0.05 * b.body.mean_root_edge;
+    Deviation d;
+    d.stray = farthest(cuts, paths, step, [](Vec2) { return true; });
+    cuts.insert(cuts.end(), b.outline.begin(), b.outline.end());
+    d.missed = farthest(paths, cuts, step, [&](Vec2 p) { return p.x > b.box.min.x && p.x < b.box.max.x && p.y > b.box.min.y && p.y < b.box.max.y; });
+    return d;
   }
 
   [[nodiscard]] Verdict judge(const StrokeBody& b, const std::vector<Stroke>& strokes) const {

@@ -189,12 +189,15 @@ TEST_F(StrokeOracle, TurnsAtTheRim) {
 TEST_F(StrokeOracle, ATurnOnTheRimBackOverItsOwnSlit) { Trials(sheet).expect_pieces({{{-0.25, -0.25}, {0.5, -0.35}, {0, -0.5}, {0.35, 0.15}}}, 3, 1); }
 
 // Each of these left a bridge: a line past a corner half a minimum feature away; a path past its own corner; a loop that begins near a vertex of the mesh; a
-// path that ends at the tip of a slit and goes on; a line that passes a corner between two edges; a loop that begins a minimum feature and a half from a vertex.
+// path that ends at the tip of a slit and goes on; a line that passes a corner between two edges; a loop that begins a minimum feature and a half from a vertex; a turn on the rim, out of a corner; a
+// loop whose piece at a corner is too short to have a direction.
 TEST_F(StrokeOracle, CornersAndTipsThatAPathPasses) {
   Trials trials(sheet);
   trials.expect_pieces({{{-0.2, -0.4}, {-0.349938622, -0.310337627}, {-0.6, -0.45}}, {{-0.65, -0.3}, {-0.229959986, -0.317206967}}}, 2, 1);
   trials.expect_pieces({{{0, -0.35}, {-0.25, 0.250478957}, {-0.1, 0.25}, {-1.02408984e-07, 0.333431861}, {-0.499999981, 0.166666665}}}, 2, 1);
   trials.expect_pieces({{{-0.0832890331, 0.0792001918}, {-0.25, 0.1}, {-0.15, 0}, {-0.0832890331, 0.0792001918}}}, 2, 1);
+  trials.expect_pieces({{{-0.35, 0}, {-0.65, 0}}, {{-0.25, -0.25}, {-0.5, 0.1}, {-0.35, 0.65}}}, 3, 1);
+  trials.expect_pieces({{{-0.1, 0.2}, {-0.03, 0}, {-0.062, -0.034}, {-0.083, -0.046400143841255223}, {-0.10482921401378195, -0.054361402211690278}, {-0.12813852648255686, -0.057842120329241645}, {-0.1, 0.2}}}, 2, 1);
   trials.expect_pieces({{{0.15, 0.45}, {0.38, 0.337}, {0.4, 0.6}}, {{0, 0.25}, {0.39, 0.34}, {0.8, -0.55}}}, 2, 200);
   trials.expect_pieces({{{0.33256368800311426, 0.1609208258439746}, {0.25, 0.3}, {0.3, 0}, {0.33256368800311426, 0.1609208258439746}}}, 2, 1);
   trials.expect_pieces({{{0, 3.23771116e-06}, {0.0833336745, -0.0833333333}}, {{-0.05, -0.65}, {-0.333333341, 0.166666667}, {0.50674719, -0.344842195}, {0, -0.5}}}, 3, 2);
@@ -205,6 +208,13 @@ TEST_F(StrokeOracle, CornersAndTipsThatAPathPasses) {
 TEST_F(StrokeOracle, CornersCutOneWay) {
   Trials(sheet).expect_pieces({{{0.65, -0.25}, {0.47, -0.07}, {0.35, -0.29}}}, 1, 8);
   Trials(sheet).expect_pieces({{{-0.1, 0.4}, {-0.43, 0.48897659097125179}, {-0.086530861294418476, 0.5708055755619641}}}, 1, 2);
+}
+
+// Stabbed a little more than a minimum feature from a vertex and less from its edges; the path was refused.
+TEST_F(StrokeOracle, AStabBesideAVertexIsCut) {
+  sheet.cut({{-0.0881, -0.25}, {0, -0.35}}, 1);
+  EXPECT_EQ(sheet.refused, 0);
+  EXPECT_LT(StrokeJudge::deviation(sheet, {{{-0.0881, -0.25}, {0, -0.35}}}).missed, sheet.options.minimum_feature * edge());
 }
 
 // Four strokes of one to five segments anywhere, crossing each other and themselves.
@@ -245,7 +255,9 @@ TEST_P(StrokeSetsOracle, PartWhatTheyGoAround) {
   const CollisionMesh mesh = body.body.collision;
   const StrokeSets sets(mesh, 1, edge);
   const StrokeJudge judge{0.12 * edge, 0.9 * body.options.minimum_feature * edge};
-  int count = 0, bridged = 0, severed = 0, refused = 0;
+  // A path is straight to within its tolerance between vertices, and these are rounded by a minimum feature.
+  const double strays = (body.options.path_tolerance + body.options.minimum_feature) * edge;
+  int count = 0, bridged = 0, severed = 0, refused = 0, off = 0;
   for (std::uint64_t seed = first; seconds ? spent() < std::atof(seconds) : seed < first + kSets; ++seed) {
     Random random(1000 * seed + static_cast<std::uint64_t>(GetParam()));
     const std::vector<Stroke> strokes = sets.make(kind, random);
@@ -262,14 +274,19 @@ TEST_P(StrokeSetsOracle, PartWhatTheyGoAround) {
     bridged += verdict.bridges > 0;
     severed += verdict.severed > 0;
     refused += body.refused > 0;
-    if (seconds && (verdict.bridges > 0 || verdict.severed > 0 || body.refused > 0))
-      printf("seed %llu, %d poses: %d bridges, %d severed, %d refused:%s\n", static_cast<unsigned long long>(seed), poses, verdict.bridges, verdict.severed, body.refused, text_of(strokes).c_str());
+    const auto deviation = StrokeJudge::deviation(body, strokes);
+    const bool is_off = std::max(deviation.stray, deviation.missed) > strays;
+    off += is_off;
+    if (seconds && (verdict.bridges > 0 || verdict.severed > 0 || body.refused > 0 || is_off))
+      printf("seed %llu, %d poses: %d bridges, %d severed, %d refused, %.3f and %.3f edges off:%s\n", static_cast<unsigned long long>(seed), poses, verdict.bridges, verdict.severed, body.refused,
+             deviation.stray / edge, deviation.missed / edge, text_of(strokes).c_str());
   }
-  printf("%s: %d sets, %d with a bridge, %d severed, %d refused\n", kSetKinds[GetParam()], count, bridged, severed, refused);
+  printf("%s: %d sets, %d with a bridge, %d severed, %d refused, %d beside their place\n", kSetKinds[GetParam()], count, bridged, severed, refused, off);
   if (seconds) return;
   EXPECT_EQ(bridged, 0);
   EXPECT_EQ(severed, 0);
   EXPECT_EQ(refused, 0);
+  EXPECT_EQ(off, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, StrokeSetsOracle, ::testing::Range(0, static_cast<int>(std::size(kSetKinds))), [](const auto& kind) {

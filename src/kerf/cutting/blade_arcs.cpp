@@ -221,7 +221,7 @@ class Search {
   }
 
   /// Which way along its arc a front goes on: away from where the blade was. That is the end at the last place; if both or none are, the way that its path
-  /// came, where the arc crosses the blade the way that the edge moves, and else away from the nearer end.
+  /// came, where the arc crosses the blade the way that the edge moves, and else, or where the piece is too short to have a direction, away from the nearer end.
   bool goes_onward(int piece, const ArcFront& front) const {
     const Vec2 q = strip_.local(front.position);
     const auto end = [&](bool last) {
@@ -236,6 +236,7 @@ class Search {
     };
     const auto first = end(false), last = end(true);
     const Vec2 on = pieces_[at(piece)].q1 - pieces_[at(piece)].q0, way{dot(front.way, strip_.along), dot(front.way, strip_.motion)};
+    if (norm(on) < cut::kArcShort * strip_.length) return first <= last;
     if (first.first == last.first && std::abs(dot(on, way)) > cut::kArcInLine * norm(on) * norm(front.way)) return dot(on, way) > 0;
     if (first.first == last.first && std::abs(on.y) > cut::kArcInLine * norm(on)) return on.y > 0;
     return first <= last;

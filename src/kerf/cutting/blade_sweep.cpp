@@ -165,7 +165,9 @@ class Sweep {
       });
       const Vec3 last = rounding_.rest(stop_of(arc.end));
       const bool returns = arc.end.kind == Kind::kBorder && rounding_.same_lip(f.start, arc.end.border, rounding_.rest(f.start), last);
-      const bool leaves = f.touch && (returns || distance_to_segment(f.touch->border, f.came, last) >= rounding_.near());
+      const auto is_far = [&](double distance) { return distance >= rounding_.near(); };
+      const bool goes_on = !arc.crossings.empty() && f.touch && is_far(norm(f.touch->border - rounding_.rest(arc.crossings.back())));
+      const bool leaves = f.touch && (returns || goes_on || is_far(distance_to_segment(f.touch->border, f.came, last)));
       if (!leaves && !turned) continue;
       BladeFront until = f;
       if (leaves) until.end = f.touch->at, (void)locate(until);
@@ -329,7 +331,7 @@ class Sweep {
     if (norm(rounding_.rest(begin) - first) > 0) trail.clear(), touch.reset();
     rounding_.begin_on_edge(arc, begin);
     const std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end);
-    if (stops.size() > 1 || begin.kind == Stop::Kind::kInside || !begin.exists()) {
+    if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
       const std::size_t vertices = mesh().vertex_count();
       if (!open(stops)) return;
       begin = Stop::at_vertex(ends_at_blade ? twin_towards(opening_.made().back(), vertices, goal) : opening_.made().back());

@@ -186,11 +186,16 @@ void PathRounding::begin_on_edge(BladeArc& arc, Stop& begin) const {
   ArcCrossing& first = arc.crossings[0];
   const Vec3 x = rest(begin);
   if (distance(first.near, x) >= feature_) return;
-  const double before = first.fraction;
   first.fraction = foot(first.near, x);
-  // Not if it would go on to a vertex farther off.
-  if (const V v = vertex_of_crossing(arc, 0, x); v.valid() && norm(rest(v) - x) >= feature_) first.fraction = before;
-  else begin = {};
+  const V v = vertex_of_crossing(arc, 0, x);
+  if (!v.valid() || norm(rest(v) - x) < feature_) {
+    begin = {};
+    return;
+  }
+  // A vertex farther off does not take it.
+  begin = on_edge(first);
+  arc.crossings.erase(arc.crossings.begin());
+  arc.faces.erase(arc.faces.begin());
 }
 
 /// Radians, at rest.
@@ -211,6 +216,11 @@ void PathRounding::hold_at_border(BladeArc& arc, Vec3 last) const {
     arc.crossings.pop_back();
     arc.faces.pop_back();
   }
+}
+
+Stop PathRounding::on_edge(const ArcCrossing& c) const {
+  const double least = std::min(0.5, feature_ / length(c.near));
+  return Stop::on_edge(mesh_.from(c.far), mesh_.to(c.far), 1 - std::clamp(c.fraction, least, 1 - least));
 }
 
 bool PathRounding::may_pass(V v) const { return !mesh_.on_border(v) || material_around(v) > cut::kReflex; }
@@ -245,7 +255,6 @@ std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc,
   const Vec3 from = begin.exists() ? rest(begin) : rest(rest_point(mesh_, arc.begin.point));
   for (std::size_t i = 0; i < n; ++i) {
     const ArcCrossing& c = arc.crossings[i];
-    const double least = std::min(0.5, feature_ / length(c.near));
     if (const V v = vertex_of_crossing(arc, i, from); v.valid() && v != goal) {
       if (v == last) continue;
       const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == v; });
@@ -254,7 +263,7 @@ std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc,
         continue;
       }
     }
-    stops.push_back(Stop::on_edge(mesh_.from(c.far), mesh_.to(c.far), 1 - std::clamp(c.fraction, least, 1 - least)));
+    stops.push_back(on_edge(c));
     last = V{};
   }
   if (end.exists()) stops.push_back(end);

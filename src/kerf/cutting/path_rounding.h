@@ -53,7 +53,7 @@ class PathRounding {
   /// Takes off the beginning of an arc that runs `near` the lip which it begins on; it begins where it leaves it. True: all of it does, up to `last`, on the
   /// border `end` or inside.
   bool slide(BladeArc& arc, CutStop& begin, Vec3 last, const CutStop& end) const;
-  /// A stab near the first edge that the arc crosses is on that edge.
+  /// A stab less than a feature from the first edge that the arc crosses is on that edge, and on an end of it only if that is as near.
   void begin_on_edge(BladeArc& arc, CutStop& begin) const;
   /// Takes off what an arc that ends at the blade crosses last, less than a feature before `last`, at vertices of a border: the path may be about to end there.
   void hold_at_border(BladeArc& arc, Vec3 last) const;
@@ -70,6 +70,8 @@ class PathRounding {
   /// The end of its edge that a crossing is nearer to, and how far it is from there.
   [[nodiscard]] CollisionVertex near_end(const ArcCrossing& c) const { return c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near); }
   [[nodiscard]] double off_end(const ArcCrossing& c) const { return std::min(c.fraction, 1 - c.fraction) * length(c.near); }
+  /// Where a crossing goes that is rounded to no vertex: at least a feature away from both ends of its edge.
+  [[nodiscard]] CutStop on_edge(const ArcCrossing& c) const;
   /// A path may go through an inner vertex, and through the tip or a corner of a slit.
   [[nodiscard]] bool may_pass(CollisionVertex v) const;
   /// The vertex that a crossing is rounded to, or none. `from`: where the arc begins.

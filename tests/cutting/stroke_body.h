@@ -139,8 +139,12 @@ struct StrokeJudge {
   };
   [[nodiscard]] static Deviation deviation(const StrokeBody& b, const std::vector<Stroke>& strokes) {
     std::vector<std::array<Vec2, 2>> cuts = b.cut_edges(), paths;
-    for (const Stroke& s : strokes)
+    for (const Stroke& s : strokes) {
+      Box3 box;
+      for (const Vec2 p : s) box.add({p.x, p.y, 0});
+      if (norm(box.size()) < b.options.minimum_feature * b.body.mean_root_edge) continue;  // too short to be cut
       for (std::size_t k = 0; k + 1 < s.size(); ++k) paths.push_back({s[k], s[k + 1]});
+    }
     const auto farthest = [](const auto& of, const auto& from, double step, auto&& counts) {
       double far = 0;
       for (const auto& [p, q] : of) {

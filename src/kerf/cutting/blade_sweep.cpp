@@ -45,7 +45,7 @@ class Sweep {
     for (int i = 0; i < cut::kPathTries && !left_.empty(); ++i) again();
     refused_ = static_cast<int>(left_.size());
     for (std::size_t i = 0; i < old_.size(); ++i)
-      if (!used_[i]) (void)make_end(old_[i]);
+      if (!used_[i] && locate(old_[i])) (void)make_end(old_[i]);
     stroke_.standing = false;
     stroke_.edge = to;
 
@@ -142,6 +142,10 @@ class Sweep {
       if (other != others.end()) {
         BladeArc whole = *other;
         whole.first = std::min(whole.first, arc.first);
+        // What it has more was passed before the move.
+        const ArcEnd& seen = arc.begin.kind == Kind::kWas ? arc.end : arc.begin;
+        if (!flat)
+          for (ArcEnd* e : {&whole.begin, &whole.end}) e->time = e->kind == seen.kind && e->border == seen.border ? seen.time : 0;
         add(whole);
       } else if (!flat) {  // along the blade it lies behind a front
         add(arc);
@@ -157,7 +161,13 @@ class Sweep {
     for (const BladeArc& arc : arcs) {
       if (!is_front(arc.begin)) continue;
       BladeFront& f = old_[kerf::at(arc.begin.front)];
-      const Vec3 from = rounding_.rest(f.start), to = !arc.crossings.empty() ? rounding_.rest(arc.crossings[0]) : rounding_.rest(rest_point(mesh(), arc.end.point));
+      const Vec3 from = rounding_.rest(f.start), is = rounding_.rest(f.end);
+      Vec3 to = next_of(arc);
+      // Back over what its path has crossed to come to where it is: what is crossed next lies on the way back.
+      if (BladeArc led = arc; dot(to - is, is - from) < 0 && begin_at(led, f)) {
+        PathRounding::reduce(led);
+        to = next_of(led);
+      }
       const double tolerance = target_.options.path_tolerance * target_.complex.mean_root_edge;
       const bool turned = std::any_of(f.trail.begin(), f.trail.end(), [&](Vec3 p) {
         const bool is_corner = dot(to - p, p - from) < cut::kPathCorner * norm(to - p) * norm(p - from);
@@ -183,6 +193,8 @@ class Sweep {
       if (bent) (void)locate(f);
     return bent;
   }
+  /// At rest.
+  Vec3 next_of(const BladeArc& arc) const { return !arc.crossings.empty() ? rounding_.rest(arc.crossings[0]) : rounding_.rest(rest_point(mesh(), arc.end.point)); }
   /// A path that has run into a border has left two vertices there, one of them made since there were `vertices`: the one from which a point can be reached.
   V twin_towards(V v, std::size_t vertices, const RestPoint& point) const {
     const auto is_twin = [&](std::size_t i) { return mesh().rest[V(i)] == mesh().rest[v] && V(i) != v; };
@@ -288,7 +300,7 @@ class Sweep {
     if (arc.closed) return cut_loop(arc);
     if (arc.begin.kind == Kind::kIs && !arc.crossings.empty()) return cut_to_both_sides(arc);
     const bool ends_at_blade = arc.end.kind == Kind::kIs;
-    const RestPoint goal = rest_point(mesh(), arc.end.point);
+    RestPoint goal = rest_point(mesh(), arc.end.point);
     Stop begin, end;
     std::vector<Vec3> trail;
     std::optional<BladeTouch> touch;
@@ -327,7 +339,7 @@ class Sweep {
       if (back) return;
     }
     if (along) arc.crossings.clear();
-    if (ends_at_blade) rounding_.hold_at_border(arc, last);
+    if (ends_at_blade) rounding_.hold_at_border(arc, goal);
     if (norm(rounding_.rest(begin) - first) > 0) trail.clear(), touch.reset();
     rounding_.begin_on_edge(arc, begin);
     const std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end);
@@ -393,8 +405,7 @@ class Sweep {
     if (begins_in(f.start, arc.faces.front())) return true;
     BladeArc led = arc;
     if (led.faces.front() != f.end.face) {
-      const Vec3 to = !led.crossings.empty() ? rounding_.rest(led.crossings[0]) : rounding_.rest(rest_point(mesh(), led.end.point));
-      if (!rounding_.lead(led, Stop::inside(f.end), to)) return false;
+      if (!rounding_.lead(led, Stop::inside(f.end), next_of(led))) return false;
     }
     if (!begins_in(f.start, f.end.face) && !rounding_.lead(led, f.start, rounding_.rest(f.end))) return false;
     arc = std::move(led);

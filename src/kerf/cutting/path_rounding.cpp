@@ -209,10 +209,12 @@ double PathRounding::material_around(V v) const {
   return sum;
 }
 
-void PathRounding::hold_at_border(BladeArc& arc, Vec3 last) const {
+void PathRounding::hold_at_border(BladeArc& arc, RestPoint& goal) const {
+  const Vec3 last = rest(goal);
   while (!arc.crossings.empty()) {
     const ArcCrossing& c = arc.crossings.back();
     if (off_end(c) >= snap(c.near) || !mesh_.on_border(near_end(c)) || norm(rest(c) - last) >= feature_) return;
+    goal = {CollisionMesh::face(c.near), lerp(mesh_.planar[c.near], mesh_.planar[CollisionMesh::next(c.near)], c.fraction)};
     arc.crossings.pop_back();
     arc.faces.pop_back();
   }

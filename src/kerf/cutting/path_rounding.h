@@ -55,8 +55,9 @@ class PathRounding {
   bool slide(BladeArc& arc, CutStop& begin, Vec3 last, const CutStop& end) const;
   /// A stab less than a feature from the first edge that the arc crosses is on that edge, and on an end of it only if that is as near.
   void begin_on_edge(BladeArc& arc, CutStop& begin) const;
-  /// Takes off what an arc that ends at the blade crosses last, less than a feature before `last`, at vertices of a border: the path may be about to end there.
-  void hold_at_border(BladeArc& arc, Vec3 last) const;
+  /// Takes off what an arc crosses last, less than a feature before the blade, its `goal`, at vertices of a border: the path may be about to end there. The
+  /// goal is the first of these crossings.
+  void hold_at_border(BladeArc& arc, RestPoint& goal) const;
   /// The path of an arc: its beginning and end, if they exist, and where its crossings go. They go onto an end of their edge, if that is inside the material
   /// and nearer than a feature, or if the next edge there is crossed so near that a feature would be left over; else away from both ends. What is crossed at
   /// the vertex that the path begins or ends at is left out.

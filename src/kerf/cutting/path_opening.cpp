@@ -33,7 +33,10 @@ bool PathOpening::open(std::span<const Stop> stops, bool closed) {
   if (!ok || !open_made()) {
     journal_rollback(ground_.cut.body, mark_);
     ground_.cut.scratch.flip_stack.resize(std::min(flips, ground_.cut.scratch.flip_stack.size()));
-    ++refused_;
+    // What is shorter than all that is cut may leave a crumb where it is.
+    double length = 0;
+    for (std::size_t i = 0; i + 1 < stops.size(); ++i) length += norm(stops[i + 1].place(mesh()) - stops[i].place(mesh()));
+    if (!ok || !crumb_ || length >= feature_) ++refused_;
     return false;
   }
   end();
@@ -42,6 +45,7 @@ bool PathOpening::open(std::span<const Stop> stops, bool closed) {
 
 bool PathOpening::open_made() {
   edges_.clear();
+  crumb_ = false;
   for (std::size_t i = 0; i + 1 < made_.size(); ++i) {
     H h = mesh().find_half_edge(made_[i], made_[i + 1]);
     if (!h.valid()) h = mesh().find_half_edge(made_[i + 1], made_[i]);
@@ -63,7 +67,8 @@ bool PathOpening::open_made() {
     }
     ++opened_;
   }
-  return !is_in_crumb(ground_.cut.body, beside_, ground_.cut.scratch);
+  crumb_ = is_in_crumb(ground_.cut.body, beside_, ground_.cut.scratch);
+  return !crumb_;
 }
 
 void PathOpening::turn_edges(std::span<const F> keep) {

@@ -33,7 +33,7 @@ class PathOpening {
   [[nodiscard]] bool divided(CollisionTriangle f) const;
   void forget_divided() { divided_.clear(); }
   [[nodiscard]] int opened() const { return opened_; }    ///< edges
-  [[nodiscard]] int refused() const { return refused_; }  ///< paths
+  [[nodiscard]] int refused() const { return refused_; }  ///< paths, but for those shorter than a minimum feature that would only have cut off a crumb
   [[nodiscard]] int retried() const { return retried_; }  ///< vertices made a minimum feature or two beside their place
 
  private:
@@ -52,6 +52,7 @@ class PathOpening {
   std::vector<CollisionHalfEdge> edges_;
   std::vector<CollisionTriangle> divided_, beside_;
   int opened_ = 0, refused_ = 0, retried_ = 0;
+  bool crumb_ = false;  // the last path would have cut off a crumb
   JournalMark mark_;
   Journaled<CollisionHalfEdge, CollisionVertex>::Mark origin_mark_;
 };

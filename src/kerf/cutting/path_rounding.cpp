@@ -54,13 +54,16 @@ Stop PathRounding::on_border(H border, double fraction) const {
   return Stop::on_edge(mesh_.from(border), mesh_.to(border), fraction);
 }
 
-void PathRounding::own_lip(const Stop& stop, Vec3 x, std::vector<H>& own) const {
+template <class Fn>
+void PathRounding::for_each_of_lip(const Stop& stop, Vec3 from, Vec3 to, Fn&& fn) const {
   const H first = stop.border(mesh_);
   if (!first.valid()) return;
-  const auto is_near = [&](H h) { return distance(h, x) < near_; };
-  for (H h = first; is_near(h) && own.size() < cut::kFacesAround && (own.empty() || h != first); h = mesh_.fan_start(mesh_.to(h))) own.push_back(h);
-  if (stop.kind != Stop::Kind::kVertex && own.empty()) return;  // between the stop and the border before it
-  for (H h = border_before(first); is_near(h) && own.size() < 2 * cut::kFacesAround && h != first; h = border_before(h)) own.push_back(h);
+  const auto is_near = [&](V v) { return (stop.kind == Stop::Kind::kVertex && v == stop.vertex) || distance_to_segment(rest(v), from, to) < near_; };
+  H h = first;
+  fn(h);
+  for (int i = 1; i < cut::kSameLip && is_near(mesh_.to(h)); ++i) fn(h = mesh_.fan_start(mesh_.to(h)));
+  h = first;
+  for (int i = 1; i < cut::kSameLip && is_near(mesh_.from(h)); ++i) fn(h = border_before(h));
 }
 
 BorderFoot PathRounding::nearest_border(F face, Vec3 x, std::span<const H> but) const {
@@ -92,20 +95,9 @@ BorderFoot PathRounding::nearest_border(F face, Vec3 x, std::span<const H> but) 
 }
 
 bool PathRounding::same_lip(const Stop& stop, H border, Vec3 from, Vec3 to) const {
-  const H first = stop.border(mesh_);
-  if (!first.valid()) return false;
-  const auto is_near = [&](V v) { return (stop.kind == Stop::Kind::kVertex && v == stop.vertex) || distance_to_segment(rest(v), from, to) < near_; };
-  H h = first;
-  for (int i = 0; i < cut::kSameLip; ++i, h = mesh_.fan_start(mesh_.to(h))) {
-    if (h == border) return true;
-    if (!is_near(mesh_.to(h))) break;
-  }
-  h = first;
-  for (int i = 0; i < cut::kSameLip; ++i, h = border_before(h)) {
-    if (h == border) return true;
-    if (!is_near(mesh_.from(h))) break;
-  }
-  return false;
+  bool same = false;
+  for_each_of_lip(stop, from, to, [&](H h) { same |= h == border; });
+  return same;
 }
 
 void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start) const {
@@ -113,7 +105,7 @@ void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start
   const RestPoint p = rest_point(mesh_, end.point);
   const Vec3 x = rest(p);
   std::vector<H> own;
-  if (start) own_lip(*start, x, own);
+  if (start) for_each_of_lip(*start, rest(*start), x, [&](H h) { own.push_back(h); });
   const BorderFoot foot = nearest_border(p.face, x, own);
   if (!foot.exists()) return;
   if (last) arc.reverse();

@@ -80,7 +80,9 @@ class PathRounding {
   [[nodiscard]] double material_around(CollisionVertex v) const;
   [[nodiscard]] CollisionHalfEdge border_before(CollisionHalfEdge h) const;
   [[nodiscard]] PathPlace path_place(const CutStop& s) const;
-  void own_lip(const CutStop& stop, Vec3 x, std::vector<CollisionHalfEdge>& own) const;
+  /// Calls fn with the border edges next to a stop, both ways along the border for as long as it runs `near` the segment from - to.
+  template <class Fn>
+  void for_each_of_lip(const CutStop& stop, Vec3 from, Vec3 to, Fn&& fn) const;
   void join(ArcEnd& end, BladeArc& arc, bool last, const CutStop* start) const;
 
   const CollisionMesh& mesh_;

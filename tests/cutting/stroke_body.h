@@ -75,8 +75,9 @@ struct StrokeBody {
     place();
     refused = 0;
   }
+  [[nodiscard]] BladeEdge edge_at(Vec2 p) const { return {{p.x - tilt, p.y, reach}, {p.x + tilt, p.y, -reach}}; }
   void move(Vec2 p) {
-    refused += move_blade(*this, {{p.x - tilt, p.y, reach}, {p.x + tilt, p.y, -reach}}).refused;
+    refused += move_blade(*this, edge_at(p)).refused;
   }
   /// So many poses for each segment.
   void cut(const Stroke& path, int poses = 40) {

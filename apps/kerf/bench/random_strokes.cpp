@@ -12,12 +12,14 @@
 #include "bench/bench_bodies.h"
 #include "bench/timing.h"
 #include "kerf/base/random.h"
+#include "kerf/cutting/swept_deviation.h"
 
 namespace kerf::bench {
 namespace {
 
 constexpr int kMostPieces = 25;  ///< then the next body is taken
 constexpr int kUndoEvery = 10;
+constexpr double kStep = 0.2;  ///< mean edges between places of walls and of what was swept
 
 struct Surface {
   std::size_t open_edges = 0;
@@ -95,7 +97,17 @@ Status draw(Session& session, const Stroke& stroke, Sample& per_triangle, Sample
 struct Model {
   const char* name;
   std::size_t visual;  ///< triangles; 0: the model's own
+  bool in_layers = false;  ///< a long blade meets it more than once
 };
+
+/// Adds what a stroke's blade goes over, in the body at rest.
+void add_swept(const Stroke& stroke, TriangleSoup& swept) {
+  for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) {
+    const Vec3 a = stroke.path[i], b = stroke.path[i + 1], up = stroke.up;
+    swept.add(a + up, a - up, b - up);
+    swept.add(a + up, b - up, b + up);
+  }
+}
 
 Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
   Scene scene = bench_scene({model.name, model.visual});
@@ -104,22 +116,26 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
   Sample per_triangle, whole;
   int done = 0, bodies = 0, errors = 0, broken = 0, undone = 0, wrong_undos = 0, refused = 0, retried = 0, triangles = 0;
   std::size_t open = 0;
-  double volume_error = 0;
+  double volume_error = 0, stray = 0, missed = 0;  // the last two in mean edges
   std::optional<Session> session;
   Surface start;
+  TriangleSoup skin, swept;  // of the body uncut; of all its strokes
   for (int tried = 0; done < strokes && tried < 20 * strokes; ++tried) {
     if (!session || session->counts().pieces > kMostPieces) {
       auto made = Session::create(scene);
       if (!made) return made.error();
       session.emplace(std::move(*made));
       start = measure(*session);
+      skin = skin_of(session->body().complex);
+      swept = {};
       ++bodies;
     }
     Box3 box;
     for (const Vec3 p : session->body().complex.collision.rest.raw()) box.add(p);
     const std::uint64_t before = body_hash(session->body());
     const int depth = session->undo_depth();
-    if (!draw(*session, random_stroke(box, random), per_triangle, whole)) {
+    const Stroke stroke = random_stroke(box, random);
+    if (!draw(*session, stroke, per_triangle, whole)) {
       ++errors;
       session.reset();
       continue;
@@ -134,6 +150,15 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
     const Surface now = measure(*session);
     open = std::max(open, now.open_edges);
     volume_error = std::max(volume_error, std::abs(now.volume - start.volume) / start.volume);
+    TriangleSoup last;
+    add_swept(stroke, swept);
+    add_swept(stroke, last);
+    swept.build();
+    last.build();
+    const double edge = session->body().complex.mean_root_edge;
+    const TriangleSoup walls = walls_of(session->body().complex);
+    stray = std::max(stray, stray_of(walls, swept, kStep * edge).distance / edge);
+    if (!model.in_layers) missed = std::max(missed, missed_of(last, walls, skin, kStep * edge).distance / edge);
     if (done % kUndoEvery != 0) continue;
     ++undone;
     const std::uint64_t after = body_hash(session->body());
@@ -141,6 +166,7 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
   }
   return std::vector<Cell>{model.name, static_cast<double>(done), static_cast<double>(triangles), static_cast<double>(bodies), static_cast<double>(errors),
                            static_cast<double>(broken), static_cast<double>(open), fmt::format("{:.1e}", volume_error),
+                           fmt::format("{:.3f}", stray), model.in_layers ? std::string("-") : fmt::format("{:.3f}", missed),
                            fmt::format("{} of {}", wrong_undos, undone), static_cast<double>(refused), static_cast<double>(retried),
                            1e6 * per_triangle.median(), 1e6 * per_triangle.quantile(0.99), 1e3 * whole.median(), 1e3 * whole.quantile(0.99)};
 }
@@ -155,13 +181,15 @@ Result<Table> random_strokes(const BenchOptions& options, const Progress& progre
   table.note = fmt::format(
       "{} strokes that cut in each: lines, curves, loops, upright and tilted, one after the other in a body until it is in more than {} pieces, then in a "
       "new one. After each: all invariants; edges of the drawn surface without a partner and its volume against that of the uncut "
-      "body, counted from its corners and positions alone. Every {}th is undone and made again, to the same bits or counted as wrong. One thread, its own time.",
+      "body, counted from its corners and positions alone; the farthest place of a wall from what blades have swept, and of that inside the body from a wall or the skin "
+      "(not where a blade meets several layers and cuts the first). Every {}th is undone and made again, to the same bits or counted as wrong. One thread, its own time.",
       strokes, kMostPieces, kUndoEvery);
   table.columns = {"body", "strokes", "collision triangles cut", "bodies", "errors", "broken invariants", "open edges, worst", "volume error, worst",
+                   "wall from the swept surface, farthest (edges)", "swept place from a wall, farthest (edges)",
                    "wrong undos", "refused steps", "steps retried", "cut per triangle, median (us)", "99th percentile (us)",
                    "whole stroke, median (ms)", "99th percentile (ms)"};
-  for (const Model& model : {Model{"steak", 0}, {"meniscus", 0}, {"closed-sheet", 5000}, {"tube", 5000}, {"holed-slab", 5000}, {"two-holed-slab", 5000},
-                             {"half-shell", 5000}, {"s-shape", 5000}}) {
+  for (const Model& model : {Model{"steak", 0}, {"meniscus", 0}, {"closed-sheet", 5000}, {"tube", 5000, true}, {"holed-slab", 5000},
+                             {"two-holed-slab", 5000}, {"half-shell", 5000, true}, {"s-shape", 5000, true}}) {
     KERF_TRY(progress(fmt::format("random: {}", model.name), 0));
     auto row = row_of(model, strokes);
     if (!row) return row.error();

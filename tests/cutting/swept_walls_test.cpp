@@ -1,0 +1,131 @@
+// Walls stand where the blade was, on flat, curved, bent and stretched bodies. KERF_FUZZ_SECONDS=n in the environment: n times as many sets, KERF_FUZZ_SEED=s
+// from another seed.
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+#include "kerf/cutting/swept_deviation.h"
+
+#include "cutting/stroke_body.h"
+
+namespace kerf::swept_walls_test {
+namespace {
+
+using namespace testing_support;
+
+/// How a body lies in the world. `slack`: edges by which a triangle's plane may leave the curve between its corners.
+struct Pose {
+  Vec3 (*forward)(Vec3);
+  Vec3 (*back)(Vec3);
+  double slack;
+};
+constexpr Pose kAsItIs{[](Vec3 p) { return p; }, [](Vec3 p) { return p; }, 0};
+constexpr Pose kPulledApart{[](Vec3 p) { return Vec3{1.5 * p.x, 0.8 * p.y, 0.8 * p.z}; }, [](Vec3 p) { return Vec3{p.x / 1.5, p.y / 0.8, p.z / 0.8}; }, 0};
+constexpr Pose kSheared{[](Vec3 p) { return Vec3{p.x + 0.4 * p.y, p.y, p.z}; }, [](Vec3 p) { return Vec3{p.x - 0.4 * p.y, p.y, p.z}; }, 0};
+constexpr Pose kSagging{[](Vec3 p) { return Vec3{p.x, p.y, p.z - 0.3 * p.x * p.x}; }, [](Vec3 p) { return Vec3{p.x, p.y, p.z + 0.3 * p.x * p.x}; }, 0};
+constexpr Pose kWavy{[](Vec3 p) { return Vec3{p.x + 0.03 * std::sin(7 * p.y), p.y, p.z + 0.05 * std::sin(9 * p.x) * std::cos(8 * p.y)}; },
+                     [](Vec3 p) {
+                       const double x = p.x - 0.03 * std::sin(7 * p.y);
+                       return Vec3{x, p.y, p.z - 0.05 * std::sin(9 * x) * std::cos(8 * p.y)};
+                     },
+                     0.05};
+
+/// Edges by which walls may stray farther: where the skin bulges out beyond the mid-surface's rim, a wall goes on to it at a slant. The steak's worst of 400
+/// sets is 0.03.
+constexpr double kRimStray = 0.04;
+
+/// The edges of a stroke, and what they sweep, in the world and at rest.
+std::vector<BladeEdge> edges_of(const StrokeBody& b, const Stroke& s, int poses) {
+  std::vector<BladeEdge> edges{b.edge_at(s[0])};
+  for (std::size_t k = 0; k + 1 < s.size(); ++k)
+    for (int i = 1; i <= poses; ++i) edges.push_back(b.edge_at(lerp(s[k], s[k + 1], static_cast<double>(i) / poses)));
+  return edges;
+}
+TriangleSoup swept_at_rest(std::span<const std::vector<BladeEdge>> strokes, const Pose& pose, double step) {
+  TriangleSoup soup;
+  for (const std::vector<BladeEdge>& s : strokes)
+    for (std::size_t i = 0; i + 1 < s.size(); ++i) {
+      const BladeEdge &a = s[i], &b = s[i + 1];
+      const auto parts = [&](double length) { return std::max(1, static_cast<int>(std::ceil(length / step))); };
+      const int along = parts(norm(a.tip - a.base)), onward = parts(norm(b.base - a.base));
+      const auto at = [&](int k, int l) {
+        const double u = static_cast<double>(k) / along, w = static_cast<double>(l) / onward;
+        return pose.back(lerp(lerp(a.base, a.tip, u), lerp(b.base, b.tip, u), w));
+      };
+      for (int k = 0; k < along; ++k)
+        for (int l = 0; l < onward; ++l) {
+          soup.add(at(k, l), at(k + 1, l), at(k + 1, l + 1));
+          soup.add(at(k, l), at(k + 1, l + 1), at(k, l + 1));
+        }
+    }
+  soup.build();
+  return soup;
+}
+
+void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, double lean, int sets, std::uint64_t seed) {
+  StrokeBody b(model, model == "closed-sheet" ? 2500 : 0);
+  const double edge = b.body.mean_root_edge, thickness = b.start.size.z;
+  b.deform = pose.forward;
+  b.tilt = lean * b.reach;
+  b.make_whole();
+  const TriangleSoup skin = skin_of(b.body);
+  const Vec3 size = b.box.size(), middle = b.box.center();
+  // Walls stand upright on the mid-surface, however the blade leans.
+  const double most = (b.options.path_tolerance + b.options.minimum_feature + pose.slack) * edge + 0.5 * lean * thickness;
+  const char *more = std::getenv("KERF_FUZZ_SECONDS"), *first = std::getenv("KERF_FUZZ_SEED");
+  Random random(first ? std::strtoull(first, nullptr, 10) : seed);
+  for (int i = 0; i < (more ? sets * std::atoi(more) : sets); ++i) {
+    std::vector<Stroke> strokes(1 + static_cast<std::size_t>(random.index(2)));
+    for (Stroke& s : strokes)
+      for (int k = 2 + random.index(3); k > 0; --k) {
+        const Vec3 p = pose.forward(middle + Vec3{random.uniform(-0.65, 0.65) * size.x, random.uniform(-0.65, 0.65) * size.y, 0});
+        s.push_back({p.x, p.y});
+      }
+    constexpr int kPoses[] = {1, 4, 40};
+    const int poses = kPoses[random.index(3)];
+    b.make_whole();
+    std::vector<std::vector<BladeEdge>> edges;
+    for (const Stroke& s : strokes) {
+      b.cut(s, poses);
+      edges.push_back(edges_of(b, s, poses));
+    }
+    ASSERT_EQ(b.refused, 0) << text_of(strokes);
+    const TriangleSoup swept = swept_at_rest(edges, pose, 0.25 * edge), walls = walls_of(b.body);
+    const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge), missed = missed_of(swept, walls, skin, 0.15 * edge);
+    EXPECT_LT(stray.distance / edge, most / edge + kRimStray) << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << poses << " poses:" << text_of(strokes);
+    EXPECT_LT(missed.distance / edge, most / edge) << "nothing at " << missed.at.x << " " << missed.at.y << " " << missed.at.z << ", " << poses << " poses:" << text_of(strokes);
+  }
+}
+
+// The yardstick itself: walls beside their place, a part of the sweep that was not cut, and a blade that left nothing.
+TEST(SweptWalls, AreMeasured) {
+  StrokeBody b("closed-sheet", 2500);
+  const TriangleSoup skin = skin_of(b.body);
+  const double edge = b.body.mean_root_edge, step = 0.1 * edge;
+  const auto swept = [&](Vec2 from, Vec2 to) {
+    const std::vector<std::vector<BladeEdge>> edges{edges_of(b, {from, to}, 1)};
+    return swept_at_rest(edges, kAsItIs, step);
+  };
+  const auto missed = [&](const TriangleSoup& soup) { return missed_of(soup, walls_of(b.body), skin, step).distance; };
+  const auto stray = [&](const TriangleSoup& soup) { return stray_of(walls_of(b.body), soup, step).distance; };
+  const TriangleSoup across = swept({-0.6, 0.1}, {0.6, 0.1}), beside = swept({-0.6, 0.14}, {0.6, 0.14});
+  EXPECT_GT(missed(across), 0.04);  // half the sheet's thickness from the skin
+  EXPECT_EQ(stray(across), 0);
+  b.cut({{-0.6, 0.1}, {0.6, 0.1}}, 4);
+  EXPECT_LT(std::max(stray(across), missed(across)), 0.03 * edge);
+  EXPECT_NEAR(stray(beside), 0.04, 0.03 * edge);
+  EXPECT_NEAR(missed(beside), 0.04, 0.03 * edge);
+  EXPECT_GT(stray(swept({-0.6, 0.1}, {0, 0.1})), 0.49);
+  EXPECT_GT(missed(swept({-0.6, 0.1}, {0.6, 0.3})), 0.04);
+}
+TEST(SweptWalls, OfASheet) { expect_walls_where_the_blade_was("closed-sheet", kAsItIs, 0, 10, 1); }
+TEST(SweptWalls, OfASheetWithALeaningBlade) { expect_walls_where_the_blade_was("closed-sheet", kAsItIs, 0.3, 10, 2); }
+TEST(SweptWalls, OfASteak) { expect_walls_where_the_blade_was("steak", kAsItIs, 0, 10, 3); }
+TEST(SweptWalls, OfAMeniscus) { expect_walls_where_the_blade_was("meniscus", kAsItIs, 0, 10, 4); }
+TEST(SweptWalls, OfASheetThatIsPulledApart) { expect_walls_where_the_blade_was("closed-sheet", kPulledApart, 0, 10, 5); }
+TEST(SweptWalls, OfASheetThatIsSheared) { expect_walls_where_the_blade_was("closed-sheet", kSheared, 0, 10, 6); }
+TEST(SweptWalls, OfASheetThatSags) { expect_walls_where_the_blade_was("closed-sheet", kSagging, 0, 10, 7); }
+TEST(SweptWalls, OfAWavySheet) { expect_walls_where_the_blade_was("closed-sheet", kWavy, 0, 10, 8); }
+
+}  // namespace
+}  // namespace kerf::swept_walls_test

@@ -100,6 +100,8 @@ TEST_P(PathOpens, NothingWhereStopsShareNoFace) {
   Bench b(GetParam());
   const std::uint64_t before = hash_of(b.body);
   EXPECT_FALSE(b.open({b.on_edge(0, 1, 0.3), b.on_edge(3, 2, 0.3)}));
+  EXPECT_EQ(b.opening.uncut().reason, UncutReason::kNoEdge);
+  EXPECT_LT(norm(b.opening.uncut().at - Vec3{0.7, 1, 0}), 1e-12);
   EXPECT_FALSE(b.open({b.vertex(0), b.inside(0.5, 0.8)}));
   EXPECT_EQ(b.opening.refused(), 2);
   EXPECT_EQ(hash_of(b.body), before);
@@ -120,6 +122,7 @@ TEST(PathOpens, NoPieceWithoutMaterial) {
     const std::uint64_t before = hash_of(b.body);
     const std::vector<Stop> corner{b.on_edge(0, 1, 0.1), b.on_edge(0, 4, 0.1), b.on_edge(2, 0, 0.9)};
     EXPECT_EQ(b.opening.open(corner), !flat);
+    EXPECT_EQ(b.opening.uncut().reason, flat ? UncutReason::kSliver : UncutReason::kNone);
     EXPECT_EQ(b.pieces(), flat ? 1 : 2);
     EXPECT_EQ(hash_of(b.body) == before, flat);
   }

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "kerf/base/random.h"
 #include "kerf/session/scene_file.h"
 #include "session/make_session.h"
 
@@ -130,6 +131,32 @@ TEST(SessionNotes, AnEdgeThatReachesOneSheetOnlyIsNotNoted) {
   ASSERT_TRUE(session.step(22).ok());
   EXPECT_EQ(session.counts().pieces, 3);
   EXPECT_THAT(session.notes(), IsEmpty());
+}
+
+// About one stroke in two thousand leaves a part of its path uncut, in tubes that are in many pieces: this does, in its 40th.
+TEST(SessionNotes, WhatACutLeavesUncutIsNotedOnceAStroke) {
+  std::size_t refused = 0;
+  Session session = test::make(scene_of("[body]\nmodel = \"tube\"\n"));
+  Box3 box;
+  for (const Vec3 p : session.body().complex.collision.rest.raw()) box.add(p);
+  Random random(1);
+  const auto somewhere = [&] { return box.center() + Vec3{random.uniform(-0.6, 0.6) * box.size().x, random.uniform(-0.6, 0.6) * box.size().y, 0}; };
+  for (int i = 0; i < 40; ++i) {
+    const Vec3 up = norm(box.size()) * normalized(Vec3{0.3 * (i % 3), 0.2 * (i % 5), 1});
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, i % 2 == 1).ok());
+    const int parts = 2 + random.index(3);
+    Vec3 p = somewhere();
+    for (int k = 0; k < parts; ++k) {
+      const Vec3 q = somewhere();
+      for (int j = 0; j <= 4; ++j) ASSERT_TRUE(session.move_blade(lerp(p, q, 0.25 * j) + up, lerp(p, q, 0.25 * j) - up).ok());
+      p = q;
+    }
+    ASSERT_TRUE(session.end_stroke().ok());
+    refused += session.strokes().back().refused > 0;
+  }
+  for (const std::string& note : session.notes())
+    EXPECT_THAT(note, AllOf(StartsWith("a part of a cut near ("), HasSubstr("was left uncut: "), HasSubstr("lead the blade there again")));
+  EXPECT_EQ(session.notes().size(), refused);
 }
 
 std::string tube_cut(const char* more) {

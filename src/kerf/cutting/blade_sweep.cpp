@@ -43,7 +43,8 @@ class Sweep {
     used_.assign(old_.size(), false);
     choose(arcs);
     for (int i = 0; i < cut::kPathTries && !left_.empty(); ++i) again();
-    refused_ = static_cast<int>(left_.size());
+    busy_ = static_cast<int>(left_.size());
+    if (busy_ > 0) uncut_ = {UncutReason::kBusy, rounding_.rest(left_[0])};
     for (std::size_t i = 0; i < old_.size(); ++i)
       if (!used_[i] && locate(old_[i])) (void)make_end(old_[i]);
     stroke_.standing = false;
@@ -75,7 +76,7 @@ class Sweep {
   Vec3 at(V v) const { return target_.position[v.index()]; }
   Vec3 place(const RestPoint& p) const { return place_of(mesh(), p, target_.position); }
 
-  SweepReport report() const { return {opening_.opened(), refused_ + opening_.refused(), opening_.retried(), dirty_}; }
+  SweepReport report() const { return {opening_.opened(), busy_ + opening_.refused(), opening_.retried(), uncut_.reason != UncutReason::kNone ? uncut_ : opening_.uncut(), dirty_}; }
 
   // ---- which arcs, in which order
 
@@ -473,7 +474,8 @@ class Sweep {
   cut::CutContext cut_;
   PathRounding rounding_;
   PathOpening opening_;
-  int refused_ = 0;  // arcs whose faces were never free
+  int busy_ = 0;  // arcs whose faces were never free
+  UncutPath uncut_;  // the first of them
   Strip strip_;
   bool dirty_ = false;
   std::vector<BladeFront> old_;  // at the last pose
@@ -492,6 +494,7 @@ SweepReport& SweepReport::operator+=(const SweepReport& other) {
   steps += other.steps;
   refused += other.refused;
   retried += other.retried;
+  if (uncut.reason == UncutReason::kNone) uncut = other.uncut;
   changed |= other.changed;
   return *this;
 }

@@ -23,6 +23,7 @@
 #include "kerf/cutting/cut_scratch.h"
 #include "kerf/cutting/cut_stop.h"
 #include "kerf/cutting/face_boxes.h"
+#include "kerf/cutting/uncut_path.h"
 
 namespace kerf {
 
@@ -60,6 +61,7 @@ struct SweepReport {
   int steps = 0;    ///< collision edges that were opened or run along, provisional ones included
   int refused = 0;  ///< paths that were rolled back, as were all tries beside them; their front stopped there
   int retried = 0;  ///< points of paths that were refused and then made a minimum feature or two beside their place
+  UncutPath uncut;  ///< the first of the refused
   bool changed = false;  ///< the complex is not what it was before the step
 
   SweepReport& operator+=(const SweepReport& other);

@@ -21,41 +21,51 @@ bool PathOpening::open(std::span<const Stop> stops, bool closed) {
   begin();
   const std::size_t flips = ground_.cut.scratch.flip_stack.size();
   made_.clear();
-  bool ok = true;
+  UncutReason reason = UncutReason::kNone;
+  Vec3 at;
   // A point inside goes first where the path begins on the border of its face: it is a corner of all parts then.
   V inside;
-  if (stops.size() > 1 && stops[0].border(mesh()).valid() && stops[0].kind == Stop::Kind::kEdge && stops[1].kind == Stop::Kind::kInside) ok = (inside = make(stops[1], V{})).valid();
-  for (std::size_t i = 0; i < stops.size() && ok; ++i) {
-    const V v = closed && i + 1 == stops.size() ? made_.front() : i == 1 && inside.valid() ? inside : make(stops[i], made_.empty() ? V{} : made_.back());
-    ok = v.valid();
-    if (ok && (made_.empty() || made_.back() != v)) made_.push_back(v);
+  if (stops.size() > 1 && stops[0].border(mesh()).valid() && stops[0].kind == Stop::Kind::kEdge && stops[1].kind == Stop::Kind::kInside) {
+    inside = make(stops[1], V{});
+    if (!inside.valid()) reason = UncutReason::kNoVertex, at = stops[1].place(mesh());
   }
-  if (!ok || !open_made()) {
+  for (std::size_t i = 0; i < stops.size() && reason == UncutReason::kNone; ++i) {
+    const V v = closed && i + 1 == stops.size() ? made_.front() : i == 1 && inside.valid() ? inside : make(stops[i], made_.empty() ? V{} : made_.back());
+    if (!v.valid()) reason = UncutReason::kNoVertex, at = stops[i].place(mesh());
+    else if (made_.empty() || made_.back() != v) made_.push_back(v);
+  }
+  if (reason == UncutReason::kNone) {
+    reason = open_made();
+    at = mesh().rest[made_[made_.size() / 2]];
+  }
+  if (reason != UncutReason::kNone) {
     journal_rollback(ground_.cut.body, mark_);
     ground_.cut.scratch.flip_stack.resize(std::min(flips, ground_.cut.scratch.flip_stack.size()));
     // What is shorter than all that is cut may leave a crumb where it is.
     double length = 0;
     for (std::size_t i = 0; i + 1 < stops.size(); ++i) length += norm(stops[i + 1].place(mesh()) - stops[i].place(mesh()));
-    if (!ok || !crumb_ || length >= feature_) ++refused_;
+    if (reason != UncutReason::kSliver || length >= feature_) {
+      ++refused_;
+      if (uncut_.reason == UncutReason::kNone) uncut_ = {reason, at};
+    }
     return false;
   }
   end();
   return true;
 }
 
-bool PathOpening::open_made() {
+UncutReason PathOpening::open_made() {
   edges_.clear();
-  crumb_ = false;
   for (std::size_t i = 0; i + 1 < made_.size(); ++i) {
     H h = mesh().find_half_edge(made_[i], made_[i + 1]);
     if (!h.valid()) h = mesh().find_half_edge(made_[i + 1], made_[i]);
-    if (!h.valid()) return false;
+    if (!h.valid()) return UncutReason::kNoEdge;
     if (!mesh().is_border(h)) edges_.push_back(h);
   }
   // A slit of one edge would have both lips between the same two vertices.
   if (edges_.size() == 1 && !mesh().on_border(mesh().from(edges_[0])) && !mesh().on_border(mesh().to(edges_[0]))) {
     const V end = mesh().to(edges_[0]), middle = cut::split_collision_edge(ground_.cut, edges_[0], 0.5);
-    if (!middle.valid()) return false;
+    if (!middle.valid()) return UncutReason::kNoVertex;
     edges_.push_back(mesh().find_half_edge(middle, end));
   }
   beside_.clear();
@@ -63,12 +73,11 @@ bool PathOpening::open_made() {
     if (!mesh().is_border(h)) {
       beside_.push_back(CollisionMesh::face(h));
       beside_.push_back(CollisionMesh::face(mesh().twin[h]));
-      if (!cut::unlink_edge(ground_.cut, h)) return false;
+      if (!cut::unlink_edge(ground_.cut, h)) return UncutReason::kPinch;
     }
     ++opened_;
   }
-  crumb_ = is_in_crumb(ground_.cut.body, beside_, ground_.cut.scratch);
-  return !crumb_;
+  return is_in_crumb(ground_.cut.body, beside_, ground_.cut.scratch) ? UncutReason::kSliver : UncutReason::kNone;
 }
 
 void PathOpening::turn_edges(std::span<const F> keep) {

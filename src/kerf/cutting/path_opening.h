@@ -7,6 +7,7 @@
 #include "kerf/cutting/cut_context.h"
 #include "kerf/cutting/face_boxes.h"
 #include "kerf/cutting/cut_stop.h"
+#include "kerf/cutting/uncut_path.h"
 
 namespace kerf {
 
@@ -34,11 +35,12 @@ class PathOpening {
   void forget_divided() { divided_.clear(); }
   [[nodiscard]] int opened() const { return opened_; }    ///< edges
   [[nodiscard]] int refused() const { return refused_; }  ///< paths, but for those shorter than a minimum feature that would only have cut off a crumb
+  [[nodiscard]] const UncutPath& uncut() const { return uncut_; }  ///< the first path that was refused
   [[nodiscard]] int retried() const { return retried_; }  ///< vertices made a minimum feature or two beside their place
 
  private:
   CollisionMesh& mesh() const { return ground_.cut.body.collision; }
-  bool open_made();
+  UncutReason open_made();
   CollisionVertex make(const CutStop& s, CollisionVertex before);
   CollisionVertex make_inside(RestPoint p, CollisionVertex before);
   CollisionVertex split(CollisionHalfEdge h, double fraction);
@@ -52,7 +54,7 @@ class PathOpening {
   std::vector<CollisionHalfEdge> edges_;
   std::vector<CollisionTriangle> divided_, beside_;
   int opened_ = 0, refused_ = 0, retried_ = 0;
-  bool crumb_ = false;  // the last path would have cut off a crumb
+  UncutPath uncut_;
   JournalMark mark_;
   Journaled<CollisionHalfEdge, CollisionVertex>::Mark origin_mark_;
 };

@@ -48,6 +48,8 @@ struct ActiveStroke {
   SceneShave shave;          ///< of a command
   CollisionVertex shave_left, shave_until;  ///< what the last pass had no time for: ShaveOptions::first, until
   bool from_command = false; ///< poses come from `command`
+  bool uncut_noted = false;
+  UncutPath uncut_end;       ///< at the last pose, what lies between the last edge that was crossed and the blade
   std::int32_t tool = -1;    ///< or from the edge of this tool of the scene
   SceneBlade command;
   std::string place;         ///< of that command in the scene file, for messages
@@ -124,6 +126,7 @@ struct Session::Impl {
   CutOptions cut_options;
   StepOptions step_options;
   std::vector<std::string> notes;
+  int uncut_notes = 0;
   TissueVolume tissue_at_start;  ///< in scenes with a lesion
   int pieces_at_start = 1;
   SessionState state;
@@ -181,6 +184,8 @@ struct Session::Impl {
   void note_far_point(const std::string& what, const std::vector<Vec3>& positions, std::span<const CollisionVertex> points, Vec3 point, double radius, SceneFrame frame);
   /// The edge of the stroke's blade goes through material that the stroke does not cut.
   void note_passed(const BladeEdge& edge);
+  /// A stroke left a path uncut.
+  void note_uncut(const UncutPath& path);
   /// How a body is called in messages.
   [[nodiscard]] std::string name_of_body(std::int32_t body) const;
 

@@ -16,6 +16,8 @@ namespace {
 constexpr double kNearVertex = 2;
 /// Mean collision edges, beside the half thickness: what a blade goes through nearer to a front of its cut is the layer that it cuts.
 constexpr double kSameLayer = 1;
+/// Strokes whose uncut parts are noted one by one.
+constexpr int kMostUncutNotes = 20;
 /// Relative: sums of decimal fractions end a few bits late.
 constexpr double kSameTime = 1e-9;
 
@@ -105,6 +107,15 @@ void Session::Impl::note_far_point(const std::string& what, const std::vector<Ve
   add_note(fmt::format("{} {:.3g} m away from its point: nothing of the body is there, and the nearest vertex is at ({:.4g}, {:.4g}, {:.4g}) ({} coordinates, "
                        "metres); move the point onto the body",
                        what, far, at.x, at.y, at.z, frame == SceneFrame::kRest ? "rest" : "world"));
+}
+
+void Session::Impl::note_uncut(const UncutPath& path) {
+  if (path.reason == UncutReason::kNone || !state.stroke || state.stroke->uncut_noted) return;
+  state.stroke->uncut_noted = true;
+  if (++uncut_notes > kMostUncutNotes) return add_note(fmt::format("parts of cuts were left uncut in more than {} strokes: see their counts of refused steps", kMostUncutNotes));
+  add_note(fmt::format("{}a part of a cut near ({:.4g}, {:.4g}, {:.4g}) (rest coordinates, metres) was left uncut: {}; lead the blade there again, a little beside, "
+                       "or make minimum_feature in [cut] smaller",
+                       state.stroke->place, path.at.x, path.at.y, path.at.z, text_of(path.reason)));
 }
 
 void Session::Impl::note_passed(const BladeEdge& edge) {

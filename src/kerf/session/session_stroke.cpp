@@ -206,7 +206,10 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
     mark_synced();
     blade.mark = state.synced;
   }
-  report += make_ends(blade, target);
+  note_uncut(report.uncut);
+  const SweepReport ends = make_ends(blade, target);
+  state.stroke->uncut_end = ends.uncut;
+  report += ends;
   if (trouble) trouble = follow_complex(following);
   if (!trouble) {
     // What follows the meshes could not; the body goes back to where the stroke began.
@@ -352,6 +355,7 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
 Status Session::Impl::end_stroke() {
   if (!state.stroke) return {};
   ActiveStroke& stroke = *state.stroke;
+  note_uncut(stroke.uncut_end);
   lift_blade(stroke.blade);
   StrokeRecord& record = state.strokes.back();
   record.finished = true;

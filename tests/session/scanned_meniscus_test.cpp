@@ -8,10 +8,12 @@
 #include <string>
 
 #include "kerf/base/random.h"
+#include "kerf/cutting/swept_deviation.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/run_outputs.h"
 #include "kerf/session/run_report.h"
 #include "kerf/session/session.h"
+#include "session/make_session.h"
 #include "support/source_dir.h"
 
 namespace kerf::scanned_meniscus_test {
@@ -82,6 +84,41 @@ void cut_at_random(int cuts) {
                             std::to_string(session.counts().pieces);
   EXPECT_EQ(std::system(check.c_str()), 0);
   std::filesystem::remove_all(out);
+}
+
+// Walls stand on the mid-surface along its offsets, however the blade leans to it: the figures are those of that rule.
+TEST(ScannedMeniscus, WallsStandWhereTheBladeWas) {
+  const std::filesystem::path folder = std::filesystem::path(test::source_dir()) / "../shared/meshes";
+  if (!std::filesystem::exists(folder / "medial-meniscus.obj")) GTEST_SKIP() << "no ../shared/meshes beside the source";
+  Scene scene;
+  scene.body.visual = (folder / "medial-meniscus.obj").string();
+  scene.body.collision = (folder / "medial-meniscus-collision.obj").string();
+  Session session = test::make(scene);
+  const CellComplex& body = session.body().complex;
+  const double edge = body.mean_root_edge;
+  const TriangleSoup skin = skin_of(body);
+  Box3 box;
+  for (const Vec3 p : body.visual.rest.raw()) box.add(p);
+  const Vec3 size = box.size(), up = 2 * norm(size) * Vec3{0, 1, 0};  // it is thinnest along y
+  Random random(3);
+  TriangleSoup swept;
+  for (int i = 0; i < 10; ++i) {
+    const auto somewhere = [&] { return box.center() + Vec3{random.uniform(-0.6, 0.6) * size.x, 0, random.uniform(-0.6, 0.6) * size.z}; };
+    const Vec3 a = somewhere(), b = somewhere();
+    TriangleSoup last;
+    for (TriangleSoup* soup : {&swept, &last}) {
+      soup->add(a + up, a - up, b - up);
+      soup->add(a + up, b - up, b + up);
+      soup->build();
+    }
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());
+    for (int k = 0; k <= 8; ++k) ASSERT_TRUE(session.move_blade(lerp(a, b, k / 8.0) + up, lerp(a, b, k / 8.0) - up).ok());
+    ASSERT_TRUE(session.end_stroke().ok());
+    const TriangleSoup walls = walls_of(body);
+    EXPECT_LT(stray_of(walls, swept, 0.2 * edge).distance, 0.3 * edge) << i;
+    EXPECT_LT(missed_of(last, walls, skin, 0.2 * edge).distance, 0.2 * edge) << i;
+    EXPECT_LT(outside_of(walls, skin, 0.2 * edge).distance, 0.02 * edge) << i;
+  }
 }
 
 TEST(ScannedMeniscus, TwelveRandomCuts) { cut_at_random(12); }

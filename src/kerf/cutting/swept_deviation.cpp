@@ -59,4 +59,13 @@ FarthestPlace missed_of(const TriangleSoup& swept, const TriangleSoup& walls, co
   return farthest;
 }
 
+FarthestPlace outside_of(const TriangleSoup& walls, const TriangleSoup& skin, double step) {
+  FarthestPlace farthest;
+  walls.for_each_place(step, [&](Vec3 p) {
+    if (skin.encloses(p)) return;
+    if (const double far = skin.distance(p); far > farthest.distance) farthest = {far, p};
+  });
+  return farthest;
+}
+
 }  // namespace kerf

@@ -62,4 +62,7 @@ FarthestPlace stray_of(const TriangleSoup& walls, const TriangleSoup& swept, dou
 /// blade cuts only the first of several layers.
 FarthestPlace missed_of(const TriangleSoup& swept, const TriangleSoup& walls, const TriangleSoup& skin, double step);
 
+/// Of the walls outside the body, from its skin before it was cut: a wall goes through the skin.
+FarthestPlace outside_of(const TriangleSoup& walls, const TriangleSoup& skin, double step);
+
 }  // namespace kerf

@@ -25,7 +25,8 @@ class Sweep {
   Sweep(BladeStroke& stroke, SweepTarget& target)
       : stroke_(stroke), target_(target), cut_{target.complex, target.options, target.scratch},
         rounding_(target.complex.collision, target.options, target.complex.mean_root_edge),
-        opening_({cut_, target.position, target.boxes}, rounding_.feature(), rounding_.outside()) {}
+        opening_({cut_, target.position, target.boxes}, rounding_.feature(), rounding_.outside()), faces_before_(target.complex.collision.face_count()),
+        vertices_before_(target.complex.collision.vertex_count()) {}
 
   /// Cuts all arcs up to the last edges that they cross.
   SweepReport lead(const BladeEdge& to) {
@@ -51,8 +52,12 @@ class Sweep {
     stroke_.edge = to;
 
     std::vector<F> keep;
-    for (BladeFront& f : stroke_.ends)
-      if (locate(f)) keep.push_back(f.end.face);
+    for (BladeFront& f : stroke_.ends) {
+      if (!locate(f)) continue;
+      // Another path of the move may have run into where it begins.
+      if (f.start.kind == Stop::Kind::kVertex) f.start.vertex = twin_towards(f.start.vertex, vertices_before_, f.end);
+      keep.push_back(f.end.face);
+    }
     opening_.turn_edges(keep);
     return report();
   }
@@ -202,7 +207,7 @@ class Sweep {
     std::size_t first = vertices;
     while (first < mesh().vertex_count() && !is_twin(first)) ++first;
     RestPoint p = point;
-    if (first == mesh().vertex_count() || !find_face(mesh(), p, v, rounding_.outside())) return v;
+    if (first == mesh().vertex_count() || !locate(p, v)) return v;
     std::vector<ArcCrossing> way;
     const auto reaches = [&](V u) { return lead_path(mesh(), {rounding_.rest(u), {}, u}, {rounding_.rest(p), p.face, {}}, rounding_.outside(), way); };
     if (reaches(v)) return v;
@@ -225,7 +230,7 @@ class Sweep {
       }
     std::vector<BladeArc> arcs = find(strip_, fronts);
     for (RestPoint& p : points) {
-      if (!find_face(mesh(), p, {}, rounding_.outside())) continue;
+      if (!locate(p, {})) continue;
       for (BladeArc& arc : arcs) {
         if (std::find(arc.faces.begin(), arc.faces.end(), p.face) == arc.faces.end()) continue;
         for (ArcEnd* e : {&arc.begin, &arc.end})
@@ -455,8 +460,17 @@ class Sweep {
   Vec3 way_of(const BladeFront& f) const { return f.before.valid() && lies_along(f.end.face, cut::kPathLeans) ? place(f.end) - at(f.before) : Vec3{}; }
 
   /// Finds a front's face again after paths have been cut.
-  bool locate(BladeFront& f) const {
-    return find_face(mesh(), f.end, f.start.kind == Stop::Kind::kVertex && !f.in_slit ? f.start.vertex : V{}, rounding_.outside());
+  bool locate(BladeFront& f) const { return locate(f.end, f.start.kind == Stop::Kind::kVertex && !f.in_slit ? f.start.vertex : V{}); }
+  bool locate(RestPoint& p, V around) const {
+    if (find_face(mesh(), p, around, rounding_.outside())) return true;
+    // What the move has cut may have parted its face.
+    for (F part(faces_before_); part.index() < mesh().face_count(); ++part.value) {
+      RestPoint there{part, p.at};
+      if (mesh().root[part] != mesh().root[p.face] || !find_face(mesh(), there, {}, rounding_.outside())) continue;
+      p = there;
+      return true;
+    }
+    return false;
   }
 
   /// A point in the middle of an arc.
@@ -474,6 +488,7 @@ class Sweep {
   cut::CutContext cut_;
   PathRounding rounding_;
   PathOpening opening_;
+  std::size_t faces_before_, vertices_before_;  // the move
   int busy_ = 0;  // arcs whose faces were never free
   UncutPath uncut_;  // the first of them
   Strip strip_;

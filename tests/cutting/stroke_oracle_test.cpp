@@ -217,6 +217,24 @@ TEST_F(StrokeOracle, AStabBesideAVertexIsCut) {
   EXPECT_LT(StrokeJudge::deviation(sheet, {{{-0.0881, -0.25}, {0, -0.35}}}).missed, sheet.options.minimum_feature * edge());
 }
 
+// Each of these was cut beside its place, or lost a part: a turn at a vertex of the rim; a path back along itself; a line that goes on behind another slit; a turn
+// at a vertex of the rim beside a slit, in small poses; a turn on a slit that the path has run along; a corner after a border.
+TEST_F(StrokeOracle, NothingIsLostAtTurns) {
+  const auto expect_in_place = [&](const std::vector<Stroke>& strokes, int poses) {
+    sheet.make_whole();
+    for (const Stroke& s : strokes) sheet.cut(s, poses);
+    EXPECT_EQ(sheet.refused, 0) << text_of(strokes);
+    const auto deviation = StrokeJudge::deviation(sheet, strokes);
+    EXPECT_LT(std::max(deviation.stray, deviation.missed), (sheet.options.path_tolerance + sheet.options.minimum_feature) * edge()) << text_of(strokes);
+  };
+  expect_in_place({{{0.35, -0.35}, {-1.0 / 3, -0.5}, {0.33, -0.15}}}, 3);
+  expect_in_place({{{0, -0.33}, {0.08, -0.25}, {0.166, -0.3333}, {0.08, -0.25}}}, 1);
+  expect_in_place({{{0.85, 0.5}, {-0.2, -0.95}}, {{0.778752357861996, 0.541797715225260}, {-0.297923259843109, -0.900689586010078}}, {{-0.571705369488706, 0.738683268556329}, {0.870781931750631, -0.337992349149976}}}, 3);
+  expect_in_place({{{0.5, 0.5}, {-0.1666, -0.5}, {0.15, -0.33}}}, 200);
+  expect_in_place({{{0.33, -0.167}, {0.5, -0.35}}, {{0.25, -0.25}, {0.35, -0.167}, {0.2, -0.17}}}, 1);
+  expect_in_place({{{0, 0.33}, {0.15, 0.5}}, {{-0.35, 0.35}, {0, 0.333}, {0.15, 0.33}, {0, 0.15}}}, 1);
+}
+
 // Four strokes of one to five segments anywhere, crossing each other and themselves.
 TEST_F(StrokeOracle, RandomPolylines) {
   Random random(10);

@@ -40,7 +40,7 @@ class Sweep {
       if (all_wait || !f.in_slit) places.push_back(place(f.end));
     strip_ = Strip::make(stroke_.edge, to, places, cut::kPathLeastMove * target_.complex.mean_root_edge);
     std::vector<BladeArc> arcs = find_all();
-    if (bend(arcs)) arcs = find_all();
+    for (int i = 0; i < cut::kPathBends && bend(arcs); ++i) arcs = find_all();
     used_.assign(old_.size(), false);
     choose(arcs);
     for (int i = 0; i < cut::kPathTries && !left_.empty(); ++i) again();

@@ -89,6 +89,8 @@ inline constexpr double kPathLeastMove = 1e-9;
 /// Times that arcs whose faces others have divided are looked for again. At half, dice with a blade that cuts all layers leave a layer; at double nothing
 /// changes.
 inline constexpr int kPathTries = 8;
+/// Bends of a move: where a path leaves a border and where it turns. At half, a turn after a border is cut off; at double nothing changes.
+inline constexpr int kPathBends = 2;
 /// Parts of a move that count as different times. At half or double the order of layers that are met at once is by rounding.
 inline constexpr double kPathMoments = 1e7;
 /// Radians: a strip that turns less is flat. At half, twice the work; at double, curved strips are cut beside their place by a hundredth of the blade.

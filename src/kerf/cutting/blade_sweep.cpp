@@ -8,6 +8,7 @@
 #include "kerf/cutting/blade_arcs.h"
 #include "kerf/cutting/path_opening.h"
 #include "kerf/cutting/path_rounding.h"
+#include "kerf/cutting/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "kerf/cutting/half_edge_split.h"
+#include "kerf/cutting/tolerances.h"
 
 namespace kerf::cut {
 

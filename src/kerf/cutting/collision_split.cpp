@@ -6,6 +6,7 @@
 #include "kerf/cutting/free_list.h"
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/orient.h"
+#include "kerf/cutting/tolerances.h"
 #include "kerf/cutting/visual_walk.h"
 #include "kerf/cutting/wall.h"
 

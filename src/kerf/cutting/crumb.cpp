@@ -1,6 +1,6 @@
 #include "kerf/cutting/crumb.h"
 
-#include "kerf/cutting/cut_options.h"
+#include "kerf/cutting/tolerances.h"
 
 namespace kerf {
 namespace {

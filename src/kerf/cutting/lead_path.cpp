@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kerf/base/at.h"
-#include "kerf/cutting/cut_options.h"
+#include "kerf/cutting/tolerances.h"
 
 namespace kerf {
 namespace {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kerf/base/at.h"
+#include "kerf/cutting/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {

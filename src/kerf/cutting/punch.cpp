@@ -11,6 +11,7 @@
 #include "kerf/cutting/cut_along.h"
 #include "kerf/cutting/orient.h"
 #include "kerf/cutting/pieces.h"
+#include "kerf/cutting/tolerances.h"
 #include "kerf/mesh/union_find.h"
 
 namespace kerf {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "kerf/base/at.h"
-#include "kerf/cutting/cut_options.h"
 #include "kerf/cutting/orient.h"
+#include "kerf/cutting/tolerances.h"
 
 namespace kerf {
 namespace {

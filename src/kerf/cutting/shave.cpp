@@ -12,6 +12,7 @@
 #include "kerf/cutting/orient.h"
 #include "kerf/cutting/rim_vertex.h"
 #include "kerf/cutting/slide_vertex.h"
+#include "kerf/cutting/tolerances.h"
 #include "kerf/cutting/wall_points.h"
 #include "kerf/spatial/triangle_queries.h"
 

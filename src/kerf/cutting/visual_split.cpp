@@ -4,6 +4,7 @@
 
 #include "kerf/base/prefetch.h"
 #include "kerf/cutting/orient.h"
+#include "kerf/cutting/tolerances.h"
 
 namespace kerf::cut {
 

@@ -6,6 +6,7 @@
 
 #include "kerf/cutting/cut_context.h"
 #include "kerf/cutting/half_edge_split.h"
+#include "kerf/cutting/tolerances.h"
 
 namespace kerf::cut {
 

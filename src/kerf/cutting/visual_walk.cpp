@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "kerf/cutting/orient.h"
+#include "kerf/cutting/tolerances.h"
 
 namespace kerf::cut {
 

@@ -5,6 +5,7 @@
 #include "kerf/base/random.h"
 #include "kerf/cutting/chain_split.h"
 #include "kerf/cutting/half_edge_split.h"
+#include "kerf/cutting/tolerances.h"
 #include "kerf/cutting/visual_walk.h"
 
 namespace kerf::cut {

@@ -1,0 +1,97 @@
+// Tolerances of cutting. Lengths are relative to CellComplex::mean_root_edge where nothing else is said.
+#pragma once
+
+namespace kerf {
+
+/// Smaller features would let parameters on one edge coincide after rounding.
+inline constexpr double kLeastFeature = 1e-3;
+
+namespace cut {
+
+/// A crossing this near to a visual vertex (part of the crossed edge) moves the vertex's parameter onto the path.
+inline constexpr double kWarpFraction = 0.1;
+/// None of these leaves a vertex farther from the place of its parameter than this part of the mean root edge, however long visual edges are: so far a
+/// drawn lip has teeth. Half: more and flatter triangles where visual edges are long. Double: teeth of a hundredth of an edge, nearly half of
+/// the minimum feature.
+inline constexpr double kPlaceReach = 0.005;
+/// Faces around a moved parameter keep at least this part of their planar area.
+inline constexpr double kWarpKeepsArea = 0.05;
+/// A new vertex sits on its 3D edge no nearer to an end than this part of it.
+inline constexpr double kClampFraction = 0.05;
+/// A point with more than this barycentric weight at a free vertex takes that vertex.
+inline constexpr double kNearVertexWeight = 0.8;
+/// A point with less than this barycentric weight of the opposite corner splits the edge instead of the face.
+inline constexpr double kNearEdgeWeight = 0.02;
+/// Faces made by inserting a point keep at least this part of their parent's planar area.
+inline constexpr double kSplitKeepsArea = 1e-3;
+/// Two chain parameters nearer than this part of the smallest gap beside them become one column of a wall.
+inline constexpr double kPairFraction = 0.3;
+/// A flip must improve the angle sum by more than rounding (sine of the excess angle).
+inline constexpr double kFlipGain = 1e-9;
+/// A flip moves the middle of its quad by no more than this, part of the mean root edge.
+inline constexpr double kFlatness = 1e-9;
+/// Faces of the collision mesh keep at least this part of the mean root edge squared.
+inline constexpr double kLeastCollisionArea = 1e-14;
+
+/// Of the coordinates: rounding of distances to the strip of a move. At half or double, or a hundred thousand times it, arcs are the same: faces
+/// beyond are looked for again when arcs are linked.
+inline constexpr double kArcMargin = 1e-9;
+/// Of a move: rounding of the time when the edge passes; what is passed so late lies where the edge is. Half or double is rounding too; at a tenth,
+/// ends on a border count as ends inside.
+inline constexpr double kArcNow = 1e-9;
+/// Of the edge: a shorter arc that is passed at the very end has only begun. At half or double an end that waits on a border begins a move earlier or
+/// later.
+inline constexpr double kArcShort = 1e-6;
+/// Minimum features: an arc so near to a lip is that lip, an end so near to a border is on it. Just over one, so that what has been rounded by a minimum
+/// feature is still near itself. At half, cuts along a lip leave slivers and closed strokes stay open; at double, teeth of a comb are severed.
+inline constexpr double kPathNear = 1.1;
+/// Minimum features from an inner vertex within which a path that crosses a close fan goes through it. At half, slits beside an edge of the mesh leave
+/// slivers on which contact stumbles; at double, teeth of a comb are severed.
+inline constexpr double kPathFan = 1.6;
+/// Radians of material around a border vertex, 225 degrees: from there on it is the tip or a corner of a slit, and a path that passes it within a
+/// minimum feature goes through it. From 195 to 270 degrees the same; at 315, and without it, 2 and 5 of 1,200 paths over the mesh leave a bridge.
+inline constexpr double kReflex = 3.927;
+/// Cosine of 60 degrees: a turn sharper than that is a corner, and cut to within a minimum feature. From
+/// 90 or 30 degrees on nearly the same; without it 9 of 700 zigzags leave a bridge where a later stroke passes the corner.
+inline constexpr double kPathCorner = 0.5;
+/// Mean root edges: what rounding may put a point outside of its face. Half or double is rounding too; at a hundredth, points on edges are in no face.
+inline constexpr double kPathOutside = 1e-6;
+/// Mean root edges that material may have been carried towards a blade, or a front beside its strip, between two poses. At half, bodies that rise fast
+/// against a blade are stabbed in place of led in; at double, what another arc has cut is taken for a front's own.
+inline constexpr double kPathCarried = 0.5;
+/// Faces around a point that are looked at. At half, crowded places are not seen whole; at double nothing more is.
+inline constexpr int kFacesAround = 64;
+/// Border edges on either side that count as the same lip. At half, long arcs between close vertices leave their lip; at double nothing changes.
+inline constexpr int kSameLip = 8;
+/// Cosine between a face and the blade, below which the blade lies along it. At half, chops of vaults cut one of two layers; at double, blades that lean
+/// over far cut what they only pass.
+inline constexpr double kPathFlat = 0.1;
+/// The same, below which it may bend along the blade between two poses, so that the edge's last place does not tell what has been cut.
+inline constexpr double kPathLeans = 0.3;
+/// Mean root edges that a move counts as at least. Half or double, or a thousand times it, is rounding.
+inline constexpr double kPathLeastMove = 1e-9;
+/// Times that arcs whose faces others have divided are looked for again. At half, dice with a blade that cuts all layers leave a layer; at double nothing
+/// changes.
+inline constexpr int kPathTries = 8;
+/// Bends of a move: where a path leaves a border and where it turns. At half, a turn after a border is cut off; at double nothing changes.
+inline constexpr int kPathBends = 2;
+/// Parts of a move that count as different times. At half or double the order of layers that are met at once is by rounding.
+inline constexpr double kPathMoments = 1e7;
+/// Radians: a strip that turns less is flat. At half, twice the work; at double, curved strips are cut beside their place by a hundredth of the blade.
+inline constexpr double kPathTurn = 0.05;
+/// Mean root edges squared: a smaller piece is looked at whether it holds any material. At half, slivers of a third of an edge are let through unseen; at
+/// double, each cut costs a few faces more.
+inline constexpr double kCrumbArea = 0.05;
+/// Mean root edges cubed: a small piece that encloses less is not cut off. Half or double, or ten times either, is rounding of the skin's volume.
+inline constexpr double kCrumbVolume = 1e-8;
+/// Faces that a way led over the mesh may touch. At half, ways around crowded vertices are not found; at double nothing more is.
+inline constexpr int kLeadFaces = 96;
+/// Of the reach of a way led over the mesh: what one more edge costs. Half or double is the same: of ways that are as straight the shortest is taken.
+inline constexpr double kLeadStep = 1e-3;
+/// Cosine of 45 degrees: an arc in line with the way on which a front came goes on from it. At half, arcs nearly across that way count too; at
+/// double none does, and a front may turn back into its slit.
+inline constexpr double kArcInLine = 0.7071;
+
+}  // namespace cut
+
+}  // namespace kerf

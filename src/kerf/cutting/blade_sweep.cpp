@@ -171,9 +171,12 @@ class Sweep {
       const Vec3 from = rounding_.rest(f.start), is = rounding_.rest(f.end);
       Vec3 to = next_of(arc);
       // Back over what its path has crossed to come to where it is: what is crossed next lies on the way back.
-      if (BladeArc led = arc; dot(to - is, is - from) < 0 && begin_at(led, f)) {
-        PathRounding::reduce(led);
-        to = next_of(led);
+      if (dot(to - is, is - from) < 0) {
+        BladeArc led = arc;
+        if (begin_at(led, f)) {
+          PathRounding::reduce(led);
+          to = next_of(led);
+        }
       }
       const double tolerance = target_.options.path_tolerance * target_.complex.mean_root_edge;
       const bool turned = std::any_of(f.trail.begin(), f.trail.end(), [&](Vec3 p) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "kerf/cutting/crossings.h"
 #include "kerf/cutting/swept_deviation.h"
 
 #include "cutting/stroke_body.h"
@@ -33,6 +34,9 @@ constexpr Pose kWavy{[](Vec3 p) { return Vec3{p.x + 0.03 * std::sin(7 * p.y), p.
 /// Edges by which walls may stray farther: where the skin bulges out beyond the mid-surface's rim, a wall goes on to it at a slant. The steak's worst of 400
 /// sets is 0.03.
 constexpr double kRimStray = 0.04;
+
+/// Of the body's diagonal: by so much triangles may pass through each other. Rounding alone makes 1e-15.
+constexpr double kThrough = 1e-6;
 
 /// The edges of a stroke, and what they sweep, in the world and at rest.
 std::vector<BladeEdge> edges_of(const StrokeBody& b, const Stroke& s, int poses) {
@@ -93,6 +97,8 @@ void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, 
     const TriangleSoup swept = swept_at_rest(edges, pose, 0.25 * edge), walls = walls_of(b.body);
     const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge), missed = missed_of(swept, walls, skin, 0.15 * edge);
     EXPECT_LT(stray.distance / edge, most / edge + kRimStray) << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << poses << " poses:" << text_of(strokes);
+    const SelfIntersections through = crossings_of(b.body);
+    EXPECT_LT(through.deepest, kThrough * b.box.diagonal()) << through.deepest / edge << " edges, " << poses << " poses:" << text_of(strokes);
     EXPECT_LT(missed.distance / edge, most / edge) << "nothing at " << missed.at.x << " " << missed.at.y << " " << missed.at.z << ", " << poses << " poses:" << text_of(strokes);
   }
 }

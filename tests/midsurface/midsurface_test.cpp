@@ -13,9 +13,9 @@
 #include "kerf/mesh/models.h"
 #include "kerf/mesh/surface_check.h"
 #include "kerf/midsurface/diagnosis_file.h"
-#include "kerf/midsurface/self_intersections.h"
 #include "kerf/midsurface/surface_filter.h"
 #include "kerf/midsurface/working_mesh.h"
+#include "kerf/spatial/self_intersections.h"
 #include "midsurface/corpus.h"
 #include "support/source_dir.h"
 
@@ -251,59 +251,6 @@ TEST(Midsurface, SpikesAndCrossingsAreNoted) {
     EXPECT_LT(norm(d.surface.positions[t[0]] - Vec3{0, 0, 0}), 0.03);
   }
   EXPECT_GT(crossing, 1);
-}
-
-// Pairs counted one by one: all triangles of two balls that overlap.
-TEST(SelfIntersections, AgreeWithBruteForce) {
-  const auto ball = [](Vec3 at) {
-    TriangleMesh m = corpus::turned(12, 8, [](double t) { return Vec2{std::sin(3.14159 * t), -std::cos(3.14159 * t)}; });
-    corpus::rotate(m, 3);
-    for (Vec3& p : m.positions) p += at;
-    return m;
-  };
-  TriangleMesh two = ball({});
-  const TriangleMesh other = ball({0.7, 0.31, 0.2});
-  const std::size_t half = two.triangles.size();
-  const auto offset = static_cast<std::int32_t>(two.positions.size());
-  for (const Vec3 p : other.positions) two.positions.push_back(p);
-  for (const auto& t : other.triangles)
-    two.triangles.push_back({VertexId(offset + t[0].value), VertexId(offset + t[1].value), VertexId(offset + t[2].value)});
-  const auto hits = [&](const std::array<VertexId, 3>& s, const std::array<VertexId, 3>& t) {
-    const Vec3 a = two.positions[t[0]], b = two.positions[t[1]], c = two.positions[t[2]], n = cross(b - a, c - a);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 p = two.positions[s[k]], q = two.positions[s[(k + 1) % 3]];
-      const double dp = dot(n, p - a), dq = dot(n, q - a);
-      if (dp * dq >= 0) continue;
-      const Vec3 x = lerp(p, q, dp / (dp - dq));
-      if (dot(n, cross(b - a, x - a)) > 0 && dot(n, cross(c - b, x - b)) > 0 && dot(n, cross(a - c, x - c)) > 0) return true;
-    }
-    return false;
-  };
-  std::size_t expected = 0;
-  for (std::size_t i = 0; i < half; ++i)
-    for (std::size_t j = half; j < two.triangles.size(); ++j)
-      expected += hits(two.triangles.raw()[i], two.triangles.raw()[j]) || hits(two.triangles.raw()[j], two.triangles.raw()[i]);
-  EXPECT_GT(expected, 10u);
-  EXPECT_EQ(find_self_intersections(two).pairs, expected);
-}
-
-// Two even grids that cross: every edge of one meets the other at its edges and diagonals only.
-TEST(SelfIntersections, GridsThatMeetAtTheirEdges) {
-  TriangleMesh grids;
-  const auto add = [&](const std::function<Vec3(double, double)>& at) {
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) {
-        const std::array<Vec3, 4> corner = {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)};
-        const auto first = static_cast<std::int32_t>(grids.positions.size());
-        for (const Vec3 p : corner) grids.positions.push_back(p);
-        grids.triangles.push_back({VertexId(first), VertexId(first + 1), VertexId(first + 2)});
-        grids.triangles.push_back({VertexId(first), VertexId(first + 2), VertexId(first + 3)});
-      }
-  };
-  add([](double i, double j) { return Vec3{i, j, 0}; });
-  EXPECT_EQ(find_self_intersections(grids).pairs, 0u);
-  add([](double i, double j) { return Vec3{2.5, j, i - 2.5}; });
-  EXPECT_GE(find_self_intersections(grids).pairs, 4u);
 }
 
 TEST(Midsurface, RealMeniscus) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "kerf/base/random.h"
+#include "kerf/cutting/crossings.h"
 #include "kerf/cutting/swept_deviation.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/run_outputs.h"
@@ -118,6 +119,7 @@ TEST(ScannedMeniscus, WallsStandWhereTheBladeWas) {
     EXPECT_LT(stray_of(walls, swept, 0.2 * edge).distance, 0.3 * edge) << i;
     EXPECT_LT(missed_of(last, walls, skin, 0.2 * edge).distance, 0.2 * edge) << i;
     EXPECT_LT(outside_of(walls, skin, 0.2 * edge).distance, 0.02 * edge) << i;
+    EXPECT_LT(crossings_of(body).deepest, 0.02 * edge) << i;
   }
 }
 

@@ -9,9 +9,9 @@
 #include "kerf/midsurface/border_snap.h"
 #include "kerf/midsurface/quality.h"
 #include "kerf/midsurface/relax.h"
-#include "kerf/midsurface/self_intersections.h"
 #include "kerf/midsurface/surface_filter.h"
 #include "kerf/midsurface/verdict.h"
+#include "kerf/spatial/self_intersections.h"
 
 namespace kerf {
 namespace {

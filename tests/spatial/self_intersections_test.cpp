@@ -1,0 +1,91 @@
+#include "kerf/spatial/self_intersections.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+
+namespace kerf::self_intersections_test {
+namespace {
+
+// Pairs counted one by one: all triangles of two balls that overlap.
+TEST(SelfIntersections, AgreeWithBruteForce) {
+  const auto ball = [](Vec3 at) {
+    TriangleMesh m;
+    constexpr int kRings = 8, kAround = 12;
+    for (int i = 0; i <= kRings; ++i)
+      for (int k = 0; k < kAround; ++k) {
+        const double down = 0.1 + 2.9 * i / kRings, round = 0.3 + 2 * 3.14159 * k / kAround;
+        m.positions.push_back(at + Vec3{std::sin(down) * std::cos(round), 0.1 * std::cos(round) - std::cos(down), std::sin(down) * std::sin(round)});
+      }
+    for (int i = 0; i < kRings; ++i)
+      for (int k = 0; k < kAround; ++k) {
+        const VertexId a(i * kAround + k), b(i * kAround + (k + 1) % kAround), c(a.value + kAround), d(b.value + kAround);
+        m.triangles.push_back({a, c, d});
+        m.triangles.push_back({a, d, b});
+      }
+    return m;
+  };
+  TriangleMesh two = ball({});
+  const TriangleMesh other = ball({0.7, 0.31, 0.2});
+  const std::size_t half = two.triangles.size();
+  const auto offset = static_cast<std::int32_t>(two.positions.size());
+  for (const Vec3 p : other.positions) two.positions.push_back(p);
+  for (const auto& t : other.triangles)
+    two.triangles.push_back({VertexId(offset + t[0].value), VertexId(offset + t[1].value), VertexId(offset + t[2].value)});
+  const auto hits = [&](const std::array<VertexId, 3>& s, const std::array<VertexId, 3>& t) {
+    const Vec3 a = two.positions[t[0]], b = two.positions[t[1]], c = two.positions[t[2]], n = cross(b - a, c - a);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 p = two.positions[s[k]], q = two.positions[s[(k + 1) % 3]];
+      const double dp = dot(n, p - a), dq = dot(n, q - a);
+      if (dp * dq >= 0) continue;
+      const Vec3 x = lerp(p, q, dp / (dp - dq));
+      if (dot(n, cross(b - a, x - a)) > 0 && dot(n, cross(c - b, x - b)) > 0 && dot(n, cross(a - c, x - c)) > 0) return true;
+    }
+    return false;
+  };
+  std::size_t expected = 0;
+  for (std::size_t i = 0; i < half; ++i)
+    for (std::size_t j = half; j < two.triangles.size(); ++j)
+      expected += hits(two.triangles.raw()[i], two.triangles.raw()[j]) || hits(two.triangles.raw()[j], two.triangles.raw()[i]);
+  EXPECT_GT(expected, 10u);
+  EXPECT_EQ(find_self_intersections(two).pairs, expected);
+}
+
+// Two even grids that cross: every edge of one meets the other at its edges and diagonals only.
+TEST(SelfIntersections, GridsThatMeetAtTheirEdges) {
+  TriangleMesh grids;
+  const auto add = [&](const std::function<Vec3(double, double)>& at) {
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const std::array<Vec3, 4> corner = {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)};
+        const auto first = static_cast<std::int32_t>(grids.positions.size());
+        for (const Vec3 p : corner) grids.positions.push_back(p);
+        grids.triangles.push_back({VertexId(first), VertexId(first + 1), VertexId(first + 2)});
+        grids.triangles.push_back({VertexId(first), VertexId(first + 2), VertexId(first + 3)});
+      }
+  };
+  add([](double i, double j) { return Vec3{i, j, 0}; });
+  EXPECT_EQ(find_self_intersections(grids).pairs, 0u);
+  add([](double i, double j) { return Vec3{2.5, j, i - 2.5}; });
+  EXPECT_GE(find_self_intersections(grids).pairs, 4u);
+}
+
+// A blade of a windmill that is turned through the one beside it: both hang on one corner.
+TEST(SelfIntersections, NeighboursCountWhenTheyAreAskedFor) {
+  TriangleMesh fan;
+  for (const Vec3 p : {Vec3{0, 0, 0}, Vec3{4, 0, 0}, Vec3{0, 4, 0}, Vec3{1, 1, 0.25}, Vec3{1, 1, -1}}) fan.positions.push_back(p);
+  fan.triangles.push_back({VertexId(0), VertexId(1), VertexId(2)});
+  fan.triangles.push_back({VertexId(0), VertexId(3), VertexId(4)});
+  EXPECT_EQ(find_self_intersections(fan).pairs, 0u);
+  const SelfIntersections found = find_self_intersections(fan, Neighbours::kCount);
+  EXPECT_EQ(found.pairs, 1u);
+  EXPECT_NEAR(found.deepest, 0.25, 1e-12);
+  // Folded along the edge that they share, or touching: no crossing.
+  fan.triangles.raw()[1] = {VertexId(0), VertexId(1), VertexId(3)};
+  EXPECT_EQ(find_self_intersections(fan, Neighbours::kCount).pairs, 0u);
+}
+
+}  // namespace
+}  // namespace kerf::self_intersections_test

@@ -1,6 +1,7 @@
 #include "kerf/spatial/self_intersections.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <utility>
 
@@ -40,15 +41,34 @@ bool intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
   return !of_s.in_plane() && (pierces(s, of_s, t) || pierces(t, Sides(t, s), s));
 }
 
-/// How far p reaches past t's plane, on the side where it reaches less.
-double reach(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& t) {
-  const Vec3 n = cross(t[1] - t[0], t[2] - t[0]);
-  double above = 0, below = 0;
-  for (const Vec3 x : p) {
-    above = std::max(above, dot(n, x - t[0]));
-    below = std::max(below, -dot(n, x - t[0]));
+Vec3 normal_of(const std::array<Vec3, 3>& t) { return normalized(cross(t[1] - t[0], t[2] - t[0])); }
+
+/// What s has in common with the plane through `at` with this normal, along that plane; and how far s reaches past it, where it reaches less.
+struct Section {
+  double from = HUGE_VAL, to = -HUGE_VAL, reach = 0;
+  Section(const std::array<Vec3, 3>& s, Vec3 at, Vec3 normal, Vec3 along) {
+    std::array<double, 3> height;
+    for (std::size_t k = 0; k < 3; ++k) height[k] = dot(normal, s[k] - at);
+    reach = std::max(0.0, std::min(std::max({height[0], height[1], height[2]}), -std::min({height[0], height[1], height[2]})));
+    const auto add = [&](Vec3 p) {
+      const double x = dot(along, p - at);
+      from = std::min(from, x), to = std::max(to, x);
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double h = height[k], g = height[(k + 1) % 3];
+      if (h == 0) add(s[k]);
+      if (h * g < 0) add(lerp(s[k], s[(k + 1) % 3], h / (h - g)));
+    }
   }
-  return std::min(above, below) / norm(n);
+};
+
+/// Metres: no more than the reach of either past the other's plane, and no more than the line along which they meet is long.
+double depth_of(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
+  const Vec3 of_s = normal_of(s), of_t = normal_of(t), along = normalized(cross(of_s, of_t));
+  const Section in_t(s, t[0], of_t, along), in_s(t, s[0], of_s, along);
+  const double shift = dot(along, s[0] - t[0]);
+  const double length = std::min(in_t.to, in_s.to + shift) - std::max(in_t.from, in_s.from + shift);
+  return std::max(0.0, std::min({in_t.reach, in_s.reach, length}));
 }
 
 bool share_a_corner(const TriangleView& view, std::int32_t f, std::int32_t g) {
@@ -81,7 +101,7 @@ SelfIntersections find_self_intersections(const TriangleMesh& mesh, Neighbours n
         const std::array<Vec3, 3> t = view[g];
         if (!intersect(s, t)) return;
         ++pairs[chunk];
-        if (const double depth = std::min(reach(s, t), reach(t, s)); depth > deepest[chunk].first) deepest[chunk] = {depth, {f, g}};
+        if (const double depth = depth_of(s, t); depth > deepest[chunk].first) deepest[chunk] = {depth, {f, g}};
         found = true;
         triangles[chunk].push_back(g);
       });

@@ -1,0 +1,159 @@
+// Bodies that move while they are cut: swung, shifted, pulled apart, sheared, with waves. What the blade meets of them at rest is known from where points of the
+// body are at a time, and from no path. KERF_FUZZ_SECONDS=n in the environment: so long for each motion, KERF_FUZZ_SEED=s from another seed, and what goes
+// wrong is printed, not failed on.
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "kerf/cutting/swept_deviation.h"
+
+#include "cutting/stroke_sets.h"
+
+namespace kerf::moving_body_test {
+namespace {
+
+using namespace testing_support;
+
+constexpr double kPi = std::numbers::pi;
+
+enum class MotionKind { kShift, kSwingInPlane, kSwing, kStretch, kShear, kWave, kSag, kSway };
+constexpr const char* kMotions[] = {"shifted", "swung_in_its_plane", "swung_out_of_its_plane", "pulled_apart", "sheared", "with_a_wave", "sagging", "swaying"};
+/// So many of them leave an upright straight line of the body straight.
+constexpr int kStraight = 6;
+
+/// Where a point of the body is at a time, 0 to 1 in a stroke.
+struct Motion {
+  MotionKind kind = MotionKind::kShift;
+  double size = 1;     ///< of the body, metres
+  double amount = 0;   ///< radians, or parts of the size
+  double turns = 0.5;  ///< there and back in a stroke
+  double phase = 0;
+  double heading = 0;  ///< radians: of the axis or the way
+  Vec2 pivot;
+
+  static Motion random(MotionKind kind, double size, double most, Random& random) {
+    const auto inside = [&] { return random.uniform(-1, 1) * size; };
+    return {kind, size, random.uniform(0.1, 1) * most, random.uniform(0.2, 2), random.uniform(0, 2 * kPi), random.uniform(0, 2 * kPi), {inside(), inside()}};
+  }
+  /// There; back with way = -1.
+  [[nodiscard]] Vec3 at(Vec3 p, double t, double way = 1) const {
+    const double now = amount * std::sin(2 * kPi * turns * t + phase), a = way * now, c = std::cos(heading), s = std::sin(heading);
+    // x along the heading, y across it.
+    Vec3 q{c * (p.x - pivot.x) + s * (p.y - pivot.y), -s * (p.x - pivot.x) + c * (p.y - pivot.y), p.z};
+    switch (kind) {
+      case MotionKind::kShift: q += a * size * Vec3{1, 0, 0.3}; break;
+      case MotionKind::kSwingInPlane: q = {std::cos(a) * q.x - std::sin(a) * q.y, std::sin(a) * q.x + std::cos(a) * q.y, q.z}; break;
+      case MotionKind::kSwing: q = {q.x, std::cos(a) * q.y - std::sin(a) * q.z, std::sin(a) * q.y + std::cos(a) * q.z}; break;
+      case MotionKind::kStretch: q.x *= way > 0 ? 1 + now : 1 / (1 + now); break;
+      case MotionKind::kShear: q.x += a * q.y; break;
+      case MotionKind::kWave: q.z += way * 0.2 * amount * size * std::sin(8 * q.x / size - 2 * kPi * turns * t - phase); break;
+      case MotionKind::kSag: q.z -= 0.5 * a * q.x * q.x / size; break;
+      case MotionKind::kSway: q.x += 0.15 * a * size * std::sin(7 * q.y / size); break;
+    }
+    return {pivot.x + c * q.x - s * q.y, pivot.y + s * q.x + c * q.y, q.z};
+  }
+  [[nodiscard]] Vec3 back(Vec3 p, double t) const { return at(p, t, -1); }
+  [[nodiscard]] BladeEdge at(const BladeEdge& e, double t) const { return {at(e.base, t), at(e.tip, t)}; }
+  [[nodiscard]] BladeEdge back(const BladeEdge& e, double t) const { return {back(e.base, t), back(e.tip, t)}; }
+};
+
+/// A body whose positions are those of a motion at each pose. Between two poses nothing else is known.
+struct MovingBody : StrokeBody {
+  using StrokeBody::StrokeBody;
+  bool edge_is_carried = true;  ///< the material carries the blade's last place along, as tools of a session are (carry_edges)
+
+  void pose(const Motion& motion, const BladeEdge& edge, double before, double t) {
+    for (std::size_t i = 0; i < position.size(); ++i) position[i] = motion.at(body.collision.rest[CollisionVertex(i)], t);
+    boxes.forget();
+    if (edge_is_carried && stroke.started) stroke.edge = motion.at(motion.back(stroke.edge, before), t);
+    refused += move_blade(*this, edge).refused;
+  }
+  /// `edge_of`: of a place of the stroke at a time.
+  template <class EdgeOf>
+  void cut_moving(const Stroke& path, const Motion& motion, int poses, EdgeOf&& edge_of) {
+    place();
+    const std::size_t last = path.size() - 1;
+    double before = 0;
+    for (std::size_t k = 0; k < last; ++k)
+      for (int i = k == 0 ? 0 : 1; i <= poses; ++i) {
+        const double part = static_cast<double>(i) / poses, t = (static_cast<double>(k) + part) / static_cast<double>(last);
+        pose(motion, edge_of(lerp(path[k], path[k + 1], part), t), before, t);
+        before = t;
+      }
+    lift_blade(stroke);
+  }
+  /// The blade is led along the stroke on the body, whatever the body does in the world.
+  void cut_at_rest(const Stroke& path, const Motion& motion, int poses) {
+    cut_moving(path, motion, poses, [&](Vec2 p, double t) { return motion.at(edge_at(p), t); });
+  }
+  void cut_in_world(const Stroke& path, const Motion& motion, int poses) {
+    cut_moving(path, motion, poses, [&](Vec2 p, double) { return edge_at(p); });
+  }
+};
+
+/// How many sets, or for how long.
+struct Budget {
+  explicit Budget(std::uint64_t sets) : sets_(sets) {}
+  [[nodiscard]] bool goes_on(std::uint64_t next) const {
+    return seconds ? std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count() < std::atof(seconds) : next < first + sets_;
+  }
+  const char* seconds = std::getenv("KERF_FUZZ_SECONDS");
+  const char* seed = std::getenv("KERF_FUZZ_SEED");
+  std::uint64_t first = seed ? std::strtoull(seed, nullptr, 10) : 1;
+
+ private:
+  std::uint64_t sets_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+class MovingBodyOracle : public ::testing::TestWithParam<int> {};
+
+// Sets of strokes of all kinds, led over a sheet that moves: pieces and walls are those of the strokes, in any number of poses.
+TEST_P(MovingBodyOracle, IsPartedAsIfItKeptStill) {
+  const Budget budget(10);
+  MovingBody body("closed-sheet", 2500);
+  const double edge = body.body.mean_root_edge;
+  const CollisionMesh mesh = body.body.collision;
+  const StrokeSets sets(mesh, 1, edge);
+  const StrokeJudge judge{0.12 * edge, 0.9 * body.options.minimum_feature * edge};
+  const double strays = (body.options.path_tolerance + body.options.minimum_feature) * edge;
+  int count = 0, bridged = 0, severed = 0, refused = 0, off = 0;
+  for (std::uint64_t seed = budget.first; budget.goes_on(seed); ++seed) {
+    Random random(1000 * seed + static_cast<std::uint64_t>(GetParam()));
+    const int kind = random.index(static_cast<int>(std::size(kSetKinds)));
+    const std::vector<Stroke> strokes = sets.make(static_cast<SetKind>(kind), random);
+    const Motion motion = Motion::random(static_cast<MotionKind>(GetParam()), 1, 0.6, random);
+    constexpr int kPoses[] = {1, 4, 40, 200};
+    const int poses = kPoses[random.index(budget.seconds ? 4 : 3)];
+    body.make_whole();
+    for (const Stroke& s : strokes) body.cut_at_rest(s, motion, poses);
+    const Status valid = validate_complex(body.body, body.start);
+    ASSERT_TRUE(valid.ok()) << valid.error().message << text_of(strokes);
+    const auto verdict = judge.judge(body, strokes);
+    const auto deviation = StrokeJudge::deviation(body, strokes);
+    const bool is_off = std::max(deviation.stray, deviation.missed) > strays;
+    ++count;
+    bridged += verdict.bridges > 0;
+    severed += verdict.severed > 0;
+    refused += body.refused > 0;
+    off += is_off;
+    if (verdict.bridges > 0 || verdict.severed > 0 || body.refused > 0 || is_off)
+      printf("seed %llu, %s, %d poses: %d bridges, %d severed, %d refused, %.3f and %.3f edges off:%s\n", static_cast<unsigned long long>(seed), kSetKinds[kind], poses, verdict.bridges,
+             verdict.severed, body.refused, deviation.stray / edge, deviation.missed / edge, text_of(strokes).c_str());
+  }
+  if (budget.seconds) {
+    printf("%s: %d sets, %d with a bridge, %d severed, %d refused, %d beside their place\n", kMotions[GetParam()], count, bridged, severed, refused, off);
+    return;
+  }
+  EXPECT_EQ(bridged, 0);
+  EXPECT_EQ(severed, 0);
+  EXPECT_EQ(refused, 0);
+  EXPECT_EQ(off, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Motions, MovingBodyOracle, ::testing::Range(0, kStraight), [](const auto& kind) { return std::string(kMotions[kind.param]); });
+
+}  // namespace
+}  // namespace kerf::moving_body_test

@@ -358,7 +358,8 @@ Strip Strip::make(const BladeEdge& from, const BladeEdge& to, std::span<const Ve
   if (!(norm(motion) > least))
     for (const Vec3 p : {0.5 * (from.base + from.tip), from.base, from.tip})
       if (norm(behind(p)) > (1 + 1e-9) * norm(motion)) motion = behind(p);
-  if (!(norm(motion) > least))
+  s.stands = !(norm(motion) > least);
+  if (s.stands)
     motion = std::abs(s.along.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   motion -= dot(motion, s.along) * s.along;
   s.motion = normalized(motion);

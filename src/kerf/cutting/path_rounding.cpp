@@ -67,7 +67,7 @@ void PathRounding::for_each_of_lip(const Stop& stop, Vec3 from, Vec3 to, Fn&& fn
   for (int i = 1; i < cut::kSameLip && is_near(mesh_.from(h)); ++i) fn(h = border_before(h));
 }
 
-BorderFoot PathRounding::nearest_border(F face, Vec3 x, std::span<const H> but) const {
+BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<const H> but) const {
   struct Found {
     BorderFoot foot;
     double distance;
@@ -80,7 +80,7 @@ BorderFoot PathRounding::nearest_border(F face, Vec3 x, std::span<const H> but) 
     for (int k = 0; k < 3; ++k) {
       const H h = CollisionMesh::corner(around[at(i)], k);
       const double far = distance(h, x);
-      if (far >= near_) continue;
+      if (far >= reach) continue;
       if (!mesh_.is_border(h)) {
         const F other = CollisionMesh::face(mesh_.twin[h]);
         if (faces < cut::kFacesAround && std::find(around.begin(), around.begin() + faces, other) == around.begin() + faces) around[at(faces++)] = other;
@@ -118,6 +118,17 @@ void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start
 }
 void PathRounding::join_end(BladeArc& arc, const Stop* start) const { join(arc.end, arc, true, start); }
 void PathRounding::join_begin(BladeArc& arc) const { join(arc.begin, arc, false, nullptr); }
+
+bool PathRounding::begin_nearer(BladeArc& arc, double least) const {
+  const RestPoint p = rest_point(mesh_, arc.begin.point);
+  const Vec3 x = rest(p);
+  const BorderFoot foot = border_within(std::min(carried_, least), p.face, x, {});
+  if (!foot.exists() || !lead(arc, on_border(foot.border, foot.fraction), x)) return false;
+  arc.begin.kind = ArcEnd::Kind::kBorder;
+  arc.begin.border = foot.border;
+  arc.begin.fraction = foot.fraction;
+  return true;
+}
 
 bool PathRounding::lead(BladeArc& arc, const Stop& from, Vec3 x) const {
   std::vector<ArcCrossing> way;

@@ -38,7 +38,7 @@ class PathRounding {
   /// The stop on a border edge; near an end of it the vertex there.
   [[nodiscard]] CutStop on_border(CollisionHalfEdge border, double fraction) const;
   /// The nearest point of a border within `near` of a point of a face to which the material leads straight; on none of the edges `but`.
-  [[nodiscard]] BorderFoot nearest_border(CollisionTriangle face, Vec3 x, std::span<const CollisionHalfEdge> but = {}) const;
+  [[nodiscard]] BorderFoot nearest_border(CollisionTriangle face, Vec3 x, std::span<const CollisionHalfEdge> but = {}) const { return border_within(near_, face, x, but); }
   /// Is a border edge one of the next along the border from a stop, which runs within `near` of the segment from - to until there?
   [[nodiscard]] bool same_lip(const CutStop& stop, CollisionHalfEdge border, Vec3 from, Vec3 to) const;
 
@@ -46,6 +46,8 @@ class PathRounding {
   void join_end(BladeArc& arc, const CutStop* start) const;
   /// The same for where it begins, with no lip left out.
   void join_begin(BladeArc& arc) const;
+  /// An arc that begins inside a face begins at the nearest border, `carried` away at most and nearer than `least` metres. False: there is none such.
+  [[nodiscard]] bool begin_nearer(BladeArc& arc, double least) const;
   /// The arc begins elsewhere: led from there to `x` in its first face. False: no way leads there.
   bool lead(BladeArc& arc, const CutStop& from, Vec3 x) const;
   /// Takes out what leads over an edge and back again.
@@ -83,6 +85,7 @@ class PathRounding {
   /// Calls fn with the border edges next to a stop, both ways along the border for as long as it runs `near` the segment from - to.
   template <class Fn>
   void for_each_of_lip(const CutStop& stop, Vec3 from, Vec3 to, Fn&& fn) const;
+  [[nodiscard]] BorderFoot border_within(double reach, CollisionTriangle face, Vec3 x, std::span<const CollisionHalfEdge> but) const;
   void join(ArcEnd& end, BladeArc& arc, bool last, const CutStop* start) const;
 
   const CollisionMesh& mesh_;

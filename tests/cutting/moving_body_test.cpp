@@ -163,6 +163,8 @@ class MovingBodyOracle : public ::testing::TestWithParam<int> {
 
 // Pieces and walls are those of the strokes, however far the body moves between two poses.
 TEST_P(MovingBodyOracle, IsPartedAsIfItKeptStill) { expect_parted(5, true, 0.6, {1, 4, 40}); }
+// A caller that does not carry the edge along has cuts beside their place where they begin and come out of a lip, by as much as the body moves in one pose.
+TEST_P(MovingBodyOracle, IsCutNoFartherOffThanItIsCarriedInOnePose) { expect_parted(3, false, 0.1, {40}); }
 
 INSTANTIATE_TEST_SUITE_P(Motions, MovingBodyOracle, ::testing::Range(0, kStraight), [](const auto& kind) { return std::string(kMotions[kind.param]); });
 
@@ -238,6 +240,90 @@ TEST(MovingBody, ComesOntoTheBladeFromBesideItsWay) {
       EXPECT_LT(std::max(deviation.stray, deviation.missed), b.options.minimum_feature * edge + b.carried) << slope << " " << metres;
     }
 }
+
+/// What the edge of a stroke in the world passes of the body, at rest. `bent`: so far is it from straight between two poses, across the edge, metres.
+void add_swept(const MovingBody& b, const Stroke& path, const Motion& motion, int poses, double step, TriangleSoup& soup, double& bent) {
+  const double last = static_cast<double>(poses) * static_cast<double>(path.size() - 1);
+  const auto inside = [&](Vec3 p) {
+    return p.x > b.box.min.x && p.x < b.box.max.x && p.y > b.box.min.y && p.y < b.box.max.y && std::abs(p.z - b.box.center().z) < b.start.size.z;
+  };
+  for (std::size_t k = 0; k + 1 < path.size(); ++k)
+    for (int i = 0; i < poses; ++i) {
+      const double first = (static_cast<double>(k) * poses + i) / last;
+      const auto at = [&](double u, double w) {
+        const BladeEdge e = b.edge_at(lerp(path[k], path[k + 1], (i + w) / poses));
+        return motion.back(lerp(e.base, e.tip, u), first + w / last);
+      };
+      const auto parts = [&](double length) { return std::max(1, static_cast<int>(std::ceil(length / step))); };
+      const int along = parts(2 * b.reach), onward = std::max(4, parts(norm(at(0.5, 1) - at(0.5, 0))));
+      for (int m = 0; m < along; ++m)
+        for (int n = 0; n < onward; ++n) {
+          const double u[2] = {static_cast<double>(m) / along, (m + 1.0) / along}, w[2] = {static_cast<double>(n) / onward, (n + 1.0) / onward};
+          const Vec3 p = at(u[0], w[0]), q = at(u[1], w[0]), r = at(u[1], w[1]), s = at(u[0], w[1]);
+          soup.add(p, q, r);
+          soup.add(p, r, s);
+          if (!inside(r)) continue;
+          const Vec3 off = r - lerp(at(u[1], 0), at(u[1], 1), w[1]), edge = normalized(at(1, w[1]) - at(0, w[1]));
+          bent = std::max(bent, norm(off - dot(off, edge) * edge));
+        }
+    }
+}
+
+void expect_walls_where_the_blade_was(std::string_view model, MotionKind kind, int some, std::uint64_t seed) {
+  MovingBody b(model, model == "closed-sheet" ? 2500 : 0);
+  const double edge = b.body.mean_root_edge, thickness = b.start.size.z;
+  const Vec3 size = b.box.size(), middle = b.box.center();
+  b.make_whole();
+  const TriangleSoup skin = skin_of(b.body);
+  const Budget budget(static_cast<std::uint64_t>(some));
+  double worst = 0, most_bent = 0;
+  for (std::uint64_t set = budget.first; budget.goes_on(set); ++set) {
+    Random random(1000 * set + seed);
+    Motion motion = Motion::random(kind, std::max(size.x, size.y), 0.15, random);
+    motion.pivot = motion.pivot + Vec2{middle.x, middle.y};
+    std::vector<Stroke> strokes(1 + static_cast<std::size_t>(random.index(2)));
+    for (Stroke& s : strokes) {
+      const int last = 1 + random.index(3);
+      for (int k = 0; k <= last; ++k) {
+        const Vec3 p = motion.at(middle + Vec3{random.uniform(-0.65, 0.65) * size.x, random.uniform(-0.65, 0.65) * size.y, 0}, static_cast<double>(k) / last);
+        s.push_back({p.x, p.y});
+      }
+    }
+    b.edge_is_carried = random.index(3) > 0;
+    const int poses = b.edge_is_carried && random.index(2) ? 4 : 40;
+    b.make_whole();
+    b.carried = 0;
+    TriangleSoup swept;
+    double bent = 0;
+    for (const Stroke& s : strokes) {
+      b.cut_in_world(s, motion, poses);
+      add_swept(b, s, motion, poses, 0.25 * edge, swept, bent);
+    }
+    swept.build();
+    // Walls stand upright on the mid-surface, however the blade leans in the body; triangles are flat where the body bends.
+    const double lean = kind == MotionKind::kSwing ? 0.5 * thickness * std::tan(motion.amount) : 0, flat = kind == MotionKind::kSway ? 0.05 * edge : 0;
+    const double most = (b.options.path_tolerance + b.options.minimum_feature + 0.04) * edge + lean + flat + bent + (b.edge_is_carried ? 0 : b.carried);
+    const TriangleSoup walls = walls_of(b.body);
+    const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge), missed = missed_of(swept, walls, skin, 0.15 * edge);
+    const std::string what = "set " + std::to_string(set) + ", " + std::to_string(poses) + " poses, carried " + std::to_string(b.edge_is_carried) + text_of(strokes);
+    EXPECT_EQ(b.refused, 0) << what;
+    EXPECT_LT(stray.distance / edge, most / edge) << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << what;
+    EXPECT_LT(missed.distance / edge, most / edge) << "nothing at " << missed.at.x << " " << missed.at.y << " " << missed.at.z << ", " << what;
+    worst = std::max({worst, stray.distance / most, missed.distance / most});
+    most_bent = std::max(most_bent, bent / edge);
+  }
+  if (budget.seconds) printf("%s: at worst %.2f of what may be, bent by up to %.3f edges\n", kMotions[static_cast<int>(kind)], worst, most_bent);
+}
+TEST(MovingBodyWalls, OfASheetThatIsShifted) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kShift, 2, 1); }
+TEST(MovingBodyWalls, OfASheetThatSwingsInItsPlane) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSwingInPlane, 2, 2); }
+TEST(MovingBodyWalls, OfASheetThatSwings) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSwing, 2, 3); }
+TEST(MovingBodyWalls, OfASheetThatIsPulledApart) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kStretch, 2, 4); }
+TEST(MovingBodyWalls, OfASheetWithAWave) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kWave, 2, 5); }
+TEST(MovingBodyWalls, OfASheetThatSags) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSag, 2, 6); }
+TEST(MovingBodyWalls, OfASheetThatSways) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSway, 2, 7); }
+TEST(MovingBodyWalls, OfASheetThatDrifts) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kDrift, 2, 8); }
+TEST(MovingBodyWalls, OfASteakThatSwings) { expect_walls_where_the_blade_was("steak", MotionKind::kSwing, 2, 9); }
+TEST(MovingBodyWalls, OfAMeniscusThatSwingsInItsPlane) { expect_walls_where_the_blade_was("meniscus", MotionKind::kSwingInPlane, 2, 10); }
 
 }  // namespace
 }  // namespace kerf::moving_body_test

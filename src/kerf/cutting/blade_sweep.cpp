@@ -214,7 +214,7 @@ class Sweep {
       const std::size_t vertices = mesh().vertex_count();
       const PathEnd end = make_end(until);
       const Stop start = !end.made ? f.start : Stop::at_vertex(leaves ? twin_towards(end.vertex, vertices, f.end) : end.vertex);
-      f = {start, end.before, f.end, rounding_.rest(until.end), false, {}, {}};
+      f = {start, end.before, f.end, rounding_.rest(until.end), false, {}, {}, f.beside};
       if (end.on_border) note(f);
       else f.trail.push_back(rounding_.rest(f.end));
       bent = true;
@@ -335,13 +335,16 @@ class Sweep {
     std::vector<Vec3> trail;
     std::optional<BladeTouch> touch;
     V before;
+    BesideBorder beside;
     Vec3 came = rounding_.rest(rest_point(mesh(), arc.begin.point)), last_end = came;
+    beside.set_place(came);
     if (const BladeFront* front = is_front(arc.begin) ? take(arc, arc.begin) : nullptr) {
       begin = front->start;
       trail = front->trail;
       touch = front->touch;
       before = front->before;
       came = front->came;
+      beside = front->beside;
       last_end = rounding_.rest(front->end);
     } else {
       rounding_.join_begin(arc);
@@ -353,7 +356,7 @@ class Sweep {
       end = front->start;
     } else {
       arc.reverse();
-      if (!ends_at_blade) rounding_.join_end(arc, &begin);
+      if (!ends_at_blade) rounding_.join_end(arc, &begin, BesideBorder::none());
       end = ends_at_blade ? Stop::inside(goal) : stop_of(arc.end);
     }
 
@@ -369,10 +372,16 @@ class Sweep {
       if (back) return;
     }
     if (along) arc.crossings.clear();
-    if (ends_at_blade) rounding_.hold_at_border(arc, goal);
+    if (ends_at_blade) {
+      // What the path crosses up to where it has come already is seen.
+      for (std::size_t k = 0; k < arc.crossings.size() && beside.sides != 0; ++k)
+        if (const Vec3 x = rounding_.rest(arc.crossings[k]); beside.is_ahead(x)) beside.come_to(mesh(), arc.faces[k], x, rounding_.beside());
+      beside.come_to(mesh(), goal.face, rounding_.rest(goal), rounding_.beside());
+      rounding_.hold_at_border(arc, goal);
+    }
     if (norm(rounding_.rest(begin) - first) > 0) trail.clear(), touch.reset();
     rounding_.begin_on_edge(arc, begin);
-    const std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end);
+    const std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end, beside);
     if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
       const std::size_t vertices = mesh().vertex_count();
       if (!open(stops)) return;
@@ -384,7 +393,7 @@ class Sweep {
       if (!touch) came = last_end;
     }
     if (!ends_at_blade) return;
-    BladeFront f{begin, before, goal, came, false, std::move(trail), touch};
+    BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside};
     note(f);
     stroke_.ends.push_back(std::move(f));
   }
@@ -403,7 +412,7 @@ class Sweep {
     const std::vector<V>& made = opening_.made();
     const V starts[2] = {made.front(), made.back()}, before[2] = {made.size() > 1 ? made[1] : V{}, before_last()};
     for (int k = 0; k < 2; ++k) {
-      BladeFront f{Stop::at_vertex(starts[k]), before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {}};
+      BladeFront f{Stop::at_vertex(starts[k]), before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {}, BesideBorder::none()};
       note(f);
       stroke_.ends.push_back(std::move(f));
     }
@@ -473,11 +482,11 @@ class Sweep {
     arc.end.kind = Kind::kIs;
     arc.end.point = {f.end.face, weights_of(mesh(), f.end)};
     if (!begin_at(arc, f)) return stay;
-    rounding_.join_end(arc, &f.start);
+    rounding_.join_end(arc, &f.start, f.beside);
     const bool joined = arc.end.kind == Kind::kBorder;
     if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature())) return stay;
     PathRounding::reduce(arc);
-    return open(rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end))) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
+    return open(rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside)) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
   }
 
   /// On what way a front's path came to it, as the material lies now; it matters only along the blade, where no time tells.

@@ -18,6 +18,7 @@
 #include "kerf/base/journal.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
+#include "kerf/cutting/beside_border.h"
 #include "kerf/cutting/blade_edge.h"
 #include "kerf/cutting/cut_options.h"
 #include "kerf/cutting/cut_scratch.h"
@@ -42,6 +43,7 @@ struct BladeFront {
   bool in_slit = false;     ///< near the lip that its path begins on: it begins beside the end, maybe some faces away
   std::vector<Vec3> trail;  ///< the places of the end since the start, at rest
   std::optional<BladeTouch> touch;  ///< the nearest since the start
+  BesideBorder beside{};            ///< of the path, up to the end
 };
 
 /// One stroke of a blade: its state between poses. Plain data.

@@ -28,7 +28,7 @@ void prepend(BladeArc& arc, const std::vector<ArcCrossing>& way) {
 }  // namespace
 
 PathRounding::PathRounding(const CollisionMesh& mesh, const CutOptions& options, double mean_edge)
-    : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge), near_(cut::kPathNear * feature_), outside_(cut::kPathOutside * mean_edge), carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
+    : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge), near_(cut::kPathNear * feature_), beside_(cut::kBesideReach * feature_), outside_(cut::kPathOutside * mean_edge), carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
 
 double PathRounding::foot(H h, Vec3 x) const {
   const Vec3 a = rest(mesh_.from(h)), d = rest(mesh_.to(h)) - a;
@@ -67,7 +67,7 @@ void PathRounding::for_each_of_lip(const Stop& stop, Vec3 from, Vec3 to, Fn&& fn
   for (int i = 1; i < cut::kSameLip && is_near(mesh_.from(h)); ++i) fn(h = border_before(h));
 }
 
-BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<const H> but) const {
+BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<const H> but, const BesideBorder& beside) const {
   struct Found {
     BorderFoot foot;
     double distance;
@@ -84,8 +84,8 @@ BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<c
       if (!mesh_.is_border(h)) {
         const F other = CollisionMesh::face(mesh_.twin[h]);
         if (faces < cut::kFacesAround && std::find(around.begin(), around.begin() + faces, other) == around.begin() + faces) around[at(faces++)] = other;
-      } else if (std::find(but.begin(), but.end(), h) == but.end()) {
-        found[static_cast<std::size_t>(count++)] = {{h, foot(h, x)}, far};
+      } else if (const double t = foot(h, x); std::find(but.begin(), but.end(), h) == but.end() && !beside.is_beside(mesh_, face, x, lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t))) {
+        found[static_cast<std::size_t>(count++)] = {{h, t}, far};
       }
     }
   std::stable_sort(found.begin(), found.begin() + count, [](const Found& a, const Found& b) { return a.distance < b.distance; });
@@ -101,13 +101,13 @@ bool PathRounding::same_lip(const Stop& stop, H border, Vec3 from, Vec3 to) cons
   return same;
 }
 
-void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start) const {
+void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start, const BesideBorder& beside) const {
   if (end.kind == ArcEnd::Kind::kBorder) return;
   const RestPoint p = rest_point(mesh_, end.point);
   const Vec3 x = rest(p);
   std::vector<H> own;
   if (start) for_each_of_lip(*start, rest(*start), x, [&](H h) { own.push_back(h); });
-  const BorderFoot foot = nearest_border(p.face, x, own);
+  const BorderFoot foot = border_within(near_, p.face, x, own, beside);
   if (!foot.exists()) return;
   if (last) arc.reverse();
   lead(arc, on_border(foot.border, foot.fraction), x);
@@ -116,13 +116,13 @@ void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start
   end.border = foot.border;
   end.fraction = foot.fraction;
 }
-void PathRounding::join_end(BladeArc& arc, const Stop* start) const { join(arc.end, arc, true, start); }
-void PathRounding::join_begin(BladeArc& arc) const { join(arc.begin, arc, false, nullptr); }
+void PathRounding::join_end(BladeArc& arc, const Stop* start, const BesideBorder& beside) const { join(arc.end, arc, true, start, beside); }
+void PathRounding::join_begin(BladeArc& arc) const { join(arc.begin, arc, false, nullptr, kNone); }
 
 bool PathRounding::begin_nearer(BladeArc& arc, double least) const {
   const RestPoint p = rest_point(mesh_, arc.begin.point);
   const Vec3 x = rest(p);
-  const BorderFoot foot = border_within(std::min(carried_, least), p.face, x, {});
+  const BorderFoot foot = border_within(std::min(carried_, least), p.face, x, {}, kNone);
   if (!foot.exists() || !lead(arc, on_border(foot.border, foot.fraction), x)) return false;
   arc.begin.kind = ArcEnd::Kind::kBorder;
   arc.begin.border = foot.border;
@@ -231,7 +231,7 @@ Stop PathRounding::on_edge(const ArcCrossing& c) const {
 
 bool PathRounding::may_pass(V v) const { return !mesh_.on_border(v) || material_around(v) > cut::kReflex; }
 
-V PathRounding::vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from) const {
+V PathRounding::vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from, const BesideBorder& beside) const {
   const std::size_t n = arc.crossings.size();
   const ArcCrossing& c = arc.crossings[i];
   const V v = near_end(c);
@@ -244,12 +244,12 @@ V PathRounding::vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from
   const Vec3 x = rest(c), before = i > 0 ? rest(arc.crossings[i - 1]) : from;
   for (const V u : {v, v == mesh_.from(c.near) ? mesh_.to(c.near) : mesh_.from(c.near)}) {
     const bool passes = distance_to_segment(rest(u), before, x) < feature_ || (i + 1 < n && distance_to_segment(rest(u), x, rest(arc.crossings[i + 1])) < feature_);
-    if (passes && !(rest(u) == from) && mesh_.on_border(u) && may_pass(u)) return u;
+    if (passes && !(rest(u) == from) && mesh_.on_border(u) && may_pass(u) && !beside.is_on(mesh_, arc.faces[i], x, rest(u))) return u;
   }
   return {};
 }
 
-std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc, const Stop& end) const {
+std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc, const Stop& end, const BesideBorder& beside) const {
   std::vector<Stop> stops;
   if (begin.exists()) stops.push_back(begin);
   const auto first = static_cast<std::ptrdiff_t>(stops.size());
@@ -261,10 +261,10 @@ std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc,
   const Vec3 from = begin.exists() ? rest(begin) : rest(rest_point(mesh_, arc.begin.point));
   for (std::size_t i = 0; i < n; ++i) {
     const ArcCrossing& c = arc.crossings[i];
-    if (const V v = vertex_of_crossing(arc, i, from); v.valid() && v != goal) {
+    if (const V v = vertex_of_crossing(arc, i, from, beside); v.valid() && v != goal) {
       if (v == last) continue;
       const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == v; });
-      if (!used && may_pass(v)) {
+      if (!used && may_pass(v) && !(mesh_.on_border(v) && beside.is_on(mesh_, arc.faces[i], rest(c), rest(v)))) {
         stops.push_back(Stop::at_vertex(last = v));
         continue;
       }

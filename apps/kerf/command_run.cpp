@@ -88,6 +88,7 @@ class Run {
     recording.source.name = scene_file.stem().string();
     recording.source.folder = std::filesystem::absolute(scene_file).parent_path();
     KERF_TRY(take_meshes(scene_, recording.source));
+    recording.overrides.dust = scene_.cut.dust;
     recording.instructions = instruction_set();
     recording.last_step = session_.step_count();
     recording.hashes = hashes_;

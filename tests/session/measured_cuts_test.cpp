@@ -270,7 +270,7 @@ TEST(MeasuredCuts, SliversAtARimHaveAVolume) {
   ASSERT_TRUE(folder.ok());
   const std::string path = (folder->path() / "ring.obj").string();
   ASSERT_TRUE(write_obj(path, ring()).ok());
-  auto scene = parse_scene(fmt::format("[body]\nvisual = \"{}\"\n[simulation]\ngravity = [0, 0, 0]\n", path), "measured");
+  auto scene = parse_scene(fmt::format("[body]\nvisual = \"{}\"\n[cut]\ndust = 0\n[simulation]\ngravity = [0, 0, 0]\n", path), "measured");
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   Session session = test::make(*scene);
   const double whole = weigh(session).front();

@@ -65,6 +65,7 @@ roughness = 0.001
 minimum_feature = 0.03
 snap = 0.05
 path_tolerance = 0.07
+dust = 0.002
 resistance = 60
 [contact]
 enabled = false
@@ -309,6 +310,7 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(s.cut.minimum_feature, 0.03);
   EXPECT_EQ(s.cut.snap, 0.05);
   EXPECT_EQ(s.cut.path_tolerance, 0.07);
+  EXPECT_EQ(s.cut.dust, 0.002);
   EXPECT_EQ(s.cut.resistance, 60);
   EXPECT_EQ(s.contact.enabled, false);
   EXPECT_FALSE(wants_contact(s));

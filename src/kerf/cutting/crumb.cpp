@@ -25,7 +25,8 @@ bool flood(const Mesh& mesh, typename Mesh::F seed, DenseIndex& seen, std::vecto
   return true;
 }
 
-/// m^3 that a piece's skin encloses.
+}  // namespace
+
 double enclosed_by(const CellComplex& body, F of_piece, CutScratch& scratch) {
   const VisualMesh& mesh = body.visual;
   const CollisionVertex v = body.collision.from(CollisionMesh::corner(of_piece, 0));
@@ -38,8 +39,6 @@ double enclosed_by(const CellComplex& body, F of_piece, CutScratch& scratch) {
   });
   return volume;
 }
-
-}  // namespace
 
 bool is_in_crumb(const CellComplex& body, std::span<const F> faces, CutScratch& scratch) {
   if (!body.closed) return false;

@@ -12,4 +12,7 @@ namespace kerf {
 /// Cost: the faces of small pieces, and a few for each face that is in a larger one.
 bool is_in_crumb(const CellComplex& body, std::span<const CollisionTriangle> faces, CutScratch& scratch);
 
+/// m^3 that the skin of the piece with this face encloses at rest; a closed body. Cost: its visual triangles.
+double enclosed_by(const CellComplex& body, CollisionTriangle of_piece, CutScratch& scratch);
+
 }  // namespace kerf

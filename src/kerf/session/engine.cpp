@@ -431,6 +431,7 @@ Recording Engine::Impl::make_recording() const {
   Recording r;
   r.source = source;
   r.overrides = overrides;
+  r.overrides.dust = session->scene().cut.dust;
   r.instructions = instruction_set();
   r.changes = changes;
   r.hashes = hashes;

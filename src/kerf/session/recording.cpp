@@ -170,6 +170,7 @@ class RecordingReader {
     out.overrides.scripted = member(root_, "scripted") == Json(true);
     out.overrides.time_step = number(member(root_, "time_step"), "time_step");
     if (out.overrides.time_step < 0) fail("time_step is negative");
+    read_dust(out.overrides);
     out.last_step = step(member(root_, "last_step"));
     std::int64_t last = 0;
     for (const Json& item : array(root_, "changes")) {
@@ -205,6 +206,16 @@ class RecordingReader {
   }
 
  private:
+  /// Recordings of before dust was swept up have none, and nothing of it went.
+  void read_dust(SceneOverrides& overrides) {
+    if (!root_.contains("dust")) {
+      overrides.dust = 0;
+      return;
+    }
+    if (root_["dust"].is_null()) return;
+    overrides.dust = number(root_["dust"], "dust");
+    if (*overrides.dust < 0 || *overrides.dust > kMostDust) fail(fmt::format("dust goes from 0 to {:g}, but is {:g}", kMostDust, *overrides.dust));
+  }
   /// Recordings of before meshes travelled have none.
   void read_meshes(const Json& scene, SceneSource& source) {
     if (!scene.is_object() || !scene.contains("meshes")) return;
@@ -369,6 +380,7 @@ std::string recording_text(const Recording& r) {
   root["scene"] = std::move(scene);
   root["scripted"] = r.overrides.scripted;
   root["time_step"] = r.overrides.time_step;
+  root["dust"] = r.overrides.dust ? Json(*r.overrides.dust) : Json();
   root["last_step"] = r.last_step;
   Json changes = Json::array();
   for (const SessionChange& c : r.changes) {

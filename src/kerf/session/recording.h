@@ -40,6 +40,7 @@ struct SceneSource {
 struct SceneOverrides {
   bool scripted = true;        ///< keep the scene's own commands
   double time_step = 0;        ///< s; 0: the scene's
+  std::optional<double> dust = std::nullopt;  ///< SceneCut::dust; none: the scene's
 };
 /// Mesh files up to this size altogether travel in a recording; of others it has the hash.
 inline constexpr std::size_t kMostEmbedded = std::size_t{64} << 20;

@@ -41,6 +41,7 @@ RecordingDifference compare(const Recording& a, const Recording& b) {
   if (!same_meshes(a.source, b.source)) d.settings.emplace_back("the mesh files");
   if (a.overrides.scripted != b.overrides.scripted) d.settings.emplace_back("whether the scene's own commands run");
   if (a.overrides.time_step != b.overrides.time_step) d.settings.push_back(fmt::format("the time step: {} and {} s (0: the scene's)", a.overrides.time_step, b.overrides.time_step));
+  if (a.overrides.dust != b.overrides.dust) d.settings.emplace_back("what is swept up as dust");
   if (a.instructions != b.instructions) d.settings.push_back(fmt::format("the instruction set: {} and {}", a.instructions, b.instructions));
 
   const std::size_t n = std::min(a.changes.size(), b.changes.size());

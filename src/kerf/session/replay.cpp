@@ -53,6 +53,7 @@ Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& override
   if (!scene) return scene;
   if (!overrides.scripted) scene->commands.clear();
   if (overrides.time_step > 0) scene->simulation.time_step = overrides.time_step;
+  if (overrides.dust) scene->cut.dust = *overrides.dust;
   return scene;
 }
 

@@ -158,6 +158,7 @@ std::string run_report_json(const Session& session, const RunLog& log, const Run
                     {"triangles_walked", s.triangles},
                     {"refused_steps", s.refused},
                     {"retried_steps", s.retried},
+                    {"removed", {{"pieces", s.removed.pieces}, {"volume", s.removed.volume}, {"share", s.removed.share}}},
                     {"milliseconds",
                      {{"cut_and_binding_update", 1e3 * s.times.cut_and_binding},
                       {"embedding_update", 1e3 * s.times.embedding},

@@ -12,6 +12,7 @@
 #include "kerf/embedding/embedding_validate.h"
 #include "kerf/lattice/lattice_validate.h"
 #include "kerf/session/scene_bodies.h"
+#include "kerf/session/scene_limits.h"
 #include "kerf/session/scene_place.h"
 #include "kerf/session/session_impl.h"
 
@@ -116,6 +117,9 @@ Status Session::Impl::prepare(const Progress& progress) {
   if (scene.cut.snap)
     notes.push_back("[cut] snap decides nothing: a path goes through a vertex within the minimum_feature, along the edge. Take the line out.");
   state.measures = measure_complex(state.body.complex);
+  if (!(scene.cut.dust >= 0 && scene.cut.dust <= kMostDust))
+    return bad_input(fmt::format("dust is {} in [cut]; it is a share of the uncut body's volume and goes from 0, which leaves every piece, to {}", scene.cut.dust, kMostDust));
+  for (const LatticeBody& b : state.body.hex.bodies) uncut_volume.push_back(b.volume);
   if (scene.lesion) {
     tissue_at_start = tissue_volume(state.body.complex, *scene.lesion);
     pieces_at_start = collision_pieces(state.body.complex).count;

@@ -33,6 +33,15 @@ struct CutTimes {
   double total = 0;            ///< all of it, blade sweep included
 };
 
+/// What was taken away.
+struct RemovalReport {
+  int pieces = 0;
+  double mass = 0;    ///< kg
+  double volume = 0;  ///< m^3 that the visual mesh enclosed at rest (open sheet: 0)
+  double share = 0;   ///< that this is of the volume of all bodies when they were uncut
+  double seconds = 0;
+};
+
 /// What can be undone: one stroke of a blade, from touching down to lifting off, one punch, a piece taken away, or the
 /// passes of a shaver.
 struct StrokeRecord {
@@ -46,12 +55,13 @@ struct StrokeRecord {
   int triangles = 0;            ///< collision triangles walked into, provisional ones included
   int refused = 0;              ///< degenerate steps that were rolled back
   int retried = 0;              ///< steps that were refused where they should have gone, and done a little beside
+  RemovalReport removed;        ///< pieces that went: those of a removal, or the dust that the stroke left
 };
 
 /// What one punch did.
 struct PunchReport {
   bool cut = false;                      ///< false: there was nothing to cut, and there is nothing to undo
-  std::vector<CollisionTriangle> loose;  ///< triangles that came loose; rising
+  std::vector<CollisionTriangle> loose;  ///< triangles that came loose and are not dust; rising
   std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
   CutTimes times;
 };
@@ -62,14 +72,6 @@ struct ShaveReport {
   int moved_back = 0, stuck = 0; ///< collision vertices that moved, and that had no room to
   double removed = 0;            ///< m^3
   double roughness_before = 0, roughness_after = 0;  ///< metres, of the walls that it met
-  double seconds = 0;
-};
-
-/// What was taken away.
-struct RemovalReport {
-  int pieces = 0;
-  double mass = 0;    ///< kg
-  double volume = 0;  ///< m^3 that the visual mesh enclosed at rest (open sheet: 0)
   double seconds = 0;
 };
 
@@ -122,7 +124,8 @@ class Session {
   /// A stroke by hand. Each pose cuts at once. Frame as in scenes.
   Status begin_stroke(SceneFrame frame, bool through);
   Status move_blade(Vec3 base, Vec3 tip);
-  /// One that has cut nothing leaves nothing to undo.
+  /// One that has cut nothing leaves nothing to undo. Dust that it leaves is taken away in the same undo step (SceneCut::dust): then all ids change,
+  /// as by remove_piece.
   Status end_stroke();
   /// Rolls the whole stroke back: topology, positions and velocities are as it began.
   Status cancel_stroke();
@@ -143,8 +146,8 @@ class Session {
   [[nodiscard]] double roughness() const;
 
   /// Takes the piece that this collision triangle belongs to away: collision mesh, visual mesh, hexahedra, and their memory. One undo
-  /// step. All ids change; what stays keeps its order (changes say `everything`). Grasps on it let go. Bad input: no such
-  /// triangle; the only piece there is. Cost: linear in the body.
+  /// step. All ids change; what stays keeps its order (changes say `everything`). Grasps on it let go. A stroke in progress ends first; what goes
+  /// as its dust is not taken again. Bad input: no such triangle; the only piece there is. Cost: linear in the body.
   Result<RemovalReport> remove_piece(CollisionTriangle triangle);
   /// Sucks off what is loose: every piece whose collision mesh reaches into the region, but the heaviest piece and those
   /// that supports hold. Nothing there is no error.

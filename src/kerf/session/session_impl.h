@@ -11,6 +11,9 @@
 #include "kerf/base/journal.h"
 #include "kerf/cutting/blade_sweep.h"
 #include "kerf/cutting/piece_labels.h"
+#include "kerf/cutting/pieces.h"
+#include "kerf/cutting/remove_pieces.h"
+#include "kerf/cutting/small_piece.h"
 #include "kerf/cutting/topology_change.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/embedding/skin.h"
@@ -64,7 +67,7 @@ struct UndoStep {
   MechanicsState mechanics;  ///< undo list: as the stroke began. Redo list: as it was when it was undone
   BodyAccount account;       ///< as `mechanics`
   std::size_t record = 0;    ///< the stroke's place in SessionState::strokes
-  std::optional<PieceRemoval> removal;  ///< a piece was taken away: then `topology` is empty
+  std::optional<PieceRemoval> removal;  ///< pieces were taken away, after the stroke if there was one; else `topology` is empty
   [[nodiscard]] std::size_t bytes() const;
 };
 
@@ -129,6 +132,9 @@ struct Session::Impl {
   int uncut_notes = 0;
   TissueVolume tissue_at_start;  ///< in scenes with a lesion
   int pieces_at_start = 1;
+  std::vector<double> uncut_volume;  ///< m^3, of each body
+  std::optional<ComplexRenaming> swept;  ///< ids that the dust of the last stroke to end has changed
+  int dust_notes = 0;
   SessionState state;
 
   // memory without state
@@ -206,8 +212,20 @@ struct Session::Impl {
   Status advance_command_stroke(double until);
   /// What is left of a command's stroke, at once: before another command that would break it off within its last step.
   Status finish_command_stroke();
+  /// Whatever stroke is in progress ends, and `swept` tells what that renamed.
+  Status finish_stroke();
+  // session_dust.cpp
+  /// Triangles of the loose pieces that the present stroke has cut off and that are to be swept up, flagged; empty: there are none. `report`: what they are.
+  std::vector<std::uint8_t> dust_of_stroke(RemovalReport& report);
+  [[nodiscard]] bool is_dust(const SmallPiece& piece);
+  [[nodiscard]] double share_of_uncut(double volume) const;
+  void note_dust(const RemovalReport& dust, const std::string& place);
   // session_remove.cpp
+  /// Kilograms in the copies of each piece.
+  [[nodiscard]] std::vector<double> masses_of(const Pieces& pieces) const;
   Result<RemovalReport> take_away(const std::vector<std::uint8_t>& triangles);
+  /// Takes whole pieces out of everything that knows them. `before` gets what putting them back takes.
+  Result<ComplexRenaming> take_out(const std::vector<std::uint8_t>& remove, std::optional<PieceRemoval>& before);
   Result<RemovalReport> take_grasped(const std::string& id);
   Status remove(const SceneRemove& what, const std::string& place);
   Result<RemovalReport> remove_in(const SceneRegion& region, SceneFrame frame);

@@ -52,8 +52,7 @@ void add_scraps(const Body& body, const MechanicsModel& model, const std::vector
 
 Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, double roughness) {
   if (!(roughness >= 0 && std::isfinite(roughness))) return bad_input(fmt::format("punch: a roughness of {} m; it must not be negative", roughness));
-  KERF_TRY(finish_command_stroke());
-  if (state.stroke) KERF_TRY(end_stroke());
+  KERF_TRY(finish_stroke());
   const auto start = Clock::now();
   UndoList redo = std::exchange(state.redo, {});  // given back if nothing is cut
   KERF_TRY(begin_stroke(frame, true));
@@ -94,7 +93,15 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
   report.cut = true;
   report.loose = std::move(cut->loose);
   report.lips = std::move(cut->lips);
-  KERF_TRY(end_stroke());
+  KERF_TRY(finish_stroke());
+  if (swept) {
+    const auto rename = [](auto& list, const auto& map) {
+      for (auto& id : list) id = map(id);
+      std::erase_if(list, [](auto id) { return !id.valid(); });
+    };
+    rename(report.loose, swept->collision_triangle);
+    rename(report.lips, swept->collision_half_edge);
+  }
   report.times = state.strokes.back().times;
   return report;
 }
@@ -114,7 +121,7 @@ Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
   if (!done->cut)
     add_note(fmt::format("{}the punch cut nothing: its outline meets no material along its axis{} ({} coordinates, metres); move its point onto the body",
                          place, what.reach ? " within its reach" : "", what.frame == SceneFrame::kRest ? "rest" : "world"));
-  else if (what.take && done->loose.empty())
+  else if (what.take && done->loose.empty() && !swept)
     add_note(fmt::format("{}the punch cut, but nothing came loose that could be taken away", place));
   if (!what.take || done->loose.empty()) return {};
   std::vector<std::uint8_t> triangles(state.body.complex.collision.face_count(), 0);

@@ -1,12 +1,10 @@
-// Loose pieces are taken away: grasped, sucked off or picked.
+// Loose pieces are taken away: grasped, sucked off or picked; which takes the dust of strokes (session_dust.cpp) out, too.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "kerf/base/stopwatch.h"
-#include "kerf/cutting/pieces.h"
-#include "kerf/cutting/remove_pieces.h"
 #include "kerf/lattice/lattice_remove.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/spatial/triangle_queries.h"
@@ -37,19 +35,6 @@ void keep_fades(std::vector<FadingVertex>& list, const IdMap<Id>& map) {
   std::erase_if(list, [](const FadingVertex& f) { return f.vertex < 0; });
 }
 
-/// Kilograms in the copies of each piece.
-std::vector<double> masses_of(const Pieces& pieces, const Body& body, const MechanicsModel& model) {
-  std::vector<std::int32_t> piece_of_copy(body.hex.hex_count(), -1);
-  for (const CollisionTriangle t : ids<CollisionTriangle>(body.complex.collision.face_count()))
-    for (const Piece& p : body.hex.pieces_of(t)) piece_of_copy[body.hex.host[p.copy].index()] = pieces.of_face[t.index()];
-  std::vector<double> mass(static_cast<std::size_t>(pieces.count), 0.0);
-  for (const HexId h : ids<HexId>(body.hex.hex_count()))
-    if (body.hex.alive(h) && piece_of_copy[h.index()] >= 0)
-      mass[static_cast<std::size_t>(piece_of_copy[h.index()])] +=
-          model.materials()[static_cast<std::size_t>(model.element(h).material)].density * body.hex.material[h].mass_volume;
-  return mass;
-}
-
 /// Does a triangle reach into a region? Exact for balls and half-spaces; for boxes it looks at nine points of the triangle and at
 /// the point nearest to the box's middle.
 bool meets_region(const SceneRegion& region, Vec3 a, Vec3 b, Vec3 c) {
@@ -62,6 +47,20 @@ bool meets_region(const SceneRegion& region, Vec3 a, Vec3 b, Vec3 c) {
 }
 
 }  // namespace
+
+std::vector<double> Session::Impl::masses_of(const Pieces& pieces) const {
+  const Body& body = state.body;
+  const MechanicsModel& model = state.model;
+  std::vector<std::int32_t> piece_of_copy(body.hex.hex_count(), -1);
+  for (const CollisionTriangle t : ids<CollisionTriangle>(body.complex.collision.face_count()))
+    for (const Piece& p : body.hex.pieces_of(t)) piece_of_copy[body.hex.host[p.copy].index()] = pieces.of_face[t.index()];
+  std::vector<double> mass(static_cast<std::size_t>(pieces.count), 0.0);
+  for (const HexId h : ids<HexId>(body.hex.hex_count()))
+    if (body.hex.alive(h) && piece_of_copy[h.index()] >= 0)
+      mass[static_cast<std::size_t>(piece_of_copy[h.index()])] +=
+          model.materials()[static_cast<std::size_t>(model.element(h).material)].density * body.hex.material[h].mass_volume;
+  return mass;
+}
 
 std::size_t PieceRemoval::bytes() const {
   std::size_t sum = fixed.size() + prescribed.size() * sizeof(Vec3) + to_other.size() * sizeof(CollisionVertex);
@@ -152,10 +151,9 @@ Status Session::Impl::swap_removal(PieceRemoval& r, bool back) {
 Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& triangles) {
   const auto start = Clock::now();
   RemovalReport report;
-  KERF_TRY(finish_command_stroke());
-  if (state.stroke) KERF_TRY(end_stroke());
+  KERF_ASSERT(!state.stroke);  // its end may rename the triangles
   const Pieces pieces = collision_pieces(state.body.complex);
-  const std::vector<double> masses = masses_of(pieces, state.body, state.model);
+  const std::vector<double> masses = masses_of(pieces);
   std::vector<std::uint8_t> goes(static_cast<std::size_t>(pieces.count), 0);
   for (std::size_t f = 0; f < triangles.size(); ++f)
     if (triangles[f]) goes[static_cast<std::size_t>(pieces.of_face[f])] = 1;
@@ -177,6 +175,22 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   UndoStep step;
   step.mechanics = state.mechanics;
   step.fade = state.fade;
+  const auto taken = take_out(remove, step.removal);
+  if (!taken) return taken.error();
+  report.volume = taken->removed.volume;
+  report.share = share_of_uncut(report.volume);
+  record.after = counts();
+  report.seconds = seconds_since(start);
+  record.times.total = report.seconds;
+  record.removed = report;
+  state.strokes.push_back(record);
+  step.record = state.strokes.size() - 1;
+  state.redo.clear();
+  add_undo(std::move(step));
+  return report;
+}
+
+Result<ComplexRenaming> Session::Impl::take_out(const std::vector<std::uint8_t>& remove, std::optional<PieceRemoval>& undo) {
   PieceRemoval before{state.body, state.measures, {}, {}, {}, {}};
   for (std::size_t i = 0; i < state.model.node_count(); ++i) {
     before.fixed.push_back(state.model.is_fixed(NodeId(i)) ? 1 : 0);
@@ -189,7 +203,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
       if (body.hex.alive(h)) body.hex.bodies[static_cast<std::size_t>(body.hex.material[h].body)].volume += sign * body.hex.material[h].mass_volume;
   };
   book(-1);
-  const ComplexRenaming r = kerf::remove_pieces(body.complex, remove);
+  ComplexRenaming r = kerf::remove_pieces(body.complex, remove);
   const LatticeRenaming l =
       remove_from_lattice(body.hex, r.collision_vertex, r.collision_half_edge, r.collision_triangle, body.complex.collision);
   keep_embedding(body.embedding, r, l);
@@ -198,7 +212,6 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   state.measures.skin_area -= r.removed.skin_area;
   state.measures.collision_area -= r.removed.collision_area;
   state.measures.volume -= r.removed.volume;
-  report.volume = r.removed.volume;
 
   MechanicsState kept_motion = state.mechanics;
   NodeFade kept_fade;
@@ -235,6 +248,8 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
     g.offset.resize(n);
   }
   lose_empty_grasps();
+  for (EdgePress& press : edge_presses) press.vertex = r.collision_vertex(press.vertex);
+  std::erase_if(edge_presses, [](const EdgePress& press) { return !press.vertex.valid(); });
 
   forget_ids();
   const bool divided = !r.new_ancestor.empty();
@@ -263,23 +278,15 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   KERF_TRY(renew_springs());
   renew_loads();
 
-  record.after = counts();
-  report.seconds = seconds_since(start);
-  record.times.total = report.seconds;
-  state.strokes.push_back(record);
-  step.record = state.strokes.size() - 1;
-  step.removal = std::move(before);
-  state.redo.clear();
-  add_undo(std::move(step));
-  return report;
+  undo = std::move(before);
+  return r;
 }
 
 Result<RemovalReport> Session::Impl::remove_in(const SceneRegion& region, SceneFrame frame) {
-  KERF_TRY(finish_command_stroke());
-  if (state.stroke) KERF_TRY(end_stroke());
+  KERF_TRY(finish_stroke());
   const CollisionMesh& mesh = state.body.complex.collision;
   const Pieces pieces = collision_pieces(state.body.complex);
-  const std::vector<double> masses = masses_of(pieces, state.body, state.model);
+  const std::vector<double> masses = masses_of(pieces);
   std::vector<std::uint8_t> loose(static_cast<std::size_t>(pieces.count), 1), meets(loose.size(), 0);
   loose[static_cast<std::size_t>(std::max_element(masses.begin(), masses.end()) - masses.begin())] = 0;
   const std::vector<Vec3>& places = frame == SceneFrame::kRest ? mesh.rest.raw() : deformed_collision();
@@ -302,9 +309,12 @@ Result<RemovalReport> Session::Impl::remove_in(const SceneRegion& region, SceneF
 }
 
 Result<RemovalReport> Session::remove_piece(CollisionTriangle triangle) {
-  const std::size_t n = impl_->state.body.complex.collision.face_count();
-  if (!triangle.valid() || triangle.index() >= n) return bad_input(fmt::format("there is no collision triangle {} to take away", triangle.value));
-  std::vector<std::uint8_t> triangles(n, 0);
+  const auto& root = impl_->state.body.complex.collision.root;
+  if (!root.contains(triangle)) return bad_input(fmt::format("there is no collision triangle {} to take away", triangle.value));
+  KERF_TRY(impl_->finish_stroke());
+  if (impl_->swept) triangle = impl_->swept->collision_triangle(triangle);
+  if (!triangle.valid()) return RemovalReport{};
+  std::vector<std::uint8_t> triangles(root.size(), 0);
   triangles[triangle.index()] = 1;
   return impl_->take_away(triangles);
 }
@@ -326,15 +336,14 @@ bool Session::held_by_supports(CollisionTriangle triangle) const {
 Result<RemovalReport> Session::remove_pieces(const SceneRegion& region, SceneFrame frame) { return impl_->remove_in(region, frame); }
 
 Result<RemovalReport> Session::Impl::take_grasped(const std::string& id) {
+  const auto grasp = [&] { return std::find_if(state.grasps.begin(), state.grasps.end(), [&](const Grasp& g) { return g.id == id; }); };
+  if (grasp() == state.grasps.end()) return bad_input(fmt::format("there is no grasp '{}' that holds a piece", id));
+  KERF_TRY(finish_stroke());
   const CollisionMesh& mesh = state.body.complex.collision;
-  for (const Grasp& g : state.grasps)
-    if (g.id == id) {
-      std::vector<std::uint8_t> triangles(mesh.face_count(), 0);
-      for (const CollisionVertex v : g.points)
-        if (mesh.rest.contains(v)) triangles[CollisionMesh::face(mesh.outgoing[v]).index()] = 1;
-      return take_away(triangles);
-    }
-  return bad_input(fmt::format("there is no grasp '{}' that holds a piece", id));
+  std::vector<std::uint8_t> triangles(mesh.face_count(), 0);
+  for (const CollisionVertex v : grasp()->points)
+    if (mesh.rest.contains(v)) triangles[CollisionMesh::face(mesh.outgoing[v]).index()] = 1;
+  return take_away(triangles);
 }
 Result<RemovalReport> Session::remove_grasped(const std::string& id) { return impl_->take_grasped(id); }
 

@@ -80,8 +80,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     return bad_input(fmt::format("shaver: smoothing must lie in [0, 1] and depth must not be negative, not {} and {}", smoothing, depth));
   const auto start = Clock::now();
   if (state.stroke && !state.stroke->shaving) {
-    KERF_TRY(finish_command_stroke());
-    if (state.stroke) KERF_TRY(end_stroke());
+    KERF_TRY(finish_stroke());
   }
   if (!state.stroke) {
     KERF_TRY(begin_stroke(frame, true));

@@ -136,6 +136,7 @@ std::span<const Vec3> Session::Impl::shown_nodes() {
 
 Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
   if (state.stroke) KERF_TRY(end_stroke());
+  swept.reset();
   state.redo.clear();
   begin_pose();  // nothing is remembered of strokes before
   state.stroke = std::make_unique<ActiveStroke>();
@@ -361,18 +362,31 @@ Status Session::Impl::end_stroke() {
   record.finished = true;
   record.ended = state.time;
   record.after = counts();
+  const bool idle = record.after == record.before && !stroke.shaved;  // every cut makes new vertices
+  const std::vector<std::uint8_t> dust = dust_of_stroke(record.removed);
+  const std::string place = std::move(stroke.place);
 
   UndoStep step;
   step.topology = journal_take(state.body, stroke.start);
   step.mechanics = std::move(stroke.before);
   step.account = std::move(stroke.account);
-  const bool shaved = stroke.shaved;
   step.fade = std::move(stroke.fade);
   step.record = state.strokes.size() - 1;
   state.stroke.reset();
   mark_synced();
-  // A stroke through the air leaves nothing to undo: every cut makes new vertices.
-  if (record.after == record.before && !shaved) return {};
+  if (idle) return {};  // a stroke through the air leaves nothing to undo
+  if (!dust.empty()) {
+    const auto start = Clock::now();
+    auto taken = take_out(dust, step.removal);
+    if (!taken) return taken.error();
+    record.after = counts();
+    record.removed.volume = taken->removed.volume;
+    record.removed.share = share_of_uncut(taken->removed.volume);
+    record.removed.seconds = seconds_since(start);
+    record.times.total += record.removed.seconds;
+    swept = std::move(*taken);
+    note_dust(record.removed, place);
+  }
   add_undo(std::move(step));
   return {};
 }
@@ -434,9 +448,9 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
   if (from.empty()) return bad_input(back ? "there is no stroke to undo" : "there is no stroke to redo");
   UndoStep step = from.pop();
   MechanicsState now = state.mechanics;
-  if (step.removal) {
-    KERF_TRY(swap_removal(*step.removal, back));
-  } else {
+  // What was taken away went after what was cut.
+  if (step.removal && back) KERF_TRY(swap_removal(*step.removal, back));
+  if (!step.topology.arrays.empty()) {
     const std::vector<CollisionVertex> ancestors = grasp_ancestors();
     state.model.clear_springs();
     if (back) journal_undo(state.body, step.topology);
@@ -452,6 +466,7 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
     const HexMesh& hex = state.body.hex;
     KERF_TRY(sync_copies(hex, state.materials, written_copies(state.body, step.topology, hex.hex_count()), state.model, state.mechanics));
   }
+  if (step.removal && !back) KERF_TRY(swap_removal(*step.removal, back));
   state.mechanics = std::move(step.mechanics);
   hold_fixed_nodes(state.model, state.mechanics);  // a support may be newer
   step.mechanics = std::move(now);
@@ -504,6 +519,12 @@ Status Session::Impl::advance_command_stroke(double until) {
     if (s > 1e-9) KERF_TRY(cut_to(lerp(a.base, b.base, s), lerp(a.tip, b.tip, s)));
   }
   return {};
+}
+
+Status Session::Impl::finish_stroke() {
+  swept.reset();
+  KERF_TRY(finish_command_stroke());
+  return state.stroke ? end_stroke() : Status{};
 }
 
 Status Session::Impl::finish_command_stroke() {

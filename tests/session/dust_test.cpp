@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "kerf/base/random.h"
@@ -23,6 +24,7 @@ using testing_support::piece_volumes;
 
 constexpr int kStrokes = 20;
 constexpr double kJitter = 0.05;  // mean edges
+constexpr Vec3 kFacingY{0, 0, std::numbers::pi / 2};
 
 Scene steak(double dust) {
   Scene scene;
@@ -311,6 +313,81 @@ TEST(Dust, PunchesLeaveNone) {
   }
   EXPECT_GT(swept, 3);
   expect_valid(session);
+}
+
+/// A strip along x, 0.2 m long, held at one end, with a scalpel that faces +y at `x`.
+Scene strip_with_scalpel(double x) {
+  Scene scene;
+  scene.body.model = "strip";
+  scene.body.options.visual_triangles = 1000;
+  scene.simulation.time_step = 0.002;
+  scene.simulation.gravity = {};
+  scene.cut.dust = kMostDust;
+  SceneFix fix;
+  fix.region.shape = SceneRegion::Shape::kHalfSpace;
+  fix.region.point = {-0.095, 0, 0};
+  fix.region.normal = {-1, 0, 0};
+  scene.fixes.push_back(fix);
+  SceneRigidTool tool;
+  tool.id = "knife";
+  tool.kind = SceneToolKind::kScalpel;
+  tool.position = {x, -0.03, -0.012};
+  tool.rotation = kFacingY;
+  scene.tools = {tool};
+  return scene;
+}
+void lead(Session& session, double x, double y) {
+  SceneCommand command;
+  command.what = SceneToolMotion{"knife", {{0.4 * (y + 0.03) / 0.06, {x, y, -0.012}, kFacingY}}};
+  const Status done = session.apply(command);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+}
+
+// The stroke of a tool ends within a step, which goes on without what is swept up.
+TEST(Dust, GoesWhenAToolHasCutItOff) {
+  std::vector<std::uint64_t> hashes;
+  for (int round = 0; round < 2; ++round) {
+    Session session = test::make(strip_with_scalpel(0.085));
+    const double whole = sum_of(volumes_of(session));
+    lead(session, 0.085, 0.03);
+    ASSERT_TRUE(session.step(250).ok());
+    expect_valid(session);
+    ASSERT_FALSE(session.in_stroke());
+    ASSERT_EQ(session.strokes().size(), 1u);
+    const StrokeRecord& record = session.strokes().front();
+    EXPECT_EQ(record.removed.pieces, 1);
+    EXPECT_NEAR(record.removed.share, 0.075, 0.01);
+    EXPECT_NEAR(sum_of(volumes_of(session)) + record.removed.volume, whole, 1e-9 * whole);
+    EXPECT_EQ(session.counts().pieces, 1);
+    hashes.push_back(session.hash());
+    ASSERT_EQ(session.undo_depth(), 1);
+    ASSERT_TRUE(session.undo().ok());
+    EXPECT_NEAR(sum_of(volumes_of(session)), whole, 1e-9 * whole);
+    expect_valid(session);
+    ASSERT_TRUE(session.redo().ok());
+    expect_valid(session);
+    ASSERT_TRUE(session.step(5).ok());
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST(Dust, StaysWhereABladeStands) {
+  for (const bool beside : {false, true}) {
+    Session session = test::make(strip_with_scalpel(0.05));
+    lead(session, 0.05, 0);
+    ASSERT_TRUE(session.step(150).ok());
+    ASSERT_TRUE(session.in_stroke());
+    Punch punch;
+    punch.centre = {beside ? -0.03 : 0.05, 0, 0};
+    punch.outline = circle_outline(0.01, 1e-4);
+    const auto cut = session.punch(punch, SceneFrame::kRest);
+    ASSERT_TRUE(cut.ok()) << cut.error().message;
+    ASSERT_TRUE(cut->cut);
+    EXPECT_EQ(session.strokes().back().removed.pieces > 0, beside);
+    EXPECT_EQ(cut->loose.empty(), beside);
+    expect_valid(session);
+    ASSERT_TRUE(session.step(5).ok());
+  }
 }
 
 TEST(Dust, SharesOutOfRangeAreRefused) {

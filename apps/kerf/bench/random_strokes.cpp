@@ -12,6 +12,7 @@
 #include "bench/bench_bodies.h"
 #include "bench/timing.h"
 #include "kerf/base/random.h"
+#include "kerf/cutting/crossings.h"
 #include "kerf/cutting/swept_deviation.h"
 
 namespace kerf::bench {
@@ -112,11 +113,12 @@ void add_swept(const Stroke& stroke, TriangleSoup& swept) {
 Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
   Scene scene = bench_scene({model.name, model.visual});
   scene.fixes.clear();  // no time passes
+  scene.cut.dust = 0;   // all of the volume stays
   Random random(20);
   Sample per_triangle, whole;
   int done = 0, bodies = 0, errors = 0, broken = 0, undone = 0, wrong_undos = 0, refused = 0, retried = 0, triangles = 0;
   std::size_t open = 0;
-  double volume_error = 0, stray = 0, missed = 0, outside = 0;  // the last three in mean edges
+  double volume_error = 0, stray = 0, missed = 0, outside = 0, through = 0;  // the last four in mean edges
   std::optional<Session> session;
   Surface start;
   TriangleSoup skin, swept;  // of the body uncut; of all its strokes
@@ -159,6 +161,7 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
     const TriangleSoup walls = walls_of(session->body().complex);
     stray = std::max(stray, stray_of(walls, swept, kStep * edge).distance / edge);
     outside = std::max(outside, outside_of(walls, skin, kStep * edge).distance / edge);
+    through = std::max(through, crossings_of(session->body().complex).deepest / edge);
     if (!model.in_layers) missed = std::max(missed, missed_of(last, walls, skin, kStep * edge).distance / edge);
     if (done % kUndoEvery != 0) continue;
     ++undone;
@@ -167,7 +170,7 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
   }
   return std::vector<Cell>{model.name, static_cast<double>(done), static_cast<double>(triangles), static_cast<double>(bodies), static_cast<double>(errors),
                            static_cast<double>(broken), static_cast<double>(open), fmt::format("{:.1e}", volume_error),
-                           fmt::format("{:.1e}", outside), fmt::format("{:.3f}", stray), model.in_layers ? std::string("-") : fmt::format("{:.3f}", missed),
+                           fmt::format("{:.1e}", outside), fmt::format("{:.1e}", through), fmt::format("{:.3f}", stray), model.in_layers ? std::string("-") : fmt::format("{:.3f}", missed),
                            fmt::format("{} of {}", wrong_undos, undone), static_cast<double>(refused), static_cast<double>(retried),
                            1e6 * per_triangle.median(), 1e6 * per_triangle.quantile(0.99), 1e3 * whole.median(), 1e3 * whole.quantile(0.99)};
 }
@@ -182,11 +185,11 @@ Result<Table> random_strokes(const BenchOptions& options, const Progress& progre
   table.note = fmt::format(
       "{} strokes that cut in each: lines, curves, loops, upright and tilted, one after the other in a body until it is in more than {} pieces, then in a "
       "new one. After each: all invariants; edges of the drawn surface without a partner and its volume against that of the uncut "
-      "body, counted from its corners and positions alone; the farthest place of a wall outside the body and from what blades have swept, and of that inside the body from a wall or the skin "
+      "body, counted from its corners and positions alone; how deep the drawn surface passes through itself; the farthest place of a wall outside the body and from what blades have swept, and of that inside the body from a wall or the skin "
       "(not where a blade meets several layers and cuts the first). Every {}th is undone and made again, to the same bits or counted as wrong. One thread, its own time.",
       strokes, kMostPieces, kUndoEvery);
   table.columns = {"body", "strokes", "collision triangles cut", "bodies", "errors", "broken invariants", "open edges, worst", "volume error, worst",
-                   "wall outside the body, farthest (edges)", "wall from the swept surface, farthest (edges)", "swept place from a wall, farthest (edges)",
+                   "wall outside the body, farthest (edges)", "surface through itself, deepest (edges)", "wall from the swept surface, farthest (edges)", "swept place from a wall, farthest (edges)",
                    "wrong undos", "refused steps", "steps retried", "cut per triangle, median (us)", "99th percentile (us)",
                    "whole stroke, median (ms)", "99th percentile (ms)"};
   for (const Model& model : {Model{"steak", 0}, {"meniscus", 0}, {"closed-sheet", 5000}, {"tube", 5000, true}, {"holed-slab", 5000},

@@ -16,7 +16,6 @@ namespace kerf::scene_test {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 std::string error_of(std::string_view text) {
   const Result<Scene> scene = parse_scene(text, "scene.toml");

@@ -1,12 +1,10 @@
 #include "kerf/cutting/beside_border.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "kerf/base/at.h"
+#include "kerf/cutting/borders_near.h"
 #include "kerf/cutting/tolerances.h"
-#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
@@ -49,21 +47,10 @@ void BesideBorder::come_to(const CollisionMesh& mesh, CollisionTriangle face, Ve
 unsigned BesideBorder::sides_at(const CollisionMesh& mesh, CollisionTriangle face, Vec3 place, double reach) const {
   const Vec3 normal = normal_of(mesh, face);
   unsigned found = 0;
-  std::array<CollisionTriangle, cut::kFacesBeside> around{face};
-  int faces = 1;
-  for (int i = 0; i < faces; ++i)
-    for (int k = 0; k < 3; ++k) {
-      const CollisionHalfEdge h = CollisionMesh::corner(around[at(i)], k);
-      const Vec3 a = mesh.rest[mesh.from(h)], d = mesh.rest[mesh.to(h)] - a;
-      const Vec3 foot = a + std::clamp(dot(place - a, d) / dot(d, d), 0.0, 1.0) * d;
-      if (norm(foot - place) >= reach) continue;
-      if (mesh.is_border(h)) {
-        if (!is_ahead_or_behind(way, foot - place)) found |= side_of(normal, way, foot - place);
-        continue;
-      }
-      const CollisionTriangle other = CollisionMesh::face(mesh.twin[h]);
-      if (faces < cut::kFacesBeside && std::find(around.begin(), around.begin() + faces, other) == around.begin() + faces) around[at(faces++)] = other;
-    }
+  cut::for_each_border_near(mesh, face, place, reach, [&](CollisionHalfEdge h, double t, double) {
+    const Vec3 to = lerp(mesh.rest[mesh.from(h)], mesh.rest[mesh.to(h)], t) - place;
+    if (!is_ahead_or_behind(way, to)) found |= side_of(normal, way, to);
+  });
   return found;
 }
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "kerf/base/at.h"
+#include "kerf/cutting/borders_near.h"
 #include "kerf/cutting/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
 
@@ -72,22 +72,12 @@ BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<c
     BorderFoot foot;
     double distance;
   };
-  std::array<F, cut::kFacesAround> around{face};
   std::array<Found, 3 * cut::kFacesAround> found;
-  int faces = 1;
   std::ptrdiff_t count = 0;
-  for (int i = 0; i < faces; ++i)
-    for (int k = 0; k < 3; ++k) {
-      const H h = CollisionMesh::corner(around[at(i)], k);
-      const double far = distance(h, x);
-      if (far >= reach) continue;
-      if (!mesh_.is_border(h)) {
-        const F other = CollisionMesh::face(mesh_.twin[h]);
-        if (faces < cut::kFacesAround && std::find(around.begin(), around.begin() + faces, other) == around.begin() + faces) around[at(faces++)] = other;
-      } else if (const double t = foot(h, x); std::find(but.begin(), but.end(), h) == but.end() && !beside.is_beside(mesh_, face, x, lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t))) {
-        found[static_cast<std::size_t>(count++)] = {{h, t}, far};
-      }
-    }
+  cut::for_each_border_near(mesh_, face, x, reach, [&](H h, double t, double far) {
+    if (std::find(but.begin(), but.end(), h) != but.end() || beside.is_beside(mesh_, face, x, lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t))) return;
+    found[static_cast<std::size_t>(count++)] = {{h, t}, far};
+  });
   std::stable_sort(found.begin(), found.begin() + count, [](const Found& a, const Found& b) { return a.distance < b.distance; });
   std::vector<ArcCrossing> way;
   for (std::ptrdiff_t i = 0; i < count; ++i)

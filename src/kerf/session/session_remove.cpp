@@ -337,8 +337,9 @@ Result<RemovalReport> Session::remove_pieces(const SceneRegion& region, SceneFra
 
 Result<RemovalReport> Session::Impl::take_grasped(const std::string& id) {
   const auto grasp = [&] { return std::find_if(state.grasps.begin(), state.grasps.end(), [&](const Grasp& g) { return g.id == id; }); };
-  if (grasp() == state.grasps.end()) return bad_input(fmt::format("there is no grasp '{}' that holds a piece", id));
-  KERF_TRY(finish_stroke());
+  const auto is_gone = [&] { return grasp() == state.grasps.end(); };
+  if (!is_gone()) KERF_TRY(finish_stroke());
+  if (is_gone()) return bad_input(fmt::format("there is no grasp '{}' that holds a piece", id));
   const CollisionMesh& mesh = state.body.complex.collision;
   std::vector<std::uint8_t> triangles(mesh.face_count(), 0);
   for (const CollisionVertex v : grasp()->points)

@@ -13,7 +13,7 @@ struct Bench : FourFaces {
   explicit Bench(bool closed) : FourFaces(closed), context{body, options, scratch}, opening({context, position, boxes}, feature, 1e-9) {}
 
   bool open(const std::vector<Stop>& stops, bool loop = false) {
-    const bool done = opening.open(stops, loop);
+    const bool done = opening.open(stops, {}, loop);
     expect_valid();
     EXPECT_EQ(position.size(), body.collision.vertex_count());
     for (std::size_t i = 0; i < position.size(); ++i) EXPECT_LT(norm(position[i] - place(CollisionVertex(i))), 1e-12) << i;
@@ -121,7 +121,7 @@ TEST(PathOpens, NoPieceWithoutMaterial) {
       }
     const std::uint64_t before = hash_of(b.body);
     const std::vector<Stop> corner{b.on_edge(0, 1, 0.1), b.on_edge(0, 4, 0.1), b.on_edge(2, 0, 0.9)};
-    EXPECT_EQ(b.opening.open(corner), !flat);
+    EXPECT_EQ(b.opening.open(corner, {}), !flat);
     EXPECT_EQ(b.opening.uncut().reason, flat ? UncutReason::kSliver : UncutReason::kNone);
     EXPECT_EQ(b.pieces(), flat ? 1 : 2);
     EXPECT_EQ(hash_of(b.body) == before, flat);

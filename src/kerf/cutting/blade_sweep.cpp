@@ -361,6 +361,10 @@ class Sweep {
     }
 
     PathRounding::reduce(arc);
+    drawn_.assign(1, came);
+    drawn_.insert(drawn_.end(), trail.begin(), trail.end());
+    for (const ArcCrossing& c : arc.crossings) drawn_.push_back(rounding_.rest(c));
+    drawn_.push_back(rounding_.rest(rest_point(mesh(), arc.end.point)));
     // Along a lip that it begins or ends on nothing is cut.
     const Vec3 first = rounding_.rest(begin), last = rounding_.rest(end);
     const bool along = rounding_.slide(arc, begin, last, end);
@@ -384,7 +388,7 @@ class Sweep {
     const std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end, beside);
     if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
       const std::size_t vertices = mesh().vertex_count();
-      if (!open(stops)) return;
+      if (!open(stops, drawn_)) return;
       begin = Stop::at_vertex(ends_at_blade ? twin_towards(opening_.made().back(), vertices, goal) : opening_.made().back());
       before = before_last();
       if (stops.size() > 1) trail.clear();
@@ -402,13 +406,13 @@ class Sweep {
     std::vector<Stop> stops = rounding_.stops_of({}, arc, {});
     if (stops.size() < 3) return;
     stops.push_back(stops.front());
-    (void)open(stops, true);
+    (void)open(stops, {}, true);
   }
 
   /// The edge comes down on its length: two fronts.
   void cut_to_both_sides(const BladeArc& arc) {
     const RestPoint ends[2] = {rest_point(mesh(), arc.begin.point), rest_point(mesh(), arc.end.point)};
-    if (!open(rounding_.stops_of({}, arc, {}))) return;
+    if (!open(rounding_.stops_of({}, arc, {}), {})) return;
     const std::vector<V>& made = opening_.made();
     const V starts[2] = {made.front(), made.back()}, before[2] = {made.size() > 1 ? made[1] : V{}, before_last()};
     for (int k = 0; k < 2; ++k) {
@@ -418,8 +422,8 @@ class Sweep {
     }
   }
 
-  bool open(std::span<const Stop> stops, bool closed = false) {
-    if (!opening_.open(stops, closed)) return false;
+  bool open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed = false) {
+    if (!opening_.open(stops, drawn, closed)) return false;
     return dirty_ = true;
   }
 
@@ -486,7 +490,10 @@ class Sweep {
     const bool joined = arc.end.kind == Kind::kBorder;
     if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature())) return stay;
     PathRounding::reduce(arc);
-    return open(rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside)) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
+    drawn_.assign(1, f.came);
+    drawn_.insert(drawn_.end(), f.trail.begin(), f.trail.end());
+    drawn_.push_back(rounding_.rest(f.end));
+    return open(rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside), drawn_) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
   }
 
   /// On what way a front's path came to it, as the material lies now; it matters only along the blade, where no time tells.
@@ -527,6 +534,7 @@ class Sweep {
   Strip strip_;
   bool dirty_ = false;
   std::vector<BladeFront> old_;  // at the last pose
+  std::vector<Vec3> drawn_;  // of one arc
   std::vector<char> used_;       // of old_: an arc has begun or ended there
   std::vector<RestPoint> left_;  // one of each arc whose faces another has divided
 };

@@ -1,6 +1,7 @@
 // What every step of a cut needs, and how it reports a refused degenerate case.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "kerf/base/result.h"
@@ -15,6 +16,7 @@ struct CutContext {
   CellComplex& body;
   const CutOptions& options;
   CutScratch& scratch;
+  std::span<const Vec3> drawn{};  ///< where the blade was, in order, metres, at rest: what is cut is drawn along that; empty: along chords
   const char* reason = nullptr;
   const char* element = "";
   std::int32_t id = -1;

@@ -17,8 +17,9 @@ using Stop = CutStop;
 
 bool PathOpening::divided(F f) const { return std::find(divided_.begin(), divided_.end(), f) != divided_.end(); }
 
-bool PathOpening::open(std::span<const Stop> stops, bool closed) {
+bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed) {
   begin();
+  ground_.cut.drawn = drawn;
   const std::size_t flips = ground_.cut.scratch.flip_stack.size();
   made_.clear();
   UncutReason reason = UncutReason::kNone;

@@ -24,8 +24,8 @@ class PathOpening {
   PathOpening(PathGround ground, double feature, double outside) : ground_(ground), feature_(feature), outside_(outside) {}
 
   /// Makes the vertices of a path, whose neighbours share a face each, and opens what lies between. `closed`: the last stop is the first. False: refused, as
-  /// degenerate or because a piece without material would come off, and nothing is changed. `made()`: the vertices.
-  bool open(std::span<const CutStop> stops, bool closed = false);
+  /// degenerate or because a piece without material would come off, and nothing is changed. `made()`: the vertices. `drawn`: where the blade was, in order, at rest.
+  bool open(std::span<const CutStop> stops, std::span<const Vec3> drawn, bool closed = false);
   [[nodiscard]] const std::vector<CollisionVertex>& made() const { return made_; }
   /// Turns edges where paths have been cut (Delaunay), but not those of the faces `keep`.
   void turn_edges(std::span<const CollisionTriangle> keep);

@@ -24,6 +24,15 @@ inline constexpr double kNearVertexWeight = 0.8;
 inline constexpr double kNearEdgeWeight = 0.02;
 /// Faces made by inserting a point keep at least this part of their parent's planar area.
 inline constexpr double kSplitKeepsArea = 1e-3;
+/// Mean root edges by which a drawn curve may leave its chords. A circle of 2.5 edges' radius has no corner that an eye sees in a picture as high as it, 800
+/// pixels. Half: a third more vertices. Double: corners of a pixel.
+inline constexpr double kCurveShows = 0.002;
+/// Of the room beside a chord, up to the border of the faces there, that a curve may take. What lies between is pressed together at most to the rest.
+inline constexpr double kCurveRoom = 0.6;
+/// Faces beside a curve that is laid onto its chord keep at least this part of their planar area.
+inline constexpr double kLaidKeepsArea = 1e-3;
+/// Parts of a curve's way back to a vertex that was rounded to another place.
+inline constexpr int kFadePoints = 8;
 /// Two chain parameters nearer than this part of the smallest gap beside them become one column of a wall.
 inline constexpr double kPairFraction = 0.3;
 /// A flip must improve the angle sum by more than rounding (sine of the excess angle).

@@ -2,8 +2,8 @@
 
 #include "kerf/base/stopwatch.h"
 #include "kerf/cutting/chain_split.h"
+#include "kerf/cutting/drawn_curve.h"
 #include "kerf/cutting/half_edge_split.h"
-#include "kerf/cutting/visual_walk.h"
 #include "kerf/cutting/wall.h"
 
 namespace kerf::cut {
@@ -17,13 +17,11 @@ using VH = VisualHalfEdge;
 bool make_chains(CutContext& cut, CH h) {
   CellComplex& body = cut.body;
   CollisionMesh& coarse = body.collision;
-  const RootId root = coarse.root[CollisionMesh::face(h)];
   std::array<PoolRun, 2> runs{};
+  find_drawn_curve(cut, h);
   for (int i = 0; i < side_count(body); ++i) {
     const auto s = static_cast<std::size_t>(i);
-    if (!walk_chord(cut, coarse.bound[coarse.from(h)][s], coarse.bound[coarse.to(h)][s],
-                    Patch::of_root(root, static_cast<Side>(i))))
-      return false;
+    if (!walk_curve(cut, h, static_cast<Side>(i))) return false;
     runs[s] = {static_cast<std::int32_t>(body.chain_pool.size()), static_cast<std::int32_t>(cut.scratch.path.size()), false};
     for (const VisualVertex v : cut.scratch.path) body.chain_pool.push_back(v);
   }
@@ -31,6 +29,7 @@ bool make_chains(CutContext& cut, CH h) {
   for (PoolRun& r : runs)
     if (r.exists()) r = r.flipped();
   coarse.chain.set(coarse.twin[h], runs);
+  if (!cut.scratch.curve.empty()) sort_free_beside(cut, h);
   return true;
 }
 

@@ -385,7 +385,8 @@ class Sweep {
     }
     if (norm(rounding_.rest(begin) - first) > 0) trail.clear(), touch.reset();
     rounding_.begin_on_edge(arc, begin);
-    const std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end, beside);
+    std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end, beside);
+    go_round_edge(stops, arc.faces.front(), trail);
     if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
       const std::size_t vertices = mesh().vertex_count();
       if (!open(stops, drawn_)) return;
@@ -401,6 +402,26 @@ class Sweep {
     note(f);
     stroke_.ends.push_back(std::move(f));
   }
+
+  /// A path that comes back to the chained edge which it begins on goes by the place of its trail farthest from there: that chain can't be drawn elsewhere.
+  void go_round_edge(std::vector<Stop>& stops, F face, const std::vector<Vec3>& trail) const {
+    if (stops.size() < 2 || stops[0].kind != Stop::Kind::kVertex) return;
+    const V from = stops[0].vertex;
+    const Vec3 first = rounding_.rest(stops[0]), next = rounding_.rest(stops[1]);
+    const bool comes_back = std::any_of(std::begin(kCorners), std::end(kCorners), [&](int k) {
+      const H h = CollisionMesh::corner(face, k);
+      return mesh().has_chain(h) && (mesh().from(h) == from || mesh().to(h) == from) && rounding_.distance(h, next) < rounding_.feature();
+    });
+    if (!comes_back) return;
+    Vec3 farthest;
+    double most = rounding_.feature();
+    for (const Vec3 p : trail)
+      if (const double far = distance_to_segment(p, first, next); far > most) most = far, farthest = p;
+    if (most == rounding_.feature()) return;
+    RestPoint point{face, planar_of(mesh(), face, farthest)};
+    if (find_face(mesh(), point, from, 0) && has_corner(mesh(), point.face, from)) stops.insert(stops.begin() + 1, Stop::inside(point));
+  }
+  static constexpr int kCorners[] = {0, 1, 2};
 
   void cut_loop(const BladeArc& arc) {
     std::vector<Stop> stops = rounding_.stops_of({}, arc, {});
@@ -493,7 +514,9 @@ class Sweep {
     drawn_.assign(1, f.came);
     drawn_.insert(drawn_.end(), f.trail.begin(), f.trail.end());
     drawn_.push_back(rounding_.rest(f.end));
-    return open(rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside), drawn_) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
+    std::vector<Stop> stops = rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
+    go_round_edge(stops, arc.faces.front(), f.trail);
+    return open(stops, drawn_) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
   }
 
   /// On what way a front's path came to it, as the material lies now; it matters only along the blade, where no time tells.

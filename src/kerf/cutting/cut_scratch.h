@@ -24,12 +24,12 @@ struct CutScratch {
   double wall_seconds = 0;  ///< time spent on walls; the caller sets it back
 
   std::vector<VisualVertex> path, curve_path;
+  std::vector<CollisionTriangle> beside;  // a curve
   std::vector<Vec2> curve, curve_all, drawn;  // along the chord, to its left
   struct MovedParameter { VisualVertex vertex; Vec2 to; };
   std::vector<MovedParameter> moved_parameter;
   struct LaidFace { VisualHalfEdge corner; double area; };
   std::vector<LaidFace> laid_face;
-  std::array<std::vector<VisualVertex>, 2> born_free;  // on the sides of a curve
   std::array<std::vector<VisualVertex>, 2> chain, chain_right;
   std::array<std::vector<double>, 2> parameter;
   std::array<std::vector<VisualHalfEdge>, 2> left, right;  // along the chains: on the side of h and of its twin

@@ -6,6 +6,7 @@
 #include "kerf/base/journal.h"
 #include "kerf/cutting/free_list.h"
 #include "kerf/cutting/orient.h"
+#include "kerf/cutting/rest_point.h"
 #include "kerf/cutting/tolerances.h"
 #include "kerf/cutting/visual_walk.h"
 
@@ -16,28 +17,64 @@ namespace {
 using H = CollisionHalfEdge;
 using VV = VisualVertex;
 
-/// A chord in the plane of its root, + side; local coordinates: metres along it, metres to its left.
+/// A chord in the plane of its root, + side; local coordinates: metres along it, metres to its left. What lies beside it, in the faces of scratch.beside, may make
+/// way.
 class Chord {
  public:
-  Chord(const CollisionMesh& mesh, H h) : p_(mesh.planar[h]) {
-    const Vec2 d = mesh.planar[CollisionMesh::next(h)] - p_;
+  Chord(const CutContext& cut, H h) : mesh_(cut.body.collision), faces_(cut.scratch.beside), h_(h), p_(mesh_.planar[h]) {
+    const Vec2 d = mesh_.planar[CollisionMesh::next(h)] - p_;
     length_ = norm(d);
     x_ = (1 / length_) * d;
-    left_ = local(mesh.planar[CollisionMesh::prev(h)]);
-    right_ = local(mesh.planar[CollisionMesh::prev(mesh.twin[h])]);
   }
   [[nodiscard]] double length() const { return length_; }
   [[nodiscard]] Vec2 local(Vec2 u) const { return {dot(x_, u - p_), cross(x_, u - p_)}; }
   [[nodiscard]] Vec2 planar(Vec2 q) const { return p_ + q.x * x_ + q.y * Vec2{-x_.y, x_.x}; }
-  /// The border of the faces beside the chord, to the left (> 0) and to the right (< 0) of a place on it.
+
+  /// Gathers the faces to both sides that come within `reach` metres of the chord, over edges that own no chain.
+  static void gather(CutContext& cut, H h, double reach) {
+    const CollisionMesh& mesh = cut.body.collision;
+    std::vector<CollisionTriangle>& faces = cut.scratch.beside;
+    faces.assign({CollisionMesh::face(h), CollisionMesh::face(mesh.twin[h])});
+    const Chord chord(cut, h);
+    for (std::size_t i = 0; i < faces.size() && faces.size() < kBesideFaces; ++i)
+      for (int k = 0; k < 3; ++k) {
+        const H e = CollisionMesh::corner(faces[i], k), t = mesh.twin[e];
+        if (e == h || t == h || !t.valid() || mesh.has_chain(e)) continue;
+        const CollisionTriangle beyond = CollisionMesh::face(t);
+        if (std::find(faces.begin(), faces.end(), beyond) == faces.end() && chord.is_within(e, reach)) faces.push_back(beyond);
+      }
+  }
+  /// How far what lies to the left (> 0) and to the right (< 0) of a place on the chord may make way.
   [[nodiscard]] double room(bool to_left, double x) const {
-    const Vec2 apex = to_left ? left_ : right_;
-    const double up = apex.x > 0 ? x / apex.x : HUGE_VAL, down = apex.x < length_ ? (length_ - x) / (length_ - apex.x) : HUGE_VAL;
-    return apex.y * std::min({up, down});
+    H e = to_left ? h_ : mesh_.twin[h_];
+    double y = 0;
+    for (std::size_t i = 0; i <= faces_.size(); ++i) {
+      // Out of the face again over the edge that the line across the chord leaves by.
+      const H next = CollisionMesh::next(e), prev = CollisionMesh::prev(e);
+      const double apex = local(mesh_.planar[prev]).x;
+      H out = (apex < x) == to_left ? next : prev;
+      const Vec2 a = local(mesh_.planar[out]), b = local(mesh_.planar[CollisionMesh::next(out)]);
+      y = a.x == b.x ? a.y : a.y + (b.y - a.y) * std::clamp((x - a.x) / (b.x - a.x), 0.0, 1.0);
+      e = mesh_.twin[out];
+      if (!e.valid() || mesh_.has_chain(out) || std::find(faces_.begin(), faces_.end(), CollisionMesh::face(e)) == faces_.end()) break;
+    }
+    return y;
   }
 
  private:
-  Vec2 p_, x_, left_, right_;
+  /// Does an edge come so near to the chord, seen across it?
+  [[nodiscard]] bool is_within(H e, double reach) const {
+    Vec2 a = local(mesh_.planar[e]), b = local(mesh_.planar[CollisionMesh::next(e)]);
+    if (a.x > b.x) std::swap(a, b);
+    if (b.x <= 0 || a.x >= length_) return false;
+    const auto y = [&](double x) { return a.x == b.x ? std::min(std::abs(a.y), std::abs(b.y)) : std::abs(a.y + (b.y - a.y) * (x - a.x) / (b.x - a.x)); };
+    return std::min(y(std::max(a.x, 0.0)), y(std::min(b.x, length_))) < reach;
+  }
+
+  const CollisionMesh& mesh_;
+  const std::vector<CollisionTriangle>& faces_;
+  H h_;
+  Vec2 p_, x_;
   double length_;
 };
 
@@ -87,7 +124,7 @@ void keep_what_shows(std::span<const Vec2> line, double tolerance, std::vector<V
 class Curve {
  public:
   Curve(CutContext& cut, H h, Side side)
-      : cut_(cut), h_(h), side_(side), s_(static_cast<std::size_t>(index(side))), chord_(cut.body.collision, h),
+      : cut_(cut), h_(h), side_(side), s_(static_cast<std::size_t>(index(side))), chord_(cut, h),
         patch_(Patch::of_root(cut.body.collision.root[CollisionMesh::face(h)], side)), p_(bound(cut.body.collision.from(h))), q_(bound(cut.body.collision.to(h))) {}
 
   /// Makes it a path of barrier edges, where it is.
@@ -120,18 +157,61 @@ class Curve {
         for (std::size_t k = 0; k < i; ++k)
           if (vertex(k) == to) joining.push_back(e);
       });
-    for (const VisualHalfEdge e : joining) {
-      const Vec2 u = lerp(mesh().planar[e], mesh().planar[VisualMesh::next(e)], 0.5);
-      if (!edge_split_is_sound(mesh(), e, u, u)) return false;
-      const VV middle = split_visual_edge(mesh(), e, 0.5, u, u, place_reach(cut_.body));
-      mesh().free.set(middle, 1);
-      scratch().born_free[s_].push_back(middle);
+    return std::all_of(joining.begin(), joining.end(), [&](VisualHalfEdge e) { return divide(e); });
+  }
+
+  /// Puts free vertices that have come into another face into its list.
+  bool sort() {
+    auto& moved = scratch().moved_parameter;
+    const CollisionMesh& coarse = cut_.body.collision;
+    const auto holds = [&](CollisionTriangle f, Vec2 u) {
+      for (int k = 0; k < 3; ++k)
+        if (orient(coarse.planar[CollisionMesh::corner(f, k)], coarse.planar[CollisionMesh::corner(f, (k + 1) % 3)], u) < 0) return false;
+      return true;
+    };
+    for (const CollisionTriangle f : scratch().beside) {
+      PoolRun run = coarse.free[f][s_];
+      std::int32_t kept = 0;
+      moved.clear();
+      for (std::int32_t i = 0; i < run.count; ++i) {
+        const VV v = cut_.body.free_pool[run.at(i)];
+        if (!mesh().free[v]) continue;
+        const Vec2 u = mirrored(planar_in(mesh(), v, patch_), side_);
+        if (!holds(f, u)) moved.push_back({v, u});
+        else if (const PoolIndex to = run.at(kept++); cut_.body.free_pool[to] != v) cut_.body.free_pool.set(to, v);
+      }
+      if (kept == run.count) continue;
+      std::array<PoolRun, 2> lists = coarse.free[f];
+      lists[s_].count = kept;
+      cut_.body.collision.free.set(f, lists);
+      for (const auto& [v, u] : moved) {
+        const auto to = std::find_if(scratch().beside.begin(), scratch().beside.end(), [&, at = u](CollisionTriangle other) { return holds(other, at); });
+        if (to == scratch().beside.end()) return false;
+        add_free(cut_, *to, side_, v);
+      }
     }
     return true;
   }
 
-  /// Moves parameters: the curve goes onto the chord, and what lies beside it follows, less the nearer it is to the border of the faces beside the chord.
+  /// Lays the curve onto the chord. Triangles too long to follow are divided.
   bool lay() {
+    for (int round = 0; round < kLayRounds; ++round) {
+      JournalMark mark;
+      journal_mark(cut_.body, mark);
+      if (move_parameters()) return true;
+      journal_rollback(cut_.body, mark);
+      for (const VisualTriangle f : scratch().faces)
+        if (!divide_longest(f)) return false;
+    }
+    return false;
+  }
+
+  bool walk_chord_instead() { return walk_chord(cut_, p_, q_, patch_); }
+
+ private:
+  /// The curve goes onto the chord; what lies beside it follows, less the nearer it is to the border of the faces beside the chord. False: triangles would be
+  /// turned over, those in scratch.faces, or the curve turns back.
+  bool move_parameters() {
     std::vector<Vec2>& line = scratch().drawn;
     line.assign(1, Vec2{});
     for (const VV v : scratch().path) line.push_back(place(v));
@@ -147,24 +227,48 @@ class Curve {
       const double y = height(line, u.x), room = chord_.room(u.y > y, u.x);
       if (y != 0) moved.push_back({v, parameter({u.x, (u.y - y) * room / (room - y)})});
     };
-    const CollisionMesh& coarse = cut_.body.collision;
-    for (const H e : {h_, coarse.twin[h_]}) {
-      const PoolRun run = coarse.free[CollisionMesh::face(e)][s_];
+    for (const CollisionTriangle f : scratch().beside) {
+      const PoolRun run = cut_.body.collision.free[f][s_];
       for (std::int32_t i = 0; i < run.count; ++i) follow(cut_.body.free_pool[run.at(i)]);
     }
-    for (const VV v : scratch().born_free[s_]) follow(v);
 
     auto& faces = scratch().laid_face;
     faces.clear();
     const auto area = [&](VisualHalfEdge e) { return orient(mesh().planar[e], mesh().planar[VisualMesh::next(e)], mesh().planar[VisualMesh::prev(e)]); };
     for (const auto& [v, u] : moved) for_each_in_patch(v, [&](VisualHalfEdge e) { faces.push_back({e, area(e)}); });
     for (const auto& [v, u] : moved) for_each_in_patch(v, [&, to = u](VisualHalfEdge e) { mesh().planar.set(e, to); });
-    return std::all_of(faces.begin(), faces.end(), [&](const auto& f) { return area(f.corner) > kLaidKeepsArea * f.area; });
+    std::vector<VisualTriangle>& turned = scratch().faces;
+    turned.clear();
+    for (const auto& f : faces)
+      if (!(area(f.corner) > kLaidKeepsArea * f.area)) turned.push_back(VisualMesh::face(f.corner));
+    std::sort(turned.begin(), turned.end());
+    turned.erase(std::unique(turned.begin(), turned.end()), turned.end());
+    return turned.empty();
   }
 
-  bool walk_chord_instead() { return walk_chord(cut_, p_, q_, patch_); }
+  /// A free vertex in the middle of an edge.
+  bool divide(VisualHalfEdge e) {
+    const CollisionMesh& coarse = cut_.body.collision;
+    const Vec2 u = lerp(mesh().planar[e], mesh().planar[VisualMesh::next(e)], 0.5);
+    RestPoint at{CollisionMesh::face(h_), mirrored(u, side_)};
+    const CollisionVertex nearer = chord_.local(at.at).x < 0.5 * chord_.length() ? coarse.from(h_) : coarse.to(h_);
+    if (!edge_split_is_sound(mesh(), e, u, u) || !find_face(coarse, at, nearer, 0)) return false;
+    const VV v = split_visual_edge(mesh(), e, 0.5, u, u, place_reach(cut_.body));
+    mesh().free.set(v, 1);
+    add_free(cut_, at.face, side_, v);
+    return true;
+  }
+  bool divide_longest(VisualTriangle f) {
+    VisualHalfEdge longest;
+    double length = 0;
+    for (int k = 0; k < 3; ++k) {
+      const VisualHalfEdge e = VisualMesh::corner(f, k);
+      const double here = norm(mesh().planar[VisualMesh::next(e)] - mesh().planar[e]);
+      if (!mesh().barrier[e] && !mesh().is_border(e) && here > length) longest = e, length = here;
+    }
+    return longest.valid() && divide(longest);
+  }
 
- private:
   CutScratch& scratch() { return cut_.scratch; }
   VisualMesh& mesh() { return cut_.body.visual; }
   VV bound(CollisionVertex v) const { return cut_.body.collision.bound[v][s_]; }
@@ -194,9 +298,8 @@ void find_drawn_curve(CutContext& cut, H h) {
   std::vector<Vec2>& curve = cut.scratch.curve;
   std::vector<Vec2>& line = cut.scratch.drawn;
   curve.clear();
-  for (auto& born : cut.scratch.born_free) born.clear();
   if (cut.drawn.size() < 2) return;
-  const Chord chord(mesh, h);
+  const Chord chord(cut, h);
   const double length = chord.length(), shows = kCurveShows * cut.body.mean_root_edge;
   const double reach = 2 * (cut.options.path_tolerance + cut.options.minimum_feature) * cut.body.mean_root_edge;
 
@@ -230,12 +333,17 @@ void find_drawn_curve(CutContext& cut, H h) {
     std::sort(all.begin(), all.end(), [](Vec2 a, Vec2 b) { return a.x < b.x; });
     all.erase(std::unique(all.begin(), all.end(), [](Vec2 a, Vec2 b) { return a.x == b.x; }), all.end());
   }
+  double highest = 0;
   for (Vec2& q : all) {
     const double x = q.x / length;
     q.y -= off_first * fade(x) + off_last * fade(1 - x);
-    q.y = std::clamp(q.y, kCurveRoom * chord.room(false, q.x), kCurveRoom * chord.room(true, q.x));
+    highest = std::max(highest, std::abs(q.y));
   }
   all.front().y = all.back().y = 0;
+  if (highest < shows) return;
+  Chord::gather(cut, h, kBesideCurve * highest);
+  for (std::size_t i = 1; i + 1 < all.size(); ++i)
+    all[i].y = std::clamp(all[i].y, kCurveRoom * chord.room(false, all[i].x), kCurveRoom * chord.room(true, all[i].x));
   keep_what_shows(all, shows, curve);
 }
 
@@ -244,30 +352,9 @@ bool walk_curve(CutContext& cut, H h, Side side) {
   if (cut.scratch.curve.empty()) return curve.walk_chord_instead();
   JournalMark mark;
   journal_mark(cut.body, mark);
-  if (curve.walk() && curve.divide_caps() && curve.lay()) return true;
+  if (curve.walk() && curve.divide_caps() && curve.lay() && curve.sort()) return true;
   journal_rollback(cut.body, mark);
-  cut.scratch.born_free[static_cast<std::size_t>(index(side))].clear();
   return curve.walk_chord_instead();
-}
-
-void sort_free_beside(CutContext& cut, H h) {
-  CellComplex& body = cut.body;
-  const CollisionMesh& mesh = body.collision;
-  const CollisionTriangle into[2] = {CollisionMesh::face(mesh.twin[h]), CollisionMesh::face(h)};
-  const Vec2 p = mesh.planar[h], q = mesh.planar[CollisionMesh::next(h)], corner[2] = {p, q};
-  std::array<PoolRun, 2> lists = joined_free_lists(cut, into[0], into[1]);
-  for (std::size_t s = 0; s < 2; ++s) {
-    const std::vector<VV>& born = cut.scratch.born_free[s];
-    if (born.empty()) continue;
-    const PoolRun run = lists[s];
-    lists[s] = {static_cast<std::int32_t>(body.free_pool.size()), run.count + static_cast<std::int32_t>(born.size()), false};
-    for (std::int32_t i = 0; i < run.count; ++i) {
-      const VV v = body.free_pool[run.at(i)];
-      body.free_pool.push_back(v);
-    }
-    for (const VV v : born) body.free_pool.push_back(v);
-  }
-  divide_free_lists(cut, lists, into, 2, p, corner);
 }
 
 }  // namespace kerf::cut

@@ -124,4 +124,22 @@ std::array<PoolRun, 2> joined_free_lists(CutContext& cut, CollisionTriangle a, C
   return result;
 }
 
+void add_free(CutContext& cut, CollisionTriangle f, Side side, VisualVertex v) {
+  CellComplex& body = cut.body;
+  std::array<PoolRun, 2> lists = body.collision.free[f];
+  PoolRun& run = lists[static_cast<std::size_t>(index(side))];
+  const auto end = static_cast<std::int32_t>(body.free_pool.size());
+  if (run.first + run.count != end) {
+    const PoolRun old = run;
+    run.first = end;
+    for (std::int32_t i = 0; i < old.count; ++i) {
+      const VisualVertex u = body.free_pool[PoolIndex(old.first + i)];
+      body.free_pool.push_back(u);
+    }
+  }
+  body.free_pool.push_back(v);
+  ++run.count;
+  body.collision.free.set(f, lists);
+}
+
 }  // namespace kerf::cut

@@ -15,4 +15,7 @@ void divide_free_lists(CutContext& cut, std::array<PoolRun, 2> lists, const Coll
 /// The lists of two triangles together, for a flip.
 std::array<PoolRun, 2> joined_free_lists(CutContext& cut, CollisionTriangle a, CollisionTriangle b);
 
+/// Adds a vertex to the list of a triangle. Cost: the list.
+void add_free(CutContext& cut, CollisionTriangle f, Side side, VisualVertex v);
+
 }  // namespace kerf::cut

@@ -65,6 +65,7 @@ UncutReason PathOpening::open_made() {
   }
   // A slit of one edge would have both lips between the same two vertices.
   if (edges_.size() == 1 && !mesh().on_border(mesh().from(edges_[0])) && !mesh().on_border(mesh().to(edges_[0]))) {
+    if (!mesh().has_chain(edges_[0]) && !cut::make_chains(ground_.cut, edges_[0])) return UncutReason::kPinch;
     const V end = mesh().to(edges_[0]), middle = cut::split_collision_edge(ground_.cut, edges_[0], 0.5);
     if (!middle.valid()) return UncutReason::kNoVertex;
     edges_.push_back(mesh().find_half_edge(middle, end));

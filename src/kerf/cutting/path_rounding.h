@@ -37,6 +37,8 @@ class PathRounding {
   [[nodiscard]] Vec3 rest(const CutStop& s) const { return s.place(mesh_); }
   [[nodiscard]] Vec3 rest(const ArcCrossing& c) const { return lerp(rest(mesh_.from(c.near)), rest(mesh_.to(c.near)), c.fraction); }
 
+  [[nodiscard]] double distance(CollisionHalfEdge h, Vec3 x) const;  ///< of a place from an edge
+
   /// The stop on a border edge; near an end of it the vertex there.
   [[nodiscard]] CutStop on_border(CollisionHalfEdge border, double fraction) const;
   /// The nearest point of a border within `near` of a point of a face to which the material leads straight; on none of the edges `but`.
@@ -71,7 +73,6 @@ class PathRounding {
  private:
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(rest(mesh_.to(h)) - rest(mesh_.from(h))); }
   [[nodiscard]] double foot(CollisionHalfEdge h, Vec3 x) const;
-  [[nodiscard]] double distance(CollisionHalfEdge h, Vec3 x) const;
   [[nodiscard]] double snap(CollisionHalfEdge h) const;
   /// The end of its edge that a crossing is nearer to, and how far it is from there.
   [[nodiscard]] CollisionVertex near_end(const ArcCrossing& c) const { return c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near); }

@@ -26,6 +26,13 @@ double depth_in(const CollisionMesh& mesh, F face, Vec2 at) {
 
 }  // namespace
 
+Vec2 planar_of(const CollisionMesh& mesh, F face, Vec3 rest) {
+  const H h = CollisionMesh::corner(face, 0), next = CollisionMesh::corner(face, 1), prev = CollisionMesh::corner(face, 2);
+  const Vec3 a = mesh.rest[mesh.from(h)], u = mesh.rest[mesh.from(next)] - a, v = mesh.rest[mesh.from(prev)] - a, normal = cross(u, v), x = rest - a;
+  const double size = dot(normal, normal), s = dot(cross(x, v), normal) / size, t = dot(cross(u, x), normal) / size;
+  return mesh.planar[h] + s * (mesh.planar[next] - mesh.planar[h]) + t * (mesh.planar[prev] - mesh.planar[h]);
+}
+
 RestPoint rest_point(const CollisionMesh& mesh, const FacePoint& point) {
   RestPoint m{point.face, {}};
   for (int k = 0; k < 3; ++k) m.at = m.at + point.weights[at(k)] * mesh.planar[CollisionMesh::corner(point.face, k)];

@@ -26,6 +26,9 @@ std::array<double, 3> weights_of(const CollisionMesh& mesh, const RestPoint& poi
 /// Where it is, given where all collision vertices are, metres.
 Vec3 place_of(const CollisionMesh& mesh, const RestPoint& point, std::span<const Vec3> vertices);
 
+/// In the plane of a face's root: of a place at rest, seen straight along the face's normal.
+Vec2 planar_of(const CollisionMesh& mesh, CollisionTriangle face, Vec3 rest);
+
 /// Finds the face that holds a point now: the last known one, if it still does, else one of the same root around a vertex if one is given, else one
 /// around the last known one. Rounding may leave a point `outside` metres out of all of them. False: none.
 bool find_face(const CollisionMesh& mesh, RestPoint& point, CollisionVertex around, double outside);

@@ -27,10 +27,16 @@ inline constexpr double kSplitKeepsArea = 1e-3;
 /// Mean root edges by which a drawn curve may leave its chords. A circle of 2.5 edges' radius has no corner that an eye sees in a picture as high as it, 800
 /// pixels. Half: a third more vertices. Double: corners of a pixel.
 inline constexpr double kCurveShows = 0.002;
-/// Of the room beside a chord, up to the border of the faces there, that a curve may take. What lies between is pressed together at most to the rest.
+/// Times a curve's height within which faces beside its chord make way.
+inline constexpr double kBesideCurve = 3;
+/// Such faces at most.
+inline constexpr std::size_t kBesideFaces = 24;
+/// Of the room beside a chord that a curve may take. What lies between is pressed together at most to the rest.
 inline constexpr double kCurveRoom = 0.6;
 /// Faces beside a curve that is laid onto its chord keep at least this part of their planar area.
 inline constexpr double kLaidKeepsArea = 1e-3;
+/// Times that triangles too long to follow a curve onto its chord are divided.
+inline constexpr int kLayRounds = 4;
 /// Parts of a curve's way back to a vertex that was rounded to another place.
 inline constexpr int kFadePoints = 8;
 /// Two chain parameters nearer than this part of the smallest gap beside them become one column of a wall.

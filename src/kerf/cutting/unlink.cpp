@@ -13,26 +13,6 @@ namespace {
 using CH = CollisionHalfEdge;
 using VH = VisualHalfEdge;
 
-/// A chord per side becomes the chain of a chainless edge.
-bool make_chains(CutContext& cut, CH h) {
-  CellComplex& body = cut.body;
-  CollisionMesh& coarse = body.collision;
-  std::array<PoolRun, 2> runs{};
-  find_drawn_curve(cut, h);
-  for (int i = 0; i < side_count(body); ++i) {
-    const auto s = static_cast<std::size_t>(i);
-    if (!walk_curve(cut, h, static_cast<Side>(i))) return false;
-    runs[s] = {static_cast<std::int32_t>(body.chain_pool.size()), static_cast<std::int32_t>(cut.scratch.path.size()), false};
-    for (const VisualVertex v : cut.scratch.path) body.chain_pool.push_back(v);
-  }
-  coarse.chain.set(h, runs);
-  for (PoolRun& r : runs)
-    if (r.exists()) r = r.flipped();
-  coarse.chain.set(coarse.twin[h], runs);
-  if (!cut.scratch.curve.empty()) sort_free_beside(cut, h);
-  return true;
-}
-
 /// An open sheet: the slit of one edge that is there for a moment needs a vertex on its lips, or both are the same edge.
 bool add_middle_vertex(CutContext& cut, CH h) {
   CellComplex& body = cut.body;
@@ -60,6 +40,24 @@ VisualVertex fall_apart(VisualMesh& mesh, VisualVertex v, VH left, VH right) {
 }
 
 }  // namespace
+
+bool make_chains(CutContext& cut, CH h) {
+  CellComplex& body = cut.body;
+  CollisionMesh& coarse = body.collision;
+  std::array<PoolRun, 2> runs{};
+  find_drawn_curve(cut, h);
+  for (int i = 0; i < side_count(body); ++i) {
+    const auto s = static_cast<std::size_t>(i);
+    if (!walk_curve(cut, h, static_cast<Side>(i))) return false;
+    runs[s] = {static_cast<std::int32_t>(body.chain_pool.size()), static_cast<std::int32_t>(cut.scratch.path.size()), false};
+    for (const VisualVertex v : cut.scratch.path) body.chain_pool.push_back(v);
+  }
+  coarse.chain.set(h, runs);
+  for (PoolRun& r : runs)
+    if (r.exists()) r = r.flipped();
+  coarse.chain.set(coarse.twin[h], runs);
+  return true;
+}
 
 bool unlink_edge(CutContext& cut, CH h) {
   CellComplex& body = cut.body;

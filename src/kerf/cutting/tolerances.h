@@ -24,20 +24,21 @@ inline constexpr double kNearVertexWeight = 0.8;
 inline constexpr double kNearEdgeWeight = 0.02;
 /// Faces made by inserting a point keep at least this part of their parent's planar area.
 inline constexpr double kSplitKeepsArea = 1e-3;
-/// Mean root edges by which a drawn curve may leave its chords. A circle of 2.5 edges' radius has no corner that an eye sees in a picture as high as it, 800
-/// pixels. Half: a third more vertices. Double: corners of a pixel.
+/// Mean root edges by which a drawn curve may leave what is drawn. In a picture 800 pixels high a circle of 2.5 edges' radius has no corner of a pixel. Half: a
+/// tenth more vertices, and ten times as many curves find no room. Double: corners of a pixel.
 inline constexpr double kCurveShows = 0.002;
-/// Times a curve's height within which faces beside its chord make way.
+/// Times a curve's height within which faces beside its chord make way. Half or double: the same circles.
 inline constexpr double kBesideCurve = 3;
-/// Such faces at most.
+/// Such faces at most. Half or double: the same circles.
 inline constexpr std::size_t kBesideFaces = 24;
-/// Of the room beside a chord that a curve may take. What lies between is pressed together at most to the rest.
-inline constexpr double kCurveRoom = 0.6;
-/// Faces beside a curve that is laid onto its chord keep at least this part of their planar area.
+/// Of the room beside a chord that a curve may take; the rest is what all that lies there is pressed into. Half: curves that leave a chain at a slant are
+/// drawn beside their place by half a minimum feature. Above one there is no room.
+inline constexpr double kCurveRoom = 0.8;
+/// Faces beside a curve that is laid onto its chord keep at least this part of their planar area. Half or double, or fifty times it: the same circles.
 inline constexpr double kLaidKeepsArea = 1e-3;
-/// Times that triangles too long to follow a curve onto its chord are divided.
+/// Times that triangles too long to follow a curve onto its chord are divided. Half: twice as many curves are drawn as chords. Double: a third fewer.
 inline constexpr int kLayRounds = 4;
-/// Parts of a curve's way back to a vertex that was rounded to another place.
+/// Parts of a curve's way back to a vertex that was rounded to another place. Half or double: the same circles to a hundredth of their error.
 inline constexpr int kFadePoints = 8;
 /// Two chain parameters nearer than this part of the smallest gap beside them become one column of a wall.
 inline constexpr double kPairFraction = 0.3;

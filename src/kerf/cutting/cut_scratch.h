@@ -25,8 +25,9 @@ struct CutScratch {
 
   std::vector<VisualVertex> path, curve_path;
   std::vector<CollisionTriangle> beside;  // a curve
+  double beside_reach = 0;  // of its chord, metres
   std::vector<Vec2> curve, curve_all, drawn;  // along the chord, to its left
-  struct MovedParameter { VisualVertex vertex; Vec2 to; };
+  struct MovedParameter { VisualVertex vertex; Vec2 to; CollisionTriangle face; };  // of a free vertex: the face it was in
   std::vector<MovedParameter> moved_parameter;
   struct LaidFace { VisualHalfEdge corner; double area; };
   std::vector<LaidFace> laid_face;

@@ -21,7 +21,7 @@ using VV = VisualVertex;
 /// way.
 class Chord {
  public:
-  Chord(const CutContext& cut, H h) : mesh_(cut.body.collision), faces_(cut.scratch.beside), h_(h), p_(mesh_.planar[h]) {
+  Chord(const CutContext& cut, H h) : cut_(cut), mesh_(cut.body.collision), faces_(cut.scratch.beside), h_(h), p_(mesh_.planar[h]) {
     const Vec2 d = mesh_.planar[CollisionMesh::next(h)] - p_;
     length_ = norm(d);
     x_ = (1 / length_) * d;
@@ -34,6 +34,7 @@ class Chord {
   static void gather(CutContext& cut, H h, double reach) {
     const CollisionMesh& mesh = cut.body.collision;
     std::vector<CollisionTriangle>& faces = cut.scratch.beside;
+    cut.scratch.beside_reach = reach;
     faces.assign({CollisionMesh::face(h), CollisionMesh::face(mesh.twin[h])});
     const Chord chord(cut, h);
     for (std::size_t i = 0; i < faces.size() && faces.size() < kBesideFaces; ++i)
@@ -46,6 +47,7 @@ class Chord {
   }
   /// How far what lies to the left (> 0) and to the right (< 0) of a place on the chord may make way.
   [[nodiscard]] double room(bool to_left, double x) const {
+    const double most = cut_.scratch.beside_reach;
     H e = to_left ? h_ : mesh_.twin[h_];
     double y = 0;
     for (std::size_t i = 0; i <= faces_.size(); ++i) {
@@ -56,9 +58,9 @@ class Chord {
       const Vec2 a = local(mesh_.planar[out]), b = local(mesh_.planar[CollisionMesh::next(out)]);
       y = a.x == b.x ? a.y : a.y + (b.y - a.y) * std::clamp((x - a.x) / (b.x - a.x), 0.0, 1.0);
       e = mesh_.twin[out];
-      if (!e.valid() || mesh_.has_chain(out) || std::find(faces_.begin(), faces_.end(), CollisionMesh::face(e)) == faces_.end()) break;
+      if (!e.valid() || mesh_.has_chain(out) || std::find(faces_.begin(), faces_.end(), CollisionMesh::face(e)) == faces_.end() || std::abs(y) > most) break;
     }
-    return y;
+    return std::clamp(y, -most, most);
   }
 
  private:
@@ -71,6 +73,7 @@ class Chord {
     return std::min(y(std::max(a.x, 0.0)), y(std::min(b.x, length_))) < reach;
   }
 
+  const CutContext& cut_;
   const CollisionMesh& mesh_;
   const std::vector<CollisionTriangle>& faces_;
   H h_;
@@ -162,33 +165,26 @@ class Curve {
 
   /// Puts free vertices that have come into another face into its list.
   bool sort() {
-    auto& moved = scratch().moved_parameter;
-    const CollisionMesh& coarse = cut_.body.collision;
-    const auto holds = [&](CollisionTriangle f, Vec2 u) {
-      for (int k = 0; k < 3; ++k)
-        if (orient(coarse.planar[CollisionMesh::corner(f, k)], coarse.planar[CollisionMesh::corner(f, (k + 1) % 3)], u) < 0) return false;
-      return true;
-    };
-    for (const CollisionTriangle f : scratch().beside) {
-      PoolRun run = coarse.free[f][s_];
-      std::int32_t kept = 0;
-      moved.clear();
-      for (std::int32_t i = 0; i < run.count; ++i) {
-        const VV v = cut_.body.free_pool[run.at(i)];
-        if (!mesh().free[v]) continue;
-        const Vec2 u = mirrored(planar_in(mesh(), v, patch_), side_);
-        if (!holds(f, u)) moved.push_back({v, u});
-        else if (const PoolIndex to = run.at(kept++); cut_.body.free_pool[to] != v) cut_.body.free_pool.set(to, v);
-      }
-      if (kept == run.count) continue;
-      std::array<PoolRun, 2> lists = coarse.free[f];
-      lists[s_].count = kept;
-      cut_.body.collision.free.set(f, lists);
-      for (const auto& [v, u] : moved) {
-        const auto to = std::find_if(scratch().beside.begin(), scratch().beside.end(), [&, at = u](CollisionTriangle other) { return holds(other, at); });
-        if (to == scratch().beside.end()) return false;
-        add_free(cut_, *to, side_, v);
-      }
+    CellComplex& body = cut_.body;
+    const std::vector<CollisionTriangle>& beside = scratch().beside;
+    for (const auto& m : scratch().moved_parameter) {
+      if (!m.face.valid()) continue;
+      const auto holds = [&, u = mirrored(m.to, side_)](CollisionTriangle f) {
+        for (int k = 0; k < 3; ++k)
+          if (orient(body.collision.planar[CollisionMesh::corner(f, k)], body.collision.planar[CollisionMesh::corner(f, (k + 1) % 3)], u) < 0) return false;
+        return true;
+      };
+      if (holds(m.face)) continue;
+      const auto to = std::find_if(beside.begin(), beside.end(), holds);
+      if (to == beside.end()) return false;
+      std::array<PoolRun, 2> lists = body.collision.free[m.face];
+      PoolRun& run = lists[s_];
+      std::int32_t i = 0;
+      while (body.free_pool[run.at(i)] != m.vertex) ++i;
+      const VV last = body.free_pool[run.at(--run.count)];
+      body.free_pool.set(run.at(i), last);
+      body.collision.free.set(m.face, lists);
+      add_free(cut_, *to, side_, m.vertex);
     }
     return true;
   }
@@ -220,23 +216,24 @@ class Curve {
       if (!(line[i].x < line[i + 1].x)) return false;
     auto& moved = scratch().moved_parameter;
     moved.clear();
-    for (std::size_t i = 0; i < scratch().path.size(); ++i) moved.push_back({scratch().path[i], parameter({line[i + 1].x, 0})});
-    const auto follow = [&](VV v) {
-      const Vec2 u = place(v);
-      if (!mesh().free[v] || !(u.x > 0 && u.x < chord_.length())) return;
-      const double y = height(line, u.x), room = chord_.room(u.y > y, u.x);
-      if (y != 0) moved.push_back({v, parameter({u.x, (u.y - y) * room / (room - y)})});
-    };
+    for (std::size_t i = 0; i < scratch().path.size(); ++i) moved.push_back({scratch().path[i], parameter({line[i + 1].x, 0}), {}});
     for (const CollisionTriangle f : scratch().beside) {
       const PoolRun run = cut_.body.collision.free[f][s_];
-      for (std::int32_t i = 0; i < run.count; ++i) follow(cut_.body.free_pool[run.at(i)]);
+      for (std::int32_t i = 0; i < run.count; ++i) {
+        const VV v = cut_.body.free_pool[run.at(i)];
+        if (!mesh().free[v]) continue;
+        const Vec2 u = place(v);
+        if (!(u.x > 0 && u.x < chord_.length() && std::abs(u.y) < scratch().beside_reach)) continue;
+        const double y = height(line, u.x), room = chord_.room(u.y > y, u.x);
+        if (y != 0) moved.push_back({v, parameter({u.x, (u.y - y) * room / (room - y)}), f});
+      }
     }
 
     auto& faces = scratch().laid_face;
     faces.clear();
     const auto area = [&](VisualHalfEdge e) { return orient(mesh().planar[e], mesh().planar[VisualMesh::next(e)], mesh().planar[VisualMesh::prev(e)]); };
-    for (const auto& [v, u] : moved) for_each_in_patch(v, [&](VisualHalfEdge e) { faces.push_back({e, area(e)}); });
-    for (const auto& [v, u] : moved) for_each_in_patch(v, [&, to = u](VisualHalfEdge e) { mesh().planar.set(e, to); });
+    for (const auto& m : moved) for_each_in_patch(m.vertex, [&](VisualHalfEdge e) { faces.push_back({e, area(e)}); });
+    for (const auto& m : moved) for_each_in_patch(m.vertex, [&](VisualHalfEdge e) { mesh().planar.set(e, m.to); });
     std::vector<VisualTriangle>& turned = scratch().faces;
     turned.clear();
     for (const auto& f : faces)

@@ -27,7 +27,7 @@ inline constexpr double kSplitKeepsArea = 1e-3;
 /// Mean root edges by which a drawn curve may leave what is drawn. In a picture 800 pixels high a circle of 2.5 edges' radius has no corner of a pixel. Half: a
 /// tenth more vertices, and ten times as many curves find no room. Double: corners of a pixel.
 inline constexpr double kCurveShows = 0.002;
-/// Times a curve's height within which faces beside its chord make way. Half or double: the same circles.
+/// Times a curve's height within which what lies beside its chord makes way. Half or double: the same circles to within two that find no room.
 inline constexpr double kBesideCurve = 3;
 /// Such faces at most. Half or double: the same circles.
 inline constexpr std::size_t kBesideFaces = 24;

@@ -567,16 +567,8 @@ VH VertexSlider::turn_longest_edge(VF f, SlideBooks& books) {
   faces_ = {f, VisualMesh::face(g)};
   const Vec3 origin = mesh_.rest[vc];
   book_faces(origin, -1, books);
-  const Vec2f texture_c = mesh_.texture[hp], texture_d = mesh_.texture[gp];
-  const std::uint8_t along_h = mesh_.barrier[gn], along_g = mesh_.barrier[hn];
-  flip_edge_topology(mesh_, h);
+  flip_visual_edge(mesh_, h);
   ++books.turned;
-  mesh_.texture.set(hn, texture_d);
-  mesh_.texture.set(gn, texture_c);
-  mesh_.barrier.set(h, along_h);
-  mesh_.barrier.set(g, along_g);
-  mesh_.barrier.set(hn, 0);
-  mesh_.barrier.set(gn, 0);
   book_faces(origin, 1, books);
   return h;
 }

@@ -14,7 +14,7 @@ inline constexpr double kWarpFraction = 0.1;
 /// drawn lip has teeth. Half: more and flatter triangles where visual edges are long. Double: teeth of a hundredth of an edge, nearly half of
 /// the minimum feature.
 inline constexpr double kPlaceReach = 0.005;
-/// Faces around a moved parameter keep at least this part of their planar area.
+/// Faces around a moved parameter, or beside a turned edge, keep at least this part of their planar area.
 inline constexpr double kWarpKeepsArea = 0.05;
 /// A new vertex sits on its 3D edge no nearer to an end than this part of it.
 inline constexpr double kClampFraction = 0.05;
@@ -46,6 +46,8 @@ inline constexpr double kPairFraction = 0.3;
 inline constexpr double kFlipGain = 1e-9;
 /// A flip moves the middle of its quad by no more than this, part of the mean root edge.
 inline constexpr double kFlatness = 1e-9;
+/// Nor, in the skin, its texture coordinates by more than this. Half or double is rounding of float; at a hundredth, faces of one plane keep edges.
+inline constexpr double kTextureFlatness = 1e-6;
 /// Faces of the collision mesh keep at least this part of the mean root edge squared.
 inline constexpr double kLeastCollisionArea = 1e-14;
 

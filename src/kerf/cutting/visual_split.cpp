@@ -154,6 +154,19 @@ void set_barrier(VisualMesh& mesh, H h) {
   if (g.valid() && !mesh.barrier[g]) mesh.barrier.set(g, 1);
 }
 
+void flip_visual_edge(VisualMesh& mesh, H h) {
+  const H g = mesh.twin[h], hn = VisualMesh::next(h), gn = VisualMesh::next(g);
+  const Vec2f texture_c = mesh.texture[VisualMesh::prev(h)], texture_d = mesh.texture[VisualMesh::prev(g)];
+  const std::uint8_t along_h = mesh.barrier[gn], along_g = mesh.barrier[hn];
+  flip_edge_topology(mesh, h);
+  mesh.texture.set(hn, texture_d);
+  mesh.texture.set(gn, texture_c);
+  mesh.barrier.set(h, along_h);
+  mesh.barrier.set(g, along_g);
+  mesh.barrier.set(hn, 0);
+  mesh.barrier.set(gn, 0);
+}
+
 template <std::size_t N>
 bool warp(VisualMesh& mesh, VisualVertex v, const std::array<PlanarPoint, N>& to, double keep) {
   const auto target = [&](H h) -> const Vec2* {

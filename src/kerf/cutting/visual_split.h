@@ -40,6 +40,10 @@ inline double near_enough(const CellComplex& body, VisualVertex a, VisualVertex 
 /// Marks an edge as part of a chain, line or border.
 void set_barrier(VisualMesh& mesh, VisualHalfEdge h);
 
+/// Turns the inner edge h = a -> b of the faces a b c and b a d into d -> c, with corner data and marks; afterwards next(h) is d -> c. The caller knows
+/// that both faces stay sound and that no texture seam runs along h.
+void flip_visual_edge(VisualMesh& mesh, VisualHalfEdge h);
+
 struct PlanarPoint {
   Patch patch;
   Vec2 at;

@@ -1,6 +1,7 @@
 #include "kerf/cutting/visual_walk.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "kerf/cutting/orient.h"
 #include "kerf/cutting/tolerances.h"
@@ -17,6 +18,47 @@ void take_from_free(VisualMesh& mesh, VisualVertex v) {
 
 bool warp_onto(VisualMesh& mesh, VisualVertex v, Vec2 u, Patch patch, double keep) {
   return warp(mesh, v, std::array<PlanarPoint, 1>{{{patch, u}}}, keep);
+}
+
+double least_angle(Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 p[3] = {a, b, c};
+  double least = HUGE_VAL;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 u = p[(i + 1) % 3] - p[i], v = p[(i + 2) % 3] - p[i];
+    least = std::min(least, std::atan2(norm(cross(u, v)), dot(u, v)));
+  }
+  return least;
+}
+
+/// Turns an edge of the skin that the way from the opposite corner of its face crosses at fraction f, so that it leads to that corner and is not crossed. Only where
+/// a vertex on it would be very near to others, where the faces get fatter than those around that vertex, and where surface and texture stay as they are.
+bool turn_crossed_edge(CellComplex& body, H h, double f) {
+  VisualMesh& mesh = body.visual;
+  const H g = mesh.twin[h], hn = VisualMesh::next(h), hp = VisualMesh::prev(h), gn = VisualMesh::next(g), gp = VisualMesh::prev(g);
+  const Patch patch = mesh.patch[VisualMesh::face(h)];
+  if (patch.is_wall() || !(mesh.patch[VisualMesh::face(g)] == patch)) return false;
+  const Vec3 a = mesh.rest[mesh.origin[h]], b = mesh.rest[mesh.origin[hn]], c = mesh.rest[mesh.origin[hp]], d = mesh.rest[mesh.origin[gp]];
+  const Vec3 m = lerp(a, b, f);
+  const double reach = place_reach(body);
+  if (std::min(std::min(norm(m - a), norm(m - b)), std::min(norm(m - c), norm(m - d))) > reach) return false;
+  const Vec2 ua = mesh.planar[h], ub = mesh.planar[hn], uc = mesh.planar[hp], ud = mesh.planar[gp];
+  const double least = kWarpKeepsArea * std::min(orient(ua, ub, uc), orient(ub, ua, ud));
+  if (!(orient(ua, ud, uc) > least) || !(orient(ub, uc, ud) > least)) return false;
+  // The middle of the quad, where its diagonals meet.
+  const Vec3 normal = cross(b - a, c - d);
+  const double of_a = dot(cross(d - a, c - a), normal), of_b = dot(cross(c - b, d - b), normal);
+  const double of_c = dot(cross(a - c, b - c), normal), of_d = dot(cross(b - d, a - d), normal);
+  if (!(of_a > 0) || !(of_b > 0) || !(of_c > 0) || !(of_d > 0)) return false;
+  const double on_ab = of_a / (of_a + of_b), on_cd = of_c / (of_c + of_d);
+  if (!(norm(lerp(a, b, on_ab) - lerp(c, d, on_cd)) < kFlatness * body.mean_root_edge)) return false;
+  if (!(mesh.texture[h] == mesh.texture[gn] && mesh.texture[hn] == mesh.texture[g])) return false;
+  const Vec2f t = lerp(mesh.texture[h], mesh.texture[hn], on_ab), turned = lerp(mesh.texture[hp], mesh.texture[gp], on_cd);
+  if (!(std::hypot(t.x - turned.x, t.y - turned.y) < kTextureFlatness)) return false;
+  const double split = std::min(std::min(least_angle(a, m, c), least_angle(m, b, c)), std::min(least_angle(b, m, d), least_angle(m, a, d)));
+  if (!(std::min(least_angle(a, d, c), least_angle(b, c, d)) > split)) return false;
+  if (mesh.find_half_edge(mesh.origin[hp], mesh.origin[gp]).valid() || mesh.find_half_edge(mesh.origin[gp], mesh.origin[hp]).valid()) return false;
+  flip_visual_edge(mesh, h);
+  return true;
 }
 
 /// The chord's next vertex after `current`, found or made; none after a failure.
@@ -101,6 +143,7 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
   const double near = near_enough(cut.body, a, b);
   if (f < near && mesh.free[a] && warp_onto(mesh, a, u, patch, kWarpKeepsArea)) return go_along(to_a, a);
   if (1 - f < near && mesh.free[b] && warp_onto(mesh, b, u, patch, kWarpKeepsArea)) return go_along(from_b, b);
+  if (turn_crossed_edge(cut.body, exit, f)) return step_along_chord(cut, current, q, goal, patch);
   if (!edge_split_is_sound(mesh, exit, u, u)) {
     if (mesh.free[a] && warp_onto(mesh, a, u, patch, 0)) return go_along(to_a, a);
     if (mesh.free[b] && warp_onto(mesh, b, u, patch, 0)) return go_along(from_b, b);

@@ -234,6 +234,7 @@ void flip_to_delaunay(CutContext& cut, std::span<const F> keep) {
   CellComplex& body = cut.body;
   CollisionMesh& mesh = body.collision;
   auto& stack = cut.scratch.flip_stack;
+  const double least_edge = kLeastCollisionEdge * std::max(cut.options.minimum_feature, kLeastFeature) * body.mean_root_edge;
   std::size_t limit = 16 * stack.size() + 64;  // Lawson ends; rounding must not keep it going
   while (!stack.empty() && limit-- > 0) {
     const H h = stack.back();
@@ -247,6 +248,7 @@ void flip_to_delaunay(CutContext& cut, std::span<const F> keep) {
     const double size = std::sqrt((sin_c * sin_c + cos_c * cos_c) * (sin_d * sin_d + cos_d * cos_d));
     if (!(sin_c * cos_d + cos_c * sin_d < -kFlipGain * size)) continue;
     if (!is_large_enough(body, a, d, c) || !is_large_enough(body, b, c, d)) continue;
+    if (norm(mesh.rest[mesh.apex(g)] - mesh.rest[mesh.apex(h)]) < least_edge) continue;
     if (!is_flat(body, h, g)) continue;
     if (mesh.find_half_edge(mesh.apex(h), mesh.apex(g)).valid() || mesh.find_half_edge(mesh.apex(g), mesh.apex(h)).valid())
       continue;  // already joined by an edge (the lips of a slit)

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "kerf/base/at.h"
 #include "kerf/cutting/collision_split.h"
 #include "kerf/cutting/crumb.h"
+#include "kerf/cutting/tolerances.h"
 #include "kerf/cutting/unlink.h"
 
 namespace kerf {
@@ -66,7 +68,7 @@ UncutReason PathOpening::open_made() {
   // A slit of one edge would have both lips between the same two vertices.
   if (edges_.size() == 1 && !mesh().on_border(mesh().from(edges_[0])) && !mesh().on_border(mesh().to(edges_[0]))) {
     if (!mesh().has_chain(edges_[0]) && !cut::make_chains(ground_.cut, edges_[0])) return UncutReason::kPinch;
-    const V end = mesh().to(edges_[0]), middle = cut::split_collision_edge(ground_.cut, edges_[0], 0.5);
+    const V end = mesh().to(edges_[0]), middle = cut::split_collision_edge(ground_.cut, edges_[0], far_enough(edges_[0], 0.5));
     if (!middle.valid()) return UncutReason::kNoVertex;
     edges_.push_back(mesh().find_half_edge(middle, end));
   }
@@ -130,26 +132,56 @@ V PathOpening::make_inside(RestPoint p, V before) {
   return cut::split_collision_face(ground_.cut, p.face, p.at, weights_of(mesh(), p));
 }
 
-/// There or, if that is refused, one or two minimum features beside it.
+double PathOpening::far_enough(H h, double fraction) const {
+  const double least = cut::kLeastCollisionEdge * feature_, far = length(h);
+  const H twin = mesh().twin[h];
+  const Vec3 a = mesh().rest[mesh().from(h)], b = mesh().rest[mesh().to(h)];
+  const Vec3 apexes[2] = {mesh().rest[mesh().apex(h)], mesh().rest[mesh().apex(twin.valid() ? twin : h)]};
+  const auto has_room = [&](double t) {
+    return t * far >= least && (1 - t) * far >= least && std::all_of(std::begin(apexes), std::end(apexes), [&](Vec3 c) { return norm(lerp(a, b, t) - c) >= least; });
+  };
+  if (has_room(fraction)) return fraction;
+  double best = fraction, off = HUGE_VAL;
+  const auto consider = [&](double t) {
+    if (std::fabs(t - fraction) < off && has_room(t)) best = t, off = std::fabs(t - fraction);
+  };
+  constexpr double kOver = 1 + 1e-6;  // so that rounding leaves it far enough
+  consider(kOver * least / far);
+  consider(1 - kOver * least / far);
+  for (const Vec3 c : apexes) {
+    const double foot = dot(c - a, b - a) / (far * far), height = norm(c - lerp(a, b, foot));
+    if (height >= least) continue;
+    const double by = kOver * std::sqrt(least * least - height * height) / far;
+    consider(foot - by);
+    consider(foot + by);
+  }
+  return best;
+}
+
+/// There or, if that is refused, one or two minimum features beside it, each as far from other vertices as there is room; at last, there as it is.
 V PathOpening::split(H h, double fraction) {
   const double shift = feature_ / length(h);
   divided_.push_back(CollisionMesh::face(h));
   if (const H t = mesh().twin[h]; t.valid()) divided_.push_back(CollisionMesh::face(t));
-  for (const double by : {0.0, 1.0, -1.0, 2.0, -2.0}) {
-    const double there = fraction + by * shift;
-    if (by != 0 && !(there > 0.5 * shift && there < 1 - 0.5 * shift)) continue;
+  const auto try_at = [&](double there) {
     JournalMark mark;
     journal_mark(ground_.cut.body, mark);
     const std::size_t flips = ground_.cut.scratch.flip_stack.size();
     const V v = cut::split_collision_edge(ground_.cut, h, there);
-    if (v.valid()) {
+    if (v.valid()) return v;
+    journal_rollback(ground_.cut.body, mark);
+    ground_.cut.scratch.flip_stack.resize(flips);
+    return V{};
+  };
+  for (const double by : {0.0, 1.0, -1.0, 2.0, -2.0}) {
+    const double there = fraction + by * shift;
+    if (by != 0 && !(there > 0.5 * shift && there < 1 - 0.5 * shift)) continue;
+    if (const V v = try_at(far_enough(h, there)); v.valid()) {
       if (by != 0) ++retried_;
       return v;
     }
-    journal_rollback(ground_.cut.body, mark);
-    ground_.cut.scratch.flip_stack.resize(flips);
   }
-  return {};
+  return far_enough(h, fraction) == fraction ? V{} : try_at(fraction);
 }
 
 void PathOpening::begin() {

@@ -43,6 +43,8 @@ class PathOpening {
   UncutReason open_made();
   CollisionVertex make(const CutStop& s, CollisionVertex before);
   CollisionVertex make_inside(RestPoint p, CollisionVertex before);
+  /// The fraction of an edge nearest to this one at which a vertex is far enough from both ends and both apexes; if there is none, this one.
+  [[nodiscard]] double far_enough(CollisionHalfEdge h, double fraction) const;
   CollisionVertex split(CollisionHalfEdge h, double fraction);
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(mesh().rest[mesh().to(h)] - mesh().rest[mesh().from(h)]); }
   void begin();

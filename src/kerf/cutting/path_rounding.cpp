@@ -28,7 +28,7 @@ void prepend(BladeArc& arc, const std::vector<ArcCrossing>& way) {
 }  // namespace
 
 PathRounding::PathRounding(const CollisionMesh& mesh, const CutOptions& options, double mean_edge)
-    : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge), near_(cut::kPathNear * feature_), beside_(cut::kBesideReach * feature_), outside_(cut::kPathOutside * mean_edge), carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
+    : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge), near_(cut::kPathNear * feature_), beside_(cut::kBesideReach * feature_), short_(cut::kShortCollisionEdge * cut::kLeastCollisionEdge * feature_), outside_(cut::kPathOutside * mean_edge), carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
 
 double PathRounding::foot(H h, Vec3 x) const {
   const Vec3 a = rest(mesh_.from(h)), d = rest(mesh_.to(h)) - a;
@@ -36,7 +36,7 @@ double PathRounding::foot(H h, Vec3 x) const {
 }
 double PathRounding::distance(H h, Vec3 x) const { return distance_to_segment(x, rest(mesh_.from(h)), rest(mesh_.to(h))); }
 /// A point of an edge so near to an end may go there.
-double PathRounding::snap(H h) const { return std::min(0.45 * length(h), feature_); }
+double PathRounding::snap(H h) const { return is_short(h) ? length(h) : std::min(0.45 * length(h), feature_); }
 
 H PathRounding::border_before(H h) const {
   H last;
@@ -221,6 +221,14 @@ Stop PathRounding::on_edge(const ArcCrossing& c) const {
 
 bool PathRounding::may_pass(V v) const { return !mesh_.on_border(v) || material_around(v) > cut::kReflex; }
 
+template <class Fn>
+V PathRounding::end_of_short(const ArcCrossing& c, Fn&& is_free) const {
+  const V near = near_end(c), far = near == mesh_.from(c.near) ? mesh_.to(c.near) : mesh_.from(c.near);
+  for (const V v : {near, far})
+    if (may_pass(v) && is_free(v)) return v;
+  return is_free(near) ? near : is_free(far) ? far : V{};
+}
+
 V PathRounding::vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from, const BesideBorder& beside) const {
   const std::size_t n = arc.crossings.size();
   const ArcCrossing& c = arc.crossings[i];
@@ -245,16 +253,25 @@ std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc,
   const auto first = static_cast<std::ptrdiff_t>(stops.size());
   std::size_t n = arc.crossings.size();
   const auto vertex_of = [](const Stop& s) { return s.kind == Stop::Kind::kVertex ? s.vertex : V{}; };
-  const V goal = vertex_of(end);
-  while (goal.valid() && n > 0 && near_end(arc.crossings[n - 1]) == goal && off_end(arc.crossings[n - 1]) < snap(arc.crossings[n - 1].near)) --n;
-  V last = vertex_of(begin);
+  const auto ends_at = [&](const ArcCrossing& c, V v) { return v.valid() && (mesh_.from(c.near) == v || mesh_.to(c.near) == v); };
+  const auto is_at = [&](const ArcCrossing& c, V v) { return is_short(c.near) ? ends_at(c, v) : near_end(c) == v && off_end(c) < snap(c.near); };
+  const V goal = vertex_of(end), home = vertex_of(begin);
+  while (goal.valid() && n > 0 && is_at(arc.crossings[n - 1], goal)) --n;
+  V last = home;
   const Vec3 from = begin.exists() ? rest(begin) : rest(rest_point(mesh_, arc.begin.point));
   for (std::size_t i = 0; i < n; ++i) {
     const ArcCrossing& c = arc.crossings[i];
+    const auto is_used = [&](V v) { return std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return vertex_of(s) == v; }); };
+    if (is_short(c.near)) {
+      if (ends_at(c, last)) continue;
+      if (const V v = end_of_short(c, [&](V u) { return u != goal && u != home && !is_used(u); }); v.valid()) {
+        stops.push_back(Stop::at_vertex(last = v));
+        continue;
+      }
+    }
     if (const V v = vertex_of_crossing(arc, i, from, beside); v.valid() && v != goal) {
       if (v == last) continue;
-      const bool used = std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return s.kind == Stop::Kind::kVertex && s.vertex == v; });
-      if (!used && may_pass(v) && !(mesh_.on_border(v) && beside.is_on(mesh_, arc.faces[i], rest(c), rest(v)))) {
+      if (!is_used(v) && may_pass(v) && !(mesh_.on_border(v) && beside.is_on(mesh_, arc.faces[i], rest(c), rest(v)))) {
         stops.push_back(Stop::at_vertex(last = v));
         continue;
       }

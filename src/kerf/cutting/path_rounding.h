@@ -67,13 +67,18 @@ class PathRounding {
   void hold_at_border(BladeArc& arc, RestPoint& goal) const;
   /// The path of an arc: its beginning and end, if they exist, and where its crossings go. They go onto an end of their edge, if that is inside the material
   /// and nearer than a feature, or if the next edge there is crossed so near that a feature would be left over; else away from both ends. What is crossed at
-  /// the vertex that the path begins or ends at is left out. They go to no vertex of a border that runs `beside` the path.
+  /// the vertex that the path begins or ends at is left out. They go to no vertex of a border that runs `beside` the path. What crosses a short edge goes onto an end of it, whatever that is.
   std::vector<CutStop> stops_of(const CutStop& begin, const BladeArc& arc, const CutStop& end, const BesideBorder& beside = kNone) const;
 
  private:
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(rest(mesh_.to(h)) - rest(mesh_.from(h))); }
   [[nodiscard]] double foot(CollisionHalfEdge h, Vec3 x) const;
   [[nodiscard]] double snap(CollisionHalfEdge h) const;
+  /// Too short to be divided: a path that crosses it goes through one of its ends, though that be on a border.
+  [[nodiscard]] bool is_short(CollisionHalfEdge h) const { return length(h) < short_; }
+  /// The end of a short edge that a crossing goes through, of those that are free: one that a path may pass, else the nearer one.
+  template <class Fn>
+  [[nodiscard]] CollisionVertex end_of_short(const ArcCrossing& c, Fn&& is_free) const;
   /// The end of its edge that a crossing is nearer to, and how far it is from there.
   [[nodiscard]] CollisionVertex near_end(const ArcCrossing& c) const { return c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near); }
   [[nodiscard]] double off_end(const ArcCrossing& c) const { return std::min(c.fraction, 1 - c.fraction) * length(c.near); }
@@ -93,7 +98,7 @@ class PathRounding {
   void join(ArcEnd& end, BladeArc& arc, bool last, const CutStop* start, const BesideBorder& beside) const;
 
   const CollisionMesh& mesh_;
-  double feature_, near_, beside_, outside_, carried_, fan_;
+  double feature_, near_, beside_, short_, outside_, carried_, fan_;
   static constexpr BesideBorder kNone = BesideBorder::none();
 };
 

@@ -138,6 +138,29 @@ TEST(DrawnCurves, OfAStraightStrokeAreChords) {
   }
 }
 
+// Into the body and out of it again over one edge of its rim, with no edge of the mesh in between.
+TEST(DrawnCurves, BiteOffWhatOneEdgeOfTheRimHolds) {
+  StrokeBody b("closed-sheet", 2500);
+  const double edge = b.body.mean_root_edge;
+  int bites = 0;
+  for (const auto& [from, to] : b.outline) {
+    const Vec2 along = (1 / norm(to - from)) * (to - from), inward{-along.y, along.x}, middle = lerp(from, to, 0.5);
+    for (const double depth : {0.03, 0.05}) {
+      const double half = 0.3 * norm(to - from), deep = depth * edge, radius = (half * half + deep * deep) / (2 * deep), angle = 1.3 * std::asin(half / radius);
+      Stroke s;
+      for (int i = -30; i <= 30; ++i) s.push_back(middle + radius * std::sin(angle * i / 30) * along + (deep - radius * (1 - std::cos(angle * i / 30))) * inward);
+      b.make_whole();
+      b.cut(s, 1);
+      EXPECT_EQ(b.refused, 0) << depth << text_of({s});
+      EXPECT_EQ(b.pieces(), 2) << depth << text_of({s});
+      const Status valid = validate_complex(b.body, b.start);
+      EXPECT_TRUE(valid.ok()) << valid.error().message;
+      ++bites;
+    }
+  }
+  EXPECT_GT(bites, 40);
+}
+
 // Corners stay: the tip of a V is where the blade turned.
 TEST(DrawnCurves, KeepCorners) {
   StrokeBody b("closed-sheet", 2500);

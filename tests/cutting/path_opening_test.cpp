@@ -40,6 +40,17 @@ TEST_P(PathOpens, ToAPointInsideAndNoFarther) {
   EXPECT_EQ(b.pieces(), 1);
 }
 
+// The edge is divided by the first stop; the last lies on what is left of it.
+TEST_P(PathOpens, OutOverTheEdgeThatItBeganOn) {
+  for (const double first : {0.3, 0.7}) {
+    Bench b(GetParam());
+    ASSERT_TRUE(b.open({b.on_edge(0, 1, first), b.inside(0.5, 0.1), b.on_edge(0, 1, 1 - first)}));
+    EXPECT_LT(norm(b.last() - Vec3{1 - first, 0, 0}), 1e-12);
+    EXPECT_EQ(b.opening.opened(), 2);
+    EXPECT_EQ(b.pieces(), 2);
+  }
+}
+
 TEST_P(PathOpens, ToACornerOrAnEdgeWithinAFeatureOfAPointInside) {
   Bench b(GetParam());
   ASSERT_TRUE(b.open({b.on_edge(0, 1, 0.4), b.inside(0.505, 0.49)}));

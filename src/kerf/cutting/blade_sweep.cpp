@@ -405,21 +405,23 @@ class Sweep {
 
   /// A path that comes back to the chained edge which it begins on goes by the place of its trail farthest from there: that chain can't be drawn elsewhere.
   void go_round_edge(std::vector<Stop>& stops, F face, const std::vector<Vec3>& trail) const {
-    if (stops.size() < 2 || stops[0].kind != Stop::Kind::kVertex) return;
-    const V from = stops[0].vertex;
+    if (stops.size() < 2 || !comes_back(stops[0], stops[1], face)) return;
     const Vec3 first = rounding_.rest(stops[0]), next = rounding_.rest(stops[1]);
-    const bool comes_back = std::any_of(std::begin(kCorners), std::end(kCorners), [&](int k) {
-      const H h = CollisionMesh::corner(face, k);
-      return mesh().has_chain(h) && (mesh().from(h) == from || mesh().to(h) == from) && rounding_.distance(h, next) < rounding_.feature();
-    });
-    if (!comes_back) return;
     Vec3 farthest;
     double most = rounding_.feature();
     for (const Vec3 p : trail)
       if (const double far = distance_to_segment(p, first, next); far > most) most = far, farthest = p;
     if (most == rounding_.feature()) return;
     RestPoint point{face, planar_of(mesh(), face, farthest)};
-    if (find_face(mesh(), point, from, 0) && has_corner(mesh(), point.face, from)) stops.insert(stops.begin() + 1, Stop::inside(point));
+    if (find_face(mesh(), point, stops[0].vertex, 0) && begins_in(stops[0], point.face)) stops.insert(stops.begin() + 1, Stop::inside(point));
+  }
+  bool comes_back(const Stop& first, const Stop& next, F face) const {
+    if (first.kind == Stop::Kind::kEdge) return next.kind == Stop::Kind::kEdge && next.a == first.a && next.b == first.b;
+    return first.kind == Stop::Kind::kVertex && std::any_of(std::begin(kCorners), std::end(kCorners), [&](int k) {
+      const H h = CollisionMesh::corner(face, k);
+      const bool begins = mesh().from(h) == first.vertex || mesh().to(h) == first.vertex;
+      return begins && mesh().has_chain(h) && rounding_.distance(h, rounding_.rest(next)) < rounding_.feature();
+    });
   }
   static constexpr int kCorners[] = {0, 1, 2};
 

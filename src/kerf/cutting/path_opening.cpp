@@ -24,6 +24,7 @@ bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn,
   ground_.cut.drawn = drawn;
   const std::size_t flips = ground_.cut.scratch.flip_stack.size();
   made_.clear();
+  divisions_.clear();
   UncutReason reason = UncutReason::kNone;
   Vec3 at;
   // A point inside goes first where the path begins on the border of its face: it is a corner of all parts then.
@@ -93,14 +94,26 @@ void PathOpening::turn_edges(std::span<const F> keep) {
 V PathOpening::make(const Stop& s, V before) {
   switch (s.kind) {
     case Stop::Kind::kVertex: return s.vertex;
-    case Stop::Kind::kEdge: {
-      const H h = mesh().find_half_edge(s.a, s.b);
-      return h.valid() ? split(h, s.fraction) : V{};
-    }
+    case Stop::Kind::kEdge: return make_on_edge(s);
     case Stop::Kind::kInside: return make_inside(s.point, before);
     case Stop::Kind::kNone: break;
   }
   return {};
+}
+
+/// On the edge, or on what earlier stops of the path have left of it.
+V PathOpening::make_on_edge(const Stop& s) {
+  Division low{s.a, s.b, 0, s.a}, high{s.a, s.b, 1, s.b};
+  for (const Division& d : divisions_) {
+    if (d.a != s.a || d.b != s.b) continue;
+    if (d.fraction <= s.fraction && d.fraction >= low.fraction) low = d;
+    if (d.fraction > s.fraction && d.fraction < high.fraction) high = d;
+  }
+  const H h = mesh().find_half_edge(low.vertex, high.vertex);
+  if (!h.valid()) return {};
+  const V v = split(h, (s.fraction - low.fraction) / (high.fraction - low.fraction));
+  if (v.valid()) divisions_.push_back({s.a, s.b, s.fraction, v});
+  return v;
 }
 
 /// Inside a face that the vertex before is a corner of: at a corner or on an edge if near, but on no border that the path does not reach.

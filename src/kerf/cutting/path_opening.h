@@ -45,6 +45,7 @@ class PathOpening {
   CollisionVertex make_inside(RestPoint p, CollisionVertex before);
   /// The fraction of an edge nearest to this one at which a vertex is far enough from both ends and both apexes; if there is none, this one.
   [[nodiscard]] double far_enough(CollisionHalfEdge h, double fraction) const;
+  CollisionVertex make_on_edge(const CutStop& s);
   CollisionVertex split(CollisionHalfEdge h, double fraction);
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(mesh().rest[mesh().to(h)] - mesh().rest[mesh().from(h)]); }
   void begin();
@@ -53,6 +54,12 @@ class PathOpening {
   PathGround ground_;
   double feature_, outside_;
   std::vector<CollisionVertex> made_;
+  struct Division {
+    CollisionVertex a, b;
+    double fraction;
+    CollisionVertex vertex;
+  };
+  std::vector<Division> divisions_;  // of edges, by the path's stops
   std::vector<CollisionHalfEdge> edges_;
   std::vector<CollisionTriangle> divided_, beside_;
   int opened_ = 0, refused_ = 0, retried_ = 0;

@@ -161,6 +161,16 @@ TEST(DrawnCurves, BiteOffWhatOneEdgeOfTheRimHolds) {
   EXPECT_GT(bites, 40);
 }
 
+// A blade that stands in the material, and trembles, gathers nothing.
+TEST(DrawnCurves, OfABladeThatStandsAreShort) {
+  StrokeBody b("closed-sheet", 2500);
+  const double edge = b.body.mean_root_edge;
+  for (const Vec2 p : {Vec2{-0.6, 0.11}, Vec2{-0.1, 0.13}}) b.move(p);
+  for (int i = 0; i < 5000; ++i) b.move({-0.1 + 3e-4 * edge * std::sin(i), 0.13 + 3e-4 * edge * std::cos(i)});
+  ASSERT_FALSE(b.stroke.ends.empty());
+  EXPECT_LT(b.stroke.ends[0].trail.size(), 10u);
+}
+
 // Corners stay: the tip of a V is where the blade turned.
 TEST(DrawnCurves, KeepCorners) {
   StrokeBody b("closed-sheet", 2500);

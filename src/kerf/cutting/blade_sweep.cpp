@@ -491,7 +491,7 @@ class Sweep {
       f.start = rounding_.on_border(foot.border, foot.fraction);
       f.trail.clear();
       f.touch.reset();
-    } else {
+    } else if (f.trail.empty() || norm(x - f.trail.back()) > cut::kTrailStep * target_.complex.mean_root_edge) {
       f.trail.push_back(x);
     }
   }

@@ -41,7 +41,7 @@ struct BladeFront {
   RestPoint end;        ///< where the blade was at the last pose
   Vec3 came;                ///< where the blade was when its path last went on, at rest
   bool in_slit = false;     ///< near the lip that its path begins on: it begins beside the end, maybe some faces away
-  std::vector<Vec3> trail;  ///< the places of the end since the start, at rest
+  std::vector<Vec3> trail;  ///< the places of the end since the start, at rest, but for those too near to the one before
   std::optional<BladeTouch> touch;  ///< the nearest since the start
   BesideBorder beside{};            ///< of the path, up to the end
 };

@@ -205,8 +205,7 @@ class Curve {
   bool walk_chord_instead() { return walk_chord(cut_, p_, q_, patch_); }
 
  private:
-  /// The curve goes onto the chord; what lies beside it follows, less the nearer it is to the border of the faces beside the chord. False: triangles would be
-  /// turned over, those in scratch.faces, or the curve turns back.
+  /// The curve goes onto the chord; what lies beside it follows, less the farther away it is. False: triangles would be turned over, those in scratch.faces, or the curve turns back.
   bool move_parameters() {
     std::vector<Vec2>& line = scratch().drawn;
     line.assign(1, Vec2{});
@@ -298,7 +297,7 @@ void find_drawn_curve(CutContext& cut, H h) {
   if (cut.drawn.size() < 2) return;
   const Chord chord(cut, h);
   const double length = chord.length(), shows = kCurveShows * cut.body.mean_root_edge;
-  const double reach = 2 * (cut.options.path_tolerance + cut.options.minimum_feature) * cut.body.mean_root_edge;
+  const double reach = kCurveFar * (cut.options.path_tolerance + cut.options.minimum_feature) * cut.body.mean_root_edge;
 
   // Planes of roots are isometric to their triangles.
   const Vec3 origin = mesh.rest[mesh.from(h)], along = normalized(mesh.rest[mesh.to(h)] - origin);

@@ -27,6 +27,11 @@ inline constexpr double kSplitKeepsArea = 1e-3;
 /// Mean root edges by which a drawn curve may leave what is drawn. In a picture 800 pixels high a circle of 2.5 edges' radius has no corner of a pixel. Half: a
 /// tenth more vertices, and ten times as many curves find no room. Double: corners of a pixel.
 inline constexpr double kCurveShows = 0.002;
+/// Path tolerances and minimum features from a vertex of the path within which its curve passes it. Half or double: the same circles.
+inline constexpr double kCurveFar = 2;
+/// Mean root edges that a blade has moved at least before its place is kept for the curve: one that stands in the material for an hour keeps no more.
+/// Half: twice as many places of a slow blade. Double: as much as a curve may leave what is drawn.
+inline constexpr double kTrailStep = 0.001;
 /// Times a curve's height within which what lies beside its chord makes way. Half or double: the same circles to within two that find no room.
 inline constexpr double kBesideCurve = 3;
 /// Such faces at most. Half or double: the same circles.

@@ -1,6 +1,8 @@
 // Tolerances of cutting. Lengths are relative to CellComplex::mean_root_edge where nothing else is said.
 #pragma once
 
+#include <cstddef>
+
 namespace kerf {
 
 /// Smaller features would let parameters on one edge coincide after rounding.

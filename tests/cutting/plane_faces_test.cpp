@@ -1,4 +1,4 @@
-#include "cutting/plane_faces.h"
+#include "support/plane_faces.h"
 
 #include <gtest/gtest.h>
 

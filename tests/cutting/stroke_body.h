@@ -22,7 +22,7 @@
 #include "kerf/mesh/models.h"
 
 #include "cutting/move_blade.h"
-#include "cutting/plane_faces.h"
+#include "support/plane_faces.h"
 
 namespace kerf::testing_support {
 

@@ -121,7 +121,7 @@ class Session {
   /// Does a command now (its `at` is not looked at). A blade stroke then runs over the coming steps.
   Status apply(const SceneCommand& command);
 
-  /// A stroke by hand. Each pose cuts at once. Frame as in scenes.
+  /// A stroke by hand. Each pose cuts at once, from where the material has carried the last one to since. Frame as in scenes.
   Status begin_stroke(SceneFrame frame, bool through);
   Status move_blade(Vec3 base, Vec3 tip);
   /// One that has cut nothing leaves nothing to undo. Dust that it leaves is taken away in the same undo step (SceneCut::dust): then all ids change,

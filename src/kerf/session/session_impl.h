@@ -22,6 +22,7 @@
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/contact_step.h"
 #include "kerf/session/cut_balance.h"
+#include "kerf/session/edge_carry.h"
 #include "kerf/session/node_memory.h"
 #include "kerf/session/piece_removal.h"
 #include "kerf/session/rigid_motion.h"
@@ -286,9 +287,16 @@ struct Session::Impl {
   void feel_tools();
   /// Is the edge ahead of where the cut has got to? A front that lies ahead of it, where material is stretched, would be lost.
   [[nodiscard]] bool passes_fronts(const BladeEdge& now, Vec3 way);
-  /// At the end of a step: the last cut of a blade goes along with the material that it was in.
+  /// At the end of a step: the last pose of a blade goes along with the material that it was in, or beside. So the next one cuts what the blade has passed
+  /// of the body, whatever this did meanwhile.
   void carry_edges();
-  std::vector<Vec3> before_mechanics;  ///< where collision vertices were in this step, if a tool has an edge
+  /// Is there a stroke of poses that are given in the world?
+  [[nodiscard]] bool stroke_in_hand() const;
+  /// How the material that an edge is in has moved in the step; `cuts`: it is the stroke's.
+  [[nodiscard]] CarriedEdge carried_in_material(const BladeEdge& edge, bool cuts);
+  /// Adds how the nearest material has moved, if it is near.
+  void add_nearest(const BladeEdge& edge, CarriedEdge& along);
+  std::vector<Vec3> before_mechanics;  ///< where collision vertices were in this step, if an edge can be carried along
   Status close_on(std::size_t tool);
   /// What the edge of a tool presses against in this step, with `inside` metres of it in the material. `into`: unit, where the material is uncut.
   void resist(std::size_t tool, const BladeEdge& now, Vec3 into, double inside);

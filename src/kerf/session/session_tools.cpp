@@ -12,7 +12,6 @@
 #include <fmt/format.h>
 
 #include "kerf/contact/segment_queries.h"
-#include "kerf/session/edge_carry.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/session/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
@@ -29,6 +28,9 @@ constexpr double kPress = 0.02;         // mean collision edges that an edge goe
 constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is no farther into what is uncut does not cut on
 constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
+// Mean collision edges within which an edge in no material goes along with the nearest. Half: poses far apart enter a falling body a third of an edge beside
+// where the blade met it. Double: the same walls.
+constexpr double kGoesAlong = 8;
 constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
 constexpr double kOut = 0.05;           // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
 constexpr double kUnseenDepth = 0.2;    // and what is as deep when it is first met, by a tool that lets something pass, has come along with it
@@ -267,7 +269,7 @@ Status Session::Impl::use_tools(double until) {
     if (is_blade(scene.tools[i])) KERF_TRY(cut_with(i, until));
     if (scene.tools[i].kind == SceneToolKind::kGrasper) KERF_TRY(close_on(i));
   }
-  if (std::any_of(scene.tools.begin(), scene.tools.end(), is_blade)) before_mechanics = deformed_collision();
+  if (std::any_of(scene.tools.begin(), scene.tools.end(), is_blade) || stroke_in_hand()) before_mechanics = deformed_collision();
   return {};
 }
 
@@ -390,7 +392,53 @@ bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
   return !any;
 }
 
+bool Session::Impl::stroke_in_hand() const {
+  return state.stroke && state.stroke->tool < 0 && state.stroke->frame == SceneFrame::kWorld && !state.stroke->shaving && state.stroke->blade.started;
+}
+
+CarriedEdge Session::Impl::carried_in_material(const BladeEdge& edge, bool cuts) {
+  const std::vector<Vec3>& after = deformed_collision();
+  CarriedEdge along(edge);
+  // Where the cut has got to says it exactly.
+  if (cuts)
+    for (const CollisionVertex v : state.stroke->blade.fronts) {
+      if (distance_to_segment(before_mechanics[v.index()], edge.base, edge.tip) > kFrontNear * state.body.complex.mean_root_edge) continue;
+      along.add(before_mechanics[v.index()], after[v.index()] - before_mechanics[v.index()]);
+    }
+  if (along.places > 0) return along;
+  Box3 near;
+  near.add(edge.base);
+  near.add(edge.tip);
+  const Thickness material(state.body.complex.collision, cuts ? before_mechanics : after, near);
+  material.walk(edge.base, edge.tip, 0, [&](const Thickness::Place& p) {
+    Vec3 was_at, way;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 was = before_mechanics[p.vertex[k].index()];
+      was_at += p.weight[k] * was;
+      way += p.weight[k] * (after[p.vertex[k].index()] - was);
+    }
+    along.add(was_at, way);
+  });
+  return along;
+}
+
+void Session::Impl::add_nearest(const BladeEdge& edge, CarriedEdge& along) {
+  double least = kGoesAlong * state.body.complex.mean_root_edge;
+  CollisionVertex nearest;
+  for (const CollisionVertex v : ids<CollisionVertex>(before_mechanics.size())) {
+    const double distance = distance_to_segment(before_mechanics[v.index()], edge.base, edge.tip);
+    if (distance < least) least = distance, nearest = v;
+  }
+  if (nearest.valid()) along.add(before_mechanics[nearest.index()], deformed_collision()[nearest.index()] - before_mechanics[nearest.index()]);
+}
+
 void Session::Impl::carry_edges() {
+  if (stroke_in_hand()) {
+    BladeEdge& edge = state.stroke->blade.edge;
+    CarriedEdge along = carried_in_material(edge, true);
+    if (along.places == 0) add_nearest(edge, along);
+    edge = along.turns() ? along.moved(edge) : along.places > 0 ? edge + along.mean() : edge;
+  }
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
     if (!is_blade(scene.tools[i])) continue;
     ToolMotion& motion = state.tools[i];
@@ -398,41 +446,18 @@ void Session::Impl::carry_edges() {
     motion.crossed = false;
     const bool own = state.stroke && state.stroke->tool == static_cast<std::int32_t>(i);
     if (state.stroke && !own) continue;
-    const CollisionMesh& mesh = state.body.complex.collision;
-    const std::vector<Vec3>& after = deformed_collision();
     const RigidState& at = state.mechanics.tools[i];
     const ToolEdge edge = tool_edge(scene.tools[i], motion.jaws(state.time));
     const RigidPlace place{at.position, at.axes};
-    const BladeEdge here = own ? state.stroke->blade.edge : BladeEdge{place.to_world(edge.base), place.to_world(edge.tip)};
-    CarriedEdge along(here);
-    // Where the cut has got to says it exactly.
-    if (own)
-      for (const CollisionVertex v : state.stroke->blade.fronts) {
-        if (distance_to_segment(before_mechanics[v.index()], here.base, here.tip) > kFrontNear * state.body.complex.mean_root_edge) continue;
-        along.add(before_mechanics[v.index()], after[v.index()] - before_mechanics[v.index()]);
-      }
-    if (along.places == 0) {
-      Box3 near;
-      near.add(here.base);
-      near.add(here.tip);
-      const Thickness material(mesh, own ? before_mechanics : after, near);
-      material.walk(here.base, here.tip, 0, [&](const Thickness::Place& p) {
-        Vec3 was_at, way;
-        for (std::size_t k = 0; k < 3; ++k) {
-          const Vec3 was = before_mechanics[p.vertex[k].index()];
-          was_at += p.weight[k] * was;
-          way += p.weight[k] * (after[p.vertex[k].index()] - was);
-        }
-        along.add(was_at, way);
-      });
-    }
+    const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)}, here = own ? state.stroke->blade.edge : there;
+    const CarriedEdge along = carried_in_material(here, own);
     // What went by in one step may be in its thickness neither before nor after.
-    CarriedEdge all = along, over(here);
-    if (motion.placed) {
-      const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)}, before = own ? here : BladeEdge{motion.base, motion.tip};
-      add_crossings(mesh, before_mechanics, after, before, there, kCrossing * state.body.complex.mean_root_edge, over);
-      all.add(over);
-    }
+    CarriedEdge over(here);
+    if (motion.placed)
+      add_crossings(state.body.complex.collision, before_mechanics, deformed_collision(), own ? here : BladeEdge{motion.base, motion.tip}, there,
+                    kCrossing * state.body.complex.mean_root_edge, over);
+    CarriedEdge all = along;
+    all.add(over);
     motion.crossed = over.places > 0;
     if (along.places > 0) motion.carried = along.mean();
     else if (motion.crossed) motion.carried = over.mean();

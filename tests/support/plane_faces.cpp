@@ -1,4 +1,4 @@
-#include "cutting/plane_faces.h"
+#include "support/plane_faces.h"
 
 #include <CGAL/Arr_segment_traits_2.h>
 #include <CGAL/Arr_walk_along_line_point_location.h>

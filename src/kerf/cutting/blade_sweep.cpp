@@ -147,9 +147,7 @@ class Sweep {
         return flat ? share_face(o, arc) : is_open(o) && !was(o) && std::find(o.faces.begin(), o.faces.end(), arc.faces.front()) != o.faces.end();
       });
       const bool is_found = other != others.end();
-      if (BladeArc nearer = arc; !flat && came_from_beside(nearer, is_found ? &*other : nullptr)) {
-        add(nearer);
-      } else if (is_found) {
+      if (is_found) {
         BladeArc whole = *other;
         whole.first = std::min(whole.first, arc.first);
         // What it has more was passed before the move.
@@ -162,23 +160,6 @@ class Sweep {
       }
     }
     arcs = std::move(found);
-  }
-
-  /// Material that has come from beside the blade's way has come over the nearest border. So an arc that begins where the edge was begins there, if that is
-  /// nearer by a minimum feature or two than the border that `straight` leads back to, or if the blade stands and has no way. Material that lies along the
-  /// blade bends over it: its border is where the edge leads, not beside it.
-  bool came_from_beside(BladeArc& arc, const BladeArc* straight) const {
-    if (!straight && !strip_.stands) return false;
-    if (std::any_of(arc.faces.begin(), arc.faces.end(), [&](F f) { return lies_along(f, cut::kPathLeans); })) return false;
-    if (arc.begin.kind != Kind::kWas) arc.reverse();
-    double least = HUGE_VAL;
-    if (straight) {
-      const Vec3 was = rounding_.rest(rest_point(mesh(), arc.begin.point));
-      for (const ArcEnd* e : {&straight->begin, &straight->end})
-        if (e->kind == Kind::kBorder && e->border != arc.end.border) least = std::min(least, norm(rounding_.rest(stop_of(*e)) - was) - rounding_.near());
-      if (least == HUGE_VAL) return false;
-    }
-    return rounding_.begin_nearer(arc, least);
   }
 
   /// Where a front's path turns, what it has cut stays, and it goes on from there; it turns off from a border only after it has been joined to it. True: one

@@ -109,17 +109,6 @@ void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start
 void PathRounding::join_end(BladeArc& arc, const Stop* start, const BesideBorder& beside) const { join(arc.end, arc, true, start, beside); }
 void PathRounding::join_begin(BladeArc& arc) const { join(arc.begin, arc, false, nullptr, kNone); }
 
-bool PathRounding::begin_nearer(BladeArc& arc, double least) const {
-  const RestPoint p = rest_point(mesh_, arc.begin.point);
-  const Vec3 x = rest(p);
-  const BorderFoot foot = border_within(std::min(carried_, least), p.face, x, {}, kNone);
-  if (!foot.exists() || !lead(arc, on_border(foot.border, foot.fraction), x)) return false;
-  arc.begin.kind = ArcEnd::Kind::kBorder;
-  arc.begin.border = foot.border;
-  arc.begin.fraction = foot.fraction;
-  return true;
-}
-
 bool PathRounding::lead(BladeArc& arc, const Stop& from, Vec3 x) const {
   std::vector<ArcCrossing> way;
   const PathPlace to{x, arc.faces.front(), {}};

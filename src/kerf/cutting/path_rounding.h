@@ -51,8 +51,6 @@ class PathRounding {
   void join_end(BladeArc& arc, const CutStop* start, const BesideBorder& beside) const;
   /// The same for where it begins, with no lip left out.
   void join_begin(BladeArc& arc) const;
-  /// An arc that begins inside a face begins at the nearest border, `carried` away at most and nearer than `least` metres. False: there is none such.
-  [[nodiscard]] bool begin_nearer(BladeArc& arc, double least) const;
   /// The arc begins elsewhere: led from there to `x` in its first face. False: no way leads there.
   bool lead(BladeArc& arc, const CutStop& from, Vec3 x) const;
   /// Takes out what leads over an edge and back again.

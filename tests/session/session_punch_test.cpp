@@ -5,6 +5,7 @@
 
 #include "kerf/base/random.h"
 #include "kerf/session/session.h"
+#include "session/make_session.h"
 #include "session/session_measures.h"
 
 namespace kerf::session_punch_test {
@@ -55,6 +56,40 @@ TEST(SessionPunch, IsOneUndoStepToTheBit) {
     ASSERT_TRUE(session.step(5).ok());
     EXPECT_TRUE(session.validate().ok());
   }
+}
+
+// Punches that cross an earlier one at a small angle roughen their own walls only, and all is drawn where it is.
+TEST(SessionPunch, LeavesTheWallsOfEarlierCutsAsTheyAre) {
+  Random random(8);
+  int tried = 0;
+  for (int set = 0; set < 8; ++set) {
+    Scene scene;
+    scene.body.model = "steak";
+    scene.cut.dust = 0;  // ids stay
+    Session session = test::make(scene);
+    const Box3 box = box_of(session);
+    const double edge = session.body().complex.mean_root_edge, radius = random.uniform(0.5, 3) * edge;
+    for (int i = 0; i < 4; ++i) {
+      const VisualMesh& mesh = session.body().complex.visual;
+      const std::vector<Vec3> before = mesh.rest.raw();
+      Punch p;
+      p.centre = box.center() + 0.2 * edge * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), 0};
+      p.outline = circle_outline(radius + random.uniform(-0.2, 0.2) * edge, 0.02 * radius);
+      p.reach = box.size().z;
+      const auto done = session.punch(p, SceneFrame::kWorld, 0.1 * radius);
+      if (!done || !done->cut) continue;
+      ++tried;
+      int moved = 0;
+      for (const VisualVertex v : ids<VisualVertex>(before.size()))
+        if (mesh.patch[VisualMesh::face(mesh.outgoing[v])].is_wall() && mesh.rest[v] != before[v.index()]) ++moved;
+      EXPECT_EQ(moved, 0) << set << ", punch " << i;
+      const std::vector<Vec3> drawn = session.visual_positions();
+      double beside = 0;
+      for (const VisualVertex v : ids<VisualVertex>(mesh.vertex_count())) beside = std::max(beside, norm(drawn[v.index()] - mesh.rest[v]));
+      EXPECT_LT(beside, 1e-9 * box.diagonal()) << set << ", punch " << i;
+    }
+  }
+  EXPECT_GT(tried, 16);
 }
 
 // Two bites over a straight rim that meet deeper than the rim leave a sliver between them. It goes with the bite that cuts it loose.

@@ -201,6 +201,7 @@ Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const
   chart.y = cross(chart.axis, chart.x);
   std::vector<Vec2> outline = simplified(punch.outline, feature);
   if (double_area(outline) < 0) std::reverse(outline.begin(), outline.end());
+  const VisualVertex first_new(body.visual.vertex_count());
   const std::size_t old_vertices = mesh.vertex_count(), old_half_edges = mesh.half_edge_count();
   std::vector<std::uint8_t> was_border(old_half_edges, 0);
   for (const H h : ids<H>(old_half_edges)) was_border[h.index()] = mesh.is_border(h) ? 1 : 0;
@@ -243,6 +244,7 @@ Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const
     PunchCut cut;
     cut.opened_edges = swept.steps;
     cut.retries = static_cast<int>(attempt);
+    cut.first_new = first_new;
     if (cut.opened_edges == 0) {  // vertices where it would have begun are of no use
       journal_rollback(body, mark);
       position.resize(old_vertices);

@@ -32,6 +32,7 @@ struct PunchCut {
   int retries = 0;       ///< times that the outline was moved by part of the minimum feature and cut again
   std::vector<CollisionTriangle> loose;  ///< the triangles that came loose; rising
   std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
+  VisualVertex first_new;                ///< from here on the cut has made them
 };
 
 /// Cuts along the outline through every layer within reach. `position`: of every collision vertex, metres; those of

@@ -112,6 +112,7 @@ void roughen_punch(CellComplex& body, const PunchCut& cut, double amplitude, std
     const Vec3 outward = wall_outward(mesh, lip);
     wall_points(body, mesh.wall[lip], points);
     for (const WallPoint& p : points) {
+      if (p.vertex < cut.first_new) continue;  // the surface of an earlier cut goes on beside the punch
       Stray& s = strays[p.vertex.value];
       s.vertex = p.vertex;
       s.way += outward;

@@ -41,6 +41,12 @@ struct HandGrasp {
   Vec3 start;  ///< where the grasp's centre was
 };
 
+/// A blade that stands square on the skin.
+struct UprightBlade {
+  Vec3 skin;  ///< where it goes in
+  BladeEdge edge;
+};
+
 /// The instrument of an operation that is down: punch, scissors, shaver, suction or probe.
 struct HandInstrument {
   double size = 0;                ///< metres
@@ -121,7 +127,7 @@ struct Engine::Impl {
   // Tools
   std::optional<protocol::Tool> tool;  ///< the one that is down
   std::optional<protocol::ViewRay> line_from;
-  bool in_air = false;  ///< the stroke under way has met nothing, and its last ray passed the body by
+  Vec3 scalpel_at;  ///< where the ray `line_from` met the skin
   std::optional<HandGrasp> hand;
   std::optional<HandInstrument> instrument;
   std::set<std::size_t> taken_with;  ///< strokes that are removals of what the punch before them cut loose: undone together
@@ -200,8 +206,10 @@ struct Engine::Impl {
   Status pull(const protocol::ToolInput& input);
   Status brush(const protocol::ToolInput& input);
   Status lead_tool(const protocol::Device& device);
-  Status blade(const protocol::ViewRay& ray);
-  Status start_before_the_body(const protocol::ViewRay& last, const protocol::ViewRay& next);
+  /// On the skin that a ray meets, or beside the body where this would go on.
+  UprightBlade upright(const protocol::ViewRay& ray);
+  /// Cuts what lies under the pointer from `line_from` to a ray.
+  Status lead_scalpel(const protocol::ViewRay& ray);
   Status finish_stroke(std::uint32_t input);
   void cancel_tool();
   void send_pending_report();

@@ -29,6 +29,19 @@ constexpr double kReleaseGrasp = 1;
 constexpr double kThinning = 0.25;
 constexpr std::size_t kManySamples = 8;
 
+/// Cosine of a ray to the normal of the skin, at least: seen more nearly edge-on the skin is taken to lie nearer than it does. Half or double: the same lips to a
+/// hundredth of an edge.
+constexpr double kMostOblique = 0.2;
+
+/// Of half the thickness and a mean edge: so far a blade that is held upright stands out of the skin on both sides, for skin that bends between two poses. Half
+/// or double: the same lips.
+constexpr double kBladeReach = 2;
+/// Mean edges of the skin from one pose of the scalpel to the next. Half: the same lips. Double: where the skin bends, lips lie three times as far beside the
+/// pointer.
+constexpr double kScalpelWay = 2;
+/// From one ray to the next, which may lie far apart on something seen edge-on.
+constexpr int kMostParts = 64;
+
 bool same_ray(const ViewRay& a, const ViewRay& b, double least_turn) {
   return a.origin == b.origin && norm(cross(a.direction, b.direction)) < least_turn && dot(a.direction, b.direction) > 0;
 }
@@ -112,34 +125,40 @@ void Engine::Impl::cancel_tool() {
   }
 }
 
-Status Engine::Impl::blade(const ViewRay& ray) {
-  // The edge runs from the eye to beyond the body: a stroke cuts what is seen under the pointer.
-  Box3 box;
-  for (const Vec3 p : session->collision_positions()) box.add(p);
-  const double reach = norm(box.center() - ray.origin) + box.diagonal();
-  const Vec3 tip = ray.origin + reach * ray.direction;
-  return perform(Kind::kBlade, {ray.origin.x, ray.origin.y, ray.origin.z, tip.x, tip.y, tip.z});
+UprightBlade Engine::Impl::upright(const ViewRay& ray) {
+  const auto at = pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);
+  const double edge = session->body().complex.mean_root_edge;
+  if (!at) return {ray.origin, {ray.origin, ray.origin + edge * ray.direction}};  // the body lies behind the eye
+  const Vec3 out = dot(at->normal, ray.direction) < 0 ? at->normal : -1.0 * at->normal;
+  const double reach = kBladeReach * (at->half + edge), towards = std::min(dot(out, ray.direction), -kMostOblique);
+  const Vec3 above = at->middle + at->half * out - ray.origin;
+  const Vec3 before = dot(above, ray.direction) * ray.direction;
+  const Vec3 skin = ray.origin + before + dot(above - before, out) / towards * ray.direction;
+  return {skin, {skin + reach * out, skin - (2 * at->half + reach) * out}};
 }
 
-/// The body may have moved onto a blade that waited beside it. That is no stab: the blade starts anew where it came from, so
-/// that it goes in over the rim.
-Status Engine::Impl::start_before_the_body(const ViewRay& last, const ViewRay& next) {
-  const Vec3 turn = last.direction - next.direction;
-  for (double k = 1; k <= 64; k *= 2) {
-    const ViewRay before{last.origin, normalized(last.direction + k * turn)};
-    if (pick_ray(before)) continue;
-    KERF_TRY(perform(Kind::kEndStroke));  // it has met nothing, so it leaves nothing to undo
-    KERF_TRY(perform(Kind::kBeginStroke, {0}));
-    return blade(before);
+Status Engine::Impl::lead_scalpel(const ViewRay& ray) {
+  const auto pose = [&](const UprightBlade& blade) {
+    scalpel_at = blade.skin;
+    const BladeEdge& e = blade.edge;
+    return perform(Kind::kBlade, {e.base.x, e.base.y, e.base.z, e.tip.x, e.tip.y, e.tip.z});
+  };
+  const UprightBlade last = upright(ray);
+  // Between two rays the skin may bend.
+  if (line_from && line_from->origin == ray.origin) {
+    const double way = norm(last.skin - scalpel_at) / (kScalpelWay * session->body().complex.mean_root_edge);
+    const int parts = static_cast<int>(std::ceil(std::min(way, static_cast<double>(kMostParts))));
+    for (int i = 1; i < parts; ++i)
+      KERF_TRY(pose(upright({ray.origin, normalized(lerp(line_from->direction, ray.direction, static_cast<double>(i) / parts))})));
   }
-  return {};  // all round it is the body: a stab after all
+  line_from = ray;
+  return pose(last);
 }
 
 Status Engine::Impl::scalpel(const protocol::ToolInput& input) {
   if (input.phase == Phase::kDown) {
     send_pending_report();
     KERF_TRY(perform(Kind::kBeginStroke, {0}));
-    in_air = false;
   }
   double thinned = kLeastTurn;
   if (input.samples.size() > kManySamples) {
@@ -153,11 +172,7 @@ Status Engine::Impl::scalpel(const protocol::ToolInput& input) {
     const ViewRay& ray = input.samples[i].ray;
     const bool last = i + 1 == input.samples.size();
     if (line_from && same_ray(*line_from, ray, last ? kLeastTurn : thinned)) continue;
-    if (in_air && line_from && line_from->origin == ray.origin && pick_ray(*line_from))
-      KERF_TRY(start_before_the_body(*line_from, ray));
-    line_from = ray;
-    KERF_TRY(blade(ray));
-    in_air = session->in_stroke() && session->strokes().back().triangles == 0 && !pick_ray(ray);
+    KERF_TRY(lead_scalpel(ray));
   }
   return input.phase == Phase::kUp ? finish_stroke(input.input) : Status{};
 }
@@ -167,9 +182,10 @@ Status Engine::Impl::straight_cut(const protocol::ToolInput& input) {
   if (input.phase != Phase::kUp || input.samples.empty() || !line_from) return {};
   send_pending_report();
   const ViewRay from = *line_from, to = input.samples.back().ray;
+  line_from.reset();
   KERF_TRY(perform(Kind::kBeginStroke, {0}));
-  KERF_TRY(blade(from));
-  KERF_TRY(blade(to));
+  KERF_TRY(lead_scalpel(from));
+  KERF_TRY(lead_scalpel(to));
   return finish_stroke(input.input);
 }
 

@@ -7,7 +7,6 @@
 
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/whole_file.h"
-#include "kerf/session/scene_loader.h"
 
 namespace kerf {
 namespace {

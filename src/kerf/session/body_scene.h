@@ -8,7 +8,10 @@
 
 namespace kerf {
 
-/// The text of a scene in which a body saved by kerf bind hangs by its far rim (scene_loader.h). It names the file without its folder. Errors:
+/// Without supports in the scene, "the far rim" is this share of the body's length along y.
+inline constexpr double kRimShare = 0.15;
+
+/// The text of a scene in which a body saved by kerf bind hangs by its far rim. It names the file without its folder. Errors:
 /// as of load_bound_body.
 Result<std::string> body_scene_text(const std::string& title, const std::filesystem::path& bound_body);
 

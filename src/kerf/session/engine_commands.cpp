@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "kerf/mesh/whole_file.h"
+#include "kerf/session/body_scene.h"
 #include "kerf/session/engine_impl.h"
 #include "kerf/session/run_outputs.h"
 #include "kerf/session/scene_file.h"

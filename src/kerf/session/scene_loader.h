@@ -27,8 +27,6 @@ struct UploadedMeshes {
   double unit = 0;                ///< metres; 0: guessed from the size
   bool guessed = false;
 };
-/// Without supports in the scene, "the far rim" is this share of the body's length along y.
-inline constexpr double kRimShare = 0.15;
 /// Metres per unit of a mesh of this size (its box's diagonal): millimetres when it would be larger than bodies are.
 double guess_unit(double size);
 

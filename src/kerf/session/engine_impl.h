@@ -44,7 +44,7 @@ struct HandGrasp {
 /// A blade that stands square on the skin.
 struct UprightBlade {
   Vec3 skin;  ///< where it goes in
-  BladeEdge edge;
+  Vec3 base, tip;
 };
 
 /// The instrument of an operation that is down: punch, scissors, shaver, suction or probe.

@@ -128,20 +128,19 @@ void Engine::Impl::cancel_tool() {
 UprightBlade Engine::Impl::upright(const ViewRay& ray) {
   const auto at = pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);
   const double edge = session->body().complex.mean_root_edge;
-  if (!at) return {ray.origin, {ray.origin, ray.origin + edge * ray.direction}};  // the body lies behind the eye
+  if (!at) return {ray.origin, ray.origin, ray.origin + edge * ray.direction};  // the body lies behind the eye
   const Vec3 out = dot(at->normal, ray.direction) < 0 ? at->normal : -1.0 * at->normal;
   const double reach = kBladeReach * (at->half + edge), towards = std::min(dot(out, ray.direction), -kMostOblique);
   const Vec3 above = at->middle + at->half * out - ray.origin;
   const Vec3 before = dot(above, ray.direction) * ray.direction;
   const Vec3 skin = ray.origin + before + dot(above - before, out) / towards * ray.direction;
-  return {skin, {skin + reach * out, skin - (2 * at->half + reach) * out}};
+  return {skin, skin + reach * out, skin - (2 * at->half + reach) * out};
 }
 
 Status Engine::Impl::lead_scalpel(const ViewRay& ray) {
   const auto pose = [&](const UprightBlade& blade) {
     scalpel_at = blade.skin;
-    const BladeEdge& e = blade.edge;
-    return perform(Kind::kBlade, {e.base.x, e.base.y, e.base.z, e.tip.x, e.tip.y, e.tip.z});
+    return perform(Kind::kBlade, {blade.base.x, blade.base.y, blade.base.z, blade.tip.x, blade.tip.y, blade.tip.z});
   };
   const UprightBlade last = upright(ray);
   // Between two rays the skin may bend.

@@ -7,7 +7,7 @@
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
 #include "kerf/mesh/surface_check.h"
-#include "kerf/session/automatic_body.h"
+#include "kerf/scene/automatic_body.h"
 
 namespace {
 

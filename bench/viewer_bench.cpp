@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "kerf/session/engine.h"
+#include "kerf/engine/engine.h"
 
 namespace {
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "kerf/session/protocol.h"
+#include "kerf/engine/protocol.h"
 
 using namespace kerf;
 using namespace kerf::protocol;

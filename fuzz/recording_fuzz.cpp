@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "kerf/session/recording.h"
+#include "kerf/record/recording.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto recording = kerf::parse_recording({reinterpret_cast<const char*>(data), size}, "fuzz");

@@ -13,7 +13,7 @@
 #include "kerf/mesh/models.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/midsurface/diagnosis_file.h"
-#include "kerf/session/scene_body.h"
+#include "kerf/scene/scene_body.h"
 #include "placement_text.h"
 #include "progress_bar.h"
 

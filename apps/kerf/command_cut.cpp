@@ -4,13 +4,13 @@
 
 #include "command_files.h"
 #include "exit_status.h"
+#include "folder.h"
 #include "kerf/base/indexed.h"
 #include "kerf/mesh/models.h"
 #include "kerf/mesh/whole_file.h"
-#include "kerf/session/run_outputs.h"
-#include "kerf/session/run_report.h"
+#include "kerf/record/run_outputs.h"
+#include "kerf/record/run_report.h"
 #include "kerf/spatial/triangle_queries.h"
-#include "folder.h"
 #include "progress_bar.h"
 #include "result_folder.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "kerf/base/result.h"
-#include "kerf/session/scene.h"
+#include "kerf/scene/scene.h"
 
 namespace kerf::app {
 

@@ -6,7 +6,7 @@
 
 #include "exit_status.h"
 #include "kerf/mesh/whole_file.h"
-#include "kerf/session/recording.h"
+#include "kerf/record/recording.h"
 #include "mesh_folders.h"
 #include "progress_bar.h"
 #include "score_line.h"

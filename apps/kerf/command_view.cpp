@@ -12,8 +12,8 @@
 
 #include "exit_status.h"
 #include "kerf/mesh/whole_file.h"
-#include "kerf/session/body_scene.h"
-#include "kerf/session/scene_file.h"
+#include "kerf/scene/body_scene.h"
+#include "kerf/scene/scene_file.h"
 #include "mesh_folders.h"
 #include "progress_bar.h"
 #include "scene_search.h"

@@ -5,7 +5,7 @@
 
 #include "exit_status.h"
 #include "folder.h"
-#include "kerf/session/run_outputs.h"
+#include "kerf/record/run_outputs.h"
 
 namespace kerf::app {
 namespace {

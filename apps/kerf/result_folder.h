@@ -8,7 +8,7 @@
 
 #include "kerf/base/result.h"
 #include "kerf/mesh/whole_file.h"
-#include "kerf/session/run_report.h"
+#include "kerf/record/run_report.h"
 
 namespace kerf::app {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "folder.h"
-#include "kerf/session/closest_word.h"
+#include "kerf/scene/closest_word.h"
 
 namespace kerf::app {
 namespace fs = std::filesystem;

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "kerf/session/run_outputs.h"
-#include "kerf/session/scene_shapes.h"
-#include "kerf/session/shape_mesh.h"
-#include "kerf/session/surface_export.h"
+#include "kerf/record/run_outputs.h"
+#include "kerf/record/surface_export.h"
+#include "kerf/scene/scene_shapes.h"
+#include "kerf/scene/shape_mesh.h"
 #include "picture.h"
 #include "png_file.h"
 

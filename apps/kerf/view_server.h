@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kerf/base/result.h"
-#include "kerf/session/engine.h"
+#include "kerf/engine/engine.h"
 
 namespace kerf::app {
 

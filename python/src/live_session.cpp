@@ -7,8 +7,8 @@
 #include "errors.h"
 #include "interrupts.h"
 #include "kerf/base/stopwatch.h"
-#include "kerf/session/run_report.h"
-#include "kerf/session/scene_file.h"
+#include "kerf/record/run_report.h"
+#include "kerf/scene/scene_file.h"
 
 namespace nb = nanobind;
 

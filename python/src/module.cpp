@@ -12,8 +12,8 @@
 #include "arrays.h"
 #include "errors.h"
 #include "kerf/mesh/models.h"
-#include "kerf/session/body_scene.h"
-#include "kerf/session/closest_word.h"
+#include "kerf/scene/body_scene.h"
+#include "kerf/scene/closest_word.h"
 #include "live_session.h"
 
 namespace nb = nanobind;

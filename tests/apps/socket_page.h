@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "session/page_messages.h"
+#include "engine/page_messages.h"
 
 namespace kerf::test {
 

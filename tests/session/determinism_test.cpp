@@ -8,8 +8,8 @@
 
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
-#include "kerf/session/recording.h"
-#include "kerf/session/scene_file.h"
+#include "kerf/record/recording.h"
+#include "kerf/scene/scene_file.h"
 #include "kerf/session/session.h"
 #include "support/source_dir.h"
 

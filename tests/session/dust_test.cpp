@@ -9,8 +9,8 @@
 
 #include "kerf/base/random.h"
 #include "kerf/cutting/pieces.h"
-#include "kerf/session/recording.h"
-#include "kerf/session/scene_limits.h"
+#include "kerf/record/recording.h"
+#include "kerf/scene/scene_limits.h"
 #include "kerf/session/session.h"
 #include "session/make_session.h"
 #include "session/session_measures.h"

@@ -8,8 +8,8 @@
 
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models_planar.h"
+#include "kerf/scene/temporary_folder.h"
 #include "kerf/session/session.h"
-#include "kerf/session/temporary_folder.h"
 #include "session/make_session.h"
 #include "session/session_measures.h"
 

@@ -12,8 +12,8 @@
 #include "kerf/base/random.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
+#include "kerf/scene/temporary_folder.h"
 #include "kerf/session/session.h"
-#include "kerf/session/temporary_folder.h"
 #include "session/session_measures.h"
 
 namespace kerf::extremes_test {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <thread>
 
+#include "kerf/base/latest.h"
 #include "kerf/base/random.h"
 #include "kerf/session/haptic_model.h"
-#include "kerf/session/latest.h"
 
 namespace kerf::haptic_model_test {
 namespace {

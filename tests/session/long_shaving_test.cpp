@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "kerf/base/random.h"
-#include "kerf/session/scene_shapes.h"
+#include "kerf/scene/scene_shapes.h"
 #include "kerf/session/session.h"
 #include "kerf/spatial/bvh.h"
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "kerf/session/scene_shapes.h"
+#include "kerf/scene/scene_shapes.h"
 #include "kerf/session/session.h"
 #include "session/session_measures.h"
 #include "support/contact_checker.h"

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "kerf/mesh/mesh_file.h"
-#include "kerf/session/scene_file.h"
-#include "kerf/session/temporary_folder.h"
+#include "kerf/scene/scene_file.h"
+#include "kerf/scene/temporary_folder.h"
 #include "session/make_session.h"
 #include "support/extruded_mesh.h"
 #include "support/piece_volumes.h"

@@ -6,8 +6,8 @@
 
 #include "kerf/base/hash.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/scene/scene_file.h"
 #include "kerf/session/body.h"
-#include "kerf/session/scene_file.h"
 #include "session/continuity.h"
 
 namespace kerf::test {

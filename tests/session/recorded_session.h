@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "kerf/session/recording.h"
+#include "kerf/record/recording.h"
 #include "kerf/session/session.h"
 
 namespace kerf::test {

@@ -1,4 +1,4 @@
-#include "kerf/session/scene_body.h"
+#include "kerf/scene/scene_body.h"
 #include "kerf/session/session.h"
 
 #include <gmock/gmock.h>

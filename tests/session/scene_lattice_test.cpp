@@ -1,4 +1,4 @@
-#include "kerf/session/scene_lattice.h"
+#include "kerf/scene/scene_lattice.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "kerf/session/scene_file.h"
+#include "kerf/scene/scene_file.h"
 #include "kerf/session/session.h"
 
 namespace kerf::scene_lines_test {

@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "kerf/session/scene_file.h"
+#include "kerf/scene/scene_file.h"
 #include "kerf/session/session.h"
 
 namespace kerf::score_test {

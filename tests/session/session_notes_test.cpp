@@ -5,7 +5,7 @@
 #include <string>
 
 #include "kerf/base/random.h"
-#include "kerf/session/scene_file.h"
+#include "kerf/scene/scene_file.h"
 #include "session/make_session.h"
 
 namespace kerf::session_notes_test {

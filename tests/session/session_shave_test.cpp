@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "kerf/base/random.h"
-#include "kerf/session/recording.h"
-#include "kerf/session/scene_file.h"
+#include "kerf/record/recording.h"
+#include "kerf/scene/scene_file.h"
 #include "kerf/session/session.h"
 #include "session/session_measures.h"
 

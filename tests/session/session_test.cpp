@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "kerf/base/parallel.h"
+#include "kerf/record/run_report.h"
+#include "kerf/scene/scene_file.h"
 #include "kerf/session/body_mechanics.h"
-#include "kerf/session/run_report.h"
-#include "kerf/session/scene_file.h"
 #include "session/make_session.h"
 
 namespace kerf::session_test {

@@ -12,7 +12,7 @@
 #include <fstream>
 #include <thread>
 
-#include "kerf/session/recording.h"
+#include "kerf/record/recording.h"
 
 namespace kerf::bench {
 namespace {

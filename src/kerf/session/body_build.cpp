@@ -1,7 +1,7 @@
 #include "kerf/session/body_build.h"
 
 #include "kerf/lattice/lattice_build.h"
-#include "kerf/session/scene_lattice.h"
+#include "kerf/scene/scene_lattice.h"
 
 namespace kerf {
 

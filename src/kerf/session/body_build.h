@@ -6,8 +6,8 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/mesh/models.h"
+#include "kerf/scene/scene.h"
 #include "kerf/session/body.h"
-#include "kerf/session/scene.h"
 
 namespace kerf {
 

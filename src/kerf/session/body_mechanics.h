@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "kerf/base/result.h"
+#include "kerf/lattice/hex_mesh.h"
 #include "kerf/lattice/lattice_adapt.h"
 #include "kerf/mechanics/step.h"
-#include "kerf/lattice/hex_mesh.h"
+#include "kerf/scene/scene.h"
 #include "kerf/session/node_memory.h"
-#include "kerf/session/scene.h"
 
 namespace kerf {
 

@@ -10,9 +10,9 @@
 #include "kerf/contact/detect.h"
 #include "kerf/contact/flanks.h"
 #include "kerf/mechanics/step.h"
+#include "kerf/scene/rigid_motion.h"
+#include "kerf/scene/scene_shapes.h"
 #include "kerf/session/body.h"
-#include "kerf/session/rigid_motion.h"
-#include "kerf/session/scene_shapes.h"
 
 namespace kerf {
 

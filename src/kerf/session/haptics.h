@@ -15,8 +15,8 @@
 
 #include <memory>
 
+#include "kerf/base/latest.h"
 #include "kerf/session/haptic_model.h"
-#include "kerf/session/latest.h"
 #include "kerf/session/session.h"
 
 namespace kerf {

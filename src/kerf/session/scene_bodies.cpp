@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "kerf/binding/join_complexes.h"
+#include "kerf/scene/rigid_motion.h"
+#include "kerf/scene/scene_body.h"
+#include "kerf/scene/scene_lattice.h"
+#include "kerf/scene/scene_place.h"
 #include "kerf/session/body_build.h"
-#include "kerf/session/rigid_motion.h"
-#include "kerf/session/scene_body.h"
-#include "kerf/session/scene_lattice.h"
-#include "kerf/session/scene_place.h"
 
 namespace kerf {
 namespace {

@@ -7,7 +7,7 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/lattice/lattice_build.h"
-#include "kerf/session/scene.h"
+#include "kerf/scene/scene.h"
 
 namespace kerf {
 

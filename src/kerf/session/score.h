@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kerf/binding/cell_complex.h"
-#include "kerf/session/scene.h"
+#include "kerf/scene/scene.h"
 
 namespace kerf {
 

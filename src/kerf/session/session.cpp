@@ -11,9 +11,9 @@
 #include "kerf/cutting/pieces.h"
 #include "kerf/embedding/embedding_validate.h"
 #include "kerf/lattice/lattice_validate.h"
+#include "kerf/scene/scene_limits.h"
+#include "kerf/scene/scene_place.h"
 #include "kerf/session/scene_bodies.h"
-#include "kerf/session/scene_limits.h"
-#include "kerf/session/scene_place.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {

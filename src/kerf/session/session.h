@@ -19,8 +19,8 @@
 #include "kerf/cutting/punch.h"
 #include "kerf/cutting/shave.h"
 #include "kerf/mechanics/step.h"
+#include "kerf/scene/scene.h"
 #include "kerf/session/body.h"
-#include "kerf/session/scene.h"
 #include "kerf/session/score.h"
 
 namespace kerf {

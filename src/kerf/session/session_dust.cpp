@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "kerf/session/scene_shapes.h"
+#include "kerf/scene/scene_shapes.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {

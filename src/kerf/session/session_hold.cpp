@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kerf/session/scene_place.h"
+#include "kerf/scene/scene_place.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {

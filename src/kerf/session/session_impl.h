@@ -18,6 +18,7 @@
 #include "kerf/cutting/validate.h"
 #include "kerf/embedding/skin.h"
 #include "kerf/lattice/tip_glue.h"
+#include "kerf/scene/rigid_motion.h"
 #include "kerf/session/body_build.h"
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/contact_step.h"
@@ -25,7 +26,6 @@
 #include "kerf/session/edge_carry.h"
 #include "kerf/session/node_memory.h"
 #include "kerf/session/piece_removal.h"
-#include "kerf/session/rigid_motion.h"
 #include "kerf/session/session.h"
 #include "kerf/session/surface_fade.h"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/scene/scene_place.h"
 #include "kerf/session/scene_bodies.h"
-#include "kerf/session/scene_place.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/spatial/triangle_queries.h"
 

@@ -1,0 +1,252 @@
+// The inside of an Engine. Private to engine*.cpp.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <deque>
+#include <map>
+#include <memory>
+#include <set>
+#include <string_view>
+
+#include "kerf/engine/client_queue.h"
+#include "kerf/engine/drawn_body.h"
+#include "kerf/engine/engine.h"
+#include "kerf/engine/picking.h"
+#include "kerf/engine/scene_loader.h"
+#include "kerf/scene/temporary_folder.h"
+
+namespace kerf {
+
+/// A file that a page is sending.
+struct UploadedFile {
+  std::string name, bytes;
+  std::uint32_t total = 0;
+};
+
+struct EngineClient {
+  explicit EngineClient(std::size_t most_unread) : queue(most_unread) {}
+  ClientQueue queue;
+  bool ready = false;  ///< its Hello has come
+  bool overlay = false, feet = false, contacts = false;
+  std::uint32_t bad = 0;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, UploadedFile> uploads;  ///< by upload and part
+  std::size_t upload_bytes = 0;
+};
+
+/// A pull that follows the pointer in the plane through the point hit.
+struct HandGrasp {
+  std::string id;
+  Vec3 plane_point, plane_normal;
+  Vec3 start;  ///< where the grasp's centre was
+};
+
+/// A blade that stands square on the skin.
+struct UprightBlade {
+  Vec3 skin;  ///< where it goes in
+  Vec3 base, tip;
+};
+
+/// The instrument of an operation that is down: punch, scissors, shaver, suction or probe.
+struct HandInstrument {
+  double size = 0;                ///< metres
+  std::size_t strokes = 0;        ///< of the session as it came down
+  BodyCounts before;
+  std::optional<Vec3> last;       ///< where it bit or snipped last, world, metres
+  std::vector<protocol::ViewRay> rays;  ///< since it worked last; the last one stays
+  double since_work = 0;          ///< s
+  bool any = false;               ///< it has done something
+  int passes = 0;                 ///< of a shaver
+  // Probe, and shaver
+  std::optional<std::uint32_t> tool;  ///< number in the scene
+  RigidPlace parked;              ///< its pose as it came down
+  std::vector<Vec3> surface;      ///< collision vertices as it came down: the probe follows the surface before it gave way
+  Vec3 point, normal;             ///< under the pointer, and towards the eye
+  double time = 0;                ///< s that it has been down
+  double pressure = 0.5;
+};
+
+struct Engine::Impl {
+  EngineOptions options;
+  // The scene that is shown, as a LoadedScene brought it, and the one that is on its way
+  SceneSource source;
+  SceneOverrides overrides;
+  std::optional<TemporaryFolder> folder;  ///< of an uploaded scene
+  std::optional<UploadedMeshes> meshes;
+  std::optional<Session> session;
+  std::shared_ptr<const SessionSnapshot> initial;
+  DrawnBody drawn;
+  DrawnThings things;
+  Box3 rest_box;  ///< of the visual mesh
+  Vec3 initial_gravity;
+  SceneLoader loader;
+  double since_progress = 0;
+
+  // What the pages have
+  std::uint32_t body = 0, version = 0;
+  std::uint64_t published_topology = 0;
+  std::size_t published_nodes = 0;
+  struct OldPatch {
+    std::uint32_t from;
+    protocol::Message message;
+  };
+  std::deque<OldPatch> history;
+  std::size_t history_bytes = 0;
+  /// A message that says all there is of one thing; the same for all pages for as long as one of them has it to read, and the body is not cut.
+  struct Told {
+    std::uint32_t body = 0;
+    std::uint64_t topology = 0;  ///< version of the session's
+    std::weak_ptr<const protocol::Bytes> message;
+  };
+  Told body_told, things_told, fixed_told;
+  std::array<Told, 2> overlay_told;  ///< without and with feet
+  /// Of all messages that there are, with kMessageOverhead. Messages may live longer than the engine; all on its thread.
+  std::shared_ptr<std::size_t> message_bytes = std::make_shared<std::size_t>(0);
+  std::map<std::uint32_t, EngineClient> clients;
+  std::uint32_t next_client = 1, holder = 0;
+  std::uint32_t frame_seq = 0, last_input = 0;
+  bool frame_due = true;
+  bool tick_wanted = false;
+  double since_frame = 0, since_stats = 0;
+
+  // Time
+  bool playing = true;
+  double tick_seconds = 0, left_of_budget = 0;  ///< s, of the tick under way
+  bool watched = false, steps_due = false;
+  double speed = 1, owed = 0;  ///< simulated seconds that real time is ahead
+  struct StepTimes {
+    std::deque<double> total;
+    double mechanics = 0;
+    std::int64_t steps = 0;  ///< since the last Stats
+    int iterations = 0;
+    double residual = 0;
+  } times;
+  BodyCounts counts;
+  std::uint64_t counted_topology = 0;
+
+  // Tools
+  std::optional<protocol::Tool> tool;  ///< the one that is down
+  std::optional<protocol::ViewRay> line_from;
+  Vec3 scalpel_at;  ///< where the ray `line_from` met the skin
+  std::optional<HandGrasp> hand;
+  std::optional<HandInstrument> instrument;
+  std::set<std::size_t> taken_with;  ///< strokes that are removals of what the punch before them cut loose: undone together
+  std::vector<bool> jaws_closed;  ///< by tool: what its device asked for last
+  std::uint32_t grasp_number = 0;
+  Vec3 last_brush;
+  struct PendingReport {
+    protocol::CutReport report;
+    std::string text;
+  };
+  std::optional<PendingReport> pending_report;
+
+  // Recording
+  std::vector<SessionChange> changes;
+  std::vector<StateHash> hashes;
+  bool recording = false;
+  std::size_t recorded_bytes = 0;
+  bool too_long = false;  ///< to be recorded: more happened than is kept
+
+  // Memory without state
+  std::vector<Vec3> shown_nodes;
+  std::vector<Vec3f> nodes, fading_offset;
+  std::vector<std::uint32_t> fading;
+  std::vector<std::uint32_t> fixed, fixed_before;  ///< nodes, ascending
+  std::vector<protocol::Grasp> grasps;
+  DrawnContacts contacts;
+
+  // engine.cpp
+  void show(std::unique_ptr<LoadedScene> scene);
+  void watch_loading(double real_seconds);
+  void tell_loading(protocol::LoadState state, std::string_view stage, double fraction);
+  void start_over();  ///< after load or reset: new body number, nothing recorded
+  protocol::Message share(protocol::Bytes bytes);
+  /// What is still told, or else what `make` gives.
+  template <class Make>
+  protocol::Message once(Told& told, Make&& make) {
+    protocol::Message message = told.message.lock();
+    if (message && told.body == body && told.topology == session->topology_version()) return message;
+    message = share(make());
+    told = {body, session->topology_version(), message};
+    return message;
+  }
+  [[nodiscard]] std::size_t unread() const { return *message_bytes - history_bytes; }
+  void send(std::uint32_t client, protocol::Bytes bytes);
+  void broadcast(const protocol::Message& message);
+  void error(std::uint32_t client, std::uint32_t input, protocol::ErrorCode code, std::string_view text);
+  void hello(std::uint32_t client);
+  void greet(std::uint32_t client, const protocol::PageHello& message);
+  /// The body as it is, or was at a step since it has been cut: a frame with the present nodes follows.
+  protocol::Message body_now();
+  protocol::Message things_now();
+  bool find_fixed();  ///< brings `fixed` up to date; true when that changed it
+  protocol::Message fixed_now();
+  [[nodiscard]] protocol::Role role_of(std::uint32_t client) const;
+  void send_roles();
+  protocol::Message overlay_now(bool feet);
+  void send_overlay();
+  void pass_tools(std::uint32_t to);
+  void publish(std::uint32_t input);
+  void fill_nodes();
+  void send_frame();
+  void send_stats(double real_seconds);
+  void begin_steps(double real_seconds);
+  bool step_due();
+  bool single_step();
+  const BodyCounts& current_counts();
+  void handle(std::uint32_t client, const protocol::PageMessage& message);
+  Recording make_recording() const;
+
+  // engine_tools.cpp
+  Status perform(SessionChange change);
+  Status perform(SessionChange::Kind kind, std::vector<double> values = {});
+  Status use_tool(const protocol::ToolInput& input);
+  Status scalpel(const protocol::ToolInput& input);
+  Status straight_cut(const protocol::ToolInput& input);
+  Status pull(const protocol::ToolInput& input);
+  Status brush(const protocol::ToolInput& input);
+  Status lead_tool(const protocol::Device& device);
+  /// On the skin that a ray meets, or beside the body where this would go on.
+  UprightBlade upright(const protocol::ViewRay& ray);
+  /// Cuts what lies under the pointer from `line_from` to a ray.
+  Status lead_scalpel(const protocol::ViewRay& ray);
+  Status finish_stroke(std::uint32_t input);
+  void cancel_tool();
+  void send_pending_report();
+  void report_history(std::uint32_t input, protocol::Outcome outcome);
+  std::optional<Picked> pick_ray(const protocol::ViewRay& ray);
+  double brush_radius() const;
+
+  // engine_instruments.cpp
+  Status use_instrument(const protocol::ToolInput& input);
+  /// What instruments do while they are down, besides messages.
+  void work_instrument(double real_seconds);
+  void put_down(const protocol::ToolInput& input);
+  Status bite(const protocol::ToolInput& input);
+  Status snip(const protocol::ToolInput& input);
+  Status shave(double real_seconds);
+  Status suck(bool now);
+  Status probe(double real_seconds);
+  Status push_shaver(double real_seconds);
+  Status lead_in_hand(Vec3 view, Vec3 tip);
+  void lift_tool();
+  Status take_away(std::uint32_t input);
+  bool holds(const std::string& grasp);
+  /// Queues the report of all strokes since `first`; times are those of one of their parts.
+  void report_strokes(std::uint32_t input, std::size_t first, const BodyCounts& before, int parts = 1);
+  std::optional<Picked> aim(const protocol::ViewRay& ray, double near);
+  void send_score();
+
+  // engine_commands.cpp
+  Status command(std::uint32_t client, const protocol::Command& command);
+  Status take_upload(EngineClient& client, const protocol::Upload& upload);
+  Result<SceneRequest> upload_request(EngineClient& client, std::uint32_t upload, double unit, const std::string& thickness);
+  Result<SceneRequest> other_unit(double unit) const;
+  void begin_loading(SceneRequest request, std::uint32_t client, std::uint32_t input);
+  Status export_files(std::uint32_t client, std::uint32_t request, const std::string& kind);
+  Status fix_rim();
+};
+
+protocol::Counts to_message(const BodyCounts& counts);
+
+}  // namespace kerf

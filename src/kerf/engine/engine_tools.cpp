@@ -1,0 +1,344 @@
+// The tools of a page: view rays in, changes of the session out.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/engine/engine_impl.h"
+
+namespace kerf {
+namespace {
+
+using protocol::Outcome;
+using protocol::Phase;
+using protocol::Tool;
+using protocol::ViewRay;
+using Kind = SessionChange::Kind;
+
+/// A stroke ignores rays that turn less than this since the last one that cut (radians): below a pixel on any screen.
+constexpr double kLeastTurn = 2e-4;
+/// A pull reaches this many body sizes at most.
+constexpr double kFarthestPull = 2;
+/// Brushes reach this many cell diagonals: every cell that a point lies in has a node nearer than half of one.
+constexpr double kBrush = 0.6;
+/// Kept grasps whose held point is nearer to the release brush than this many brush radii are let go.
+constexpr double kReleaseGrasp = 1;
+
+/// Of many rays that come at once (a drawn outline) those are left out that are nearer to the last one than this part of
+/// the cut path's own tolerance.
+constexpr double kThinning = 0.25;
+constexpr std::size_t kManySamples = 8;
+
+/// Cosine of a ray to the normal of the skin, at least: seen more nearly edge-on the skin is taken to lie nearer than it does. Half or double: the same lips to a
+/// hundredth of an edge.
+constexpr double kLeastFacing = 0.2;
+
+/// Of half the thickness and a mean edge: so far a blade that is held upright stands out of the skin on both sides, for skin that bends between two poses. Half
+/// or double: the same lips.
+constexpr double kBladeReach = 2;
+/// Mean edges of the skin from one pose of the scalpel to the next. Half: the same lips. Double: where the skin bends, lips lie three times as far beside the
+/// pointer.
+constexpr double kScalpelWay = 2;
+/// From one ray to the next, which may lie far apart on something seen edge-on.
+constexpr int kMostParts = 64;
+
+bool same_ray(const ViewRay& a, const ViewRay& b, double least_turn) {
+  return a.origin == b.origin && norm(cross(a.direction, b.direction)) < least_turn && dot(a.direction, b.direction) > 0;
+}
+
+}  // namespace
+
+Status Engine::Impl::perform(SessionChange change) {
+  change.step = session->step_count();
+  if (!too_long) {
+    recorded_bytes += sizeof change + change.id.capacity() + 4 * change.vertices.size() + 8 * change.values.size();
+    if (recorded_bytes <= options.most_recorded) {
+      changes.push_back(change);
+    } else {
+      too_long = true;
+      changes = {};
+      hashes = {};
+    }
+  }
+  return apply(*session, change);
+}
+Status Engine::Impl::perform(Kind kind, std::vector<double> values) {
+  SessionChange change;
+  change.kind = kind;
+  change.values = std::move(values);
+  return perform(std::move(change));
+}
+
+std::optional<Picked> Engine::Impl::pick_ray(const ViewRay& ray) {
+  return pick(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction);
+}
+
+double Engine::Impl::brush_radius() const { return kBrush * norm(session->body().hex.frame.cell); }
+
+Status Engine::Impl::use_tool(const protocol::ToolInput& input) {
+  if (input.phase == Phase::kDown) {
+    cancel_tool();  // a page that lost its way begins anew
+    tool = input.tool;
+  } else if (tool != input.tool) {
+    return {};  // cancelled meanwhile: what is still under way means nothing
+  }
+  if (input.phase == Phase::kCancel) {
+    cancel_tool();
+    return {};
+  }
+  Status done;
+  switch (input.tool) {
+    case Tool::kScalpel: done = scalpel(input); break;
+    case Tool::kLine: done = straight_cut(input); break;
+    case Tool::kGrasp:
+    case Tool::kTake: done = pull(input); break;
+    case Tool::kFix:
+    case Tool::kRelease: done = brush(input); break;
+    case Tool::kPunch:
+    case Tool::kScissors:
+    case Tool::kShaver:
+    case Tool::kSuction:
+    case Tool::kProbe: done = use_instrument(input); break;
+  }
+  if (input.phase == Phase::kUp || !done) {
+    if (!done) cancel_tool();
+    tool.reset();
+    line_from.reset();
+    instrument.reset();
+  }
+  return done;
+}
+
+void Engine::Impl::cancel_tool() {
+  if (instrument) lift_tool();
+  tool.reset();
+  line_from.reset();
+  instrument.reset();
+  // Nothing is lost here: both take back what is unfinished.
+  if (session->in_stroke()) (void)perform(Kind::kCancelStroke).ok();
+  if (hand) {
+    SessionChange release;
+    release.kind = Kind::kRelease;
+    release.id = hand->id;
+    hand.reset();
+    (void)perform(std::move(release)).ok();
+  }
+}
+
+UprightBlade Engine::Impl::upright(const ViewRay& ray) {
+  const auto at = pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);
+  const double edge = session->body().complex.mean_root_edge;
+  if (!at) return {ray.origin, ray.origin, ray.origin + edge * ray.direction};  // the body lies behind the eye
+  const Vec3 out = dot(at->normal, ray.direction) < 0 ? at->normal : -1.0 * at->normal;
+  const double reach = kBladeReach * (at->half + edge), towards = std::min(dot(out, ray.direction), -kLeastFacing);
+  const Vec3 above = at->middle + at->half * out - ray.origin;
+  const Vec3 before = dot(above, ray.direction) * ray.direction;
+  const Vec3 skin = ray.origin + before + dot(above - before, out) / towards * ray.direction;
+  return {skin, skin + reach * out, skin - (2 * at->half + reach) * out};
+}
+
+Status Engine::Impl::lead_scalpel(const ViewRay& ray) {
+  const auto pose = [&](const UprightBlade& blade) {
+    scalpel_at = blade.skin;
+    return perform(Kind::kBlade, {blade.base.x, blade.base.y, blade.base.z, blade.tip.x, blade.tip.y, blade.tip.z});
+  };
+  const UprightBlade last = upright(ray);
+  // Between two rays the skin may bend.
+  if (line_from && line_from->origin == ray.origin) {
+    const double way = norm(last.skin - scalpel_at) / (kScalpelWay * session->body().complex.mean_root_edge);
+    const int parts = static_cast<int>(std::ceil(std::min(way, static_cast<double>(kMostParts))));
+    for (int i = 1; i < parts; ++i)
+      KERF_TRY(pose(upright({ray.origin, normalized(lerp(line_from->direction, ray.direction, static_cast<double>(i) / parts))})));
+  }
+  line_from = ray;
+  return pose(last);
+}
+
+Status Engine::Impl::scalpel(const protocol::ToolInput& input) {
+  if (input.phase == Phase::kDown) {
+    send_pending_report();
+    KERF_TRY(perform(Kind::kBeginStroke, {0}));
+  }
+  double thinned = kLeastTurn;
+  if (input.samples.size() > kManySamples) {
+    Box3 box;
+    for (const Vec3 p : session->collision_positions()) box.add(p);
+    const double distance = norm(box.center() - input.samples.front().ray.origin);
+    const double tolerance = session->scene().cut.path_tolerance * session->body().complex.mean_root_edge;
+    if (distance > 0) thinned = std::clamp(kThinning * tolerance / distance, kLeastTurn, 0.01);
+  }
+  for (std::size_t i = 0; i < input.samples.size(); ++i) {
+    const ViewRay& ray = input.samples[i].ray;
+    const bool last = i + 1 == input.samples.size();
+    if (line_from && same_ray(*line_from, ray, last ? kLeastTurn : thinned)) continue;
+    KERF_TRY(lead_scalpel(ray));
+  }
+  return input.phase == Phase::kUp ? finish_stroke(input.input) : Status{};
+}
+
+Status Engine::Impl::straight_cut(const protocol::ToolInput& input) {
+  if (input.phase == Phase::kDown) line_from = input.samples.front().ray;
+  if (input.phase != Phase::kUp || input.samples.empty() || !line_from) return {};
+  send_pending_report();
+  const ViewRay from = *line_from, to = input.samples.back().ray;
+  line_from.reset();
+  KERF_TRY(perform(Kind::kBeginStroke, {0}));
+  KERF_TRY(lead_scalpel(from));
+  KERF_TRY(lead_scalpel(to));
+  return finish_stroke(input.input);
+}
+
+Status Engine::Impl::finish_stroke(std::uint32_t input) {
+  const StrokeRecord before = session->strokes().back();
+  const BodyCounts now = session->counts();
+  PendingReport pending;
+  protocol::CutReport& r = pending.report;
+  r.input = input;
+  r.outcome = !(now == before.before) ? Outcome::kCut : before.refused > 0 ? Outcome::kRefused : Outcome::kNothingMet;
+  KERF_TRY(perform(Kind::kEndStroke));
+  if (before.refused > 0)
+    pending.text = fmt::format("{} degenerate {} refused", before.refused, before.refused == 1 ? "step was" : "steps were");
+  const BodyCounts& after = current_counts();
+  r.pieces = static_cast<std::uint32_t>(after.pieces);
+  r.triangles = static_cast<std::uint32_t>(before.triangles);
+  r.cut_and_binding_ms = static_cast<float>(1e3 * before.times.cut_and_binding);
+  r.embedding_ms = static_cast<float>(1e3 * before.times.embedding);
+  r.cut_surface_ms = static_cast<float>(1e3 * before.times.cut_surface);
+  r.total_ms = static_cast<float>(1e3 * before.times.total);
+  r.counts = to_message(after);
+  pending_report = std::move(pending);  // the next tick checks the invariants and sends it: the patch goes first
+  return {};
+}
+
+void Engine::Impl::send_pending_report() {
+  if (!pending_report) return;
+  PendingReport pending = std::move(*pending_report);
+  pending_report.reset();
+  protocol::CutReport& r = pending.report;
+  if (r.outcome == Outcome::kNothingMet) {
+    // nothing changed
+  } else if (r.counts.visual_triangles > options.most_checked) {
+    r.invariants = protocol::Invariants::kNotChecked;
+  } else if (const Status valid = session->validate(); !valid) {
+    r.invariants = protocol::Invariants::kBroken;
+    if (!pending.text.empty()) pending.text += "; ";
+    pending.text += valid.error().message;
+  }
+  r.text = pending.text;
+  broadcast(std::make_shared<const protocol::Bytes>(protocol::encode(r)));
+}
+
+void Engine::Impl::report_history(std::uint32_t input, Outcome outcome) {
+  send_pending_report();
+  PendingReport pending;
+  protocol::CutReport& r = pending.report;
+  r.input = input;
+  r.outcome = outcome;
+  const BodyCounts& now = current_counts();
+  r.pieces = static_cast<std::uint32_t>(now.pieces);
+  r.counts = to_message(now);
+  pending_report = std::move(pending);
+}
+
+Status Engine::Impl::pull(const protocol::ToolInput& input) {
+  if (input.phase == Phase::kDown) {
+    const ViewRay& ray = input.samples.front().ray;
+    const auto picked = pick_ray(ray);
+    if (!picked) return {};
+    SessionChange grasp;
+    grasp.kind = Kind::kGrasp;
+    grasp.id = fmt::format("hand{}", ++grasp_number);
+    const CollisionMesh& mesh = session->body().complex.collision;
+    // All corners of the triangle: they hang together, whatever lies beside it across a cut.
+    for (int k = 0; k < 3; ++k) grasp.vertices.push_back(mesh.origin[CollisionMesh::corner(picked->triangle, k)].value);
+    HandGrasp h;
+    h.id = grasp.id;
+    h.plane_point = picked->middle;
+    h.plane_normal = ray.direction;
+    KERF_TRY(perform(std::move(grasp)));
+    for (const Session::GraspState& g : session->grasps())
+      if (g.id == h.id) h.start = g.target;
+    hand = std::move(h);
+  }
+  if (!hand) return {};
+  if (!input.samples.empty()) {
+    const ViewRay& ray = input.samples.back().ray;
+    const double along = dot(ray.direction, hand->plane_normal);
+    if (std::abs(along) > 1e-3) {
+      const double t = dot(hand->plane_point - ray.origin, hand->plane_normal) / along;
+      Vec3 pulled = ray.origin + t * ray.direction - hand->plane_point;
+      Box3 box;
+      for (const Vec3 p : session->body().complex.collision.rest.raw()) box.add(p);
+      const double most = kFarthestPull * box.diagonal();
+      if (norm(pulled) > most) pulled = (most / norm(pulled)) * pulled;
+      SessionChange move;
+      move.kind = Kind::kMove;
+      move.id = hand->id;
+      const Vec3 to = hand->start + pulled;
+      move.values = {to.x, to.y, to.z, speed / options.tick};  // as long as a tick: no jumps
+      KERF_TRY(perform(std::move(move)));
+    }
+  }
+  if (input.phase == Phase::kUp) {
+    if (input.tool == Tool::kTake) KERF_TRY(take_away(input.input));
+    SessionChange release;
+    release.kind = Kind::kRelease;
+    release.id = hand->id;
+    const bool gone = input.tool == Tool::kTake && !holds(hand->id);
+    hand.reset();
+    if (gone) return {};
+    if (input.tool == Tool::kTake || !(input.modifiers & protocol::kShift)) KERF_TRY(perform(std::move(release)));  // Shift leaves it held
+  }
+  return {};
+}
+
+Status Engine::Impl::lead_tool(const protocol::Device& device) {
+  if (device.tool >= things.tool_count()) return bad_input(fmt::format("The scene has no tool {}.", device.tool));
+  const SceneRigidTool& rigid = session->scene().tools[device.tool];
+  const double over = speed / options.tick;  // as long as a tick: no jumps
+  SessionChange lead;
+  lead.kind = Kind::kTool;
+  lead.id = rigid.id;
+  const Vec3 p = device.position, r = device.rotation;
+  lead.values = {p.x, p.y, p.z, r.x, r.y, r.z, over};
+  KERF_TRY(perform(std::move(lead)));
+  const bool close = device.jaws < 0.5;
+  if ((rigid.kind != SceneToolKind::kGrasper && rigid.kind != SceneToolKind::kScissors) || close == jaws_closed[device.tool]) return {};
+  SessionChange jaws;
+  jaws.kind = Kind::kJaws;
+  jaws.id = rigid.id;
+  jaws.values = {close ? 1.0 : 0.0, SceneJaws{}.over};
+  KERF_TRY(perform(std::move(jaws)));
+  jaws_closed[device.tool] = close;
+  return {};
+}
+
+Status Engine::Impl::brush(const protocol::ToolInput& input) {
+  const double radius = brush_radius();
+  for (std::size_t i = 0; i < input.samples.size(); ++i) {
+    const auto picked = pick_ray(input.samples[i].ray);
+    if (!picked) continue;
+    const bool first = input.phase == Phase::kDown && i == 0;
+    if (!first && norm(picked->rest - last_brush) < 0.3 * radius) continue;
+    last_brush = picked->rest;
+    SceneRegion region;
+    region.shape = SceneRegion::Shape::kSphere;
+    region.center = picked->rest;
+    region.radius = radius;
+    if (input.tool == Tool::kFix) {
+      KERF_TRY(perform(region_change(Kind::kFix, region)));
+      continue;
+    }
+    KERF_TRY(perform(region_change(Kind::kUnfix, region)));
+    for (const Session::GraspState& g : session->grasps()) {
+      if (norm(g.held - picked->middle) > kReleaseGrasp * radius) continue;
+      SessionChange release;
+      release.kind = Kind::kRelease;
+      release.id = g.id;
+      KERF_TRY(perform(std::move(release)));
+    }
+  }
+  return {};
+}
+
+}  // namespace kerf

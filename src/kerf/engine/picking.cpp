@@ -1,0 +1,91 @@
+#include "kerf/engine/picking.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/base/indexed.h"
+#include "kerf/spatial/triangle_queries.h"
+
+namespace kerf {
+namespace {
+
+/// Seen edge-on, the skin is not this many half thicknesses before the middle.
+constexpr double kMostOblique = 3;
+
+/// Parameter in [0, 1] of the point of the segment a b that is nearest to the line.
+double nearest_to_line(Vec3 a, Vec3 b, Vec3 origin, Vec3 direction) {
+  const auto off_line = [&](Vec3 v) { return v - dot(v, direction) * direction; };
+  const Vec3 from = off_line(a - origin), along = off_line(b - a);
+  const double square = dot(along, along);
+  return square > 0 ? std::clamp(-dot(from, along) / square, 0.0, 1.0) : 0.0;
+}
+
+/// What follows from triangle, barycentric coordinates and `middle`, which lies t metres along the ray.
+void complete(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction, double t, Picked& out) {
+  std::array<Vec3, 3> corner;
+  for (int k = 0; k < 3; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const CollisionVertex v = mesh.origin[CollisionMesh::corner(out.triangle, k)];
+    corner[i] = positions[v.index()];
+    out.half += out.barycentric[i] * norm(mesh.offset[v]);
+    out.rest += out.barycentric[i] * mesh.rest[v];
+  }
+  out.normal = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
+  const double facing = std::abs(dot(out.normal, direction));
+  out.t = std::max(0.0, t - out.half / std::max(facing, 1 / kMostOblique));
+  out.point = origin + out.t * direction;
+}
+
+}  // namespace
+
+std::optional<Picked> pick(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction) {
+  const Ray ray{origin, direction};
+  const RayFrame frame(ray);
+  RayHit best;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    const auto at = [&](int k) { return positions[mesh.origin[CollisionMesh::corner(f, k)].index()]; };
+    RayHit hit;
+    if (!intersect(frame, {at(0), at(1), at(2)}, hit) || hit.t < 0 || hit.t >= best.t) continue;
+    best = hit;
+    best.triangle = f.value;
+  }
+  if (!best.valid()) return std::nullopt;
+  Picked out;
+  out.triangle = CollisionTriangle(best.triangle);
+  out.barycentric = best.barycentric;
+  out.middle = origin + best.t * direction;
+  complete(mesh, positions, origin, direction, best.t, out);
+  return out;
+}
+
+std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction, double near) {
+  if (auto hit = pick(mesh, positions, origin, direction); hit || !(near > 0)) return hit;
+  double least = near, at = 0;
+  CollisionTriangle triangle;
+  int corner = 0;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count()))
+    for (int k = 0; k < 3; ++k) {
+      const CollisionHalfEdge h = CollisionMesh::corner(f, k);
+      const Vec3 a = positions[mesh.from(h).index()], b = positions[mesh.to(h).index()];
+      const double s = nearest_to_line(a, b, origin, direction);
+      const Vec3 from_eye = a + s * (b - a) - origin;
+      const double t = dot(from_eye, direction), distance = norm(from_eye - t * direction);
+      if (t < 0 || distance >= least) continue;
+      least = distance;
+      at = s;
+      triangle = f;
+      corner = k;
+    }
+  if (!triangle.valid()) return std::nullopt;
+  Picked out;
+  out.triangle = triangle;
+  out.barycentric[static_cast<std::size_t>(corner)] = 1 - at;
+  out.barycentric[static_cast<std::size_t>((corner + 1) % 3)] = at;
+  const CollisionHalfEdge h = CollisionMesh::corner(triangle, corner);
+  out.middle = lerp(positions[mesh.from(h).index()], positions[mesh.to(h).index()], at);
+  out.beside = least;
+  complete(mesh, positions, origin, direction, dot(out.middle - origin, direction), out);
+  return out;
+}
+
+}  // namespace kerf

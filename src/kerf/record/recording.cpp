@@ -1,0 +1,425 @@
+#include "kerf/record/recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "kerf/mesh/base64.h"
+#include "kerf/scene/scene_limits.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Kind = SessionChange::Kind;
+
+constexpr int kRecordingVersion = 1;
+constexpr std::int64_t kMostSteps = 1'000'000'000;
+
+struct KindWord {
+  Kind kind;
+  const char* word;
+  int values;  ///< how many; -1: a region, -2: a punch
+};
+constexpr std::array<KindWord, 19> kKinds{{
+    {Kind::kBeginStroke, "begin_stroke", 1}, {Kind::kBlade, "blade", 6}, {Kind::kEndStroke, "end_stroke", 0},
+    {Kind::kCancelStroke, "cancel_stroke", 0}, {Kind::kUndo, "undo", 0}, {Kind::kRedo, "redo", 0},
+    {Kind::kGrasp, "grasp", 0}, {Kind::kMove, "move", 4}, {Kind::kRelease, "release", 0}, {Kind::kFix, "fix", -1},
+    {Kind::kUnfix, "unfix", -1}, {Kind::kGravity, "gravity", 3}, {Kind::kMaterial, "material", 3},
+    {Kind::kPunch, "punch", -2}, {Kind::kShave, "shave", 10}, {Kind::kRemove, "remove", 0}, {Kind::kSuck, "suck", -1},
+    {Kind::kTool, "tool", 7}, {Kind::kJaws, "jaws", 2},
+}};
+const KindWord& word_of(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
+bool has_id(Kind kind) {
+  return kind == Kind::kGrasp || kind == Kind::kMove || kind == Kind::kRelease || kind == Kind::kTool || kind == Kind::kJaws;
+}
+
+}  // namespace
+
+bool plain_file_name(const std::string& name) {
+  return !name.empty() && name.size() < 200 && name != "." && name != ".." && name.find('/') == std::string::npos &&
+         name.find('\\') == std::string::npos && name.find('\0') == std::string::npos;
+}
+
+namespace {
+
+/// Places, gravity and materials as scenes may have them. A blade far off meets nothing.
+Status check_limits(const SessionChange& c) {
+  const auto places = [&](std::size_t from, std::size_t to) -> Status {
+    for (std::size_t i = from; i < std::min(to, c.values.size()); ++i)
+      if (std::abs(c.values[i]) > kFarthestPlace)
+        return bad_input(fmt::format("\"{}\" names a place {:g} m from the origin; {:g} m is the farthest", word_of(c.kind).word, std::abs(c.values[i]),
+                                     kFarthestPlace));
+    return {};
+  };
+  const auto range = [&](std::size_t i, const char* what, const char* unit, double least, double most) -> Status {
+    if (c.values[i] >= least && c.values[i] <= most) return {};
+    return bad_input(fmt::format("{} goes from {:g} to {:g}{}{}, but is {:g}", what, least, most, *unit ? " " : "", unit, c.values[i]));
+  };
+  switch (c.kind) {
+    case Kind::kMove:
+    case Kind::kTool: return places(0, 3);
+    case Kind::kShave: return places(1, 8);
+    case Kind::kPunch: KERF_TRY(places(3, 6)); return places(12, c.values.size());
+    case Kind::kFix:
+    case Kind::kUnfix:
+    case Kind::kSuck: return places(1, c.values[0] == 2 ? 4 : 1);  // boxes and balls may be as large as anybody likes
+    case Kind::kGravity:
+      for (std::size_t i = 0; i < 3; ++i) KERF_TRY(range(i, "gravity", "m/s2", -kMostGravity, kMostGravity));
+      return {};
+    case Kind::kMaterial:
+      KERF_TRY(range(0, "Young's modulus", "Pa", kLeastYoung, kMostYoung));
+      return range(2, "density", "kg/m3", kLeastDensity, kMostDensity);
+    default: return {};
+  }
+}
+
+}  // namespace
+
+Status check(const SessionChange& c) {
+  const int wanted = word_of(c.kind).values;
+  if (c.kind == Kind::kRemove && c.vertices.size() != 1) return bad_input("\"remove\" names one collision triangle");
+  for (const double v : c.values)
+    if (!std::isfinite(v)) return bad_input("a value is not finite");
+  if (wanted >= 0) {
+    // A stroke's frame came later: without it, the world's.
+    const bool framed = c.kind == Kind::kBeginStroke && c.values.size() == 2;
+    if (!framed && c.values.size() != static_cast<std::size_t>(wanted))
+      return bad_input(fmt::format("\"{}\" has {} values instead of {}", word_of(c.kind).word, c.values.size(), wanted));
+    return check_limits(c);
+  }
+  if (wanted == -2) {
+    if (c.values.size() < 12 + 6 || c.values.size() % 2 != 0 || (c.values[0] != 0 && c.values[0] != 1 && c.values[0] != 2 && c.values[0] != 3))
+      return bad_input("a punch is frame, reach, roughness, centre, axis, across and three or more corners x, y");
+    return check_limits(c);
+  }
+  const double shape = c.values.empty() ? -1 : c.values[0];
+  const std::size_t size = shape == 1 ? 5 : 7;
+  if ((shape != 0 && shape != 1 && shape != 2) || c.values.size() != size)
+    return bad_input("a region is [0, min, max], [1, centre, radius] or [2, point, normal]");
+  return check_limits(c);
+}
+
+namespace {
+
+std::string to_base64(std::string_view bytes) {
+  std::string out;
+  Base64Encoder encoder;
+  encoder.add(bytes.data(), bytes.size(), out);
+  encoder.finish(out);
+  return out;
+}
+
+bool from_base64(std::string_view text, std::string& out) {
+  if (text.size() % 4 != 0) return false;
+  std::uint32_t word = 0;
+  int digits = 0, padding = 0;
+  for (const char c : text) {
+    std::uint32_t digit = 0;
+    if (c >= 'A' && c <= 'Z') digit = static_cast<std::uint32_t>(c - 'A');
+    else if (c >= 'a' && c <= 'z') digit = static_cast<std::uint32_t>(c - 'a' + 26);
+    else if (c >= '0' && c <= '9') digit = static_cast<std::uint32_t>(c - '0' + 52);
+    else if (c == '+') digit = 62;
+    else if (c == '/') digit = 63;
+    else if (c == '=') ++padding;
+    else return false;
+    if (padding > 0 && c != '=') return false;
+    word = word << 6 | digit;
+    if (++digits < 4) continue;
+    out += static_cast<char>(word >> 16 & 255);
+    out += static_cast<char>(word >> 8 & 255);
+    out += static_cast<char>(word & 255);
+    word = 0;
+    digits = 0;
+  }
+  if (padding > 2) return false;
+  out.resize(out.size() - static_cast<std::size_t>(padding));
+  return true;
+}
+
+std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
+
+/// Reads the parts of a recording; the first trouble is kept.
+class RecordingReader {
+ public:
+  RecordingReader(const Json& root, std::string_view name) : root_(root), name_(name) {}
+
+  Result<Recording> read() {
+    if (!root_.is_object() || !root_.contains("kerf_recording")) return trouble("this is no recording of kerf");
+    if (root_["kerf_recording"] != kRecordingVersion)
+      return trouble(fmt::format("this recording is of another version than {}; replay it with the kerf that made it",
+                                 kRecordingVersion));
+    Recording out;
+    const Json scene = member(root_, "scene");
+    out.source.name = text(scene, "name");
+    out.source.text = text(scene, "text");
+    out.source.folder = text(scene, "folder");
+    for (const Json& file : array(scene, "files")) {
+      SceneSource::File f;
+      f.name = text(file, "name");
+      if (!plain_file_name(f.name)) fail("a file's name is not a plain one");
+      if (!from_base64(text(file, "base64"), f.bytes)) fail("a file is not base64");
+      out.source.files.push_back(std::move(f));
+    }
+    read_meshes(scene, out.source);
+    out.instructions = text(root_, "instructions");
+    out.overrides.scripted = member(root_, "scripted") == Json(true);
+    out.overrides.time_step = number(member(root_, "time_step"), "time_step");
+    if (out.overrides.time_step < 0) fail("time_step is negative");
+    read_dust(out.overrides);
+    out.last_step = step(member(root_, "last_step"));
+    std::int64_t last = 0;
+    for (const Json& item : array(root_, "changes")) {
+      SessionChange c;
+      if (!item.is_array() || item.size() < 2 || !item[1].is_string()) {
+        fail("a change is not [step, \"kind\", ...]");
+        break;
+      }
+      c.step = step(item[0]);
+      if (c.step < last) fail("changes are not in the order of their steps");
+      last = c.step;
+      if (!read_change(item, c)) break;
+      out.changes.push_back(std::move(c));
+    }
+    last = 0;
+    for (const Json& item : array(root_, "hashes")) {
+      StateHash h;
+      if (!item.is_array() || item.size() != 2 || !item[1].is_string()) {
+        fail("a hash is not [step, \"hex\"]");
+        break;
+      }
+      h.step = step(item[0]);
+      if (h.step < last) fail("hashes are not in the order of their steps");
+      last = h.step;
+      h.hash = hash(item[1]);
+      out.hashes.push_back(h);
+    }
+    out.end_hash = hash(member(root_, "end"));
+    if (!trouble_.empty()) return trouble(trouble_);
+    if (!out.changes.empty() && out.changes.back().step > out.last_step) return trouble("there are changes after the last step");
+    if (!out.hashes.empty() && out.hashes.back().step > out.last_step) return trouble("there are hashes after the last step");
+    return out;
+  }
+
+ private:
+  /// Recordings of before dust was swept up have none, and nothing of it went.
+  void read_dust(SceneOverrides& overrides) {
+    if (!root_.contains("dust")) {
+      overrides.dust = 0;
+      return;
+    }
+    if (root_["dust"].is_null()) return;
+    overrides.dust = number(root_["dust"], "dust");
+    if (*overrides.dust < 0 || *overrides.dust > kMostDust) fail(fmt::format("dust goes from 0 to {:g}, but is {:g}", kMostDust, *overrides.dust));
+  }
+  /// Recordings of before meshes travelled have none.
+  void read_meshes(const Json& scene, SceneSource& source) {
+    if (!scene.is_object() || !scene.contains("meshes")) return;
+    for (const Json& mesh : array(scene, "meshes")) {
+      SceneSource::Mesh m;
+      m.written = text(mesh, "file");
+      m.hash = hash(member(mesh, "hash"));
+      const Json bytes = member(mesh, "bytes");
+      if (!bytes.is_number_integer() || bytes < 0) {
+        fail("a mesh has no number of bytes");
+        return;
+      }
+      m.bytes = bytes.get<std::uint64_t>();
+      if (mesh.is_object() && mesh.contains("base64")) {
+        m.content.emplace();
+        if (!from_base64(text(mesh, "base64"), *m.content)) fail("a mesh is not base64");
+        if (m.content->size() != m.bytes) fail("a mesh is shorter or longer than it says");
+      }
+      source.meshes.push_back(std::move(m));
+    }
+  }
+  bool read_change(const Json& item, SessionChange& c) {
+    const std::string word = item[1].get<std::string>();
+    bool known = false;
+    for (const KindWord& k : kKinds)
+      if (word == k.word) {
+        c.kind = k.kind;
+        known = true;
+      }
+    if (!known) return fail(fmt::format("there is no change \"{}\"", word));
+    std::size_t at = 2;
+    if (has_id(c.kind)) {
+      if (item.size() < 3 || !item[2].is_string()) return fail(fmt::format("\"{}\" names no grasp or tool", word));
+      c.id = item[2].get<std::string>();
+      at = 3;
+    }
+    for (; at < item.size(); ++at) {
+      if (!item[at].is_number()) return fail(fmt::format("\"{}\" has something that is no number", word));
+      if (c.kind == Kind::kGrasp || c.kind == Kind::kRemove) {
+        if (!item[at].is_number_integer() || item[at] < 0 || item[at] > INT32_MAX) return fail(fmt::format("\"{}\" names no such element", word));
+        c.vertices.push_back(item[at].get<std::int32_t>());
+      } else {
+        c.values.push_back(item[at].get<double>());
+      }
+    }
+    if (const Status ok = check(c); !ok) return fail(ok.error().message);
+    return true;
+  }
+  Json member(const Json& of, const char* key) {
+    if (!of.is_object() || !of.contains(key)) {
+      fail(fmt::format("\"{}\" is missing", key));
+      return {};
+    }
+    return of[key];
+  }
+  std::string text(const Json& of, const char* key) {
+    const Json m = member(of, key);
+    if (!m.is_string()) {
+      fail(fmt::format("\"{}\" is not a text", key));
+      return {};
+    }
+    return m.get<std::string>();
+  }
+  Json array(const Json& of, const char* key) {
+    Json m = member(of, key);
+    if (!m.is_array()) {
+      fail(fmt::format("\"{}\" is not a list", key));
+      return Json::array();
+    }
+    return m;
+  }
+  double number(const Json& m, const char* key) {
+    if (!m.is_number() || !std::isfinite(m.get<double>())) {
+      fail(fmt::format("\"{}\" is not a number", key));
+      return 0;
+    }
+    return m.get<double>();
+  }
+  std::int64_t step(const Json& m) {
+    if (!m.is_number_integer() || m < 0 || m > kMostSteps) {
+      fail("a step number is not one");
+      return 0;
+    }
+    return m.get<std::int64_t>();
+  }
+  std::uint64_t hash(const Json& m) {
+    std::uint64_t value = 0;
+    const std::string digits = m.is_string() ? m.get<std::string>() : std::string();
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
+    if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) fail("a hash is not hexadecimal");
+    return value;
+  }
+  bool fail(std::string what) {
+    if (trouble_.empty()) trouble_ = std::move(what);
+    return false;
+  }
+  Error trouble(const std::string& what) const { return bad_input(fmt::format("{}: {}", name_, what)); }
+
+  const Json& root_;
+  std::string_view name_;
+  std::string trouble_;
+};
+
+}  // namespace
+
+std::string_view change_word(Kind kind) { return word_of(kind).word; }
+
+SessionChange region_change(Kind kind, const SceneRegion& region) {
+  SessionChange c;
+  c.kind = kind;
+  const auto put = [&](Vec3 v) { c.values.insert(c.values.end(), {v.x, v.y, v.z}); };
+  switch (region.shape) {
+    case SceneRegion::Shape::kBox:
+      c.values.push_back(0);
+      put(region.min);
+      put(region.max);
+      break;
+    case SceneRegion::Shape::kSphere:
+      c.values.push_back(1);
+      put(region.center);
+      c.values.push_back(region.radius);
+      break;
+    case SceneRegion::Shape::kHalfSpace:
+      c.values.push_back(2);
+      put(region.point);
+      put(region.normal);
+      break;
+  }
+  return c;
+}
+
+std::string_view instruction_set() {
+#if defined(__AVX512F__)
+  return "x86-64 with AVX-512";
+#elif defined(__AVX2__) && defined(__FMA__)
+  return "x86-64-v3";
+#elif defined(__x86_64__)
+  return "x86-64";
+#elif defined(__aarch64__)
+  return "arm64";
+#else
+  return "unknown";
+#endif
+}
+
+std::string recording_text(const Recording& r) {
+  Json root;
+  root["kerf_recording"] = kRecordingVersion;
+  root["instructions"] = r.instructions;
+  Json scene;
+  scene["name"] = r.source.name;
+  scene["folder"] = r.source.folder.string();
+  scene["text"] = r.source.text;
+  scene["files"] = Json::array();
+  for (const SceneSource::File& f : r.source.files) scene["files"].push_back({{"name", f.name}, {"base64", to_base64(f.bytes)}});
+  scene["meshes"] = Json::array();
+  for (const SceneSource::Mesh& m : r.source.meshes) {
+    Json mesh = {{"file", m.written}, {"bytes", m.bytes}, {"hash", hex(m.hash)}};
+    if (m.content) mesh["base64"] = to_base64(*m.content);
+    scene["meshes"].push_back(std::move(mesh));
+  }
+  root["scene"] = std::move(scene);
+  root["scripted"] = r.overrides.scripted;
+  root["time_step"] = r.overrides.time_step;
+  root["dust"] = r.overrides.dust ? Json(*r.overrides.dust) : Json();
+  root["last_step"] = r.last_step;
+  Json changes = Json::array();
+  for (const SessionChange& c : r.changes) {
+    Json item = Json::array({c.step, word_of(c.kind).word});
+    if (has_id(c.kind)) item.push_back(c.id);
+    for (const std::int32_t v : c.vertices) item.push_back(v);
+    for (const double v : c.values) item.push_back(v);
+    changes.push_back(std::move(item));
+  }
+  root["changes"] = std::move(changes);
+  Json hashes = Json::array();
+  for (const StateHash& h : r.hashes) hashes.push_back(Json::array({h.step, hex(h.hash)}));
+  root["hashes"] = std::move(hashes);
+  root["end"] = hex(r.end_hash);
+  // Bytes that are not UTF-8 (in a file's name) are replaced instead of thrown about.
+  return root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Result<Recording> parse_recording(std::string_view text, std::string_view name) {
+  // Nesting is limited beforehand: the parser itself is not recursive, its destructor would be.
+  int depth = 0, deepest = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted) {
+      if (c == '\\') ++i;
+      else if (c == '"') quoted = false;
+    } else if (c == '"') {
+      quoted = true;
+    } else if (c == '[' || c == '{') {
+      deepest = std::max(deepest, ++depth);
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  if (deepest > 16) return bad_input(fmt::format("{}: this is no recording of kerf", name));
+  const Json root = Json::parse(text.begin(), text.end(), nullptr, false);
+  if (root.is_discarded()) return bad_input(fmt::format("{}: this is not JSON, or it is cut off", name));
+  return RecordingReader(root, name).read();
+}
+
+}  // namespace kerf

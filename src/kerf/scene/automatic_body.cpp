@@ -1,0 +1,69 @@
+#include "kerf/scene/automatic_body.h"
+
+#include <fmt/format.h>
+
+namespace kerf {
+namespace {
+
+constexpr int kTries = 3;
+constexpr double kMore = 1.3;
+
+/// Marks where binding failed and says where that is.
+std::string mark_fault(const std::vector<CollisionVertex>& at_fault, Midsurface& made) {
+  const auto& position = made.collision.positions;
+  if (at_fault.empty()) return {};
+  Box3 box;
+  for (const CollisionVertex v : at_fault) box.add(position[VertexId(v.value)]);
+  const double reach = std::max(box.diagonal(), 2 * made.quality.mean_half_thickness);
+  mark_bad_place(made, box.center(), reach, "the collision mesh does not bind");
+  const Vec3 p = box.center();
+  return fmt::format(", at ({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z);
+}
+
+}  // namespace
+
+std::string not_thin_message(const Midsurface& midsurface) {
+  std::string out = "no collision mesh could be made: ";
+  for (std::size_t i = 0; i < midsurface.verdict.reasons.size(); ++i)
+    out += (i == 0 ? "" : "; ") + midsurface.verdict.reasons[i];
+  for (const std::string& note : midsurface.notes) out += "; " + note;
+  return out + ". Cutting is for thin bodies; kerf bind BODY --diagnose FILE.ply shows the places, and --collision takes a "
+               "mesh of your own";
+}
+
+Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_t triangles, const BindOptions& options) {
+  AutomaticBody out;
+  MidsurfaceOptions wanted;
+  wanted.triangles = triangles;
+  wanted.progress = options.progress;
+  std::vector<CollisionVertex> at_fault;
+  BindOptions binding = options;
+  binding.at_fault = &at_fault;
+  for (int i = 0; i < kTries; ++i) {
+    auto made = make_midsurface(visual, wanted);
+    if (!made) return made.error();
+    out.midsurface = std::move(*made);
+    out.refused.reset();
+    if (out.midsurface.verdict.thinness == Thinness::kNotThin) return out;
+    at_fault.clear();
+    auto bound = bind(visual, out.midsurface.collision, binding);
+    if (bound) {
+      out.bound = std::move(*bound);
+      return out;
+    }
+    out.refused = bound.error();
+    if (out.midsurface.quality.crossings > 0) break;  // more triangles were tried against that already
+    wanted.triangles = static_cast<std::size_t>(kMore * static_cast<double>(out.midsurface.collision.triangles.size()));
+  }
+  const std::string where = mark_fault(at_fault, out.midsurface);
+  std::vector<std::string> why = out.midsurface.verdict.warnings;
+  why.push_back(out.refused->message + where);
+  if (out.midsurface.quality.crossings > 0)
+    why.emplace_back("a body that is folded by 120 degrees and more there can be unfolded or rounded, one that passes through itself repaired");
+  out.refused->message = fmt::format("the collision mesh that was made does not bind ({}); ask for more triangles, or give a collision "
+                                     "mesh of your own; --write-collision FILE.obj saves the one that was made, --diagnose FILE.ply "
+                                     "shows the places", fmt::join(why, "; "));
+  return out;
+}
+
+}  // namespace kerf

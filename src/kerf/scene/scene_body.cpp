@@ -1,0 +1,166 @@
+#include "kerf/scene/scene_body.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "kerf/binding/bound_body_file.h"
+#include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/surface_check.h"
+#include "kerf/mesh/surface_edges.h"
+#include "kerf/mesh/surface_tolerances.h"
+#include "kerf/scene/automatic_body.h"
+
+namespace kerf {
+namespace {
+
+void add_notes(std::vector<std::string>& notes, const std::string& file,
+               const std::vector<std::string>& sentences) {
+  for (const std::string& sentence : sentences) {
+    notes.push_back(sentence.find(file) == std::string::npos ? fmt::format("{}: {}", file, sentence)
+                                                             : sentence);
+  }
+}
+
+Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedness closedness, double weld_tolerance,
+                                  const Progress& progress, std::vector<std::string>& notes) {
+  KERF_TRY(progress("read", 0));
+  Result<TriangleMesh> mesh = read_mesh(file);
+  if (!mesh.ok()) return mesh.error();
+  if (scale != 1) {
+    for (Vec3& p : mesh->positions) p = scale * p;
+  }
+  KERF_TRY(progress("check", 0));
+  SurfaceRequirements requirements;
+  requirements.name = file;
+  requirements.closedness = closedness;
+  requirements.weld_tolerance = weld_tolerance;
+  const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
+  if (!checked.ok()) return checked.error();
+  add_notes(notes, file, checked->repairs);
+  add_notes(notes, file, checked->warnings);
+  return mesh;
+}
+
+/// The middle of the first border edge.
+std::string first_border(const TriangleMesh& mesh) {
+  const auto uses = edge_uses(mesh.triangles.raw(), mesh.positions.size());
+  std::string out = "nowhere";
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    if (edge.size() != 1 || out != "nowhere") return;
+    const Vec3 p = 0.5 * (mesh.positions[VertexId(edge[0].low)] + mesh.positions[VertexId(edge[0].high)]);
+    out = fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z);
+  });
+  return out;
+}
+
+Error named(Error error, const std::string& name) {
+  error.message = fmt::format("{}: {}", name, error.message);
+  return error;
+}
+
+/// What people should know about a collision mesh that was made for them.
+std::vector<std::string> remarks(const Midsurface& m) {
+  std::vector<std::string> out = m.notes;
+  out.insert(out.end(), m.verdict.warnings.begin(), m.verdict.warnings.end());
+  return out;
+}
+
+/// A closed surface says itself how thick it is.
+void note_unused_thickness(const SceneBody& body, const CellComplex& complex, const std::string& name, std::vector<std::string>& notes) {
+  if (body.thickness && complex.closed)
+    notes.push_back(fmt::format("{}: the thickness of {} m that was given is not used: the {} is closed and says itself how thick it is", name,
+                                *body.thickness, body.model.empty() ? "surface" : "model"));
+}
+
+Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& visual, const BindOptions& options,
+                                     std::vector<std::string>& notes, std::optional<Midsurface>* made) {
+  Result<AutomaticBody> automatic = make_automatic_body(
+      visual, body.collision_triangles > 0 ? static_cast<std::size_t>(body.collision_triangles) : body.options.collision_triangles, options);
+  if (!automatic.ok()) return automatic.error();
+  add_notes(notes, body.visual, remarks(automatic->midsurface));
+  std::optional<Error> refused = std::move(automatic->refused);
+  if (!automatic->bound && !refused) refused = bad_input(not_thin_message(automatic->midsurface));
+  if (made != nullptr) *made = std::move(automatic->midsurface);
+  if (refused) return *refused;
+  return std::move(*automatic->bound);
+}
+
+}  // namespace
+
+Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress, std::optional<Midsurface>* made) {
+  SceneBodyLoaded out;
+  if (!body.bound.empty()) {
+    KERF_TRY(progress("load", 0));
+    BodyNature nature;
+    Result<BoundBody> bound = load_bound_body(body.bound, &nature);
+    if (!bound.ok()) return bound.error();
+    out.bound = std::move(*bound);
+    out.young = nature.young.value_or(out.young);
+    out.poisson = nature.poisson.value_or(out.poisson);
+    out.density = nature.density.value_or(out.density);
+    out.lattice = nature.lattice;
+    return out;
+  }
+  TriangleMesh visual, collision;
+  BindOptions options;
+  options.exact = body.exact_paths;
+  options.thickness = body.thickness.value_or(0);
+  options.progress = progress;
+  std::string name;
+  if (!body.model.empty()) {
+    KERF_TRY(progress("make", 0));
+    Result<Model> model = make_model(body.model, body.options);
+    if (!model.ok()) return model.error();
+    out.lattice = model->lattice;
+    out.young = model->young;
+    out.poisson = model->poisson;
+    out.density = model->density;
+    if (!body.thickness && !model->half_thickness.empty())
+      options.thickness = 2 * model->half_thickness.front();
+    visual = std::move(model->visual);
+    collision = std::move(model->collision);
+    name = body.model;
+  } else {
+    // Files that close only when nearly equal corners are one: the automatic mesh needs a closed surface.
+    const double weld = body.collision.empty() ? kWeldTolerance : 0;
+    Result<TriangleMesh> read = read_surface(body.visual, body.scale, Closedness::kAny, weld, progress, out.notes);
+    if (!read.ok()) return read.error();
+    visual = std::move(*read);
+    if (const SurfaceMeasures m = surface_measures(visual); !body.thickness && !m.closed) {
+      return bad_input(fmt::format("{} is an open surface ({} of {} edges lie on a border, the first near {}). If it should be closed, close the "
+                                   "holes (kerf info counts them); if it is meant as a sheet, say how thick it is: thickness "
+                                   "= metres in [body], or --thickness",
+                                   body.visual, m.border_edges, m.edges, first_border(visual)));
+    }
+    if (body.collision.empty()) {
+      if (surface_measures(visual).closed) {
+        Result<BoundBody> bound = bind_automatically(body, visual, options, out.notes, made);
+        if (!bound.ok()) return named(bound.error(), body.visual);
+        out.bound = std::move(*bound);
+        add_notes(out.notes, body.visual, out.bound.report.warnings);
+        note_unused_thickness(body, out.bound.complex, body.visual, out.notes);
+        return out;
+      }
+      collision = visual;  // an open sheet may be its own
+      name = body.visual;
+    } else {
+      read = read_surface(body.collision, body.scale, Closedness::kOpen, 0, progress, out.notes);
+      if (!read.ok()) return read.error();
+      collision = std::move(*read);
+      name = body.visual + " with " + body.collision;
+    }
+  }
+  Result<BoundBody> bound = bind(visual, collision, options);
+  if (!bound.ok()) {
+    Error error = named(bound.error(), name);
+    if (body.options.noise > 0) error.message += fmt::format("; noise of {} m moves the visual mesh that far, give less", body.options.noise);
+    return error;
+  }
+  out.bound = std::move(*bound);
+  add_notes(out.notes, name, out.bound.report.warnings);
+  note_unused_thickness(body, out.bound.complex, name, out.notes);
+  return out;
+}
+
+}  // namespace kerf

@@ -1,0 +1,33 @@
+// From the [body] of a scene to a bound body: generate or read, scale, check, bind.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kerf/base/progress.h"
+#include "kerf/base/result.h"
+#include "kerf/binding/bind.h"
+#include "kerf/mesh/models.h"
+#include "kerf/midsurface/midsurface.h"
+#include "kerf/scene/scene.h"
+
+namespace kerf {
+
+struct SceneBodyLoaded {
+  BoundBody bound;
+  std::optional<LatticeHint> lattice;  ///< of a model, or a body bound from one: the lattice it recommends
+  double young = kSceneYoung;          ///< pascals; the model's own, that of a bound body, or the default
+  double poisson = kScenePoisson;
+  double density = kSceneDensity;  ///< kg/m3
+  std::vector<std::string> notes;  ///< repairs and warnings, one sentence each
+};
+
+/// Makes or reads the body and binds it, or loads a bound one. Bad input, naming file and element: whatever
+/// make_model, read_mesh, check_surface, bind and load_bound_body refuse, an open visual mesh without a
+/// thickness, and a closed one without collision mesh that is not thin. made: receives the automatic mid-surface, if one
+/// was made, even when the body is refused.
+Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress = {},
+                                        std::optional<Midsurface>* made = nullptr);
+
+}  // namespace kerf

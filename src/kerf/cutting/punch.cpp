@@ -9,6 +9,7 @@
 #include "kerf/base/indexed.h"
 #include "kerf/base/journal.h"
 #include "kerf/cutting/cut_along.h"
+#include "kerf/cutting/cut_scratch.h"
 #include "kerf/cutting/orient.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/tolerances.h"

@@ -10,9 +10,10 @@
 #include "kerf/base/result.h"
 #include "kerf/binding/cell_complex.h"
 #include "kerf/cutting/cut_options.h"
-#include "kerf/cutting/cut_scratch.h"
 
 namespace kerf {
+
+struct CutScratch;
 
 struct Punch {
   Vec3 centre;               ///< metres, in the frame of the positions that it meets

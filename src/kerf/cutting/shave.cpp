@@ -6,8 +6,9 @@
 
 #include "kerf/base/indexed.h"
 #include "kerf/base/journal.h"
-#include "kerf/cutting/cut_context.h"
 #include "kerf/cutting/collision_split.h"
+#include "kerf/cutting/cut_context.h"
+#include "kerf/cutting/cut_scratch.h"
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/orient.h"
 #include "kerf/cutting/rim_vertex.h"

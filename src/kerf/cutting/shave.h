@@ -10,9 +10,10 @@
 
 #include "kerf/binding/cell_complex.h"
 #include "kerf/cutting/cut_options.h"
-#include "kerf/cutting/cut_scratch.h"
 
 namespace kerf {
+
+struct CutScratch;
 
 /// The cutting window of a shaver: everything within `radius` of a segment.
 struct Shaver {

@@ -8,6 +8,7 @@
 
 #include "kerf/base/ids.h"
 #include "kerf/base/vec.h"
+#include "kerf/mechanics/rigid_state.h"
 
 namespace kerf {
 
@@ -52,13 +53,6 @@ struct RigidTool {
   double max_torque = 0;       ///< N m the coupling can turn with; 0: no limit
   double max_speed = 10;       ///< m/s; poses that jump are followed at this speed
   double max_spin = 30;        ///< rad/s, the same for turns
-};
-struct RigidState {
-  Vec3 position;  ///< centre, m
-  Mat3 axes;      ///< columns: the tool's axes in the world
-  Vec3 velocity;  ///< m/s
-  Vec3 spin;      ///< rad/s, world
-  friend bool operator==(const RigidState&, const RigidState&) = default;
 };
 
 /// What a contact remembers: its force and the stretch of its friction spring. Part of the state.

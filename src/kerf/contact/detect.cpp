@@ -141,7 +141,8 @@ void deliver(DetectScratch& scratch, DetectMemory& memory, std::vector<Contact>&
 DetectWorkspace::DetectWorkspace() : scratch_(new DetectScratch) {}
 DetectWorkspace::~DetectWorkspace() { delete scratch_; }
 DetectWorkspace::DetectWorkspace(const DetectWorkspace&) : DetectWorkspace() {}
-DetectWorkspace& DetectWorkspace::operator=(const DetectWorkspace&) { return *this; }  // NOLINT(bugprone-unhandled-self-assignment): nothing is copied
+// NOLINTNEXTLINE(bugprone-unhandled-self-assignment): nothing is copied
+DetectWorkspace& DetectWorkspace::operator=(const DetectWorkspace&) { return *this; }
 DetectWorkspace::DetectWorkspace(DetectWorkspace&& other) noexcept : scratch_(std::exchange(other.scratch_, nullptr)) {}
 DetectWorkspace& DetectWorkspace::operator=(DetectWorkspace&& other) noexcept {
   std::swap(scratch_, other.scratch_);

@@ -118,10 +118,12 @@ void run(const std::string& name, const Scene& scene, const Options& o) {
     }
   }
   const auto us = [](const std::vector<double>& v) { return 1e6 * percentile(v, 0.5); };
-  fmt::print("{:<22} {:6.3f} {:6.3f} {:6.3f} | {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} | {:4} {:4} | {:4.0f} {:3.0f} {:3.0f} | {:6.2f} {:6.2f} | {:.1e}\n", name,
-             1e3 * percentile(total, 0.5), 1e3 * percentile(total, 0.99), 1e3 * percentile(total, 1), us(detection), us(forces), us(setup), us(solve), us(contact),
-             last.mechanics.contacts, last.mechanics.pressing, percentile(iterations, 0.5), percentile(passes, 0.5), percentile(passes, 0.99),
-             100 * deepest / 0.05, 100 * deepest_late / 0.05, residual_speed);
+  fmt::print(
+      "{:<22} {:6.3f} {:6.3f} {:6.3f} | {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} | {:4} {:4} | {:4.0f} {:3.0f} {:3.0f} | {:6.2f} {:6.2f} | {:.1e}\n",
+      name, 1e3 * percentile(total, 0.5), 1e3 * percentile(total, 0.99), 1e3 * percentile(total, 1), us(detection),
+      us(forces), us(setup), us(solve), us(contact), last.mechanics.contacts, last.mechanics.pressing,
+      percentile(iterations, 0.5), percentile(passes, 0.5), percentile(passes, 0.99), 100 * deepest / 0.05,
+      100 * deepest_late / 0.05, residual_speed);
 }
 
 }  // namespace
@@ -139,8 +141,10 @@ int main(int argc, char** argv) {
     else if (a == "--stiffness") o.stiffness = number();
     else o.pattern = a;
   }
-  fmt::print("dt {} ms, tolerance {}\n{:<22} {:>6} {:>6} {:>6} | {:>4} {:>4} {:>4} {:>4} {:>4} | {:>4} {:>4} | {:>4} {:>3} {:>3} | {:>6} {:>6} | {}\n", 1e3 * o.dt, o.tolerance, "ms, us", "median",
-             "99 %", "most", "find", "forc", "setp", "solv", "resp", "rows", "pres", "CG", "ps", "99", "deep%", "rest%", "rms m/s");
+  fmt::print(
+      "dt {} ms, tolerance {}\n{:<22} {:>6} {:>6} {:>6} | {:>4} {:>4} {:>4} {:>4} {:>4} | {:>4} {:>4} | {:>4} {:>3} {:>3} | {:>6} {:>6} | {}\n",
+      1e3 * o.dt, o.tolerance, "ms, us", "median", "99 %", "most", "find", "forc", "setp", "solv", "resp", "rows",
+      "pres", "CG", "ps", "99", "deep%", "rest%", "rms m/s");
   for (double mass : {1.0, 20.0})
     for (std::size_t triangles : {104, 500, 1500, 6656}) {
       Scene scene = sheet_over_spheres(triangles, mass, o.dt);

@@ -42,7 +42,8 @@ void add_ball(TriangleMesh& mesh, Vec3 centre) {
   for (int r = 1; r < rings; ++r)
     for (int s = 0; s < sectors; ++s) {
       const double a = kPi * r / rings, b = 2 * kPi * s / sectors;
-      ids.push_back(mesh.positions.push_back(centre + kBall * Vec3{std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)}));
+      ids.push_back(mesh.positions.push_back(
+          centre + kBall * Vec3{std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a)}));
     }
   const VertexId bottom = mesh.positions.push_back(centre - Vec3{0, 0, kBall});
   const auto at = [&](int r, int s) { return ids[static_cast<std::size_t>((r - 1) * sectors + s % sectors)]; };
@@ -88,7 +89,8 @@ struct Sheet {
     for (std::size_t v = 0; v < position.size(); ++v) position[v] = f(surface.rest.raw()[v]);
     for (std::size_t t = 0; t < surface.face_count(); ++t) {
       const auto c = surface.vertices(CollisionTriangle(t));
-      const Vec3 n = cross(position[c[1].index()] - position[c[0].index()], position[c[2].index()] - position[c[0].index()]);
+      const Vec3 n =
+          cross(position[c[1].index()] - position[c[0].index()], position[c[2].index()] - position[c[0].index()]);
       for (const CollisionVertex v : c) normal[v.index()] += n;
     }
     for (std::size_t v = 0; v < position.size(); ++v) {
@@ -145,7 +147,8 @@ Times measure(Sheet& sheet, std::span<const RigidShape> shapes, bool self, int s
 int main(int argc, char** argv) {
   const int steps = argc > 1 ? std::max(2, std::atoi(argv[1])) : 1000;
   const std::string only = argc > 2 ? argv[2] : "";
-  fmt::print("| {:<26} | {:>16} | {:>16} | {:>16} | {:>16} | {:>8} |\n", "", "boxes", "self", "obstacle", "all", "contacts");
+  fmt::print("| {:<26} | {:>16} | {:>16} | {:>16} | {:>16} | {:>8} |\n", "", "boxes", "self", "obstacle", "all",
+             "contacts");
   const auto row = [&](const std::string& name, double scale, auto&& place) {
     for (const std::size_t n : {104u, 500u, 1500u, 6656u}) {
       const std::string what = fmt::format("{}, {}", name, n);

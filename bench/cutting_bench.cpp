@@ -49,7 +49,9 @@ struct Bench {
     for (const Vec3& p : position) box.add(p);
     journal_mark(body, clean);
   }
-  [[nodiscard]] Vec3 at(double x, double y) const { return {box.min.x + x * box.size().x, box.min.y + y * box.size().y, 0}; }
+  [[nodiscard]] Vec3 at(double x, double y) const {
+    return {box.min.x + x * box.size().x, box.min.y + y * box.size().y, 0};
+  }
   [[nodiscard]] BladeEdge edge(Vec3 p) const {
     const Vec3 up{0, 0, body.mean_root_edge};
     return {p + up, p - up};
@@ -123,8 +125,8 @@ void measure(const std::string& name, CellComplex body) {
 }  // namespace
 
 int main() {
-  fmt::print("{:<16}{:>9}{:>9}{:>12}{:>10}{:>10}{:>10}{:>10}{:>8}\n", "", "tri p50", "tri p99", "cut p50 ms", "change us",
-             "undo us", "pose p50", "pose p99", "steps");
+  fmt::print("{:<16}{:>9}{:>9}{:>12}{:>10}{:>10}{:>10}{:>10}{:>8}\n", "", "tri p50", "tri p99", "cut p50 ms",
+             "change us", "undo us", "pose p50", "pose p99", "steps");
   for (const bool closed : {false, true})
     for (const std::size_t triangles : {1664u, 6656u, 26624u, 106496u}) {
       ModelOptions options;

@@ -30,12 +30,14 @@ Status run(const std::string& model, int strokes, int poses, int passes, std::ve
   auto session = Session::create(std::move(scene));
   if (!session) return session.error();
   KERF_TRY(session->step(500));
-  const auto done = bench::time_cutting_frames(*session, strokes, poses, [&](const SessionStep& step, double cut, double stepping, double surface) {
-    const StepReport& m = step.mechanics;
-    frames.push_back({cut + stepping + surface, cut, step.detection, m.seconds_forces, m.seconds_setup, m.seconds_solve, m.seconds_contact, surface,
-                      m.contacts, m.pressing, m.iterations, m.passes, step.parts});
-    deepest = std::max(deepest, m.deepest_overlap);
-  });
+  const auto done = bench::time_cutting_frames(
+      *session, strokes, poses, [&](const SessionStep& step, double cut, double stepping, double surface) {
+        const StepReport& m = step.mechanics;
+        frames.push_back({cut + stepping + surface, cut, step.detection, m.seconds_forces, m.seconds_setup,
+                          m.seconds_solve, m.seconds_contact, surface, m.contacts, m.pressing, m.iterations, m.passes,
+                          step.parts});
+        deepest = std::max(deepest, m.deepest_overlap);
+      });
   return done ? Status{} : Status(done.error());
 }
 
@@ -55,8 +57,10 @@ int main(int argc, char** argv) {
     else models.push_back(a);
   }
   if (models.empty()) models = {"steak", "meniscus"};
-  fmt::print("us{:<22} {:>6} {:>6} {:>6} {:>6} | {:>4} {:>4} {:>4} {:>4} {:>4} {:>4} {:>4} | {:>5} {:>5} {:>5} {:>6} {:>5}\n", "", "median", "99 %", "99.9 %", "most", "cut", "find",
-             "forc", "setp", "solv", "resp", "surf", "rows", "press", "CG", "passes", "parts");
+  fmt::print(
+      "us{:<22} {:>6} {:>6} {:>6} {:>6} | {:>4} {:>4} {:>4} {:>4} {:>4} {:>4} {:>4} | {:>5} {:>5} {:>5} {:>6} {:>5}\n",
+      "", "median", "99 %", "99.9 %", "most", "cut", "find", "forc", "setp", "solv", "resp", "surf", "rows", "press",
+      "CG", "passes", "parts");
   for (const std::string& model : models) {
     std::vector<Frame> frames;
     double deepest = 0;
@@ -74,25 +78,31 @@ int main(int argc, char** argv) {
       if (std::FILE* file = std::fopen(fmt::format("{}-{}.csv", csv, model).c_str(), "w")) {
         fmt::print(file, "all,cut,find,forces,setup,solve,response,surface,rows,pressing,iterations,passes,parts\n");
         for (const Frame& f : frames)
-          fmt::print(file, "{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{},{},{},{},{}\n", 1e6 * f.all, 1e6 * f.cut, 1e6 * f.find, 1e6 * f.forces, 1e6 * f.setup,
-                     1e6 * f.solve, 1e6 * f.response, 1e6 * f.surface, f.rows, f.pressing, f.iterations, f.passes, f.parts);
+          fmt::print(file, "{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{:.1f},{},{},{},{},{}\n", 1e6 * f.all,
+                     1e6 * f.cut, 1e6 * f.find, 1e6 * f.forces, 1e6 * f.setup, 1e6 * f.solve, 1e6 * f.response,
+                     1e6 * f.surface, f.rows, f.pressing, f.iterations, f.passes, f.parts);
         std::fclose(file);
       }
     std::sort(frames.begin(), frames.end(), [](const Frame& a, const Frame& b) { return a.all < b.all; });
     const std::size_t n = frames.size();
-    const auto at = [&](double q) { return 1e6 * frames[static_cast<std::size_t>(q * static_cast<double>(n - 1))].all; };
+    const auto at = [&](double q) {
+      return 1e6 * frames[static_cast<std::size_t>(q * static_cast<double>(n - 1))].all;
+    };
     // Means over a share of the frames, by time.
     const auto row = [&](const char* name, std::size_t begin, std::size_t end) {
       Frame s;
       for (std::size_t i = begin; i < end; ++i) {
         const Frame& f = frames[i];
-        s.cut += f.cut, s.find += f.find, s.forces += f.forces, s.setup += f.setup, s.solve += f.solve, s.response += f.response, s.surface += f.surface;
-        s.rows += f.rows, s.pressing += f.pressing, s.iterations += f.iterations, s.passes += f.passes, s.parts += f.parts;
+        s.cut += f.cut, s.find += f.find, s.forces += f.forces, s.setup += f.setup, s.solve += f.solve,
+            s.response += f.response, s.surface += f.surface;
+        s.rows += f.rows, s.pressing += f.pressing, s.iterations += f.iterations, s.passes += f.passes,
+            s.parts += f.parts;
       }
       const double c = 1.0 / static_cast<double>(std::max<std::size_t>(1, end - begin)), us = 1e6 * c;
-      fmt::print("{:<24} {:6.0f} {:6.0f} {:6.0f} {:6.0f} | {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} | {:5.0f} {:5.0f} {:5.1f} {:6.2f} {:5.2f}\n", name, at(0.5), at(0.99),
-                 at(0.999), at(1), us * s.cut, us * s.find, us * s.forces, us * s.setup, us * s.solve, us * s.response, us * s.surface, c * s.rows, c * s.pressing,
-                 c * s.iterations, c * s.passes, c * s.parts);
+      fmt::print(
+          "{:<24} {:6.0f} {:6.0f} {:6.0f} {:6.0f} | {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} {:4.0f} | {:5.0f} {:5.0f} {:5.1f} {:6.2f} {:5.2f}\n",
+          name, at(0.5), at(0.99), at(0.999), at(1), us * s.cut, us * s.find, us * s.forces, us * s.setup, us * s.solve,
+          us * s.response, us * s.surface, c * s.rows, c * s.pressing, c * s.iterations, c * s.passes, c * s.parts);
     };
     row(fmt::format("{}, all", model).c_str(), 0, n);
     row("  slowest hundredth", n - n / 100, n);

@@ -64,13 +64,14 @@ WalledSurface surface_of(const TriangleMesh& mesh) {
 enum class How { kLocal, kExact, kCgal };
 constexpr const char* kHowNames[] = {"local", "exact", "cgal"};
 
-bench::Table table{"geodesics",
-                   "Geodesic paths, beside CGAL's shortest paths",
-                   "The 168 paths of the 104-triangle collision mesh on the open sheet, flat and with bumps, without walls; milliseconds of the thread. CGAL's "
-                   "Surface_mesh_shortest_path over Simple_cartesian<double> has one sequence tree per source, asked for the lengths to its targets; "
-                   "building its mesh is included. Lengths of local paths are never shorter than the exact ones.",
-                   {"visual vertices", "bumps (m)", "paths", "all 168 paths (ms)", "total length (m)"},
-                   {}};
+bench::Table table{
+    "geodesics",
+    "Geodesic paths, beside CGAL's shortest paths",
+    "The 168 paths of the 104-triangle collision mesh on the open sheet, flat and with bumps, without walls; milliseconds of the thread. CGAL's "
+    "Surface_mesh_shortest_path over Simple_cartesian<double> has one sequence tree per source, asked for the lengths to its targets; "
+    "building its mesh is included. Lengths of local paths are never shorter than the exact ones.",
+    {"visual vertices", "bumps (m)", "paths", "all 168 paths (ms)", "total length (m)"},
+    {}};
 
 #ifdef KERF_BENCH_CGAL
 /// Sum of the lengths, by CGAL: one tree per source.
@@ -122,9 +123,10 @@ void paths(std::size_t triangles, double bumps, How how) {
 #ifdef KERF_BENCH_CGAL
   if (how == How::kCgal) {
     const double time = median(triangles > 5'000 ? 1 : 3, [&] { length = cgal_length(m, edges); });
-    fmt::print("{:>7} vertices, bumps {:.2f} m, {} paths, cgal : {:8.2f} ms, total length {:.9f} m\n", m.position.size(), bumps,
-               edges.size(), 1e3 * time, length);
-    table.rows.push_back({static_cast<double>(m.position.size()), bumps, kHowNames[2], 1e3 * time, fmt::format("{:.9f}", length)});
+    fmt::print("{:>7} vertices, bumps {:.2f} m, {} paths, cgal : {:8.2f} ms, total length {:.9f} m\n",
+               m.position.size(), bumps, edges.size(), 1e3 * time, length);
+    table.rows.push_back(
+        {static_cast<double>(m.position.size()), bumps, kHowNames[2], 1e3 * time, fmt::format("{:.9f}", length)});
     return;
   }
 #endif
@@ -141,11 +143,13 @@ void paths(std::size_t triangles, double bumps, How how) {
       windows += double(scratch.exact.windows.size());
     }
   });
-  fmt::print("{:>7} vertices, bumps {:.2f} m, {} paths, {:5}: {:8.2f} ms, {:6.1f} stops and {:7.0f} windows a path, total length {:.9f} m\n",
-             m.position.size(), bumps, edges.size(), exact ? "exact" : "local", 1e3 * time, stops / double(edges.size()),
-             windows / double(edges.size()), length);
+  fmt::print(
+      "{:>7} vertices, bumps {:.2f} m, {} paths, {:5}: {:8.2f} ms, {:6.1f} stops and {:7.0f} windows a path, total length {:.9f} m\n",
+      m.position.size(), bumps, edges.size(), exact ? "exact" : "local", 1e3 * time, stops / double(edges.size()),
+      windows / double(edges.size()), length);
   std::fflush(stdout);
-  table.rows.push_back({static_cast<double>(m.position.size()), bumps, kHowNames[static_cast<int>(how)], 1e3 * time, fmt::format("{:.9f}", length)});
+  table.rows.push_back({static_cast<double>(m.position.size()), bumps, kHowNames[static_cast<int>(how)], 1e3 * time,
+                        fmt::format("{:.9f}", length)});
 }
 
 void bvh(std::size_t triangles) {
@@ -167,11 +171,13 @@ void bvh(std::size_t triangles) {
   });
   const double points = seconds([&] {
     for (int i = 0; i < n; ++i)
-      sum += tree.closest(view, {random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.1, 0.1)}).distance;
+      sum += tree.closest(view, {random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.1, 0.1)})
+                 .distance;
   });
-  fmt::print("{:>8} triangles: build {:7.1f} ms, refit {:6.1f} ms, {:4.1f} bytes a triangle, first hit {:5.2f} us, closest point {:5.2f} us ({})\n",
-             view.size(), 1e3 * build, 1e3 * refit, double(tree.bytes()) / double(view.size()), 1e6 * rays / n,
-             1e6 * points / n, sum > 0);
+  fmt::print(
+      "{:>8} triangles: build {:7.1f} ms, refit {:6.1f} ms, {:4.1f} bytes a triangle, first hit {:5.2f} us, closest point {:5.2f} us ({})\n",
+      view.size(), 1e3 * build, 1e3 * refit, double(tree.bytes()) / double(view.size()), 1e6 * rays / n,
+      1e6 * points / n, sum > 0);
 }
 
 }  // namespace
@@ -179,7 +185,9 @@ void bvh(std::size_t triangles) {
 int main(int argc, char** argv) {
   const ThreadLimit one(1);
   const char* file = argc > 2 && std::strcmp(argv[1], "--json") == 0 ? argv[2] : nullptr;
-  const auto wanted = [&](const char* part) { return argc < 2 || (file ? std::strcmp(part, "bvh") != 0 : std::strcmp(argv[1], part) == 0); };
+  const auto wanted = [&](const char* part) {
+    return argc < 2 || (file ? std::strcmp(part, "bvh") != 0 : std::strcmp(argv[1], part) == 0);
+  };
   for (const double bumps : {0.0, 0.03})
     for (const std::size_t triangles : {1664u, 6656u, 26624u, 106496u})
       for (const How how : {How::kLocal, How::kExact, How::kCgal}) {

@@ -39,8 +39,8 @@ MechanicsModel sheet(int nx, int ny, double young, bool partly_filled = false) {
       MechanicsElement e;
       for (int c = 0; c < 8; ++c) e.nodes[c] = node(x + (c & 1), y + (c >> 1 & 1), c >> 2 & 1);
       const auto points = full_cell_points({h, h, h});
-      const Status set = partly_filled ? model.set_element(HexId(y * nx + x), e, points)
-                                       : model.set_element(HexId(y * nx + x), e);
+      const Status set =
+          partly_filled ? model.set_element(HexId(y * nx + x), e, points) : model.set_element(HexId(y * nx + x), e);
       if (!set.ok()) std::abort();
     }
   for (int z = 0; z < 2; ++z)
@@ -93,8 +93,8 @@ void swing(const std::string& name, int nx, int ny, double young, double dt, Pre
   }
   fmt::print("{:<44} {:8.3f} {:8.3f} {:8.3f}   {:7.3f} {:7.3f} {:7.3f}   {:5.0f} {:5.0f}   {:3.0f} %\n", name,
              percentile(total, 0.5), percentile(total, 0.99), percentile(wall, 0.5), percentile(forces, 0.5),
-             percentile(setup, 0.5), percentile(solve, 0.5), percentile(iterations, 0.5),
-             percentile(iterations, 1), 100.0 * two_level / static_cast<double>(total.size()));
+             percentile(setup, 0.5), percentile(solve, 0.5), percentile(iterations, 0.5), percentile(iterations, 1),
+             100.0 * two_level / static_cast<double>(total.size()));
 }
 
 // After a change of the topology: what the next step pays to derive its structure anew.
@@ -115,9 +115,8 @@ void rebuild(int nx, int ny, bool partly_filled) {
     plain.push_back(std::chrono::duration<double, std::micro>(b - a).count());
     coarse.push_back(std::chrono::duration<double, std::micro>(c - b).count());
   }
-  fmt::print(
-      "rebuild after a change, {} {} cells: structure {:.1f} us, coarse structure {:.1f} us (medians)\n",
-      nx * ny, partly_filled ? "partly filled" : "full", percentile(plain, 0.5), percentile(coarse, 0.5));
+  fmt::print("rebuild after a change, {} {} cells: structure {:.1f} us, coarse structure {:.1f} us (medians)\n",
+             nx * ny, partly_filled ? "partly filled" : "full", percentile(plain, 0.5), percentile(coarse, 0.5));
 }
 
 void matrix_of_partly_filled() {
@@ -145,13 +144,12 @@ int main(int argc, char** argv) {
     const char* name;
     int nx, ny;
   };
-  fmt::print("{:<44} {:>8} {:>8} {:>8}   {:>7} {:>7} {:>7}   {:>5} {:>5}   two-level\n", "ms a step",
-             "median", "99 %", "wall", "forces", "setup", "solve", "iter", "most");
+  fmt::print("{:<44} {:>8} {:>8} {:>8}   {:>7} {:>7} {:>7}   {:>5} {:>5}   two-level\n", "ms a step", "median", "99 %",
+             "wall", "forces", "setup", "solve", "iter", "most");
   for (const Size& size : {Size{"200 nodes", 9, 9}, Size{"968 nodes", 21, 21}, Size{"10,082 nodes", 70, 70}})
     for (double young : {20e3, 4e6})
       for (double dt : {1e-3, 1.0 / 60})
-        for (Preconditioner p :
-             {Preconditioner::kAdaptive, Preconditioner::kTwoLevel, Preconditioner::kBlockJacobi}) {
+        for (Preconditioner p : {Preconditioner::kAdaptive, Preconditioner::kTwoLevel, Preconditioner::kBlockJacobi}) {
           if (size.nx > 50 && (dt < 0.01 || p == Preconditioner::kBlockJacobi) && pattern.empty()) continue;
           const std::string name =
               fmt::format("{}, {}, {:.1f} ms, {}", size.name, young > 1e6 ? "stiff" : "soft", 1e3 * dt,
@@ -162,10 +160,9 @@ int main(int argc, char** argv) {
         }
   for (double young : {20e3, 4e6})
     for (double dt : {1e-3, 1.0 / 60}) {
-      const std::string name = fmt::format("200 nodes, all partly filled, {}, {:.1f} ms",
-                                           young > 1e6 ? "stiff" : "soft", 1e3 * dt);
-      if (name.find(pattern) != std::string::npos)
-        swing(name, 9, 9, young, dt, Preconditioner::kAdaptive, true);
+      const std::string name =
+          fmt::format("200 nodes, all partly filled, {}, {:.1f} ms", young > 1e6 ? "stiff" : "soft", 1e3 * dt);
+      if (name.find(pattern) != std::string::npos) swing(name, 9, 9, young, dt, Preconditioner::kAdaptive, true);
     }
   if (pattern.empty()) {
     rebuild(9, 9, false);

@@ -34,15 +34,22 @@ void run(benchmark::State& state, const TriangleMesh& input) {
     if (!checked.ok()) return state.SkipWithError(checked.error().message.c_str());
     auto made = make_automatic_body(mesh, 0, {});
     if (!made.ok()) return state.SkipWithError(made.error().message.c_str());
-    if (!made->bound) return state.SkipWithError((made->refused ? made->refused->message : not_thin_message(made->midsurface)).c_str());
+    if (!made->bound)
+      return state.SkipWithError((made->refused ? made->refused->message : not_thin_message(made->midsurface)).c_str());
     body = std::move(*made);
   }
   const MidsurfaceSeconds& s = body.midsurface.seconds;
   state.counters["triangles_in"] = static_cast<double>(input.triangles.size());
   state.counters["triangles_out"] = static_cast<double>(body.midsurface.collision.triangles.size());
-  for (const auto& [name, value] : {std::pair{"prepare_ms", s.prepare}, {"working_ms", s.working}, {"pairs_ms", s.pairs},
-                                    {"labels_ms", s.labels}, {"sheet_ms", s.sheet}, {"remesh_ms", s.remesh},
-                                    {"relax_ms", s.relax}, {"quality_ms", s.quality}, {"midsurface_ms", s.total},
+  for (const auto& [name, value] : {std::pair{"prepare_ms", s.prepare},
+                                    {"working_ms", s.working},
+                                    {"pairs_ms", s.pairs},
+                                    {"labels_ms", s.labels},
+                                    {"sheet_ms", s.sheet},
+                                    {"remesh_ms", s.remesh},
+                                    {"relax_ms", s.relax},
+                                    {"quality_ms", s.quality},
+                                    {"midsurface_ms", s.total},
                                     {"bind_ms", body.bound->report.seconds.total}})
     state.counters[name] = 1e3 * value;
 }
@@ -65,13 +72,24 @@ void BM_Meniscus(benchmark::State& state) {
 BENCHMARK(BM_Meniscus)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
 
 void BM_Scan(benchmark::State& state) { run(state, scan(static_cast<std::size_t>(state.range(0)), 0)); }
-BENCHMARK(BM_Scan)->Arg(3000)->Arg(120000)->Arg(1200000)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+BENCHMARK(BM_Scan)
+    ->Arg(3000)
+    ->Arg(120000)
+    ->Arg(1200000)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 void BM_NoisyScan(benchmark::State& state) {
   const auto n = static_cast<std::size_t>(state.range(0));
   run(state, scan(n, 0.4 / std::sqrt(static_cast<double>(n))));  // a third of an edge
 }
-BENCHMARK(BM_NoisyScan)->Arg(120000)->Arg(1200000)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+BENCHMARK(BM_NoisyScan)
+    ->Arg(120000)
+    ->Arg(1200000)
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 
 }  // namespace
 

@@ -89,8 +89,9 @@ int main() {
     Session session = std::move(made).value();
     if (run == 0) {
       const BodyCounts c = session.counts();
-      fmt::print("meniscus: {} / {} visual, {} / {} collision vertices / triangles, {} nodes, {} hexahedra\n", c.visual_vertices,
-                 c.visual_triangles, c.collision_vertices, c.collision_triangles, c.nodes, c.hexahedra);
+      fmt::print("meniscus: {} / {} visual, {} / {} collision vertices / triangles, {} nodes, {} hexahedra\n",
+                 c.visual_vertices, c.visual_triangles, c.collision_vertices, c.collision_triangles, c.nodes,
+                 c.hexahedra);
     }
     const std::vector<Vec3> places = inner_rim(session);
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -148,7 +149,8 @@ int main() {
       steps.push_back(now() - stepped);
     }
   }
-  fmt::print("{} punches, {} retried, {} refused; {:.0f} collision triangles each\n", all.size(), retries, refused, quantile(pieces, 0.5));
+  fmt::print("{} punches, {} retried, {} refused; {:.0f} collision triangles each\n", all.size(), retries, refused,
+             quantile(pieces, 0.5));
   fmt::print("milliseconds of this thread (stages: wall)\n                         median    99 %    most\n");
   const auto row = [](const char* name, const std::vector<double>& v) {
     fmt::print("{:<22} {:8.3f} {:7.3f} {:7.3f}\n", name, quantile(v, 0.5), quantile(v, 0.99), quantile(v, 1));

@@ -30,7 +30,8 @@ double resident_mb() {
 void report(const char* what, std::vector<double> ms) {
   if (ms.empty()) return;
   std::sort(ms.begin(), ms.end());
-  fmt::print("  {:34} {:8.3f} {:8.3f} {:8.3f}  ({})\n", what, ms[ms.size() / 2], ms[(ms.size() * 99) / 100], ms.back(), ms.size());
+  fmt::print("  {:34} {:8.3f} {:8.3f} {:8.3f}  ({})\n", what, ms[ms.size() / 2], ms[(ms.size() * 99) / 100], ms.back(),
+             ms.size());
 }
 
 /// A message of a page, value by value (docs/protocol.md).
@@ -56,7 +57,12 @@ class Message {
 
 std::vector<std::byte> tool(std::uint32_t phase, Vec3 eye, Vec3 through) {
   Message m(66);
-  m.put(std::uint32_t{9}).put(std::uint32_t{0}).put(phase).put(std::uint32_t{0}).put(std::uint32_t{1}).put(std::uint32_t{0});
+  m.put(std::uint32_t{9})
+      .put(std::uint32_t{0})
+      .put(phase)
+      .put(std::uint32_t{0})
+      .put(std::uint32_t{1})
+      .put(std::uint32_t{0});
   const Vec3 d = normalized(through - eye);
   for (const double x : {0.0, eye.x, eye.y, eye.z, d.x, d.y, d.z}) m.put(x);
   m.put(0.5f).put(0.0f);
@@ -99,8 +105,13 @@ int run(const std::string& name, const std::string& text, double size) {
   fmt::print("{}: loaded in {:.0f} ms, {:.0f} MB resident\n", name, thread_ms() - before, resident_mb());
   Page page{engine, engine.connect(), {}};
   const double hello = thread_ms();
-  engine.receive(page.id, Message(64).put(std::uint32_t{protocol::kVersion}).put(std::uint32_t{0}).put(std::uint64_t{0})
-                              .put(std::uint32_t{0}).put(std::uint32_t{0}).finish());
+  engine.receive(page.id, Message(64)
+                              .put(std::uint32_t{protocol::kVersion})
+                              .put(std::uint32_t{0})
+                              .put(std::uint64_t{0})
+                              .put(std::uint32_t{0})
+                              .put(std::uint32_t{0})
+                              .finish());
   page.drain();
   fmt::print("  hello and body {:.1f} ms\n", thread_ms() - hello);
 
@@ -112,12 +123,16 @@ int run(const std::string& name, const std::string& text, double size) {
     page.drain();
   };
   const Vec3 eye{0.02 * size, -0.5 * size, 3 * size};
-  const auto ticks = [&](int n) { for (int i = 0; i < n; ++i) timed(tick, [&] { engine.tick(1.0 / 60); }); };
+  const auto ticks = [&](int n) {
+    for (int i = 0; i < n; ++i) timed(tick, [&] { engine.tick(1.0 / 60); });
+  };
   ticks(10);
   constexpr int kStrokes = 12, kPoses = 80;
   for (int k = 0; k < kStrokes; ++k) {
     const double x = size * (-0.3 + 0.05 * k);
-    const auto at = [&](int i) { return Vec3{x + 0.02 * size * (i % 7 - 3) / 7.0, size * (-0.6 + 1.2 * i / kPoses), 0}; };
+    const auto at = [&](int i) {
+      return Vec3{x + 0.02 * size * (i % 7 - 3) / 7.0, size * (-0.6 + 1.2 * i / kPoses), 0};
+    };
     timed(down, [&] { engine.receive(page.id, tool(0, eye, at(0))); });
     for (int i = 1; i <= kPoses; ++i) {
       timed(poses, [&] { engine.receive(page.id, tool(1, eye, at(i))); });

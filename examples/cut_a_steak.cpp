@@ -23,6 +23,7 @@ int main() {
   if (!done.ok()) return std::fprintf(stderr, "%s\n", done.error().message.c_str()), 1;
 
   const kerf::BodyCounts counts = session->counts();
-  std::printf("%d pieces, %zu visual triangles, %zu hexahedra\n", counts.pieces, counts.visual_triangles, counts.hexahedra);
+  std::printf("%d pieces, %zu visual triangles, %zu hexahedra\n", counts.pieces, counts.visual_triangles,
+              counts.hexahedra);
   return counts.pieces == 2 ? 0 : 1;
 }

@@ -15,7 +15,8 @@ void require(bool condition) {
 
 void check(const ViewRay& ray) {
   require(is_finite(ray.origin) && std::abs(norm(ray.direction) - 1) < 1e-9);
-  require(std::abs(ray.origin.x) <= kFarthest && std::abs(ray.origin.y) <= kFarthest && std::abs(ray.origin.z) <= kFarthest);
+  require(std::abs(ray.origin.x) <= kFarthest && std::abs(ray.origin.y) <= kFarthest &&
+          std::abs(ray.origin.z) <= kFarthest);
 }
 
 }  // namespace

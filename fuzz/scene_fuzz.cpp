@@ -11,7 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto again = kerf::parse_scene(text, "fuzz", "/nonexistent");
   if (scene.ok() != again.ok()) std::abort();
   if (!scene) {
-    if (scene.error().message != again.error().message || scene.error().message.find("fuzz") == std::string::npos) std::abort();
+    if (scene.error().message != again.error().message || scene.error().message.find("fuzz") == std::string::npos)
+      std::abort();
     return 0;
   }
   const auto& s = scene->simulation;

@@ -35,7 +35,9 @@ int run_bench(const BenchCommand& options) {
     return options.what == "paper" ? bench::bench_paper(how, bar.callback()) : bench::bench_scale(how, bar.callback());
   }();
   if (!run) return report(run.error());
-  if (run->tables.empty()) return report(bad_input(fmt::format("no table of \"kerf bench {}\" has \"{}\" in its name", options.what, options.rows)));
+  if (run->tables.empty())
+    return report(
+        bad_input(fmt::format("no table of \"kerf bench {}\" has \"{}\" in its name", options.what, options.rows)));
   run->program = fmt::format("kerf bench {} ", options.what);
   run->program += options.quick ? std::string("--quick") : fmt::format("--cuts {}", options.cuts);
   if (!options.rows.empty()) run->program += fmt::format(" --rows {}", options.rows);

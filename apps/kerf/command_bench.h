@@ -18,8 +18,8 @@ struct BenchCommand {
 int run_bench(const BenchCommand& options);
 
 struct BenchPage {
-  std::vector<std::string> files;  ///< JSON of benchmarks
-  std::filesystem::path out;       ///< the page
+  std::vector<std::string> files;    ///< JSON of benchmarks
+  std::filesystem::path out;         ///< the page
   std::string pictures = "results";  ///< folder of the plots, relative to the page
 };
 int write_bench_page(const BenchPage& options);

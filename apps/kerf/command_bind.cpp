@@ -74,19 +74,19 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
 std::string quality_table(const Midsurface& m) {
   const MidsurfaceQuality& q = m.quality;
   const double degrees = 57.29577951308232, h = q.mean_half_thickness;
-  std::string out = fmt::format("collision mesh made in {:.3g} s: {} triangles (bends ask for {:.0f})\n", m.seconds.total,
-                                m.collision.triangles.size(), q.need);
+  std::string out = fmt::format("collision mesh made in {:.3g} s: {} triangles (bends ask for {:.0f})\n",
+                                m.seconds.total, m.collision.triangles.size(), q.need);
   const auto row = [&](const char* what, const std::string& value) { out += fmt::format("  {:<34}{}\n", what, value); };
-  row("half thickness", fmt::format("{:.3g} mm on average; {:.2g} times as wide as thick", 1e3 * h,
-                                    m.verdict.width_over_thickness));
-  row("smallest angle", fmt::format("{:.0f} degrees, {:.0f} on average", degrees * q.smallest_angle,
-                                    degrees * q.mean_smallest_angle));
+  row("half thickness",
+      fmt::format("{:.3g} mm on average; {:.2g} times as wide as thick", 1e3 * h, m.verdict.width_over_thickness));
+  row("smallest angle",
+      fmt::format("{:.0f} degrees, {:.0f} on average", degrees * q.smallest_angle, degrees * q.mean_smallest_angle));
   row("off the medial surface", fmt::format("{:.1f} % of the half thickness on average, {:.0f} % at most",
                                             100 * q.medial_mean, 100 * q.medial_max));
-  row("error of the thickness", fmt::format("{:.1f} % on average, {:.0f} % at most", 100 * q.thickness_mean,
-                                            100 * q.thickness_max));
-  row("surface to prisms", fmt::format("{:.2g} half thicknesses on average, {:.2g} at most", q.to_prisms_mean / h,
-                                       q.to_prisms_max / h));
+  row("error of the thickness",
+      fmt::format("{:.1f} % on average, {:.0f} % at most", 100 * q.thickness_mean, 100 * q.thickness_max));
+  row("surface to prisms",
+      fmt::format("{:.2g} half thicknesses on average, {:.2g} at most", q.to_prisms_mean / h, q.to_prisms_max / h));
   row("prisms to surface", fmt::format("{:.2g} half thicknesses at most", q.to_visual_max / h));
   row("normals that meet both sides", fmt::format("{:.4g} %", 100 * q.good_rays));
   return out;
@@ -96,8 +96,10 @@ std::string quality_table(const Midsurface& m) {
 
 int bind_meshes(const BindOptions& options) {
   if (is_model(options) && (options.scale != 1 || !options.collision.empty()))
-    return report(bad_input(fmt::format("bind: {} is a model, in metres and with its own collision mesh; leave --scale and --collision out, or "
-                                        "give a mesh file", options.visual.string())));
+    return report(bad_input(fmt::format(
+        "bind: {} is a model, in metres and with its own collision mesh; leave --scale and --collision out, or "
+        "give a mesh file",
+        options.visual.string())));
   std::optional<Midsurface> made;
   const Result<SceneBodyLoaded> loaded = bind_and_save(options, made);
   if (!loaded.ok()) return report(loaded.error());
@@ -108,9 +110,9 @@ int bind_meshes(const BindOptions& options) {
   std::fputs(
       fmt::format("bound {} visual triangles to {} collision triangles ({}) in {:.3g} s; "
                   "re-meshing added {} vertices and {} triangles\n{}written to {}\n",
-                  r.input_triangles, loaded->bound.complex.collision.face_count(),
-                  r.closed ? "closed" : "open sheet", r.seconds.total, r.visual_vertices - r.input_vertices,
-                  r.visual_triangles - r.input_triangles, r.closed ? placement_text(r) + "\n" : "", options.out.string())
+                  r.input_triangles, loaded->bound.complex.collision.face_count(), r.closed ? "closed" : "open sheet",
+                  r.seconds.total, r.visual_vertices - r.input_vertices, r.visual_triangles - r.input_triangles,
+                  r.closed ? placement_text(r) + "\n" : "", options.out.string())
           .c_str(),
       stdout);
   return kSuccess;

@@ -13,8 +13,8 @@ struct BindOptions {
   std::filesystem::path diagnose;         ///< where to save the coloured surface (PLY); empty: nowhere
   std::size_t triangles = 0;              ///< wanted of the mesh that is made; 0: as many as it needs
   std::filesystem::path out;
-  double scale = 1;                 ///< metres per unit of the files
-  std::optional<double> thickness;  ///< metres, for an open visual mesh
+  double scale = 1;                               ///< metres per unit of the files
+  std::optional<double> thickness;                ///< metres, for an open visual mesh
   std::optional<double> young, poisson, density;  ///< Pa, 1, kg/m3: kept in the file for scenes
   bool exact_paths = false;
   bool quiet = false;

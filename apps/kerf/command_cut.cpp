@@ -72,8 +72,9 @@ Status cut_once(const CutOptions& options, Session& session, RunLog& log) {
     // The sine of the angle between cut and normal, below which the normal says nothing about the edge.
     constexpr double kLeastSine = 0.1;
     if (!(norm(edge) > kLeastSine))
-      return bad_input("cut: at --from the cut runs along the surface's normal, so the blade's edge can't stand on the "
-                       "surface; say how it stands with --along X,Y,Z, or choose other points");
+      return bad_input(
+          "cut: at --from the cut runs along the surface's normal, so the blade's edge can't stand on the "
+          "surface; say how it stands with --along X,Y,Z, or choose other points");
   }
   edge = (2 * box.diagonal() + norm(options.from - box.center()) + norm(options.to - box.center())) * normalized(edge);
   KERF_TRY(session.begin_stroke(SceneFrame::kRest, options.through));
@@ -87,9 +88,10 @@ Status cut_once(const CutOptions& options, Session& session, RunLog& log) {
   const StrokeRecord& stroke = session.strokes().back();
   const BodyCounts now = session.counts();
   if (stroke.triangles == 0)
-    return bad_input(fmt::format("cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
-                                 "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
-                                 box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z));
+    return bad_input(fmt::format(
+        "cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
+        "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
+        box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z));
   fmt::print("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles,
              1e3 * stroke.times.total, now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
   return valid;
@@ -101,14 +103,16 @@ int cut_body(const CutOptions& options) {
   if (!(norm(options.to - options.from) > 0))
     return report(bad_input("cut: --from and --to are the same point; a cut needs some length"));
   if (options.along && !(norm(cross(*options.along, options.to - options.from)) > 0))
-    return report(bad_input("cut: --along has no length or points along the cut itself; the blade's edge must cross its path"));
+    return report(
+        bad_input("cut: --along has no length or points along the cut itself; the blade's edge must cross its path"));
   if (const SceneBody named = body_named(options); named.visual.empty() && options.scale != 1)
     return report(bad_input(fmt::format("cut: \"{}\" is in metres already; --scale is for mesh files", options.body)));
   if (const SceneBody named = body_named(options); !named.visual.empty() && named.collision.empty()) {
     if (!is_there(named.visual)) {
       std::string models;
       for (const ModelName& model : model_names()) models += (models.empty() ? "" : ", ") + std::string(model.name);
-      return report(bad_input(fmt::format("cut: there is no file \"{}\", and no model of that name (models: {})", options.body, models)));
+      return report(bad_input(
+          fmt::format("cut: there is no file \"{}\", and no model of that name (models: {})", options.body, models)));
     }
   }
   Scene scene;
@@ -117,7 +121,8 @@ int cut_body(const CutOptions& options) {
   scene.body = body_named(options);
   scene.simulation.gravity = {};
   const std::vector<CommandFile> inputs = files_of(scene.body);
-  if (const Status apart = check_outputs(inputs, results_in(options.out, cut_files())); !apart) return report(apart.error());
+  if (const Status apart = check_outputs(inputs, results_in(options.out, cut_files())); !apart)
+    return report(apart.error());
   const Result<FolderLock> folder = take_result_folder(options.out);
   if (!folder) return report(folder.error());
   Result<Session> session = [&] {
@@ -129,7 +134,8 @@ int cut_body(const CutOptions& options) {
 
   RunLog log;
   log.counts_before = session->counts();
-  return work_reported({*session, log, options.out, cut_files(), paths_of(inputs)}, [&] { return cut_once(options, *session, log); });
+  return work_reported({*session, log, options.out, cut_files(), paths_of(inputs)},
+                       [&] { return cut_once(options, *session, log); });
 }
 
 }  // namespace kerf::app

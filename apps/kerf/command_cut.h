@@ -16,8 +16,8 @@ struct CutOptions {
   double scale = 1;                 ///< metres per unit of the mesh files
   bool through = false;             ///< every layer, not only the first that the blade meets
   Vec3 from, to;                    ///< metres, at rest: where the middle of the blade starts and ends
-  std::optional<Vec3> along;  ///< direction of the blade's edge; default: across the body, along its normal
-  std::filesystem::path out;  ///< folder for the results
+  std::optional<Vec3> along;        ///< direction of the blade's edge; default: across the body, along its normal
+  std::filesystem::path out;        ///< folder for the results
 };
 
 /// Cuts the body once, at rest, and writes report.json, visual.obj and collision.obj. Returns the exit

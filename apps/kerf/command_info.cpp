@@ -25,7 +25,8 @@ namespace {
 /// What a command does. Every kind has its own line: a new one does not compile without it.
 struct CommandText {
   std::string operator()(const SceneBlade& blade) const {
-    return fmt::format("blade, {} poses in {:g} s, {} frame", blade.poses.size(), blade.poses.back().time, frame(blade.frame));
+    return fmt::format("blade, {} poses in {:g} s, {} frame", blade.poses.size(), blade.poses.back().time,
+                       frame(blade.frame));
   }
   std::string operator()(const SceneGrasp& grasp) const { return fmt::format("grasp \"{}\"", grasp.id); }
   std::string operator()(const SceneMove& move) const { return fmt::format("move \"{}\"", move.id); }
@@ -37,15 +38,21 @@ struct CommandText {
   std::string operator()(const SceneToolMotion& motion) const {
     return fmt::format("tool {} through {} poses", motion.id, motion.poses.size());
   }
-  std::string operator()(const SceneJaws& jaws) const { return fmt::format("{} {}", jaws.close ? "close" : "open", jaws.id); }
+  std::string operator()(const SceneJaws& jaws) const {
+    return fmt::format("{} {}", jaws.close ? "close" : "open", jaws.id);
+  }
   std::string operator()(const ScenePunch& punch) const {
-    const std::string outline = punch.shape == ScenePunchShape::kPolygon ? fmt::format("{} corners", punch.points.size())
-                                : fmt::format("{} of radius {:g} m", punch.shape == ScenePunchShape::kD ? "half disc" : "circle", punch.radius);
-    return fmt::format("punch, {}, {} frame{}", outline, frame(punch.frame), punch.take ? ", takes what comes loose" : "");
+    const std::string outline =
+        punch.shape == ScenePunchShape::kPolygon
+            ? fmt::format("{} corners", punch.points.size())
+            : fmt::format("{} of radius {:g} m", punch.shape == ScenePunchShape::kD ? "half disc" : "circle",
+                          punch.radius);
+    return fmt::format("punch, {}, {} frame{}", outline, frame(punch.frame),
+                       punch.take ? ", takes what comes loose" : "");
   }
   std::string operator()(const SceneShave& shave) const {
-    return fmt::format("shave, {} poses in {:g} s, radius {:g} m, {} frame", shave.poses.size(), shave.poses.back().time, shave.radius,
-                       frame(shave.frame));
+    return fmt::format("shave, {} poses in {:g} s, radius {:g} m, {} frame", shave.poses.size(),
+                       shave.poses.back().time, shave.radius, frame(shave.frame));
   }
   std::string operator()(const SceneRemove& remove) const {
     return remove.grasp.empty() ? fmt::format("remove loose pieces in a region, {} frame", frame(remove.frame))
@@ -68,11 +75,10 @@ int show_scene(const std::filesystem::path& path) {
   if (!scene.title.empty()) out += fmt::format("title     {}\n", scene.title);
   out += body_text(scene.body);
   for (const SceneBody& body : scene.more_bodies) out += body_text(body);
-  out += fmt::format("time      {:g} s in steps of {:g} s\n", scene.simulation.duration,
-                     scene.simulation.time_step);
+  out += fmt::format("time      {:g} s in steps of {:g} s\n", scene.simulation.duration, scene.simulation.time_step);
   out += fmt::format("fixed     {} regions\nloads     {}\n", scene.fixes.size(), scene.loads.size());
-  out += fmt::format("contact   {}, {} obstacles, {} tools\n", wants_contact(scene) ? "on" : "off", scene.obstacles.size(),
-                     scene.tools.size());
+  out += fmt::format("contact   {}, {} obstacles, {} tools\n", wants_contact(scene) ? "on" : "off",
+                     scene.obstacles.size(), scene.tools.size());
   for (const SceneCommand& command : scene.commands)
     out += fmt::format("{:7.3f} s {}\n", command.at, std::visit(CommandText{}, command.what));
   std::fputs(out.c_str(), stdout);
@@ -92,27 +98,25 @@ int show_mesh(const std::string& file) {
   const SurfaceMeasures& m = info.measures;
   const Vec3 size = m.box.size();
   std::string out = fmt::format("mesh       {}\n", file);
-  out += fmt::format("counts     {} vertices, {} edges, {} triangles\n", m.vertices + m.unused_vertices,
-                     m.edges, m.triangles);
+  out += fmt::format("counts     {} vertices, {} edges, {} triangles\n", m.vertices + m.unused_vertices, m.edges,
+                     m.triangles);
   SurfaceRequirements requirements;
   requirements.single_body = false;
   // Lengths that doubles can't square have no area; the checks say how large such a surface is.
   if (!std::isfinite(m.area) || !std::isfinite(info.longest_edge) || !std::isfinite(m.volume) || !is_finite(size)) {
     const Result<SurfaceReport> refused = check_surface(*mesh, requirements);
-    out += fmt::format("unusable   {}\n", refused.ok() ? "its lengths are too large to compute with" : refused.error().message);
+    out += fmt::format("unusable   {}\n",
+                       refused.ok() ? "its lengths are too large to compute with" : refused.error().message);
     std::fputs(out.c_str(), stdout);
     return kSuccess;
   }
-  out += fmt::format("size       {:.6g} x {:.6g} x {:.6g}, centre {:.6g}, {:.6g}, {:.6g}\n", size.x, size.y,
-                     size.z, m.box.center().x, m.box.center().y, m.box.center().z);
-  out += fmt::format("           if it is in metres: {} long\n",
-                     length_text(std::max({size.x, size.y, size.z})));
-  out += fmt::format("edges      {:.4g} to {:.4g}, mean {:.4g}; triangle areas {:.4g} to {:.4g}\n",
-                     info.shortest_edge, info.longest_edge, info.mean_edge, info.smallest_area,
-                     info.largest_area);
-  out +=
-      fmt::format("surface    {}, {} piece{}, Euler characteristic {}, area {:.6g}",
-                  m.closed ? "closed" : "open", m.components, m.components == 1 ? "" : "s", m.euler, m.area);
+  out += fmt::format("size       {:.6g} x {:.6g} x {:.6g}, centre {:.6g}, {:.6g}, {:.6g}\n", size.x, size.y, size.z,
+                     m.box.center().x, m.box.center().y, m.box.center().z);
+  out += fmt::format("           if it is in metres: {} long\n", length_text(std::max({size.x, size.y, size.z})));
+  out += fmt::format("edges      {:.4g} to {:.4g}, mean {:.4g}; triangle areas {:.4g} to {:.4g}\n", info.shortest_edge,
+                     info.longest_edge, info.mean_edge, info.smallest_area, info.largest_area);
+  out += fmt::format("surface    {}, {} piece{}, Euler characteristic {}, area {:.6g}", m.closed ? "closed" : "open",
+                     m.components, m.components == 1 ? "" : "s", m.euler, m.area);
   if (m.closed) out += fmt::format(", volume {:.6g}", m.volume);
   out += fmt::format("\nborders    {} in all {} edges\n", m.border_loops, m.border_edges);
   out += fmt::format("textures   {}; {} group{}\n", info.has_texture ? "yes" : "no", info.groups,
@@ -135,12 +139,10 @@ int show_bound_body(const std::string& file) {
   if (!body.ok()) return report(body.error());
   const BindReport& r = body->report;
   std::string out = fmt::format("body       {}\n", file);
-  out += fmt::format("visual     {} vertices, {} triangles, {}; before re-meshing {} and {}\n",
-                     r.visual_vertices, r.visual_triangles, r.closed ? "closed" : "open sheet",
-                     r.input_vertices, r.input_triangles);
-  out += fmt::format("collision  {} vertices, {} triangles, mean edge {}\n",
-                     body->complex.collision.vertex_count(), body->complex.collision.face_count(),
-                     length_text(body->complex.mean_root_edge));
+  out += fmt::format("visual     {} vertices, {} triangles, {}; before re-meshing {} and {}\n", r.visual_vertices,
+                     r.visual_triangles, r.closed ? "closed" : "open sheet", r.input_vertices, r.input_triangles);
+  out += fmt::format("collision  {} vertices, {} triangles, mean edge {}\n", body->complex.collision.vertex_count(),
+                     body->complex.collision.face_count(), length_text(body->complex.mean_root_edge));
   out += fmt::format("paths      {}, together {}\n", r.paths, length_text(r.path_length));
   if (r.closed) out += fmt::format("placement  {}\n", placement_text(r));
   out += fmt::format("area       {:.6g} m2", r.area_after);
@@ -153,7 +155,9 @@ int show_bound_body(const std::string& file) {
   number("Poisson's ratio", nature.poisson, "");
   number("density", nature.density, "kg/m3");
   if (!nature.young && !nature.poisson && !nature.density) out += " not said; scenes do";
-  if (nature.lattice) out += fmt::format("\nlattice    {} x {} x {} cells", nature.lattice->cells[0], nature.lattice->cells[1], nature.lattice->cells[2]);
+  if (nature.lattice)
+    out += fmt::format("\nlattice    {} x {} x {} cells", nature.lattice->cells[0], nature.lattice->cells[1],
+                       nature.lattice->cells[2]);
   out += '\n';
   for (const std::string& warning : r.warnings) out += fmt::format("warning    {}\n", warning);
   std::fputs(out.c_str(), stdout);

@@ -19,12 +19,11 @@ std::string count_text(const TriangleMesh& mesh) {
 
 /// A scene in which the model does nothing yet: to be filled by the person.
 std::string scene_text(const MakeOptions& options, const Model& model) {
-  std::string out =
-      fmt::format("title = \"{}\"\n\n[body]\nvisual = \"visual.{}\"\ncollision = \"collision.{}\"\n",
-                  options.model, options.format, options.format);
+  std::string out = fmt::format("title = \"{}\"\n\n[body]\nvisual = \"visual.{}\"\ncollision = \"collision.{}\"\n",
+                                options.model, options.format, options.format);
   if (!model.closed) out += fmt::format("thickness = {}\n", 2 * model.half_thickness.front());
-  out += fmt::format("\n[material]\nyoung = {}\npoisson = {}\ndensity = {}\n", model.young, model.poisson,
-                     model.density);
+  out +=
+      fmt::format("\n[material]\nyoung = {}\npoisson = {}\ndensity = {}\n", model.young, model.poisson, model.density);
   const LatticeHint& l = model.lattice;
   out += fmt::format(
       "\n[lattice]\norigin = [{}, {}, {}]\ncell_size = [{}, {}, {}]\ncells = [{}, {}, {}]\naxes = [[1, 0, "
@@ -41,8 +40,7 @@ Status write(const MakeOptions& options, const Model& model) {
   KERF_TRY(make_folder(options.out));
   const bool obj = options.format == "obj";
   KERF_TRY(obj ? write_obj(file("visual"), model.visual) : write_ply(file("visual"), model.visual));
-  KERF_TRY(obj ? write_obj(file("collision"), model.collision)
-               : write_ply(file("collision"), model.collision));
+  KERF_TRY(obj ? write_obj(file("collision"), model.collision) : write_ply(file("collision"), model.collision));
   return replace_file((options.out / "scene.toml").string(), scene_text(options, model));
 }
 
@@ -53,12 +51,11 @@ int make_meshes(const MakeOptions& options) {
   if (!model.ok()) return report(model.error());
   if (const Status status = write(options, *model); !status.ok()) return report(status.error());
   const LatticeHint& l = model->lattice;
-  std::fputs(
-      fmt::format("{}: visual mesh {} ({}), collision mesh {}, lattice {} x {} x {} cells\nwritten to {}\n",
-                  options.model, count_text(model->visual), model->closed ? "closed" : "open",
-                  count_text(model->collision), l.cells[0], l.cells[1], l.cells[2], options.out.string())
-          .c_str(),
-      stdout);
+  std::fputs(fmt::format("{}: visual mesh {} ({}), collision mesh {}, lattice {} x {} x {} cells\nwritten to {}\n",
+                         options.model, count_text(model->visual), model->closed ? "closed" : "open",
+                         count_text(model->collision), l.cells[0], l.cells[1], l.cells[2], options.out.string())
+                 .c_str(),
+             stdout);
   return kSuccess;
 }
 

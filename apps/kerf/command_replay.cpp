@@ -21,7 +21,8 @@ Result<Recording> read_recording(const std::string& file) {
 }
 
 /// Repeats one recording and says how it went; an exit status.
-int play(const std::string& file, const Recording& recording, const ReplayOptions& options, std::optional<TrainerScore>& score) {
+int play(const std::string& file, const Recording& recording, const ReplayOptions& options,
+         std::optional<TrainerScore>& score) {
   Result<ReplayReport> played = [&] {
     ProgressBar bar(options.quiet);
     return replay(recording, bar.callback(), mesh_folders(options.meshes));
@@ -29,14 +30,17 @@ int play(const std::string& file, const Recording& recording, const ReplayOption
   if (!played) return report(played.error());
   score = played->score;
   if (played->first_difference >= 0) {
-    fmt::print(stderr, "kerf: the replay of {} differs from the recording at step {} of {} (or in the {} steps before it)\n", file,
-               played->first_difference, recording.last_step, kHashEvery);
+    fmt::print(stderr,
+               "kerf: the replay of {} differs from the recording at step {} of {} (or in the {} steps before it)\n",
+               file, played->first_difference, recording.last_step, kHashEvery);
     if (recording.instructions != instruction_set())
-      fmt::print(stderr, "kerf: it was recorded with {}, this program uses {}\n", recording.instructions, instruction_set());
+      fmt::print(stderr, "kerf: it was recorded with {}, this program uses {}\n", recording.instructions,
+                 instruction_set());
     return kRunFailed;
   }
   if (options.quiet) return kSuccess;
-  fmt::print("{}: {} steps, {} changes, {} hashes: the same bits\n", file, played->steps, recording.changes.size(), played->hashes);
+  fmt::print("{}: {} steps, {} changes, {} hashes: the same bits\n", file, played->steps, recording.changes.size(),
+             played->hashes);
   if (played->score) fmt::print("  {}\n", score_line(*played->score));
   return kSuccess;
 }
@@ -48,21 +52,25 @@ void print_difference(const RecordingDifference& d, const ReplayOptions& options
   }
   for (const std::string& what : d.settings) fmt::print("different from the start: {}\n", what);
   if (d.first_change >= 0) {
-    fmt::print("first change that differs, at step {}:\n  {}: {}\n  {}: {}\n", d.first_change, options.file, d.change_a, options.compare, d.change_b);
+    fmt::print("first change that differs, at step {}:\n  {}: {}\n  {}: {}\n", d.first_change, options.file, d.change_a,
+               options.compare, d.change_b);
   } else {
     fmt::print("every change is the same\n");
   }
   if (d.first_hash >= 0) {
     fmt::print("first state that differs: after step {} (or in the {} steps before it)\n", d.first_hash, kHashEvery);
   } else {
-    fmt::print("{} states after the same steps are the same; the end is {}\n", d.common_hashes, d.same_end ? "the same" : "another");
+    fmt::print("{} states after the same steps are the same; the end is {}\n", d.common_hashes,
+               d.same_end ? "the same" : "another");
   }
 }
 
 void print_scores(const std::optional<TrainerScore>& a, const std::optional<TrainerScore>& b) {
   if (!a && !b) return;
   const auto row = [&](const char* name, const char* unit, auto value) {
-    const auto cell = [&](const std::optional<TrainerScore>& s) { return s ? fmt::format("{:.4g} {}", value(*s), unit) : std::string("-"); };
+    const auto cell = [&](const std::optional<TrainerScore>& s) {
+      return s ? fmt::format("{:.4g} {}", value(*s), unit) : std::string("-");
+    };
     fmt::print("  {:<24}{:>16}{:>16}\n", name, cell(a), cell(b));
   };
   fmt::print("score\n");

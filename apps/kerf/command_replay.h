@@ -8,7 +8,7 @@ namespace kerf::app {
 
 struct ReplayOptions {
   std::string file;
-  std::string compare;  ///< another recording; empty: none
+  std::string compare;              ///< another recording; empty: none
   std::vector<std::string> meshes;  ///< folders with meshes that were too large to travel
   bool quiet = false;
 };

@@ -39,7 +39,8 @@ class Run {
   Status simulate() {
     ProgressBar bar(options_.quiet);
     const Progress progress = bar.callback();
-    const auto steps = static_cast<std::int64_t>(std::llround(scene_.simulation.duration / scene_.simulation.time_step));
+    const auto steps =
+        static_cast<std::int64_t>(std::llround(scene_.simulation.duration / scene_.simulation.time_step));
     const bool frames = scene_.output.animation || scene_.output.positions;
     const double interval = 1 / scene_.output.frames_per_second;
     std::int64_t next_frame = 1;
@@ -59,7 +60,8 @@ class Run {
         KERF_TRY(add_frame());
         next_frame = static_cast<std::int64_t>(std::floor(session_.time() / interval + 1e-9)) + 1;
       }
-      if (scene_.output.picture && !pictured_ && scene_.output.picture_at && session_.time() >= *scene_.output.picture_at)
+      if (scene_.output.picture && !pictured_ && scene_.output.picture_at &&
+          session_.time() >= *scene_.output.picture_at)
         KERF_TRY(picture());
       KERF_TRY(progress("simulating", static_cast<double>(i + 1) / static_cast<double>(steps)));
     }
@@ -123,7 +125,8 @@ class Run {
     std::string broken;
     for (const RunLog::Check& c : log_.checks)
       if (!c.problem.empty())
-        broken += fmt::format("{}{}: invariant broken ({}, {} s): {}", broken.empty() ? "" : "\nkerf: ", scene_.name, c.what, c.time, c.problem);
+        broken += fmt::format("{}{}: invariant broken ({}, {} s): {}", broken.empty() ? "" : "\nkerf: ", scene_.name,
+                              c.what, c.time, c.problem);
     if (broken.empty()) return {};
     return failed(broken);
   }
@@ -138,16 +141,19 @@ class Run {
     const auto micrometres = [](double m) { return std::round(1e6 * m) / 1e6 + 0.0; };  // and no -0
     for (std::size_t i = 0; i < log_.tools.size(); ++i) {
       const RunLog::Tool& tool = log_.tools[i];
-      const Vec3 place = session_.tools()[i].place.position, at{micrometres(place.x), micrometres(place.y), micrometres(place.z)};
-      fmt::print("  tool \"{}\": largest force on it {:.3g} N at {:.4g} s, torque {:.3g} N m at {:.4g} s; ends at ({:.6g}, {:.6g}, {:.6g}) m\n",
-                 scene_.tools[i].id, tool.force, tool.force_at, tool.torque, tool.torque_at, at.x, at.y, at.z);
+      const Vec3 place = session_.tools()[i].place.position,
+                 at{micrometres(place.x), micrometres(place.y), micrometres(place.z)};
+      fmt::print(
+          "  tool \"{}\": largest force on it {:.3g} N at {:.4g} s, torque {:.3g} N m at {:.4g} s; ends at ({:.6g}, {:.6g}, {:.6g}) m\n",
+          scene_.tools[i].id, tool.force, tool.force_at, tool.torque, tool.torque_at, at.x, at.y, at.z);
     }
     int most = 0;
     for (const RunLog::Step& s : log_.steps) most = std::max(most, s.pressing);
     if (most == 0) return;
     const DeepestOverlap deepest = deepest_overlap(session_, log_);
-    fmt::print("  contact: up to {} places press; deepest overlap {:.2g} mm, {:.2g} of the largest half thickness, at {:.4g} s\n", most,
-               1e3 * deepest.metres, deepest.share, deepest.time);
+    fmt::print(
+        "  contact: up to {} places press; deepest overlap {:.2g} mm, {:.2g} of the largest half thickness, at {:.4g} s\n",
+        most, 1e3 * deepest.metres, deepest.share, deepest.time);
   }
   /// What can't be kept of a state is a run that failed, not bad input.
   Status add_frame() {
@@ -210,8 +216,9 @@ int run_scene(const RunOptions& options) {
   // A run of so many steps ends in nobody's lifetime, and their number would not fit in a report.
   constexpr double kMostSteps = 1e9;
   if (!(scene->simulation.duration / scene->simulation.time_step <= kMostSteps))
-    return report(bad_input(fmt::format("{}: {} s in time steps of {} s are more than {} steps; choose a larger time_step or a shorter duration",
-                                        path->string(), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
+    return report(bad_input(fmt::format(
+        "{}: {} s in time steps of {} s are more than {} steps; choose a larger time_step or a shorter duration",
+        path->string(), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
   const std::vector<CommandFile> inputs = files_of(*path, *scene);
   std::vector<CommandFile> outputs = results_in(options.out, result_files(scene->output));
   if (!options.record.empty()) outputs.push_back({"the recording", options.record});

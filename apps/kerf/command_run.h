@@ -9,13 +9,13 @@
 namespace kerf::app {
 
 struct RunOptions {
-  std::string scene;               ///< as typed: a path or the name of a shipped scene
-  std::filesystem::path out;       ///< folder for all results; made when it does not exist
-  std::optional<double> duration;  ///< s, instead of the scene's
-  std::optional<int> threads;      ///< instead of the scene's
-  std::vector<std::string> meshes; ///< folders with mesh files, beside the scene's own
-  std::filesystem::path record;    ///< a recording for kerf replay; empty: none
-  bool quiet = false;              ///< no progress, no summary
+  std::string scene;                ///< as typed: a path or the name of a shipped scene
+  std::filesystem::path out;        ///< folder for all results; made when it does not exist
+  std::optional<double> duration;   ///< s, instead of the scene's
+  std::optional<int> threads;       ///< instead of the scene's
+  std::vector<std::string> meshes;  ///< folders with mesh files, beside the scene's own
+  std::filesystem::path record;     ///< a recording for kerf replay; empty: none
+  bool quiet = false;               ///< no progress, no summary
 };
 
 /// Reads the scene, simulates it and writes report.json, the final meshes, the animation and the picture into

@@ -56,13 +56,12 @@ CLI::Option* add_vec3(CLI::App* command, const std::string& name, const std::fun
 
 void add_run(CLI::App& app, RunOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("run", "Simulate a scene and write what came of it");
-  command->add_option("SCENE", options.scene, "A scene file, the name of a shipped scene, or a body saved by kerf bind")->required();
-  command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")
+  command->add_option("SCENE", options.scene, "A scene file, the name of a shipped scene, or a body saved by kerf bind")
       ->required();
+  command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")->required();
   command->add_option("--duration", options.duration, "Simulate this many seconds instead of the scene's")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--threads", options.threads, "Threads to use; 0: all cores")
-      ->check(CLI::Range(0, 1024));
+  command->add_option("--threads", options.threads, "Threads to use; 0: all cores")->check(CLI::Range(0, 1024));
   command->add_option("--meshes", options.meshes, kMeshesHelp);
   command->add_option("--record", options.record, "Write a recording that kerf replay repeats bit by bit");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
@@ -85,17 +84,16 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       ->add_option("VISUAL", options.visual,
                    "Mesh that is drawn: OBJ, PLY, STL or OFF, closed or an open sheet; or a model's name")
       ->required();
-  CLI::Option* collision = command->add_option(
-      "-c,--collision", options.collision,
-      "Mesh of the mid-surface, with a border; without it one is made from a closed visual mesh");
+  CLI::Option* collision =
+      command->add_option("-c,--collision", options.collision,
+                          "Mesh of the mid-surface, with a border; without it one is made from a closed visual mesh");
   command->add_option("-o,--out", options.out, "File for the bound body, usually .kerf")->required();
   command
       ->add_option("--triangles", options.triangles,
                    "Triangles of the collision mesh that is made; default: 160, or what the bends need")
       ->check(CLI::Range(std::size_t{8}, std::size_t{100000}))
       ->excludes(collision);
-  command
-      ->add_option("--write-collision", options.write_collision, "Save the collision mesh that is made (OBJ or PLY)")
+  command->add_option("--write-collision", options.write_collision, "Save the collision mesh that is made (OBJ or PLY)")
       ->excludes(collision);
   command
       ->add_option("--diagnose", options.diagnose,
@@ -106,7 +104,9 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       ->capture_default_str();
   command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
       ->check(CLI::PositiveNumber);
-  command->add_option("--young", options.young, "Young's modulus in Pa, kept in the file: scenes use it where they say none")
+  command
+      ->add_option("--young", options.young,
+                   "Young's modulus in Pa, kept in the file: scenes use it where they say none")
       ->check(CLI::PositiveNumber);
   command->add_option("--poisson", options.poisson, "Poisson's ratio, kept in the file")->check(CLI::Range(0.0, 0.49));
   command->add_option("--density", options.density, "kg/m3, kept in the file")->check(CLI::PositiveNumber);
@@ -126,13 +126,10 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
 void add_make(CLI::App& app, MakeOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("make", "Generate a model: visual mesh, collision mesh and a scene");
   command->add_option("MODEL", options.model, "One of the models below")->required();
-  command->add_option("-o,--out", options.out, "Folder for the files; made when it does not exist")
-      ->required();
+  command->add_option("-o,--out", options.out, "Folder for the files; made when it does not exist")->required();
   command->add_option("--visual-triangles", options.options.visual_triangles, "Triangles of the visual mesh");
-  command->add_option("--collision-triangles", options.options.collision_triangles,
-                      "Triangles of the collision mesh");
-  command->add_option("--rim-radius", options.options.rim_radius,
-                      "closed-sheet: how far the rim bulges, metres");
+  command->add_option("--collision-triangles", options.options.collision_triangles, "Triangles of the collision mesh");
+  command->add_option("--rim-radius", options.options.rim_radius, "closed-sheet: how far the rim bulges, metres");
   command->add_option("--bend", options.options.bend, "Bend by this angle, radians");
   command->add_option("--bumps", options.options.bumps, "Height of smooth bumps, metres");
   command->add_option("--noise", options.options.noise, "Random displacements of visual vertices, metres");
@@ -142,8 +139,7 @@ void add_make(CLI::App& app, MakeOptions& options, std::function<int()>& chosen)
       ->capture_default_str();
   std::string models;
   for (const ModelName& model : model_names()) {
-    models += "  " + std::string(model.name) +
-              std::string(model.name.size() < 14 ? 14 - model.name.size() : 1, ' ') +
+    models += "  " + std::string(model.name) + std::string(model.name.size() < 14 ? 14 - model.name.size() : 1, ' ') +
               std::string(model.description) + "\n";
   }
   command->footer("Models:\n" + models +
@@ -176,8 +172,7 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
       ->add_option("BODY", options.body,
                    "A body saved by kerf bind, a visual mesh (with --collision), or a model's name")
       ->required();
-  command->add_option("-c,--collision", options.collision,
-                      "Mesh of the mid-surface, when BODY is a visual mesh");
+  command->add_option("-c,--collision", options.collision, "Mesh of the mid-surface, when BODY is a visual mesh");
   command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
       ->check(CLI::PositiveNumber);
   command->add_option("--scale", options.scale, "Metres per unit of the mesh files; --from and --to are metres")
@@ -193,8 +188,7 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
       command, "--along", [&options](Vec3 v) { options.along = v; },
       "Direction of the blade's edge; default: through the thickness");
   command->add_flag("--through", options.through, "Cut every layer that the blade meets, not only the first");
-  command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")
-      ->required();
+  command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")->required();
   command->footer(
       "Examples:\n"
       "  kerf cut steak --from -0.12,0,0 --to 0.12,0,0 --out out/halves\n"
@@ -208,9 +202,12 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
 
 void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("view", "Cut it yourself, in a browser");
-  command->add_option("SCENE", options.scene, "A scene file, the name of a shipped scene, or a body saved by kerf bind; default: steak");
-  CLI::Option* port = command->add_option("-p,--port", options.port, "Port of this machine; 0: any. Default: 8080, or the next free one")
-                          ->check(CLI::Range(0, 65535));
+  command->add_option("SCENE", options.scene,
+                      "A scene file, the name of a shipped scene, or a body saved by kerf bind; default: steak");
+  CLI::Option* port =
+      command
+          ->add_option("-p,--port", options.port, "Port of this machine; 0: any. Default: 8080, or the next free one")
+          ->check(CLI::Range(0, 65535));
   command->add_option("--listen", options.listen,
                       "Address to listen on; default: this machine only. Others (0.0.0.0: all) are for tablets and "
                       "headsets, and need the token in the printed address");
@@ -235,8 +232,10 @@ void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen)
 void add_replay(CLI::App& app, ReplayOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("replay", "Repeat a recording and compare the bits");
   command->add_option("FILE", options.file, "A recording (.kerfrec)")->required();
-  command->add_option("--compare", options.compare, "Repeat this recording too; say where the two first differ, and both scores");
-  command->add_option("--meshes", options.meshes, "Folder with meshes that were too large to travel in the recording; several times: several");
+  command->add_option("--compare", options.compare,
+                      "Repeat this recording too; say where the two first differ, and both scores");
+  command->add_option("--meshes", options.meshes,
+                      "Folder with meshes that were too large to travel in the recording; several times: several");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
   command->footer(
       "Examples:\n"
@@ -288,8 +287,7 @@ void say_and_end() {
     if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
   } catch (const std::exception& error) {
     if (say_what_lacks(error)) std::_Exit(kRunFailed);
-  } catch (...) {
-  }
+  } catch (...) {}
   std::abort();
 }
 

@@ -26,9 +26,7 @@ constexpr double kExposure = 0.60;
 
 using Triangle = std::array<std::int32_t, 3>;
 
-std::size_t at(std::int32_t i) {
-  return static_cast<std::size_t>(i);
-}
+std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Calls f(x, y, weights of a, b, c) for the pixel centres inside a triangle, rows first_row .. end_row - 1
 /// only.
@@ -62,8 +60,7 @@ std::pair<Vec3, Vec3> perpendicular(Vec3 w) {
 /// How far light from one direction gets: a depth map seen from the light.
 class LightMap {
  public:
-  LightMap(const PictureBody& body, const Box3& box, Vec3 to_light, int resolution)
-      : w_(to_light), n_(resolution) {
+  LightMap(const PictureBody& body, const Box3& box, Vec3 to_light, int resolution) : w_(to_light), n_(resolution) {
     std::tie(u_, v_) = perpendicular(w_);
     center_ = box.center();
     scale_ = 0.5 * n_ / (0.51 * box.diagonal() + 1e-30);
@@ -71,11 +68,10 @@ class LightMap {
     for (const Triangle& t : body.triangles) {
       const Vec3 a = project(body.positions[at(t[0])]), b = project(body.positions[at(t[1])]),
                  c = project(body.positions[at(t[2])]);
-      fill_triangle({a.x, a.y}, {b.x, b.y}, {c.x, c.y}, n_, 0, n_,
-                    [&](int x, int y, double wa, double wb, double wc) {
-                      float& d = depth_[at(y) * at(n_) + at(x)];
-                      d = std::max(d, static_cast<float>(wa * a.z + wb * b.z + wc * c.z));
-                    });
+      fill_triangle({a.x, a.y}, {b.x, b.y}, {c.x, c.y}, n_, 0, n_, [&](int x, int y, double wa, double wb, double wc) {
+        float& d = depth_[at(y) * at(n_) + at(x)];
+        d = std::max(d, static_cast<float>(wa * a.z + wb * b.z + wc * c.z));
+      });
     }
   }
   /// 1 where light arrives, 0 in shadow, in between next to an edge of the shadow.
@@ -88,8 +84,7 @@ class LightMap {
     const auto lit = [&](std::size_t a, std::size_t b) {
       return static_cast<double>(depth_[b * at(n_) + a]) > q.z + bias ? 0.0 : 1.0;
     };
-    return (1 - v) * ((1 - u) * lit(i, j) + u * lit(i + 1, j)) +
-           v * ((1 - u) * lit(i, j + 1) + u * lit(i + 1, j + 1));
+    return (1 - v) * ((1 - u) * lit(i, j) + u * lit(i + 1, j)) + v * ((1 - u) * lit(i, j + 1) + u * lit(i + 1, j + 1));
   }
   [[nodiscard]] Vec3 direction() const { return w_; }
 
@@ -147,8 +142,8 @@ Camera fitted_camera(std::span<const Vec3> positions, const PictureOptions& opti
     for (Vec3 p : positions) {
       const Vec3 d = p - center;
       const double z = dot(d, camera.back);
-      distance = std::max(
-          {distance, z + std::abs(dot(d, camera.right)) / tan_x, z + std::abs(dot(d, camera.up)) / tan_y});
+      distance =
+          std::max({distance, z + std::abs(dot(d, camera.right)) / tan_x, z + std::abs(dot(d, camera.up)) / tan_y});
     }
     double low_x = 0, high_x = 0, low_y = 0, high_y = 0;
     for (Vec3 p : positions) {
@@ -158,8 +153,7 @@ Camera fitted_camera(std::span<const Vec3> positions, const PictureOptions& opti
       low_x = std::min(low_x, x), high_x = std::max(high_x, x), low_y = std::min(low_y, y),
       high_y = std::max(high_y, y);
     }
-    center +=
-        (0.5 * (low_x + high_x) * distance) * camera.right + (0.5 * (low_y + high_y) * distance) * camera.up;
+    center += (0.5 * (low_x + high_x) * distance) * camera.right + (0.5 * (low_y + high_y) * distance) * camera.up;
   }
   camera.eye = center + (distance * kMargin / options.zoom) * camera.back;
   return camera;
@@ -226,10 +220,8 @@ struct Cast {
   std::vector<std::uint8_t> kind;  ///< 0 skin, 1 cut surface, kThing + what a thing is made of
 
   Cast(const PictureBody& body, std::span<const PictureThing> things)
-      : positions(body.positions.begin(), body.positions.end()),
-        rest(body.rest.begin(), body.rest.end()),
-        framed(positions),
-        triangles(body.triangles.begin(), body.triangles.end()),
+      : positions(body.positions.begin(), body.positions.end()), rest(body.rest.begin(), body.rest.end()),
+        framed(positions), triangles(body.triangles.begin(), body.triangles.end()),
         kind(body.wall.begin(), body.wall.end()) {
     kind.resize(triangles.size());
     for (const PictureThing& thing : things) {
@@ -259,13 +251,8 @@ class Stage {
  public:
   Stage(const PictureBody& body, std::span<const PictureLine> lines, const PictureOptions& options,
         std::span<const PictureThing> things)
-      : cast_(body, things),
-        body_(cast_.body(body.look)),
-        lines_(lines),
-        options_(options),
-        texture_(body),
-        width_(options.width * kSamples),
-        height_(options.height * kSamples) {
+      : cast_(body, things), body_(cast_.body(body.look)), lines_(lines), options_(options), texture_(body),
+        width_(options.width * kSamples), height_(options.height * kSamples) {
     for (Vec3 p : cast_.framed) box_.add(p);
     for (Vec3 p : body.rest) rest_box_.add(p);
     size_ = std::max(1e-12, std::max({rest_box_.size().x, rest_box_.size().y, rest_box_.size().z}));
@@ -283,8 +270,7 @@ class Stage {
     std::vector<Vec3> colors(at(options_.width) * at(options_.height));
     parallel_for(at(options_.height), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
-        for (int x = 0; x < options_.width; ++x)
-          colors[y * at(options_.width) + at(x)] = pixel(x, static_cast<int>(y));
+        for (int x = 0; x < options_.width; ++x) colors[y * at(options_.width) + at(x)] = pixel(x, static_cast<int>(y));
       }
     });
     draw_lines(colors);
@@ -298,8 +284,8 @@ class Stage {
   void set_lights() {
     const Vec3 key = normalized(-0.62 * camera_.right + 0.30 * camera_.back + Vec3{0, 0, 1.0});
     rim_ = normalized(0.75 * camera_.right - 1.0 * camera_.back + Vec3{0, 0, 0.9});
-    window_ = normalized(Vec3{-camera_.back.x, -camera_.back.y, camera_.back.z} - 0.45 * camera_.right +
-                         Vec3{0, 0, 0.12});
+    window_ =
+        normalized(Vec3{-camera_.back.x, -camera_.back.y, camera_.back.z} - 0.45 * camera_.right + Vec3{0, 0, 0.12});
     const auto [u, v] = perpendicular(key);
     key_ = key;
     if (box_.empty()) return;
@@ -372,8 +358,8 @@ class Stage {
         const Triangle& tri = body_.triangles[t];
         const Vec3 a = screen_[at(tri[0])], b = screen_[at(tri[1])], c = screen_[at(tri[2])];
         if (!(a.z > 0 && b.z > 0 && c.z > 0)) continue;
-        fill_triangle({a.x, a.y}, {b.x, b.y}, {c.x, c.y}, width_, static_cast<int>(begin),
-                      static_cast<int>(end), [&](int x, int y, double wa, double wb, double wc) {
+        fill_triangle({a.x, a.y}, {b.x, b.y}, {c.x, c.y}, width_, static_cast<int>(begin), static_cast<int>(end),
+                      [&](int x, int y, double wa, double wb, double wc) {
                         const std::size_t i = at(y) * at(width_) + at(x);
                         const auto z = static_cast<float>(wa / a.z + wb / b.z + wc / c.z);
                         if (z <= inverse_z_[i]) return;
@@ -398,9 +384,7 @@ class Stage {
 
   [[nodiscard]] Vec3 lit(const Surface& s, Vec3 n, Vec3 view, double key, double sky) const {
     constexpr Vec3 kKeyColor{2.55, 2.42, 2.25}, kRimColor{0.85, 0.92, 1.05};
-    const auto wrapped = [&](Vec3 l) {
-      return std::max(0.0, (dot(n, l) + s.wrap) / ((1 + s.wrap) * (1 + s.wrap)));
-    };
+    const auto wrapped = [&](Vec3 l) { return std::max(0.0, (dot(n, l) + s.wrap) / ((1 + s.wrap) * (1 + s.wrap))); };
     const Vec3 skylight = sky * (Vec3{0.20, 0.205, 0.215} + (0.5 + 0.5 * n.z) * Vec3{0.36, 0.375, 0.40});
     Vec3 diffuse = (key * wrapped(key_)) * kKeyColor + skylight + (0.35 * sky * wrapped(rim_)) * kRimColor;
     Vec3 out{s.color.x * diffuse.x, s.color.y * diffuse.y, s.color.z * diffuse.z};
@@ -470,17 +454,14 @@ class Stage {
   }
 
   [[nodiscard]] double ground_sky(Vec3 p) const {
-    const double x =
-        std::clamp((p.x - grid_low_.x) / grid_size_ * kGroundGrid - 0.5, 0.0, kGroundGrid - 1.001);
-    const double y =
-        std::clamp((p.y - grid_low_.y) / grid_size_ * kGroundGrid - 0.5, 0.0, kGroundGrid - 1.001);
+    const double x = std::clamp((p.x - grid_low_.x) / grid_size_ * kGroundGrid - 0.5, 0.0, kGroundGrid - 1.001);
+    const double y = std::clamp((p.y - grid_low_.y) / grid_size_ * kGroundGrid - 0.5, 0.0, kGroundGrid - 1.001);
     const auto i = static_cast<std::size_t>(x), j = static_cast<std::size_t>(y);
     const double u = x - std::floor(x), v = y - std::floor(y);
     const auto g = [&](std::size_t a, std::size_t b) {
       return static_cast<double>(ground_sky_[b * at(kGroundGrid) + a]);
     };
-    return (1 - v) * ((1 - u) * g(i, j) + u * g(i + 1, j)) +
-           v * ((1 - u) * g(i, j + 1) + u * g(i + 1, j + 1));
+    return (1 - v) * ((1 - u) * g(i, j) + u * g(i + 1, j)) + v * ((1 - u) * g(i, j + 1) + u * g(i + 1, j + 1));
   }
 
   [[nodiscard]] Vec3 ground_color(double x, double y) const {
@@ -496,8 +477,7 @@ class Stage {
     const Surface surface = ground_surface(body_.look, q, size_);
     const double key = key_light(p, 1e-3 * size_);
     Vec3 color = lit(surface, {0, 0, 1}, -d, key, ground_sky(p));
-    const double fade =
-        body_.look == Look::kMeat ? 0 : smooth_step(1.2 * size_, 4.0 * size_, std::hypot(q.x, q.y));
+    const double fade = body_.look == Look::kMeat ? 0 : smooth_step(1.2 * size_, 4.0 * size_, std::hypot(q.x, q.y));
     color = color + fade * (background - color);
     return background + on * (color - background);
   }
@@ -525,8 +505,7 @@ class Stage {
         ++n;
       }
       middle = (1.0 / n) * middle;
-      const Vec3 color =
-          ids[i] >= 0 ? body_color(ids[i], middle.x, middle.y) : ground_color(middle.x, middle.y);
+      const Vec3 color = ids[i] >= 0 ? body_color(ids[i], middle.x, middle.y) : ground_color(middle.x, middle.y);
       sum += static_cast<double>(n) * Vec3{film(color.x), film(color.y), film(color.z)};
     }
     const double dx = 2.0 * px / options_.width - 1, dy = 2.0 * py / options_.height - 1;
@@ -550,8 +529,7 @@ class Stage {
         for (int x = x0; x <= x1; ++x) {
           const Vec2 c{x + 0.5, y + 0.5};
           const double t = std::clamp(dot(c - p, e) / length2, 0.0, 1.0);
-          const double cover =
-              std::clamp(reach - norm(c - (p + t * e)), 0.0, 1.0) * static_cast<double>(line.opacity);
+          const double cover = std::clamp(reach - norm(c - (p + t * e)), 0.0, 1.0) * static_cast<double>(line.opacity);
           if (cover <= 0) continue;
           const double inverse = (1 - t) / a.z + t / b.z;
           const std::size_t sample = at(y * kSamples) * at(width_) + at(x * kSamples);
@@ -613,8 +591,7 @@ std::vector<PictureLine> hexahedron_edges(std::span<const Vec3> positions,
   std::vector<PictureLine> out;
   out.reserve(12 * hexahedra.size());
   for (std::size_t h = 0; h < hexahedra.size(); ++h) {
-    const double hue =
-        std::fmod(0.61803398875 * static_cast<double>(h), 1.0) * 6;  // golden ratio: neighbours differ
+    const double hue = std::fmod(0.61803398875 * static_cast<double>(h), 1.0) * 6;  // golden ratio: neighbours differ
     const auto channel = [&](double shift) {
       return static_cast<float>(std::clamp(std::abs(std::fmod(hue + shift, 6.0) - 3) - 1, 0.05, 0.9));
     };

@@ -9,9 +9,7 @@
 namespace kerf::app {
 namespace {
 
-Vec3 mix(Vec3 a, Vec3 b, double t) {
-  return a + t * (b - a);
-}
+Vec3 mix(Vec3 a, Vec3 b, double t) { return a + t * (b - a); }
 
 constexpr int kGrid = 384;  // cells of the distance field along the longest extent
 
@@ -44,10 +42,8 @@ BodyTexture::BodyTexture(const PictureBody& body) : look_(body.look) {
     for (int y = y0; y <= y1; ++y) {
       for (int x = x0; x <= x1; ++x) {
         const Vec2 p{static_cast<double>(x), static_cast<double>(y)};
-        const double u = cross(b - a, p - a) * area, v = cross(c - b, p - b) * area,
-                     w = cross(a - c, p - c) * area;
-        if (u >= 0 && v >= 0 && w >= 0)
-          distance_[static_cast<std::size_t>(y) * n + static_cast<std::size_t>(x)] = 1e6f;
+        const double u = cross(b - a, p - a) * area, v = cross(c - b, p - b) * area, w = cross(a - c, p - c) * area;
+        if (u >= 0 && v >= 0 && w >= 0) distance_[static_cast<std::size_t>(y) * n + static_cast<std::size_t>(x)] = 1e6f;
       }
     }
   }
@@ -55,8 +51,7 @@ BodyTexture::BodyTexture(const PictureBody& body) : look_(body.look) {
   const auto relax = [&](int x, int y, int dx, int dy, float step) {
     if (x + dx < 0 || y + dy < 0 || x + dx >= kGrid || y + dy >= kGrid) return;
     float& d = distance_[static_cast<std::size_t>(y) * n + static_cast<std::size_t>(x)];
-    d = std::min(d,
-                 distance_[static_cast<std::size_t>(y + dy) * n + static_cast<std::size_t>(x + dx)] + step);
+    d = std::min(d, distance_[static_cast<std::size_t>(y + dy) * n + static_cast<std::size_t>(x + dx)] + step);
   };
   for (int y = 0; y < kGrid; ++y) {
     for (int x = 0; x < kGrid; ++x) {
@@ -99,15 +94,13 @@ double BodyTexture::distance_to_outline(Vec3 q) const {
   const auto at = [&](std::size_t a, std::size_t b) {
     return static_cast<double>(distance_[b * static_cast<std::size_t>(kGrid) + a]);
   };
-  return (1 - v) * ((1 - u) * at(i, j) + u * at(i + 1, j)) +
-         v * ((1 - u) * at(i, j + 1) + u * at(i + 1, j + 1));
+  return (1 - v) * ((1 - u) * at(i, j) + u * at(i + 1, j)) + v * ((1 - u) * at(i, j + 1) + u * at(i + 1, j + 1));
 }
 
 Surface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
   const Vec3 s = (1 / size_) * q;  // 20 units across the body
   // Muscle: bundles of fibres, darker between them.
-  const Vec3 bent =
-      s + 0.6 * Vec3{noise(0.35 * s), noise(0.35 * s + Vec3{31, 7, 3}), noise(0.35 * s + Vec3{5, 77, 9})};
+  const Vec3 bent = s + 0.6 * Vec3{noise(0.35 * s), noise(0.35 * s + Vec3{31, 7, 3}), noise(0.35 * s + Vec3{5, 77, 9})};
   const double fibre = fractal_noise({2.2 * bent.x, 2.2 * bent.y, 1.1 * bent.z}, 3);
   const double fine = noise({26 * s.x, 22 * s.y, 18 * s.z});
   const double tone = noise(0.22 * s + Vec3{3, 3, 3});
@@ -119,8 +112,7 @@ Surface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
   // in others.
   const Vec3 warped =
       s +
-      0.9 * Vec3{noise(0.8 * s + Vec3{11, 0, 0}), noise(0.8 * s + Vec3{0, 23, 0}),
-                 noise(0.8 * s + Vec3{0, 0, 37})} +
+      0.9 * Vec3{noise(0.8 * s + Vec3{11, 0, 0}), noise(0.8 * s + Vec3{0, 23, 0}), noise(0.8 * s + Vec3{0, 0, 37})} +
       0.25 * Vec3{noise(2.9 * s), noise(2.9 * s + Vec3{9, 9, 9}), noise(2.9 * s + Vec3{4, 8, 2})};
   const double much = smooth_step(-0.45, 0.45, noise(0.5 * s + Vec3{50, 20, 10}));
   const double breaks = noise(1.3 * s + Vec3{70, 1, 2});
@@ -128,11 +120,10 @@ Surface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
   const double vein2 = std::abs(noise(1.7 * warped + Vec3{60, 4, 1}));
   const double vein3 = std::abs(noise(3.6 * warped + Vec3{6, 34, 15}));
   double fat = smooth_step(0.085, 0.035, vein1 + 0.07 * (1 - much) + 0.09 * smooth_step(-0.2, 0.5, breaks));
-  fat = std::max(fat, 0.95 * smooth_step(0.10, 0.04,
-                                         vein2 + 0.10 * (1 - much) + 0.10 * smooth_step(-0.5, 0.3, -breaks)));
+  fat =
+      std::max(fat, 0.95 * smooth_step(0.10, 0.04, vein2 + 0.10 * (1 - much) + 0.10 * smooth_step(-0.5, 0.3, -breaks)));
   fat = std::max(
-      fat, 0.75 * smooth_step(0.12, 0.04,
-                              vein3 + 0.16 * (1 - much) + 0.08 * smooth_step(-0.5, 0.3, noise(2.1 * s))));
+      fat, 0.75 * smooth_step(0.12, 0.04, vein3 + 0.16 * (1 - much) + 0.08 * smooth_step(-0.5, 0.3, noise(2.1 * s))));
   const double island = noise(0.9 * warped + Vec3{90, 14, 55});
   fat = std::max(fat, smooth_step(0.80, 0.86, island + 0.10 * fibre));
 
@@ -140,14 +131,13 @@ Surface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
   // elsewhere.
   const double length = 20 * size_;
   const double ring = std::hypot(q.x + 0.16 * length, q.y + 0.07 * length) - 0.31 * length;
-  const double open =
-      smooth_step(0.0, 0.10 * length, q.x + 0.6 * q.y - 0.02 * length + 0.02 * length * noise(0.5 * s));
+  const double open = smooth_step(0.0, 0.10 * length, q.x + 0.6 * q.y - 0.02 * length + 0.02 * length * noise(0.5 * s));
   const double seam = std::abs(ring + 0.012 * length * noise(0.7 * s + Vec3{8, 8, 1})) / (0.012 * length);
   fat = std::max(fat, open * smooth_step(1.15, 0.65, seam + 0.35 * fine * 0.3 + 0.3 * fibre));
   const double inside = distance_to_outline(q);
   const double towards = q.y / (10 * size_) * 0.9 - q.x / (10 * size_) * 0.45;
-  const double cap = length * (0.009 + 0.050 * smooth_step(0.1, 0.75, towards)) *
-                     (1 + 0.25 * noise(0.6 * s + Vec3{1, 2, 3}));
+  const double cap =
+      length * (0.009 + 0.050 * smooth_step(0.1, 0.75, towards)) * (1 + 0.25 * noise(0.6 * s + Vec3{1, 2, 3}));
   const double rind = smooth_step(1.08, 0.92, inside / cap + 0.05 * fine);
   fat = std::max(fat, rind);
   const Vec3 fat_color = mix({0.70, 0.53, 0.38}, {0.86, 0.73, 0.58}, 0.5 + 0.5 * fractal_noise(1.7 * s, 2));
@@ -167,8 +157,7 @@ Surface BodyTexture::at(Vec3 rest, bool wall) const {
   const Vec3 s = (1 / size_) * q;
   Surface out;
   switch (look_) {
-    case Look::kMeat:
-      return meat(q, rest, wall);
+    case Look::kMeat: return meat(q, rest, wall);
     case Look::kCartilage: {
       const double fibre = fractal_noise({0.9 * s.x, 0.9 * s.y, 5 * s.z}, 3);
       out.color = wall ? mix({0.55, 0.28, 0.22}, {0.72, 0.46, 0.38}, 0.5 + 0.7 * fibre)
@@ -195,8 +184,7 @@ Surface BodyTexture::at(Vec3 rest, bool wall) const {
 double ground_outside(Look look, Vec2 p, double size) {
   if (look != Look::kMeat) return -1;
   const double half_x = 1.02 * size, half_y = 0.74 * size, round = 0.10 * size;
-  const double x = std::max(0.0, std::abs(p.x) - half_x + round),
-               y = std::max(0.0, std::abs(p.y) - half_y + round);
+  const double x = std::max(0.0, std::abs(p.x) - half_x + round), y = std::max(0.0, std::abs(p.y) - half_y + round);
   return std::hypot(x, y) - round;
 }
 

@@ -21,8 +21,7 @@ inline double lattice_value(std::int64_t x, std::int64_t y, std::int64_t z) {
 /// Value noise in about [-1, 1], features of size 1.
 inline double noise(Vec3 p) {
   const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
-  const auto x = static_cast<std::int64_t>(fx), y = static_cast<std::int64_t>(fy),
-             z = static_cast<std::int64_t>(fz);
+  const auto x = static_cast<std::int64_t>(fx), y = static_cast<std::int64_t>(fy), z = static_cast<std::int64_t>(fz);
   const auto fade = [](double t) { return t * t * t * (t * (6 * t - 15) + 10); };
   const double u = fade(p.x - fx), v = fade(p.y - fy), w = fade(p.z - fz);
   const auto mix = [](double a, double b, double t) { return a + t * (b - a); };

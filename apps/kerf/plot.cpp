@@ -17,16 +17,11 @@ constexpr std::string_view kPalette[] = {"#0072b2", "#d55e00", "#009e73",
 std::string escaped(std::string_view text) {
   std::string out;
   for (char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
+    if (c == '&') out += "&amp;";
+    else if (c == '<') out += "&lt;";
+    else if (c == '>') out += "&gt;";
+    else if (c == '"') out += "&quot;";
+    else out += c;
   }
   return out;
 }
@@ -43,8 +38,7 @@ struct Axis {
   [[nodiscard]] double at(double x) const { return start + (scaled(x) - low) / (high - low) * (end - start); }
 
   void fit(std::vector<double> values, bool from_zero) {
-    values.erase(std::remove_if(values.begin(), values.end(), [&](double x) { return !shows(x); }),
-                 values.end());
+    values.erase(std::remove_if(values.begin(), values.end(), [&](double x) { return !shows(x); }), values.end());
     if (!values.empty()) {
       low = high = scaled(values.front());
       for (double x : values) low = std::min(low, scaled(x)), high = std::max(high, scaled(x));
@@ -62,8 +56,7 @@ struct Axis {
       return;
     }
     // A step of 1, 2 or 5 times a power of ten that gives four to eight ticks.
-    const double raw = (high - low) / 6, power = std::pow(10, std::floor(std::log10(raw))),
-                 part = raw / power;
+    const double raw = (high - low) / 6, power = std::pow(10, std::floor(std::log10(raw))), part = raw / power;
     const double step = power * (part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10);
     low = step * std::floor(low / step + 1e-9);
     high = step * std::ceil(high / step - 1e-9);
@@ -109,11 +102,11 @@ std::string plot_svg(const Plot& plot) {
         "text-anchor=\"end\" fill=\"#444\">{5}</text>\n",
         x.start, y.at(t), x.end, x.start - 8, y.at(t) + 4, tick_text(t));
   }
-  out += fmt::format("<path d=\"M{:.1f} {:.1f}V{:.1f}H{:.1f}\" fill=\"none\" stroke=\"#444\"/>\n", x.start,
-                     y.end, y.start, x.end);
+  out += fmt::format("<path d=\"M{:.1f} {:.1f}V{:.1f}H{:.1f}\" fill=\"none\" stroke=\"#444\"/>\n", x.start, y.end,
+                     y.start, x.end);
   if (!plot.title.empty()) {
-    out += fmt::format("<text x=\"{}\" y=\"24\" font-size=\"16\" fill=\"#111\">{}</text>\n", x.start,
-                       escaped(plot.title));
+    out +=
+        fmt::format("<text x=\"{}\" y=\"24\" font-size=\"16\" fill=\"#111\">{}</text>\n", x.start, escaped(plot.title));
   }
   out += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"#222\">{}</text>\n",
                      0.5 * (x.start + x.end), plot.height - 14, escaped(plot.x_label));
@@ -123,8 +116,7 @@ std::string plot_svg(const Plot& plot) {
 
   for (std::size_t i = 0; i < plot.lines.size(); ++i) {
     const PlotLine& line = plot.lines[i];
-    const std::string color =
-        line.color.empty() ? std::string(kPalette[i % std::size(kPalette)]) : escaped(line.color);
+    const std::string color = line.color.empty() ? std::string(kPalette[i % std::size(kPalette)]) : escaped(line.color);
     std::string path;
     bool pen = false;
     for (Vec2 p : line.points) {
@@ -137,13 +129,12 @@ std::string plot_svg(const Plot& plot) {
     }
     if (!path.empty())
       out += fmt::format(
-          "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\" stroke-linejoin=\"round\"/>\n",
-          path, color);
+          "<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\" stroke-linejoin=\"round\"/>\n", path, color);
     if (line.markers) {
       for (Vec2 p : line.points) {
         if (x.shows(p.x) && y.shows(p.y))
-          out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", x.at(p.x),
-                             y.at(p.y), color);
+          out +=
+              fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", x.at(p.x), y.at(p.y), color);
       }
     }
     if (!line.name.empty()) {

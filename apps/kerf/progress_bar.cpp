@@ -23,17 +23,14 @@ int terminal_width() {
 
 std::string time_text(double seconds) {
   if (seconds < 60) return fmt::format("{:.0f} s", seconds);
-  return fmt::format("{:.0f} min {:02.0f} s", seconds / 60 - 0.5,
-                     seconds - 60 * static_cast<int>(seconds / 60));
+  return fmt::format("{:.0f} min {:02.0f} s", seconds / 60 - 0.5, seconds - 60 * static_cast<int>(seconds / 60));
 }
 
 }  // namespace
 
 ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1) {}
 
-ProgressBar::~ProgressBar() {
-  clear();
-}
+ProgressBar::~ProgressBar() { clear(); }
 
 Progress ProgressBar::callback() {
   return [this](std::string_view stage, double fraction) { update(stage, fraction); };

@@ -21,7 +21,9 @@ std::string what_else(const fs::path& path) {
   if (!is_there(path)) return {};
   const fs::file_status status = fs::status(path, code);
   if (code == std::errc::too_many_symbolic_link_levels) return "is a symbolic link that leads round in a circle";
-  if (!fs::exists(status)) return fs::is_symlink(fs::symlink_status(path, code)) ? "is a symbolic link that leads nowhere" : "can't be looked at";
+  if (!fs::exists(status))
+    return fs::is_symlink(fs::symlink_status(path, code)) ? "is a symbolic link that leads nowhere"
+                                                          : "can't be looked at";
   return fs::is_directory(status) ? "is a folder" : "is not a regular file";
 }
 
@@ -56,12 +58,13 @@ Result<fs::path> find_scene(const std::string& name) {
   }
   for (const fs::path& candidate : {candidates[0], candidates[1]})
     if (const std::string what = what_else(candidate); !what.empty())
-      return bad_input(fmt::format("{}: {}, not a scene file; name a scene (kerf info --scenes lists those that are shipped)", candidate.string(), what));
+      return bad_input(
+          fmt::format("{}: {}, not a scene file; name a scene (kerf info --scenes lists those that are shipped)",
+                      candidate.string(), what));
   std::string message = fmt::format("there is no scene \"{}\"", name);
   const std::vector<std::string> shipped = shipped_scenes();
   const std::vector<std::string_view> known(shipped.begin(), shipped.end());
-  if (const std::string_view closest = closest_word(fs::path(name).stem().string(), known);
-      !closest.empty()) {
+  if (const std::string_view closest = closest_word(fs::path(name).stem().string(), known); !closest.empty()) {
     message += fmt::format("; did you mean \"{}\"?", closest);
   } else if (!shipped.empty()) {
     message += fmt::format("; shipped scenes are {}", fmt::join(shipped, ", "));

@@ -36,7 +36,8 @@ PictureThing thing_of(const std::vector<ShapePart>& parts, const RigidPlace& pla
 }
 
 /// Obstacles and tools as they stand. A level plane becomes the ground.
-Result<std::vector<PictureThing>> things_of(const Session& session, Look look, const Box3& box, PictureOptions& options) {
+Result<std::vector<PictureThing>> things_of(const Session& session, Look look, const Box3& box,
+                                            PictureOptions& options) {
   const Scene& scene = session.scene();
   std::vector<std::string> notes;
   auto shapes = load_scene_shapes(scene, notes);

@@ -4,6 +4,7 @@
 
 #include <utility>  // before Beast 1.74
 
+#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -11,7 +12,6 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
-#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <csignal>
@@ -49,7 +49,8 @@ constexpr std::chrono::milliseconds kLeastTick{4};
 /// At most so often memory is given back to the system: that takes some milliseconds of a large heap. At half, a page that is loaded again and
 /// again costs twice as many of them; at twice, the memory of pages that have gone stays a second longer.
 constexpr std::chrono::seconds kMemoryEvery{1};
-constexpr std::size_t kMostConnections = 64;  ///< requests; pages, which have a limit of their own, are no requests any more
+constexpr std::size_t kMostConnections =
+    64;  ///< requests; pages, which have a limit of their own, are no requests any more
 constexpr std::size_t kMostPages = 64;
 constexpr std::size_t kMostRequestHeader = 16 << 10;
 
@@ -83,17 +84,24 @@ std::string_view query_value(std::string_view target, std::string_view key) {
   while (!rest.empty()) {
     const std::size_t end = std::min(rest.find('&'), rest.size());
     const std::string_view item = rest.substr(0, end);
-    if (item.size() > key.size() && item.substr(0, key.size()) == key && item[key.size()] == '=') return item.substr(key.size() + 1);
+    if (item.size() > key.size() && item.substr(0, key.size()) == key && item[key.size()] == '=')
+      return item.substr(key.size() + 1);
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
   return {};
 }
 
 std::string media_type(const std::string& path) {
-  static const std::pair<const char*, const char*> kTypes[] = {
-      {".html", "text/html; charset=utf-8"}, {".js", "text/javascript; charset=utf-8"}, {".css", "text/css; charset=utf-8"},
-      {".svg", "image/svg+xml"}, {".json", "application/json"}, {".png", "image/png"}, {".wasm", "application/wasm"},
-      {".woff2", "font/woff2"}, {".ico", "image/x-icon"}, {".txt", "text/plain; charset=utf-8"}};
+  static const std::pair<const char*, const char*> kTypes[] = {{".html", "text/html; charset=utf-8"},
+                                                               {".js", "text/javascript; charset=utf-8"},
+                                                               {".css", "text/css; charset=utf-8"},
+                                                               {".svg", "image/svg+xml"},
+                                                               {".json", "application/json"},
+                                                               {".png", "image/png"},
+                                                               {".wasm", "application/wasm"},
+                                                               {".woff2", "font/woff2"},
+                                                               {".ico", "image/x-icon"},
+                                                               {".txt", "text/plain; charset=utf-8"}};
   for (const auto& [ending, type] : kTypes)
     if (path.size() > std::string_view(ending).size() && path.ends_with(ending)) return type;
   return "application/octet-stream";
@@ -105,7 +113,8 @@ Result<PageFiles> read_page(const std::string& folder) {
   namespace fs = std::filesystem;
   PageFiles files;
   std::error_code code;
-  for (auto it = fs::recursive_directory_iterator(folder, code); !code && it != fs::recursive_directory_iterator(); it.increment(code)) {
+  for (auto it = fs::recursive_directory_iterator(folder, code); !code && it != fs::recursive_directory_iterator();
+       it.increment(code)) {
     if (!it->is_regular_file(code)) continue;
     auto bytes = read_whole_file(it->path().string());
     if (!bytes) continue;
@@ -114,9 +123,10 @@ Result<PageFiles> read_page(const std::string& folder) {
   }
   const auto index = files.find("/index.html");
   if (index == files.end())
-    return bad_input(fmt::format("there is no page in {}: build it with `npm ci && npm run build` in apps/viewer, and give its "
-                                 "folder dist",
-                                 folder));
+    return bad_input(
+        fmt::format("there is no page in {}: build it with `npm ci && npm run build` in apps/viewer, and give its "
+                    "folder dist",
+                    folder));
   files["/"] = index->second;
   return files;
 }
@@ -129,7 +139,8 @@ namespace {
 /// process at once: a step may be under way that takes long. No file is half written then, each gets its name when it is complete.
 class SignalWatch {
  public:
-  SignalWatch(asio::io_context& server, std::function<void()> end) : server_(server), end_(std::move(end)), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
+  SignalWatch(asio::io_context& server, std::function<void()> end)
+      : server_(server), end_(std::move(end)), signals_(io_, SIGINT, SIGTERM), timer_(io_) {
     error_code ignored;
     signals_.add(SIGHUP, ignored);  // the terminal was closed
     wait();
@@ -152,7 +163,9 @@ class SignalWatch {
       told_ = true;
       asio::post(server_, end_);
       timer_.expires_after(kPatience);
-      timer_.async_wait([](error_code off) { if (!off) end_process(); });
+      timer_.async_wait([](error_code off) {
+        if (!off) end_process();
+      });
       wait();
     });
   }
@@ -219,7 +232,8 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     timeout.idle_timeout = std::chrono::seconds(60);
     timeout.keep_alive_pings = true;
     socket_.set_option(timeout);
-    socket_.set_option(websocket::stream_base::decorator([](websocket::response_type& r) { r.set(http::field::server, "kerf"); }));
+    socket_.set_option(
+        websocket::stream_base::decorator([](websocket::response_type& r) { r.set(http::field::server, "kerf"); }));
     socket_.read_message_max(protocol::kMaxUploadBytes);
     socket_.auto_fragment(false);
     socket_.binary(true);
@@ -235,13 +249,14 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     message_ = server_.engine.next(client_);
     if (!message_) return;
     writing_ = true;
-    socket_.async_write(asio::buffer(message_->data(), message_->size()), [self = shared_from_this()](error_code error, std::size_t) {
-      self->writing_ = false;
-      self->message_.reset();
-      if (error) return self->gone();
-      self->write();
-      self->read_on();
-    });
+    socket_.async_write(asio::buffer(message_->data(), message_->size()),
+                        [self = shared_from_this()](error_code error, std::size_t) {
+                          self->writing_ = false;
+                          self->message_.reset();
+                          if (error) return self->gone();
+                          self->write();
+                          self->read_on();
+                        });
   }
   /// Reads, unless what the page has been answered is to be read first.
   void read_on() {
@@ -255,8 +270,9 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     open_ = false;
     server_.engine.disconnect(client_);
     if (!writing_) {
-      socket_.async_close(websocket::close_reason(websocket::close_code::policy_error, "too many bad messages, or too slow"),
-                          [self = shared_from_this()](error_code) { self->gone(); });
+      socket_.async_close(
+          websocket::close_reason(websocket::close_code::policy_error, "too many bad messages, or too slow"),
+          [self = shared_from_this()](error_code) { self->gone(); });
     } else {
       gone();
     }
@@ -317,7 +333,8 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
 /// One HTTP connection, until it ends or becomes a page's socket.
 class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
  public:
-  Request(Impl& server, tcp::socket socket) : server_(server), number_(server.next_request++), stream_(std::move(socket)) {
+  Request(Impl& server, tcp::socket socket)
+      : server_(server), number_(server.next_request++), stream_(std::move(socket)) {
     server_.requests[number_] = this;
   }
   ~Request() { server_.requests.erase(number_); }
@@ -338,7 +355,8 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     parser_->header_limit(kMostRequestHeader);
     silent_ = true;
     stream_.expires_after(kHttpTimeout);
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
   }
 
  private:
@@ -351,12 +369,15 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     if (!server_.host_allowed(view(request[http::field::host])))
       return refuse(request, http::status::forbidden, "This address is not one that kerf view listens to.");
     if (path == "/engine") {
-      if (!websocket::is_upgrade(request)) return refuse(request, http::status::upgrade_required, "This is a WebSocket.");
+      if (!websocket::is_upgrade(request))
+        return refuse(request, http::status::upgrade_required, "This is a WebSocket.");
       if (!server_.origin_allowed(view(request[http::field::origin])))
         return refuse(request, http::status::forbidden, "Pages from elsewhere may not connect.");
       if (!server_.options.token.empty() && !same_token(query_value(target, "token"), server_.options.token))
-        return refuse(request, http::status::forbidden, "The token is missing or wrong: use the address that kerf view printed.");
-      if (server_.pages.size() >= kMostPages) return refuse(request, http::status::service_unavailable, "Too many pages watch this session.");
+        return refuse(request, http::status::forbidden,
+                      "The token is missing or wrong: use the address that kerf view printed.");
+      if (server_.pages.size() >= kMostPages)
+        return refuse(request, http::status::service_unavailable, "Too many pages watch this session.");
       stream_.expires_never();  // the socket has a time limit of its own
       return std::make_shared<Page>(server_, stream_.release_socket())->start(std::move(request));
     }
@@ -376,7 +397,8 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     send(request, response);
   }
   using Response = http::response<http::string_body>;
-  std::shared_ptr<Response> make(const http::request<http::empty_body>& request, http::status status, const std::string& type) {
+  std::shared_ptr<Response> make(const http::request<http::empty_body>& request, http::status status,
+                                 const std::string& type) {
     auto response = std::make_shared<Response>(status, request.version());
     response->set(http::field::server, "kerf");
     response->set(http::field::content_type, type);
@@ -400,9 +422,10 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     auto& sent = *response;
     if (request.method() == http::verb::head) {
       auto serializer = std::make_shared<http::response_serializer<http::string_body>>(sent);
-      http::async_write_header(stream_, *serializer, [self = shared_from_this(), response, serializer](error_code error, std::size_t) {
-        self->sent(error, response->keep_alive());
-      });
+      http::async_write_header(stream_, *serializer,
+                               [self = shared_from_this(), response, serializer](error_code error, std::size_t) {
+                                 self->sent(error, response->keep_alive());
+                               });
       return;
     }
     http::async_write(stream_, sent, [self = shared_from_this(), response](error_code error, std::size_t) {
@@ -432,7 +455,8 @@ Status ViewServer::Impl::open() {
   error_code error;
   const auto address = asio::ip::make_address(options.address, error);
   if (error)
-    return bad_input(fmt::format("\"{}\" is not an address; give one of this machine's, such as 0.0.0.0 for all of them", options.address));
+    return bad_input(fmt::format(
+        "\"{}\" is not an address; give one of this machine's, such as 0.0.0.0 for all of them", options.address));
   const int last = options.port == 0 ? 0 : options.tries;
   for (int i = 0; i <= last; ++i) {
     const int wanted = options.port + i;
@@ -465,7 +489,9 @@ void ViewServer::Impl::accept() {
     if (error && error != asio::error::connection_aborted) {
       // Out of descriptors or memory: do not spin.
       auto pause = std::make_shared<asio::steady_timer>(io, std::chrono::milliseconds(100));
-      pause->async_wait([this, pause](error_code) { if (!stopping) accept(); });
+      pause->async_wait([this, pause](error_code) {
+        if (!stopping) accept();
+      });
       return;
     }
     accept();
@@ -514,7 +540,9 @@ void ViewServer::Impl::tick_soon() {
 
 void ViewServer::Impl::wait_for_tick() {
   timer.expires_at(next_tick);  // calls off the wait under way
-  timer.async_wait([this](error_code error) { if (!error && !stopping) tick(); });
+  timer.async_wait([this](error_code error) {
+    if (!error && !stopping) tick();
+  });
 }
 
 void ViewServer::Impl::flush() {
@@ -560,7 +588,9 @@ bool ViewServer::Impl::host_allowed(std::string_view host) const {
   for (const char* loopback : {"127.0.0.1", "localhost", "[::1]"})
     if (same_letters(name, loopback)) return true;
   if (same_letters(name, options.address)) return true;
-  if (std::any_of(options.hosts.begin(), options.hosts.end(), [&](const std::string& h) { return same_letters(name, h); })) return true;
+  if (std::any_of(options.hosts.begin(), options.hosts.end(),
+                  [&](const std::string& h) { return same_letters(name, h); }))
+    return true;
   // Listening beyond loopback with a token: any literal address is fine (no name, so no rebinding).
   if (options.token.empty() || name.empty()) return false;
   error_code error;

@@ -15,9 +15,9 @@ namespace kerf::app {
 
 /// The page: path ("/", "/assets/x.js") to content.
 struct PageFile {
-  std::string type;      ///< media type
+  std::string type;  ///< media type
   std::string bytes;
-  bool gzip = false;     ///< `bytes` are compressed
+  bool gzip = false;       ///< `bytes` are compressed
   bool immutable = false;  ///< its name changes with its content
 };
 using PageFiles = std::map<std::string, PageFile>;
@@ -29,11 +29,11 @@ PageFiles built_in_page();
 
 struct ServerOptions {
   std::string address = "127.0.0.1";
-  std::uint16_t port = 8080;       ///< 0: any free one
-  int tries = 20;                  ///< ports after `port` that are tried when it is taken
-  std::string token;               ///< not empty: pages must know it (addresses other than loopback)
-  std::vector<std::string> hosts;  ///< names that a page may reach us by, beside loopback ones and `address`
-  std::string dev_origin;          ///< one more origin that may connect (page development)
+  std::uint16_t port = 8080;          ///< 0: any free one
+  int tries = 20;                     ///< ports after `port` that are tried when it is taken
+  std::string token;                  ///< not empty: pages must know it (addresses other than loopback)
+  std::vector<std::string> hosts;     ///< names that a page may reach us by, beside loopback ones and `address`
+  std::string dev_origin;             ///< one more origin that may connect (page development)
   std::function<PageFiles()> reload;  ///< set: files are read again for every request
 };
 

@@ -5,7 +5,9 @@ import { defineConfig } from 'vitest/config';
 const licences = {
   name: 'licences',
   generateBundle(this: { emitFile(file: { type: 'asset'; fileName: string; source: string }): string }): void {
-    const text = ['three', 'uplot'].map((p) => `${p}\n\n${readFileSync(`node_modules/${p}/LICENSE`, 'utf8').trim()}\n`).join('\n---\n\n');
+    const text = ['three', 'uplot']
+      .map((p) => `${p}\n\n${readFileSync(`node_modules/${p}/LICENSE`, 'utf8').trim()}\n`)
+      .join('\n---\n\n');
     this.emitFile({ type: 'asset', fileName: 'licenses.txt', source: text });
   },
 };

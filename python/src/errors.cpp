@@ -10,7 +10,8 @@ namespace {
 void raise(const Error& error) {
   try {
     const nb::object type = nb::module_::import_("kerf._error").attr("Error");
-    const nb::object text = nb::steal(PyUnicode_DecodeUTF8(error.message.data(), static_cast<Py_ssize_t>(error.message.size()), "replace"));
+    const nb::object text =
+        nb::steal(PyUnicode_DecodeUTF8(error.message.data(), static_cast<Py_ssize_t>(error.message.size()), "replace"));
     const nb::object raised = type(text, error.kind == ErrorKind::kBadInput ? "bad input" : "failed");
     PyErr_SetObject(type.ptr(), raised.ptr());
   } catch (nb::python_error& e) {

@@ -46,7 +46,9 @@ nb::object triangles_of(std::vector<VertexId> corners) {
 class LiveSession::Use {
  public:
   explicit Use(LiveSession& live) : live_(live) {
-    if (live.busy_.exchange(true)) throw Failure(failed("this session is in use by another thread; give each thread a session of its own, or a lock"));
+    if (live.busy_.exchange(true))
+      throw Failure(
+          failed("this session is in use by another thread; give each thread a session of its own, or a lock"));
     if (live.session_) return;
     live.busy_ = false;
     throw Failure(bad_input("this session is closed"));
@@ -61,7 +63,8 @@ class LiveSession::Use {
   LiveSession& live_;
 };
 
-LiveSession::LiveSession(const std::string& text, const std::string& name, const std::string& folder, const std::vector<std::string>& meshes)
+LiveSession::LiveSession(const std::string& text, const std::string& name, const std::string& folder,
+                         const std::vector<std::string>& meshes)
     : number_(next_number()) {
   Interrupts interrupts;
   std::optional<Error> error;
@@ -132,8 +135,9 @@ void LiveSession::close() {
   Use session(*this);
   // Closed at once for who asks meanwhile; what a large body holds takes a while to free.
   std::optional<Session> dying = std::exchange(session_, std::nullopt);
-  for (KeptArray* array : {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &uvs_, &collision_positions_, &collision_rest_,
-                           &collision_triangles_, &nodes_, &node_velocities_, &hexahedra_})
+  for (KeptArray* array :
+       {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &uvs_, &collision_positions_,
+        &collision_rest_, &collision_triangles_, &nodes_, &node_velocities_, &hexahedra_})
     array->forget();
   unlocked([&] { dying.reset(); });
 }
@@ -282,11 +286,13 @@ std::string LiveSession::report_json() {
 
 nb::object LiveSession::positions() {
   Use session(*this);
-  return positions_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->visual_positions(); })); });
+  return positions_.get(changes_,
+                        [&] { return rows_of<double, 3>(unlocked([&] { return session->visual_positions(); })); });
 }
 nb::object LiveSession::velocities() {
   Use session(*this);
-  return velocities_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->visual_velocities(); })); });
+  return velocities_.get(changes_,
+                         [&] { return rows_of<double, 3>(unlocked([&] { return session->visual_velocities(); })); });
 }
 nb::object LiveSession::normals() {
   Use session(*this);
@@ -298,13 +304,15 @@ nb::object LiveSession::normals() {
 }
 nb::object LiveSession::rest_positions() {
   Use session(*this);
-  return rest_positions_.get(session->topology_version(),
-                             [&] { return rows_of<double, 3>(unlocked([&] { return session->body().complex.visual.rest.raw(); })); });
+  return rest_positions_.get(session->topology_version(), [&] {
+    return rows_of<double, 3>(unlocked([&] { return session->body().complex.visual.rest.raw(); }));
+  });
 }
 nb::object LiveSession::triangles() {
   Use session(*this);
-  return triangles_.get(session->topology_version(),
-                        [&] { return triangles_of(unlocked([&] { return session->body().complex.visual.origin.raw(); })); });
+  return triangles_.get(session->topology_version(), [&] {
+    return triangles_of(unlocked([&] { return session->body().complex.visual.origin.raw(); }));
+  });
 }
 nb::object LiveSession::uvs() {
   Use session(*this);
@@ -316,17 +324,20 @@ nb::object LiveSession::uvs() {
 }
 nb::object LiveSession::collision_positions() {
   Use session(*this);
-  return collision_positions_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->collision_positions(); })); });
+  return collision_positions_.get(
+      changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->collision_positions(); })); });
 }
 nb::object LiveSession::collision_rest_positions() {
   Use session(*this);
-  return collision_rest_.get(session->topology_version(),
-                             [&] { return rows_of<double, 3>(unlocked([&] { return session->body().complex.collision.rest.raw(); })); });
+  return collision_rest_.get(session->topology_version(), [&] {
+    return rows_of<double, 3>(unlocked([&] { return session->body().complex.collision.rest.raw(); }));
+  });
 }
 nb::object LiveSession::collision_triangles() {
   Use session(*this);
-  return collision_triangles_.get(session->topology_version(),
-                                  [&] { return triangles_of(unlocked([&] { return session->body().complex.collision.origin.raw(); })); });
+  return collision_triangles_.get(session->topology_version(), [&] {
+    return triangles_of(unlocked([&] { return session->body().complex.collision.origin.raw(); }));
+  });
 }
 nb::object LiveSession::nodes() {
   Use session(*this);
@@ -334,7 +345,8 @@ nb::object LiveSession::nodes() {
 }
 nb::object LiveSession::node_velocities() {
   Use session(*this);
-  return node_velocities_.get(changes_, [&] { return rows_of<double, 3>(unlocked([&] { return session->node_velocities(); })); });
+  return node_velocities_.get(changes_,
+                              [&] { return rows_of<double, 3>(unlocked([&] { return session->node_velocities(); })); });
 }
 nb::object LiveSession::hexahedra() {
   Use session(*this);

@@ -24,7 +24,8 @@ struct Snapshot {
 class LiveSession {
  public:
   /// From the text of a scene; files that it names are looked for in `folder`, then in `meshes`. `name` stands for it in messages.
-  LiveSession(const std::string& text, const std::string& name, const std::string& folder, const std::vector<std::string>& meshes);
+  LiveSession(const std::string& text, const std::string& name, const std::string& folder,
+              const std::vector<std::string>& meshes);
 
   void step(std::int64_t n);
   void undo();
@@ -82,14 +83,14 @@ class LiveSession {
   std::optional<Session> session_;  ///< none: closed
   std::atomic<bool> busy_ = false;  ///< a thread is in it
   std::uint64_t number_ = 0;
-  std::uint64_t changes_ = 1;       ///< grows with everything that may move or cut the body
-  std::uint64_t stroke_ = 0;        ///< number of the latest stroke by hand
-  std::size_t stroke_record_ = 0;   ///< how many strokes there were with it; 0: it is over
+  std::uint64_t changes_ = 1;      ///< grows with everything that may move or cut the body
+  std::uint64_t stroke_ = 0;       ///< number of the latest stroke by hand
+  std::size_t stroke_record_ = 0;  ///< how many strokes there were with it; 0: it is over
   SessionStep last_step_;
   BodyCounts at_start_;
   double prepare_seconds_ = 0;
-  KeptArray positions_, velocities_, normals_, rest_positions_, triangles_, uvs_, collision_positions_, collision_rest_, collision_triangles_,
-      nodes_, node_velocities_, hexahedra_;
+  KeptArray positions_, velocities_, normals_, rest_positions_, triangles_, uvs_, collision_positions_, collision_rest_,
+      collision_triangles_, nodes_, node_velocities_, hexahedra_;
 };
 
 }  // namespace kerf::python

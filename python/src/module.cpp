@@ -31,7 +31,8 @@ SceneFrame frame_of(std::string_view name) {
 /// One stroke; begins where `with` is entered.
 class Stroke {
  public:
-  Stroke(nb::object session, SceneFrame frame, bool through) : session_(std::move(session)), frame_(frame), through_(through) {}
+  Stroke(nb::object session, SceneFrame frame, bool through)
+      : session_(std::move(session)), frame_(frame), through_(through) {}
   void enter() {
     if (number_ != 0) throw Failure(bad_input("this stroke has begun before; make another one"));
     number_ = live().begin_stroke(frame_, through_);
@@ -94,60 +95,83 @@ NB_MODULE(_core, m) {
 
   nb::class_<Snapshot>(m, "Snapshot", "A state of one session, to go back to with its restore().");
 
-  nb::class_<Stroke>(m, "Stroke", nb::type_slots(stroke_slots), R"(One stroke of a blade: a context manager, made by Session.stroke().
+  nb::class_<Stroke>(m, "Stroke", nb::type_slots(stroke_slots),
+                     R"(One stroke of a blade: a context manager, made by Session.stroke().
 
 It begins where `with` is entered and ends with the block, after an exception too. What it has cut is one step of undo().
 A stroke that undo(), restore() or a blade of the scene ended is over; its blade then raises kerf.Error.)")
-      .def("__enter__", [](nb::handle_t<Stroke> self) { nb::cast<Stroke&>(self).enter(); return nb::borrow(self); },
-           nb::sig("def __enter__(self) -> Stroke"), "Begins the stroke. kerf.Error: another one is open, or this one has begun before.")
-      .def("__exit__", [](Stroke& self, nb::handle type, nb::handle, nb::handle) { self.exit(!type.is_none()); },
-           nb::arg("type").none(), nb::arg("value").none(), nb::arg("traceback").none())
-      .def("move", &Stroke::move, "base"_a, "tip"_a, R"(Moves the blade's edge in a straight line to these ends; cuts at once.
+      .def(
+          "__enter__",
+          [](nb::handle_t<Stroke> self) {
+            nb::cast<Stroke&>(self).enter();
+            return nb::borrow(self);
+          },
+          nb::sig("def __enter__(self) -> Stroke"),
+          "Begins the stroke. kerf.Error: another one is open, or this one has begun before.")
+      .def(
+          "__exit__", [](Stroke& self, nb::handle type, nb::handle, nb::handle) { self.exit(!type.is_none()); },
+          nb::arg("type").none(), nb::arg("value").none(), nb::arg("traceback").none())
+      .def("move", &Stroke::move, "base"_a, "tip"_a,
+           R"(Moves the blade's edge in a straight line to these ends; cuts at once.
 
 base, tip: three finite numbers each, metres, in the stroke's frame. The first move only places the edge.
 TypeError, ValueError: something else. kerf.Error: the stroke is over, or the edge has no length.)")
       .def("end", &Stroke::end, "Lifts the blade before the block ends. kerf.Error: the stroke is over.")
-      .def("cancel", &Stroke::cancel, "Takes the stroke back: shape, positions and velocities are as it began. kerf.Error: the stroke is over.")
+      .def("cancel", &Stroke::cancel,
+           "Takes the stroke back: shape, positions and velocities are as it began. kerf.Error: the stroke is over.")
       .def_prop_ro("is_open", &Stroke::is_open, "Has it begun, and not ended?");
 
   nb::class_<LiveSession>(m, "Session")
-      .def(nb::init<const std::string&, const std::string&, const std::string&, const std::vector<std::string>&>(), "text"_a, "name"_a, "folder"_a,
-           "meshes"_a)
+      .def(nb::init<const std::string&, const std::string&, const std::string&, const std::vector<std::string>&>(),
+           "text"_a, "name"_a, "folder"_a, "meshes"_a)
       .def("step", &LiveSession::step, "n"_a = 1, R"(Simulates n time steps of time_step seconds each.
 
 Ctrl-C ends it after a whole step. ValueError: n is negative. kerf.Error: a step can't be done; the body is as before that step.)")
       .def("undo", &LiveSession::undo, "Takes the last stroke back, to the bit. kerf.Error: there is none.")
       .def("redo", &LiveSession::redo, "Does the stroke again that was undone last. kerf.Error: there is none.")
       .def("validate", &LiveSession::validate, "Checks all invariants; kerf.Error names the first that does not hold.")
-      .def("close", &LiveSession::close, "Frees the session now; all else then raises kerf.Error. Arrays that came from it stay.")
+      .def("close", &LiveSession::close,
+           "Frees the session now; all else then raises kerf.Error. Arrays that came from it stay.")
       .def("snapshot", &LiveSession::snapshot, "The complete state, undo steps included.")
       .def("restore", &LiveSession::restore, "snapshot"_a, R"(Goes back to a snapshot of this session, to the bit.
 
 A stroke() that was open then ends; a blade of the scene goes on. kerf.Error: the snapshot is of another session.)")
-      .def("stroke", [](nb::handle_t<LiveSession> self, std::string_view frame, bool through) {
-             if (!nb::inst_ready(self)) throw nb::type_error("this session was not made: its class does not call kerf.Session.__init__");
-             return Stroke(nb::borrow(self), frame_of(frame), through);
-           }, "frame"_a = "rest", "through"_a = false, R"(A stroke of a blade, for `with`.
+      .def(
+          "stroke",
+          [](nb::handle_t<LiveSession> self, std::string_view frame, bool through) {
+            if (!nb::inst_ready(self))
+              throw nb::type_error("this session was not made: its class does not call kerf.Session.__init__");
+            return Stroke(nb::borrow(self), frame_of(frame), through);
+          },
+          "frame"_a = "rest", "through"_a = false, R"(A stroke of a blade, for `with`.
 
 frame: its poses are in coordinates at rest ("rest") or where the body is now ("world").
 through: cut every layer that the edge meets, not only the first. ValueError: another frame.)")
-      .def("_cut", [](LiveSession& self, const Path& poses, std::string_view frame, bool through) {
-             return self.cut(poses.data(), poses.shape(0), frame_of(frame), through);
-           }, "poses"_a, "frame"_a, "through"_a)
+      .def(
+          "_cut",
+          [](LiveSession& self, const Path& poses, std::string_view frame, bool through) {
+            return self.cut(poses.data(), poses.shape(0), frame_of(frame), through);
+          },
+          "poses"_a, "frame"_a, "through"_a)
       .def("_report", &LiveSession::report_json)
       .def_prop_ro("closed", &LiveSession::closed, "Has close() been called?")
       .def_prop_ro("time", &LiveSession::time, "Simulated time, seconds.")
       .def_prop_ro("time_step", &LiveSession::time_step, "Length of a step, seconds.")
       .def_prop_ro("steps", &LiveSession::steps, "Time steps taken.")
-      .def_prop_ro("hash", &LiveSession::hash, "A number for everything that the future depends on: same hash, same bits.")
-      .def_prop_ro("topology_version", &LiveSession::topology_version, "Grows with every change of topology, undo() and restore() included.")
+      .def_prop_ro("hash", &LiveSession::hash,
+                   "A number for everything that the future depends on: same hash, same bits.")
+      .def_prop_ro("topology_version", &LiveSession::topology_version,
+                   "Grows with every change of topology, undo() and restore() included.")
       .def_prop_ro("undo_depth", &LiveSession::undo_depth, "Strokes that undo() can take back.")
       .def_prop_ro("redo_depth", &LiveSession::redo_depth, "Strokes that redo() can do again.")
       .def_prop_ro("in_stroke", &LiveSession::in_stroke, "Is a stroke open, by hand or by a blade of the scene?")
       .def_prop_ro("name", &LiveSession::name, "Name of the scene.")
       .def_prop_ro("title", &LiveSession::title, "Title of the scene.")
-      .def_prop_ro("counts", &LiveSession::counts, "A dict: visual_vertices, visual_triangles, collision_vertices, collision_triangles, nodes, hexahedra, pieces.")
-      .def_prop_ro("last_step", &LiveSession::last_step, "A dict of the last step: seconds (of computing), parts, topology_changed, iterations, residual.")
+      .def_prop_ro(
+          "counts", &LiveSession::counts,
+          "A dict: visual_vertices, visual_triangles, collision_vertices, collision_triangles, nodes, hexahedra, pieces.")
+      .def_prop_ro("last_step", &LiveSession::last_step,
+                   "A dict of the last step: seconds (of computing), parts, topology_changed, iterations, residual.")
       .def_prop_ro("notes", &LiveSession::notes, "Warnings, in sentences.")
       .def_prop_ro("positions", &LiveSession::positions, "Visual vertices, metres: (n, 3), float64.")
       .def_prop_ro("velocities", &LiveSession::velocities, "Velocities of the visual vertices, m/s: (n, 3), float64.")
@@ -155,10 +179,14 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
       .def_prop_ro("rest_positions", &LiveSession::rest_positions, "Visual vertices at rest, metres: (n, 3), float64.")
       .def_prop_ro("triangles", &LiveSession::triangles, "Visual vertices of each triangle: (m, 3), int32.")
       .def_prop_ro("uvs", &LiveSession::uvs, "Texture coordinates of each corner of each triangle: (m, 3, 2), float32.")
-      .def_prop_ro("collision_positions", &LiveSession::collision_positions, "Collision vertices, metres: (n, 3), float64.")
-      .def_prop_ro("collision_rest_positions", &LiveSession::collision_rest_positions, "Collision vertices at rest, metres: (n, 3), float64.")
-      .def_prop_ro("collision_triangles", &LiveSession::collision_triangles, "Collision vertices of each triangle: (m, 3), int32.")
-      .def_prop_ro("nodes", &LiveSession::nodes, "Nodes of the hexahedra, metres, those that a cut has put out of use included: (n, 3), float64.")
+      .def_prop_ro("collision_positions", &LiveSession::collision_positions,
+                   "Collision vertices, metres: (n, 3), float64.")
+      .def_prop_ro("collision_rest_positions", &LiveSession::collision_rest_positions,
+                   "Collision vertices at rest, metres: (n, 3), float64.")
+      .def_prop_ro("collision_triangles", &LiveSession::collision_triangles,
+                   "Collision vertices of each triangle: (m, 3), int32.")
+      .def_prop_ro("nodes", &LiveSession::nodes,
+                   "Nodes of the hexahedra, metres, those that a cut has put out of use included: (n, 3), float64.")
       .def_prop_ro("node_velocities", &LiveSession::node_velocities, "Velocities of the nodes, m/s: (n, 3), float64.")
       .def_prop_ro("hexahedra", &LiveSession::hexahedra, "Nodes of each hexahedron: (m, 8), int32.");
 
@@ -167,12 +195,18 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
     for (const ModelName& model : model_names()) out.emplace_back(model.name);
     return out;
   });
-  m.def("scene_text", [](const std::string& file) {
-    const std::string text = value_of(scene_text_in(file));
-    return nb::bytes(text.data(), text.size());
-  }, "file"_a);
-  m.def("closest_word", [](const std::string& word, const std::vector<std::string>& known) {
-    const std::vector<std::string_view> views(known.begin(), known.end());
-    return std::string(closest_word(word, views));
-  }, "word"_a, "known"_a);
+  m.def(
+      "scene_text",
+      [](const std::string& file) {
+        const std::string text = value_of(scene_text_in(file));
+        return nb::bytes(text.data(), text.size());
+      },
+      "file"_a);
+  m.def(
+      "closest_word",
+      [](const std::string& word, const std::vector<std::string>& known) {
+        const std::vector<std::string_view> views(known.begin(), known.end());
+        return std::string(closest_word(word, views));
+      },
+      "word"_a, "known"_a);
 }

@@ -15,7 +15,11 @@ Run some_run() {
   Run run;
   run.program = "kerf bench paper";
   run.machine = {{"processor", "a fast one"}, {"date", "today"}};
-  run.tables = {{"t", "A table", "With a note.", {"what", "value, ms"}, {{"say \"x\", y", 0.25}, {"none", Cell()}, {"count", 53633.0}}}};
+  run.tables = {{"t",
+                 "A table",
+                 "With a note.",
+                 {"what", "value, ms"},
+                 {{"say \"x\", y", 0.25}, {"none", Cell()}, {"count", 53633.0}}}};
   run.figures = {{"t-plot", "a caption", {}}};
   return run;
 }
@@ -44,14 +48,18 @@ TEST(Bench, JsonComesBack) {
     EXPECT_THAT(refused.error().message, HasSubstr("file"));
   }
   // Keys of the wrong kind are left out.
-  EXPECT_TRUE(parse_run(R"({"kerf_bench": 1, "machine": 3, "tables": [4, {"rows": [[{}, 1]], "id": 9}], "figures": [1]})", "file").ok());
+  EXPECT_TRUE(
+      parse_run(R"({"kerf_bench": 1, "machine": 3, "tables": [4, {"rows": [[{}, 1]], "id": 9}], "figures": [1]})",
+                "file")
+          .ok());
 }
 
 TEST(Bench, CsvQuotesAndPage) {
   const bench::Run run = some_run();
   EXPECT_EQ(csv(run.tables[0]), "what,\"value, ms\"\n\"say \"\"x\"\", y\",0.25\nnone,\ncount,53633\n");
   const std::string page = results_page({run}, "results");
-  for (const char* part : {"a fast one", "kerf bench paper", "| count | 53,633 |", "![a caption](results/t-plot.svg)", "With a note."})
+  for (const char* part :
+       {"a fast one", "kerf bench paper", "| count | 53,633 |", "![a caption](results/t-plot.svg)", "With a note."})
     EXPECT_THAT(page, HasSubstr(part));
 }
 
@@ -83,7 +91,8 @@ TEST(Bench, EveryTableOfScale) {
   const Table& cuts = run->tables[5];
   for (const auto& row : cuts.rows) EXPECT_EQ(row.back().text, "hold");
   for (const auto& row : run->tables[6].rows) {  // strokes, then nothing that is wrong
-    EXPECT_TRUE(row[1].number == 5 && row[4].number == 0 && row[5].number == 0 && row[6].number == 0 && row[12].text.starts_with("0 of"));
+    EXPECT_TRUE(row[1].number == 5 && row[4].number == 0 && row[5].number == 0 && row[6].number == 0 &&
+                row[12].text.starts_with("0 of"));
     EXPECT_LT(std::stod(row[8].text), 1e-6) << "walls outside the body, edges";
     EXPECT_LT(std::stod(row[9].text), 1e-4) << "surface through itself, edges";
     EXPECT_LT(std::stod(row[10].text), 0.5) << "walls off the swept surface, edges; blades lean by up to 35 degrees";

@@ -46,15 +46,17 @@ std::string contents(const std::filesystem::path& file) {
 class Faults : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              ("kerf_faults_" + std::to_string(::getpid()) + ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    folder_ =
+        std::filesystem::temp_directory_path() /
+        ("kerf_faults_" + std::to_string(::getpid()) + ::testing::UnitTest::GetInstance()->current_test_info()->name());
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   [[nodiscard]] std::string in(const std::string& name) const { return (folder_ / name).string(); }
 
   /// Runs the program; `prepare` happens in the child before it.
-  Outcome kerf(const std::vector<std::string>& arguments, const std::function<void()>& prepare = {}, const char* stdout_to = nullptr) {
+  Outcome kerf(const std::vector<std::string>& arguments, const std::function<void()>& prepare = {},
+               const char* stdout_to = nullptr) {
     const std::string log = in("output.txt"), program = test::program_path();
     const pid_t child = ::fork();
     if (child == 0) {
@@ -81,7 +83,8 @@ class Faults : public ::testing::Test {
     const std::string program = test::program_path();
     const pid_t child = ::fork();
     if (child == 0) {
-      ::execl(program.c_str(), program.c_str(), "run", scene.c_str(), "--duration", "1000", "-q", "-o", out.c_str(), nullptr);
+      ::execl(program.c_str(), program.c_str(), "run", scene.c_str(), "--duration", "1000", "-q", "-o", out.c_str(),
+              nullptr);
       ::_exit(126);
     }
     for (int i = 0; i < 2000 && contents(out + "/report.json").find("\"running\"") == std::string::npos; ++i)
@@ -90,7 +93,8 @@ class Faults : public ::testing::Test {
   }
   [[nodiscard]] std::vector<std::string> names_in(const std::string& folder) const {
     std::vector<std::string> found;
-    for (const auto& entry : std::filesystem::directory_iterator(in(folder))) found.push_back(entry.path().filename().string());
+    for (const auto& entry : std::filesystem::directory_iterator(in(folder)))
+      found.push_back(entry.path().filename().string());
     return found;
   }
   [[nodiscard]] std::vector<std::string> left_over() const {
@@ -142,8 +146,10 @@ TEST_F(Faults, PlacesThatCannotBeWrittenAreRefusedFirst) {
     EXPECT_EQ(out.status, 2) << out.text;
     EXPECT_THAT(out.text, HasSubstr(why));
   };
-  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
-           {"run", scene, "-q", "-o", in("out"), "--record"}, {"bind", "steak", "-q", "-o"}, {"bind", "steak", "-o", in("x.kerf"), "--diagnose"}}) {
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"run", scene, "-q", "-o", in("out"), "--record"},
+                                             {"bind", "steak", "-q", "-o"},
+                                             {"bind", "steak", "-o", in("x.kerf"), "--diagnose"}}) {
     refused(command, in("folder"), "is a folder");
     refused(command, in(std::string(300, 'x')), "too long");
   }
@@ -161,13 +167,16 @@ TEST_F(Faults, NoResultReplacesWhatItIsMadeFrom) {
   std::filesystem::create_hard_link(in("s/visual.obj"), in("visual-hard.obj"));
   std::filesystem::create_symlink("new.kerf", in("dangling.kerf"));
   const std::string scene = in("s/scene.toml"), visual = in("s/visual.obj"), collision = in("s/collision.obj");
-  std::ofstream(in("tools.toml")) << "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n[[tool]]\nid = \"t\"\nkind = \"mesh\"\n"
-                                     "mesh = \"s/visual.obj\"\nposition = [0, 0, 1]\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"s/collision.obj\"\nposition = [0, 0, 2]\n";
+  std::ofstream(in("tools.toml"))
+      << "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n[[tool]]\nid = \"t\"\nkind = \"mesh\"\n"
+         "mesh = \"s/visual.obj\"\nposition = [0, 0, 1]\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"s/collision.obj\"\nposition = [0, 0, 2]\n";
   ASSERT_EQ(kerf({"bind", "strip", "-o", in("body.kerf")}).status, 0);
   std::map<std::string, std::string> before;
-  for (const char* name : {"s/scene.toml", "s/visual.obj", "s/collision.obj", "s/tool.obj", "tools.toml", "body.kerf"}) before[name] = contents(in(name));
+  for (const char* name : {"s/scene.toml", "s/visual.obj", "s/collision.obj", "s/tool.obj", "tools.toml", "body.kerf"})
+    before[name] = contents(in(name));
   const std::vector<std::string> cut{"--from", "-0.2,0,0", "--to", "0.2,0,0"};
-  const auto refused = [&](const std::vector<std::string>& command, const std::string& output, const std::string& other) {
+  const auto refused = [&](const std::vector<std::string>& command, const std::string& output,
+                           const std::string& other) {
     const Outcome out = kerf(command);
     EXPECT_EQ(out.status, 2) << out.text;
     EXPECT_THAT(out.text, HasSubstr(output + " would replace "));
@@ -179,16 +188,21 @@ TEST_F(Faults, NoResultReplacesWhatItIsMadeFrom) {
   refused({"run", scene, "-q", "-o", in("s/not-there/..")}, in("s/not-there/../visual.obj"), visual);
   EXPECT_FALSE(std::filesystem::exists(in("s/not-there")));
   refused({"run", in("tools.toml"), "-q", "-o", in("s")}, visual, visual);
-  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("tools.toml")}, in("tools.toml"), in("tools.toml"));
-  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-link.obj")}, in("visual-link.obj"), visual);
-  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-hard.obj")}, in("visual-hard.obj"), visual);
+  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("tools.toml")}, in("tools.toml"),
+          in("tools.toml"));
+  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-link.obj")}, in("visual-link.obj"),
+          visual);
+  refused({"run", in("tools.toml"), "-q", "-o", in("o"), "--record", in("visual-hard.obj")}, in("visual-hard.obj"),
+          visual);
   refused({"run", in("body.kerf"), "-q", "-o", in("o"), "--record", in("body.kerf")}, in("body.kerf"), in("body.kerf"));
-  refused({"run", "sheet", "-q", "-o", in("o"), "--record", in("o/../o/report.json")}, in("o/../o/report.json"), in("o/report.json"));
+  refused({"run", "sheet", "-q", "-o", in("o"), "--record", in("o/../o/report.json")}, in("o/../o/report.json"),
+          in("o/report.json"));
   EXPECT_FALSE(std::filesystem::exists(in("o"))) << "refused before anything is made";
   refused({"bind", visual, "-c", collision, "-o", visual}, visual, visual);
   refused({"bind", visual, "-c", collision, "-o", in("visual-link.obj")}, in("visual-link.obj"), visual);
   refused({"bind", visual, "-o", in("w.obj"), "--write-collision", in("w.obj")}, in("w.obj"), in("w.obj"));
-  refused({"bind", visual, "-o", in("dangling.kerf"), "--diagnose", in("new.kerf")}, in("new.kerf"), in("dangling.kerf"));
+  refused({"bind", visual, "-o", in("dangling.kerf"), "--diagnose", in("new.kerf")}, in("new.kerf"),
+          in("dangling.kerf"));
   std::vector<std::string> meshes{"cut", visual, "-c", collision, "-o", in("s")};
   meshes.insert(meshes.end(), cut.begin(), cut.end());
   refused(meshes, visual, visual);
@@ -199,7 +213,8 @@ TEST_F(Faults, NoResultReplacesWhatItIsMadeFrom) {
   refused({"bench", "page", in("m.json"), "-o", in("m.json")}, in("m.json"), in("m.json"));
   // Beside each other they may stand; a device may get everything.
   EXPECT_EQ(kerf({"run", scene, "-q", "-o", in("s/out"), "--record", in("s/r.kerfrec")}).status, 0);
-  EXPECT_EQ(kerf({"run", scene, "-q", "-o", in("s/out"), "--record", in("s/r.kerfrec")}).status, 0) << "over the results of before";
+  EXPECT_EQ(kerf({"run", scene, "-q", "-o", in("s/out"), "--record", in("s/r.kerfrec")}).status, 0)
+      << "over the results of before";
   for (const auto& [name, bytes] : before) EXPECT_EQ(contents(in(name)), bytes) << name;
 }
 
@@ -248,18 +263,22 @@ TEST_F(Faults, AKilledRunLeavesAReportThatSaysRunning) {
   ::waitpid(child, &status, 0);
   EXPECT_TRUE(WIFSIGNALED(status));
   EXPECT_THAT(contents(report), HasSubstr("\"running\""));
-  for (const char* name : {"visual.obj", "body.glb", "hexahedra.vtu", "positions.pvd"}) EXPECT_THAT(contents(report), HasSubstr(name));
+  for (const char* name : {"visual.obj", "body.glb", "hexahedra.vtu", "positions.pvd"})
+    EXPECT_THAT(contents(report), HasSubstr(name));
   // What it leaves keeps nobody off.
   EXPECT_EQ(kerf({"run", few, "-q", "-o", out}).status, 0);
-  EXPECT_THAT(names_in("out"), testing::UnorderedElementsAre("visual.obj", "visual_rest.obj", "steps.svg", "report.json"));
+  EXPECT_THAT(names_in("out"),
+              testing::UnorderedElementsAre("visual.obj", "visual_rest.obj", "steps.svg", "report.json"));
 }
 
 // Killed before it could remove what an earlier run has left, a run leaves that to the next.
 TEST_F(Faults, WhatAKilledRunDidNotRemoveTheNextDoes) {
   std::ofstream(in("few.toml")) << kQuick << "animation = false\nmeshes = []\n";
   std::filesystem::create_directories(in("out"));
-  for (const char* name : {"body.glb", "positions_000007.vtu", "notes.txt"}) std::ofstream(in(std::string("out/") + name)) << "old";
-  std::ofstream(in("out/report.json")) << "{\"kerf_report_version\": 1, \"status\": \"running\", \"files\": [\"steps.svg\", \"body.glb\", \"positions.pvd\"]}";
+  for (const char* name : {"body.glb", "positions_000007.vtu", "notes.txt"})
+    std::ofstream(in(std::string("out/") + name)) << "old";
+  std::ofstream(in("out/report.json"))
+      << "{\"kerf_report_version\": 1, \"status\": \"running\", \"files\": [\"steps.svg\", \"body.glb\", \"positions.pvd\"]}";
   ASSERT_EQ(kerf({"run", in("few.toml"), "-q", "-o", in("out")}).status, 0);
   EXPECT_THAT(names_in("out"), testing::UnorderedElementsAre("steps.svg", "report.json", "notes.txt"));
 }
@@ -274,7 +293,8 @@ TEST_F(Faults, ResultsOfTwoRunsAreNotMixed) {
   const std::string all = scene("all.toml", "[output]\npicture = false\npositions = true\n");
   const std::string few = scene("few.toml", "[output]\npicture = false\nanimation = false\nmeshes = [\"visual\"]\n");
   ASSERT_EQ(kerf({"run", all, "-q", "-o", in("out")}).status, 0);
-  EXPECT_THAT(names(), testing::IsSupersetOf({"body.glb", "collision.obj", "hexahedra.vtu", "positions.pvd", "positions_000000.vtu"}));
+  EXPECT_THAT(names(), testing::IsSupersetOf(
+                           {"body.glb", "collision.obj", "hexahedra.vtu", "positions.pvd", "positions_000000.vtu"}));
   for (const std::string& name : names()) {  // the report knows all files of its run
     if (name.starts_with("positions_")) continue;
     EXPECT_THAT(contents(in("out/report.json")), HasSubstr("\"" + name + "\""));
@@ -282,17 +302,21 @@ TEST_F(Faults, ResultsOfTwoRunsAreNotMixed) {
   std::ofstream(in("out/positions_mine.vtu")) << "mine";
   std::ofstream(in("out/picture.png")) << "mine";  // the report names no picture
   ASSERT_EQ(kerf({"run", few, "-q", "-o", in("out")}).status, 0);
-  EXPECT_THAT(names(), testing::UnorderedElementsAre("visual.obj", "visual_rest.obj", "steps.svg", "report.json", "positions_mine.vtu", "picture.png"));
+  EXPECT_THAT(names(), testing::UnorderedElementsAre("visual.obj", "visual_rest.obj", "steps.svg", "report.json",
+                                                     "positions_mine.vtu", "picture.png"));
   // What the next run reads is no result to it.
-  const std::string reads = scene("reads.toml", "[output]\npicture = false\nanimation = false\nmeshes = []\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"out/visual.obj\"\n"
-                                                "position = [0, 0, 1]\n");
+  const std::string reads = scene(
+      "reads.toml",
+      "[output]\npicture = false\nanimation = false\nmeshes = []\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"out/visual.obj\"\n"
+      "position = [0, 0, 1]\n");
   const std::string visual = contents(in("out/visual.obj"));
   const Outcome read = kerf({"run", reads, "-q", "-o", in("out")});
   ASSERT_EQ(read.status, 0) << read.text;
   EXPECT_EQ(contents(in("out/visual.obj")), visual);
   EXPECT_THAT(names(), testing::Not(testing::Contains("visual_rest.obj")));
   // A report of somebody else says nothing of files here, nor does one that names other things.
-  std::ofstream(in("out/report.json")) << "{\"kerf_report_version\": 1, \"files\": [\"positions_mine.vtu\", \"../all.toml\", 7]}";
+  std::ofstream(in("out/report.json"))
+      << "{\"kerf_report_version\": 1, \"files\": [\"positions_mine.vtu\", \"../all.toml\", 7]}";
   ASSERT_EQ(kerf({"run", few, "-q", "-o", in("out")}).status, 0);
   EXPECT_THAT(names(), testing::Contains("positions_mine.vtu"));
   EXPECT_TRUE(std::filesystem::exists(all));
@@ -301,7 +325,8 @@ TEST_F(Faults, ResultsOfTwoRunsAreNotMixed) {
 TEST_F(Faults, FilesOverALimitLeaveTheOldOnes) {
   ASSERT_EQ(kerf({"make", "steak", "-o", in("steak")}).status, 0);
   const std::string before = contents(in("steak/visual.obj"));
-  const Outcome made = kerf({"make", "steak", "--noise", "0.0001", "-o", in("steak")}, [] { limit(RLIMIT_FSIZE, 20000); });
+  const Outcome made =
+      kerf({"make", "steak", "--noise", "0.0001", "-o", in("steak")}, [] { limit(RLIMIT_FSIZE, 20000); });
   EXPECT_EQ(made.signal, 0);
   EXPECT_EQ(made.status, 1) << made.text;
   EXPECT_THAT(made.text, HasSubstr("visual.obj"));
@@ -334,7 +359,8 @@ TEST_F(Faults, KilledWhileSaving) {
   const std::string file = in("body/visual.obj");
   ASSERT_EQ(kerf({"make", "closed-sheet", "--visual-triangles", "30000", "-o", in("body")}).status, 0);
   const std::string one = contents(file);
-  ASSERT_EQ(kerf({"make", "closed-sheet", "--visual-triangles", "30000", "--noise", "0.001", "-o", in("body")}).status, 0);
+  ASSERT_EQ(kerf({"make", "closed-sheet", "--visual-triangles", "30000", "--noise", "0.001", "-o", in("body")}).status,
+            0);
   const std::string two = contents(file);
   ASSERT_NE(one, two);
   const std::string program = test::program_path();
@@ -345,8 +371,8 @@ TEST_F(Faults, KilledWhileSaving) {
       const int nowhere = ::open("/dev/null", O_WRONLY);
       ::dup2(nowhere, STDOUT_FILENO);
       const std::string noise = i % 2 ? "0" : "0.001", out = in("body");
-      ::execl(program.c_str(), program.c_str(), "make", "closed-sheet", "--visual-triangles", "30000", "--noise", noise.c_str(), "-o", out.c_str(),
-              nullptr);
+      ::execl(program.c_str(), program.c_str(), "make", "closed-sheet", "--visual-triangles", "30000", "--noise",
+              noise.c_str(), "-o", out.c_str(), nullptr);
       ::_exit(126);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(2 + 5 * i));
@@ -366,10 +392,12 @@ TEST_F(Faults, LittleMemory) {
 #endif
   int refused = 0;
   for (const rlim_t megabytes : {30, 60, 120, 200, 300, 500, 800}) {
-    const Outcome out = kerf({"run", "island", "--duration", "0.05", "--quiet", "-o", in("out")}, [&] { limit(RLIMIT_AS, megabytes << 20); });
+    const Outcome out = kerf({"run", "island", "--duration", "0.05", "--quiet", "-o", in("out")},
+                             [&] { limit(RLIMIT_AS, megabytes << 20); });
     EXPECT_EQ(out.signal, 0) << megabytes << " MB: " << out.text;
     if (out.status == 0) continue;
-    if (out.status == 127 || out.text.find("shared librar") != std::string::npos) continue;  // the loader itself had too little
+    if (out.status == 127 || out.text.find("shared librar") != std::string::npos)
+      continue;  // the loader itself had too little
     ++refused;
     EXPECT_EQ(out.status, 1) << megabytes << " MB: " << out.text;
     EXPECT_THAT(out.text, HasSubstr("kerf: ")) << megabytes;
@@ -430,12 +458,14 @@ TEST_F(Faults, NoThreads) {
   };
   const Outcome probe = kerf({"info", "steak"}, alone);
   if (probe.status == 125 || probe.status == 126) GTEST_SKIP() << "can't become another user here";
-  const Outcome one = kerf({"run", "steak", "--threads", "1", "--duration", "0.005", "--quiet", "-o", in("one")}, alone);
+  const Outcome one =
+      kerf({"run", "steak", "--threads", "1", "--duration", "0.005", "--quiet", "-o", in("one")}, alone);
   EXPECT_EQ(one.status, 0) << one.text;
   EXPECT_EQ(one.signal, 0);
   if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "one core: no other thread is wanted";
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
-           {"run", "steak", "--duration", "0.005", "--quiet", "-o", in("all")}, {"run", "steak", "--threads", "2", "--duration", "0.005", "-q", "-o", in("two")},
+           {"run", "steak", "--duration", "0.005", "--quiet", "-o", in("all")},
+           {"run", "steak", "--threads", "2", "--duration", "0.005", "-q", "-o", in("two")},
            {"bench", "scale", "--quick", "--rows", "threads", "-q"}}) {
     const Outcome out = kerf(command, alone);
     EXPECT_EQ(out.signal, 0) << out.text;
@@ -450,7 +480,8 @@ TEST_F(Faults, FilesThatVanishOrAreBeingWritten) {
   const std::string whole = contents(in("steak/visual.obj"));
   // Half-written: what is there is refused by name, or is a smaller mesh that is not closed; never a crash.
   for (const double part : {0.0, 0.01, 0.3, 0.5, 0.77, 0.9999}) {
-    std::ofstream(in("half.obj"), std::ios::binary) << whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size())));
+    std::ofstream(in("half.obj"), std::ios::binary)
+        << whole.substr(0, static_cast<std::size_t>(part * static_cast<double>(whole.size())));
     const Outcome out = kerf({"bind", in("half.obj"), "-c", in("steak/collision.obj"), "-o", in("half.kerf")});
     EXPECT_EQ(out.status, 2) << part << ": " << out.text;
     EXPECT_THAT(out.text, HasSubstr("half.obj")) << part;

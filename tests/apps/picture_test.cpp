@@ -145,8 +145,7 @@ TEST(Picture, EdgesAreDrawnOnce) {
   const std::vector<std::array<std::int32_t, 8>> hexahedra{{0, 1, 2, 3, 4, 5, 6, 7}};
   const std::vector<PictureLine> lines = hexahedron_edges(corners, hexahedra, 1, 1);
   ASSERT_EQ(lines.size(), 12u);
-  for (const PictureLine& line : lines)
-    EXPECT_NEAR(norm(line.b - line.a), 0.96, 1e-12);  // edges, not diagonals
+  for (const PictureLine& line : lines) EXPECT_NEAR(norm(line.b - line.a), 0.96, 1e-12);  // edges, not diagonals
 }
 
 TEST(PngFile, ReadsBack) {

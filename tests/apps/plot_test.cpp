@@ -29,9 +29,7 @@ TEST(Plot, PointsLandWhereTheAxesSay) {
   EXPECT_THAT(svg, HasSubstr(">5</text>"));
 }
 
-TEST(Plot, WordsAreEscaped) {
-  EXPECT_THAT(plot_svg(plot_of({{0, 1}})), HasSubstr("a &lt; b &amp; c"));
-}
+TEST(Plot, WordsAreEscaped) { EXPECT_THAT(plot_svg(plot_of({{0, 1}})), HasSubstr("a &lt; b &amp; c")); }
 
 TEST(Plot, GapsBreakTheLine) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -52,9 +50,8 @@ TEST(Plot, LogarithmicAxesLeaveOutZero) {
 }
 
 TEST(Plot, NothingAndOnePointAndConstants) {
-  for (const std::vector<Vec2>& points :
-       {std::vector<Vec2>{}, std::vector<Vec2>{{3, 3}}, std::vector<Vec2>{{1, 0}, {2, 0}},
-        std::vector<Vec2>{{1, -4}, {2, -4}}}) {
+  for (const std::vector<Vec2>& points : {std::vector<Vec2>{}, std::vector<Vec2>{{3, 3}},
+                                          std::vector<Vec2>{{1, 0}, {2, 0}}, std::vector<Vec2>{{1, -4}, {2, -4}}}) {
     const std::string svg = plot_svg(plot_of(points));
     EXPECT_THAT(svg, Not(HasSubstr("nan")));
     EXPECT_THAT(svg, Not(HasSubstr("inf")));

@@ -37,9 +37,8 @@ Outcome kerf(const std::string& arguments, const std::string& environment = "") 
 class ProgramTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() /
-        ("kerf_program_test_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    folder_ = std::filesystem::temp_directory_path() /
+              ("kerf_program_test_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }
@@ -72,8 +71,7 @@ TEST_F(ProgramTest, BadInputIsStatusTwo) {
   std::ofstream(in("bad.toml")) << "[body]\nmodel = \"steak\"\n[material]\nyuong = 1\n";
   const Outcome bad = kerf("run " + in("bad.toml") + " --out " + in("x"));
   EXPECT_EQ(bad.status, 2);
-  EXPECT_THAT(bad.text,
-              HasSubstr("bad.toml:4: unknown key \"yuong\" in [material]; did you mean \"young\"?"));
+  EXPECT_THAT(bad.text, HasSubstr("bad.toml:4: unknown key \"yuong\" in [material]; did you mean \"young\"?"));
 }
 
 // A strip wound through itself: there is a collision mesh, but it does not bind.
@@ -93,8 +91,8 @@ TEST_F(ProgramTest, WhatDoesNotBindIsSavedToBeLookedAt) {
   quad(3, 2, 1, 0);
   quad(4 * n, 4 * n + 1, 4 * n + 2, 4 * n + 3);
   strip.close();
-  const Outcome bind = kerf("bind " + in("strip.obj") + " --out " + in("strip.kerf") + " --write-collision " + in("deep/made.obj") +
-                            " --diagnose " + in("deep/judged.ply"));
+  const Outcome bind = kerf("bind " + in("strip.obj") + " --out " + in("strip.kerf") + " --write-collision " +
+                            in("deep/made.obj") + " --diagnose " + in("deep/judged.ply"));
   EXPECT_NE(bind.status, 0) << bind.text;
   EXPECT_THAT(bind.text, HasSubstr("passes through itself"));
   EXPECT_FALSE(std::filesystem::exists(in("strip.kerf")));
@@ -108,8 +106,7 @@ TEST_F(ProgramTest, WhatDoesNotBindIsSavedToBeLookedAt) {
 TEST_F(ProgramTest, ScenesAreFoundFromAnyFolder) {
   std::filesystem::create_directories(in("mine"));
   std::ofstream(in("mine/special.toml")) << "title = \"Mine\"\n[body]\nmodel = \"sheet\"\n";
-  EXPECT_THAT(kerf("info special", "cd / && KERF_SCENES=" + in("nothing") + ":" + in("mine")).text,
-              HasSubstr("Mine"));
+  EXPECT_THAT(kerf("info special", "cd / && KERF_SCENES=" + in("nothing") + ":" + in("mine")).text, HasSubstr("Mine"));
   EXPECT_THAT(kerf("info special", "cd " + in("mine") + " &&").text, HasSubstr("Mine"));
   EXPECT_EQ(kerf("info steak", "cd / &&").status, 0);
   EXPECT_THAT(kerf("info --scenes").text, HasSubstr("steak\n"));
@@ -120,7 +117,8 @@ TEST_F(ProgramTest, EveryShippedSceneIsDescribed) {
   int described = 0;
   for (std::string name; names >> name;) {
     const Outcome info = kerf("info " + name);
-    if (info.status == 2 && info.text.find("there is no file") != std::string::npos) continue;  // its meshes are elsewhere
+    if (info.status == 2 && info.text.find("there is no file") != std::string::npos)
+      continue;  // its meshes are elsewhere
     EXPECT_EQ(info.status, 0) << name << ": " << info.text;
     ++described;
   }
@@ -160,14 +158,16 @@ grasp = "piece"
 )";
   const Outcome all = kerf("info " + in("all.toml"));
   EXPECT_EQ(all.status, 0);
-  for (const char* line : {"0.000 s punch, circle of radius 0.1 m, world frame, takes", "0.100 s punch, 3 corners", "0.200 s shave, 2 poses in 0.1 s",
-                           "0.400 s remove loose pieces", "0.600 s remove what \"piece\" holds"})
+  for (const char* line :
+       {"0.000 s punch, circle of radius 0.1 m, world frame, takes", "0.100 s punch, 3 corners",
+        "0.200 s shave, 2 poses in 0.1 s", "0.400 s remove loose pieces", "0.600 s remove what \"piece\" holds"})
     EXPECT_THAT(all.text, HasSubstr(line));
 }
 
 TEST_F(ProgramTest, InfoOfASurfaceThatIsTooLargeSaysSo) {
   for (const char* size : {"1e308", "1e200"}) {
-    std::ofstream(in("huge.obj")) << "v 0 0 0\nv " << size << " 0 0\nv 0 " << size << " 0\nv -" << size << " 0 1\nf 1 2 3\nf 1 3 4\n";
+    std::ofstream(in("huge.obj")) << "v 0 0 0\nv " << size << " 0 0\nv 0 " << size << " 0\nv -" << size
+                                  << " 0 1\nf 1 2 3\nf 1 3 4\n";
     const Outcome info = kerf("info " + in("huge.obj"));
     EXPECT_EQ(info.status, 0);
     EXPECT_THAT(info.text, HasSubstr("unusable   "));
@@ -180,7 +180,8 @@ TEST_F(ProgramTest, InfoOfASurfaceThatIsTooLargeSaysSo) {
 TEST_F(ProgramTest, ABodyTooFarOffIsRefusedQuietOrNot) {
   for (const char* quiet : {"", " --quiet"})
     for (const char* x : {"1e7", "1e100", "9e5"}) {
-      std::ofstream(in("far.toml")) << "[body]\nmodel = \"strip\"\nposition = [" << x << ", 0, 0]\n[simulation]\nduration = 0.01\n";
+      std::ofstream(in("far.toml")) << "[body]\nmodel = \"strip\"\nposition = [" << x
+                                    << ", 0, 0]\n[simulation]\nduration = 0.01\n";
       const Outcome far = kerf("run " + in("far.toml") + " --out " + in("x") + quiet);
       EXPECT_EQ(far.status, 2);
       EXPECT_THAT(far.text, HasSubstr("position"));
@@ -195,8 +196,8 @@ TEST_F(ProgramTest, MakeThenInfoThenBind) {
   EXPECT_EQ(info.status, 0);
   EXPECT_THAT(info.text, HasSubstr("closed, 1 piece, Euler characteristic 2"));
   EXPECT_EQ(kerf("info " + in("deep/steak/scene.toml")).status, 0);
-  const Outcome bind = kerf("bind " + in("deep/steak/visual.obj") + " --collision " +
-                            in("deep/steak/collision.obj") + " --out " + in("steak.kerf"));
+  const Outcome bind = kerf("bind " + in("deep/steak/visual.obj") + " --collision " + in("deep/steak/collision.obj") +
+                            " --out " + in("steak.kerf"));
   ASSERT_EQ(bind.status, 0) << bind.text;
   const Outcome body = kerf("info " + in("steak.kerf"));
   EXPECT_EQ(body.status, 0);
@@ -204,24 +205,26 @@ TEST_F(ProgramTest, MakeThenInfoThenBind) {
   // truncated
   std::filesystem::resize_file(in("steak.kerf"), std::filesystem::file_size(in("steak.kerf")) / 2);
   EXPECT_EQ(kerf("info " + in("steak.kerf")).status, 2);
-  EXPECT_EQ(kerf("bind " + in("deep/steak/visual.obj") + " --collision " + in("deep/steak/visual.obj") +
-                 " --out " + in("x.kerf"))
+  EXPECT_EQ(kerf("bind " + in("deep/steak/visual.obj") + " --collision " + in("deep/steak/visual.obj") + " --out " +
+                 in("x.kerf"))
                 .status,
             2);
   EXPECT_FALSE(std::filesystem::exists(in("x.kerf")));
 }
 
 TEST_F(ProgramTest, ARunSaysWhatToolsFelt) {
-  std::ofstream(in("press.toml")) << "[body]\nmodel = \"strip\"\nposition = [0, 0, 0.0016]\n[simulation]\ntime_step = 0.01\nduration = 0.2\n"
-                                     "[output]\nanimation = false\npicture = false\n[[obstacle]]\nname = \"board\"\nshape = \"plane\"\n"
-                                     "[[tool]]\nid = \"ball\"\nkind = \"sphere\"\nradius = 0.005\nposition = [0, 0, 0.006]\n";
+  std::ofstream(in("press.toml"))
+      << "[body]\nmodel = \"strip\"\nposition = [0, 0, 0.0016]\n[simulation]\ntime_step = 0.01\nduration = 0.2\n"
+         "[output]\nanimation = false\npicture = false\n[[obstacle]]\nname = \"board\"\nshape = \"plane\"\n"
+         "[[tool]]\nid = \"ball\"\nkind = \"sphere\"\nradius = 0.005\nposition = [0, 0, 0.006]\n";
   const Outcome run = kerf("run " + in("press.toml") + " --out " + in("press"));
   ASSERT_EQ(run.status, 0) << run.text;
   EXPECT_THAT(run.text, HasSubstr("tool \"ball\": largest force on it "));
   EXPECT_THAT(run.text, HasSubstr("deepest overlap "));
   std::ifstream file(in("press/report.json"));
   const std::string report{std::istreambuf_iterator<char>(file), {}};
-  for (const char* key : {"largest_force", "largest_torque", "coupling_force", "pressing_most", "deepest_overlap", "force_end"})
+  for (const char* key :
+       {"largest_force", "largest_torque", "coupling_force", "pressing_most", "deepest_overlap", "force_end"})
     EXPECT_THAT(report, HasSubstr(std::string("\"") + key + "\"")) << key;
 }
 
@@ -231,7 +234,10 @@ TEST_F(ProgramTest, ABoundModelRunsAlone) {
   const Outcome info = kerf("info " + in("steak.kerf"));
   EXPECT_THAT(info.text, HasSubstr("Young's modulus"));
   EXPECT_THAT(info.text, HasSubstr("lattice    "));
-  EXPECT_EQ(kerf("run " + in("steak.kerf") + " --duration 0.005 --quiet --record " + in("r.json") + " --out " + in("alone")).status, 0);
+  EXPECT_EQ(
+      kerf("run " + in("steak.kerf") + " --duration 0.005 --quiet --record " + in("r.json") + " --out " + in("alone"))
+          .status,
+      0);
   EXPECT_EQ(kerf("replay " + in("r.json")).status, 0);
   const Outcome twice = kerf("bind steak --scale 2 --out " + in("x.kerf"));
   EXPECT_EQ(twice.status, 2);
@@ -243,7 +249,8 @@ TEST_F(ProgramTest, CutsThroughOneLayerOrAllAndFilesInMillimetres) {
   EXPECT_THAT(kerf(along).text, HasSubstr("1 piece;"));
   EXPECT_THAT(kerf(along + " --through").text, HasSubstr("2 pieces;"));
   ASSERT_EQ(kerf("make steak --out " + in("steak")).status, 0);
-  const std::string files = "cut " + in("steak/visual.obj") + " --collision " + in("steak/collision.obj") + " --out " + in("cut");
+  const std::string files =
+      "cut " + in("steak/visual.obj") + " --collision " + in("steak/collision.obj") + " --out " + in("cut");
   EXPECT_THAT(kerf(files + " --from -0.12,0,0 --to 0.12,0,0").text, HasSubstr("2 pieces;"));
   EXPECT_THAT(kerf(files + " --scale 10 --from -1.2,0,0 --to 1.2,0,0").text, HasSubstr("2 pieces;"));
   const Outcome model = kerf("cut steak --scale 10 --from -0.12,0,0 --to 0.12,0,0 --out " + in("cut"));

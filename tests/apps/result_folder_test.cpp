@@ -30,7 +30,9 @@ class ResultFolder : public ::testing::Test {
     const std::string all{std::istreambuf_iterator<char>(stream), {}};
     return all.find(text) != std::string::npos;
   }
-  int work(const std::function<Status()>& what) { return work_reported({session_, log_, folder_, {"report.json"}, {}}, what); }
+  int work(const std::function<Status()>& what) {
+    return work_reported({session_, log_, folder_, {"report.json"}, {}}, what);
+  }
 
   static Session strip() {
     Scene scene;

@@ -1,6 +1,6 @@
 // The server of `kerf view`, over real sockets.
-#include "gunzip.h"
 #include "view_server.h"
+#include "gunzip.h"
 
 #include <gtest/gtest.h>
 
@@ -21,8 +21,9 @@ using namespace kerf::test;
 Engine steak(std::uint64_t session = 1, EngineOptions options = {}) {
   SceneSource source;
   source.name = "steak";
-  source.text = "[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.01\ngravity = [0, 0, -1]\n"
-                "[[fix]]\nhalf_space = { point = [0, 0.055, 0], normal = [0, 1, 0] }\n";
+  source.text =
+      "[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.01\ngravity = [0, 0, -1]\n"
+      "[[fix]]\nhalf_space = { point = [0, 0.055, 0], normal = [0, 1, 0] }\n";
   options.session_id = session;
   auto engine = Engine::create(source, std::move(options));
   EXPECT_TRUE(engine.ok());
@@ -69,7 +70,8 @@ class Running {
 std::pair<std::string, std::string> get(std::uint16_t port, const std::string& target, const std::string& host = {},
                                         const std::string& method = "GET", const std::string& encoding = "gzip") {
   RawSocket socket(port);
-  socket.send(method + " " + target + " HTTP/1.1\r\nHost: " + (host.empty() ? "127.0.0.1:" + std::to_string(port) : host) +
+  socket.send(method + " " + target +
+              " HTTP/1.1\r\nHost: " + (host.empty() ? "127.0.0.1:" + std::to_string(port) : host) +
               "\r\nAccept-Encoding: " + encoding + "\r\nConnection: close\r\n\r\n");
   return socket.response();
 }
@@ -112,13 +114,14 @@ TEST(ViewServer, ForeignHostsAndOriginsAreRefused) {
   const std::string port = std::to_string(server.port());
   for (const std::string& host : {"localhost:" + port, "LocalHost:" + port, "[::1]:" + port, "127.0.0.1:" + port})
     EXPECT_TRUE(is(get(server.port(), "/", host), 200)) << host;
-  for (const std::string& host : {std::string("evil.example"), "evil.example:" + port, std::string("127.0.0.1"), "127.0.0.1:1" + port,
-                                  "127.0.0.1:" + port + "x", "127.0.0.1.evil.example:" + port})
+  for (const std::string& host : {std::string("evil.example"), "evil.example:" + port, std::string("127.0.0.1"),
+                                  "127.0.0.1:1" + port, "127.0.0.1:" + port + "x", "127.0.0.1.evil.example:" + port})
     EXPECT_TRUE(is(get(server.port(), "/", host), 403)) << host;
   for (const std::string& origin : {"http://127.0.0.1:" + port, "http://localhost:" + port, std::string()})
     EXPECT_TRUE(SocketPage(server.port(), {"", origin}).open) << origin;
-  for (const std::string& origin : {std::string("http://evil.example"), std::string("null"), "https://127.0.0.1:" + port,
-                                    "http://127.0.0.1:" + port + ".evil.example", std::string("http://127.0.0.1:1"), "http://evil.example:" + port}) {
+  for (const std::string& origin : {std::string("http://evil.example"), std::string("null"),
+                                    "https://127.0.0.1:" + port, "http://127.0.0.1:" + port + ".evil.example",
+                                    std::string("http://127.0.0.1:1"), "http://evil.example:" + port}) {
     const SocketPage page(server.port(), {"", origin});
     EXPECT_FALSE(page.open) << origin;
     EXPECT_NE(page.refusal.find("403"), std::string::npos);

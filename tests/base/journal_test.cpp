@@ -15,7 +15,10 @@ struct TwoArrays {
   Journaled<I, int> a;
   Journaled<I, double> b;
   template <class F>
-  void for_each_array(F&& f) { f(a); f(b); }
+  void for_each_array(F&& f) {
+    f(a);
+    f(b);
+  }
 };
 
 void scribble(TwoArrays& t, Random& random, int writes) {
@@ -65,7 +68,8 @@ TEST(Journal, LongLogsAreCompactedAndUndoIsTheSame) {
     const auto before = std::pair(t.a.raw(), t.b.raw());
     int compactions = 0;
     for (int pass = 0; pass < 200; ++pass) {
-      for (int i = 0; i < 20; ++i) t.a.set(I(static_cast<std::int32_t>(random.index(static_cast<int>(t.a.size())))), random.index(100));
+      for (int i = 0; i < 20; ++i)
+        t.a.set(I(static_cast<std::int32_t>(random.index(static_cast<int>(t.a.size())))), random.index(100));
       if (pass % 10 == 0) scribble(t, random, 5);
       compactions += journal_compact(t, start) ? 1 : 0;
       journal_mark(t, since);
@@ -107,9 +111,18 @@ TEST(Journal, UndoAndRedoOfSegmentsRestoreTheBits) {
     segments.push_back(a.take_segment(mark));
     states.push_back(a.raw());
   }
-  for (std::size_t i = 8; i-- > 3;) { a.undo(segments[i]); EXPECT_EQ(a.raw(), states[i]); }
-  for (std::size_t i = 3; i < 8; ++i) { a.redo(segments[i]); EXPECT_EQ(a.raw(), states[i + 1]); }
-  for (std::size_t i = 8; i-- > 0;) { a.undo(segments[i]); EXPECT_EQ(a.raw(), states[i]); }
+  for (std::size_t i = 8; i-- > 3;) {
+    a.undo(segments[i]);
+    EXPECT_EQ(a.raw(), states[i]);
+  }
+  for (std::size_t i = 3; i < 8; ++i) {
+    a.redo(segments[i]);
+    EXPECT_EQ(a.raw(), states[i + 1]);
+  }
+  for (std::size_t i = 8; i-- > 0;) {
+    a.undo(segments[i]);
+    EXPECT_EQ(a.raw(), states[i]);
+  }
 }
 
 }  // namespace

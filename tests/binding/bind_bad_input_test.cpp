@@ -13,10 +13,12 @@ namespace {
 
 Model make(std::string_view name) { return *make_model(name, {}); }
 
-void expect_error(const TriangleMesh& visual, const TriangleMesh& collision, std::initializer_list<std::string> parts, double thickness = 0.1) {
+void expect_error(const TriangleMesh& visual, const TriangleMesh& collision, std::initializer_list<std::string> parts,
+                  double thickness = 0.1) {
   const auto body = bind(visual, collision, {.thickness = thickness});
   ASSERT_FALSE(body.ok());
-  for (const std::string& part : parts) EXPECT_NE(body.error().message.find(part), std::string::npos) << body.error().message;
+  for (const std::string& part : parts)
+    EXPECT_NE(body.error().message.find(part), std::string::npos) << body.error().message;
 }
 
 TEST(BindBadInput, Meshes) {
@@ -66,7 +68,8 @@ TEST(BindBadInput, BordersThatDoNotCorrespond) {
   // Two bodies in one file.
   m = make("steak");
   const std::size_t n = m.collision.positions.size();
-  for (std::size_t v = 0; v < n; ++v) m.collision.positions.push_back(m.collision.positions[VertexId(v)] + Vec3{1, 0, 0});
+  for (std::size_t v = 0; v < n; ++v)
+    m.collision.positions.push_back(m.collision.positions[VertexId(v)] + Vec3{1, 0, 0});
   const std::size_t faces = m.collision.triangles.size();
   for (std::size_t f = 0; f < faces; ++f) {
     auto t = m.collision.triangles[TriangleId(f)];
@@ -147,14 +150,16 @@ TEST(BindRepairs, SeamsAreWelded) {
   TriangleMesh soup;
   for (std::size_t f = 0; f < m.visual.triangles.size(); ++f) {
     std::array<VertexId, 3> t;
-    for (std::size_t k = 0; k < 3; ++k) t[k] = soup.positions.push_back(m.visual.positions[m.visual.triangles[TriangleId(f)][k]]);
+    for (std::size_t k = 0; k < 3; ++k)
+      t[k] = soup.positions.push_back(m.visual.positions[m.visual.triangles[TriangleId(f)][k]]);
     soup.triangles.push_back(t);
   }
   soup.positions.push_back({7, 7, 7});
   const auto body = bind(soup, m.collision, {});
   ASSERT_TRUE(body.ok()) << body.error().message;
   EXPECT_EQ(body->report.input_vertices, static_cast<std::int64_t>(m.visual.positions.size()));
-  EXPECT_EQ(body->report.merged_vertices, static_cast<std::int64_t>(soup.positions.size() - 1 - m.visual.positions.size()));
+  EXPECT_EQ(body->report.merged_vertices,
+            static_cast<std::int64_t>(soup.positions.size() - 1 - m.visual.positions.size()));
   EXPECT_EQ(body->report.unused_vertices, 1);
   EXPECT_TRUE(validate_binding(body->complex).ok());
 }

@@ -14,7 +14,8 @@ namespace {
 /// Octahedron subdivided n times and pushed onto a sphere.
 TriangleMesh sphere(int subdivisions, double radius) {
   TriangleMesh m;
-  for (const Vec3 p : {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}}) m.positions.push_back(p);
+  for (const Vec3 p : {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}, Vec3{0, 0, -1}})
+    m.positions.push_back(p);
   const int faces[8][3] = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
   for (const auto& f : faces) m.triangles.push_back({VertexId(f[0]), VertexId(f[1]), VertexId(f[2])});
   for (int i = 0; i < subdivisions; ++i) {
@@ -54,7 +55,8 @@ void append(TriangleMesh& m, const TriangleMesh& other, bool turned) {
 TriangleMesh plate(int n, int rings, double half) {
   TriangleMesh m;
   const auto at = [&](int layer, int ring, int i) {  // layer 0: top, 1: bottom
-    return ring == 0 ? VertexId(layer * (1 + rings * n)) : VertexId(layer * (1 + rings * n) + 1 + (ring - 1) * n + (i % n));
+    return ring == 0 ? VertexId(layer * (1 + rings * n))
+                     : VertexId(layer * (1 + rings * n) + 1 + (ring - 1) * n + (i % n));
   };
   for (int layer = 0; layer < 2; ++layer) {
     const double z = layer == 0 ? half : -half;
@@ -115,7 +117,8 @@ TEST(BindShapes, HollowSphere) {
   append(skin, sphere(4, 0.95), true);
   for (const int level : {0, 1, 2}) {
     TriangleMesh middle = sphere(level, 1.0);
-    for (Vec3& p : middle.positions) p = {p.x * std::cos(0.3) - p.y * std::sin(0.3), p.x * std::sin(0.3) + p.y * std::cos(0.3), p.z};
+    for (Vec3& p : middle.positions)
+      p = {p.x * std::cos(0.3) - p.y * std::sin(0.3), p.x * std::sin(0.3) + p.y * std::cos(0.3), p.z};
     const auto body = bind(skin, middle, {});
     expect_valid(body, middle.triangles.size(), fmt::format("sphere {}", level));
     if (!body) continue;
@@ -133,7 +136,9 @@ TEST(BindShapes, OneTriangle) {
   TriangleMesh sheet;
   for (std::size_t v = 0; v < 1 + 8 * 60; ++v) sheet.positions.push_back(skin.positions[VertexId(v)]);
   for (const auto& t : skin.triangles)
-    if (t[0].index() < sheet.positions.size() && t[1].index() < sheet.positions.size() && t[2].index() < sheet.positions.size()) sheet.triangles.push_back(t);
+    if (t[0].index() < sheet.positions.size() && t[1].index() < sheet.positions.size() &&
+        t[2].index() < sheet.positions.size())
+      sheet.triangles.push_back(t);
   const auto body = bind(sheet, one, {.thickness = 0.1});
   ASSERT_TRUE(body.ok()) << body.error().message;
   EXPECT_TRUE(validate_binding(body->complex).ok());
@@ -153,7 +158,8 @@ TEST(BindShapes, ThinPlateKeepsItsRim) {
         const CollisionHalfEdge edge(h);
         if (!x.collision.is_border(edge)) continue;
         const PoolRun run = x.collision.chain[edge][0];
-        for (std::int32_t i = 0; i < run.count; ++i) EXPECT_LT(std::fabs(x.visual.rest[x.chain_pool[run.at(i)]].z), 0.75 * half) << what;
+        for (std::int32_t i = 0; i < run.count; ++i)
+          EXPECT_LT(std::fabs(x.visual.rest[x.chain_pool[run.at(i)]].z), 0.75 * half) << what;
       }
       // The rim corners of the prisms have the plate's half thickness.
       for (const Vec3 offset : x.collision.offset.raw()) EXPECT_NEAR(offset.z, half, 1e-9) << what;
@@ -162,8 +168,11 @@ TEST(BindShapes, ThinPlateKeepsItsRim) {
 
 TEST(BindShapes, TextureOfNewVerticesIsInterpolated) {
   TriangleMesh skin = plate(40, 6, 0.05);
-  const auto uv = [](Vec3 p) { return Vec2f{static_cast<float>(0.5 + 0.4 * p.x - 0.1 * p.z), static_cast<float>(0.5 + 0.3 * p.y + 0.2 * p.z)}; };
-  for (const auto& t : skin.triangles) skin.texture.push_back({uv(skin.positions[t[0]]), uv(skin.positions[t[1]]), uv(skin.positions[t[2]])});
+  const auto uv = [](Vec3 p) {
+    return Vec2f{static_cast<float>(0.5 + 0.4 * p.x - 0.1 * p.z), static_cast<float>(0.5 + 0.3 * p.y + 0.2 * p.z)};
+  };
+  for (const auto& t : skin.triangles)
+    skin.texture.push_back({uv(skin.positions[t[0]]), uv(skin.positions[t[1]]), uv(skin.positions[t[2]])});
   const auto body = bind(skin, polygon(9), {});
   expect_valid(body, 9, "plate");
   const VisualMesh& v = body->complex.visual;

@@ -47,7 +47,8 @@ SkinMeasure measure(const TriangleMesh& m) {
 SkinMeasure measure(const VisualMesh& m) {
   SkinMeasure r;
   for (std::int32_t h = 0; h < static_cast<std::int32_t>(m.half_edge_count()); h += 3) {
-    const Vec3 a = m.rest[m.from(VisualHalfEdge(h))], b = m.rest[m.from(VisualHalfEdge(h + 1))], c = m.rest[m.from(VisualHalfEdge(h + 2))];
+    const Vec3 a = m.rest[m.from(VisualHalfEdge(h))], b = m.rest[m.from(VisualHalfEdge(h + 1))],
+               c = m.rest[m.from(VisualHalfEdge(h + 2))];
     r.area += 0.5 * norm(cross(b - a, c - a));
     r.volume += dot(a, cross(b, c)) / 6;
   }
@@ -67,7 +68,8 @@ std::uint64_t hash_of(CellComplex& x) {
 }
 
 /// Bound, valid, geometrically identical, with original vertices where they were.
-void expect_bound(const Result<BoundBody>& body, const TriangleMesh& visual, const TriangleMesh& collision, const std::string& what) {
+void expect_bound(const Result<BoundBody>& body, const TriangleMesh& visual, const TriangleMesh& collision,
+                  const std::string& what) {
   ASSERT_TRUE(body.ok()) << what << ": " << body.error().message;
   const Status valid = validate_binding(body->complex);
   ASSERT_TRUE(valid.ok()) << what << ": " << valid.error().message;
@@ -82,7 +84,8 @@ void expect_bound(const Result<BoundBody>& body, const TriangleMesh& visual, con
   // The patches of both sides are all there.
   std::vector<int> faces(2 * collision.triangles.size(), 0);
   for (const Patch p : body->complex.visual.patch.raw()) ++faces[static_cast<std::size_t>(p.value)];
-  for (std::size_t p = 0; p < faces.size(); p += body->complex.closed ? 1 : 2) EXPECT_GT(faces[p], 0) << what << " patch " << p;
+  for (std::size_t p = 0; p < faces.size(); p += body->complex.closed ? 1 : 2)
+    EXPECT_GT(faces[p], 0) << what << " patch " << p;
 }
 
 TEST(Bind, AllModels) {
@@ -97,10 +100,16 @@ TEST(Bind, AllModels) {
 }
 
 TEST(Bind, CollisionMeshesOfTheExperiments) {
-  for (const auto& [name, visual, collision] : {std::tuple{"sheet", 6656, 104}, {"sheet", 6656, 500}, {"sheet", 6656, 1500},
-                                                {"sheet", 26624, 104}, {"steak", 5278, 67}, {"steak", 5278, 137}, {"meniscus", 5760, 160}}) {
+  for (const auto& [name, visual, collision] : {std::tuple{"sheet", 6656, 104},
+                                                {"sheet", 6656, 500},
+                                                {"sheet", 6656, 1500},
+                                                {"sheet", 26624, 104},
+                                                {"steak", 5278, 67},
+                                                {"steak", 5278, 137},
+                                                {"meniscus", 5760, 160}}) {
     const Model model = make(name, static_cast<std::size_t>(visual), static_cast<std::size_t>(collision));
-    expect_bound(bind(model.visual, model.collision, {.thickness = kThickness}), model.visual, model.collision, fmt::format("{} {}", name, collision));
+    expect_bound(bind(model.visual, model.collision, {.thickness = kThickness}), model.visual, model.collision,
+                 fmt::format("{} {}", name, collision));
   }
 }
 
@@ -115,7 +124,8 @@ TEST(Bind, VisualMeshItselfAsCollisionMesh) {
 /// A box of 12 triangles around the origin.
 TriangleMesh box_of_12(Vec3 half) {
   TriangleMesh m;
-  for (int i = 0; i < 8; ++i) m.positions.push_back({(i & 1 ? 1 : -1) * half.x, (i & 2 ? 1 : -1) * half.y, (i & 4 ? 1 : -1) * half.z});
+  for (int i = 0; i < 8; ++i)
+    m.positions.push_back({(i & 1 ? 1 : -1) * half.x, (i & 2 ? 1 : -1) * half.y, (i & 4 ? 1 : -1) * half.z});
   for (const auto& f : {std::array{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
     m.triangles.push_back({VertexId(f[0]), VertexId(f[1]), VertexId(f[2])});
     m.triangles.push_back({VertexId(f[0]), VertexId(f[2]), VertexId(f[3])});
@@ -130,7 +140,8 @@ TriangleMesh sheet_in_box(Vec3 half, int nx, int ny, double off) {
   for (int j = 0; j <= ny; ++j)
     for (int i = 0; i <= nx; ++i) {
       const bool border = i == 0 || j == 0 || i == nx || j == ny;
-      m.positions.push_back({half.x * (2.0 * i / nx - 1), half.y * (2.0 * j / ny - 1), border ? 0 : random.uniform(-off, off)});
+      m.positions.push_back(
+          {half.x * (2.0 * i / nx - 1), half.y * (2.0 * j / ny - 1), border ? 0 : random.uniform(-off, off)});
     }
   for (int j = 0; j < ny; ++j)
     for (int i = 0; i < nx; ++i) {
@@ -178,7 +189,8 @@ TEST(Bind, BentBumpyAndNoisy) {
       if (kind == 0 && !bend(model, 2.0).ok()) continue;
       if (kind == 1) add_bumps(model, 0.5 * half, 0.25 * box.diagonal(), 7);
       if (kind == 2) add_noise(model, 0.03 * half, 7);
-      expect_bound(bind(model.visual, model.collision, {.thickness = kThickness}), model.visual, model.collision, fmt::format("{} {}", name, kind));
+      expect_bound(bind(model.visual, model.collision, {.thickness = kThickness}), model.visual, model.collision,
+                   fmt::format("{} {}", name, kind));
     }
   }
 }
@@ -192,7 +204,8 @@ TEST(Bind, FlatSheetParametersAreTheIdentity) {
     Random random(5);
     double smallest = 1;
     for (const auto& t : model.visual.triangles)
-      for (std::size_t k = 0; k < 3; ++k) smallest = std::min(smallest, norm(model.visual.positions[t[k]] - model.visual.positions[t[(k + 1) % 3]]));
+      for (std::size_t k = 0; k < 3; ++k)
+        smallest = std::min(smallest, norm(model.visual.positions[t[k]] - model.visual.positions[t[(k + 1) % 3]]));
     for (Vec3& p : model.visual.positions) {
       bool on_edge = false;
       for (const auto& t : model.collision.triangles)
@@ -214,7 +227,8 @@ TEST(Bind, FlatSheetParametersAreTheIdentity) {
       EXPECT_NEAR(w[0] + w[1] + w[2], 1, 1e-14);
       for (const double wi : w) EXPECT_GT(wi, -1e-12);
       Vec3 p;
-      for (int k = 0; k < 3; ++k) p += w[static_cast<std::size_t>(k)] * x.collision.rest[x.collision.from(CollisionMesh::corner(t, k))];
+      for (int k = 0; k < 3; ++k)
+        p += w[static_cast<std::size_t>(k)] * x.collision.rest[x.collision.from(CollisionMesh::corner(t, k))];
       worst = std::max(worst, norm(p - x.visual.rest[x.visual.from(corner)]));
     }
     EXPECT_LT(worst, 1e-12);
@@ -230,7 +244,9 @@ TEST(Bind, HalfThicknessOfTheModels) {
     const double largest = *std::max_element(model.half_thickness.begin(), model.half_thickness.end());
     double worst = 0;
     for (std::size_t v = 0; v < model.half_thickness.size(); ++v)
-      worst = std::max(worst, std::fabs(norm(body->complex.collision.offset[CollisionVertex(v)]) - model.half_thickness[v]) / largest);
+      worst = std::max(
+          worst,
+          std::fabs(norm(body->complex.collision.offset[CollisionVertex(v)]) - model.half_thickness[v]) / largest);
     // The wedge's outer wall is thinner one half thickness inside; the steak is round and smooth between its vertices.
     EXPECT_LT(worst, name == "meniscus" ? 0.2 : name == "steak" ? 0.02 : 0.005) << name;
   }
@@ -240,7 +256,8 @@ TEST(Bind, ExactPathsAreShorter) {
   for (const auto name : {"closed-sheet", "meniscus", "steak"}) {
     Model model = make(name);
     add_noise(model, 0.05 * model.half_thickness[0], 3);
-    const auto local = bind(model.visual, model.collision, {}), exact = bind(model.visual, model.collision, {.exact = true});
+    const auto local = bind(model.visual, model.collision, {}),
+               exact = bind(model.visual, model.collision, {.exact = true});
     expect_bound(exact, model.visual, model.collision, std::string(name));
     ASSERT_TRUE(local.ok());
     // Moving crossings to vertices nearby and away from walls lengthens both a little.
@@ -262,14 +279,17 @@ TEST(Bind, SameBitsForAnyNumberOfThreads) {
 
 TEST(Bind, RealMeniscus) {
   const std::filesystem::path folder = test::source_dir() + "/../shared/meshes";
-  if (!std::filesystem::exists(folder / "medial-meniscus.obj")) GTEST_SKIP() << "needs " << folder << "/medial-meniscus.obj";
-  auto visual = read_mesh(folder / "medial-meniscus.obj"), collision = read_mesh(folder / "medial-meniscus-collision.obj");
+  if (!std::filesystem::exists(folder / "medial-meniscus.obj"))
+    GTEST_SKIP() << "needs " << folder << "/medial-meniscus.obj";
+  auto visual = read_mesh(folder / "medial-meniscus.obj"),
+       collision = read_mesh(folder / "medial-meniscus-collision.obj");
   ASSERT_TRUE(visual.ok() && collision.ok());
   for (const bool exact : {false, true}) {
     const auto body = bind(*visual, *collision, {.exact = exact});
     expect_bound(body, *visual, *collision, "medial meniscus");
     EXPECT_EQ(body->complex.collision.face_count(), 160u);
-    EXPECT_LT(body->report.displacement.mean, 0.04);  // 0.115 when paths and parameters were those of the surface as it is
+    EXPECT_LT(body->report.displacement.mean,
+              0.04);  // 0.115 when paths and parameters were those of the surface as it is
   }
 }
 
@@ -277,17 +297,21 @@ TEST(Bind, RealMeniscus) {
 TEST(Bind, RandomBindings) {
   int bound = 0, refused = 0;
   for (const auto name : {"sheet", "closed-sheet", "meniscus", "two-holed-slab"}) {
-    const Model original = make(name, name == std::string("closed-sheet") ? 4000 : name == std::string("sheet") ? 6656 : 0);
+    const Model original = make(name, name == std::string("closed-sheet") ? 4000
+                                      : name == std::string("sheet")      ? 6656
+                                                                          : 0);
     double edge = 0;
     std::size_t edges = 0;
     for (const auto& t : original.collision.triangles)
-      for (std::size_t k = 0; k < 3; ++k, ++edges) edge += norm(original.collision.positions[t[k]] - original.collision.positions[t[(k + 1) % 3]]);
+      for (std::size_t k = 0; k < 3; ++k, ++edges)
+        edge += norm(original.collision.positions[t[k]] - original.collision.positions[t[(k + 1) % 3]]);
     edge /= static_cast<double>(edges);
     for (int run = 0; run < 30; ++run) {
       Model model = original;
       Random random(static_cast<std::uint64_t>(run) + 1);
       const double size = 0.03 * (run + 1) * edge;
-      for (Vec3& p : model.collision.positions) p += size * 0.577 * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), 0};
+      for (Vec3& p : model.collision.positions)
+        p += size * 0.577 * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), 0};
       const auto body = bind(model.visual, model.collision, {.thickness = kThickness});
       if (!body) {
         ++refused;

@@ -130,7 +130,8 @@ TEST_F(BoundBodyFile, MaterialAndLatticeComeBack) {
 TEST_F(BoundBodyFile, ReadsVersionOne) {
   BodyNature nature;
   nature.young = 1;
-  const auto body = load_bound_body(std::filesystem::path(test::source_dir()) / "tests/binding/samples/body-version-1.kerf", &nature);
+  const auto body =
+      load_bound_body(std::filesystem::path(test::source_dir()) / "tests/binding/samples/body-version-1.kerf", &nature);
   ASSERT_TRUE(body.ok()) << body.error().message;
   EXPECT_EQ(body->complex.collision.face_count(), 2u);
   EXPECT_EQ(body->report.input_triangles, 8u);
@@ -152,7 +153,8 @@ TEST_F(BoundBodyFile, DamagedFilesAreRefusedByName) {
   expect_refused({'K', 'E', 'R', 'F'}, "not a bound body");
   expect_refused(std::vector<char>(1000, 'x'), "not a bound body");
   for (const double part : {0.001, 0.1, 0.5, 0.999}) {
-    std::vector<char> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(bytes.size())));
+    std::vector<char> cut(bytes.begin(),
+                          bytes.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(bytes.size())));
     expect_refused(cut, "truncated");
   }
   auto longer = bytes;

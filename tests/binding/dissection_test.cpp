@@ -19,7 +19,8 @@ Graph near_points(std::size_t n, double reach, Vec3 place, Vec3 size, std::uint6
   Random random(seed);
   Graph g;
   for (std::size_t i = 0; i < n; ++i)
-    g.points.push_back(place + Vec3{size.x * random.uniform(0, 1), size.y * random.uniform(0, 1), size.z * random.uniform(0, 1)});
+    g.points.push_back(
+        place + Vec3{size.x * random.uniform(0, 1), size.y * random.uniform(0, 1), size.z * random.uniform(0, 1)});
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j)
       if (i != j && norm(g.points[i] - g.points[j]) < reach) g.column.push_back(static_cast<std::int32_t>(j));
@@ -68,7 +69,8 @@ void expect_valid(const Graph& g, const Dissection& d, std::size_t most) {
 
 TEST(Dissection, SeparatesHalves) {
   Dissection d;
-  for (const auto& [place, size] : {std::pair{Vec3{}, Vec3{1, 1, 0.1}}, {Vec3{1e6, -1e6, 0}, {1, 0.01, 1}}, {Vec3{1, 1, 1}, {1e-8, 1e-8, 1e-8}}})
+  for (const auto& [place, size] :
+       {std::pair{Vec3{}, Vec3{1, 1, 0.1}}, {Vec3{1e6, -1e6, 0}, {1, 0.01, 1}}, {Vec3{1, 1, 1}, {1e-8, 1e-8, 1e-8}}})
     for (const std::size_t n : {1u, 2u, 13u, 300u, 900u}) {
       const Graph g = near_points(n, 0.12 * std::max({size.x, size.y, size.z}), place, size, 7 + n);
       for (const std::size_t most : {1u, 12u}) {

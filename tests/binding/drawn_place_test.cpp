@@ -20,10 +20,12 @@ namespace {
 using namespace testing_support;
 
 struct Limits {
-  double mean, rim_mean, largest;  ///< parts of the mean collision edge; rim: -1 where the side is not steep, so that no corner is near the rim
+  double mean, rim_mean,
+      largest;  ///< parts of the mean collision edge; rim: -1 where the side is not steep, so that no corner is near the rim
 };
 
-BoundBody expect_drawn(const TriangleMesh& visual, const TriangleMesh& collision, const std::string& what, Limits limits) {
+BoundBody expect_drawn(const TriangleMesh& visual, const TriangleMesh& collision, const std::string& what,
+                       Limits limits) {
   auto body = bind(visual, collision, {});
   EXPECT_TRUE(body.ok()) << what << ": " << (body.ok() ? "" : body.error().message);
   if (!body.ok()) return {};
@@ -43,8 +45,8 @@ BoundBody expect_drawn(const TriangleMesh& visual, const TriangleMesh& collision
   // What the report says is the same figure, found another way.
   EXPECT_NEAR(body->report.displacement.mean, place.mean, 0.02 * place.mean + 1e-6) << what;
   EXPECT_NEAR(body->report.displacement.largest, place.largest, 0.02 * place.largest + 1e-6) << what;
-  ::testing::Test::RecordProperty(what, fmt::format("mean {:.5f} largest {:.4f} rim mean {:.5f} largest {:.4f}", place.mean, place.largest,
-                                                    place.rim_mean, place.rim_largest));
+  ::testing::Test::RecordProperty(what, fmt::format("mean {:.5f} largest {:.4f} rim mean {:.5f} largest {:.4f}",
+                                                    place.mean, place.largest, place.rim_mean, place.rim_largest));
   return std::move(*body);
 }
 
@@ -55,7 +57,8 @@ Model model(std::string_view name, std::size_t triangles = 0) {
 }
 
 TEST(DrawnPlace, PlatesAndModels) {
-  const Model plate = model("closed-sheet", 20000), steak = model("steak"), meniscus = model("meniscus"), holes = model("two-holed-slab");
+  const Model plate = model("closed-sheet", 20000), steak = model("steak"), meniscus = model("meniscus"),
+              holes = model("two-holed-slab");
   expect_drawn(plate.visual, plate.collision, "closed-sheet", {0.001, 0.001, 0.01});
   expect_drawn(steak.visual, steak.collision, "steak", {0.003, -1, 0.06});
   expect_drawn(meniscus.visual, meniscus.collision, "meniscus", {0.008, 0.03, 0.1});
@@ -67,7 +70,8 @@ TEST(DrawnPlace, PlatesAndModels) {
 
 TEST(DrawnPlace, AnnulusWedgeAndDisc) {
   const auto flat = [](Vec3) { return 0.03; };
-  expect_drawn(extruded(annulus_mesh(0.15, 0.5, 97, 11), 3, flat), annulus_mesh(0.15, 0.5, 24, 4), "annulus", {0.01, 0.04, 0.1});
+  expect_drawn(extruded(annulus_mesh(0.15, 0.5, 97, 11), 3, flat), annulus_mesh(0.15, 0.5, 24, 4), "annulus",
+               {0.01, 0.04, 0.1});
   const auto rising = [](Vec3 p) { return 0.005 + 0.035 * p.x; };  // 1 : 8
   expect_drawn(extruded(plain_grid_mesh(53, 47), 4, rising), plain_grid_mesh(7, 8), "wedge", {0.001, 0.002, 0.01});
   expect_drawn(extruded(disc_mesh(0.5, 89, 12), 2, flat), disc_mesh(0.5, 20, 4), "disc", {0.01, 0.04, 0.1});
@@ -89,8 +93,10 @@ TEST(DrawnPlace, ACollisionMeshThatStopsShort) {
 
 TEST(DrawnPlace, TheScannedMeniscus) {
   const std::filesystem::path folder = test::source_dir() + "/../shared/meshes";
-  if (!std::filesystem::exists(folder / "medial-meniscus.obj")) GTEST_SKIP() << "needs " << folder << "/medial-meniscus.obj";
-  const auto visual = read_mesh(folder / "medial-meniscus.obj"), collision = read_mesh(folder / "medial-meniscus-collision.obj");
+  if (!std::filesystem::exists(folder / "medial-meniscus.obj"))
+    GTEST_SKIP() << "needs " << folder << "/medial-meniscus.obj";
+  const auto visual = read_mesh(folder / "medial-meniscus.obj"),
+             collision = read_mesh(folder / "medial-meniscus-collision.obj");
   ASSERT_TRUE(visual.ok() && collision.ok());
   expect_drawn(*visual, *collision, "medial meniscus", {0.025, 0.06, 0.35});
 }
@@ -98,8 +104,11 @@ TEST(DrawnPlace, TheScannedMeniscus) {
 // A disc whose caps are fans of 718 triangles: each path crossed hundreds of spokes.
 TEST(DrawnPlace, FansDoNotGrow) {
   TriangleMesh fan = fan_plate(720, 0.5, 0.03);
-  const auto uv = [](Vec3 p) { return Vec2f{static_cast<float>(0.5 + 0.6 * p.x - 0.2 * p.y), static_cast<float>(0.5 + 0.3 * p.x + 0.5 * p.y)}; };
-  for (const auto& t : fan.triangles) fan.texture.push_back({uv(fan.positions[t[0]]), uv(fan.positions[t[1]]), uv(fan.positions[t[2]])});
+  const auto uv = [](Vec3 p) {
+    return Vec2f{static_cast<float>(0.5 + 0.6 * p.x - 0.2 * p.y), static_cast<float>(0.5 + 0.3 * p.x + 0.5 * p.y)};
+  };
+  for (const auto& t : fan.triangles)
+    fan.texture.push_back({uv(fan.positions[t[0]]), uv(fan.positions[t[1]]), uv(fan.positions[t[2]])});
   ASSERT_EQ(fan.triangles.size(), 2876u);
   const BoundBody body = expect_drawn(fan, disc_mesh(0.5, 24, 4), "fan-720", {0.01, 0.03, 0.1});
   EXPECT_LT(body.report.visual_triangles, 4 * 2876);

@@ -30,7 +30,8 @@ struct Plate {
     std::vector<std::array<std::int32_t, 3>> triangles;
     for (const auto& t : model.visual.triangles) triangles.push_back({t[0].value, t[1].value, t[2].value});
     const std::vector<Vec3>& positions = model.visual.positions.raw();
-    surface = make_split_surface(positions, triangles, *build_half_edges(triangles, positions.size()), smooth_normals(positions, triangles), {});
+    surface = make_split_surface(positions, triangles, *build_half_edges(triangles, positions.size()),
+                                 smooth_normals(positions, triangles), {});
     const SkinSearch search(positions, triangles, collision.vertex_count());
     std::vector<Vec3> normals(collision.vertex_count(), Vec3{0, 0, 1});
     vertices = *bind_closed(surface, search, collision, normals);
@@ -57,14 +58,16 @@ struct Plate {
 
 /// Every image is positively oriented.
 void expect_one_to_one(const Parametrization& p) {
-  for (std::size_t h = 0; h < p.planar.size(); h += 3) EXPECT_GT(cross(p.planar[h + 1] - p.planar[h], p.planar[h + 2] - p.planar[h]), 0) << "face " << h / 3;
+  for (std::size_t h = 0; h < p.planar.size(); h += 3)
+    EXPECT_GT(cross(p.planar[h + 1] - p.planar[h], p.planar[h + 2] - p.planar[h]), 0) << "face " << h / 3;
 }
 
 constexpr std::size_t kPatch = 41;
 
 /// All vertices inside the patch come to one place, which has no directions.
 void crush(std::vector<Vec3>& positions, const std::vector<std::int32_t>& vertices) {
-  for (const std::int32_t v : vertices) positions[static_cast<std::size_t>(v)] = positions[static_cast<std::size_t>(vertices[0])];
+  for (const std::int32_t v : vertices)
+    positions[static_cast<std::size_t>(v)] = positions[static_cast<std::size_t>(vertices[0])];
 }
 
 TEST(Fallbacks, APatchThatIsCrushedTakesTheWeightsOfTheSurfaceAsItIs) {
@@ -79,7 +82,8 @@ TEST(Fallbacks, APatchThatIsCrushedTakesTheWeightsOfTheSurfaceAsItIs) {
   EXPECT_EQ(got.upright_patches, 1);
   EXPECT_EQ(got.uniform_patches, 0);
   expect_one_to_one(got);
-  for (std::size_t h = 0; h < expected.planar.size(); ++h) ASSERT_LT(norm(got.planar[h] - expected.planar[h]), 1e-12) << h;
+  for (std::size_t h = 0; h < expected.planar.size(); ++h)
+    ASSERT_LT(norm(got.planar[h] - expected.planar[h]), 1e-12) << h;
 }
 
 TEST(Fallbacks, OneThatIsCrushedAsItIsTakesUniformWeights) {
@@ -99,13 +103,15 @@ TEST(Fallbacks, OneThatIsCrushedAsItIsTakesUniformWeights) {
 TEST(Fallbacks, ModelsBindOnTheSurfaceAsItStands) {
   for (const auto& [name, what] : model_names()) {
     const Model model = *make_model(name, {});
-    const auto pressed = bind(model.visual, model.collision, {.thickness = 0.1}), upright = bind(model.visual, model.collision, {.thickness = 0.1, .squash = false});
+    const auto pressed = bind(model.visual, model.collision, {.thickness = 0.1}),
+               upright = bind(model.visual, model.collision, {.thickness = 0.1, .squash = false});
     ASSERT_TRUE(pressed.ok() && upright.ok()) << name;
     const Status valid = validate_binding(upright->complex);
     EXPECT_TRUE(valid.ok()) << name << ": " << (valid ? "" : valid.error().message);
     EXPECT_FALSE(pressed->report.upright) << name;
     EXPECT_EQ(upright->report.upright, model.closed) << name;
-    EXPECT_NEAR(upright->report.volume_after, pressed->report.volume_after, 1e-12 * pressed->report.volume_before) << name;
+    EXPECT_NEAR(upright->report.volume_after, pressed->report.volume_after, 1e-12 * pressed->report.volume_before)
+        << name;
     if (!model.closed) continue;
     EXPECT_GT(upright->report.displacement.largest, 2 * pressed->report.displacement.largest) << name;
     ASSERT_FALSE(upright->report.warnings.empty()) << name;

@@ -96,8 +96,9 @@ TEST(MMatrixLu, AgreesWithDenseLuOnStripsAndScatteredRows) {
   for (const auto& [w, h] : {std::pair{1, 90}, {90, 1}, {2, 60}, {5, 41}})
     expect_dense_solution(grid_system(w, h, [&] { return random.uniform(0.01, 1); }), grid_points(w, h), 1e-10);
   // No neighbours at all, and parts that do not hang together.
-  expect_dense_solution({.first = std::vector<std::int32_t>(41, 0), .column = {}, .value = {}, .diagonal = std::vector<double>(40, 2)},
-                        grid_points(40, 1), 1e-15);
+  expect_dense_solution(
+      {.first = std::vector<std::int32_t>(41, 0), .column = {}, .value = {}, .diagonal = std::vector<double>(40, 2)},
+      grid_points(40, 1), 1e-15);
   SparseRows apart = grid_system(6, 5);
   const SparseRows other = grid_system(7, 6);
   for (std::size_t i = 0; i < other.diagonal.size(); ++i) {

@@ -29,7 +29,8 @@ SplitSurface surface_of(const TriangleMesh& mesh) {
 double area_of(const SplitSurface& s) {
   double area = 0;
   for (std::int32_t h = 0; h < 3 * s.face_count(); h += 3) {
-    const Vec3 a = s.walled.at(s.walled.from(h)), b = s.walled.at(s.walled.from(h + 1)), c = s.walled.at(s.walled.from(h + 2));
+    const Vec3 a = s.walled.at(s.walled.from(h)), b = s.walled.at(s.walled.from(h + 1)),
+               c = s.walled.at(s.walled.from(h + 2));
     area += 0.5 * norm(cross(b - a, c - a));
   }
   return area;
@@ -118,7 +119,10 @@ Outcome displaced_bindings(const char* name, std::size_t triangles, int runs) {
         double distance = HUGE_VAL;
         for (std::int32_t i = 0; i < s.vertex_count(); ++i) {
           const auto u = static_cast<std::size_t>(i);
-          if (closed ? s.walled.wall_vertex[u] : (rim ? fan_start(s.walled, i) >= 0 && s.walled.opposite(fan_start(s.walled, i)) >= 0 : s.walled.wall_vertex[u] != 0)) continue;
+          if (closed ? s.walled.wall_vertex[u]
+                     : (rim ? fan_start(s.walled, i) >= 0 && s.walled.opposite(fan_start(s.walled, i)) >= 0
+                            : s.walled.wall_vertex[u] != 0))
+            continue;
           if (closed && !rim && dot(to_double(skin[u]), n) * (side == 0 ? 1 : -1) < 0.5) continue;
           const double x = norm(s.walled.at(i) - target);
           if (x >= distance) continue;
@@ -156,7 +160,11 @@ Outcome displaced_bindings(const char* name, std::size_t triangles, int runs) {
 }
 
 TEST(PathNetwork, DisplacedBindingsStillGiveDiscs) {
-  for (const auto& [name, triangles, runs] : {std::tuple{"sheet", 6656, 30}, {"closed-sheet", 6000, 30}, {"steak", 0, 20}, {"meniscus", 0, 20}, {"two-holed-slab", 0, 10}}) {
+  for (const auto& [name, triangles, runs] : {std::tuple{"sheet", 6656, 30},
+                                              {"closed-sheet", 6000, 30},
+                                              {"steak", 0, 20},
+                                              {"meniscus", 0, 20},
+                                              {"two-holed-slab", 0, 10}}) {
     const Outcome outcome = displaced_bindings(name, static_cast<std::size_t>(triangles), runs);
     EXPECT_EQ(outcome.discs, runs) << name;
   }

@@ -29,7 +29,8 @@ void expect_normals(const std::vector<Vec3>& positions, const Triangles& triangl
   const auto expected = reference_normals(positions, triangles);
   const auto normals = smooth_normals(positions, triangles);
   ASSERT_EQ(normals.size(), expected.size());
-  for (std::size_t v = 0; v < normals.size(); ++v) EXPECT_LT(norm(to_double(normals[v]) - expected[v]), 3e-7) << what << " " << v;
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    EXPECT_LT(norm(to_double(normals[v]) - expected[v]), 3e-7) << what << " " << v;
 }
 
 TEST(SplitSurface, NormalsAreWeightedByAngles) {

@@ -89,7 +89,8 @@ TEST(Squash, APlateBecomesAFilm) {
   std::vector<std::array<std::int32_t, 3>> triangles;
   for (const auto& t : model.visual.triangles) triangles.push_back({t[0].value, t[1].value, t[2].value});
   const std::vector<Vec3>& positions = model.visual.positions.raw();
-  SplitSurface s = make_split_surface(positions, triangles, *build_half_edges(triangles, positions.size()), smooth_normals(positions, triangles), {});
+  SplitSurface s = make_split_surface(positions, triangles, *build_half_edges(triangles, positions.size()),
+                                      smooth_normals(positions, triangles), {});
   BoundVertices vertices;  // any vertex will do to begin at
   vertices.bound.assign(collision->vertex_count(), {0, 0});
   const std::vector<Vec3> normals(collision->vertex_count(), Vec3{0, 0, 1});
@@ -98,7 +99,8 @@ TEST(Squash, APlateBecomesAFilm) {
   for (std::size_t i = 0; i < positions.size(); ++i)
     EXPECT_LT(norm(s.walled.position[i] - Vec3{positions[i].x, positions[i].y, kSquash * positions[i].z}), 1e-12);
   // What is split meanwhile comes back to where it would have been.
-  const Vec3 a = positions[static_cast<std::size_t>(triangles[0][0])], b = positions[static_cast<std::size_t>(triangles[0][1])];
+  const Vec3 a = positions[static_cast<std::size_t>(triangles[0][0])],
+             b = positions[static_cast<std::size_t>(triangles[0][1])];
   split_edge(s, 0, 0.25);
   stand_up(s);
   EXPECT_TRUE(s.upright.empty());

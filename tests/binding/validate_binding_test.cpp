@@ -31,7 +31,8 @@ class ValidateBinding : public ::testing::Test {
   /// An inner collision half-edge with at least three inner chain vertices.
   static CollisionHalfEdge long_chain(const CellComplex& x) {
     for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(x.collision.half_edge_count()))
-      if (x.collision.twin[h].valid() && x.collision.chain[h][0].count >= 3 && !x.collision.chain[h][0].reversed) return h;
+      if (x.collision.twin[h].valid() && x.collision.chain[h][0].count >= 3 && !x.collision.chain[h][0].reversed)
+        return h;
     return {};
   }
   static VisualVertex free_vertex(const CellComplex& x) {
@@ -47,48 +48,57 @@ TEST_F(ValidateBinding, AcceptsAFreshBody) {
 }
 
 TEST_F(ValidateBinding, NoticesEveryDamage) {
-  const auto contains = [](const std::string& message, const char* part) { EXPECT_NE(message.find(part), std::string::npos) << message; };
+  const auto contains = [](const std::string& message, const char* part) {
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  };
   contains(error_after([](CellComplex& x) {  // one unit in the last place, at one corner only
              const VisualHalfEdge h = x.visual.outgoing[free_vertex(x)];
              Vec2 p = x.visual.planar[h];
              p.x = std::nextafter(p.x, 10.0);
              x.visual.planar.set(h, p);
-           }), "differ in one plane");
+           }),
+           "differ in one plane");
   contains(error_after([](CellComplex& x) {  // a whole vertex moved out of its fan
              const VisualVertex v = free_vertex(x);
              x.visual.for_each_outgoing(v, [&](VisualHalfEdge h) {
                x.visual.planar.set(h, {1, 1});
                return true;
              });
-           }), "positively oriented");
+           }),
+           "positively oriented");
   contains(error_after([](CellComplex& x) {
              const PoolRun run = x.collision.chain[long_chain(x)][0];
              const VisualVertex a = x.chain_pool[run.at(0)], b = x.chain_pool[run.at(1)];
              x.chain_pool.set(run.at(0), b);
              x.chain_pool.set(run.at(1), a);
-           }), "neighbours");
+           }),
+           "neighbours");
   contains(error_after([](CellComplex& x) {
              const CollisionHalfEdge h = long_chain(x);
              auto chain = x.collision.chain[h];
              chain[0] = chain[0].flipped();
              x.collision.chain.set(h, chain);
-           }), "twin has another chain");
+           }),
+           "twin has another chain");
   contains(error_after([](CellComplex& x) {
              const CollisionHalfEdge h = long_chain(x);
              auto chain = x.collision.chain[h];
              chain[1] = PoolRun{};
              x.collision.chain.set(h, chain);
-           }), "chain missing");
+           }),
+           "chain missing");
   contains(error_after([](CellComplex& x) {
              const VisualHalfEdge h = x.visual.outgoing[free_vertex(x)];
              x.visual.barrier.set(h, 1);
              x.visual.barrier.set(x.visual.twin[h], 1);
-           }), "barrier edges");
+           }),
+           "barrier edges");
   contains(error_after([](CellComplex& x) { x.visual.free.set(free_vertex(x), 0); }), "free flag");
   contains(error_after([](CellComplex& x) {
              const PoolRun run = x.collision.free[CollisionTriangle(0)][0];
              x.free_pool.set(run.at(0), x.free_pool[run.at(1)]);
-           }), "in two lists");
+           }),
+           "in two lists");
   contains(error_after([](CellComplex& x) {
              auto bound = x.collision.bound[CollisionVertex(0)];
              std::swap(bound[0], bound[1]);
@@ -99,7 +109,8 @@ TEST_F(ValidateBinding, NoticesEveryDamage) {
                  x.collision.bound.set(v, bound);
                  return;
                }
-           }), "neighbours");
+           }),
+           "neighbours");
   contains(error_after([](CellComplex& x) { x.visual.twin.set(VisualHalfEdge(3), VisualHalfEdge(-1)); }), "twin");
   contains(error_after([](CellComplex& x) { x.closed = false; }), "side");
   contains(error_after([](CellComplex& x) { x.collision.planar.set(CollisionHalfEdge(1), {0, 0}); }), "oriented");
@@ -107,8 +118,12 @@ TEST_F(ValidateBinding, NoticesEveryDamage) {
              Vec2 p = x.collision.planar[CollisionHalfEdge(1)];
              p.x = std::nextafter(p.x, 10.0);
              x.collision.planar.set(CollisionHalfEdge(1), p);
-           }), "not at its collision corner");
-  EXPECT_NE(error_after([](CellComplex& x) { x.visual.patch.set(VisualTriangle(0), Patch{(x.visual.patch[VisualTriangle(0)].value + 2) % 20}); }), "");
+           }),
+           "not at its collision corner");
+  EXPECT_NE(error_after([](CellComplex& x) {
+              x.visual.patch.set(VisualTriangle(0), Patch{(x.visual.patch[VisualTriangle(0)].value + 2) % 20});
+            }),
+            "");
 }
 
 }  // namespace

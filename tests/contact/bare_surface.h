@@ -38,7 +38,8 @@ struct BareSurface {
     std::vector<Vec3> normal(position.size());
     for (std::size_t t = 0; t < surface.face_count(); ++t) {
       const auto c = surface.vertices(CollisionTriangle(t));
-      const Vec3 n = cross(position[c[1].index()] - position[c[0].index()], position[c[2].index()] - position[c[0].index()]);
+      const Vec3 n =
+          cross(position[c[1].index()] - position[c[0].index()], position[c[2].index()] - position[c[0].index()]);
       for (const CollisionVertex v : c) normal[v.index()] += n;
     }
     for (std::size_t v = 0; v < position.size(); ++v) offset[v] = surface.radius.raw()[v] * normalized(normal[v]);
@@ -64,7 +65,8 @@ inline TriangleMesh two_plates(int cells) {
   const std::size_t first = mesh.positions.size();
   for (const Vec3 p : other.positions.raw()) mesh.positions.push_back(p + Vec3{0, 0, 1});
   for (const std::array<VertexId, 3>& t : other.triangles.raw())
-    mesh.triangles.push_back({VertexId(t[0].index() + first), VertexId(t[1].index() + first), VertexId(t[2].index() + first)});
+    mesh.triangles.push_back(
+        {VertexId(t[0].index() + first), VertexId(t[1].index() + first), VertexId(t[2].index() + first)});
   return mesh;
 }
 

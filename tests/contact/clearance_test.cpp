@@ -21,14 +21,17 @@ using testing_support::random_vector;
 using testing_support::shape_of;
 
 template <class T>
-bool same_bits(const T& a, const T& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same_bits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
 
 void expect_same(const std::vector<Contact>& a, const std::vector<Contact>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(a[i].key, b[i].key);
-    EXPECT_TRUE(same_bits(a[i].gap, b[i].gap) && same_bits(a[i].normal, b[i].normal) && same_bits(a[i].point, b[i].point) &&
-                same_bits(a[i].a.weight, b[i].a.weight) && same_bits(a[i].a.lift, b[i].a.lift))
+    EXPECT_TRUE(same_bits(a[i].gap, b[i].gap) && same_bits(a[i].normal, b[i].normal) &&
+                same_bits(a[i].point, b[i].point) && same_bits(a[i].a.weight, b[i].a.weight) &&
+                same_bits(a[i].a.lift, b[i].a.lift))
         << "contact " << i;
     EXPECT_EQ(a[i].a.vertex, b[i].a.vertex);
   }
@@ -41,13 +44,15 @@ TEST(Clearance, ChangesNoContact) {
     Random random(seed);
     const auto sheet = [&](int n) { return BareSurface(plain_grid_mesh(n, n), seed % 2 == 0 ? 0.004 : 0.03); };
     BareSurface large = sheet(6), small = sheet(20);
-    std::vector<RigidShape> shapes{shape_of(mesh_part(prepared(testing_support::ball_mesh(0.2)), {0.02, 0, 0}, random_rotation(random))),
-                                   shape_of(mesh_part(prepared(testing_support::box_mesh({0.2, 0.1, 0.05})))),
-                                   shape_of(mesh_part(prepared(testing_support::box_mesh({0.01, 0.01, 0.05})), {}, random_rotation(random)))};
+    std::vector<RigidShape> shapes{
+        shape_of(mesh_part(prepared(testing_support::ball_mesh(0.2)), {0.02, 0, 0}, random_rotation(random))),
+        shape_of(mesh_part(prepared(testing_support::box_mesh({0.2, 0.1, 0.05})))),
+        shape_of(mesh_part(prepared(testing_support::box_mesh({0.01, 0.01, 0.05})), {}, random_rotation(random)))};
     for (RigidShape& s : shapes) s.position = {0.5, 0.5, -0.2};
     shapes[1].position = {0.3, 0.6, 0.12};
     // A peg between the vertices of large triangles: at the middle of an edge, or of a face.
-    shapes[2].position = seed % 4 < 2 ? Vec3{2.5 / 6, 4.0 / 6, -0.04} : Vec3{(2 + 1.0 / 3) / 6, (3 + 2.0 / 3) / 6, -0.04};
+    shapes[2].position =
+        seed % 4 < 2 ? Vec3{2.5 / 6, 4.0 / 6, -0.04} : Vec3{(2 + 1.0 / 3) / 6, (3 + 2.0 / 3) / 6, -0.04};
     DetectMemory memory;
     DetectWorkspace warm;
     const double pace = std::pow(10.0, random.uniform(-4.5, -2));

@@ -28,7 +28,8 @@ LipsView whole(const BareSurface& body, const std::vector<std::array<std::int32_
   for (const CollisionTriangle f : ids<CollisionTriangle>(s.face_count())) {
     view.side.push_back(s.rest[s.vertices(f)[0]].z > 0.5 ? 1 : -1);
     for (int i = 0; i < 3; ++i)
-      if (const CollisionHalfEdge h = ContactSurface::corner(f, i); !s.twin[h].valid()) view.walls.push_back({s.from(h).value, s.to(h).value, view.side.back()});
+      if (const CollisionHalfEdge h = ContactSurface::corner(f, i); !s.twin[h].valid())
+        view.walls.push_back({s.from(h).value, s.to(h).value, view.side.back()});
   }
   return view;
 }
@@ -60,7 +61,8 @@ TEST(Depth, IsTheLeastWayOutOfWhatIsNoNeighbour) {
             p.vertex = {CollisionVertex(w.from), CollisionVertex(w.to), CollisionVertex()};
             p.weight = {1 - i / 6.0, i / 6.0, 0};
             p.lift = lift;
-            const double wanted = testing_support::depth_in_side(view, -w.side, body.point(p)), found = depth_of(body.state(), p, 0, search);
+            const double wanted = testing_support::depth_in_side(view, -w.side, body.point(p)),
+                         found = depth_of(body.state(), p, 0, search);
             // Walls are ruled, and two triangles here: they leave each other where the border is twisted.
             EXPECT_NEAR(found, wanted, 0.02 * kRadius) << x << " " << turn;
             if (wanted > 0.02 * kRadius) ++compared;
@@ -85,9 +87,12 @@ TEST(Depth, NothingIsInACrookedPrismThatIsNoPlaceOfIt) {
   DepthSearch search;
   for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
     Random random(seed);
-    const auto any = [&](double size) { return Vec3{random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)}; };
+    const auto any = [&](double size) {
+      return Vec3{random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
+    };
     for (const CollisionVertex v : ids<CollisionVertex>(s.vertex_count())) {
-      body.position[v.index()] = s.rest[v].z > 0.5 ? any(2 * kRadius) : 4 * kRadius * (s.rest[v] - Vec3{0.5, 0.5, 0}) + any(kRadius);
+      body.position[v.index()] =
+          s.rest[v].z > 0.5 ? any(2 * kRadius) : 4 * kRadius * (s.rest[v] - Vec3{0.5, 0.5, 0}) + any(kRadius);
       body.offset[v.index()] = kRadius * random.uniform(0.5, 2.5) * normalized(any(1) + Vec3{0, 0, 0.3});
     }
     prepare_depths(body.state(), search);
@@ -113,10 +118,13 @@ TEST(Depth, NothingIsInACrookedPrismThatIsNoPlaceOfIt) {
           for (int l = -kGrid / 2; l <= kGrid / 2; ++l) {
             Vec3 x;
             const double w[3] = {1 - (i + k) / double{kGrid}, i / double{kGrid}, k / double{kGrid}};
-            for (std::size_t m = 0; m < 3; ++m) x += w[m] * (body.position[c[m].index()] + 2 * l / double{kGrid} * body.offset[c[m].index()]);
+            for (std::size_t m = 0; m < 3; ++m)
+              x += w[m] * (body.position[c[m].index()] + 2 * l / double{kGrid} * body.offset[c[m].index()]);
             nearest = std::min(nearest, norm(x - p));
           }
-      coarse = std::max(coarse, (norm(body.position[c[1].index()] - body.position[c[0].index()]) + norm(body.position[c[2].index()] - body.position[c[0].index()]) + 10 * kRadius) / kGrid);
+      coarse = std::max(coarse, (norm(body.position[c[1].index()] - body.position[c[0].index()]) +
+                                 norm(body.position[c[2].index()] - body.position[c[0].index()]) + 10 * kRadius) /
+                                    kGrid);
     }
     EXPECT_LT(nearest, coarse) << seed;
   }
@@ -159,13 +167,17 @@ TEST(Depth, RimsThatCrossInAPointAreFoundWhereverThatIs) {
     const double along = i / 50.0, steep = M_PI / 4;
     body.deform([&](Vec3 p) {
       if (p.z < 0.5) return p;
-      const double u = p.x - along, up = p.y;  // the place `along` its rim is at (1, 0.43), 0.4 half thicknesses under the first plate's side
-      return Vec3{1 + std::cos(steep) * u + std::sin(steep) * up, 0.43, kRadius - 0.4 * kRadius - std::sin(steep) * u + std::cos(steep) * up};
+      const double
+          u = p.x - along,
+          up = p.y;  // the place `along` its rim is at (1, 0.43), 0.4 half thicknesses under the first plate's side
+      return Vec3{1 + std::cos(steep) * u + std::sin(steep) * up, 0.43,
+                  kRadius - 0.4 * kRadius - std::sin(steep) * u + std::cos(steep) * up};
     });
     prepare_depths(body.state(), search);
     find_deep_walls(body.state(), 0.05 * kRadius, search);
     ASSERT_FALSE(search.deep.empty()) << i;
-    for (const DepthSearch::Deep& d : search.deep) EXPECT_LT(norm(body.point(d.point) - Vec3{1, 0.43, kRadius}), 2 * kRadius);
+    for (const DepthSearch::Deep& d : search.deep)
+      EXPECT_LT(norm(body.point(d.point) - Vec3{1, 0.43, kRadius}), 2 * kRadius);
   }
 }
 

@@ -24,8 +24,8 @@ struct Detection {
   DetectMemory memory;
   DetectWorkspace workspace;
   std::vector<Contact> contacts;
-  DetectReport run(const BareSurface& body, std::span<const RigidShape> obstacles, std::span<const RigidShape> tools = {},
-                   const DetectOptions& options = {}) {
+  DetectReport run(const BareSurface& body, std::span<const RigidShape> obstacles,
+                   std::span<const RigidShape> tools = {}, const DetectOptions& options = {}) {
     const SurfaceState state = body.state();
     return detect(std::span(&state, 1), obstacles, tools, options, memory, workspace, contacts);
   }
@@ -37,7 +37,9 @@ void expect_consistent(const BareSurface& body, const std::vector<Contact>& cont
     const Contact& c = contacts[i];
     EXPECT_NEAR(norm(c.normal), 1, 1e-12);
     EXPECT_NEAR(dot(body.point(c.a) - c.point, c.normal), c.gap, 1e-12);
-    if (i > 0) { EXPECT_LT(contacts[i - 1].key, c.key); }
+    if (i > 0) {
+      EXPECT_LT(contacts[i - 1].key, c.key);
+    }
   }
 }
 
@@ -110,7 +112,8 @@ TEST(DetectShapes, WhatIsAboveABoxIsNotInIt) {
     Random random(seed);
     BareSurface sheet(plain_grid_mesh(3, 3), 0.02);
     const Vec3 half{random.uniform(0.03, 0.3), random.uniform(0.03, 0.3), random.uniform(0.03, 0.3)};
-    RigidShape box = shape_of(box_part({}, half)), mesh = shape_of(mesh_part(testing_support::prepared(testing_support::box_mesh(half))));
+    RigidShape box = shape_of(box_part({}, half)),
+               mesh = shape_of(mesh_part(testing_support::prepared(testing_support::box_mesh(half))));
     for (RigidShape* shape : {&box, &mesh}) {
       shape->axes = testing_support::random_rotation(random);
       double high = 0;
@@ -178,7 +181,8 @@ TEST(DetectShapes, ABallThatABodyLiesRoundTouchesEveryFace) {
       expect_consistent(sheet, d.contacts);
       for (const CollisionTriangle f : ids<CollisionTriangle>(sheet.surface.face_count())) {
         const auto v = sheet.surface.vertices(f);
-        const std::array<Vec3, 3> corner{sheet.position[v[0].index()], sheet.position[v[1].index()], sheet.position[v[2].index()]};
+        const std::array<Vec3, 3> corner{sheet.position[v[0].index()], sheet.position[v[1].index()],
+                                         sheet.position[v[2].index()]};
         const Vec3 normal = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
         const std::array<double, 3> w = nearest_foot({}, corner).weights();
         if (w[0] == 0 || w[1] == 0 || w[2] == 0) continue;
@@ -187,9 +191,12 @@ TEST(DetectShapes, ABallThatABodyLiesRoundTouchesEveryFace) {
         const double gap = std::fabs(dot(normal, corner[0])) - kBall - std::fabs(dot(normal, offset));
         if (gap > -0.01 * r) continue;
         ++deep;
-        EXPECT_TRUE(std::any_of(d.contacts.begin(), d.contacts.end(), [&](const Contact& c) {
-          return c.a.vertex == v && std::fabs(c.gap - gap) < 1e-12 && dot(c.normal, corner[0]) > 0;
-        })) << "seed " << seed << " face " << f.value << " gap " << gap;
+        EXPECT_TRUE(std::any_of(d.contacts.begin(), d.contacts.end(),
+                                [&](const Contact& c) {
+                                  return c.a.vertex == v && std::fabs(c.gap - gap) < 1e-12 &&
+                                         dot(c.normal, corner[0]) > 0;
+                                }))
+            << "seed " << seed << " face " << f.value << " gap " << gap;
       }
     }
   }
@@ -210,7 +217,8 @@ TEST(DetectShapes, ABallTouchesFacesWhereTheirSidesComeNearest) {
       const double angle = norm(d) / kBall, high = kBall + 0.6 * r;
       return high * (std::sin(angle) * normalized(d) + Vec3{0, 0, std::cos(angle)});
     });
-    for (Vec3& o : sheet.offset) o = random.uniform(0.2, 1) * (o + random.uniform(0, 0.6) * testing_support::random_vector(random, r));
+    for (Vec3& o : sheet.offset)
+      o = random.uniform(0.2, 1) * (o + random.uniform(0, 0.6) * testing_support::random_vector(random, r));
     const RigidShape ball = shape_of(sphere_part({}, kBall));
     Detection d;
     d.run(sheet, std::span(&ball, 1));
@@ -223,7 +231,9 @@ TEST(DetectShapes, ABallTouchesFacesWhereTheirSidesComeNearest) {
       const double gap = norm(w[0] * corner(0) + w[1] * corner(1) + w[2] * corner(2)) - kBall;
       if (gap > -0.01 * r) continue;
       ++deep;
-      EXPECT_TRUE(std::any_of(d.contacts.begin(), d.contacts.end(), [&](const Contact& c) { return c.a.vertex == v && c.a.lift == -1 && std::fabs(c.gap - gap) < 1e-12; }))
+      EXPECT_TRUE(std::any_of(
+          d.contacts.begin(), d.contacts.end(),
+          [&](const Contact& c) { return c.a.vertex == v && c.a.lift == -1 && std::fabs(c.gap - gap) < 1e-12; }))
           << "seed " << seed << " face " << f.value << " gap " << gap;
     }
   }
@@ -235,11 +245,16 @@ TEST(DetectShapes, ABallTouchesFacesWhereTheirSidesComeNearest) {
 TEST(DetectShapes, ACornerThatHasCrushedAVertexStillPressesOnTheFacesRoundIt) {
   const double r = 0.01;
   BareSurface sheet(plain_grid_mesh(2, 2, 0.2, 0.2), r);
-  const auto middle = static_cast<std::size_t>(std::min_element(sheet.position.begin(), sheet.position.end(), [](Vec3 a, Vec3 b) {
-                        return norm(a - Vec3{0.1, 0.1, 0}) < norm(b - Vec3{0.1, 0.1, 0});
-                      }) - sheet.position.begin());
+  const auto middle =
+      static_cast<std::size_t>(std::min_element(sheet.position.begin(), sheet.position.end(),
+                                                [](Vec3 a, Vec3 b) {
+                                                  return norm(a - Vec3{0.1, 0.1, 0}) < norm(b - Vec3{0.1, 0.1, 0});
+                                                }) -
+                               sheet.position.begin());
   const auto hang = [&](double apex) {
-    sheet.deform([&](Vec3 p) { return norm(p - Vec3{0.1, 0.1, 0}) < 1e-9 ? Vec3{0.1, 0.1, apex} : Vec3{p.x, p.y, -0.06 - 0.1 * p.x - 0.2 * p.y}; });
+    sheet.deform([&](Vec3 p) {
+      return norm(p - Vec3{0.1, 0.1, 0}) < 1e-9 ? Vec3{0.1, 0.1, apex} : Vec3{p.x, p.y, -0.06 - 0.1 * p.x - 0.2 * p.y};
+    });
     sheet.offset[middle] = 0.05 * sheet.offset[middle];
   };
   RigidShape box = shape_of(box_part({}, {0.2, 0.2, 0.2}));
@@ -252,7 +267,9 @@ TEST(DetectShapes, ACornerThatHasCrushedAVertexStillPressesOnTheFacesRoundIt) {
   expect_consistent(sheet, d.contacts);
   // Of the corner with three faces, at that vertex.
   const auto pressing = [&] {
-    return std::count_if(d.contacts.begin(), d.contacts.end(), [&](const Contact& c) { return norm(c.point - Vec3{0.1, 0.1, 0}) < 1e-12 && norm(sheet.point(c.a) - sheet.position[middle]) < 0.1 * r; });
+    return std::count_if(d.contacts.begin(), d.contacts.end(), [&](const Contact& c) {
+      return norm(c.point - Vec3{0.1, 0.1, 0}) < 1e-12 && norm(sheet.point(c.a) - sheet.position[middle]) < 0.1 * r;
+    });
   };
   EXPECT_GE(pressing(), 3);
   for (int call = 0; call < 2; ++call) {  // and it goes on to
@@ -274,8 +291,7 @@ TEST(DetectShapes, WhatIsInAThinPlateHasNotComeInOverItsEnd) {
     plate.position = Vec3{0.3, 0.5, deep} - 0.3 * plate.axes.c[2];
     Detection d;
     d.run(sheet, std::span(&plate, 1));
-    for (const Contact& c : d.contacts)
-      EXPECT_GT(c.gap, -0.02) << deep << ", " << c.normal.z;
+    for (const Contact& c : d.contacts) EXPECT_GT(c.gap, -0.02) << deep << ", " << c.normal.z;
   }
 }
 
@@ -285,7 +301,8 @@ BareSurface folded_sheet(Random& random, int grid, double radius) {
   const Vec3 k = testing_support::random_vector(random, 8), l = testing_support::random_vector(random, 8);
   const double high = random.uniform(0, 0.15);
   sheet.deform([&](Vec3 p) {
-    return p + Vec3{0.3 * high * std::cos(dot(l, p)), 0.3 * high * std::sin(dot(k, p)), high * std::sin(dot(k, p)) + high * std::cos(dot(l, p))};
+    return p + Vec3{0.3 * high * std::cos(dot(l, p)), 0.3 * high * std::sin(dot(k, p)),
+                    high * std::sin(dot(k, p)) + high * std::cos(dot(l, p))};
   });
   return sheet;
 }

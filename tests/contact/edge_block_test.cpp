@@ -31,7 +31,8 @@ std::array<Vec3, 2> random_faces(Random& random, Vec3 along) {
 
 /// Is a direction, or its reverse, off the faces?
 bool off(Vec3 n, const std::array<Vec3, 2>& into) {
-  return (dot(n, into[0]) <= kOffFaces && dot(n, into[1]) <= kOffFaces) || (dot(-n, into[0]) <= kOffFaces && dot(-n, into[1]) <= kOffFaces);
+  return (dot(n, into[0]) <= kOffFaces && dot(n, into[1]) <= kOffFaces) ||
+         (dot(-n, into[0]) <= kOffFaces && dot(-n, into[1]) <= kOffFaces);
 }
 
 bool touches(const BodyEdge& mine, const ObstacleLeaves::Edge& edge, double reach) {

@@ -52,10 +52,18 @@ TEST(LeafBoxes, LeaveOutWhatOneBoxAtATimeDoes) {
     const TreeBox mine = random_directions(random, 0.2f), others = random_directions(random, 0.3f);
     const auto reach = static_cast<float>(random.uniform(0, 0.8)), limit = static_cast<float>(random.uniform(0, 0.3));
     std::vector<int> close(boxes.size()), point(boxes.size()), facing(boxes.size());
-    list.for_each(0, [&](std::uint32_t b) { return near_box(list.block[b], probe, reach); }, [&](std::uint32_t i) { ++close.at(i); });
-    list.for_each(0, [&](std::uint32_t b) { return near_point(list.block[b], probe.min, reach * reach); }, [&](std::uint32_t i) { ++point.at(i); });
-    list.for_each(0, [&](std::uint32_t b) { return near_box(list.block[b], probe, 2) & not_side_by_side(probe, mine, list.block[b], others, limit); },
-                  [&](std::uint32_t i) { ++facing.at(i); });
+    list.for_each(
+        0, [&](std::uint32_t b) { return near_box(list.block[b], probe, reach); },
+        [&](std::uint32_t i) { ++close.at(i); });
+    list.for_each(
+        0, [&](std::uint32_t b) { return near_point(list.block[b], probe.min, reach * reach); },
+        [&](std::uint32_t i) { ++point.at(i); });
+    list.for_each(
+        0,
+        [&](std::uint32_t b) {
+          return near_box(list.block[b], probe, 2) & not_side_by_side(probe, mine, list.block[b], others, limit);
+        },
+        [&](std::uint32_t i) { ++facing.at(i); });
     for (std::size_t i = 0; i < boxes.size(); ++i) {
       ASSERT_EQ(list.item[i], static_cast<std::int32_t>(i));
       ASSERT_EQ(close[i], near(boxes[i], probe, reach) ? 1 : 0);
@@ -75,8 +83,12 @@ TEST(LeafBoxes, NothingIsFoundInPlacesThatAreNotInUse) {
     std::vector<TreeBox> boxes;
     const LeafBoxes list = random_boxes(random, count, boxes);
     std::vector<int> found(boxes.size());
-    list.for_each(0, [&](std::uint32_t b) { return near_point(list.block[b], {}, HUGE_VALF) & near_box(list.block[b], {}, HUGE_VALF); },
-                  [&](std::uint32_t i) { ++found.at(i); });
+    list.for_each(
+        0,
+        [&](std::uint32_t b) {
+          return near_point(list.block[b], {}, HUGE_VALF) & near_box(list.block[b], {}, HUGE_VALF);
+        },
+        [&](std::uint32_t i) { ++found.at(i); });
     for (const int times : found) EXPECT_EQ(times, 1);
   }
 }
@@ -90,7 +102,8 @@ TEST(LeafBoxes, LeavesEightAtATimeKeepAllThatIsSelectedInThem) {
     const Vec3 at = centre + random_vec(random, 1);
     const TreeBox probe = box_of(at, round % 2 == 0 ? at : at + random_vec(random, 0.3));
     const TreeBox mine = round % 3 == 0 ? random_directions(random, 0) : random_directions(random, 0.2f);
-    const auto reach = static_cast<float>(random.uniform(0, 1)), limit = round % 5 == 0 ? 0.0f : static_cast<float>(random.uniform(0, 0.3));
+    const auto reach = static_cast<float>(random.uniform(0, 1)),
+               limit = round % 5 == 0 ? 0.0f : static_cast<float>(random.uniform(0, 0.3));
     const int count = 1 + static_cast<int>(random.uniform(0, 7.99));
     LeafBlock block = no_leaves();
     std::vector<std::vector<TreeBox>> items(static_cast<std::size_t>(count));
@@ -108,7 +121,8 @@ TEST(LeafBoxes, LeavesEightAtATimeKeepAllThatIsSelectedInThem) {
       set_leaf(leaf, directions.back(), k, block);
     }
     const TreeCorner p = probe.min, direction = mine.max;
-    const unsigned by_point = leaves_near_point(block, p, direction, reach * reach, limit), by_box = leaves_near_box(block, probe, mine, reach, limit);
+    const unsigned by_point = leaves_near_point(block, p, direction, reach * reach, limit),
+                   by_box = leaves_near_box(block, probe, mine, reach, limit);
     EXPECT_EQ((by_point | by_box) >> count, 0u);
     for (std::size_t k = 0; k < items.size(); ++k) {
       ++((by_box >> k & 1) != 0 ? in : out);
@@ -163,7 +177,9 @@ TEST(LeafBoxes, KeepEveryEdgeThatHasInnerFeet) {
     const unsigned bits = may_have_inner_feet(list.ends[0], probe);
     for (int i = 0; i < 8; ++i) {
       SegmentFeet feet;
-      const bool has = inner_feet(p, q, edges[static_cast<std::size_t>(i)][0], edges[static_cast<std::size_t>(i)][1], feet), keeps = (bits >> i & 1) != 0;
+      const bool has = inner_feet(p, q, edges[static_cast<std::size_t>(i)][0], edges[static_cast<std::size_t>(i)][1],
+                                  feet),
+                 keeps = (bits >> i & 1) != 0;
       ASSERT_TRUE(keeps || !has) << round << " " << i;
       if (round % 3 == 0 || size < 0.03 || i < 5) continue;
       ++all, kept += keeps ? 1 : 0, with_feet += has ? 1 : 0;

@@ -26,7 +26,8 @@ struct LipBody {
   DetectWorkspace workspace;
   std::vector<Contact> contacts;
 
-  explicit LipBody(int grid = 6, double radius = kRadius, bool closed = true) : cut(plain_grid_mesh(grid, grid), options(radius, closed)) {
+  explicit LipBody(int grid = 6, double radius = kRadius, bool closed = true)
+      : cut(plain_grid_mesh(grid, grid), options(radius, closed)) {
     surface = make_contact_surface(cut.body.collision);
   }
   static SyntheticOptions options(double radius, bool closed) {
@@ -77,7 +78,9 @@ TEST(Lips, FreshCutHasGapsOfExactlyZero) {
   for (const bool closed : {true, false})
     for (const double end : {0.62, 1.1}) {
       LipBody body(6, kRadius, closed);
-      body.make_cut({{0.47, -0.1, 0}, {0.54, 0.3, 0}, {0.45, end, 0}});  // no vertex of the grid so near that the path is rounded to it
+      body.make_cut({{0.47, -0.1, 0},
+                     {0.54, 0.3, 0},
+                     {0.45, end, 0}});  // no vertex of the grid so near that the path is rounded to it
       const DetectReport report = body.detect();
       ASSERT_FALSE(body.contacts.empty());
       for (const Contact& c : body.contacts) {
@@ -189,11 +192,14 @@ TEST(Lips, TwistedWallsTouchBetweenTheirCorners) {
   body.make_cut({{0.5, -0.1, 0}, {0.5, 1.1, 0}});
   double low = 0, high = 1;  // of the edge in the middle of the rim
   for (const CollisionVertex v : ids<CollisionVertex>(body.surface.vertex_count()))
-    if (const double y = body.surface.rest[v].y; body.surface.on_cut[v] != 0) (y < 0.3 ? low : high) = y < 0.3 ? std::max(low, y) : std::min(high, y);
+    if (const double y = body.surface.rest[v].y; body.surface.on_cut[v] != 0)
+      (y < 0.3 ? low : high) = y < 0.3 ? std::max(low, y) : std::min(high, y);
   ASSERT_GT(high - low, 0.2);
   for (double part = 0; part < 1.01; part += 0.1) {
     const auto along = [&](Vec3 p) { return std::clamp((p.y - low) / (high - low), 0.0, 1.0); };
-    body.place([&](Vec3 p, int side) { return side < 0 ? p : p + Vec3{-0.3 * part * kThin * along(p), 0, 1.5 * kThin * along(p)}; });
+    body.place([&](Vec3 p, int side) {
+      return side < 0 ? p : p + Vec3{-0.3 * part * kThin * along(p), 0, 1.5 * kThin * along(p)};
+    });
     for (const CollisionTriangle t : ids<CollisionTriangle>(body.surface.face_count())) {
       const auto c = body.surface.vertices(t);
       if (body.surface.rest[c[0]].x + body.surface.rest[c[1]].x + body.surface.rest[c[2]].x < 1.5) continue;
@@ -296,7 +302,8 @@ TEST(Lips, TwoCutsThatCross) {
     for (const CollisionVertex v : c) middle += (1.0 / 3) * body.surface.rest[v];
     const double cut_y = 0.44 + 0.05 * (middle.x + 0.1) / 1.2;
     for (const CollisionVertex v : c)
-      body.position[v.index()] = body.surface.rest[v] - 0.5 * push * Vec3{middle.x > 0.5 ? 1.0 : -1.0, middle.y > cut_y ? 1.0 : -1.0, 0};
+      body.position[v.index()] =
+          body.surface.rest[v] - 0.5 * push * Vec3{middle.x > 0.5 ? 1.0 : -1.0, middle.y > cut_y ? 1.0 : -1.0, 0};
   }
   body.predicted = body.position;
   body.detect();
@@ -318,7 +325,8 @@ struct Quarters : LipBody {
     for (const CollisionTriangle t : ids<CollisionTriangle>(surface.face_count())) {
       const auto c = surface.vertices(t);
       const Vec3 middle = (1.0 / 3) * (surface.rest[c[0]] + surface.rest[c[1]] + surface.rest[c[2]]);
-      for (const CollisionVertex v : c) position[v.index()] = surface.rest[v] + f(middle.x > kMiddle.x ? 1 : -1, middle.y > kMiddle.y ? 1 : -1);
+      for (const CollisionVertex v : c)
+        position[v.index()] = surface.rest[v] + f(middle.x > kMiddle.x ? 1 : -1, middle.y > kMiddle.y ? 1 : -1);
     }
     predicted = position;
     detect();
@@ -342,7 +350,8 @@ TEST(Lips, CornersAcrossACrossingKeepOutOfEachOther) {
       }
       ASSERT_FALSE(body.contacts.empty()) << k << " " << l;
       EXPECT_NEAR(body.least_gap(), -std::min(d, e), 0.02 * std::min(d, e)) << k << " " << l;
-      for (const Contact& c : body.contacts) EXPECT_NEAR(std::max(std::fabs(c.normal.x), std::fabs(c.normal.y)), 1, 1e-3);
+      for (const Contact& c : body.contacts)
+        EXPECT_NEAR(std::max(std::fabs(c.normal.x), std::fabs(c.normal.y)), 1, 1e-3);
     }
   }
 }
@@ -352,10 +361,13 @@ TEST(Lips, ACornerLiesOnThePieceAcrossThoughItsOwnLipsAreClosed) {
   const double r = kRadius;
   for (const double height : {2.02, 1.98, 1.95, 1.92}) {
     // Both quarters of large x rise together, and slide over those of small x.
-    body.move([&](int x, int y) { return x > 0 ? Vec3{-0.6 * r, -0.6 * r, height * r} : y > 0 ? 4 * r * Vec3{-1, 1, 0} : Vec3{}; });
+    body.move([&](int x, int y) {
+      return x > 0 ? Vec3{-0.6 * r, -0.6 * r, height * r} : y > 0 ? 4 * r * Vec3{-1, 1, 0} : Vec3{};
+    });
     int on_top = 0;
     for (const Contact& c : body.contacts) {
-      const bool corner = norm(body.surface.rest[c.a.vertex[0]] - Quarters::kMiddle) < 1e-9 && !c.a.vertex[1].valid() && body.position[c.a.vertex[0].index()].z > r;
+      const bool corner = norm(body.surface.rest[c.a.vertex[0]] - Quarters::kMiddle) < 1e-9 && !c.a.vertex[1].valid() &&
+                          body.position[c.a.vertex[0].index()].z > r;
       if (!corner || std::fabs(c.normal.z) < 0.99) continue;
       ++on_top;
       EXPECT_NEAR(c.gap, (height - 2) * r, 1e-9);

@@ -116,10 +116,13 @@ TEST(Quiet, FindsTheSameContactsAsAWorkspaceThatKnowsNothing) {
       const double tremble = 0.002 * radius;
       body.place([&](Vec3 p, int side) {
         const double open = std::max(0.0, 0.62 - p.y);
-        Vec3 x = p + (side * open) * lift + Vec3{tremble * std::sin(40 * p.x + i), 0, tremble * std::sin(50 * p.y + 2 * i)};
+        Vec3 x =
+            p + (side * open) * lift + Vec3{tremble * std::sin(40 * p.x + i), 0, tremble * std::sin(50 * p.y + 2 * i)};
         const double a = bend * (x.x - 0.5);
         const double height = x.z;
-        if (std::fabs(bend) > 1e-3) x = Vec3{0.5 + std::sin(a) / bend - height * std::sin(a), x.y, (1 - std::cos(a)) / bend + height * std::cos(a)};
+        if (std::fabs(bend) > 1e-3)
+          x = Vec3{0.5 + std::sin(a) / bend - height * std::sin(a), x.y,
+                   (1 - std::cos(a)) / bend + height * std::cos(a)};
         return x;
       });
       if (i % 5 == 2) body.detect_again(i % 3 == 0 ? 1.5 : 0.25);
@@ -151,7 +154,9 @@ TEST(Quiet, FindsTheSameContactsWhileCutsAreMade) {
       body.place([&](Vec3 p, int side) {
         Vec3 x = p + (side * 3 * radius * std::max(0.0, 0.62 - p.y)) * Vec3{std::sin(0.11 * i), 0, std::sin(0.07 * i)};
         const double a = bend * (x.x - 0.5), height = x.z;
-        if (std::fabs(bend) > 1e-3) x = Vec3{0.5 + std::sin(a) / bend - height * std::sin(a), x.y, (1 - std::cos(a)) / bend + height * std::cos(a)};
+        if (std::fabs(bend) > 1e-3)
+          x = Vec3{0.5 + std::sin(a) / bend - height * std::sin(a), x.y,
+                   (1 - std::cos(a)) / bend + height * std::cos(a)};
         return x;
       });
       body.detect_twice();

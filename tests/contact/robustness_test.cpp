@@ -90,18 +90,18 @@ TEST(Robustness, WhateverCoincidesGivesUnitNormals) {
     BareSurface sheet(plain_grid_mesh(4, 4), r);
     std::vector<RigidShape> shapes;
     using testing_support::shape_of;
-    shapes.push_back(shape_of(sphere_part({0.5, 0.5, 0}, 0)));                      // on a vertex, no size
+    shapes.push_back(shape_of(sphere_part({0.5, 0.5, 0}, 0)));  // on a vertex, no size
     shapes.push_back(shape_of(sphere_part({0.5, 0.5, 0}, 0.1)));
-    shapes.push_back(shape_of(sphere_part({0.3, 0.4, 0}, 0.1)));                    // centre in the surface
-    shapes.push_back(shape_of(capsule_part({0.5, 0.5, 0}, {0.5, 0.5, 0}, 0.1)));    // no length
-    shapes.push_back(shape_of(capsule_part({0, 0.5, 0}, {1, 0.5, 0}, 0)));          // along edges
+    shapes.push_back(shape_of(sphere_part({0.3, 0.4, 0}, 0.1)));                  // centre in the surface
+    shapes.push_back(shape_of(capsule_part({0.5, 0.5, 0}, {0.5, 0.5, 0}, 0.1)));  // no length
+    shapes.push_back(shape_of(capsule_part({0, 0.5, 0}, {1, 0.5, 0}, 0)));        // along edges
     shapes.push_back(shape_of(capsule_part({0.5, 0.1, -1}, {0.5, 0.1, 1}, 0.01)));
     shapes.push_back(shape_of(box_part({0.5, 0.5, 0}, {})));
-    shapes.push_back(shape_of(box_part({0.5, 0.5, 0}, {0.25, 0.25, 0})));           // its edges on those of the mesh
+    shapes.push_back(shape_of(box_part({0.5, 0.5, 0}, {0.25, 0.25, 0})));  // its edges on those of the mesh
     shapes.push_back(shape_of(plane_part({}, {0, 0, 1})));
     shapes.push_back(shape_of(mesh_part(testing_support::prepared(plain_grid_mesh(4, 4)))));  // the sheet itself
     TriangleMesh flat = plain_grid_mesh(2, 2);
-    for (Vec3& p : flat.positions) p.y = 0.5;                                       // no area
+    for (Vec3& p : flat.positions) p.y = 0.5;  // no area
     shapes.push_back(shape_of(mesh_part(testing_support::prepared(flat))));
     const SurfaceState state = sheet.state();
     DetectMemory memory;
@@ -150,7 +150,10 @@ TEST(Robustness, CollapsedBodies) {
   for (int k = 0; k < 5; ++k) {
     for (std::size_t v = 0; v < sheet.position.size(); ++v) {
       const Vec3 p = sheet.surface.rest.raw()[v];
-      sheet.position[v] = k == 0 ? Vec3{} : k == 1 ? Vec3{p.x, 0, 0} : k == 2 ? Vec3{std::floor(3 * p.x), p.y, 0} : 1e-200 * p;
+      sheet.position[v] = k == 0   ? Vec3{}
+                          : k == 1 ? Vec3{p.x, 0, 0}
+                          : k == 2 ? Vec3{std::floor(3 * p.x), p.y, 0}
+                                   : 1e-200 * p;
       if (k == 4) sheet.offset[v] = {};
     }
     sheet.predicted = sheet.position;
@@ -184,7 +187,8 @@ struct Scenery {
   void at(int step) {
     const double t = 0.02 * step;
     sheet.deform([&](Vec3 p) {
-      return Vec3{0.2 * std::cos(7 * p.x) * (1 + 0.25 * p.x), p.y, 0.2 * std::sin(7 * p.x) * (1 + 0.25 * p.x) + 0.02 * std::sin(9 * p.y + t)};
+      return Vec3{0.2 * std::cos(7 * p.x) * (1 + 0.25 * p.x), p.y,
+                  0.2 * std::sin(7 * p.x) * (1 + 0.25 * p.x) + 0.02 * std::sin(9 * p.y + t)};
     });
     for (RigidShape& s : shapes) s.position.z = 0.1 + 0.01 * std::sin(t);
   }

@@ -33,7 +33,9 @@ void expect_consistent(const BareSurface& body, const std::vector<Contact>& cont
     EXPECT_NEAR(norm(c.normal), 1, 1e-9);
     EXPECT_NEAR(dot(body.point(c.a) - body.point(c.b), c.normal), c.gap, 1e-12);
     EXPECT_NEAR(norm(body.point(c.b) - c.point), 0, 1e-12);
-    if (i > 0) { EXPECT_LT(contacts[i - 1].key, c.key); }
+    if (i > 0) {
+      EXPECT_LT(contacts[i - 1].key, c.key);
+    }
   }
 }
 
@@ -55,7 +57,8 @@ std::vector<bool> brute_neighbours(const BareSurface& body, CollisionVertex v) {
     queue.pop();
     for (int i = 0; i < 3; ++i)
       if (const CollisionHalfEdge g = s.twin[ContactSurface::corner(f, i)]; g.valid())
-        if (const CollisionTriangle t = ContactSurface::face(g); !in[t.index()] && near(t)) in[t.index()] = true, queue.push(t);
+        if (const CollisionTriangle t = ContactSurface::face(g); !in[t.index()] && near(t))
+          in[t.index()] = true, queue.push(t);
   }
   return in;
 }
@@ -119,7 +122,9 @@ TEST(SelfContact, RolledSheetEqualsBruteForce) {
         roll(sheet, 2 * r, apart * r);
         expect_equals_brute_force(sheet, "roll");
         SelfDetection d;
-        if (apart < 2) { EXPECT_GT(d.run(sheet).deepest, 0.05); }
+        if (apart < 2) {
+          EXPECT_GT(d.run(sheet).deepest, 0.05);
+        }
       }
     }
 }
@@ -128,10 +133,12 @@ TEST(SelfContact, FoldedSheetsEqualBruteForce) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     Random random(seed);
     BareSurface sheet(plain_grid_mesh(14, 14), random.uniform(0.005, 0.05));
-    const Vec3 k{random.uniform(-12, 12), random.uniform(-12, 12), 0}, l{random.uniform(-12, 12), random.uniform(-12, 12), 0};
+    const Vec3 k{random.uniform(-12, 12), random.uniform(-12, 12), 0},
+        l{random.uniform(-12, 12), random.uniform(-12, 12), 0};
     const double high = random.uniform(0.02, 0.3), across = random.uniform(0, 0.3);
     sheet.deform([&](Vec3 p) {
-      return p + Vec3{across * std::sin(dot(l, p)), across * std::cos(dot(k, p)), high * std::sin(dot(k, p)) + high * std::cos(dot(l, p))};
+      return p + Vec3{across * std::sin(dot(l, p)), across * std::cos(dot(k, p)),
+                      high * std::sin(dot(k, p)) + high * std::cos(dot(l, p))};
     });
     expect_equals_brute_force(sheet, "fold");
   }
@@ -144,7 +151,8 @@ TEST(SelfContact, ASecondLookFindsWhatHasStrayed) {
       BareSurface sheet(plain_grid_mesh(32, 8, 1, 0.4), r);
       const std::size_t n = sheet.position.size();
       std::vector<double> part(n);
-      for (const CollisionVertex v : ids<CollisionVertex>(n)) part[v.index()] = std::clamp(1.5 - sheet.surface.rest[v].y / (0.4 * reached), 0.0, 1.0);
+      for (const CollisionVertex v : ids<CollisionVertex>(n))
+        part[v.index()] = std::clamp(1.5 - sheet.surface.rest[v].y / (0.4 * reached), 0.0, 1.0);
       // Layers this far apart where the roll closes, and side by side, with hardly anything between them, elsewhere.
       const auto rolled = [&](double apart) {
         roll(sheet, 2 * r, 2.1 * r);
@@ -174,13 +182,17 @@ TEST(SelfContact, ASecondLookFindsWhatHasStrayed) {
       options.strayed = &strayed;
       again.run(sheet, options);
       const auto has = [](const std::vector<Contact>& list, const Contact& c) {
-        return std::any_of(list.begin(), list.end(), [&](const Contact& x) { return x.key == c.key && x.gap == c.gap; });
+        return std::any_of(list.begin(), list.end(),
+                           [&](const Contact& x) { return x.key == c.key && x.gap == c.gap; });
       };
       int found = 0;
       for (const Contact& c : all.contacts) {
-        if (!(c.gap < -0.03 * r) || std::any_of(first.begin(), first.end(), [&](const Contact& x) { return x.key == c.key; })) continue;
+        if (!(c.gap < -0.03 * r) ||
+            std::any_of(first.begin(), first.end(), [&](const Contact& x) { return x.key == c.key; }))
+          continue;
         ++found;
-        EXPECT_TRUE(has(again.contacts, c)) << "gap " << c.gap / r << " r at y = " << sheet.surface.rest[c.a.vertex[0]].y;
+        EXPECT_TRUE(has(again.contacts, c))
+            << "gap " << c.gap / r << " r at y = " << sheet.surface.rest[c.a.vertex[0]].y;
       }
       EXPECT_GT(found, 20) << r << " " << reached;
       EXPECT_LT(again.contacts.size(), all.contacts.size());
@@ -285,7 +297,11 @@ TEST(SelfContact, ClosingFoldIsSeenInTime) {
   const double r = 0.01;
   BareSurface sheet(plain_grid_mesh(24, 4, 1, 0.2), r);
   const auto fold = [&](double z) {
-    return [z](Vec3 p) { return p.x < 0.45 ? p : p.x > 0.55 ? Vec3{1 - p.x, p.y, z} : Vec3{0.45 + 0.02 * (p.x - 0.45), p.y, z * (p.x - 0.45) / 0.1}; };
+    return [z](Vec3 p) {
+      return p.x < 0.45   ? p
+             : p.x > 0.55 ? Vec3{1 - p.x, p.y, z}
+                          : Vec3{0.45 + 0.02 * (p.x - 0.45), p.y, z * (p.x - 0.45) / 0.1};
+    };
   };
   for (const double step : {0.001, 0.01, 0.1}) {
     sheet.deform(fold(0.1));

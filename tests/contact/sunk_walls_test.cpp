@@ -73,7 +73,8 @@ TEST(SunkWalls, AreHeldByTheWayThatTheyCameIn) {
   }
   EXPECT_LE(plates.of_lower_border(), 17 * kWalls);
   EXPECT_EQ(plates.memory.walls.size(), plates.contacts.size());
-  for (std::size_t i = 1; i < plates.contacts.size(); ++i) EXPECT_LT(plates.contacts[i - 1].key, plates.contacts[i].key);
+  for (std::size_t i = 1; i < plates.contacts.size(); ++i)
+    EXPECT_LT(plates.contacts[i - 1].key, plates.contacts[i].key);
 }
 
 TEST(SunkWalls, FromBelowTheyGoOutBelow) {
@@ -124,7 +125,8 @@ TEST(SunkWalls, UnderAValleyTheyGoOutThroughItsBottom) {
   for (int i = -20; i <= 20; ++i) {
     Plates plates;
     plates.body.deform([&](Vec3 p) {
-      return p.z < 0.5 ? Vec3{p.x, p.y, rise * std::fabs(p.y - 0.4)} : Vec3{0.3 + 0.4 * p.x, 0.4 + 0.02 * i * kRadius + 0.3 * p.y, 0.85 * kRadius + p.y};
+      return p.z < 0.5 ? Vec3{p.x, p.y, rise * std::fabs(p.y - 0.4)}
+                       : Vec3{0.3 + 0.4 * p.x, 0.4 + 0.02 * i * kRadius + 0.3 * p.y, 0.85 * kRadius + p.y};
     });
     plates.remember();
     plates.find();
@@ -150,13 +152,16 @@ TEST(SunkWalls, BesideTheMaterialNothingHoldsThem) {
 TEST(SunkWalls, ThroughTheWallOfABorderTheyGoOutThere) {
   // The second plate lies level with the first, its border a little within the other's.
   Plates plates;
-  plates.body.deform([](Vec3 p) { return p.z < 0.5 ? p : Vec3{1 - 0.2 * kRadius + p.x, 0.1 + 0.8 * p.y, 0.05 * kRadius}; });
+  plates.body.deform([](Vec3 p) {
+    return p.z < 0.5 ? p : Vec3{1 - 0.2 * kRadius + p.x, 0.1 + 0.8 * p.y, 0.05 * kRadius};
+  });
   plates.remember();
   plates.find();
   std::set<bool> of;
   for (const Contact& c : plates.contacts) {
     const Vec3 at = plates.body.point(c.a);
-    if (std::fabs(at.y - 0.5) > 0.4 - kRadius || std::fabs(c.a.lift) > 0.5) continue;  // corners, and what is nearer to the top
+    if (std::fabs(at.y - 0.5) > 0.4 - kRadius || std::fabs(c.a.lift) > 0.5)
+      continue;  // corners, and what is nearer to the top
     const bool second = plates.is_of_second(c.a);
     of.insert(second);
     EXPECT_NEAR(c.gap, second ? at.x - 1 : 1 - 0.2 * kRadius - at.x, 1e-9);
@@ -170,14 +175,18 @@ TEST(SunkWalls, ThroughTheWallOfABorderTheyGoOutThere) {
 TEST(SunkWalls, AlongABorderTheyFollowFromWallToWall) {
   Plates plates;
   const auto slide = [&](double by) {
-    plates.body.deform([&](Vec3 p) { return p.z < 0.5 ? p : Vec3{1 - 0.2 * kRadius + p.x, 0.25 + by + 0.5 * p.y, 0.05 * kRadius}; });
+    plates.body.deform([&](Vec3 p) {
+      return p.z < 0.5 ? p : Vec3{1 - 0.2 * kRadius + p.x, 0.25 + by + 0.5 * p.y, 0.05 * kRadius};
+    });
   };
   slide(0);
   plates.remember();
   const auto of_second = [&] {  // in the wall of the first plate's border, away from the second one's corners
     plates.find();
     return std::count_if(plates.contacts.begin(), plates.contacts.end(), [&](const Contact& c) {
-      const double up = plates.body.surface.rest[c.a.vertex[0]].y + c.a.weight[1] * (plates.body.surface.rest[c.a.vertex[1]].y - plates.body.surface.rest[c.a.vertex[0]].y);
+      const double up =
+          plates.body.surface.rest[c.a.vertex[0]].y +
+          c.a.weight[1] * (plates.body.surface.rest[c.a.vertex[1]].y - plates.body.surface.rest[c.a.vertex[0]].y);
       return plates.is_of_second(c.a) && !c.b.vertex[2].valid() && std::fabs(up - 0.5) < 0.45;
     });
   };
@@ -255,7 +264,8 @@ TEST(SunkWalls, WhatIsTooDeepForThatIsLeftAlone) {
   Plates plates;
   plates.stand(0.4 * kRadius);
   plates.remember();
-  for (const SunkWall& w : plates.memory.walls) EXPECT_LT(w.depth, 0.3 * kRadius);  // of the walls that go up from there
+  for (const SunkWall& w : plates.memory.walls)
+    EXPECT_LT(w.depth, 0.3 * kRadius);  // of the walls that go up from there
   plates.find();
   EXPECT_EQ(plates.of_lower_border(), 0u);
   plates.stand(0.2 * kRadius);
@@ -272,7 +282,8 @@ TEST(SunkWalls, WhatIsNoWallAnyMoreIsForgotten) {
   plates.stand(0.2 * kRadius);
   plates.remember();
   ASSERT_FALSE(plates.memory.walls.empty());
-  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(plates.body.surface.cut.size())) plates.body.surface.cut[h] = 0;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(plates.body.surface.cut.size()))
+    plates.body.surface.cut[h] = 0;
   plates.find();
   EXPECT_TRUE(plates.contacts.empty());
   EXPECT_TRUE(plates.memory.walls.empty());

@@ -55,7 +55,8 @@ Throw fly(const BareSurface& sheet, RigidShape shape, double far, double dt) {
     const Vec3 next = shape.position + options.step * shape.velocity;
     for (const CollisionTriangle f : ids<CollisionTriangle>(sheet.surface.face_count())) {
       const auto c = sheet.surface.vertices(f);
-      if (crosses(shape.position, next, sheet.position[c[0].index()], sheet.position[c[1].index()], sheet.position[c[2].index()])) {
+      if (crosses(shape.position, next, sheet.position[c[0].index()], sheet.position[c[1].index()],
+                  sheet.position[c[2].index()])) {
         odd = !odd;
         ++result.crossings;
       }
@@ -106,7 +107,8 @@ TEST(Throws, Substeps) {
   const SurfaceState state = sheet.state();
   EXPECT_EQ(substeps(std::span(&state, 1), std::span(&ball, 1), 0.0167), 1);
   ball.velocity = {10, 0, 0};
-  EXPECT_EQ(substeps(std::span(&state, 1), std::span(&ball, 1), 0.0167, 1000), static_cast<int>(std::ceil(0.0167 * 10 / 0.0015)));
+  EXPECT_EQ(substeps(std::span(&state, 1), std::span(&ball, 1), 0.0167, 1000),
+            static_cast<int>(std::ceil(0.0167 * 10 / 0.0015)));
   EXPECT_EQ(substeps(std::span(&state, 1), std::span(&ball, 1), 0.0167, 8), 8);
   ball.velocity = {};
   ball.spin = {0, 0, 100};  // about its own centre, but nobody looks that closely

@@ -31,7 +31,8 @@ struct Sheet {
   std::vector<Vec3> position;
   FaceBoxes boxes;
 
-  explicit Sheet(const TriangleMesh& surface, const std::function<Vec3(Vec3)>& deform = [](Vec3 p) { return p; }) {
+  explicit Sheet(
+      const TriangleMesh& surface, const std::function<Vec3(Vec3)>& deform = [](Vec3 p) { return p; }) {
     SyntheticOptions options;
     options.subdivisions = 0;
     body = make_synthetic_complex(surface, options);
@@ -42,7 +43,8 @@ struct Sheet {
   Vec3 at(CollisionVertex v) const { return position[v.index()]; }
   Vec3 at(const FacePoint& p) const {
     Vec3 x;
-    for (int k = 0; k < 3; ++k) x += p.weights[static_cast<std::size_t>(k)] * at(mesh().from(CollisionMesh::corner(p.face, k)));
+    for (int k = 0; k < 3; ++k)
+      x += p.weights[static_cast<std::size_t>(k)] * at(mesh().from(CollisionMesh::corner(p.face, k)));
     return x;
   }
   std::vector<BladeArc> arcs(const Strip& strip, std::span<const ArcFront> fronts = {}) const {
@@ -51,7 +53,8 @@ struct Sheet {
   std::vector<Vec3> points(const BladeArc& arc) const {
     std::vector<Vec3> out;
     if (!arc.closed) out.push_back(at(arc.begin.point));
-    for (const ArcCrossing& c : arc.crossings) out.push_back(lerp(at(mesh().from(c.near)), at(mesh().to(c.near)), c.fraction));
+    for (const ArcCrossing& c : arc.crossings)
+      out.push_back(lerp(at(mesh().from(c.near)), at(mesh().to(c.near)), c.fraction));
     out.push_back(arc.closed ? out.front() : at(arc.end.point));
     return out;
   }
@@ -72,11 +75,15 @@ struct Move {
   BladeEdge from() const { return {place(x0, -d0), place(x1, -d1)}; }
   BladeEdge to() const { return {place(0, 0), place(length, 0)}; }
   Vec2 in_plane(Vec3 p) const { return {dot(p - origin, along), dot(p - origin, motion)}; }
-  std::array<Vec2, 4> swept() const { return {Vec2{x0, -d0}, Vec2{x1, -d1}, Vec2{length, 0}, Vec2{0, 0}}; }  // counter-clockwise
+  std::array<Vec2, 4> swept() const {
+    return {Vec2{x0, -d0}, Vec2{x1, -d1}, Vec2{length, 0}, Vec2{0, 0}};
+  }  // counter-clockwise
 };
 
 Move random_move(Random& random, bool turning) {
-  const auto direction = [&] { return normalized(Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}); };
+  const auto direction = [&] {
+    return normalized(Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)});
+  };
   Move m;
   m.along = direction();
   const Vec3 any = direction();
@@ -209,8 +216,9 @@ TEST(BladeArcs, NeitherBranchNorBreakOffAtVerticesAndAlongEdges) {
   const Sheet sheet(sheet_65_mesh());
   // The plane holds a row of vertices and the edges between them, or goes through vertices from corner to corner.
   for (const Vec3 along : {Vec3{0, 0, 1}, Vec3{0, 0, -1}})
-    for (const auto& [from, to] : {std::pair{Vec3{-0.2, 0.5, 0}, Vec3{1.2, 0.5, 0}}, std::pair{Vec3{-0.2, -0.2, 0}, Vec3{1.2, 1.2, 0}},
-                                   std::pair{Vec3{1.0 / 3, 1.3, 0}, Vec3{1.0 / 3, -0.1, 0}}}) {
+    for (const auto& [from, to] :
+         {std::pair{Vec3{-0.2, 0.5, 0}, Vec3{1.2, 0.5, 0}}, std::pair{Vec3{-0.2, -0.2, 0}, Vec3{1.2, 1.2, 0}},
+          std::pair{Vec3{1.0 / 3, 1.3, 0}, Vec3{1.0 / 3, -0.1, 0}}}) {
       const Strip strip = Strip::make({from - along, from + along}, {to - along, to + along}, {}, kLeast);
       const std::vector<BladeArc> arcs = sheet.arcs(strip);
       ASSERT_EQ(arcs.size(), 1u);
@@ -223,8 +231,11 @@ TEST(BladeArcs, NeitherBranchNorBreakOffAtVerticesAndAlongEdges) {
 }
 
 TEST(BladeArcs, RoundAVaultAreClosed) {
-  const Sheet vault(plain_grid_mesh(12, 12), [](Vec3 p) { return Vec3{p.x, p.y, 0.5 * std::sin(kPi * p.x) * std::sin(kPi * p.y)}; });
-  const Strip strip = Strip::make({{-0.5, -0.5, 0.3}, {1.5, -0.5, 0.3}}, {{-0.5, 1.5, 0.3}, {1.5, 1.5, 0.3}}, {}, kLeast);
+  const Sheet vault(plain_grid_mesh(12, 12), [](Vec3 p) {
+    return Vec3{p.x, p.y, 0.5 * std::sin(kPi * p.x) * std::sin(kPi * p.y)};
+  });
+  const Strip strip =
+      Strip::make({{-0.5, -0.5, 0.3}, {1.5, -0.5, 0.3}}, {{-0.5, 1.5, 0.3}, {1.5, 1.5, 0.3}}, {}, kLeast);
   const std::vector<BladeArc> arcs = vault.arcs(strip);
   ASSERT_EQ(arcs.size(), 1u);
   EXPECT_TRUE(arcs[0].closed);
@@ -238,7 +249,8 @@ TEST(BladeArcs, RoundAVaultAreClosed) {
 TEST(BladeArcs, BehindAFrontNothingIsLeft) {
   // From border to border, so that neither end is where the edge was: the way on which the front came says which side is cut already.
   const Sheet sheet(sheet_65_mesh());
-  const Strip strip = Strip::make({{-0.5, 0.37, -0.1}, {-0.5, 0.37, 0.1}}, {{1.5, 0.37, -0.1}, {1.5, 0.37, 0.1}}, {}, kLeast);
+  const Strip strip =
+      Strip::make({{-0.5, 0.37, -0.1}, {-0.5, 0.37, 0.1}}, {{1.5, 0.37, -0.1}, {1.5, 0.37, 0.1}}, {}, kLeast);
   const std::vector<BladeArc> whole = sheet.arcs(strip);
   ASSERT_EQ(whole.size(), 1u);
   for (const double x : {0.21, 0.43, 0.77})
@@ -246,7 +258,8 @@ TEST(BladeArcs, BehindAFrontNothingIsLeft) {
       const Vec3 at{x, 0.37, 0};
       CollisionTriangle face;
       for (const CollisionTriangle f : whole[0].faces) {
-        const Vec3 a = sheet.at(sheet.mesh().from(CollisionMesh::corner(f, 0))), b = sheet.at(sheet.mesh().from(CollisionMesh::corner(f, 1))),
+        const Vec3 a = sheet.at(sheet.mesh().from(CollisionMesh::corner(f, 0))),
+                   b = sheet.at(sheet.mesh().from(CollisionMesh::corner(f, 1))),
                    c = sheet.at(sheet.mesh().from(CollisionMesh::corner(f, 2)));
         if (cross(b - a, at - a).z > 0 && cross(c - b, at - b).z > 0 && cross(a - c, at - c).z > 0) face = f;
       }

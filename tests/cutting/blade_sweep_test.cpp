@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "cutting/move_blade.h"
 #include "kerf/base/random.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/spatial/triangle_queries.h"
-#include "cutting/move_blade.h"
 #include "support/synthetic_complex.h"
 
 namespace kerf::blade_sweep_test {
@@ -117,7 +117,7 @@ TEST(BladeSweep, LiftingTheBladeKeepsTheEndOfTheCut) {
     for (int i = 1; i <= 9; ++i) b.vertical(-0.1 + (end + 0.1) * i / 9, 0.53);
     const double length = lip_length(b.body);
     EXPECT_NEAR(length, 2 * end, 0.03);
-    b.move({end, 0.53, 1}, {end, 0.53, 0.5});         // lifted
+    b.move({end, 0.53, 1}, {end, 0.53, 0.5});  // lifted
     b.move({end + 0.2, 0.53, 1}, {end + 0.2, 0.53, 0.5});
     EXPECT_NEAR(lip_length(b.body), length, 1e-9) << "end at " << end;
   }
@@ -269,10 +269,15 @@ TEST(BladeSweep, LandsFlatAndCutsWhereItPasses) {
     const double heading = random.uniform(0, 2 * std::numbers::pi), half = is_short ? random.uniform(0.15, 0.35) : 1.2;
     const double tilt = seed % 5 == 0 ? 0 : random.uniform(-0.03, 0.03);
     const Vec3 along{std::cos(heading), std::sin(heading), 0}, aside{-along.y, along.x, 0};
-    const Vec3 motion = Vec3{0, 0, -1} + (seed % 3 == 0 ? random.uniform(-0.7, 0.7) : 0) * aside + (is_short ? 0 : random.uniform(-0.5, 0.5)) * along;
-    const Vec3 middle{0.5 + random.uniform(-0.15, 0.15), 0.5 + random.uniform(-0.15, 0.15), 0}, edge = along + Vec3{0, 0, tilt};
-    const double wave = seed % 8 >= 4 ? random.uniform(0, 0.006) : 0, phase = random.uniform(0, 6), kx = random.uniform(2, 9), ky = random.uniform(2, 9);
-    const auto height = [&](Vec3 p) { return wave * (std::sin(kx * p.x + phase) + 0.7 * std::cos(ky * p.y + 2 * phase)); };
+    const Vec3 motion = Vec3{0, 0, -1} + (seed % 3 == 0 ? random.uniform(-0.7, 0.7) : 0) * aside +
+                        (is_short ? 0 : random.uniform(-0.5, 0.5)) * along;
+    const Vec3 middle{0.5 + random.uniform(-0.15, 0.15), 0.5 + random.uniform(-0.15, 0.15), 0},
+        edge = along + Vec3{0, 0, tilt};
+    const double wave = seed % 8 >= 4 ? random.uniform(0, 0.006) : 0, phase = random.uniform(0, 6),
+                 kx = random.uniform(2, 9), ky = random.uniform(2, 9);
+    const auto height = [&](Vec3 p) {
+      return wave * (std::sin(kx * p.x + phase) + 0.7 * std::cos(ky * p.y + 2 * phase));
+    };
     for (Vec3& p : b.position) p.z += height(p);
     const double step = std::pow(10, random.uniform(-2.5, -0.7)), far = 0.05 + std::abs(tilt) * half + 2 * wave;
     for (double t = -far; t < far + step; t += step * random.uniform(0.3, 1)) {
@@ -293,7 +298,8 @@ TEST(BladeSweep, LandsFlatAndCutsWhereItPasses) {
       if (p.x < 0.01 || p.x > 0.99 || p.y < 0.01 || p.y > 0.99) continue;
       double nearest = HUGE_VAL;
       for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(m.half_edge_count()))
-        if (m.is_border(h) && m.wall[h].valid()) nearest = std::min(nearest, distance_to_segment(p, m.rest[m.from(h)], m.rest[m.to(h)]));
+        if (m.is_border(h) && m.wall[h].valid())
+          nearest = std::min(nearest, distance_to_segment(p, m.rest[m.from(h)], m.rest[m.to(h)]));
       farthest = std::max(farthest, nearest);
       length += norm(half / 200 * (edge + tilt * motion));
     }
@@ -366,7 +372,9 @@ TEST(BladeSweep, ADomeThatRisesAgainstTheBlade) {
   height = 0;
   Bench b(sheet_65_mesh());
   b.stroke.through = true;
-  b.deform = [](Vec3 p) { return Vec3{p.x, p.y, height - 1.2 * ((p.x - 0.5) * (p.x - 0.5) + (p.y - 0.5) * (p.y - 0.5))}; };
+  b.deform = [](Vec3 p) {
+    return Vec3{p.x, p.y, height - 1.2 * ((p.x - 0.5) * (p.x - 0.5) + (p.y - 0.5) * (p.y - 0.5))};
+  };
   for (int i = 0; i <= 40; ++i) {
     height = 0.01 * i;
     b.place();

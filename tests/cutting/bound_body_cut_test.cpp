@@ -19,7 +19,10 @@ Vec3 random_point(const CellComplex& body, Random& random) {
   const CollisionMesh& mesh = body.collision;
   const CollisionTriangle f(random.index(static_cast<int>(mesh.face_count())));
   double u = random.uniform(), v = random.uniform();
-  if (u + v > 1) { u = 1 - u; v = 1 - v; }
+  if (u + v > 1) {
+    u = 1 - u;
+    v = 1 - v;
+  }
   const auto p = [&](int i) { return mesh.rest[mesh.origin[CollisionMesh::corner(f, i)]]; };
   return (1 - u - v) * p(0) + u * p(1) + v * p(2);
 }
@@ -39,7 +42,9 @@ void cut_at_random(CellComplex& body, std::uint64_t seed, int cuts, const std::s
   for (int i = 0; i < cuts; ++i) {
     std::vector<Vec3> path{random_point(body, random)};
     switch (random.index(4)) {
-      case 0: path.push_back(path[0] + random.uniform(0.1, 3) * edge * normalized(random_point(body, random) - path[0])); break;
+      case 0:
+        path.push_back(path[0] + random.uniform(0.1, 3) * edge * normalized(random_point(body, random) - path[0]));
+        break;
       case 1: path.push_back(random_point(body, random)); break;
       case 2:
         for (int k = 0; k < 8; ++k) {
@@ -88,7 +93,10 @@ TEST(BoundBodyCut, EveryModelStaysValid) {
     for (const double bumps : {0.0, 0.02}) {
       ModelOptions options;
       auto model = make_model(m.name, options);
-      if (!model.ok()) { ADD_FAILURE() << model.error().message; continue; }
+      if (!model.ok()) {
+        ADD_FAILURE() << model.error().message;
+        continue;
+      }
       if (model->visual.triangles.size() > 20000) continue;
       if (bumps > 0) {
         Box3 box;

@@ -37,7 +37,8 @@ int severed_by(StrokeBody& b, double pitch, double angle, int teeth, int poses) 
 TEST(Comb, OfEveryPitch) {
   for (const char* model : {"closed-sheet", "steak"}) {
     StrokeBody b(model, std::string_view(model) == "closed-sheet" ? 2500 : 0);
-    for (const double pitch : {0.02, 0.03, 0.04, 0.05, 0.08}) EXPECT_EQ(severed_by(b, pitch, 0, 12, 8), 0) << model << ", pitch " << pitch << " edges";
+    for (const double pitch : {0.02, 0.03, 0.04, 0.05, 0.08})
+      EXPECT_EQ(severed_by(b, pitch, 0, 12, 8), 0) << model << ", pitch " << pitch << " edges";
   }
 }
 
@@ -48,7 +49,9 @@ TEST(Comb, AtRandom) {
   constexpr int kPoses[] = {1, 8, 40};
   const int combs = 40 * (more ? std::atoi(more) : 1);
   int severed = 0;
-  for (int i = 0; i < combs; ++i) severed += severed_by(b, std::pow(10, random.uniform(-1.7, -1)), random.uniform(0, 6.28), 12, kPoses[random.index(3)]) > 0;
+  for (int i = 0; i < combs; ++i)
+    severed +=
+        severed_by(b, std::pow(10, random.uniform(-1.7, -1)), random.uniform(0, 6.28), 12, kPoses[random.index(3)]) > 0;
   std::printf("%d combs, %d with a tooth severed\n", combs, severed);
   EXPECT_LE(severed, combs / 5);
 }

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "cutting/cut_polyline.h"
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/validate.h"
-#include "cutting/cut_polyline.h"
 #include "support/piece_volumes.h"
 #include "support/synthetic_complex.h"
 
@@ -62,7 +62,8 @@ inline std::vector<Vec3> circle_points(Vec3 centre, double radius, int n, double
   std::vector<Vec3> points;
   for (int i = 0; i <= n; ++i) {
     const double angle = 2 * 3.14159265358979323846 * turns * i / n;
-    points.push_back(i == n && turns == 1 ? points[0] : centre + Vec3{radius * std::cos(angle), radius * std::sin(angle), 0});
+    points.push_back(i == n && turns == 1 ? points[0]
+                                          : centre + Vec3{radius * std::cos(angle), radius * std::sin(angle), 0});
   }
   return points;
 }

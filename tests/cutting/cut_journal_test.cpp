@@ -126,10 +126,12 @@ TEST(TopologyChange, NamesExactlyWhatDiffers) {
       std::vector<bool> owned(b.body.visual.vertex_count(), false);
       for (const CollisionTriangle t : change.triangles)
         for_each_owned(b.body, t, [&](VisualVertex v, Ownership, CollisionHalfEdge) { owned[v.index()] = true; });
-      for (std::size_t v = before.visual.vertex_count(); v < b.body.visual.vertex_count(); ++v) EXPECT_TRUE(owned[v]) << v;
+      for (std::size_t v = before.visual.vertex_count(); v < b.body.visual.vertex_count(); ++v)
+        EXPECT_TRUE(owned[v]) << v;
       // Faces that are not named have the corners they had.
       for (std::size_t f = 0; f < before.visual.face_count(); ++f) {
-        if (std::binary_search(change.visual_triangles.begin(), change.visual_triangles.end(), VisualTriangle(f))) continue;
+        if (std::binary_search(change.visual_triangles.begin(), change.visual_triangles.end(), VisualTriangle(f)))
+          continue;
         for (std::size_t i = 0; i < 3; ++i) {
           const VisualHalfEdge h(3 * f + i);
           EXPECT_EQ(before.visual.origin[h], b.body.visual.origin[h]);

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "cutting/cut_body.h"
-#include "kerf/base/random.h"
 #include "cutting/cut_polyline.h"
+#include "kerf/base/random.h"
 #include "kerf/cutting/topology_change.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/embedding/embedding_validate.h"
@@ -97,7 +97,8 @@ void expect_consistent(Everything& e, double volume, std::uint64_t seed) {
   Random random(seed);
   std::vector<Vec3> nodes;
   for (const NodeId n : ids<NodeId>(e.hex.node_count()))
-    nodes.push_back(e.hex.rest(n) + Vec3{random.uniform(-.01, .01), random.uniform(-.01, .01), random.uniform(-.01, .01)});
+    nodes.push_back(e.hex.rest(n) +
+                    Vec3{random.uniform(-.01, .01), random.uniform(-.01, .01), random.uniform(-.01, .01)});
   const std::size_t n = e.body.visual.vertex_count();
   std::vector<Vec3f> p(n), q(n), pn(n), qn(n);
   evaluate_skin(e.hex, skin, nodes, p, pn);
@@ -149,7 +150,8 @@ TEST(CutLattice, UndoAndRedoOfWholeCuts) {
       journal_mark(e.embedding, marks[2]);
       cut_polyline(e.body, random_path(random), {}, e.cut_scratch);
       e.update(marks[0]);
-      steps.push_back({journal_take(e.body, marks[0]), journal_take(e.hex, marks[1]), journal_take(e.embedding, marks[2])});
+      steps.push_back(
+          {journal_take(e.body, marks[0]), journal_take(e.hex, marks[1]), journal_take(e.embedding, marks[2])});
     }
     ASSERT_FALSE(steps.empty());
     for (std::size_t i = steps.size(); i-- > 0;) {
@@ -202,12 +204,12 @@ TEST(CutLattice, PointsDoNotJumpWhenTheBodyIsCut) {
       }
       std::vector<Vec3f> after(e.body.visual.vertex_count());
       evaluate_skin(e.hex, e.skin, nodes, after, {});
-      for (std::size_t v = 0; v < before.size(); ++v)
-      {
+      for (std::size_t v = 0; v < before.size(); ++v) {
         const bool same_cell = e.hex.cell[e.embedding.visual[VisualVertex(v)]] == cell[v];
         ++points;
         in_other_cells += same_cell ? 0 : 1;
-        ASSERT_LT(norm(to_double(after[v]) - to_double(before[v])), same_cell ? 2e-6 : 0.4 / 81) << seed << " vertex " << v;
+        ASSERT_LT(norm(to_double(after[v]) - to_double(before[v])), same_cell ? 2e-6 : 0.4 / 81)
+            << seed << " vertex " << v;
       }
     }
   }

@@ -38,7 +38,8 @@ struct PolylineCut {
 };
 
 /// Points in metres, at least two; each is moved onto the mid-surface along its normal, and so are points half an edge apart between them.
-inline PolylineCut cut_polyline(CellComplex& body, std::span<const Vec3> points, const CutOptions& options, CutScratch& scratch) {
+inline PolylineCut cut_polyline(CellComplex& body, std::span<const Vec3> points, const CutOptions& options,
+                                CutScratch& scratch) {
   std::vector<Vec3> position = body.collision.rest.raw();
   FaceBoxes boxes;
   SweepTarget target{body, position, boxes, scratch, options};

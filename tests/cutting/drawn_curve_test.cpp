@@ -38,11 +38,14 @@ std::vector<double> distances(const StrokeBody& b, Distance&& distance) {
   std::sort(all.begin(), all.end());
   return all;
 }
-double share(const std::vector<double>& rising, double part) { return rising[static_cast<std::size_t>(part * static_cast<double>(rising.size() - 1))]; }
+double share(const std::vector<double>& rising, double part) {
+  return rising[static_cast<std::size_t>(part * static_cast<double>(rising.size() - 1))];
+}
 
 Stroke circle(Vec2 centre, double radius, int poses, double first = 0) {
   Stroke s;
-  for (int i = 0; i < poses; ++i) s.push_back(centre + radius * Vec2{std::cos(first + 2 * M_PI * i / poses), std::sin(first + 2 * M_PI * i / poses)});
+  for (int i = 0; i < poses; ++i)
+    s.push_back(centre + radius * Vec2{std::cos(first + 2 * M_PI * i / poses), std::sin(first + 2 * M_PI * i / poses)});
   s.push_back(s.front());
   return s;
 }
@@ -85,7 +88,8 @@ TEST_P(DrawnCurve, OfAWaveIsAWave) {
   Random random(7);
   std::vector<double> all;
   for (int i = 0; i < 6; ++i) {
-    const double turn = random.uniform(0, 6.28), height = random.uniform(0.2, 0.5) * edge, length = random.uniform(3, 5) * edge;
+    const double turn = random.uniform(0, 6.28), height = random.uniform(0.2, 0.5) * edge,
+                 length = random.uniform(3, 5) * edge;
     const Vec2 x{std::cos(turn), std::sin(turn)}, y{-x.y, x.x};
     Stroke s;
     const double reach = 0.35 * std::min(size.x, size.y);
@@ -110,8 +114,12 @@ TEST_P(DrawnCurve, OfAWaveIsAWave) {
   EXPECT_LT(share(all, 0.95), 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bodies, DrawnCurve, ::testing::Values(Case{"closed-sheet", 2500}, Case{"closed-sheet", 40000}, Case{"steak", 0}),
-                         [](const auto& c) { return std::string(c.param.model == std::string_view("steak") ? "steak" : "sheet") + std::to_string(c.param.visual_triangles); });
+INSTANTIATE_TEST_SUITE_P(Bodies, DrawnCurve,
+                         ::testing::Values(Case{"closed-sheet", 2500}, Case{"closed-sheet", 40000}, Case{"steak", 0}),
+                         [](const auto& c) {
+                           return std::string(c.param.model == std::string_view("steak") ? "steak" : "sheet") +
+                                  std::to_string(c.param.visual_triangles);
+                         });
 
 // The island has the volume of a cylinder, not of a prism with as many corners as the path.
 TEST(DrawnCurves, CloseAroundTheirVolume) {
@@ -146,9 +154,12 @@ TEST(DrawnCurves, BiteOffWhatOneEdgeOfTheRimHolds) {
   for (const auto& [from, to] : b.outline) {
     const Vec2 along = (1 / norm(to - from)) * (to - from), inward{-along.y, along.x}, middle = lerp(from, to, 0.5);
     for (const double depth : {0.03, 0.05}) {
-      const double half = 0.3 * norm(to - from), deep = depth * edge, radius = (half * half + deep * deep) / (2 * deep), angle = 1.3 * std::asin(half / radius);
+      const double half = 0.3 * norm(to - from), deep = depth * edge, radius = (half * half + deep * deep) / (2 * deep),
+                   angle = 1.3 * std::asin(half / radius);
       Stroke s;
-      for (int i = -30; i <= 30; ++i) s.push_back(middle + radius * std::sin(angle * i / 30) * along + (deep - radius * (1 - std::cos(angle * i / 30))) * inward);
+      for (int i = -30; i <= 30; ++i)
+        s.push_back(middle + radius * std::sin(angle * i / 30) * along +
+                    (deep - radius * (1 - std::cos(angle * i / 30))) * inward);
       b.make_whole();
       b.cut(s, 1);
       EXPECT_EQ(b.refused, 0) << depth << text_of({s});
@@ -177,7 +188,8 @@ TEST(DrawnCurves, KeepCorners) {
   const Vec2 tip{0.311, 0.157};
   b.cut({{-0.5, -0.3}, tip, {-0.4, 0.6}}, 40);
   double nearest = HUGE_VAL;
-  for (const auto& lip : lips_of(b.body)) nearest = std::min({nearest, norm(lip.front() - tip), norm(lip.back() - tip)});
+  for (const auto& lip : lips_of(b.body))
+    nearest = std::min({nearest, norm(lip.front() - tip), norm(lip.back() - tip)});
   EXPECT_LT(nearest / b.body.mean_root_edge, 0.03);
 }
 

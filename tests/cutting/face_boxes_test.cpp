@@ -19,7 +19,8 @@ Box3 box_of(const CollisionMesh& mesh, std::span<const Vec3> position, Collision
 }
 
 /// All triangles whose own box meets a region must be met, in rising order.
-void expect_complete(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes, Random& random) {
+void expect_complete(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes,
+                     Random& random) {
   for (int k = 0; k < 10; ++k) {
     const Vec3 at{random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(-0.1, 0.1)};
     const double r = random.uniform(0, 0.1);
@@ -59,7 +60,8 @@ TEST(FaceBoxes, MeetWhatComparingAllTrianglesMeetsWhileAMeshIsCutAndRestored) {
     const std::size_t faces = mesh.face_count();
     const CollisionTriangle face(random.next() % faces);
     const CollisionHalfEdge corner = CollisionMesh::corner(face, 0);
-    const Vec2 middle = 0.3 * mesh.planar[corner] + 0.3 * mesh.planar[CollisionMesh::next(corner)] + 0.4 * mesh.planar[CollisionMesh::prev(corner)];
+    const Vec2 middle = 0.3 * mesh.planar[corner] + 0.3 * mesh.planar[CollisionMesh::next(corner)] +
+                        0.4 * mesh.planar[CollisionMesh::prev(corner)];
     cut::CutContext context{body, cut_options, scratch};
     scratch.flip_stack.clear();
     const bool done = cut::split_collision_face(context, face, middle, {0.3, 0.3, 0.4}).valid();

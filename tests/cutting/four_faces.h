@@ -29,7 +29,8 @@ struct FourFaces : CutBody {
   /// The face that holds (x, y): below, left, right or above the middle.
   [[nodiscard]] CollisionTriangle face(double x, double y) const {
     for (std::int32_t f = 0; f < static_cast<std::int32_t>(body.collision.face_count()); ++f)
-      if (const auto w = weights(CollisionTriangle(f), x, y); std::min({w[0], w[1], w[2]}) >= -1e-12) return CollisionTriangle(f);
+      if (const auto w = weights(CollisionTriangle(f), x, y); std::min({w[0], w[1], w[2]}) >= -1e-12)
+        return CollisionTriangle(f);
     ADD_FAILURE() << "no face holds " << x << ", " << y;
     return {};
   }

@@ -20,12 +20,15 @@ Vec3 anywhere(Random& random, double margin = 0) {
 /// One of the kinds of cuts that the study names.
 std::vector<Vec3> random_path(Random& random, const CellComplex& body, const std::vector<std::vector<Vec3>>& earlier) {
   const CollisionMesh& mesh = body.collision;
-  const auto vertex = [&] { return mesh.rest[CollisionVertex(static_cast<std::int32_t>(random.index(static_cast<int>(mesh.vertex_count()))))]; };
+  const auto vertex = [&] {
+    return mesh.rest[CollisionVertex(static_cast<std::int32_t>(random.index(static_cast<int>(mesh.vertex_count()))))];
+  };
   switch (random.index(12)) {
     case 0: return {anywhere(random), anywhere(random)};
     case 1: {  // border to border
       const double a = random.uniform(-0.1, 1.1), b = random.uniform(-0.1, 1.1);
-      return random.index(2) ? std::vector<Vec3>{{-0.1, a, 0}, {1.1, b, 0}} : std::vector<Vec3>{{a, 1.1, 0}, {b, -0.1, 0}};
+      return random.index(2) ? std::vector<Vec3>{{-0.1, a, 0}, {1.1, b, 0}}
+                             : std::vector<Vec3>{{a, 1.1, 0}, {b, -0.1, 0}};
     }
     case 2: {  // arc
       auto points = circle_points(anywhere(random), random.uniform(0.05, 0.6), 24, random.uniform(0.1, 0.95));
@@ -155,7 +158,10 @@ TEST_P(Fuzz, EveryInvariantHoldsAfterEveryCut) {
     }
     if (seed % 5 == 1) b.options.roughness = 0.3;
     const bool dense = seconds && seed % 7 == 3;
-    const FuzzCount count = fuzz(b, 1000 * static_cast<std::uint64_t>(kind) + seed, dense ? 500 : seconds ? 60 : 25,
+    const FuzzCount count = fuzz(b, 1000 * static_cast<std::uint64_t>(kind) + seed,
+                                 dense     ? 500
+                                 : seconds ? 60
+                                           : 25,
                                  seconds ? limit - spent() : 1e9, dense ? 20 : 1);
     total.cuts += count.cuts;
     total.refused += count.refused;
@@ -163,7 +169,9 @@ TEST_P(Fuzz, EveryInvariantHoldsAfterEveryCut) {
     total.opened += count.opened;
   }
   RecordProperty("cuts", total.cuts);
-  if (seconds) printf("kind %d: %d cuts, %ld edges opened, %d refused, %d invalid\n", kind, total.cuts, total.opened, total.refused, total.invalid);
+  if (seconds)
+    printf("kind %d: %d cuts, %ld edges opened, %d refused, %d invalid\n", kind, total.cuts, total.opened,
+           total.refused, total.invalid);
 }
 
 INSTANTIATE_TEST_SUITE_P(Bodies, Fuzz, ::testing::Values(0, 1, 2, 3));

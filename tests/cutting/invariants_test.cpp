@@ -22,32 +22,46 @@ TEST(ValidateComplex, SeesEveryKindOfDamage) {
   };
   const Damage damages[] = {
       {"twin", [](CellComplex& b) { b.visual.twin.set(VH(7), VH{}); }},
-      {"twins parted", [](CellComplex& b) {
+      {"twins parted",
+       [](CellComplex& b) {
          b.visual.twin.set(b.visual.twin[VH(7)], VH{});
          b.visual.twin.set(VH(7), VH{});
        }},
       {"origin", [](CellComplex& b) { b.visual.origin.set(VH(7), b.visual.origin[VisualMesh::next(VH(7))]); }},
-      {"planar moved at one corner", [](CellComplex& b) { b.visual.planar.set(VH(11), b.visual.planar[VH(11)] + Vec2{1e-15, 0}); }},
-      {"3D point moved", [](CellComplex& b) { b.visual.rest.set(VisualVertex(90), b.visual.rest[VisualVertex(90)] + Vec3{0, 0, 1e-2}); }},
-      {"not a number", [](CellComplex& b) { b.visual.rest.set(VisualVertex(90), Vec3{NAN, 0, 0}); }},
+      {"planar moved at one corner",
+       [](CellComplex& b) {
+         b.visual.planar.set(VH(11), b.visual.planar[VH(11)] + Vec2{1e-15, 0});
+       }},
+      {"3D point moved",
+       [](CellComplex& b) {
+         b.visual.rest.set(VisualVertex(90), b.visual.rest[VisualVertex(90)] + Vec3{0, 0, 1e-2});
+       }},
+      {"not a number",
+       [](CellComplex& b) {
+         b.visual.rest.set(VisualVertex(90), Vec3{NAN, 0, 0});
+       }},
       {"free flag", [](CellComplex& b) { b.visual.free.set(b.free_pool[PoolIndex(0)], 0); }},
       {"free vertex listed twice", [](CellComplex& b) { b.free_pool.set(PoolIndex(1), b.free_pool[PoolIndex(0)]); }},
-      {"lists swapped", [](CellComplex& b) {
+      {"lists swapped",
+       [](CellComplex& b) {
          const auto one = b.collision.free[CollisionTriangle(0)];
          b.collision.free.set(CollisionTriangle(0), b.collision.free[CollisionTriangle(1)]);
          b.collision.free.set(CollisionTriangle(1), one);
        }},
-      {"chain order", [](CellComplex& b) {
+      {"chain order",
+       [](CellComplex& b) {
          const VisualVertex v = b.chain_pool[PoolIndex(0)];
          b.chain_pool.set(PoolIndex(0), b.chain_pool[PoolIndex(1)]);
          b.chain_pool.set(PoolIndex(1), v);
        }},
       {"chain missing", [](CellComplex& b) { b.collision.chain.set(CH(0), {}); }},
-      {"barrier missing", [](CellComplex& b) {
+      {"barrier missing",
+       [](CellComplex& b) {
          for (std::int32_t i = 0;; ++i)
            if (b.visual.barrier[VH(i)]) return b.visual.barrier.set(VH(i), 0);
        }},
-      {"bound swapped", [](CellComplex& b) {
+      {"bound swapped",
+       [](CellComplex& b) {
          const auto v = b.collision.bound[CollisionVertex(0)];
          b.collision.bound.set(CollisionVertex(0), b.collision.bound[CollisionVertex(1)]);
          b.collision.bound.set(CollisionVertex(1), v);
@@ -57,9 +71,16 @@ TEST(ValidateComplex, SeesEveryKindOfDamage) {
       {"wall forgotten", [&](CellComplex& b) { b.collision.wall.set(first_border(b), WallId{}); }},
       {"wall on another edge", [&](CellComplex& b) { b.wall_edge.set(WallId(0), CH(0)); }},
       {"line forgotten", [&](CellComplex& b) { b.collision.line.set(b.collision.from(first_border(b)), PoolRun{}); }},
-      {"wall list empty", [&](CellComplex& b) { b.wall_inner.set(WallId(0), PoolRun{0, 0, false}); }},
-      {"collision fan", [](CellComplex& b) { b.collision.outgoing.set(CollisionVertex(2), b.collision.outgoing[CollisionVertex(3)]); }},
-      {"texture not finite", [](CellComplex& b) { b.visual.texture.set(VH(5), Vec2f{INFINITY, 0}); }},
+      {"wall list empty",
+       [&](CellComplex& b) {
+         b.wall_inner.set(WallId(0), PoolRun{0, 0, false});
+       }},
+      {"collision fan",
+       [](CellComplex& b) { b.collision.outgoing.set(CollisionVertex(2), b.collision.outgoing[CollisionVertex(3)]); }},
+      {"texture not finite",
+       [](CellComplex& b) {
+         b.visual.texture.set(VH(5), Vec2f{INFINITY, 0});
+       }},
   };
   CutBody b = CutBody::sheet(3, true);
   b.cut({{0.2, 0.3, 0}, {0.8, 0.61, 0}});

@@ -140,7 +140,11 @@ TEST_P(KindsOfCut, AlongEdgesAndThroughVertices) {
   cut(b, {{0, 0, 0}, {1, 1, 0}});
   EXPECT_EQ(b.pieces(), 4);
   CutBody c = sheet();
-  cut(c, {{1.0 / 6, 1.0 / 6, 0}, {5.0 / 6, 1.0 / 6, 0}, {5.0 / 6, 5.0 / 6, 0}, {1.0 / 6, 5.0 / 6, 0}, {1.0 / 6, 1.0 / 6, 0}});
+  cut(c, {{1.0 / 6, 1.0 / 6, 0},
+          {5.0 / 6, 1.0 / 6, 0},
+          {5.0 / 6, 5.0 / 6, 0},
+          {1.0 / 6, 5.0 / 6, 0},
+          {1.0 / 6, 1.0 / 6, 0}});
   EXPECT_EQ(c.pieces(), 2);
 }
 
@@ -240,7 +244,9 @@ TEST_P(KindsOfCut, BentSheets) {
   o.closed = GetParam();
   const double radius = 1 / 2.5;
   CutBody b(bent_mesh(sheet_65_mesh(), radius), o);
-  const auto at = [&](double x, double y) { return Vec3{radius * std::sin(x / radius), y, radius * (std::cos(x / radius) - 1)}; };
+  const auto at = [&](double x, double y) {
+    return Vec3{radius * std::sin(x / radius), y, radius * (std::cos(x / radius) - 1)};
+  };
   std::vector<Vec3> path;
   for (int i = 0; i <= 40; ++i) path.push_back(at(-0.05 + 1.1 * i / 40, 0.4 + 0.1 * std::sin(0.2 * i)));
   cut(b, path);
@@ -271,9 +277,8 @@ TEST_P(KindsOfCut, TextureIsInterpolated) {
   EXPECT_EQ(walls > 0, GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Bodies, KindsOfCut, ::testing::Values(false, true), [](const auto& which) {
-  return which.param ? "closed" : "open";
-});
+INSTANTIATE_TEST_SUITE_P(Bodies, KindsOfCut, ::testing::Values(false, true),
+                         [](const auto& which) { return which.param ? "closed" : "open"; });
 
 TEST(Walls, HaveLengthsInMetresAndTheChosenLayers) {
   for (const int layers : {1, 2, 5}) {
@@ -317,7 +322,8 @@ TEST(Walls, RoughnessMovesBothLipsAlike) {
   // Every inner wall vertex has a partner at the same place on the other lip, and they are not all in one plane.
   std::vector<Vec3> points;
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(m.vertex_count()); ++i)
-    if (m.free[VisualVertex(i)] && m.patch[VisualMesh::face(m.outgoing[VisualVertex(i)])].is_wall()) points.push_back(m.rest[VisualVertex(i)]);
+    if (m.free[VisualVertex(i)] && m.patch[VisualMesh::face(m.outgoing[VisualVertex(i)])].is_wall())
+      points.push_back(m.rest[VisualVertex(i)]);
   ASSERT_GT(points.size(), 20u);
   const auto less = [](Vec3 a, Vec3 c) { return a.x != c.x ? a.x < c.x : a.y != c.y ? a.y < c.y : a.z < c.z; };
   std::sort(points.begin(), points.end(), less);

@@ -84,7 +84,10 @@ TEST(LeadPath, CrossesWhatTheSegmentCrosses) {
     ASSERT_EQ(way.size(), met.size()) << i;
     for (std::size_t k = 0; k < way.size(); ++k) {
       EXPECT_EQ(way[k].near, met[k].second) << i;
-      EXPECT_LT(norm(lerp(mesh.rest[mesh.from(way[k].near)], mesh.rest[mesh.to(way[k].near)], way[k].fraction) - lerp(a, b, met[k].first)), 1e-12) << i;
+      EXPECT_LT(norm(lerp(mesh.rest[mesh.from(way[k].near)], mesh.rest[mesh.to(way[k].near)], way[k].fraction) -
+                     lerp(a, b, met[k].first)),
+                1e-12)
+          << i;
     }
   }
 }
@@ -137,11 +140,13 @@ TEST(LeadPath, OverFoldsIsStraightWhenTheyAreLaidFlat) {
   std::vector<ArcCrossing> way;
   int led = 0;
   for (int i = 0; i < 300; ++i) {
-    const Vec3 a{random.uniform(0.3, 0.5), random.uniform(0.2, 0.8), 0}, b{random.uniform(0.5, 0.7), random.uniform(0.2, 0.8), 0};
+    const Vec3 a{random.uniform(0.3, 0.5), random.uniform(0.2, 0.8), 0},
+        b{random.uniform(0.5, 0.7), random.uniform(0.2, 0.8), 0};
     const F fa = face_at(flat.collision, a), fb = face_at(flat.collision, b);
     if (!fa.valid() || !fb.valid()) continue;
     const H h = CollisionMesh::corner(fa, 0);
-    const Vec3 up = cross(mesh.rest[mesh.to(h)] - mesh.rest[mesh.from(h)], mesh.rest[mesh.apex(h)] - mesh.rest[mesh.from(h)]);
+    const Vec3 up =
+        cross(mesh.rest[mesh.to(h)] - mesh.rest[mesh.from(h)], mesh.rest[mesh.apex(h)] - mesh.rest[mesh.from(h)]);
     if (std::abs(up.x) > 1e-12) continue;  // begins beyond the fold
     ASSERT_TRUE(lead_path(mesh, {a, fa, {}}, {{b.x, b.y, 0.9 * (b.x - 0.5)}, fb, {}}, kStraight, way)) << i;
     EXPECT_EQ(way.size(), edges_met(flat.collision, a, b).size()) << i;
@@ -160,7 +165,8 @@ TEST(LeadPath, ASlitBarsTheWay) {
   int barred = 0, open = 0;
   for (int i = 0; i < 300; ++i) {
     const double x = random.uniform(-0.45, 0.45);
-    const Vec3 a{x, 0.013 - random.uniform(0.02, 0.1), 0}, b{x + random.uniform(-0.02, 0.02), 0.013 + random.uniform(0.02, 0.1), 0};
+    const Vec3 a{x, 0.013 - random.uniform(0.02, 0.1), 0},
+        b{x + random.uniform(-0.02, 0.02), 0.013 + random.uniform(0.02, 0.1), 0};
     const F fa = face_at(mesh, a), fb = face_at(mesh, b);
     if (!fa.valid() || !fb.valid()) continue;
     if (std::abs(x - 0.2) < 0.05) continue;  // at its end
@@ -182,7 +188,8 @@ TEST(LeadPath, GoesRoundWhatIsWithinReach) {
   const F fa = face_at(mesh, a), fb = face_at(mesh, b);
   F beside;
   for (int k = 0; k < 3; ++k)
-    if (const H t = mesh.twin[CollisionMesh::corner(fb, k)]; t.valid() && edges_met(mesh, a, b).back().second != t) beside = CollisionMesh::face(t);
+    if (const H t = mesh.twin[CollisionMesh::corner(fb, k)]; t.valid() && edges_met(mesh, a, b).back().second != t)
+      beside = CollisionMesh::face(t);
   ASSERT_TRUE(beside.valid());
   ASSERT_TRUE(lead_path(mesh, {a, fa, {}}, {b, beside, {}}, 0.2, way));
   expect_linked(mesh, way);

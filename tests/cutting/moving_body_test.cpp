@@ -19,7 +19,15 @@ using namespace testing_support;
 constexpr double kPi = std::numbers::pi;
 
 enum class MotionKind { kShift, kSwingInPlane, kSwing, kStretch, kShear, kWave, kSag, kSway, kDrift };
-constexpr const char* kMotions[] = {"shifted", "swung_in_its_plane", "swung_out_of_its_plane", "pulled_apart", "sheared", "with_a_wave", "sagging", "swaying", "drifting"};
+constexpr const char* kMotions[] = {"shifted",
+                                    "swung_in_its_plane",
+                                    "swung_out_of_its_plane",
+                                    "pulled_apart",
+                                    "sheared",
+                                    "with_a_wave",
+                                    "sagging",
+                                    "swaying",
+                                    "drifting"};
 /// So many of them leave an upright straight line of the body straight.
 constexpr int kStraight = 6;
 
@@ -35,20 +43,33 @@ struct Motion {
 
   static Motion random(MotionKind kind, double size, double most, Random& random) {
     const auto inside = [&] { return random.uniform(-1, 1) * size; };
-    return {kind, size, random.uniform(0.1, 1) * most, random.uniform(0.2, 2), random.uniform(0, 2 * kPi), random.uniform(0, 2 * kPi), {inside(), inside()}};
+    return {kind,
+            size,
+            random.uniform(0.1, 1) * most,
+            random.uniform(0.2, 2),
+            random.uniform(0, 2 * kPi),
+            random.uniform(0, 2 * kPi),
+            {inside(), inside()}};
   }
   /// There; back with way = -1.
   [[nodiscard]] Vec3 at(Vec3 p, double t, double way = 1) const {
-    const double now = amount * std::sin(2 * kPi * turns * t + phase), a = way * now, c = std::cos(heading), s = std::sin(heading);
+    const double now = amount * std::sin(2 * kPi * turns * t + phase), a = way * now, c = std::cos(heading),
+                 s = std::sin(heading);
     // x along the heading, y across it.
     Vec3 q{c * (p.x - pivot.x) + s * (p.y - pivot.y), -s * (p.x - pivot.x) + c * (p.y - pivot.y), p.z};
     switch (kind) {
       case MotionKind::kShift: q += a * size * Vec3{1, 0, 0.3}; break;
-      case MotionKind::kSwingInPlane: q = {std::cos(a) * q.x - std::sin(a) * q.y, std::sin(a) * q.x + std::cos(a) * q.y, q.z}; break;
-      case MotionKind::kSwing: q = {q.x, std::cos(a) * q.y - std::sin(a) * q.z, std::sin(a) * q.y + std::cos(a) * q.z}; break;
+      case MotionKind::kSwingInPlane:
+        q = {std::cos(a) * q.x - std::sin(a) * q.y, std::sin(a) * q.x + std::cos(a) * q.y, q.z};
+        break;
+      case MotionKind::kSwing:
+        q = {q.x, std::cos(a) * q.y - std::sin(a) * q.z, std::sin(a) * q.y + std::cos(a) * q.z};
+        break;
       case MotionKind::kStretch: q.x *= way > 0 ? 1 + now : 1 / (1 + now); break;
       case MotionKind::kShear: q.x += a * q.y; break;
-      case MotionKind::kWave: q.z += way * 0.2 * amount * size * std::sin(8 * q.x / size - 2 * kPi * turns * t - phase); break;
+      case MotionKind::kWave:
+        q.z += way * 0.2 * amount * size * std::sin(8 * q.x / size - 2 * kPi * turns * t - phase);
+        break;
       case MotionKind::kSag: q.z -= 0.5 * a * q.x * q.x / size; break;
       case MotionKind::kDrift: q.x += way * amount * size * t; break;
       case MotionKind::kSway: q.x += 0.15 * a * size * std::sin(7 * q.y / size); break;
@@ -63,11 +84,13 @@ struct Motion {
 /// A body whose positions are those of a motion at each pose. Between two poses nothing else is known.
 struct MovingBody : StrokeBody {
   using StrokeBody::StrokeBody;
-  bool edge_is_carried = true;  ///< the material carries the blade's last place along, as tools of a session are (carry_edges)
-  double carried = 0;           ///< so far has it been carried over the mesh from one pose to the next, at rest, metres
+  bool edge_is_carried =
+      true;            ///< the material carries the blade's last place along, as tools of a session are (carry_edges)
+  double carried = 0;  ///< so far has it been carried over the mesh from one pose to the next, at rest, metres
 
   void pose(const Motion& motion, const BladeEdge& edge, double before, double t) {
-    for (std::size_t i = 0; i < position.size(); ++i) position[i] = motion.at(body.collision.rest[CollisionVertex(i)], t);
+    for (std::size_t i = 0; i < position.size(); ++i)
+      position[i] = motion.at(body.collision.rest[CollisionVertex(i)], t);
     boxes.forget();
     for (const CollisionVertex v : ids<CollisionVertex>(body.collision.vertex_count())) {
       const Vec3 p = body.collision.rest[v], d = motion.back(motion.at(p, before), t) - p;
@@ -84,7 +107,8 @@ struct MovingBody : StrokeBody {
     double before = 0;
     for (std::size_t k = 0; k < last; ++k)
       for (int i = k == 0 ? 0 : 1; i <= poses; ++i) {
-        const double part = static_cast<double>(i) / poses, t = (static_cast<double>(k) + part) / static_cast<double>(last);
+        const double part = static_cast<double>(i) / poses,
+                     t = (static_cast<double>(k) + part) / static_cast<double>(last);
         pose(motion, edge_of(lerp(path[k], path[k + 1], part), t), before, t);
         before = t;
       }
@@ -103,7 +127,9 @@ struct MovingBody : StrokeBody {
 struct Budget {
   explicit Budget(std::uint64_t sets) : sets_(sets) {}
   [[nodiscard]] bool goes_on(std::uint64_t next) const {
-    return seconds ? std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count() < std::atof(seconds) : next < first + sets_;
+    return seconds
+               ? std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count() < std::atof(seconds)
+               : next < first + sets_;
   }
   const char* seconds = std::getenv("KERF_FUZZ_SECONDS");
   const char* seed = std::getenv("KERF_FUZZ_SEED");
@@ -140,18 +166,23 @@ class MovingBodyOracle : public ::testing::TestWithParam<int> {
       const StrokeJudge judge{0.12 * edge + beside, 0.9 * body.options.minimum_feature * edge};
       const auto verdict = judge.judge(body, strokes);
       const auto deviation = StrokeJudge::deviation(body, strokes);
-      const bool is_off = std::max(deviation.stray, deviation.missed) > (body.options.path_tolerance + body.options.minimum_feature) * edge + beside;
+      const bool is_off = std::max(deviation.stray, deviation.missed) >
+                          (body.options.path_tolerance + body.options.minimum_feature) * edge + beside;
       ++count;
       bridged += verdict.bridges > 0;
       severed += verdict.severed > 0;
       refused += body.refused > 0;
       off += is_off;
       if (verdict.bridges > 0 || verdict.severed > 0 || body.refused > 0 || is_off)
-        printf("seed %llu, %s, %d poses: %d bridges, %d severed, %d refused, %.3f and %.3f edges off, carried by %.3f:%s\n", static_cast<unsigned long long>(seed), kSetKinds[kind], poses,
-               verdict.bridges, verdict.severed, body.refused, deviation.stray / edge, deviation.missed / edge, body.carried / edge, text_of(strokes).c_str());
+        printf(
+            "seed %llu, %s, %d poses: %d bridges, %d severed, %d refused, %.3f and %.3f edges off, carried by %.3f:%s\n",
+            static_cast<unsigned long long>(seed), kSetKinds[kind], poses, verdict.bridges, verdict.severed,
+            body.refused, deviation.stray / edge, deviation.missed / edge, body.carried / edge,
+            text_of(strokes).c_str());
     }
     if (budget.seconds) {
-      printf("%s: %d sets, %d with a bridge, %d severed, %d refused, %d beside their place\n", kMotions[GetParam()], count, bridged, severed, refused, off);
+      printf("%s: %d sets, %d with a bridge, %d severed, %d refused, %d beside their place\n", kMotions[GetParam()],
+             count, bridged, severed, refused, off);
       return;
     }
     EXPECT_EQ(bridged, 0);
@@ -166,7 +197,8 @@ TEST_P(MovingBodyOracle, IsPartedAsIfItKeptStill) { expect_parted(5, true, 0.6, 
 // A caller that does not carry the edge along has cuts beside their place where they begin and come out of a lip, by as much as the body moves in one pose.
 TEST_P(MovingBodyOracle, IsCutNoFartherOffThanItIsCarriedInOnePose) { expect_parted(3, false, 0.1, {40}); }
 
-INSTANTIATE_TEST_SUITE_P(Motions, MovingBodyOracle, ::testing::Range(0, kStraight), [](const auto& kind) { return std::string(kMotions[kind.param]); });
+INSTANTIATE_TEST_SUITE_P(Motions, MovingBodyOracle, ::testing::Range(0, kStraight),
+                         [](const auto& kind) { return std::string(kMotions[kind.param]); });
 
 /// A body that drifts along +x at a heading, so far in a stroke, metres.
 Motion drift(double metres, double heading) { return {MotionKind::kDrift, 1, metres, 0, 0, heading, {}}; }
@@ -182,7 +214,8 @@ TEST(MovingBody, DriftsThroughABladeThatStands) {
     for (const CollisionTriangle f : ids<CollisionTriangle>(m.face_count())) {
       const CollisionHalfEdge h = CollisionMesh::corner(f, 0);
       const Vec3 a = m.rest[m.from(h)];
-      area[static_cast<std::size_t>(pieces.of_face[f.index()])] += 0.5 * norm(cross(m.rest[m.to(h)] - a, m.rest[m.apex(h)] - a));
+      area[static_cast<std::size_t>(pieces.of_face[f.index()])] +=
+          0.5 * norm(cross(m.rest[m.to(h)] - a, m.rest[m.apex(h)] - a));
     }
     std::sort(area.begin(), area.end());
     return area;
@@ -190,7 +223,8 @@ TEST(MovingBody, DriftsThroughABladeThatStands) {
   Random random(21);
   for (int i = 0; i < 24; ++i) {
     const double heading = random.uniform(0, 2 * kPi);
-    const Vec2 way = 1.6 * Vec2{std::cos(heading), std::sin(heading)}, middle{random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)}, from = middle - 0.5 * way;
+    const Vec2 way = 1.6 * Vec2{std::cos(heading), std::sin(heading)},
+               middle{random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)}, from = middle - 0.5 * way;
     constexpr int kPoses[] = {1, 4, 40};
     const int poses = kPoses[i % 3];
     const Stroke line{from, from + way};
@@ -201,9 +235,12 @@ TEST(MovingBody, DriftsThroughABladeThatStands) {
     EXPECT_EQ(moved.refused, 0);
     const std::vector<double> a = areas(still), b = areas(moved);
     ASSERT_EQ(a.size(), b.size()) << text_of({line}) << ", " << poses << " poses";
-    for (std::size_t k = 0; k < a.size(); ++k) EXPECT_NEAR(a[k], b[k], 1e-9) << text_of({line}) << ", " << poses << " poses";
+    for (std::size_t k = 0; k < a.size(); ++k)
+      EXPECT_NEAR(a[k], b[k], 1e-9) << text_of({line}) << ", " << poses << " poses";
     const auto deviation = StrokeJudge::deviation(moved, {line});
-    EXPECT_LT(std::max(deviation.stray, deviation.missed), (moved.options.path_tolerance + moved.options.minimum_feature) * edge) << text_of({line});
+    EXPECT_LT(std::max(deviation.stray, deviation.missed),
+              (moved.options.path_tolerance + moved.options.minimum_feature) * edge)
+        << text_of({line});
   }
 }
 
@@ -231,15 +268,18 @@ TEST(MovingBody, ComesOntoTheBladeFromBesideItsWay) {
       b.make_whole();
       b.cut_at_rest(line, drift(-metres, 0), 40);
       const auto deviation = StrokeJudge::deviation(b, {line});
-      EXPECT_LT(std::max(deviation.stray, deviation.missed), b.options.minimum_feature * edge) << slope << " " << metres;
+      EXPECT_LT(std::max(deviation.stray, deviation.missed), b.options.minimum_feature * edge)
+          << slope << " " << metres;
     }
 }
 
 /// What the edge of a stroke in the world passes of the body, at rest. `bent`: so far is it from straight between two poses, across the edge, metres.
-void add_swept(const MovingBody& b, const Stroke& path, const Motion& motion, int poses, double step, TriangleSoup& soup, double& bent) {
+void add_swept(const MovingBody& b, const Stroke& path, const Motion& motion, int poses, double step,
+               TriangleSoup& soup, double& bent) {
   const double last = static_cast<double>(poses) * static_cast<double>(path.size() - 1);
   const auto inside = [&](Vec3 p) {
-    return p.x > b.box.min.x && p.x < b.box.max.x && p.y > b.box.min.y && p.y < b.box.max.y && std::abs(p.z - b.box.center().z) < b.start.size.z;
+    return p.x > b.box.min.x && p.x < b.box.max.x && p.y > b.box.min.y && p.y < b.box.max.y &&
+           std::abs(p.z - b.box.center().z) < b.start.size.z;
   };
   for (std::size_t k = 0; k + 1 < path.size(); ++k)
     for (int i = 0; i < poses; ++i) {
@@ -252,7 +292,8 @@ void add_swept(const MovingBody& b, const Stroke& path, const Motion& motion, in
       const int along = parts(2 * b.reach), onward = std::max(4, parts(norm(at(0.5, 1) - at(0.5, 0))));
       for (int m = 0; m < along; ++m)
         for (int n = 0; n < onward; ++n) {
-          const double u[2] = {static_cast<double>(m) / along, (m + 1.0) / along}, w[2] = {static_cast<double>(n) / onward, (n + 1.0) / onward};
+          const double u[2] = {static_cast<double>(m) / along, (m + 1.0) / along},
+                       w[2] = {static_cast<double>(n) / onward, (n + 1.0) / onward};
           const Vec3 p = at(u[0], w[0]), q = at(u[1], w[0]), r = at(u[1], w[1]), s = at(u[0], w[1]);
           soup.add(p, q, r);
           soup.add(p, r, s);
@@ -279,7 +320,9 @@ void expect_walls_where_the_blade_was(std::string_view model, MotionKind kind, i
     for (Stroke& s : strokes) {
       const int last = 1 + random.index(3);
       for (int k = 0; k <= last; ++k) {
-        const Vec3 p = motion.at(middle + Vec3{random.uniform(-0.65, 0.65) * size.x, random.uniform(-0.65, 0.65) * size.y, 0}, static_cast<double>(k) / last);
+        const Vec3 p =
+            motion.at(middle + Vec3{random.uniform(-0.65, 0.65) * size.x, random.uniform(-0.65, 0.65) * size.y, 0},
+                      static_cast<double>(k) / last);
         s.push_back({p.x, p.y});
       }
     }
@@ -295,29 +338,49 @@ void expect_walls_where_the_blade_was(std::string_view model, MotionKind kind, i
     }
     swept.build();
     // Walls stand upright on the mid-surface, however the blade leans in the body; triangles are flat where the body bends.
-    const double lean = kind == MotionKind::kSwing ? 0.5 * thickness * std::tan(motion.amount) : 0, flat = kind == MotionKind::kSway ? 0.05 * edge : 0;
-    const double most = (b.options.path_tolerance + b.options.minimum_feature + 0.04) * edge + lean + flat + bent + (b.edge_is_carried ? 0 : b.carried);
+    const double lean = kind == MotionKind::kSwing ? 0.5 * thickness * std::tan(motion.amount) : 0,
+                 flat = kind == MotionKind::kSway ? 0.05 * edge : 0;
+    const double most = (b.options.path_tolerance + b.options.minimum_feature + 0.04) * edge + lean + flat + bent +
+                        (b.edge_is_carried ? 0 : b.carried);
     const TriangleSoup walls = walls_of(b.body);
-    const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge), missed = missed_of(swept, walls, skin, 0.15 * edge);
-    const std::string what = "set " + std::to_string(set) + ", " + std::to_string(poses) + " poses, carried " + std::to_string(b.edge_is_carried) + text_of(strokes);
+    const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge),
+                        missed = missed_of(swept, walls, skin, 0.15 * edge);
+    const std::string what = "set " + std::to_string(set) + ", " + std::to_string(poses) + " poses, carried " +
+                             std::to_string(b.edge_is_carried) + text_of(strokes);
     EXPECT_EQ(b.refused, 0) << what;
-    EXPECT_LT(stray.distance / edge, most / edge) << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << what;
-    EXPECT_LT(missed.distance / edge, most / edge) << "nothing at " << missed.at.x << " " << missed.at.y << " " << missed.at.z << ", " << what;
+    EXPECT_LT(stray.distance / edge, most / edge)
+        << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << what;
+    EXPECT_LT(missed.distance / edge, most / edge)
+        << "nothing at " << missed.at.x << " " << missed.at.y << " " << missed.at.z << ", " << what;
     worst = std::max({worst, stray.distance / most, missed.distance / most});
     most_bent = std::max(most_bent, bent / edge);
   }
-  if (budget.seconds) printf("%s: at worst %.2f of what may be, bent by up to %.3f edges\n", kMotions[static_cast<int>(kind)], worst, most_bent);
+  if (budget.seconds)
+    printf("%s: at worst %.2f of what may be, bent by up to %.3f edges\n", kMotions[static_cast<int>(kind)], worst,
+           most_bent);
 }
-TEST(MovingBodyWalls, OfASheetThatIsShifted) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kShift, 2, 1); }
-TEST(MovingBodyWalls, OfASheetThatSwingsInItsPlane) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSwingInPlane, 2, 2); }
-TEST(MovingBodyWalls, OfASheetThatSwings) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSwing, 2, 3); }
-TEST(MovingBodyWalls, OfASheetThatIsPulledApart) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kStretch, 2, 4); }
+TEST(MovingBodyWalls, OfASheetThatIsShifted) {
+  expect_walls_where_the_blade_was("closed-sheet", MotionKind::kShift, 2, 1);
+}
+TEST(MovingBodyWalls, OfASheetThatSwingsInItsPlane) {
+  expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSwingInPlane, 2, 2);
+}
+TEST(MovingBodyWalls, OfASheetThatSwings) {
+  expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSwing, 2, 3);
+}
+TEST(MovingBodyWalls, OfASheetThatIsPulledApart) {
+  expect_walls_where_the_blade_was("closed-sheet", MotionKind::kStretch, 2, 4);
+}
 TEST(MovingBodyWalls, OfASheetWithAWave) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kWave, 2, 5); }
 TEST(MovingBodyWalls, OfASheetThatSags) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSag, 2, 6); }
 TEST(MovingBodyWalls, OfASheetThatSways) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kSway, 2, 7); }
-TEST(MovingBodyWalls, OfASheetThatDrifts) { expect_walls_where_the_blade_was("closed-sheet", MotionKind::kDrift, 2, 8); }
+TEST(MovingBodyWalls, OfASheetThatDrifts) {
+  expect_walls_where_the_blade_was("closed-sheet", MotionKind::kDrift, 2, 8);
+}
 TEST(MovingBodyWalls, OfASteakThatSwings) { expect_walls_where_the_blade_was("steak", MotionKind::kSwing, 2, 9); }
-TEST(MovingBodyWalls, OfAMeniscusThatSwingsInItsPlane) { expect_walls_where_the_blade_was("meniscus", MotionKind::kSwingInPlane, 2, 10); }
+TEST(MovingBodyWalls, OfAMeniscusThatSwingsInItsPlane) {
+  expect_walls_where_the_blade_was("meniscus", MotionKind::kSwingInPlane, 2, 10);
+}
 
 }  // namespace
 }  // namespace kerf::moving_body_test

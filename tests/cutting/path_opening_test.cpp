@@ -10,18 +10,22 @@ using namespace testing_support;
 using Stop = CutStop;
 
 struct Bench : FourFaces {
-  explicit Bench(bool closed) : FourFaces(closed), context{body, options, scratch}, opening({context, position, boxes}, feature, 1e-9) {}
+  explicit Bench(bool closed)
+      : FourFaces(closed), context{body, options, scratch}, opening({context, position, boxes}, feature, 1e-9) {}
 
   bool open(const std::vector<Stop>& stops, bool loop = false) {
     const bool done = opening.open(stops, {}, loop);
     expect_valid();
     EXPECT_EQ(position.size(), body.collision.vertex_count());
-    for (std::size_t i = 0; i < position.size(); ++i) EXPECT_LT(norm(position[i] - place(CollisionVertex(i))), 1e-12) << i;
+    for (std::size_t i = 0; i < position.size(); ++i)
+      EXPECT_LT(norm(position[i] - place(CollisionVertex(i))), 1e-12) << i;
     return done;
   }
   Stop inside(double x, double y) const { return Stop::inside(point(x, y)); }
   static Stop vertex(int v) { return Stop::at_vertex(CollisionVertex(v)); }
-  static Stop on_edge(int a, int b, double fraction) { return Stop::on_edge(CollisionVertex(a), CollisionVertex(b), fraction); }
+  static Stop on_edge(int a, int b, double fraction) {
+    return Stop::on_edge(CollisionVertex(a), CollisionVertex(b), fraction);
+  }
   Vec3 last() const { return place(opening.made().back()); }
 
   cut::CutContext context;
@@ -118,7 +122,8 @@ TEST_P(PathOpens, NothingWhereStopsShareNoFace) {
   EXPECT_EQ(hash_of(b.body), before);
 }
 
-INSTANTIATE_TEST_SUITE_P(Bodies, PathOpens, ::testing::Values(false, true), [](const auto& which) { return which.param ? "closed" : "open"; });
+INSTANTIATE_TEST_SUITE_P(Bodies, PathOpens, ::testing::Values(false, true),
+                         [](const auto& which) { return which.param ? "closed" : "open"; });
 
 // The drawn surface of a corner is laid flat, so that it encloses nothing: it may not come off.
 TEST(PathOpens, NoPieceWithoutMaterial) {

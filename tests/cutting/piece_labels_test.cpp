@@ -1,5 +1,5 @@
-#include "cutting/cut_polyline.h"
 #include "kerf/cutting/piece_labels.h"
+#include "cutting/cut_polyline.h"
 
 #include <gtest/gtest.h>
 
@@ -30,8 +30,10 @@ TEST(PieceLabels, CountWhatGoingOverTheWholeMeshCounts) {
     for (int i = 0; i < 60; ++i) {
       JournalMark mark;
       journal_mark(body, mark);
-      const double angle = random.uniform(0, 2 * std::numbers::pi), length = random.uniform(0.05, i % 10 == 9 ? 2 : 0.5);
-      const Vec3 middle{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 0}, half{0.5 * length * std::cos(angle), 0.5 * length * std::sin(angle), 0};
+      const double angle = random.uniform(0, 2 * std::numbers::pi),
+                   length = random.uniform(0.05, i % 10 == 9 ? 2 : 0.5);
+      const Vec3 middle{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 0},
+          half{0.5 * length * std::cos(angle), 0.5 * length * std::sin(angle), 0};
       const Vec3 path[] = {middle - half, middle + half};
       cut_polyline(body, path, {}, scratch);
       for (const CollisionTriangle f : changed_triangles(body, mark)) changed.push_back(f);

@@ -39,7 +39,8 @@ bool inside_polygon(const std::vector<Vec2>& outline, Vec2 p, double& distance) 
 std::string still_hanging(const CellComplex& body, const std::vector<Vec2>& outline, double margin, int n = 60) {
   const CollisionMesh& mesh = body.collision;
   const Pieces pieces = collision_pieces(body);
-  std::vector<std::int8_t> where(static_cast<std::size_t>(pieces.count), 0);  // bit 0: holds points inside, bit 1: outside
+  std::vector<std::int8_t> where(static_cast<std::size_t>(pieces.count),
+                                 0);  // bit 0: holds points inside, bit 1: outside
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     Vec2 p[3];
     Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
@@ -52,13 +53,16 @@ std::string still_hanging(const CellComplex& body, const std::vector<Vec2>& outl
     for (int i = static_cast<int>(std::ceil(low.x * n)); i <= high.x * n; ++i)
       for (int j = static_cast<int>(std::ceil(low.y * n)); j <= high.y * n; ++j) {
         const Vec2 q{i / static_cast<double>(n), j / static_cast<double>(n)};
-        if (cross(p[1] - p[0], q - p[0]) < 0 || cross(p[2] - p[1], q - p[1]) < 0 || cross(p[0] - p[2], q - p[2]) < 0) continue;
+        if (cross(p[1] - p[0], q - p[0]) < 0 || cross(p[2] - p[1], q - p[1]) < 0 || cross(p[0] - p[2], q - p[2]) < 0)
+          continue;
         double distance = 0;
         const bool inside = inside_polygon(outline, q, distance);
         if (distance < margin) continue;
         auto& mask = where[static_cast<std::size_t>(pieces.of_face[f])];
         mask = static_cast<std::int8_t>(mask | (inside ? 1 : 2));
-        if (mask == 3) return "piece " + std::to_string(pieces.of_face[f]) + " near " + std::to_string(q.x) + ", " + std::to_string(q.y);
+        if (mask == 3)
+          return "piece " + std::to_string(pieces.of_face[f]) + " near " + std::to_string(q.x) + ", " +
+                 std::to_string(q.y);
       }
   }
   return {};
@@ -143,7 +147,9 @@ TEST(Punch, TheLeastRadiusWorks) {
   int loose = 0;
   Random random(5);
   for (int i = 0; i < 40; ++i)
-    if (const auto cut = b.punch(circle({random.uniform(0.1, 0.9), random.uniform(0.1, 0.9)}, 1.15 * least, 0.1 * least))) loose += cut->loose.empty() ? 0 : 1;
+    if (const auto cut =
+            b.punch(circle({random.uniform(0.1, 0.9), random.uniform(0.1, 0.9)}, 1.15 * least, 0.1 * least)))
+      loose += cut->loose.empty() ? 0 : 1;
   EXPECT_EQ(loose, 40) << b.last_error;
 }
 
@@ -283,7 +289,8 @@ TEST_P(PunchFuzz, EveryPunchLoosensWhatItHoldsAndEveryInvariantHolds) {
         }
         case 3: {  // around a vertex
           const CollisionMesh& m = b.body.collision;
-          p.centre = m.rest[CollisionVertex(static_cast<std::int32_t>(random.index(static_cast<int>(m.vertex_count()))))];
+          p.centre =
+              m.rest[CollisionVertex(static_cast<std::int32_t>(random.index(static_cast<int>(m.vertex_count()))))];
           break;
         }
         default: break;
@@ -304,8 +311,10 @@ TEST_P(PunchFuzz, EveryPunchLoosensWhatItHoldsAndEveryInvariantHolds) {
       loose += cut->loose.empty() ? 0 : 1;
       if (i % 2 == 0) roughen_punch(b.body, *cut, std::pow(10, random.uniform(-4, -1)), seed);
       const Status status = validate_complex(b.body, b.start);
-      ASSERT_TRUE(status.ok()) << "kind " << kind << " seed " << seed << " punch " << i << ": " << status.error().message;
-      const double margin = 1.5 * (4 * b.options.minimum_feature + 2 * b.options.path_tolerance) * b.body.mean_root_edge;
+      ASSERT_TRUE(status.ok()) << "kind " << kind << " seed " << seed << " punch " << i << ": "
+                               << status.error().message;
+      const double margin =
+          1.5 * (4 * b.options.minimum_feature + 2 * b.options.path_tolerance) * b.body.mean_root_edge;
       const std::string hanging = still_hanging(b.body, placed(p), margin);
       ASSERT_EQ(hanging, "") << "kind " << kind << " seed " << seed << " punch " << i;
       if (kind == 1 && i == 7) {  // an annulus is soon in parts, each of them loose
@@ -315,7 +324,8 @@ TEST_P(PunchFuzz, EveryPunchLoosensWhatItHoldsAndEveryInvariantHolds) {
     }
   }
   RecordProperty("punches", punches);
-  printf("kind %d: %d punches, %d with something loose, %d retried, %d refused\n", kind, punches, loose, retries, refused);
+  printf("kind %d: %d punches, %d with something loose, %d retried, %d refused\n", kind, punches, loose, retries,
+         refused);
   EXPECT_GT(loose, punches / 2);
 }
 

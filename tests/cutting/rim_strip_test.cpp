@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "cutting/cut_polyline.h"
 #include "kerf/base/random.h"
 #include "kerf/binding/bind.h"
-#include "cutting/cut_polyline.h"
 #include "kerf/cutting/validate.h"
 #include "kerf/mesh/models.h"
 #include "support/extruded_mesh.h"
@@ -41,7 +41,8 @@ TEST(RimStrip, OfAPlate) {
   ASSERT_TRUE(model.ok());
   const CellComplex body = bound(model->visual, model->collision);
   // At 0.47 a column of visual vertices is 5 % of a visual edge beside the blade, and the walk takes what is nearer than 10 %.
-  for (const auto& [x, within] : {std::pair{0.30, 0.02}, {0.40, 0.02}, {0.43, 0.02}, {0.45, 0.02}, {0.47, 0.025}, {0.48, 0.02}, {0.49, 0.02}}) {
+  for (const auto& [x, within] :
+       {std::pair{0.30, 0.02}, {0.40, 0.02}, {0.43, 0.02}, {0.45, 0.02}, {0.47, 0.025}, {0.48, 0.02}, {0.49, 0.02}}) {
     const double share = share_cut_off(body, {{x, -0.6, 0}, {x, 0.6, 0}}, fmt::format("x = {}", x));
     EXPECT_NEAR(share / (0.5 - x), 1, within) << "x = " << x;
   }
@@ -50,22 +51,29 @@ TEST(RimStrip, OfAPlate) {
 // Along both sides of a wedge of 1 : 8.
 TEST(RimStrip, OfAWedge) {
   const double thin = 0.005, slope = 0.035;  // half the thickness at x is thin + slope x
-  const CellComplex body = bound(extruded(plain_grid_mesh(53, 47), 4, [&](Vec3 p) { return thin + slope * p.x; }), plain_grid_mesh(7, 8));
+  const CellComplex body =
+      bound(extruded(plain_grid_mesh(53, 47), 4, [&](Vec3 p) { return thin + slope * p.x; }), plain_grid_mesh(7, 8));
   const auto below = [&](double x) { return (thin * x + 0.5 * slope * x * x) / (thin + 0.5 * slope); };
   for (const double width : {0.2, 0.1, 0.05, 0.03, 0.013}) {
     EXPECT_NEAR(share_cut_off(body, {{width, -0.2, 0}, {width, 1.2, 0}}, "thin side") / below(width), 1, 0.03) << width;
-    EXPECT_NEAR(share_cut_off(body, {{1 - width, -0.2, 0}, {1 - width, 1.2, 0}}, "thick side") / (1 - below(1 - width)), 1, 0.03) << width;
+    EXPECT_NEAR(share_cut_off(body, {{1 - width, -0.2, 0}, {1 - width, 1.2, 0}}, "thick side") / (1 - below(1 - width)),
+                1, 0.03)
+        << width;
   }
 }
 
 TEST(RimStrip, OfADisc) {
   const int corners = 88;
-  const CellComplex body = bound(extruded(disc_mesh(0.5, corners, 12), 2, [](Vec3) { return 0.03; }), disc_mesh(0.5, 22, 4));
+  const CellComplex body =
+      bound(extruded(disc_mesh(0.5, corners, 12), 2, [](Vec3) { return 0.03; }), disc_mesh(0.5, 22, 4));
   for (const double d : {0.3, 0.4, 0.44, 0.46}) {
     // The part of the polygon with x > d.
     double part = 0, whole = 0;
     for (int i = 0; i < corners; ++i) {
-      const auto p = [&](int k) { return Vec2{0.5 * std::cos(2 * 3.14159265358979323846 * k / corners), 0.5 * std::sin(2 * 3.14159265358979323846 * k / corners)}; };
+      const auto p = [&](int k) {
+        return Vec2{0.5 * std::cos(2 * 3.14159265358979323846 * k / corners),
+                    0.5 * std::sin(2 * 3.14159265358979323846 * k / corners)};
+      };
       Vec2 a = p(i), b = p(i + 1);
       whole += 0.5 * cross(a, b);
       if (a.x < d && b.x < d) continue;
@@ -95,7 +103,8 @@ std::vector<Vec3> stroke(Random& random, const CollisionMesh& mesh) {
   switch (random.index(3)) {
     case 0: {  // straight, in and out over the rim
       const CollisionHalfEdge from = on_border(), to = on_border();
-      points = {inside(from, -0.5, random.uniform()), inside(from, 0.2, random.uniform()), inside(to, 0.2, random.uniform()), inside(to, -0.5, random.uniform())};
+      points = {inside(from, -0.5, random.uniform()), inside(from, 0.2, random.uniform()),
+                inside(to, 0.2, random.uniform()), inside(to, -0.5, random.uniform())};
       break;
     }
     case 1: {  // along the rim over some of its edges
@@ -114,7 +123,8 @@ std::vector<Vec3> stroke(Random& random, const CollisionMesh& mesh) {
     }
     default: {  // a curve
       const CollisionHalfEdge from = on_border(), to = on_border();
-      const Vec3 a = inside(from, -0.4, 0.5), b = inside(to, -0.4, 0.5), middle = mesh.rest[CollisionVertex(random.index(static_cast<int>(mesh.vertex_count())))];
+      const Vec3 a = inside(from, -0.4, 0.5), b = inside(to, -0.4, 0.5),
+                 middle = mesh.rest[CollisionVertex(random.index(static_cast<int>(mesh.vertex_count())))];
       for (int i = 0; i <= 8; ++i) points.push_back(lerp(lerp(a, middle, i / 8.0), lerp(middle, b, i / 8.0), i / 8.0));
     }
   }
@@ -136,8 +146,10 @@ TEST(RimStrip, RandomStrokesLeaveNoPieceWithoutVolume) {
   bodies.push_back({"steak", model("steak")});
   bodies.push_back({"meniscus", model("meniscus")});
   // With visual edges of 0.4 of a collision edge the walk takes vertices with four fifths of a face for a piece's tip, and empties it.
-  bodies.push_back({"annulus", bound(extruded(annulus_mesh(0.15, 0.5, 193, 31), 3, flat), annulus_mesh(0.15, 0.5, 24, 4))});
-  bodies.push_back({"wedge", bound(extruded(plain_grid_mesh(53, 47), 4, [](Vec3 p) { return 0.005 + 0.035 * p.x; }), plain_grid_mesh(7, 8))});
+  bodies.push_back(
+      {"annulus", bound(extruded(annulus_mesh(0.15, 0.5, 193, 31), 3, flat), annulus_mesh(0.15, 0.5, 24, 4))});
+  bodies.push_back({"wedge", bound(extruded(plain_grid_mesh(53, 47), 4, [](Vec3 p) { return 0.005 + 0.035 * p.x; }),
+                                   plain_grid_mesh(7, 8))});
   const int scenes = std::getenv("KERF_FUZZ_SECONDS") ? 100 : 10;
   for (Named& b : bodies) {
     const ComplexMeasures start = measure_complex(b.body);
@@ -150,7 +162,8 @@ TEST(RimStrip, RandomStrokesLeaveNoPieceWithoutVolume) {
       for (int i = 0; i < 4; ++i) cut_polyline(body, stroke(random, body.collision), {}, scratch);
       const std::vector<double> volumes = piece_volumes(body);
       pieces += volumes.size();
-      EXPECT_GT(volumes[0], 5e-7 * start.volume) << b.name << " scene " << scene << " of " << volumes.size() << " pieces";
+      EXPECT_GT(volumes[0], 5e-7 * start.volume)
+          << b.name << " scene " << scene << " of " << volumes.size() << " pieces";
       least = std::min(least, volumes[0] / start.volume);
       const Status valid = validate_piece_volumes(body, start);
       EXPECT_TRUE(valid.ok()) << b.name << " scene " << scene << ": " << (valid.ok() ? "" : valid.error().message);

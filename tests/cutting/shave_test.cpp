@@ -46,7 +46,9 @@ struct ShaveBody : PunchBody {
     start.skin_area += pass.skin_area;
     start.collision_area += pass.collision_area;
   }
-  [[nodiscard]] std::vector<WallId> all_walls(const std::vector<CollisionHalfEdge>& lips) const { return walls_of(body, lips); }
+  [[nodiscard]] std::vector<WallId> all_walls(const std::vector<CollisionHalfEdge>& lips) const {
+    return walls_of(body, lips);
+  }
 };
 
 ShaveBody rough_hole(double radius, double amplitude, int layers, std::vector<CollisionHalfEdge>& lips) {
@@ -232,7 +234,8 @@ TEST(Shave, FuzzWithPunches) {
     Random random(seed);
     for (int i = 0; i < 12; ++i) {
       const double tolerance = 0.4 * b.options.path_tolerance * b.body.mean_root_edge;
-      const auto cut = b.punch(circle({random.uniform(-0.1, 1.1), random.uniform(-0.1, 1.1)}, random.uniform(0.06, 0.25), tolerance), false);
+      const auto cut = b.punch(
+          circle({random.uniform(-0.1, 1.1), random.uniform(-0.1, 1.1)}, random.uniform(0.06, 0.25), tolerance), false);
       if (!cut) continue;
       ++punches;
       roughen_punch(b.body, *cut, random.uniform(0, 0.02), seed);
@@ -240,7 +243,8 @@ TEST(Shave, FuzzWithPunches) {
       options.depth = random.index(3) ? random.uniform(0, 0.01) : 0;
       options.smoothing = random.uniform(0, 1);
       for (int k = 0; k < 12 && !cut->lips.empty(); ++k) {
-        const CollisionHalfEdge h = cut->lips[static_cast<std::size_t>(random.index(static_cast<int>(cut->lips.size())))];
+        const CollisionHalfEdge h =
+            cut->lips[static_cast<std::size_t>(random.index(static_cast<int>(cut->lips.size())))];
         const CollisionMesh& m = b.body.collision;
         b.shave_at(lerp(m.rest[m.from(h)], m.rest[m.to(h)], random.uniform()), random.uniform(0.005, 0.1), options);
         ++passes;

@@ -6,7 +6,8 @@ namespace {
 using namespace testing_support;
 
 TEST(SheetCut, UncutBodiesAreValid) {
-  for (const TriangleMesh& mesh : {sheet_65_mesh(), disc_mesh(1, 8, 3), annulus_mesh(0.4, 1, 10, 2), bent_mesh(sheet_65_mesh(), 0.5)})
+  for (const TriangleMesh& mesh :
+       {sheet_65_mesh(), disc_mesh(1, 8, 3), annulus_mesh(0.4, 1, 10, 2), bent_mesh(sheet_65_mesh(), 0.5)})
     for (const bool closed : {false, true}) {
       SyntheticOptions o;
       o.closed = closed;

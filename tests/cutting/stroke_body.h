@@ -40,8 +40,8 @@ struct StrokeBody {
   JournalMark uncut;
   Box3 box;
   std::vector<std::array<Vec2, 2>> outline;  ///< of the uncut body
-  double reach = 0;  ///< of the blade to both sides of z = 0, metres
-  double tilt = 0;   ///< so much the blade leans over to +x at its end
+  double reach = 0;                          ///< of the blade to both sides of z = 0, metres
+  double tilt = 0;                           ///< so much the blade leans over to +x at its end
   Vec3 (*deform)(Vec3) = [](Vec3 p) { return p; };
   int refused = 0;
 
@@ -76,9 +76,7 @@ struct StrokeBody {
     refused = 0;
   }
   [[nodiscard]] BladeEdge edge_at(Vec2 p) const { return {{p.x - tilt, p.y, reach}, {p.x + tilt, p.y, -reach}}; }
-  void move(Vec2 p) {
-    refused += move_blade(*this, edge_at(p)).refused;
-  }
+  void move(Vec2 p) { refused += move_blade(*this, edge_at(p)).refused; }
   /// So many poses for each segment.
   void cut(const Stroke& path, int poses = 40) {
     place();
@@ -111,7 +109,7 @@ inline std::string text_of(const std::vector<Stroke>& strokes) {
 
 /// What strokes part, on a grid of points; where the grid says that something should have come apart, the exact faces between strokes and outline decide. Within `margin` metres of a stroke, or of its ends, cuts snap: there anything goes. A stroke that ends where it began is closed.
 struct StrokeJudge {
-  static constexpr int kPoints = 160;     ///< along the longer side
+  static constexpr int kPoints = 160;                    ///< along the longer side
   static constexpr int kFew = kPoints * kPoints / 5000;  ///< points that make no part of their own
   double margin = 0;
   double joined = 0;  ///< a turn nearer than this to the rim or to an earlier stroke is joined to it, metres
@@ -164,7 +162,9 @@ struct StrokeJudge {
     Deviation d;
     d.stray = farthest(cuts, paths, step, [](Vec2) { return true; });
     cuts.insert(cuts.end(), b.outline.begin(), b.outline.end());
-    d.missed = farthest(paths, cuts, step, [&](Vec2 p) { return p.x > b.box.min.x && p.x < b.box.max.x && p.y > b.box.min.y && p.y < b.box.max.y; });
+    d.missed = farthest(paths, cuts, step, [&](Vec2 p) {
+      return p.x > b.box.min.x && p.x < b.box.max.x && p.y > b.box.min.y && p.y < b.box.max.y;
+    });
     return d;
   }
 
@@ -172,7 +172,9 @@ struct StrokeJudge {
     std::vector<std::array<Vec2, 2>> whole, shortened;
     for (Stroke s : strokes) {
       for (std::size_t k = 0; k + 1 < s.size(); ++k) whole.push_back({s[k], s[k + 1]});
-      const auto shorten = [&](Vec2& end, Vec2 to) { end = lerp(end, to, std::min(1.0, margin / std::max(norm(to - end), 1e-300))); };
+      const auto shorten = [&](Vec2& end, Vec2 to) {
+        end = lerp(end, to, std::min(1.0, margin / std::max(norm(to - end), 1e-300)));
+      };
       if (!(s.front() == s.back())) {
         shorten(s.front(), s[1]);
         shorten(s.back(), s[s.size() - 2]);
@@ -182,7 +184,8 @@ struct StrokeJudge {
     const double step = std::max(b.box.max.x - b.box.min.x, b.box.max.y - b.box.min.y) / kPoints;
     constexpr std::size_t kN = kPoints;
     const auto point = [&](std::size_t i) {
-      return Vec2{b.box.min.x + step * (static_cast<double>(i / kN) + 0.5037), b.box.min.y + step * (static_cast<double>(i % kN) + 0.4971)};
+      return Vec2{b.box.min.x + step * (static_cast<double>(i / kN) + 0.5037),
+                  b.box.min.y + step * (static_cast<double>(i % kN) + 0.4971)};
     };
     const std::vector<int> piece = pieces_at(b, step);
     std::vector<std::uint8_t> near(kN * kN);
@@ -190,11 +193,13 @@ struct StrokeJudge {
     std::iota(part.begin(), part.end(), std::size_t{0});
     channel = part;
     for (std::size_t i = 0; i < kN * kN; ++i)
-      near[i] = std::any_of(whole.begin(), whole.end(), [&](const auto& s) { return distance(point(i), s[0], s[1]) < margin; });
+      near[i] = std::any_of(whole.begin(), whole.end(),
+                            [&](const auto& s) { return distance(point(i), s[0], s[1]) < margin; });
     for (std::size_t i = 0; i < kN * kN; ++i)
       for (const std::size_t j : {i + 1, i + kN}) {
         if (j >= kN * kN || (j == i + 1 && j % kN == 0) || piece[i] < 0 || piece[j] < 0) continue;
-        if (std::none_of(shortened.begin(), shortened.end(), [&](const auto& s) { return meet(point(i), point(j), s[0], s[1]); }))
+        if (std::none_of(shortened.begin(), shortened.end(),
+                         [&](const auto& s) { return meet(point(i), point(j), s[0], s[1]); }))
           part[root(part, i)] = root(part, j);
         if (!near[i] && !near[j]) channel[root(channel, i)] = root(channel, j);
       }
@@ -222,12 +227,14 @@ struct StrokeJudge {
     join_turns(b, strokes, lines);
     const PlaneFaces faces(lines);
     std::map<std::pair<int, const void*>, int> faces_of_piece;
-    for (const auto& [key, middle] : middles) faces_of_piece[{key.first, faces.face_of(point(middle.second))}] = kFew + 1;
+    for (const auto& [key, middle] : middles)
+      faces_of_piece[{key.first, faces.face_of(point(middle.second))}] = kFew + 1;
     return {surplus(faces_of_piece), severed};
   }
 
   /// Lines from turns to what they are joined to.
-  void join_turns(const StrokeBody& b, const std::vector<Stroke>& strokes, std::vector<std::array<Vec2, 2>>& lines) const {
+  void join_turns(const StrokeBody& b, const std::vector<Stroke>& strokes,
+                  std::vector<std::array<Vec2, 2>>& lines) const {
     std::vector<std::array<Vec2, 2>> earlier = b.outline;
     const auto join = [&](Vec2 p) {
       for (const auto& [from, to] : earlier) {
@@ -267,7 +274,9 @@ struct StrokeJudge {
         least = {std::min(least.x, x.x), std::min(least.y, x.y)};
         most = {std::max(most.x, x.x), std::max(most.y, x.y)};
       }
-      const auto cell = [&](double x, double from) { return std::clamp(static_cast<int>((x - from) / step), 0, kPoints - 1); };
+      const auto cell = [&](double x, double from) {
+        return std::clamp(static_cast<int>((x - from) / step), 0, kPoints - 1);
+      };
       for (int i = cell(least.x, b.box.min.x); i <= cell(most.x, b.box.min.x); ++i)
         for (int j = cell(least.y, b.box.min.y); j <= cell(most.y, b.box.min.y); ++j) {
           const Vec2 q{b.box.min.x + step * (i + 0.5037), b.box.min.y + step * (j + 0.4971)};

@@ -26,7 +26,8 @@ struct Trials {
     ++count;
     const int made = body.pieces();
     if (made == pieces) return;
-    if (wrong++ == 0) first_wrong = std::to_string(made) + " pieces for " + std::to_string(pieces) + ":" + text_of(strokes);
+    if (wrong++ == 0)
+      first_wrong = std::to_string(made) + " pieces for " + std::to_string(pieces) + ":" + text_of(strokes);
   }
   ~Trials() { EXPECT_EQ(wrong, 0) << "of " << count << "; first " << first_wrong; }
 
@@ -103,7 +104,9 @@ TEST_F(StrokeOracle, CrossingsOfATiltedBlade) {
   }
 }
 TEST_F(StrokeOracle, CrossingsInAWavyBody) {
-  sheet.deform = [](Vec3 p) { return Vec3{p.x + 0.03 * std::sin(7 * p.y), p.y, p.z + 0.05 * std::sin(9 * p.x) * std::cos(8 * p.y)}; };
+  sheet.deform = [](Vec3 p) {
+    return Vec3{p.x + 0.03 * std::sin(7 * p.y), p.y, p.z + 0.05 * std::sin(9 * p.x) * std::cos(8 * p.y)};
+  };
   Random random(6);
   cross_anywhere(sheet, random, 50, 1);
   cross_at_vertices(sheet, random, 50, 0);
@@ -117,7 +120,8 @@ void turn(StrokeBody& b, Random& random, int times, double least, double most, b
     const Vec2 corner{random.uniform(-0.25, -0.15), random.uniform(-0.1, 0.1)};
     const Vec2 in = corner - 1.5 * Vec2{std::cos(half + lean), std::sin(half + lean)};
     const Vec2 out = corner - 1.5 * Vec2{std::cos(half - lean), -std::sin(half - lean)};
-    trials.expect_pieces(two_strokes ? std::vector<Stroke>{{in, corner}, {corner, out}} : std::vector<Stroke>{{in, corner, out}}, 2);
+    trials.expect_pieces(
+        two_strokes ? std::vector<Stroke>{{in, corner}, {corner, out}} : std::vector<Stroke>{{in, corner, out}}, 2);
   }
 }
 TEST_F(StrokeOracle, TurnsWithinAStroke) {
@@ -150,7 +154,8 @@ TEST_F(StrokeOracle, DiceOfThreeToTwelveLines) {
 TEST_F(StrokeOracle, AStrokeGoesOnFromTheEndOfASlit) {
   for (const int poses : {3, 200}) {
     Trials trials(sheet);
-    for (int k = 0; k < 12; ++k) trials.expect_pieces({{{0.05, -0.85}, {0.05, -0.2 + 0.0375 * k}}, {{0.05, -0.85}, {0.05, 0.85}}}, 2, poses);
+    for (int k = 0; k < 12; ++k)
+      trials.expect_pieces({{{0.05, -0.85}, {0.05, -0.2 + 0.0375 * k}}, {{0.05, -0.85}, {0.05, 0.85}}}, 2, poses);
   }
 }
 
@@ -186,35 +191,55 @@ TEST_F(StrokeOracle, TurnsAtTheRim) {
 }
 
 // The path turns on the rim, at a vertex, into the other side of its own slit.
-TEST_F(StrokeOracle, ATurnOnTheRimBackOverItsOwnSlit) { Trials(sheet).expect_pieces({{{-0.25, -0.25}, {0.5, -0.35}, {0, -0.5}, {0.35, 0.15}}}, 3, 1); }
+TEST_F(StrokeOracle, ATurnOnTheRimBackOverItsOwnSlit) {
+  Trials(sheet).expect_pieces({{{-0.25, -0.25}, {0.5, -0.35}, {0, -0.5}, {0.35, 0.15}}}, 3, 1);
+}
 
 // Each of these left a bridge: a line past a corner half a minimum feature away; a path past its own corner; a loop that begins near a vertex of the mesh; a
 // path that ends at the tip of a slit and goes on; a line that passes a corner between two edges; a loop that begins a minimum feature and a half from a vertex; a turn on the rim, out of a corner; a
 // loop whose piece at a corner is too short to have a direction.
 TEST_F(StrokeOracle, CornersAndTipsThatAPathPasses) {
   Trials trials(sheet);
-  trials.expect_pieces({{{-0.2, -0.4}, {-0.349938622, -0.310337627}, {-0.6, -0.45}}, {{-0.65, -0.3}, {-0.229959986, -0.317206967}}}, 2, 1);
-  trials.expect_pieces({{{0, -0.35}, {-0.25, 0.250478957}, {-0.1, 0.25}, {-1.02408984e-07, 0.333431861}, {-0.499999981, 0.166666665}}}, 2, 1);
-  trials.expect_pieces({{{-0.0832890331, 0.0792001918}, {-0.25, 0.1}, {-0.15, 0}, {-0.0832890331, 0.0792001918}}}, 2, 1);
+  trials.expect_pieces(
+      {{{-0.2, -0.4}, {-0.349938622, -0.310337627}, {-0.6, -0.45}}, {{-0.65, -0.3}, {-0.229959986, -0.317206967}}}, 2,
+      1);
+  trials.expect_pieces(
+      {{{0, -0.35}, {-0.25, 0.250478957}, {-0.1, 0.25}, {-1.02408984e-07, 0.333431861}, {-0.499999981, 0.166666665}}},
+      2, 1);
+  trials.expect_pieces({{{-0.0832890331, 0.0792001918}, {-0.25, 0.1}, {-0.15, 0}, {-0.0832890331, 0.0792001918}}}, 2,
+                       1);
   trials.expect_pieces({{{-0.35, 0}, {-0.65, 0}}, {{-0.25, -0.25}, {-0.5, 0.1}, {-0.35, 0.65}}}, 3, 1);
-  trials.expect_pieces({{{-0.1, 0.2}, {-0.03, 0}, {-0.062, -0.034}, {-0.083, -0.046400143841255223}, {-0.10482921401378195, -0.054361402211690278}, {-0.12813852648255686, -0.057842120329241645}, {-0.1, 0.2}}}, 2, 1);
+  trials.expect_pieces({{{-0.1, 0.2},
+                         {-0.03, 0},
+                         {-0.062, -0.034},
+                         {-0.083, -0.046400143841255223},
+                         {-0.10482921401378195, -0.054361402211690278},
+                         {-0.12813852648255686, -0.057842120329241645},
+                         {-0.1, 0.2}}},
+                       2, 1);
   trials.expect_pieces({{{0.15, 0.45}, {0.38, 0.337}, {0.4, 0.6}}, {{0, 0.25}, {0.39, 0.34}, {0.8, -0.55}}}, 2, 200);
-  trials.expect_pieces({{{0.33256368800311426, 0.1609208258439746}, {0.25, 0.3}, {0.3, 0}, {0.33256368800311426, 0.1609208258439746}}}, 2, 1);
-  trials.expect_pieces({{{0, 3.23771116e-06}, {0.0833336745, -0.0833333333}}, {{-0.05, -0.65}, {-0.333333341, 0.166666667}, {0.50674719, -0.344842195}, {0, -0.5}}}, 3, 2);
+  trials.expect_pieces(
+      {{{0.33256368800311426, 0.1609208258439746}, {0.25, 0.3}, {0.3, 0}, {0.33256368800311426, 0.1609208258439746}}},
+      2, 1);
+  trials.expect_pieces({{{0, 3.23771116e-06}, {0.0833336745, -0.0833333333}},
+                        {{-0.05, -0.65}, {-0.333333341, 0.166666667}, {0.50674719, -0.344842195}, {0, -0.5}}},
+                       3, 2);
 }
 
 // The edge stands at the corner at the end of a pose. What the plane of the next move touches there has no length, and is neither the way on nor a layer that was
 // missed: the cut led from the corner backwards to the rim.
 TEST_F(StrokeOracle, CornersCutOneWay) {
   Trials(sheet).expect_pieces({{{0.65, -0.25}, {0.47, -0.07}, {0.35, -0.29}}}, 1, 8);
-  Trials(sheet).expect_pieces({{{-0.1, 0.4}, {-0.43, 0.48897659097125179}, {-0.086530861294418476, 0.5708055755619641}}}, 1, 2);
+  Trials(sheet).expect_pieces(
+      {{{-0.1, 0.4}, {-0.43, 0.48897659097125179}, {-0.086530861294418476, 0.5708055755619641}}}, 1, 2);
 }
 
 // Stabbed a little more than a minimum feature from a vertex and less from its edges; the path was refused.
 TEST_F(StrokeOracle, AStabBesideAVertexIsCut) {
   sheet.cut({{-0.0881, -0.25}, {0, -0.35}}, 1);
   EXPECT_EQ(sheet.refused, 0);
-  EXPECT_LT(StrokeJudge::deviation(sheet, {{{-0.0881, -0.25}, {0, -0.35}}}).missed, sheet.options.minimum_feature * edge());
+  EXPECT_LT(StrokeJudge::deviation(sheet, {{{-0.0881, -0.25}, {0, -0.35}}}).missed,
+            sheet.options.minimum_feature * edge());
 }
 
 // Each of these was cut beside its place, or lost a part: a turn at a vertex of the rim; a path back along itself; a line that goes on behind another slit; a turn
@@ -225,11 +250,16 @@ TEST_F(StrokeOracle, NothingIsLostAtTurns) {
     for (const Stroke& s : strokes) sheet.cut(s, poses);
     EXPECT_EQ(sheet.refused, 0) << text_of(strokes);
     const auto deviation = StrokeJudge::deviation(sheet, strokes);
-    EXPECT_LT(std::max(deviation.stray, deviation.missed), (sheet.options.path_tolerance + sheet.options.minimum_feature) * edge()) << text_of(strokes);
+    EXPECT_LT(std::max(deviation.stray, deviation.missed),
+              (sheet.options.path_tolerance + sheet.options.minimum_feature) * edge())
+        << text_of(strokes);
   };
   expect_in_place({{{0.35, -0.35}, {-1.0 / 3, -0.5}, {0.33, -0.15}}}, 3);
   expect_in_place({{{0, -0.33}, {0.08, -0.25}, {0.166, -0.3333}, {0.08, -0.25}}}, 1);
-  expect_in_place({{{0.85, 0.5}, {-0.2, -0.95}}, {{0.778752357861996, 0.541797715225260}, {-0.297923259843109, -0.900689586010078}}, {{-0.571705369488706, 0.738683268556329}, {0.870781931750631, -0.337992349149976}}}, 3);
+  expect_in_place({{{0.85, 0.5}, {-0.2, -0.95}},
+                   {{0.778752357861996, 0.541797715225260}, {-0.297923259843109, -0.900689586010078}},
+                   {{-0.571705369488706, 0.738683268556329}, {0.870781931750631, -0.337992349149976}}},
+                  3);
   expect_in_place({{{0.5, 0.5}, {-0.1666, -0.5}, {0.15, -0.33}}}, 200);
   expect_in_place({{{0.33, -0.167}, {0.5, -0.35}}, {{0.25, -0.25}, {0.35, -0.167}, {0.2, -0.17}}}, 1);
   expect_in_place({{{0, 0.33}, {0.15, 0.5}}, {{-0.35, 0.35}, {0, 0.333}, {0.15, 0.33}, {0, 0.15}}}, 1);
@@ -243,7 +273,8 @@ TEST_F(StrokeOracle, RandomPolylines) {
   for (int i = 0; i < 25; ++i) {
     std::vector<Stroke> strokes(4);
     for (Stroke& s : strokes)
-      for (int k = 2 + random.index(5); k > 0; --k) s.push_back({random.uniform(-0.65, 0.65), random.uniform(-0.65, 0.65)});
+      for (int k = 2 + random.index(5); k > 0; --k)
+        s.push_back({random.uniform(-0.65, 0.65), random.uniform(-0.65, 0.65)});
     sheet.make_whole();
     for (const Stroke& s : strokes) sheet.cut(s);
     const Status valid = validate_complex(sheet.body, sheet.start);
@@ -296,10 +327,12 @@ TEST_P(StrokeSetsOracle, PartWhatTheyGoAround) {
     const bool is_off = std::max(deviation.stray, deviation.missed) > strays;
     off += is_off;
     if (seconds && (verdict.bridges > 0 || verdict.severed > 0 || body.refused > 0 || is_off))
-      printf("seed %llu, %d poses: %d bridges, %d severed, %d refused, %.3f and %.3f edges off:%s\n", static_cast<unsigned long long>(seed), poses, verdict.bridges, verdict.severed, body.refused,
+      printf("seed %llu, %d poses: %d bridges, %d severed, %d refused, %.3f and %.3f edges off:%s\n",
+             static_cast<unsigned long long>(seed), poses, verdict.bridges, verdict.severed, body.refused,
              deviation.stray / edge, deviation.missed / edge, text_of(strokes).c_str());
   }
-  printf("%s: %d sets, %d with a bridge, %d severed, %d refused, %d beside their place\n", kSetKinds[GetParam()], count, bridged, severed, refused, off);
+  printf("%s: %d sets, %d with a bridge, %d severed, %d refused, %d beside their place\n", kSetKinds[GetParam()], count,
+         bridged, severed, refused, off);
   if (seconds) return;
   EXPECT_EQ(bridged, 0);
   EXPECT_EQ(severed, 0);
@@ -307,11 +340,12 @@ TEST_P(StrokeSetsOracle, PartWhatTheyGoAround) {
   EXPECT_EQ(off, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, StrokeSetsOracle, ::testing::Range(0, static_cast<int>(std::size(kSetKinds))), [](const auto& kind) {
-  std::string name = kSetKinds[kind.param];
-  std::replace(name.begin(), name.end(), ' ', '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Kinds, StrokeSetsOracle, ::testing::Range(0, static_cast<int>(std::size(kSetKinds))),
+                         [](const auto& kind) {
+                           std::string name = kSetKinds[kind.param];
+                           std::replace(name.begin(), name.end(), ' ', '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace kerf::stroke_oracle_test

@@ -10,8 +10,22 @@
 
 namespace kerf::testing_support {
 
-enum class SetKind { kLines, kTurns, kStars, kZigzags, kSpirals, kDice, kLoops, kCombs, kBeside, kThroughVertices, kAlongEdges, kPolylines };
-inline constexpr const char* kSetKinds[] = {"lines", "turns", "stars", "zigzags", "spirals", "dice", "loops", "combs", "beside", "through vertices", "along edges", "polylines"};
+enum class SetKind {
+  kLines,
+  kTurns,
+  kStars,
+  kZigzags,
+  kSpirals,
+  kDice,
+  kLoops,
+  kCombs,
+  kBeside,
+  kThroughVertices,
+  kAlongEdges,
+  kPolylines
+};
+inline constexpr const char* kSetKinds[] = {"lines", "turns", "stars",  "zigzags",          "spirals",     "dice",
+                                            "loops", "combs", "beside", "through vertices", "along edges", "polylines"};
 
 /// The body's plane, and the mesh that the strokes may follow. The body is a square of `size` metres about the origin.
 class StrokeSets {
@@ -20,7 +34,8 @@ class StrokeSets {
 
   [[nodiscard]] std::vector<Stroke> make(SetKind kind, Random& random) const {
     switch (kind) {
-      case SetKind::kLines: return several(1 + random.index(5), [&] { return Stroke{anywhere(random), anywhere(random)}; });
+      case SetKind::kLines:
+        return several(1 + random.index(5), [&] { return Stroke{anywhere(random), anywhere(random)}; });
       case SetKind::kTurns: return several(1 + random.index(2), [&] { return turn(random); });
       case SetKind::kStars: return star(random);
       case SetKind::kZigzags: return several(1 + random.index(2), [&] { return zigzag(random); });
@@ -31,7 +46,8 @@ class StrokeSets {
       case SetKind::kBeside: return beside(random);
       case SetKind::kThroughVertices: return several(1 + random.index(3), [&] { return through_vertices(random); });
       case SetKind::kAlongEdges: return several(1 + random.index(3), [&] { return along_edges(random); });
-      case SetKind::kPolylines: return several(2 + random.index(3), [&] { return polyline(random, 2 + random.index(5)); });
+      case SetKind::kPolylines:
+        return several(2 + random.index(3), [&] { return polyline(random, 2 + random.index(5)); });
     }
     return {};
   }
@@ -45,7 +61,9 @@ class StrokeSets {
     for (int i = 0; i < count; ++i) strokes.push_back(make());
     return strokes;
   }
-  [[nodiscard]] Vec2 anywhere(Random& random, double share = 0.65) const { return {random.uniform(-share, share) * size_, random.uniform(-share, share) * size_}; }
+  [[nodiscard]] Vec2 anywhere(Random& random, double share = 0.65) const {
+    return {random.uniform(-share, share) * size_, random.uniform(-share, share) * size_};
+  }
   static Vec2 heading(double angle) { return {std::cos(angle), std::sin(angle)}; }
   /// A billionth to a tenth of an edge, either way; now and then nothing.
   [[nodiscard]] double little(Random& random) const {
@@ -79,7 +97,8 @@ class StrokeSets {
     return strokes;
   }
   [[nodiscard]] Stroke zigzag(Random& random) const {
-    const double angle = random.uniform(0, 2 * kPi), step = edge_ * random.uniform(0.2, 2), wide = edge_ * random.uniform(0.2, 3);
+    const double angle = random.uniform(0, 2 * kPi), step = edge_ * random.uniform(0.2, 2),
+                 wide = edge_ * random.uniform(0.2, 3);
     const Vec2 along = heading(angle), across{-along.y, along.x};
     Vec2 p = anywhere(random, 0.2) - 0.8 * size_ * along;
     Stroke s;
@@ -131,7 +150,8 @@ class StrokeSets {
   /// Parallel lines from over the rim: right through, or open at one end.
   [[nodiscard]] std::vector<Stroke> comb(Random& random) const {
     const int lines = 2 + random.index(6);
-    const double angle = random.uniform(0, 2 * kPi), gap = edge_ * std::pow(10, random.uniform(-1.5, 0.2)), far = random.index(2) ? 0.9 : random.uniform(-0.3, 0.3);
+    const double angle = random.uniform(0, 2 * kPi), gap = edge_ * std::pow(10, random.uniform(-1.5, 0.2)),
+                 far = random.index(2) ? 0.9 : random.uniform(-0.3, 0.3);
     const Vec2 y = heading(angle), x{-y.y, y.x}, middle = anywhere(random, 0.15);
     std::vector<Stroke> strokes;
     for (int i = 0; i < lines; ++i) {

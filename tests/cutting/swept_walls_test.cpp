@@ -21,15 +21,36 @@ struct Pose {
   double slack;
 };
 constexpr Pose kAsItIs{[](Vec3 p) { return p; }, [](Vec3 p) { return p; }, 0};
-constexpr Pose kPulledApart{[](Vec3 p) { return Vec3{1.5 * p.x, 0.8 * p.y, 0.8 * p.z}; }, [](Vec3 p) { return Vec3{p.x / 1.5, p.y / 0.8, p.z / 0.8}; }, 0};
-constexpr Pose kSheared{[](Vec3 p) { return Vec3{p.x + 0.4 * p.y, p.y, p.z}; }, [](Vec3 p) { return Vec3{p.x - 0.4 * p.y, p.y, p.z}; }, 0};
-constexpr Pose kSagging{[](Vec3 p) { return Vec3{p.x, p.y, p.z - 0.3 * p.x * p.x}; }, [](Vec3 p) { return Vec3{p.x, p.y, p.z + 0.3 * p.x * p.x}; }, 0};
-constexpr Pose kWavy{[](Vec3 p) { return Vec3{p.x + 0.03 * std::sin(7 * p.y), p.y, p.z + 0.05 * std::sin(9 * p.x) * std::cos(8 * p.y)}; },
-                     [](Vec3 p) {
-                       const double x = p.x - 0.03 * std::sin(7 * p.y);
-                       return Vec3{x, p.y, p.z - 0.05 * std::sin(9 * x) * std::cos(8 * p.y)};
-                     },
-                     0.02};
+constexpr Pose kPulledApart{[](Vec3 p) {
+                              return Vec3{1.5 * p.x, 0.8 * p.y, 0.8 * p.z};
+                            },
+                            [](Vec3 p) {
+                              return Vec3{p.x / 1.5, p.y / 0.8, p.z / 0.8};
+                            },
+                            0};
+constexpr Pose kSheared{[](Vec3 p) {
+                          return Vec3{p.x + 0.4 * p.y, p.y, p.z};
+                        },
+                        [](Vec3 p) {
+                          return Vec3{p.x - 0.4 * p.y, p.y, p.z};
+                        },
+                        0};
+constexpr Pose kSagging{[](Vec3 p) {
+                          return Vec3{p.x, p.y, p.z - 0.3 * p.x * p.x};
+                        },
+                        [](Vec3 p) {
+                          return Vec3{p.x, p.y, p.z + 0.3 * p.x * p.x};
+                        },
+                        0};
+constexpr Pose kWavy{
+    [](Vec3 p) {
+      return Vec3{p.x + 0.03 * std::sin(7 * p.y), p.y, p.z + 0.05 * std::sin(9 * p.x) * std::cos(8 * p.y)};
+    },
+    [](Vec3 p) {
+      const double x = p.x - 0.03 * std::sin(7 * p.y);
+      return Vec3{x, p.y, p.z - 0.05 * std::sin(9 * x) * std::cos(8 * p.y)};
+    },
+    0.02};
 
 /// Edges by which walls may stray farther: where the skin bulges out beyond the mid-surface's rim, a wall goes on to it at a slant. The steak's worst of 400
 /// sets is 0.03.
@@ -66,7 +87,8 @@ TriangleSoup swept_at_rest(std::span<const std::vector<BladeEdge>> strokes, cons
   return soup;
 }
 
-void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, double lean, int sets, std::uint64_t seed) {
+void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, double lean, int sets,
+                                      std::uint64_t seed) {
   StrokeBody b(model, model == "closed-sheet" ? 2500 : 0);
   const double edge = b.body.mean_root_edge, thickness = b.start.size.z;
   b.deform = pose.forward;
@@ -75,7 +97,8 @@ void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, 
   const TriangleSoup skin = skin_of(b.body);
   const Vec3 size = b.box.size(), middle = b.box.center();
   // Walls stand upright on the mid-surface, however the blade leans. Flat skins are drawn to within rounding of the path, twice a minimum feature at most.
-  const double drawn = model == "closed-sheet" ? 2 * b.options.minimum_feature : b.options.path_tolerance + b.options.minimum_feature;
+  const double drawn =
+      model == "closed-sheet" ? 2 * b.options.minimum_feature : b.options.path_tolerance + b.options.minimum_feature;
   const double most = (drawn + pose.slack) * edge + 0.5 * lean * thickness;
   const char *more = std::getenv("KERF_FUZZ_SECONDS"), *first = std::getenv("KERF_FUZZ_SEED");
   Random random(first ? std::strtoull(first, nullptr, 10) : seed);
@@ -83,7 +106,8 @@ void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, 
     std::vector<Stroke> strokes(1 + static_cast<std::size_t>(random.index(2)));
     for (Stroke& s : strokes)
       for (int k = 2 + random.index(3); k > 0; --k) {
-        const Vec3 p = pose.forward(middle + Vec3{random.uniform(-0.65, 0.65) * size.x, random.uniform(-0.65, 0.65) * size.y, 0});
+        const Vec3 p =
+            pose.forward(middle + Vec3{random.uniform(-0.65, 0.65) * size.x, random.uniform(-0.65, 0.65) * size.y, 0});
         s.push_back({p.x, p.y});
       }
     constexpr int kPoses[] = {1, 4, 40};
@@ -96,11 +120,16 @@ void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, 
     }
     ASSERT_EQ(b.refused, 0) << text_of(strokes);
     const TriangleSoup swept = swept_at_rest(edges, pose, 0.25 * edge), walls = walls_of(b.body);
-    const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge), missed = missed_of(swept, walls, skin, 0.15 * edge);
-    EXPECT_LT(stray.distance / edge, most / edge + kRimStray) << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << poses << " poses:" << text_of(strokes);
+    const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge),
+                        missed = missed_of(swept, walls, skin, 0.15 * edge);
+    EXPECT_LT(stray.distance / edge, most / edge + kRimStray)
+        << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << poses
+        << " poses:" << text_of(strokes);
     const SelfIntersections through = crossings_of(b.body);
-    EXPECT_LT(through.deepest, kThrough * b.box.diagonal()) << through.deepest / edge << " edges, " << poses << " poses:" << text_of(strokes);
-    EXPECT_LT(missed.distance / edge, most / edge) << "nothing at " << missed.at.x << " " << missed.at.y << " " << missed.at.z << ", " << poses << " poses:" << text_of(strokes);
+    EXPECT_LT(through.deepest, kThrough * b.box.diagonal())
+        << through.deepest / edge << " edges, " << poses << " poses:" << text_of(strokes);
+    EXPECT_LT(missed.distance / edge, most / edge) << "nothing at " << missed.at.x << " " << missed.at.y << " "
+                                                   << missed.at.z << ", " << poses << " poses:" << text_of(strokes);
   }
 }
 
@@ -129,7 +158,9 @@ TEST(SweptWalls, OfASheet) { expect_walls_where_the_blade_was("closed-sheet", kA
 TEST(SweptWalls, OfASheetWithALeaningBlade) { expect_walls_where_the_blade_was("closed-sheet", kAsItIs, 0.3, 10, 2); }
 TEST(SweptWalls, OfASteak) { expect_walls_where_the_blade_was("steak", kAsItIs, 0, 10, 3); }
 TEST(SweptWalls, OfAMeniscus) { expect_walls_where_the_blade_was("meniscus", kAsItIs, 0, 10, 4); }
-TEST(SweptWalls, OfASheetThatIsPulledApart) { expect_walls_where_the_blade_was("closed-sheet", kPulledApart, 0, 10, 5); }
+TEST(SweptWalls, OfASheetThatIsPulledApart) {
+  expect_walls_where_the_blade_was("closed-sheet", kPulledApart, 0, 10, 5);
+}
 TEST(SweptWalls, OfASheetThatIsSheared) { expect_walls_where_the_blade_was("closed-sheet", kSheared, 0, 10, 6); }
 TEST(SweptWalls, OfASheetThatSags) { expect_walls_where_the_blade_was("closed-sheet", kSagging, 0, 10, 7); }
 TEST(SweptWalls, OfAWavySheet) { expect_walls_where_the_blade_was("closed-sheet", kWavy, 0, 10, 8); }

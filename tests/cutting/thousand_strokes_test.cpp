@@ -14,7 +14,7 @@ using namespace testing_support;
 
 /// Of the faces of a mesh at rest; edges in mean root edges, angles in degrees.
 struct Shape {
-  double edge = 0, angle = 0;                  ///< the least
+  double edge = 0, angle = 0;                    ///< the least
   double edge_permille = 0, angle_permille = 0;  ///< a thousandth is less
 };
 
@@ -43,8 +43,12 @@ void cut_a_thousand_times(StrokeBody& b, Kind kind, std::uint64_t seed) {
   Random random(seed);
   const double edge = b.body.mean_root_edge;
   const Vec3 centre = b.box.center(), size = b.box.size();
-  const auto anywhere = [&] { return Vec2{centre.x + random.uniform(-0.55, 0.55) * size.x, centre.y + random.uniform(-0.55, 0.55) * size.y}; };
-  const auto about = [&](Vec2 p, double far) { return p + far * edge * Vec2{random.uniform(-1, 1), random.uniform(-1, 1)}; };
+  const auto anywhere = [&] {
+    return Vec2{centre.x + random.uniform(-0.55, 0.55) * size.x, centre.y + random.uniform(-0.55, 0.55) * size.y};
+  };
+  const auto about = [&](Vec2 p, double far) {
+    return p + far * edge * Vec2{random.uniform(-1, 1), random.uniform(-1, 1)};
+  };
   const Vec2 from = anywhere();
   Vec2 to = anywhere();
   while (norm(to - from) < 0.5 * std::max(size.x, size.y)) to = anywhere();
@@ -63,9 +67,12 @@ void cut_a_thousand_times(StrokeBody& b, Kind kind, std::uint64_t seed) {
 void expect_bounds_after(StrokeBody&& b, Kind kind, std::uint64_t seed) {
   cut_a_thousand_times(b, kind, seed);
   const Shape collision = shape_of(b.body.collision, b.body.mean_root_edge, [](CollisionTriangle) { return true; });
-  const Shape skin = shape_of(b.body.visual, b.body.mean_root_edge, [&](VisualTriangle f) { return !b.body.visual.patch[f].is_wall(); });
-  std::printf("collision mesh: edge %.2g, angle %.2g (permille %.2g, %.2g); skin: edge %.2g, angle %.2g (permille %.2g, %.2g); %d pieces, %d refused\n", collision.edge,
-              collision.angle, collision.edge_permille, collision.angle_permille, skin.edge, skin.angle, skin.edge_permille, skin.angle_permille, b.pieces(), b.refused);
+  const Shape skin = shape_of(b.body.visual, b.body.mean_root_edge,
+                              [&](VisualTriangle f) { return !b.body.visual.patch[f].is_wall(); });
+  std::printf(
+      "collision mesh: edge %.2g, angle %.2g (permille %.2g, %.2g); skin: edge %.2g, angle %.2g (permille %.2g, %.2g); %d pieces, %d refused\n",
+      collision.edge, collision.angle, collision.edge_permille, collision.angle_permille, skin.edge, skin.angle,
+      skin.edge_permille, skin.angle_permille, b.pieces(), b.refused);
   // What no cut goes below by default, but for rounding.
   EXPECT_GE(collision.edge, (1 - 1e-6) * 0.02 * 0.024);
   EXPECT_GE(collision.angle, 1e-4);

@@ -73,7 +73,8 @@ TEST(Embedding, AnAffineMapMovesPointsAndNormalsExactly) {
     const Vec3 expected = a * e.body.visual.rest[v] + shift;
     EXPECT_LT(norm(to_double(positions[v.index()]) - expected), 2e-6);
     const Vec3 n = to_double(e.body.visual.normal[v]);
-    const Vec3 turned = normalized(n.x * cross(a.c[1], a.c[2]) + n.y * cross(a.c[2], a.c[0]) + n.z * cross(a.c[0], a.c[1]));
+    const Vec3 turned =
+        normalized(n.x * cross(a.c[1], a.c[2]) + n.y * cross(a.c[2], a.c[0]) + n.z * cross(a.c[0], a.c[1]));
     EXPECT_LT(norm(to_double(normals[v.index()]) - turned), 1e-5);
     const EmbeddedPoint p{e.embedding.visual[v], e.hex.local(e.embedding.visual[v], e.body.visual.rest[v])};
     EXPECT_LT(norm(deformed_normal(e.hex, p, n, nodes) - turned), 1e-6);
@@ -99,7 +100,9 @@ TEST(Embedding, SkinEqualsThePlainFormulaInAnyDeformation) {
     const HexId h = e.embedding.visual[v];
     const EmbeddedPoint p{h, e.hex.local(h, e.body.visual.rest[v])};
     EXPECT_LT(norm(to_double(positions[v.index()]) - point_position(e.hex, p, nodes)), 1e-6);
-    EXPECT_LT(norm(to_double(normals[v.index()]) - deformed_normal(e.hex, p, to_double(e.body.visual.normal[v]), nodes)), 1e-4);
+    EXPECT_LT(
+        norm(to_double(normals[v.index()]) - deformed_normal(e.hex, p, to_double(e.body.visual.normal[v]), nodes)),
+        1e-4);
   }
 }
 
@@ -110,7 +113,8 @@ TEST(Embedding, GradientIsTheDerivativeOfThePosition) {
   for (Vec3& x : nodes) x += Vec3{random.uniform(-.03, .03), random.uniform(-.03, .03), random.uniform(-.03, .03)};
   for (int i = 0; i < 50; ++i) {
     const HexId h(random.index(81));
-    const Vec3 rest = e.hex.rest(e.hex.nodes[h][0]) + Vec3{random.uniform(0, .1), random.uniform(0, .1), random.uniform(0, .1)};
+    const Vec3 rest =
+        e.hex.rest(e.hex.nodes[h][0]) + Vec3{random.uniform(0, .1), random.uniform(0, .1), random.uniform(0, .1)};
     const Mat3 f = deformation_gradient(e.hex, {h, e.hex.local(h, rest)}, nodes);
     for (int j = 0; j < 3; ++j) {
       Vec3 step;

@@ -57,7 +57,9 @@ void cut_at_random(const std::string& body, std::uint64_t seed, int strokes) {
   };
   for (int k = 0; k < strokes; ++k) {
     const std::string stroke = body + ", stroke " + std::to_string(k);
-    ASSERT_TRUE(session.begin_stroke(random.uniform() < 0.5 ? SceneFrame::kRest : SceneFrame::kWorld, random.uniform() < 0.3).ok());
+    ASSERT_TRUE(
+        session.begin_stroke(random.uniform() < 0.5 ? SceneFrame::kRest : SceneFrame::kWorld, random.uniform() < 0.3)
+            .ok());
     Vec3 at = place(1.2), to = place(1.2);
     const int poses = 4 + static_cast<int>(20 * random.uniform());
     const double wild = random.uniform() < 0.5 ? 0 : 0.1;
@@ -65,18 +67,26 @@ void cut_at_random(const std::string& body, std::uint64_t seed, int strokes) {
       const Vec3 p = at + (static_cast<double>(i) / poses) * (to - at) + wild * (place(1) - middle);
       const Vec3 up{0.1 * half.x * random.uniform(), 0, 2 * box.diagonal()};
       (void)session.move_blade(p + up, p - up).ok();  // refused ones change nothing
-      if (random.uniform() < 0.7) { ASSERT_NO_FATAL_FAILURE(both.compare(stroke + ", pose " + std::to_string(i))); }
-      if (random.uniform() < 0.2) { ASSERT_TRUE(session.step(1).ok()); }
+      if (random.uniform() < 0.7) {
+        ASSERT_NO_FATAL_FAILURE(both.compare(stroke + ", pose " + std::to_string(i)));
+      }
+      if (random.uniform() < 0.2) {
+        ASSERT_TRUE(session.step(1).ok());
+      }
     }
     const bool cancelled = random.uniform() < 0.2;
     ASSERT_TRUE((cancelled ? session.cancel_stroke() : session.end_stroke()).ok());
-    if (random.uniform() < 0.7) { ASSERT_NO_FATAL_FAILURE(both.compare(stroke + ", its end")); }
+    if (random.uniform() < 0.7) {
+      ASSERT_NO_FATAL_FAILURE(both.compare(stroke + ", its end"));
+    }
     while (random.uniform() < 0.4) {
       const bool back = random.uniform() < 0.6;
       if (back ? session.undo_depth() == 0 : session.redo_depth() == 0) break;
       ASSERT_TRUE((back ? session.undo() : session.redo()).ok());
       ++(back ? both.undone : both.redone);
-      if (random.uniform() < 0.7) { ASSERT_NO_FATAL_FAILURE(both.compare(stroke + (back ? ", undone" : ", redone"))); }
+      if (random.uniform() < 0.7) {
+        ASSERT_NO_FATAL_FAILURE(both.compare(stroke + (back ? ", undone" : ", redone")));
+      }
     }
   }
   ASSERT_NO_FATAL_FAILURE(both.compare("the end"));
@@ -109,7 +119,9 @@ TEST(DrawnBody, LocalUpdateIsTheWholeOneWhereAShaverWorks) {
     const Vec3 at{0.003 * std::cos(a), 0.013 - 0.003 * std::fabs(std::sin(a)), 0};
     ASSERT_TRUE(session.shave({at, at, 0.001}, SceneFrame::kRest, 0.6, pass < 20 ? 0 : 4e-5).ok());
     ASSERT_NO_FATAL_FAILURE(both.compare("pass " + std::to_string(pass)));
-    if (pass == 30) { ASSERT_TRUE(session.end_stroke().ok()); }
+    if (pass == 30) {
+      ASSERT_TRUE(session.end_stroke().ok());
+    }
   }
   ASSERT_TRUE(session.cancel_stroke().ok());
   ASSERT_NO_FATAL_FAILURE(both.compare("cancelled"));

@@ -51,8 +51,8 @@ radius = 0.001
 constexpr Point kAbove{0.0, 0.02, 0.12};
 
 /// Presses and lifts an instrument where these points of the middle plane are seen.
-void use(Table& table, std::uint32_t page, std::uint32_t tool, const std::vector<Point>& points, float size, std::uint32_t modifiers = 0,
-         int ticks = 1, Point eye = kAbove) {
+void use(Table& table, std::uint32_t page, std::uint32_t tool, const std::vector<Point>& points, float size,
+         std::uint32_t modifiers = 0, int ticks = 1, Point eye = kAbove) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     table.tell(page, page_tool(7, tool, i == 0 ? kDown : kMove, {ray_between(eye, points[i])}, modifiers, size));
     table.tick(ticks);
@@ -114,7 +114,8 @@ TEST(Instruments, APunchBesideTheBodyReachesTheRimAndNoFarther) {
   double least = 1;
   for (const Vec3 p : table.engine.session().visual_positions())
     least = std::min(least, norm(p - Vec3{hits[1].point[0], hits[1].point[1], hits[1].point[2]}));
-  EXPECT_NEAR(least, static_cast<double>(hits[1].beside), 0.0012);  // of the visual mesh's vertices, the rim's half thickness
+  EXPECT_NEAR(least, static_cast<double>(hits[1].beside),
+              0.0012);  // of the visual mesh's vertices, the rim's half thickness
   EXPECT_EQ(hits[2].triangle, -1);
   use(table, page, kPunch, {{0, 0.0240, 0}}, 0.0016f);
   EXPECT_TRUE(table.pages[page].cuts.empty());
@@ -232,7 +233,8 @@ TEST(Instruments, TheProbeFollowsThePointerAndFeels) {
   EXPECT_NEAR(hook.y, 0.008, 1e-3);
   table.tell(page, page_tool(6, kProbe, kUp, {}));
   table.tick(90);
-  EXPECT_LT(norm(table.engine.session().tools()[0].pose.position - Vec3{0, 0.015, 0.012}), 1e-9);  // back where it waited
+  EXPECT_LT(norm(table.engine.session().tools()[0].pose.position - Vec3{0, 0.015, 0.012}),
+            1e-9);  // back where it waited
   EXPECT_NEAR(norm(table.engine.session().tools()[0].force), 0, 1e-9);
   EXPECT_GT(table.engine.session().score()->largest_force, 1e-4);
 }
@@ -259,7 +261,8 @@ TEST(Instruments, TheShaverPushesWhatItSmooths) {
       double force = 0, moved = 0;
       for (int i = 0; i < 60; ++i) {
         table.tick();
-        if (table.engine.session().tools().size() > 1) force = std::max(force, norm(table.engine.session().tools()[1].force));
+        if (table.engine.session().tools().size() > 1)
+          force = std::max(force, norm(table.engine.session().tools()[1].force));
         moved = std::max(moved, most_moved(table.engine.session()));
         const Status valid = table.engine.session().validate();
         ASSERT_TRUE(valid.ok()) << valid.error().message;

@@ -45,7 +45,8 @@ Beside beside_pointer(const Session& session, Vec3 eye, Vec3 from, Vec3 to) {
 struct Line {
   Point from, to;
 };
-constexpr Line kLines[] = {{{-0.25, 0.01, 0}, {0.25, 0.02, 0}}, {{0.01, -0.25, 0}, {-0.02, 0.25, 0}}, {{-0.2, -0.15, 0}, {0.2, 0.18, 0}}};
+constexpr Line kLines[] = {
+    {{-0.25, 0.01, 0}, {0.25, 0.02, 0}}, {{0.01, -0.25, 0}, {-0.02, 0.25, 0}}, {{-0.2, -0.15, 0}, {0.2, 0.18, 0}}};
 
 TEST(EngineScalpel, LipsLieUnderThePointerWhereverTheEyeIs) {
   for (const Point eye : {Point{0, 0, 0.6}, Point{0, -0.45, 0.45}, Point{0.5, 0.1, 0.3}, Point{-0.35, 0.35, 0.25}})

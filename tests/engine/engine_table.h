@@ -16,8 +16,9 @@ namespace kerf::test {
 
 inline constexpr std::uint32_t kScalpel = 0, kGrasp = 1, kFix = 2, kRelease = 3, kLine = 4;
 inline constexpr std::uint32_t kDown = 0, kMove = 1, kUp = 2, kCancel = 3;
-inline constexpr std::uint32_t kPause = 2, kStep = 3, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9, kMaterial = 10, kExport = 11,
-                        kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17, kContacts = 18;
+inline constexpr std::uint32_t kPause = 2, kStep = 3, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9,
+                               kMaterial = 10, kExport = 11, kRecording = 12, kOverlay = 13, kLoadUpload = 14,
+                               kFixAll = 15, kStopLoading = 16, kUnit = 17, kContacts = 18;
 inline constexpr Point kEye{0.02, -0.05, 0.6};
 
 inline SceneSource steak() {
@@ -35,7 +36,8 @@ struct Table {
   std::map<std::uint32_t, MirroredPage> pages;
   std::map<std::uint32_t, std::vector<protocol::Message>> kept;  ///< what the pages that stand here have heard
 
-  explicit Table(EngineOptions options = {}, const SceneSource& source = steak()) : engine(make(source, std::move(options))) {}
+  explicit Table(EngineOptions options = {}, const SceneSource& source = steak())
+      : engine(make(source, std::move(options))) {}
   static Engine make(const SceneSource& source, EngineOptions options) {
     options.step_budget = 1e9;  // no test depends on time
     auto engine = Engine::create(source, std::move(options));
@@ -83,7 +85,8 @@ struct Table {
     for (std::size_t i = 0; i + 1 < points.size(); ++i)
       for (int k = 0; k < 8; ++k) {
         const double s = k / 8.0;
-        const Point p{points[i].x + s * (points[i + 1].x - points[i].x), points[i].y + s * (points[i + 1].y - points[i].y), 0};
+        const Point p{points[i].x + s * (points[i + 1].x - points[i].x),
+                      points[i].y + s * (points[i + 1].y - points[i].y), 0};
         tell(id, page_tool(input, kScalpel, i == 0 && k == 0 ? kDown : kMove, {ray_between(kEye, p)}));
         if (ticks) tick();
       }
@@ -109,7 +112,8 @@ struct Table {
     message.offset = offsets;
     MirroredPage expected;
     expected.hear(protocol::encode(message));
-    EXPECT_TRUE(pages.at(id).body == expected.body) << "the page's body differs from the engine's at version " << engine.version();
+    EXPECT_TRUE(pages.at(id).body == expected.body)
+        << "the page's body differs from the engine's at version " << engine.version();
   }
 };
 

@@ -38,8 +38,8 @@ TEST(Engine, APageSeesTheBodyWhereItIs) {
   // What the page draws is what the library computes.
   std::vector<Vec3f> positions, normals;
   const Body& body = table.engine.session().body();
-  evaluate_render_surface(body.surface, body.complex.visual, body.hex, body.embedding, table.engine.session().node_positions(),
-                          positions, normals);
+  evaluate_render_surface(body.surface, body.complex.visual, body.hex, body.embedding,
+                          table.engine.session().node_positions(), positions, normals);
   ASSERT_EQ(positions.size(), p.body.rest.size());
   for (std::size_t v = 0; v < positions.size(); ++v) {
     const F3 drawn = p.body.drawn(v);
@@ -75,7 +75,8 @@ void keep_sample(const std::vector<protocol::Message>& messages, const std::vect
   };
   std::ofstream out(file);
   out << "{\"messages\":[";
-  for (std::size_t i = 0; i < messages.size(); ++i) out << (i ? ",\n\"" : "\n\"") << hex(messages[i]->data(), messages[i]->size()) << '"';
+  for (std::size_t i = 0; i < messages.size(); ++i)
+    out << (i ? ",\n\"" : "\n\"") << hex(messages[i]->data(), messages[i]->size()) << '"';
   out << "],\n\"positions\":[";
   for (std::size_t i = 0; i < positions.size(); ++i)
     out << (i ? ",\n\"" : "\n\"") << hex(positions[i].data(), positions[i].size() * sizeof(float)) << '"';
@@ -107,7 +108,8 @@ TEST(Engine, APageDrawsTheSurfaceThatDoesNotJump) {
   const auto look = [&] {
     ASSERT_TRUE(p.errors.empty()) << p.errors[0].text;
     worst = std::max(worst, drawn_beside(p, session));
-    for (const auto& [v, offset] : p.body.offsets) largest = std::max(largest, norm(Vec3{offset[0], offset[1], offset[2]}));
+    for (const auto& [v, offset] : p.body.offsets)
+      largest = std::max(largest, norm(Vec3{offset[0], offset[1], offset[2]}));
     most = std::max(most, p.body.offsets.size());
   };
   const auto sampled = [&](bool last) {
@@ -149,7 +151,8 @@ TEST(Engine, APageDrawsTheSurfaceThatDoesNotJump) {
   look();
   table.tick(12);  // 200 ms
   look();
-  std::printf("%zu vertices beside their copies at most, by up to %.3g m; the page draws within %.3g m\n", most, largest, worst);
+  std::printf("%zu vertices beside their copies at most, by up to %.3g m; the page draws within %.3g m\n", most,
+              largest, worst);
   EXPECT_LT(worst, 1e-6);
   EXPECT_GT(most, 10u);
   EXPECT_GT(largest, 1e-3);
@@ -336,7 +339,8 @@ TEST(Engine, ABodyThatMovesOntoAWaitingBladeIsCutFromItsRim) {
   table.tick(60);
   table.tell(page, page_ray(3, ray_between(eye, {0, -0.0815, 0})));
   ASSERT_GE(p.hits.at(0).triangle, 0) << "the body has not reached the blade: the test tests nothing";
-  for (double y = -0.07; y < 0.13; y += 0.01) table.tell(page, page_tool(4, kScalpel, kMove, {ray_between(eye, {0, y, 0})}));
+  for (double y = -0.07; y < 0.13; y += 0.01)
+    table.tell(page, page_tool(4, kScalpel, kMove, {ray_between(eye, {0, y, 0})}));
   table.tell(page, page_tool(5, kScalpel, kUp, {}));
   table.tick();
   ASSERT_EQ(p.cuts.size(), 1u);
@@ -355,8 +359,10 @@ TEST(Engine, RaysFindTheBody) {
   EXPECT_GE(p.hits[0].triangle, 0);
   // On the skin: about 1 cm above the middle.
   EXPECT_NEAR(p.hits[0].point[2], 0.01, 0.004);
-  EXPECT_NEAR(p.hits[0].t, std::sqrt(std::pow(p.hits[0].point[0] - kEye.x, 2) + std::pow(p.hits[0].point[1] - kEye.y, 2) +
-                                     std::pow(p.hits[0].point[2] - kEye.z, 2)), 1e-9);
+  EXPECT_NEAR(p.hits[0].t,
+              std::sqrt(std::pow(p.hits[0].point[0] - kEye.x, 2) + std::pow(p.hits[0].point[1] - kEye.y, 2) +
+                        std::pow(p.hits[0].point[2] - kEye.z, 2)),
+              1e-9);
   EXPECT_NEAR(std::abs(p.hits[0].normal[2]), 1, 0.1);
   EXPECT_EQ(p.hits[1].triangle, -1);
 }
@@ -514,7 +520,8 @@ TEST(Engine, GravityAndMaterialChangeLive) {
   const auto refused = [&](const std::vector<double>& values, const char* range) {
     table.tell(page, page_command(6, kMaterial, values));
     EXPECT_EQ(table.pages[page].errors.back().input, 6u);
-    EXPECT_NE(table.pages[page].errors.back().text.find(range), std::string::npos) << table.pages[page].errors.back().text;
+    EXPECT_NE(table.pages[page].errors.back().text.find(range), std::string::npos)
+        << table.pages[page].errors.back().text;
     table.pages[page].errors.back().input = 0;
   };
   refused({1e-300, 0.3, 900}, "from 0.001 to 1e+13 Pa");
@@ -534,11 +541,13 @@ TEST(Engine, ValuesOfCommandsThatMeanNothingAreRefused) {
     table.tell(page, page_command(++input, code, {value}));
     ASSERT_EQ(table.pages[page].errors.size(), before + 1) << code << ' ' << value;
     EXPECT_EQ(table.pages[page].errors.back().code, 2u);
-    EXPECT_NE(table.pages[page].errors.back().text.find(range), std::string::npos) << table.pages[page].errors.back().text;
+    EXPECT_NE(table.pages[page].errors.back().text.find(range), std::string::npos)
+        << table.pages[page].errors.back().text;
   };
   for (const double value : {1e18, -5.0, 1.5, 0.0, 1001.0}) refused(kStep, value, "from 1 to 1000");
   for (const double value : {7.0, -1.0, 0.5}) refused(kOverlay, value, "from 0 to 2");
-  for (const std::uint32_t code : {static_cast<std::uint32_t>(kFixAll), static_cast<std::uint32_t>(kContacts), static_cast<std::uint32_t>(kRecording)})
+  for (const std::uint32_t code : {static_cast<std::uint32_t>(kFixAll), static_cast<std::uint32_t>(kContacts),
+                                   static_cast<std::uint32_t>(kRecording)})
     for (const double value : {7.0, 1e300, -1.0}) refused(code, value, "from 0 to 1");
   EXPECT_EQ(table.engine.session().step_count(), steps);
 }
@@ -566,9 +575,10 @@ TEST(Engine, PauseStepAndSpeed) {
 
 TEST(Engine, APageThatComesBetweenTwoStepsSeesOneBody) {
   SceneSource scripted = steak();
-  scripted.text += "[[command]]\nat = 0.01\ntype = \"blade\"\nframe = \"rest\"\nposes = [\n"
-                   "  { time = 0.00, base = [0.0, -0.09, 0.05], tip = [0.0, -0.09, -0.05] },\n"
-                   "  { time = 0.20, base = [0.0, 0.09, 0.05], tip = [0.0, 0.09, -0.05] },\n]\n";
+  scripted.text +=
+      "[[command]]\nat = 0.01\ntype = \"blade\"\nframe = \"rest\"\nposes = [\n"
+      "  { time = 0.00, base = [0.0, -0.09, 0.05], tip = [0.0, -0.09, -0.05] },\n"
+      "  { time = 0.20, base = [0.0, 0.09, 0.05], tip = [0.0, 0.09, -0.05] },\n]\n";
   EngineOptions options;
   options.overrides.scripted = true;
   Table table(options, scripted);
@@ -683,7 +693,9 @@ TEST(Engine, SlowPagesLoseFramesOnly) {
   const std::uint32_t slow = table.engine.connect();
   table.engine.receive(slow, page_hello());
   MirroredPage page;
-  const auto carry = [&] { while (const auto m = table.engine.next(slow)) page.hear(*m); };
+  const auto carry = [&] {
+    while (const auto m = table.engine.next(slow)) page.hear(*m);
+  };
   carry();
   for (int i = 0; i < 50; ++i) {
     table.engine.tick(1.0 / 60);
@@ -779,7 +791,8 @@ TEST(Engine, OfPagesThatDoNotReadTheOneWithMostIsGivenUp) {
   EngineOptions options;
   {
     Table table;
-    for (const std::uint32_t page : {table.engine.connect(), table.engine.connect()}) table.engine.receive(page, page_hello());
+    for (const std::uint32_t page : {table.engine.connect(), table.engine.connect()})
+      table.engine.receive(page, page_hello());
     options.most_unread_together = table.engine.unread() + kRoom;
   }
   Table table(options);
@@ -791,7 +804,8 @@ TEST(Engine, OfPagesThatDoNotReadTheOneWithMostIsGivenUp) {
     table.tell(quick, page_claim(times % 2 == 1));
   }
   EXPECT_GT(times, 100);
-  EXPECT_LT(times, 1000) << "two messages of about 150 bytes each time: counted without what they take beside their own 24, they were 2000";
+  EXPECT_LT(times, 1000)
+      << "two messages of about 150 bytes each time: counted without what they take beside their own 24, they were 2000";
   EXPECT_TRUE(table.engine.gives_up(worse));
   EXPECT_FALSE(table.engine.gives_up(silent));
   EXPECT_FALSE(table.engine.gives_up(quick));
@@ -832,13 +846,16 @@ TEST(Engine, OddToolMessagesDoNoHarm) {
     std::vector<PageRay> rays;
     const int n = phase == 0 ? 1 + random.index(3) : random.index(3);
     for (int k = 0; k < n; ++k) {
-      const auto any = [&](double r) { return Point{random.uniform(-r, r), random.uniform(-r, r), random.uniform(-r, r)}; };
+      const auto any = [&](double r) {
+        return Point{random.uniform(-r, r), random.uniform(-r, r), random.uniform(-r, r)};
+      };
       // Eyes far away, inside the body, and rays that miss.
       PageRay ray = ray_between(any(random.index(4) == 0 ? 0.02 : random.index(8) == 0 ? 9e5 : 0.5), any(0.1));
       rays.push_back(ray);
     }
-    table.tell(page, page_tool(static_cast<std::uint32_t>(i), tool, phase, rays, static_cast<std::uint32_t>(random.index(16)),
-                              random.index(3) == 0 ? 0 : static_cast<float>(std::pow(10.0, random.uniform(-4, 1)))));
+    table.tell(page,
+               page_tool(static_cast<std::uint32_t>(i), tool, phase, rays, static_cast<std::uint32_t>(random.index(16)),
+                         random.index(3) == 0 ? 0 : static_cast<float>(std::pow(10.0, random.uniform(-4, 1)))));
     if (random.index(20) == 0) table.tell(page, page_command(1, random.index(2) == 0 ? kUndo : kRedo));
     if (random.index(4) == 0) table.tick();
   }
@@ -852,7 +869,8 @@ TEST(Engine, ResetScenesAndExport) {
   std::ofstream(folder + "/sheet_for_engine.toml") << "title = \"A sheet\"\n[body]\nmodel = \"sheet\"\n";
   std::ofstream(folder + "/broken_for_engine.toml") << "[body]\nmodel = \"shet\"\n";
   EngineOptions options;
-  options.scenes = {{"sheet", "A sheet", folder + "/sheet_for_engine.toml"}, {"broken", "Broken", folder + "/broken_for_engine.toml"}};
+  options.scenes = {{"sheet", "A sheet", folder + "/sheet_for_engine.toml"},
+                    {"broken", "Broken", folder + "/broken_for_engine.toml"}};
   Table table(options);
   const auto page = table.join();
   MirroredPage& p = table.pages[page];
@@ -899,7 +917,8 @@ TEST(Engine, ObstaclesAndToolsAreShownAndLed) {
   EXPECT_NE(p.things.find("\"shape\":\"grasper\""), std::string::npos);
   EXPECT_EQ(p.thing_triangles.size() > 100, true);
   Box3 board;
-  for (std::size_t i = 0; i < 8; ++i) board.add({p.thing_positions[i][0], p.thing_positions[i][1], p.thing_positions[i][2]});
+  for (std::size_t i = 0; i < 8; ++i)
+    board.add({p.thing_positions[i][0], p.thing_positions[i][1], p.thing_positions[i][2]});
   EXPECT_NEAR(board.size().x, 0.4, 1e-6);
   EXPECT_NEAR(board.size().z, 0.02, 1e-6);
   table.tick(60);
@@ -928,9 +947,9 @@ TEST(Engine, ObstaclesAndToolsAreShownAndLed) {
     table.tick();
   }
   for (const auto& e : p.errors) ADD_FAILURE() << e.text;
-  EXPECT_NEAR(p.tools[0][2], 0.014, 1e-3);      // where it is led
-  EXPECT_GT(p.places[1][2], p.tools[0][2]);     // it is held up
-  EXPECT_GT(p.tools[0][9], 0.05f);              // N, upwards
+  EXPECT_NEAR(p.tools[0][2], 0.014, 1e-3);   // where it is led
+  EXPECT_GT(p.places[1][2], p.tools[0][2]);  // it is held up
+  EXPECT_GT(p.tools[0][9], 0.05f);           // N, upwards
   EXPECT_GT(p.press, resting);
   EXPECT_TRUE(std::any_of(p.partners.begin(), p.partners.end(), [](std::uint32_t with) { return (with & 15u) == 1; }));
   // Jaws close.
@@ -1011,7 +1030,8 @@ std::string square(int n, double z) {
   std::string out;
   for (int j = 0; j <= n; ++j)
     for (int i = 0; i <= n; ++i)
-      out += "v " + std::to_string(double(i) / n) + " " + std::to_string(double(j) / n) + " " + std::to_string(z) + "\n";
+      out +=
+          "v " + std::to_string(double(i) / n) + " " + std::to_string(double(j) / n) + " " + std::to_string(z) + "\n";
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
       const int a = j * (n + 1) + i + 1, b = a + 1, c = a + n + 1, d = c + 1;
@@ -1028,7 +1048,8 @@ TEST(Engine, UploadedMeshesAreLoaded) {
   const std::string visual = square(12, 0), collision = square(4, 0);
   const auto upload = [&](std::uint32_t number, std::uint32_t part, const std::string& name, const std::string& bytes) {
     for (std::size_t at = 0; at == 0 || at < bytes.size(); at += 1000)
-      table.tell(page, page_upload(number, part, name, static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(bytes.size()), bytes.substr(at, 1000)));
+      table.tell(page, page_upload(number, part, name, static_cast<std::uint32_t>(at),
+                                   static_cast<std::uint32_t>(bytes.size()), bytes.substr(at, 1000)));
   };
   upload(1, 0, "cloth.obj", visual);
   table.load(page, page_command(1, kLoadUpload, {1}, "0.05"));
@@ -1051,7 +1072,8 @@ TEST(Engine, UploadedMeshesAreLoaded) {
   ASSERT_EQ(p.errors.size(), 1u);
   p.errors.clear();
   std::string large;
-  for (int i = 0; i < 4; ++i) large += "v " + std::to_string(45 * (i % 2)) + " " + std::to_string(20 * (i / 2)) + " 0\n";
+  for (int i = 0; i < 4; ++i)
+    large += "v " + std::to_string(45 * (i % 2)) + " " + std::to_string(20 * (i / 2)) + " 0\n";
   upload(14, 0, "large.obj", large + "f 1 2 4\nf 1 4 3\n");
   table.load(page, page_command(23, kLoadUpload, {14}, "2"));
   for (const auto& e : p.errors) ADD_FAILURE() << e.text;
@@ -1088,11 +1110,13 @@ TEST(Engine, AnUploadedSceneLearnsNothingOfTheMachine) {
   const auto page = table.join();
   std::set<std::string> answers;
   std::uint32_t number = 0;
-  for (const char* path : {"/etc/passwd", "/etc", "/nonexistent", "x.obj", "../x.obj", "../../etc/passwd", ".", "/dev/null", "/proc/self/mem"})
-    for (const std::string& scene : {"[body]\nvisual = \"" + std::string(path) + "\"\n", "[body]\nbound = \"" + std::string(path) + "\"\n",
-                                     "[body]\nmodel = \"sheet\"\ncollision = \"" + std::string(path) + "\"\n",
-                                     "[body]\nmodel = \"sheet\"\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"" + std::string(path) + "\"\n",
-                                     "[body]\nmodel = \"sheet\"\n[[tool]]\nid = \"t\"\nkind = \"mesh\"\nmesh = \"" + std::string(path) + "\"\n"}) {
+  for (const char* path : {"/etc/passwd", "/etc", "/nonexistent", "x.obj", "../x.obj", "../../etc/passwd", ".",
+                           "/dev/null", "/proc/self/mem"})
+    for (const std::string& scene :
+         {"[body]\nvisual = \"" + std::string(path) + "\"\n", "[body]\nbound = \"" + std::string(path) + "\"\n",
+          "[body]\nmodel = \"sheet\"\ncollision = \"" + std::string(path) + "\"\n",
+          "[body]\nmodel = \"sheet\"\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"" + std::string(path) + "\"\n",
+          "[body]\nmodel = \"sheet\"\n[[tool]]\nid = \"t\"\nkind = \"mesh\"\nmesh = \"" + std::string(path) + "\"\n"}) {
       table.tell(page, page_upload(++number, 2, "s.toml", 0, static_cast<std::uint32_t>(scene.size()), scene));
       const std::size_t before = table.pages[page].errors.size();
       table.load(page, page_command(number, kLoadUpload, {static_cast<double>(number)}));
@@ -1116,11 +1140,13 @@ TEST(Engine, AnInstrumentDroppedAsABodyIsRefused) {
   ASSERT_TRUE(bytes.ok());
   const std::string text(bytes->view());
   for (std::size_t at = 0; at < text.size(); at += 100000)
-    table.tell(page, page_upload(1, 0, "hook.obj", static_cast<std::uint32_t>(at), static_cast<std::uint32_t>(text.size()), text.substr(at, 100000)));
+    table.tell(page, page_upload(1, 0, "hook.obj", static_cast<std::uint32_t>(at),
+                                 static_cast<std::uint32_t>(text.size()), text.substr(at, 100000)));
   const std::uint32_t body = table.engine.body();
   table.load(page, page_command(1, kLoadUpload, {1}));
   ASSERT_EQ(p.errors.size(), 1u);
-  for (const char* said : {"hook.obj: no collision mesh could be made: ", "locally about as narrow as thick", "the body branches"})
+  for (const char* said :
+       {"hook.obj: no collision mesh could be made: ", "locally about as narrow as thick", "the body branches"})
     EXPECT_NE(p.errors[0].text.find(said), std::string::npos) << p.errors[0].text;
   EXPECT_EQ(table.engine.body(), body);
 }
@@ -1159,7 +1185,8 @@ TEST(Engine, WhatWasRecordedReplaysToTheBit) {
   EXPECT_EQ(played->steps, table.engine.session().step_count());
   // Changes fall on the very steps that are hashed, too.
   EXPECT_TRUE(std::any_of(recording->changes.begin(), recording->changes.end(), [&](const SessionChange& c) {
-    return std::any_of(recording->hashes.begin(), recording->hashes.end(), [&](const StateHash& h) { return h.step == c.step; });
+    return std::any_of(recording->hashes.begin(), recording->hashes.end(),
+                       [&](const StateHash& h) { return h.step == c.step; });
   }));
   // A change that is missing is seen.
   Recording other = *recording;

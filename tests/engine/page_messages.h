@@ -21,8 +21,16 @@ class PageWriter {
   PageWriter& u16(std::uint16_t v) { return put(v, 2); }
   PageWriter& u32(std::uint32_t v) { return put(v, 4); }
   PageWriter& u64(std::uint64_t v) { return put(v, 8); }
-  PageWriter& f32(float v) { std::uint32_t bits; std::memcpy(&bits, &v, 4); return put(bits, 4); }
-  PageWriter& f64(double v) { std::uint64_t bits; std::memcpy(&bits, &v, 8); return put(bits, 8); }
+  PageWriter& f32(float v) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &v, 4);
+    return put(bits, 4);
+  }
+  PageWriter& f64(double v) {
+    std::uint64_t bits;
+    std::memcpy(&bits, &v, 8);
+    return put(bits, 8);
+  }
   PageWriter& text(const std::string& s) {
     for (const char c : s) bytes_.push_back(static_cast<std::byte>(c));
     while (bytes_.size() % 4 != 0) bytes_.push_back(std::byte{0});
@@ -42,8 +50,12 @@ class PageWriter {
   std::vector<std::byte> bytes_;
 };
 
-struct Point { double x = 0, y = 0, z = 0; };
-struct PageRay { Point origin, direction; };
+struct Point {
+  double x = 0, y = 0, z = 0;
+};
+struct PageRay {
+  Point origin, direction;
+};
 inline PageRay ray_between(Point a, Point b) {
   const double dx = b.x - a.x, dy = b.y - a.y, dz = b.z - a.z, n = std::sqrt(dx * dx + dy * dy + dz * dz);
   return {a, {dx / n, dy / n, dz / n}};
@@ -58,12 +70,28 @@ inline std::vector<std::byte> page_tool(std::uint32_t input, std::uint32_t tool,
   PageWriter w(66);
   w.u32(input).u32(tool).u32(phase).u32(modifiers).u32(static_cast<std::uint32_t>(rays.size())).f32(size);
   for (const PageRay& r : rays)
-    w.f64(1).f64(r.origin.x).f64(r.origin.y).f64(r.origin.z).f64(r.direction.x).f64(r.direction.y).f64(r.direction.z).f32(0.5f).f32(0);
+    w.f64(1)
+        .f64(r.origin.x)
+        .f64(r.origin.y)
+        .f64(r.origin.z)
+        .f64(r.direction.x)
+        .f64(r.direction.y)
+        .f64(r.direction.z)
+        .f32(0.5f)
+        .f32(0);
   return w.finish();
 }
 inline std::vector<std::byte> page_ray(std::uint32_t input, const PageRay& r, float near = 0) {
-  return PageWriter(67).u32(input).f32(near).f64(r.origin.x).f64(r.origin.y).f64(r.origin.z).f64(r.direction.x).f64(r.direction.y)
-      .f64(r.direction.z).finish();
+  return PageWriter(67)
+      .u32(input)
+      .f32(near)
+      .f64(r.origin.x)
+      .f64(r.origin.y)
+      .f64(r.origin.z)
+      .f64(r.direction.x)
+      .f64(r.direction.y)
+      .f64(r.direction.z)
+      .finish();
 }
 inline std::vector<std::byte> page_command(std::uint32_t input, std::uint32_t code, std::vector<double> values = {},
                                            const std::string& text = {}) {
@@ -73,15 +101,33 @@ inline std::vector<std::byte> page_command(std::uint32_t input, std::uint32_t co
   for (const double v : values) w.f64(v);
   return w.text(text).finish();
 }
-inline std::vector<std::byte> page_device(std::uint32_t input, std::uint32_t tool, Point position, Point rotation, double jaws) {
-  return PageWriter(71).u32(input).u32(tool).f64(position.x).f64(position.y).f64(position.z).f64(rotation.x).f64(rotation.y)
-      .f64(rotation.z).f64(jaws).finish();
+inline std::vector<std::byte> page_device(std::uint32_t input, std::uint32_t tool, Point position, Point rotation,
+                                          double jaws) {
+  return PageWriter(71)
+      .u32(input)
+      .u32(tool)
+      .f64(position.x)
+      .f64(position.y)
+      .f64(position.z)
+      .f64(rotation.x)
+      .f64(rotation.y)
+      .f64(rotation.z)
+      .f64(jaws)
+      .finish();
 }
 inline std::vector<std::byte> page_claim(bool take) { return PageWriter(69).u32(take ? 1 : 0).u32(0).finish(); }
-inline std::vector<std::byte> page_upload(std::uint32_t upload, std::uint32_t part, const std::string& name, std::uint32_t offset,
-                                          std::uint32_t total, const std::string& bytes) {
-  return PageWriter(70).u32(upload).u32(part).u32(static_cast<std::uint32_t>(name.size())).u32(offset).u32(total)
-      .u32(static_cast<std::uint32_t>(bytes.size())).text(name).text(bytes).finish();
+inline std::vector<std::byte> page_upload(std::uint32_t upload, std::uint32_t part, const std::string& name,
+                                          std::uint32_t offset, std::uint32_t total, const std::string& bytes) {
+  return PageWriter(70)
+      .u32(upload)
+      .u32(part)
+      .u32(static_cast<std::uint32_t>(name.size()))
+      .u32(offset)
+      .u32(total)
+      .u32(static_cast<std::uint32_t>(bytes.size()))
+      .text(name)
+      .text(bytes)
+      .finish();
 }
 
 /// Reads a message from the engine and fails the test when it does not fit.
@@ -98,26 +144,44 @@ class EngineReader {
   std::uint32_t u32() { return get<std::uint32_t>(); }
   std::int32_t i32() { return get<std::int32_t>(); }
   std::uint64_t u64() { return get<std::uint64_t>(); }
-  float f32() { const float x = get<float>(); EXPECT_TRUE(std::isfinite(x)); return x; }
-  double f64() { EXPECT_EQ(at_ % 8, 0u); const double x = get<double>(); EXPECT_TRUE(std::isfinite(x)); return x; }
+  float f32() {
+    const float x = get<float>();
+    EXPECT_TRUE(std::isfinite(x));
+    return x;
+  }
+  double f64() {
+    EXPECT_EQ(at_ % 8, 0u);
+    const double x = get<double>();
+    EXPECT_TRUE(std::isfinite(x));
+    return x;
+  }
   template <class T>
   std::vector<T> array(std::size_t n) {
     EXPECT_EQ(at_ % 4, 0u);
     std::vector<T> out;
-    if (at_ + n * sizeof(T) > bytes_.size()) { ADD_FAILURE() << "array of " << n << " reaches past the end"; return out; }
+    if (at_ + n * sizeof(T) > bytes_.size()) {
+      ADD_FAILURE() << "array of " << n << " reaches past the end";
+      return out;
+    }
     out.resize(n);
     if (n > 0) std::memcpy(out.data(), bytes_.data() + at_, n * sizeof(T));
     at_ = (at_ + n * sizeof(T) + 3) & ~std::size_t{3};
     return out;
   }
-  std::string text(std::size_t n) { const auto c = array<char>(n); return {c.begin(), c.end()}; }
+  std::string text(std::size_t n) {
+    const auto c = array<char>(n);
+    return {c.begin(), c.end()};
+  }
   void end() { EXPECT_EQ(at_, bytes_.size()); }
 
  private:
   template <class T>
   T get() {
     T v{};
-    if (at_ + sizeof v > bytes_.size()) { ADD_FAILURE() << "message too short"; return v; }
+    if (at_ + sizeof v > bytes_.size()) {
+      ADD_FAILURE() << "message too short";
+      return v;
+    }
     std::memcpy(&v, bytes_.data() + at_, sizeof v);
     at_ += sizeof v;
     return v;
@@ -147,8 +211,10 @@ struct MirroredBody {
   friend bool operator==(const MirroredBody&, const MirroredBody&) = default;
 
   void check() const {
-    for (const U3& t : skin) for (const auto v : t) ASSERT_LT(v, rest.size());
-    for (const U3& t : wall) for (const auto v : t) ASSERT_LT(v, rest.size());
+    for (const U3& t : skin)
+      for (const auto v : t) ASSERT_LT(v, rest.size());
+    for (const U3& t : wall)
+      for (const auto v : t) ASSERT_LT(v, rest.size());
     for (const auto c : copy) {
       ASSERT_LT(c, copies.size());
       ASSERT_NE(copies[c][0], 0xffffffffu) << "a vertex hangs on a dead copy";
@@ -179,7 +245,9 @@ struct MirroredBody {
     offsets.clear();
     for (std::size_t i = 0; i < ids.size(); ++i) {
       ASSERT_LT(ids[i], rest.size());
-      if (i > 0) { ASSERT_LT(ids[i - 1], ids[i]); }
+      if (i > 0) {
+        ASSERT_LT(ids[i - 1], ids[i]);
+      }
       offsets[ids[i]] = by[i];
     }
   }
@@ -195,14 +263,33 @@ struct MirroredPage {
   std::uint32_t flags = 0, undo_depth = 0, redo_depth = 0, grasps = 0;
   double time = 0;
   std::size_t patch_bytes = 0, frame_bytes = 0;
-  struct Cut { std::uint32_t input, outcome, pieces, triangles, invariants; std::array<std::uint32_t, 6> counts; std::string text; float total_ms; };
+  struct Cut {
+    std::uint32_t input, outcome, pieces, triangles, invariants;
+    std::array<std::uint32_t, 6> counts;
+    std::string text;
+    float total_ms;
+  };
   std::vector<Cut> cuts;
-  struct Trouble { std::uint32_t input, code; std::string text; };
+  struct Trouble {
+    std::uint32_t input, code;
+    std::string text;
+  };
   std::vector<Trouble> errors;
-  struct Hit { std::uint32_t input; std::int32_t triangle; double t; std::array<double, 3> point; F3 normal; float beside; };
+  struct Hit {
+    std::uint32_t input;
+    std::int32_t triangle;
+    double t;
+    std::array<double, 3> point;
+    F3 normal;
+    float beside;
+  };
   std::vector<Hit> hits;
   std::map<std::string, std::string> files;
-  struct Loading { std::uint32_t input = 0, state = 0; float fraction = 0; std::string stage; };
+  struct Loading {
+    std::uint32_t input = 0, state = 0;
+    float fraction = 0;
+    std::string stage;
+  };
   std::vector<Loading> loadings;
   // Obstacles, tools and contacts of the last frame
   std::string things;
@@ -270,7 +357,8 @@ struct MirroredPage {
         const double t = r.f64();
         r.f32();
         r.f32();
-        const auto nn = r.u32(), f = r.u32(), u = r.u32(), re = r.u32(), ng = r.u32(), np = r.u32(), nt = r.u32(), nk = r.u32();
+        const auto nn = r.u32(), f = r.u32(), u = r.u32(), re = r.u32(), ng = r.u32(), np = r.u32(), nt = r.u32(),
+                   nk = r.u32();
         touching = r.u32();
         press = r.f32();
         const auto nfade = r.u32();
@@ -342,7 +430,12 @@ struct MirroredPage {
         cuts.push_back(c);
         break;
       }
-      case 8: holder = r.u32(); held = r.u32() == 1; clients = r.u32(); r.u32(); break;
+      case 8:
+        holder = r.u32();
+        held = r.u32() == 1;
+        clients = r.u32();
+        r.u32();
+        break;
       case 9: {
         Trouble e{};
         e.input = r.u32();
@@ -360,12 +453,17 @@ struct MirroredPage {
         overlay.rest = r.array<F3>(ncv);
         for (const auto c : r.array<std::uint32_t>(ncv)) EXPECT_LT(c, body.copies.size());
         overlay.triangles = r.array<U3>(nct);
-        for (const U3& t : overlay.triangles) for (const auto x : t) EXPECT_LT(x, ncv);
-        for (const auto& p : r.array<std::array<std::uint32_t, 2>>(nb)) for (const auto x : p) EXPECT_LT(x, body.rest.size());
+        for (const U3& t : overlay.triangles)
+          for (const auto x : t) EXPECT_LT(x, ncv);
+        for (const auto& p : r.array<std::array<std::uint32_t, 2>>(nb))
+          for (const auto x : p) EXPECT_LT(x, body.rest.size());
         overlay.links = r.array<std::array<std::uint32_t, 2>>(nl);
         overlay.feet = r.array<std::array<std::uint32_t, 2>>(nf);
         overlay.foot_rest = r.array<F3>(nf);
-        for (const auto& p : overlay.links) { EXPECT_LT(p[0], ncv); EXPECT_LT(p[1], body.rest.size()); }
+        for (const auto& p : overlay.links) {
+          EXPECT_LT(p[0], ncv);
+          EXPECT_LT(p[1], body.rest.size());
+        }
         EXPECT_EQ(b, body.body);
         EXPECT_EQ(v, body.version);
         EXPECT_GT(nb, 0u);
@@ -423,12 +521,15 @@ struct MirroredPage {
 
  private:
   template <class T>
-  static void change(std::vector<T>& of, const std::vector<std::uint32_t>& ids, const std::vector<T>& values, std::size_t total, std::size_t appended) {
+  static void change(std::vector<T>& of, const std::vector<std::uint32_t>& ids, const std::vector<T>& values,
+                     std::size_t total, std::size_t appended) {
     of.resize(total - appended);  // an undo truncates
     ASSERT_EQ(values.size(), ids.size() + appended);
     for (std::size_t i = 0; i < ids.size(); ++i) {
       ASSERT_LT(ids[i], of.size());
-      if (i > 0) { ASSERT_LT(ids[i - 1], ids[i]); }
+      if (i > 0) {
+        ASSERT_LT(ids[i - 1], ids[i]);
+      }
       of[ids[i]] = values[i];
     }
     of.insert(of.end(), values.begin() + static_cast<std::ptrdiff_t>(ids.size()), values.end());

@@ -14,9 +14,18 @@ using Raw = std::vector<std::byte>;
 
 std::vector<Raw> good_messages() {
   const PageRay ray = ray_between({0.1, -0.2, 0.5}, {0, 0, 0});
-  return {page_hello(77, 3, 9), page_ack(12), page_tool(5, 0, 0, {ray}), page_tool(6, 4, 1, {ray, ray, ray}, 3),
-          page_tool(7, 1, 3, {}), page_tool(11, 10, 0, {ray}, 0, 0.25f), page_ray(8, ray, 0.125f), page_command(9, 8, {1, 2, 3, 4}, "steak"), page_command(10, 6),
-          page_claim(true), page_upload(1, 0, "body.obj", 4, 20, "v 0 0 0\n"), page_upload(1, 2, "s.toml", 0, 0, "")};
+  return {page_hello(77, 3, 9),
+          page_ack(12),
+          page_tool(5, 0, 0, {ray}),
+          page_tool(6, 4, 1, {ray, ray, ray}, 3),
+          page_tool(7, 1, 3, {}),
+          page_tool(11, 10, 0, {ray}, 0, 0.25f),
+          page_ray(8, ray, 0.125f),
+          page_command(9, 8, {1, 2, 3, 4}, "steak"),
+          page_command(10, 6),
+          page_claim(true),
+          page_upload(1, 0, "body.obj", 4, 20, "v 0 0 0\n"),
+          page_upload(1, 2, "s.toml", 0, 0, "")};
 }
 
 TEST(Protocol, DecodesWhatThePageMeans) {
@@ -126,12 +135,13 @@ TEST(Protocol, ValuesOutOfRangeAreRefused) {
     EXPECT_TRUE(refused(page_command(1, 8, {}, text)));
   EXPECT_TRUE(refused(page_command(1, 8, {}, std::string("a\0b", 3))));
   EXPECT_TRUE(refused(PageWriter(69).u32(2).u32(0).finish()));
-  for (const std::uint16_t type : std::initializer_list<std::uint16_t>{0, 1, 63, 72, 65535}) EXPECT_TRUE(refused(PageWriter(type).u32(0).u32(0).finish()));
+  for (const std::uint16_t type : std::initializer_list<std::uint16_t>{0, 1, 63, 72, 65535})
+    EXPECT_TRUE(refused(PageWriter(type).u32(0).u32(0).finish()));
   Raw version = page_ack(1);
   version[2] = std::byte{1};
   EXPECT_TRUE(refused(version));
-  EXPECT_TRUE(refused(page_command(1, 8, {}, std::string(70'000, 'a'))));                        // too long
-  EXPECT_FALSE(refused(page_upload(1, 0, "a", 0, 1u << 20, std::string(1u << 20, 'a'))));        // a chunk of 1 MiB
+  EXPECT_TRUE(refused(page_command(1, 8, {}, std::string(70'000, 'a'))));                  // too long
+  EXPECT_FALSE(refused(page_upload(1, 0, "a", 0, 1u << 20, std::string(1u << 20, 'a'))));  // a chunk of 1 MiB
   EXPECT_TRUE(refused(page_upload(1, 0, "a", 0, 1u << 22, std::string((1u << 20) + 9000, 'a'))));
 }
 
@@ -153,8 +163,7 @@ TEST(Protocol, RandomBytesDoNoHarm) {
       }
     } else {
       bytes = good[below(good.size())];
-      for (int k = 0; k < 3; ++k)
-        bytes[below(bytes.size())] ^= static_cast<std::byte>(1u << below(8));
+      for (int k = 0; k < 3; ++k) bytes[below(bytes.size())] ^= static_cast<std::byte>(1u << below(8));
     }
     (void)input_of(bytes);
     auto message = decode_page_message(bytes);

@@ -14,7 +14,8 @@ namespace kerf::exact_path_test {
 namespace {
 
 double bump(Vec3 p, double size) {
-  return size * (std::sin(7 * p.x + 1) * std::cos(5 * p.y) + 0.5 * std::sin(11 * p.y + 13 * p.z) + 0.3 * std::cos(17 * p.x));
+  return size *
+         (std::sin(7 * p.x + 1) * std::cos(5 * p.y) + 0.5 * std::sin(11 * p.y + 13 * p.z) + 0.3 * std::cos(17 * p.x));
 }
 
 struct Comparison {
@@ -56,9 +57,8 @@ Comparison compare(const WalledSurface& m, int sources, int stride, std::uint64_
       result.worst_local = std::max(result.worst_local, local->length / exact->length - 1);
       result.sum_local += local->length / exact->length - 1;
       EXPECT_GE(local->length, distances[t] * (1 - 1e-9));
-      EXPECT_NEAR(exact->length / distances[t], 1, 1e-9)
-          << "from " << vs << " to " << vt << ": local " << local->length << " exact " << exact->length << " oracle "
-          << distances[t];
+      EXPECT_NEAR(exact->length / distances[t], 1, 1e-9) << "from " << vs << " to " << vt << ": local " << local->length
+                                                         << " exact " << exact->length << " oracle " << distances[t];
     }
   }
   return result;
@@ -105,12 +105,13 @@ void add_random_walls(WalledSurface& m, int count, std::uint64_t seed) {
 TEST(ExactPath, AmongWallsAgreesWithOracleOnTheCutSurface) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     Random random(seed);
-    auto m = seed % 2 == 0 ? test::grid(12, 12,
-                                        [&](double u, double v) {
-                                          const Vec3 p{u + 0.02 * random.uniform(-1, 1), v + 0.02 * random.uniform(-1, 1), 0};
-                                          return Vec3{p.x, p.y, bump(p, seed == 0 ? 0 : 0.06)};
-                                        })
-                           : test::ball(6, [](Vec3 d) { return 1 + bump(d, 0.1); });
+    auto m = seed % 2 == 0
+                 ? test::grid(12, 12,
+                              [&](double u, double v) {
+                                const Vec3 p{u + 0.02 * random.uniform(-1, 1), v + 0.02 * random.uniform(-1, 1), 0};
+                                return Vec3{p.x, p.y, bump(p, seed == 0 ? 0 : 0.06)};
+                              })
+                 : test::ball(6, [](Vec3 d) { return 1 + bump(d, 0.1); });
     add_random_walls(m, seed < 4 ? 6 : 25, 50 + seed);
     if (HasFatalFailure()) return;
     const Comparison c = compare(m, 3, 3, 70 + seed);
@@ -130,7 +131,8 @@ TEST(ExactPath, ConeAlsoPastItsSaddle) {
       for (int i = 0; i < n; ++i) {
         const double a = 2 * std::numbers::pi * i / n, radius = double(r) / rings;
         const double z = turns < 1 ? lift : 0.9 * std::cos(3 * a);
-        const Vec3 d = normalized(Vec3{(turns < 1 ? turns : 1) * std::cos(a), (turns < 1 ? turns : 1) * std::sin(a), z});
+        const Vec3 d =
+            normalized(Vec3{(turns < 1 ? turns : 1) * std::cos(a), (turns < 1 ? turns : 1) * std::sin(a), z});
         p.push_back(radius * d);
       }
     const auto id = [&](int r, int i) { return 1 + (r - 1) * n + (i % n); };
@@ -158,9 +160,8 @@ TEST(ExactPath, ConeAlsoPastItsSaddle) {
           const std::int32_t s = id(3, i), e = id(5, j);
           const double ra = 3.0 / rings, rb = 5.0 / rings, away = angle[std::size_t(j)] - angle[std::size_t(i)];
           const double between = std::min(away, total - away);
-          const double closed = between >= std::numbers::pi
-                                    ? ra + rb
-                                    : std::sqrt(ra * ra + rb * rb - 2 * ra * rb * std::cos(between));
+          const double closed =
+              between >= std::numbers::pi ? ra + rb : std::sqrt(ra * ra + rb * rb - 2 * ra * rb * std::cos(between));
           const auto path = find_path(m, s, e, {}, {}, {exact}, scratch);
           ASSERT_TRUE(path.ok());
           const Status valid = validate_path(PathQuery(m, s, e, {}, {}), *path);
@@ -173,10 +174,8 @@ TEST(ExactPath, ConeAlsoPastItsSaddle) {
             EXPECT_GE(path->length, closed - 1e-12);
           }
         }
-    if (turns > 1)
-      EXPECT_GT(through, 20);
-    else
-      EXPECT_EQ(through, 0);
+    if (turns > 1) EXPECT_GT(through, 20);
+    else EXPECT_EQ(through, 0);
   }
 }
 

@@ -63,10 +63,14 @@ TEST(FindPath, RegularGridGoesThroughVerticesOnTheLine) {
 
 TEST(FindPath, CylinderUnrolls) {
   const int n = 48;
-  const double r = 0.5, facet = 2 * r * std::sin(kPi / n) * n / (2 * kPi);  // radius whose circle is the polygon's length
-  const auto m = grid(n, n, [&](double u, double v) {
-    return Vec3{r * std::cos(2 * kPi * u), r * std::sin(2 * kPi * u), 2 * v};
-  }, true);
+  const double r = 0.5,
+               facet = 2 * r * std::sin(kPi / n) * n / (2 * kPi);  // radius whose circle is the polygon's length
+  const auto m = grid(
+      n, n,
+      [&](double u, double v) {
+        return Vec3{r * std::cos(2 * kPi * u), r * std::sin(2 * kPi * u), 2 * v};
+      },
+      true);
   Random random(2);
   for (int i = 0; i < 300; ++i) {
     const int a = random.index(n), b = 1 + random.index(n - 1), c = random.index(n), d = 1 + random.index(n - 1);
@@ -108,8 +112,8 @@ TEST(FindPath, StaysInsideItsSectors) {
   std::vector<Sector> sectors;
   for_each_in_sector(m, s, {}, [&](std::int32_t h) {
     const Sector sector = test::sector_of(m, h);
-    if (sectors.empty() || std::none_of(sectors.begin(), sectors.end(),
-                                        [&](Sector k) { return k.first == sector.first; }))
+    if (sectors.empty() ||
+        std::none_of(sectors.begin(), sectors.end(), [&](Sector k) { return k.first == sector.first; }))
       sectors.push_back(sector);
     return true;
   });
@@ -211,10 +215,12 @@ TEST(FindPath, EvolvingSurfaces) {
     Random random(seed);
     const double rough = seed % 3 == 0 ? 0 : 0.05 * double(seed % 3);
     if (seed % 2 == 0)
-      run_evolving(grid(14, 14, [&](double u, double v) { return Vec3{u, v, rough * random.uniform(-1, 1)}; }), 40,
-                   seed, seed % 4 == 0);
-    else
-      run_evolving(test::ball(6, [&](Vec3) { return 1 + rough * random.uniform(-1, 1); }), 40, seed, seed % 4 == 1);
+      run_evolving(grid(14, 14,
+                        [&](double u, double v) {
+                          return Vec3{u, v, rough * random.uniform(-1, 1)};
+                        }),
+                   40, seed, seed % 4 == 0);
+    else run_evolving(test::ball(6, [&](Vec3) { return 1 + rough * random.uniform(-1, 1); }), 40, seed, seed % 4 == 1);
     if (HasFatalFailure()) return;
   }
 }
@@ -231,7 +237,8 @@ TEST(FindPath, DegenerateGeometryOnlyCostsLength) {
         case 2: p = {std::floor(3 * p.x), std::floor(3 * p.y), 0}; break;  // heaps of equal vertices
         case 3: p = {}; break;                                             // a point
         case 4: p = 1e150 * p; break;
-        default: if (random.index(3) == 0 && v > 0) p = m.position[v - 1];  // zero-length edges here and there
+        default:
+          if (random.index(3) == 0 && v > 0) p = m.position[v - 1];  // zero-length edges here and there
       }
     }
     run_evolving(std::move(m), 25, seed, seed % 2 == 0);

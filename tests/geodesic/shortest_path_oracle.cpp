@@ -47,7 +47,8 @@ std::vector<double> exact_distances(const WalledSurface& m, const CutOpen& cut, 
   return exact_distances_to(m, cut, s, all);
 }
 
-std::vector<double> exact_distances_to(const WalledSurface& m, const CutOpen& cut, std::int32_t s, const std::vector<std::int32_t>& targets) {
+std::vector<double> exact_distances_to(const WalledSurface& m, const CutOpen& cut, std::int32_t s,
+                                       const std::vector<std::int32_t>& targets) {
   Mesh mesh;
   for (Vec3 p : cut.position) mesh.add_vertex({p.x, p.y, p.z});
   for (std::size_t h = 0; h < m.origin.size(); h += 3)
@@ -56,7 +57,8 @@ std::vector<double> exact_distances_to(const WalledSurface& m, const CutOpen& cu
   ShortestPath paths(mesh);
   paths.add_source_point(Mesh::Vertex_index(unsigned(s)));
   std::vector<double> distances;
-  for (const std::int32_t v : targets) distances.push_back(paths.shortest_distance_to_source_points(Mesh::Vertex_index(unsigned(v))).first);
+  for (const std::int32_t v : targets)
+    distances.push_back(paths.shortest_distance_to_source_points(Mesh::Vertex_index(unsigned(v))).first);
   return distances;
 }
 

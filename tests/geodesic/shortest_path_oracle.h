@@ -18,6 +18,7 @@ struct CutOpen {
 /// Distances from cut vertex s to all cut vertices, metres; negative where there is no way.
 std::vector<double> exact_distances(const WalledSurface& m, const CutOpen& cut, std::int32_t s);
 /// Those to a few cut vertices only.
-std::vector<double> exact_distances_to(const WalledSurface& m, const CutOpen& cut, std::int32_t s, const std::vector<std::int32_t>& targets);
+std::vector<double> exact_distances_to(const WalledSurface& m, const CutOpen& cut, std::int32_t s,
+                                       const std::vector<std::int32_t>& targets);
 
 }  // namespace kerf::test

@@ -80,7 +80,8 @@ WalledSurface ball(int n, R&& r) {
     for (int i = 0; i < n; ++i)
       for (int j = 0; i + j < n; ++j) {
         const auto at = [&](int a, int b) {
-          return vertex((double(n - a - b) / n) * axes[f[0]] + (double(a) / n) * axes[f[1]] + (double(b) / n) * axes[f[2]]);
+          return vertex((double(n - a - b) / n) * axes[f[0]] + (double(a) / n) * axes[f[1]] +
+                        (double(b) / n) * axes[f[2]]);
         };
         t.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
         if (i + j + 1 < n) t.push_back({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
@@ -112,8 +113,7 @@ inline void check_manifold(const WalledSurface& m) {
     ASSERT_EQ(m.from(o), m.to(h));
     ASSERT_EQ(m.wall[std::size_t(o)], m.wall[std::size_t(h)]);
   }
-  for (std::int32_t v = 0; v < std::int32_t(m.position.size()); ++v)
-    ASSERT_EQ(m.from(m.outgoing[std::size_t(v)]), v);
+  for (std::int32_t v = 0; v < std::int32_t(m.position.size()); ++v) ASSERT_EQ(m.from(m.outgoing[std::size_t(v)]), v);
 }
 
 /// Splits the edge of h at fraction t; returns the new vertex. Old half-edges keep the part at from(h) of h and the
@@ -178,7 +178,8 @@ inline void insert_path(WalledSurface& m, const SurfacePath& path, double margin
     std::int32_t found = -1;
     for_each_in_sector(m, a, {}, [&](std::int32_t h) {
       if (m.to(h) == b) found = h;
-      if (m.apex(h) == b) found = m.opposite(WalledSurface::prev(h)) < 0 ? WalledSurface::prev(h) : m.opposite(WalledSurface::prev(h));
+      if (m.apex(h) == b)
+        found = m.opposite(WalledSurface::prev(h)) < 0 ? WalledSurface::prev(h) : m.opposite(WalledSurface::prev(h));
       return found < 0;
     });
     return found;

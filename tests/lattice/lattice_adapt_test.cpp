@@ -37,7 +37,8 @@ RandomBody random_body(Random& random) {
   body.frame.origin = box.min - Vec3{h * random.uniform(), h * random.uniform(), h * random.uniform()};
   body.frame.cell = {h, h * random.uniform(0.6, 1.4), h * random.uniform(0.6, 1.4)};
   for (int i = 0; i < 3; ++i)
-    body.frame.count[static_cast<std::size_t>(i)] = 1 + static_cast<int>((box.max[i] - body.frame.origin[i]) / body.frame.cell[i]);
+    body.frame.count[static_cast<std::size_t>(i)] =
+        1 + static_cast<int>((box.max[i] - body.frame.origin[i]) / body.frame.cell[i]);
   return body;
 }
 
@@ -49,7 +50,8 @@ TEST(LatticeAdapt, RandomBodiesWithRandomWalkCutsEqualAFreshLatticeAndHaveThePie
     auto built = build_lattice(body.mesh, body.frame, 0);
     ASSERT_TRUE(built.ok()) << built.error().message;
     HexMesh hex = std::move(built).value();
-    ASSERT_TRUE(validate_lattice(body.mesh, hex).ok()) << seed << ": " << validate_lattice(body.mesh, hex).error().message;
+    ASSERT_TRUE(validate_lattice(body.mesh, hex).ok())
+        << seed << ": " << validate_lattice(body.mesh, hex).error().message;
     LatticeScratch scratch;
     LatticeChange change;
     for (int cut = 0; cut < 4; ++cut) {
@@ -68,7 +70,7 @@ TEST(LatticeAdapt, RandomBodiesWithRandomWalkCutsEqualAFreshLatticeAndHaveThePie
     copies += static_cast<int>(hex.hex_count());
     absorbed += static_cast<int>(hex.hex_count() - count_alive(hex));
   }
-  EXPECT_GT(several, 10);   // the cuts do separate
+  EXPECT_GT(several, 10);  // the cuts do separate
   EXPECT_GT(absorbed, copies / 20);
 }
 
@@ -108,7 +110,7 @@ TEST(LatticeAdapt, CutsThatSplitTrianglesEqualAFreshLattice) {
       }
     }
   }
-  EXPECT_GT(split, 100u);   // tips inside cells did split prisms
+  EXPECT_GT(split, 100u);  // tips inside cells did split prisms
   EXPECT_GT(made, 100u);
   EXPECT_LT(pieces_lost, made);
 }
@@ -123,7 +125,8 @@ TEST(LatticeAdapt, RollsBackAndUndoesToTheBit) {
       h.add(a.size());
       h.add_bytes(a.raw().data(), 0);
     });
-    for (const auto& nodes : m.nodes.raw()) for (const NodeId n : nodes) h.add(n);
+    for (const auto& nodes : m.nodes.raw())
+      for (const NodeId n : nodes) h.add(n);
     for (const auto& m2 : m.material.raw()) h.add(m2.fill), h.add(m2.mass_volume);
     for (const auto& w : m.weights.raw()) h.add(w);
     for (const auto& s : m.state.raw()) h.add(s);

@@ -57,7 +57,10 @@ inline void unlink_edge(CollisionMesh& mesh, CollisionHalfEdge h, std::vector<Co
     mesh.line.push_back(mesh.line[v]);
     mesh.ancestor.push_back(mesh.ancestor[v]);
     std::vector<CollisionHalfEdge> fan;
-    mesh.for_each_outgoing(w, [&](CollisionHalfEdge o) { fan.push_back(o); return true; });
+    mesh.for_each_outgoing(w, [&](CollisionHalfEdge o) {
+      fan.push_back(o);
+      return true;
+    });
     for (const CollisionHalfEdge o : fan) {
       mesh.origin.set(o, w);
       changed.push_back(CollisionMesh::face(o));
@@ -66,7 +69,8 @@ inline void unlink_edge(CollisionMesh& mesh, CollisionHalfEdge h, std::vector<Co
 }
 
 /// Splits edge h at the fraction t of its length; keeps the ids of both faces for the parts at from(h).
-inline CollisionVertex split_edge(CollisionMesh& mesh, CollisionHalfEdge h, double t, std::vector<CollisionTriangle>& changed) {
+inline CollisionVertex split_edge(CollisionMesh& mesh, CollisionHalfEdge h, double t,
+                                  std::vector<CollisionTriangle>& changed) {
   using M = CollisionMesh;
   const CollisionVertex a = mesh.from(h), b = mesh.to(h);
   const CollisionHalfEdge g = mesh.twin[h];
@@ -196,7 +200,10 @@ inline void random_walk_cut(CollisionMesh& mesh, Random& random, int steps, std:
     CollisionHalfEdge best;
     double most = -2;
     std::vector<CollisionHalfEdge> fan;
-    mesh.for_each_outgoing(v, [&](CollisionHalfEdge h) { fan.push_back(h); return true; });
+    mesh.for_each_outgoing(v, [&](CollisionHalfEdge h) {
+      fan.push_back(h);
+      return true;
+    });
     for (const CollisionHalfEdge h : fan) {
       if (mesh.is_border(h)) continue;
       const double along = dot(normalized(mesh.rest[mesh.to(h)] - mesh.rest[v]), direction) + 0.7 * random.uniform();
@@ -214,7 +221,8 @@ inline void random_walk_cut(CollisionMesh& mesh, Random& random, int steps, std:
 
 /// A cut that splits triangles: from edge to edge through random triangles, starting in a triangle (a stab), ending
 /// anywhere. Fractions stay between 0.1 and 0.9.
-inline void random_splitting_cut(CollisionMesh& mesh, Random& random, int steps, std::vector<CollisionTriangle>& changed) {
+inline void random_splitting_cut(CollisionMesh& mesh, Random& random, int steps,
+                                 std::vector<CollisionTriangle>& changed) {
   using M = CollisionMesh;
   CollisionTriangle f(random.index(static_cast<int>(mesh.face_count())));
   CollisionVertex from = split_face(mesh, f, {0.3, 0.3, 0.4}, changed);
@@ -223,7 +231,10 @@ inline void random_splitting_cut(CollisionMesh& mesh, Random& random, int steps,
     CollisionHalfEdge best;
     double most = 0;
     std::vector<CollisionHalfEdge> fan;
-    mesh.for_each_outgoing(from, [&](CollisionHalfEdge h) { fan.push_back(h); return true; });
+    mesh.for_each_outgoing(from, [&](CollisionHalfEdge h) {
+      fan.push_back(h);
+      return true;
+    });
     for (const CollisionHalfEdge h : fan) {
       const Vec3 opposite = 0.5 * (mesh.rest[mesh.to(h)] + mesh.rest[mesh.apex(h)]);
       const double along = dot(normalized(opposite - mesh.rest[from]), direction);

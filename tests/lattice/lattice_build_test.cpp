@@ -43,7 +43,8 @@ void cut_through(CollisionMesh& mesh, const std::vector<Vec3>& points) {
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     CollisionHalfEdge found;
     for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
-      if (!mesh.is_border(h) && norm(mesh.rest[mesh.from(h)] - points[i]) < 1e-9 && norm(mesh.rest[mesh.to(h)] - points[i + 1]) < 1e-9)
+      if (!mesh.is_border(h) && norm(mesh.rest[mesh.from(h)] - points[i]) < 1e-9 &&
+          norm(mesh.rest[mesh.to(h)] - points[i + 1]) < 1e-9)
         found = h;
     ASSERT_TRUE(found.valid());
     unlink_edge(mesh, found, changed);
@@ -66,7 +67,9 @@ std::vector<StripCase> strip_cases() {
           {"slit", {line({6, 0, 0}, {6, 4, 0}, 4)}, 1},
           {"through", {line({6, 0, 0}, {6, 6, 0}, 6)}, 2},
           {"T", {line({6, 0, 0}, {6, 6, 0}, 6), line({6, 3, 0}, {12, 3, 0}, 6)}, 3},
-          {"crossing slits", {line({6, 1, 0}, {6, 5, 0}, 4), line({3, 3, 0}, {6, 3, 0}, 3), line({6, 3, 0}, {9, 3, 0}, 3)}, 1}};
+          {"crossing slits",
+           {line({6, 1, 0}, {6, 5, 0}, 4), line({3, 3, 0}, {6, 3, 0}, 3), line({6, 3, 0}, {9, 3, 0}, 3)},
+           1}};
 }
 
 TEST(LatticeBuild, StripOnCellFaces) {
@@ -81,7 +84,11 @@ TEST(LatticeBuild, StripOnCellFaces) {
     EXPECT_EQ(count_hex_pieces(*hex).by_faces, c.pieces) << c.name;
     EXPECT_TRUE(validate_lattice(mesh, *hex).ok()) << c.name << validate_lattice(mesh, *hex).error().message;
     // Twin nodes: one per node line strictly inside the cuts, top and bottom.
-    const std::size_t expected = 182 + 2 * (c.pieces == 1 ? c.cuts.empty() ? 0 : c.cuts.size() == 1 ? 4 : 3 + 5 + 1 : c.pieces == 2 ? 7 : 7 + 6 + 1);
+    const std::size_t expected = 182 + 2 * (c.pieces == 1   ? c.cuts.empty()       ? 0
+                                                              : c.cuts.size() == 1 ? 4
+                                                                                   : 3 + 5 + 1
+                                            : c.pieces == 2 ? 7
+                                                            : 7 + 6 + 1);
     EXPECT_EQ(hex->node_count(), expected) << c.name;
   }
 }
@@ -262,7 +269,10 @@ TEST(LatticeBuild, ATipInAFaceOfTheLatticeOpensTheFace) {
 }
 
 TEST(LatticeBuild, ModelsHaveThePapersLatticesAndKeepTheirVolume) {
-  struct Expected { const char* name; std::size_t hexahedra, nodes; };
+  struct Expected {
+    const char* name;
+    std::size_t hexahedra, nodes;
+  };
   for (const Expected& e : {Expected{"sheet", 81, 200}, Expected{"steak", 76, 190}, Expected{"meniscus", 42, 120}}) {
     const auto model = make_model(e.name, {});
     ASSERT_TRUE(model.ok()) << e.name;

@@ -45,7 +45,8 @@ TEST(Prism, MomentsOfABoxInsideACellAreExact) {
             const Vec3 p = quadrature_points()[q];
             sum += weights[q] * std::pow(p.x, a) * std::pow(p.y, b) * std::pow(p.z, c);
           }
-          EXPECT_NEAR(sum, power_integral(x0, x1, a) * power_integral(y0, y1, b) * power_integral(z0, z1, c), 1e-14) << a << b << c;
+          EXPECT_NEAR(sum, power_integral(x0, x1, a) * power_integral(y0, y1, b) * power_integral(z0, z1, c), 1e-14)
+              << a << b << c;
         }
   }
 }
@@ -68,7 +69,8 @@ TEST(Prism, UprightPrismsHaveTheMomentsOfSlantedOnesInTheLimit) {
     Vec3 normal{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
     normal[axis] = 0;
     normal = normalized(normal);
-    for (const LatticeIndex cell : {LatticeIndex{0, 0, 0}, LatticeIndex{1, 0, 0}, LatticeIndex{0, 1, 1}, LatticeIndex{-1, 0, 1}}) {
+    for (const LatticeIndex cell :
+         {LatticeIndex{0, 0, 0}, LatticeIndex{1, 0, 0}, LatticeIndex{0, 1, 1}, LatticeIndex{-1, 0, 1}}) {
       Moments a{}, b{}, left_a{}, left_b{}, right_a{}, right_b{};
       add_prism_moments(upright, cell, a);
       add_prism_moments(leaning, cell, b);
@@ -94,11 +96,13 @@ TEST(Prism, PartsInTheCellsAddUpToTheWhole) {
     const Vec3 base{random.uniform(1, 3), random.uniform(1, 3), random.uniform(1, 3)};
     for (std::size_t k = 0; k < 3; ++k) {
       const double angle = 2.1 * static_cast<double>(k) + random.uniform(0, 0.9);
-      p.minus[k] = base + Vec3{size / 2 * (1 + std::cos(angle)), size / 2 * (1 + std::sin(angle)), random.uniform(0, 0.3)};
+      p.minus[k] =
+          base + Vec3{size / 2 * (1 + std::cos(angle)), size / 2 * (1 + std::sin(angle)), random.uniform(0, 0.3)};
       p.plus[k] = p.minus[k] + Vec3{random.uniform(-.2, .2), random.uniform(-.2, .2), random.uniform(0.4, 1)};
     }
     auto tet = [](Vec3 a, Vec3 b, Vec3 c, Vec3 d) { return std::fabs(dot(cross(b - a, c - a), d - a)) / 6; };
-    const double whole = tet(p.minus[0], p.minus[1], p.minus[2], p.plus[2]) + tet(p.minus[0], p.minus[1], p.plus[1], p.plus[2]) +
+    const double whole = tet(p.minus[0], p.minus[1], p.minus[2], p.plus[2]) +
+                         tet(p.minus[0], p.minus[1], p.plus[1], p.plus[2]) +
                          tet(p.minus[0], p.plus[0], p.plus[1], p.plus[2]);
     std::vector<double> scratch;
     std::vector<CellVolume> cells;
@@ -122,7 +126,8 @@ TEST(Prism, RuledVolumeAddsUpWhenATwistedTriangleIsSplit) {
   for (int i = 0; i < 100; ++i) {
     PrismCorners c[3];
     for (int k = 0; k < 3; ++k) {
-      const Vec3 p{2.0 * (k == 1), 1.5 * (k == 2), 0.1 * k}, o{random.uniform(-.3, .3), random.uniform(-.3, .3), random.uniform(0.2, 1)};
+      const Vec3 p{2.0 * (k == 1), 1.5 * (k == 2), 0.1 * k},
+          o{random.uniform(-.3, .3), random.uniform(-.3, .3), random.uniform(0.2, 1)};
       c[k] = {p - o, p + o, CollisionVertex(k)};
     }
     const double t = random.uniform(0.1, 0.9);

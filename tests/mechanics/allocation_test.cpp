@@ -55,8 +55,7 @@ TEST(Allocation, AStepInSteadyStateAllocatesNothing) {
       test::bottom_rows(model, state, g, plane, set);
       std::uint64_t key = 1000;
       for (double x : {-0.5, 0.0, 0.5})
-        for (double y : {-0.5, 0.5})
-          test::add_plane_row(model, state, g.cell(4, 4, 0), {x, y, -1}, plane, key++, set);
+        for (double y : {-0.5, 0.5}) test::add_plane_row(model, state, g.cell(4, 4, 0), {x, y, -1}, plane, key++, set);
       test::add_plane_row(model, state, g.cell(2, 2, 0), {0, 0, 1}, {{0, 0, 0.0051}, {0, 0, -1}, {}, 0.1}, key++, set);
       set.rows.back().rigid = 0;
       set.tools.assign(1, tool);

@@ -45,14 +45,12 @@ TEST(BlockCholesky, SolvesLikeEigen) {
     for (int i = 0; i < rows; ++i) copy(i, i);
     Eigen::VectorXd b(6 * rows);
     std::vector<double> x(kBlockRow * rows, 0.0);
-    for (int i = 0; i < 6 * rows; ++i)
-      b[i] = x[kBlockRow * s.position[i / 6] + i % 6] = random.uniform(-1, 1);
+    for (int i = 0; i < 6 * rows; ++i) b[i] = x[kBlockRow * s.position[i / 6] + i % 6] = random.uniform(-1, 1);
     block_cholesky_factor(s, blocks);
     block_cholesky_solve(s, blocks, x);
     const Eigen::VectorXd expected = dense.ldlt().solve(b);
     for (int i = 0; i < 6 * rows; ++i)
-      ASSERT_NEAR(x[kBlockRow * s.position[i / 6] + i % 6], expected[i],
-                  1e-12 * expected.cwiseAbs().maxCoeff());
+      ASSERT_NEAR(x[kBlockRow * s.position[i / 6] + i % 6], expected[i], 1e-12 * expected.cwiseAbs().maxCoeff());
   }
 }
 
@@ -67,7 +65,8 @@ TEST(BlockCholesky, LeavesOutWhatHasNoPivot) {
 }
 
 /// At rest the coarse solve of A P y must return y: P' A P is exact there. A times a vector comes from the direct assembly below, P from the definition.
-void expect_galerkin_product(MechanicsModel& model, std::int32_t elements, std::int32_t springs, bool by_nodes, double tolerance) {
+void expect_galerkin_product(MechanicsModel& model, std::int32_t elements, std::int32_t springs, bool by_nodes,
+                             double tolerance) {
   MechanicsState state = rest_state(model);
   StepWorkspace w;
   StepOptions options;
@@ -102,8 +101,7 @@ void expect_galerkin_product(MechanicsModel& model, std::int32_t elements, std::
     for (int k = 0; k < 8; ++k)
       if (spring.nodes[k].valid()) at += spring.weights[k] * v[spring.nodes[k].index()];
     for (int k = 0; k < 8; ++k)
-      if (spring.nodes[k].valid())
-        av[spring.nodes[k].index()] += dt * dt * spring.stiffness * spring.weights[k] * at;
+      if (spring.nodes[k].valid()) av[spring.nodes[k].index()] += dt * dt * spring.stiffness * spring.weights[k] * at;
   }
   for (std::size_t i = 0; i < v.size(); ++i) w.residual[i] = {{av[i].x, av[i].y, av[i].z, 0}};
   solve_coarse(model, w, false);
@@ -113,7 +111,8 @@ void expect_galerkin_product(MechanicsModel& model, std::int32_t elements, std::
 /// The lower half of every cell.
 std::vector<MaterialPoint> half_cell(double h) {
   std::vector<MaterialPoint> points;
-  for (const MaterialPoint& p : full_cell_points({h, h, h})) points.push_back({{p.xi.x, p.xi.y, 0.5 * (p.xi.z - 1)}, 0.5 * p.volume});
+  for (const MaterialPoint& p : full_cell_points({h, h, h}))
+    points.push_back({{p.xi.x, p.xi.y, 0.5 * (p.xi.z - 1)}, 0.5 * p.volume});
   return points;
 }
 
@@ -122,8 +121,7 @@ void expect_galerkin_product_of_a_plate(std::int32_t every, double tolerance) {
   const Grid g{9, 7, 1};
   const double h = 0.005;
   MechanicsModel model = test::make_box(g, {h, h, h}, Material());
-  for (int y = 0; y <= 7; ++y)
-    model.fix_node(g.node(0, y, 0));  // only one layer: cells with some held corners
+  for (int y = 0; y <= 7; ++y) model.fix_node(g.node(0, y, 0));  // only one layer: cells with some held corners
   for (std::int32_t e = 0; e < 63; e += every) {
     const MechanicsElement element = model.element(HexId(e));
     ASSERT_TRUE(model.set_element(HexId(e), element, half_cell(h)).ok());
@@ -147,7 +145,8 @@ TEST(CoarseSpace, ManyGroupsMayMeetAtANode) {
     ASSERT_TRUE(model.add_material(Material()).ok());
     const auto add_section = [&](int x) {
       std::array<NodeId, 4> section;
-      for (int k = 0; k < 4; ++k) section[static_cast<std::size_t>(k)] = model.add_node({x * h, (k & 1) * h, (k >> 1) * h}, {x, k & 1, k >> 1});
+      for (int k = 0; k < 4; ++k)
+        section[static_cast<std::size_t>(k)] = model.add_node({x * h, (k & 1) * h, (k >> 1) * h}, {x, k & 1, k >> 1});
       return section;
     };
     std::int32_t elements = 0;

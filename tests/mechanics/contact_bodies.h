@@ -16,8 +16,8 @@ struct Plane {
 };
 
 /// One row per point of an element, given in natural coordinates, against a plane.
-inline void add_plane_row(const MechanicsModel& model, const MechanicsState& state, HexId cell, Vec3 xi, const Plane& plane,
-                          std::uint64_t key, ContactSet& set, double offset = 0) {
+inline void add_plane_row(const MechanicsModel& model, const MechanicsState& state, HexId cell, Vec3 xi,
+                          const Plane& plane, std::uint64_t key, ContactSet& set, double offset = 0) {
   ContactRow row;
   row.key = key;
   row.cell = cell;

@@ -58,7 +58,9 @@ struct Touched {
       ContactWork::Row& own = w.contact.rows.emplace_back();
       Eigen::Vector3d normal(random.uniform(-1, 1), random.uniform(-1, 1), 3);
       normal.normalize();
-      const Eigen::Matrix3d p = 30 * (normal * normal.transpose() + random.uniform(0, 1) * (Eigen::Matrix3d::Identity() - normal * normal.transpose()));
+      const Eigen::Matrix3d p =
+          30 * (normal * normal.transpose() +
+                random.uniform(0, 1) * (Eigen::Matrix3d::Identity() - normal * normal.transpose()));
       store(p, own.block);
       w.contact.pressing.push_back(r);
     }
@@ -72,7 +74,8 @@ struct Touched {
   bool prepare() {
     if (!choose_inverse_rows(model, w)) return false;
     for (std::size_t i = 0; i < model.node_count(); ++i)
-      store_framed_inverse(w.contact.inverse, load_lanes(w.diagonal[2 * i].v), load_lanes(w.diagonal[2 * i + 1].v), w.inverse_diagonal[3 * i].v);
+      store_framed_inverse(w.contact.inverse, load_lanes(w.diagonal[2 * i].v), load_lanes(w.diagonal[2 * i + 1].v),
+                           w.inverse_diagonal[3 * i].v);
     factor_contact_inverse(w);
     return true;
   }
@@ -84,7 +87,8 @@ struct Touched {
       const auto node = static_cast<std::size_t>(w.contact.nodes[s]);
       for (int a = 0; a < 3; ++a) {
         double z = 0;
-        for (int b = 0; b < 3; ++b) z += w.inverse_diagonal[3 * node + static_cast<std::size_t>(b)].v[a] * r(3 * static_cast<long>(s) + b);
+        for (int b = 0; b < 3; ++b)
+          z += w.inverse_diagonal[3 * node + static_cast<std::size_t>(b)].v[a] * r(3 * static_cast<long>(s) + b);
         w.preconditioned[node].v[a] = z;
         before += z * r(3 * static_cast<long>(s) + a);
       }
@@ -92,7 +96,8 @@ struct Touched {
     const double change = apply_contact_inverse(w);
     Eigen::VectorXd z(r.size());
     for (std::size_t s = 0; s < w.contact.nodes.size(); ++s)
-      for (int a = 0; a < 3; ++a) z(3 * static_cast<long>(s) + a) = w.preconditioned[static_cast<std::size_t>(w.contact.nodes[s])].v[a];
+      for (int a = 0; a < 3; ++a)
+        z(3 * static_cast<long>(s) + a) = w.preconditioned[static_cast<std::size_t>(w.contact.nodes[s])].v[a];
     wrong = std::abs(before + change - r.dot(z)) / before;
     return z;
   }
@@ -102,17 +107,22 @@ struct Touched {
     const ContactInverse& c = w.contact.inverse;
     Eigen::Matrix3d q;
     for (int a = 0; a < 3; ++a) q.col(a) << c.axes[a].x, c.axes[a].y, c.axes[a].z;
-    const auto framed = [&](const Eigen::Matrix3d& m) -> Eigen::Matrix3d { return q * (q.transpose() * m * q).diagonal().asDiagonal() * q.transpose(); };
+    const auto framed = [&](const Eigen::Matrix3d& m) -> Eigen::Matrix3d {
+      return q * (q.transpose() * m * q).diagonal().asDiagonal() * q.transpose();
+    };
     const auto n = static_cast<long>(3 * w.contact.nodes.size());
     Eigen::MatrixXd m = Eigen::MatrixXd::Zero(n, n);
     for (std::size_t s = 0; s < w.contact.nodes.size(); ++s)
-      m.block<3, 3>(3 * static_cast<long>(s), 3 * static_cast<long>(s)) = framed(full(w.diagonal[2 * static_cast<std::size_t>(w.contact.nodes[s])].v));
+      m.block<3, 3>(3 * static_cast<long>(s), 3 * static_cast<long>(s)) =
+          framed(full(w.diagonal[2 * static_cast<std::size_t>(w.contact.nodes[s])].v));
     for (std::size_t r = 0; r < set.rows.size(); ++r)
       for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
-          const ContactEntry &a = set.entries[static_cast<std::size_t>(set.rows[r].first + i)], &b = set.entries[static_cast<std::size_t>(set.rows[r].first + j)];
+          const ContactEntry &a = set.entries[static_cast<std::size_t>(set.rows[r].first + i)],
+                             &b = set.entries[static_cast<std::size_t>(set.rows[r].first + j)];
           const long k = w.contact.node_slot[a.node.index()], l = w.contact.node_slot[b.node.index()];
-          if (k >= 0 && l >= 0) m.block<3, 3>(3 * k, 3 * l) += a.weight * b.weight * framed(full(w.contact.rows[r].block));
+          if (k >= 0 && l >= 0)
+            m.block<3, 3>(3 * k, 3 * l) += a.weight * b.weight * framed(full(w.contact.rows[r].block));
         }
     return m;
   }
@@ -125,7 +135,8 @@ TEST(ContactInverse, IsTheInverseOfDiagonalsAndRows) {
     const Eigen::MatrixXd m = t.dense();
     Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(m.rows(), -1, 2);
     double wrong = 0;
-    EXPECT_LT((t.solved(m * x, wrong) - x).norm(), 1e-3 * x.norm()) << rows;  // single precision times the condition of M
+    EXPECT_LT((t.solved(m * x, wrong) - x).norm(), 1e-3 * x.norm())
+        << rows;  // single precision times the condition of M
     EXPECT_LT(wrong, 1e-6) << rows;
   }
 }

@@ -171,7 +171,8 @@ struct Pair {
     first_elements = model.element_count();
     const MechanicsModel other = test::make_box(upper, kCell, material);
     for (std::size_t i = 0; i < other.node_count(); ++i)
-      model.add_node(other.rest_positions()[i] + shift, {other.grid()[i][0] + 100, other.grid()[i][1], other.grid()[i][2]});
+      model.add_node(other.rest_positions()[i] + shift,
+                     {other.grid()[i][0] + 100, other.grid()[i][1], other.grid()[i][2]});
     for (std::size_t e = 0; e < other.element_count(); ++e) {
       MechanicsElement element = other.element(HexId(e));
       for (NodeId& n : element.nodes) n = NodeId(n.index() + first_nodes);
@@ -226,8 +227,7 @@ TEST(Contact, FreeBodiesPushedTogetherKeepTheirMomentum) {
         ContactSet set;
         const Vec3 before = test::momentum(pair.model, state);
         double scale = 0, energy = 0;
-        for (std::size_t i = 0; i < state.velocities.size(); ++i)
-          {
+        for (std::size_t i = 0; i < state.velocities.size(); ++i) {
           scale += pair.model.node_mass(NodeId(i)) * norm(state.velocities[i]);
           energy += 0.5 * pair.model.node_mass(NodeId(i)) * dot(state.velocities[i], state.velocities[i]);
         }
@@ -242,8 +242,9 @@ TEST(Contact, FreeBodiesPushedTogetherKeepTheirMomentum) {
         }
         EXPECT_GT(pressed, 0);
         // They came to rest on each other or flew apart, but did not pass through.
-        const double apart = mean({state.positions.begin() + static_cast<long>(pair.first_nodes), state.positions.end()}).z -
-                             mean({state.positions.begin(), state.positions.begin() + static_cast<long>(pair.first_nodes)}).z;
+        const double apart =
+            mean({state.positions.begin() + static_cast<long>(pair.first_nodes), state.positions.end()}).z -
+            mean({state.positions.begin(), state.positions.begin() + static_cast<long>(pair.first_nodes)}).z;
         EXPECT_GT(apart, 0.0095);
       }
 }
@@ -257,7 +258,8 @@ TEST(Contact, AStiffPenaltyIsTheExactConstraint) {
   MechanicsState state = rest_state(model);
   Random random(5);
   for (std::size_t i = 0; i < state.velocities.size(); ++i)
-    state.velocities[i] = {0.3 * (random.uniform() - 0.5), 0.3 * (random.uniform() - 0.5), -0.4 + 0.5 * random.uniform()};
+    state.velocities[i] = {0.3 * (random.uniform() - 0.5), 0.3 * (random.uniform() - 0.5),
+                           -0.4 + 0.5 * random.uniform()};
   StepOptions o;
   o.dt = 0.004;
   o.tolerance = 1e-12;
@@ -320,7 +322,8 @@ TEST(Contact, AStiffPenaltyIsTheExactConstraint) {
 }
 
 /// A tool above the middle of a box's upper side, with four contact points on a square around its centre.
-void tool_rows(const MechanicsModel& model, const MechanicsState& state, const Grid& g, double friction, ContactSet& set) {
+void tool_rows(const MechanicsModel& model, const MechanicsState& state, const Grid& g, double friction,
+               ContactSet& set) {
   const RigidState& tool = state.tools[0];
   std::uint64_t key = 1u << 20;
   for (double dx : {-0.004, 0.004})
@@ -475,7 +478,8 @@ TEST(Contact, ARowWithALimitHoldsUpToItAndGivesWayBeyond) {
 }
 
 TEST(Contact, IterativeSolversMatchTheDirectOne) {
-  for (Preconditioner preconditioner : {Preconditioner::kBlockJacobi, Preconditioner::kTwoLevel, Preconditioner::kAdaptive}) {
+  for (Preconditioner preconditioner :
+       {Preconditioner::kBlockJacobi, Preconditioner::kTwoLevel, Preconditioner::kAdaptive}) {
     Pressed a(1e3), b(1e3);
     for (Pressed* p : {&a, &b}) {
       p->o.dt = 0.01;
@@ -649,7 +653,10 @@ TEST(Contact, WhatCannotBeComputedIsRefused) {
            {[](RigidTool& t) { t.mass = 0; }, "mass"},
            {[](RigidTool& t) { t.stiffness = -1; }, "stiffness"},
            {[](RigidTool& t) { t.target.x = NAN; }, "pose"},
-           {[](RigidTool& t) { t.target_axes.c[0] = {0, 0, 0}; }, "axes"},
+           {[](RigidTool& t) {
+              t.target_axes.c[0] = {0, 0, 0};
+            },
+            "axes"},
            {[](RigidTool& t) { t.max_speed = 0; }, "speed"}}) {
     ContactSet set;
     set.tools.resize(1);

@@ -55,8 +55,7 @@ double strip_compliance(ElementFormulation formulation, Vec3 h, int nx, int ny, 
     const double j = width * std::pow(thick, 3) / 3 * (1 - 192 / std::pow(M_PI, 5) * thick / width * series);
     return compliance / (length / (shear * j));
   }
-  const double depth = load == Load::kBending ? thick : width,
-               breadth = load == Load::kBending ? width : thick;
+  const double depth = load == Load::kBending ? thick : width, breadth = load == Load::kBending ? width : thick;
   const double inertia = breadth * std::pow(depth, 3) / 12;
   const double beam =
       std::pow(length, 3) / (3 * material.young * inertia) + length / (5.0 / 6 * shear * breadth * depth);
@@ -81,11 +80,10 @@ TEST(Element, StripsMatchCalculix) {
       {flat, 12, 2, .3, Load::kTorsion, .842, .880},
   };
   for (const Row& r : rows) {
-    EXPECT_NEAR(strip_compliance(ElementFormulation::kPlain, r.h, r.nx, r.ny, r.poisson, r.load), r.plain,
-                1e-3)
+    EXPECT_NEAR(strip_compliance(ElementFormulation::kPlain, r.h, r.nx, r.ny, r.poisson, r.load), r.plain, 1e-3)
         << r.h.x << " x " << r.nx << " load " << static_cast<int>(r.load);
-    EXPECT_NEAR(strip_compliance(ElementFormulation::kIncompatible, r.h, r.nx, r.ny, r.poisson, r.load),
-                r.incompatible, 1e-3)
+    EXPECT_NEAR(strip_compliance(ElementFormulation::kIncompatible, r.h, r.nx, r.ny, r.poisson, r.load), r.incompatible,
+                1e-3)
         << r.h.x << " x " << r.nx << " load " << static_cast<int>(r.load);
   }
 }
@@ -117,9 +115,9 @@ TEST(Element, EnergyOfALinearFieldIsExactAndRigidMotionsAreFree) {
     const auto field = [&](const Eigen::Matrix3d& a) {
       Eigen::Matrix<double, 24, 1> u;
       for (int c = 0; c < 8; ++c)
-        u.segment<3>(3 * c) = a * (0.5 * Eigen::Vector3d(corner_sign(c, 0) * h.x, corner_sign(c, 1) * h.y,
-                                                         corner_sign(c, 2) * h.z)) +
-                              Eigen::Vector3d(1, 2, 3);
+        u.segment<3>(3 * c) =
+            a * (0.5 * Eigen::Vector3d(corner_sign(c, 0) * h.x, corner_sign(c, 1) * h.y, corner_sign(c, 2) * h.z)) +
+            Eigen::Vector3d(1, 2, 3);
       return u;
     };
     const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
@@ -214,7 +212,8 @@ TEST(Element, PartlyFilledMatrixIsThatOfStrainsSummedOverThePoints) {
       const auto masses = lumped_masses(1000, volumes);
       for (int c = 0; c < 8; ++c) {
         double mass = 0;
-        for (const MaterialPoint& p : points) mass += 1000 * p.volume * shape_functions(p.xi)[static_cast<std::size_t>(c)];
+        for (const MaterialPoint& p : points)
+          mass += 1000 * p.volume * shape_functions(p.xi)[static_cast<std::size_t>(c)];
         EXPECT_NEAR(masses[static_cast<std::size_t>(c)], mass, 1e-12 * mass);
       }
     }
@@ -228,8 +227,8 @@ std::vector<MaterialPoint> box_part(Vec3 h, Vec3 lo, Vec3 hi) {
   const double volume = h.x * h.y * h.z * s.x * s.y * s.z / 8;
   for (int i = 0; i < 27; ++i) {
     const Vec3 t{(1 + g[i % 3]) / 2, (1 + g[i / 3 % 3]) / 2, (1 + g[i / 9]) / 2};
-    points.push_back({{lo.x + t.x * s.x, lo.y + t.y * s.y, lo.z + t.z * s.z},
-                      volume * w[i % 3] * w[i / 3 % 3] * w[i / 9]});
+    points.push_back(
+        {{lo.x + t.x * s.x, lo.y + t.y * s.y, lo.z + t.z * s.z}, volume * w[i % 3] * w[i / 3 % 3] * w[i / 9]});
   }
   return points;
 }
@@ -245,8 +244,7 @@ TEST(Element, PatchOfPartlyFilledCellsCarriesALinearFieldExactly) {
   for (ElementFormulation formulation : kBoth)
     for (int round = 0; round < 20; ++round) {
       const Vec3 lo{random.uniform(-1, 0.5), random.uniform(-1, 0.5), random.uniform(-1, 0.5)};
-      const Vec3 hi{lo.x + random.uniform(0.01, 0.5), lo.y + random.uniform(0.1, 0.5),
-                    lo.z + random.uniform(0.1, 0.5)};
+      const Vec3 hi{lo.x + random.uniform(0.01, 0.5), lo.y + random.uniform(0.1, 0.5), lo.z + random.uniform(0.1, 0.5)};
       const std::vector<MaterialPoint> points = box_part(h, lo, hi);
       double volume = 0;
       for (const MaterialPoint& p : points) volume += p.volume;
@@ -255,17 +253,16 @@ TEST(Element, PatchOfPartlyFilledCellsCarriesALinearFieldExactly) {
       for (int i = 0; i < 9; ++i) gradient(i / 3, i % 3) = random.uniform(-1, 1);
       Eigen::Matrix<double, 24, 1> u;
       for (int c = 0; c < 8; ++c)
-        u.segment<3>(3 * c) =
-            gradient * Eigen::Vector3d(corner_sign(c, 0) * h.x / 2, corner_sign(c, 1) * h.y / 2,
-                                       corner_sign(c, 2) * h.z / 2);
+        u.segment<3>(3 * c) = gradient * Eigen::Vector3d(corner_sign(c, 0) * h.x / 2, corner_sign(c, 1) * h.y / 2,
+                                                         corner_sign(c, 2) * h.z / 2);
       const Eigen::Map<const Eigen::Matrix<double, 24, 24, Eigen::RowMajor>> matrix(k.data());
       const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
-      const double density = 0.5 * lame_lambda(material) * std::pow(strain.trace(), 2) +
-                             lame_mu(material) * strain.squaredNorm();
+      const double density =
+          0.5 * lame_lambda(material) * std::pow(strain.trace(), 2) + lame_mu(material) * strain.squaredNorm();
       EXPECT_NEAR(0.5 * u.dot(matrix * u), density * volume, 1e-12);
       // The forces are those of the constant stress over the material, too.
-      const Eigen::Matrix3d stress = lame_lambda(material) * strain.trace() * Eigen::Matrix3d::Identity() +
-                                     2 * lame_mu(material) * strain;
+      const Eigen::Matrix3d stress =
+          lame_lambda(material) * strain.trace() * Eigen::Matrix3d::Identity() + 2 * lame_mu(material) * strain;
       const Eigen::Matrix<double, 24, 1> f = matrix * u;
       for (int c = 0; c < 8; ++c) {
         Eigen::Vector3d expected = Eigen::Vector3d::Zero();

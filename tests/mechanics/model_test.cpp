@@ -28,8 +28,7 @@ std::vector<MaterialPoint> lower_part(double fill) {
   return points;
 }
 
-StepReport run(MechanicsModel& model, MechanicsState& state, const StepOptions& options, StepWorkspace& w,
-               int steps) {
+StepReport run(MechanicsModel& model, MechanicsState& state, const StepOptions& options, StepWorkspace& w, int steps) {
   StepReport report;
   for (int i = 0; i < steps; ++i) {
     const Result<StepReport> r = step(model, state, options, w);
@@ -222,8 +221,7 @@ TEST(MechanicsModel, AttachmentPullsItsPointToItsTarget) {
     run(model, state, options, w, 1);
   }
   Vec3 at;
-  for (int c = 0; c < 8; ++c)
-    at += weights[c] * state.positions[model.element(g.cell(5, 2, 0)).nodes[c].index()];
+  for (int c = 0; c < 8; ++c) at += weights[c] * state.positions[model.element(g.cell(5, 2, 0)).nodes[c].index()];
   EXPECT_NEAR(at.z - start.z, 0.01, 1e-3);
   // At rest the grasp and the supports balance.
   Vec3 sum = spring_force(model, state, grasp->id);
@@ -247,8 +245,8 @@ TEST(MechanicsModel, GlueHoldsTwoNodesTogether) {
   for (int y = 0; y < 5; ++y)
     for (int z = 0; z <= 1; ++z) {
       const NodeId left = g.node(4, y, z);
-      const NodeId right = y < 4 ? model.element(g.cell(4, y, 0)).nodes[4 * z]
-                                 : model.element(g.cell(4, 3, 0)).nodes[2 + 4 * z];
+      const NodeId right =
+          y < 4 ? model.element(g.cell(4, y, 0)).nodes[4 * z] : model.element(g.cell(4, 3, 0)).nodes[2 + 4 * z];
       ASSERT_TRUE(model.add_node_pair(left, right, 1e12).ok());
     }
   MechanicsState glued = rest_state(model);

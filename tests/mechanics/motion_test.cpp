@@ -40,8 +40,8 @@ double elastic_energy(const MechanicsModel& model, const MechanicsState& state) 
     for (NodeId n : model.element(HexId(e)).nodes) centre += 0.125 * state.positions[n.index()];
     std::array<double, 24> u;
     for (int c = 0; c < 8; ++c) {
-      const Vec3 local = transposed_times(state.rotations[e],
-                                          state.positions[model.element(HexId(e)).nodes[c].index()] - centre);
+      const Vec3 local =
+          transposed_times(state.rotations[e], state.positions[model.element(HexId(e)).nodes[c].index()] - centre);
       for (int a = 0; a < 3; ++a) u[3 * c + a] = local[a] - corner_sign(c, a) * model.cell_size()[a] / 2;
     }
     for (int i = 0; i < 24; ++i)
@@ -58,7 +58,8 @@ Vec3 momentum(MechanicsModel& model, const MechanicsState& state) {
 /// About the origin.
 Vec3 angular_momentum(MechanicsModel& model, const MechanicsState& state) {
   Vec3 l;
-  for (std::size_t i = 0; i < state.velocities.size(); ++i) l += model.node_mass(NodeId(i)) * cross(state.positions[i], state.velocities[i]);
+  for (std::size_t i = 0; i < state.velocities.size(); ++i)
+    l += model.node_mass(NodeId(i)) * cross(state.positions[i], state.velocities[i]);
   return l;
 }
 
@@ -124,9 +125,8 @@ TEST(Motion, LooseSolvesStayCloseToTightOnes) {
     int n;
     double young, dt, time;
   };
-  for (const Row& row :
-       {Row{21, 20e3, 1e-3, 0.5}, Row{21, 20e3, 1.0 / 60, 0.5}, Row{21, 4e6, 1e-3, 0.5},
-        Row{21, 4e6, 1.0 / 60, 0.5}, Row{49, 20e3, 1.0 / 60, 0.25}, Row{49, 4e6, 1.0 / 60, 0.5}}) {
+  for (const Row& row : {Row{21, 20e3, 1e-3, 0.5}, Row{21, 20e3, 1.0 / 60, 0.5}, Row{21, 4e6, 1e-3, 0.5},
+                         Row{21, 4e6, 1.0 / 60, 0.5}, Row{49, 20e3, 1.0 / 60, 0.25}, Row{49, 4e6, 1.0 / 60, 0.5}}) {
     const Grid g{row.n, row.n, 1};
     MechanicsModel model = test::make_box(g, kCell, tissue(row.young));
     fix_edge(model, g);
@@ -197,9 +197,11 @@ TEST(Motion, WhatSpinsKeepsItsEnergyAndAngularMomentum) {
     SCOPED_TRACE(young);
     MechanicsModel model = test::make_box(g, kCell, tissue(young), ElementFormulation::kIncompatible, {}, -0.5 * size);
     MechanicsState state = rest_state(model);
-    for (std::size_t i = 0; i < state.positions.size(); ++i) state.velocities[i] = cross({0, 0, spin}, state.positions[i]);
+    for (std::size_t i = 0; i < state.positions.size(); ++i)
+      state.velocities[i] = cross({0, 0, spin}, state.positions[i]);
     // Of a slab about its short axis; its mass stands in nodes, which is h^2 / 6 along an axis more than a smooth slab has.
-    const double inertia = model.total_mass() * ((size.x * size.x + size.y * size.y) / 12 + 2 * kH * kH / 6), energy = 0.5 * inertia * spin * spin;
+    const double inertia = model.total_mass() * ((size.x * size.x + size.y * size.y) / 12 + 2 * kH * kH / 6),
+                 energy = 0.5 * inertia * spin * spin;
     StepWorkspace w;
     StepOptions options;
     options.gravity = {};
@@ -262,8 +264,7 @@ TEST(Motion, ThrownNodesFindTheirWayHome) {
       Random random(seed);
       for (std::size_t i = 0; i < state.positions.size(); ++i)
         if (!model.is_fixed(NodeId(i)))
-          state.positions[i] +=
-              kH * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+          state.positions[i] += kH * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
       StepWorkspace w;
       StepOptions options;
       options.gravity = {};
@@ -311,8 +312,7 @@ TEST(Motion, FarFromTheOriginNothingChanges) {
   const Grid g{6, 6, 1};
   const Vec3 far{1024, -2048, 512};
   MechanicsModel near_model = test::make_box(g, kCell, tissue(20e3));
-  MechanicsModel far_model =
-      test::make_box(g, kCell, tissue(20e3), ElementFormulation::kIncompatible, {}, far);
+  MechanicsModel far_model = test::make_box(g, kCell, tissue(20e3), ElementFormulation::kIncompatible, {}, far);
   fix_edge(near_model, g);
   fix_edge(far_model, g);
   MechanicsState a = rest_state(near_model), b = rest_state(far_model);
@@ -321,8 +321,7 @@ TEST(Motion, FarFromTheOriginNothingChanges) {
     one(near_model, a, {}, wa);
     one(far_model, b, {}, wb);
   }
-  for (std::size_t i = 0; i < a.positions.size(); ++i)
-    EXPECT_LT(norm(b.positions[i] - far - a.positions[i]), 1e-8);
+  for (std::size_t i = 0; i < a.positions.size(); ++i) EXPECT_LT(norm(b.positions[i] - far - a.positions[i]), 1e-8);
 }
 
 TEST(Motion, TurnedLatticeAndTurnedGravityGiveTheTurnedMotion) {
@@ -342,8 +341,7 @@ TEST(Motion, TurnedLatticeAndTurnedGravityGiveTheTurnedMotion) {
     one(plain, a, oa, wa);
     one(turned, b, ob, wb);
   }
-  for (std::size_t i = 0; i < a.positions.size(); ++i)
-    EXPECT_LT(norm(b.positions[i] - turn * a.positions[i]), 1e-7);
+  for (std::size_t i = 0; i < a.positions.size(); ++i) EXPECT_LT(norm(b.positions[i] - turn * a.positions[i]), 1e-7);
 }
 
 }  // namespace

@@ -35,7 +35,8 @@ MechanicsModel mixed_body(const std::vector<std::int32_t>& order) {
   return model;
 }
 
-const std::vector<std::int32_t> kAscending{0, 1, 2, 3, 5, 6, 8, 9, 10, 11, 13, 14}, kMixed{14, 3, 9, 0, 13, 1, 6, 11, 2, 10, 5, 8};
+const std::vector<std::int32_t> kAscending{0, 1, 2, 3, 5, 6, 8, 9, 10, 11, 13, 14},
+    kMixed{14, 3, 9, 0, 13, 1, 6, 11, 2, 10, 5, 8};
 
 /// A body in motion, with the matrix of its last step in the workspace.
 void move(MechanicsModel& model, MechanicsState& state, StepWorkspace& w) {
@@ -87,7 +88,8 @@ TEST(NodeMatrix, ItsBitsDoNotDependOnWhereMatricesLieInThePool) {
     MechanicsModel model = mixed_body(i == 0 ? kAscending : kMixed);
     MechanicsState state = rest_state(model);
     Random random(5);
-    for (Vec3& x : state.positions) x += 0.1 * kH * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+    for (Vec3& x : state.positions)
+      x += 0.1 * kH * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
     StepOptions options;
     options.dt = 0.004;
     options.preconditioner = Preconditioner::kTwoLevel;
@@ -95,7 +97,9 @@ TEST(NodeMatrix, ItsBitsDoNotDependOnWhereMatricesLieInThePool) {
   }
   ASSERT_GT(w[0].node_blocks.size(), 0u);
   ASSERT_EQ(w[0].node_blocks.size(), w[1].node_blocks.size());
-  EXPECT_EQ(std::memcmp(w[0].node_blocks.data(), w[1].node_blocks.data(), w[0].node_blocks.size() * sizeof(NodeBlockPair)), 0);
+  EXPECT_EQ(
+      std::memcmp(w[0].node_blocks.data(), w[1].node_blocks.data(), w[0].node_blocks.size() * sizeof(NodeBlockPair)),
+      0);
 }
 
 TEST(NodeMatrix, IsLeftAloneWhereItHasNotEnoughDigits) {

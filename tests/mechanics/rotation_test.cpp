@@ -33,8 +33,8 @@ TEST(Rotation, ConvergesToTheFactorOfTheSvd) {
   for (int round = 0; round < 500; ++round) {
     Eigen::Matrix3d f;
     for (int i = 0; i < 9; ++i) f(i / 3, i % 3) = (i % 4 == 0 ? 1 : 0) + random.uniform(-0.35, 0.35);
-    const Mat3 turn = test::rotation_about(
-        {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}, random.uniform(0, 3));
+    const Mat3 turn = test::rotation_about({random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)},
+                                           random.uniform(0, 3));
     f = eigen(turn) * f;
     if (f.determinant() < 0.1) continue;
     const Mat3 r = followed_rotation(mat3(f), {}, 20);  // cold start

@@ -25,8 +25,7 @@ double plate(ElementFormulation formulation, int cells, bool clamped) {
   for (int y = 0; y <= cells; ++y)
     for (int x = 0; x <= cells; ++x) {
       const bool edge = x == 0 || y == 0 || x == cells || y == cells;
-      const double share =
-          (x == 0 || x == cells ? 0.5 : 1) * (y == 0 || y == cells ? 0.5 : 1) / cells / cells;
+      const double share = (x == 0 || x == cells ? 0.5 : 1) * (y == 0 || y == cells ? 0.5 : 1) / cells / cells;
       for (int z = 0; z < 2; ++z) {
         const std::size_t i = 3 * g.node(x, y, z).index();
         force[i + 2] = 0.5 * share;
@@ -39,8 +38,8 @@ double plate(ElementFormulation formulation, int cells, bool clamped) {
   fixed[3 * g.node(0, 0, 0).index()] = fixed[3 * g.node(0, 0, 0).index() + 1] = 1;
   fixed[3 * g.node(cells, 0, 0).index() + 1] = 1;
   const std::vector<double> u = test::static_displacement(model, fixed, force);
-  const double middle = 0.5 * (u[3 * g.node(cells / 2, cells / 2, 0).index() + 2] +
-                               u[3 * g.node(cells / 2, cells / 2, 1).index() + 2]);
+  const double middle =
+      0.5 * (u[3 * g.node(cells / 2, cells / 2, 0).index() + 2] + u[3 * g.node(cells / 2, cells / 2, 1).index() + 2]);
   const double rigidity = material.young * std::pow(thick, 3) / (12 * (1 - 0.09));
   return middle / ((clamped ? 0.00126532 : 0.00406235) / rigidity);
 }
@@ -53,8 +52,7 @@ TEST(Statics, ThinPlatesMatchKirchhoff) {
   };
   for (const Row& r : {Row{8, false, .918, .126}, Row{16, false, 1.000, .345}, Row{32, false, 1.009, .612},
                        Row{8, true, .851, .090}, Row{16, true, .993, .266}, Row{32, true, 1.005, .538}}) {
-    EXPECT_NEAR(plate(ElementFormulation::kIncompatible, r.cells, r.clamped), r.incompatible, 2e-3)
-        << r.cells;
+    EXPECT_NEAR(plate(ElementFormulation::kIncompatible, r.cells, r.clamped), r.incompatible, 2e-3) << r.cells;
     EXPECT_NEAR(plate(ElementFormulation::kPlain, r.cells, r.clamped), r.plain, 2e-3) << r.cells;
   }
 }
@@ -80,8 +78,7 @@ TEST(Statics, PatchOfDifferentlyFilledCellsMovesRigidlyForNothing) {
     const ElementMatrix k = model.element_stiffness(HexId(e));
     for (int i = 0; i < 24; ++i)
       for (int j = 0; j < 24; ++j) {
-        const Vec3 u =
-            shift + cross(spin, model.rest_positions()[model.element(HexId(e)).nodes[j / 3].index()]);
+        const Vec3 u = shift + cross(spin, model.rest_positions()[model.element(HexId(e)).nodes[j / 3].index()]);
         force[3 * model.element(HexId(e)).nodes[i / 3].index() + i % 3] += k[24 * i + j] * u[j % 3];
       }
   }

@@ -12,9 +12,7 @@ namespace {
 
 using test::Grid;
 
-Material soft() {
-  return {};
-}
+Material soft() { return {}; }
 Material stiff() {
   Material m;
   m.young = 4e6;
@@ -28,8 +26,7 @@ void fix_edge(MechanicsModel& model, const Grid& g) {
     for (int y = 0; y <= g.ny; ++y) model.fix_node(g.node(0, y, z));
 }
 
-StepReport run(MechanicsModel& model, MechanicsState& state, const StepOptions& options, StepWorkspace& w,
-               int steps) {
+StepReport run(MechanicsModel& model, MechanicsState& state, const StepOptions& options, StepWorkspace& w, int steps) {
   StepReport report;
   for (int i = 0; i < steps; ++i) {
     Result<StepReport> r = step(model, state, options, w);
@@ -86,9 +83,7 @@ TEST(Step, IterativeSolversMatchTheDirectOne) {
   for (const Material& material : {soft(), stiff()}) {
     MechanicsModel model = test::make_box(g, kCell, material);
     fix_edge(model, g);
-    ASSERT_TRUE(
-        model.add_attachment(g.cell(5, 5, 0), shape_functions({0.2, -0.3, 0.5}), {0.03, 0.03, 0.01}, 1e9)
-            .ok());
+    ASSERT_TRUE(model.add_attachment(g.cell(5, 5, 0), shape_functions({0.2, -0.3, 0.5}), {0.03, 0.03, 0.01}, 1e9).ok());
     for (Preconditioner preconditioner :
          {Preconditioner::kBlockJacobi, Preconditioner::kTwoLevel, Preconditioner::kAdaptive}) {
       MechanicsState state = rest_state(model), other = state;

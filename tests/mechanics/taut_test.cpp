@@ -108,7 +108,8 @@ TEST(Taut, IterativeSolversMatchTheDirectOne) {
         for (int i = 0; i < 3; ++i) ASSERT_TRUE(step(model, state, options, w).ok());
         if (reference.positions.empty()) reference = state;
         double most = 0;
-        for (std::size_t i = 0; i < state.velocities.size(); ++i) most = std::max(most, norm(state.velocities[i] - reference.velocities[i]));
+        for (std::size_t i = 0; i < state.velocities.size(); ++i)
+          most = std::max(most, norm(state.velocities[i] - reference.velocities[i]));
         EXPECT_LT(most, 1e-9);
       }
   }

@@ -39,8 +39,7 @@ inline MechanicsModel make_box(const Grid& g, Vec3 h, const Material& material,
   (void)added;
   for (int z = 0; z <= g.nz; ++z)
     for (int y = 0; y <= g.ny; ++y)
-      for (int x = 0; x <= g.nx; ++x)
-        model.add_node(origin + axes * Vec3{x * h.x, y * h.y, z * h.z}, {x, y, z});
+      for (int x = 0; x <= g.nx; ++x) model.add_node(origin + axes * Vec3{x * h.x, y * h.y, z * h.z}, {x, y, z});
   for (int z = 0; z < g.nz; ++z)
     for (int y = 0; y < g.ny; ++y)
       for (int x = 0; x < g.nx; ++x) {

@@ -125,8 +125,7 @@ TEST(GlbFile, StatesShareWhatDoesNotChange) {
   EXPECT_EQ(std::memcmp(walls.data(), cut.walls.data(), 24), 0);
   const auto uv = glb.accessor<Vec2f>(last[0]["attributes"]["TEXCOORD_0"]);
   EXPECT_EQ(uv[3], (Vec2f{0.25f, 0}));  // v counts from the top
-  for (const Vec3f& n : glb.accessor<Vec3f>(last[0]["attributes"]["NORMAL"]))
-    EXPECT_NEAR(norm(to_double(n)), 1, 1e-6);
+  for (const Vec3f& n : glb.accessor<Vec3f>(last[0]["attributes"]["NORMAL"])) EXPECT_NEAR(norm(to_double(n)), 1, 1e-6);
   const auto flat = glb.accessor<Vec3f>(first["attributes"]["NORMAL"]);
   for (const Vec3f& n : flat) EXPECT_EQ(n, (Vec3f{0, 0, 1}));
 }
@@ -204,8 +203,7 @@ TEST(GlbFile, KhronosValidatorFindsNothing) {
   ASSERT_TRUE(cut_strip().write(folder.file("cut.glb")).ok());
   validate("cut.glb");
 
-  GlbBuilder
-      still;  // one frame, no texture, a name that is not UTF-8, a triangle without area, an unused vertex
+  GlbBuilder still;  // one frame, no texture, a name that is not UTF-8, a triangle without area, an unused vertex
   still.add_material({"sk\xffin \"<", {2, -1, NAN, 1}, 0, 0.5f, false});
   Surface s = strip(3, 0.2f, false);
   s.positions.push_back({0, 0, 0});
@@ -219,8 +217,7 @@ TEST(GlbFile, KhronosValidatorFindsNothing) {
   std::string broken = TemporaryFolder::get(folder.file("cut.glb"));
   broken.resize(broken.size() - 4);
   const std::string path = folder.put("broken.glb", broken);
-  EXPECT_NE(std::system(("node '" + tools + "/validate-gltf.mjs' '" + path + "' > /dev/null 2>&1").c_str()),
-            0);
+  EXPECT_NE(std::system(("node '" + tools + "/validate-gltf.mjs' '" + path + "' > /dev/null 2>&1").c_str()), 0);
 }
 
 }  // namespace

@@ -19,9 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-std::array<VertexId, 3> tri(int a, int b, int c) {
-  return {VertexId(a), VertexId(b), VertexId(c)};
-}
+std::array<VertexId, 3> tri(int a, int b, int c) { return {VertexId(a), VertexId(b), VertexId(c)}; }
 
 template <class T>
 std::string raw(const T& value) {
@@ -39,8 +37,7 @@ TriangleMesh awkward_mesh(bool texture, bool groups) {
   Random random(7);
   const double special[] = {
       -0.0, 5e-324, 1.7976931348623157e308, 0.1, 1.0 / 3, -2.2250738585072014e-308, 9007199254740993.0};
-  for (const double s : special)
-    mesh.positions.push_back({s, random.uniform(-1, 1), random.uniform(-1e-9, 1e9)});
+  for (const double s : special) mesh.positions.push_back({s, random.uniform(-1, 1), random.uniform(-1e-9, 1e9)});
   for (int i = 0; i < 200; ++i) {
     mesh.positions.push_back(
         {random.uniform(-1, 1), std::ldexp(random.uniform(), random.index(600) - 300), random.uniform()});
@@ -49,8 +46,7 @@ TriangleMesh awkward_mesh(bool texture, bool groups) {
     mesh.triangles.push_back(tri(random.index(207), random.index(207), random.index(207)));
     if (texture) {
       std::array<Vec2f, 3> uv;
-      for (Vec2f& c : uv)
-        c = {static_cast<float>(random.uniform()), static_cast<float>(random.index(4)) / 3.0f};
+      for (Vec2f& c : uv) c = {static_cast<float>(random.uniform()), static_cast<float>(random.index(4)) / 3.0f};
       mesh.texture.push_back(uv);
     }
     if (groups) mesh.group.push_back(i < 2 ? i : random.index(2));  // numbered by first appearance
@@ -191,7 +187,8 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
        "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 -1e20\n",
        ":14:", "face 1 has a texture coordinate beyond 1e+09"},
-      {"a.off", "STOFF\n3 1 0\n0 0 0 0 0\n1 0 0 1e30 0\n0 1 0 0 1\n3 0 1 2\n", ":4:", "vertex 2 has a texture coordinate beyond 1e+09"},
+      {"a.off", "STOFF\n3 1 0\n0 0 0 0 0\n1 0 0 1e30 0\n0 1 0 0 1\n3 0 1 2\n",
+       ":4:", "vertex 2 has a texture coordinate beyond 1e+09"},
       {"a.obj", three, ":", "no faces"},
       {"a.obj", "# nothing\n", ":", "no faces"},
       {"a.obj", "hello world\nv 1\n", ":2:", "needs three numbers"},
@@ -201,8 +198,7 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
       {"a.stl", "", ":", "the file is empty"},
       {"a.off", "", ":", "the file is empty"},
       {"a.obj", off, ":", "the content is OFF; rename it to end in .off"},
-      {"a.stl", three + "f 1 2 3\n", ":",
-       "the extension says STL, but the content is OBJ; rename it to end in .obj"},
+      {"a.stl", three + "f 1 2 3\n", ":", "the extension says STL, but the content is OBJ; rename it to end in .obj"},
       {"a.off", stl_of(1, {{0, 0, 0, 1, 0, 0, 0, 1, 0}}), ":", "the content is STL"},
       {"a.obj", binary + nine, ":", "the content is PLY"},
       {"a.ply", "solid a\nfacet normal 0 0 1\n", ":", "the content is STL"},
@@ -220,13 +216,11 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
       {"a.ply", "ply\nelement face 3\nproperty list float int vertex_indices\n", ":3:", "'float'"},
       {"a.ply", "ply\nelement face 3\nproperty list uchar float vertex_indices\n", ":3:", "integer type"},
       {"a.ply", "ply\nelement vertex 1\nproperty float x\nend_header\n1\n", ":4:", "no 'format' line"},
-      {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", ":",
-       "x, y and z"},
+      {"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n", ":", "x, y and z"},
       {"a.ply", "ply\nformat ascii 1.0\nwhat\n", ":3:", "'what'"},
       {"a.ply", "ply\nformat ascii 1.0\nelement tristrips 1\nend_header\n", ":", "triangle strips"},
       {"a.ply", ply_header("ascii", "3", "0") + "0 0 0\n1 0 0\n0 1 0\n", ":", "no faces"},
-      {"a.ply", ply_header("ascii", "4294967295", "1") + "0 0 0\n",
-       ":10:", "promises 4294967295 of element 'vertex'"},
+      {"a.ply", ply_header("ascii", "4294967295", "1") + "0 0 0\n", ":10:", "promises 4294967295 of element 'vertex'"},
       {"a.ply", ply_header("ascii", "3", "4294967295") + "0 0 0\n1 0 0\n0 1 0\n",
        ":13:", "promises 4294967295 of element 'face'"},
       {"a.ply", ply_header("binary_little_endian", "4294967295", "1") + "0 0 0\n",
@@ -239,19 +233,14 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
        ":12:", "vertex 3 has a coordinate"},
       {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", ":13:", "names vertex 3"},
       {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", ":13:", "names vertex -1"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n",
-       ":13:", "face 1 has 2 corners"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n",
-       ":13:", "face 1 does not have"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", ":13:", "face 1 has 2 corners"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", ":13:", "face 1 does not have"},
       {"a.ply", ply_header("ascii", "3", "2") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
        ":14:", "the file ends in face 2 of 2"},
-      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n",
-       ":14:", "more follows"},
+      {"a.ply", ply_header("ascii", "3", "1") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", ":14:", "more follows"},
       {"a.ply", binary + nine, face_byte, "promises 1 of element 'face'"},
-      {"a.ply", binary + nine + "\3" + raw(std::array<std::int32_t, 3>{0, 1, 3}), face_byte,
-       "names vertex 3"},
-      {"a.ply", binary + nine + "\4" + raw(std::array<std::int32_t, 3>{0, 1, 2}), face_byte,
-       "the file ends in face 1"},
+      {"a.ply", binary + nine + "\3" + raw(std::array<std::int32_t, 3>{0, 1, 3}), face_byte, "names vertex 3"},
+      {"a.ply", binary + nine + "\4" + raw(std::array<std::int32_t, 3>{0, 1, 2}), face_byte, "the file ends in face 1"},
       {"a.ply", binary + nine + "\3" + raw(std::array<std::int32_t, 3>{0, 1, 2}) + "x",
        fmt::format(": byte {}:", binary.size() + 49), "more follows"},
       {"a.ply",
@@ -264,12 +253,10 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
        ":5:", "not a finite number"},
       {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
        ":6:", "needs 'vertex' here"},
-      {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n",
-       ":5:", "the file ends in triangle 1"},
+      {"a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", ":5:", "the file ends in triangle 1"},
       {"a.stl", "solid a\nendsolid a\n", ":", "no triangles"},
       {"a.stl", "short", ":", "too few for an STL file"},
-      {"a.stl", stl_of(2, {{0, 0, 0, 1, 0, 0, 0, 1, 0}}),
-       ": byte 80:", "promises 2 triangles, which makes 184 bytes"},
+      {"a.stl", stl_of(2, {{0, 0, 0, 1, 0, 0, 0, 1, 0}}), ": byte 80:", "promises 2 triangles, which makes 184 bytes"},
       {"a.stl", stl_of(4294967295u, {{0, 0, 0, 1, 0, 0, 0, 1, 0}}), ": byte 80:", "promises 4294967295"},
       {"a.stl", stl_of(0, {}), ": byte 80:", "no triangles"},
       {"a.stl", stl_of(1, {{0, 0, 0, 1, 0, 0, 0, std::nanf(""), 0}}), ": byte 120:", "not a finite number"},
@@ -349,8 +336,7 @@ std::string ply_text_tetrahedron() {
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "property float texture_u\nproperty float texture_v\nelement face 4\n"
       "property list uchar int vertex_indices\nend_header\n";
-  for (const auto& p : kTetrahedron)
-    text += fmt::format("{} {} {} {} {}\n", p[0], p[1], p[2], p[0] + 0.25, p[1] + 0.5);
+  for (const auto& p : kTetrahedron) text += fmt::format("{} {} {} {} {}\n", p[0], p[1], p[2], p[0] + 0.25, p[1] + 0.5);
   for (const auto& f : kTetrahedronFaces) text += fmt::format("3 {} {} {}\n", f[0], f[1], f[2]);
   return text;
 }
@@ -406,14 +392,12 @@ TEST(MeshFile, AllFormatsAgreeOnATetrahedron) {
   std::vector<std::array<Vec3, 3>> expected;
   for (const auto& f : kTetrahedronFaces) {
     std::array<Vec3, 3> t;
-    for (std::size_t i = 0; i < 3; ++i)
-      t[i] = {kTetrahedron[f[i]][0], kTetrahedron[f[i]][1], kTetrahedron[f[i]][2]};
+    for (std::size_t i = 0; i < 3; ++i) t[i] = {kTetrahedron[f[i]][0], kTetrahedron[f[i]][1], kTetrahedron[f[i]][2]};
     expected.push_back(t);
   }
   const std::vector<std::pair<std::string, std::string>> files = {
-      {"t.obj", obj_tetrahedron()},      {"t.ply", ply_text_tetrahedron()},
-      {"T.PLY", ply_tetrahedron(false)}, {"big.ply", ply_tetrahedron(true)},
-      {"t.stl", stl_tetrahedron()},      {"text.Stl", stl_text_tetrahedron()},
+      {"t.obj", obj_tetrahedron()},       {"t.ply", ply_text_tetrahedron()}, {"T.PLY", ply_tetrahedron(false)},
+      {"big.ply", ply_tetrahedron(true)}, {"t.stl", stl_tetrahedron()},      {"text.Stl", stl_text_tetrahedron()},
       {"t.off", off_tetrahedron()}};
   for (const auto& [name, bytes] : files) {
     const auto mesh = read_mesh(folder.put(name, bytes));
@@ -450,8 +434,7 @@ TEST(MeshFile, TruncationAnywhereNeverCrashes) {
     std::size_t good = 0;
     std::size_t first = text.size();
     for (std::size_t n = 0; n <= text.size(); ++n) {
-      const std::string copy =
-          text.substr(0, n);  // memory of its own: reading past its end shows in sanitizers
+      const std::string copy = text.substr(0, n);  // memory of its own: reading past its end shows in sanitizers
       const std::unique_ptr<char[]> tight(new char[n]);
       std::memcpy(tight.get(), copy.data(), n);
       const Result<TriangleMesh> mesh = parse(std::string_view(tight.get(), n));
@@ -468,30 +451,25 @@ TEST(MeshFile, TruncationAnywhereNeverCrashes) {
     return std::pair(good, text.size() - first);
   };
   const auto stl_text = stl_text_tetrahedron();
-  const auto [stl_good, stl_early] =
-      count_good(stl_text, [](std::string_view s) { return parse_stl(s, "x"); });
+  const auto [stl_good, stl_early] = count_good(stl_text, [](std::string_view s) { return parse_stl(s, "x"); });
   EXPECT_LE(stl_early, std::string(" my body\n").size());
   EXPECT_EQ(stl_good, stl_early + 1);
   const auto ply_text = ply_text_tetrahedron();
-  const auto [ply_good, ply_early] =
-      count_good(ply_text, [](std::string_view s) { return parse_ply(s, "x"); });
+  const auto [ply_good, ply_early] = count_good(ply_text, [](std::string_view s) { return parse_ply(s, "x"); });
   EXPECT_EQ(ply_early, 1u);
   const auto off_text = off_tetrahedron();
-  const auto [off_good, off_early] =
-      count_good(off_text, [](std::string_view s) { return parse_off(s, "x"); });
+  const auto [off_good, off_early] = count_good(off_text, [](std::string_view s) { return parse_off(s, "x"); });
   EXPECT_EQ(off_early, std::string(" 255 0 0 # red\n").size());
   const auto obj_text = obj_tetrahedron();
-  const auto [obj_good, obj_early] =
-      count_good(obj_text, [](std::string_view s) { return parse_obj(s, "x"); });
+  const auto [obj_good, obj_early] = count_good(obj_text, [](std::string_view s) { return parse_obj(s, "x"); });
   EXPECT_GT(obj_good, 0u);  // OBJ has no counts: whole lines can go unnoticed
   EXPECT_GT(obj_early, 0u);
 }
 
 TEST(MeshFile, RandomBytesNeverCrash) {
   Random random(11);
-  const std::string seeds[] = {obj_tetrahedron(),      ply_text_tetrahedron(), ply_tetrahedron(true),
-                               ply_tetrahedron(false), stl_tetrahedron(),      stl_text_tetrahedron(),
-                               off_tetrahedron()};
+  const std::string seeds[] = {obj_tetrahedron(), ply_text_tetrahedron(), ply_tetrahedron(true), ply_tetrahedron(false),
+                               stl_tetrahedron(), stl_text_tetrahedron(), off_tetrahedron()};
   for (int round = 0; round < 20000; ++round) {
     std::string bytes = seeds[random.index(7)];
     for (int k = 1 + random.index(4); k > 0; --k) {
@@ -499,8 +477,7 @@ TEST(MeshFile, RandomBytesNeverCrash) {
       if (random.index(3) == 0) {
         bytes.erase(at, static_cast<std::size_t>(random.index(9)));
       } else if (random.index(2) == 0) {
-        bytes.insert(at,
-                     bytes.substr(static_cast<std::size_t>(random.index(static_cast<int>(bytes.size()))), 8));
+        bytes.insert(at, bytes.substr(static_cast<std::size_t>(random.index(static_cast<int>(bytes.size()))), 8));
       } else {
         bytes[at] = static_cast<char>(random.index(256));
       }

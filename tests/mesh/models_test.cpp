@@ -50,7 +50,8 @@ Topology topology(const TriangleMesh& mesh) {
     }
   }
   const auto edges = (triangles.size() * 3 + out.border_edges) / 2;
-  out.euler = static_cast<std::ptrdiff_t>(mesh.positions.size() + triangles.size()) - static_cast<std::ptrdiff_t>(edges);
+  out.euler =
+      static_cast<std::ptrdiff_t>(mesh.positions.size() + triangles.size()) - static_cast<std::ptrdiff_t>(edges);
   return out;
 }
 
@@ -129,7 +130,8 @@ double distance(Vec3 p, const std::array<Vec3, 3>& t) {
 
 double distance(Vec3 p, const TriangleMesh& mesh) {
   double best = HUGE_VAL;
-  for (const TriangleId f : ids<TriangleId>(mesh.triangles.size())) best = std::min(best, distance(p, corners(mesh, f)));
+  for (const TriangleId f : ids<TriangleId>(mesh.triangles.size()))
+    best = std::min(best, distance(p, corners(mesh, f)));
   return best;
 }
 
@@ -182,9 +184,11 @@ Layout lattice_layout(const Model& model) {
     for (int j = 0; j < hint.cells[1]; ++j)
       for (int i = 0; i < hint.cells[0]; ++i) {
         const double x = hint.origin.x + i * hint.cell.x, y = hint.origin.y + j * hint.cell.y;
-        const Polygon p = clip(clip(clip(clip(triangle, 0, x, 1), 0, x + hint.cell.x, -1), 1, y, 1), 1, y + hint.cell.y, -1);
+        const Polygon p =
+            clip(clip(clip(clip(triangle, 0, x, 1), 0, x + hint.cell.x, -1), 1, y, 1), 1, y + hint.cell.y, -1);
         for (std::size_t k = 1; k + 1 < p.size(); ++k) {
-          const double two_areas = (p[k].x - p[0].x) * (p[k + 1].y - p[0].y) - (p[k].y - p[0].y) * (p[k + 1].x - p[0].x);
+          const double two_areas =
+              (p[k].x - p[0].x) * (p[k + 1].y - p[0].y) - (p[k].y - p[0].y) * (p[k + 1].x - p[0].x);
           out.fill[static_cast<std::size_t>(j * hint.cells[0] + i)] += two_areas * (p[0].z + p[k].z + p[k + 1].z) / 3;
         }
       }
@@ -232,7 +236,9 @@ void expect_texture_without_overlap(const TriangleMesh& mesh) {
     std::array<Vec2, 3> p;
     for (std::size_t c = 0; c < 3; ++c) p[c] = {t[c].x, t[c].y};
     const double area = cross(p[1] - p[0], p[2] - p[0]);
-    auto low = [](double a, double b, double c) { return std::max(0, static_cast<int>(std::min({a, b, c}) * kGrid) - 1); };
+    auto low = [](double a, double b, double c) {
+      return std::max(0, static_cast<int>(std::min({a, b, c}) * kGrid) - 1);
+    };
     auto high = [](double a, double b, double c) {
       return std::min(kGrid - 1, static_cast<int>(std::max({a, b, c}) * kGrid) + 1);
     };
@@ -318,8 +324,8 @@ TEST(Models, OpenSheetHasThePapersCounts) {
     EXPECT_EQ(topology(model.visual).euler, 1);
     EXPECT_NEAR(area(model.visual), 1, 1e-10);
   }
-  for (const auto& [vertices, triangles, border] :
-       {std::array{65U, 104U, 24U}, std::array{280U, 500U, 58U}, std::array{796U, 1500U, 90U}, std::array{3425U, 6656U, 192U}}) {
+  for (const auto& [vertices, triangles, border] : {std::array{65U, 104U, 24U}, std::array{280U, 500U, 58U},
+                                                    std::array{796U, 1500U, 90U}, std::array{3425U, 6656U, 192U}}) {
     ModelOptions options;
     options.collision_triangles = triangles;
     const Model model = make("sheet", options);

@@ -23,9 +23,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-std::array<VertexId, 3> tri(int a, int b, int c) {
-  return {VertexId(a), VertexId(b), VertexId(c)};
-}
+std::array<VertexId, 3> tri(int a, int b, int c) { return {VertexId(a), VertexId(b), VertexId(c)}; }
 
 // A box with outward triangles: 8 vertices, 12 triangles; corner c is at bits (x = c & 1, y = c >> 1 & 1, z =
 // c >> 2).
@@ -35,8 +33,7 @@ TriangleMesh box_mesh(Vec3 low = {0, 0, 0}, Vec3 high = {1, 1, 1}) {
     mesh.positions.push_back(
         {(c & 1) != 0 ? high.x : low.x, (c & 2) != 0 ? high.y : low.y, (c & 4) != 0 ? high.z : low.z});
   }
-  const int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  const int quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
   for (const auto& q : quads) {
     mesh.triangles.push_back(tri(q[0], q[1], q[2]));
     mesh.triangles.push_back(tri(q[0], q[2], q[3]));
@@ -48,8 +45,7 @@ TriangleMesh box_mesh(Vec3 low = {0, 0, 0}, Vec3 high = {1, 1, 1}) {
 TriangleMesh grid_mesh(int n, int m) {
   TriangleMesh mesh;
   for (int j = 0; j <= m; ++j) {
-    for (int i = 0; i <= n; ++i)
-      mesh.positions.push_back({static_cast<double>(i) / n, static_cast<double>(j) / m, 0});
+    for (int i = 0; i <= n; ++i) mesh.positions.push_back({static_cast<double>(i) / n, static_cast<double>(j) / m, 0});
   }
   for (int j = 0; j < m; ++j) {
     for (int i = 0; i < n; ++i) {
@@ -90,8 +86,8 @@ TriangleMesh torus_mesh(int n, int m, double big, double small) {
     for (int j = 0; j < m; ++j) {
       const double a = 2 * std::numbers::pi * i / n;
       const double b = 2 * std::numbers::pi * j / m;
-      mesh.positions.push_back({(big + small * std::cos(b)) * std::cos(a),
-                                (big + small * std::cos(b)) * std::sin(a), small * std::sin(b)});
+      mesh.positions.push_back(
+          {(big + small * std::cos(b)) * std::cos(a), (big + small * std::cos(b)) * std::sin(a), small * std::sin(b)});
     }
   }
   for (int i = 0; i < n; ++i) {
@@ -243,8 +239,7 @@ TEST(SurfaceCheck, WeldsWithinAToleranceWhenAsked) {
   Random random(5);
   TriangleMesh mesh = soup(torus_mesh(24, 12, 2, 0.5));
   for (Vec3& p : mesh.positions) {
-    p +=
-        Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}.x * Vec3{1e-8, -1e-8, 1e-8};
+    p += Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}.x * Vec3{1e-8, -1e-8, 1e-8};
   }
   EXPECT_THAT(refused(mesh, closed()), AllOf(HasSubstr("the surface is open"), HasSubstr("weld tolerance")));
   SurfaceRequirements tolerant = closed();
@@ -279,9 +274,8 @@ TEST(SurfaceCheck, DropsDuplicatesCollapsedAndUnused) {
       {mesh.triangles.raw()[7][0], mesh.triangles.raw()[7][2], mesh.triangles.raw()[7][1]});  // turned
   mesh.triangles.push_back(tri(2, 2, 5));
   const SurfaceReport report = accepted(mesh, closed());
-  EXPECT_THAT(report.repairs,
-              ElementsAre("dropped 1 triangle with corners at the same place",
-                          "dropped 3 duplicate triangles", "dropped 1 vertex that no triangle uses"));
+  EXPECT_THAT(report.repairs, ElementsAre("dropped 1 triangle with corners at the same place",
+                                          "dropped 3 duplicate triangles", "dropped 1 vertex that no triangle uses"));
   EXPECT_EQ(mesh.triangles, box_mesh().triangles);
 }
 
@@ -291,8 +285,7 @@ TEST(SurfaceCheck, FlatTriangles) {
   mesh.positions.push_back({0.25, 0, 0});
   mesh.triangles.push_back(tri(0, 9, 1));
   const SurfaceReport report = accepted(mesh);
-  EXPECT_THAT(report.repairs,
-              ElementsAre("dropped 1 triangle without area", "dropped 1 vertex that no triangle uses"));
+  EXPECT_THAT(report.repairs, ElementsAre("dropped 1 triangle without area", "dropped 1 vertex that no triangle uses"));
   EXPECT_EQ(mesh.triangles, grid_mesh(2, 2).triangles);
 
   // Inside: vertex 10 on the edge between triangles 1 and 2 of a grid, with a flat triangle on the side of
@@ -315,8 +308,7 @@ TEST(SurfaceCheck, NonManifoldEdges) {
   TriangleMesh mesh = grid_mesh(1, 1);  // 0 1 3, 0 3 2
   mesh.positions.push_back({0.5, 0.5, 1});
   mesh.triangles.push_back(tri(0, 3, 4));
-  EXPECT_THAT(refused(mesh),
-              AllOf(HasSubstr("1 edge has more than two triangles: 1-4 at (0, 0, 0) (3 triangles)")));
+  EXPECT_THAT(refused(mesh), AllOf(HasSubstr("1 edge has more than two triangles: 1-4 at (0, 0, 0) (3 triangles)")));
 
   TriangleMesh boxes = box_mesh();
   append(boxes, box_mesh({1, 0, 0}, {2, 1, 1}));
@@ -459,8 +451,8 @@ TEST(SurfaceCheck, BackToBack) {
   TriangleMesh back = both;
   invert(back);
   append(both, back);
-  EXPECT_THAT(accepted(both).repairs, ElementsAre("welded 12 vertices that lay at the same place as others",
-                                                  "dropped 12 duplicate triangles"));
+  EXPECT_THAT(accepted(both).repairs,
+              ElementsAre("welded 12 vertices that lay at the same place as others", "dropped 12 duplicate triangles"));
   EXPECT_EQ(both.triangles, grid_mesh(3, 2).triangles);
 
   // A fin: two triangles on each other that stand on a box's edge.
@@ -485,8 +477,7 @@ TEST(SurfaceCheck, TouchingInAPoint) {
     return r.ok() ? *r : SurfaceReport{};
   }();
   expect_sound(bow);
-  EXPECT_THAT(report.repairs,
-              ElementsAre("split 1 vertex where parts of the surface touch in a single point"));
+  EXPECT_THAT(report.repairs, ElementsAre("split 1 vertex where parts of the surface touch in a single point"));
   EXPECT_EQ(bow.positions.size(), 6u);
 
   // A box with two holes that meet in a corner; what comes out is accepted as it is the next time.
@@ -541,25 +532,16 @@ TEST(SurfaceCheck, RandomDamageIsRepairedOrRefused) {
     TriangleMesh mesh = round % 2 == 0 ? torus_mesh(7, 5, 2, 0.5) : grid_mesh(5, 4);
     const auto vertices = static_cast<int>(mesh.positions.size());
     for (int k = random.index(4); k >= 0; --k) {
-      auto& t = mesh.triangles
-                    .raw()[static_cast<std::size_t>(random.index(static_cast<int>(mesh.triangles.size())))];
+      auto& t = mesh.triangles.raw()[static_cast<std::size_t>(random.index(static_cast<int>(mesh.triangles.size())))];
       switch (random.index(5)) {
-        case 0:
-          t[0] = VertexId(random.index(vertices));
-          break;
-        case 1:
-          std::swap(t[0], t[1]);
-          break;
-        case 2:
-          mesh.triangles.push_back(t);
-          break;
+        case 0: t[0] = VertexId(random.index(vertices)); break;
+        case 1: std::swap(t[0], t[1]); break;
+        case 2: mesh.triangles.push_back(t); break;
         case 3:
           t = mesh.triangles.raw().back();
           mesh.triangles.raw().pop_back();
           break;
-        default:
-          mesh.positions[t[0]] = mesh.positions[t[1]];
-          break;
+        default: mesh.positions[t[0]] = mesh.positions[t[1]]; break;
       }
     }
     SurfaceRequirements requirements;

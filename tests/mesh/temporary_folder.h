@@ -28,8 +28,7 @@ class TemporaryFolder {
 
   [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
   std::string put(const std::string& name, std::string_view bytes) const {
-    std::ofstream(file(name), std::ios::binary)
-        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    std::ofstream(file(name), std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     return file(name);
   }
   [[nodiscard]] static std::string get(const std::string& path) {

@@ -136,8 +136,7 @@ TEST(VtuFile, RefusesWhatDoesNotFit) {
   EXPECT_THAT(message(mesh), HasSubstr("point 3 is not finite"));
   mesh = unit_cell();
   mesh.point_fields = {{"u", 3, std::vector<double>(8)}};
-  EXPECT_THAT(message(mesh),
-              HasSubstr("field 'u' has 8 values, but 8 points with 3 components each need 24"));
+  EXPECT_THAT(message(mesh), HasSubstr("field 'u' has 8 values, but 8 points with 3 components each need 24"));
   mesh = unit_cell();
   mesh.cell_fields = {{"k", 0, {}}};
   EXPECT_THAT(message(mesh), HasSubstr("field 'k'"));
@@ -161,8 +160,10 @@ TEST(VtuFile, SeriesIsCompleteAfterEveryFrame) {
 }
 
 TEST(VtuFile, FramesOfASeriesAreKnownByTheirNames) {
-  for (const char* name : {"positions_000000.vtu", "positions_1234567.vtu"}) EXPECT_TRUE(is_series_frame(name, "positions")) << name;
-  for (const char* name : {"positions.vtu", "positions_00000.vtu", "positions_00000a.vtu", "positions-000000.vtu", "position_000000.vtu", "positions_000000.vtk"})
+  for (const char* name : {"positions_000000.vtu", "positions_1234567.vtu"})
+    EXPECT_TRUE(is_series_frame(name, "positions")) << name;
+  for (const char* name : {"positions.vtu", "positions_00000.vtu", "positions_00000a.vtu", "positions-000000.vtu",
+                           "position_000000.vtu", "positions_000000.vtk"})
     EXPECT_FALSE(is_series_frame(name, "positions")) << name;
 }
 

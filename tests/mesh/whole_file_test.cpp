@@ -63,7 +63,8 @@ TEST(WholeFile, WhatSeveralKilledRunsLeftGoesAndWhatALivingOneHasStays) {
   ReplacingFile living(path);
   living.write("living");
   ASSERT_TRUE(replace_file(path, "new").ok());
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 3);  // a, the other, and the living one's
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}),
+            3);  // a, the other, and the living one's
   ASSERT_TRUE(living.commit().ok());
   EXPECT_EQ(TemporaryFolder::get(path), "living");
   EXPECT_EQ(TemporaryFolder::get(other), "mine");
@@ -90,7 +91,8 @@ TEST(WholeFile, ALinkStaysAndWhatItLeadsToIsReplaced) {
   std::filesystem::create_symlink("ping", folder.file("pong"));
   const Status circle = replace_file(folder.file("ping"), "never");
   ASSERT_FALSE(circle.ok());
-  EXPECT_NE(circle.error().message.find("ping: its symbolic links lead round in a circle"), std::string::npos) << circle.error().message;
+  EXPECT_NE(circle.error().message.find("ping: its symbolic links lead round in a circle"), std::string::npos)
+      << circle.error().message;
   EXPECT_TRUE(std::filesystem::is_symlink(folder.file("ping")));
 }
 
@@ -123,12 +125,14 @@ TEST(WholeFile, OneFileIsKnownByAllItsNames) {
   std::filesystem::create_symlink("../a", root + "/f/link");
   std::filesystem::create_hard_link(a, root + "/hard");
   std::filesystem::create_directory_symlink("f", root + "/g");
-  for (const std::string& name : {a, root + "/./a", root + "/f/../a", root + "/f/link", root + "/g/link", root + "/hard"})
+  for (const std::string& name :
+       {a, root + "/./a", root + "/f/../a", root + "/f/link", root + "/g/link", root + "/hard"})
     EXPECT_TRUE(same_file(a, name) && same_file(name, a)) << name;
   EXPECT_FALSE(same_file(a, b));
   // Of what is not there yet the place counts.
   std::filesystem::create_symlink("f/new", root + "/ahead");
-  for (const std::string& name : {root + "/f/new", root + "/f//new", root + "/g/new", root + "/none/../f/new", root + "/ahead"})
+  for (const std::string& name :
+       {root + "/f/new", root + "/f//new", root + "/g/new", root + "/none/../f/new", root + "/ahead"})
     EXPECT_TRUE(same_file(root + "/f/new", name) && same_file(name, root + "/f/new")) << name;
   EXPECT_FALSE(same_file(root + "/f/new", root + "/f/newer"));
   EXPECT_FALSE(same_file(root + "/f/new", a));

@@ -82,8 +82,7 @@ TriangleMesh thicken(const ThickSheet& s) {
       const Vec3 top = mesh.positions[VertexId(side[i][0])], bottom = mesh.positions[VertexId(side[i][1])];
       const double f = static_cast<double>(row) / s.wall_rows, h = 0.5 * norm(top - bottom);
       Vec3 q = lerp(top, bottom, f);
-      if (s.round_rim)
-        q = middle[i] + h * (std::cos(f * kPi) * normal[i] + std::sin(f * kPi) * normalized(outward[i]));
+      if (s.round_rim) q = middle[i] + h * (std::cos(f * kPi) * normal[i] + std::sin(f * kPi) * normalized(outward[i]));
       at->second = mesh.positions.push_back(q).value;
     }
     return at->second;
@@ -204,7 +203,8 @@ void shuffle(TriangleMesh& mesh, std::uint64_t seed) {
   const auto n = mesh.positions.size();
   std::vector<std::int32_t> to(n);
   for (std::size_t i = 0; i < n; ++i) to[i] = static_cast<std::int32_t>(i);
-  for (std::size_t i = n; i-- > 1;) std::swap(to[i], to[static_cast<std::size_t>(random.index(static_cast<int>(i + 1)))]);
+  for (std::size_t i = n; i-- > 1;)
+    std::swap(to[i], to[static_cast<std::size_t>(random.index(static_cast<int>(i + 1)))]);
   TriangleMesh out;
   out.positions.resize(n);
   for (std::size_t i = 0; i < n; ++i) out.positions[VertexId(to[i])] = mesh.positions[VertexId(i)];
@@ -213,9 +213,11 @@ void shuffle(TriangleMesh& mesh, std::uint64_t seed) {
   for (auto& f : t) {
     for (VertexId& v : f) v = VertexId(to[v.index()]);
     const int turn = random.index(3);
-    f = {f[static_cast<std::size_t>(turn)], f[static_cast<std::size_t>((turn + 1) % 3)], f[static_cast<std::size_t>((turn + 2) % 3)]};
+    f = {f[static_cast<std::size_t>(turn)], f[static_cast<std::size_t>((turn + 1) % 3)],
+         f[static_cast<std::size_t>((turn + 2) % 3)]};
   }
-  for (std::size_t i = t.size(); i-- > 1;) std::swap(t[i], t[static_cast<std::size_t>(random.index(static_cast<int>(i + 1)))]);
+  for (std::size_t i = t.size(); i-- > 1;)
+    std::swap(t[i], t[static_cast<std::size_t>(random.index(static_cast<int>(i + 1)))]);
   mesh = std::move(out);
 }
 
@@ -269,7 +271,8 @@ ThickSheet plate(double lx, double ly, double thickness, int nu, int nv) {
 }
 
 /// A plane curve by its turning angle along x, extruded along y.
-ThickSheet extruded(double length, double width, double thickness, int nu, int nv, const std::function<double(double)>& angle) {
+ThickSheet extruded(double length, double width, double thickness, int nu, int nv,
+                    const std::function<double(double)>& angle) {
   ThickSheet s = plate(length, width, thickness, nu, nv);
   std::vector<Vec2> points{{0, 0}};
   constexpr int kFine = 8000;
@@ -325,7 +328,11 @@ class Collector {
 void add_thin(Collector& c) {
   const ThickSheet slab = plate(0.2, 0.16, 0.02, 40, 32);
   c.sheet("slab", slab);
-  c.sheet("slab of 12 triangles", [] { ThickSheet s = plate(0.2, 0.16, 0.02, 1, 1); s.wall_rows = 1; return s; }());
+  c.sheet("slab of 12 triangles", [] {
+    ThickSheet s = plate(0.2, 0.16, 0.02, 1, 1);
+    s.wall_rows = 1;
+    return s;
+  }());
   ThickSheet s = slab;
   s.round_rim = true;
   s.wall_rows = 6;
@@ -343,20 +350,25 @@ void add_thin(Collector& c) {
   s.half = [](double u, double v) { return 0.01 + 0.003 * std::sin(9 * u) * std::cos(7 * v); };
   s.middle = [](double u, double v) {
     const Vec2 p = disc(u, v);
-    return Vec3{0.1 * p.x * (1 + 0.2 * std::sin(3 * std::atan2(p.y, p.x))), 0.075 * p.y, 0.006 * std::sin(20 * p.x * 0.1 + 30 * p.y * 0.075)};
+    return Vec3{0.1 * p.x * (1 + 0.2 * std::sin(3 * std::atan2(p.y, p.x))), 0.075 * p.y,
+                0.006 * std::sin(20 * p.x * 0.1 + 30 * p.y * 0.075)};
   };
   c.sheet("bumpy steak", s);
   s = plate(0.2, 0.12, 0.02, 40, 24);
   s.half = [](double u, double) { return 0.0005 + 0.012 * u; };
   c.sheet("wedge", s);
   s = slab;
-  s.hole = [](int i, int j) { return (i >= 6 && i < 14 && j >= 8 && j < 20) || (i >= 24 && i < 32 && j >= 10 && j < 24); };
+  s.hole = [](int i, int j) {
+    return (i >= 6 && i < 14 && j >= 8 && j < 20) || (i >= 24 && i < 32 && j >= 10 && j < 24);
+  };
   c.sheet("two holes", s, -1, 3);
   s.hole = [](int i, int j) { return i >= 12 && i < 28 && j >= 8 && j < 24; };
   c.sheet("frame", s, 0, 2);
   s = plate(0.1, 0.1, 0.004, 80, 30);
   s.closed_u = true;
-  s.middle = [](double u, double v) { return Vec3{0.03 * std::cos(2 * kPi * u), 0.03 * std::sin(2 * kPi * u), 0.1 * v}; };
+  s.middle = [](double u, double v) {
+    return Vec3{0.03 * std::cos(2 * kPi * u), 0.03 * std::sin(2 * kPi * u), 0.1 * v};
+  };
   c.sheet("tube", s, 0, 2);
   s = plate(0.1, 0.1, 0.004, 40, 40);
   s.middle = [](double u, double v) {
@@ -388,7 +400,8 @@ void add_thin(Collector& c) {
   s.closed_u = true;
   s.middle = [](double u, double v) {
     const double a = 2 * kPi * u, b = 2 * kPi * v;
-    return Vec3{(0.05 + 0.02 * std::cos(b)) * std::cos(a), (0.05 + 0.02 * std::cos(b)) * std::sin(a), 0.02 * std::sin(b)};
+    return Vec3{(0.05 + 0.02 * std::cos(b)) * std::cos(a), (0.05 + 0.02 * std::cos(b)) * std::sin(a),
+                0.02 * std::sin(b)};
   };
   s.closed_v = true;
   c.sheet("hollow torus", s, 0, 0);
@@ -432,7 +445,9 @@ void add_thin(Collector& c) {
   s.half = [](double u, double) { return 0.0015 / (std::fabs(u - 0.5) < 1e-6 ? std::cos(0.9599) : 1); };
   c.sheet("roof that turns by 110 degrees", s).middle.clear();
   s = extruded(0.1, 0.08, 0.003, 20, 20, [](double u) { return u < 0.3 ? kPi / 2 : u < 0.7 ? 0 : -kPi / 2; });
-  s.half = [](double u, double) { return 0.0015 / (std::fabs(std::fabs(u - 0.5) - 0.2) < 1e-6 ? std::cos(kPi / 4) : 1); };
+  s.half = [](double u, double) {
+    return 0.0015 / (std::fabs(std::fabs(u - 0.5) - 0.2) < 1e-6 ? std::cos(kPi / 4) : 1);
+  };
   c.sheet("U channel", s).middle.clear();
   s = plate(0.2, 0.16, 0.02, 80, 64);
   s.half = [](double u, double v) { return std::hypot(u - 0.5, v - 0.5) < 0.2 ? 0.015 : 0.009; };
@@ -453,29 +468,43 @@ void add_thin(Collector& c) {
   }
   c.thin("slanted slab of voxels", voxels(layers, 48, 0.001, 1));
 
-  TriangleMesh shell = turned(48, 24, [](double t) { return Vec2{0.05 * std::sin(kPi * t), -0.05 * std::cos(kPi * t)}; });
-  const TriangleMesh inside = turned(48, 24, [](double t) { return Vec2{0.044 * std::sin(kPi * t), -0.044 * std::cos(kPi * t)}; });
+  TriangleMesh shell = turned(48, 24, [](double t) {
+    return Vec2{0.05 * std::sin(kPi * t), -0.05 * std::cos(kPi * t)};
+  });
+  const TriangleMesh inside = turned(48, 24, [](double t) {
+    return Vec2{0.044 * std::sin(kPi * t), -0.044 * std::cos(kPi * t)};
+  });
   const auto offset = static_cast<std::int32_t>(shell.positions.size());
   for (const Vec3 p : inside.positions) shell.positions.push_back(p);
   for (const auto& t : inside.triangles)
-    shell.triangles.push_back({VertexId(offset + t[0].value), VertexId(offset + t[2].value), VertexId(offset + t[1].value)});
+    shell.triangles.push_back(
+        {VertexId(offset + t[0].value), VertexId(offset + t[2].value), VertexId(offset + t[1].value)});
   c.thin("hollow sphere", shell, 2, 0);
-  c.thin("flat ellipsoid", turned(64, 32, [](double t) { return Vec2{0.1 * std::sin(kPi * t), -0.02 * std::cos(kPi * t)}; }));
-  c.thin("ellipsoid 3 to 1", turned(64, 32, [](double t) { return Vec2{0.03 * std::sin(kPi * t), -0.01 * std::cos(kPi * t)}; }));
+  c.thin("flat ellipsoid", turned(64, 32, [](double t) {
+           return Vec2{0.1 * std::sin(kPi * t), -0.02 * std::cos(kPi * t)};
+         }));
+  c.thin("ellipsoid 3 to 1", turned(64, 32, [](double t) {
+           return Vec2{0.03 * std::sin(kPi * t), -0.01 * std::cos(kPi * t)};
+         }));
   c.thin("lens 3 to 1", turned(64, 32, [](double t) {  // two spherical caps of radius 5/3 of the lens's
            const double a = 0.6435011087932844 * (1 - std::fabs(1 - 2 * t)), r = 0.05;
            return Vec2{r * std::sin(a), (t < 0.5 ? -1 : 1) * (r * std::cos(a) - 0.04)};
          }));
   c.thin("coin", turned(60, 30, [](double t) {
            const double s3 = 3 * t;
-           return s3 < 1 ? Vec2{0.03 * s3, -0.004} : s3 < 2 ? Vec2{0.03, -0.004 + 0.008 * (s3 - 1)} : Vec2{0.03 * (3 - s3), 0.004};
+           return s3 < 1   ? Vec2{0.03 * s3, -0.004}
+                  : s3 < 2 ? Vec2{0.03, -0.004 + 0.008 * (s3 - 1)}
+                           : Vec2{0.03 * (3 - s3), 0.004};
          }));
   // A tray: a box open at the top, sharp edges.
-  c.thin("tray", voxels({"######", "######", "######", "######", "######", "######", "|",
-                         "######", "#....#", "#....#", "#....#", "#....#", "######", "|",
-                         "######", "#....#", "#....#", "#....#", "#....#", "######"}, 6, 0.01, 5)).triangles = 300;
+  c.thin("tray",
+         voxels({"######", "######", "######", "######", "######", "######", "|",      "######", "#....#", "#....#",
+                 "#....#", "#....#", "######", "|",      "######", "#....#", "#....#", "#....#", "#....#", "######"},
+                6, 0.01, 5))
+      .triangles = 300;
   c.thin("L profile", voxels({"######", "######", "######", "######", "|", "#.....", "#.....", "#.....", "#.....", "|",
-                              "#.....", "#.....", "#.....", "#.....", "|", "#.....", "#.....", "#.....", "#....."}, 6, 0.01, 5));
+                              "#.....", "#.....", "#.....", "#.....", "|", "#.....", "#.....", "#.....", "#....."},
+                             6, 0.01, 5));
 
   for (const char* model : {"steak", "meniscus", "holed-slab", "two-holed-slab", "half-shell", "s-shape"}) {
     const auto made = make_model(model, {});
@@ -492,7 +521,8 @@ void add_variants(Collector& c) {
       if (b.name == name) return b;
     return Body{};
   };
-  const auto variant = [&](const std::string& of, const std::string& what, const std::function<void(TriangleMesh&)>& change) {
+  const auto variant = [&](const std::string& of, const std::string& what,
+                           const std::function<void(TriangleMesh&)>& change) {
     Body b = find(of);
     b.name += ", " + what;
     b.middle.clear();
@@ -502,63 +532,84 @@ void add_variants(Collector& c) {
   std::uint64_t seed = 1;
   for (const char* name : {"slab", "S", "model meniscus", "tube", "two holes", "bowl"}) {
     ++seed;
-    variant(name, "rotated and shuffled", [&](TriangleMesh& m) { rotate(m, seed); shuffle(m, seed); });
+    variant(name, "rotated and shuffled", [&](TriangleMesh& m) {
+      rotate(m, seed);
+      shuffle(m, seed);
+    });
   }
   variant("model meniscus", "in millimetres", [](TriangleMesh& m) { scale(m, 1000); });
   for (const char* name : {"slab", "bent", "tube", "model steak", "model meniscus"}) {
     ++seed;
-    const double length = std::string(name) == "slab" ? 1.5e-3 : std::string(name) == "model meniscus" ? 0.15e-3 : std::string(name) == "tube" ? 0.3e-3 : 0.8e-3;
-    variant(name, "noisy", [&](TriangleMesh& m) { m = subdivided(m); shake(m, length, seed); });
+    const double length = std::string(name) == "slab"             ? 1.5e-3
+                          : std::string(name) == "model meniscus" ? 0.15e-3
+                          : std::string(name) == "tube"           ? 0.3e-3
+                                                                  : 0.8e-3;
+    variant(name, "noisy", [&](TriangleMesh& m) {
+      m = subdivided(m);
+      shake(m, length, seed);
+    });
   }
   variant("model steak", "with spikes", [](TriangleMesh& m) { add_spikes(m, 25, 0.03, 5); });
-  variant("slab", "far from the origin", [](TriangleMesh& m) { for (Vec3& p : m.positions) p += {50, -30, 20}; });
+  variant("slab", "far from the origin", [](TriangleMesh& m) {
+    for (Vec3& p : m.positions) p += {50, -30, 20};
+  });
 }
 
 void add_thick(Collector& c) {
-  const auto ball = [](double r, double h) { return [=](double t) { return Vec2{r * std::sin(kPi * t), -h * std::cos(kPi * t)}; }; };
+  const auto ball = [](double r, double h) {
+    return [=](double t) { return Vec2{r * std::sin(kPi * t), -h * std::cos(kPi * t)}; };
+  };
   c.thick("ball", turned(48, 24, ball(0.05, 0.05)));
   c.thick("egg", turned(48, 24, ball(0.05, 0.08)));
   c.thick("cigar", turned(32, 48, ball(0.02, 0.15)));
   c.thick("cube", voxels({"#"}, 1, 0.1, 12));
   c.thick("cube of 12 triangles", voxels({"#"}, 1, 0.1, 1));
   c.thick("rod", voxels({"#####"}, 5, 0.02, 5));
-  c.thick("bar of 12 triangles", [] { ThickSheet s = plate(0.1, 0.004, 0.004, 1, 1); s.wall_rows = 1; return thicken(s); }());
+  c.thick("bar of 12 triangles", [] {
+    ThickSheet s = plate(0.1, 0.004, 0.004, 1, 1);
+    s.wall_rows = 1;
+    return thicken(s);
+  }());
   c.thick("solid torus", closed_tube(60, 24, [](double u, double v) {
             const double a = 2 * kPi * u, b = 2 * kPi * v, r = 0.05 + 0.02 * std::cos(b);
             return Vec3{r * std::cos(a), r * std::sin(a), 0.02 * std::sin(b)};
           }));
-  c.thick("trefoil knot", closed_tube(200, 16, [](double u, double v) {
-            const auto at = [](double s) {
-              const double a = 2 * kPi * s;
-              return 0.02 * Vec3{std::sin(a) + 2 * std::sin(2 * a), std::cos(a) - 2 * std::cos(2 * a), -std::sin(3 * a)};
-            };
-            const Vec3 t = normalized(at(u + 1e-4) - at(u - 1e-4)), n = normalized(cross(t, {0, 0, 1})), b = cross(t, n);
-            return at(u) + 0.007 * (std::cos(2 * kPi * v) * n + std::sin(2 * kPi * v) * b);
-          }));
-  c.thick("cylinder", turned(48, 48, [](double t) {
-            const double s = 4 * t;
-            return s < 1 ? Vec2{0.03 * s, -0.06} : s < 3 ? Vec2{0.03, -0.06 + 0.06 * (s - 1)} : Vec2{0.03 * (4 - s), 0.06};
-          }));
-  c.thick("T beam", voxels({"######", "######", "######", "######", "######", "######", "|",
-                            "..##..", "..##..", "..##..", "..##..", "..##..", "..##..", "|",
-                            "..##..", "..##..", "..##..", "..##..", "..##..", "..##..", "|",
-                            "..##..", "..##..", "..##..", "..##..", "..##..", "..##.."}, 6, 0.01, 4));
+  c.thick(
+      "trefoil knot", closed_tube(200, 16, [](double u, double v) {
+        const auto at = [](double s) {
+          const double a = 2 * kPi * s;
+          return 0.02 * Vec3{std::sin(a) + 2 * std::sin(2 * a), std::cos(a) - 2 * std::cos(2 * a), -std::sin(3 * a)};
+        };
+        const Vec3 t = normalized(at(u + 1e-4) - at(u - 1e-4)), n = normalized(cross(t, {0, 0, 1})), b = cross(t, n);
+        return at(u) + 0.007 * (std::cos(2 * kPi * v) * n + std::sin(2 * kPi * v) * b);
+      }));
+  c.thick(
+      "cylinder", turned(48, 48, [](double t) {
+        const double s = 4 * t;
+        return s < 1 ? Vec2{0.03 * s, -0.06} : s < 3 ? Vec2{0.03, -0.06 + 0.06 * (s - 1)} : Vec2{0.03 * (4 - s), 0.06};
+      }));
+  c.thick("T beam", voxels({"######", "######", "######", "######", "######", "######", "|",      "..##..", "..##..",
+                            "..##..", "..##..", "..##..", "..##..", "|",      "..##..", "..##..", "..##..", "..##..",
+                            "..##..", "..##..", "|",      "..##..", "..##..", "..##..", "..##..", "..##..", "..##.."},
+                           6, 0.01, 4));
   // Two thin plates that cross, and three that meet like a Y: each is thin, together they branch.
-  c.thick("cross of plates", voxels({".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "###########",
-                                     ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "|",
-                                     ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "###########",
-                                     ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "|",
-                                     ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "###########",
-                                     ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "|",
-                                     ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "###########",
-                                     ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#....."}, 11, 0.01, 3));
+  c.thick(
+      "cross of plates",
+      voxels({".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "###########", ".....#.....",
+              ".....#.....", ".....#.....", ".....#.....", ".....#.....", "|",           ".....#.....", ".....#.....",
+              ".....#.....", ".....#.....", ".....#.....", "###########", ".....#.....", ".....#.....", ".....#.....",
+              ".....#.....", ".....#.....", "|",           ".....#.....", ".....#.....", ".....#.....", ".....#.....",
+              ".....#.....", "###########", ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....",
+              "|",           ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#.....", "###########",
+              ".....#.....", ".....#.....", ".....#.....", ".....#.....", ".....#....."},
+             11, 0.01, 3));
   // A Moebius strip with thickness: one-sided.
   {
     const int nu = 120, nv = 12;
     const TriangleMesh strip = closed_tube(nu, 2 * nv, [&](double u, double v) {
       const double a = 2 * kPi * u, half = 0.5 * a, w = 0.02 * std::cos(2 * kPi * v), t = 0.002 * std::sin(2 * kPi * v);
       const Vec3 r{std::cos(a), std::sin(a), 0}, across = std::cos(half) * r + std::sin(half) * Vec3{0, 0, 1},
-                 up = -std::sin(half) * r + std::cos(half) * Vec3{0, 0, 1};
+                                                 up = -std::sin(half) * r + std::cos(half) * Vec3{0, 0, 1};
       return 0.06 * r + w * across + t * up;
     });
     // After one turn the section has turned by half a turn: the seam joins v to v + 1/2.

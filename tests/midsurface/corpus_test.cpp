@@ -49,8 +49,9 @@ TEST_P(MidsurfaceCorpus, IsRight) {
   std::string why;
   for (const std::string& r : v.reasons) why += r + "; ";
   if (!body.thin) {
-    EXPECT_EQ(v.thinness, Thinness::kNotThin) << "width/thickness " << v.width_over_thickness << ", volume " << v.volume_ratio
-                                              << ", narrow " << v.narrow_share << ", one-sided " << v.one_sided;
+    EXPECT_EQ(v.thinness, Thinness::kNotThin)
+        << "width/thickness " << v.width_over_thickness << ", volume " << v.volume_ratio << ", narrow "
+        << v.narrow_share << ", one-sided " << v.one_sided;
     EXPECT_FALSE(v.reasons.empty());
     EXPECT_TRUE(made->collision.triangles.empty());
     return;

@@ -200,7 +200,8 @@ TEST(Midsurface, SaysWhyAndWhereABodyIsNotThin) {
   ASSERT_FALSE(made->verdict.places.empty());
   double near = HUGE_VAL;  // the web leaves the flange at z = 0.01 and x = 0.02 and 0.04
   for (const MidsurfacePlace& p : made->verdict.places)
-    near = std::min({near, std::hypot(p.point.x - 0.02, p.point.z - 0.01), std::hypot(p.point.x - 0.04, p.point.z - 0.01)});
+    near = std::min(
+        {near, std::hypot(p.point.x - 0.02, p.point.z - 0.01), std::hypot(p.point.x - 0.04, p.point.z - 0.01)});
   EXPECT_LT(near, 0.004);
   // The sentence names places where the person's file has them.
   TriangleMesh moved = beam.mesh;
@@ -235,7 +236,9 @@ TEST(Midsurface, SpikesAndCrossingsAreNoted) {
   EXPECT_EQ(find_self_intersections(body.mesh).pairs, 0u);
   std::size_t nearest = 0;
   for (std::size_t v = 0; v < body.mesh.positions.size(); ++v)
-    if (norm(body.mesh.positions.raw()[v] - Vec3{0, 0, 0.01}) < norm(body.mesh.positions.raw()[nearest] - Vec3{0, 0, 0.01})) nearest = v;
+    if (norm(body.mesh.positions.raw()[v] - Vec3{0, 0, 0.01}) <
+        norm(body.mesh.positions.raw()[nearest] - Vec3{0, 0, 0.01}))
+      nearest = v;
   body.mesh.positions.raw()[nearest] = {0.0007, 0.0004, -0.013};
   EXPECT_GT(find_self_intersections(body.mesh).pairs, 0u);
   made = make_midsurface(body.mesh);

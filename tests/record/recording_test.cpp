@@ -60,10 +60,13 @@ TEST(Recording, WhatIsOutOfAllScaleIsRefusedByName) {
   EXPECT_EQ(error_of(Kind::kGravity, {0, 0, -9.81}), "");
   EXPECT_EQ(error_of(Kind::kGravity, {0, 0, 1e5}), "x.kerfrec: gravity goes from -10000 to 10000 m/s2, but is 100000");
   EXPECT_EQ(error_of(Kind::kMaterial, {1e4, 0.3, 1000}), "");
-  EXPECT_EQ(error_of(Kind::kMaterial, {1e300, 0.3, 1000}), "x.kerfrec: Young's modulus goes from 0.001 to 1e+13 Pa, but is 1e+300");
-  EXPECT_EQ(error_of(Kind::kMaterial, {1e4, 0.3, 1e-300}), "x.kerfrec: density goes from 0.001 to 1e+06 kg/m3, but is 1e-300");
+  EXPECT_EQ(error_of(Kind::kMaterial, {1e300, 0.3, 1000}),
+            "x.kerfrec: Young's modulus goes from 0.001 to 1e+13 Pa, but is 1e+300");
+  EXPECT_EQ(error_of(Kind::kMaterial, {1e4, 0.3, 1e-300}),
+            "x.kerfrec: density goes from 0.001 to 1e+06 kg/m3, but is 1e-300");
   EXPECT_EQ(error_of(Kind::kMove, {0, 0, 1e6, 1e9}, "a"), "");
-  EXPECT_EQ(error_of(Kind::kMove, {0, -1e100, 0, 1}, "a"), "x.kerfrec: \"move\" names a place 1e+100 m from the origin; 1e+06 m is the farthest");
+  EXPECT_EQ(error_of(Kind::kMove, {0, -1e100, 0, 1}, "a"),
+            "x.kerfrec: \"move\" names a place 1e+100 m from the origin; 1e+06 m is the farthest");
   EXPECT_NE(error_of(Kind::kTool, {1e7, 0, 0, 0, 0, 0, 1}, "a"), "");
   EXPECT_NE(error_of(Kind::kShave, {0, 0, 0, 0, 0, 0, 1e300, 0.1, 0, 0}), "");
   EXPECT_EQ(error_of(Kind::kSuck, {1, 0, 0, 0, 1e300}), "");  // everything
@@ -94,7 +97,8 @@ TEST(Recording, ComesBackToTheBit) {
     EXPECT_EQ(back->changes[i].vertices, r.changes[i].vertices);
     ASSERT_EQ(back->changes[i].values.size(), r.changes[i].values.size());
     for (std::size_t k = 0; k < r.changes[i].values.size(); ++k)
-      EXPECT_EQ(std::bit_cast<std::uint64_t>(back->changes[i].values[k]), std::bit_cast<std::uint64_t>(r.changes[i].values[k]));
+      EXPECT_EQ(std::bit_cast<std::uint64_t>(back->changes[i].values[k]),
+                std::bit_cast<std::uint64_t>(r.changes[i].values[k]));
   }
   EXPECT_EQ(back->hashes[0].hash, 0xffffffffffffffffull);
   EXPECT_EQ(back->last_step, 123);
@@ -121,7 +125,7 @@ TEST(Recording, HostileTextsAreRefusedOrRead) {
   };
   EXPECT_NE(replaced("\"blade\"", "\"blades\""), "");
   EXPECT_NE(replaced("[3,\"blade\"", "[-3,\"blade\""), "");
-  EXPECT_NE(replaced("[3,\"blade\"", "[5,\"blade\""), "");            // out of order
+  EXPECT_NE(replaced("[3,\"blade\"", "[5,\"blade\""), "");  // out of order
   EXPECT_NE(replaced("[3,\"blade\"", "[3.5,\"blade\""), "");
   EXPECT_NE(replaced("[3,\"blade\"", "[18446744073709551615,\"blade\""), "");
   EXPECT_NE(replaced("\"last_step\":123", "\"last_step\":99"), "");  // a hash after the end
@@ -144,7 +148,9 @@ TEST(Recording, HostileTextsAreRefusedOrRead) {
   Random random(5);
   for (int i = 0; i < 3000; ++i) {
     std::string text = good;
-    for (int k = 0; k < 3; ++k) text[static_cast<std::size_t>(random.index(static_cast<int>(text.size())))] = static_cast<char>(random.index(256));
+    for (int k = 0; k < 3; ++k)
+      text[static_cast<std::size_t>(random.index(static_cast<int>(text.size())))] =
+          static_cast<char>(random.index(256));
     (void)parse_recording(text, "x").ok();
   }
 }
@@ -191,11 +197,14 @@ class MeshesTravel : public testing::Test {
     std::string text;
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i <= n; ++i)
-        text += "v " + std::to_string(1.0 * i / n) + " " + std::to_string(1.0 * j / n) + " " + std::to_string(lift * i * i) + "\n";
+        text += "v " + std::to_string(1.0 * i / n) + " " + std::to_string(1.0 * j / n) + " " +
+                std::to_string(lift * i * i) + "\n";
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < n; ++i) {
         const int a = j * (n + 1) + i + 1;
-        const auto face = [&](int x, int y, int z) { text += "f " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n"; };
+        const auto face = [&](int x, int y, int z) {
+          text += "f " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+        };
         face(a, a + 1, a + n + 2);
         face(a, a + n + 2, a + n + 1);
       }

@@ -87,12 +87,14 @@ TEST(RunReport, HasWhatToolsFeltAndWhatObstaclesBear) {
   EXPECT_EQ(tool["end"]["coupling_force"][2], now.coupling_force.z);
   // The board carries the strip's weight and the press.
   const auto& contact = report["contact"];
-  const double weight = 0.2 * 0.024 * 0.003 * session.material().density * 9.81, on_board = contact["obstacles"][0]["force_end"][2];
+  const double weight = 0.2 * 0.024 * 0.003 * session.material().density * 9.81,
+               on_board = contact["obstacles"][0]["force_end"][2];
   EXPECT_EQ(contact["obstacles"][0]["name"], "board");
   EXPECT_NEAR(on_board, -(weight + now.force.z), 0.03 * (weight + now.force.z));
   EXPECT_GT(contact["pressing_most"], 0);
   EXPECT_GE(contact["contacts_most"], contact["pressing_most"]);
-  const auto deepest = std::max_element(log.steps.begin(), log.steps.end(), [](const auto& a, const auto& b) { return a.overlap < b.overlap; });
+  const auto deepest = std::max_element(log.steps.begin(), log.steps.end(),
+                                        [](const auto& a, const auto& b) { return a.overlap < b.overlap; });
   EXPECT_EQ(contact["deepest_overlap"]["metres"], deepest->overlap);
   EXPECT_EQ(contact["deepest_overlap"]["time"], deepest->time);
   EXPECT_NEAR(contact["deepest_overlap"]["share_of_half_thickness"], deepest->overlap / kHalf, 1e-9);

@@ -47,12 +47,14 @@ TEST(SceneContact, ShapesTakeTheirOwnKeys) {
   EXPECT_THAT(error_of("[[obstacle]]\nshape = \"mesh\"\nmesh = \"none.obj\"\n"), HasSubstr("there is no file"));
   EXPECT_THAT(error_of("[[obstacle]]\nshape = \"spere\"\n"), HasSubstr("did you mean \"sphere\"?"));
   EXPECT_THAT(error_of("[[obstacle]]\nshape = \"plane\"\nfirction = 1\n"), HasSubstr("did you mean \"friction\"?"));
-  EXPECT_EQ(error_of("[contact]\nfriction = -1\n"), "scene.toml:4: friction of [contact] must be at least 0, but is -1");
+  EXPECT_EQ(error_of("[contact]\nfriction = -1\n"),
+            "scene.toml:4: friction of [contact] must be at least 0, but is -1");
 }
 
 TEST(SceneContact, MovesAscend) {
   constexpr std::string_view start = "[[obstacle]]\nshape = \"plane\"\n";
-  EXPECT_EQ(error_of(std::string(start) + "moves = [{ time = 1, position = [0, 0, 0] }, { time = 1, position = [0, 0, 1] }]\n"),
+  EXPECT_EQ(error_of(std::string(start) +
+                     "moves = [{ time = 1, position = [0, 0, 0] }, { time = 1, position = [0, 0, 1] }]\n"),
             "scene.toml:5: times of moves must increase, but 1 follows 1");
   EXPECT_THAT(error_of(std::string(start) + "moves = []\n"), HasSubstr("moves is empty"));
   EXPECT_THAT(error_of(std::string(start) + "moves = [{ time = 1 }]\n"), HasSubstr("needs the key \"position\""));
@@ -65,14 +67,16 @@ TEST(SceneContact, ToolsAreNamedAndHaveWhatTheyNeed) {
   EXPECT_EQ(error_of("[[tool]]\nid = \"b\"\nkind = \"sphere\"\nsharp = true\n"),
             "scene.toml:6: sharp of [[tool]] does not go with sphere");
   EXPECT_EQ(error_of("[[tool]]\nid = \"b\"\nkind = \"mesh\"\n"), "scene.toml:3: [[tool]]: a mesh needs mesh");
-  EXPECT_EQ(error_of(std::string(probe) +
-                     "[[command]]\nat = 0\ntype = \"tool\"\nid = \"prob\"\nposes = [{ time = 1, position = [0, 0, 0] }]\n"),
-            "scene.toml:6: tool at 0 s: there is no tool \"prob\"; did you mean \"probe\"?");
+  EXPECT_EQ(
+      error_of(std::string(probe) +
+               "[[command]]\nat = 0\ntype = \"tool\"\nid = \"prob\"\nposes = [{ time = 1, position = [0, 0, 0] }]\n"),
+      "scene.toml:6: tool at 0 s: there is no tool \"prob\"; did you mean \"probe\"?");
   EXPECT_EQ(error_of(std::string(probe) + "[[command]]\nat = 0\ntype = \"close\"\nid = \"probe\"\n"),
             "scene.toml:6: close at 0 s: \"probe\" has no jaws; graspers and scissors have");
-  EXPECT_THAT(error_of(std::string(probe) +
-                       "[[command]]\nat = 0\ntype = \"tool\"\nid = \"probe\"\nposes = [{ time = 3, position = [0, 0, 0] }]\n"),
-              HasSubstr("after the end of the run"));
+  EXPECT_THAT(
+      error_of(std::string(probe) +
+               "[[command]]\nat = 0\ntype = \"tool\"\nid = \"probe\"\nposes = [{ time = 3, position = [0, 0, 0] }]\n"),
+      HasSubstr("after the end of the run"));
 }
 
 }  // namespace

@@ -444,8 +444,7 @@ TEST(Scene, TheTestNamesEveryKey) {
     if (others.count(k.key) > 0) continue;
     const std::regex assigned("(^|[\\n{, ])" + k.key + " = "), header("[\\[.]" + k.key + "\\]");
     const std::string text(kEverything);
-    EXPECT_TRUE(std::regex_search(text, assigned) || std::regex_search(text, header))
-        << k.table << " " << k.key;
+    EXPECT_TRUE(std::regex_search(text, assigned) || std::regex_search(text, header)) << k.table << " " << k.key;
   }
 }
 
@@ -470,16 +469,14 @@ TEST(Scene, UnknownKeysNameTheClosestOne) {
               HasSubstr("did you mean \"time_step\"?"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\nyoung = 3\n"),
               HasSubstr("scene.toml:3: unknown key \"young\" in [body]; it belongs in [material]"));
-  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[cut]\nqqqqqqqq = 3\n"),
-              HasSubstr("known are layers, roughness"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[cut]\nqqqqqqqq = 3\n"), HasSubstr("known are layers, roughness"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"blabe\"\n"),
               HasSubstr("scene.toml:5: type of [[command]] can't be \"blabe\"; did you mean \"blade\"?"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"undo\"\ncuont = 3\n"),
               HasSubstr("scene.toml:6: unknown key \"cuont\" in undo; did you mean \"count\"?"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[fix]]\nsphere = { center = [0,0,0], raduis = 1 }\n"),
               HasSubstr("did you mean \"radius\"?"));
-  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[output.camera]\nzom = 1\n"),
-              HasSubstr("did you mean \"zoom\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[output.camera]\nzom = 1\n"), HasSubstr("did you mean \"zoom\"?"));
 }
 
 TEST(Scene, ModelsAreKnown) {
@@ -492,49 +489,48 @@ TEST(Scene, ModelsAreKnown) {
 TEST(Scene, WhatIsOutOfAllScaleIsRefusedWithItsLine) {
   const std::string body = "[body]\nmodel = \"sheet\"\n";
   const auto at = [&](const std::string& text) { return error_of(body + text); };
-  EXPECT_EQ(at("[simulation]\ngravity = [0, 0, -1e5]\n"), "scene.toml:4: gravity of [simulation] must be at least -10000, but is -100000");
-  EXPECT_EQ(at("position = [1e7, 0, 0]\n"), "scene.toml:3: position of [body] must be at most 1000000, but is 10000000");
-  EXPECT_EQ(at("[[load]]\npoint = [0, 0, 0]\nforce = [0, 0, 1e20]\n"), "scene.toml:5: force of [[load]] must be at most 1000000, but is 1e+20");
+  EXPECT_EQ(at("[simulation]\ngravity = [0, 0, -1e5]\n"),
+            "scene.toml:4: gravity of [simulation] must be at least -10000, but is -100000");
+  EXPECT_EQ(at("position = [1e7, 0, 0]\n"),
+            "scene.toml:3: position of [body] must be at most 1000000, but is 10000000");
+  EXPECT_EQ(at("[[load]]\npoint = [0, 0, 0]\nforce = [0, 0, 1e20]\n"),
+            "scene.toml:5: force of [[load]] must be at most 1000000, but is 1e+20");
   EXPECT_EQ(at("[[obstacle]]\nshape = \"plane\"\nmoves = [{ time = 0.1, position = [0, -1e9, 0] }]\n"),
             "scene.toml:5: position of a pose of moves must be at least -1000000, but is -1000000000");
-  EXPECT_EQ(at("[[command]]\nat = 0\ntype = \"grasp\"\nid = \"a\"\npoint = [0, 0, 0]\n[[command]]\nat = 0\ntype = \"move\"\nid = \"a\"\nby = [0, 0, 1e100]\n"),
-            "scene.toml:12: by of move must be at most 1000000, but is 1e+100");
-  EXPECT_EQ(at("[material]\nyoung = 1e300\n"), "scene.toml:4: young of [material] must be at most 10000000000000, but is 1e+300");
-  EXPECT_THAT(at("[material]\ndensity = 1e300\n"), HasSubstr("scene.toml:4: density of [material] must be at most 1000000"));
-  EXPECT_THAT(at("[[command]]\nat = 0\ntype = \"punch\"\nshape = \"polygon\"\npoint = [0, 0, 0]\npoints = [[0, 0], [1e300, 0], [0, 1]]\n"),
-              HasSubstr("scene.toml:8: a point of a punch"));
+  EXPECT_EQ(
+      at("[[command]]\nat = 0\ntype = \"grasp\"\nid = \"a\"\npoint = [0, 0, 0]\n[[command]]\nat = 0\ntype = \"move\"\nid = \"a\"\nby = [0, 0, 1e100]\n"),
+      "scene.toml:12: by of move must be at most 1000000, but is 1e+100");
+  EXPECT_EQ(at("[material]\nyoung = 1e300\n"),
+            "scene.toml:4: young of [material] must be at most 10000000000000, but is 1e+300");
+  EXPECT_THAT(at("[material]\ndensity = 1e300\n"),
+              HasSubstr("scene.toml:4: density of [material] must be at most 1000000"));
+  EXPECT_THAT(
+      at("[[command]]\nat = 0\ntype = \"punch\"\nshape = \"polygon\"\npoint = [0, 0, 0]\npoints = [[0, 0], [1e300, 0], [0, 1]]\n"),
+      HasSubstr("scene.toml:8: a point of a punch"));
 }
 
 TEST(Scene, WrongTypesAndNumbersNameTheLine) {
   const std::string body = "[body]\nmodel = \"sheet\"\n";
   const auto at3 = [&](const std::string& text) { return error_of(body + text); };
-  EXPECT_EQ(at3("[material]\nyoung = \"soft\"\n"),
-            "scene.toml:4: young of [material] must be a number, but is text");
-  EXPECT_EQ(at3("[material]\nyoung = -5\n"),
-            "scene.toml:4: young of [material] must be more than 0, but is -5");
-  EXPECT_EQ(at3("[material]\nyoung = 0\n"),
-            "scene.toml:4: young of [material] must be more than 0, but is 0");
-  EXPECT_EQ(at3("[material]\npoisson = 0.5\n"),
-            "scene.toml:4: poisson of [material] must be at most 0.49, but is 0.5");
+  EXPECT_EQ(at3("[material]\nyoung = \"soft\"\n"), "scene.toml:4: young of [material] must be a number, but is text");
+  EXPECT_EQ(at3("[material]\nyoung = -5\n"), "scene.toml:4: young of [material] must be more than 0, but is -5");
+  EXPECT_EQ(at3("[material]\nyoung = 0\n"), "scene.toml:4: young of [material] must be more than 0, but is 0");
+  EXPECT_EQ(at3("[material]\npoisson = 0.5\n"), "scene.toml:4: poisson of [material] must be at most 0.49, but is 0.5");
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\noptions = { visual_triangle = 3 }\n"),
               HasSubstr("did you mean \"visual_triangles\"?"));
-  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\noptions = { visual_triangles = -3 }\n"),
-              HasSubstr("at least 0"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\noptions = { visual_triangles = -3 }\n"), HasSubstr("at least 0"));
   EXPECT_THAT(at3("[material]\npoisson = -0.1\n"), HasSubstr("at least 0"));
   EXPECT_THAT(at3("[material]\ndensity = nan\n"),
               HasSubstr("scene.toml:4: density of [material] must be a finite number"));
   EXPECT_THAT(at3("[simulation]\ngravity = [0, 0, inf]\n"), HasSubstr("finite"));
-  EXPECT_THAT(at3("[simulation]\ngravity = [0, 0]\n"),
-              HasSubstr("must be a list of 3 numbers [x, y, z], but has 2"));
+  EXPECT_THAT(at3("[simulation]\ngravity = [0, 0]\n"), HasSubstr("must be a list of 3 numbers [x, y, z], but has 2"));
   EXPECT_THAT(at3("[simulation]\ngravity = 9.81\n"), HasSubstr("list of 3"));
   EXPECT_THAT(at3("[simulation]\nthreads = 1.5\n"), HasSubstr("whole number"));
   EXPECT_THAT(at3("[simulation]\nthreads = 5000000000\n"), HasSubstr("at most 1024"));
   EXPECT_THAT(at3("[simulation]\ntolerance = 1\n"), HasSubstr("less than 1"));
-  EXPECT_THAT(at3("[simulation]\npreconditioner = \"two_level\"\n"),
-              HasSubstr("did you mean \"two-level\"?"));
+  EXPECT_THAT(at3("[simulation]\npreconditioner = \"two_level\"\n"), HasSubstr("did you mean \"two-level\"?"));
   EXPECT_THAT(at3("[lattice]\ncells = [3, 0, 1]\n"), HasSubstr("at least 1"));
-  EXPECT_THAT(at3("[lattice]\ncells = [3, 3, 1]\ncell_size = [1, 1, 1]\n"),
-              HasSubstr("both only with origin"));
+  EXPECT_THAT(at3("[lattice]\ncells = [3, 3, 1]\ncell_size = [1, 1, 1]\n"), HasSubstr("both only with origin"));
   EXPECT_THAT(at3("[lattice]\norigin = [0, 0, 0]\n"), HasSubstr("goes with both"));
   EXPECT_THAT(at3("[lattice]\nlayers = 2\ncells = [1, 1, 1]\n"), HasSubstr("stands instead"));
   EXPECT_THAT(at3("[lattice]\naxes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n"), HasSubstr("goes with cells or"));
@@ -543,13 +539,10 @@ TEST(Scene, WrongTypesAndNumbersNameTheLine) {
               HasSubstr("right angles"));
   EXPECT_THAT(at3("[lattice]\naxes = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]\ncells = [1, 1, 1]\n"),
               HasSubstr("right-handed"));
-  EXPECT_THAT(at3("[[fix]]\nbox = { min = [0, 0, 0], max = [1, 0, 1] }\n"),
-              HasSubstr("min must be less than max"));
+  EXPECT_THAT(at3("[[fix]]\nbox = { min = [0, 0, 0], max = [1, 0, 1] }\n"), HasSubstr("min must be less than max"));
   EXPECT_THAT(at3("[[fix]]\n"), HasSubstr("exactly one region"));
-  EXPECT_THAT(at3("[fix]\nsphere = { center = [0, 0, 0], radius = 1 }\n"),
-              HasSubstr("double brackets, [[fix]]"));
-  EXPECT_THAT(at3("[[material.region]]\nsphere = { center = [0, 0, 0], radius = 1 }\n"),
-              HasSubstr("changes nothing"));
+  EXPECT_THAT(at3("[fix]\nsphere = { center = [0, 0, 0], radius = 1 }\n"), HasSubstr("double brackets, [[fix]]"));
+  EXPECT_THAT(at3("[[material.region]]\nsphere = { center = [0, 0, 0], radius = 1 }\n"), HasSubstr("changes nothing"));
   EXPECT_THAT(at3("[output]\nmeshes = [\"visul\"]\n"), HasSubstr("did you mean \"visual\"?"));
   EXPECT_THAT(at3("[output]\npicture = 1\n"), HasSubstr("true or false"));
   EXPECT_THAT(at3("[output.camera]\ndirection = [0, 0, 1]\n"), HasSubstr("parallel"));
@@ -565,33 +558,45 @@ TEST(Scene, WrongTypesAndNumbersNameTheLine) {
 TEST(Scene, ProblemsNameTheLineOfTheKey) {
   const std::string body = "[body]\nmodel = \"sheet\"\n";
   const auto at = [&](const std::string& text) { return error_of(body + text); };
-  EXPECT_EQ(at("[simulation]\ntime_step = 5.0\nduration = 2.0\n"), "scene.toml:4: time_step of [simulation] (5 s) is longer than its duration (2 s)");
-  EXPECT_THAT(at("[simulation]\nseed = 3\nduration = 1e-4\n"), HasSubstr("scene.toml:5: time_step of [simulation] (0.001 s)"));
-  EXPECT_EQ(at("[output]\npicture = true\npicture_at = 5\n"), "scene.toml:5: picture_at of [output] (5 s) is after the end of the run (1 s)");
+  EXPECT_EQ(at("[simulation]\ntime_step = 5.0\nduration = 2.0\n"),
+            "scene.toml:4: time_step of [simulation] (5 s) is longer than its duration (2 s)");
+  EXPECT_THAT(at("[simulation]\nseed = 3\nduration = 1e-4\n"),
+              HasSubstr("scene.toml:5: time_step of [simulation] (0.001 s)"));
+  EXPECT_EQ(at("[output]\npicture = true\npicture_at = 5\n"),
+            "scene.toml:5: picture_at of [output] (5 s) is after the end of the run (1 s)");
   EXPECT_EQ(at("[[load]]\npoint = [0, 0, 0]\nforce = [0, 0, 1]\nfrom = 1\nuntil = 0.5\n"),
             "scene.toml:7: until of [[load]] must be later than from, but 0.5 is not later than 1");
-  EXPECT_THAT(at("[output.camera]\nzoom = 2\ndirection = [0, 0, 1]\n"), HasSubstr("scene.toml:5: up of [output.camera] must not be parallel to direction; give another up"));
-  EXPECT_THAT(at("[output.camera]\nzoom = 2\nup = [0, 0, 0]\n"), HasSubstr("scene.toml:5: up of [output.camera] must not be zero"));
+  EXPECT_THAT(at("[output.camera]\nzoom = 2\ndirection = [0, 0, 1]\n"),
+              HasSubstr("scene.toml:5: up of [output.camera] must not be parallel to direction; give another up"));
+  EXPECT_THAT(at("[output.camera]\nzoom = 2\nup = [0, 0, 0]\n"),
+              HasSubstr("scene.toml:5: up of [output.camera] must not be zero"));
   EXPECT_THAT(at("[arthroscope]\nentry = [0, 0, 1]\ntarget = [0, 0, 1]\n"), HasSubstr("scene.toml:5: [arthroscope]"));
-  EXPECT_THAT(at("[[command]]\nat = 0\ntype = \"blade\"\nposes = [{ time = 0, base = [0, 0, 0], tip = [0, 0, 0] }, { time = 1, base = [0.1, 0, 0], tip = [0.1, 0, 0] }]\n"),
-              ::testing::AllOf(HasSubstr("scene.toml:6: the blade has zero length: base and tip of pose 1 are"), HasSubstr("scene.toml:6: the blade has zero length: base and tip of pose 2 are")));
+  EXPECT_THAT(
+      at("[[command]]\nat = 0\ntype = \"blade\"\nposes = [{ time = 0, base = [0, 0, 0], tip = [0, 0, 0] }, { time = 1, base = [0.1, 0, 0], tip = [0.1, 0, 0] }]\n"),
+      ::testing::AllOf(HasSubstr("scene.toml:6: the blade has zero length: base and tip of pose 1 are"),
+                       HasSubstr("scene.toml:6: the blade has zero length: base and tip of pose 2 are")));
 }
 
 TEST(Scene, PunchesSayWhichKeyIsWrong) {
-  const auto punch = [&](const std::string& text) { return error_of("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"punch\"\npoint = [0, 0, 0]\n" + text); };
+  const auto punch = [&](const std::string& text) {
+    return error_of("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"punch\"\npoint = [0, 0, 0]\n" + text);
+  };
   EXPECT_EQ(punch(""), "scene.toml:5: a round punch needs a radius");
-  EXPECT_EQ(punch("radius = 0.1\naxis = [1, 0, 0]\n"),
-            "scene.toml:8: across of punch must have a part across the axis, but is by default [1, 0, 0]; give across = another direction, where the outline's x points");
-  EXPECT_THAT(punch("radius = 0.1\nacross = [0, 0, 2]\n"), HasSubstr("scene.toml:8: across of punch must have a part across the axis, but is [0, 0, 2]; give"));
+  EXPECT_EQ(
+      punch("radius = 0.1\naxis = [1, 0, 0]\n"),
+      "scene.toml:8: across of punch must have a part across the axis, but is by default [1, 0, 0]; give across = another direction, where the outline's x points");
+  EXPECT_THAT(punch("radius = 0.1\nacross = [0, 0, 2]\n"),
+              HasSubstr("scene.toml:8: across of punch must have a part across the axis, but is [0, 0, 2]; give"));
   EXPECT_EQ(punch("radius = 0.1\naxis = [0, 0, 0]\n"), "scene.toml:8: axis of punch must not be zero");
-  EXPECT_THAT(punch("radius = 0.1\npoints = [[0, 0], [1, 0], [0, 1]]\n"), HasSubstr("scene.toml:8: a round punch has no points"));
+  EXPECT_THAT(punch("radius = 0.1\npoints = [[0, 0], [1, 0], [0, 1]]\n"),
+              HasSubstr("scene.toml:8: a round punch has no points"));
   EXPECT_THAT(punch("shape = \"polygon\"\n"), HasSubstr("scene.toml:7: a polygon punch needs points"));
-  EXPECT_THAT(punch("shape = \"polygon\"\npoints = [[0, 0], [1, 0], [0, 1]]\nradius = 1\n"), HasSubstr("scene.toml:9: a polygon punch has no radius"));
+  EXPECT_THAT(punch("shape = \"polygon\"\npoints = [[0, 0], [1, 0], [0, 1]]\nradius = 1\n"),
+              HasSubstr("scene.toml:9: a polygon punch has no radius"));
 }
 
 TEST(Scene, AllProblemsAreListedInTheOrderOfTheLines) {
-  const std::string message =
-      error_of("[simulation]\nduration = -1\n[body]\nmodel = 3\n[material]\nyoung = -1\n");
+  const std::string message = error_of("[simulation]\nduration = -1\n[body]\nmodel = 3\n[material]\nyoung = -1\n");
   EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 2);
   EXPECT_LT(message.find("scene.toml:2:"), message.find("scene.toml:4:"));
   EXPECT_LT(message.find("scene.toml:4:"), message.find("scene.toml:6:"));
@@ -607,21 +612,17 @@ TEST(Scene, BadCommands) {
               HasSubstr("scene.toml:6: a blade needs at least two poses to sweep between, but has 1"));
   EXPECT_THAT(with("type = \"blade\"\nposes = [" + pose + ", " + pose + "]\n"),
               HasSubstr("times of poses must increase"));
-  EXPECT_THAT(
-      with("type = \"blade\"\nposes = [" + pose + ",\n{ time = 0.1, base = [0, 0, 1], tip = [0, 0, 1] }]\n"),
-      HasSubstr("scene.toml:7: the blade has zero length"));
-  EXPECT_THAT(
-      with("type = \"blade\"\nposes = [" + pose + ", { time = 0.1, base = [0, 0, nan], tip = [0, 0, 1] }]\n"),
-      HasSubstr("finite"));
-  EXPECT_THAT(
-      with("type = \"blade\"\nposes = [" + pose + ", { time = 5, base = [1, 0, 1], tip = [1, 0, 0] }]\n"),
-      HasSubstr("ends at 5.1 s, after the end of the run"));
+  EXPECT_THAT(with("type = \"blade\"\nposes = [" + pose + ",\n{ time = 0.1, base = [0, 0, 1], tip = [0, 0, 1] }]\n"),
+              HasSubstr("scene.toml:7: the blade has zero length"));
+  EXPECT_THAT(with("type = \"blade\"\nposes = [" + pose + ", { time = 0.1, base = [0, 0, nan], tip = [0, 0, 1] }]\n"),
+              HasSubstr("finite"));
+  EXPECT_THAT(with("type = \"blade\"\nposes = [" + pose + ", { time = 5, base = [1, 0, 1], tip = [1, 0, 0] }]\n"),
+              HasSubstr("ends at 5.1 s, after the end of the run"));
   EXPECT_THAT(with("type = \"move\"\nid = \"left\"\nby = [0, 0, 1]\n"),
               HasSubstr("nothing is held as \"left\" then; no grasp command has this id"));
-  EXPECT_THAT(
-      with("type = \"grasp\"\nid = \"left\"\npoint = [0, 0, 0]\n[[command]]\nat = 0.2\ntype = "
-           "\"release\"\nid = \"lfet\"\n"),
-      HasSubstr("scene.toml:8: release at 0.2 s: nothing is held as \"lfet\" then; did you mean \"left\"?"));
+  EXPECT_THAT(with("type = \"grasp\"\nid = \"left\"\npoint = [0, 0, 0]\n[[command]]\nat = 0.2\ntype = "
+                   "\"release\"\nid = \"lfet\"\n"),
+              HasSubstr("scene.toml:8: release at 0.2 s: nothing is held as \"lfet\" then; did you mean \"left\"?"));
   EXPECT_THAT(with("type = \"grasp\"\nid = \"left\"\npoint = [0, 0, 0]\n[[command]]\nat = 0.05\ntype = "
                    "\"release\"\nid = \"left\"\n"),
               HasSubstr("its grasp comes later"));
@@ -630,25 +631,21 @@ TEST(Scene, BadCommands) {
               HasSubstr("already holds something"));
   EXPECT_THAT(with("type = \"move\"\nid = \"left\"\n"), HasSubstr("move needs either by or to"));
   EXPECT_THAT(with("type = \"fix\"\n"), HasSubstr("exactly one region"));
-  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[command]]\ntype = \"undo\"\n"),
-              HasSubstr("needs the key \"at\""));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[command]]\ntype = \"undo\"\n"), HasSubstr("needs the key \"at\""));
   EXPECT_THAT(with("type = \"undo\"\ncount = 0\n"), HasSubstr("at least 1"));
 }
 
 class SceneFolder : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() /
-        ("kerf_scene_test_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    folder_ = std::filesystem::temp_directory_path() /
+              ("kerf_scene_test_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
     std::filesystem::create_directories(folder_ / "meshes");
     write("meshes/skin.obj", "v 0 0 0\n");
     write("meshes/middle.obj", "v 0 0 0\n");
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-  }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
   std::filesystem::path folder_;
 };
 
@@ -675,13 +672,16 @@ TEST_F(SceneFolder, MissingFilesAreNamedWithThePlace) {
   EXPECT_THAT(read_scene(folder_ / "body.toml").error().message, HasSubstr("is not a file"));
   write("body.toml", "[body]\nbound = \"meshes/skin.obj\"\nthickness = 0.1\nexact_paths = true\n");
   EXPECT_THAT(read_scene(folder_ / "body.toml").error().message,
-              ::testing::AllOf(HasSubstr("body.toml:3: thickness of [body] does not go with bound"), HasSubstr("body.toml:4: exact_paths of [body] does not go with bound")));
+              ::testing::AllOf(HasSubstr("body.toml:3: thickness of [body] does not go with bound"),
+                               HasSubstr("body.toml:4: exact_paths of [body] does not go with bound")));
   write("body.toml", "[body]\nvisual = \"meshes/skin.obj\"\n");  // the collision mesh is made
   EXPECT_TRUE(read_scene(folder_ / "body.toml").ok());
 }
 
 TEST_F(SceneFolder, MeshesAreLookedForInOtherFoldersToo) {
-  write("body.toml", "[body]\nvisual = \"skin.obj\"\ncollision_triangles = 80\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"middle.obj\"\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"middle.obj\"\n");
+  write(
+      "body.toml",
+      "[body]\nvisual = \"skin.obj\"\ncollision_triangles = 80\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"middle.obj\"\n[[obstacle]]\nshape = \"mesh\"\nmesh = \"middle.obj\"\n");
   EXPECT_FALSE(read_scene(folder_ / "body.toml").ok());
   const Result<Scene> scene = read_scene(folder_ / "body.toml", {"/nowhere", folder_ / "meshes"});
   ASSERT_TRUE(scene.ok()) << scene.error().message;
@@ -694,7 +694,8 @@ TEST_F(SceneFolder, MeshesAreLookedForInOtherFoldersToo) {
   write("skin.obj", "v 0 0 0\n");
   EXPECT_EQ(read_scene(folder_ / "body.toml", {folder_ / "meshes"})->body.visual, (folder_ / "skin.obj").string());
   write("body.toml", "[body]\nvisual = \"skin.obj\"\ncollision = \"skin.obj\"\ncollision_triangles = 80\n");
-  EXPECT_THAT(read_scene(folder_ / "body.toml").error().message, HasSubstr("collision_triangles of [body] goes with visual alone"));
+  EXPECT_THAT(read_scene(folder_ / "body.toml").error().message,
+              HasSubstr("collision_triangles of [body] goes with visual alone"));
 }
 
 TEST_F(SceneFolder, UnreadableScenes) {
@@ -735,19 +736,20 @@ TEST(Scene, OtherCharactersThanAsciiAreForStringsAndComments) {
     const Result<Scene> scene = parse_scene(text, "s.toml");
     return scene.ok() ? std::string() : scene.error().message;
   };
-  for (const char* text : {"[body]\nmodel = é", "[body]\nmodél = 1", "[body]\n\u00A0model = 1", "[body]\nmodel = \"steak\" \u200B",
-                           "# \"\né", "[body]\n'''é''' é"})
+  for (const char* text : {"[body]\nmodel = é", "[body]\nmodél = 1", "[body]\n\u00A0model = 1",
+                           "[body]\nmodel = \"steak\" \u200B", "# \"\né", "[body]\n'''é''' é"})
     EXPECT_THAT(error(text), ::testing::StartsWith("s.toml:2: a character that is not ASCII")) << text;
   EXPECT_THAT(error("title = \"\"\"a\\\n é\"\"\""), ::testing::StartsWith("s.toml:2: a character that is not ASCII"));
-  for (const char* value : {R"("déjà")", R"('é\')", R"("\"é")", "\"\"\"\né\"é\"\"é\"\"\"\"", "\"a\" # é \"", "\"\"\"a \\ \n  bé\"\"\"", R"("\\" # é)"})
-    EXPECT_THAT(error(std::string("[body]\nmodel = \"steak\"\n[x]\ny = ") + value), ::testing::Not(::testing::HasSubstr("ASCII"))) << value;
+  for (const char* value : {R"("déjà")", R"('é\')", R"("\"é")", "\"\"\"\né\"é\"\"é\"\"\"\"", "\"a\" # é \"",
+                            "\"\"\"a \\ \n  bé\"\"\"", R"("\\" # é)"})
+    EXPECT_THAT(error(std::string("[body]\nmodel = \"steak\"\n[x]\ny = ") + value),
+                ::testing::Not(::testing::HasSubstr("ASCII")))
+        << value;
 }
 
 TEST(Scene, DamagedTextsGiveAnErrorOrAScene) {
   Random random(7);
-  const auto below = [&](std::size_t n) {
-    return static_cast<std::size_t>(random.uniform() * static_cast<double>(n));
-  };
+  const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random.uniform() * static_cast<double>(n)); };
   constexpr std::string_view kBytes = "[]{}=\"'.,#\n-+0123456789eEnaif\\\0\xff\xC3\xA9";
   int errors = 0;
   for (int round = 0; round < 3000; ++round) {
@@ -755,18 +757,10 @@ TEST(Scene, DamagedTextsGiveAnErrorOrAScene) {
     for (std::size_t edits = 1 + below(4); edits-- > 0;) {
       const std::size_t at = below(text.size());
       switch (below(4)) {
-        case 0:
-          text.erase(at, 1 + below(12));
-          break;
-        case 1:
-          text.insert(at, text.substr(below(text.size()), 1 + below(30)));
-          break;
-        case 2:
-          text[at] = kBytes[below(kBytes.size())];
-          break;
-        default:
-          text.resize(at + 1);
-          break;
+        case 0: text.erase(at, 1 + below(12)); break;
+        case 1: text.insert(at, text.substr(below(text.size()), 1 + below(30))); break;
+        case 2: text[at] = kBytes[below(kBytes.size())]; break;
+        default: text.resize(at + 1); break;
       }
     }
     const Result<Scene> scene = parse_scene(text, "s.toml");
@@ -824,8 +818,7 @@ TEST(SceneSchema, TextHasEveryKeyWithItsDefault) {
 TEST(SceneSchema, TheDocumentationIsCurrent) {
   std::ifstream file(test::source_dir() + "/docs/scene.md");
   const std::string written((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  EXPECT_TRUE(written == scene_schema_markdown())
-      << "make it anew: kerf info --schema --markdown > docs/scene.md";
+  EXPECT_TRUE(written == scene_schema_markdown()) << "make it anew: kerf info --schema --markdown > docs/scene.md";
 }
 
 }  // namespace

@@ -46,7 +46,9 @@ void lead(Session& session, double over, Vec3 to) {
   const Status done = session.apply(command);
   ASSERT_TRUE(done.ok()) << done.error().message;
 }
-int steps(const Session& session, double seconds) { return static_cast<int>(std::ceil(seconds / session.time_step() - 1e-9)); }
+int steps(const Session& session, double seconds) {
+  return static_cast<int>(std::ceil(seconds / session.time_step() - 1e-9));
+}
 
 /// Where the lips of the slit are beside the blade, in its own frame (y), by linear interpolation along the rims; HUGE_VAL: none is there.
 struct Lips {
@@ -61,7 +63,8 @@ Lips lips_at(Session& session, double x) {
     for (int k = 0; k < 3; ++k) {
       const CollisionHalfEdge h = CollisionMesh::corner(f, k), n = CollisionMesh::next(h);
       if (mesh.twin[h].valid()) continue;
-      const Vec3 a = place.to_local(positions[mesh.origin[h].index()]), b = place.to_local(positions[mesh.origin[n].index()]);
+      const Vec3 a = place.to_local(positions[mesh.origin[h].index()]),
+                 b = place.to_local(positions[mesh.origin[n].index()]);
       const Vec3 c = place.to_local(positions[mesh.origin[CollisionMesh::next(n)].index()]);
       if ((a.x < x) == (b.x < x) || std::fabs(b.y - a.y) > std::fabs(b.x - a.x)) continue;
       const double y = a.y + (x - a.x) / (b.x - a.x) * (b.y - a.y);
@@ -100,7 +103,8 @@ TEST(BladeFlanks, OpenTheLips) {
     const Vec3 f = session.tools()[0].force;
     EXPECT_LT(most, 2e-5) << dt << ": J; nothing jumps open";
     EXPECT_NEAR(back.right - back.left, 0.001 * 5.5 / 6, 0.0001) << dt << ": as far as the blade is thick there";
-    EXPECT_LT(std::fabs(f.x), 0.025) << dt << ": with 0.01 to 0.05 N from either side; what is left over bends the strip";
+    EXPECT_LT(std::fabs(f.x), 0.025) << dt
+                                     << ": with 0.01 to 0.05 N from either side; what is left over bends the strip";
     EXPECT_NEAR(f.x, session.support_force().x, 0.005) << dt << ": and its supports hold that";
   }
 }
@@ -120,7 +124,8 @@ TEST(BladeFlanks, PushTheLipsAside) {
       EXPECT_LT(most, 0.001) << dt << ": J; its 14 g would have 0.6 mJ at 0.3 m/s";
       EXPECT_LT(back.left, -0.0003) << dt;
       EXPECT_GT(back.right, 0.0003) << dt;
-      EXPECT_LT(tool.force.x * way, -0.04 * std::fabs(way)) << dt << ": the strip pushes back, with its slit a little longer: it bows onto the edge";
+      EXPECT_LT(tool.force.x * way, -0.04 * std::fabs(way))
+          << dt << ": the strip pushes back, with its slit a little longer: it bows onto the edge";
       EXPECT_NEAR(-tool.coupling_force.x, held.x, 0.002) << dt << ": with what its supports hold";
     }
     lead(session, 0.3, {kHere, 0.03, -0.012});
@@ -233,7 +238,8 @@ TEST(BladeFlanks, TheBackMeetsTheEndOfTheSlit) {
   double touching = 0;
   for (const Session::ContactState& c : session.contacts()) touching -= c.force.y;
   EXPECT_LT(std::fabs(touching), 0.01);
-  EXPECT_LT(std::fabs(session.tools()[0].force.y), 1.1 * 10 * 0.003) << "its edge alone is held back: resistance x thickness";
+  EXPECT_LT(std::fabs(session.tools()[0].force.y), 1.1 * 10 * 0.003)
+      << "its edge alone is held back: resistance x thickness";
   lead(session, 0.2, {kHere, -0.02, -0.012});
   run(session, 0.4);
   const double force = session.tools()[0].force.y;

@@ -30,7 +30,8 @@ TEST(DeformationRate, IsTheNormOfTheGradient) {
     std::vector<Vec3> velocities;
     for (const Vec3 x : session->node_positions()) velocities.push_back(gradient * x);
     const double expected = std::sqrt(square);
-    for (const double least : {0.0, 0.99 * expected}) EXPECT_NEAR(deformation_rate(hex, velocities, least), expected, 1e-9 * expected);
+    for (const double least : {0.0, 0.99 * expected})
+      EXPECT_NEAR(deformation_rate(hex, velocities, least), expected, 1e-9 * expected);
   }
   EXPECT_EQ(deformation_rate(hex, std::vector<Vec3>(session->node_positions().size(), Vec3{1, 2, 3}), 1), 0);
 }

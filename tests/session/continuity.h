@@ -58,7 +58,8 @@ struct SurfaceJump {
 /// Vertices that are the same point of the material before and after.
 inline SurfaceJump surface_jump(const SurfaceMotion& a, const SurfaceMotion& b, double noticed) {
   SurfaceJump jump;
-  const auto compare = [&](const auto& rest_a, const auto& rest_b, const auto& xa, const auto& xb, const auto& va, const auto& vb) {
+  const auto compare = [&](const auto& rest_a, const auto& rest_b, const auto& xa, const auto& xb, const auto& va,
+                           const auto& vb) {
     for (std::size_t i = 0; i < std::min(rest_a.size(), rest_b.size()); ++i) {
       if (!(rest_a[i] == rest_b[i])) continue;  // a provisional vertex that was made again elsewhere
       const double moved = norm(xb[i] - xa[i]);
@@ -96,12 +97,13 @@ inline Continuity continuity(const SurfaceMotion& before, const SurfaceMotion& a
   double farthest = 0;
   for (const Vec3 p : after.visual) farthest = std::max(farthest, norm(p));
   if (!(c.moved <= kLargestJump))
-    c.broken = "a vertex jumped by " + number(c.moved) + " of the body's size in a cut, " + number(farthest / size) + " away";
-  else if (!(c.kicked <= kLargestKick))
-    c.broken = "a vertex' velocity jumped by " + number(c.kicked) + " in a cut";
+    c.broken =
+        "a vertex jumped by " + number(c.moved) + " of the body's size in a cut, " + number(farthest / size) + " away";
+  else if (!(c.kicked <= kLargestKick)) c.broken = "a vertex' velocity jumped by " + number(c.kicked) + " in a cut";
   else if (!(c.gained <= kLargestGain))
-    c.broken = "a cut added " + number(c.gained) + " to the kinetic energy of " + number(before.kinetic) + " J; mass changed by " +
-               number(after.mass / before.mass - 1) + ", momentum by " + number(norm(after.momentum - before.momentum)) + " kg m/s";
+    c.broken = "a cut added " + number(c.gained) + " to the kinetic energy of " + number(before.kinetic) +
+               " J; mass changed by " + number(after.mass / before.mass - 1) + ", momentum by " +
+               number(norm(after.momentum - before.momentum)) + " kg m/s";
   return c;
 }
 

@@ -47,9 +47,7 @@ std::vector<std::uint64_t> trace(const Scene& scene, int threads) {
   return hashes;
 }
 
-TEST(Determinism, ThereAreShippedScenes) {
-  EXPECT_GE(shipped_scenes().size(), 5U);
-}
+TEST(Determinism, ThereAreShippedScenes) { EXPECT_GE(shipped_scenes().size(), 5U); }
 
 class ShippedScene : public ::testing::TestWithParam<std::filesystem::path> {};
 
@@ -87,7 +85,8 @@ TEST(Determinism, ALargeBodyDoesNotDependOnThreads) {
     for (int i = 0; i < 3; ++i) {
       const Vec3 up{0, 0, 1};
       ASSERT_TRUE(session->begin_stroke(SceneFrame::kRest, true).ok());
-      for (const Vec3 p : {Vec3{-0.6, -0.2 + 0.2 * i, 0}, Vec3{0.3, 0.1 * i, 0}}) ASSERT_TRUE(session->move_blade(p + up, p - up).ok());
+      for (const Vec3 p : {Vec3{-0.6, -0.2 + 0.2 * i, 0}, Vec3{0.3, 0.1 * i, 0}})
+        ASSERT_TRUE(session->move_blade(p + up, p - up).ok());
       ASSERT_TRUE(session->end_stroke().ok());
       ASSERT_TRUE(session->step(2).ok());
       out.push_back(session->hash());
@@ -96,7 +95,8 @@ TEST(Determinism, ALargeBodyDoesNotDependOnThreads) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
-SessionChange change(std::int64_t step, SessionChange::Kind kind, std::vector<double> values = {}, std::string id = "") {
+SessionChange change(std::int64_t step, SessionChange::Kind kind, std::vector<double> values = {},
+                     std::string id = "") {
   SessionChange c;
   c.step = step;
   c.kind = kind;
@@ -114,13 +114,15 @@ Recording eventful() {
   r.last_step = 60;
   SessionChange grasp = change(2, Kind::kGrasp, {}, "g");
   grasp.vertices = {3, 4, 5};
-  r.changes = {change(1, Kind::kFix, {2, 0, 0.05, 0, 0, 1, 0}), grasp, change(3, Kind::kMove, {0.02, -0.05, 0.03, 0.02}, "g"),
-               change(5, Kind::kBeginStroke, {1})};
-  for (int i = 0; i < 10; ++i) r.changes.push_back(change(5 + i, Kind::kBlade, {0.01, -0.1 + 0.012 * i, 0.05, 0.01, -0.1 + 0.012 * i, -0.05}));
-  for (auto c : {change(16, Kind::kEndStroke), change(20, Kind::kUndo), change(25, Kind::kRedo), change(30, Kind::kGravity, {0, 1, -5}),
-                 change(33, Kind::kMaterial, {30e3, 0.4, 900}), change(36, Kind::kBeginStroke, {0}),
-                 change(36, Kind::kBlade, {-0.1, -0.02, 0.05, -0.1, -0.02, -0.05}), change(37, Kind::kBlade, {0.05, -0.03, 0.05, 0.05, -0.03, -0.05}),
-                 change(39, Kind::kEndStroke), change(45, Kind::kRelease, {}, "g"), change(50, Kind::kUnfix, {2, 0, 0.05, 0, 0, 1, 0})})
+  r.changes = {change(1, Kind::kFix, {2, 0, 0.05, 0, 0, 1, 0}), grasp,
+               change(3, Kind::kMove, {0.02, -0.05, 0.03, 0.02}, "g"), change(5, Kind::kBeginStroke, {1})};
+  for (int i = 0; i < 10; ++i)
+    r.changes.push_back(change(5 + i, Kind::kBlade, {0.01, -0.1 + 0.012 * i, 0.05, 0.01, -0.1 + 0.012 * i, -0.05}));
+  for (auto c : {change(16, Kind::kEndStroke), change(20, Kind::kUndo), change(25, Kind::kRedo),
+                 change(30, Kind::kGravity, {0, 1, -5}), change(33, Kind::kMaterial, {30e3, 0.4, 900}),
+                 change(36, Kind::kBeginStroke, {0}), change(36, Kind::kBlade, {-0.1, -0.02, 0.05, -0.1, -0.02, -0.05}),
+                 change(37, Kind::kBlade, {0.05, -0.03, 0.05, 0.05, -0.03, -0.05}), change(39, Kind::kEndStroke),
+                 change(45, Kind::kRelease, {}, "g"), change(50, Kind::kUnfix, {2, 0, 0.05, 0, 0, 1, 0})})
     r.changes.push_back(c);
   return r;
 }

@@ -111,7 +111,9 @@ TEST(Dust, StrokesBesideEachOtherLeaveNone) {
   expect_valid(session);
   EXPECT_GE(swept, 10);
   EXPECT_EQ(session.undo_depth(), cuts) << "no steps of their own";
-  const auto notes = std::count_if(session.notes().begin(), session.notes().end(), [](const std::string& n) { return n.find("swept up as dust") != std::string::npos; });
+  const auto notes = std::count_if(session.notes().begin(), session.notes().end(), [](const std::string& n) {
+    return n.find("swept up as dust") != std::string::npos;
+  });
   EXPECT_EQ(notes, strokes);
 }
 
@@ -171,7 +173,8 @@ TEST(Dust, WhatIsHeldStays) {
     for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
       const CollisionHalfEdge h = CollisionMesh::corner(f, 0);
       const Vec3 a = mesh.rest[mesh.from(h)];
-      area[static_cast<std::size_t>(pieces.of_face[f.index()])] += 0.5 * norm(cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a));
+      area[static_cast<std::size_t>(pieces.of_face[f.index()])] +=
+          0.5 * norm(cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a));
     }
     const auto smallest = static_cast<std::int32_t>(std::min_element(area.begin(), area.end()) - area.begin());
     std::vector<CollisionVertex> of_dust;
@@ -239,7 +242,8 @@ TEST(Dust, IsTheSameWhenReplayed) {
   int swept = 0;
   for (int i = 0; i < 6; ++i) {
     record(SessionChange::Kind::kBeginStroke, {1, 1});
-    for (const Saw::Pose& p : saw.next()) record(SessionChange::Kind::kBlade, {p.base.x, p.base.y, p.base.z, p.tip.x, p.tip.y, p.tip.z});
+    for (const Saw::Pose& p : saw.next())
+      record(SessionChange::Kind::kBlade, {p.base.x, p.base.y, p.base.z, p.tip.x, p.tip.y, p.tip.z});
     record(SessionChange::Kind::kEndStroke, {});
   }
   for (const SessionChange& c : r.changes) ASSERT_TRUE(apply(*session, c).ok());
@@ -271,7 +275,8 @@ TEST(Dust, AStripOfAHundredthStays) {
   const Box3 box = test::box_of(session);
   const double high = box.max.z + box.size().z, low = box.min.z - box.size().z;
   const double x = box.min.x + 0.015 * box.size().x;
-  cut(session, {{{x, box.min.y - 0.01, high}, {x, box.min.y - 0.01, low}}, {{x, box.max.y + 0.01, high}, {x, box.max.y + 0.01, low}}});
+  cut(session, {{{x, box.min.y - 0.01, high}, {x, box.min.y - 0.01, low}},
+                {{x, box.max.y + 0.01, high}, {x, box.max.y + 0.01, low}}});
   const std::vector<double> volumes = volumes_of(session);
   ASSERT_EQ(volumes.size(), 2u);
   EXPECT_LT(volumes.front(), 0.02 * whole);

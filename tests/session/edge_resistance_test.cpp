@@ -54,7 +54,9 @@ Scene board_scene(double time_step, double resistance) {
   return scene;
 }
 
-int steps(const Session& session, double seconds) { return static_cast<int>(std::ceil(seconds / session.time_step() - 1e-9)); }
+int steps(const Session& session, double seconds) {
+  return static_cast<int>(std::ceil(seconds / session.time_step() - 1e-9));
+}
 
 /// Leads the knife to a height and waits.
 void lead(Session& session, double z, double over, double wait) {
@@ -150,7 +152,10 @@ enum class Mesh { kQuads, kAutomatic };
 Session slab_session(Scene scene, Mesh mesh) {
   constexpr int nx = 20, ny = 10;
   const models::PlanarMesh side = models::quad_grid(
-      nx, ny, [](int i, int j) { return Vec2{(static_cast<double>(i) / nx - 0.5) * kSlab.x, (static_cast<double>(j) / ny - 0.5) * kSlab.y}; },
+      nx, ny,
+      [](int i, int j) {
+        return Vec2{(static_cast<double>(i) / nx - 0.5) * kSlab.x, (static_cast<double>(j) / ny - 0.5) * kSlab.y};
+      },
       [](int i, int j) { return models::alternating_split(i, j, nx, ny); });
   models::ThickShape shape;
   shape.top = [](std::size_t) { return kSlab.z / 2; };

@@ -77,8 +77,10 @@ TEST(Extremes, WhatIsStiffForItsTimeStepLandsWithTheEnergyOfItsFall) {
   };
   // A strip that hops on a ball keeps its spin in the air, and comes down on it harder than contacts foresee in so long a step: 6 of 24 places of the ball were over 0.25, 0.9
   // at most. Where flights lost their spin none was, but one had 18 times the energy of its fall.
-  for (const Row& row : {Row{"strip", SceneShape::kSphere, 1e9, 0.005, 0.25}, Row{"strip", SceneShape::kSphere, 1e9, 0.0167, 1}, Row{"strip", SceneShape::kBox, 1e9, 0.0167, 0.25},
-                         Row{"s-shape", SceneShape::kBox, 1e9, 0.0167, 0.25}, Row{"half-shell", SceneShape::kPlane, 1e9, 0.0167, 0.25}}) {
+  for (const Row& row :
+       {Row{"strip", SceneShape::kSphere, 1e9, 0.005, 0.25}, Row{"strip", SceneShape::kSphere, 1e9, 0.0167, 1},
+        Row{"strip", SceneShape::kBox, 1e9, 0.0167, 0.25}, Row{"s-shape", SceneShape::kBox, 1e9, 0.0167, 0.25},
+        Row{"half-shell", SceneShape::kPlane, 1e9, 0.0167, 0.25}}) {
     const std::string where = std::string(row.model) + " at " + std::to_string(row.dt) + " s";
     Scene scene;
     scene.name = scene.body.model = row.model;
@@ -104,7 +106,8 @@ TEST(Extremes, WhatIsStiffForItsTimeStepLandsWithTheEnergyOfItsFall) {
       // On a ball, where few passes find which of many contacts hold, a hop gained 30 % for a step; a strip that flew off a box had 263 J.
       ASSERT_LE(done->mechanics.kinetic_energy, 2 * mass * 9.81 * drop) << where << ", " << session.time() << " s";
       touched += done->mechanics.pressing;
-      for (const Session::ContactState& c : session.contacts()) ASSERT_GT(c.gap, -row.deepest * 0.0015) << where << ", " << session.time() << " s";
+      for (const Session::ContactState& c : session.contacts())
+        ASSERT_GT(c.gap, -row.deepest * 0.0015) << where << ", " << session.time() << " s";
     }
     EXPECT_GT(touched, 0) << where;
     expect_sound(session, where);
@@ -129,7 +132,8 @@ TEST(Extremes, CutToCrumbs) {
       ASSERT_TRUE(session->step(1).ok());
     }
   for (int i = 0; i < 40; ++i) {
-    const Vec3 a{random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), 0}, b{random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), 0};
+    const Vec3 a{random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), 0},
+        b{random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), 0};
     ASSERT_TRUE(cut(*session, a, b).ok()) << i;
   }
   expect_sound(*session, "crumbs");
@@ -155,7 +159,9 @@ TEST_P(OneTriangle, IsBoundCutAndMoved) {
   const Vec2 corners[3] = {{0, 0}, {1, 0}, {0.3, 0.8}};
   TriangleMesh collision, visual;
   const auto add = [](TriangleMesh& mesh, Vec3 p) { mesh.positions.push_back(p); };
-  const auto triangle = [](TriangleMesh& mesh, int a, int b, int c) { mesh.triangles.push_back({VertexId(a), VertexId(b), VertexId(c)}); };
+  const auto triangle = [](TriangleMesh& mesh, int a, int b, int c) {
+    mesh.triangles.push_back({VertexId(a), VertexId(b), VertexId(c)});
+  };
   for (const Vec2 c : corners) add(collision, {c.x, c.y, 0});
   triangle(collision, 0, 1, 2);
   if (closed) {
@@ -226,7 +232,9 @@ TEST(Extremes, TimeStepsOfATenthOfAMillisecondToATenthOfASecond) {
       const std::string where = "dt = " + std::to_string(dt) + ", E = " + std::to_string(young);
       for (int i = 0; i < 10; ++i) {
         const double x = -0.3 + 0.06 * i;
-        if (i % 3 == 0) { ASSERT_TRUE(cut(*session, {x, -0.6, 0}, {x, 0.2, 0}).ok()) << where; }
+        if (i % 3 == 0) {
+          ASSERT_TRUE(cut(*session, {x, -0.6, 0}, {x, 0.2, 0}).ok()) << where;
+        }
         ASSERT_TRUE(session->step(3).ok()) << where;
       }
       expect_sound(*session, where);
@@ -253,7 +261,9 @@ TEST(Extremes, AHundredTimesTheEarthsGravity) {
     auto session = Session::create(scene);
     ASSERT_TRUE(session.ok());
     for (int i = 0; i < 12; ++i) {
-      if (i % 4 == 1) { ASSERT_TRUE(cut(*session, {-0.2 + 0.1 * i, -0.6, 0}, {-0.2 + 0.1 * i, 0.3, 0}).ok()); }
+      if (i % 4 == 1) {
+        ASSERT_TRUE(cut(*session, {-0.2 + 0.1 * i, -0.6, 0}, {-0.2 + 0.1 * i, 0.3, 0}).ok());
+      }
       ASSERT_TRUE(session->step(5).ok());
     }
     expect_sound(*session, "100 g");
@@ -325,7 +335,8 @@ TEST(Extremes, FromAMicrometreToAKilometre) {
   ASSERT_TRUE(model.ok());
   auto folder = TemporaryFolder::create();
   ASSERT_TRUE(folder.ok());
-  const std::string visual = (folder->path() / "visual.ply").string(), collision = (folder->path() / "collision.ply").string();
+  const std::string visual = (folder->path() / "visual.ply").string(),
+                    collision = (folder->path() / "collision.ply").string();
   ASSERT_TRUE(write_ply(visual, model->visual).ok());
   ASSERT_TRUE(write_ply(collision, model->collision).ok());
   BodyCounts counts[3];

@@ -29,8 +29,8 @@ Scene crossing(double dt, double friction) {
 }
 
 struct Motion {
-  Vec3 linear, angular;  // kg m/s, kg m2/s about the origin
-  double kinetic = 0;    // J
+  Vec3 linear, angular;          // kg m/s, kg m2/s about the origin
+  double kinetic = 0;            // J
   double size = 0, turning = 0;  // sums of the parts' lengths
 };
 Motion motion_of(MechanicsModel& model, const MechanicsState& state) {
@@ -67,7 +67,8 @@ TEST(FreeBodies, HitOffCentreTheyKeepLinearAndAngularMomentum) {
       StepOptions options;
       options.dt = dt;
       options.gravity = {};
-      options.tolerance = 5e-4;  // at twice that the course with friction depends on the last bits in short steps too: 0.0016 to 0.0074
+      options.tolerance =
+          5e-4;  // at twice that the course with friction depends on the last bits in short steps too: 0.0016 to 0.0074
       StepWorkspace workspace;
       DetectMemory memory;
       const Motion before = motion_of(*model, state);
@@ -75,7 +76,8 @@ TEST(FreeBodies, HitOffCentreTheyKeepLinearAndAngularMomentum) {
       double linear = 0, angular = 0, kinetic = 0;
       const int steps = static_cast<int>(std::lround(0.1 / dt));
       for (int i = 0; i < steps; ++i) {
-        find_contacts(scene, body, *model, state, {}, i * dt, dt, {}, memory, contact, [](const Contact&) { return false; });
+        find_contacts(scene, body, *model, state, {}, i * dt, dt, {}, memory, contact,
+                      [](const Contact&) { return false; });
         const auto report = step(*model, state, options, workspace, &contact.set);
         ASSERT_TRUE(report.ok()) << report.error().message;
         pressed += report->pressing > 0 ? 1 : 0;

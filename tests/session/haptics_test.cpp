@@ -173,7 +173,8 @@ TEST(Haptics, AStaleModelLetsGo) {
   model.period = 0.010;
   model.planes[0].depth = 0.002;
   channel.write(model);
-  const double start = servo.wrench(deep, 2.0).force.z, half = servo.wrench(deep, 2.005).force.z, all = servo.wrench(deep, 2.010).force.z;
+  const double start = servo.wrench(deep, 2.0).force.z, half = servo.wrench(deep, 2.005).force.z,
+               all = servo.wrench(deep, 2.010).force.z;
   EXPECT_NEAR(start, 1, 1e-9);
   EXPECT_NEAR(all, 2, 1e-9);
   EXPECT_NEAR(half, 1.5, 1e-9);

@@ -22,7 +22,8 @@ class LongShaving : public ::testing::Test {
     skin_.positions = decltype(skin_.positions)(mesh.rest.raw());
     for (std::size_t f = 0; f < mesh.face_count(); ++f) {
       const VisualHalfEdge h = VisualMesh::corner(VisualTriangle(f), 0);
-      skin_.triangles.push_back({VertexId(mesh.from(h).value), VertexId(mesh.to(h).value), VertexId(mesh.apex(h).value)});
+      skin_.triangles.push_back(
+          {VertexId(mesh.from(h).value), VertexId(mesh.to(h).value), VertexId(mesh.apex(h).value)});
     }
   }
   static Session make() {
@@ -48,7 +49,10 @@ class LongShaving : public ::testing::Test {
     for (int k = 0; k < passes; ++k) {
       const double turn = k / 40.0, x = 0.0042 * (4 * std::fabs(turn - std::floor(turn + 0.5)) - 1);
       const Vec3 at{x, 0.0122 + (deepest - 0.0122) * k / passes + kBow * x * x, 0};
-      ASSERT_TRUE(session_.shave({at + Vec3{0, 0, 0.0012}, at - Vec3{0, 0, 0.0012}, kRadius}, SceneFrame::kRest, smoothing, depth).ok());
+      ASSERT_TRUE(
+          session_
+              .shave({at + Vec3{0, 0, 0.0012}, at - Vec3{0, 0, 0.0012}, kRadius}, SceneFrame::kRest, smoothing, depth)
+              .ok());
       if (k % 65 != 64 && k + 1 != passes) continue;
       const Status valid = session_.validate();
       ASSERT_TRUE(valid.ok()) << "pass " << k << ": " << valid.error().message;

@@ -21,7 +21,8 @@ double deepest_in(Session& session, std::span<const RigidShape> shapes) {
   const test::SurfaceNow now = test::surface_now(session);
   const auto triangles = testing_support::triangles_of(now.surface);
   double deepest = 0;
-  for (const RigidShape& shape : shapes) deepest = std::max(deepest, testing_support::deepest_in_shape({now.positions, now.offsets, triangles}, shape, 8));
+  for (const RigidShape& shape : shapes)
+    deepest = std::max(deepest, testing_support::deepest_in_shape({now.positions, now.offsets, triangles}, shape, 8));
   return deepest / now.surface.largest_radius;
 }
 
@@ -104,7 +105,8 @@ TEST(LyingOnShapes, WhatComesDownOnThemIsSeenComing) {
       Session session = make(scene);
       SceneCommand command;
       const double down = 0.0068;
-      command.what = SceneToolMotion{"ball", {{(tool.position.z - down) / speed, {tool.position.x, tool.position.y, down}, {}}}};
+      command.what =
+          SceneToolMotion{"ball", {{(tool.position.z - down) / speed, {tool.position.x, tool.position.y, down}, {}}}};
       ASSERT_TRUE(session.apply(command).ok());
       double deepest = 0;
       const double end = (tool.position.z - down) / speed + 0.2;

@@ -30,9 +30,10 @@ constexpr double kPlaced = 0.03;
 
 /// 1 x 1 x 0.1 m, or another model, at rest.
 Session body(const std::string& model = "closed-sheet", const std::string& cut = "") {
-  auto scene = parse_scene(fmt::format("[body]\nmodel = \"{}\"\n{}[cut]\n{}\n[simulation]\ngravity = [0, 0, 0]\n", model,
-                                       model == "closed-sheet" ? "options = {visual_triangles = 20000}\n" : "", cut),
-                           "measured");
+  auto scene =
+      parse_scene(fmt::format("[body]\nmodel = \"{}\"\n{}[cut]\n{}\n[simulation]\ngravity = [0, 0, 0]\n", model,
+                              model == "closed-sheet" ? "options = {visual_triangles = 20000}\n" : "", cut),
+                  "measured");
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   return test::make(*scene);
 }
@@ -46,7 +47,8 @@ void draw(Session& session, const Path& path, int poses = 20) {
   ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
   pose(path.front());
   for (std::size_t i = 0; i + 1 < path.size(); ++i)
-    for (int k = 1; k <= poses; ++k) pose(k == poses ? path[i + 1] : lerp(path[i], path[i + 1], static_cast<double>(k) / poses));
+    for (int k = 1; k <= poses; ++k)
+      pose(k == poses ? path[i + 1] : lerp(path[i], path[i + 1], static_cast<double>(k) / poses));
   ASSERT_TRUE(session.end_stroke().ok());
 }
 
@@ -71,7 +73,8 @@ double volume_beyond(const VisualMesh& mesh, Vec3 point, Vec3 normal) {
       if (height(a) * height(b) < 0) kept.push_back(lerp(a, b, height(a) / (height(a) - height(b))));
     }
     for (std::size_t k = 1; k + 1 < kept.size(); ++k)
-      volume += dot(0.5 * cross(kept[k] - kept[0], kept[k + 1] - kept[0]), normal) * (height(kept[0]) + height(kept[k]) + height(kept[k + 1])) / 3;
+      volume += dot(0.5 * cross(kept[k] - kept[0], kept[k + 1] - kept[0]), normal) *
+                (height(kept[0]) + height(kept[k]) + height(kept[k + 1])) / 3;
   }
   return volume;
 }
@@ -108,11 +111,18 @@ struct Within {
 void expect_pieces(const Session& session, std::vector<double> expected, const std::string& what, Within within = {}) {
   std::sort(expected.begin(), expected.end());
   const std::vector<double> volumes = weigh(session);
-  ASSERT_EQ(volumes.size(), expected.size()) << what << fmt::format("; the smallest is {:.3g} m3 and should be {:.3g}", volumes.front(), expected.front());
-  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(volumes[i], expected[i], within.share * expected[i] + within.cut * session.scene().cut.minimum_feature * edge_of(session)) << what << ", piece " << i;
-  EXPECT_NEAR(std::accumulate(volumes.begin(), volumes.end(), 0.0), std::accumulate(expected.begin(), expected.end(), 0.0), 1e-9) << what;
+  ASSERT_EQ(volumes.size(), expected.size())
+      << what << fmt::format("; the smallest is {:.3g} m3 and should be {:.3g}", volumes.front(), expected.front());
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_NEAR(volumes[i], expected[i],
+                within.share * expected[i] + within.cut * session.scene().cut.minimum_feature * edge_of(session))
+        << what << ", piece " << i;
+  EXPECT_NEAR(std::accumulate(volumes.begin(), volumes.end(), 0.0),
+              std::accumulate(expected.begin(), expected.end(), 0.0), 1e-9)
+      << what;
   EXPECT_EQ(static_cast<std::size_t>(session.counts().pieces), expected.size()) << what;
-  for (const StrokeRecord& s : session.strokes()) EXPECT_EQ(s.refused, 0) << what << (session.notes().empty() ? "; not noted" : "; " + session.notes().back());
+  for (const StrokeRecord& s : session.strokes())
+    EXPECT_EQ(s.refused, 0) << what << (session.notes().empty() ? "; not noted" : "; " + session.notes().back());
 }
 
 TEST(MeasuredCuts, AStripWeighsWhatItIsWide) {
@@ -158,7 +168,8 @@ TEST(MeasuredCuts, CrossingCutsMakeFourPieces) {
       draw(session, {{x, -0.6}, {x, 0.6}});
       draw(session, {{-0.6, y}, {0.6, y}});
       const double a = 0.5 + x, b = 0.5 + y;
-      expect_pieces(session, {0.1 * a * b, 0.1 * a * (1 - b), 0.1 * (1 - a) * b, 0.1 * (1 - a) * (1 - b)}, fmt::format("crossing at {:.3f}, {:.3f}", x, y), {2 * kShare, 0.0024});  // of either width
+      expect_pieces(session, {0.1 * a * b, 0.1 * a * (1 - b), 0.1 * (1 - a) * b, 0.1 * (1 - a) * (1 - b)},
+                    fmt::format("crossing at {:.3f}, {:.3f}", x, y), {2 * kShare, 0.0024});  // of either width
     }
 }
 
@@ -173,7 +184,8 @@ TEST(MeasuredCuts, SlantingCrossingCutsMakeFourPieces) {
       const std::vector<double> volumes = weigh(session);
       ASSERT_EQ(volumes.size(), 4U) << x << ", " << degrees << " degrees";
       const VisualMesh uncut = body().body().complex.visual;
-      const double upper = volume_beyond(uncut, {0, 0.03, 0}, {0, 1, 0}), left = volume_beyond(uncut, {x, 0.03, 0}, {-std::sin(a), std::cos(a), 0});
+      const double upper = volume_beyond(uncut, {0, 0.03, 0}, {0, 1, 0}),
+                   left = volume_beyond(uncut, {x, 0.03, 0}, {-std::sin(a), std::cos(a), 0});
       // Two of the four are above, and two to the left: some pairs of volumes must say so.
       double nearest_upper = HUGE_VAL, nearest_left = HUGE_VAL;
       for (std::size_t i = 0; i < 4; ++i)
@@ -198,7 +210,10 @@ TEST(MeasuredCuts, DiceComeApart) {
       }
     // Two corners of a square may each be a minimum feature off.
     const double share = std::max(kShare, session.scene().cut.minimum_feature * edge_of(session) * (lines + 1));
-    expect_pieces(session, std::vector<double>(static_cast<std::size_t>((lines + 1) * (lines + 1)), 0.1 / ((lines + 1) * (lines + 1))), fmt::format("{} x {} lines", lines, lines), {share, 0});
+    expect_pieces(
+        session,
+        std::vector<double>(static_cast<std::size_t>((lines + 1) * (lines + 1)), 0.1 / ((lines + 1) * (lines + 1))),
+        fmt::format("{} x {} lines", lines, lines), {share, 0});
   }
 }
 
@@ -216,7 +231,8 @@ TEST(MeasuredCuts, AWedgeComesOut) {
       const std::string what = fmt::format("turned by {} degrees in {}", degrees, one_stroke ? "one stroke" : "two");
       if (degrees > 90 && 0.02 + height < 0.5) {
         const double wedge = 0.5 * depth * height * 0.1;
-        expect_pieces(session, {wedge, 0.1 - wedge}, what, {kShare, 0.1 * (depth + depth / std::cos(std::numbers::pi - a))});
+        expect_pieces(session, {wedge, 0.1 - wedge}, what,
+                      {kShare, 0.1 * (depth + depth / std::cos(std::numbers::pi - a))});
       } else {
         EXPECT_EQ(weigh(session).size(), 2U) << what;
       }
@@ -230,7 +246,8 @@ TEST(MeasuredCuts, NestedHexagonsAllComeLoose) {
     if (!inwards) std::reverse(radii.begin(), radii.end());
     for (const double r : radii) {
       Path path;
-      for (int i = 0; i <= 6; ++i) path.push_back({r * std::cos(i * std::numbers::pi / 3), r * std::sin(i * std::numbers::pi / 3)});
+      for (int i = 0; i <= 6; ++i)
+        path.push_back({r * std::cos(i * std::numbers::pi / 3), r * std::sin(i * std::numbers::pi / 3)});
       draw(session, path, 8);
     }
     std::sort(radii.begin(), radii.end());
@@ -270,13 +287,25 @@ TEST(MeasuredCuts, SliversAtARimHaveAVolume) {
   ASSERT_TRUE(folder.ok());
   const std::string path = (folder->path() / "ring.obj").string();
   ASSERT_TRUE(write_obj(path, ring()).ok());
-  auto scene = parse_scene(fmt::format("[body]\nvisual = \"{}\"\n[cut]\ndust = 0\n[simulation]\ngravity = [0, 0, 0]\n", path), "measured");
+  auto scene = parse_scene(
+      fmt::format("[body]\nvisual = \"{}\"\n[cut]\ndust = 0\n[simulation]\ngravity = [0, 0, 0]\n", path), "measured");
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   Session session = test::make(*scene);
   const double whole = weigh(session).front();
-  const Path strokes[] = {
-      {{0.0002, 0.0429}, {-0.0166, 0.0423}, {-0.0331, 0.0392}, {-0.0489, 0.0337}, {-0.0553, 0.0227}, {-0.0595, 0.0068}, {-0.0590, -0.0095}, {-0.0543, -0.0254}},
-      {{-0.0592, 0.0052}, {-0.0596, -0.0004}, {-0.0596, -0.0057}, {-0.0587, -0.0110}, {-0.0577, -0.0163}, {-0.0558, -0.0213}}};
+  const Path strokes[] = {{{0.0002, 0.0429},
+                           {-0.0166, 0.0423},
+                           {-0.0331, 0.0392},
+                           {-0.0489, 0.0337},
+                           {-0.0553, 0.0227},
+                           {-0.0595, 0.0068},
+                           {-0.0590, -0.0095},
+                           {-0.0543, -0.0254}},
+                          {{-0.0592, 0.0052},
+                           {-0.0596, -0.0004},
+                           {-0.0596, -0.0057},
+                           {-0.0587, -0.0110},
+                           {-0.0577, -0.0163},
+                           {-0.0558, -0.0213}}};
   for (const Path& stroke : strokes) draw(session, stroke, 4);
   const std::vector<double> volumes = weigh(session);
   EXPECT_EQ(static_cast<std::size_t>(session.counts().pieces), volumes.size());

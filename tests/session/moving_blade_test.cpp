@@ -81,7 +81,9 @@ class Moving {
   /// Pieces are those of the strokes, and walls stand where these went, within so many edges.
   void expect_cut(double off, const std::string& what) {
     judged_.body = session_.body().complex;
-    const auto verdict = StrokeJudge{0.12 * edge() + off * edge(), 0.9 * judged_.options.minimum_feature * edge()}.judge(judged_, strokes_);
+    const auto verdict =
+        StrokeJudge{0.12 * edge() + off * edge(), 0.9 * judged_.options.minimum_feature * edge()}.judge(judged_,
+                                                                                                        strokes_);
     EXPECT_EQ(verdict.bridges, 0) << what;
     EXPECT_EQ(verdict.severed, 0) << what;
     const auto deviation = StrokeJudge::deviation(judged_, strokes_);
@@ -92,8 +94,12 @@ class Moving {
   }
 
   /// The place at rest that lies at a place of the world, and the other way round: of the nearest triangle, whose plane goes on beyond its sides.
-  [[nodiscard]] Vec2 to_rest(Vec2 p) { return follow(p, session_.collision_positions(), session_.body().complex.collision.rest.raw()); }
-  [[nodiscard]] Vec2 to_world(Vec2 p) { return follow(p, session_.body().complex.collision.rest.raw(), session_.collision_positions()); }
+  [[nodiscard]] Vec2 to_rest(Vec2 p) {
+    return follow(p, session_.collision_positions(), session_.body().complex.collision.rest.raw());
+  }
+  [[nodiscard]] Vec2 to_world(Vec2 p) {
+    return follow(p, session_.body().complex.collision.rest.raw(), session_.collision_positions());
+  }
 
  private:
   static double cross_of(Vec2 a, Vec2 b, Vec2 c) { return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x); }
@@ -110,7 +116,9 @@ class Moving {
         x[k] = {from[v].x, from[v].y};
         y[k] = to[v];
       }
-      const double area = cross_of(x[0], x[1], x[2]), w[3] = {cross_of(x[1], x[2], p) / area, cross_of(x[2], x[0], p) / area, cross_of(x[0], x[1], p) / area};
+      const double area = cross_of(x[0], x[1], x[2]),
+                   w[3] = {cross_of(x[1], x[2], p) / area, cross_of(x[2], x[0], p) / area,
+                           cross_of(x[0], x[1], p) / area};
       const double inside = std::min({w[0], w[1], w[2]});
       if (inside <= nearest) continue;
       nearest = inside;
@@ -135,7 +143,9 @@ TEST(MovingBlade, CutsABodyThatFallsWhereItWasInIt) {
     const double heading = random.uniform(0, 2 * M_PI);
     const Vec2 g = random.uniform(0.3, 2) * Vec2{std::cos(heading), std::sin(heading)};
     Moving body(sheet({g.x, g.y, 0}, false));
-    Stroke path{{random.uniform(-0.7, 0.7), -0.7}, {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)}, {random.uniform(-0.7, 0.7), 0.7}};
+    Stroke path{{random.uniform(-0.7, 0.7), -0.7},
+                {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)},
+                {random.uniform(-0.7, 0.7), 0.7}};
     for (std::size_t k = 0; k < path.size(); ++k) path[k] = path[k] + fallen(g, 40 * static_cast<int>(k));
     const int poses[] = {2, 5, 10}, between = 40 / poses[i % 3];
     int steps = 0;
@@ -153,12 +163,15 @@ TEST(MovingBlade, CutsABodyThatSwingsWhereItWasInIt) {
   for (int i = 0; i < 12; ++i) {
     Moving body(sheet({0, random.uniform(-5, 5), 0}, true));
     ASSERT_TRUE(body.session().step(random.index(20)).ok());
-    const Stroke path{{random.uniform(-0.3, 0.3), -0.3}, {random.uniform(-0.3, 0.3), random.uniform(-0.1, 0.1)}, {random.uniform(-0.3, 0.3), 0.3}};
+    const Stroke path{{random.uniform(-0.3, 0.3), -0.3},
+                      {random.uniform(-0.3, 0.3), random.uniform(-0.1, 0.1)},
+                      {random.uniform(-0.3, 0.3), 0.3}};
     const int poses[] = {2, 5, 10}, between = 20 / poses[i % 3];
     // Straight in the body as it is at the end.
     body.cut(path, poses[i % 3], between, [&](Vec2 p, Stroke& at_rest) {
       const Vec2 was = at_rest.empty() ? p : body.to_world(at_rest.back());
-      for (int k = at_rest.empty() ? kParts : 1; k <= kParts; ++k) at_rest.push_back(body.to_rest(lerp(was, p, static_cast<double>(k) / kParts)));
+      for (int k = at_rest.empty() ? kParts : 1; k <= kParts; ++k)
+        at_rest.push_back(body.to_rest(lerp(was, p, static_cast<double>(k) / kParts)));
     });
     body.expect_cut(kGivesWay, "set " + std::to_string(i));
   }

@@ -64,8 +64,7 @@ Session cut_plate(const Scene& scene, double length, double middle) {
   Session session = std::move(made).value();
   if (length == 0) return session;
   EXPECT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
-  for (const double x : {0.6, 0.5 - length})
-    EXPECT_TRUE(session.move_blade({x, middle, 1}, {x, middle, -1}).ok());
+  for (const double x : {0.6, 0.5 - length}) EXPECT_TRUE(session.move_blade({x, middle, 1}, {x, middle, -1}).ok());
   EXPECT_TRUE(session.end_stroke().ok());
   // The slit ends where it was meant to.
   double tip = 1;
@@ -104,7 +103,8 @@ void add_traction(const Body& body, Vec3 a, Vec3 b, Vec3 force, std::vector<Node
     ASSERT_TRUE(owner.valid());
     for (int k = 0; k < kAcross; ++k) {
       p.z = kThickness * ((k + 0.5) / kAcross - 0.5);
-      const NodeForces spread = spread_force(body.hex, embed_point(body.hex, owner, p), (1.0 / (kAlong * kAcross)) * force);
+      const NodeForces spread =
+          spread_force(body.hex, embed_point(body.hex, owner, p), (1.0 / (kAlong * kAcross)) * force);
       for (std::size_t c = 0; c < 8; ++c) forces.push_back({spread.node[c], spread.force[c]});
     }
   }
@@ -155,8 +155,8 @@ std::vector<std::array<double, 4>> ratios(int cells, int layers) {
     for (const Load load : {kTension, kBending, kOpening, kTearing})
       if (row.compliance[load] > 0)
         all.back()[load] = compliance(session.body(), scene, load, kThickness * row.middle) / row.compliance[load];
-    std::printf("  %6.2f %7.2f  %7.3f %7.3f %7.3f %7.3f\n", row.length, row.middle, all.back()[0], all.back()[1], all.back()[2],
-                all.back()[3]);
+    std::printf("  %6.2f %7.2f  %7.3f %7.3f %7.3f %7.3f\n", row.length, row.middle, all.back()[0], all.back()[1],
+                all.back()[2], all.back()[3]);
   }
   return all;
 }
@@ -180,7 +180,8 @@ TEST(NotchedPlate, FollowsAFineMeshOfAnotherProgram) {
   expect_between(fine, {0.92, 0.955, 0.925, 0.86}, {1.0, 1.0, 1.0, 1.0});
   for (std::size_t i = 1; i < coarse.size(); ++i)
     for (const Load load : {kTension, kBending, kOpening, kTearing})
-      EXPECT_LT(1 - fine[i][load], 0.7 * (1 - coarse[i][load])) << kLoadNames[load] << ", slit of " << kReference[i].length;
+      EXPECT_LT(1 - fine[i][load], 0.7 * (1 - coarse[i][load]))
+          << kLoadNames[load] << ", slit of " << kReference[i].length;
 }
 
 /// A body that had its slit before there were cells is the body that was cut.

@@ -19,7 +19,8 @@ TEST(Pieces, ATipInAFaceOfTheLatticeCutsNothingOff) {
     const char* model;
     std::size_t triangles;
   };
-  static constexpr Kind kinds[] = {{"closed-sheet", 800}, {"steak", 0}, {"meniscus", 0}, {"holed-slab", 800}, {"two-holed-slab", 800}};
+  static constexpr Kind kinds[] = {
+      {"closed-sheet", 800}, {"steak", 0}, {"meniscus", 0}, {"holed-slab", 800}, {"two-holed-slab", 800}};
   for (const std::uint64_t seed : {46, 82, 180, 452, 1157, 1226, 1280, 1408}) {
     Random random(seed);
     const Kind& kind = kinds[random.index(5)];

@@ -49,7 +49,11 @@ Status RecordedSession::noted(SessionChange change, const std::function<Status()
 }
 
 Result<PunchReport> RecordedSession::punch(const Punch& p, SceneFrame frame, double roughness) {
-  SessionChange change{0, Kind::kPunch, {}, {}, {frame == SceneFrame::kRest ? 1.0 : 0.0, std::isfinite(p.reach) ? p.reach : -1, roughness}};
+  SessionChange change{0,
+                       Kind::kPunch,
+                       {},
+                       {},
+                       {frame == SceneFrame::kRest ? 1.0 : 0.0, std::isfinite(p.reach) ? p.reach : -1, roughness}};
   for (const Vec3 v : {p.centre, p.axis, p.across}) change.values.insert(change.values.end(), {v.x, v.y, v.z});
   for (const Vec2 c : p.outline) change.values.insert(change.values.end(), {c.x, c.y});
   note(std::move(change));
@@ -57,8 +61,12 @@ Result<PunchReport> RecordedSession::punch(const Punch& p, SceneFrame frame, dou
 }
 
 Result<ShaveReport> RecordedSession::shave(const Shaver& s, SceneFrame frame, double smoothing, double depth) {
-  note({0, Kind::kShave, {}, {},
-        {frame == SceneFrame::kRest ? 1.0 : 0.0, s.base.x, s.base.y, s.base.z, s.tip.x, s.tip.y, s.tip.z, s.radius, smoothing, depth}});
+  note({0,
+        Kind::kShave,
+        {},
+        {},
+        {frame == SceneFrame::kRest ? 1.0 : 0.0, s.base.x, s.base.y, s.base.z, s.tip.x, s.tip.y, s.tip.z, s.radius,
+         smoothing, depth}});
   return Session::shave(s, frame, smoothing, depth);
 }
 
@@ -84,11 +92,13 @@ Status RecordedSession::begin_stroke(SceneFrame frame, bool through) {
 }
 
 Status RecordedSession::move_blade(Vec3 base, Vec3 tip) {
-  return noted({0, Kind::kBlade, {}, {}, {base.x, base.y, base.z, tip.x, tip.y, tip.z}}, [&] { return Session::move_blade(base, tip); });
+  return noted({0, Kind::kBlade, {}, {}, {base.x, base.y, base.z, tip.x, tip.y, tip.z}},
+               [&] { return Session::move_blade(base, tip); });
 }
 
 Status RecordedSession::set_gravity(Vec3 gravity) {
-  return noted({0, Kind::kGravity, {}, {}, {gravity.x, gravity.y, gravity.z}}, [&] { return Session::set_gravity(gravity); });
+  return noted({0, Kind::kGravity, {}, {}, {gravity.x, gravity.y, gravity.z}},
+               [&] { return Session::set_gravity(gravity); });
 }
 
 Status RecordedSession::apply(const SceneCommand& command) {
@@ -148,25 +158,29 @@ class Player {
 
   std::optional<Problem> change(const SessionChange& c) {
     // What ends a stroke on its way ends it here, so that the books are simple.
-    const bool another = c.kind == Kind::kShave && session_.in_stroke() && session_.strokes().back().kind != StrokeRecord::Kind::kShave;
-    const bool ends = c.kind == Kind::kBeginStroke || c.kind == Kind::kUndo || c.kind == Kind::kRedo || c.kind == Kind::kPunch ||
-                      c.kind == Kind::kRemove || another;
+    const bool another =
+        c.kind == Kind::kShave && session_.in_stroke() && session_.strokes().back().kind != StrokeRecord::Kind::kShave;
+    const bool ends = c.kind == Kind::kBeginStroke || c.kind == Kind::kUndo || c.kind == Kind::kRedo ||
+                      c.kind == Kind::kPunch || c.kind == Kind::kRemove || another;
     if (ends && session_.in_stroke())
       if (auto problem = end_stroke()) return problem;
     const std::uint64_t now = fingerprint(session_);
     const int depth = session_.undo_depth();
     const bool in_stroke = session_.in_stroke();
     if (c.kind == Kind::kEndStroke) return end_stroke();
-    const bool cuts = session_.step_count() > 0 && (c.kind == Kind::kBlade || c.kind == Kind::kPunch || c.kind == Kind::kShave);
+    const bool cuts =
+        session_.step_count() > 0 && (c.kind == Kind::kBlade || c.kind == Kind::kPunch || c.kind == Kind::kShave);
     const std::uint64_t version = session_.topology_version();
     SurfaceMotion before;
     if (cuts) before = surface_motion(session_);
     const Status done = apply(session_, c);
     if (cuts && done && session_.topology_version() != version)
-      if (const Continuity jump = continuity(before, surface_motion(session_), size_, c.kind != Kind::kShave); !jump.broken.empty())
+      if (const Continuity jump = continuity(before, surface_motion(session_), size_, c.kind != Kind::kShave);
+          !jump.broken.empty())
         return Problem{Problem::Kind::kJump, jump.broken, 0, 0};
     if (!done && c.kind == Kind::kPunch) {  // one that finds no way is refused, and leaves nothing behind
-      if (fingerprint(session_) != now) return Problem{Problem::Kind::kCancelFails, "a punch that was refused left something behind", 0, 0};
+      if (fingerprint(session_) != now)
+        return Problem{Problem::Kind::kCancelFails, "a punch that was refused left something behind", 0, 0};
     } else if (!done && done.error().kind == ErrorKind::kFailed) {
       return Problem{Problem::Kind::kFailure, done.error().message, 0, 0};
     }
@@ -271,8 +285,8 @@ std::optional<Problem> problem_in(const Recording& recording) {
   }
 }
 
-Recording shrunk(const Recording& recording, Problem::Kind kind, const std::function<std::optional<Problem>(const Recording&)>& find,
-                 std::chrono::seconds most) {
+Recording shrunk(const Recording& recording, Problem::Kind kind,
+                 const std::function<std::optional<Problem>(const Recording&)>& find, std::chrono::seconds most) {
   const auto end = std::chrono::steady_clock::now() + most;
   const auto time_is_up = [&] { return std::chrono::steady_clock::now() > end; };
   Recording best = recording;
@@ -334,8 +348,8 @@ std::string keep_shrunk(const Recording& recording, const std::string& name) {
   const std::string file = (std::filesystem::path(folder ? folder : ".") / (name + ".kerfrec")).string();
   if (const Status written = replace_file(file, recording_text(small)); !written) return written.error().message;
   if (!problem) return "played again it does not fail; all of it: " + file;
-  return std::to_string(recording.changes.size()) + " changes shrunk to " + std::to_string(small.changes.size()) + ": " + file + " (" +
-         problem->what + "); when it is mended, the file belongs into tests/regressions";
+  return std::to_string(recording.changes.size()) + " changes shrunk to " + std::to_string(small.changes.size()) +
+         ": " + file + " (" + problem->what + "); when it is mended, the file belongs into tests/regressions";
 }
 
 }  // namespace kerf::test

@@ -30,10 +30,18 @@ class RecordedSession : public Session {
   Status apply(const SceneCommand& command);
   Status begin_stroke(SceneFrame frame, bool through);
   Status move_blade(Vec3 base, Vec3 tip);
-  Status end_stroke() { return noted({0, Kind::kEndStroke, {}, {}, {}}, [&] { return Session::end_stroke(); }); }
-  Status cancel_stroke() { return noted({0, Kind::kCancelStroke, {}, {}, {}}, [&] { return Session::cancel_stroke(); }); }
-  Status undo() { return noted({0, Kind::kUndo, {}, {}, {}}, [&] { return Session::undo(); }); }
-  Status redo() { return noted({0, Kind::kRedo, {}, {}, {}}, [&] { return Session::redo(); }); }
+  Status end_stroke() {
+    return noted({0, Kind::kEndStroke, {}, {}, {}}, [&] { return Session::end_stroke(); });
+  }
+  Status cancel_stroke() {
+    return noted({0, Kind::kCancelStroke, {}, {}, {}}, [&] { return Session::cancel_stroke(); });
+  }
+  Status undo() {
+    return noted({0, Kind::kUndo, {}, {}, {}}, [&] { return Session::undo(); });
+  }
+  Status redo() {
+    return noted({0, Kind::kRedo, {}, {}, {}}, [&] { return Session::redo(); });
+  }
   Status set_gravity(Vec3 gravity);
   Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness = 0);
   Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);
@@ -68,8 +76,8 @@ struct Problem {
 std::optional<Problem> problem_in(const Recording& recording);
 
 /// A shorter recording with the same kind of problem by `find`, after at most `most` of trying.
-Recording shrunk(const Recording& recording, Problem::Kind kind, const std::function<std::optional<Problem>(const Recording&)>& find,
-                 std::chrono::seconds most);
+Recording shrunk(const Recording& recording, Problem::Kind kind,
+                 const std::function<std::optional<Problem>(const Recording&)>& find, std::chrono::seconds most);
 
 /// Shrinks and writes it into KERF_FUZZ_OUT (or the present folder); a sentence about it.
 std::string keep_shrunk(const Recording& recording, const std::string& name);

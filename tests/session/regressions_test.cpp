@@ -16,7 +16,8 @@ using Kind = SessionChange::Kind;
 
 TEST(Regressions, WhatFailedOnceHolds) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(test::source_dir()) / "tests" / "regressions"))
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::path(test::source_dir()) / "tests" / "regressions"))
     if (entry.path().extension() == ".kerfrec") files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   for (const auto& file : files) {
@@ -25,18 +26,21 @@ TEST(Regressions, WhatFailedOnceHolds) {
     const auto recording = parse_recording(text->view(), file.string());
     ASSERT_TRUE(recording.ok()) << recording.error().message;
     const auto problem = problem_in(*recording);
-    EXPECT_FALSE(problem) << file << ", change " << problem->change << ", step " << problem->step << ": " << problem->what;
+    EXPECT_FALSE(problem) << file << ", change " << problem->change << ", step " << problem->step << ": "
+                          << problem->what;
   }
 }
 
 Result<RecordedSession> sheet() {
-  return RecordedSession::create("[body]\nmodel = \"sheet\"\noptions = {visual_triangles = 1664}\n[simulation]\ntime_step = 0.001\n", "sheet");
+  return RecordedSession::create(
+      "[body]\nmodel = \"sheet\"\noptions = {visual_triangles = 1664}\n[simulation]\ntime_step = 0.001\n", "sheet");
 }
 
 void cut(RecordedSession& session, Vec3 from, Vec3 to) {
   ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());
   const Vec3 up{0, 0, 1};
-  for (int i = 0; i <= 4; ++i) ASSERT_TRUE(session.move_blade(lerp(from, to, i / 4.0) + up, lerp(from, to, i / 4.0) - up).ok());
+  for (int i = 0; i <= 4; ++i)
+    ASSERT_TRUE(session.move_blade(lerp(from, to, i / 4.0) + up, lerp(from, to, i / 4.0) - up).ok());
   ASSERT_TRUE(session.end_stroke().ok());
 }
 
@@ -93,7 +97,8 @@ TEST(Regressions, FailuresShrinkToWhatTheyNeed) {
       const SessionChange& c = r.changes[i];
       if (c.kind == Kind::kBlade && last < 0 && c.values[0] > 0) crossed = c.step;
       last = c.kind == Kind::kBlade ? c.values[0] : 1;
-      if (c.kind == Kind::kUndo && crossed >= 0 && c.step >= crossed + 2) return Problem{Problem::Kind::kUndoFails, "planted", i + 1, c.step};
+      if (c.kind == Kind::kUndo && crossed >= 0 && c.step >= crossed + 2)
+        return Problem{Problem::Kind::kUndoFails, "planted", i + 1, c.step};
     }
     return {};
   };
@@ -106,7 +111,8 @@ TEST(Regressions, FailuresShrinkToWhatTheyNeed) {
   EXPECT_THAT(kinds, testing::ElementsAre(Kind::kBlade, Kind::kBlade, Kind::kUndo));
   EXPECT_EQ(small.last_step, 2);
   // One of another kind is left alone.
-  EXPECT_EQ(shrunk(all, Problem::Kind::kRedoFails, planted, std::chrono::seconds(5)).changes.size(), all.changes.size());
+  EXPECT_EQ(shrunk(all, Problem::Kind::kRedoFails, planted, std::chrono::seconds(5)).changes.size(),
+            all.changes.size());
 }
 
 }  // namespace

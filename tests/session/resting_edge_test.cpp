@@ -61,7 +61,9 @@ void lead(Session& session, Vec3 to, double over) {
   command.what = SceneToolMotion{"tool", {{over, to, kFacingY}}};
   apply(session, command);
 }
-int steps(const Session& session, double seconds) { return static_cast<int>(std::ceil(seconds / session.time_step() - 1e-9)); }
+int steps(const Session& session, double seconds) {
+  return static_cast<int>(std::ceil(seconds / session.time_step() - 1e-9));
+}
 
 /// Areas of the pieces at rest, m^2, ascending.
 std::vector<double> piece_areas(const Session& session) {
@@ -96,13 +98,15 @@ TEST(RestingEdge, CutsAsOneThatMoves) {
   for (const double resistance : {0.0, 20.0})
     for (const double dt : kSteps) {
       {
-        const Session blade = come_together(dt, resistance, 0.02, false), strip = come_together(dt, resistance, 0.02, true);
+        const Session blade = come_together(dt, resistance, 0.02, false),
+                      strip = come_together(dt, resistance, 0.02, true);
         EXPECT_NEAR(cut_length(strip), 0.012, 0.0015) << resistance << " " << dt;
         EXPECT_NEAR(cut_length(strip), cut_length(blade), 0.0008) << resistance << " " << dt;
         EXPECT_TRUE(strip.in_stroke());
         EXPECT_EQ(strip.counts().pieces, 1);
         EXPECT_LT(strip.tools()[0].coupling_force.y, 1.3 * 0.003 * resistance + 0.001) << "no more than its resistance";
-        EXPECT_GE(strip.tools()[0].coupling_force.y, 0.2 * 0.003 * resistance - 0.001) << "nor much less: it springs back a little";
+        EXPECT_GE(strip.tools()[0].coupling_force.y, 0.2 * 0.003 * resistance - 0.001)
+            << "nor much less: it springs back a little";
       }
       Session blade = come_together(dt, resistance, 0.045, false), strip = come_together(dt, resistance, 0.045, true);
       ASSERT_EQ(blade.counts().pieces, 2) << resistance << " " << dt;
@@ -177,7 +181,8 @@ Session fallen(double dt, double resistance, double tilt) {
 /// In one step of 16.7 ms it falls by twice its thickness.
 TEST(RestingEdge, CutsOrHoldsWhatFallsOnIt) {
   for (const double dt : kSteps) {
-    for (const double tilt : {0.0, 0.01, 0.2, 0.4}) EXPECT_NEAR(cut_length(fallen(dt, 0, tilt)), 0.024, 0.001) << dt << " " << tilt;
+    for (const double tilt : {0.0, 0.01, 0.2, 0.4})
+      EXPECT_NEAR(cut_length(fallen(dt, 0, tilt)), 0.024, 0.001) << dt << " " << tilt;
     const Session held = fallen(dt, 1e4, 0);
     EXPECT_FALSE(held.in_stroke()) << dt;
     EXPECT_EQ(held.undo_depth(), 0) << dt;
@@ -192,7 +197,8 @@ enum class Moves { kBlade, kStrip, kStroke };
 Session landed(Scene scene, Moves moves, double speed, double tilt, double length, double way) {
   const double up = moves == Moves::kStrip ? 1 : -1;
   const Vec3 along{0, std::cos(tilt), std::sin(tilt)}, forward = up * Vec3{0, -std::sin(tilt), std::cos(tilt)};
-  const Vec3 turned = turn_of(Mat3{{forward, cross(along, forward), along}}), at = Vec3{kHere, 0, -0.006 * up} - 0.5 * length * along;
+  const Vec3 turned = turn_of(Mat3{{forward, cross(along, forward), along}}),
+             at = Vec3{kHere, 0, -0.006 * up} - 0.5 * length * along;
   const Vec3 down{0, 0, -way};
   scene.tools[0].tip = length;
   scene.tools[0].rotation = turned;
@@ -223,7 +229,8 @@ TEST(RestingEdge, AnEdgeThatLandsFlatCuts) {
       for (const double speed : {0.05, 0.2})
         for (const double tilt : {-0.02, -0.004, 0.0, 0.003, 0.012}) {
           Session session = landed(strip_scene(dt, 0), moves, speed, tilt, 0.04, 0.012);
-          EXPECT_NEAR(cut_length(session), 0.024, 0.001) << static_cast<int>(moves) << " " << dt << " " << speed << " " << tilt;
+          EXPECT_NEAR(cut_length(session), 0.024, 0.001)
+              << static_cast<int>(moves) << " " << dt << " " << speed << " " << tilt;
           EXPECT_EQ(session.counts().pieces, 2) << static_cast<int>(moves) << " " << dt << " " << speed << " " << tilt;
         }
 }
@@ -238,8 +245,10 @@ TEST(RestingEdge, WhatSagsAndSwingsIsCutOnce) {
           scene.simulation.gravity = {0, 0, -9.81};
           scene.material.young = young;
           Session session = landed(scene, moves, speed, tilt, 0.04, moves == Moves::kStrip ? 0.012 : 0.018);
-          EXPECT_NEAR(cut_length(session), 0.024, 0.0015) << static_cast<int>(moves) << " " << young << " " << speed << " " << tilt;
-          EXPECT_EQ(session.counts().pieces, 2) << static_cast<int>(moves) << " " << young << " " << speed << " " << tilt;
+          EXPECT_NEAR(cut_length(session), 0.024, 0.0015)
+              << static_cast<int>(moves) << " " << young << " " << speed << " " << tilt;
+          EXPECT_EQ(session.counts().pieces, 2)
+              << static_cast<int>(moves) << " " << young << " " << speed << " " << tilt;
         }
 }
 

@@ -72,17 +72,20 @@ void cut_at_random(int cuts) {
   }
   const Status valid = session.validate();
   ASSERT_TRUE(valid.ok()) << valid.error().message;
-  std::printf("%d of %d cuts met the meniscus, %d steps refused, %d pieces\n", met, cuts, refused, session.counts().pieces);
+  std::printf("%d of %d cuts met the meniscus, %d steps refused, %d pieces\n", met, cuts, refused,
+              session.counts().pieces);
   EXPECT_GT(met, cuts * 4 / 5);
   EXPECT_GT(session.counts().pieces, cuts / 10);
 
-  if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "no python3 to check the exported files with";
-  const std::filesystem::path out = std::filesystem::temp_directory_path() / ("kerf_scanned_meniscus_" + std::to_string(cuts));
+  if (std::system("python3 --version > /dev/null 2>&1") != 0)
+    GTEST_SKIP() << "no python3 to check the exported files with";
+  const std::filesystem::path out =
+      std::filesystem::temp_directory_path() / ("kerf_scanned_meniscus_" + std::to_string(cuts));
   std::filesystem::create_directories(out);
   ASSERT_TRUE(write_final_meshes(session, {"visual", "collision"}, out).ok());
   ASSERT_TRUE(replace_file((out / "report.json").string(), run_report_json(session, {})).ok());
-  const std::string check = "python3 " + test::source_dir() + "/tests/end_to_end/check_export.py " + out.string() + " --pieces " +
-                            std::to_string(session.counts().pieces);
+  const std::string check = "python3 " + test::source_dir() + "/tests/end_to_end/check_export.py " + out.string() +
+                            " --pieces " + std::to_string(session.counts().pieces);
   EXPECT_EQ(std::system(check.c_str()), 0);
   std::filesystem::remove_all(out);
 }
@@ -104,7 +107,9 @@ TEST(ScannedMeniscus, WallsStandWhereTheBladeWas) {
   Random random(3);
   TriangleSoup swept;
   for (int i = 0; i < 10; ++i) {
-    const auto somewhere = [&] { return box.center() + Vec3{random.uniform(-0.6, 0.6) * size.x, 0, random.uniform(-0.6, 0.6) * size.z}; };
+    const auto somewhere = [&] {
+      return box.center() + Vec3{random.uniform(-0.6, 0.6) * size.x, 0, random.uniform(-0.6, 0.6) * size.z};
+    };
     const Vec3 a = somewhere(), b = somewhere();
     TriangleSoup last;
     for (TriangleSoup* soup : {&swept, &last}) {
@@ -113,7 +118,8 @@ TEST(ScannedMeniscus, WallsStandWhereTheBladeWas) {
       soup->build();
     }
     ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());
-    for (int k = 0; k <= 8; ++k) ASSERT_TRUE(session.move_blade(lerp(a, b, k / 8.0) + up, lerp(a, b, k / 8.0) - up).ok());
+    for (int k = 0; k <= 8; ++k)
+      ASSERT_TRUE(session.move_blade(lerp(a, b, k / 8.0) + up, lerp(a, b, k / 8.0) - up).ok());
     ASSERT_TRUE(session.end_stroke().ok());
     const TriangleSoup walls = walls_of(body);
     EXPECT_LT(stray_of(walls, swept, 0.2 * edge).distance, 0.3 * edge) << i;

@@ -19,8 +19,7 @@ class SceneBodyTest : public ::testing::Test {
  protected:
   void SetUp() override {
     folder_ = std::filesystem::temp_directory_path() /
-              ("kerf_scene_body_test_" +
-               std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+              ("kerf_scene_body_test_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
@@ -56,8 +55,7 @@ TEST_F(SceneBodyTest, FilesAreScaledAndNeedAThickness) {
   body.visual = file("visual.obj");
   body.collision = file("collision.obj");
   body.scale = 0.001;
-  EXPECT_THAT(load_scene_body(body).error().message,
-              HasSubstr("visual.obj is an open surface (192 of 10080 edges"));
+  EXPECT_THAT(load_scene_body(body).error().message, HasSubstr("visual.obj is an open surface (192 of 10080 edges"));
   body.thickness = 0.0002;
   const Result<SceneBodyLoaded> loaded = load_scene_body(body);
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;
@@ -73,7 +71,9 @@ TEST_F(SceneBodyTest, ABoundModelKnowsItsMaterialAndLattice) {
   model.body.model = "steak";
   const Result<SceneBodyLoaded> made = load_scene_body(model.body);
   ASSERT_TRUE(made.ok());
-  ASSERT_TRUE(save_bound_body(made->bound, file("steak.kerf"), {made->young, made->poisson, made->density, made->lattice}).ok());
+  ASSERT_TRUE(
+      save_bound_body(made->bound, file("steak.kerf"), {made->young, made->poisson, made->density, made->lattice})
+          .ok());
   ASSERT_TRUE(save_bound_body(made->bound, file("plain.kerf")).ok());
   const auto hash_of = [&](const Scene& scene) {
     auto session = Session::create(scene);
@@ -120,7 +120,8 @@ TEST_F(SceneBodyTest, AClosedMeshAloneIsEnough) {
 TEST_F(SceneBodyTest, ABodyThatIsNotThinIsRefusedWithReasons) {
   TriangleMesh cube;
   for (int i = 0; i < 8; ++i)
-    cube.positions.push_back({static_cast<double>(i & 1), static_cast<double>(i >> 1 & 1), static_cast<double>(i >> 2)});
+    cube.positions.push_back(
+        {static_cast<double>(i & 1), static_cast<double>(i >> 1 & 1), static_cast<double>(i >> 2)});
   const int faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                             {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   for (const auto& f : faces) cube.triangles.push_back({VertexId(f[0]), VertexId(f[1]), VertexId(f[2])});

@@ -44,8 +44,9 @@ TEST(SceneLattice, AModelsOwnLatticeHoldsWhatBecameOfIt) {
     scene.body.options.noise = noise;
     return scene;
   };
-  for (const Scene& scene : {deformed("meniscus", 0, 2.8e-5, 8.8e-5), deformed("sheet", -2, 0, 0), deformed("strip", -1.94, 1.2e-4, 9.7e-5),
-                             deformed("half-shell", 0, 3e-3, 0), deformed("two-holed-slab", -1.09, 1.4e-3, 0)}) {
+  for (const Scene& scene :
+       {deformed("meniscus", 0, 2.8e-5, 8.8e-5), deformed("sheet", -2, 0, 0), deformed("strip", -1.94, 1.2e-4, 9.7e-5),
+        deformed("half-shell", 0, 3e-3, 0), deformed("two-holed-slab", -1.09, 1.4e-3, 0)}) {
     const auto session = Session::create(scene);
     EXPECT_TRUE(session.ok()) << scene.name << ": " << (session.ok() ? "" : session.error().message);
   }

@@ -24,14 +24,22 @@ std::string error_of(const std::string& text) {
 
 TEST(SceneLines, WhatAModelOrALatticeCannotBeNamesItsLine) {
   const std::string strip = "[body]\nmodel = \"strip\"\n";
-  EXPECT_EQ(error_of("[body]\nmodel = \"strip\"\noptions = { collision_triangles = 7 }\n"), "scene.toml:3: model strip has 150 collision triangles, not 7");
-  EXPECT_EQ(error_of("[body]\nmodel = \"strip\"\noptions = { rim_radius = 0.1 }\n"), "scene.toml:3: model strip has no rim radius, only closed-sheet has");
-  EXPECT_THAT(error_of("[body]\nmodel = \"strip\"\noptions = { noise = 0.1 }\n"), AllOf(StartsWith("scene.toml:3: strip: "), HasSubstr("noise of 0.1 m")));
-  EXPECT_THAT(error_of("[[body]]\nmodel = \"strip\"\n[[body]]\nmodel = \"steak\"\noptions = { collision_triangles = 7 }\n"), StartsWith("scene.toml:5: model steak has"));
-  EXPECT_THAT(error_of("[body]\nmodel = \"strip\"\n[lattice]\ncells = [1000, 1000, 1000]\n"),
-              AllOf(StartsWith("scene.toml:4: lattice: 1000 x 1000 x 1000 cells are too many"), HasSubstr("are the most")));
-  EXPECT_THAT(error_of(strip + "[[fix]]\nsphere = { center = [9, 9, 9], radius = 1 }\n"), StartsWith("scene.toml:4: [[fix]] number 1 holds nothing"));
-  EXPECT_THAT(error_of(strip + "[lesion]\nsphere = { center = [9, 9, 9], radius = 1 }\n"), StartsWith("scene.toml:4: [lesion] marks nothing"));
+  EXPECT_EQ(error_of("[body]\nmodel = \"strip\"\noptions = { collision_triangles = 7 }\n"),
+            "scene.toml:3: model strip has 150 collision triangles, not 7");
+  EXPECT_EQ(error_of("[body]\nmodel = \"strip\"\noptions = { rim_radius = 0.1 }\n"),
+            "scene.toml:3: model strip has no rim radius, only closed-sheet has");
+  EXPECT_THAT(error_of("[body]\nmodel = \"strip\"\noptions = { noise = 0.1 }\n"),
+              AllOf(StartsWith("scene.toml:3: strip: "), HasSubstr("noise of 0.1 m")));
+  EXPECT_THAT(
+      error_of("[[body]]\nmodel = \"strip\"\n[[body]]\nmodel = \"steak\"\noptions = { collision_triangles = 7 }\n"),
+      StartsWith("scene.toml:5: model steak has"));
+  EXPECT_THAT(
+      error_of("[body]\nmodel = \"strip\"\n[lattice]\ncells = [1000, 1000, 1000]\n"),
+      AllOf(StartsWith("scene.toml:4: lattice: 1000 x 1000 x 1000 cells are too many"), HasSubstr("are the most")));
+  EXPECT_THAT(error_of(strip + "[[fix]]\nsphere = { center = [9, 9, 9], radius = 1 }\n"),
+              StartsWith("scene.toml:4: [[fix]] number 1 holds nothing"));
+  EXPECT_THAT(error_of(strip + "[lesion]\nsphere = { center = [9, 9, 9], radius = 1 }\n"),
+              StartsWith("scene.toml:4: [lesion] marks nothing"));
 }
 
 }  // namespace

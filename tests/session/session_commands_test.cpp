@@ -52,13 +52,17 @@ TEST(SessionCommands, AnUndoBeyondTheFirstStrokeIsNotedAndTheRunGoesOn) {
   Scene scene = sheet();
   scene.file = "scene.toml";
   scene.simulation.time_step = 0.01;
-  scene.commands = {blade(0.0, 0.05, 0.7), {0.06, SceneUndo{1}, 12}, blade(0.07, 0.05, 0.1), {0.13, SceneRedo{1}, 20}};  // the first misses
+  scene.commands = {blade(0.0, 0.05, 0.7),
+                    {0.06, SceneUndo{1}, 12},
+                    blade(0.07, 0.05, 0.1),
+                    {0.13, SceneRedo{1}, 20}};  // the first misses
   auto session = Session::create(scene);
   ASSERT_TRUE(session.ok());
   const Status done = session->step(15);
   EXPECT_TRUE(done.ok()) << done.error().message;
   EXPECT_EQ(session->counts().pieces, 2);
-  EXPECT_THAT(session->notes(), testing::IsSupersetOf({"scene.toml:12: there was no stroke left to undo", "scene.toml:20: there was no stroke left to redo"}));
+  EXPECT_THAT(session->notes(), testing::IsSupersetOf({"scene.toml:12: there was no stroke left to undo",
+                                                       "scene.toml:20: there was no stroke left to redo"}));
 }
 
 TEST(SessionCommands, ABladeMayTurnOverBetweenTwoPoses) {

@@ -122,7 +122,8 @@ struct Cut {
     }
     ASSERT_TRUE(session.end_stroke().ok());
   }
-  Cut(double dt, bool across, double radius = kRadius, int triangles = 500, double young = 5000) : session(must_create(scene(dt, radius, triangles, young))) {
+  Cut(double dt, bool across, double radius = kRadius, int triangles = 500, double young = 5000)
+      : session(must_create(scene(dt, radius, triangles, young))) {
     stroke({0.013, -0.6, 0}, {0.013, 0.05, 0});
     if (across) stroke({-0.3, -0.21, 0}, {0.3, -0.21, 0});
     const auto& rest = session.body().complex.collision.rest;
@@ -211,7 +212,9 @@ double seen_from_outside(Session& session, double radius) {
         lips.walls.push_back({surface.from(h).value, surface.to(h).value, lips.side.back()});
   }
   const double end = kTip - std::max(4 * radius, 0.012);
-  return testing_support::deepest_between_sides(lips, rest.raw(), [&](Vec3 p) { return p.y < end && std::fabs(p.x - kCutX) < 0.18; }) / radius;
+  return testing_support::deepest_between_sides(lips, rest.raw(),
+                                                [&](Vec3 p) { return p.y < end && std::fabs(p.x - kCutX) < 0.18; }) /
+         radius;
 }
 
 TEST(Lips, LiftedOverAndBackTheyComeHome) {
@@ -219,8 +222,9 @@ TEST(Lips, LiftedOverAndBackTheyComeHome) {
     double dt, radius;
   };
   // A thin one snaps over, half of its thickness in a millisecond.
-  for (const Case c : {Case{0.005, kRadius}, Case{0.0167, kRadius}, Case{0.005, 0.2 * kRadius}, Case{0.0167, 0.2 * kRadius}, Case{0.001, 0.08 * kRadius},
-                       Case{0.005, 0.08 * kRadius}, Case{0.0167, 0.08 * kRadius}}) {
+  for (const Case c :
+       {Case{0.005, kRadius}, Case{0.0167, kRadius}, Case{0.005, 0.2 * kRadius}, Case{0.0167, 0.2 * kRadius},
+        Case{0.001, 0.08 * kRadius}, Case{0.005, 0.08 * kRadius}, Case{0.0167, 0.08 * kRadius}}) {
     Cut cut(c.dt, false, c.radius);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
@@ -234,7 +238,8 @@ TEST(Lips, LiftedOverAndBackTheyComeHome) {
       }
     };
     const double up = 3 * c.radius, down = c.radius;
-    for (const Vec3 by : {Vec3{0, 0, up}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -down}, Vec3{0, 0, down}, Vec3{0.12, 0, 0}, Vec3{0, 0, -up}}) {
+    for (const Vec3 by :
+         {Vec3{0, 0, up}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -down}, Vec3{0, 0, down}, Vec3{0.12, 0, 0}, Vec3{0, 0, -up}}) {
       cut.move("lip", by, 0.4);
       watch(0.4);
     }
@@ -265,15 +270,34 @@ TEST(Lips, LiftedAThinOneOverlapsNowhere) {
     int triangles = 500;
     double young = 5000;
   };
-  for (const Case c : {Case{0.005, 3.05}, Case{0.0167, 2.8}, Case{0.0167, 2.8855}, Case{0.0167, 3.2104}, Case{0.0167, 3.5}, Case{0.0167, 3.5866}, Case{0.0167, 3.8},
-                       Case{0.0167, 3.826}, Case{0.0167, 2.8, 104}, Case{0.0167, 3.05, 104}, Case{0.0167, 3.2, 104}, Case{0.005, 3.4, 104}, Case{0.0167, 2.846, 104},
-                       Case{0.0167, 3.099, 104}, Case{0.0167, 3.191, 104}, Case{0.0167, 3.237, 104}, Case{0.0167, 3.72, 104}, Case{0.0167, 5.376, 104},
-                       Case{0.0167, 3.43738353898}, Case{0.0167, 2.9164, 104, 2e4}, Case{0.0167, 3.4172, 104, 1e5}, Case{0.0167, 3.4589, 104, 1e5}}) {
+  for (const Case c : {Case{0.005, 3.05},
+                       Case{0.0167, 2.8},
+                       Case{0.0167, 2.8855},
+                       Case{0.0167, 3.2104},
+                       Case{0.0167, 3.5},
+                       Case{0.0167, 3.5866},
+                       Case{0.0167, 3.8},
+                       Case{0.0167, 3.826},
+                       Case{0.0167, 2.8, 104},
+                       Case{0.0167, 3.05, 104},
+                       Case{0.0167, 3.2, 104},
+                       Case{0.005, 3.4, 104},
+                       Case{0.0167, 2.846, 104},
+                       Case{0.0167, 3.099, 104},
+                       Case{0.0167, 3.191, 104},
+                       Case{0.0167, 3.237, 104},
+                       Case{0.0167, 3.72, 104},
+                       Case{0.0167, 5.376, 104},
+                       Case{0.0167, 3.43738353898},
+                       Case{0.0167, 2.9164, 104, 2e4},
+                       Case{0.0167, 3.4172, 104, 1e5},
+                       Case{0.0167, 3.4589, 104, 1e5}}) {
     Cut cut(c.dt, false, kThin, c.triangles, c.young);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
     double deepest = 0, said = 0;
-    for (const Vec3 by : {Vec3{0, 0, c.height * kThin}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -kThin}, Vec3{0, 0, kThin}, Vec3{0.12, 0, 0}}) {
+    for (const Vec3 by :
+         {Vec3{0, 0, c.height * kThin}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -kThin}, Vec3{0, 0, kThin}, Vec3{0.12, 0, 0}}) {
       cut.move("lip", by, 0.4);
       const int steps = static_cast<int>(std::lround(0.4 / c.dt)), every = std::max(1, steps / 24);
       for (int i = 0; i < steps; ++i) {
@@ -309,13 +333,15 @@ TEST(Lips, WhereTwoCutsCrossNoPieceSinksIntoTheOneAcross) {
   struct Case {
     double dt, radius, height;
   };
-  for (const Case c : {Case{0.0167, kRadius, 3}, Case{0.0167, kRadius, 3.2}, Case{0.005, kRadius, 3.1}, Case{0.0167, 0.2 * kRadius, 3}}) {
+  for (const Case c : {Case{0.0167, kRadius, 3}, Case{0.0167, kRadius, 3.2}, Case{0.005, kRadius, 3.1},
+                       Case{0.0167, 0.2 * kRadius, 3}}) {
     Cut cut(c.dt, false, c.radius);
     cut.stroke({-0.15, -0.21, 0}, {0.18, -0.17, 0});
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
     double deepest = 0;
-    for (const Vec3 by : {Vec3{0, 0, c.height * c.radius}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -c.radius}, Vec3{0, 0, c.radius}, Vec3{0.12, 0, 0}}) {
+    for (const Vec3 by : {Vec3{0, 0, c.height * c.radius}, Vec3{-0.12, 0, 0}, Vec3{0, 0, -c.radius},
+                          Vec3{0, 0, c.radius}, Vec3{0.12, 0, 0}}) {
       cut.move("lip", by, 0.4);
       const int steps = static_cast<int>(std::lround(0.4 / c.dt)), every = std::max(1, steps / 12);
       for (int i = 0; i < steps; ++i) {
@@ -503,7 +529,8 @@ TEST(SessionContact, APileCutThroughDoesNotFlyApart) {
     const CollisionMesh& mesh = session.body().complex.collision;
     for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
       Vec3 q[3];
-      for (int k = 0; k < 3; ++k) q[k] = session.collision_positions()[mesh.from(CollisionMesh::corner(f, k)).index()] - box.center();
+      for (int k = 0; k < 3; ++k)
+        q[k] = session.collision_positions()[mesh.from(CollisionMesh::corner(f, k)).index()] - box.center();
       const auto side = [&](int a, int b) { return q[a].x * q[b].y - q[a].y * q[b].x > 0; };
       layers += side(0, 1) == side(1, 2) && side(1, 2) == side(2, 0);
     }
@@ -598,7 +625,8 @@ TEST(SessionContact, AFastBallDoesNotGetThroughASheet) {
   Random random(11);
   for (int i = 0; i < 12; ++i) {
     Scene scene = pressed_by_a_ball(i % 2 == 0 ? 0.001 : 0.0167);
-    const double speed = std::pow(10.0, random.uniform(-1, 1)), x = random.uniform(-0.25, 0.25), y = random.uniform(-0.3, 0.3);
+    const double speed = std::pow(10.0, random.uniform(-1, 1)), x = random.uniform(-0.25, 0.25),
+                 y = random.uniform(-0.3, 0.3);
     scene.tools[0].position = {x, y, 0.115};
     scene.tools[0].stiffness = 500;
     Session session = must_create(scene);

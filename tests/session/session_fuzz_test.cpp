@@ -31,7 +31,7 @@ using test::fingerprint;
 
 struct Tally {
   int strokes = 0, triangles = 0, refused = 0, undone = 0, most_pieces = 0;
-  int compared = 0;  ///< poses that changed something, looked at for jumps
+  int compared = 0;                     ///< poses that changed something, looked at for jumps
   double jump = 0, kick = 0, gain = 0;  ///< the largest, in the units of their bounds
   int punches = 0, punches_refused = 0, passes = 0, moved_back = 0, removed = 0;
 };
@@ -43,8 +43,8 @@ Scene random_scene(Random& random) {
     std::size_t triangles;
     double thickness;
   };
-  static constexpr Kind kinds[] = {{"sheet", 1664, 0.1},       {"closed-sheet", 800, 0.1}, {"steak", 0, 0.02},
-                                   {"meniscus", 0, 0.002},     {"tube", 1000, 0.004},      {"holed-slab", 800, 0.02},
+  static constexpr Kind kinds[] = {{"sheet", 1664, 0.1},          {"closed-sheet", 800, 0.1}, {"steak", 0, 0.02},
+                                   {"meniscus", 0, 0.002},        {"tube", 1000, 0.004},      {"holed-slab", 800, 0.02},
                                    {"two-holed-slab", 800, 0.02}, {"half-shell", 800, 0.004}, {"s-shape", 800, 0.006}};
   const Kind& kind = kinds[random.index(9)];
   scene.name = kind.model;
@@ -70,7 +70,8 @@ Scene small_scene(Random& random) {
     const char* model;
     std::size_t triangles;
   };
-  static constexpr Kind kinds[] = {{"closed-sheet", 500}, {"tube", 200}, {"holed-slab", 200}, {"half-shell", 200}, {"s-shape", 200}};
+  static constexpr Kind kinds[] = {
+      {"closed-sheet", 500}, {"tube", 200}, {"holed-slab", 200}, {"half-shell", 200}, {"s-shape", 200}};
   const Kind& kind = kinds[random.index(5)];
   scene.name = scene.body.model = kind.model;
   scene.body.options.visual_triangles = kind.triangles;
@@ -84,10 +85,12 @@ std::string scene_text(const Scene& s) {
   return fmt::format(
       "[body]\nmodel = \"{}\"\noptions = {{ {}bumps = {}, noise = {}, seed = {} }}\n[lattice]\nformulation = \"{}\"\n[cut]\nlayers = {}\n"
       "roughness = {}\ndust = {}\n[simulation]\ntime_step = {}\ngravity = [{}, {}, {}]\nseed = {}\n",
-      s.body.model, s.body.options.visual_triangles ? fmt::format("visual_triangles = {}, ", s.body.options.visual_triangles) : "",
+      s.body.model,
+      s.body.options.visual_triangles ? fmt::format("visual_triangles = {}, ", s.body.options.visual_triangles) : "",
       s.body.options.bumps, s.body.options.noise, s.body.options.seed,
-      s.lattice.formulation == SceneFormulation::kPlain ? "plain" : "incompatible", s.cut.layers, s.cut.roughness, s.cut.dust, s.simulation.time_step,
-      s.simulation.gravity.x, s.simulation.gravity.y, s.simulation.gravity.z, s.simulation.seed);
+      s.lattice.formulation == SceneFormulation::kPlain ? "plain" : "incompatible", s.cut.layers, s.cut.roughness,
+      s.cut.dust, s.simulation.time_step, s.simulation.gravity.x, s.simulation.gravity.y, s.simulation.gravity.z,
+      s.simulation.seed);
 }
 
 /// Things to touch, in every third life: the body itself and its lips, a floor, a ball that moves through it, a tool in its way.
@@ -99,21 +102,25 @@ std::string touching(std::uint64_t seed, const Scene& scene) {
   const auto within = [&] { return size * random.uniform(-0.5, 0.5); };
   std::string text = fmt::format("[contact]\nself = {}\nfriction = {}\n", random.index(4) > 0, random.uniform(0, 0.8));
   if (random.index(2) == 0)
-    text += fmt::format("[[obstacle]]\nshape = \"plane\"\nposition = [0, 0, {}]\nrotation = [{}, 0, 0]\n", -size * random.uniform(0.1, 0.5),
-                        random.uniform(-0.5, 0.5));
+    text += fmt::format("[[obstacle]]\nshape = \"plane\"\nposition = [0, 0, {}]\nrotation = [{}, 0, 0]\n",
+                        -size * random.uniform(0.1, 0.5), random.uniform(-0.5, 0.5));
   if (random.index(2) == 0)
-    text += fmt::format("[[obstacle]]\nshape = \"sphere\"\nradius = {}\nposition = [{}, {}, {}]\nmoves = [ {{ time = {}, position = [{}, {}, {}] }} ]\n",
-                        size * random.uniform(0.05, 0.2), within(), within(), -size, random.uniform(0.02, 1), within(), within(), within());
+    text += fmt::format(
+        "[[obstacle]]\nshape = \"sphere\"\nradius = {}\nposition = [{}, {}, {}]\nmoves = [ {{ time = {}, position = [{}, {}, {}] }} ]\n",
+        size * random.uniform(0.05, 0.2), within(), within(), -size, random.uniform(0.02, 1), within(), within(),
+        within());
   if (random.index(2) == 0)
-    text += fmt::format("[[tool]]\nid = \"a\"\nkind = \"{}\"\nposition = [{}, {}, {}]\nrotation = [{}, {}, 0]\n",
-                        std::array{"probe", "grasper", "scalpel", "scissors", "sphere"}[static_cast<std::size_t>(random.index(5))], within(),
-                        within(), size * random.uniform(0, 0.3), random.uniform(-1, 1), random.uniform(-1, 1));
+    text += fmt::format(
+        "[[tool]]\nid = \"a\"\nkind = \"{}\"\nposition = [{}, {}, {}]\nrotation = [{}, {}, 0]\n",
+        std::array{"probe", "grasper", "scalpel", "scissors", "sphere"}[static_cast<std::size_t>(random.index(5))],
+        within(), within(), size * random.uniform(0, 0.3), random.uniform(-1, 1), random.uniform(-1, 1));
   return text;
 }
 
 class Life {
  public:
-  Life(std::uint64_t seed, Tally& tally, bool small = false) : seed_(seed), random_(seed), tally_(tally), short_(small) {
+  Life(std::uint64_t seed, Tally& tally, bool small = false)
+      : seed_(seed), random_(seed), tally_(tally), short_(small) {
     const Scene scene = small ? small_scene(random_) : random_scene(random_);
     what_ = "seed " + std::to_string(seed) + ", " + scene.name;
     auto made = test::RecordedSession::create(scene_text(scene) + (small ? "" : touching(seed, scene)), scene.name);
@@ -138,7 +145,10 @@ class Life {
     for (int i = 0; i < operations && good_; ++i) {
       operation_ = i;
       switch (random_.index(17)) {
-        case 0: case 1: case 2: case 3: stroke(); break;
+        case 0:
+        case 1:
+        case 2:
+        case 3: stroke(); break;
         case 4: steps(1 + random_.index(4)); break;
         case 5: undo(); break;
         case 6: redo(); break;
@@ -146,10 +156,15 @@ class Life {
         case 8: cancelled_stroke(); break;
         case 9: replay(); break;
         case 10: hold(); break;
-        case 11: case 12: punch(); break;
-        case 13: case 14: shave(); break;
+        case 11:
+        case 12: punch(); break;
+        case 13:
+        case 14: shave(); break;
         case 15: remove(); break;
-        default: undo(); redo(); break;
+        default:
+          undo();
+          redo();
+          break;
       }
       trace.push_back(session_->hash());
     }
@@ -164,7 +179,8 @@ class Life {
         case 0: undo(); break;
         case 1: redo(); break;
         case 2: cancelled_stroke(); break;
-        case 3: case 4: punch(); break;
+        case 3:
+        case 4: punch(); break;
         case 5: shave(); break;
         case 6: steps(1); break;
         default: stroke(); break;
@@ -182,7 +198,8 @@ class Life {
   }
   void check(const char* after) {
     if (!good_) return;
-    if (const Status valid = session_->validate(); !valid) fail(std::string("after ") + after + ": " + valid.error().message);
+    if (const Status valid = session_->validate(); !valid)
+      fail(std::string("after ") + after + ": " + valid.error().message);
   }
   bool expect(const Status& status, const char* where) {
     if (!status) fail(std::string(where) + ": " + status.error().message);
@@ -206,14 +223,17 @@ class Life {
     const double size = box_.diagonal();
     std::vector<Vec3> path;
     const Vec3 a = target(positions), b = target(positions), c = target(positions);
-    if (short_ && random_.index(16) > 0) return {a, a + size * random_.uniform(0.02, 0.2) * normalized(b - a + 1e-9 * size * x_)};
+    if (short_ && random_.index(16) > 0)
+      return {a, a + size * random_.uniform(0.02, 0.2) * normalized(b - a + 1e-9 * size * x_)};
     switch (random_.index(8)) {
-      case 0: case 1: path = {a, b}; break;
+      case 0:
+      case 1: path = {a, b}; break;
       case 2:  // a curve
         for (int i = 0; i <= 10; ++i) path.push_back(lerp(lerp(a, b, i / 10.0), lerp(b, c, i / 10.0), i / 10.0));
         break;
       case 3: path = {a, b, c, target(positions), target(positions)}; break;  // likely to cross itself
-      case 4: case 5: {  // a loop, a little more than closed, or twice around
+      case 4:
+      case 5: {  // a loop, a little more than closed, or twice around
         const double radius = size * random_.uniform(0.02, 0.3), turns = random_.index(2) ? 1.15 : 2.1;
         for (int i = 0; i <= 24; ++i) {
           const double angle = 2 * std::numbers::pi * turns * i / 24;
@@ -250,7 +270,8 @@ class Life {
     if (random_.index(8) == 0) {  // the edge comes down on its whole length, or nearly
       const Vec3 down = edge_, at = path[0];
       edge_ = normalized(x_ + random_.uniform(-0.2, 0.2) * down);
-      path = {at + 0.5 * size * down, at, at - random_.uniform(-0.1, 0.5) * size * down + 0.1 * size * random_.uniform(-1, 1) * y_};
+      path = {at + 0.5 * size * down, at,
+              at - random_.uniform(-0.1, 0.5) * size * down + 0.1 * size * random_.uniform(-1, 1) * y_};
     }
     const double up = random_.index(4) ? 2 * size : size * random_.uniform(0, 0.1);
     const double down = random_.index(4) ? 2 * size : size * random_.uniform(0.001, 0.1);
@@ -291,7 +312,8 @@ class Life {
   void move_blade(Vec3 base, Vec3 tip) {
     const std::uint64_t version = session_->topology_version();
     const auto before = look();
-    if (expect(session_->move_blade(base, tip), "move") && before && session_->topology_version() != version) compare(*before);
+    if (expect(session_->move_blade(base, tip), "move") && before && session_->topology_version() != version)
+      compare(*before);
   }
 
   void stroke() {
@@ -344,18 +366,21 @@ class Life {
     const CollisionHalfEdge h = complex.wall_edge[WallId(random_.index(static_cast<int>(complex.wall_edge.size())))];
     const Vec3 a = session_->collision_positions()[complex.collision.from(h).index()];
     const Vec3 b = session_->collision_positions()[complex.collision.to(h).index()];
-    const double radius = box_.diagonal() * random_.uniform(0.005, 0.05), depth_per_pass = random_.index(3) ? 0.1 * radius : 0;
+    const double radius = box_.diagonal() * random_.uniform(0.005, 0.05),
+                 depth_per_pass = random_.index(3) ? 0.1 * radius : 0;
     const int passes = 1 + random_.index(6);
     for (int i = 0; i < passes && good_; ++i) {
       const Vec3 at = lerp(a, b, random_.uniform(-0.2, 1.2));
       const double roughness = session_->roughness();
       const auto before_it = look();
-      const auto done = session_->shave({at, at + 0.2 * radius * x_, radius}, SceneFrame::kWorld, random_.uniform(0, 1), depth_per_pass);
+      const auto done = session_->shave({at, at + 0.2 * radius * x_, radius}, SceneFrame::kWorld, random_.uniform(0, 1),
+                                        depth_per_pass);
       if (!done.ok()) return fail("shave: " + done.error().message);
       ++tally_.passes;
       tally_.moved_back += done->moved_back;
       // A divided edge has more vertices to measure. A smooth wall is not rough by rounding.
-      if (depth_per_pass == 0 && session_->roughness() > roughness * (1 + 1e-9) + 1e-15 * box_.diagonal()) fail(fmt::format("a shave made it rougher: {} m after {} m", session_->roughness(), roughness));
+      if (depth_per_pass == 0 && session_->roughness() > roughness * (1 + 1e-9) + 1e-15 * box_.diagonal())
+        fail(fmt::format("a shave made it rougher: {} m after {} m", session_->roughness(), roughness));
       check("a shave");
       if (good_ && before_it) compare(*before_it, false);
       if (good_ && random_.index(3) == 0) steps(1);
@@ -404,7 +429,8 @@ class Life {
     }
     const std::uint64_t now = fingerprint(*session_);
     if (!expect(session_->undo(), "undo")) return;
-    if (before_.back() != test::kNotComparable && fingerprint(*session_) != before_.back()) fail("undo did not bring back the state before the stroke");
+    if (before_.back() != test::kNotComparable && fingerprint(*session_) != before_.back())
+      fail("undo did not bring back the state before the stroke");
     check("undo");
     after_undo_.push_back({now, before_.back()});
     before_.pop_back();
@@ -420,7 +446,8 @@ class Life {
     const std::uint64_t now = fingerprint(*session_);
     if (!expect(session_->redo(), "redo")) return;
     const std::uint64_t wanted = after_undo_.back().first;
-    if (wanted != test::kNotComparable && fingerprint(*session_) != wanted) fail("redo did not bring back the state before undo");
+    if (wanted != test::kNotComparable && fingerprint(*session_) != wanted)
+      fail("redo did not bring back the state before undo");
     check("redo");
     before_.push_back(now);
     after_undo_.pop_back();
@@ -516,7 +543,7 @@ class Life {
   bool good_ = false, grasped_ = false;
   Vec3 edge_, x_, y_;
   std::vector<Vec3> last_path_;
-  std::vector<std::uint64_t> before_;                              // fingerprints that undo must bring back
+  std::vector<std::uint64_t> before_;                                // fingerprints that undo must bring back
   std::vector<std::pair<std::uint64_t, std::uint64_t>> after_undo_;  // redo must bring back; and what undo brought back
 };
 
@@ -550,12 +577,13 @@ int lives_of(int most, Tally& tally, const Live& live) {
     }
     if (!good && ++failed >= 8) break;
   }
-  std::printf("%d lives, %d strokes over %d triangles, %d refused steps, %d undone, up to %d pieces; in %d poses vertices "
-              "jumped by up to %.2g, velocities by %.2g, energy grew by %.2g\n",
-              lives, tally.strokes, tally.triangles, tally.refused, tally.undone, tally.most_pieces, tally.compared, tally.jump,
-              tally.kick, tally.gain);
-  std::printf("%d punches, %d of them refused, %d passes of a shaver, %d vertices moved back, %d pieces taken away\n", tally.punches,
-              tally.punches_refused, tally.passes, tally.moved_back, tally.removed);
+  std::printf(
+      "%d lives, %d strokes over %d triangles, %d refused steps, %d undone, up to %d pieces; in %d poses vertices "
+      "jumped by up to %.2g, velocities by %.2g, energy grew by %.2g\n",
+      lives, tally.strokes, tally.triangles, tally.refused, tally.undone, tally.most_pieces, tally.compared, tally.jump,
+      tally.kick, tally.gain);
+  std::printf("%d punches, %d of them refused, %d passes of a shaver, %d vertices moved back, %d pieces taken away\n",
+              tally.punches, tally.punches_refused, tally.passes, tally.moved_back, tally.removed);
   return lives;
 }
 

@@ -44,7 +44,9 @@ inline double enclosed_volume(const Session& session) {
   const VisualMesh& m = session.body().complex.visual;
   double v = 0;
   for (std::size_t f = 0; f < m.face_count(); ++f)
-    v += dot(m.rest[m.origin[VisualHalfEdge(3 * f)]], cross(m.rest[m.origin[VisualHalfEdge(3 * f + 1)]], m.rest[m.origin[VisualHalfEdge(3 * f + 2)]])) / 6;
+    v += dot(m.rest[m.origin[VisualHalfEdge(3 * f)]],
+             cross(m.rest[m.origin[VisualHalfEdge(3 * f + 1)]], m.rest[m.origin[VisualHalfEdge(3 * f + 2)]])) /
+         6;
   return v;
 }
 
@@ -53,7 +55,8 @@ inline double cut_length(const Session& session) {
   const CollisionMesh& mesh = session.body().complex.collision;
   double length = 0;
   for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
-    if (mesh.is_border(h) && mesh.wall[h].valid()) length += 0.5 * norm(mesh.rest[mesh.from(h)] - mesh.rest[mesh.to(h)]);
+    if (mesh.is_border(h) && mesh.wall[h].valid())
+      length += 0.5 * norm(mesh.rest[mesh.from(h)] - mesh.rest[mesh.to(h)]);
   return length;
 }
 

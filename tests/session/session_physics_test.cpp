@@ -115,7 +115,8 @@ TEST(CutPhysics, AFreeBodyKeepsItsMomentum) {
     ASSERT_TRUE(session.move_blade({0.01, y, 0.3}, {0.012, y, -0.3}).ok());
     ASSERT_TRUE(session.step(1).ok());
     const Motion m = motion_of(session, scene.material);
-    worst = std::max(worst, norm((1 / m.mass) * m.momentum - session.time() * scene.simulation.gravity) / session.time());
+    worst =
+        std::max(worst, norm((1 / m.mass) * m.momentum - session.time() * scene.simulation.gravity) / session.time());
   }
   ASSERT_GT(session.strokes().back().triangles, 10);
   EXPECT_LT(worst, 1e-6);  // of about 1 m/s2

@@ -85,7 +85,8 @@ TEST(SessionPunch, LeavesTheWallsOfEarlierCutsAsTheyAre) {
       EXPECT_EQ(moved, 0) << set << ", punch " << i;
       const std::vector<Vec3> drawn = session.visual_positions();
       double beside = 0;
-      for (const VisualVertex v : ids<VisualVertex>(mesh.vertex_count())) beside = std::max(beside, norm(drawn[v.index()] - mesh.rest[v]));
+      for (const VisualVertex v : ids<VisualVertex>(mesh.vertex_count()))
+        beside = std::max(beside, norm(drawn[v.index()] - mesh.rest[v]));
       EXPECT_LT(beside, 1e-9 * box.diagonal()) << set << ", punch " << i;
     }
   }

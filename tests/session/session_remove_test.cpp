@@ -89,7 +89,8 @@ TEST(Removal, WhatStaysMovesOnAsBefore) {
   const auto gone = pieces.of_face[cut->loose[0].index()];
   const CollisionMesh& mesh = session.body().complex.collision;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v)
-    if (pieces.of_face[CollisionMesh::face(mesh.outgoing[CollisionVertex(v)]).index()] != gone) before.push_back(session.collision_positions()[v]);
+    if (pieces.of_face[CollisionMesh::face(mesh.outgoing[CollisionVertex(v)]).index()] != gone)
+      before.push_back(session.collision_positions()[v]);
   ASSERT_TRUE(session.remove_piece(cut->loose[0]).ok());
   const std::vector<Vec3> after = session.collision_positions();
   ASSERT_EQ(after.size(), before.size());
@@ -260,11 +261,13 @@ TEST(Removal, CommandsForAGraspWhosePieceWasTakenAreNoted) {
   ASSERT_TRUE(session.apply({0, move}).ok());
   ASSERT_TRUE(session.apply({0, punch}).ok());
   ASSERT_TRUE(session.grasps().empty());
-  for (const SceneCommand& command : {SceneCommand{0, move}, SceneCommand{0, remove}, SceneCommand{0, SceneRelease{"g"}}}) {
+  for (const SceneCommand& command :
+       {SceneCommand{0, move}, SceneCommand{0, remove}, SceneCommand{0, SceneRelease{"g"}}}) {
     const std::size_t notes = session.notes().size();
     ASSERT_TRUE(session.apply(command).ok());
     ASSERT_EQ(session.notes().size(), notes + 1);
-    EXPECT_NE(session.notes().back().find("grasp 'g' held had been taken away"), std::string::npos) << session.notes().back();
+    EXPECT_NE(session.notes().back().find("grasp 'g' held had been taken away"), std::string::npos)
+        << session.notes().back();
   }
   move.id = "nobody";
   EXPECT_FALSE(session.apply({0, move}).ok()) << "there never was one";

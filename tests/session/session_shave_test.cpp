@@ -29,7 +29,8 @@ std::vector<Vec3> bite(Session& session, double roughness) {
   std::vector<Vec3> middles;
   const CollisionMesh& m = session.body().complex.collision;
   for (std::size_t h = 0; h < m.half_edge_count(); ++h)
-    if (m.wall[CollisionHalfEdge(h)].valid()) middles.push_back(lerp(m.rest[m.from(CollisionHalfEdge(h))], m.rest[m.to(CollisionHalfEdge(h))], 0.5));
+    if (m.wall[CollisionHalfEdge(h)].valid())
+      middles.push_back(lerp(m.rest[m.from(CollisionHalfEdge(h))], m.rest[m.to(CollisionHalfEdge(h))], 0.5));
   return middles;
 }
 
@@ -192,12 +193,14 @@ TEST(SessionShave, BadCommandsAreNamed) {
   const auto has = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
   EXPECT_PRED2(has, problem("radius = 0.003\n", ""), "a round punch needs a radius");
   EXPECT_PRED2(has, problem("radius = 0.003\n", "radius = -1\n"), "radius of punch");
-  EXPECT_PRED2(has, problem("[-0.002, -0.002], [0.002, -0.002], [0.002, 0.002], [-0.002, 0.002]", "[0, 0], [1, 0]"), "at least three points");
+  EXPECT_PRED2(has, problem("[-0.002, -0.002], [0.002, -0.002], [0.002, 0.002], [-0.002, 0.002]", "[0, 0], [1, 0]"),
+               "at least three points");
   EXPECT_PRED2(has, problem("[-0.002, -0.002],", "[-0.002],"), "[x, y]");
   EXPECT_PRED2(has, problem("shape = \"d\"", "shape = \"dee\""), "dee");
   EXPECT_PRED2(has, problem("across = [0, -1, 0]", "across = [0, 0, 1]"), "across");
   EXPECT_PRED2(has, problem("across = [0, -1, 0]", "axis = [0, 0, 0]"), "axis");
-  EXPECT_PRED2(has, problem("sphere = { center = [0.008, 0.01, 0], radius = 0.001 }", ""), "either a grasp or one region");
+  EXPECT_PRED2(has, problem("sphere = { center = [0.008, 0.01, 0], radius = 0.001 }", ""),
+               "either a grasp or one region");
   EXPECT_PRED2(has, problem("sphere = { center = [0.008, 0.01, 0], radius = 0.001 }", "grasp = \"hand\""), "hand");
   EXPECT_PRED2(has, problem("time = 0.2, base = [0.003", "time = 2, base = [0.003"), "after the end of the run");
   EXPECT_PRED2(has, problem("roughness = 0.0002", "rougness = 0.0002"), "did you mean");
@@ -230,7 +233,8 @@ TEST(SessionShave, ChangesOfARecordingComeBackToTheBit) {
   ASSERT_TRUE(session.ok());
   std::size_t next = 0;
   for (int step = 0; step <= 8; ++step) {
-    if (step == 6) add(6, K::kRemove, {}, {static_cast<std::int32_t>(session->body().complex.collision.face_count()) - 1});
+    if (step == 6)
+      add(6, K::kRemove, {}, {static_cast<std::int32_t>(session->body().complex.collision.face_count()) - 1});
     for (; next < r.changes.size() && r.changes[next].step == step; ++next) {
       const Status done = apply(*session, r.changes[next]);
       ASSERT_TRUE(done.ok()) << step << ": " << done.error().message;

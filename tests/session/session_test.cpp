@@ -37,7 +37,10 @@ SceneFix half_space(Vec3 point, Vec3 normal) {
 }
 
 TEST(Session, ModelsHaveThePapersCounts) {
-  struct Row { const char* model; std::size_t visual, triangles, collision, collision_triangles, nodes, hexahedra; };
+  struct Row {
+    const char* model;
+    std::size_t visual, triangles, collision, collision_triangles, nodes, hexahedra;
+  };
   for (const Row& row : {Row{"sheet", 3425, 6656, 65, 104, 200, 81}, Row{"steak", 2641, 5278, 85, 137, 190, 76},
                          Row{"meniscus", 2882, 5760, 105, 160, 120, 42}}) {
     const Session session = make(scene_of(row.model));
@@ -115,7 +118,8 @@ TEST(Session, CutUndoRedo) {
     ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
     for (int i = 0; i <= 20; ++i) {
       const double y = c.y + size.y * (-0.6 + 1.2 * i / 20);
-      const Status moved = session.move_blade({c.x + 0.03 * size.x, y, box.max.z + size.x}, {c.x + 0.03 * size.x, y, box.min.z - size.x});
+      const Status moved = session.move_blade({c.x + 0.03 * size.x, y, box.max.z + size.x},
+                                              {c.x + 0.03 * size.x, y, box.min.z - size.x});
       ASSERT_TRUE(moved.ok()) << moved.error().message;
       expect_valid(session);
     }
@@ -257,7 +261,8 @@ TEST(Session, ChangesNameEverythingThatChanged) {
   session.watch_changes(true);
   const auto triangle = [&](VisualTriangle f) {
     const VisualMesh& mesh = session.body().complex.visual;
-    return std::array<std::int32_t, 4>{mesh.origin[VisualMesh::corner(f, 0)].value, mesh.origin[VisualMesh::corner(f, 1)].value,
+    return std::array<std::int32_t, 4>{mesh.origin[VisualMesh::corner(f, 0)].value,
+                                       mesh.origin[VisualMesh::corner(f, 1)].value,
                                        mesh.origin[VisualMesh::corner(f, 2)].value, mesh.patch[f].value};
   };
   std::vector<std::array<std::int32_t, 4>> triangles;
@@ -265,7 +270,8 @@ TEST(Session, ChangesNameEverythingThatChanged) {
   const auto read_all = [&](auto& t, auto& c) {
     t.clear();
     c.clear();
-    for (const VisualTriangle f : ids<VisualTriangle>(session.body().complex.visual.face_count())) t.push_back(triangle(f));
+    for (const VisualTriangle f : ids<VisualTriangle>(session.body().complex.visual.face_count()))
+      t.push_back(triangle(f));
     c = session.body().embedding.visual.raw();
   };
   read_all(triangles, copies);

@@ -78,7 +78,8 @@ TEST(SeveralBodies, MoveAsEachAlone) {
   const auto& b = two.collision_positions();
   ASSERT_EQ(b.size(), 2 * a.size());
   double bent = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) bent = std::max(bent, norm(a[i] - one.body().complex.collision.rest.raw()[i]));
+  for (std::size_t i = 0; i < a.size(); ++i)
+    bent = std::max(bent, norm(a[i] - one.body().complex.collision.rest.raw()[i]));
   EXPECT_GT(bent, 0.005) << "it sags";
   EXPECT_LT(greatest_distance(a, b, 0, {}), 1e-6 * bent);
   EXPECT_LT(greatest_distance(a, b, a.size(), moved), 1e-6 * bent);
@@ -147,7 +148,8 @@ TEST(SeveralBodies, APlacedBodyIsTheSameBody) {
   EXPECT_EQ(moved.counts(), still.counts()) << "the lattice moves along";
   const RigidPlace place{position, turn(rotation)};
   for (const CollisionVertex v : ids<CollisionVertex>(still.body().complex.collision.vertex_count()))
-    EXPECT_NEAR(norm(moved.body().complex.collision.rest[v] - place.to_world(still.body().complex.collision.rest[v])), 0, 1e-15);
+    EXPECT_NEAR(norm(moved.body().complex.collision.rest[v] - place.to_world(still.body().complex.collision.rest[v])),
+                0, 1e-15);
 }
 
 TEST(SeveralBodies, BadInput) {
@@ -155,11 +157,13 @@ TEST(SeveralBodies, BadInput) {
     auto session = Session::create(scene);
     return session.ok() ? std::string("no error") : session.error().message;
   };
-  EXPECT_EQ(error_of(scene_of({body_of("sheet"), body_of("steak")})),
-            "body 1 (sheet) is an open sheet, body 2 (steak) is closed: bodies of one scene must all be closed, or all open sheets");
+  EXPECT_EQ(
+      error_of(scene_of({body_of("sheet"), body_of("steak")})),
+      "body 1 (sheet) is an open sheet, body 2 (steak) is closed: bodies of one scene must all be closed, or all open sheets");
   EXPECT_THAT(error_of(scene_of({body_of("steak"), body_of("steak", {1e9, 0, 0})})), HasSubstr("too far"));
   // Alone it would be gone in the rounding, too.
-  EXPECT_THAT(error_of(scene_of({body_of("steak", {1e7, 0, 0})})), HasSubstr("give [body] a position nearer to the origin"));
+  EXPECT_THAT(error_of(scene_of({body_of("steak", {1e7, 0, 0})})),
+              HasSubstr("give [body] a position nearer to the origin"));
   EXPECT_THAT(error_of(scene_of({body_of("meniscus", {0, 0, -1e4})})), HasSubstr("too far for its cells"));
   EXPECT_EQ(error_of(scene_of({body_of("meniscus", {0, 0, -1e3})})), "no error");
   EXPECT_THAT(error_of(scene_of({body_of("steak"), body_of("steak", {300, 300, 300})})), HasSubstr("cells"));
@@ -179,7 +183,8 @@ std::vector<CollisionVertex> vertices_where(const Session& session, Which&& whic
 TEST(SeveralBodies, OneIsDraggedEvenlyWhileOthersHitEachOther) {
   // Bodies that come together fast divide a step; what is held elsewhere must not be at the end of the whole step in the first part of it.
   constexpr double kSpeed = 0.5;
-  Scene scene = scene_of({body_of("strip"), body_of("strip", {0, 0, 0.04}, {0, 0, M_PI / 2}), body_of("strip", {0, 1, 0})});
+  Scene scene =
+      scene_of({body_of("strip"), body_of("strip", {0, 0, 0.04}, {0, 0, M_PI / 2}), body_of("strip", {0, 1, 0})});
   scene.contact.enabled = true;
   scene.simulation.gravity = {};
   Session session = make(scene);
@@ -206,7 +211,8 @@ TEST(SeveralBodies, OneIsDraggedEvenlyWhileOthersHitEachOther) {
     if (i < 4) continue;  // it gathers speed
     divided += step->parts > 1 ? 1 : 0;
     for (const NodeId n : session.body().hex.nodes[session.body().embedding.collision[apart[0]]])
-      EXPECT_NEAR(session.node_velocities()[n.index()].x, kSpeed, 0.02 * kSpeed) << "step " << i << " of " << step->parts;
+      EXPECT_NEAR(session.node_velocities()[n.index()].x, kSpeed, 0.02 * kSpeed)
+          << "step " << i << " of " << step->parts;
   }
   EXPECT_GT(divided, 2);
   EXPECT_NEAR(middle().x, kSpeed * 0.08, 1e-4);
@@ -264,7 +270,8 @@ TEST(SeveralBodies, LipsOfAStripUnderAnotherStayApartWhileBothAreSawn) {
     command.what = motion;
     ASSERT_TRUE(session.apply(command).ok());
     double deepest = 0;
-    for (int i = 0; i * saw.dt < saw.seconds || (session.counts().pieces < 3 && i * saw.dt < motion.poses.back().time); ++i) {
+    for (int i = 0; i * saw.dt < saw.seconds || (session.counts().pieces < 3 && i * saw.dt < motion.poses.back().time);
+         ++i) {
       ASSERT_TRUE(session.step().ok());
       if (i % 4 == 3) deepest = std::max(deepest, deepest_wall(session));
     }

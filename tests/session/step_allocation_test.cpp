@@ -36,7 +36,8 @@ long allocations_of(Session& session, int warm, int n) {
 
 Status cut(Session& session) {
   KERF_TRY(session.begin_stroke(SceneFrame::kRest, true));
-  for (int i = 0; i <= 6; ++i) KERF_TRY(session.move_blade({0.01, -0.1 + 0.02 * i, 0.05}, {0.01, -0.1 + 0.02 * i, -0.05}));
+  for (int i = 0; i <= 6; ++i)
+    KERF_TRY(session.move_blade({0.01, -0.1 + 0.02 * i, 0.05}, {0.01, -0.1 + 0.02 * i, -0.05}));
   return session.end_stroke();
 }
 

@@ -86,7 +86,8 @@ TEST(SurfaceFade, ACutOfAMovingBodyIsLocal) {
     ASSERT_TRUE(session.step(2).ok());
   }
   ASSERT_TRUE(session.end_stroke().ok());
-  std::printf("%zu of %zu vertices and %zu of %zu nodes beside their place at most\n", most, all, nodes_beside, shown.size());
+  std::printf("%zu of %zu vertices and %zu of %zu nodes beside their place at most\n", most, all, nodes_beside,
+              shown.size());
   EXPECT_GT(poses, 20u);
   EXPECT_GT(nodes_beside, 10u);
   EXPECT_LT(most, all / 6);

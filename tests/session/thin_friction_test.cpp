@@ -41,7 +41,8 @@ double mean_x(Session& session) {
 // passes there: at 5 ms it stuck, 0.3 mm on.
 TEST(ThinFriction, AStripSlidesDownASlopeAsABlockDoes) {
   for (const double dt : {0.002, 0.005, 0.0167})
-    for (const double above : {0.0, -1e-7, -1e-5, 1e-4, 4.9e-4, 1.5e-3})  // in the plane at the start, on it, falls on it
+    for (const double above :
+         {0.0, -1e-7, -1e-5, 1e-4, 4.9e-4, 1.5e-3})  // in the plane at the start, on it, falls on it
       for (const double young : {1e4, 3e5}) {
         constexpr double kSlope = 0.9;
         Session session = make(strip_on_slope(dt, kSlope, 0.0015 + above, young));
@@ -49,9 +50,11 @@ TEST(ThinFriction, AStripSlidesDownASlopeAsABlockDoes) {
         const int steps = static_cast<int>(std::lround(0.4 / dt));
         ASSERT_TRUE(session.step(steps).ok());
         // Steps are implicit: n of them go n (n + 1) / 2 h^2 a far. What falls slides freely until it is down.
-        const double squares = 0.5 * steps * (steps + 1) * dt * dt, right = squares * g * (kSlope - kFriction), falling = std::sqrt(2 * std::max(0.0, above) / g) + 2 * dt;
+        const double squares = 0.5 * steps * (steps + 1) * dt * dt, right = squares * g * (kSlope - kFriction),
+                     falling = std::sqrt(2 * std::max(0.0, above) / g) + 2 * dt;
         EXPECT_GT(mean_x(session) - from, 0.985 * right) << dt << " " << above << " " << young;
-        EXPECT_LT(mean_x(session) - from, 1.005 * right + 0.4 * falling * g * kFriction) << dt << " " << above << " " << young;
+        EXPECT_LT(mean_x(session) - from, 1.005 * right + 0.4 * falling * g * kFriction)
+            << dt << " " << above << " " << young;
       }
 }
 
@@ -90,7 +93,8 @@ TEST(ThinFriction, AStripDrawnOverAPlanePullsWithFrictionTimesItsWeight) {
       pull += session.grasp_force("end").x;
       ++steps;
     }
-    EXPECT_NEAR(pull / steps, kFriction * kWeight, 0.1 * kFriction * kWeight) << dt;  // the grasp carries a little of it
+    EXPECT_NEAR(pull / steps, kFriction * kWeight, 0.1 * kFriction * kWeight)
+        << dt;  // the grasp carries a little of it
   }
 }
 

@@ -76,11 +76,23 @@ struct Task {
 
 std::vector<Task> tasks(double dt) {
   std::vector<Task> out;
-  out.push_back({"presses", strip_and_tool(SceneToolKind::kProbe, {0.003, 0.002, 0.006}, {}, true), 0, {0.003, 0.002, -0.003}, {}});
+  out.push_back({"presses",
+                 strip_and_tool(SceneToolKind::kProbe, {0.003, 0.002, 0.006}, {}, true),
+                 0,
+                 {0.003, 0.002, -0.003},
+                 {}});
   out.back().scene.material.young = 1e6;
-  out.push_back({"cuts", strip_and_tool(SceneToolKind::kScalpel, {0.003, -0.02, -0.012}, kFacingY, true), 0, {0.003, 0.001, -0.012}, kFacingY});
+  out.push_back({"cuts",
+                 strip_and_tool(SceneToolKind::kScalpel, {0.003, -0.02, -0.012}, kFacingY, true),
+                 0,
+                 {0.003, 0.001, -0.012},
+                 kFacingY});
   out.back().scene.cut.resistance = 20;
-  out.push_back({"pulls", strip_and_tool(SceneToolKind::kGrasper, {0.092, 0, 0}, kAlongX, false), 0.3, {0.096, 0.001, 0.004}, kAlongX});
+  out.push_back({"pulls",
+                 strip_and_tool(SceneToolKind::kGrasper, {0.092, 0, 0}, kAlongX, false),
+                 0.3,
+                 {0.096, 0.001, 0.004},
+                 kAlongX});
   out.back().scene.tools[0].tip = 0.016;
   for (Task& task : out) task.scene.simulation.time_step = dt;
   return out;
@@ -105,7 +117,8 @@ struct Balance {
   Session::ToolState before = session.tools()[0];
   double operator()() {
     const Session::ToolState now = session.tools()[0];
-    const double h = session.time_step(), inertia = kMass * kGyration * kGyration, turning = kStiffness * kGyration * kGyration;
+    const double h = session.time_step(), inertia = kMass * kGyration * kGyration,
+                 turning = kStiffness * kGyration * kGyration;
     const Vec3 leads = (1 / h) * (now.pose.position - before.pose.position);
     const Vec3 turns = (1 / h) * turn_of(product(now.pose.axes, transposed(before.pose.axes)));
     const Vec3 spring = kStiffness * (now.pose.position - now.place.position) +
@@ -160,7 +173,8 @@ TEST(ToolForces, AreMeansOverAStepInParts) {
     const Session::ToolState now = session.tools()[0];
     felt = std::max(felt, norm(now.force));
     const double h = session.time_step();
-    const Vec3 force = (kMass / h) * (now.place.velocity - before.velocity), torque = (kMass * kGyration * kGyration / h) * (now.place.spin - before.spin);
+    const Vec3 force = (kMass / h) * (now.place.velocity - before.velocity),
+               torque = (kMass * kGyration * kGyration / h) * (now.place.spin - before.spin);
     off = std::max(off, norm(force - now.force - now.coupling_force));
     turned_off = std::max(turned_off, norm(torque - now.torque - now.coupling_torque));
     before = now.place;

@@ -80,7 +80,8 @@ struct Mat {
   Mat(double step, bool slit, Session made) : dt(step), cut(slit), session(std::move(made)) {
     if (cut) {
       EXPECT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
-      for (int i = 0; i <= 8; ++i) EXPECT_TRUE(session.move_blade({-0.004 + 0.001 * i, 0.002, 0.01}, {-0.004 + 0.001 * i, 0.002, -0.01}).ok());
+      for (int i = 0; i <= 8; ++i)
+        EXPECT_TRUE(session.move_blade({-0.004 + 0.001 * i, 0.002, 0.01}, {-0.004 + 0.001 * i, 0.002, -0.01}).ok());
       EXPECT_TRUE(session.end_stroke().ok());
     }
     start = session.snapshot();
@@ -98,8 +99,9 @@ void throw_ball(Mat& mat, int seed, int number) {
   const double time = std::max(dt, 0.042 / speed);
   lead.what = SceneToolMotion{"ball", {{time, target, {}}}};
   ASSERT_TRUE(session.apply(lead).ok());
-  const std::string where = testing::PrintToString(seed) + "/" + testing::PrintToString(number) + (mat.cut ? " cut" : " whole") + " dt " +
-                            testing::PrintToString(dt) + " speed " + testing::PrintToString(speed);
+  const std::string where = testing::PrintToString(seed) + "/" + testing::PrintToString(number) +
+                            (mat.cut ? " cut" : " whole") + " dt " + testing::PrintToString(dt) + " speed " +
+                            testing::PrintToString(speed);
   const int steps = static_cast<int>(time / dt) + static_cast<int>(0.2 / dt) + 1;
   double most = 0;  // J, of motion
   for (int k = 0; k < steps; ++k) {

@@ -100,7 +100,8 @@ TEST(Tools, BladesAndJawsOfAnySizeHaveAShape) {
           scene.tools[0].width = width;
           scene.tools[0].thickness = thickness;
           const auto session = Session::create(scene);
-          EXPECT_TRUE(session.ok()) << tip << " " << width << " " << thickness << ": " << (session.ok() ? "" : session.error().message);
+          EXPECT_TRUE(session.ok()) << tip << " " << width << " " << thickness << ": "
+                                    << (session.ok() ? "" : session.error().message);
         }
 }
 
@@ -235,7 +236,9 @@ TEST(Tools, ScissorsPushTheLipsThatTheyLeft) {
         for (int k = 0; k < 3; ++k) {
           const CollisionHalfEdge h = CollisionMesh::corner(f, k);
           if (mesh.twin[h].valid() || !mesh.wall[h].valid()) continue;
-          const auto local = [&](CollisionVertex v) { return place.to_local(session.collision_positions()[v.index()]); };
+          const auto local = [&](CollisionVertex v) {
+            return place.to_local(session.collision_positions()[v.index()]);
+          };
           const Vec3 a = local(mesh.from(h)), b = local(mesh.to(h)), c = local(mesh.apex(h));
           if (std::min(a.z, b.z) < 0.005) continue;
           ++beside;
@@ -278,7 +281,8 @@ TEST(Tools, ScissorsThatOpenGoOnInTheirSlit) {
     const auto& rest = session.body().complex.collision.rest;
     const std::vector<Vec3> now = session.collision_positions();
     double moved = 0;
-    for (const CollisionVertex v : ids<CollisionVertex>(rest.size())) moved = std::max(moved, norm(now[v.index()] - rest[v]));
+    for (const CollisionVertex v : ids<CollisionVertex>(rest.size()))
+      moved = std::max(moved, norm(now[v.index()] - rest[v]));
     EXPECT_LT(moved, 0.001) << dt;
     EXPECT_EQ(session.undo_depth(), 1) << dt;
     jaws(true);

@@ -108,9 +108,8 @@ TEST(TriangleBvh, MatchesBruteForce) {
           if (intersect(RayFrame(ray), view[t], hit) && hit.t >= ray.t_min && hit.t <= ray.t_max && accept(hit))
             brute.push_back(hit);
         }
-        std::sort(brute.begin(), brute.end(), [](const RayHit& a, const RayHit& b) {
-          return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
-        });
+        std::sort(brute.begin(), brute.end(),
+                  [](const RayHit& a, const RayHit& b) { return a.t != b.t ? a.t < b.t : a.triangle < b.triangle; });
         bvh.all_hits(view, ray, hits, accept);
         ASSERT_EQ(hits.size(), brute.size());
         for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -120,7 +119,8 @@ TEST(TriangleBvh, MatchesBruteForce) {
         EXPECT_EQ(first.triangle, brute.empty() ? -1 : brute[0].triangle);
         if (first.valid()) {
           const auto t = view[first.triangle];
-          const Vec3 on_triangle = first.barycentric[0] * t[0] + first.barycentric[1] * t[1] + first.barycentric[2] * t[2];
+          const Vec3 on_triangle =
+              first.barycentric[0] * t[0] + first.barycentric[1] * t[1] + first.barycentric[2] * t[2];
           EXPECT_LT(norm(ray.origin + first.t * ray.direction - on_triangle), 1e-9);
         }
 
@@ -246,7 +246,8 @@ TEST(TriangleBvh, LargeGridIsLean) {
   Soup soup;
   const int n = 300;
   for (int j = 0; j <= n; ++j)
-    for (int i = 0; i <= n; ++i) soup.positions.push_back({double(i) / n, double(j) / n, 0.1 * std::sin(0.1 * i + 0.2 * j)});
+    for (int i = 0; i <= n; ++i)
+      soup.positions.push_back({double(i) / n, double(j) / n, 0.1 * std::sin(0.1 * i + 0.2 * j)});
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
       const int a = j * (n + 1) + i;
@@ -270,7 +271,8 @@ TEST(TriangleBvh, ATreeOfRunsAnswersAsOneOfTriangles) {
     const std::size_t other = (t * 7919) % (shuffled.corners.size() / 3);
     for (std::size_t k = 0; k < 3; ++k) std::swap(shuffled.corners[3 * t + k], shuffled.corners[3 * other + k]);
   }
-  for (const Soup& soup : {closed_grid_box(40), closed_grid_box(3), shuffled, random_soup(1001, 4, 0.05), random_soup(7, 4, 0.5)}) {
+  for (const Soup& soup :
+       {closed_grid_box(40), closed_grid_box(3), shuffled, random_soup(1001, 4, 0.05), random_soup(7, 4, 0.5)}) {
     const TriangleBvh fine(soup.view());
     for (const std::size_t queries : {1u, 30u, 300u}) {
       const TriangleBvh coarse(soup.view(), queries);
@@ -296,7 +298,8 @@ TEST(TriangleBvh, ATreeOfRunsAnswersAsOneOfTriangles) {
     }
   }
   // A box of 9600 triangles in order for few queries: a tree of a tenth of the size. Out of order: no smaller.
-  EXPECT_LT(10 * TriangleBvh(closed_grid_box(40).view(), 10).nodes().size(), TriangleBvh(closed_grid_box(40).view()).nodes().size());
+  EXPECT_LT(10 * TriangleBvh(closed_grid_box(40).view(), 10).nodes().size(),
+            TriangleBvh(closed_grid_box(40).view()).nodes().size());
   EXPECT_EQ(TriangleBvh(shuffled.view(), 10).nodes().size(), TriangleBvh(shuffled.view()).nodes().size());
 }
 
@@ -316,7 +319,9 @@ TEST(TriangleBvh, LargeTreesAreTheSameForAnyNumberOfThreads) {
     const TriangleBvh::Node &a = one.nodes()[n], &b = four.nodes()[n], &c = again.nodes()[n];
     ASSERT_TRUE(a.min == b.min && a.max == b.max && a.first == b.first && a.count == b.count) << n;
     ASSERT_TRUE(a.min == c.min && a.max == c.max) << n;
-    if (a.count == 0) { ASSERT_GT(a.first, n); }
+    if (a.count == 0) {
+      ASSERT_GT(a.first, n);
+    }
     for (std::uint32_t i = a.first; i < a.first + a.count; ++i) ++seen[static_cast<std::size_t>(one.order()[i])];
   }
   EXPECT_TRUE(std::all_of(seen.begin(), seen.end(), [](int k) { return k == 1; }));

@@ -17,11 +17,13 @@ TEST(SelfIntersections, AgreeWithBruteForce) {
     for (int i = 0; i <= kRings; ++i)
       for (int k = 0; k < kAround; ++k) {
         const double down = 0.1 + 2.9 * i / kRings, round = 0.3 + 2 * 3.14159 * k / kAround;
-        m.positions.push_back(at + Vec3{std::sin(down) * std::cos(round), 0.1 * std::cos(round) - std::cos(down), std::sin(down) * std::sin(round)});
+        m.positions.push_back(at + Vec3{std::sin(down) * std::cos(round), 0.1 * std::cos(round) - std::cos(down),
+                                        std::sin(down) * std::sin(round)});
       }
     for (int i = 0; i < kRings; ++i)
       for (int k = 0; k < kAround; ++k) {
-        const VertexId a(i * kAround + k), b(i * kAround + (k + 1) % kAround), c(a.value + kAround), d(b.value + kAround);
+        const VertexId a(i * kAround + k), b(i * kAround + (k + 1) % kAround), c(a.value + kAround),
+            d(b.value + kAround);
         m.triangles.push_back({a, c, d});
         m.triangles.push_back({a, d, b});
       }
@@ -33,7 +35,8 @@ TEST(SelfIntersections, AgreeWithBruteForce) {
   const auto offset = static_cast<std::int32_t>(two.positions.size());
   for (const Vec3 p : other.positions) two.positions.push_back(p);
   for (const auto& t : other.triangles)
-    two.triangles.push_back({VertexId(offset + t[0].value), VertexId(offset + t[1].value), VertexId(offset + t[2].value)});
+    two.triangles.push_back(
+        {VertexId(offset + t[0].value), VertexId(offset + t[1].value), VertexId(offset + t[2].value)});
   const auto hits = [&](const std::array<VertexId, 3>& s, const std::array<VertexId, 3>& t) {
     const Vec3 a = two.positions[t[0]], b = two.positions[t[1]], c = two.positions[t[2]], n = cross(b - a, c - a);
     for (std::size_t k = 0; k < 3; ++k) {
@@ -41,14 +44,16 @@ TEST(SelfIntersections, AgreeWithBruteForce) {
       const double dp = dot(n, p - a), dq = dot(n, q - a);
       if (dp * dq >= 0) continue;
       const Vec3 x = lerp(p, q, dp / (dp - dq));
-      if (dot(n, cross(b - a, x - a)) > 0 && dot(n, cross(c - b, x - b)) > 0 && dot(n, cross(a - c, x - c)) > 0) return true;
+      if (dot(n, cross(b - a, x - a)) > 0 && dot(n, cross(c - b, x - b)) > 0 && dot(n, cross(a - c, x - c)) > 0)
+        return true;
     }
     return false;
   };
   std::size_t expected = 0;
   for (std::size_t i = 0; i < half; ++i)
     for (std::size_t j = half; j < two.triangles.size(); ++j)
-      expected += hits(two.triangles.raw()[i], two.triangles.raw()[j]) || hits(two.triangles.raw()[j], two.triangles.raw()[i]);
+      expected +=
+          hits(two.triangles.raw()[i], two.triangles.raw()[j]) || hits(two.triangles.raw()[j], two.triangles.raw()[i]);
   EXPECT_GT(expected, 10u);
   EXPECT_EQ(find_self_intersections(two).pairs, expected);
 }
@@ -75,7 +80,8 @@ TEST(SelfIntersections, GridsThatMeetAtTheirEdges) {
 // A blade of a windmill that is turned through the one beside it: both hang on one corner.
 TEST(SelfIntersections, NeighboursCountWhenTheyAreAskedFor) {
   TriangleMesh fan;
-  for (const Vec3 p : {Vec3{0, 0, 0}, Vec3{4, 0, 0}, Vec3{0, 4, 0}, Vec3{1, 1, 0.25}, Vec3{1, 1, -1}}) fan.positions.push_back(p);
+  for (const Vec3 p : {Vec3{0, 0, 0}, Vec3{4, 0, 0}, Vec3{0, 4, 0}, Vec3{1, 1, 0.25}, Vec3{1, 1, -1}})
+    fan.positions.push_back(p);
   fan.triangles.push_back({VertexId(0), VertexId(1), VertexId(2)});
   fan.triangles.push_back({VertexId(0), VertexId(3), VertexId(4)});
   EXPECT_EQ(find_self_intersections(fan).pairs, 0u);

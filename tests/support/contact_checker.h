@@ -14,7 +14,7 @@
 namespace kerf::testing_support {
 
 struct PrismView {
-  std::span<const Vec3> position, offset;                ///< |V|
+  std::span<const Vec3> position, offset;  ///< |V|
   std::span<const std::array<std::int32_t, 3>> triangles;
 
   [[nodiscard]] Vec3 at(std::size_t f, double u, double v, double lift) const {
@@ -151,7 +151,8 @@ inline double deepest_in_itself(const PrismView& body, std::span<const Vec3> res
     for (std::size_t g = 0; g < body.triangles.size(); ++g) {
       if (norm(middle(f) - middle(g)) < apart) continue;
       for_samples(n, [&](double u, double v) {
-        for (const double lift : {-1.0, 1.0}) deepest = std::max(deepest, depth_in_prism(body, g, body.at(f, u, v, lift)));
+        for (const double lift : {-1.0, 1.0})
+          deepest = std::max(deepest, depth_in_prism(body, g, body.at(f, u, v, lift)));
       });
     }
   }

@@ -46,7 +46,8 @@ inline DrawnPlace drawn_place(const CellComplex& body) {
       // p = q0 + b (q1 - q0) + g (q2 - q0), by Cramer's rule.
       const Vec2 d = p - q[0], e = q[1] - q[0], g = q[2] - q[0];
       const double det = e.x * g.y - e.y * g.x, b = (d.x * g.y - d.y * g.x) / det, w = (e.x * d.y - e.y * d.x) / det;
-      const Vec3 place = (1 - b - w) * r[0] + b * r[1] + w * r[2], up = normalized((1 - b - w) * o[0] + b * o[1] + w * o[2]);
+      const Vec3 place = (1 - b - w) * r[0] + b * r[1] + w * r[2],
+                 up = normalized((1 - b - w) * o[0] + b * o[1] + w * o[2]);
       if (std::fabs(dot(face, up)) < 0.5 * norm(face)) continue;
       Vec3 off = x[static_cast<std::size_t>(k)] - place;
       off = off - dot(off, up) * up;
@@ -57,7 +58,8 @@ inline DrawnPlace drawn_place(const CellComplex& body) {
       double rim = HUGE_VAL;
       for (std::int32_t s = 0; s < 3; ++s)
         if (!c.twin[CollisionHalfEdge(3 * t + s)].valid())
-          rim = std::min(rim, distance_to_segment(place, r[static_cast<std::size_t>(s)], r[static_cast<std::size_t>((s + 1) % 3)]));
+          rim = std::min(rim, distance_to_segment(place, r[static_cast<std::size_t>(s)],
+                                                  r[static_cast<std::size_t>((s + 1) % 3)]));
       if (rim > 0.05 * body.mean_root_edge) continue;
       ++out.rim_corners;
       rim_area += norm(face);

@@ -29,7 +29,8 @@ TriangleMesh extruded(const TriangleMesh& flat, int layers, Half&& half) {
     if (!c.empty()) return c;
     c.push_back(VertexId(v));
     const Vec3 p = flat.positions[VertexId(v)];
-    for (int l = 1; l < layers; ++l) c.push_back(body.positions.push_back({p.x, p.y, half(p) * (1 - 2.0 * l / layers)}));
+    for (int l = 1; l < layers; ++l)
+      c.push_back(body.positions.push_back({p.x, p.y, half(p) * (1 - 2.0 * l / layers)}));
     c.push_back(VertexId(v + n));
     return c;
   };

@@ -37,7 +37,8 @@ inline bool is_in_prism(const PrismView& body, std::size_t f, Vec3 p) {
     const Vec3 du = x[1] + l * o[1] - a, dv = x[2] + l * o[2] - a, rest = p - (a + u * du + v * dv);
     const double size = dot(du, cross(dv, up));
     if (size == 0) return false;
-    const double step[3] = {dot(rest, cross(dv, up)) / size, dot(du, cross(rest, up)) / size, dot(du, cross(dv, rest)) / size};
+    const double step[3] = {dot(rest, cross(dv, up)) / size, dot(du, cross(rest, up)) / size,
+                            dot(du, cross(dv, rest)) / size};
     u += step[0], v += step[1], l += step[2];
     const double moved = std::fabs(step[0]) + std::fabs(step[1]) + std::fabs(step[2]);
     if (moved < 1e-10) return u >= 0 && v >= 0 && u + v <= 1 && std::fabs(l) <= 1;
@@ -49,7 +50,9 @@ inline bool is_in_prism(const PrismView& body, std::size_t f, Vec3 p) {
 /// m from a point to a wall: 8 x 4 pieces of it, each as two triangles. (The wall is ruled; two triangles would leave it by up to a quarter of
 /// what it is twisted by.)
 inline double wall_distance(Vec3 p, Vec3 from_low, Vec3 to_low, Vec3 to_high, Vec3 from_high) {
-  const auto at = [&](int i, int k) { return lerp(lerp(from_low, to_low, i / 8.0), lerp(from_high, to_high, i / 8.0), k / 4.0); };
+  const auto at = [&](int i, int k) {
+    return lerp(lerp(from_low, to_low, i / 8.0), lerp(from_high, to_high, i / 8.0), k / 4.0);
+  };
   double least = HUGE_VAL;
   for (int i = 0; i < 8; ++i)
     for (int k = 0; k < 4; ++k) {
@@ -103,15 +106,19 @@ double deepest_between_sides(const LipsView& lips, std::span<const Vec3> rest, C
       const double t = i / 8.0;
       if (!counts(lerp(rest[a], rest[b], t))) continue;
       for (double lift = -1; lift <= 1; lift += 0.25)
-        deepest = std::max(deepest, depth_in_side(lips, -w.side, lerp(body.position[a] + lift * body.offset[a], body.position[b] + lift * body.offset[b], t)));
+        deepest = std::max(deepest, depth_in_side(lips, -w.side,
+                                                  lerp(body.position[a] + lift * body.offset[a],
+                                                       body.position[b] + lift * body.offset[b], t)));
     }
   for (std::size_t f = 0; f < body.triangles.size(); ++f) {
     if (lips.side[f] == 0) continue;
     const auto& t = body.triangles[f];
     for_samples(4, [&](double u, double v) {
-      const Vec3 at = (1 - u - v) * rest[static_cast<std::size_t>(t[0])] + u * rest[static_cast<std::size_t>(t[1])] + v * rest[static_cast<std::size_t>(t[2])];
+      const Vec3 at = (1 - u - v) * rest[static_cast<std::size_t>(t[0])] + u * rest[static_cast<std::size_t>(t[1])] +
+                      v * rest[static_cast<std::size_t>(t[2])];
       if (!counts(at)) return;
-      for (const double lift : {-1.0, 1.0}) deepest = std::max(deepest, depth_in_side(lips, -lips.side[f], body.at(f, u, v, lift)));
+      for (const double lift : {-1.0, 1.0})
+        deepest = std::max(deepest, depth_in_side(lips, -lips.side[f], body.at(f, u, v, lift)));
     });
   }
   return deepest;

@@ -19,11 +19,11 @@
 namespace kerf::testing_support {
 
 struct SyntheticOptions {
-  int subdivisions = 3;     ///< 1-to-4 subdivisions of every collision triangle
-  bool closed = false;      ///< two sides, joined at the rim
-  double thickness = 0.1;   ///< metres; between the sides of a closed body
-  double jitter = 0;        ///< planar positions of free vertices move by up to this part of a visual edge (below 0.25)
-  double bump = 0;          ///< free vertices move along the normal by up to this, metres
+  int subdivisions = 3;    ///< 1-to-4 subdivisions of every collision triangle
+  bool closed = false;     ///< two sides, joined at the rim
+  double thickness = 0.1;  ///< metres; between the sides of a closed body
+  double jitter = 0;       ///< planar positions of free vertices move by up to this part of a visual edge (below 0.25)
+  double bump = 0;         ///< free vertices move along the normal by up to this, metres
   std::uint64_t seed = 1;
 };
 
@@ -138,7 +138,8 @@ inline CellComplex make_synthetic_complex(const TriangleMesh& surface, const Syn
     std::array<VisualVertex, 2> bound;
     bound[0] = add_vertex(coarse.rest[v] + side_offset(v, 0), side_normal(v, 0), false);
     if (options.closed)
-      bound[1] = on_border[v.index()] ? bound[0] : add_vertex(coarse.rest[v] + side_offset(v, 1), side_normal(v, 1), false);
+      bound[1] =
+          on_border[v.index()] ? bound[0] : add_vertex(coarse.rest[v] + side_offset(v, 1), side_normal(v, 1), false);
     coarse.bound.set(v, bound);
   }
   std::vector<VisualVertex> chain_pool;
@@ -148,7 +149,10 @@ inline CellComplex make_synthetic_complex(const TriangleMesh& surface, const Syn
     const CollisionVertex a = coarse.from(h), b = coarse.to(h);
     std::array<PoolRun, 2> runs;
     for (int s = 0; s < sides; ++s) {
-      if (s == 1 && !g.valid()) { runs[1] = runs[0]; break; }
+      if (s == 1 && !g.valid()) {
+        runs[1] = runs[0];
+        break;
+      }
       runs[static_cast<std::size_t>(s)] = {static_cast<std::int32_t>(chain_pool.size()), n - 1, false};
       for (int k = 1; k < n; ++k) {
         const double t = static_cast<double>(k) / n;
@@ -215,8 +219,11 @@ inline CellComplex make_synthetic_complex(const TriangleMesh& surface, const Syn
             nrm = normalized(nrm);
             if (options.bump > 0) p += random.uniform(-options.bump, options.bump) * nrm;
             if (options.jitter > 0) {
-              const double d1 = random.uniform(-1, 1) * options.jitter / n, d2 = random.uniform(-1, 1) * options.jitter / n;
-              w[1] += d1; w[2] += d2; w[0] -= d1 + d2;
+              const double d1 = random.uniform(-1, 1) * options.jitter / n,
+                           d2 = random.uniform(-1, 1) * options.jitter / n;
+              w[1] += d1;
+              w[2] += d2;
+              w[0] -= d1 + d2;
               mix2();
             }
             vertex[here] = add_vertex(p, nrm, true);
@@ -224,7 +231,8 @@ inline CellComplex make_synthetic_complex(const TriangleMesh& surface, const Syn
           }
           uv[here] = s == 0 ? u : Vec2{u.x, -u.y};
         }
-      lists[static_cast<std::size_t>(s)] = {first_free, static_cast<std::int32_t>(free_pool.size()) - first_free, false};
+      lists[static_cast<std::size_t>(s)] = {first_free, static_cast<std::int32_t>(free_pool.size()) - first_free,
+                                            false};
       auto add_face = [&](std::array<std::array<int, 2>, 3> t) {
         if (s == 1) std::swap(t[1], t[2]);
         std::array<std::int32_t, 3> face{};
@@ -235,8 +243,8 @@ inline CellComplex make_synthetic_complex(const TriangleMesh& surface, const Syn
           planar.push_back(uv[at(q[0], q[1])]);
           const Vec3 p = rest[static_cast<std::size_t>(face[i])];
           texture.push_back({static_cast<float>(p.x), static_cast<float>(p.y)});
-          const bool on_edge = (q[0] == 0 && r[0] == 0) || (q[1] == 0 && r[1] == 0) ||
-                               (q[0] + q[1] == n && r[0] + r[1] == n);
+          const bool on_edge =
+              (q[0] == 0 && r[0] == 0) || (q[1] == 0 && r[1] == 0) || (q[0] + q[1] == n && r[0] + r[1] == n);
           barrier.push_back(on_edge ? 1 : 0);
         }
         triangles.push_back(face);
@@ -284,9 +292,14 @@ inline void hash_item(Hash& hash, const PoolRun& r) {
   hash.add(r.count);
   hash.add(static_cast<std::int32_t>(r.reversed));
 }
-inline void hash_item(Hash& hash, const std::array<PoolRun, 2>& r) { hash_item(hash, r[0]); hash_item(hash, r[1]); }
+inline void hash_item(Hash& hash, const std::array<PoolRun, 2>& r) {
+  hash_item(hash, r[0]);
+  hash_item(hash, r[1]);
+}
 template <class T>
-void hash_item(Hash& hash, const T& value) { hash.add(value); }
+void hash_item(Hash& hash, const T& value) {
+  hash.add(value);
+}
 }  // namespace detail
 
 /// Hash of every item of every array: two complexes with the same hash hold the same bits.

@@ -27,9 +27,9 @@ Scene haptic_scene(const std::string& model);
 Scene sheet_over_balls(std::size_t collision, double mass);
 
 struct BindTiming {
-  double local = 0, exact = 0;  ///< s of this thread, median; 0: not measured
-  BindReport report;            ///< of the last run, with local paths when there are any
-  double visual_vertices_per_triangle = 0;   ///< mean over collision triangles, those on its edges and corners included
+  double local = 0, exact = 0;              ///< s of this thread, median; 0: not measured
+  BindReport report;                        ///< of the last run, with local paths when there are any
+  double visual_vertices_per_triangle = 0;  ///< mean over collision triangles, those on its edges and corners included
   double visual_triangles_per_triangle = 0;
   std::size_t collision_vertices = 0, collision_triangles = 0;
 };

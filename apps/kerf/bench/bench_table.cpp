@@ -56,7 +56,11 @@ T text_of(const nlohmann::json& object, const char* key) {
 }
 
 Table table_of(const nlohmann::json& object) {
-  Table table{text_of<std::string>(object, "id"), text_of<std::string>(object, "title"), text_of<std::string>(object, "note"), {}, {}};
+  Table table{text_of<std::string>(object, "id"),
+              text_of<std::string>(object, "title"),
+              text_of<std::string>(object, "note"),
+              {},
+              {}};
   for (const auto& column : object.value("columns", nlohmann::json::array()))
     table.columns.push_back(column.is_string() ? column.get<std::string>() : "");
   for (const auto& row : object.value("rows", nlohmann::json::array())) {
@@ -115,14 +119,19 @@ std::string run_json(const Run& run) {
   for (const auto& [key, value] : run.machine) machine[key] = value;
   for (const Table& table : run.tables) tables.push_back(json(table));
   for (const Figure& figure : run.figures) figures.push_back({{"id", figure.id}, {"caption", figure.caption}});
-  const Json all = {{"kerf_bench", kVersion}, {"program", run.program}, {"machine", machine}, {"tables", tables}, {"figures", figures}};
+  const Json all = {{"kerf_bench", kVersion},
+                    {"program", run.program},
+                    {"machine", machine},
+                    {"tables", tables},
+                    {"figures", figures}};
   return all.dump(1) + "\n";
 }
 
 Result<Run> parse_run(std::string_view text, std::string_view name) {
   const auto all = nlohmann::json::parse(text, nullptr, false);
   if (!all.is_object() || !all.contains("kerf_bench") || all["kerf_bench"] != kVersion)
-    return bad_input(fmt::format("{} is no result of a benchmark (version {}); kerf bench writes such files", name, kVersion));
+    return bad_input(
+        fmt::format("{} is no result of a benchmark (version {}); kerf bench writes such files", name, kVersion));
   Run run;
   run.program = text_of<std::string>(all, "program");
   // In the order of the file, which a sorted object does not keep.
@@ -133,7 +142,8 @@ Result<Run> parse_run(std::string_view text, std::string_view name) {
   for (const auto& table : all.value("tables", nlohmann::json::array()))
     if (table.is_object()) run.tables.push_back(table_of(table));
   for (const auto& figure : all.value("figures", nlohmann::json::array()))
-    if (figure.is_object()) run.figures.push_back({text_of<std::string>(figure, "id"), text_of<std::string>(figure, "caption"), {}});
+    if (figure.is_object())
+      run.figures.push_back({text_of<std::string>(figure, "id"), text_of<std::string>(figure, "caption"), {}});
   return run;
 }
 
@@ -149,7 +159,8 @@ std::string results_page(const std::vector<Run>& runs, std::string_view pictures
       if (!table.note.empty()) out += table.note + "\n\n";
       out += markdown(table);
       for (const Figure& figure : run.figures)
-        if (figure.id.starts_with(table.id)) out += fmt::format("\n![{}]({}/{}.svg)\n", figure.caption, pictures, figure.id);
+        if (figure.id.starts_with(table.id))
+          out += fmt::format("\n![{}]({}/{}.svg)\n", figure.caption, pictures, figure.id);
     }
   }
   return out;

@@ -24,9 +24,9 @@ struct Cell {
 };
 
 struct Table {
-  std::string id;     ///< of its CSV file and for --rows: "table-2"
+  std::string id;  ///< of its CSV file and for --rows: "table-2"
   std::string title;
-  std::string note;   ///< a sentence or two: what was done
+  std::string note;  ///< a sentence or two: what was done
   std::vector<std::string> columns;
   std::vector<std::vector<Cell>> rows;
 };
@@ -38,7 +38,7 @@ struct Figure {
 
 /// One run of one benchmark program.
 struct Run {
-  std::string program;                             ///< how to repeat it: "kerf bench paper --cuts 100"
+  std::string program;                                       ///< how to repeat it: "kerf bench paper --cuts 100"
   std::vector<std::pair<std::string, std::string>> machine;  ///< as machine_facts()
   std::vector<Table> tables;
   std::vector<Figure> figures;

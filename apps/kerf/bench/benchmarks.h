@@ -10,9 +10,9 @@
 namespace kerf::bench {
 
 struct BenchOptions {
-  int cuts = 100;       ///< of every kind; the paper's tables
-  bool quick = false;   ///< small sizes and few cuts: does it still run?
-  std::string rows;     ///< only tables whose id contains this; empty: all
+  int cuts = 100;      ///< of every kind; the paper's tables
+  bool quick = false;  ///< small sizes and few cuts: does it still run?
+  std::string rows;    ///< only tables whose id contains this; empty: all
 
   [[nodiscard]] bool wants(std::string_view table) const {
     return rows.empty() || table.find(rows) != std::string_view::npos;

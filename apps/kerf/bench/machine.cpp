@@ -62,14 +62,17 @@ std::vector<std::pair<std::string, std::string>> machine_facts() {
     if (!value.empty()) facts.emplace_back(key, std::move(value));
   };
   add("processor", line_of("/proc/cpuinfo", "model name"));
-  add("cores", fmt::format("{}{}", std::thread::hardware_concurrency(),
-                           line_of("/proc/cpuinfo", "flags").find("hypervisor") != std::string::npos ? ", virtual" : ""));
-  add("memory", fmt::format("{:.0f} GB", static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE)) / 1e9));
+  add("cores",
+      fmt::format("{}{}", std::thread::hardware_concurrency(),
+                  line_of("/proc/cpuinfo", "flags").find("hypervisor") != std::string::npos ? ", virtual" : ""));
+  add("memory", fmt::format("{:.0f} GB", static_cast<double>(sysconf(_SC_PHYS_PAGES)) *
+                                             static_cast<double>(sysconf(_SC_PAGE_SIZE)) / 1e9));
   utsname system{};
   if (uname(&system) == 0) add("system", fmt::format("{} {}", system.sysname, system.release));
   double load = 0;
   if (getloadavg(&load, 1) == 1)
-    add("load when it ended", fmt::format("{:.1f} processes, this one included{}", load, load > 1.7 ? ": the machine was shared" : ""));
+    add("load when it ended",
+        fmt::format("{:.1f} processes, this one included{}", load, load > 1.7 ? ": the machine was shared" : ""));
 #if defined(__clang__)
   add("compiler", "clang " __clang_version__);
 #elif defined(__GNUC__)

@@ -56,9 +56,11 @@ class PaperBench {
     KERF_TRY(binding("table-1", "Table 1: pre-processing of the steak", kTable1));
     KERF_TRY(cutting("table-2", "Table 2: cutting the steak", kTable2));
     KERF_TRY(six_cuts());
-    KERF_TRY(binding("table-3", "Table 3: pre-processing of the thin sheet, visual meshes of four resolutions", kTable3));
+    KERF_TRY(
+        binding("table-3", "Table 3: pre-processing of the thin sheet, visual meshes of four resolutions", kTable3));
     KERF_TRY(cutting("table-4", "Table 4: cutting the thin sheet, visual meshes of four resolutions", kTable4));
-    KERF_TRY(binding("table-5", "Table 5: pre-processing of the thin sheet, collision meshes of three resolutions", kTable5));
+    KERF_TRY(binding("table-5", "Table 5: pre-processing of the thin sheet, collision meshes of three resolutions",
+                     kTable5));
     KERF_TRY(table_6());
     KERF_TRY(meniscus());
     KERF_TRY(haptic_frames());
@@ -79,22 +81,31 @@ class PaperBench {
     table.note =
         "Seconds of one thread, everything but reading files; medians. Visual vertices of a collision triangle: those in it, on its edges and at "
         "its corners, on both sides of a closed body, after re-meshing; the mean over all triangles.";
-    table.columns = {"#", "collision vertices", "collision triangles", "time, paper (s)", "here, local paths (s)", "here, exact paths (s)",
-                     "visual vertices per triangle, paper", "here", "visual triangles per triangle, paper", "here"};
+    table.columns = {"#",
+                     "collision vertices",
+                     "collision triangles",
+                     "time, paper (s)",
+                     "here, local paths (s)",
+                     "here, exact paths (s)",
+                     "visual vertices per triangle, paper",
+                     "here",
+                     "visual triangles per triangle, paper",
+                     "here"};
     for (const PaperBinding& row : rows) {
       if (options_.quick && row.body.visual > 7000) continue;
       const auto timing = time_binding(row.body, options_.quick ? 1 : 7, true, true);
       if (!timing) return timing.error();
       table.rows.push_back({static_cast<double>(table.rows.size() + 1), static_cast<double>(timing->collision_vertices),
                             static_cast<double>(timing->collision_triangles), row.seconds, timing->local, timing->exact,
-                            row.vertices_per_triangle, std::round(timing->visual_vertices_per_triangle), row.triangles_per_triangle,
-                            std::round(timing->visual_triangles_per_triangle)});
+                            row.vertices_per_triangle, std::round(timing->visual_vertices_per_triangle),
+                            row.triangles_per_triangle, std::round(timing->visual_triangles_per_triangle)});
     }
     run_.tables.push_back(std::move(table));
     return {};
   }
 
-  static void add_row(Table& table, const char* model, const char* what, Cell paper, const Sample& sample, double unit = kMilliseconds) {
+  static void add_row(Table& table, const char* model, const char* what, Cell paper, const Sample& sample,
+                      double unit = kMilliseconds) {
     std::vector<Cell> row{model, what, std::move(paper)};
     append_quantiles(row, sample, unit);
     table.rows.push_back(std::move(row));
@@ -110,11 +121,15 @@ class PaperBench {
     if (!timings) return timings.error();
     const auto value = [](double v) { return v > 0 ? Cell(v) : Cell(); };
     const char* name = paper.name;
-    add_row(table, name, "Cut and Update Collision-Visual Binding", value(paper.cut_and_binding), timings->cut_and_binding);
-    add_row(table, name, "Update Collision-Simulation and Visual-Simulation Embedding", value(paper.embedding), timings->embedding);
+    add_row(table, name, "Cut and Update Collision-Visual Binding", value(paper.cut_and_binding),
+            timings->cut_and_binding);
+    add_row(table, name, "Update Collision-Simulation and Visual-Simulation Embedding", value(paper.embedding),
+            timings->embedding);
     if (paper.surface > 0) add_row(table, name, "Add Surface Mesh", paper.surface, timings->surface);
-    table.rows.push_back({name, "sum of these parts", value(paper.cut_and_binding + paper.embedding + paper.surface),
-                          kMilliseconds * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()), Cell(), Cell()});
+    table.rows.push_back(
+        {name, "sum of these parts", value(paper.cut_and_binding + paper.embedding + paper.surface),
+         kMilliseconds * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()),
+         Cell(), Cell()});
     add_row(table, name, "Total Cut Time", value(paper.total), timings->whole);
     const auto poses = time_poses(*session, std::max(1, options_.cut_count() / 20), true);
     if (!poses) return poses.error();
@@ -164,8 +179,8 @@ class PaperBench {
     table.note =
         "Vertices and elements of the three meshes, and the median time of a frame. Figure 17 of the paper compares its collision mesh with those of "
         "methods that collide what they draw: at best 2,641 vertices and 5,278 triangles.";
-    table.columns = {"cuts", "visual vertices", "visual triangles", "collision vertices", "collision triangles", "nodes", "hexahedra",
-                     "pieces", "frame (ms)"};
+    table.columns = {"cuts",  "visual vertices", "visual triangles", "collision vertices", "collision triangles",
+                     "nodes", "hexahedra",       "pieces",           "frame (ms)"};
     const double reach = session_size(*session);
     for (int i = 0; i <= 6; ++i) {
       if (i > 0) {
@@ -175,15 +190,17 @@ class PaperBench {
       const auto frames = time_frames(*session, options_.quick ? 10 : 200);
       if (!frames) return frames.error();
       const BodyCounts c = session->counts();
-      table.rows.push_back({static_cast<double>(i), static_cast<double>(c.visual_vertices), static_cast<double>(c.visual_triangles),
-                            static_cast<double>(c.collision_vertices), static_cast<double>(c.collision_triangles),
-                            static_cast<double>(c.nodes), static_cast<double>(c.hexahedra), static_cast<double>(c.pieces),
+      table.rows.push_back({static_cast<double>(i), static_cast<double>(c.visual_vertices),
+                            static_cast<double>(c.visual_triangles), static_cast<double>(c.collision_vertices),
+                            static_cast<double>(c.collision_triangles), static_cast<double>(c.nodes),
+                            static_cast<double>(c.hexahedra), static_cast<double>(c.pieces),
                             kMilliseconds * frames->frame.median()});
     }
     run_.figures.push_back(plot_of(table, "figure-16a", "vertices", {1, 3, 5}));
     run_.figures.push_back(plot_of(table, "figure-16b", "elements", {2, 4, 6}));
     Figure f17 = plot_of(table, "figure-16-17", "collision vertices and triangles", {3, 4});
-    for (const auto& [name, value] : {std::pair{"vertices of others, at best", 2641.0}, std::pair{"triangles of others, at best", 5278.0}})
+    for (const auto& [name, value] :
+         {std::pair{"vertices of others, at best", 2641.0}, std::pair{"triangles of others, at best", 5278.0}})
       f17.plot.lines.push_back({name, {{0, value}, {6, value}}, false, ""});
     run_.figures.push_back(std::move(f17));
     run_.tables.push_back(std::move(table));
@@ -237,16 +254,18 @@ class PaperBench {
       if (!free) return free.error();
       add_row(table, model.name, "Total Cut Time", model.cut, timings->whole);
       add_row(table, model.name, "Simulation without Collision", model.without, free->frame);
-      table.rows.push_back({model.name, "Frames per second without collision", model.fps_without, std::round(1 / free->frame.median()),
-                            std::round(1 / free->frame.quantile(0.99)), std::round(1 / free->frame.quantile(1))});
+      table.rows.push_back({model.name, "Frames per second without collision", model.fps_without,
+                            std::round(1 / free->frame.median()), std::round(1 / free->frame.quantile(0.99)),
+                            std::round(1 / free->frame.quantile(1))});
       struct Rest {
         double mass;
         bool self;
         const char *name, *fps_name, *paper, *fps_paper;
       };
-      for (const Rest& rest : {Rest{1, false, "Simulation with Collision", "Frames per second with collision", model.with, model.fps_with},
-                               Rest{20, false, "the same, 20 kg, wrapped around", "the same, 20 kg, wrapped around", "", ""},
-                               Rest{20, true, "the same, and with itself", "the same, and with itself", "", ""}}) {
+      for (const Rest& rest :
+           {Rest{1, false, "Simulation with Collision", "Frames per second with collision", model.with, model.fps_with},
+            Rest{20, false, "the same, 20 kg, wrapped around", "the same, 20 kg, wrapped around", "", ""},
+            Rest{20, true, "the same, and with itself", "the same, and with itself", "", ""}}) {
         Scene scene = sheet_over_balls(model.collision, rest.mass);
         scene.contact.self = rest.self;
         auto resting = Session::create(scene);
@@ -257,7 +276,8 @@ class PaperBench {
         if (!touching) return touching.error();
         add_row(table, model.name, rest.name, rest.paper, touching->frame);
         table.rows.push_back({model.name, rest.fps_name, rest.fps_paper, std::round(1 / touching->frame.median()),
-                              std::round(1 / touching->frame.quantile(0.99)), std::round(1 / touching->frame.quantile(1))});
+                              std::round(1 / touching->frame.quantile(0.99)),
+                              std::round(1 / touching->frame.quantile(1))});
       }
     }
     run_.tables.push_back(std::move(table));
@@ -304,15 +324,19 @@ class PaperBench {
         timings->whole.values.size(), frames());
     table.columns = {"#", "", "paper", "median", "99th percentile", "worst"};
     const char* name = "meniscus";
-    add_row(table, name, "cutting collision and visual mesh and updating collision-visual binding", 6.2, timings->cut_and_binding);
+    add_row(table, name, "cutting collision and visual mesh and updating collision-visual binding", 6.2,
+            timings->cut_and_binding);
     add_row(table, name, "updating visual-simulation and collision-simulation embedding", 32.8, timings->embedding);
     add_row(table, name, "adding the cut surface", 8.1, timings->surface);
-    table.rows.push_back({name, "sum of these parts", 6.2 + 32.8 + 8.1,
-                          kMilliseconds * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()), Cell(), Cell()});
+    table.rows.push_back(
+        {name, "sum of these parts", 6.2 + 32.8 + 8.1,
+         kMilliseconds * (timings->cut_and_binding.median() + timings->embedding.median() + timings->surface.median()),
+         Cell(), Cell()});
     add_row(table, name, "total cut time of a punch", 48.2, timings->whole);
     add_row(table, name, "simulation step, surface included", 6.5, frames_free->frame);
     table.rows.push_back({name, "frames per second", 162.0, std::round(1 / frames_free->frame.median()),
-                          std::round(1 / frames_free->frame.quantile(0.99)), std::round(1 / frames_free->frame.quantile(1))});
+                          std::round(1 / frames_free->frame.quantile(0.99)),
+                          std::round(1 / frames_free->frame.quantile(1))});
     table.rows.push_back({name, "collision triangles in a punch (mean)", Cell(), timings->triangles, Cell(), Cell()});
     run_.tables.push_back(std::move(table));
     return {};
@@ -336,9 +360,11 @@ class PaperBench {
       KERF_TRY(session->step(options_.quick ? 20 : 500));
       const auto times = time_cutting_frames(*session, strokes, poses);
       if (!times) return times.error();
-      for (const auto& [name, sample] : {std::pair{"whole frame", &times->frame}, std::pair{"of it the cut", &times->cut},
-                                         std::pair{"of it the step", &times->step}, std::pair{"of it the surface", &times->surface}})
-        table.rows.push_back({model, name, kMilliseconds * sample->quantile(0.5), kMilliseconds * sample->quantile(0.99), kMilliseconds * sample->quantile(0.999),
+      for (const auto& [name, sample] :
+           {std::pair{"whole frame", &times->frame}, std::pair{"of it the cut", &times->cut},
+            std::pair{"of it the step", &times->step}, std::pair{"of it the surface", &times->surface}})
+        table.rows.push_back({model, name, kMilliseconds * sample->quantile(0.5),
+                              kMilliseconds * sample->quantile(0.99), kMilliseconds * sample->quantile(0.999),
                               kMilliseconds * sample->quantile(1)});
     }
     run_.tables.push_back(std::move(table));
@@ -375,6 +401,8 @@ class PaperBench {
 
 }  // namespace
 
-Result<Run> bench_paper(const BenchOptions& options, const Progress& progress) { return PaperBench(options, progress).run(); }
+Result<Run> bench_paper(const BenchOptions& options, const Progress& progress) {
+  return PaperBench(options, progress).run();
+}
 
 }  // namespace kerf::bench

@@ -64,7 +64,8 @@ struct Stroke {
 Stroke random_stroke(const Box3& box, Random& random) {
   const auto within = [&] {
     const Vec3 s = box.size();
-    return box.center() + Vec3{s.x * random.uniform(-0.6, 0.6), s.y * random.uniform(-0.6, 0.6), s.z * random.uniform(-0.6, 0.6)};
+    return box.center() +
+           Vec3{s.x * random.uniform(-0.6, 0.6), s.y * random.uniform(-0.6, 0.6), s.z * random.uniform(-0.6, 0.6)};
   };
   Stroke stroke;
   stroke.up = {random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), 1};
@@ -76,7 +77,8 @@ Stroke random_stroke(const Box3& box, Random& random) {
   const double radius = box.diagonal() * random.uniform(0.03, 0.2);
   for (int i = 0; i <= 12; ++i) {
     const double s = i / 12.0, angle = 2.2 * std::numbers::pi * s;
-    stroke.path.push_back(kind == 1 ? lerp(lerp(a, b, s), lerp(b, c, s), s) : a + radius * Vec3{std::cos(angle), std::sin(angle), 0});
+    stroke.path.push_back(kind == 1 ? lerp(lerp(a, b, s), lerp(b, c, s), s)
+                                    : a + radius * Vec3{std::cos(angle), std::sin(angle), 0});
   }
   return stroke;
 }
@@ -97,7 +99,7 @@ Status draw(Session& session, const Stroke& stroke, Sample& per_triangle, Sample
 
 struct Model {
   const char* name;
-  std::size_t visual;  ///< triangles; 0: the model's own
+  std::size_t visual;      ///< triangles; 0: the model's own
   bool in_layers = false;  ///< a long blade meets it more than once
 };
 
@@ -116,7 +118,8 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
   scene.cut.dust = 0;   // all of the volume stays
   Random random(20);
   Sample per_triangle, whole;
-  int done = 0, bodies = 0, errors = 0, broken = 0, undone = 0, wrong_undos = 0, refused = 0, retried = 0, triangles = 0;
+  int done = 0, bodies = 0, errors = 0, broken = 0, undone = 0, wrong_undos = 0, refused = 0, retried = 0,
+      triangles = 0;
   std::size_t open = 0;
   double volume_error = 0, stray = 0, missed = 0, outside = 0, through = 0;  // the last four in mean edges
   std::optional<Session> session;
@@ -166,13 +169,29 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
     if (done % kUndoEvery != 0) continue;
     ++undone;
     const std::uint64_t after = body_hash(session->body());
-    if (!session->undo() || body_hash(session->body()) != before || !session->redo() || body_hash(session->body()) != after) ++wrong_undos;
+    if (!session->undo() || body_hash(session->body()) != before || !session->redo() ||
+        body_hash(session->body()) != after)
+      ++wrong_undos;
   }
-  return std::vector<Cell>{model.name, static_cast<double>(done), static_cast<double>(triangles), static_cast<double>(bodies), static_cast<double>(errors),
-                           static_cast<double>(broken), static_cast<double>(open), fmt::format("{:.1e}", volume_error),
-                           fmt::format("{:.1e}", outside), fmt::format("{:.1e}", through), fmt::format("{:.3f}", stray), model.in_layers ? std::string("-") : fmt::format("{:.3f}", missed),
-                           fmt::format("{} of {}", wrong_undos, undone), static_cast<double>(refused), static_cast<double>(retried),
-                           1e6 * per_triangle.median(), 1e6 * per_triangle.quantile(0.99), 1e3 * whole.median(), 1e3 * whole.quantile(0.99)};
+  return std::vector<Cell>{model.name,
+                           static_cast<double>(done),
+                           static_cast<double>(triangles),
+                           static_cast<double>(bodies),
+                           static_cast<double>(errors),
+                           static_cast<double>(broken),
+                           static_cast<double>(open),
+                           fmt::format("{:.1e}", volume_error),
+                           fmt::format("{:.1e}", outside),
+                           fmt::format("{:.1e}", through),
+                           fmt::format("{:.3f}", stray),
+                           model.in_layers ? std::string("-") : fmt::format("{:.3f}", missed),
+                           fmt::format("{} of {}", wrong_undos, undone),
+                           static_cast<double>(refused),
+                           static_cast<double>(retried),
+                           1e6 * per_triangle.median(),
+                           1e6 * per_triangle.quantile(0.99),
+                           1e3 * whole.median(),
+                           1e3 * whole.quantile(0.99)};
 }
 
 }  // namespace
@@ -188,12 +207,33 @@ Result<Table> random_strokes(const BenchOptions& options, const Progress& progre
       "body, counted from its corners and positions alone; how deep the drawn surface passes through itself; the farthest place of a wall outside the body and from what blades have swept, and of that inside the body from a wall or the skin "
       "(not where a blade meets several layers and cuts the first). Every {}th is undone and made again, to the same bits or counted as wrong. One thread, its own time.",
       strokes, kMostPieces, kUndoEvery);
-  table.columns = {"body", "strokes", "collision triangles cut", "bodies", "errors", "broken invariants", "open edges, worst", "volume error, worst",
-                   "wall outside the body, farthest (edges)", "surface through itself, deepest (edges)", "wall from the swept surface, farthest (edges)", "swept place from a wall, farthest (edges)",
-                   "wrong undos", "refused steps", "steps retried", "cut per triangle, median (us)", "99th percentile (us)",
-                   "whole stroke, median (ms)", "99th percentile (ms)"};
-  for (const Model& model : {Model{"steak", 0}, {"meniscus", 0}, {"closed-sheet", 5000}, {"tube", 5000, true}, {"holed-slab", 5000},
-                             {"two-holed-slab", 5000}, {"half-shell", 5000, true}, {"s-shape", 5000, true}}) {
+  table.columns = {"body",
+                   "strokes",
+                   "collision triangles cut",
+                   "bodies",
+                   "errors",
+                   "broken invariants",
+                   "open edges, worst",
+                   "volume error, worst",
+                   "wall outside the body, farthest (edges)",
+                   "surface through itself, deepest (edges)",
+                   "wall from the swept surface, farthest (edges)",
+                   "swept place from a wall, farthest (edges)",
+                   "wrong undos",
+                   "refused steps",
+                   "steps retried",
+                   "cut per triangle, median (us)",
+                   "99th percentile (us)",
+                   "whole stroke, median (ms)",
+                   "99th percentile (ms)"};
+  for (const Model& model : {Model{"steak", 0},
+                             {"meniscus", 0},
+                             {"closed-sheet", 5000},
+                             {"tube", 5000, true},
+                             {"holed-slab", 5000},
+                             {"two-holed-slab", 5000},
+                             {"half-shell", 5000, true},
+                             {"s-shape", 5000, true}}) {
     KERF_TRY(progress(fmt::format("random: {}", model.name), 0));
     auto row = row_of(model, strokes);
     if (!row) return row.error();

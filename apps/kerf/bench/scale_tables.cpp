@@ -58,7 +58,9 @@ class ScaleBench {
     if (!session) return session.error();
     const double prepare = thread_seconds() - start;
     const BodyCounts c = session->counts();
-    KERF_TRY(progress_(fmt::format("{}: {} visual, {} collision triangles, {} hexahedra", table.id, c.visual_triangles, c.collision_triangles, c.hexahedra), 0));
+    KERF_TRY(progress_(fmt::format("{}: {} visual, {} collision triangles, {} hexahedra", table.id, c.visual_triangles,
+                                   c.collision_triangles, c.hexahedra),
+                       0));
     const auto timings = time_cuts(*session, options_.cut_count());
     if (!timings) return timings.error();
     const auto poses = time_poses(*session, std::max(1, options_.cut_count() / 20));
@@ -68,25 +70,40 @@ class ScaleBench {
     if (!moving) return moving.error();
     const auto frames = time_frames(*session, options_.quick ? 5 : c.visual_triangles > 500'000 ? 30 : 200);
     if (!frames) return frames.error();
-    table.rows.push_back({static_cast<double>(c.visual_triangles), static_cast<double>(c.collision_triangles),
-                          static_cast<double>(c.hexahedra), prepare, timings->triangles, kMicro * timings->per_triangle.median(),
-                          kMicro * timings->per_triangle.quantile(0.99), kMilli * timings->whole.median(), kMilli * timings->whole.quantile(0.99),
-                          kMilli * poses->median(), kMilli * poses->quantile(0.99), kMilli * timings->begin_and_end.median(),
-                          kMilli * timings->undo.median(), kMilli * frames->mechanics.median(), kMilli * frames->surface.median(), kMilli * moving->median(),
-                          kMilli * moving->quantile(0.99)});
+    table.rows.push_back(
+        {static_cast<double>(c.visual_triangles), static_cast<double>(c.collision_triangles),
+         static_cast<double>(c.hexahedra), prepare, timings->triangles, kMicro * timings->per_triangle.median(),
+         kMicro * timings->per_triangle.quantile(0.99), kMilli * timings->whole.median(),
+         kMilli * timings->whole.quantile(0.99), kMilli * poses->median(), kMilli * poses->quantile(0.99),
+         kMilli * timings->begin_and_end.median(), kMilli * timings->undo.median(), kMilli * frames->mechanics.median(),
+         kMilli * frames->surface.median(), kMilli * moving->median(), kMilli * moving->quantile(0.99)});
     return {};
   }
   static Table body_table(const char* id, const char* title) {
     Table table;
     table.id = id;
     table.title = title;
-    table.columns = {"visual triangles", "collision triangles", "hexahedra", "from the model to the first step (s)", "triangles in a cut",
-                     "cut per triangle, median (us)", "99th percentile (us)", "whole cut, median (ms)", "99th percentile (ms)",
-                     "pose by hand, median (ms)", "99th percentile (ms)", "begin and end a stroke (ms)", "undo (ms)", "mechanics (ms)", "surface (ms)",
-                     "pose by hand while it moves, median (ms)", "99th percentile (ms)"};
+    table.columns = {"visual triangles",
+                     "collision triangles",
+                     "hexahedra",
+                     "from the model to the first step (s)",
+                     "triangles in a cut",
+                     "cut per triangle, median (us)",
+                     "99th percentile (us)",
+                     "whole cut, median (ms)",
+                     "99th percentile (ms)",
+                     "pose by hand, median (ms)",
+                     "99th percentile (ms)",
+                     "begin and end a stroke (ms)",
+                     "undo (ms)",
+                     "mechanics (ms)",
+                     "surface (ms)",
+                     "pose by hand while it moves, median (ms)",
+                     "99th percentile (ms)"};
     return table;
   }
-  void add_plot(const Table& table, const char* id, std::size_t x, const std::vector<std::size_t>& columns, const char* y) {
+  void add_plot(const Table& table, const char* id, std::size_t x, const std::vector<std::size_t>& columns,
+                const char* y) {
     Figure figure;
     figure.id = id;
     figure.caption = table.title;
@@ -108,24 +125,35 @@ class ScaleBench {
     Table table;
     table.id = "binding";
     table.title = "Pre-processing by stage, 104 collision triangles";
-    table.note = "Seconds; the total is the thread's time, stages are those of the clock on the wall. Memory: the largest of the process so far.";
-    table.columns = {"body", "paths", "visual vertices", "total", "weld, check", "bound vertices", "paths, re-meshing", "patches", "parameters",
-                     "assemble", "memory (MB)"};
+    table.note =
+        "Seconds; the total is the thread's time, stages are those of the clock on the wall. Memory: the largest of the process so far.";
+    table.columns = {"body",        "paths",          "visual vertices",   "total",
+                     "weld, check", "bound vertices", "paths, re-meshing", "patches",
+                     "parameters",  "assemble",       "memory (MB)"};
     struct Row {
       const char* model;
       std::size_t visual;
       bool exact;
     };
-    for (const Row& row : {Row{"sheet", 1664, false}, {"sheet", 6656, false}, {"sheet", 26624, false}, {"sheet", 106496, false},
-                           {"sheet", 106496, true}, {"closed-sheet", 106000, false}, {"closed-sheet", 106000, true},
-                           {"closed-sheet", 1'000'000, false}, {"closed-sheet", 5'000'000, false}, {"closed-sheet", 10'000'000, false}}) {
+    for (const Row& row : {Row{"sheet", 1664, false},
+                           {"sheet", 6656, false},
+                           {"sheet", 26624, false},
+                           {"sheet", 106496, false},
+                           {"sheet", 106496, true},
+                           {"closed-sheet", 106000, false},
+                           {"closed-sheet", 106000, true},
+                           {"closed-sheet", 1'000'000, false},
+                           {"closed-sheet", 5'000'000, false},
+                           {"closed-sheet", 10'000'000, false}}) {
       if (options_.quick && row.visual > 30'000) continue;
-      const auto timing = time_binding({row.model, row.visual, 104}, options_.quick || row.visual > 500'000 ? 1 : 5, row.exact, !row.exact);
+      const auto timing = time_binding({row.model, row.visual, 104}, options_.quick || row.visual > 500'000 ? 1 : 5,
+                                       row.exact, !row.exact);
       if (!timing) return timing.error();
       const BindReport::Seconds& s = timing->report.seconds;
-      table.rows.push_back({row.model, row.exact ? "exact" : "local", static_cast<double>(timing->report.input_vertices),
-                            row.exact ? timing->exact : timing->local, s.prepare, s.vertices, s.paths, s.patches, s.parameters, s.assemble,
-                            std::round(peak_memory() / 1e6)});
+      table.rows.push_back({row.model, row.exact ? "exact" : "local",
+                            static_cast<double>(timing->report.input_vertices),
+                            row.exact ? timing->exact : timing->local, s.prepare, s.vertices, s.paths, s.patches,
+                            s.parameters, s.assemble, std::round(peak_memory() / 1e6)});
     }
     run_.tables.push_back(std::move(table));
     return {};
@@ -135,10 +163,12 @@ class ScaleBench {
   Status visual(const char* id, const char* title, double ratio) {
     if (!wanted(id)) return {};
     Table table = body_table(id, title);
-    table.note = fmt::format("{} straight cuts across, each undone; frames of 10 ms; one thread, its own time.", options_.cut_count());
+    table.note = fmt::format("{} straight cuts across, each undone; frames of 10 ms; one thread, its own time.",
+                             options_.cut_count());
     for (const double size : {1e3, 1e4, 1e5, 1e6, 1e7}) {
       if (options_.quick && size > 1e4) break;
-      KERF_TRY(body_row(table, {"closed-sheet", static_cast<std::size_t>(size), ratio > 0 ? offered_collision(size / ratio) : 104}));
+      KERF_TRY(body_row(
+          table, {"closed-sheet", static_cast<std::size_t>(size), ratio > 0 ? offered_collision(size / ratio) : 104}));
     }
     add_plot(table, fmt::format("{}-cut", id).c_str(), 0, {5, 6, 9}, "us per triangle, ms per pose");
     add_plot(table, fmt::format("{}-prepare", id).c_str(), 0, {3}, "s");
@@ -179,9 +209,21 @@ class ScaleBench {
     Table table;
     table.id = "cuts";
     table.title = "Number of cuts in one body";
-    table.columns = {"cuts so far", "visual triangles", "collision triangles", "hexahedra", "pieces", "refused steps", "triangles in a cut",
-                     "cut per triangle, median (us)", "99th percentile (us)", "whole cut, median (ms)", "99th percentile (ms)",
-                     "begin and end a stroke (ms)", "undo of the last (ms)", "memory (MB)", "invariants"};
+    table.columns = {"cuts so far",
+                     "visual triangles",
+                     "collision triangles",
+                     "hexahedra",
+                     "pieces",
+                     "refused steps",
+                     "triangles in a cut",
+                     "cut per triangle, median (us)",
+                     "99th percentile (us)",
+                     "whole cut, median (ms)",
+                     "99th percentile (ms)",
+                     "begin and end a stroke (ms)",
+                     "undo of the last (ms)",
+                     "memory (MB)",
+                     "invariants"};
     const std::size_t visual = options_.quick ? 50'000 : 500'000;
     auto session = bench_session({"closed-sheet", visual, offered_collision(options_.quick ? 2000 : 20'000), 40});
     if (!session) return session.error();
@@ -206,11 +248,13 @@ class ScaleBench {
       const BodyCounts c = session->counts();
       const Status valid = session->validate();
       KERF_TRY(progress_(fmt::format("cuts: {}", so_far), static_cast<double>(so_far) / most));
-      table.rows.push_back({static_cast<double>(so_far), static_cast<double>(c.visual_triangles), static_cast<double>(c.collision_triangles),
-                            static_cast<double>(c.hexahedra), static_cast<double>(c.pieces), static_cast<double>(refused), timings->triangles,
+      table.rows.push_back({static_cast<double>(so_far), static_cast<double>(c.visual_triangles),
+                            static_cast<double>(c.collision_triangles), static_cast<double>(c.hexahedra),
+                            static_cast<double>(c.pieces), static_cast<double>(refused), timings->triangles,
                             kMicro * timings->per_triangle.median(), kMicro * timings->per_triangle.quantile(0.99),
-                            kMilli * timings->whole.median(), kMilli * timings->whole.quantile(0.99), kMilli * timings->begin_and_end.median(),
-                            kMilli * undone, std::round(peak_memory() / 1e6), valid ? "hold" : valid.error().message});
+                            kMilli * timings->whole.median(), kMilli * timings->whole.quantile(0.99),
+                            kMilli * timings->begin_and_end.median(), kMilli * undone, std::round(peak_memory() / 1e6),
+                            valid ? "hold" : valid.error().message});
     }
     add_plot(table, "cuts-time", 0, {7, 8}, "us per triangle");
     run_.tables.push_back(std::move(table));
@@ -223,7 +267,8 @@ class ScaleBench {
     Table table;
     table.id = "threads";
     table.title = "Threads";
-    table.note = "Clock on the wall: other programs on the machine count too. The state after the steps has the same hash for both.";
+    table.note =
+        "Clock on the wall: other programs on the machine count too. The state after the steps has the same hash for both.";
     table.columns = {"threads", "", "size", "seconds", "hash"};
     const std::size_t visual = options_.quick ? 20'000 : 5'000'000;
     const int cells = options_.quick ? 20 : 70;
@@ -232,7 +277,8 @@ class ScaleBench {
       const auto timing = time_binding({"closed-sheet", 2 * visual, 104}, 1, false, true);
       if (!timing) return timing.error();
       const BindReport::Seconds& s = timing->report.seconds;
-      table.rows.push_back({static_cast<double>(count), "pre-processing, everything but reading files", fmt::format("{} visual vertices", timing->report.input_vertices),
+      table.rows.push_back({static_cast<double>(count), "pre-processing, everything but reading files",
+                            fmt::format("{} visual vertices", timing->report.input_vertices),
                             s.prepare + s.vertices + s.paths + s.patches + s.parameters + s.assemble, ""});
     }
     for (const int count : {1, 2}) {
@@ -240,7 +286,8 @@ class ScaleBench {
       const double start = wall_seconds();
       auto large = bench_session({"closed-sheet", visual, offered_collision(options_.quick ? 200 : 20'000)});
       if (!large) return large.error();
-      table.rows.push_back({static_cast<double>(count), "from the model to the first step", fmt::format("{} visual triangles", large->counts().visual_triangles),
+      table.rows.push_back({static_cast<double>(count), "from the model to the first step",
+                            fmt::format("{} visual triangles", large->counts().visual_triangles),
                             wall_seconds() - start, fmt::format("{:016x}", large->hash())});
     }
     for (const int count : {1, 2}) {
@@ -253,7 +300,8 @@ class ScaleBench {
         KERF_TRY(session->step(1));
         steps.add(wall_seconds() - start);
       }
-      table.rows.push_back({static_cast<double>(count), "a step of 10 ms, median", fmt::format("{} nodes", session->counts().nodes), steps.median(),
+      table.rows.push_back({static_cast<double>(count), "a step of 10 ms, median",
+                            fmt::format("{} nodes", session->counts().nodes), steps.median(),
                             fmt::format("{:016x}", session->hash())});
     }
     run_.tables.push_back(std::move(table));
@@ -267,6 +315,8 @@ class ScaleBench {
 
 }  // namespace
 
-Result<Run> bench_scale(const BenchOptions& options, const Progress& progress) { return ScaleBench(options, progress).run(); }
+Result<Run> bench_scale(const BenchOptions& options, const Progress& progress) {
+  return ScaleBench(options, progress).run();
+}
 
 }  // namespace kerf::bench

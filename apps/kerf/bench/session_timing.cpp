@@ -83,7 +83,8 @@ Result<CutTimings> time_short_cuts(Session& session, int cuts, double length, st
   for (int i = 0; i < cuts; ++i) {
     const double angle = random.uniform(0, 2 * std::numbers::pi);
     const Vec3 along = length * Vec3{std::cos(angle), std::sin(angle), 0};
-    const Vec3 from = box.center() + Vec3{size.x * random.uniform(-0.48, 0.48), size.y * random.uniform(-0.48, 0.48), 0};
+    const Vec3 from =
+        box.center() + Vec3{size.x * random.uniform(-0.48, 0.48), size.y * random.uniform(-0.48, 0.48), 0};
     const Vec3 path[] = {from, from + along};
     KERF_TRY(cut_along(session, path, box.diagonal(), &timings));
   }

@@ -11,13 +11,13 @@ namespace kerf::bench {
 
 /// Times (s) of cuts. Whole cuts and poses by the thread's clock; stages, whose columns are those of the paper, by the clock on the wall.
 struct CutTimings {
-  Sample whole;                        ///< all updates; beginning and ending a stroke left out
-  Sample per_triangle;                 ///< of a whole cut: its time over the collision triangles it entered
+  Sample whole;                                ///< all updates; beginning and ending a stroke left out
+  Sample per_triangle;                         ///< of a whole cut: its time over the collision triangles it entered
   Sample cut_and_binding, embedding, surface;  ///< stages of whole cuts
-  Sample begin_and_end;                ///< of the stroke: marks, counts
+  Sample begin_and_end;                        ///< of the stroke: marks, counts
   Sample undo;
-  double triangles = 0;                ///< mean number of collision triangles entered
-  int refused = 0;                     ///< degenerate steps that were rolled back
+  double triangles = 0;  ///< mean number of collision triangles entered
+  int refused = 0;       ///< degenerate steps that were rolled back
 };
 
 /// Straight cuts at random from border to border of the body as it is, each undone; for a body about flat in x and y.

@@ -28,7 +28,8 @@ double Sample::quantile(double p) const {
 }
 
 void append_quantiles(std::vector<Cell>& row, const Sample& sample, double unit) {
-  for (const double p : {0.5, 0.99, 1.0}) row.push_back(sample.values.empty() ? Cell() : Cell(unit * sample.quantile(p)));
+  for (const double p : {0.5, 0.99, 1.0})
+    row.push_back(sample.values.empty() ? Cell() : Cell(unit * sample.quantile(p)));
 }
 
 }  // namespace kerf::bench

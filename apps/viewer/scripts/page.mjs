@@ -7,8 +7,16 @@ import { fileURLToPath } from 'node:url';
 import { chromium } from 'playwright-core';
 
 const kTypes = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
-export const kFlags = ['--no-sandbox', '--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklist',
-  '--disable-background-networking', '--disable-component-update', '--disable-sync', '--no-first-run'];
+export const kFlags = [
+  '--no-sandbox',
+  '--use-gl=angle',
+  '--use-angle=gl-egl',
+  '--ignore-gpu-blocklist',
+  '--disable-background-networking',
+  '--disable-component-update',
+  '--disable-sync',
+  '--no-first-run',
+];
 
 /** Serves a folder on a free port of the loopback address, with the headers that kerf view sends. */
 export async function serve(folder) {
@@ -18,7 +26,8 @@ export async function serve(folder) {
       const body = readFileSync(join(folder, path));
       response.writeHead(200, {
         'Content-Type': kTypes[extname(path)] ?? 'application/octet-stream',
-        'Content-Security-Policy': "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws: wss:; object-src 'none'; base-uri 'none'; frame-ancestors 'none'",
+        'Content-Security-Policy':
+          "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws: wss:; object-src 'none'; base-uri 'none'; frame-ancestors 'none'",
       });
       response.end(body);
     } catch {
@@ -35,13 +44,19 @@ export async function withPage(options, use) {
   const server = options.url ? { url: options.url, close() {} } : await serve(dist);
   const profile = mkdtempSync(join(tmpdir(), 'kerf-page-'));
   const context = await chromium.launchPersistentContext(profile, {
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', headless: true, args: kFlags,
-    viewport: options.viewport ?? { width: 1280, height: 720 }, colorScheme: options.dark ? 'dark' : 'light',
-    hasTouch: options.touch ?? false, deviceScaleFactor: options.scale ?? 1,
+    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+    headless: true,
+    args: kFlags,
+    viewport: options.viewport ?? { width: 1280, height: 720 },
+    colorScheme: options.dark ? 'dark' : 'light',
+    hasTouch: options.touch ?? false,
+    deviceScaleFactor: options.scale ?? 1,
   });
   try {
-    const page = context.pages()[0] ?? await context.newPage();
-    page.on('console', (m) => { if (m.type() === 'error' || m.type() === 'warning') console.error(`page ${m.type()}: ${m.text()}`); });
+    const page = context.pages()[0] ?? (await context.newPage());
+    page.on('console', (m) => {
+      if (m.type() === 'error' || m.type() === 'warning') console.error(`page ${m.type()}: ${m.text()}`);
+    });
     page.on('pageerror', (e) => console.error(`page: ${e.stack ?? e.message}`));
     return await use(page, server.url);
   } finally {
@@ -52,7 +67,8 @@ export async function withPage(options, use) {
 }
 
 /** Waits until the page shows a body. */
-export const ready = (page) => page.waitForFunction(() => window.kerf?.state().ready && window.kerf.state().frames > 5, null, { timeout: 60000 });
+export const ready = (page) =>
+  page.waitForFunction(() => window.kerf?.state().ready && window.kerf.state().frames > 5, null, { timeout: 60000 });
 
 /** Drags with the mouse through window positions. */
 export async function drag(page, points, steps = 12) {

@@ -24,16 +24,19 @@ function checksum(bytes) {
 
 /** `rgba`: 4 bytes a pixel, opaque. */
 export function encodePng(width, height, rgba) {
-  const shift = 8 - kBits, bins = new Map();
+  const shift = 8 - kBits,
+    bins = new Map();
   const bin = (i) => ((rgba[i] >> shift) << (2 * kBits)) | ((rgba[i + 1] >> shift) << kBits) | (rgba[i + 2] >> shift);
   for (let i = 0; i < rgba.length; i += 4) {
-    const key = bin(i), b = bins.get(key) ?? { n: 0, sum: [0, 0, 0] };
+    const key = bin(i),
+      b = bins.get(key) ?? { n: 0, sum: [0, 0, 0] };
     b.n++;
     for (let k = 0; k < 3; k++) b.sum[k] += rgba[i + k];
     bins.set(key, b);
   }
   const all = [...bins].map(([key, b]) => ({ key, n: b.n, colour: b.sum.map((s) => s / b.n) }));
-  const colours = medianCut(all, 256), index = new Map();
+  const colours = medianCut(all, 256),
+    index = new Map();
   for (const [c, box] of colours.entries()) for (const b of box.bins) index.set(b.key, c);
   const rows = Buffer.alloc(height * (width + 1)); // each row begins with its filter: none
   for (let y = 0, i = 0; y < height; y++) {
@@ -45,16 +48,19 @@ export function encodePng(width, height, rgba) {
   header[8] = 8; // bits
   header[9] = 3; // palette
   return Buffer.concat([
-    Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'), chunk('IHDR', header),
+    Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'),
+    chunk('IHDR', header),
     chunk('PLTE', Buffer.from(colours.flatMap((c) => c.mean.map((v) => Math.round(v))))),
-    chunk('IDAT', zlib.deflateSync(rows, { level: 9 })), chunk('IEND', Buffer.alloc(0)),
+    chunk('IDAT', zlib.deflateSync(rows, { level: 9 })),
+    chunk('IEND', Buffer.alloc(0)),
   ]);
 }
 
 /** Splits the box of colours with the largest spread at its median until there are enough. */
 function medianCut(bins, most) {
   const measure = (members) => {
-    const n = members.reduce((s, b) => s + b.n, 0), mean = [0, 1, 2].map((k) => members.reduce((s, b) => s + b.n * b.colour[k], 0) / n);
+    const n = members.reduce((s, b) => s + b.n, 0),
+      mean = [0, 1, 2].map((k) => members.reduce((s, b) => s + b.n * b.colour[k], 0) / n);
     const spread = [0, 1, 2].map((k) => members.reduce((s, b) => s + b.n * (b.colour[k] - mean[k]) ** 2, 0));
     const axis = spread.indexOf(Math.max(...spread));
     return { bins: members, n, mean, axis, spread: members.length > 1 ? spread[axis] : 0 };
@@ -65,7 +71,10 @@ function medianCut(bins, most) {
     if (widest.spread === 0) break;
     const near = widest.bins.filter((b) => b.colour[widest.axis] <= widest.mean[widest.axis]);
     const far = widest.bins.filter((b) => b.colour[widest.axis] > widest.mean[widest.axis]);
-    if (near.length === 0 || far.length === 0) { widest.spread = 0; continue; }
+    if (near.length === 0 || far.length === 0) {
+      widest.spread = 0;
+      continue;
+    }
     boxes.splice(boxes.indexOf(widest), 1, measure(near), measure(far));
   }
   return boxes;

@@ -9,19 +9,32 @@ import { ready, withPage } from './page.mjs';
 import { shrink } from './shrink.mjs';
 
 const { values: options } = parseArgs({
-  options: { kerf: { type: 'string', default: 'kerf' }, out: { type: 'string', default: 'trainer' }, meshes: { type: 'string' } },
+  options: {
+    kerf: { type: 'string', default: 'kerf' },
+    out: { type: 'string', default: 'trainer' },
+    meshes: { type: 'string' },
+  },
 });
-const out = resolve(options.out), dist = fileURLToPath(new URL('../dist', import.meta.url));
+const out = resolve(options.out),
+  dist = fileURLToPath(new URL('../dist', import.meta.url));
 mkdirSync(out, { recursive: true });
 
 async function play(scene, use) {
   const meshes = options.meshes ? ['--meshes', resolve(options.meshes)] : [];
-  const kerf = spawn(options.kerf, ['view', scene, '--port', '0', '--no-browser', '--page', dist, ...meshes], { stdio: ['ignore', 'pipe', 'inherit'] });
-  const ended = new Promise((done) => { kerf.on('exit', done); });
+  const kerf = spawn(options.kerf, ['view', scene, '--port', '0', '--no-browser', '--page', dist, ...meshes], {
+    stdio: ['ignore', 'pipe', 'inherit'],
+  });
+  const ended = new Promise((done) => {
+    kerf.on('exit', done);
+  });
   try {
     const url = await new Promise((found, failed) => {
       let said = '';
-      kerf.stdout.on('data', (d) => { said += d; const m = /http:\S+/.exec(said); if (m && said.includes('\n')) found(m[0]); });
+      kerf.stdout.on('data', (d) => {
+        said += d;
+        const m = /http:\S+/.exec(said);
+        if (m && said.includes('\n')) found(m[0]);
+      });
       kerf.on('error', failed);
       void ended.then((code) => failed(new Error(`${options.kerf} ended: ${code}`)));
     });
@@ -47,8 +60,12 @@ async function drag(page, points, steps = 12) {
 async function save(page, name) {
   await page.waitForTimeout(1500);
   const bytes = await page.evaluate(async () => {
-    const blob = await window.kerf.app.picture(), url = new FileReader();
-    return new Promise((done) => { url.onload = () => done(url.result.split(',')[1]); url.readAsDataURL(blob); });
+    const blob = await window.kerf.app.picture(),
+      url = new FileReader();
+    return new Promise((done) => {
+      url.onload = () => done(url.result.split(',')[1]);
+      url.readAsDataURL(blob);
+    });
   });
   writeFileSync(join(out, `${name}.png`), await shrink(page, Buffer.from(bytes, 'base64')));
   console.log(join(out, `${name}.png`));
@@ -56,10 +73,12 @@ async function save(page, name) {
 
 /** Probes, bites and shaves the lesion, with a picture of each. */
 async function operate(page, name, { look, probe, bites, size, shave }) {
-  await page.evaluate(([a, e, d, t]) => { window.kerf.look(a, e, d, t); }, look);
+  await page.evaluate(([a, e, d, t]) => {
+    window.kerf.look(a, e, d, t);
+  }, look);
   if (probe) {
     await page.keyboard.press('i');
-    await page.mouse.move(...await rest(page, probe));
+    await page.mouse.move(...(await rest(page, probe)));
     await page.mouse.down();
     await until(page, () => Math.hypot(...window.kerf.state().rigid[0].force) > 0.1);
     await save(page, `${name}-probe`);
@@ -67,11 +86,13 @@ async function operate(page, name, { look, probe, bites, size, shave }) {
     await until(page, () => Math.hypot(...window.kerf.state().rigid[0].force) === 0);
     await page.waitForTimeout(2000);
   }
-  await page.evaluate((s) => { window.kerf.app.setInstrumentSize('punch', s / window.kerf.app.stage.size); }, size);
+  await page.evaluate((s) => {
+    window.kerf.app.setInstrumentSize('punch', s / window.kerf.app.stage.size);
+  }, size);
   await page.keyboard.press('9');
   for (const p of bites) {
     const before = (await page.evaluate(() => window.kerf.state())).undoDepth;
-    await page.mouse.move(...await rest(page, p));
+    await page.mouse.move(...(await rest(page, p)));
     await page.mouse.down();
     await page.mouse.up();
     await until(page, (n) => window.kerf.state().undoDepth > n, before);
@@ -88,13 +109,37 @@ async function operate(page, name, { look, probe, bites, size, shave }) {
   console.log(JSON.stringify((await page.evaluate(() => window.kerf.state())).score));
 }
 
-await play('trainer', (page) => operate(page, 'trainer', {
-  look: [110, 42, 0.062, [0, 0.0125, 0]], probe: [0.0, 0.0105, 0.002], bites: [[-0.0012, 0.0125, 0.002], [0.0012, 0.0125, 0.002]], size: 0.0016,
-  shave: [[-0.003, 0.0128, 0.001], [0, 0.0112, 0.001], [0.003, 0.0128, 0.001]],
-}));
+await play('trainer', (page) =>
+  operate(page, 'trainer', {
+    look: [110, 42, 0.062, [0, 0.0125, 0]],
+    probe: [0.0, 0.0105, 0.002],
+    bites: [
+      [-0.0012, 0.0125, 0.002],
+      [0.0012, 0.0125, 0.002],
+    ],
+    size: 0.0016,
+    shave: [
+      [-0.003, 0.0128, 0.001],
+      [0, 0.0112, 0.001],
+      [0.003, 0.0128, 0.001],
+    ],
+  }),
+);
 if (options.meshes) {
-  await play('trainer-knee', (page) => operate(page, 'knee', {
-    look: [-80, 38, 0.062, [0.004, 0.021, -0.001]], probe: [0.0072, 0.0245, 0], bites: [[0.0058, 0.0240, 0], [0.0084, 0.0233, 0]], size: 0.0017,
-    shave: [[0.0040, 0.0255, 0], [0.0070, 0.0256, 0], [0.0100, 0.0240, 0]],
-  }));
+  await play('trainer-knee', (page) =>
+    operate(page, 'knee', {
+      look: [-80, 38, 0.062, [0.004, 0.021, -0.001]],
+      probe: [0.0072, 0.0245, 0],
+      bites: [
+        [0.0058, 0.024, 0],
+        [0.0084, 0.0233, 0],
+      ],
+      size: 0.0017,
+      shave: [
+        [0.004, 0.0255, 0],
+        [0.007, 0.0256, 0],
+        [0.01, 0.024, 0],
+      ],
+    }),
+  );
 }

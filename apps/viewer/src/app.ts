@@ -2,8 +2,31 @@
 import { Vector3 } from 'three';
 import type { Engine, EngineEvents, EngineState } from './engine/engine';
 import {
-  CommandCode, FrameFlag, LoadState, Modifier, Outcome, UploadPart, type Body, type Counts, type CutReport, type EngineError,
-  type Fading, type FileMessage, type Fixed, type Frame, type Hello, type Hit, type Loading, type Overlay, type Patch, type Role, type Score, type Stats, type Things, type ToolSample, type Vec3,
+  CommandCode,
+  FrameFlag,
+  LoadState,
+  Modifier,
+  Outcome,
+  UploadPart,
+  type Body,
+  type Counts,
+  type CutReport,
+  type EngineError,
+  type Fading,
+  type FileMessage,
+  type Fixed,
+  type Frame,
+  type Hello,
+  type Hit,
+  type Loading,
+  type Overlay,
+  type Patch,
+  type Role,
+  type Score,
+  type Stats,
+  type Things,
+  type ToolSample,
+  type Vec3,
 } from './engine/protocol';
 import { Blade } from './scene/blade';
 import { BodyMesh } from './scene/body_mesh';
@@ -25,8 +48,13 @@ import { Pacer } from './tools/pacing';
 import { Stroke, type StrokeMessage, toolInfo, type ToolName } from './tools/tools';
 
 export interface SceneInfo {
-  scenes: { name: string; title: string }[]; name: string; title: string; look: Look; box: Box | null;
-  material: { young: number; poisson: number; density: number }; gravity: [number, number, number];
+  scenes: { name: string; title: string }[];
+  name: string;
+  title: string;
+  look: Look;
+  box: Box | null;
+  material: { young: number; poisson: number; density: number };
+  gravity: [number, number, number];
   /** Of meshes that were opened in the page. */
   unit: { metres: number; guessed: boolean } | null;
   /** By the page, from files: its name may be that of a shipped scene too. */
@@ -37,15 +65,23 @@ export interface SceneInfo {
   scope: { entry: Vec3; target: Vec3; angle: number } | null;
 }
 
-export interface Lesion { shape: 'sphere' | 'box' | 'half_space'; values: number[] }
+export interface Lesion {
+  shape: 'sphere' | 'box' | 'half_space';
+  values: number[];
+}
 
-export interface AppOptions { quality: QualityLevel | 'auto'; software: boolean; antialias: boolean; plain?: boolean }
+export interface AppOptions {
+  quality: QualityLevel | 'auto';
+  software: boolean;
+  antialias: boolean;
+  plain?: boolean;
+}
 
 /** What the controls want to hear. */
 export interface AppListener {
   connection(state: EngineState): void;
   scene(info: SceneInfo): void;
-  progress(): void;              // readouts: at most a few times a second
+  progress(): void; // readouts: at most a few times a second
   play(playing: boolean, speed: number, undo: number, redo: number): void;
   role(role: Role): void;
   cut(report: CutReport): void;
@@ -71,21 +107,32 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
   try {
     const parsed: unknown = JSON.parse(hello.json);
     if (parsed && typeof parsed === 'object') j = parsed as Record<string, unknown>;
-  } catch { /* an engine without a description still works */ }
+  } catch {
+    /* an engine without a description still works */
+  }
   const scenes = (Array.isArray(j.scenes) ? j.scenes : []).flatMap((s: unknown) => {
     const o = s as { name?: unknown; title?: unknown } | null;
-    return o && typeof o.name === 'string' ? [{ name: o.name, title: typeof o.title === 'string' ? o.title : o.name }] : [];
+    return o && typeof o.name === 'string'
+      ? [{ name: o.name, title: typeof o.title === 'string' ? o.title : o.name }]
+      : [];
   });
-  const m = (j.material ?? {}) as Record<string, unknown>, g = Array.isArray(j.gravity) ? j.gravity : [];
+  const m = (j.material ?? {}) as Record<string, unknown>,
+    g = Array.isArray(j.gravity) ? j.gravity : [];
   const u = (j.unit ?? {}) as Record<string, unknown>;
-  const b = Array.isArray(j.box) && j.box.length === 6 && j.box.every((x) => Number.isFinite(x)) ? (j.box as number[]) : null;
+  const b =
+    Array.isArray(j.box) && j.box.length === 6 && j.box.every((x) => Number.isFinite(x)) ? (j.box as number[]) : null;
   const proper = b && b[0]! <= b[3]! && b[1]! <= b[4]! && b[2]! <= b[5]! && b.some((x) => x !== b[0]);
   return {
-    scenes, name: hello.name, title: typeof j.title === 'string' ? j.title : hello.name, look: toLook(j.look),
+    scenes,
+    name: hello.name,
+    title: typeof j.title === 'string' ? j.title : hello.name,
+    look: toLook(j.look),
     box: b && proper ? { min: [b[0]!, b[1]!, b[2]!], max: [b[3]!, b[4]!, b[5]!] } : null,
     material: { young: num(m.young, 20000), poisson: num(m.poisson, 0.45), density: num(m.density, 1000) },
     gravity: [num(g[0], 0), num(g[1], 0), num(g[2], -9.81)],
-    opened: j.opened === true, lesion: readLesion(j.lesion), scope: readScope(j.arthroscope),
+    opened: j.opened === true,
+    lesion: readLesion(j.lesion),
+    scope: readScope(j.arthroscope),
     unit: num(u.metres, 0) > 0 ? { metres: num(u.metres, 1), guessed: u.guessed === true } : null,
   };
 }
@@ -93,16 +140,23 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
 function readScope(from: unknown): SceneInfo['scope'] {
   if (!from || typeof from !== 'object') return null;
   const o = from as Record<string, unknown>;
-  const vec = (x: unknown): Vec3 | null => (Array.isArray(x) && x.length === 3 && x.every((y) => Number.isFinite(y)) ? (x as unknown as Vec3) : null);
-  const entry = vec(o.entry), target = vec(o.target);
+  const vec = (x: unknown): Vec3 | null =>
+    Array.isArray(x) && x.length === 3 && x.every((y) => Number.isFinite(y)) ? (x as unknown as Vec3) : null;
+  const entry = vec(o.entry),
+    target = vec(o.target);
   return entry && target ? { entry, target, angle: Math.max(0, Math.min(1.3, num(o.angle, Math.PI / 6))) } : null;
 }
 
 function readLesion(from: unknown): Lesion | null {
   if (!from || typeof from !== 'object') return null;
-  for (const [shape, n] of [['sphere', 4], ['box', 6], ['half_space', 6]] as const) {
+  for (const [shape, n] of [
+    ['sphere', 4],
+    ['box', 6],
+    ['half_space', 6],
+  ] as const) {
     const v = (from as Record<string, unknown>)[shape];
-    if (Array.isArray(v) && v.length === n && v.every((x) => Number.isFinite(x))) return { shape, values: v as number[] };
+    if (Array.isArray(v) && v.length === n && v.every((x) => Number.isFinite(x)))
+      return { shape, values: v as number[] };
   }
   return null;
 }
@@ -116,8 +170,8 @@ export class App implements EngineEvents {
   readonly ink: Ink;
   readonly latency = new LatencyMeter();
   readonly pointers = new PointerMap();
-  readonly stepSeries = new Series(5);  // seconds of the page's clock, step median, step 99 %, mechanics, fps
-  readonly cutSeries = new Series(5);   // number, binding, embedding, surface, total
+  readonly stepSeries = new Series(5); // seconds of the page's clock, step median, step 99 %, mechanics, fps
+  readonly cutSeries = new Series(5); // number, binding, embedding, surface, total
   readonly contactSeries = new Series(4); // seconds of the page's clock, contacts, N pressed with, N on the tools
   readonly countSeries = new Series(7); // cut number, six counts
   listener: AppListener | null = null;
@@ -167,7 +221,14 @@ export class App implements EngineEvents {
   private toolIndex = 0;
   private jawsOpen: boolean[] = [];
   /** The scene's tool that is led: where pointer and tool were, and how far it has been pushed along the view. */
-  private led: { from: Vector3; grab: Vector3; normal: Vector3; depth: number; turn: readonly [number, number, number, number]; at: { x: number; y: number } } | null = null;
+  private led: {
+    from: Vector3;
+    grab: Vector3;
+    normal: Vector3;
+    depth: number;
+    turn: readonly [number, number, number, number];
+    at: { x: number; y: number };
+  } | null = null;
   private ledTo: { x: number; y: number; time: number } | null = null;
   /** Samples of the stroke that are not sent yet, and the time of the last one that came. */
   private held: ToolSample[] = [];
@@ -194,7 +255,12 @@ export class App implements EngineEvents {
   /** The camera follows a body that sinks or swings away, until a person moves it or uses a tool. */
   private follow = true;
 
-  constructor(private readonly engine: Engine, canvas: HTMLCanvasElement, ink: HTMLCanvasElement, options: AppOptions) {
+  constructor(
+    private readonly engine: Engine,
+    canvas: HTMLCanvasElement,
+    ink: HTMLCanvasElement,
+    options: AppOptions,
+  ) {
     this.canvas = canvas;
     const noise = makeNoiseTexture(options.quality === 'lite' || options.software ? 32 : 64);
     this.stage = new Stage(canvas, noise, options.antialias, options.software);
@@ -250,7 +316,8 @@ export class App implements EngineEvents {
   body(body: Body): void {
     this.cancelStroke(false);
     this.bodies++;
-    const state = new BodyState(body), info = this.info;
+    const state = new BodyState(body),
+      info = this.info;
     this.mesh.setBody(state);
     this.mesh.setLesion(info?.lesion ?? null);
     if (!info?.lesion && this.scoreNow) {
@@ -262,13 +329,17 @@ export class App implements EngineEvents {
     this.pending = null;
     const look = info?.look ?? 'steak';
     // Opened files may have the name of those before.
-    const shown = JSON.stringify([info?.name, info?.opened, info?.box]), same = this.shownScene === shown && this.ready;
+    const shown = JSON.stringify([info?.name, info?.opened, info?.box]),
+      same = this.shownScene === shown && this.ready;
     this.shownScene = shown;
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     this.stage.keepFloorBelow(this.mesh.lowest);
     this.blade.setSize(this.stage.size);
     const scope = info?.scope;
-    if (!same) this.stage.setScopePlace(scope ? { entry: new Vector3(...scope.entry), target: new Vector3(...scope.target), angle: scope.angle } : null);
+    if (!same)
+      this.stage.setScopePlace(
+        scope ? { entry: new Vector3(...scope.entry), target: new Vector3(...scope.target), angle: scope.angle } : null,
+      );
     if (!same) {
       this.clearSeries();
       this.follow = true;
@@ -310,8 +381,12 @@ export class App implements EngineEvents {
     this.frames++;
     this.time = frame.time;
     const playing = (frame.flags & FrameFlag.Playing) !== 0;
-    if (playing !== this.playing || frame.undoDepth !== this.undoDepth || frame.redoDepth !== this.redoDepth
-      || (frame.speed > 0 && Math.abs(frame.speed - this.speed) > 1e-6)) {
+    if (
+      playing !== this.playing ||
+      frame.undoDepth !== this.undoDepth ||
+      frame.redoDepth !== this.redoDepth ||
+      (frame.speed > 0 && Math.abs(frame.speed - this.speed) > 1e-6)
+    ) {
       this.playing = playing;
       this.undoDepth = frame.undoDepth;
       this.redoDepth = frame.redoDepth;
@@ -325,12 +400,18 @@ export class App implements EngineEvents {
       this.stage.setFurniture(this.things.any, this.things.floor);
       if (this.things.any) this.stage.keepFloorBelow(Math.min(this.mesh.lowest, this.things.lowest));
     }
-    if (!state || frame.body !== state.body || frame.version !== state.version || frame.nodes.length !== 3 * state.nn) return;
+    if (!state || frame.body !== state.body || frame.version !== state.version || frame.nodes.length !== 3 * state.nn)
+      return;
     if (this.pendingNodes.length < frame.nodes.length) this.pendingNodes = new Float32Array(2 * frame.nodes.length);
     this.pendingNodes.set(frame.nodes);
     const { ids, offsets } = frame.fading;
     if (ids.length > 0 && ids[ids.length - 1]! >= state.nv) return;
-    this.pending = { version: frame.version, input: frame.input, n: frame.nodes.length, fading: { ids: ids.slice(), offsets: offsets.slice() } };
+    this.pending = {
+      version: frame.version,
+      input: frame.input,
+      n: frame.nodes.length,
+      fading: { ids: ids.slice(), offsets: offsets.slice() },
+    };
     if (this.blade.setGrasps(frame.grasps)) this.touch(true);
   }
 
@@ -350,20 +431,38 @@ export class App implements EngineEvents {
     if (hit.input !== this.rayOut) return;
     this.rayOut = 0;
     if (!this.pointerAt || !this.rayAt) return;
-    const eye = this.stage.camera.position, o = this.rayAt.origin, d = this.rayAt.direction;
-    const point = new Vector3(...hit.point), normal = new Vector3(...hit.normal), touching = hit.triangle >= 0;
+    const eye = this.stage.camera.position,
+      o = this.rayAt.origin,
+      d = this.rayAt.direction;
+    const point = new Vector3(...hit.point),
+      normal = new Vector3(...hit.normal),
+      touching = hit.triangle >= 0;
     if (!touching) {
       // Beside the body the tool hovers where the view ray meets the height of the body's middle.
-      const c = this.mesh.bounds.center.z, t = Math.abs(d[2]) > 0.05 ? (c - o[2]) / d[2] : -1;
-      if (!(t > 0)) { if (this.blade.hide()) this.touch(true); return; }
+      const c = this.mesh.bounds.center.z,
+        t = Math.abs(d[2]) > 0.05 ? (c - o[2]) / d[2] : -1;
+      if (!(t > 0)) {
+        if (this.blade.hide()) this.touch(true);
+        return;
+      }
       point.set(o[0] + t * d[0], o[1] + t * d[1], c);
       normal.set(0, 0, d[2] < 0 ? 1 : -1);
-      if (point.distanceTo(this.mesh.bounds.center) > 1.6 * this.stage.size) { if (this.blade.hide()) this.touch(true); return; }
+      if (point.distanceTo(this.mesh.bounds.center) > 1.6 * this.stage.size) {
+        if (this.blade.hide()) this.touch(true);
+        return;
+      }
     } else if (normal.dot(eye.clone().sub(point)) < 0) {
       normal.negate();
     }
     this.blade.bites = this.instrumentSize(this.tool);
-    this.blade.place(point, normal, eye, touching, this.stroke !== null, !(this.stroke && this.tool === 'shaver' && this.hasTool('shaver')));
+    this.blade.place(
+      point,
+      normal,
+      eye,
+      touching,
+      this.stroke !== null,
+      !(this.stroke && this.tool === 'shaver' && this.hasTool('shaver')),
+    );
     this.touch(true);
   }
 
@@ -425,7 +524,9 @@ export class App implements EngineEvents {
     this.listener?.loading(this.loadingNow);
   }
 
-  file(file: FileMessage): void { this.listener?.file(file.name, file.bytes.slice()); }
+  file(file: FileMessage): void {
+    this.listener?.file(file.name, file.bytes.slice());
+  }
 
   // -------------------------------------------------------------------------------------------------------------------
   // Commands
@@ -435,7 +536,9 @@ export class App implements EngineEvents {
     this.latency.sent(input, started, 'cut');
     return input;
   }
-  togglePlay(): void { this.command(this.playing ? CommandCode.Pause : CommandCode.Play); }
+  togglePlay(): void {
+    this.command(this.playing ? CommandCode.Pause : CommandCode.Play);
+  }
   setTool(tool: ToolName): void {
     this.cancelStroke(true);
     this.tool = tool;
@@ -447,8 +550,12 @@ export class App implements EngineEvents {
     if (tool === 'hand') this.blade.hide();
     this.touch(true);
   }
-  private hasTool(shape: string): boolean { return this.thingList.some((t) => t.tool && t.shape === shape); }
-  get hasProbe(): boolean { return this.hasTool('probe'); }
+  private hasTool(shape: string): boolean {
+    return this.thingList.some((t) => t.tool && t.shape === shape);
+  }
+  get hasProbe(): boolean {
+    return this.hasTool('probe');
+  }
   /** Metres; 0 for tools without a size. */
   instrumentSize(tool: ToolName): number {
     const size = toolInfo(tool).size;
@@ -463,7 +570,8 @@ export class App implements EngineEvents {
   setView(view: ViewName, on: boolean): void {
     const wanted = this.overlays.wanted;
     this.overlays.set(view, on);
-    if (this.overlays.wanted !== wanted) this.engine.command({ code: CommandCode.Overlay, value: [this.overlays.wanted] });
+    if (this.overlays.wanted !== wanted)
+      this.engine.command({ code: CommandCode.Overlay, value: [this.overlays.wanted] });
     this.touch(true);
   }
   /** Shows what touches: points, normals, forces. */
@@ -487,9 +595,15 @@ export class App implements EngineEvents {
     this.stage.setTheme(dark);
     this.touch(false);
   }
-  get strokeActive(): boolean { return this.stroke !== null || this.led !== null; }
+  get strokeActive(): boolean {
+    return this.stroke !== null || this.led !== null;
+  }
   /** Turns the view by degrees and zooms. */
-  turn(azimuth: number, elevation: number, zoom: number): void { this.follow = false; this.stage.turn(azimuth, elevation, zoom); this.touch(false); }
+  turn(azimuth: number, elevation: number, zoom: number): void {
+    this.follow = false;
+    this.stage.turn(azimuth, elevation, zoom);
+    this.touch(false);
+  }
   /** Looks from a direction in degrees, on request from a distance and at a point (metres). */
   lookFrom(azimuth: number, elevation: number, distance?: number, target?: Vec3): void {
     this.follow = false;
@@ -513,7 +627,9 @@ export class App implements EngineEvents {
     this.touch(false);
     this.listener?.scope(true);
   }
-  claim(): void { this.engine.claim(!this.roleNow.held); }
+  claim(): void {
+    this.engine.claim(!this.roleNow.held);
+  }
   resetCamera(): void {
     this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, false);
     this.touch(false);
@@ -529,14 +645,18 @@ export class App implements EngineEvents {
     this.stage.render(true);
     this.blade.group.visible = true;
     const source = this.stage.scopeOn ? this.roundPicture() : this.canvas;
-    const blob = await new Promise<Blob | null>((resolve) => { source.toBlob(resolve, 'image/png'); });
+    const blob = await new Promise<Blob | null>((resolve) => {
+      source.toBlob(resolve, 'image/png');
+    });
     this.touch(false);
     if (!blob) throw new Error('The browser made no picture.');
     return blob;
   }
   /** What the eye sees through an arthroscope. */
   private roundPicture(): HTMLCanvasElement {
-    const round = document.createElement('canvas'), g = round.getContext('2d')!, { width: w, height: h } = this.canvas;
+    const round = document.createElement('canvas'),
+      g = round.getContext('2d')!,
+      { width: w, height: h } = this.canvas;
     round.width = w;
     round.height = h;
     g.fillRect(0, 0, w, h);
@@ -546,21 +666,33 @@ export class App implements EngineEvents {
     g.drawImage(this.canvas, 0, 0);
     return round;
   }
-  async upload(parts: { part: number; name: string; bytes: Uint8Array }[], thickness: string, unit: number, progress: (x: number) => void): Promise<void> {
-    const id = ++this.uploads, total = parts.reduce((n, p) => n + p.bytes.length, 0) || 1;
+  async upload(
+    parts: { part: number; name: string; bytes: Uint8Array }[],
+    thickness: string,
+    unit: number,
+    progress: (x: number) => void,
+  ): Promise<void> {
+    const id = ++this.uploads,
+      total = parts.reduce((n, p) => n + p.bytes.length, 0) || 1;
     let done = 0;
     for (const p of parts) {
       await this.engine.upload(id, p.part, p.name, p.bytes);
       done += p.bytes.length;
       progress(done / total);
     }
-    this.uploadInput = this.command(CommandCode.LoadUpload, [id, unit], parts.some((p) => p.part === UploadPart.Visual) ? thickness : '');
+    this.uploadInput = this.command(
+      CommandCode.LoadUpload,
+      [id, unit],
+      parts.some((p) => p.part === UploadPart.Visual) ? thickness : '',
+    );
   }
 
   // -------------------------------------------------------------------------------------------------------------------
   // Pointers
 
-  get toolAllowed(): boolean { return this.connection === 'live' && this.roleNow.held && !this.readOnly; }
+  get toolAllowed(): boolean {
+    return this.connection === 'live' && this.roleNow.held && !this.readOnly;
+  }
 
   private updateAllowed(): void {
     this.pointers.toolAllowed = this.toolAllowed;
@@ -577,7 +709,12 @@ export class App implements EngineEvents {
   }
 
   private modifiers(e: PointerEvent): number {
-    return (e.shiftKey ? Modifier.Shift : 0) | (e.ctrlKey ? Modifier.Control : 0) | (e.altKey ? Modifier.Alt : 0) | (e.metaKey ? Modifier.Meta : 0);
+    return (
+      (e.shiftKey ? Modifier.Shift : 0) |
+      (e.ctrlKey ? Modifier.Control : 0) |
+      (e.altKey ? Modifier.Alt : 0) |
+      (e.metaKey ? Modifier.Meta : 0)
+    );
   }
 
   private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): void {
@@ -590,7 +727,8 @@ export class App implements EngineEvents {
 
   /** Takes the samples of an event that did not come with an earlier one; sends them if the engine keeps up. */
   private gather(e: PointerEvent): void {
-    const events = e.getCoalescedEvents?.() ?? [], list = events.length > 0 ? events : [e];
+    const events = e.getCoalescedEvents?.() ?? [],
+      list = events.length > 0 ? events : [e];
     const box = this.canvas.getBoundingClientRect();
     for (const x of list) {
       if (x.timeStamp <= this.lastSampleTime) continue;
@@ -610,62 +748,81 @@ export class App implements EngineEvents {
   }
 
   private listen(): void {
-    const c = this.canvas, capture = { capture: true };
+    const c = this.canvas,
+      capture = { capture: true };
     c.addEventListener('contextmenu', (e) => e.preventDefault());
-    c.addEventListener('pointerdown', (e) => {
-      const kind: PointerKind = e.pointerType === 'touch' || e.pointerType === 'pen' ? e.pointerType : 'mouse';
-      const decision = this.pointers.down({ id: e.pointerId, kind, button: e.button, alt: e.altKey });
-      c.focus({ preventScroll: true });
-      if (decision === 'cancel-and-orbit') {
-        this.abandon(e.timeStamp);
-        return;
-      }
-      if (decision === 'orbit') {
-        if (this.stage.scopeOn) {
-          this.steering = { id: e.pointerId, x: e.clientX, y: e.clientY, turns: e.shiftKey || e.button === 1 };
-          c.setPointerCapture(e.pointerId);
+    c.addEventListener(
+      'pointerdown',
+      (e) => {
+        const kind: PointerKind = e.pointerType === 'touch' || e.pointerType === 'pen' ? e.pointerType : 'mouse';
+        const decision = this.pointers.down({ id: e.pointerId, kind, button: e.button, alt: e.altKey });
+        c.focus({ preventScroll: true });
+        if (decision === 'cancel-and-orbit') {
+          this.abandon(e.timeStamp);
           return;
         }
-        // Alt-drag turns the view with the first button too, and so does a finger beside a pen.
-        this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed || e.altKey || kind === 'touch');
-        this.touch(false);
-        return;
-      }
-      c.setPointerCapture(e.pointerId);
-      this.place(e);
-      this.follow = false;
-      if (this.tool === 'rigid') { this.takeTool(e); return; }
-      this.stroke = new Stroke(this.tool);
-      this.held = [];
-      this.lastSampleTime = e.timeStamp;
-      const at = this.pointerAt!;
-      this.ink.begin(this.tool, at.x, at.y);
-      this.send(this.stroke.down(this.sample(e)), e, this.modifiers(e));
-      this.listener?.used(this.tool);
-    }, capture);
-    c.addEventListener('pointermove', (e) => {
-      if (this.steering?.id === e.pointerId) {
-        this.steer(e);
-      } else if (this.led && this.pointers.owns(e.pointerId)) {
-        this.leadTo(e);
-      } else if (this.stroke && this.pointers.owns(e.pointerId)) {
+        if (decision === 'orbit') {
+          if (this.stage.scopeOn) {
+            this.steering = { id: e.pointerId, x: e.clientX, y: e.clientY, turns: e.shiftKey || e.button === 1 };
+            c.setPointerCapture(e.pointerId);
+            return;
+          }
+          // Alt-drag turns the view with the first button too, and so does a finger beside a pen.
+          this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed || e.altKey || kind === 'touch');
+          this.touch(false);
+          return;
+        }
+        c.setPointerCapture(e.pointerId);
         this.place(e);
-        this.gather(e);
-      } else if (this.pointers.active === null && (e.buttons === 0 || e.pointerType === 'pen')) {
-        this.place(e);
-      }
-      if (e.buttons !== 0) this.touch(false);
-    }, capture);
+        this.follow = false;
+        if (this.tool === 'rigid') {
+          this.takeTool(e);
+          return;
+        }
+        this.stroke = new Stroke(this.tool);
+        this.held = [];
+        this.lastSampleTime = e.timeStamp;
+        const at = this.pointerAt!;
+        this.ink.begin(this.tool, at.x, at.y);
+        this.send(this.stroke.down(this.sample(e)), e, this.modifiers(e));
+        this.listener?.used(this.tool);
+      },
+      capture,
+    );
+    c.addEventListener(
+      'pointermove',
+      (e) => {
+        if (this.steering?.id === e.pointerId) {
+          this.steer(e);
+        } else if (this.led && this.pointers.owns(e.pointerId)) {
+          this.leadTo(e);
+        } else if (this.stroke && this.pointers.owns(e.pointerId)) {
+          this.place(e);
+          this.gather(e);
+        } else if (this.pointers.active === null && (e.buttons === 0 || e.pointerType === 'pen')) {
+          this.place(e);
+        }
+        if (e.buttons !== 0) this.touch(false);
+      },
+      capture,
+    );
     // Moves come once a picture; raw ones, where the browser has them, as they happen: half a picture sooner.
-    c.addEventListener('pointerrawupdate', (e) => {
-      const p = e as PointerEvent;
-      if (!this.pointers.owns(p.pointerId)) return;
-      if (this.led) this.leadTo(p);
-      else if (this.stroke) this.gather(p);
-    }, capture);
+    c.addEventListener(
+      'pointerrawupdate',
+      (e) => {
+        const p = e as PointerEvent;
+        if (!this.pointers.owns(p.pointerId)) return;
+        if (this.led) this.leadTo(p);
+        else if (this.stroke) this.gather(p);
+      },
+      capture,
+    );
     const finish = (e: PointerEvent, good: boolean): void => {
       if (this.steering?.id === e.pointerId) this.steering = null;
-      if (!this.pointers.up(e.pointerId)) { this.updateAllowed(); return; }
+      if (!this.pointers.up(e.pointerId)) {
+        this.updateAllowed();
+        return;
+      }
       this.led = this.ledTo = null;
       if (!this.stroke) return;
       if (good) {
@@ -681,42 +838,60 @@ export class App implements EngineEvents {
     };
     c.addEventListener('pointerup', (e) => finish(e, true), capture);
     c.addEventListener('pointercancel', (e) => finish(e, false), capture);
-    c.addEventListener('lostpointercapture', (e) => {
-      if (!this.pointers.owns(e.pointerId)) return;
-      // A second button that comes up takes the capture with it, while the first is still down.
-      if ((e.buttons & 1) !== 0 && e.pointerType === 'mouse') c.setPointerCapture(e.pointerId);
-      else finish(e, false);
-    }, capture);
-    c.addEventListener('wheel', (e) => {
-      if (!this.led && this.stage.scopeOn) {
+    c.addEventListener(
+      'lostpointercapture',
+      (e) => {
+        if (!this.pointers.owns(e.pointerId)) return;
+        // A second button that comes up takes the capture with it, while the first is still down.
+        if ((e.buttons & 1) !== 0 && e.pointerType === 'mouse') c.setPointerCapture(e.pointerId);
+        else finish(e, false);
+      },
+      capture,
+    );
+    c.addEventListener(
+      'wheel',
+      (e) => {
+        if (!this.led && this.stage.scopeOn) {
+          e.preventDefault();
+          this.stage.scope.push(-4e-4 * e.deltaY * (e.deltaMode === 1 ? 30 : 1));
+          this.stage.placeScope();
+          this.hoverChanged = true;
+          this.touch(false);
+          return;
+        }
+        if (!this.led) return;
         e.preventDefault();
-        this.stage.scope.push(-4e-4 * e.deltaY * (e.deltaMode === 1 ? 30 : 1));
-        this.stage.placeScope();
-        this.hoverChanged = true;
-        this.touch(false);
-        return;
-      }
-      if (!this.led) return;
-      e.preventDefault();
-      e.stopImmediatePropagation();  // the view does not zoom meanwhile
-      this.led.depth -= 3e-4 * e.deltaY * (e.deltaMode === 1 ? 30 : 1) * this.stage.size;
-      this.ledTo = { x: this.led.at.x, y: this.led.at.y, time: e.timeStamp };
-      this.sendLed();
-    }, { capture: true, passive: false });
-    c.addEventListener('pointerleave', () => { if (!this.stroke) this.leave(); });
+        e.stopImmediatePropagation(); // the view does not zoom meanwhile
+        this.led.depth -= 3e-4 * e.deltaY * (e.deltaMode === 1 ? 30 : 1) * this.stage.size;
+        this.ledTo = { x: this.led.at.x, y: this.led.at.y, time: e.timeStamp };
+        this.sendLed();
+      },
+      { capture: true, passive: false },
+    );
+    c.addEventListener('pointerleave', () => {
+      if (!this.stroke) this.leave();
+    });
     window.addEventListener('blur', () => this.cancelStroke(true));
-    document.addEventListener('visibilitychange', () => { if (document.hidden) this.cancelStroke(true); });
-    this.stage.controls.addEventListener('start', () => { this.follow = false; });
+    document.addEventListener('visibilitychange', () => {
+      if (document.hidden) this.cancelStroke(true);
+    });
+    this.stage.controls.addEventListener('start', () => {
+      this.follow = false;
+    });
     this.stage.controls.addEventListener('change', () => this.touch(false));
     c.addEventListener('webglcontextlost', (e) => e.preventDefault());
-    c.addEventListener('webglcontextrestored', () => { if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
-      this.touch(true); });
+    c.addEventListener('webglcontextrestored', () => {
+      if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
+      this.touch(true);
+    });
   }
 
   private steering: { id: number; x: number; y: number; turns: boolean } | null = null;
   /** The arthroscope is led by its handle: the picture goes the way of the pointer. */
   private steer(e: PointerEvent): void {
-    const s = this.steering!, dx = (e.clientX - s.x) / Math.max(1, this.height), dy = (e.clientY - s.y) / Math.max(1, this.height);
+    const s = this.steering!,
+      dx = (e.clientX - s.x) / Math.max(1, this.height),
+      dy = (e.clientY - s.y) / Math.max(1, this.height);
     s.x = e.clientX;
     s.y = e.clientY;
     if (s.turns) this.turnScope(200 * dx);
@@ -747,16 +922,23 @@ export class App implements EngineEvents {
 
   // The scene's own tools: the pointer leads the nearest one in the plane that faces the eye.
   private takeTool(e: PointerEvent): void {
-    const at = this.pointerAt!, tools = this.things.tools;
-    let best = -1, near = Infinity;
+    const at = this.pointerAt!,
+      tools = this.things.tools;
+    let best = -1,
+      near = Infinity;
     tools.forEach((t, i) => {
-      const [x, y] = this.stage.project(t.place.position as Vec3), d = Math.hypot(x - at.x, y - at.y);
-      if (d < near) { near = d; best = i; }
+      const [x, y] = this.stage.project(t.place.position as Vec3),
+        d = Math.hypot(x - at.x, y - at.y);
+      if (d < near) {
+        near = d;
+        best = i;
+      }
     });
     const reading = tools[best];
     if (!reading) return;
     this.toolIndex = best;
-    const from = new Vector3(...reading.pose.position), normal = this.stage.camera.getWorldDirection(new Vector3());
+    const from = new Vector3(...reading.pose.position),
+      normal = this.stage.camera.getWorldDirection(new Vector3());
     const grab = this.onPlane(e, from, normal);
     if (!grab) return;
     this.led = { from, grab, normal, depth: 0, turn: reading.pose.quaternion, at: { ...at } };
@@ -765,7 +947,9 @@ export class App implements EngineEvents {
   private onPlane(at: { clientX: number; clientY: number }, point: Vector3, normal: Vector3): Vector3 | null {
     const box = this.canvas.getBoundingClientRect();
     const { origin, direction } = this.stage.ray(at.clientX - box.left, at.clientY - box.top);
-    const o = new Vector3(...origin), d = new Vector3(...direction), along = d.dot(normal);
+    const o = new Vector3(...origin),
+      d = new Vector3(...direction),
+      along = d.dot(normal);
     if (along < 1e-3) return null;
     return o.addScaledVector(d, point.clone().sub(o).dot(normal) / along);
   }
@@ -776,7 +960,8 @@ export class App implements EngineEvents {
     if (e.shiftKey) {
       // Up is away from the eye; sideways stays.
       led.depth += ((led.at.y - at.y) / Math.max(1, this.height)) * 1.5 * this.stage.size;
-      const here = this.onPlane(e, led.from, led.normal), before = this.onPlane({ clientX: e.clientX, clientY: e.clientY + (led.at.y - at.y) }, led.from, led.normal);
+      const here = this.onPlane(e, led.from, led.normal),
+        before = this.onPlane({ clientX: e.clientX, clientY: e.clientY + (led.at.y - at.y) }, led.from, led.normal);
       if (here && before) led.grab.add(here.sub(before));
     }
     led.at = { ...at };
@@ -784,7 +969,8 @@ export class App implements EngineEvents {
     this.sendLed();
   }
   private sendLed(): void {
-    const led = this.led, to = this.ledTo;
+    const led = this.led,
+      to = this.ledTo;
     if (!led || !to || !this.pacer.ready(performance.now())) return;
     this.ledTo = null;
     const box = this.canvas.getBoundingClientRect();
@@ -794,8 +980,15 @@ export class App implements EngineEvents {
     this.lead(this.toolIndex, [p.x, p.y, p.z], led.turn, to.time);
   }
   private lead(tool: number, position: Vec3, q: readonly [number, number, number, number], started: number): void {
-    const s = Math.hypot(q[0], q[1], q[2]), angle = 2 * Math.atan2(s, q[3]), f = s > 1e-12 ? angle / s : 0;
-    const input = this.engine.device(tool, position, [f * q[0], f * q[1], f * q[2]], this.jawsOpen[tool] === false ? 0 : 1);
+    const s = Math.hypot(q[0], q[1], q[2]),
+      angle = 2 * Math.atan2(s, q[3]),
+      f = s > 1e-12 ? angle / s : 0;
+    const input = this.engine.device(
+      tool,
+      position,
+      [f * q[0], f * q[1], f * q[2]],
+      this.jawsOpen[tool] === false ? 0 : 1,
+    );
     this.latency.sent(input, started, 'motion');
     this.pacer.sent(input, performance.now());
   }
@@ -826,7 +1019,8 @@ export class App implements EngineEvents {
   }
 
   private resize(): void {
-    const w = this.canvas.clientWidth || 1, h = this.canvas.clientHeight || 1;
+    const w = this.canvas.clientWidth || 1,
+      h = this.canvas.clientHeight || 1;
     if (w === this.width && h === this.height) return;
     this.width = w;
     this.height = h;
@@ -843,7 +1037,8 @@ export class App implements EngineEvents {
   }
 
   private applyQuality(): void {
-    const q = this.quality, ratio = Math.min(window.devicePixelRatio || 1, q.level === 'full' ? 2 : q.level === 'low' ? 1.5 : 1);
+    const q = this.quality,
+      ratio = Math.min(window.devicePixelRatio || 1, q.level === 'full' ? 2 : q.level === 'low' ? 1.5 : 1);
     const changed = q.level !== this.level || this.bodies === 0;
     this.level = q.level;
     this.stage.setQuality(q.level, ratio * q.scale);
@@ -857,14 +1052,21 @@ export class App implements EngineEvents {
   }
 
   /** Pictures between two with new shadows where every triangle counts. */
-  private get shadowEvery(): number { return (this.mesh.state?.ns ?? 0) > kManyTriangles ? 8 : 2; }
+  private get shadowEvery(): number {
+    return (this.mesh.state?.ns ?? 0) > kManyTriangles ? 8 : 2;
+  }
 
   private compile(): void {
     this.ready = true;
     // Programs of walls and tools too, or the first cut waits for the compiler.
     const group = this.blade.group;
     const hidden: { visible: boolean }[] = [];
-    group.traverse((o) => { if (!o.visible) { hidden.push(o); o.visible = true; } });
+    group.traverse((o) => {
+      if (!o.visible) {
+        hidden.push(o);
+        o.visible = true;
+      }
+    });
     this.stage.renderer.compile(this.stage.scene, this.stage.camera);
     for (const o of hidden) o.visible = false;
   }
@@ -877,7 +1079,8 @@ export class App implements EngineEvents {
       if (this.qualityMode === 'auto' && this.chooser.frame(now - this.lastFrameAt)) this.applyQuality();
     }
     this.lastFrameAt = now;
-    const pending = this.pending, state = this.mesh.state;
+    const pending = this.pending,
+      state = this.mesh.state;
     if (pending && state && pending.version === state.version) {
       this.pending = null;
       if (this.mesh.setNodes(this.pendingNodes.subarray(0, pending.n), pending.fading)) {
@@ -891,7 +1094,13 @@ export class App implements EngineEvents {
     this.sendHeld(false);
     this.sendLed();
     this.sendHover(now);
-    if (this.ready && this.follow && !this.stage.scopeOn && this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, true)) this.dirty = true;
+    if (
+      this.ready &&
+      this.follow &&
+      !this.stage.scopeOn &&
+      this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, true)
+    )
+      this.dirty = true;
     if (this.stage.animate()) this.dirty = true;
     this.drewLast = false;
     if (this.ready && (this.dirty || this.latency.hasWaiting)) {
@@ -920,16 +1129,39 @@ export class App implements EngineEvents {
 
   private sendHover(now: number): void {
     if (this.rayOut !== 0 && now - this.raySince > kRayPatienceMs) this.rayOut = 0;
-    if (!this.hoverChanged || !this.pointerAt || this.rayOut !== 0 || this.connection !== 'live' || this.tool === 'hand' || this.tool === 'rigid') return;
-    if (!this.toolAllowed) { if (this.blade.hide()) this.touch(true); return; }
+    if (
+      !this.hoverChanged ||
+      !this.pointerAt ||
+      this.rayOut !== 0 ||
+      this.connection !== 'live' ||
+      this.tool === 'hand' ||
+      this.tool === 'rigid'
+    )
+      return;
+    if (!this.toolAllowed) {
+      if (this.blade.hide()) this.touch(true);
+      return;
+    }
     this.hoverChanged = false;
     this.rayAt = this.stage.ray(this.pointerAt.x, this.pointerAt.y);
-    this.rayOut = this.engine.ray(this.rayAt.origin, this.rayAt.direction, (toolInfo(this.tool).size?.near ?? 0) * this.instrumentSize(this.tool));
+    this.rayOut = this.engine.ray(
+      this.rayAt.origin,
+      this.rayAt.direction,
+      (toolInfo(this.tool).size?.near ?? 0) * this.instrumentSize(this.tool),
+    );
     this.raySince = now;
   }
 
   private pushCounts(c: Counts): void {
-    this.countSeries.push(this.cutNumber, c.visualVertices, c.visualTriangles, c.collisionVertices, c.collisionTriangles, c.nodes, c.hexahedra);
+    this.countSeries.push(
+      this.cutNumber,
+      c.visualVertices,
+      c.visualTriangles,
+      c.collisionVertices,
+      c.collisionTriangles,
+      c.nodes,
+      c.hexahedra,
+    );
   }
   private clearSeries(): void {
     this.cutNumber = 0;
@@ -943,20 +1175,55 @@ export class App implements EngineEvents {
   // For tests
 
   snapshot(): Record<string, unknown> {
-    const s = this.mesh.state, camera = this.stage.camera.position, target = this.stage.controls.target;
+    const s = this.mesh.state,
+      camera = this.stage.camera.position,
+      target = this.stage.controls.target;
     return {
-      connection: this.connection, scene: this.info?.name ?? null, version: s?.version ?? null,
-      counts: this.counts, drawn: s ? { vertices: s.nv, skin: s.ns, wall: s.nw, copies: s.nc, nodes: s.nn } : null,
-      pieces: this.pieces, cut: this.lastCut, cuts: this.cutNumber, stats: this.lastStats, latency: { ...this.latency.summary(), motion: this.latency.summary('motion'), last: this.latency.last },
-      fps: this.fps, quality: this.quality, qualityMode: this.qualityMode, role: this.roleNow, readOnly: this.readOnly, tool: this.tool,
-      toolAllowed: this.toolAllowed, stroke: this.stroke !== null, playing: this.playing, speed: this.speed, time: this.time,
-      undoDepth: this.undoDepth, redoDepth: this.redoDepth, views: { ...this.overlays.shown }, frames: this.frames, patches: this.patches,
-      bodies: this.bodies, errors: this.errors, lastError: this.lastError, ready: this.ready && s !== null, software: this.stage.software,
+      connection: this.connection,
+      scene: this.info?.name ?? null,
+      version: s?.version ?? null,
+      counts: this.counts,
+      drawn: s ? { vertices: s.nv, skin: s.ns, wall: s.nw, copies: s.nc, nodes: s.nn } : null,
+      pieces: this.pieces,
+      cut: this.lastCut,
+      cuts: this.cutNumber,
+      stats: this.lastStats,
+      latency: { ...this.latency.summary(), motion: this.latency.summary('motion'), last: this.latency.last },
+      fps: this.fps,
+      quality: this.quality,
+      qualityMode: this.qualityMode,
+      role: this.roleNow,
+      readOnly: this.readOnly,
+      tool: this.tool,
+      toolAllowed: this.toolAllowed,
+      stroke: this.stroke !== null,
+      playing: this.playing,
+      speed: this.speed,
+      time: this.time,
+      undoDepth: this.undoDepth,
+      redoDepth: this.redoDepth,
+      views: { ...this.overlays.shown },
+      frames: this.frames,
+      patches: this.patches,
+      bodies: this.bodies,
+      errors: this.errors,
+      lastError: this.lastError,
+      ready: this.ready && s !== null,
+      software: this.stage.software,
       camera: { position: camera.toArray(), target: target.toArray() },
       bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
-      blade: this.blade.visible, loading: this.loadingNow, things: this.things.list.map((t) => ({ name: t.name, shape: t.shape, tool: t.tool })),
-      scopeOn: this.stage.scopeOn, score: this.scoreNow, lesion: this.info?.lesion ?? null, instrument: this.instrumentSize(this.tool),
-      rigid: this.things.tools, touching: this.things.touching, press: this.things.press, unit: this.info?.unit ?? null, fixed: this.mesh.fixed.length,
+      blade: this.blade.visible,
+      loading: this.loadingNow,
+      things: this.things.list.map((t) => ({ name: t.name, shape: t.shape, tool: t.tool })),
+      scopeOn: this.stage.scopeOn,
+      score: this.scoreNow,
+      lesion: this.info?.lesion ?? null,
+      instrument: this.instrumentSize(this.tool),
+      rigid: this.things.tools,
+      touching: this.things.touching,
+      press: this.things.press,
+      unit: this.info?.unit ?? null,
+      fixed: this.mesh.fixed.length,
     };
   }
 
@@ -964,27 +1231,41 @@ export class App implements EngineEvents {
   pickRest(x: number, y: number, z: number): [number, number] | null {
     const s = this.mesh.state;
     if (!s) return null;
-    let best = -1, near = Infinity;
+    let best = -1,
+      near = Infinity;
     for (let v = 0; v < s.nv; v++) {
       const d = Math.hypot(s.rest[3 * v]! - x, s.rest[3 * v + 1]! - y, s.rest[3 * v + 2]! - z);
-      if (d < near) { near = d; best = v; }
+      if (d < near) {
+        near = d;
+        best = v;
+      }
     }
     if (best < 0) return null;
-    const p = skinPoint(s, this.mesh.cells.pose, s.copy[best]!, s.rest[3 * best]!, s.rest[3 * best + 1]!, s.rest[3 * best + 2]!);
+    const p = skinPoint(
+      s,
+      this.mesh.cells.pose,
+      s.copy[best]!,
+      s.rest[3 * best]!,
+      s.rest[3 * best + 1]!,
+      s.rest[3 * best + 2]!,
+    );
     return this.pickPoint(...p);
   }
   /** Window position of a point of space. */
   pickPoint(x: number, y: number, z: number): [number, number] {
     this.stage.camera.updateMatrixWorld();
-    const p = this.stage.project([x, y, z]), box = this.canvas.getBoundingClientRect();
+    const p = this.stage.project([x, y, z]),
+      box = this.canvas.getBoundingClientRect();
     return [p[0] + box.left, p[1] + box.top];
   }
 }
 
 function boxOf(s: BodyState): Box {
-  const lo: [number, number, number] = [Infinity, Infinity, Infinity], hi: [number, number, number] = [-Infinity, -Infinity, -Infinity];
+  const lo: [number, number, number] = [Infinity, Infinity, Infinity],
+    hi: [number, number, number] = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < 3 * s.nv; i++) {
-    const k = i % 3, x = s.rest[i]!;
+    const k = i % 3,
+      x = s.rest[i]!;
     if (x < lo[k]!) lo[k] = x;
     if (x > hi[k]!) hi[k] = x;
   }

@@ -10,8 +10,11 @@ import { bindControls } from './ui/controls';
 declare global {
   interface Window {
     kerf: {
-      state(): Record<string, unknown>; pickRest(x: number, y: number, z: number): [number, number] | null;
-      pickPoint(x: number, y: number, z: number): [number, number]; look(azimuth: number, elevation: number, distance?: number, target?: [number, number, number]): void; app: App;
+      state(): Record<string, unknown>;
+      pickRest(x: number, y: number, z: number): [number, number] | null;
+      pickPoint(x: number, y: number, z: number): [number, number];
+      look(azimuth: number, elevation: number, distance?: number, target?: [number, number, number]): void;
+      app: App;
       skinningSource: string;
     };
   }
@@ -22,7 +25,8 @@ async function start(): Promise<void> {
   const software = softwareRendering();
   if (software === null) {
     const banner = document.getElementById('banner')!;
-    banner.textContent = 'This browser has no WebGL 2, which the view needs. Try a current Firefox, Chromium or Safari.';
+    banner.textContent =
+      'This browser has no WebGL 2, which the view needs. Try a current Firefox, Chromium or Safari.';
     banner.hidden = false;
     return;
   }
@@ -42,14 +46,22 @@ async function start(): Promise<void> {
     engine = new SocketEngine(url.href);
   }
   document.documentElement.toggleAttribute('data-bare', query.get('ui') === '0');
-  const view = document.getElementById('view') as HTMLCanvasElement, ink = document.getElementById('ink') as HTMLCanvasElement;
+  const view = document.getElementById('view') as HTMLCanvasElement,
+    ink = document.getElementById('ink') as HTMLCanvasElement;
   const antialias = quality === 'full' || (quality === 'auto' && !software);
   const app = new App(engine, view, ink, { quality, software, antialias, plain: query.get('stage') === 'plain' });
   bindControls(app);
   window.kerf = {
-    state: () => JSON.parse(JSON.stringify(app.snapshot(), (_, v: unknown) => (typeof v === 'bigint' ? String(v) : v))) as Record<string, unknown>,
-    pickRest: (x, y, z) => app.pickRest(x, y, z), pickPoint: (x, y, z) => app.pickPoint(x, y, z),
-    look: (a, e, distance, target) => app.lookFrom(a, e, distance, target), app, skinningSource: kSkinningDeclarations,
+    state: () =>
+      JSON.parse(JSON.stringify(app.snapshot(), (_, v: unknown) => (typeof v === 'bigint' ? String(v) : v))) as Record<
+        string,
+        unknown
+      >,
+    pickRest: (x, y, z) => app.pickRest(x, y, z),
+    pickPoint: (x, y, z) => app.pickPoint(x, y, z),
+    look: (a, e, distance, target) => app.lookFrom(a, e, distance, target),
+    app,
+    skinningSource: kSkinningDeclarations,
   };
   app.start();
 }

@@ -2,7 +2,9 @@ import { MathUtils, PerspectiveCamera, Vector3 } from 'three';
 import { describe, expect, it } from 'vitest';
 import { Arthroscope, kRound } from '../src/scene/arthroscope';
 
-const entry = new Vector3(0.01, 0.05, 0.02), target = new Vector3(0, 0.013, 0), angle = MathUtils.degToRad(30);
+const entry = new Vector3(0.01, 0.05, 0.02),
+  target = new Vector3(0, 0.013, 0),
+  angle = MathUtils.degToRad(30);
 function scope(): Arthroscope {
   const s = new Arthroscope();
   s.set({ entry, target, angle });
@@ -30,7 +32,8 @@ describe('arthroscope', () => {
     }
   });
   it('looks around when it is turned: half a turn looks up as far as it looked down', () => {
-    const s = scope(), down = s.view().z - s.shaft().z;
+    const s = scope(),
+      down = s.view().z - s.shaft().z;
     s.turn(Math.PI);
     expect(down).toBeLessThan(0);
     expect(s.view().z - s.shaft().z).toBeGreaterThan(0);
@@ -38,12 +41,18 @@ describe('arthroscope', () => {
     expect(s.turnedBy).toBeCloseTo(0, 9);
   });
   it.each([[16 / 9], [0.5]])('shows 78 degrees across its round picture at an aspect of %d', (aspect) => {
-    const s = scope(), camera = new PerspectiveCamera(32, aspect, 0.01, 10);
+    const s = scope(),
+      camera = new PerspectiveCamera(32, aspect, 0.01, 10);
     s.place(camera, aspect, 0.05);
     camera.matrixWorldInverse.copy(camera.matrixWorld).invert();
     // A point 39 degrees aside lies on the circle's edge: kRound of the shorter half of the window.
-    const half = MathUtils.degToRad(39), right = new Vector3(1, 0, 0).applyQuaternion(camera.quaternion);
-    const p = s.tip().addScaledVector(s.view(), 0.01 * Math.cos(half)).addScaledVector(right, 0.01 * Math.sin(half)).project(camera);
+    const half = MathUtils.degToRad(39),
+      right = new Vector3(1, 0, 0).applyQuaternion(camera.quaternion);
+    const p = s
+      .tip()
+      .addScaledVector(s.view(), 0.01 * Math.cos(half))
+      .addScaledVector(right, 0.01 * Math.sin(half))
+      .project(camera);
     expect(Math.abs(p.x) * Math.max(1, aspect)).toBeCloseTo(kRound, 5);
     expect(p.y).toBeCloseTo(0, 6);
   });

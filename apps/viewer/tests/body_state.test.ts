@@ -6,28 +6,48 @@ import type { Body, Patch } from '../src/engine/protocol';
 
 function body(nv: number, ns: number, nw: number, nc: number): Body {
   return {
-    type: 'body', body: 1, version: 1, origin: new Float32Array(3), axes: new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1]),
-    cellSize: new Float32Array([1, 1, 1]), rest: new Float32Array(3 * nv).map((_, i) => i), normal: new Int16Array(4 * nv).map((_, i) => i % 100),
-    copy: new Uint32Array(nv), skin: new Uint32Array(3 * ns).map((_, i) => i % nv), wall: new Uint32Array(3 * nw),
-    copies: new Uint32Array(8 * nc).map((_, i) => i % 8), cells: new Int16Array(4 * nc), nodes: new Float32Array(24),
+    type: 'body',
+    body: 1,
+    version: 1,
+    origin: new Float32Array(3),
+    axes: new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1]),
+    cellSize: new Float32Array([1, 1, 1]),
+    rest: new Float32Array(3 * nv).map((_, i) => i),
+    normal: new Int16Array(4 * nv).map((_, i) => i % 100),
+    copy: new Uint32Array(nv),
+    skin: new Uint32Array(3 * ns).map((_, i) => i % nv),
+    wall: new Uint32Array(3 * nw),
+    copies: new Uint32Array(8 * nc).map((_, i) => i % 8),
+    cells: new Int16Array(4 * nc),
+    nodes: new Float32Array(24),
     fading: { ids: new Uint32Array(0), offsets: new Float32Array(0) },
   };
 }
 const empty = (s: BodyState): Patch => ({
-  type: 'patch', body: 1, from: s.version, to: s.version + 1, input: 0, totals: { nv: s.nv, ns: s.ns, nw: s.nw, nc: s.nc, nn: s.nn },
+  type: 'patch',
+  body: 1,
+  from: s.version,
+  to: s.version + 1,
+  input: 0,
+  totals: { nv: s.nv, ns: s.ns, nw: s.nw, nc: s.nc, nn: s.nn },
   vertices: { ids: new Uint32Array(0), rest: new Float32Array(0), normal: new Int16Array(0), copy: new Uint32Array(0) },
-  skin: { ids: new Uint32Array(0), triangles: new Uint32Array(0) }, wall: { ids: new Uint32Array(0), triangles: new Uint32Array(0) },
-  copies: { ids: new Uint32Array(0), copies: new Uint32Array(0), cells: new Int16Array(0) }, nodes: new Float32Array(3 * s.nn),
+  skin: { ids: new Uint32Array(0), triangles: new Uint32Array(0) },
+  wall: { ids: new Uint32Array(0), triangles: new Uint32Array(0) },
+  copies: { ids: new Uint32Array(0), copies: new Uint32Array(0), cells: new Int16Array(0) },
+  nodes: new Float32Array(3 * s.nn),
   fading: { ids: new Uint32Array(0), offsets: new Float32Array(0) },
 });
 
 describe('patches', () => {
   it('changes and appends, then truncates', () => {
-    const s = new BodyState(body(6, 4, 0, 2)), before = s.rest.slice(0, 18);
+    const s = new BodyState(body(6, 4, 0, 2)),
+      before = s.rest.slice(0, 18);
     const p = empty(s);
     p.totals = { ...p.totals, nv: 7, nw: 2 };
     p.vertices = {
-      ids: new Uint32Array([1, 4]), rest: new Float32Array([-1, -2, -3, -4, -5, -6, -7, -8, -9]), normal: new Int16Array(12).fill(7),
+      ids: new Uint32Array([1, 4]),
+      rest: new Float32Array([-1, -2, -3, -4, -5, -6, -7, -8, -9]),
+      normal: new Int16Array(12).fill(7),
       copy: new Uint32Array([1, 0, 1]),
     };
     p.skin = { ids: new Uint32Array([3]), triangles: new Uint32Array([6, 5, 4]) };
@@ -49,7 +69,12 @@ describe('patches', () => {
 
     const back = empty(s);
     back.totals = { ...back.totals, nv: 6, nw: 0 };
-    back.vertices = { ids: new Uint32Array([1, 4]), rest: new Float32Array([...before.subarray(3, 6), ...before.subarray(12, 15)]), normal: new Int16Array(8), copy: new Uint32Array([0, 0]) };
+    back.vertices = {
+      ids: new Uint32Array([1, 4]),
+      rest: new Float32Array([...before.subarray(3, 6), ...before.subarray(12, 15)]),
+      normal: new Int16Array(8),
+      copy: new Uint32Array([0, 0]),
+    };
     back.skin = { ids: new Uint32Array([3]), triangles: new Uint32Array([0, 1, 2]) };
     const f = s.apply(back);
     expect([s.nv, s.nw]).toEqual([6, 0]);
@@ -57,10 +82,17 @@ describe('patches', () => {
     expect(f.wall).toEqual([]);
   });
   it('grows when the spare room is used up, and says so', () => {
-    const s = new BodyState(body(6, 4, 0, 2)), room = roomFor(6), extra = room;
+    const s = new BodyState(body(6, 4, 0, 2)),
+      room = roomFor(6),
+      extra = room;
     const p = empty(s);
     p.totals = { ...p.totals, nv: 6 + extra };
-    p.vertices = { ids: new Uint32Array(0), rest: new Float32Array(3 * extra).fill(5), normal: new Int16Array(4 * extra), copy: new Uint32Array(extra) };
+    p.vertices = {
+      ids: new Uint32Array(0),
+      rest: new Float32Array(3 * extra).fill(5),
+      normal: new Int16Array(4 * extra),
+      copy: new Uint32Array(extra),
+    };
     expect(s.apply(p).regrown).toBe(true);
     expect(s.rest[3 * 5]).toBe(15);
     expect(s.rest[3 * (5 + extra)]).toBe(5);
@@ -79,10 +111,14 @@ describe('changed ranges', () => {
   it('cover exactly what changed, closing small gaps only, never empty', () => {
     const next = random(8);
     for (let round = 0; round < 100; round++) {
-      const total = Math.floor(2000 * next()), appended = Math.floor((total + 1) * next()), gap = 1 + Math.floor(300 * next());
+      const total = Math.floor(2000 * next()),
+        appended = Math.floor((total + 1) * next()),
+        gap = 1 + Math.floor(300 * next());
       const ids = Array.from({ length: Math.floor(20 * next()) }, () => Math.floor(Math.max(1, appended) * next()))
-        .filter((x, i, a) => x < appended && a.indexOf(x) === i).sort((a, b) => a - b);
-      const ranges = changedRanges(ids, appended, total, gap), changed = new Set(ids);
+        .filter((x, i, a) => x < appended && a.indexOf(x) === i)
+        .sort((a, b) => a - b);
+      const ranges = changedRanges(ids, appended, total, gap),
+        changed = new Set(ids);
       for (let i = appended; i < total; i++) changed.add(i);
       let end = -Infinity;
       for (const r of ranges) {

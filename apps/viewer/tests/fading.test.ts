@@ -6,7 +6,10 @@ import { decodeEngineMessage } from '../src/engine/protocol';
 import { BodyState } from '../src/scene/body_state';
 import { kTextureWidth, fillPose, poseRows, skinPoint } from '../src/scene/skinning';
 
-const sample = JSON.parse(readFileSync(new URL('samples/fading.json', import.meta.url), 'utf8')) as { messages: string[]; positions: string[] };
+const sample = JSON.parse(readFileSync(new URL('samples/fading.json', import.meta.url), 'utf8')) as {
+  messages: string[];
+  positions: string[];
+};
 const bytes = (hex: string): ArrayBuffer => {
   const out = new Uint8Array(hex.length / 2);
   for (let i = 0; i < out.length; i++) out[i] = parseInt(hex.slice(2 * i, 2 * i + 2), 16);
@@ -15,7 +18,10 @@ const bytes = (hex: string): ArrayBuffer => {
 
 describe('fading offsets', () => {
   it('put vertices where the library has them', () => {
-    let state: BodyState | null = null, beside = 0, without = 0, worst = 0;
+    let state: BodyState | null = null,
+      beside = 0,
+      without = 0,
+      worst = 0;
     sample.messages.forEach((hex, k) => {
       const m = decodeEngineMessage(bytes(hex));
       if (m.type === 'body') {
@@ -30,14 +36,22 @@ describe('fading offsets', () => {
         s.setFading(m.fading);
       }
       beside = Math.max(beside, s.fading.length);
-      const pose = new Float32Array(4 * kTextureWidth * poseRows(s.nc)), wanted = new Float32Array(bytes(sample.positions[k]!));
+      const pose = new Float32Array(4 * kTextureWidth * poseRows(s.nc)),
+        wanted = new Float32Array(bytes(sample.positions[k]!));
       fillPose(s, pose);
       expect(wanted.length).toBe(3 * s.nv);
       for (let v = 0; v < s.nv; v++) {
         const p = skinPoint(s, pose, s.copy[v]!, s.rest[3 * v]!, s.rest[3 * v + 1]!, s.rest[3 * v + 2]!);
-        const distance = (by: (i: number) => number): number => Math.hypot(...p.map((x, i) => x + by(3 * v + i) - wanted[3 * v + i]!));
-        worst = Math.max(worst, distance((i) => s.offset[i]!)); // as the shader adds it
-        without = Math.max(without, distance(() => 0));
+        const distance = (by: (i: number) => number): number =>
+          Math.hypot(...p.map((x, i) => x + by(3 * v + i) - wanted[3 * v + i]!));
+        worst = Math.max(
+          worst,
+          distance((i) => s.offset[i]!),
+        ); // as the shader adds it
+        without = Math.max(
+          without,
+          distance(() => 0),
+        );
       }
     });
     expect(beside).toBeGreaterThan(10);
@@ -46,10 +60,16 @@ describe('fading offsets', () => {
   });
 
   it('end for vertices that are not named any more, and say what changed', () => {
-    const body = decodeEngineMessage(bytes(sample.messages.find((hex) => new DataView(bytes(hex)).getUint16(0, true) === 2)!));
+    const body = decodeEngineMessage(
+      bytes(sample.messages.find((hex) => new DataView(bytes(hex)).getUint16(0, true) === 2)!),
+    );
     if (body.type !== 'body') throw new Error('no body');
     body.fading = { ids: new Uint32Array(0), offsets: new Float32Array(0) };
-    const s = new BodyState(body), of = (ids: number[]) => ({ ids: new Uint32Array(ids), offsets: new Float32Array(3 * ids.length).fill(ids.length) });
+    const s = new BodyState(body),
+      of = (ids: number[]) => ({
+        ids: new Uint32Array(ids),
+        offsets: new Float32Array(3 * ids.length).fill(ids.length),
+      });
     expect(s.setFading(of([]))).toEqual([]);
     expect(s.setFading(of([2, 5]))).toEqual([{ start: 2, end: 6 }]);
     expect(Array.from(s.offset.subarray(15, 18))).toEqual([2, 2, 2]);
@@ -64,13 +84,30 @@ describe('fading offsets', () => {
     const body = decodeEngineMessage(bytes(sample.messages[0]!));
     if (body.type !== 'body') throw new Error('no body');
     body.fading = { ids: new Uint32Array(0), offsets: new Float32Array(0) };
-    const s = new BodyState(body), none = { ids: new Uint32Array(0), offsets: new Float32Array(0) }, last = s.nv - 1;
+    const s = new BodyState(body),
+      none = { ids: new Uint32Array(0), offsets: new Float32Array(0) },
+      last = s.nv - 1;
     s.setFading({ ids: new Uint32Array([last]), offsets: new Float32Array([1, 2, 3]) });
-    const empty = new Uint32Array(0), triangles = { ids: empty, triangles: empty };
+    const empty = new Uint32Array(0),
+      triangles = { ids: empty, triangles: empty };
     const patch = (nv: number, appended: number) => ({
-      type: 'patch' as const, body: s.body, from: s.version, to: s.version + 1, input: 0, totals: { nv, ns: s.ns, nw: s.nw, nc: s.nc, nn: s.nn },
-      vertices: { ids: empty, rest: new Float32Array(3 * appended), normal: new Int16Array(4 * appended), copy: new Uint32Array(appended) },
-      skin: triangles, wall: triangles, copies: { ids: empty, copies: empty, cells: new Int16Array(0) }, nodes: s.nodes.slice(0, 3 * s.nn), fading: none,
+      type: 'patch' as const,
+      body: s.body,
+      from: s.version,
+      to: s.version + 1,
+      input: 0,
+      totals: { nv, ns: s.ns, nw: s.nw, nc: s.nc, nn: s.nn },
+      vertices: {
+        ids: empty,
+        rest: new Float32Array(3 * appended),
+        normal: new Int16Array(4 * appended),
+        copy: new Uint32Array(appended),
+      },
+      skin: triangles,
+      wall: triangles,
+      copies: { ids: empty, copies: empty, cells: new Int16Array(0) },
+      nodes: s.nodes.slice(0, 3 * s.nn),
+      fading: none,
     });
     expect(s.apply(patch(last, 0)).offsets).toEqual([{ start: last, end: last + 1 }]);
     expect(s.apply(patch(last + 1, 1)).offsets).toEqual([]);

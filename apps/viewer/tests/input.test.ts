@@ -64,7 +64,9 @@ describe('strokes', () => {
   it('sends the scalpel as it goes', () => {
     const s = new Stroke('scalpel');
     expect(s.down(sample(0))).toEqual([{ tool: ToolCode.Scalpel, phase: Phase.Down, samples: [sample(0)] }]);
-    expect(s.move([sample(1), sample(2)])).toEqual([{ tool: ToolCode.Scalpel, phase: Phase.Move, samples: [sample(1), sample(2)] }]);
+    expect(s.move([sample(1), sample(2)])).toEqual([
+      { tool: ToolCode.Scalpel, phase: Phase.Move, samples: [sample(1), sample(2)] },
+    ]);
     expect(s.up(sample(3))).toEqual([{ tool: ToolCode.Scalpel, phase: Phase.Up, samples: [sample(3)] }]);
   });
   it('sends a straight cut as its two ends', () => {
@@ -72,7 +74,10 @@ describe('strokes', () => {
     expect(s.down(sample(0))).toEqual([]);
     expect(s.move([sample(1)])).toEqual([]);
     const m = s.up(sample(2));
-    expect(m.map((x) => [x.tool, x.phase])).toEqual([[ToolCode.Line, Phase.Down], [ToolCode.Line, Phase.Up]]);
+    expect(m.map((x) => [x.tool, x.phase])).toEqual([
+      [ToolCode.Line, Phase.Down],
+      [ToolCode.Line, Phase.Up],
+    ]);
     expect(m[0]!.samples[0]!.time).toBe(0);
     expect(m[1]!.samples[0]!.time).toBe(2);
   });
@@ -99,8 +104,11 @@ describe('strokes', () => {
 });
 
 describe('keys', () => {
-  const press = (key: string, code: string, mods: Partial<Record<'shiftKey' | 'ctrlKey' | 'metaKey' | 'altKey', boolean>> = {}): string =>
-    keyName({ key, code, shiftKey: false, ctrlKey: false, metaKey: false, altKey: false, ...mods });
+  const press = (
+    key: string,
+    code: string,
+    mods: Partial<Record<'shiftKey' | 'ctrlKey' | 'metaKey' | 'altKey', boolean>> = {},
+  ): string => keyName({ key, code, shiftKey: false, ctrlKey: false, metaKey: false, altKey: false, ...mods });
   it('are named as in the table', () => {
     expect(press('z', 'KeyZ')).toBe('Z');
     expect(press('Z', 'KeyZ', { shiftKey: true })).toBe('Shift Z');
@@ -109,14 +117,34 @@ describe('keys', () => {
     expect(press(' ', 'Space')).toBe('Space');
     expect(press('1', 'Digit1')).toBe('1');
     expect(press('&', 'Digit1')).toBe('1'); // where digits need Shift
-    expect(keyName({ key: '[', code: 'Digit8', shiftKey: false, ctrlKey: true, metaKey: false, altKey: true, getModifierState: () => true })).toBe('[');
+    expect(
+      keyName({
+        key: '[',
+        code: 'Digit8',
+        shiftKey: false,
+        ctrlKey: true,
+        metaKey: false,
+        altKey: true,
+        getModifierState: () => true,
+      }),
+    ).toBe('[');
   });
 });
 
 describe('dropped meshes', () => {
   it('are told apart by name, then by size', () => {
-    expect(sortMeshes([{ name: 'knee-collision.obj', size: 10 }, { name: 'knee.obj', size: 5 }])).toEqual({ visual: 1, collision: 0 });
-    expect(sortMeshes([{ name: 'a.obj', size: 10 }, { name: 'b.obj', size: 500 }])).toEqual({ visual: 1, collision: 0 });
+    expect(
+      sortMeshes([
+        { name: 'knee-collision.obj', size: 10 },
+        { name: 'knee.obj', size: 5 },
+      ]),
+    ).toEqual({ visual: 1, collision: 0 });
+    expect(
+      sortMeshes([
+        { name: 'a.obj', size: 10 },
+        { name: 'b.obj', size: 500 },
+      ]),
+    ).toEqual({ visual: 1, collision: 0 });
     expect(sortMeshes([{ name: 'a.obj', size: 10 }])).toEqual({ visual: 0, collision: -1 });
     expect(sortMeshes([{ name: 'collision.obj', size: 10 }])).toEqual({ visual: 0, collision: -1 });
     expect(sortMeshes([])).toEqual({ visual: -1, collision: -1 });
@@ -133,12 +161,23 @@ describe('dropped meshes', () => {
 
 describe('scene description', () => {
   it('takes what is there and replaces what is not', () => {
-    const i = readSceneInfo({ name: 'x', json: '{"scenes":[{"name":"x","title":"X"},{"name":3},null],"look":"meniscus","box":[0,0,0,1,1,1],"material":{"young":5},"gravity":[0,0,-1]}' });
+    const i = readSceneInfo({
+      name: 'x',
+      json: '{"scenes":[{"name":"x","title":"X"},{"name":3},null],"look":"meniscus","box":[0,0,0,1,1,1],"material":{"young":5},"gravity":[0,0,-1]}',
+    });
     expect(i.scenes).toEqual([{ name: 'x', title: 'X' }]);
     expect(i.look).toBe('meniscus');
     expect(i.box).toEqual({ min: [0, 0, 0], max: [1, 1, 1] });
     expect(i.material).toEqual({ young: 5, poisson: 0.45, density: 1000 });
-    for (const json of ['', '{', '[]', 'null', '7', '{"box":[1,2],"scenes":7,"material":null,"gravity":"x"}', '{"box":[1,0,0,0,0,0]}']) {
+    for (const json of [
+      '',
+      '{',
+      '[]',
+      'null',
+      '7',
+      '{"box":[1,2],"scenes":7,"material":null,"gravity":"x"}',
+      '{"box":[1,0,0,0,0,0]}',
+    ]) {
       const j = readSceneInfo({ name: 'y', json });
       expect(j.box).toBeNull();
       expect(j.look).toBe('steak');

@@ -2,7 +2,18 @@ import { afterEach, describe, expect, it, vi } from 'vitest';
 import type { Engine, EngineEvents } from '../src/engine/engine';
 import { MockBody, rotationOf } from '../src/engine/mock_body';
 import { MockEngine } from '../src/engine/mock_engine';
-import { CommandCode, Outcome, Phase, ToolCode, type CutReport, type Frame, type Hit, type Overlay, type Patch, type ToolSample } from '../src/engine/protocol';
+import {
+  CommandCode,
+  Outcome,
+  Phase,
+  ToolCode,
+  type CutReport,
+  type Frame,
+  type Hit,
+  type Overlay,
+  type Patch,
+  type ToolSample,
+} from '../src/engine/protocol';
 import { BodyState } from '../src/scene/body_state';
 import { fillPose, kTextureWidth, poseRows, skinPoint } from '../src/scene/skinning';
 
@@ -10,11 +21,15 @@ import { fillPose, kTextureWidth, poseRows, skinPoint } from '../src/scene/skinn
 function enclosed(s: BodyState): { volume: number; area: number[] } {
   let volume = 0;
   const area = [0, 0, 0];
-  for (const [list, n] of [[s.skin, s.ns], [s.wall, s.nw]] as const) {
+  for (const [list, n] of [
+    [s.skin, s.ns],
+    [s.wall, s.nw],
+  ] as const) {
     for (let t = 0; t < 3 * n; t += 3) {
       const p = [0, 1, 2].map((k) => Array.from(s.rest.subarray(3 * list[t + k]!, 3 * list[t + k]! + 3)));
       const [a, b, c] = p as [number[], number[], number[]];
-      const u = b.map((x, i) => x - a[i]!), v = c.map((x, i) => x - a[i]!);
+      const u = b.map((x, i) => x - a[i]!),
+        v = c.map((x, i) => x - a[i]!);
       const n3 = [u[1]! * v[2]! - u[2]! * v[1]!, u[2]! * v[0]! - u[0]! * v[2]!, u[0]! * v[1]! - u[1]! * v[0]!];
       for (let i = 0; i < 3; i++) area[i]! += n3[i]!;
       volume += a[0]! * n3[0]! + a[1]! * n3[1]! + a[2]! * n3[2]!;
@@ -35,28 +50,51 @@ class Recorder implements EngineEvents {
   engine: Engine | null = null;
   ack = true;
   hello(): void {}
-  body(b: Parameters<EngineEvents['body']>[0]): void { this.state_ = new BodyState(b); }
-  patch(p: Patch): void { this.patches.push(p); this.state_!.apply(p); }
-  frame(f: Frame): void { this.frames.push(f); if (this.ack) this.engine!.ack(f.seq); }
-  hit(h: Hit): void { this.hits.push(h); }
+  body(b: Parameters<EngineEvents['body']>[0]): void {
+    this.state_ = new BodyState(b);
+  }
+  patch(p: Patch): void {
+    this.patches.push(p);
+    this.state_!.apply(p);
+  }
+  frame(f: Frame): void {
+    this.frames.push(f);
+    if (this.ack) this.engine!.ack(f.seq);
+  }
+  hit(h: Hit): void {
+    this.hits.push(h);
+  }
   stats(): void {}
-  cut(c: CutReport): void { this.cuts.push(c); }
+  cut(c: CutReport): void {
+    this.cuts.push(c);
+  }
   role(): void {}
-  error(e: { text: string }): void { this.errors.push(e.text); }
-  overlay(o: Overlay): void { this.overlays.push(o); }
+  error(e: { text: string }): void {
+    this.errors.push(e.text);
+  }
+  overlay(o: Overlay): void {
+    this.overlays.push(o);
+  }
   file(): void {}
   loading(): void {}
   thingsCame(): void {}
-  score(): void { /* not of this engine */ }
-  fixed(): void { /* not of this engine */ }
-  state(s: string): void { this.states.push(s); }
+  score(): void {
+    /* not of this engine */
+  }
+  fixed(): void {
+    /* not of this engine */
+  }
+  state(s: string): void {
+    this.states.push(s);
+  }
 }
 
 const ray = (x: number, y: number): ToolSample => ({ time: 0, origin: [x, y, 1], direction: [0, 0, -1], pressure: 0 });
 
 async function begin(): Promise<{ engine: MockEngine; page: Recorder }> {
   vi.useFakeTimers();
-  const engine = new MockEngine({ segments: 40, rings: 12 }), page = new Recorder();
+  const engine = new MockEngine({ segments: 40, rings: 12 }),
+    page = new Recorder();
   page.engine = engine;
   engine.mock.gravity = [0, 0, 0];
   engine.start(page);
@@ -70,7 +108,9 @@ async function cut(engine: MockEngine, tool: number, ...points: [number, number]
   await vi.advanceTimersByTimeAsync(1);
 }
 
-afterEach(() => { vi.useRealTimers(); });
+afterEach(() => {
+  vi.useRealTimers();
+});
 
 describe('the mock engine', () => {
   it('sends a closed body at once and frames afterwards', async () => {
@@ -84,7 +124,8 @@ describe('the mock engine', () => {
     engine.stop();
   });
   it('cuts the body in two, with walls that close both pieces', async () => {
-    const { page, engine } = await begin(), before = enclosed(page.state_!).volume;
+    const { page, engine } = await begin(),
+      before = enclosed(page.state_!).volume;
     await cut(engine, ToolCode.Scalpel, [0.013, -0.2], [0.013, -0.05], [0.013, 0.2]);
     const s = page.state_!;
     expect(page.cuts.map((c) => [c.outcome, c.pieces])).toEqual([[Outcome.Cut, 2]]);
@@ -104,7 +145,14 @@ describe('the mock engine', () => {
   });
   it('undoes by truncation and redoes the same', async () => {
     const { page, engine } = await begin();
-    const old = page.state_!, first = { nv: old.nv, ns: old.ns, nc: old.nc, rest: old.rest.slice(0, 3 * old.nv), skin: old.skin.slice(0, 3 * old.ns) };
+    const old = page.state_!,
+      first = {
+        nv: old.nv,
+        ns: old.ns,
+        nc: old.nc,
+        rest: old.rest.slice(0, 3 * old.nv),
+        skin: old.skin.slice(0, 3 * old.ns),
+      };
     await cut(engine, ToolCode.Scalpel, [0.013, -0.2], [0.013, 0.2]);
     const second = { nv: old.nv, wall: old.wall.slice(0, 3 * old.nw) };
     engine.command({ code: CommandCode.Undo });
@@ -123,7 +171,9 @@ describe('the mock engine', () => {
     engine.stop();
   });
   it('takes a cancelled stroke back', async () => {
-    const { page, engine } = await begin(), s = page.state_!, nv = s.nv;
+    const { page, engine } = await begin(),
+      s = page.state_!,
+      nv = s.nv;
     engine.tool({ tool: 0, phase: Phase.Down, modifiers: 0, samples: [ray(0.013, -0.2)] });
     engine.tool({ tool: 0, phase: Phase.Move, modifiers: 0, samples: [ray(0.013, 0.2)] });
     await vi.advanceTimersByTimeAsync(1);
@@ -180,7 +230,8 @@ describe('the mock body', () => {
     const rest = b.positions.slice();
     for (let i = 0; i < 30; i++) b.step(1 / 60);
     expect(Math.max(...b.positions.map((x, i) => Math.abs(x - rest[i]!)))).toBeLessThan(1e-6);
-    const hit = b.intersect([0.03, -0.03, 1], [0, 0, -1])!, hold = b.grasp(hit);
+    const hit = b.intersect([0.03, -0.03, 1], [0, 0, -1])!,
+      hold = b.grasp(hit);
     hold.target[2]! += 0.02;
     for (let i = 0; i < 200; i++) b.step(1 / 60);
     expect(b.holdPoint(hold)[2] - hit.point[2]).toBeGreaterThan(0.008);
@@ -190,7 +241,8 @@ describe('the mock body', () => {
     const b = new MockBody({ segments: 30, rings: 8 });
     b.gravity = [0, 0, 0];
     expect(b.cut([0.013, -0.2], [0.013, 0.2])).toBeGreaterThan(0);
-    const s = new BodyState(b.bodyMessage()), shifted = new Set<number>();
+    const s = new BodyState(b.bodyMessage()),
+      shifted = new Set<number>();
     for (let v = 0; v < s.nv; v++) {
       if (s.rest[3 * v]! > 0.0131) for (let k = 0; k < 8; k++) shifted.add(s.copies[8 * s.copy[v]! + k]!);
     }
@@ -198,13 +250,16 @@ describe('the mock body', () => {
     const pose = new Float32Array(4 * kTextureWidth * poseRows(s.nc));
     fillPose(s, pose);
     for (let v = 0; v < s.nv; v++) {
-      const r = [s.rest[3 * v]!, s.rest[3 * v + 1]!, s.rest[3 * v + 2]!] as const, x = skinPoint(s, pose, s.copy[v]!, ...r)[0] - r[0];
+      const r = [s.rest[3 * v]!, s.rest[3 * v + 1]!, s.rest[3 * v + 2]!] as const,
+        x = skinPoint(s, pose, s.copy[v]!, ...r)[0] - r[0];
       if (r[0] > 0.0131) expect(x).toBeCloseTo(0.05, 5);
       if (r[0] < 0.0129) expect(x).toBeCloseTo(0, 5);
     }
   });
   it('finds rotations', () => {
-    const c = Math.cos(0.8), s = Math.sin(0.8), R = [c, -s, 0, s, c, 0, 0, 0, 1];
+    const c = Math.cos(0.8),
+      s = Math.sin(0.8),
+      R = [c, -s, 0, s, c, 0, 0, 0, 1];
     const scaled = R.map((x, i) => x * [2, 0.7, 1.3][i % 3]!);
     rotationOf(scaled).forEach((x, i) => expect(x).toBeCloseTo(R[i]!, 6));
   });

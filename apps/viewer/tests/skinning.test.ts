@@ -1,23 +1,44 @@
 import { describe, expect, it } from 'vitest';
 import { random } from '../src/scene/noise';
 import {
-  NormalScratch, fillMarks, fillNormals, fillPose, kNormalPerRow, kNormalTexels, kTextureWidth, normalRows, poseRows, skinPoint, type CellData,
+  NormalScratch,
+  fillMarks,
+  fillNormals,
+  fillPose,
+  kNormalPerRow,
+  kNormalTexels,
+  kTextureWidth,
+  normalRows,
+  poseRows,
+  skinPoint,
+  type CellData,
 } from '../src/scene/skinning';
 
 const next = random(3);
 const between = (a: number, b: number): number => a + (b - a) * next();
 
 /** nx x ny x nz cells about a turned lattice; nodes moved by `move`. */
-function lattice(nx: number, ny: number, nz: number, move: (p: number[]) => number[]): CellData & { restNodes: number[][] } {
-  const a = 0.7, b = 0.4;
-  const x = [Math.cos(a), Math.sin(a), 0], y = [-Math.sin(a) * Math.cos(b), Math.cos(a) * Math.cos(b), Math.sin(b)];
+function lattice(
+  nx: number,
+  ny: number,
+  nz: number,
+  move: (p: number[]) => number[],
+): CellData & { restNodes: number[][] } {
+  const a = 0.7,
+    b = 0.4;
+  const x = [Math.cos(a), Math.sin(a), 0],
+    y = [-Math.sin(a) * Math.cos(b), Math.cos(a) * Math.cos(b), Math.sin(b)];
   const z = [x[1]! * y[2]! - x[2]! * y[1]!, x[2]! * y[0]! - x[0]! * y[2]!, x[0]! * y[1]! - x[1]! * y[0]!];
-  const size = [0.3, 0.2, 0.5], origin = [1, -2, 0.5];
-  const place = (i: number, j: number, k: number): number[] => [0, 1, 2].map((d) =>
-    origin[d]! + i * size[0]! * x[d]! + j * size[1]! * y[d]! + k * size[2]! * z[d]!);
+  const size = [0.3, 0.2, 0.5],
+    origin = [1, -2, 0.5];
+  const place = (i: number, j: number, k: number): number[] =>
+    [0, 1, 2].map((d) => origin[d]! + i * size[0]! * x[d]! + j * size[1]! * y[d]! + k * size[2]! * z[d]!);
   const id = (i: number, j: number, k: number): number => (k * (ny + 1) + j) * (nx + 1) + i;
-  const restNodes: number[][] = [], copies: number[] = [], cells: number[] = [];
-  for (let k = 0; k <= nz; k++) for (let j = 0; j <= ny; j++) for (let i = 0; i <= nx; i++) restNodes.push(place(i, j, k));
+  const restNodes: number[][] = [],
+    copies: number[] = [],
+    cells: number[] = [];
+  for (let k = 0; k <= nz; k++)
+    for (let j = 0; j <= ny; j++) for (let i = 0; i <= nx; i++) restNodes.push(place(i, j, k));
   for (let k = 0; k < nz; k++) {
     for (let j = 0; j < ny; j++) {
       for (let i = 0; i < nx; i++) {
@@ -27,9 +48,15 @@ function lattice(nx: number, ny: number, nz: number, move: (p: number[]) => numb
     }
   }
   return {
-    origin: new Float32Array(origin), axes: new Float32Array([...x, ...y, ...z]), cellSize: new Float32Array(size),
-    nc: copies.length / 8, nn: restNodes.length, copies: new Uint32Array(copies), cells: new Int16Array(cells),
-    nodes: new Float32Array(restNodes.flatMap(move)), restNodes,
+    origin: new Float32Array(origin),
+    axes: new Float32Array([...x, ...y, ...z]),
+    cellSize: new Float32Array(size),
+    nc: copies.length / 8,
+    nn: restNodes.length,
+    copies: new Uint32Array(copies),
+    cells: new Int16Array(cells),
+    nodes: new Float32Array(restNodes.flatMap(move)),
+    restNodes,
   };
 }
 
@@ -41,8 +68,11 @@ const poseOf = (d: CellData): Float32Array => {
 
 /** Rest position at local coordinates of a copy, and the position by summing the eight weights. */
 function direct(d: CellData, c: number, q: number[]): { rest: number[]; now: number[] } {
-  const rest = [0, 1, 2].map((k) => d.origin[k]! + [0, 1, 2].reduce((s, a) =>
-    s + (d.cells[4 * c + a]! + q[a]!) * d.cellSize[a]! * d.axes[3 * a + k]!, 0));
+  const rest = [0, 1, 2].map(
+    (k) =>
+      d.origin[k]! +
+      [0, 1, 2].reduce((s, a) => s + (d.cells[4 * c + a]! + q[a]!) * d.cellSize[a]! * d.axes[3 * a + k]!, 0),
+  );
   const now = [0, 0, 0];
   for (let n = 0; n < 8; n++) {
     const w = (n & 1 ? q[0]! : 1 - q[0]!) * (n & 2 ? q[1]! : 1 - q[1]!) * (n & 4 ? q[2]! : 1 - q[2]!);
@@ -57,16 +87,19 @@ describe('skinning', () => {
     const pose = poseOf(d);
     expect(d.nc).toBeGreaterThan(64); // more than one row of the texture
     for (let i = 0; i < 500; i++) {
-      const c = Math.floor(next() * d.nc), q = [between(-0.2, 1.2), between(-0.2, 1.2), between(-0.2, 1.2)];
+      const c = Math.floor(next() * d.nc),
+        q = [between(-0.2, 1.2), between(-0.2, 1.2), between(-0.2, 1.2)];
       const { rest, now } = direct(d, c, q);
       const p = skinPoint(d, pose, c, rest[0]!, rest[1]!, rest[2]!);
       for (let k = 0; k < 3; k++) expect(p[k]).toBeCloseTo(now[k]!, 5);
     }
   });
   it('leaves the rest shape alone', () => {
-    const d = lattice(3, 2, 2, (p) => p), pose = poseOf(d);
+    const d = lattice(3, 2, 2, (p) => p),
+      pose = poseOf(d);
     for (let i = 0; i < 100; i++) {
-      const c = Math.floor(next() * d.nc), { rest } = direct(d, c, [next(), next(), next()]);
+      const c = Math.floor(next() * d.nc),
+        { rest } = direct(d, c, [next(), next(), next()]);
       const p = skinPoint(d, pose, c, rest[0]!, rest[1]!, rest[2]!);
       for (let k = 0; k < 3; k++) expect(p[k]).toBeCloseTo(rest[k]!, 5);
     }
@@ -86,7 +119,8 @@ describe('skinning', () => {
 /** Normal as the shader computes it from the normal texture. */
 function smoothNormal(d: CellData, normals: Float32Array, c: number, q: number[], n: number[]): number[] {
   const m = [0, 1, 2].map((a) => [0, 1, 2].reduce((s, k) => s + d.axes[3 * a + k]! * n[k]!, 0));
-  const row = Math.floor(c / kNormalPerRow), o = 4 * (row * kTextureWidth + (c - row * kNormalPerRow) * kNormalTexels);
+  const row = Math.floor(c / kNormalPerRow),
+    o = 4 * (row * kTextureWidth + (c - row * kNormalPerRow) * kNormalTexels);
   const out = [0, 0, 0];
   for (let k = 0; k < 8; k++) {
     const w = (k & 1 ? q[0]! : 1 - q[0]!) * (k & 2 ? q[1]! : 1 - q[1]!) * (k & 4 ? q[2]! : 1 - q[2]!);
@@ -107,12 +141,17 @@ const normalsOf = (d: CellData): Float32Array => {
 describe('normals', () => {
   it('follow the inverse transpose of an affine map', () => {
     // F = diag(2, 0.5, 1.5) after a shear: F^-T is known in closed form.
-    const F = [[2, 0.3, 0], [0, 0.5, 0], [0, 0, 1.5]];
+    const F = [
+      [2, 0.3, 0],
+      [0, 0.5, 0],
+      [0, 0, 1.5],
+    ];
     const d = lattice(8, 4, 1, (p) => F.map((r) => r[0]! * p[0]! + r[1]! * p[1]! + r[2]! * p[2]!));
     const normals = normalsOf(d);
     for (let i = 0; i < 50; i++) {
       const n = [between(-1, 1), between(-1, 1), between(-1, 1)];
-      const want = [n[0]! / 2, n[1]! / 0.5 - (0.3 / (2 * 0.5)) * n[0]!, n[2]! / 1.5], l = Math.hypot(...want);
+      const want = [n[0]! / 2, n[1]! / 0.5 - (0.3 / (2 * 0.5)) * n[0]!, n[2]! / 1.5],
+        l = Math.hypot(...want);
       const got = smoothNormal(d, normals, Math.floor(next() * d.nc), [next(), next(), next()], n);
       for (let k = 0; k < 3; k++) expect(got[k]).toBeCloseTo(want[k]! / l, 4);
     }
@@ -121,21 +160,29 @@ describe('normals', () => {
     const d = lattice(3, 1, 1, (p) => [p[0]!, p[1]!, p[2]! + 0.4 * p[0]! * p[0]!]);
     const normals = normalsOf(d);
     for (let i = 0; i < 20; i++) {
-      const v = next(), w = next(), n = [0.2, -0.4, 1];
-      const a = smoothNormal(d, normals, 0, [1, v, w], n), b = smoothNormal(d, normals, 1, [0, v, w], n);
+      const v = next(),
+        w = next(),
+        n = [0.2, -0.4, 1];
+      const a = smoothNormal(d, normals, 0, [1, v, w], n),
+        b = smoothNormal(d, normals, 1, [0, v, w], n);
       for (let k = 0; k < 3; k++) expect(a[k]).toBeCloseTo(b[k]!, 6);
     }
   });
   it('are not averaged over a cut, where nodes are twins', () => {
     const d = lattice(2, 1, 1, (p) => p);
     // The second cell gets nodes of its own, turned by a quarter about z.
-    const twin = [...d.copies.subarray(8, 16)].flatMap((n) => { const p = d.restNodes[n]!; return [-p[1]!, p[0]!, p[2]!]; });
+    const twin = [...d.copies.subarray(8, 16)].flatMap((n) => {
+      const p = d.restNodes[n]!;
+      return [-p[1]!, p[0]!, p[2]!];
+    });
     const nodes = new Float32Array([...d.nodes, ...twin]);
     const copies = d.copies.slice();
     for (let k = 0; k < 8; k++) copies[8 + k] = d.nn + k;
-    const cut = { ...d, nodes, copies, nn: d.nn + 8 }, normals = normalsOf(cut);
+    const cut = { ...d, nodes, copies, nn: d.nn + 8 },
+      normals = normalsOf(cut);
     const n = [1, 0, 0];
-    const left = smoothNormal(cut, normals, 0, [1, 0.5, 0.5], n), right = smoothNormal(cut, normals, 1, [0, 0.5, 0.5], n);
+    const left = smoothNormal(cut, normals, 0, [1, 0.5, 0.5], n),
+      right = smoothNormal(cut, normals, 1, [0, 0.5, 0.5], n);
     expect(left[0]).toBeCloseTo(1, 5);
     expect(right[1]).toBeCloseTo(1, 5);
   });
@@ -147,8 +194,10 @@ describe('normals', () => {
 });
 
 describe('marks', () => {
-  it('are a bit for each of a copy\'s nodes, and leave the pose alone', () => {
-    const d = lattice(2, 2, 1, (p) => p), pose = poseOf(d), plain = pose.slice();
+  it("are a bit for each of a copy's nodes, and leave the pose alone", () => {
+    const d = lattice(2, 2, 1, (p) => p),
+      pose = poseOf(d),
+      plain = pose.slice();
     const marked = new Set([d.copies[3]!, d.copies[7]!, d.copies[8]!]);
     fillMarks(d, marked, pose);
     for (let c = 0; c < d.nc; c++) {

@@ -15,11 +15,24 @@ class FakeSocket {
   onclose: (() => void) | null = null;
   onerror: (() => void) | null = null;
   sent: PageMessage[] = [];
-  constructor(readonly url: string) { FakeSocket.all.push(this); }
-  send(bytes: ArrayBuffer): void { this.sent.push(decodePageMessage(bytes)); }
-  open(): void { this.readyState = 1; this.onopen?.(); }
-  give(data: unknown): void { this.onmessage?.({ data }); }
-  close(): void { if (this.readyState === 3) return; this.readyState = 3; this.onclose?.(); }
+  constructor(readonly url: string) {
+    FakeSocket.all.push(this);
+  }
+  send(bytes: ArrayBuffer): void {
+    this.sent.push(decodePageMessage(bytes));
+  }
+  open(): void {
+    this.readyState = 1;
+    this.onopen?.();
+  }
+  give(data: unknown): void {
+    this.onmessage?.({ data });
+  }
+  close(): void {
+    if (this.readyState === 3) return;
+    this.readyState = 3;
+    this.onclose?.();
+  }
 }
 
 const hello = (session: bigint): ArrayBuffer =>
@@ -27,7 +40,9 @@ const hello = (session: bigint): ArrayBuffer =>
 
 let states: string[], errors: unknown[];
 const events = new Proxy({} as EngineEvents, {
-  get: (_, name) => (x: unknown) => { if (name === 'state') states.push(x as string); },
+  get: (_, name) => (x: unknown) => {
+    if (name === 'state') states.push(x as string);
+  },
 });
 
 beforeEach(() => {
@@ -36,12 +51,22 @@ beforeEach(() => {
   states = [];
   errors = [];
   vi.stubGlobal('WebSocket', FakeSocket);
-  vi.stubGlobal('window', Object.assign(new EventTarget(), {
-    setTimeout: (f: () => void, ms: number) => setTimeout(f, ms), clearTimeout: (t: number) => clearTimeout(t),
-  }));
-  vi.spyOn(console, 'error').mockImplementation((e) => { errors.push(e); });
+  vi.stubGlobal(
+    'window',
+    Object.assign(new EventTarget(), {
+      setTimeout: (f: () => void, ms: number) => setTimeout(f, ms),
+      clearTimeout: (t: number) => clearTimeout(t),
+    }),
+  );
+  vi.spyOn(console, 'error').mockImplementation((e) => {
+    errors.push(e);
+  });
 });
-afterEach(() => { vi.useRealTimers(); vi.unstubAllGlobals(); vi.restoreAllMocks(); });
+afterEach(() => {
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+  vi.restoreAllMocks();
+});
 
 describe('the socket engine', () => {
   it('says hello, and is live once the engine answers', () => {
@@ -122,16 +147,30 @@ describe('the socket engine', () => {
     const sample = { time: 1, origin: [0, 0, 0] as const, direction: [0, 0, 1] as const, pressure: 0 };
     const last = e.tool({ tool: 0, phase: 0, modifiers: 0, samples: Array.from({ length: 2300 }, () => sample) });
     const tools = s.sent.filter((m) => m.type === 'tool');
-    expect(tools.map((m) => [m.phase, m.samples.length])).toEqual([[0, 1000], [1, 1000], [1, 300]]);
+    expect(tools.map((m) => [m.phase, m.samples.length])).toEqual([
+      [0, 1000],
+      [1, 1000],
+      [1, 300],
+    ]);
     expect(tools[2]!.input).toBe(last);
     const up = e.tool({ tool: 0, phase: 2, modifiers: 0, samples: Array.from({ length: 1001 }, () => sample) });
-    expect(s.sent.filter((m) => m.type === 'tool').slice(3).map((m) => m.phase)).toEqual([1, 2]);
+    expect(
+      s.sent
+        .filter((m) => m.type === 'tool')
+        .slice(3)
+        .map((m) => m.phase),
+    ).toEqual([1, 2]);
     expect(up).toBe(last + 2);
     const bytes = new Uint8Array(100000).map((_, i) => i);
     await e.upload(3, 1, 'm.obj', bytes);
     await e.upload(3, 0, 'empty.obj', new Uint8Array(0));
     const uploads = s.sent.filter((m) => m.type === 'upload');
-    expect(uploads.map((m) => [m.offset, m.bytes.length, m.total])).toEqual([[0, 49152, 100000], [49152, 49152, 100000], [98304, 1696, 100000], [0, 0, 0]]);
+    expect(uploads.map((m) => [m.offset, m.bytes.length, m.total])).toEqual([
+      [0, 49152, 100000],
+      [49152, 49152, 100000],
+      [98304, 1696, 100000],
+      [0, 0, 0],
+    ]);
     expect(uploads[1]!.bytes[0]).toBe(49152 % 256);
     s.close();
     await expect(e.upload(4, 0, 'x', bytes)).rejects.toThrow(/lost/);

@@ -85,5 +85,8 @@ describe('quality', () => {
 it('series keeps the last rows, as columns', () => {
   const s = new Series(2, 3);
   for (let i = 0; i < 5; i++) s.push(i, 10 * i);
-  expect(s.data()).toEqual([[2, 3, 4], [20, 30, 40]]);
+  expect(s.data()).toEqual([
+    [2, 3, 4],
+    [20, 30, 40],
+  ]);
 });

@@ -18,7 +18,9 @@ class IdMap {
     to_.reserve(keep.size());
     for (const std::uint8_t k : keep) to_.push_back(k ? kept_++ : -1);
   }
-  [[nodiscard]] Id operator()(Id old) const { return old.valid() && old.index() < to_.size() ? Id(to_[old.index()]) : Id{}; }
+  [[nodiscard]] Id operator()(Id old) const {
+    return old.valid() && old.index() < to_.size() ? Id(to_[old.index()]) : Id{};
+  }
   [[nodiscard]] bool keeps(Id old) const { return (*this)(old).valid(); }
   [[nodiscard]] std::size_t old_count() const { return to_.size(); }
   [[nodiscard]] std::size_t kept_count() const { return static_cast<std::size_t>(kept_); }

@@ -17,10 +17,19 @@ class IndexedArray {
   explicit IndexedArray(std::size_t n, const T& value = T()) : items_(n, value) {}
   explicit IndexedArray(std::vector<T> items) : items_(std::move(items)) {}
 
-  T& operator[](Id id) { KERF_ASSERT(id.index() < items_.size()); return items_[id.index()]; }
-  const T& operator[](Id id) const { KERF_ASSERT(id.index() < items_.size()); return items_[id.index()]; }
+  T& operator[](Id id) {
+    KERF_ASSERT(id.index() < items_.size());
+    return items_[id.index()];
+  }
+  const T& operator[](Id id) const {
+    KERF_ASSERT(id.index() < items_.size());
+    return items_[id.index()];
+  }
 
-  Id push_back(T item) { items_.push_back(std::move(item)); return Id(items_.size() - 1); }
+  Id push_back(T item) {
+    items_.push_back(std::move(item));
+    return Id(items_.size() - 1);
+  }
   [[nodiscard]] std::size_t size() const { return items_.size(); }
   [[nodiscard]] bool empty() const { return items_.empty(); }
   [[nodiscard]] bool contains(Id id) const { return id.value >= 0 && id.index() < items_.size(); }
@@ -48,7 +57,10 @@ class IdRange {
   struct Iterator {
     std::int32_t i;
     Id operator*() const { return Id(i); }
-    Iterator& operator++() { ++i; return *this; }
+    Iterator& operator++() {
+      ++i;
+      return *this;
+    }
     bool operator!=(const Iterator& o) const { return i != o.i; }
   };
   explicit IdRange(std::size_t n) : n_(static_cast<std::int32_t>(n)) {}
@@ -59,6 +71,8 @@ class IdRange {
   std::int32_t n_;
 };
 template <class Id>
-IdRange<Id> ids(std::size_t n) { return IdRange<Id>(n); }
+IdRange<Id> ids(std::size_t n) {
+  return IdRange<Id>(n);
+}
 
 }  // namespace kerf

@@ -40,7 +40,10 @@ class Journaled {
   /// Starts with these items and an empty log.
   explicit Journaled(std::vector<T> items) : items_(std::move(items)) {}
 
-  const T& operator[](Id id) const { KERF_ASSERT(id.index() < items_.size()); return items_[id.index()]; }
+  const T& operator[](Id id) const {
+    KERF_ASSERT(id.index() < items_.size());
+    return items_[id.index()];
+  }
   /// The only way to write to an existing item.
   void set(Id id, const T& value) {
     KERF_ASSERT(id.index() < items_.size());
@@ -48,7 +51,10 @@ class Journaled {
     if (id.index() < marked_size_) log_.push_back({static_cast<std::uint32_t>(id.index()), item});
     item = value;
   }
-  Id push_back(const T& value) { items_.push_back(value); return Id(items_.size() - 1); }
+  Id push_back(const T& value) {
+    items_.push_back(value);
+    return Id(items_.size() - 1);
+  }
   /// Appends n items.
   void grow(std::size_t n, const T& value = T()) { items_.resize(items_.size() + n, value); }
 
@@ -66,9 +72,14 @@ class Journaled {
     touch(log_, extra_log);
   }
 
-  struct Mark { std::size_t size = 0, log = 0; };
+  struct Mark {
+    std::size_t size = 0, log = 0;
+  };
 
-  [[nodiscard]] Mark mark() { marked_size_ = items_.size(); return {items_.size(), log_.size()}; }
+  [[nodiscard]] Mark mark() {
+    marked_size_ = items_.size();
+    return {items_.size(), log_.size()};
+  }
   /// Back to a mark taken earlier; what came after is lost.
   void rollback(Mark to) {
     for (std::size_t i = log_.size(); i-- > to.log;) items_[log_[i].index] = log_[i].value;
@@ -115,7 +126,8 @@ class Journaled {
   /// Undoes a segment (the latest one not yet undone); afterwards it can be redone.
   void undo(JournalSegment& s) {
     s.tail.resize((items_.size() - s.base_size) * sizeof(T));
-    if (!s.tail.empty()) std::memcpy(s.tail.data(), static_cast<const void*>(items_.data() + s.base_size), s.tail.size());
+    if (!s.tail.empty())
+      std::memcpy(s.tail.data(), static_cast<const void*>(items_.data() + s.base_size), s.tail.size());
     for (std::size_t i = s.indices.size(); i-- > 0;) swap_entry(s, i);
     items_.resize(s.base_size);
     marked_size_ = items_.size();
@@ -135,7 +147,8 @@ class Journaled {
   /// The same with the value that each write replaced, oldest first: the first of an index is what it was at the mark.
   template <class F>
   void for_each_logged(Mark since, F&& f) const {
-    for (std::size_t i = since.log; i < log_.size(); ++i) f(Id(static_cast<std::int32_t>(log_[i].index)), log_[i].value);
+    for (std::size_t i = since.log; i < log_.size(); ++i)
+      f(Id(static_cast<std::int32_t>(log_[i].index)), log_[i].value);
   }
 
  private:
@@ -151,7 +164,10 @@ class Journaled {
     std::memcpy(s.values.data() + i * sizeof(T), static_cast<const void*>(&items_[s.indices[i]]), sizeof(T));
     items_[s.indices[i]] = old;
   }
-  struct Entry { std::uint32_t index; T value; };
+  struct Entry {
+    std::uint32_t index;
+    T value;
+  };
   std::vector<T> items_;
   std::vector<Entry> log_;
   std::size_t marked_size_ = 0;
@@ -177,7 +193,10 @@ struct JournalStep {
 template <class Body>
 void journal_mark(Body& body, JournalMark& out) {
   out.arrays.clear();
-  body.for_each_array([&](auto& a) { const auto m = a.mark(); out.arrays.emplace_back(m.size, m.log); });
+  body.for_each_array([&](auto& a) {
+    const auto m = a.mark();
+    out.arrays.emplace_back(m.size, m.log);
+  });
 }
 template <class Body>
 void journal_rollback(Body& body, const JournalMark& to) {

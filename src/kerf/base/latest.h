@@ -17,7 +17,8 @@ class Latest {
  public:
   void write(const T& value) {
     slots_[writing_] = value;
-    writing_ = static_cast<std::uint8_t>(middle_.exchange(static_cast<std::uint8_t>(writing_ | kNew), std::memory_order_acq_rel) & kSlot);
+    writing_ = static_cast<std::uint8_t>(
+        middle_.exchange(static_cast<std::uint8_t>(writing_ | kNew), std::memory_order_acq_rel) & kSlot);
   }
   /// The newest value so far; `fresh` says whether it is another one than last time. Before the first write: T().
   const T& read(bool& fresh) {

@@ -50,8 +50,10 @@ void parallel_for(std::size_t n, std::size_t grain, const std::function<void(std
 }
 
 bool is_lack_of_threads(const std::exception& error) {
-  if (const auto* system = dynamic_cast<const std::system_error*>(&error)) return system->code() == std::errc::resource_unavailable_try_again;
-  return std::string_view(error.what()).find("pthread_create") != std::string_view::npos;  // TBB throws a plain runtime_error
+  if (const auto* system = dynamic_cast<const std::system_error*>(&error))
+    return system->code() == std::errc::resource_unavailable_try_again;
+  return std::string_view(error.what()).find("pthread_create") !=
+         std::string_view::npos;  // TBB throws a plain runtime_error
 }
 
 ThreadLimit::ThreadLimit(int threads)

@@ -16,8 +16,7 @@ class Progress {
  public:
   Progress() = default;
   template <class Listener>
-    requires std::is_invocable_v<Listener&, std::string_view, double>
-  Progress(Listener listener)
+  requires std::is_invocable_v<Listener&, std::string_view, double> Progress(Listener listener)
       : listener_([listener = std::move(listener)](std::string_view stage, double fraction) mutable {
           if constexpr (std::is_void_v<std::invoke_result_t<Listener&, std::string_view, double>>) {
             listener(stage, fraction);

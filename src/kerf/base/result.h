@@ -34,16 +34,28 @@ class [[nodiscard]] Result {
   [[nodiscard]] bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  [[nodiscard]] T& value() & { KERF_ASSERT(ok()); return *std::get_if<0>(&state_); }
-  [[nodiscard]] const T& value() const& { KERF_ASSERT(ok()); return *std::get_if<0>(&state_); }
-  [[nodiscard]] T&& value() && { KERF_ASSERT(ok()); return std::move(*std::get_if<0>(&state_)); }
+  [[nodiscard]] T& value() & {
+    KERF_ASSERT(ok());
+    return *std::get_if<0>(&state_);
+  }
+  [[nodiscard]] const T& value() const& {
+    KERF_ASSERT(ok());
+    return *std::get_if<0>(&state_);
+  }
+  [[nodiscard]] T&& value() && {
+    KERF_ASSERT(ok());
+    return std::move(*std::get_if<0>(&state_));
+  }
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
   T& operator*() & { return value(); }
   const T& operator*() const& { return value(); }
   T&& operator*() && { return std::move(*this).value(); }
 
-  [[nodiscard]] const Error& error() const { KERF_ASSERT(!ok()); return *std::get_if<1>(&state_); }
+  [[nodiscard]] const Error& error() const {
+    KERF_ASSERT(!ok());
+    return *std::get_if<1>(&state_);
+  }
 
  private:
   std::variant<T, Error> state_;
@@ -56,7 +68,10 @@ class [[nodiscard]] Status {
   Status(Error error) : error_(std::move(error)) {}
   [[nodiscard]] bool ok() const { return !error_; }
   explicit operator bool() const { return ok(); }
-  [[nodiscard]] const Error& error() const { KERF_ASSERT(!ok()); return *error_; }
+  [[nodiscard]] const Error& error() const {
+    KERF_ASSERT(!ok());
+    return *error_;
+  }
 
  private:
   std::optional<Error> error_;
@@ -65,8 +80,7 @@ class [[nodiscard]] Status {
 }  // namespace kerf
 
 /// Returns the error of a Status or Result expression from the enclosing function, if it has one.
-#define KERF_TRY(expression)                                   \
-  do {                                                         \
-    if (auto kerf_try_status = (expression); !kerf_try_status) \
-      return kerf_try_status.error();                          \
+#define KERF_TRY(expression)                                                                   \
+  do {                                                                                         \
+    if (auto kerf_try_status = (expression); !kerf_try_status) return kerf_try_status.error(); \
   } while (false)

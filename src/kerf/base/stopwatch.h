@@ -8,7 +8,9 @@ namespace kerf {
 using Clock = std::chrono::steady_clock;
 
 /// Seconds.
-inline double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+inline double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// Stages that follow each other.
 class Stopwatch {

@@ -43,9 +43,7 @@ constexpr Vec3 operator*(double s, Vec3 a) { return {s * a.x, s * a.y, s * a.z};
 constexpr Vec3& operator+=(Vec3& a, Vec3 b) { return a = a + b; }
 constexpr Vec3& operator-=(Vec3& a, Vec3 b) { return a = a - b; }
 constexpr double dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-constexpr Vec3 cross(Vec3 a, Vec3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+constexpr Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double norm(Vec3 a) { return std::sqrt(dot(a, a)); }
 /// Component by component.
 inline Vec3 absolute(Vec3 v) { return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}; }
@@ -59,9 +57,7 @@ constexpr Vec3 lerp(Vec3 a, Vec3 b, double t) {
 }
 inline bool is_finite(Vec3 a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
-constexpr Vec3f to_float(Vec3 a) {
-  return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)};
-}
+constexpr Vec3f to_float(Vec3 a) { return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)}; }
 constexpr Vec3 to_double(Vec3f a) { return {a.x, a.y, a.z}; }
 constexpr Vec2f lerp(Vec2f a, Vec2f b, double t) {
   const float s = static_cast<float>(t);
@@ -79,9 +75,7 @@ struct Mat3 {
 };
 constexpr Vec3 operator*(const Mat3& m, Vec3 v) { return v.x * m.c[0] + v.y * m.c[1] + v.z * m.c[2]; }
 /// Transposed matrix times vector.
-constexpr Vec3 transposed_times(const Mat3& m, Vec3 v) {
-  return {dot(m.c[0], v), dot(m.c[1], v), dot(m.c[2], v)};
-}
+constexpr Vec3 transposed_times(const Mat3& m, Vec3 v) { return {dot(m.c[0], v), dot(m.c[1], v), dot(m.c[2], v)}; }
 
 /// Axis-aligned box; empty until the first point is added.
 struct Box3 {

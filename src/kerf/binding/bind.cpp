@@ -16,8 +16,8 @@
 #include "kerf/binding/patches.h"
 #include "kerf/binding/path_network.h"
 #include "kerf/binding/rim_fit.h"
-#include "kerf/binding/split_surface.h"
 #include "kerf/binding/skin_search.h"
+#include "kerf/binding/split_surface.h"
 #include "kerf/binding/squash.h"
 #include "kerf/binding/tolerances.h"
 #include "kerf/binding/weld.h"
@@ -109,13 +109,15 @@ TriangleMesh as_mesh(const WeldedSurface& s) {
 
 /// For the crossings of all paths, about 2.5 sqrt(faces of a patch) each; growing later would copy everything.
 HalfEdgeRoom room_for_paths(std::size_t triangles, std::size_t collision_triangles) {
-  const double faces = static_cast<double>(triangles), patches = 2 * static_cast<double>(collision_triangles);  // an open sheet has half
+  const double faces = static_cast<double>(triangles),
+               patches = 2 * static_cast<double>(collision_triangles);  // an open sheet has half
   const auto crossings = static_cast<std::size_t>(1.2 * 1.5 * patches * (2.5 * std::sqrt(faces / patches) + 4));
   return {2 * crossings, crossings};
 }
 
 /// Metres, of all chains, those of the rim once.
-double length_of_paths(const WalledSurface& w, const CollisionMesh& c, const BoundVertices& vertices, const PathNetwork& network) {
+double length_of_paths(const WalledSurface& w, const CollisionMesh& c, const BoundVertices& vertices,
+                       const PathNetwork& network) {
   double length = 0;
   for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(c.half_edge_count()))
     for (std::size_t side = 0; side < (c.twin[h].valid() ? 2u : 1u); ++side) {
@@ -132,8 +134,8 @@ double length_of_paths(const WalledSurface& w, const CollisionMesh& c, const Bou
 }
 
 /// Moves everything into the cell complex.
-void assemble(SplitSurface&& s, CollisionMesh&& collision, const BoundVertices& vertices, const PathNetwork& network, PatchMap&& patches,
-              Parametrization&& parameters, bool closed, CellComplex& out) {
+void assemble(SplitSurface&& s, CollisionMesh&& collision, const BoundVertices& vertices, const PathNetwork& network,
+              PatchMap&& patches, Parametrization&& parameters, bool closed, CellComplex& out) {
   const auto typed = []<class Id>(std::vector<std::int32_t>& raw, Id) {
     std::vector<Id> ids;
     ids.reserve(raw.size());
@@ -213,7 +215,8 @@ enum class Shape {
 };
 
 /// `squash_failed`: set where the paths or patches of a squashed surface are at fault.
-Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh, const BindOptions& options, bool& squash_failed) {
+Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const TriangleMesh& collision_mesh,
+                          const BindOptions& options, bool& squash_failed) {
   BoundBody body;
   BindReport& report = body.report;
   Stopwatch watch, total;
@@ -230,10 +233,14 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   report.unused_vertices = static_cast<std::int64_t>(visual.unused);
   report.input_vertices = static_cast<std::int64_t>(visual.positions.size());
   report.input_triangles = static_cast<std::int64_t>(visual.triangles.size());
-  if (visual.unused > 0) report.warnings.push_back(fmt::format("visual mesh: {} vertices belong to no triangle and were left out", visual.unused));
+  if (visual.unused > 0)
+    report.warnings.push_back(
+        fmt::format("visual mesh: {} vertices belong to no triangle and were left out", visual.unused));
   if (collision.merged + collision.unused > 0)
-    report.warnings.push_back(fmt::format("collision mesh: {} vertices at equal positions were merged and {} unused ones left out; "
-                                          "collision vertices are numbered anew", collision.merged, collision.unused));
+    report.warnings.push_back(
+        fmt::format("collision mesh: {} vertices at equal positions were merged and {} unused ones left out; "
+                    "collision vertices are numbered anew",
+                    collision.merged, collision.unused));
   const auto renumbered = [](const WeldedSurface& s) {
     return s.merged + s.unused > 0 ? " (vertices are numbered as after merging equal positions)" : "";
   };
@@ -249,20 +256,24 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
       if (i == 2) search.emplace(visual.positions, visual.triangles, queries);
     }
   });
-  if (!connected) return Error{connected.error().kind, "visual mesh: " + connected.error().message + renumbered(visual)};
+  if (!connected)
+    return Error{connected.error().kind, "visual mesh: " + connected.error().message + renumbered(visual)};
   auto connected_collision = build_half_edges(collision.triangles, collision.positions.size());
   if (!connected_collision)
-    return Error{connected_collision.error().kind, "collision mesh: " + connected_collision.error().message + renumbered(collision)};
+    return Error{connected_collision.error().kind,
+                 "collision mesh: " + connected_collision.error().message + renumbered(collision)};
   if (const std::size_t pieces = count_pieces(*connected_collision); pieces != 1)
-    return bad_input(fmt::format("collision mesh: it consists of {} separate pieces; bind each body on its own", pieces));
+    return bad_input(
+        fmt::format("collision mesh: it consists of {} separate pieces; bind each body on its own", pieces));
 
   std::size_t border_edges = 0;
   for (const std::int32_t t : connected->twin) border_edges += t < 0;
   const bool closed = border_edges == 0;
   report.closed = closed;
   if (!closed && !(options.thickness > 0 && std::isfinite(options.thickness)))
-    return bad_input(fmt::format("the visual mesh is an open sheet ({} border edges): give its thickness in metres, or a closed visual mesh",
-                                 border_edges));
+    return bad_input(fmt::format(
+        "the visual mesh is an open sheet ({} border edges): give its thickness in metres, or a closed visual mesh",
+        border_edges));
 
   std::vector<Vec2f> texture;
   if (visual_mesh.has_texture()) {
@@ -286,7 +297,8 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   if (!closed && !agrees(*search, visual, collision)) {
     turn_over(collision);
     report.flipped_collision = true;
-    report.warnings.push_back("collision mesh: its triangles were turned over, so that its normal agrees with the visual sheet's");
+    report.warnings.push_back(
+        "collision mesh: its triangles were turned over, so that its normal agrees with the visual sheet's");
   }
   const std::vector<double> no_thickness(collision.positions.size(), 0);
   const TriangleMesh collision_surface = as_mesh(collision);
@@ -296,8 +308,8 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   KERF_TRY(check_folds(c, options.at_fault));
   std::vector<Vec3> normals = vertex_normals(collision_surface);
 
-  SplitSurface s =
-      make_split_surface(visual.positions, visual.triangles, std::move(*connected), std::move(visual_normals), std::move(texture), room);
+  SplitSurface s = make_split_surface(visual.positions, visual.triangles, std::move(*connected),
+                                      std::move(visual_normals), std::move(texture), room);
   const std::size_t most_faces = visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count();
   const double edge = mean_edge(c);
   const bool evened = even_flat_parts(s, {kLongSpoke * edge, kLongEdge * edge, most_faces});
@@ -312,7 +324,8 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   report.seconds.prepare = watch.lap();
 
   KERF_TRY(tell("vertices"));
-  auto bound = closed ? bind_closed(s, *search, c, normals, options.at_fault) : bind_open(s, *search, c, options.thickness);
+  auto bound =
+      closed ? bind_closed(s, *search, c, normals, options.at_fault) : bind_open(s, *search, c, options.thickness);
   if (!bound) return bound.error();
   even_bound_points(s);
   search.reset();  // large bodies: what is not needed any more goes
@@ -333,7 +346,8 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   KERF_TRY(tell("paths"));
   PathNetworkOptions path_options{options.exact, {}, options.progress, options.at_fault};
   // The rim's paths stay where the rim is: squashed, the chord over the top would be shorter.
-  if (closed && shape == Shape::kSquashed) path_options.after_rim = [&] { report.crossed_normals = squash(s, c, *bound, normals); };
+  if (closed && shape == Shape::kSquashed)
+    path_options.after_rim = [&] { report.crossed_normals = squash(s, c, *bound, normals); };
   auto network = insert_paths(s, c, *bound, closed, path_options);
   squash_failed = !s.upright.empty();  // until the parameters are there
   if (!network) return network.error();
@@ -345,12 +359,13 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   KERF_TRY(tell("patches"));
   Result<PatchMap> patches = PatchMap{};
   std::vector<Vec2> planar;
-  parallel_for(2, 1, [&](std::size_t begin, std::size_t end) {  // side by side: to touch so much memory first takes as long
-    for (std::size_t i = begin; i < end; ++i) {
-      if (i == 0) patches = find_patches(s, c, *bound, *network, closed, options.at_fault);
-      if (i == 1) planar.resize(s.walled.origin.size());
-    }
-  });
+  parallel_for(2, 1,
+               [&](std::size_t begin, std::size_t end) {  // side by side: to touch so much memory first takes as long
+                 for (std::size_t i = begin; i < end; ++i) {
+                   if (i == 0) patches = find_patches(s, c, *bound, *network, closed, options.at_fault);
+                   if (i == 1) planar.resize(s.walled.origin.size());
+                 }
+               });
   if (!patches) return patches.error();
   report.seconds.patches = watch.lap();
 
@@ -374,11 +389,14 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   }
   report.visual_vertices = s.vertex_count();
   report.visual_triangles = s.face_count();
-  assemble(std::move(s), std::move(c), *bound, *network, std::move(*patches), std::move(*parameters), closed, body.complex);
+  assemble(std::move(s), std::move(c), *bound, *network, std::move(*patches), std::move(*parameters), closed,
+           body.complex);
   if (closed) report.displacement = measure_displacement(body.complex);
   if (report.displacement.mean > kMuchDisplaced)
-    report.warnings.push_back(fmt::format("the collision mesh fits badly: walls of cuts will be drawn {:.0f} % of its mean edge beside the blade on the mean; "
-                                          "put it half-way through the thickness, out to the rim", 100 * report.displacement.mean));
+    report.warnings.push_back(fmt::format(
+        "the collision mesh fits badly: walls of cuts will be drawn {:.0f} % of its mean edge beside the blade on the mean; "
+        "put it half-way through the thickness, out to the rim",
+        100 * report.displacement.mean));
   report.seconds.assemble = watch.lap();
   report.seconds.total = total.lap();
   return body;
@@ -398,8 +416,10 @@ Result<BoundBody> bind(const TriangleMesh& visual, const TriangleMesh& collision
   auto body = bind_as(Shape::kUpright, visual, collision, options, squash_failed);
   if (!body || !body->report.closed) return body;
   body->report.upright = true;
-  body->report.warnings.push_back(fmt::format("walls near the rim will be drawn up to {:.0f} % of a collision edge beside the blade, as paths and parameters follow the "
-                                              "surface and not the mid-surface ({})", 100 * body->report.displacement.largest, why));
+  body->report.warnings.push_back(fmt::format(
+      "walls near the rim will be drawn up to {:.0f} % of a collision edge beside the blade, as paths and parameters follow the "
+      "surface and not the mid-surface ({})",
+      100 * body->report.displacement.largest, why));
   return body;
 }
 

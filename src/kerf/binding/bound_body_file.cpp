@@ -13,7 +13,8 @@
 namespace kerf {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the file layout is the memory layout of little-endian machines");
+static_assert(std::endian::native == std::endian::little,
+              "the file layout is the memory layout of little-endian machines");
 
 /// The first version whose closed bodies are bound on a squashed surface.
 constexpr std::uint32_t kSquashedVersion = 3;
@@ -30,13 +31,16 @@ PoolRun restored(StoredRun r) { return {r.first, r.count, r.reversed != 0}; }
 std::array<StoredRun, 2> stored(const std::array<PoolRun, 2>& r) { return {stored(r[0]), stored(r[1])}; }
 std::array<PoolRun, 2> restored(const std::array<StoredRun, 2>& r) { return {restored(r[0]), restored(r[1])}; }
 template <class T>
-concept HasPadding = requires(const T& x) { stored(x); };
+concept HasPadding = requires(const T& x) {
+  stored(x);
+};
 
 /// The numbers of the report in file order, as of `version`.
 template <class Report, class F>
 void for_each_number(Report& r, std::uint32_t version, F&& f) {
   f(r.closed), f(r.flipped_collision), f(r.flipped_visual);
-  f(r.merged_vertices), f(r.unused_vertices), f(r.input_vertices), f(r.input_triangles), f(r.visual_vertices), f(r.visual_triangles);
+  f(r.merged_vertices), f(r.unused_vertices), f(r.input_vertices), f(r.input_triangles), f(r.visual_vertices),
+      f(r.visual_triangles);
   f(r.inserted_points), f(r.snapped_points), f(r.paths), f(r.rim_followed), f(r.divided_edges), f(r.uniform_patches);
   f(r.path_length), f(r.area_before), f(r.area_after), f(r.volume_before), f(r.volume_after);
   auto& s = r.seconds;  // zeros: the same meshes give the same file, however long it took; older files have times
@@ -52,7 +56,9 @@ class Writer {
     hash_.add_bytes(data, n);
   }
   template <class T>
-  void value(const T& x) { bytes(&x, sizeof x); }
+  void value(const T& x) {
+    bytes(&x, sizeof x);
+  }
   template <class T>
   void array(const std::vector<T>& items) {
     value(std::uint64_t{items.size()});
@@ -81,7 +87,9 @@ class Reader {
     hash_.add_bytes(data, n);
   }
   template <class T>
-  void value(T& x) { bytes(&x, sizeof x); }
+  void value(T& x) {
+    bytes(&x, sizeof x);
+  }
   template <class T>
   void array(std::vector<T>& items) {
     std::uint64_t count = 0;
@@ -238,9 +246,11 @@ Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& na
   std::uint32_t version = 0;
   r.bytes(magic, sizeof magic);
   r.value(version);
-  if (!r.ok() || std::memcmp(magic, kMagic, sizeof magic) != 0) return bad("is not a bound body; make one with kerf bind");
+  if (!r.ok() || std::memcmp(magic, kMagic, sizeof magic) != 0)
+    return bad("is not a bound body; make one with kerf bind");
   if (version < 1 || version > kBoundBodyVersion)
-    return bad(fmt::format("has version {}, this program reads versions 1 to {}; bind the body again", version, kBoundBodyVersion));
+    return bad(fmt::format("has version {}, this program reads versions 1 to {}; bind the body again", version,
+                           kBoundBodyVersion));
   BoundBody body;
   read_body(r, version, body);
   BodyNature known;
@@ -254,11 +264,14 @@ Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& na
 #endif
   if (r.left() != 0 || written != expected) return bad("is damaged (its checksum is wrong); bind the body again");
   if (!sound) return bad("holds a material or a lattice that can't be; bind the body again");
-  if (const Status valid = validate_binding(body.complex); !valid) return bad(valid.error().message + "; bind the body again");
+  if (const Status valid = validate_binding(body.complex); !valid)
+    return bad(valid.error().message + "; bind the body again");
   if (nature) *nature = known;
   if (body.complex.closed) body.report.displacement = measure_displacement(body.complex);
   if (version < kSquashedVersion && body.complex.closed)
-    body.report.warnings.push_back(fmt::format("the file has version {}: walls of cuts near the rim will be drawn beside the blade; bind the body again", version));
+    body.report.warnings.push_back(fmt::format(
+        "the file has version {}: walls of cuts near the rim will be drawn beside the blade; bind the body again",
+        version));
   return body;
 }
 

@@ -72,7 +72,8 @@ std::int32_t insert_bound_point(SplitSurface& s, std::int32_t face, Vec3 p, doub
   if (b[at(k)] < inside && w.opposite(h) >= 0) {
     const Margins margins = Margins::of(length[at((k + 1) % 3)], mean_edge);
     double t = b[at((k + 2) % 3)] / (b[at((k + 1) % 3)] + b[at((k + 2) % 3)]);
-    t = std::clamp(t, w.wall_vertex[at(w.from(h))] ? margins.wall : margins.snap, 1 - (w.wall_vertex[at(w.to(h))] ? margins.wall : margins.snap));
+    t = std::clamp(t, w.wall_vertex[at(w.from(h))] ? margins.wall : margins.snap,
+                   1 - (w.wall_vertex[at(w.to(h))] ? margins.wall : margins.snap));
     m = split_edge(s, h, t);
   } else {
     // Away from the corners and (border edges only come here) from the sides.
@@ -109,8 +110,10 @@ void warn_flipped(const SplitSurface& s, const CollisionMesh& c, BoundVertices& 
     }
   }
   if (flipped > 0)
-    out.warnings.push_back(fmt::format("{} collision triangle(s) are turned over by their bound points, the first is triangle {}: "
-                                       "the collision mesh fits badly there", flipped, first + 1));
+    out.warnings.push_back(
+        fmt::format("{} collision triangle(s) are turned over by their bound points, the first is triangle {}: "
+                    "the collision mesh fits badly there",
+                    flipped, first + 1));
 }
 
 /// Directions at a border vertex: out of the body within the mid-surface, and the mean length of its two border edges.
@@ -123,17 +126,20 @@ BorderFrame border_frame(const CollisionMesh& c, CV v, Vec3 normal) {
   CH in = out;
   while (c.ccw(in).valid()) in = c.ccw(in);
   const Vec3 after = c.rest[c.to(out)] - c.rest[v], before = c.rest[v] - c.rest[c.from(CollisionMesh::prev(in))];
-  return {normalized(cross(normalized(after), normal) + cross(normalized(before), normal)), 0.5 * (norm(after) + norm(before))};
+  return {normalized(cross(normalized(after), normal) + cross(normalized(before), normal)),
+          0.5 * (norm(after) + norm(before))};
 }
 
 /// Exits of the rays of inner vertices along +- normal.
 using Exits = std::vector<std::array<std::optional<SkinPoint>, 2>>;
 void cast_both_ways(const SkinSearch& search, const CollisionMesh& c, CV v, Vec3 normal, Exits& hit) {
-  for (std::size_t side = 0; side < 2; ++side) hit[v.index()][side] = search.first_exit(c.rest[v], side == 0 ? normal : -normal, HUGE_VAL);
+  for (std::size_t side = 0; side < 2; ++side)
+    hit[v.index()][side] = search.first_exit(c.rest[v], side == 0 ? normal : -normal, HUGE_VAL);
 }
 
 /// Triangles finer than the body is thick have rays that cross before they leave it; smoother normals don't.
-void uncross(const SkinSearch& search, const CollisionMesh& c, const std::vector<std::uint8_t>& border, std::span<Vec3> normals, Exits& hit) {
+void uncross(const SkinSearch& search, const CollisionMesh& c, const std::vector<std::uint8_t>& border,
+             std::span<Vec3> normals, Exits& hit) {
   const auto crossed = [&](CT f) {
     CV v[3];
     for (int k = 0; k < 3; ++k) v[k] = c.from(CollisionMesh::corner(f, k));
@@ -189,8 +195,10 @@ Status check_folds(const CollisionMesh& c, std::vector<CollisionVertex>* at_faul
     if (!t.valid() || t < h) continue;
     if (!(dot(normal(h), normal(t)) < kFoldCosine)) continue;
     if (at_fault != nullptr) *at_fault = {c.from(h), c.to(h)};
-    return bad_input(fmt::format("collision mesh: folded over itself at the edge between vertices {} and {}; unfold it, "
-                                 "every part of the body needs one layer of triangles", c.from(h).value + 1, c.to(h).value + 1));
+    return bad_input(
+        fmt::format("collision mesh: folded over itself at the edge between vertices {} and {}; unfold it, "
+                    "every part of the body needs one layer of triangles",
+                    c.from(h).value + 1, c.to(h).value + 1));
   }
   return {};
 }
@@ -209,10 +217,11 @@ Status check_inside(const SkinSearch& search, const CollisionMesh& c, const std:
     if (blind++ == 0) first = f;
   }
   if (2 * blind > c.face_count())
-    return bad_input(fmt::format("the collision mesh lies outside the visual mesh: {} of its {} triangles (the first is triangle {}, at "
-                                 "collision vertex {}) do not have the surface on both sides; put it half-way through the thickness, "
-                                 "in the same place and unit",
-                                 blind, c.face_count(), first.value + 1, c.from(CollisionMesh::corner(first, 0)).value + 1));
+    return bad_input(fmt::format(
+        "the collision mesh lies outside the visual mesh: {} of its {} triangles (the first is triangle {}, at "
+        "collision vertex {}) do not have the surface on both sides; put it half-way through the thickness, "
+        "in the same place and unit",
+        blind, c.face_count(), first.value + 1, c.from(CollisionMesh::corner(first, 0)).value + 1));
   std::string names;
   std::size_t outside = 0;
   for (const CV v : ids<CV>(c.vertex_count())) {
@@ -220,9 +229,10 @@ Status check_inside(const SkinSearch& search, const CollisionMesh& c, const std:
     if (++outside <= kNamedVertices) names += (names.empty() ? "" : ", ") + std::to_string(v.value + 1);
   }
   if (outside > 0)
-    out.warnings.push_back(fmt::format("{} inner collision vertices ({}{}) lie outside the visual mesh and were bound to the closest "
-                                       "points; move them between the two sides of the body",
-                                       outside, names, outside > kNamedVertices ? ", ..." : ""));
+    out.warnings.push_back(
+        fmt::format("{} inner collision vertices ({}{}) lie outside the visual mesh and were bound to the closest "
+                    "points; move them between the two sides of the body",
+                    outside, names, outside > kNamedVertices ? ", ..." : ""));
   return {};
 }
 
@@ -278,8 +288,10 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
       const auto [outward, length] = frame[v.index()];
       std::optional<SkinPoint> q = search.closest(p, {}, 2 * length);
       if (!q)
-        return refuse(v, fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
-                                     "in the same place and in the same unit?", v.value + 1));
+        return refuse(
+            v, fmt::format("collision vertex {}: the visual mesh is farther away than two edges; are both meshes "
+                           "in the same place and in the same unit?",
+                           v.value + 1));
       // A border that ends inside the body: its rim lies straight ahead, the closest point may be on the top or bottom.
       if (q->distance > 1e-3 * length) {
         if (const auto ahead = search.first_exit(p, outward, 2 * length)) {
@@ -294,18 +306,22 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
     for (std::size_t side = 0; side < 2; ++side) {
       const Vec3 direction = side == 0 ? n : -n;
       std::optional<SkinPoint> q = hit[v.index()][side];
-      if (!q || q->distance > kReachFactor * typical[v.index()]) q = search.closest(p, direction, kOutsideFactor * typical[v.index()]);
+      if (!q || q->distance > kReachFactor * typical[v.index()])
+        q = search.closest(p, direction, kOutsideFactor * typical[v.index()]);
       if (!q)
-        return refuse(v, fmt::format("collision vertex {} lies outside the visual mesh: nothing within reach on its {} side; "
-                                     "move it between the two sides of the body", v.value + 1, side == 0 ? "+" : "-"));
+        return refuse(
+            v, fmt::format("collision vertex {} lies outside the visual mesh: nothing within reach on its {} side; "
+                           "move it between the two sides of the body",
+                           v.value + 1, side == 0 ? "+" : "-"));
       chosen[v.index()][side] = *q;
     }
   }
 
   if (far_rim > 0)
-    out.warnings.push_back(fmt::format("{} border vertices of the collision mesh (the first is {}) lie deep inside the body, "
-                                       "with no rim ahead of them; extend the collision mesh to the rim",
-                                       far_rim, far_rim_vertex.value + 1));
+    out.warnings.push_back(
+        fmt::format("{} border vertices of the collision mesh (the first is {}) lie deep inside the body, "
+                    "with no rim ahead of them; extend the collision mesh to the rim",
+                    far_rim, far_rim_vertex.value + 1));
 
   for (const CV v : ids<CV>(nv)) {
     const auto& q = chosen[v.index()];
@@ -314,11 +330,14 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
       bound[0] = bound[1] = insert_bound_point(s, q[0].face, q[0].position, edge, out);
       continue;
     }
-    for (std::size_t side = 0; side < 2; ++side) bound[side] = insert_bound_point(s, q[side].face, q[side].position, edge, out);
+    for (std::size_t side = 0; side < 2; ++side)
+      bound[side] = insert_bound_point(s, q[side].face, q[side].position, edge, out);
     const double across = dot(s.walled.at(bound[0]) - s.walled.at(bound[1]), normals[v.index()]);
     if (!(across > 0))
-      return refuse(v, fmt::format("collision vertex {}: its + side lies below its - side; the collision mesh is outside the "
-                                   "visual mesh or folded over it there", v.value + 1));
+      return refuse(
+          v, fmt::format("collision vertex {}: its + side lies below its - side; the collision mesh is outside the "
+                         "visual mesh or folded over it there",
+                         v.value + 1));
     out.half_thickness[v.index()] = 0.5 * across;
   }
 
@@ -341,7 +360,8 @@ Result<BoundVertices> bind_closed(SplitSurface& s, const SkinSearch& search, con
   return out;
 }
 
-std::vector<std::vector<std::int32_t>> border_loops(std::span<const std::int32_t> origin, std::span<const std::int32_t> twin) {
+std::vector<std::vector<std::int32_t>> border_loops(std::span<const std::int32_t> origin,
+                                                    std::span<const std::int32_t> twin) {
   // The only border half-edge that leaves a border vertex, found by turning clockwise around the end of the last one.
   std::vector<std::vector<std::int32_t>> loops;
   std::vector<std::uint8_t> done;
@@ -412,7 +432,8 @@ bool order_on_loop(std::vector<double>& s, double perimeter, bool& moved) {
       const Block b = blocks.back();
       blocks.pop_back();
       Block& a = blocks.back();
-      a.mean = (a.mean * static_cast<double>(a.count) + b.mean * static_cast<double>(b.count)) / static_cast<double>(a.count + b.count);
+      a.mean = (a.mean * static_cast<double>(a.count) + b.mean * static_cast<double>(b.count)) /
+               static_cast<double>(a.count + b.count);
       a.count += b.count;
     }
     x += step[(first + i) % n];
@@ -424,7 +445,8 @@ bool order_on_loop(std::vector<double>& s, double perimeter, bool& moved) {
     const double following = k + 1 < blocks.size() ? blocks[k + 1].mean : blocks[0].mean + perimeter;
     const double room = 0.4 * std::min(blocks[k].mean - previous, following - blocks[k].mean);
     for (std::size_t j = 0; j < blocks[k].count; ++j, ++i) {
-      const double shift = blocks[k].count == 1 ? 0 : -1 + 2 * static_cast<double>(j) / static_cast<double>(blocks[k].count - 1);
+      const double shift =
+          blocks[k].count == 1 ? 0 : -1 + 2 * static_cast<double>(j) / static_cast<double>(blocks[k].count - 1);
       double value = std::fmod(blocks[k].mean + shift * room, perimeter);
       if (value < 0) value += perimeter;
       s[(first + i) % n] = value;
@@ -450,9 +472,10 @@ Result<BoundVertices> bind_open(SplitSurface& s, const SkinSearch& search, const
   }
   const auto coarse = border_loops(origin, twin), fine = border_loops(w.origin, w.twin);
   if (coarse.size() != fine.size())
-    return bad_input(fmt::format("the visual mesh is an open sheet with {} border(s), the collision mesh has {}: every border "
-                                 "of the sheet needs one in the collision mesh (and a closed body a closed visual mesh)",
-                                 fine.size(), coarse.size()));
+    return bad_input(
+        fmt::format("the visual mesh is an open sheet with {} border(s), the collision mesh has {}: every border "
+                    "of the sheet needs one in the collision mesh (and a closed body a closed visual mesh)",
+                    fine.size(), coarse.size()));
 
   // Each collision loop takes the visual loop that most of its vertices are closest to.
   std::vector<std::int32_t> owner(fine.size(), -1);
@@ -472,8 +495,10 @@ Result<BoundVertices> bind_open(SplitSurface& s, const SkinSearch& search, const
     }
     const auto k = static_cast<std::size_t>(std::max_element(votes.begin(), votes.end()) - votes.begin());
     if (owner[k] >= 0)
-      return bad_input(fmt::format("two borders of the collision mesh (at vertices {} and {}) lie at the same border of the visual "
-                                   "mesh", coarse[at(owner[k])][0] + 1, coarse[l][0] + 1));
+      return bad_input(
+          fmt::format("two borders of the collision mesh (at vertices {} and {}) lie at the same border of the visual "
+                      "mesh",
+                      coarse[at(owner[k])][0] + 1, coarse[l][0] + 1));
     owner[k] = static_cast<std::int32_t>(l);
 
     // Arc-length positions along the loop.
@@ -486,23 +511,30 @@ Result<BoundVertices> bind_open(SplitSurface& s, const SkinSearch& search, const
       const LoopPoint q = closest_on_loop(w, loop, c.rest[CV(v)]);
       const double edge = border_frame(c, CV(v), {0, 0, 1}).length;
       if (q.distance > 2 * edge)
-        return bad_input(fmt::format("collision vertex {}: the border of the visual mesh is farther away than two edges; are "
-                                     "both meshes in the same place and in the same unit?", v + 1));
+        return bad_input(
+            fmt::format("collision vertex {}: the border of the visual mesh is farther away than two edges; are "
+                        "both meshes in the same place and in the same unit?",
+                        v + 1));
       position.push_back(start[at(q.segment)] + q.t * (start[at(q.segment) + 1] - start[at(q.segment)]));
     }
     const double perimeter = start.back();
     bool moved = false;
     if (!order_on_loop(position, perimeter, moved))
-      return bad_input(fmt::format("the border of the collision mesh at vertex {} does not follow the border of the visual mesh "
-                                   "once around; move its vertices near the border, in order", coarse[l][0] + 1));
+      return bad_input(
+          fmt::format("the border of the collision mesh at vertex {} does not follow the border of the visual mesh "
+                      "once around; move its vertices near the border, in order",
+                      coarse[l][0] + 1));
     if (moved)
-      out.warnings.push_back(fmt::format("border vertices of the collision mesh near vertex {} are out of order along the visual "
-                                         "border and were moved apart", coarse[l][0] + 1));
+      out.warnings.push_back(
+          fmt::format("border vertices of the collision mesh near vertex {} are out of order along the visual "
+                      "border and were moved apart",
+                      coarse[l][0] + 1));
 
     // Into the mesh, in order: snap to a border vertex that is not taken yet, else split.
     std::vector<std::size_t> by_position(position.size());
     for (std::size_t i = 0; i < by_position.size(); ++i) by_position[i] = i;
-    std::stable_sort(by_position.begin(), by_position.end(), [&](std::size_t i, std::size_t j) { return position[i] < position[j]; });
+    std::stable_sort(by_position.begin(), by_position.end(),
+                     [&](std::size_t i, std::size_t j) { return position[i] < position[j]; });
     std::vector<std::uint8_t> taken(loop.size(), 0);
     std::size_t segment = 0;
     std::vector<std::pair<double, std::size_t>> split;  // (t, index) of the current segment
@@ -528,8 +560,8 @@ Result<BoundVertices> bind_open(SplitSurface& s, const SkinSearch& search, const
       const double t = (position[i] - start[segment]) / (start[segment + 1] - start[segment]);
       const std::size_t nearest = t < 0.5 ? segment : (segment + 1) % loop.size();
       // The order must survive: no other point of this segment between this one and the vertex.
-      const bool alone = t < 0.5 ? split.empty()
-                                 : j + 1 == by_position.size() || position[by_position[j + 1]] >= start[segment + 1];
+      const bool alone =
+          t < 0.5 ? split.empty() : j + 1 == by_position.size() || position[by_position[j + 1]] >= start[segment + 1];
       if (std::min(t, 1 - t) < kSnapFraction && alone && !taken[nearest]) {
         taken[nearest] = 1;
         out.bound[at(coarse[l][i])][0] = loop[nearest];
@@ -551,8 +583,10 @@ Result<BoundVertices> bind_open(SplitSurface& s, const SkinSearch& search, const
     });
     const auto q = search.closest(c.rest[v], {}, edge);
     if (!q)
-      return bad_input(fmt::format("collision vertex {}: the visual mesh is farther away than its longest edge; are both meshes in "
-                                   "the same place and in the same unit?", v.value + 1));
+      return bad_input(
+          fmt::format("collision vertex {}: the visual mesh is farther away than its longest edge; are both meshes in "
+                      "the same place and in the same unit?",
+                      v.value + 1));
     out.bound[v.index()][0] = insert_bound_point(s, q->face, q->position, mean, out);
   }
   warn_flipped(s, c, out);

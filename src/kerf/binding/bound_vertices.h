@@ -9,16 +9,17 @@
 
 #include "kerf/base/result.h"
 #include "kerf/binding/cell_complex.h"
-#include "kerf/binding/split_surface.h"
 #include "kerf/binding/skin_search.h"
+#include "kerf/binding/split_surface.h"
 
 namespace kerf {
 
 struct BoundVertices {
-  std::vector<std::array<std::int32_t, 2>> bound;  ///< |V collision|: visual vertex per side; equal on the rim; open: [-] is -1
-  std::vector<double> half_thickness;              ///< |V collision|, metres
-  int inserted = 0;                                ///< points that became new visual vertices
-  int snapped = 0;                                 ///< points that took an existing vertex
+  std::vector<std::array<std::int32_t, 2>>
+      bound;                           ///< |V collision|: visual vertex per side; equal on the rim; open: [-] is -1
+  std::vector<double> half_thickness;  ///< |V collision|, metres
+  int inserted = 0;                    ///< points that became new visual vertices
+  int snapped = 0;                     ///< points that took an existing vertex
   std::vector<std::string> warnings;
 };
 
@@ -38,6 +39,7 @@ Result<BoundVertices> bind_open(SplitSurface& surface, const SkinSearch& search,
                                 double thickness);
 
 /// Border loops of half-edge arrays as vertex lists in the direction of their half-edges.
-std::vector<std::vector<std::int32_t>> border_loops(std::span<const std::int32_t> origin, std::span<const std::int32_t> twin);
+std::vector<std::vector<std::int32_t>> border_loops(std::span<const std::int32_t> origin,
+                                                    std::span<const std::int32_t> twin);
 
 }  // namespace kerf

@@ -70,52 +70,67 @@ struct CollisionMesh : HalfEdgeMesh<CollisionTag> {
   Journaled<V, Vec3> rest;                          ///< metres
   Journaled<V, Vec3> offset;                        ///< rest +- offset are the prism's corners: normal x half thickness
   Journaled<V, std::array<VisualVertex, 2>> bound;  ///< per side; equal on the rim; open sheet: [-] none
-  Journaled<V, PoolRun> line;                       ///< inner visual vertices from bound[+] to bound[-]; borders made by a cut only
-  Journaled<V, V> ancestor;                         ///< the vertex it was split off from by a cut (twins share it); itself at birth
+  Journaled<V, PoolRun> line;  ///< inner visual vertices from bound[+] to bound[-]; borders made by a cut only
+  Journaled<V, V> ancestor;    ///< the vertex it was split off from by a cut (twins share it); itself at birth
   // per triangle
   Journaled<F, RootId> root;
-  Journaled<F, std::array<PoolRun, 2>> free;        ///< free visual vertices inside, per side, in any order
+  Journaled<F, std::array<PoolRun, 2>> free;  ///< free visual vertices inside, per side, in any order
 
   template <class Fn>
   void for_each_array(Fn&& f) {
     for_each_topology_array(f);
-    f(chain); f(wall); f(rest); f(offset); f(bound); f(line); f(ancestor); f(root); f(free);
+    f(chain);
+    f(wall);
+    f(rest);
+    f(offset);
+    f(bound);
+    f(line);
+    f(ancestor);
+    f(root);
+    f(free);
   }
   [[nodiscard]] bool has_chain(H h) const { return chain[h][0].exists(); }
   /// Is this vertex on the original rim (or on the border of an open sheet)?
   [[nodiscard]] bool on_rim(V v) const { return bound[v][0] == bound[v][1]; }
   /// Is this edge a border that a cut has made?
-  [[nodiscard]] bool is_lip(H h) const { return is_border(h) && (wall[h].valid() || !on_rim(from(h)) || !on_rim(to(h))); }
+  [[nodiscard]] bool is_lip(H h) const {
+    return is_border(h) && (wall[h].valid() || !on_rim(from(h)) || !on_rim(to(h)));
+  }
 };
 
 struct VisualMesh : HalfEdgeMesh<VisualTag> {
   // per half-edge
-  Journaled<H, Vec2f> texture;          ///< per corner, so that seams and walls need no vertices of their own
-  Journaled<H, std::uint8_t> barrier;   ///< 1: the edge lies on a chain, line or border; walks and floods stop here
+  Journaled<H, Vec2f> texture;         ///< per corner, so that seams and walls need no vertices of their own
+  Journaled<H, std::uint8_t> barrier;  ///< 1: the edge lies on a chain, line or border; walks and floods stop here
   // per vertex
-  Journaled<V, Vec3> rest;              ///< metres
-  Journaled<V, Vec3f> normal;           ///< of the skin at rest, unit; interpolated at new vertices; walls have their own
-  Journaled<V, std::uint8_t> free;      ///< 1: not on any chain, border or line; only ever 1 -> 0
+  Journaled<V, Vec3> rest;          ///< metres
+  Journaled<V, Vec3f> normal;       ///< of the skin at rest, unit; interpolated at new vertices; walls have their own
+  Journaled<V, std::uint8_t> free;  ///< 1: not on any chain, border or line; only ever 1 -> 0
   // per face
   Journaled<F, Patch> patch;
 
   template <class Fn>
   void for_each_array(Fn&& f) {
     for_each_topology_array(f);
-    f(texture); f(barrier); f(rest); f(normal); f(free); f(patch);
+    f(texture);
+    f(barrier);
+    f(rest);
+    f(normal);
+    f(free);
+    f(patch);
   }
 };
 
 struct CellComplex {
   CollisionMesh collision;
   VisualMesh visual;
-  Journaled<PoolIndex, VisualVertex> chain_pool;        ///< chains and lines
-  Journaled<PoolIndex, VisualVertex> free_pool;         ///< free vertices of the triangles
-  Journaled<WallId, CollisionHalfEdge> wall_edge;       ///< the border half-edge that a wall hangs on
-  Journaled<WallId, PoolRun> wall_inner;                ///< inner visual vertices of the wall (not on chains or lines), any order
+  Journaled<PoolIndex, VisualVertex> chain_pool;   ///< chains and lines
+  Journaled<PoolIndex, VisualVertex> free_pool;    ///< free vertices of the triangles
+  Journaled<WallId, CollisionHalfEdge> wall_edge;  ///< the border half-edge that a wall hangs on
+  Journaled<WallId, PoolRun> wall_inner;  ///< inner visual vertices of the wall (not on chains or lines), any order
   Journaled<PoolIndex, VisualVertex> wall_pool;
-  bool closed = false;                                  ///< the visual mesh has two sides
-  double mean_root_edge = 0;                            ///< metres; the unit of all cutting tolerances
+  bool closed = false;        ///< the visual mesh has two sides
+  double mean_root_edge = 0;  ///< metres; the unit of all cutting tolerances
 
   // Copies and moves are compiled once, in cell_complex.cpp.
   CellComplex();
@@ -129,7 +144,11 @@ struct CellComplex {
   void for_each_array(Fn&& f) {
     collision.for_each_array(f);
     visual.for_each_array(f);
-    f(chain_pool); f(free_pool); f(wall_edge); f(wall_inner); f(wall_pool);
+    f(chain_pool);
+    f(free_pool);
+    f(wall_edge);
+    f(wall_inner);
+    f(wall_pool);
   }
 };
 

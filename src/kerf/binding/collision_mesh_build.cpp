@@ -43,7 +43,8 @@ Result<CollisionMesh> build_collision_mesh(const TriangleMesh& surface, std::spa
     const Vec3 a = surface.positions[t[0]], b = surface.positions[t[1]], c = surface.positions[t[2]];
     const Vec3 x = normalized(b - a), normal = cross(b - a, c - a);
     if (!(norm(normal) > 1e-12 * norm(b - a) * norm(c - a)))
-      return bad_input(fmt::format("collision mesh: triangle {} has no area; remove it or move its vertices apart", f + 1));
+      return bad_input(
+          fmt::format("collision mesh: triangle {} has no area; remove it or move its vertices apart", f + 1));
     const Vec3 y = cross(normalized(normal), x);
     planar.push_back({0, 0});
     planar.push_back({norm(b - a), 0});
@@ -86,7 +87,8 @@ Result<CollisionMesh> build_collision_mesh(const TriangleMesh& surface, std::spa
 
 double mean_edge(const CollisionMesh& c) {
   double sum = 0;
-  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(c.half_edge_count())) sum += norm(c.rest[c.to(h)] - c.rest[c.from(h)]);
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(c.half_edge_count()))
+    sum += norm(c.rest[c.to(h)] - c.rest[c.from(h)]);
   return sum / static_cast<double>(c.half_edge_count());
 }
 

@@ -53,7 +53,8 @@ Displacement measure_displacement(const CellComplex& x) {
   std::vector<Part> blocks((faces + kBlock - 1) / kBlock);
   parallel_for(blocks.size(), kBlocks, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      for (std::size_t f = i * kBlock; f < std::min(faces, (i + 1) * kBlock); ++f) add_face(x, VisualTriangle(f), blocks[i]);
+      for (std::size_t f = i * kBlock; f < std::min(faces, (i + 1) * kBlock); ++f)
+        add_face(x, VisualTriangle(f), blocks[i]);
   });
   Part total;
   for (const Part& b : blocks) {

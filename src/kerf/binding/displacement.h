@@ -7,7 +7,7 @@ namespace kerf {
 
 /// In parts of the mean edge of the collision mesh.
 struct Displacement {
-  double mean = 0;     ///< by area
+  double mean = 0;  ///< by area
   double largest = 0;
 };
 

@@ -31,7 +31,8 @@ void Dissection::run(const RowGraph& graph, std::span<const Vec3> points, std::s
   const double largest = std::max({size.x, size.y, size.z}), scale = largest > 0 ? 1 / largest : 0;
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3 p = scale * (points[i] - box.min);
-    items_[i] = {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, 0, static_cast<std::int32_t>(i)};
+    items_[i] = {
+        {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, 0, static_cast<std::int32_t>(i)};
   }
   for (std::size_t i = 0; i < n; ++i) {
     float reach = 0;
@@ -72,7 +73,9 @@ std::size_t Dissection::halve(std::size_t begin, std::size_t end) {
   for (int k = 1; k < 3; ++k)
     if (high[k] - low[k] > high[axis_] - low[axis_]) axis_ = k;
   const float start = low[axis_], scale = static_cast<float>(kBins) / (high[axis_] - start);
-  const auto bin_of = [&](const Item& item) { return std::min(kBins - 1, static_cast<std::size_t>((item.p[axis_] - start) * scale)); };
+  const auto bin_of = [&](const Item& item) {
+    return std::min(kBins - 1, static_cast<std::size_t>((item.p[axis_] - start) * scale));
+  };
   const std::size_t half = (end - begin) / 2;
   cut_ = HUGE_VALF;
   if (!(scale > 0 && scale < HUGE_VALF)) return begin + half;  // all in one place

@@ -18,9 +18,9 @@ struct RowGraph {
 class Dissection {
  public:
   struct Node {
-    std::int32_t begin, end;       ///< its own rows: order()[begin .. end); its children's rows come before them
-    std::int32_t children[2];      ///< numbers of nodes, -1: none
-    std::int32_t depth, side;      ///< root: 0, 0; side: which child of its parent it is
+    std::int32_t begin, end;   ///< its own rows: order()[begin .. end); its children's rows come before them
+    std::int32_t children[2];  ///< numbers of nodes, -1: none
+    std::int32_t depth, side;  ///< root: 0, 0; side: which child of its parent it is
   };
 
   /// Halves space across its longest direction until no part has more than `most` rows. `points`: one per row, near each other where
@@ -28,7 +28,7 @@ class Dissection {
   void run(const RowGraph& graph, std::span<const Vec3> points, std::size_t most);
 
   [[nodiscard]] const std::vector<std::int32_t>& order() const { return order_; }  ///< new -> old
-  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }          ///< children before their parents, root last
+  [[nodiscard]] const std::vector<Node>& nodes() const { return nodes_; }  ///< children before their parents, root last
 
  private:
   struct Item {
@@ -45,8 +45,8 @@ class Dissection {
   std::vector<Item> items_, moved_;
   std::vector<std::int32_t> order_, half_;  ///< half_: per row: stamp of the first half it was in last
   std::int32_t stamp_ = 0;
-  int axis_ = 0;     ///< of the last halving
-  float cut_ = 0;    ///< no row of the second half lies below it, but for ties
+  int axis_ = 0;   ///< of the last halving
+  float cut_ = 0;  ///< no row of the second half lies below it, but for ties
   std::vector<Node> nodes_;
 };
 

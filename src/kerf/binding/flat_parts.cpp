@@ -58,7 +58,8 @@ class FlatParts {
     while (!long_.empty() && s_.parent.size() < most_faces) {
       const Long e = long_.top();
       long_.pop();
-      if (w_.opposite(e.h) > e.h || length(e.h) != e.length || !concerns(e.h)) continue;  // the number stands for another edge by now
+      if (w_.opposite(e.h) > e.h || length(e.h) != e.length || !concerns(e.h))
+        continue;  // the number stands for another edge by now
       const std::int32_t g = w_.opposite(e.h);
       const std::int32_t m = split_edge(s_, e.h, 0.5);
       part_.push_back(part_[at(e.h / 3)]);
@@ -77,12 +78,16 @@ class FlatParts {
   struct Long {
     double length;
     std::int32_t h;
-    friend bool operator<(const Long& a, const Long& b) { return a.length != b.length ? a.length < b.length : a.h > b.h; }
+    friend bool operator<(const Long& a, const Long& b) {
+      return a.length != b.length ? a.length < b.length : a.h > b.h;
+    }
   };
 
   [[nodiscard]] std::int32_t half_edges() const { return static_cast<std::int32_t>(w_.origin.size()); }
   [[nodiscard]] double length(std::int32_t h) const { return norm(w_.at(w_.to(h)) - w_.at(w_.from(h))); }
-  [[nodiscard]] double longest_of(std::int32_t f) const { return std::max({length(3 * f), length(3 * f + 1), length(3 * f + 2)}); }
+  [[nodiscard]] double longest_of(std::int32_t f) const {
+    return std::max({length(3 * f), length(3 * f + 1), length(3 * f + 2)});
+  }
   /// Twice the area, along the normal.
   [[nodiscard]] Vec3 area(std::int32_t f) const {
     const Vec3 a = w_.at(w_.from(3 * f));
@@ -99,15 +104,19 @@ class FlatParts {
     if (g < 0) return false;
     const Vec3 n = area(h / 3), m = area(g / 3), a = w_.at(w_.from(h)), c = w_.at(w_.apex(h)), d = w_.at(w_.apex(g));
     const double off = kFlatOff * std::max(longest_of(h / 3), longest_of(g / 3));
-    if (!(dot(n, m) > 0) || std::fabs(dot(d - a, n)) > off * norm(n) || std::fabs(dot(c - a, m)) > off * norm(m)) return false;
+    if (!(dot(n, m) > 0) || std::fabs(dot(d - a, n)) > off * norm(n) || std::fabs(dot(c - a, m)) > off * norm(m))
+      return false;
     if (s_.texture.empty()) return true;
     const auto uv = [&](std::int32_t k) { return Vec2{s_.texture[at(k)].x, s_.texture[at(k)].y}; };
     const std::int32_t hn = WalledSurface::next(h), gn = WalledSurface::next(g);
-    const auto apart = [](Vec2 p, Vec2 q) { return std::max(std::fabs(p.x - q.x), std::fabs(p.y - q.y)) > kFlatTexture; };
+    const auto apart = [](Vec2 p, Vec2 q) {
+      return std::max(std::fabs(p.x - q.x), std::fabs(p.y - q.y)) > kFlatTexture;
+    };
     const Vec3 b = w_.at(w_.to(h));
     const double wb = dot(cross(d - a, c - a), n) / dot(n, n), wc = dot(cross(b - a, d - a), n) / dot(n, n);
     const Vec2 ua = uv(h), ub = uv(hn), uc = uv(WalledSurface::prev(h));
-    return !apart(ua, uv(gn)) && !apart(ub, uv(g)) && !apart(ua + wb * (ub - ua) + wc * (uc - ua), uv(WalledSurface::prev(g)));
+    return !apart(ua, uv(gn)) && !apart(ub, uv(g)) &&
+           !apart(ua + wb * (ub - ua) + wc * (uc - ua), uv(WalledSurface::prev(g)));
   }
 
   [[nodiscard]] bool concerns(std::int32_t h) const {

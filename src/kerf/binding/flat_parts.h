@@ -8,8 +8,8 @@
 namespace kerf {
 
 struct FlatPartLimits {
-  double spoke = 0;            ///< metres; parts with a thin triangle that has a longer inner edge are triangulated anew
-  double edge = 0;             ///< metres; edges of these parts that are longer are halved, longest first
+  double spoke = 0;  ///< metres; parts with a thin triangle that has a longer inner edge are triangulated anew
+  double edge = 0;   ///< metres; edges of these parts that are longer are halved, longest first
   std::size_t most_faces = 0;  ///< until there are so many
 };
 

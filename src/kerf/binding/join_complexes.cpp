@@ -75,8 +75,9 @@ void append_complex(const CellComplex& part, CellComplex& whole) {
   const auto size = [](const auto& array) { return static_cast<std::int32_t>(array.size()); };
   CollisionMesh& c = whole.collision;
   VisualMesh& m = whole.visual;
-  const Offsets o{size(c.outgoing), size(c.origin) / 3, size(m.outgoing), size(m.origin) / 3, root_count(whole),
-                  size(whole.wall_edge), size(whole.chain_pool), size(whole.free_pool), size(whole.wall_pool)};
+  const Offsets o{size(c.outgoing),       size(c.origin) / 3,    size(m.outgoing),
+                  size(m.origin) / 3,     root_count(whole),     size(whole.wall_edge),
+                  size(whole.chain_pool), size(whole.free_pool), size(whole.wall_pool)};
   const auto same = [](const auto& item) { return item; };
   const double edges = static_cast<double>(edge_count(c)), more = static_cast<double>(edge_count(part.collision));
   whole.mean_root_edge = (edges * whole.mean_root_edge + more * part.mean_root_edge) / (edges + more);

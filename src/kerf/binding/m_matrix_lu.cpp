@@ -16,13 +16,13 @@ constexpr std::size_t kLeaf = 12;
 std::size_t padded(std::size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
 
 /// c(r, j) -= sum over k of a(k, r) b(k, j): four rows of c and eight or four columns.
-inline void subtract_wide_tile(double* c, std::size_t stride_c, const double* a, std::size_t stride_a, const double* b, std::size_t stride_b,
-                               std::size_t depth) {
+inline void subtract_wide_tile(double* c, std::size_t stride_c, const double* a, std::size_t stride_a, const double* b,
+                               std::size_t stride_b, std::size_t depth) {
   double* const c1 = c + stride_c;
   double* const c2 = c1 + stride_c;
   double* const c3 = c2 + stride_c;
-  Lanes l0 = load_lanes(c), r0 = load_lanes(c + kLanes), l1 = load_lanes(c1), r1 = load_lanes(c1 + kLanes), l2 = load_lanes(c2), r2 = load_lanes(c2 + kLanes), l3 = load_lanes(c3),
-       r3 = load_lanes(c3 + kLanes);
+  Lanes l0 = load_lanes(c), r0 = load_lanes(c + kLanes), l1 = load_lanes(c1), r1 = load_lanes(c1 + kLanes),
+        l2 = load_lanes(c2), r2 = load_lanes(c2 + kLanes), l3 = load_lanes(c3), r3 = load_lanes(c3 + kLanes);
   for (std::size_t k = 0; k < depth; ++k, a += stride_a, b += stride_b) {
     const Lanes left = load_lanes(b), right = load_lanes(b + kLanes);
     l0 -= all_lanes(a[0]) * left, r0 -= all_lanes(a[0]) * right;
@@ -35,8 +35,8 @@ inline void subtract_wide_tile(double* c, std::size_t stride_c, const double* a,
   store_lanes(c2, l2), store_lanes(c2 + kLanes, r2);
   store_lanes(c3, l3), store_lanes(c3 + kLanes, r3);
 }
-inline void subtract_tile(double* c, std::size_t stride_c, const double* a, std::size_t stride_a, const double* b, std::size_t stride_b,
-                          std::size_t depth) {
+inline void subtract_tile(double* c, std::size_t stride_c, const double* a, std::size_t stride_a, const double* b,
+                          std::size_t stride_b, std::size_t depth) {
   double* const c1 = c + stride_c;
   double* const c2 = c1 + stride_c;
   double* const c3 = c2 + stride_c;
@@ -49,13 +49,15 @@ inline void subtract_tile(double* c, std::size_t stride_c, const double* a, std:
 }
 
 /// c -= transposed(a) b; rows and columns of c are whole lanes.
-void subtract_product(double* c, std::size_t stride_c, const double* a, std::size_t stride_a, const double* b, std::size_t stride_b,
-                      std::size_t rows, std::size_t columns, std::size_t depth) {
+void subtract_product(double* c, std::size_t stride_c, const double* a, std::size_t stride_a, const double* b,
+                      std::size_t stride_b, std::size_t rows, std::size_t columns, std::size_t depth) {
   std::size_t j = 0;
   for (; j + 2 * kLanes <= columns; j += 2 * kLanes)
-    for (std::size_t r = 0; r < rows; r += kLanes) subtract_wide_tile(c + r * stride_c + j, stride_c, a + r, stride_a, b + j, stride_b, depth);
+    for (std::size_t r = 0; r < rows; r += kLanes)
+      subtract_wide_tile(c + r * stride_c + j, stride_c, a + r, stride_a, b + j, stride_b, depth);
   if (j < columns)
-    for (std::size_t r = 0; r < rows; r += kLanes) subtract_tile(c + r * stride_c + j, stride_c, a + r, stride_a, b + j, stride_b, depth);
+    for (std::size_t r = 0; r < rows; r += kLanes)
+      subtract_tile(c + r * stride_c + j, stride_c, a + r, stride_a, b + j, stride_b, depth);
 }
 
 /// Eliminates four pivots: u, l: their rows of U and columns of L from the diagonal on, `width` long. L is scaled to a unit
@@ -75,15 +77,20 @@ bool eliminate_four(double* u, double* l, std::size_t stride, std::size_t width)
   }
   const auto u_at = [&](std::size_t i, std::size_t j) { return all_lanes(u[i * stride + j]); };
   const auto l_at = [&](std::size_t i, std::size_t j) { return all_lanes(l[i * stride + j]); };
-  const Lanes u01 = u_at(0, 1), u02 = u_at(0, 2), u03 = u_at(0, 3), u12 = u_at(1, 2), u13 = u_at(1, 3), u23 = u_at(2, 3);
-  const Lanes l01 = l_at(0, 1), l02 = l_at(0, 2), l03 = l_at(0, 3), l12 = l_at(1, 2), l13 = l_at(1, 3), l23 = l_at(2, 3);
-  const Lanes d0 = all_lanes(inverse[0]), d1 = all_lanes(inverse[1]), d2 = all_lanes(inverse[2]), d3 = all_lanes(inverse[3]);
+  const Lanes u01 = u_at(0, 1), u02 = u_at(0, 2), u03 = u_at(0, 3), u12 = u_at(1, 2), u13 = u_at(1, 3),
+              u23 = u_at(2, 3);
+  const Lanes l01 = l_at(0, 1), l02 = l_at(0, 2), l03 = l_at(0, 3), l12 = l_at(1, 2), l13 = l_at(1, 3),
+              l23 = l_at(2, 3);
+  const Lanes d0 = all_lanes(inverse[0]), d1 = all_lanes(inverse[1]), d2 = all_lanes(inverse[2]),
+              d3 = all_lanes(inverse[3]);
   for (std::size_t j = kLanes; j < width; j += kLanes) {
-    const Lanes u0 = load_lanes(u + j), u1 = load_lanes(u + stride + j) - l01 * u0, u2 = load_lanes(u + 2 * stride + j) - l02 * u0 - l12 * u1;
+    const Lanes u0 = load_lanes(u + j), u1 = load_lanes(u + stride + j) - l01 * u0,
+                u2 = load_lanes(u + 2 * stride + j) - l02 * u0 - l12 * u1;
     store_lanes(u + stride + j, u1);
     store_lanes(u + 2 * stride + j, u2);
     store_lanes(u + 3 * stride + j, load_lanes(u + 3 * stride + j) - l03 * u0 - l13 * u1 - l23 * u2);
-    const Lanes l0 = d0 * load_lanes(l + j), l1 = d1 * (load_lanes(l + stride + j) - u01 * l0), l2 = d2 * (load_lanes(l + 2 * stride + j) - u02 * l0 - u12 * l1);
+    const Lanes l0 = d0 * load_lanes(l + j), l1 = d1 * (load_lanes(l + stride + j) - u01 * l0),
+                l2 = d2 * (load_lanes(l + 2 * stride + j) - u02 * l0 - u12 * l1);
     store_lanes(l + j, l0);
     store_lanes(l + stride + j, l1);
     store_lanes(l + 2 * stride + j, l2);
@@ -134,7 +141,8 @@ void MMatrixLu::analyse(const SparseRows& a, std::span<const Vec3> points) {
   transposed_.resize(a.value.size());
   place_.assign(a.first.begin(), a.first.end() - 1);
   for (std::size_t i = 0; i < n; ++i)
-    for (std::int32_t k = a.first[i]; k < a.first[i + 1]; ++k) transposed_[at(place_[at(a.column[at(k)])]++)] = a.value[at(k)];
+    for (std::int32_t k = a.first[i]; k < a.first[i + 1]; ++k)
+      transposed_[at(place_[at(a.column[at(k)])]++)] = a.value[at(k)];
 
   mark_.assign(n, -1);
   others_.clear();
@@ -181,7 +189,8 @@ void MMatrixLu::assemble(const SparseRows& a, const std::vector<Vec2>& x, std::s
   double* const upper = upper_.data() + front.upper;
   std::fill_n(upper, own * stride, 0);
   lower_.assign(own * stride, 0);
-  for (std::int32_t k = 0; k < front.other_count; ++k) place_[at(others_[at(front.others + k)])] = static_cast<std::int32_t>(own) + k;
+  for (std::int32_t k = 0; k < front.other_count; ++k)
+    place_[at(others_[at(front.others + k)])] = static_cast<std::int32_t>(own) + k;
   for (std::int32_t r = front.begin; r < front.end; ++r) place_[at(r)] = r - front.begin;
   for (std::size_t i = count; i < own; ++i) upper[i * stride + i] = 1;
   for (std::size_t i = 0; i < count; ++i) {

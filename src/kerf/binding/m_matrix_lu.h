@@ -29,9 +29,9 @@ class MMatrixLu {
   /// A dense matrix: a node's own rows (padded to whole lanes), then rows of its ancestors that they are coupled to, then the
   /// right-hand sides as two more columns.
   struct Front {
-    std::int32_t begin, end;             ///< own rows, by rank
-    std::int32_t others, other_count;    ///< ranks of the ancestors' rows: others_[others] ..., ascending
-    std::size_t upper;                   ///< where its rows of U are kept
+    std::int32_t begin, end;           ///< own rows, by rank
+    std::int32_t others, other_count;  ///< ranks of the ancestors' rows: others_[others] ..., ascending
+    std::size_t upper;                 ///< where its rows of U are kept
     [[nodiscard]] std::size_t own() const { return static_cast<std::size_t>(end - begin); }
   };
   void analyse(const SparseRows& a, std::span<const Vec3> points);
@@ -46,12 +46,12 @@ class MMatrixLu {
   std::vector<std::int32_t> rank_, place_, mark_, others_;  ///< place_: column of a rank in the front at work
   std::vector<double> transposed_;                          ///< value of the entry (j, i) for the entry (i, j)
   std::vector<Front> fronts_;
-  std::vector<double> upper_;                               ///< rows of U of all fronts, with 1 / pivot on the diagonal
-  std::vector<double> lower_;                               ///< columns of L of the front at work, as rows
-  std::vector<std::vector<double>> remainder_;              ///< what is left for the parent: one per depth and side
-  std::vector<std::uint32_t> target_;                       ///< columns of a child's front in its parent's
-  std::vector<double> column_;                              ///< scratch of the last step
-  std::vector<Vec2> solution_;                              ///< by rank
+  std::vector<double> upper_;                   ///< rows of U of all fronts, with 1 / pivot on the diagonal
+  std::vector<double> lower_;                   ///< columns of L of the front at work, as rows
+  std::vector<std::vector<double>> remainder_;  ///< what is left for the parent: one per depth and side
+  std::vector<std::uint32_t> target_;           ///< columns of a child's front in its parent's
+  std::vector<double> column_;                  ///< scratch of the last step
+  std::vector<Vec2> solution_;                  ///< by rank
 };
 
 }  // namespace kerf

@@ -27,14 +27,18 @@ struct BoundaryPoint {
   Vec2 planar;
 };
 
-enum class Weights { kMeanValue, kUpright, kUniform };  // tried in this order; kUpright: mean value, of the real positions
+enum class Weights {
+  kMeanValue,
+  kUpright,
+  kUniform
+};  // tried in this order; kUpright: mean value, of the real positions
 
 /// Memory of one patch's system.
 struct PatchSystem {
   std::vector<BoundaryPoint> boundary;  ///< ascending by vertex
   std::vector<std::int32_t> inner;      ///< vertices by local index
   SparseRows rows;
-  std::vector<Vec3> points;             ///< of the inner vertices
+  std::vector<Vec3> points;  ///< of the inner vertices
   std::vector<Vec2> x;
   MMatrixLu lu;
   struct Spoke {
@@ -69,7 +73,8 @@ class Parametrizer {
  public:
   Parametrizer(const SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, const PathNetwork& network,
                const PatchMap& patches, std::vector<Vec2> memory)
-      : planar(std::move(memory)), w_(s.walled), upright_(s.upright), c_(c), vertices_(vertices), network_(network), patches_(patches), local_(s.walled.position.size(), -1) {
+      : planar(std::move(memory)), w_(s.walled), upright_(s.upright), c_(c), vertices_(vertices), network_(network),
+        patches_(patches), local_(s.walled.position.size(), -1) {
     planar.resize(s.walled.origin.size());
   }
 
@@ -82,7 +87,8 @@ class Parametrizer {
       for (std::size_t side = 0; side < 2; ++side) {
         const PoolRun run = network_.chain[h.index()][side];
         if (!run.exists() || run.reversed) continue;
-        const Vec3 start = w_.at(vertices_.bound[c_.from(h).index()][side]), end = w_.at(vertices_.bound[c_.to(h).index()][side]);
+        const Vec3 start = w_.at(vertices_.bound[c_.from(h).index()][side]),
+                   end = w_.at(vertices_.bound[c_.to(h).index()][side]);
         double length = 0;
         Vec3 last = start;
         for (std::int32_t i = 0; i < run.count; ++i) {
@@ -96,9 +102,10 @@ class Parametrizer {
           double& t = t_[run.at(i).index()];
           t /= length;
           if (!(t > previous && t < 1))
-            return failed(fmt::format("collision edge {}-{}: two points of its path coincide at visual vertex {}; the visual mesh has "
-                                      "triangles too thin for double precision there", c_.from(h).value + 1, c_.to(h).value + 1,
-                                      network_.pool[run.at(i).index()] + 1));
+            return failed(fmt::format(
+                "collision edge {}-{}: two points of its path coincide at visual vertex {}; the visual mesh has "
+                "triangles too thin for double precision there",
+                c_.from(h).value + 1, c_.to(h).value + 1, network_.pool[run.at(i).index()] + 1));
           previous = t;
         }
       }
@@ -133,7 +140,8 @@ class Parametrizer {
         const std::int32_t v = w_.from(3 * f + k);
         q[at(k)] = planar[at(3 * f + k)] = w_.wall_vertex[at(v)] ? boundary_point(p, v) : p.x[at(local_[at(v)])];
       }
-      if (!(std::isfinite(q[0].x + q[1].x + q[2].x + q[0].y + q[1].y + q[2].y)) || orient2d(q[0], q[1], q[2]) <= 0) return false;
+      if (!(std::isfinite(q[0].x + q[1].x + q[2].x + q[0].y + q[1].y + q[2].y)) || orient2d(q[0], q[1], q[2]) <= 0)
+        return false;
     }
     return true;
   }
@@ -154,11 +162,14 @@ class Parametrizer {
         p.boundary.push_back({network_.pool[run.at(i).index()], {q.x, mirror * q.y}});
       }
     }
-    std::sort(p.boundary.begin(), p.boundary.end(), [](const BoundaryPoint& a, const BoundaryPoint& b) { return a.vertex < b.vertex; });
+    std::sort(p.boundary.begin(), p.boundary.end(),
+              [](const BoundaryPoint& a, const BoundaryPoint& b) { return a.vertex < b.vertex; });
   }
 
   static Vec2 boundary_point(const PatchSystem& p, std::int32_t v) {
-    return std::lower_bound(p.boundary.begin(), p.boundary.end(), v, [](const BoundaryPoint& a, std::int32_t b) { return a.vertex < b; })->planar;
+    return std::lower_bound(p.boundary.begin(), p.boundary.end(), v,
+                            [](const BoundaryPoint& a, std::int32_t b) { return a.vertex < b; })
+        ->planar;
   }
 
   void assemble(Weights weights, PatchSystem& p) const {
@@ -175,13 +186,15 @@ class Parametrizer {
       const std::int32_t start = w_.outgoing[at(v)];
       std::int32_t h = start;
       do {  // inner vertices have a closed fan
-        const Vec3 d = weights == Weights::kUpright ? upright_[at(w_.to(h))] - upright_[at(v)] : w_.at(w_.to(h)) - w_.at(v);
+        const Vec3 d =
+            weights == Weights::kUpright ? upright_[at(w_.to(h))] - upright_[at(v)] : w_.at(w_.to(h)) - w_.at(v);
         p.spokes.push_back({w_.to(h), d, norm(d), 1});
         h = w_.opposite(WalledSurface::prev(h));
       } while (h != start);
       const std::size_t m = p.spokes.size();
       if (weights != Weights::kUniform) {
-        double before = tan_half(p.spokes[m - 1].direction, p.spokes[0].direction, p.spokes[m - 1].length, p.spokes[0].length);
+        double before =
+            tan_half(p.spokes[m - 1].direction, p.spokes[0].direction, p.spokes[m - 1].length, p.spokes[0].length);
         for (std::size_t k = 0; k < m; ++k) {
           const auto& next = p.spokes[(k + 1) % m];
           const double after = tan_half(p.spokes[k].direction, next.direction, p.spokes[k].length, next.length);
@@ -216,20 +229,20 @@ class Parametrizer {
   }
 
   const WalledSurface& w_;
-  const std::vector<Vec3>& upright_;   ///< empty: as in w_
+  const std::vector<Vec3>& upright_;  ///< empty: as in w_
   const CollisionMesh& c_;
   const BoundVertices& vertices_;
   const PathNetwork& network_;
   const PatchMap& patches_;
-  std::vector<double> t_;              ///< per pool item
-  std::vector<std::int32_t> local_;    ///< per free vertex: index in its patch's system; each belongs to one patch
+  std::vector<double> t_;            ///< per pool item
+  std::vector<std::int32_t> local_;  ///< per free vertex: index in its patch's system; each belongs to one patch
 };
 
 }  // namespace
 
-Result<Parametrization> parametrize(const SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices,
-                                    const PathNetwork& network, const PatchMap& patches, bool closed, std::vector<Vec2> planar,
-                                    const Progress& progress) {
+Result<Parametrization> parametrize(const SplitSurface& surface, const CollisionMesh& collision,
+                                    const BoundVertices& vertices, const PathNetwork& network, const PatchMap& patches,
+                                    bool closed, std::vector<Vec2> planar, const Progress& progress) {
   Parametrizer parametrizer(surface, collision, vertices, network, patches, std::move(planar));
   KERF_TRY(parametrizer.measure_chains());
   const std::size_t step = closed ? 1 : 2, count = 2 * collision.face_count() / step;
@@ -256,8 +269,10 @@ Result<Parametrization> parametrize(const SplitSurface& surface, const Collision
   Parametrization result;
   for (std::size_t i = 0; i < count; ++i) {
     if (outcome[i] == kBad)
-      return failed(fmt::format("collision triangle {} ({} side): its part of the visual mesh has triangles too thin to be laid out in double "
-                                "precision; remesh the visual mesh there", step * i / 2 + 1, step * i % 2 == 0 ? "+" : "-"));
+      return failed(fmt::format(
+          "collision triangle {} ({} side): its part of the visual mesh has triangles too thin to be laid out in double "
+          "precision; remesh the visual mesh there",
+          step * i / 2 + 1, step * i % 2 == 0 ? "+" : "-"));
     result.upright_patches += outcome[i] == kUpright;
     result.uniform_patches += outcome[i] == kUniform;
   }

@@ -12,8 +12,9 @@ namespace kerf {
 
 struct Parametrization {
   std::vector<Vec2> planar;  ///< 3 |F visual| corners; the - side mirrored (y -> -y)
-  int upright_patches = 0;   ///< patches that needed the weights of the real positions, because those of squashed ones turned a triangle over
-  int uniform_patches = 0;   ///< patches that needed uniform weights, because those turned one over too
+  int upright_patches =
+      0;  ///< patches that needed the weights of the real positions, because those of squashed ones turned a triangle over
+  int uniform_patches = 0;  ///< patches that needed uniform weights, because those turned one over too
 };
 
 /// One small sparse system per patch, in parallel, with the same bits for any number of threads. Every planar triangle is positively
@@ -21,8 +22,8 @@ struct Parametrization {
 /// the corners of the collision triangle, bound vertices hold its corners' bits. Fails, naming the collision triangle,
 /// where even uniform weights give no valid map (triangles too thin for double precision).
 /// `planar`: memory for the result, of any contents.
-Result<Parametrization> parametrize(const SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices,
-                                    const PathNetwork& network, const PatchMap& patches, bool closed, std::vector<Vec2> planar,
-                                    const Progress& progress);
+Result<Parametrization> parametrize(const SplitSurface& surface, const CollisionMesh& collision,
+                                    const BoundVertices& vertices, const PathNetwork& network, const PatchMap& patches,
+                                    bool closed, std::vector<Vec2> planar, const Progress& progress);
 
 }  // namespace kerf

@@ -142,7 +142,8 @@ void plan_stops(WalledSurface& w, const SurfacePath& path, double mean_edge, std
       continue;
     }
     snapped = -1;
-    p.t = std::clamp(p.t, w.wall_vertex[at(p.a)] ? margins.wall : margins.snap, 1 - (w.wall_vertex[at(p.b)] ? margins.wall : margins.snap));
+    p.t = std::clamp(p.t, w.wall_vertex[at(p.a)] ? margins.wall : margins.snap,
+                     1 - (w.wall_vertex[at(p.b)] ? margins.wall : margins.snap));
     plan.push_back(p);
   }
 }
@@ -194,7 +195,8 @@ bool in_sector(const WalledSurface& w, std::int32_t v, Sector sector, std::int32
 
 /// The section of the surface with the plane through s and t with this normal, from s towards t. On the rim of a closed body
 /// with the mid-surface's normal this is the rim itself. Empty if it meets a wall or does not arrive.
-SurfacePath trace_section(const WalledSurface& w, std::int32_t s, std::int32_t t, Vec3 normal, Sector at_s, Sector at_t) {
+SurfacePath trace_section(const WalledSurface& w, std::int32_t s, std::int32_t t, Vec3 normal, Sector at_s,
+                          Sector at_t) {
   const Vec3 origin = w.at(s), chord = w.at(t) - origin;
   const auto height = [&](std::int32_t v) { return dot(w.at(v) - origin, normal); };
   const double limit = 3 * norm(chord);
@@ -246,7 +248,8 @@ SurfacePath trace_section(const WalledSurface& w, std::int32_t s, std::int32_t t
 double greatest_height(const WalledSurface& w, const SurfacePath& path, Vec3 origin, Vec3 normal) {
   double highest = 0;
   for (const PathStop& stop : path.stops) {
-    const Vec3 p = stop.vertex >= 0 ? w.at(stop.vertex) : lerp(w.at(w.from(stop.half_edge)), w.at(w.to(stop.half_edge)), stop.t);
+    const Vec3 p =
+        stop.vertex >= 0 ? w.at(stop.vertex) : lerp(w.at(w.from(stop.half_edge)), w.at(w.to(stop.half_edge)), stop.t);
     highest = std::max(highest, std::fabs(dot(p - origin, normal)));
   }
   return highest;
@@ -274,8 +277,10 @@ class Pieces {
 
 class PathInserter {
  public:
-  PathInserter(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, bool closed, const PathNetworkOptions& options)
-      : surface_(s), collision_(c), vertices_(vertices), closed_(closed), mean_edge_(mean_edge(c)), options_(options), order_(c, closed) {
+  PathInserter(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, bool closed,
+               const PathNetworkOptions& options)
+      : surface_(s), collision_(c), vertices_(vertices), closed_(closed), mean_edge_(mean_edge(c)), options_(options),
+        order_(c, closed) {
     network_.chain.assign(c.half_edge_count(), {PoolRun{}, PoolRun{}});
   }
 
@@ -303,9 +308,12 @@ class PathInserter {
     for (const CH h : inner) length[h.index()] = norm(c.rest[c.to(h)] - c.rest[c.from(h)]);
     std::vector<std::uint8_t> rank(c.half_edge_count(), 1);
     for (const CH h : inner)
-      if (c.on_border(c.from(h)) && c.on_border(c.to(h)) && pieces.find(c.from(h).index()) != pieces.find(c.to(h).index())) rank[h.index()] = 0;
+      if (c.on_border(c.from(h)) && c.on_border(c.to(h)) &&
+          pieces.find(c.from(h).index()) != pieces.find(c.to(h).index()))
+        rank[h.index()] = 0;
     std::stable_sort(inner.begin(), inner.end(), [&](CH a, CH b) {
-      return rank[a.index()] != rank[b.index()] ? rank[a.index()] < rank[b.index()] : length[a.index()] < length[b.index()];
+      return rank[a.index()] != rank[b.index()] ? rank[a.index()] < rank[b.index()]
+                                                : length[a.index()] < length[b.index()];
     });
     std::vector<CH> tree, others;
     for (const CH h : inner) (pieces.join(c.from(h).index(), c.to(h).index()) ? tree : others).push_back(h);
@@ -314,7 +322,8 @@ class PathInserter {
     for (const auto* list : {&tree, &others})
       for (const CH h : *list) {
         KERF_TRY(closed_ ? insert_both(h) : insert(h, 0));
-        if (++done % 64 == 0) KERF_TRY(options_.progress("paths", static_cast<double>(done) / static_cast<double>(inner.size())));
+        if (++done % 64 == 0)
+          KERF_TRY(options_.progress("paths", static_cast<double>(done) / static_cast<double>(inner.size())));
       }
     return std::move(network_);
   }
@@ -336,8 +345,8 @@ class PathInserter {
 
   Error edge_error(CH h, int side, const std::string& reason) const {
     if (options_.at_fault != nullptr) *options_.at_fault = {collision_.from(h), collision_.to(h)};
-    return failed(fmt::format("collision edge {}-{} ({} side): {}", collision_.from(h).value + 1, collision_.to(h).value + 1,
-                              side == 0 ? "+" : "-", reason));
+    return failed(fmt::format("collision edge {}-{} ({} side): {}", collision_.from(h).value + 1,
+                              collision_.to(h).value + 1, side == 0 ? "+" : "-", reason));
   }
 
   /// On an open sheet the border itself is the path; a chord would leave a slice that belongs to no patch.
@@ -361,10 +370,15 @@ class PathInserter {
 
   Status insert_path(CH h, int side, const SurfacePath& path) {
     const double edge = norm(collision_.rest[collision_.to(h)] - collision_.rest[collision_.from(h)]);
-    const double ends = norm(surface_.walled.at(bound(collision_.to(h), side)) - surface_.walled.at(bound(collision_.from(h), side)));
+    const double ends =
+        norm(surface_.walled.at(bound(collision_.to(h), side)) - surface_.walled.at(bound(collision_.from(h), side)));
     if (path.length > kWinding * std::max(edge, ends))
-      return edge_error(h, side, fmt::format("its path winds around earlier ones, {:.0f} times as long as the edge; the collision mesh is folded "
-                                             "there, or fits the body badly", path.length / std::max(edge, ends)));
+      return edge_error(
+          h, side,
+          fmt::format(
+              "its path winds around earlier ones, {:.0f} times as long as the edge; the collision mesh is folded "
+              "there, or fits the body badly",
+              path.length / std::max(edge, ends)));
     const auto first = static_cast<std::int32_t>(network_.pool.size());
     plan_stops(surface_.walled, path, mean_edge_, plan_);
     if (!insert_stops(surface_, plan_, network_.pool))
@@ -382,7 +396,8 @@ class PathInserter {
             order_.sector(w, bound(collision_.to(h), side), order_.slot(h, side, true))};
   }
   Result<SurfacePath> find(CH h, int side, const Ends& ends, PathScratch& scratch) const {
-    return find_path(surface_.walled, bound(collision_.from(h), side), bound(collision_.to(h), side), ends.at_s, ends.at_t, {options_.exact}, scratch);
+    return find_path(surface_.walled, bound(collision_.from(h), side), bound(collision_.to(h), side), ends.at_s,
+                     ends.at_t, {options_.exact}, scratch);
   }
 
   /// Both sides of a closed body: the two paths are looked for side by side. Where the first one is in the way of the second, that is
@@ -404,7 +419,8 @@ class PathInserter {
   bool are_apart(const SurfacePath& a, const SurfacePath& b) {
     list_faces(a, near_[0]);
     list_faces(b, near_[1]);
-    for (auto i = near_[0].begin(), j = near_[1].begin(); i != near_[0].end() && j != near_[1].end(); *i < *j ? ++i : ++j)
+    for (auto i = near_[0].begin(), j = near_[1].begin(); i != near_[0].end() && j != near_[1].end();
+         *i < *j ? ++i : ++j)
       if (*i == *j) return false;
     return true;
   }
@@ -413,7 +429,8 @@ class PathInserter {
     faces.clear();
     for (std::size_t i = 0; i < path.stops.size(); ++i) {
       std::int32_t h = path.stops[i].half_edge;
-      if (h < 0 && i > 0 && path.stops[i - 1].vertex >= 0) h = find_half_edge(w, path.stops[i - 1].vertex, path.stops[i].vertex);  // along an edge
+      if (h < 0 && i > 0 && path.stops[i - 1].vertex >= 0)
+        h = find_half_edge(w, path.stops[i - 1].vertex, path.stops[i].vertex);  // along an edge
       if (h < 0) continue;
       faces.push_back(h / 3);
       if (w.opposite(h) >= 0) faces.push_back(w.opposite(h) / 3);
@@ -481,7 +498,8 @@ Result<PathNetwork> insert_paths(SplitSurface& surface, const CollisionMesh& col
   return PathInserter(surface, collision, vertices, closed, options).run();
 }
 
-int split_dividing_edges(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, const PathNetwork& network) {
+int split_dividing_edges(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices,
+                         const PathNetwork& network) {
   WalledSurface& w = s.walled;
   // Which chain a vertex lies inside of (numbered 2 half-edge + side), and for bound vertices: -2.
   constexpr std::int32_t kNone = -1, kBound = -2;
@@ -491,7 +509,8 @@ int split_dividing_edges(SplitSurface& s, const CollisionMesh& c, const BoundVer
       if (v >= 0) owner[at(v)] = kBound;
   const auto ends = [&](std::int32_t chain) {
     const CH h(chain / 2);
-    return std::array<std::int32_t, 2>{vertices.bound[c.from(h).index()][at(chain % 2)], vertices.bound[c.to(h).index()][at(chain % 2)]};
+    return std::array<std::int32_t, 2>{vertices.bound[c.from(h).index()][at(chain % 2)],
+                                       vertices.bound[c.to(h).index()][at(chain % 2)]};
   };
   for (std::size_t h = 0; h < network.chain.size(); ++h)
     for (std::size_t side = 0; side < 2; ++side) {

@@ -22,12 +22,13 @@ struct PathNetwork {
   std::vector<std::int32_t> pool;             ///< inner visual vertices of all chains
   std::vector<std::array<PoolRun, 2>> chain;  ///< per collision half-edge and side, as CollisionMesh::chain
   int paths = 0;
-  int rim_followed = 0;                       ///< rim paths that follow the mid-surface because the shortest one left the rim
+  int rim_followed = 0;  ///< rim paths that follow the mid-surface because the shortest one left the rim
 };
 
 struct PathNetworkOptions {
   bool exact = false;  ///< exact geodesics instead of locally shortest paths
-  std::function<void()> after_rim = {};  ///< called when the paths of a closed body's rim are in; may move the surface's vertices
+  std::function<void()> after_rim =
+      {};  ///< called when the paths of a closed body's rim are in; may move the surface's vertices
   Progress progress = {};
   std::vector<CollisionVertex>* at_fault = nullptr;  ///< receives the ends of the edge that has no path
 };

@@ -28,7 +28,8 @@ double shortest_edge(const CollisionMesh& c, CV v) {
 
 Vec3 area_vector(const CollisionMesh& c, CT f, std::span<const Vec3> place) {
   const Vec3 p = place[c.from(CollisionMesh::corner(f, 0)).index()];
-  return cross(place[c.from(CollisionMesh::corner(f, 1)).index()] - p, place[c.from(CollisionMesh::corner(f, 2)).index()] - p);
+  return cross(place[c.from(CollisionMesh::corner(f, 1)).index()] - p,
+               place[c.from(CollisionMesh::corner(f, 2)).index()] - p);
 }
 
 /// Sum of the area vectors of faces that are steep to n and are reached from vertex `start` within `reach` over steep faces.
@@ -51,7 +52,8 @@ class SideNormal {
         const std::int32_t f = h / 3;
         if (added_[at(f)] != round_) {
           added_[at(f)] = round_;
-          const Vec3 a = w_.at(w_.from(3 * f)), area = cross(w_.at(w_.from(3 * f + 1)) - a, w_.at(w_.from(3 * f + 2)) - a);
+          const Vec3 a = w_.at(w_.from(3 * f)),
+                     area = cross(w_.at(w_.from(3 * f + 1)) - a, w_.at(w_.from(3 * f + 2)) - a);
           if (std::fabs(dot(area, n)) < kSteepCosine * norm(area)) {
             sum += area;
             for (std::int32_t k = 3 * f; k < 3 * f + 3; ++k) visit(w_.from(k), centre, reach);
@@ -78,7 +80,8 @@ class SideNormal {
 }  // namespace
 
 bool stays_upright(Vec3 before, Vec3 after) {
-  return dot(before, after) > kLeadShrink * dot(before, before) && dot(before, after) > kLeadTurnCosine * norm(before) * norm(after);
+  return dot(before, after) > kLeadShrink * dot(before, before) &&
+         dot(before, after) > kLeadTurnCosine * norm(before) * norm(after);
 }
 
 Result<std::int64_t> lead_border(CollisionMesh& c, const SplitSurface& s, const BoundVertices& vertices) {
@@ -116,7 +119,8 @@ Result<std::int64_t> lead_border(CollisionMesh& c, const SplitSurface& s, const 
   return count;
 }
 
-void lean_border_normals(const CollisionMesh& c, const SplitSurface& s, const BoundVertices& vertices, std::span<Vec3> normals) {
+void lean_border_normals(const CollisionMesh& c, const SplitSurface& s, const BoundVertices& vertices,
+                         std::span<Vec3> normals) {
   SideNormal side(s.walled);
   for (const CV v : ids<CV>(c.vertex_count())) {
     if (!c.on_border(v)) continue;

@@ -20,6 +20,7 @@ Result<std::int64_t> lead_border(CollisionMesh& collision, const SplitSurface& s
 
 /// Turns the normals of border vertices until they are at right angles to the side of the body: a mid-surface that is bent has a normal
 /// at its border that isn't. `surface`: with its real positions. Where the side is sharp, without steep faces, normals stay.
-void lean_border_normals(const CollisionMesh& collision, const SplitSurface& surface, const BoundVertices& vertices, std::span<Vec3> normals);
+void lean_border_normals(const CollisionMesh& collision, const SplitSurface& surface, const BoundVertices& vertices,
+                         std::span<Vec3> normals);
 
 }  // namespace kerf

@@ -42,7 +42,9 @@ double angle_of(double sine, double cosine) {
   const double size = std::fabs(cosine), low = sine < size ? sine : size, high = sine < size ? size : sine;
   const double t = low / high, q = t * t;
   double p = 0.0028662257;
-  for (const double c : {-0.0161657367, 0.0429096138, -0.0752896400, 0.1065626393, -0.1420889944, 0.1999355085, -0.3333314528, 1.0}) p = p * q + c;
+  for (const double c :
+       {-0.0161657367, 0.0429096138, -0.0752896400, 0.1065626393, -0.1420889944, 0.1999355085, -0.3333314528, 1.0})
+    p = p * q + c;
   const double acute = sine < size ? p * t : 0.5 * std::numbers::pi - p * t;
   return cosine < 0 ? std::numbers::pi - acute : acute;
 }
@@ -51,7 +53,8 @@ Vec3f blended_normal(Vec3f a, Vec3f b, double t) { return to_float(normalized(le
 
 }  // namespace
 
-std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles, HalfEdgeRoom room) {
+std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions,
+                                  std::span<const std::array<std::int32_t, 3>> triangles, HalfEdgeRoom room) {
   std::vector<Vec3> sum(positions.size());
   for (const auto& t : triangles) {
     const Vec3 a = positions[at(t[0])], b = positions[at(t[1])], c = positions[at(t[2])];
@@ -69,7 +72,8 @@ std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions, std::span<con
 }
 
 SplitSurface make_split_surface(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles,
-                                HalfEdgeArrays connected, std::vector<Vec3f> normals, std::vector<Vec2f> texture, HalfEdgeRoom room) {
+                                HalfEdgeArrays connected, std::vector<Vec3f> normals, std::vector<Vec2f> texture,
+                                HalfEdgeRoom room) {
   SplitSurface s;
   WalledSurface& w = s.walled;
   const std::size_t vertices = positions.size() + room.vertices, faces = triangles.size() + room.triangles;
@@ -154,7 +158,8 @@ bool split_long_edges(SplitSurface& s, double limit, std::size_t most_faces) {
     for (std::int32_t h = 0; h < static_cast<std::int32_t>(w.origin.size()); ++h)
       if (w.opposite(h) < h && length(h) > limit) edges.push_back({length(h), h});
     if (edges.empty()) break;
-    std::sort(edges.begin(), edges.end(), [](const Long& x, const Long& y) { return x.length != y.length ? x.length > y.length : x.h < y.h; });
+    std::sort(edges.begin(), edges.end(),
+              [](const Long& x, const Long& y) { return x.length != y.length ? x.length > y.length : x.h < y.h; });
     // A split before this one may have changed which edge the number stands for.
     for (const Long& e : edges)
       if (s.parent.size() < most_faces && length(e.h) > limit) split_edge(s, e.h, 0.5);
@@ -178,10 +183,12 @@ void make_own_parents(SplitSurface& s) {
 
 void flip_edge(SplitSurface& s, std::int32_t h) {
   WalledSurface& w = s.walled;
-  const std::int32_t g = w.opposite(h), hn = WalledSurface::next(h), hp = WalledSurface::prev(h), gn = WalledSurface::next(g), gp = WalledSurface::prev(g);
+  const std::int32_t g = w.opposite(h), hn = WalledSurface::next(h), hp = WalledSurface::prev(h),
+                     gn = WalledSurface::next(g), gp = WalledSurface::prev(g);
   const std::int32_t a = w.from(h), b = w.to(h), c = w.from(hp), d = w.from(gp);
   // (a, b, c) and (b, a, d) become (d, c, a) and (c, d, b).
-  const std::array<std::int32_t, 4> outer{w.opposite(hp), w.opposite(gn), w.opposite(gp), w.opposite(hn)};  // of c-a, a-d, d-b, b-c
+  const std::array<std::int32_t, 4> outer{w.opposite(hp), w.opposite(gn), w.opposite(gp),
+                                          w.opposite(hn)};  // of c-a, a-d, d-b, b-c
   if (!s.texture.empty()) {
     const Vec2f ua = s.texture[at(h)], ub = s.texture[at(g)], uc = s.texture[at(hp)], ud = s.texture[at(gp)];
     s.texture[at(h)] = s.texture[at(gn)] = ud;
@@ -211,8 +218,9 @@ std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> w
   const std::int32_t m = s.vertex_count();
   // Relative to corner a: a far origin must not cost digits.
   w.position.push_back(w.at(a) + (weights[1] * (w.at(b) - w.at(a)) + weights[2] * (w.at(c) - w.at(a))));
-  s.normal.push_back(to_float(normalized(weights[0] * to_double(s.normal[at(a)]) + weights[1] * to_double(s.normal[at(b)]) +
-                                         weights[2] * to_double(s.normal[at(c)]))));
+  s.normal.push_back(
+      to_float(normalized(weights[0] * to_double(s.normal[at(a)]) + weights[1] * to_double(s.normal[at(b)]) +
+                          weights[2] * to_double(s.normal[at(c)]))));
   w.wall_vertex.push_back(0);
   const std::int32_t p = s.parent[at(f)];
   const std::int32_t n = append_face(s, b, c, m, p), k = append_face(s, c, a, m, p);
@@ -233,9 +241,9 @@ std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> w
   }
   w.wall[at(h1)] = w.wall[at(h2)] = 0;
   w.origin[at(h2)] = m;
-  connect(w, h1, n + 2);      // b -> m, m -> b
-  connect(w, n + 1, k + 2);   // c -> m, m -> c
-  connect(w, k + 1, h2);      // a -> m, m -> a
+  connect(w, h1, n + 2);     // b -> m, m -> b
+  connect(w, n + 1, k + 2);  // c -> m, m -> c
+  connect(w, k + 1, h2);     // a -> m, m -> a
   w.outgoing.push_back(h2);
   return m;
 }

@@ -31,12 +31,14 @@ struct SplitSurface {
 };
 
 /// Unit normals of the vertices: those of the triangles, weighted by their angles.
-std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles, HalfEdgeRoom room = {});
+std::vector<Vec3f> smooth_normals(std::span<const Vec3> positions,
+                                  std::span<const std::array<std::int32_t, 3>> triangles, HalfEdgeRoom room = {});
 
 /// The surface before any split: no walls, border vertices are wall vertices. `texture`: 3 |F| or empty. `room`: memory for what splits
 /// will add; what is given should have it too.
 SplitSurface make_split_surface(std::span<const Vec3> positions, std::span<const std::array<std::int32_t, 3>> triangles,
-                                HalfEdgeArrays connected, std::vector<Vec3f> normals, std::vector<Vec2f> texture, HalfEdgeRoom room = {});
+                                HalfEdgeArrays connected, std::vector<Vec3f> normals, std::vector<Vec2f> texture,
+                                HalfEdgeRoom room = {});
 
 /// Splits edge h = a->b (and its twin) at a + t (b - a); returns the new vertex m. h becomes a->m in place and the edge c->a
 /// of its face keeps its id; only the edge from b to the apex moves to a new face, on both sides. Both halves keep the wall flag.

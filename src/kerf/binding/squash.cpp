@@ -144,7 +144,9 @@ class Squasher {
         const CollisionHalfEdge across = c_.twin[CollisionHalfEdge(3 * f + static_cast<std::int32_t>((k + 1) % 3))];
         if (!across.valid()) continue;
         const std::int32_t g = CollisionMesh::face(across).value;
-        if (std::find(tried.begin(), tried.begin() + static_cast<std::ptrdiff_t>(count), g) != tried.begin() + static_cast<std::ptrdiff_t>(count)) continue;
+        if (std::find(tried.begin(), tried.begin() + static_cast<std::ptrdiff_t>(count), g) !=
+            tried.begin() + static_cast<std::ptrdiff_t>(count))
+          continue;
         farthest = beyond;
         next = g;
       }
@@ -167,7 +169,8 @@ class Squasher {
 
 }  // namespace
 
-std::int64_t squash(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices, std::span<const Vec3> normals) {
+std::int64_t squash(SplitSurface& s, const CollisionMesh& c, const BoundVertices& vertices,
+                    std::span<const Vec3> normals) {
   WalledSurface& w = s.walled;
   std::vector<Vec3> place;
   place.reserve(w.position.capacity());

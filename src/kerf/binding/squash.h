@@ -16,7 +16,8 @@ namespace kerf {
 /// vertices, unit. A vertex starts in the prism of the vertex it is reached from, breadth first from the bound vertices, so that layers that come
 /// near each other are not mixed up. Beyond the rim the last prism is extended. The same bits for any number of threads.
 /// Returns how many vertices stand where the normals of a prism cross: they are projected along its triangle's normal.
-std::int64_t squash(SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices, std::span<const Vec3> normals);
+std::int64_t squash(SplitSurface& surface, const CollisionMesh& collision, const BoundVertices& vertices,
+                    std::span<const Vec3> normals);
 
 /// Gives the vertices, and those that came of splits in between, their real positions back.
 void stand_up(SplitSurface& surface);

@@ -51,13 +51,16 @@ Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
   const std::size_t nv = mesh.positions.size();
   if (mesh.triangles.empty()) return bad_input(fmt::format("{}: it has no triangles", name));
   if (mesh.has_texture() && mesh.texture.size() != mesh.triangles.size())
-    return bad_input(fmt::format("{}: {} triangles, but texture coordinates for {}", name, mesh.triangles.size(), mesh.texture.size()));
+    return bad_input(fmt::format("{}: {} triangles, but texture coordinates for {}", name, mesh.triangles.size(),
+                                 mesh.texture.size()));
   std::vector<Range> ranges((nv + kChunk - 1) / kChunk, Range{{}, nv});
-  parallel_for(nv, kChunk, [&](std::size_t begin, std::size_t end) { ranges[begin / kChunk] = range_of(mesh, begin, end); });
+  parallel_for(nv, kChunk,
+               [&](std::size_t begin, std::size_t end) { ranges[begin / kChunk] = range_of(mesh, begin, end); });
   Box3 bounds;
   for (const Range& range : ranges) {
     if (range.not_finite != nv)
-      return bad_input(fmt::format("{}: vertex {} has a coordinate that is not a finite number", name, range.not_finite + 1));
+      return bad_input(
+          fmt::format("{}: vertex {} has a coordinate that is not a finite number", name, range.not_finite + 1));
     bounds.add(range.box.min);
     bounds.add(range.box.max);
   }
@@ -67,7 +70,8 @@ Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
     for (const VertexId v : mesh.triangles[TriangleId(f)]) {
       if (!v.valid() || v.index() >= nv)
-        return bad_input(fmt::format("{}: triangle {} refers to vertex {}, but there are {} vertices", name, f + 1, v.value + 1, nv));
+        return bad_input(fmt::format("{}: triangle {} refers to vertex {}, but there are {} vertices", name, f + 1,
+                                     v.value + 1, nv));
       used[v.index()] = 1;
     }
 
@@ -111,15 +115,17 @@ Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
       const auto& t = mesh.triangles[TriangleId(f)];
       const std::array<std::int32_t, 3> r{rename[t[0].index()], rename[t[1].index()], rename[t[2].index()]};
       out.triangles[f] = r;
-      if (flat[begin / kChunk] == nf && is_flat(out.positions[at(r[0])], out.positions[at(r[1])], out.positions[at(r[2])]))
+      if (flat[begin / kChunk] == nf &&
+          is_flat(out.positions[at(r[0])], out.positions[at(r[1])], out.positions[at(r[2])]))
         flat[begin / kChunk] = f;
     }
   });
   for (const std::size_t f : flat) {
     if (f == nf) continue;
     const auto& t = mesh.triangles[TriangleId(f)];
-    return bad_input(fmt::format("{}: triangle {} (vertices {}, {}, {}) has no area; remove it or move its vertices apart", name, f + 1,
-                                 t[0].value + 1, t[1].value + 1, t[2].value + 1));
+    return bad_input(
+        fmt::format("{}: triangle {} (vertices {}, {}, {}) has no area; remove it or move its vertices apart", name,
+                    f + 1, t[0].value + 1, t[1].value + 1, t[2].value + 1));
   }
   return out;
 }

@@ -14,8 +14,8 @@ struct BodyPair {
   const BodyView& a;
   const BodyView& b;
   bool self;
-  double most_sway;  ///< of the other body
-  QuietBody* quiet;  ///< of a body with itself; else null
+  double most_sway;                                ///< of the other body
+  QuietBody* quiet;                                ///< of a body with itself; else null
   std::array<std::array<LipEnd, 2>, 2>& lip_ends;  ///< of the vertex at work: of its lips' feet, upper and lower
 
   /// How much of a gap can still matter at a vertex of a, m.
@@ -23,7 +23,9 @@ struct BodyPair {
     return run.margin + kApproach * ((self ? a.frame.sway[v.index()] : a.frame.travel[v.index()]) + most_sway);
   }
   /// How far from its mid-surface the other one's can be and still matter, m.
-  [[nodiscard]] double reach(CollisionVertex v) const { return a.frame.thickness[v.index()] + b.frame.greatest_offset + approach(v); }
+  [[nodiscard]] double reach(CollisionVertex v) const {
+    return a.frame.thickness[v.index()] + b.frame.greatest_offset + approach(v);
+  }
 };
 
 /// A vertex against scratch.near_faces: its rims against theirs, itself against them. Has it contacts with faces?

@@ -18,19 +18,19 @@ struct SurfacePoint {
   std::int32_t body = 0;                  ///< which one, where there are several
   std::array<CollisionVertex, 3> vertex;  ///< unused ones, at the end, are invalid
   std::array<double, 3> weight{};         ///< sum 1 over the used ones
-  double lift = 0;  ///< 1: on the + side, -1: on the - side, 0: on the mid-surface
+  double lift = 0;                        ///< 1: on the + side, -1: on the - side, 0: on the mid-surface
 };
 
 struct Contact {
-  std::uint64_t key = 0;  ///< features that touch (kind, obstacle, vertex or edge or face on each side); unique
-  SurfacePoint a;         ///< the body's point
-  SurfacePoint b;         ///< the other point of a body, if vertex[0] is valid
+  std::uint64_t key = 0;       ///< features that touch (kind, obstacle, vertex or edge or face on each side); unique
+  SurfacePoint a;              ///< the body's point
+  SurfacePoint b;              ///< the other point of a body, if vertex[0] is valid
   std::int32_t obstacle = -1;  ///< else: index of the obstacle
   std::int32_t tool = -1;      ///< or of the tool, whose freedoms are solved for
-  Vec3 point;             ///< where they touch, on the other side, m
-  Vec3 normal;            ///< unit, from the other side to a
-  double gap = 0;         ///< at the start of the step, m
-  Vec3 other_velocity;    ///< of the obstacle at `point`, m/s
+  Vec3 point;                  ///< where they touch, on the other side, m
+  Vec3 normal;                 ///< unit, from the other side to a
+  double gap = 0;              ///< at the start of the step, m
+  Vec3 other_velocity;         ///< of the obstacle at `point`, m/s
   double friction = 0;
 };
 

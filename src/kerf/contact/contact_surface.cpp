@@ -90,7 +90,8 @@ void copy_face(const CollisionMesh& mesh, ContactSurface& s, F f) {
 /// Its cut edges near the tree's nodes, in (+1) or out (-1).
 void count_cut_edges(ContactSurface& s, F f, int change) {
   for (int i = 0; i < 3; ++i)
-    if (const H h = ContactSurface::corner(f, i); s.cut[h] != 0) count_cut_edge(s, s.rest[s.from(h)], s.rest[s.to(h)], change);
+    if (const H h = ContactSurface::corner(f, i); s.cut[h] != 0)
+      count_cut_edge(s, s.rest[s.from(h)], s.rest[s.to(h)], change);
 }
 
 /// Different for different bodies: what detection remembers of one is never taken for another.

@@ -36,18 +36,20 @@ struct ContactSurface {
   IndexedArray<V, std::uint8_t> on_cut;  ///< 1: an end of such an edge
   IndexedArray<F, std::uint8_t> coarse;  ///< 1: so large against the thickness that its vertices alone miss too much
   SurfaceTree tree;
-  std::vector<std::int32_t> node_open;   ///< per node: cut edges and other gaps in the surface near it; see rest_neighbours.h
-  std::vector<std::uint32_t> node_changes; ///< per leaf: how often triangles in it, or who are neighbours in it, have changed; only grows
+  std::vector<std::int32_t>
+      node_open;  ///< per node: cut edges and other gaps in the surface near it; see rest_neighbours.h
+  std::vector<std::uint32_t>
+      node_changes;  ///< per leaf: how often triangles in it, or who are neighbours in it, have changed; only grows
   // Of the uncut body, fixed.
   IndexedArray<RootId, std::array<Vec3, 3>> root_corner;
   IndexedArray<RootId, std::uint8_t> root_border;  ///< bit i: edge corner i to i+1 was a border before any cut
   IndexedArray<RootId, std::int32_t> root_piece;   ///< two with different numbers never hung together
   TreeBoxes rest_boxes;                            ///< of the tree, at rest
   IndexedArray<RootId, std::uint32_t> root_leaf;   ///< of the tree
-  std::vector<std::int32_t> node_piece;            ///< per node: the piece of the body that it belongs to, or -1: several
-  std::vector<float> node_thinnest;                ///< per node: least radius, m; cuts don't lower it
-  double largest_radius = 0;                       ///< m
-  double size = 0;                                 ///< diagonal of its box, m
+  std::vector<std::int32_t> node_piece;  ///< per node: the piece of the body that it belongs to, or -1: several
+  std::vector<float> node_thinnest;      ///< per node: least radius, m; cuts don't lower it
+  double largest_radius = 0;             ///< m
+  double size = 0;                       ///< diagonal of its box, m
 
   static constexpr F face(H h) { return CollisionMesh::face(h); }
   static constexpr H corner(F f, int i) { return CollisionMesh::corner(f, i); }
@@ -63,7 +65,9 @@ struct ContactSurface {
     return {origin[corner(f, 0)], origin[corner(f, 1)], origin[corner(f, 2)]};
   }
   /// Is the edge between coarse triangles, or on the border of one?
-  [[nodiscard]] bool is_coarse_edge(H h) const { return coarse[face(h)] != 0 || (twin[h].valid() && coarse[face(twin[h])] != 0); }
+  [[nodiscard]] bool is_coarse_edge(H h) const {
+    return coarse[face(h)] != 0 || (twin[h].valid() && coarse[face(twin[h])] != 0);
+  }
   /// Calls visit(h) for every half-edge that leaves v (one per face) until visit returns false: outgoing[v], counter-clockwise those that follow, and
   /// behind a border clockwise the others.
   template <class Visit>

@@ -29,7 +29,9 @@ bool is_in_prism(const SurfaceState& body, F f, Vec3 p) {
   }
   for (int k = 0; k < 3; ++k) {  // most are not even in its box
     const double a = std::fabs(o[0][k]), b = std::fabs(o[1][k]), c = std::fabs(o[2][k]);
-    if (p[k] < std::min({x[0][k] - a, x[1][k] - b, x[2][k] - c}) || p[k] > std::max({x[0][k] + a, x[1][k] + b, x[2][k] + c})) return false;
+    if (p[k] < std::min({x[0][k] - a, x[1][k] - b, x[2][k] - c}) ||
+        p[k] > std::max({x[0][k] + a, x[1][k] + b, x[2][k] + c}))
+      return false;
   }
   double u = 1.0 / 3, w = 1.0 / 3, l = 0;
   for (int i = 0; i < kNewton; ++i) {
@@ -37,9 +39,11 @@ bool is_in_prism(const SurfaceState& body, F f, Vec3 p) {
     const Vec3 du = x[1] + l * o[1] - a, dw = x[2] + l * o[2] - a, rest = p - (a + u * du + w * dw);
     const double size = dot(du, cross(dw, up));
     if (size == 0) return false;
-    const double step[3] = {dot(rest, cross(dw, up)) / size, dot(du, cross(rest, up)) / size, dot(du, cross(dw, rest)) / size};
+    const double step[3] = {dot(rest, cross(dw, up)) / size, dot(du, cross(rest, up)) / size,
+                            dot(du, cross(dw, rest)) / size};
     u += step[0], w += step[1], l += step[2];
-    if (std::fabs(step[0]) + std::fabs(step[1]) + std::fabs(step[2]) < kSettled) return u >= 0 && w >= 0 && u + w <= 1 && std::fabs(l) <= 1;
+    if (std::fabs(step[0]) + std::fabs(step[1]) + std::fabs(step[2]) < kSettled)
+      return u >= 0 && w >= 0 && u + w <= 1 && std::fabs(l) <= 1;
     if (!(std::fabs(u) + std::fabs(w) + std::fabs(l) < kLost)) return false;
   }
   return false;  // of a crooked prism's box, where no place of the prism is p
@@ -48,11 +52,13 @@ bool is_in_prism(const SurfaceState& body, F f, Vec3 p) {
 double squared_wall_distance(const SurfaceState& body, H h, Vec3 p) {
   const V a = body.surface->from(h), b = body.surface->to(h);
   const Vec3 low = lifted_corner(body, a, -1), high = lifted_corner(body, b, 1);
-  return std::min(nearest_foot(p, {low, lifted_corner(body, b, -1), high}).square, nearest_foot(p, {low, high, lifted_corner(body, a, 1)}).square);
+  return std::min(nearest_foot(p, {low, lifted_corner(body, b, -1), high}).square,
+                  nearest_foot(p, {low, high, lifted_corner(body, a, 1)}).square);
 }
 
 /// How deep p is in the material of `faces`, if deeper than `least`, and its way out; else 0, as where none of `prisms` holds it.
-double depth_in(const SurfaceState& body, std::span<const F> prisms, std::span<const F> faces, Vec3 p, double least, WayOut& out) {
+double depth_in(const SurfaceState& body, std::span<const F> prisms, std::span<const F> faces, Vec3 p, double least,
+                WayOut& out) {
   const ContactSurface& s = *body.surface;
   if (std::none_of(prisms.begin(), prisms.end(), [&](F f) { return is_in_prism(body, f, p); })) return 0;
   double square = HUGE_VAL;
@@ -64,7 +70,10 @@ double depth_in(const SurfaceState& body, std::span<const F> prisms, std::span<c
   for (const F f : faces) {
     const auto v = s.vertices(f);
     for (const std::int32_t lift : {-1, 1})
-      offer(nearest_foot(p, {lifted_corner(body, v[0], lift), lifted_corner(body, v[1], lift), lifted_corner(body, v[2], lift)}).square, ContactSurface::corner(f, 0), lift);
+      offer(nearest_foot(
+                p, {lifted_corner(body, v[0], lift), lifted_corner(body, v[1], lift), lifted_corner(body, v[2], lift)})
+                .square,
+            ContactSurface::corner(f, 0), lift);
     for (int i = 0; i < 3; ++i)
       if (const H h = ContactSurface::corner(f, i); !s.twin[h].valid()) offer(squared_wall_distance(body, h, p), h, 0);
     if (!(square > least * least)) return 0;
@@ -86,7 +95,9 @@ bool hardly_meet(const SurfaceState& body, const WallCorners& wall, F f, double 
   for (int k = 0; k < 3; ++k) {
     const double a = std::fabs(o[0][k]), b = std::fabs(o[1][k]), c = std::fabs(o[2][k]);
     const auto [first, last] = std::minmax({wall[0][k], wall[1][k], wall[2][k], wall[3][k]});
-    if (last < std::min({x[0][k] - a, x[1][k] - b, x[2][k] - c}) || first > std::max({x[0][k] + a, x[1][k] + b, x[2][k] + c})) return true;
+    if (last < std::min({x[0][k] - a, x[1][k] - b, x[2][k] - c}) ||
+        first > std::max({x[0][k] + a, x[1][k] + b, x[2][k] + c}))
+      return true;
   }
   const auto apart = [&](Vec3 n) {
     const double first = std::min({dot(n, wall[0]), dot(n, wall[1]), dot(n, wall[2]), dot(n, wall[3])});
@@ -95,7 +106,8 @@ bool hardly_meet(const SurfaceState& body, const WallCorners& wall, F f, double 
     return first - last > -least;
   };
   const Vec3 n = normalized(cross(x[1] - x[0], x[2] - x[0]));
-  return apart(n) || apart(-n) || apart(normalized(cross(x[1] - x[0], n))) || apart(normalized(cross(x[2] - x[1], n))) || apart(normalized(cross(x[0] - x[2], n)));
+  return apart(n) || apart(-n) || apart(normalized(cross(x[1] - x[0], n))) ||
+         apart(normalized(cross(x[2] - x[1], n))) || apart(normalized(cross(x[0] - x[2], n)));
 }
 
 /// The middle of what a segment has in a face's prism, taken for a piece between planes; negative: nothing.
@@ -145,12 +157,15 @@ void find_near_faces(const SurfaceState& body, const Box3& box, std::span<const 
     }
     s.tree.for_each_triangle(n, [&](F f) {
       const auto c = s.vertices(f);
-      const TreeCorner &x = search.boxes.points[c[0].index()], &y = search.boxes.points[c[1].index()], &z = search.boxes.points[c[2].index()];
+      const TreeCorner &x = search.boxes.points[c[0].index()], &y = search.boxes.points[c[1].index()],
+                       &z = search.boxes.points[c[2].index()];
       if (near(joined(joined({x, x}, {y, y}), {z, z}), here, r)) search.near.push_back(f);
     });
   }
   for (const V v : vertices) {
-    const auto may_be = [&](F f) { return !are_strangers(s, v, f) && rest_distance(s, v, f) <= neighbour_distance(s, v, f); };
+    const auto may_be = [&](F f) {
+      return !are_strangers(s, v, f) && rest_distance(s, v, f) <= neighbour_distance(s, v, f);
+    };
     if (std::none_of(search.near.begin(), search.near.end(), may_be)) continue;
     find_neighbours(s, v, search.neighbours);
     std::erase_if(search.near, [&](F f) { return is_neighbour(search.neighbours, f); });
@@ -194,11 +209,13 @@ void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search
   for (const H h : ids<H>(s.twin.size())) {
     if (s.cut[h] == 0) continue;
     const std::array<V, 2> ends{s.from(h), s.to(h)};
-    const WallCorners wall{lifted_corner(body, ends[0], -1), lifted_corner(body, ends[1], -1), lifted_corner(body, ends[1], 1), lifted_corner(body, ends[0], 1)};
+    const WallCorners wall{lifted_corner(body, ends[0], -1), lifted_corner(body, ends[1], -1),
+                           lifted_corner(body, ends[1], 1), lifted_corner(body, ends[0], 1)};
     Box3 box;
     for (const Vec3 p : wall) box.add(p);
     find_near_faces(body, box, ends, search);
-    const auto rest = std::partition(search.near.begin(), search.near.end(), [&](F f) { return !hardly_meet(body, wall, f, least); });
+    const auto rest =
+        std::partition(search.near.begin(), search.near.end(), [&](F f) { return !hardly_meet(body, wall, f, least); });
     const std::span<const F> prisms(search.near.begin(), rest);
     if (prisms.empty()) continue;
     for (int k = 0; k <= kUp; ++k) {
@@ -211,7 +228,8 @@ void find_deep_walls(const SurfaceState& body, double least, DepthSearch& search
         if (point.depth > least) search.deep.push_back(point);
       };
       for (int i = 0; i < kAlong; ++i) look(i / static_cast<double>(kAlong));  // where it ends the next wall begins
-      const Vec3 from = lifted_corner(body, ends[0], point.point.lift), to = lifted_corner(body, ends[1], point.point.lift);
+      const Vec3 from = lifted_corner(body, ends[0], point.point.lift),
+                 to = lifted_corner(body, ends[1], point.point.lift);
       for (const F f : prisms)
         if (const double t = middle_in_prism(body, f, from, to); t > 0) look(t);
     }

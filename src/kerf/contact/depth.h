@@ -30,7 +30,9 @@ struct DepthSearch {
 };
 
 /// m: where a vertex is, lifted off the mid-surface (SurfacePoint::lift).
-inline Vec3 lifted_corner(const SurfaceState& body, CollisionVertex v, double lift) { return body.position[v.index()] + lift * body.offset[v.index()]; }
+inline Vec3 lifted_corner(const SurfaceState& body, CollisionVertex v, double lift) {
+  return body.position[v.index()] + lift * body.offset[v.index()];
+}
 /// m: where a point of the body is.
 Vec3 place_of(const SurfaceState& body, const SurfacePoint& point);
 

@@ -26,7 +26,9 @@ std::uint64_t mix(std::uint64_t z) {  // splitmix64: one to one
   return z ^ (z >> 31);
 }
 
-bool in_range(Vec3 v) { return std::fabs(v.x) <= kFarthest && std::fabs(v.y) <= kFarthest && std::fabs(v.z) <= kFarthest; }
+bool in_range(Vec3 v) {
+  return std::fabs(v.x) <= kFarthest && std::fabs(v.y) <= kFarthest && std::fabs(v.z) <= kFarthest;
+}
 
 /// Everything that boxes and distances are made of is a number, and not too large a one?
 bool in_range(std::span<const SurfaceState> bodies) {
@@ -37,7 +39,8 @@ bool in_range(std::span<const SurfaceState> bodies) {
 }
 bool in_range(std::span<const RigidShape> shapes, double h) {
   return std::all_of(shapes.begin(), shapes.end(), [&](const RigidShape& shape) {
-    return in_range(shape.position) && is_finite(shape.axes.c[0] + shape.axes.c[1] + shape.axes.c[2]) && h * greatest_speed(shape) <= kFarthest;
+    return in_range(shape.position) && is_finite(shape.axes.c[0] + shape.axes.c[1] + shape.axes.c[2]) &&
+           h * greatest_speed(shape) <= kFarthest;
   });
 }
 
@@ -88,7 +91,8 @@ void detect_shape(DetectRun& run, const ShapeRef& ref) {
     const ContactSurface& surface = *run.bodies[b].surface;
     if (surface.tree.empty()) continue;
     const BodyFrame& frame = run.scratch.bodies[b];
-    const double reach = frame.greatest_offset + run.margin + kApproach * (frame.greatest_travel + run.options.step * speed);
+    const double reach =
+        frame.greatest_offset + run.margin + kApproach * (frame.greatest_travel + run.options.step * speed);
     for (std::size_t i = 0; i < shape.parts.size(); ++i) {
       const PlacedPart placed = place(shape, shape.parts[i]);
       const BodyView view = kerf::view(run, body);
@@ -164,11 +168,14 @@ std::uint64_t contact_key(const ContactName& n) {
 /// In a list by key; null: it is not there.
 template <class T>
 static const T* with_key(const std::vector<T>& list, std::uint64_t key) {
-  const auto at = std::lower_bound(list.begin(), list.end(), key, [](const T& t, std::uint64_t k) { return t.key < k; });
+  const auto at =
+      std::lower_bound(list.begin(), list.end(), key, [](const T& t, std::uint64_t k) { return t.key < k; });
   return at != list.end() && at->key == key ? &*at : nullptr;
 }
 
-const RememberedContact* remembered_contact(const DetectMemory& memory, std::uint64_t key) { return with_key(memory.contacts, key); }
+const RememberedContact* remembered_contact(const DetectMemory& memory, std::uint64_t key) {
+  return with_key(memory.contacts, key);
+}
 
 bool is_passing(const DetectMemory& memory, std::uint64_t key) { return with_key(memory.passing, key) != nullptr; }
 
@@ -198,8 +205,8 @@ void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::in
   if (depth > kDeep) ++run.report.deep;
 }
 
-void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const BodyPoint& a, Vec3 point,
-                    Vec3 normal, double distance, std::int32_t feature) {
+void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const BodyPoint& a, Vec3 point, Vec3 normal,
+                    double distance, std::int32_t feature) {
   // A prism that stands on its edge touches with both ends.
   constexpr double kUpright = 0.3;
   const RigidShape& shape = *ref.shape;
@@ -212,7 +219,8 @@ void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const
   c.other_velocity = shape.velocity_at(point);
   c.friction = shape.friction;
   // Where the body would go without contacts says little of what already lies on something: that does not get out of the way.
-  const Vec3 comes = -run.options.step * c.other_velocity, held = a.travel - std::max(0.0, dot(normal, a.travel)) * normal;
+  const Vec3 comes = -run.options.step * c.other_velocity,
+             held = a.travel - std::max(0.0, dot(normal, a.travel)) * normal;
   const double limit = std::max(gap_limit(run, normal, a.travel + comes), gap_limit(run, normal, held + comes));
   const double along = dot(normal, a.offset), radius = norm(a.offset);
   const double nearer = along > 0 ? -1 : 1;
@@ -268,7 +276,8 @@ DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidS
   }
   if (!(radius > 0)) radius = kThinnest * size;
   DetectRun run{bodies, options, memory, scratch, report, options.margin * radius};
-  for (std::size_t i = 0; i < obstacles.size(); ++i) detect_shape(run, {&obstacles[i], static_cast<std::int32_t>(i), -1});
+  for (std::size_t i = 0; i < obstacles.size(); ++i)
+    detect_shape(run, {&obstacles[i], static_cast<std::int32_t>(i), -1});
   for (std::size_t i = 0; i < tools.size(); ++i) detect_shape(run, {&tools[i], -1, static_cast<std::int32_t>(i)});
   scratch.neighbours.vertex = {};  // what it found may have been cut since
   const auto count = static_cast<std::int32_t>(bodies.size());

@@ -26,7 +26,7 @@ struct SurfaceState {
 /// What detection remembers of a contact from step to step: on which side the other one was. Part of a session's state.
 struct RememberedContact {
   std::uint64_t key = 0;
-  Vec3 normal;             ///< of the last step
+  Vec3 normal;                ///< of the last step
   std::int32_t feature = -1;  ///< private
   friend bool operator==(const RememberedContact&, const RememberedContact&) = default;
 };
@@ -84,10 +84,10 @@ struct Strayed {
 };
 
 struct DetectOptions {
-  double step = 1e-3;         ///< h, s
-  double margin = 0.2;        ///< contacts farther apart than this are left out; times the body's largest radius
-  bool self_contact = true;   ///< a body with itself, lips of cuts included
-  double body_friction = 0;   ///< between bodies and of a body with itself
+  double step = 1e-3;        ///< h, s
+  double margin = 0.2;       ///< contacts farther apart than this are left out; times the body's largest radius
+  bool self_contact = true;  ///< a body with itself, lips of cuts included
+  double body_friction = 0;  ///< between bodies and of a body with itself
   /// Not null: of a body with itself only what has strayed towards each other by more than half the margin is looked at, which is all that the earlier
   /// call can have overlooked. For one body.
   const Strayed* strayed = nullptr;

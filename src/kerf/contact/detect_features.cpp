@@ -52,7 +52,8 @@ Remembered recall_point(const NearShape& near, const ShapePoint& point) {
 
 /// Does the body go on all round a place on the border of a face?
 bool is_inner(const ContactSurface& s, F f, const std::array<double, 3>& weight) {
-  if (const int opposite = opposite_corner(weight); opposite >= 0) return s.twin[ContactSurface::corner(f, (opposite + 1) % 3)].valid();
+  if (const int opposite = opposite_corner(weight); opposite >= 0)
+    return s.twin[ContactSurface::corner(f, (opposite + 1) % 3)].valid();
   bool inner = true;
   const H corner = ContactSurface::corner(f, weight[0] > 0 ? 0 : weight[1] > 0 ? 1 : 2);
   s.for_each_outgoing(s.from(corner), [&](H h) {
@@ -67,9 +68,11 @@ bool is_inner(const ContactSurface& s, F f, const std::array<double, 3>& weight)
 /// slides off, and the corner goes in between. Not so beyond the body's border, which it comes against from the side.
 bool still_presses(const NearShape& near, const FaceCandidate& c) {
   const ContactSurface& s = near.body.surface;
-  if (is_ball(c.point) || !(c.distance < s.radius[s.vertices(c.face)[0]]) || !is_inner(s, c.face, c.weight)) return false;
+  if (is_ball(c.point) || !(c.distance < s.radius[s.vertices(c.face)[0]]) || !is_inner(s, c.face, c.weight))
+    return false;
   const Remembered remembered = recall_point(near, c.point);
-  return std::any_of(remembered.begin(), remembered.end(), [&](const RememberedContact* r) { return r != nullptr && r->feature == c.face.value; });
+  return std::any_of(remembered.begin(), remembered.end(),
+                     [&](const RememberedContact* r) { return r != nullptr && r->feature == c.face.value; });
 }
 
 /// From a point to its foot on an edge of a face; zero: another face or a vertex has the contact.
@@ -116,7 +119,8 @@ namespace {
 
 /// What slides fast leaves its triangle and the next ones in one step. The side on which the point was of faces not far off at
 /// rest, if they agree; else 0.
-double side_nearby(const NearShape& near, const FaceCandidate& c, std::span<const RememberedContact* const> remembered) {
+double side_nearby(const NearShape& near, const FaceCandidate& c,
+                   std::span<const RememberedContact* const> remembered) {
   const ContactSurface& s = near.body.surface;
   const auto corner = s.vertices(c.face);
   const double edge = norm(s.rest[corner[1]] - s.rest[corner[0]]);
@@ -138,7 +142,8 @@ double side_of(const NearShape& near, const FaceCandidate& c, std::span<const Re
   known = false;
   const auto corner = near.body.surface.vertices(c.face);
   for (const RememberedContact* r : remembered) {
-    if (r == nullptr || r->feature < 0 || static_cast<std::size_t>(r->feature) >= near.body.surface.face_count()) continue;
+    if (r == nullptr || r->feature < 0 || static_cast<std::size_t>(r->feature) >= near.body.surface.face_count())
+      continue;
     const auto old = near.body.surface.vertices(F(r->feature));
     const bool neighbours = std::find_first_of(corner.begin(), corner.end(), old.begin(), old.end()) != corner.end();
     const double along = dot(r->normal, c.direction);
@@ -195,7 +200,9 @@ const RememberedContact* recall_against(const NearShape& near, ContactName name,
 
 /// From the middle of a ball to the body.
 Vec3 direction_from(const NearShape& near, const FaceCandidate& c) {
-  return !c.interior || dot(face_point(near.body, c.face, c.weight).position - c.point.p, c.direction) >= 0 ? c.direction : -c.direction;
+  return !c.interior || dot(face_point(near.body, c.face, c.weight).position - c.point.p, c.direction) >= 0
+             ? c.direction
+             : -c.direction;
 }
 
 /// Did a ball touch this face, or one beside it, from the other side, and none of them from this one?
@@ -233,25 +240,31 @@ void touch_side(const NearShape& near, ContactName name, const FaceCandidate& c)
   name.slot = 1;
   name.other_feature = c.face.value + 1;
   const Vec3 out = (1 / size) * d;
-  hand_out_shape(near.run, name, near.shape, place, c.point.p + c.point.radius * out, out, dot(place.position - c.point.p, out) - c.point.radius, c.face.value);
+  hand_out_shape(near.run, name, near.shape, place, c.point.p + c.point.radius * out, out,
+                 dot(place.position - c.point.p, out) - c.point.radius, c.face.value);
 }
 
 /// Contacts of a ball that is well out of the body: every face and edge that it lies against. A body that lies round it touches it with many at once, and no one of them
 /// keeps another one out. The nearest one counts twice: its other contact goes along with the ball, and remembers the side when it goes deep. False if the ball is so deep
 /// that its middle does not tell on which side it is.
-bool hand_out_ball(const NearShape& near, std::span<const FaceCandidate> candidates, std::span<const FaceCandidate> beside, const Remembered& remembered) {
+bool hand_out_ball(const NearShape& near, std::span<const FaceCandidate> candidates,
+                   std::span<const FaceCandidate> beside, const Remembered& remembered) {
   const double radius = candidates[0].point.radius;
   if (!(candidates[0].distance > kWellOut * radius)) return false;
   ContactName name = point_name(near, candidates[0].point);
   std::array<const RememberedContact*, kMostLayers + kMostRemembered> known{};
   std::copy(remembered.begin(), remembered.end(), known.begin());
-  for (std::size_t i = 0; i < std::min(candidates.size(), kMostRemembered); ++i) known[kMostLayers + i] = recall_against(near, name, candidates[i].face);
-  if (std::any_of(candidates.begin(), candidates.end(), [&](const FaceCandidate& c) { return came_through(near, c, known); })) return false;
+  for (std::size_t i = 0; i < std::min(candidates.size(), kMostRemembered); ++i)
+    known[kMostLayers + i] = recall_against(near, name, candidates[i].face);
+  if (std::any_of(candidates.begin(), candidates.end(),
+                  [&](const FaceCandidate& c) { return came_through(near, c, known); }))
+    return false;
   const auto touch = [&](const FaceCandidate& c, std::int32_t other_feature) {
     const Vec3 n = direction_from(near, c);
     const BodyPoint foot = face_point(near.body, c.face, c.weight);
     name.other_feature = other_feature;
-    hand_out_shape(near.run, name, near.shape, foot, c.point.p + radius * n, n, dot(foot.position - c.point.p, n) - radius, c.face.value);
+    hand_out_shape(near.run, name, near.shape, foot, c.point.p + radius * n, n,
+                   dot(foot.position - c.point.p, n) - radius, c.face.value);
   };
   for (const FaceCandidate& c : candidates) {
     touch(c, c.face.value + 1);
@@ -285,7 +298,8 @@ void hand_out_point(const NearShape& near, std::span<const FaceCandidate> all) {
     // The far side of a thin shape sees the body through the shape.
     if (!known && dot(n, c.point.outward) < -0.2) continue;
     bool other = true;
-    for (std::size_t i = 0; i < count; ++i) other = other && dot(taken[i], n) < (above[i] && c.interior ? kOtherFace : kOtherDirection);
+    for (std::size_t i = 0; i < count; ++i)
+      other = other && dot(taken[i], n) < (above[i] && c.interior ? kOtherFace : kOtherDirection);
     if (!other) continue;
     const std::size_t slot = slot_of(remembered, used, c.face, n);
     used[slot] = true;
@@ -335,7 +349,8 @@ void hand_out_edges(const NearShape& near, H h, const ShapeEdge& edge, const Seg
   const Vec3 along = near.body.position(near.body.surface.to(h)) - near.body.position(near.body.surface.from(h));
   ContactName name{ContactKind::kEdgeShape, 0, near.body.index, near.shape.other(), near.part, h.value, edge.id};
   // Across both edges if the distance is nothing but rounding.
-  Vec3 n = size > 1e-9 * (norm(along) + norm(edge.b - edge.a)) ? (1 / size) * d : normalized(cross(along, edge.b - edge.a));
+  Vec3 n =
+      size > 1e-9 * (norm(along) + norm(edge.b - edge.a)) ? (1 / size) * d : normalized(cross(along, edge.b - edge.a));
   if (!(norm(n) > 0.5)) return;
   const RememberedContact* r = recall_either_end(near.run, name);
   if (dot(edge.outward, edge.outward) > 0) {

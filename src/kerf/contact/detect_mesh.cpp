@@ -143,7 +143,8 @@ void find_clearance(const NearShape& near, V v, double reach, Clearance& known, 
   if (!(reach > kStepsToLast * (near.approach(v) - near.run.margin))) return;
   const ObstacleMesh& mesh = *near.placed.part->mesh;
   const ObstacleLeaves::Triangle* guess = known.guess(v);
-  const double far = guess == nullptr ? 2 * reach : std::min(2 * reach, std::sqrt(nearest_foot(p.local, guess->corner).square));
+  const double far =
+      guess == nullptr ? 2 * reach : std::min(2 * reach, std::sqrt(nearest_foot(p.local, guess->corner).square));
   const NearestPlace place = nearest(mesh, leaves_around(near, p.local, far), p.local, far, guess);
   p.least = place.triangle == nullptr ? far : std::sqrt(place.foot.square);
   known.set(v, p.local, p.least, place.triangle);
@@ -234,7 +235,8 @@ void search_points(const NearShape& near, F f, const TreeBox& box, double reach)
 }
 
 /// An edge of the body, with its ends in the mesh's frame, against the gathered edges.
-void search_edges(const NearShape& near, H h, const std::array<Vec3, 2>& ends, Vec3 centre, double reach, float extent) {
+void search_edges(const NearShape& near, H h, const std::array<Vec3, 2>& ends, Vec3 centre, double reach,
+                  float extent) {
   const ObstacleMesh& mesh = *near.placed.part->mesh;
   const H twin = near.body.surface.twin[h];
   EdgeProbe probe;
@@ -254,7 +256,8 @@ void search_edges(const NearShape& near, H h, const std::array<Vec3, 2>& ends, V
   probe.extent = extent;
   for (const EdgeBlock& block : near.run.scratch.mesh_edges)
     for (unsigned mask = may_touch(block, probe); mask != 0; mask &= mask - 1) {
-      const ObstacleLeaves::Edge& edge = mesh.leaves.edges[block.edge[static_cast<std::size_t>(std::countr_zero(mask))]];
+      const ObstacleLeaves::Edge& edge =
+          mesh.leaves.edges[block.edge[static_cast<std::size_t>(std::countr_zero(mask))]];
       SegmentFeet feet;
       if (!inner_feet(ends[0], ends[1], edge.a, edge.b, feet)) continue;
       const Vec3 d = lerp(ends[0], ends[1], feet.s) - lerp(edge.a, edge.b, feet.t);
@@ -281,7 +284,8 @@ void search_face(const NearShape& near, const MeshFace& face, const Gathered& ga
   const auto r = static_cast<float>(face.reach);
   if (surface.coarse[face.face] != 0) {
     const Vec3 c = gathered.centre;
-    search_points(near, face.face, box_of(std::array<Vec3, 3>{face.local[0] - c, face.local[1] - c, face.local[2] - c}), face.reach);
+    search_points(near, face.face, box_of(std::array<Vec3, 3>{face.local[0] - c, face.local[1] - c, face.local[2] - c}),
+                  face.reach);
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const H h = ContactSurface::corner(face.face, static_cast<int>(i));
@@ -299,7 +303,8 @@ void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves) {
   const double rounding = 1e-6 * (norm(part.centre) + part.part->mesh->box.diagonal()) + near.body.frame.boxes.slack;
   surface.tree.for_each_triangle(leaf, [&](F f) {
     for (int i = 0; i < 3; ++i)
-      if (const H h = ContactSurface::corner(f, i); surface.owns_vertex(h)) search_vertex(near, surface.origin[h], leaves);
+      if (const H h = ContactSurface::corner(f, i); surface.owns_vertex(h))
+        search_vertex(near, surface.origin[h], leaves);
   });
   if (near.body.frame.normals.empty()) return;  // no coarse triangles
   auto& faces = near.run.scratch.mesh_faces;

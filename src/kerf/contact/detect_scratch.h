@@ -78,7 +78,7 @@ inline bool is_inside(const std::array<double, 3>& weight) { return weight[0] > 
 /// A point of a shape near a triangle of a body.
 struct FaceCandidate {
   ShapePoint point;
-  double distance = 0;           ///< from the point to its foot, m
+  double distance = 0;  ///< from the point to its foot, m
   CollisionTriangle face;
   std::array<double, 3> weight;  ///< of the foot
   bool interior = false;         ///< of the face; else of an edge
@@ -120,48 +120,51 @@ struct MeshFace {
   double reach;                  ///< m
   /// Has it nothing within reach? No place of a triangle is farther from all corners than its longest edge over the root of three.
   [[nodiscard]] bool is_clear() const {
-    return std::min({least[0], least[1], least[2]}) - std::sqrt(1.0 / 3) * std::max({length[0], length[1], length[2]}) > reach;
+    return std::min({least[0], least[1], least[2]}) - std::sqrt(1.0 / 3) * std::max({length[0], length[1], length[2]}) >
+           reach;
   }
-  [[nodiscard]] bool is_clear(std::size_t edge) const { return 0.5 * (least[edge] + least[(edge + 1) % 3] - length[edge]) > reach; }
+  [[nodiscard]] bool is_clear(std::size_t edge) const {
+    return 0.5 * (least[edge] + least[(edge + 1) % 3] - length[edge]) > reach;
+  }
 };
 
 struct DetectScratch {
   std::vector<BodyFrame> bodies;
-  std::vector<std::uint32_t> leaves;            ///< near a part
+  std::vector<std::uint32_t> leaves;                ///< near a part
   std::vector<std::array<std::uint32_t, 2>> pairs;  ///< stack of traversals
   std::vector<std::uint32_t> stack;
   std::vector<TreeTask> tasks;
-  std::vector<Contact> found;                   ///< as they come
-  std::vector<RememberedContact> remembered;    ///< in parallel
-  KeySieve sieve;                               ///< of the memory that this call is given
+  std::vector<Contact> found;                 ///< as they come
+  std::vector<RememberedContact> remembered;  ///< in parallel
+  KeySieve sieve;                             ///< of the memory that this call is given
   struct FoundKey {
     std::uint64_t key = 0;
     std::uint32_t found = 0;
   };
-  std::vector<FoundKey> order;                  ///< by key, and memory to sort it
+  std::vector<FoundKey> order;  ///< by key, and memory to sort it
   std::vector<std::uint32_t> order_begin;
   ShapeFeatures features;
   std::vector<FaceCandidate> faces;
   std::vector<LeafPair> leaf_pairs, sorted_pairs;  ///< near each other, by the first
-  std::vector<StrayBox> strays;                 ///< per leaf
-  std::vector<LeafPair> leaf_list;              ///< of a mesh (the second), near a place
+  std::vector<StrayBox> strays;                    ///< per leaf
+  std::vector<LeafPair> leaf_list;                 ///< of a mesh (the second), near a place
   NeighbourSearch neighbours;
-  std::vector<QuietBody> quiet;                 ///< per body
-  LeafBoxes leaf_faces;                         ///< of the body whose faces are tested
-  LeafEdges leaf_edges, other_leaf_edges;           ///< coarse ones, each in its owner's leaf
-  std::vector<LeafBlock> partners;              ///< second leaves of the group of pairs at work; none: not listed yet
+  std::vector<QuietBody> quiet;            ///< per body
+  LeafBoxes leaf_faces;                    ///< of the body whose faces are tested
+  LeafEdges leaf_edges, other_leaf_edges;  ///< coarse ones, each in its owner's leaf
+  std::vector<LeafBlock> partners;         ///< second leaves of the group of pairs at work; none: not listed yet
   struct NearFace {
     CollisionTriangle face;
-    bool rims, test, hang_together;             ///< look for rims on it, test it, are its leaf and the vertex's neighbours
+    bool rims, test, hang_together;  ///< look for rims on it, test it, are its leaf and the vertex's neighbours
   };
-  std::vector<NearFace> near_faces;             ///< of the vertex at work
-  std::vector<EdgeBlock> mesh_edges;            ///< of a mesh, near a leaf
+  std::vector<NearFace> near_faces;   ///< of the vertex at work
+  std::vector<EdgeBlock> mesh_edges;  ///< of a mesh, near a leaf
   std::vector<PointBlock> mesh_points;
-  std::vector<MeshFace> mesh_faces;             ///< of the leaf at work, that may have something within reach
-  std::vector<Clearance> clearances;            ///< per body and mesh, in the order that they are asked
-  std::size_t meshes = 0;                       ///< asked so far in this call
-  std::vector<PlacedVertex> placed;             ///< of the body that a mesh is asked about
-  std::uint64_t mesh_calls = 0;                 ///< ever: tells what in `placed` is of this mesh
+  std::vector<MeshFace> mesh_faces;   ///< of the leaf at work, that may have something within reach
+  std::vector<Clearance> clearances;  ///< per body and mesh, in the order that they are asked
+  std::size_t meshes = 0;             ///< asked so far in this call
+  std::vector<PlacedVertex> placed;   ///< of the body that a mesh is asked about
+  std::uint64_t mesh_calls = 0;       ///< ever: tells what in `placed` is of this mesh
 };
 
 /// Everything one call works on.
@@ -174,13 +177,23 @@ struct DetectRun {
   double margin = 0;  ///< m
 };
 
-enum class ContactKind : std::uint8_t { kVertexShape, kFaceShape, kEdgeShape, kVertexFace, kEdgeEdge, kLip, kFlank, kWall, kSunkWall };
+enum class ContactKind : std::uint8_t {
+  kVertexShape,
+  kFaceShape,
+  kEdgeShape,
+  kVertexFace,
+  kEdgeEdge,
+  kLip,
+  kFlank,
+  kWall,
+  kSunkWall
+};
 
 /// Who touches whom, in one number: features by their ids, mixed so that different contacts have different keys.
 struct ContactName {
   ContactKind kind = ContactKind::kVertexShape;
-  std::int32_t slot = 0;              ///< tells several contacts of the same features apart
-  std::int32_t body = 0, other = 0;   ///< other: body, or obstacle, or -1 - tool
+  std::int32_t slot = 0;             ///< tells several contacts of the same features apart
+  std::int32_t body = 0, other = 0;  ///< other: body, or obstacle, or -1 - tool
   std::int32_t part = 0;
   std::int32_t feature = 0, other_feature = 0;
 };

@@ -5,8 +5,8 @@
 #include <array>
 #include <cstdint>
 
-#include "kerf/base/vec.h"
 #include "kerf/base/eight.h"
+#include "kerf/base/vec.h"
 #include "kerf/contact/obstacle_mesh.h"
 
 namespace kerf {
@@ -17,9 +17,9 @@ struct PointBlock {
   std::array<std::int32_t, 8> vertex;  ///< of the mesh
 };
 struct EdgeBlock {
-  Eight a[3], b[3];         ///< ends, m
-  Eight length;             ///< m
-  Eight into[2][3], at[2];  ///< into the edge's faces; and where it lies along these, m
+  Eight a[3], b[3];                   ///< ends, m
+  Eight length;                       ///< m
+  Eight into[2][3], at[2];            ///< into the edge's faces; and where it lies along these, m
   std::array<std::uint32_t, 8> edge;  ///< places in ObstacleLeaves::edges
 };
 /// Nothing but unused lanes.
@@ -31,11 +31,11 @@ void set_edge(const ObstacleLeaves::Edge& edge, std::uint32_t place, Vec3 centre
 
 /// The body's edge that blocks are asked about, all in the frame of the mesh.
 struct EdgeProbe {
-  TreeCorner a, b;                    ///< ends, from the centre, m
-  std::array<TreeCorner, 2> into{};   ///< unit, into its faces; zero: none
-  std::array<float, 2> at{};          ///< where it lies along these, m
-  float reach = 0, length = 0;        ///< m
-  float extent = 0;                   ///< no coordinate of anything asked about is larger, m: rounding is measured by it
+  TreeCorner a, b;                   ///< ends, from the centre, m
+  std::array<TreeCorner, 2> into{};  ///< unit, into its faces; zero: none
+  std::array<float, 2> at{};         ///< where it lies along these, m
+  float reach = 0, length = 0;       ///< m
+  float extent = 0;                  ///< no coordinate of anything asked about is larger, m: rounding is measured by it
 };
 /// Bit i: point i comes within `reach` of a box (from the centre as well).
 unsigned near_box(const PointBlock& block, const TreeBox& box, float reach);

@@ -76,7 +76,8 @@ CrossingRims test_rims(const BodyPair& pair, H h, H g) {
     // Deep at first sight, they crossed in this step, or the normal is wrong: it has to leave no cone.
     const double off = gap < -kPassed * radius && !crossed ? 0 : kOffCone;
     const double over = -lift * dot(n, y.offset), under = -lift * dot(n, x.offset);
-    if (!(dot(n, other_out) >= -off && -dot(n, out) >= -off && over >= -off * norm(y.offset) && under >= -off * norm(x.offset)) ||
+    if (!(dot(n, other_out) >= -off && -dot(n, out) >= -off && over >= -off * norm(y.offset) &&
+          under >= -off * norm(x.offset)) ||
         gap < -kLostRims * radius) {
       rims.known = false;
       continue;
@@ -100,11 +101,15 @@ void test_walls(const BodyPair& pair, H h, H g) {
     const RimEnd rim{out_of_rim_at(pair.a, h, t), {}};
     LipFoot foot;
     offer_lip(pair.b, x, rim, g, foot);
-    if (!foot.edge.valid() || !(foot.t > 0 && foot.t < 1)) continue;  // what is nearest to a corner is that one's business
-    const auto name = [&](int end) { return ContactName{ContactKind::kWall, 2 * k + end, pair.a.index, pair.b.index, 0, h.value, g.value}; };
+    if (!foot.edge.valid() || !(foot.t > 0 && foot.t < 1))
+      continue;  // what is nearest to a corner is that one's business
+    const auto name = [&](int end) {
+      return ContactName{ContactKind::kWall, 2 * k + end, pair.a.index, pair.b.index, 0, h.value, g.value};
+    };
     const std::array<LipEnd, 2> ends{lip_end(pair.b, x, rim, foot, 0), lip_end(pair.b, x, rim, foot, 1)};
     const double gap = std::min(ends[0].gap, ends[1].gap), radius = norm(x.offset);
-    const bool was = recall(pair.run, contact_key(name(0))) != nullptr || recall(pair.run, contact_key(name(1))) != nullptr;
+    const bool was =
+        recall(pair.run, contact_key(name(0))) != nullptr || recall(pair.run, contact_key(name(1))) != nullptr;
     const double above = above_wall(x, edge_point(pair.b, g, foot.t));
     if (!(gap < HUGE_VAL) || (!was && have_passed(gap, above, radius))) continue;
     // Deeper in each other sideways than along the thickness: they lie on each other.
@@ -133,7 +138,8 @@ void test_edges(const BodyPair& pair, H h, H g, double reach) {
   if (pair.self && (p == u || p == w || q == u || q == w)) return;
   const Vec3 a = pair.a.position(p), b = pair.a.position(q), c = pair.b.position(u), e = pair.b.position(w);
   const CrossingRims rims = pair.self && s.cut[h] != 0 && o.cut[g] != 0 ? test_rims(pair, h, g) : CrossingRims();
-  if (pair.self && s.cut[h] != 0 && o.cut[g] != 0 && twist_of(pair.a, h) + twist_of(pair.b, g) > kTwisted * norm(pair.a.offset(p))) {
+  if (pair.self && s.cut[h] != 0 && o.cut[g] != 0 &&
+      twist_of(pair.a, h) + twist_of(pair.b, g) > kTwisted * norm(pair.a.offset(p))) {
     test_walls(pair, h, g);
     test_walls(pair, g, h);
   }
@@ -153,10 +159,12 @@ void test_edges(const BodyPair& pair, H h, H g, double reach) {
   if (!(gap < gap_limit(pair.run, n, x.travel - y.travel))) return;
   const double over = dot(n, x.offset), under = dot(n, y.offset);
   if (pair.self) {
-    const int relation = are_strangers(s, p, ContactSurface::face(g)) ? 0 : rest_relation(s, h, g, pair.run.scratch.neighbours);
+    const int relation =
+        are_strangers(s, p, ContactSurface::face(g)) ? 0 : rest_relation(s, h, g, pair.run.scratch.neighbours);
     if (relation > 0) return;
     if (rims.known && are_side_by_side(pair, h, x, g, y)) return;
-    const double walls = std::max({edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h), rims.apart});
+    const double walls =
+        std::max({edge_beside_walls(pair.a, h, pair.b, g), edge_beside_walls(pair.b, g, pair.a, h), rims.apart});
     if (relation < 0 || walls > -HUGE_VAL) {
       // Of two rims all directions are known in which they might have passed each other.
       if (r == nullptr && gap < -(s.cut[h] != 0 && o.cut[g] != 0 ? kLostRims : kPassed) * norm(x.offset)) return;

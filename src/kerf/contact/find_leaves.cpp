@@ -65,7 +65,8 @@ void find_leaves(const SurfaceTree& tree, const TreeBoxes& boxes, const PlacedPa
     case PartKind::kCapsule: target.add(part.end); break;
     case PartKind::kBox: {
       const Vec3 h = part.part->half;
-      const Vec3 half = h.x * absolute(part.axes.c[0]) + h.y * absolute(part.axes.c[1]) + h.z * absolute(part.axes.c[2]);
+      const Vec3 half =
+          h.x * absolute(part.axes.c[0]) + h.y * absolute(part.axes.c[1]) + h.z * absolute(part.axes.c[2]);
       target.add(part.centre - half);
       target.add(part.centre + half);
       break;

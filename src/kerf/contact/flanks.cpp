@@ -31,8 +31,9 @@ Vec3 to_blade(const Blade& b, Vec3 x) { return transposed_times(b.shape->axes, x
 
 const RememberedRim* recall_rim(const DetectMemory& memory, std::int32_t tool, V v) {
   const auto key = std::pair(tool, v);
-  const auto at = std::lower_bound(memory.rims.begin(), memory.rims.end(), key,
-                                   [](const RememberedRim& r, const auto& k) { return std::pair(r.tool, r.vertex) < k; });
+  const auto at =
+      std::lower_bound(memory.rims.begin(), memory.rims.end(), key,
+                       [](const RememberedRim& r, const auto& k) { return std::pair(r.tool, r.vertex) < k; });
   return at != memory.rims.end() && at->tool == tool && at->vertex == v ? &*at : nullptr;
 }
 
@@ -50,7 +51,8 @@ int side_known(const RememberedRim* from, const RememberedRim* to) {
 }
 
 std::int32_t number_of(const Slit& slit, V v) {
-  const auto at = std::lower_bound(slit.vertices.begin(), slit.vertices.end(), v, [](const SlitVertex& s, V id) { return s.vertex < id; });
+  const auto at = std::lower_bound(slit.vertices.begin(), slit.vertices.end(), v,
+                                   [](const SlitVertex& s, V id) { return s.vertex < id; });
   return static_cast<std::int32_t>(at - slit.vertices.begin());
 }
 
@@ -83,10 +85,10 @@ void know(const Blade& b, double radius, const DetectMemory& memory, SlitVertex&
 /// A place of a rim: a vertex, or between the two ends of an edge.
 struct RimPlace {
   SurfacePoint where;
-  Vec3 local, offset;   ///< in the blade's frame
+  Vec3 local, offset;  ///< in the blade's frame
   std::array<double, 2> beside{}, deep{};
   double open = 0;
-  Vec3 travel;          ///< world
+  Vec3 travel;  ///< world
 };
 
 RimPlace place_between(const SurfaceState& body, const SlitVertex& a, const SlitVertex& b, double t) {
@@ -122,8 +124,8 @@ bool wall(const Blade& b, const RimPlace& p, double& low, double& high) {
   return low <= high;
 }
 
-void hand_out_wall(const Blade& b, const ContactName& name, const RimPlace& p, Vec3 normal, std::vector<Contact>& contacts,
-                   double low_gap, double high_gap, double low, double high) {
+void hand_out_wall(const Blade& b, const ContactName& name, const RimPlace& p, Vec3 normal,
+                   std::vector<Contact>& contacts, double low_gap, double high_gap, double low, double high) {
   for (int end = 0; end < 2; ++end) {
     Contact c;
     c.gap = end == 0 ? low_gap : high_gap;
@@ -165,7 +167,8 @@ void touch_end(const Blade& b, const ContactName& name, int end, const RimPlace&
 }
 
 /// Takes contacts from `first` on out again that are deep and new, or lost. `known`: those of the last step, replaced by these.
-void let_through(const ContactSurface& s, const Blade& b, std::size_t first, std::vector<ToolContact>& known, std::vector<Contact>& contacts) {
+void let_through(const ContactSurface& s, const Blade& b, std::size_t first, std::vector<ToolContact>& known,
+                 std::vector<Contact>& contacts) {
   const auto before = static_cast<std::ptrdiff_t>(known.size());
   const auto is_new = [&](const Contact& c) {
     return std::find(known.begin(), known.begin() + before, ToolContact{c.key, b.tool}) == known.begin() + before;
@@ -179,7 +182,9 @@ void let_through(const ContactSurface& s, const Blade& b, std::size_t first, std
     contacts[kept++] = c;
   }
   contacts.resize(kept);
-  known.erase(std::remove_if(known.begin(), known.begin() + before, [&](const ToolContact& k) { return k.tool == b.tool; }), known.begin() + before);
+  known.erase(
+      std::remove_if(known.begin(), known.begin() + before, [&](const ToolContact& k) { return k.tool == b.tool; }),
+      known.begin() + before);
 }
 
 /// Where both lips meet, and lead away to the same side of it.
@@ -214,7 +219,8 @@ void find_slit(const SurfaceState& body, const Blade& b, const DetectMemory& mem
     const RememberedRim *known_from = recall_rim(memory, b.tool, from), *known_to = recall_rim(memory, b.tool, to);
     int side = side_known(known_from, known_to);
     if (side == 0) {
-      const Vec3 along = normalized(q - p), apex = to_blade(b, body.position[s.to(ContactSurface::next(h)).index()]) - p;
+      const Vec3 along = normalized(q - p),
+                 apex = to_blade(b, body.position[s.to(ContactSurface::next(h)).index()]) - p;
       const Vec3 into = normalized(apex - dot(apex, along) * along);
       if (!(std::fabs(into.y) > kBeside)) continue;
       side = into.y > 0 ? 1 : -1;
@@ -226,7 +232,8 @@ void find_slit(const SurfaceState& body, const Blade& b, const DetectMemory& mem
     for (const auto& [v, x] : {std::pair(from, p), std::pair(to, q)})
       slit.vertices.push_back({v, side, 0, x, transposed_times(b.shape->axes, body.offset[v.index()]), {}, 1, {}});
   }
-  std::sort(slit.vertices.begin(), slit.vertices.end(), [](const SlitVertex& x, const SlitVertex& y) { return x.vertex < y.vertex; });
+  std::sort(slit.vertices.begin(), slit.vertices.end(),
+            [](const SlitVertex& x, const SlitVertex& y) { return x.vertex < y.vertex; });
   std::size_t kept = 0;
   for (const SlitVertex& v : slit.vertices) {
     if (kept > 0 && slit.vertices[kept - 1].vertex == v.vertex) {
@@ -247,14 +254,17 @@ void find_slit(const SurfaceState& body, const Blade& b, const DetectMemory& mem
   }
 }
 
-void detect_flanks(const SurfaceState& body, const Blade& b, Slit& slit, DetectMemory& memory, std::vector<Contact>& contacts) {
+void detect_flanks(const SurfaceState& body, const Blade& b, Slit& slit, DetectMemory& memory,
+                   std::vector<Contact>& contacts) {
   const ContactSurface& s = *body.surface;
   for (SlitVertex& v : slit.vertices) know(b, s.radius[v.vertex], memory, v);
   std::erase_if(memory.rims, [&](const RememberedRim& r) { return r.tool == b.tool; });
-  const auto at = std::lower_bound(memory.rims.begin(), memory.rims.end(), b.tool, [](const RememberedRim& r, std::int32_t t) { return r.tool < t; });
+  const auto at = std::lower_bound(memory.rims.begin(), memory.rims.end(), b.tool,
+                                   [](const RememberedRim& r, std::int32_t t) { return r.tool < t; });
   const auto first = at - memory.rims.begin();
   memory.rims.insert(at, slit.vertices.size(), {});
-  for (std::size_t i = 0; i < slit.vertices.size(); ++i) memory.rims[static_cast<std::size_t>(first) + i] = slit.vertices[i].known;
+  for (std::size_t i = 0; i < slit.vertices.size(); ++i)
+    memory.rims[static_cast<std::size_t>(first) + i] = slit.vertices[i].known;
 
   const std::size_t first_contact = contacts.size();
   ContactName name{ContactKind::kFlank, 0, 0, -1 - b.tool, 0, 0, 0};
@@ -263,10 +273,12 @@ void detect_flanks(const SurfaceState& body, const Blade& b, Slit& slit, DetectM
     const SlitVertex& v = slit.vertices[static_cast<std::size_t>(i)];
     name.feature = v.vertex.value;
     if (v.end != 0) touch_end(b, name, v.end, place_at(body, v), contacts);
-    if (v.side != 0 && v.local.x <= -wedge && v.local.x >= -b.width) touch_flank(b, name, v.side, place_at(body, v), contacts);
+    if (v.side != 0 && v.local.x <= -wedge && v.local.x >= -b.width)
+      touch_flank(b, name, v.side, place_at(body, v), contacts);
   }
   for (const SlitEdge& e : slit.edges) {
-    const SlitVertex &from = slit.vertices[static_cast<std::size_t>(e.from)], &to = slit.vertices[static_cast<std::size_t>(e.to)];
+    const SlitVertex &from = slit.vertices[static_cast<std::size_t>(e.from)],
+                     &to = slit.vertices[static_cast<std::size_t>(e.to)];
     name.feature = e.edge.value;
     name.other_feature = 0;
     for (const double station : {-wedge, -b.width}) {

@@ -18,20 +18,20 @@ struct Blade {
   const RigidShape* shape = nullptr;  ///< its frame and motion; parts do not matter
   std::int32_t tool = 0;
   double length = 0, width = 0, thickness = 0;  ///< m
-  double stray = 0;   ///< m: a cut may run this far beside the blade's plane
-  double margin = 0;  ///< m: what is farther from touching is left out, but for its motion
-  double speed = 0;   ///< m/s: of any of its points, at most
-  double step = 1e-3; ///< h, s
+  double stray = 0;                             ///< m: a cut may run this far beside the blade's plane
+  double margin = 0;                            ///< m: what is farther from touching is left out, but for its motion
+  double speed = 0;                             ///< m/s: of any of its points, at most
+  double step = 1e-3;                           ///< h, s
 };
 
 /// A vertex of a rim beside the blade.
 struct SlitVertex {
   CollisionVertex vertex;
-  int side = 0;           ///< 1: its material lies towards +y of the blade, -1: -y; 0: both (a slit that turns back)
-  int end = 0;            ///< of the slit: -1 behind the blade, both lips lead forward from it, 1 ahead
-  Vec3 local, offset;     ///< m, in the blade's frame; offset to the + corner
-  CollisionVertex facing; ///< the nearest one of the other lip at rest; none
-  double freedom = 1;     ///< 0: the two can't come apart, 1: they can. Whoever knows what carries them fills it in
+  int side = 0;            ///< 1: its material lies towards +y of the blade, -1: -y; 0: both (a slit that turns back)
+  int end = 0;             ///< of the slit: -1 behind the blade, both lips lead forward from it, 1 ahead
+  Vec3 local, offset;      ///< m, in the blade's frame; offset to the + corner
+  CollisionVertex facing;  ///< the nearest one of the other lip at rest; none
+  double freedom = 1;      ///< 0: the two can't come apart, 1: they can. Whoever knows what carries them fills it in
   RememberedRim known;
 };
 struct SlitEdge {
@@ -48,6 +48,7 @@ struct Slit {
 void find_slit(const SurfaceState& body, const Blade& blade, const DetectMemory& memory, Slit& slit);
 
 /// Appends the contacts of a blade with its slit, in any order; what they are to be known by goes to the memory.
-void detect_flanks(const SurfaceState& body, const Blade& blade, Slit& slit, DetectMemory& memory, std::vector<Contact>& contacts);
+void detect_flanks(const SurfaceState& body, const Blade& blade, Slit& slit, DetectMemory& memory,
+                   std::vector<Contact>& contacts);
 
 }  // namespace kerf

@@ -65,10 +65,12 @@ inline Between between(const LeafBlock& block, const TreeBox& a) {
 }
 
 /// side_by_side(), by so much more that rounding can't make it true of a leaf and not of what is in it.
-inline EightBits clearly_side_by_side(const LeafBlock& block, const Between& it, const TreeBox& a_directions, float limit) {
+inline EightBits clearly_side_by_side(const LeafBlock& block, const Between& it, const TreeBox& a_directions,
+                                      float limit) {
   Eight along[3], spread[3], other_along[3], other_spread[3];
   for (std::size_t k = 0; k < 3; ++k) {
-    const float centre = 0.5f * (a_directions.min.x[k] + a_directions.max.x[k]), width = 0.5f * (a_directions.max.x[k] - a_directions.min.x[k]);
+    const float centre = 0.5f * (a_directions.min.x[k] + a_directions.max.x[k]),
+                width = 0.5f * (a_directions.max.x[k] - a_directions.min.x[k]);
     along[k] = centre * it.middle[k];
     spread[k] = std::fabs(centre) * it.half[k] + width * it.farthest[k];
     other_along[k] = block.centre[k] * it.middle[k];
@@ -76,25 +78,31 @@ inline EightBits clearly_side_by_side(const LeafBlock& block, const Between& it,
   }
   const Eight inverse = 1 / it.distance, one = all_eight(1);
   const Eight part = (absolute(along[0] + along[1] + along[2]) + (spread[0] + spread[1] + spread[2])) * inverse;
-  const Eight other = (absolute(other_along[0] + other_along[1] + other_along[2]) + (other_spread[0] + other_spread[1] + other_spread[2])) * inverse;
+  const Eight other = (absolute(other_along[0] + other_along[1] + other_along[2]) +
+                       (other_spread[0] + other_spread[1] + other_spread[2])) *
+                      inverse;
   const float size = a_directions.max.x[3];
   const Eight gap = it.distance - size * lesser(part, one) - block.size * lesser(other, one);
   // Where the distance is zero, the quotients are not numbers, and so is the gap: not side by side.
-  return (it.distance > all_eight(limit * (1 + kBoxRounding))) & (gap > limit + kBoxRounding * (it.distance + size + block.size));
+  return (it.distance > all_eight(limit * (1 + kBoxRounding))) &
+         (gap > limit + kBoxRounding * (it.distance + size + block.size));
 }
 
 }  // namespace
 
-unsigned leaves_near_point(const LeafBlock& block, const TreeCorner& p, const TreeCorner& direction, float square, float limit) {
+unsigned leaves_near_point(const LeafBlock& block, const TreeCorner& p, const TreeCorner& direction, float square,
+                           float limit) {
   const Between it = between(block, {p, p});
   const EightBits far = it.square > all_eight(square * (1 + kBoxRounding));
   const unsigned near = zeros(far);
   return near == 0 ? 0 : near & zeros(clearly_side_by_side(block, it, {direction, direction}, limit));
 }
 
-unsigned leaves_near_box(const LeafBlock& block, const TreeBox& a, const TreeBox& a_directions, float reach, float limit) {
+unsigned leaves_near_box(const LeafBlock& block, const TreeBox& a, const TreeBox& a_directions, float reach,
+                         float limit) {
   EightBits far{};
-  for (std::size_t k = 0; k < 3; ++k) far |= greater(block.min[k] - a.max.x[k], a.min.x[k] - block.max[k]) > all_eight(reach);
+  for (std::size_t k = 0; k < 3; ++k)
+    far |= greater(block.min[k] - a.max.x[k], a.min.x[k] - block.max[k]) > all_eight(reach);
   const unsigned near = zeros(far);
   return near == 0 ? 0 : near & zeros(clearly_side_by_side(block, between(block, a), a_directions, limit));
 }
@@ -115,7 +123,8 @@ unsigned near_box(const BoxBlock& block, const TreeBox& box, float reach) {
   return zeros(apart);
 }
 
-unsigned not_side_by_side(const TreeBox& a, const TreeBox& a_directions, const BoxBlock& block, const TreeBox& directions, float limit) {
+unsigned not_side_by_side(const TreeBox& a, const TreeBox& a_directions, const BoxBlock& block,
+                          const TreeBox& directions, float limit) {
   Eight middle[3], half[3], farthest[3], square[3];
   for (std::size_t k = 0; k < 3; ++k) {
     middle[k] = 0.5f * (a.min.x[k] + a.max.x[k] - block.min[k] - block.max[k]);
@@ -152,13 +161,15 @@ unsigned may_have_inner_feet(const SegmentBlock& block, const SegmentProbe& prob
     between += absolute(w[k]);
   }
   const Eight &vv = block.square, &other = block.size, (&v)[3] = block.along;
-  const Eight uv = u[0] * v[0] + u[1] * v[1] + u[2] * v[2], uw = u[0] * w[0] + u[1] * w[1] + u[2] * w[2], vw = v[0] * w[0] + v[1] * w[1] + v[2] * w[2];
+  const Eight uv = u[0] * v[0] + u[1] * v[1] + u[2] * v[2], uw = u[0] * w[0] + u[1] * w[1] + u[2] * w[2],
+              vw = v[0] * w[0] + v[1] * w[1] + v[2] * w[2];
   const Eight det = uu * vv - uv * uv, s = uv * vw - vv * uw, t = uu * vw - uv * uw;
   // Ends are rounded by a part of `slack`: with lengths of at most M, s and t change by 8 of that, det by 4, times M squared and one length.
   const Eight all = size + other + between, error = all * all * (8 * probe.slack + (64 * FLT_EPSILON) * all);
   const Eight slack_s = error * other, slack_t = error * size;
   const EightBits outside = (s < -slack_s) | (s > det + slack_s) | (t < -slack_t) | (t > det + slack_t);
-  const EightBits joined = (block.from == probe.from) | (block.from == probe.to) | (block.to == probe.from) | (block.to == probe.to);
+  const EightBits joined =
+      (block.from == probe.from) | (block.from == probe.to) | (block.to == probe.from) | (block.to == probe.to);
   return zeros(outside | joined);
 }
 
@@ -188,7 +199,8 @@ void LeafEdges::clear(std::size_t nodes) {
   ends.clear();
 }
 
-void LeafEdges::set_last(const TreeCorner& a, const TreeCorner& b, std::int32_t from, std::int32_t to, bool rim, std::uint32_t n) {
+void LeafEdges::set_last(const TreeCorner& a, const TreeCorner& b, std::int32_t from, std::int32_t to, bool rim,
+                         std::uint32_t n) {
   const std::size_t lane = (item.size() - 1 - leaf[n].begin) % 8;
   if (lane == 0) ends.emplace_back();
   SegmentBlock& it = ends.back();

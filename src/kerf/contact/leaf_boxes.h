@@ -20,7 +20,8 @@ unsigned near_point(const BoxBlock& block, const TreeCorner& p, float square);
 /// Bit i: box i is at most `reach` (at least 0) apart from another one along every axis.
 unsigned near_box(const BoxBlock& block, const TreeBox& box, float reach);
 /// Bit i: side_by_side() does not hold for `a` and box i, whose directions are in `directions`.
-unsigned not_side_by_side(const TreeBox& a, const TreeBox& a_directions, const BoxBlock& block, const TreeBox& directions, float limit);
+unsigned not_side_by_side(const TreeBox& a, const TreeBox& a_directions, const BoxBlock& block,
+                          const TreeBox& directions, float limit);
 
 /// Eight leaves of a body's tree: their boxes, and those of the directions in them. Unused ones, at the end, are far away.
 struct LeafBlock {
@@ -30,16 +31,18 @@ struct LeafBlock {
 LeafBlock no_leaves();
 void set_leaf(const TreeBox& box, const TreeBox& directions, std::size_t i, LeafBlock& block);
 /// Bit i: something in leaf i may be what near_point() and not_side_by_side() select, together: none of that is left out.
-unsigned leaves_near_point(const LeafBlock& block, const TreeCorner& p, const TreeCorner& direction, float square, float limit);
+unsigned leaves_near_point(const LeafBlock& block, const TreeCorner& p, const TreeCorner& direction, float square,
+                           float limit);
 /// The same of near_box() and not_side_by_side().
-unsigned leaves_near_box(const LeafBlock& block, const TreeBox& a, const TreeBox& a_directions, float reach, float limit);
+unsigned leaves_near_box(const LeafBlock& block, const TreeBox& a, const TreeBox& a_directions, float reach,
+                         float limit);
 
 /// The edges in eight boxes.
 struct SegmentBlock {
   Eight a[3], along[3];  ///< first end, and from there to the other, m
-  Eight square, size;  ///< of the length, and the sum of its coordinates' sizes
-  EightBits from, to;  ///< their vertices
-  unsigned rims = 0;   ///< bit i: edge i was made by a cut
+  Eight square, size;    ///< of the length, and the sum of its coordinates' sizes
+  EightBits from, to;    ///< their vertices
+  unsigned rims = 0;     ///< bit i: edge i was made by a cut
 };
 /// An edge that blocks are asked about.
 struct SegmentProbe {
@@ -58,7 +61,7 @@ struct LeafBoxes {
   std::vector<std::int32_t> item;  ///< numbers of faces or edges
   std::vector<TreeBox> box;        ///< of the items
   std::vector<BoxBlock> block;
-  std::vector<Range> leaf;         ///< per node
+  std::vector<Range> leaf;  ///< per node
 
   /// Nothing is listed.
   void clear(std::size_t nodes);
@@ -75,8 +78,10 @@ struct LeafBoxes {
   void for_each(std::uint32_t n, Select&& select, Visit&& visit) const {
     const Range& range = leaf[n];
     for (std::uint32_t at = range.begin, b = range.block; at < range.end; at += 8, ++b) {
-      const unsigned used = range.end - at < 8 ? (1u << (range.end - at)) - 1 : 0xff;  // nothing is far from what is not a number
-      for (unsigned bits = select(b) & used; bits != 0; bits &= bits - 1) visit(at + static_cast<std::uint32_t>(std::countr_zero(bits)));
+      const unsigned used =
+          range.end - at < 8 ? (1u << (range.end - at)) - 1 : 0xff;  // nothing is far from what is not a number
+      for (unsigned bits = select(b) & used; bits != 0; bits &= bits - 1)
+        visit(at + static_cast<std::uint32_t>(std::countr_zero(bits)));
     }
   }
 
@@ -88,7 +93,8 @@ struct LeafEdges : LeafBoxes {
 
   void clear(std::size_t nodes);
   /// Says what the edge that was added last is.
-  void set_last(const TreeCorner& a, const TreeCorner& b, std::int32_t from, std::int32_t to, bool rim, std::uint32_t n);
+  void set_last(const TreeCorner& a, const TreeCorner& b, std::int32_t from, std::int32_t to, bool rim,
+                std::uint32_t n);
 };
 
 }  // namespace kerf

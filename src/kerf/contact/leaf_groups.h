@@ -63,7 +63,8 @@ inline std::span<const LeafBlock> list_partners(const BodyPair& pair, const Leaf
 
 /// Calls visit(pair, is it one of `some`?) for the pairs of a group whose bit select(block of partners) sets. `some` are in the order of the group.
 template <class Select, class Visit>
-void for_each_near_leaf(const BodyPair& pair, const LeafGroup& group, std::span<const LeafPair> some, Select&& select, Visit&& visit) {
+void for_each_near_leaf(const BodyPair& pair, const LeafGroup& group, std::span<const LeafPair> some, Select&& select,
+                        Visit&& visit) {
   const std::span<const LeafBlock> blocks = list_partners(pair, group);
   auto tested = some.begin();
   for (std::size_t b = 0; b < blocks.size(); ++b)
@@ -79,7 +80,8 @@ void for_each_near_leaf(const BodyPair& pair, const LeafGroup& group, std::span<
 /// The pairs of a group that a vertex or an edge has to be tested with in this call. deform(pair of leaves, limit, most): how much it may deform
 /// towards that leaf, if less than `most`; 0: test it.
 template <class Deform>
-std::span<const LeafPair> pairs_to_test(const BodyPair& pair, const LeafGroup& group, double approach, QuietUntil& known, Deform&& deform) {
+std::span<const LeafPair> pairs_to_test(const BodyPair& pair, const LeafGroup& group, double approach,
+                                        QuietUntil& known, Deform&& deform) {
   const std::uint32_t leaf = group.pairs[0][0];
   if (!pair.quiet->settled(leaf)) return group.pairs;
   const bool quiet = is_quiet(*pair.quiet, known, leaf, approach);
@@ -96,7 +98,9 @@ std::span<const LeafPair> pairs_to_test(const BodyPair& pair, const LeafGroup& g
     for (std::size_t i = 0; i < group.followed.size(); ++i) {
       const LeafPair& leaves = group.followed[i].leaves;
       const auto end = found.near.begin() + found.near_count;
-      if ((quiet && group.fresh[i] == 0) || !pair.quiet->settled(leaves[1]) || std::find(found.near.begin(), end, leaves[1]) != end) continue;
+      if ((quiet && group.fresh[i] == 0) || !pair.quiet->settled(leaves[1]) ||
+          std::find(found.near.begin(), end, leaves[1]) != end)
+        continue;
       if (budget > 0) --budget;
       if (const double d = deform(leaves, limit, most); d > 0) {
         most = d;

@@ -65,7 +65,8 @@ bool back_to_back(const ContactSurface& s, const BodyPoint& v, H h) {
 /// Do lips face each other? Where faces have turned to each other and offsets lean, conormals may not, and yet the walls do.
 bool are_facing(Vec3 conormal, Vec3 offset, Vec3 other_conormal, Vec3 other_offset) {
   const double along = dot(conormal, other_conormal);
-  return along < kFacing || (along < kTurned && dot(wall_normal(conormal, offset), wall_normal(other_conormal, other_offset)) < kFacingWalls);
+  return along < kFacing || (along < kTurned && dot(wall_normal(conormal, offset),
+                                                    wall_normal(other_conormal, other_offset)) < kFacingWalls);
 }
 
 /// The number of an edge in the memory of this call.
@@ -92,8 +93,10 @@ RimVertex find_rim(const BodyView& body, V v) {
   const RimEdges edges = rim_edges(body.surface, v);
   const Vec3 x = body.position(v);
   RimVertex r;
-  if (edges.out.valid()) r.end[0] = {out_of_rim(body, edges.out), {normalized(body.position(body.surface.to(edges.out)) - x)}};
-  if (edges.in.valid()) r.end[1] = {out_of_rim(body, edges.in), {normalized(body.position(body.surface.from(edges.in)) - x)}};
+  if (edges.out.valid())
+    r.end[0] = {out_of_rim(body, edges.out), {normalized(body.position(body.surface.to(edges.out)) - x)}};
+  if (edges.in.valid())
+    r.end[1] = {out_of_rim(body, edges.in), {normalized(body.position(body.surface.from(edges.in)) - x)}};
   if (!edges.out.valid()) std::swap(r.end[0], r.end[1]);
   r.count = edges.out.valid() && edges.in.valid() ? 2 : edges.out.valid() || edges.in.valid() ? 1 : 0;
   if (r.count < 2) return r;
@@ -196,7 +199,8 @@ LipEnd lip_end(const BodyView& body, const BodyPoint& v, const RimEnd& rim, cons
     t = next;
   }
   const double share = std::clamp(0.5 + 2 * (std::fabs(e.lift) - std::fabs(e.other_lift)), 0.0, 1.0);
-  e.normal = normalized(share * wall_normal(foot.conormal, e.foot.offset) - (1 - share) * wall_normal(rim.conormal, v.offset));
+  e.normal =
+      normalized(share * wall_normal(foot.conormal, e.foot.offset) - (1 - share) * wall_normal(rim.conormal, v.offset));
   if (e.gap > 0 || !(norm(e.normal) > 0.5)) {
     e.gap = HUGE_VAL;
     return e;
@@ -209,7 +213,9 @@ namespace {
 
 /// Which of v's rims the first and the second rim of a corner face, as the corner across from it; -1: it is not.
 std::array<int, 2> faced_rims(const RimVertex& rim, const RimVertex& other) {
-  const auto faces = [&](std::size_t i, std::size_t k) { return dot(rim.end[i].conormal, other.end[k].conormal) < kFacing; };
+  const auto faces = [&](std::size_t i, std::size_t k) {
+    return dot(rim.end[i].conormal, other.end[k].conormal) < kFacing;
+  };
   if (faces(0, 0) && faces(1, 1)) return {0, 1};
   if (faces(1, 0) && faces(0, 1)) return {1, 0};
   return {-1, -1};
@@ -217,7 +223,9 @@ std::array<int, 2> faced_rims(const RimVertex& rim, const RimVertex& other) {
 
 }  // namespace
 
-bool is_outer_corner(const RimVertex& rim) { return rim.count == 2 && dot(rim.end[0].conormal, rim.end[1].along[0]) < 0; }
+bool is_outer_corner(const RimVertex& rim) {
+  return rim.count == 2 && dot(rim.end[0].conormal, rim.end[1].along[0]) < 0;
+}
 
 bool LipRun::has(H h) const { return std::find(edge.begin(), edge.begin() + count, h) != edge.begin() + count; }
 
@@ -239,7 +247,8 @@ LipRun lip_run(const BodyView& body, H h) {
   return run;
 }
 
-void offer_second_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h, const LipRun& first, LipFoot& best) {
+void offer_second_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, H h, const LipRun& first,
+                      LipFoot& best) {
   LipFoot foot = best;
   offer_lip(body, v, rim, h, foot);
   if (foot.edge != h || foot.edge == best.edge || first.has(h)) return;
@@ -253,7 +262,9 @@ void offer_second_lip(const BodyView& body, const BodyPoint& v, const RimEnd& ri
 void offer_corner(const BodyView& body, const BodyPoint& v, const RimVertex& rim, V c, CornerFoot& best) {
   const Vec3 d = v.position - body.position(c);
   const double distance = norm(d), thickness = norm(v.offset) + norm(body.offset(c));
-  if (!(distance < best.score || (distance == best.score && c < best.corner)) || !(distance < thickness) || c == v.where.vertex[0]) return;
+  if (!(distance < best.score || (distance == best.score && c < best.corner)) || !(distance < thickness) ||
+      c == v.where.vertex[0])
+    return;
   const RimVertex& other = rim_at(body, c);
   if (!is_outer_corner(rim) || !is_outer_corner(other) || faced_rims(rim, other)[0] < 0) return;
   const RimEdges edges = rim_edges(body.surface, c);
@@ -268,7 +279,8 @@ std::array<CornerWall, 2> corner_walls(const BodyView& body, const BodyPoint& v,
   for (std::size_t k = 0; k < 2; ++k) {
     CornerWall& w = walls[k];
     const H h = k == 0 ? edges.out : edges.in;
-    const double t = closest_on_segment(v.position, body.position(body.surface.from(h)), body.position(body.surface.to(h)));
+    const double t =
+        closest_on_segment(v.position, body.position(body.surface.from(h)), body.position(body.surface.to(h)));
     w.foot = {h, t, norm(v.position - edge_point(body, h, t).position), out_of_rim_at(body, h, t)};
     for (std::size_t end = 0; end < 2; ++end) {
       w.ends[end] = lip_end(body, v, rim.end[static_cast<std::size_t>(faced[k])], w.foot, static_cast<int>(end));

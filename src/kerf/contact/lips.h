@@ -43,14 +43,16 @@ struct LipRun {
 };
 LipRun lip_run(const BodyView& body, CollisionHalfEdge h);
 /// Where cuts cross, a wall may face two lips. Takes edge h as offer_lip() does if it belongs to another lip than `first`, and v is beside it, not beyond its end.
-void offer_second_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, CollisionHalfEdge h, const LipRun& first, LipFoot& best);
+void offer_second_lip(const BodyView& body, const BodyPoint& v, const RimEnd& rim, CollisionHalfEdge h,
+                      const LipRun& first, LipFoot& best);
 
 /// Where two walls meet, at one end of the height that they share: at the height of either one's end, a corner against a wall.
 struct LipEnd {
-  BodyPoint foot;         ///< on the other rim
+  BodyPoint foot;  ///< on the other rim
   double lift = 0, other_lift = 0;
-  Vec3 normal;            ///< unit, from the other wall to this one: that of the wall which the other's corner meets, of both for two corners
-  double gap = 0;         ///< m; HUGE_VAL: one wall is above the other
+  Vec3
+      normal;  ///< unit, from the other wall to this one: that of the wall which the other's corner meets, of both for two corners
+  double gap = 0;  ///< m; HUGE_VAL: one wall is above the other
 };
 /// end 0: the upper one of v, 1: the lower one.
 LipEnd lip_end(const BodyView& body, const BodyPoint& v, const RimEnd& rim, const LipFoot& foot, int end);
@@ -66,9 +68,10 @@ void offer_corner(const BodyView& body, const BodyPoint& v, const RimVertex& rim
 /// A wall at the corner across, met by v's wall that faces it.
 struct CornerWall {
   LipFoot foot;
-  std::array<LipEnd, 2> ends;        ///< as of lips
-  std::array<double, 2> later{};     ///< their gaps after the motion that is predicted, m
+  std::array<LipEnd, 2> ends;     ///< as of lips
+  std::array<double, 2> later{};  ///< their gaps after the motion that is predicted, m
 };
-std::array<CornerWall, 2> corner_walls(const BodyView& body, const BodyPoint& v, const RimVertex& rim, CollisionVertex corner);
+std::array<CornerWall, 2> corner_walls(const BodyView& body, const BodyPoint& v, const RimVertex& rim,
+                                       CollisionVertex corner);
 
 }  // namespace kerf

@@ -21,9 +21,7 @@ struct NearShape {
     return run.margin + kApproach * (body.frame.travel[v.index()] + shape_travel);
   }
   /// How far from the mid-surface at a vertex something can be and still matter, m.
-  [[nodiscard]] double reach(CollisionVertex v) const {
-    return body.frame.thickness[v.index()] + approach(v);
-  }
+  [[nodiscard]] double reach(CollisionVertex v) const { return body.frame.thickness[v.index()] + approach(v); }
   [[nodiscard]] double reach(const std::array<CollisionVertex, 3>& v) const {
     return std::fmax(reach(v[0]), std::fmax(reach(v[1]), reach(v[2])));
   }

@@ -77,7 +77,8 @@ void add_edges(const TriangleMesh& mesh, ObstacleMesh& m) {
     const Vec3 a = m.face_normal[h / 3], b = m.face_normal[g / 3];
     m.edge_normal[h] = m.edge_normal[g] = unit_or(a + b, a);
     const std::size_t apex = 3 * (g / 3) + (g + 2) % 3;
-    const Vec3 across = m.positions[static_cast<std::size_t>(m.corners[apex])] - m.positions[static_cast<std::size_t>(from(edge[0]))];
+    const Vec3 across =
+        m.positions[static_cast<std::size_t>(m.corners[apex])] - m.positions[static_cast<std::size_t>(from(edge[0]))];
     const bool bent = norm(cross(a, b)) > std::sin(kFlatEdge) || dot(a, b) < 0;
     m.convex_edge[h] = bent && dot(across, a) < 0 ? 1 : 0;
   });
@@ -102,7 +103,11 @@ void pack_leaves(ObstacleMesh& m) {
         if (m.vertex_owner[static_cast<std::size_t>(m.corners[k])] == h) l.vertices.push_back(m.corners[k]);
         if (m.convex_edge[k] == 0) continue;
         const Vec3 a = p[side], b = p[(side + 1) % 3];
-        ObstacleLeaves::Edge edge{box_of(std::array{a, b}), a, b, {normalized(cross(m.face_normal[k / 3], b - a)), {}}, h,
+        ObstacleLeaves::Edge edge{box_of(std::array{a, b}),
+                                  a,
+                                  b,
+                                  {normalized(cross(m.face_normal[k / 3], b - a)), {}},
+                                  h,
                                   static_cast<float>(1.000001 * norm(b - a))};
         if (m.twin[k] >= 0)
           edge.into[1] = normalized(cross(b - a, m.face_normal[static_cast<std::size_t>(m.twin[k]) / 3]));

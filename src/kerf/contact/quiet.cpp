@@ -71,7 +71,8 @@ double quiet_hulls(const Hull& a, const Hull& b, double limit, double thick) {
   const Four mine = greatest_part(a), other = greatest_part(b);
   const double spare = distance - std::min(thick, greatest_of(mine) + greatest_of(other)) - limit;
   // Both points move and both offsets turn by as much: d changes by twice that, d / |d| by twice that over the distance left.
-  return spare > 0 ? std::min(kNearest * distance, spare * distance / (2 * distance + 2.2 / (1 - kNearest) * thick)) : 0;
+  return spare > 0 ? std::min(kNearest * distance, spare * distance / (2 * distance + 2.2 / (1 - kNearest) * thick))
+                   : 0;
 }
 
 Vec3 lesser(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
@@ -134,7 +135,8 @@ void follow_pairs(std::span<const LeafPair> pairs, QuietBody& quiet) {
 void measure_motion(const BodyView& body, QuietBody& quiet) {
   const auto& pairs = quiet.followed;
   for (std::size_t i = 0; i < pairs.size(); ++i)
-    if (const std::uint32_t leaf = pairs[i].leaves[0]; quiet.settled(leaf) && (i == 0 || leaf != pairs[i - 1].leaves[0]))
+    if (const std::uint32_t leaf = pairs[i].leaves[0];
+        quiet.settled(leaf) && (i == 0 || leaf != pairs[i - 1].leaves[0]))
       quiet.motion[leaf] = motion_of(body, leaf, quiet);
   for (std::size_t i = 0; i < pairs.size();) {
     const std::uint32_t leaf = pairs[i].leaves[0];
@@ -201,7 +203,8 @@ void give_up(QuietUntil& it) {
   it.patience = it.failures;
 }
 
-double quiet_vertex(const BodyView& body, V v, const LeafPair& leaves, double limit, double most, NeighbourSearch& neighbours) {
+double quiet_vertex(const BodyView& body, V v, const LeafPair& leaves, double limit, double most,
+                    NeighbourSearch& neighbours) {
   const ContactSurface& s = body.surface;
   const TreeBoxes& boxes = body.frame.boxes;
   const double thick = body.frame.thickness[v.index()] + body.frame.greatest_offset;
@@ -215,19 +218,22 @@ double quiet_vertex(const BodyView& body, V v, const LeafPair& leaves, double li
   if (!together) find_neighbours(s, v, neighbours);
   s.tree.for_each_triangle(leaves[1], [&](F f) {
     const auto c = s.vertices(f);
-    if (!(most > 0) || c[0] == v || c[1] == v || c[2] == v || (together ? is_clear_neighbour(s, v, f) : is_neighbour(neighbours, f)))
+    if (!(most > 0) || c[0] == v || c[1] == v || c[2] == v ||
+        (together ? is_clear_neighbour(s, v, f) : is_neighbour(neighbours, f)))
       return;
     const TreeCorner &x = boxes.points[c[0].index()], &y = boxes.points[c[1].index()], &z = boxes.points[c[2].index()];
     if (squared_distance(joined(joined({x, x}, {y, y}), {z, z}), p) > square) return;
     Hull face;
     for (const V w : c) face.add(body, w);
     const double here = quiet_hulls(mine, face, limit, thick);
-    if (here < most && !(together && rest_distance(s, v, f) <= neighbour_distance(s, v, f))) most = here < least ? 0 : here;
+    if (here < most && !(together && rest_distance(s, v, f) <= neighbour_distance(s, v, f)))
+      most = here < least ? 0 : here;
   });
   return most;
 }
 
-double quiet_edges(const BodyView& body, H h, H g, bool hang_together, double limit, double most, NeighbourSearch& neighbours) {
+double quiet_edges(const BodyView& body, H h, H g, bool hang_together, double limit, double most,
+                   NeighbourSearch& neighbours) {
   const ContactSurface& s = body.surface;
   if (s.from(h) == s.from(g) || s.from(h) == s.to(g) || s.to(h) == s.from(g) || s.to(h) == s.to(g)) return most;
   if (hang_together && are_clear_neighbours(s, h, g)) return most;

@@ -22,7 +22,8 @@ std::array<Vec3, 3> rest_corners(const ContactSurface& s, F f) {
 std::vector<std::int32_t> pieces(const ContactSurface& s) {
   UnionFind sets(s.root_corner.size());
   for (const H h : ids<H>(s.twin.size()))
-    if (s.twin[h].valid()) sets.join(s.root[ContactSurface::face(h)].value, s.root[ContactSurface::face(s.twin[h])].value);
+    if (s.twin[h].valid())
+      sets.join(s.root[ContactSurface::face(h)].value, s.root[ContactSurface::face(s.twin[h])].value);
   std::vector<std::int32_t> piece(s.root_corner.size());
   for (std::size_t r = 0; r < piece.size(); ++r) piece[r] = sets.root(static_cast<std::int32_t>(r));
   return piece;
@@ -121,12 +122,14 @@ void find_neighbours(const ContactSurface& s, V v, NeighbourSearch& search) {
   NeighbourSearch::Known& known = search.known[v.index()];
   const std::uint32_t leaf = s.root_leaf[s.root[ContactSurface::face(s.outgoing[v])]], changes = s.node_changes[leaf];
   if (known.count > 0 && known.leaf == leaf && known.changes == changes) {
-    for (std::uint32_t i = known.begin; i < known.begin + known.count; ++i) search.stamp[search.found[i].index()] = search.round;
+    for (std::uint32_t i = known.begin; i < known.begin + known.count; ++i)
+      search.stamp[search.found[i].index()] = search.round;
     return;
   }
   flood(s, v, search);
   search.live += search.queue.size() - known.count;
-  known = {leaf, changes, static_cast<std::uint32_t>(search.found.size()), static_cast<std::uint32_t>(search.queue.size())};
+  known = {leaf, changes, static_cast<std::uint32_t>(search.found.size()),
+           static_cast<std::uint32_t>(search.queue.size())};
   search.found.insert(search.found.end(), search.queue.begin(), search.queue.end());
   tidy(search);
 }

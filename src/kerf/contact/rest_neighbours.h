@@ -24,11 +24,11 @@ struct NeighbourSearch {
   std::vector<std::uint32_t> stamp;  ///< per face: the search that found it
   std::uint32_t round = 0;
   std::vector<CollisionTriangle> queue;
-  CollisionVertex vertex;            ///< of the last search
+  CollisionVertex vertex;  ///< of the last search
   const void* surface = nullptr;
-  std::vector<Known> known;          ///< per vertex
+  std::vector<Known> known;                    ///< per vertex
   std::vector<CollisionTriangle> found, kept;  ///< what `known` points to, and memory to tidy it up
-  std::size_t live = 0;              ///< of `found`
+  std::size_t live = 0;                        ///< of `found`
 };
 
 /// Finds the neighbours of v: afterwards is_neighbour() answers. Cost: the faces within the distance; of a vertex that was asked about
@@ -49,8 +49,8 @@ inline bool are_strangers(const ContactSurface& s, CollisionVertex v, CollisionT
 /// Where a body is closer to itself at rest than it is thick, without hanging together there: folds with too little between them.
 struct TightFolds {
   std::size_t vertices = 0;
-  Vec3 first;           ///< m, at rest
-  double overlap = 0;   ///< m: the most
+  Vec3 first;          ///< m, at rest
+  double overlap = 0;  ///< m: the most
 };
 /// What is deeper in each other than a tenth of the half thickness: such places have no contact with each other. O(n x neighbours).
 TightFolds find_tight_folds(const ContactSurface& surface);

@@ -125,15 +125,18 @@ ShapePart mesh_part(std::shared_ptr<const ObstacleMesh> mesh, Vec3 origin, const
 Status validate_shape(const RigidShape& shape) {
   if (!is_finite(shape.position) || !is_finite(shape.velocity) || !is_finite(shape.spin))
     return bad_input("rigid shape: position, velocity and spin must be finite");
-  if (!is_rotation(shape.axes)) return bad_input("rigid shape: its axes are not three perpendicular, right-handed unit vectors");
+  if (!is_rotation(shape.axes))
+    return bad_input("rigid shape: its axes are not three perpendicular, right-handed unit vectors");
   if (!(shape.friction >= 0 && std::isfinite(shape.friction)))
-    return bad_input(fmt::format("rigid shape: a friction coefficient of {} makes no sense; give 0 or more", shape.friction));
+    return bad_input(
+        fmt::format("rigid shape: a friction coefficient of {} makes no sense; give 0 or more", shape.friction));
   for (std::size_t i = 0; i < shape.parts.size(); ++i) {
     const ShapePart& p = shape.parts[i];
     const auto bad = [&](const char* what) { return bad_input(fmt::format("rigid shape, part {}: {}", i + 1, what)); };
     if (!is_finite(p.centre) || !is_finite(p.end)) return bad("its place is not finite");
     if (!(p.radius >= 0 && std::isfinite(p.radius))) return bad("the radius must be finite and not negative");
-    if (!is_finite(p.half) || p.half.x < 0 || p.half.y < 0 || p.half.z < 0) return bad("the sizes must be finite and not negative");
+    if (!is_finite(p.half) || p.half.x < 0 || p.half.y < 0 || p.half.z < 0)
+      return bad("the sizes must be finite and not negative");
     if (p.kind == PartKind::kPlane && !(norm(p.axes.c[2]) > 0.5)) return bad("the plane's normal has no length");
     if (!is_rotation(p.axes)) return bad("its axes are not three perpendicular, right-handed unit vectors");
     if (p.kind == PartKind::kMesh && !p.mesh) return bad("there is no mesh");
@@ -227,7 +230,8 @@ bool closest_on_part(const PlacedPart& placed, Vec3 x, double reach, Proximity& 
     case PartKind::kSphere: return from_axis(x, placed.centre, {}, placed.part->radius, reach, r);
     case PartKind::kCapsule: {
       const double t = closest_on_segment(x, placed.centre, placed.end);
-      return from_axis(x, lerp(placed.centre, placed.end, t), placed.end - placed.centre, placed.part->radius, reach, r);
+      return from_axis(x, lerp(placed.centre, placed.end, t), placed.end - placed.centre, placed.part->radius, reach,
+                       r);
     }
     case PartKind::kBox: return from_box(placed, x, reach, r);
     case PartKind::kMesh: return from_mesh(placed, x, reach, r);

@@ -17,11 +17,11 @@ enum class PartKind : std::uint8_t { kPlane, kSphere, kCapsule, kBox, kMesh };
 /// One part, in the frame of its shape, metres. Made by the functions below.
 struct ShapePart {
   PartKind kind = PartKind::kSphere;
-  Vec3 centre;         ///< sphere, box; plane: a point of it; capsule: its first end; mesh: where its origin lies
-  Vec3 end;            ///< capsule: the other end
-  Mat3 axes;           ///< box, mesh: turned by this; plane: the third column is the normal
-  Vec3 half;           ///< box: half its sizes, without the rounding
-  double radius = 0;   ///< sphere, capsule; box: of its rounded edges, added to the sizes
+  Vec3 centre;        ///< sphere, box; plane: a point of it; capsule: its first end; mesh: where its origin lies
+  Vec3 end;           ///< capsule: the other end
+  Mat3 axes;          ///< box, mesh: turned by this; plane: the third column is the normal
+  Vec3 half;          ///< box: half its sizes, without the rounding
+  double radius = 0;  ///< sphere, capsule; box: of its rounded edges, added to the sizes
   std::shared_ptr<const ObstacleMesh> mesh;
 };
 
@@ -63,8 +63,8 @@ PlacedPart place(const RigidShape& shape, const ShapePart& part);
 
 /// The surface point of a part nearest to a point x: x = point + distance normal.
 struct Proximity {
-  Vec3 point, normal;    ///< m; unit, out of the part
-  double distance = 0;   ///< m, negative inside
+  Vec3 point, normal;      ///< m; unit, out of the part
+  double distance = 0;     ///< m, negative inside
   bool two_sided = false;  ///< an open mesh: the normal points to the side that x is on, whichever that is
 };
 /// False if x is farther than `reach` metres outside, or that far inside a mesh. If several places of a box or mesh are

@@ -17,12 +17,12 @@ struct RimEnd {
 };
 struct RimVertex {
   std::array<RimEnd, 2> end;
-  int count = 0;              ///< 0: no rim, or the tip of a cut
+  int count = 0;  ///< 0: no rim, or the tip of a cut
 };
 /// An edge made by a cut.
 struct RimEdge {
-  Vec3 conormal;              ///< unit, out of the material
-  std::array<Vec3, 2> at;     ///< at its ends: smooth rims share it
+  Vec3 conormal;           ///< unit, out of the material
+  std::array<Vec3, 2> at;  ///< at its ends: smooth rims share it
   bool ends_known = false;
 };
 

@@ -29,7 +29,8 @@ void list_edges(const BodyView& body, std::uint32_t leaf, LeafEdges& list) {
 /// Calls visit(edge of the other leaf, which comes near) for all of them that edge `i` has to do with and that select(list, number of a block, bits)
 /// leaves of those that are near.
 template <class Select, class Visit>
-void for_each_edge(const BodyPair& pair, std::uint32_t i, const LeafPair& leaves, float reach, Select&& select, Visit&& visit) {
+void for_each_edge(const BodyPair& pair, std::uint32_t i, const LeafPair& leaves, float reach, Select&& select,
+                   Visit&& visit) {
   const auto [leaf, other] = leaves;
   LeafEdges &mine = pair.run.scratch.leaf_edges, &others = pair.self ? mine : pair.run.scratch.other_leaf_edges;
   const TreeBox box = mine.box[i];
@@ -49,20 +50,23 @@ std::span<const LeafPair> edge_pairs(const BodyPair& pair, std::uint32_t i, cons
   if (pair.quiet == nullptr) return group.pairs;
   const H h(pair.run.scratch.leaf_edges.item[i]);
   const double reach = 2 * pair.a.frame.greatest_offset + quiet_skin(pair.a) + 2 * pair.a.frame.boxes.slack;
-  return pairs_to_test(pair, group, approach, pair.quiet->edge[h.index()], [&](const LeafPair& leaves, double limit, double most) {
-    const auto far = static_cast<float>(reach + limit);
-    if (leaves[1] < leaves[0] || !near(pair.run.scratch.leaf_edges.box[i], pair.b.frame.boxes.box[leaves[1]], far)) return most;
-    const bool together = hang_together(pair.a.surface, leaves[0], leaves[1]);
-    const auto all = [](const LeafEdges&, std::uint32_t, unsigned near) { return near; };
-    for_each_edge(pair, i, leaves, far, all, [&](H g) {
-      if (most > 0) most = quiet_edges(pair.a, h, g, together, limit, most, pair.run.scratch.neighbours);
-    });
-    return most;
-  });
+  return pairs_to_test(
+      pair, group, approach, pair.quiet->edge[h.index()], [&](const LeafPair& leaves, double limit, double most) {
+        const auto far = static_cast<float>(reach + limit);
+        if (leaves[1] < leaves[0] || !near(pair.run.scratch.leaf_edges.box[i], pair.b.frame.boxes.box[leaves[1]], far))
+          return most;
+        const bool together = hang_together(pair.a.surface, leaves[0], leaves[1]);
+        const auto all = [](const LeafEdges&, std::uint32_t, unsigned near) { return near; };
+        for_each_edge(pair, i, leaves, far, all, [&](H g) {
+          if (most > 0) most = quiet_edges(pair.a, h, g, together, limit, most, pair.run.scratch.neighbours);
+        });
+        return most;
+      });
 }
 
 /// A coarse edge against those of other leaves.
-void search_edge(const BodyPair& pair, std::uint32_t i, const LeafGroup& group, std::span<const LeafPair> some, double reach, double approach) {
+void search_edge(const BodyPair& pair, std::uint32_t i, const LeafGroup& group, std::span<const LeafPair> some,
+                 double reach, double approach) {
   const double slack = pair.a.frame.boxes.slack + pair.b.frame.boxes.slack;
   const auto r = static_cast<float>(reach + slack), limit = static_cast<float>(approach + slack);
   const H h(pair.run.scratch.leaf_edges.item[i]);
@@ -87,7 +91,9 @@ void search_edge(const BodyPair& pair, std::uint32_t i, const LeafGroup& group, 
     });
   };
   if (some.size() > kFewLeaves) {
-    for_each_near_leaf(pair, group, some, [&](const LeafBlock& leaves) { return leaves_near_box(leaves, box, directions, r, limit); }, search_leaf);
+    for_each_near_leaf(
+        pair, group, some, [&](const LeafBlock& leaves) { return leaves_near_box(leaves, box, directions, r, limit); },
+        search_leaf);
   } else {
     for (const LeafPair& leaves : some)
       if (near(box, pair.b.frame.boxes.box[leaves[1]], r)) search_leaf(leaves, true);
@@ -104,7 +110,8 @@ void search_edges(const BodyPair& pair, double reach, double approach) {
     const std::uint32_t leaf = group.pairs[0][0];
     list_edges(pair.a, leaf, mine);
     if (pair.quiet != nullptr)
-      for (std::uint32_t i = mine.leaf[leaf].begin; i < mine.leaf[leaf].end; ++i) __builtin_prefetch(&pair.quiet->edge[H(mine.item[i]).index()]);
+      for (std::uint32_t i = mine.leaf[leaf].begin; i < mine.leaf[leaf].end; ++i)
+        __builtin_prefetch(&pair.quiet->edge[H(mine.item[i]).index()]);
     for (std::uint32_t i = mine.leaf[leaf].begin; i < mine.leaf[leaf].end; ++i) {
       const H h(mine.item[i]);
       const std::span<const LeafPair> some = edge_pairs(pair, i, group, approach);

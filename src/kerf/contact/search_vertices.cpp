@@ -29,7 +29,9 @@ void find_near_faces(const BodyPair& pair, V v, const LeafGroup& group, std::spa
   LeafBoxes& faces = pair.run.scratch.leaf_faces;
   auto& near = pair.run.scratch.near_faces;
   near.clear();
-  const auto select_leaves = [&](const LeafBlock& leaves) { return leaves_near_point(leaves, p, direction, square, limit); };
+  const auto select_leaves = [&](const LeafBlock& leaves) {
+    return leaves_near_point(leaves, p, direction, square, limit);
+  };
   for_each_near_leaf(pair, group, some, select_leaves, [&](const LeafPair& leaves, bool test) {
     const std::uint32_t partner = leaves[1];
     const bool rims = has_rim && (pair.quiet == nullptr || pair.quiet->has_rim[partner] != 0);
@@ -37,14 +39,17 @@ void find_near_faces(const BodyPair& pair, V v, const LeafGroup& group, std::spa
     const bool neighbours = pair.self && hang_together(pair.a.surface, leaves[0], partner);
     const auto select = [&](std::uint32_t block) {
       const unsigned bits = near_point(faces.block[block], p, square);
-      return bits == 0 ? 0 : bits & not_side_by_side(here, mine, faces.block[block], other.frame.directions[partner], limit);
+      return bits == 0
+                 ? 0
+                 : bits & not_side_by_side(here, mine, faces.block[block], other.frame.directions[partner], limit);
     };
     list_faces(other, partner, faces);
     faces.for_each(partner, select, [&](std::uint32_t i) {
       const F f(faces.item[i]);
       const auto c = other.surface.vertices(f);
       const bool own = pair.self && (c[0] == v || c[1] == v || c[2] == v);
-      if ((rims || !own) && (!neighbours || !is_clear_neighbour(pair.a.surface, v, f))) near.push_back({f, rims, test && !own, neighbours});
+      if ((rims || !own) && (!neighbours || !is_clear_neighbour(pair.a.surface, v, f)))
+        near.push_back({f, rims, test && !own, neighbours});
     });
   });
 }
@@ -61,9 +66,10 @@ void search_vertex(const BodyPair& pair, V v, const LeafGroup& group, std::span<
 std::span<const LeafPair> vertex_pairs(const BodyPair& pair, V v, const LeafGroup& group) {
   // Which side a vertex is on of what it touches says so of the faces around it as well: those have to be looked at.
   if (pair.quiet == nullptr || pair.quiet->vertex[v.index()].touched != 0) return group.pairs;
-  return pairs_to_test(pair, group, pair.approach(v), pair.quiet->vertex[v.index()], [&](const LeafPair& leaves, double limit, double most) {
-    return quiet_vertex(pair.a, v, leaves, limit, most, pair.run.scratch.neighbours);
-  });
+  return pairs_to_test(pair, group, pair.approach(v), pair.quiet->vertex[v.index()],
+                       [&](const LeafPair& leaves, double limit, double most) {
+                         return quiet_vertex(pair.a, v, leaves, limit, most, pair.run.scratch.neighbours);
+                       });
 }
 
 }  // namespace

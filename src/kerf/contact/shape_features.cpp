@@ -21,8 +21,8 @@ void box_features(const PlacedPart& part, ShapeFeatures& features) {
     for (int k = 0; k < 3; ++k) {
       if ((bits >> k & 1) != 0) continue;
       const Vec3 y = axis((k + 1) % 3, bits), z = axis((k + 2) % 3, bits);
-      features.edges.push_back({corner(bits), corner(bits | 1 << k), std::sqrt(0.5) * (y + z), {-y, -z},
-                                part.part->radius, 3 * bits + k});
+      features.edges.push_back(
+          {corner(bits), corner(bits | 1 << k), std::sqrt(0.5) * (y + z), {-y, -z}, part.part->radius, 3 * bits + k});
     }
   }
 }

@@ -12,8 +12,8 @@ namespace kerf {
 /// A corner (or centre, or end) with a ball around it, in the world.
 struct ShapePoint {
   Vec3 p;
-  Vec3 outward;              ///< unit, out of the part; zero: there is no inside to point out of
-  double radius = 0;         ///< m
+  Vec3 outward;       ///< unit, out of the part; zero: there is no inside to point out of
+  double radius = 0;  ///< m
   std::int32_t id = 0;
 };
 /// A convex edge (or axis) with a tube around it.
@@ -27,7 +27,10 @@ struct ShapeEdge {
 struct ShapeFeatures {
   std::vector<ShapePoint> points;
   std::vector<ShapeEdge> edges;
-  void clear() { points.clear(); edges.clear(); }
+  void clear() {
+    points.clear();
+    edges.clear();
+  }
 };
 
 /// All features of a sphere, capsule or box; a plane has none. Those of a mesh are asked for one by one.

@@ -40,14 +40,20 @@ bool find_exit_of_face(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit
   for (int i = 0; i < kMostFaces; ++i) {
     const F f = ContactSurface::face(out.edge);
     const auto v = s.vertices(f);
-    const std::array<Vec3, 3> t{lifted_corner(body, v[0], out.side), lifted_corner(body, v[1], out.side), lifted_corner(body, v[2], out.side)};
+    const std::array<Vec3, 3> t{lifted_corner(body, v[0], out.side), lifted_corner(body, v[1], out.side),
+                                lifted_corner(body, v[2], out.side)};
     const std::array<double, 3> weights = nearest_foot(p, t).weights();
     exit.foot = {0, {v[0], v[1], v[2]}, weights, static_cast<double>(out.side)};
     const Vec3 n = normalized(cross(t[1] - t[0], t[2] - t[0]));
-    exit.normal = dot(n, body.offset[v[0].index()] + body.offset[v[1].index()] + body.offset[v[2].index()]) < 0 ? -out.side * n : out.side * n;
+    exit.normal = dot(n, body.offset[v[0].index()] + body.offset[v[1].index()] + body.offset[v[2].index()]) < 0
+                      ? -out.side * n
+                      : out.side * n;
     if (is_inside(weights)) return true;
     const int opposite = opposite_corner(weights);
-    const H h = ContactSurface::corner(f, opposite >= 0 ? (opposite + 1) % 3 : weights[0] == 1 ? 0 : weights[1] == 1 ? 1 : 2);
+    const H h = ContactSurface::corner(f, opposite >= 0     ? (opposite + 1) % 3
+                                          : weights[0] == 1 ? 0
+                                          : weights[1] == 1 ? 1
+                                                            : 2);
     if (!s.twin[h].valid()) return false;
     out.edge = s.twin[h];
   }
@@ -71,14 +77,18 @@ bool find_exit_of_wall(const SurfaceState& body, Vec3 p, WayOut& out, Exit& exit
   for (int i = 0; i < kMostFaces; ++i) {
     const V a = s.from(out.edge), b = s.to(out.edge), apex = s.from(ContactSurface::prev(out.edge));
     const Vec3 low = lifted_corner(body, a, -1), high = lifted_corner(body, b, 1);
-    const TriangleFoot under = nearest_foot(p, {low, lifted_corner(body, b, -1), high}), over = nearest_foot(p, {low, high, lifted_corner(body, a, 1)});
+    const TriangleFoot under = nearest_foot(p, {low, lifted_corner(body, b, -1), high}),
+                       over = nearest_foot(p, {low, high, lifted_corner(body, a, 1)});
     const bool is_under = under.square <= over.square;
     const std::array<double, 3> w = is_under ? under.weights() : over.weights();
     const double along = is_under ? w[1] + w[2] : w[1], lift = is_under ? w[2] - w[0] - w[1] : w[1] + w[2] - w[0];
     if (!(std::fabs(lift) < 1)) return false;
     exit.foot = {0, {a, b, V()}, {1 - along, along, 0}, lift};
-    const Vec3 n = normalized(cross(lifted_corner(body, b, lift) - lifted_corner(body, a, lift), lerp(body.offset[a.index()], body.offset[b.index()], along)));
-    exit.normal = dot(n, lerp(body.position[a.index()], body.position[b.index()], along) - body.position[apex.index()]) < 0 ? -n : n;
+    const Vec3 n = normalized(cross(lifted_corner(body, b, lift) - lifted_corner(body, a, lift),
+                                    lerp(body.offset[a.index()], body.offset[b.index()], along)));
+    exit.normal =
+        dot(n, lerp(body.position[a.index()], body.position[b.index()], along) - body.position[apex.index()]) < 0 ? -n
+                                                                                                                  : n;
     if (along > 0 && along < 1) return true;
     const H next = next_border(s, out.edge, along >= 1);
     if (!next.valid()) return false;
@@ -96,7 +106,9 @@ bool are_there(const ContactSurface& s, const SunkWall& wall) {
          (wall.out.side != 0 || !s.twin[wall.out.edge].valid());
 }
 
-double hopeless_depth(const ContactSurface& s, H edge) { return kHopeless * std::max(s.radius[s.from(edge)], s.radius[s.to(edge)]); }
+double hopeless_depth(const ContactSurface& s, H edge) {
+  return kHopeless * std::max(s.radius[s.from(edge)], s.radius[s.to(edge)]);
+}
 
 /// The contact of a wall; false: there is none any more.
 bool find_contact(const SurfaceState& body, double margin, SunkWall& wall, Contact& c) {
@@ -105,7 +117,8 @@ bool find_contact(const SurfaceState& body, double margin, SunkWall& wall, Conta
   c.a = {0, {s.from(wall.edge), s.to(wall.edge), V()}, {1 - wall.along, wall.along, 0}, wall.lift};
   const Vec3 p = place_of(body, c.a);
   Exit exit;
-  if (!(wall.out.side != 0 ? find_exit_of_face(body, p, wall.out, exit) : find_exit_of_wall(body, p, wall.out, exit))) return false;
+  if (!(wall.out.side != 0 ? find_exit_of_face(body, p, wall.out, exit) : find_exit_of_wall(body, p, wall.out, exit)))
+    return false;
   c.b = exit.foot;
   c.point = place_of(body, c.b);
   c.normal = exit.normal;
@@ -123,8 +136,12 @@ void remember_sunk_walls(const ContactSurface& surface, std::span<const DepthSea
       return !wall.edge.valid();
     });
     if (!wall.edge.valid() || d.depth > hopeless_depth(surface, wall.edge)) continue;
-    const auto is_it = [&](const SunkWall& w) { return w.edge == wall.edge && is_upper(w) == is_upper(wall) && std::fabs(w.along - wall.along) < kSamePlace; };
-    if (std::any_of(memory.walls.begin(), memory.walls.end(), [&](const SunkWall& w) { return is_it(w) && w.depth >= wall.depth; })) continue;
+    const auto is_it = [&](const SunkWall& w) {
+      return w.edge == wall.edge && is_upper(w) == is_upper(wall) && std::fabs(w.along - wall.along) < kSamePlace;
+    };
+    if (std::any_of(memory.walls.begin(), memory.walls.end(),
+                    [&](const SunkWall& w) { return is_it(w) && w.depth >= wall.depth; }))
+      continue;
     // Places that are known move to where the wall is deepest by now, but it goes out as it has begun to.
     double nearest = HUGE_VAL;
     for (const SunkWall& w : memory.walls) {
@@ -146,7 +163,8 @@ void forget_sunk_walls(const ContactSurface& surface, std::span<const F> changed
   std::erase_if(memory.walls, [&](const SunkWall& w) { return is_gone(w.edge) || is_gone(w.out.edge); });
 }
 
-void add_sunk_walls(const SurfaceState& body, double margin, double friction, DetectMemory& memory, std::vector<Contact>& contacts) {
+void add_sunk_walls(const SurfaceState& body, double margin, double friction, DetectMemory& memory,
+                    std::vector<Contact>& contacts) {
   if (memory.walls.empty()) return;
   std::size_t kept = 0;
   for (SunkWall wall : memory.walls) {

@@ -21,6 +21,7 @@ void forget_sunk_walls(const ContactSurface& surface, std::span<const CollisionT
 
 /// Adds the contacts of walls that are remembered, sorted by key with the others, and forgets those that are farther away than `margin` (m), beside what
 /// held them, too deep to be held, or no walls any more. O(walls remembered).
-void add_sunk_walls(const SurfaceState& body, double margin, double friction, DetectMemory& memory, std::vector<Contact>& contacts);
+void add_sunk_walls(const SurfaceState& body, double margin, double friction, DetectMemory& memory,
+                    std::vector<Contact>& contacts);
 
 }  // namespace kerf

@@ -22,7 +22,9 @@ SurfaceTree make_surface_tree(std::span<const Box3> root_boxes) {
   if (n == 0) return tree;
   for (std::uint32_t i = 0; i < n; ++i) tree.roots.push_back(RootId(std::size_t{i}));
   // Halves by count along the longest side of the centres: the triangles of a surface are of about one size.
-  struct Task { std::uint32_t node, begin, end; };
+  struct Task {
+    std::uint32_t node, begin, end;
+  };
   std::vector<Task> tasks{{0, 0, n}};
   tree.nodes.emplace_back();
   while (!tasks.empty()) {
@@ -32,7 +34,9 @@ SurfaceTree make_surface_tree(std::span<const Box3> root_boxes) {
       tree.nodes[task.node] = {task.begin, task.end - task.begin};
       continue;
     }
-    const auto centre = [&](RootId r) { return root_boxes[r.index()].empty() ? Vec3{} : root_boxes[r.index()].center(); };
+    const auto centre = [&](RootId r) {
+      return root_boxes[r.index()].empty() ? Vec3{} : root_boxes[r.index()].center();
+    };
     Box3 box;
     for (std::uint32_t i = task.begin; i < task.end; ++i) box.add(centre(tree.roots[i]));
     const Vec3 size = box.size();

@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "kerf/base/indexed.h"
 #include "kerf/base/ids.h"
+#include "kerf/base/indexed.h"
 #include "kerf/base/vec.h"
 
 namespace kerf {
@@ -24,10 +24,10 @@ struct SurfaceTreeNode {
 };
 
 struct SurfaceTree {
-  std::vector<SurfaceTreeNode> nodes;      ///< children come after their parents
-  std::vector<RootId> roots;               ///< grouped by leaf
-  IndexedArray<RootId, CollisionTriangle> first;           ///< the newest triangle of each root
-  IndexedArray<CollisionTriangle, CollisionTriangle> next; ///< the next older one of the same root
+  std::vector<SurfaceTreeNode> nodes;                       ///< children come after their parents
+  std::vector<RootId> roots;                                ///< grouped by leaf
+  IndexedArray<RootId, CollisionTriangle> first;            ///< the newest triangle of each root
+  IndexedArray<CollisionTriangle, CollisionTriangle> next;  ///< the next older one of the same root
 
   [[nodiscard]] bool empty() const { return nodes.empty(); }
   /// Calls visit(CollisionTriangle) for every triangle of a leaf.
@@ -55,8 +55,8 @@ struct TreeBox {
 }
 /// Boxes of a tree for one set of positions. They are rounded: with `slack` metres around it a box holds its triangles.
 struct TreeBoxes {
-  std::vector<TreeBox> box;         ///< per node
-  std::vector<TreeCorner> points;   ///< the positions in float
+  std::vector<TreeBox> box;        ///< per node
+  std::vector<TreeCorner> points;  ///< the positions in float
   double slack = 0;
 };
 

@@ -22,29 +22,30 @@ constexpr double kStayAtWall = 0.02;
 struct FaceFoot {
   F face;
   BodyPoint foot;
-  Vec3 normal;        ///< unit, from the face to the vertex
+  Vec3 normal;  ///< unit, from the face to the vertex
   double gap = HUGE_VAL;
   double other_lift = 0;  ///< of the place that is met: an end, or somewhere on a wall
-  bool across = false;  ///< a neighbour at rest but for a cut
+  bool across = false;    ///< a neighbour at rest but for a cut
 };
 
 /// One vertex at work.
 struct VertexSearch {
   V v;
   BodyPoint point;
-  double reach = 0;     ///< of mid-surfaces
-  double far = 0;       ///< no gap matters that is larger than this
-  double radius = 0;    ///< half thickness
+  double reach = 0;   ///< of mid-surfaces
+  double far = 0;     ///< no gap matters that is larger than this
+  double radius = 0;  ///< half thickness
   double from_origin = 0;
   std::array<const RememberedContact*, 2> remembered{};  ///< by slot
   [[nodiscard]] bool is_remembered() const { return remembered[0] != nullptr || remembered[1] != nullptr; }
-  std::array<FaceFoot, 2> best;                           ///< by slot: on the vertex's + and - side
+  std::array<FaceFoot, 2> best;  ///< by slot: on the vertex's + and - side
   RimVertex rim;
   std::array<LipFoot, 2> lip;
   std::array<LipFoot, 2> second;  ///< on other lips, where cuts cross
   CornerFoot corner;
-  bool near_crossing = false;     ///< is there a corner of a piece near?
-  double lip_gap = -HUGE_VAL;  ///< of the lip that is farther away, with patience if it touched; none: nothing faces the rim
+  bool near_crossing = false;  ///< is there a corner of a piece near?
+  double lip_gap =
+      -HUGE_VAL;  ///< of the lip that is farther away, with patience if it touched; none: nothing faces the rim
 };
 
 ContactName vertex_name(const BodyPair& pair, V v, int slot) {
@@ -93,7 +94,9 @@ bool is_nearer_elsewhere(const BodyView& body, F f, const std::array<double, 3>&
     return g.valid() && dot(direction, body.into(g)) > kOffFaces;
   }
   const V v = s.from(at);
-  const auto leads_to = [&](V w) { return dot(direction, normalized(body.position(w) - body.position(v))) > kOffFaces; };
+  const auto leads_to = [&](V w) {
+    return dot(direction, normalized(body.position(w) - body.position(v))) > kOffFaces;
+  };
   bool nearer = false;
   s.for_each_outgoing(v, [&](H h) {
     nearer = leads_to(s.to(h)) || leads_to(s.from(ContactSurface::prev(h)));
@@ -109,7 +112,9 @@ bool lies_by_lip(const BodyPair& pair, const VertexSearch& search, F f) {
   if (are_strangers(s, search.v, f)) return false;
   for (int k = 0; k < search.rim.count; ++k) {
     const LipFoot& lip = search.lip[static_cast<std::size_t>(k)];
-    if (lip.edge.valid() && rest_distance(s, s.from(lip.edge), f) <= 2 * lip.score + neighbour_distance(s, s.from(lip.edge), f)) return true;
+    if (lip.edge.valid() &&
+        rest_distance(s, s.from(lip.edge), f) <= 2 * lip.score + neighbour_distance(s, s.from(lip.edge), f))
+      return true;
   }
   return false;
 }
@@ -184,7 +189,8 @@ void offer_face(const BodyPair& pair, VertexSearch& search, F f, bool hang_toget
       // Farther apart sideways than they are deep: side by side, the business of the lips.
       double beside = walls - (known ? kStay * radius : 0);
       // Where cuts cross, the lips that are nearest may be others than the face's own.
-      if (c.across && search.lip_gap > -HUGE_VAL) beside = search.near_crossing && walls > -HUGE_VAL ? std::min(beside, search.lip_gap) : search.lip_gap;
+      if (c.across && search.lip_gap > -HUGE_VAL)
+        beside = search.near_crossing && walls > -HUGE_VAL ? std::min(beside, search.lip_gap) : search.lip_gap;
       if (beside > c.gap) return;
     }
   }
@@ -218,20 +224,25 @@ void offer_second_lips(const BodyPair& pair, VertexSearch& search) {
       for (int i = 0; i < 3 && it.rims; ++i) {
         const H h = ContactSurface::corner(it.face, i);
         if (s.cut[h] != 0 && s.from(h) != search.v && s.to(h) != search.v)
-          offer_second_lip(pair.b, search.point, search.rim.end[static_cast<std::size_t>(k)], h, run, search.second[static_cast<std::size_t>(k)]);
+          offer_second_lip(pair.b, search.point, search.rim.end[static_cast<std::size_t>(k)], h, run,
+                           search.second[static_cast<std::size_t>(k)]);
       }
   }
 }
 
 /// Did either end of a rim touch in the last step?
 bool touched(const BodyPair& pair, V v, int rim) {
-  return recall(pair.run, contact_key(lip_name(pair, v, rim, 0))) != nullptr || recall(pair.run, contact_key(lip_name(pair, v, rim, 1))) != nullptr;
+  return recall(pair.run, contact_key(lip_name(pair, v, rim, 0))) != nullptr ||
+         recall(pair.run, contact_key(lip_name(pair, v, rim, 1))) != nullptr;
 }
 
-void hand_out_ends(const BodyPair& pair, const VertexSearch& search, int rim, const std::array<LipEnd, 2>& ends, H edge) {
+void hand_out_ends(const BodyPair& pair, const VertexSearch& search, int rim, const std::array<LipEnd, 2>& ends,
+                   H edge) {
   for (int end = 0; end < 2; ++end) {
     const LipEnd& e = ends[static_cast<std::size_t>(end)];
-    if (e.gap < HUGE_VAL) hand_out_pair(pair.run, lip_name(pair, search.v, rim, end), search.point, e.lift, e.foot, e.other_lift, e.normal, edge.value);
+    if (e.gap < HUGE_VAL)
+      hand_out_pair(pair.run, lip_name(pair, search.v, rim, end), search.point, e.lift, e.foot, e.other_lift, e.normal,
+                    edge.value);
   }
 }
 
@@ -246,7 +257,9 @@ void measure_lips(const BodyPair& pair, VertexSearch& search) {
     auto& ends = pair.lip_ends[static_cast<std::size_t>(k)];
     ends = {lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
     const double gap = std::min(ends[0].gap, ends[1].gap);
-    if (!(gap < HUGE_VAL) || (!was && have_passed(gap, above_wall(search.point, edge_point(pair.b, lip.edge, lip.t)), radius))) lip.edge = H();
+    if (!(gap < HUGE_VAL) ||
+        (!was && have_passed(gap, above_wall(search.point, edge_point(pair.b, lip.edge, lip.t)), radius)))
+      lip.edge = H();
     else search.lip_gap = std::max(search.lip_gap, gap + (was ? kStay * radius : 0));
   }
 }
@@ -256,7 +269,8 @@ bool ends_at_corner(const BodyView& body, const VertexSearch& search, const LipF
   const V corner = search.corner.corner;
   if (!corner.valid()) return false;
   const LipRun run = lip_run(body, lip.edge);
-  return std::any_of(run.edge.begin(), run.edge.begin() + run.count, [&](H g) { return body.surface.from(g) == corner || body.surface.to(g) == corner; });
+  return std::any_of(run.edge.begin(), run.edge.begin() + run.count,
+                     [&](H g) { return body.surface.from(g) == corner || body.surface.to(g) == corner; });
 }
 
 /// Lips beyond a crossing: as those on this side.
@@ -265,10 +279,13 @@ void hand_out_second_lips(const BodyPair& pair, const VertexSearch& search) {
     const LipFoot& lip = search.second[static_cast<std::size_t>(k)];
     if (!lip.edge.valid() || ends_at_corner(pair.b, search, lip)) continue;
     const RimEnd& rim = search.rim.end[static_cast<std::size_t>(k)];
-    const std::array<LipEnd, 2> ends{lip_end(pair.b, search.point, rim, lip, 0), lip_end(pair.b, search.point, rim, lip, 1)};
+    const std::array<LipEnd, 2> ends{lip_end(pair.b, search.point, rim, lip, 0),
+                                     lip_end(pair.b, search.point, rim, lip, 1)};
     const bool was = touched(pair, search.v, kSecondLips + k);
     const double gap = std::min(ends[0].gap, ends[1].gap);
-    if (!(gap < HUGE_VAL) || (!was && have_passed(gap, above_wall(search.point, edge_point(pair.b, lip.edge, lip.t)), search.radius))) continue;
+    if (!(gap < HUGE_VAL) ||
+        (!was && have_passed(gap, above_wall(search.point, edge_point(pair.b, lip.edge, lip.t)), search.radius)))
+      continue;
     hand_out_ends(pair, search, kSecondLips + k, ends, lip.edge);
   }
 }
@@ -278,17 +295,21 @@ void hand_out_corner(const BodyPair& pair, const VertexSearch& search) {
   if (!search.corner.corner.valid()) return;
   const std::array<CornerWall, 2> walls = corner_walls(pair.b, search.point, search.rim, search.corner.corner);
   const BodyPoint corner = vertex_point(pair.b, search.corner.corner);
-  const std::array<const RememberedContact*, 2> was{recall(pair.run, contact_key(lip_name(pair, search.v, kCornerAcross, 0))),
-                                                    recall(pair.run, contact_key(lip_name(pair, search.v, kCornerAcross, 1)))};
+  const std::array<const RememberedContact*, 2> was{
+      recall(pair.run, contact_key(lip_name(pair, search.v, kCornerAcross, 0))),
+      recall(pair.run, contact_key(lip_name(pair, search.v, kCornerAcross, 1)))};
   for (std::size_t end = 0; end < 2; ++end) {
     const auto out = [&](const CornerWall& w) {
-      return w.later[end] + (was[end] != nullptr && was[end]->feature == w.foot.edge.value ? kStayAtWall * search.radius : 0);
+      return w.later[end] +
+             (was[end] != nullptr && was[end]->feature == w.foot.edge.value ? kStayAtWall * search.radius : 0);
     };
     const CornerWall& wall = out(walls[0]) < out(walls[1]) ? walls[1] : walls[0];
     const LipEnd& e = wall.ends[end];
     if (!(e.gap < HUGE_VAL)) continue;
-    if (was[0] == nullptr && was[1] == nullptr && have_passed(e.gap, above_wall(search.point, corner), search.radius)) continue;
-    hand_out_pair(pair.run, lip_name(pair, search.v, kCornerAcross, static_cast<int>(end)), search.point, e.lift, e.foot, e.other_lift, e.normal, wall.foot.edge.value);
+    if (was[0] == nullptr && was[1] == nullptr && have_passed(e.gap, above_wall(search.point, corner), search.radius))
+      continue;
+    hand_out_pair(pair.run, lip_name(pair, search.v, kCornerAcross, static_cast<int>(end)), search.point, e.lift,
+                  e.foot, e.other_lift, e.normal, wall.foot.edge.value);
   }
 }
 
@@ -308,7 +329,8 @@ bool hand_out_vertex(const BodyPair& pair, VertexSearch& search) {
   for (int slot = 0; slot < 2; ++slot) {
     const FaceFoot& c = search.best[static_cast<std::size_t>(slot)];
     if (!(c.gap < HUGE_VAL)) continue;
-    hand_out_pair(pair.run, vertex_name(pair, search.v, slot), search.point, slot == 0 ? 1 : -1, c.foot, c.other_lift, c.normal, c.face.value);
+    hand_out_pair(pair.run, vertex_name(pair, search.v, slot), search.point, slot == 0 ? 1 : -1, c.foot, c.other_lift,
+                  c.normal, c.face.value);
     touches = true;
   }
   return touches;

@@ -25,7 +25,8 @@ double beside_rim(const BodyView& body, V v, const BodyPoint& p) {
 
 /// How far all that stands over an edge is from the wall over another: beside it along `conormal` or next to that, upright to either end of the first,
 /// or over or under it. One direction for all four ends: offsets may turn along an edge, and what is beside at its ends may cross in between.
-double apart_from_wall(const BodyPoint& wall_first, const BodyPoint& wall_last, Vec3 conormal, const BodyPoint& first, const BodyPoint& last) {
+double apart_from_wall(const BodyPoint& wall_first, const BodyPoint& wall_last, Vec3 conormal, const BodyPoint& first,
+                       const BodyPoint& last) {
   const auto along = [&](Vec3 n) {
     const auto nearest = [&](const BodyPoint& p) { return dot(n, p.position) - std::fabs(dot(n, p.offset)); };
     const auto farthest = [&](const BodyPoint& p) { return dot(n, p.position) + std::fabs(dot(n, p.offset)); };
@@ -71,7 +72,8 @@ bool has_walls(const BodyView& body, F f) {
 double edge_beside_walls(const BodyView& a, H h, const BodyView& b, H g) {
   const BodyPoint first = vertex_point(a, a.surface.from(h)), last = vertex_point(a, a.surface.to(h));
   if (b.surface.cut[g] != 0)
-    return apart_from_wall(vertex_point(b, b.surface.from(g)), vertex_point(b, b.surface.to(g)), out_of_rim(b, g), first, last);
+    return apart_from_wall(vertex_point(b, b.surface.from(g)), vertex_point(b, b.surface.to(g)), out_of_rim(b, g),
+                           first, last);
   double beside = -HUGE_VAL;
   for (const V v : {b.surface.from(g), b.surface.to(g)})
     if (b.surface.on_cut[v] != 0) beside = std::max(beside, std::min(beside_rim(b, v, first), beside_rim(b, v, last)));

@@ -44,6 +44,8 @@ inline double above_wall(const BodyPoint& x, const BodyPoint& y) {
 }
 /// Walls that are deep in each other at first sight have passed over each other, unless beside is clearly the shorter way out: a cut has just made them,
 /// of what had moved together where its tip was.
-inline bool have_passed(double gap, double above, double radius) { return gap < -kPassed * radius && !(above < kClearly * gap); }
+inline bool have_passed(double gap, double above, double radius) {
+  return gap < -kPassed * radius && !(above < kClearly * gap);
+}
 
 }  // namespace kerf

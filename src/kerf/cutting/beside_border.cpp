@@ -41,7 +41,8 @@ void BesideBorder::come_to(const CollisionMesh& mesh, CollisionTriangle face, Ve
   last_ = place;
   far_ += norm(way) / reach;
   const int parts = std::max(1, static_cast<int>(std::ceil(norm(way) / reach)));
-  for (int i = 1; i <= parts && sides != 0; ++i) sides &= sides_at(mesh, face, lerp(from, place, static_cast<double>(i) / parts), reach);
+  for (int i = 1; i <= parts && sides != 0; ++i)
+    sides &= sides_at(mesh, face, lerp(from, place, static_cast<double>(i) / parts), reach);
 }
 
 unsigned BesideBorder::sides_at(const CollisionMesh& mesh, CollisionTriangle face, Vec3 place, double reach) const {

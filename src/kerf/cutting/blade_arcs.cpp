@@ -70,7 +70,8 @@ class Search {
         other = front_of[at(p)];
       }
       // Behind it nothing is left of the same arc: there the blade was.
-      for (int p = beside(piece, !on); p >= 0 && p != piece && front_of[at(p)] < 0 && !used_[at(p)]; p = beside(p, !on)) used_[at(p)] = true;
+      for (int p = beside(piece, !on); p >= 0 && p != piece && front_of[at(p)] < 0 && !used_[at(p)]; p = beside(p, !on))
+        used_[at(p)] = true;
       for (const int p : chain) used_[at(p)] = true;
       if (!on) std::reverse(chain.begin(), chain.end());
       BladeArc arc = make(chain);
@@ -108,7 +109,9 @@ class Search {
   void for_each_near(Fn&& fn) const {
     const auto corner = [&](double x, double y) { return strip_.origin + x * strip_.along + y * strip_.motion; };
     Box3 box;
-    for (const Vec3 p : {corner(0, 0), corner(strip_.length, 0), corner(strip_.base.x, strip_.base.y), corner(strip_.tip.x, strip_.tip.y)}) box.add(p);
+    for (const Vec3 p : {corner(0, 0), corner(strip_.length, 0), corner(strip_.base.x, strip_.base.y),
+                         corner(strip_.tip.x, strip_.tip.y)})
+      box.add(p);
     const double margin = cut::kArcMargin * (norm(box.min) + norm(box.max));
     box.min -= Vec3{margin, margin, margin};
     box.max += Vec3{margin, margin, margin};
@@ -141,7 +144,8 @@ class Search {
     piece.out_fraction = crossing_of(mesh_.from(piece.out), mesh_.to(piece.out));
     const double in = crossing_of(mesh_.to(piece.in), mesh_.from(piece.in));
     piece.in_fraction = 1 - in;
-    piece.q1 = lerp(strip_.local(place(mesh_.from(piece.out))), strip_.local(place(mesh_.to(piece.out))), piece.out_fraction);
+    piece.q1 =
+        lerp(strip_.local(place(mesh_.from(piece.out))), strip_.local(place(mesh_.to(piece.out))), piece.out_fraction);
     piece.q0 = lerp(strip_.local(place(mesh_.to(piece.in))), strip_.local(place(mesh_.from(piece.in))), in);
     clip(piece);
   }
@@ -179,7 +183,8 @@ class Search {
     };
     for (std::size_t i = 0; i <= n; ++i) {
       const double a = i == 0 ? 0 : cuts[i - 1].first, b = i == n ? 1 : cuts[i].first;
-      turn(strip_.passed(lerp(piece.q0, piece.q1, 0.5 * (a + b))), a, i == 0 ? nearest(piece.q0) : kLines[cuts[i - 1].second]);
+      turn(strip_.passed(lerp(piece.q0, piece.q1, 0.5 * (a + b))), a,
+           i == 0 ? nearest(piece.q0) : kLines[cuts[i - 1].second]);
     }
     turn(strip_.passed(piece.q1), 1, nearest(piece.q1));
     if (inside) {
@@ -191,7 +196,8 @@ class Search {
 
   /// The first piece of a face, or -1. They come by rising face.
   int find(F face) const {
-    const auto it = std::lower_bound(pieces_.begin(), pieces_.end(), face, [](const Piece& p, F f) { return p.face < f; });
+    const auto it =
+        std::lower_bound(pieces_.begin(), pieces_.end(), face, [](const Piece& p, F f) { return p.face < f; });
     return it != pieces_.end() && it->face == face ? static_cast<int>(it - pieces_.begin()) : -1;
   }
   void add_sorted(const std::vector<F>& faces) {
@@ -200,13 +206,15 @@ class Search {
   }
 
   void link() {
-    for (std::size_t before = 0; before != pieces_.size();) {  // faces beyond, that were not looked for or that rounding left out
+    for (std::size_t before = 0;
+         before != pieces_.size();) {  // faces beyond, that were not looked for or that rounding left out
       before = pieces_.size();
       std::vector<F> beyond;
       for (const Piece& p : pieces_)
         for (const auto& [kind, edge] : {std::pair{p.begin, p.in}, std::pair{p.end, p.out}})
-          if (const H t = mesh_.twin[edge]; kind == Kind::kBorder && t.valid() && find(CollisionMesh::face(t)) < 0 &&
-                                            std::find(beyond.begin(), beyond.end(), CollisionMesh::face(t)) == beyond.end())
+          if (const H t = mesh_.twin[edge];
+              kind == Kind::kBorder && t.valid() && find(CollisionMesh::face(t)) < 0 &&
+              std::find(beyond.begin(), beyond.end(), CollisionMesh::face(t)) == beyond.end())
             beyond.push_back(CollisionMesh::face(t));
       add_sorted(beyond);
     }
@@ -235,9 +243,11 @@ class Search {
       return std::pair{(last ? it.end : it.begin) != Kind::kWas, norm(lerp(it.q0, it.q1, last ? it.to : it.from) - q)};
     };
     const auto first = end(false), last = end(true);
-    const Vec2 on = pieces_[at(piece)].q1 - pieces_[at(piece)].q0, way{dot(front.way, strip_.along), dot(front.way, strip_.motion)};
+    const Vec2 on = pieces_[at(piece)].q1 - pieces_[at(piece)].q0,
+               way{dot(front.way, strip_.along), dot(front.way, strip_.motion)};
     if (norm(on) < cut::kArcShort * strip_.length) return first <= last;
-    if (first.first == last.first && std::abs(dot(on, way)) > cut::kArcInLine * norm(on) * norm(front.way)) return dot(on, way) > 0;
+    if (first.first == last.first && std::abs(dot(on, way)) > cut::kArcInLine * norm(on) * norm(front.way))
+      return dot(on, way) > 0;
     if (first.first == last.first && std::abs(on.y) > cut::kArcInLine * norm(on)) return on.y > 0;
     return first <= last;
   }
@@ -249,7 +259,9 @@ class Search {
   }
   /// The whole arc of a piece is too short to tell from rounding: the plane only touches the faces where the edge was.
   bool is_short(int piece) const {
-    const auto length = [&](int p) { return (pieces_[at(p)].to - pieces_[at(p)].from) * norm(pieces_[at(p)].q1 - pieces_[at(p)].q0); };
+    const auto length = [&](int p) {
+      return (pieces_[at(p)].to - pieces_[at(p)].from) * norm(pieces_[at(p)].q1 - pieces_[at(p)].q0);
+    };
     const double least = cut::kArcShort * strip_.length;
     double sum = length(piece);
     for (const bool onward : {false, true})
@@ -274,12 +286,14 @@ class Search {
       bool touches = false;
       for (int k = 0; k < 3; ++k)
         for (int l = 0; l < 3; ++l)
-          touches |= mesh_.from(CollisionMesh::corner(pieces_[i].face, k)) == mesh_.from(CollisionMesh::corner(front.face, l));
+          touches |=
+              mesh_.from(CollisionMesh::corner(pieces_[i].face, k)) == mesh_.from(CollisionMesh::corner(front.face, l));
       if (!touches) continue;
       const Vec2 q = strip_.local(front.position);
       for (const bool last : {false, true}) {
         if ((last ? pieces_[i].end : pieces_[i].begin) != Kind::kWas) continue;
-        const double d = norm(lerp(pieces_[i].q0, pieces_[i].q1, last ? pieces_[i].to : pieces_[i].from) - q) + std::abs(strip_.height(front.position));
+        const double d = norm(lerp(pieces_[i].q0, pieces_[i].q1, last ? pieces_[i].to : pieces_[i].from) - q) +
+                         std::abs(strip_.height(front.position));
         if (d >= least) continue;
         least = d;
         best = static_cast<int>(i);
@@ -359,8 +373,7 @@ Strip Strip::make(const BladeEdge& from, const BladeEdge& to, std::span<const Ve
     for (const Vec3 p : {0.5 * (from.base + from.tip), from.base, from.tip})
       if (norm(behind(p)) > (1 + 1e-9) * norm(motion)) motion = behind(p);
   s.stands = !(norm(motion) > least);
-  if (s.stands)
-    motion = std::abs(s.along.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  if (s.stands) motion = std::abs(s.along.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   motion -= dot(motion, s.along) * s.along;
   s.motion = normalized(motion);
   s.normal = cross(s.along, s.motion);
@@ -380,7 +393,9 @@ Strip Strip::make(const BladeEdge& from, const BladeEdge& to, std::span<const Ve
     if (last.x - first.x > 0.1 * s.length) s.slope = (last.y - first.y) / (last.x - first.x);
     s.offset = mean.y - s.slope * mean.x;
   }
-  const auto far = [&] { return std::max(std::abs(s.offset + s.slope * s.base.x), std::abs(s.offset + s.slope * s.tip.x)); };
+  const auto far = [&] {
+    return std::max(std::abs(s.offset + s.slope * s.base.x), std::abs(s.offset + s.slope * s.tip.x));
+  };
   if (!(far() > least)) s.offset -= least;
   s.base.y = s.offset + s.slope * s.base.x;
   s.tip.y = s.offset + s.slope * s.tip.x;
@@ -417,8 +432,8 @@ void BladeArc::reverse() {
   }
 }
 
-std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes, const Strip& strip,
-                                std::span<const ArcFront> fronts, double near, bool ahead_only) {
+std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes,
+                                const Strip& strip, std::span<const ArcFront> fronts, double near, bool ahead_only) {
   return Search(mesh, position, boxes, strip).run(fronts, near, ahead_only);
 }
 

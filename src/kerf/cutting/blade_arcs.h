@@ -15,8 +15,8 @@ namespace kerf {
 /// The plane of one move, and what the edge passes in it. Coordinates in the plane: x along the edge's new place, y with its motion.
 struct Strip {
   Vec3 origin, along, motion, normal;
-  double length = 0;        ///< of the edge at its new place, which is y = 0, from x = 0 on
-  Vec2 base, tip;           ///< of the edge at its last place
+  double length = 0;             ///< of the edge at its new place, which is y = 0, from x = 0 on
+  Vec2 base, tip;                ///< of the edge at its last place
   double offset = 0, slope = 0;  ///< the line of that place: y = offset + slope x
   bool stands = false;           ///< it has not moved across itself: `motion` is any way
 
@@ -62,7 +62,8 @@ struct ArcCrossing {
 struct BladeArc {
   ArcEnd begin, end;
   std::vector<CollisionTriangle> faces;
-  std::vector<ArcCrossing> crossings;  ///< one less than faces; of a closed arc as many, the last leads back into faces[0]
+  std::vector<ArcCrossing>
+      crossings;  ///< one less than faces; of a closed arc as many, the last leads back into faces[0]
   bool closed = false;
   double first = 1;  ///< 0 .. 1 of the move, when the edge comes to it
   void reverse();
@@ -76,7 +77,8 @@ struct ArcFront {
 
 /// All arcs of a move. What lies ahead of a front is an arc that begins (or ends) there; if the strip misses a front's face by rounding, its arc begins in a
 /// face within `near` metres. `ahead_only`: nothing else than what lies ahead of the fronts, and the boxes are not asked. Cost: what the strip comes near.
-std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes, const Strip& strip,
-                                std::span<const ArcFront> fronts, double near, bool ahead_only = false);
+std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes,
+                                const Strip& strip, std::span<const ArcFront> fronts, double near,
+                                bool ahead_only = false);
 
 }  // namespace kerf

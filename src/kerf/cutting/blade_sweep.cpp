@@ -26,7 +26,8 @@ class Sweep {
   Sweep(BladeStroke& stroke, SweepTarget& target)
       : stroke_(stroke), target_(target), cut_{target.complex, target.options, target.scratch},
         rounding_(target.complex.collision, target.options, target.complex.mean_root_edge),
-        opening_({cut_, target.position, target.boxes}, rounding_.feature(), rounding_.outside()), faces_before_(target.complex.collision.face_count()),
+        opening_({cut_, target.position, target.boxes}, rounding_.feature(), rounding_.outside()),
+        faces_before_(target.complex.collision.face_count()),
         vertices_before_(target.complex.collision.vertex_count()) {}
 
   /// Cuts all arcs up to the last edges that they cross.
@@ -70,7 +71,8 @@ class Sweep {
       stroke_.fronts.push_back(end.vertex);
       if (!end.on_border) continue;
       const Vec3 x = rounding_.rest(f.end), border = mesh().rest[end.vertex];
-      if (!f.touch || norm(border - x) < norm(f.touch->border - rounding_.rest(f.touch->at))) f.touch = BladeTouch{f.end, border};
+      if (!f.touch || norm(border - x) < norm(f.touch->border - rounding_.rest(f.touch->at)))
+        f.touch = BladeTouch{f.end, border};
     }
     if (dirty_) opening_.turn_edges({});
     stroke_.provisional = dirty_;
@@ -82,7 +84,10 @@ class Sweep {
   Vec3 at(V v) const { return target_.position[v.index()]; }
   Vec3 place(const RestPoint& p) const { return place_of(mesh(), p, target_.position); }
 
-  SweepReport report() const { return {opening_.opened(), busy_ + opening_.refused(), opening_.retried(), uncut_.reason != UncutReason::kNone ? uncut_ : opening_.uncut(), dirty_}; }
+  SweepReport report() const {
+    return {opening_.opened(), busy_ + opening_.refused(), opening_.retried(),
+            uncut_.reason != UncutReason::kNone ? uncut_ : opening_.uncut(), dirty_};
+  }
 
   // ---- which arcs, in which order
 
@@ -103,10 +108,14 @@ class Sweep {
 
   std::vector<BladeArc> find_all() {
     const std::vector<ArcFront> fronts = seen();
-    const bool along = std::any_of(fronts.begin(), fronts.end(), [&](const ArcFront& f) { return lies_along(f.face, cut::kPathLeans); });
+    const bool along = std::any_of(fronts.begin(), fronts.end(),
+                                   [&](const ArcFront& f) { return lies_along(f.face, cut::kPathLeans); });
     if (!stroke_.through && !fronts.empty() && !along) {
-      std::vector<BladeArc> ahead = find_arcs(mesh(), target_.position, target_.boxes, strip_, fronts, rounding_.carried(), true);
-      if (ahead.size() == fronts.size() && std::all_of(ahead.begin(), ahead.end(), [&](const BladeArc& a) { return goes_on(a) && !lies_along(a); })) return ahead;
+      std::vector<BladeArc> ahead =
+          find_arcs(mesh(), target_.position, target_.boxes, strip_, fronts, rounding_.carried(), true);
+      if (ahead.size() == fronts.size() &&
+          std::all_of(ahead.begin(), ahead.end(), [&](const BladeArc& a) { return goes_on(a) && !lies_along(a); }))
+        return ahead;
     }
     std::vector<BladeArc> arcs = find(strip_, fronts);
     if (!stroke_.standing) look_back(arcs, fronts, along);
@@ -116,14 +125,19 @@ class Sweep {
   static bool is_open(const BladeArc& a) { return !is_front(a.begin) && !is_front(a.end); }
   static bool was(const BladeArc& a) { return a.begin.kind == Kind::kWas || a.end.kind == Kind::kWas; }
   static bool share_face(const BladeArc& a, const BladeArc& b) {
-    return std::any_of(a.faces.begin(), a.faces.end(), [&](F f) { return std::find(b.faces.begin(), b.faces.end(), f) != b.faces.end(); });
+    return std::any_of(a.faces.begin(), a.faces.end(),
+                       [&](F f) { return std::find(b.faces.begin(), b.faces.end(), f) != b.faces.end(); });
   }
 
   /// What the edge went through without being seen there lies behind its last place: the material has come towards the blade since, or bends along it. So an
   /// arc that ends where the edge was, with no front there, goes on from there backwards; and where fronts lie along the blade, all arcs do.
   void look_back(std::vector<BladeArc>& arcs, const std::vector<ArcFront>& fronts, bool along) {
-    const bool led = !stroke_.through && std::any_of(arcs.begin(), arcs.end(), [&](const BladeArc& a) { return goes_on(a); });
-    const auto loose = [&](const BladeArc& a) { return (is_open(a) && was(a) && !led) || (along && lies_along(is_front(a.begin) ? a.faces.front() : a.faces.back(), cut::kPathLeans)); };
+    const bool led =
+        !stroke_.through && std::any_of(arcs.begin(), arcs.end(), [&](const BladeArc& a) { return goes_on(a); });
+    const auto loose = [&](const BladeArc& a) {
+      return (is_open(a) && was(a) && !led) ||
+             (along && lies_along(is_front(a.begin) ? a.faces.front() : a.faces.back(), cut::kPathLeans));
+    };
     if (!along && std::none_of(arcs.begin(), arcs.end(), loose)) return;
     Strip longer = strip_;
     longer.offset -= rounding_.carried();
@@ -132,7 +146,8 @@ class Sweep {
     const std::vector<BladeArc> others = find(longer, fronts);
     std::vector<BladeArc> found;
     const auto add = [&](const BladeArc& arc) {
-      if (std::none_of(found.begin(), found.end(), [&](const BladeArc& a) { return a.faces == arc.faces; })) found.push_back(arc);
+      if (std::none_of(found.begin(), found.end(), [&](const BladeArc& a) { return a.faces == arc.faces; }))
+        found.push_back(arc);
     };
     for (const BladeArc& other : others)
       if (is_front(other.begin) && lies_along(other.faces.front(), cut::kPathLeans)) add(other);
@@ -144,7 +159,9 @@ class Sweep {
       if (is_front(arc.begin)) continue;
       const bool flat = along && lies_along(arc.faces.back(), cut::kPathLeans);
       const auto other = std::find_if(others.begin(), others.end(), [&](const BladeArc& o) {
-        return flat ? share_face(o, arc) : is_open(o) && !was(o) && std::find(o.faces.begin(), o.faces.end(), arc.faces.front()) != o.faces.end();
+        return flat ? share_face(o, arc)
+                    : is_open(o) && !was(o) &&
+                          std::find(o.faces.begin(), o.faces.end(), arc.faces.front()) != o.faces.end();
       });
       const bool is_found = other != others.end();
       if (is_found) {
@@ -153,7 +170,8 @@ class Sweep {
         // What it has more was passed before the move.
         const ArcEnd& seen = arc.begin.kind == Kind::kWas ? arc.end : arc.begin;
         if (!flat)
-          for (ArcEnd* e : {&whole.begin, &whole.end}) e->time = e->kind == seen.kind && e->border == seen.border ? seen.time : 0;
+          for (ArcEnd* e : {&whole.begin, &whole.end})
+            e->time = e->kind == seen.kind && e->border == seen.border ? seen.time : 0;
         add(whole);
       } else if (!flat) {  // along the blade it lies behind a front
         add(arc);
@@ -185,16 +203,19 @@ class Sweep {
         return distance_to_segment(p, from, to) > (is_corner ? std::min(tolerance, rounding_.feature()) : tolerance);
       });
       const Vec3 last = rounding_.rest(stop_of(arc.end));
-      const bool returns = arc.end.kind == Kind::kBorder && rounding_.same_lip(f.start, arc.end.border, rounding_.rest(f.start), last);
+      const bool returns =
+          arc.end.kind == Kind::kBorder && rounding_.same_lip(f.start, arc.end.border, rounding_.rest(f.start), last);
       const auto is_far = [&](double distance) { return distance >= rounding_.near(); };
-      const bool goes_on = !arc.crossings.empty() && f.touch && is_far(norm(f.touch->border - rounding_.rest(arc.crossings.back())));
+      const bool goes_on =
+          !arc.crossings.empty() && f.touch && is_far(norm(f.touch->border - rounding_.rest(arc.crossings.back())));
       const bool leaves = f.touch && (returns || goes_on || is_far(distance_to_segment(f.touch->border, f.came, last)));
       if (!leaves && !turned) continue;
       BladeFront until = f;
       if (leaves) until.end = f.touch->at, (void)locate(until);
       const std::size_t vertices = mesh().vertex_count();
       const PathEnd end = make_end(until);
-      const Stop start = !end.made ? f.start : Stop::at_vertex(leaves ? twin_towards(end.vertex, vertices, f.end) : end.vertex);
+      const Stop start =
+          !end.made ? f.start : Stop::at_vertex(leaves ? twin_towards(end.vertex, vertices, f.end) : end.vertex);
       f = {start, end.before, f.end, rounding_.rest(until.end), false, {}, {}, f.beside};
       if (end.on_border) note(f);
       else f.trail.push_back(rounding_.rest(f.end));
@@ -205,7 +226,10 @@ class Sweep {
     return bent;
   }
   /// At rest.
-  Vec3 next_of(const BladeArc& arc) const { return !arc.crossings.empty() ? rounding_.rest(arc.crossings[0]) : rounding_.rest(rest_point(mesh(), arc.end.point)); }
+  Vec3 next_of(const BladeArc& arc) const {
+    return !arc.crossings.empty() ? rounding_.rest(arc.crossings[0])
+                                  : rounding_.rest(rest_point(mesh(), arc.end.point));
+  }
   /// A path that has run into a border has left two vertices there, one of them made since there were `vertices`: the one from which a point can be reached.
   V twin_towards(V v, std::size_t vertices, const RestPoint& point) const {
     const auto is_twin = [&](std::size_t i) { return mesh().rest[V(i)] == mesh().rest[v] && V(i) != v; };
@@ -214,7 +238,9 @@ class Sweep {
     RestPoint p = point;
     if (first == mesh().vertex_count() || !locate(p, v)) return v;
     std::vector<ArcCrossing> way;
-    const auto reaches = [&](V u) { return lead_path(mesh(), {rounding_.rest(u), {}, u}, {rounding_.rest(p), p.face, {}}, rounding_.outside(), way); };
+    const auto reaches = [&](V u) {
+      return lead_path(mesh(), {rounding_.rest(u), {}, u}, {rounding_.rest(p), p.face, {}}, rounding_.outside(), way);
+    };
     if (reaches(v)) return v;
     for (std::size_t i = first; i < mesh().vertex_count(); ++i)
       if (is_twin(i) && reaches(V(i))) return V(i);
@@ -266,7 +292,8 @@ class Sweep {
     const auto last = [](const BladeArc& a) { return a.closed ? 1.0 : std::max(a.begin.time, a.end.time); };
     const auto least_depth = [](const BladeArc& a) { return std::min(a.begin.depth, a.end.depth); };
     if (stroke_.through) {
-      std::stable_sort(others.begin(), others.end(), [&](const BladeArc* a, const BladeArc* b) { return a->first < b->first; });
+      std::stable_sort(others.begin(), others.end(),
+                       [&](const BladeArc* a, const BladeArc* b) { return a->first < b->first; });
       for (BladeArc* arc : others) follow(*arc);
       return;
     }
@@ -274,9 +301,11 @@ class Sweep {
     while (stroke_.ends.empty() && !others.empty()) {
       const auto rank = [&](const BladeArc* a) {
         const bool gone = any && last(*a) <= time + 1 / cut::kPathMoments;
-        return std::array<double, 3>{gone ? 1.0 : 0.0, std::round(std::max(time, a->first) * cut::kPathMoments), any ? std::abs(least_depth(*a) - depth) : least_depth(*a)};
+        return std::array<double, 3>{gone ? 1.0 : 0.0, std::round(std::max(time, a->first) * cut::kPathMoments),
+                                     any ? std::abs(least_depth(*a) - depth) : least_depth(*a)};
       };
-      const auto best = std::min_element(others.begin(), others.end(), [&](const BladeArc* a, const BladeArc* b) { return rank(a) < rank(b); });
+      const auto best = std::min_element(others.begin(), others.end(),
+                                         [&](const BladeArc* a, const BladeArc* b) { return rank(a) < rank(b); });
       BladeArc& arc = **best;
       if (rank(&arc)[0] > 0) break;
       others.erase(best);
@@ -291,7 +320,8 @@ class Sweep {
       if (lies_along(*arc)) follow(*arc);
     // Beside those that lead on, none waits in a slit.
     if (led > 0)
-      stroke_.ends.erase(std::remove_if(stroke_.ends.begin() + static_cast<std::ptrdiff_t>(led), stroke_.ends.end(), [](const BladeFront& f) { return f.in_slit; }),
+      stroke_.ends.erase(std::remove_if(stroke_.ends.begin() + static_cast<std::ptrdiff_t>(led), stroke_.ends.end(),
+                                        [](const BladeFront& f) { return f.in_slit; }),
                          stroke_.ends.end());
   }
   bool lies_along(const BladeArc& arc) const { return lies_along(arc.faces.back(), cut::kPathFlat); }
@@ -360,7 +390,8 @@ class Sweep {
     if (ends_at_blade) {
       // What the path crosses up to where it has come already is seen.
       for (std::size_t k = 0; k < arc.crossings.size() && beside.sides != 0; ++k)
-        if (const Vec3 x = rounding_.rest(arc.crossings[k]); beside.is_ahead(x)) beside.come_to(mesh(), arc.faces[k], x, rounding_.beside());
+        if (const Vec3 x = rounding_.rest(arc.crossings[k]); beside.is_ahead(x))
+          beside.come_to(mesh(), arc.faces[k], x, rounding_.beside());
       beside.come_to(mesh(), goal.face, rounding_.rest(goal), rounding_.beside());
       rounding_.hold_at_border(arc, goal);
     }
@@ -371,7 +402,8 @@ class Sweep {
     if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
       const std::size_t vertices = mesh().vertex_count();
       if (!open(stops, drawn_)) return;
-      begin = Stop::at_vertex(ends_at_blade ? twin_towards(opening_.made().back(), vertices, goal) : opening_.made().back());
+      begin = Stop::at_vertex(ends_at_blade ? twin_towards(opening_.made().back(), vertices, goal)
+                                            : opening_.made().back());
       before = before_last();
       if (stops.size() > 1) trail.clear();
       // What it came near to is still to be joined while the path has not left it.
@@ -394,15 +426,17 @@ class Sweep {
       if (const double far = distance_to_segment(p, first, next); far > most) most = far, farthest = p;
     if (most == rounding_.feature()) return;
     RestPoint point{face, planar_of(mesh(), face, farthest)};
-    if (find_face(mesh(), point, stops[0].vertex, 0) && begins_in(stops[0], point.face)) stops.insert(stops.begin() + 1, Stop::inside(point));
+    if (find_face(mesh(), point, stops[0].vertex, 0) && begins_in(stops[0], point.face))
+      stops.insert(stops.begin() + 1, Stop::inside(point));
   }
   bool comes_back(const Stop& first, const Stop& next, F face) const {
-    if (first.kind == Stop::Kind::kEdge) return next.kind == Stop::Kind::kEdge && next.a == first.a && next.b == first.b;
+    if (first.kind == Stop::Kind::kEdge)
+      return next.kind == Stop::Kind::kEdge && next.a == first.a && next.b == first.b;
     return first.kind == Stop::Kind::kVertex && std::any_of(std::begin(kCorners), std::end(kCorners), [&](int k) {
-      const H h = CollisionMesh::corner(face, k);
-      const bool begins = mesh().from(h) == first.vertex || mesh().to(h) == first.vertex;
-      return begins && mesh().has_chain(h) && rounding_.distance(h, rounding_.rest(next)) < rounding_.feature();
-    });
+             const H h = CollisionMesh::corner(face, k);
+             const bool begins = mesh().from(h) == first.vertex || mesh().to(h) == first.vertex;
+             return begins && mesh().has_chain(h) && rounding_.distance(h, rounding_.rest(next)) < rounding_.feature();
+           });
   }
   static constexpr int kCorners[] = {0, 1, 2};
 
@@ -420,7 +454,8 @@ class Sweep {
     const std::vector<V>& made = opening_.made();
     const V starts[2] = {made.front(), made.back()}, before[2] = {made.size() > 1 ? made[1] : V{}, before_last()};
     for (int k = 0; k < 2; ++k) {
-      BladeFront f{Stop::at_vertex(starts[k]), before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {}, BesideBorder::none()};
+      BladeFront f{Stop::at_vertex(starts[k]), before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {},
+                   BesideBorder::none()};
       note(f);
       stroke_.ends.push_back(std::move(f));
     }
@@ -444,7 +479,10 @@ class Sweep {
     used_[kerf::at(begin.front)] = true;
     return &front;
   }
-  Stop stop_of(const ArcEnd& e) const { return e.kind == Kind::kBorder ? rounding_.on_border(e.border, e.fraction) : Stop::inside(rest_point(mesh(), e.point)); }
+  Stop stop_of(const ArcEnd& e) const {
+    return e.kind == Kind::kBorder ? rounding_.on_border(e.border, e.fraction)
+                                   : Stop::inside(rest_point(mesh(), e.point));
+  }
 
   /// The path of a front begins at its start, and leads by its end: the arc may begin in another face (by rounding, or as the material has moved). False: the
   /// arc can't be led there, and is what it was.
@@ -459,7 +497,8 @@ class Sweep {
     return true;
   }
   bool begins_in(const Stop& s, F face) const {
-    return s.kind == Stop::Kind::kVertex ? has_corner(mesh(), face, s.vertex) : CollisionMesh::face(s.border(mesh())) == face;
+    return s.kind == Stop::Kind::kVertex ? has_corner(mesh(), face, s.vertex)
+                                         : CollisionMesh::face(s.border(mesh())) == face;
   }
 
   /// Notes where a front is now. Near the lip that it began on, its path begins where it is.
@@ -492,21 +531,27 @@ class Sweep {
     if (!begin_at(arc, f)) return stay;
     rounding_.join_end(arc, &f.start, f.beside);
     const bool joined = arc.end.kind == Kind::kBorder;
-    if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature())) return stay;
+    if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature()))
+      return stay;
     PathRounding::reduce(arc);
     drawn_.assign(1, f.came);
     drawn_.insert(drawn_.end(), f.trail.begin(), f.trail.end());
     drawn_.push_back(rounding_.rest(f.end));
-    std::vector<Stop> stops = rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
+    std::vector<Stop> stops =
+        rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
     go_round_edge(stops, arc.faces.front(), f.trail);
     return open(stops, drawn_) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
   }
 
   /// On what way a front's path came to it, as the material lies now; it matters only along the blade, where no time tells.
-  Vec3 way_of(const BladeFront& f) const { return f.before.valid() && lies_along(f.end.face, cut::kPathLeans) ? place(f.end) - at(f.before) : Vec3{}; }
+  Vec3 way_of(const BladeFront& f) const {
+    return f.before.valid() && lies_along(f.end.face, cut::kPathLeans) ? place(f.end) - at(f.before) : Vec3{};
+  }
 
   /// Finds a front's face again after paths have been cut.
-  bool locate(BladeFront& f) const { return locate(f.end, f.start.kind == Stop::Kind::kVertex && !f.in_slit ? f.start.vertex : V{}); }
+  bool locate(BladeFront& f) const {
+    return locate(f.end, f.start.kind == Stop::Kind::kVertex && !f.in_slit ? f.start.vertex : V{});
+  }
   bool locate(RestPoint& p, V around) const {
     if (find_face(mesh(), p, around, rounding_.outside())) return true;
     // What the move has cut may have parted its face.
@@ -522,7 +567,9 @@ class Sweep {
   /// A point in the middle of an arc.
   RestPoint middle(const BladeArc& arc) const {
     const std::size_t k = arc.faces.size() / 2;
-    const auto on = [&](H h, double fraction) { return lerp(mesh().planar[h], mesh().planar[CollisionMesh::next(h)], fraction); };
+    const auto on = [&](H h, double fraction) {
+      return lerp(mesh().planar[h], mesh().planar[CollisionMesh::next(h)], fraction);
+    };
     const auto end = [&](const ArcEnd& e) { return rest_point(mesh(), e.point).at; };
     const Vec2 a = k == 0 ? end(arc.begin) : on(arc.crossings[k - 1].far, 1 - arc.crossings[k - 1].fraction);
     const Vec2 b = k < arc.crossings.size() ? on(arc.crossings[k].near, arc.crossings[k].fraction) : end(arc.end);
@@ -535,12 +582,12 @@ class Sweep {
   PathRounding rounding_;
   PathOpening opening_;
   std::size_t faces_before_, vertices_before_;  // the move
-  int busy_ = 0;  // arcs whose faces were never free
-  UncutPath uncut_;  // the first of them
+  int busy_ = 0;                                // arcs whose faces were never free
+  UncutPath uncut_;                             // the first of them
   Strip strip_;
   bool dirty_ = false;
   std::vector<BladeFront> old_;  // at the last pose
-  std::vector<Vec3> drawn_;  // of one arc
+  std::vector<Vec3> drawn_;      // of one arc
   std::vector<char> used_;       // of old_: an arc has begun or ended there
   std::vector<RestPoint> left_;  // one of each arc whose faces another has divided
 };
@@ -562,7 +609,8 @@ SweepReport& SweepReport::operator+=(const SweepReport& other) {
 }
 
 SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target) {
-  KERF_ASSERT(check_edge(edge).ok() && !stroke.provisional && target.position.size() == target.complex.collision.vertex_count());
+  KERF_ASSERT(check_edge(edge).ok() && !stroke.provisional &&
+              target.position.size() == target.complex.collision.vertex_count());
   SweepReport total;
   if (!stroke.started) {
     stroke.started = stroke.standing = true;
@@ -579,9 +627,7 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
   return total;
 }
 
-SweepReport make_ends(BladeStroke& stroke, SweepTarget& target) {
-  return Sweep(stroke, target).make_ends();
-}
+SweepReport make_ends(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).make_ends(); }
 
 void lift_blade(BladeStroke& stroke) {
   stroke.started = stroke.standing = false;

@@ -37,25 +37,26 @@ struct BladeTouch {
 /// Where the cut has got to in one layer, on the mesh without what is provisional: inside a face that its path began in or came into.
 struct BladeFront {
   CutStop start;           ///< where its path goes on: its last vertex, or a point of a border that is not yet divided
-  CollisionVertex before;   ///< the path's vertex before the last one, or none
-  RestPoint end;        ///< where the blade was at the last pose
-  Vec3 came;                ///< where the blade was when its path last went on, at rest
-  bool in_slit = false;     ///< near the lip that its path begins on: it begins beside the end, maybe some faces away
-  std::vector<Vec3> trail;  ///< the places of the end since the start, at rest, but for those too near to the one before
+  CollisionVertex before;  ///< the path's vertex before the last one, or none
+  RestPoint end;           ///< where the blade was at the last pose
+  Vec3 came;               ///< where the blade was when its path last went on, at rest
+  bool in_slit = false;    ///< near the lip that its path begins on: it begins beside the end, maybe some faces away
+  std::vector<Vec3>
+      trail;  ///< the places of the end since the start, at rest, but for those too near to the one before
   std::optional<BladeTouch> touch;  ///< the nearest since the start
   BesideBorder beside{};            ///< of the path, up to the end
 };
 
 /// One stroke of a blade: its state between poses. Plain data.
 struct BladeStroke {
-  BladeEdge edge;                          ///< the last pose
-  bool started = false;                    ///< `edge` holds a pose
-  bool standing = false;                   ///< `edge` is the first pose: what it goes through there is stabbed by the first move
-  bool through = false;                    ///< cut every layer the blade meets, not only the first from its base
-  std::vector<CollisionVertex> fronts;     ///< where the cut has got to, one per layer; provisional ends included
-  std::vector<BladeFront> ends;            ///< the same as seen from `mark`
-  bool provisional = false;                ///< there is work after `mark`, to be taken back before the next pose
-  JournalMark mark;                        ///< of the caller's journal
+  BladeEdge edge;         ///< the last pose
+  bool started = false;   ///< `edge` holds a pose
+  bool standing = false;  ///< `edge` is the first pose: what it goes through there is stabbed by the first move
+  bool through = false;   ///< cut every layer the blade meets, not only the first from its base
+  std::vector<CollisionVertex> fronts;  ///< where the cut has got to, one per layer; provisional ends included
+  std::vector<BladeFront> ends;         ///< the same as seen from `mark`
+  bool provisional = false;             ///< there is work after `mark`, to be taken back before the next pose
+  JournalMark mark;                     ///< of the caller's journal
 };
 
 /// What one step of a move did.

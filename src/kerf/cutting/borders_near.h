@@ -27,7 +27,8 @@ void for_each_border_near(const CollisionMesh& mesh, CollisionTriangle face, Vec
         continue;
       }
       const CollisionTriangle other = CollisionMesh::face(mesh.twin[h]);
-      if (faces < kFacesAround && std::find(around.begin(), around.begin() + faces, other) == around.begin() + faces) around[at(faces++)] = other;
+      if (faces < kFacesAround && std::find(around.begin(), around.begin() + faces, other) == around.begin() + faces)
+        around[at(faces++)] = other;
     }
 }
 

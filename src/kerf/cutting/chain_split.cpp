@@ -45,12 +45,10 @@ VisualVertex insert_in_chain(CutContext& cut, CH h, Side side, VisualVertex u, V
   Vec2 right;
   if (const VisualHalfEdge g = mesh.twin[e]; g.valid()) {
     const Patch patch = mesh.patch[VisualMesh::face(g)];
-    if (patch.is_wall())
-      right = lerp(mesh.planar[VisualMesh::next(g)], mesh.planar[g], f);
+    if (patch.is_wall()) right = lerp(mesh.planar[VisualMesh::next(g)], mesh.planar[g], f);
     else if (patch.side() != side)
       right = mirrored(u_left, patch.side());  // the rim: the other side of the same triangle
-    else
-      right = mirrored(u_right, side);
+    else right = mirrored(u_right, side);
   }
   if (!edge_split_is_sound(mesh, e, left, right)) {
     cut.fail("two points of a chain coincide", "collision half-edge", h.value);
@@ -90,14 +88,14 @@ ChainCut cut_chain(CutContext& cut, CH h, Side side, double t, Vec2 u_left, Vec2
     if (g.valid()) {
       const RootId other = coarse.root[CollisionMesh::face(g)];
       return warp(body.visual, v,
-                  std::array<PlanarPoint, 2>{{{patch, mirrored(u_left, side)},
-                                              {Patch::of_root(other, side), mirrored(u_right, side)}}},
+                  std::array<PlanarPoint, 2>{
+                      {{patch, mirrored(u_left, side)}, {Patch::of_root(other, side), mirrored(u_right, side)}}},
                   kWarpKeepsArea);
     }
     const Side opposite = side == Side::kPlus ? Side::kMinus : Side::kPlus;  // matters on the rim only
     return warp(body.visual, v,
-                std::array<PlanarPoint, 2>{{{patch, mirrored(u_left, side)},
-                                            {Patch::of_root(root, opposite), mirrored(u_left, opposite)}}},
+                std::array<PlanarPoint, 2>{
+                    {{patch, mirrored(u_left, side)}, {Patch::of_root(root, opposite), mirrored(u_left, opposite)}}},
                 kWarpKeepsArea);
   };
   const double gap = high - low;

@@ -131,7 +131,8 @@ V split_collision_edge(CutContext& cut, H h, double t) {
   // The collision mesh.
   const std::array<PoolRun, 2> lists = mesh.free[f];
   const std::array<PoolRun, 2> lists_right = g.valid() ? mesh.free[CollisionMesh::face(g)] : kNoRuns;
-  const V m = append_collision_vertex(body, lerp(mesh.rest[a], mesh.rest[b], t), lerp(mesh.offset[a], mesh.offset[b], t), bound);
+  const V m = append_collision_vertex(body, lerp(mesh.rest[a], mesh.rest[b], t),
+                                      lerp(mesh.offset[a], mesh.offset[b], t), bound);
   if (line.exists()) mesh.line.set(m, line);
   cut.scratch.note_birth({m, {a, b, V{}}, {1 - t, t, 0}});
   const std::array<PoolRun, 2> moved_chain = mesh.chain[hn];
@@ -234,14 +235,16 @@ void flip_to_delaunay(CutContext& cut, std::span<const F> keep) {
   CellComplex& body = cut.body;
   CollisionMesh& mesh = body.collision;
   auto& stack = cut.scratch.flip_stack;
-  const double least_edge = kLeastCollisionEdge * std::max(cut.options.minimum_feature, kLeastFeature) * body.mean_root_edge;
+  const double least_edge =
+      kLeastCollisionEdge * std::max(cut.options.minimum_feature, kLeastFeature) * body.mean_root_edge;
   std::size_t limit = 16 * stack.size() + 64;  // Lawson ends; rounding must not keep it going
   while (!stack.empty() && limit-- > 0) {
     const H h = stack.back();
     stack.pop_back();
     const H g = mesh.twin[h];
     if (!g.valid() || mesh.has_chain(h)) continue;
-    const H hp = CollisionMesh::prev(h), gp = CollisionMesh::prev(g), hn = CollisionMesh::next(h), gn = CollisionMesh::next(g);
+    const H hp = CollisionMesh::prev(h), gp = CollisionMesh::prev(g), hn = CollisionMesh::next(h),
+            gn = CollisionMesh::next(g);
     const Vec2 a = mesh.planar[h], b = mesh.planar[hn], c = mesh.planar[hp], d = mesh.planar[gp];
     const double sin_c = cross(a - c, b - c), cos_c = dot(a - c, b - c);
     const double sin_d = cross(b - d, a - d), cos_d = dot(b - d, a - d);
@@ -250,7 +253,8 @@ void flip_to_delaunay(CutContext& cut, std::span<const F> keep) {
     if (!is_large_enough(body, a, d, c) || !is_large_enough(body, b, c, d)) continue;
     if (norm(mesh.rest[mesh.apex(g)] - mesh.rest[mesh.apex(h)]) < least_edge) continue;
     if (!is_flat(body, h, g)) continue;
-    if (mesh.find_half_edge(mesh.apex(h), mesh.apex(g)).valid() || mesh.find_half_edge(mesh.apex(g), mesh.apex(h)).valid())
+    if (mesh.find_half_edge(mesh.apex(h), mesh.apex(g)).valid() ||
+        mesh.find_half_edge(mesh.apex(g), mesh.apex(h)).valid())
       continue;  // already joined by an edge (the lips of a slit)
     const F f1 = CollisionMesh::face(h), f2 = CollisionMesh::face(g);
     if (std::any_of(keep.begin(), keep.end(), [&](F f) { return f == f1 || f == f2; })) continue;

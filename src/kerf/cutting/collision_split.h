@@ -12,7 +12,8 @@ namespace kerf::cut {
 CollisionVertex split_collision_edge(CutContext& cut, CollisionHalfEdge h, double t);
 
 /// Splits the triangle f at u (planar, strictly inside) with barycentric weights `weights`. None after a failure.
-CollisionVertex split_collision_face(CutContext& cut, CollisionTriangle f, Vec2 u, const std::array<double, 3>& weights);
+CollisionVertex split_collision_face(CutContext& cut, CollisionTriangle f, Vec2 u,
+                                     const std::array<double, 3>& weights);
 
 /// Flips chainless edges inside root triangles until they are Delaunay, starting from scratch.flip_stack; not those of the faces `keep`.
 void flip_to_delaunay(CutContext& cut);

@@ -9,7 +9,8 @@ using F = CollisionTriangle;
 
 /// Puts the faces of a mesh that are joined with `seed` into `faces`, until `more` says no. `seen`: what is in there.
 template <class Mesh, class More>
-bool flood(const Mesh& mesh, typename Mesh::F seed, DenseIndex& seen, std::vector<typename Mesh::F>& faces, More&& more) {
+bool flood(const Mesh& mesh, typename Mesh::F seed, DenseIndex& seen, std::vector<typename Mesh::F>& faces,
+           More&& more) {
   seen.reset(mesh.face_count());
   faces.assign(1, seed);
   seen.insert(seed.value);
@@ -32,18 +33,20 @@ double enclosed_by(const CellComplex& body, F of_piece, CutScratch& scratch) {
   const CollisionVertex v = body.collision.from(CollisionMesh::corner(of_piece, 0));
   const Vec3 origin = body.collision.rest[v];
   double volume = 0;
-  flood(mesh, VisualMesh::face(mesh.outgoing[body.collision.bound[v][0]]), scratch.crumb_seen, scratch.crumb_skin, [&](VisualTriangle f) {
-    const auto p = [&](int k) { return mesh.rest[mesh.from(VisualMesh::corner(f, k))] - origin; };
-    volume += dot(p(0), cross(p(1), p(2))) / 6;
-    return true;
-  });
+  flood(mesh, VisualMesh::face(mesh.outgoing[body.collision.bound[v][0]]), scratch.crumb_seen, scratch.crumb_skin,
+        [&](VisualTriangle f) {
+          const auto p = [&](int k) { return mesh.rest[mesh.from(VisualMesh::corner(f, k))] - origin; };
+          volume += dot(p(0), cross(p(1), p(2))) / 6;
+          return true;
+        });
   return volume;
 }
 
 bool is_in_crumb(const CellComplex& body, std::span<const F> faces, CutScratch& scratch) {
   if (!body.closed) return false;
   const CollisionMesh& mesh = body.collision;
-  const double edge = body.mean_root_edge, most = cut::kCrumbArea * edge * edge, least = cut::kCrumbVolume * edge * edge * edge;
+  const double edge = body.mean_root_edge, most = cut::kCrumbArea * edge * edge,
+               least = cut::kCrumbVolume * edge * edge * edge;
   for (const F seed : faces) {
     double area = 0;
     const bool small = flood(mesh, seed, scratch.crumb_seen, scratch.crumb_faces, [&](F f) {

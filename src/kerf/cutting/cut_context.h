@@ -16,7 +16,8 @@ struct CutContext {
   CellComplex& body;
   const CutOptions& options;
   CutScratch& scratch;
-  std::span<const Vec3> drawn{};  ///< where the blade was, in order, metres, at rest: what is cut is drawn along that; empty: along chords
+  std::span<const Vec3>
+      drawn{};  ///< where the blade was, in order, metres, at rest: what is cut is drawn along that; empty: along chords
   const char* reason = nullptr;
   const char* element = "";
   std::int32_t id = -1;

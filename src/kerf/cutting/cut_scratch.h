@@ -24,19 +24,30 @@ struct CutScratch {
   double wall_seconds = 0;  ///< time spent on walls; the caller sets it back
 
   std::vector<VisualVertex> path, curve_path;
-  std::vector<CollisionTriangle> beside;  // a curve
-  double beside_reach = 0;  // of its chord, metres
+  std::vector<CollisionTriangle> beside;      // a curve
+  double beside_reach = 0;                    // of its chord, metres
   std::vector<Vec2> curve, curve_all, drawn;  // along the chord, to its left
-  struct MovedParameter { VisualVertex vertex; Vec2 to; CollisionTriangle face; };  // of a free vertex: the face it was in
+  struct MovedParameter {
+    VisualVertex vertex;
+    Vec2 to;
+    CollisionTriangle face;
+  };  // of a free vertex: the face it was in
   std::vector<MovedParameter> moved_parameter;
-  struct LaidFace { VisualHalfEdge corner; double area; };
+  struct LaidFace {
+    VisualHalfEdge corner;
+    double area;
+  };
   std::vector<LaidFace> laid_face;
   std::array<std::vector<VisualVertex>, 2> chain, chain_right;
   std::array<std::vector<double>, 2> parameter;
   std::array<std::vector<VisualHalfEdge>, 2> left, right;  // along the chains: on the side of h and of its twin
-  std::array<std::vector<VisualHalfEdge>, 2> down, up;  // along the opened lines at the start and the end
+  std::array<std::vector<VisualHalfEdge>, 2> down, up;     // along the opened lines at the start and the end
   std::array<std::vector<VisualVertex>, 2> line, line_right;
-  struct ColumnVertex { VisualVertex vertex; double y; float depth; };
+  struct ColumnVertex {
+    VisualVertex vertex;
+    double y;
+    float depth;
+  };
   std::vector<ColumnVertex> column, next_column;
   std::vector<VisualVertex> wall_inner;
   std::array<std::vector<VisualHalfEdge>, 2> wall_down, wall_up;

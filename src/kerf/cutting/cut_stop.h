@@ -10,12 +10,15 @@ struct CutStop {
   enum class Kind { kNone, kVertex, kEdge, kInside };
   Kind kind = Kind::kNone;
   CollisionVertex vertex;  ///< kVertex
-  CollisionVertex a, b;    ///< kEdge: at `fraction` of the half-edge a - b; vertices keep their names while other edges are split
+  CollisionVertex a,
+      b;  ///< kEdge: at `fraction` of the half-edge a - b; vertices keep their names while other edges are split
   double fraction = 0;
   RestPoint point;  ///< kInside
 
   static CutStop at_vertex(CollisionVertex v) { return {Kind::kVertex, v, {}, {}, 0, {}}; }
-  static CutStop on_edge(CollisionVertex a, CollisionVertex b, double fraction) { return {Kind::kEdge, {}, a, b, fraction, {}}; }
+  static CutStop on_edge(CollisionVertex a, CollisionVertex b, double fraction) {
+    return {Kind::kEdge, {}, a, b, fraction, {}};
+  }
   static CutStop inside(const RestPoint& p) { return {Kind::kInside, {}, {}, {}, 0, p}; }
 
   [[nodiscard]] bool exists() const { return kind != Kind::kNone; }

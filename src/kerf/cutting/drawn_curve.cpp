@@ -21,7 +21,8 @@ using VV = VisualVertex;
 /// way.
 class Chord {
  public:
-  Chord(const CutContext& cut, H h) : cut_(cut), mesh_(cut.body.collision), faces_(cut.scratch.beside), h_(h), p_(mesh_.planar[h]) {
+  Chord(const CutContext& cut, H h)
+      : cut_(cut), mesh_(cut.body.collision), faces_(cut.scratch.beside), h_(h), p_(mesh_.planar[h]) {
     const Vec2 d = mesh_.planar[CollisionMesh::next(h)] - p_;
     length_ = norm(d);
     x_ = (1 / length_) * d;
@@ -42,7 +43,8 @@ class Chord {
         const H e = CollisionMesh::corner(faces[i], k), t = mesh.twin[e];
         if (e == h || t == h || !t.valid() || mesh.has_chain(e)) continue;
         const CollisionTriangle beyond = CollisionMesh::face(t);
-        if (std::find(faces.begin(), faces.end(), beyond) == faces.end() && chord.is_within(e, reach)) faces.push_back(beyond);
+        if (std::find(faces.begin(), faces.end(), beyond) == faces.end() && chord.is_within(e, reach))
+          faces.push_back(beyond);
       }
   }
   /// How far what lies to the left (> 0) and to the right (< 0) of a place on the chord may make way.
@@ -58,7 +60,9 @@ class Chord {
       const Vec2 a = local(mesh_.planar[out]), b = local(mesh_.planar[CollisionMesh::next(out)]);
       y = a.x == b.x ? a.y : a.y + (b.y - a.y) * std::clamp((x - a.x) / (b.x - a.x), 0.0, 1.0);
       e = mesh_.twin[out];
-      if (!e.valid() || mesh_.has_chain(out) || std::find(faces_.begin(), faces_.end(), CollisionMesh::face(e)) == faces_.end() || std::abs(y) > most) break;
+      if (!e.valid() || mesh_.has_chain(out) ||
+          std::find(faces_.begin(), faces_.end(), CollisionMesh::face(e)) == faces_.end() || std::abs(y) > most)
+        break;
     }
     return std::clamp(y, -most, most);
   }
@@ -69,7 +73,10 @@ class Chord {
     Vec2 a = local(mesh_.planar[e]), b = local(mesh_.planar[CollisionMesh::next(e)]);
     if (a.x > b.x) std::swap(a, b);
     if (b.x <= 0 || a.x >= length_) return false;
-    const auto y = [&](double x) { return a.x == b.x ? std::min(std::abs(a.y), std::abs(b.y)) : std::abs(a.y + (b.y - a.y) * (x - a.x) / (b.x - a.x)); };
+    const auto y = [&](double x) {
+      return a.x == b.x ? std::min(std::abs(a.y), std::abs(b.y))
+                        : std::abs(a.y + (b.y - a.y) * (x - a.x) / (b.x - a.x));
+    };
     return std::min(y(std::max(a.x, 0.0)), y(std::min(b.x, length_))) < reach;
   }
 
@@ -101,7 +108,8 @@ Foot foot_of(std::span<const Vec2> line, Vec2 p, double from) {
   Foot best;
   for (std::size_t i = static_cast<std::size_t>(from); i + 1 < line.size(); ++i) {
     const Vec2 a = line[i], d = line[i + 1] - a;
-    const double t = std::clamp(dot(p - a, d) / std::max(dot(d, d), 1e-300), std::max(0.0, from - static_cast<double>(i)), 1.0);
+    const double t =
+        std::clamp(dot(p - a, d) / std::max(dot(d, d), 1e-300), std::max(0.0, from - static_cast<double>(i)), 1.0);
     const Vec2 q = a + t * d;
     if (const double far = norm(q - p); far < best.distance) best = {static_cast<double>(i) + t, far, q.y};
   }
@@ -128,7 +136,8 @@ class Curve {
  public:
   Curve(CutContext& cut, H h, Side side)
       : cut_(cut), h_(h), side_(side), s_(static_cast<std::size_t>(index(side))), chord_(cut, h),
-        patch_(Patch::of_root(cut.body.collision.root[CollisionMesh::face(h)], side)), p_(bound(cut.body.collision.from(h))), q_(bound(cut.body.collision.to(h))) {}
+        patch_(Patch::of_root(cut.body.collision.root[CollisionMesh::face(h)], side)),
+        p_(bound(cut.body.collision.from(h))), q_(bound(cut.body.collision.to(h))) {}
 
   /// Makes it a path of barrier edges, where it is.
   bool walk() {
@@ -136,7 +145,9 @@ class Curve {
     path.clear();
     VV last = p_;
     for (std::size_t i = 0; i <= scratch().curve.size(); ++i) {
-      const VV to = i < scratch().curve.size() ? insert_point(cut_, last, mirrored(chord_.planar(scratch().curve[i]), side_), patch_) : q_;
+      const VV to = i < scratch().curve.size()
+                        ? insert_point(cut_, last, mirrored(chord_.planar(scratch().curve[i]), side_), patch_)
+                        : q_;
       if (!to.valid() || !walk_chord(cut_, last, to, patch_)) return false;
       path.insert(path.end(), scratch().path.begin(), scratch().path.end());
       if (to != q_) path.push_back(to);
@@ -171,7 +182,9 @@ class Curve {
       if (!m.face.valid()) continue;
       const auto holds = [&, u = mirrored(m.to, side_)](CollisionTriangle f) {
         for (int k = 0; k < 3; ++k)
-          if (orient(body.collision.planar[CollisionMesh::corner(f, k)], body.collision.planar[CollisionMesh::corner(f, (k + 1) % 3)], u) < 0) return false;
+          if (orient(body.collision.planar[CollisionMesh::corner(f, k)],
+                     body.collision.planar[CollisionMesh::corner(f, (k + 1) % 3)], u) < 0)
+            return false;
         return true;
       };
       if (holds(m.face)) continue;
@@ -215,7 +228,8 @@ class Curve {
       if (!(line[i].x < line[i + 1].x)) return false;
     auto& moved = scratch().moved_parameter;
     moved.clear();
-    for (std::size_t i = 0; i < scratch().path.size(); ++i) moved.push_back({scratch().path[i], parameter({line[i + 1].x, 0}), {}});
+    for (std::size_t i = 0; i < scratch().path.size(); ++i)
+      moved.push_back({scratch().path[i], parameter({line[i + 1].x, 0}), {}});
     for (const CollisionTriangle f : scratch().beside) {
       const PoolRun run = cut_.body.collision.free[f][s_];
       for (std::int32_t i = 0; i < run.count; ++i) {
@@ -230,7 +244,9 @@ class Curve {
 
     auto& faces = scratch().laid_face;
     faces.clear();
-    const auto area = [&](VisualHalfEdge e) { return orient(mesh().planar[e], mesh().planar[VisualMesh::next(e)], mesh().planar[VisualMesh::prev(e)]); };
+    const auto area = [&](VisualHalfEdge e) {
+      return orient(mesh().planar[e], mesh().planar[VisualMesh::next(e)], mesh().planar[VisualMesh::prev(e)]);
+    };
     for (const auto& m : moved) for_each_in_patch(m.vertex, [&](VisualHalfEdge e) { faces.push_back({e, area(e)}); });
     for (const auto& m : moved) for_each_in_patch(m.vertex, [&](VisualHalfEdge e) { mesh().planar.set(e, m.to); });
     std::vector<VisualTriangle>& turned = scratch().faces;

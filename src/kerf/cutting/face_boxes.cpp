@@ -98,7 +98,8 @@ void FaceBoxes::refresh_levels() {
     if (levels_.size() <= level) {
       levels_.emplace_back();
       stale_.clear();
-      for (std::size_t i = 0; i < size; ++i) stale_.push_back(static_cast<std::int32_t>(i));  // a level more than there was: all of it
+      for (std::size_t i = 0; i < size; ++i)
+        stale_.push_back(static_cast<std::int32_t>(i));  // a level more than there was: all of it
     }
     levels_[level].resize(size);
     sort_unique(stale_);
@@ -106,7 +107,8 @@ void FaceBoxes::refresh_levels() {
       const auto i = static_cast<std::size_t>(number);
       Box3 box;
       if (level == 0) {
-        for (std::int32_t g = last_[i]; g >= 0; g = groups_[static_cast<std::size_t>(g)].before) add(box, groups_[static_cast<std::size_t>(g)].box);
+        for (std::int32_t g = last_[i]; g >= 0; g = groups_[static_cast<std::size_t>(g)].before)
+          add(box, groups_[static_cast<std::size_t>(g)].box);
       } else {
         const std::vector<Box3>& below = levels_[level - 1];
         for (std::size_t k = kGroup * i; k < std::min(kGroup * (i + 1), below.size()); ++k) add(box, below[k]);

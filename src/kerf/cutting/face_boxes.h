@@ -58,7 +58,8 @@ class FaceBoxes {
   void refresh_levels();
 
   template <class Meets>
-  void collect(std::size_t level, std::size_t first, std::size_t last, Meets&& meets, std::vector<std::int32_t>& met) const {
+  void collect(std::size_t level, std::size_t first, std::size_t last, Meets&& meets,
+               std::vector<std::int32_t>& met) const {
     for (std::size_t i = first; i < last; ++i) {
       if (!meets(levels_[level][i])) continue;
       if (level > 0) {
@@ -78,7 +79,8 @@ class FaceBoxes {
   std::vector<std::int32_t> unused_;    ///< groups without triangles
   std::vector<std::int32_t> group_of_;  ///< per triangle
   std::vector<std::int32_t> last_;      ///< per root: the latest of its groups, or -1
-  std::vector<std::vector<Box3>> levels_;  ///< the first: of roots, empty where nothing is left of one; the last has at most kGroup
+  std::vector<std::vector<Box3>>
+      levels_;  ///< the first: of roots, empty where nothing is left of one; the last has at most kGroup
   std::vector<std::int32_t> stale_groups_, stale_;  ///< of groups; of the first level
   mutable std::vector<std::int32_t> met_;           ///< memory of for_each
 };

@@ -18,7 +18,8 @@ struct Batch {
   static constexpr std::size_t kSize = 128;
   std::array<VisualVertex, kSize> vertex;
   std::array<double, kSize> x, y;
-  std::array<double, kSize> told[3];  ///< sign of orient() against up to three lines; 0: too near to tell by rounded arithmetic
+  std::array<double, kSize>
+      told[3];  ///< sign of orient() against up to three lines; 0: too near to tell by rounded arithmetic
   std::size_t count = 0;
 
   void tell_sides(std::size_t line, Vec2 a, Vec2 b) {

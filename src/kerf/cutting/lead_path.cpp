@@ -40,7 +40,8 @@ class Chord {
   Nearest nearest(H h) const {
     const Vec2 a = seen(mesh_.rest[mesh_.from(h)]), b = seen(mesh_.rest[mesh_.to(h)]);
     const double side_a = cross(end_, a), side_b = cross(end_, b);
-    if ((side_a > 0) != (side_b > 0)) {  // the line crosses the edge; the segment too, if both its ends are on different sides
+    if ((side_a > 0) !=
+        (side_b > 0)) {  // the line crosses the edge; the segment too, if both its ends are on different sides
       const double s = side_a / (side_a - side_b), along = dot(lerp(a, b, s), end_);
       if (along >= 0 && along <= dot(end_, end_)) return {0, s};
     }
@@ -71,7 +72,8 @@ class Chord {
 
 }  // namespace
 
-bool lead_path(const CollisionMesh& mesh, const PathPlace& from, const PathPlace& to, double reach, std::vector<ArcCrossing>& way) {
+bool lead_path(const CollisionMesh& mesh, const PathPlace& from, const PathPlace& to, double reach,
+               std::vector<ArcCrossing>& way) {
   struct Node {
     F face;
     int before = -1;

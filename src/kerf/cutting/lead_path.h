@@ -18,6 +18,7 @@ struct PathPlace {
 /// The edges that the straight way from a place to another crosses, in order; borders are not crossed. Where no way is straight, the one whose edges come
 /// nearest to the segment, all of them within `reach` (metres). Straight is what is straight when the faces are laid into the plane of the first.
 /// False: no such way within a few faces; `way` is empty then. Cost: the faces near the segment. Allocates only if `way` has to grow.
-bool lead_path(const CollisionMesh& mesh, const PathPlace& from, const PathPlace& to, double reach, std::vector<ArcCrossing>& way);
+bool lead_path(const CollisionMesh& mesh, const PathPlace& from, const PathPlace& to, double reach,
+               std::vector<ArcCrossing>& way);
 
 }  // namespace kerf

@@ -29,12 +29,15 @@ bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn,
   Vec3 at;
   // A point inside goes first where the path begins on the border of its face: it is a corner of all parts then.
   V inside;
-  if (stops.size() > 1 && stops[0].border(mesh()).valid() && stops[0].kind == Stop::Kind::kEdge && stops[1].kind == Stop::Kind::kInside) {
+  if (stops.size() > 1 && stops[0].border(mesh()).valid() && stops[0].kind == Stop::Kind::kEdge &&
+      stops[1].kind == Stop::Kind::kInside) {
     inside = make(stops[1], V{});
     if (!inside.valid()) reason = UncutReason::kNoVertex, at = stops[1].place(mesh());
   }
   for (std::size_t i = 0; i < stops.size() && reason == UncutReason::kNone; ++i) {
-    const V v = closed && i + 1 == stops.size() ? made_.front() : i == 1 && inside.valid() ? inside : make(stops[i], made_.empty() ? V{} : made_.back());
+    const V v = closed && i + 1 == stops.size() ? made_.front()
+                : i == 1 && inside.valid()      ? inside
+                                                : make(stops[i], made_.empty() ? V{} : made_.back());
     if (!v.valid()) reason = UncutReason::kNoVertex, at = stops[i].place(mesh());
     else if (made_.empty() || made_.back() != v) made_.push_back(v);
   }
@@ -47,7 +50,8 @@ bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn,
     ground_.cut.scratch.flip_stack.resize(std::min(flips, ground_.cut.scratch.flip_stack.size()));
     // What is shorter than all that is cut may leave a crumb where it is.
     double length = 0;
-    for (std::size_t i = 0; i + 1 < stops.size(); ++i) length += norm(stops[i + 1].place(mesh()) - stops[i].place(mesh()));
+    for (std::size_t i = 0; i + 1 < stops.size(); ++i)
+      length += norm(stops[i + 1].place(mesh()) - stops[i].place(mesh()));
     if (reason != UncutReason::kSliver || length >= feature_) {
       ++refused_;
       if (uncut_.reason == UncutReason::kNone) uncut_ = {reason, at};
@@ -69,7 +73,8 @@ UncutReason PathOpening::open_made() {
   // A slit of one edge would have both lips between the same two vertices.
   if (edges_.size() == 1 && !mesh().on_border(mesh().from(edges_[0])) && !mesh().on_border(mesh().to(edges_[0]))) {
     if (!mesh().has_chain(edges_[0]) && !cut::make_chains(ground_.cut, edges_[0])) return UncutReason::kPinch;
-    const V end = mesh().to(edges_[0]), middle = cut::split_collision_edge(ground_.cut, edges_[0], far_enough(edges_[0], 0.5));
+    const V end = mesh().to(edges_[0]),
+            middle = cut::split_collision_edge(ground_.cut, edges_[0], far_enough(edges_[0], 0.5));
     if (!middle.valid()) return UncutReason::kNoVertex;
     edges_.push_back(mesh().find_half_edge(middle, end));
   }
@@ -151,7 +156,8 @@ double PathOpening::far_enough(H h, double fraction) const {
   const Vec3 a = mesh().rest[mesh().from(h)], b = mesh().rest[mesh().to(h)];
   const Vec3 apexes[2] = {mesh().rest[mesh().apex(h)], mesh().rest[mesh().apex(twin.valid() ? twin : h)]};
   const auto has_room = [&](double t) {
-    return t * far >= least && (1 - t) * far >= least && std::all_of(std::begin(apexes), std::end(apexes), [&](Vec3 c) { return norm(lerp(a, b, t) - c) >= least; });
+    return t * far >= least && (1 - t) * far >= least &&
+           std::all_of(std::begin(apexes), std::end(apexes), [&](Vec3 c) { return norm(lerp(a, b, t) - c) >= least; });
   };
   if (has_room(fraction)) return fraction;
   double best = fraction, off = HUGE_VAL;
@@ -206,7 +212,8 @@ void PathOpening::end() {
   mesh().origin.for_each_changed(origin_mark_, [&](H h) { ground_.boxes.mark(CollisionMesh::face(h)); });
   const auto& births = ground_.cut.scratch.births;
   for (std::size_t i = ground_.position.size(); i < mesh().vertex_count(); ++i) {
-    const auto birth = std::lower_bound(births.begin(), births.end(), V(i), [](const VertexBirth& b, V id) { return b.vertex < id; });
+    const auto birth =
+        std::lower_bound(births.begin(), births.end(), V(i), [](const VertexBirth& b, V id) { return b.vertex < id; });
     KERF_ASSERT(birth != births.end() && birth->vertex == V(i));
     Vec3 p;
     for (std::size_t k = 0; k < 3; ++k)

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "kerf/cutting/cut_context.h"
-#include "kerf/cutting/face_boxes.h"
 #include "kerf/cutting/cut_stop.h"
+#include "kerf/cutting/face_boxes.h"
 #include "kerf/cutting/uncut_path.h"
 
 namespace kerf {
@@ -21,7 +21,8 @@ struct PathGround {
 class PathOpening {
  public:
   /// `feature`, `outside`: metres, as in PathRounding.
-  PathOpening(PathGround ground, double feature, double outside) : ground_(ground), feature_(feature), outside_(outside) {}
+  PathOpening(PathGround ground, double feature, double outside)
+      : ground_(ground), feature_(feature), outside_(outside) {}
 
   /// Makes the vertices of a path, whose neighbours share a face each, and opens what lies between. `closed`: the last stop is the first. False: refused, as
   /// degenerate or because a piece without material would come off, and nothing is changed. `made()`: the vertices. `drawn`: where the blade was, in order, at rest.
@@ -33,8 +34,10 @@ class PathOpening {
   /// Has a path divided this face?
   [[nodiscard]] bool divided(CollisionTriangle f) const;
   void forget_divided() { divided_.clear(); }
-  [[nodiscard]] int opened() const { return opened_; }    ///< edges
-  [[nodiscard]] int refused() const { return refused_; }  ///< paths, but for those shorter than a minimum feature that would only have cut off a crumb
+  [[nodiscard]] int opened() const { return opened_; }  ///< edges
+  [[nodiscard]] int refused() const {
+    return refused_;
+  }  ///< paths, but for those shorter than a minimum feature that would only have cut off a crumb
   [[nodiscard]] const UncutPath& uncut() const { return uncut_; }  ///< the first path that was refused
   [[nodiscard]] int retried() const { return retried_; }  ///< vertices made a minimum feature or two beside their place
 
@@ -47,7 +50,9 @@ class PathOpening {
   [[nodiscard]] double far_enough(CollisionHalfEdge h, double fraction) const;
   CollisionVertex make_on_edge(const CutStop& s);
   CollisionVertex split(CollisionHalfEdge h, double fraction);
-  [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(mesh().rest[mesh().to(h)] - mesh().rest[mesh().from(h)]); }
+  [[nodiscard]] double length(CollisionHalfEdge h) const {
+    return norm(mesh().rest[mesh().to(h)] - mesh().rest[mesh().from(h)]);
+  }
   void begin();
   void end();
 

@@ -28,13 +28,18 @@ void prepend(BladeArc& arc, const std::vector<ArcCrossing>& way) {
 }  // namespace
 
 PathRounding::PathRounding(const CollisionMesh& mesh, const CutOptions& options, double mean_edge)
-    : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge), near_(cut::kPathNear * feature_), beside_(cut::kBesideReach * feature_), short_(cut::kShortCollisionEdge * cut::kLeastCollisionEdge * feature_), outside_(cut::kPathOutside * mean_edge), carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
+    : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge),
+      near_(cut::kPathNear * feature_), beside_(cut::kBesideReach * feature_),
+      short_(cut::kShortCollisionEdge * cut::kLeastCollisionEdge * feature_), outside_(cut::kPathOutside * mean_edge),
+      carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
 
 double PathRounding::foot(H h, Vec3 x) const {
   const Vec3 a = rest(mesh_.from(h)), d = rest(mesh_.to(h)) - a;
   return std::clamp(dot(x - a, d) / dot(d, d), 0.0, 1.0);
 }
-double PathRounding::distance(H h, Vec3 x) const { return distance_to_segment(x, rest(mesh_.from(h)), rest(mesh_.to(h))); }
+double PathRounding::distance(H h, Vec3 x) const {
+  return distance_to_segment(x, rest(mesh_.from(h)), rest(mesh_.to(h)));
+}
 /// A point of an edge so near to an end may go there.
 double PathRounding::snap(H h) const { return is_short(h) ? length(h) : std::min(0.45 * length(h), feature_); }
 
@@ -51,7 +56,8 @@ PathPlace PathRounding::path_place(const Stop& s) const {
 
 Stop PathRounding::on_border(H border, double fraction) const {
   const double far = length(border), least = snap(border);
-  if (fraction * far < least || (1 - fraction) * far < least) return Stop::at_vertex(fraction < 0.5 ? mesh_.from(border) : mesh_.to(border));
+  if (fraction * far < least || (1 - fraction) * far < least)
+    return Stop::at_vertex(fraction < 0.5 ? mesh_.from(border) : mesh_.to(border));
   return Stop::on_edge(mesh_.from(border), mesh_.to(border), fraction);
 }
 
@@ -59,7 +65,9 @@ template <class Fn>
 void PathRounding::for_each_of_lip(const Stop& stop, Vec3 from, Vec3 to, Fn&& fn) const {
   const H first = stop.border(mesh_);
   if (!first.valid()) return;
-  const auto is_near = [&](V v) { return (stop.kind == Stop::Kind::kVertex && v == stop.vertex) || distance_to_segment(rest(v), from, to) < near_; };
+  const auto is_near = [&](V v) {
+    return (stop.kind == Stop::Kind::kVertex && v == stop.vertex) || distance_to_segment(rest(v), from, to) < near_;
+  };
   H h = first;
   fn(h);
   for (int i = 1; i < cut::kSameLip && is_near(mesh_.to(h)); ++i) fn(h = mesh_.fan_start(mesh_.to(h)));
@@ -67,7 +75,8 @@ void PathRounding::for_each_of_lip(const Stop& stop, Vec3 from, Vec3 to, Fn&& fn
   for (int i = 1; i < cut::kSameLip && is_near(mesh_.from(h)); ++i) fn(h = border_before(h));
 }
 
-BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<const H> but, const BesideBorder& beside) const {
+BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<const H> but,
+                                       const BesideBorder& beside) const {
   struct Found {
     BorderFoot foot;
     double distance;
@@ -75,13 +84,18 @@ BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<c
   std::array<Found, 3 * cut::kFacesAround> found;
   std::ptrdiff_t count = 0;
   cut::for_each_border_near(mesh_, face, x, reach, [&](H h, double t, double far) {
-    if (std::find(but.begin(), but.end(), h) != but.end() || beside.is_beside(mesh_, face, x, lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t))) return;
+    if (std::find(but.begin(), but.end(), h) != but.end() ||
+        beside.is_beside(mesh_, face, x, lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t)))
+      return;
     found[static_cast<std::size_t>(count++)] = {{h, t}, far};
   });
-  std::stable_sort(found.begin(), found.begin() + count, [](const Found& a, const Found& b) { return a.distance < b.distance; });
+  std::stable_sort(found.begin(), found.begin() + count,
+                   [](const Found& a, const Found& b) { return a.distance < b.distance; });
   std::vector<ArcCrossing> way;
   for (std::ptrdiff_t i = 0; i < count; ++i)
-    if (const BorderFoot& f = found[static_cast<std::size_t>(i)].foot; lead_path(mesh_, {x, face, {}}, path_place(on_border(f.border, f.fraction)), outside_, way)) return f;
+    if (const BorderFoot& f = found[static_cast<std::size_t>(i)].foot;
+        lead_path(mesh_, {x, face, {}}, path_place(on_border(f.border, f.fraction)), outside_, way))
+      return f;
   return {};
 }
 
@@ -106,13 +120,16 @@ void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start
   end.border = foot.border;
   end.fraction = foot.fraction;
 }
-void PathRounding::join_end(BladeArc& arc, const Stop* start, const BesideBorder& beside) const { join(arc.end, arc, true, start, beside); }
+void PathRounding::join_end(BladeArc& arc, const Stop* start, const BesideBorder& beside) const {
+  join(arc.end, arc, true, start, beside);
+}
 void PathRounding::join_begin(BladeArc& arc) const { join(arc.begin, arc, false, nullptr, kNone); }
 
 bool PathRounding::lead(BladeArc& arc, const Stop& from, Vec3 x) const {
   std::vector<ArcCrossing> way;
   const PathPlace to{x, arc.faces.front(), {}};
-  if (!lead_path(mesh_, path_place(from), to, outside_, way) && !lead_path(mesh_, path_place(from), to, near_, way)) return false;
+  if (!lead_path(mesh_, path_place(from), to, outside_, way) && !lead_path(mesh_, path_place(from), to, near_, way))
+    return false;
   prepend(arc, way);
   return true;
 }
@@ -197,7 +214,8 @@ void PathRounding::hold_at_border(BladeArc& arc, RestPoint& goal) const {
   while (!arc.crossings.empty()) {
     const ArcCrossing& c = arc.crossings.back();
     if (off_end(c) >= snap(c.near) || !mesh_.on_border(near_end(c)) || norm(rest(c) - last) >= feature_) return;
-    goal = {CollisionMesh::face(c.near), lerp(mesh_.planar[c.near], mesh_.planar[CollisionMesh::next(c.near)], c.fraction)};
+    goal = {CollisionMesh::face(c.near),
+            lerp(mesh_.planar[c.near], mesh_.planar[CollisionMesh::next(c.near)], c.fraction)};
     arc.crossings.pop_back();
     arc.faces.pop_back();
   }
@@ -225,32 +243,44 @@ V PathRounding::vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from
   const double off = off_end(c);
   const auto ends_at = [&](H h) { return mesh_.from(h) == v || mesh_.to(h) == v; };
   // Crossings of two edges that meet at a vertex, with less than a feature between them.
-  const auto close = [&](std::size_t k) { return k < n && ends_at(arc.crossings[k].near) && norm(rest(c) - rest(arc.crossings[k])) < feature_; };
+  const auto close = [&](std::size_t k) {
+    return k < n && ends_at(arc.crossings[k].near) && norm(rest(c) - rest(arc.crossings[k])) < feature_;
+  };
   if (off < snap(c.near) || (off < fan_ && (close(i - 1) || close(i + 1)))) return v;
   // Tips and corners of slits that it passes between two crossings.
   const Vec3 x = rest(c), before = i > 0 ? rest(arc.crossings[i - 1]) : from;
   for (const V u : {v, v == mesh_.from(c.near) ? mesh_.to(c.near) : mesh_.from(c.near)}) {
-    const bool passes = distance_to_segment(rest(u), before, x) < feature_ || (i + 1 < n && distance_to_segment(rest(u), x, rest(arc.crossings[i + 1])) < feature_);
-    if (passes && !(rest(u) == from) && mesh_.on_border(u) && may_pass(u) && !beside.is_on(mesh_, arc.faces[i], x, rest(u))) return u;
+    const bool passes = distance_to_segment(rest(u), before, x) < feature_ ||
+                        (i + 1 < n && distance_to_segment(rest(u), x, rest(arc.crossings[i + 1])) < feature_);
+    if (passes && !(rest(u) == from) && mesh_.on_border(u) && may_pass(u) &&
+        !beside.is_on(mesh_, arc.faces[i], x, rest(u)))
+      return u;
   }
   return {};
 }
 
-std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc, const Stop& end, const BesideBorder& beside) const {
+std::vector<Stop> PathRounding::stops_of(const Stop& begin, const BladeArc& arc, const Stop& end,
+                                         const BesideBorder& beside) const {
   std::vector<Stop> stops;
   if (begin.exists()) stops.push_back(begin);
   const auto first = static_cast<std::ptrdiff_t>(stops.size());
   std::size_t n = arc.crossings.size();
   const auto vertex_of = [](const Stop& s) { return s.kind == Stop::Kind::kVertex ? s.vertex : V{}; };
-  const auto ends_at = [&](const ArcCrossing& c, V v) { return v.valid() && (mesh_.from(c.near) == v || mesh_.to(c.near) == v); };
-  const auto is_at = [&](const ArcCrossing& c, V v) { return is_short(c.near) ? ends_at(c, v) : near_end(c) == v && off_end(c) < snap(c.near); };
+  const auto ends_at = [&](const ArcCrossing& c, V v) {
+    return v.valid() && (mesh_.from(c.near) == v || mesh_.to(c.near) == v);
+  };
+  const auto is_at = [&](const ArcCrossing& c, V v) {
+    return is_short(c.near) ? ends_at(c, v) : near_end(c) == v && off_end(c) < snap(c.near);
+  };
   const V goal = vertex_of(end), home = vertex_of(begin);
   while (goal.valid() && n > 0 && is_at(arc.crossings[n - 1], goal)) --n;
   V last = home;
   const Vec3 from = begin.exists() ? rest(begin) : rest(rest_point(mesh_, arc.begin.point));
   for (std::size_t i = 0; i < n; ++i) {
     const ArcCrossing& c = arc.crossings[i];
-    const auto is_used = [&](V v) { return std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return vertex_of(s) == v; }); };
+    const auto is_used = [&](V v) {
+      return std::any_of(stops.begin() + first, stops.end(), [&](const Stop& s) { return vertex_of(s) == v; });
+    };
     if (is_short(c.near)) {
       if (ends_at(c, last)) continue;
       if (const V v = end_of_short(c, [&](V u) { return u != goal && u != home && !is_used(u); }); v.valid()) {

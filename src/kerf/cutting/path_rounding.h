@@ -9,8 +9,8 @@
 #include "kerf/cutting/beside_border.h"
 #include "kerf/cutting/blade_arcs.h"
 #include "kerf/cutting/cut_options.h"
-#include "kerf/cutting/lead_path.h"
 #include "kerf/cutting/cut_stop.h"
+#include "kerf/cutting/lead_path.h"
 
 namespace kerf {
 
@@ -27,22 +27,31 @@ class PathRounding {
   PathRounding(const CollisionMesh& mesh, const CutOptions& options, double mean_edge);
 
   [[nodiscard]] double feature() const { return feature_; }  ///< nothing shorter is cut
-  [[nodiscard]] double near() const { return near_; }        ///< an arc so near to a lip is that lip, an end so near to a border is on it
+  [[nodiscard]] double near() const {
+    return near_;
+  }  ///< an arc so near to a lip is that lip, an end so near to a border is on it
   [[nodiscard]] double outside() const { return outside_; }  ///< what rounding may put a point outside of its face
   [[nodiscard]] double beside() const { return beside_; }    ///< a border so near to a path runs beside it
-  [[nodiscard]] double carried() const { return carried_; }  ///< how far material may have moved towards the blade between two poses
+  [[nodiscard]] double carried() const {
+    return carried_;
+  }  ///< how far material may have moved towards the blade between two poses
 
   [[nodiscard]] Vec3 rest(CollisionVertex v) const { return mesh_.rest[v]; }
   [[nodiscard]] Vec3 rest(const RestPoint& p) const { return place_of(mesh_, p, mesh_.rest.raw()); }
   [[nodiscard]] Vec3 rest(const CutStop& s) const { return s.place(mesh_); }
-  [[nodiscard]] Vec3 rest(const ArcCrossing& c) const { return lerp(rest(mesh_.from(c.near)), rest(mesh_.to(c.near)), c.fraction); }
+  [[nodiscard]] Vec3 rest(const ArcCrossing& c) const {
+    return lerp(rest(mesh_.from(c.near)), rest(mesh_.to(c.near)), c.fraction);
+  }
 
   [[nodiscard]] double distance(CollisionHalfEdge h, Vec3 x) const;  ///< of a place from an edge
 
   /// The stop on a border edge; near an end of it the vertex there.
   [[nodiscard]] CutStop on_border(CollisionHalfEdge border, double fraction) const;
   /// The nearest point of a border within `near` of a point of a face to which the material leads straight; on none of the edges `but`.
-  [[nodiscard]] BorderFoot nearest_border(CollisionTriangle face, Vec3 x, std::span<const CollisionHalfEdge> but = {}) const { return border_within(near_, face, x, but, kNone); }
+  [[nodiscard]] BorderFoot nearest_border(CollisionTriangle face, Vec3 x,
+                                          std::span<const CollisionHalfEdge> but = {}) const {
+    return border_within(near_, face, x, but, kNone);
+  }
   /// Is a border edge one of the next along the border from a stop, which runs within `near` of the segment from - to until there?
   [[nodiscard]] bool same_lip(const CutStop& stop, CollisionHalfEdge border, Vec3 from, Vec3 to) const;
 
@@ -66,7 +75,8 @@ class PathRounding {
   /// The path of an arc: its beginning and end, if they exist, and where its crossings go. They go onto an end of their edge, if that is inside the material
   /// and nearer than a feature, or if the next edge there is crossed so near that a feature would be left over; else away from both ends. What is crossed at
   /// the vertex that the path begins or ends at is left out. They go to no vertex of a border that runs `beside` the path. What crosses a short edge goes onto an end of it, whatever that is.
-  std::vector<CutStop> stops_of(const CutStop& begin, const BladeArc& arc, const CutStop& end, const BesideBorder& beside = kNone) const;
+  std::vector<CutStop> stops_of(const CutStop& begin, const BladeArc& arc, const CutStop& end,
+                                const BesideBorder& beside = kNone) const;
 
  private:
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(rest(mesh_.to(h)) - rest(mesh_.from(h))); }
@@ -78,21 +88,27 @@ class PathRounding {
   template <class Fn>
   [[nodiscard]] CollisionVertex end_of_short(const ArcCrossing& c, Fn&& is_free) const;
   /// The end of its edge that a crossing is nearer to, and how far it is from there.
-  [[nodiscard]] CollisionVertex near_end(const ArcCrossing& c) const { return c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near); }
-  [[nodiscard]] double off_end(const ArcCrossing& c) const { return std::min(c.fraction, 1 - c.fraction) * length(c.near); }
+  [[nodiscard]] CollisionVertex near_end(const ArcCrossing& c) const {
+    return c.fraction < 0.5 ? mesh_.from(c.near) : mesh_.to(c.near);
+  }
+  [[nodiscard]] double off_end(const ArcCrossing& c) const {
+    return std::min(c.fraction, 1 - c.fraction) * length(c.near);
+  }
   /// Where a crossing goes that is rounded to no vertex: at least a feature away from both ends of its edge.
   [[nodiscard]] CutStop on_edge(const ArcCrossing& c) const;
   /// A path may go through an inner vertex, and through the tip or a corner of a slit.
   [[nodiscard]] bool may_pass(CollisionVertex v) const;
   /// The vertex that a crossing is rounded to, or none. `from`: where the arc begins.
-  [[nodiscard]] CollisionVertex vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from, const BesideBorder& beside = kNone) const;
+  [[nodiscard]] CollisionVertex vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from,
+                                                   const BesideBorder& beside = kNone) const;
   [[nodiscard]] double material_around(CollisionVertex v) const;
   [[nodiscard]] CollisionHalfEdge border_before(CollisionHalfEdge h) const;
   [[nodiscard]] PathPlace path_place(const CutStop& s) const;
   /// Calls fn with the border edges next to a stop, both ways along the border for as long as it runs `near` the segment from - to.
   template <class Fn>
   void for_each_of_lip(const CutStop& stop, Vec3 from, Vec3 to, Fn&& fn) const;
-  [[nodiscard]] BorderFoot border_within(double reach, CollisionTriangle face, Vec3 x, std::span<const CollisionHalfEdge> but, const BesideBorder& beside) const;
+  [[nodiscard]] BorderFoot border_within(double reach, CollisionTriangle face, Vec3 x,
+                                         std::span<const CollisionHalfEdge> but, const BesideBorder& beside) const;
   void join(ArcEnd& end, BladeArc& arc, bool last, const CutStop* start, const BesideBorder& beside) const;
 
   const CollisionMesh& mesh_;

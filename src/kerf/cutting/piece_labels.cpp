@@ -14,7 +14,8 @@ using F = CollisionTriangle;
 }  // namespace
 
 std::int32_t PieceLabels::root_of(std::int32_t cluster) {
-  while (clusters_[at(cluster)].joined != cluster) cluster = clusters_[at(cluster)].joined = clusters_[at(clusters_[at(cluster)].joined)].joined;
+  while (clusters_[at(cluster)].joined != cluster)
+    cluster = clusters_[at(cluster)].joined = clusters_[at(clusters_[at(cluster)].joined)].joined;
   return cluster;
 }
 

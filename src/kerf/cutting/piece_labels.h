@@ -25,8 +25,8 @@ class PieceLabels {
   struct Cluster {
     std::vector<CollisionTriangle> faces;  ///< reached so far; those from `next` on have not been looked around yet
     std::size_t next = 0;
-    std::int32_t joined = 0;               ///< union-find
-    std::int32_t label = -1;               ///< of the piece that it was part of; -1: nothing tells yet
+    std::int32_t joined = 0;  ///< union-find
+    std::int32_t label = -1;  ///< of the piece that it was part of; -1: nothing tells yet
     [[nodiscard]] bool open() const { return next < faces.size(); }
   };
 
@@ -39,7 +39,7 @@ class PieceLabels {
   std::vector<std::int32_t> label_;    ///< per triangle
   std::vector<std::int32_t> reached_;  ///< per triangle: the cluster that has reached it, or -1
   std::vector<Cluster> clusters_;
-  std::size_t used_ = 0;               ///< clusters of this call
+  std::size_t used_ = 0;  ///< clusters of this call
   std::vector<CollisionTriangle> seeds_;
   std::int32_t pieces_ = 0, next_label_ = 0;
 };

@@ -62,19 +62,23 @@ Status check_punch(const Punch& punch, double feature) {
   if (p.size() < 3 || p.size() > kMostCorners)
     return bad_input(fmt::format("punch: an outline of {} points; give it 3 to {}", p.size(), kMostCorners));
   for (std::size_t i = 0; i < p.size(); ++i)
-    if (!std::isfinite(p[i].x) || !std::isfinite(p[i].y)) return bad_input(fmt::format("punch: point {} of the outline is not finite", i + 1));
+    if (!std::isfinite(p[i].x) || !std::isfinite(p[i].y))
+      return bad_input(fmt::format("punch: point {} of the outline is not finite", i + 1));
   for (std::size_t i = 0; i < p.size(); ++i) {
     const std::size_t j = (i + 1) % p.size();
-    if (p[i] == p[j]) return bad_input(fmt::format("punch: points {} and {} of the outline are the same", i + 1, j + 1));
+    if (p[i] == p[j])
+      return bad_input(fmt::format("punch: points {} and {} of the outline are the same", i + 1, j + 1));
     for (std::size_t k = i + 2; k < p.size(); ++k)
       if ((k + 1) % p.size() != i && sides_touch(p[i], p[j], p[k], p[(k + 1) % p.size()]))
-        return bad_input(fmt::format("punch: the outline touches itself: its sides from point {} and from point {}", i + 1, k + 1));
+        return bad_input(
+            fmt::format("punch: the outline touches itself: its sides from point {} and from point {}", i + 1, k + 1));
   }
   const double radius = std::fabs(double_area(p)) / perimeter(p);
   if (!(radius >= kLeastRadius * feature))
-    return bad_input(fmt::format("punch: too small to be cut into this collision mesh; its outline is as wide as a circle of radius {:.3g} m, and "
-                                 "{:.3g} m is the least (or choose a smaller minimum_feature)",
-                                 radius, kLeastRadius * feature));
+    return bad_input(fmt::format(
+        "punch: too small to be cut into this collision mesh; its outline is as wide as a circle of radius {:.3g} m, and "
+        "{:.3g} m is the least (or choose a smaller minimum_feature)",
+        radius, kLeastRadius * feature));
   return {};
 }
 
@@ -134,7 +138,8 @@ Inside find_inside(const CellComplex& body, const std::vector<Vec3>& position, c
     }
     is_reached[f.index()] = 1;
     for (int i = 0; i < 3; ++i)
-      if (const H t = mesh.twin[CollisionMesh::corner(f, i)]; t.valid() && is_reached[CollisionMesh::face(t).index()]) reached.join(f.value, CollisionMesh::face(t).value);
+      if (const H t = mesh.twin[CollisionMesh::corner(f, i)]; t.valid() && is_reached[CollisionMesh::face(t).index()])
+        reached.join(f.value, CollisionMesh::face(t).value);
     const double depth = depth_inside(outline, chart((1.0 / 3) * (corner[0] + corner[1] + corner[2])));
     double least = depth, most = depth;
     for (int i = 0; i < 3; ++i)
@@ -191,8 +196,8 @@ std::vector<Vec2> d_outline(double radius, double tolerance) {
   return points;
 }
 
-Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const Punch& punch, const CutOptions& options,
-                           CutScratch& scratch) {
+Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const Punch& punch,
+                           const CutOptions& options, CutScratch& scratch) {
   const double feature = std::max(options.minimum_feature, kLeastFeature) * body.mean_root_edge;
   KERF_TRY(check_punch(punch, feature));
   const CollisionMesh& mesh = body.collision;
@@ -254,7 +259,9 @@ Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const
     const double margin = 4 * feature + 2 * options.path_tolerance * body.mean_root_edge;
     const Inside pieces = find_inside(body, position, chart, corners, punch.reach, margin);
     if (pieces.hangs_on) continue;
-    const auto is_inside = [&](F f) { return pieces.is_inside[static_cast<std::size_t>(pieces.piece[f.index()])] != 0; };
+    const auto is_inside = [&](F f) {
+      return pieces.is_inside[static_cast<std::size_t>(pieces.piece[f.index()])] != 0;
+    };
     // Loose by this punch: the pieces with a new lip. What stays has the others.
     std::vector<std::uint8_t> loose(pieces.is_inside.size(), 0);
     for (const H h : ids<H>(mesh.half_edge_count())) {

@@ -16,11 +16,12 @@ namespace kerf {
 struct CutScratch;
 
 struct Punch {
-  Vec3 centre;               ///< metres, in the frame of the positions that it meets
-  Vec3 axis{0, 0, 1};        ///< along which it is pressed; any length > 0
-  Vec3 across{1, 0, 0};      ///< where the outline's x points; its part along the axis does not count
-  double reach = std::numeric_limits<double>::infinity();  ///< metres from the centre, along the axis to both sides; material beyond stays whole
-  std::vector<Vec2> outline; ///< simple polygon around or beside the centre, metres, in either direction of turn
+  Vec3 centre;           ///< metres, in the frame of the positions that it meets
+  Vec3 axis{0, 0, 1};    ///< along which it is pressed; any length > 0
+  Vec3 across{1, 0, 0};  ///< where the outline's x points; its part along the axis does not count
+  double reach = std::numeric_limits<
+      double>::infinity();    ///< metres from the centre, along the axis to both sides; material beyond stays whole
+  std::vector<Vec2> outline;  ///< simple polygon around or beside the centre, metres, in either direction of turn
 };
 
 /// Outlines whose corners lie on the curve and whose sides stay within `tolerance` (metres) of it. Radius in metres.
@@ -41,7 +42,7 @@ struct PunchCut {
 /// Bad input: an outline that is no simple polygon, or too small for the minimum feature; an axis without direction;
 /// numbers that are not finite. Failure: what is inside the outline still hangs on (a surface that folds over itself on the
 /// outline); roll the journal back. Cost: a look at every collision triangle, then local steps.
-Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const Punch& punch, const CutOptions& options,
-                           CutScratch& scratch);
+Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const Punch& punch,
+                           const CutOptions& options, CutScratch& scratch);
 
 }  // namespace kerf

@@ -68,7 +68,8 @@ class PoolKeeper {
  public:
   explicit PoolKeeper(const Journaled<PoolIndex, VisualVertex>& pool) : keep_(pool.size(), 0) {}
   void mark(const PoolRun& run) {
-    for (std::int32_t i = 0; i < run.count; ++i) keep_[static_cast<std::size_t>(run.first) + static_cast<std::size_t>(i)] = 1;
+    for (std::int32_t i = 0; i < run.count; ++i)
+      keep_[static_cast<std::size_t>(run.first) + static_cast<std::size_t>(i)] = 1;
   }
   void apply(Journaled<PoolIndex, VisualVertex>& pool, const IdMap<VisualVertex>& vertex) {
     std::vector<VisualVertex> items;
@@ -113,13 +114,21 @@ ComplexRenaming remove_pieces(CellComplex& body, const std::vector<std::uint8_t>
   const std::vector<std::uint8_t> remove_visual = visual_triangles_of(body, remove);
   ComplexRenaming r;
   r.removed = measure_removed(body, remove, remove_visual);
-  r.collision_triangle = id_map<CollisionTriangle>(coarse.face_count(), [&](CollisionTriangle f) { return !remove[f.index()]; });
-  r.collision_half_edge = id_map<CollisionHalfEdge>(coarse.half_edge_count(), [&](CollisionHalfEdge h) { return !remove[CollisionMesh::face(h).index()]; });
-  r.collision_vertex = id_map<CollisionVertex>(coarse.vertex_count(), [&](CollisionVertex v) { return !remove[CollisionMesh::face(coarse.outgoing[v]).index()]; });
-  r.visual_triangle = id_map<VisualTriangle>(mesh.face_count(), [&](VisualTriangle f) { return !remove_visual[f.index()]; });
-  r.visual_half_edge = id_map<VisualHalfEdge>(mesh.half_edge_count(), [&](VisualHalfEdge h) { return !remove_visual[VisualMesh::face(h).index()]; });
-  r.visual_vertex = id_map<VisualVertex>(mesh.vertex_count(), [&](VisualVertex v) { return !remove_visual[VisualMesh::face(mesh.outgoing[v]).index()]; });
-  r.wall = id_map<WallId>(body.wall_edge.size(), [&](WallId w) { return r.collision_half_edge.keeps(body.wall_edge[w]); });
+  r.collision_triangle =
+      id_map<CollisionTriangle>(coarse.face_count(), [&](CollisionTriangle f) { return !remove[f.index()]; });
+  r.collision_half_edge = id_map<CollisionHalfEdge>(
+      coarse.half_edge_count(), [&](CollisionHalfEdge h) { return !remove[CollisionMesh::face(h).index()]; });
+  r.collision_vertex = id_map<CollisionVertex>(coarse.vertex_count(), [&](CollisionVertex v) {
+    return !remove[CollisionMesh::face(coarse.outgoing[v]).index()];
+  });
+  r.visual_triangle =
+      id_map<VisualTriangle>(mesh.face_count(), [&](VisualTriangle f) { return !remove_visual[f.index()]; });
+  r.visual_half_edge = id_map<VisualHalfEdge>(
+      mesh.half_edge_count(), [&](VisualHalfEdge h) { return !remove_visual[VisualMesh::face(h).index()]; });
+  r.visual_vertex = id_map<VisualVertex>(
+      mesh.vertex_count(), [&](VisualVertex v) { return !remove_visual[VisualMesh::face(mesh.outgoing[v]).index()]; });
+  r.wall =
+      id_map<WallId>(body.wall_edge.size(), [&](WallId w) { return r.collision_half_edge.keeps(body.wall_edge[w]); });
 
   // Pools: chains and lines hold just what is theirs, lists of free vertices are made anew.
   PoolKeeper chains(body.chain_pool);
@@ -134,7 +143,8 @@ ComplexRenaming remove_pieces(CellComplex& body, const std::vector<std::uint8_t>
     for (PoolRun& run : runs) run = keep_free(body, body.free_pool, run, r.visual_vertex, free_items);
     return runs;
   });
-  keep_items(body.wall_inner, r.wall, [&](const PoolRun& run) { return keep_free(body, body.wall_pool, run, r.visual_vertex, wall_items); });
+  keep_items(body.wall_inner, r.wall,
+             [&](const PoolRun& run) { return keep_free(body, body.wall_pool, run, r.visual_vertex, wall_items); });
   body.free_pool = Journaled<PoolIndex, VisualVertex>(std::move(free_items));
   body.wall_pool = Journaled<PoolIndex, VisualVertex>(std::move(wall_items));
   keep_items(body.wall_edge, r.wall, r.collision_half_edge);
@@ -148,7 +158,8 @@ ComplexRenaming remove_pieces(CellComplex& body, const std::vector<std::uint8_t>
   for (const CollisionVertex v : ids<CollisionVertex>(coarse.vertex_count()))
     if (r.collision_vertex.keeps(coarse.ancestor[v])) stands_for[coarse.ancestor[v].index()] = coarse.ancestor[v];
     else if (r.collision_vertex.keeps(v)) r.new_ancestor.push_back(r.collision_vertex(v));
-  keep_items(coarse.ancestor, r.collision_vertex, [&](CollisionVertex a) { return r.collision_vertex(stands_for[a.index()]); });
+  keep_items(coarse.ancestor, r.collision_vertex,
+             [&](CollisionVertex a) { return r.collision_vertex(stands_for[a.index()]); });
   keep_items(coarse.rest, r.collision_vertex);
   keep_items(coarse.offset, r.collision_vertex);
   keep_items(coarse.bound, r.collision_vertex, [&](std::array<VisualVertex, 2> b) {
@@ -169,7 +180,8 @@ ComplexRenaming remove_pieces(CellComplex& body, const std::vector<std::uint8_t>
   keep_items(mesh.rest, r.visual_vertex);
   keep_items(mesh.normal, r.visual_vertex);
   keep_items(mesh.free, r.visual_vertex);
-  keep_items(mesh.patch, r.visual_triangle, [&](Patch p) { return p.is_wall() ? Patch::of_wall(r.wall(p.wall())) : p; });
+  keep_items(mesh.patch, r.visual_triangle,
+             [&](Patch p) { return p.is_wall() ? Patch::of_wall(r.wall(p.wall())) : p; });
   keep_topology(mesh, r.visual_vertex, r.visual_half_edge);
   return r;
 }

@@ -18,7 +18,8 @@ using F = CollisionTriangle;
 double depth_in(const CollisionMesh& mesh, F face, Vec2 at) {
   double least = HUGE_VAL;
   for (int k = 0; k < 3; ++k) {
-    const Vec2 a = mesh.planar[CollisionMesh::corner(face, k)], b = mesh.planar[CollisionMesh::corner(face, (k + 1) % 3)];
+    const Vec2 a = mesh.planar[CollisionMesh::corner(face, k)],
+               b = mesh.planar[CollisionMesh::corner(face, (k + 1) % 3)];
     least = std::min(least, cut::orient(a, b, at) / norm(b - a));
   }
   return least;
@@ -27,8 +28,10 @@ double depth_in(const CollisionMesh& mesh, F face, Vec2 at) {
 }  // namespace
 
 Vec2 planar_of(const CollisionMesh& mesh, F face, Vec3 rest) {
-  const H h = CollisionMesh::corner(face, 0), next = CollisionMesh::corner(face, 1), prev = CollisionMesh::corner(face, 2);
-  const Vec3 a = mesh.rest[mesh.from(h)], u = mesh.rest[mesh.from(next)] - a, v = mesh.rest[mesh.from(prev)] - a, normal = cross(u, v), x = rest - a;
+  const H h = CollisionMesh::corner(face, 0), next = CollisionMesh::corner(face, 1),
+          prev = CollisionMesh::corner(face, 2);
+  const Vec3 a = mesh.rest[mesh.from(h)], u = mesh.rest[mesh.from(next)] - a, v = mesh.rest[mesh.from(prev)] - a,
+             normal = cross(u, v), x = rest - a;
   const double size = dot(normal, normal), s = dot(cross(x, v), normal) / size, t = dot(cross(u, x), normal) / size;
   return mesh.planar[h] + s * (mesh.planar[next] - mesh.planar[h]) + t * (mesh.planar[prev] - mesh.planar[h]);
 }
@@ -40,9 +43,11 @@ RestPoint rest_point(const CollisionMesh& mesh, const FacePoint& point) {
 }
 
 std::array<double, 3> weights_of(const CollisionMesh& mesh, const RestPoint& point) {
-  const Vec2 a = mesh.planar[CollisionMesh::corner(point.face, 0)], b = mesh.planar[CollisionMesh::corner(point.face, 1)],
+  const Vec2 a = mesh.planar[CollisionMesh::corner(point.face, 0)],
+             b = mesh.planar[CollisionMesh::corner(point.face, 1)],
              c = mesh.planar[CollisionMesh::corner(point.face, 2)];
-  std::array<double, 3> w{std::max(0.0, cut::orient(b, c, point.at)), std::max(0.0, cut::orient(c, a, point.at)), std::max(0.0, cut::orient(a, b, point.at))};
+  std::array<double, 3> w{std::max(0.0, cut::orient(b, c, point.at)), std::max(0.0, cut::orient(c, a, point.at)),
+                          std::max(0.0, cut::orient(a, b, point.at))};
   const double sum = w[0] + w[1] + w[2];
   for (double& x : w) x /= sum;
   return w;
@@ -57,7 +62,8 @@ Vec3 place_of(const CollisionMesh& mesh, const RestPoint& point, std::span<const
 
 bool find_face(const CollisionMesh& mesh, RestPoint& point, V around, double outside) {
   // On an edge, rounding would choose: even the other lip of a slit.
-  if ((!around.valid() || has_corner(mesh, point.face, around)) && depth_in(mesh, point.face, point.at) > -outside) return true;
+  if ((!around.valid() || has_corner(mesh, point.face, around)) && depth_in(mesh, point.face, point.at) > -outside)
+    return true;
   F found;
   double best = -outside;
   const auto look = [&](F f) {
@@ -79,7 +85,8 @@ bool find_face(const CollisionMesh& mesh, RestPoint& point, V around, double out
       for (int k = 0; k < 3; ++k) {
         const H t = mesh.twin[CollisionMesh::corner(face, k)];
         if (!t.valid() || mesh.root[CollisionMesh::face(t)] != root || count == cut::kFacesAround) continue;
-        if (std::find(faces.begin(), faces.begin() + count, CollisionMesh::face(t)) == faces.begin() + count) faces[at(count++)] = CollisionMesh::face(t);
+        if (std::find(faces.begin(), faces.begin() + count, CollisionMesh::face(t)) == faces.begin() + count)
+          faces[at(count++)] = CollisionMesh::face(t);
       }
     }
   }

@@ -14,8 +14,8 @@ using VH = VisualHalfEdge;
 using VV = VisualVertex;
 
 /// A face a b c of a wall, with the wall's texture at p everywhere.
-VisualTriangle append_wall_face(VisualMesh& mesh, WallId wall, const VV (&v)[3], const Vec2 (&at)[3], Vec2f texture, int chain_edge,
-                                int line_edge) {
+VisualTriangle append_wall_face(VisualMesh& mesh, WallId wall, const VV (&v)[3], const Vec2 (&at)[3], Vec2f texture,
+                                int chain_edge, int line_edge) {
   const VisualTriangle f = append_face(mesh, v[0], v[1], v[2], at[0], at[1], at[2]);
   for (int i = 0; i < 3; ++i) {
     mesh.texture.push_back(texture);
@@ -56,14 +56,17 @@ bool split_rim_vertex(CellComplex& body, CollisionVertex v) {
   const VH p_in = VisualMesh::next(wall_from_r);
   const Vec2 p_out_at = mesh.planar[wall_to_b], b_at = mesh.planar[VisualMesh::next(wall_to_b)];
   const Vec2 p_in_at = mesh.planar[p_in], r_at = mesh.planar[wall_from_r];
-  const Vec2 q_out_at{p_out_at.x, std::min(b_at.y, p_out_at.y - 0.5)}, q_in_at{p_in_at.x, std::min(r_at.y, p_in_at.y - 0.5)};
+  const Vec2 q_out_at{p_out_at.x, std::min(b_at.y, p_out_at.y - 0.5)},
+      q_in_at{p_in_at.x, std::min(r_at.y, p_in_at.y - 0.5)};
 
   const VV q = append_visual_vertex(mesh, mesh.rest[p], mesh.normal[p]);
   for (const VH h : minus) mesh.origin.set(h, q);
   mesh.outgoing.set(q, from_p);
   mesh.outgoing.set(p, wall_to_b);
-  const VisualTriangle first = append_wall_face(mesh, wall_out, {b, p, q}, {b_at, p_out_at, q_out_at}, mesh.texture[wall_to_b], 2, 1);
-  const VisualTriangle second = append_wall_face(mesh, wall_in, {p, r, q}, {p_in_at, r_at, q_in_at}, mesh.texture[p_in], 1, 2);
+  const VisualTriangle first =
+      append_wall_face(mesh, wall_out, {b, p, q}, {b_at, p_out_at, q_out_at}, mesh.texture[wall_to_b], 2, 1);
+  const VisualTriangle second =
+      append_wall_face(mesh, wall_in, {p, r, q}, {p_in_at, r_at, q_in_at}, mesh.texture[p_in], 1, 2);
   link(mesh, wall_to_b, VisualMesh::corner(first, 0));
   link(mesh, VisualMesh::corner(first, 2), to_p);
   link(mesh, wall_from_r, VisualMesh::corner(second, 0));

@@ -27,7 +27,9 @@ constexpr double kInFront = 0.3;
 
 bool less(Vec3 a, Vec3 b) { return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z; }
 
-struct Segment { Vec3 a, b; };
+struct Segment {
+  Vec3 a, b;
+};
 
 /// Distance from p to the part of a segment that lies in front of it.
 double distance_in_front(Vec3 p, Vec3 outward, const Segment& s) {
@@ -60,7 +62,9 @@ double room_for(const CellComplex& body, const WallPoint& w, H lip, Vec3 outward
         if (dot(away, outward) > 0 && !w.on_line)
           room = std::min(room, kMostOfTheCorner * norm(foot - ends[e]) * std::sqrt((1 - c) / std::max(1 + c, 1e-12)));
       }
-    if (!beside) room = std::min(room, std::min(kMostOfTheWay, kNearTheSkin * (1 - std::fabs(2 * w.across - 1))) * distance_in_front(foot, outward, s));
+    if (!beside)
+      room = std::min(room, std::min(kMostOfTheWay, kNearTheSkin * (1 - std::fabs(2 * w.across - 1))) *
+                                distance_in_front(foot, outward, s));
   }
   return room;
 }

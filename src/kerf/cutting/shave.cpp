@@ -88,8 +88,8 @@ class ShavingPass {
  public:
   ShavingPass(CellComplex& body, std::vector<Vec3>& position, const Shaver& shaver, const ShaveOptions& options,
               const CutOptions& cut_options, CutScratch& scratch, ShavePass& pass)
-      : body_(body), coarse_(body.collision), mesh_(body.visual), position_(position), shaver_(shaver), options_(options),
-        cut_options_(cut_options), scratch_(scratch), pass_(pass) {}
+      : body_(body), coarse_(body.collision), mesh_(body.visual), position_(position), shaver_(shaver),
+        options_(options), cut_options_(cut_options), scratch_(scratch), pass_(pass) {}
 
   void run() {
     find_contacts();
@@ -185,7 +185,8 @@ class ShavingPass {
       const Vec3 a = coarse_.rest[coarse_.from(c.edge)], e = coarse_.rest[coarse_.to(c.edge)] - a;
       wall_points(body_, c.wall, points_);
       for (const WallPoint& p : points_)
-        bumps.push_back({p.vertex, p.smooth, mesh_.rest[p.vertex] - p.smooth, c.weight(std::clamp(dot(p.smooth - a, e) / dot(e, e), 0.0, 1.0))});
+        bumps.push_back({p.vertex, p.smooth, mesh_.rest[p.vertex] - p.smooth,
+                         c.weight(std::clamp(dot(p.smooth - a, e) / dot(e, e), 0.0, 1.0))});
     }
     std::stable_sort(bumps.begin(), bumps.end());
     std::vector<Bump> one;  // a vertex of a line is seen from two walls: the stronger contact counts
@@ -231,7 +232,8 @@ class ShavingPass {
       }
     sort_unique(touched);
     if (options_.first.valid())
-      std::rotate(touched.begin(), std::lower_bound(touched.begin(), touched.end(), Touched{options_.first, 0}), touched.end());
+      std::rotate(touched.begin(), std::lower_bound(touched.begin(), touched.end(), Touched{options_.first, 0}),
+                  touched.end());
     for (const Touched& t : touched) {
       if (options_.moves > 0 && moves_ >= options_.moves) {
         pass_.left = t.vertex;
@@ -286,13 +288,16 @@ class ShavingPass {
     const bool rim_out = is_rim_edge(coarse_, out), rim_in = is_rim_edge(coarse_, in);
     if (coarse_.on_rim(v) && !rim_out && !rim_in && !split_rim_vertex(body_, v)) return false;
     const double whole = fan_angle(coarse_, v);
-    if (rim_out || rim_in) return slide_towards(v, way, {true, 0}, [&](double d) { return point_on_rim(coarse_, v, rim_out ? d : -d); });
+    if (rim_out || rim_in)
+      return slide_towards(v, way, {true, 0}, [&](double d) { return point_on_rim(coarse_, v, rim_out ? d : -d); });
     // The sides of a narrow strip don't come nearer to each other, or a fin would be left; its end moves back along them. What is one
     // triangle alone may get flat.
     const double strip = coarse_.ccw(out).valid() ? kStrip * body_.mean_root_edge : 0;
-    if (slide_towards(v, way, {true, strip}, [&](double d) { return point_in_fan(coarse_, v, whole / 2, d); })) return true;
-    return whole < std::numbers::pi && (slide_towards(v, way, {true, 0}, [&](double d) { return point_in_fan(coarse_, v, 0, d); }) ||
-                                        slide_towards(v, way, {true, 0}, [&](double d) { return point_in_fan(coarse_, v, whole, d); }));
+    if (slide_towards(v, way, {true, strip}, [&](double d) { return point_in_fan(coarse_, v, whole / 2, d); }))
+      return true;
+    return whole < std::numbers::pi &&
+           (slide_towards(v, way, {true, 0}, [&](double d) { return point_in_fan(coarse_, v, 0, d); }) ||
+            slide_towards(v, way, {true, 0}, [&](double d) { return point_in_fan(coarse_, v, whole, d); }));
   }
   template <class Target>
   bool slide_towards(V v, double way, const SlideRules& rules, Target&& target) {
@@ -339,11 +344,12 @@ class ShavingPass {
       return va != vb ? va < vb : dot(a.way, a.way) > dot(b.way, b.way);
     });
     for (std::size_t i = 0; i < pushes.size(); ++i)
-      if (i == 0 || coarse_.from(pushes[i].corner) != coarse_.from(pushes[i - 1].corner)) push(pushes[i], target.along_rim != 0, rings);
+      if (i == 0 || coarse_.from(pushes[i].corner) != coarse_.from(pushes[i - 1].corner))
+        push(pushes[i], target.along_rim != 0, rings);
   }
   struct Push {
-    H corner;  ///< of the vertex to push
-    Vec2 way;  ///< in the plane of that corner
+    H corner;            ///< of the vertex to push
+    Vec2 way;            ///< in the plane of that corner
     bool close = false;  ///< it must
   };
 
@@ -369,10 +375,12 @@ class ShavingPass {
         if (!along_rim || !is_rim_edge(coarse_, out) || !is_rim_edge(coarse_, in)) return;
         // Along the rim, as far as the push leads that way.
         const double along = std::cos(angle_to(p)), back = std::cos(angle_to(p) - fan_angle(coarse_, v));
-        target = point_on_rim(coarse_, v, along > back ? distance * std::max(0.0, along) : -distance * std::max(0.0, back));
+        target =
+            point_on_rim(coarse_, v, along > back ? distance * std::max(0.0, along) : -distance * std::max(0.0, back));
         if (target.along_rim == 0) return;
       } else {
-        target = point_in_fan(coarse_, v, std::fmod(angle_to(p) + 4 * std::numbers::pi, fan_angle(coarse_, v)), distance);
+        target =
+            point_in_fan(coarse_, v, std::fmod(angle_to(p) + 4 * std::numbers::pi, fan_angle(coarse_, v)), distance);
       }
       if (i == 0 && rings > 0) make_way(v, target, rings - 1);
       if (slide(v, target, {})) {
@@ -385,9 +393,11 @@ class ShavingPass {
     const V v = coarse_.from(p.corner);
     if (!p.close || coarse_.on_rim(v) || is_end_of_slit(v)) return {};
     // Nothing is taken where the shaver does not reach.
-    if (!(distance_to_segment(position_[v.index()], shaver_.base, shaver_.tip) < shaver_.radius + half_thickness(v))) return {};
+    if (!(distance_to_segment(position_[v.index()], shaver_.base, shaver_.tip) < shaver_.radius + half_thickness(v)))
+      return {};
     const double whole = fan_angle(coarse_, v), middle = whole / 2;
-    const double angle = middle + std::remainder(angle_to(p) - middle, 2 * std::numbers::pi), inside = std::clamp(angle, 0.0, whole);
+    const double angle = middle + std::remainder(angle_to(p) - middle, 2 * std::numbers::pi),
+                 inside = std::clamp(angle, 0.0, whole);
     // One that lies back waits, as when it is met itself: else it would be pushed into a notch.
     const double along = std::cos(angle - inside) * std::clamp(1 - (whole - std::numbers::pi) / kWaits, 0.0, 1.0);
     return along > 0 ? point_in_fan(coarse_, v, inside, along * distance) : SlideTarget{};
@@ -396,7 +406,8 @@ class ShavingPass {
   [[nodiscard]] double angle_to(const Push& p) const {
     double angle = 0;
     coarse_.for_each_outgoing(coarse_.from(p.corner), [&](H h) {
-      const Vec2 o = coarse_.planar[h], a = coarse_.planar[CollisionMesh::next(h)] - o, b = coarse_.planar[CollisionMesh::prev(h)] - o;
+      const Vec2 o = coarse_.planar[h], a = coarse_.planar[CollisionMesh::next(h)] - o,
+                 b = coarse_.planar[CollisionMesh::prev(h)] - o;
       if (h == p.corner) {
         angle += std::atan2(cross(a, p.way), dot(a, p.way));
         return false;

@@ -24,26 +24,27 @@ struct Shaver {
 struct ShaveOptions {
   double smoothing = 0.5;  ///< part of a bump that one pass takes off where the shaver touches fully, 0 to 1
   double depth = 0;        ///< metres by which smooth edges move back in one pass where it touches fully; 0: walls only
-  int moves = 0;           ///< about as many collision vertices are moved in one pass, so that it takes no longer; 0: all
+  int moves = 0;  ///< about as many collision vertices are moved in one pass, so that it takes no longer; 0: all
   /// What the pass before had no time for: from `first` on, round to before `until` (none: to the end). The pass begins with them, and
   /// they go twice as far.
   CollisionVertex first, until;
 };
 
 struct ShavePass {
-  int edges = 0;          ///< collision edges that the shaver meets
-  int moved_back = 0;     ///< collision vertices that moved
-  int stuck = 0;          ///< collision vertices that could not: at the end of a slit, or where nothing is left to take
-  int turned = 0;         ///< visual edges; also for vertices that could not move in the end
-  CollisionVertex left;   ///< the first vertex that is left for the next pass; none: all had their turn
-  double removed = 0;     ///< m^3: by how much the enclosed volume fell
-  double skin_area = 0;   ///< m^2: change of the skin's area
+  int edges = 0;         ///< collision edges that the shaver meets
+  int moved_back = 0;    ///< collision vertices that moved
+  int stuck = 0;         ///< collision vertices that could not: at the end of a slit, or where nothing is left to take
+  int turned = 0;        ///< visual edges; also for vertices that could not move in the end
+  CollisionVertex left;  ///< the first vertex that is left for the next pass; none: all had their turn
+  double removed = 0;    ///< m^3: by how much the enclosed volume fell
+  double skin_area = 0;  ///< m^2: change of the skin's area
   double collision_area = 0;  ///< m^2: change of the collision mesh's area in its root planes
-  std::vector<std::pair<RootId, double>> prisms;  ///< m^3: changes of the volumes of collision triangles' prisms, by root
+  std::vector<std::pair<RootId, double>>
+      prisms;  ///< m^3: changes of the volumes of collision triangles' prisms, by root
   double roughness_before = 0, roughness_after = 0;  ///< metres: of the walls that it meets (wall_roughness)
-  std::vector<WallId> walls;                    ///< that it meets; rising
-  std::vector<VisualVertex> vertices;           ///< visual vertices that moved; rising
-  std::vector<CollisionVertex> collision_vertices;  ///< collision vertices that moved; rising
+  std::vector<WallId> walls;                         ///< that it meets; rising
+  std::vector<VisualVertex> vertices;                ///< visual vertices that moved; rising
+  std::vector<CollisionVertex> collision_vertices;   ///< collision vertices that moved; rising
 };
 
 /// One pass of the shaver over a closed body. `position`: of every collision vertex, metres; where an edge that moves back is

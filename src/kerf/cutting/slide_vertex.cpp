@@ -52,7 +52,8 @@ Vec2 carried(Vec2 u, Vec2 a, Vec2 b, Vec2 a2, Vec2 b2) {
 }
 
 double corner_angle(const CollisionMesh& mesh, H h) {
-  const Vec2 p = mesh.planar[h], a = mesh.planar[CollisionMesh::next(h)] - p, b = mesh.planar[CollisionMesh::prev(h)] - p;
+  const Vec2 p = mesh.planar[h], a = mesh.planar[CollisionMesh::next(h)] - p,
+             b = mesh.planar[CollisionMesh::prev(h)] - p;
   return std::atan2(cross(a, b), dot(a, b));
 }
 
@@ -110,7 +111,9 @@ struct VertexSlider::Place {
 };
 
 bool VertexSlider::slide(V v, const SlideTarget& target, const SlideRules& rules, SlideBooks& books) {
-  if (!target.corner.valid() || (coarse_.on_rim(v) && target.along_rim == 0) || !chart(v, target) || !collision_faces_stay_sound(rules)) return false;
+  if (!target.corner.valid() || (coarse_.on_rim(v) && target.along_rim == 0) || !chart(v, target) ||
+      !collision_faces_stay_sound(rules))
+    return false;
   // Sharp edges of the skin stay where they are, unless they are in the way.
   any_crease_ = false;
   keep_creases_ = true;
@@ -126,9 +129,11 @@ bool VertexSlider::slide(V v, const SlideTarget& target, const SlideRules& rules
     wall_points(body_, w, points_);
     for (const WallPoint& p : points_) strays_.emplace_back(p, mesh_.rest[p.vertex] - p.smooth);
   }
-  for (const H h : fan_) books.prisms.emplace_back(coarse_.root[CollisionMesh::face(h)], -prism_volume(CollisionMesh::face(h)));
+  for (const H h : fan_)
+    books.prisms.emplace_back(coarse_.root[CollisionMesh::face(h)], -prism_volume(CollisionMesh::face(h)));
   move_collision_vertex(v, target);
-  for (const H h : fan_) books.prisms.emplace_back(coarse_.root[CollisionMesh::face(h)], prism_volume(CollisionMesh::face(h)));
+  for (const H h : fan_)
+    books.prisms.emplace_back(coarse_.root[CollisionMesh::face(h)], prism_volume(CollisionMesh::face(h)));
   write_shifts(books);
   moves_.clear();
   std::size_t next = 0;
@@ -137,7 +142,8 @@ bool VertexSlider::slide(V v, const SlideTarget& target, const SlideRules& rules
     for (const WallPoint& p : points_) {
       KERF_ASSERT(next < strays_.size() && strays_[next].first.vertex == p.vertex);
       const bool again = std::any_of(moves_.begin(), moves_.end(), [&](const Move& m) { return m.vertex == p.vertex; });
-      if (!again) moves_.push_back({p.vertex, lerp(p.top, p.bottom, strays_[next].first.across) + strays_[next].second});
+      if (!again)
+        moves_.push_back({p.vertex, lerp(p.top, p.bottom, strays_[next].first.across) + strays_[next].second});
       ++next;
     }
   }
@@ -165,12 +171,14 @@ bool VertexSlider::chart(V v, const SlideTarget& target) {
   Vec2 u = note(target.corner, target.to);
   for (std::size_t i = start; i + 1 < fan_.size(); ++i) {  // counter-clockwise, over the edge that ends at the apex
     const H h = fan_[i], n = fan_[i + 1];
-    u = note(n, carried(u, coarse_.planar[h], coarse_.planar[CollisionMesh::prev(h)], coarse_.planar[n], coarse_.planar[CollisionMesh::next(n)]));
+    u = note(n, carried(u, coarse_.planar[h], coarse_.planar[CollisionMesh::prev(h)], coarse_.planar[n],
+                        coarse_.planar[CollisionMesh::next(n)]));
   }
   u = target.to;
   for (std::size_t i = start; i > 0; --i) {
     const H h = fan_[i], n = fan_[i - 1];
-    u = note(n, carried(u, coarse_.planar[h], coarse_.planar[CollisionMesh::next(h)], coarse_.planar[n], coarse_.planar[CollisionMesh::prev(n)]));
+    u = note(n, carried(u, coarse_.planar[h], coarse_.planar[CollisionMesh::next(h)], coarse_.planar[n],
+                        coarse_.planar[CollisionMesh::prev(n)]));
   }
   std::sort(fan_.begin(), fan_.end());
   return true;
@@ -190,9 +198,12 @@ bool VertexSlider::collision_faces_stay_sound(const SlideRules& rules) {
     const Corner& c = *corner_of(coarse_.root[CollisionMesh::face(h)]);
     const double before = orient(c.from, a, b), after = orient(c.to, a, b);
     if (!(after > 0)) return false;
-    if (after < before && !(after > kKeepsArea * before && after > kLeastArea * unit * unit && after > kLeastHeight * unit * norm(b - a)))
+    if (after < before &&
+        !(after > kKeepsArea * before && after > kLeastArea * unit * unit && after > kLeastHeight * unit * norm(b - a)))
       return false;
-    if (after < before && after < rules.strip * norm(b - a) && coarse_.on_border(coarse_.to(h)) && coarse_.on_border(coarse_.apex(h))) return false;
+    if (after < before && after < rules.strip * norm(b - a) && coarse_.on_border(coarse_.to(h)) &&
+        coarse_.on_border(coarse_.apex(h)))
+      return false;
     area_ += 0.5 * (after - before);
   }
   return !rules.only_less || area_ < 0;
@@ -245,14 +256,16 @@ bool VertexSlider::collect_shifts(V v, const SlideTarget& target) {
         for (std::int32_t k = 0; k < run.count; ++k) {
           const VV x = body_.chain_pool[run.at(k)];
           const double t = dot(mirrored(planar_in(mesh_, x, patch), side) - from, d) / dot(d, d);
-          if (!add_shift(x, e == h ? 1 - t : t, rim ? Of::kRim : Of::kChain, e == h ? t * norm(d) : (t - 1) * norm(d))) return false;
+          if (!add_shift(x, e == h ? 1 - t : t, rim ? Of::kRim : Of::kChain, e == h ? t * norm(d) : (t - 1) * norm(d)))
+            return false;
         }
       }
       const PoolRun list = coarse_.free[CollisionMesh::face(h)][s];
       const Vec2 a = coarse_.planar[CollisionMesh::next(h)], b = coarse_.planar[CollisionMesh::prev(h)];
       const double whole = orient(coarse_.planar[h], a, b);
       owner_ = {corner_of(coarse_.root[CollisionMesh::face(h)])->to, a, b};
-      const double strip = on_rim ? 0 : std::max(side_strip(coarse_.to(h)), side_strip(coarse_.apex(h))) * norm(b - a) / whole;
+      const double strip =
+          on_rim ? 0 : std::max(side_strip(coarse_.to(h)), side_strip(coarse_.apex(h))) * norm(b - a) / whole;
       for (std::int32_t k = 0; k < list.count; ++k) {
         const VV x = body_.free_pool[list.at(k)];
         if (!mesh_.free[x]) continue;
@@ -307,7 +320,8 @@ bool VertexSlider::shift_along_crease(VV x, Shift& shift) {
     return n <= 2;
   });
   if (n != 2) return false;
-  const Vec3 here = mesh_.rest[x], one = mesh_.rest[mesh_.to(edge[0])] - here, other = mesh_.rest[mesh_.to(edge[1])] - here;
+  const Vec3 here = mesh_.rest[x], one = mesh_.rest[mesh_.to(edge[0])] - here,
+             other = mesh_.rest[mesh_.to(edge[1])] - here;
   if (!(dot(one, other) < kStraightCrease * norm(one) * norm(other))) return false;
   const Vec2 from = mesh_.planar[edge[0]];
   double best = 0;
@@ -364,7 +378,8 @@ bool VertexSlider::add_shift(VV x, double hat, Of owner, double s) {
     if (!corner) return ok = false;
     // The bound vertex keeps the bits of the collision vertex.
     const Vec2 to = mirrored(corner->to, patch.side());
-    planes_.push_back({patch, hat == 1 ? to : mesh_.planar[h] + hat * (to - mirrored(corner->from, patch.side())), mesh_.texture[h], false});
+    planes_.push_back({patch, hat == 1 ? to : mesh_.planar[h] + hat * (to - mirrored(corner->from, patch.side())),
+                       mesh_.texture[h], false});
     return true;
   });
   shift.planes = static_cast<int>(planes_.size() - shift.first);
@@ -389,8 +404,9 @@ bool VertexSlider::add_shift(VV x, double hat, Of owner, double s) {
     const VH e = mesh_.find_half_edge(a.vertex, b.vertex), t = e.valid() ? mesh_.twin[e] : VH{};
     if (!e.valid() || !t.valid()) return false;
     for (std::size_t k = shift.first; k < planes_.size(); ++k)
-      planes_[k].texture = planes_[k].patch.side() == Side::kPlus ? lerp(mesh_.texture[e], mesh_.texture[VisualMesh::next(e)], w)
-                                                                  : lerp(mesh_.texture[VisualMesh::next(t)], mesh_.texture[t], w);
+      planes_[k].texture = planes_[k].patch.side() == Side::kPlus
+                               ? lerp(mesh_.texture[e], mesh_.texture[VisualMesh::next(e)], w)
+                               : lerp(mesh_.texture[VisualMesh::next(t)], mesh_.texture[t], w);
     shifts_.push_back(shift);
     return true;
   }
@@ -400,7 +416,8 @@ bool VertexSlider::add_shift(VV x, double hat, Of owner, double s) {
     if (const VV next = next_on_crease(x, whole_way); next.valid()) {
       any_crease_ = true;
       const double t = std::min(kAlongCrease, hat * norm(whole_way) / norm(mesh_.rest[next] - here));
-      set_rest(lerp(here, mesh_.rest[next], t), (1 - t) * to_double(mesh_.normal[x]) + t * to_double(mesh_.normal[next]));
+      set_rest(lerp(here, mesh_.rest[next], t),
+               (1 - t) * to_double(mesh_.normal[x]) + t * to_double(mesh_.normal[next]));
     }
   }
   for (std::size_t k = shift.first; k < planes_.size(); ++k) {
@@ -414,7 +431,8 @@ bool VertexSlider::add_shift(VV x, double hat, Of owner, double s) {
     Vec3 rest, normal;
     for (int i = 0; i < 3; ++i) {
       const VH e = VisualMesh::corner(place.face, i), te = VisualMesh::corner(place.texture_face, i);
-      const double w = place.weight[static_cast<std::size_t>(i)], tw = place.texture_weight[static_cast<std::size_t>(i)];
+      const double w = place.weight[static_cast<std::size_t>(i)],
+                   tw = place.texture_weight[static_cast<std::size_t>(i)];
       rest += w * mesh_.rest[mesh_.origin[e]];
       normal += w * to_double(mesh_.normal[mesh_.origin[e]]);
       texture.x += static_cast<float>(tw) * mesh_.texture[te].x;
@@ -477,11 +495,13 @@ VertexSlider::Place VertexSlider::find_place(VH h, Vec2 u) const {
       place.texture_face = f;
       place.texture_weight = weights(f, u, false);
       // A sliver says nothing about what lies far beside it; passes on passes would carry the texture away without end.
-      if (std::any_of(place.texture_weight.begin(), place.texture_weight.end(), [](double w) { return std::fabs(w) > kFarTexture; }))
+      if (std::any_of(place.texture_weight.begin(), place.texture_weight.end(),
+                      [](double w) { return std::fabs(w) > kFarTexture; }))
         place.texture_weight = weights(f, u, true);
     }
     f = VisualMesh::face(t);
-    if (!(mesh_.patch[f] == patch)) u = carried(u, mesh_.planar[worst], mesh_.planar[wn], mesh_.planar[tn], mesh_.planar[t]);
+    if (!(mesh_.patch[f] == patch))
+      u = carried(u, mesh_.planar[worst], mesh_.planar[wn], mesh_.planar[tn], mesh_.planar[t]);
   }
   place.face = f;
   place.weight = weights(f, u, true);
@@ -506,7 +526,9 @@ Vec2 VertexSlider::planar_after(VH h) const {
 void VertexSlider::faces_around(VV v, bool walls_too) {
   for_each_corner(mesh_, v, [&](VH h) {
     const VF f = VisualMesh::face(h);
-    if ((walls_too || !mesh_.patch[f].is_wall()) && face_seen_.insert(f.value) == static_cast<std::int32_t>(faces_.size())) faces_.push_back(f);
+    if ((walls_too || !mesh_.patch[f].is_wall()) &&
+        face_seen_.insert(f.value) == static_cast<std::int32_t>(faces_.size()))
+      faces_.push_back(f);
     return true;
   });
 }
@@ -551,7 +573,8 @@ VH VertexSlider::turn_longest_edge(VF f, SlideBooks& books) {
   }
   if (!h.valid()) return {};
   const VH g = mesh_.twin[h];
-  if (!g.valid() || mesh_.barrier[h] || mesh_.barrier[g] || !(mesh_.patch[f] == mesh_.patch[VisualMesh::face(g)])) return {};
+  if (!g.valid() || mesh_.barrier[h] || mesh_.barrier[g] || !(mesh_.patch[f] == mesh_.patch[VisualMesh::face(g)]))
+    return {};
   if (keep_creases_ && is_crease(h)) {
     any_crease_ = true;
     return {};
@@ -596,7 +619,8 @@ void VertexSlider::write_shifts(SlideBooks& books) {
     mesh_.normal.set(s.vertex, s.normal);
     for_each_corner(mesh_, s.vertex, [&](VH h) {
       for (int k = 0; k < s.planes; ++k)
-        if (const ShiftPlane& p = planes_[s.first + static_cast<std::size_t>(k)]; mesh_.patch[VisualMesh::face(h)] == p.patch) {
+        if (const ShiftPlane& p = planes_[s.first + static_cast<std::size_t>(k)];
+            mesh_.patch[VisualMesh::face(h)] == p.patch) {
           mesh_.planar.set(h, p.planar);
           if (!p.seam) mesh_.texture.set(h, p.texture);
         }
@@ -624,7 +648,8 @@ void VertexSlider::apply(const std::vector<Move>& moves, SlideBooks& books) {
   book_faces(origin, -1, books);
   for (const Move& m : moves) {
     mesh_.rest.set(m.vertex, m.rest);
-    if (books.moved.insert(m.vertex.value) == static_cast<std::int32_t>(books.vertices.size())) books.vertices.push_back(m.vertex);
+    if (books.moved.insert(m.vertex.value) == static_cast<std::int32_t>(books.vertices.size()))
+      books.vertices.push_back(m.vertex);
   }
   book_faces(origin, 1, books);
 }

@@ -23,7 +23,7 @@ namespace kerf::cut {
 struct SlideTarget {
   CollisionHalfEdge corner;  ///< of the vertex, in that triangle; none: nowhere
   Vec2 to;
-  double along_rim = 0;      ///< of a vertex on the rim: metres along the rim, > 0 along its outgoing edge
+  double along_rim = 0;  ///< of a vertex on the rim: metres along the rim, > 0 along its outgoing edge
 };
 
 /// What a slide must not do.
@@ -34,12 +34,12 @@ struct SlideRules {
 
 /// What slides did, summed up.
 struct SlideBooks {
-  double removed = 0;         ///< m^3: by how much the enclosed volume fell
-  double skin_area = 0;       ///< m^2: change of the skin's area
-  double collision_area = 0;  ///< m^2: change of the collision mesh's area in its root planes
+  double removed = 0;                             ///< m^3: by how much the enclosed volume fell
+  double skin_area = 0;                           ///< m^2: change of the skin's area
+  double collision_area = 0;                      ///< m^2: change of the collision mesh's area in its root planes
   std::vector<std::pair<RootId, double>> prisms;  ///< m^3: changes of the prisms' volumes, by root
   std::vector<VisualVertex> vertices;             ///< visual vertices that moved, each once
-  int turned = 0;             ///< visual edges; slides that come to nothing leave them turned
+  int turned = 0;                                 ///< visual edges; slides that come to nothing leave them turned
   SparseIndex moved;                              ///< the same, to be looked up
 };
 
@@ -50,15 +50,20 @@ SlideTarget point_in_fan(const CollisionMesh& mesh, CollisionVertex v, double an
 /// The point at `distance` from v along the rim edge that leaves v, or, if it is negative, that comes to v.
 SlideTarget point_on_rim(const CollisionMesh& mesh, CollisionVertex v, double distance);
 /// The border edges that leave a border vertex and come to it.
-struct BorderEdges { CollisionHalfEdge out, in; };
+struct BorderEdges {
+  CollisionHalfEdge out, in;
+};
 BorderEdges border_edges(const CollisionMesh& mesh, CollisionVertex v);
 /// Is the border edge one of the rim's: without a wall?
-inline bool is_rim_edge(const CollisionMesh& mesh, CollisionHalfEdge h) { return mesh.is_border(h) && !mesh.wall[h].valid(); }
+inline bool is_rim_edge(const CollisionMesh& mesh, CollisionHalfEdge h) {
+  return mesh.is_border(h) && !mesh.wall[h].valid();
+}
 
 class VertexSlider {
  public:
   VertexSlider(CellComplex& body, CutScratch& scratch)
-      : body_(body), coarse_(body.collision), mesh_(body.visual), shift_of_(scratch.slid_vertex), face_seen_(scratch.slid_face) {}
+      : body_(body), coarse_(body.collision), mesh_(body.visual), shift_of_(scratch.slid_vertex),
+        face_seen_(scratch.slid_face) {}
 
   /// Moves v. A vertex on the rim goes along a rim edge only. False, and nothing done but visual edges turned, if a triangle of either mesh would turn over
   /// or get too small, or if the rules forbid it. Journaled. Cost: what the triangles around own.
@@ -74,13 +79,24 @@ class VertexSlider {
     }
   }
 
-  struct Move { VisualVertex vertex; Vec3 rest; };
+  struct Move {
+    VisualVertex vertex;
+    Vec3 rest;
+  };
   /// Writes new places of visual vertices and books what that does to volume and skin.
   void apply(const std::vector<Move>& moves, SlideBooks& books);
 
  private:
-  struct Corner { RootId root; Vec2 from, to; };  // of the moving vertex, in one plane
-  struct ShiftPlane { Patch patch; Vec2 planar; Vec2f texture; bool seam; };
+  struct Corner {
+    RootId root;
+    Vec2 from, to;
+  };  // of the moving vertex, in one plane
+  struct ShiftPlane {
+    Patch patch;
+    Vec2 planar;
+    Vec2f texture;
+    bool seam;
+  };
   struct Shift {
     VisualVertex vertex;
     std::size_t first = 0;  // in planes_
@@ -89,14 +105,22 @@ class VertexSlider {
     Vec3f normal;
   };
   [[nodiscard]] double side_strip(CollisionVertex v) const;
-  struct RimPoint { double s; VisualVertex vertex; };
+  struct RimPoint {
+    double s;
+    VisualVertex vertex;
+  };
   struct Place;
 
   bool chart(CollisionVertex v, const SlideTarget& target);
   bool collision_faces_stay_sound(const SlideRules& rules);
   bool collect_shifts(CollisionVertex v, const SlideTarget& target);
   void collect_rim(CollisionVertex v);
-  enum class Of { kEnd, kChain, kRim, kInside };  // what owns a visual vertex: the moving vertex, an edge, a rim edge, a triangle
+  enum class Of {
+    kEnd,
+    kChain,
+    kRim,
+    kInside
+  };  // what owns a visual vertex: the moving vertex, an edge, a rim edge, a triangle
   bool add_shift(VisualVertex x, double hat, Of owner, double s);
   [[nodiscard]] bool is_inside_owner(Vec2 u) const;
   [[nodiscard]] bool is_crease(VisualHalfEdge h) const;

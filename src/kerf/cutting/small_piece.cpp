@@ -18,7 +18,8 @@ double prism_volume(const CollisionMesh& mesh, CollisionTriangle f) {
 
 }  // namespace
 
-std::vector<SmallPiece> small_pieces(const CellComplex& body, std::span<const CollisionTriangle> faces, double most, CutScratch& scratch) {
+std::vector<SmallPiece> small_pieces(const CellComplex& body, std::span<const CollisionTriangle> faces, double most,
+                                     CutScratch& scratch) {
   std::vector<SmallPiece> found;
   if (!body.closed || !(most > 0)) return found;
   const CollisionMesh& mesh = body.collision;
@@ -53,7 +54,8 @@ std::vector<SmallPiece> small_pieces(const CellComplex& body, std::span<const Co
     if (small) candidates.push_back(piece);
   }
   for (std::vector<CollisionTriangle>& triangles : candidates)
-    if (const double volume = enclosed_by(body, triangles.front(), scratch); volume < most) found.push_back({std::move(triangles), volume});
+    if (const double volume = enclosed_by(body, triangles.front(), scratch); volume < most)
+      found.push_back({std::move(triangles), volume});
   return found;
 }
 

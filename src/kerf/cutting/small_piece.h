@@ -16,6 +16,7 @@ struct SmallPiece {
 
 /// The pieces of a closed body that hold one of `faces` and enclose less than `most` m^3, each once; none in an open sheet.
 /// Cost: the faces of small pieces, and around each of `faces` that is in a larger one those of a few times `most`.
-std::vector<SmallPiece> small_pieces(const CellComplex& body, std::span<const CollisionTriangle> faces, double most, CutScratch& scratch);
+std::vector<SmallPiece> small_pieces(const CellComplex& body, std::span<const CollisionTriangle> faces, double most,
+                                     CutScratch& scratch);
 
 }  // namespace kerf

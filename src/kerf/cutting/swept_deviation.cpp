@@ -30,10 +30,14 @@ void TriangleSoup::add(Vec3 a, Vec3 b, Vec3 c) {
 
 void TriangleSoup::build() { tree_ = TriangleBvh(TriangleView(points_, corners_)); }
 
-double TriangleSoup::distance(Vec3 p) const { return points_.empty() ? HUGE_VAL : tree_.closest(TriangleView(points_, corners_), p).distance; }
+double TriangleSoup::distance(Vec3 p) const {
+  return points_.empty() ? HUGE_VAL : tree_.closest(TriangleView(points_, corners_), p).distance;
+}
 
 bool TriangleSoup::encloses(Vec3 p) const {
-  if (p.x < box_.min.x || p.y < box_.min.y || p.z < box_.min.z || p.x > box_.max.x || p.y > box_.max.y || p.z > box_.max.z) return false;
+  if (p.x < box_.min.x || p.y < box_.min.y || p.z < box_.min.z || p.x > box_.max.x || p.y > box_.max.y ||
+      p.z > box_.max.z)
+    return false;
   std::vector<RayHit> hits;
   tree_.all_hits(TriangleView(points_, corners_), Ray{p, kOutwards}, hits);
   return hits.size() % 2 == 1;

@@ -37,7 +37,8 @@ class TriangleSoup {
       const Vec3 a = points_[t], b = points_[t + 1], c = points_[t + 2];
       const int n = std::max(1, static_cast<int>(std::ceil(std::max({norm(b - a), norm(c - b), norm(a - c)}) / step)));
       for (int i = 0; i <= n; ++i)
-        for (int k = 0; i + k <= n; ++k) fn(a + (static_cast<double>(i) / n) * (b - a) + (static_cast<double>(k) / n) * (c - a));
+        for (int k = 0; i + k <= n; ++k)
+          fn(a + (static_cast<double>(i) / n) * (b - a) + (static_cast<double>(k) / n) * (c - a));
     }
   }
 

@@ -29,14 +29,18 @@ std::size_t number_of(const CellComplex& body, const void* which) {
 template <class Array>
 struct IdOf;
 template <class Id, class T>
-struct IdOf<Journaled<Id, T>> { using type = Id; };
+struct IdOf<Journaled<Id, T>> {
+  using type = Id;
+};
 
 /// A journal mark or a finished step: for an array, the size it had and the indices written to since.
 struct SinceMark {
   const CellComplex& body;
   const JournalMark& mark;
   template <class Array>
-  std::size_t size(const Array& array) const { return mark.arrays[number_of(body, &array)].first; }
+  std::size_t size(const Array& array) const {
+    return mark.arrays[number_of(body, &array)].first;
+  }
   template <class Array, class Fn>
   void for_each(const Array& array, Fn&& f) const {
     const auto& m = mark.arrays[number_of(body, &array)];
@@ -108,7 +112,8 @@ void collect(const CellComplex& body, const Since& since, const CutScratch& scra
   change.births.clear();
   auto birth = std::lower_bound(scratch.births.begin(), scratch.births.end(), change.first_new_collision_vertex,
                                 [](const VertexBirth& b, CollisionVertex v) { return b.vertex < v; });
-  for (; birth != scratch.births.end() && birth->vertex.index() < mesh.vertex_count(); ++birth) change.births.push_back(*birth);
+  for (; birth != scratch.births.end() && birth->vertex.index() < mesh.vertex_count(); ++birth)
+    change.births.push_back(*birth);
 
   change.visual_triangles.clear();
   const auto face = [&](VisualTriangle f) {

@@ -14,9 +14,9 @@ namespace kerf {
 struct TopologyChange {
   /// New triangles and those whose corners, twins, chains, walls, lines or lists changed; rising, no repeats.
   std::vector<CollisionTriangle> triangles;
-  CollisionVertex first_new_collision_vertex;      ///< this and all above are new
+  CollisionVertex first_new_collision_vertex;  ///< this and all above are new
   CollisionTriangle first_new_collision_triangle;
-  std::vector<VertexBirth> births;                 ///< of the new collision vertices, by rising vertex
+  std::vector<VertexBirth> births;  ///< of the new collision vertices, by rising vertex
   VisualVertex first_new_visual_vertex;
   VisualTriangle first_new_visual_triangle;
   WallId first_new_wall;

@@ -18,9 +18,10 @@ bool add_middle_vertex(CutContext& cut, CH h) {
   CellComplex& body = cut.body;
   CollisionMesh& coarse = body.collision;
   const CH g = coarse.twin[h];
-  const VisualVertex m = insert_in_chain(cut, h, Side::kPlus, coarse.bound[coarse.from(h)][0], coarse.bound[coarse.to(h)][0],
-                                         0.5, lerp(coarse.planar[h], coarse.planar[CollisionMesh::next(h)], 0.5),
-                                         lerp(coarse.planar[CollisionMesh::next(g)], coarse.planar[g], 0.5));
+  const VisualVertex m =
+      insert_in_chain(cut, h, Side::kPlus, coarse.bound[coarse.from(h)][0], coarse.bound[coarse.to(h)][0], 0.5,
+                      lerp(coarse.planar[h], coarse.planar[CollisionMesh::next(h)], 0.5),
+                      lerp(coarse.planar[CollisionMesh::next(g)], coarse.planar[g], 0.5));
   if (!m.valid()) return false;
   PoolRun run{static_cast<std::int32_t>(body.chain_pool.size()), 1, false};
   body.chain_pool.push_back(m);
@@ -49,7 +50,8 @@ bool make_chains(CutContext& cut, CH h) {
   for (int i = 0; i < side_count(body); ++i) {
     const auto s = static_cast<std::size_t>(i);
     if (!walk_curve(cut, h, static_cast<Side>(i))) return false;
-    runs[s] = {static_cast<std::int32_t>(body.chain_pool.size()), static_cast<std::int32_t>(cut.scratch.path.size()), false};
+    runs[s] = {static_cast<std::int32_t>(body.chain_pool.size()), static_cast<std::int32_t>(cut.scratch.path.size()),
+               false};
     for (const VisualVertex v : cut.scratch.path) body.chain_pool.push_back(v);
   }
   coarse.chain.set(h, runs);
@@ -125,12 +127,14 @@ bool unlink_edge(CutContext& cut, CH h) {
   std::array<std::array<VisualVertex, 2>, 2> right_bound;  // [end][side]
   std::array<PoolRun, 2> right_runs{};
   const auto outgoing_left = [&](std::size_t s, std::int32_t k) {  // at chain vertex k, counting the ends
-    if (s == 0) return k <= inner ? scratch.left[0][static_cast<std::size_t>(k)]
-                                  : VisualMesh::next(scratch.left[0][static_cast<std::size_t>(inner)]);
+    if (s == 0)
+      return k <= inner ? scratch.left[0][static_cast<std::size_t>(k)]
+                        : VisualMesh::next(scratch.left[0][static_cast<std::size_t>(inner)]);
     return k > 0 ? scratch.left[1][static_cast<std::size_t>(k - 1)] : VisualMesh::next(scratch.left[1][0]);
   };
   const auto outgoing_right = [&](std::size_t s, std::int32_t k) {
-    if (s == 0) return k > 0 ? scratch.right[0][static_cast<std::size_t>(k - 1)] : VisualMesh::next(scratch.right[0][0]);
+    if (s == 0)
+      return k > 0 ? scratch.right[0][static_cast<std::size_t>(k - 1)] : VisualMesh::next(scratch.right[0][0]);
     return k <= inner ? scratch.right[1][static_cast<std::size_t>(k)]
                       : VisualMesh::next(scratch.right[1][static_cast<std::size_t>(inner)]);
   };
@@ -145,8 +149,9 @@ bool unlink_edge(CutContext& cut, CH h) {
     if (!splits[e]) continue;
     const std::int32_t k = e == 0 ? 0 : inner + 1;
     for (std::size_t s = 0; s < static_cast<std::size_t>(sides); ++s)
-      right_bound[e][s] = rim[e] && s == 1 ? right_bound[e][0]
-                                           : fall_apart(mesh, coarse.bound[end[e]][s], outgoing_left(s, k), outgoing_right(s, k));
+      right_bound[e][s] = rim[e] && s == 1
+                              ? right_bound[e][0]
+                              : fall_apart(mesh, coarse.bound[end[e]][s], outgoing_left(s, k), outgoing_right(s, k));
     PoolRun right_line{};
     if (body.closed && !rim[e]) {
       right_line = {static_cast<std::int32_t>(body.chain_pool.size()), coarse.line[end[e]].count, false};

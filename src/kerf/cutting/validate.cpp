@@ -43,7 +43,8 @@ Status check_topology(const M& mesh, const char* name, Plane&& plane) {
   using V = typename M::V;
   const std::size_t nh = mesh.half_edge_count();
   if (mesh.twin.size() != nh || mesh.planar.size() != nh || nh % 3 != 0) return broken("{}: array sizes differ", name);
-  std::vector<std::int32_t> first(mesh.vertex_count() + 1, 0);  // of every vertex, among the half-edges sorted by where they start
+  std::vector<std::int32_t> first(mesh.vertex_count() + 1,
+                                  0);  // of every vertex, among the half-edges sorted by where they start
   for (const H h : ids<H>(nh)) {
     const V a = mesh.from(h), b = mesh.to(h);
     if (!mesh.outgoing.contains(a)) return broken("{}: half-edge {} starts nowhere", name, h.value);
@@ -51,7 +52,8 @@ Status check_topology(const M& mesh, const char* name, Plane&& plane) {
     ++first[a.index() + 1];
     if (const H t = mesh.twin[h]; t.valid()) {
       if (mesh.twin[t] != h) return broken("{}: twin of the twin of half-edge {} is another", name, h.value);
-      if (mesh.from(t) != b || mesh.to(t) != a) return broken("{}: half-edge {} and its twin join other vertices", name, h.value);
+      if (mesh.from(t) != b || mesh.to(t) != a)
+        return broken("{}: half-edge {} and its twin join other vertices", name, h.value);
     }
     if (!std::isfinite(mesh.planar[h].x) || !std::isfinite(mesh.planar[h].y))
       return broken("{}: half-edge {} has no finite planar position", name, h.value);
@@ -64,7 +66,8 @@ Status check_topology(const M& mesh, const char* name, Plane&& plane) {
   }
   std::vector<std::int32_t> reached(mesh.vertex_count(), -1);  // the last vertex with an edge to it, of those looked at
   for (const V v : ids<V>(mesh.vertex_count())) {
-    const std::span<const H> star(leaving.data() + first[v.index()], static_cast<std::size_t>(first[v.index() + 1] - first[v.index()]));
+    const std::span<const H> star(leaving.data() + first[v.index()],
+                                  static_cast<std::size_t>(first[v.index() + 1] - first[v.index()]));
     for (const H h : star) {
       std::int32_t& by = reached[mesh.to(h).index()];
       if (by == v.value) return broken("{}: two half-edges {} -> {}", name, v.value, mesh.to(h).value);
@@ -76,7 +79,8 @@ Status check_topology(const M& mesh, const char* name, Plane&& plane) {
         return broken("{}: two edges join vertices {} and {}", name, mesh.from(in).value, v.value);
     }
     if (star.empty()) return broken("{}: vertex {} belongs to no face", name, v.value);
-    if (mesh.from(mesh.outgoing[v]) != v) return broken("{}: outgoing half-edge of vertex {} starts elsewhere", name, v.value);
+    if (mesh.from(mesh.outgoing[v]) != v)
+      return broken("{}: outgoing half-edge of vertex {} starts elsewhere", name, v.value);
     std::size_t count = 0;
     bool one_name = true;
     for_each_corner(mesh, v, [&](H h) {
@@ -104,7 +108,8 @@ std::int64_t euler_characteristic(const M& mesh) {
   std::int64_t borders = 0;
   for (const auto t : mesh.twin.raw()) borders += t.valid() ? 0 : 1;
   const auto h = static_cast<std::int64_t>(mesh.half_edge_count());
-  return static_cast<std::int64_t>(mesh.vertex_count()) - (h + borders) / 2 + static_cast<std::int64_t>(mesh.face_count());
+  return static_cast<std::int64_t>(mesh.vertex_count()) - (h + borders) / 2 +
+         static_cast<std::int64_t>(mesh.face_count());
 }
 
 /// What the visual mesh should look like, noted while walking over the collision mesh.
@@ -123,14 +128,17 @@ class Checker {
   Status check_vertices() {
     for (const CV v : ids<CV>(coarse_.vertex_count())) {
       const auto bound = coarse_.bound[v];
-      if (!is_finite(coarse_.rest[v]) || !is_finite(coarse_.offset[v])) return broken("collision vertex {} is not finite", v.value);
+      if (!is_finite(coarse_.rest[v]) || !is_finite(coarse_.offset[v]))
+        return broken("collision vertex {} is not finite", v.value);
       if (!mesh_.outgoing.contains(bound[0])) return broken("collision vertex {} has no bound vertex", v.value);
       if (body_.closed != bound[1].valid()) return broken("collision vertex {}: bound vertex of the - side", v.value);
-      if (!coarse_.ancestor.contains(coarse_.ancestor[v])) return broken("collision vertex {} has no ancestor", v.value);
+      if (!coarse_.ancestor.contains(coarse_.ancestor[v]))
+        return broken("collision vertex {} has no ancestor", v.value);
       ++expected_.places[bound[0].index()];
       if (body_.closed && bound[1] != bound[0]) ++expected_.places[bound[1].index()];
       for (int s = 0; s < side_count(body_); ++s)
-        if (mesh_.free[bound[static_cast<std::size_t>(s)]]) return broken("bound vertex {} is marked free", bound[static_cast<std::size_t>(s)].value);
+        if (mesh_.free[bound[static_cast<std::size_t>(s)]])
+          return broken("bound vertex {} is marked free", bound[static_cast<std::size_t>(s)].value);
       // Bound vertices lie where their collision vertex does, in every plane.
       Status status;
       for_each_corner(coarse_, v, [&](CH h) {
@@ -151,7 +159,8 @@ class Checker {
       });
       if (!status) return status;
       const bool cut_border = body_.closed && coarse_.on_border(v) && bound[0] != bound[1];
-      if (body_.closed && !coarse_.on_border(v) && bound[0] == bound[1]) return broken("inner collision vertex {} has one bound vertex", v.value);
+      if (body_.closed && !coarse_.on_border(v) && bound[0] == bound[1])
+        return broken("inner collision vertex {} has one bound vertex", v.value);
       const PoolRun line = coarse_.line[v];
       if (cut_border != line.exists()) return broken("collision vertex {}: its line", v.value);
       if (!cut_border) continue;
@@ -161,7 +170,8 @@ class Checker {
         const VH h = mesh_.find_half_edge(last, next);
         if (!h.valid() || !mesh_.twin[h].valid()) return broken("line of collision vertex {} is broken", v.value);
         for (const VH x : {h, mesh_.twin[h]}) {
-          if (!mesh_.patch[VisualMesh::face(x)].is_wall()) return broken("line of collision vertex {} leaves the walls", v.value);
+          if (!mesh_.patch[VisualMesh::face(x)].is_wall())
+            return broken("line of collision vertex {} leaves the walls", v.value);
           expected_.barrier[x.index()] = 1;
         }
         if (i < line.count) ++expected_.places[next.index()];
@@ -179,47 +189,56 @@ class Checker {
       const WallId wall = coarse_.wall[h];
       const bool rim = body_.closed && !g.valid() && !wall.valid();
       if (!has) {
-        if (!g.valid() || coarse_.root[CollisionMesh::face(g)] != root) return broken("collision half-edge {} has no chain", h.value);
+        if (!g.valid() || coarse_.root[CollisionMesh::face(g)] != root)
+          return broken("collision half-edge {} has no chain", h.value);
         if (coarse_.has_chain(g)) return broken("collision half-edge {}: only its twin has a chain", h.value);
         if (wall.valid()) return broken("collision half-edge {} has a wall and no chain", h.value);
         continue;
       }
       if (wall.valid()) {
         if (g.valid() || !body_.closed) return broken("collision half-edge {} should have no wall", h.value);
-        if (!body_.wall_edge.contains(wall) || body_.wall_edge[wall] != h) return broken("wall {} and half-edge {} disagree", wall.value, h.value);
+        if (!body_.wall_edge.contains(wall) || body_.wall_edge[wall] != h)
+          return broken("wall {} and half-edge {} disagree", wall.value, h.value);
       }
-      if (rim && !(same_run(coarse_.chain[h][0], coarse_.chain[h][1]) && coarse_.on_rim(coarse_.from(h)) && coarse_.on_rim(coarse_.to(h))))
+      if (rim && !(same_run(coarse_.chain[h][0], coarse_.chain[h][1]) && coarse_.on_rim(coarse_.from(h)) &&
+                   coarse_.on_rim(coarse_.to(h))))
         return broken("rim half-edge {} has two chains", h.value);
-      if (body_.closed != coarse_.chain[h][1].exists()) return broken("collision half-edge {}: chain of the - side", h.value);
+      if (body_.closed != coarse_.chain[h][1].exists())
+        return broken("collision half-edge {}: chain of the - side", h.value);
       for (int i = 0; i < side_count(body_); ++i) {
         const auto s = static_cast<std::size_t>(i);
         const PoolRun run = coarse_.chain[h][s];
         if (g.valid()) {
           const PoolRun other = coarse_.chain[g][s];
-          if (!same_run(run, other.flipped())) return broken("collision half-edge {} and its twin have different chains", h.value);
+          if (!same_run(run, other.flipped()))
+            return broken("collision half-edge {} and its twin have different chains", h.value);
         }
         VV last = coarse_.bound[coarse_.from(h)][s];
         double parameter = 0;
         for (std::int32_t k = 0; k <= run.count; ++k) {
           const VV next = k < run.count ? body_.chain_pool[run.at(k)] : coarse_.bound[coarse_.to(h)][s];
           const VH x = i == 0 ? mesh_.find_half_edge(last, next) : mesh_.find_half_edge(next, last);
-          if (!x.valid()) return broken("chain of collision half-edge {} is not connected at visual vertex {}", h.value, last.value);
+          if (!x.valid())
+            return broken("chain of collision half-edge {} is not connected at visual vertex {}", h.value, last.value);
           if (!(mesh_.patch[VisualMesh::face(x)] == Patch::of_root(root, static_cast<Side>(i))))
             return broken("chain of collision half-edge {} leaves its patch", h.value);
           const VH t = mesh_.twin[x];
-          if (t.valid() != (g.valid() || body_.closed)) return broken("chain of collision half-edge {} on a border", h.value);
+          if (t.valid() != (g.valid() || body_.closed))
+            return broken("chain of collision half-edge {} on a border", h.value);
           if (t.valid()) {
             const Patch beyond = mesh_.patch[VisualMesh::face(t)];
             const Patch wanted = g.valid() ? Patch::of_root(coarse_.root[CollisionMesh::face(g)], static_cast<Side>(i))
                                  : wall.valid() ? Patch::of_wall(wall)
                                                 : Patch::of_root(root, static_cast<Side>(1 - i));
-            if (!(beyond == wanted)) return broken("beyond the chain of collision half-edge {} lies another patch", h.value);
+            if (!(beyond == wanted))
+              return broken("beyond the chain of collision half-edge {} lies another patch", h.value);
             expected_.barrier[t.index()] = 1;
           }
           expected_.barrier[x.index()] = 1;
           if (k < run.count) {
             const double at = chain_position(h, i, next);
-            if (!(at > parameter) || !(at < 1)) return broken("chain of collision half-edge {} is out of order", h.value);
+            if (!(at > parameter) || !(at < 1))
+              return broken("chain of collision half-edge {} is out of order", h.value);
             parameter = at;
             if ((!g.valid() || h < g) && !(rim && i == 1)) ++expected_.places[next.index()];
             if (mesh_.free[next]) return broken("chain vertex {} is marked free", next.value);
@@ -230,7 +249,8 @@ class Checker {
     }
     for (const WallId w : ids<WallId>(body_.wall_edge.size())) {
       const CH h = body_.wall_edge[w];
-      if (!coarse_.wall.contains(h) || coarse_.wall[h] != w) return broken("wall {} hangs on half-edge {}, which does not know", w.value, h.value);
+      if (!coarse_.wall.contains(h) || coarse_.wall[h] != w)
+        return broken("wall {} hangs on half-edge {}, which does not know", w.value, h.value);
     }
     return {};
   }
@@ -251,7 +271,8 @@ class Checker {
             return broken("free visual vertex {} is listed by triangle {} of another patch", v.value, f.value);
           const Vec2 u = mirrored(mesh_.planar[mesh_.outgoing[v]], static_cast<Side>(i));
           for (int e = 0; e < 3; ++e)
-            if (cross(p[(e + 1) % 3] - p[e], u - p[e]) < -kRelative * body_.mean_root_edge * norm(p[(e + 1) % 3] - p[e]))
+            if (cross(p[(e + 1) % 3] - p[e], u - p[e]) <
+                -kRelative * body_.mean_root_edge * norm(p[(e + 1) % 3] - p[e]))
               return broken("free visual vertex {} lies outside its triangle {}", v.value, f.value);
           std::int32_t& piece = piece_of[static_cast<std::size_t>(fine_pieces.of_face[face.index()])];
           if (piece < 0) piece = coarse_pieces.of_face[f.index()];
@@ -277,7 +298,8 @@ class Checker {
         std::int32_t& piece = piece_of[static_cast<std::size_t>(fine)];
         const std::int32_t mine = coarse_pieces.of_face[CollisionMesh::face(coarse_.outgoing[v]).index()];
         if (piece < 0) piece = mine;
-        if (piece != mine) return broken("bound visual vertex {} lies in another piece than collision vertex {}", b.value, v.value);
+        if (piece != mine)
+          return broken("bound visual vertex {} lies in another piece than collision vertex {}", b.value, v.value);
       }
     return {};
   }
@@ -293,7 +315,8 @@ class Checker {
       if (!std::isfinite(mesh_.texture[h].x) || !std::isfinite(mesh_.texture[h].y))
         return broken("texture of visual half-edge {} is not finite", h.value);
       if (mesh_.barrier[h] != expected_.barrier[h.index()])
-        return broken("visual half-edge {} ({} -> {}): barrier is {}", h.value, mesh_.from(h).value, mesh_.to(h).value, mesh_.barrier[h]);
+        return broken("visual half-edge {} ({} -> {}): barrier is {}", h.value, mesh_.from(h).value, mesh_.to(h).value,
+                      mesh_.barrier[h]);
       const VH t = mesh_.twin[h];
       if (!t.valid()) {
         if (body_.closed) return broken("the visual mesh of a closed body has a border at half-edge {}", h.value);
@@ -302,7 +325,8 @@ class Checker {
       const Patch here = mesh_.patch[VisualMesh::face(h)], there = mesh_.patch[VisualMesh::face(t)];
       if (!mesh_.barrier[h] && !(here == there)) return broken("visual half-edge {} joins two patches", h.value);
       if (here.is_wall()) {
-        if (!body_.wall_edge.contains(here.wall())) return broken("visual face {} lies in no known wall", VisualMesh::face(h).value);
+        if (!body_.wall_edge.contains(here.wall()))
+          return broken("visual face {} lies in no known wall", VisualMesh::face(h).value);
       } else if (!body_.closed && here.side() == Side::kMinus) {
         return broken("visual face {} of an open sheet lies on the - side", VisualMesh::face(h).value);
       }
@@ -351,7 +375,8 @@ ComplexMeasures measure_complex(const CellComplex& body) {
   const CollisionMesh& coarse = body.collision;
   for (std::size_t f = 0; f < coarse.face_count(); ++f) {
     const CH h = CollisionMesh::corner(CF(f), 0);
-    m.collision_area += 0.5 * orient(coarse.planar[h], coarse.planar[CollisionMesh::next(h)], coarse.planar[CollisionMesh::prev(h)]);
+    m.collision_area +=
+        0.5 * orient(coarse.planar[h], coarse.planar[CollisionMesh::next(h)], coarse.planar[CollisionMesh::prev(h)]);
   }
   m.size = box.size();
   return m;
@@ -386,7 +411,8 @@ Status validate_complex(const CellComplex& body, const ComplexMeasures& at_start
     std::vector<std::uint8_t> has_border(static_cast<std::size_t>(coarse_pieces.count), 0);
     std::int32_t shells = 0;
     for (const CH h : ids<CH>(coarse.half_edge_count()))
-      if (!coarse.twin[h].valid()) has_border[static_cast<std::size_t>(coarse_pieces.of_face[CollisionMesh::face(h).index()])] = 1;
+      if (!coarse.twin[h].valid())
+        has_border[static_cast<std::size_t>(coarse_pieces.of_face[CollisionMesh::face(h).index()])] = 1;
     for (const auto b : has_border) shells += b ? 0 : 1;
     if (fine_pieces.count != coarse_pieces.count + shells)
       return broken("{} collision pieces, but {} visual pieces", coarse_pieces.count, fine_pieces.count);
@@ -395,8 +421,11 @@ Status validate_complex(const CellComplex& body, const ComplexMeasures& at_start
   if (chi_fine != (body.closed ? 2 : 1) * chi_coarse)
     return broken("Euler characteristic {} of the visual mesh, {} of the collision mesh", chi_fine, chi_coarse);
   const ComplexMeasures now = measure_complex(body);
-  const double box_area = dot(at_start.size, at_start.size), box_volume = at_start.size.x * at_start.size.y * at_start.size.z;
-  const auto same = [](double a, double b, double whole) { return std::fabs(a - b) <= std::max(kRelative * std::fabs(b), kRounding * whole); };
+  const double box_area = dot(at_start.size, at_start.size),
+               box_volume = at_start.size.x * at_start.size.y * at_start.size.z;
+  const auto same = [](double a, double b, double whole) {
+    return std::fabs(a - b) <= std::max(kRelative * std::fabs(b), kRounding * whole);
+  };
   if (!same(now.skin_area, at_start.skin_area, box_area))
     return broken("skin area {} instead of {} m2", now.skin_area, at_start.skin_area);
   if (!same(now.collision_area, at_start.collision_area, box_area))
@@ -413,17 +442,21 @@ Status validate_piece_volumes(const CellComplex& body, const ComplexMeasures& at
   const Pieces pieces = collision_pieces(body), fine = visual_pieces(body);
   // A shell without a rim has two visual pieces to one of the collision mesh: the bound vertices tell whose they are.
   std::vector<std::int32_t> owner(static_cast<std::size_t>(fine.count), -1);
-  std::vector<Vec3> origin(static_cast<std::size_t>(pieces.count));  // near by: far from zero, products of coordinates lose digits
+  std::vector<Vec3> origin(
+      static_cast<std::size_t>(pieces.count));  // near by: far from zero, products of coordinates lose digits
   for (const CV v : ids<CV>(coarse.vertex_count())) {
     const std::int32_t piece = piece_of_triangle(pieces, CollisionMesh::face(coarse.outgoing[v]));
     origin[static_cast<std::size_t>(piece)] = coarse.rest[v];
-    for (const VV u : coarse.bound[v]) owner[static_cast<std::size_t>(fine.of_face[VisualMesh::face(mesh.outgoing[u]).index()])] = piece;
+    for (const VV u : coarse.bound[v])
+      owner[static_cast<std::size_t>(fine.of_face[VisualMesh::face(mesh.outgoing[u]).index()])] = piece;
   }
   std::vector<double> volume(static_cast<std::size_t>(pieces.count), 0.0);
   for (const VF f : ids<VF>(mesh.face_count())) {
     const std::int32_t piece = owner[static_cast<std::size_t>(fine.of_face[f.index()])];
     if (piece < 0) return broken("visual piece {} belongs to no collision piece", fine.of_face[f.index()]);
-    const auto p = [&](int k) { return mesh.rest[mesh.from(VisualMesh::corner(f, k))] - origin[static_cast<std::size_t>(piece)]; };
+    const auto p = [&](int k) {
+      return mesh.rest[mesh.from(VisualMesh::corner(f, k))] - origin[static_cast<std::size_t>(piece)];
+    };
     volume[static_cast<std::size_t>(piece)] += dot(p(0), cross(p(1), p(2))) / 6;
   }
   const double rounding = kRounding * at_start.size.x * at_start.size.y * at_start.size.z;

@@ -116,7 +116,8 @@ VisualVertex split_visual_edge(VisualMesh& mesh, H h, double fraction, Vec2 u_le
   return m;
 }
 
-VisualVertex split_visual_face(VisualMesh& mesh, VisualTriangle f, std::array<double, 3> weights, Vec2 u, double reach) {
+VisualVertex split_visual_face(VisualMesh& mesh, VisualTriangle f, std::array<double, 3> weights, Vec2 u,
+                               double reach) {
   const H h[3] = {VisualMesh::corner(f, 0), VisualMesh::corner(f, 1), VisualMesh::corner(f, 2)};
   double sum = 0;
   double longest = 1e-300;
@@ -139,7 +140,8 @@ VisualVertex split_visual_face(VisualMesh& mesh, VisualTriangle f, std::array<do
   split_face_topology(mesh, f, m, u);
   for (const Vec2f& t : {corner[1], corner[2], texture, corner[2], corner[0], texture}) mesh.texture.push_back(t);
   mesh.texture.set(h[2], texture);
-  for (const std::uint8_t b : {barrier[0], std::uint8_t{0}, std::uint8_t{0}, barrier[1], std::uint8_t{0}, std::uint8_t{0}})
+  for (const std::uint8_t b :
+       {barrier[0], std::uint8_t{0}, std::uint8_t{0}, barrier[1], std::uint8_t{0}, std::uint8_t{0}})
     mesh.barrier.push_back(b);
   if (barrier[0]) mesh.barrier.set(h[1], 0);
   if (barrier[1]) mesh.barrier.set(h[2], 0);

@@ -22,7 +22,8 @@ bool edge_split_is_sound(const VisualMesh& mesh, VisualHalfEdge h, Vec2 u_left, 
 /// Splits h = a -> b. The planar points are the true ones; the 3D point, the texture and the normal are taken at
 /// `fraction` (from a, kept off the ends by 5 %, `reach` metres at most): any point of the edge leaves area, volume and the texture
 /// map as they are.
-VisualVertex split_visual_edge(VisualMesh& mesh, VisualHalfEdge h, double fraction, Vec2 u_left, Vec2 u_right, double reach);
+VisualVertex split_visual_edge(VisualMesh& mesh, VisualHalfEdge h, double fraction, Vec2 u_left, Vec2 u_right,
+                               double reach);
 
 /// Asks for the memory that splitting h and walking on behind it will need.
 void prefetch_split(const VisualMesh& mesh, VisualHalfEdge h);

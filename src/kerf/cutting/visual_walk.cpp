@@ -34,10 +34,12 @@ double least_angle(Vec3 a, Vec3 b, Vec3 c) {
 /// a vertex on it would be very near to others, where the faces get fatter than those around that vertex, and where surface and texture stay as they are.
 bool turn_crossed_edge(CellComplex& body, H h, double f) {
   VisualMesh& mesh = body.visual;
-  const H g = mesh.twin[h], hn = VisualMesh::next(h), hp = VisualMesh::prev(h), gn = VisualMesh::next(g), gp = VisualMesh::prev(g);
+  const H g = mesh.twin[h], hn = VisualMesh::next(h), hp = VisualMesh::prev(h), gn = VisualMesh::next(g),
+          gp = VisualMesh::prev(g);
   const Patch patch = mesh.patch[VisualMesh::face(h)];
   if (patch.is_wall() || !(mesh.patch[VisualMesh::face(g)] == patch)) return false;
-  const Vec3 a = mesh.rest[mesh.origin[h]], b = mesh.rest[mesh.origin[hn]], c = mesh.rest[mesh.origin[hp]], d = mesh.rest[mesh.origin[gp]];
+  const Vec3 a = mesh.rest[mesh.origin[h]], b = mesh.rest[mesh.origin[hn]], c = mesh.rest[mesh.origin[hp]],
+             d = mesh.rest[mesh.origin[gp]];
   const Vec3 m = lerp(a, b, f);
   const double reach = place_reach(body);
   if (std::min(std::min(norm(m - a), norm(m - b)), std::min(norm(m - c), norm(m - d))) > reach) return false;
@@ -52,11 +54,15 @@ bool turn_crossed_edge(CellComplex& body, H h, double f) {
   const double on_ab = of_a / (of_a + of_b), on_cd = of_c / (of_c + of_d);
   if (!(norm(lerp(a, b, on_ab) - lerp(c, d, on_cd)) < kFlatness * body.mean_root_edge)) return false;
   if (!(mesh.texture[h] == mesh.texture[gn] && mesh.texture[hn] == mesh.texture[g])) return false;
-  const Vec2f t = lerp(mesh.texture[h], mesh.texture[hn], on_ab), turned = lerp(mesh.texture[hp], mesh.texture[gp], on_cd);
+  const Vec2f t = lerp(mesh.texture[h], mesh.texture[hn], on_ab),
+              turned = lerp(mesh.texture[hp], mesh.texture[gp], on_cd);
   if (!(std::hypot(t.x - turned.x, t.y - turned.y) < kTextureFlatness)) return false;
-  const double split = std::min(std::min(least_angle(a, m, c), least_angle(m, b, c)), std::min(least_angle(b, m, d), least_angle(m, a, d)));
+  const double split = std::min(std::min(least_angle(a, m, c), least_angle(m, b, c)),
+                                std::min(least_angle(b, m, d), least_angle(m, a, d)));
   if (!(std::min(least_angle(a, d, c), least_angle(b, c, d)) > split)) return false;
-  if (mesh.find_half_edge(mesh.origin[hp], mesh.origin[gp]).valid() || mesh.find_half_edge(mesh.origin[gp], mesh.origin[hp]).valid()) return false;
+  if (mesh.find_half_edge(mesh.origin[hp], mesh.origin[gp]).valid() ||
+      mesh.find_half_edge(mesh.origin[gp], mesh.origin[hp]).valid())
+    return false;
   flip_visual_edge(mesh, h);
   return true;
 }
@@ -70,9 +76,15 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
   for_each_corner(mesh, current, [&](H h) {
     if (!(mesh.patch[VisualMesh::face(h)] == patch)) return true;
     const H y = VisualMesh::next(h);
-    if (mesh.origin[y] == q) { direct = h; return false; }
+    if (mesh.origin[y] == q) {
+      direct = h;
+      return false;
+    }
     const H last = VisualMesh::prev(h);
-    if (mesh.origin[last] == q) { direct = last; return false; }
+    if (mesh.origin[last] == q) {
+      direct = last;
+      return false;
+    }
     if (exit.valid()) return true;  // the wedge is known; only a direct edge could still turn up
     const Vec2 c = mesh.planar[h], a = mesh.planar[y], b = mesh.planar[last];
     const double first = orient(c, a, goal);
@@ -100,7 +112,10 @@ VisualVertex step_along_chord(CutContext& cut, VisualVertex current, VisualVerte
       if (!(mesh.patch[VisualMesh::face(h)] == patch)) return true;
       const H last = VisualMesh::prev(h);
       const Vec2 c = mesh.planar[h], b = mesh.planar[last];
-      if (orient(c, b, goal) == 0 && dot(b - c, goal - c) > 0) { direct = last; return false; }
+      if (orient(c, b, goal) == 0 && dot(b - c, goal - c) > 0) {
+        direct = last;
+        return false;
+      }
       return true;
     });
     if (direct.valid() && !mesh.barrier[direct] && mesh.free[mesh.origin[direct]]) {
@@ -228,7 +243,8 @@ VisualVertex insert_point(CutContext& cut, VisualVertex from, Vec2 u, Patch patc
   const double reach = place_reach(cut.body);
   for (std::size_t i = 0; i < 3; ++i) {
     const VisualVertex v = mesh.origin[h[i]];
-    if (weight[i] > kNearVertexWeight && norm(u - p[i]) < reach && mesh.free[v] && warp_onto(mesh, v, u, patch, kWarpKeepsArea)) {
+    if (weight[i] > kNearVertexWeight && norm(u - p[i]) < reach && mesh.free[v] &&
+        warp_onto(mesh, v, u, patch, kWarpKeepsArea)) {
       take_from_free(mesh, v);
       return v;
     }
@@ -239,7 +255,9 @@ VisualVertex insert_point(CutContext& cut, VisualVertex from, Vec2 u, Patch patc
     const double wa = weight[i], wb = weight[(i + 1) % 3];
     return split_visual_edge(mesh, h[i], wb / (wa + wb), u, u, reach);
   };
-  const auto distance = [&](std::size_t i) { return weight[(i + 2) % 3] * area / norm(p[(i + 1) % 3] - p[i]); };  // metres from edge i
+  const auto distance = [&](std::size_t i) {
+    return weight[(i + 2) % 3] * area / norm(p[(i + 1) % 3] - p[i]);
+  };  // metres from edge i
   for (std::size_t i = 0; i < 3; ++i)
     if (weight[(i + 2) % 3] < kNearEdgeWeight && distance(i) < reach)
       if (const VisualVertex m = split_edge(i, kSplitKeepsArea); m.valid()) return m;

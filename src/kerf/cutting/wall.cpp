@@ -33,7 +33,8 @@ bool merge_columns(CutContext& cut, CH h, bool force_column) {
     for (std::int32_t k = 0; k < run.count; ++k) {
       chain[s].push_back(body.chain_pool[run.at(k)]);
       parameter[s].push_back(chain_parameter(body, h, static_cast<Side>(i), chain[s].back()));
-      if (!(parameter[s].back() > last)) return cut.fail("the points of a chain are out of order", "collision half-edge", h.value);
+      if (!(parameter[s].back() > last))
+        return cut.fail("the points of a chain are out of order", "collision half-edge", h.value);
       last = parameter[s].back();
     }
     if (!(last < 1)) return cut.fail("the points of a chain are out of order", "collision half-edge", h.value);
@@ -58,8 +59,8 @@ bool merge_columns(CutContext& cut, CH h, bool force_column) {
     const double p = value(0, k), m = value(1, k);
     if (p < 1 && m < 1) {
       const double previous_p = k > 0 ? parameter[0][k - 1] : 0.0, previous_m = k > 0 ? parameter[1][k - 1] : 0.0;
-      const double gap = std::min(std::min(p - previous_p, m - previous_m),
-                                  std::min(value(0, k + 1) - p, value(1, k + 1) - m));
+      const double gap =
+          std::min(std::min(p - previous_p, m - previous_m), std::min(value(0, k + 1) - p, value(1, k + 1) - m));
       if (std::fabs(p - m) < kPairFraction * gap) continue;
     }
     if (p < m ? !insert(1, k, p) : !insert(0, k, m)) return false;
@@ -93,7 +94,8 @@ PoolRun make_line(CutContext& cut, std::array<VisualVertex, 2> bound) {
   CellComplex& body = cut.body;
   const PoolRun run{static_cast<std::int32_t>(body.chain_pool.size()), cut.options.layers - 1, false};
   for (int i = 1; i < cut.options.layers; ++i) {
-    const Vec3 p = lerp(body.visual.rest[bound[0]], body.visual.rest[bound[1]], static_cast<double>(i) / cut.options.layers);
+    const Vec3 p =
+        lerp(body.visual.rest[bound[0]], body.visual.rest[bound[1]], static_cast<double>(i) / cut.options.layers);
     body.chain_pool.push_back(append_visual_vertex(body.visual, p, body.visual.normal[bound[0]]));
   }
   return run;
@@ -125,7 +127,8 @@ struct WallStrip {
         const PoolRun line = coarse.line[v];
         const double step = depth / (line.count + 1);
         column.push_back({bound[0], 0, 0});
-        for (std::int32_t i = 0; i < line.count; ++i) column.push_back({body.chain_pool[line.at(i)], -step * (i + 1), 0});
+        for (std::int32_t i = 0; i < line.count; ++i)
+          column.push_back({body.chain_pool[line.at(i)], -step * (i + 1), 0});
         column.push_back({bound[1], -depth, 0});
       }
     } else {
@@ -143,8 +146,7 @@ struct WallStrip {
     }
     float down = 0;
     for (std::size_t i = 0; i < column.size(); ++i) {
-      if (i > 0)
-        down += static_cast<float>(norm(mesh.rest[column[i].vertex] - mesh.rest[column[i - 1].vertex]));
+      if (i > 0) down += static_cast<float>(norm(mesh.rest[column[i].vertex] - mesh.rest[column[i - 1].vertex]));
       column[i].depth = down;
     }
   }
@@ -183,13 +185,15 @@ void build_walls(CutContext& cut, CH h, CH g) {
   CutScratch& scratch = cut.scratch;
   const std::int32_t inner = coarse.chain[h][0].count, last = inner + 1;
   const int layers = cut.options.layers;
-  KERF_ASSERT(coarse.chain[h][1].count == inner && coarse.chain[g][0].count == inner && coarse.chain[g][1].count == inner);
+  KERF_ASSERT(coarse.chain[h][1].count == inner && coarse.chain[g][0].count == inner &&
+              coarse.chain[g][1].count == inner);
 
   // Both walls: the same points, so the same displacements.
   const Vec3 along = coarse.rest[coarse.to(h)] - coarse.rest[coarse.from(h)];
   const Vec3 up = coarse.offset[coarse.from(h)] + coarse.offset[coarse.to(h)];
   const Vec3 outward = normalized(cross(along, up));  // to the right of h
-  scratch.displacement.assign(static_cast<std::size_t>(inner) * static_cast<std::size_t>(std::max(0, layers - 1)), Vec3{});
+  scratch.displacement.assign(static_cast<std::size_t>(inner) * static_cast<std::size_t>(std::max(0, layers - 1)),
+                              Vec3{});
   if (cut.options.roughness > 0) {
     Random random(cut.options.seed + 0x9e3779b97f4a7c15ull * static_cast<std::uint64_t>(h.value + 1));
     for (std::int32_t k = 0; k < inner; ++k) {
@@ -197,7 +201,8 @@ void build_walls(CutContext& cut, CH h, CH g) {
       const Vec3 bottom = mesh.rest[body.chain_pool[coarse.chain[h][1].at(k)]];
       const double amplitude = cut.options.roughness * norm(top - bottom) / layers;
       for (int i = 0; i < layers - 1; ++i)
-        scratch.displacement[static_cast<std::size_t>(k) * static_cast<std::size_t>(layers - 1) + static_cast<std::size_t>(i)] = random.uniform(0, amplitude) * outward;
+        scratch.displacement[static_cast<std::size_t>(k) * static_cast<std::size_t>(layers - 1) +
+                             static_cast<std::size_t>(i)] = random.uniform(0, amplitude) * outward;
     }
   }
 
@@ -263,17 +268,17 @@ void build_walls(CutContext& cut, CH h, CH g) {
           advance_left = yl != yr ? yl > yr : !strip.mirrored_ties;
         }
         if (advance_left) {
-          const VisualTriangle f = strip.add_face(k, left[i], true, left[i + 1], true, right[j], false, u_of(k), u_of(k + 1));
+          const VisualTriangle f =
+              strip.add_face(k, left[i], true, left[i + 1], true, right[j], false, u_of(k), u_of(k + 1));
           join(mesh, VisualMesh::corner(f, 2), lower, on_chain);
           lower = VisualMesh::corner(f, 1);
           const VH falling = VisualMesh::corner(f, 0);
-          if (k == 0)
-            scratch.wall_down[which].push_back(falling);
-          else
-            join(mesh, falling, pending[i], false);
+          if (k == 0) scratch.wall_down[which].push_back(falling);
+          else join(mesh, falling, pending[i], false);
           ++i;
         } else {
-          const VisualTriangle f = strip.add_face(k, left[i], true, right[j + 1], false, right[j], false, u_of(k), u_of(k + 1));
+          const VisualTriangle f =
+              strip.add_face(k, left[i], true, right[j + 1], false, right[j], false, u_of(k), u_of(k + 1));
           join(mesh, VisualMesh::corner(f, 2), lower, on_chain);
           lower = VisualMesh::corner(f, 0);
           rising.push_back(VisualMesh::corner(f, 1));
@@ -295,7 +300,8 @@ void build_walls(CutContext& cut, CH h, CH g) {
   };
   // Start of h: the left end of h's wall, the right end of g's.
   if (scratch.up[0].empty() && scratch.down[0].empty()) {
-    join_lines(scratch.wall_down[0], scratch.wall_up[1]);  // a tip: the two walls share its line; on the rim both are empty
+    join_lines(scratch.wall_down[0],
+               scratch.wall_up[1]);  // a tip: the two walls share its line; on the rim both are empty
   } else {
     join_lines(scratch.wall_down[0], scratch.up[0]);
     join_lines(scratch.wall_up[1], scratch.down[0]);
@@ -355,10 +361,8 @@ WallId cut_wall(CutContext& cut, WallId wall, std::array<VisualVertex, 2> bound,
       const PoolIndex here(next++);
       if (body.wall_pool[here] != v) body.wall_pool.set(here, v);
     }
-    if (k == 0)
-      body.wall_inner.set(wall, half);
-    else
-      body.wall_inner.push_back(half);
+    if (k == 0) body.wall_inner.set(wall, half);
+    else body.wall_inner.push_back(half);
   }
   return far;
 }

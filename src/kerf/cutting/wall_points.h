@@ -12,10 +12,10 @@ namespace kerf {
 
 struct WallPoint {
   VisualVertex vertex;
-  double along = 0;   ///< column in the wall's plane
-  double across = 0;  ///< 0 at the + chain, 1 at the - chain
-  Vec3 top, bottom;   ///< metres: ends of the ruled surface's straight line there
-  Vec3 smooth;        ///< metres: where the ruled surface has it, between top and bottom by `across`
+  double along = 0;      ///< column in the wall's plane
+  double across = 0;     ///< 0 at the + chain, 1 at the - chain
+  Vec3 top, bottom;      ///< metres: ends of the ruled surface's straight line there
+  Vec3 smooth;           ///< metres: where the ruled surface has it, between top and bottom by `across`
   bool on_line = false;  ///< of an end of the border edge: shared with the wall beyond
 };
 

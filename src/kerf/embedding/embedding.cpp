@@ -95,7 +95,8 @@ class Embedder {
       std::size_t count = 0;
       const auto place_strays = [&] {
         for (std::size_t k = 0; k < count; ++k)
-          if (body_.visual.free[strays[k]] != 0) place(t, pieces, strays[k], Ownership::kFree, CollisionMesh::corner(t, 0));
+          if (body_.visual.free[strays[k]] != 0)
+            place(t, pieces, strays[k], Ownership::kFree, CollisionMesh::corner(t, 0));
         count = 0;
       };
       for (std::size_t i = 0; i < inside.size(); ++i) {
@@ -150,11 +151,13 @@ class Embedder {
           std::clamp(static_cast<int>(std::floor(q[a])), 0, to_lattice_.last[static_cast<std::size_t>(a)]);
     const CellId cell = hex_.frame.cell_id(c);
     // Vertices come in neighbourhoods: mostly it is the piece of the one before.
-    if (last_ < pieces.size() && pieces[last_].cell == cell && pieces[last_].side == 0) return beside(q, c) ? HexId{} : hex_.host[pieces[last_].copy];
+    if (last_ < pieces.size() && pieces[last_].cell == cell && pieces[last_].side == 0)
+      return beside(q, c) ? HexId{} : hex_.host[pieces[last_].copy];
     std::size_t i = 0;
     if (pieces.size() > 16)
-      i = static_cast<std::size_t>(std::lower_bound(pieces.begin(), pieces.end(), cell,
-                                                    [](const Piece& p, CellId id) { return p.cell < id; }) - pieces.begin());
+      i = static_cast<std::size_t>(
+          std::lower_bound(pieces.begin(), pieces.end(), cell, [](const Piece& p, CellId id) { return p.cell < id; }) -
+          pieces.begin());
     for (; i < pieces.size(); ++i)
       if (pieces[i].cell == cell && right_side(hex_, pieces[i], q)) {
         last_ = i;
@@ -176,7 +179,8 @@ class Embedder {
     s_.triangles.clear();
     s_.triangles.push_back(t);
     if (how == Ownership::kChain) {
-      if (const CollisionHalfEdge g = body_.collision.twin[h]; g.valid()) s_.triangles.push_back(CollisionMesh::face(g));
+      if (const CollisionHalfEdge g = body_.collision.twin[h]; g.valid())
+        s_.triangles.push_back(CollisionMesh::face(g));
     } else if (how == Ownership::kCorner) {
       body_.collision.for_each_outgoing(body_.collision.origin[h], [&](CollisionHalfEdge o) {
         if (CollisionMesh::face(o) != t) s_.triangles.push_back(CollisionMesh::face(o));
@@ -240,7 +244,8 @@ Status embed_all(const CellComplex& body, const HexMesh& hex, Embedding& embeddi
   for (const CollisionTriangle t : ids<CollisionTriangle>(body.collision.face_count())) embedder.embed(t);
   for (const VisualVertex v : ids<VisualVertex>(body.visual.vertex_count()))
     if (!embedding.visual[v].valid())
-      return failed(fmt::format("embedding: visual vertex {} is owned by no collision element; bind the meshes again", v.value + 1));
+      return failed(fmt::format("embedding: visual vertex {} is owned by no collision element; bind the meshes again",
+                                v.value + 1));
   return {};
 }
 
@@ -250,7 +255,9 @@ void embed_triangles(const CellComplex& body, const HexMesh& hex, std::span<cons
   for (const CollisionTriangle t : triangles) embedder.embed(t);
 }
 
-Vec3 point_position(const HexMesh& hex, EmbeddedPoint point, std::span<const Vec3> nodes) { return place_of(hex, point, nodes); }
+Vec3 point_position(const HexMesh& hex, EmbeddedPoint point, std::span<const Vec3> nodes) {
+  return place_of(hex, point, nodes);
+}
 
 NodeForces spread_force(const HexMesh& hex, EmbeddedPoint point, Vec3 force) {
   NodeForces out;
@@ -266,7 +273,8 @@ EmbeddedPoint embed_point(const HexMesh& hex, CollisionTriangle owner, Vec3 rest
   return {copy, hex.local(copy, rest_point)};
 }
 
-void collision_positions(const HexMesh& hex, const Embedding& embedding, std::span<const Vec3> nodes, std::span<Vec3> out) {
+void collision_positions(const HexMesh& hex, const Embedding& embedding, std::span<const Vec3> nodes,
+                         std::span<Vec3> out) {
   KERF_ASSERT(out.size() == embedding.collision.size());
   for (const CollisionVertex v : ids<CollisionVertex>(embedding.collision.size()))
     out[v.index()] = place_of(hex, {embedding.collision[v], embedding.collision_local[v]}, nodes);
@@ -286,7 +294,8 @@ Mat3 deformation_gradient(const HexMesh& hex, EmbeddedPoint point, std::span<con
 
 Vec3 deformed_normal(const HexMesh& hex, EmbeddedPoint point, Vec3 rest_normal, std::span<const Vec3> nodes) {
   const Mat3 f = deformation_gradient(hex, point, nodes);
-  const Vec3 n = rest_normal.x * cross(f.c[1], f.c[2]) + rest_normal.y * cross(f.c[2], f.c[0]) + rest_normal.z * cross(f.c[0], f.c[1]);
+  const Vec3 n = rest_normal.x * cross(f.c[1], f.c[2]) + rest_normal.y * cross(f.c[2], f.c[0]) +
+                 rest_normal.z * cross(f.c[0], f.c[1]);
   return norm(n) > 1e-12 ? normalized(n) : rest_normal;
 }
 

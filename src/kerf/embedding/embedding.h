@@ -19,12 +19,16 @@
 namespace kerf {
 
 struct Embedding {
-  Journaled<VisualVertex, HexId> visual;        ///< living copy of every visual vertex
-  Journaled<CollisionVertex, HexId> collision;  ///< living copy of every collision vertex
+  Journaled<VisualVertex, HexId> visual;             ///< living copy of every visual vertex
+  Journaled<CollisionVertex, HexId> collision;       ///< living copy of every collision vertex
   Journaled<CollisionVertex, Vec3> collision_local;  ///< its coordinates in that copy's cell
 
   template <class Fn>
-  void for_each_array(Fn&& f) { f(visual); f(collision); f(collision_local); }
+  void for_each_array(Fn&& f) {
+    f(visual);
+    f(collision);
+    f(collision_local);
+  }
 };
 
 /// Memory kept between calls; contents are private.
@@ -75,7 +79,8 @@ NodeForces spread_force(const HexMesh& hex, EmbeddedPoint point, Vec3 force);
 EmbeddedPoint embed_point(const HexMesh& hex, CollisionTriangle owner, Vec3 rest_point);
 
 /// Positions (or, from node velocities, velocities) of all collision vertices. nodes: |N|, out: |V_c|.
-void collision_positions(const HexMesh& hex, const Embedding& embedding, std::span<const Vec3> nodes, std::span<Vec3> out);
+void collision_positions(const HexMesh& hex, const Embedding& embedding, std::span<const Vec3> nodes,
+                         std::span<Vec3> out);
 
 /// Derivative of the deformation by the rest position at an embedded point. nodes: |N| positions.
 Mat3 deformation_gradient(const HexMesh& hex, EmbeddedPoint point, std::span<const Vec3> nodes);

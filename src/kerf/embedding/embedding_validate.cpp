@@ -39,9 +39,11 @@ EmbeddingReach embedding_reach(const CellComplex& body, const HexMesh& hex, cons
 }
 
 Status validate_embedding(const CellComplex& body, const HexMesh& hex, const Embedding& embedding) {
-  if (embedding.visual.size() != body.visual.vertex_count() || embedding.collision.size() != body.collision.vertex_count())
-    return failed(fmt::format("embedding: {} visual and {} collision vertices, but the body has {} and {}", embedding.visual.size(),
-                              embedding.collision.size(), body.visual.vertex_count(), body.collision.vertex_count()));
+  if (embedding.visual.size() != body.visual.vertex_count() ||
+      embedding.collision.size() != body.collision.vertex_count())
+    return failed(fmt::format("embedding: {} visual and {} collision vertices, but the body has {} and {}",
+                              embedding.visual.size(), embedding.collision.size(), body.visual.vertex_count(),
+                              body.collision.vertex_count()));
   std::vector<std::uint8_t> housed(embedding.visual.size(), 0), owned(embedding.visual.size(), 0);
   std::vector<std::uint8_t> corner_housed(embedding.collision.size(), 0);
   for (const CollisionTriangle t : ids<CollisionTriangle>(body.collision.face_count())) {
@@ -56,19 +58,24 @@ Status validate_embedding(const CellComplex& body, const HexMesh& hex, const Emb
   }
   for (const VisualVertex v : ids<VisualVertex>(embedding.visual.size())) {
     const HexId h = embedding.visual[v];
-    if (!h.valid() || !hex.alive(h)) return failed(fmt::format("embedding: visual vertex {} has no living copy", v.value));
+    if (!h.valid() || !hex.alive(h))
+      return failed(fmt::format("embedding: visual vertex {} has no living copy", v.value));
     if (owned[v.index()] == 0) return failed(fmt::format("embedding: visual vertex {} has no owner", v.value));
     if (housed[v.index()] == 0)
-      return failed(fmt::format("embedding: visual vertex {} is in copy {}, which holds nothing of its owners", v.value, h.value));
+      return failed(fmt::format("embedding: visual vertex {} is in copy {}, which holds nothing of its owners", v.value,
+                                h.value));
     if (!reproduces(hex, h, body.visual.rest[v]))
       return failed(fmt::format("embedding: visual vertex {} is not where its copy {} puts it", v.value, h.value));
   }
   for (const CollisionVertex v : ids<CollisionVertex>(embedding.collision.size())) {
     const HexId h = embedding.collision[v];
-    if (!h.valid() || !hex.alive(h)) return failed(fmt::format("embedding: collision vertex {} has no living copy", v.value));
+    if (!h.valid() || !hex.alive(h))
+      return failed(fmt::format("embedding: collision vertex {} has no living copy", v.value));
     if (corner_housed[v.index()] == 0)
-      return failed(fmt::format("embedding: collision vertex {} is in copy {}, which holds nothing of its triangles", v.value, h.value));
-    if (!reproduces(hex, h, body.collision.rest[v]) || norm(embedding.collision_local[v] - hex.local(h, body.collision.rest[v])) > 1e-12)
+      return failed(fmt::format("embedding: collision vertex {} is in copy {}, which holds nothing of its triangles",
+                                v.value, h.value));
+    if (!reproduces(hex, h, body.collision.rest[v]) ||
+        norm(embedding.collision_local[v] - hex.local(h, body.collision.rest[v])) > 1e-12)
       return failed(fmt::format("embedding: collision vertex {} is not where its copy {} puts it", v.value, h.value));
   }
   return {};

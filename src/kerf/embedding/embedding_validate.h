@@ -11,8 +11,8 @@ namespace kerf {
 
 /// How far vertices lie outside of the cell of their copy.
 struct EmbeddingReach {
-  std::size_t outside = 0;    ///< visual vertices outside of it
-  double farthest = 0;        ///< cells; beyond about 1 the trilinear extrapolation gets rough
+  std::size_t outside = 0;  ///< visual vertices outside of it
+  double farthest = 0;      ///< cells; beyond about 1 the trilinear extrapolation gets rough
 };
 EmbeddingReach embedding_reach(const CellComplex& body, const HexMesh& hex, const Embedding& embedding);
 

@@ -13,7 +13,8 @@ void fill_lane(const CellComplex& body, const HexMesh& hex, VisualVertex v, Skin
   const Vec3 n = transposed_times(hex.frame.axes, to_double(body.visual.normal[v]));
   const Vec3 m = normalized({n.x * hex.frame.cell.x, n.y * hex.frame.cell.y, n.z * hex.frame.cell.z});
   const std::size_t l = at(lane);
-  block.x[l] = static_cast<float>(local.x), block.y[l] = static_cast<float>(local.y), block.z[l] = static_cast<float>(local.z);
+  block.x[l] = static_cast<float>(local.x), block.y[l] = static_cast<float>(local.y),
+  block.z[l] = static_cast<float>(local.z);
   block.nx[l] = static_cast<float>(m.x), block.ny[l] = static_cast<float>(m.y), block.nz[l] = static_cast<float>(m.z);
   block.vertex[l] = v.value;
 }
@@ -205,7 +206,8 @@ void evaluate_skin(const HexMesh& hex, Skin& skin, std::span<const Vec3> nodes, 
     Lanes n[3];
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
-      n[i] = p * (dv[j] * dw[k] - dv[k] * dw[j]) + q * (dw[j] * du[k] - dw[k] * du[j]) + r * (du[j] * dv[k] - du[k] * dv[j]);
+      n[i] = p * (dv[j] * dw[k] - dv[k] * dw[j]) + q * (dw[j] * du[k] - dw[k] * du[j]) +
+             r * (du[j] * dv[k] - du[k] * dv[j]);
     }
     const Lanes scale = inverse_square_root(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] + 1e-37f);
     store(b, n[0] * scale, n[1] * scale, n[2] * scale, normals);

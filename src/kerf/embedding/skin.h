@@ -23,8 +23,8 @@ struct alignas(32) SkinBlock {
   std::array<float, kSkinLanes> nx{}, ny{}, nz{};  ///< rest normals, scaled to the cell
   std::array<std::int32_t, kSkinLanes> vertex{};   ///< visual vertices
   HexId copy;
-  std::int32_t count = 0;                          ///< lanes in use; 0: a free block
-  std::int32_t next = -1;                          ///< the copy's next block (all full but the first), or the next free one
+  std::int32_t count = 0;  ///< lanes in use; 0: a free block
+  std::int32_t next = -1;  ///< the copy's next block (all full but the first), or the next free one
 };
 
 /// Derived data: not journaled, brought up to date from the embedding.
@@ -33,8 +33,8 @@ struct Skin {
   std::vector<std::int32_t> slot;         ///< per visual vertex: 8 block + lane, or -1
   std::vector<std::int32_t> first_block;  ///< per copy: -1 none
   std::int32_t free_block = -1;
-  std::vector<VisualVertex> dirty;        ///< to be looked at by the next refresh, each once
-  std::vector<std::uint8_t> noted;        ///< per visual vertex: 1 while it is in `dirty`
+  std::vector<VisualVertex> dirty;                  ///< to be looked at by the next refresh, each once
+  std::vector<std::uint8_t> noted;                  ///< per visual vertex: 1 while it is in `dirty`
   std::vector<std::array<float, 24>> coefficients;  ///< per copy, scratch of evaluation
   std::vector<std::uint8_t> wanted;
 };

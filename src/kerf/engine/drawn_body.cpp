@@ -30,7 +30,8 @@ bool same_block(const std::vector<T>& a, const std::vector<T>& b, std::size_t fi
 
 /// Ids below both lengths at which any of the arrays differ.
 template <class... T>
-void differing(std::size_t n, std::vector<std::uint32_t>& ids, const std::pair<const std::vector<T>*, const std::vector<T>*>&... arrays) {
+void differing(std::size_t n, std::vector<std::uint32_t>& ids,
+               const std::pair<const std::vector<T>*, const std::vector<T>*>&... arrays) {
   ids.clear();
   for (std::size_t first = 0; first < n; first += kBlock) {
     const std::size_t count = std::min(kBlock, n - first);
@@ -46,7 +47,8 @@ auto pair_of(const std::vector<T>& a, const std::vector<T>& b) {
 }
 
 template <class T>
-void gather(const std::vector<T>& from, const std::vector<std::uint32_t>& ids, std::size_t appended_from, std::vector<T>& out) {
+void gather(const std::vector<T>& from, const std::vector<std::uint32_t>& ids, std::size_t appended_from,
+            std::vector<T>& out) {
   out.clear();
   for (const std::uint32_t i : ids) out.push_back(from[i]);
   out.insert(out.end(), from.begin() + static_cast<std::ptrdiff_t>(std::min(appended_from, from.size())), from.end());
@@ -70,7 +72,8 @@ DrawnVertex drawn_vertex(const Body& body, RenderVertex r) {
 }
 protocol::Triangle drawn_triangle(const Body& body, VisualTriangle f) {
   protocol::Triangle t;
-  for (int k = 0; k < 3; ++k) t[static_cast<std::size_t>(k)] = number(body.surface.corner[VisualMesh::corner(f, k)].index());
+  for (int k = 0; k < 3; ++k)
+    t[static_cast<std::size_t>(k)] = number(body.surface.corner[VisualMesh::corner(f, k)].index());
   return t;
 }
 protocol::Copy drawn_copy(const HexMesh& hex, HexId h) {
@@ -82,12 +85,14 @@ protocol::Copy drawn_copy(const HexMesh& hex, HexId h) {
 }
 protocol::Cell drawn_cell(const HexMesh& hex, HexId h) {
   const LatticeIndex cell = hex.cell[h];
-  return {static_cast<std::int16_t>(cell[0]), static_cast<std::int16_t>(cell[1]), static_cast<std::int16_t>(cell[2]), 0};
+  return {static_cast<std::int16_t>(cell[0]), static_cast<std::int16_t>(cell[1]), static_cast<std::int16_t>(cell[2]),
+          0};
 }
 
 /// The ids of a list of changes that exist, and all from `first_new` on; ascending, each once.
 template <class Id>
-void gather_ids(const std::vector<Id>& changed, std::size_t first_new, std::size_t size, std::vector<std::uint32_t>& out) {
+void gather_ids(const std::vector<Id>& changed, std::size_t first_new, std::size_t size,
+                std::vector<std::uint32_t>& out) {
   for (const Id id : changed)
     if (id.index() < std::min(first_new, size)) out.push_back(number(id.index()));
   std::sort(out.begin(), out.end());
@@ -97,7 +102,8 @@ void gather_ids(const std::vector<Id>& changed, std::size_t first_new, std::size
 
 /// Puts a record where it belongs, at the end too; notes a change of one that was there `before`.
 template <class T>
-void put(std::vector<T>& records, std::size_t at, const T& value, std::size_t before, std::vector<std::uint32_t>& changed) {
+void put(std::vector<T>& records, std::size_t at, const T& value, std::size_t before,
+         std::vector<std::uint32_t>& changed) {
   if (at == records.size()) {
     records.push_back(value);
   } else if (!same(records[at], value)) {
@@ -165,7 +171,8 @@ void DrawnBody::update(const Body& body) {
             pair_of(a.copy, b.copy));
   differing(std::min(a.skin.size(), b.skin.size()), skin_ids_, pair_of(a.skin, b.skin));
   differing(std::min(a.wall.size(), b.wall.size()), wall_ids_, pair_of(a.wall, b.wall));
-  differing(std::min(a.copies.size(), b.copies.size()), copy_ids_, pair_of(a.copies, b.copies), pair_of(a.cells, b.cells));
+  differing(std::min(a.copies.size(), b.copies.size()), copy_ids_, pair_of(a.copies, b.copies),
+            pair_of(a.cells, b.cells));
   finish({a.rest.size(), a.skin.size(), a.wall.size(), a.copies.size()});
 }
 
@@ -292,13 +299,16 @@ void DrawnBody::finish(const Sizes& a) {
              a.vertices != now.vertices || a.skin != now.skin || a.wall != now.wall || a.copies != now.copies;
 }
 
-void DrawnBody::fading(std::span<const FadingVertex> fades, std::vector<std::uint32_t>& vertices, std::vector<Vec3f>& offsets) const {
+void DrawnBody::fading(std::span<const FadingVertex> fades, std::vector<std::uint32_t>& vertices,
+                       std::vector<Vec3f>& offsets) const {
   vertices.clear();
   offsets.clear();
   if (fades.empty()) return;
   for (const FadingVertex& f : fades) {
-    if (static_cast<std::size_t>(f.vertex) >= first_.size()) break;  // of a cut that is not drawn yet: a page came in the middle of a tick
-    for (RenderVertex r = first_[static_cast<std::size_t>(f.vertex)]; r.valid(); r = next_[r.index()]) vertices.push_back(number(r.index()));
+    if (static_cast<std::size_t>(f.vertex) >= first_.size())
+      break;  // of a cut that is not drawn yet: a page came in the middle of a tick
+    for (RenderVertex r = first_[static_cast<std::size_t>(f.vertex)]; r.valid(); r = next_[r.index()])
+      vertices.push_back(number(r.index()));
   }
   std::sort(vertices.begin(), vertices.end());
   for (const std::uint32_t r : vertices) offsets.push_back(to_float(kerf::fading(fades, place_[r].index())->offset));
@@ -418,7 +428,8 @@ OverlayArrays overlay_arrays(const Body& body, bool with_feet) {
   }
   for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
     protocol::Triangle t;
-    for (int k = 0; k < 3; ++k) t[static_cast<std::size_t>(k)] = number(mesh.origin[CollisionMesh::corner(f, k)].index());
+    for (int k = 0; k < 3; ++k)
+      t[static_cast<std::size_t>(k)] = number(mesh.origin[CollisionMesh::corner(f, k)].index());
     out.triangles.push_back(t);
   }
   for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count())) {

@@ -30,7 +30,8 @@ class DrawnBody {
   [[nodiscard]] protocol::Patch patch_message() const;
 
   /// Render vertices of fading visual ones (surface_fade.h) with their offsets, ascending. As of the last reset or update.
-  void fading(std::span<const FadingVertex> fades, std::vector<std::uint32_t>& vertices, std::vector<Vec3f>& offsets) const;
+  void fading(std::span<const FadingVertex> fades, std::vector<std::uint32_t>& vertices,
+              std::vector<Vec3f>& offsets) const;
 
  private:
   struct Arrays {
@@ -45,7 +46,9 @@ class DrawnBody {
     std::size_t vertices, skin, wall, copies;
   };
   static void collect(const Body& body, Arrays& out);
-  [[nodiscard]] Sizes sizes() const { return {now_.rest.size(), now_.skin.size(), now_.wall.size(), now_.copies.size()}; }
+  [[nodiscard]] Sizes sizes() const {
+    return {now_.rest.size(), now_.skin.size(), now_.wall.size(), now_.copies.size()};
+  }
   void index(const Body& body);
   void finish(const Sizes& before);
   void update_vertices(const Body& body, const SessionChanges& changes);
@@ -60,9 +63,9 @@ class DrawnBody {
   bool changed_ = false;
 
   // Which render vertices a visual vertex has, used or not, as linked lists; how many skin triangles come before each.
-  std::vector<VisualVertex> place_;      ///< by RenderVertex
-  std::vector<RenderVertex> next_;       ///< by RenderVertex
-  std::vector<RenderVertex> first_;      ///< by VisualVertex
+  std::vector<VisualVertex> place_;         ///< by RenderVertex
+  std::vector<RenderVertex> next_;          ///< by RenderVertex
+  std::vector<RenderVertex> first_;         ///< by VisualVertex
   std::vector<std::uint32_t> skin_before_;  ///< by VisualTriangle, and one more at the end
 
   std::vector<std::uint32_t> touched_;  // memory without state

@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kPlaneSize = 6;           ///< times the body's diagonal
+constexpr double kPlaneSize = 6;             ///< times the body's diagonal
 constexpr std::size_t kMostContacts = 2000;  ///< that are drawn
 
 const char* word(SceneShape shape) {
@@ -54,7 +54,9 @@ Result<DrawnThings> DrawnThings::create(const Scene& scene, const Box3& body) {
   };
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const SceneObstacle& o = scene.obstacles[i];
-    things.push_back({{"kind", "obstacle"}, {"shape", word(o.shape)}, {"name", o.name},
+    things.push_back({{"kind", "obstacle"},
+                      {"shape", word(o.shape)},
+                      {"name", o.name},
                       {"parts", Json::array({part(shapes->obstacles[i].parts, 0)})}});
   }
   for (std::size_t i = 0; i < scene.tools.size(); ++i) {
@@ -64,8 +66,13 @@ Result<DrawnThings> DrawnThings::create(const Scene& scene, const Box3& body) {
     Json list = Json::array();
     for (std::size_t k = 0; k < parts.size(); ++k)
       list.push_back(part({&parts[k], 1}, has_jaws(t) && k < 2 ? (k == 0 ? 1 : -1) : 0));
-    things.push_back({{"kind", "tool"}, {"shape", word(t.kind)}, {"name", t.id}, {"jaws", has_jaws(t)},
-                      {"opening", t.opening}, {"hinge", tool_sizes(t).tip}, {"parts", list}});
+    things.push_back({{"kind", "tool"},
+                      {"shape", word(t.kind)},
+                      {"name", t.id},
+                      {"jaws", has_jaws(t)},
+                      {"opening", t.opening},
+                      {"hinge", tool_sizes(t).tip},
+                      {"parts", list}});
   }
   out.count_ = things.size();
   out.tools_ = scene.tools.size();
@@ -114,7 +121,9 @@ void DrawnContacts::take(const Session& session) {
     sum += c.normal_force;
     if (points.size() == kMostContacts) continue;
     points.push_back({to_float(c.point), to_float(c.normal), to_float(c.force), static_cast<float>(c.gap)});
-    const auto with = c.obstacle >= 0 ? protocol::ContactWith::kObstacle : c.tool >= 0 ? protocol::ContactWith::kTool : protocol::ContactWith::kBody;
+    const auto with = c.obstacle >= 0 ? protocol::ContactWith::kObstacle
+                      : c.tool >= 0   ? protocol::ContactWith::kTool
+                                      : protocol::ContactWith::kBody;
     partners.push_back(static_cast<std::uint32_t>(with) + (c.sliding ? protocol::kSliding : 0));
   }
   press = static_cast<float>(sum);

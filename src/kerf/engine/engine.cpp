@@ -18,9 +18,9 @@ using protocol::ErrorCode;
 
 /// Real time that a stalled engine catches up at most, s.
 constexpr double kMostOwed = 0.1;
-constexpr double kStatsEvery = 0.25;   ///< s
+constexpr double kStatsEvery = 0.25;    ///< s
 constexpr double kProgressEvery = 0.1;  ///< s
-constexpr double kIdleFrames = 0.5;    ///< s between frames while nothing moves
+constexpr double kIdleFrames = 0.5;     ///< s between frames while nothing moves
 constexpr std::size_t kStepWindow = 512;
 /// Bodies up to this many visual triangles are hashed while a recording runs; larger ones at its end only.
 constexpr std::size_t kHashedTriangles = 200'000;
@@ -29,7 +29,8 @@ constexpr std::size_t kHashedTriangles = 200'000;
 
 protocol::Counts to_message(const BodyCounts& c) {
   const auto n = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
-  return {n(c.visual_vertices), n(c.visual_triangles), n(c.collision_vertices), n(c.collision_triangles), n(c.nodes), n(c.hexahedra)};
+  return {n(c.visual_vertices), n(c.visual_triangles), n(c.collision_vertices), n(c.collision_triangles),
+          n(c.nodes),           n(c.hexahedra)};
 }
 
 Engine::Engine(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -75,7 +76,8 @@ void Engine::Impl::watch_loading(double real_seconds) {
     }
     const Error& trouble = outcome->error();
     tell_loading(protocol::LoadState::kFailed, {}, 0);
-    return error(client, input, trouble.kind == ErrorKind::kBadInput ? ErrorCode::kBadArgument : ErrorCode::kFailed, trouble.message);
+    return error(client, input, trouble.kind == ErrorKind::kBadInput ? ErrorCode::kBadArgument : ErrorCode::kFailed,
+                 trouble.message);
   }
   if (!loader.busy()) return;
   since_progress += real_seconds;
@@ -176,11 +178,14 @@ void Engine::Impl::hello(std::uint32_t client) {
     Json& region = json["lesion"];
     if (l.shape == Shape::kSphere) region = {{"sphere", {l.center.x, l.center.y, l.center.z, l.radius}}};
     if (l.shape == Shape::kBox) region = {{"box", {l.min.x, l.min.y, l.min.z, l.max.x, l.max.y, l.max.z}}};
-    if (l.shape == Shape::kHalfSpace) region = {{"half_space", {l.point.x, l.point.y, l.point.z, l.normal.x, l.normal.y, l.normal.z}}};
+    if (l.shape == Shape::kHalfSpace)
+      region = {{"half_space", {l.point.x, l.point.y, l.point.z, l.normal.x, l.normal.y, l.normal.z}}};
   }
   if (scene.arthroscope) {
     const auto list = [](Vec3 v) { return Json::array({v.x, v.y, v.z}); };
-    json["arthroscope"] = {{"entry", list(scene.arthroscope->entry)}, {"target", list(scene.arthroscope->target)}, {"angle", scene.arthroscope->angle}};
+    json["arthroscope"] = {{"entry", list(scene.arthroscope->entry)},
+                           {"target", list(scene.arthroscope->target)},
+                           {"angle", scene.arthroscope->angle}};
   }
   json["limits"] = {{"upload_bytes", options.most_upload}};
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -219,7 +224,8 @@ bool Engine::Impl::find_fixed() {
   fixed.clear();
   const std::size_t n = session->node_positions().size();
   for (std::size_t i = 0; i < n; ++i)
-    if (session->is_fixed(NodeId(i)) && session->body().hex.active(NodeId(i))) fixed.push_back(static_cast<std::uint32_t>(i));
+    if (session->is_fixed(NodeId(i)) && session->body().hex.active(NodeId(i)))
+      fixed.push_back(static_cast<std::uint32_t>(i));
   if (fixed == fixed_before) return false;
   fixed_told = {};
   return true;
@@ -235,7 +241,8 @@ void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   hello(id);
   bool resumed = m.session == options.session_id && m.body == body && m.version <= version && m.version > 0;
   if (resumed && m.version < version) {
-    const auto first = std::find_if(history.begin(), history.end(), [&](const OldPatch& p) { return p.from == m.version; });
+    const auto first =
+        std::find_if(history.begin(), history.end(), [&](const OldPatch& p) { return p.from == m.version; });
     resumed = first != history.end();
     for (auto p = first; p != history.end(); ++p) client.queue.push(p->message);
   }
@@ -267,8 +274,8 @@ void Engine::Impl::send_roles() {
 protocol::Message Engine::Impl::overlay_now(bool feet) {
   return once(overlay_told[feet ? 1 : 0], [&] {
     const OverlayArrays arrays = overlay_arrays(session->body(), feet);
-    return protocol::encode(protocol::Overlay{body, version, arrays.rest, arrays.copy, arrays.triangles, arrays.bound, arrays.links, arrays.feet,
-                                              arrays.foot_rest});
+    return protocol::encode(protocol::Overlay{body, version, arrays.rest, arrays.copy, arrays.triangles, arrays.bound,
+                                              arrays.links, arrays.feet, arrays.foot_rest});
   });
 }
 
@@ -393,7 +400,8 @@ bool Engine::Impl::single_step() {
     playing = false;
     owed = 0;
     for (const auto& [id, client] : clients)
-      if (client.ready) error(id, 0, ErrorCode::kFailed, fmt::format("The simulation stopped: {}", step.error().message));
+      if (client.ready)
+        error(id, 0, ErrorCode::kFailed, fmt::format("The simulation stopped: {}", step.error().message));
     return false;
   }
   times.total.push_back(seconds_since(start));
@@ -446,7 +454,8 @@ void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message
     if (m->protocol != protocol::kVersion) {
       ++client.bad;
       return error(id, 0, ErrorCode::kBadMessage,
-                   fmt::format("This kerf speaks protocol {}, the page {}; load the page again.", protocol::kVersion, m->protocol));
+                   fmt::format("This kerf speaks protocol {}, the page {}; load the page again.", protocol::kVersion,
+                               m->protocol));
     }
     return greet(id, *m);
   }
@@ -497,7 +506,8 @@ void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message
   else if (device_message) done = lead_tool(*device_message);
   else if (const auto* m = std::get_if<protocol::Upload>(&message)) done = take_upload(client, *m);
   if (!done)
-    error(id, input, done.error().kind == ErrorKind::kBadInput ? ErrorCode::kBadArgument : ErrorCode::kFailed, done.error().message);
+    error(id, input, done.error().kind == ErrorKind::kBadInput ? ErrorCode::kBadArgument : ErrorCode::kFailed,
+          done.error().message);
   publish(input);
   tick_wanted = true;
   if (frame_due && !playing) send_frame();
@@ -552,7 +562,8 @@ bool Engine::overflows(std::uint32_t id) const {
   const ClientQueue& queue = found->second.queue;
   if (queue.overflowed()) return true;
   if (queue.unread() == 0 || impl_->unread() <= impl_->options.most_unread_together) return false;
-  return std::all_of(impl_->clients.begin(), impl_->clients.end(), [&](const auto& c) { return c.second.queue.unread() <= queue.unread(); });
+  return std::all_of(impl_->clients.begin(), impl_->clients.end(),
+                     [&](const auto& c) { return c.second.queue.unread() <= queue.unread(); });
 }
 
 bool Engine::holds_back(std::uint32_t id) const {
@@ -564,8 +575,7 @@ bool Engine::holds_back(std::uint32_t id) const {
 
 void Engine::tick(double real_seconds) {
   begin_tick(real_seconds);
-  while (step_due()) {
-  }
+  while (step_due()) {}
   end_tick();
 }
 

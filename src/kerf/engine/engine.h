@@ -26,11 +26,12 @@ struct OfferedScene {
 
 struct EngineOptions {
   std::vector<OfferedScene> scenes;
-  std::uint64_t session_id = 1;     ///< random per start: a page that knows another one gets the whole body
-  std::vector<std::filesystem::path> mesh_folders;  ///< where scenes that a page chooses find their meshes, beside their own folders
-  double tick = 60;                 ///< Hz that the owner calls tick() with; pages are told
+  std::uint64_t session_id = 1;  ///< random per start: a page that knows another one gets the whole body
+  std::vector<std::filesystem::path>
+      mesh_folders;                    ///< where scenes that a page chooses find their meshes, beside their own folders
+  double tick = 60;                    ///< Hz that the owner calls tick() with; pages are told
   SceneOverrides overrides{false, 0};  ///< a page is for cutting by hand: without the scene's own commands
-  double step_budget = 0.012;       ///< s of computing per tick; what does not fit makes the simulation slower
+  double step_budget = 0.012;          ///< s of computing per tick; what does not fit makes the simulation slower
   /// Bytes that a page has to read, from which on it is given up. A choice: what one dead page may cost. At half, a page that sleeps while others
   /// cut is sent away earlier and comes back to a new Body; at twice, it costs twice as much until it is found out.
   std::size_t most_unread = std::size_t{256} << 20;
@@ -44,9 +45,9 @@ struct EngineOptions {
   /// Bytes that all pages have to read, from which on those are not listened to that have any: four times most_answers. At half, two slow pages
   /// hold all others back that have anything to read; at twice, pages that ask and do not read cost twice as much.
   std::size_t most_together = std::size_t{64} << 20;
-  std::size_t patch_history = std::size_t{8} << 20;  ///< bytes of patches kept for pages that come back
+  std::size_t patch_history = std::size_t{8} << 20;   ///< bytes of patches kept for pages that come back
   std::size_t most_recorded = std::size_t{64} << 20;  ///< bytes of changes; a longer session can't be recorded
-  std::size_t most_upload = std::size_t{512} << 20;  ///< bytes of all uploads that are not loaded yet
+  std::size_t most_upload = std::size_t{512} << 20;   ///< bytes of all uploads that are not loaded yet
   std::size_t most_checked = 40'000;  ///< visual triangles: larger bodies are not checked after each stroke (20 ms)
 };
 

@@ -19,16 +19,17 @@ using protocol::CommandCode;
 using protocol::Outcome;
 using Kind = SessionChange::Kind;
 
-constexpr double kSlowest = 1e-3, kFastest = 10;   ///< of real time
+constexpr double kSlowest = 1e-3, kFastest = 10;  ///< of real time
 constexpr int kMostSingleSteps = 1000;
-constexpr double kMostGravity = 1e3;               ///< m/s^2
+constexpr double kMostGravity = 1e3;                  ///< m/s^2
 constexpr double kLeastUnit = 1e-9, kMostUnit = 1e3;  ///< metres
 constexpr std::size_t kMostUploadParts = 16;
 constexpr std::array<std::string_view, 5> kMeshEndings{".obj", ".ply", ".stl", ".off", ".kerf"};
 
 std::string lower_extension(const std::string& name) {
   std::string out = std::filesystem::path(name).extension().string();
-  std::transform(out.begin(), out.end(), out.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
   return out;
 }
 
@@ -98,18 +99,21 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       const auto taken = [&] {
         // A bite and what it cut loose are one to a person.
         const auto& strokes = session->strokes();
-        const auto last = std::find_if(strokes.rbegin(), strokes.rend(), [](const StrokeRecord& s) { return !s.undone; });
+        const auto last =
+            std::find_if(strokes.rbegin(), strokes.rend(), [](const StrokeRecord& s) { return !s.undone; });
         const auto next = static_cast<std::size_t>(strokes.rend() - last);
         return undo ? next > 0 && taken_with.contains(next - 1) : taken_with.contains(next);
       };
       const bool before = undo && taken();
       KERF_TRY(perform(undo ? Kind::kUndo : Kind::kRedo));
-      if (undo ? before && session->undo_depth() > 0 : taken() && session->redo_depth() > 0) KERF_TRY(perform(undo ? Kind::kUndo : Kind::kRedo));
+      if (undo ? before && session->undo_depth() > 0 : taken() && session->redo_depth() > 0)
+        KERF_TRY(perform(undo ? Kind::kUndo : Kind::kRedo));
       report_history(c.input, undo ? Outcome::kUndone : Outcome::kRedone);
       return {};
     }
     case CommandCode::kScene: {
-      const auto scene = std::find_if(options.scenes.begin(), options.scenes.end(), [&](const OfferedScene& s) { return s.name == c.text; });
+      const auto scene = std::find_if(options.scenes.begin(), options.scenes.end(),
+                                      [&](const OfferedScene& s) { return s.name == c.text; });
       if (scene == options.scenes.end()) return bad_input(fmt::format("There is no scene \"{}\".", c.text));
       auto text = read_whole_file(scene->path);
       if (!text) return text.error();
@@ -133,7 +137,8 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       KERF_TRY(check_whole(c.value[0], "The value of recording (1 start, 0 stop)", 0, 1));
       if (too_long) {
         recording = false;
-        return bad_input("So much has happened since the start that it is no longer kept; start again (reset) to record.");
+        return bad_input(
+            "So much has happened since the start that it is no longer kept; start again (reset) to record.");
       }
       if (c.value[0] != 0) {
         recording = true;
@@ -189,7 +194,8 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
 }
 
 Result<SceneRequest> Engine::Impl::other_unit(double unit) const {
-  if (!meshes || !meshes->bound.empty()) return bad_input("Only meshes that were opened in the page have a unit to choose.");
+  if (!meshes || !meshes->bound.empty())
+    return bad_input("Only meshes that were opened in the page have a unit to choose.");
   KERF_TRY(check_unit(unit));
   auto place = TemporaryFolder::create();
   if (!place) return place.error();
@@ -277,8 +283,9 @@ Status Engine::Impl::take_upload(EngineClient& client, const protocol::Upload& m
   if (!fits || !small) {
     client.upload_bytes -= file.bytes.size();
     client.uploads.erase(found);
-    return bad_input(fits ? fmt::format("Uploads have up to {} MiB, those of all pages together.", options.most_upload >> 20)
-                          : std::string("The chunks of an upload came in the wrong order; send it again."));
+    return bad_input(
+        fits ? fmt::format("Uploads have up to {} MiB, those of all pages together.", options.most_upload >> 20)
+             : std::string("The chunks of an upload came in the wrong order; send it again."));
   }
   file.bytes += m.bytes;
   client.upload_bytes += m.bytes.size();
@@ -292,7 +299,8 @@ Result<SceneRequest> Engine::Impl::upload_request(EngineClient& client, std::uin
   for (std::uint32_t part = 0; part < 3; ++part) {
     const auto found = client.uploads.find({upload, part});
     if (found == client.uploads.end()) continue;
-    if (found->second.bytes.size() != found->second.total) return bad_input("The upload is not complete; send it again.");
+    if (found->second.bytes.size() != found->second.total)
+      return bad_input("The upload is not complete; send it again.");
     client.upload_bytes -= found->second.bytes.size();
     parts[part] = std::move(found->second);
     client.uploads.erase(found);
@@ -322,7 +330,8 @@ Result<SceneRequest> Engine::Impl::upload_request(EngineClient& client, std::uin
     }
     if (!thickness.empty()) {
       const auto [end, error] = std::from_chars(thickness.data(), thickness.data() + thickness.size(), own.thickness);
-      if (error != std::errc() || end != thickness.data() + thickness.size() || !(own.thickness > 0 && own.thickness < 1e9))
+      if (error != std::errc() || end != thickness.data() + thickness.size() ||
+          !(own.thickness > 0 && own.thickness < 1e9))
         return bad_input("The thickness is a positive number, in the unit of the mesh.");
     }
   } else {

@@ -49,20 +49,20 @@ struct UprightBlade {
 
 /// The instrument of an operation that is down: punch, scissors, shaver, suction or probe.
 struct HandInstrument {
-  double size = 0;                ///< metres
-  std::size_t strokes = 0;        ///< of the session as it came down
+  double size = 0;          ///< metres
+  std::size_t strokes = 0;  ///< of the session as it came down
   BodyCounts before;
-  std::optional<Vec3> last;       ///< where it bit or snipped last, world, metres
+  std::optional<Vec3> last;             ///< where it bit or snipped last, world, metres
   std::vector<protocol::ViewRay> rays;  ///< since it worked last; the last one stays
-  double since_work = 0;          ///< s
-  bool any = false;               ///< it has done something
-  int passes = 0;                 ///< of a shaver
+  double since_work = 0;                ///< s
+  bool any = false;                     ///< it has done something
+  int passes = 0;                       ///< of a shaver
   // Probe, and shaver
   std::optional<std::uint32_t> tool;  ///< number in the scene
-  RigidPlace parked;              ///< its pose as it came down
-  std::vector<Vec3> surface;      ///< collision vertices as it came down: the probe follows the surface before it gave way
-  Vec3 point, normal;             ///< under the pointer, and towards the eye
-  double time = 0;                ///< s that it has been down
+  RigidPlace parked;                  ///< its pose as it came down
+  std::vector<Vec3> surface;  ///< collision vertices as it came down: the probe follows the surface before it gave way
+  Vec3 point, normal;         ///< under the pointer, and towards the eye
+  double time = 0;            ///< s that it has been down
   double pressure = 0.5;
 };
 
@@ -130,7 +130,8 @@ struct Engine::Impl {
   Vec3 scalpel_at;  ///< where the ray `line_from` met the skin
   std::optional<HandGrasp> hand;
   std::optional<HandInstrument> instrument;
-  std::set<std::size_t> taken_with;  ///< strokes that are removals of what the punch before them cut loose: undone together
+  std::set<std::size_t>
+      taken_with;  ///< strokes that are removals of what the punch before them cut loose: undone together
   std::vector<bool> jaws_closed;  ///< by tool: what its device asked for last
   std::uint32_t grasp_number = 0;
   Vec3 last_brush;
@@ -240,7 +241,8 @@ struct Engine::Impl {
   // engine_commands.cpp
   Status command(std::uint32_t client, const protocol::Command& command);
   Status take_upload(EngineClient& client, const protocol::Upload& upload);
-  Result<SceneRequest> upload_request(EngineClient& client, std::uint32_t upload, double unit, const std::string& thickness);
+  Result<SceneRequest> upload_request(EngineClient& client, std::uint32_t upload, double unit,
+                                      const std::string& thickness);
   Result<SceneRequest> other_unit(double unit) const;
   void begin_loading(SceneRequest request, std::uint32_t client, std::uint32_t input);
   Status export_files(std::uint32_t client, std::uint32_t request, const std::string& kind);

@@ -39,7 +39,9 @@ constexpr double kShaverPress = 1;
 void put(std::vector<double>& values, Vec3 v) { values.insert(values.end(), {v.x, v.y, v.z}); }
 
 /// On the ray, where what it met or passed by is nearest.
-Vec3 beside(const ViewRay& ray, const Picked& p) { return ray.origin + dot(p.middle - ray.origin, ray.direction) * ray.direction; }
+Vec3 beside(const ViewRay& ray, const Picked& p) {
+  return ray.origin + dot(p.middle - ray.origin, ray.direction) * ray.direction;
+}
 
 /// The axes of a probe that is looked at along `view`: its hook points away from the eye, its shaft leans towards it.
 Mat3 probe_axes(Vec3 view) {
@@ -67,7 +69,8 @@ Status Engine::Impl::use_instrument(const protocol::ToolInput& input) {
     default: break;
   }
   for (const protocol::ToolSample& s : input.samples) instrument->rays.push_back(s.ray);
-  if (!input.samples.empty() && input.samples.back().pressure > 0) instrument->pressure = std::min(1.0, static_cast<double>(input.samples.back().pressure));
+  if (!input.samples.empty() && input.samples.back().pressure > 0)
+    instrument->pressure = std::min(1.0, static_cast<double>(input.samples.back().pressure));
   if (input.tool == Tool::kSuction && (input.phase == Phase::kDown || input.phase == Phase::kUp)) {
     KERF_TRY(suck(true));
     if (input.phase == Phase::kUp && !instrument->any) return bad_input("There is nothing loose here.");
@@ -125,7 +128,8 @@ Status Engine::Impl::bite(const protocol::ToolInput& input) {
     }
     Status done = perform(std::move(punch));
     const auto& strokes = session->strokes();
-    if (strokes.size() == first + 2 && strokes.back().kind == StrokeRecord::Kind::kRemoval) taken_with.insert(first + 1);
+    if (strokes.size() == first + 2 && strokes.back().kind == StrokeRecord::Kind::kRemoval)
+      taken_with.insert(first + 1);
     report_strokes(input.input, first, before);
     if (!done.ok()) return done;
   }
@@ -139,14 +143,17 @@ Status Engine::Impl::snip(const protocol::ToolInput& input) {
   const auto close = [&](const protocol::ToolSample& s, double least) {
     // Beside the body, distances are those at the depth of where it was met last.
     const auto at = aim(s.ray, 4 * i.size);
-    const double depth = at ? dot(at->middle - s.ray.origin, s.ray.direction) : i.last ? dot(*i.last - s.ray.origin, s.ray.direction) : norm(rest_box.center() - s.ray.origin);
+    const double depth = at       ? dot(at->middle - s.ray.origin, s.ray.direction)
+                         : i.last ? dot(*i.last - s.ray.origin, s.ray.direction)
+                                  : norm(rest_box.center() - s.ray.origin);
     const Vec3 here = s.ray.origin + depth * s.ray.direction;
     if (i.last && norm(here - *i.last) < least) return;
     i.last = here;
     snips.samples.push_back(s);
   };
   for (const protocol::ToolSample& s : input.samples) close(s, i.size);
-  if (input.phase == Phase::kUp && snips.samples.empty() && !input.samples.empty()) close(input.samples.back(), kLastSnip * i.size);
+  if (input.phase == Phase::kUp && snips.samples.empty() && !input.samples.empty())
+    close(input.samples.back(), kLastSnip * i.size);
   if (snips.samples.empty() && input.phase != Phase::kUp) return {};
   return scalpel(snips);
 }
@@ -277,7 +284,9 @@ void Engine::Impl::work_instrument(double real_seconds) {
     default: return;
   }
   if (!done) {
-    error(holder, last_input, done.error().kind == ErrorKind::kBadInput ? protocol::ErrorCode::kBadArgument : protocol::ErrorCode::kFailed, done.error().message);
+    error(holder, last_input,
+          done.error().kind == ErrorKind::kBadInput ? protocol::ErrorCode::kBadArgument : protocol::ErrorCode::kFailed,
+          done.error().message);
     cancel_tool();
   }
   publish(last_input);

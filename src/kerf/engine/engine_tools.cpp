@@ -43,7 +43,8 @@ constexpr double kScalpelWay = 2;
 constexpr int kMostParts = 64;
 
 bool same_ray(const ViewRay& a, const ViewRay& b, double least_turn) {
-  return a.origin == b.origin && norm(cross(a.direction, b.direction)) < least_turn && dot(a.direction, b.direction) > 0;
+  return a.origin == b.origin && norm(cross(a.direction, b.direction)) < least_turn &&
+         dot(a.direction, b.direction) > 0;
 }
 
 }  // namespace
@@ -126,7 +127,8 @@ void Engine::Impl::cancel_tool() {
 }
 
 UprightBlade Engine::Impl::upright(const ViewRay& ray) {
-  const auto at = pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);
+  const auto at =
+      pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);
   const double edge = session->body().complex.mean_root_edge;
   if (!at) return {ray.origin, ray.origin, ray.origin + edge * ray.direction};  // the body lies behind the eye
   const Vec3 out = dot(at->normal, ray.direction) < 0 ? at->normal : -1.0 * at->normal;
@@ -148,7 +150,8 @@ Status Engine::Impl::lead_scalpel(const ViewRay& ray) {
     const double way = norm(last.skin - scalpel_at) / (kScalpelWay * session->body().complex.mean_root_edge);
     const int parts = static_cast<int>(std::ceil(std::min(way, static_cast<double>(kMostParts))));
     for (int i = 1; i < parts; ++i)
-      KERF_TRY(pose(upright({ray.origin, normalized(lerp(line_from->direction, ray.direction, static_cast<double>(i) / parts))})));
+      KERF_TRY(pose(upright(
+          {ray.origin, normalized(lerp(line_from->direction, ray.direction, static_cast<double>(i) / parts))})));
   }
   line_from = ray;
   return pose(last);
@@ -197,7 +200,8 @@ Status Engine::Impl::finish_stroke(std::uint32_t input) {
   r.outcome = !(now == before.before) ? Outcome::kCut : before.refused > 0 ? Outcome::kRefused : Outcome::kNothingMet;
   KERF_TRY(perform(Kind::kEndStroke));
   if (before.refused > 0)
-    pending.text = fmt::format("{} degenerate {} refused", before.refused, before.refused == 1 ? "step was" : "steps were");
+    pending.text =
+        fmt::format("{} degenerate {} refused", before.refused, before.refused == 1 ? "step was" : "steps were");
   const BodyCounts& after = current_counts();
   r.pieces = static_cast<std::uint32_t>(after.pieces);
   r.triangles = static_cast<std::uint32_t>(before.triangles);
@@ -287,7 +291,8 @@ Status Engine::Impl::pull(const protocol::ToolInput& input) {
     const bool gone = input.tool == Tool::kTake && !holds(hand->id);
     hand.reset();
     if (gone) return {};
-    if (input.tool == Tool::kTake || !(input.modifiers & protocol::kShift)) KERF_TRY(perform(std::move(release)));  // Shift leaves it held
+    if (input.tool == Tool::kTake || !(input.modifiers & protocol::kShift))
+      KERF_TRY(perform(std::move(release)));  // Shift leaves it held
   }
   return {};
 }
@@ -303,7 +308,9 @@ Status Engine::Impl::lead_tool(const protocol::Device& device) {
   lead.values = {p.x, p.y, p.z, r.x, r.y, r.z, over};
   KERF_TRY(perform(std::move(lead)));
   const bool close = device.jaws < 0.5;
-  if ((rigid.kind != SceneToolKind::kGrasper && rigid.kind != SceneToolKind::kScissors) || close == jaws_closed[device.tool]) return {};
+  if ((rigid.kind != SceneToolKind::kGrasper && rigid.kind != SceneToolKind::kScissors) ||
+      close == jaws_closed[device.tool])
+    return {};
   SessionChange jaws;
   jaws.kind = Kind::kJaws;
   jaws.id = rigid.id;

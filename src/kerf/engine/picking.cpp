@@ -21,7 +21,8 @@ double nearest_to_line(Vec3 a, Vec3 b, Vec3 origin, Vec3 direction) {
 }
 
 /// What follows from triangle, barycentric coordinates and `middle`, which lies t metres along the ray.
-void complete(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction, double t, Picked& out) {
+void complete(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction, double t,
+              Picked& out) {
   std::array<Vec3, 3> corner;
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -58,7 +59,8 @@ std::optional<Picked> pick(const CollisionMesh& mesh, std::span<const Vec3> posi
   return out;
 }
 
-std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction, double near) {
+std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction,
+                                double near) {
   if (auto hit = pick(mesh, positions, origin, direction); hit || !(near > 0)) return hit;
   double least = near, at = 0;
   CollisionTriangle triangle;

@@ -35,8 +35,12 @@ class Writer {
   Writer& vec(Vec3f v) { return f32(v.x).f32(v.y).f32(v.z); }
   Writer& vec(Vec3 v) { return f64(v.x).f64(v.y).f64(v.z); }
   Writer& counts(const Counts& c) {
-    return u32(c.visual_vertices).u32(c.visual_triangles).u32(c.collision_vertices).u32(c.collision_triangles)
-        .u32(c.nodes).u32(c.hexahedra);
+    return u32(c.visual_vertices)
+        .u32(c.visual_triangles)
+        .u32(c.collision_vertices)
+        .u32(c.collision_triangles)
+        .u32(c.nodes)
+        .u32(c.hexahedra);
   }
   template <class T>
   Writer& array(std::span<const T> values) {
@@ -56,7 +60,9 @@ class Writer {
 
  private:
   template <class T>
-  void put(T value) { raw(&value, sizeof value); }
+  void put(T value) {
+    raw(&value, sizeof value);
+  }
   void raw(const void* data, std::size_t n) {
     KERF_ASSERT(at_ + n <= bytes_.size());
     if (n > 0) std::memcpy(bytes_.data() + at_, data, n);
@@ -191,7 +197,8 @@ Result<PageMessage> read_device(Reader& r) {
   m.position = r.vec();
   m.rotation = r.vec();
   m.jaws = r.f64();
-  if (!is_finite(m.position) || !is_finite(m.rotation) || !std::isfinite(m.jaws)) return bad_input("a pose is not finite");
+  if (!is_finite(m.position) || !is_finite(m.rotation) || !std::isfinite(m.jaws))
+    return bad_input("a pose is not finite");
   for (int i = 0; i < 3; ++i)
     if (std::abs(m.position[i]) > kFarthest) return bad_input("a pose is more than 1e6 m from the origin");
   if (norm(m.rotation) > kMostTurn) return bad_input("a pose is turned by more than 100 radians");
@@ -227,7 +234,8 @@ Result<PageMessage> read_upload(Reader& r) {
   m.name = r.text(name);
   m.bytes = r.text(n);
   if (!r.complete()) return bad_input("the lengths of an upload do not fit the message");
-  if (part > static_cast<std::uint32_t>(UploadPart::kScene)) return bad_input(fmt::format("there is no upload part {}", part));
+  if (part > static_cast<std::uint32_t>(UploadPart::kScene))
+    return bad_input(fmt::format("there is no upload part {}", part));
   if (m.offset > m.total || n > m.total - m.offset) return bad_input("an upload's chunk reaches past its end");
   if (!is_text(m.name)) return bad_input("an upload's name is not UTF-8");
   m.part = static_cast<UploadPart>(part);
@@ -237,8 +245,17 @@ Result<PageMessage> read_upload(Reader& r) {
 }  // namespace
 
 Bytes encode(const Hello& m) {
-  return Writer(Type::kHello, 32 + padded(m.name.size()) + padded(m.json.size())).u64(m.session).u32(m.client).u32(m.flags)
-      .f32(m.tick).size(m.name.size()).size(m.json.size()).u32(0).text(m.name).text(m.json).finish();
+  return Writer(Type::kHello, 32 + padded(m.name.size()) + padded(m.json.size()))
+      .u64(m.session)
+      .u32(m.client)
+      .u32(m.flags)
+      .f32(m.tick)
+      .size(m.name.size())
+      .size(m.json.size())
+      .u32(0)
+      .text(m.name)
+      .text(m.json)
+      .finish();
 }
 
 Bytes encode(const Body& m) {
@@ -246,10 +263,31 @@ Bytes encode(const Body& m) {
               m.fading.size() == m.offset.size());
   return Writer(Type::kBody, 96 + 24 * m.rest.size() + 12 * (m.skin.size() + m.wall.size()) + 40 * m.copies.size() +
                                  12 * m.nodes.size() + 16 * m.fading.size())
-      .u32(m.body).u32(m.version).size(m.rest.size()).size(m.skin.size()).size(m.wall.size()).size(m.copies.size())
-      .size(m.nodes.size()).size(m.fading.size()).vec(m.origin).f32(0).vec(m.axes[0]).vec(m.axes[1]).vec(m.axes[2]).vec(m.cell)
-      .array(m.rest).array(m.normal).array(m.copy).array(m.skin).array(m.wall).array(m.copies).array(m.cells)
-      .array(m.nodes).array(m.fading).array(m.offset).finish();
+      .u32(m.body)
+      .u32(m.version)
+      .size(m.rest.size())
+      .size(m.skin.size())
+      .size(m.wall.size())
+      .size(m.copies.size())
+      .size(m.nodes.size())
+      .size(m.fading.size())
+      .vec(m.origin)
+      .f32(0)
+      .vec(m.axes[0])
+      .vec(m.axes[1])
+      .vec(m.axes[2])
+      .vec(m.cell)
+      .array(m.rest)
+      .array(m.normal)
+      .array(m.copy)
+      .array(m.skin)
+      .array(m.wall)
+      .array(m.copies)
+      .array(m.cells)
+      .array(m.nodes)
+      .array(m.fading)
+      .array(m.offset)
+      .finish();
 }
 
 Bytes encode(const Patch& m) {
@@ -260,23 +298,65 @@ Bytes encode(const Patch& m) {
   const std::size_t ids = m.vertex_ids.size() + m.skin_ids.size() + m.wall_ids.size() + m.copy_ids.size();
   return Writer(Type::kPatch, 76 + 4 * ids + 24 * m.rest.size() + 12 * (m.skin.size() + m.wall.size()) +
                                   40 * m.copies.size() + 12 * m.nodes.size() + 16 * m.fading.size())
-      .u32(m.body).u32(m.from).u32(m.to).u32(m.input)
-      .u32(m.totals.nv).u32(m.totals.ns).u32(m.totals.nw).u32(m.totals.nc).u32(m.totals.nn)
-      .size(m.vertex_ids.size()).size(m.skin_ids.size()).size(m.wall_ids.size()).size(m.copy_ids.size())
-      .size(m.rest.size() - m.vertex_ids.size()).size(m.skin.size() - m.skin_ids.size())
-      .size(m.wall.size() - m.wall_ids.size()).size(m.copies.size() - m.copy_ids.size()).size(m.fading.size()).u32(0)
-      .array(m.vertex_ids).array(m.rest).array(m.normal).array(m.copy).array(m.skin_ids).array(m.skin)
-      .array(m.wall_ids).array(m.wall).array(m.copy_ids).array(m.copies).array(m.cells).array(m.nodes).array(m.fading)
-      .array(m.offset).finish();
+      .u32(m.body)
+      .u32(m.from)
+      .u32(m.to)
+      .u32(m.input)
+      .u32(m.totals.nv)
+      .u32(m.totals.ns)
+      .u32(m.totals.nw)
+      .u32(m.totals.nc)
+      .u32(m.totals.nn)
+      .size(m.vertex_ids.size())
+      .size(m.skin_ids.size())
+      .size(m.wall_ids.size())
+      .size(m.copy_ids.size())
+      .size(m.rest.size() - m.vertex_ids.size())
+      .size(m.skin.size() - m.skin_ids.size())
+      .size(m.wall.size() - m.wall_ids.size())
+      .size(m.copies.size() - m.copy_ids.size())
+      .size(m.fading.size())
+      .u32(0)
+      .array(m.vertex_ids)
+      .array(m.rest)
+      .array(m.normal)
+      .array(m.copy)
+      .array(m.skin_ids)
+      .array(m.skin)
+      .array(m.wall_ids)
+      .array(m.wall)
+      .array(m.copy_ids)
+      .array(m.copies)
+      .array(m.cells)
+      .array(m.nodes)
+      .array(m.fading)
+      .array(m.offset)
+      .finish();
 }
 
 Bytes encode(const Frame& m) {
   KERF_ASSERT(m.contacts.size() == m.partners.size() && m.fading.size() == m.offset.size());
   Writer w(Type::kFrame, 76 + 12 * m.nodes.size() + 24 * m.grasps.size() + 32 * m.places.size() + 56 * m.tools.size() +
                              44 * m.contacts.size() + 16 * m.fading.size());
-  w.u32(m.body).u32(m.seq).u32(m.version).u32(m.input).f64(m.time).f32(m.step_ms).f32(m.speed).size(m.nodes.size())
-      .u32(m.flags).u32(m.undo_depth).u32(m.redo_depth).size(m.grasps.size()).size(m.places.size()).size(m.tools.size())
-      .size(m.contacts.size()).u32(m.touching).f32(m.press).size(m.fading.size()).array(m.nodes);
+  w.u32(m.body)
+      .u32(m.seq)
+      .u32(m.version)
+      .u32(m.input)
+      .f64(m.time)
+      .f32(m.step_ms)
+      .f32(m.speed)
+      .size(m.nodes.size())
+      .u32(m.flags)
+      .u32(m.undo_depth)
+      .u32(m.redo_depth)
+      .size(m.grasps.size())
+      .size(m.places.size())
+      .size(m.tools.size())
+      .size(m.contacts.size())
+      .u32(m.touching)
+      .f32(m.press)
+      .size(m.fading.size())
+      .array(m.nodes);
   for (const Grasp& g : m.grasps) w.vec(g.held).vec(g.target);
   for (const Place& p : m.places)
     for (const float x : p) w.f32(x);
@@ -292,59 +372,126 @@ Bytes encode(const Hit& m) {
 }
 
 Bytes encode(const Stats& m) {
-  return Writer(Type::kStats, 64).f32(m.step_ms).f32(m.step_ms_99).f32(m.mechanics_ms).f32(m.steps_per_second)
-      .u32(m.iterations).f32(m.residual).counts(m.counts).u32(m.pieces).u32(m.dropped).u32(m.bad).u32(m.clients).finish();
-}
-
-Bytes encode(const CutReport& m) {
-  return Writer(Type::kCutReport, 64 + padded(m.text.size())).u32(m.input).u32(static_cast<std::uint32_t>(m.outcome))
-      .u32(m.pieces).u32(m.triangles).f32(m.cut_and_binding_ms).f32(m.embedding_ms).f32(m.cut_surface_ms)
-      .f32(m.total_ms).counts(m.counts).u32(static_cast<std::uint32_t>(m.invariants)).size(m.text.size()).text(m.text)
+  return Writer(Type::kStats, 64)
+      .f32(m.step_ms)
+      .f32(m.step_ms_99)
+      .f32(m.mechanics_ms)
+      .f32(m.steps_per_second)
+      .u32(m.iterations)
+      .f32(m.residual)
+      .counts(m.counts)
+      .u32(m.pieces)
+      .u32(m.dropped)
+      .u32(m.bad)
+      .u32(m.clients)
       .finish();
 }
 
-Bytes encode(const Role& m) {
-  return Writer(Type::kRole, 16).u32(m.holder).u32(m.held).u32(m.clients).u32(0).finish();
+Bytes encode(const CutReport& m) {
+  return Writer(Type::kCutReport, 64 + padded(m.text.size()))
+      .u32(m.input)
+      .u32(static_cast<std::uint32_t>(m.outcome))
+      .u32(m.pieces)
+      .u32(m.triangles)
+      .f32(m.cut_and_binding_ms)
+      .f32(m.embedding_ms)
+      .f32(m.cut_surface_ms)
+      .f32(m.total_ms)
+      .counts(m.counts)
+      .u32(static_cast<std::uint32_t>(m.invariants))
+      .size(m.text.size())
+      .text(m.text)
+      .finish();
 }
 
+Bytes encode(const Role& m) { return Writer(Type::kRole, 16).u32(m.holder).u32(m.held).u32(m.clients).u32(0).finish(); }
+
 Bytes encode(const ErrorMessage& m) {
-  return Writer(Type::kError, 16 + padded(m.text.size())).u32(m.input).u32(static_cast<std::uint32_t>(m.code))
-      .size(m.text.size()).u32(0).text(m.text).finish();
+  return Writer(Type::kError, 16 + padded(m.text.size()))
+      .u32(m.input)
+      .u32(static_cast<std::uint32_t>(m.code))
+      .size(m.text.size())
+      .u32(0)
+      .text(m.text)
+      .finish();
 }
 
 Bytes encode(const Overlay& m) {
   KERF_ASSERT(m.rest.size() == m.copy.size() && m.feet.size() == m.foot_rest.size());
-  return Writer(Type::kOverlay, 32 + 16 * m.rest.size() + 12 * m.triangles.size() + 8 * (m.bound.size() + m.links.size()) +
-                                    20 * m.feet.size())
-      .u32(m.body).u32(m.version).size(m.rest.size()).size(m.triangles.size()).size(m.bound.size())
-      .size(m.links.size()).size(m.feet.size()).u32(0).array(m.rest).array(m.copy).array(m.triangles).array(m.bound)
-      .array(m.links).array(m.feet).array(m.foot_rest)
+  return Writer(Type::kOverlay, 32 + 16 * m.rest.size() + 12 * m.triangles.size() +
+                                    8 * (m.bound.size() + m.links.size()) + 20 * m.feet.size())
+      .u32(m.body)
+      .u32(m.version)
+      .size(m.rest.size())
+      .size(m.triangles.size())
+      .size(m.bound.size())
+      .size(m.links.size())
+      .size(m.feet.size())
+      .u32(0)
+      .array(m.rest)
+      .array(m.copy)
+      .array(m.triangles)
+      .array(m.bound)
+      .array(m.links)
+      .array(m.feet)
+      .array(m.foot_rest)
       .finish();
 }
 
 Bytes encode(const File& m) {
-  return Writer(Type::kFile, 16 + padded(m.name.size()) + padded(m.bytes.size())).u32(m.request).size(m.name.size())
-      .size(m.bytes.size()).u32(0).text(m.name).text(m.bytes).finish();
+  return Writer(Type::kFile, 16 + padded(m.name.size()) + padded(m.bytes.size()))
+      .u32(m.request)
+      .size(m.name.size())
+      .size(m.bytes.size())
+      .u32(0)
+      .text(m.name)
+      .text(m.bytes)
+      .finish();
 }
 
 Bytes encode(const Loading& m) {
-  return Writer(Type::kLoading, 16 + padded(m.stage.size())).u32(m.input).u32(static_cast<std::uint32_t>(m.state)).f32(m.fraction)
-      .size(m.stage.size()).text(m.stage).finish();
+  return Writer(Type::kLoading, 16 + padded(m.stage.size()))
+      .u32(m.input)
+      .u32(static_cast<std::uint32_t>(m.state))
+      .f32(m.fraction)
+      .size(m.stage.size())
+      .text(m.stage)
+      .finish();
 }
 
 Bytes encode(const Things& m) {
-  return Writer(Type::kThings, 16 + padded(m.json.size()) + 12 * m.positions.size() + 12 * m.triangles.size()).u32(m.body)
-      .size(m.json.size()).size(m.positions.size()).size(m.triangles.size()).text(m.json).array(m.positions)
-      .array(m.triangles).finish();
+  return Writer(Type::kThings, 16 + padded(m.json.size()) + 12 * m.positions.size() + 12 * m.triangles.size())
+      .u32(m.body)
+      .size(m.json.size())
+      .size(m.positions.size())
+      .size(m.triangles.size())
+      .text(m.json)
+      .array(m.positions)
+      .array(m.triangles)
+      .finish();
 }
 
 Bytes encode(const Score& m) {
-  return Writer(Type::kScore, 32).f32(m.lesion_volume).f32(m.lesion_removed).f32(m.healthy_removed).f32(m.healthy_share)
-      .f32(m.roughness).f32(m.largest_force).f32(m.time).u32(m.loose_pieces).finish();
+  return Writer(Type::kScore, 32)
+      .f32(m.lesion_volume)
+      .f32(m.lesion_removed)
+      .f32(m.healthy_removed)
+      .f32(m.healthy_share)
+      .f32(m.roughness)
+      .f32(m.largest_force)
+      .f32(m.time)
+      .u32(m.loose_pieces)
+      .finish();
 }
 
 Bytes encode(const Fixed& m) {
-  return Writer(Type::kFixed, 16 + 4 * m.nodes.size()).u32(m.body).size(m.nodes.size()).u32(0).u32(0).array(m.nodes).finish();
+  return Writer(Type::kFixed, 16 + 4 * m.nodes.size())
+      .u32(m.body)
+      .size(m.nodes.size())
+      .u32(0)
+      .u32(0)
+      .array(m.nodes)
+      .finish();
 }
 
 Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
@@ -356,7 +503,8 @@ Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
     return bad_input(fmt::format("protocol version {} instead of {}; load the page again", version, kVersion));
   if (length != bytes.size()) return bad_input(fmt::format("a message says {} bytes and has {}", length, bytes.size()));
   const bool upload = type == static_cast<std::uint16_t>(Type::kUpload);
-  if (length > (upload ? kMaxUploadBytes : kMaxPageBytes)) return bad_input(fmt::format("a message of {} bytes is too long", length));
+  if (length > (upload ? kMaxUploadBytes : kMaxPageBytes))
+    return bad_input(fmt::format("a message of {} bytes is too long", length));
   Result<PageMessage> message = bad_input("");
   switch (static_cast<Type>(type)) {
     case Type::kPageHello: {
@@ -398,7 +546,8 @@ Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
     case Type::kDevice: message = read_device(r); break;
     default: return bad_input(fmt::format("there is no page message {}", type));
   }
-  if (message.ok() && !r.complete()) return bad_input(fmt::format("a message of type {} can't have {} bytes", type, length));
+  if (message.ok() && !r.complete())
+    return bad_input(fmt::format("a message of type {} can't have {} bytes", type, length));
   return message;
 }
 

@@ -31,17 +31,37 @@ using Bytes = std::vector<std::byte>;
 using Message = std::shared_ptr<const Bytes>;
 
 enum class Type : std::uint16_t {
-  kHello = 1, kBody = 2, kPatch = 3, kFrame = 4, kHit = 5, kStats = 6, kCutReport = 7, kRole = 8, kError = 9,
-  kOverlay = 10, kFile = 11, kLoading = 12, kThings = 13, kScore = 14, kFixed = 15,
-  kPageHello = 64, kAck = 65, kTool = 66, kRay = 67, kCommand = 68, kClaim = 69, kUpload = 70, kDevice = 71,
+  kHello = 1,
+  kBody = 2,
+  kPatch = 3,
+  kFrame = 4,
+  kHit = 5,
+  kStats = 6,
+  kCutReport = 7,
+  kRole = 8,
+  kError = 9,
+  kOverlay = 10,
+  kFile = 11,
+  kLoading = 12,
+  kThings = 13,
+  kScore = 14,
+  kFixed = 15,
+  kPageHello = 64,
+  kAck = 65,
+  kTool = 66,
+  kRay = 67,
+  kCommand = 68,
+  kClaim = 69,
+  kUpload = 70,
+  kDevice = 71,
 };
 
 // --- Engine to page ------------------------------------------------------------------------------------------------
 
-using Normal = std::array<std::int16_t, 4>;         ///< normalised; w is 0
+using Normal = std::array<std::int16_t, 4>;  ///< normalised; w is 0
 using Triangle = std::array<std::uint32_t, 3>;
-using Copy = std::array<std::uint32_t, 8>;          ///< node numbers; kNoNode eight times: dead
-using Cell = std::array<std::int16_t, 4>;           ///< lattice index; w is 0
+using Copy = std::array<std::uint32_t, 8>;  ///< node numbers; kNoNode eight times: dead
+using Cell = std::array<std::int16_t, 4>;   ///< lattice index; w is 0
 
 struct Hello {
   std::uint64_t session = 0;
@@ -60,9 +80,10 @@ struct Body {
   std::span<const Triangle> skin, wall;
   std::span<const Copy> copies;
   std::span<const Cell> cells;
-  std::span<const Vec3f> nodes;           ///< as they are shown
-  std::span<const std::uint32_t> fading;  ///< render vertices drawn beside where their copies put them, ascending: all there are
-  std::span<const Vec3f> offset;          ///< one each, metres
+  std::span<const Vec3f> nodes;  ///< as they are shown
+  std::span<const std::uint32_t>
+      fading;  ///< render vertices drawn beside where their copies put them, ascending: all there are
+  std::span<const Vec3f> offset;  ///< one each, metres
 };
 struct Totals {
   std::uint32_t nv = 0, ns = 0, nw = 0, nc = 0, nn = 0;
@@ -107,13 +128,13 @@ struct Frame {
   std::uint32_t flags = 0, undo_depth = 0, redo_depth = 0;
   std::span<const Vec3f> nodes;
   std::span<const Grasp> grasps;
-  std::span<const Place> places;      ///< of the things of Things, in their order
+  std::span<const Place> places;  ///< of the things of Things, in their order
   std::span<const ToolForces> tools;
-  std::span<const ContactPoint> contacts;  ///< only when a page has asked for them
+  std::span<const ContactPoint> contacts;   ///< only when a page has asked for them
   std::span<const std::uint32_t> partners;  ///< one each: ContactWith, kSliding
-  std::uint32_t touching = 0;         ///< all contacts that press
-  float press = 0;                    ///< N, the sum of their normal forces
-  std::span<const std::uint32_t> fading;  ///< as in Body
+  std::uint32_t touching = 0;               ///< all contacts that press
+  float press = 0;                          ///< N, the sum of their normal forces
+  std::span<const std::uint32_t> fading;    ///< as in Body
   std::span<const Vec3f> offset;
 };
 struct Hit {
@@ -149,7 +170,13 @@ struct CutReport {
 struct Role {
   std::uint32_t holder = 0, held = 0, clients = 0;
 };
-enum class ErrorCode : std::uint32_t { kBadMessage = 1, kBadArgument = 2, kNotAllowed = 3, kFailed = 4, kBodyChanged = 5 };
+enum class ErrorCode : std::uint32_t {
+  kBadMessage = 1,
+  kBadArgument = 2,
+  kNotAllowed = 3,
+  kFailed = 4,
+  kBodyChanged = 5
+};
 struct ErrorMessage {
   std::uint32_t input = 0;
   ErrorCode code = ErrorCode::kFailed;
@@ -185,9 +212,9 @@ struct Score {
   float lesion_removed = 0;   ///< share, 0 to 1
   float healthy_removed = 0;  ///< m^3
   float healthy_share = 0;
-  float roughness = 0;        ///< metres
-  float largest_force = 0;    ///< N
-  float time = 0;             ///< s, simulated
+  float roughness = 0;      ///< metres
+  float largest_force = 0;  ///< N
+  float time = 0;           ///< s, simulated
   std::uint32_t loose_pieces = 0;
 };
 /// What supports hold.
@@ -200,7 +227,7 @@ enum class LoadState : std::uint32_t { kUnderWay = 0, kShown = 1, kFailed = 2, k
 struct Loading {
   std::uint32_t input = 0;  ///< of the command that asked for it
   LoadState state = LoadState::kUnderWay;
-  float fraction = 0;       ///< of the stage
+  float fraction = 0;  ///< of the stage
   std::string_view stage;
 };
 
@@ -233,7 +260,17 @@ struct Ack {
   std::uint32_t seq = 0;
 };
 enum class Tool : std::uint32_t {
-  kScalpel = 0, kGrasp = 1, kFix = 2, kRelease = 3, kLine = 4, kPunch = 5, kScissors = 6, kShaver = 7, kSuction = 8, kTake = 9, kProbe = 10,
+  kScalpel = 0,
+  kGrasp = 1,
+  kFix = 2,
+  kRelease = 3,
+  kLine = 4,
+  kPunch = 5,
+  kScissors = 6,
+  kShaver = 7,
+  kSuction = 8,
+  kTake = 9,
+  kProbe = 10,
 };
 enum class Phase : std::uint32_t { kDown = 0, kMove = 1, kUp = 2, kCancel = 3 };
 inline constexpr std::uint32_t kShift = 1, kControl = 2, kAlt = 4, kMeta = 8;
@@ -251,7 +288,8 @@ struct ToolInput {
   Tool tool = Tool::kScalpel;
   Phase phase = Phase::kDown;
   std::uint32_t modifiers = 0;
-  float size = 0;  ///< metres: radius of punch, shaver and suction, length of the scissors' blades; 0: one that fits the body
+  float size =
+      0;  ///< metres: radius of punch, shaver and suction, length of the scissors' blades; 0: one that fits the body
   std::vector<ToolSample> samples;
 };
 struct RayQuery {
@@ -260,8 +298,24 @@ struct RayQuery {
   ViewRay ray;
 };
 enum class CommandCode : std::uint32_t {
-  kPlay = 1, kPause = 2, kStep = 3, kSpeed = 4, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9, kMaterial = 10,
-  kExport = 11, kRecording = 12, kOverlay = 13, kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17, kContacts = 18,
+  kPlay = 1,
+  kPause = 2,
+  kStep = 3,
+  kSpeed = 4,
+  kReset = 5,
+  kUndo = 6,
+  kRedo = 7,
+  kScene = 8,
+  kGravity = 9,
+  kMaterial = 10,
+  kExport = 11,
+  kRecording = 12,
+  kOverlay = 13,
+  kLoadUpload = 14,
+  kFixAll = 15,
+  kStopLoading = 16,
+  kUnit = 17,
+  kContacts = 18,
 };
 struct Command {
   std::uint32_t input = 0;

@@ -118,8 +118,9 @@ Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Prog
 namespace {
 
 Error no_thread() {
-  return failed("There is not enough memory for this scene, or no thread can be had to load it; what was shown stays. Let the program have more "
-                "memory (ulimit -v) or processes (ulimit -u).");
+  return failed(
+      "There is not enough memory for this scene, or no thread can be had to load it; what was shown stays. Let the program have more "
+      "memory (ulimit -v) or processes (ulimit -u).");
 }
 
 }  // namespace
@@ -160,7 +161,8 @@ void SceneLoader::begin(SceneRequest request) {
     } catch (const std::bad_alloc&) {
       job.outcome = failed("There is not enough memory for this scene; what was shown stays.");
     } catch (const std::exception& error) {
-      job.outcome = is_lack_of_threads(error) ? no_thread() : failed(std::string("This scene can't be loaded: ") + error.what());
+      job.outcome =
+          is_lack_of_threads(error) ? no_thread() : failed(std::string("This scene can't be loaded: ") + error.what());
     }
     job.done = true;
   };

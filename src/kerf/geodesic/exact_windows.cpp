@@ -39,10 +39,8 @@ class Propagation {
       w_.heap.pop_back();
       if (!(event.estimate < bound_)) break;
       if (w_.windows.size() > static_cast<std::size_t>(kMaxWindows)) return ExactOutcome::kGaveUp;
-      if (event.window >= 0)
-        propagate(event.window);
-      else if (event.distance == w_.corners[at(event.corner)].distance)
-        emit_around(event.corner);
+      if (event.window >= 0) propagate(event.window);
+      else if (event.distance == w_.corners[at(event.corner)].distance) emit_around(event.corner);
     }
     return goal_ >= 0 ? ExactOutcome::kShorter : ExactOutcome::kNoShorter;
   }
@@ -187,8 +185,7 @@ class Propagation {
     const double along = dot(rest, u), away = norm(cross(u, rest)), depth = window.source.y + away;
     const double line = depth > 0 ? window.source.x + (along - window.source.x) * window.source.y / depth : along;
     const double x = std::clamp(line, window.begin, window.end);
-    const double estimate =
-        window.offset + norm(window.source - Vec2{x, 0}) + norm(Vec2{along - x, away});
+    const double estimate = window.offset + norm(window.source - Vec2{x, 0}) + norm(Vec2{along - x, away});
     if (!(estimate < bound_)) return;
     const auto number = static_cast<std::int32_t>(w_.windows.size());
     w_.windows.push_back(window);
@@ -213,7 +210,8 @@ class Propagation {
     // Closer ways to the ends may have come up while it waited.
     if (far_from_ends(window.source, window.offset, window.begin, window.end, base, at_right, at_left)) return;
 
-    const Vec3 origin = m_.at(m_.from(e)), u3 = (1 / base) * (m_.at(m_.to(e)) - origin), tip3 = m_.at(m_.apex(g)) - origin;
+    const Vec3 origin = m_.at(m_.from(e)), u3 = (1 / base) * (m_.at(m_.to(e)) - origin),
+               tip3 = m_.at(m_.apex(g)) - origin;
     const Vec2 tip{dot(tip3, u3), -norm(cross(u3, tip3))}, source = window.source;
     const double slack = kWindowWidth * base, depth = source.y - tip.y;
     const double crossing = depth > 0 ? source.x + (tip.x - source.x) * source.y / depth : source.x;
@@ -224,8 +222,7 @@ class Propagation {
       const std::int32_t known = w_.tip_index.size(), tip_number = w_.tip_index.insert(e);
       if (tip_number == known) w_.tips.push_back({HUGE_VAL, 0});
       ExactSearch::Tip& best = w_.tips[at(tip_number)];
-      if (distance < best.distance)
-        best = {distance, crossing};
+      if (distance < best.distance) best = {distance, crossing};
       else if (distance > best.distance * (1 + kSameLength)) {
         // One angle, one split: beyond the better line to the tip this window can't give shortest paths.
         if (crossing > best.crossing + slack) to_right = false;

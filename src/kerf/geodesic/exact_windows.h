@@ -22,7 +22,7 @@ struct ExactSearch {
     std::int32_t root;               ///< the corner where the lines start
     double begin, end;               ///< part of the edge, metres from from(half_edge)
     Vec2 source;
-    double offset;                   ///< distance of the root from s
+    double offset;  ///< distance of the root from s
   };
   /// A vertex, or one of the parts into which walls divide its fan.
   struct Corner {
@@ -37,8 +37,8 @@ struct ExactSearch {
   };
   struct Event {
     double estimate;
-    double distance;       ///< of a corner, when the event was made; a closer one has come since if it differs
-    std::int32_t window;   ///< or -1
+    double distance;      ///< of a corner, when the event was made; a closer one has come since if it differs
+    std::int32_t window;  ///< or -1
     std::int32_t corner;
   };
   SparseIndex corner_index, tip_index;

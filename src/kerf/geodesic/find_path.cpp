@@ -28,19 +28,13 @@ bool step_to_neighbour(const PathQuery& query, SurfacePath& path) {
   for_each_in_sector(m, query.s, query.at_s, [&](std::int32_t h) {
     const std::int32_t back = WalledSurface::prev(h), across = WalledSurface::next(h);
     std::int32_t spoke_s, spoke_t, at_t;  // half-edges of this face
-    if (m.to(h) == query.t)
-      spoke_s = back, spoke_t = across, at_t = across;
-    else if (m.apex(h) == query.t)
-      spoke_s = h, spoke_t = across, at_t = back;
-    else
-      return true;
+    if (m.to(h) == query.t) spoke_s = back, spoke_t = across, at_t = across;
+    else if (m.apex(h) == query.t) spoke_s = h, spoke_t = across, at_t = back;
+    else return true;
     if (!query.in_sector(query.t, query.at_t, at_t)) return true;
-    if (query.passable(spoke_s))
-      path.stops = {{query.s, -1, 0}, {-1, m.opposite(spoke_s), 0.5}, {query.t, -1, 0}};
-    else if (query.passable(spoke_t))
-      path.stops = {{query.s, -1, 0}, {-1, spoke_t, 0.5}, {query.t, -1, 0}};
-    else
-      return true;
+    if (query.passable(spoke_s)) path.stops = {{query.s, -1, 0}, {-1, m.opposite(spoke_s), 0.5}, {query.t, -1, 0}};
+    else if (query.passable(spoke_t)) path.stops = {{query.s, -1, 0}, {-1, spoke_t, 0.5}, {query.t, -1, 0}};
+    else return true;
     found = true;
     return false;
   });
@@ -88,18 +82,17 @@ Result<SurfacePath> find_path(const WalledSurface& surface, std::int32_t s, std:
   Straightener& straightener = scratch.straightener;
   const bool by_plane = cut_strip_by_plane(query, strip);
   if (!by_plane && !search_corridor(query, strip, scratch.corridor))
-    return failed(fmt::format("no path from vertex {} to vertex {}: earlier paths or borders separate them; check that "
-                              "both lie on the same side and piece of the surface, in the order of the collision mesh",
-                              s + 1, t + 1));
+    return failed(
+        fmt::format("no path from vertex {} to vertex {}: earlier paths or borders separate them; check that "
+                    "both lie on the same side and piece of the surface, in the order of the collision mesh",
+                    s + 1, t + 1));
   straighten_without_loops(query, strip, straightener);
   Strip& other = scratch.other_strip;
   const auto try_other = [&] {
     const double known = straightener.length;
     straighten_without_loops(query, other, straightener);
-    if (straightener.length < known)
-      strip.swap(other);
-    else
-      pull_tight(query, strip, straightener);
+    if (straightener.length < known) strip.swap(other);
+    else pull_tight(query, strip, straightener);
   };
   if (by_plane && straightener.length > kSecondSeed * norm(surface.at(t) - surface.at(s)) &&
       search_corridor(query, other, scratch.corridor))

@@ -212,12 +212,10 @@ void write_stops(const PathQuery& query, const Strip& strip, const Straightener&
     const auto passing = [&](std::size_t k) { return k < w.bends.size() && w.bends[k].first <= crossing; };
     if (passing(bend)) {
       const Bend& b = w.bends[bend];
-      if (query.free(b.vertex))
-        pass_through(b.vertex);
+      if (query.free(b.vertex)) pass_through(b.vertex);
       else if (passing(bend + 1) && w.bends[bend + 1].left != b.left)
         path.stops.push_back(crossing_stop(h, 0.5));  // the path runs along this edge, between two wall vertices
-      else
-        path.stops.push_back(crossing_stop(h, b.left ? 1 : 0));
+      else path.stops.push_back(crossing_stop(h, b.left ? 1 : 0));
       continue;
     }
     const Vec2 p = bend == 0 ? w.s : w.bends[bend - 1].at, q = bend == w.bends.size() ? w.t : w.bends[bend].at;
@@ -225,12 +223,9 @@ void write_stops(const PathQuery& query, const Strip& strip, const Straightener&
     double t = r / (r - l);
     if (!(t >= 0)) t = std::isnan(t) ? 0.5 : 0;
     if (t > 1) t = 1;
-    if (t < kThroughVertex && query.free(m.from(h)))
-      pass_through(m.from(h));
-    else if (t > 1 - kThroughVertex && query.free(m.to(h)))
-      pass_through(m.to(h));
-    else
-      path.stops.push_back(crossing_stop(h, t));
+    if (t < kThroughVertex && query.free(m.from(h))) pass_through(m.from(h));
+    else if (t > 1 - kThroughVertex && query.free(m.to(h))) pass_through(m.to(h));
+    else path.stops.push_back(crossing_stop(h, t));
   }
   path.stops.push_back({query.t, -1, 0});
 }

@@ -123,7 +123,8 @@ bool search_corridor(const PathQuery& query, Strip& strip, CorridorSearch& scrat
     if (!query.passable(h)) return;
     const std::int32_t known = scratch.index.size();
     const std::int32_t number = scratch.index.insert(std::min(h, m.opposite(h)));
-    if (number == known) scratch.edges.push_back({h, parent, HUGE_VAL, lerp(m.at(m.from(h)), m.at(m.to(h)), 0.5), false});
+    if (number == known)
+      scratch.edges.push_back({h, parent, HUGE_VAL, lerp(m.at(m.from(h)), m.at(m.to(h)), 0.5), false});
     CorridorSearch::Edge& edge = scratch.edges[static_cast<std::size_t>(number)];
     const double length = so_far + norm(edge.middle - from);
     if (edge.settled || !(length < edge.length)) return;

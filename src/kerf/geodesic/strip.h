@@ -15,10 +15,8 @@ using Strip = std::vector<std::int32_t>;
 
 /// Appends a crossing; a crossing straight back cancels the one before.
 inline void append_crossing(const WalledSurface& m, Strip& strip, std::int32_t h) {
-  if (!strip.empty() && m.opposite(strip.back()) == h)
-    strip.pop_back();
-  else
-    strip.push_back(h);
+  if (!strip.empty() && m.opposite(strip.back()) == h) strip.pop_back();
+  else strip.push_back(h);
 }
 
 /// Drops crossings at both ends that only turn around s or t. An empty strip: s and t share a face.

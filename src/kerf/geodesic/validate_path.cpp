@@ -25,9 +25,8 @@ bool joined(const PathQuery& query, const PathStop& a, const PathStop& b, std::i
   }
   if (a.half_edge < 0 && b.half_edge < 0)
     return all_around(m, a.vertex, sector(a.vertex), [&](std::int32_t h) {
-             return m.to(h) == b.vertex && query.passable(h) &&
-                    query.in_sector(b.vertex, sector(b.vertex), m.opposite(h));
-           });
+      return m.to(h) == b.vertex && query.passable(h) && query.in_sector(b.vertex, sector(b.vertex), m.opposite(h));
+    });
   // One edge point: the face between, or along the edge itself.
   const std::int32_t v = a.half_edge < 0 ? a.vertex : b.vertex;
   const std::int32_t h = a.half_edge < 0 ? b.half_edge : m.opposite(a.half_edge);

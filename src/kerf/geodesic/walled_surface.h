@@ -15,12 +15,12 @@
 namespace kerf {
 
 struct WalledSurface {
-  std::vector<Vec3> position;            ///< |V|, metres
-  std::vector<std::int32_t> outgoing;    ///< |V|, any one half-edge of the vertex's fan
-  std::vector<std::uint8_t> wall_vertex; ///< |V|, 1: bound vertex or on a wall or border; paths only end there
-  std::vector<std::int32_t> origin;      ///< 3 |F|
-  std::vector<std::int32_t> twin;        ///< 3 |F|, -1 on a border
-  std::vector<std::uint8_t> wall;        ///< 3 |F|, 1 on both half-edges of a wall edge
+  std::vector<Vec3> position;             ///< |V|, metres
+  std::vector<std::int32_t> outgoing;     ///< |V|, any one half-edge of the vertex's fan
+  std::vector<std::uint8_t> wall_vertex;  ///< |V|, 1: bound vertex or on a wall or border; paths only end there
+  std::vector<std::int32_t> origin;       ///< 3 |F|
+  std::vector<std::int32_t> twin;         ///< 3 |F|, -1 on a border
+  std::vector<std::uint8_t> wall;         ///< 3 |F|, 1 on both half-edges of a wall edge
 
   static std::int32_t next(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
   static std::int32_t prev(std::int32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }

@@ -25,9 +25,9 @@ struct PieceTag;
 struct LatticePoolTag;
 struct FaceTag;
 struct TipTag;
-using PieceIndex = Id<PieceTag>;             ///< position in the pool of pieces
-using LatticePoolIndex = Id<LatticePoolTag>; ///< position in a pool of members or links
-using LatticeFaceId = Id<FaceTag>;           ///< 3 cell + axis: the face between a cell and the next along an axis
+using PieceIndex = Id<PieceTag>;              ///< position in the pool of pieces
+using LatticePoolIndex = Id<LatticePoolTag>;  ///< position in a pool of members or links
+using LatticeFaceId = Id<FaceTag>;            ///< 3 cell + axis: the face between a cell and the next along an axis
 using TipId = Id<TipTag>;
 
 /// Consecutive items of a pool with room to grow in place.
@@ -53,10 +53,10 @@ struct HexMaterial {
 struct Piece {
   CellId cell;
   HexId copy;
-  TipId tip;                ///< valid: only the part on one side of this tip's continuation
-  std::int32_t side = 0;    ///< then +1 left, -1 right; else 0
-  double volume = 0;        ///< in cells, geometric
-  bool has_moments = false; ///< piece_moments holds its moments (else nobody needed them yet)
+  TipId tip;                 ///< valid: only the part on one side of this tip's continuation
+  std::int32_t side = 0;     ///< then +1 left, -1 right; else 0
+  double volume = 0;         ///< in cells, geometric
+  bool has_moments = false;  ///< piece_moments holds its moments (else nobody needed them yet)
 };
 
 /// A tip of a slit in one cell that its line through the thickness passes.
@@ -65,9 +65,9 @@ struct TipCell {
   CellId cell;
   TipId next_of_vertex, next_in_cell;
   bool active = false;
-  double passed = 0;        ///< share of the cell that the slit has passed, 0 to 1
-  Vec3 point, direction;    ///< lattice coordinates: the tip, and where the slit would run on
-  Vec3 normal;              ///< of the plane of the continuation, unit in lattice coordinates, points left
+  double passed = 0;              ///< share of the cell that the slit has passed, 0 to 1
+  Vec3 point, direction;          ///< lattice coordinates: the tip, and where the slit would run on
+  Vec3 normal;                    ///< of the plane of the continuation, unit in lattice coordinates, points left
   CollisionTriangle left, right;  ///< the triangles on both sides just ahead of the tip (the same one if it is split)
   std::array<CollisionHalfEdge, 4> along;  ///< edges that the continuation runs along: not joined in this cell
 };
@@ -95,7 +95,9 @@ struct HexMesh {
   /// The body of a root triangle.
   [[nodiscard]] std::int32_t body_of(RootId root) const {
     std::int32_t body = 0;
-    while (static_cast<std::size_t>(body) + 1 < bodies.size() && bodies[static_cast<std::size_t>(body) + 1].first <= root) ++body;
+    while (static_cast<std::size_t>(body) + 1 < bodies.size() &&
+           bodies[static_cast<std::size_t>(body) + 1].first <= root)
+      ++body;
     return body;
   }
 
@@ -103,22 +105,24 @@ struct HexMesh {
   Journaled<HexId, LatticeIndex> cell;
   Journaled<HexId, std::array<NodeId, 8>> nodes;  ///< corner order as in lattice_frame.h
   Journaled<HexId, HexState> state;
-  Journaled<HexId, HexId> host;                   ///< itself, or the living copy that holds its material and points; dead: none
-  Journaled<HexId, HexId> parent;                 ///< the copy of the same cell that it was split off from, or none
+  Journaled<HexId, HexId> host;    ///< itself, or the living copy that holds its material and points; dead: none
+  Journaled<HexId, HexId> parent;  ///< the copy of the same cell that it was split off from, or none
   Journaled<HexId, HexMaterial> material;
-  Journaled<HexId, std::array<double, 27>> weights;  ///< of quadrature_points(), as shares of the cell volume; own material
+  Journaled<HexId, std::array<double, 27>>
+      weights;  ///< of quadrature_points(), as shares of the cell volume; own material
   Journaled<HexId, HexId> next_in_cell;
-  Journaled<HexId, HexId> absorber;               ///< whom it was given to; host is the end of this chain
+  Journaled<HexId, HexId> absorber;  ///< whom it was given to; host is the end of this chain
   Journaled<HexId, HexId> first_guest, next_guest;
-  Journaled<HexId, std::array<std::int32_t, 2>> first_piece;  ///< (triangle, side) of its first piece: orders equal fills
+  Journaled<HexId, std::array<std::int32_t, 2>>
+      first_piece;  ///< (triangle, side) of its first piece: orders equal fills
   Journaled<HexId, std::int32_t> piece_count;
   // per node
   Journaled<NodeId, LatticeIndex> corner;
-  Journaled<NodeId, NodeId> node_parent;          ///< the node that it was split off from, or none
-  Journaled<NodeId, std::int32_t> node_uses;      ///< living copies that use it; 0: not a freedom
+  Journaled<NodeId, NodeId> node_parent;      ///< the node that it was split off from, or none
+  Journaled<NodeId, std::int32_t> node_uses;  ///< living copies that use it; 0: not a freedom
   // per cell
   Journaled<CellId, HexId> first_copy;
-  Journaled<CellId, LatticeRun> members;          ///< the triangles whose prisms are in the cell, ascending, in member_pool
+  Journaled<CellId, LatticeRun> members;  ///< the triangles whose prisms are in the cell, ascending, in member_pool
   Journaled<CellId, TipId> first_tip;
   Journaled<LatticePoolIndex, CollisionTriangle> member_pool;
   // per face of the lattice
@@ -127,7 +131,7 @@ struct HexMesh {
   // per collision triangle
   Journaled<CollisionTriangle, LatticeRun> pieces;  ///< by (cell, side), in piece_pool
   Journaled<PieceIndex, Piece> piece_pool;
-  Journaled<PieceIndex, Moments> piece_moments;     ///< in parallel
+  Journaled<PieceIndex, Moments> piece_moments;  ///< in parallel
   Journaled<CollisionTriangle, PrismShape> shape;
   // per collision vertex
   Journaled<CollisionVertex, PrismCorners> prism_corner;
@@ -144,17 +148,39 @@ struct HexMesh {
 
   template <class Fn>
   void for_each_array(Fn&& f) {
-    f(cell); f(nodes); f(state); f(host); f(parent); f(material); f(weights); f(next_in_cell); f(absorber);
-    f(first_guest); f(next_guest); f(first_piece); f(piece_count);
-    f(corner); f(node_parent); f(node_uses);
-    f(first_copy); f(members); f(first_tip); f(member_pool);
-    f(links); f(link_pool);
-    f(pieces); f(piece_pool); f(piece_moments); f(shape);
-    f(prism_corner); f(vertex_tip); f(tips);
+    f(cell);
+    f(nodes);
+    f(state);
+    f(host);
+    f(parent);
+    f(material);
+    f(weights);
+    f(next_in_cell);
+    f(absorber);
+    f(first_guest);
+    f(next_guest);
+    f(first_piece);
+    f(piece_count);
+    f(corner);
+    f(node_parent);
+    f(node_uses);
+    f(first_copy);
+    f(members);
+    f(first_tip);
+    f(member_pool);
+    f(links);
+    f(link_pool);
+    f(pieces);
+    f(piece_pool);
+    f(piece_moments);
+    f(shape);
+    f(prism_corner);
+    f(vertex_tip);
+    f(tips);
   }
 
-  [[nodiscard]] std::size_t hex_count() const { return cell.size(); }    ///< ids, dead ones included
-  [[nodiscard]] std::size_t node_count() const { return corner.size(); } ///< ids, unused ones included
+  [[nodiscard]] std::size_t hex_count() const { return cell.size(); }     ///< ids, dead ones included
+  [[nodiscard]] std::size_t node_count() const { return corner.size(); }  ///< ids, unused ones included
   [[nodiscard]] bool alive(HexId h) const { return state[h] == HexState::kAlive; }
   [[nodiscard]] bool active(NodeId n) const { return node_uses[n] > 0; }
   /// Rest position of a node, metres.

@@ -14,21 +14,42 @@ namespace kerf {
 
 struct LatticeScratch::Work {
   using T = CollisionTriangle;
-  struct NewPiece { CollisionTriangle triangle; CellId cell; double volume; };
-  struct OldPiece { CellId cell; CollisionTriangle triangle; HexId copy; TipId tip; std::int32_t side; Vec3 point, normal; RootId root; std::array<Vec2, 3> planar; };
+  struct NewPiece {
+    CollisionTriangle triangle;
+    CellId cell;
+    double volume;
+  };
+  struct OldPiece {
+    CellId cell;
+    CollisionTriangle triangle;
+    HexId copy;
+    TipId tip;
+    std::int32_t side;
+    Vec3 point, normal;
+    RootId root;
+    std::array<Vec2, 3> planar;
+  };
   struct Element {
     CollisionTriangle triangle;
     TipId tip;
     std::int32_t side = 0;
     double volume = 0;
     HexId old_copy, copy;
-    std::int32_t moments = -1;  ///< in `moments`
-    PieceIndex piece;           ///< where it was, if its triangle kept its shape
+    std::int32_t moments = -1;               ///< in `moments`
+    PieceIndex piece;                        ///< where it was, if its triangle kept its shape
     std::array<std::int8_t, 3> edge_side{};  ///< of a split prism: which side an edge is on, 0 crossed
-    std::int32_t root = 0;      ///< union-find
+    std::int32_t root = 0;                   ///< union-find
   };
-  struct CellElements { CellId cell; std::int32_t first = 0, count = 0; bool touched = false; };
-  struct Result { CollisionTriangle triangle; CellId cell; std::int32_t element; };
+  struct CellElements {
+    CellId cell;
+    std::int32_t first = 0, count = 0;
+    bool touched = false;
+  };
+  struct Result {
+    CollisionTriangle triangle;
+    CellId cell;
+    std::int32_t element;
+  };
 
   std::vector<CollisionTriangle> reshaped;
   std::vector<CollisionVertex> vertices;
@@ -41,7 +62,8 @@ struct LatticeScratch::Work {
   std::vector<Result> results;
   std::vector<CellVolume> volumes;
   std::vector<double> box;
-  std::vector<std::uint64_t> triangle_stamp, cell_stamp, cell_cached, hex_stamp;  ///< per element: serial of the last visit
+  std::vector<std::uint64_t> triangle_stamp, cell_stamp, cell_cached,
+      hex_stamp;  ///< per element: serial of the last visit
   std::vector<std::int32_t> triangle_slot, cell_slot;
   std::uint64_t serial = 0;
   std::vector<std::array<std::int32_t, 2>> queue;
@@ -59,7 +81,7 @@ struct LatticeScratch::Work {
     std::int32_t newborn = 0;  ///< corners made by the cut, which are on its right
     double volume = 0;
     HexId parent, copy;
-    bool same = true;          ///< nothing in it is new
+    bool same = true;  ///< nothing in it is new
   };
   struct CornerCopy {
     HexId copy;
@@ -68,8 +90,16 @@ struct LatticeScratch::Work {
     NodeId old;
     bool kept = false;
   };
-  struct OnFace { std::int32_t a, b; CollisionHalfEdge edge; };
-  struct Class { std::int32_t root; bool kept; HexId oldest; NodeId node; };
+  struct OnFace {
+    std::int32_t a, b;
+    CollisionHalfEdge edge;
+  };
+  struct Class {
+    std::int32_t root;
+    bool kept;
+    HexId oldest;
+    NodeId node;
+  };
   std::vector<Group> groups;
   std::vector<std::pair<HexId, double>> heirs;
   std::vector<T> members, rewritten;
@@ -77,7 +107,10 @@ struct LatticeScratch::Work {
   std::vector<CornerCopy> around;
   std::vector<Class> classes;
   std::vector<std::pair<NodeId, std::int32_t>> uses;
-  struct Source { HexId copy, from; double volume; };
+  struct Source {
+    HexId copy, from;
+    double volume;
+  };
   std::vector<Source> sources;  ///< whose material the copies of touched cells hold
   std::vector<std::pair<NodeId, double>> shares;
   std::vector<TipCrossing> crossings;
@@ -156,7 +189,9 @@ class Adapter {
     s_.corner_nodes.clear();
     s_.rewritten.clear();
     s_.sources.clear();
-    auto grow = [](auto& v, std::size_t n) { if (v.size() < n) v.resize(n); };
+    auto grow = [](auto& v, std::size_t n) {
+      if (v.size() < n) v.resize(n);
+    };
     grow(s_.triangle_stamp, mesh_.face_count());
     grow(s_.triangle_slot, mesh_.face_count());
     const std::size_t cells = hex_.frame.cell_count();
@@ -336,8 +371,7 @@ class Adapter {
       if (it->root != root) continue;
       double least = HUGE_VAL;
       const auto& q = it->planar;
-      for (std::size_t i = 0; i < 3; ++i)
-        least = std::fmin(least, cross(q[(i + 1) % 3] - q[i], middle - q[i]));
+      for (std::size_t i = 0; i < 3; ++i) least = std::fmin(least, cross(q[(i + 1) % 3] - q[i], middle - q[i]));
       if (it->side != 0) {
         const Prism shape = prism(p.triangle);
         Vec3 center{};
@@ -454,7 +488,8 @@ class Adapter {
     const LatticeIndex cell = hex_.frame.index_of(entry.cell);
     for (std::size_t i = 0; i + 1 < s_.virtual_edges.size(); i += 2) {
       const CollisionHalfEdge h = s_.virtual_edges[i], g = s_.virtual_edges[i + 1];
-      const std::int32_t e = element_of(CollisionMesh::face(h)), f = g.valid() ? element_of(CollisionMesh::face(g)) : -1;
+      const std::int32_t e = element_of(CollisionMesh::face(h)),
+                         f = g.valid() ? element_of(CollisionMesh::face(g)) : -1;
       if (e >= 0 && f >= 0 && wall_meets_cell(wall(h), cell) && glue(e, f)) join(e, f);
     }
   }
@@ -588,7 +623,6 @@ class Adapter {
 
   // ---------------------------------------------------------------- copies of one cell
 
-
   void assign_copies(std::size_t which) {
     const Work::CellElements entry = s_.cells[which];
     const CellId c = entry.cell;
@@ -616,8 +650,9 @@ class Adapter {
       }
     }
     // Parts of split prisms that hold nothing only joined others; they are no copy of their own.
-    s_.groups.erase(std::remove_if(s_.groups.begin(), s_.groups.end(), [](const Group& g) { return g.parts == g.count && g.volume <= kOverlapVolume; }),
-                  s_.groups.end());
+    s_.groups.erase(std::remove_if(s_.groups.begin(), s_.groups.end(),
+                                   [](const Group& g) { return g.parts == g.count && g.volume <= kOverlapVolume; }),
+                    s_.groups.end());
     for (Group& g : s_.groups) find_parent(entry, g);
 
     // Old copies go to the best of their heirs; the others are new.
@@ -629,7 +664,9 @@ class Adapter {
         const Group& other = s_.groups[o];
         if (o == g || other.parent != group.parent) continue;
         if (other.newborn != group.newborn ? other.newborn < group.newborn
-            : other.volume != group.volume ? other.volume > group.volume : o < g) wins = false;
+            : other.volume != group.volume ? other.volume > group.volume
+                                           : o < g)
+          wins = false;
       }
       if (wins) group.copy = group.parent;
     }
@@ -833,7 +870,8 @@ class Adapter {
         p.volume = e.volume;
         p.has_moments = true;
         if (e.moments >= 0) s_.run_moments.push_back(s_.moments[at(e.moments)]);
-        else if (e.piece.valid() && hex_.piece_pool[e.piece].has_moments) s_.run_moments.push_back(hex_.piece_moments[e.piece]);
+        else if (e.piece.valid() && hex_.piece_pool[e.piece].has_moments)
+          s_.run_moments.push_back(hex_.piece_moments[e.piece]);
         else p.has_moments = false, s_.run_moments.push_back({});
         s_.run.push_back(p);
       }
@@ -841,7 +879,8 @@ class Adapter {
       write_run(hex_.piece_pool, run, std::span<const Piece>(s_.run), PieceIndex{});
       hex_.piece_moments.grow(hex_.piece_pool.size() - hex_.piece_moments.size());
       for (std::size_t i = 0; i < s_.run.size(); ++i)
-        if (s_.run[i].has_moments) hex_.piece_moments.set(PieceIndex(run.first + static_cast<std::int32_t>(i)), s_.run_moments[i]);
+        if (s_.run[i].has_moments)
+          hex_.piece_moments.set(PieceIndex(run.first + static_cast<std::int32_t>(i)), s_.run_moments[i]);
       hex_.pieces.set(t, run);
       change_.triangles.push_back(t);
     }
@@ -905,7 +944,8 @@ class Adapter {
         if (!y.copy.valid()) continue;
         if (x.side != 0 && y.side != 0) {
           const CollisionVertex tip = hex_.tips[x.tip].vertex;
-          if (tip == hex_.tips[y.tip].vertex && x.side != y.side && (has_other_part(ea, i) || has_other_part(eb, k) || glued_at(tip, x.copy, y.copy)))
+          if (tip == hex_.tips[y.tip].vertex && x.side != y.side &&
+              (has_other_part(ea, i) || has_other_part(eb, k) || glued_at(tip, x.copy, y.copy)))
             continue;
         } else if (x.side != 0) {
           if (!reaches(x, beyond)) continue;
@@ -961,7 +1001,8 @@ class Adapter {
   [[nodiscard]] bool opened_along(CollisionHalfEdge h, CellId c, HexId x, HexId y) const {
     for (TipId t = hex_.first_tip[c]; t.valid(); t = hex_.tips[t].next_in_cell) {
       const auto& along = hex_.tips[t].along;
-      if (std::none_of(along.begin(), along.end(), [&](CollisionHalfEdge g) { return g.valid() && (g == h || mesh_.twin[g] == h); }))
+      if (std::none_of(along.begin(), along.end(),
+                       [&](CollisionHalfEdge g) { return g.valid() && (g == h || mesh_.twin[g] == h); }))
         continue;
       if (glued_at(hex_.tips[t].vertex, x, y)) return true;
     }
@@ -1012,7 +1053,6 @@ class Adapter {
         s_.corner_nodes.emplace_back(corner_key(LatticeFrame::corner(hex_.cell[h], k)), hex_.nodes[h][at(k)]);
     for (const std::int32_t key : s_.corners) share_corner(key);
   }
-
 
   void share_corner(std::int32_t key) {
     const LatticeIndex q = corner_index(key);
@@ -1069,16 +1109,16 @@ class Adapter {
       if (entry.kept && (!it->kept || entry.copy < it->oldest)) it->kept = true, it->oldest = entry.copy;
       else if (entry.kept == it->kept && entry.copy < it->oldest) it->oldest = entry.copy;
     }
-    std::sort(s_.classes.begin(), s_.classes.end(), [](const Class& a, const Class& b) {
-      return a.kept != b.kept ? a.kept : a.oldest < b.oldest;
-    });
+    std::sort(s_.classes.begin(), s_.classes.end(),
+              [](const Class& a, const Class& b) { return a.kept != b.kept ? a.kept : a.oldest < b.oldest; });
     for (Class& c : s_.classes) {
       NodeId parent;
       for (const bool kept : {true, false})
         for (const CornerCopy& entry : s_.around) {
           if (entry.root != c.root || entry.kept != kept || !entry.old.valid()) continue;
           if (!parent.valid()) parent = entry.old;
-          const bool taken = std::any_of(s_.classes.begin(), s_.classes.end(), [&](const Class& o) { return o.node == entry.old; });
+          const bool taken =
+              std::any_of(s_.classes.begin(), s_.classes.end(), [&](const Class& o) { return o.node == entry.old; });
           if (!taken && (!c.node.valid() || (kept && entry.old < c.node))) c.node = entry.old;
         }
       if (!c.node.valid()) {
@@ -1202,7 +1242,8 @@ class Adapter {
       };
       for (std::size_t i = 0; i < near.size(); ++i)
         for (std::size_t j = i + 1; j < near.size(); ++j)
-          if (root_of(i) != root_of(j) && linked(near[i], near[j])) s_.parent[root_of(j)] = static_cast<std::int32_t>(root_of(i));
+          if (root_of(i) != root_of(j) && linked(near[i], near[j]))
+            s_.parent[root_of(j)] = static_cast<std::int32_t>(root_of(i));
       for (std::size_t i = 1; i < faces; ++i)
         if (root_of(i) != root_of(0)) return {};
     }
@@ -1267,7 +1308,9 @@ class Adapter {
       const bool switched = to.valid() != hex_.absorber[x].valid();
       set_absorber(x, to);
       if (switched)
-        for_each_neighbour(x, [&](HexId y) { if (before(x, y)) push(y); });
+        for_each_neighbour(x, [&](HexId y) {
+          if (before(x, y)) push(y);
+        });
     }
   }
 
@@ -1359,8 +1402,9 @@ class Adapter {
                          changed_copies.end());
     sort_unique(change_.switched_nodes);
     const NodeId first_new = change_.new_nodes.empty() ? NodeId(hex_.node_count()) : change_.new_nodes.front();
-    change_.switched_nodes.erase(std::lower_bound(change_.switched_nodes.begin(), change_.switched_nodes.end(), first_new),
-                                 change_.switched_nodes.end());
+    change_.switched_nodes.erase(
+        std::lower_bound(change_.switched_nodes.begin(), change_.switched_nodes.end(), first_new),
+        change_.switched_nodes.end());
     sort_unique(change_.triangles);
   }
   [[nodiscard]] std::size_t first_new_copy() const { return hex_.hex_count() - change_.new_copies.size(); }
@@ -1372,7 +1416,6 @@ class Adapter {
 
   std::uint64_t touched_ = 0, reshaped_ = 0, analysed_ = 0, cached_ = 0;
   std::size_t old_vertex_count_ = 0, old_triangle_count_ = 0;
-
 };
 
 }  // namespace

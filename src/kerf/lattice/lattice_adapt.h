@@ -17,16 +17,17 @@ struct LatticeChange {
     NodeId node, from;
     double volume = 0;
   };
-  std::vector<HexId> new_copies;        ///< ascending; HexMesh::parent says whose rotation they inherit
+  std::vector<HexId> new_copies;  ///< ascending; HexMesh::parent says whose rotation they inherit
   std::vector<HexId> dead_copies;
-  std::vector<HexId> changed_copies;    ///< other copies with new nodes, material, state or mass
-  std::vector<NodeId> new_nodes;        ///< ascending; HexMesh::node_parent says whose position and velocity they inherit
+  std::vector<HexId> changed_copies;  ///< other copies with new nodes, material, state or mass
+  std::vector<NodeId> new_nodes;      ///< ascending; HexMesh::node_parent says whose position and velocity they inherit
   /// Nodes that carry material of more than one old node: what came apart ahead of a tip and is one again. Shares by node.
   std::vector<NodeOrigin> joined_nodes;
-  std::vector<NodeId> switched_nodes;   ///< other nodes that got their first use or lost their last
-  std::vector<CollisionTriangle> triangles;  ///< ascending: the changed ones and all others whose material is in another
-                                             ///< copy or host than before: embed_triangles has to look at what they own
-  bool tips_changed = false;            ///< tip_glue has to be asked again
+  std::vector<NodeId> switched_nodes;  ///< other nodes that got their first use or lost their last
+  std::vector<CollisionTriangle>
+      triangles;              ///< ascending: the changed ones and all others whose material is in another
+                              ///< copy or host than before: embed_triangles has to look at what they own
+  bool tips_changed = false;  ///< tip_glue has to be asked again
   void clear();
 };
 

@@ -15,7 +15,8 @@ Result<HexMesh> build_lattice(const CollisionMesh& mesh, const LatticeFrame& fra
 Result<HexMesh> build_lattice(const CollisionMesh& mesh, const LatticeFrame& frame, std::vector<LatticeBody> bodies) {
   if (mesh.face_count() == 0) return bad_input("lattice: the collision mesh has no triangles");
   if (frame.cell_count() == 0 || frame.cell_count() > kMaxLatticeCells)
-    return bad_input(fmt::format("lattice: {} x {} x {} cells can't be used", frame.count[0], frame.count[1], frame.count[2]));
+    return bad_input(
+        fmt::format("lattice: {} x {} x {} cells can't be used", frame.count[0], frame.count[1], frame.count[2]));
   for (const LatticeBody& body : bodies)
     if (!(body.volume >= 0) || !std::isfinite(body.volume))
       return bad_input(fmt::format("lattice: a body can't have the volume {}", body.volume));
@@ -36,8 +37,10 @@ Result<HexMesh> build_lattice(const CollisionMesh& mesh, const LatticeFrame& fra
     for (const Vec3& p : {c.minus, c.plus})
       for (int a = 0; a < 3; ++a)
         if (!(p[a] >= -kOutside && p[a] <= frame.count[static_cast<std::size_t>(a)] + kOutside))
-          return bad_input(fmt::format("lattice: collision vertex {} (with its thickness) lies outside of the lattice; "
-                                       "give more cells or another origin", v.value + 1));
+          return bad_input(
+              fmt::format("lattice: collision vertex {} (with its thickness) lies outside of the lattice; "
+                          "give more cells or another origin",
+                          v.value + 1));
     corners.push_back(c);
   }
   std::vector<double> prisms(hex.bodies.size());

@@ -83,7 +83,8 @@ Mat3 smallest_rectangle(const Mat3& axes, const std::vector<Vec3>& points) {
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t base = hull.size();
     for (const Vec2 p : flat) {
-      while (hull.size() >= base + 2 && cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0) hull.pop_back();
+      while (hull.size() >= base + 2 && cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0)
+        hull.pop_back();
       hull.push_back(p);
     }
     hull.pop_back();
@@ -144,8 +145,9 @@ Status check_count(const LatticeIndex& count) {
   double cells = 1;
   for (const int n : count) cells *= n;
   if (cells > static_cast<double>(kMaxLatticeCells))
-    return bad_input(fmt::format("lattice: {} x {} x {} cells are too many, {} are the most; choose larger cells or fewer of them", count[0],
-                                 count[1], count[2], kMaxLatticeCells));
+    return bad_input(
+        fmt::format("lattice: {} x {} x {} cells are too many, {} are the most; choose larger cells or fewer of them",
+                    count[0], count[1], count[2], kMaxLatticeCells));
   return {};
 }
 
@@ -179,7 +181,8 @@ Result<LatticeFrame> choose_lattice(const CollisionMesh& mesh, const LatticeOpti
     if (!is_finite(points[i]))
       return bad_input(fmt::format("lattice: collision vertex {} has coordinates that are not finite", i / 2 + 1));
   if (options.given) return given_lattice(options);
-  if (options.cells < 0 || options.layers < 0) return bad_input("lattice: numbers of cells and layers can't be negative");
+  if (options.cells < 0 || options.layers < 0)
+    return bad_input("lattice: numbers of cells and layers can't be negative");
 
   const Mat3 principal = principal_axes(mesh);
   const Mat3 tight = smallest_rectangle(principal, points);

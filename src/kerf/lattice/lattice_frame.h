@@ -25,10 +25,10 @@ namespace kerf {
 using LatticeIndex = std::array<std::int32_t, 3>;
 
 struct LatticeFrame {
-  Vec3 origin;                      ///< metres: lattice corner (0, 0, 0)
-  Mat3 axes;                        ///< unit columns, right-handed
-  Vec3 cell{1, 1, 1};               ///< metres, edge lengths of a cell
-  LatticeIndex count{0, 0, 0};      ///< cells along each axis; the body lies inside
+  Vec3 origin;                  ///< metres: lattice corner (0, 0, 0)
+  Mat3 axes;                    ///< unit columns, right-handed
+  Vec3 cell{1, 1, 1};           ///< metres, edge lengths of a cell
+  LatticeIndex count{0, 0, 0};  ///< cells along each axis; the body lies inside
 
   /// Metres to lattice coordinates.
   [[nodiscard]] Vec3 to_lattice(Vec3 p) const {

@@ -65,8 +65,10 @@ TipCells cells_of_tip(const CollisionMesh& mesh, const HexMesh& hex, CollisionVe
   LatticeIndex lo, hi;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    lo[i] = std::clamp(static_cast<int>(std::floor(std::fmin(c.minus[a], c.plus[a]) - kLineReach)), 0, hex.frame.count[i] - 1);
-    hi[i] = std::clamp(static_cast<int>(std::floor(std::fmax(c.minus[a], c.plus[a]) + kLineReach)), 0, hex.frame.count[i] - 1);
+    lo[i] = std::clamp(static_cast<int>(std::floor(std::fmin(c.minus[a], c.plus[a]) - kLineReach)), 0,
+                       hex.frame.count[i] - 1);
+    hi[i] = std::clamp(static_cast<int>(std::floor(std::fmax(c.minus[a], c.plus[a]) + kLineReach)), 0,
+                       hex.frame.count[i] - 1);
   }
   for (std::int32_t z = lo[2]; z <= hi[2]; ++z)
     for (std::int32_t y = lo[1]; y <= hi[1]; ++y)

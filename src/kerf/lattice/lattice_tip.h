@@ -34,8 +34,8 @@ struct SplitTriangle {
 /// before it enters one, and reports on_split(split, exit crossing or null). Where it runs along an edge it asks
 /// in_reach(edge), and reports on_along(edge), which may refuse to go on. Ends at borders.
 template <class MayEnter, class InReach, class OnSplit, class OnAlong>
-void continue_tip(const CollisionMesh& mesh, const HexMesh& hex, const TipCell& tip, MayEnter&& may_enter, InReach&& in_reach,
-                  OnSplit&& on_split, OnAlong&& on_along);
+void continue_tip(const CollisionMesh& mesh, const HexMesh& hex, const TipCell& tip, MayEnter&& may_enter,
+                  InReach&& in_reach, OnSplit&& on_split, OnAlong&& on_along);
 
 // ---- implementation
 
@@ -97,8 +97,8 @@ bool update_tip(const CollisionMesh& mesh, HexMesh& hex, CollisionVertex v, Touc
 }
 
 template <class MayEnter, class InReach, class OnSplit, class OnAlong>
-void continue_tip(const CollisionMesh& mesh, const HexMesh& hex, const TipCell& tip, MayEnter&& may_enter, InReach&& in_reach,
-                  OnSplit&& on_split, OnAlong&& on_along) {
+void continue_tip(const CollisionMesh& mesh, const HexMesh& hex, const TipCell& tip, MayEnter&& may_enter,
+                  InReach&& in_reach, OnSplit&& on_split, OnAlong&& on_along) {
   using H = CollisionHalfEdge;
   auto middle = [&](CollisionVertex v) {
     const PrismCorners& c = hex.prism_corner[v];

@@ -86,12 +86,14 @@ std::size_t count_collision_pieces(const CollisionMesh& mesh) {
 
 std::size_t count_plain_nodes(const HexMesh& hex) {
   const LatticeIndex n{hex.frame.count[0] + 1, hex.frame.count[1] + 1, hex.frame.count[2] + 1};
-  std::vector<std::uint8_t> used(static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]), 0);
+  std::vector<std::uint8_t> used(
+      static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]), 0);
   for (const HexId h : ids<HexId>(hex.hex_count())) {
     if (hex.state[h] == HexState::kDead) continue;
     for (int c = 0; c < 8; ++c) {
       const LatticeIndex q = LatticeFrame::corner(hex.cell[h], c);
-      used[(static_cast<std::size_t>(q[2]) * static_cast<std::size_t>(n[1]) + static_cast<std::size_t>(q[1])) * static_cast<std::size_t>(n[0]) +
+      used[(static_cast<std::size_t>(q[2]) * static_cast<std::size_t>(n[1]) + static_cast<std::size_t>(q[1])) *
+               static_cast<std::size_t>(n[0]) +
            static_cast<std::size_t>(q[0])] = 1;
     }
   }
@@ -103,16 +105,19 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
   for (const CellId c : ids<CellId>(hex.frame.cell_count()))
     for (HexId h = hex.first_copy[c]; h.valid(); h = hex.next_in_cell[h]) {
       ++in_cell[h.index()];
-      if (hex.state[h] == HexState::kDead) return failed(fmt::format("dead copy {} is still listed in its cell", h.value));
+      if (hex.state[h] == HexState::kDead)
+        return failed(fmt::format("dead copy {} is still listed in its cell", h.value));
       if (hex.frame.cell_id(hex.cell[h]) != c) return failed(fmt::format("copy {} is listed in another cell", h.value));
     }
   double volume = 0, mass = 0;
   for (const HexId h : ids<HexId>(hex.hex_count())) {
     if (hex.state[h] == HexState::kDead) {
-      if (in_cell[h.index()] != 0 || hex.host[h].valid()) return failed(fmt::format("copy {} is dead but in use", h.value));
+      if (in_cell[h.index()] != 0 || hex.host[h].valid())
+        return failed(fmt::format("copy {} is dead but in use", h.value));
       continue;
     }
-    if (in_cell[h.index()] != 1) return failed(fmt::format("copy {} is {} times in its cell", h.value, in_cell[h.index()]));
+    if (in_cell[h.index()] != 1)
+      return failed(fmt::format("copy {} is {} times in its cell", h.value, in_cell[h.index()]));
     const auto& nodes = hex.nodes[h];
     for (int c = 0; c < 8; ++c) {
       const NodeId n = nodes[static_cast<std::size_t>(c)];
@@ -120,7 +125,8 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
       if (hex.corner[n] != LatticeFrame::corner(hex.cell[h], c))
         return failed(fmt::format("copy {}: node {} lies at another corner of the lattice", h.value, n.value));
       for (int d = 0; d < c; ++d)
-        if (nodes[static_cast<std::size_t>(d)] == n) return failed(fmt::format("copy {} has node {} twice", h.value, n.value));
+        if (nodes[static_cast<std::size_t>(d)] == n)
+          return failed(fmt::format("copy {} has node {} twice", h.value, n.value));
       if (hex.alive(h)) ++uses[n.index()];
     }
     const HexId host = hex.host[h];
@@ -129,12 +135,14 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
       return failed(fmt::format("copy {}: state, host and absorber disagree", h.value));
     HexId end = h;
     while (hex.absorber[end].valid()) end = hex.absorber[end];
-    if (end != host) return failed(fmt::format("copy {}: host {} is not the end of its absorbers", h.value, host.value));
+    if (end != host)
+      return failed(fmt::format("copy {}: host {} is not the end of its absorbers", h.value, host.value));
     const HexMaterial& m = hex.material[h];
     double weight = 0;
     for (const double w : hex.weights[h]) weight += w;
     if (!(std::fabs(weight * hex.frame.cell_volume() - m.volume) <= 1e-9 * hex.frame.cell_volume()))
-      return failed(fmt::format("copy {}: quadrature weights add up to {} m3, not to {}", h.value, weight * hex.frame.cell_volume(), m.volume));
+      return failed(fmt::format("copy {}: quadrature weights add up to {} m3, not to {}", h.value,
+                                weight * hex.frame.cell_volume(), m.volume));
     volume += m.volume;
     if (hex.alive(h)) mass += m.mass_volume;
     else if (m.mass_volume != 0) return failed(fmt::format("absorbed copy {} still has mass", h.value));
@@ -151,7 +159,8 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
                                                    hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 2)]]));
     if (hex.pieces_of(t).empty()) return failed(fmt::format("collision triangle {} is in no copy", t.value));
     for (const Piece& p : hex.pieces_of(t)) {
-      if (!hex.cell.contains(p.copy) || hex.state[p.copy] == HexState::kDead || hex.frame.cell_id(hex.cell[p.copy]) != p.cell)
+      if (!hex.cell.contains(p.copy) || hex.state[p.copy] == HexState::kDead ||
+          hex.frame.cell_id(hex.cell[p.copy]) != p.cell)
         return failed(fmt::format("collision triangle {}: a piece names copy {}", t.value, p.copy.value));
       ++pieces[p.copy.index()];
       if (hex.material[p.copy].body != hex.body_of(mesh.root[t]))
@@ -182,8 +191,8 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
         for (TipId tip = hex.first_tip[p.cell]; tip.valid(); tip = hex.tips[tip].next_in_cell)
           for (const CollisionHalfEdge e : hex.tips[tip].along) tip_between = tip_between || e == h || e == g;
         if (!tip_between)
-          return failed(fmt::format("collision triangles {} and {} share an uncut edge but lie in copies {} and {}", t.value,
-                                    u.value, p.copy.value, q.copy.value));
+          return failed(fmt::format("collision triangles {} and {} share an uncut edge but lie in copies {} and {}",
+                                    t.value, u.value, p.copy.value, q.copy.value));
       }
   }
   return {};
@@ -193,8 +202,8 @@ Status validate_lattice_pieces(const CollisionMesh& mesh, const HexMesh& hex) {
   const std::size_t collision = count_collision_pieces(mesh);
   const HexPieces pieces = count_hex_pieces(hex);
   if (pieces.by_nodes != collision || pieces.by_faces != collision)
-    return failed(fmt::format("the collision mesh has {} pieces, the hexahedra {} through nodes and {} through faces", collision,
-                              pieces.by_nodes, pieces.by_faces));
+    return failed(fmt::format("the collision mesh has {} pieces, the hexahedra {} through nodes and {} through faces",
+                              collision, pieces.by_nodes, pieces.by_faces));
   return {};
 }
 

@@ -158,7 +158,7 @@ struct KeastRule {
 constexpr KeastRule keast() {
   KeastRule r{};
   std::size_t n = 0;
-  auto add = [&](double weight, const double (&b)[4]) {
+  auto add = [&](double weight, const double(&b)[4]) {
     for (std::size_t i = 0; i < 4; ++i) r.b[n / kLanes][i][n % kLanes] = b[i];
     r.w[n / kLanes][n % kLanes] = weight;
     ++n;
@@ -224,7 +224,8 @@ class MomentSum {
     }
   }
   void add_to(Moments& moments) const {
-    for (std::size_t i = 0; i < moments.size(); ++i) moments[i] += (sum_[i][0] + sum_[i][1]) + (sum_[i][2] + sum_[i][3]);
+    for (std::size_t i = 0; i < moments.size(); ++i)
+      moments[i] += (sum_[i][0] + sum_[i][1]) + (sum_[i][2] + sum_[i][3]);
   }
 
  private:
@@ -234,7 +235,7 @@ class MomentSum {
 /// A prism that stands upright on a lattice plane with a flat top, as those of flat bodies in an aligned lattice: its moments
 /// are those of a polygon times those of an interval, at a fraction of the cost.
 struct UprightPrism {
-  int axis = -1;       ///< -1: it is none
+  int axis = -1;  ///< -1: it is none
   double low = 0, high = 0;
 };
 UprightPrism upright(const Prism& p) {
@@ -244,7 +245,8 @@ UprightPrism upright(const Prism& p) {
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
     bool yes = same(p.minus[1][axis], p.minus[0][axis]) && same(p.minus[2][axis], p.minus[0][axis]) &&
                same(p.plus[1][axis], p.plus[0][axis]) && same(p.plus[2][axis], p.plus[0][axis]);
-    for (std::size_t i = 0; i < 3 && yes; ++i) yes = same(p.minus[i][u], p.plus[i][u]) && same(p.minus[i][v], p.plus[i][v]);
+    for (std::size_t i = 0; i < 3 && yes; ++i)
+      yes = same(p.minus[i][u], p.plus[i][u]) && same(p.minus[i][v], p.plus[i][v]);
     if (yes) return {axis, std::min(p.minus[0][axis], p.plus[0][axis]), std::max(p.minus[0][axis], p.plus[0][axis])};
   }
   return {};
@@ -273,7 +275,8 @@ struct FlatPolygon {
   }
   /// [a + 3 b] = integral of u^a v^b, by Green's theorem: along an edge a polynomial of degree 5, three Gauss points.
   [[nodiscard]] std::array<double, 9> moments() const {
-    constexpr double kGauss[3] = {0.112701665379258311, 0.5, 0.887298334620741689}, kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    constexpr double kGauss[3] = {0.112701665379258311, 0.5, 0.887298334620741689},
+                     kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
     std::array<double, 9> m{};
     for (int i = 0; i < n; ++i) {
       const int j = i + 1 < n ? i + 1 : 0;
@@ -315,7 +318,8 @@ void add_upright_moments(const FlatPolygon& polygon, const UprightPrism& up, Lat
   const double low = std::max(2 * (up.low - base) - 1, -1.0), high = std::min(2 * (up.high - base) - 1, 1.0);
   if (high <= low) return;
   const std::array<double, 9> flat = polygon.moments();
-  const double along[3] = {(high - low) / 8, (high * high - low * low) / 16, (high * high * high - low * low * low) / 24};
+  const double along[3] = {(high - low) / 8, (high * high - low * low) / 16,
+                           (high * high * high - low * low * low) / 24};
   constexpr std::size_t kStride[3] = {1, 3, 9};
   const std::size_t su = kStride[(up.axis + 1) % 3], sv = kStride[(up.axis + 2) % 3], sw = kStride[up.axis];
   for (std::size_t c = 0; c < 3; ++c)
@@ -358,8 +362,8 @@ CollisionVertex first_ancestor(const CollisionMesh& mesh, CollisionVertex v) {
 }
 
 PrismCorners corners_of(const CollisionMesh& mesh, const LatticeFrame& frame, CollisionVertex v) {
-  return {snapped_to_lattice(frame, mesh.rest[v] - mesh.offset[v]), snapped_to_lattice(frame, mesh.rest[v] + mesh.offset[v]),
-          first_ancestor(mesh, v)};
+  return {snapped_to_lattice(frame, mesh.rest[v] - mesh.offset[v]),
+          snapped_to_lattice(frame, mesh.rest[v] + mesh.offset[v]), first_ancestor(mesh, v)};
 }
 
 Prism prism_between(const PrismCorners& a, const PrismCorners& b, const PrismCorners& c) {
@@ -403,7 +407,8 @@ void prism_in_cells(const Prism& prism, const LatticeFrame& frame, std::vector<d
     if (v > kOverlapVolume) out.push_back({lo, v});
     return;
   }
-  scratch.assign(static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]), 0);
+  scratch.assign(
+      static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]), 0);
   auto slot = [&](LatticeIndex c) -> double& {
     std::size_t k[3];
     for (std::size_t a = 0; a < 3; ++a)  // what sticks out of the lattice by rounding counts to the last cell
@@ -411,7 +416,8 @@ void prism_in_cells(const Prism& prism, const LatticeFrame& frame, std::vector<d
     return scratch[(k[2] * static_cast<std::size_t>(size[1]) + k[1]) * static_cast<std::size_t>(size[0]) + k[0]];
   };
   for (const Tetrahedron& t : tets)
-    if (volume_of(t) > 0) slice(t, 0, lo, [&](const Tetrahedron& piece, LatticeIndex c) { slot(c) += volume_of(piece); });
+    if (volume_of(t) > 0)
+      slice(t, 0, lo, [&](const Tetrahedron& piece, LatticeIndex c) { slot(c) += volume_of(piece); });
   std::size_t i = 0;
   for (std::int32_t z = 0; z < size[2]; ++z)
     for (std::int32_t y = 0; y < size[1]; ++y)
@@ -435,7 +441,8 @@ void add_prism_moments(const Prism& prism, LatticeIndex cell, Moments& moments) 
   sum.add_to(moments);
 }
 
-void add_prism_moments_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, Moments& left, Moments& right) {
+void add_prism_moments_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, Moments& left,
+                              Moments& right) {
   if (const UprightPrism up = upright(prism); up.axis >= 0 && std::fabs(normal[up.axis]) <= 1e-12) {
     // height = normal . (x - point), x = cell + (local + 1) / 2
     const int u = (up.axis + 1) % 3, v = (up.axis + 2) % 3;
@@ -511,8 +518,7 @@ bool wall_lies_in_face(const PrismWall& wall, LatticeIndex cell, int axis) {
       polygon.clip(a, hi, -1);
     }
     Vec3 area{};
-    for (int i = 1; i + 1 < polygon.n; ++i)
-      area += cross(polygon.p[i] - polygon.p[0], polygon.p[i + 1] - polygon.p[0]);
+    for (int i = 1; i + 1 < polygon.n; ++i) area += cross(polygon.p[i] - polygon.p[0], polygon.p[i + 1] - polygon.p[0]);
     if (norm(area) > 1e-14) return true;
   }
   return false;

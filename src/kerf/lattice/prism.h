@@ -35,7 +35,8 @@ struct Prism {
 
 /// A wall of a prism: the quad over one edge, as two triangles with the prism's diagonal.
 struct PrismWall {
-  std::array<Vec3, 4> p;  ///< minus and plus of the lower id, minus and plus of the higher; the diagonal joins p[0], p[3]
+  std::array<Vec3, 4>
+      p;  ///< minus and plus of the lower id, minus and plus of the higher; the diagonal joins p[0], p[3]
 };
 
 /// Lattice coordinates of a point, put onto lattice planes nearer than kPlaneSnap.
@@ -69,7 +70,8 @@ double prism_in_cell(const Prism& prism, LatticeIndex cell);
 void add_prism_moments(const Prism& prism, LatticeIndex cell, Moments& moments);
 
 /// The same for the parts of the prism on the two sides of a plane; normal points left.
-void add_prism_moments_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, Moments& left, Moments& right);
+void add_prism_moments_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, Moments& left,
+                              Moments& right);
 
 /// Has the prism material in the cell on this side (+1 where normal points, -1) of a plane?
 bool prism_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, int side);

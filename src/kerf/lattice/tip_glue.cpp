@@ -63,7 +63,8 @@ void tip_glue(const HexMesh& hex, std::vector<TipGlue>& out) {
     for (int k = 0; k < 8; ++k)
       for (int l = 0; l < 8; ++l) {
         if (LatticeFrame::corner(hex.cell[copies.left], k) != LatticeFrame::corner(hex.cell[copies.right], l)) continue;
-        const NodeId a = hex.nodes[copies.left][static_cast<std::size_t>(k)], b = hex.nodes[copies.right][static_cast<std::size_t>(l)];
+        const NodeId a = hex.nodes[copies.left][static_cast<std::size_t>(k)],
+                     b = hex.nodes[copies.right][static_cast<std::size_t>(l)];
         if (a != b && hex.active(a) && hex.active(b)) out.push_back({a, b, copies.left, 0});
       }
     const PrismCorners& corners = hex.prism_corner[tip.vertex];
@@ -74,7 +75,8 @@ void tip_glue(const HexMesh& hex, std::vector<TipGlue>& out) {
       if (extent > most) most = extent, thickness = hex.frame.cell[a];
     }
     const double total = kTipGlue * thickness * (1 - tip.passed) / tip.passed;
-    for (std::size_t i = first; i < out.size(); ++i) out[i].stiffness_over_e = total / static_cast<double>(out.size() - first);
+    for (std::size_t i = first; i < out.size(); ++i)
+      out[i].stiffness_over_e = total / static_cast<double>(out.size() - first);
   }
 }
 

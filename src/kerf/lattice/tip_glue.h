@@ -13,9 +13,10 @@
 namespace kerf {
 
 struct TipGlue {
-  NodeId a, b;                  ///< twins on the left and the right of the slit, at the same lattice corner
-  HexId copy;                   ///< one of those that they belong to
-  double stiffness_over_e = 0;  ///< metres: times Young's modulus it is the spring's stiffness (N/m), in every direction
+  NodeId a, b;  ///< twins on the left and the right of the slit, at the same lattice corner
+  HexId copy;   ///< one of those that they belong to
+  double stiffness_over_e =
+      0;  ///< metres: times Young's modulus it is the spring's stiffness (N/m), in every direction
 };
 
 /// The copies left and right of a tip's continuation in its cell; equal or none if the split came to nothing.

@@ -39,9 +39,7 @@ inline void times_transposed(double* c, const double* m) {
   std::copy(out, out + kBlockDoubles, c);
 }
 
-inline double sum_of(const Lanes& v) {
-  return (v[0] + v[1]) + (v[2] + v[3]);
-}
+inline double sum_of(const Lanes& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
 }  // namespace
 
@@ -147,12 +145,11 @@ BlockCholeskyStructure extended(const BlockCholeskyStructure& base, std::int32_t
   return s;
 }
 
-BlockCholeskyStructure block_cholesky_structure(
-    std::int32_t rows, const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs) {
+BlockCholeskyStructure block_cholesky_structure(std::int32_t rows,
+                                                const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs) {
   BlockCholeskyStructure s;
   s.rows = rows;
-  std::vector<std::vector<std::int32_t>> neighbours(
-      rows);  // in the graph of what is not yet eliminated, sorted
+  std::vector<std::vector<std::int32_t>> neighbours(rows);  // in the graph of what is not yet eliminated, sorted
   for (const auto& [i, j] : pairs) {
     neighbours[i].push_back(j);
     neighbours[j].push_back(i);
@@ -201,8 +198,7 @@ void block_cholesky_factor(const BlockCholeskyStructure& s, std::vector<double>&
   }
 }
 
-void block_cholesky_solve(const BlockCholeskyStructure& s, const std::vector<double>& blocks,
-                          std::vector<double>& x) {
+void block_cholesky_solve(const BlockCholeskyStructure& s, const std::vector<double>& blocks, std::vector<double>& x) {
   for (std::int32_t q = 0; q < s.rows; ++q) {
     double* y = x.data() + kBlockRow * q;
     const double* m = blocks.data() + kBlockDoubles * q;

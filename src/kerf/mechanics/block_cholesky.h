@@ -28,10 +28,9 @@ struct BlockCholeskyStructure {
     std::int32_t target, left, right;
   };  ///< target -= left right'
   std::int32_t rows = 0;
-  std::vector<std::int32_t> position;  ///< row -> place in the elimination order
-  std::vector<std::int32_t> order;     ///< place -> row
-  std::vector<std::int32_t>
-      column_begin;  ///< per place: its blocks below the diagonal; block b is b + rows in storage
+  std::vector<std::int32_t> position;      ///< row -> place in the elimination order
+  std::vector<std::int32_t> order;         ///< place -> row
+  std::vector<std::int32_t> column_begin;  ///< per place: its blocks below the diagonal; block b is b + rows in storage
   std::vector<std::int32_t> block_row;     ///< place of each of them, ascending within a column
   std::vector<std::int32_t> update_begin;  ///< per place
   std::vector<Update> updates;             ///< storage indices
@@ -43,8 +42,8 @@ struct BlockCholeskyStructure {
 };
 
 /// Minimum degree order and fill for a graph given as pairs i < j, sorted, without repeats. O(rows^2 + fill).
-BlockCholeskyStructure block_cholesky_structure(
-    std::int32_t rows, const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs);
+BlockCholeskyStructure block_cholesky_structure(std::int32_t rows,
+                                                const std::vector<std::pair<std::int32_t, std::int32_t>>& pairs);
 
 /// The same with more rows at the end and more blocks, given as pairs of places p > q, in any order. The elimination order
 /// of the old rows stays, so blocks that are zero change no bit of the others.

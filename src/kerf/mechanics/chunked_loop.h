@@ -12,12 +12,10 @@ namespace kerf {
 template <class Body>
 void for_each_chunk(bool parallel, std::size_t n, std::size_t grain, const Body& body) {
   if (!parallel) {
-    for (std::size_t begin = 0; begin < n; begin += grain)
-      body(begin, std::min(n, begin + grain), begin / grain);
+    for (std::size_t begin = 0; begin < n; begin += grain) body(begin, std::min(n, begin + grain), begin / grain);
     return;
   }
-  parallel_for(n, grain,
-               [&body, grain](std::size_t begin, std::size_t end) { body(begin, end, begin / grain); });
+  parallel_for(n, grain, [&body, grain](std::size_t begin, std::size_t end) { body(begin, end, begin / grain); });
 }
 
 }  // namespace kerf

@@ -43,14 +43,12 @@ Matrix6 rotated(const Matrix6& e, const double (&r)[3][3]) {
   for (int i = 0; i < 6; ++i)
     for (int block = 0; block < 2; ++block) {
       const double* in = &e[6 * i + 3 * block];
-      for (int j = 0; j < 3; ++j)
-        half[6 * i + 3 * block + j] = in[0] * r[j][0] + in[1] * r[j][1] + in[2] * r[j][2];
+      for (int j = 0; j < 3; ++j) half[6 * i + 3 * block + j] = in[0] * r[j][0] + in[1] * r[j][1] + in[2] * r[j][2];
     }
   for (int block = 0; block < 2; ++block)
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 6; ++j)
-        out[6 * (3 * block + i) + j] = r[i][0] * half[6 * (3 * block) + j] +
-                                       r[i][1] * half[6 * (3 * block + 1) + j] +
+        out[6 * (3 * block + i) + j] = r[i][0] * half[6 * (3 * block) + j] + r[i][1] * half[6 * (3 * block + 1) + j] +
                                        r[i][2] * half[6 * (3 * block + 2) + j];
   return out;
 }
@@ -110,7 +108,7 @@ void add_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
   const NodeMatrixStructure& structure = model.node_matrix();
   double* blocks = w.coarse.blocks.data();
   FeltByNode felt[kMostGroups];
-  const auto turned = [](const Lanes (&a)[3], const Lanes& arm, Lanes* turns) {
+  const auto turned = [](const Lanes(&a)[3], const Lanes& arm, Lanes* turns) {
     turns[0] += arm[1] * a[2] - arm[2] * a[1];
     turns[1] += arm[2] * a[0] - arm[0] * a[2];
     turns[2] += arm[0] * a[1] - arm[1] * a[0];
@@ -119,7 +117,9 @@ void add_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
     const std::int32_t place = s.place[i];
     if (place < 0) continue;
     const Lanes arm = load_lanes(w.arm[i].v);
-    const auto write = [&](const FeltByNode& f) { add_node(arm, f, blocks + kBlockDoubles * s.cholesky.find_block(place, f.place)); };
+    const auto write = [&](const FeltByNode& f) {
+      add_node(arm, f, blocks + kBlockDoubles * s.cholesky.find_block(place, f.place));
+    };
     int groups = 1;
     const auto begin = [&](FeltByNode& f, std::int32_t group) {
       f.place = group;
@@ -174,7 +174,8 @@ void hold_turns_about_a_line(const CoarseStructure& s, StepWorkspace& w, std::si
   for (int a = 1; a < 3; ++a)
     if (moment[a][a] > moment[longest][longest]) longest = a;
   Lanes line = moment[longest];
-  for (int sweep = 0; sweep < 2; ++sweep) line = (line[0] * moment[0] + line[1] * moment[1] + line[2] * moment[2]) / all;
+  for (int sweep = 0; sweep < 2; ++sweep)
+    line = (line[0] * moment[0] + line[1] * moment[1] + line[2] * moment[2]) / all;
   const double length = (line[0] * line[0] + line[1] * line[1]) + line[2] * line[2];
   if (!(length > 0)) return;
   const Lanes felt = line[0] * moment[0] + line[1] * moment[1] + line[2] * moment[2];
@@ -248,8 +249,7 @@ void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
     for (int k = 0; k < 8; ++k) {
       if (c.part[k] < 0) continue;
       weight[c.part[k]] += spring.weights[k];
-      for (int a = 0; a < 3; ++a)
-        arm[c.part[k]][a] += spring.weights[k] * w.arm[spring.nodes[k].index()].v[a];
+      for (int a = 0; a < 3; ++a) arm[c.part[k]][a] += spring.weights[k] * w.arm[spring.nodes[k].index()].v[a];
     }
     int pair = 0;
     for (int p = 0; p < c.parts; ++p)
@@ -266,8 +266,7 @@ void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
         double* block = coarse.blocks.data() + kBlockDoubles * s.targets[c.target + pair];
         for (int i = 0; i < 6; ++i)
           for (int j = 0; j < 6; ++j)
-            for (int a = 0; a < 3; ++a)
-              block[8 * j + i] += w.spring_scale[c.spring] * rows[0][a][i] * rows[1][a][j];
+            for (int a = 0; a < 3; ++a) block[8 * j + i] += w.spring_scale[c.spring] * rows[0][a][i] * rows[1][a][j];
       }
   }
 

@@ -34,8 +34,7 @@ std::vector<std::int32_t> lattice_blocks(const MechanicsModel& model, int width)
   for (std::size_t i = 0; i < model.node_count(); ++i) {
     if (s.free[i] == 0) continue;
     std::int64_t index = 0;
-    for (int a = 2; a >= 0; --a)
-      index = index * blocks[a] + (model.grid()[i][a] - low[a]) * blocks[a] / nodes[a];
+    for (int a = 2; a >= 0; --a) index = index * blocks[a] + (model.grid()[i][a] - low[a]) * blocks[a] / nodes[a];
     block[i] = static_cast<std::int32_t>(index);
   }
   return block;
@@ -142,7 +141,8 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
 
   // Pairs of groups that elements and springs connect.
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
-  std::vector<std::uint64_t> there(static_cast<std::size_t>(out.groups), 0);  // per group, those among the first 64 that it has a pair with
+  std::vector<std::uint64_t> there(static_cast<std::size_t>(out.groups),
+                                   0);  // per group, those among the first 64 that it has a pair with
   const auto connect = [&](const std::array<NodeId, 8>& nodes) {
     for (int c = 0; c < 8; ++c)
       for (int d = 0; d < c; ++d) {
@@ -221,8 +221,7 @@ void add_crossings(const MechanicsModel& model, CoarseStructure& out) {
       std::array<std::int32_t, 8> sorted = place;
       std::sort(sorted.begin(), sorted.end(), std::greater<>());
       for (int c = 0; c < 8; ++c)
-        if (sorted[c] >= 0 && (c == 0 || sorted[c] != sorted[c - 1]))
-          crossing.place[crossing.parts++] = sorted[c];
+        if (sorted[c] >= 0 && (c == 0 || sorted[c] != sorted[c - 1])) crossing.place[crossing.parts++] = sorted[c];
       if (crossing.parts == 0 || (crossing.parts == 1 && !held)) continue;
       std::array<unsigned, 8> corners{};
       for (int p = 0; p < crossing.parts; ++p)
@@ -237,8 +236,7 @@ void add_crossings(const MechanicsModel& model, CoarseStructure& out) {
         for (int q = 0; q < crossing.parts; ++q) {
           const RigidModes force = moved_rigidly(k, modes, corners[q]);
           for (int p = 0; p <= q; ++p)  // pair (p, q) by rows of the upper triangle
-            out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] =
-                felt(force, modes, corners[p]);
+            out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] = felt(force, modes, corners[p]);
           if (crossing.antisymmetric) break;  // one is enough
         }
         return first;

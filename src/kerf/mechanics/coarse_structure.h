@@ -23,9 +23,9 @@ constexpr int group_width(std::size_t free_nodes) {
 
 struct CoarseStructure {
   std::int32_t groups = 0;
-  double length = 1;                ///< m; scales rotations to the size of translations
-  std::vector<std::int32_t> group;  ///< per node; -1: held or unused
-  std::vector<std::int32_t> place;  ///< per node: its group's place in the elimination order, or -1
+  double length = 1;                                ///< m; scales rotations to the size of translations
+  std::vector<std::int32_t> group;                  ///< per node; -1: held or unused
+  std::vector<std::int32_t> place;                  ///< per node: its group's place in the elimination order, or -1
   std::vector<std::int32_t> member_begin, members;  ///< per *place*: nodes, ascending
 
   /// An element that touches several groups (or a held node). The others do nothing in the coarse space:

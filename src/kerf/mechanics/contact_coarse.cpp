@@ -47,8 +47,8 @@ void extend_structure(const MechanicsModel& model, StepWorkspace& w) {
   const BlockCholeskyStructure& base = model.coarse().cholesky;
   ContactCoarse& c = w.coarse.contact;
   const auto tools = static_cast<std::int32_t>(w.contact.tools.size());
-  const bool same_base = c.base_order == base.order && c.base_rows == base.block_row && c.base_columns == base.column_begin &&
-                         c.cholesky.rows == base.rows + tools;
+  const bool same_base = c.base_order == base.order && c.base_rows == base.block_row &&
+                         c.base_columns == base.column_begin && c.cholesky.rows == base.rows + tools;
   if (!same_base) {
     c.base_order = base.order;
     c.base_rows = base.block_row;
@@ -85,7 +85,7 @@ Felt felt_of(const double (&p)[3][3], const Part& part) {
   const double w = part.weight, *a = part.arm;
   Felt out;
   for (int r = 0; r < 3; ++r) {
-    const double *q = p[r];
+    const double* q = p[r];
     out.low[r] = Lanes{w * q[0], w * q[1], w * q[2], q[2] * a[1] - q[1] * a[2]};
     out.high[r] = Lanes{q[0] * a[2] - q[2] * a[0], q[1] * a[0] - q[0] * a[1], 0, 0};
   }
@@ -136,7 +136,8 @@ void add_contacts_to_coarse(const MechanicsModel& model, StepWorkspace& w) {
       const Felt felt = felt_of(full, c.parts[a]);
       for (std::int32_t b = a; b < c.part_begin[i + 1]; ++b)
         add_felt(felt, c.parts[b],
-                 coarse.factored.data() + kBlockDoubles * static_cast<std::size_t>(c.cholesky.find_block(c.parts[a].place, c.parts[b].place)));
+                 coarse.factored.data() + kBlockDoubles * static_cast<std::size_t>(c.cholesky.find_block(
+                                                              c.parts[a].place, c.parts[b].place)));
     }
   }
 }

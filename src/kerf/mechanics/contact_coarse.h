@@ -21,13 +21,13 @@ struct ContactCoarse {
     std::int32_t place = 0;
     double weight = 0, arm[3] = {};
   };
-  BlockCholeskyStructure cholesky;         // the extended one
+  BlockCholeskyStructure cholesky;                                // the extended one
   std::vector<std::int32_t> base_order, base_rows, base_columns;  // of the structure that it extends
-  std::vector<std::int32_t> stored;        // block of the base -> block of the extended one
+  std::vector<std::int32_t> stored;                               // block of the base -> block of the extended one
   std::vector<std::pair<std::int32_t, std::int32_t>> extra;       // places p > q, sorted
   std::vector<std::pair<std::int32_t, std::int32_t>> missing;
   std::vector<Part> parts;
-  std::vector<std::int32_t> part_begin;    // per pressing row
+  std::vector<std::int32_t> part_begin;  // per pressing row
 };
 
 /// The structure that the coarse matrix of this step is stored in.

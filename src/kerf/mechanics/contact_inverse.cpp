@@ -25,7 +25,8 @@ inline double dot_lanes(const Lanes& a, const Lanes& b) {
 /// Principal axes of a positive semidefinite block: its columns are turned until they are upright to each other (Hestenes). All in whole columns: GCC 12
 /// makes fused multiply-adds of the rotation of two numbers, whatever -ffp-contract says.
 void principal_axes(const double* block, Vec3* axes) {
-  Lanes a[3] = {{block[0], block[3], block[5], 0}, {block[3], block[1], block[4], 0}, {block[5], block[4], block[2], 0}};
+  Lanes a[3] = {
+      {block[0], block[3], block[5], 0}, {block[3], block[1], block[4], 0}, {block[5], block[4], block[2], 0}};
   Lanes q[3] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
   const auto turn = [](Lanes& x, Lanes& y, double c, double s) {
     const Lanes before = x;
@@ -56,7 +57,11 @@ void sort_shares(ContactInverse& c, std::size_t slots) {
   for (std::size_t i = 0; i < c.rows.size(); ++i)
     for (std::int32_t k = c.begin[i]; k < c.begin[i + 1]; ++k) {
       const ContactInverse::Touch& t = c.touches[k];
-      c.shares[c.share_next[t.slot]++] = {static_cast<std::int32_t>(i), {static_cast<float>(t.weight * c.root[i].x), static_cast<float>(t.weight * c.root[i].y), static_cast<float>(t.weight * c.root[i].z)}, t.weight};
+      c.shares[c.share_next[t.slot]++] = {
+          static_cast<std::int32_t>(i),
+          {static_cast<float>(t.weight * c.root[i].x), static_cast<float>(t.weight * c.root[i].y),
+           static_cast<float>(t.weight * c.root[i].z)},
+          t.weight};
     }
 }
 
@@ -83,7 +88,8 @@ inline void store_tile(float* p, std::size_t stride, const Tile& t) {
 }
 
 /// t -= what lies before it: sum over first <= k < last of factor(k)[c] v(k), which of one k lie `stride` after those of the one before.
-inline void subtract_products(const float* factor, const float* v, std::size_t stride, std::size_t first, std::size_t last, Tile& t) {
+inline void subtract_products(const float* factor, const float* v, std::size_t stride, std::size_t first,
+                              std::size_t last, Tile& t) {
   for (std::size_t k = first; k < last; ++k) {
     const float* f = factor + k * stride;
     const Eight x = load_eight(v + k * stride);
@@ -154,7 +160,8 @@ void invert_columns(const float* l, std::size_t stride, float* out) {
 }
 
 inline Eight added_pairs(const Eight& a, const Eight& b) {
-  return __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14) + __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15);
+  return __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14) +
+         __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15);
 }
 
 /// out = W' W v with lower triangular W by rows; half = W v.
@@ -180,7 +187,8 @@ void multiply_inverse(const float* w, std::size_t stride, const float* v, float*
 }
 
 /// How many times as stiff as its nodes a row is.
-double relative_stiffness(const MechanicsModel& model, const ContactRow& row, const double* block, const StepWorkspace& w) {
+double relative_stiffness(const MechanicsModel& model, const ContactRow& row, const double* block,
+                          const StepWorkspace& w) {
   const ContactSet& set = *w.contact.set;
   double sum = 0;
   for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
@@ -283,7 +291,8 @@ double apply_contact_inverse(StepWorkspace& w) {
   ContactInverse& c = w.contact.inverse;
   const std::size_t n = c.rows.size(), stride = c.stride;
   float *x = c.value.data()->v, *y = x + stride, *z = y + stride;
-  const Lanes turned[3] = {Lanes{c.axes[0].x, c.axes[1].x, c.axes[2].x, 0}, Lanes{c.axes[0].y, c.axes[1].y, c.axes[2].y, 0},
+  const Lanes turned[3] = {Lanes{c.axes[0].x, c.axes[1].x, c.axes[2].x, 0},
+                           Lanes{c.axes[0].y, c.axes[1].y, c.axes[2].y, 0},
                            Lanes{c.axes[0].z, c.axes[1].z, c.axes[2].z, 0}};
   StepWorkspace::Quad* settled = w.preconditioned.data();
   const StepWorkspace::Quad* diagonal = w.inverse_diagonal.data();
@@ -304,10 +313,12 @@ double apply_contact_inverse(StepWorkspace& w) {
     z[i] = static_cast<float>(v[2] * root[i].z);
   }
   for (std::size_t a = 0; a < 3; ++a)
-    multiply_inverse(c.inverse.data()->v + a * stride * stride, stride, x + a * stride, c.half.data()->v, c.solved.data()->v + a * stride);
+    multiply_inverse(c.inverse.data()->v + a * stride * stride, stride, x + a * stride, c.half.data()->v,
+                     c.solved.data()->v + a * stride);
   const float *p = c.solved.data()->v, *q = p + stride, *r = q + stride;
   double sum = 0;
-  const Lanes axes[3] = {Lanes{c.axes[0].x, c.axes[0].y, c.axes[0].z, 0}, Lanes{c.axes[1].x, c.axes[1].y, c.axes[1].z, 0},
+  const Lanes axes[3] = {Lanes{c.axes[0].x, c.axes[0].y, c.axes[0].z, 0},
+                         Lanes{c.axes[1].x, c.axes[1].y, c.axes[1].z, 0},
                          Lanes{c.axes[2].x, c.axes[2].y, c.axes[2].z, 0}};
   ContactInverse::Quad* force = c.force.data();
   for (std::size_t i = 0; i < n; ++i) {
@@ -318,11 +329,13 @@ double apply_contact_inverse(StepWorkspace& w) {
   const ContactInverse::Share *share = c.shares.data(), *all = share;
   for (std::size_t slot = 0; slot < c.nodes.size(); ++slot) {
     Lanes f = all_lanes(0);
-    for (const ContactInverse::Share* end = all + c.share_begin[slot + 1]; share != end; ++share) f += share->weight * load_lanes(force[share->row].v);
+    for (const ContactInverse::Share* end = all + c.share_begin[slot + 1]; share != end; ++share)
+      f += share->weight * load_lanes(force[share->row].v);
     const auto node = static_cast<std::size_t>(c.nodes[slot]);
     const StepWorkspace::Quad* d = diagonal + 3 * node;
     double* out = settled[node].v;
-    store_lanes(out, load_lanes(out) - (f[0] * load_lanes(d[0].v) + f[1] * load_lanes(d[1].v) + f[2] * load_lanes(d[2].v)));
+    store_lanes(out,
+                load_lanes(out) - (f[0] * load_lanes(d[0].v) + f[1] * load_lanes(d[1].v) + f[2] * load_lanes(d[2].v)));
   }
   return -sum;
 }

@@ -29,33 +29,34 @@ struct ContactInverse {
     double weight = 0;
   };
   struct Share {
-    std::int32_t row = 0;   ///< in `rows`
-    float along[3] = {};    ///< weight times R, per axis
+    std::int32_t row = 0;  ///< in `rows`
+    float along[3] = {};   ///< weight times R, per axis
     double weight = 0;
   };
   struct alignas(32) Quad {
     double v[4];
   };
   bool used = false;
-  Vec3 axes[3];                      ///< the frame
-  std::vector<std::int32_t> rows;    ///< of the contact set, ascending
-  std::vector<std::uint8_t> has;     ///< per row of the contact set
-  std::vector<std::uint8_t> phases;  ///< of all those rows when it was made
-  std::vector<std::int32_t> begin;   ///< per row its touches
-  std::vector<Touch> touches;        ///< of nodes that move
-  std::vector<Vec3> root;            ///< R per row, by axis
-  std::vector<std::int32_t> nodes;   ///< that have touches
-  std::vector<std::int32_t> slot_of;  ///< per node of ContactWork::nodes, -1
+  Vec3 axes[3];                                       ///< the frame
+  std::vector<std::int32_t> rows;                     ///< of the contact set, ascending
+  std::vector<std::uint8_t> has;                      ///< per row of the contact set
+  std::vector<std::uint8_t> phases;                   ///< of all those rows when it was made
+  std::vector<std::int32_t> begin;                    ///< per row its touches
+  std::vector<Touch> touches;                         ///< of nodes that move
+  std::vector<Vec3> root;                             ///< R per row, by axis
+  std::vector<std::int32_t> nodes;                    ///< that have touches
+  std::vector<std::int32_t> slot_of;                  ///< per node of ContactWork::nodes, -1
   std::vector<std::int32_t> share_begin, share_next;  ///< per slot
   std::vector<Share> shares;
   struct alignas(32) Eight {
     float v[8];
   };
-  std::size_t stride = 0;            ///< rows, up to the next eight
-  std::vector<Eight> factor;         ///< per axis: Cholesky factor L of S by columns; on the diagonal the inverse of its pivots
-  std::vector<Eight> inverse;        ///< per axis: L^-1 by rows
+  std::size_t stride = 0;  ///< rows, up to the next eight
+  std::vector<Eight>
+      factor;  ///< per axis: Cholesky factor L of S by columns; on the diagonal the inverse of its pivots
+  std::vector<Eight> inverse;              ///< per axis: L^-1 by rows
   std::vector<Eight> value, half, solved;  ///< per axis: v, L^-1 v, S^-1 v
-  std::vector<Quad> force;           ///< per row: J' of it is taken off
+  std::vector<Quad> force;                 ///< per row: J' of it is taken off
 };
 
 /// Lists the rows and chooses the frame. False if there are none, or too many.

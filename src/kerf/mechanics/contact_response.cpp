@@ -88,10 +88,14 @@ double stiffening(const ContactSet& set, const Row& row) {
 }
 
 /// N along the normal at a gap, of a row that gives way.
-double limited_force(const ContactRow& in, const Row& row, double gap) { return std::clamp(-row.stiffness * gap, 0.0, in.limit); }
+double limited_force(const ContactRow& in, const Row& row, double gap) {
+  return std::clamp(-row.stiffness * gap, 0.0, in.limit);
+}
 
 /// How far a friction spring is stretched when it slips, m, and its stiffness, N/m, where `limit` N are the most that it holds.
-double longest_stretch(const ContactSet& set, const Row& row, double limit) { return std::max(kSlack * set.options.unseen, limit / row.stiffness); }
+double longest_stretch(const ContactSet& set, const Row& row, double limit) {
+  return std::max(kSlack * set.options.unseen, limit / row.stiffness);
+}
 double friction_stiffness(const ContactSet& set, const Row& row, double limit) {
   const double slack = kSlack * set.options.unseen;
   return slack > 0 ? std::min(row.stiffness, limit / slack) : row.stiffness;
@@ -102,7 +106,14 @@ void linearise(const ContactSet& set, const ContactRow& in, double h, double ble
   const Vec3 n = in.normal, vo = in.other_velocity;
   if (in.limit > 0) {
     const double k = row.phase == ContactPhase::kStick ? row.stiffness : 0, hh = h * h;
-    const double block[8] = {hh * k * n.x * n.x, hh * k * n.y * n.y, hh * k * n.z * n.z, hh * k * n.x * n.y, hh * k * n.y * n.z, hh * k * n.z * n.x, 0, 0};
+    const double block[8] = {hh * k * n.x * n.x,
+                             hh * k * n.y * n.y,
+                             hh * k * n.z * n.z,
+                             hh * k * n.x * n.y,
+                             hh * k * n.y * n.z,
+                             hh * k * n.z * n.x,
+                             0,
+                             0};
     std::copy(block, block + 8, row.block);
     row.impulse = h * (k > 0 ? -k * (row.gap - h * dot(n, vo)) : in.limit) * n;
     return;
@@ -157,7 +168,8 @@ ContactPhase next_of_limited(const ContactRow& in, const Row& row, double gap) {
 /// Stick or slide from a stretch of the friction spring and a normal force.
 ContactPhase phase_of(const ContactSet& set, double friction, const Row& row) {
   const bool reversed = row.phase == ContactPhase::kSlide && dot(row.stretch, row.along) < 0;
-  return norm(row.stretch) <= longest_stretch(set, row, friction * row.held) || reversed ? ContactPhase::kStick : ContactPhase::kSlide;
+  return norm(row.stretch) <= longest_stretch(set, row, friction * row.held) || reversed ? ContactPhase::kStick
+                                                                                         : ContactPhase::kSlide;
 }
 
 void set_sliding_direction(Row& row) {
@@ -225,7 +237,8 @@ void sum_rows_of_cells(const MechanicsModel& model, StepWorkspace& w) {
 /// Rows that press in another way than those that the inverse was made for.
 int changed_rows(const ContactWork& c) {
   int changed = 0;
-  for (std::size_t r = 0; r < c.rows.size(); ++r) changed += static_cast<std::uint8_t>(c.rows[r].phase) != c.inverse.phases[r] ? 1 : 0;
+  for (std::size_t r = 0; r < c.rows.size(); ++r)
+    changed += static_cast<std::uint8_t>(c.rows[r].phase) != c.inverse.phases[r] ? 1 : 0;
   return changed;
 }
 
@@ -305,7 +318,8 @@ Status check_contacts(const MechanicsModel& model, const MechanicsState& state, 
   if (o.passes < 1) return bad_input(fmt::format("contacts: passes = {} must be at least 1", o.passes));
   if (!(o.friction_blend >= 0 && o.friction_blend <= 1))
     return bad_input(fmt::format("contacts: friction_blend = {} must lie between 0 and 1", o.friction_blend));
-  if (!(o.push_speed > 0)) return bad_input(fmt::format("contacts: push_speed = {} m/s must be positive", o.push_speed));
+  if (!(o.push_speed > 0))
+    return bad_input(fmt::format("contacts: push_speed = {} m/s must be positive", o.push_speed));
   if (set.tools.size() != state.tools.size())
     return bad_input(fmt::format("contacts: {} tools, but the state has {}", set.tools.size(), state.tools.size()));
   for (std::size_t i = 0; i < set.tools.size(); ++i) KERF_TRY(check_tool(set.tools[i], state.tools[i], i));
@@ -313,7 +327,8 @@ Status check_contacts(const MechanicsModel& model, const MechanicsState& state, 
     const ContactRow& row = set.rows[r];
     const auto refuse = [&](const char* what) { return bad_input(fmt::format("contact {}: {}", r + 1, what)); };
     if (r > 0 && !(set.rows[r - 1].key < row.key)) return refuse("its key is not above that of the one before");
-    if (row.first < 0 || row.count < 0 || static_cast<std::size_t>(row.first) + static_cast<std::size_t>(row.count) > set.entries.size())
+    if (row.first < 0 || row.count < 0 ||
+        static_cast<std::size_t>(row.first) + static_cast<std::size_t>(row.count) > set.entries.size())
       return refuse("its entries do not exist");
     if (row.rigid >= static_cast<std::int32_t>(set.tools.size())) return refuse("its tool does not exist");
     if (!(std::abs(dot(row.normal, row.normal) - 1) < kUnitTolerance)) return refuse("its normal is not a unit vector");
@@ -321,7 +336,8 @@ Status check_contacts(const MechanicsModel& model, const MechanicsState& state, 
     if (!(row.friction >= 0) || !std::isfinite(row.friction)) return refuse("its friction must not be negative");
     if (!(row.push_speed >= 0)) return refuse("its push speed must not be negative");
     if (!(row.stiffness >= 0) || !std::isfinite(row.stiffness)) return refuse("its stiffness must not be negative");
-    if (!(row.limit >= 0) || (row.limit > 0) != (row.stiffness > 0)) return refuse("its limit must not be negative, and stiffness and limit go together");
+    if (!(row.limit >= 0) || (row.limit > 0) != (row.stiffness > 0))
+      return refuse("its limit must not be negative, and stiffness and limit go together");
     if (!is_finite(row.other_velocity) || !is_finite(row.arm)) return refuse("a velocity or an arm is not finite");
     for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
       if (!set.entries[k].node.valid() || set.entries[k].node.index() >= model.node_count())
@@ -329,7 +345,8 @@ Status check_contacts(const MechanicsModel& model, const MechanicsState& state, 
       if (!std::isfinite(set.entries[k].weight)) return refuse("a weight is not finite");
     }
     if (row.cell.valid()) {
-      if (!model.has_element(row.cell) || row.count != 8) return refuse("its cell does not exist, or its entries are not the corners");
+      if (!model.has_element(row.cell) || row.count != 8)
+        return refuse("its cell does not exist, or its entries are not the corners");
       for (int k = 0; k < 8; ++k)
         if (set.entries[row.first + k].node != model.element(row.cell).nodes[k])
           return refuse("its entries are not the corners of its cell");
@@ -424,9 +441,11 @@ void prepare_contacts(const MechanicsModel& model, const MechanicsState& state, 
     if (row.phase != ContactPhase::kOpen) row.phase = phase_of(set, in.friction, row);
     set_sliding_direction(row);
     // What the force of the last step holds is no overlap to get rid of, however far it goes beyond what may be pushed out in a step.
-    if (in.gap < 0 && row.stiffness > 0) row.gap = std::max(in.gap, -row.force / row.stiffness - push_speed(in, set.options) * h);
+    if (in.gap < 0 && row.stiffness > 0)
+      row.gap = std::max(in.gap, -row.force / row.stiffness - push_speed(in, set.options) * h);
     if (row.phase == ContactPhase::kOpen) continue;
-    const double impulse = h * likely_force(row, row.force, row.gap + h * dot(in.normal, row.motion - in.other_velocity));
+    const double impulse =
+        h * likely_force(row, row.force, row.gap + h * dot(in.normal, row.motion - in.other_velocity));
     asked += row.weights * impulse * impulse;
   }
   c.asked = std::sqrt(asked);
@@ -440,7 +459,9 @@ void assemble_contacts(const MechanicsModel& model, double h, bool last, bool co
   c.pressing.clear();
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     if (c.rows[r].phase == ContactPhase::kOpen || !(c.rows[r].stiffness > 0)) continue;
-    linearise(set, set.rows[r], h, last ? 1.0 : (c.rows[r].slid && c.pass >= kSettledPass ? kSettledBlend : 1) * set.options.friction_blend, c.rows[r]);
+    linearise(set, set.rows[r], h,
+              last ? 1.0 : (c.rows[r].slid && c.pass >= kSettledPass ? kSettledBlend : 1) * set.options.friction_blend,
+              c.rows[r]);
     c.pressing.push_back(static_cast<std::int32_t>(r));
   }
   c.touched_free.assign(pieces.free.size(), 0);
@@ -476,7 +497,8 @@ double multiply_contacts(const MechanicsModel& model, SystemVector which, StepWo
     Lanes at = sum_of_nodes(set, row, p);
     if (row.rigid >= 0) at -= lanes_of(tool_velocity(c.tools[row.rigid].*part, row.arm));
     const double* b = c.rows[r].block;
-    const Lanes force = at[0] * Lanes{b[0], b[3], b[5], 0} + at[1] * Lanes{b[3], b[1], b[4], 0} + at[2] * Lanes{b[5], b[4], b[2], 0};
+    const Lanes force =
+        at[0] * Lanes{b[0], b[3], b[5], 0} + at[1] * Lanes{b[3], b[1], b[4], 0} + at[2] * Lanes{b[5], b[4], b[2], 0};
     for (std::int32_t k = row.first; k < row.first + row.count; ++k) {
       double* out = w.product[set.entries[k].node.index()].v;
       store_lanes(out, load_lanes(out) + set.entries[k].weight * force);
@@ -563,10 +585,12 @@ double update_contacts(double h, StepWorkspace& w) {
       continue;
     }
     missed = missed || (row.phase == ContactPhase::kOpen && gap < -set.options.unseen);
-    c.overlooked = c.overlooked || (row.phase == ContactPhase::kOpen && set.options.unseen > 0 && gap < -kMostUnseen * set.options.unseen);
+    c.overlooked = c.overlooked || (row.phase == ContactPhase::kOpen && set.options.unseen > 0 &&
+                                    gap < -kMostUnseen * set.options.unseen);
     row.force = std::max(0.0, -row.stiffness * gap);
     const ContactPhase before = row.phase;
-    row.held = before == ContactPhase::kOpen ? likely_force(row, 0, gap) : std::min(row.force, std::max(0.0, dot(row.used, in.normal) / h));
+    row.held = before == ContactPhase::kOpen ? likely_force(row, 0, gap)
+                                             : std::min(row.force, std::max(0.0, dot(row.used, in.normal) / h));
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     Vec3 wanted, owed;  // impulses: the second without what a spring that turns round would hold beyond its limit
     if (gap < 0 || (row.phase != ContactPhase::kOpen && c.pass > kFreePasses)) {
@@ -574,7 +598,8 @@ double update_contacts(double h, StepWorkspace& w) {
       set_sliding_direction(row);
       row.slid = before == ContactPhase::kSlide && row.phase == ContactPhase::kSlide;
       const double limit = in.friction * row.held;
-      const Vec3 spring = row.phase == ContactPhase::kStick ? friction_stiffness(set, row, limit) * row.stretch : limit * row.along;
+      const Vec3 spring =
+          row.phase == ContactPhase::kStick ? friction_stiffness(set, row, limit) * row.stretch : limit * row.along;
       wanted = h * (row.force * in.normal - spring);
       owed = norm(spring) > limit ? h * (row.force * in.normal - (limit / norm(spring)) * spring) : wanted;
     } else {
@@ -600,8 +625,7 @@ ContactSummary finish_contacts(double h, StepWorkspace& w) {
     const ContactRow& in = set.rows[r];
     const Row& row = c.rows[r];
     // The force that took part in this step, not what the last iterate would ask for.
-    const Vec3 impulse =
-        row.impulse - times(row.block, relative(set, in, w.solution, c.tools, &ToolWork::solution));
+    const Vec3 impulse = row.impulse - times(row.block, relative(set, in, w.solution, c.tools, &ToolWork::solution));
     if (in.rigid >= 0) add_to_tool(c.tools[in.rigid].contact, in.arm, impulse, -1);
     c.results[r].force = (1 / h) * impulse;
     c.results[r].normal_force = std::max(0.0, dot(c.results[r].force, in.normal));
@@ -629,7 +653,8 @@ void store_contacts(double h, const StepWorkspace& w, MechanicsState& state) {
     const Row& row = c.rows[r];
     if (row.phase == ContactPhase::kOpen || !(row.held > 0) || set.rows[r].limit > 0) continue;
     const double longest = longest_stretch(set, row, set.rows[r].friction * row.held), length = norm(row.stretch);
-    state.contacts.push_back({set.rows[r].key, row.held, length > longest ? (longest / length) * row.stretch : row.stretch});
+    state.contacts.push_back(
+        {set.rows[r].key, row.held, length > longest ? (longest / length) * row.stretch : row.stretch});
   }
   for (std::size_t i = 0; i < c.tools.size(); ++i) state.tools[i] = moved_tool(state.tools[i], c.tools[i], h);
 }

@@ -53,21 +53,21 @@ struct ContactWork {
   struct Cell {
     std::int32_t element = -1, rows = 0;
   };
-  const ContactSet* set = nullptr;     // null: no contact in this step
-  int pass = 0;                        // of this step, from 1
-  double unforced = 0;                 // norm of the residual without contacts, when the first pass begins, N s
-  double asked = 0;                    // norm of what contacts should change in the next pass, as far as mass must be stopped, N s
-  bool overlooked = false;             // after the last pass: a row without a force overlaps by more than kMostUnseen allows
+  const ContactSet* set = nullptr;  // null: no contact in this step
+  int pass = 0;                     // of this step, from 1
+  double unforced = 0;              // norm of the residual without contacts, when the first pass begins, N s
+  double asked = 0;         // norm of what contacts should change in the next pass, as far as mass must be stopped, N s
+  bool overlooked = false;  // after the last pass: a row without a force overlaps by more than kMostUnseen allows
   std::vector<Row> rows;
-  std::vector<std::int32_t> pressing;  // rows, ascending
-  std::vector<std::int32_t> single;    // those of them that are applied one by one
-  std::vector<Cell> cells;             // with enough rows to be summed, by first row
-  std::vector<std::int32_t> cell_of;   // per element: rows counted, then place in `cells`; -1 between uses
-  std::vector<Quad> sums, matrices;    // 72 and 192 quads per cell
-  std::vector<double> share;           // per node: sum of |weights| of likely rows
-  std::vector<std::int32_t> node_slot; // per node, -1
-  std::vector<std::int32_t> nodes;     // whose diagonal block has contacts in it, and was without in the last pass
-  std::vector<Quad> node_block;        // two quads per entry of `nodes`
+  std::vector<std::int32_t> pressing;   // rows, ascending
+  std::vector<std::int32_t> single;     // those of them that are applied one by one
+  std::vector<Cell> cells;              // with enough rows to be summed, by first row
+  std::vector<std::int32_t> cell_of;    // per element: rows counted, then place in `cells`; -1 between uses
+  std::vector<Quad> sums, matrices;     // 72 and 192 quads per cell
+  std::vector<double> share;            // per node: sum of |weights| of likely rows
+  std::vector<std::int32_t> node_slot;  // per node, -1
+  std::vector<std::int32_t> nodes;      // whose diagonal block has contacts in it, and was without in the last pass
+  std::vector<Quad> node_block;         // two quads per entry of `nodes`
   ContactInverse inverse;
   std::vector<std::uint8_t> touched_free;  // per free piece: something presses on it
   bool any_free_touched = false;

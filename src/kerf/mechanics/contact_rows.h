@@ -24,35 +24,35 @@ struct ContactEntry {
 struct ContactRow {
   std::uint64_t key = 0;  ///< who touches whom; unique, rows come sorted by it; memory follows it from step to step
   std::int32_t first = 0, count = 0;  ///< its entries
-  HexId cell;             ///< when all entries are the 8 corners of this element, in its order; else invalid
+  HexId cell;               ///< when all entries are the 8 corners of this element, in its order; else invalid
   std::int32_t rigid = -1;  ///< the other side is this rigid tool; -1: a place that moves as given, or nodes
-  Vec3 arm;               ///< from the tool's centre to the contact point, m
-  Vec3 normal;            ///< unit, points from the other side to the first
-  double gap = 0;         ///< at the start of the step, m; negative: overlap
-  Vec3 other_velocity;    ///< of a given other side at the contact point, m/s
-  double friction = 0;    ///< Coulomb's coefficient
-  double push_speed = 0;  ///< m/s, instead of the options' where that is faster; 0: theirs
-  double limit = 0;       ///< N: where it gives way, without friction and however deep it then is; 0: it never does
-  double stiffness = 0;   ///< N/m, of a row with a limit, and only there
+  Vec3 arm;                 ///< from the tool's centre to the contact point, m
+  Vec3 normal;              ///< unit, points from the other side to the first
+  double gap = 0;           ///< at the start of the step, m; negative: overlap
+  Vec3 other_velocity;      ///< of a given other side at the contact point, m/s
+  double friction = 0;      ///< Coulomb's coefficient
+  double push_speed = 0;    ///< m/s, instead of the options' where that is faster; 0: theirs
+  double limit = 0;         ///< N: where it gives way, without friction and however deep it then is; 0: it never does
+  double stiffness = 0;     ///< N/m, of a row with a limit, and only there
 };
 
 /// A rigid tool that follows a given pose through a virtual coupling: six freedoms in the same linear system.
 struct RigidTool {
-  double mass = 0.05;          ///< kg, of the proxy
-  double inertia = 1e-5;       ///< kg m2, about any axis
-  double stiffness = 0;        ///< N/m between the proxy and the pose it follows
-  double damping = 0;          ///< N s/m
+  double mass = 0.05;            ///< kg, of the proxy
+  double inertia = 1e-5;         ///< kg m2, about any axis
+  double stiffness = 0;          ///< N/m between the proxy and the pose it follows
+  double damping = 0;            ///< N s/m
   double turning_stiffness = 0;  ///< N m/rad
   double turning_damping = 0;    ///< N m s/rad
-  Vec3 target;                 ///< where the device is at the end of the step, m
-  Mat3 target_axes;            ///< and how it is turned
-  Vec3 target_velocity;        ///< m/s
-  Vec3 target_spin;            ///< rad/s, world
-  Vec3 force, torque;          ///< given ones on top of coupling and contacts, N, N m, world
-  double max_force = 0;        ///< N the coupling can pull with; 0: no limit
-  double max_torque = 0;       ///< N m the coupling can turn with; 0: no limit
-  double max_speed = 10;       ///< m/s; poses that jump are followed at this speed
-  double max_spin = 30;        ///< rad/s, the same for turns
+  Vec3 target;                   ///< where the device is at the end of the step, m
+  Mat3 target_axes;              ///< and how it is turned
+  Vec3 target_velocity;          ///< m/s
+  Vec3 target_spin;              ///< rad/s, world
+  Vec3 force, torque;            ///< given ones on top of coupling and contacts, N, N m, world
+  double max_force = 0;          ///< N the coupling can pull with; 0: no limit
+  double max_torque = 0;         ///< N m the coupling can turn with; 0: no limit
+  double max_speed = 10;         ///< m/s; poses that jump are followed at this speed
+  double max_spin = 30;          ///< rad/s, the same for turns
 };
 
 /// What a contact remembers: its force and the stretch of its friction spring. Part of the state.
@@ -64,11 +64,12 @@ struct ContactMemory {
 };
 
 struct ContactOptions {
-  double stiffness = 30;   ///< times the local diagonal of M / dt^2 + K
-  int passes = 8;          ///< linear solves a step at most, while contacts open and close; three times as many while one is overlooked
+  double stiffness = 30;  ///< times the local diagonal of M / dt^2 + K
+  int passes =
+      8;  ///< linear solves a step at most, while contacts open and close; three times as many while one is overlooked
   double friction_blend = 0.3;  ///< share of the secant in the sliding tangent
-  double push_speed = 1;   ///< m/s at which bodies that overlap at the start are pushed apart
-  double unseen = 0;       ///< m of new overlap without a force that end the passes all the same; 0: only forces count
+  double push_speed = 1;        ///< m/s at which bodies that overlap at the start are pushed apart
+  double unseen = 0;  ///< m of new overlap without a force that end the passes all the same; 0: only forces count
 };
 
 /// All that touches in one step.
@@ -82,7 +83,8 @@ struct ContactSet {
 /// What a step did with a tool: N, N m about its centre, world. Their sum is mass times acceleration, to rounding.
 struct RigidToolResult {
   Vec3 force, torque;  ///< on the tool: of all contacts, as the other sides feel them, and those given
-  Vec3 coupling_force, coupling_torque;  ///< of the virtual coupling, with its limits, and with what the solver left undone
+  Vec3 coupling_force,
+      coupling_torque;  ///< of the virtual coupling, with its limits, and with what the solver left undone
 };
 
 /// What a step did with one row.

@@ -9,8 +9,9 @@ namespace kerf {
 namespace {
 
 /// J' P J and J' impulse of one pressing row, J written out as a dense 3 x m matrix.
-void add_contact(const ContactRow& row, const ContactWork::Row& numbers, const StepWorkspace& w, const std::vector<double>& free,
-                 int n, Eigen::VectorXd& b, std::vector<Eigen::Triplet<double>>& entries) {
+void add_contact(const ContactRow& row, const ContactWork::Row& numbers, const StepWorkspace& w,
+                 const std::vector<double>& free, int n, Eigen::VectorXd& b,
+                 std::vector<Eigen::Triplet<double>>& entries) {
   const int m = 3 * row.count + (row.rigid >= 0 ? 6 : 0);
   Eigen::MatrixXd j = Eigen::MatrixXd::Zero(3, m);
   std::vector<int> unknown(static_cast<std::size_t>(m));
@@ -63,14 +64,11 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
   // Adds to (row node i, column node j); columns of held nodes go to the right-hand side.
   const auto add = [&](int i, int ra, int j, int cb, double value) {
     if (s.free[i] == 0) return;
-    if (s.free[j] == 0)
-      b[3 * i + ra] -= value * w.solution[j].v[cb];
-    else
-      entries.emplace_back(3 * i + ra, 3 * j + cb, value);
+    if (s.free[j] == 0) b[3 * i + ra] -= value * w.solution[j].v[cb];
+    else entries.emplace_back(3 * i + ra, 3 * j + cb, value);
   };
   for (int i = 0; i < n; ++i)
-    for (int a = 0; a < 3; ++a)
-      entries.emplace_back(3 * i + a, 3 * i + a, s.free[i] != 0 ? w.mass_diagonal[i] : 1.0);
+    for (int a = 0; a < 3; ++a) entries.emplace_back(3 * i + a, 3 * i + a, s.free[i] != 0 ? w.mass_diagonal[i] : 1.0);
   for (std::size_t batch = 0; batch < s.batches.size(); ++batch)
     for (int lane = 0; lane < MechanicsModel::kLanes; ++lane) {
       const std::int32_t e = s.batches[batch].element[lane];
@@ -114,7 +112,8 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
       entries.emplace_back(row, row, a < 3 ? contact.tools[t].mass : contact.tools[t].inertia);
     }
   if (contact.set != nullptr)
-    for (const std::int32_t r : contact.pressing) add_contact(contact.set->rows[r], contact.rows[r], w, s.free, n, b, entries);
+    for (const std::int32_t r : contact.pressing)
+      add_contact(contact.set->rows[r], contact.rows[r], w, s.free, n, b, entries);
   Eigen::SparseMatrix<double> matrix(size, size);
   matrix.setFromTriplets(entries.begin(), entries.end());
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);

@@ -205,16 +205,14 @@ void add(double factor, const ElementMatrix& from, ElementMatrix& to) {
 std::array<double, 8> shape_functions(Vec3 xi) {
   std::array<double, 8> n;
   for (int c = 0; c < 8; ++c)
-    n[c] = 0.125 * (1 + corner_sign(c, 0) * xi.x) * (1 + corner_sign(c, 1) * xi.y) *
-           (1 + corner_sign(c, 2) * xi.z);
+    n[c] = 0.125 * (1 + corner_sign(c, 0) * xi.x) * (1 + corner_sign(c, 1) * xi.y) * (1 + corner_sign(c, 2) * xi.z);
   return n;
 }
 
 std::array<MaterialPoint, 8> full_cell_points(Vec3 h) {
   const double g = 1 / std::sqrt(3.0), w = h.x * h.y * h.z / 8;
   std::array<MaterialPoint, 8> points;
-  for (int c = 0; c < 8; ++c)
-    points[c] = {g * Vec3{corner_sign(c, 0), corner_sign(c, 1), corner_sign(c, 2)}, w};
+  for (int c = 0; c < 8; ++c) points[c] = {g * Vec3{corner_sign(c, 0), corner_sign(c, 1), corner_sign(c, 2)}, w};
   return points;
 }
 

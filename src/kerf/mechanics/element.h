@@ -43,9 +43,7 @@ inline constexpr double kStiffnessFloor = 1e-3;
 inline constexpr double kCondensationRegularisation = 1e-12;
 
 /// Sign of corner c along an axis: -1 or +1.
-constexpr double corner_sign(int corner, int axis) {
-  return (corner >> axis & 1) != 0 ? 1.0 : -1.0;
-}
+constexpr double corner_sign(int corner, int axis) { return (corner >> axis & 1) != 0 ? 1.0 : -1.0; }
 
 /// The eight trilinear shape functions at xi.
 std::array<double, 8> shape_functions(Vec3 xi);

@@ -62,8 +62,7 @@ inline void apply_own(const double* k, const Lanes (&u)[8][3], Lanes (&f)[8][3])
     const double* k2 = k1 + kLanes * (length - 1);
     k = k2 + kLanes * (length - 2);
     const Lanes u0 = u[c][0], u1 = u[c][1], u2 = u[c][2];
-    const Lanes k01 = load_lanes(k0 + kLanes), k02 = load_lanes(k0 + 2 * kLanes),
-                k12 = load_lanes(k1 + kLanes);
+    const Lanes k01 = load_lanes(k0 + kLanes), k02 = load_lanes(k0 + 2 * kLanes), k12 = load_lanes(k1 + kLanes);
     Lanes s0 = f[c][0] + load_lanes(k0) * u0 + k01 * u1 + k02 * u2;
     Lanes s1 = f[c][1] + k01 * u0 + load_lanes(k1) * u1 + k12 * u2;
     Lanes s2 = f[c][2] + k02 * u0 + k12 * u1 + load_lanes(k2) * u2;
@@ -100,7 +99,8 @@ inline void linear_modes(const Lanes (&u)[8][3], Lanes (&mode)[3][3]) {
 inline Lanes turning_tension(const Lanes (&s)[3][3]) {
   using rotation_detail::select;
   const auto size = [](const Lanes& x) { return select(x < 0, -x, x); };
-  const Lanes xy = size(0.5 * (s[0][1] + s[1][0])), yz = size(0.5 * (s[1][2] + s[2][1])), zx = size(0.5 * (s[2][0] + s[0][2]));
+  const Lanes xy = size(0.5 * (s[0][1] + s[1][0])), yz = size(0.5 * (s[1][2] + s[2][1])),
+              zx = size(0.5 * (s[2][0] + s[0][2]));
   const Lanes x = s[0][0] - xy - zx, y = s[1][1] - xy - yz, z = s[2][2] - yz - zx;
   const Lanes least = select(x < y, select(x < z, x, z), select(y < z, y, z));
   return s[0][0] + s[1][1] + s[2][2] - least;
@@ -273,8 +273,7 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const
   }
 }
 
-void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::size_t begin,
-                           std::size_t end) {
+void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::size_t begin, std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
   // Components in the order xx yy zz xy yz zx.
   constexpr int kRow[6] = {0, 1, 2, 0, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 0};
@@ -326,9 +325,7 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
       write(b, 3, d);
     } else {
       const double* k = model.own_block(batch.own);
-      const auto packed = [&](int i, int j) {
-        return load_lanes(k + kLanes * (i * 24 - i * (i - 1) / 2 + j - i));
-      };
+      const auto packed = [&](int i, int j) { return load_lanes(k + kLanes * (i * 24 - i * (i - 1) / 2 + j - i)); };
       for (int c = 0; c < 8; ++c) {
         const int o = 3 * c;
         const double xy = (c ^ c >> 1) & 1 ? -1 : 1, yz = (c >> 1 ^ c >> 2) & 1 ? -1 : 1, zx = xy * yz;

@@ -20,13 +20,12 @@ inline constexpr double kTautness = 0.25, kTautBending = 0.3;
 
 /// Follows the rotations (workspace.rotation) to workspace.position and writes the elastic forces into the
 /// slots, and into workspace.tension what of the stress resists turns. Returns the number of inverted elements.
-int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin,
-                       std::size_t end);
+int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin, std::size_t end);
 
 /// workspace.scaled_rotation and tension for a step of dt. weight: there is gravity; without it tension doesn't last in pieces that nothing holds, and they
 /// have none in the matrix: it would brake their spin.
-void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, double dt, bool weight, std::size_t begin,
-                        std::size_t end);
+void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, double dt, bool weight,
+                        std::size_t begin, std::size_t end);
 
 /// slot = (dt^2 + dt b) R K R' p for one search direction.
 void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& workspace,
@@ -34,8 +33,7 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& workspac
 
 /// 3 x 3 diagonal blocks of the scaled stiffness into diagonal_slot. Full cells write corners 0 to 3 only:
 /// corner 7 - c has the block of corner c.
-void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin,
-                           std::size_t end);
+void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin, std::size_t end);
 
 /// Slot that holds the diagonal block of a slot.
 inline std::size_t diagonal_slot(std::size_t slot, std::size_t full_slots) {

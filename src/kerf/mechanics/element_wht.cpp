@@ -7,9 +7,7 @@
 namespace kerf {
 namespace {
 
-double walsh(int mode, int corner) {
-  return std::popcount(static_cast<unsigned>(mode & corner)) % 2 != 0 ? -1.0 : 1.0;
-}
+double walsh(int mode, int corner) { return std::popcount(static_cast<unsigned>(mode & corner)) % 2 != 0 ? -1.0 : 1.0; }
 
 // (H / 8) K (H / 8)'
 ElementMatrix transformed(const ElementMatrix& k) {
@@ -25,9 +23,7 @@ ElementMatrix transformed(const ElementMatrix& k) {
   return out;
 }
 
-constexpr int block_dof(int p, int axis) {
-  return 3 * (p ^ (1 << axis)) + axis;
-}
+constexpr int block_dof(int p, int axis) { return 3 * (p ^ (1 << axis)) + axis; }
 
 }  // namespace
 

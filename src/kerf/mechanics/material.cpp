@@ -19,8 +19,7 @@ Status validate(const Material& m) {
   if (!(m.damping_mass >= 0) || !std::isfinite(m.damping_mass))
     return bad_input(fmt::format("material: damping_mass = {} 1/s must not be negative", m.damping_mass));
   if (!(m.damping_stiffness >= 0) || !std::isfinite(m.damping_stiffness))
-    return bad_input(
-        fmt::format("material: damping_stiffness = {} s must not be negative", m.damping_stiffness));
+    return bad_input(fmt::format("material: damping_stiffness = {} s must not be negative", m.damping_stiffness));
   return {};
 }
 

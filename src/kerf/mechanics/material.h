@@ -25,8 +25,6 @@ constexpr double lame_lambda(const Material& m) {
   return m.young * m.poisson / ((1 + m.poisson) * (1 - 2 * m.poisson));
 }
 /// Shear modulus, Pa.
-constexpr double lame_mu(const Material& m) {
-  return m.young / (2 * (1 + m.poisson));
-}
+constexpr double lame_mu(const Material& m) { return m.young / (2 * (1 + m.poisson)); }
 
 }  // namespace kerf

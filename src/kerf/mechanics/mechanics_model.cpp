@@ -71,19 +71,18 @@ std::int32_t MechanicsModel::piece_count() {
 Status MechanicsModel::check_element(HexId id, const MechanicsElement& element) const {
   if (!id.valid()) return bad_input("element: invalid id");
   if (element.material < 0 || static_cast<std::size_t>(element.material) >= materials_.size())
-    return bad_input(fmt::format("element {}: material {} does not exist; there are {}", id.value + 1,
-                                 element.material, materials_.size()));
+    return bad_input(fmt::format("element {}: material {} does not exist; there are {}", id.value + 1, element.material,
+                                 materials_.size()));
   if (!(element.young_scale > 0) || !std::isfinite(element.young_scale))
-    return bad_input(
-        fmt::format("element {}: young_scale = {} must be positive", id.value + 1, element.young_scale));
+    return bad_input(fmt::format("element {}: young_scale = {} must be positive", id.value + 1, element.young_scale));
   for (int i = 0; i < 8; ++i) {
     if (!element.nodes[i].valid() || element.nodes[i].index() >= node_count())
-      return bad_input(fmt::format("element {}: corner {} names node {}, but there are {} nodes",
-                                   id.value + 1, i + 1, element.nodes[i].value + 1, node_count()));
+      return bad_input(fmt::format("element {}: corner {} names node {}, but there are {} nodes", id.value + 1, i + 1,
+                                   element.nodes[i].value + 1, node_count()));
     for (int j = 0; j < i; ++j)
       if (element.nodes[i] == element.nodes[j])
-        return bad_input(fmt::format("element {}: corners {} and {} are the same node {}", id.value + 1,
-                                     j + 1, i + 1, element.nodes[i].value + 1));
+        return bad_input(fmt::format("element {}: corners {} and {} are the same node {}", id.value + 1, j + 1, i + 1,
+                                     element.nodes[i].value + 1));
   }
   return {};
 }
@@ -127,12 +126,12 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element) {
 Status MechanicsModel::check_masses(HexId id, const std::array<double, 8>& masses) const {
   for (double m : masses)
     if (!std::isfinite(m))
-      return bad_input(fmt::format("element {}: a corner's mass is not finite; check the density and its material points", id.value + 1));
+      return bad_input(fmt::format(
+          "element {}: a corner's mass is not finite; check the density and its material points", id.value + 1));
   return {};
 }
 
-Status MechanicsModel::set_element(HexId id, const MechanicsElement& element,
-                                   const std::array<double, 8>& masses) {
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, const std::array<double, 8>& masses) {
   KERF_TRY(check_element(id, element));
   KERF_TRY(check_masses(id, masses));
   release_own(id);
@@ -140,12 +139,10 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element,
   return {};
 }
 
-Status MechanicsModel::set_element(HexId id, const MechanicsElement& element,
-                                   std::span<const MaterialPoint> points) {
+Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, std::span<const MaterialPoint> points) {
   KERF_TRY(check_element(id, element));
   const Material& material = materials_[element.material];
-  return set_element(id, element,
-                     partly_filled_matrix(formulation_, material, cell_size_, points),
+  return set_element(id, element, partly_filled_matrix(formulation_, material, cell_size_, points),
                      lumped_masses(material.density, points));
 }
 
@@ -198,8 +195,7 @@ Status MechanicsModel::store_own(HexId id, const MechanicsElement& element, cons
                                  const std::array<double, 8>& masses) {
   for (double k : matrix)
     if (!std::isfinite(k))
-      return bad_input(
-          fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
+      return bad_input(fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
   store_element(id, element, masses);
   const std::int32_t slot = take_own(id);
   own_material_[slot].material = -1;
@@ -228,7 +224,8 @@ Status MechanicsModel::truncate(std::size_t nodes, std::size_t elements) {
     for (std::size_t e = 0; e < std::min(elements, elements_.size()); ++e)
       for (const NodeId n : elements_[e].nodes)
         if (alive_[e] && n.index() >= nodes)
-          return bad_input(fmt::format("element {} still uses node {}; change it before the node goes", e + 1, n.value + 1));
+          return bad_input(
+              fmt::format("element {} still uses node {}; change it before the node goes", e + 1, n.value + 1));
   }
   for (std::size_t e = elements; e < elements_.size(); ++e) release_own(HexId(e));
   if (elements < elements_.size()) {
@@ -287,8 +284,8 @@ double MechanicsModel::spring_cap(std::int32_t material, double young_scale) con
   return kSpringCap * materials_[material].young * young_scale * h;
 }
 
-Result<SpringReceipt> MechanicsModel::add_attachment(HexId id, const std::array<double, 8>& weights,
-                                                     Vec3 target, double stiffness, double damping) {
+Result<SpringReceipt> MechanicsModel::add_attachment(HexId id, const std::array<double, 8>& weights, Vec3 target,
+                                                     double stiffness, double damping) {
   if (!has_element(id)) return bad_input(fmt::format("attachment: element {} does not exist", id.value + 1));
   const MechanicsElement& e = elements_[id.index()];
   RowSpring spring;
@@ -338,8 +335,8 @@ Result<SpringId> MechanicsModel::add_spring(const RowSpring& spring) {
   for (int i = 0; i < 8; ++i) {
     if (!spring.nodes[i].valid()) continue;
     if (spring.nodes[i].index() >= node_count())
-      return bad_input(fmt::format("spring: node {} does not exist; there are {}", spring.nodes[i].value + 1,
-                                   node_count()));
+      return bad_input(
+          fmt::format("spring: node {} does not exist; there are {}", spring.nodes[i].value + 1, node_count()));
     if (!std::isfinite(spring.weights[i])) return bad_input("spring: a weight is not finite");
     for (int j = 0; j < used; ++j)
       if (packed.nodes[j] == spring.nodes[i])
@@ -387,15 +384,12 @@ void MechanicsModel::clear_springs() {
   stale_ = true;
 }
 
-void MechanicsModel::clear_loads() {
-  std::fill(loads_.begin(), loads_.end(), Vec3{});
-}
+void MechanicsModel::clear_loads() { std::fill(loads_.begin(), loads_.end(), Vec3{}); }
 
 Status MechanicsModel::validate() const {
   for (int a = 0; a < 3; ++a)
     if (!(cell_size_[a] > 0) || !std::isfinite(cell_size_[a]))
-      return bad_input(
-          fmt::format("cell size: {} m along axis {} must be positive", cell_size_[a], "xyz"[a]));
+      return bad_input(fmt::format("cell size: {} m along axis {} must be positive", cell_size_[a], "xyz"[a]));
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       if (!(std::abs(dot(axes_.c[i], axes_.c[j]) - (i == j ? 1 : 0)) < kAxesTolerance))
@@ -403,8 +397,7 @@ Status MechanicsModel::validate() const {
   if (dot(cross(axes_.c[0], axes_.c[1]), axes_.c[2]) < 0)
     return bad_input("lattice axes: they are left-handed; flip one of them");
   for (std::size_t n = 0; n < rest_positions_.size(); ++n)
-    if (!is_finite(rest_positions_[n]))
-      return bad_input(fmt::format("node {}: its position is not finite", n + 1));
+    if (!is_finite(rest_positions_[n])) return bad_input(fmt::format("node {}: its position is not finite", n + 1));
   for (std::size_t e = 0; e < elements_.size(); ++e)
     if (alive_[e]) KERF_TRY(check_element(HexId(e), elements_[e]));
   return {};

@@ -110,9 +110,7 @@ class MechanicsModel {
   }
   [[nodiscard]] const MechanicsElement& element(HexId id) const { return elements_[id.index()]; }
   [[nodiscard]] bool is_partly_filled(HexId id) const { return own_slot_[id.index()] >= 0; }
-  [[nodiscard]] const std::array<double, 8>& element_masses(HexId id) const {
-    return element_masses_[id.index()];
-  }
+  [[nodiscard]] const std::array<double, 8>& element_masses(HexId id) const { return element_masses_[id.index()]; }
   /// Stiffness at rest in the lattice frame, Young's scale included.
   [[nodiscard]] ElementMatrix element_stiffness(HexId id) const;
 
@@ -158,9 +156,9 @@ class MechanicsModel {
   static constexpr int kLanes = 4;
   struct Batch {
     std::array<std::int32_t, kLanes> element{-1, -1, -1, -1};  ///< -1: an idle lane
-    std::array<std::array<std::int32_t, kLanes>, 8> node{};  ///< [corner][lane]; idle lanes repeat a live one
-    std::int32_t material = -1;                              ///< of a batch of full cells
-    std::int32_t own = -1;                                   ///< block in the pool of own matrices
+    std::array<std::array<std::int32_t, kLanes>, 8> node{};    ///< [corner][lane]; idle lanes repeat a live one
+    std::int32_t material = -1;                                ///< of a batch of full cells
+    std::int32_t own = -1;                                     ///< block in the pool of own matrices
   };
   struct Structure {
     std::vector<Batch> batches;
@@ -188,9 +186,7 @@ class MechanicsModel {
   void refresh_node_matrix();
   [[nodiscard]] const NodeMatrixStructure& node_matrix() const { return node_matrix_; }
   /// Upper triangle by rows, [300][4 lanes], of one pool block.
-  [[nodiscard]] const double* own_block(std::int32_t block) const {
-    return own_matrices_.data() + 1200 * block;
-  }
+  [[nodiscard]] const double* own_block(std::int32_t block) const { return own_matrices_.data() + 1200 * block; }
   [[nodiscard]] std::span<const RowSpring> springs() const { return springs_; }
   [[nodiscard]] std::span<const Vec3> loads() const { return loads_; }
   [[nodiscard]] std::span<const Vec3> prescribed_velocities() const { return prescribed_; }
@@ -203,7 +199,8 @@ class MechanicsModel {
   void release_own(HexId id);
   std::int32_t take_own(HexId id);
   Status check_masses(HexId id, const std::array<double, 8>& masses) const;
-  Status store_own(HexId id, const MechanicsElement& element, const ElementMatrix& matrix, const std::array<double, 8>& masses);
+  Status store_own(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
+                   const std::array<double, 8>& masses);
   [[nodiscard]] double spring_cap(std::int32_t material, double young_scale) const;
 
   Vec3 cell_size_;

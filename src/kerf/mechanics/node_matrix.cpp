@@ -31,15 +31,21 @@ inline void store_floats(float* p, const T& v) {
 }
 
 /// Where column `k` of a block is.
-inline float* column_of(NodeBlockPair* blocks, std::int32_t block, int k) { return blocks[block / 2].v[k] + 4 * (block % 2); }
+inline float* column_of(NodeBlockPair* blocks, std::int32_t block, int k) {
+  return blocks[block / 2].v[k] + 4 * (block % 2);
+}
 
 /// Four columns of numbers side by side: [row][lane] -> per lane (a, b, c, 0), added to column `k` of a block.
-inline void add_columns(const Lanes& a, const Lanes& b, const Lanes& c, const std::int32_t* target, int k, NodeBlockPair* blocks) {
-  const Four x = __builtin_convertvector(a, Four), y = __builtin_convertvector(b, Four), z = __builtin_convertvector(c, Four), none = {};
+inline void add_columns(const Lanes& a, const Lanes& b, const Lanes& c, const std::int32_t* target, int k,
+                        NodeBlockPair* blocks) {
+  const Four x = __builtin_convertvector(a, Four), y = __builtin_convertvector(b, Four),
+             z = __builtin_convertvector(c, Four), none = {};
   const Four xy_low = __builtin_shufflevector(x, y, 0, 4, 1, 5), xy_high = __builtin_shufflevector(x, y, 2, 6, 3, 7);
-  const Four z_low = __builtin_shufflevector(z, none, 0, 4, 1, 5), z_high = __builtin_shufflevector(z, none, 2, 6, 3, 7);
-  const Four column[kLanes] = {__builtin_shufflevector(xy_low, z_low, 0, 1, 4, 5), __builtin_shufflevector(xy_low, z_low, 2, 3, 6, 7),
-                               __builtin_shufflevector(xy_high, z_high, 0, 1, 4, 5), __builtin_shufflevector(xy_high, z_high, 2, 3, 6, 7)};
+  const Four z_low = __builtin_shufflevector(z, none, 0, 4, 1, 5),
+             z_high = __builtin_shufflevector(z, none, 2, 6, 3, 7);
+  const Four column[kLanes] = {
+      __builtin_shufflevector(xy_low, z_low, 0, 1, 4, 5), __builtin_shufflevector(xy_low, z_low, 2, 3, 6, 7),
+      __builtin_shufflevector(xy_high, z_high, 0, 1, 4, 5), __builtin_shufflevector(xy_high, z_high, 2, 3, 6, 7)};
   for (int lane = 0; lane < kLanes; ++lane) {
     float* out = column_of(blocks, target[lane], k);
     store_floats(out, load_floats<Four>(out) + column[lane]);
@@ -138,7 +144,8 @@ void assemble_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
     const std::int32_t* target = structure.target.data() + 2 * kCornerPairs * kLanes * f;
     const auto at = [&](int i, int j) {
       const int p = packed(i, j);
-      return Lanes{number[0][p * stride[0]], number[1][p * stride[1]], number[2][p * stride[2]], number[3][p * stride[3]]};
+      return Lanes{number[0][p * stride[0]], number[1][p * stride[1]], number[2][p * stride[2]],
+                   number[3][p * stride[3]]};
     };
     for (int c = 0; c < 7; ++c)
       for (int d = c + 1; d < 8; ++d, target += kLanes) {
@@ -183,7 +190,8 @@ double multiply_node_matrix(const MechanicsModel& model, StepWorkspace& w, std::
       z += __builtin_shufflevector(d, d, 2, 2, 2, 2, 6, 6, 6, 6) * load_floats<Eight>(block->v[2]);
     }
     const Eight sum = (x + y) + z;
-    const Four force = Four(__builtin_shufflevector(sum, sum, 0, 1, 2, 3)) + Four(__builtin_shufflevector(sum, sum, 4, 5, 6, 7));
+    const Four force =
+        Four(__builtin_shufflevector(sum, sum, 0, 1, 2, 3)) + Four(__builtin_shufflevector(sum, sum, 4, 5, 6, 7));
     const Lanes p = load_lanes(w.search[i].v);
     const Lanes out = w.mass_diagonal[i] * p + __builtin_convertvector(force, Lanes);
     store_lanes(w.product[i].v, out);
@@ -194,7 +202,8 @@ double multiply_node_matrix(const MechanicsModel& model, StepWorkspace& w, std::
 
 void narrow_search(StepWorkspace& w) {
   w.single.resize(w.search.size());
-  for (std::size_t i = 0; i < w.search.size(); ++i) store_floats(w.single[i].v, __builtin_convertvector(load_lanes(w.search[i].v), Four));
+  for (std::size_t i = 0; i < w.search.size(); ++i)
+    store_floats(w.single[i].v, __builtin_convertvector(load_lanes(w.search[i].v), Four));
 }
 
 }  // namespace kerf

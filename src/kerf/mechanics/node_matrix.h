@@ -23,14 +23,17 @@ struct StepWorkspace;
 
 struct NodeMatrixStructure {
   static constexpr int kLanes = 4;
-  std::vector<std::int32_t> row_begin;  ///< per node its blocks, in pairs: the last may be the node itself, with nothing in it
-  std::vector<std::int32_t> column;     ///< per block a node
+  std::vector<std::int32_t>
+      row_begin;  ///< per node its blocks, in pairs: the last may be the node itself, with nothing in it
+  std::vector<std::int32_t> column;  ///< per block a node
   /// Live elements by ascending id, four at a time: the order of all sums, which must not depend on where a matrix lies in the pool.
   struct Four {
-    std::array<std::int32_t, kLanes> batch{}, lane{};  ///< where their numbers are in a step; lane -1: none, as the first
+    std::array<std::int32_t, kLanes> batch{},
+        lane{};  ///< where their numbers are in a step; lane -1: none, as the first
   };
   std::vector<Four> fours;
-  std::vector<std::int32_t> target;  ///< per four: [pair of corners c < d][lane] the blocks (c, d), then the same of (d, c)
+  std::vector<std::int32_t>
+      target;  ///< per four: [pair of corners c < d][lane] the blocks (c, d), then the same of (d, c)
   std::vector<std::array<double, 300>> full;  ///< per material: upper triangle of a full cell's matrix, by rows
 };
 

@@ -144,7 +144,8 @@ void carry_crumbs(const MechanicsModel& model, StepWorkspace& w) {
       mass += s.mass[node];
     }
     if (!(mass > 0) || mass >= light) continue;
-    for (std::int32_t k = p.member_begin[f]; k < p.member_begin[f + 1]; ++k) store_lanes(w.solution[p.members[k]].v, momentum / mass);
+    for (std::int32_t k = p.member_begin[f]; k < p.member_begin[f + 1]; ++k)
+      store_lanes(w.solution[p.members[k]].v, momentum / mass);
   }
 }
 

@@ -17,9 +17,7 @@ double limited(double most, Vec3 force) {
 }
 
 // What a body of effective mass m under this impulse needs on its diagonal to stay under a speed.
-double slowed(double m, Vec3 impulse, double fastest) {
-  return std::max(m, norm(impulse) / fastest);
-}
+double slowed(double m, Vec3 impulse, double fastest) { return std::max(m, norm(impulse) / fastest); }
 
 }  // namespace
 
@@ -31,10 +29,12 @@ Status check_tool(const RigidTool& t, const RigidState& s, std::size_t index) {
   if (!not_negative(t.stiffness) || !not_negative(t.damping) || !not_negative(t.turning_stiffness) ||
       !not_negative(t.turning_damping))
     return refuse("stiffness and damping of its coupling must not be negative");
-  if (!not_negative(t.max_force) || !not_negative(t.max_torque)) return refuse("its limits of force must not be negative");
+  if (!not_negative(t.max_force) || !not_negative(t.max_torque))
+    return refuse("its limits of force must not be negative");
   if (!positive(t.max_speed) || !positive(t.max_spin)) return refuse("its limits of speed must be positive");
   if (!is_finite(t.force) || !is_finite(t.torque)) return refuse("the force on it is not finite");
-  if (!is_finite(t.target) || !is_finite(t.target_velocity) || !is_finite(t.target_spin)) return refuse("its pose is not finite");
+  if (!is_finite(t.target) || !is_finite(t.target_velocity) || !is_finite(t.target_spin))
+    return refuse("its pose is not finite");
   if (!is_finite(s.position) || !is_finite(s.velocity) || !is_finite(s.spin)) return refuse("its state is not finite");
   for (const Mat3* m : {&t.target_axes, &s.axes})
     for (int i = 0; i < 3; ++i)
@@ -58,7 +58,8 @@ void prepare_tool(const RigidTool& t, const RigidState& s, double h, ToolWork& w
   w.turning_stiffness = turn_weaker * t.turning_stiffness;
   w.turning_damping = turn_weaker * t.turning_damping;
   const Vec3 push = t.mass * s.velocity + h * (w.stiffness * w.offset + w.damping * t.target_velocity + t.force);
-  const Vec3 twist = t.inertia * s.spin + h * (w.turning_stiffness * w.turn_offset + w.turning_damping * t.target_spin + t.torque);
+  const Vec3 twist =
+      t.inertia * s.spin + h * (w.turning_stiffness * w.turn_offset + w.turning_damping * t.target_spin + t.torque);
   w.mass = slowed(t.mass + h * w.damping + h * h * w.stiffness, push, t.max_speed);
   w.inertia = slowed(t.inertia + h * w.turning_damping + h * h * w.turning_stiffness, twist, t.max_spin);
   for (int a = 0; a < 3; ++a) {

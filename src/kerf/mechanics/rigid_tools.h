@@ -13,7 +13,7 @@ struct ToolWork {
   double mass = 0, inertia = 0;  ///< effective: m + h (damping + drag) + h^2 stiffness, kg; the same for turns, kg m^2
   double length = 1;             ///< m; makes turns comparable with moves
   double stiffness = 0, damping = 0, turning_stiffness = 0, turning_damping = 0;  ///< after the limits
-  Vec3 velocity, spin;       ///< at the start: m/s, rad/s
+  Vec3 velocity, spin;                                                            ///< at the start: m/s, rad/s
   Vec3 offset, turn_offset;  ///< from tool to target at the start: m, rotation vector
   double right[6] = {}, solution[6] = {}, residual[6] = {}, search[6] = {}, product[6] = {}, preconditioned[6] = {};
   double block[kBlockDoubles] = {};  ///< factored 6 x 6 diagonal block, contacts included

@@ -25,16 +25,12 @@ inline constexpr double kRotationEpsilon = 1e-9;
 inline constexpr int kRotationIterations = 2;
 
 namespace rotation_detail {
-inline double select(bool m, double a, double b) {
-  return m ? a : b;
-}
+inline double select(bool m, double a, double b) { return m ? a : b; }
 template <class Mask>
 inline Lanes select(Mask m, const Lanes& a, const Lanes& b) {
   return m ? a : b;
 }
-inline double square_root(double x) {
-  return std::sqrt(x);
-}
+inline double square_root(double x) { return std::sqrt(x); }
 inline Lanes square_root(const Lanes& x) {
   return Lanes{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 }
@@ -52,8 +48,7 @@ inline void improve_rotation(const T (&f)[3][3], T (&r)[3][3]) {
   const T n0 = s[2][1] - s[1][2], n1 = s[0][2] - s[2][0], n2 = s[1][0] - s[0][1];
   const T trace = s[0][0] + s[1][1] + s[2][2];
   const T h00 = trace - s[0][0], h11 = trace - s[1][1], h22 = trace - s[2][2];
-  const T h01 = -0.5 * (s[0][1] + s[1][0]), h12 = -0.5 * (s[1][2] + s[2][1]),
-          h02 = -0.5 * (s[2][0] + s[0][2]);
+  const T h01 = -0.5 * (s[0][1] + s[1][0]), h12 = -0.5 * (s[1][2] + s[2][1]), h02 = -0.5 * (s[2][0] + s[0][2]);
   // H^-1 n by cofactors; the leading minors tell whether H is positive definite.
   const T c00 = h11 * h22 - h12 * h12, c01 = h02 * h12 - h01 * h22, c02 = h01 * h12 - h02 * h11;
   const T c11 = h00 * h22 - h02 * h02, c12 = h01 * h02 - h00 * h12, c22 = h00 * h11 - h01 * h01;
@@ -68,8 +63,7 @@ inline void improve_rotation(const T (&f)[3][3], T (&r)[3][3]) {
   T w1 = select(definite, newton * (c01 * n0 + c11 * n1 + c12 * n2), safe * n1);
   T w2 = select(definite, newton * (c02 * n0 + c12 * n1 + c22 * n2), safe * n2);
   const T length = square_root(w0 * w0 + w1 * w1 + w2 * w2);
-  const T shrink =
-      select(length > kMaxRotationStep * one, kMaxRotationStep / (length + kRotationEpsilon), one);
+  const T shrink = select(length > kMaxRotationStep * one, kMaxRotationStep / (length + kRotationEpsilon), one);
   // Cayley: the unit quaternion along (1, w / 2).
   w0 = 0.5 * shrink * w0;
   w1 = 0.5 * shrink * w1;

@@ -25,21 +25,15 @@ constexpr int kMostPasses = 3;
 /// The least tolerance for which products may be taken in single precision, over the ratio of elastic forces to inertia.
 constexpr double kSingleDigits = 1e-6;
 
-Lanes lanes_of(Vec3 v) {
-  return Lanes{v.x, v.y, v.z, 0};
-}
-Vec3 vec_of(const Quad& q) {
-  return {q.v[0], q.v[1], q.v[2]};
-}
-double sum_of(const Lanes& v) {
-  return (v[0] + v[1]) + v[2];
-}
+Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
+Vec3 vec_of(const Quad& q) { return {q.v[0], q.v[1], q.v[2]}; }
+double sum_of(const Lanes& v) { return (v[0] + v[1]) + v[2]; }
 
 void resize(const MechanicsModel& model, StepWorkspace& w) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  for (std::vector<Quad>* v : {&w.position, &w.velocity, &w.right_side, &w.solution, &w.residual, &w.search,
-                               &w.product, &w.preconditioned})
+  for (std::vector<Quad>* v :
+       {&w.position, &w.velocity, &w.right_side, &w.solution, &w.residual, &w.search, &w.product, &w.preconditioned})
     v->resize(n);
   w.slot.resize(s.element_slots + 8 * s.springs.size());
   w.mass_diagonal.resize(n);
@@ -82,8 +76,7 @@ void store_rotations(const MechanicsModel& model, const StepWorkspace& w, Mechan
 
 Lanes gathered(const Structure& s, const StepWorkspace& w, std::size_t node) {
   Lanes sum = all_lanes(0);
-  for (std::int32_t i = s.slot_begin[node]; i < s.slot_begin[node + 1]; ++i)
-    sum += load_lanes(w.slot[s.slots[i]].v);
+  for (std::int32_t i = s.slot_begin[node]; i < s.slot_begin[node + 1]; ++i) sum += load_lanes(w.slot[s.slots[i]].v);
   return sum;
 }
 
@@ -105,8 +98,7 @@ void spring_force_pass(const MechanicsModel& model, StepWorkspace& w, double dt)
     w.spring_scale[i] = dt * dt * spring.stiffness + dt * spring.damping;
     Lanes at = all_lanes(0);
     for (int k = 0; k < 8; ++k)
-      if (spring.nodes[k].valid())
-        at += spring.weights[k] * load_lanes(w.position[spring.nodes[k].index()].v);
+      if (spring.nodes[k].valid()) at += spring.weights[k] * load_lanes(w.position[spring.nodes[k].index()].v);
     const Lanes force =
         spring.stiffness * (lanes_of(spring.target) - at) + spring.damping * lanes_of(spring.target_velocity);
     for (int k = 0; k < 8; ++k) store_lanes(w.slot[s.element_slots + 8 * i + k].v, spring.weights[k] * force);
@@ -129,53 +121,50 @@ void spring_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const 
 void right_side_pass(const MechanicsModel& model, StepWorkspace& w, const StepOptions& o) {
   const Structure& s = model.structure();
   const Lanes gravity = lanes_of(o.gravity);
-  for_each_chunk(o.parallel, model.node_count(), kNodeGrain,
-                 [&](std::size_t begin, std::size_t end, std::size_t) {
-                   for (std::size_t i = begin; i < end; ++i) {
-                     const Lanes force = s.mass[i] * gravity + lanes_of(model.loads()[i]) + gathered(s, w, i);
-                     store_lanes(w.right_side[i].v, s.mass[i] * load_lanes(w.velocity[i].v) + o.dt * force);
-                     w.mass_diagonal[i] = s.mass[i] + o.dt * s.damping_mass[i];
-                   }
-                 });
+  for_each_chunk(o.parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Lanes force = s.mass[i] * gravity + lanes_of(model.loads()[i]) + gathered(s, w, i);
+      store_lanes(w.right_side[i].v, s.mass[i] * load_lanes(w.velocity[i].v) + o.dt * force);
+      w.mass_diagonal[i] = s.mass[i] + o.dt * s.damping_mass[i];
+    }
+  });
 }
 
 // Inverse 3 x 3 diagonal blocks; zero where nothing moves.
 void diagonal_pass(const MechanicsModel& model, StepWorkspace& w, const StepOptions& o) {
   const Structure& s = model.structure();
-  for_each_chunk(o.parallel, s.batches.size(), kBatchGrain,
-                 [&](std::size_t begin, std::size_t end, std::size_t) {
-                   element_scale_pass(model, w, o.dt, !(o.gravity == Vec3{}), begin, end);
-                   element_diagonal_pass(model, w, begin, end);
-                 });
+  for_each_chunk(o.parallel, s.batches.size(), kBatchGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    element_scale_pass(model, w, o.dt, !(o.gravity == Vec3{}), begin, end);
+    element_diagonal_pass(model, w, begin, end);
+  });
   const std::size_t full_slots = s.full_batches * 32;
-  for_each_chunk(o.parallel, model.node_count(), kNodeGrain,
-                 [&](std::size_t begin, std::size_t end, std::size_t) {
-                   for (std::size_t i = begin; i < end; ++i) {
-                     Quad* out = w.inverse_diagonal.data() + 3 * i;
-                     if (s.free[i] == 0) {
-                       for (int k = 0; k < 3; ++k) store_lanes(out[k].v, all_lanes(0));
-                       continue;
-                     }
-                     const double m = w.mass_diagonal[i];
-                     Lanes first = {m, m, m, 0}, second = all_lanes(0);
-                     for (std::int32_t k = s.slot_begin[i]; k < s.slot_begin[i + 1]; ++k) {
-                       const auto slot = static_cast<std::size_t>(s.slots[k]);
-                       if (slot < s.element_slots) {
-                         const Quad* in = w.diagonal_slot.data() + 2 * diagonal_slot(slot, full_slots);
-                         first += load_lanes(in[0].v);
-                         second += load_lanes(in[1].v);
-                       } else {
-                         const std::size_t spring = (slot - s.element_slots) / 8;
-                         const double weight = model.springs()[s.springs[spring]].weights[slot & 7];
-                         const double x = w.spring_scale[spring] * weight * weight;
-                         first += Lanes{x, x, x, 0};
-                       }
-                     }
-                     store_lanes(w.diagonal[2 * i].v, first);
-                     store_lanes(w.diagonal[2 * i + 1].v, second);
-                     store_inverse(first, second, out[0].v);
-                   }
-                 });
+  for_each_chunk(o.parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Quad* out = w.inverse_diagonal.data() + 3 * i;
+      if (s.free[i] == 0) {
+        for (int k = 0; k < 3; ++k) store_lanes(out[k].v, all_lanes(0));
+        continue;
+      }
+      const double m = w.mass_diagonal[i];
+      Lanes first = {m, m, m, 0}, second = all_lanes(0);
+      for (std::int32_t k = s.slot_begin[i]; k < s.slot_begin[i + 1]; ++k) {
+        const auto slot = static_cast<std::size_t>(s.slots[k]);
+        if (slot < s.element_slots) {
+          const Quad* in = w.diagonal_slot.data() + 2 * diagonal_slot(slot, full_slots);
+          first += load_lanes(in[0].v);
+          second += load_lanes(in[1].v);
+        } else {
+          const std::size_t spring = (slot - s.element_slots) / 8;
+          const double weight = model.springs()[s.springs[spring]].weights[slot & 7];
+          const double x = w.spring_scale[spring] * weight * weight;
+          first += Lanes{x, x, x, 0};
+        }
+      }
+      store_lanes(w.diagonal[2 * i].v, first);
+      store_lanes(w.diagonal[2 * i + 1].v, second);
+      store_inverse(first, second, out[0].v);
+    }
+  });
 }
 
 double reduced(const StepWorkspace& w, std::size_t n, int component) {
@@ -221,10 +210,9 @@ double multiply(const MechanicsModel& model, StepWorkspace& w, SystemVector whic
     const double sum = multiply_by_nodes(model, w, parallel);
     return w.contact.set != nullptr ? sum + multiply_contacts(model, which, w) : sum;
   }
-  for_each_chunk(parallel, s.batches.size(), kBatchGrain,
-                 [&](std::size_t begin, std::size_t end, std::size_t) {
-                   element_stiffness_pass(model, w, p, begin, end);
-                 });
+  for_each_chunk(parallel, s.batches.size(), kBatchGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    element_stiffness_pass(model, w, p, begin, end);
+  });
   spring_stiffness_pass(model, w, p);
   for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     Lanes dot = all_lanes(0);
@@ -316,7 +304,9 @@ bool every_node_settled(const MechanicsModel& model, StepWorkspace& w, const Ste
 }
 
 // Does something press on this free piece? Else it is in flight.
-bool is_touched(const StepWorkspace& w, std::size_t free) { return w.contact.set != nullptr && w.contact.touched_free[free] != 0; }
+bool is_touched(const StepWorkspace& w, std::size_t free) {
+  return w.contact.set != nullptr && w.contact.touched_free[free] != 0;
+}
 
 // A step stretches a piece in flight by half the square of the angle that it turns by. Elastic forces, to which the residual is relative, are then many times the momentum
 // of its nodes about its centre, and a hundredth of them bends it anew in every step. Does the residual hold at most `share` of that momentum, or `floor` N s, in every piece
@@ -355,29 +345,28 @@ bool flight_settled(const MechanicsModel& model, const StepWorkspace& w, double 
 }
 
 // p = z + beta p, where z gets its coarse part here: t + w x arm of the node's group.
-void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool two_level,
-                    bool parallel) {
+void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, bool two_level, bool parallel) {
   const CoarseStructure& c = model.coarse();
-  for_each_chunk(
-      parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-        if (!two_level) {
-          for (std::size_t i = begin; i < end; ++i)
-            store_lanes(w.search[i].v, load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v));
-          return;
-        }
-        for (std::size_t i = begin; i < end; ++i) {
-          Lanes p = load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v);
-          if (c.place[i] >= 0) {
-            const double* y = w.coarse.value.data() + kBlockRow * static_cast<std::size_t>(c.place[i]);
-            p += Lanes{y[0], y[1], y[2], 0} + cross_lanes(Lanes{y[3], y[4], y[5], 0}, load_lanes(w.arm[i].v));
-          }
-          store_lanes(w.search[i].v, p);
-        }
-      });
+  for_each_chunk(parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    if (!two_level) {
+      for (std::size_t i = begin; i < end; ++i)
+        store_lanes(w.search[i].v, load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v));
+      return;
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      Lanes p = load_lanes(w.preconditioned[i].v) + beta * load_lanes(w.search[i].v);
+      if (c.place[i] >= 0) {
+        const double* y = w.coarse.value.data() + kBlockRow * static_cast<std::size_t>(c.place[i]);
+        p += Lanes{y[0], y[1], y[2], 0} + cross_lanes(Lanes{y[3], y[4], y[5], 0}, load_lanes(w.arm[i].v));
+      }
+      store_lanes(w.search[i].v, p);
+    }
+  });
   if (w.contact.set == nullptr) return;
   for (std::size_t i = 0; i < w.contact.tools.size(); ++i) {
     ToolWork& tool = w.contact.tools[i];
-    const double* y = two_level ? w.coarse.value.data() + kBlockRow * (static_cast<std::size_t>(c.groups) + i) : nullptr;
+    const double* y =
+        two_level ? w.coarse.value.data() + kBlockRow * (static_cast<std::size_t>(c.groups) + i) : nullptr;
     for (int a = 0; a < 6; ++a)
       tool.search[a] = tool.preconditioned[a] + beta * tool.search[a] + (y != nullptr ? y[a] : 0);
   }
@@ -458,7 +447,8 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
   if (w.contact.set != nullptr)
     for (ToolWork& tool : w.contact.tools) {
       nonzero = nonzero || !tool.touched;
-      for (int a = 0; a < 6; ++a) tool.solution[a] = tool.touched ? 0 : tool.right[a] / (a < 3 ? tool.mass : tool.inertia);
+      for (int a = 0; a < 6; ++a)
+        tool.solution[a] = tool.touched ? 0 : tool.right[a] / (a < 3 ? tool.mass : tool.inertia);
     }
   if (!s.rigid.free.empty()) {
     w.residual = w.right_side;
@@ -469,7 +459,8 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
 
 // Momentum that a node brings into the step, with what weight and loads add.
 Lanes momentum_of(const MechanicsModel& model, const StepWorkspace& w, const StepOptions& o, std::size_t node) {
-  return model.structure().mass[node] * (load_lanes(w.velocity[node].v) + o.dt * lanes_of(o.gravity)) + o.dt * lanes_of(model.loads()[node]);
+  return model.structure().mass[node] * (load_lanes(w.velocity[node].v) + o.dt * lanes_of(o.gravity)) +
+         o.dt * lanes_of(model.loads()[node]);
 }
 
 // Elastic forces turn no piece as a whole; linearised with frozen rotations they do, a little, where it spins. A piece in flight gets the momentum and the angular momentum
@@ -480,7 +471,8 @@ void keep_rigid_momentum(const MechanicsModel& model, StepWorkspace& w, const St
     if (is_touched(w, f)) continue;
     for (std::int32_t k = p.member_begin[f]; k < p.member_begin[f + 1]; ++k) {
       const std::int32_t node = p.members[k];
-      store_lanes(w.residual[node].v, momentum_of(model, w, o, node) - w.mass_diagonal[node] * load_lanes(w.solution[node].v));
+      store_lanes(w.residual[node].v,
+                  momentum_of(model, w, o, node) - w.mass_diagonal[node] * load_lanes(w.solution[node].v));
     }
   }
   absorb_rigid_momentum(model, w);
@@ -503,11 +495,14 @@ bool gains_by_node_matrix(const MechanicsModel& model, const StepOptions& o) {
          o.tolerance >= kSingleDigits * std::max(1.0, ratio);
 }
 
-bool is_stiff(const MechanicsModel& model, const StepOptions& o) { return stiffness_ratio(model, o) > kStiffByMomentum; }
+bool is_stiff(const MechanicsModel& model, const StepOptions& o) {
+  return stiffness_ratio(model, o) > kStiffByMomentum;
+}
 
 // Are iterations that come to no end worth the time that the matrix takes to be factorised?
 bool may_factorise(const MechanicsModel& model, const StepOptions& o) {
-  return o.solver == SolverKind::kConjugateGradients && model.node_count() <= kMostFactorisedNodes && is_stiff(model, o);
+  return o.solver == SolverKind::kConjugateGradients && model.node_count() <= kMostFactorisedNodes &&
+         is_stiff(model, o);
 }
 
 // Norm of the momentum that the nodes bring into the step and of what weight and loads add, node by node.
@@ -530,9 +525,9 @@ std::uint64_t name_of(const std::vector<std::int32_t>& list) {
 
 /// How a step is solved.
 enum class Attempt {
-  kAsAsked,    ///< as the options say; iterations that hit their cap are taken for what they are
-  kUntilCap,   ///< the same, but given up at the cap
-  kDirectly,   ///< factorised, whatever the options say, as exactly as iterations would be
+  kAsAsked,   ///< as the options say; iterations that hit their cap are taken for what they are
+  kUntilCap,  ///< the same, but given up at the cap
+  kDirectly,  ///< factorised, whatever the options say, as exactly as iterations would be
 };
 
 // The linear solves of one step: one without contacts, several while these open and close.
@@ -594,7 +589,8 @@ struct Solver {
     const bool lean = w.contact.set != nullptr && w.contact.any_free_touched;
     // Contacts that close in this pass ask for far more than will be left of it once the rest of the body gives way: measured by that, what matters would be
     // left undone.
-    norm_b = std::max(norm_b, w.contact.set != nullptr ? std::min(norm_start, w.contact.unforced + w.contact.asked) : norm_start);
+    norm_b = std::max(
+        norm_b, w.contact.set != nullptr ? std::min(norm_start, w.contact.unforced + w.contact.asked) : norm_start);
     if (norm_start == 0) {
       report.stopped_by_floor = true;
       return;
@@ -665,7 +661,8 @@ struct Solver {
     if (stiff) brought = momentum_brought(model, w, o);
     floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
             std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
-    const bool contacts = w.contact.set != nullptr, oracle = o.solver == SolverKind::kDirect, iterative = !oracle && attempt != Attempt::kDirectly;
+    const bool contacts = w.contact.set != nullptr, oracle = o.solver == SolverKind::kDirect,
+               iterative = !oracle && attempt != Attempt::kDirectly;
     const int wished = contacts ? w.contact.set->options.passes : 1, most = contacts ? kMostPasses * wished : 1;
     for (int pass = 0, passes = wished; pass < passes; ++pass) {
       const bool last = pass + 1 >= wished;
@@ -675,7 +672,7 @@ struct Solver {
         report.seconds_contact += seconds_since(start);
       }
       report.passes = pass + 1;
-      const double norm = pass == 0                                    ? start_solve(model, w, o.parallel)
+      const double norm = pass == 0                                  ? start_solve(model, w, o.parallel)
                           : iterative && !w.contact.any_free_touched ? carried_residual(model, w, o.parallel)
                                                                      : fresh_residual(model, w, false, o.parallel);
       if (!iterative) {
@@ -704,8 +701,7 @@ struct Solver {
 };
 
 Status check(const MechanicsModel& model, const MechanicsState& state, const StepOptions& o) {
-  if (!(o.dt > 0) || !std::isfinite(o.dt))
-    return bad_input(fmt::format("step: dt = {} s must be positive", o.dt));
+  if (!(o.dt > 0) || !std::isfinite(o.dt)) return bad_input(fmt::format("step: dt = {} s must be positive", o.dt));
   if (!(o.tolerance > 0) || !(o.tolerance < 1))
     return bad_input(fmt::format("step: tolerance = {} must lie between 0 and 1", o.tolerance));
   if (!(o.residual_floor >= 0))
@@ -717,8 +713,8 @@ Status check(const MechanicsModel& model, const MechanicsState& state, const Ste
     return bad_input(fmt::format("step: the state has {} positions and {} velocities, the model {} nodes",
                                  state.positions.size(), state.velocities.size(), model.node_count()));
   if (state.rotations.size() < model.element_count())
-    return bad_input(fmt::format("step: the state has {} rotations, the model {} elements",
-                                 state.rotations.size(), model.element_count()));
+    return bad_input(fmt::format("step: the state has {} rotations, the model {} elements", state.rotations.size(),
+                                 model.element_count()));
   return {};
 }
 
@@ -735,7 +731,8 @@ MechanicsState rest_state(const MechanicsModel& model) {
 namespace {
 
 /// One attempt at a step. Where it is given up the report says that the cap was hit, and the state is kept.
-Result<StepReport> attempted(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w, const ContactSet* contacts, Attempt attempt) {
+Result<StepReport> attempted(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w,
+                             const ContactSet* contacts, Attempt attempt) {
   const Clock::time_point start = Clock::now();
   KERF_TRY(check(model, state, o));
   if (contacts != nullptr) KERF_TRY(check_contacts(model, state, *contacts));
@@ -800,12 +797,11 @@ Result<StepReport> attempted(MechanicsModel& model, MechanicsState& state, const
   if (!std::isfinite(report.kinetic_energy) || reduced(w, n, 1) != 0 || !tools_finite) {
     for (std::size_t i = 0; i < n; ++i)
       if (!is_finite(state.positions[i]) || !is_finite(state.velocities[i]))
-        return bad_input(
-            fmt::format("step: node {} is not finite before the step; restore an earlier state", i + 1));
-    return failed(fmt::format(
-        "step: the result is not finite, so the step was refused and the state kept; try a smaller "
-        "time step than {} s, or look for a load, a support velocity or a stiffness that is out of scale",
-        o.part_of > 0 ? o.part_of : o.dt));
+        return bad_input(fmt::format("step: node {} is not finite before the step; restore an earlier state", i + 1));
+    return failed(
+        fmt::format("step: the result is not finite, so the step was refused and the state kept; try a smaller "
+                    "time step than {} s, or look for a load, a support velocity or a stiffness that is out of scale",
+                    o.part_of > 0 ? o.part_of : o.dt));
   }
   for (std::size_t i = 0; i < n; ++i) {
     state.positions[i] = vec_of(w.position[i]);
@@ -822,7 +818,8 @@ Result<StepReport> attempted(MechanicsModel& model, MechanicsState& state, const
 
 }  // namespace
 
-Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w, const ContactSet* contacts) {
+Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const StepOptions& o, StepWorkspace& w,
+                        const ContactSet* contacts) {
   if (!may_factorise(model, o)) return attempted(model, state, o, w, contacts, Attempt::kAsAsked);
   const Clock::time_point start = Clock::now();
   Result<StepReport> done = attempted(model, state, o, w, contacts, Attempt::kUntilCap);
@@ -840,8 +837,7 @@ std::vector<Vec3> internal_forces(MechanicsModel& model, const MechanicsState& s
   resize(model, w);
   load_state(model, state, w);
   force_pass(model, w, false);
-  for (std::size_t i = model.structure().element_slots; i < w.slot.size(); ++i)
-    store_lanes(w.slot[i].v, all_lanes(0));
+  for (std::size_t i = model.structure().element_slots; i < w.slot.size(); ++i) store_lanes(w.slot[i].v, all_lanes(0));
   std::vector<Vec3> forces(model.node_count());
   for (std::size_t i = 0; i < forces.size(); ++i) {
     const Lanes f = gathered(model.structure(), w, i);

@@ -27,8 +27,7 @@ struct MechanicsState {
   std::vector<Vec3> velocities;  ///< per node, m/s
   std::vector<Mat3>
       rotations;  ///< per element, lattice frame to world; followed from step to step, so part of the state
-  std::int32_t two_level_steps =
-      0;  ///< steps left in which the coarse space is used at once (adaptive choice)
+  std::int32_t two_level_steps = 0;     ///< steps left in which the coarse space is used at once (adaptive choice)
   std::vector<RigidState> tools;        ///< as many as the contact set has
   std::vector<ContactMemory> contacts;  ///< by ascending key
   friend bool operator==(const MechanicsState&, const MechanicsState&) = default;
@@ -96,7 +95,8 @@ struct StepWorkspace {
   std::vector<Quad> diagonal_slot;     // two per slot: xx yy zz xy, yz zx - -
   std::vector<Quad> rotation;          // nine per batch
   std::vector<Quad> scaled_rotation;   // nine per batch: times the square root of (dt^2 + dt b) E-scale
-  std::vector<Quad> tension;           // per batch: volume times stress against turns, then what the matrix has of it over the scale's square
+  std::vector<Quad>
+      tension;  // per batch: volume times stress against turns, then what the matrix has of it over the scale's square
   std::vector<double> spring_scale;    // dt^2 k + dt c, per live spring
   std::vector<Quad> partial;           // per chunk of nodes
   std::vector<std::int32_t> inverted;  // per chunk of batches
@@ -121,8 +121,7 @@ Result<StepReport> step(MechanicsModel& model, MechanicsState& state, const Step
 std::vector<Vec3> internal_forces(MechanicsModel& model, const MechanicsState& state);
 
 /// After a step: force (N) of the support on a fixed node, inertia and damping included; zero for free nodes.
-Vec3 reaction(const MechanicsModel& model, const StepWorkspace& workspace, const StepOptions& options,
-              NodeId node);
+Vec3 reaction(const MechanicsModel& model, const StepWorkspace& workspace, const StepOptions& options, NodeId node);
 /// After a step: force (N) of a spring on its point.
 Vec3 spring_force(const MechanicsModel& model, const MechanicsState& state, SpringId spring);
 

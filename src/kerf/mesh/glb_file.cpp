@@ -20,9 +20,7 @@ constexpr int kUint = 5125;
 constexpr int kArrayBuffer = 34962;
 constexpr int kElementBuffer = 34963;
 
-bool finite(Vec3f p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
+bool finite(Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
 std::vector<Vec3f> unit_normals(const GlbFrame& frame) {
   std::vector<Vec3> sums(frame.positions.size());
@@ -31,9 +29,7 @@ std::vector<Vec3f> unit_normals(const GlbFrame& frame) {
   } else {
     for (const GlbPrimitive& primitive : frame.primitives) {
       for (const auto& t : primitive.triangles) {
-        const auto at = [&](std::size_t i) {
-          return to_double(frame.positions[static_cast<std::size_t>(t[i])]);
-        };
+        const auto at = [&](std::size_t i) { return to_double(frame.positions[static_cast<std::size_t>(t[i])]); };
         const Vec3 n = cross(at(1) - at(0), at(2) - at(0));
         for (const std::int32_t v : t) sums[static_cast<std::size_t>(v)] += n;
       }
@@ -48,9 +44,7 @@ std::vector<Vec3f> unit_normals(const GlbFrame& frame) {
   return normals;
 }
 
-Json vector_json(Vec3f v) {
-  return Json::array({v.x, v.y, v.z});
-}
+Json vector_json(Vec3f v) { return Json::array({v.x, v.y, v.z}); }
 
 void append_word(std::string& bytes, std::uint32_t word) {
   bytes.append(reinterpret_cast<const char*>(&word), sizeof word);
@@ -76,24 +70,18 @@ bool GlbBuilder::same_bytes(std::size_t view, const void* data, std::size_t size
 Status GlbBuilder::add_frame(const GlbFrame& frame) {
   const std::size_t number = frame_count_ + 1;
   const std::size_t n = frame.positions.size();
-  const auto refuse = [&](const std::string& why) {
-    return bad_input(fmt::format("frame {}: {}", number, why));
-  };
-  if (!std::isfinite(frame.seconds) ||
-      (frame_count_ > 0 &&
-       static_cast<float>(frame.seconds - first_time_) <= static_cast<float>(last_time_ - first_time_))) {
-    return refuse(
-        fmt::format("its time {} s is not later than the last frame's, {} s", frame.seconds, last_time_));
+  const auto refuse = [&](const std::string& why) { return bad_input(fmt::format("frame {}: {}", number, why)); };
+  if (!std::isfinite(frame.seconds) || (frame_count_ > 0 && static_cast<float>(frame.seconds - first_time_) <=
+                                                                static_cast<float>(last_time_ - first_time_))) {
+    return refuse(fmt::format("its time {} s is not later than the last frame's, {} s", frame.seconds, last_time_));
   }
-  if ((!frame.normals.empty() && frame.normals.size() != n) ||
-      (!frame.texture.empty() && frame.texture.size() != n)) {
+  if ((!frame.normals.empty() && frame.normals.size() != n) || (!frame.texture.empty() && frame.texture.size() != n)) {
     return refuse(fmt::format("{} positions, {} normals and {} texture coordinates do not match", n,
                               frame.normals.size(), frame.texture.size()));
   }
   for (std::size_t v = 0; v < n; ++v) {
     if (!finite(frame.positions[v])) return refuse(fmt::format("position {} is not finite", v + 1));
-    if (!frame.texture.empty() &&
-        (!std::isfinite(frame.texture[v].x) || !std::isfinite(frame.texture[v].y))) {
+    if (!frame.texture.empty() && (!std::isfinite(frame.texture[v].x) || !std::isfinite(frame.texture[v].y))) {
       return refuse(fmt::format("texture coordinate {} is not finite", v + 1));
     }
   }
@@ -140,14 +128,12 @@ Status GlbBuilder::add_frame(const GlbFrame& frame) {
          shared ? last->primitives[i].view : add_view(triangles.data(), triangles.size_bytes(), true),
          3 * triangles.size()});
   }
-  const auto share_or_add = [&](const State* source, std::size_t State::*view, const void* data,
-                                std::size_t size) {
+  const auto share_or_add = [&](const State* source, std::size_t State::*view, const void* data, std::size_t size) {
     if (source != nullptr && same_bytes(source->*view, data, size)) return source->*view;
     same = false;
     return add_view(data, size, false);
   };
-  state.position_view =
-      share_or_add(last, &State::position_view, frame.positions.data(), frame.positions.size_bytes());
+  state.position_view = share_or_add(last, &State::position_view, frame.positions.data(), frame.positions.size_bytes());
   state.normal_view = share_or_add(last, &State::normal_view, normals.data(), n * sizeof(Vec3f));
   if (!texture.empty()) {
     const std::size_t size = n * sizeof(Vec2f);
@@ -180,10 +166,8 @@ Status GlbBuilder::write(const std::string& path) const {
   Json accessors = Json::array();
   std::vector<View> views = views_;
   std::string extra;  // key times and scales, behind the frames' data
-  const auto add_accessor = [&](std::size_t view, int component, std::size_t count,
-                                const char* type) -> Json& {
-    accessors.push_back(
-        {{"bufferView", view}, {"componentType", component}, {"count", count}, {"type", type}});
+  const auto add_accessor = [&](std::size_t view, int component, std::size_t count, const char* type) -> Json& {
+    accessors.push_back({{"bufferView", view}, {"componentType", component}, {"count", count}, {"type", type}});
     return accessors.back();
   };
   // One accessor for every view, made when it is first used.
@@ -201,11 +185,10 @@ Status GlbBuilder::write(const std::string& path) const {
     const auto unit = [](float x) { return std::isfinite(x) ? std::clamp(x, 0.0f, 1.0f) : 0.0f; };
     Json color = Json::array();
     for (const float c : m.base_color) color.push_back(unit(c));
-    Json json = {{"name", m.name},
-                 {"pbrMetallicRoughness",
-                  {{"baseColorFactor", color},
-                   {"metallicFactor", unit(m.metallic)},
-                   {"roughnessFactor", unit(m.roughness)}}}};
+    Json json = {
+        {"name", m.name},
+        {"pbrMetallicRoughness",
+         {{"baseColorFactor", color}, {"metallicFactor", unit(m.metallic)}, {"roughnessFactor", unit(m.roughness)}}}};
     if (m.base_color[3] < 1) json["alphaMode"] = "BLEND";
     if (m.double_sided) json["doubleSided"] = true;
     materials.push_back(std::move(json));
@@ -217,8 +200,7 @@ Status GlbBuilder::write(const std::string& path) const {
   nodes.push_back(nullptr);  // the root, filled in below
   Json samplers = Json::array();
   Json channels = Json::array();
-  const double end =
-      last_time_ - first_time_ + last_step_;  // the last frame is shown as long as the one before it
+  const double end = last_time_ - first_time_ + last_step_;  // the last frame is shown as long as the one before it
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const State& state = states_[i];
     Json attributes;
@@ -260,19 +242,16 @@ Status GlbBuilder::write(const std::string& path) const {
       extra.append(static_cast<const char*>(data), size);
       return views.size() - 1;
     };
-    Json& input =
-        add_accessor(add_keys(times.data(), times.size() * sizeof(float)), kGlFloat, times.size(), "SCALAR");
+    Json& input = add_accessor(add_keys(times.data(), times.size() * sizeof(float)), kGlFloat, times.size(), "SCALAR");
     input["min"] = Json::array({times.front()});
     input["max"] = Json::array({times.back()});
     add_accessor(add_keys(scales.data(), scales.size() * sizeof(Vec3f)), kGlFloat, scales.size(), "VEC3");
-    samplers.push_back(
-        {{"input", accessors.size() - 2}, {"interpolation", "STEP"}, {"output", accessors.size() - 1}});
+    samplers.push_back({{"input", accessors.size() - 2}, {"interpolation", "STEP"}, {"output", accessors.size() - 1}});
     channels.push_back({{"sampler", samplers.size() - 1}, {"target", {{"node", i + 1}, {"path", "scale"}}}});
   }
   // Kerf's z is up, glTF's y: a quarter turn around x.
-  nodes[0] = {{"name", "body"},
-              {"rotation", {-0.70710678118654752, 0, 0, 0.70710678118654752}},
-              {"children", children}};
+  nodes[0] = {
+      {"name", "body"}, {"rotation", {-0.70710678118654752, 0, 0, 0.70710678118654752}}, {"children", children}};
 
   Json buffer_views = Json::array();
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -291,8 +270,8 @@ Status GlbBuilder::write(const std::string& path) const {
                {"bufferViews", std::move(buffer_views)},
                {"buffers", Json::array({{{"byteLength", bytes_.size() + extra.size()}}})}};
   if (!channels.empty()) {
-    root["animations"] = Json::array(
-        {{{"name", "run"}, {"samplers", std::move(samplers)}, {"channels", std::move(channels)}}});
+    root["animations"] =
+        Json::array({{{"name", "run"}, {"samplers", std::move(samplers)}, {"channels", std::move(channels)}}});
   }
 
   std::string text = root.dump(-1, ' ', false, Json::error_handler_t::replace);

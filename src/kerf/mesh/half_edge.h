@@ -16,8 +16,8 @@ struct HalfEdgeMesh {
   using F = typename MeshIds<Mesh>::Face;
 
   Journaled<H, V> origin;
-  Journaled<H, H> twin;      ///< none on a border
-  Journaled<H, Vec2> planar; ///< per corner: where origin(h) lies in the plane of the patch that its face belongs to
+  Journaled<H, H> twin;       ///< none on a border
+  Journaled<H, Vec2> planar;  ///< per corner: where origin(h) lies in the plane of the patch that its face belongs to
   Journaled<V, H> outgoing;
 
   static constexpr F face(H h) { return F(h.value / 3); }
@@ -37,7 +37,10 @@ struct HalfEdgeMesh {
   /// Next outgoing half-edge around origin(h), counter-clockwise; none behind a border.
   [[nodiscard]] H ccw(H h) const { return twin[prev(h)]; }
   /// Next outgoing half-edge around origin(h), clockwise; none behind a border.
-  [[nodiscard]] H cw(H h) const { const H t = twin[h]; return t.valid() ? next(t) : H{}; }
+  [[nodiscard]] H cw(H h) const {
+    const H t = twin[h];
+    return t.valid() ? next(t) : H{};
+  }
   /// The outgoing half-edge of v's fan with nothing clockwise of it (its own edge is a border), or any when v is inner.
   [[nodiscard]] H fan_start(V v) const {
     const H h0 = outgoing[v];
@@ -63,7 +66,10 @@ struct HalfEdgeMesh {
   [[nodiscard]] H find_half_edge(V a, V b) const {
     H found;
     for_each_outgoing(a, [&](H h) {
-      if (to(h) == b) { found = h; return false; }
+      if (to(h) == b) {
+        found = h;
+        return false;
+      }
       return true;
     });
     return found;
@@ -71,7 +77,12 @@ struct HalfEdgeMesh {
 
  protected:
   template <class Fn>
-  void for_each_topology_array(Fn&& f) { f(origin); f(twin); f(planar); f(outgoing); }
+  void for_each_topology_array(Fn&& f) {
+    f(origin);
+    f(twin);
+    f(planar);
+    f(outgoing);
+  }
 };
 
 }  // namespace kerf

@@ -7,7 +7,9 @@ namespace kerf {
 Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t, 3>> triangles,
                                         std::size_t vertex_count, HalfEdgeRoom room) {
   const auto half_edges = static_cast<std::int32_t>(3 * triangles.size());
-  auto origin = [&](std::int32_t h) { return triangles[static_cast<std::size_t>(h / 3)][static_cast<std::size_t>(h % 3)]; };
+  auto origin = [&](std::int32_t h) {
+    return triangles[static_cast<std::size_t>(h / 3)][static_cast<std::size_t>(h % 3)];
+  };
   auto next = [](std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; };
   auto prev = [](std::int32_t h) { return h % 3 == 0 ? h + 2 : h - 1; };
 
@@ -17,16 +19,19 @@ Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t,
     const auto& t = triangles[f];
     for (const std::int32_t v : t)
       if (v < 0 || static_cast<std::size_t>(v) >= vertex_count)
-        return bad_input(fmt::format("triangle {} refers to vertex {}, but there are {} vertices", f + 1, v + 1, vertex_count));
+        return bad_input(
+            fmt::format("triangle {} refers to vertex {}, but there are {} vertices", f + 1, v + 1, vertex_count));
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
-      return bad_input(fmt::format("triangle {} uses a vertex twice ({} {} {}); remove it", f + 1, t[0] + 1, t[1] + 1, t[2] + 1));
+      return bad_input(
+          fmt::format("triangle {} uses a vertex twice ({} {} {}); remove it", f + 1, t[0] + 1, t[1] + 1, t[2] + 1));
     for (const std::int32_t v : t) ++first[static_cast<std::size_t>(v) + 1];
   }
   for (std::size_t v = 0; v < vertex_count; ++v) first[v + 1] += first[v];
   std::vector<std::int32_t> grouped(static_cast<std::size_t>(half_edges));
   {
     std::vector<std::int32_t> cursor(first.begin(), first.end() - 1);
-    for (std::int32_t h = 0; h < half_edges; ++h) grouped[static_cast<std::size_t>(cursor[static_cast<std::size_t>(origin(h))]++)] = h;
+    for (std::int32_t h = 0; h < half_edges; ++h)
+      grouped[static_cast<std::size_t>(cursor[static_cast<std::size_t>(origin(h))]++)] = h;
   }
 
   // Where each grouped half-edge goes, so that the searches below read consecutive memory.
@@ -44,9 +49,10 @@ Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t,
       const std::int32_t b = target[static_cast<std::size_t>(i)];
       for (std::int32_t j = i + 1; j < first[v + 1]; ++j)
         if (target[static_cast<std::size_t>(j)] == b)
-          return bad_input(fmt::format("edge {}-{} is used by several triangles in the same direction: the surface is not "
-                                       "manifold there, has duplicate triangles, or is not oriented consistently",
-                                       a + 1, b + 1));
+          return bad_input(
+              fmt::format("edge {}-{} is used by several triangles in the same direction: the surface is not "
+                          "manifold there, has duplicate triangles, or is not oriented consistently",
+                          a + 1, b + 1));
       if (b < a) continue;  // found from the other end
       for (std::int32_t j = first[static_cast<std::size_t>(b)]; j < first[static_cast<std::size_t>(b) + 1]; ++j)
         if (target[static_cast<std::size_t>(j)] == a) {
@@ -64,7 +70,8 @@ Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t,
     if (degree == 0) continue;
     std::int32_t start = grouped[static_cast<std::size_t>(first[v])];
     for (std::int32_t i = first[v]; i < first[v + 1]; ++i)
-      if (result.twin[static_cast<std::size_t>(grouped[static_cast<std::size_t>(i)])] < 0) start = grouped[static_cast<std::size_t>(i)];
+      if (result.twin[static_cast<std::size_t>(grouped[static_cast<std::size_t>(i)])] < 0)
+        start = grouped[static_cast<std::size_t>(i)];
     std::int32_t count = 0;
     for (std::int32_t h = start;;) {
       ++count;
@@ -72,7 +79,8 @@ Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t,
       if (h < 0 || h == start) break;
     }
     if (count != degree)
-      return bad_input(fmt::format("vertex {} joins parts of the surface that touch only there; give each part a vertex of its own", v + 1));
+      return bad_input(fmt::format(
+          "vertex {} joins parts of the surface that touch only there; give each part a vertex of its own", v + 1));
     result.outgoing[v] = start;
   }
   return result;

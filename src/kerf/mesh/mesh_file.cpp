@@ -43,13 +43,11 @@ std::optional<Format> format_of_content(std::string_view bytes) {
   TextScanner scanner(bytes.substr(0, 4096));
   scanner.skip_empty_lines('#');
   const std::string_view first = scanner.word();
-  if (first == "OFF" || first == "COFF" || first == "NOFF" || first == "CNOFF" || first == "STOFF")
-    return Format::kOff;
+  if (first == "OFF" || first == "COFF" || first == "NOFF" || first == "CNOFF" || first == "STOFF") return Format::kOff;
   if (first == "solid" && bytes.substr(0, 4096).find("facet") != std::string_view::npos) return Format::kStl;
   for (std::string_view word = first; !scanner.at_end(); word = scanner.word()) {
     double value = 0;
-    if (word == "v" && scanner.number(value) && scanner.number(value) && scanner.number(value))
-      return Format::kObj;
+    if (word == "v" && scanner.number(value) && scanner.number(value) && scanner.number(value)) return Format::kObj;
     scanner.next_line();
     scanner.skip_empty_lines('#');
   }
@@ -61,8 +59,8 @@ std::optional<Format> format_of_content(std::string_view bytes) {
 Status check_writable(const std::string& path, const TriangleMesh& mesh) {
   const std::size_t n = mesh.triangles.size();
   if ((mesh.has_texture() && mesh.texture.size() != n) || (!mesh.group.empty() && mesh.group.size() != n)) {
-    return failed(fmt::format("{}: {} triangles, but texture for {} and groups for {}; nothing was written",
-                              path, n, mesh.texture.size(), mesh.group.size()));
+    return failed(fmt::format("{}: {} triangles, but texture for {} and groups for {}; nothing was written", path, n,
+                              mesh.texture.size(), mesh.group.size()));
   }
   for (const Vec3& p : mesh.positions) {
     if (!is_finite(p)) return failed(fmt::format("{}: a position is not finite; nothing was written", path));
@@ -88,31 +86,26 @@ Result<TriangleMesh> read_mesh(const std::string& path, std::vector<std::string>
   const std::optional<Format> format = format_of_extension(extension);
   const std::optional<Format> content = format_of_content(bytes);
   if (!format) {
-    std::string message =
-        extension.empty() ? fmt::format("{}: the file name has no extension", path)
-                          : fmt::format("{}: '.{}' is not a mesh format that can be read", path, extension);
+    std::string message = extension.empty()
+                              ? fmt::format("{}: the file name has no extension", path)
+                              : fmt::format("{}: '.{}' is not a mesh format that can be read", path, extension);
     if (content) {
       const int i = static_cast<int>(*content);
-      return bad_input(fmt::format("{}; the content looks like {}: rename it to end in .{}", message,
-                                   kFormatNames[i], kExtensions[i]));
+      return bad_input(fmt::format("{}; the content looks like {}: rename it to end in .{}", message, kFormatNames[i],
+                                   kExtensions[i]));
     }
     return bad_input(message + "; give an .obj, .ply, .stl or .off file");
   }
   if (content && *content != *format) {
     const int i = static_cast<int>(*content);
-    return bad_input(fmt::format("{}: the extension says {}, but the content is {}; rename it to end in .{}",
-                                 path, kFormatNames[static_cast<int>(*format)], kFormatNames[i],
-                                 kExtensions[i]));
+    return bad_input(fmt::format("{}: the extension says {}, but the content is {}; rename it to end in .{}", path,
+                                 kFormatNames[static_cast<int>(*format)], kFormatNames[i], kExtensions[i]));
   }
   switch (*format) {
-    case Format::kObj:
-      return parse_obj(bytes, path, group_names);
-    case Format::kPly:
-      return parse_ply(bytes, path);
-    case Format::kStl:
-      return parse_stl(bytes, path);
-    case Format::kOff:
-      return parse_off(bytes, path);
+    case Format::kObj: return parse_obj(bytes, path, group_names);
+    case Format::kPly: return parse_ply(bytes, path);
+    case Format::kStl: return parse_stl(bytes, path);
+    case Format::kOff: return parse_off(bytes, path);
   }
   return bad_input(path + ": unknown mesh format");
 }

@@ -25,8 +25,7 @@ Result<TriangleMesh> read_mesh(const std::string& path, std::vector<std::string>
 /// Writes an OBJ that reads back to the same bits (17 significant digits). Equal texture coordinates share a
 /// vt. Where the mesh has groups, every run of triangles of one group follows a `usemtl NAME` and `g NAME`; a
 /// group without a name in group_names is called group_N. An existing file is replaced in one go.
-Status write_obj(const std::string& path, const TriangleMesh& mesh,
-                 const std::vector<std::string>& group_names = {});
+Status write_obj(const std::string& path, const TriangleMesh& mesh, const std::vector<std::string>& group_names = {});
 
 /// Writes a binary little-endian PLY with positions in doubles, texture coordinates per corner (`texcoord`)
 /// and groups

@@ -10,8 +10,10 @@ namespace kerf {
 
 const std::vector<ModelName>& model_names() {
   static const std::vector<ModelName> names{
-      {"sheet", "open sheet 1 x 1 x 0.1 m; 1664, 6656, 26624 or 106496 visual triangles, 104, 500 or 1500 collision triangles"},
-      {"closed-sheet", "closed sheet 1 x 1 x 0.1 m of 500 to 10000000 visual triangles, sharp or rounded rim; 104, 500, 1500 or 2 n^2 collision triangles"},
+      {"sheet",
+       "open sheet 1 x 1 x 0.1 m; 1664, 6656, 26624 or 106496 visual triangles, 104, 500 or 1500 collision triangles"},
+      {"closed-sheet",
+       "closed sheet 1 x 1 x 0.1 m of 500 to 10000000 visual triangles, sharp or rounded rim; 104, 500, 1500 or 2 n^2 collision triangles"},
       {"steak", "rib-eye steak 200 x 160 x 20 mm; 5278 visual triangles, 67 or 137 collision triangles"},
       {"meniscus", "crescent wedge 45 mm across, 1 to 4 mm thick; 5760 visual triangles, 160 collision triangles"},
       {"holed-slab", "slab 160 x 160 x 20 mm with a square hole"},

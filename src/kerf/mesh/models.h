@@ -21,9 +21,9 @@ namespace kerf {
 
 /// A regular grid of box cells, axis-aligned, that fits a model: cell (i,j,k) begins at origin + (i,j,k) * cell.
 struct LatticeHint {
-  Vec3 origin;                   ///< metres
-  Vec3 cell;                     ///< metres
-  std::array<int, 3> cells{};    ///< number of cells along x, y, z
+  Vec3 origin;                 ///< metres
+  Vec3 cell;                   ///< metres
+  std::array<int, 3> cells{};  ///< number of cells along x, y, z
 };
 
 struct Model {
@@ -39,13 +39,14 @@ struct Model {
 
 /// Zero means "the model's own default".
 struct ModelOptions {
-  std::size_t visual_triangles = 0;     ///< exact where the paper gives counts, otherwise the nearest that the model can have
+  std::size_t visual_triangles =
+      0;  ///< exact where the paper gives counts, otherwise the nearest that the model can have
   std::size_t collision_triangles = 0;  ///< one of the counts that the model offers
-  double rim_radius = 0;  ///< closed-sheet only: how far its rim bulges beyond its faces, metres; 0 is a sharp rim
-  double bend = 0;        ///< angle, radians, by which the model is bent about the y axis (see bend())
-  double bumps = 0;       ///< amplitude of smooth bumps of visual and collision mesh, metres (see add_bumps())
-  double noise = 0;       ///< amplitude of noise on the visual mesh, metres (see add_noise())
-  std::uint64_t seed = 1; ///< of bumps and noise
+  double rim_radius = 0;   ///< closed-sheet only: how far its rim bulges beyond its faces, metres; 0 is a sharp rim
+  double bend = 0;         ///< angle, radians, by which the model is bent about the y axis (see bend())
+  double bumps = 0;        ///< amplitude of smooth bumps of visual and collision mesh, metres (see add_bumps())
+  double noise = 0;        ///< amplitude of noise on the visual mesh, metres (see add_noise())
+  std::uint64_t seed = 1;  ///< of bumps and noise
 };
 
 struct ModelName {

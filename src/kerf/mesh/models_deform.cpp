@@ -12,14 +12,17 @@ namespace kerf {
 
 Status bend(Model& model, double angle) {
   if (angle == 0) return {};
-  if (!(std::abs(angle) <= 2 * M_PI)) return bad_input(fmt::format("a bend of {} radians is more than a full turn", angle));
+  if (!(std::abs(angle) <= 2 * M_PI))
+    return bad_input(fmt::format("a bend of {} radians is more than a full turn", angle));
   Box3 box = models::bounding_box(model.visual);
   for (const Vec3 p : model.collision.positions) box.add(p);
   const double radius = box.size().x / angle, middle = box.center().x;  // signed: a negative angle bends the other way
   const double reach = angle > 0 ? -box.min.z : box.max.z;
   if (reach >= 0.999 * std::abs(radius))
-    return bad_input(fmt::format("a bend of {} radians needs a radius of {} m, less than the body's thickness on the inner "
-                                 "side; bend it less", angle, std::abs(radius)));
+    return bad_input(
+        fmt::format("a bend of {} radians needs a radius of {} m, less than the body's thickness on the inner "
+                    "side; bend it less",
+                    angle, std::abs(radius)));
   auto move = [&](Vec3& p) {
     const double a = (p.x - middle) / radius, r = radius + p.z;
     p = {middle + r * std::sin(a), p.y, r * std::cos(a) - radius};
@@ -55,7 +58,8 @@ void add_bumps(Model& model, double amplitude, double wavelength, std::uint64_t 
   for (const Vec3 p : model.collision.positions) box.add(p);
   LatticeHint& lattice = model.lattice;
   if (lattice.cells[2] == 1) {  // one layer stays one layer
-    const double low = std::min(lattice.origin.z, box.min.z), high = std::max(lattice.origin.z + lattice.cell.z, box.max.z);
+    const double low = std::min(lattice.origin.z, box.min.z),
+                 high = std::max(lattice.origin.z + lattice.cell.z, box.max.z);
     lattice.origin.z = low;
     lattice.cell.z = high - low;
   } else {

@@ -16,8 +16,8 @@ struct Oval {
 };
 constexpr Oval kOuter{22.5, 15.5, 20.5, 15.5, 2.8};
 constexpr Oval kInner{8.3, 9.0, 20.0, 22.0, 2.2};
-constexpr double kTipAngle = 0.70;   // rad between the y axis and the end of a horn
-constexpr double kTipBulge = 0.07;   // rad by which the end is rounded
+constexpr double kTipAngle = 0.70;                    // rad between the y axis and the end of a horn
+constexpr double kTipBulge = 0.07;                    // rad by which the end is rounded
 constexpr double kInnerHalf = 0.5, kOuterHalf = 2.0;  // mm: 1 mm thick inside, 4 mm at the outer wall
 constexpr double kMillimetre = 1e-3;
 
@@ -28,8 +28,8 @@ constexpr int kCollisionAlong = 20, kCollisionAcross = 4;  // 21 x 5 = 105 verti
 Vec2 on(const Oval& oval, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   const double high = s > 0 ? oval.above : oval.below;
-  const double r = std::pow(std::pow(std::abs(c) / oval.half_width, oval.power) + std::pow(std::abs(s) / high, oval.power),
-                            -1 / oval.power);
+  const double r = std::pow(
+      std::pow(std::abs(c) / oval.half_width, oval.power) + std::pow(std::abs(s) / high, oval.power), -1 / oval.power);
   return {r * c, oval.center_y + r * s};
 }
 

@@ -78,7 +78,8 @@ PlanarMesh quad_grid(int nx, int ny, const std::function<Vec2(int, int)>& point,
           break;
         case QuadSplit::kCross: {
           const auto m = static_cast<std::int32_t>(mesh.points.size());
-          mesh.points.push_back(0.25 * (mesh.points[at(a)] + mesh.points[at(b)] + mesh.points[at(c)] + mesh.points[at(d)]));
+          mesh.points.push_back(0.25 *
+                                (mesh.points[at(a)] + mesh.points[at(b)] + mesh.points[at(c)] + mesh.points[at(d)]));
           mesh.triangles.push_back({a, b, m});
           mesh.triangles.push_back({b, c, m});
           mesh.triangles.push_back({c, d, m});

@@ -9,16 +9,16 @@
 namespace kerf::models {
 namespace {
 
-constexpr double kYoung = 5e4;    // Pa: soft rubber
+constexpr double kYoung = 5e4;  // Pa: soft rubber
 constexpr double kPoisson = 0.4;
 constexpr double kDensity = 1000;
 
 /// A flat region as a function of a grid: coarse quads, each refined alike for the visual mesh.
 struct GridRegion {
-  int nx = 0, ny = 0;                           ///< coarse quads
-  std::function<Vec2(double, double)> point;    ///< grid coordinates 0..nx, 0..ny to the plane, metres
-  std::function<bool(int, int)> exists;         ///< coarse quad (i, j), or empty: all
-  double thickness = 0;                         ///< metres
+  int nx = 0, ny = 0;                         ///< coarse quads
+  std::function<Vec2(double, double)> point;  ///< grid coordinates 0..nx, 0..ny to the plane, metres
+  std::function<bool(int, int)> exists;       ///< coarse quad (i, j), or empty: all
+  double thickness = 0;                       ///< metres
 };
 
 PlanarMesh refined(const GridRegion& region, int refinement) {
@@ -35,7 +35,8 @@ PlanarMesh refined(const GridRegion& region, int refinement) {
       [&](int i, int j) {
         if (!exists(i, j)) return QuadSplit::kNone;
         // At an outer corner the diagonal starts in the corner, so that no triangle has two border edges.
-        const bool left = !exists(i - 1, j), right = !exists(i + 1, j), below = !exists(i, j - 1), above = !exists(i, j + 1);
+        const bool left = !exists(i - 1, j), right = !exists(i + 1, j), below = !exists(i, j - 1),
+                   above = !exists(i, j + 1);
         if ((left && below) || (right && above)) return QuadSplit::kSlash;
         if ((right && below) || (left && above)) return QuadSplit::kBackslash;
         return (i + j) % 2 == 0 ? QuadSplit::kSlash : QuadSplit::kBackslash;
@@ -67,7 +68,9 @@ Result<Model> make_slab(const GridRegion& region, const ModelOptions& options, s
       edge += norm(coarse.points[static_cast<std::size_t>(loop[(i + 1) % loop.size()])] -
                    coarse.points[static_cast<std::size_t>(loop[i])]);
   edge /= static_cast<double>(border);
-  auto rings_of = [&](int r) { return std::max(1, 2 * static_cast<int>(std::lround(region.thickness * r / edge / 2)) - 1); };
+  auto rings_of = [&](int r) {
+    return std::max(1, 2 * static_cast<int>(std::lround(region.thickness * r / edge / 2)) - 1);
+  };
   auto count_of = [&](int r) {
     const auto n = static_cast<std::size_t>(r);
     return 2 * n * n * coarse.triangles.size() + 2 * n * border * static_cast<std::size_t>(rings_of(r) + 1);
@@ -177,7 +180,8 @@ Result<Model> make_tube(const ModelOptions& options) {
   auto unrolled = [](int around, int along) {
     PlanarMesh mesh;
     for (int j = 0; j <= along; ++j)
-      for (int i = 0; i < around; ++i) mesh.points.push_back({kTurn * i / around, kLength * (static_cast<double>(j) / along - 0.5)});
+      for (int i = 0; i < around; ++i)
+        mesh.points.push_back({kTurn * i / around, kLength * (static_cast<double>(j) / along - 0.5)});
     for (int j = 0; j < along; ++j)
       for (int i = 0; i < around; ++i) {
         const int k = (i + 1) % around;
@@ -206,7 +210,9 @@ Result<Model> make_tube(const ModelOptions& options) {
       p = {r * std::sin(angle), p.y, r * std::cos(angle)};
     }
   };
-  auto rings_of = [](int r) { return std::max(1, 2 * static_cast<int>(std::lround(kWall * kAround * r / kTurn / 2)) - 1); };
+  auto rings_of = [](int r) {
+    return std::max(1, 2 * static_cast<int>(std::lround(kWall * kAround * r / kTurn / 2)) - 1);
+  };
   auto count_of = [&](int r) {
     const int count = 4 * kAround * kAlong * r * r + 4 * kAround * r * (rings_of(r) + 1);
     return static_cast<std::size_t>(count);

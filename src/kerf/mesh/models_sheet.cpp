@@ -9,14 +9,14 @@
 namespace kerf::models {
 namespace {
 
-constexpr double kSide = 1.0;        // m
-constexpr double kSheetThickness = 0.1;   // m
+constexpr double kSide = 1.0;            // m
+constexpr double kSheetThickness = 0.1;  // m
 constexpr std::size_t kMostCollision = 120000;
 constexpr double kMaxTriangles = 10.1e6;  // a closed sheet of "10 million" may round up a little
 
-constexpr double kSheetYoung = 5e3;     // Pa
+constexpr double kSheetYoung = 5e3;  // Pa
 constexpr double kSheetPoisson = 0.3;
-constexpr double kSheetDensity = 10;    // kg/m3: the whole sheet has 1 kg
+constexpr double kSheetDensity = 10;  // kg/m3: the whole sheet has 1 kg
 
 void finish(Model& model, const PlanarMesh& collision) {
   model.collision = flat_surface(collision);
@@ -34,7 +34,9 @@ void finish(Model& model, const PlanarMesh& collision) {
 double spread(int i, int n, double length) { return length * (static_cast<double>(2 * i - n) / (2.0 * n)); }
 
 /// n of a grid of n x n quads, two triangles each.
-int grid_side(std::size_t triangles) { return static_cast<int>(std::lround(std::sqrt(static_cast<double>(triangles) / 2))); }
+int grid_side(std::size_t triangles) {
+  return static_cast<int>(std::lround(std::sqrt(static_cast<double>(triangles) / 2)));
+}
 
 }  // namespace
 
@@ -47,7 +49,10 @@ bool offers_collision(std::size_t triangles) {
 PlanarMesh sheet_collision(std::size_t triangles) {
   if (triangles == 104) {
     return quad_grid(
-        6, 6, [](int i, int j) { return Vec2{spread(i, 6, kSide), spread(j, 6, kSide)}; },
+        6, 6,
+        [](int i, int j) {
+          return Vec2{spread(i, 6, kSide), spread(j, 6, kSide)};
+        },
         [](int i, int j) {
           const bool centre = i >= 1 && i <= 4 && j >= 1 && j <= 4;
           return centre ? QuadSplit::kCross : alternating_split(i, j, 6, 6);
@@ -56,7 +61,10 @@ PlanarMesh sheet_collision(std::size_t triangles) {
   if (triangles != 500 && triangles != 1500) {
     const int n = grid_side(triangles);
     return quad_grid(
-        n, n, [=](int i, int j) { return Vec2{spread(i, n, kSide), spread(j, n, kSide)}; },
+        n, n,
+        [=](int i, int j) {
+          return Vec2{spread(i, n, kSide), spread(j, n, kSide)};
+        },
         [=](int i, int j) { return alternating_split(i, j, n, n); });
   }
   // nx + ny quads make half the border; every quad in the inside that is split in four adds two triangles.
@@ -64,7 +72,10 @@ PlanarMesh sheet_collision(std::size_t triangles) {
   const int crosses = (static_cast<int>(triangles) - 2 * nx * ny) / 2;
   const int inner = (nx - 2) * (ny - 2);
   return quad_grid(
-      nx, ny, [=](int i, int j) { return Vec2{spread(i, nx, kSide), spread(j, ny, kSide)}; },
+      nx, ny,
+      [=](int i, int j) {
+        return Vec2{spread(i, nx, kSide), spread(j, ny, kSide)};
+      },
       [=](int i, int j) {
         if (i == 0 || j == 0 || i == nx - 1 || j == ny - 1) return alternating_split(i, j, nx, ny);
         const int k = (j - 1) * (nx - 2) + (i - 1);  // spread evenly over the inside
@@ -88,9 +99,10 @@ Result<Model> make_sheet(const ModelOptions& options) {
   } else if (collision_count == 104 || collision_count == 500 || collision_count == 1500) {
     finish(model, sheet_collision(collision_count));
   } else {
-    return bad_input(fmt::format("model sheet has 104, 500 or 1500 collision triangles, or as many as visual ones ({}), "
-                                 "not {}",
-                                 visual_count, collision_count));
+    return bad_input(
+        fmt::format("model sheet has 104, 500 or 1500 collision triangles, or as many as visual ones ({}), "
+                    "not {}",
+                    visual_count, collision_count));
   }
   return model;
 }
@@ -99,16 +111,21 @@ Result<Model> make_closed_sheet(const ModelOptions& options) {
   const auto wanted = static_cast<double>(options.visual_triangles == 0 ? 20000 : options.visual_triangles);
   const std::size_t collision_count = options.collision_triangles == 0 ? 104 : options.collision_triangles;
   if (!offers_collision(collision_count))
-    return bad_input(fmt::format("model closed-sheet has 104, 500 or 1500 collision triangles or 2 n^2 of them (32, 50, 72 ... {}), not {}",
-                                 kMostCollision, collision_count));
+    return bad_input(fmt::format(
+        "model closed-sheet has 104, 500 or 1500 collision triangles or 2 n^2 of them (32, 50, 72 ... {}), not {}",
+        kMostCollision, collision_count));
   if (wanted < 500 || wanted > kMaxTriangles)
-    return bad_input(fmt::format("model closed-sheet has 500 to 10000000 visual triangles, not {}", options.visual_triangles));
+    return bad_input(
+        fmt::format("model closed-sheet has 500 to 10000000 visual triangles, not {}", options.visual_triangles));
   const double bulge = options.rim_radius;
   if (!(bulge >= 0 && bulge <= kSheetThickness / 2))
-    return bad_input(fmt::format("the rim radius of model closed-sheet is 0 to {} m, not {}", kSheetThickness / 2, bulge));
+    return bad_input(
+        fmt::format("the rim radius of model closed-sheet is 0 to {} m, not {}", kSheetThickness / 2, bulge));
 
   // 4 n^2 triangles on both sides and 8 n (rings + 1) on the rim, its quads about square.
-  auto rings_of = [](int n) { return std::max(1, 2 * static_cast<int>(std::lround(n * kSheetThickness / kSide / 2)) - 1); };
+  auto rings_of = [](int n) {
+    return std::max(1, 2 * static_cast<int>(std::lround(n * kSheetThickness / kSide / 2)) - 1);
+  };
   auto count_of = [&](int n) { return 4.0 * n * n + 8.0 * n * (rings_of(n) + 1); };
   int n = 4;
   while (count_of(n + 1) <= wanted) ++n;
@@ -116,7 +133,10 @@ Result<Model> make_closed_sheet(const ModelOptions& options) {
 
   const double length = kSide - 2 * bulge;
   const PlanarMesh side = quad_grid(
-      n, n, [=](int i, int j) { return Vec2{spread(i, n, length), spread(j, n, length)}; },
+      n, n,
+      [=](int i, int j) {
+        return Vec2{spread(i, n, length), spread(j, n, length)};
+      },
       [=](int i, int j) { return alternating_split(i, j, n, n); });
   ThickShape shape;
   shape.top = [](std::size_t) { return kSheetThickness / 2; };

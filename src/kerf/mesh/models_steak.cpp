@@ -22,7 +22,7 @@ constexpr double kDomeWidth = 0.030;  // m from the rim over which the faces ris
 // Control polygon (mm) of the outline, a closed cubic B-spline, counter-clockwise from the tail. The eye of the meat is on
 // the left, the tail on the right below, the notch between them on top.
 constexpr std::array<Vec2, 19> kControl{{
-    {104, -24}, {104, 10},   {100, 43},    {80, 66},    {56, 74},   {36, 60},   {16, 88},  {-28, 92}, {-64, 91}, {-97, 84},
+    {104, -24}, {104, 10},  {100, 43},   {80, 66},    {56, 74},   {36, 60},   {16, 88}, {-28, 92}, {-64, 91}, {-97, 84},
     {-109, 54}, {-110, 14}, {-107, -26}, {-108, -62}, {-90, -88}, {-44, -89}, {4, -85}, {50, -90}, {86, -73},
 }};
 
@@ -49,7 +49,8 @@ std::vector<Vec2> outline_points(int count) {
   const Vec2 middle = 0.5 * (lo + hi);
   for (Vec2& p : fine) p = {(p.x - middle.x) * kLength / (hi.x - lo.x), (p.y - middle.y) * kWidth / (hi.y - lo.y)};
   std::vector<double> along{0};
-  for (std::size_t i = 0; i < fine.size(); ++i) along.push_back(along.back() + norm(fine[(i + 1) % fine.size()] - fine[i]));
+  for (std::size_t i = 0; i < fine.size(); ++i)
+    along.push_back(along.back() + norm(fine[(i + 1) % fine.size()] - fine[i]));
   std::vector<Vec2> out;
   std::size_t i = 0;
   for (int k = 0; k < count; ++k) {
@@ -142,7 +143,7 @@ Result<Model> make_steak(const ModelOptions& options) {
   model.lattice.origin = {-kLength / 2, -kWidth / 2, -kThickness / 2};
   model.lattice.cell = {kLength / 10, kWidth / 8, kThickness};
   model.lattice.cells = {10, 8, 1};
-  model.young = 2e4;       // raw muscle across its fibres
+  model.young = 2e4;  // raw muscle across its fibres
   model.poisson = 0.45;
   model.density = 1060;
   return model;

@@ -87,7 +87,8 @@ class Builder {
       }
     }
     std::vector<Vec2> before = points_;
-    for (std::size_t v = outline_; v < points_.size(); ++v) points_[v] = lerp(points_[v], (1 / weight[v]) * sum[v], 0.8);
+    for (std::size_t v = outline_; v < points_.size(); ++v)
+      points_[v] = lerp(points_[v], (1 / weight[v]) * sum[v], 0.8);
     for (bool turned = true; turned;) {  // take back what would turn a triangle over
       turned = false;
       for (const auto& t : triangles_)

@@ -114,8 +114,7 @@ class ObjReader {
       return error(fmt::format("vertex {} has a coordinate that is not a finite number; correct or remove it",
                                positions_.size() + 1));
     }
-    if (positions_.size() >= kMaxVertices)
-      return error("more vertices than 32-bit ids can name; split the mesh");
+    if (positions_.size() >= kMaxVertices) return error("more vertices than 32-bit ids can name; split the mesh");
     positions_.push_back({c[0], c[1], c[2]});
     return {};
   }
@@ -124,17 +123,17 @@ class ObjReader {
     double u = 0;
     double v = 0;
     if (at_line_end() || !scanner_.number(u) || (!at_line_end() && !scanner_.number(v))) {
-      return error(
-          fmt::format("texture coordinate {} needs two numbers, but {} stands there; correct the line",
-                      texture_.size() + 1, scanner_.word_ahead()));
+      return error(fmt::format("texture coordinate {} needs two numbers, but {} stands there; correct the line",
+                               texture_.size() + 1, scanner_.word_ahead()));
     }
     const Vec2f uv{static_cast<float>(u), static_cast<float>(v)};
     if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) {
-      return error(fmt::format("texture coordinate {} is not a finite number; correct or remove it",
-                               texture_.size() + 1));
+      return error(
+          fmt::format("texture coordinate {} is not a finite number; correct or remove it", texture_.size() + 1));
     }
     if (!is_texture_coordinate(uv.x) || !is_texture_coordinate(uv.y)) {
-      return error(fmt::format("texture coordinate {} is beyond {:g}; correct or remove it", texture_.size() + 1, kMostTexture));
+      return error(
+          fmt::format("texture coordinate {} is beyond {:g}; correct or remove it", texture_.size() + 1, kMostTexture));
     }
     texture_.push_back(uv);
     return {};
@@ -146,9 +145,8 @@ class ObjReader {
     std::int64_t resolved = raw;
     if (raw < 0) resolved = static_cast<std::int64_t>(defined) + raw + 1;
     if (raw == 0 || resolved < 1 || resolved > static_cast<std::int64_t>(kMaxVertices)) {
-      return error(
-          fmt::format("face names {} {}, but {} are defined and they count from 1; correct the index", what,
-                      raw, defined));
+      return error(fmt::format("face names {} {}, but {} are defined and they count from 1; correct the index", what,
+                               raw, defined));
     }
     if (resolved > static_cast<std::int64_t>(defined)) forward.add(resolved, scanner_.line());
     index = static_cast<std::int32_t>(resolved - 1);
@@ -179,16 +177,15 @@ class ObjReader {
       face_.push_back(corner);
     }
     if (face_.size() < 3) {
-      return error(fmt::format("a face needs at least three corners, this one has {}; complete or remove it",
-                               face_.size()));
+      return error(
+          fmt::format("a face needs at least three corners, this one has {}; complete or remove it", face_.size()));
     }
     if (triangles_.size() + face_.size() - 2 > kMaxTriangles) {
       return error("more triangles than 32-bit ids can name; split the mesh");
     }
     for (std::size_t i = 2; i < face_.size(); ++i) {
       const Corner corners[3] = {face_[0], face_[i - 1], face_[i]};
-      triangles_.push_back(
-          {VertexId(corners[0].vertex), VertexId(corners[1].vertex), VertexId(corners[2].vertex)});
+      triangles_.push_back({VertexId(corners[0].vertex), VertexId(corners[1].vertex), VertexId(corners[2].vertex)});
       const bool textured = corners[0].texture >= 0 || corners[1].texture >= 0 || corners[2].texture >= 0;
       if (textured && texture_corners_.empty()) texture_corners_.resize(triangles_.size() - 1, {-1, -1, -1});
       if (textured || !texture_corners_.empty()) {
@@ -207,9 +204,8 @@ class ObjReader {
     for (const auto& [index, line] : forward.seen) {
       if (index <= static_cast<std::int64_t>(defined)) continue;
       return error_at(
-          line,
-          fmt::format("face names {} {}, but the file has {}; correct the index, or the file is truncated",
-                      what, index, defined));
+          line, fmt::format("face names {} {}, but the file has {}; correct the index, or the file is truncated", what,
+                            index, defined));
     }
     return {};
   }
@@ -217,13 +213,12 @@ class ObjReader {
   Result<TriangleMesh> finish(std::vector<std::string>* group_names) {
     if (triangles_.empty()) {
       if (first_unknown_ != 0) {
-        return error_at(first_unknown_,
-                        fmt::format("{} is not an OBJ keyword and the file has no faces; is it an OBJ file?",
-                                    unknown_word_));
+        return error_at(
+            first_unknown_,
+            fmt::format("{} is not an OBJ keyword and the file has no faces; is it an OBJ file?", unknown_word_));
       }
-      return bad_input(
-          fmt::format("{}: {} vertices, but no faces ('f' lines); export the mesh with its faces", name_,
-                      positions_.size()));
+      return bad_input(fmt::format("{}: {} vertices, but no faces ('f' lines); export the mesh with its faces", name_,
+                                   positions_.size()));
     }
     KERF_TRY(check_forward(forward_vertices_, positions_.size(), "vertex"));
     KERF_TRY(check_forward(forward_texture_, texture_.size(), "texture coordinate"));
@@ -262,8 +257,7 @@ class ObjReader {
 
 std::string group_name(std::int32_t group, const std::vector<std::string>& names) {
   const auto i = static_cast<std::size_t>(group);
-  std::string name =
-      group >= 0 && i < names.size() && !names[i].empty() ? names[i] : fmt::format("group_{}", group);
+  std::string name = group >= 0 && i < names.size() && !names[i].empty() ? names[i] : fmt::format("group_{}", group);
   for (char& c : name) {
     if (TextScanner::is_break(c) || TextScanner::is_blank(c)) c = '_';  // a name ends at the first blank
   }
@@ -272,13 +266,11 @@ std::string group_name(std::int32_t group, const std::vector<std::string>& names
 
 }  // namespace
 
-Result<TriangleMesh> parse_obj(std::string_view bytes, const std::string& name,
-                               std::vector<std::string>* group_names) {
+Result<TriangleMesh> parse_obj(std::string_view bytes, const std::string& name, std::vector<std::string>* group_names) {
   return ObjReader(bytes, name).read(group_names);
 }
 
-Status write_obj(const std::string& path, const TriangleMesh& mesh,
-                 const std::vector<std::string>& group_names) {
+Status write_obj(const std::string& path, const TriangleMesh& mesh, const std::vector<std::string>& group_names) {
   KERF_TRY(check_writable(path, mesh));
   ReplacingFile file(path);
   fmt::memory_buffer text;
@@ -322,8 +314,8 @@ Status write_obj(const std::string& path, const TriangleMesh& mesh,
       fmt::format_to(out, "f {} {} {}\n", c[0].value + 1, c[1].value + 1, c[2].value + 1);
     } else {
       const auto& k = texture_corners[t];
-      fmt::format_to(out, "f {}/{} {}/{} {}/{}\n", c[0].value + 1, k[0] + 1, c[1].value + 1, k[1] + 1,
-                     c[2].value + 1, k[2] + 1);
+      fmt::format_to(out, "f {}/{} {}/{} {}/{}\n", c[0].value + 1, k[0] + 1, c[1].value + 1, k[1] + 1, c[2].value + 1,
+                     k[2] + 1);
     }
     drain(kChunk);
   }

@@ -34,8 +34,7 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
   for (std::int64_t& count : counts) {
     for (;;) {  // the counts may stand on the first line or below comments
       if (!scanner.at_line_end() && *scanner.position() != '#') break;
-      if (scanner.at_end())
-        return error("the file ends before the counts of vertices and faces; write it again");
+      if (scanner.at_end()) return error("the file ends before the counts of vertices and faces; write it again");
       scanner.next_line();
     }
     if (!scanner.integer_word(count) || count < 0) {
@@ -49,10 +48,10 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
   // Shortest vertex "0 0 0\n", shortest face "3 0 0 0\n"; the last may lack its line break.
   const std::uint64_t room = scanner.bytes_left() + 1;
   if (vertex_count > room / 6 || face_count > (room - 6 * vertex_count) / 8) {
-    return error(fmt::format(
-        "the header promises {} vertices and {} faces, but only {} bytes follow; the file is truncated "
-        "or the counts are wrong",
-        vertex_count, face_count, scanner.bytes_left()));
+    return error(
+        fmt::format("the header promises {} vertices and {} faces, but only {} bytes follow; the file is truncated "
+                    "or the counts are wrong",
+                    vertex_count, face_count, scanner.bytes_left()));
   }
   if (face_count == 0) return error("no faces; export the mesh with its faces");
   if (vertex_count > kMaxVertices) return error("more vertices than 32-bit ids can name; split the mesh");
@@ -66,8 +65,8 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
     for (double& value : c) {
       if (scanner.number(value)) continue;
       if (scanner.at_end()) {
-        return error(fmt::format("the file ends at vertex {} of {}; it is truncated: write it again", v + 1,
-                                 vertex_count));
+        return error(
+            fmt::format("the file ends at vertex {} of {}; it is truncated: write it again", v + 1, vertex_count));
       }
       return error(fmt::format("vertex {} needs three numbers, but {} stands there; correct the line", v + 1,
                                scanner.word_ahead()));
@@ -87,8 +86,7 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
       const Vec2f texture{static_cast<float>(uv[0]), static_cast<float>(uv[1])};
       if (extra < 2 || !std::isfinite(texture.x) || !std::isfinite(texture.y)) {
         return error(fmt::format(
-            "vertex {} has no finite texture coordinates, but the header says {}; correct the line", v + 1,
-            header));
+            "vertex {} has no finite texture coordinates, but the header says {}; correct the line", v + 1, header));
       }
       if (!is_texture_coordinate(texture.x) || !is_texture_coordinate(texture.y)) {
         return error(fmt::format("vertex {} has a texture coordinate beyond {:g}; correct it", v + 1, kMostTexture));
@@ -102,26 +100,23 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
   for (std::uint64_t f = 0; f < face_count; ++f) {
     scanner.skip_empty_lines('#');
     if (scanner.at_end()) {
-      return error(
-          fmt::format("the file ends at face {} of {}; it is truncated: write it again", f + 1, face_count));
+      return error(fmt::format("the file ends at face {} of {}; it is truncated: write it again", f + 1, face_count));
     }
     std::int64_t corners = 0;
     if (!scanner.integer_word(corners) || corners < 3) {
-      return error(
-          fmt::format("face {} must begin with its number of corners, at least 3; correct the line", f + 1));
+      return error(fmt::format("face {} must begin with its number of corners, at least 3; correct the line", f + 1));
     }
     face.clear();
     for (std::int64_t i = 0; i < corners; ++i) {
       std::int64_t index = 0;
       if (!scanner.integer_word(index)) {
-        return error(
-            fmt::format("face {} has {} corners, but {} stands where corner {} should; correct the line",
-                        f + 1, corners, scanner.word_ahead(), i + 1));
+        return error(fmt::format("face {} has {} corners, but {} stands where corner {} should; correct the line",
+                                 f + 1, corners, scanner.word_ahead(), i + 1));
       }
       if (index < 0 || static_cast<std::uint64_t>(index) >= vertex_count) {
-        return error(fmt::format(
-            "face {} names vertex {}, but the file has {} and they count from 0; correct the index", f + 1,
-            index, vertex_count));
+        return error(
+            fmt::format("face {} names vertex {}, but the file has {} and they count from 0; correct the index", f + 1,
+                        index, vertex_count));
       }
       face.emplace_back(static_cast<std::int32_t>(index));
     }
@@ -131,16 +126,15 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
     for (std::size_t i = 2; i < face.size(); ++i) {
       mesh.triangles.push_back({face[0], face[i - 1], face[i]});
       if (has_texture) {
-        mesh.texture.push_back({vertex_texture[face[0].index()], vertex_texture[face[i - 1].index()],
-                                vertex_texture[face[i].index()]});
+        mesh.texture.push_back(
+            {vertex_texture[face[0].index()], vertex_texture[face[i - 1].index()], vertex_texture[face[i].index()]});
       }
     }
     scanner.next_line();
   }
   scanner.skip_empty_lines('#');
   if (!scanner.at_end()) {
-    return error(
-        fmt::format("{} faces were promised and read, but more follows; correct the counts", face_count));
+    return error(fmt::format("{} faces were promised and read, but more follows; correct the counts", face_count));
   }
   return mesh;
 }

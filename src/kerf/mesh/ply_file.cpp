@@ -12,8 +12,7 @@
 namespace kerf {
 namespace {
 
-static_assert(std::endian::native == std::endian::little,
-              "the readers and writers assume a little-endian machine");
+static_assert(std::endian::native == std::endian::little, "the readers and writers assume a little-endian machine");
 
 enum class Type : std::uint8_t { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
@@ -21,14 +20,11 @@ std::size_t size_of(Type type) {
   constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
   return kSizes[static_cast<int>(type)];
 }
-bool is_integer(Type type) {
-  return type < Type::kFloat;
-}
+bool is_integer(Type type) { return type < Type::kFloat; }
 
 std::optional<Type> type_named(std::string_view name) {
   constexpr const char* kNames[] = {"char", "uchar", "short", "ushort", "int", "uint", "float", "double"};
-  constexpr const char* kSizedNames[] = {"int8",  "uint8",  "int16",   "uint16",
-                                         "int32", "uint32", "float32", "float64"};
+  constexpr const char* kSizedNames[] = {"int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"};
   for (int i = 0; i < 8; ++i) {
     if (name == kNames[i] || name == kSizedNames[i]) return static_cast<Type>(i);
   }
@@ -109,20 +105,13 @@ class BinarySource {
 
   bool integer(Type type, std::int64_t& value) {
     switch (type) {
-      case Type::kInt8:
-        return read<std::int8_t>(value);
-      case Type::kUint8:
-        return read<std::uint8_t>(value);
-      case Type::kInt16:
-        return read<std::int16_t>(value);
-      case Type::kUint16:
-        return read<std::uint16_t>(value);
-      case Type::kInt32:
-        return read<std::int32_t>(value);
-      case Type::kUint32:
-        return read<std::uint32_t>(value);
-      default:
-        return false;
+      case Type::kInt8: return read<std::int8_t>(value);
+      case Type::kUint8: return read<std::uint8_t>(value);
+      case Type::kInt16: return read<std::int16_t>(value);
+      case Type::kUint16: return read<std::uint16_t>(value);
+      case Type::kInt32: return read<std::int32_t>(value);
+      case Type::kUint32: return read<std::uint32_t>(value);
+      default: return false;
     }
   }
   bool number(Type type, double& value) {
@@ -169,8 +158,7 @@ class BinarySource {
 
 class TextSource {
  public:
-  TextSource(std::string_view all, std::size_t offset, std::size_t line)
-      : scanner_(all.substr(offset), line) {}
+  TextSource(std::string_view all, std::size_t offset, std::size_t line) : scanner_(all.substr(offset), line) {}
 
   [[nodiscard]] std::string place() const { return std::to_string(scanner_.line()); }
   // Every element has a line of its own.
@@ -184,10 +172,8 @@ class TextSource {
     scanner_.next_line();
     return true;
   }
-  [[nodiscard]] std::size_t bytes_left() const {
-    return scanner_.bytes_left() + 1;
-  }                                                  // the last line break may lack
-  static std::uint64_t smallest(Type) { return 2; }  // a digit and a blank
+  [[nodiscard]] std::size_t bytes_left() const { return scanner_.bytes_left() + 1; }  // the last line break may lack
+  static std::uint64_t smallest(Type) { return 2; }                                   // a digit and a blank
   static constexpr bool kHasLines = true;
 
   bool integer(Type, std::int64_t& value) { return scanner_.integer_word(value); }
@@ -256,9 +242,8 @@ class PlyReader {
         } else if (encoding == "binary_big_endian") {
           header_.encoding = Encoding::kBig;
         } else {
-          return error(
-              fmt::format("format {} is not known; ascii, binary_little_endian and binary_big_endian are",
-                          TextScanner::shown(encoding)));
+          return error(fmt::format("format {} is not known; ascii, binary_little_endian and binary_big_endian are",
+                                   TextScanner::shown(encoding)));
         }
         has_format = true;
       } else if (keyword == "element") {
@@ -273,8 +258,7 @@ class PlyReader {
       } else if (keyword == "property") {
         KERF_TRY(read_property(scanner));
       } else {
-        return error(
-            fmt::format("{} is not known in a PLY header; correct the line", TextScanner::shown(keyword)));
+        return error(fmt::format("{} is not known in a PLY header; correct the line", TextScanner::shown(keyword)));
       }
     }
     if (!has_format) return error("the header has no 'format' line; add one");
@@ -287,8 +271,7 @@ class PlyReader {
 
   Status read_property(TextScanner& scanner) {
     const auto error = [&](const std::string& message) { return error_at(scanner.line(), message); };
-    if (header_.elements.empty())
-      return error("a property stands before the first element; correct the header");
+    if (header_.elements.empty()) return error("a property stands before the first element; correct the header");
     Element& element = header_.elements.back();
     Property property;
     std::string_view word = scanner.word();
@@ -305,9 +288,9 @@ class PlyReader {
     }
     const std::optional<Type> type = type_named(word);
     if (!type) {
-      return error(fmt::format(
-          "property type {} is not known; use char, uchar, short, ushort, int, uint, float or double",
-          TextScanner::shown(word)));
+      return error(
+          fmt::format("property type {} is not known; use char, uchar, short, ushort, int, uint, float or double",
+                      TextScanner::shown(word)));
     }
     property.type = *type;
     property.name = std::string(scanner.word());
@@ -318,8 +301,7 @@ class PlyReader {
     }
     for (const Property& other : element.properties) {
       if (other.name == property.name) {
-        return error(
-            fmt::format("element '{}' has property '{}' twice; remove one", element.name, property.name));
+        return error(fmt::format("element '{}' has property '{}' twice; remove one", element.name, property.name));
       }
     }
     element.properties.push_back(std::move(property));
@@ -333,8 +315,7 @@ class PlyReader {
       const Element** slot = element.name == "vertex" ? &vertex : element.name == "face" ? &face : nullptr;
       if (slot == nullptr) {
         if (element.name == "tristrips") {
-          return bad_input(name_ +
-                           ": triangle strips ('tristrips') are not read; export the mesh with faces");
+          return bad_input(name_ + ": triangle strips ('tristrips') are not read; export the mesh with faces");
         }
         continue;
       }
@@ -360,8 +341,7 @@ class PlyReader {
     for (const Element& element : header_.elements) {
       // A count that lies must not allocate: every element has a smallest size.
       std::uint64_t smallest = 0;
-      for (const Property& p : element.properties)
-        smallest += source.smallest(p.is_list ? p.count_type : p.type);
+      for (const Property& p : element.properties) smallest += source.smallest(p.is_list ? p.count_type : p.type);
       if (element.name == "face" && !source.kHasLines) {
         for (const Property& p : element.properties) {
           if (p.role == Role::kCorners) smallest += 3 * size_of(p.type);
@@ -369,11 +349,10 @@ class PlyReader {
       }
       if (smallest == 0) continue;
       if (element.count > source.bytes_left() / smallest) {
-        return error_in(
-            source,
-            fmt::format("the header promises {} of element '{}', but only {} bytes are left; the file is "
-                        "truncated or the count is wrong",
-                        element.count, element.name, source.bytes_left()));
+        return error_in(source,
+                        fmt::format("the header promises {} of element '{}', but only {} bytes are left; the file is "
+                                    "truncated or the count is wrong",
+                                    element.count, element.name, source.bytes_left()));
       }
       if (element.name == "vertex") {
         KERF_TRY(read_vertices(source, element));
@@ -384,8 +363,7 @@ class PlyReader {
       }
     }
     if (!source.only_blanks_left()) {
-      return error_in(source,
-                      "all promised elements are read, but more follows; correct the counts in the header");
+      return error_in(source, "all promised elements are read, but more follows; correct the counts in the header");
     }
     return {};
   }
@@ -393,14 +371,13 @@ class PlyReader {
   template <class Source>
   [[nodiscard]] Error broken(const Source& source, const Element& element, std::uint64_t i) const {
     if (source.at_end()) {
-      return error_in(source, fmt::format("the file ends in {} {} of {}; it is truncated: write it again",
-                                          element.name, i + 1, element.count));
+      return error_in(source, fmt::format("the file ends in {} {} of {}; it is truncated: write it again", element.name,
+                                          i + 1, element.count));
     }
-    return error_in(
-        source,
-        fmt::format("{} {} does not have the values that the header promises; correct it, or the file is "
-                    "truncated",
-                    element.name, i + 1));
+    return error_in(source,
+                    fmt::format("{} {} does not have the values that the header promises; correct it, or the file is "
+                                "truncated",
+                                element.name, i + 1));
   }
 
   template <class Source>
@@ -424,8 +401,7 @@ class PlyReader {
 
   template <class Source>
   Status read_vertices(Source& source, const Element& element) {
-    if (element.count > kMaxVertices)
-      return error_in(source, "more vertices than 32-bit ids can name; split the mesh");
+    if (element.count > kMaxVertices) return error_in(source, "more vertices than 32-bit ids can name; split the mesh");
     positions_.reserve(element.count);
     if (has_vertex_texture_) vertex_texture_.reserve(element.count);
     for (std::uint64_t i = 0; i < element.count; ++i) {
@@ -441,20 +417,19 @@ class PlyReader {
       }
       if (!good) return broken(source, element, i);
       if (!is_finite(p)) {
-        return error_in(
-            source, fmt::format("vertex {} has a coordinate that is not a finite number; correct it", i + 1));
+        return error_in(source,
+                        fmt::format("vertex {} has a coordinate that is not a finite number; correct it", i + 1));
       }
       positions_.push_back(p);
       if (has_vertex_texture_) {
         const Vec2f uv{static_cast<float>(u), static_cast<float>(v)};
         if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) {
           return error_in(
-              source,
-              fmt::format("vertex {} has a texture coordinate that is not a finite number; correct it",
-                          i + 1));
+              source, fmt::format("vertex {} has a texture coordinate that is not a finite number; correct it", i + 1));
         }
         if (!is_texture_coordinate(uv.x) || !is_texture_coordinate(uv.y)) {
-          return error_in(source, fmt::format("vertex {} has a texture coordinate beyond {:g}; correct it", i + 1, kMostTexture));
+          return error_in(
+              source, fmt::format("vertex {} has a texture coordinate beyond {:g}; correct it", i + 1, kMostTexture));
         }
         vertex_texture_.push_back(uv);
       }
@@ -483,11 +458,10 @@ class PlyReader {
             good = source.integer(property.type, index);
             if (!good) break;
             if (index < 0 || static_cast<std::uint64_t>(index) >= vertex_count_) {
-              return error_in(
-                  source,
-                  fmt::format("face {} names vertex {}, but the file has {} and they count from 0; correct "
-                              "the index",
-                              i + 1, index, vertex_count_));
+              return error_in(source,
+                              fmt::format("face {} names vertex {}, but the file has {} and they count from 0; correct "
+                                          "the index",
+                                          i + 1, index, vertex_count_));
             }
             corners.push_back(static_cast<std::int32_t>(index));
           }
@@ -499,11 +473,11 @@ class PlyReader {
             if (good && !std::isfinite(static_cast<float>(value))) {
               return error_in(
                   source,
-                  fmt::format("face {} has a texture coordinate that is not a finite number; correct it",
-                              i + 1));
+                  fmt::format("face {} has a texture coordinate that is not a finite number; correct it", i + 1));
             }
             if (good && !is_texture_coordinate(static_cast<float>(value))) {
-              return error_in(source, fmt::format("face {} has a texture coordinate beyond {:g}; correct it", i + 1, kMostTexture));
+              return error_in(
+                  source, fmt::format("face {} has a texture coordinate beyond {:g}; correct it", i + 1, kMostTexture));
             }
             if (good) uvs.push_back(value);
           }
@@ -512,8 +486,8 @@ class PlyReader {
           good = source.number(property.type, value);
           // Written so that nan fails too.
           if (good && !(value >= 0 && value <= 2147483647.0)) {
-            return error_in(
-                source, fmt::format("face {} has a group that is not a number from 0 up; correct it", i + 1));
+            return error_in(source,
+                            fmt::format("face {} has a group that is not a number from 0 up; correct it", i + 1));
           }
           if (good) group = static_cast<std::int64_t>(value);
         } else {
@@ -522,23 +496,20 @@ class PlyReader {
       }
       if (!good) return broken(source, element, i);
       if (corners.size() < 3) {
-        return error_in(
-            source, fmt::format("face {} has {} corners, but a face needs at least three; remove it", i + 1,
-                                corners.size()));
+        return error_in(source, fmt::format("face {} has {} corners, but a face needs at least three; remove it", i + 1,
+                                            corners.size()));
       }
       if (has_face_texture_ && !uvs.empty() && uvs.size() != 2 * corners.size()) {
         return error_in(
-            source,
-            fmt::format("face {} has {} texture numbers for {} corners, which need two each; correct it",
-                        i + 1, uvs.size(), corners.size()));
+            source, fmt::format("face {} has {} texture numbers for {} corners, which need two each; correct it", i + 1,
+                                uvs.size(), corners.size()));
       }
       if (triangles_.size() + corners.size() - 2 > kMaxTriangles) {
         return error_in(source, "more triangles than 32-bit ids can name; split the mesh");
       }
       for (std::size_t c = 2; c < corners.size(); ++c) {
         const std::size_t fan[3] = {0, c - 1, c};
-        triangles_.push_back(
-            {VertexId(corners[fan[0]]), VertexId(corners[fan[1]]), VertexId(corners[fan[2]])});
+        triangles_.push_back({VertexId(corners[fan[0]]), VertexId(corners[fan[1]]), VertexId(corners[fan[2]])});
         if (has_group_) groups_.push_back(static_cast<std::int32_t>(group));
         if (!has_face_texture_) continue;
         std::array<Vec2f, 3> texture{};
@@ -564,8 +535,7 @@ class PlyReader {
     } else if (has_vertex_texture_) {
       mesh.texture.resize(mesh.triangles.size());
       for (const TriangleId t : ids<TriangleId>(mesh.triangles.size())) {
-        for (std::size_t i = 0; i < 3; ++i)
-          mesh.texture[t][i] = vertex_texture_[mesh.triangles[t][i].index()];
+        for (std::size_t i = 0; i < 3; ++i) mesh.texture[t][i] = vertex_texture_[mesh.triangles[t][i].index()];
       }
     }
     return mesh;
@@ -603,8 +573,7 @@ Status write_ply(const std::string& path, const TriangleMesh& mesh) {
       "ply\nformat binary_little_endian 1.0\ncomment metres\nelement vertex {}\nproperty double x\nproperty "
       "double y\n"
       "property double z\nelement face {}\nproperty list uchar int vertex_indices\n{}{}end_header\n",
-      mesh.positions.size(), mesh.triangles.size(),
-      mesh.has_texture() ? "property list uchar float texcoord\n" : "",
+      mesh.positions.size(), mesh.triangles.size(), mesh.has_texture() ? "property list uchar float texcoord\n" : "",
       mesh.group.empty() ? "" : "property int group\n");
   constexpr std::size_t kChunk = std::size_t{1} << 18;
   const auto drain = [&] {

@@ -20,7 +20,8 @@ TriangleMesh ball() {
     const double polar = std::numbers::pi * ring / kBallRings;
     for (int k = 0; k < kBallSectors; ++k) {
       const double around = 2 * std::numbers::pi * k / kBallSectors;
-      mesh.positions.push_back({std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar)});
+      mesh.positions.push_back(
+          {std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar)});
     }
   }
   mesh.positions.push_back({0, 0, -1});
@@ -42,7 +43,10 @@ TriangleMesh plateau() {
   constexpr int nx = 24, ny = 20;
   constexpr double width = 0.072, depth = 0.060, floor = -0.012, dish = 0.004, reach = 0.036;  // metres
   models::PlanarMesh planar = models::quad_grid(
-      nx, ny, [&](int i, int j) { return Vec2{width * (i - nx / 2.0) / nx, depth * (j - ny / 2.0) / ny}; },
+      nx, ny,
+      [&](int i, int j) {
+        return Vec2{width * (i - nx / 2.0) / nx, depth * (j - ny / 2.0) / ny};
+      },
       [&](int i, int j) { return models::alternating_split(i, j, nx, ny); });
   models::find_loops(planar);
   models::ThickShape shape;

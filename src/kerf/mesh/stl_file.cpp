@@ -17,15 +17,12 @@ constexpr std::size_t kTriangleBytes = 50;  // 12 floats and 2 bytes of attribut
 // Corners at the very same place become one vertex; 0 and -0 are the same place.
 class CornerWelder {
  public:
-  explicit CornerWelder(std::size_t triangles) : seen_(triangles / 2 + 8) {
-    mesh_.triangles.reserve(triangles);
-  }
+  explicit CornerWelder(std::size_t triangles) : seen_(triangles / 2 + 8) { mesh_.triangles.reserve(triangles); }
   VertexId vertex(Vec3 p) {
     p = p + Vec3{};
     const std::size_t known = seen_.keys().size();
-    const std::int32_t number =
-        seen_.number({std::bit_cast<std::uint64_t>(p.x), std::bit_cast<std::uint64_t>(p.y),
-                      std::bit_cast<std::uint64_t>(p.z)});
+    const std::int32_t number = seen_.number(
+        {std::bit_cast<std::uint64_t>(p.x), std::bit_cast<std::uint64_t>(p.y), std::bit_cast<std::uint64_t>(p.z)});
     if (seen_.keys().size() > known) mesh_.positions.push_back(p);
     return VertexId(number);
   }
@@ -54,23 +51,22 @@ bool is_text(std::string_view bytes) {
 
 Result<TriangleMesh> parse_binary(std::string_view bytes, const std::string& name) {
   if (bytes.size() < kHeaderBytes) {
-    return bad_input(fmt::format(
-        "{}: {} bytes are too few for an STL file, which has a header of 84; the file is truncated "
-        "or not STL",
-        name, bytes.size()));
+    return bad_input(
+        fmt::format("{}: {} bytes are too few for an STL file, which has a header of 84; the file is truncated "
+                    "or not STL",
+                    name, bytes.size()));
   }
   std::uint32_t count = 0;
   std::memcpy(&count, bytes.data() + 80, 4);
   const std::size_t expected = kHeaderBytes + kTriangleBytes * std::size_t{count};
   if (bytes.size() != expected) {
-    return bad_input(fmt::format(
-        "{}: byte 80: the header promises {} triangles, which makes {} bytes, but the file has {}; "
-        "the file is truncated, the count wrong, or it is not STL",
-        name, count, expected, bytes.size()));
+    return bad_input(
+        fmt::format("{}: byte 80: the header promises {} triangles, which makes {} bytes, but the file has {}; "
+                    "the file is truncated, the count wrong, or it is not STL",
+                    name, count, expected, bytes.size()));
   }
   if (count == 0) return bad_input(fmt::format("{}: byte 80: no triangles; export the mesh again", name));
-  if (count > kMaxTriangles)
-    return bad_input(name + ": more triangles than 32-bit ids can name; split the mesh");
+  if (count > kMaxTriangles) return bad_input(name + ": more triangles than 32-bit ids can name; split the mesh");
   CornerWelder welder(count);
   for (std::size_t t = 0; t < count; ++t) {
     const std::size_t at = kHeaderBytes + kTriangleBytes * t;
@@ -80,9 +76,9 @@ Result<TriangleMesh> parse_binary(std::string_view bytes, const std::string& nam
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3 p{values[3 + 3 * i], values[4 + 3 * i], values[5 + 3 * i]};
       if (!is_finite(p)) {
-        return bad_input(fmt::format(
-            "{}: byte {}: triangle {} has a coordinate that is not a finite number; export it again", name,
-            at + 12 + 12 * i, t + 1));
+        return bad_input(
+            fmt::format("{}: byte {}: triangle {} has a coordinate that is not a finite number; export it again", name,
+                        at + 12 + 12 * i, t + 1));
       }
       corners[i] = welder.vertex(p);
     }
@@ -112,9 +108,8 @@ Result<TriangleMesh> parse_text(std::string_view bytes, const std::string& name)
   const auto expect = [&](std::string_view keyword) -> Status {
     scanner.skip_empty_lines(0);
     if (scanner.at_end()) {
-      return error(
-          fmt::format("the file ends in triangle {} where '{}' should stand; it is truncated: write it again",
-                      welder.mesh().triangles.size() + 1, keyword));
+      return error(fmt::format("the file ends in triangle {} where '{}' should stand; it is truncated: write it again",
+                               welder.mesh().triangles.size() + 1, keyword));
     }
     const std::string_view word = scanner.word();
     if (same_keyword(word, keyword)) return {};
@@ -147,9 +142,8 @@ Result<TriangleMesh> parse_text(std::string_view bytes, const std::string& name)
       KERF_TRY(expect("vertex"));
       Vec3 p;
       if (!scanner.number(p.x) || !scanner.number(p.y) || !scanner.number(p.z)) {
-        return error(
-            fmt::format("triangle {}: a vertex needs three numbers, but {} stands there; correct the line",
-                        welder.mesh().triangles.size() + 1, scanner.word_ahead()));
+        return error(fmt::format("triangle {}: a vertex needs three numbers, but {} stands there; correct the line",
+                                 welder.mesh().triangles.size() + 1, scanner.word_ahead()));
       }
       if (!is_finite(p)) {
         return error(fmt::format("triangle {} has a coordinate that is not a finite number; correct it",

@@ -25,9 +25,7 @@ std::string prefix(const SurfaceRequirements& requirements) {
 std::string counted(std::size_t n, const char* one, const char* many) {
   return fmt::format("{} {}", n, n == 1 ? one : many);
 }
-std::string place(Vec3 p) {
-  return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z);
-}
+std::string place(Vec3 p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z); }
 
 // Steps before any topology: elements that make no sense, sizes that doubles can't carry.
 Status check_elements(const TriangleMesh& mesh, const std::string& who) {
@@ -37,9 +35,8 @@ Status check_elements(const TriangleMesh& mesh, const std::string& who) {
   }
   if ((!mesh.texture.empty() && mesh.texture.size() != mesh.triangles.size()) ||
       (!mesh.group.empty() && mesh.group.size() != mesh.triangles.size())) {
-    return bad_input(
-        who +
-        "texture coordinates or groups are not one for every triangle; leave them out or complete them");
+    return bad_input(who +
+                     "texture coordinates or groups are not one for every triangle; leave them out or complete them");
   }
   for (const TriangleId t : ids<TriangleId>(mesh.triangles.size())) {
     for (const VertexId v : mesh.triangles[t]) {
@@ -50,14 +47,13 @@ Status check_elements(const TriangleMesh& mesh, const std::string& who) {
   }
   for (const VertexId v : ids<VertexId>(mesh.positions.size())) {
     if (is_finite(mesh.positions[v])) continue;
-    return bad_input(fmt::format("{}vertex {} has a coordinate that is not a finite number; correct it", who,
-                                 v.value + 1));
+    return bad_input(
+        fmt::format("{}vertex {} has a coordinate that is not a finite number; correct it", who, v.value + 1));
   }
   return {};
 }
 
-Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who,
-                         std::vector<std::string>& warnings) {
+Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who, std::vector<std::string>& warnings) {
   std::vector<char> used(mesh.positions.size(), 0);
   for (const auto& t : mesh.triangles) {
     for (const VertexId v : t) used[v.index()] = 1;
@@ -73,11 +69,11 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who,
                               : largest;
   if (diagonal == 0) return bad_input(who + "all vertices lie at one place; give a surface with an extent");
   if (!(diagonal >= kSmallestDiagonal && diagonal <= kLargestDiagonal)) {
-    return bad_input(fmt::format(
-        "{}the surface is {}{:.3g} m across, and sizes from {:g} to {:g} m can be worked with; give "
-        "`scale` to turn the file's units into metres",
-        who, std::isfinite(diagonal) ? "" : "more than ", std::fmin(diagonal, std::numeric_limits<double>::max()), kSmallestDiagonal,
-        kLargestDiagonal));
+    return bad_input(
+        fmt::format("{}the surface is {}{:.3g} m across, and sizes from {:g} to {:g} m can be worked with; give "
+                    "`scale` to turn the file's units into metres",
+                    who, std::isfinite(diagonal) ? "" : "more than ",
+                    std::fmin(diagonal, std::numeric_limits<double>::max()), kSmallestDiagonal, kLargestDiagonal));
   }
   double distance = 0;
   for (const double c : {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}) {
@@ -90,15 +86,15 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who,
                     who, diagonal, distance, distance * std::numeric_limits<double>::epsilon()));
   }
   if (norm(box.center()) > kUsualDistance * diagonal) {
-    warnings.push_back(fmt::format(
-        "{}the surface is {:.3g} m across but lies {:.3g} m from the origin; moving it nearer keeps "
-        "more digits",
-        who, diagonal, norm(box.center())));
+    warnings.push_back(
+        fmt::format("{}the surface is {:.3g} m across but lies {:.3g} m from the origin; moving it nearer keeps "
+                    "more digits",
+                    who, diagonal, norm(box.center())));
   }
   if (diagonal > kUsualLargest || diagonal < kUsualSmallest) {
-    warnings.push_back(fmt::format(
-        "{}the surface is {:.3g} m across; if the file is not in metres, give `scale` ({})", who, diagonal,
-        diagonal > kUsualLargest ? "--scale 0.001 for millimetres" : "1000 for kilometres, say"));
+    warnings.push_back(
+        fmt::format("{}the surface is {:.3g} m across; if the file is not in metres, give `scale` ({})", who, diagonal,
+                    diagonal > kUsualLargest ? "--scale 0.001 for millimetres" : "1000 for kilometres, say"));
   }
   return box;
 }
@@ -110,9 +106,8 @@ std::vector<std::int32_t> weld_exactly(const TriangleMesh& mesh) {
   FirstSeen<3> seen(mesh.positions.size());
   for (std::size_t v = 0; v < map.size(); ++v) {
     const Vec3 p = mesh.positions.raw()[v] + Vec3{};  // -0 becomes 0
-    const auto n = static_cast<std::size_t>(
-        seen.number({std::bit_cast<std::uint64_t>(p.x), std::bit_cast<std::uint64_t>(p.y),
-                     std::bit_cast<std::uint64_t>(p.z)}));
+    const auto n = static_cast<std::size_t>(seen.number(
+        {std::bit_cast<std::uint64_t>(p.x), std::bit_cast<std::uint64_t>(p.y), std::bit_cast<std::uint64_t>(p.z)}));
     if (n == first.size()) first.push_back(static_cast<std::int32_t>(v));
     map[v] = first[n];
   }
@@ -206,8 +201,7 @@ class SurfacePass {
 
   Status run() {
     if (welded_ > 0) {
-      repair(fmt::format("welded {} that lay at the same place as others",
-                         counted(welded_, "vertex", "vertices")));
+      repair(fmt::format("welded {} that lay at the same place as others", counted(welded_, "vertex", "vertices")));
     }
     drop_collapsed();
     KERF_TRY(drop_duplicates());
@@ -246,8 +240,7 @@ class SurfacePass {
       number[v] = out.positions.push_back(positions_[v]).value;
     }
     unused -= std::min(unused, welded_);
-    if (unused > 0)
-      repair(fmt::format("dropped {} that no triangle uses", counted(unused, "vertex", "vertices")));
+    if (unused > 0) repair(fmt::format("dropped {} that no triangle uses", counted(unused, "vertex", "vertices")));
     out.triangles.reserve(triangles_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       std::array<VertexId, 3> corners = triangles_[t];
@@ -268,8 +261,7 @@ class SurfacePass {
  private:
   void repair(const std::string& what) { report_.repairs.push_back(who_ + what); }
   [[nodiscard]] Error refuse(const std::string& why) const {
-    return bad_input(
-        fmt::format("{}{}{}", who_, why, done_so_far_.empty() ? "" : " (after " + done_so_far_ + ")"));
+    return bad_input(fmt::format("{}{}{}", who_, why, done_so_far_.empty() ? "" : " (after " + done_so_far_ + ")"));
   }
   [[nodiscard]] std::string vertex_text(std::int32_t v) const {
     return fmt::format("vertex {} at {}", origin_[static_cast<std::size_t>(v)] + 1,
@@ -277,8 +269,7 @@ class SurfacePass {
   }
   [[nodiscard]] std::string edge_text(std::int32_t a, std::int32_t b) const {
     return fmt::format("{}-{} at {}", origin_[static_cast<std::size_t>(a)] + 1,
-                       origin_[static_cast<std::size_t>(b)] + 1,
-                       place(positions_[static_cast<std::size_t>(a)]));
+                       origin_[static_cast<std::size_t>(b)] + 1, place(positions_[static_cast<std::size_t>(a)]));
   }
   [[nodiscard]] std::int32_t triangle_number(std::size_t t) const { return source_[t] + 1; }
 
@@ -322,8 +313,7 @@ class SurfacePass {
       for (const EdgeUse& use : edge) {
         const std::int32_t t = use.half_edge / 3;
         apexes.emplace_back(
-            triangles_[static_cast<std::size_t>(t)][static_cast<std::size_t>((use.half_edge + 2 - 3 * t) % 3)]
-                .value,
+            triangles_[static_cast<std::size_t>(t)][static_cast<std::size_t>((use.half_edge + 2 - 3 * t) % 3)].value,
             t);
       }
       if (apexes.size() == 2 && apexes[0].first != apexes[1].first) return;
@@ -344,8 +334,7 @@ class SurfacePass {
       repair("dropped " + what);
       done_so_far_ = "dropping " + what;
     }
-    if (triangles_.empty())
-      return refuse("all triangles have corners at the same place; give a surface with an area");
+    if (triangles_.empty()) return refuse("all triangles have corners at the same place; give a surface with an area");
     return {};
   }
 
@@ -358,10 +347,10 @@ class SurfacePass {
       const auto first = static_cast<std::size_t>(edge[0].half_edge / 3);
       const auto second = static_cast<std::size_t>(edge[1].half_edge / 3);
       if (gone[first] == gone[second] || from(edge[0].half_edge) == from(edge[1].half_edge)) return;
-      fold = refuse(fmt::format(
-          "triangles {} and {} lie back to back, folded at edge {}; remove both, or give the part a "
-          "thickness",
-          triangle_number(first), triangle_number(second), edge_text(edge[0].low, edge[0].high)));
+      fold =
+          refuse(fmt::format("triangles {} and {} lie back to back, folded at edge {}; remove both, or give the part a "
+                             "thickness",
+                             triangle_number(first), triangle_number(second), edge_text(edge[0].low, edge[0].high)));
     });
     if (fold) return *fold;
     return {};
@@ -420,11 +409,11 @@ class SurfacePass {
       for (std::size_t i = 0; i < std::min(left.size(), kNamed); ++i) {
         named += fmt::format("{}{}", i == 0 ? "" : ", ", triangle_number(left[i]));
       }
-      return refuse(fmt::format(
-          "{} no area, and dropping would tear the surface: triangle {} ({}){}; collapse or flip "
-          "the longest edge in a mesh editor",
-          left.size() == 1 ? "a triangle has" : counted(left.size(), "triangle has", "triangles have"), named,
-          vertex_text(triangles_[left[0]][0].value), left.size() > kNamed ? ", ..." : ""));
+      return refuse(
+          fmt::format("{} no area, and dropping would tear the surface: triangle {} ({}){}; collapse or flip "
+                      "the longest edge in a mesh editor",
+                      left.size() == 1 ? "a triangle has" : counted(left.size(), "triangle has", "triangles have"),
+                      named, vertex_text(triangles_[left[0]][0].value), left.size() > kNamed ? ", ..." : ""));
     }
     drop(gone);
     if (triangles_.empty()) return refuse("no triangle has an area; give a surface, not lines");
@@ -445,17 +434,17 @@ class SurfacePass {
         across_[static_cast<std::size_t>(edge[1].half_edge)] = edge[0].half_edge;
       } else if (edge.size() > 2) {
         if (count < kNamed) {
-          named += fmt::format("{}{} ({} triangles)", count == 0 ? "" : ", ",
-                               edge_text(edge[0].low, edge[0].high), edge.size());
+          named += fmt::format("{}{} ({} triangles)", count == 0 ? "" : ", ", edge_text(edge[0].low, edge[0].high),
+                               edge.size());
         }
         ++count;
       }
     });
     if (count > 0) {
-      return refuse(fmt::format(
-          "the surface is not a manifold: {} more than two triangles: {}{}; separate or remove the "
-          "extra faces",
-          counted(count, "edge has", "edges have"), named, count > kNamed ? ", ..." : ""));
+      return refuse(
+          fmt::format("the surface is not a manifold: {} more than two triangles: {}{}; separate or remove the "
+                      "extra faces",
+                      counted(count, "edge has", "edges have"), named, count > kNamed ? ", ..." : ""));
     }
     uses_ = {};
     return {};
@@ -487,8 +476,8 @@ class SurfacePass {
           if (other < 0) continue;
           const auto u = static_cast<std::size_t>(other / 3);
           const bool agree = from(h) != from(other);
-          const char wanted = static_cast<char>(agree ? flip[static_cast<std::size_t>(t)]
-                                                      : 1 - flip[static_cast<std::size_t>(t)]);
+          const char wanted =
+              static_cast<char>(agree ? flip[static_cast<std::size_t>(t)] : 1 - flip[static_cast<std::size_t>(t)]);
           if (part_[u] < 0) {
             part_[u] = part;
             flip[u] = wanted;
@@ -500,8 +489,7 @@ class SurfacePass {
             return refuse(fmt::format(
                 "the surface is one-sided, like a Moebius strip: no orientation suits triangles {} and {} "
                 "at edge {} together with the rest; give a surface with two sides",
-                triangle_number(static_cast<std::size_t>(t)), triangle_number(u),
-                edge_text(a.value, b.value)));
+                triangle_number(static_cast<std::size_t>(t)), triangle_number(u), edge_text(a.value, b.value)));
           }
         }
       }
@@ -617,8 +605,7 @@ class SurfacePass {
       if (first < 0) first = static_cast<std::int32_t>(h);
     }
     std::size_t loop_count = 0;
-    for (std::size_t v = 0; v < on_border.size(); ++v)
-      loop_count += on_border[v] != 0 && loops.is_root(v) ? 1 : 0;
+    for (std::size_t v = 0; v < on_border.size(); ++v) loop_count += on_border[v] != 0 && loops.is_root(v) ? 1 : 0;
     const std::int32_t a = from(first).value;
     const std::int32_t b =
         triangles_[static_cast<std::size_t>(first / 3)][static_cast<std::size_t>((first % 3 + 1) % 3)].value;
@@ -634,8 +621,7 @@ class SurfacePass {
     for (std::size_t i = 0; i < parts_.size(); ++i) part_start_[i + 1] = part_start_[i] + parts_[i].triangles;
     part_triangles_.resize(triangles_.size());
     std::vector<std::size_t> next(part_start_.begin(), part_start_.end() - 1);
-    for (std::size_t t = 0; t < triangles_.size(); ++t)
-      part_triangles_[next[static_cast<std::size_t>(part_[t])]++] = t;
+    for (std::size_t t = 0; t < triangles_.size(); ++t) part_triangles_[next[static_cast<std::size_t>(part_[t])]++] = t;
   }
   [[nodiscard]] std::span<const std::size_t> triangles_of(std::size_t part) const {
     return std::span(part_triangles_).subspan(part_start_[part], part_start_[part + 1] - part_start_[part]);
@@ -663,9 +649,8 @@ class SurfacePass {
     int tries = 0;
     for (const std::size_t t : triangles_of(inner)) {
       if (++tries > 8) break;
-      const Vec3 center =
-          (1.0 / 3) * (positions_[triangles_[t][0].index()] + positions_[triangles_[t][1].index()] +
-                       positions_[triangles_[t][2].index()]);
+      const Vec3 center = (1.0 / 3) * (positions_[triangles_[t][0].index()] + positions_[triangles_[t][1].index()] +
+                                       positions_[triangles_[t][2].index()]);
       const double w = winding(outer, center);
       const double nearest = std::round(w);
       if (std::abs(w - nearest) < 0.05) return std::abs(nearest - 2 * std::floor(nearest / 2)) > 0.5;
@@ -700,8 +685,7 @@ class SurfacePass {
       if (std::abs(part.volume) <= kNoVolume * part.area * diagonal) {
         return refuse(fmt::format(
             "the closed part of {} around {} encloses no volume; give it a thickness, or remove it",
-            counted(part.triangles, "triangle", "triangles"),
-            vertex_text(triangles_[part.first_triangle][0].value)));
+            counted(part.triangles, "triangle", "triangles"), vertex_text(triangles_[part.first_triangle][0].value)));
       }
       const bool is_cavity = part.depth % 2 == 1;
       if ((part.volume < 0) == is_cavity) continue;
@@ -713,9 +697,9 @@ class SurfacePass {
       if (wrong[static_cast<std::size_t>(part_[t])] != 0) turn(t);
     }
     if (outer > 0) {
-      repair(parts_.size() == 1 ? std::string("turned the whole surface, which was inside out")
-                                : fmt::format("turned {} that was inside out",
-                                              counted(outer, "closed part", "closed parts")));
+      repair(parts_.size() == 1
+                 ? std::string("turned the whole surface, which was inside out")
+                 : fmt::format("turned {} that was inside out", counted(outer, "closed part", "closed parts")));
     }
     if (cavities > 0) {
       repair(fmt::format("turned {} so that it faces the hollow",
@@ -739,9 +723,9 @@ class SurfacePass {
     std::string list;
     for (std::size_t i = 0; i < std::min<std::size_t>(sizes.size(), 5); ++i)
       list += fmt::format("{}{}", i == 0 ? "" : ", ", sizes[i]);
-    return refuse(fmt::format(
-        "{} separate bodies in one surface, of {}{} triangles; keep one, or give each a file of its own",
-        sizes.size(), list, sizes.size() > 5 ? ", ..." : ""));
+    return refuse(
+        fmt::format("{} separate bodies in one surface, of {}{} triangles; keep one, or give each a file of its own",
+                    sizes.size(), list, sizes.size() > 5 ? ", ..." : ""));
   }
 
   const TriangleMesh& input_;
@@ -770,9 +754,8 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   const std::string who = prefix(requirements);
   KERF_TRY(check_elements(mesh, who));
   if (!(requirements.weld_tolerance >= 0 && requirements.weld_tolerance < 0.01)) {
-    return bad_input(
-        fmt::format("{}the weld tolerance is {}, but must be a fraction of the diagonal from 0 to 0.01", who,
-                    requirements.weld_tolerance));
+    return bad_input(fmt::format("{}the weld tolerance is {}, but must be a fraction of the diagonal from 0 to 0.01",
+                                 who, requirements.weld_tolerance));
   }
   std::vector<std::string> warnings;
   const Result<Box3> box = check_scale(mesh, who, warnings);

@@ -16,16 +16,15 @@ enum class Closedness { kAny, kClosed, kOpen };
 struct SurfaceRequirements {
   std::string name;  ///< what errors and repairs call the surface, such as its file; may be empty
   Closedness closedness = Closedness::kAny;
-  bool single_body = true;  ///< false: any number of separate pieces
-  double weld_tolerance =
-      0;  ///< fraction of the diagonal (see kWeldTolerance); 0: only the very same positions
+  bool single_body = true;    ///< false: any number of separate pieces
+  double weld_tolerance = 0;  ///< fraction of the diagonal (see kWeldTolerance); 0: only the very same positions
 };
 
 struct SurfaceReport {
   std::vector<std::string> repairs;   ///< what was changed, one sentence each; empty: nothing
   std::vector<std::string> warnings;  ///< what is odd but was left, with the way out
   SurfaceMeasures measures;           ///< of the checked surface
-  std::size_t bodies = 0;  ///< separate pieces; the walls of cavities belong to the body around them
+  std::size_t bodies = 0;             ///< separate pieces; the walls of cavities belong to the body around them
   std::size_t cavities = 0;
 };
 

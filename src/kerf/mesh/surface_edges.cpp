@@ -26,8 +26,7 @@ std::vector<EdgeUse> edge_uses(std::span<const std::array<VertexId, 3>> triangle
   }
   for (std::size_t v = 0; v < vertex_count; ++v) {
     std::sort(uses.begin() + static_cast<std::ptrdiff_t>(start[v]),
-              uses.begin() + static_cast<std::ptrdiff_t>(start[v + 1]),
-              [](const EdgeUse& a, const EdgeUse& b) {
+              uses.begin() + static_cast<std::ptrdiff_t>(start[v + 1]), [](const EdgeUse& a, const EdgeUse& b) {
                 return a.high != b.high ? a.high < b.high : a.half_edge < b.half_edge;
               });
   }

@@ -49,8 +49,7 @@ SurfaceMeasures surface_measures(const TriangleMesh& mesh) {
     if (edge.size() == 1) {
       ++m.border_edges;
       borders.join(edge[0].low, edge[0].high);
-      on_border[static_cast<std::size_t>(edge[0].low)] = on_border[static_cast<std::size_t>(edge[0].high)] =
-          1;
+      on_border[static_cast<std::size_t>(edge[0].low)] = on_border[static_cast<std::size_t>(edge[0].high)] = 1;
     } else if (edge.size() > 2) {
       ++m.non_manifold_edges;
     } else {
@@ -61,12 +60,10 @@ SurfaceMeasures surface_measures(const TriangleMesh& mesh) {
     }
   });
   for (std::size_t t = 0; t < triangles.size(); ++t) m.components += parts.is_root(t) ? 1 : 0;
-  for (std::size_t v = 0; v < on_border.size(); ++v)
-    m.border_loops += on_border[v] != 0 && borders.is_root(v) ? 1 : 0;
+  for (std::size_t v = 0; v < on_border.size(); ++v) m.border_loops += on_border[v] != 0 && borders.is_root(v) ? 1 : 0;
   m.euler = static_cast<std::int64_t>(m.vertices) - static_cast<std::int64_t>(m.edges) +
             static_cast<std::int64_t>(triangles.size());
-  m.closed =
-      !triangles.empty() && m.border_edges == 0 && m.non_manifold_edges == 0 && m.unoriented_edges == 0;
+  m.closed = !triangles.empty() && m.border_edges == 0 && m.non_manifold_edges == 0 && m.unoriented_edges == 0;
 
   const Vec3 center = m.box.empty() ? Vec3{} : m.box.center();
   for (const auto& t : triangles) {
@@ -84,16 +81,14 @@ MeshInfo mesh_info(const TriangleMesh& mesh) {
   info.has_texture = mesh.has_texture();
   std::vector<std::int32_t> groups = mesh.group.raw();
   std::sort(groups.begin(), groups.end());
-  info.groups = groups.empty()
-                    ? 1
-                    : static_cast<std::size_t>(std::unique(groups.begin(), groups.end()) - groups.begin());
+  info.groups =
+      groups.empty() ? 1 : static_cast<std::size_t>(std::unique(groups.begin(), groups.end()) - groups.begin());
   const std::vector<std::array<VertexId, 3>> triangles = proper_triangles(mesh);
   const std::vector<EdgeUse> uses = edge_uses(triangles, mesh.positions.size());
   double sum = 0;
   std::size_t count = 0;
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
-    const double length =
-        norm(mesh.positions[VertexId(edge[0].high)] - mesh.positions[VertexId(edge[0].low)]);
+    const double length = norm(mesh.positions[VertexId(edge[0].high)] - mesh.positions[VertexId(edge[0].low)]);
     info.shortest_edge = count == 0 ? length : std::min(info.shortest_edge, length);
     info.longest_edge = std::max(info.longest_edge, length);
     sum += length;

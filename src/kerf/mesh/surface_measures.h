@@ -22,9 +22,8 @@ struct SurfaceMeasures {
   std::int64_t euler = 0;              ///< vertices - edges + triangles
   bool closed = false;                 ///< every edge has two triangles, consistently oriented
   double area = 0;                     ///< m^2
-  double volume =
-      0;     ///< m^3, signed: positive when triangles are counter-clockwise from outside; 0 if not closed
-  Box3 box;  ///< of the used vertices, metres
+  double volume = 0;  ///< m^3, signed: positive when triangles are counter-clockwise from outside; 0 if not closed
+  Box3 box;           ///< of the used vertices, metres
 };
 
 /// Measures a surface by its vertex numbers, as it is: nothing is welded. Triangles with a repeated corner

@@ -11,10 +11,10 @@
 namespace kerf {
 
 struct TriangleMesh {
-  IndexedArray<VertexId, Vec3> positions;                          ///< |V| x 3, metres
-  IndexedArray<TriangleId, std::array<VertexId, 3>> triangles;     ///< |F| x 3, counter-clockwise from outside
-  IndexedArray<TriangleId, std::array<Vec2f, 3>> texture;          ///< |F| x 3 corners, or empty: no UVs
-  IndexedArray<TriangleId, std::int32_t> group;                    ///< |F| material group, or empty: all 0
+  IndexedArray<VertexId, Vec3> positions;                       ///< |V| x 3, metres
+  IndexedArray<TriangleId, std::array<VertexId, 3>> triangles;  ///< |F| x 3, counter-clockwise from outside
+  IndexedArray<TriangleId, std::array<Vec2f, 3>> texture;       ///< |F| x 3 corners, or empty: no UVs
+  IndexedArray<TriangleId, std::int32_t> group;                 ///< |F| material group, or empty: all 0
 
   [[nodiscard]] bool has_texture() const { return !texture.empty(); }
 };

@@ -17,14 +17,10 @@ constexpr int kVtkFromKerf[8] = {0, 1, 3, 2, 4, 5, 7, 6};  // corner i of VTK is
 
 std::size_t corner_count(VtuCell cell) {
   switch (cell) {
-    case VtuCell::kVertex:
-      return 1;
-    case VtuCell::kLine:
-      return 2;
-    case VtuCell::kTriangle:
-      return 3;
-    case VtuCell::kHexahedron:
-      return 8;
+    case VtuCell::kVertex: return 1;
+    case VtuCell::kLine: return 2;
+    case VtuCell::kTriangle: return 3;
+    case VtuCell::kHexahedron: return 8;
   }
   return 0;
 }
@@ -33,30 +29,21 @@ std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 32 ? ' ' : c;
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      default: out += static_cast<unsigned char>(c) < 32 ? ' ' : c;
     }
   }
   return out;
 }
 
 // One array: its length in bytes as UInt64 and its values in a single base64 stream.
-void write_array(ReplacingFile& file, const char* type, const std::string& name, int components,
-                 const void* data, std::uint64_t bytes) {
-  file.write(fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"binary\">\n",
-                         type, escaped(name), components));
+void write_array(ReplacingFile& file, const char* type, const std::string& name, int components, const void* data,
+                 std::uint64_t bytes) {
+  file.write(fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"binary\">\n", type,
+                         escaped(name), components));
   Base64Encoder encoder;
   std::string text;
   encoder.add(&bytes, sizeof bytes, text);
@@ -70,13 +57,11 @@ void write_array(ReplacingFile& file, const char* type, const std::string& name,
   file.write(text + "\n</DataArray>\n");
 }
 
-Status check_fields(const std::string& path, const std::vector<VtuField>& fields, std::size_t count,
-                    const char* what) {
+Status check_fields(const std::string& path, const std::vector<VtuField>& fields, std::size_t count, const char* what) {
   for (const VtuField& field : fields) {
-    if (field.components > 0 && field.values.size() == count * static_cast<std::size_t>(field.components))
-      continue;
-    return bad_input(fmt::format("{}: field '{}' has {} values, but {} {} with {} components each need {}",
-                                 path, field.name, field.values.size(), count, what, field.components,
+    if (field.components > 0 && field.values.size() == count * static_cast<std::size_t>(field.components)) continue;
+    return bad_input(fmt::format("{}: field '{}' has {} values, but {} {} with {} components each need {}", path,
+                                 field.name, field.values.size(), count, what, field.components,
                                  count * static_cast<std::size_t>(std::max(field.components, 0))));
   }
   return {};
@@ -93,8 +78,7 @@ void write_fields(ReplacingFile& file, const char* tag, const std::vector<VtuFie
 
 }  // namespace
 
-void add_hexahedra(VtuMesh& mesh, std::span<const std::array<std::int32_t, 8>> hexahedra,
-                   std::int32_t first_point) {
+void add_hexahedra(VtuMesh& mesh, std::span<const std::array<std::int32_t, 8>> hexahedra, std::int32_t first_point) {
   for (const auto& hexahedron : hexahedra) {
     for (const int corner : kVtkFromKerf)
       mesh.corners.push_back(first_point + hexahedron[static_cast<std::size_t>(corner)]);
@@ -120,13 +104,13 @@ Status write_vtu(const std::string& path, const VtuMesh& mesh) {
     offsets.push_back(static_cast<std::int64_t>(end));
   }
   if (end != mesh.corners.size()) {
-    return bad_input(fmt::format("{}: {} cells need {} corners, but there are {}", path, mesh.cells.size(),
-                                 end, mesh.corners.size()));
+    return bad_input(fmt::format("{}: {} cells need {} corners, but there are {}", path, mesh.cells.size(), end,
+                                 mesh.corners.size()));
   }
   for (std::size_t i = 0; i < mesh.corners.size(); ++i) {
     if (mesh.corners[i] >= 0 && static_cast<std::size_t>(mesh.corners[i]) < mesh.points.size()) continue;
-    return bad_input(fmt::format("{}: corner {} names point {}, but there are {}", path, i + 1,
-                                 mesh.corners[i], mesh.points.size()));
+    return bad_input(fmt::format("{}: corner {} names point {}, but there are {}", path, i + 1, mesh.corners[i],
+                                 mesh.points.size()));
   }
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     if (!is_finite(mesh.points[i])) return bad_input(fmt::format("{}: point {} is not finite", path, i + 1));
@@ -141,8 +125,8 @@ Status write_vtu(const std::string& path, const VtuMesh& mesh) {
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
       "byte_order=\"LittleEndian\" "
       "header_type=\"UInt64\">\n<UnstructuredGrid>\n");
-  file.write(fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", mesh.points.size(),
-                         mesh.cells.size()));
+  file.write(
+      fmt::format("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", mesh.points.size(), mesh.cells.size()));
   write_fields(file, "PointData", mesh.point_fields);
   write_fields(file, "CellData", mesh.cell_fields);
   file.write("<Points>\n");
@@ -158,7 +142,8 @@ Status write_vtu(const std::string& path, const VtuMesh& mesh) {
 bool is_series_frame(std::string_view file, std::string_view name) {
   constexpr std::string_view kEnding = ".vtu";
   constexpr std::size_t kDigits = 6;  // or more
-  if (!file.starts_with(name) || !file.ends_with(kEnding) || file.size() < name.size() + 1 + kDigits + kEnding.size()) return false;
+  if (!file.starts_with(name) || !file.ends_with(kEnding) || file.size() < name.size() + 1 + kDigits + kEnding.size())
+    return false;
   const std::string_view middle = file.substr(name.size(), file.size() - name.size() - kEnding.size());
   return middle.front() == '_' && middle.find_first_not_of("0123456789", 1) == std::string_view::npos;
 }
@@ -169,8 +154,8 @@ VtuSeries::VtuSeries(std::string path) : stem_(std::move(path)) {
 
 Status VtuSeries::add(double seconds, const VtuMesh& mesh) {
   if (!std::isfinite(seconds) || (!times_.empty() && seconds < times_.back())) {
-    return bad_input(fmt::format("{}.pvd: time {} of frame {} is not finite or lies before the last one",
-                                 stem_, seconds, times_.size() + 1));
+    return bad_input(fmt::format("{}.pvd: time {} of frame {} is not finite or lies before the last one", stem_,
+                                 seconds, times_.size() + 1));
   }
   const auto frame_path = [&](std::size_t i) { return fmt::format("{}_{:06}.vtu", stem_, i); };
   KERF_TRY(write_vtu(frame_path(times_.size()), mesh));

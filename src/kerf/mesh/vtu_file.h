@@ -42,8 +42,7 @@ struct VtuMesh {
 ///      | 2----|-3             | 3----|-2       |  /
 ///      |/     |/              |/     |/        | /
 ///      0------1               0------1         |/___ x
-void add_hexahedra(VtuMesh& mesh, std::span<const std::array<std::int32_t, 8>> hexahedra,
-                   std::int32_t first_point = 0);
+void add_hexahedra(VtuMesh& mesh, std::span<const std::array<std::int32_t, 8>> hexahedra, std::int32_t first_point = 0);
 /// Appends the points and triangles of a surface.
 void add_triangles(VtuMesh& mesh, const TriangleMesh& surface);
 

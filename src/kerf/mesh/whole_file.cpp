@@ -30,9 +30,9 @@ std::string parent_of(const std::string& path) {
   return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
 }
 
-constexpr int kMostLinks = 40;        // as many as the kernel follows
-constexpr int kMostWriters = 1000;    // of one file at a time
-constexpr int kRememberedWriters = 8; // as many places are looked at for what killed ones left
+constexpr int kMostLinks = 40;         // as many as the kernel follows
+constexpr int kMostWriters = 1000;     // of one file at a time
+constexpr int kRememberedWriters = 8;  // as many places are looked at for what killed ones left
 
 /// The place that a path leads to over symbolic links, there or not. 0, or an error number.
 int follow_links(std::string& path) {
@@ -51,14 +51,17 @@ std::string temporary_name(const std::string& path, int number) { return fmt::fo
 /// Does another writer, living or dead, have what could not be opened, so that the next number is to be tried?
 bool taken(int error_number) { return error_number == EEXIST || error_number == EACCES || error_number == ELOOP; }
 /// Not every disk of a network has locks.
-bool no_locks(int error_number) { return error_number == ENOLCK || error_number == EOPNOTSUPP || error_number == ENOSYS; }
+bool no_locks(int error_number) {
+  return error_number == ENOLCK || error_number == EOPNOTSUPP || error_number == ENOSYS;
+}
 
 /// Opens a temporary file and makes it this writer's own for as long as it is open: a lock goes with its process, so
 /// that what a killed one left is free. -1: it is another's, or can't be had (errno).
 int own(const std::string& path, int flags) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | flags, 0666);
   if (file < 0) return -1;
-  struct stat opened {}, named {};
+  struct stat opened {
+  }, named{};
   int why = EEXIST;
   if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) why = errno;
@@ -92,10 +95,11 @@ Result<FileBytes> read_whole_file(const std::string& path) {
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.value < 0) {
     if (errno == ENOENT) return bad_input(fmt::format("{}: no such file; check the path", path));
-    if (errno == ELOOP) return bad_input(fmt::format("{}: its symbolic links lead round in a circle; name a file", path));
-    if (errno == ENAMETOOLONG) return bad_input(fmt::format("{}: the name is too long for a file; check the path", path));
-    return bad_input(
-        fmt::format("{}: can't be opened ({}); check its permissions", path, std::strerror(errno)));
+    if (errno == ELOOP)
+      return bad_input(fmt::format("{}: its symbolic links lead round in a circle; name a file", path));
+    if (errno == ENAMETOOLONG)
+      return bad_input(fmt::format("{}: the name is too long for a file; check the path", path));
+    return bad_input(fmt::format("{}: can't be opened ({}); check its permissions", path, std::strerror(errno)));
   }
   struct stat info {};
   if (::fstat(file.value, &info) != 0) {
@@ -114,8 +118,8 @@ Result<FileBytes> read_whole_file(const std::string& path) {
     const ssize_t got = ::read(file.value, bytes.data.get() + bytes.size, size - bytes.size);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) {
-      return bad_input(fmt::format("{}: reading stopped at byte {} ({}); check the disk", path, bytes.size,
-                                   std::strerror(errno)));
+      return bad_input(
+          fmt::format("{}: reading stopped at byte {} ({}); check the disk", path, bytes.size, std::strerror(errno)));
     }
     if (got == 0) break;  // the file shrank meanwhile: what is there decides
     bytes.size += static_cast<std::size_t>(got);
@@ -179,8 +183,7 @@ void ReplacingFile::fail(int error_number) {
   if (path_.empty()) {
     failure_ = "no file name given; name the file to write";
   } else if (error_number == ENOENT || error_number == ENOTDIR) {
-    failure_ = fmt::format("{}: can't be written, because {} is not a folder; make it first", path_,
-                           parent_of(path_));
+    failure_ = fmt::format("{}: can't be written, because {} is not a folder; make it first", path_, parent_of(path_));
   } else if (error_number == EISDIR) {
     failure_ = fmt::format("{}: is a folder; name a file in it", path_);
   } else if (error_number == ELOOP) {
@@ -188,8 +191,8 @@ void ReplacingFile::fail(int error_number) {
   } else if (error_number == ENAMETOOLONG) {
     failure_ = fmt::format("{}: the name is too long for this disk; choose a shorter one", path_);
   } else {
-    failure_ = fmt::format("{}: can't be written ({}); check permissions and free space", path_,
-                           std::strerror(error_number));
+    failure_ =
+        fmt::format("{}: can't be written ({}); check permissions and free space", path_, std::strerror(error_number));
   }
 }
 
@@ -238,7 +241,8 @@ Status check_can_be_written(const std::string& path) {
 
 bool same_file(const std::string& a, const std::string& b) {
   const std::string places[] = {place_of(a), place_of(b)};
-  struct stat one {}, other {};
+  struct stat one {
+  }, other{};
   const bool there = is_found(a, places[0], one);
   if (there != is_found(b, places[1], other)) return false;
   if (there) return S_ISREG(one.st_mode) && one.st_dev == other.st_dev && one.st_ino == other.st_ino;
@@ -250,7 +254,8 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   lock.descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock.descriptor_ < 0 || ::flock(lock.descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
     return Result<FolderLock>(std::move(lock));
-  return bad_input(fmt::format("{}: another program is writing its results there; wait for its end, or choose another folder", folder));
+  return bad_input(fmt::format(
+      "{}: another program is writing its results there; wait for its end, or choose another folder", folder));
 }
 
 FolderLock::FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}

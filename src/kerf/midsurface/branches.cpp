@@ -7,9 +7,9 @@
 namespace kerf::mid {
 namespace {
 
-constexpr double kSureFace = 0.3;       // least confidence of faces that are asked
-constexpr double kJump = 0.75;          // of the thickness: opposite points farther apart than this are a jump
-constexpr double kJumpEdges = 2.5;      // lengths of the edge between: smaller jumps are its own
+constexpr double kSureFace = 0.3;            // least confidence of faces that are asked
+constexpr double kJump = 0.75;               // of the thickness: opposite points farther apart than this are a jump
+constexpr double kJumpEdges = 2.5;           // lengths of the edge between: smaller jumps are its own
 constexpr double kDetour = 2, kSlack = 0.5;  // the way round on the other side: times the jump, plus thicknesses
 
 Vec3 point_at(const SurfaceMesh& m, const Pair& p) {

@@ -118,8 +118,7 @@ std::int32_t split(SurfaceMesh& m, std::int32_t h, Vec3 place) {
     const std::int32_t e = k == 0 ? h : t;
     if (e < 0) continue;
     // Face x y z with e = x -> y becomes x v z and, new, v y z.
-    const std::int32_t n = SurfaceMesh::next(e), p = SurfaceMesh::prev(e), y = m.from(n), z = m.from(p),
-                       tn = m.twin[n];
+    const std::int32_t n = SurfaceMesh::next(e), p = SurfaceMesh::prev(e), y = m.from(n), z = m.from(p), tn = m.twin[n];
     const std::int32_t k0 = m.origin.count();
     for (const std::int32_t o : {v, y, z}) m.origin.push_back(o);
     for (int i = 0; i < 3; ++i) m.twin.push_back(-1);

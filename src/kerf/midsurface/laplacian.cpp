@@ -57,7 +57,8 @@ std::vector<std::vector<double>> solve_fields(const SurfaceMesh& mesh, const Col
     const double share = 1.0 / count;
     for (int i = 0; i < count; ++i) {
       const std::int32_t a = d.vertex[i];
-      for (std::size_t k = first; k < 4; ++k) fields[k - first][static_cast<std::size_t>(a)] += d.weight * share * d.value[k];
+      for (std::size_t k = first; k < 4; ++k)
+        fields[k - first][static_cast<std::size_t>(a)] += d.weight * share * d.value[k];
       for (int j = 0; j < count; ++j)
         if (a >= d.vertex[j]) all.push_back({a, d.vertex[j], d.weight * share * share});
     }
@@ -68,9 +69,11 @@ std::vector<std::vector<double>> solve_fields(const SurfaceMesh& mesh, const Col
     if (!fixed[e.row] && !fixed[e.column]) entries.push_back(e);
     if (given == nullptr || fixed[e.row] == fixed[e.column]) continue;
     const std::int32_t to = fixed[e.row] ? e.column : e.row, of = fixed[e.row] ? e.row : e.column;
-    for (std::size_t k = first; k < 4; ++k) fields[k - first][static_cast<std::size_t>(to)] -= e.value * (*given)[of][k];
+    for (std::size_t k = first; k < 4; ++k)
+      fields[k - first][static_cast<std::size_t>(to)] -= e.value * (*given)[of][k];
   }
-  for (std::int32_t v = 0; v < n; ++v) entries.push_back({v, v, fixed[v] ? 1.0 : 1e-9});  // 1e-9: closed and without data
+  for (std::int32_t v = 0; v < n; ++v)
+    entries.push_back({v, v, fixed[v] ? 1.0 : 1e-9});  // 1e-9: closed and without data
   const SparseCholesky system(n, entries);
   for (std::size_t k = first; k < 4; ++k) {
     std::vector<double>& f = fields[k - first];
@@ -94,7 +97,8 @@ Fields smooth_fields(const SurfaceMesh& mesh, const Column<double>& weights, std
   return out;
 }
 
-Column<double> smooth_free_field(const SurfaceMesh& mesh, const Column<double>& weights, std::span<const FieldDatum> data) {
+Column<double> smooth_free_field(const SurfaceMesh& mesh, const Column<double>& weights,
+                                 std::span<const FieldDatum> data) {
   const Column<std::uint8_t> free(mesh.position.size(), 0);
   return Column<double>(solve_fields(mesh, weights, data, 3, free, nullptr)[0]);
 }

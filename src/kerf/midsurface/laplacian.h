@@ -31,7 +31,8 @@ using Fields = Column<std::array<double, 4>>;
 Fields smooth_fields(const SurfaceMesh& mesh, const Column<double>& weights, std::span<const FieldDatum> data,
                      const Fields& border);
 /// The same for value[3] alone and with a free border.
-Column<double> smooth_free_field(const SurfaceMesh& mesh, const Column<double>& weights, std::span<const FieldDatum> data);
+Column<double> smooth_free_field(const SurfaceMesh& mesh, const Column<double>& weights,
+                                 std::span<const FieldDatum> data);
 
 /// Makes the positions of vertices that are not `kept` harmonic between those that are: a soap film in between.
 void fill_positions(const SurfaceMesh& mesh, const Column<double>& weights, const Column<std::uint8_t>& kept,

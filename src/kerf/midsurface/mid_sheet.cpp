@@ -15,13 +15,13 @@ constexpr double kReach = 0.35;     // of a thickness: how far a datum speaks
 constexpr double kAlmost = 0.97;    // of the way to the middle: the wall that collapses keeps a little area
 constexpr double kMargin = 1.4;     // half thicknesses from the rim: nearer, rays meet its wall
 constexpr double kUpright = 0.5;    // cosine between a face and the smooth normal
-constexpr double kSureWedge = 0.1;   // confidence of a wedge of 44 degrees
+constexpr double kSureWedge = 0.1;  // confidence of a wedge of 44 degrees
 constexpr int kBorderSteps = 6;
 constexpr int kMoveSteps = 40;
-constexpr double kBorderLeash = 2.5; // of the half thickness: how far the border moves in a round
-constexpr double kFilledHole = 1;   // thicknesses around: holes much narrower than the body is thick
+constexpr double kBorderLeash = 2.5;  // of the half thickness: how far the border moves in a round
+constexpr double kFilledHole = 1;     // thicknesses around: holes much narrower than the body is thick
 constexpr int kRefinements = 3;
-constexpr double kRayFacing = 4;    // power of the cosine between the sides that a ray meets
+constexpr double kRayFacing = 4;  // power of the cosine between the sides that a ray meets
 constexpr std::size_t kSheetGrain = 512;
 
 /// Evens out the staircase that the marching triangles leave; the border stays on the surface.
@@ -61,8 +61,8 @@ Column<double> vertex_confidence(const SideSheet& side, const Pairing& pairing) 
 /// Vertices on whose faces normals mean something: far enough from the rim, whose squeezed wall is full of folds, and sure
 /// of what lies opposite, which the wall of a wedge is not.
 Column<std::uint8_t> trusted_vertices(const SurfaceMesh& m, const Column<double>& from_border,
-                                      const Column<double>& half_thickness, const Column<double>& confidence, double edge,
-                                      double margin) {
+                                      const Column<double>& half_thickness, const Column<double>& confidence,
+                                      double edge, double margin) {
   Column<std::uint8_t> out(m.position.size(), 0);
   std::size_t count = 0;
   std::vector<double> sorted(confidence);

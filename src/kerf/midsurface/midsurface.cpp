@@ -19,15 +19,17 @@ namespace {
 using namespace mid;
 
 constexpr double kDefaultTriangles = 160;
-constexpr double kMostByNeed = 1500;     // triangles that the bends may ask for by themselves
-constexpr double kMostSpanning = 0.1;    // of the inner edges may join two rim vertices
+constexpr double kMostByNeed = 1500;           // triangles that the bends may ask for by themselves
+constexpr double kMostSpanning = 0.1;          // of the inner edges may join two rim vertices
 constexpr std::size_t kMostSearched = 300000;  // triangles of surfaces that are searched for self-intersections
-constexpr std::uint8_t kCrossing = 2, kBadMesh = 3;  // flags: what passes through itself; where the collision mesh is bad
+constexpr std::uint8_t kCrossing = 2,
+                       kBadMesh = 3;  // flags: what passes through itself; where the collision mesh is bad
 constexpr std::size_t kMostMarked = 12;
 constexpr int kTries = 4;
-constexpr double kOfWidth = 0.55, kSmaller = 0.6;  // sizes in the next try: of the width of a narrow place, of the size around a bad one
-constexpr double kNearMiddle = 0.3;      // of a spanning edge
-constexpr double kMore = 1.3;            // times as many triangles after a try that left something bad
+constexpr double kOfWidth = 0.55,
+                 kSmaller = 0.6;  // sizes in the next try: of the width of a narrow place, of the size around a bad one
+constexpr double kNearMiddle = 0.3;  // of a spanning edge
+constexpr double kMore = 1.3;        // times as many triangles after a try that left something bad
 
 MidsurfaceDiagnosis diagnosis(const SurfaceMesh& m, const Pairing& pairing, const SideLabels& labels,
                               std::vector<std::uint8_t> flag) {
@@ -47,11 +49,12 @@ struct Try {
   CoarseMesh mesh;
   RelaxReport relaxed;
   MidsurfaceQuality quality;
-  std::size_t crossings = 0;  ///< pairs of triangles that pass through each other
+  std::size_t crossings = 0;           ///< pairs of triangles that pass through each other
   std::vector<std::int32_t> crossing;  ///< those triangles
   [[nodiscard]] bool good() const { return bad() == 0 && quality.spanning_edges <= kMostSpanning; }
   [[nodiscard]] double badness() const {
-    return static_cast<double>(bad()) / mesh.mesh.face_count() + (quality.spanning_edges > kMostSpanning ? quality.spanning_edges : 0);
+    return static_cast<double>(bad()) / mesh.mesh.face_count() +
+           (quality.spanning_edges > kMostSpanning ? quality.spanning_edges : 0);
   }
   [[nodiscard]] std::size_t bad() const { return relaxed.blind.size() + crossings; }
 };
@@ -70,7 +73,8 @@ void refine_bad_places(const Try& t, const MidSheet& sheet, Column<double>& limi
       const Vec3 middle = 0.5 * (m.position[m.from(h)] + m.position[m.to(h)]);
       double half_width = 0;
       for (std::int32_t v = 0; v < sheet.mesh.vertex_count(); ++v)
-        if (norm(sheet.mesh.position[v] - middle) < kNearMiddle * length) half_width = std::max(half_width, sheet.from_border[v]);
+        if (norm(sheet.mesh.position[v] - middle) < kNearMiddle * length)
+          half_width = std::max(half_width, sheet.from_border[v]);
       if (half_width > 0) refine(middle, 0.75 * length, kOfWidth * 2 * half_width);
     }
   for (const std::int32_t v : t.relaxed.blind) refine(m.position[v], 2 * t.mesh.size[v], kSmaller * t.mesh.size[v]);
@@ -83,11 +87,14 @@ void refine_bad_places(const Try& t, const MidSheet& sheet, Column<double>& limi
 /// The first bad places of the try that was taken, whose positions are the person's again.
 void mark_what_is_bad(const Try& t, Midsurface& out) {
   const SurfaceMesh& m = t.mesh.mesh;
-  const std::size_t crossing = std::min(t.crossing.size(), kMostMarked), blind = std::min(t.relaxed.blind.size(), kMostMarked);
+  const std::size_t crossing = std::min(t.crossing.size(), kMostMarked),
+                    blind = std::min(t.relaxed.blind.size(), kMostMarked);
   for (std::size_t i = 0; i < crossing; ++i)
-    mark_bad_place(out, m.centroid(t.crossing[i]), t.mesh.size[m.origin[3 * t.crossing[i]]], "the collision mesh passes through itself");
+    mark_bad_place(out, m.centroid(t.crossing[i]), t.mesh.size[m.origin[3 * t.crossing[i]]],
+                   "the collision mesh passes through itself");
   for (std::size_t i = 0; i < blind; ++i)
-    mark_bad_place(out, m.position[t.relaxed.blind[i]], t.mesh.size[t.relaxed.blind[i]], "a collision vertex does not see both sides");
+    mark_bad_place(out, m.position[t.relaxed.blind[i]], t.mesh.size[t.relaxed.blind[i]],
+                   "a collision vertex does not see both sides");
 }
 
 }  // namespace
@@ -124,16 +131,18 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
                                     filter.spikes, filter.spike_places[0].x + centre.x,
                                     filter.spike_places[0].y + centre.y, filter.spike_places[0].z + centre.z));
   if (filter.smoothing_steps > 0)
-    out.notes.push_back(fmt::format("the surface is rough (neighbouring triangles turn by {:.0f} degrees, {:.0f} % of them by more than 20); "
-                                    "a copy smoothed {} times was used to find the middle",
-                                    filter.roughness * 57.29577951308232, 100 * filter.steps, filter.smoothing_steps));
+    out.notes.push_back(fmt::format(
+        "the surface is rough (neighbouring triangles turn by {:.0f} degrees, {:.0f} % of them by more than 20); "
+        "a copy smoothed {} times was used to find the middle",
+        filter.roughness * 57.29577951308232, 100 * filter.steps, filter.smoothing_steps));
   SelfIntersections own;
   if (surface.triangles.size() <= kMostSearched) {
     own = find_self_intersections(surface);
     if (own.pairs > 0)
-      out.notes.push_back(fmt::format("the surface passes through itself at {} pairs of triangles, the first near ({:.4g}, {:.4g}, "
-                                      "{:.4g}): repair it there, what lies twice is counted twice",
-                                      own.pairs, own.places[0].x, own.places[0].y, own.places[0].z));
+      out.notes.push_back(
+          fmt::format("the surface passes through itself at {} pairs of triangles, the first near ({:.4g}, {:.4g}, "
+                      "{:.4g}): repair it there, what lies twice is counted twice",
+                      own.pairs, own.places[0].x, own.places[0].y, own.places[0].z));
     for (const Vec3 p : own.places) out.verdict.places.push_back({p, "the surface passes through itself"});
   }
   out.seconds.prepare = watch.lap();
@@ -156,8 +165,10 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   const bool two_sides = judge_sides({work, pairing, labels, plus->mesh, minus->mesh, centre}, out.verdict, flag);
   for (const std::int32_t t : own.triangles) {
     const auto& corners = surface.triangles.raw()[static_cast<std::size_t>(t)];
-    const Vec3 middle = (1.0 / 3) * (surface.positions[corners[0]] + surface.positions[corners[1]] + surface.positions[corners[2]]);
-    if (const auto near = bvh.closest(work.mesh.view(), middle - centre); near.valid()) flag[static_cast<std::size_t>(near.triangle)] = kCrossing;
+    const Vec3 middle =
+        (1.0 / 3) * (surface.positions[corners[0]] + surface.positions[corners[1]] + surface.positions[corners[2]]);
+    if (const auto near = bvh.closest(work.mesh.view(), middle - centre); near.valid())
+      flag[static_cast<std::size_t>(near.triangle)] = kCrossing;
   }
   out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
   for (Vec3& p : out.diagnosis.surface.positions) p += centre;
@@ -219,12 +230,14 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
     if (next->badness() <= best.badness()) best = *next;
   }
   if (best.crossings > 0)
-    out.verdict.warnings.push_back(fmt::format("the collision mesh passes through itself at {} pairs of triangles: take more of them",
-                                               best.crossings));
+    out.verdict.warnings.push_back(fmt::format(
+        "the collision mesh passes through itself at {} pairs of triangles: take more of them", best.crossings));
   if (!best.relaxed.blind.empty())
-    out.verdict.warnings.push_back(fmt::format("{} vertices of the collision mesh do not see both sides of the body", best.relaxed.blind.size()));
+    out.verdict.warnings.push_back(
+        fmt::format("{} vertices of the collision mesh do not see both sides of the body", best.relaxed.blind.size()));
   if (best.quality.spanning_edges > kMostSpanning)
-    out.verdict.warnings.push_back("parts of the body are narrower than a triangle of the collision mesh: ask for more of them");
+    out.verdict.warnings.push_back(
+        "parts of the body are narrower than a triangle of the collision mesh: ask for more of them");
   if (!best.good()) out.verdict.thinness = std::max(out.verdict.thinness, Thinness::kDoubtful);
   out.quality = best.quality;
   out.quality.crossings = best.crossings;

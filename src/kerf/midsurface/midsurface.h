@@ -31,8 +31,8 @@ struct MidsurfacePlace {
 
 struct MidsurfaceVerdict {
   Thinness thinness = Thinness::kThin;
-  std::vector<std::string> reasons;     ///< why not thin, one sentence each
-  std::vector<std::string> warnings;    ///< one sentence each
+  std::vector<std::string> reasons;   ///< why not thin, one sentence each
+  std::vector<std::string> warnings;  ///< one sentence each
   std::vector<MidsurfacePlace> places;
   double width_over_thickness = 0;  ///< 2 x largest distance to the rim / mean thickness; infinite without a rim
   double narrow_share = 0;          ///< of the area: narrower than 1.5 thicknesses
@@ -43,20 +43,20 @@ struct MidsurfaceVerdict {
 
 /// How good the collision mesh is. Lengths in metres.
 struct MidsurfaceQuality {
-  double need = 0;             ///< triangles that the bends ask for
-  double smallest_angle = 0;   ///< radians
+  double need = 0;            ///< triangles that the bends ask for
+  double smallest_angle = 0;  ///< radians
   double mean_smallest_angle = 0;
-  double medial_mean = 0;      ///< |d+ - d-| / (d+ + d-) of inner vertices, d the distances to both sides: 0 is medial
+  double medial_mean = 0;  ///< |d+ - d-| / (d+ + d-) of inner vertices, d the distances to both sides: 0 is medial
   double medial_max = 0;
-  double thickness_mean = 0;   ///< |half thickness - (d+ + d-) / 2| over that, of inner vertices
+  double thickness_mean = 0;  ///< |half thickness - (d+ + d-) / 2| over that, of inner vertices
   double thickness_max = 0;
-  double good_rays = 1;        ///< share of inner vertices whose normal meets both sides
-  double to_prisms_mean = 0;   ///< visual vertices to the prisms' surface
+  double good_rays = 1;       ///< share of inner vertices whose normal meets both sides
+  double to_prisms_mean = 0;  ///< visual vertices to the prisms' surface
   double to_prisms_max = 0;
-  double to_visual_max = 0;    ///< prisms' surface to the visual mesh: with the one above the Hausdorff distance
-  double spanning_edges = 0;   ///< share of the inner edges that join two rim vertices: too few triangles there
+  double to_visual_max = 0;   ///< prisms' surface to the visual mesh: with the one above the Hausdorff distance
+  double spanning_edges = 0;  ///< share of the inner edges that join two rim vertices: too few triangles there
   double mean_half_thickness = 0;
-  std::size_t crossings = 0;   ///< pairs of collision triangles that pass through each other
+  std::size_t crossings = 0;  ///< pairs of collision triangles that pass through each other
 };
 
 struct MidsurfaceSeconds {
@@ -65,21 +65,22 @@ struct MidsurfaceSeconds {
 
 /// The surface as the method saw it: for pictures of what was accepted or refused.
 struct MidsurfaceDiagnosis {
-  TriangleMesh surface;             ///< filtered and evenly divided
-  std::vector<float> side;          ///< |F|: -1 to 1
-  std::vector<float> confidence;    ///< |F|: 0 to 1
-  std::vector<float> thickness;     ///< |F|, metres; 0: nothing opposite
-  std::vector<std::uint8_t> flag;   ///< |F|: 1 where something speaks against a thin body, 2 where the surface passes through itself, 3 where the collision mesh is bad
+  TriangleMesh surface;           ///< filtered and evenly divided
+  std::vector<float> side;        ///< |F|: -1 to 1
+  std::vector<float> confidence;  ///< |F|: 0 to 1
+  std::vector<float> thickness;   ///< |F|, metres; 0: nothing opposite
+  std::vector<std::uint8_t>
+      flag;  ///< |F|: 1 where something speaks against a thin body, 2 where the surface passes through itself, 3 where the collision mesh is bad
 };
 
 struct Midsurface {
-  TriangleMesh collision;               ///< oriented manifold, its border on the rim; empty if not thin
-  std::vector<double> half_thickness;   ///< |V| of collision, metres; on the border half the height of the rim's wall
+  TriangleMesh collision;              ///< oriented manifold, its border on the rim; empty if not thin
+  std::vector<double> half_thickness;  ///< |V| of collision, metres; on the border half the height of the rim's wall
   MidsurfaceVerdict verdict;
   MidsurfaceQuality quality;
   MidsurfaceDiagnosis diagnosis;
   MidsurfaceSeconds seconds;
-  std::vector<std::string> notes;       ///< what was filtered
+  std::vector<std::string> notes;  ///< what was filtered
 };
 
 /// Marks what lies within `reach` (metres) of a place where the collision mesh is bad, and adds the place to the verdict's.

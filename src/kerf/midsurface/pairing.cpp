@@ -9,10 +9,10 @@ namespace kerf::mid {
 namespace {
 
 constexpr std::size_t kPairGrain = 1024;
-constexpr double kSideFacing = 4;  // power: walls that lean by 60 degrees must not count as a side
+constexpr double kSideFacing = 4;                      // power: walls that lean by 60 degrees must not count as a side
 constexpr double kMedial = 0.98, kMedialStout = 0.85;  // of the way to the middle: what is farther counts as medial
-constexpr double kStoutPair = 2.4;  // mean thicknesses
-constexpr double kSameSurface = 0.7071067811865476;  // cosine: farther turned neighbours lie across a crease
+constexpr double kStoutPair = 2.4;                     // mean thicknesses
+constexpr double kSameSurface = 0.7071067811865476;    // cosine: farther turned neighbours lie across a crease
 
 template <class Fn>
 void for_each_face(const SurfaceMesh& m, Fn&& fn) {
@@ -57,8 +57,8 @@ Pairing find_pairs(const SurfaceMesh& m, const TriangleBvh& bvh, double thicknes
   for_each_face(m, [&](std::int32_t f) {
     const Vec3 c = m.centroid(f), n = out.normal[f];
     Pair& p = out.pair[f];
-    const RayHit hit = bvh.first_hit(view, {c, -n, 1e-6 * thickness, HUGE_VAL},
-                                     [&](const RayHit& h) { return h.triangle != f; });
+    const RayHit hit =
+        bvh.first_hit(view, {c, -n, 1e-6 * thickness, HUGE_VAL}, [&](const RayHit& h) { return h.triangle != f; });
     if (!hit.valid()) return;
     p.face = hit.triangle;
     p.barycentric = hit.barycentric;

@@ -8,15 +8,15 @@
 namespace kerf::mid {
 
 struct Pair {
-  std::int32_t face = -1;                     ///< opposite; -1: the ray met nothing
-  std::array<double, 3> barycentric{};        ///< of the hit in it
-  double distance = 0;                        ///< metres
-  double confidence = 0;                      ///< 0 to 1
+  std::int32_t face = -1;               ///< opposite; -1: the ray met nothing
+  std::array<double, 3> barycentric{};  ///< of the hit in it
+  double distance = 0;                  ///< metres
+  double confidence = 0;                ///< 0 to 1
 };
 
 struct Pairing {
-  Column<Vec3> normal;  ///< |F|, unit, smoothed but not across creases
-  Column<Pair> pair;    ///< |F|
+  Column<Vec3> normal;         ///< |F|, unit, smoothed but not across creases
+  Column<Pair> pair;           ///< |F|
   double mean_confidence = 0;  ///< over the area
 };
 

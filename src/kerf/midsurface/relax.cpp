@@ -9,8 +9,8 @@ namespace kerf::mid {
 namespace {
 
 constexpr int kRounds = 5;
-constexpr double kRelaxStep = 0.4, kLeash = 0.6;            // of the half thickness
-constexpr double kSharpest = 24 * 0.017453292519943295;     // no move makes a sharper angle sharper still
+constexpr double kRelaxStep = 0.4, kLeash = 0.6;         // of the half thickness
+constexpr double kSharpest = 24 * 0.017453292519943295;  // no move makes a sharper angle sharper still
 constexpr double kMostTurn = 0.31;
 constexpr double kFold = 0.2;  // cosine: no move folds neighbours more than by 78 degrees
 constexpr double kOddRay = 2;  // times the sheet's half thickness: such a ray runs along the sheet

@@ -11,13 +11,14 @@ namespace {
 
 constexpr double kCollapse = 0.78, kSplit = 1.35;  // of the wanted length
 constexpr double kLongest = 1.7;                   // of the wanted length: no collapse makes a longer edge
-constexpr double kRemeshTurn = 0.31, kTurnFirst = -0.17; // cosines: 72 degrees; 100 while the squeezed wall is still there
-constexpr double kGuarded = 0.4;                   // of the wanted length: faces with longer edges are guarded
-constexpr double kAgree = 0.26;                    // cosine between a face and the sheet
-constexpr double kSagittaOfEdge = 0.25;            // how far a border edge's middle may be off its curve, of its length
-constexpr double kCornerTurn = 0.9;                // radians over 0.7 of the wanted length
+constexpr double kRemeshTurn = 0.31,
+                 kTurnFirst = -0.17;     // cosines: 72 degrees; 100 while the squeezed wall is still there
+constexpr double kGuarded = 0.4;         // of the wanted length: faces with longer edges are guarded
+constexpr double kAgree = 0.26;          // cosine between a face and the sheet
+constexpr double kSagittaOfEdge = 0.25;  // how far a border edge's middle may be off its curve, of its length
+constexpr double kCornerTurn = 0.9;      // radians over 0.7 of the wanted length
 constexpr double kCornerReach = 0.35;
-constexpr double kCoarsen = 1.5;                   // from level to level
+constexpr double kCoarsen = 1.5;  // from level to level
 
 class Remesher {
  public:
@@ -126,9 +127,8 @@ class Remesher {
 
   void collapse_short() {
     std::vector<Ranked> edges = ranked_edges([](double ratio) { return ratio < kCollapse; });
-    std::sort(edges.begin(), edges.end(), [](const Ranked& a, const Ranked& b) {
-      return a.ratio != b.ratio ? a.ratio < b.ratio : a.h < b.h;
-    });
+    std::sort(edges.begin(), edges.end(),
+              [](const Ranked& a, const Ranked& b) { return a.ratio != b.ratio ? a.ratio < b.ratio : a.h < b.h; });
     for (const Ranked& e : edges)
       if (m_.mesh.origin[e.h] >= 0 && m_.mesh.length(e.h) < kCollapse * wanted(e.h)) try_collapse(e.h);
   }
@@ -172,7 +172,10 @@ class Remesher {
     if (m_.curve[a] >= 0) {
       if (!merged_border(a, b, to)) return;
     } else if (m_.curve[b] >= 0) {
-      to = {{m.position[b], m_.normal[b], m_.half_thickness[b], m_.size[b], 0, false}, m_.curve[b], m_.along[b], m_.fixed[b]};
+      to = {{m.position[b], m_.normal[b], m_.half_thickness[b], m_.size[b], 0, false},
+            m_.curve[b],
+            m_.along[b],
+            m_.fixed[b]};
     } else {
       to.sample = r_.closest(0.5 * (m.position[a] + m.position[b]), m_.normal[b], sizes_);
       if (to.sample.distance == HUGE_VAL) return;
@@ -238,9 +241,8 @@ class Remesher {
 
   void split_long() {
     std::vector<Ranked> edges = ranked_edges([](double ratio) { return ratio > kSplit; });
-    std::sort(edges.begin(), edges.end(), [](const Ranked& a, const Ranked& b) {
-      return a.ratio != b.ratio ? a.ratio > b.ratio : a.h < b.h;
-    });
+    std::sort(edges.begin(), edges.end(),
+              [](const Ranked& a, const Ranked& b) { return a.ratio != b.ratio ? a.ratio > b.ratio : a.h < b.h; });
     for (const Ranked& e : edges) {
       SurfaceMesh& m = m_.mesh;
       if (m.length(e.h) <= kSplit * wanted(e.h)) continue;

@@ -13,7 +13,7 @@ constexpr double kSagitta = 0.2;    // of the half thickness: how far a chord ma
 constexpr double kSmallest = 0.15;  // of the largest size
 constexpr double kGrading = 0.5;    // change of size over distance
 constexpr double kFewestBorderEdges = 6;
-constexpr double kNeedCap = 3;      // times the largest size: what flat parts are counted with in `need`
+constexpr double kNeedCap = 3;  // times the largest size: what flat parts are counted with in `need`
 
 using Entry = std::pair<double, std::int32_t>;
 using Queue = std::priority_queue<Entry, std::vector<Entry>, std::greater<>>;
@@ -59,7 +59,8 @@ Column<double> border_limits(const MidSheet& sheet) {
   Column<double> out(m.position.size(), HUGE_VAL);
   for (const std::vector<std::int32_t>& loop : border_loops(m)) {
     double length = 0;
-    for (std::size_t i = 0; i < loop.size(); ++i) length += norm(m.position[loop[(i + 1) % loop.size()]] - m.position[loop[i]]);
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      length += norm(m.position[loop[(i + 1) % loop.size()]] - m.position[loop[i]]);
     for (const std::int32_t v : loop) out[v] = length / kFewestBorderEdges;
   }
   return out;
@@ -80,7 +81,9 @@ SheetSizes sheet_sizes(const MidSheet& sheet, double target, Column<double> limi
     wanted[v] = std::min(100 * scale, std::sqrt(8 * kSagitta * half / std::max(kappa[v], 1e-12 / scale)));
   grade(m, wanted);
   grade(m, limit);
-  const auto size = [&](std::int32_t v, double low, double high) { return std::min(limit[v], std::clamp(wanted[v], low, high)); };
+  const auto size = [&](std::int32_t v, double low, double high) {
+    return std::min(limit[v], std::clamp(wanted[v], low, high));
+  };
   const auto count = [&](double low, double high) {
     double n = 0;
     for (std::int32_t v = 0; v < m.vertex_count(); ++v) {

@@ -6,9 +6,9 @@
 namespace kerf::mid {
 
 struct SideSheet {
-  SurfaceMesh mesh;                ///< with border: the middle of the rim
-  Column<std::int32_t> parent;     ///< |F|: face of the working mesh
-  Column<std::uint8_t> whole;      ///< |F|: the parent is not cut
+  SurfaceMesh mesh;             ///< with border: the middle of the rim
+  Column<std::int32_t> parent;  ///< |F|: face of the working mesh
+  Column<std::uint8_t> whole;   ///< |F|: the parent is not cut
 };
 
 /// Marching triangles at zero; field: |V|, none zero. sign: +1 or -1, the side. Always a manifold.

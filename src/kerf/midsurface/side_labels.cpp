@@ -10,10 +10,10 @@
 namespace kerf::mid {
 namespace {
 
-constexpr double kLeastWeight = 0.02;   // of a "same" edge before its bend: rims are unsure, but connected
-constexpr double kOpposite = 0.9;       // pairs count a little less than smooth neighbours
-constexpr double kThinnest = 0.5;       // of the mean thickness: closer pairs are not trusted more
-constexpr double kConfident = 0.1;      // faces that count when signs are compared between rounds
+constexpr double kLeastWeight = 0.02;  // of a "same" edge before its bend: rims are unsure, but connected
+constexpr double kOpposite = 0.9;      // pairs count a little less than smooth neighbours
+constexpr double kThinnest = 0.5;      // of the mean thickness: closer pairs are not trusted more
+constexpr double kConfident = 0.1;     // faces that count when signs are compared between rounds
 constexpr int kMaxRounds = 8;
 
 /// Disjoint sets that know whether an element has the sign of its root.

@@ -7,9 +7,9 @@
 namespace kerf::mid {
 
 struct SideLabels {
-  Column<double> field;                ///< |V|, never 0
-  Column<std::uint8_t> island;         ///< |V|: 1 where a small area was given the sign of what is around it
-  double one_sided = 0;                ///< share of the confident pairs that join a side to itself
+  Column<double> field;         ///< |V|, never 0
+  Column<std::uint8_t> island;  ///< |V|: 1 where a small area was given the sign of what is around it
+  double one_sided = 0;         ///< share of the confident pairs that join a side to itself
   int rounds = 0;
 };
 

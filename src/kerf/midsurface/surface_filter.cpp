@@ -10,10 +10,13 @@ namespace kerf::mid {
 namespace {
 
 constexpr std::size_t kFilterGrain = 4096;
-constexpr double kRough = 9 * 0.017453292519943295;      // median dihedral angle that noise begins at
-constexpr double kCoarse = 25 * 0.017453292519943295;    // times edge / thickness: coarse but clean surfaces bend that much
-constexpr double kSteps = 0.15, kCoarseSteps = 0.4;  // share of the edges that turn by kStairStep that staircases begin at; times edge / thickness
-constexpr double kStairStep = 0.9396926207859084;        // cosine of 20 degrees
+constexpr double kRough = 9 * 0.017453292519943295;  // median dihedral angle that noise begins at
+constexpr double kCoarse =
+    25 * 0.017453292519943295;  // times edge / thickness: coarse but clean surfaces bend that much
+constexpr double
+    kSteps = 0.15,
+    kCoarseSteps = 0.4;  // share of the edges that turn by kStairStep that staircases begin at; times edge / thickness
+constexpr double kStairStep = 0.9396926207859084;  // cosine of 20 degrees
 constexpr int kMaxSteps = 20;
 constexpr int kSpikeRounds = 3;
 constexpr double kAlone = 2;  // times what is next to it
@@ -97,7 +100,8 @@ struct Roughness {
 Roughness roughness(const SurfaceMesh& m) {
   Column<Vec3> normal(static_cast<std::size_t>(m.face_count()));
   parallel_for(normal.size(), kFilterGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) normal[static_cast<std::int32_t>(f)] = m.normal(static_cast<std::int32_t>(f));
+    for (std::size_t f = begin; f < end; ++f)
+      normal[static_cast<std::int32_t>(f)] = m.normal(static_cast<std::int32_t>(f));
   });
   std::vector<double> cosines;
   cosines.reserve(m.origin.size() / 2);
@@ -105,7 +109,8 @@ Roughness roughness(const SurfaceMesh& m) {
     if (m.is_edge(h) && m.twin[h] >= 0) cosines.push_back(dot(normal[h / 3], normal[m.twin[h] / 3]));
   if (cosines.empty()) return {};
   const auto steps = std::count_if(cosines.begin(), cosines.end(), [](double c) { return c < kStairStep; });
-  return {std::acos(std::clamp(median(cosines), -1.0, 1.0)), static_cast<double>(steps) / static_cast<double>(cosines.size())};
+  return {std::acos(std::clamp(median(cosines), -1.0, 1.0)),
+          static_cast<double>(steps) / static_cast<double>(cosines.size())};
 }
 
 /// Taubin: a step that smooths and one that lets it grow back.
@@ -137,7 +142,9 @@ FilterReport filter_surface(SurfaceMesh& mesh) {
   report.steps = rough.steps;
   for (; report.smoothing_steps < kMaxSteps; rough = roughness(mesh)) {
     const double fineness = mean_edge(mesh) / mean_thickness(mesh);
-    if (rough.median <= std::max(kRough, kCoarse * fineness) && rough.steps <= std::max(kSteps, kCoarseSteps * fineness)) break;
+    if (rough.median <= std::max(kRough, kCoarse * fineness) &&
+        rough.steps <= std::max(kSteps, kCoarseSteps * fineness))
+      break;
     smooth_once(mesh);
     ++report.smoothing_steps;
   }

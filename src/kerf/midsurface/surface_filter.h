@@ -7,11 +7,11 @@
 namespace kerf::mid {
 
 struct FilterReport {
-  std::int32_t spikes = 0;           ///< vertices put back among their neighbours
-  std::vector<Vec3> spike_places;    ///< where the first of them were
+  std::int32_t spikes = 0;         ///< vertices put back among their neighbours
+  std::vector<Vec3> spike_places;  ///< where the first of them were
   int smoothing_steps = 0;
-  double roughness = 0;              ///< median angle between neighbouring faces before, radians
-  double steps = 0;                  ///< share of the edges that turn by more than 20 degrees before: steps of voxels
+  double roughness = 0;  ///< median angle between neighbouring faces before, radians
+  double steps = 0;      ///< share of the edges that turn by more than 20 degrees before: steps of voxels
 };
 
 /// Moves vertices only. Clean surfaces stay as they are, to the bit.

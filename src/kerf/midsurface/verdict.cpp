@@ -14,11 +14,11 @@ namespace kerf::mid {
 namespace {
 
 constexpr double kAllOneSided = 0.9, kOneSided = 0.03;
-constexpr double kFork = 2;  // mean thicknesses: length of forks
-constexpr double kTooStout = 2, kStout = 3;           // width over thickness
-constexpr double kNarrow = 1.5, kNarrowShare = 0.3;   // thicknesses; of the area
+constexpr double kFork = 2;                          // mean thicknesses: length of forks
+constexpr double kTooStout = 2, kStout = 3;          // width over thickness
+constexpr double kNarrow = 1.5, kNarrowShare = 0.3;  // thicknesses; of the area
 constexpr double kLeastVolume = 0.8, kMostVolume = 1.2;
-constexpr double kPinhole = 2;                        // thicknesses around
+constexpr double kPinhole = 2;  // thicknesses around
 constexpr std::size_t kMostPlaces = 12;
 
 void refuse(MidsurfaceVerdict& v, std::string why) {
@@ -33,12 +33,13 @@ void warn(MidsurfaceVerdict& v, std::string why) {
 std::string place(Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); }
 
 /// Connected parts of flagged faces, the largest first, as places.
-std::size_t add_places(const SurfaceMesh& m, const std::vector<std::uint8_t>& flag, const char* what,
-                       Vec3 origin, MidsurfaceVerdict& verdict) {
+std::size_t add_places(const SurfaceMesh& m, const std::vector<std::uint8_t>& flag, const char* what, Vec3 origin,
+                       MidsurfaceVerdict& verdict) {
   UnionFind sets(flag.size());
   for (std::int32_t h = 0; h < m.origin.count(); ++h) {
     if (!m.is_edge(h) || m.twin[h] < 0) continue;
-    if (flag[static_cast<std::size_t>(h / 3)] && flag[static_cast<std::size_t>(m.twin[h] / 3)]) sets.join(h / 3, m.twin[h] / 3);
+    if (flag[static_cast<std::size_t>(h / 3)] && flag[static_cast<std::size_t>(m.twin[h] / 3)])
+      sets.join(h / 3, m.twin[h] / 3);
   }
   std::vector<double> area(flag.size(), 0);
   std::vector<Vec3> sum(flag.size());
@@ -109,13 +110,15 @@ bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vecto
       const auto largest = std::max_element(area.begin(), area.end()) - area.begin();
       for (std::size_t r = 0; r < area.size() && verdict.places.size() < kMostPlaces; ++r)
         if (area[r] > 0 && static_cast<std::ptrdiff_t>(r) != largest)
-          verdict.places.push_back({(1 / area[r]) * sum[r] + origin, "a part of one side that is cut off from the rest"});
+          verdict.places.push_back(
+              {(1 / area[r]) * sum[r] + origin, "a part of one side that is cut off from the rest"});
     }
     add_places(m, flag, "material meets on three sides", origin, verdict);
     const std::string where = verdict.places.empty() ? std::string() : ", first at " + place(verdict.places[0].point);
-    refuse(verdict, fmt::format("no sheet has this shape: the body branches, or its rim does not close around it ({} and {} "
-                                "parts, {} and {} rims on the two sides{})",
-                                a.components, b.components, a.loops, b.loops, where));
+    refuse(verdict,
+           fmt::format("no sheet has this shape: the body branches, or its rim does not close around it ({} and {} "
+                       "parts, {} and {} rims on the two sides{})",
+                       a.components, b.components, a.loops, b.loops, where));
     return false;
   }
   const Branches branches = find_branches(m, pairing, labels);
@@ -136,7 +139,8 @@ bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vecto
   return true;
 }
 
-void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleBvh& bvh, Vec3 origin, MidsurfaceVerdict& verdict) {
+void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleBvh& bvh, Vec3 origin,
+                 MidsurfaceVerdict& verdict) {
   const SurfaceMesh& m = sheet.mesh;
   const bool two_sides = verdict.reasons.empty();
   const Column<double> area = vertex_areas(m);
@@ -216,17 +220,23 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleB
   Vec3 first_pinhole;
   for (const std::vector<std::int32_t>& loop : border_loops(m)) {
     double length = 0;
-    for (std::size_t i = 0; i < loop.size(); ++i) length += norm(m.position[loop[(i + 1) % loop.size()]] - m.position[loop[i]]);
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      length += norm(m.position[loop[(i + 1) % loop.size()]] - m.position[loop[i]]);
     if (!(length < kPinhole * thickness)) continue;
     if (pinholes++ == 0) first_pinhole = m.position[loop[0]] + origin;
     verdict.places.push_back({m.position[loop[0]] + origin, "a hole narrower than the body is thick"});
   }
   if (pinholes > 0)
-    warn(verdict, fmt::format("{} hole(s) through the body are narrower than it is thick, the first at {}; if the scan left them, fill them",
-                              pinholes, place(first_pinhole)));
+    warn(
+        verdict,
+        fmt::format(
+            "{} hole(s) through the body are narrower than it is thick, the first at {}; if the scan left them, fill them",
+            pinholes, place(first_pinhole)));
   if (two_sides && odd())
-    refuse(verdict, fmt::format("the mid-surface times the thickness makes {:.0f} % of the volume: a sheet does not stand for "
-                                "this body", 100 * verdict.volume_ratio));
+    refuse(verdict,
+           fmt::format("the mid-surface times the thickness makes {:.0f} % of the volume: a sheet does not stand for "
+                       "this body",
+                       100 * verdict.volume_ratio));
 }
 
 }  // namespace kerf::mid

@@ -20,6 +20,7 @@ struct SidesFound {
 bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag);
 
 /// Width over thickness, narrow parts, volume. `bvh`: of the working mesh.
-void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleBvh& bvh, Vec3 origin, MidsurfaceVerdict& verdict);
+void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleBvh& bvh, Vec3 origin,
+                 MidsurfaceVerdict& verdict);
 
 }  // namespace kerf::mid

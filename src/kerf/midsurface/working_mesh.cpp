@@ -11,11 +11,11 @@ namespace {
 
 constexpr double kFewest = 8000, kMost = 50000;
 constexpr double kCollapseTurn = 0.2;  // cosine: a collapse may turn a face by 78 degrees
-constexpr double kDeviation = 0.02;  // of the mean thickness
+constexpr double kDeviation = 0.02;    // of the mean thickness
 constexpr double kShort = 0.8, kLong = 1.5;
 constexpr double kTooMany = 1.5;  // times kMost
 constexpr int kMostRounds = 40, kMostFlips = 10;
-constexpr double kFlat = 1e-3;    // of the mean thickness
+constexpr double kFlat = 1e-3;  // of the mean thickness
 
 /// Edge length of `n` equilateral triangles of that area together.
 double edge_for(double area, double n) { return std::sqrt(area / n * 4 / std::sqrt(3.0)); }
@@ -98,7 +98,8 @@ class Coarsener {
         best = i;
       }
     }
-    if (best < 0 || !keeps_shape(a, b, places[best], longest) || !keeps_shape(b, a, places[best], longest)) return false;
+    if (best < 0 || !keeps_shape(a, b, places[best], longest) || !keeps_shape(b, a, places[best], longest))
+      return false;
     if (!can_collapse(m_, h, scratch_)) return false;
     collapse(m_, h);
     m_.position[b] = places[best];
@@ -152,9 +153,8 @@ bool split_long_edges(SurfaceMesh& m, double limit, std::size_t most_faces) {
   std::vector<Long> edges;
   for (std::int32_t h = 0; h < m.origin.count(); ++h)
     if (m.is_edge(h) && m.length(h) > limit) edges.push_back({m.length(h), h});
-  std::sort(edges.begin(), edges.end(), [](const Long& x, const Long& y) {
-    return x.length != y.length ? x.length > y.length : x.h < y.h;
-  });
+  std::sort(edges.begin(), edges.end(),
+            [](const Long& x, const Long& y) { return x.length != y.length ? x.length > y.length : x.h < y.h; });
   for (const Long& e : edges) {
     if (m.origin.size() >= 3 * most_faces) return false;
     // A split before this one may have changed which edge the number stands for.
@@ -175,7 +175,8 @@ void flip_flat_edges(SurfaceMesh& m, double deviation) {
     std::int32_t flipped = 0;
     for (std::int32_t h = 0; h < m.origin.count(); ++h) {
       if (!m.is_edge(h) || m.twin[h] < 0) continue;
-      const Vec3 a = m.position[m.from(h)], b = m.position[m.to(h)], c = m.position[m.apex(h)], d = m.position[m.apex(m.twin[h])];
+      const Vec3 a = m.position[m.from(h)], b = m.position[m.to(h)], c = m.position[m.apex(h)],
+                 d = m.position[m.apex(m.twin[h])];
       // The sum of the opposite angles, by their cosines; with some slack, or four points on a circle would turn for ever.
       if (!(corner_cosine(c, a, b) + corner_cosine(d, a, b) < -1e-6)) continue;
       const Vec3 along = cross(b - a, d - c), n1 = cross(d - a, c - a), n2 = cross(c - b, d - b);

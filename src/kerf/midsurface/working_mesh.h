@@ -7,10 +7,10 @@
 namespace kerf::mid {
 
 struct WorkingMesh {
-  SurfaceMesh mesh;       ///< closed
-  double edge = 0;        ///< wanted edge length, metres
-  double thickness = 0;   ///< t0 = 2 volume / area, metres
-  bool coarsened = false; ///< it is not the very surface any more
+  SurfaceMesh mesh;        ///< closed
+  double edge = 0;         ///< wanted edge length, metres
+  double thickness = 0;    ///< t0 = 2 volume / area, metres
+  bool coarsened = false;  ///< it is not the very surface any more
 };
 
 /// Short edges of the (filtered) closed surface are collapsed where that moves the surface by less than 2 % of the mean

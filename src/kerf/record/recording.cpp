@@ -26,16 +26,30 @@ struct KindWord {
   int values;  ///< how many; -1: a region, -2: a punch
 };
 constexpr std::array<KindWord, 19> kKinds{{
-    {Kind::kBeginStroke, "begin_stroke", 1}, {Kind::kBlade, "blade", 6}, {Kind::kEndStroke, "end_stroke", 0},
-    {Kind::kCancelStroke, "cancel_stroke", 0}, {Kind::kUndo, "undo", 0}, {Kind::kRedo, "redo", 0},
-    {Kind::kGrasp, "grasp", 0}, {Kind::kMove, "move", 4}, {Kind::kRelease, "release", 0}, {Kind::kFix, "fix", -1},
-    {Kind::kUnfix, "unfix", -1}, {Kind::kGravity, "gravity", 3}, {Kind::kMaterial, "material", 3},
-    {Kind::kPunch, "punch", -2}, {Kind::kShave, "shave", 10}, {Kind::kRemove, "remove", 0}, {Kind::kSuck, "suck", -1},
-    {Kind::kTool, "tool", 7}, {Kind::kJaws, "jaws", 2},
+    {Kind::kBeginStroke, "begin_stroke", 1},
+    {Kind::kBlade, "blade", 6},
+    {Kind::kEndStroke, "end_stroke", 0},
+    {Kind::kCancelStroke, "cancel_stroke", 0},
+    {Kind::kUndo, "undo", 0},
+    {Kind::kRedo, "redo", 0},
+    {Kind::kGrasp, "grasp", 0},
+    {Kind::kMove, "move", 4},
+    {Kind::kRelease, "release", 0},
+    {Kind::kFix, "fix", -1},
+    {Kind::kUnfix, "unfix", -1},
+    {Kind::kGravity, "gravity", 3},
+    {Kind::kMaterial, "material", 3},
+    {Kind::kPunch, "punch", -2},
+    {Kind::kShave, "shave", 10},
+    {Kind::kRemove, "remove", 0},
+    {Kind::kSuck, "suck", -1},
+    {Kind::kTool, "tool", 7},
+    {Kind::kJaws, "jaws", 2},
 }};
 const KindWord& word_of(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 bool has_id(Kind kind) {
-  return kind == Kind::kGrasp || kind == Kind::kMove || kind == Kind::kRelease || kind == Kind::kTool || kind == Kind::kJaws;
+  return kind == Kind::kGrasp || kind == Kind::kMove || kind == Kind::kRelease || kind == Kind::kTool ||
+         kind == Kind::kJaws;
 }
 
 }  // namespace
@@ -52,13 +66,14 @@ Status check_limits(const SessionChange& c) {
   const auto places = [&](std::size_t from, std::size_t to) -> Status {
     for (std::size_t i = from; i < std::min(to, c.values.size()); ++i)
       if (std::abs(c.values[i]) > kFarthestPlace)
-        return bad_input(fmt::format("\"{}\" names a place {:g} m from the origin; {:g} m is the farthest", word_of(c.kind).word, std::abs(c.values[i]),
-                                     kFarthestPlace));
+        return bad_input(fmt::format("\"{}\" names a place {:g} m from the origin; {:g} m is the farthest",
+                                     word_of(c.kind).word, std::abs(c.values[i]), kFarthestPlace));
     return {};
   };
   const auto range = [&](std::size_t i, const char* what, const char* unit, double least, double most) -> Status {
     if (c.values[i] >= least && c.values[i] <= most) return {};
-    return bad_input(fmt::format("{} goes from {:g} to {:g}{}{}, but is {:g}", what, least, most, *unit ? " " : "", unit, c.values[i]));
+    return bad_input(fmt::format("{} goes from {:g} to {:g}{}{}, but is {:g}", what, least, most, *unit ? " " : "",
+                                 unit, c.values[i]));
   };
   switch (c.kind) {
     case Kind::kMove:
@@ -89,11 +104,13 @@ Status check(const SessionChange& c) {
     // A stroke's frame came later: without it, the world's.
     const bool framed = c.kind == Kind::kBeginStroke && c.values.size() == 2;
     if (!framed && c.values.size() != static_cast<std::size_t>(wanted))
-      return bad_input(fmt::format("\"{}\" has {} values instead of {}", word_of(c.kind).word, c.values.size(), wanted));
+      return bad_input(
+          fmt::format("\"{}\" has {} values instead of {}", word_of(c.kind).word, c.values.size(), wanted));
     return check_limits(c);
   }
   if (wanted == -2) {
-    if (c.values.size() < 12 + 6 || c.values.size() % 2 != 0 || (c.values[0] != 0 && c.values[0] != 1 && c.values[0] != 2 && c.values[0] != 3))
+    if (c.values.size() < 12 + 6 || c.values.size() % 2 != 0 ||
+        (c.values[0] != 0 && c.values[0] != 1 && c.values[0] != 2 && c.values[0] != 3))
       return bad_input("a punch is frame, reach, roughness, centre, axis, across and three or more corners x, y");
     return check_limits(c);
   }
@@ -200,8 +217,10 @@ class RecordingReader {
     }
     out.end_hash = hash(member(root_, "end"));
     if (!trouble_.empty()) return trouble(trouble_);
-    if (!out.changes.empty() && out.changes.back().step > out.last_step) return trouble("there are changes after the last step");
-    if (!out.hashes.empty() && out.hashes.back().step > out.last_step) return trouble("there are hashes after the last step");
+    if (!out.changes.empty() && out.changes.back().step > out.last_step)
+      return trouble("there are changes after the last step");
+    if (!out.hashes.empty() && out.hashes.back().step > out.last_step)
+      return trouble("there are hashes after the last step");
     return out;
   }
 
@@ -214,7 +233,8 @@ class RecordingReader {
     }
     if (root_["dust"].is_null()) return;
     overrides.dust = number(root_["dust"], "dust");
-    if (*overrides.dust < 0 || *overrides.dust > kMostDust) fail(fmt::format("dust goes from 0 to {:g}, but is {:g}", kMostDust, *overrides.dust));
+    if (*overrides.dust < 0 || *overrides.dust > kMostDust)
+      fail(fmt::format("dust goes from 0 to {:g}, but is {:g}", kMostDust, *overrides.dust));
   }
   /// Recordings of before meshes travelled have none.
   void read_meshes(const Json& scene, SceneSource& source) {
@@ -255,7 +275,8 @@ class RecordingReader {
     for (; at < item.size(); ++at) {
       if (!item[at].is_number()) return fail(fmt::format("\"{}\" has something that is no number", word));
       if (c.kind == Kind::kGrasp || c.kind == Kind::kRemove) {
-        if (!item[at].is_number_integer() || item[at] < 0 || item[at] > INT32_MAX) return fail(fmt::format("\"{}\" names no such element", word));
+        if (!item[at].is_number_integer() || item[at] < 0 || item[at] > INT32_MAX)
+          return fail(fmt::format("\"{}\" names no such element", word));
         c.vertices.push_back(item[at].get<std::int32_t>());
       } else {
         c.values.push_back(item[at].get<double>());
@@ -305,7 +326,8 @@ class RecordingReader {
     std::uint64_t value = 0;
     const std::string digits = m.is_string() ? m.get<std::string>() : std::string();
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
-    if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) fail("a hash is not hexadecimal");
+    if (digits.empty() || error != std::errc() || end != digits.data() + digits.size())
+      fail("a hash is not hexadecimal");
     return value;
   }
   bool fail(std::string what) {
@@ -370,7 +392,8 @@ std::string recording_text(const Recording& r) {
   scene["folder"] = r.source.folder.string();
   scene["text"] = r.source.text;
   scene["files"] = Json::array();
-  for (const SceneSource::File& f : r.source.files) scene["files"].push_back({{"name", f.name}, {"base64", to_base64(f.bytes)}});
+  for (const SceneSource::File& f : r.source.files)
+    scene["files"].push_back({{"name", f.name}, {"base64", to_base64(f.bytes)}});
   scene["meshes"] = Json::array();
   for (const SceneSource::Mesh& m : r.source.meshes) {
     Json mesh = {{"file", m.written}, {"bytes", m.bytes}, {"hash", hex(m.hash)}};

@@ -19,27 +19,27 @@ namespace kerf {
 
 /// Where a scene comes from.
 struct SceneSource {
-  std::string text;                ///< TOML
-  std::string name;                ///< stands for the file in messages
-  std::filesystem::path folder;    ///< relative mesh files start here,
+  std::string text;                                 ///< TOML
+  std::string name;                                 ///< stands for the file in messages
+  std::filesystem::path folder;                     ///< relative mesh files start here,
   std::vector<std::filesystem::path> mesh_folders;  ///< then here
   struct File {
     std::string name, bytes;
   };
-  std::vector<File> files;         ///< mesh files that have no place of their own (uploads); by name in `folder`
+  std::vector<File> files;  ///< mesh files that have no place of their own (uploads); by name in `folder`
   /// A mesh file that the scene names.
   struct Mesh {
-    std::string written;               ///< as it is named
+    std::string written;  ///< as it is named
     std::uint64_t bytes = 0, hash = 0;
     std::optional<std::string> content;  ///< none: too large to be taken along
   };
-  std::vector<Mesh> meshes;        ///< once they have been read (take_meshes)
+  std::vector<Mesh> meshes;  ///< once they have been read (take_meshes)
 };
 
 /// What is changed in the scene before it is run.
 struct SceneOverrides {
-  bool scripted = true;        ///< keep the scene's own commands
-  double time_step = 0;        ///< s; 0: the scene's
+  bool scripted = true;                       ///< keep the scene's own commands
+  double time_step = 0;                       ///< s; 0: the scene's
   std::optional<double> dust = std::nullopt;  ///< SceneCut::dust; none: the scene's
 };
 /// Mesh files up to this size altogether travel in a recording; of others it has the hash.
@@ -53,21 +53,25 @@ Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& override
 /// One change to a session, made after `step` steps.
 struct SessionChange {
   enum class Kind {
-    kBeginStroke,   ///< values: 1 through, 0 not; 1 rest frame, 0 (or nothing) world
-    kBlade,         ///< values: base, tip
-    kEndStroke, kCancelStroke, kUndo, kRedo,
-    kGrasp,         ///< id, vertices
-    kMove,          ///< id; values: to, over
-    kRelease,       ///< id
-    kFix, kUnfix,   ///< values: shape (0 box, 1 sphere, 2 half-space), then min max | centre radius | point normal
-    kGravity,       ///< values: x, y, z
-    kMaterial,      ///< values: young, poisson, density
-    kPunch,         ///< values: 1 rest frame, 0 world (+ 2: what comes loose is taken away); reach (< 0: through everything); roughness; centre, axis, across; x, y of the outline's corners
-    kShave,         ///< values: frame; base, tip, radius; smoothing, depth. Passes go on until kEndStroke
-    kRemove,        ///< one collision triangle: its piece goes
-    kSuck,          ///< values: a region as for kFix, in the world: loose pieces that reach into it go
-    kTool,          ///< id; values: position, rotation (axis times angle), over
-    kJaws,          ///< id; values: 1 close, 0 open; over
+    kBeginStroke,  ///< values: 1 through, 0 not; 1 rest frame, 0 (or nothing) world
+    kBlade,        ///< values: base, tip
+    kEndStroke,
+    kCancelStroke,
+    kUndo,
+    kRedo,
+    kGrasp,    ///< id, vertices
+    kMove,     ///< id; values: to, over
+    kRelease,  ///< id
+    kFix,
+    kUnfix,     ///< values: shape (0 box, 1 sphere, 2 half-space), then min max | centre radius | point normal
+    kGravity,   ///< values: x, y, z
+    kMaterial,  ///< values: young, poisson, density
+    kPunch,  ///< values: 1 rest frame, 0 world (+ 2: what comes loose is taken away); reach (< 0: through everything); roughness; centre, axis, across; x, y of the outline's corners
+    kShave,  ///< values: frame; base, tip, radius; smoothing, depth. Passes go on until kEndStroke
+    kRemove,  ///< one collision triangle: its piece goes
+    kSuck,    ///< values: a region as for kFix, in the world: loose pieces that reach into it go
+    kTool,    ///< id; values: position, rotation (axis times angle), over
+    kJaws,    ///< id; values: 1 close, 0 open; over
   };
   std::int64_t step = 0;
   Kind kind = Kind::kUndo;
@@ -94,11 +98,11 @@ struct StateHash {
 struct Recording {
   SceneSource source;
   SceneOverrides overrides;
-  std::string instructions;             ///< instruction set it was made with
-  std::vector<SessionChange> changes;   ///< by step
-  std::vector<StateHash> hashes;        ///< by step; each before the changes of its step
+  std::string instructions;            ///< instruction set it was made with
+  std::vector<SessionChange> changes;  ///< by step
+  std::vector<StateHash> hashes;       ///< by step; each before the changes of its step
   std::int64_t last_step = 0;
-  std::uint64_t end_hash = 0;           ///< after everything
+  std::uint64_t end_hash = 0;  ///< after everything
 };
 
 /// The instruction set that this library was compiled for.
@@ -113,22 +117,23 @@ Result<Recording> parse_recording(std::string_view text, std::string_view name);
 /// What came of a replay.
 struct ReplayReport {
   std::int64_t steps = 0, hashes = 0;
-  std::int64_t first_difference = -1;   ///< step; -1: every hash agrees
-  std::optional<TrainerScore> score;    ///< at the end; none in a scene without a lesion
-  std::string last_refused;             ///< of changes that the session refused, as it did when it was recorded
+  std::int64_t first_difference = -1;  ///< step; -1: every hash agrees
+  std::optional<TrainerScore> score;   ///< at the end; none in a scene without a lesion
+  std::string last_refused;            ///< of changes that the session refused, as it did when it was recorded
 };
 /// Runs a recording again and compares. An Error when it can't be run; a difference is no error. Meshes that did not travel in it
 /// are looked for where the scene was, then in `mesh_folders`; bad input: one is missing, or is another than it was.
-Result<ReplayReport> replay(const Recording& recording, const Progress& progress = {}, const std::vector<std::filesystem::path>& mesh_folders = {});
+Result<ReplayReport> replay(const Recording& recording, const Progress& progress = {},
+                            const std::vector<std::filesystem::path>& mesh_folders = {});
 
 /// Where two recordings part.
 struct RecordingDifference {
-  std::vector<std::string> settings;      ///< what was different to begin with: scene, meshes, time step ...
-  std::int64_t first_change = -1;         ///< step of the first change that is not the same in both; -1: none
-  std::string change_a, change_b;         ///< it, in words; "nothing more"
-  std::int64_t first_hash = -1;           ///< first step at which both have a hash, and another; -1: none
-  std::int64_t common_hashes = 0;         ///< steps at which both have one
-  bool same_end = false;                  ///< as many steps, and the same state after them
+  std::vector<std::string> settings;  ///< what was different to begin with: scene, meshes, time step ...
+  std::int64_t first_change = -1;     ///< step of the first change that is not the same in both; -1: none
+  std::string change_a, change_b;     ///< it, in words; "nothing more"
+  std::int64_t first_hash = -1;       ///< first step at which both have a hash, and another; -1: none
+  std::int64_t common_hashes = 0;     ///< steps at which both have one
+  bool same_end = false;              ///< as many steps, and the same state after them
   [[nodiscard]] bool none() const { return settings.empty() && first_change < 0 && first_hash < 0 && same_end; }
 };
 RecordingDifference compare(const Recording& a, const Recording& b);

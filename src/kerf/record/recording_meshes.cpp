@@ -23,7 +23,8 @@ Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most) {
   source.meshes.clear();
   std::size_t taken = 0;
   for (const SceneFileUse& file : scene.files) {
-    const bool uploaded = std::any_of(source.files.begin(), source.files.end(), [&](const SceneSource::File& f) { return f.name == file.written; });
+    const bool uploaded = std::any_of(source.files.begin(), source.files.end(),
+                                      [&](const SceneSource::File& f) { return f.name == file.written; });
     if (uploaded) continue;
     auto read = read_whole_file(file.path);
     if (!read) return read.error();
@@ -41,14 +42,19 @@ Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most) {
 
 Status check_meshes(const Scene& scene, const SceneSource& source) {
   for (const SceneSource::Mesh& mesh : source.meshes) {
-    const auto use = std::find_if(scene.files.begin(), scene.files.end(), [&](const SceneFileUse& f) { return f.written == mesh.written; });
-    if (use == scene.files.end()) return bad_input(fmt::format("{}: the recording has a mesh \"{}\" that its scene does not name", source.name, mesh.written));
+    const auto use = std::find_if(scene.files.begin(), scene.files.end(),
+                                  [&](const SceneFileUse& f) { return f.written == mesh.written; });
+    if (use == scene.files.end())
+      return bad_input(
+          fmt::format("{}: the recording has a mesh \"{}\" that its scene does not name", source.name, mesh.written));
     auto read = read_whole_file(use->path);
     if (!read) return read.error();
     if (read->view().size() == mesh.bytes && hash_of(read->view()) == mesh.hash) continue;
-    return bad_input(fmt::format("{}:{}: the mesh \"{}\" is not the one that was recorded ({} bytes with hash {:016x} instead of {} with {:016x}, in {}); "
-                                 "it was too large to travel in the recording: put the same file there, or give its folder with --meshes",
-                                 source.name, use->line, mesh.written, read->view().size(), hash_of(read->view()), mesh.bytes, mesh.hash, use->path));
+    return bad_input(fmt::format(
+        "{}:{}: the mesh \"{}\" is not the one that was recorded ({} bytes with hash {:016x} instead of {} with {:016x}, in {}); "
+        "it was too large to travel in the recording: put the same file there, or give its folder with --meshes",
+        source.name, use->line, mesh.written, read->view().size(), hash_of(read->view()), mesh.bytes, mesh.hash,
+        use->path));
   }
   return {};
 }
@@ -61,7 +67,8 @@ Result<SceneFolders> unpack_meshes(const SceneSource& source, const std::filesys
     if (!mesh.content) continue;
     // The ending says which format it is; nothing else of the name leads anywhere.
     const std::filesystem::path ending = std::filesystem::path(mesh.written).extension();
-    const std::string name = fmt::format("mesh{}{}", number++, plain_file_name(fmt::format("x{}", ending.string())) ? ending.string() : "");
+    const std::string name =
+        fmt::format("mesh{}{}", number++, plain_file_name(fmt::format("x{}", ending.string())) ? ending.string() : "");
     KERF_TRY(replace_file((folder / name).string(), *mesh.content));
     folders.instead[mesh.written] = folder / name;
   }

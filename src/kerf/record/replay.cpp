@@ -17,7 +17,7 @@ namespace {
 
 using Kind = SessionChange::Kind;
 
-constexpr double kShortestMotion = 1e-6;  ///< s
+constexpr double kShortestMotion = 1e-6;                ///< s
 constexpr double kFarthestBlade = 10 * kFarthestPlace;  ///< m: a page's blade reaches from its eye to beyond the body
 
 Vec3 vec(const std::vector<double>& values, std::size_t at) { return {values[at], values[at + 1], values[at + 2]}; }
@@ -66,10 +66,13 @@ Status apply(Session& session, const SessionChange& c) {
   SceneCommand command;
   switch (c.kind) {
     case Kind::kBeginStroke:
-      return session.begin_stroke(c.values.size() > 1 && c.values[1] != 0 ? SceneFrame::kRest : SceneFrame::kWorld, c.values[0] != 0);
+      return session.begin_stroke(c.values.size() > 1 && c.values[1] != 0 ? SceneFrame::kRest : SceneFrame::kWorld,
+                                  c.values[0] != 0);
     case Kind::kBlade:
       for (const double v : c.values)
-        if (std::abs(v) > kFarthestBlade) return bad_input(fmt::format("a blade can't be {:g} m from the origin; {:g} m is the farthest", std::abs(v), kFarthestBlade));
+        if (std::abs(v) > kFarthestBlade)
+          return bad_input(fmt::format("a blade can't be {:g} m from the origin; {:g} m is the farthest", std::abs(v),
+                                       kFarthestBlade));
       return session.move_blade(vec(c.values, 0), vec(c.values, 3));
     case Kind::kEndStroke: return session.end_stroke();
     case Kind::kCancelStroke: return session.cancel_stroke();
@@ -139,7 +142,8 @@ Status apply(Session& session, const SessionChange& c) {
   return {};
 }
 
-Result<ReplayReport> replay(const Recording& recording, const Progress& progress, const std::vector<std::filesystem::path>& mesh_folders) {
+Result<ReplayReport> replay(const Recording& recording, const Progress& progress,
+                            const std::vector<std::filesystem::path>& mesh_folders) {
   SceneSource source = recording.source;
   source.mesh_folders.insert(source.mesh_folders.end(), mesh_folders.begin(), mesh_folders.end());
   std::optional<TemporaryFolder> folder;
@@ -177,7 +181,8 @@ Result<ReplayReport> replay(const Recording& recording, const Progress& progress
     for (; hash < recording.hashes.size() && recording.hashes[hash].step == step; ++hash)
       compare(recording.hashes[hash].hash, step);
     for (; change < recording.changes.size() && recording.changes[change].step == step; ++change)
-      if (const Status done = apply(*session, recording.changes[change]); !done) report.last_refused = done.error().message;
+      if (const Status done = apply(*session, recording.changes[change]); !done)
+        report.last_refused = done.error().message;
     if (step == recording.last_step) {
       compare(recording.end_hash, step);
       break;

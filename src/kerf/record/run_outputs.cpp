@@ -55,8 +55,10 @@ VtuMesh hexahedra_vtu(const Session& session) {
 }
 
 std::vector<std::string> final_mesh_files(const std::vector<std::string>& which) {
-  constexpr std::pair<const char*, const char*> kFiles[] = {{"visual", "visual_rest.obj"},       {"visual", "visual.obj"},
-                                                            {"collision", "collision_rest.obj"}, {"collision", "collision.obj"},
+  constexpr std::pair<const char*, const char*> kFiles[] = {{"visual", "visual_rest.obj"},
+                                                            {"visual", "visual.obj"},
+                                                            {"collision", "collision_rest.obj"},
+                                                            {"collision", "collision.obj"},
                                                             {"hexahedra", "hexahedra.vtu"}};
   std::vector<std::string> files;
   for (const auto& [mesh, file] : kFiles)
@@ -78,7 +80,9 @@ std::vector<std::string> earlier_results(const std::filesystem::path& folder) {
   const auto text = read_whole_file((folder / "report.json").string());
   if (!text) return {};
   const auto report = nlohmann::json::parse(text->view(), nullptr, false);
-  if (!report.is_object() || !report.contains("kerf_report_version") || !report.contains("files") || !report["files"].is_array()) return {};
+  if (!report.is_object() || !report.contains("kerf_report_version") || !report.contains("files") ||
+      !report["files"].is_array())
+    return {};
   SceneOutput everything;
   everything.meshes = {"visual", "collision", "hexahedra"};
   everything.animation = everything.positions = everything.picture = true;
@@ -88,24 +92,32 @@ std::vector<std::string> earlier_results(const std::filesystem::path& folder) {
   return names;
 }
 
-Status remove_results(const std::filesystem::path& folder, std::vector<std::string> names, const std::vector<std::string>& kept,
-                      const std::vector<std::filesystem::path>& inputs) {
-  const auto among = [](const std::vector<std::string>& all, const std::string& name) { return std::find(all.begin(), all.end(), name) != all.end(); };
+Status remove_results(const std::filesystem::path& folder, std::vector<std::string> names,
+                      const std::vector<std::string>& kept, const std::vector<std::filesystem::path>& inputs) {
+  const auto among = [](const std::vector<std::string>& all, const std::string& name) {
+    return std::find(all.begin(), all.end(), name) != all.end();
+  };
   std::error_code code;
   if (among(names, "positions.pvd"))
-    for (auto it = std::filesystem::directory_iterator(folder, code); !code && it != std::filesystem::directory_iterator(); it.increment(code))
-      if (const std::string name = it->path().filename().string(); is_series_frame(name, "positions")) names.push_back(name);
+    for (auto it = std::filesystem::directory_iterator(folder, code);
+         !code && it != std::filesystem::directory_iterator(); it.increment(code))
+      if (const std::string name = it->path().filename().string(); is_series_frame(name, "positions"))
+        names.push_back(name);
   for (const std::string& name : names) {
     const std::filesystem::path path = folder / name;
-    const bool input = std::any_of(inputs.begin(), inputs.end(), [&](const auto& in) { return same_file(in.string(), path.string()); });
-    if (input || among(kept, name) || !std::filesystem::is_regular_file(std::filesystem::symlink_status(path, code))) continue;
+    const bool input = std::any_of(inputs.begin(), inputs.end(),
+                                   [&](const auto& in) { return same_file(in.string(), path.string()); });
+    if (input || among(kept, name) || !std::filesystem::is_regular_file(std::filesystem::symlink_status(path, code)))
+      continue;
     if (!std::filesystem::remove(path, code) && code)
-      return bad_input(fmt::format("{}: this result of an earlier run can't be removed ({}); choose another folder", path.string(), code.message()));
+      return bad_input(fmt::format("{}: this result of an earlier run can't be removed ({}); choose another folder",
+                                   path.string(), code.message()));
   }
   return {};
 }
 
-Status write_final_meshes(Session& session, const std::vector<std::string>& which, const std::filesystem::path& folder) {
+Status write_final_meshes(Session& session, const std::vector<std::string>& which,
+                          const std::filesystem::path& folder) {
   const auto wanted = [&](const char* name) { return std::find(which.begin(), which.end(), name) != which.end(); };
   const CellComplex& complex = session.body().complex;
   const auto path = [&](const char* name) { return (folder / name).string(); };

@@ -29,8 +29,8 @@ std::vector<std::string> earlier_results(const std::filesystem::path& folder);
 
 /// Takes away these results and, with positions.pvd, all frames of its series. Those in `kept`, links, and what is one of `inputs` stay.
 /// Bad input: one can't be removed.
-Status remove_results(const std::filesystem::path& folder, std::vector<std::string> names, const std::vector<std::string>& kept,
-                      const std::vector<std::filesystem::path>& inputs);
+Status remove_results(const std::filesystem::path& folder, std::vector<std::string> names,
+                      const std::vector<std::string>& kept, const std::vector<std::filesystem::path>& inputs);
 
 /// visual.obj (deformed), visual_rest.obj, collision.obj, collision_rest.obj and hexahedra.vtu, those that `which` names
 /// ("visual", "collision", "hexahedra").

@@ -16,9 +16,12 @@ using Json = nlohmann::ordered_json;
 constexpr int kReportVersion = 1;
 
 Json json(const BodyCounts& c) {
-  return {{"visual_vertices", c.visual_vertices},       {"visual_triangles", c.visual_triangles},
-          {"collision_vertices", c.collision_vertices}, {"collision_triangles", c.collision_triangles},
-          {"nodes", c.nodes},                           {"hexahedra", c.hexahedra},
+  return {{"visual_vertices", c.visual_vertices},
+          {"visual_triangles", c.visual_triangles},
+          {"collision_vertices", c.collision_vertices},
+          {"collision_triangles", c.collision_triangles},
+          {"nodes", c.nodes},
+          {"hexahedra", c.hexahedra},
           {"pieces", c.pieces}};
 }
 
@@ -84,7 +87,8 @@ Json contact_json(const Session& session, const RunLog& log) {
     obstacles.push_back({{"name", session.scene().obstacles[i].name}, {"force_end", json(on[i])}});
   return {{"contacts_most", contacts},
           {"pressing_most", pressing},
-          {"deepest_overlap", {{"metres", deepest.metres}, {"share_of_half_thickness", deepest.share}, {"time", deepest.time}}},
+          {"deepest_overlap",
+           {{"metres", deepest.metres}, {"share_of_half_thickness", deepest.share}, {"time", deepest.time}}},
           {"obstacles", obstacles}};
 }
 
@@ -102,14 +106,16 @@ Quantiles quantiles(std::vector<double> values) {
 
 void RunLog::add(const Session& session, const SessionStep& step) {
   const StepReport& m = step.mechanics;
-  steps.push_back({session.time(), step.seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit, m.factorised, m.stopped_by_floor,
-                   m.inverted_elements, m.kinetic_energy, m.contacts, m.pressing, m.deepest_overlap});
+  steps.push_back({session.time(), step.seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit, m.factorised,
+                   m.stopped_by_floor, m.inverted_elements, m.kinetic_energy, m.contacts, m.pressing,
+                   m.deepest_overlap});
   const std::vector<Session::ToolState> now = session.tools();
   tools.resize(now.size());
   for (std::size_t i = 0; i < now.size(); ++i) {
     Tool& tool = tools[i];
     if (const double force = norm(now[i].force); force > tool.force) tool.force = force, tool.force_at = session.time();
-    if (const double torque = norm(now[i].torque); torque > tool.torque) tool.torque = torque, tool.torque_at = session.time();
+    if (const double torque = norm(now[i].torque); torque > tool.torque)
+      tool.torque = torque, tool.torque_at = session.time();
   }
 }
 
@@ -124,9 +130,10 @@ std::string overlap_note(const Session& session, const RunLog& log) {
   later = later.subspan(out == later.end() ? 1 : static_cast<std::size_t>(out - later.begin()));
   const DeepestOverlap deepest = deepest_of(session, later);
   if (!(deepest.share > kDeep)) return {};
-  return fmt::format("things were in each other by up to {:.2g} mm, {:.2g} of the largest half thickness, at {:.4g} s; take a shorter time_step, or "
-                     "let steps be divided more often (substeps of [contact])",
-                     1e3 * deepest.metres, deepest.share, deepest.time);
+  return fmt::format(
+      "things were in each other by up to {:.2g} mm, {:.2g} of the largest half thickness, at {:.4g} s; take a shorter time_step, or "
+      "let steps be divided more often (substeps of [contact])",
+      1e3 * deepest.metres, deepest.share, deepest.time);
 }
 
 std::string run_report_json(const Session& session, const RunLog& log, const RunState& state) {
@@ -148,22 +155,23 @@ std::string run_report_json(const Session& session, const RunLog& log, const Run
   Json cuts = Json::array();
   for (const StrokeRecord& s : session.strokes()) {
     static constexpr const char* kKinds[] = {"blade", "punch", "removal", "shave"};
-    cuts.push_back({{"kind", kKinds[static_cast<std::size_t>(s.kind)]},
-                    {"began", s.began},
-                    {"ended", s.ended},
-                    {"finished", s.finished},
-                    {"undone", s.undone},
-                    {"before", json(s.before)},
-                    {"after", json(s.after)},
-                    {"triangles_walked", s.triangles},
-                    {"refused_steps", s.refused},
-                    {"retried_steps", s.retried},
-                    {"removed", {{"pieces", s.removed.pieces}, {"volume", s.removed.volume}, {"share", s.removed.share}}},
-                    {"milliseconds",
-                     {{"cut_and_binding_update", 1e3 * s.times.cut_and_binding},
-                      {"embedding_update", 1e3 * s.times.embedding},
-                      {"cut_surface", 1e3 * s.times.cut_surface},
-                      {"total", 1e3 * s.times.total}}}});
+    cuts.push_back(
+        {{"kind", kKinds[static_cast<std::size_t>(s.kind)]},
+         {"began", s.began},
+         {"ended", s.ended},
+         {"finished", s.finished},
+         {"undone", s.undone},
+         {"before", json(s.before)},
+         {"after", json(s.after)},
+         {"triangles_walked", s.triangles},
+         {"refused_steps", s.refused},
+         {"retried_steps", s.retried},
+         {"removed", {{"pieces", s.removed.pieces}, {"volume", s.removed.volume}, {"share", s.removed.share}}},
+         {"milliseconds",
+          {{"cut_and_binding_update", 1e3 * s.times.cut_and_binding},
+           {"embedding_update", 1e3 * s.times.embedding},
+           {"cut_surface", 1e3 * s.times.cut_surface},
+           {"total", 1e3 * s.times.total}}}});
   }
   report["cuts"] = cuts;
 
@@ -197,10 +205,10 @@ std::string run_report_json(const Session& session, const RunLog& log, const Run
   if (wants_contact(session.scene())) report["contact"] = contact_json(session, log);
 
   if (const auto score = session.score())
-    report["score"] = {{"lesion_volume", score->lesion_volume},   {"lesion_removed", score->lesion_removed},
+    report["score"] = {{"lesion_volume", score->lesion_volume},     {"lesion_removed", score->lesion_removed},
                        {"healthy_removed", score->healthy_removed}, {"healthy_share", score->healthy_share},
-                       {"loose_pieces", score->loose_pieces},     {"roughness", score->roughness},
-                       {"largest_force", score->largest_force},   {"time", score->time}};
+                       {"loose_pieces", score->loose_pieces},       {"roughness", score->roughness},
+                       {"largest_force", score->largest_force},     {"time", score->time}};
 
   Json checks = Json::array();
   bool all = true;

@@ -16,14 +16,14 @@ struct RunLog {
     double seconds = 0;    ///< the whole step
     double mechanics = 0;  ///< s of it
     int iterations = 0;
-    double residual = 0;   ///< relative
+    double residual = 0;  ///< relative
     bool cap_hit = false;
     bool factorised = false;        ///< solved directly
     bool stopped_by_floor = false;  ///< at rest: the residual is rounding
     int inverted = 0;
     double kinetic_energy = 0;  ///< J
     int contacts = 0, pressing = 0;
-    double overlap = 0;    ///< m: the deepest
+    double overlap = 0;  ///< m: the deepest
   };
   std::vector<Step> steps;
   struct Tool {
@@ -58,7 +58,7 @@ std::string overlap_note(const Session& session, const RunLog& log);
 struct RunState {
   enum class Status { kRunning, kComplete, kFailed };
   Status status = Status::kComplete;
-  std::string reason;  ///< why it failed
+  std::string reason;              ///< why it failed
   std::vector<std::string> files;  ///< names of the results, as result_files of run_outputs.h says
 };
 

@@ -18,7 +18,8 @@ TexturedSurface textured_surface(const RenderSurface& surface, const VisualMesh&
   corners.reserve(mesh.half_edge_count());
   for (const VisualHalfEdge h : ids<VisualHalfEdge>(mesh.half_edge_count())) {
     const Vec2f t = mesh.texture[h];
-    corners.push_back({surface.corner[h], std::bit_cast<std::uint32_t>(t.x), std::bit_cast<std::uint32_t>(t.y), h.value});
+    corners.push_back(
+        {surface.corner[h], std::bit_cast<std::uint32_t>(t.x), std::bit_cast<std::uint32_t>(t.y), h.value});
   }
   std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
     return std::tuple(a.key(), a.half_edge) < std::tuple(b.key(), b.half_edge);

@@ -10,9 +10,9 @@
 namespace kerf {
 
 struct TexturedSurface {
-  std::vector<RenderVertex> vertex;                       ///< where each vertex comes from
+  std::vector<RenderVertex> vertex;  ///< where each vertex comes from
   std::vector<Vec2f> texture;
-  std::vector<std::array<std::int32_t, 3>> skin, walls;   ///< counter-clockwise from outside
+  std::vector<std::array<std::int32_t, 3>> skin, walls;  ///< counter-clockwise from outside
 };
 
 /// Cost: n log n in the number of visual triangles.

@@ -12,11 +12,13 @@ namespace kerf {
 struct AutomaticBody {
   Midsurface midsurface;
   std::optional<BoundBody> bound;  ///< none if the body is not thin, or does not bind
-  std::optional<Error> refused;    ///< why it does not bind, with the place, which is marked in the mid-surface's diagnosis
+  std::optional<Error>
+      refused;  ///< why it does not bind, with the place, which is marked in the mid-surface's diagnosis
 };
 
 /// triangles: wanted of the collision mesh, 0: as many as it needs. Bad input: what make_midsurface and bind refuse.
-Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_t triangles, const BindOptions& options);
+Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_t triangles,
+                                          const BindOptions& options);
 
 /// One message for a body that is not thin: the reasons, where, and the way out.
 std::string not_thin_message(const Midsurface& midsurface);

@@ -28,8 +28,9 @@ std::string quoted(const std::string& text) {
 bool is_bound_body(const std::filesystem::path& file) { return file.extension() == ".kerf"; }
 
 std::string far_rim_text(double least_y, double most_y) {
-  return fmt::format("[simulation]\ntime_step = {}\n[[fix]]\nhalf_space = {{ point = [0, {}, 0], normal = [0, 1, 0] }}\n", kTimeStep,
-                     most_y - kRimShare * (most_y - least_y));
+  return fmt::format(
+      "[simulation]\ntime_step = {}\n[[fix]]\nhalf_space = {{ point = [0, {}, 0], normal = [0, 1, 0] }}\n", kTimeStep,
+      most_y - kRimShare * (most_y - least_y));
 }
 
 Result<std::string> scene_text_in(const std::filesystem::path& file) {
@@ -47,7 +48,8 @@ Result<std::string> body_scene_text(const std::string& title, const std::filesys
     least = std::min(least, p.y);
     most = std::max(most, p.y);
   }
-  return fmt::format("title = {}\n[body]\nbound = {}\n", quoted(title), quoted(bound_body.filename().string())) + far_rim_text(least, most);
+  return fmt::format("title = {}\n[body]\nbound = {}\n", quoted(title), quoted(bound_body.filename().string())) +
+         far_rim_text(least, most);
 }
 
 }  // namespace kerf

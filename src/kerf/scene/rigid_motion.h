@@ -27,24 +27,26 @@ inline RigidPlace place_at(const SceneObstacle& obstacle, double time) {
 
 /// Where the pose that a tool follows goes, and its jaws. Part of a session's state.
 struct ToolMotion {
-  RigidPlace start;              ///< where the pose was when the motion was given
-  std::vector<ScenePose> poses;  ///< times after `began`; empty: it stays at `start`
-  double began = 0;              ///< s
-  double jaws_from = 1, jaws_to = 1;  ///< 1 open, 0 closed
+  RigidPlace start;                      ///< where the pose was when the motion was given
+  std::vector<ScenePose> poses;          ///< times after `began`; empty: it stays at `start`
+  double began = 0;                      ///< s
+  double jaws_from = 1, jaws_to = 1;     ///< 1 open, 0 closed
   double jaws_began = 0, jaws_over = 0;  ///< s
-  bool inside = false;   ///< its edge is in tissue: the blade does not touch, it cuts
-  bool in_slit = false;  ///< scissors: they have cut, and their blades are still between the lips
-  bool holding = false;  ///< its jaws hold tissue
-  bool placed = false;   ///< base and tip hold the edge of the last step
-  Vec3 base, tip;        ///< m, world
-  Vec3 carried;          ///< m: what the material at its edge moved by in the last step
+  bool inside = false;                   ///< its edge is in tissue: the blade does not touch, it cuts
+  bool in_slit = false;                  ///< scissors: they have cut, and their blades are still between the lips
+  bool holding = false;                  ///< its jaws hold tissue
+  bool placed = false;                   ///< base and tip hold the edge of the last step
+  Vec3 base, tip;                        ///< m, world
+  Vec3 carried;                          ///< m: what the material at its edge moved by in the last step
   bool crossed = false;  ///< material has gone over its edge in the last step, from one side to the other
-  Vec3 press;            ///< m: how far the edge that cuts has pressed into what has not given way; behind that, where it has gone back
-  bool pressed = false;  ///< with what it did in the last step
+  Vec3
+      press;  ///< m: how far the edge that cuts has pressed into what has not given way; behind that, where it has gone back
+  bool pressed = false;                    ///< with what it did in the last step
   double edge_force = 0, edge_length = 0;  ///< N, m: what the edge met in the last step, pressing
   bool jaw_pushes[2] = {false, false};     ///< which jaws met something
-  Vec3 force, torque;    ///< N, N m: of what it holds, on the tool, in this step
-  Vec3 resistance, resistance_torque;  ///< N, N m: of what it cuts, as far as the last step tells; what it really is, this step finds
+  Vec3 force, torque;                      ///< N, N m: of what it holds, on the tool, in this step
+  Vec3 resistance,
+      resistance_torque;  ///< N, N m: of what it cuts, as far as the last step tells; what it really is, this step finds
   [[nodiscard]] RigidPlace pose(double time) const { return place_at(start, poses, time - began); }
   /// 1 open, 0 closed.
   [[nodiscard]] double jaws(double time) const;

@@ -32,10 +32,8 @@ struct SceneRegion {
     switch (shape) {
       case Shape::kBox:
         return p.x >= min.x && p.y >= min.y && p.z >= min.z && p.x <= max.x && p.y <= max.y && p.z <= max.z;
-      case Shape::kSphere:
-        return dot(p - center, p - center) <= radius * radius;
-      case Shape::kHalfSpace:
-        return dot(p - point, normal) >= 0;
+      case Shape::kSphere: return dot(p - center, p - center) <= radius * radius;
+      case Shape::kHalfSpace: return dot(p - point, normal) >= 0;
     }
     return false;
   }
@@ -66,10 +64,10 @@ struct SceneBody {
   double scale = 1;                 ///< metres per unit of the mesh files
   std::optional<double> thickness;  ///< metres; needed by an open visual sheet, ignored by a closed one
   bool exact_paths = false;         ///< exact geodesic paths in the pre-processing
-  int collision_triangles = 0;      ///< wanted of a collision mesh that is made from `visual` alone; 0: as many as it needs
-  Vec3 position, rotation;          ///< as in ScenePose; coordinates at rest are those after placing
-  SceneBodyMaterial material;       ///< of this body
-  int line = 0;                     ///< in the scene file: of the model's options, or else of model, visual or bound
+  int collision_triangles = 0;  ///< wanted of a collision mesh that is made from `visual` alone; 0: as many as it needs
+  Vec3 position, rotation;      ///< as in ScenePose; coordinates at rest are those after placing
+  SceneBodyMaterial material;   ///< of this body
+  int line = 0;                 ///< in the scene file: of the model's options, or else of model, visual or bound
 };
 
 /// A region whose material differs; what is not given stays as in [material]. Later regions win.
@@ -112,7 +110,7 @@ struct SceneLattice {
   std::optional<std::array<Vec3, 3>> axes;  ///< orthonormal, right-handed
   std::optional<int> layers;                ///< cells across the thickness
   SceneFormulation formulation = SceneFormulation::kIncompatible;
-  int line = 0;                             ///< in the scene file: of cells, cell_size or layers
+  int line = 0;  ///< in the scene file: of cells, cell_size or layers
 };
 
 /// How cuts are made (CutOptions of cutting/cut_options.h). Tolerances are fractions of the mean edge length
@@ -127,7 +125,7 @@ struct SceneCut {
   /// across a steak, 0.05 mean edges beside each other, it takes 15 to 23 slivers, a thousandth of the body, and leaves none. At half, up to 8 of those that
   /// are below it stay; at double, three times as much material goes.
   double dust = 1e-4;
-  double resistance = 0;           ///< N per metre of edge inside the material, below which a tool's edge only presses
+  double resistance = 0;  ///< N per metre of edge inside the material, below which a tool's edge only presses
 };
 
 enum class ScenePreconditioner {
@@ -183,15 +181,15 @@ enum class SceneShape { kPlane, kSphere, kCapsule, kBox, kMesh };
 /// A rigid thing that stands still or moves as told. In its own axes: a plane is z = 0 with z outside, a capsule lies along
 /// z, a box has its middle at the origin, a mesh is as it is.
 struct SceneObstacle {
-  std::string name;       ///< for messages and pictures
+  std::string name;  ///< for messages and pictures
   SceneShape shape = SceneShape::kPlane;
-  Vec3 position, rotation;  ///< as in ScenePose
-  double radius = 0;      ///< metres: sphere, capsule
-  double length = 0;      ///< metres: capsule, between the centres of its ends
-  Vec3 size;              ///< metres: box
-  std::string mesh;       ///< mesh file; resolved. Or
-  std::string model;      ///< a generated surface of mesh/rigid_models.h
-  double scale = 1;       ///< metres per unit of the mesh file; size of a generated surface
+  Vec3 position, rotation;         ///< as in ScenePose
+  double radius = 0;               ///< metres: sphere, capsule
+  double length = 0;               ///< metres: capsule, between the centres of its ends
+  Vec3 size;                       ///< metres: box
+  std::string mesh;                ///< mesh file; resolved. Or
+  std::string model;               ///< a generated surface of mesh/rigid_models.h
+  double scale = 1;                ///< metres per unit of the mesh file; size of a generated surface
   std::optional<double> friction;  ///< default: that of [contact]
   std::vector<ScenePose> moves;    ///< times ascend; before the first it moves there from its place
   int line = 0;                    ///< in the scene file
@@ -213,25 +211,25 @@ enum class SceneToolKind {
 struct SceneRigidTool {
   std::string id;
   SceneToolKind kind = SceneToolKind::kProbe;
-  Vec3 position, rotation;        ///< where it starts; as in ScenePose
-  std::optional<double> length;   ///< metres: shaft
-  std::optional<double> radius;   ///< metres: of the shaft; of a ball
-  std::optional<double> tip;      ///< metres: hook of a probe, jaws, edge of a scalpel, blades of scissors
-  std::optional<double> width;    ///< metres: of a scalpel from edge to back, of jaws
-  std::optional<double> thickness;  ///< metres: of a scalpel's or of scissors' blade
-  double opening = 0.6;           ///< radians between open jaws
-  bool sharp = true;              ///< whether the edge cuts
-  std::string mesh;               ///< mesh file; resolved
-  double scale = 1;               ///< metres per unit of the mesh file
-  std::optional<double> friction; ///< default: that of [contact]
-  double mass = 0.05;             ///< kg, of what follows the pose
-  double stiffness = 2000;        ///< N/m between the pose and what follows it
-  std::optional<double> damping;  ///< N s/m; default: critical
+  Vec3 position, rotation;                  ///< where it starts; as in ScenePose
+  std::optional<double> length;             ///< metres: shaft
+  std::optional<double> radius;             ///< metres: of the shaft; of a ball
+  std::optional<double> tip;                ///< metres: hook of a probe, jaws, edge of a scalpel, blades of scissors
+  std::optional<double> width;              ///< metres: of a scalpel from edge to back, of jaws
+  std::optional<double> thickness;          ///< metres: of a scalpel's or of scissors' blade
+  double opening = 0.6;                     ///< radians between open jaws
+  bool sharp = true;                        ///< whether the edge cuts
+  std::string mesh;                         ///< mesh file; resolved
+  double scale = 1;                         ///< metres per unit of the mesh file
+  std::optional<double> friction;           ///< default: that of [contact]
+  double mass = 0.05;                       ///< kg, of what follows the pose
+  double stiffness = 2000;                  ///< N/m between the pose and what follows it
+  std::optional<double> damping;            ///< N s/m; default: critical
   std::optional<double> turning_stiffness;  ///< N m/rad; default: stiffness times the square of 2 cm
   std::optional<double> turning_damping;    ///< N m s/rad; default: critical
-  double max_force = 50;          ///< N: of the coupling; 0: no limit
-  double max_speed = 10;          ///< m/s: poses that jump are followed at this speed
-  int line = 0;                   ///< in the scene file
+  double max_force = 50;                    ///< N: of the coupling; 0: no limit
+  double max_speed = 10;                    ///< m/s: poses that jump are followed at this speed
+  int line = 0;                             ///< in the scene file
 };
 
 // --- Commands
@@ -270,9 +268,9 @@ enum class ScenePunchShape { kCircle, kD, kPolygon };
 /// A punch: a closed outline pressed through the body at once; what is inside it comes loose (cutting/punch.h).
 struct ScenePunch {
   ScenePunchShape shape = ScenePunchShape::kCircle;
-  Vec3 point;                   ///< metres: middle of the circle, of the flat side of the D, origin of the polygon
-  Vec3 axis{0, 0, 1};           ///< along which it is pressed
-  Vec3 across{1, 0, 0};         ///< x of the outline; its part along the axis does not count
+  Vec3 point;            ///< metres: middle of the circle, of the flat side of the D, origin of the polygon
+  Vec3 axis{0, 0, 1};    ///< along which it is pressed
+  Vec3 across{1, 0, 0};  ///< x of the outline; its part along the axis does not count
   SceneFrame frame = SceneFrame::kWorld;
   double radius = 0;            ///< metres: circle, D
   std::vector<Vec2> points;     ///< metres: polygon
@@ -285,9 +283,9 @@ struct ScenePunch {
 struct SceneShave {
   SceneFrame frame = SceneFrame::kWorld;
   std::vector<SceneBladePose> poses;  ///< ends of its cutting window
-  double radius = 0;         ///< metres, of the cutting window
-  double smoothing = 30;     ///< 1/s: part of a bump that goes per second, at full contact
-  double removal = 0.0005;   ///< m/s: how fast smooth edges move back; 0: they stay
+  double radius = 0;                  ///< metres, of the cutting window
+  double smoothing = 30;              ///< 1/s: part of a bump that goes per second, at full contact
+  double removal = 0.0005;            ///< m/s: how fast smooth edges move back; 0: they stay
 };
 
 /// Takes loose pieces away: those in a region (by suction), or the one that a grasp holds.
@@ -302,9 +300,8 @@ struct SceneGrasp {
   std::string id;
   Vec3 point;
   SceneFrame frame = SceneFrame::kRest;
-  double radius = 0;  ///< metres, around `point` in the same frame
-  std::optional<double>
-      stiffness;  ///< N/m of the whole grasp; default: as stiff as the solver likes, see docs
+  double radius = 0;                ///< metres, around `point` in the same frame
+  std::optional<double> stiffness;  ///< N/m of the whole grasp; default: as stiff as the solver likes, see docs
 };
 
 /// Moves a grasp in a straight line: by a displacement, or until its centre is at `to`. Exactly one is given.
@@ -344,8 +341,8 @@ struct SceneRedo {
 
 struct SceneCommand {
   double at = 0;  ///< s
-  std::variant<SceneBlade, SceneGrasp, SceneMove, SceneRelease, SceneFixCommand, SceneUnfix, SceneUndo,
-               SceneRedo, SceneToolMotion, SceneJaws, ScenePunch, SceneShave, SceneRemove>
+  std::variant<SceneBlade, SceneGrasp, SceneMove, SceneRelease, SceneFixCommand, SceneUnfix, SceneUndo, SceneRedo,
+               SceneToolMotion, SceneJaws, ScenePunch, SceneShave, SceneRemove>
       what;
   int line = 0;  ///< in the scene file, for messages; 0 when there is none
 };
@@ -363,9 +360,9 @@ struct SceneCamera {
 
 /// Where an arthroscope goes in, for pages that look through one.
 struct SceneArthroscope {
-  Vec3 entry;                           ///< metres, at rest: where it goes through the skin
-  Vec3 target;                          ///< metres: what it looks at to begin with
-  double angle = 0.52359877559829887;   ///< radians between its shaft and its view: 30 degrees
+  Vec3 entry;                          ///< metres, at rest: where it goes through the skin
+  Vec3 target;                         ///< metres: what it looks at to begin with
+  double angle = 0.52359877559829887;  ///< radians between its shaft and its view: 30 degrees
 };
 
 struct SceneOutput {
@@ -390,7 +387,7 @@ struct Scene {
   std::string title;
   std::string name;  ///< file name without folder and ending, or whatever parse_scene was told
   std::string file;  ///< as it was named to the reader, for messages; empty for scenes that a program fills in
-  SceneBody body;                      ///< the first, mostly the only one
+  SceneBody body;    ///< the first, mostly the only one
   std::vector<SceneBody> more_bodies;  ///< the others of [[body]], one after another
   SceneMaterial material;
   SceneLattice lattice;
@@ -401,11 +398,11 @@ struct Scene {
   SceneContact contact;
   std::vector<SceneObstacle> obstacles;
   std::vector<SceneRigidTool> tools;
-  std::optional<SceneRegion> lesion;   ///< rest coordinates: what should be taken out; for the score (session/score.h)
+  std::optional<SceneRegion> lesion;  ///< rest coordinates: what should be taken out; for the score (session/score.h)
   std::optional<SceneArthroscope> arthroscope;
   std::vector<SceneCommand> commands;  ///< sorted by `at`; commands of the same time in the order of the file
   SceneOutput output;
-  std::vector<SceneFileUse> files;     ///< of parse_scene: every file that the scene names, each once, in their order
+  std::vector<SceneFileUse> files;  ///< of parse_scene: every file that the scene names, each once, in their order
 };
 
 /// Does anything touch anything in this scene?

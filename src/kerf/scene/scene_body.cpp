@@ -14,11 +14,9 @@
 namespace kerf {
 namespace {
 
-void add_notes(std::vector<std::string>& notes, const std::string& file,
-               const std::vector<std::string>& sentences) {
+void add_notes(std::vector<std::string>& notes, const std::string& file, const std::vector<std::string>& sentences) {
   for (const std::string& sentence : sentences) {
-    notes.push_back(sentence.find(file) == std::string::npos ? fmt::format("{}: {}", file, sentence)
-                                                             : sentence);
+    notes.push_back(sentence.find(file) == std::string::npos ? fmt::format("{}: {}", file, sentence) : sentence);
   }
 }
 
@@ -67,16 +65,21 @@ std::vector<std::string> remarks(const Midsurface& m) {
 }
 
 /// A closed surface says itself how thick it is.
-void note_unused_thickness(const SceneBody& body, const CellComplex& complex, const std::string& name, std::vector<std::string>& notes) {
+void note_unused_thickness(const SceneBody& body, const CellComplex& complex, const std::string& name,
+                           std::vector<std::string>& notes) {
   if (body.thickness && complex.closed)
-    notes.push_back(fmt::format("{}: the thickness of {} m that was given is not used: the {} is closed and says itself how thick it is", name,
-                                *body.thickness, body.model.empty() ? "surface" : "model"));
+    notes.push_back(fmt::format(
+        "{}: the thickness of {} m that was given is not used: the {} is closed and says itself how thick it is", name,
+        *body.thickness, body.model.empty() ? "surface" : "model"));
 }
 
 Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& visual, const BindOptions& options,
                                      std::vector<std::string>& notes, std::optional<Midsurface>* made) {
-  Result<AutomaticBody> automatic = make_automatic_body(
-      visual, body.collision_triangles > 0 ? static_cast<std::size_t>(body.collision_triangles) : body.options.collision_triangles, options);
+  Result<AutomaticBody> automatic =
+      make_automatic_body(visual,
+                          body.collision_triangles > 0 ? static_cast<std::size_t>(body.collision_triangles)
+                                                       : body.options.collision_triangles,
+                          options);
   if (!automatic.ok()) return automatic.error();
   add_notes(notes, body.visual, remarks(automatic->midsurface));
   std::optional<Error> refused = std::move(automatic->refused);
@@ -88,7 +91,8 @@ Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& 
 
 }  // namespace
 
-Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress, std::optional<Midsurface>* made) {
+Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress,
+                                        std::optional<Midsurface>* made) {
   SceneBodyLoaded out;
   if (!body.bound.empty()) {
     KERF_TRY(progress("load", 0));
@@ -116,8 +120,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     out.young = model->young;
     out.poisson = model->poisson;
     out.density = model->density;
-    if (!body.thickness && !model->half_thickness.empty())
-      options.thickness = 2 * model->half_thickness.front();
+    if (!body.thickness && !model->half_thickness.empty()) options.thickness = 2 * model->half_thickness.front();
     visual = std::move(model->visual);
     collision = std::move(model->collision);
     name = body.model;
@@ -128,10 +131,11 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     if (!read.ok()) return read.error();
     visual = std::move(*read);
     if (const SurfaceMeasures m = surface_measures(visual); !body.thickness && !m.closed) {
-      return bad_input(fmt::format("{} is an open surface ({} of {} edges lie on a border, the first near {}). If it should be closed, close the "
-                                   "holes (kerf info counts them); if it is meant as a sheet, say how thick it is: thickness "
-                                   "= metres in [body], or --thickness",
-                                   body.visual, m.border_edges, m.edges, first_border(visual)));
+      return bad_input(fmt::format(
+          "{} is an open surface ({} of {} edges lie on a border, the first near {}). If it should be closed, close the "
+          "holes (kerf info counts them); if it is meant as a sheet, say how thick it is: thickness "
+          "= metres in [body], or --thickness",
+          body.visual, m.border_edges, m.edges, first_border(visual)));
     }
     if (body.collision.empty()) {
       if (surface_measures(visual).closed) {
@@ -154,7 +158,8 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
   Result<BoundBody> bound = bind(visual, collision, options);
   if (!bound.ok()) {
     Error error = named(bound.error(), name);
-    if (body.options.noise > 0) error.message += fmt::format("; noise of {} m moves the visual mesh that far, give less", body.options.noise);
+    if (body.options.noise > 0)
+      error.message += fmt::format("; noise of {} m moves the visual mesh that far, give less", body.options.noise);
     return error;
   }
   out.bound = std::move(*bound);

@@ -38,29 +38,18 @@ constexpr double kTimeTolerance = 1e-9;         // relative: sums of decimal fra
 
 std::string_view type_name(const toml::node& node) {
   switch (node.type()) {
-    case toml::node_type::table:
-      return "a table";
-    case toml::node_type::array:
-      return "a list";
-    case toml::node_type::string:
-      return "text";
-    case toml::node_type::integer:
-      return "a whole number";
-    case toml::node_type::floating_point:
-      return "a number";
-    case toml::node_type::boolean:
-      return "true or false";
-    default:
-      return "a date or time";
+    case toml::node_type::table: return "a table";
+    case toml::node_type::array: return "a list";
+    case toml::node_type::string: return "text";
+    case toml::node_type::integer: return "a whole number";
+    case toml::node_type::floating_point: return "a number";
+    case toml::node_type::boolean: return "true or false";
+    default: return "a date or time";
   }
 }
 
-int line_of(const toml::node& node) {
-  return static_cast<int>(node.source().begin.line);
-}
-int line_of(const toml::key& key) {
-  return static_cast<int>(key.source().begin.line);
-}
+int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
+int line_of(const toml::key& key) { return static_cast<int>(key.source().begin.line); }
 
 /// Where to look for what is wrong with the first of these keys that is there; the table's line without any.
 int line_of(const toml::table& table, std::initializer_list<std::string_view> keys) {
@@ -88,8 +77,7 @@ class SceneReader {
     read_bodies(root, scene);
     if (const toml::table* t = table_at(root, "material")) read_material(*t, scene.material);
     if (const toml::table* t = table_at(root, "lattice")) read_lattice(*t, scene.lattice);
-    if (const toml::table* t = table_at(root, "cut"))
-      read_plain(*t, "[cut]", scene_keys<SceneCut>(), scene.cut);
+    if (const toml::table* t = table_at(root, "cut")) read_plain(*t, "[cut]", scene_keys<SceneCut>(), scene.cut);
     if (const toml::table* t = table_at(root, "simulation")) {
       read_plain(*t, "[simulation]", scene_keys<SceneSimulation>(), scene.simulation);
     }
@@ -100,7 +88,8 @@ class SceneReader {
     if (const toml::table* t = table_at(root, "arthroscope")) {
       SceneArthroscope& scope = scene.arthroscope.emplace();
       read_plain(*t, "[arthroscope]", scene_keys<SceneArthroscope>(), scope);
-      if (scope.entry == scope.target && problems_.empty()) problem(line_of(*t, {"target"}), "[arthroscope]: entry and target are the same point");
+      if (scope.entry == scope.target && problems_.empty())
+        problem(line_of(*t, {"target"}), "[arthroscope]: entry and target are the same point");
     }
     for (const toml::table* t : tables_at(root, "fix")) {
       SceneFix& fix = scene.fixes.emplace_back();
@@ -143,14 +132,12 @@ class SceneReader {
       if (i > 0) out += '\n';
       out += fmt::format("{}:{}: {}", file_, problems_[i].line, problems_[i].text);
     }
-    if (problems_.size() > kMaxProblems)
-      out += fmt::format("\nand {} more problems", problems_.size() - kMaxProblems);
+    if (problems_.size() > kMaxProblems) out += fmt::format("\nand {} more problems", problems_.size() - kMaxProblems);
     return out;
   }
 
   /// Complains about every key of the table that is not in `known`.
-  void check_known(const toml::table& table, std::string_view where,
-                   std::span<const std::string_view> known) {
+  void check_known(const toml::table& table, std::string_view where, std::span<const std::string_view> known) {
     for (const auto& [key, node] : table) {
       const std::string_view name = key.str();
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
@@ -195,8 +182,8 @@ class SceneReader {
       problem(line_of(node), fmt::format("{} must be {} {}, but is {}", what,
                                          range.above_min ? "more than" : "at least", range.min, x));
     } else {
-      problem(line_of(node), fmt::format("{} must be {} {}, but is {}", what,
-                                         range.below_max ? "less than" : "at most", range.max, x));
+      problem(line_of(node), fmt::format("{} must be {} {}, but is {}", what, range.below_max ? "less than" : "at most",
+                                         range.max, x));
     }
     return false;
   }
@@ -285,16 +272,14 @@ class SceneReader {
     return -1;
   }
 
-  const toml::array* list_of(const toml::node& node, std::string_view what, std::size_t n,
-                             std::string_view items) {
+  const toml::array* list_of(const toml::node& node, std::string_view what, std::size_t n, std::string_view items) {
     const toml::array* list = node.as_array();
     if (!list) {
       wrong_type(node, what, fmt::format("a list of {} {}", n, items));
       return nullptr;
     }
     if (list->size() != n) {
-      problem(line_of(node),
-              fmt::format("{} must be a list of {} {}, but has {}", what, n, items, list->size()));
+      problem(line_of(node), fmt::format("{} must be a list of {} {}, but has {}", what, n, items, list->size()));
       return nullptr;
     }
     return list;
@@ -304,10 +289,14 @@ class SceneReader {
     std::string written;
     if (!get(node, what, written)) return;
     if (folders_.only && std::find(folders_.only->begin(), folders_.only->end(), written) == folders_.only->end())
-      return problem(line_of(node), fmt::format("{}: a scene that is uploaded can't name files; use a model, or drop the meshes themselves", what));
+      return problem(
+          line_of(node),
+          fmt::format("{}: a scene that is uploaded can't name files; use a model, or drop the meshes themselves",
+                      what));
     std::error_code code;
-    std::filesystem::path path = std::filesystem::path(written).is_absolute() ? std::filesystem::path(written)
-                                                                              : (folders_.scene / written).lexically_normal();
+    std::filesystem::path path = std::filesystem::path(written).is_absolute()
+                                     ? std::filesystem::path(written)
+                                     : (folders_.scene / written).lexically_normal();
     if (const auto instead = folders_.instead.find(written); instead != folders_.instead.end()) path = instead->second;
     std::string looked = path.string();
     if (std::filesystem::path(written).is_relative())
@@ -317,8 +306,11 @@ class SceneReader {
         looked += ", " + path.string();
       }
     if (!std::filesystem::exists(path, code)) {
-      problem(line_of(node), fmt::format("{}: there is no file \"{}\" (looked for {}); --meshes FOLDER or KERF_MESHES=FOLDER says where else meshes are",
-                                         what, written, looked));
+      problem(
+          line_of(node),
+          fmt::format(
+              "{}: there is no file \"{}\" (looked for {}); --meshes FOLDER or KERF_MESHES=FOLDER says where else meshes are",
+              what, written, looked));
       return;
     }
     if (!std::filesystem::is_regular_file(path, code)) {
@@ -326,7 +318,8 @@ class SceneReader {
       return;
     }
     out = path.string();
-    const bool known = std::any_of(files_.begin(), files_.end(), [&](const SceneFileUse& f) { return f.written == written; });
+    const bool known =
+        std::any_of(files_.begin(), files_.end(), [&](const SceneFileUse& f) { return f.written == written; });
     if (!known) files_.push_back({written, out, line_of(node)});
   }
 
@@ -343,16 +336,12 @@ class SceneReader {
               if (get(node, what, key.range, x)) m.of(out) = static_cast<std::uint64_t>(x);
             },
             [&](SceneMember<bool> m) {
-              if (node.is_boolean())
-                m.of(out) = node.as_boolean()->get();
-              else
-                wrong_type(node, what, "true or false");
+              if (node.is_boolean()) m.of(out) = node.as_boolean()->get();
+              else wrong_type(node, what, "true or false");
             },
             [&](SceneMember<std::optional<bool>> m) {
-              if (node.is_boolean())
-                m.of(out) = node.as_boolean()->get();
-              else
-                wrong_type(node, what, "true or false");
+              if (node.is_boolean()) m.of(out) = node.as_boolean()->get();
+              else wrong_type(node, what, "true or false");
             },
             [&](SceneMember<std::string> m) { get(node, what, m.of(out)); },
             [&](SceneMember<Vec3> m) { get(node, what, key.range, m.of(out)); },
@@ -370,8 +359,7 @@ class SceneReader {
         key.field);
   }
   template <class V>
-  void get_optional(const toml::node& node, std::string_view what, const SceneRange& range,
-                    std::optional<V>& out) {
+  void get_optional(const toml::node& node, std::string_view what, const SceneRange& range, std::optional<V>& out) {
     V value{};
     if (get(node, what, range, value)) out = value;
   }
@@ -434,8 +422,7 @@ class SceneReader {
     const toml::node* node = parent.get(key);
     if (!node) return out;
     if (node->is_table()) {
-      problem(line_of(*node),
-              fmt::format("there may be several of {0}: write it in double brackets, [[{0}]]", key));
+      problem(line_of(*node), fmt::format("there may be several of {0}: write it in double brackets, [[{0}]]", key));
       return out;
     }
     const toml::array* list = node->as_array();
@@ -444,10 +431,8 @@ class SceneReader {
       return out;
     }
     for (const toml::node& item : *list) {
-      if (const toml::table* table = item.as_table())
-        out.push_back(table);
-      else
-        wrong_type(item, fmt::format("an item of {}", key), "a table");
+      if (const toml::table* table = item.as_table()) out.push_back(table);
+      else wrong_type(item, fmt::format("an item of {}", key), "a table");
     }
     return out;
   }
@@ -460,8 +445,7 @@ class SceneReader {
       out.shape = SceneRegion::Shape::kBox;
       if (read_shape(*node, label(where, "box"), scene_box_keys(), out) &&
           (out.min.x >= out.max.x || out.min.y >= out.max.y || out.min.z >= out.max.z)) {
-        problem(line_of(*node),
-                fmt::format("box of {}: min must be less than max in every coordinate", where));
+        problem(line_of(*node), fmt::format("box of {}: min must be less than max in every coordinate", where));
       }
     }
     if (const toml::node* node = table.get("sphere")) {
@@ -479,14 +463,12 @@ class SceneReader {
     if (found != 1) {
       problem(
           out.line,
-          fmt::format(
-              "{} needs exactly one region: box = {{ min = [x, y, z], max = [x, y, z] }}, sphere = {{ center "
-              "= [x, y, z], radius = r }} or half_space = {{ point = [x, y, z], normal = [x, y, z] }}",
-              where));
+          fmt::format("{} needs exactly one region: box = {{ min = [x, y, z], max = [x, y, z] }}, sphere = {{ center "
+                      "= [x, y, z], radius = r }} or half_space = {{ point = [x, y, z], normal = [x, y, z] }}",
+                      where));
     }
   }
-  bool read_shape(const toml::node& node, const std::string& where,
-                  SceneKeys<SceneRegion> keys, SceneRegion& out) {
+  bool read_shape(const toml::node& node, const std::string& where, SceneKeys<SceneRegion> keys, SceneRegion& out) {
     const toml::table* table = node.as_table();
     if (!table) {
       wrong_type(node, where, "a table in braces");
@@ -519,32 +501,30 @@ class SceneReader {
     read_plain(table, "[body]", scene_keys<SceneBody>(), out);
     if (const toml::table* t = table_at(table, "material"))
       read_plain(*t, "[body.material]", scene_keys<SceneBodyMaterial>(), out.material);
-    const bool model = table.contains("model"), visual = table.contains("visual"),
-               bound = table.contains("bound");
+    const bool model = table.contains("model"), visual = table.contains("visual"), bound = table.contains("bound");
     out.line = line_of(table, {"options", "model", "visual", "bound"});
     if (model + visual + bound != 1) {
-      problem(
-          line_of(table),
-          "[body] needs exactly one of model = \"steak\", visual = \"file.obj\" or bound = \"file.kerf\"");
+      problem(line_of(table),
+              "[body] needs exactly one of model = \"steak\", visual = \"file.obj\" or bound = \"file.kerf\"");
     }
     if (table.contains("collision") && !visual)
       problem(line_of(*table.get("collision")), "collision of [body] goes with visual");
     if (table.contains("collision_triangles") && (!visual || table.contains("collision")))
-      problem(line_of(*table.get("collision_triangles")), "collision_triangles of [body] goes with visual alone: they are of the mesh that is made");
+      problem(line_of(*table.get("collision_triangles")),
+              "collision_triangles of [body] goes with visual alone: they are of the mesh that is made");
     if (table.contains("scale") && !visual) {
-      problem(line_of(*table.get("scale")),
-              "scale of [body] goes with visual: models and bound bodies are in metres");
+      problem(line_of(*table.get("scale")), "scale of [body] goes with visual: models and bound bodies are in metres");
     }
     for (const std::string_view key : {"thickness", "exact_paths"})
       if (bound && table.contains(key))
-        problem(line_of(*table.get(key)), fmt::format("{} of [body] does not go with bound: a bound body has been through all that", key));
+        problem(line_of(*table.get(key)),
+                fmt::format("{} of [body] does not go with bound: a bound body has been through all that", key));
     if (model && !out.model.empty()) check_model(*table.get("model"));
     const toml::node* options = table.get("options");
     if (!options) return;
     if (!model) problem(line_of(*options), "options of [body] goes with model");
     const toml::table* table_of_options = table_at(table, "options");
-    if (table_of_options)
-      read_plain(*table_of_options, "options of [body]", scene_keys<ModelOptions>(), out.options);
+    if (table_of_options) read_plain(*table_of_options, "options of [body]", scene_keys<ModelOptions>(), out.options);
   }
 
   void check_model(const toml::node& node) {
@@ -568,8 +548,7 @@ class SceneReader {
 
   void read_lattice(const toml::table& table, SceneLattice& out) {
     read_plain(table, "[lattice]", scene_keys<SceneLattice>(), out);
-    const bool cells = table.contains("cells"), size = table.contains("cell_size"),
-               origin = table.contains("origin");
+    const bool cells = table.contains("cells"), size = table.contains("cell_size"), origin = table.contains("origin");
     out.line = line_of(table, {"cells", "cell_size", "layers"});
     if (cells && size && !origin)
       problem(line_of(*table.get("cell_size")), "[lattice] takes cells or cell_size; both only with origin");
@@ -584,8 +563,7 @@ class SceneReader {
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = i; j < 3; ++j) {
         if (std::abs(dot(a[i], a[j]) - (i == j ? 1 : 0)) > kOrthonormalTolerance) {
-          return problem(line_of(*table.get("axes")),
-                         "axes of [lattice] must be unit vectors at right angles");
+          return problem(line_of(*table.get("axes")), "axes of [lattice] must be unit vectors at right angles");
         }
       }
     }
@@ -597,7 +575,9 @@ class SceneReader {
     read_plain(table, "[[load]]", scene_keys<SceneLoad>(), out);
     out.line = line_of(table, {"point"});
     if (out.until && *out.until <= out.from)
-      problem(line_of(table, {"until"}), fmt::format("until of [[load]] must be later than from, but {} is not later than {}", *out.until, out.from));
+      problem(
+          line_of(table, {"until"}),
+          fmt::format("until of [[load]] must be later than from, but {} is not later than {}", *out.until, out.from));
   }
 
   // --- Obstacles and tools
@@ -627,7 +607,8 @@ class SceneReader {
       read_plain(*t, fmt::format("a pose of {}", key), scene_keys<ScenePose>(), pose);
       if (problems_.size() > before) continue;
       if (!out.empty() && pose.time <= out.back().time) {
-        problem(line_of(*t), fmt::format("times of {} must increase, but {} follows {}", key, pose.time, out.back().time));
+        problem(line_of(*t),
+                fmt::format("times of {} must increase, but {} follows {}", key, pose.time, out.back().time));
       }
       out.push_back(pose);
     }
@@ -655,7 +636,8 @@ class SceneReader {
     }
     check("mesh", {"mesh", "model", "scale"}, {});
     if (table.contains("mesh") == table.contains("model"))
-      return problem(line_of(table, {"model", "shape"}), "[[obstacle]] of shape mesh needs either mesh = \"file.obj\" or model = \"ball\"");
+      return problem(line_of(table, {"model", "shape"}),
+                     "[[obstacle]] of shape mesh needs either mesh = \"file.obj\" or model = \"ball\"");
     if (out.model.empty()) return;
     std::vector<std::string_view> known;
     for (const RigidModelName& m : rigid_model_names()) known.push_back(m.name);
@@ -678,7 +660,8 @@ class SceneReader {
         if (!out.mesh.empty()) return check("probe with a mesh", {"mesh", "scale"}, {});
         return check("probe", {"length", "radius", "tip"}, {});
       case SceneToolKind::kGrasper: return check("grasper", {"length", "radius", "tip", "width", "opening"}, {});
-      case SceneToolKind::kScalpel: return check("scalpel", {"length", "radius", "tip", "width", "thickness", "sharp"}, {});
+      case SceneToolKind::kScalpel:
+        return check("scalpel", {"length", "radius", "tip", "width", "thickness", "sharp"}, {});
       case SceneToolKind::kScissors:
         return check("pair of scissors", {"length", "radius", "tip", "width", "thickness", "opening", "sharp"}, {});
       case SceneToolKind::kSphere: return check("sphere", {"radius"}, {});
@@ -695,14 +678,14 @@ class SceneReader {
         problem(tool.line, fmt::format("there is a tool \"{}\" already; give this one another id", tool.id));
       ids.push_back(tool.id);
     }
-    const auto check = [&](const SceneCommand& c, std::string_view verb, const std::string& id) -> const SceneRigidTool* {
+    const auto check = [&](const SceneCommand& c, std::string_view verb,
+                           const std::string& id) -> const SceneRigidTool* {
       const auto found = std::find(ids.begin(), ids.end(), id);
       if (found != ids.end()) return &scene.tools[static_cast<std::size_t>(found - ids.begin())];
       std::string text = fmt::format("{} at {} s: there is no tool \"{}\"", verb, c.at, id);
       if (const std::string_view closest = closest_word(id, ids); !closest.empty())
         text += fmt::format("; did you mean \"{}\"?", closest);
-      else
-        text += ids.empty() ? "; make one with [[tool]]" : fmt::format("; known are {}", fmt::join(ids, ", "));
+      else text += ids.empty() ? "; make one with [[tool]]" : fmt::format("; known are {}", fmt::join(ids, ", "));
       problem(c.line, std::move(text));
       return nullptr;
     };
@@ -713,7 +696,8 @@ class SceneReader {
         const std::string_view verb = jaws->close ? "close" : "open";
         const SceneRigidTool* tool = check(c, verb, jaws->id);
         if (tool && tool->kind != SceneToolKind::kGrasper && tool->kind != SceneToolKind::kScissors)
-          problem(c.line, fmt::format("{} at {} s: \"{}\" has no jaws; graspers and scissors have", verb, c.at, jaws->id));
+          problem(c.line,
+                  fmt::format("{} at {} s: \"{}\" has no jaws; graspers and scissors have", verb, c.at, jaws->id));
       }
     }
   }
@@ -726,9 +710,11 @@ class SceneReader {
     read_plain(*t, "[output.camera]", scene_keys<SceneCamera>(), camera);
     check_direction(*t, "direction", "[output.camera]", camera.direction);
     check_direction(*t, "up", "[output.camera]", camera.up);
-    if (norm(camera.direction) > 0 && norm(camera.up) > 0 && norm(cross(normalized(camera.direction), normalized(camera.up))) < 1e-6) {
-      problem(line_of(*t, {"up", "direction"}), fmt::format("up of [output.camera] must not be parallel to direction{}",
-                                                            t->contains("up") ? "" : "; give another up, by default it is [0, 0, 1]"));
+    if (norm(camera.direction) > 0 && norm(camera.up) > 0 &&
+        norm(cross(normalized(camera.direction), normalized(camera.up))) < 1e-6) {
+      problem(line_of(*t, {"up", "direction"}),
+              fmt::format("up of [output.camera] must not be parallel to direction{}",
+                          t->contains("up") ? "" : "; give another up, by default it is [0, 0, 1]"));
     }
   }
 
@@ -759,16 +745,13 @@ class SceneReader {
         command.what = std::move(blade);
         break;
       }
-      case 1:
-        command.what = read_one_command<SceneGrasp>(table, where);
-        break;
+      case 1: command.what = read_one_command<SceneGrasp>(table, where); break;
       case 2:
         command.what = read_one_command<SceneMove>(table, where);
-        if (table.contains("by") == table.contains("to")) problem(line_of(table, {"to", "by"}), "move needs either by or to");
+        if (table.contains("by") == table.contains("to"))
+          problem(line_of(table, {"to", "by"}), "move needs either by or to");
         break;
-      case 3:
-        command.what = read_one_command<SceneRelease>(table, where);
-        break;
+      case 3: command.what = read_one_command<SceneRelease>(table, where); break;
       case 4: {
         SceneFixCommand fix = read_one_command<SceneFixCommand>(table, where);
         read_region(table, where, fix.region);
@@ -781,12 +764,8 @@ class SceneReader {
         command.what = unfix;
         break;
       }
-      case 6:
-        command.what = read_one_command<SceneUndo>(table, where);
-        break;
-      case 7:
-        command.what = read_one_command<SceneRedo>(table, where);
-        break;
+      case 6: command.what = read_one_command<SceneUndo>(table, where); break;
+      case 7: command.what = read_one_command<SceneRedo>(table, where); break;
       case 8: {
         SceneToolMotion motion = read_one_command<SceneToolMotion>(table, where);
         read_tool_poses(table, scene, motion);
@@ -808,7 +787,8 @@ class SceneReader {
       case 13: {
         SceneRemove remove = read_one_command<SceneRemove>(table, where);
         const bool region = table.contains("box") || table.contains("sphere") || table.contains("half_space");
-        if (region == table.contains("grasp")) problem(line_of(table, {"grasp"}), "remove needs either a grasp or one region: box, sphere or half_space");
+        if (region == table.contains("grasp"))
+          problem(line_of(table, {"grasp"}), "remove needs either a grasp or one region: box, sphere or half_space");
         else if (region) read_region(table, where, remove.region);
         command.what = std::move(remove);
         break;
@@ -829,7 +809,8 @@ class SceneReader {
     for (const SceneRigidTool& tool : scene.tools)
       if (tool.id == out.id) rotation = tool.rotation;
     for (const SceneCommand& c : scene.commands)
-      if (const auto* before = std::get_if<SceneToolMotion>(&c.what); before && before->id == out.id && !before->poses.empty())
+      if (const auto* before = std::get_if<SceneToolMotion>(&c.what);
+          before && before->id == out.id && !before->poses.empty())
         rotation = before->poses.back().rotation;
     read_timed(table, "poses", rotation, out.poses);
   }
@@ -844,10 +825,12 @@ class SceneReader {
       read_plain(*t, "a pose", scene_keys<SceneBladePose>(), pose);
       if (problems_.size() > before) continue;
       if (!(norm(pose.tip - pose.base) > 0)) {
-        problem(line_of(*t), fmt::format("the {} has zero length: base and tip of pose {} are the same point", tool, number));
+        problem(line_of(*t),
+                fmt::format("the {} has zero length: base and tip of pose {} are the same point", tool, number));
       }
       if (!out.empty() && pose.time <= out.back().time) {
-        problem(line_of(*t), fmt::format("times of poses must increase, but {} follows {}", pose.time, out.back().time));
+        problem(line_of(*t),
+                fmt::format("times of poses must increase, but {} follows {}", pose.time, out.back().time));
       }
       out.push_back(pose);
     }
@@ -860,16 +843,20 @@ class SceneReader {
   void read_punch(const toml::table& table, ScenePunch& out) {
     const bool polygon = out.shape == ScenePunchShape::kPolygon;
     if (!table.contains(polygon ? "points" : "radius"))
-      problem(line_of(table, {"shape", "type"}), polygon ? "a polygon punch needs points" : "a round punch needs a radius");
+      problem(line_of(table, {"shape", "type"}),
+              polygon ? "a polygon punch needs points" : "a round punch needs a radius");
     if (table.contains(polygon ? "radius" : "points"))
-      problem(line_of(table, {polygon ? "radius" : "points"}), polygon ? "a polygon punch has no radius, its points say how large it is"
-                                                                       : "a round punch has no points; with them give shape = \"polygon\"");
+      problem(line_of(table, {polygon ? "radius" : "points"}),
+              polygon ? "a polygon punch has no radius, its points say how large it is"
+                      : "a round punch has no points; with them give shape = \"polygon\"");
     check_direction(table, "axis", "punch", out.axis);
     if (norm(out.axis) > 0 && !(norm(cross(normalized(out.axis), out.across)) > 1e-9 * norm(out.across))) {
       const Vec3 a = out.across;
-      problem(line_of(table, {"across", "axis"}),
-              fmt::format("across of punch must have a part across the axis, but {} [{}, {}, {}]; give across = another direction, where the outline's x points",
-                          table.contains("across") ? "is" : "is by default", a.x, a.y, a.z));
+      problem(
+          line_of(table, {"across", "axis"}),
+          fmt::format(
+              "across of punch must have a part across the axis, but {} [{}, {}, {}]; give across = another direction, where the outline's x points",
+              table.contains("across") ? "is" : "is by default", a.x, a.y, a.z));
     }
     const toml::node* node = table.get("points");
     if (!node) return;
@@ -887,7 +874,8 @@ class SceneReader {
       if (!good) return problem(line_of(item), "a point of a punch is [x, y], two numbers in metres, up to 1e6");
       out.points.push_back(p);
     }
-    if (out.points.size() < 3) problem(line_of(*node), fmt::format("a polygon needs at least three points, but has {}", out.points.size()));
+    if (out.points.size() < 3)
+      problem(line_of(*node), fmt::format("a polygon needs at least three points, but has {}", out.points.size()));
   }
 
   void check_grasps(const Scene& scene) {
@@ -940,20 +928,20 @@ class SceneReader {
         last += motion->poses.back().time;
       if (const auto* jaws = std::get_if<SceneJaws>(&c.what)) last += jaws->over;
       if (last > end) {
-        problem(
-            c.line,
-            fmt::format(
-                "this command ends at {:.6g} s, after the end of the run; duration of [simulation] is {} s",
-                last, scene.simulation.duration));
+        problem(c.line,
+                fmt::format("this command ends at {:.6g} s, after the end of the run; duration of [simulation] is {} s",
+                            last, scene.simulation.duration));
       }
     }
     if (scene.simulation.time_step > scene.simulation.duration && scene.simulation.duration > 0) {
-      problem(line_in(root, "simulation", {"time_step", "duration"}), fmt::format("time_step of [simulation] ({} s) is longer than its duration ({} s)",
-                             scene.simulation.time_step, scene.simulation.duration));
+      problem(line_in(root, "simulation", {"time_step", "duration"}),
+              fmt::format("time_step of [simulation] ({} s) is longer than its duration ({} s)",
+                          scene.simulation.time_step, scene.simulation.duration));
     }
     if (scene.output.picture_at && *scene.output.picture_at > end) {
-      problem(line_in(root, "output", {"picture_at"}), fmt::format("picture_at of [output] ({} s) is after the end of the run ({} s)",
-                             *scene.output.picture_at, scene.simulation.duration));
+      problem(line_in(root, "output", {"picture_at"}),
+              fmt::format("picture_at of [output] ({} s) is after the end of the run ({} s)", *scene.output.picture_at,
+                          scene.simulation.duration));
     }
   }
 
@@ -978,8 +966,7 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name, const Sc
   KERF_TRY(check_toml_characters(text, name));
   const toml::parse_result parsed = toml::parse(text, name);
   if (!parsed) {
-    return bad_input(
-        fmt::format("{}:{}: {}", name, parsed.error().source().begin.line, parsed.error().description()));
+    return bad_input(fmt::format("{}:{}: {}", name, parsed.error().source().begin.line, parsed.error().description()));
   }
   Result<Scene> scene = SceneReader(name, folders).read(parsed.table());
   if (scene.ok()) {
@@ -995,8 +982,7 @@ Result<Scene> read_scene(const std::filesystem::path& path, const std::vector<st
     return bad_input(fmt::format("{} is a folder, not a scene file", path.string()));
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    return bad_input(
-        fmt::format("can't open the scene {}: check that the file exists and may be read", path.string()));
+    return bad_input(fmt::format("can't open the scene {}: check that the file exists and may be read", path.string()));
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (file.bad()) return bad_input(fmt::format("can't read the scene {}", path.string()));
   if (text.empty()) return bad_input(fmt::format("the scene {} is empty", path.string()));

@@ -19,10 +19,11 @@ struct SceneFolders {
   SceneFolders() = default;
   SceneFolders(std::filesystem::path folder) : scene(std::move(folder)) {}  // NOLINT: mostly there is only one
   SceneFolders(const char* folder) : scene(folder) {}                       // NOLINT
-  std::filesystem::path scene;                 ///< relative paths start here ("": the current folder),
-  std::vector<std::filesystem::path> meshes;   ///< then here,
+  std::filesystem::path scene;                           ///< relative paths start here ("": the current folder),
+  std::vector<std::filesystem::path> meshes;             ///< then here,
   std::map<std::string, std::filesystem::path> instead;  ///< but files written like this are there
-  std::optional<std::vector<std::string>> only;  ///< names that a scene of somebody else may write; nothing is looked for by others
+  std::optional<std::vector<std::string>>
+      only;  ///< names that a scene of somebody else may write; nothing is looked for by others
 };
 
 /// Reads a scene file. Mesh files that it names are resolved against its folder, then against `meshes`, and must exist; they are

@@ -16,9 +16,7 @@ constexpr SceneRange kAcceleration{-kMostGravity, kMostGravity, false, false};
 constexpr SceneRange kStiffness{0, kMostYoung, true, false};
 constexpr SceneRange kMassPerVolume{0, kMostDensity, true, false};
 constexpr SceneRange kTurn{-100, 100, false, false};  // 16 turns; beyond, digits of the angle are lost
-constexpr SceneRange at_least_one(double max) {
-  return {1, max, false, false};
-}
+constexpr SceneRange at_least_one(double max) { return {1, max, false, false}; }
 
 constexpr std::string_view kFormulationWords[] = {"incompatible", "plain"};
 constexpr std::string_view kPreconditionerWords[] = {"adaptive", "two-level", "block-jacobi", "direct"};
@@ -41,14 +39,18 @@ struct MemberPointer<V T::*> {
 template <auto Pointer>
 auto member() {
   using P = MemberPointer<decltype(Pointer)>;
-  return SceneMember<typename P::Value>{[](void* table) -> typename P::Value& { return static_cast<typename P::Table*>(table)->*Pointer; }};
+  return SceneMember<typename P::Value>{
+      [](void* table) -> typename P::Value& { return static_cast<typename P::Table*>(table)->*Pointer; }};
 }
 
 template <auto Pointer>
 SceneChoice choice(std::span<const std::string_view> words) {
   using P = MemberPointer<decltype(Pointer)>;
-  return {words, [](const void* table) { return static_cast<int>(static_cast<const typename P::Table*>(table)->*Pointer); },
-          [](void* table, int position) { static_cast<typename P::Table*>(table)->*Pointer = static_cast<typename P::Value>(position); }};
+  return {words,
+          [](const void* table) { return static_cast<int>(static_cast<const typename P::Table*>(table)->*Pointer); },
+          [](void* table, int position) {
+            static_cast<typename P::Table*>(table)->*Pointer = static_cast<typename P::Value>(position);
+          }};
 }
 
 }  // namespace
@@ -65,15 +67,15 @@ SceneKeys<Scene> scene_keys<Scene>() {
       {"simulation", SceneNested{"table"}, "", kAny, false, "Time, gravity and solver."},
       {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose nodes never move."},
       {"load", SceneNested{"list of tables"}, "", kAny, false, "Constant forces on the surface."},
-      {"lesion", SceneNested{"table"}, "", kAny, false, "A marked part of the body that should be taken out; gives the run a score."},
-      {"arthroscope", SceneNested{"table"}, "", kAny, false, "Where an arthroscope goes in, for the page's view through one."},
+      {"lesion", SceneNested{"table"}, "", kAny, false,
+       "A marked part of the body that should be taken out; gives the run a score."},
+      {"arthroscope", SceneNested{"table"}, "", kAny, false,
+       "Where an arthroscope goes in, for the page's view through one."},
       {"contact", SceneNested{"table"}, "", kAny, false, "How things touch."},
-      {"obstacle", SceneNested{"list of tables"}, "", kAny, false,
-       "Rigid things that stand still or move as told."},
+      {"obstacle", SceneNested{"list of tables"}, "", kAny, false, "Rigid things that stand still or move as told."},
       {"tool", SceneNested{"list of tables"}, "", kAny, false,
        "Rigid tools that follow given poses and feel what they touch."},
-      {"command", SceneNested{"list of tables"}, "", kAny, false,
-       "What happens when: cuts, grasps, tools, undo."},
+      {"command", SceneNested{"list of tables"}, "", kAny, false, "What happens when: cuts, grasps, tools, undo."},
       {"output", SceneNested{"table"}, "", kAny, false, "What a run writes beside report.json."},
   };
   return {keys};
@@ -181,8 +183,7 @@ template <>
 SceneKeys<SceneMaterialRegion> scene_keys<SceneMaterialRegion>() {
   using T = SceneMaterialRegion;
   static const SceneKey keys[] = {
-      {"box", SceneNested{"table"}, "", kAny, false,
-       "The region: a box. Give exactly one of box, sphere, half_space."},
+      {"box", SceneNested{"table"}, "", kAny, false, "The region: a box. Give exactly one of box, sphere, half_space."},
       {"sphere", SceneNested{"table"}, "", kAny, false, "The region: a ball."},
       {"half_space", SceneNested{"table"}, "", kAny, false, "The region: one side of a plane."},
       {"young", member<&T::young>(), "Pa", kStiffness, false, "Young's modulus there; as in [material] when absent."},
@@ -192,7 +193,8 @@ SceneKeys<SceneMaterialRegion> scene_keys<SceneMaterialRegion>() {
        {0, 0.49, false, false},
        false,
        "Poisson's ratio there; as in [material] when absent."},
-      {"density", member<&T::density>(), "kg/m3", kMassPerVolume, false, "Density there; as in [material] when absent."},
+      {"density", member<&T::density>(), "kg/m3", kMassPerVolume, false,
+       "Density there; as in [material] when absent."},
   };
   return {keys};
 }
@@ -293,8 +295,7 @@ SceneKeys<SceneSimulation> scene_keys<SceneSimulation>() {
 template <>
 SceneKeys<SceneFix> scene_keys<SceneFix>() {
   static const SceneKey keys[] = {
-      {"box", SceneNested{"table"}, "", kAny, false,
-       "The region: a box. Give exactly one of box, sphere, half_space."},
+      {"box", SceneNested{"table"}, "", kAny, false, "The region: a box. Give exactly one of box, sphere, half_space."},
       {"sphere", SceneNested{"table"}, "", kAny, false, "The region: a ball."},
       {"half_space", SceneNested{"table"}, "", kAny, false, "The region: one side of a plane."},
   };
@@ -320,7 +321,8 @@ template <>
 SceneKeys<SceneBodyMaterial> scene_keys<SceneBodyMaterial>() {
   using T = SceneBodyMaterial;
   static const SceneKey keys[] = {
-      {"young", member<&T::young>(), "Pa", kStiffness, false, "Young's modulus of this body; as in [material] when absent."},
+      {"young", member<&T::young>(), "Pa", kStiffness, false,
+       "Young's modulus of this body; as in [material] when absent."},
       {"poisson",
        member<&T::poisson>(),
        "",
@@ -381,7 +383,8 @@ SceneKeys<SceneObstacle> scene_keys<SceneObstacle>() {
       {"position", member<&T::position>(), "m", kPlace, false, "Where its origin is."},
       {"rotation", member<&T::rotation>(), "rad", kTurn, false, "How it is turned: axis times angle."},
       {"radius", member<&T::radius>(), "m", kPositive, false, "Of a sphere or a capsule."},
-      {"length", member<&T::length>(), "m", kNotNegative, false, "Of a capsule, between the middles of its round ends."},
+      {"length", member<&T::length>(), "m", kNotNegative, false,
+       "Of a capsule, between the middles of its round ends."},
       {"size", member<&T::size>(), "m", kPositive, false, "Of a box: its whole edges."},
       {"mesh", SceneFilePath{member<&T::mesh>()}, "", kAny, false,
        "Mesh file of shape mesh (OBJ, PLY, STL, OFF), relative to the scene; closed or open."},
@@ -581,14 +584,19 @@ SceneKeys<ScenePunch> scene_keys<ScenePunch>() {
   static const SceneKey keys[] = {
       {"shape", choice<&T::shape>(kPunchWords), "", kAny, false,
        "Outline. d: half a disc, its flat side through the point and along the axis times across, its round side towards across."},
-      {"point", member<&T::point>(), "m", kPlace, true, "Middle of the circle or of the D's flat side; where (0, 0) of a polygon is. A punch that cuts nothing is noted."},
+      {"point", member<&T::point>(), "m", kPlace, true,
+       "Middle of the circle or of the D's flat side; where (0, 0) of a polygon is. A punch that cuts nothing is noted."},
       {"axis", member<&T::axis>(), "", kAny, false, "Along which it is pressed; any length."},
-      {"across", member<&T::across>(), "", kAny, false, "Where the outline's x points; its part along the axis does not count, and it must have another: give it with an axis along x."},
+      {"across", member<&T::across>(), "", kAny, false,
+       "Where the outline's x points; its part along the axis does not count, and it must have another: give it with an axis along x."},
       {"frame", choice<&T::frame>(kFrameWords), "", kAny, false, "Coordinates of the punch."},
       {"radius", member<&T::radius>(), "m", kPositive, false, "Of a circle or a D, which need it."},
-      {"points", SceneNested{"list of [x, y]"}, "m", kAny, false, "Corners of a polygon, which needs them; its sides must not cross."},
-      {"reach", member<&T::reach>(), "m", kPositive, false, "How far along the axis to both sides of the point it cuts; by default through every layer."},
-      {"roughness", member<&T::roughness>(), "m", kNotNegative, false, "How far the cut surface is jagged at most, with the seed of [simulation]."},
+      {"points", SceneNested{"list of [x, y]"}, "m", kAny, false,
+       "Corners of a polygon, which needs them; its sides must not cross."},
+      {"reach", member<&T::reach>(), "m", kPositive, false,
+       "How far along the axis to both sides of the point it cuts; by default through every layer."},
+      {"roughness", member<&T::roughness>(), "m", kNotNegative, false,
+       "How far the cut surface is jagged at most, with the seed of [simulation]."},
       {"take", member<&T::take>(), "", kAny, false, "Take away at once what comes loose, unless that is all there is."},
   };
   return {keys};
@@ -602,8 +610,10 @@ SceneKeys<SceneShave> scene_keys<SceneShave>() {
       {"poses", SceneNested{"list of tables"}, "", kAny, true,
        "Where the ends of its cutting window are when; it moves in straight lines between at least two poses."},
       {"radius", member<&T::radius>(), "m", kPositive, true, "Of the cutting window."},
-      {"smoothing", member<&T::smoothing>(), "1/s", kNotNegative, false, "How fast bumps of a cut surface go where it touches."},
-      {"removal", member<&T::removal>(), "m/s", kNotNegative, false, "How fast a smooth cut surface moves back where it touches; 0: only bumps go."},
+      {"smoothing", member<&T::smoothing>(), "1/s", kNotNegative, false,
+       "How fast bumps of a cut surface go where it touches."},
+      {"removal", member<&T::removal>(), "m/s", kNotNegative, false,
+       "How fast a smooth cut surface moves back where it touches; 0: only bumps go."},
   };
   return {keys};
 }
@@ -627,7 +637,8 @@ SceneKeys<SceneGrasp> scene_keys<SceneGrasp>() {
   using T = SceneGrasp;
   static const SceneKey keys[] = {
       {"id", member<&T::id>(), "", kAny, true, "A name for move and release."},
-      {"point", member<&T::point>(), "m", kPlace, true, "What is taken hold of: the closest surface point; one that is far away is noted."},
+      {"point", member<&T::point>(), "m", kPlace, true,
+       "What is taken hold of: the closest surface point; one that is far away is noted."},
       {"frame", choice<&T::frame>(kFrameWords), "", kAny, false, "Coordinates of the point."},
       {"radius", member<&T::radius>(), "m", kNotNegative, false, "Everything this near to the point is held too."},
       {"stiffness", member<&T::stiffness>(), "N/m", kPositive, false,
@@ -660,11 +671,9 @@ SceneKeys<SceneRelease> scene_keys<SceneRelease>() {
 template <>
 SceneKeys<SceneFixCommand> scene_keys<SceneFixCommand>() {
   static const SceneKey keys[] = {
-      {"box", SceneNested{"table"}, "", kAny, false,
-       "What is held where it is now: a box. Give exactly one region."},
+      {"box", SceneNested{"table"}, "", kAny, false, "What is held where it is now: a box. Give exactly one region."},
       {"sphere", SceneNested{"table"}, "", kAny, false, "What is held where it is now: a ball."},
-      {"half_space", SceneNested{"table"}, "", kAny, false,
-       "What is held where it is now: one side of a plane."},
+      {"half_space", SceneNested{"table"}, "", kAny, false, "What is held where it is now: one side of a plane."},
   };
   return {keys};
 }
@@ -682,7 +691,8 @@ SceneKeys<SceneUnfix> scene_keys<SceneUnfix>() {
 template <>
 SceneKeys<SceneUndo> scene_keys<SceneUndo>() {
   static const SceneKey keys[] = {
-      {"count", member<&SceneUndo::count>(), "", at_least_one(1e6), false, "How many strokes are taken back; with none left the run goes on and notes it."},
+      {"count", member<&SceneUndo::count>(), "", at_least_one(1e6), false,
+       "How many strokes are taken back; with none left the run goes on and notes it."},
   };
   return {keys};
 }
@@ -690,7 +700,8 @@ SceneKeys<SceneUndo> scene_keys<SceneUndo>() {
 template <>
 SceneKeys<SceneRedo> scene_keys<SceneRedo>() {
   static const SceneKey keys[] = {
-      {"count", member<&SceneRedo::count>(), "", at_least_one(1e6), false, "How many strokes are done again; with none left the run goes on and notes it."},
+      {"count", member<&SceneRedo::count>(), "", at_least_one(1e6), false,
+       "How many strokes are done again; with none left the run goes on and notes it."},
   };
   return {keys};
 }
@@ -708,7 +719,8 @@ SceneKeys<SceneArthroscope> scene_keys<SceneArthroscope>() {
 
 SceneKeys<SceneRegion> scene_lesion_keys() {
   static const SceneKey keys[] = {
-      {"box", SceneNested{"table"}, "", kAny, false, "What should be taken out: a box. Give exactly one of box, sphere, half_space."},
+      {"box", SceneNested{"table"}, "", kAny, false,
+       "What should be taken out: a box. Give exactly one of box, sphere, half_space."},
       {"sphere", SceneNested{"table"}, "", kAny, false, "What should be taken out: a ball."},
       {"half_space", SceneNested{"table"}, "", kAny, false, "What should be taken out: one side of a plane."},
   };

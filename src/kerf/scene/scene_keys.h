@@ -55,11 +55,12 @@ struct SceneNested {
 };
 
 using SceneField =
-    std::variant<SceneMember<double>, SceneMember<std::optional<double>>, SceneMember<int>, SceneMember<std::optional<int>>,
-                 SceneMember<std::int64_t>, SceneMember<std::uint64_t>, SceneMember<bool>, SceneMember<std::optional<bool>>,
-                 SceneMember<std::string>, SceneMember<Vec3>, SceneMember<std::optional<Vec3>>, SceneMember<std::array<int, 2>>,
-                 SceneMember<std::optional<std::array<int, 3>>>, SceneMember<std::optional<std::array<Vec3, 3>>>, SceneChoice, SceneWords,
-                 SceneFilePath, SceneNested>;
+    std::variant<SceneMember<double>, SceneMember<std::optional<double>>, SceneMember<int>,
+                 SceneMember<std::optional<int>>, SceneMember<std::int64_t>, SceneMember<std::uint64_t>,
+                 SceneMember<bool>, SceneMember<std::optional<bool>>, SceneMember<std::string>, SceneMember<Vec3>,
+                 SceneMember<std::optional<Vec3>>, SceneMember<std::array<int, 2>>,
+                 SceneMember<std::optional<std::array<int, 3>>>, SceneMember<std::optional<std::array<Vec3, 3>>>,
+                 SceneChoice, SceneWords, SceneFilePath, SceneNested>;
 
 struct SceneKey {
   std::string_view name;
@@ -157,8 +158,8 @@ SceneKeys<SceneRegion> scene_sphere_keys();
 SceneKeys<SceneRegion> scene_half_space_keys();
 
 /// Names of the command types, in the order of SceneCommand::what; "open" is the last one's other word.
-inline constexpr std::string_view kSceneCommandTypes[] = {"blade", "grasp", "move", "release", "fix", "unfix",
-                                                          "undo",  "redo",  "tool", "close",   "open", "punch",
-                                                          "shave", "remove"};
+inline constexpr std::string_view kSceneCommandTypes[] = {"blade", "grasp", "move",  "release", "fix",
+                                                          "unfix", "undo",  "redo",  "tool",    "close",
+                                                          "open",  "punch", "shave", "remove"};
 
 }  // namespace kerf

@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kFlat = 3;  // box over body thickness: more is bent
+constexpr double kFlat = 3;            // box over body thickness: more is bent
 constexpr double kStickingOut = 1e-6;  // of a cell: a body may stick out of a given lattice by rounding only
 
 /// Box of the prisms (rest positions plus and minus offset) along the axes.
@@ -124,8 +124,8 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
     cell[i] = (*wanted.cell_size)[i];
     const double n = std::ceil(size[i] / cell[i] - kStickingOut);
     if (!(n < 1e6))
-      return bad_input(fmt::format(
-          "[lattice]: cell_size makes {:.0f} cells along axis {}; make the cells larger", n, i + 1));
+      return bad_input(
+          fmt::format("[lattice]: cell_size makes {:.0f} cells along axis {}; make the cells larger", n, i + 1));
     count[k] = n < 1 ? 1 : static_cast<std::int32_t>(n);
     low[i] -= 0.5 * (count[k] * cell[i] - size[i]);  // the body in the middle
   }

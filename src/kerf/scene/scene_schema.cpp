@@ -8,15 +8,9 @@
 namespace kerf {
 namespace {
 
-std::string in_quotes(std::string_view s) {
-  return fmt::format("\"{}\"", s);
-}
-std::string text(const Vec3& v) {
-  return fmt::format("[{}, {}, {}]", v.x, v.y, v.z);
-}
-std::string joined(std::span<const std::string_view> words) {
-  return fmt::format("{}", fmt::join(words, ", "));
-}
+std::string in_quotes(std::string_view s) { return fmt::format("\"{}\"", s); }
+std::string text(const Vec3& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
+std::string joined(std::span<const std::string_view> words) { return fmt::format("{}", fmt::join(words, ", ")); }
 
 std::string type_text(const SceneKey& key) {
   return std::visit(
@@ -170,9 +164,9 @@ std::string scene_schema_text() {
     std::string what = k.type;
     if (!k.unit.empty()) what += ", " + k.unit;
     if (!k.range.empty()) what += ", " + k.range;
-    out += wrapped(fmt::format("{}: {}; {}{}", k.key, what, k.default_value == "required" ? "" : "default ",
-                               k.default_value),
-                   2, 100);
+    out += wrapped(
+        fmt::format("{}: {}; {}{}", k.key, what, k.default_value == "required" ? "" : "default ", k.default_value), 2,
+        100);
     out += wrapped(k.doc, 6, 100);
   }
   return out;

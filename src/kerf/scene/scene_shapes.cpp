@@ -20,7 +20,10 @@ ToolSizes own_sizes(SceneToolKind kind) {
   ToolSizes sizes{0.12, 0.0015, 0, 0.006, 0.0006};
   switch (kind) {
     case SceneToolKind::kProbe: sizes.tip = 0.004; break;
-    case SceneToolKind::kGrasper: sizes.tip = 0.012; sizes.width = 0.004; break;
+    case SceneToolKind::kGrasper:
+      sizes.tip = 0.012;
+      sizes.width = 0.004;
+      break;
     case SceneToolKind::kScalpel: sizes.tip = 0.025; break;
     case SceneToolKind::kScissors: sizes.tip = 0.02; break;
     case SceneToolKind::kSphere: sizes.radius = 0.005; break;
@@ -40,7 +43,8 @@ ShapePart jaw_part(double tip, double angle, double side, double thick, double w
                   {thick / 2 - rounding, wide / 2 - rounding, tip / 2 - rounding}, axes, rounding);
 }
 
-Result<std::shared_ptr<const ObstacleMesh>> prepare(TriangleMesh mesh, const std::string& name, std::vector<std::string>& notes) {
+Result<std::shared_ptr<const ObstacleMesh>> prepare(TriangleMesh mesh, const std::string& name,
+                                                    std::vector<std::string>& notes) {
   SurfaceRequirements requirements;
   requirements.name = name;
   requirements.single_body = false;
@@ -53,7 +57,8 @@ Result<std::shared_ptr<const ObstacleMesh>> prepare(TriangleMesh mesh, const std
   return std::shared_ptr<const ObstacleMesh>(std::make_shared<ObstacleMesh>(std::move(*made)));
 }
 
-Result<std::shared_ptr<const ObstacleMesh>> read(const std::string& file, double scale, std::vector<std::string>& notes) {
+Result<std::shared_ptr<const ObstacleMesh>> read(const std::string& file, double scale,
+                                                 std::vector<std::string>& notes) {
   Result<TriangleMesh> mesh = read_mesh(file);
   if (!mesh.ok()) return mesh.error();
   for (Vec3& p : mesh->positions) p = scale * p;
@@ -108,7 +113,8 @@ std::vector<ShapePart> tool_parts(const SceneRigidTool& tool, double jaws, const
   if (!loaded.empty()) return loaded;
   const ToolSizes s = tool_sizes(tool);
   // Its round end meets the hinge: whatever touches below is a blade's or a jaw's (Session::Impl::leaves_out).
-  const ShapePart shaft = capsule_part({0, 0, s.tip + std::min(s.radius, 0.5 * s.length)}, {0, 0, s.tip + s.length}, s.radius);
+  const ShapePart shaft =
+      capsule_part({0, 0, s.tip + std::min(s.radius, 0.5 * s.length)}, {0, 0, s.tip + s.length}, s.radius);
   const double angle = jaws * tool.opening / 2;
   switch (tool.kind) {
     case SceneToolKind::kProbe:
@@ -117,14 +123,16 @@ std::vector<ShapePart> tool_parts(const SceneRigidTool& tool, double jaws, const
       return {jaw_part(s.tip, angle, 1, s.radius, s.width), jaw_part(s.tip, angle, -1, s.radius, s.width), shaft};
     case SceneToolKind::kScalpel: {
       const double edge = std::min({s.thickness, s.width, s.tip}) / 2;
-      const double rounding = 0.9 * std::min({s.thickness / 2, (s.width - edge) / 2, s.tip / 2});  // blades may be as thick as they are wide
-      const ShapePart blade = box_part({-(s.width + edge) / 2, 0, s.tip / 2},
-                                       {(s.width - edge) / 2 - rounding, s.thickness / 2 - rounding, s.tip / 2 - rounding}, {},
-                                       rounding);
+      const double rounding = 0.9 * std::min({s.thickness / 2, (s.width - edge) / 2,
+                                              s.tip / 2});  // blades may be as thick as they are wide
+      const ShapePart blade =
+          box_part({-(s.width + edge) / 2, 0, s.tip / 2},
+                   {(s.width - edge) / 2 - rounding, s.thickness / 2 - rounding, s.tip / 2 - rounding}, {}, rounding);
       return {capsule_part({-edge, 0, edge}, {-edge, 0, s.tip}, edge), blade, shaft};
     }
     case SceneToolKind::kScissors:
-      return {jaw_part(s.tip, angle, 1, s.width / 2, s.thickness), jaw_part(s.tip, angle, -1, s.width / 2, s.thickness), shaft};
+      return {jaw_part(s.tip, angle, 1, s.width / 2, s.thickness), jaw_part(s.tip, angle, -1, s.width / 2, s.thickness),
+              shaft};
     case SceneToolKind::kSphere: return {sphere_part({}, s.radius)};
     case SceneToolKind::kMesh: break;
     case SceneToolKind::kShaver: return {capsule_part({0, 0, s.radius}, {0, 0, s.radius + s.length}, s.radius)};

@@ -30,8 +30,8 @@ ToolEdge tool_edge(const SceneRigidTool& tool, double jaws);
 
 /// What is in the slit behind an edge, in the tool's axes: from the edge back by `width`. Of scissors, the blades that have met.
 struct ToolBlade {
-  Vec3 origin;  ///< metres: one end of the edge
-  Mat3 axes;    ///< columns: forward, across, along the edge
+  Vec3 origin;                                  ///< metres: one end of the edge
+  Mat3 axes;                                    ///< columns: forward, across, along the edge
   double length = 0, width = 0, thickness = 0;  ///< m
 };
 ToolBlade tool_blade(const SceneRigidTool& tool, double jaws);

@@ -23,8 +23,8 @@ void add_capsule(Vec3 a, Vec3 b, double radius, ShapeMesh& out) {
   const auto ring = [&](Vec3 centre, double polar) {  // from the pole at b
     for (int k = 0; k < kAround; ++k) {
       const double angle = 2 * std::numbers::pi * k / kAround;
-      out.positions.push_back(centre + radius * (axes * Vec3{std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
-                                                             std::cos(polar)}));
+      out.positions.push_back(centre + radius * (axes * Vec3{std::sin(polar) * std::cos(angle),
+                                                             std::sin(polar) * std::sin(angle), std::cos(polar)}));
     }
   };
   for (int i = 1; i <= kCap; ++i) ring(b, std::numbers::pi / 2 * i / kCap);
@@ -50,7 +50,8 @@ void add_box(const ShapePart& part, ShapeMesh& out) {
   for (int c = 0; c < 8; ++c)
     out.positions.push_back(part.centre + part.axes * Vec3{(c & 1) ? half.x : -half.x, (c & 2) ? half.y : -half.y,
                                                            (c & 4) ? half.z : -half.z});
-  constexpr std::int32_t kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+  constexpr std::int32_t kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                                         {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
   for (const auto& f : kFaces) {
     out.triangles.push_back({first + f[0], first + f[1], first + f[2]});
     out.triangles.push_back({first + f[0], first + f[2], first + f[3]});
@@ -70,7 +71,8 @@ void add_mesh(const ShapePart& part, ShapeMesh& out) {
   const auto first = static_cast<std::int32_t>(out.positions.size());
   for (const Vec3 p : part.mesh->positions) out.positions.push_back(part.centre + part.axes * p);
   const std::vector<std::int32_t>& c = part.mesh->corners;
-  for (std::size_t i = 0; i + 2 < c.size(); i += 3) out.triangles.push_back({first + c[i], first + c[i + 1], first + c[i + 2]});
+  for (std::size_t i = 0; i + 2 < c.size(); i += 3)
+    out.triangles.push_back({first + c[i], first + c[i + 1], first + c[i + 2]});
 }
 
 }  // namespace

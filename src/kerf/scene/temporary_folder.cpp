@@ -14,7 +14,8 @@ Result<TemporaryFolder> TemporaryFolder::create() {
   if (code) return failed("there is no folder for temporary files; set TMPDIR to one");
   std::string pattern = (where / "kerf-XXXXXX").string();
   if (mkdtemp(pattern.data()) == nullptr)
-    return failed(fmt::format("can't make a folder in {} ({}); set TMPDIR to another", where.string(), std::strerror(errno)));
+    return failed(
+        fmt::format("can't make a folder in {} ({}); set TMPDIR to another", where.string(), std::strerror(errno)));
   return TemporaryFolder(std::filesystem::path(pattern));
 }
 

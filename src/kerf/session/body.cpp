@@ -12,9 +12,7 @@ template <class T>
 void add(Hash& hash, const T& item) {
   hash.add(item);
 }
-void add(Hash& hash, const PoolRun& r) {
-  hash.add(std::array<std::int32_t, 3>{r.first, r.count, r.reversed ? 1 : 0});
-}
+void add(Hash& hash, const PoolRun& r) { hash.add(std::array<std::int32_t, 3>{r.first, r.count, r.reversed ? 1 : 0}); }
 void add(Hash& hash, const std::array<PoolRun, 2>& runs) {
   for (const PoolRun& r : runs) add(hash, r);
 }

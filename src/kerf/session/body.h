@@ -11,9 +11,9 @@ namespace kerf {
 
 /// Everything a cut changes. A plain value: a copy is a snapshot.
 struct Body {
-  CellComplex complex;  ///< collision mesh, visual mesh, walls
-  HexMesh hex;          ///< the simulated hexahedra
-  Embedding embedding;  ///< collision and visual vertices in hexahedra
+  CellComplex complex;    ///< collision mesh, visual mesh, walls
+  HexMesh hex;            ///< the simulated hexahedra
+  Embedding embedding;    ///< collision and visual vertices in hexahedra
   RenderSurface surface;  ///< the visual mesh as it is drawn
 
   // Copies and moves are compiled once, in body.cpp.

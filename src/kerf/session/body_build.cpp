@@ -13,7 +13,8 @@ Result<Body> build_body(CellComplex bound, const SceneLattice& lattice, const st
   return build_body(std::move(bound), *frame, {{RootId(0), volume, 1}}, progress);
 }
 
-Result<Body> build_body(CellComplex bound, const LatticeFrame& frame, std::vector<LatticeBody> bodies, const Progress& progress) {
+Result<Body> build_body(CellComplex bound, const LatticeFrame& frame, std::vector<LatticeBody> bodies,
+                        const Progress& progress) {
   Body body;
   body.complex = std::move(bound);
   KERF_TRY(progress("hexahedra", 0));

@@ -44,9 +44,9 @@ std::int32_t BodyMaterials::at(Vec3 rest, std::int32_t body) const {
 
 Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& material, SceneFormulation formulation,
                                       BodyMaterials& materials, std::span<const SceneBodyMaterial> bodies) {
-  MechanicsModel model(hex.frame.cell, hex.frame.axes,
-                       formulation == SceneFormulation::kPlain ? ElementFormulation::kPlain
-                                                               : ElementFormulation::kIncompatible);
+  MechanicsModel model(
+      hex.frame.cell, hex.frame.axes,
+      formulation == SceneFormulation::kPlain ? ElementFormulation::kPlain : ElementFormulation::kIncompatible);
   materials.regions.clear();
   for (const SceneMaterialRegion& region : material.regions) materials.regions.push_back(region.region);
   const SceneBodyMaterial one;
@@ -98,8 +98,8 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
   return model.set_element(id, element, volumes, masses);
 }
 
-Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change, MechanicsModel& model,
-                   MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old) {
+Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
+                   MechanicsModel& model, MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old) {
   for (std::size_t i = model.node_count(); i < hex.node_count(); ++i) {
     const NodeId node(i);
     const NodeId parent = hex.node_parent[node];
@@ -122,7 +122,8 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
   return {};
 }
 
-void carry_unused_nodes(const HexMesh& hex, const MechanicsModel& model, MechanicsState& state, std::vector<std::uint8_t>& carried) {
+void carry_unused_nodes(const HexMesh& hex, const MechanicsModel& model, MechanicsState& state,
+                        std::vector<std::uint8_t>& carried) {
   carried.assign(hex.node_count(), 0);
   for (const HexId id : ids<HexId>(hex.hex_count())) {
     if (hex.state[id] != HexState::kAbsorbed) continue;
@@ -147,7 +148,8 @@ void carry_unused_nodes(const HexMesh& hex, const MechanicsModel& model, Mechani
   // Twins that a provisional tip has put together again.
   for (const NodeId n : ids<NodeId>(hex.node_count())) {
     const NodeId parent = hex.node_parent[n];
-    if (!parent.valid() || hex.active(n) || carried[n.index()] || !(hex.active(parent) || carried[parent.index()])) continue;
+    if (!parent.valid() || hex.active(n) || carried[n.index()] || !(hex.active(parent) || carried[parent.index()]))
+      continue;
     carried[n.index()] = 1;
     state.positions[n.index()] = state.positions[parent.index()];
     state.velocities[n.index()] = state.velocities[parent.index()];
@@ -166,15 +168,16 @@ Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsMod
   return sync_copies(hex, materials, all, model, state);
 }
 
-Status sync_copies(const HexMesh& hex, const BodyMaterials& materials, std::span<const HexId> changed, MechanicsModel& model,
-                   MechanicsState& state) {
+Status sync_copies(const HexMesh& hex, const BodyMaterials& materials, std::span<const HexId> changed,
+                   MechanicsModel& model, MechanicsState& state) {
   const std::size_t known = std::min(model.element_count(), hex.hex_count());
   for (std::size_t i = hex.hex_count(); i < model.element_count(); ++i) model.remove_element(HexId(i));
   // Elements go before nodes do: none that is left may use a node that is dropped.
   for (const HexId id : changed) {
     if (!model.has_element(id)) continue;
     const auto& nodes = model.element(id).nodes;
-    if (std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return n.index() >= hex.node_count(); })) model.remove_element(id);
+    if (std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return n.index() >= hex.node_count(); }))
+      model.remove_element(id);
   }
   KERF_TRY(model.truncate(std::min(model.node_count(), hex.node_count()), known));
   state.positions.resize(std::min(state.positions.size(), hex.node_count()));

@@ -20,7 +20,9 @@ struct BodyMaterials {
   /// Index of the material at a rest position of a body.
   [[nodiscard]] std::int32_t at(Vec3 rest, std::int32_t body) const;
   /// Index of a body's material outside of all regions.
-  [[nodiscard]] std::size_t of(std::int32_t body) const { return static_cast<std::size_t>(body) * (regions.size() + 1); }
+  [[nodiscard]] std::size_t of(std::int32_t body) const {
+    return static_cast<std::size_t>(body) * (regions.size() + 1);
+  }
 };
 
 /// The mechanical model with all materials and no elements yet. `bodies`: where one differs, body by body; none: one body.
@@ -34,15 +36,16 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
 /// After a cut: new nodes and elements with what they inherit - position, velocity, offset, fixed flag, rotation - and changed
 /// ones. A node that carries material of several old ones moves as most of it did;
 /// the motion that it had goes to `old`.
-Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change, MechanicsModel& model,
-                   MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old);
+Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const LatticeChange& change,
+                   MechanicsModel& model, MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old);
 
 /// Lets nodes that no element uses move with the body, where the mechanics leaves them behind: those of absorbed copies with
 /// the copies that absorbed them, extrapolated; others with the nodes that were split off from
 /// them or that they were split off from. Whoever uses such a node
 /// again (after a later cut, or when a provisional tip is rolled back) or splits one off from it finds it where the material
 /// is. Supports hold fixed ones still. After every step; linear. `carried` is memory.
-void carry_unused_nodes(const HexMesh& hex, const MechanicsModel& model, MechanicsState& state, std::vector<std::uint8_t>& carried);
+void carry_unused_nodes(const HexMesh& hex, const MechanicsModel& model, MechanicsState& state,
+                        std::vector<std::uint8_t>& carried);
 
 /// Gives fixed nodes the velocity that their support prescribes, whoever moved them before.
 void hold_fixed_nodes(const MechanicsModel& model, MechanicsState& state);
@@ -51,8 +54,8 @@ void hold_fixed_nodes(const MechanicsModel& model, MechanicsState& state);
 /// new nodes have no offsets.
 Status sync_all(const HexMesh& hex, const BodyMaterials& materials, MechanicsModel& model, MechanicsState& state);
 /// The same after rolling back, undoing or redoing, where only these copies, and those that came or went, may differ. Ascending.
-Status sync_copies(const HexMesh& hex, const BodyMaterials& materials, std::span<const HexId> changed, MechanicsModel& model,
-                   MechanicsState& state);
+Status sync_copies(const HexMesh& hex, const BodyMaterials& materials, std::span<const HexId> changed,
+                   MechanicsModel& model, MechanicsState& state);
 
 /// How fast the body turns and deforms where it does so most: the greatest Frobenius norm of the rate of the deformation gradient in
 /// a living copy, 1/s. Cost: every node, and every copy where nodes are fast enough against each other for `least` (1/s) to be reached.

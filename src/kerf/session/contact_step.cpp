@@ -70,7 +70,8 @@ Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
 
 /// Where a node would be h seconds on without contact.
 Vec3 predicted_place(const MechanicsModel& model, const MechanicsState& state, std::size_t i, double h, Vec3 gravity) {
-  return state.positions[i] + h * (model.is_fixed(NodeId(i)) ? model.prescribed_velocities()[i] : state.velocities[i] + h * gravity);
+  return state.positions[i] +
+         h * (model.is_fixed(NodeId(i)) ? model.prescribed_velocities()[i] : state.velocities[i] + h * gravity);
 }
 
 /// The surface as it is and as it will be, by c.nodes: positions and offsets of its vertices in one pass, as collision_positions() and
@@ -115,11 +116,12 @@ SurfaceState surface_at(const Body& body, const MechanicsState& state, ContactSt
 }
 
 /// How the surface came to be elsewhere than detect_contacts() said: places, and offsets, which it took for fixed. Both are linear in the nodes.
-Strayed find_strays(const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended, double h, Vec3 gravity,
-                    ContactStep& c) {
+Strayed find_strays(const Body& body, const MechanicsModel& model, const MechanicsState& began,
+                    const MechanicsState& ended, double h, Vec3 gravity, ContactStep& c) {
   c.nodes.resize(ended.positions.size());
   for (std::size_t i = 0; i < ended.positions.size(); ++i) {
-    const Vec3 moved = ended.positions[i] - began.positions[i], stray = ended.positions[i] - predicted_place(model, began, i, h, gravity);
+    const Vec3 moved = ended.positions[i] - began.positions[i],
+               stray = ended.positions[i] - predicted_place(model, began, i, h, gravity);
     c.nodes[i] = {{moved.x, moved.y, moved.z, 0}, {stray.x, stray.y, stray.z, 0}};
   }
   surface_state(body, c);
@@ -150,7 +152,8 @@ double depth_of(const SurfaceState& surface, const Contact& contact, DepthSearch
 }
 
 /// Came walls over borders to be deeper than `deep` in material of the body, and by kSankBy of that since it began?
-bool walls_sank_in(const Body& body, const MechanicsState& began, const MechanicsState& ended, double deep, ContactStep& c) {
+bool walls_sank_in(const Body& body, const MechanicsState& began, const MechanicsState& ended, double deep,
+                   ContactStep& c) {
   const SurfaceState end = surface_at(body, ended, c);
   prepare_depths(end, c.depths);
   find_deep_walls(end, deep, c.depths);
@@ -164,8 +167,8 @@ bool walls_sank_in(const Body& body, const MechanicsState& began, const Mechanic
 }
 
 /// Obstacles on their way, tools where they are with the velocity that they would have without contacts.
-void place_shapes(const Scene& scene, const MechanicsState& state, const std::vector<ToolMotion>& motions, double t, double h,
-                  ContactStep& c) {
+void place_shapes(const Scene& scene, const MechanicsState& state, const std::vector<ToolMotion>& motions, double t,
+                  double h, ContactStep& c) {
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
     if (!scene.obstacles[i].moves.empty())
       place_shape(place_at(scene.obstacles[i], t), place_at(scene.obstacles[i], t + h), h, c.shapes.obstacles[i]);
@@ -228,7 +231,8 @@ void add_point(const Body& body, const SurfacePoint& point, double sign, std::in
 /// How far a lip can leave the one that faces it: 0 where one cell carries both, 1 where they have no node in common.
 double freedom(const Body& body, CollisionVertex a, CollisionVertex b) {
   const auto &na = body.hex.nodes[body.embedding.collision[a]], &nb = body.hex.nodes[body.embedding.collision[b]];
-  const auto wa = trilinear_weights(body.embedding.collision_local[a]), wb = trilinear_weights(body.embedding.collision_local[b]);
+  const auto wa = trilinear_weights(body.embedding.collision_local[a]),
+             wb = trilinear_weights(body.embedding.collision_local[b]);
   double shared = 0;
   for (std::size_t i = 0; i < 8; ++i)
     for (std::size_t k = 0; k < 8; ++k)
@@ -251,8 +255,8 @@ HexId common_copy(const Body& body, const SurfacePoint& point) {
 
 }  // namespace
 
-void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h, DetectMemory& memory,
-                ContactStep& c) {
+void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h,
+                DetectMemory& memory, ContactStep& c) {
   if (c.seen.out_of_range) return;
   const auto between_lips = [&](std::size_t i) { return motions[i].inside || motions[i].in_slit; };
   std::erase_if(memory.rims, [&](const RememberedRim& r) { return !between_lips(static_cast<std::size_t>(r.tool)); });
@@ -281,7 +285,8 @@ void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMoti
     detect_flanks(surface, blade, c.slit, memory, c.contacts);
     any = true;
   }
-  if (any) std::sort(c.contacts.begin(), c.contacts.end(), [](const Contact& a, const Contact& b) { return a.key < b.key; });
+  if (any)
+    std::sort(c.contacts.begin(), c.contacts.end(), [](const Contact& a, const Contact& b) { return a.key < b.key; });
 }
 
 void make_contact_rows(const Body& body, ContactStep& c) {
@@ -314,7 +319,8 @@ void make_contact_rows(const Body& body, ContactStep& c) {
 Vec3 pressed(const Body& body, const MechanicsState& state, const EdgePress& press) {
   const Embedding& e = body.embedding;
   const RigidState& tool = state.tools[static_cast<std::size_t>(press.tool)];
-  const Vec3 x = point_position(body.hex, {e.collision[press.vertex], e.collision_local[press.vertex]}, state.positions);
+  const Vec3 x =
+      point_position(body.hex, {e.collision[press.vertex], e.collision_local[press.vertex]}, state.positions);
   return tool.position + tool.axes * press.local - (x + press.offset);
 }
 
@@ -370,13 +376,15 @@ RigidState tool_state(const SceneRigidTool& tool) {
   return {place.position, place.axes, {}, {}};
 }
 
-RigidVelocity expected_velocity(const SceneRigidTool& scene_tool, const ToolMotion& motion, const RigidState& now, double t, double h) {
+RigidVelocity expected_velocity(const SceneRigidTool& scene_tool, const ToolMotion& motion, const RigidState& now,
+                                double t, double h) {
   RigidTool tool = rigid_tool(scene_tool, motion, t, h);
   tool.force = motion.force + motion.resistance;
   tool.torque = motion.torque + motion.resistance_torque;
   ToolWork work;
   prepare_tool(tool, now, h, work);
-  return {(1 / work.mass) * Vec3{work.right[0], work.right[1], work.right[2]}, (1 / work.inertia) * Vec3{work.right[3], work.right[4], work.right[5]}};
+  return {(1 / work.mass) * Vec3{work.right[0], work.right[1], work.right[2]},
+          (1 / work.inertia) * Vec3{work.right[3], work.right[4], work.right[5]}};
 }
 
 RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, double t, double h) {
@@ -404,8 +412,8 @@ static double jaw_travel(const SceneRigidTool& tool, const ToolMotion& motion, d
   return std::fabs(motion.jaws(t + dt) - motion.jaws(t)) * 0.5 * tool.opening * tool_sizes(tool).tip;
 }
 
-int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state, const std::vector<ToolMotion>& motions,
-                     double t, double dt, ContactStep& c) {
+int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state,
+                     const std::vector<ToolMotion>& motions, double t, double dt, ContactStep& c) {
   refresh_surface(body, c);
   if (scene.contact.substeps <= 1) return 1;
   place_shapes(scene, state, motions, t, dt, c);
@@ -417,7 +425,9 @@ int contact_substeps(const Scene& scene, const Body& body, const MechanicsState&
     const double travel = jaw_travel(scene.tools[i], motions[i], t, dt);
     if (!(travel > 0)) continue;
     const double size = c.surface.largest_radius + thinnest_radius(c.tools[i]);
-    if (size > 0) parts = std::max(parts, static_cast<int>(std::min(std::ceil(travel / (kJawTravel * size)), static_cast<double>(scene.contact.substeps))));
+    if (size > 0)
+      parts = std::max(parts, static_cast<int>(std::min(std::ceil(travel / (kJawTravel * size)),
+                                                        static_cast<double>(scene.contact.substeps))));
   }
   return parts;
 }
@@ -434,10 +444,13 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
   }
   const SurfaceState surface = surface_state(body, c);
   c.seen = detect({&surface, 1}, c.shapes.obstacles, c.tools, detect_options(scene, h), memory, c.detect, c.contacts);
-  if (!c.seen.out_of_range) add_sunk_walls(surface, scene.contact.margin * c.surface.largest_radius, scene.contact.friction, memory, c.contacts);
+  if (!c.seen.out_of_range)
+    add_sunk_walls(surface, scene.contact.margin * c.surface.largest_radius, scene.contact.friction, memory,
+                   c.contacts);
 }
 
-double reckon_overlap(const Body& body, const MechanicsState& ended, double deep, std::span<ContactResult> results, ContactStep& c) {
+double reckon_overlap(const Body& body, const MechanicsState& ended, double deep, std::span<ContactResult> results,
+                      ContactStep& c) {
   double deepest = 0;
   bool known = false;
   SurfaceState surface;
@@ -456,8 +469,9 @@ double reckon_overlap(const Body& body, const MechanicsState& ended, double deep
   return deepest;
 }
 
-bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
-                   const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& c) {
+bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began,
+                   const MechanicsState& ended, const DetectMemory& memory, double h, Vec3 gravity, double deep,
+                   std::span<const ContactResult> results, ContactStep& c) {
   c.sunk.clear();
   if (!scene.contact.self) return false;
   const std::size_t n = began.positions.size();
@@ -470,7 +484,8 @@ bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& m
   double moved = 0, stray = 0;
   for (std::size_t i = 0; i < n; ++i) {
     moved = std::max(moved, norm(ended.positions[i] - began.positions[i] - share * mean));
-    stray = std::max(stray, norm(ended.positions[i] - predicted_place(model, began, i, h, gravity) - share * mean_stray));
+    stray =
+        std::max(stray, norm(ended.positions[i] - predicted_place(model, began, i, h, gravity) - share * mean_stray));
   }
   // What touches is found where it is as the step begins: corners that pass each other just as foretold may still come to lie in walls. But by no more than they moved.
   if (2 * moved > kSankBy * deep && walls_sank_in(body, began, ended, deep, c)) return true;
@@ -484,9 +499,11 @@ bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& m
   detect({&surface, 1}, {}, {}, options, c.surprise_memory, c.detect_surprises, c.surprises);
   for (const Contact& contact : c.surprises) {
     if (!(contact.gap < -deep)) continue;
-    const auto at = std::lower_bound(c.contacts.begin(), c.contacts.end(), contact.key, [](const Contact& x, std::uint64_t key) { return x.key < key; });
+    const auto at = std::lower_bound(c.contacts.begin(), c.contacts.end(), contact.key,
+                                     [](const Contact& x, std::uint64_t key) { return x.key < key; });
     const bool known = at != c.contacts.end() && at->key == contact.key;
-    if (known && !(contact.gap < results[static_cast<std::size_t>(at - c.contacts.begin())].end_gap - kUnlike * deep)) continue;
+    if (known && !(contact.gap < results[static_cast<std::size_t>(at - c.contacts.begin())].end_gap - kUnlike * deep))
+      continue;
     if (depth_of(surface, contact, c.depths) > deep) return true;
   }
   return false;

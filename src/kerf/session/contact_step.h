@@ -31,14 +31,15 @@ struct ContactStep {
   std::vector<NodeState> nodes;
   std::vector<Vec3> positions, offsets, predicted;  // per collision vertex
   DetectWorkspace detect;
-  DetectReport seen;               ///< of the last detection
-  std::vector<Contact> contacts;   ///< of the last detection, by key; results in the workspace of mechanics are in the same order
+  DetectReport seen;  ///< of the last detection
+  std::vector<Contact>
+      contacts;  ///< of the last detection, by key; results in the workspace of mechanics are in the same order
   ContactSet set;
   std::vector<std::int32_t> node_slot;  ///< per node, -1 between uses
   Slit slit;                            ///< of the blade that cuts
 
-  DetectWorkspace detect_surprises;     ///< find_surprise(): what it works on
-  std::vector<Vec3> strays, turns;      // per collision vertex
+  DetectWorkspace detect_surprises;  ///< find_surprise(): what it works on
+  std::vector<Vec3> strays, turns;   // per collision vertex
   DetectMemory surprise_memory;
   std::vector<Contact> surprises;
   DepthSearch depths;                   ///< and reckon_overlap()
@@ -54,7 +55,8 @@ RigidState tool_state(const SceneRigidTool& tool);
 /// Numbers of a tool that follows a motion from time t for h seconds.
 RigidTool rigid_tool(const SceneRigidTool& tool, const ToolMotion& motion, double t, double h);
 /// What its coupling, what it holds and what it cuts make of the tool's motion from time t in a step of h seconds, without contacts.
-RigidVelocity expected_velocity(const SceneRigidTool& tool, const ToolMotion& motion, const RigidState& now, double t, double h);
+RigidVelocity expected_velocity(const SceneRigidTool& tool, const ToolMotion& motion, const RigidState& now, double t,
+                                double h);
 
 /// Where an edge that cuts presses against a vertex: one-sided, up to the resistance of the material.
 struct EdgePress {
@@ -70,11 +72,12 @@ struct EdgePress {
 /// m: how far its edge has pressed on from there.
 Vec3 pressed(const Body& body, const MechanicsState& state, const EdgePress& press);
 /// Rows of edges that cut, after those of contacts.
-void add_edge_rows(const Body& body, const MechanicsState& state, std::span<const EdgePress> presses, ContactStep& step);
+void add_edge_rows(const Body& body, const MechanicsState& state, std::span<const EdgePress> presses,
+                   ContactStep& step);
 
 /// How many equal parts a step of dt seconds needs so that nothing tunnels: obstacles and tools as they move at time t.
-int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state, const std::vector<ToolMotion>& motions,
-                     double t, double dt, ContactStep& step);
+int contact_substeps(const Scene& scene, const Body& body, const MechanicsState& state,
+                     const std::vector<ToolMotion>& motions, double t, double dt, ContactStep& step);
 
 /// The two halves of find_contacts.
 void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& state,
@@ -82,20 +85,22 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
                      ContactStep& step);
 void make_contact_rows(const Body& body, ContactStep& step);
 /// Contacts of the flanks and the back of blades in their slits between t and t + h, after detection.
-void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h, DetectMemory& memory,
-                ContactStep& step);
+void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h,
+                DetectMemory& memory, ContactStep& step);
 
 /// Did a step of h seconds, from `began` to `ended`, take points of the body so deep (m) into each other that find_contacts() had not handed out, because
 /// they moved otherwise than they would have without contact and forces, or much deeper than the `results` of those say? Looks at where they ended (what is
 /// linear in the step is not true of rims that turn), and only if nodes strayed far: at walls that came to be in material, and at what detection finds there.
 /// `memory`: that before the step. Walls that are so deep by then, since now or before, are in step.sunk.
-bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began, const MechanicsState& ended,
-                   const DetectMemory& memory, double h, Vec3 gravity, double deep, std::span<const ContactResult> results, ContactStep& step);
+bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& model, const MechanicsState& began,
+                   const MechanicsState& ended, const DetectMemory& memory, double h, Vec3 gravity, double deep,
+                   std::span<const ContactResult> results, ContactStep& step);
 
 /// m: the deepest of all contacts at the end of a step that has been solved. Two points of bodies that would overlap by more than `deep` along the normal
 /// that they had when it began may have turned or slid off each other: of those, how deep they really are in the material of the other one replaces
 /// their end_gap in `results`, if that is less.
-double reckon_overlap(const Body& body, const MechanicsState& ended, double deep, std::span<ContactResult> results, ContactStep& step);
+double reckon_overlap(const Body& body, const MechanicsState& ended, double deep, std::span<ContactResult> results,
+                      ContactStep& step);
 
 /// What touches between t and t + h: step.contacts, without those that leave_out says, and the rows of step.set.
 /// O(surface refitted + contacts).

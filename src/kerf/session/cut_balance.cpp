@@ -29,7 +29,8 @@ void for_each_share(const HexMesh& hex, const MechanicsModel& model, NodeId n, F
     const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
     if (!hex.frame.contains(c)) continue;
     for (HexId h = hex.first_copy[hex.frame.cell_id(c)]; h.valid(); h = hex.next_in_cell[h])
-      if (hex.nodes[h][static_cast<std::size_t>(k)] == n && model.has_element(h)) f(h, model.element_masses(h)[static_cast<std::size_t>(k)]);
+      if (hex.nodes[h][static_cast<std::size_t>(k)] == n && model.has_element(h))
+        f(h, model.element_masses(h)[static_cast<std::size_t>(k)]);
   }
 }
 
@@ -49,8 +50,8 @@ void join_balance(const MechanicsModel& model, const MechanicsState& state, HexI
   add(model, state, id, 1, balance);
 }
 
-void move_in_balance(const HexMesh& hex, const MechanicsModel& model, const MechanicsState& state, std::span<const NodeMotion> old,
-                     std::span<const HexId> changed, CutBalance& balance) {
+void move_in_balance(const HexMesh& hex, const MechanicsModel& model, const MechanicsState& state,
+                     std::span<const NodeMotion> old, std::span<const HexId> changed, CutBalance& balance) {
   for (std::size_t i = 0; i < old.size(); ++i) {
     const NodeMotion& m = old[i];
     const auto earlier = old.first(i);  // a node may have been moved twice: the first entry has what it had before

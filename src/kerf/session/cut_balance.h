@@ -24,8 +24,8 @@ struct CutBalance {
 void leave_balance(const MechanicsModel& model, const MechanicsState& state, HexId id, CutBalance& balance);
 void join_balance(const MechanicsModel& model, const MechanicsState& state, HexId id, CutBalance& balance);
 /// For nodes that have been given another motion: the share of those elements around them that are not in `changed` (ascending).
-void move_in_balance(const HexMesh& hex, const MechanicsModel& model, const MechanicsState& state, std::span<const NodeMotion> old,
-                     std::span<const HexId> changed, CutBalance& balance);
+void move_in_balance(const HexMesh& hex, const MechanicsModel& model, const MechanicsState& state,
+                     std::span<const NodeMotion> old, std::span<const HexId> changed, CutBalance& balance);
 
 /// Is there anything to put right? Makes the list of nodes ready: those that move, ascending, each once.
 bool out_of_balance(const HexMesh& hex, const MechanicsModel& model, const MechanicsState& state, CutBalance& balance);

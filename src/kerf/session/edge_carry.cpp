@@ -23,7 +23,8 @@ std::optional<std::array<double, 3>> meeting(const Corners& before, const Corner
   const Vec3 upright[2] = {area_normal(before), area_normal(after)};
   const double squared[2] = {dot(upright[0], upright[0]), dot(upright[1], upright[1])};
   if (!(squared[0] > 0 && squared[1] > 0)) return std::nullopt;
-  const double height[2] = {dot(upright[0], from - before[0]) / std::sqrt(squared[0]), dot(upright[1], to - after[0]) / std::sqrt(squared[1])};
+  const double height[2] = {dot(upright[0], from - before[0]) / std::sqrt(squared[0]),
+                            dot(upright[1], to - after[0]) / std::sqrt(squared[1])};
   if ((height[0] > 0) == (height[1] > 0)) return std::nullopt;
   const double when = height[0] / (height[0] - height[1]);
   Corners x;
@@ -38,12 +39,13 @@ std::optional<std::array<double, 3>> meeting(const Corners& before, const Corner
 
 }  // namespace
 
-void add_crossings(const CollisionMesh& mesh, const std::vector<Vec3>& before, const std::vector<Vec3>& after, const BladeEdge& from,
-                   const BladeEdge& to, double spacing, CarriedEdge& carried) {
+void add_crossings(const CollisionMesh& mesh, const std::vector<Vec3>& before, const std::vector<Vec3>& after,
+                   const BladeEdge& from, const BladeEdge& to, double spacing, CarriedEdge& carried) {
   Box3 swept;
   for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) swept.add(p);
   const double length = std::max(norm(from.tip - from.base), norm(to.tip - to.base));
-  const int points = static_cast<int>(std::clamp(std::ceil(length / spacing), static_cast<double>(kLeastPoints), static_cast<double>(kMostPoints)));
+  const int points = static_cast<int>(
+      std::clamp(std::ceil(length / spacing), static_cast<double>(kLeastPoints), static_cast<double>(kMostPoints)));
   for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
     Corners x0, x1;
     Box3 box;

@@ -13,7 +13,8 @@ namespace kerf {
 /// Motions of places at an edge: their mean, and a straight line through them over the edge's length.
 class CarriedEdge {
  public:
-  explicit CarriedEdge(const BladeEdge& edge) : base_(edge.base), along_(edge.tip - edge.base), squared_(dot(along_, along_)) {}
+  explicit CarriedEdge(const BladeEdge& edge)
+      : base_(edge.base), along_(edge.tip - edge.base), squared_(dot(along_, along_)) {}
   /// A place that was `at` and has moved by `motion`, metres.
   void add(Vec3 at, Vec3 motion) {
     const double s = squared_ > 0 ? std::clamp(dot(at - base_, along_) / squared_, 0.0, 1.0) : 0;
@@ -48,7 +49,7 @@ class CarriedEdge {
 
 /// Adds the places of the middle surface that have crossed an edge, while vertices went straight from `before` to `after` and the edge from `from`
 /// to `to`. `spacing`: of the points of the edge that are looked at, metres.
-void add_crossings(const CollisionMesh& mesh, const std::vector<Vec3>& before, const std::vector<Vec3>& after, const BladeEdge& from,
-                   const BladeEdge& to, double spacing, CarriedEdge& carried);
+void add_crossings(const CollisionMesh& mesh, const std::vector<Vec3>& before, const std::vector<Vec3>& after,
+                   const BladeEdge& from, const BladeEdge& to, double spacing, CarriedEdge& carried);
 
 }  // namespace kerf

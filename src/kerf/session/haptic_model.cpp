@@ -136,7 +136,9 @@ HapticAnswer solve_proxy(const HapticModel& model, const RigidPlace& device) {
     active_before = active;
     const Six full = solve(a, b);
     // Newton's step, halved until the energy falls: the active sets can't go round in circles.
-    const auto energy = [&](const Six& at) { return coupling_energy(model, wanted, at) + planes_energy(model, rows, at); };
+    const auto energy = [&](const Six& at) {
+      return coupling_energy(model, wanted, at) + planes_energy(model, rows, at);
+    };
     const double now = energy(x);
     Six next = full;
     for (int halved = 0; halved < 8 && energy(next) > now; ++halved)

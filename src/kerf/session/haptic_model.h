@@ -24,12 +24,13 @@ inline constexpr std::size_t kHapticPlanes = 12;
 
 /// Trivially copyable: it travels between threads.
 struct HapticModel {
-  double time = 0;       ///< s, of the clock that the device's thread reads
-  double period = 0;     ///< s to the next model, about: a new one is faded in over it
-  RigidPlace tool;       ///< where the tool was
-  Vec3 force, torque;    ///< N, N m: of the body on the tool, with what resists an edge and what jaws hold, which are no planes
+  double time = 0;    ///< s, of the clock that the device's thread reads
+  double period = 0;  ///< s to the next model, about: a new one is faded in over it
+  RigidPlace tool;    ///< where the tool was
+  Vec3 force,
+      torque;  ///< N, N m: of the body on the tool, with what resists an edge and what jaws hold, which are no planes
   double stiffness = 0, turning_stiffness = 0;  ///< of the coupling, N/m and N m/rad
-  double max_force = 0;  ///< N that the device is given at most; 0: no limit
+  double max_force = 0;                         ///< N that the device is given at most; 0: no limit
   std::int32_t plane_count = 0;
   std::array<HapticPlane, kHapticPlanes> planes{};
 };

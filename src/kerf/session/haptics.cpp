@@ -17,7 +17,6 @@ constexpr double kMostDamping = 20;
 
 }  // namespace
 
-
 HapticModel haptic_model(const Session& session, std::size_t tool, double time) {
   HapticModel model;
   const Scene& scene = session.scene();
@@ -83,7 +82,8 @@ Wrench HapticServo::wrench(const RigidPlace& device, double time) {
 void HapticServo::keep_passive(const RigidPlace& device, double time, double held, double most, Wrench& answer) {
   const double tick = time - last_time_;
   if (booked_ && tick > 0) {
-    const Vec3 move = device.position - last_device_.position, turned = turn_of(product(device.axes, transposed(last_device_.axes)));
+    const Vec3 move = device.position - last_device_.position,
+               turned = turn_of(product(device.axes, transposed(last_device_.axes)));
     store_ = std::min(store_ - dot(last_.force, move) - dot(last_.torque, turned), most);
     const double power = (dot(answer.force, move) + dot(answer.torque, turned)) / tick;
     if (power > 0 && store_ < held) {

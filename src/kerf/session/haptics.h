@@ -58,7 +58,7 @@ class HapticServo {
   RigidPlace tool_;
   double store_ = 0;  ///< J that the device has given and not got back, as far as springs can hold it
   RigidPlace last_device_;
-  Wrench last_;       ///< the last answer
+  Wrench last_;  ///< the last answer
   double last_time_ = 0;
   bool booked_ = false;  ///< there is a last answer
 };

@@ -7,7 +7,9 @@ namespace kerf {
 
 FadeStep::FadeStep(double step) : dt(step), decay(std::exp(-kFadeRate * step)) {}
 
-bool faded(Vec3 offset, Vec3 velocity, double negligible) { return norm(offset) + norm(velocity) / kFadeRate < negligible; }
+bool faded(Vec3 offset, Vec3 velocity, double negligible) {
+  return norm(offset) + norm(velocity) / kFadeRate < negligible;
+}
 
 void NodeFade::set(NodeId n, Vec3 new_offset, Vec3 new_velocity) {
   if (n.index() >= offset.size()) {
@@ -26,12 +28,14 @@ void NodeFade::truncate(std::size_t nodes) {
 }
 
 NodeMotion motion_of(const MechanicsState& state, const NodeFade& fade, NodeId node) {
-  return {node, state.positions[node.index()], state.velocities[node.index()], fade.offset_of(node), fade.velocity_of(node)};
+  return {node, state.positions[node.index()], state.velocities[node.index()], fade.offset_of(node),
+          fade.velocity_of(node)};
 }
 
 void move_node(NodeId node, const NodeMotion& to, MechanicsState& state, NodeFade& fade, std::vector<NodeMotion>& old) {
   const NodeMotion was = motion_of(state, fade, node);
-  if (was.position == to.position && was.velocity == to.velocity && was.offset == to.offset && was.offset_velocity == to.offset_velocity)
+  if (was.position == to.position && was.velocity == to.velocity && was.offset == to.offset &&
+      was.offset_velocity == to.offset_velocity)
     return;
   old.push_back(was);
   state.positions[node.index()] = to.position;

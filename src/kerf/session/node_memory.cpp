@@ -33,8 +33,8 @@ void NodeMemory::clear() {
   cells.clear();
 }
 
-void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeFade& fade, std::span<const CellId> cells,
-                    NodeMemory& memory) {
+void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeFade& fade,
+                    std::span<const CellId> cells, NodeMemory& memory) {
   memory.clear();
   memory.cells.assign(cells.begin(), cells.end());
   std::sort(memory.cells.begin(), memory.cells.end());
@@ -52,11 +52,12 @@ void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeF
       memory.pieces.push_back({cell, t, p.side, p.volume, static_cast<std::int32_t>(copy)});
     });
   }
-  KERF_ASSERT(std::is_sorted(memory.pieces.begin(), memory.pieces.end(), [](const auto& a, const auto& b) { return key(a) < key(b); }));
+  KERF_ASSERT(std::is_sorted(memory.pieces.begin(), memory.pieces.end(),
+                             [](const auto& a, const auto& b) { return key(a) < key(b); }));
 }
 
-void recall_cells(const HexMesh& hex, const MechanicsModel& model, NodeMemory& memory, MechanicsState& state, NodeFade& fade,
-                  std::vector<NodeMotion>& old) {
+void recall_cells(const HexMesh& hex, const MechanicsModel& model, NodeMemory& memory, MechanicsState& state,
+                  NodeFade& fade, std::vector<NodeMotion>& old) {
   auto& heirs = memory.heirs;
   auto& shares = memory.shares;
   shares.clear();
@@ -72,11 +73,13 @@ void recall_cells(const HexMesh& hex, const MechanicsModel& model, NodeMemory& m
     });
     for (const NodeMemory::Heir& heir : heirs)
       for (std::size_t c = 0; c < 8; ++c)
-        shares.push_back({hex.nodes[heir.copy][c], heir.volume, memory.copies[static_cast<std::size_t>(heir.from)].nodes[c]});
+        shares.push_back(
+            {hex.nodes[heir.copy][c], heir.volume, memory.copies[static_cast<std::size_t>(heir.from)].nodes[c]});
   }
   // Stable: the order of a sum must not depend on the sort.
-  std::stable_sort(shares.begin(), shares.end(),
-                   [](const auto& a, const auto& b) { return std::tuple(a.node, a.from.node) < std::tuple(b.node, b.from.node); });
+  std::stable_sort(shares.begin(), shares.end(), [](const auto& a, const auto& b) {
+    return std::tuple(a.node, a.from.node) < std::tuple(b.node, b.from.node);
+  });
   for (std::size_t i = 0, end; i < shares.size(); i = end) {
     for (end = i; end < shares.size() && shares[end].node == shares[i].node;) ++end;
     const std::span<const NodeMemory::Share> all(shares.data() + i, end - i);
@@ -92,7 +95,8 @@ const NodeMemory::Share& largest_share(std::span<const NodeMemory::Share> shares
   double most = -1;
   for (std::size_t i = 0, end; i < shares.size(); i = end) {
     double volume = 0;
-    for (end = i; end < shares.size() && shares[end].from.node == shares[i].from.node; ++end) volume += shares[end].volume;
+    for (end = i; end < shares.size() && shares[end].from.node == shares[i].from.node; ++end)
+      volume += shares[end].volume;
     if (volume > most) most = volume, best = i;
   }
   return shares[best];

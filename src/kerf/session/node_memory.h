@@ -45,13 +45,13 @@ struct NodeMemory {
 };
 
 /// Remembers the motion of all pieces of material in these cells (any order, repeats allowed), instead of what was remembered.
-void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeFade& fade, std::span<const CellId> cells,
-                    NodeMemory& memory);
+void remember_cells(const HexMesh& hex, const MechanicsState& state, const NodeFade& fade,
+                    std::span<const CellId> cells, NodeMemory& memory);
 
 /// Gives the nodes of those cells the motion and offsets that most of their material had, to the bit. Nodes of material that is not
 /// remembered stay as they are. Appends the motion that nodes had before to `old`.
-void recall_cells(const HexMesh& hex, const MechanicsModel& model, NodeMemory& memory, MechanicsState& state, NodeFade& fade,
-                  std::vector<NodeMotion>& old);
+void recall_cells(const HexMesh& hex, const MechanicsModel& model, NodeMemory& memory, MechanicsState& state,
+                  NodeFade& fade, std::vector<NodeMotion>& old);
 
 /// Of shares of one node, sorted by the node they are from: the first of that node with the most volume.
 const NodeMemory::Share& largest_share(std::span<const NodeMemory::Share> shares);

@@ -19,14 +19,20 @@ struct RenderTag;
 using RenderVertex = Id<RenderTag>;
 
 struct RenderSurface {
-  Journaled<RenderVertex, VisualVertex> vertex;          ///< where it is
-  Journaled<RenderVertex, Patch> patch;                  ///< a wall, or any skin patch (then it serves the whole skin)
-  Journaled<RenderVertex, Vec3f> normal;                 ///< at rest, unit
-  Journaled<VisualVertex, RenderVertex> skin;            ///< none until a skin triangle uses the vertex
-  Journaled<VisualHalfEdge, RenderVertex> corner;        ///< of every corner of every visual triangle
+  Journaled<RenderVertex, VisualVertex> vertex;    ///< where it is
+  Journaled<RenderVertex, Patch> patch;            ///< a wall, or any skin patch (then it serves the whole skin)
+  Journaled<RenderVertex, Vec3f> normal;           ///< at rest, unit
+  Journaled<VisualVertex, RenderVertex> skin;      ///< none until a skin triangle uses the vertex
+  Journaled<VisualHalfEdge, RenderVertex> corner;  ///< of every corner of every visual triangle
 
   template <class Fn>
-  void for_each_array(Fn&& f) { f(vertex); f(patch); f(normal); f(skin); f(corner); }
+  void for_each_array(Fn&& f) {
+    f(vertex);
+    f(patch);
+    f(normal);
+    f(skin);
+    f(corner);
+  }
   [[nodiscard]] std::size_t size() const { return vertex.size(); }
 };
 

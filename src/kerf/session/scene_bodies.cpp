@@ -16,14 +16,19 @@
 namespace kerf {
 namespace {
 
-constexpr double kInside = 1e-9;    // of a cell: where a body that fits exactly ends
-constexpr double kFarthestCells = 1e6;   // least cells: farther from the origin, doubles don't resolve where things are in a cell
+constexpr double kInside = 1e-9;  // of a cell: where a body that fits exactly ends
+constexpr double kFarthestCells =
+    1e6;  // least cells: farther from the origin, doubles don't resolve where things are in a cell
 constexpr double kMuchFiner = 2.5;  // cells along an axis where a body alone would have one
 
-const SceneBody& body_at(const Scene& scene, std::size_t number) { return number == 0 ? scene.body : scene.more_bodies[number - 1]; }
+const SceneBody& body_at(const Scene& scene, std::size_t number) {
+  return number == 0 ? scene.body : scene.more_bodies[number - 1];
+}
 
 /// Does the scene say where the lattice lies, or how large its cells are, along the scene's own axes?
-bool lattice_is_given(const SceneLattice& wanted) { return wanted.cells || wanted.cell_size || wanted.origin || wanted.axes; }
+bool lattice_is_given(const SceneLattice& wanted) {
+  return wanted.cells || wanted.cell_size || wanted.origin || wanted.axes;
+}
 
 LatticeFrame placed(const LatticeFrame& frame, const RigidPlace& place) {
   LatticeFrame moved = frame;
@@ -61,9 +66,10 @@ Result<LatticeFrame> joined_frame(const std::vector<LatticeFrame>& frames, const
     low[i] -= cell * std::ceil((low[i] - box.min[i]) / cell - kInside);
     const double count = std::ceil((box.max[i] - low[i]) / cell - kInside);
     if (!(count < static_cast<double>(kMaxLatticeCells)))
-      return bad_input(fmt::format("the bodies lie {:.3g} m apart, too far for cells of {:.3g} m; move them together or give "
-                                   "larger cells in [lattice]",
-                                   box.size()[i], cell));
+      return bad_input(
+          fmt::format("the bodies lie {:.3g} m apart, too far for cells of {:.3g} m; move them together or give "
+                      "larger cells in [lattice]",
+                      box.size()[i], cell));
     options.count[static_cast<std::size_t>(i)] = std::max(1, static_cast<int>(count));
   }
   options.origin = options.axes * low;
@@ -80,9 +86,10 @@ Status check_distance(const SceneBodies& bodies) {
   const Vec3 cell = bodies.frame.cell;
   const double least = std::fmin(cell.x, std::fmin(cell.y, cell.z));
   if (distance <= kFarthestCells * least) return {};
-  return bad_input(fmt::format("the body lies {:.3g} m from the origin, too far for its cells of {:.3g} m ({:.3g} m is the farthest); give [body] a position "
-                               "nearer to the origin, or move its mesh there",
-                               distance, least, kFarthestCells * least));
+  return bad_input(fmt::format(
+      "the body lies {:.3g} m from the origin, too far for its cells of {:.3g} m ({:.3g} m is the farthest); give [body] a position "
+      "nearer to the origin, or move its mesh there",
+      distance, least, kFarthestCells * least));
 }
 
 Result<SceneBodies> gather_bodies(const Scene& scene, const Progress& progress) {
@@ -115,8 +122,8 @@ Result<SceneBodies> gather_bodies(const Scene& scene, const Progress& progress) 
       continue;
     }
     if (complex.closed != out.complex.closed)
-      return bad_input(fmt::format("{} is {}, {} is {}: bodies of one scene must all be closed, or all open sheets", names[0],
-                                   out.complex.closed ? "closed" : "an open sheet", names[i],
+      return bad_input(fmt::format("{} is {}, {} is {}: bodies of one scene must all be closed, or all open sheets",
+                                   names[0], out.complex.closed ? "closed" : "an open sheet", names[i],
                                    complex.closed ? "closed" : "an open sheet"));
     out.bodies.push_back({RootId(root_count(out.complex)), body_volume(complex), 1});
     append_complex(complex, out.complex);
@@ -140,9 +147,10 @@ Result<SceneBodies> gather_bodies(const Scene& scene, const Progress& progress) 
       const Vec3 axis = out.frame.axes.c[static_cast<std::size_t>(k)];
       const double own = cell_along(frames[i], axis);
       if (own < kMuchFiner * out.frame.cell[k]) continue;
-      out.notes.push_back(fmt::format("{} gets cells of {:.3g} m, because another body needs them, where {:.3g} m would do alone; "
-                                      "give cell_size in [lattice] if that is too slow",
-                                      names[i], out.frame.cell[k], own));
+      out.notes.push_back(
+          fmt::format("{} gets cells of {:.3g} m, because another body needs them, where {:.3g} m would do alone; "
+                      "give cell_size in [lattice] if that is too slow",
+                      names[i], out.frame.cell[k], own));
       break;
     }
   return out;

@@ -17,14 +17,14 @@ TissueVolume tissue_volume(const CellComplex& body, const SceneRegion& lesion);
 inline constexpr int kLesionDivisions = 4, kLesionDepth = 7;
 
 struct TrainerScore {
-  double lesion_volume = 0;     ///< m^3 at the start
-  double lesion_removed = 0;    ///< share of it that is gone, 0 to 1; loose pieces that still lie about are not gone
-  double healthy_removed = 0;   ///< m^3 of anything else that is gone
-  double healthy_share = 0;     ///< of what there was
-  int loose_pieces = 0;         ///< left behind
-  double roughness = 0;         ///< metres: RMS of the cut surfaces that remain
-  double largest_force = 0;     ///< N: Session::ToolState::force of a tool, in any step (mean over it)
-  double time = 0;              ///< s, simulated
+  double lesion_volume = 0;    ///< m^3 at the start
+  double lesion_removed = 0;   ///< share of it that is gone, 0 to 1; loose pieces that still lie about are not gone
+  double healthy_removed = 0;  ///< m^3 of anything else that is gone
+  double healthy_share = 0;    ///< of what there was
+  int loose_pieces = 0;        ///< left behind
+  double roughness = 0;        ///< metres: RMS of the cut surfaces that remain
+  double largest_force = 0;    ///< N: Session::ToolState::force of a tool, in any step (mean over it)
+  double time = 0;             ///< s, simulated
 };
 
 }  // namespace kerf

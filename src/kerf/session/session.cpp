@@ -33,8 +33,9 @@ Status check_commands(const Scene& scene) {
     if (blade->poses.empty())
       return bad_input(scene_place(scene, c.line) + "this blade has no poses; give it two or more to sweep between");
     if (c.at < end)
-      return bad_input(fmt::format("{}this blade starts at {} s, before the one {}has ended ({} s); one blade cuts at a time",
-                                   scene_place(scene, c.line), c.at, line > 0 ? fmt::format("of line {} ", line) : "", end));
+      return bad_input(
+          fmt::format("{}this blade starts at {} s, before the one {}has ended ({} s); one blade cuts at a time",
+                      scene_place(scene, c.line), c.at, line > 0 ? fmt::format("of line {} ", line) : "", end));
     end = c.at + blade->poses.back().time;
     line = c.line;
   }
@@ -55,8 +56,7 @@ CutOptions cut_options(const Scene& scene) {
 
 std::size_t UndoStep::bytes() const {
   return topology.bytes() + (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
-         mechanics.rotations.size() * sizeof(Mat3) +
-         fade.bytes() + (removal ? removal->bytes() : 0);
+         mechanics.rotations.size() * sizeof(Mat3) + fade.bytes() + (removal ? removal->bytes() : 0);
 }
 
 void UndoList::push(UndoStep step) {
@@ -80,11 +80,11 @@ void UndoList::clear() {
 }
 
 SessionState::SessionState(const SessionState& o)
-    : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures), gravity(o.gravity),
-      largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps), next_command(o.next_command), grasps(o.grasps),
-      lost_grasps(o.lost_grasps), tools(o.tools), touching(o.touching),
-      stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo), redo(o.redo),
-      strokes(o.strokes), topology_version(o.topology_version) {}
+    : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures),
+      gravity(o.gravity), largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps),
+      next_command(o.next_command), grasps(o.grasps), lost_grasps(o.lost_grasps), tools(o.tools), touching(o.touching),
+      stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo),
+      redo(o.redo), strokes(o.strokes), topology_version(o.topology_version) {}
 
 SessionState& SessionState::operator=(const SessionState& other) {
   SessionState copy(other);
@@ -115,21 +115,26 @@ Status Session::Impl::prepare(const Progress& progress) {
   cut_options = kerf::cut_options(scene);
   KERF_TRY(check_cut_options(cut_options));
   if (scene.cut.snap)
-    notes.push_back("[cut] snap decides nothing: a path goes through a vertex within the minimum_feature, along the edge. Take the line out.");
+    notes.push_back(
+        "[cut] snap decides nothing: a path goes through a vertex within the minimum_feature, along the edge. Take the line out.");
   state.measures = measure_complex(state.body.complex);
   if (!(scene.cut.dust >= 0 && scene.cut.dust <= kMostDust))
-    return bad_input(fmt::format("dust is {} in [cut]; it is a share of the uncut body's volume and goes from 0, which leaves every piece, to {}", scene.cut.dust, kMostDust));
+    return bad_input(fmt::format(
+        "dust is {} in [cut]; it is a share of the uncut body's volume and goes from 0, which leaves every piece, to {}",
+        scene.cut.dust, kMostDust));
   for (const LatticeBody& b : state.body.hex.bodies) uncut_volume.push_back(b.volume);
   if (scene.lesion) {
     tissue_at_start = tissue_volume(state.body.complex, *scene.lesion);
     pieces_at_start = collision_pieces(state.body.complex).count;
     if (!(tissue_at_start.lesion > 0))
-      return at_line(scene, scene.lesion->line, bad_input("[lesion] marks nothing of the body (rest coordinates, metres); move it onto the body"));
+      return at_line(scene, scene.lesion->line,
+                     bad_input("[lesion] marks nothing of the body (rest coordinates, metres); move it onto the body"));
   }
   const LatticeFrame& frame = state.body.hex.frame;
   size = norm(Vec3{frame.cell.x * frame.count[0], frame.cell.y * frame.count[1], frame.cell.z * frame.count[2]});
 
-  auto model = make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded->materials);
+  auto model =
+      make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded->materials);
   if (!model) return model.error();
   state.model = std::move(*model);
   KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
@@ -154,7 +159,8 @@ Status Session::Impl::prepare(const Progress& progress) {
   }
   KERF_TRY(prepare_contact(scene, state.body, notes, contact));
   for (std::size_t i = 0; i < scene.fixes.size(); ++i)
-    KERF_TRY(fix(scene.fixes[i].region, fmt::format("{}[[fix]] number {}", scene_place(scene, scene.fixes[i].region.line), i + 1)));
+    KERF_TRY(fix(scene.fixes[i].region,
+                 fmt::format("{}[[fix]] number {}", scene_place(scene, scene.fixes[i].region.line), i + 1)));
   KERF_TRY(renew_springs());
   renew_loads();
   note_idle_parts();
@@ -184,7 +190,9 @@ Result<SessionStep> Session::step() {
   }
   if (s.state.stroke && s.state.stroke->from_command) KERF_TRY(s.advance_command_stroke(until));
   auto mechanics = s.advance();
-  if (!mechanics) return failed(mechanics.error().message);  // whatever it was that could not be computed with: the scene was accepted
+  if (!mechanics)
+    return failed(
+        mechanics.error().message);  // whatever it was that could not be computed with: the scene was accepted
   report.mechanics = *mechanics;
   report.parts = s.parts;
   report.detection = s.detection_seconds;
@@ -324,7 +332,8 @@ bool Session::is_fixed(NodeId node) const { return impl_->state.model.is_fixed(n
 Vec3 Session::support_force(NodeId node) const {
   const Impl& s = *impl_;
   // What the last step left belongs to the nodes that there were then.
-  if (s.forces_of != s.state.topology_version || !s.state.model.is_fixed(node) || !s.state.body.hex.active(node)) return {};
+  if (s.forces_of != s.state.topology_version || !s.state.model.is_fixed(node) || !s.state.body.hex.active(node))
+    return {};
   return reaction(s.state.model, s.workspace, s.last_options, node);
 }
 
@@ -334,7 +343,8 @@ Vec3 Session::grasp_force(const std::string& id) const {
   for (const Grasp& g : impl_->state.grasps)
     if (g.id == id)
       for (const SpringId spring : g.springs)
-        if (impl_->state.model.has_spring(spring)) sum += spring_force(impl_->state.model, impl_->state.mechanics, spring);
+        if (impl_->state.model.has_spring(spring))
+          sum += spring_force(impl_->state.model, impl_->state.mechanics, spring);
   return sum;
 }
 
@@ -429,8 +439,10 @@ std::uint64_t Session::hash() const {
     hash.add(t.start);
     hash.add(t.poses);
     hash.add(std::array<double, 5>{t.began, t.jaws_from, t.jaws_to, t.jaws_began, t.jaws_over});
-    hash.add(std::array<std::int32_t, 7>{t.inside, t.in_slit, t.holding, t.placed, t.pressed, t.jaw_pushes[0], t.jaw_pushes[1]});
-    hash.add(std::array<Vec3, 8>{t.base, t.tip, t.carried, t.press, t.force, t.torque, t.resistance, t.resistance_torque});
+    hash.add(std::array<std::int32_t, 7>{t.inside, t.in_slit, t.holding, t.placed, t.pressed, t.jaw_pushes[0],
+                                         t.jaw_pushes[1]});
+    hash.add(
+        std::array<Vec3, 8>{t.base, t.tip, t.carried, t.press, t.force, t.torque, t.resistance, t.resistance_torque});
     hash.add(std::array<double, 2>{t.edge_force, t.edge_length});
   }
   return hash.value();

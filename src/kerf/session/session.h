@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "kerf/base/progress.h"
@@ -53,11 +53,11 @@ struct StrokeRecord {
   bool finished = false;
   bool undone = false;
   BodyCounts before, after;
-  CutTimes times;               ///< summed over the stroke
-  int triangles = 0;            ///< collision triangles walked into, provisional ones included
-  int refused = 0;              ///< degenerate steps that were rolled back
-  int retried = 0;              ///< steps that were refused where they should have gone, and done a little beside
-  RemovalReport removed;        ///< pieces that went: those of a removal, or the dust that the stroke left
+  CutTimes times;         ///< summed over the stroke
+  int triangles = 0;      ///< collision triangles walked into, provisional ones included
+  int refused = 0;        ///< degenerate steps that were rolled back
+  int retried = 0;        ///< steps that were refused where they should have gone, and done a little beside
+  RemovalReport removed;  ///< pieces that went: those of a removal, or the dust that the stroke left
 };
 
 /// What one punch did.
@@ -70,9 +70,9 @@ struct PunchReport {
 
 /// What one pass of a shaver did.
 struct ShaveReport {
-  int edges = 0;                 ///< collision edges that it met
-  int moved_back = 0, stuck = 0; ///< collision vertices that moved, and that had no room to
-  double removed = 0;            ///< m^3
+  int edges = 0;                                     ///< collision edges that it met
+  int moved_back = 0, stuck = 0;                     ///< collision vertices that moved, and that had no room to
+  double removed = 0;                                ///< m^3
   double roughness_before = 0, roughness_after = 0;  ///< metres, of the walls that it met
   double seconds = 0;
 };
@@ -91,10 +91,10 @@ struct SessionChanges {
   bool everything = false;  ///< restore, pieces taken away or put back: compare all
   std::vector<CollisionTriangle> collision_triangles;
   std::vector<VisualTriangle> visual_triangles;
-  std::vector<VisualVertex> moved;  ///< visual vertices that hang on another hexahedron now
-  std::vector<HexId> hexahedra;     ///< new, dead or changed
+  std::vector<VisualVertex> moved;            ///< visual vertices that hang on another hexahedron now
+  std::vector<HexId> hexahedra;               ///< new, dead or changed
   std::vector<RenderVertex> render_vertices;  ///< new ones, and those with another normal
-  std::vector<NodeId> nodes;        ///< new ones, and those that got their first use or lost their last
+  std::vector<NodeId> nodes;                  ///< new ones, and those that got their first use or lost their last
 };
 
 /// Complete state of a session at one moment, undo steps included. Opaque; a pointer to hand around.
@@ -223,10 +223,10 @@ class Session {
   [[nodiscard]] Vec3 grasp_force(const std::string& id) const;
   /// What touched in the last step; empty from a change of topology to the next step.
   struct ContactState {
-    Vec3 point;            ///< metres, at the start of the step (of its last part)
-    Vec3 normal;           ///< unit, towards the body
-    double gap = 0;        ///< metres, at the end of the step; negative: overlap
-    Vec3 force;            ///< N, on the body, friction included
+    Vec3 point;               ///< metres, at the start of the step (of its last part)
+    Vec3 normal;              ///< unit, towards the body
+    double gap = 0;           ///< metres, at the end of the step; negative: overlap
+    Vec3 force;               ///< N, on the body, friction included
     double normal_force = 0;  ///< N
     bool sliding = false;
     std::int32_t obstacle = -1, tool = -1;  ///< number in the scene; both -1: the body itself

@@ -44,25 +44,34 @@ constexpr double kTornApart = 1;
 
 }  // namespace
 
-double Session::Impl::shortest_part() const { return step_options.dt / (kDivided * std::max(kTurnParts, static_cast<double>(scene.contact.substeps))); }
+double Session::Impl::shortest_part() const {
+  return step_options.dt / (kDivided * std::max(kTurnParts, static_cast<double>(scene.contact.substeps)));
+}
 
-int Session::Impl::most_parts(double h) const { return std::max(1, static_cast<int>(h / (kShortest * shortest_part()))); }
+int Session::Impl::most_parts(double h) const {
+  return std::max(1, static_cast<int>(h / (kShortest * shortest_part())));
+}
 
 Status Session::Impl::can_be_followed(double h) const {
   const double dt = step_options.dt;
-  constexpr const char* kWhatToDo = "the step was refused and the state kept; try a shorter time step, or look for a load, a gravity, a move or a stiffness (young) that is out of scale";
+  constexpr const char* kWhatToDo =
+      "the step was refused and the state kept; try a shorter time step, or look for a load, a gravity, a move or a stiffness (young) that is out of scale";
   if (contact.seen.out_of_range)
-    return failed(fmt::format("the body, an obstacle or a tool is or gets farther away than {:.0e} m in a time step of {} s; {}", kFarthest, dt, kWhatToDo));
+    return failed(
+        fmt::format("the body, an obstacle or a tool is or gets farther away than {:.0e} m in a time step of {} s; {}",
+                    kFarthest, dt, kWhatToDo));
   const double part = std::min(h, kDivided * shortest_part()), most = kTornApart * size * (h / part);
   if (!(2 * contact.seen.sway > most)) return {};
   double apart = 0;
   const ContactSurface& mesh = contact.surface;
   const auto way = [&](CollisionVertex v) { return contact.predicted[v.index()] - contact.positions[v.index()]; };
-  for (const CollisionHalfEdge e : ids<CollisionHalfEdge>(mesh.origin.size())) apart = std::max(apart, norm(way(mesh.to(e)) - way(mesh.from(e))));
+  for (const CollisionHalfEdge e : ids<CollisionHalfEdge>(mesh.origin.size()))
+    apart = std::max(apart, norm(way(mesh.to(e)) - way(mesh.from(e))));
   if (!(apart > most)) return {};
-  return failed(fmt::format("neighbouring points of the body come apart at {:.3g} m/s, too fast to be followed in a time step of {} s: by {:.3g} times the body's size in the shortest part that "
-                            "it is divided into; {}",
-                            apart / h, dt, kTornApart * apart / most, kWhatToDo));
+  return failed(fmt::format(
+      "neighbouring points of the body come apart at {:.3g} m/s, too fast to be followed in a time step of {} s: by {:.3g} times the body's size in the shortest part that "
+      "it is divided into; {}",
+      apart / h, dt, kTornApart * apart / most, kWhatToDo));
 }
 
 int Session::Impl::parts_of_meeting(double h) const {
@@ -85,15 +94,18 @@ int Session::Impl::parts_of_meeting(double h) const {
       continue;
     }
     // What falls already falls faster in this part; what lies still a little above an obstacle is held by something else.
-    const double comes = closing + std::clamp(-h * h * dot(row.normal, step_options.gravity), 0.0, std::max(closing, 0.0));
+    const double comes =
+        closing + std::clamp(-h * h * dot(row.normal, step_options.gravity), 0.0, std::max(closing, 0.0));
     if (comes > row.gap) most = std::max(most, comes / (kObstacleTravel * std::max(radius, least)));
   }
-  return std::min(most_parts(h), static_cast<int>(std::ceil(std::min(most, static_cast<double>(scene.contact.substeps)))));
+  return std::min(most_parts(h),
+                  static_cast<int>(std::ceil(std::min(most, static_cast<double>(scene.contact.substeps)))));
 }
 
 int Session::Impl::parts_of_turning(double h) const {
   const double turn = h * deformation_rate(state.body.hex, state.mechanics.velocities, kMostTurn / h);
-  return std::clamp(static_cast<int>(std::ceil(turn / kMostTurn < kTurnParts ? turn / kMostTurn : kTurnParts)), 1, most_parts(h));
+  return std::clamp(static_cast<int>(std::ceil(turn / kMostTurn < kTurnParts ? turn / kMostTurn : kTurnParts)), 1,
+                    most_parts(h));
 }
 
 bool Session::Impl::went_too_deep() const {
@@ -108,7 +120,8 @@ bool Session::Impl::went_too_deep() const {
 bool Session::Impl::must_try_again(int tries, double h, const MechanicsState& began) {
   if (tries == kContactTries && went_too_deep()) return true;
   const double deep = (tries < kContactTries ? kMostUnseen : kDeeper) * contact.surface.largest_radius;
-  return find_surprise(scene, state.body, state.model, began, state.mechanics, touched_part, h, step_options.gravity, deep, workspace.contact.results, contact);
+  return find_surprise(scene, state.body, state.model, began, state.mechanics, touched_part, h, step_options.gravity,
+                       deep, workspace.contact.results, contact);
 }
 
 Result<StepReport> Session::Impl::divide_part(double t, double h, int more, int tries, const MechanicsState* began) {
@@ -127,14 +140,15 @@ Result<StepReport> Session::Impl::divide_part(double t, double h, int more, int 
   return sum;
 }
 
-Result<StepReport> Session::Impl::advance_part(double t, double h, int least_parts, int tries, const MechanicsState* began) {
+Result<StepReport> Session::Impl::advance_part(double t, double h, int least_parts, int tries,
+                                               const MechanicsState* began) {
   int more = std::max(1, least_parts);
   if (contact.on) {
     const auto start = Clock::now();
     touched_part = state.touching;
     passing.clear();
-    find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity, state.touching,
-                  contact, [this](const Contact& c) { return lets_pass(c); });
+    find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity,
+                  state.touching, contact, [this](const Contact& c) { return lets_pass(c); });
     add_edge_rows(state.body, state.mechanics, edge_presses, contact);
     state.touching.passing = passing;
     detection_seconds += seconds_since(start);
@@ -146,16 +160,18 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
   last_options = step_options;
   last_options.dt = h;
   last_options.part_of = step_options.dt;
-  if (contact.on && std::any_of(contact.contacts.begin(), contact.contacts.end(), [](const Contact& c) { return c.b.vertex[0].valid(); }))
+  if (contact.on && std::any_of(contact.contacts.begin(), contact.contacts.end(),
+                                [](const Contact& c) { return c.b.vertex[0].valid(); }))
     last_options.tolerance *= kPairTolerance;
   aim_holds(t + h);
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
   if (contact.on) {
     contact.sunk.clear();
-    done->deepest_overlap =
-        reckon_overlap(state.body, state.mechanics, kDeeper * contact.surface.largest_radius, workspace.contact.results, contact);
-    if (tries > 0 && parts < scene.contact.substeps && most_parts(h) >= kTryAgainParts && must_try_again(tries, h, *began)) {
+    done->deepest_overlap = reckon_overlap(state.body, state.mechanics, kDeeper * contact.surface.largest_radius,
+                                           workspace.contact.results, contact);
+    if (tries > 0 && parts < scene.contact.substeps && most_parts(h) >= kTryAgainParts &&
+        must_try_again(tries, h, *began)) {
       state.mechanics = *began;
       state.touching = touched_part;
       remember_sunk_walls(contact.surface, contact.sunk, state.touching);
@@ -174,7 +190,8 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
 Result<StepReport> Session::Impl::advance_mechanics(double dt) {
   KERF_TRY(fresh_springs());
   part_impulses.assign(scene.tools.size(), {});
-  int equal = contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact) : 1;
+  int equal =
+      contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact) : 1;
   equal = std::min(std::max(equal, parts_of_turning(dt)), most_parts(dt));
   parts = equal;
   if (contact.on || equal > 1) {
@@ -227,7 +244,8 @@ std::vector<Session::ContactState> Session::contacts() const {
   std::vector<ContactState> out;
   const std::vector<ContactResult>& results = s.workspace.contact.results;
   // What the last step left belongs to the body that there was then.
-  if (!s.contact.on || s.forces_of != s.state.topology_version || results.size() != s.contact.set.rows.size()) return out;
+  if (!s.contact.on || s.forces_of != s.state.topology_version || results.size() != s.contact.set.rows.size())
+    return out;
   out.reserve(s.contact.contacts.size());
   for (std::size_t i = 0; i < s.contact.contacts.size(); ++i) {
     const Contact& c = s.contact.contacts[i];

@@ -20,7 +20,8 @@ std::vector<std::uint8_t> Session::Impl::dust_of_stroke(RemovalReport& report) {
   if (!(scene.cut.dust > 0) || record.after.pieces <= record.before.pieces) return {};
   const double most = *std::max_element(uncut_volume.begin(), uncut_volume.end());
   std::vector<SmallPiece> small =
-      small_pieces(state.body.complex, changed_triangles(state.body.complex, state.stroke->start), scene.cut.dust * most, cut_scratch);
+      small_pieces(state.body.complex, changed_triangles(state.body.complex, state.stroke->start),
+                   scene.cut.dust * most, cut_scratch);
   std::erase_if(small, [&](const SmallPiece& piece) { return !is_dust(piece); });
   if (small.empty()) return {};
 
@@ -91,9 +92,14 @@ double Session::Impl::share_of_uncut(double volume) const {
 }
 
 void Session::Impl::note_dust(const RemovalReport& dust, const std::string& place) {
-  if (++dust_notes > kMostDustNotes) return add_note(fmt::format("dust was swept up after more than {} strokes: see what their entries in the report have removed", kMostDustNotes));
-  add_note(fmt::format("{}{} that the stroke left {} swept up as dust: {:.3g} m3, {:.2g} of the uncut body; dust = 0 in [cut] leaves every piece", place,
-                       dust.pieces == 1 ? "a loose piece" : fmt::format("{} loose pieces", dust.pieces), dust.pieces == 1 ? "was" : "were", dust.volume, dust.share));
+  if (++dust_notes > kMostDustNotes)
+    return add_note(
+        fmt::format("dust was swept up after more than {} strokes: see what their entries in the report have removed",
+                    kMostDustNotes));
+  add_note(fmt::format(
+      "{}{} that the stroke left {} swept up as dust: {:.3g} m3, {:.2g} of the uncut body; dust = 0 in [cut] leaves every piece",
+      place, dust.pieces == 1 ? "a loose piece" : fmt::format("{} loose pieces", dust.pieces),
+      dust.pieces == 1 ? "was" : "were", dust.volume, dust.share));
 }
 
 }  // namespace kerf

@@ -48,7 +48,9 @@ Status Session::Impl::apply(const SceneCommand& command) {
     Status operator()(const SceneRemove& r) { return s.remove(r, place); }
     Status operator()(const SceneGrasp& g) { return s.grasp(g, place); }
     Status operator()(const SceneMove& m) { return s.note_lost_grasp(m.id, place, "move") ? Status{} : s.move(m); }
-    Status operator()(const SceneRelease& r) { return s.note_lost_grasp(r.id, place, "release") ? Status{} : s.release(r); }
+    Status operator()(const SceneRelease& r) {
+      return s.note_lost_grasp(r.id, place, "release") ? Status{} : s.release(r);
+    }
     Status operator()(const SceneFixCommand& f) { return s.fix(f.region, "the fix command"); }
     Status operator()(const SceneUnfix& u) { return s.unfix(u.region), Status{}; }
     Status operator()(const SceneToolMotion& m) { return s.move_tool(m); }
@@ -86,18 +88,23 @@ bool Session::Impl::note_lost_grasp(const std::string& id, const std::string& pl
 }
 
 Status Session::Impl::grasp(const SceneGrasp& what, const std::string& place) {
-  if (!is_finite(what.point) || !(what.radius >= 0) || (what.stiffness && !(*what.stiffness > 0 && std::isfinite(*what.stiffness))))
-    return bad_input(fmt::format("grasp '{}': point, radius (>= 0) and stiffness (> 0) must be finite numbers", what.id));
+  if (!is_finite(what.point) || !(what.radius >= 0) ||
+      (what.stiffness && !(*what.stiffness > 0 && std::isfinite(*what.stiffness))))
+    return bad_input(
+        fmt::format("grasp '{}': point, radius (>= 0) and stiffness (> 0) must be finite numbers", what.id));
   const std::vector<Vec3>& now = deformed_collision();
   const std::vector<Vec3>& positions = what.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : now;
   std::vector<CollisionVertex> points = vertices_near(positions, what.point, what.radius);
-  note_far_point(fmt::format("{}grasp '{}' takes hold", place, what.id), positions, points, what.point, what.radius, what.frame);
+  note_far_point(fmt::format("{}grasp '{}' takes hold", place, what.id), positions, points, what.point, what.radius,
+                 what.frame);
   return hold(what.id, std::move(points), what.stiffness);
 }
 
-Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> points, std::optional<double> stiffness) {
+Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> points,
+                           std::optional<double> stiffness) {
   for (const Grasp& g : state.grasps)
-    if (g.id == id) return bad_input(fmt::format("there is a grasp '{}' already; release it first or use another id", id));
+    if (g.id == id)
+      return bad_input(fmt::format("there is a grasp '{}' already; release it first or use another id", id));
   Grasp g;
   g.id = id;
   g.points = std::move(points);
@@ -110,7 +117,8 @@ Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> p
   for (const CollisionVertex v : g.points) g.offset.push_back(now(v) - g.centre);
   g.from = g.to = g.centre;
   g.move_began = state.time;
-  const double per_point = kGraspStiffness * young_at(state.body.embedding.collision[g.points[0]]) * least_cell_edge(state.body.hex);
+  const double per_point =
+      kGraspStiffness * young_at(state.body.embedding.collision[g.points[0]]) * least_cell_edge(state.body.hex);
   g.stiffness = stiffness ? *stiffness / static_cast<double>(g.points.size()) : per_point;
   std::erase(state.lost_grasps, id);
   state.grasps.push_back(std::move(g));
@@ -122,7 +130,8 @@ double Session::Impl::young_at(HexId copy) const {
 }
 
 Status Session::Impl::move(const SceneMove& what) {
-  if ((what.to && !is_finite(*what.to)) || (what.by && !is_finite(*what.by)) || !(what.over >= 0 && std::isfinite(what.over)))
+  if ((what.to && !is_finite(*what.to)) || (what.by && !is_finite(*what.by)) ||
+      !(what.over >= 0 && std::isfinite(what.over)))
     return bad_input(fmt::format("move of grasp '{}': places and times must be finite numbers", what.id));
   for (Grasp& g : state.grasps)
     if (g.id == what.id) {
@@ -152,7 +161,8 @@ void Session::Impl::aim_holds(double until) {
       g.centre = lerp(g.from, g.to, g.move_over > 0 ? std::clamp((until - g.move_began) / g.move_over, 0.0, 1.0) : 1.0);
     }
     for (std::size_t i = 0; i < g.springs.size(); ++i)
-      if (state.model.has_spring(g.springs[i])) state.model.set_spring_target(g.springs[i], g.centre + g.turned * g.offset[i]);
+      if (state.model.has_spring(g.springs[i]))
+        state.model.set_spring_target(g.springs[i], g.centre + g.turned * g.offset[i]);
   }
 }
 
@@ -204,9 +214,10 @@ std::vector<NodeId> Session::Impl::nodes_in(const SceneRegion& region) const {
 Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
   const std::vector<NodeId> nodes = nodes_in(region);
   if (nodes.empty())
-    return bad_input(fmt::format("{} holds nothing: no node of the hexahedra and no collision vertex lies in it (rest coordinates, "
-                                 "metres); make it larger or move it onto the body",
-                                 name));
+    return bad_input(
+        fmt::format("{} holds nothing: no node of the hexahedra and no collision vertex lies in it (rest coordinates, "
+                    "metres); make it larger or move it onto the body",
+                    name));
   for (const NodeId n : nodes) state.model.fix_node(n);
   hold_fixed_nodes(state.model, state.mechanics);
   return {};

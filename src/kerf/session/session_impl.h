@@ -41,22 +41,22 @@ struct BodyAccount {
 struct ActiveStroke {
   SceneFrame frame = SceneFrame::kWorld;
   BladeStroke blade;
-  JournalMark start;         ///< of the whole body
-  SurfaceFade fade;          ///< when it began
-  MechanicsState before;     ///< positions, velocities, rotations when it began
-  DetectMemory touching;     ///< when it began
-  std::int64_t steps = 0;    ///< when it began
-  BodyAccount account;       ///< when it began
-  bool shaving = false;      ///< passes of a shaver instead of poses of a blade
-  bool shaved = false;       ///< one of them took something off
-  SceneShave shave;          ///< of a command
+  JournalMark start;                        ///< of the whole body
+  SurfaceFade fade;                         ///< when it began
+  MechanicsState before;                    ///< positions, velocities, rotations when it began
+  DetectMemory touching;                    ///< when it began
+  std::int64_t steps = 0;                   ///< when it began
+  BodyAccount account;                      ///< when it began
+  bool shaving = false;                     ///< passes of a shaver instead of poses of a blade
+  bool shaved = false;                      ///< one of them took something off
+  SceneShave shave;                         ///< of a command
   CollisionVertex shave_left, shave_until;  ///< what the last pass had no time for: ShaveOptions::first, until
-  bool from_command = false; ///< poses come from `command`
+  bool from_command = false;                ///< poses come from `command`
   bool uncut_noted = false;
-  UncutPath uncut_end;       ///< at the last pose, what lies between the last edge that was crossed and the blade
-  std::int32_t tool = -1;    ///< or from the edge of this tool of the scene
+  UncutPath uncut_end;     ///< at the last pose, what lies between the last edge that was crossed and the blade
+  std::int32_t tool = -1;  ///< or from the edge of this tool of the scene
   SceneBlade command;
-  std::string place;         ///< of that command in the scene file, for messages
+  std::string place;  ///< of that command in the scene file, for messages
   double command_began = 0;
   std::size_t next_pose = 0;
 };
@@ -68,7 +68,8 @@ struct UndoStep {
   MechanicsState mechanics;  ///< undo list: as the stroke began. Redo list: as it was when it was undone
   BodyAccount account;       ///< as `mechanics`
   std::size_t record = 0;    ///< the stroke's place in SessionState::strokes
-  std::optional<PieceRemoval> removal;  ///< pieces were taken away, after the stroke if there was one; else `topology` is empty
+  std::optional<PieceRemoval>
+      removal;  ///< pieces were taken away, after the stroke if there was one; else `topology` is empty
   [[nodiscard]] std::size_t bytes() const;
 };
 
@@ -94,18 +95,18 @@ struct SessionState {
   MechanicsState mechanics;
   SurfaceFade fade;
   BodyMaterials materials;
-  ComplexMeasures measures;  ///< what the body should measure at rest
-  Vec3 gravity;              ///< m/s^2; step_options has the same
+  ComplexMeasures measures;       ///< what the body should measure at rest
+  Vec3 gravity;                   ///< m/s^2; step_options has the same
   double largest_tool_force = 0;  ///< N, in any step
   double time = 0;
   std::int64_t steps = 0;
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
   std::vector<std::string> lost_grasps;  ///< ids of those whose piece was taken away
-  std::vector<ToolMotion> tools;  ///< one per tool of the scene; where the tools are is in `mechanics`
-  DetectMemory touching;          ///< what detection remembers of contacts
-  std::unique_ptr<ActiveStroke> stroke; ///< none between strokes
-  JournalMark synced;                   ///< hexahedra, embeddings and mechanics match the complex as of here
+  std::vector<ToolMotion> tools;         ///< one per tool of the scene; where the tools are is in `mechanics`
+  DetectMemory touching;                 ///< what detection remembers of contacts
+  std::unique_ptr<ActiveStroke> stroke;  ///< none between strokes
+  JournalMark synced;                    ///< hexahedra, embeddings and mechanics match the complex as of here
   UndoList undo, redo;
   std::vector<StrokeRecord> strokes;
   std::uint64_t topology_version = 1;
@@ -133,7 +134,7 @@ struct Session::Impl {
   int uncut_notes = 0;
   TissueVolume tissue_at_start;  ///< in scenes with a lesion
   int pieces_at_start = 1;
-  std::vector<double> uncut_volume;  ///< m^3, of each body
+  std::vector<double> uncut_volume;      ///< m^3, of each body
   std::optional<ComplexRenaming> swept;  ///< ids that the dust of the last stroke to end has changed
   int dust_notes = 0;
   SessionState state;
@@ -145,14 +146,15 @@ struct Session::Impl {
   StepWorkspace workspace;
   StepOptions last_options;  ///< of the step that the workspace holds
   ContactStep contact;
-  MechanicsState before_step;  ///< while a step is taken in parts
+  MechanicsState before_step;                 ///< while a step is taken in parts
   std::array<MechanicsState, 2> before_part;  ///< and a part of it, by how often that may be tried again
   DetectMemory touched_before, touched_part;
   int parts = 1;  ///< of the last step
   double detection_seconds = 0;
-  std::uint64_t forces_of = 0;  ///< topology version of the step that the workspace holds
+  std::uint64_t forces_of = 0;               ///< topology version of the step that the workspace holds
   std::vector<RigidToolResult> tool_forces;  ///< mean over the last step
-  std::vector<RigidToolResult> step_impulses, part_impulses;  ///< N s: of the step and of the part of it that are being made
+  std::vector<RigidToolResult> step_impulses,
+      part_impulses;  ///< N s: of the step and of the part of it that are being made
   EmbeddingScratch embedding_scratch;
   std::vector<VisualVertex> moved;
   Skin skin;  ///< derived from the embedding
@@ -164,7 +166,7 @@ struct Session::Impl {
   std::vector<VisualTriangle> changed_visual;
   NodeMemory remembered;  ///< of the cells of a provisional tip that was rolled back
   std::vector<CellId> remembered_cells;
-  CutBalance balance;     ///< of a pose of the blade
+  CutBalance balance;  ///< of a pose of the blade
   std::vector<HexId> changed_hexes;
   SurfaceMemory surface;  ///< where surface vertices were before a pose of the blade
   double size = 1;        ///< m: of the lattice's box
@@ -175,7 +177,7 @@ struct Session::Impl {
   FaceBoxes sweep_boxes;              ///< there
   bool sweep_at_rest = false;         ///< those are positions at rest
   std::size_t sweep_known = 0;        ///< and so many of them still hold
-  std::vector<Vec3> shown;  ///< of shown_nodes()
+  std::vector<Vec3> shown;            ///< of shown_nodes()
   std::vector<TipGlue> glue;
   BodyCounts counted;  ///< of topology version counted_at
   std::uint64_t counted_at = 0;
@@ -188,7 +190,8 @@ struct Session::Impl {
   /// Before the first step: what of the scene does nothing, or is broken off.
   void note_idle_parts();
   /// A grasp or a load whose point lies away from the body takes the nearest vertex: `points` of `positions`. `what`: who takes it.
-  void note_far_point(const std::string& what, const std::vector<Vec3>& positions, std::span<const CollisionVertex> points, Vec3 point, double radius, SceneFrame frame);
+  void note_far_point(const std::string& what, const std::vector<Vec3>& positions,
+                      std::span<const CollisionVertex> points, Vec3 point, double radius, SceneFrame frame);
   /// The edge of the stroke's blade goes through material that the stroke does not cut.
   void note_passed(const BladeEdge& edge);
   /// A stroke left a path uncut.
@@ -379,7 +382,7 @@ struct Session::Impl {
     sweep_known = 0;
     sweep_boxes.forget();
   }
-  PieceLabels piece_labels;                             ///< at topology version counted_at
+  PieceLabels piece_labels;                       ///< at topology version counted_at
   std::vector<CollisionTriangle> pieces_changed;  ///< since then
   /// The complex has changed since `since` (a mark, before it is rolled back to, or a step): what was kept of it for sweeps goes.
   template <class Since>

@@ -54,8 +54,7 @@ Status Session::set_material(double young, double poisson, double density) {
   for (std::size_t i = 0; i < after.size(); ++i)
     KERF_TRY(s.state.model.set_material(static_cast<std::int32_t>(i), after[i]));
   const HexMesh& hex = s.state.body.hex;
-  for (std::size_t i = 0; i < hex.hex_count(); ++i)
-    KERF_TRY(sync_hex(hex, s.state.materials, HexId(i), s.state.model));
+  for (std::size_t i = 0; i < hex.hex_count(); ++i) KERF_TRY(sync_hex(hex, s.state.materials, HexId(i), s.state.model));
   return s.renew_springs();  // the glue of slit tips goes by Young's modulus
 }
 Material Session::material() const { return impl_->state.model.materials()[0]; }

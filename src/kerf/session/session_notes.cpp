@@ -32,7 +32,8 @@ struct Leading {
 std::optional<Leading> leading(const SceneCommand& c) {
   if (const auto* motion = std::get_if<SceneToolMotion>(&c.what); motion && !motion->poses.empty())
     return Leading{&motion->id, "tool", "leads", c.at + motion->poses.back().time};
-  if (const auto* move = std::get_if<SceneMove>(&c.what)) return Leading{&move->id, "grasp", "moves", c.at + move->over};
+  if (const auto* move = std::get_if<SceneMove>(&c.what))
+    return Leading{&move->id, "grasp", "moves", c.at + move->over};
   return {};
 }
 
@@ -42,7 +43,9 @@ void Session::Impl::add_note(std::string note) {
   if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
 }
 
-std::string Session::Impl::name_of_body(std::int32_t body) const { return body_name(scene, static_cast<std::size_t>(body)); }
+std::string Session::Impl::name_of_body(std::int32_t body) const {
+  return body_name(scene, static_cast<std::size_t>(body));
+}
 
 void Session::Impl::note_idle_parts() {
   const HexMesh& hex = state.body.hex;
@@ -50,7 +53,8 @@ void Session::Impl::note_idle_parts() {
   std::vector<std::uint8_t> counts(regions.size(), 0);
   for (const HexId h : ids<HexId>(regions.empty() ? 0 : hex.hex_count())) {
     if (!state.model.has_element(h)) continue;
-    const auto material = static_cast<std::size_t>(state.model.element(h).material), plain = state.materials.of(hex.material[h].body);
+    const auto material = static_cast<std::size_t>(state.model.element(h).material),
+               plain = state.materials.of(hex.material[h].body);
     if (material > plain) counts[material - plain - 1] = 1;
   }
   for (std::size_t i = 0; i < regions.size(); ++i) {
@@ -58,14 +62,18 @@ void Session::Impl::note_idle_parts() {
     bool covers = false;
     for (const HexId h : ids<HexId>(hex.hex_count())) {
       const LatticeIndex c = hex.cell[h];
-      covers = covers || (hex.alive(h) && regions[i].contains(hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5})));
+      covers =
+          covers || (hex.alive(h) && regions[i].contains(hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5})));
     }
     const Vec3 cell = hex.frame.cell;
     const std::string name = fmt::format("{}[[material.region]] number {}", scene_place(scene, regions[i].line), i + 1);
-    add_note(covers ? fmt::format("{} changes nothing: later regions have all of its cells, and later ones win", name)
-                    : fmt::format("{} marks nothing: the middle of no cell of the body lies in it (rest coordinates, metres); move it onto the body, or make it "
-                                  "larger or the cells smaller (they are {:.3g} x {:.3g} x {:.3g} m)",
-                                  name, cell.x, cell.y, cell.z));
+    add_note(
+        covers
+            ? fmt::format("{} changes nothing: later regions have all of its cells, and later ones win", name)
+            : fmt::format(
+                  "{} marks nothing: the middle of no cell of the body lies in it (rest coordinates, metres); move it onto the body, or make it "
+                  "larger or the cells smaller (they are {:.3g} x {:.3g} x {:.3g} m)",
+                  name, cell.x, cell.y, cell.z));
   }
 
   const std::vector<Vec3>& rest = state.body.complex.collision.rest.raw();
@@ -76,10 +84,11 @@ void Session::Impl::note_idle_parts() {
   }
 
   if (!wants_contact(scene) && (!scene.tools.empty() || !scene.obstacles.empty()))
-    add_note(fmt::format("contact is off (enabled = false in [contact]), so obstacles and tools press on nothing: the scene has {} and {}; "
-                         "edges still cut and shut jaws still hold",
-                         scene.obstacles.size() == 1 ? "1 obstacle" : fmt::format("{} obstacles", scene.obstacles.size()),
-                         scene.tools.size() == 1 ? "1 tool" : fmt::format("{} tools", scene.tools.size())));
+    add_note(fmt::format(
+        "contact is off (enabled = false in [contact]), so obstacles and tools press on nothing: the scene has {} and {}; "
+        "edges still cut and shut jaws still hold",
+        scene.obstacles.size() == 1 ? "1 obstacle" : fmt::format("{} obstacles", scene.obstacles.size()),
+        scene.tools.size() == 1 ? "1 tool" : fmt::format("{} tools", scene.tools.size())));
 
   const std::vector<SceneCommand>& commands = scene.commands;
   for (std::size_t i = 0; i < commands.size(); ++i) {
@@ -89,33 +98,41 @@ void Session::Impl::note_idle_parts() {
       const auto before = leading(commands[k]);
       if (!before || before->what != now->what || *before->id != *now->id) continue;
       if (before->end > commands[i].at * (1 + kSameTime))
-        add_note(fmt::format("{}this command {} {} '{}' from {} s on, and breaks off the one {}that would have led it until {:.6g} s",
-                             scene_place(scene, commands[i].line), now->verb, now->what, *now->id, commands[i].at,
-                             commands[k].line > 0 ? fmt::format("of line {} ", commands[k].line) : "", before->end));
+        add_note(fmt::format(
+            "{}this command {} {} '{}' from {} s on, and breaks off the one {}that would have led it until {:.6g} s",
+            scene_place(scene, commands[i].line), now->verb, now->what, *now->id, commands[i].at,
+            commands[k].line > 0 ? fmt::format("of line {} ", commands[k].line) : "", before->end));
       break;
     }
   }
 }
 
-void Session::Impl::note_far_point(const std::string& what, const std::vector<Vec3>& positions, std::span<const CollisionVertex> points, Vec3 point,
-                                   double radius, SceneFrame frame) {
+void Session::Impl::note_far_point(const std::string& what, const std::vector<Vec3>& positions,
+                                   std::span<const CollisionVertex> points, Vec3 point, double radius,
+                                   SceneFrame frame) {
   if (points.size() != 1) return;  // those lie within the radius
   const CollisionVertex v = points[0];
   const Vec3 at = positions[v.index()];
   const double far = norm(at - point);
-  if (far <= radius || far <= kNearVertex * state.body.complex.mean_root_edge + norm(state.body.complex.collision.offset[v])) return;
-  add_note(fmt::format("{} {:.3g} m away from its point: nothing of the body is there, and the nearest vertex is at ({:.4g}, {:.4g}, {:.4g}) ({} coordinates, "
-                       "metres); move the point onto the body",
-                       what, far, at.x, at.y, at.z, frame == SceneFrame::kRest ? "rest" : "world"));
+  if (far <= radius ||
+      far <= kNearVertex * state.body.complex.mean_root_edge + norm(state.body.complex.collision.offset[v]))
+    return;
+  add_note(fmt::format(
+      "{} {:.3g} m away from its point: nothing of the body is there, and the nearest vertex is at ({:.4g}, {:.4g}, {:.4g}) ({} coordinates, "
+      "metres); move the point onto the body",
+      what, far, at.x, at.y, at.z, frame == SceneFrame::kRest ? "rest" : "world"));
 }
 
 void Session::Impl::note_uncut(const UncutPath& path) {
   if (path.reason == UncutReason::kNone || !state.stroke || state.stroke->uncut_noted) return;
   state.stroke->uncut_noted = true;
-  if (++uncut_notes > kMostUncutNotes) return add_note(fmt::format("parts of cuts were left uncut in more than {} strokes: see their counts of refused steps", kMostUncutNotes));
-  add_note(fmt::format("{}a part of a cut near ({:.4g}, {:.4g}, {:.4g}) (rest coordinates, metres) was left uncut: {}; lead the blade there again, a little beside, "
-                       "or make minimum_feature in [cut] smaller",
-                       state.stroke->place, path.at.x, path.at.y, path.at.z, text_of(path.reason)));
+  if (++uncut_notes > kMostUncutNotes)
+    return add_note(fmt::format(
+        "parts of cuts were left uncut in more than {} strokes: see their counts of refused steps", kMostUncutNotes));
+  add_note(fmt::format(
+      "{}a part of a cut near ({:.4g}, {:.4g}, {:.4g}) (rest coordinates, metres) was left uncut: {}; lead the blade there again, a little beside, "
+      "or make minimum_feature in [cut] smaller",
+      state.stroke->place, path.at.x, path.at.y, path.at.z, text_of(path.reason)));
 }
 
 void Session::Impl::note_passed(const BladeEdge& edge) {
@@ -135,33 +152,41 @@ void Session::Impl::note_passed(const BladeEdge& edge) {
   const RayFrame ray({edge.base, edge.tip - edge.base});
   std::vector<std::uint8_t> passed(state.body.hex.bodies.size(), 0);
   sweep_boxes.refresh(mesh, sweep_positions);
-  sweep_boxes.for_each([&](const Box3& box) { return boxes_meet(box, near); }, [&](CollisionTriangle f) {
-    std::array<CollisionVertex, 3> v;
-    std::array<Vec3, 3> x;
-    double radius = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      v[k] = mesh.origin[CollisionMesh::corner(f, static_cast<int>(k))];
-      x[k] = place(v[k]);
-      radius = std::max(radius, norm(mesh.offset[v[k]]));
-    }
-    RayHit hit;
-    hit.t = 1;
-    if (!intersect(ray, x, hit) || hit.t < 0 || hit.t > 1) return;
-    const Vec3 p = lerp(edge.base, edge.tip, hit.t);
-    const double layer = kSameLayer * state.body.complex.mean_root_edge + 2 * radius;
-    const bool cut = std::any_of(stroke.blade.fronts.begin(), stroke.blade.fronts.end(), [&](CollisionVertex front) {
-      return body_of(front) == body_at(f) && (body_at(f) != own || norm(place(front) - p) < layer);
-    });
-    if (!cut) passed[static_cast<std::size_t>(body_at(f))] = 1;
-  });
+  sweep_boxes.for_each(
+      [&](const Box3& box) { return boxes_meet(box, near); },
+      [&](CollisionTriangle f) {
+        std::array<CollisionVertex, 3> v;
+        std::array<Vec3, 3> x;
+        double radius = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          v[k] = mesh.origin[CollisionMesh::corner(f, static_cast<int>(k))];
+          x[k] = place(v[k]);
+          radius = std::max(radius, norm(mesh.offset[v[k]]));
+        }
+        RayHit hit;
+        hit.t = 1;
+        if (!intersect(ray, x, hit) || hit.t < 0 || hit.t > 1) return;
+        const Vec3 p = lerp(edge.base, edge.tip, hit.t);
+        const double layer = kSameLayer * state.body.complex.mean_root_edge + 2 * radius;
+        const bool cut =
+            std::any_of(stroke.blade.fronts.begin(), stroke.blade.fronts.end(), [&](CollisionVertex front) {
+              return body_of(front) == body_at(f) && (body_at(f) != own || norm(place(front) - p) < layer);
+            });
+        if (!cut) passed[static_cast<std::size_t>(body_at(f))] = 1;
+      });
 
-  const std::string who = command ? "the blade" : fmt::format("the edge of tool '{}'", scene.tools[static_cast<std::size_t>(stroke.tool)].id);
+  const std::string who =
+      command ? "the blade"
+              : fmt::format("the edge of tool '{}'", scene.tools[static_cast<std::size_t>(stroke.tool)].id);
   for (std::size_t b = 0; b < passed.size(); ++b) {
     if (!passed[b]) continue;
-    const std::string what = static_cast<std::int32_t>(b) == own ? "another layer of it" : name_of_body(static_cast<std::int32_t>(b));
-    add_note(fmt::format("{}while it cut {}, {} went through {} without cutting that: a blade cuts the first layer that it meets; {}", stroke.place, name_of_body(own),
-                         who, what,
-                         command ? "through = true cuts all that its edge meets" : "cut one after the other, or with an edge that does not reach so far"));
+    const std::string what =
+        static_cast<std::int32_t>(b) == own ? "another layer of it" : name_of_body(static_cast<std::int32_t>(b));
+    add_note(fmt::format(
+        "{}while it cut {}, {} went through {} without cutting that: a blade cuts the first layer that it meets; {}",
+        stroke.place, name_of_body(own), who, what,
+        command ? "through = true cuts all that its edge meets"
+                : "cut one after the other, or with an edge that does not reach so far"));
   }
 }
 

@@ -37,7 +37,8 @@ void Session::Impl::add_part(const StepReport& part, StepReport& sum, bool first
   sum.seconds_total += before.seconds_total;
 }
 
-void Session::Impl::add_forces(std::span<const RigidToolResult> forces, double times, std::vector<RigidToolResult>& sum) {
+void Session::Impl::add_forces(std::span<const RigidToolResult> forces, double times,
+                               std::vector<RigidToolResult>& sum) {
   for (std::size_t i = 0; i < std::min(forces.size(), sum.size()); ++i) {
     sum[i].force += times * forces[i].force;
     sum[i].torque += times * forces[i].torque;
@@ -94,7 +95,8 @@ double Session::Impl::edge_travel(double dt) {
       const double radius = norm(mesh.offset[v]);
       if (!(radius > 0) || distance_to_segment(x, moving.base, moving.tip) > reach + radius) continue;
       const Embedding& e = state.body.embedding;
-      const Vec3 moves = dt * point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.velocities);
+      const Vec3 moves =
+          dt * point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.velocities);
       most = std::max(most, way_past(moving, x, moves, radius, between) / radius);
     }
   }
@@ -116,7 +118,9 @@ double Session::Impl::edge_travelled() {
     for (const CollisionVertex v : ids<CollisionVertex>(positions.size())) {
       const Vec3 x = before_mechanics[v.index()];
       const double radius = norm(mesh.offset[v]);
-      if (radius > 0) most = std::max(most, way_past(moving, x, positions[v.index()] - x, radius, state.body.complex.mean_root_edge) / radius);
+      if (radius > 0)
+        most = std::max(
+            most, way_past(moving, x, positions[v.index()] - x, radius, state.body.complex.mean_root_edge) / radius);
     }
   }
   return most;
@@ -165,11 +169,13 @@ Result<StepReport> Session::Impl::advance() {
   const double dt = step_options.dt, travel = scene.contact.substeps > 1 ? edge_travel(dt) / kEdgeTravel : 1;
   detection_seconds = 0;
   step_impulses.assign(scene.tools.size(), {});
-  auto done = divide_tools_and_body(dt, static_cast<int>(std::ceil(std::clamp(travel, 1.0, static_cast<double>(scene.contact.substeps)))), true);
+  auto done = divide_tools_and_body(
+      dt, static_cast<int>(std::ceil(std::clamp(travel, 1.0, static_cast<double>(scene.contact.substeps)))), true);
   if (!done) return done;
   tool_forces.assign(scene.tools.size(), {});
   add_forces(step_impulses, 1 / dt, tool_forces);
-  for (const RigidToolResult& tool : tool_forces) state.largest_tool_force = std::max(state.largest_tool_force, norm(tool.force));
+  for (const RigidToolResult& tool : tool_forces)
+    state.largest_tool_force = std::max(state.largest_tool_force, norm(tool.force));
   return done;
 }
 

@@ -30,7 +30,8 @@ void add_scraps(const Body& body, const MechanicsModel& model, const std::vector
   const Pieces pieces = collision_pieces(body.complex);
   std::vector<double> area(static_cast<std::size_t>(pieces.count), 0);
   std::vector<std::uint8_t> scrap(area.size(), 0);
-  for (const CollisionHalfEdge h : lips) scrap[static_cast<std::size_t>(piece_of_triangle(pieces, CollisionMesh::face(h)))] = 1;
+  for (const CollisionHalfEdge h : lips)
+    scrap[static_cast<std::size_t>(piece_of_triangle(pieces, CollisionMesh::face(h)))] = 1;
   for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
     const auto p = static_cast<std::size_t>(piece_of_triangle(pieces, f));
     const CollisionHalfEdge h = CollisionMesh::corner(f, 0);
@@ -51,7 +52,8 @@ void add_scraps(const Body& body, const MechanicsModel& model, const std::vector
 }  // namespace
 
 Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, double roughness) {
-  if (!(roughness >= 0 && std::isfinite(roughness))) return bad_input(fmt::format("punch: a roughness of {} m; it must not be negative", roughness));
+  if (!(roughness >= 0 && std::isfinite(roughness)))
+    return bad_input(fmt::format("punch: a roughness of {} m; it must not be negative", roughness));
   KERF_TRY(finish_stroke());
   const auto start = Clock::now();
   UndoList redo = std::exchange(state.redo, {});  // given back if nothing is cut
@@ -119,8 +121,9 @@ Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
   const auto done = punch(p, what.frame, what.roughness);
   if (!done) return done.error();
   if (!done->cut)
-    add_note(fmt::format("{}the punch cut nothing: its outline meets no material along its axis{} ({} coordinates, metres); move its point onto the body",
-                         place, what.reach ? " within its reach" : "", what.frame == SceneFrame::kRest ? "rest" : "world"));
+    add_note(fmt::format(
+        "{}the punch cut nothing: its outline meets no material along its axis{} ({} coordinates, metres); move its point onto the body",
+        place, what.reach ? " within its reach" : "", what.frame == SceneFrame::kRest ? "rest" : "world"));
   else if (what.take && done->loose.empty() && !swept)
     add_note(fmt::format("{}the punch cut, but nothing came loose that could be taken away", place));
   if (!what.take || done->loose.empty()) return {};

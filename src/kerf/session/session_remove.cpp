@@ -21,7 +21,8 @@ void keep_embedding(Embedding& e, const ComplexRenaming& r, const LatticeRenamin
 }
 
 void keep_surface(RenderSurface& s, const ComplexRenaming& r) {
-  const auto drawn = id_map<RenderVertex>(s.vertex.size(), [&](RenderVertex v) { return r.visual_vertex.keeps(s.vertex[v]); });
+  const auto drawn =
+      id_map<RenderVertex>(s.vertex.size(), [&](RenderVertex v) { return r.visual_vertex.keeps(s.vertex[v]); });
   keep_items(s.vertex, drawn, r.visual_vertex);
   keep_items(s.patch, drawn, [&](Patch p) { return p.is_wall() ? Patch::of_wall(r.wall(p.wall())) : p; });
   keep_items(s.normal, drawn);
@@ -42,8 +43,9 @@ bool meets_region(const SceneRegion& region, Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 middle = region.shape == SceneRegion::Shape::kBox ? 0.5 * (region.min + region.max) : region.center;
   closest_point(middle, {a, b, c}, nearest);
   const auto inner = [&](double u, double v) { return region.contains(u * a + v * b + (1 - u - v) * c); };
-  return region.contains(a) || region.contains(b) || region.contains(c) || region.contains(nearest.point) || inner(0.5, 0.5) ||
-         inner(0, 0.5) || inner(0.5, 0) || inner(1.0 / 3, 1.0 / 3) || inner(0.6, 0.2) || inner(0.2, 0.6);
+  return region.contains(a) || region.contains(b) || region.contains(c) || region.contains(nearest.point) ||
+         inner(0.5, 0.5) || inner(0, 0.5) || inner(0.5, 0) || inner(1.0 / 3, 1.0 / 3) || inner(0.6, 0.2) ||
+         inner(0.2, 0.6);
 }
 
 }  // namespace
@@ -53,12 +55,14 @@ std::vector<double> Session::Impl::masses_of(const Pieces& pieces) const {
   const MechanicsModel& model = state.model;
   std::vector<std::int32_t> piece_of_copy(body.hex.hex_count(), -1);
   for (const CollisionTriangle t : ids<CollisionTriangle>(body.complex.collision.face_count()))
-    for (const Piece& p : body.hex.pieces_of(t)) piece_of_copy[body.hex.host[p.copy].index()] = pieces.of_face[t.index()];
+    for (const Piece& p : body.hex.pieces_of(t))
+      piece_of_copy[body.hex.host[p.copy].index()] = pieces.of_face[t.index()];
   std::vector<double> mass(static_cast<std::size_t>(pieces.count), 0.0);
   for (const HexId h : ids<HexId>(body.hex.hex_count()))
     if (body.hex.alive(h) && piece_of_copy[h.index()] >= 0)
       mass[static_cast<std::size_t>(piece_of_copy[h.index()])] +=
-          model.materials()[static_cast<std::size_t>(model.element(h).material)].density * body.hex.material[h].mass_volume;
+          model.materials()[static_cast<std::size_t>(model.element(h).material)].density *
+          body.hex.material[h].mass_volume;
   return mass;
 }
 
@@ -113,7 +117,8 @@ Status Session::Impl::swap_removal(PieceRemoval& r, bool back) {
   for (Grasp& g : state.grasps) {
     std::size_t kept = 0;
     for (std::size_t k = 0; k < g.points.size(); ++k) {
-      const CollisionVertex v = g.points[k].index() < now.to_other.size() ? now.to_other[g.points[k].index()] : CollisionVertex{};
+      const CollisionVertex v =
+          g.points[k].index() < now.to_other.size() ? now.to_other[g.points[k].index()] : CollisionVertex{};
       if (!v.valid()) continue;
       g.points[kept] = v;
       g.offset[kept++] = g.offset[k];
@@ -124,9 +129,12 @@ Status Session::Impl::swap_removal(PieceRemoval& r, bool back) {
   if (back) {
     for (const auto& [place, removed] : r.grasps) {
       const Grasp& grasp = removed;  // lambdas capture no structured bindings
-      const auto same = std::find_if(state.grasps.begin(), state.grasps.end(), [&](const Grasp& g) { return g.id == grasp.id; });
+      const auto same =
+          std::find_if(state.grasps.begin(), state.grasps.end(), [&](const Grasp& g) { return g.id == grasp.id; });
       if (same != state.grasps.end()) *same = grasp;
-      else state.grasps.insert(state.grasps.begin() + static_cast<std::ptrdiff_t>(std::min(place, state.grasps.size())), grasp);
+      else
+        state.grasps.insert(state.grasps.begin() + static_cast<std::ptrdiff_t>(std::min(place, state.grasps.size())),
+                            grasp);
       std::erase(state.lost_grasps, grasp.id);
     }
   } else {
@@ -190,7 +198,8 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
   return report;
 }
 
-Result<ComplexRenaming> Session::Impl::take_out(const std::vector<std::uint8_t>& remove, std::optional<PieceRemoval>& undo) {
+Result<ComplexRenaming> Session::Impl::take_out(const std::vector<std::uint8_t>& remove,
+                                                std::optional<PieceRemoval>& undo) {
   PieceRemoval before{state.body, state.measures, {}, {}, {}, {}};
   for (std::size_t i = 0; i < state.model.node_count(); ++i) {
     before.fixed.push_back(state.model.is_fixed(NodeId(i)) ? 1 : 0);
@@ -200,12 +209,14 @@ Result<ComplexRenaming> Session::Impl::take_out(const std::vector<std::uint8_t>&
   Body& body = state.body;
   const auto book = [&](double sign) {
     for (const HexId h : ids<HexId>(body.hex.hex_count()))
-      if (body.hex.alive(h)) body.hex.bodies[static_cast<std::size_t>(body.hex.material[h].body)].volume += sign * body.hex.material[h].mass_volume;
+      if (body.hex.alive(h))
+        body.hex.bodies[static_cast<std::size_t>(body.hex.material[h].body)].volume +=
+            sign * body.hex.material[h].mass_volume;
   };
   book(-1);
   ComplexRenaming r = kerf::remove_pieces(body.complex, remove);
-  const LatticeRenaming l =
-      remove_from_lattice(body.hex, r.collision_vertex, r.collision_half_edge, r.collision_triangle, body.complex.collision);
+  const LatticeRenaming l = remove_from_lattice(body.hex, r.collision_vertex, r.collision_half_edge,
+                                                r.collision_triangle, body.complex.collision);
   keep_embedding(body.embedding, r, l);
   keep_surface(body.surface, r);
   book(1);
@@ -233,10 +244,12 @@ Result<ComplexRenaming> Session::Impl::take_out(const std::vector<std::uint8_t>&
   keep_fades(state.fade.visual, r.visual_vertex);
   keep_fades(state.fade.collision, r.collision_vertex);
 
-  for (std::size_t i = 0; i < r.collision_vertex.old_count(); ++i) before.to_other.push_back(r.collision_vertex(CollisionVertex(i)));
+  for (std::size_t i = 0; i < r.collision_vertex.old_count(); ++i)
+    before.to_other.push_back(r.collision_vertex(CollisionVertex(i)));
   for (std::size_t i = 0; i < state.grasps.size(); ++i) {
     Grasp& g = state.grasps[i];
-    const bool loses = std::any_of(g.points.begin(), g.points.end(), [&](CollisionVertex v) { return !r.collision_vertex.keeps(v); });
+    const bool loses =
+        std::any_of(g.points.begin(), g.points.end(), [&](CollisionVertex v) { return !r.collision_vertex.keeps(v); });
     if (loses) before.grasps.emplace_back(i, g);
     std::size_t n = 0;
     for (std::size_t k = 0; k < g.points.size(); ++k)
@@ -310,7 +323,8 @@ Result<RemovalReport> Session::Impl::remove_in(const SceneRegion& region, SceneF
 
 Result<RemovalReport> Session::remove_piece(CollisionTriangle triangle) {
   const auto& root = impl_->state.body.complex.collision.root;
-  if (!root.contains(triangle)) return bad_input(fmt::format("there is no collision triangle {} to take away", triangle.value));
+  if (!root.contains(triangle))
+    return bad_input(fmt::format("there is no collision triangle {} to take away", triangle.value));
   KERF_TRY(impl_->finish_stroke());
   if (impl_->swept) triangle = impl_->swept->collision_triangle(triangle);
   if (!triangle.valid()) return RemovalReport{};
@@ -333,10 +347,14 @@ bool Session::held_by_supports(CollisionTriangle triangle) const {
   return false;
 }
 
-Result<RemovalReport> Session::remove_pieces(const SceneRegion& region, SceneFrame frame) { return impl_->remove_in(region, frame); }
+Result<RemovalReport> Session::remove_pieces(const SceneRegion& region, SceneFrame frame) {
+  return impl_->remove_in(region, frame);
+}
 
 Result<RemovalReport> Session::Impl::take_grasped(const std::string& id) {
-  const auto grasp = [&] { return std::find_if(state.grasps.begin(), state.grasps.end(), [&](const Grasp& g) { return g.id == id; }); };
+  const auto grasp = [&] {
+    return std::find_if(state.grasps.begin(), state.grasps.end(), [&](const Grasp& g) { return g.id == id; });
+  };
   const auto is_gone = [&] { return grasp() == state.grasps.end(); };
   if (!is_gone()) KERF_TRY(finish_stroke());
   if (is_gone()) return bad_input(fmt::format("there is no grasp '{}' that holds a piece", id));
@@ -355,13 +373,15 @@ Status Session::Impl::remove(const SceneRemove& what, const std::string& place) 
   if (!done) return done.error();
   if (done->pieces == 0)
     add_note(fmt::format("{}remove took nothing away: {}", place,
-                         counts().pieces == 1 ? "the body is in one piece, and only loose pieces can go"
-                                              : "no loose piece reaches there; the heaviest piece and those that [[fix]] holds stay"));
+                         counts().pieces == 1
+                             ? "the body is in one piece, and only loose pieces can go"
+                             : "no loose piece reaches there; the heaviest piece and those that [[fix]] holds stay"));
   const std::vector<LatticeBody>& after = state.body.hex.bodies;
   for (std::size_t i = 0; i < std::min(before.size(), after.size()); ++i)
     if (before[i].volume > 0 && after[i].volume <= kNothingLeft * before[i].volume)
-      add_note(fmt::format("{}remove took all away that there was of {}; make its region smaller, or hold that body with [[fix]], if it should stay",
-                           place, name_of_body(static_cast<std::int32_t>(i))));
+      add_note(fmt::format(
+          "{}remove took all away that there was of {}; make its region smaller, or hold that body with [[fix]], if it should stay",
+          place, name_of_body(static_cast<std::int32_t>(i))));
   return {};
 }
 

@@ -18,8 +18,8 @@ constexpr int kMostMoves = 10;
 
 /// Normals of what is drawn, where vertices have moved: those of the skin as interpolated, those of walls from their faces. Appends
 /// the render vertices that get another one.
-void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& moved, CutScratch& scratch, RenderSurface& surface,
-                   std::vector<RenderVertex>& changed) {
+void renew_normals(const CellComplex& complex, const std::vector<VisualVertex>& moved, CutScratch& scratch,
+                   RenderSurface& surface, std::vector<RenderVertex>& changed) {
   const VisualMesh& mesh = complex.visual;
   const auto face_vector = [&](VisualTriangle f) {
     const VisualHalfEdge h = VisualMesh::corner(f, 0);
@@ -77,7 +77,8 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
   if (!is_finite(shaver.base) || !is_finite(shaver.tip) || !(shaver.radius > 0 && std::isfinite(shaver.radius)))
     return bad_input("shaver: its ends must be finite, its radius above 0");
   if (!(smoothing >= 0 && smoothing <= 1) || !(depth >= 0 && std::isfinite(depth)))
-    return bad_input(fmt::format("shaver: smoothing must lie in [0, 1] and depth must not be negative, not {} and {}", smoothing, depth));
+    return bad_input(fmt::format("shaver: smoothing must lie in [0, 1] and depth must not be negative, not {} and {}",
+                                 smoothing, depth));
   const auto start = Clock::now();
   if (state.stroke && !state.stroke->shaving) {
     KERF_TRY(finish_stroke());
@@ -93,7 +94,8 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
   const std::size_t vertices = body.complex.collision.vertex_count();
   begin_pose();
   ShavePass pass;
-  kerf::shave(body.complex, sweep_positions, shaver, {smoothing, depth, kMostMoves, state.stroke->shave_left, state.stroke->shave_until}, cut_options,
+  kerf::shave(body.complex, sweep_positions, shaver,
+              {smoothing, depth, kMostMoves, state.stroke->shave_left, state.stroke->shave_until}, cut_options,
               cut_scratch, pass);
   state.stroke->shave_until = state.stroke->shave_left;
   state.stroke->shave_left = pass.left;
@@ -112,7 +114,8 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     state.measures.skin_area += pass.skin_area;
     state.measures.collision_area += pass.collision_area;
     for (const CollisionVertex v : pass.collision_vertices)
-      if (v.index() < body.hex.prism_corner.size()) body.hex.prism_corner.set(v, corners_of(body.complex.collision, body.hex.frame, v));
+      if (v.index() < body.hex.prism_corner.size())
+        body.hex.prism_corner.set(v, corners_of(body.complex.collision, body.hex.frame, v));
     for (const auto& [root, change] : pass.prisms) {
       LatticeBody& owner = body.hex.bodies[static_cast<std::size_t>(body.hex.body_of(root))];
       owner.volume += owner.scale * change;

@@ -96,7 +96,8 @@ const std::vector<Vec3>& Session::Impl::deformed_collision() {
   if (!collision_positions_valid || collision_positions.size() != state.body.complex.collision.vertex_count()) {
     collision_positions.resize(state.body.complex.collision.vertex_count());
     kerf::collision_positions(state.body.hex, state.body.embedding, shown_nodes(), collision_positions);
-    for (const FadingVertex& f : state.fade.collision) collision_positions[static_cast<std::size_t>(f.vertex)] += f.offset;
+    for (const FadingVertex& f : state.fade.collision)
+      collision_positions[static_cast<std::size_t>(f.vertex)] += f.offset;
     collision_positions_valid = true;
   }
   return collision_positions;
@@ -123,7 +124,8 @@ void Session::Impl::sweep_follows(const Since& since, std::size_t vertices, std:
   bool moved_at_rest = false;
   for_each_written(state.body, since, mesh.rest, [&](CollisionVertex) { moved_at_rest = true; });
   if (moved_at_rest) return forget_places();
-  for_each_written(state.body, since, mesh.origin, [&](CollisionHalfEdge h) { sweep_boxes.mark(CollisionMesh::face(h)); });
+  for_each_written(state.body, since, mesh.origin,
+                   [&](CollisionHalfEdge h) { sweep_boxes.mark(CollisionMesh::face(h)); });
   sweep_known = std::min(sweep_known, vertices);
   sweep_boxes.shrink(faces);
 }
@@ -174,7 +176,8 @@ void Session::Impl::begin_pose() {
 
 void Session::Impl::end_pose() {
   if (!moved_ever()) return;
-  if (out_of_balance(state.body.hex, state.model, state.mechanics, balance)) settle_balance(balance, state.mechanics, state.fade.nodes);
+  if (out_of_balance(state.body.hex, state.model, state.mechanics, balance))
+    settle_balance(balance, state.mechanics, state.fade.nodes);
   let_nothing_jump();
 }
 
@@ -243,7 +246,8 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   contact_follows(topology_change.triangles);
   sweep_follows(state.synced, sweep_known, body.complex.collision.face_count());
   pieces_changed.insert(pieces_changed.end(), topology_change.triangles.begin(), topology_change.triangles.end());
-  for (const CollisionTriangle f : topology_change.triangles) sweep_boxes.mark(f);  // new ones lie where they lie at rest from now on
+  for (const CollisionTriangle f : topology_change.triangles)
+    sweep_boxes.mark(f);  // new ones lie where they lie at rest from now on
   lattice_change.clear();
   adapt_lattice(body.complex.collision, body.hex, topology_change.triangles, lattice_scratch, lattice_change);
   moved.clear();
@@ -254,7 +258,8 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   embed_triangles(body.complex, body.hex, to_embed, body.embedding, embedding_scratch, moved);
   note_moved(skin, moved);
   changed_visual = topology_change.visual_triangles;
-  for (VisualTriangle f = topology_change.first_new_visual_triangle; f.index() < body.complex.visual.face_count(); ++f.value)
+  for (VisualTriangle f = topology_change.first_new_visual_triangle; f.index() < body.complex.visual.face_count();
+       ++f.value)
     changed_visual.push_back(f);
   update_render_surface(body.complex.visual, changed_visual, body.surface);
   const std::size_t old_nodes = state.mechanics.positions.size(), known_nodes = surface.nodes.size();
@@ -265,17 +270,21 @@ Status Session::Impl::follow_complex(CutTimes& times) {
       for (const HexId id : *list) add(state.model, state.mechanics, id, balance);
   };
   in_balance(leave_balance);
-  KERF_TRY(sync_change(body.hex, state.materials, lattice_change, state.model, state.mechanics, state.fade.nodes, surface.nodes));
+  KERF_TRY(sync_change(body.hex, state.materials, lattice_change, state.model, state.mechanics, state.fade.nodes,
+                       surface.nodes));
   recall_cells(body.hex, state.model, remembered, state.mechanics, state.fade.nodes, surface.nodes);
   in_balance(join_balance);
   if (moved_ever()) {
     const auto first = surface.nodes.begin() + static_cast<std::ptrdiff_t>(known_nodes);
-    surface.nodes.erase(std::remove_if(first, surface.nodes.end(), [&](const NodeMotion& n) { return n.node.index() >= old_nodes; }),
-                        surface.nodes.end());  // those are new
+    surface.nodes.erase(
+        std::remove_if(first, surface.nodes.end(), [&](const NodeMotion& n) { return n.node.index() >= old_nodes; }),
+        surface.nodes.end());  // those are new
     changed_hexes = lattice_change.changed_copies;
     changed_hexes.insert(changed_hexes.end(), lattice_change.new_copies.begin(), lattice_change.new_copies.end());
-    move_in_balance(body.hex, state.model, state.mechanics, std::span(surface.nodes).subspan(known_nodes), changed_hexes, balance);
-    remember_moved(surface_state(), known_nodes, mark_of(body, state.synced, body.hex.cell).size, surface, state.fade.nodes);
+    move_in_balance(body.hex, state.model, state.mechanics, std::span(surface.nodes).subspan(known_nodes),
+                    changed_hexes, balance);
+    remember_moved(surface_state(), known_nodes, mark_of(body, state.synced, body.hex.cell).size, surface,
+                   state.fade.nodes);
   }
   springs_stale = true;
   renew_loads();
@@ -305,7 +314,8 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   const CollisionMesh& mesh = body.complex.collision;
   sweep_follows(mark, mark_of(body, mark, mesh.rest).size, mark_of(body, mark, mesh.root).size);
   append_changed(body, mark, mesh.root, pieces_changed);
-  for_each_written(body, mark, mesh.twin, [&](CollisionHalfEdge h) { pieces_changed.push_back(CollisionMesh::face(h)); });
+  for_each_written(body, mark, mesh.twin,
+                   [&](CollisionHalfEdge h) { pieces_changed.push_back(CollisionMesh::face(h)); });
   if (moved_ever()) {
     remember_rollback(surface_state(), mark, surface);
     std::erase_if(surface.nodes, [&](const NodeMotion& n) { return n.node.index() >= nodes.size; });
@@ -464,7 +474,8 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
     set_account(std::move(step.account));
     step.account = std::move(other);
     const HexMesh& hex = state.body.hex;
-    KERF_TRY(sync_copies(hex, state.materials, written_copies(state.body, step.topology, hex.hex_count()), state.model, state.mechanics));
+    KERF_TRY(sync_copies(hex, state.materials, written_copies(state.body, step.topology, hex.hex_count()), state.model,
+                         state.mechanics));
   }
   if (step.removal && !back) KERF_TRY(swap_removal(*step.removal, back));
   state.mechanics = std::move(step.mechanics);
@@ -505,7 +516,9 @@ Status Session::Impl::advance_command_stroke(double until) {
     return BladeEdge{base, tip};
   };
   // A blade that turns over between two poses has no length on the way; that moment is left out.
-  const auto cut_to = [&](Vec3 base, Vec3 tip) { return norm(tip - base) > 0 ? move_blade(edge(base, tip)) : Status{}; };
+  const auto cut_to = [&](Vec3 base, Vec3 tip) {
+    return norm(tip - base) > 0 ? move_blade(edge(base, tip)) : Status{};
+  };
   // Poses up to now, one after another, then the one in between.
   while (stroke.next_pose < poses.size() && poses[stroke.next_pose].time <= t + 1e-12) {
     KERF_TRY(move_blade(edge(poses[stroke.next_pose].base, poses[stroke.next_pose].tip)));

@@ -19,29 +19,33 @@
 namespace kerf {
 namespace {
 
-constexpr int kEdgeSamples = 9;         // along an edge at least; a blade is looked at in a few such lines
-constexpr int kMostSamples = 128;       // along an edge; no nearer to each other than half the half thickness
+constexpr int kEdgeSamples = 9;    // along an edge at least; a blade is looked at in a few such lines
+constexpr int kMostSamples = 128;  // along an edge; no nearer to each other than half the half thickness
 constexpr int kScalpelLines = 3, kScissorsLines = 5;
-constexpr double kEdgeFirst = 0.5;      // cosine between forward and the push of what an edge meets
-constexpr double kForward = 0.2;        // share of an edge's motion that must go forward for it to cut
-constexpr double kPress = 0.02;         // mean collision edges that an edge goes into material before that gives way, at least
-constexpr double kLeastWay = 1e-3;      // mean collision edges: an edge that is no farther into what is uncut does not cut on
-constexpr double kAcross = 0.5;         // cosine between an edge's way and the way from a front to it, at least
-constexpr double kFrontNear = 0.3;      // mean collision edges: so near to the last pose a front says what the material did
+constexpr double kEdgeFirst = 0.5;  // cosine between forward and the push of what an edge meets
+constexpr double kForward = 0.2;    // share of an edge's motion that must go forward for it to cut
+constexpr double kPress = 0.02;  // mean collision edges that an edge goes into material before that gives way, at least
+constexpr double kLeastWay =
+    1e-3;                        // mean collision edges: an edge that is no farther into what is uncut does not cut on
+constexpr double kAcross = 0.5;  // cosine between an edge's way and the way from a front to it, at least
+constexpr double kFrontNear = 0.3;  // mean collision edges: so near to the last pose a front says what the material did
 // Mean collision edges within which an edge in no material goes along with the nearest. Half: poses far apart enter a falling body a third of an edge beside
 // where the blade met it. Double: the same walls.
 constexpr double kGoesAlong = 8;
-constexpr double kCrossing = 0.25;      // mean collision edges between the points of an edge that material may go over
-constexpr double kOut = 0.05;           // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
-constexpr double kUnseenDepth = 0.2;    // and what is as deep when it is first met, by a tool that lets something pass, has come along with it
-constexpr double kBladeZone = 0.15;     // of a blade's width, behind its edge: what touches there touches the edge
+constexpr double kCrossing = 0.25;  // mean collision edges between the points of an edge that material may go over
+constexpr double kOut =
+    0.05;  // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
+constexpr double kUnseenDepth =
+    0.2;  // and what is as deep when it is first met, by a tool that lets something pass, has come along with it
+constexpr double kBladeZone = 0.15;  // of a blade's width, behind its edge: what touches there touches the edge
 
 bool is_blade(const SceneRigidTool& tool) { return has_edge(tool); }
 
 /// The material near a box: does a point lie in it?
 class Thickness {
  public:
-  Thickness(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const Box3& near) : mesh_(mesh), positions_(positions) {
+  Thickness(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const Box3& near)
+      : mesh_(mesh), positions_(positions) {
     for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
       Box3 box;
       double radius = 0;
@@ -51,7 +55,8 @@ class Thickness {
         radius = std::max(radius, norm(mesh.offset[v]));
       }
       bool apart = false;
-      for (int i = 0; i < 3; ++i) apart = apart || box.min[i] > near.max[i] + radius || box.max[i] < near.min[i] - radius;
+      for (int i = 0; i < 3; ++i)
+        apart = apart || box.min[i] > near.max[i] + radius || box.max[i] < near.min[i] - radius;
       if (apart) continue;
       triangles_.push_back(t);
       thinnest_ = std::min(thinnest_, radius);
@@ -92,7 +97,8 @@ class Thickness {
   /// Is any of it in a blade, from its edge to its back?
   [[nodiscard]] bool lies_within(const BladeEdge& edge, Vec3 back, double extra) const {
     if (empty()) return false;
-    const double lines = std::clamp(std::ceil(norm(back) / std::max(thinnest_ + extra, 1e-300)), 1.0, static_cast<double>(kMostSamples));
+    const double lines =
+        std::clamp(std::ceil(norm(back) / std::max(thinnest_ + extra, 1e-300)), 1.0, static_cast<double>(kMostSamples));
     bool any = false;
     for (int line = 0; !any && line <= static_cast<int>(lines); ++line) {
       const Vec3 aside = (line / lines) * back;
@@ -141,8 +147,8 @@ struct EdgeHold {
 /// At the ends of its cut that are no farther than `near` from the edge, and ahead of them. Lips that stand beside the edge neither count nor carry: they would be dragged along.
 /// The ends alone do not carry it: they hang on the copies of one cell, and give way by twice as much where the cut comes to the next one. Nothing where there is no cut
 /// yet, or where the edge lies along the material. `into`: unit, where the material is uncut.
-EdgeHold hold_at_fronts(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const std::vector<CollisionVertex>& fronts, const BladeEdge& edge, Vec3 into,
-                        double near) {
+EdgeHold hold_at_fronts(const CollisionMesh& mesh, const std::vector<Vec3>& positions,
+                        const std::vector<CollisionVertex>& fronts, const BladeEdge& edge, Vec3 into, double near) {
   EdgeHold hold;
   const double length = norm(edge.tip - edge.base);
   const Vec3 along = (1 / length) * (edge.tip - edge.base);
@@ -174,7 +180,8 @@ EdgeHold hold_at_fronts(const CollisionMesh& mesh, const std::vector<Vec3>& posi
   return hold;
 }
 /// The vertices nearest to where an edge meets the middle of the material.
-std::vector<CollisionVertex> nearest_along(const CollisionMesh& mesh, const std::vector<Vec3>& positions, const BladeEdge& edge) {
+std::vector<CollisionVertex> nearest_along(const CollisionMesh& mesh, const std::vector<Vec3>& positions,
+                                           const BladeEdge& edge) {
   std::vector<CollisionVertex> nearest;
   Box3 near;
   near.add(edge.base);
@@ -215,8 +222,8 @@ class BesideLips {
 
 /// m that uncut material lies behind an edge that lies along it, `reach` at most. The last pose of an edge goes along with the material as a straight line; material that is
 /// pressed in bends, and parts of it come to lie behind that pose uncut. `material`: near the blade. `mean_edge`: of the collision mesh, m.
-double missed_behind(const Thickness& material, const CollisionMesh& mesh, const std::vector<Vec3>& positions, const BladeEdge& last, Vec3 into, double reach,
-                     double mean_edge) {
+double missed_behind(const Thickness& material, const CollisionMesh& mesh, const std::vector<Vec3>& positions,
+                     const BladeEdge& last, Vec3 into, double reach, double mean_edge) {
   const double length = norm(last.tip - last.base), step = kLook * mean_edge;
   const Vec3 along = (1 / length) * (last.tip - last.base);
   struct Face {
@@ -226,10 +233,13 @@ double missed_behind(const Thickness& material, const CollisionMesh& mesh, const
   std::vector<Face> across;  // the edge lies along them, and would come down on them
   for (const CollisionTriangle t : material.triangles()) {
     Face face;
-    for (std::size_t k = 0; k < 3; ++k) face.x[k] = positions[mesh.origin[CollisionMesh::corner(t, static_cast<int>(k))].index()];
+    for (std::size_t k = 0; k < 3; ++k)
+      face.x[k] = positions[mesh.origin[CollisionMesh::corner(t, static_cast<int>(k))].index()];
     face.normal = cross(face.x[1] - face.x[0], face.x[2] - face.x[0]);
     const double size = norm(face.normal);
-    if (size > 0 && std::fabs(dot(face.normal, along)) <= kLies * size && std::fabs(dot(face.normal, into)) >= kLandsOn * size) across.push_back(face);
+    if (size > 0 && std::fabs(dot(face.normal, along)) <= kLies * size &&
+        std::fabs(dot(face.normal, into)) >= kLandsOn * size)
+      across.push_back(face);
   }
   if (across.empty()) return 0;
   Box3 swept;
@@ -248,7 +258,8 @@ double missed_behind(const Thickness& material, const CollisionMesh& mesh, const
       if (!(behind > most) || behind > reach) continue;
       const Vec3 hit = p - behind * into;
       bool in_face = true;
-      for (std::size_t k = 0; k < 3; ++k) in_face = in_face && dot(cross(face.x[(k + 1) % 3] - face.x[k], hit - face.x[k]), face.normal) >= 0;
+      for (std::size_t k = 0; k < 3; ++k)
+        in_face = in_face && dot(cross(face.x[(k + 1) % 3] - face.x[k], hit - face.x[k]), face.normal) >= 0;
       if (in_face && !cut.holds(hit, along)) most = behind;
     }
   }
@@ -269,7 +280,8 @@ Status Session::Impl::use_tools(double until) {
     if (is_blade(scene.tools[i])) KERF_TRY(cut_with(i, until));
     if (scene.tools[i].kind == SceneToolKind::kGrasper) KERF_TRY(close_on(i));
   }
-  if (std::any_of(scene.tools.begin(), scene.tools.end(), is_blade) || stroke_in_hand()) before_mechanics = deformed_collision();
+  if (std::any_of(scene.tools.begin(), scene.tools.end(), is_blade) || stroke_in_hand())
+    before_mechanics = deformed_collision();
   return {};
 }
 
@@ -310,10 +322,11 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const int lines = scissors ? kScissorsLines : kScalpelLines;
   for (int line = 0; line < lines; ++line) {
     const Vec3 aside = (static_cast<double>(line) / (lines - 1)) * back;
-    const double in = material.walk(first.base + aside, first.tip + aside, line == 0 ? 0 : extra, [&](const Thickness::Place& place_in) {
-      blade_in = true;
-      cut_through.push_back(mesh.rest[place_in.closest()]);
-    });
+    const double in = material.walk(first.base + aside, first.tip + aside, line == 0 ? 0 : extra,
+                                    [&](const Thickness::Place& place_in) {
+                                      blade_in = true;
+                                      cut_through.push_back(mesh.rest[place_in.closest()]);
+                                    });
     if (line == 0) edge_in = in;
   }
   if (motion.in_slit) edge_in = material.walk(now.base, now.tip, 0, [](const Thickness::Place&) {});
@@ -332,7 +345,8 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     return {};
   }
   if (!motion.inside) {
-    const bool went_by = motion.crossed && leads(edge_middle(now) - edge_middle(before + motion.carried), place.axes, edge.forward);
+    const bool went_by =
+        motion.crossed && leads(edge_middle(now) - edge_middle(before + motion.carried), place.axes, edge.forward);
     bool enters = (edge_in > 0 || went_by) && (!scissors || closing);
     if (resisted)  // it presses until the material gives way
       enters = motion.edge_force > scene.cut.resistance * motion.edge_length && motion.edge_length > 0;
@@ -359,17 +373,24 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const Vec3 forward = place.axes * edge.forward, down = -1.0 * place.axes.c[2], aside = place.axes.c[1];
   const double ahead = std::max(dot(way, forward), dot(way, down)), most = kPress * state.body.complex.mean_root_edge;
   const bool tip_in = !scissors && material.holds(now.tip, 0);
-  const auto along = [&](Vec3 direction) { return std::max(dot(motion.press, direction), std::min(0.0, dot(way, direction))); };
+  const auto along = [&](Vec3 direction) {
+    return std::max(dot(motion.press, direction), std::min(0.0, dot(way, direction)));
+  };
   const double pressed = along(forward), pressed_down = tip_in ? along(down) : 0;
-  const Vec3 into = std::max(0.0, pressed) * forward + std::max(0.0, pressed_down) * down, beside = dot(motion.press, aside) * aside;
+  const Vec3 into = std::max(0.0, pressed) * forward + std::max(0.0, pressed_down) * down,
+             beside = dot(motion.press, aside) * aside;
   const double press = norm(into + beside), kept = press > most ? most / press : 1;
   const bool resists = scene.cut.resistance * edge_in > 0, gives_way = press > most || !resists;
   motion.press = {};
-  if (resists) motion.press = kept * (into + beside) + std::min(0.0, pressed) * forward + std::min(0.0, pressed_down) * down;
-  if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) && passes_fronts(now, way)) {
+  if (resists)
+    motion.press = kept * (into + beside) + std::min(0.0, pressed) * forward + std::min(0.0, pressed_down) * down;
+  if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) &&
+      passes_fronts(now, way)) {
     if (resisted && pressed >= pressed_down) {  // tip first no face lies across its way along the edge
       BladeEdge& last = state.stroke->blade.edge;
-      last = last + -missed_behind(material, mesh, deformed_collision(), last, forward, blade.width, state.body.complex.mean_root_edge) * forward;
+      last = last + -missed_behind(material, mesh, deformed_collision(), last, forward, blade.width,
+                                   state.body.complex.mean_root_edge) *
+                        forward;
     }
     KERF_TRY(move_blade(now));
   }
@@ -384,7 +405,8 @@ bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
   bool any = false;
   for (const CollisionVertex v : blade.fronts) {
     const Vec3 front = positions[v.index()];
-    if (distance_to_segment(front, blade.edge.base, blade.edge.tip) > kFrontNear * state.body.complex.mean_root_edge) continue;
+    if (distance_to_segment(front, blade.edge.base, blade.edge.tip) > kFrontNear * state.body.complex.mean_root_edge)
+      continue;
     const Vec3 back = now.base - front, to_edge = back - dot(back, along) * along;
     if (dot(to_edge, across) >= kAcross * norm(to_edge) * norm(across)) return true;
     any = true;
@@ -393,7 +415,8 @@ bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
 }
 
 bool Session::Impl::stroke_in_hand() const {
-  return state.stroke && state.stroke->tool < 0 && state.stroke->frame == SceneFrame::kWorld && !state.stroke->shaving && state.stroke->blade.started;
+  return state.stroke && state.stroke->tool < 0 && state.stroke->frame == SceneFrame::kWorld &&
+         !state.stroke->shaving && state.stroke->blade.started;
 }
 
 CarriedEdge Session::Impl::carried_in_material(const BladeEdge& edge, bool cuts) {
@@ -402,7 +425,9 @@ CarriedEdge Session::Impl::carried_in_material(const BladeEdge& edge, bool cuts)
   // Where the cut has got to says it exactly.
   if (cuts)
     for (const CollisionVertex v : state.stroke->blade.fronts) {
-      if (distance_to_segment(before_mechanics[v.index()], edge.base, edge.tip) > kFrontNear * state.body.complex.mean_root_edge) continue;
+      if (distance_to_segment(before_mechanics[v.index()], edge.base, edge.tip) >
+          kFrontNear * state.body.complex.mean_root_edge)
+        continue;
       along.add(before_mechanics[v.index()], after[v.index()] - before_mechanics[v.index()]);
     }
   if (along.places > 0) return along;
@@ -429,7 +454,9 @@ void Session::Impl::add_nearest(const BladeEdge& edge, CarriedEdge& along) {
     const double distance = distance_to_segment(before_mechanics[v.index()], edge.base, edge.tip);
     if (distance < least) least = distance, nearest = v;
   }
-  if (nearest.valid()) along.add(before_mechanics[nearest.index()], deformed_collision()[nearest.index()] - before_mechanics[nearest.index()]);
+  if (nearest.valid())
+    along.add(before_mechanics[nearest.index()],
+              deformed_collision()[nearest.index()] - before_mechanics[nearest.index()]);
 }
 
 void Session::Impl::carry_edges() {
@@ -449,12 +476,14 @@ void Session::Impl::carry_edges() {
     const RigidState& at = state.mechanics.tools[i];
     const ToolEdge edge = tool_edge(scene.tools[i], motion.jaws(state.time));
     const RigidPlace place{at.position, at.axes};
-    const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)}, here = own ? state.stroke->blade.edge : there;
+    const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)},
+        here = own ? state.stroke->blade.edge : there;
     const CarriedEdge along = carried_in_material(here, own);
     // What went by in one step may be in its thickness neither before nor after.
     CarriedEdge over(here);
     if (motion.placed)
-      add_crossings(state.body.complex.collision, before_mechanics, deformed_collision(), own ? here : BladeEdge{motion.base, motion.tip}, there,
+      add_crossings(state.body.complex.collision, before_mechanics, deformed_collision(),
+                    own ? here : BladeEdge{motion.base, motion.tip}, there,
                     kCrossing * state.body.complex.mean_root_edge, over);
     CarriedEdge all = along;
     all.add(over);
@@ -506,7 +535,8 @@ void Session::Impl::resist(std::size_t i, const BladeEdge& now, Vec3 into, doubl
   const CollisionMesh& mesh = state.body.complex.collision;
   const RigidState& at = state.mechanics.tools[i];
   const RigidPlace place{at.position, at.axes};
-  EdgeHold hold = hold_at_fronts(mesh, deformed_collision(), state.stroke->blade.fronts, now, into, kFrontNear * state.body.complex.mean_root_edge);
+  EdgeHold hold = hold_at_fronts(mesh, deformed_collision(), state.stroke->blade.fronts, now, into,
+                                 kFrontNear * state.body.complex.mean_root_edge);
   if (hold.carriers.empty()) hold = {inside, nearest_along(mesh, deformed_collision(), now)};
   std::vector<CollisionVertex>& carriers = hold.carriers;
   const double limit = scene.cut.resistance * std::min(hold.length, inside);
@@ -519,13 +549,16 @@ void Session::Impl::resist(std::size_t i, const BladeEdge& now, Vec3 into, doubl
     EdgePress press{static_cast<std::int32_t>(i), v, share, {}, transposed_times(at.axes, into), {}, 0, share * limit};
     press.stiffness = press.limit / (kPress * state.body.complex.mean_root_edge);
     const Embedding& e = state.body.embedding;
-    const Vec3 x = point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.positions), along = now.tip - now.base;
+    const Vec3 x = point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.positions),
+               along = now.tip - now.base;
     const Vec3 on_edge = now.base + std::clamp(dot(x - now.base, along) / dot(along, along), 0.0, 1.0) * along;
     press.local = place.to_local(on_edge);
     press.offset = on_edge - motion.press - x;
     edge_presses.push_back(press);
     const Vec3 aside = at.axes.c[1];
-    const auto held = [&](Vec3 direction) { return std::clamp(press.stiffness * dot(motion.press, direction), -press.limit, press.limit) * direction; };
+    const auto held = [&](Vec3 direction) {
+      return std::clamp(press.stiffness * dot(motion.press, direction), -press.limit, press.limit) * direction;
+    };
     const Vec3 back = -1.0 * (std::max(0.0, dot(held(into), into)) * into + held(aside));
     motion.resistance += back;
     motion.resistance_torque += cross(on_edge - at.position, back);
@@ -581,7 +614,8 @@ Status Session::Impl::close_on(std::size_t i) {
     const double thick = norm(state.body.complex.collision.offset[v]);
     const double distance = norm(p - Vec3{0, 0, 0.5 * sizes.tip});
     if (distance < nearest) nearest = distance, closest = v;
-    if (std::fabs(p.x) <= reach + thick && std::fabs(p.y) <= 0.5 * sizes.width + pad && p.z >= -pad && p.z <= sizes.tip + thick)
+    if (std::fabs(p.x) <= reach + thick && std::fabs(p.y) <= 0.5 * sizes.width + pad && p.z >= -pad &&
+        p.z <= sizes.tip + thick)
       held.push_back(v);
   }
   if (held.empty() && nearest <= 0.5 * sizes.tip + 2 * pad) held.push_back(closest);
@@ -661,9 +695,11 @@ bool Session::Impl::lets_pass(const Contact& c) {
   if (!(radius > 0) || c.gap >= -kOut * radius) return left_out;
   bool pass = left_out || is_passing(touched_part, c.key);
   const auto of_tool = [&](const ToolContact& p) { return p.tool == c.tool; };
-  if (!pass && c.gap < -kUnseenDepth * radius && std::any_of(touched_part.passing.begin(), touched_part.passing.end(), of_tool)) {
+  if (!pass && c.gap < -kUnseenDepth * radius &&
+      std::any_of(touched_part.passing.begin(), touched_part.passing.end(), of_tool)) {
     // A point of a tool that meets another face has the same key.
-    const RememberedContact *was = remembered_contact(touched_part, c.key), *is = remembered_contact(state.touching, c.key);
+    const RememberedContact *was = remembered_contact(touched_part, c.key),
+                            *is = remembered_contact(state.touching, c.key);
     pass = was == nullptr || is == nullptr || was->feature != is->feature;
   }
   if (pass) passing.push_back({c.key, c.tool});

@@ -84,18 +84,21 @@ class Rememberer {
     for (std::size_t i = first; i < m_.nodes.size(); ++i) {
       const NodeMotion& was = m_.nodes[i];
       const NodeId n = was.node;
-      const auto begin = m_.nodes.begin() + static_cast<std::ptrdiff_t>(first), here = m_.nodes.begin() + static_cast<std::ptrdiff_t>(i);
+      const auto begin = m_.nodes.begin() + static_cast<std::ptrdiff_t>(first),
+                 here = m_.nodes.begin() + static_cast<std::ptrdiff_t>(i);
       if (std::any_of(begin, here, [&](const NodeMotion& m) { return m.node == n; })) continue;  // moved twice
       const Vec3 then = was.shown_position(), now = position(n);
       if (then == now && was.shown_velocity() == velocity(n)) continue;
-      double stays = 0, goes = 0;  // m^3 of material that the node was shown to move then, and that moved as it does now
+      double stays = 0,
+             goes = 0;  // m^3 of material that the node was shown to move then, and that moved as it does now
       for_each_copy_at(n, old_copies, [&](HexId h, std::size_t corner) {
         const SurfaceMemory::Seen& seen = m_.seen_copy[h.index()];
         const bool known = seen.round == m_.round;
         const Vec3 at = known ? m_.copies[static_cast<std::size_t>(seen.place)].position[corner] : then;
         (norm(at - now) < norm(at - then) ? goes : stays) += body_.hex.material[h].volume;
       });
-      if (stays > goes) fade.set(n, then - now_.positions[n.index()], was.shown_velocity() - now_.velocities[n.index()]);
+      if (stays > goes)
+        fade.set(n, then - now_.positions[n.index()], was.shown_velocity() - now_.velocities[n.index()]);
       else for_each_copy_at(n, old_copies, [&](HexId h, std::size_t) { touch(h, body_.hex.nodes[h], m_.nodes); });
     }
   }
@@ -128,7 +131,8 @@ class Rememberer {
     copy.cell = body_.hex.cell[h];
     for (std::size_t c = 0; c < 8; ++c) {
       // The first change of a node has the oldest value.
-      const auto old = std::find_if(before.begin(), before.end(), [&](const NodeMotion& m) { return m.node == nodes[c]; });
+      const auto old =
+          std::find_if(before.begin(), before.end(), [&](const NodeMotion& m) { return m.node == nodes[c]; });
       copy.position[c] = old != before.end() ? old->shown_position() : position(nodes[c]);
       copy.velocity[c] = old != before.end() ? old->shown_velocity() : velocity(nodes[c]);
     }
@@ -154,7 +158,8 @@ class Rememberer {
       if (copies[v].valid()) note<Kind>(v, copies[v]);
     };
     copies.for_each_changed(then, note_now);
-    for (std::size_t v = then.size; v < copies.size(); ++v) note_now(typename Kind::Id(v));  // the next walk may make it again
+    for (std::size_t v = then.size; v < copies.size(); ++v)
+      note_now(typename Kind::Id(v));  // the next walk may make it again
   }
   /// Vertices born in this pose can't jump.
   template <class Kind>
@@ -217,7 +222,8 @@ class Holder {
     m_.cells.erase(std::unique(m_.cells.begin(), m_.cells.end()), m_.cells.end());
     for (const CellId cell : m_.cells)
       for (const CollisionTriangle t : body_.hex.members_of(cell)) {
-        for_each_owned(body_.complex, t, [&](VisualVertex v, Ownership, CollisionHalfEdge) { note<VisualKind>(v, copy, place); });
+        for_each_owned(body_.complex, t,
+                       [&](VisualVertex v, Ownership, CollisionHalfEdge) { note<VisualKind>(v, copy, place); });
         for (int i = 0; i < 3; ++i)
           note<CollisionKind>(body_.complex.collision.origin[CollisionMesh::corner(t, i)], copy, place);
       }
@@ -320,7 +326,8 @@ void fade_offsets(SurfaceFade& fade, double dt, double negligible) {
 
 const FadingVertex* fading(std::span<const FadingVertex> list, std::size_t vertex) {
   const auto v = static_cast<std::int32_t>(vertex);
-  const auto it = std::lower_bound(list.begin(), list.end(), v, [](const FadingVertex& f, std::int32_t k) { return f.vertex < k; });
+  const auto it =
+      std::lower_bound(list.begin(), list.end(), v, [](const FadingVertex& f, std::int32_t k) { return f.vertex < k; });
   return it != list.end() && it->vertex == v ? &*it : nullptr;
 }
 
@@ -340,9 +347,12 @@ void remember_rollback(const MovingSurface& state, const JournalMark& mark, Surf
   Rememberer(state, memory).rollback(mark);
 }
 
-void remember_change(const MovingSurface& state, const JournalMark& mark, SurfaceMemory& memory) { Rememberer(state, memory).change(mark); }
+void remember_change(const MovingSurface& state, const JournalMark& mark, SurfaceMemory& memory) {
+  Rememberer(state, memory).change(mark);
+}
 
-void remember_moved(const MovingSurface& state, std::size_t first, std::size_t old_copies, SurfaceMemory& memory, NodeFade& fade) {
+void remember_moved(const MovingSurface& state, std::size_t first, std::size_t old_copies, SurfaceMemory& memory,
+                    NodeFade& fade) {
   Rememberer(state, memory).moved(first, old_copies, fade);
 }
 

@@ -87,7 +87,8 @@ void remember_change(const MovingSurface& state, const JournalMark& mark, Surfac
 
 /// After nodes have been moved, from entry `first` of memory.nodes on: leaves those where they were shown that most of the material around
 /// was shown with, and remembers the copies around the others. Copies from `old_copies` on are new.
-void remember_moved(const MovingSurface& state, std::size_t first, std::size_t old_copies, SurfaceMemory& memory, NodeFade& fade);
+void remember_moved(const MovingSurface& state, std::size_t first, std::size_t old_copies, SurfaceMemory& memory,
+                    NodeFade& fade);
 
 /// The pose is over. Gives vertices that follow other nodes, and are still the same points of the material, the offset that keeps them where
 /// they were. Differences up to `negligible` (m) are rounding. Cost: what was remembered, and the vertices of copies whose nodes are

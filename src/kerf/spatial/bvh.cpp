@@ -10,10 +10,12 @@ namespace {
 
 constexpr std::uint32_t kLeafSize = 4;
 constexpr std::size_t kBins = 16;
-constexpr int kHeuristicDepth = 64;     // deeper parts are halved by count, which adds at most 31 levels
+constexpr int kHeuristicDepth = 64;       // deeper parts are halved by count, which adds at most 31 levels
 constexpr std::uint32_t kPart = 1 << 16;  // so many triangles are one thread's
-constexpr std::uint32_t kSmall = 12;    // below this many triangles halving is as good as the heuristic
-constexpr double kLongestRun = 16, kRunsForQueries = 0.6;  // building costs triangles / run, a query costs run: the sum is least at a root
+constexpr std::uint32_t kSmall = 12;      // below this many triangles halving is as good as the heuristic
+constexpr double kLongestRun = 16,
+                 kRunsForQueries =
+                     0.6;  // building costs triangles / run, a query costs run: the sum is least at a root
 
 float round_down(double x) {
   const auto f = static_cast<float>(std::clamp(x, -double{FLT_MAX}, double{FLT_MAX}));
@@ -95,7 +97,8 @@ struct TriangleBvh::Builder {
     }
     std::vector<std::uint32_t> place(items.size() + 1, 0);  // of the items' triangles
     for (std::size_t i = 0; i < items.size(); ++i) {
-      const std::size_t first = static_cast<std::size_t>(items[i].triangle) * run, end = std::min(triangles, first + run);
+      const std::size_t first = static_cast<std::size_t>(items[i].triangle) * run,
+                        end = std::min(triangles, first + run);
       for (std::size_t t = first; t < end; ++t) bvh.order_[place[i] + (t - first)] = static_cast<std::int32_t>(t);
       place[i + 1] = place[i] + static_cast<std::uint32_t>(end - first);
     }

@@ -20,7 +20,9 @@ namespace kerf {
 /// Accepts every candidate.
 struct AcceptAll {
   template <class Candidate>
-  bool operator()(const Candidate&) const { return true; }
+  bool operator()(const Candidate&) const {
+    return true;
+  }
 };
 
 class TriangleBvh {
@@ -111,7 +113,10 @@ RayHit TriangleBvh::first_hit(const TriangleView& triangles, const Ray& ray, Acc
   const RaySlabs slabs(ray);
   const RayFrame frame(ray);
   double t_max = ray.t_max;
-  struct Entry { double near; std::uint32_t node; };
+  struct Entry {
+    double near;
+    std::uint32_t node;
+  };
   std::array<Entry, kStack> stack;
   std::size_t depth = 0;
   const double root = slabs.enter(nodes_[0], ray.t_min, ray.t_max);
@@ -163,9 +168,8 @@ void TriangleBvh::all_hits(const TriangleView& triangles, const Ray& ray, std::v
     stack[depth++] = node.first + 1;
     stack[depth++] = node.first;
   }
-  std::sort(hits.begin(), hits.end(), [](const RayHit& a, const RayHit& b) {
-    return a.t != b.t ? a.t < b.t : a.triangle < b.triangle;
-  });
+  std::sort(hits.begin(), hits.end(),
+            [](const RayHit& a, const RayHit& b) { return a.t != b.t ? a.t < b.t : a.triangle < b.triangle; });
 }
 
 template <class Accept>
@@ -176,7 +180,10 @@ ClosestPoint TriangleBvh::closest(const TriangleView& triangles, Vec3 p, double 
   ClosestPoint best;
   best.distance = max_distance;
   double limit = max_distance * max_distance * kSlack;
-  struct Entry { double distance; std::uint32_t node; };
+  struct Entry {
+    double distance;
+    std::uint32_t node;
+  };
   std::array<Entry, kStack> stack;
   std::size_t depth = 0;
   stack[depth++] = {squared_distance(nodes_[0], p), 0};
@@ -196,8 +203,7 @@ ClosestPoint TriangleBvh::closest(const TriangleView& triangles, Vec3 p, double 
     }
     if (node.count > 0) continue;
     Entry children[2];
-    for (std::uint32_t k = 0; k < 2; ++k)
-      children[k] = {squared_distance(nodes_[node.first + k], p), node.first + k};
+    for (std::uint32_t k = 0; k < 2; ++k) children[k] = {squared_distance(nodes_[node.first + k], p), node.first + k};
     if (children[0].distance < children[1].distance) std::swap(children[0], children[1]);
     for (const Entry& child : children)
       if (child.distance <= limit) stack[depth++] = child;

@@ -49,7 +49,8 @@ struct Section {
   Section(const std::array<Vec3, 3>& s, Vec3 at, Vec3 normal, Vec3 along) {
     std::array<double, 3> height;
     for (std::size_t k = 0; k < 3; ++k) height[k] = dot(normal, s[k] - at);
-    reach = std::max(0.0, std::min(std::max({height[0], height[1], height[2]}), -std::min({height[0], height[1], height[2]})));
+    reach = std::max(
+        0.0, std::min(std::max({height[0], height[1], height[2]}), -std::min({height[0], height[1], height[2]})));
     const auto add = [&](Vec3 p) {
       const double x = dot(along, p - at);
       from = std::min(from, x), to = std::max(to, x);
@@ -74,7 +75,8 @@ double depth_of(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
 bool share_a_corner(const TriangleView& view, std::int32_t f, std::int32_t g) {
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = 0; b < 3; ++b)
-      if (view.corners[3 * static_cast<std::size_t>(f) + a] == view.corners[3 * static_cast<std::size_t>(g) + b]) return true;
+      if (view.corners[3 * static_cast<std::size_t>(f) + a] == view.corners[3 * static_cast<std::size_t>(g) + b])
+        return true;
   return false;
 }
 

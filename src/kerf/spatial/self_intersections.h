@@ -11,11 +11,12 @@
 namespace kerf {
 
 struct SelfIntersections {
-  std::size_t pairs = 0;         ///< of triangles that pass through each other
-  double deepest = 0;            ///< metres: of a pair, the least of how far each reaches past the other's plane and how long the line is along which they meet
+  std::size_t pairs = 0;  ///< of triangles that pass through each other
+  double deepest =
+      0;  ///< metres: of a pair, the least of how far each reaches past the other's plane and how long the line is along which they meet
   std::array<std::int32_t, 2> deepest_pair{-1, -1};  ///< the two triangles
-  std::vector<Vec3> places;      ///< of the first ones, a point near each
-  std::vector<std::int32_t> triangles;  ///< that take part, rising, each once
+  std::vector<Vec3> places;                          ///< of the first ones, a point near each
+  std::vector<std::int32_t> triangles;               ///< that take part, rising, each once
 };
 
 /// Of triangles that share a corner: a surface that was given is judged without them, as its needles cross their neighbours often.

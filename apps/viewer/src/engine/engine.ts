@@ -1,6 +1,22 @@
 // What the page knows of an engine. A server over a WebSocket, a worker and the mock all do this.
 import type {
-  Body, CutReport, EngineError, FileMessage, Fixed, Frame, Hello, Hit, Loading, Overlay, Patch, Role, Score, Stats, Things, ToolSample, Vec3,
+  Body,
+  CutReport,
+  EngineError,
+  FileMessage,
+  Fixed,
+  Frame,
+  Hello,
+  Hit,
+  Loading,
+  Overlay,
+  Patch,
+  Role,
+  Score,
+  Stats,
+  Things,
+  ToolSample,
+  Vec3,
 } from './protocol';
 
 export type EngineState = 'connecting' | 'live' | 'lost';
@@ -26,8 +42,18 @@ export interface EngineEvents {
 }
 
 /** `size`: metres, of the instrument; 0: one that fits the body. */
-export interface ToolInput { tool: number; phase: number; modifiers: number; size?: number; samples: ToolSample[] }
-export interface Command { code: number; value?: readonly number[]; text?: string }
+export interface ToolInput {
+  tool: number;
+  phase: number;
+  modifiers: number;
+  size?: number;
+  samples: ToolSample[];
+}
+export interface Command {
+  code: number;
+  value?: readonly number[];
+  text?: string;
+}
 
 /** Methods that return a number return that input's number, which messages that follow from it echo. */
 export interface Engine {

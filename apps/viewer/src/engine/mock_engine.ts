@@ -3,8 +3,18 @@ import { MessageEngine } from './message_engine';
 import type { EngineEvents } from './engine';
 import { MockBody, type MockOptions } from './mock_body';
 import {
-  CommandCode, FrameFlag, Outcome, Phase, ToolCode, decodePageMessage, encodeEngineMessage, kProtocolVersion,
-  type CommandMessage, type EngineMessage, type ToolMessage, type Vec3,
+  CommandCode,
+  FrameFlag,
+  Outcome,
+  Phase,
+  ToolCode,
+  decodePageMessage,
+  encodeEngineMessage,
+  kProtocolVersion,
+  type CommandMessage,
+  type EngineMessage,
+  type ToolMessage,
+  type Vec3,
 } from './protocol';
 
 type Topology = MockBody['topology'];
@@ -51,22 +61,44 @@ export class MockEngine extends MessageEngine {
     this.timer = setInterval(() => this.tick(), kTickMs);
   }
 
-  stop(): void { clearInterval(this.timer); }
-
-  resync(): void { this.reply(this.mock.bodyMessage()); }
-
-  private sayHello(): void {
-    const s = [{ name: 'steak', title: 'Steak (mock)' }, { name: 'meniscus', title: 'Cartilage look (mock)' },
-      { name: 'sheet', title: 'Silicone look (mock)' }];
-    const json = JSON.stringify({
-      scenes: s, title: s.find((x) => x.name === this.scene)?.title, material: { young: 20000, poisson: 0.45, density: 1060 },
-      gravity: this.mock.gravity, time_step: 1 / 60, look: this.look, box: [-0.105, -0.072, -0.012, 0.105, 0.072, 0.012],
-      limits: {},
-    });
-    this.reply({ type: 'hello', session: this.sessionId, client: 1, readOnly: false, tick: 60, name: this.scene, json });
+  stop(): void {
+    clearInterval(this.timer);
   }
 
-  private reply(message: EngineMessage): void { this.receive(encodeEngineMessage(message)); }
+  resync(): void {
+    this.reply(this.mock.bodyMessage());
+  }
+
+  private sayHello(): void {
+    const s = [
+      { name: 'steak', title: 'Steak (mock)' },
+      { name: 'meniscus', title: 'Cartilage look (mock)' },
+      { name: 'sheet', title: 'Silicone look (mock)' },
+    ];
+    const json = JSON.stringify({
+      scenes: s,
+      title: s.find((x) => x.name === this.scene)?.title,
+      material: { young: 20000, poisson: 0.45, density: 1060 },
+      gravity: this.mock.gravity,
+      time_step: 1 / 60,
+      look: this.look,
+      box: [-0.105, -0.072, -0.012, 0.105, 0.072, 0.012],
+      limits: {},
+    });
+    this.reply({
+      type: 'hello',
+      session: this.sessionId,
+      client: 1,
+      readOnly: false,
+      tick: 60,
+      name: this.scene,
+      json,
+    });
+  }
+
+  private reply(message: EngineMessage): void {
+    this.receive(encodeEngineMessage(message));
+  }
 
   protected post(bytes: ArrayBuffer): boolean {
     const m = decodePageMessage(bytes);
@@ -74,23 +106,40 @@ export class MockEngine extends MessageEngine {
       case 'pageHello':
         if (m.protocol !== kProtocolVersion) this.fail(0, 1, 'another protocol');
         break;
-      case 'ack': this.acked = Math.max(this.acked, m.seq); break;
-      case 'ray': setTimeout(() => this.answerRay(m.input, m.origin, m.direction), 0); break;
-      case 'tool': setTimeout(() => this.useTool(m), 0); break;
-      case 'command': setTimeout(() => this.obey(m), 0); break;
-      case 'claim': this.reply({ type: 'role', holder: m.take ? 1 : 0, held: m.take, clients: 1 }); break;
-      case 'upload': break;
-      case 'device': break;
+      case 'ack':
+        this.acked = Math.max(this.acked, m.seq);
+        break;
+      case 'ray':
+        setTimeout(() => this.answerRay(m.input, m.origin, m.direction), 0);
+        break;
+      case 'tool':
+        setTimeout(() => this.useTool(m), 0);
+        break;
+      case 'command':
+        setTimeout(() => this.obey(m), 0);
+        break;
+      case 'claim':
+        this.reply({ type: 'role', holder: m.take ? 1 : 0, held: m.take, clients: 1 });
+        break;
+      case 'upload':
+        break;
+      case 'device':
+        break;
     }
     return true;
   }
 
-  private fail(input: number, code: number, text: string): void { this.reply({ type: 'error', input, code, text }); }
+  private fail(input: number, code: number, text: string): void {
+    this.reply({ type: 'error', input, code, text });
+  }
 
   private answerRay(input: number, origin: Vec3, direction: Vec3): void {
     const h = this.mock.intersect(origin, direction);
-    this.reply(h ? { type: 'hit', input, triangle: h.triangle, t: h.t, point: h.point, normal: h.normal, beside: 0 }
-      : { type: 'hit', input, triangle: -1, t: 0, point: [0, 0, 0], normal: [0, 0, 0], beside: 0 });
+    this.reply(
+      h
+        ? { type: 'hit', input, triangle: h.triangle, t: h.t, point: h.point, normal: h.normal, beside: 0 }
+        : { type: 'hit', input, triangle: -1, t: 0, point: [0, 0, 0], normal: [0, 0, 0], beside: 0 },
+    );
   }
 
   /** Where a view ray meets the body, or the plane of the body at rest beside it. */
@@ -112,13 +161,16 @@ export class MockEngine extends MessageEngine {
       if (!h) return;
       this.mock.pin(h.copy, m.tool === ToolCode.Fix);
       if (m.tool === ToolCode.Release) {
-        this.mock.holds = this.mock.holds.filter((g) => Math.hypot(...this.mock.holdPoint(g).map((x, d) => x - h.point[d]!)) > 0.03);
+        this.mock.holds = this.mock.holds.filter(
+          (g) => Math.hypot(...this.mock.holdPoint(g).map((x, d) => x - h.point[d]!)) > 0.03,
+        );
       }
     }
   }
 
   private stroke(m: ToolMessage): void {
-    const sample = m.samples[m.samples.length - 1], first = m.samples[0];
+    const sample = m.samples[m.samples.length - 1],
+      first = m.samples[0];
     if (m.phase === Phase.Down && first) {
       const point = this.restPoint(first.origin, first.direction);
       if (point) this.strokeStart = { topology: this.mock.snapshot(), point };
@@ -154,8 +206,18 @@ export class MockEngine extends MessageEngine {
 
   private report(input: number, outcome: number, trianglesCut: number, ms: number, text: string): void {
     this.reply({
-      type: 'cut', input, outcome, pieces: this.mock.pieces(), trianglesCut, bindingMs: 0.4 * ms, embeddingMs: 0.35 * ms,
-      surfaceMs: 0.25 * ms, totalMs: ms, counts: this.mock.counts(), invariants: 0, text,
+      type: 'cut',
+      input,
+      outcome,
+      pieces: this.mock.pieces(),
+      trianglesCut,
+      bindingMs: 0.4 * ms,
+      embeddingMs: 0.35 * ms,
+      surfaceMs: 0.25 * ms,
+      totalMs: ms,
+      counts: this.mock.counts(),
+      invariants: 0,
+      text,
     });
   }
 
@@ -180,9 +242,11 @@ export class MockEngine extends MessageEngine {
       return;
     }
     if (!this.hold) return;
-    const { point, normal } = this.holdPlane, d = direction;
-    const t = ((point[0] - origin[0]) * normal[0] + (point[1] - origin[1]) * normal[1] + (point[2] - origin[2]) * normal[2])
-      / (d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]);
+    const { point, normal } = this.holdPlane,
+      d = direction;
+    const t =
+      ((point[0] - origin[0]) * normal[0] + (point[1] - origin[1]) * normal[1] + (point[2] - origin[2]) * normal[2]) /
+      (d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]);
     if (Number.isFinite(t)) for (let k = 0; k < 3; k++) this.hold.target[k] = origin[k]! + t * d[k]!;
     if (m.phase === Phase.Up || m.phase === Phase.Cancel) this.letGo((m.modifiers & 1) !== 0);
   }
@@ -196,15 +260,31 @@ export class MockEngine extends MessageEngine {
     this.lastInput = m.input;
     const [x, y, z] = m.value;
     switch (m.code) {
-      case CommandCode.Play: this.playing = true; break;
-      case CommandCode.Pause: this.playing = false; break;
-      case CommandCode.Step: for (let i = 0; i < Math.min(1000, Math.max(1, x)); i++) this.advance(); break;
-      case CommandCode.Speed: this.speed = Math.max(0.05, Math.min(4, x)); break;
-      case CommandCode.Reset: this.reset(); break;
-      case CommandCode.Undo: case CommandCode.Redo: {
-        const back = m.code === CommandCode.Undo, from = back ? this.undo : this.redo, to = back ? this.redo : this.undo;
+      case CommandCode.Play:
+        this.playing = true;
+        break;
+      case CommandCode.Pause:
+        this.playing = false;
+        break;
+      case CommandCode.Step:
+        for (let i = 0; i < Math.min(1000, Math.max(1, x)); i++) this.advance();
+        break;
+      case CommandCode.Speed:
+        this.speed = Math.max(0.05, Math.min(4, x));
+        break;
+      case CommandCode.Reset:
+        this.reset();
+        break;
+      case CommandCode.Undo:
+      case CommandCode.Redo: {
+        const back = m.code === CommandCode.Undo,
+          from = back ? this.undo : this.redo,
+          to = back ? this.redo : this.undo;
         const target = from.pop();
-        if (!target) { this.fail(m.input, 2, back ? 'There is nothing to undo.' : 'There is nothing to redo.'); return; }
+        if (!target) {
+          this.fail(m.input, 2, back ? 'There is nothing to undo.' : 'There is nothing to redo.');
+          return;
+        }
         to.push(this.mock.snapshot());
         this.change(m.input, target);
         this.report(m.input, back ? Outcome.Undone : Outcome.Redone, 0, 0, '');
@@ -216,14 +296,28 @@ export class MockEngine extends MessageEngine {
         this.sayHello();
         this.reset();
         break;
-      case CommandCode.Gravity: this.mock.gravity = [x, y, z]; break;
-      case CommandCode.Material: this.mock.stiffness = Math.max(0.08, Math.min(0.95, Math.log10(Math.max(10, x)) / 8)); break;
+      case CommandCode.Gravity:
+        this.mock.gravity = [x, y, z];
+        break;
+      case CommandCode.Material:
+        this.mock.stiffness = Math.max(0.08, Math.min(0.95, Math.log10(Math.max(10, x)) / 8));
+        break;
       case CommandCode.Export:
-        this.reply({ type: 'file', request: m.input, name: `kerf.${m.text}`, bytes: new TextEncoder().encode('# a file of the mock engine\n') });
+        this.reply({
+          type: 'file',
+          request: m.input,
+          name: `kerf.${m.text}`,
+          bytes: new TextEncoder().encode('# a file of the mock engine\n'),
+        });
         break;
       case CommandCode.Recording:
         if (this.recording && x === 0) {
-          this.reply({ type: 'file', request: m.input, name: 'session.kerf', bytes: new TextEncoder().encode('# a recording of the mock engine\n') });
+          this.reply({
+            type: 'file',
+            request: m.input,
+            name: 'session.kerf',
+            bytes: new TextEncoder().encode('# a recording of the mock engine\n'),
+          });
         }
         this.recording = x !== 0;
         break;
@@ -231,14 +325,20 @@ export class MockEngine extends MessageEngine {
         this.overlayWanted = x !== 0;
         if (this.overlayWanted) this.reply(this.mock.overlayMessage());
         break;
-      case CommandCode.LoadUpload: this.fail(m.input, 4, 'The mock engine cannot load files.'); break;
-      case CommandCode.FixAll: this.mock.pinWhere((_, py) => x === 1 && py > 0.03); break;
-      default: this.fail(m.input, 2, `unknown command ${m.code}`);
+      case CommandCode.LoadUpload:
+        this.fail(m.input, 4, 'The mock engine cannot load files.');
+        break;
+      case CommandCode.FixAll:
+        this.mock.pinWhere((_, py) => x === 1 && py > 0.03);
+        break;
+      default:
+        this.fail(m.input, 2, `unknown command ${m.code}`);
     }
   }
 
   private reset(): void {
-    const version = this.mock.topology.version + 1, gravity = this.mock.gravity;
+    const version = this.mock.topology.version + 1,
+      gravity = this.mock.gravity;
     this.mock = new MockBody(this.options);
     this.mock.topology.version = version;
     this.mock.gravity = gravity;
@@ -265,21 +365,48 @@ export class MockEngine extends MessageEngine {
     const now = performance.now();
     if (now - this.lastStats > 250) {
       this.lastStats = now;
-      const sorted = this.stepMs.slice().sort((a, b) => a - b), at = (q: number): number => sorted[Math.floor(q * (sorted.length - 1))] ?? 0;
+      const sorted = this.stepMs.slice().sort((a, b) => a - b),
+        at = (q: number): number => sorted[Math.floor(q * (sorted.length - 1))] ?? 0;
       this.reply({
-        type: 'stats', stepMs: at(0.5), stepMs99: at(0.99), mechanicsMs: at(0.5), stepsPerSecond: this.playing ? 60 : 0,
-        iterations: 6, residual: 1e-3, counts: this.mock.counts(), pieces: this.mock.pieces(), dropped: this.dropped, bad: 0,
+        type: 'stats',
+        stepMs: at(0.5),
+        stepMs99: at(0.99),
+        mechanicsMs: at(0.5),
+        stepsPerSecond: this.playing ? 60 : 0,
+        iterations: 6,
+        residual: 1e-3,
+        counts: this.mock.counts(),
+        pieces: this.mock.pieces(),
+        dropped: this.dropped,
+        bad: 0,
         clients: 1,
       });
     }
-    if (this.seq - this.acked >= kUnacknowledged) { this.dropped++; return; }
+    if (this.seq - this.acked >= kUnacknowledged) {
+      this.dropped++;
+      return;
+    }
     const grasps = new Float32Array(this.mock.holds.flatMap((h) => [...this.mock.holdPoint(h), ...h.target]));
     this.reply({
-      type: 'frame', body: 1, seq: ++this.seq, version: this.mock.topology.version, input: this.lastInput, time: this.time,
-      stepMs: this.stepMs[this.stepMs.length - 1] ?? 0, speed: this.playing ? this.speed : 0,
-      flags: (this.playing ? FrameFlag.Playing : 0) | (this.strokeStart ? FrameFlag.Stroke : 0), undoDepth: this.undo.length,
-      redoDepth: this.redo.length, nodes: new Float32Array(this.mock.positions), grasps,
-      places: new Float32Array(0), tools: new Float32Array(0), contacts: new Float32Array(0), partners: new Uint32Array(0), touching: 0, press: 0,
+      type: 'frame',
+      body: 1,
+      seq: ++this.seq,
+      version: this.mock.topology.version,
+      input: this.lastInput,
+      time: this.time,
+      stepMs: this.stepMs[this.stepMs.length - 1] ?? 0,
+      speed: this.playing ? this.speed : 0,
+      flags: (this.playing ? FrameFlag.Playing : 0) | (this.strokeStart ? FrameFlag.Stroke : 0),
+      undoDepth: this.undo.length,
+      redoDepth: this.redo.length,
+      nodes: new Float32Array(this.mock.positions),
+      grasps,
+      places: new Float32Array(0),
+      tools: new Float32Array(0),
+      contacts: new Float32Array(0),
+      partners: new Uint32Array(0),
+      touching: 0,
+      press: 0,
       fading: { ids: new Uint32Array(0), offsets: new Float32Array(0) },
     });
   }

@@ -12,9 +12,13 @@ export class SocketEngine extends MessageEngine {
   private retryMs = kFirstRetryMs;
   private retryTimer = 0;
   private stopped = false;
-  private readonly hurry = (): void => { if (!this.socket && !this.stopped) this.connect(); };
+  private readonly hurry = (): void => {
+    if (!this.socket && !this.stopped) this.connect();
+  };
 
-  constructor(private readonly url: string) { super(); }
+  constructor(private readonly url: string) {
+    super();
+  }
 
   start(events: EngineEvents): void {
     this.events = events;
@@ -50,7 +54,11 @@ export class SocketEngine extends MessageEngine {
     this.socket = socket;
     socket.onopen = () => {
       this.send({
-        type: 'pageHello', protocol: kProtocolVersion, session: this.session, body: this.body, version: this.version,
+        type: 'pageHello',
+        protocol: kProtocolVersion,
+        session: this.session,
+        body: this.body,
+        version: this.version,
       });
     };
     let live = false;
@@ -86,7 +94,9 @@ export class SocketEngine extends MessageEngine {
 
   protected override async drained(): Promise<void> {
     while (this.socket && this.socket.bufferedAmount > kUploadWindowBytes) {
-      await new Promise((resolve) => { window.setTimeout(resolve, 10); });
+      await new Promise((resolve) => {
+        window.setTimeout(resolve, 10);
+      });
     }
   }
 }

@@ -2,13 +2,17 @@
 // shaft, by 30 degrees mostly, so that turning it about its own axis looks around.
 import { MathUtils, Quaternion, Vector3, type PerspectiveCamera } from 'three';
 
-const kField = 78;            // degrees across the round picture
-export const kRound = 0.94;   // of the shorter side of the window that the round picture takes
+const kField = 78; // degrees across the round picture
+export const kRound = 0.94; // of the shorter side of the window that the round picture takes
 const kWidest = MathUtils.degToRad(62); // that the shaft leans away from its first direction
 const kFirstDepth = 0.66;
 const kUp = new Vector3(0, 0, 1);
 
-export interface ScopePlace { entry: Vector3; target: Vector3; angle: number }
+export interface ScopePlace {
+  entry: Vector3;
+  target: Vector3;
+  angle: number;
+}
 
 export class Arthroscope {
   private readonly entry = new Vector3();
@@ -41,10 +45,16 @@ export class Arthroscope {
     this.lift = MathUtils.clamp(this.lift + lift, -kWidest, kWidest);
   }
   /** Turns it about its shaft, radians. */
-  turn(by: number): void { this.roll = MathUtils.euclideanModulo(this.roll + by + Math.PI, 2 * Math.PI) - Math.PI; }
+  turn(by: number): void {
+    this.roll = MathUtils.euclideanModulo(this.roll + by + Math.PI, 2 * Math.PI) - Math.PI;
+  }
   /** Pushes it in by parts of the way from entry to target. */
-  push(by: number): void { this.depth = MathUtils.clamp(this.depth + by, 0.02, 1.35); }
-  get turnedBy(): number { return this.roll; }
+  push(by: number): void {
+    this.depth = MathUtils.clamp(this.depth + by, 0.02, 1.35);
+  }
+  get turnedBy(): number {
+    return this.roll;
+  }
 
   private sideAxis(): Vector3 {
     const side = this.first.clone().cross(kUp);
@@ -53,10 +63,13 @@ export class Arthroscope {
   }
 
   shaft(): Vector3 {
-    const side = this.sideAxis(), up = side.clone().cross(this.first).normalize();
+    const side = this.sideAxis(),
+      up = side.clone().cross(this.first).normalize();
     return this.first.clone().applyAxisAngle(side, this.lift).applyAxisAngle(up, -this.side).normalize();
   }
-  tip(): Vector3 { return this.entry.clone().addScaledVector(this.shaft(), this.depth * this.reach); }
+  tip(): Vector3 {
+    return this.entry.clone().addScaledVector(this.shaft(), this.depth * this.reach);
+  }
   /** Where it looks. */
   view(): Vector3 {
     const shaft = this.shaft();
@@ -67,11 +80,16 @@ export class Arthroscope {
 
   /** Puts the camera where the optic is; `aspect` of the window. */
   place(camera: PerspectiveCamera, aspect: number, size: number): void {
-    const view = this.view(), right = view.clone().cross(kUp);
+    const view = this.view(),
+      right = view.clone().cross(kUp);
     if (right.lengthSq() < 1e-4) right.copy(this.sideAxis());
     right.normalize();
     camera.position.copy(this.tip());
-    camera.quaternion.copy(new Quaternion().setFromRotationMatrix(camera.matrix.makeBasis(right, right.clone().cross(view), view.clone().negate())));
+    camera.quaternion.copy(
+      new Quaternion().setFromRotationMatrix(
+        camera.matrix.makeBasis(right, right.clone().cross(view), view.clone().negate()),
+      ),
+    );
     camera.near = 0.002 * size;
     // The field is that of the round picture.
     const half = Math.tan(MathUtils.degToRad(kField / 2)) / kRound / Math.min(1, aspect);

@@ -1,8 +1,26 @@
 // The tools as one sees them: blade, forceps, pin, and the ring that shows where they would touch.
 import {
-  BufferAttribute, BufferGeometry, CapsuleGeometry, CircleGeometry, CylinderGeometry, ExtrudeGeometry, Group, LineBasicMaterial, LineSegments,
-  Mesh, MeshBasicMaterial, MeshStandardMaterial, Path, RingGeometry, Shape, SphereGeometry, Vector3, DoubleSide, Quaternion,
-  Matrix4, InstancedMesh,
+  BufferAttribute,
+  BufferGeometry,
+  CapsuleGeometry,
+  CircleGeometry,
+  CylinderGeometry,
+  ExtrudeGeometry,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  MeshStandardMaterial,
+  Path,
+  RingGeometry,
+  Shape,
+  SphereGeometry,
+  Vector3,
+  DoubleSide,
+  Quaternion,
+  Matrix4,
+  InstancedMesh,
 } from 'three';
 import type { ToolName } from '../tools/tools';
 
@@ -11,22 +29,42 @@ function scalpel(steel: MeshStandardMaterial, grip: MeshStandardMaterial): Group
   const g = new Group();
   const s = new Shape();
   s.moveTo(0, 0);
-  s.bezierCurveTo(0.030, 0.030, 0.058, 0.085, 0.060, 0.155);
+  s.bezierCurveTo(0.03, 0.03, 0.058, 0.085, 0.06, 0.155);
   s.lineTo(0.048, 0.215);
   s.lineTo(-0.012, 0.215);
   s.bezierCurveTo(-0.014, 0.13, -0.012, 0.06, 0, 0);
   const slot = new Path();
-  slot.absellipse(0.020, 0.165, 0.007, 0.030, 0, Math.PI * 2);
+  slot.absellipse(0.02, 0.165, 0.007, 0.03, 0, Math.PI * 2);
   s.holes.push(slot);
-  const blade = new Mesh(new ExtrudeGeometry(s, { depth: 0.004, bevelEnabled: true, bevelSize: 0.002, bevelThickness: 0.002, bevelSegments: 1, curveSegments: 10 }), steel);
+  const blade = new Mesh(
+    new ExtrudeGeometry(s, {
+      depth: 0.004,
+      bevelEnabled: true,
+      bevelSize: 0.002,
+      bevelThickness: 0.002,
+      bevelSegments: 1,
+      curveSegments: 10,
+    }),
+    steel,
+  );
   blade.position.z = -0.002;
   const h = new Shape();
-  h.moveTo(-0.004, 0.20);
-  h.lineTo(0.038, 0.20);
-  h.bezierCurveTo(0.050, 0.30, 0.034, 0.55, 0.040, 0.98);
+  h.moveTo(-0.004, 0.2);
+  h.lineTo(0.038, 0.2);
+  h.bezierCurveTo(0.05, 0.3, 0.034, 0.55, 0.04, 0.98);
   h.quadraticCurveTo(0.018, 1.01, -0.004, 0.98);
-  h.bezierCurveTo(0.002, 0.6, -0.012, 0.32, -0.004, 0.20);
-  const handle = new Mesh(new ExtrudeGeometry(h, { depth: 0.010, bevelEnabled: true, bevelSize: 0.005, bevelThickness: 0.006, bevelSegments: 3, curveSegments: 12 }), grip);
+  h.bezierCurveTo(0.002, 0.6, -0.012, 0.32, -0.004, 0.2);
+  const handle = new Mesh(
+    new ExtrudeGeometry(h, {
+      depth: 0.01,
+      bevelEnabled: true,
+      bevelSize: 0.005,
+      bevelThickness: 0.006,
+      bevelSegments: 3,
+      curveSegments: 12,
+    }),
+    grip,
+  );
   handle.position.z = -0.005;
   g.add(blade, handle);
   g.rotation.x = Math.PI / 2; // y of the shapes is up
@@ -36,8 +74,8 @@ function scalpel(steel: MeshStandardMaterial, grip: MeshStandardMaterial): Group
 function forceps(steel: MeshStandardMaterial): Group {
   const g = new Group();
   for (const side of [-1, 1]) {
-    const arm = new Mesh(new CylinderGeometry(0.020, 0.006, 0.9, 10), steel);
-    arm.position.set(side * 0.040, 0, 0.45);
+    const arm = new Mesh(new CylinderGeometry(0.02, 0.006, 0.9, 10), steel);
+    arm.position.set(side * 0.04, 0, 0.45);
     arm.rotation.set(Math.PI / 2, 0, side * -0.055);
     arm.rotation.order = 'ZYX';
     g.add(arm);
@@ -74,11 +112,20 @@ function scissors(steel: MeshStandardMaterial, grip: MeshStandardMaterial): Grou
   for (const side of [-1, 1]) {
     const s = new Shape();
     s.moveTo(0, 0);
-    s.quadraticCurveTo(0.034, 0.10, 0.024, 0.30);
-    s.lineTo(-0.006, 0.30);
+    s.quadraticCurveTo(0.034, 0.1, 0.024, 0.3);
+    s.lineTo(-0.006, 0.3);
     s.lineTo(-0.004, 0.04);
     s.closePath();
-    const blade = new Mesh(new ExtrudeGeometry(s, { depth: 0.005, bevelEnabled: true, bevelSize: 0.002, bevelThickness: 0.002, bevelSegments: 1 }), steel);
+    const blade = new Mesh(
+      new ExtrudeGeometry(s, {
+        depth: 0.005,
+        bevelEnabled: true,
+        bevelSize: 0.002,
+        bevelThickness: 0.002,
+        bevelSegments: 1,
+      }),
+      steel,
+    );
     blade.scale.x = side;
     blade.rotation.set(Math.PI / 2, 0, 0);
     const half = new Group();
@@ -97,7 +144,9 @@ function scissors(steel: MeshStandardMaterial, grip: MeshStandardMaterial): Grou
 function wrap(inner: Group): Group {
   const g = new Group();
   g.add(inner);
-  g.traverse((o) => { if (o instanceof Mesh) o.castShadow = true; });
+  g.traverse((o) => {
+    if (o instanceof Mesh) o.castShadow = true;
+  });
   return g;
 }
 
@@ -107,7 +156,10 @@ export class Blade {
   private readonly grip = new MeshStandardMaterial({ color: 0x8b98a4, metalness: 0.5, roughness: 0.38 });
   private readonly red = new MeshStandardMaterial({ color: 0xc02030, roughness: 0.35 });
   private readonly green = new MeshStandardMaterial({ color: 0x2a9a58, roughness: 0.35 });
-  private readonly instruments: Record<'scalpel' | 'forceps' | 'fix' | 'release' | 'punch' | 'scissors' | 'shaver' | 'suction', Group>;
+  private readonly instruments: Record<
+    'scalpel' | 'forceps' | 'fix' | 'release' | 'punch' | 'scissors' | 'shaver' | 'suction',
+    Group
+  >;
   /** Where a sized instrument works: a circle as wide as its bite, or the line along which scissors close. */
   private readonly bite: Mesh;
   private readonly disc: Mesh;
@@ -124,35 +176,78 @@ export class Blade {
 
   constructor() {
     this.instruments = {
-      scalpel: scalpel(this.steel, this.grip), forceps: forceps(this.steel), fix: pin(this.red, this.steel), release: pin(this.green, this.steel),
-      punch: tube(this.steel, this.grip, 0.013), scissors: scissors(this.steel, this.grip), shaver: tube(this.steel, this.grip, 0.01), suction: tube(this.steel, this.grip, 0.017),
+      scalpel: scalpel(this.steel, this.grip),
+      forceps: forceps(this.steel),
+      fix: pin(this.red, this.steel),
+      release: pin(this.green, this.steel),
+      punch: tube(this.steel, this.grip, 0.013),
+      scissors: scissors(this.steel, this.grip),
+      shaver: tube(this.steel, this.grip, 0.01),
+      suction: tube(this.steel, this.grip, 0.017),
     };
-    this.ring = new Mesh(new RingGeometry(0.78, 1, 40), new MeshBasicMaterial({
-      color: 0xffffff, transparent: true, opacity: 0.85, side: DoubleSide, depthTest: false, toneMapped: false,
-    }));
+    this.ring = new Mesh(
+      new RingGeometry(0.78, 1, 40),
+      new MeshBasicMaterial({
+        color: 0xffffff,
+        transparent: true,
+        opacity: 0.85,
+        side: DoubleSide,
+        depthTest: false,
+        toneMapped: false,
+      }),
+    );
     this.ring.renderOrder = 5;
-    const flat = (colour: number, opacity: number): MeshBasicMaterial => new MeshBasicMaterial({
-      color: colour, transparent: true, opacity, side: DoubleSide, depthTest: false, depthWrite: false, toneMapped: false,
-    });
+    const flat = (colour: number, opacity: number): MeshBasicMaterial =>
+      new MeshBasicMaterial({
+        color: colour,
+        transparent: true,
+        opacity,
+        side: DoubleSide,
+        depthTest: false,
+        depthWrite: false,
+        toneMapped: false,
+      });
     this.bite = new Mesh(new RingGeometry(0.94, 1, 64), flat(0xffffff, 0.9));
     this.disc = new Mesh(new CircleGeometry(0.94, 48), flat(0x101820, 0.16));
-    this.closing = new LineSegments(new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array([0, 0, 0, 1, 0, 0, 1, -0.08, 0, 1, 0.08, 0]), 3)),
-      new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.95, depthTest: false, toneMapped: false }));
+    this.closing = new LineSegments(
+      new BufferGeometry().setAttribute(
+        'position',
+        new BufferAttribute(new Float32Array([0, 0, 0, 1, 0, 0, 1, -0.08, 0, 1, 0.08, 0]), 3),
+      ),
+      new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.95, depthTest: false, toneMapped: false }),
+    );
     for (const o of [this.bite, this.closing]) o.renderOrder = 5;
     this.disc.renderOrder = 4;
     for (const o of [this.bite, this.disc, this.closing]) o.frustumCulled = false;
-    this.graspLines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.8, depthTest: false, toneMapped: false }));
+    this.graspLines = new LineSegments(
+      new BufferGeometry(),
+      new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.8, depthTest: false, toneMapped: false }),
+    );
     this.graspBalls = new InstancedMesh(new CapsuleGeometry(1, 0.01, 4, 12), this.green, 64);
     this.graspBalls.count = 0;
     this.graspBalls.frustumCulled = this.graspLines.frustumCulled = false;
     this.graspLines.renderOrder = 4;
-    this.group.add(...Object.values(this.instruments), this.ring, this.bite, this.disc, this.closing, this.graspLines, this.graspBalls);
+    this.group.add(
+      ...Object.values(this.instruments),
+      this.ring,
+      this.bite,
+      this.disc,
+      this.closing,
+      this.graspLines,
+      this.graspBalls,
+    );
     this.hide();
   }
 
-  setSize(size: number): void { this.size = size; }
-  setTool(tool: ToolName): void { this.tool = tool; }
-  get visible(): boolean { return this.ring.visible || this.bite.visible || Object.values(this.instruments).some((g) => g.visible); }
+  setSize(size: number): void {
+    this.size = size;
+  }
+  setTool(tool: ToolName): void {
+    this.tool = tool;
+  }
+  get visible(): boolean {
+    return this.ring.visible || this.bite.visible || Object.values(this.instruments).some((g) => g.visible);
+  }
 
   hide(): boolean {
     const was = this.visible;
@@ -165,11 +260,23 @@ export class Blade {
   /** Places the instrument; `touching`: the point is on the body, otherwise only near it; `own`: not one of the scene's, which is drawn already. */
   place(point: Vector3, normal: Vector3, eye: Vector3, touching: boolean, pressed: boolean, own = true): void {
     this.hideInstruments();
-    if (this.tool === 'hand' || this.tool === 'rigid') { this.hide(); return; }
+    if (this.tool === 'hand' || this.tool === 'rigid') {
+      this.hide();
+      return;
+    }
     const cutting = this.tool === 'scalpel' || this.tool === 'line' || this.tool === 'closed';
-    const tool = this.tool, held = tool === 'grasp' || tool === 'take';
-    const g = tool === 'scalpel' || tool === 'line' || tool === 'closed' ? this.instruments.scalpel : held ? this.instruments.forceps : tool === 'fix' || tool === 'release' ? this.instruments[tool]
-      : tool === 'probe' || !own ? null : this.instruments[tool];
+    const tool = this.tool,
+      held = tool === 'grasp' || tool === 'take';
+    const g =
+      tool === 'scalpel' || tool === 'line' || tool === 'closed'
+        ? this.instruments.scalpel
+        : held
+          ? this.instruments.forceps
+          : tool === 'fix' || tool === 'release'
+            ? this.instruments[tool]
+            : tool === 'probe' || !own
+              ? null
+              : this.instruments[tool];
     if (Number.isFinite(this.lastPoint.x)) {
       const step = point.clone().sub(this.lastPoint);
       step.addScaledVector(normal, -step.dot(normal));
@@ -205,7 +312,7 @@ export class Blade {
     this.ring.visible = touching && !this.bite.visible;
     this.ring.position.copy(point).addScaledVector(normal, 0.002 * this.size);
     this.ring.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), normal);
-    this.ring.scale.setScalar((pressed ? 0.010 : 0.016) * this.size);
+    this.ring.scale.setScalar((pressed ? 0.01 : 0.016) * this.size);
   }
 
   private placeBite(point: Vector3, normal: Vector3, touching: boolean): void {
@@ -225,16 +332,20 @@ export class Blade {
     this.closing.scale.setScalar(this.bites);
   }
 
-  private hideInstruments(): void { for (const g of Object.values(this.instruments)) g.visible = false; }
+  private hideInstruments(): void {
+    for (const g of Object.values(this.instruments)) g.visible = false;
+  }
 
   /** Grasps: six numbers each, held point and target. True when the picture changed. */
   setGrasps(grasps: Float32Array): boolean {
-    const n = Math.min(64, grasps.length / 6), had = this.graspBalls.count;
+    const n = Math.min(64, grasps.length / 6),
+      had = this.graspBalls.count;
     if (n === 0 && had === 0) return false;
     this.graspLines.geometry.dispose();
     this.graspLines.geometry = new BufferGeometry();
     this.graspLines.geometry.setAttribute('position', new BufferAttribute(grasps.slice(), 3));
-    const m = new Matrix4(), r = 0.012 * this.size;
+    const m = new Matrix4(),
+      r = 0.012 * this.size;
     for (let i = 0; i < n; i++) {
       m.makeScale(r, r, r).setPosition(grasps[6 * i + 3]!, grasps[6 * i + 4]!, grasps[6 * i + 5]!);
       this.graspBalls.setMatrixAt(i, m);

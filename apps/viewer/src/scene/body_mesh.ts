@@ -1,15 +1,35 @@
 // The visual mesh on the GPU: rest positions and copies once, poses every frame, and of a cut only what changed.
 import {
-  BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Mesh, Sphere, Vector3, Vector4, type Data3DTexture,
+  BufferAttribute,
+  BufferGeometry,
+  DynamicDrawUsage,
+  Group,
+  Mesh,
+  Sphere,
+  Vector3,
+  Vector4,
+  type Data3DTexture,
 } from 'three';
 import { BodyState, type PatchEffect } from './body_state';
 import { CellTextures } from './cell_textures';
 import { Crease } from './crease';
-import { type BodyMaterials, type Look, type QualityLevel, type Uniforms, disposeMaterials, makeBodyMaterials } from './materials';
+import {
+  type BodyMaterials,
+  type Look,
+  type QualityLevel,
+  type Uniforms,
+  disposeMaterials,
+  makeBodyMaterials,
+} from './materials';
 import type { Range } from './ranges';
 import type { Fading, Patch } from '../engine/protocol';
 
-export interface Attributes { rest: BufferAttribute; normal: BufferAttribute; copy: BufferAttribute; offset: BufferAttribute }
+export interface Attributes {
+  rest: BufferAttribute;
+  normal: BufferAttribute;
+  copy: BufferAttribute;
+  offset: BufferAttribute;
+}
 
 function upload(attribute: BufferAttribute, ranges: Range[], items: number): void {
   for (const r of ranges) attribute.addUpdateRange(items * r.start, items * (r.end - r.start));
@@ -28,8 +48,13 @@ export class BodyMesh {
   open = false;
   lastEffect: PatchEffect | null = null;
   private readonly frame: Uniforms = {
-    uBoxMin: { value: new Vector3() }, uBoxMax: { value: new Vector3() }, uFibre: { value: new Vector3(0, 0, 1) },
-    uTextureScale: { value: 1 }, uLesion: { value: 0 }, uLesionA: { value: new Vector4() }, uLesionB: { value: new Vector4() },
+    uBoxMin: { value: new Vector3() },
+    uBoxMax: { value: new Vector3() },
+    uFibre: { value: new Vector3(0, 0, 1) },
+    uTextureScale: { value: 1 },
+    uLesion: { value: 0 },
+    uLesionA: { value: new Vector4() },
+    uLesionB: { value: new Vector4() },
   };
   private readonly skin = new Mesh();
   private readonly wall = new Mesh();
@@ -65,7 +90,9 @@ export class BodyMesh {
     if (this.state) this.cells.update(this.state);
   }
 
-  set shaded(on: boolean) { this.skin.visible = this.wall.visible = this.crease.shown = on; }
+  set shaded(on: boolean) {
+    this.skin.visible = this.wall.visible = this.crease.shown = on;
+  }
 
   setLook(look: Look, level: QualityLevel): void {
     this.look = look;
@@ -101,9 +128,15 @@ export class BodyMesh {
 
   /** Marks what should be taken out, on skin and cut surfaces alike; after setBody. */
   setLesion(lesion: { shape: 'sphere' | 'box' | 'half_space'; values: number[] } | null): void {
-    const s = this.frame.uTextureScale!.value as number, v = lesion?.values.map((x) => s * x) ?? [];
+    const s = this.frame.uTextureScale!.value as number,
+      v = lesion?.values.map((x) => s * x) ?? [];
     this.frame.uLesion!.value = lesion ? { sphere: 1, box: 2, half_space: 3 }[lesion.shape] : 0;
-    (this.frame.uLesionA!.value as Vector4).set(v[0] ?? 0, v[1] ?? 0, v[2] ?? 0, lesion?.shape === 'sphere' ? v[3]! : 0);
+    (this.frame.uLesionA!.value as Vector4).set(
+      v[0] ?? 0,
+      v[1] ?? 0,
+      v[2] ?? 0,
+      lesion?.shape === 'sphere' ? v[3]! : 0,
+    );
     (this.frame.uLesionB!.value as Vector4).set(v[3] ?? 0, v[4] ?? 0, v[5] ?? 1, 0);
   }
 
@@ -132,12 +165,16 @@ export class BodyMesh {
 
   /** New node positions and offsets of vertices; false when nothing moved. */
   setNodes(nodes: Float32Array, fading: Fading): boolean {
-    const state = this.state!, offsets = state.setFading(fading);
+    const state = this.state!,
+      offsets = state.setFading(fading);
     upload(this.attributes!.offset, offsets, 3);
     if (offsets.length > 0) this.crease.refresh(state);
     let moved = false;
     for (let i = 0; i < nodes.length; i++) {
-      if (state.nodes[i] !== nodes[i]) { moved = true; break; }
+      if (state.nodes[i] !== nodes[i]) {
+        moved = true;
+        break;
+      }
     }
     if (!moved) return offsets.length > 0;
     state.nodes.set(nodes);
@@ -149,8 +186,10 @@ export class BodyMesh {
   lowest = 0;
 
   private updateBounds(): void {
-    const s = this.state!, n = 3 * s.nn;
-    const lo = [Infinity, Infinity, Infinity], hi = [-Infinity, -Infinity, -Infinity];
+    const s = this.state!,
+      n = 3 * s.nn;
+    const lo = [Infinity, Infinity, Infinity],
+      hi = [-Infinity, -Infinity, -Infinity];
     for (let i = 0; i < n; i += 3) {
       for (let k = 0; k < 3; k++) {
         const x = s.nodes[i + k]!;
@@ -169,8 +208,10 @@ export class BodyMesh {
     // Old geometries first: disposing frees the buffers of the attributes that they have now.
     this.skin.geometry.dispose();
     this.wall.geometry.dispose();
-    const rest = new BufferAttribute(s.rest, 3), normal = new BufferAttribute(s.normal, 4, true);
-    const copy = new BufferAttribute(s.copy, 1), offset = new BufferAttribute(s.offset, 3);
+    const rest = new BufferAttribute(s.rest, 3),
+      normal = new BufferAttribute(s.normal, 4, true);
+    const copy = new BufferAttribute(s.copy, 1),
+      offset = new BufferAttribute(s.offset, 3);
     this.attributes = { rest, normal, copy, offset };
     const geometry = (index: Uint32Array, count: number): BufferGeometry => {
       const g = new BufferGeometry();
@@ -193,19 +234,28 @@ export class BodyMesh {
 
   /** Places textures by the rest shape. */
   private frameTextures(s: BodyState): void {
-    const lo = new Vector3(Infinity, Infinity, Infinity), hi = lo.clone().negate();
+    const lo = new Vector3(Infinity, Infinity, Infinity),
+      hi = lo.clone().negate();
     for (let i = 0; i < 3 * s.nv; i += 3) {
-      const x = s.rest[i]!, y = s.rest[i + 1]!, z = s.rest[i + 2]!;
+      const x = s.rest[i]!,
+        y = s.rest[i + 1]!,
+        z = s.rest[i + 2]!;
       lo.set(Math.min(lo.x, x), Math.min(lo.y, y), Math.min(lo.z, z));
       hi.set(Math.max(hi.x, x), Math.max(hi.y, y), Math.max(hi.z, z));
     }
-    if (s.nv === 0) { lo.set(0, 0, 0); hi.set(1, 1, 1); }
+    if (s.nv === 0) {
+      lo.set(0, 0, 0);
+      hi.set(1, 1, 1);
+    }
     const scale = 0.26 / Math.max(1e-9, lo.distanceTo(hi));
     this.frame.uTextureScale!.value = scale;
     this.cells.uniforms.uTextureScaleV!.value = scale;
     (this.frame.uBoxMin!.value as Vector3).copy(lo).multiplyScalar(scale);
     (this.frame.uBoxMax!.value as Vector3).copy(hi).multiplyScalar(scale);
-    const c = lo.clone().add(hi).multiplyScalar(0.5 * scale);
+    const c = lo
+      .clone()
+      .add(hi)
+      .multiplyScalar(0.5 * scale);
     (this.frame.uFibre!.value as Vector3).set(c.x, c.y, 0.5 * scale * Math.max(hi.x - lo.x, hi.y - lo.y));
   }
 }
@@ -213,14 +263,28 @@ export class BodyMesh {
 /** Whether the skin has border edges: a sheet without thickness. Uses rest positions, since vertices may be doubled. */
 function isOpen(s: BodyState): boolean {
   // Signed volume is no proof, but a closed skin's directed area sums to zero: an open one's hardly ever does.
-  let ax = 0, ay = 0, az = 0, total = 0;
+  let ax = 0,
+    ay = 0,
+    az = 0,
+    total = 0;
   const add = (index: Uint32Array, count: number): void => {
     for (let t = 0; t < 3 * count; t += 3) {
-      const a = 3 * index[t]!, b = 3 * index[t + 1]!, c = 3 * index[t + 2]!, r = s.rest;
-      const ux = r[b]! - r[a]!, uy = r[b + 1]! - r[a + 1]!, uz = r[b + 2]! - r[a + 2]!;
-      const vx = r[c]! - r[a]!, vy = r[c + 1]! - r[a + 1]!, vz = r[c + 2]! - r[a + 2]!;
-      const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-      ax += nx; ay += ny; az += nz;
+      const a = 3 * index[t]!,
+        b = 3 * index[t + 1]!,
+        c = 3 * index[t + 2]!,
+        r = s.rest;
+      const ux = r[b]! - r[a]!,
+        uy = r[b + 1]! - r[a + 1]!,
+        uz = r[b + 2]! - r[a + 2]!;
+      const vx = r[c]! - r[a]!,
+        vy = r[c + 1]! - r[a + 1]!,
+        vz = r[c + 2]! - r[a + 2]!;
+      const nx = uy * vz - uz * vy,
+        ny = uz * vx - ux * vz,
+        nz = ux * vy - uy * vx;
+      ax += nx;
+      ay += ny;
+      az += nz;
       total += Math.hypot(nx, ny, nz);
     }
   };

@@ -15,7 +15,14 @@ function grown<T extends Numbers>(old: T, items: number): T {
 }
 
 /** What a patch changed, in records, and whether arrays were replaced by larger ones. */
-export interface PatchEffect { vertices: Range[]; skin: Range[]; wall: Range[]; copies: Range[]; offsets: Range[]; regrown: boolean }
+export interface PatchEffect {
+  vertices: Range[];
+  skin: Range[];
+  wall: Range[];
+  copies: Range[];
+  offsets: Range[];
+  regrown: boolean;
+}
 
 export class BodyState {
   readonly body: number;
@@ -23,12 +30,20 @@ export class BodyState {
   readonly origin: Float32Array;
   readonly axes: Float32Array;
   readonly cellSize: Float32Array;
-  nv = 0; ns = 0; nw = 0; nc = 0; nn = 0;
-  rest: Float32Array; normal: Int16Array; copy: Uint32Array;
-  offset: Float32Array;  // metres beside where the copy puts a vertex: zero but for those in `fading`
+  nv = 0;
+  ns = 0;
+  nw = 0;
+  nc = 0;
+  nn = 0;
+  rest: Float32Array;
+  normal: Int16Array;
+  copy: Uint32Array;
+  offset: Float32Array; // metres beside where the copy puts a vertex: zero but for those in `fading`
   fading: Uint32Array = new Uint32Array(0);
-  skin: Uint32Array; wall: Uint32Array;
-  copies: Uint32Array; cells: Int16Array;
+  skin: Uint32Array;
+  wall: Uint32Array;
+  copies: Uint32Array;
+  cells: Int16Array;
   nodes: Float32Array;
 
   constructor(b: Body) {
@@ -37,13 +52,23 @@ export class BodyState {
     this.origin = b.origin.slice();
     this.axes = b.axes.slice();
     this.cellSize = b.cellSize.slice();
-    this.nv = b.copy.length; this.ns = b.skin.length / 3; this.nw = b.wall.length / 3;
-    this.nc = b.copies.length / 8; this.nn = b.nodes.length / 3;
-    const v = roomFor(this.nv), s = roomFor(this.ns), w = roomFor(Math.max(this.nw, this.ns / 8)), c = roomFor(this.nc);
-    this.rest = grown(b.rest, 3 * v); this.normal = grown(b.normal, 4 * v); this.copy = grown(b.copy, v);
+    this.nv = b.copy.length;
+    this.ns = b.skin.length / 3;
+    this.nw = b.wall.length / 3;
+    this.nc = b.copies.length / 8;
+    this.nn = b.nodes.length / 3;
+    const v = roomFor(this.nv),
+      s = roomFor(this.ns),
+      w = roomFor(Math.max(this.nw, this.ns / 8)),
+      c = roomFor(this.nc);
+    this.rest = grown(b.rest, 3 * v);
+    this.normal = grown(b.normal, 4 * v);
+    this.copy = grown(b.copy, v);
     this.offset = new Float32Array(3 * v);
-    this.skin = grown(b.skin, 3 * s); this.wall = grown(b.wall, 3 * w);
-    this.copies = grown(b.copies, 8 * c); this.cells = grown(b.cells, 4 * c);
+    this.skin = grown(b.skin, 3 * s);
+    this.wall = grown(b.wall, 3 * w);
+    this.copies = grown(b.copies, 8 * c);
+    this.cells = grown(b.cells, 4 * c);
     this.nodes = grown(b.nodes, 3 * roomFor(this.nn));
     this.setFading(b.fading);
   }
@@ -64,7 +89,9 @@ export class BodyState {
       }
     }
     const regrown = this.reserve(t.nv, t.ns, t.nw, t.nc, t.nn);
-    const v0 = Math.min(this.nv, t.nv), s0 = Math.min(this.ns, t.ns), w0 = Math.min(this.nw, t.nw);
+    const v0 = Math.min(this.nv, t.nv),
+      s0 = Math.min(this.ns, t.ns),
+      w0 = Math.min(this.nw, t.nw);
     const c0 = Math.min(this.nc, t.nc);
 
     const v = p.vertices;
@@ -79,19 +106,28 @@ export class BodyState {
     scatter(this.cells, 4, p.copies.ids, p.copies.cells, c0);
     this.nodes.set(p.nodes);
 
-    this.nv = t.nv; this.ns = t.ns; this.nw = t.nw; this.nc = t.nc; this.nn = t.nn;
+    this.nv = t.nv;
+    this.ns = t.ns;
+    this.nw = t.nw;
+    this.nc = t.nc;
+    this.nn = t.nn;
     this.version = p.to;
     const offsets = this.setFading(p.fading);
     return {
-      vertices: changedRanges(v.ids, v0, t.nv), skin: changedRanges(p.skin.ids, s0, t.ns),
-      wall: changedRanges(p.wall.ids, w0, t.nw), copies: changedRanges(p.copies.ids, c0, t.nc), offsets, regrown,
+      vertices: changedRanges(v.ids, v0, t.nv),
+      skin: changedRanges(p.skin.ids, s0, t.ns),
+      wall: changedRanges(p.wall.ids, w0, t.nw),
+      copies: changedRanges(p.copies.ids, c0, t.nc),
+      offsets,
+      regrown,
     };
   }
 
   /** Takes over all offsets; those of other vertices end. The vertices that this changes, those that are gone included. */
   setFading(f: Fading): Range[] {
     if (f.ids.length === 0 && this.fading.length === 0) return [];
-    if (f.ids.length > 0 && f.ids[f.ids.length - 1]! >= this.nv) throw new Error(`offset of vertex ${f.ids[f.ids.length - 1]} of ${this.nv}`);
+    if (f.ids.length > 0 && f.ids[f.ids.length - 1]! >= this.nv)
+      throw new Error(`offset of vertex ${f.ids[f.ids.length - 1]} of ${this.nv}`);
     for (const i of this.fading) this.offset.fill(0, 3 * i, 3 * i + 3);
     scatter(this.offset, 3, f.ids, f.offsets, 0);
     const changed = new Uint32Array(this.fading.length + f.ids.length);
@@ -105,15 +141,24 @@ export class BodyState {
     let regrown = false;
     if (nv > this.copy.length) {
       const v = roomFor(nv);
-      this.rest = grown(this.rest, 3 * v); this.normal = grown(this.normal, 4 * v); this.copy = grown(this.copy, v);
+      this.rest = grown(this.rest, 3 * v);
+      this.normal = grown(this.normal, 4 * v);
+      this.copy = grown(this.copy, v);
       this.offset = grown(this.offset, 3 * v);
       regrown = true;
     }
-    if (3 * ns > this.skin.length) { this.skin = grown(this.skin, 3 * roomFor(ns)); regrown = true; }
-    if (3 * nw > this.wall.length) { this.wall = grown(this.wall, 3 * roomFor(nw)); regrown = true; }
+    if (3 * ns > this.skin.length) {
+      this.skin = grown(this.skin, 3 * roomFor(ns));
+      regrown = true;
+    }
+    if (3 * nw > this.wall.length) {
+      this.wall = grown(this.wall, 3 * roomFor(nw));
+      regrown = true;
+    }
     if (8 * nc > this.copies.length) {
       const c = roomFor(nc);
-      this.copies = grown(this.copies, 8 * c); this.cells = grown(this.cells, 4 * c);
+      this.copies = grown(this.copies, 8 * c);
+      this.cells = grown(this.cells, 4 * c);
     }
     if (3 * nn > this.nodes.length) this.nodes = grown(this.nodes, 3 * roomFor(nn));
     return regrown;
@@ -123,7 +168,8 @@ export class BodyState {
 /** Writes values[0..|ids|) to the records named by ids, and the rest from record `start` on. */
 function scatter<T extends Numbers>(target: T, size: number, ids: Uint32Array, values: T, start: number): void {
   for (let i = 0; i < ids.length; i++) {
-    const to = size * ids[i]!, from = size * i;
+    const to = size * ids[i]!,
+      from = size * i;
     for (let k = 0; k < size; k++) target[to + k] = values[from + k]!;
   }
   target.set(values.subarray(size * ids.length) as never, size * start);

@@ -14,8 +14,12 @@ function makeTexture(rows: number): DataTexture {
 
 export class CellTextures {
   readonly uniforms: Uniforms = {
-    uPose: { value: makeTexture(1) }, uNormals: { value: makeTexture(1) }, uOrigin: { value: new Vector3() },
-    uToCells: { value: new Matrix3() }, uToAxes: { value: new Matrix3() }, uInverseSize: { value: new Vector3(1, 1, 1) },
+    uPose: { value: makeTexture(1) },
+    uNormals: { value: makeTexture(1) },
+    uOrigin: { value: new Vector3() },
+    uToCells: { value: new Matrix3() },
+    uToAxes: { value: new Matrix3() },
+    uInverseSize: { value: new Vector3(1, 1, 1) },
     uTextureScaleV: { value: 1 },
   };
   smooth = true;
@@ -23,16 +27,30 @@ export class CellTextures {
   marked: ReadonlySet<number> | null = null;
   private readonly scratch = new NormalScratch();
 
-  get pose(): Float32Array { return this.texture('uPose').image.data as Float32Array; }
-  private texture(name: string): DataTexture { return this.uniforms[name]!.value as DataTexture; }
+  get pose(): Float32Array {
+    return this.texture('uPose').image.data as Float32Array;
+  }
+  private texture(name: string): DataTexture {
+    return this.uniforms[name]!.value as DataTexture;
+  }
 
   setBody(b: BodyState): void {
-    const u = this.uniforms, a = b.axes, s = b.cellSize;
+    const u = this.uniforms,
+      a = b.axes,
+      s = b.cellSize;
     (u.uOrigin!.value as Vector3).fromArray(b.origin);
     (u.uToAxes!.value as Matrix3).set(a[0]!, a[1]!, a[2]!, a[3]!, a[4]!, a[5]!, a[6]!, a[7]!, a[8]!);
     (u.uToCells!.value as Matrix3).set(
-      a[0]! / s[0]!, a[1]! / s[0]!, a[2]! / s[0]!, a[3]! / s[1]!, a[4]! / s[1]!, a[5]! / s[1]!,
-      a[6]! / s[2]!, a[7]! / s[2]!, a[8]! / s[2]!);
+      a[0]! / s[0]!,
+      a[1]! / s[0]!,
+      a[2]! / s[0]!,
+      a[3]! / s[1]!,
+      a[4]! / s[1]!,
+      a[5]! / s[1]!,
+      a[6]! / s[2]!,
+      a[7]! / s[2]!,
+      a[8]! / s[2]!,
+    );
     (u.uInverseSize!.value as Vector3).set(1 / s[0]!, 1 / s[1]!, 1 / s[2]!);
     this.update(b);
   }

@@ -1,7 +1,15 @@
 // Materials of the body: solid textures sampled at the rest position, so that skin and cut surface are one material.
 import {
-  DoubleSide, FrontSide, MeshDepthMaterial, MeshLambertMaterial, MeshPhysicalMaterial, MeshStandardMaterial,
-  type Data3DTexture, type IUniform, type Material, type WebGLProgramParametersWithUniforms,
+  DoubleSide,
+  FrontSide,
+  MeshDepthMaterial,
+  MeshLambertMaterial,
+  MeshPhysicalMaterial,
+  MeshStandardMaterial,
+  type Data3DTexture,
+  type IUniform,
+  type Material,
+  type WebGLProgramParametersWithUniforms,
 } from 'three';
 import { kSkinningDeclarations } from './skinning';
 
@@ -129,15 +137,29 @@ const kBump = /* glsl */ `
 `;
 
 /** Adds skinning to a built-in material; `fragment` may patch the fragment shader. */
-export function patchSkinning(material: Material, uniforms: Uniforms, defines: string[], key: string,
-  patch?: (shader: WebGLProgramParametersWithUniforms) => void): void {
+export function patchSkinning(
+  material: Material,
+  uniforms: Uniforms,
+  defines: string[],
+  key: string,
+  patch?: (shader: WebGLProgramParametersWithUniforms) => void,
+): void {
   const head = defines.map((d) => `#define ${d}\n`).join('');
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader
-      .replace('#include <common>', `#include <common>\n${head}${kSkinningDeclarations}\nvarying vec3 vRest;\nvarying float vMarked;`)
-      .replace('void main() {', 'void main() {\n\tkSkin(position, normal);\n\tvRest = position * uTextureScaleV;\n\tvMarked = kMarked;')
-      .replace('#include <beginnormal_vertex>', 'vec3 objectNormal = kNrm;\n#ifdef USE_TANGENT\n\tvec3 objectTangent = tangent.xyz;\n#endif')
+      .replace(
+        '#include <common>',
+        `#include <common>\n${head}${kSkinningDeclarations}\nvarying vec3 vRest;\nvarying float vMarked;`,
+      )
+      .replace(
+        'void main() {',
+        'void main() {\n\tkSkin(position, normal);\n\tvRest = position * uTextureScaleV;\n\tvMarked = kMarked;',
+      )
+      .replace(
+        '#include <beginnormal_vertex>',
+        'vec3 objectNormal = kNrm;\n#ifdef USE_TANGENT\n\tvec3 objectTangent = tangent.xyz;\n#endif',
+      )
       .replace('#include <begin_vertex>', 'vec3 transformed = kPos;')
       .replace('uniform vec3 uOrigin;', 'uniform vec3 uOrigin;\nuniform float uTextureScaleV;');
     patch?.(shader);
@@ -150,21 +172,37 @@ function surfacePatch(look: Look, level: QualityLevel): (shader: WebGLProgramPar
     const lite = level === 'lite' ? '#define KERF_LITE\n' : '';
     let f = shader.fragmentShader
       .replace('#include <common>', `#include <common>\n${lite}${kFragmentDeclarations}${kLooks[look]}`)
-      .replace('#include <color_fragment>', 'kSurface(vRest, kAlbedo, kRough, kHeight, kGlow);\n\tkMark(vRest, kAlbedo);\n\tkHatch(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;')
+      .replace(
+        '#include <color_fragment>',
+        'kSurface(vRest, kAlbedo, kRough, kHeight, kGlow);\n\tkMark(vRest, kAlbedo);\n\tkHatch(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;',
+      )
       .replace('#include <roughnessmap_fragment>', 'float roughnessFactor = clamp(kRough * roughness, 0.08, 1.0);');
     if (level !== 'lite') f = f.replace('#include <normal_fragment_maps>', kBump);
     // Light that has wandered through the body: strongest where one looks along the surface.
-    f = f.replace('#include <emissivemap_fragment>',
-      'totalEmissiveRadiance += kAlbedo * kGlow * (0.25 + 0.75 * pow(1.0 - clamp(dot(normalize(vViewPosition), normal), 0.0, 1.0), 2.0));');
+    f = f.replace(
+      '#include <emissivemap_fragment>',
+      'totalEmissiveRadiance += kAlbedo * kGlow * (0.25 + 0.75 * pow(1.0 - clamp(dot(normalize(vViewPosition), normal), 0.0, 1.0), 2.0));',
+    );
     shader.fragmentShader = f;
   };
 }
 
-export interface BodyMaterials { skin: Material; wall: Material; depth: Material; level: QualityLevel }
+export interface BodyMaterials {
+  skin: Material;
+  wall: Material;
+  depth: Material;
+  level: QualityLevel;
+}
 
 /** Materials for a look and quality. `open`: the skin is a sheet without thickness, seen from both sides. */
-export function makeBodyMaterials(look: Look, level: QualityLevel, open: boolean, cells: Uniforms, noise: Data3DTexture,
-  frame: Uniforms): BodyMaterials {
+export function makeBodyMaterials(
+  look: Look,
+  level: QualityLevel,
+  open: boolean,
+  cells: Uniforms,
+  noise: Data3DTexture,
+  frame: Uniforms,
+): BodyMaterials {
   const uniforms: Uniforms = { ...cells, ...frame, uNoise: { value: noise } };
   const side = open ? DoubleSide : FrontSide;
   const defines = level === 'lite' ? [] : ['KERF_SMOOTH'];
@@ -173,8 +211,12 @@ export function makeBodyMaterials(look: Look, level: QualityLevel, open: boolean
     if (level === 'full') {
       const coat = look === 'steak' ? (wall ? 0.22 : 0.4) : look === 'meniscus' ? (wall ? 0.3 : 0.55) : 0.12;
       m = new MeshPhysicalMaterial({
-        side: wall ? FrontSide : side, clearcoat: coat, clearcoatRoughness: look === 'sheet' ? 0.45 : 0.22, roughness: 1,
-        metalness: 0, ior: 1.4,
+        side: wall ? FrontSide : side,
+        clearcoat: coat,
+        clearcoatRoughness: look === 'sheet' ? 0.45 : 0.22,
+        roughness: 1,
+        metalness: 0,
+        ior: 1.4,
       });
     } else if (level === 'low') {
       m = new MeshStandardMaterial({ side: wall ? FrontSide : side, roughness: 0.82, metalness: 0 });

@@ -1,7 +1,10 @@
 // Which parts of a buffer changed.
 
 /** Half-open range of records. */
-export interface Range { start: number; end: number }
+export interface Range {
+  start: number;
+  end: number;
+}
 
 /** Changed records nearer than this are sent as one range: fewer calls, few bytes more. */
 export const kMergeGap = 256;

@@ -9,16 +9,22 @@
 // Normals follow cof(F). Taken cell by cell, cof(F) jumps where cells meet and draws an edge into the shading, so it is
 // averaged at the nodes over the copies that share them and interpolated; twin nodes of a cut keep it sharp there.
 
-export const kTextureWidth = 512;         // texels
-export const kPoseTexels = 8;             // per copy
-export const kNormalTexels = 24;          // per copy
-export const kPosePerRow = 64;            // copies: 64 x 8 = 512 texels
-export const kNormalPerRow = 21;          // copies: 21 x 24 = 504 texels
+export const kTextureWidth = 512; // texels
+export const kPoseTexels = 8; // per copy
+export const kNormalTexels = 24; // per copy
+export const kPosePerRow = 64; // copies: 64 x 8 = 512 texels
+export const kNormalPerRow = 21; // copies: 21 x 24 = 504 texels
 
 /** The lattice of a body and the copies of its cells, as BodyState has them. */
 export interface CellData {
-  origin: Float32Array; axes: Float32Array; cellSize: Float32Array;
-  nc: number; nn: number; copies: Uint32Array; cells: Int16Array; nodes: Float32Array;
+  origin: Float32Array;
+  axes: Float32Array;
+  cellSize: Float32Array;
+  nc: number;
+  nn: number;
+  copies: Uint32Array;
+  cells: Int16Array;
+  nodes: Float32Array;
 }
 
 export const poseRows = (copies: number): number => Math.max(1, Math.ceil(copies / kPosePerRow));
@@ -26,17 +32,39 @@ export const normalRows = (copies: number): number => Math.max(1, Math.ceil(copi
 
 /** Writes the polynomial of copy c to out[at .. at+32); false for a dead copy, which becomes a point. */
 function writePose(d: CellData, c: number, out: Float32Array, at: number): boolean {
-  const { copies, nodes } = d, base = 8 * c, limit = d.nn;
+  const { copies, nodes } = d,
+    base = 8 * c,
+    limit = d.nn;
   for (let k = 0; k < 8; k++) {
-    if (copies[base + k]! >= limit) { out.fill(0, at, at + 32); return false; }
+    if (copies[base + k]! >= limit) {
+      out.fill(0, at, at + 32);
+      return false;
+    }
   }
-  const n0 = 3 * copies[base]!, n1 = 3 * copies[base + 1]!, n2 = 3 * copies[base + 2]!, n3 = 3 * copies[base + 3]!;
-  const n4 = 3 * copies[base + 4]!, n5 = 3 * copies[base + 5]!, n6 = 3 * copies[base + 6]!, n7 = 3 * copies[base + 7]!;
+  const n0 = 3 * copies[base]!,
+    n1 = 3 * copies[base + 1]!,
+    n2 = 3 * copies[base + 2]!,
+    n3 = 3 * copies[base + 3]!;
+  const n4 = 3 * copies[base + 4]!,
+    n5 = 3 * copies[base + 5]!,
+    n6 = 3 * copies[base + 6]!,
+    n7 = 3 * copies[base + 7]!;
   for (let i = 0; i < 3; i++) {
-    const a = nodes[n0 + i]!, e = nodes[n1 + i]! - a, f = nodes[n2 + i]! - a, g = nodes[n4 + i]! - a;
-    const xy = nodes[n3 + i]! - a - e - f, yz = nodes[n6 + i]! - a - f - g, xz = nodes[n5 + i]! - a - e - g;
+    const a = nodes[n0 + i]!,
+      e = nodes[n1 + i]! - a,
+      f = nodes[n2 + i]! - a,
+      g = nodes[n4 + i]! - a;
+    const xy = nodes[n3 + i]! - a - e - f,
+      yz = nodes[n6 + i]! - a - f - g,
+      xz = nodes[n5 + i]! - a - e - g;
     const o = at + i;
-    out[o] = a; out[o + 4] = e; out[o + 8] = f; out[o + 12] = g; out[o + 16] = xy; out[o + 20] = yz; out[o + 24] = xz;
+    out[o] = a;
+    out[o + 4] = e;
+    out[o + 8] = f;
+    out[o + 12] = g;
+    out[o + 16] = xy;
+    out[o + 20] = yz;
+    out[o + 24] = xz;
     out[o + 28] = nodes[n7 + i]! - a - e - f - g - xy - yz - xz;
   }
   for (let k = 0; k < 3; k++) out[at + 4 * k + 3] = d.cells[4 * c + k]!;
@@ -58,7 +86,10 @@ export function fillMarks(d: CellData, marked: ReadonlySet<number> | null, out: 
 }
 
 /** Memory of fillNormals that is kept between frames. */
-export class NormalScratch { sum = new Float64Array(0); live = new Uint8Array(0) }
+export class NormalScratch {
+  sum = new Float64Array(0);
+  live = new Uint8Array(0);
+}
 
 /**
  * Fills the normal texture: 24 texels per copy, columns of cof(F) at the copy's eight nodes (k, column) -> 3 k + column,
@@ -68,12 +99,16 @@ export function fillNormals(d: CellData, pose: Float32Array, out: Float32Array, 
   if (scratch.sum.length < 9 * d.nn) scratch.sum = new Float64Array(9 * d.nn * 2);
   const sum = scratch.sum;
   sum.fill(0, 0, 9 * d.nn);
-  const sx = 1 / d.cellSize[0]!, sy = 1 / d.cellSize[1]!, sz = 1 / d.cellSize[2]!;
+  const sx = 1 / d.cellSize[0]!,
+    sy = 1 / d.cellSize[1]!,
+    sz = 1 / d.cellSize[2]!;
   for (let c = 0; c < d.nc; c++) {
     if (d.copies[8 * c]! >= d.nn) continue;
     const o = 32 * c;
     for (let k = 0; k < 8; k++) {
-      const x = k & 1, y = (k >> 1) & 1, z = k >> 2;
+      const x = k & 1,
+        y = (k >> 1) & 1,
+        z = k >> 2;
       const node = d.copies[8 * c + k]!;
       if (node >= d.nn) break;
       const ax = sx * (pose[o + 4]! + pose[o + 16]! * y + pose[o + 24]! * z + pose[o + 28]! * y * z);
@@ -86,9 +121,15 @@ export function fillNormals(d: CellData, pose: Float32Array, out: Float32Array, 
       const cy = sz * (pose[o + 13]! + pose[o + 21]! * y + pose[o + 25]! * x + pose[o + 29]! * x * y);
       const cz = sz * (pose[o + 14]! + pose[o + 22]! * y + pose[o + 26]! * x + pose[o + 30]! * x * y);
       const s = 9 * node;
-      sum[s]! += by * cz - bz * cy; sum[s + 1]! += bz * cx - bx * cz; sum[s + 2]! += bx * cy - by * cx;
-      sum[s + 3]! += cy * az - cz * ay; sum[s + 4]! += cz * ax - cx * az; sum[s + 5]! += cx * ay - cy * ax;
-      sum[s + 6]! += ay * bz - az * by; sum[s + 7]! += az * bx - ax * bz; sum[s + 8]! += ax * by - ay * bx;
+      sum[s]! += by * cz - bz * cy;
+      sum[s + 1]! += bz * cx - bx * cz;
+      sum[s + 2]! += bx * cy - by * cx;
+      sum[s + 3]! += cy * az - cz * ay;
+      sum[s + 4]! += cz * ax - cx * az;
+      sum[s + 5]! += cx * ay - cy * ax;
+      sum[s + 6]! += ay * bz - az * by;
+      sum[s + 7]! += az * bx - ax * bz;
+      sum[s + 8]! += ax * by - ay * bx;
     }
   }
   // Scale every node's matrix to the same size: an average over fewer copies must not weigh less.
@@ -104,28 +145,55 @@ export function fillNormals(d: CellData, pose: Float32Array, out: Float32Array, 
     for (let k = 0; k < 8; k++) {
       const node = d.copies[8 * c + k]!;
       for (let column = 0; column < 3; column++, o += 4) {
-        if (node >= d.nn) { out[o] = out[o + 1] = out[o + 2] = 0; continue; }
+        if (node >= d.nn) {
+          out[o] = out[o + 1] = out[o + 2] = 0;
+          continue;
+        }
         const s = 9 * node + 3 * column;
-        out[o] = sum[s]!; out[o + 1] = sum[s + 1]!; out[o + 2] = sum[s + 2]!;
+        out[o] = sum[s]!;
+        out[o + 1] = sum[s + 1]!;
+        out[o + 2] = sum[s + 2]!;
       }
     }
   }
 }
 
 /** Position now of a rest position in copy c, computed as the shader does; for picking, overlays and tests. */
-export function skinPoint(d: CellData, pose: Float32Array, c: number, x: number, y: number, z: number): [number, number, number] {
-  const q = latticeCoordinates(d, x, y, z), o = 32 * c;
-  const u = q[0] - pose[o + 3]!, v = q[1] - pose[o + 7]!, w = q[2] - pose[o + 11]!;
-  const at = (i: number): number => pose[o + i]! + pose[o + 4 + i]! * u + pose[o + 8 + i]! * v + pose[o + 12 + i]! * w
-    + pose[o + 16 + i]! * u * v + pose[o + 20 + i]! * v * w + pose[o + 24 + i]! * u * w + pose[o + 28 + i]! * u * v * w;
+export function skinPoint(
+  d: CellData,
+  pose: Float32Array,
+  c: number,
+  x: number,
+  y: number,
+  z: number,
+): [number, number, number] {
+  const q = latticeCoordinates(d, x, y, z),
+    o = 32 * c;
+  const u = q[0] - pose[o + 3]!,
+    v = q[1] - pose[o + 7]!,
+    w = q[2] - pose[o + 11]!;
+  const at = (i: number): number =>
+    pose[o + i]! +
+    pose[o + 4 + i]! * u +
+    pose[o + 8 + i]! * v +
+    pose[o + 12 + i]! * w +
+    pose[o + 16 + i]! * u * v +
+    pose[o + 20 + i]! * v * w +
+    pose[o + 24 + i]! * u * w +
+    pose[o + 28 + i]! * u * v * w;
   return [at(0), at(1), at(2)];
 }
 
 /** Rest position in units of cells along the lattice's axes. */
 export function latticeCoordinates(d: CellData, x: number, y: number, z: number): [number, number, number] {
-  const rx = x - d.origin[0]!, ry = y - d.origin[1]!, rz = z - d.origin[2]!, a = d.axes, s = d.cellSize;
+  const rx = x - d.origin[0]!,
+    ry = y - d.origin[1]!,
+    rz = z - d.origin[2]!,
+    a = d.axes,
+    s = d.cellSize;
   return [
-    (a[0]! * rx + a[1]! * ry + a[2]! * rz) / s[0]!, (a[3]! * rx + a[4]! * ry + a[5]! * rz) / s[1]!,
+    (a[0]! * rx + a[1]! * ry + a[2]! * rz) / s[0]!,
+    (a[3]! * rx + a[4]! * ry + a[5]! * rz) / s[1]!,
     (a[6]! * rx + a[7]! * ry + a[8]! * rz) / s[2]!,
   ];
 }

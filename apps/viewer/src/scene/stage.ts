@@ -1,8 +1,28 @@
 // Renderer, camera, light and the ground that bodies are shown on.
 import {
-  ACESFilmicToneMapping, BasicShadowMap, CircleGeometry, Color, DirectionalLight, Fog, HemisphereLight, Mesh,
-  MeshLambertMaterial, MeshStandardMaterial, MOUSE, Object3D, PCFShadowMap, PerspectiveCamera, PMREMGenerator, PointLight, Scene,
-  TOUCH, Vector2, Vector3, WebGLRenderer, type Data3DTexture, type Texture,
+  ACESFilmicToneMapping,
+  BasicShadowMap,
+  CircleGeometry,
+  Color,
+  DirectionalLight,
+  Fog,
+  HemisphereLight,
+  Mesh,
+  MeshLambertMaterial,
+  MeshStandardMaterial,
+  MOUSE,
+  Object3D,
+  PCFShadowMap,
+  PerspectiveCamera,
+  PMREMGenerator,
+  PointLight,
+  Scene,
+  TOUCH,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+  type Data3DTexture,
+  type Texture,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
@@ -13,10 +33,13 @@ import type { Vec3 } from '../engine/protocol';
 
 Object3D.DEFAULT_UP.set(0, 0, 1);
 
-export interface Box { min: Vec3; max: Vec3 }
+export interface Box {
+  min: Vec3;
+  max: Vec3;
+}
 
 const kFieldOfView = 32; // degrees, of the free camera
-const kJoint = 0x120504;   // what is dark in a joint
+const kJoint = 0x120504; // what is dark in a joint
 
 const kWood = /* glsl */ `
 uniform highp sampler3D uNoise;
@@ -64,7 +87,12 @@ export class Stage {
 
   constructor(canvas: HTMLCanvasElement, noise: Data3DTexture, antialias: boolean, software: boolean) {
     this.software = software;
-    this.renderer = new WebGLRenderer({ canvas, antialias, powerPreference: 'high-performance', preserveDrawingBuffer: false });
+    this.renderer = new WebGLRenderer({
+      canvas,
+      antialias,
+      powerPreference: 'high-performance',
+      preserveDrawingBuffer: false,
+    });
     this.renderer.toneMapping = ACESFilmicToneMapping;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.autoUpdate = false;
@@ -77,7 +105,16 @@ export class Stage {
     this.controls.maxPolarAngle = 0.98 * Math.PI;
     this.setOrbitOnly(false);
     this.sun.castShadow = true;
-    this.scene.add(this.sun, this.sun.target, this.fill, this.fill.target, this.sky, this.tipLight, this.board, this.ground);
+    this.scene.add(
+      this.sun,
+      this.sun.target,
+      this.fill,
+      this.fill.target,
+      this.sky,
+      this.tipLight,
+      this.board,
+      this.ground,
+    );
     this.board.receiveShadow = this.ground.receiveShadow = true;
     this.board.castShadow = true;
     this.scene.fog = new Fog(0x808080, 1, 4);
@@ -108,7 +145,8 @@ export class Stage {
     this.level = level;
     this.controls.enableDamping = level !== 'lite'; // it is counted in frames: sluggish where frames are few
     this.renderer.setPixelRatio(pixelRatio);
-    const shadow = this.sun.shadow, size = level === 'full' ? 2048 : level === 'low' ? 1024 : 512;
+    const shadow = this.sun.shadow,
+      size = level === 'full' ? 2048 : level === 'low' ? 1024 : 512;
     if (shadow.mapSize.x !== size) {
       shadow.mapSize.set(size, size);
       shadow.map?.dispose();
@@ -130,7 +168,8 @@ export class Stage {
 
   /** The sun and the sky, or the light at the tip of an arthroscope. */
   private light(): void {
-    const inside = this.scopeIsOn, lite = this.level === 'lite';
+    const inside = this.scopeIsOn,
+      lite = this.level === 'lite';
     this.scene.environmentIntensity = inside ? 0.07 : 0.42;
     this.sky.intensity = inside ? 0.12 : lite ? 1.9 : 0.25;
     this.sun.visible = !inside;
@@ -142,7 +181,9 @@ export class Stage {
     fog.far = (inside ? 1.9 : 9) * this.size;
   }
 
-  get scopeOn(): boolean { return this.scopeIsOn; }
+  get scopeOn(): boolean {
+    return this.scopeIsOn;
+  }
   /** Looks through the arthroscope, or from outside again; the free camera stays where it was. */
   setScope(on: boolean): void {
     if (on === this.scopeIsOn) return;
@@ -168,7 +209,13 @@ export class Stage {
   /** Where it goes in and what it looks at; without a place of the scene it comes the way the free camera looks. */
   setScopePlace(place: ScopePlace | null): void {
     const away = this.home.position.clone().sub(this.home.target).normalize();
-    this.scope.set(place ?? { entry: this.centre.clone().addScaledVector(away, 0.95 * this.size), target: this.centre, angle: Math.PI / 6 });
+    this.scope.set(
+      place ?? {
+        entry: this.centre.clone().addScaledVector(away, 0.95 * this.size),
+        target: this.centre,
+        angle: Math.PI / 6,
+      },
+    );
     if (this.scopeIsOn) this.placeScope();
   }
   placeScope(): void {
@@ -186,19 +233,24 @@ export class Stage {
     this.ground.geometry = new CircleGeometry(12 * d, 48);
     this.wood.uScale.value = 0.26 / d;
     this.board.material = this.makeWood();
-    this.ground.material = this.level === 'lite' ? new MeshLambertMaterial({ color: this.groundColour() })
-      : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
+    this.ground.material =
+      this.level === 'lite'
+        ? new MeshLambertMaterial({ color: this.groundColour() })
+        : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
     this.furnish();
   }
 
   /** Planks, for the board and for obstacles that are boards. */
   makeWood(): MeshStandardMaterial | MeshLambertMaterial {
-    const material = this.level === 'lite' ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
+    const material =
+      this.level === 'lite' ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.wood);
-      shader.vertexShader = shader.vertexShader.replace('#include <common>', '#include <common>\nvarying vec3 vPlace;')
+      shader.vertexShader = shader.vertexShader
+        .replace('#include <common>', '#include <common>\nvarying vec3 vPlace;')
         .replace('void main() {', 'void main() {\n\tvPlace = position;');
-      shader.fragmentShader = shader.fragmentShader.replace('#include <common>', `#include <common>\n${kWood}`)
+      shader.fragmentShader = shader.fragmentShader
+        .replace('#include <common>', `#include <common>\n${kWood}`)
         .replace('#include <color_fragment>', 'diffuseColor.rgb = kWood(vPlace);');
     };
     material.customProgramCacheKey = () => 'kerf-wood';
@@ -225,8 +277,10 @@ export class Stage {
 
   /** A new body: fits light, ground and camera to its box. */
   setBox(box: Box, look: Look, keepCamera: boolean): void {
-    const lo = new Vector3(...box.min), hi = new Vector3(...box.max);
-    const centre = lo.clone().add(hi).multiplyScalar(0.5), d = Math.max(1e-6, lo.distanceTo(hi));
+    const lo = new Vector3(...box.min),
+      hi = new Vector3(...box.max);
+    const centre = lo.clone().add(hi).multiplyScalar(0.5),
+      d = Math.max(1e-6, lo.distanceTo(hi));
     this.size = d;
     this.look = look;
     this.centre.copy(centre);
@@ -264,7 +318,10 @@ export class Stage {
     this.home.target.copy(centre);
     this.home.position.copy(centre).add(new Vector3(-0.42, -1.18, 0.98).multiplyScalar(1.18 * d));
     if (this.scopeIsOn) return false;
-    if (!follow) { this.resetCamera(); return true; }
+    if (!follow) {
+      this.resetCamera();
+      return true;
+    }
     const gap = centre.clone().sub(this.controls.target);
     if (gap.length() < 0.15 * this.size) return false;
     gap.multiplyScalar(0.15);
@@ -275,7 +332,8 @@ export class Stage {
 
   resetCamera(): void {
     if (this.scopeIsOn) return;
-    const aspect = this.camera.aspect, away = aspect < 1.2 ? Math.min(2.2, 1.2 / aspect) : 1;
+    const aspect = this.camera.aspect,
+      away = aspect < 1.2 ? Math.min(2.2, 1.2 / aspect) : 1;
     this.camera.position.copy(this.home.position).sub(this.home.target).multiplyScalar(away).add(this.home.target);
     this.controls.target.copy(this.home.target);
     this.controls.update();
@@ -284,10 +342,13 @@ export class Stage {
   /** Looks at the body from a direction given in degrees; distance and target stay what they were unless given. */
   lookFrom(azimuth: number, elevation: number, distance?: number, target?: Vec3): void {
     this.setScope(false);
-    const a = (azimuth * Math.PI) / 180, e = (elevation * Math.PI) / 180;
+    const a = (azimuth * Math.PI) / 180,
+      e = (elevation * Math.PI) / 180;
     const r = distance ?? this.camera.position.distanceTo(this.controls.target);
     if (target) this.controls.target.set(...target);
-    this.camera.position.set(Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e)).multiplyScalar(r)
+    this.camera.position
+      .set(Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e))
+      .multiplyScalar(r)
       .add(this.controls.target);
     this.controls.update();
   }
@@ -299,18 +360,25 @@ export class Stage {
       if (zoom !== 1) this.scope.push(zoom < 1 ? 0.04 : -0.04);
       return this.placeScope();
     }
-    const offset = this.camera.position.clone().sub(this.controls.target), r = offset.length();
+    const offset = this.camera.position.clone().sub(this.controls.target),
+      r = offset.length();
     const a = Math.atan2(offset.y, offset.x) + (azimuth * Math.PI) / 180;
     const e = Math.max(-1.5, Math.min(1.5, Math.asin(offset.z / r) + (elevation * Math.PI) / 180));
     const d = Math.max(this.controls.minDistance, Math.min(this.controls.maxDistance, r * zoom));
-    this.camera.position.set(Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e)).multiplyScalar(d).add(this.controls.target);
+    this.camera.position
+      .set(Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e))
+      .multiplyScalar(d)
+      .add(this.controls.target);
     this.controls.update();
   }
 
   /** The ground stays below the body, which may hang: it gives way and does not come back. A piece that falls has no ground. */
   keepFloorBelow(lowest: number): void {
     if (this.carried !== null) return;
-    this.floorGoal = Math.max(this.furnished ? -Infinity : this.floorLimit, Math.min(this.floorGoal, lowest - 0.03 * this.size));
+    this.floorGoal = Math.max(
+      this.furnished ? -Infinity : this.floorLimit,
+      Math.min(this.floorGoal, lowest - 0.03 * this.size),
+    );
   }
 
   /** Moves what moves by itself; true while it does. */
@@ -323,7 +391,8 @@ export class Stage {
   }
 
   private placeFloor(): void {
-    const d = this.size, c = this.centre;
+    const d = this.size,
+      c = this.centre;
     this.board.position.set(c.x, c.y, this.floor - 0.055 * d);
     this.ground.position.set(c.x, c.y, this.floor - (this.board.visible ? 0.11 * d : 0));
   }
@@ -340,13 +409,15 @@ export class Stage {
     const size = this.renderer.getSize(new Vector2());
     this.camera.updateMatrixWorld();
     const far = new Vector3((2 * x) / size.x - 1, 1 - (2 * y) / size.y, 0.5).unproject(this.camera);
-    const o = this.camera.getWorldPosition(new Vector3()), d = far.sub(o).normalize();
+    const o = this.camera.getWorldPosition(new Vector3()),
+      d = far.sub(o).normalize();
     return { origin: [o.x, o.y, o.z], direction: [d.x, d.y, d.z] };
   }
 
   /** Where a point of space appears in the window. */
   project(p: Vec3): [number, number] {
-    const size = this.renderer.getSize(new Vector2()), q = new Vector3(...p).project(this.camera);
+    const size = this.renderer.getSize(new Vector2()),
+      q = new Vector3(...p).project(this.camera);
     return [((q.x + 1) / 2) * size.x, ((1 - q.y) / 2) * size.y];
   }
 

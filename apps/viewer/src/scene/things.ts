@@ -1,7 +1,21 @@
 // Obstacles and tools of the scene, and what touches: rigid meshes that are placed in every frame, forces as arrows.
 import {
-  Box3, BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial,
-  MeshStandardMaterial, Points, PointsMaterial, Quaternion, Vector3, type Material,
+  Box3,
+  BufferAttribute,
+  BufferGeometry,
+  DynamicDrawUsage,
+  Group,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  MeshStandardMaterial,
+  Points,
+  PointsMaterial,
+  Quaternion,
+  Vector3,
+  type Material,
 } from 'three';
 import { toCreasedNormals } from 'three/examples/jsm/utils/BufferGeometryUtils.js';
 import { ContactWith, kContactFloats, kPlaceFloats, kToolFloats } from '../engine/protocol';
@@ -9,13 +23,22 @@ import type { Thing, ThingPart } from '../engine/things';
 import type { Look, QualityLevel } from './materials';
 import type { Vec3 } from '../engine/protocol';
 
-interface Jaw { group: Group; side: number }
-interface Shown { thing: Thing; group: Group; jaws: Jaw[] }
+interface Jaw {
+  group: Group;
+  side: number;
+}
+interface Shown {
+  thing: Thing;
+  group: Group;
+  jaws: Jaw[];
+}
 
 const kMostContacts = 2000;
 const kCrease = 0.7; // radians: edges that turn less are shaded smooth
 const kColours: Record<number, [number, number, number]> = {
-  [ContactWith.Obstacle]: [0.10, 0.45, 0.95], [ContactWith.Tool]: [0.98, 0.55, 0.05], [ContactWith.Body]: [0.75, 0.15, 0.75],
+  [ContactWith.Obstacle]: [0.1, 0.45, 0.95],
+  [ContactWith.Tool]: [0.98, 0.55, 0.05],
+  [ContactWith.Body]: [0.75, 0.15, 0.75],
 };
 
 function geometryOf(part: ThingPart): BufferGeometry {
@@ -27,8 +50,17 @@ function geometryOf(part: ThingPart): BufferGeometry {
   return creased;
 }
 
-export interface ThingPose { position: Vec3; quaternion: readonly [number, number, number, number] }
-export interface ToolReading { pose: ThingPose; place: ThingPose; jaws: number; force: Vec3; torque: Vec3 }
+export interface ThingPose {
+  position: Vec3;
+  quaternion: readonly [number, number, number, number];
+}
+export interface ToolReading {
+  pose: ThingPose;
+  place: ThingPose;
+  jaws: number;
+  force: Vec3;
+  torque: Vec3;
+}
 
 export class ThingsView {
   readonly group = new Group();
@@ -57,30 +89,56 @@ export class ThingsView {
 
   constructor() {
     const attribute = (a: Float32Array): BufferAttribute => new BufferAttribute(a, 3).setUsage(DynamicDrawUsage);
-    const lines = new BufferGeometry(), points = new BufferGeometry();
+    const lines = new BufferGeometry(),
+      points = new BufferGeometry();
     lines.setAttribute('position', attribute(this.linePositions));
     lines.setAttribute('color', attribute(this.lineColours));
     points.setAttribute('position', attribute(this.pointPositions));
     points.setAttribute('color', attribute(this.pointColours));
-    this.contactLines = new LineSegments(lines, new LineBasicMaterial({ vertexColors: true, depthTest: false, transparent: true, toneMapped: false }));
-    this.contactPoints = new Points(points, new PointsMaterial({ vertexColors: true, size: 6, sizeAttenuation: false, depthTest: false, transparent: true, toneMapped: false }));
-    for (const o of [this.contactLines, this.contactPoints]) { o.frustumCulled = false; o.renderOrder = 5; o.geometry.setDrawRange(0, 0); }
+    this.contactLines = new LineSegments(
+      lines,
+      new LineBasicMaterial({ vertexColors: true, depthTest: false, transparent: true, toneMapped: false }),
+    );
+    this.contactPoints = new Points(
+      points,
+      new PointsMaterial({
+        vertexColors: true,
+        size: 6,
+        sizeAttenuation: false,
+        depthTest: false,
+        transparent: true,
+        toneMapped: false,
+      }),
+    );
+    for (const o of [this.contactLines, this.contactPoints]) {
+      o.frustumCulled = false;
+      o.renderOrder = 5;
+      o.geometry.setDrawRange(0, 0);
+    }
     this.group.add(this.solid, this.ghostGroup, this.contactLines, this.contactPoints);
   }
 
-  get list(): readonly Thing[] { return this.shown.map((s) => s.thing); }
-  get toolCount(): number { return this.tools.length; }
-  get any(): boolean { return this.shown.length > 0; }
+  get list(): readonly Thing[] {
+    return this.shown.map((s) => s.thing);
+  }
+  get toolCount(): number {
+    return this.tools.length;
+  }
+  get any(): boolean {
+    return this.shown.length > 0;
+  }
 
   /** New things; nothing is placed yet. `wood`: the stage's own board. */
   set(things: Thing[], size: number, look: Look, level: QualityLevel, wood: Material): void {
     this.clear();
     this.size = size;
     const lite = level === 'lite';
-    const make = (color: number, roughness: number, metalness: number): Material => (lite ? new MeshLambertMaterial({ color })
-      : new MeshStandardMaterial({ color, roughness, metalness }));
-    const steel = make(lite ? 0xb4bbc2 : 0x9aa3ab, 0.32, 0.85), jaw = make(lite ? 0xcdd3d8 : 0xb5bdc4, 0.25, 0.9);
-    const obstacle = look === 'meniscus' ? make(0xd9cfba, 0.6, 0) : look === 'steak' ? wood : make(0x5d7f99, 0.55, 0.05);
+    const make = (color: number, roughness: number, metalness: number): Material =>
+      lite ? new MeshLambertMaterial({ color }) : new MeshStandardMaterial({ color, roughness, metalness });
+    const steel = make(lite ? 0xb4bbc2 : 0x9aa3ab, 0.32, 0.85),
+      jaw = make(lite ? 0xcdd3d8 : 0xb5bdc4, 0.25, 0.9);
+    const obstacle =
+      look === 'meniscus' ? make(0xd9cfba, 0.6, 0) : look === 'steak' ? wood : make(0x5d7f99, 0.55, 0.05);
     const ball = look === 'steak' ? make(0x6b7a86, 0.5, 0.1) : obstacle;
     const ghost = new MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28, depthWrite: false });
     this.materials = [steel, jaw, ball, ghost, ...(obstacle === wood ? [] : [obstacle])];
@@ -95,11 +153,15 @@ export class ThingsView {
   }
 
   private build(thing: Thing, material: Material, jaw: Material, into: Group, shadows: boolean): Shown {
-    const group = new Group(), jaws: Jaw[] = [];
+    const group = new Group(),
+      jaws: Jaw[] = [];
     for (const part of thing.parts) {
       const mesh = new Mesh(geometryOf(part), part.side === 0 ? material : jaw);
       mesh.castShadow = mesh.receiveShadow = shadows;
-      if (part.side === 0) { group.add(mesh); continue; }
+      if (part.side === 0) {
+        group.add(mesh);
+        continue;
+      }
       // A jaw turns about the hinge.
       const hinge = new Group();
       hinge.position.set(0, 0, thing.hinge);
@@ -115,7 +177,9 @@ export class ThingsView {
 
   private clear(): void {
     for (const s of [...this.shown, ...this.ghosts]) {
-      s.group.traverse((o) => { if (o instanceof Mesh) (o.geometry as BufferGeometry).dispose(); });
+      s.group.traverse((o) => {
+        if (o instanceof Mesh) (o.geometry as BufferGeometry).dispose();
+      });
       s.group.removeFromParent();
     }
     for (const m of this.materials) m.dispose();
@@ -130,13 +194,23 @@ export class ThingsView {
 
   /** Places as a frame says. True when something moved. */
   place(places: Float32Array, tools: Float32Array): boolean {
-    const n = this.shown.length, nt = tools.length / kToolFloats;
+    const n = this.shown.length,
+      nt = tools.length / kToolFloats;
     if (places.length !== kPlaceFloats * n) return false;
     let moved = false;
     const put = (s: Shown, p: Float32Array, jaws: number): void => {
       const g = s.group;
-      if (!g.visible || g.position.x !== p[0] || g.position.y !== p[1] || g.position.z !== p[2] || g.quaternion.x !== p[3]
-        || g.quaternion.y !== p[4] || g.quaternion.z !== p[5] || g.quaternion.w !== p[6]) moved = true;
+      if (
+        !g.visible ||
+        g.position.x !== p[0] ||
+        g.position.y !== p[1] ||
+        g.position.z !== p[2] ||
+        g.quaternion.x !== p[3] ||
+        g.quaternion.y !== p[4] ||
+        g.quaternion.z !== p[5] ||
+        g.quaternion.w !== p[6]
+      )
+        moved = true;
       g.position.set(p[0]!, p[1]!, p[2]!);
       g.quaternion.set(p[3]!, p[4]!, p[5]!, p[6]!);
       g.visible = true;
@@ -146,16 +220,20 @@ export class ThingsView {
         j.group.rotation.y = angle;
       }
     };
-    const pose = (a: Float32Array): ThingPose => ({ position: [a[0]!, a[1]!, a[2]!], quaternion: [a[3]!, a[4]!, a[5]!, a[6]!] });
+    const pose = (a: Float32Array): ThingPose => ({
+      position: [a[0]!, a[1]!, a[2]!],
+      quaternion: [a[3]!, a[4]!, a[5]!, a[6]!],
+    });
     this.floor = null;
-    const up = new Vector3(), turn = new Quaternion();
+    const up = new Vector3(),
+      turn = new Quaternion();
     this.shown.forEach((s, i) => {
       const p = places.subarray(kPlaceFloats * i, kPlaceFloats * (i + 1));
       put(s, p, p[7]!);
       if (s.thing.shape !== 'plane') return;
       up.set(0, 0, 1).applyQuaternion(turn.set(p[3]!, p[4]!, p[5]!, p[6]!));
       if (up.z < 1 - 1e-6) return;
-      this.floor = Math.max(this.floor ?? -Infinity, p[2]!);  // the ground is drawn there
+      this.floor = Math.max(this.floor ?? -Infinity, p[2]!); // the ground is drawn there
       s.group.visible = false;
     });
     if (this.fresh) {
@@ -170,7 +248,13 @@ export class ThingsView {
     for (let i = 0; i < nt; i++) {
       const t = tools.subarray(kToolFloats * i, kToolFloats * (i + 1));
       const p = places.subarray(kPlaceFloats * (n - nt + i), kPlaceFloats * (n - nt + i + 1));
-      this.tools.push({ pose: pose(t), place: pose(p), jaws: p[7]!, force: [t[7]!, t[8]!, t[9]!], torque: [t[10]!, t[11]!, t[12]!] });
+      this.tools.push({
+        pose: pose(t),
+        place: pose(p),
+        jaws: p[7]!,
+        force: [t[7]!, t[8]!, t[9]!],
+        torque: [t[10]!, t[11]!, t[12]!],
+      });
       const ghost = this.ghosts[i];
       if (!ghost) continue;
       put(ghost, t, p[7]!);
@@ -189,12 +273,23 @@ export class ThingsView {
     const had = this.contactPoints.geometry.drawRange.count;
     if (n === 0 && had === 0) return false;
     let strongest = 0;
-    for (let i = 0; i < n; i++) strongest = Math.max(strongest, Math.hypot(contacts[kContactFloats * i + 6]!, contacts[kContactFloats * i + 7]!, contacts[kContactFloats * i + 8]!));
+    for (let i = 0; i < n; i++)
+      strongest = Math.max(
+        strongest,
+        Math.hypot(
+          contacts[kContactFloats * i + 6]!,
+          contacts[kContactFloats * i + 7]!,
+          contacts[kContactFloats * i + 8]!,
+        ),
+      );
     this.largest = Math.max(strongest, 0.97 * this.largest);
-    const scale = this.largest > 0 ? (0.16 * this.size) / this.largest : 0, tick = 0.012 * this.size;
+    const scale = this.largest > 0 ? (0.16 * this.size) / this.largest : 0,
+      tick = 0.012 * this.size;
     for (let i = 0; i < n; i++) {
-      const c = contacts.subarray(kContactFloats * i, kContactFloats * (i + 1)), kind = partners[i]! & 15;
-      const [r, g, b] = kColours[kind] ?? [0.5, 0.5, 0.5], dim = (partners[i]! & ContactWith.Sliding) !== 0 ? 0.6 : 1;
+      const c = contacts.subarray(kContactFloats * i, kContactFloats * (i + 1)),
+        kind = partners[i]! & 15;
+      const [r, g, b] = kColours[kind] ?? [0.5, 0.5, 0.5],
+        dim = (partners[i]! & ContactWith.Sliding) !== 0 ? 0.6 : 1;
       for (let k = 0; k < 3; k++) {
         const p = c[k]!;
         this.pointPositions[3 * i + k] = p;
@@ -203,12 +298,18 @@ export class ThingsView {
         this.linePositions[12 * i + 9 + k] = p + scale * c[6 + k]!;
       }
       for (let v = 0; v < 4; v++) {
-        const arrow = v >= 2, o = 12 * i + 3 * v;
-        this.lineColours[o] = arrow ? r * dim : 0.15; this.lineColours[o + 1] = arrow ? g * dim : 0.15; this.lineColours[o + 2] = arrow ? b * dim : 0.15;
+        const arrow = v >= 2,
+          o = 12 * i + 3 * v;
+        this.lineColours[o] = arrow ? r * dim : 0.15;
+        this.lineColours[o + 1] = arrow ? g * dim : 0.15;
+        this.lineColours[o + 2] = arrow ? b * dim : 0.15;
       }
       this.pointColours.set([r * dim, g * dim, b * dim], 3 * i);
     }
-    for (const [object, count] of [[this.contactLines, 4 * n], [this.contactPoints, n]] as const) {
+    for (const [object, count] of [
+      [this.contactLines, 4 * n],
+      [this.contactPoints, n],
+    ] as const) {
       object.geometry.setDrawRange(0, count);
       for (const name of ['position', 'color']) object.geometry.getAttribute(name).needsUpdate = true;
     }

@@ -1,7 +1,16 @@
 // From pointer event to the change in the page, and on to the picture.
 
-export interface LatencyRecord { applied: number; presented: number | null }
-export interface LatencySummary { count: number; appliedMedian: number; applied99: number; presentedMedian: number; presented99: number }
+export interface LatencyRecord {
+  applied: number;
+  presented: number | null;
+}
+export interface LatencySummary {
+  count: number;
+  appliedMedian: number;
+  applied99: number;
+  presentedMedian: number;
+  presented99: number;
+}
 /** What an input asks for: a change of topology, which a patch answers, or a motion, which a frame answers. */
 export type Wanted = 'cut' | 'motion';
 
@@ -23,8 +32,11 @@ class Times {
   }
   summary(): LatencySummary {
     return {
-      count: this.applied.length, appliedMedian: quantile(this.applied, 0.5), applied99: quantile(this.applied, 0.99),
-      presentedMedian: quantile(this.presented, 0.5), presented99: quantile(this.presented, 0.99),
+      count: this.applied.length,
+      appliedMedian: quantile(this.applied, 0.5),
+      applied99: quantile(this.applied, 0.99),
+      presentedMedian: quantile(this.presented, 0.5),
+      presented99: quantile(this.presented, 0.99),
     };
   }
 }
@@ -64,15 +76,27 @@ export class LatencyMeter {
   /** The picture that shows everything applied so far is on its way to the screen. */
   shown(now: number): void {
     if (this.waiting.length === 0) return;
-    for (const { started, wanted } of this.waiting) this.times[wanted].push(this.times[wanted].presented, now - started);
+    for (const { started, wanted } of this.waiting)
+      this.times[wanted].push(this.times[wanted].presented, now - started);
     if (this.last) this.last.presented = now - this.waiting[this.waiting.length - 1]!.started;
     this.waiting = [];
   }
-  get hasWaiting(): boolean { return this.waiting.length > 0; }
+  get hasWaiting(): boolean {
+    return this.waiting.length > 0;
+  }
 
-  reset(): void { this.forget(); this.times = { cut: new Times(), motion: new Times() }; this.last = null; }
+  reset(): void {
+    this.forget();
+    this.times = { cut: new Times(), motion: new Times() };
+    this.last = null;
+  }
   /** Inputs under way will not be answered. */
-  forget(): void { this.pending.clear(); this.waiting = []; }
+  forget(): void {
+    this.pending.clear();
+    this.waiting = [];
+  }
 
-  summary(of: Wanted = 'cut'): LatencySummary { return this.times[of].summary(); }
+  summary(of: Wanted = 'cut'): LatencySummary {
+    return this.times[of].summary();
+  }
 }

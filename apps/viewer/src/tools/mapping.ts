@@ -2,7 +2,10 @@
 
 export type PointerKind = 'mouse' | 'pen' | 'touch';
 export interface PointerDown {
-  id: number; kind: PointerKind; button: number; alt: boolean;
+  id: number;
+  kind: PointerKind;
+  button: number;
+  alt: boolean;
 }
 export type Decision = 'tool' | 'orbit' | 'cancel-and-orbit';
 
@@ -18,7 +21,9 @@ export class PointerMap {
   private toolPointer: number | null = null;
   private readonly touches = new Set<number>();
 
-  get active(): number | null { return this.toolPointer; }
+  get active(): number | null {
+    return this.toolPointer;
+  }
 
   down(p: PointerDown): Decision {
     if (p.kind === 'pen') this.penSeen = true;
@@ -30,15 +35,21 @@ export class PointerMap {
       }
       return 'orbit';
     }
-    const orbit = this.handTool || !this.toolAllowed || p.alt || p.button !== 0
-      || (p.kind === 'touch' && (this.penSeen || this.touches.size > 1));
+    const orbit =
+      this.handTool ||
+      !this.toolAllowed ||
+      p.alt ||
+      p.button !== 0 ||
+      (p.kind === 'touch' && (this.penSeen || this.touches.size > 1));
     if (orbit) return 'orbit';
     this.toolPointer = p.id;
     return 'tool';
   }
 
   /** True when this pointer is the tool's. */
-  owns(id: number): boolean { return this.toolPointer === id; }
+  owns(id: number): boolean {
+    return this.toolPointer === id;
+  }
 
   up(id: number): boolean {
     this.touches.delete(id);

@@ -1,9 +1,9 @@
 // When the samples of a stroke are sent. Pointers are read as fast as they come (a mouse gives up to a thousand a second);
 // what is sent must not outrun the engine, or cuts queue up behind each other.
 
-const kLeastGapMs = 4;     // between messages
-const kBehindMs = 30;      // an input unanswered for this long: the engine is busy, samples wait for it
-const kPatienceMs = 250;   // and for this long: the answer got lost
+const kLeastGapMs = 4; // between messages
+const kBehindMs = 30; // an input unanswered for this long: the engine is busy, samples wait for it
+const kPatienceMs = 250; // and for this long: the answer got lost
 
 export class Pacer {
   private lastSent = -Infinity;
@@ -23,5 +23,7 @@ export class Pacer {
   answered(input: number): void {
     while (this.unanswered.length > 0 && this.unanswered[0]!.input <= input) this.unanswered.shift();
   }
-  forget(): void { this.unanswered.length = 0; }
+  forget(): void {
+    this.unanswered.length = 0;
+  }
 }

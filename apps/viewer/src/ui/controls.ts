@@ -1,6 +1,14 @@
 // Buttons, selects and readouts of index.html, bound to the app.
 import type { App, SceneInfo } from '../app';
-import { CommandCode, Outcome, type CutReport, type Loading, type Role, type Score, type Stats } from '../engine/protocol';
+import {
+  CommandCode,
+  Outcome,
+  type CutReport,
+  type Loading,
+  type Role,
+  type Score,
+  type Stats,
+} from '../engine/protocol';
 import type { EngineState } from '../engine/engine';
 import type { QualityLevel } from '../scene/materials';
 import type { ViewName } from '../scene/overlays';
@@ -14,9 +22,19 @@ const kViews: { name: ViewName; title: string; key: string; tip: string }[] = [
   { name: 'wireframe', title: 'Wireframe', key: 'W', tip: 'Edges of the visual mesh, in black' },
   { name: 'collision', title: 'Collision', key: 'O', tip: 'The collision mesh, in orange' },
   { name: 'hexahedra', title: 'Hexahedra', key: 'X', tip: 'Hexahedra of the simulation, one colour per copy' },
-  { name: 'bound', title: 'Bound', key: 'B', tip: 'Visual vertices and chains bound to collision vertices and edges, in red' },
+  {
+    name: 'bound',
+    title: 'Bound',
+    key: 'B',
+    tip: 'Visual vertices and chains bound to collision vertices and edges, in red',
+  },
   { name: 'links', title: 'Links', key: 'L', tip: 'From collision vertices to their visual vertices, in blue' },
-  { name: 'feet', title: 'Feet', key: 'N', tip: 'Where visual vertices are bound: green to a collision vertex, blue to an edge, red to a triangle' },
+  {
+    name: 'feet',
+    title: 'Feet',
+    key: 'N',
+    tip: 'Where visual vertices are bound: green to a collision vertex, blue to an edge, red to a triangle',
+  },
 ];
 const kSpeeds = [0.1, 0.25, 0.5, 1, 2];
 
@@ -40,12 +58,16 @@ export function bindControls(app: App): void {
   // Theme
   const system = matchMedia('(prefers-color-scheme: dark)');
   const applyTheme = (): void => {
-    const mode = select('theme').value, dark = mode === 'dark' || (mode === 'auto' && system.matches);
+    const mode = select('theme').value,
+      dark = mode === 'dark' || (mode === 'auto' && system.matches);
     document.documentElement.dataset.theme = dark ? 'dark' : 'light';
     app.setTheme(dark);
   };
   select('theme').value = remembered.get('theme') ?? 'auto';
-  select('theme').onchange = () => { remembered.set('theme', select('theme').value); applyTheme(); };
+  select('theme').onchange = () => {
+    remembered.set('theme', select('theme').value);
+    applyTheme();
+  };
   system.addEventListener('change', applyTheme);
   applyTheme();
 
@@ -66,7 +88,8 @@ export function bindControls(app: App): void {
     b.onclick = () => chooseTool(t.name);
     tools.append(b);
   }
-  const usable = (name: ToolName): boolean => (name === 'rigid' ? app.things.list.some((t) => t.tool) : name !== 'probe' || app.hasProbe);
+  const usable = (name: ToolName): boolean =>
+    name === 'rigid' ? app.things.list.some((t) => t.tool) : name !== 'probe' || app.hasProbe;
   const showTool = (): void => {
     for (const b of tools.querySelectorAll('button')) {
       const on = b.dataset.tool === app.tool;
@@ -83,14 +106,20 @@ export function bindControls(app: App): void {
     else hint(null);
   }
   tools.addEventListener('keydown', (e) => {
-    const step = e.key === 'ArrowDown' || e.key === 'ArrowRight' ? 1 : e.key === 'ArrowUp' || e.key === 'ArrowLeft' ? -1 : 0;
+    const step =
+      e.key === 'ArrowDown' || e.key === 'ArrowRight' ? 1 : e.key === 'ArrowUp' || e.key === 'ArrowLeft' ? -1 : 0;
     if (step === 0) return;
     e.preventDefault();
-    const list = kTools.filter((t) => usable(t.name)), n = list.length, i = list.findIndex((t) => t.name === app.tool);
+    const list = kTools.filter((t) => usable(t.name)),
+      n = list.length,
+      i = list.findIndex((t) => t.name === app.tool);
     chooseTool(list[(i + step + n) % n]!.name);
     tools.querySelector<HTMLButtonElement>('[aria-checked="true"]')?.focus();
   });
-  byId('hint-close').onclick = () => { remembered.set(`used-${app.tool}`, '1'); hint(null); };
+  byId('hint-close').onclick = () => {
+    remembered.set(`used-${app.tool}`, '1');
+    hint(null);
+  };
 
   // Size of the instrument: even steps are equal ratios.
   const metres = (x: number): string => (x < 0.1 ? `${short(1000 * x)} mm` : `${short(x)} m`);
@@ -114,9 +143,14 @@ export function bindControls(app: App): void {
   const changeSize = (by: number): void => setSize(Number(input('size-range').value) + by);
 
   // Transport
-  const command = (code: number, value: number[] = [], text = ''): void => { app.command(code, value, text); };
+  const command = (code: number, value: number[] = [], text = ''): void => {
+    app.command(code, value, text);
+  };
   button('play').onclick = () => app.togglePlay();
-  button('step').onclick = () => { if (app.playing) command(CommandCode.Pause); command(CommandCode.Step, [1]); };
+  button('step').onclick = () => {
+    if (app.playing) command(CommandCode.Pause);
+    command(CommandCode.Step, [1]);
+  };
   button('undo').onclick = () => command(CommandCode.Undo);
   button('redo').onclick = () => command(CommandCode.Redo);
   button('reset').onclick = () => command(CommandCode.Reset);
@@ -125,7 +159,8 @@ export function bindControls(app: App): void {
   button('picture').onclick = () => void savePicture();
   select('speed').onchange = () => command(CommandCode.Speed, [Number(select('speed').value)]);
   const changeSpeed = (step: number): void => {
-    const i = kSpeeds.findIndex((s) => s >= app.speed - 1e-6), j = Math.max(0, Math.min(kSpeeds.length - 1, (i < 0 ? 3 : i) + step));
+    const i = kSpeeds.findIndex((s) => s >= app.speed - 1e-6),
+      j = Math.max(0, Math.min(kSpeeds.length - 1, (i < 0 ? 3 : i) + step));
     command(CommandCode.Speed, [kSpeeds[j]!]);
   };
   async function savePicture(): Promise<void> {
@@ -137,7 +172,8 @@ export function bindControls(app: App): void {
   }
 
   // Panel
-  const panel = byId('panel'), toggle = button('panel-toggle');
+  const panel = byId('panel'),
+    toggle = button('panel-toggle');
   const showPanel = (on: boolean): void => {
     panel.hidden = !on;
     toggle.setAttribute('aria-expanded', String(on));
@@ -158,9 +194,13 @@ export function bindControls(app: App): void {
     box.checked = app.overlays.shown[v.name];
     box.onchange = () => setView(v.name, box.checked);
   }
-  const setContacts = (on: boolean): void => { app.setContacts(on); input('view-contacts').checked = on; };
+  const setContacts = (on: boolean): void => {
+    app.setContacts(on);
+    input('view-contacts').checked = on;
+  };
   const contactsLabel = document.createElement('label');
-  contactsLabel.title = 'What touches: points, normals and forces; blue with obstacles, orange with tools, violet with itself (K)';
+  contactsLabel.title =
+    'What touches: points, normals and forces; blue with obstacles, orange with tools, violet with itself (K)';
   contactsLabel.innerHTML = '<input type="checkbox" id="view-contacts"><span>Contacts</span><kbd>K</kbd>';
   byId('views').append(contactsLabel);
   input('view-contacts').onchange = () => setContacts(input('view-contacts').checked);
@@ -170,13 +210,21 @@ export function bindControls(app: App): void {
 
   // Material and gravity: sent while a slider moves, but not oftener than the engine can follow.
   const throttled = (run: () => void, ms: number): (() => void) => {
-    let timer = 0, again = false;
+    let timer = 0,
+      again = false;
     return () => {
-      if (timer !== 0) { again = true; return; }
+      if (timer !== 0) {
+        again = true;
+        return;
+      }
       run();
       timer = window.setTimeout(function next() {
         timer = 0;
-        if (again) { again = false; run(); timer = window.setTimeout(next, ms); }
+        if (again) {
+          again = false;
+          run();
+          timer = window.setTimeout(next, ms);
+        }
       }, ms);
     };
   };
@@ -188,10 +236,20 @@ export function bindControls(app: App): void {
   slider('poisson', (x) => x.toFixed(2));
   slider('density', (x) => `${x} kg/m³`);
   slider('gravity', (x) => `${x.toFixed(1)} m/s²`);
-  const sendMaterial = throttled(() =>
-    command(CommandCode.Material, [10 ** Number(input('young').value), Number(input('poisson').value), Number(input('density').value)]), 120);
+  const sendMaterial = throttled(
+    () =>
+      command(CommandCode.Material, [
+        10 ** Number(input('young').value),
+        Number(input('poisson').value),
+        Number(input('density').value),
+      ]),
+    120,
+  );
   // Scripts that follow the engine's values dispatch untrusted events, which are not sent back.
-  for (const id of ['young', 'poisson', 'density']) input(id).addEventListener('input', (e) => { if (e.isTrusted) sendMaterial(); });
+  for (const id of ['young', 'poisson', 'density'])
+    input(id).addEventListener('input', (e) => {
+      if (e.isTrusted) sendMaterial();
+    });
   let lastGravity = 9.81;
   const setGravity = (g: number): void => {
     input('gravity').value = String(g);
@@ -200,10 +258,15 @@ export function bindControls(app: App): void {
     command(CommandCode.Gravity, [x, y, -g]);
   };
   const sendGravity = throttled(() => setGravity(Number(input('gravity').value)), 120);
-  input('gravity').addEventListener('input', (e) => { if (e.isTrusted) sendGravity(); });
+  input('gravity').addEventListener('input', (e) => {
+    if (e.isTrusted) sendGravity();
+  });
   const toggleGravity = (): void => {
     const now = Number(input('gravity').value);
-    if (now !== 0) { lastGravity = now; setGravity(0); } else setGravity(lastGravity);
+    if (now !== 0) {
+      lastGravity = now;
+      setGravity(0);
+    } else setGravity(lastGravity);
   };
   button('fix-rim').onclick = () => command(CommandCode.FixAll, [1]);
   button('fix-none').onclick = () => command(CommandCode.FixAll, [0]);
@@ -216,14 +279,18 @@ export function bindControls(app: App): void {
     if (app.recording) toast('Recording. Stop to save the file.');
   };
   button('record').onclick = record;
-  for (const kind of ['obj', 'vtu', 'scene']) button(`export-${kind}`).onclick = () => command(CommandCode.Export, [], kind);
+  for (const kind of ['obj', 'vtu', 'scene'])
+    button(`export-${kind}`).onclick = () => command(CommandCode.Export, [], kind);
   bindUpload(app, toast);
 
   // Score
   const result = byId<HTMLDialogElement>('result');
   const showScore = (s: Score | null): void => {
     byId('score').hidden = s === null;
-    if (!s) { if (result.open) result.close(); return; }
+    if (!s) {
+      if (result.open) result.close();
+      return;
+    }
     const mm3 = 1e9 * s.healthyRemoved;
     setText('s-lesion', `${(100 * s.lesionRemoved).toFixed(0)} %`);
     byId<HTMLMeterElement>('s-meter').value = s.lesionRemoved;
@@ -240,7 +307,10 @@ export function bindControls(app: App): void {
     byId('result-table').replaceChildren(byId('score').querySelector('table')!.cloneNode(true));
     for (const e of byId('result-table').querySelectorAll('[id]')) e.removeAttribute('id');
     const left = s.lesionRemoved < 0.9 ? 'Some of the lesion is left.' : 'The lesion is out.';
-    const loose = s.loosePieces > 0 ? ` ${s.loosePieces === 1 ? 'A loose piece is' : `${s.loosePieces} loose pieces are`} left behind.` : '';
+    const loose =
+      s.loosePieces > 0
+        ? ` ${s.loosePieces === 1 ? 'A loose piece is' : `${s.loosePieces} loose pieces are`} left behind.`
+        : '';
     setText('result-words', left + loose);
     result.showModal();
   }
@@ -252,8 +322,15 @@ export function bindControls(app: App): void {
     button('record').setAttribute('aria-pressed', 'false');
     button('record').textContent = 'Record';
   };
-  button('result-again').onclick = () => { result.close(); command(CommandCode.Reset); command(CommandCode.Play); };
-  button('result-on').onclick = () => { result.close(); command(CommandCode.Play); };
+  button('result-again').onclick = () => {
+    result.close();
+    command(CommandCode.Reset);
+    command(CommandCode.Play);
+  };
+  button('result-on').onclick = () => {
+    result.close();
+    command(CommandCode.Play);
+  };
 
   // Scenes, roles
   button('loading-stop').onclick = () => command(CommandCode.StopLoading);
@@ -261,35 +338,76 @@ export function bindControls(app: App): void {
   const showUnit = (info: SceneInfo): void => {
     byId('unit-row').hidden = info.unit === null;
     if (!info.unit) return;
-    const unit = select('unit'), metres = String(info.unit.metres), known = [...unit.options].find((o) => Number(o.value) === info.unit!.metres);
+    const unit = select('unit'),
+      metres = String(info.unit.metres),
+      known = [...unit.options].find((o) => Number(o.value) === info.unit!.metres);
     if (!known) unit.append(new Option(`${metres} m`, metres));
     unit.value = known?.value ?? metres;
     setText('unit-note', info.unit.guessed ? 'guessed from their size' : '');
     if (info.unit.guessed && info.box) {
       const size = Math.max(...info.box.max.map((x, k) => x - info.box!.min[k]!));
-      toast(`Taken as ${unit.selectedOptions[0]!.text}: ${size < 1 ? `${short(1000 * size)} mm` : `${short(size)} m`} long. The unit can be changed under Files.`);
+      toast(
+        `Taken as ${unit.selectedOptions[0]!.text}: ${size < 1 ? `${short(1000 * size)} mm` : `${short(size)} m`} long. The unit can be changed under Files.`,
+      );
     }
   };
   select('scene').onchange = () => command(CommandCode.Scene, [], select('scene').value);
   button('claim').onclick = () => app.claim();
   const showRole = (): void => {
-    const b = button('claim'), live = app.connection === 'live';
+    const b = button('claim'),
+      live = app.connection === 'live';
     b.hidden = !live || app.readOnly || (app.roleNow.held && app.roleNow.clients < 2);
     b.textContent = app.roleNow.held ? 'Give the tools back' : 'Take the tools';
     b.title = `${b.textContent} (C)`;
     const pill = byId('connection');
     pill.dataset.state = app.connection;
-    pill.textContent = app.connection === 'live'
-      ? app.readOnly ? 'watching' : app.roleNow.held ? (app.roleNow.clients > 1 ? `tools, ${app.roleNow.clients} pages` : 'live') : 'watching' : app.connection;
-    pill.title = app.connection !== 'live' ? 'No connection to the engine'
-      : app.roleNow.held ? 'This page holds the tools' : 'Another page holds the tools';
+    pill.textContent =
+      app.connection === 'live'
+        ? app.readOnly
+          ? 'watching'
+          : app.roleNow.held
+            ? app.roleNow.clients > 1
+              ? `tools, ${app.roleNow.clients} pages`
+              : 'live'
+            : 'watching'
+        : app.connection;
+    pill.title =
+      app.connection !== 'live'
+        ? 'No connection to the engine'
+        : app.roleNow.held
+          ? 'This page holds the tools'
+          : 'Another page holds the tools';
     const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
     byId('banner').hidden = !lost;
     if (lost) {
-      setText('banner', app.bodies > 0 ? 'The connection is lost. Tools are paused; the page connects again by itself.'
-        : 'No connection: kerf view has ended, or this is not the whole address that it printed (with its token). The page goes on trying.');
+      setText(
+        'banner',
+        app.bodies > 0
+          ? 'The connection is lost. Tools are paused; the page connects again by itself.'
+          : 'No connection: kerf view has ended, or this is not the whole address that it printed (with its token). The page goes on trying.',
+      );
     }
-    for (const id of ['play', 'step', 'reset', 'speed', 'scene', 'record', 'young', 'poisson', 'density', 'gravity', 'fix-rim', 'fix-none', 'result-save', 'result-again', 'result-on', 'open-files', 'unit', 'loading-stop']) (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
+    for (const id of [
+      'play',
+      'step',
+      'reset',
+      'speed',
+      'scene',
+      'record',
+      'young',
+      'poisson',
+      'density',
+      'gravity',
+      'fix-rim',
+      'fix-none',
+      'result-save',
+      'result-again',
+      'result-on',
+      'open-files',
+      'unit',
+      'loading-stop',
+    ])
+      (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
     showPlay();
   };
   const showPlay = (): void => {
@@ -316,7 +434,13 @@ export function bindControls(app: App): void {
   // Keys and help
   const help = byId<HTMLDialogElement>('help');
   const shortcuts: Shortcut[] = [
-    ...kTools.map((t) => ({ keys: t.key, title: t.title, run: () => { if (usable(t.name)) chooseTool(t.name); } })),
+    ...kTools.map((t) => ({
+      keys: t.key,
+      title: t.title,
+      run: () => {
+        if (usable(t.name)) chooseTool(t.name);
+      },
+    })),
     { keys: 'Space', title: 'Play or pause', run: () => app.togglePlay() },
     { keys: '.', title: 'One step', run: () => button('step').click() },
     { keys: '[', title: 'Slower', run: () => changeSpeed(-1) },
@@ -348,22 +472,40 @@ export function bindControls(app: App): void {
     { keys: 'C', title: 'Take or give back the tools', run: () => app.claim() },
     { keys: 'T', title: 'Light or dark', run: nextTheme },
     { keys: 'F', title: 'Full screen', run: fullscreen },
-    { keys: 'Escape', title: 'Cancel the stroke, close the panel', run: () => { if (app.strokeActive) app.cancelStroke(true); else showPanel(false); } },
+    {
+      keys: 'Escape',
+      title: 'Cancel the stroke, close the panel',
+      run: () => {
+        if (app.strokeActive) app.cancelStroke(true);
+        else showPanel(false);
+      },
+    },
     { keys: '?', title: 'This help', run: () => help.showModal() },
   ];
   bindKeys(shortcuts);
   const shownKeys = shortcuts.filter((s) => !/^(Arrow(Left|Up|Down)|Shift ArrowLeft)/.test(s.keys));
-  byId('keys').innerHTML = shownKeys.map((s) => {
-    const keys = s.keys === 'ArrowRight' ? '← → ↑ ↓' : s.keys === 'Shift ArrowRight' ? 'Shift ← →' : s.keys.split(', ').slice(0, 2).join('</kbd> <kbd>');
-    return `<div><dt>${s.title}</dt><dd><kbd>${keys}</kbd></dd></div>`;
-  }).join('');
+  byId('keys').innerHTML = shownKeys
+    .map((s) => {
+      const keys =
+        s.keys === 'ArrowRight'
+          ? '← → ↑ ↓'
+          : s.keys === 'Shift ArrowRight'
+            ? 'Shift ← →'
+            : s.keys.split(', ').slice(0, 2).join('</kbd> <kbd>');
+      return `<div><dt>${s.title}</dt><dd><kbd>${keys}</kbd></dd></div>`;
+    })
+    .join('');
   button('help-open').onclick = () => help.showModal();
 
   // Plots
   let plots: { update(): void } | null = null;
   byId<HTMLDetailsElement>('plots-section').addEventListener('toggle', () => {
     if (plots || !byId<HTMLDetailsElement>('plots-section').open) return;
-    void import('./plots').then((m) => { plots = m.makePlots(app, byId('plots')); plots.update(); })
+    void import('./plots')
+      .then((m) => {
+        plots = m.makePlots(app, byId('plots'));
+        plots.update();
+      })
       .catch(() => setText('plots', 'The plots could not be loaded.'));
   });
 
@@ -371,9 +513,13 @@ export function bindControls(app: App): void {
   const shownScene = (info: SceneInfo): string => (info.opened ? '' : info.name);
   const whole = (x: number | undefined): string => (x === undefined ? '–' : x.toLocaleString('en'));
   app.listener = {
-    connection(_state: EngineState) { showRole(); },
+    connection(_state: EngineState) {
+      showRole();
+    },
     scene(info: SceneInfo) {
-      const s = select('scene'), shipped = !info.opened && info.scenes.some((x) => x.name === info.name), value = shownScene(info);
+      const s = select('scene'),
+        shipped = !info.opened && info.scenes.some((x) => x.name === info.name),
+        value = shownScene(info);
       const scenes = shipped ? info.scenes : [{ name: value, title: info.title }, ...info.scenes];
       s.replaceChildren(...scenes.map((x) => new Option(x.title, x.name, false, x.name === value)));
       s.title = `Scene: ${info.title}`;
@@ -388,37 +534,51 @@ export function bindControls(app: App): void {
     },
     loading(now: Loading | null) {
       byId('loading').hidden = now === null;
-      if (!now) { select('scene').value = app.info ? shownScene(app.info) : ''; return; }
+      if (!now) {
+        select('scene').value = app.info ? shownScene(app.info) : '';
+        return;
+      }
       setText('loading-text', now.stage ? `Loading: ${now.stage}` : 'Loading…');
       byId<HTMLProgressElement>('loading-bar').value = now.fraction;
     },
     progress() {
       setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : '–'); // at rest nothing is drawn
       if (!panel.hidden) {
-        for (const [row, of] of [['l', 'cut'], ['m', 'motion']] as const) {
+        for (const [row, of] of [
+          ['l', 'cut'],
+          ['m', 'motion'],
+        ] as const) {
           const l = app.latency.summary(of);
-          setText(`${row}-am`, short(l.appliedMedian)); setText(`${row}-a9`, short(l.applied99));
-          setText(`${row}-pm`, short(l.presentedMedian)); setText(`${row}-p9`, short(l.presented99));
+          setText(`${row}-am`, short(l.appliedMedian));
+          setText(`${row}-a9`, short(l.applied99));
+          setText(`${row}-pm`, short(l.presentedMedian));
+          setText(`${row}-p9`, short(l.presented99));
         }
         plots?.update();
       }
     },
     play: showPlay,
-    role(_role: Role) { showRole(); },
+    role(_role: Role) {
+      showRole();
+    },
     stats(s: Stats) {
       setText('r-step', short(s.stepMs));
       setText('t-step', `${short(s.stepMs)}`);
       const felt = app.things.tools.map((t) => Math.hypot(...t.force));
       byId('contact-table').hidden = !app.things.any && app.things.touching === 0;
-      setText('k-n', String(app.things.touching)); setText('k-press', short(app.things.press)); setText('k-tool', felt.length > 0 ? felt.map(short).join(', ') : '–');
+      setText('k-n', String(app.things.touching));
+      setText('k-press', short(app.things.press));
+      setText('k-tool', felt.length > 0 ? felt.map(short).join(', ') : '–');
       showPieces();
       showCounts();
     },
     cut(r: CutReport) {
       if (r.outcome === Outcome.Cut || r.outcome === Outcome.Refused) {
         setText('r-cut', short(r.totalMs));
-        setText('t-binding', short(r.bindingMs)); setText('t-embedding', short(r.embeddingMs));
-        setText('t-surface', short(r.surfaceMs)); setText('t-total', short(r.totalMs));
+        setText('t-binding', short(r.bindingMs));
+        setText('t-embedding', short(r.embeddingMs));
+        setText('t-surface', short(r.surfaceMs));
+        setText('t-total', short(r.totalMs));
       }
       if (r.text) toast(r.text, r.outcome === Outcome.Refused);
       if (r.invariants === 1) toast('The engine reports a broken invariant after this cut.', true);
@@ -430,7 +590,10 @@ export function bindControls(app: App): void {
       download(name, new Blob([bytes as Uint8Array<ArrayBuffer>]));
       toast(`Saved ${name}.`);
     },
-    things(_tools: number) { showTool(); showSize(); },
+    things(_tools: number) {
+      showTool();
+      showSize();
+    },
     score: showScore,
     scope(on: boolean) {
       button('scope').setAttribute('aria-pressed', String(on));
@@ -438,7 +601,9 @@ export function bindControls(app: App): void {
       byId('scope-mask').style.setProperty('--roll', `${180 + (180 / Math.PI) * app.stage.scope.turnedBy}deg`);
       if (on && remembered.get('used-scope') === null) {
         remembered.set('used-scope', '1');
-        toast('Arthroscope: right drag leads it, the wheel pushes it in, Shift-right drag or Shift with arrows turns it.');
+        toast(
+          'Arthroscope: right drag leads it, the wheel pushes it in, Shift-right drag or Shift with arrows turns it.',
+        );
       }
     },
     used(tool) {
@@ -452,9 +617,12 @@ export function bindControls(app: App): void {
   }
   function showCounts(): void {
     const c = app.counts;
-    setText('c-vv', whole(c?.visualVertices)); setText('c-vt', whole(c?.visualTriangles));
-    setText('c-cv', whole(c?.collisionVertices)); setText('c-ct', whole(c?.collisionTriangles));
-    setText('c-n', whole(c?.nodes)); setText('c-h', whole(c?.hexahedra));
+    setText('c-vv', whole(c?.visualVertices));
+    setText('c-vt', whole(c?.visualTriangles));
+    setText('c-cv', whole(c?.collisionVertices));
+    setText('c-ct', whole(c?.collisionTriangles));
+    setText('c-n', whole(c?.nodes));
+    setText('c-h', whole(c?.hexahedra));
   }
   chooseTool('scalpel');
   showRole();

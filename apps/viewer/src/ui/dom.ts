@@ -16,7 +16,12 @@ export function short(x: number): string {
   return Math.abs(x) >= 100 ? x.toFixed(0) : Math.abs(x) >= 10 ? x.toFixed(1) : x.toFixed(2);
 }
 export function withUnit(x: number, unit: string): string {
-  const steps: [number, string][] = [[1e9, 'G'], [1e6, 'M'], [1e3, 'k'], [1, '']];
+  const steps: [number, string][] = [
+    [1e9, 'G'],
+    [1e6, 'M'],
+    [1e3, 'k'],
+    [1, ''],
+  ];
   const [size, prefix] = steps.find(([s]) => Math.abs(x) >= s) ?? [1, ''];
   return `${short(x / size)} ${prefix}${unit}`;
 }
@@ -32,6 +37,18 @@ export function download(name: string, content: Blob): void {
 }
 /** A remembered choice of this browser; storage may be refused. */
 export const remembered = {
-  get(key: string): string | null { try { return localStorage.getItem(`kerf.${key}`); } catch { return null; } },
-  set(key: string, value: string): void { try { localStorage.setItem(`kerf.${key}`, value); } catch { /* not kept */ } },
+  get(key: string): string | null {
+    try {
+      return localStorage.getItem(`kerf.${key}`);
+    } catch {
+      return null;
+    }
+  },
+  set(key: string, value: string): void {
+    try {
+      localStorage.setItem(`kerf.${key}`, value);
+    } catch {
+      /* not kept */
+    }
+  },
 };

@@ -1,9 +1,17 @@
 // Keys: one table for the listener and for the help dialog.
 
-export interface Shortcut { keys: string; title: string; run(): void }
+export interface Shortcut {
+  keys: string;
+  title: string;
+  run(): void;
+}
 
 /** 'Shift Z', 'Ctrl Z', '1', 'Space', '?' of an event. */
-export function keyName(e: Pick<KeyboardEvent, 'key' | 'code' | 'shiftKey' | 'ctrlKey' | 'metaKey' | 'altKey'> & { getModifierState?(key: string): boolean }): string {
+export function keyName(
+  e: Pick<KeyboardEvent, 'key' | 'code' | 'shiftKey' | 'ctrlKey' | 'metaKey' | 'altKey'> & {
+    getModifierState?(key: string): boolean;
+  },
+): string {
   // AltGr types a character on many keyboards, and some systems report it as Ctrl and Alt.
   const altGraph = e.getModifierState?.('AltGraph') ?? false;
   let key = e.key === ' ' ? 'Space' : e.key.length === 1 ? e.key.toUpperCase() : e.key;
@@ -23,7 +31,11 @@ export function bindKeys(shortcuts: Shortcut[]): void {
     const name = keyName(e);
     // What a focused control needs stays with it.
     const control = at.closest('button, select, input, summary');
-    if (control && (name === 'Space' || name === 'Enter' || name.startsWith('Arrow') || (at.closest('select') && name.length === 1))) return;
+    if (
+      control &&
+      (name === 'Space' || name === 'Enter' || name.startsWith('Arrow') || (at.closest('select') && name.length === 1))
+    )
+      return;
     const run = table.get(name);
     if (!run) return;
     e.preventDefault();

@@ -6,17 +6,60 @@ import type { Series } from '../stats/series';
 
 const kColours = ['#d1495b', '#2e86ab', '#e0a030', '#3f9b6b', '#7a5bc0', '#808a94'];
 
-interface Definition { title: string; x: string; names: string[]; columns: number[]; source: Series; log?: boolean; points?: boolean }
+interface Definition {
+  title: string;
+  x: string;
+  names: string[];
+  columns: number[];
+  source: Series;
+  log?: boolean;
+  points?: boolean;
+}
 
 export function makePlots(app: App, parent: HTMLElement): { update(): void } {
   const definitions: Definition[] = [
-    { title: 'Step, ms', x: 'time, s', names: ['median', '99 %', 'mechanics'], columns: [1, 2, 3], source: app.stepSeries },
+    {
+      title: 'Step, ms',
+      x: 'time, s',
+      names: ['median', '99 %', 'mechanics'],
+      columns: [1, 2, 3],
+      source: app.stepSeries,
+    },
     { title: 'Pictures a second', x: 'time, s', names: ['fps'], columns: [4], source: app.stepSeries },
     { title: 'Contacts', x: 'time, s', names: ['contacts'], columns: [1], source: app.contactSeries },
-    { title: 'Forces, N', x: 'time, s', names: ['pressed with', 'on a tool'], columns: [2, 3], source: app.contactSeries },
-    { title: 'Cuts, ms by stage', x: 'cut', names: ['cut and binding', 'embedding', 'surface mesh', 'total'], columns: [1, 2, 3, 4], source: app.cutSeries, points: true },
-    { title: 'Vertices', x: 'cut', names: ['visual', 'collision', 'simulation'], columns: [1, 3, 5], source: app.countSeries, log: true, points: true },
-    { title: 'Elements', x: 'cut', names: ['visual', 'collision', 'simulation'], columns: [2, 4, 6], source: app.countSeries, log: true, points: true },
+    {
+      title: 'Forces, N',
+      x: 'time, s',
+      names: ['pressed with', 'on a tool'],
+      columns: [2, 3],
+      source: app.contactSeries,
+    },
+    {
+      title: 'Cuts, ms by stage',
+      x: 'cut',
+      names: ['cut and binding', 'embedding', 'surface mesh', 'total'],
+      columns: [1, 2, 3, 4],
+      source: app.cutSeries,
+      points: true,
+    },
+    {
+      title: 'Vertices',
+      x: 'cut',
+      names: ['visual', 'collision', 'simulation'],
+      columns: [1, 3, 5],
+      source: app.countSeries,
+      log: true,
+      points: true,
+    },
+    {
+      title: 'Elements',
+      x: 'cut',
+      names: ['visual', 'collision', 'simulation'],
+      columns: [2, 4, 6],
+      source: app.countSeries,
+      log: true,
+      points: true,
+    },
   ];
   parent.replaceChildren();
   const width = Math.max(200, parent.clientWidth);
@@ -28,22 +71,49 @@ export function makePlots(app: App, parent: HTMLElement): { update(): void } {
     title.textContent = d.title;
     box.append(title);
     parent.append(box);
-    const axis = { stroke: () => themed('--dim'), grid: { stroke: () => themed('--line'), width: 1 }, ticks: { show: false }, font: '11px system-ui', size: 34 };
-    const plot = new uPlot({
-      width, height: 128, cursor: { y: false }, legend: { live: true },
-      scales: { x: { time: false }, y: d.log ? { distr: 3 } : { range: (_u, lo, hi) => [Math.min(0, lo ?? 0), Math.max(1e-3, (hi ?? 1) * 1.08)] } },
-      axes: [{ ...axis, size: 22 }, { ...axis, size: 46 }],
-      series: [{ label: d.x }, ...d.names.map((label, i) => ({
-        label, stroke: kColours[i % kColours.length]!, width: 1.6, points: { show: d.points ?? false, size: 5 },
-      }))],
-    }, [[], ...d.names.map(() => [])] as unknown as uPlot.AlignedData, box);
+    const axis = {
+      stroke: () => themed('--dim'),
+      grid: { stroke: () => themed('--line'), width: 1 },
+      ticks: { show: false },
+      font: '11px system-ui',
+      size: 34,
+    };
+    const plot = new uPlot(
+      {
+        width,
+        height: 128,
+        cursor: { y: false },
+        legend: { live: true },
+        scales: {
+          x: { time: false },
+          y: d.log ? { distr: 3 } : { range: (_u, lo, hi) => [Math.min(0, lo ?? 0), Math.max(1e-3, (hi ?? 1) * 1.08)] },
+        },
+        axes: [
+          { ...axis, size: 22 },
+          { ...axis, size: 46 },
+        ],
+        series: [
+          { label: d.x },
+          ...d.names.map((label, i) => ({
+            label,
+            stroke: kColours[i % kColours.length]!,
+            width: 1.6,
+            points: { show: d.points ?? false, size: 5 },
+          })),
+        ],
+      },
+      [[], ...d.names.map(() => [])] as unknown as uPlot.AlignedData,
+      box,
+    );
     return { d, plot, shown: -1, last: NaN };
   });
   return {
     update() {
       const now = parent.clientWidth;
       for (const p of plots) {
-        const data = p.d.source.data(), x = data[0]!, end = Number(x[x.length - 1] ?? NaN);
+        const data = p.d.source.data(),
+          x = data[0]!,
+          end = Number(x[x.length - 1] ?? NaN);
         if (now > 0 && Math.abs(now - p.plot.width) > 2) p.plot.setSize({ width: now, height: 128 });
         if (p.shown === x.length && Object.is(p.last, end)) continue;
         p.shown = x.length;

@@ -3,7 +3,10 @@ import type { App } from '../app';
 import { UploadPart } from '../engine/protocol';
 import { byId } from './dom';
 
-interface NamedFile { name: string; size: number }
+interface NamedFile {
+  name: string;
+  size: number;
+}
 
 /** Indices of the visual and the collision mesh among files: by name, otherwise the larger one is visual; -1: none. */
 export function sortMeshes(files: NamedFile[]): { visual: number; collision: number } {
@@ -13,52 +16,80 @@ export function sortMeshes(files: NamedFile[]): { visual: number; collision: num
     collision = files.reduce((best, f, i) => (f.size < files[best]!.size ? i : best), 0);
   }
   if (files.length === 1) collision = -1;
-  const visual = files.reduce((best, f, i) => (i !== collision && (best < 0 || f.size > files[best]!.size) ? i : best), -1);
+  const visual = files.reduce(
+    (best, f, i) => (i !== collision && (best < 0 || f.size > files[best]!.size) ? i : best),
+    -1,
+  );
   return { visual, collision };
 }
 
-const kMesh = /\.(obj|ply|stl|off)$/i, kWhole = /\.(toml|kerf)$/i;
+const kMesh = /\.(obj|ply|stl|off)$/i,
+  kWhole = /\.(toml|kerf)$/i;
 
 /** Why these files can't be opened; null: they can be tried. */
 export function whyNot(files: NamedFile[]): string | null {
-  const large = files.find((f) => f.size > kLargestFile), other = files.find((f) => !kMesh.test(f.name) && !kWhole.test(f.name));
+  const large = files.find((f) => f.size > kLargestFile),
+    other = files.find((f) => !kMesh.test(f.name) && !kWhole.test(f.name));
   if (large) return `${large.name} is larger than 512 MiB.`;
   if (!other) return null;
-  return /\.kerfrec$/i.test(other.name) ? `${other.name} is a recording: kerf replay ${other.name} repeats it.`
+  return /\.kerfrec$/i.test(other.name)
+    ? `${other.name} is a recording: kerf replay ${other.name} repeats it.`
     : `${other.name} can't be opened: meshes are OBJ, PLY, STL or OFF files; a scene (.toml) or a bound body (.kerf) will do too.`;
 }
 
 const kLargestFile = 512 * 1024 * 1024;
 
 export function bindUpload(app: App, toast: (text: string, error?: boolean) => void): void {
-  const chooser = byId<HTMLInputElement>('files'), dialog = byId<HTMLDialogElement>('upload');
-  const visual = byId<HTMLSelectElement>('upload-visual'), collision = byId<HTMLSelectElement>('upload-collision');
-  const thickness = byId<HTMLInputElement>('upload-thickness'), unit = byId<HTMLSelectElement>('upload-unit'), go = byId<HTMLButtonElement>('upload-go');
-  const progress = byId<HTMLProgressElement>('upload-progress'), drop = byId('drop');
+  const chooser = byId<HTMLInputElement>('files'),
+    dialog = byId<HTMLDialogElement>('upload');
+  const visual = byId<HTMLSelectElement>('upload-visual'),
+    collision = byId<HTMLSelectElement>('upload-collision');
+  const thickness = byId<HTMLInputElement>('upload-thickness'),
+    unit = byId<HTMLSelectElement>('upload-unit'),
+    go = byId<HTMLButtonElement>('upload-go');
+  const progress = byId<HTMLProgressElement>('upload-progress'),
+    drop = byId('drop');
   let files: File[] = [];
 
   const send = async (parts: { part: number; file: File }[], thick: string, metres: number): Promise<void> => {
-    const loaded = await Promise.all(parts.map(async (p) => ({
-      part: p.part, name: p.file.name, bytes: new Uint8Array(await p.file.arrayBuffer()),
-    })));
-    await app.upload(loaded, thick, metres, (x) => { progress.value = x; });
+    const loaded = await Promise.all(
+      parts.map(async (p) => ({
+        part: p.part,
+        name: p.file.name,
+        bytes: new Uint8Array(await p.file.arrayBuffer()),
+      })),
+    );
+    await app.upload(loaded, thick, metres, (x) => {
+      progress.value = x;
+    });
   };
 
   const open = (list: File[]): void => {
     if (list.length === 0) return;
-    if (!app.toolAllowed) { toast('Take the tools first: another page holds them, or the connection is lost.', true); return; }
+    if (!app.toolAllowed) {
+      toast('Take the tools first: another page holds them, or the connection is lost.', true);
+      return;
+    }
     const refused = whyNot(list);
-    if (refused) { toast(refused, true); return; }
+    if (refused) {
+      toast(refused, true);
+      return;
+    }
     const other = list.find((f) => kWhole.test(f.name));
     if (other) {
-      send([{ part: UploadPart.Scene, file: other }], '', 0).catch((e: unknown) => toast(e instanceof Error ? e.message : String(e), true));
+      send([{ part: UploadPart.Scene, file: other }], '', 0).catch((e: unknown) =>
+        toast(e instanceof Error ? e.message : String(e), true),
+      );
       return;
     }
     files = list;
     app.uploadFailed = null;
-    if (files.length === 1) {  // a closed mesh needs nothing else; an open one is asked for its thickness
+    if (files.length === 1) {
+      // a closed mesh needs nothing else; an open one is asked for its thickness
       toast(`Opening ${files[0]!.name}: its collision mesh is being made.`);
-      app.uploadFailed = (text) => { if (/thick/.test(text)) ask(); };
+      app.uploadFailed = (text) => {
+        if (/thick/.test(text)) ask();
+      };
       send([{ part: UploadPart.Visual, file: files[0]! }], '', 0).catch((e: unknown) => {
         toast(e instanceof Error ? e.message : String(e), true);
         ask();
@@ -71,7 +102,8 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
   const ask = (): void => {
     const sorted = sortMeshes(files);
     const options = (none: string | null): HTMLOptionElement[] => [
-      ...(none ? [new Option(none, '-1')] : []), ...files.map((f, i) => new Option(f.name, String(i))),
+      ...(none ? [new Option(none, '-1')] : []),
+      ...files.map((f, i) => new Option(f.name, String(i))),
     ];
     visual.replaceChildren(...options(null));
     collision.replaceChildren(...options('none: made from the visual mesh'));
@@ -84,26 +116,52 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
   };
 
   go.onclick = () => {
-    const v = files[Number(visual.value)], c = files[Number(collision.value)], thick = thickness.value.trim();
+    const v = files[Number(visual.value)],
+      c = files[Number(collision.value)],
+      thick = thickness.value.trim();
     if (!v) return;
-    if (thick !== '' && !(Number(thick) > 0)) { toast('The thickness is a positive number.', true); return; }
+    if (thick !== '' && !(Number(thick) > 0)) {
+      toast('The thickness is a positive number.', true);
+      return;
+    }
     progress.value = 0;
     progress.hidden = false;
     go.disabled = true;
-    const parts = [{ part: UploadPart.Visual as number, file: v }, ...(c && c !== v ? [{ part: UploadPart.Collision as number, file: c }] : [])];
-    send(parts, thick, Number(unit.value)).then(() => dialog.close(), (e: unknown) => {
-      go.disabled = false;
-      toast(e instanceof Error ? e.message : String(e), true);
-    });
+    const parts = [
+      { part: UploadPart.Visual as number, file: v },
+      ...(c && c !== v ? [{ part: UploadPart.Collision as number, file: c }] : []),
+    ];
+    send(parts, thick, Number(unit.value)).then(
+      () => dialog.close(),
+      (e: unknown) => {
+        go.disabled = false;
+        toast(e instanceof Error ? e.message : String(e), true);
+      },
+    );
   };
 
   byId('open-files').onclick = () => chooser.click();
-  chooser.onchange = () => { open([...(chooser.files ?? [])]); chooser.value = ''; };
+  chooser.onchange = () => {
+    open([...(chooser.files ?? [])]);
+    chooser.value = '';
+  };
   let depth = 0;
   const hasFiles = (e: DragEvent): boolean => e.dataTransfer?.types.includes('Files') ?? false;
-  window.addEventListener('dragenter', (e) => { if (hasFiles(e)) { depth++; drop.hidden = false; } });
-  window.addEventListener('dragleave', (e) => { if (hasFiles(e) && --depth <= 0) { depth = 0; drop.hidden = true; } });
-  window.addEventListener('dragover', (e) => { if (hasFiles(e)) e.preventDefault(); });
+  window.addEventListener('dragenter', (e) => {
+    if (hasFiles(e)) {
+      depth++;
+      drop.hidden = false;
+    }
+  });
+  window.addEventListener('dragleave', (e) => {
+    if (hasFiles(e) && --depth <= 0) {
+      depth = 0;
+      drop.hidden = true;
+    }
+  });
+  window.addEventListener('dragover', (e) => {
+    if (hasFiles(e)) e.preventDefault();
+  });
   window.addEventListener('drop', (e) => {
     depth = 0;
     drop.hidden = true;

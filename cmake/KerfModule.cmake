@@ -75,8 +75,11 @@ function(kerf_library)
   set_target_properties(kerf_page_engine PROPERTIES EXPORT_NAME engine OUTPUT_NAME kerf_engine)
   target_link_libraries(kerf_page_engine PUBLIC kerf PRIVATE fmt::fmt)
   install(TARGETS kerf kerf_page_engine EXPORT kerfTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/kerf DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-          FILES_MATCHING PATTERN "*.h")
+  file(STRINGS ${PROJECT_SOURCE_DIR}/src/kerf/public_headers headers REGEX "^[^#]")
+  foreach(header ${headers})
+    get_filename_component(folder kerf/${header} DIRECTORY)
+    install(FILES ${PROJECT_SOURCE_DIR}/src/kerf/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder})
+  endforeach()
   install(EXPORT kerfTargets NAMESPACE kerf:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf)
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/kerfConfig.cmake.in
     ${PROJECT_BINARY_DIR}/kerfConfig.cmake INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/kerf)

@@ -1,7 +1,7 @@
 // Cuts a steak in two while it falls, and says what became of it.
 #include <cstdio>
 
-#include "kerf/session/session.h"
+#include "kerf/kerf.h"
 
 int main() {
   kerf::Scene scene;

@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "kerf/session/session.h"
+#include "kerf/kerf.h"
 
 int main() {
   kerf::Scene scene;

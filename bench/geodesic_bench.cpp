@@ -67,9 +67,9 @@ constexpr const char* kHowNames[] = {"local", "exact", "cgal"};
 bench::Table table{
     "geodesics",
     "Geodesic paths, beside CGAL's shortest paths",
-    "The 168 paths of the 104-triangle collision mesh on the open sheet, flat and with bumps, without walls; milliseconds of the thread. CGAL's "
-    "Surface_mesh_shortest_path over Simple_cartesian<double> has one sequence tree per source, asked for the lengths to its targets; "
-    "building its mesh is included. Lengths of local paths are never shorter than the exact ones.",
+    "The 168 paths of the 104-triangle collision mesh on the open sheet, flat and with bumps, without walls; milliseconds of the "
+    "thread. CGAL's Surface_mesh_shortest_path over Simple_cartesian<double> has one sequence tree per source, asked for the lengths "
+    "to its targets. Building its mesh is included. Lengths of local paths are never shorter than the exact ones.",
     {"visual vertices", "bumps (m)", "paths", "all 168 paths (ms)", "total length (m)"},
     {}};
 

@@ -149,8 +149,8 @@ Result<Run> parse_run(std::string_view text, std::string_view name) {
 
 std::string results_page(const std::vector<Run>& runs, std::string_view pictures) {
   std::string out =
-      "# Results\n\nThis page is written by `kerf bench page` from what the benchmarks wrote; [benchmarks.md](benchmarks.md) says what is "
-      "measured and how.\n";
+      "# Results\n\n`kerf bench page` writes this page from the files of the benchmarks. [benchmarks.md](benchmarks.md) says what is measured, and "
+      "how to repeat it.\n";
   for (const Run& run : runs) {
     out += fmt::format("\n## `{}`\n\n| | |\n|---|---|\n", run.program);
     for (const auto& [key, value] : run.machine) out += fmt::format("| {} | {} |\n", key, value);

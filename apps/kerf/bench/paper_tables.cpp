@@ -79,8 +79,8 @@ class PaperBench {
     table.id = id;
     table.title = title;
     table.note =
-        "Seconds of one thread, everything but reading files; medians. Visual vertices of a collision triangle: those in it, on its edges and at "
-        "its corners, on both sides of a closed body, after re-meshing; the mean over all triangles.";
+        "Seconds of one thread, everything but reading files; medians. Visual vertices of a collision triangle are those in it, on its "
+        "edges and at its corners. Both sides of a closed body count, after re-meshing. The mean is over all triangles.";
     table.columns = {"#",
                      "collision vertices",
                      "collision triangles",
@@ -157,9 +157,9 @@ class PaperBench {
     table.id = id;
     table.title = title;
     table.note = fmt::format(
-        "Milliseconds. {} straight cuts at random from border to border, each undone; a cut of the paper is not longer. Simulation: "
-        "frames of {} time steps of 10 ms, with positions and normals of the visual mesh, held at one end under gravity. The paper's parts do "
-        "not add up to its totals; both are shown. Totals are times of the thread, parts those of the clock on the wall.",
+        "Milliseconds. {} straight cuts at random from border to border, each undone. A cut of the paper is not longer. Simulation: frames "
+        "of {} time steps of 10 ms, with positions and normals of the visual mesh, held at one end under gravity. The paper's parts do not "
+        "add up to its totals; both are shown. Totals are times of the thread, parts those of the clock on the wall.",
         options_.cut_count(), frames());
     table.columns = {"#", "", "paper", "median", "99th percentile", "worst"};
     for (const PaperCut& model : models)
@@ -177,8 +177,8 @@ class PaperBench {
     table.id = "figure-16";
     table.title = "Figures 16 and 17: the second steak in six consecutive cuts";
     table.note =
-        "Vertices and elements of the three meshes, and the median time of a frame. Figure 17 of the paper compares its collision mesh with those of "
-        "methods that collide what they draw: at best 2,641 vertices and 5,278 triangles.";
+        "Vertices and elements of the three meshes, and the median time of a frame. Figure 17 of the paper compares its collision mesh "
+        "with those of methods that collide what they draw. These have 2,641 vertices and 5,278 triangles at best.";
     table.columns = {"cuts",  "visual vertices", "visual triangles", "collision vertices", "collision triangles",
                      "nodes", "hexahedra",       "pieces",           "frame (ms)"};
     const double reach = session_size(*session);
@@ -238,10 +238,11 @@ class PaperBench {
     table.id = "table-6";
     table.title = "Table 6: cutting the thin sheet of 6,656 visual triangles, collision meshes of four resolutions";
     table.note = fmt::format(
-        "Milliseconds, and frames per second (median, and of the 99th percentile and the worst frame). {} cuts, {} frames of 10 ms, surface "
-        "included. With collision: the sheet, cut once, lies on four balls of 672 triangles together, of 1 kg as in the other rows, and of 20 kg, "
-        "so heavy that it wraps around them, with the balls alone as in the paper, and with itself too; the first two seconds are left out. The copy of the "
-        "paper at hand breaks off after the first row of its table; the other figures are from its text.",
+        "Milliseconds, and frames per second (median, and of the 99th percentile and the worst frame). {} cuts, {} frames of 10 ms, "
+        "surface included. With collision, the sheet, cut once, lies on four balls of 672 triangles together. It has 1 kg as in the other "
+        "rows, or 20 kg, so heavy that it wraps around them. It touches the balls alone, as in the paper, or itself too. The first two "
+        "seconds are left out. The copy of the paper at hand breaks off after the first row of its table; the other figures are from its "
+        "text.",
         options_.cut_count(), frames());
     table.columns = {"#", "", "paper", "median", "99th percentile", "worst"};
     for (const Model& model : kModels) {
@@ -319,8 +320,8 @@ class PaperBench {
     table.id = "section-5.3";
     table.title = "Section 5.3: punches out of the meniscus";
     table.note = fmt::format(
-        "Milliseconds. {} notches of 7 mm out of the border, cut by a blade that runs around them in twelve poses, each undone; {} "
-        "frames of 10 ms with the surface. Seiler et al. 2011 report 86 ms for a punch.",
+        "Milliseconds. {} notches of 7 mm out of the border, cut by a blade that runs around them in twelve poses, each undone. {} frames "
+        "of 10 ms with the surface. Seiler et al. 2011 report 86 ms for a punch.",
         timings->whole.values.size(), frames());
     table.columns = {"#", "", "paper", "median", "99th percentile", "worst"};
     const char* name = "meniscus";
@@ -350,8 +351,8 @@ class PaperBench {
     table.title = "Whole frames at 1 kHz: cut by hand, step, contact, surface";
     const int strokes = options_.quick ? 1 : 20, poses = options_.quick ? 60 : 1000;
     table.note = fmt::format(
-        "Milliseconds. {} strokes of {} frames of 1 ms across the second steak and the meniscus, held at one end, lying on a plane, with contact and self-contact; the blade "
-        "moves in every frame, and every stroke is undone.",
+        "Milliseconds. {} strokes of {} frames of 1 ms across the second steak and the meniscus. Both are held at one end and lie on a "
+        "plane, with contact and self-contact. The blade moves in every frame, and every stroke is undone.",
         strokes, poses);
     table.columns = {"body", "", "median", "99th percentile", "99.9th percentile", "worst"};
     for (const char* model : {"steak", "meniscus"}) {
@@ -378,8 +379,9 @@ class PaperBench {
     table.id = "sofa";
     table.title = "SOFA, measured once";
     table.note =
-        "SOFA of August 2026 built from source with -O3 -march=native, on a two-core virtual machine of the same kind, CPU time of its process; "
-        "HexahedronFEMForceField on the sheet of 200 nodes and 81 hexahedra. Its elements bend 36 % too little. Not repeated in this run.";
+        "SOFA of August 2026 built from source with -O3 -march=native, on a two-core virtual machine of the same kind. CPU time of its "
+        "process. HexahedronFEMForceField on the sheet of 200 nodes and 81 hexahedra. Its elements bend 36 % too little. Not repeated in "
+        "this run.";
     table.columns = {"", "ms per step"};
     table.rows = {{"25 conjugate-gradient iterations", 0.36},
                   {"up to 200 iterations", 2.0},

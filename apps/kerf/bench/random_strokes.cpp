@@ -202,10 +202,12 @@ Result<Table> random_strokes(const BenchOptions& options, const Progress& progre
   table.title = "Random strokes in closed bodies";
   const int strokes = options.quick ? 5 : 10 * options.cuts;
   table.note = fmt::format(
-      "{} strokes that cut in each: lines, curves, loops, upright and tilted, one after the other in a body until it is in more than {} pieces, then in a "
-      "new one. After each: all invariants; edges of the drawn surface without a partner and its volume against that of the uncut "
-      "body, counted from its corners and positions alone; how deep the drawn surface passes through itself; the farthest place of a wall outside the body and from what blades have swept, and of that inside the body from a wall or the skin "
-      "(not where a blade meets several layers and cuts the first). Every {}th is undone and made again, to the same bits or counted as wrong. One thread, its own time.",
+      "{} strokes that cut in each: lines, curves, loops, upright and tilted, one after the other in a body. Beyond {} pieces a new body "
+      "takes its place. Checked after each: all invariants, and edges of the drawn surface without a partner. Its volume is compared "
+      "with that of the uncut body, counted from its corners and positions alone. Measured: how deep the drawn surface passes through "
+      "itself. Of walls: the farthest place outside the body, and from what blades have swept. Of what blades have swept inside the "
+      "body: the farthest place from a wall or the skin. A blade that meets several layers and cuts the first is left out there. Every "
+      "{}th is undone and made again, to the same bits or counted as wrong. One thread, its own time.",
       strokes, kMostPieces, kUndoEvery);
   table.columns = {"body",
                    "strokes",

@@ -229,9 +229,9 @@ class ScaleBench {
     if (!session) return session.error();
     const double length = 3 * session->body().complex.mean_root_edge;
     table.note = fmt::format(
-        "Straight cuts of {:.0f} mm at random, from within to within, all of them staying; times are of the cuts since the row before. What "
-        "earlier cuts left behind is cut again, so pieces get smaller and more numerous, and a cut enters more triangles. Memory: the largest of the "
-        "process so far.",
+        "Straight cuts of {:.0f} mm at random, from within to within, all of them staying. Times are of the cuts that a row adds. What "
+        "other cuts have left is cut again. So pieces get smaller and more numerous, and a cut enters more triangles. Memory: the largest "
+        "of the process so far.",
         1e3 * length);
     const int most = options_.quick ? 100 : 10'000;
     int so_far = 0, refused = 0;

@@ -88,9 +88,20 @@ void add(std::vector<SceneKeyDoc>& out, std::string table, SceneKeys<T> keys) {
 }
 
 constexpr std::string_view kIntroduction =
-    "A scene is a TOML file. Lengths are metres, times seconds, angles radians, z is up; coordinates are\n"
-    "those of the body at rest unless a key says otherwise. \"-\" as a default means: nothing is given, and\n"
-    "what happens then stands in the description.\n";
+    "A scene is a TOML file. Lengths are metres, times seconds, angles radians. z is up. Coordinates are\n"
+    "those of the body at rest unless a key says otherwise. \"-\" as a default means that nothing is given;\n"
+    "the description says what happens then.\n";
+
+/// By this name a link in Markdown finds a heading: small letters, "-" for a blank, no signs but "_" and "-".
+std::string anchor(std::string_view heading) {
+  std::string out;
+  for (const char c : heading) {
+    if (c == ' ') out += '-';
+    else if (c >= 'A' && c <= 'Z') out += static_cast<char>(c - 'A' + 'a');
+    else if (c == '_' || c == '-' || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) out += c;
+  }
+  return out;
+}
 
 /// Breaks text at blanks so that no line is longer than width; every line starts with `indent` blanks.
 std::string wrapped(std::string_view words, std::size_t indent, std::size_t width) {
@@ -175,9 +186,16 @@ std::string scene_schema_text() {
 std::string scene_schema_markdown() {
   std::string out = "# Scene files\n\n";
   out += kIntroduction;
-  out += "\nThis page is what `kerf info --schema --markdown` prints.\n";
+  out += "\nThis page is what `kerf info --schema --markdown` prints. Tables, after the [top level](#top-level):\n\n";
+  const std::vector<SceneKeyDoc> keys = scene_schema();
+  std::string listed;
+  for (const SceneKeyDoc& k : keys) {
+    if (k.table == listed) continue;
+    listed = k.table;
+    out += fmt::format("* [`{}`](#{})\n", listed, anchor(listed));
+  }
   std::string table = "?";
-  for (const SceneKeyDoc& k : scene_schema()) {
+  for (const SceneKeyDoc& k : keys) {
     if (k.table != table) {
       table = k.table;
       out += table.empty() ? "\n## Top level\n" : fmt::format("\n## `{}`\n", table);

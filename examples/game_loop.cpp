@@ -44,6 +44,7 @@ int main() {
     const kerf::Status done = frame(i % 30 == 7 ? 0.05 : 1.0 / 60);  // now and then a slow one
     if (!done.ok()) return std::fprintf(stderr, "%s\n", done.error().message.c_str()), 1;
   }
-  std::printf("%d pieces, %zu vertices, triangles sent %d times\n", session->counts().pieces, positions.size(), uploads);
+  std::printf("%d pieces, %zu vertices, triangles sent %d times\n", session->counts().pieces, positions.size(),
+              uploads);
   return session->counts().pieces == 2 ? 0 : 1;
 }

@@ -1,7 +1,7 @@
 // A ball in a hand: the simulation runs at its own rate, a second thread asks for the force a thousand times a second.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <algorithm>
 #include <cstdio>
 #include <thread>
 

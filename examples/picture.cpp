@@ -26,9 +26,13 @@ struct Picture {
       y[k] = 0.5 * kHeight - p[k].y / kMetres * kWidth;
     }
     const double area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
-    for (int j = std::max(0, int(*std::min_element(y, y + 3))); j <= std::min(kHeight - 1., *std::max_element(y, y + 3)); ++j)
-      for (int i = std::max(0, int(*std::min_element(x, x + 3))); i <= std::min(kWidth - 1., *std::max_element(x, x + 3)); ++i) {
-        const auto edge = [&](int a, int b) { return ((x[b] - x[a]) * (j - y[a]) - (y[b] - y[a]) * (i - x[a])) / area; };
+    for (int j = std::max(0, int(*std::min_element(y, y + 3)));
+         j <= std::min(kHeight - 1., *std::max_element(y, y + 3)); ++j)
+      for (int i = std::max(0, int(*std::min_element(x, x + 3)));
+           i <= std::min(kWidth - 1., *std::max_element(x, x + 3)); ++i) {
+        const auto edge = [&](int a, int b) {
+          return ((x[b] - x[a]) * (j - y[a]) - (y[b] - y[a]) * (i - x[a])) / area;
+        };
         const double w[3] = {edge(1, 2), edge(2, 0), edge(0, 1)};
         if (std::min({w[0], w[1], w[2]}) < 0) continue;
         const double z = w[0] * p[0].z + w[1] * p[1].z + w[2] * p[2].z;

@@ -55,7 +55,8 @@ int main() {
                   step->mechanics.iterations, session->counts().pieces);
   }
   for (const kerf::StrokeRecord& s : session->strokes())
-    std::printf("stroke of %.3f s: %d triangles, cut in %.2f ms\n", s.ended - s.began, s.triangles, 1e3 * s.times.total);
+    std::printf("stroke of %.3f s: %d triangles, cut in %.2f ms\n", s.ended - s.began, s.triangles,
+                1e3 * s.times.total);
   const std::vector<double> volumes = piece_volumes(session->body().complex.visual);
   for (const double v : volumes) std::printf("a piece of %.1f cm3\n", 1e6 * v);
   return volumes.size() == 2 ? 0 : 1;

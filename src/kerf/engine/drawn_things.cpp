@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "kerf/scene/scene_keys.h"
 #include "kerf/scene/shape_mesh.h"
 
 namespace kerf {
@@ -12,18 +13,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kPlaneSize = 6;             ///< times the body's diagonal
 constexpr std::size_t kMostContacts = 2000;  ///< that are drawn
-
-const char* word(SceneShape shape) {
-  constexpr const char* kWords[] = {"plane", "sphere", "capsule", "box", "mesh"};
-  return kWords[static_cast<std::size_t>(shape)];
-}
-const char* word(SceneToolKind kind) {
-  constexpr const char* kWords[] = {"probe", "grasper", "scalpel", "scissors", "sphere", "mesh", "shaver"};
-  return kWords[static_cast<std::size_t>(kind)];
-}
-bool has_jaws(const SceneRigidTool& tool) {
-  return tool.kind == SceneToolKind::kGrasper || tool.kind == SceneToolKind::kScissors;
-}
 
 /// Position and unit quaternion x y z w.
 std::array<float, 7> pose(const RigidPlace& place) {
@@ -55,7 +44,7 @@ Result<DrawnThings> DrawnThings::create(const Scene& scene, const Box3& body) {
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const SceneObstacle& o = scene.obstacles[i];
     things.push_back({{"kind", "obstacle"},
-                      {"shape", word(o.shape)},
+                      {"shape", word_of(o.shape)},
                       {"name", o.name},
                       {"parts", Json::array({part(shapes->obstacles[i].parts, 0)})}});
   }
@@ -67,7 +56,7 @@ Result<DrawnThings> DrawnThings::create(const Scene& scene, const Box3& body) {
     for (std::size_t k = 0; k < parts.size(); ++k)
       list.push_back(part({&parts[k], 1}, has_jaws(t) && k < 2 ? (k == 0 ? 1 : -1) : 0));
     things.push_back({{"kind", "tool"},
-                      {"shape", word(t.kind)},
+                      {"shape", word_of(t.kind)},
                       {"name", t.id},
                       {"jaws", has_jaws(t)},
                       {"opening", t.opening},

@@ -308,9 +308,7 @@ Status Engine::Impl::lead_tool(const protocol::Device& device) {
   lead.values = {p.x, p.y, p.z, r.x, r.y, r.z, over};
   KERF_TRY(perform(std::move(lead)));
   const bool close = device.jaws < 0.5;
-  if ((rigid.kind != SceneToolKind::kGrasper && rigid.kind != SceneToolKind::kScissors) ||
-      close == jaws_closed[device.tool])
-    return {};
+  if (!has_jaws(rigid) || close == jaws_closed[device.tool]) return {};
   SessionChange jaws;
   jaws.kind = Kind::kJaws;
   jaws.id = rigid.id;

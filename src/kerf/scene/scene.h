@@ -177,6 +177,7 @@ struct SceneContact {
 };
 
 enum class SceneShape { kPlane, kSphere, kCapsule, kBox, kMesh };
+inline constexpr std::size_t kSceneShapes = 5;
 
 /// A rigid thing that stands still or moves as told. In its own axes: a plane is z = 0 with z outside, a capsule lies along
 /// z, a box has its middle at the origin, a mesh is as it is.
@@ -204,10 +205,11 @@ enum class SceneToolKind {
   kMesh,      ///< a rigid surface from a file
   kShaver,    ///< a rod with a round end; it smooths in a page's hand (engine_instruments.cpp), and presses
 };
+inline constexpr std::size_t kSceneToolKinds = 7;
 
 /// A rigid tool that follows a given pose through a virtual coupling, and feels what it touches. In its own axes: the tip
 /// (or the middle of a ball) is the origin, the shaft leads up along +z; edges and jaws lie in the plane y = 0.
-/// Sizes that are not given are the kind's own (session/tools.h).
+/// Sizes that are not given are the kind's own (scene_shapes.h).
 struct SceneRigidTool {
   std::string id;
   SceneToolKind kind = SceneToolKind::kProbe;
@@ -231,6 +233,9 @@ struct SceneRigidTool {
   double max_speed = 10;                    ///< m/s: poses that jump are followed at this speed
   int line = 0;                             ///< in the scene file
 };
+inline bool has_jaws(const SceneRigidTool& tool) {
+  return tool.kind == SceneToolKind::kGrasper || tool.kind == SceneToolKind::kScissors;
+}
 
 // --- Commands
 // ------------------------------------------------------------------------------------------------------

@@ -695,7 +695,7 @@ class SceneReader {
       } else if (const auto* jaws = std::get_if<SceneJaws>(&c.what)) {
         const std::string_view verb = jaws->close ? "close" : "open";
         const SceneRigidTool* tool = check(c, verb, jaws->id);
-        if (tool && tool->kind != SceneToolKind::kGrasper && tool->kind != SceneToolKind::kScissors)
+        if (tool && !has_jaws(*tool))
           problem(c.line,
                   fmt::format("{} at {} s: \"{}\" has no jaws; graspers and scissors have", verb, c.at, jaws->id));
       }

@@ -25,6 +25,7 @@ constexpr std::string_view kFrameWords[] = {"world", "rest"};
 constexpr std::string_view kPunchWords[] = {"circle", "d", "polygon"};
 constexpr std::string_view kShapeWords[] = {"plane", "sphere", "capsule", "box", "mesh"};
 constexpr std::string_view kToolKindWords[] = {"probe", "grasper", "scalpel", "scissors", "sphere", "mesh", "shaver"};
+static_assert(std::size(kShapeWords) == kSceneShapes && std::size(kToolKindWords) == kSceneToolKinds);
 constexpr std::string_view kMeshWords[] = {"visual", "collision", "hexahedra"};
 
 template <class M>
@@ -54,6 +55,9 @@ SceneChoice choice(std::span<const std::string_view> words) {
 }
 
 }  // namespace
+
+std::string_view word_of(SceneShape shape) { return kShapeWords[static_cast<std::size_t>(shape)]; }
+std::string_view word_of(SceneToolKind kind) { return kToolKindWords[static_cast<std::size_t>(kind)]; }
 
 template <>
 SceneKeys<Scene> scene_keys<Scene>() {

@@ -13,6 +13,10 @@
 
 namespace kerf {
 
+/// The words of scene files for a kind.
+std::string_view word_of(SceneShape shape);
+std::string_view word_of(SceneToolKind kind);
+
 /// Allowed numbers, also of every component of a vector.
 struct SceneRange {
   double min = -std::numeric_limits<double>::infinity();

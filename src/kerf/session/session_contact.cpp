@@ -180,8 +180,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
     }
     remember_sunk_walls(contact.surface, contact.sunk, state.touching);
   }
-  // Slivers are the solver's business now (kNodeTolerance, carry_crumbs). The random life that once ran away without this (seed 5022 of the
-  // session fuzzer) no longer does; it stands because hardly any others have been tried without it.
+  // The solver settles slivers too (kNodeTolerance, carry_crumbs). Few random lives have been tried without this.
   calm_light_nodes(state.body.hex, state.model.structure().mass, h, state.mechanics);
   add_forces(workspace.contact.tool_results, h, part_impulses);
   return done;

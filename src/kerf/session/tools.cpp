@@ -39,8 +39,7 @@ Status Session::Impl::move_jaws(const SceneJaws& what) {
   const std::string_view verb = what.close ? "close" : "open";
   const int tool = tool_named(scene, what.id);
   if (tool < 0) return bad_input(fmt::format("there is no tool '{}' to {}", what.id, verb));
-  const SceneToolKind kind = scene.tools[static_cast<std::size_t>(tool)].kind;
-  if (kind != SceneToolKind::kGrasper && kind != SceneToolKind::kScissors)
+  if (!has_jaws(scene.tools[static_cast<std::size_t>(tool)]))
     return bad_input(fmt::format("tool '{}' has no jaws to {}", what.id, verb));
   if (!(what.over >= 0 && std::isfinite(what.over)))
     return bad_input(fmt::format("{} of tool '{}': over must be a finite time", verb, what.id));

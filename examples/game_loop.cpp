@@ -1,5 +1,5 @@
 // The loop of a game: frames of any length, steps of one length, a surface for drawing, cuts by a blade that is swung.
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <vector>
 

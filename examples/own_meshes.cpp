@@ -1,6 +1,7 @@
 // Cuts a mesh of one's own: a disc is written as OBJ, read back as a body, bound, and halved.
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "kerf/kerf.h"
 
@@ -20,7 +21,7 @@ kerf::TriangleMesh disc() {
     mesh.positions.push_back({0, 0, z});
     for (int ring = 1; ring <= kRings; ++ring)
       for (int k = 0; k < kRound; ++k) {
-        const double radius = kRadius * ring / kRings, angle = 2 * M_PI * k / kRound;
+        const double radius = kRadius * ring / kRings, angle = 2 * std::numbers::pi * k / kRound;
         mesh.positions.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
       }
   }

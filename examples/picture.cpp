@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <vector>
 
 #include "kerf/kerf.h"
@@ -10,6 +11,7 @@ namespace {
 
 constexpr int kWidth = 480, kHeight = 400;
 constexpr double kMetres = 0.24;  // that the width shows
+constexpr double kSkin[] = {190, 60, 60}, kCut[] = {120, 20, 25};
 
 struct Picture {
   std::vector<unsigned char> colour = std::vector<unsigned char>(3 * kWidth * kHeight, 255);
@@ -26,21 +28,18 @@ struct Picture {
       y[k] = 0.5 * kHeight - p[k].y / kMetres * kWidth;
     }
     const double area = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0]);
-    for (int j = std::max(0, int(*std::min_element(y, y + 3)));
-         j <= std::min(kHeight - 1., *std::max_element(y, y + 3)); ++j)
-      for (int i = std::max(0, int(*std::min_element(x, x + 3)));
-           i <= std::min(kWidth - 1., *std::max_element(x, x + 3)); ++i) {
-        const auto edge = [&](int a, int b) {
-          return ((x[b] - x[a]) * (j - y[a]) - (y[b] - y[a]) * (i - x[a])) / area;
-        };
-        const double w[3] = {edge(1, 2), edge(2, 0), edge(0, 1)};
-        if (std::min({w[0], w[1], w[2]}) < 0) continue;
+    const auto [left, right] = std::minmax_element(x, x + 3);
+    const auto [top, bottom] = std::minmax_element(y, y + 3);
+    for (int j = std::max(0, int(*top)); j <= std::min(kHeight - 1., *bottom); ++j)
+      for (int i = std::max(0, int(*left)); i <= std::min(kWidth - 1., *right); ++i) {
+        const auto edge = [&](int a, int b) { return (x[b] - x[a]) * (j - y[a]) - (y[b] - y[a]) * (i - x[a]); };
+        const double w[3] = {edge(1, 2) / area, edge(2, 0) / area, edge(0, 1) / area};
         const double z = w[0] * p[0].z + w[1] * p[1].z + w[2] * p[2].z;
-        const std::size_t at = static_cast<std::size_t>(j) * kWidth + static_cast<std::size_t>(i);
-        if (z <= height[at]) continue;
+        const auto at = static_cast<std::size_t>(j * kWidth + i);
+        if (std::min({w[0], w[1], w[2]}) < 0 || z <= height[at]) continue;
         height[at] = z;
-        const double rgb[3] = {cut ? 120. : 190., cut ? 20. : 60., cut ? 25. : 60.};
-        for (std::size_t c = 0; c < 3; ++c) colour[3 * at + c] = static_cast<unsigned char>(light * rgb[c]);
+        for (std::size_t c = 0; c < 3; ++c)
+          colour[3 * at + c] = static_cast<unsigned char>(light * (cut ? kCut : kSkin)[c]);
       }
   }
 };
@@ -50,21 +49,18 @@ struct Picture {
 int main() {
   kerf::Scene scene;
   scene.body.model = "steak";
-  scene.simulation.gravity = {};
   kerf::Result<kerf::Session> session = kerf::Session::create(scene);
   if (!session.ok()) return std::fprintf(stderr, "%s\n", session.error().message.c_str()), 1;
   kerf::Status done = session->begin_stroke(kerf::SceneFrame::kRest, false);
-  for (int i = 0; done.ok() && i <= 60; ++i) {
-    const double a = 2 * M_PI * i / 60, r = 0.03 + 0.008 * std::sin(3 * a), x = r * std::cos(a), y = r * std::sin(a);
-    done = session->move_blade({x, y, 0.1}, {x, y, -0.1});
+  for (int i = 0; done.ok() && i <= 60; ++i) {  // a clover
+    const double a = 2 * std::numbers::pi * i / 60, r = 0.03 + 0.008 * std::sin(3 * a);
+    done = session->move_blade({r * std::cos(a), r * std::sin(a), 0.1}, {r * std::cos(a), r * std::sin(a), -0.1});
   }
   if (done.ok()) done = session->end_stroke();
-  if (done.ok()) {  // what has come loose there is taken away
-    kerf::SceneRegion hole;
-    hole.shape = kerf::SceneRegion::Shape::kSphere;
-    hole.radius = 0.02;
-    if (const auto taken = session->remove_pieces(hole, kerf::SceneFrame::kRest); !taken.ok()) done = taken.error();
-  }
+  kerf::SceneRegion hole;  // what has come loose there is taken away
+  hole.shape = kerf::SceneRegion::Shape::kSphere;
+  hole.radius = 0.02;
+  if (const auto taken = session->remove_pieces(hole, kerf::SceneFrame::kRest); !taken.ok()) done = taken.error();
   if (!done.ok()) return std::fprintf(stderr, "%s\n", done.error().message.c_str()), 1;
 
   Picture picture;

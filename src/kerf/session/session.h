@@ -1,4 +1,4 @@
-// A session: one body that is simulated, held, pulled and cut. Many sessions can live in one process; a session is used
+// A session: the bodies of a scene, which are simulated, held, pulled and cut. Many sessions can live in one process; a session is used
 // by one thread at a time. It never prints; trouble travels as Status and Result.
 //
 // The order of a step (docs/step.md):
@@ -23,6 +23,7 @@
 #include "kerf/mechanics/step_report.h"
 #include "kerf/scene/scene.h"
 #include "kerf/session/body.h"
+#include "kerf/session/fading_vertex.h"
 #include "kerf/session/score.h"
 
 namespace kerf {
@@ -99,12 +100,12 @@ struct SessionChanges {
 
 /// Complete state of a session at one moment, undo steps included. Opaque; a pointer to hand around.
 class SessionSnapshot;
-struct FadingVertex;
 
 class Session {
  public:
-  /// Loads or generates the meshes, binds them (4.1), builds the hexahedra and embeds everything. Warnings of the
-  /// pre-processing are in notes().
+  /// Loads or generates the meshes, binds them (the paper's 4.1), builds the hexahedra and embeds everything. Warnings of the
+  /// pre-processing are in notes(). Bad input: a scene with values out of range, a file that can't be read or a mesh that can't be
+  /// bound; the message has file, line or element, and the way out.
   static Result<Session> create(const Scene& scene, const Progress& progress = {});
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
@@ -114,22 +115,28 @@ class Session {
   /// One time step: the scene's commands that are due, the blade, mechanics. On an error the step was not taken: time,
   /// positions and velocities are as before it; commands and cuts of this step that had succeeded stay.
   Result<SessionStep> step();
-  /// n time steps; stops at the first error.
+  /// n time steps; stops at the first error. None where n <= 0.
   Status step(int n);
   [[nodiscard]] double time() const;       ///< s
   [[nodiscard]] double time_step() const;  ///< s
 
   // --- Commands --------------------------------------------------------------------------------------------------
-  /// Does a command now (its `at` is not looked at). A blade stroke then runs over the coming steps.
+  /// Does a command now (its `at` is not looked at). A blade stroke then runs over the coming steps; a stroke in progress ends first, as
+  /// for undo and redo. Errors as of that command in a scene: nothing has changed.
   Status apply(const SceneCommand& command);
 
-  /// A stroke by hand. Each pose cuts at once, from where the material has carried the last one to since. Frame as in scenes.
+  /// A stroke by hand, in the world or in the shape at rest. `through`: the blade cuts every layer that it meets, else the first one from its
+  /// base. A stroke in progress ends first.
   Status begin_stroke(SceneFrame frame, bool through);
+  /// A pose: base and tip of the edge, metres, in the stroke's frame. The first one places the blade. Each other one cuts at once what the edge
+  /// passes on a straight way from the last pose, which the material has carried along. What can't be cut is counted and noted. Bad
+  /// input, nothing has changed: no stroke, a shaver's stroke, numbers that are not finite, an edge without length. Where the hexahedra can't
+  /// follow, the whole stroke is rolled back and over.
   Status move_blade(Vec3 base, Vec3 tip);
-  /// One that has cut nothing leaves nothing to undo. Dust that it leaves is taken away in the same undo step (SceneCut::dust): then all ids change,
+  /// A stroke that has cut nothing leaves nothing to undo. Dust that it leaves is taken away in the same undo step (SceneCut::dust): then all ids change,
   /// as by remove_piece.
   Status end_stroke();
-  /// Rolls the whole stroke back: topology, positions and velocities are as it began.
+  /// Rolls the whole stroke back: topology, positions and velocities are as it began. Without a stroke nothing happens.
   Status cancel_stroke();
   [[nodiscard]] bool in_stroke() const;
 
@@ -174,20 +181,23 @@ class Session {
   [[nodiscard]] Vec3 gravity() const;
   /// What the body is made of, from the next step on; regions follow where they had the same value. Bad input: a
   /// material that can't be simulated. Costs as much as the matrices of all partly filled cells.
-  Status set_material(double young, double poisson, double density);
+  Status set_material(double young, double poisson, double density);  ///< pascals, 1, kg/m3
   [[nodiscard]] Material material() const;
   [[nodiscard]] std::int64_t step_count() const;
 
-  /// Undoes or redoes the last stroke, to the bit: topology, and positions and velocities as they were when it began.
-  /// Error when there is none.
+  /// Undoes or redoes the last stroke, to the bit: topology, and positions and velocities as they were when it began. A stroke in progress
+  /// ends first. Bad input: there is none. The oldest strokes are forgotten where they hold more than 256 MiB together.
   Status undo();
   Status redo();
   [[nodiscard]] int undo_depth() const;
   [[nodiscard]] int redo_depth() const;
 
+  /// Time and memory of both: a copy of the body and its undo steps. `restore` takes one of this session, never null: builds with assertions
+  /// look, others don't.
   [[nodiscard]] std::shared_ptr<const SessionSnapshot> snapshot() const;
   void restore(const std::shared_ptr<const SessionSnapshot>& snapshot);
 
+  // References and spans hold until the next call that is not const.
   // --- State -----------------------------------------------------------------------------------------------------
   [[nodiscard]] const Scene& scene() const;
   [[nodiscard]] const Body& body() const;
@@ -212,7 +222,7 @@ class Session {
   [[nodiscard]] std::vector<Vec3> collision_velocities() const;
   /// Visual vertices that are not just where shown_nodes() put them, by vertex; until the next call that changes the session.
   [[nodiscard]] std::span<const FadingVertex> fading_visual() const;
-  /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (4.2.5). Allocates only
+  /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (the paper's 4.2.5). Allocates only
   /// when the arrays grow. Normals are those of the shown hexahedra, without what fades of single vertices.
   void visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
   /// Force of the supports on the body, N, of the last step: the sum, and that on one fixed node. Zero for free nodes, and
@@ -241,9 +251,9 @@ class Session {
     Vec3 force, torque;                    ///< of the body: contacts, resistance to its edge, what its jaws hold
     Vec3 coupling_force, coupling_torque;  ///< of the coupling to its pose: what whoever leads it does
   };
-  [[nodiscard]] std::vector<ToolState> tools() const;
+  [[nodiscard]] std::vector<ToolState> tools() const;  ///< in the order of the scene
   [[nodiscard]] const std::vector<StrokeRecord>& strokes() const;
-  [[nodiscard]] const std::vector<std::string>& notes() const;
+  [[nodiscard]] const std::vector<std::string>& notes() const;  ///< each text once
 
   /// All invariants of docs/invariants.md that can be checked at this moment; the first that does not hold is named.
   [[nodiscard]] Status validate() const;

@@ -12,16 +12,10 @@
 #include <vector>
 
 #include "kerf/session/body.h"
+#include "kerf/session/fading_vertex.h"
 #include "kerf/session/node_fade.h"
 
 namespace kerf {
-
-/// What a vertex' place and velocity have in addition to those of its copy. Metres, m/s.
-struct FadingVertex {
-  std::int32_t vertex = 0;
-  Vec3 offset, velocity;
-  friend bool operator==(const FadingVertex&, const FadingVertex&) = default;
-};
 
 /// Part of a session's state; mostly empty. Vertices ascend.
 struct SurfaceFade {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kerf/engine/engine_impl.h"
+#include "kerf/engine/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -28,19 +29,6 @@ constexpr double kReleaseGrasp = 1;
 /// the cut path's own tolerance.
 constexpr double kThinning = 0.25;
 constexpr std::size_t kManySamples = 8;
-
-/// Cosine of a ray to the normal of the skin, at least: seen more nearly edge-on the skin is taken to lie nearer than it does. Half or double: the same lips to a
-/// hundredth of an edge.
-constexpr double kLeastFacing = 0.2;
-
-/// Of half the thickness and a mean edge: so far a blade that is held upright stands out of the skin on both sides, for skin that bends between two poses. Half
-/// or double: the same lips.
-constexpr double kBladeReach = 2;
-/// Mean edges of the skin from one pose of the scalpel to the next. Half: the same lips. Double: where the skin bends, lips lie three times as far beside the
-/// pointer.
-constexpr double kScalpelWay = 2;
-/// From one ray to the next, which may lie far apart on something seen edge-on.
-constexpr int kMostParts = 64;
 
 bool same_ray(const ViewRay& a, const ViewRay& b, double least_turn) {
   return a.origin == b.origin && norm(cross(a.direction, b.direction)) < least_turn &&
@@ -132,11 +120,8 @@ UprightBlade Engine::Impl::upright(const ViewRay& ray) {
   const double edge = session->body().complex.mean_root_edge;
   if (!at) return {ray.origin, ray.origin, ray.origin + edge * ray.direction};  // the body lies behind the eye
   const Vec3 out = dot(at->normal, ray.direction) < 0 ? at->normal : -1.0 * at->normal;
-  const double reach = kBladeReach * (at->half + edge), towards = std::min(dot(out, ray.direction), -kLeastFacing);
-  const Vec3 above = at->middle + at->half * out - ray.origin;
-  const Vec3 before = dot(above, ray.direction) * ray.direction;
-  const Vec3 skin = ray.origin + before + dot(above - before, out) / towards * ray.direction;
-  return {skin, skin + reach * out, skin - (2 * at->half + reach) * out};
+  const double reach = kBladeReach * (at->half + edge);
+  return {at->point, at->point + reach * out, at->point - (2 * at->half + reach) * out};
 }
 
 Status Engine::Impl::lead_scalpel(const ViewRay& ray) {

@@ -32,8 +32,10 @@ void complete(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 o
     out.rest += out.barycentric[i] * mesh.rest[v];
   }
   out.normal = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
-  const double facing = std::abs(dot(out.normal, direction));
-  out.t = std::max(0.0, t - out.half / std::max(facing, 1 / kMostOblique));
+  const double towards = -dot(out.normal, direction), facing = std::abs(towards);
+  // How far `middle` lies above the ray, towards the eye along the normal; zero where the ray meets it.
+  const double above = (towards < 0 ? -1 : 1) * dot(out.normal, out.middle - origin - t * direction);
+  out.t = std::max(0.0, t - (out.half + above) / std::max(facing, 1 / kMostOblique));
   out.point = origin + out.t * direction;
 }
 

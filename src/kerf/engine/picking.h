@@ -26,7 +26,7 @@ struct Picked {
 std::optional<Picked> pick(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction);
 
 /// As pick; a ray that passes the body by less than `near` metres meets the nearest edge. `middle` and `rest` are then on the
-/// body, nearest to the ray, and `point` is on the ray.
+/// body, nearest to the ray, and `point` is where the ray would meet the skin if this went on.
 std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction,
                                 double near);
 

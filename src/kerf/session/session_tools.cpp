@@ -29,9 +29,6 @@ constexpr double kLeastWay =
     1e-3;                        // mean collision edges: an edge that is no farther into what is uncut does not cut on
 constexpr double kAcross = 0.5;  // cosine between an edge's way and the way from a front to it, at least
 constexpr double kFrontNear = 0.3;  // mean collision edges: so near to the last pose a front says what the material did
-// Mean collision edges within which an edge in no material goes along with the nearest. Half: poses far apart enter a falling body a third of an edge beside
-// where the blade met it. Double: the same walls.
-constexpr double kGoesAlong = 8;
 constexpr double kCrossing = 0.25;  // mean collision edges between the points of an edge that material may go over
 constexpr double kOut =
     0.05;  // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass

@@ -18,5 +18,8 @@ inline constexpr double kLook = 0.02;
 
 /// Mean collision edges: material nearer to a lip, across the edge, is cut. Cuts run up to 0.2 beside the blade.
 inline constexpr double kBesideCut = 0.3;
+/// Mean collision edges within which an edge of a stroke by hand that is in no material goes along with the nearest. Half: poses far apart
+/// enter a falling body a third of an edge beside where the blade met it. Double: the same walls.
+inline constexpr double kGoesAlong = 8;
 
 }  // namespace kerf

@@ -75,6 +75,15 @@ int own(const std::string& path, int flags) {
   return -1;
 }
 
+/// Waits until what was written lies on the disk. 0, or an error number. Pipes, devices and some disks of a network can't be asked.
+int wait_for_disk(int descriptor) {
+  while (::fsync(descriptor) != 0) {
+    if (errno == EINVAL || errno == EROFS || errno == ENOTSUP || errno == ENOSYS) return 0;
+    if (errno != EINTR) return errno;
+  }
+  return 0;
+}
+
 /// Where a name leads over links, without `..`; of folders that are not there yet the names count. Empty: nowhere.
 std::string place_of(std::string path) {
   std::error_code code;
@@ -215,10 +224,14 @@ void ReplacingFile::flush() {
 
 Status ReplacingFile::commit() {
   flush();
+  // The data goes before the name: a name that outlived a power cut without its data would be an empty file.
+  if (failure_.empty())
+    if (const int error = wait_for_disk(descriptor_); error != 0) fail(error);
   // Some disks say only on closing that they are full. A second descriptor is closed: the lock goes with the first, and the
   // file must be this writer's own until it has its name.
   if (const int second = descriptor_ >= 0 ? ::dup(descriptor_) : -1; second >= 0 && ::close(second) != 0) fail(errno);
-  if (failure_.empty() && !temporary_.empty()) {
+  const bool renames = !temporary_.empty();
+  if (failure_.empty() && renames) {
     if (::rename(temporary_.c_str(), path_.c_str()) != 0) {
       fail(errno);
     } else {
@@ -227,7 +240,7 @@ Status ReplacingFile::commit() {
   }
   if (failure_.empty() && ::close(std::exchange(descriptor_, -1)) != 0) fail(errno);
   if (!failure_.empty()) return failed(failure_);
-  return {};
+  return renames ? keep_names(parent_of(path_)) : Status{};
 }
 
 Status check_can_be_written(const std::string& path) {
@@ -262,6 +275,14 @@ FolderLock::FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(
 
 FolderLock::~FolderLock() {
   if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Status keep_names(const std::string& folder) {
+  const Descriptor open{::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
+  const int error = open.value < 0 ? 0 : wait_for_disk(open.value);  // a folder that may not be listed can't be asked
+  if (error == 0) return {};
+  return failed(
+      fmt::format("{}: the names of new files there may not last ({}); check the disk", folder, std::strerror(error)));
 }
 
 Status replace_file(const std::string& path, std::string_view bytes) {

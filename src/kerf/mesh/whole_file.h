@@ -1,4 +1,4 @@
-// Files read in one go, and files replaced in one go: a killed run leaves the old file or the new one.
+// Files read in one go, and files replaced in one go: a killed run or a power cut leaves the old file or the new one.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ struct FileBytes {
 Result<FileBytes> read_whole_file(const std::string& path);
 
 /// Collects what is written in a temporary file beside the target; commit() renames it over the target.
-/// Without commit() nothing of the target changes. Symbolic links stay: what they lead to is replaced. Devices and pipes
+/// Without commit() nothing of the target changes. After commit() the new file lasts: it is on its disk, and so is its name. Symbolic links stay: what they lead to is replaced. Devices and pipes
 /// are written in place. What killed writers of the same file left beside it is removed, what living ones have is not.
 /// Not copyable.
 class ReplacingFile {
@@ -33,7 +33,8 @@ class ReplacingFile {
 
   /// Appends bytes; the first failure is kept and returned by commit().
   void write(std::string_view bytes);
-  /// Flushes and puts the new file in place of the old one. Call once.
+  /// Puts the new file in place of the old one, on the disk. Call once. Failure: the old file is still there, or the new one is and its
+  /// name may not last. Cost: two waits for the disk, a few ms each.
   Status commit();
 
  private:
@@ -72,6 +73,10 @@ class FolderLock {
   FolderLock() = default;
   int descriptor_ = -1;
 };
+
+/// Names made, changed or removed in a folder last once this returns. Failure: the disk says that they may not. Disks and folders that
+/// can't be asked are no failure.
+Status keep_names(const std::string& folder);
 
 /// Replaces a file by these bytes.
 Status replace_file(const std::string& path, std::string_view bytes);

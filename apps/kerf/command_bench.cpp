@@ -28,8 +28,11 @@ int run_bench(const BenchCommand& options) {
   how.cuts = options.cuts;
   how.quick = options.quick;
   how.rows = options.rows;
-  if (!options.out.empty())
-    if (const Status made = make_folder(options.out); !made) return report(made.error());
+  if (!options.out.empty()) {
+    Status possible = make_folder(options.out);
+    if (possible) possible = check_places({{"the measurements", options.out / (options.what + ".json")}});
+    if (!possible) return report(possible.error());
+  }
   Result<bench::Run> run = [&] {
     ProgressBar bar(options.quiet);
     return options.what == "paper" ? bench::bench_paper(how, bar.callback()) : bench::bench_scale(how, bar.callback());

@@ -121,10 +121,11 @@ int cut_body(const CutOptions& options) {
   scene.body = body_named(options);
   scene.simulation.gravity = {};
   const std::vector<CommandFile> inputs = files_of(scene.body);
-  if (const Status apart = check_outputs(inputs, results_in(options.out, cut_files())); !apart)
-    return report(apart.error());
+  const std::vector<CommandFile> outputs = results_in(options.out, cut_files());
+  if (const Status apart = check_outputs(inputs, outputs); !apart) return report(apart.error());
   const Result<FolderLock> folder = take_result_folder(options.out);
   if (!folder) return report(folder.error());
+  if (const Status possible = check_places(outputs); !possible) return report(possible.error());
   Result<Session> session = [&] {
     ProgressBar bar;
     return Session::create(scene, bar.callback());

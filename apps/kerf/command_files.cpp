@@ -53,4 +53,9 @@ Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<C
   return {};
 }
 
+Status check_places(const std::vector<CommandFile>& outputs) {
+  for (const CommandFile& out : outputs) KERF_TRY(check_can_be_written(out.path.string()));
+  return {};
+}
+
 }  // namespace kerf::app

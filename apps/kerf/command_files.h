@@ -29,4 +29,7 @@ std::vector<std::filesystem::path> paths_of(const std::vector<CommandFile>& file
 /// To be asked before the work. Bad input: an output is an input or another output (same_file of whole_file.h); both are named.
 Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<CommandFile>& outputs);
 
+/// To be asked before the work, when the folders of the outputs are there. An error: the first that can't be written (check_can_be_written).
+Status check_places(const std::vector<CommandFile>& outputs);
+
 }  // namespace kerf::app

@@ -36,8 +36,11 @@ std::string scene_text(const MakeOptions& options, const Model& model) {
 Status write(const MakeOptions& options, const Model& model) {
   const auto name_of = [&](const char* mesh) { return fmt::format("{}.{}", mesh, options.format); };
   const auto file = [&](const char* mesh) { return (options.out / name_of(mesh)).string(); };
-  KERF_TRY(check_outputs({}, results_in(options.out, {name_of("visual"), name_of("collision"), "scene.toml"})));
+  const std::vector<CommandFile> outputs =
+      results_in(options.out, {name_of("visual"), name_of("collision"), "scene.toml"});
+  KERF_TRY(check_outputs({}, outputs));
   KERF_TRY(make_folder(options.out));
+  KERF_TRY(check_places(outputs));
   const bool obj = options.format == "obj";
   KERF_TRY(obj ? write_obj(file("visual"), model.visual) : write_ply(file("visual"), model.visual));
   KERF_TRY(obj ? write_obj(file("collision"), model.collision) : write_ply(file("collision"), model.collision));

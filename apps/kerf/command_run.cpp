@@ -225,10 +225,7 @@ int run_scene(const RunOptions& options) {
   if (const Status apart = check_outputs(inputs, outputs); !apart) return report(apart.error());
   const Result<FolderLock> folder = take_result_folder(options.out);
   if (!folder) return report(folder.error());
-  for (const std::filesystem::path& file : {options.record, options.out / "report.json"}) {
-    if (file.empty()) continue;
-    if (const Status possible = check_can_be_written(file.string()); !possible) return report(possible.error());
-  }
+  if (const Status possible = check_places(outputs); !possible) return report(possible.error());
 
   std::optional<ThreadLimit> limit;
   if (scene->simulation.threads > 0) limit.emplace(scene->simulation.threads);

@@ -154,6 +154,18 @@ TEST_F(Faults, PlacesThatCannotBeWrittenAreRefusedFirst) {
     refused(command, in(std::string(300, 'x')), "too long");
   }
   refused({"bind", "steak", "-o"}, "", "no file name given");
+  // Every result is looked at, not the report alone.
+  std::ofstream(in("quick.toml")) << "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n";
+  std::filesystem::create_directories(in("taken/visual.obj"));
+  std::filesystem::create_directories(in("bench/scale.json"));
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"run", in("quick.toml"), "-q", "-o"},
+                                             {"cut", "strip", "--from", "0,-0.1,0", "--to", "0,0.1,0", "-o"},
+                                             {"make", "strip", "-o"}}) {
+    refused(command, in("taken"), "taken/visual.obj: is a folder");
+    EXPECT_THAT(names_in("taken"), testing::ElementsAre("visual.obj")) << command[0];
+  }
+  refused({"bench", "scale", "--quick", "-q", "-o"}, in("bench"), "bench/scale.json: is a folder");
   EXPECT_THAT(left_over(), testing::IsEmpty());
 }
 

@@ -1,6 +1,8 @@
 #include "kerf/mesh/whole_file.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -116,6 +118,25 @@ TEST(WholeFile, WhatCannotBeWrittenIsKnownBeforehand) {
   if (std::filesystem::exists("/dev/full")) refused("/dev/full", "No space left", ErrorKind::kFailed);
   ASSERT_EQ(::mkfifo(folder.file("pipe").c_str(), 0600), 0);
   EXPECT_TRUE(check_can_be_written(folder.file("pipe")).ok());  // without waiting for a reader
+}
+
+TEST(WholeFile, ADiskThatTakesNoByteIsKnownBeforehand) {
+  const TemporaryFolder folder;
+  const std::string path = folder.put("a", "old");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ::signal(SIGXFSZ, SIG_IGN);
+    const rlimit none{0, 0};
+    ::setrlimit(RLIMIT_FSIZE, &none);
+    const Status possible = check_can_be_written(path);
+    ::_exit(!possible && possible.error().kind == ErrorKind::kFailed ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  EXPECT_EQ(TemporaryFolder::get(path), "old");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 
 TEST(WholeFile, OneFileIsKnownByAllItsNames) {

@@ -75,6 +75,9 @@ int own(const std::string& path, int flags) {
   return -1;
 }
 
+/// Is it the machine that has no room, for this user or at all?
+bool is_full(int error_number) { return error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG; }
+
 /// Waits until what was written lies on the disk. 0, or an error number. Pipes, devices and some disks of a network can't be asked.
 int wait_for_disk(int descriptor) {
   while (::fsync(descriptor) != 0) {
@@ -247,9 +250,11 @@ Status check_can_be_written(const std::string& path) {
   struct stat info {};
   if (::stat(path.c_str(), &info) == 0 && S_ISFIFO(info.st_mode)) return {};  // whoever reads it would see it end
   ReplacingFile file(path);
-  if (file.temporary_.empty() && file.descriptor_ >= 0 && ::write(file.descriptor_, "", 0) < 0) file.fail(errno);
+  // A full disk makes files, but takes no byte of them. A device gets none.
+  const std::size_t bytes = file.temporary_.empty() ? 0 : 1;
+  if (file.descriptor_ >= 0 && ::write(file.descriptor_, "", bytes) < 0) file.fail(errno);
   if (file.failure_.empty()) return {};
-  return file.error_number_ == ENOSPC ? failed(file.failure_) : bad_input(file.failure_);
+  return is_full(file.error_number_) ? failed(file.failure_) : bad_input(file.failure_);
 }
 
 bool same_file(const std::string& a, const std::string& b) {

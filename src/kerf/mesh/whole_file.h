@@ -51,7 +51,7 @@ class ReplacingFile {
 };
 
 /// Could a file be written there? Leaves nothing. To be asked before long work whose result goes there. Bad input: a folder,
-/// a name that can't be, no permission; failure: a device that is full.
+/// a name that can't be, no permission; failure: a disk that is full.
 Status check_can_be_written(const std::string& path);
 
 /// Do two names lead to one file: the same on its disk, or, where nothing is yet, one place in one folder? Symbolic links are followed.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <exception>
+#include <memory>
+#include <new>
 
 #include "exit_status.h"
 #include "folder.h"
@@ -10,8 +12,14 @@
 namespace kerf::app {
 namespace {
 
+/// Bytes that are kept for the report of a run that runs out of memory: some ten times what its first keys and their file take. At half
+/// there is still room; at double nothing changes.
+constexpr std::size_t kReportMemory = std::size_t{1} << 20;
+
+std::string report_file(const ReportedWork& what) { return (what.folder / "report.json").string(); }
+
 Status write_report(const ReportedWork& what, const RunState& state) {
-  return replace_file((what.folder / "report.json").string(), run_report_json(what.session, what.log, state));
+  return replace_file(report_file(what), run_report_json(what.session, what.log, state));
 }
 
 /// The report comes first and names what is still there of an earlier run, too: killed at any moment, it says so, and the next run knows
@@ -25,9 +33,17 @@ Status begin_report(const ReportedWork& what) {
   return remove_results(what.folder, earlier, what.files, what.inputs);
 }
 
+/// Where memory lacks for the whole report, it gets its first keys, and the work has failed.
 Status end_report(const ReportedWork& what, const Status& done) {
-  if (done) return write_report(what, {RunState::Status::kComplete, {}, what.files});
-  return write_report(what, {RunState::Status::kFailed, done.error().message, what.files});
+  try {
+    if (done) return write_report(what, {RunState::Status::kComplete, {}, what.files});
+    return write_report(what, {RunState::Status::kFailed, done.error().message, what.files});
+  } catch (const std::bad_alloc&) {
+    const Status lacking = done ? failed("not enough memory for the whole report") : done;
+    const RunState state{RunState::Status::kFailed, lacking.error().message, what.files};
+    KERF_TRY(replace_file(report_file(what), short_report_json(what.session, state)));
+    return lacking;
+  }
 }
 
 }  // namespace
@@ -38,15 +54,19 @@ Result<FolderLock> take_result_folder(const std::filesystem::path& folder) {
 }
 
 int work_reported(const ReportedWork& what, const std::function<Status()>& work) {
+  std::unique_ptr<volatile char[]> kept(new volatile char[kReportMemory]);
+  kept[0] = 0;  // else a compiler may leave it out
   Status done;
   try {
     done = begin_report(what);
     if (done) done = work();
   } catch (const std::exception& error) {
+    kept.reset();
     const char* lacks = what_lacks(error);
     (void)end_report(what, failed(lacks ? lacks : error.what()));
     throw;
   }
+  kept.reset();
   const Status told = end_report(what, done);
   const int status = done ? kSuccess : report(done.error());
   if (told || (!done && told.error().message == done.error().message)) return status;

@@ -14,6 +14,7 @@
 
 #include "exit_status.h"
 #include "session/make_session.h"
+#include "support/counted_new.h"
 
 namespace kerf::app::result_folder_test {
 namespace {
@@ -65,6 +66,27 @@ TEST_F(ResultFolder, AnExceptionIsToldAndGoesOn) {
   EXPECT_TRUE(report_has("\"status\": \"failed\"") && report_has("\"reason\": \"not enough memory"));
   EXPECT_THROW(work([]() -> Status { throw std::runtime_error("the disk is on fire"); }), std::runtime_error);
   EXPECT_TRUE(report_has("\"reason\": \"the disk is on fire\""));
+}
+
+// Not a byte is left, but what was kept for this.
+TEST_F(ResultFolder, ARunWithoutMemorySaysThatItFailed) {
+  log_.steps.resize(300'000);  // a whole report sorts their times
+  const auto used_up = []() -> Status {
+    memory_left = 0;
+    throw std::bad_alloc();
+  };
+  EXPECT_THROW(work(used_up), std::bad_alloc);
+  memory_left = kNoLimit;
+  EXPECT_TRUE(report_has("\"status\": \"failed\"") && report_has("\"reason\": \"not enough memory; use smaller"));
+  EXPECT_TRUE(report_has("\"simulated_seconds\"") && report_has("\"notes\""));
+  // The work was done; its report did not fit.
+  const auto done = [] {
+    memory_left = 0;
+    return Status{};
+  };
+  EXPECT_EQ(work(done), kRunFailed);
+  memory_left = kNoLimit;
+  EXPECT_TRUE(report_has("\"reason\": \"not enough memory for the whole report\""));
 }
 
 TEST_F(ResultFolder, AReportThatCannotBeWrittenIsAnError) {

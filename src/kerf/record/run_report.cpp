@@ -92,6 +92,22 @@ Json contact_json(const Session& session, const RunLog& log) {
           {"obstacles", obstacles}};
 }
 
+/// What a reader must know of a run, however it went.
+Json first_keys(const Session& session, const RunState& state) {
+  static constexpr const char* kStatus[] = {"running", "complete", "failed"};
+  Json report;
+  report["kerf_report_version"] = kReportVersion;
+  report["status"] = kStatus[static_cast<std::size_t>(state.status)];
+  if (state.status == RunState::Status::kFailed) report["reason"] = state.reason;
+  report["files"] = state.files;
+  report["scene"] = session.scene().name;
+  report["title"] = session.scene().title;
+  report["simulated_seconds"] = session.time();
+  report["time_step_seconds"] = session.time_step();
+  report["notes"] = session.notes();
+  return report;
+}
+
 }  // namespace
 
 Quantiles quantiles(std::vector<double> values) {
@@ -136,18 +152,12 @@ std::string overlap_note(const Session& session, const RunLog& log) {
       1e3 * deepest.metres, deepest.share, deepest.time);
 }
 
+std::string short_report_json(const Session& session, const RunState& state) {
+  return first_keys(session, state).dump(2) + "\n";
+}
+
 std::string run_report_json(const Session& session, const RunLog& log, const RunState& state) {
-  static constexpr const char* kStatus[] = {"running", "complete", "failed"};
-  Json report;
-  report["kerf_report_version"] = kReportVersion;
-  report["status"] = kStatus[static_cast<std::size_t>(state.status)];
-  if (state.status == RunState::Status::kFailed) report["reason"] = state.reason;
-  report["files"] = state.files;
-  report["scene"] = session.scene().name;
-  report["title"] = session.scene().title;
-  report["simulated_seconds"] = session.time();
-  report["time_step_seconds"] = session.time_step();
-  report["notes"] = session.notes();
+  Json report = first_keys(session, state);
   if (const std::string note = overlap_note(session, log); !note.empty()) report["notes"].push_back(note);
   report["counts"] = {{"start", json(log.counts_before)}, {"final", json(session.counts())}};
   report["state_hash"] = fmt::format("{:016x}", session.hash());

@@ -65,6 +65,9 @@ struct RunState {
 /// JSON text of the report. Keys are stable within one "version".
 std::string run_report_json(const Session& session, const RunLog& log, const RunState& state = {});
 
+/// The first keys of run_report_json, up to "notes". They need little memory, however large the body and however long the run.
+std::string short_report_json(const Session& session, const RunState& state);
+
 /// Median and 99th percentile (nearest rank) of values; zeros when there are none.
 struct Quantiles {
   double median = 0, p99 = 0, worst = 0;

@@ -230,22 +230,19 @@ TEST_F(Faults, NoResultReplacesWhatItIsMadeFrom) {
   for (const auto& [name, bytes] : before) EXPECT_EQ(contents(in(name)), bytes) << name;
 }
 
-// A steak whose punch of 0.004 s is so small that it is refused.
-constexpr const char* kRefusedLate =
-    "[body]\nmodel = \"steak\"\n[simulation]\nduration = 0.006\n[output]\npicture = false\n"
-    "[[command]]\nat = 0.004\ntype = \"punch\"\npoint = [0.05, 0, 0]\nradius = 0.001\n";
-
 constexpr const char* kQuick = "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n[output]\npicture = false\n";
 
 TEST_F(Faults, AReportSaysHowItsRunEnded) {
   const auto report = [&](const char* folder) { return contents(in(std::string(folder) + "/report.json")); };
-  std::ofstream(in("late.toml")) << kRefusedLate;
-  const Outcome late = kerf({"run", in("late.toml"), "-q", "-o", in("late")});
-  EXPECT_EQ(late.status, 2);
-  EXPECT_THAT(report("late"), HasSubstr("\"status\": \"failed\""));
-  EXPECT_THAT(report("late"), HasSubstr("late.toml:7: punch: too small"));
-  EXPECT_THAT(report("late"), HasSubstr("\"simulated_seconds\": 0.004,"));
-  EXPECT_TRUE(std::filesystem::exists(in("late/visual.obj"))) << "what there is is written";
+  // A frame that can't be written ends a run.
+  std::ofstream(in("frames.toml")) << kQuick << "positions = true\n";
+  std::filesystem::create_directories(in("broken/positions_000000.vtu"));
+  const Outcome broken = kerf({"run", in("frames.toml"), "-q", "-o", in("broken")});
+  EXPECT_EQ(broken.status, 1) << broken.text;
+  EXPECT_THAT(report("broken"), HasSubstr("\"status\": \"failed\""));
+  EXPECT_THAT(report("broken"), HasSubstr("positions_000000.vtu: is a folder"));
+  EXPECT_THAT(report("broken"), HasSubstr("\"simulated_seconds\": 0.0,"));
+  EXPECT_TRUE(std::filesystem::exists(in("broken/visual.obj"))) << "what there is is written";
   std::ofstream(in("whole.toml")) << kQuick;
   EXPECT_EQ(kerf({"run", in("whole.toml"), "-q", "-o", in("whole")}).status, 0);
   EXPECT_THAT(report("whole"), HasSubstr("\"status\": \"complete\""));
@@ -254,6 +251,21 @@ TEST_F(Faults, AReportSaysHowItsRunEnded) {
   EXPECT_THAT(report("air"), HasSubstr("\"reason\": \"cut: the blade met nothing"));
   EXPECT_EQ(kerf({"cut", "strip", "--from", "0,-0.1,0", "--to", "0,0.1,0", "-o", in("air")}).status, 0);
   EXPECT_THAT(report("air"), HasSubstr("\"status\": \"complete\""));
+}
+
+// A punch that is found to be too small at its time does not cost the run.
+TEST_F(Faults, ACommandThatTheBodyRefusesIsNotedInTheReport) {
+  std::ofstream(in("late.toml"))
+      << "[body]\nmodel = \"steak\"\n[simulation]\nduration = 0.006\n[output]\npicture = false\n"
+         "[[command]]\nat = 0.004\ntype = \"punch\"\npoint = [0.05, 0, 0]\nradius = 0.001\n";
+  const Outcome late = kerf({"run", in("late.toml"), "-o", in("late")});
+  EXPECT_EQ(late.status, 0) << late.text;
+  EXPECT_THAT(late.text, HasSubstr("note: " + in("late.toml") + ":7: punch: too small"));
+  const std::string report = contents(in("late/report.json"));
+  EXPECT_THAT(report, HasSubstr("\"status\": \"complete\""));
+  EXPECT_THAT(report, HasSubstr("late.toml:7: punch: too small"));
+  EXPECT_THAT(report, HasSubstr("; this command of 0.004 s was skipped"));
+  EXPECT_THAT(report, HasSubstr("\"simulated_seconds\": 0.006,"));
 }
 
 // Killed in the middle, a run leaves a report that does not look like that of a finished one, and that knows what is still there of an earlier one.

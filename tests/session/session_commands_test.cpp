@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kerf/session/session.h"
+#include "session/make_session.h"
 
 namespace kerf::session_commands_test {
 namespace {
@@ -63,6 +63,70 @@ TEST(SessionCommands, AnUndoBeyondTheFirstStrokeIsNotedAndTheRunGoesOn) {
   EXPECT_EQ(session->counts().pieces, 2);
   EXPECT_THAT(session->notes(), testing::IsSupersetOf({"scene.toml:12: there was no stroke left to undo",
                                                        "scene.toml:20: there was no stroke left to redo"}));
+}
+
+ScenePunch punch(Vec3 point, double radius) {
+  ScenePunch p;
+  p.frame = SceneFrame::kRest;
+  p.point = point;
+  p.radius = radius;
+  p.take = true;
+  return p;
+}
+
+/// Where the sheet has nothing left once a hole of 0.1 is punched there.
+SceneFixCommand fix_in_the_hole() {
+  SceneFixCommand fix;
+  fix.region.shape = SceneRegion::Shape::kSphere;
+  fix.region.center = {0.2, 0.2, 0};
+  fix.region.radius = 1e-3;
+  return fix;
+}
+
+TEST(SessionCommands, WhatTheBodyRefusesIsNotedAndTheRunGoesOn) {
+  Scene scene = sheet();
+  scene.file = "scene.toml";
+  scene.simulation.time_step = 0.01;
+  SceneGrasp grasp;
+  grasp.id = "g";
+  grasp.point = {-0.3, 0, 0};
+  SceneRemove remove;
+  remove.grasp = "g";
+  const SceneCommand hole{0, punch({0.2, 0.2, 0}, 0.1), 5}, held{0.01, grasp, 8}, last = blade(0.05, 0.03, -0.2);
+  scene.commands = {hole, held, last};
+  Session plain = test::make(scene);
+  ASSERT_TRUE(plain.step(10).ok());
+  scene.commands = {
+      hole, held, {0.02, fix_in_the_hole(), 12}, {0.03, punch({-0.2, 0.2, 0}, 1e-5), 16}, {0.04, remove, 20}, last};
+  Session session = test::make(scene);
+  const Status done = session.step(10);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  const auto note = [](const char* begin, const char* end) {
+    return testing::Contains(testing::AllOf(testing::StartsWith(begin), testing::EndsWith(end)));
+  };
+  EXPECT_THAT(session.notes(), note("scene.toml:12: the fix command holds nothing",
+                                    "move it onto the body; this command of 0.02 s was skipped"));
+  EXPECT_THAT(session.notes(), note("scene.toml:16: punch: too small", "; this command of 0.03 s was skipped"));
+  EXPECT_THAT(session.notes(), note("scene.toml:20: the body is in one piece", "; this command of 0.04 s was skipped"));
+  EXPECT_EQ(session.counts().pieces, 2) << "the blade after them cuts";
+  EXPECT_EQ(session.node_positions(), plain.node_positions()) << "to the bit as if they were not there";
+}
+
+TEST(SessionCommands, WhatIsRefusedByHandIsAnError) {
+  Session session = test::make(sheet());
+  ASSERT_TRUE(session.apply({0, punch({0.2, 0.2, 0}, 0.1)}).ok());
+  const std::size_t notes = session.notes().size();
+  EXPECT_FALSE(session.apply({0, fix_in_the_hole()}).ok());
+  EXPECT_FALSE(session.apply({0, punch({-0.2, 0.2, 0}, 1e-5)}).ok());
+  EXPECT_EQ(session.notes().size(), notes);
+}
+
+TEST(SessionCommands, WhatCouldNeverBeDoneEndsAStep) {
+  Scene scene = sheet();
+  SceneMove move;
+  move.id = "nobody";
+  scene.commands = {{0, move}};
+  EXPECT_FALSE(test::make(scene).step(1).ok());
 }
 
 TEST(SessionCommands, ABladeMayTurnOverBetweenTwoPoses) {

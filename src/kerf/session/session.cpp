@@ -186,7 +186,7 @@ Result<SessionStep> Session::step() {
          s.scene.commands[s.state.next_command].at < until - 0.5 * dt) {
     const SceneCommand& command = s.scene.commands[s.state.next_command];
     ++s.state.next_command;  // one that fails is not tried again at every step
-    KERF_TRY(s.apply(command));
+    KERF_TRY(s.apply_due(command));
   }
   if (s.state.stroke && s.state.stroke->from_command) KERF_TRY(s.advance_command_stroke(until));
   auto mechanics = s.advance();

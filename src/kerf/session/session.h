@@ -112,8 +112,9 @@ class Session {
   ~Session();
 
   // --- Time ------------------------------------------------------------------------------------------------------
-  /// One time step: the scene's commands that are due, the blade, mechanics. On an error the step was not taken: time,
-  /// positions and velocities are as before it; commands and cuts of this step that had succeeded stay.
+  /// One time step: the scene's commands that are due, the blade, mechanics. A punch, fix or removal that can't be done with what there is
+  /// of the body is skipped, and notes() says so. On an error the step was not taken: time, positions and velocities are as before it;
+  /// commands and cuts of this step that had succeeded stay.
   Result<SessionStep> step();
   /// n time steps; stops at the first error. None where n <= 0.
   Status step(int n);

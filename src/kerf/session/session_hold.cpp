@@ -16,6 +16,12 @@ constexpr double kGraspStiffness = 2;
 
 double least_cell_edge(const HexMesh& hex) { return std::min({hex.frame.cell.x, hex.frame.cell.y, hex.frame.cell.z}); }
 
+/// Is it what there is of the body that decides whether this can be done?
+bool depends_on_the_body(const SceneCommand& command) {
+  return std::holds_alternative<ScenePunch>(command.what) || std::holds_alternative<SceneFixCommand>(command.what) ||
+         std::holds_alternative<SceneRemove>(command.what);
+}
+
 }  // namespace
 
 std::vector<CollisionVertex> vertices_near(const std::vector<Vec3>& positions, Vec3 point, double radius) {
@@ -73,6 +79,13 @@ Status Session::Impl::apply(const SceneCommand& command) {
   Status done = std::visit(Visitor{*this, place}, command.what);
   if (!done && !place.empty()) return Error{done.error().kind, place + done.error().message};
   return done;
+}
+
+Status Session::Impl::apply_due(const SceneCommand& command) {
+  const Status done = apply(command);
+  if (done || !depends_on_the_body(command)) return done;
+  add_note(fmt::format("{}; this command of {:.6g} s was skipped", done.error().message, command.at));
+  return {};
 }
 
 void Session::Impl::lose_empty_grasps() {

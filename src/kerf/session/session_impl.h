@@ -271,6 +271,8 @@ struct Session::Impl {
   // session_hold.cpp
   /// `place` of the commands: where they stand in the scene file, for notes.
   Status apply(const SceneCommand& command);
+  /// The same in a step. What can't be done with what there is of the body is noted and skipped; what could never be done is an error.
+  Status apply_due(const SceneCommand& command);
   Status grasp(const SceneGrasp& what, const std::string& place);
   Status hold(const std::string& id, std::vector<CollisionVertex> points, std::optional<double> stiffness);
   Status move(const SceneMove& what);

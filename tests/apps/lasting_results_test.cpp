@@ -13,6 +13,7 @@
 namespace kerf::app::lasting_results_test {
 namespace {
 
+using test::TemporaryFolder;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 

@@ -15,6 +15,7 @@
 namespace kerf::glb_file_test {
 namespace {
 
+using test::TemporaryFolder;
 using ::testing::HasSubstr;
 using Triangle = std::array<std::int32_t, 3>;
 

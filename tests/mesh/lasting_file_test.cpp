@@ -12,6 +12,7 @@
 namespace kerf::lasting_file_test {
 namespace {
 
+using test::TemporaryFolder;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 

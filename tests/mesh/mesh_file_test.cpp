@@ -16,6 +16,7 @@
 namespace kerf::mesh_file_test {
 namespace {
 
+using test::TemporaryFolder;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 

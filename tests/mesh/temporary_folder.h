@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-namespace kerf {
+namespace kerf::test {
 
 class TemporaryFolder {
  public:
@@ -41,4 +41,4 @@ class TemporaryFolder {
   std::string path_;
 };
 
-}  // namespace kerf
+}  // namespace kerf::test

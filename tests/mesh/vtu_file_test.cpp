@@ -14,6 +14,7 @@
 namespace kerf::vtu_file_test {
 namespace {
 
+using test::TemporaryFolder;
 using ::testing::HasSubstr;
 
 std::string encoded(const std::string& bytes, std::size_t cut) {

@@ -14,6 +14,8 @@
 namespace kerf::whole_file_test {
 namespace {
 
+using test::TemporaryFolder;
+
 TEST(WholeFile, AnAbandonedFileLeavesTheOldOne) {
   const TemporaryFolder folder;
   const std::string path = folder.put("a", "old");

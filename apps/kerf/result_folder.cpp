@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
-#include <new>
 
 #include "exit_status.h"
 #include "folder.h"
@@ -33,17 +32,16 @@ Status begin_report(const ReportedWork& what) {
   return remove_results(what.folder, earlier, what.files, what.inputs);
 }
 
-/// Where memory lacks for the whole report, it gets its first keys, and the work has failed.
 Status end_report(const ReportedWork& what, const Status& done) {
-  try {
-    if (done) return write_report(what, {RunState::Status::kComplete, {}, what.files});
-    return write_report(what, {RunState::Status::kFailed, done.error().message, what.files});
-  } catch (const std::bad_alloc&) {
-    const Status lacking = done ? failed("not enough memory for the whole report") : done;
-    const RunState state{RunState::Status::kFailed, lacking.error().message, what.files};
-    KERF_TRY(replace_file(report_file(what), short_report_json(what.session, state)));
-    return lacking;
-  }
+  if (done) return write_report(what, {RunState::Status::kComplete, {}, what.files});
+  return write_report(what, {RunState::Status::kFailed, done.error().message, what.files});
+}
+
+/// First the keys for which little memory is enough: without any, the program may end while a half-made report is taken apart.
+void tell_failure(const ReportedWork& what, const std::string& why) {
+  const RunState state{RunState::Status::kFailed, why, what.files};
+  if (const Status told = replace_file(report_file(what), short_report_json(what.session, state)); !told) return;
+  (void)write_report(what, state);
 }
 
 }  // namespace
@@ -60,18 +58,18 @@ int work_reported(const ReportedWork& what, const std::function<Status()>& work)
   try {
     done = begin_report(what);
     if (done) done = work();
+    kept.reset();
+    const Status told = end_report(what, done);
+    const int status = done ? kSuccess : report(done.error());
+    if (told || (!done && told.error().message == done.error().message)) return status;
+    const int untold = report(told.error());
+    return done ? untold : status;
   } catch (const std::exception& error) {
     kept.reset();
     const char* lacks = what_lacks(error);
-    (void)end_report(what, failed(lacks ? lacks : error.what()));
+    tell_failure(what, !done ? done.error().message : lacks ? lacks : error.what());
     throw;
   }
-  kept.reset();
-  const Status told = end_report(what, done);
-  const int status = done ? kSuccess : report(done.error());
-  if (told || (!done && told.error().message == done.error().message)) return status;
-  const int untold = report(told.error());
-  return done ? untold : status;
 }
 
 }  // namespace kerf::app

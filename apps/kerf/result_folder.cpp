@@ -11,7 +11,7 @@
 namespace kerf::app {
 namespace {
 
-/// Bytes that are kept for the report of a run that runs out of memory: some ten times what its first keys and their file take. At half
+/// Bytes that are kept for the report of a run that runs out of memory: many times what its first keys and their file take. At half
 /// there is still room; at double nothing changes.
 constexpr std::size_t kReportMemory = std::size_t{1} << 20;
 

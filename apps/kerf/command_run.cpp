@@ -243,7 +243,8 @@ int run_scene(const RunOptions& options) {
   return work_reported(run.reported(inputs), [&] {
     Status done = run.simulate();
     Status written = run.write();
-    if (written) written = run.write_recording(*path);
+    const Status recorded = run.write_recording(*path);  // it may lie on another disk
+    if (written) written = recorded;
     run.summary();
     if (done) done = written;
     return done ? run.invariants() : done;

@@ -71,6 +71,7 @@ TEST_F(LastingResults, ADiskThatDoesNotTakeAResultFailsTheRun) {
   EXPECT_EQ(run(), kRunFailed);
   EXPECT_THAT(report(), HasSubstr("\"status\": \"failed\""));
   EXPECT_THAT(report(), HasSubstr("visual.obj: can't be written (Input/output error)"));
+  EXPECT_TRUE(std::filesystem::exists(folder_.file("r.kerfrec"))) << "the recording is saved all the same";
 }
 
 }  // namespace

@@ -56,6 +56,9 @@ struct CutScratch {
   std::array<std::vector<VisualVertex>, 3> part;
   std::vector<CollisionHalfEdge> flip_stack;
   std::vector<Vec3> displacement;
+  std::vector<Vec3f> bow;  // of the columns of a new wall
+  std::vector<double> bow_share;
+  std::vector<Vec3> bow_middle, bow_skin;
   DenseIndex slid_vertex, slid_face;
   DenseIndex crumb_seen;
   std::vector<CollisionTriangle> crumb_faces;

@@ -7,6 +7,7 @@
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/tolerances.h"
 #include "kerf/cutting/visual_walk.h"
+#include "kerf/cutting/wall_bow.h"
 
 namespace kerf::cut {
 
@@ -171,6 +172,15 @@ struct WallStrip {
   }
 };
 
+/// The line of a fresh tip bows as a column.
+void bow_line(VisualMesh& mesh, const Journaled<PoolIndex, VisualVertex>& pool, PoolRun line, Vec3 bow) {
+  if (bow == Vec3{}) return;
+  for (std::int32_t i = 0; i < line.count; ++i) {
+    const VisualVertex v = pool[line.at(i)];
+    mesh.rest.set(v, mesh.rest[v] + bow_share((i + 1.0) / (line.count + 1)) * bow);
+  }
+}
+
 void join(VisualMesh& mesh, VH a, VH b, bool barrier) {
   link(mesh, a, b);
   if (barrier) set_barrier(mesh, a);
@@ -192,8 +202,16 @@ void build_walls(CutContext& cut, CH h, CH g) {
   const Vec3 along = coarse.rest[coarse.to(h)] - coarse.rest[coarse.from(h)];
   const Vec3 up = coarse.offset[coarse.from(h)] + coarse.offset[coarse.to(h)];
   const Vec3 outward = normalized(cross(along, up));  // to the right of h
-  scratch.displacement.assign(static_cast<std::size_t>(inner) * static_cast<std::size_t>(std::max(0, layers - 1)),
-                              Vec3{});
+  find_wall_bows(cut, h);
+  scratch.displacement.clear();
+  for (std::int32_t k = 1; k <= inner; ++k)
+    for (int i = 1; i < layers; ++i)
+      scratch.displacement.push_back(bow_share(static_cast<double>(i) / layers) *
+                                     to_double(scratch.bow[static_cast<std::size_t>(k)]));
+  for (int e = 0; e < 2; ++e)
+    if (scratch.up[e].empty() && scratch.down[e].empty())
+      bow_line(mesh, body.chain_pool, coarse.line[e == 0 ? coarse.from(h) : coarse.to(h)],
+               to_double(e == 0 ? scratch.bow.front() : scratch.bow.back()));
   if (cut.options.roughness > 0) {
     Random random(cut.options.seed + 0x9e3779b97f4a7c15ull * static_cast<std::uint64_t>(h.value + 1));
     for (std::int32_t k = 0; k < inner; ++k) {
@@ -202,7 +220,7 @@ void build_walls(CutContext& cut, CH h, CH g) {
       const double amplitude = cut.options.roughness * norm(top - bottom) / layers;
       for (int i = 0; i < layers - 1; ++i)
         scratch.displacement[static_cast<std::size_t>(k) * static_cast<std::size_t>(layers - 1) +
-                             static_cast<std::size_t>(i)] = random.uniform(0, amplitude) * outward;
+                             static_cast<std::size_t>(i)] += random.uniform(0, amplitude) * outward;
     }
   }
 

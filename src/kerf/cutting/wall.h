@@ -18,6 +18,7 @@ PoolRun make_line(CutContext& cut, std::array<VisualVertex, 2> bound);
 /// points, mirrored diagonals. scratch.left/right hold the visual half-edges along the chains of h and g (in the order
 /// of h), scratch.down/up those along the opened lines at the start and the end of h (empty: tip, or rim): at the
 /// start `up` is on h's side and `down` on g's, at the end the other way round.
+/// scratch.chain: both chains with their ends.
 void build_walls(CutContext& cut, CollisionHalfEdge h, CollisionHalfEdge g);
 
 /// Cuts a wall from bound[+] to bound[-], two vertices of its chains; returns the new wall of the half towards the end of

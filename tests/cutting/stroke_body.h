@@ -50,7 +50,11 @@ struct StrokeBody {
     size.visual_triangles = visual_triangles;
     const auto model = make_model(name, size);
     EXPECT_TRUE(model.ok()) << (model.ok() ? "" : model.error().message);
-    auto bound = bind(model->visual, model->collision, {});
+    begin(model->visual, model->collision);
+  }
+  StrokeBody(const TriangleMesh& visual, const TriangleMesh& collision) { begin(visual, collision); }
+  void begin(const TriangleMesh& visual, const TriangleMesh& collision) {
+    auto bound = bind(visual, collision, {});
     EXPECT_TRUE(bound.ok()) << (bound.ok() ? "" : bound.error().message);
     body = std::move(bound->complex);
     const CollisionMesh& mesh = body.collision;

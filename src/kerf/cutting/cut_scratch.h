@@ -57,7 +57,7 @@ struct CutScratch {
   std::vector<CollisionHalfEdge> flip_stack;
   std::vector<Vec3> displacement;
   std::vector<Vec3f> bow;  // of the columns of a new wall
-  std::vector<double> bow_share;
+  std::vector<double> bow_along, bow_across;
   std::vector<Vec3> bow_middle, bow_skin;
   DenseIndex slid_vertex, slid_face;
   DenseIndex crumb_seen;

@@ -32,25 +32,34 @@ class WallOutline {
   }
 
   void find_bows() {
-    auto& share = scratch_.bow_share;
+    auto& along = scratch_.bow_along;  // shares of the way to the mid-surface: along the path, and across it
+    auto& across = scratch_.bow_across;
     auto& middle = scratch_.bow_middle;
-    share.clear();
+    along.clear();
+    across.clear();
     middle.clear();
     double highest = -HUGE_VAL;
+    bool straight = true;
     for (std::int32_t k = 0; k <= last_; ++k) {
       middle.push_back(straight_middle(k));
       const double height = height_over_skin(k, middle.back());
-      share.push_back(height > 0 ? 1 : 0);
+      const bool blocked = height > 0, ahead = !is_on_rim(k) && is_ahead(k, middle.back());
+      across.push_back(blocked ? 1 : 0);
+      along.push_back(blocked || ahead ? 1 : 0);
+      straight = straight && !blocked && !ahead;
       highest = std::max(highest, height);
     }
-    if (!(highest > 0)) return;
-    spread(share);
-    for (std::int32_t k = 0; k <= last_; ++k)
-      middle[at(k)] = lerp(middle[at(k)], lerp(end_[0], end_[1], parameter(k)), share[at(k)]);
+    if (straight) return;
+    spread(along);
+    spread(across);
+    for (std::int32_t k = 0; k <= last_; ++k) {
+      const Vec3 way = mid_surface(k) - middle[at(k)], forwards = dot(way, along_) * along_;
+      middle[at(k)] += along[at(k)] * forwards + across[at(k)] * (way - forwards);
+    }
     for (std::size_t e = 0; e < 2; ++e)
       if (rim_[e]) clear_rim(e, middle);
     for (std::int32_t k = 0; k <= last_; ++k)
-      if (!(height_over_skin(k, middle[at(k)]) < highest)) return;  // no better than straight
+      if (!(height_over_skin(k, middle[at(k)]) < std::max(highest, 0.0))) return;  // no better than straight
     for (std::int32_t k = 0; k <= last_; ++k) scratch_.bow[at(k)] = to_float(middle[at(k)] - straight_middle(k));
   }
 
@@ -62,6 +71,13 @@ class WallOutline {
   [[nodiscard]] Vec3 straight_middle(std::int32_t k) const {
     return lerp(end_of_column(0, k), end_of_column(1, k), 0.5);
   }
+  [[nodiscard]] Vec3 mid_surface(std::int32_t k) const { return lerp(end_[0], end_[1], parameter(k)); }
+  /// Is a column's middle far from its place of the mid-surface, along the path? Beyond a rim it may be in the open.
+  [[nodiscard]] bool is_ahead(std::int32_t k, Vec3 middle) const {
+    return std::fabs(dot(mid_surface(k) - middle, along_)) > kBowAhead * half_thickness_;
+  }
+  /// There a column is one vertex.
+  [[nodiscard]] bool is_on_rim(std::int32_t k) const { return (k == 0 && rim_[0]) || (k == last_ && rim_[1]); }
   [[nodiscard]] double parameter(std::int32_t k) const {
     return k <= 0 ? 0 : k >= last_ ? 1 : chain_parameter(cut_.body, h_, Side::kPlus, scratch_.chain[0][at(k)]);
   }
@@ -86,10 +102,9 @@ class WallOutline {
     for (std::int32_t strip = std::max(0, k - 1); strip <= std::min(k, last_ - 1); ++strip)
       for (std::size_t i = 0; i < 4; ++i) f(scratch_.bow_skin[4 * at(strip) + i], end_of_column(i / 2, k));
   }
-  /// Metres by which a column's middle is above one of these faces, margin included; > 0: it is in the way. A column on
-  /// the rim is one vertex, and never is.
+  /// Metres by which a column's middle is above one of these faces, margin included; > 0: they are in the way.
   [[nodiscard]] double height_over_skin(std::int32_t k, Vec3 middle) const {
-    if ((k == 0 && rim_[0]) || (k == last_ && rim_[1])) return -HUGE_VAL;
+    if (is_on_rim(k)) return -HUGE_VAL;
     double height = -HUGE_VAL;
     for_each_face(k, [&](Vec3 n, Vec3 on) { height = std::max(height, dot(n, middle - on)); });
     return height + kBowMargin * length_;

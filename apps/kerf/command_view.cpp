@@ -31,6 +31,12 @@ Result<std::uint64_t> random_number() {
   return value;
 }
 
+Result<std::string> random_word() {
+  const auto a = random_number(), b = random_number();
+  if (!a || !b) return a ? b.error() : a.error();
+  return fmt::format("{:016x}{:016x}", *a, *b);
+}
+
 bool is_loopback(const std::string& address) {
   return address.starts_with("127.") || address == "::1" || address == "localhost";
 }
@@ -47,7 +53,7 @@ std::vector<OfferedScene> offered_scenes(const std::vector<std::filesystem::path
   return out;
 }
 
-/// Opens the address in a browser if there is a display. The browser is not waited for.
+/// Opens the address in a browser if there is a display. The browser is not waited for. Other users of the machine can see the command line.
 void open_browser(const std::string& address) {
   const bool display = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
   if (!display) return;
@@ -131,10 +137,12 @@ int view_scene(const ViewOptions& options) {
   server_options.port = static_cast<std::uint16_t>(options.port);
   server_options.tries = options.port_given ? 0 : 20;
   server_options.dev_origin = options.dev_origin;
+  const auto token = random_word(), ticket = random_word();
+  if (!token || !ticket) return report(token ? ticket.error() : token.error());
+  server_options.token = options.token.empty() ? *token : options.token;
+  server_options.ticket = *ticket;
   if (!is_loopback(options.listen)) {
-    const auto a = random_number(), b = random_number();
-    if (!a || !b) return report(failed("the system gives no random numbers"));
-    server_options.token = fmt::format("{:016x}{:016x}", *a, *b);
+    server_options.any_literal = true;
     char name[256] = {};
     if (gethostname(name, sizeof name - 1) == 0) server_options.hosts = {name, std::string(name) + ".local"};
   }
@@ -145,10 +153,10 @@ int view_scene(const ViewOptions& options) {
   if (options.listen == "0.0.0.0")
     for (const std::string& own : network_addresses())
       fmt::print("from other machines: http://{}:{}/?token={}\n", own, server->port(), server_options.token);
-  if (!server_options.token.empty()) fmt::print("Whoever has this address can use the session.\n");
+  fmt::print("Whoever has this address can use the session.\n");
   fmt::print("Stop with Ctrl-C.\n");
   std::fflush(stdout);
-  if (!options.no_browser) open_browser(address);
+  if (!options.no_browser) open_browser(server->opening_address());
   server->run();
   fmt::print("kerf view: stopped.\n");
   return kSuccess;

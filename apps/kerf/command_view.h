@@ -14,6 +14,7 @@ struct ViewOptions {
   std::string listen = "127.0.0.1";
   std::string page;  ///< folder of the page's files instead of the built-in ones
   std::string dev_origin;
+  std::string token;                ///< that pages must know; empty: one that nobody can guess
   std::vector<std::string> meshes;  ///< folders with mesh files, beside the scenes' own
   bool no_browser = false;
   bool scripted = false;  ///< the scene's own commands too

@@ -200,6 +200,15 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
   command->callback([&options, &chosen] { chosen = [&options] { return cut_body(options); }; });
 }
 
+/// Empty, or what is wrong with a token.
+std::string is_token(const std::string& token) {
+  const bool plain = std::all_of(token.begin(), token.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+  });
+  if (plain && token.size() >= 8 && token.size() <= 128) return {};
+  return "a token is 8 to 128 letters, digits, - and _";
+}
+
 void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("view", "Cut it yourself, in a browser");
   command->add_option("SCENE", options.scene,
@@ -210,7 +219,13 @@ void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen)
           ->check(CLI::Range(0, 65535));
   command->add_option("--listen", options.listen,
                       "Address to listen on; default: this machine only. Others (0.0.0.0: all) are for tablets and "
-                      "headsets, and need the token in the printed address");
+                      "headsets");
+  command
+      ->add_option(
+          "--token", options.token,
+          "What an address must end with to use the session: 8 to 128 letters, digits, - and _. Default: a new "
+          "one that nobody can guess")
+      ->check(CLI::Validator(is_token, "WORD"));
   command->add_option("--page", options.page, "Serve the page from this folder instead of the built-in one");
   command->add_option("--meshes", options.meshes, kMeshesHelp);
   command->add_option("--dev-origin", options.dev_origin, "One more origin that may connect (page development)");

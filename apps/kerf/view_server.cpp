@@ -56,7 +56,7 @@ constexpr std::size_t kMostRequestHeader = 16 << 10;
 
 /// What the page may load: its own files, images that it makes, a socket to us.
 constexpr const char* kPolicy =
-    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self' ws: wss:; "
+    "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self'; "
     "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 std::string_view view(beast::string_view s) { return {s.data(), s.size()}; }
@@ -217,6 +217,13 @@ struct ViewServer::Impl {
   void flush();
   void give_memory_back();
   void shut_down();
+  /// "http://address:port/"
+  [[nodiscard]] std::string root() const {
+    const bool brackets = options.address.find(':') != std::string::npos;
+    return fmt::format("http://{}{}{}:{}/", brackets ? "[" : "", options.address, brackets ? "]" : "", port);
+  }
+  /// Is it the ticket? It then is used up.
+  bool take_ticket(std::string_view ticket);
   [[nodiscard]] bool host_allowed(std::string_view host) const;
   [[nodiscard]] bool origin_allowed(std::string_view origin) const;
 };
@@ -383,6 +390,12 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     }
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(request, http::status::method_not_allowed, "Only GET and HEAD.");
+    if (path == "/" && server_.take_ticket(query_value(target, "ticket"))) {
+      auto response = make(request, http::status::see_other, "text/plain; charset=utf-8");
+      response->set(http::field::location, "/?token=" + server_.options.token);
+      response->set(http::field::cache_control, "no-store");
+      return send(request, response);
+    }
     if (server_.options.reload) server_.page = server_.options.reload();
     const auto found = server_.page.find(std::string(path));
     if (found == server_.page.end()) return refuse(request, http::status::not_found, "There is no such file.");
@@ -591,12 +604,18 @@ bool ViewServer::Impl::host_allowed(std::string_view host) const {
   if (std::any_of(options.hosts.begin(), options.hosts.end(),
                   [&](const std::string& h) { return same_letters(name, h); }))
     return true;
-  // Listening beyond loopback with a token: any literal address is fine (no name, so no rebinding).
-  if (options.token.empty() || name.empty()) return false;
+  // No name, so nobody else could have pointed it here.
+  if (!options.any_literal || name.empty()) return false;
   error_code error;
   const std::string literal(name.front() == '[' && name.back() == ']' ? name.substr(1, name.size() - 2) : name);
   (void)asio::ip::make_address(literal, error);
   return !error;
+}
+
+bool ViewServer::Impl::take_ticket(std::string_view ticket) {
+  if (options.ticket.empty() || !same_token(ticket, options.ticket)) return false;
+  options.ticket.clear();
+  return true;
 }
 
 bool ViewServer::Impl::origin_allowed(std::string_view origin) const {
@@ -618,11 +637,10 @@ Result<ViewServer> ViewServer::create(Engine engine, PageFiles page, const Serve
 
 std::uint16_t ViewServer::port() const { return impl_->port; }
 std::string ViewServer::address() const {
-  std::string host = impl_->options.address;
-  if (host.find(':') != std::string::npos) host = "[" + host + "]";
-  std::string out = fmt::format("http://{}:{}/", host, impl_->port);
-  if (!impl_->options.token.empty()) out += "?token=" + impl_->options.token;
-  return out;
+  return impl_->root() + (impl_->options.token.empty() ? "" : "?token=" + impl_->options.token);
+}
+std::string ViewServer::opening_address() const {
+  return impl_->options.ticket.empty() ? address() : impl_->root() + "?ticket=" + impl_->options.ticket;
 }
 const Engine& ViewServer::engine() const { return impl_->engine; }
 

@@ -31,7 +31,9 @@ struct ServerOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;          ///< 0: any free one
   int tries = 20;                     ///< ports after `port` that are tried when it is taken
-  std::string token;                  ///< not empty: pages must know it (addresses other than loopback)
+  std::string token;                  ///< not empty: pages must know it
+  std::string ticket;                 ///< not empty: leads the first page that brings it to the token
+  bool any_literal = false;           ///< a Host that is a number is ours: for addresses beyond loopback
   std::vector<std::string> hosts;     ///< names that a page may reach us by, beside loopback ones and `address`
   std::string dev_origin;             ///< one more origin that may connect (page development)
   std::function<PageFiles()> reload;  ///< set: files are read again for every request
@@ -47,6 +49,8 @@ class ViewServer {
   [[nodiscard]] std::uint16_t port() const;
   /// Address to type into a browser, token included.
   [[nodiscard]] std::string address() const;
+  /// The same for a command line, which other users can see: good once.
+  [[nodiscard]] std::string opening_address() const;
   /// Serves until stop(), SIGINT or SIGTERM. `signals`: watch for them.
   void run(bool signals = true);
   /// From any thread.

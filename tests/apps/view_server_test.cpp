@@ -129,9 +129,26 @@ TEST(ViewServer, ForeignHostsAndOriginsAreRefused) {
   EXPECT_FALSE(SocketPage(server.port(), {"evil.example:" + port, ""}).open);
 }
 
-TEST(ViewServer, BeyondThisMachineATokenIsNeeded) {
+// Other users of this machine see the command line of the browser that is opened.
+TEST(ViewServer, TheAddressOfACommandLineIsGoodOnce) {
   ServerOptions options = Running::any_port();
   options.token = "0123456789abcdef";
+  options.ticket = "fedcba9876543210";
+  const Running server(options);
+  EXPECT_TRUE(is(get(server.port(), "/?ticket=fedcba9876543211"), 200));
+  const auto led = get(server.port(), "/?ticket=fedcba9876543210");
+  EXPECT_TRUE(is(led, 303));
+  EXPECT_NE(led.first.find("Location: /?token=0123456789abcdef\r\n"), std::string::npos) << led.first;
+  EXPECT_NE(led.first.find("Cache-Control: no-store"), std::string::npos);
+  const auto again = get(server.port(), "/?ticket=fedcba9876543210");
+  EXPECT_TRUE(is(again, 200));
+  EXPECT_EQ((again.first + again.second).find("0123456789abcdef"), std::string::npos);
+}
+
+TEST(ViewServer, ATokenIsNeeded) {
+  ServerOptions options = Running::any_port();
+  options.token = "0123456789abcdef";
+  options.any_literal = true;
   const Running server(options);
   EXPECT_FALSE(SocketPage(server.port()).open);
   EXPECT_FALSE(SocketPage(server.port(), {"", "", "/engine?token=0123456789abcdeg"}).open);

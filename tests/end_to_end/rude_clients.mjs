@@ -17,7 +17,7 @@ const below = (n) => Math.floor(random() * n);
 const kProtocol = 5;
 
 // --- The server
-const child = spawn(program, ['view', 'trainer', '--port', '0', '--no-browser'], { stdio: ['ignore', 'pipe', 'pipe'] });
+const child = spawn(program, ['view', 'trainer', '--port', '0', '--no-browser', '--token', 'token-of-this-test'], { stdio: ['ignore', 'pipe', 'pipe'] });
 let said = '', over = null;
 const exited = new Promise((done) => child.on('exit', (code, signal) => { over = { code, signal }; done(over); }));
 child.stderr.on('data', (b) => { said += b; });
@@ -65,7 +65,7 @@ function frame(payload, opcode = 2) {
   for (let i = 0; i < n; i++) body[i] ^= mask[i & 3];
   return Buffer.concat([head, mask, body]);
 }
-const upgrade = (key) => `GET /engine HTTP/1.1\r\nHost: 127.0.0.1:${port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: ${key}\r\n\r\n`;
+const upgrade = (key) => `GET /engine?token=token-of-this-test HTTP/1.1\r\nHost: 127.0.0.1:${port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: ${key}\r\n\r\n`;
 
 const open = new Set(), done = {};
 function connect(use) {

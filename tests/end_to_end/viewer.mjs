@@ -27,7 +27,7 @@ mkdirSync(out, { recursive: true });
 const servers = new Set(), errors = [];
 function startServer(scene, port = 0) {
   return new Promise((done, fail) => {
-    const child = spawn(program, ['view', scene, '--port', String(port), '--no-browser', '--page', join(viewer, 'dist')], { stdio: ['ignore', 'pipe', 'pipe'] });
+    const child = spawn(program, ['view', scene, '--port', String(port), '--no-browser', '--token', 'token-of-this-test', '--page', join(viewer, 'dist')], { stdio: ['ignore', 'pipe', 'pipe'] });
     servers.add(child);
     let text = '';
     const exited = new Promise((r) => child.on('exit', (code, signal) => {

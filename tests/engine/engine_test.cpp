@@ -1041,6 +1041,27 @@ std::string square(int n, double z) {
   return out;
 }
 
+// Names of files have up to 255 bytes in any script; that of the scene ends with a whole character.
+TEST(Engine, UploadedMeshesMayHaveLongNamesInAnyScript) {
+  Table table;
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  const std::string visual = square(12, 0);
+  std::uint32_t number = 0;
+  for (const std::string letter : {"\xe5\x8d\x8a", "\xd0\xb6", "\xf0\x9f\xa5\xa9", "x\x7f"})
+    for (const char* before : {"", "a", "ab", "abc"}) {
+      std::string name = before;
+      while (name.size() + letter.size() + 4 <= 255) name += letter;
+      table.tell(page, page_upload(++number, 0, name + ".obj", 0, static_cast<std::uint32_t>(visual.size()), visual));
+      table.load(page, page_command(number, kLoadUpload, {static_cast<double>(number)}, "0.05"));
+      for (const auto& e : p.errors) ADD_FAILURE() << name << ": " << e.text;
+      p.errors.clear();
+      EXPECT_LE(p.name.size(), 80u);
+      EXPECT_GT(p.name.size(), 76u);
+      EXPECT_TRUE(letter[0] == 'x' || name.starts_with(p.name)) << p.name;
+    }
+}
+
 TEST(Engine, UploadedMeshesAreLoaded) {
   Table table;
   const auto page = table.join();

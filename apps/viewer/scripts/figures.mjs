@@ -65,7 +65,7 @@ async function view(name, text, width, height, use, scale = 2) {
     });
     const viewport = quick ? { width, height: Math.round(height / 2) } : { width, height };
     return await withPage({ url, viewport, scale: quick ? 1 : scale }, async (page) => {
-      await page.goto(`${url}?ui=0&stage=plain&quality=${quick ? 'lite' : 'full'}`);
+      await page.goto(`${url}&ui=0&stage=plain&quality=${quick ? 'lite' : 'full'}`);
       await ready(page);
       return await use(new Shown(page));
     });

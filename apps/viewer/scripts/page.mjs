@@ -27,7 +27,7 @@ export async function serve(folder) {
       response.writeHead(200, {
         'Content-Type': kTypes[extname(path)] ?? 'application/octet-stream',
         'Content-Security-Policy':
-          "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws: wss:; object-src 'none'; base-uri 'none'; frame-ancestors 'none'",
+          "default-src 'self'; img-src 'self' blob: data:; connect-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'",
       });
       response.end(body);
     } catch {

@@ -24,6 +24,7 @@ constexpr int kMostSingleSteps = 1000;
 constexpr double kMostGravity = 1e3;                  ///< m/s^2
 constexpr double kLeastUnit = 1e-9, kMostUnit = 1e3;  ///< metres
 constexpr std::size_t kMostUploadParts = 16;
+constexpr std::size_t kMostNameBytes = 80;  ///< of an upload's scene: names of files have 255, with an ending
 constexpr std::array<std::string_view, 5> kMeshEndings{".obj", ".ply", ".stl", ".off", ".kerf"};
 
 std::string lower_extension(const std::string& name) {
@@ -37,8 +38,10 @@ std::string lower_extension(const std::string& name) {
 std::string plain_stem(const std::string& name) {
   std::string out = std::filesystem::path(name).stem().string();
   for (char& c : out)
-    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';
-  return out.empty() ? "upload" : out.substr(0, 80);
+    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32 || c == 127) c = '_';
+  std::size_t end = std::min(out.size(), kMostNameBytes);
+  while (end < out.size() && (static_cast<unsigned char>(out[end]) & 0xC0) == 0x80) --end;  // not inside a character
+  return end == 0 ? "upload" : out.substr(0, end);
 }
 
 /// Whole numbers from `least` to `most`.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "kerf/binding/bind.h"
 #include "kerf/binding/validate_binding.h"
@@ -55,6 +56,19 @@ TEST(BindBadInput, Meshes) {
   m = good;
   for (Vec3& p : m.visual.positions) p = 1e150 * p;
   expect_error(m.visual, m.collision, {"visual mesh", "size"});
+}
+
+TEST(BindBadInput, AFanThatWouldTakeMinutesIsRefusedAtOnce) {
+  constexpr int kSpokes = 200000;
+  TriangleMesh wheel;
+  wheel.positions.push_back({});
+  for (int i = 0; i < kSpokes; ++i) {
+    const double a = 2 * std::numbers::pi * i / kSpokes;
+    wheel.positions.push_back({std::cos(a), std::sin(a), 0});
+    wheel.triangles.push_back({VertexId(0), VertexId(i + 1), VertexId((i + 1) % kSpokes + 1)});
+  }
+  expect_error(wheel, make("steak").collision, {"visual mesh", "vertex 1 has 200000 triangles", "5000", "re-mesh"});
+  expect_error(make("steak").visual, wheel, {"collision mesh", "vertex 1 has 200000 triangles"});
 }
 
 TEST(BindBadInput, BordersThatDoNotCorrespond) {

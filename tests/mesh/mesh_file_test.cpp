@@ -128,6 +128,53 @@ TEST(MeshFile, MarkOfUtf8IsSkipped) {
   EXPECT_EQ(mesh->positions.raw()[0].x, 5);
 }
 
+TEST(MeshFile, GroupsAreNumberedByFirstAppearance) {
+  std::vector<std::string> names;
+  const auto mesh = parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\ng b\nf 1 2 3\ng  a b \nf 1 2 3\ng b\nf 1 2 3\ng\nf 1 2 3\n",
+                              "a.obj", &names);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  EXPECT_EQ(mesh->group.raw(), (std::vector<std::int32_t>{0, 1, 0, 2}));
+  EXPECT_EQ(names, (std::vector<std::string>{"b", "a b", ""}));
+}
+
+// 20 s where a name is looked for among all others.
+TEST(MeshFile, AHundredThousandGroups) {
+  constexpr int kGroups = 100000;
+  std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  for (int i = 0; i < 2 * kGroups; ++i) text += fmt::format("g group_{}\nf 1 2 3\n", i % kGroups);
+  std::vector<std::string> names;
+  const auto mesh = parse_obj(text, "groups.obj", &names);
+  ASSERT_TRUE(mesh) << mesh.error().message;
+  ASSERT_EQ(names.size(), std::size_t{kGroups});
+  EXPECT_EQ(names.back(), "group_99999");
+  for (int i = 0; i < 2 * kGroups; ++i) ASSERT_EQ(mesh->group[TriangleId(i)], i % kGroups);
+}
+
+TEST(MeshFile, APolygonOf200000CornersInEveryFormat) {
+  constexpr int kCorners = 200000;
+  std::string obj,
+      off = fmt::format("OFF\n{} 1 0\n", kCorners),
+      ply = fmt::format(
+          "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+          "element face 1\nproperty list int int vertex_indices\nend_header\n",
+          kCorners);
+  std::string from_one = "f", from_zero = fmt::format("{}", kCorners);
+  for (int i = 0; i < kCorners; ++i) {
+    const std::string place = fmt::format("{} {} 0\n", i % 1000, i / 1000);
+    obj += "v " + place;
+    off += place;
+    ply += place;
+    from_one += fmt::format(" {}", i + 1);
+    from_zero += fmt::format(" {}", i);
+  }
+  for (const auto& mesh : {parse_obj(obj + from_one + "\n", "a.obj"), parse_off(off + from_zero + "\n", "a.off"),
+                           parse_ply(ply + from_zero + "\n", "a.ply")}) {
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    ASSERT_EQ(mesh->triangles.size(), std::size_t{kCorners - 2});
+    EXPECT_EQ(mesh->triangles[TriangleId(kCorners - 3)], tri(0, kCorners - 2, kCorners - 1));
+  }
+}
+
 TEST(MeshFile, ObjFacesMayComeBeforeTheirVertices) {
   const auto mesh = parse_obj("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", "x.obj");
   ASSERT_TRUE(mesh.ok()) << mesh.error().message;

@@ -13,6 +13,7 @@
 #include "kerf/mesh/half_edge_build.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_measures.h"
+#include "kerf/mesh/surface_tolerances.h"
 #include "support/source_dir.h"
 
 namespace kerf::surface_check_test {
@@ -159,6 +160,57 @@ std::string refused(const TriangleMesh& mesh, const SurfaceRequirements& require
   EXPECT_FALSE(report.ok());
   EXPECT_EQ(copy.triangles, mesh.triangles) << "a refused surface must stay as it was";
   return report.ok() ? "" : report.error().message;
+}
+
+// A wheel: a hub with so many triangles around it.
+TriangleMesh wheel_mesh(int spokes) {
+  TriangleMesh mesh;
+  mesh.positions.push_back({});
+  for (int i = 0; i < spokes; ++i) {
+    const double a = 2 * std::numbers::pi * i / spokes;
+    mesh.positions.push_back({std::cos(a), std::sin(a), 0});
+    mesh.triangles.push_back(tri(0, i + 1, (i + 1) % spokes + 1));
+  }
+  return mesh;
+}
+
+TEST(SurfaceCheck, WheelsAreFineButTooLargeToBind) {
+  TriangleMesh mesh = wheel_mesh(50000);
+  accepted(mesh);
+  SurfaceRequirements bindable;
+  bindable.bindable = true;
+  EXPECT_THAT(refused(mesh, bindable), AllOf(HasSubstr("vertex 1 at (0, 0, 0) has 50000 triangles around it"),
+                                             HasSubstr("5000 are the most"), HasSubstr("re-mesh")));
+  mesh = wheel_mesh(static_cast<int>(kMostAround));
+  accepted(mesh, bindable);
+}
+
+// Each is free once the one after it has gone: from the last to the first.
+TEST(SurfaceCheck, ARowOfFlatTrianglesGoesFromItsFreeEnd) {
+  constexpr int kFlat = 20000;
+  TriangleMesh mesh;
+  for (int i = 0; i <= kFlat + 1; ++i) mesh.positions.push_back({static_cast<double>(i), 0, 0});
+  mesh.positions.push_back({0, 1, 0});
+  mesh.triangles.push_back(tri(1, 0, kFlat + 2));
+  for (int i = 1; i <= kFlat; ++i) mesh.triangles.push_back(tri(0, i, i + 1));
+  EXPECT_THAT(accepted(mesh).repairs,
+              ElementsAre("dropped 20000 triangles without area", "dropped 20000 vertices that no triangle uses"));
+  EXPECT_EQ(mesh.triangles.size(), 1U);
+}
+
+TEST(SurfaceCheck, FlatTrianglesOnOneEdgeGo) {
+  constexpr int kFlat = 50000;
+  TriangleMesh mesh;
+  mesh.positions.push_back({0, 0, 0});
+  mesh.positions.push_back({1, 0, 0});
+  mesh.positions.push_back({0, 1, 0});
+  mesh.triangles.push_back(tri(0, 1, 2));
+  for (int i = 0; i < kFlat; ++i) {
+    mesh.positions.push_back({(i + 1.0) / (kFlat + 1), 0, 0});
+    mesh.triangles.push_back(tri(0, 1, 3 + i));
+  }
+  EXPECT_THAT(accepted(mesh).repairs,
+              ElementsAre("dropped 50000 triangles without area", "dropped 50000 vertices that no triangle uses"));
 }
 
 TEST(SurfaceMeasures, ClosedForms) {

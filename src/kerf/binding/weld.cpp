@@ -10,6 +10,8 @@
 #include "kerf/base/parallel.h"
 #include "kerf/base/prefetch.h"
 #include "kerf/binding/tolerances.h"
+#include "kerf/mesh/surface_edges.h"
+#include "kerf/mesh/surface_tolerances.h"
 
 namespace kerf {
 namespace {
@@ -126,6 +128,14 @@ Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
     return bad_input(
         fmt::format("{}: triangle {} (vertices {}, {}, {}) has no area; remove it or move its vertices apart", name,
                     f + 1, t[0].value + 1, t[1].value + 1, t[2].value + 1));
+  }
+  std::vector<std::size_t> around(out.positions.size(), 0);
+  for (const auto& t : out.triangles)
+    for (const std::int32_t v : t) ++around[at(v)];
+  const auto most = std::max_element(around.begin(), around.end());
+  if (*most > kMostAround) {
+    const std::int32_t vertex = out.original[static_cast<std::size_t>(most - around.begin())];
+    return bad_input(fmt::format("{}: {}", name, large_fan_text(fmt::format("vertex {}", vertex + 1), *most)));
   }
   return out;
 }

@@ -21,7 +21,8 @@ struct WeldedSurface {
 
 /// Merges vertices at exactly equal positions and drops unused ones; ids stay as they are when there are none of either.
 /// Linear time. Bad input, naming vertex or triangle (1-based, of the input) after `name` ("visual mesh"): no triangles,
-/// indices out of range, coordinates that are not finite, a triangle without area, duplicate triangles.
+/// indices out of range, coordinates that are not finite, a triangle without area, duplicate triangles, more than kMostAround
+/// triangles at one vertex.
 Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name);
 
 }  // namespace kerf

@@ -34,33 +34,29 @@ Result<HalfEdgeArrays> build_half_edges(std::span<const std::array<std::int32_t,
       grouped[static_cast<std::size_t>(cursor[static_cast<std::size_t>(origin(h))]++)] = h;
   }
 
-  // Where each grouped half-edge goes, so that the searches below read consecutive memory.
-  std::vector<std::int32_t> target(grouped.size());
-  for (std::size_t i = 0; i < grouped.size(); ++i) target[i] = origin(next(grouped[i]));
-
   HalfEdgeArrays result;
   result.twin.reserve(static_cast<std::size_t>(half_edges) + 3 * room.triangles);
   result.outgoing.reserve(vertex_count + room.vertices);
   result.twin.assign(static_cast<std::size_t>(half_edges), -1);
   result.outgoing.assign(vertex_count, -1);
+  // What leaves vertex v, by its target: good while leaving_to[target] is v. What comes in is the half-edge before each that leaves.
+  std::vector<std::int32_t> leaving(vertex_count, -1), leaving_to(vertex_count, -1);
   for (std::size_t v = 0; v < vertex_count; ++v) {
     const auto a = static_cast<std::int32_t>(v);
     for (std::int32_t i = first[v]; i < first[v + 1]; ++i) {
-      const std::int32_t b = target[static_cast<std::size_t>(i)];
-      for (std::int32_t j = i + 1; j < first[v + 1]; ++j)
-        if (target[static_cast<std::size_t>(j)] == b)
-          return bad_input(
-              fmt::format("edge {}-{} is used by several triangles in the same direction: the surface is not "
-                          "manifold there, has duplicate triangles, or is not oriented consistently",
-                          a + 1, b + 1));
-      if (b < a) continue;  // found from the other end
-      for (std::int32_t j = first[static_cast<std::size_t>(b)]; j < first[static_cast<std::size_t>(b) + 1]; ++j)
-        if (target[static_cast<std::size_t>(j)] == a) {
-          const std::int32_t h = grouped[static_cast<std::size_t>(i)], g = grouped[static_cast<std::size_t>(j)];
-          result.twin[static_cast<std::size_t>(h)] = g;
-          result.twin[static_cast<std::size_t>(g)] = h;
-          break;
-        }
+      const std::int32_t h = grouped[static_cast<std::size_t>(i)], b = origin(next(h));
+      if (leaving_to[static_cast<std::size_t>(b)] == a)
+        return bad_input(
+            fmt::format("edge {}-{} is used by several triangles in the same direction: the surface is not "
+                        "manifold there, has duplicate triangles, or is not oriented consistently",
+                        a + 1, b + 1));
+      leaving_to[static_cast<std::size_t>(b)] = a;
+      leaving[static_cast<std::size_t>(b)] = h;
+    }
+    for (std::int32_t i = first[v]; i < first[v + 1]; ++i) {
+      const std::int32_t g = prev(grouped[static_cast<std::size_t>(i)]), b = origin(g);
+      if (leaving_to[static_cast<std::size_t>(b)] == a)
+        result.twin[static_cast<std::size_t>(g)] = leaving[static_cast<std::size_t>(b)];
     }
   }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <unordered_map>
 
 #include "kerf/mesh/first_seen.h"
 #include "kerf/mesh/mesh_file.h"
@@ -26,6 +27,21 @@ struct ForwardReferences {
   }
 };
 
+// Groups are numbered by the first appearance of their names, which are views of the file.
+class GroupNumbers {
+ public:
+  std::int32_t number(std::string_view name) {
+    const auto [at, is_new] = numbers_.emplace(name, static_cast<std::int32_t>(names_.size()));
+    if (is_new) names_.emplace_back(name);
+    return at->second;
+  }
+  std::vector<std::string> take_names() { return std::move(names_); }
+
+ private:
+  std::unordered_map<std::string_view, std::int32_t> numbers_;
+  std::vector<std::string> names_;
+};
+
 class ObjReader {
  public:
   ObjReader(std::string_view bytes, const std::string& name) : scanner_(bytes), name_(name) {
@@ -45,9 +61,9 @@ class ObjReader {
         KERF_TRY(read_texture());
       } else if (keyword == "usemtl") {
         uses_materials_ = true;
-        material_ = group_number(materials_, name_ahead());
+        material_ = materials_.number(scanner_.rest_of_line());
       } else if (keyword == "g" || keyword == "o") {
-        object_ = group_number(objects_, name_ahead());
+        object_ = objects_.number(scanner_.rest_of_line());
       } else if (!keyword.empty() && keyword[0] != '#' && first_unknown_ == 0 && !is_known(keyword)) {
         first_unknown_ = scanner_.line();
         unknown_word_ = TextScanner::shown(keyword);
@@ -72,7 +88,6 @@ class ObjReader {
     }
     return false;
   }
-  std::string name_ahead() { return std::string(scanner_.rest_of_line()); }
 
   // To the next line, over lines joined by a backslash.
   void skip_line() {
@@ -93,13 +108,6 @@ class ObjReader {
       ahead.next_line();
       scanner_ = ahead;
     }
-  }
-
-  static std::int32_t group_number(std::vector<std::string>& names, std::string name) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found != names.end()) return static_cast<std::int32_t>(found - names.begin());
-    names.push_back(std::move(name));
-    return static_cast<std::int32_t>(names.size() - 1);
   }
 
   Status read_vertex() {
@@ -235,7 +243,7 @@ class ObjReader {
       }
     }
     mesh.group.raw() = std::move(uses_materials_ ? material_groups_ : object_groups_);
-    if (group_names != nullptr) *group_names = std::move(uses_materials_ ? materials_ : objects_);
+    if (group_names != nullptr) *group_names = (uses_materials_ ? materials_ : objects_).take_names();
     return mesh;
   }
 
@@ -246,7 +254,7 @@ class ObjReader {
   std::vector<std::array<VertexId, 3>> triangles_;
   std::vector<std::array<std::int32_t, 3>> texture_corners_;
   std::vector<std::int32_t> material_groups_, object_groups_;
-  std::vector<std::string> materials_, objects_;
+  GroupNumbers materials_, objects_;
   std::int32_t material_ = -1, object_ = -1;
   bool uses_materials_ = false;
   ForwardReferences forward_vertices_, forward_texture_;

@@ -206,6 +206,7 @@ class SurfacePass {
     drop_collapsed();
     KERF_TRY(drop_duplicates());
     KERF_TRY(drop_flat());
+    KERF_TRY(check_fans());
     KERF_TRY(connect());
     KERF_TRY(orient());
     split_touching();
@@ -364,40 +365,48 @@ class SurfacePass {
     return norm(cross(b - a, c - a)) <= kFlatTriangle * longest * longest;
   }
 
-  // The uses of the edge between two vertices.
-  [[nodiscard]] std::span<const EdgeUse> edge_between(VertexId a, VertexId b) const {
+  // The place in uses_ of the first use of the edge that begins at this corner.
+  [[nodiscard]] std::size_t first_use(std::int32_t h) const {
+    const VertexId a = from(h), b = from(h % 3 == 2 ? h - 2 : h + 1);
     const EdgeUse key{std::min(a, b).value, std::max(a, b).value, 0};
-    const auto [first, last] = std::equal_range(
-        uses_.begin(), uses_.end(), key,
-        [](const EdgeUse& x, const EdgeUse& y) { return x.low != y.low ? x.low < y.low : x.high < y.high; });
-    return {first, last};
+    const auto first = std::lower_bound(uses_.begin(), uses_.end(), key, [](const EdgeUse& x, const EdgeUse& y) {
+      return x.low != y.low ? x.low < y.low : x.high < y.high;
+    });
+    return static_cast<std::size_t>(first - uses_.begin());
   }
 
-  // A flat triangle with a free edge can go without a trace; one with three neighbours would leave a slit.
+  // A flat triangle with a free edge can go without a trace; one with three neighbours would leave a slit. An edge that is free stays
+  // free, so the order in which they go does not matter.
   Status drop_flat() {
     std::vector<std::size_t> flat;
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       if (is_flat(triangles_[t])) flat.push_back(t);
     }
     if (flat.empty()) return {};
-    std::vector<char> gone(triangles_.size(), 0);
+    // Of an edge, at its first use: triangles that are left, and the sum of their numbers, which names the last one.
+    std::vector<std::int32_t> alive(uses_.size(), 0);
+    std::vector<std::int64_t> sum(uses_.size(), 0);
+    for_each_edge(uses_, [&](std::span<const EdgeUse> edge) {
+      const auto first = static_cast<std::size_t>(edge.data() - uses_.data());
+      alive[first] = static_cast<std::int32_t>(edge.size());
+      for (const EdgeUse& use : edge) sum[first] += use.half_edge / 3;
+    });
+    std::vector<char> may_go(triangles_.size(), 0), gone(triangles_.size(), 0);
+    for (const std::size_t t : flat) may_go[t] = 1;
     std::size_t count = 0;
-    for (bool progress = true; progress;) {
-      progress = false;
-      for (const std::size_t t : flat) {
-        if (gone[t] != 0) continue;
-        bool free_edge = false;
-        for (std::size_t i = 0; i < 3; ++i) {
-          std::size_t alive = 0;
-          for (const EdgeUse& use : edge_between(triangles_[t][i], triangles_[t][(i + 1) % 3])) {
-            alive += gone[static_cast<std::size_t>(use.half_edge / 3)] == 0 ? 1 : 0;
-          }
-          free_edge = free_edge || alive == 1;
-        }
-        if (!free_edge) continue;
-        gone[t] = 1;
-        ++count;
-        progress = true;
+    std::vector<std::size_t> next = flat;
+    while (!next.empty()) {
+      const std::size_t t = next.back();
+      next.pop_back();
+      if (may_go[t] == 0 || gone[t] != 0) continue;
+      std::array<std::size_t, 3> edge;
+      for (std::size_t i = 0; i < 3; ++i) edge[i] = first_use(static_cast<std::int32_t>(3 * t + i));
+      if (alive[edge[0]] != 1 && alive[edge[1]] != 1 && alive[edge[2]] != 1) continue;
+      gone[t] = 1;
+      ++count;
+      for (const std::size_t e : edge) {
+        sum[e] -= static_cast<std::int64_t>(t);
+        if (--alive[e] == 1) next.push_back(static_cast<std::size_t>(sum[e]));
       }
     }
     std::vector<std::size_t> left;
@@ -422,6 +431,13 @@ class SurfacePass {
     repair("dropped " + what);
     done_so_far_ += (done_so_far_.empty() ? "dropping " : " and ") + what;
     return {};
+  }
+
+  Status check_fans() const {
+    if (!requirements_.bindable) return {};
+    const LargestFan fan = largest_fan(triangles_, positions_.size());
+    if (fan.triangles <= kMostAround) return {};
+    return refuse(large_fan_text(vertex_text(fan.vertex.value), fan.triangles));
   }
 
   Status connect() {

@@ -1,6 +1,10 @@
 #include "kerf/mesh/surface_edges.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "kerf/mesh/surface_tolerances.h"
 
 namespace kerf {
 
@@ -31,6 +35,22 @@ std::vector<EdgeUse> edge_uses(std::span<const std::array<VertexId, 3>> triangle
               });
   }
   return uses;
+}
+
+LargestFan largest_fan(std::span<const std::array<VertexId, 3>> triangles, std::size_t vertex_count) {
+  std::vector<std::size_t> around(vertex_count, 0);
+  for (const auto& t : triangles)
+    for (const VertexId v : t) ++around[v.index()];
+  const auto most = std::max_element(around.begin(), around.end());
+  if (most == around.end()) return {};
+  return {VertexId(static_cast<std::size_t>(most - around.begin())), *most};
+}
+
+std::string large_fan_text(const std::string& vertex, std::size_t triangles) {
+  return fmt::format(
+      "{} has {} triangles around it, {} are the most that can be bound; divide the polygon there, or re-mesh the "
+      "surface evenly",
+      vertex, triangles, kMostAround);
 }
 
 }  // namespace kerf

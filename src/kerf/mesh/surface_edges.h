@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "kerf/base/ids.h"
@@ -29,5 +30,17 @@ void for_each_edge(std::span<const EdgeUse> uses, Fn&& f) {
     i = j;
   }
 }
+
+/// The vertex with most triangles; of several the first.
+struct LargestFan {
+  VertexId vertex;
+  std::size_t triangles = 0;
+};
+
+/// Corners must be below vertex_count. Linear time.
+LargestFan largest_fan(std::span<const std::array<VertexId, 3>> triangles, std::size_t vertex_count);
+
+/// What is said of a fan with more than kMostAround triangles.
+std::string large_fan_text(const std::string& vertex, std::size_t triangles);
 
 }  // namespace kerf

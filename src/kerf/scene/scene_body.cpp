@@ -32,6 +32,7 @@ Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedn
   SurfaceRequirements requirements;
   requirements.name = file;
   requirements.closedness = closedness;
+  requirements.bindable = true;
   requirements.weld_tolerance = weld_tolerance;
   const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
   if (!checked.ok()) return checked.error();

@@ -58,7 +58,7 @@ int write_bench_page(const BenchPage& options) {
   if (const Status apart = check_outputs(inputs, {{"the page", options.out}}); !apart) return report(apart.error());
   std::vector<bench::Run> runs;
   for (const std::string& file : options.files) {
-    const auto text = read_whole_file(file);
+    const auto text = read_whole_file(file, kOtherFile);
     if (!text) return report(text.error());
     auto run = bench::parse_run(text->view(), file);
     if (!run) return report(run.error());

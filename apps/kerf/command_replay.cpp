@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "exit_status.h"
-#include "kerf/mesh/whole_file.h"
 #include "kerf/record/recording.h"
 #include "mesh_folders.h"
 #include "progress_bar.h"
@@ -13,12 +12,6 @@
 
 namespace kerf::app {
 namespace {
-
-Result<Recording> read_recording(const std::string& file) {
-  auto text = read_whole_file(file);
-  if (!text) return text.error();
-  return parse_recording(text->view(), file);
-}
 
 /// Repeats one recording and says how it went; an exit status.
 int play(const std::string& file, const Recording& recording, const ReplayOptions& options,

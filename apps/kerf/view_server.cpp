@@ -116,7 +116,7 @@ Result<PageFiles> read_page(const std::string& folder) {
   for (auto it = fs::recursive_directory_iterator(folder, code); !code && it != fs::recursive_directory_iterator();
        it.increment(code)) {
     if (!it->is_regular_file(code)) continue;
-    auto bytes = read_whole_file(it->path().string());
+    auto bytes = read_whole_file(it->path().string(), kOtherFile);
     if (!bytes) continue;
     const std::string path = "/" + fs::relative(it->path(), folder, code).generic_string();
     files[path] = {media_type(path), std::string(bytes->view()), false, path.starts_with("/assets/")};

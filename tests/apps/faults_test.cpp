@@ -429,6 +429,28 @@ TEST_F(Faults, LittleMemory) {
   EXPECT_GT(refused, 0);
 }
 
+// A file that does not fit into memory is named.
+TEST_F(Faults, AFileLargerThanMemory) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer needs address space";
+#endif
+  ASSERT_EQ(kerf({"bind", "sheet", "-o", in("large.kerf")}).status, 0);
+  std::ofstream(in("large.obj")) << "v 0 0 0\n";
+  for (const char* name : {"large.kerf", "large.obj"}) {
+    std::filesystem::resize_file(in(name), std::uintmax_t{1} << 31);
+    const Outcome out = kerf({"info", in(name)}, [] { limit(RLIMIT_AS, rlim_t{1} << 30); });
+    EXPECT_EQ(out.status, 2) << out.text;
+    EXPECT_THAT(out.text, HasSubstr(in(name) + ": not enough memory to read it"));
+  }
+  // The bytes fit, what they hold does not.
+  std::ofstream points(in("points.obj"));
+  for (int i = 0; i < 3'000'000; ++i) points << "v 1 2 3\n";
+  points.close();
+  const Outcome out = kerf({"info", in("points.obj")}, [] { limit(RLIMIT_AS, rlim_t{80} << 20); });
+  EXPECT_EQ(out.status, 2) << out.text;
+  EXPECT_THAT(out.text, HasSubstr(in("points.obj") + ": not enough memory to read it"));
+}
+
 // What is named and is no file is said to be what it is.
 TEST_F(Faults, NamesOfWhatIsNoFile) {
   std::filesystem::create_directories(in("d.toml"));

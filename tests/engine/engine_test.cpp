@@ -1157,7 +1157,7 @@ TEST(Engine, AnInstrumentDroppedAsABodyIsRefused) {
   Table table;
   const auto page = table.join();
   MirroredPage& p = table.pages[page];
-  const auto bytes = read_whole_file(file.string());
+  const auto bytes = read_whole_file(file.string(), kOtherFile);
   ASSERT_TRUE(bytes.ok());
   const std::string text(bytes->view());
   for (std::size_t at = 0; at < text.size(); at += 100000)

@@ -435,6 +435,17 @@ std::vector<std::array<Vec3, 3>> corners_of(const TriangleMesh& mesh) {
   return out;
 }
 
+TEST(MeshFile, AHoleIsRefusedBeforeItIsRead) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.obj", "a.ply", "a.off", "a.stl"}) {
+    const std::string path = folder.put(name, "v");
+    std::filesystem::resize_file(path, std::uintmax_t{1} << 43);
+    const auto read = read_mesh(path);
+    ASSERT_FALSE(read);
+    EXPECT_THAT(read.error().message, StartsWith(path + ": the file has 8.8 TB, a mesh has 4.29 GB at most; give"));
+  }
+}
+
 TEST(MeshFile, AllFormatsAgreeOnATetrahedron) {
   const TemporaryFolder folder;
   std::vector<std::array<Vec3, 3>> expected;

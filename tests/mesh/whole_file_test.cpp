@@ -16,6 +16,54 @@ namespace {
 
 using test::TemporaryFolder;
 
+Status looks_like_kerf(std::string_view first, const std::string& path) {
+  EXPECT_LE(first.size(), kFirstBytes);
+  if (first.starts_with("KERF")) return {};
+  return bad_input(path + ": is something else");
+}
+constexpr FileKind kKind{"a test", std::size_t{1} << 30, "give a smaller one", looks_like_kerf};
+
+void expect_refused(const Result<FileBytes>& read, const std::string& why) {
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.error().kind, ErrorKind::kBadInput);
+  EXPECT_NE(read.error().message.find(why), std::string::npos) << read.error().message;
+}
+
+TEST(WholeFile, TheSizeIsLookedAtBeforeMemoryIsTaken) {
+  const TemporaryFolder folder;
+  const std::string path = folder.put("hole", "KERF");
+  std::filesystem::resize_file(path, std::uintmax_t{1} << 43);  // a hole
+  expect_refused(read_whole_file(path, kKind),
+                 path + ": the file has 8.8 TB, a test has 1.07 GB at most; give a smaller one");
+  std::filesystem::resize_file(path, 1 << 20);
+  const auto read = read_whole_file(path, kKind);
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->size, std::size_t{1} << 20);
+  EXPECT_EQ(read->view().substr(0, 5), std::string_view("KERF\0", 5));
+}
+
+TEST(WholeFile, FirstBytesAreLookedAtBeforeTheRestIsRead) {
+  const TemporaryFolder folder;
+  const std::string path = folder.put("a", "CARF");
+  expect_refused(read_whole_file(path, kKind), "a: is something else");  // shorter than what is looked at
+  folder.put("a", "KERF");
+  EXPECT_TRUE(read_whole_file(path, kKind).ok());
+  folder.put("a", std::string(1 << 20, 'x'));
+  rusage before{}, after{};
+  std::filesystem::resize_file(path, std::size_t{1} << 30);
+  ::getrusage(RUSAGE_SELF, &before);
+  expect_refused(read_whole_file(path, kKind), "a: is something else");
+  ::getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 100 << 10) << "kB";
+}
+
+TEST(WholeFile, OutOfMemoryNamesTheFile) {
+  const auto read = within_memory("a.obj", []() -> Result<int> { throw std::bad_alloc(); });
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.error().kind, ErrorKind::kBadInput);
+  EXPECT_NE(read.error().message.find("a.obj: not enough memory"), std::string::npos);
+}
+
 TEST(WholeFile, AnAbandonedFileLeavesTheOldOne) {
   const TemporaryFolder folder;
   const std::string path = folder.put("a", "old");

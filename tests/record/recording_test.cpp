@@ -155,6 +155,32 @@ TEST(Recording, HostileTextsAreRefusedOrRead) {
   }
 }
 
+TEST(Recording, AFileIsLookedAtBeforeItIsRead) {
+  auto folder = TemporaryFolder::create();
+  ASSERT_TRUE(folder);
+  const std::string path = (folder->path() / "a.kerfrec").string();
+  const auto put = [&](const std::string& text, std::uintmax_t size) {
+    std::ofstream(path, std::ios::binary) << text;
+    if (size > 0) std::filesystem::resize_file(path, size);
+  };
+  const auto refused = [&](const std::string& why) {
+    const auto read = read_recording(path);
+    ASSERT_FALSE(read) << why;
+    EXPECT_EQ(read.error().message.find(path + ": "), 0U) << read.error().message;
+    EXPECT_NE(read.error().message.find(why), std::string::npos) << read.error().message;
+  };
+  put(recording_text(example()), 0);
+  EXPECT_TRUE(read_recording(path));
+  put(recording_text(example()), std::uintmax_t{1} << 43);
+  refused("the file has 8.8 TB, a recording has 1.07 GB at most");
+  put("\0", 1 << 20);
+  refused("this is no recording");
+  put("{\"kerf_recording\": 77, ", 1 << 20);
+  refused("another version");
+  put("{\"kerf_recording\":1,", 1 << 20);
+  refused("not JSON");
+}
+
 TEST(Recording, ReplaySaysWhereTheBitsDiffer) {
   Recording r;
   r.source.name = "sheet";

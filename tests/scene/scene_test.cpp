@@ -703,6 +703,10 @@ TEST_F(SceneFolder, UnreadableScenes) {
   EXPECT_THAT(read_scene(folder_).error().message, HasSubstr("is a folder"));
   write("empty.toml", "");
   EXPECT_THAT(read_scene(folder_ / "empty.toml").error().message, HasSubstr("is empty"));
+  write("hole.toml", "[body]\n");
+  std::filesystem::resize_file(folder_ / "hole.toml", std::uintmax_t{1} << 43);
+  EXPECT_THAT(read_scene(folder_ / "hole.toml").error().message,
+              HasSubstr("hole.toml: the file has 8.8 TB, a scene has 16.8 MB at most"));
   write("binary.toml", std::string("\x00\xff\xfe\x01", 4));
   EXPECT_FALSE(read_scene(folder_ / "binary.toml").ok());
 }

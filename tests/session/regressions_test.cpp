@@ -21,7 +21,7 @@ TEST(Regressions, WhatFailedOnceHolds) {
     if (entry.path().extension() == ".kerfrec") files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   for (const auto& file : files) {
-    const auto text = read_whole_file(file.string());
+    const auto text = read_whole_file(file.string(), kOtherFile);
     ASSERT_TRUE(text.ok());
     const auto recording = parse_recording(text->view(), file.string());
     ASSERT_TRUE(recording.ok()) << recording.error().message;

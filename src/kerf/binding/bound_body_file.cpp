@@ -221,6 +221,21 @@ bool read_nature(Reader& r, BodyNature& nature) {
   return sound;
 }
 
+/// Magic and version.
+Status check_start(std::string_view first, const std::string& name) {
+  Reader r(first);
+  char magic[sizeof kMagic];
+  std::uint32_t version = 0;
+  r.bytes(magic, sizeof magic);
+  r.value(version);
+  if (!r.ok() || std::memcmp(magic, kMagic, sizeof magic) != 0)
+    return bad_input(fmt::format("{}: is not a bound body; make one with kerf bind", name));
+  if (version < 1 || version > kBoundBodyVersion)
+    return bad_input(fmt::format("{}: has version {}, this program reads versions 1 to {}; bind the body again", name,
+                                 version, kBoundBodyVersion));
+  return {};
+}
+
 }  // namespace
 
 Status save_bound_body(const BoundBody& body, const std::filesystem::path& file, const BodyNature& nature) {
@@ -234,23 +249,21 @@ Status save_bound_body(const BoundBody& body, const std::filesystem::path& file,
 }
 
 Result<BoundBody> load_bound_body(const std::filesystem::path& file, BodyNature* nature) {
-  const auto bytes = read_whole_file(file.string());
+  const std::string path = file.string();
+  const FileKind kind{"a bound body", kMostBodyBytes, "bind a coarser mesh", check_start};
+  const auto bytes = read_whole_file(path, kind);
   if (!bytes) return bytes.error();
-  return parse_bound_body(bytes->view(), file.string(), nature);
+  return within_memory(path, [&] { return parse_bound_body(bytes->view(), path, nature); });
 }
 
 Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& name, BodyNature* nature) {
   const auto bad = [&](const std::string& why) { return bad_input(fmt::format("{}: {}", name, why)); };
+  KERF_TRY(check_start(bytes, name));
   Reader r(bytes);
   char magic[sizeof kMagic];
   std::uint32_t version = 0;
   r.bytes(magic, sizeof magic);
   r.value(version);
-  if (!r.ok() || std::memcmp(magic, kMagic, sizeof magic) != 0)
-    return bad("is not a bound body; make one with kerf bind");
-  if (version < 1 || version > kBoundBodyVersion)
-    return bad(fmt::format("has version {}, this program reads versions 1 to {}; bind the body again", version,
-                           kBoundBodyVersion));
   BoundBody body;
   read_body(r, version, body);
   BodyNature known;

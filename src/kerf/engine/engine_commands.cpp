@@ -118,7 +118,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       const auto scene = std::find_if(options.scenes.begin(), options.scenes.end(),
                                       [&](const OfferedScene& s) { return s.name == c.text; });
       if (scene == options.scenes.end()) return bad_input(fmt::format("There is no scene \"{}\".", c.text));
-      auto text = read_whole_file(scene->path);
+      auto text = read_whole_file(scene->path, kSceneFile);
       if (!text) return text.error();
       SceneRequest request;
       request.source.text = text->view();
@@ -254,7 +254,7 @@ Status Engine::Impl::export_files(std::uint32_t client, std::uint32_t request, c
     const std::filesystem::path path = place->path() / name;
     std::error_code code;
     if (!std::filesystem::exists(path, code)) continue;
-    auto bytes = read_whole_file(path.string());
+    auto bytes = read_whole_file(path.string(), kOtherFile);
     if (!bytes) return bytes.error();
     send_file(source.name + "_" + name, bytes->view());
   }

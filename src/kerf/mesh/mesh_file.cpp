@@ -54,33 +54,8 @@ std::optional<Format> format_of_content(std::string_view bytes) {
   return std::nullopt;
 }
 
-}  // namespace
-
-Status check_writable(const std::string& path, const TriangleMesh& mesh) {
-  const std::size_t n = mesh.triangles.size();
-  if ((mesh.has_texture() && mesh.texture.size() != n) || (!mesh.group.empty() && mesh.group.size() != n)) {
-    return failed(fmt::format("{}: {} triangles, but texture for {} and groups for {}; nothing was written", path, n,
-                              mesh.texture.size(), mesh.group.size()));
-  }
-  for (const Vec3& p : mesh.positions) {
-    if (!is_finite(p)) return failed(fmt::format("{}: a position is not finite; nothing was written", path));
-  }
-  for (const auto& t : mesh.triangles) {
-    for (const VertexId v : t) {
-      if (!mesh.positions.contains(v)) {
-        return failed(fmt::format("{}: a triangle names vertex {} of {}; nothing was written", path, v.value,
-                                  mesh.positions.size()));
-      }
-    }
-  }
-  return {};
-}
-
-Result<TriangleMesh> read_mesh(const std::string& path, std::vector<std::string>* group_names) {
-  if (group_names != nullptr) group_names->clear();
-  const Result<FileBytes> file = read_whole_file(path);
-  if (!file) return file.error();
-  std::string_view bytes = file->view();
+Result<TriangleMesh> parse_mesh(std::string_view bytes, const std::string& path,
+                                std::vector<std::string>* group_names) {
   if (bytes.substr(0, 3) == "\xEF\xBB\xBF") bytes.remove_prefix(3);  // editors may mark text as UTF-8
   const std::string extension = lower_extension(path);
   const std::optional<Format> format = format_of_extension(extension);
@@ -108,6 +83,35 @@ Result<TriangleMesh> read_mesh(const std::string& path, std::vector<std::string>
     case Format::kOff: return parse_off(bytes, path);
   }
   return bad_input(path + ": unknown mesh format");
+}
+
+}  // namespace
+
+Status check_writable(const std::string& path, const TriangleMesh& mesh) {
+  const std::size_t n = mesh.triangles.size();
+  if ((mesh.has_texture() && mesh.texture.size() != n) || (!mesh.group.empty() && mesh.group.size() != n)) {
+    return failed(fmt::format("{}: {} triangles, but texture for {} and groups for {}; nothing was written", path, n,
+                              mesh.texture.size(), mesh.group.size()));
+  }
+  for (const Vec3& p : mesh.positions) {
+    if (!is_finite(p)) return failed(fmt::format("{}: a position is not finite; nothing was written", path));
+  }
+  for (const auto& t : mesh.triangles) {
+    for (const VertexId v : t) {
+      if (!mesh.positions.contains(v)) {
+        return failed(fmt::format("{}: a triangle names vertex {} of {}; nothing was written", path, v.value,
+                                  mesh.positions.size()));
+      }
+    }
+  }
+  return {};
+}
+
+Result<TriangleMesh> read_mesh(const std::string& path, std::vector<std::string>* group_names) {
+  if (group_names != nullptr) group_names->clear();
+  const Result<FileBytes> file = read_whole_file(path, kMeshFile);
+  if (!file) return file.error();
+  return within_memory(path, [&] { return parse_mesh(file->view(), path, group_names); });
 }
 
 }  // namespace kerf

@@ -7,16 +7,21 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <utility>
 
+#include "kerf/base/byte_count.h"
+
 namespace kerf {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;  // writes of a megabyte keep system calls rare
+
+constexpr std::size_t kPieceBytes = std::size_t{64} << 20;  // of one read
 
 struct Descriptor {
   int value = -1;
@@ -102,7 +107,12 @@ bool is_found(const std::string& path, const std::string& place, struct stat& in
 
 }  // namespace
 
-Result<FileBytes> read_whole_file(const std::string& path) {
+Error too_little_memory(const std::string& path) {
+  return bad_input(path +
+                   ": not enough memory to read it; give a smaller file, or let the program have more (ulimit -v)");
+}
+
+Result<FileBytes> read_whole_file(const std::string& path, const FileKind& kind) {
   if (path.empty()) return bad_input("no file name given; name a mesh file");
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.value < 0) {
@@ -123,11 +133,23 @@ Result<FileBytes> read_whole_file(const std::string& path) {
   }
   if (info.st_size == 0) return bad_input(fmt::format("{}: the file is empty; write it again", path));
 
-  FileBytes bytes;
   const auto size = static_cast<std::size_t>(info.st_size);
-  bytes.data = std::make_unique_for_overwrite<char[]>(size);
+  if (size > kind.most)
+    return bad_input(fmt::format("{}: the file has {}, {} has {} at most; {}", path, bytes_text(size), kind.what,
+                                 bytes_text(kind.most), kind.otherwise));
+
+  // Memory that is not written to is not taken: a file that is shorter than it says costs what it has.
+  FileBytes bytes;
+  bytes.data.reset(new (std::nothrow) char[size]);
+  if (!bytes.data) return too_little_memory(path);
+  bool looked = kind.look == nullptr;
   while (bytes.size < size) {
-    const ssize_t got = ::read(file.value, bytes.data.get() + bytes.size, size - bytes.size);
+    if (!looked && bytes.size >= kFirstBytes) {
+      KERF_TRY(kind.look(bytes.view(), path));
+      looked = true;
+    }
+    const std::size_t piece = looked ? kPieceBytes : kFirstBytes - bytes.size;
+    const ssize_t got = ::read(file.value, bytes.data.get() + bytes.size, std::min(piece, size - bytes.size));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) {
       return bad_input(
@@ -136,6 +158,7 @@ Result<FileBytes> read_whole_file(const std::string& path) {
     if (got == 0) break;  // the file shrank meanwhile: what is there decides
     bytes.size += static_cast<std::size_t>(got);
   }
+  if (!looked) KERF_TRY(kind.look(bytes.view(), path));
   return bytes;
 }
 

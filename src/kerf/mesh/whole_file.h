@@ -3,10 +3,12 @@
 
 #include <cstddef>
 #include <memory>
+#include <new>
 #include <string>
 #include <string_view>
 
 #include "kerf/base/result.h"
+#include "kerf/mesh/file_limits.h"
 
 namespace kerf {
 
@@ -17,8 +19,23 @@ struct FileBytes {
   [[nodiscard]] std::string_view view() const { return {data.get(), size}; }
 };
 
-/// Reads a regular file. Missing, unreadable, a directory or empty: an Error that names the path.
-Result<FileBytes> read_whole_file(const std::string& path);
+/// Reads a regular file. Missing, unreadable, a directory, empty, larger than its kind may be, or with first bytes of another kind: an
+/// Error that names the path. Size and first bytes are looked at before memory is taken for the rest; a file that grows meanwhile is read
+/// as far as it reached.
+Result<FileBytes> read_whole_file(const std::string& path, const FileKind& kind);
+
+/// What is said where memory ends while a file is read.
+Error too_little_memory(const std::string& path);
+
+/// Calls what reads a file and makes a value of it. Out of memory: bad input that names the file.
+template <class F>
+auto within_memory(const std::string& path, F&& read) -> decltype(read()) {
+  try {
+    return read();
+  } catch (const std::bad_alloc&) {
+    return too_little_memory(path);
+  }
+}
 
 /// Collects what is written in a temporary file beside the target; commit() renames it over the target.
 /// Without commit() nothing of the target changes. After commit() the new file lasts: it is on its disk, and so is its name. Symbolic links stay: what they lead to is replaced. Devices and pipes

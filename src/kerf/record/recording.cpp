@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "kerf/mesh/base64.h"
+#include "kerf/mesh/whole_file.h"
 #include "kerf/scene/scene_limits.h"
 
 namespace kerf {
@@ -160,6 +161,11 @@ bool from_base64(std::string_view text, std::string& out) {
 
 std::string hex(std::uint64_t value) { return fmt::format("{:016x}", value); }
 
+std::string other_version() {
+  return fmt::format("this recording is of another version than {}; replay it with the kerf that made it",
+                     kRecordingVersion);
+}
+
 /// Reads the parts of a recording; the first trouble is kept.
 class RecordingReader {
  public:
@@ -167,9 +173,7 @@ class RecordingReader {
 
   Result<Recording> read() {
     if (!root_.is_object() || !root_.contains("kerf_recording")) return trouble("this is no recording of kerf");
-    if (root_["kerf_recording"] != kRecordingVersion)
-      return trouble(fmt::format("this recording is of another version than {}; replay it with the kerf that made it",
-                                 kRecordingVersion));
+    if (root_["kerf_recording"] != kRecordingVersion) return trouble(other_version());
     Recording out;
     const Json scene = member(root_, "scene");
     out.source.name = text(scene, "name");
@@ -443,6 +447,33 @@ Result<Recording> parse_recording(std::string_view text, std::string_view name) 
   const Json root = Json::parse(text.begin(), text.end(), nullptr, false);
   if (root.is_discarded()) return bad_input(fmt::format("{}: this is not JSON, or it is cut off", name));
   return RecordingReader(root, name).read();
+}
+
+namespace {
+
+/// JSON that is an object, before it is read to its end. The version stands first in what recording_text writes.
+Status check_start(std::string_view first, const std::string& path) {
+  const std::size_t begin = first.find_first_not_of(" \t\r\n");
+  if (begin == std::string_view::npos || first[begin] != '{')
+    return bad_input(fmt::format("{}: this is no recording of kerf", path));
+  const std::string key = "\"kerf_recording\":";
+  const std::size_t at = first.find_first_not_of(" \t\r\n", begin + 1);
+  if (at == std::string_view::npos || !first.substr(at).starts_with(key)) return {};  // the whole says what it is
+  const std::size_t number = first.find_first_not_of(" \t\r\n", at + key.size());
+  int version = 0;
+  if (number == std::string_view::npos) return {};
+  const auto [end, error] = std::from_chars(first.data() + number, first.data() + first.size(), version);
+  if (error == std::errc() && version == kRecordingVersion) return {};
+  return bad_input(fmt::format("{}: {}", path, other_version()));
+}
+
+}  // namespace
+
+Result<Recording> read_recording(const std::string& path) {
+  const FileKind kind{"a recording", kMostRecordingBytes, "record a shorter session", check_start};
+  const auto text = read_whole_file(path, kind);
+  if (!text) return text.error();
+  return within_memory(path, [&] { return parse_recording(text->view(), path); });
 }
 
 }  // namespace kerf

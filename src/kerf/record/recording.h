@@ -113,6 +113,8 @@ inline constexpr std::int64_t kHashEvery = 100;
 std::string recording_text(const Recording& recording);
 /// Bad input: not a recording, another version, or anything in it that can't be.
 Result<Recording> parse_recording(std::string_view text, std::string_view name);
+/// The recording in a file. Bad input too: a file that can't be read, or is larger than recordings are (file_limits.h).
+Result<Recording> read_recording(const std::string& path);
 
 /// What came of a replay.
 struct ReplayReport {

@@ -26,7 +26,7 @@ Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most) {
     const bool uploaded = std::any_of(source.files.begin(), source.files.end(),
                                       [&](const SceneSource::File& f) { return f.name == file.written; });
     if (uploaded) continue;
-    auto read = read_whole_file(file.path);
+    auto read = read_whole_file(file.path, kNamedFile);
     if (!read) return read.error();
     const std::string_view bytes = read->view();
     SceneSource::Mesh& mesh = source.meshes.emplace_back();
@@ -47,7 +47,7 @@ Status check_meshes(const Scene& scene, const SceneSource& source) {
     if (use == scene.files.end())
       return bad_input(
           fmt::format("{}: the recording has a mesh \"{}\" that its scene does not name", source.name, mesh.written));
-    auto read = read_whole_file(use->path);
+    auto read = read_whole_file(use->path, kNamedFile);
     if (!read) return read.error();
     if (read->view().size() == mesh.bytes && hash_of(read->view()) == mesh.hash) continue;
     return bad_input(fmt::format(

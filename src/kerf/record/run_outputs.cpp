@@ -77,7 +77,7 @@ std::vector<std::string> result_files(const SceneOutput& output) {
 }
 
 std::vector<std::string> earlier_results(const std::filesystem::path& folder) {
-  const auto text = read_whole_file((folder / "report.json").string());
+  const auto text = read_whole_file((folder / "report.json").string(), kOtherFile);
   if (!text) return {};
   const auto report = nlohmann::json::parse(text->view(), nullptr, false);
   if (!report.is_object() || !report.contains("kerf_report_version") || !report.contains("files") ||

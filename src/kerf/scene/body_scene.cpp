@@ -35,7 +35,7 @@ std::string far_rim_text(double least_y, double most_y) {
 
 Result<std::string> scene_text_in(const std::filesystem::path& file) {
   if (is_bound_body(file)) return body_scene_text(file.stem().string(), file);
-  const auto text = read_whole_file(file.string());
+  const auto text = read_whole_file(file.string(), kSceneFile);
   if (!text) return text.error();
   return std::string(text->view());
 }

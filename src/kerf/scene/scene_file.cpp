@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <map>
 
 #include "kerf/base/overloaded.h"
 #include "kerf/mesh/rigid_models.h"
+#include "kerf/mesh/whole_file.h"
 #include "kerf/scene/closest_word.h"
 #include "kerf/scene/scene_keys.h"
 #include "kerf/scene/scene_limits.h"
@@ -977,18 +977,11 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name, const Sc
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path, const std::vector<std::filesystem::path>& meshes) {
-  std::error_code code;
-  if (std::filesystem::is_directory(path, code))
-    return bad_input(fmt::format("{} is a folder, not a scene file", path.string()));
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    return bad_input(fmt::format("can't open the scene {}: check that the file exists and may be read", path.string()));
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (file.bad()) return bad_input(fmt::format("can't read the scene {}", path.string()));
-  if (text.empty()) return bad_input(fmt::format("the scene {} is empty", path.string()));
+  const auto text = read_whole_file(path.string(), kSceneFile);
+  if (!text) return text.error();
   SceneFolders folders(path.parent_path());
   folders.meshes = meshes;
-  return parse_scene(text, path.string(), folders);
+  return within_memory(path.string(), [&] { return parse_scene(text->view(), path.string(), folders); });
 }
 
 }  // namespace kerf

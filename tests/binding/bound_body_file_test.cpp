@@ -208,6 +208,44 @@ TEST_F(BoundBodyFile, ContentsAreValidated) {
   refused([](CellComplex& x) { x.visual.planar.grow(1); });
 }
 
+// A place at 1e290 m is finite, but its square is not.
+TEST_F(BoundBodyFile, LimitsAreThoseOfMeshes) {
+  const BoundBody good = body("steak", 0);
+  const std::string path = (folder_ / "far.body").string();
+  const auto refused = [&](auto&& damage, const std::string& why) {
+    BoundBody b = good;
+    BodyNature nature;
+    damage(b.complex, nature);
+    EXPECT_TRUE(save_bound_body(b, path, nature).ok());
+    const auto r = load_bound_body(path);
+    ASSERT_FALSE(r.ok()) << why;
+    EXPECT_EQ(r.error().message.find(path), 0U) << r.error().message;
+    EXPECT_NE(r.error().message.find(why), std::string::npos) << r.error().message;
+    EXPECT_NE(r.error().message.find("bind the body again"), std::string::npos) << r.error().message;
+  };
+  for (const double far : {1e290, -1e290, 2e6}) {
+    refused([&](CellComplex& x, BodyNature&) { x.visual.rest.set(VisualVertex(7), {0, far, 0}); }, "m across");
+    refused([&](CellComplex& x, BodyNature&) { x.collision.rest.set(CollisionVertex(7), {0, 0, far}); }, "m across");
+    refused([&](CellComplex& x, BodyNature&) { x.collision.offset.set(CollisionVertex(7), {far, 0, 0}); }, "m across");
+  }
+  const auto moved = [](double by, double scale) {
+    return [=](CellComplex& x, BodyNature&) {
+      for (VisualVertex v : ids<VisualVertex>(x.visual.vertex_count()))
+        x.visual.rest.set(v, scale * x.visual.rest[v] + Vec3{by, by, by});
+      for (CollisionVertex v : ids<CollisionVertex>(x.collision.vertex_count())) {
+        x.collision.rest.set(v, scale * x.collision.rest[v] + Vec3{by, by, by});
+        x.collision.offset.set(v, scale * x.collision.offset[v]);
+      }
+    };
+  };
+  refused(moved(1e8, 1), "from the origin");
+  refused(moved(0, 1e-9), "m across");
+  refused([&](CellComplex& x, BodyNature&) { x.mean_root_edge = 1e290; }, "mean edge");
+  const Vec3 one{1, 1, 1};
+  refused([&](CellComplex&, BodyNature& n) { n.lattice = LatticeHint{1e290 * one, one, {1, 1, 1}}; }, "lattice");
+  refused([&](CellComplex&, BodyNature& n) { n.lattice = LatticeHint{one, 1e290 * one, {1, 1, 1}}; }, "lattice");
+}
+
 TEST_F(BoundBodyFile, PlacesThatCannotBeUsed) {
   EXPECT_FALSE(load_bound_body(folder_ / "missing.body").ok());
   EXPECT_FALSE(load_bound_body(folder_).ok());

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
 
 #include "kerf/base/hash.h"
 #include "kerf/binding/validate_binding.h"
+#include "kerf/mesh/surface_check.h"
+#include "kerf/mesh/surface_tolerances.h"
 #include "kerf/mesh/whole_file.h"
 
 namespace kerf {
@@ -221,6 +224,30 @@ bool read_nature(Reader& r, BodyNature& nature) {
   return sound;
 }
 
+/// What lies out of all scale, as of meshes; empty: nothing.
+std::string scale_fault(const CellComplex& x, const BodyNature& nature) {
+  Box3 box;
+  for (const Vec3 p : x.visual.rest.raw()) box.add(p);
+  for (const CollisionVertex v : ids<CollisionVertex>(x.collision.vertex_count()))
+    for (const double side : {1.0, -1.0}) box.add(x.collision.rest[v] + side * x.collision.offset[v]);
+  if (const auto fault = extent_fault(box)) return "the body is " + fault->what;
+  if (!(x.mean_root_edge <= kLargestDiagonal))
+    return fmt::format("the collision mesh has a mean edge of {:.3g} m", x.mean_root_edge);
+  const auto is_far = [](Vec2 p) { return !(std::abs(p.x) <= kLargestDiagonal && std::abs(p.y) <= kLargestDiagonal); };
+  if (std::any_of(x.visual.planar.raw().begin(), x.visual.planar.raw().end(), is_far) ||
+      std::any_of(x.collision.planar.raw().begin(), x.collision.planar.raw().end(), is_far))
+    return fmt::format("a parameter lies farther than {:g} m from its triangle", kLargestDiagonal);
+  if (!nature.lattice) return {};
+  const LatticeHint& lattice = *nature.lattice;
+  for (int i = 0; i < 3; ++i) {
+    const double length = lattice.cells[static_cast<std::size_t>(i)] * lattice.cell[i];
+    if (!(length <= kLargestDiagonal && std::abs(lattice.origin[i]) <= kLargestDiagonal))
+      return fmt::format("the lattice begins at {:.3g} m and is {:.3g} m long, {:g} m are the most", lattice.origin[i],
+                         length, kLargestDiagonal);
+  }
+  return {};
+}
+
 /// Magic and version.
 Status check_start(std::string_view first, const std::string& name) {
   Reader r(first);
@@ -279,6 +306,8 @@ Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& na
   if (!sound) return bad("holds a material or a lattice that can't be; bind the body again");
   if (const Status valid = validate_binding(body.complex); !valid)
     return bad(valid.error().message + "; bind the body again");
+  if (const std::string fault = scale_fault(body.complex, known); !fault.empty())
+    return bad(fault + "; the file is damaged: bind the body again");
   if (nature) *nature = known;
   if (body.complex.closed) body.report.displacement = measure_displacement(body.complex);
   if (version < kSquashedVersion && body.complex.closed)

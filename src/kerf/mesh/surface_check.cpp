@@ -62,29 +62,10 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who, std::
   for (std::size_t v = 0; v < used.size(); ++v) {
     if (used[v] != 0) box.add(mesh.positions.raw()[v]);
   }
-  const Vec3 size = box.size();
-  const double largest = std::max({size.x, size.y, size.z});
-  const double diagonal = largest > 0 && std::isfinite(largest)
-                              ? largest * norm({size.x / largest, size.y / largest, size.z / largest})
-                              : largest;
-  if (diagonal == 0) return bad_input(who + "all vertices lie at one place; give a surface with an extent");
-  if (!(diagonal >= kSmallestDiagonal && diagonal <= kLargestDiagonal)) {
-    return bad_input(
-        fmt::format("{}the surface is {}{:.3g} m across, and sizes from {:g} to {:g} m can be worked with; give "
-                    "`scale` to turn the file's units into metres",
-                    who, std::isfinite(diagonal) ? "" : "more than ",
-                    std::fmin(diagonal, std::numeric_limits<double>::max()), kSmallestDiagonal, kLargestDiagonal));
-  }
-  double distance = 0;
-  for (const double c : {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}) {
-    distance = std::max(distance, std::abs(c));
-  }
-  if (distance * std::numeric_limits<double>::epsilon() > kPositionSpacing * diagonal) {
-    return bad_input(
-        fmt::format("{}the surface is {:.3g} m across but lies {:.3g} m from the origin, where positions are "
-                    "only good to {:.1g} m; move it to the origin",
-                    who, diagonal, distance, distance * std::numeric_limits<double>::epsilon()));
-  }
+  if (box.size() == Vec3{}) return bad_input(who + "all vertices lie at one place; give a surface with an extent");
+  if (const auto fault = extent_fault(box))
+    return bad_input(fmt::format("{}the surface is {}; {}", who, fault->what, fault->otherwise));
+  const double diagonal = box.diagonal();
   if (norm(box.center()) > kUsualDistance * diagonal) {
     warnings.push_back(
         fmt::format("{}the surface is {:.3g} m across but lies {:.3g} m from the origin; moving it nearer keeps "
@@ -765,6 +746,32 @@ class SurfacePass {
 };
 
 }  // namespace
+
+std::optional<ExtentFault> extent_fault(const Box3& box) {
+  const Vec3 size = box.size();
+  const double largest = std::max({size.x, size.y, size.z});
+  const double diagonal = largest > 0 && std::isfinite(largest)
+                              ? largest * norm({size.x / largest, size.y / largest, size.z / largest})
+                              : largest;
+  if (!(diagonal >= kSmallestDiagonal && diagonal <= kLargestDiagonal)) {
+    return ExtentFault{
+        fmt::format("{}{:.3g} m across, and sizes from {:g} to {:g} m can be worked with",
+                    std::isfinite(diagonal) ? "" : "more than ",
+                    std::fmin(diagonal, std::numeric_limits<double>::max()), kSmallestDiagonal, kLargestDiagonal),
+        "give `scale` to turn the file's units into metres"};
+  }
+  double distance = 0;
+  for (const double c : {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}) {
+    distance = std::max(distance, std::abs(c));
+  }
+  if (distance * std::numeric_limits<double>::epsilon() > kPositionSpacing * diagonal) {
+    return ExtentFault{
+        fmt::format("{:.3g} m across but lies {:.3g} m from the origin, where positions are only good to {:.1g} m",
+                    diagonal, distance, distance * std::numeric_limits<double>::epsilon()),
+        "move it to the origin"};
+  }
+  return {};
+}
 
 Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirements& requirements) {
   const std::string who = prefix(requirements);

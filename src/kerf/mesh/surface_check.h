@@ -2,6 +2,7 @@
 // manifold.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,14 @@ struct SurfaceReport {
   std::size_t bodies = 0;             ///< separate pieces; the walls of cavities belong to the body around them
   std::size_t cavities = 0;
 };
+
+/// What about the box of a surface doubles can't carry.
+struct ExtentFault {
+  std::string what;       ///< after "the surface is"
+  std::string otherwise;  ///< the way out, for a mesh
+};
+/// None: a size and a distance from the origin that can be worked with (surface_tolerances.h).
+std::optional<ExtentFault> extent_fault(const Box3& box);
 
 /// Makes `mesh` an oriented manifold whose closed parts enclose a positive volume, or refuses it. In this
 /// order: refuses no triangles, missing corners, positions that are not finite, a size or distance from the

@@ -10,6 +10,7 @@
 #include <exception>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <string>
 
 #include "command_bench.h"
@@ -21,6 +22,8 @@
 #include "command_run.h"
 #include "command_view.h"
 #include "exit_status.h"
+#include "kerf/base/byte_count.h"
+#include "kerf/base/memory_limit.h"
 #include "kerf/mesh/models.h"
 #include "mesh_folders.h"
 #include "scene_search.h"
@@ -54,7 +57,22 @@ CLI::Option* add_vec3(CLI::App* command, const std::string& name, const std::fun
       ->type_name("X,Y,Z");
 }
 
-void add_run(CLI::App& app, RunOptions& options, std::function<int()>& chosen) {
+/// How much memory lattices may take. In force from its parsing to the end of the program.
+void add_memory(CLI::App* command, std::optional<MemoryLimit>& limit) {
+  command
+      ->add_option_function<std::string>(
+          "--memory",
+          [&limit](const std::string& text) {
+            const auto bytes = parse_bytes(text);
+            if (!bytes || *bytes == 0)
+              throw CLI::ValidationError("--memory", "\"" + text + "\" is no size: 4GB, 500MB, 2GiB, or bytes");
+            limit.emplace(*bytes);
+          },
+          "Refuse lattices that would take more, such as 4GB or 500MB; default: half of what is free")
+      ->type_name("SIZE");
+}
+
+void add_run(CLI::App& app, RunOptions& options, std::optional<MemoryLimit>& memory, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("run", "Simulate a scene and write what came of it");
   command->add_option("SCENE", options.scene, "A scene file, the name of a shipped scene, or a body saved by kerf bind")
       ->required();
@@ -67,6 +85,7 @@ void add_run(CLI::App& app, RunOptions& options, std::function<int()>& chosen) {
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
   std::string scenes;
   for (const std::string& name : shipped_scenes()) scenes += (scenes.empty() ? "" : ", ") + name;
+  add_memory(command, memory);
   command->footer("Shipped scenes: " + scenes +
                   "\n\nExamples:\n"
                   "  kerf run steak --out out/steak           cuts a steak; the results lie in out/steak\n"
@@ -166,7 +185,7 @@ void add_info(CLI::App& app, InfoOptions& options, std::function<int()>& chosen)
   command->callback([&options, &chosen] { chosen = [&options] { return show_info(options); }; });
 }
 
-void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
+void add_cut(CLI::App& app, CutOptions& options, std::optional<MemoryLimit>& memory, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("cut", "Make one cut in a body, without a scene");
   command
       ->add_option("BODY", options.body,
@@ -189,6 +208,7 @@ void add_cut(CLI::App& app, CutOptions& options, std::function<int()>& chosen) {
       "Direction of the blade's edge; default: through the thickness");
   command->add_flag("--through", options.through, "Cut every layer that the blade meets, not only the first");
   command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")->required();
+  add_memory(command, memory);
   command->footer(
       "Examples:\n"
       "  kerf cut steak --from -0.12,0,0 --to 0.12,0,0 --out out/halves\n"
@@ -209,7 +229,7 @@ std::string is_token(const std::string& token) {
   return "a token is 8 to 128 letters, digits, - and _";
 }
 
-void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen) {
+void add_view(CLI::App& app, ViewOptions& options, std::optional<MemoryLimit>& memory, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("view", "Cut it yourself, in a browser");
   command->add_option("SCENE", options.scene,
                       "A scene file, the name of a shipped scene, or a body saved by kerf bind; default: steak");
@@ -232,6 +252,7 @@ void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen)
   command->add_option("--time-step", options.time_step, "Seconds, instead of the scene's")->check(CLI::PositiveNumber);
   command->add_flag("--no-browser", options.no_browser, "Print the address, open nothing");
   command->add_flag("--scripted", options.scripted, "Run the scene's own commands too");
+  add_memory(command, memory);
   command->footer(
       "Examples:\n"
       "  kerf view                     the steak, in a browser\n"
@@ -244,7 +265,8 @@ void add_view(CLI::App& app, ViewOptions& options, std::function<int()>& chosen)
   });
 }
 
-void add_replay(CLI::App& app, ReplayOptions& options, std::function<int()>& chosen) {
+void add_replay(CLI::App& app, ReplayOptions& options, std::optional<MemoryLimit>& memory,
+                std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("replay", "Repeat a recording and compare the bits");
   command->add_option("FILE", options.file, "A recording (.kerfrec)")->required();
   command->add_option("--compare", options.compare,
@@ -252,6 +274,7 @@ void add_replay(CLI::App& app, ReplayOptions& options, std::function<int()>& cho
   command->add_option("--meshes", options.meshes,
                       "Folder with meshes that were too large to travel in the recording; several times: several");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
+  add_memory(command, memory);
   command->footer(
       "Examples:\n"
       "  kerf replay mine.kerfrec\n"
@@ -260,7 +283,8 @@ void add_replay(CLI::App& app, ReplayOptions& options, std::function<int()>& cho
   command->callback([&options, &chosen] { chosen = [&options] { return replay_file(options); }; });
 }
 
-void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::function<int()>& chosen) {
+void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::optional<MemoryLimit>& memory,
+               std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("bench", "Measure: the paper's tables, how cost grows");
   command->require_subcommand(1);
   const auto add_measuring = [&](const char* name, const char* what) {
@@ -270,6 +294,7 @@ void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::funct
     one->add_option("--rows", options.rows, "Only the tables whose name contains this: table-2, visual, ...");
     one->add_flag("--quick", options.quick, "Small bodies and few cuts: does it still run?");
     one->add_flag("-q,--quiet", options.quiet, "No progress and no tables");
+    add_memory(one, memory);
     one->callback([&options, &chosen, name] {
       options.what = name;
       chosen = [&options] { return run_bench(options); };
@@ -340,8 +365,9 @@ int main(int argc, char** argv) {
       "  kerf run steak --out out/steak\n"
       "kerf COMMAND --help explains a command with examples.");
   std::function<int()> chosen;
+  std::optional<MemoryLimit> memory;
   RunOptions run;
-  add_run(app, run, chosen);
+  add_run(app, run, memory, chosen);
   BindOptions bind;
   add_bind(app, bind, chosen);
   MakeOptions make;
@@ -349,14 +375,14 @@ int main(int argc, char** argv) {
   InfoOptions info;
   add_info(app, info, chosen);
   CutOptions cut;
-  add_cut(app, cut, chosen);
+  add_cut(app, cut, memory, chosen);
   ViewOptions view;
-  add_view(app, view, chosen);
+  add_view(app, view, memory, chosen);
   ReplayOptions replay;
-  add_replay(app, replay, chosen);
+  add_replay(app, replay, memory, chosen);
   BenchCommand bench;
   BenchPage bench_page;
-  add_bench(app, bench, bench_page, chosen);
+  add_bench(app, bench, bench_page, memory, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

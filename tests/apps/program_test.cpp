@@ -281,6 +281,29 @@ TEST_F(ProgramTest, StepsWithoutEndAreRefused) {
   EXPECT_THAT(run.text, HasSubstr("larger time_step"));
 }
 
+TEST_F(ProgramTest, ALatticeThatTakesTooMuchMemoryIsRefused) {
+  std::ofstream(in("s.toml"))
+      << "[body]\nmodel = \"strip\"\n[lattice]\ncells = [40, 40, 40]\n[simulation]\nduration = 0\n";
+  for (const std::string& command :
+       {"run " + in("s.toml") + " -q --out " + in("x"), "view " + in("s.toml") + " --no-browser --page " + in(".")}) {
+    std::ofstream(in("index.html")) << "<html></html>";
+    const Outcome refused = kerf(command + " --memory 100MB");
+    EXPECT_EQ(refused.status, 2) << refused.text;
+    EXPECT_THAT(refused.text, HasSubstr(":4: [lattice]: 40 x 40 x 40 cells"));
+    EXPECT_THAT(refused.text, HasSubstr("100 MB are the most (--memory)"));
+  }
+  std::ofstream(in("small.toml")) << "[body]\nmodel = \"sheet\"\n[output]\npicture = false\nanimation = false\n";
+  const std::string run = "run " + in("small.toml") + " -q --duration 0 --out " + in("x");
+  EXPECT_EQ(kerf(run + " --memory 100MB").status, 0);
+  EXPECT_EQ(kerf(run + " --memory 1000").status, 2);
+  EXPECT_EQ(kerf("cut sheet --from 0,0,0 --to 1,0,0 --out " + in("y") + " --memory 1kB").status, 2);
+  for (const char* size : {"much", "0", "-1GB"}) {
+    const Outcome bad = kerf(run + " --memory=" + size);
+    EXPECT_EQ(bad.status, 2) << size;
+    EXPECT_THAT(bad.text, HasSubstr("is no size: 4GB, 500MB, 2GiB, or bytes"));
+  }
+}
+
 TEST_F(ProgramTest, AFolderThatCannotBeMade) {
   std::ofstream(in("file")) << "x";
   const Outcome out = kerf("make sheet --out " + in("file/below"));

@@ -20,7 +20,8 @@ TEST(ByteCount, ReadsWhatPeopleWrite) {
   EXPECT_EQ(parse_bytes("500 mb"), 500'000'000U);
   EXPECT_EQ(parse_bytes("1.5GiB"), 1'610'612'736U);
   EXPECT_EQ(parse_bytes("2kB"), 2000U);
-  for (const char* bad : {"", "GB", "-1GB", "4 gallons", "nan", "inf", "1e30", "4GB "}) EXPECT_FALSE(parse_bytes(bad)) << bad;
+  for (const char* bad : {"", "GB", "-1GB", "4 gallons", "nan", "inf", "1e30", "4GB "})
+    EXPECT_FALSE(parse_bytes(bad)) << bad;
 }
 
 }  // namespace

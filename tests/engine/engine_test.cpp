@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "engine_table.h"
+#include "kerf/base/memory_limit.h"
 #include "kerf/base/random.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/session/body.h"
@@ -1123,6 +1124,21 @@ TEST(Engine, UploadedMeshesAreLoaded) {
   table.load(page, page_command(8, kLoadUpload, {13}));
   EXPECT_EQ(p.errors.size(), 6u) << p.errors.back().text;
   EXPECT_EQ(p.name, "s");
+}
+
+// A few bytes could take all memory of the server's machine.
+TEST(Engine, AnUploadedSceneWithTooLargeALatticeIsRefused) {
+  Table table;
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  const std::string scene = "[body]\nmodel = \"strip\"\n[lattice]\ncells = [400, 400, 400]\n";
+  table.tell(page, page_upload(1, 2, "large.toml", 0, static_cast<std::uint32_t>(scene.size()), scene));
+  const MemoryLimit limit(std::uint64_t{1} << 30);
+  const std::uint32_t body = table.engine.body();
+  table.load(page, page_command(1, kLoadUpload, {1}));
+  ASSERT_EQ(p.errors.size(), 1u);
+  EXPECT_NE(p.errors[0].text.find("64000000"), std::string::npos) << p.errors[0].text;
+  EXPECT_EQ(table.engine.body(), body);
 }
 
 // Whether there is a file on this machine, what it is and where the server works are nobody's business.

@@ -210,7 +210,7 @@ SceneKeys<SceneLattice> scene_keys<SceneLattice>() {
       {"cells", member<&T::cells>(), "", at_least_one(1000), false,
        "Cells along the three axes, over the whole body. With nothing given a model brings its own lattice, "
        "and bodies "
-       "from files get cells that fit their thickness."},
+       "from files get cells that fit their thickness. A lattice that would take more memory than --memory allows is refused."},
       {"cell_size", member<&T::cell_size>(), "m", kPositive, false,
        "Edge lengths of a cell along the three axes; the body sits in the middle of the lattice."},
       {"origin", member<&T::origin>(), "m", kPlace, false,

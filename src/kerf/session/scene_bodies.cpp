@@ -12,6 +12,7 @@
 #include "kerf/scene/scene_lattice.h"
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/body_build.h"
+#include "kerf/session/lattice_memory.h"
 
 namespace kerf {
 namespace {
@@ -168,6 +169,7 @@ std::string body_name(const Scene& scene, std::size_t number) {
 Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progress) {
   auto bodies = gather_bodies(scene, progress);
   if (bodies) KERF_TRY(check_distance(*bodies));
+  if (bodies) KERF_TRY(check_lattice_memory(scene, bodies->complex.collision, bodies->frame));
   return bodies;
 }
 

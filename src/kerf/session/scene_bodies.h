@@ -22,7 +22,8 @@ struct SceneBodies {
 /// How messages call the body of this number, from 0: by its name, or "body 2 (steak)".
 std::string body_name(const Scene& scene, std::size_t number);
 
-/// Bad input: what load_scene_body and scene_lattice refuse; closed bodies beside open sheets.
+/// Bad input: what load_scene_body and scene_lattice refuse; closed bodies beside open sheets; a lattice that would take more than
+/// memory_limit().
 ///
 /// The lattice of one body is the one that it would have at the origin, moved along. Several share one: that of the first
 /// body, with the least cell of all along each axis, enlarged to hold them all. The notes say when a body gets cells much

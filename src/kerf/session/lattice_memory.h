@@ -1,0 +1,25 @@
+// What the hexahedra of a body will take of memory: asked for before any is made.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "kerf/base/result.h"
+#include "kerf/lattice/lattice_frame.h"
+#include "kerf/scene/scene.h"
+
+namespace kerf {
+
+struct LatticeMemory {
+  std::size_t cells = 0;      ///< of the box
+  std::size_t hexahedra = 0;  ///< about
+  std::uint64_t bytes = 0;    ///< with their nodes, matrices, the solver, and a copy of the state
+};
+
+/// An estimate, up to twice too much for bodies of one layer that lie in lattice planes. Cost: linear in collision triangles.
+LatticeMemory lattice_memory(const CollisionMesh& mesh, const LatticeFrame& frame, ScenePreconditioner preconditioner);
+
+/// Bad input where that is more than memory_limit(), with line, numbers and the way out.
+Status check_lattice_memory(const Scene& scene, const CollisionMesh& mesh, const LatticeFrame& frame);
+
+}  // namespace kerf

@@ -12,6 +12,7 @@
 #include "kerf/base/random.h"
 #include "kerf/mesh/half_edge_build.h"
 #include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/nested_boxes.h"
 #include "kerf/mesh/surface_measures.h"
 #include "kerf/mesh/surface_tolerances.h"
 #include "support/source_dir.h"
@@ -183,6 +184,68 @@ TEST(SurfaceCheck, WheelsAreFineButTooLargeToBind) {
                                              HasSubstr("5000 are the most"), HasSubstr("re-mesh")));
   mesh = wheel_mesh(static_cast<int>(kMostAround));
   accepted(mesh, bindable);
+}
+
+// A hundred thousand groups may be as many bodies. 11 s where each is compared with all.
+TEST(SurfaceCheck, AHundredThousandBodies) {
+  constexpr int kBodies = 100000;
+  TriangleMesh mesh;
+  for (int i = 0; i < kBodies; ++i) {
+    const Vec3 o{2.0 * (i % 100), 2.0 * (i / 100 % 100), 2.0 * (i / 10000)};
+    for (const Vec3 p : {Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) mesh.positions.push_back(o + p);
+    for (const auto& t : {tri(0, 2, 1), tri(0, 1, 3), tri(1, 2, 3), tri(2, 0, 3)})
+      mesh.triangles.push_back(tri(4 * i + t[0].value, 4 * i + t[1].value, 4 * i + t[2].value));
+  }
+  SurfaceRequirements any;
+  any.single_body = false;
+  const auto report = check_surface(mesh, any);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->bodies, std::size_t{kBodies});
+  EXPECT_EQ(report->cavities, 0U);
+}
+
+// Every triangle has corners of its own: the hub is there 50,000 times. 7 s where those are compared with each other.
+TEST(SurfaceCheck, ASoupAroundOnePlaceIsWelded) {
+  constexpr int kSpokes = 50000;
+  const TriangleMesh wheel = wheel_mesh(kSpokes);
+  TriangleMesh soup;
+  for (const auto& t : wheel.triangles) {
+    const int first = static_cast<int>(soup.positions.size());
+    for (const VertexId v : t) soup.positions.push_back(wheel.positions[v]);
+    soup.triangles.push_back(tri(first, first + 1, first + 2));
+  }
+  SurfaceRequirements tolerant;
+  tolerant.weld_tolerance = kWeldTolerance;
+  const auto report = check_surface(soup, tolerant);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(soup.positions.size(), std::size_t{kSpokes + 1});
+}
+
+TEST(NestedBoxes, FindsWhatLookingAtEachFinds) {
+  Random random(11);
+  for (int round = 0; round < 50; ++round) {
+    const int n = random.index(60);
+    std::vector<NestedBoxes::Item> items;
+    for (int i = 0; i < n; ++i) {
+      Box3 box;
+      for (int k = 0; k < 2; ++k)
+        box.add({1.0 * random.index(6), 1.0 * random.index(6), 1.0 * random.index(6)});  // many share sides
+      items.push_back({box, static_cast<std::size_t>(i)});
+    }
+    const NestedBoxes boxes(items);
+    for (const auto& in : items) {
+      std::vector<std::size_t> found, expected;
+      boxes.for_each_around(in.box, [&](std::size_t j) { found.push_back(j); });
+      for (const auto& out : items) {
+        Box3 both = out.box;
+        both.add(in.box.min);
+        both.add(in.box.max);
+        if (both.min == out.box.min && both.max == out.box.max) expected.push_back(out.number);
+      }
+      std::sort(found.begin(), found.end());
+      EXPECT_EQ(found, expected);
+    }
+  }
 }
 
 // Each is free once the one after it has gone: from the last to the first.

@@ -10,6 +10,7 @@
 
 #include "kerf/mesh/first_seen.h"
 #include "kerf/mesh/mesh_limits.h"
+#include "kerf/mesh/nested_boxes.h"
 #include "kerf/mesh/surface_edges.h"
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/mesh/union_find.h"
@@ -114,13 +115,21 @@ std::vector<std::int32_t> weld_within(const TriangleMesh& mesh, const Box3& box,
     }
     entries[v].vertex = static_cast<std::int32_t>(v);
   }
-  std::vector<Entry> sorted = entries;
+  // Of vertices at the very same place the first stands for all: the corners of a soup of triangles around one place are many.
+  const std::vector<std::int32_t> first = weld_exactly(mesh);
+  UnionFind places(entries.size());
+  std::vector<Entry> sorted;
+  for (const Entry& e : entries) {
+    const std::int32_t same = first[static_cast<std::size_t>(e.vertex)];
+    if (same == e.vertex) sorted.push_back(e);
+    else places.join(same, e.vertex);
+  }
   const auto before = [](const Entry& a, const Entry& b) {
     return a.cell != b.cell ? a.cell < b.cell : a.vertex < b.vertex;
   };
   std::sort(sorted.begin(), sorted.end(), before);
-  UnionFind places(entries.size());
   for (std::size_t v = 0; v < entries.size(); ++v) {
+    if (first[v] != static_cast<std::int32_t>(v)) continue;
     const Vec3 p = mesh.positions.raw()[v];
     const Vec3 s = scaled(p);
     for (int corner = 0; corner < 8; ++corner) {
@@ -658,16 +667,15 @@ class SurfacePass {
   void nest_parts() {
     if (parts_.size() < 2) return;
     list_triangles_of_parts();
+    std::vector<NestedBoxes::Item> closed;
+    for (std::size_t i = 0; i < parts_.size(); ++i)
+      if (parts_[i].border_edges == 0) closed.push_back({parts_[i].box, i});
+    const NestedBoxes boxes(std::move(closed));
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (parts_[i].border_edges > 0) continue;
-      for (std::size_t j = 0; j < parts_.size(); ++j) {
-        if (i == j || parts_[j].border_edges > 0) continue;
-        const Box3& in = parts_[i].box;
-        const Box3& out = parts_[j].box;
-        const bool boxed = in.min.x >= out.min.x && in.min.y >= out.min.y && in.min.z >= out.min.z &&
-                           in.max.x <= out.max.x && in.max.y <= out.max.y && in.max.z <= out.max.z;
-        if (boxed && is_inside(i, j)) ++parts_[i].depth;
-      }
+      boxes.for_each_around(parts_[i].box, [&](std::size_t j) {
+        if (i != j && is_inside(i, j)) ++parts_[i].depth;
+      });
     }
   }
 

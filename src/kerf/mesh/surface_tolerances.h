@@ -27,8 +27,8 @@ inline constexpr double kUsualLargest = 5;
 /// Distance from the origin over diagonal: beyond this a warning is due.
 inline constexpr double kUsualDistance = 1e3;
 
-/// Triangles at one vertex of a body: what binds one tries each of them for each of them. A sheet with 4,000, 8,000 and 16,000 takes 0.4, 1.6
-/// and 6.5 s of a core to bind, a plate whose faces are fans of 2,000 and 8,000 takes 2 and 25 s. At half, turned parts with fine lids are
+/// Triangles at one vertex of a body: what binds one tries each of them for each of them. A sheet with 4,000 and 8,000 takes 0.4 and 1.6
+/// s of a core to bind, a plate whose faces are fans of 2,000 and 8,000 takes 2 and 25 s. At half, turned parts with fine lids are
 /// refused; at double, one lid costs a minute.
 inline constexpr std::size_t kMostAround = 5000;
 

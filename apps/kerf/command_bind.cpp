@@ -16,6 +16,7 @@
 #include "kerf/scene/scene_body.h"
 #include "placement_text.h"
 #include "progress_bar.h"
+#include "terminal.h"
 
 namespace kerf::app {
 namespace {
@@ -104,17 +105,14 @@ int bind_meshes(const BindOptions& options) {
   const Result<SceneBodyLoaded> loaded = bind_and_save(options, made);
   if (!loaded.ok()) return report(loaded.error());
   if (options.quiet) return kSuccess;
-  for (const std::string& note : loaded->notes) std::fprintf(stderr, "note: %s\n", note.c_str());
-  if (made) std::fputs(quality_table(*made).c_str(), stdout);
+  for (const std::string& note : loaded->notes) warn("note: {}\n", note);
+  if (made) put(stdout, quality_table(*made));
   const BindReport& r = loaded->bound.report;
-  std::fputs(
-      fmt::format("bound {} visual triangles to {} collision triangles ({}) in {:.3g} s; "
-                  "re-meshing added {} vertices and {} triangles\n{}written to {}\n",
-                  r.input_triangles, loaded->bound.complex.collision.face_count(), r.closed ? "closed" : "open sheet",
-                  r.seconds.total, r.visual_vertices - r.input_vertices, r.visual_triangles - r.input_triangles,
-                  r.closed ? placement_text(r) + "\n" : "", options.out.string())
-          .c_str(),
-      stdout);
+  say("bound {} visual triangles to {} collision triangles ({}) in {:.3g} s; "
+      "re-meshing added {} vertices and {} triangles\n{}written to {}\n",
+      r.input_triangles, loaded->bound.complex.collision.face_count(), r.closed ? "closed" : "open sheet",
+      r.seconds.total, r.visual_vertices - r.input_vertices, r.visual_triangles - r.input_triangles,
+      r.closed ? placement_text(r) + "\n" : "", options.out.string());
   return kSuccess;
 }
 

@@ -13,6 +13,7 @@
 #include "kerf/spatial/triangle_queries.h"
 #include "progress_bar.h"
 #include "result_folder.h"
+#include "terminal.h"
 
 namespace kerf::app {
 namespace {
@@ -92,8 +93,8 @@ Status cut_once(const CutOptions& options, Session& session, RunLog& log) {
         "cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
         "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
         box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z));
-  fmt::print("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles,
-             1e3 * stroke.times.total, now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
+  say("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles, 1e3 * stroke.times.total,
+      now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
   return valid;
 }
 
@@ -131,7 +132,7 @@ int cut_body(const CutOptions& options) {
     return Session::create(scene, bar.callback());
   }();
   if (!session.ok()) return report(session.error());
-  for (const std::string& note : session->notes()) fmt::print("note: {}\n", note);
+  for (const std::string& note : session->notes()) say("note: {}\n", note);
 
   RunLog log;
   log.counts_before = session->counts();

@@ -18,6 +18,7 @@
 #include "mesh_folders.h"
 #include "placement_text.h"
 #include "scene_search.h"
+#include "terminal.h"
 
 namespace kerf::app {
 namespace {
@@ -81,7 +82,7 @@ int show_scene(const std::filesystem::path& path) {
                      scene.obstacles.size(), scene.tools.size());
   for (const SceneCommand& command : scene.commands)
     out += fmt::format("{:7.3f} s {}\n", command.at, std::visit(CommandText{}, command.what));
-  std::fputs(out.c_str(), stdout);
+  put(stdout, out);
   return kSuccess;
 }
 
@@ -107,7 +108,7 @@ int show_mesh(const std::string& file) {
     const Result<SurfaceReport> refused = check_surface(*mesh, requirements);
     out += fmt::format("unusable   {}\n",
                        refused.ok() ? "its lengths are too large to compute with" : refused.error().message);
-    std::fputs(out.c_str(), stdout);
+    put(stdout, out);
     return kSuccess;
   }
   out += fmt::format("size       {:.6g} x {:.6g} x {:.6g}, centre {:.6g}, {:.6g}, {:.6g}\n", size.x, size.y, size.z,
@@ -129,7 +130,7 @@ int show_mesh(const std::string& file) {
     for (const std::string& warning : checked->warnings) out += fmt::format("warning    {}\n", warning);
     if (checked->repairs.empty() && checked->warnings.empty()) out += "checks     nothing to mend\n";
   }
-  std::fputs(out.c_str(), stdout);
+  put(stdout, out);
   return kSuccess;
 }
 
@@ -160,7 +161,7 @@ int show_bound_body(const std::string& file) {
                        nature.lattice->cells[2]);
   out += '\n';
   for (const std::string& warning : r.warnings) out += fmt::format("warning    {}\n", warning);
-  std::fputs(out.c_str(), stdout);
+  put(stdout, out);
   return kSuccess;
 }
 
@@ -168,11 +169,11 @@ int show_bound_body(const std::string& file) {
 
 int show_info(const InfoOptions& options) {
   if (options.schema) {
-    std::fputs((options.markdown ? scene_schema_markdown() : scene_schema_text()).c_str(), stdout);
+    put(stdout, options.markdown ? scene_schema_markdown() : scene_schema_text());
     return kSuccess;
   }
   if (options.scenes) {
-    for (const std::string& name : shipped_scenes()) std::printf("%s\n", name.c_str());
+    for (const std::string& name : shipped_scenes()) say("{}\n", name);
     return kSuccess;
   }
   if (options.file.empty())

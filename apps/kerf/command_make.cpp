@@ -9,6 +9,7 @@
 #include "folder.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/whole_file.h"
+#include "terminal.h"
 
 namespace kerf::app {
 namespace {
@@ -54,11 +55,9 @@ int make_meshes(const MakeOptions& options) {
   if (!model.ok()) return report(model.error());
   if (const Status status = write(options, *model); !status.ok()) return report(status.error());
   const LatticeHint& l = model->lattice;
-  std::fputs(fmt::format("{}: visual mesh {} ({}), collision mesh {}, lattice {} x {} x {} cells\nwritten to {}\n",
-                         options.model, count_text(model->visual), model->closed ? "closed" : "open",
-                         count_text(model->collision), l.cells[0], l.cells[1], l.cells[2], options.out.string())
-                 .c_str(),
-             stdout);
+  say("{}: visual mesh {} ({}), collision mesh {}, lattice {} x {} x {} cells\nwritten to {}\n", options.model,
+      count_text(model->visual), model->closed ? "closed" : "open", count_text(model->collision), l.cells[0],
+      l.cells[1], l.cells[2], options.out.string());
   return kSuccess;
 }
 

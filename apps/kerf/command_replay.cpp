@@ -9,6 +9,7 @@
 #include "mesh_folders.h"
 #include "progress_bar.h"
 #include "score_line.h"
+#include "terminal.h"
 
 namespace kerf::app {
 namespace {
@@ -23,38 +24,36 @@ int play(const std::string& file, const Recording& recording, const ReplayOption
   if (!played) return report(played.error());
   score = played->score;
   if (played->first_difference >= 0) {
-    fmt::print(stderr,
-               "kerf: the replay of {} differs from the recording at step {} of {} (or in the {} steps before it)\n",
-               file, played->first_difference, recording.last_step, kHashEvery);
+    warn("kerf: the replay of {} differs from the recording at step {} of {} (or in the {} steps before it)\n", file,
+         played->first_difference, recording.last_step, kHashEvery);
     if (recording.instructions != instruction_set())
-      fmt::print(stderr, "kerf: it was recorded with {}, this program uses {}\n", recording.instructions,
-                 instruction_set());
+      warn("kerf: it was recorded with {}, this program uses {}\n", recording.instructions, instruction_set());
     return kRunFailed;
   }
   if (options.quiet) return kSuccess;
-  fmt::print("{}: {} steps, {} changes, {} hashes: the same bits\n", file, played->steps, recording.changes.size(),
-             played->hashes);
-  if (played->score) fmt::print("  {}\n", score_line(*played->score));
+  say("{}: {} steps, {} changes, {} hashes: the same bits\n", file, played->steps, recording.changes.size(),
+      played->hashes);
+  if (played->score) say("  {}\n", score_line(*played->score));
   return kSuccess;
 }
 
 void print_difference(const RecordingDifference& d, const ReplayOptions& options) {
   if (d.none()) {
-    fmt::print("The recordings are the same: every change, {} hashes and the end.\n", d.common_hashes);
+    say("The recordings are the same: every change, {} hashes and the end.\n", d.common_hashes);
     return;
   }
-  for (const std::string& what : d.settings) fmt::print("different from the start: {}\n", what);
+  for (const std::string& what : d.settings) say("different from the start: {}\n", what);
   if (d.first_change >= 0) {
-    fmt::print("first change that differs, at step {}:\n  {}: {}\n  {}: {}\n", d.first_change, options.file, d.change_a,
-               options.compare, d.change_b);
+    say("first change that differs, at step {}:\n  {}: {}\n  {}: {}\n", d.first_change, options.file, d.change_a,
+        options.compare, d.change_b);
   } else {
-    fmt::print("every change is the same\n");
+    say("every change is the same\n");
   }
   if (d.first_hash >= 0) {
-    fmt::print("first state that differs: after step {} (or in the {} steps before it)\n", d.first_hash, kHashEvery);
+    say("first state that differs: after step {} (or in the {} steps before it)\n", d.first_hash, kHashEvery);
   } else {
-    fmt::print("{} states after the same steps are the same; the end is {}\n", d.common_hashes,
-               d.same_end ? "the same" : "another");
+    say("{} states after the same steps are the same; the end is {}\n", d.common_hashes,
+        d.same_end ? "the same" : "another");
   }
 }
 
@@ -64,9 +63,9 @@ void print_scores(const std::optional<TrainerScore>& a, const std::optional<Trai
     const auto cell = [&](const std::optional<TrainerScore>& s) {
       return s ? fmt::format("{:.4g} {}", value(*s), unit) : std::string("-");
     };
-    fmt::print("  {:<24}{:>16}{:>16}\n", name, cell(a), cell(b));
+    say("  {:<24}{:>16}{:>16}\n", name, cell(a), cell(b));
   };
-  fmt::print("score\n");
+  say("score\n");
   row("lesion removed", "%", [](const TrainerScore& s) { return 100 * s.lesion_removed; });
   row("healthy tissue removed", "mm3", [](const TrainerScore& s) { return 1e9 * s.healthy_removed; });
   row("remaining roughness", "mm", [](const TrainerScore& s) { return 1e3 * s.roughness; });

@@ -22,6 +22,7 @@
 #include "scene_search.h"
 #include "score_line.h"
 #include "session_picture.h"
+#include "terminal.h"
 
 namespace kerf::app {
 namespace {
@@ -100,25 +101,25 @@ class Run {
 
   void summary() const {
     if (options_.quiet) return;
-    for (std::size_t i = notes_said_; i < session_.notes().size(); ++i) fmt::print("note: {}\n", session_.notes()[i]);
-    if (const std::string note = overlap_note(session_, log_); !note.empty()) fmt::print("note: {}\n", note);
+    for (std::size_t i = notes_said_; i < session_.notes().size(); ++i) say("note: {}\n", session_.notes()[i]);
+    if (const std::string note = overlap_note(session_, log_); !note.empty()) say("note: {}\n", note);
     const BodyCounts now = session_.counts();
     std::vector<double> milliseconds;
     for (const RunLog::Step& s : log_.steps) milliseconds.push_back(1e3 * s.seconds);
     const Quantiles q = quantiles(milliseconds);
-    fmt::print("{}: {} steps of {} ms, median {:.3f} ms, 99th percentile {:.3f} ms\n", scene_.name, log_.steps.size(),
-               1e3 * scene_.simulation.time_step, q.median, q.p99);
+    say("{}: {} steps of {} ms, median {:.3f} ms, 99th percentile {:.3f} ms\n", scene_.name, log_.steps.size(),
+        1e3 * scene_.simulation.time_step, q.median, q.p99);
     for (std::size_t i = 0; i < session_.strokes().size(); ++i) {
       const StrokeRecord& s = session_.strokes()[i];
-      fmt::print("  cut {}: {} collision triangles in {:.2f} ms{}\n", i + 1, s.triangles, 1e3 * s.times.total,
-                 s.refused > 0 ? fmt::format(", {} steps refused", s.refused) : "");
+      say("  cut {}: {} collision triangles in {:.2f} ms{}\n", i + 1, s.triangles, 1e3 * s.times.total,
+          s.refused > 0 ? fmt::format(", {} steps refused", s.refused) : "");
     }
-    fmt::print("  {} pieces; visual {}/{}, collision {}/{} vertices/triangles, {} nodes, {} hexahedra\n", now.pieces,
-               now.visual_vertices, now.visual_triangles, now.collision_vertices, now.collision_triangles, now.nodes,
-               now.hexahedra);
+    say("  {} pieces; visual {}/{}, collision {}/{} vertices/triangles, {} nodes, {} hexahedra\n", now.pieces,
+        now.visual_vertices, now.visual_triangles, now.collision_vertices, now.collision_triangles, now.nodes,
+        now.hexahedra);
     say_forces();
-    if (const auto score = session_.score()) fmt::print("  {}\n", score_line(*score));
-    fmt::print("  results: {}\n", options_.out.string());
+    if (const auto score = session_.score()) say("  {}\n", score_line(*score));
+    say("  results: {}\n", options_.out.string());
   }
   /// Whether the invariants held at every check. What is broken is an error, said however quiet the run is.
   [[nodiscard]] Status invariants() const {
@@ -143,16 +144,14 @@ class Run {
       const RunLog::Tool& tool = log_.tools[i];
       const Vec3 place = session_.tools()[i].place.position,
                  at{micrometres(place.x), micrometres(place.y), micrometres(place.z)};
-      fmt::print(
-          "  tool \"{}\": largest force on it {:.3g} N at {:.4g} s, torque {:.3g} N m at {:.4g} s; ends at ({:.6g}, {:.6g}, {:.6g}) m\n",
+      say("  tool \"{}\": largest force on it {:.3g} N at {:.4g} s, torque {:.3g} N m at {:.4g} s; ends at ({:.6g}, {:.6g}, {:.6g}) m\n",
           scene_.tools[i].id, tool.force, tool.force_at, tool.torque, tool.torque_at, at.x, at.y, at.z);
     }
     int most = 0;
     for (const RunLog::Step& s : log_.steps) most = std::max(most, s.pressing);
     if (most == 0) return;
     const DeepestOverlap deepest = deepest_overlap(session_, log_);
-    fmt::print(
-        "  contact: up to {} places press; deepest overlap {:.2g} mm, {:.2g} of the largest half thickness, at {:.4g} s\n",
+    say("  contact: up to {} places press; deepest overlap {:.2g} mm, {:.2g} of the largest half thickness, at {:.4g} s\n",
         most, 1e3 * deepest.metres, deepest.share, deepest.time);
   }
   /// What can't be kept of a state is a run that failed, not bad input.
@@ -236,7 +235,7 @@ int run_scene(const RunOptions& options) {
   }();
   if (!session.ok()) return report(session.error());
   if (!options.quiet)
-    for (const std::string& note : session->notes()) fmt::print("note: {}\n", note);
+    for (const std::string& note : session->notes()) say("note: {}\n", note);
 
   Run run(*scene, std::move(session).value(), options);
   run.log().prepare_seconds = seconds_since(start);

@@ -17,6 +17,7 @@
 #include "mesh_folders.h"
 #include "progress_bar.h"
 #include "scene_search.h"
+#include "terminal.h"
 #include "view_server.h"
 
 extern char** environ;
@@ -149,16 +150,16 @@ int view_scene(const ViewOptions& options) {
   auto server = ViewServer::create(std::move(*engine), std::move(page), server_options);
   if (!server) return report(server.error());
   const std::string address = server->address();
-  fmt::print("kerf view: {}\n", address);
+  say("kerf view: {}\n", address);
   if (options.listen == "0.0.0.0")
     for (const std::string& own : network_addresses())
-      fmt::print("from other machines: http://{}:{}/?token={}\n", own, server->port(), server_options.token);
-  fmt::print("Whoever has this address can use the session.\n");
-  fmt::print("Stop with Ctrl-C.\n");
+      say("from other machines: http://{}:{}/?token={}\n", own, server->port(), server_options.token);
+  say("Whoever has this address can use the session.\n");
+  say("Stop with Ctrl-C.\n");
   std::fflush(stdout);
   if (!options.no_browser) open_browser(server->opening_address());
   server->run();
-  fmt::print("kerf view: stopped.\n");
+  say("kerf view: stopped.\n");
   return kSuccess;
 }
 

@@ -1,10 +1,10 @@
 // What the program tells the shell.
 #pragma once
 
-#include <cstdio>
 #include <exception>
 
 #include "kerf/base/result.h"
+#include "terminal.h"
 
 namespace kerf::app {
 
@@ -14,7 +14,7 @@ inline constexpr int kBadInput = 2;
 
 /// Prints an error to stderr, one "kerf: " line each, and returns its exit status.
 inline int report(const Error& error) {
-  std::fprintf(stderr, "kerf: %s\n", error.message.c_str());
+  warn("kerf: {}\n", error.message);
   return error.kind == ErrorKind::kBadInput ? kBadInput : kRunFailed;
 }
 

@@ -11,6 +11,7 @@
 #include <functional>
 #include <iostream>
 #include <optional>
+#include <sstream>
 #include <string>
 
 #include "command_bench.h"
@@ -26,7 +27,9 @@
 #include "kerf/base/memory_limit.h"
 #include "kerf/mesh/models.h"
 #include "mesh_folders.h"
+#include "number_checks.h"
 #include "scene_search.h"
+#include "terminal.h"
 
 namespace {
 
@@ -78,7 +81,7 @@ void add_run(CLI::App& app, RunOptions& options, std::optional<MemoryLimit>& mem
       ->required();
   command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")->required();
   command->add_option("--duration", options.duration, "Simulate this many seconds instead of the scene's")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Validator(is_not_negative, ">= 0"));
   command->add_option("--threads", options.threads, "Threads to use; 0: all cores")->check(CLI::Range(0, 1024));
   command->add_option("--meshes", options.meshes, kMeshesHelp);
   command->add_option("--record", options.record, "Write a recording that kerf replay repeats bit by bit");
@@ -119,16 +122,17 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
                    "Save the surface as it was judged (PLY): sides, confidence, thickness, what speaks against it")
       ->excludes(collision);
   command->add_option("--scale", options.scale, "Metres per unit of the files")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Validator(is_positive, "> 0"))
       ->capture_default_str();
   command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Validator(is_positive, "> 0"));
   command
       ->add_option("--young", options.young,
                    "Young's modulus in Pa, kept in the file: scenes use it where they say none")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Validator(is_positive, "> 0"));
   command->add_option("--poisson", options.poisson, "Poisson's ratio, kept in the file")->check(CLI::Range(0.0, 0.49));
-  command->add_option("--density", options.density, "kg/m3, kept in the file")->check(CLI::PositiveNumber);
+  command->add_option("--density", options.density, "kg/m3, kept in the file")
+      ->check(CLI::Validator(is_positive, "> 0"));
   command->add_flag("--exact", options.exact_paths, "Exact geodesic paths: slower, a little shorter");
   command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
   command->footer(
@@ -152,7 +156,9 @@ void add_make(CLI::App& app, MakeOptions& options, std::function<int()>& chosen)
   command->add_option("--bend", options.options.bend, "Bend by this angle, radians");
   command->add_option("--bumps", options.options.bumps, "Height of smooth bumps, metres");
   command->add_option("--noise", options.options.noise, "Random displacements of visual vertices, metres");
-  command->add_option("--seed", options.options.seed, "Of bumps and noise")->capture_default_str();
+  command->add_option("--seed", options.options.seed, "Of bumps and noise")
+      ->check(CLI::Validator(is_whole, ">= 0"))
+      ->capture_default_str();
   command->add_option("--format", options.format, "obj or ply")
       ->check(CLI::IsMember({"obj", "ply"}))
       ->capture_default_str();
@@ -193,9 +199,9 @@ void add_cut(CLI::App& app, CutOptions& options, std::optional<MemoryLimit>& mem
       ->required();
   command->add_option("-c,--collision", options.collision, "Mesh of the mid-surface, when BODY is a visual mesh");
   command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Validator(is_positive, "> 0"));
   command->add_option("--scale", options.scale, "Metres per unit of the mesh files; --from and --to are metres")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Validator(is_positive, "> 0"))
       ->capture_default_str();
   add_vec3(
       command, "--from", [&options](Vec3 v) { options.from = v; }, "Where the cut starts, metres")
@@ -249,7 +255,8 @@ void add_view(CLI::App& app, ViewOptions& options, std::optional<MemoryLimit>& m
   command->add_option("--page", options.page, "Serve the page from this folder instead of the built-in one");
   command->add_option("--meshes", options.meshes, kMeshesHelp);
   command->add_option("--dev-origin", options.dev_origin, "One more origin that may connect (page development)");
-  command->add_option("--time-step", options.time_step, "Seconds, instead of the scene's")->check(CLI::PositiveNumber);
+  command->add_option("--time-step", options.time_step, "Seconds, instead of the scene's")
+      ->check(CLI::Validator(is_positive, "> 0"));
   command->add_flag("--no-browser", options.no_browser, "Print the address, open nothing");
   command->add_flag("--scripted", options.scripted, "Run the scene's own commands too");
   add_memory(command, memory);
@@ -317,7 +324,7 @@ void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::optio
 /// Says what the machine lacks; false when this is about something else.
 bool say_what_lacks(const std::exception& error) {
   const char* lacks = what_lacks(error);
-  if (lacks) std::fprintf(stderr, "kerf: %s\n", lacks);
+  if (lacks) warn("kerf: {}\n", lacks);
   return lacks != nullptr;
 }
 
@@ -346,7 +353,7 @@ int run_guarded(const std::function<int()>& chosen) {
   try {
     status = chosen();
   } catch (const std::exception& error) {
-    if (!say_what_lacks(error)) std::fprintf(stderr, "kerf: the system can't go on: %s\n", error.what());
+    if (!say_what_lacks(error)) warn("kerf: the system can't go on: {}\n", error.what());
   }
   if (printed()) return status;
   return status == kSuccess ? kRunFailed : status;
@@ -386,7 +393,10 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (app.exit(error) != 0) return kBadInput;
+    std::ostringstream wrong;  // arguments may hold what only a terminal would understand
+    const int status = app.exit(error, std::cout, wrong);
+    if (!wrong.str().empty()) warn("kerf: {}", wrong.str());
+    if (status != 0) return kBadInput;
     return printed() ? kSuccess : kRunFailed;  // --help, --version
   }
   return run_guarded(chosen);

@@ -59,6 +59,8 @@ constexpr const char* kPolicy =
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self'; "
     "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
+constexpr std::string_view kOnlyGet = "Only GET and HEAD.";
+
 std::string_view view(beast::string_view s) { return {s.data(), s.size()}; }
 
 bool same_letters(std::string_view a, std::string_view b) {
@@ -369,8 +371,15 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
  private:
   void have_read(error_code error) {
     silent_ = false;
-    if (error) return end();
+    const bool has_body = error == http::error::unexpected_body || error == http::error::body_limit;
+    if (error && !has_body) return end();
     http::request<http::empty_body> request = parser_->release();
+    if (has_body) {
+      request.keep_alive(false);  // the rest of it is not read
+      return refuse(request, http::status::method_not_allowed, kOnlyGet);
+    }
+    if (request.count(http::field::host) != 1)  // RFC 9112, 3.2
+      return refuse(request, http::status::bad_request, "A request has one Host line.");
     const std::string target(view(request.target()));
     const std::string_view path = std::string_view(target).substr(0, target.find('?'));
     if (!server_.host_allowed(view(request[http::field::host])))
@@ -389,7 +398,7 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
       return std::make_shared<Page>(server_, stream_.release_socket())->start(std::move(request));
     }
     if (request.method() != http::verb::get && request.method() != http::verb::head)
-      return refuse(request, http::status::method_not_allowed, "Only GET and HEAD.");
+      return refuse(request, http::status::method_not_allowed, kOnlyGet);
     if (path == "/" && server_.take_ticket(query_value(target, "ticket"))) {
       auto response = make(request, http::status::see_other, "text/plain; charset=utf-8");
       response->set(http::field::location, "/?token=" + server_.options.token);

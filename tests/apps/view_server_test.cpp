@@ -129,6 +129,25 @@ TEST(ViewServer, ForeignHostsAndOriginsAreRefused) {
   EXPECT_FALSE(SocketPage(server.port(), {"evil.example:" + port, ""}).open);
 }
 
+TEST(ViewServer, RequestsThatAreNoneGetAnAnswer) {
+  const Running server;
+  const std::string host = "Host: 127.0.0.1:" + std::to_string(server.port()) + "\r\n";
+  const auto answer = [&](const std::string& request) {
+    RawSocket socket(server.port());
+    socket.send(request);
+    return socket.response();
+  };
+  for (const std::string body : {"Content-Length: 4\r\n\r\nabcd", "Content-Length: 9999999999\r\n\r\nab",
+                                 "Transfer-Encoding: chunked\r\n\r\n4\r\nabcd\r\n0\r\n\r\n"}) {
+    const auto got = answer("POST / HTTP/1.1\r\n" + host + body);
+    EXPECT_TRUE(is(got, 405)) << got.first;
+    EXPECT_NE(got.first.find("Connection: close"), std::string::npos) << got.first;
+  }
+  EXPECT_TRUE(is(answer("GET / HTTP/1.1\r\n" + host + host + "\r\n"), 400));
+  EXPECT_TRUE(is(answer("GET / HTTP/1.1\r\n\r\n"), 400));
+  EXPECT_TRUE(is(get(server.port(), "/"), 200));
+}
+
 // Other users of this machine see the command line of the browser that is opened.
 TEST(ViewServer, TheAddressOfACommandLineIsGoodOnce) {
   ServerOptions options = Running::any_port();

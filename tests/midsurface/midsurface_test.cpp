@@ -188,6 +188,22 @@ TEST(Midsurface, RefusesOpenSurfaces) {
   EXPECT_THAT(made.error().message, HasSubstr("closed"));
 }
 
+// What a body is, in one sentence: not what else is odd about it for the same cause.
+TEST(Midsurface, SaysOneSentenceOfWhatABodyIs) {
+  struct Case {
+    const char* body;
+    const char* said;
+  };
+  for (const Case& c :
+       {Case{"ball", "about as thick as it is wide"}, Case{"Moebius strip", "has one side only"},
+        Case{"rod", "times as wide as thick"}, Case{"cube of 12 triangles", "times as wide as thick"}}) {
+    const auto made = make_midsurface(body_named(c.body).mesh);
+    ASSERT_TRUE(made.ok()) << c.body;
+    ASSERT_EQ(made->verdict.reasons.size(), 1u) << c.body << ": " << all(made->verdict.reasons);
+    EXPECT_THAT(made->verdict.reasons[0], HasSubstr(c.said)) << c.body;
+  }
+}
+
 TEST(Midsurface, SaysWhyAndWhereABodyIsNotThin) {
   const auto cube = make_midsurface(body_named("cube of 12 triangles").mesh);
   ASSERT_TRUE(cube.ok());

@@ -188,8 +188,9 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   const MidSheet sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
   const auto of_sides = static_cast<std::ptrdiff_t>(out.verdict.reasons.size());
   judge_sheet(sheet, work, bvh, centre, out.verdict);
-  // How stout a body is says more than what its sides look like then.
+  // How stout a body is says more than what its sides look like then: a rod is narrow everywhere, and branches where it ends.
   std::rotate(out.verdict.reasons.begin(), out.verdict.reasons.begin() + of_sides, out.verdict.reasons.end());
+  if (is_stout(out.verdict)) out.verdict.reasons.resize(1);
   out.seconds.sheet = watch.lap();
   if (out.verdict.thinness == Thinness::kNotThin) return refuse();
 

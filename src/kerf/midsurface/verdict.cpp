@@ -17,6 +17,7 @@ constexpr double kAllOneSided = 0.9, kOneSided = 0.03;
 constexpr double kFork = 2;                          // mean thicknesses: length of forks
 constexpr double kTooStout = 2, kStout = 3;          // width over thickness
 constexpr double kNarrow = 1.5, kNarrowShare = 0.3;  // thicknesses; of the area
+constexpr double kSheetLike = 10;  // root of half the area over the thickness: a ball has 3.8, a cube 5.2
 constexpr double kLeastVolume = 0.8, kMostVolume = 1.2;
 constexpr double kPinhole = 2;  // thicknesses around
 constexpr std::size_t kMostPlaces = 12;
@@ -74,15 +75,22 @@ double columns_on(const MidSheet& sheet, const Column<double>& area, const Worki
 
 }  // namespace
 
+bool is_stout(const MidsurfaceVerdict& verdict) {
+  return verdict.width_over_thickness > 0 && verdict.width_over_thickness < kTooStout;
+}
+
 bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag) {
   const auto& [work, pairing, labels, plus, minus, origin] = found;
   const SurfaceMesh& m = work.mesh;
   verdict.one_sided = labels.one_sided;
   flag.assign(pairing.pair.size(), 0);
   if (minus.face_count() == 0 || plus.face_count() == 0 || labels.one_sided > kAllOneSided) {
-    refuse(verdict,
-           "the two sides cannot be told apart: the body is about as thick as it is wide, or it is one-sided like a "
-           "Moebius strip");
+    double area = 0;
+    for (std::int32_t f = 0; f < m.face_count(); ++f) area += m.area(f);
+    const bool wide = std::sqrt(0.5 * area) > kSheetLike * work.thickness;
+    refuse(verdict, wide ? "the body has one side only, as a Moebius strip: its mid-surface leads from one side to the "
+                           "other; slit it across"
+                         : "the body is about as thick as it is wide, as a ball or a cube: it has no two sides");
     return false;
   }
   // Mark what joins a side to itself.
@@ -202,7 +210,7 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleB
   }
   verdict.narrow_share = narrow / total;
 
-  if (!rimless && verdict.width_over_thickness < kTooStout) {
+  if (is_stout(verdict)) {
     refuse(verdict, fmt::format("the body is only {:.3g} times as wide as thick; below {} it is not thin",
                                 verdict.width_over_thickness, kTooStout));
     verdict.places.push_back({m.position[middle] + origin, "the widest place"});

@@ -15,6 +15,9 @@ struct SidesFound {
   Vec3 origin;
 };
 
+/// Too little wider than thick to be cut as a sheet: that is the one reason to give.
+bool is_stout(const MidsurfaceVerdict& verdict);
+
 /// Before there is a sheet: two sides at all, and the exact test of their topology. Appends reasons, places (in the
 /// person's frame) and flags (|F| of the working mesh); true if the sheet can be made.
 bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vector<std::uint8_t>& flag);

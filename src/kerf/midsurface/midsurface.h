@@ -36,6 +36,7 @@ struct MidsurfaceVerdict {
   std::vector<MidsurfacePlace> places;
   double width_over_thickness = 0;  ///< 2 x largest distance to the rim / mean thickness; infinite without a rim
   double narrow_share = 0;          ///< of the area: narrower than 1.5 thicknesses
+  Vec3 narrowest;                   ///< the largest such part: its middle, in the person's frame
   double volume_ratio = 0;          ///< mid-surface x thickness / volume
   double branch_length = 0;         ///< of forks, in mean thicknesses
   double one_sided = 0;             ///< share of the opposite points that lie on the same side

@@ -209,6 +209,7 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleB
     }
   }
   verdict.narrow_share = narrow / total;
+  verdict.narrowest = narrowest + origin;
 
   if (is_stout(verdict)) {
     refuse(verdict, fmt::format("the body is only {:.3g} times as wide as thick; below {} it is not thin",
@@ -220,8 +221,8 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleB
   }
   if (verdict.narrow_share > kNarrowShare) {
     refuse(verdict, fmt::format("{:.0f} % of the body are locally about as narrow as thick, most of it at {}",
-                                100 * verdict.narrow_share, place(narrowest + origin)));
-    verdict.places.push_back({narrowest + origin, "as narrow as thick"});
+                                100 * verdict.narrow_share, place(verdict.narrowest)));
+    verdict.places.push_back({verdict.narrowest, "as narrow as thick"});
   }
   // A hole narrower than the body is thick takes as many triangles as the rest, if there is one at all: scans have such faults.
   std::size_t pinholes = 0;

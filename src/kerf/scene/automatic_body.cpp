@@ -60,7 +60,13 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
   const std::string where = mark_fault(at_fault, out.midsurface);
   std::vector<std::string> why = out.midsurface.verdict.warnings;
   why.push_back(out.refused->message + where);
-  if (out.midsurface.quality.crossings > 0)
+  // A part that is higher than it is wide has its mid-surface upright, whatever the rest of the body has.
+  if (const MidsurfaceVerdict& v = out.midsurface.verdict; v.narrow_share > 0)
+    why.push_back(fmt::format(
+        "{:.2g} % of the body are narrower than 1.5 thicknesses, most of it at ({:.4g}, {:.4g}, {:.4g}): a tip like that can "
+        "be widened, or cut off",
+        100 * v.narrow_share, v.narrowest.x, v.narrowest.y, v.narrowest.z));
+  else if (out.midsurface.quality.crossings > 0)
     why.emplace_back(
         "a body that is folded by 120 degrees and more there can be unfolded or rounded, one that passes through itself repaired");
   out.refused->message = fmt::format(

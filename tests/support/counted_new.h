@@ -9,6 +9,8 @@
 #include <limits>
 #include <new>
 
+#include "support/refused_new.h"
+
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"  // all of these are malloc and free
 
 namespace {
@@ -23,6 +25,7 @@ void give_back(void* p) {
 }
 void* counted(std::size_t size, std::size_t alignment) {
   allocations.fetch_add(1, std::memory_order_relaxed);
+  if (kerf::test::refuse_request()) return nullptr;
   size = (size + alignment - 1) / alignment * alignment;
   void* p = alignment <= alignof(std::max_align_t) ? std::malloc(size) : std::aligned_alloc(alignment, size);
   if (p && memory_left.fetch_sub(static_cast<long>(::malloc_usable_size(p))) < static_cast<long>(size)) {

@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "support/refused_new.h"
+
 namespace {
 
 /// "sync NAME" and "rename NAME", in their order; names without their folders.
@@ -32,6 +34,7 @@ int disk_call(const std::string& call) {
 
 // They stand before those of the C library.
 extern "C" int fsync(int descriptor) {
+  const kerf::test::NothingRefused notes;
   char path[PATH_MAX] = {};
   const std::string link = fmt::format("/proc/self/fd/{}", descriptor);
   if (::readlink(link.c_str(), path, sizeof path - 1) < 0) return -1;
@@ -43,6 +46,7 @@ extern "C" int fsync(int descriptor) {
 }
 
 extern "C" int rename(const char* from, const char* to) noexcept {
+  const kerf::test::NothingRefused notes;
   if (const int error = disk_call("rename " + std::filesystem::path(to).filename().string()); error != 0) {
     errno = error;
     return -1;

@@ -173,8 +173,8 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
       fail(EISDIR);
       return;
     }
-    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);  // a device must not be renamed over
-    if (descriptor_ < 0) fail(errno);
+    open_.descriptor = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);  // a device must not be renamed over
+    if (open_.descriptor < 0) fail(errno);
     return;
   }
   std::string target = path_;
@@ -185,20 +185,20 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
   path_ = target;
   int number = 0;
   for (; number < kMostWriters; ++number) {
-    temporary_ = temporary_name(path_, number);
-    descriptor_ = own(temporary_, O_CREAT);
-    if (descriptor_ >= 0 || !taken(errno)) break;
+    open_.temporary = temporary_name(path_, number);
+    open_.descriptor = own(open_.temporary, O_CREAT);
+    if (open_.descriptor >= 0 || !taken(errno)) break;
   }
-  if (descriptor_ < 0 && no_locks(errno)) {
-    temporary_ = fmt::format("{}.kerf.part-{}-0", path_, ::getpid());
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (open_.descriptor < 0 && no_locks(errno)) {
+    open_.temporary = fmt::format("{}.kerf.part-{}-0", path_, ::getpid());
+    open_.descriptor = ::open(open_.temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   }
-  if (descriptor_ < 0) {
-    temporary_.clear();
+  if (open_.descriptor < 0) {
+    open_.temporary.clear();
     fail(errno);
     return;
   }
-  if (::ftruncate(descriptor_, 0) != 0) fail(errno);
+  if (::ftruncate(open_.descriptor, 0) != 0) fail(errno);
   // What others left that were killed is of no use to anybody.
   for (int other = 0; other < kRememberedWriters; ++other) {
     if (other == number) continue;
@@ -207,9 +207,10 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
   }
 }
 
-ReplacingFile::~ReplacingFile() {
-  if (!temporary_.empty()) ::unlink(temporary_.c_str());  // while it is still this writer's own
-  if (descriptor_ >= 0) ::close(descriptor_);
+ReplacingFile::Open::~Open() {
+  if (descriptor < 0) return;
+  if (!temporary.empty()) ::unlink(temporary.c_str());  // while it is still this writer's own
+  ::close(descriptor);
 }
 
 void ReplacingFile::fail(int error_number) {
@@ -240,7 +241,7 @@ void ReplacingFile::write(std::string_view bytes) {
 void ReplacingFile::flush() {
   std::size_t done = 0;
   while (failure_.empty() && done < buffer_.size()) {
-    const ssize_t put = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+    const ssize_t put = ::write(open_.descriptor, buffer_.data() + done, buffer_.size() - done);
     if (put < 0 && errno == EINTR) continue;
     if (put < 0) return fail(errno);
     done += static_cast<std::size_t>(put);
@@ -252,19 +253,20 @@ Status ReplacingFile::commit() {
   flush();
   // The data goes before the name: a name that outlived a power cut without its data would be an empty file.
   if (failure_.empty())
-    if (const int error = wait_for_disk(descriptor_); error != 0) fail(error);
+    if (const int error = wait_for_disk(open_.descriptor); error != 0) fail(error);
   // Some disks say only on closing that they are full. A second descriptor is closed: the lock goes with the first, and the
   // file must be this writer's own until it has its name.
-  if (const int second = descriptor_ >= 0 ? ::dup(descriptor_) : -1; second >= 0 && ::close(second) != 0) fail(errno);
-  const bool renames = !temporary_.empty();
+  if (const int second = open_.descriptor >= 0 ? ::dup(open_.descriptor) : -1; second >= 0 && ::close(second) != 0)
+    fail(errno);
+  const bool renames = !open_.temporary.empty();
   if (failure_.empty() && renames) {
-    if (::rename(temporary_.c_str(), path_.c_str()) != 0) {
+    if (::rename(open_.temporary.c_str(), path_.c_str()) != 0) {
       fail(errno);
     } else {
-      temporary_.clear();
+      open_.temporary.clear();
     }
   }
-  if (failure_.empty() && ::close(std::exchange(descriptor_, -1)) != 0) fail(errno);
+  if (failure_.empty() && ::close(std::exchange(open_.descriptor, -1)) != 0) fail(errno);
   if (!failure_.empty()) return failed(failure_);
   return renames ? keep_names(parent_of(path_)) : Status{};
 }
@@ -274,8 +276,8 @@ Status check_can_be_written(const std::string& path) {
   if (::stat(path.c_str(), &info) == 0 && S_ISFIFO(info.st_mode)) return {};  // whoever reads it would see it end
   ReplacingFile file(path);
   // A full disk makes files, but takes no byte of them. A device gets none.
-  const std::size_t bytes = file.temporary_.empty() ? 0 : 1;
-  if (file.descriptor_ >= 0 && ::write(file.descriptor_, "", bytes) < 0) file.fail(errno);
+  const std::size_t bytes = file.open_.temporary.empty() ? 0 : 1;
+  if (file.open_.descriptor >= 0 && ::write(file.open_.descriptor, "", bytes) < 0) file.fail(errno);
   if (file.failure_.empty()) return {};
   return is_full(file.error_number_) ? failed(file.failure_) : bad_input(file.failure_);
 }

@@ -44,7 +44,6 @@ auto within_memory(const std::string& path, F&& read) -> decltype(read()) {
 class ReplacingFile {
  public:
   explicit ReplacingFile(std::string path);
-  ~ReplacingFile();
   ReplacingFile(const ReplacingFile&) = delete;
   ReplacingFile& operator=(const ReplacingFile&) = delete;
 
@@ -59,12 +58,18 @@ class ReplacingFile {
   void flush();
   void fail(int error_number);
 
+  /// What is open goes with it, also where the constructor throws.
+  struct Open {
+    ~Open();
+    std::string temporary;  ///< empty: written in place
+    int descriptor = -1;
+  };
+
   std::string path_;
-  std::string temporary_;  ///< empty: written in place
+  Open open_;
   std::string buffer_;
   std::string failure_;
   int error_number_ = 0;  ///< of failure_
-  int descriptor_ = -1;
 };
 
 /// Could a file be written there? Leaves nothing. To be asked before long work whose result goes there. Bad input: a folder,

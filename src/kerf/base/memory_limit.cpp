@@ -16,15 +16,17 @@ constexpr std::uint64_t kHalf = 2;  // the other half is for the system, its cac
 
 std::atomic<std::uint64_t> given{kUnlimited};
 
-std::optional<std::uint64_t> number_in(const std::filesystem::path& file) {
+// Names are plain text: std::filesystem::path of GCC 12 frees twice where memory runs out in operator/.
+
+std::optional<std::uint64_t> number_in(const std::string& file) {
   std::ifstream stream(file);
   std::uint64_t value = 0;
   if (stream >> value) return value;
   return std::nullopt;  // not there, or "max"
 }
 
-std::optional<std::uint64_t> available(const std::filesystem::path& root) {
-  std::ifstream stream(root / "proc/meminfo");
+std::optional<std::uint64_t> available(const std::string& root) {
+  std::ifstream stream(root + "/proc/meminfo");
   for (std::string word; stream >> word;) {
     std::uint64_t kilobytes = 0;
     if (word == "MemAvailable:" && stream >> kilobytes) return kilobytes << 10;
@@ -33,8 +35,8 @@ std::optional<std::uint64_t> available(const std::filesystem::path& root) {
 }
 
 /// The folder of this process in a hierarchy of control groups: "" is the second version's.
-std::string group_of(const std::filesystem::path& root, const std::string& controller) {
-  std::ifstream stream(root / "proc/self/cgroup");
+std::string group_of(const std::string& root, const std::string& controller) {
+  std::ifstream stream(root + "/proc/self/cgroup");
   for (std::string line; std::getline(stream, line);) {
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
     if (second == std::string::npos) continue;
@@ -47,23 +49,24 @@ std::string group_of(const std::filesystem::path& root, const std::string& contr
 }
 
 /// What is left to the group and all above it; a container sees its own group as the topmost.
-void limit_by_groups(const std::filesystem::path& top, const std::string& group, const char* most, const char* used,
+void limit_by_groups(const std::string& top, std::string group, const char* most, const char* used,
                      std::uint64_t& free) {
-  std::filesystem::path at = std::filesystem::path(group).relative_path();
+  while (group.ends_with('/')) group.pop_back();
   for (;;) {
-    const auto limit = number_in(top / at / most);
-    if (limit) free = std::min(free, *limit - std::min(*limit, number_in(top / at / used).value_or(0)));
-    if (at.empty()) return;
-    at = at.parent_path();
+    const std::string folder = top + group + "/";
+    const auto limit = number_in(folder + most);
+    if (limit) free = std::min(free, *limit - std::min(*limit, number_in(folder + used).value_or(0)));
+    if (group.empty()) return;
+    group.resize(group.find_last_of('/') == std::string::npos ? 0 : group.find_last_of('/'));  // groups are "/a/b"
   }
 }
 
 }  // namespace
 
-std::uint64_t free_memory(const std::filesystem::path& root) {
+std::uint64_t free_memory(const std::string& root) {
   std::uint64_t free = available(root).value_or(kUnlimited);
-  limit_by_groups(root / "sys/fs/cgroup", group_of(root, ""), "memory.max", "memory.current", free);
-  limit_by_groups(root / "sys/fs/cgroup/memory", group_of(root, "memory"), "memory.limit_in_bytes",
+  limit_by_groups(root + "/sys/fs/cgroup", group_of(root, ""), "memory.max", "memory.current", free);
+  limit_by_groups(root + "/sys/fs/cgroup/memory", group_of(root, "memory"), "memory.limit_in_bytes",
                   "memory.usage_in_bytes", free);
   return free == kUnlimited ? 0 : free;
 }

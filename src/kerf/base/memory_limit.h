@@ -2,13 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
+#include <string>
 
 namespace kerf {
 
 /// Bytes that could be had: what the machine has available, and what is left to this control group where it has a limit. 0: unknown. `root`
 /// stands for "/" (tests).
-std::uint64_t free_memory(const std::filesystem::path& root = "/");
+std::uint64_t free_memory(const std::string& root = "");
 
 /// Bytes that something about to be made may take: what the living MemoryLimit says, else half of free_memory(). Without either, no limit.
 std::uint64_t memory_limit();

@@ -7,6 +7,7 @@
 #include "kerf/base/stopwatch.h"
 #include "kerf/contact/sunk_walls.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/session/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -26,9 +27,11 @@ constexpr double kPairTolerance = 0.1;
 constexpr double kDeeper = 0.03;
 constexpr int kTryAgainParts = 4;
 
-/// Those parts may be taken again in turn, where something has got deeper than kMostUnseen by surprise; but not into parts shorter than `substeps` allows
-/// (but for rounding), and nothing is tried again once there are as many parts as it allows.
-constexpr int kContactTries = 2;
+/// Those parts, and such as have turned, may be taken again in turn: so often at most.
+constexpr int kTries = 2;
+
+/// The second time where something has got deeper than kMostUnseen by surprise; but not into parts shorter than `substeps` allows
+/// (but for rounding), and nothing is tried again for its depth once there are as many parts as it allows.
 constexpr double kMostUnseen = 0.045, kShortest = 0.99;
 
 /// Change of the deformation gradient in one part of a step at most (1: a turn of 0.7 radians), and parts at most. Rotations are frozen in a
@@ -108,6 +111,11 @@ int Session::Impl::parts_of_turning(double h) const {
                     most_parts(h));
 }
 
+int Session::Impl::parts_of_turned(double h) const {
+  const double turned = h * deformation_rate(state.body.hex, state.mechanics.velocities, kMostTurned / h);
+  return turned > kMostTurned ? parts_of_turning(h) : 1;
+}
+
 bool Session::Impl::went_too_deep() const {
   const double most = kDeeper * contact.surface.largest_radius;
   for (std::size_t i = 0; i < contact.contacts.size(); ++i) {
@@ -118,8 +126,8 @@ bool Session::Impl::went_too_deep() const {
 }
 
 bool Session::Impl::must_try_again(int tries, double h, const MechanicsState& began) {
-  if (tries == kContactTries && went_too_deep()) return true;
-  const double deep = (tries < kContactTries ? kMostUnseen : kDeeper) * contact.surface.largest_radius;
+  if (tries == kTries && went_too_deep()) return true;
+  const double deep = (tries < kTries ? kMostUnseen : kDeeper) * contact.surface.largest_radius;
   return find_surprise(scene, state.body, state.model, began, state.mechanics, touched_part, h, step_options.gravity,
                        deep, workspace.contact.results, contact);
 }
@@ -143,9 +151,9 @@ Result<StepReport> Session::Impl::divide_part(double t, double h, int more, int 
 Result<StepReport> Session::Impl::advance_part(double t, double h, int least_parts, int tries,
                                                const MechanicsState* began) {
   int more = std::max(1, least_parts);
+  touched_part = state.touching;
   if (contact.on) {
     const auto start = Clock::now();
-    touched_part = state.touching;
     passing.clear();
     find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity,
                   state.touching, contact, [this](const Contact& c) { return lets_pass(c); });
@@ -166,6 +174,11 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
   aim_holds(t + h);
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
+  if (const int again = tries > 0 ? parts_of_turned(h) : 1; again > 1) {
+    state.mechanics = *began;
+    state.touching = touched_part;
+    return divide_part(t, h, again, tries - 1, began);
+  }
   if (contact.on) {
     contact.sunk.clear();
     done->deepest_overlap = reckon_overlap(state.body, state.mechanics, kDeeper * contact.surface.largest_radius,
@@ -193,26 +206,21 @@ Result<StepReport> Session::Impl::advance_mechanics(double dt) {
       contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact) : 1;
   equal = std::min(std::max(equal, parts_of_turning(dt)), most_parts(dt));
   parts = equal;
-  if (contact.on || equal > 1) {
-    before_step = state.mechanics;
-    touched_before = state.touching;
-  }
+  before_step = state.mechanics;
+  touched_before = state.touching;
   const double h = dt / equal;
   StepReport sum;
   for (int i = 0; i < equal; ++i) {
-    const int tries = contact.on && scene.contact.substeps > 1 ? kContactTries : 0;
     const MechanicsState* began = &before_step;
-    if (tries > 0 && i > 0) {
+    if (i > 0) {
       before_part.back() = state.mechanics;
       began = &before_part.back();
     }
     // What it turns is known for the first of one part.
-    auto part = advance_part(state.time + i * h, h, equal == 1 ? 1 : parts_of_turning(h), tries, began);
+    auto part = advance_part(state.time + i * h, h, equal == 1 ? 1 : parts_of_turning(h), kTries, began);
     if (!part) {
-      if (contact.on || equal > 1) {
-        state.mechanics = before_step;
-        state.touching = touched_before;
-      }
+      state.mechanics = before_step;
+      state.touching = touched_before;
       return part;
     }
     add_part(*part, sum, i == 0);

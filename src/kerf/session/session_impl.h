@@ -367,6 +367,8 @@ struct Session::Impl {
   [[nodiscard]] int parts_of_meeting(double h) const;
   /// Where a cell turns or stretches by more than rotations frozen in a part allow.
   [[nodiscard]] int parts_of_turning(double h) const;
+  /// The same of a part that is over: 1 where it turned about as its start foretold.
+  [[nodiscard]] int parts_of_turned(double h) const;
   Result<StepReport> divide_part(double t, double h, int more, int tries, const MechanicsState* began);
   /// Points of a body got so much deeper into another one in the part that is over that shorter ones are worth their time.
   [[nodiscard]] bool went_too_deep() const;

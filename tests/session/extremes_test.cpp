@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kerf/base/random.h"
+#include "kerf/mechanics/tolerances.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
 #include "kerf/scene/temporary_folder.h"
@@ -308,7 +309,7 @@ Scene held_strip() {
   return scene;
 }
 
-TEST(Extremes, WhatIsTooFastToBeFollowedIsRefusedAtOnce) {
+TEST(Extremes, WhatIsTooFastToBeFollowedIsCappedOrRefusedAtOnce) {
   for (const double g : {1e4, 1e9, 1e12, 1e20, 1e60}) {
     SCOPED_TRACE(g);
     Scene scene = held_strip();
@@ -326,8 +327,35 @@ TEST(Extremes, WhatIsTooFastToBeFollowedIsRefusedAtOnce) {
     move.by = Vec3{0, 0, way};
     move.over = 0.05;
     scene.commands = {{0, grasp, 0}, {0.01, move, 0}};
-    outrage(scene, true);
+    outrage(scene, way > 1e12);
   }
+}
+
+// Of a grasp that runs away at 20,000 km/s the strip takes what parts of a step can follow, and somebody is told.
+TEST(Extremes, NoNodeIsFasterThanPartsCanFollow) {
+  Scene scene = held_strip();
+  SceneGrasp grasp;
+  grasp.id = "a";
+  grasp.point = {0.09, 0, 0};
+  SceneMove move;
+  move.id = "a";
+  move.by = {0, 0, 1e6};
+  move.over = 0.05;
+  scene.commands = {{0, grasp, 0}, {0.01, move, 0}};
+  Session session = test::make(scene);
+  const double limit = kMostWay * rest_box(session).diagonal() / (0.005 / 16);
+  int slowed = 0;
+  for (int i = 0; i < 16; ++i) {
+    const auto step = session.step();
+    ASSERT_TRUE(step.ok()) << step.error().message;
+    slowed += step->mechanics.slowed_nodes;
+    for (const Vec3 v : session.node_velocities()) ASSERT_LT(norm(v), 1.1 * limit);
+  }
+  EXPECT_GT(slowed, 0);
+  const auto& notes = session.notes();
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                          [](const std::string& n) { return n.find("slowed down") != std::string::npos; }),
+            1);
 }
 
 TEST(Extremes, FromAMicrometreToAKilometre) {

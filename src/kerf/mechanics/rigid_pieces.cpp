@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kerf/base/lanes.h"
+#include "kerf/base/vec.h"
 #include "kerf/mechanics/block_cholesky.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
@@ -57,6 +58,10 @@ RigidPieces rigid_pieces(const MechanicsModel& model) {
     }
     out.piece[i] = out.piece[root];
   }
+  std::vector<Box3> boxes(static_cast<std::size_t>(out.pieces));
+  for (std::size_t i = 0; i < n; ++i)
+    if (out.piece[i] >= 0) boxes[static_cast<std::size_t>(out.piece[i])].add(model.rest_positions()[i]);
+  for (const Box3& box : boxes) out.size.push_back(box.diagonal());
   out.free_index.assign(static_cast<std::size_t>(out.pieces), -1);
   for (std::size_t f = 0; f < out.free.size(); ++f) out.free_index[out.free[f]] = static_cast<std::int32_t>(f);
   out.member_begin.assign(out.free.size() + 1, 0);

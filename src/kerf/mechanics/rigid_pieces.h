@@ -16,6 +16,7 @@ struct StepWorkspace;
 struct RigidPieces {
   std::int32_t pieces = 0;               ///< connected through elements, held ones included
   std::vector<std::int32_t> piece;       ///< per node; -1: unused
+  std::vector<double> size;              ///< per piece: m, diagonal of its box at rest
   std::vector<std::int32_t> free;        ///< pieces without a held node and without a spring to a fixed place
   std::vector<std::int32_t> free_index;  ///< per piece: its place in `free`, or -1
   std::vector<std::int32_t> member_begin, members;  ///< per entry of `free`: its nodes

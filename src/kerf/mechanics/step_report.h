@@ -18,6 +18,8 @@ struct StepReport {
   double deepest_overlap = 0;  ///< m, of all rows at the end of the step
   int inverted_elements = 0;   ///< with negative volume at the start of the step
   double kinetic_energy = 0;   ///< J, after the step
+  int slowed_nodes = 0;        ///< of a session: nodes whose speed was capped (speed_cap.h), in all parts together
+  double fastest_slowed = 0;   ///< m/s: the fastest of them before
   double seconds_forces = 0, seconds_setup = 0, seconds_solve = 0, seconds_contact = 0, seconds_total = 0;
 };
 

@@ -1,4 +1,4 @@
-// Numbers that decide in a solve, for pieces in flight (step.cpp). Each: its unit, where it comes from, and what half and double of it do to 180 runs of spinning slabs, strips
+// Numbers that decide in a solve, for pieces in flight (step.cpp), and what speeds it may end with (speed_cap.h). Of those in flight, each: its unit, where it comes from, and what half and double of it do to 180 runs of spinning slabs, strips
 // and plates (0.03 to 100 MPa, 5 to 60 rad/s, steps of 5 and 16.7 ms, half of them bent at the start): one gains 8 % of its kinetic energy, in 25.6 iterations a step.
 #pragma once
 
@@ -13,5 +13,10 @@ inline constexpr double kFlightTurn = 0.25;
 /// a strip of 10 MPa at a radian a step comes to 1.07 of its kinetic energy; a hundredth of it takes 35 iterations a step for 28, and is no better. Half: 25.9, double: 25.3, again
 /// one run gains 8 %. Without it, a second one gains more than 1 %.
 inline constexpr double kFlightTolerance = 1000;
+
+/// Of a piece's size at rest: how far a node may move in a 16th of a time step, for `substeps` up to 16 (speed_cap.h). As a spin that is a turn of
+/// 0.8 radians, where frozen rotations end (kMostTurn of the session). Of five punched bodies under 300 to 1000 g, whose runs end without it, none ends.
+/// Half: none ends either, and spins of 0.4 radians are braked. Double: two of the runs end, as points come apart by more than the body's size.
+inline constexpr double kMostWay = 0.4;
 
 }  // namespace kerf

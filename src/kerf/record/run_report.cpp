@@ -123,8 +123,8 @@ Quantiles quantiles(std::vector<double> values) {
 void RunLog::add(const Session& session, const SessionStep& step) {
   const StepReport& m = step.mechanics;
   steps.push_back({session.time(), step.seconds, m.seconds_total, m.iterations, m.residual, m.cap_hit, m.factorised,
-                   m.stopped_by_floor, m.inverted_elements, m.kinetic_energy, m.contacts, m.pressing,
-                   m.deepest_overlap});
+                   m.stopped_by_floor, m.inverted_elements, m.kinetic_energy, m.contacts, m.pressing, m.deepest_overlap,
+                   m.slowed_nodes});
   const std::vector<Session::ToolState> now = session.tools();
   tools.resize(now.size());
   for (std::size_t i = 0; i < now.size(); ++i) {
@@ -185,13 +185,14 @@ std::string run_report_json(const Session& session, const RunLog& log, const Run
   }
   report["cuts"] = cuts;
 
-  int most = 0, caps = 0, factorised = 0, inverted = 0, floors = 0;
+  int most = 0, caps = 0, factorised = 0, inverted = 0, floors = 0, slowed = 0;
   double worst_residual = 0, sum = 0;
   for (const RunLog::Step& s : log.steps) {
     most = std::max(most, s.iterations);
     caps += s.cap_hit ? 1 : 0;
     factorised += s.factorised ? 1 : 0;
     inverted = std::max(inverted, s.inverted);
+    slowed += s.slowed;
     // A body at rest has next to nothing on the right-hand side; what is left of that says nothing.
     if (s.stopped_by_floor) ++floors;
     else worst_residual = std::max(worst_residual, s.residual);
@@ -209,6 +210,7 @@ std::string run_report_json(const Session& session, const RunLog& log, const Run
         {"steps_not_converged", caps},
         {"steps_factorised", factorised}}},
       {"inverted_elements_most", inverted},
+      {"slowed_nodes", slowed},
       {"kinetic_energy_end", log.steps.empty() ? 0.0 : log.steps.back().kinetic_energy}};
   report["support_force"] = json(session.support_force());
   if (!session.scene().tools.empty()) report["tools"] = tools_json(session, log);

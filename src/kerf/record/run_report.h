@@ -24,6 +24,7 @@ struct RunLog {
     double kinetic_energy = 0;  ///< J
     int contacts = 0, pressing = 0;
     double overlap = 0;  ///< m: the deepest
+    int slowed = 0;      ///< nodes whose speed was capped
   };
   std::vector<Step> steps;
   struct Tool {

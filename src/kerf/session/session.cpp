@@ -194,6 +194,7 @@ Result<SessionStep> Session::step() {
     return failed(
         mechanics.error().message);  // whatever it was that could not be computed with: the scene was accepted
   report.mechanics = *mechanics;
+  s.note_slowing(report.mechanics);
   report.parts = s.parts;
   report.detection = s.detection_seconds;
   s.forces_of = s.state.topology_version;

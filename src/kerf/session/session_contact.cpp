@@ -172,6 +172,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
                                 [](const Contact& c) { return c.b.vertex[0].valid(); }))
     last_options.tolerance *= kPairTolerance;
   aim_holds(t + h);
+  const double fastest = fastest_node(state.model, state.mechanics);
   auto done = kerf::step(state.model, state.mechanics, last_options, workspace, contact.on ? &contact.set : nullptr);
   if (!done) return done;
   if (const int again = tries > 0 ? parts_of_turned(h) : 1; again > 1) {
@@ -195,8 +196,21 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
   }
   // The solver settles slivers too (kNodeTolerance, carry_crumbs). Few random lives have been tried without this.
   calm_light_nodes(state.body.hex, state.model.structure().mass, h, state.mechanics);
+  cap_part(h, fastest, *done);
   add_forces(workspace.contact.tool_results, h, part_impulses);
   return done;
+}
+
+void Session::Impl::cap_part(double h, double fastest, StepReport& report) {
+  double reached = fastest;
+  for (const std::vector<RigidShape>* shapes : {&contact.shapes.obstacles, &contact.tools})
+    for (const RigidShape& shape : *shapes) reached = std::max(reached, greatest_speed(shape));
+  std::span<const std::uint8_t> touched;
+  if (contact.on) touched = workspace.contact.touched_free;
+  const SlowedNodes slowed =
+      cap_speeds(state.model, {kDivided * shortest_part(), reached}, touched, h, state.mechanics, speed_cap);
+  report.slowed_nodes = slowed.count;
+  report.fastest_slowed = slowed.fastest;
 }
 
 Result<StepReport> Session::Impl::advance_mechanics(double dt) {
@@ -208,6 +222,7 @@ Result<StepReport> Session::Impl::advance_mechanics(double dt) {
   parts = equal;
   before_step = state.mechanics;
   touched_before = state.touching;
+  state.model.refresh();
   const double h = dt / equal;
   StepReport sum;
   for (int i = 0; i < equal; ++i) {

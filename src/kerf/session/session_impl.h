@@ -18,6 +18,7 @@
 #include "kerf/cutting/validate.h"
 #include "kerf/embedding/skin.h"
 #include "kerf/lattice/tip_glue.h"
+#include "kerf/mechanics/speed_cap.h"
 #include "kerf/scene/rigid_motion.h"
 #include "kerf/session/body_build.h"
 #include "kerf/session/body_mechanics.h"
@@ -149,6 +150,8 @@ struct Session::Impl {
   MechanicsState before_step;                 ///< while a step is taken in parts
   std::array<MechanicsState, 2> before_part;  ///< and a part of it, by how often that may be tried again
   DetectMemory touched_before, touched_part;
+  SpeedCapWork speed_cap;
+  bool slowing_noted = false;
   int parts = 1;  ///< of the last step
   double detection_seconds = 0;
   std::uint64_t forces_of = 0;               ///< topology version of the step that the workspace holds
@@ -374,6 +377,11 @@ struct Session::Impl {
   [[nodiscard]] bool went_too_deep() const;
   /// So, or taken by surprise: after a part of h seconds that began as `began` and may be tried again so often.
   bool must_try_again(int tries, double h, const MechanicsState& began);
+  /// After a part of h seconds that began with a node as fast as `fastest`: nodes faster than that, than
+  /// obstacles and tools, and than parts can follow, are slowed down.
+  void cap_part(double h, double fastest, StepReport& report);
+  /// Once: a note about a step in which nodes were slowed down.
+  void note_slowing(const StepReport& report);
   /// In the first step: a note about bodies that were placed into something.
   void warn_of_overlap();
   /// Triangles of the collision mesh that a cut, or taking one back, has changed.

@@ -135,6 +135,15 @@ void Session::Impl::note_uncut(const UncutPath& path) {
       state.stroke->place, path.at.x, path.at.y, path.at.z, text_of(path.reason)));
 }
 
+void Session::Impl::note_slowing(const StepReport& report) {
+  if (report.slowed_nodes == 0 || slowing_noted) return;
+  slowing_noted = true;
+  add_note(fmt::format(
+      "at {:.6g} s nodes moved at {:.3g} m/s, faster than a time step of {:.4g} s can follow, and were slowed down "
+      "(slowed_nodes in report.json counts them); take a shorter time_step, or look for a load, a gravity, a move or a stiffness (young) that is out of scale",
+      state.time, report.fastest_slowed, step_options.dt));
+}
+
 void Session::Impl::note_passed(const BladeEdge& edge) {
   const ActiveStroke& stroke = *state.stroke;
   // A line of sight goes on behind what it should cut, and who leads a blade by hand sees what it does.

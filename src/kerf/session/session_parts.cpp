@@ -30,6 +30,8 @@ void Session::Impl::add_part(const StepReport& part, StepReport& sum, bool first
   sum.factorised = part.factorised || before.factorised;
   sum.two_level = part.two_level || before.two_level;
   sum.deepest_overlap = std::max(part.deepest_overlap, before.deepest_overlap);
+  sum.slowed_nodes += before.slowed_nodes;
+  sum.fastest_slowed = std::max(part.fastest_slowed, before.fastest_slowed);
   sum.seconds_forces += before.seconds_forces;
   sum.seconds_setup += before.seconds_setup;
   sum.seconds_solve += before.seconds_solve;

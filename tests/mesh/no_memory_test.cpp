@@ -84,7 +84,9 @@ TEST_F(NoMemory, ASaveLeavesTheOldFileOrTheNew) {
       [&](bool refused, bool) {
         const std::string now = text_of(path);
         EXPECT_TRUE(now == old || now == fresh);
-        if (!refused) EXPECT_EQ(now, fresh);
+        if (!refused) {
+          EXPECT_EQ(now, fresh);
+        }
         EXPECT_EQ(files(), 1) << "something was left beside it";
       });
   EXPECT_GT(refusals, 10);

@@ -8,7 +8,7 @@
 #include "session/make_session.h"
 #include "support/refused_new.h"
 
-namespace kerf::session_no_memory_test {
+namespace kerf::no_memory_test {
 namespace {
 
 Scene strip() {
@@ -55,7 +55,9 @@ void fail_at(long step) {
         came = life(session);
       },
       [&](bool, bool thrown) {
-        if (!thrown) EXPECT_EQ(came, usual);
+        if (!thrown) {
+          EXPECT_EQ(came, usual);
+        }
         session.reset();  // whatever is there of it
       });
   EXPECT_GT(refusals, 10);
@@ -66,4 +68,4 @@ TEST(SessionNoMemory, PartsOfALifeCanFail) { fail_at(97); }
 TEST(SessionNoMemory, EveryPartOfALifeCanFail) { fail_at(1); }
 
 }  // namespace
-}  // namespace kerf::session_no_memory_test
+}  // namespace kerf::no_memory_test

@@ -82,7 +82,7 @@ Status Session::Impl::apply(const SceneCommand& command) {
 }
 
 Status Session::Impl::apply_due(const SceneCommand& command) {
-  const Status done = apply(command);
+  Status done = apply(command);
   if (done || !depends_on_the_body(command)) return done;
   add_note(fmt::format("{}; this command of {:.6g} s was skipped", done.error().message, command.at));
   return {};

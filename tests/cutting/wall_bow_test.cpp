@@ -51,15 +51,12 @@ struct Walls {
 Walls look_at_walls(const CellComplex& body, const TriangleSoup& skin) {
   Walls w;
   const VisualMesh& m = body.visual;
-  std::vector<TriangleSoup> walls(body.wall_edge.size());
   for (const VisualTriangle f : ids<VisualTriangle>(m.face_count())) {
     if (!m.patch[f].is_wall()) continue;
     const auto at = [&](int k) { return m.rest[m.origin[VisualMesh::corner(f, k)]]; };
-    walls[m.patch[f].wall().index()].add(at(0), at(1), at(2));
     w.flat += norm(cross(at(1) - at(0), at(2) - at(0))) < 1e-9 * body.mean_root_edge * body.mean_root_edge ? 1 : 0;
   }
-  for (const TriangleSoup& wall : walls) {
-    if (wall.size() == 0) continue;
+  for (const TriangleSoup& wall : each_wall_of(body)) {
     ++w.count;
     const double distance = outside_of(wall, skin, 0.1 * body.mean_root_edge).distance;
     w.outside += distance > 1e-6 ? 1 : 0;

@@ -155,16 +155,8 @@ WallsOutside walls_outside(const std::string& collision, std::uint64_t seed) {
       EXPECT_TRUE(session.move_blade(lerp(a, b, k / 8.0) + up, lerp(a, b, k / 8.0) - up).ok());
     EXPECT_TRUE(session.end_stroke().ok());
   }
-  const VisualMesh& m = body.visual;
-  std::vector<TriangleSoup> walls(body.wall_edge.size());
-  for (const VisualTriangle f : ids<VisualTriangle>(m.face_count())) {
-    if (!m.patch[f].is_wall()) continue;
-    const auto at = [&](int k) { return m.rest[m.origin[VisualMesh::corner(f, k)]]; };
-    walls[m.patch[f].wall().index()].add(at(0), at(1), at(2));
-  }
   WallsOutside found;
-  for (TriangleSoup& wall : walls) {
-    if (wall.size() == 0) continue;
+  for (const TriangleSoup& wall : each_wall_of(body)) {
     ++found.walls;
     found.outside += outside_of(wall, skin, 0.1 * body.mean_root_edge).distance > 1e-6 * norm(size) ? 1 : 0;
   }

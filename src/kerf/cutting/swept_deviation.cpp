@@ -46,6 +46,19 @@ bool TriangleSoup::encloses(Vec3 p) const {
 TriangleSoup skin_of(const CellComplex& body) { return triangles_of(body, false); }
 TriangleSoup walls_of(const CellComplex& body) { return triangles_of(body, true); }
 
+std::vector<TriangleSoup> each_wall_of(const CellComplex& body) {
+  const VisualMesh& m = body.visual;
+  std::vector<TriangleSoup> walls(body.wall_edge.size());
+  for (const VisualTriangle f : ids<VisualTriangle>(m.face_count())) {
+    if (!m.patch[f].is_wall()) continue;
+    const auto at = [&](int k) { return m.rest[m.origin[VisualMesh::corner(f, k)]]; };
+    walls[m.patch[f].wall().index()].add(at(0), at(1), at(2));
+  }
+  std::erase_if(walls, [](const TriangleSoup& wall) { return wall.size() == 0; });
+  for (TriangleSoup& wall : walls) wall.build();
+  return walls;
+}
+
 FarthestPlace stray_of(const TriangleSoup& walls, const TriangleSoup& swept, double step) {
   FarthestPlace farthest;
   walls.for_each_place(step, [&](Vec3 p) {

@@ -52,6 +52,8 @@ class TriangleSoup {
 /// Visual triangles at rest: the skin, or the walls.
 TriangleSoup skin_of(const CellComplex& body);
 TriangleSoup walls_of(const CellComplex& body);
+/// Each wall by itself.
+std::vector<TriangleSoup> each_wall_of(const CellComplex& body);
 
 struct FarthestPlace {
   double distance = 0;  ///< metres

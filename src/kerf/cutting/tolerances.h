@@ -130,15 +130,16 @@ inline constexpr double kDustPrisms = 4;
 /// Of a wall's edge: a column's middle is so far below the skin beside its ends. Of 9,600 walls in a scanned meniscus 431 leave it without bows, and 10
 /// with them. At half two more, at double none; at zero, walls beside an upright rim have faces without area.
 inline constexpr double kBowMargin = 3e-2;
-/// Of a wall's edge: from the rim on each middle is so much farther in. At half or double the same walls; at thirty times 4 more.
+/// Of a wall's edge: from the rim on each middle is so much farther in. At half or double the same 10 walls.
 inline constexpr double kBowGap = 1e-3;
-/// Cosine between the way from the rim and skin that is cleared by it. At half the same walls, at eight times 16 more.
+/// Cosine between the way from the rim and skin that is cleared by it. At half the same walls; at eight times,
+/// without kBowAhead, 16 more.
 inline constexpr double kBowSlope = 0.05;
-/// Half thicknesses along the path by which a column's middle may be off its place of the mid-surface. At half as at one walls of a spool whose side is
-/// hollow by a fiftieth of its radius stay in it; at three times they leave it, and 10 walls of the meniscus in place of 8.
+/// Half thicknesses along the path by which a column's middle may be off its place of the mid-surface. At half the same walls; at double two more,
+/// and the farthest place is four times as far out.
 inline constexpr double kBowAhead = 0.1;
-/// Half thicknesses along the path within which the neighbours of a column that bows do so too, less and less. At half two more of those walls; at double none,
-/// and walls pass through each other a twentieth deeper.
+/// Half thicknesses along the path within which the neighbours of a column that bows do so too, less and less. At half two more of those walls; at
+/// double none.
 inline constexpr double kBowReach = 0.5;
 /// Faces that a way led over the mesh may touch. At half, ways around crowded vertices are not found; at double nothing more is.
 inline constexpr int kLeadFaces = 96;

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <span>
 #include <utility>
 
 #include "kerf/base/byte_count.h"
@@ -105,6 +106,27 @@ bool is_found(const std::string& path, const std::string& place, struct stat& in
   return ::stat(path.c_str(), &info) == 0 || (!place.empty() && ::stat(place.c_str(), &info) == 0);
 }
 
+struct OpenFile {
+  int descriptor;
+  const std::string& path;
+};
+
+/// Reads on from a byte of a file until all of `to` is filled or the file ends. How many bytes were read.
+Result<std::size_t> read_up_to(OpenFile file, std::size_t from, std::span<char> to) {
+  std::size_t size = 0;
+  while (size < to.size()) {
+    const ssize_t got = ::read(file.descriptor, to.data() + size, std::min(kPieceBytes, to.size() - size));
+    if (got == 0) break;
+    if (got > 0) {
+      size += static_cast<std::size_t>(got);
+    } else if (errno != EINTR) {
+      return bad_input(fmt::format("{}: reading stopped at byte {} ({}); check the disk", file.path, from + size,
+                                   std::strerror(errno)));
+    }
+  }
+  return size;
+}
+
 }  // namespace
 
 Error too_little_memory(const std::string& path) {
@@ -138,27 +160,23 @@ Result<FileBytes> read_whole_file(const std::string& path, const FileKind& kind)
     return bad_input(fmt::format("{}: the file has {}, {} has {} at most; {}", path, bytes_text(size), kind.what,
                                  bytes_text(kind.most), kind.otherwise));
 
+  const OpenFile open{file.value, path};
+  char first[kFirstBytes];
+  std::size_t looked_at = 0;
+  if (kind.look) {
+    const auto got = read_up_to(open, 0, {first, std::min(size, kFirstBytes)});
+    if (!got) return got.error();
+    looked_at = *got;
+    KERF_TRY(kind.look({first, looked_at}, path));
+  }
   // Memory that is not written to is not taken: a file that is shorter than it says costs what it has.
   FileBytes bytes;
   bytes.data.reset(new (std::nothrow) char[size]);
   if (!bytes.data) return too_little_memory(path);
-  bool looked = kind.look == nullptr;
-  while (bytes.size < size) {
-    if (!looked && bytes.size >= kFirstBytes) {
-      KERF_TRY(kind.look(bytes.view(), path));
-      looked = true;
-    }
-    const std::size_t piece = looked ? kPieceBytes : kFirstBytes - bytes.size;
-    const ssize_t got = ::read(file.value, bytes.data.get() + bytes.size, std::min(piece, size - bytes.size));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      return bad_input(
-          fmt::format("{}: reading stopped at byte {} ({}); check the disk", path, bytes.size, std::strerror(errno)));
-    }
-    if (got == 0) break;  // the file shrank meanwhile: what is there decides
-    bytes.size += static_cast<std::size_t>(got);
-  }
-  if (!looked) KERF_TRY(kind.look(bytes.view(), path));
+  std::copy_n(first, looked_at, bytes.data.get());
+  const auto rest = read_up_to(open, looked_at, {bytes.data.get() + looked_at, size - looked_at});
+  if (!rest) return rest.error();
+  bytes.size = looked_at + *rest;
   return bytes;
 }
 

@@ -1,6 +1,7 @@
 // The engine behind the viewer, without sockets: what pages send, and what a page that knows only the protocol makes of the
 // answers.
 #include "kerf/engine/engine.h"
+#include "kerf/scene/ways_out.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -1139,6 +1140,37 @@ TEST(Engine, AnUploadedSceneWithTooLargeALatticeIsRefused) {
   ASSERT_EQ(p.errors.size(), 1u);
   EXPECT_NE(p.errors[0].text.find("64000000"), std::string::npos) << p.errors[0].text;
   EXPECT_EQ(table.engine.body(), body);
+}
+
+// A page has fields and a dialog, no command line.
+TEST(Engine, WhyMeshesCanNotBeOpenedIsSaidInThePagesWords) {
+  Table table;
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  std::uint32_t number = 0;
+  const auto open = [&](const std::string& mesh, const std::string& thickness) {
+    table.tell(page, page_upload(++number, 0, "own.obj", 0, static_cast<std::uint32_t>(mesh.size()), mesh));
+    table.load(page, page_command(number, kLoadUpload, {static_cast<double>(number)}, thickness));
+    const std::string why = p.errors.empty() ? "" : p.errors[0].text;
+    p.errors.clear();
+    for (const char* word : {"--", "[body]", "kerf ", "visual.obj"})
+      EXPECT_EQ(why.find(word), std::string::npos) << why;
+    return why;
+  };
+  const std::string cube =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
+      "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  EXPECT_NE(open(cube, "").find("its collision mesh"), std::string::npos);
+  EXPECT_NE(open(square(12, 0), "").find("Thickness"), std::string::npos);
+  for (const char* thickness : {"%", "2 %", "-2%", "0%", "2%%", "1e12%", "nan%"})
+    EXPECT_NE(open(square(12, 0), thickness).find("a positive number"), std::string::npos) << thickness;
+  for (const Advice& way : kWaysOut)
+    for (const char* word : {"--", "[body]", "kerf "}) EXPECT_EQ(way.page.find(word), std::string::npos) << way.page;
+  // A share of the size: the square's side is 1, its diagonal 1.414.
+  EXPECT_EQ(open(square(12, 0), "2%"), "");
+  const double by_share = p.body.cell[2];
+  EXPECT_EQ(open(square(12, 0), "0.028284271247461901"), "");
+  EXPECT_NEAR(p.body.cell[2], by_share, 1e-12);
 }
 
 // Whether there is a file on this machine, what it is and where the server works are nobody's business.

@@ -77,6 +77,14 @@ export interface AppOptions {
   plain?: boolean;
 }
 
+/** What becomes of an upload: one of shown, stopped and failed ends it. */
+export interface UploadWatch {
+  under(stage: string, fraction: number): void;
+  shown(): void;
+  stopped(): void;
+  failed(text: string): void;
+}
+
 /** What the controls want to hear. */
 export interface AppListener {
   connection(state: EngineState): void;
@@ -84,7 +92,7 @@ export interface AppListener {
   progress(): void; // readouts: at most a few times a second
   play(playing: boolean, speed: number, undo: number, redo: number): void;
   role(role: Role): void;
-  cut(report: CutReport): void;
+  cut(report: CutReport | null): void; // null: none of this scene
   stats(stats: Stats): void;
   toast(text: string, error: boolean): void;
   file(name: string, bytes: Uint8Array): void;
@@ -93,6 +101,8 @@ export interface AppListener {
   things(tools: number): void;
   score(score: Score | null): void;
   scope(on: boolean): void;
+  recording(since: number | null): void; // performance.now() of its start
+  views(): void;
 }
 
 const kRayPatienceMs = 1000;
@@ -203,6 +213,7 @@ export class App implements EngineEvents {
   recording = false;
   loadingNow: Loading | null = null;
 
+  private engineSession: bigint | null = null;
   private readonly chooser: QualityChooser;
   private readonly canvas: HTMLCanvasElement;
   private level: QualityLevel = 'full';
@@ -249,11 +260,13 @@ export class App implements EngineEvents {
   private height = 1;
   private uploads = 0;
   private uploadInput = 0;
-  /** Hears why the last upload could not be shown. */
-  uploadFailed: ((text: string) => void) | null = null;
+  /** Hears what becomes of the last upload; without it trouble is a toast. */
+  uploadWatch: UploadWatch | null = null;
   private liteTurn = 0;
   /** The camera follows a body that sinks or swings away, until a person moves it or uses a tool. */
   private follow = true;
+  /** A person has turned the view: a window that changes leaves it. */
+  private ownView = false;
 
   constructor(
     private readonly engine: Engine,
@@ -299,12 +312,19 @@ export class App implements EngineEvents {
       this.pending = null;
       this.loadingNow = null;
       this.listener?.loading(null);
+      if (this.uploadInput !== 0)
+        this.uploadWatch?.failed('The connection was lost; open the files again when it is back.');
+      this.uploadInput = 0;
+      if (this.recording) this.recordingLost();
     }
     this.updateAllowed();
     this.listener?.connection(state);
   }
 
   hello(hello: Hello): void {
+    if (this.engineSession !== null && this.engineSession !== hello.session && this.undoDepth > 0)
+      this.listener?.toast('kerf view was started again: what was cut before is gone.', true);
+    this.engineSession = hello.session;
     this.readOnly = hello.readOnly;
     this.info = readSceneInfo(hello);
     this.listener?.scene(this.info);
@@ -343,6 +363,9 @@ export class App implements EngineEvents {
     if (!same) {
       this.clearSeries();
       this.follow = true;
+      this.ownView = false;
+      this.lastCut = null;
+      this.listener?.cut(null);
     }
     if (look !== this.look) {
       this.look = look;
@@ -510,8 +533,9 @@ export class App implements EngineEvents {
   error(error: EngineError): void {
     this.errors++;
     this.lastError = error.text;
-    this.listener?.toast(error.text || `The engine reports error ${error.code}.`, true);
-    if (error.input === this.uploadInput && error.input !== 0) this.uploadFailed?.(error.text);
+    const text = error.text || `The engine reports error ${error.code}.`;
+    if (error.input === this.uploadInput && error.input !== 0 && this.uploadWatch) this.uploadWatch.failed(text);
+    else this.listener?.toast(text, true);
   }
 
   overlay(overlay: Overlay): void {
@@ -522,6 +546,10 @@ export class App implements EngineEvents {
   loading(loading: Loading): void {
     this.loadingNow = loading.state === LoadState.UnderWay ? loading : null;
     this.listener?.loading(this.loadingNow);
+    if (loading.input !== this.uploadInput || loading.input === 0) return;
+    if (loading.state === LoadState.UnderWay) this.uploadWatch?.under(loading.stage, loading.fraction);
+    if (loading.state === LoadState.Shown) this.uploadWatch?.shown();
+    if (loading.state === LoadState.Stopped) this.uploadWatch?.stopped();
   }
 
   file(file: FileMessage): void {
@@ -573,12 +601,14 @@ export class App implements EngineEvents {
     if (this.overlays.wanted !== wanted)
       this.engine.command({ code: CommandCode.Overlay, value: [this.overlays.wanted] });
     this.touch(true);
+    this.listener?.views();
   }
   /** Shows what touches: points, normals, forces. */
   setContacts(on: boolean): void {
     this.things.showContacts = on;
     this.engine.command({ code: CommandCode.Contacts, value: [on ? 1 : 0] });
     this.touch(false);
+    this.listener?.views();
   }
   /** Opens or closes the jaws of the tool that was held last. */
   toggleJaws(): void {
@@ -601,12 +631,14 @@ export class App implements EngineEvents {
   /** Turns the view by degrees and zooms. */
   turn(azimuth: number, elevation: number, zoom: number): void {
     this.follow = false;
+    this.ownView = true;
     this.stage.turn(azimuth, elevation, zoom);
     this.touch(false);
   }
   /** Looks from a direction in degrees, on request from a distance and at a point (metres). */
   lookFrom(azimuth: number, elevation: number, distance?: number, target?: Vec3): void {
     this.follow = false;
+    this.ownView = true;
     this.stage.lookFrom(azimuth, elevation, distance, target);
     this.touch(false);
   }
@@ -631,12 +663,19 @@ export class App implements EngineEvents {
     this.engine.claim(!this.roleNow.held);
   }
   resetCamera(): void {
+    this.ownView = false;
     this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, false);
     this.touch(false);
   }
   setRecording(on: boolean): void {
     this.recording = on;
     this.command(CommandCode.Recording, [on ? 1 : 0]);
+    this.listener?.recording(on ? performance.now() : null);
+  }
+  private recordingLost(): void {
+    this.recording = false;
+    this.listener?.recording(null);
+    this.listener?.toast('The recording has ended with the connection.', true);
   }
   /** The picture as a PNG file. */
   async picture(): Promise<Blob> {
@@ -877,6 +916,7 @@ export class App implements EngineEvents {
     });
     this.stage.controls.addEventListener('start', () => {
       this.follow = false;
+      this.ownView = true;
     });
     this.stage.controls.addEventListener('change', () => this.touch(false));
     c.addEventListener('webglcontextlost', (e) => e.preventDefault());
@@ -1028,7 +1068,7 @@ export class App implements EngineEvents {
     this.overlays.setPixels(w, h);
     this.mesh.crease.setHeight(h);
     this.ink.resize(w, h, window.devicePixelRatio || 1);
-    if (this.ready && this.frames < 3) this.stage.resetCamera();
+    if (this.ready && !this.ownView) this.stage.resetCamera();
     this.touch(false);
   }
 

@@ -3,8 +3,8 @@ import { PointerMap, type PointerKind } from '../src/tools/mapping';
 import { Pacer } from '../src/tools/pacing';
 import { Stroke } from '../src/tools/tools';
 import { Phase, ToolCode, type ToolSample } from '../src/engine/protocol';
-import { keyName } from '../src/ui/keyboard';
-import { sortMeshes, whyNot } from '../src/ui/upload';
+import { keeps, keyName } from '../src/ui/keyboard';
+import { readThickness, sortMeshes, whyNot } from '../src/ui/upload';
 import { readSceneInfo } from '../src/app';
 
 const down = (id: number, kind: PointerKind, button = 0, alt = false) => ({ id, kind, button, alt });
@@ -206,5 +206,34 @@ describe('pacing', () => {
     expect(p.ready(340)).toBe(false);
     p.forget();
     expect(p.ready(340)).toBe(true);
+  });
+});
+
+describe('keys of a focused control', () => {
+  it('stay with it where the keyboard led there', () => {
+    for (const kind of ['button', 'select', 'other'] as const) {
+      expect(keeps(kind, 'Space', false)).toBe(true);
+      expect(keeps(kind, 'Enter', false)).toBe(true);
+      expect(keeps(kind, 'P', false)).toBe(kind === 'select');
+    }
+  });
+  it("are the page's where it was clicked, but for arrows", () => {
+    for (const kind of ['button', 'select', 'other'] as const) {
+      for (const key of ['Space', 'Enter', '4', '?']) expect(keeps(kind, key, true)).toBe(false);
+      expect(keeps(kind, 'ArrowLeft', true)).toBe(kind !== 'button');
+    }
+  });
+});
+
+describe('a thickness', () => {
+  it('is a number above 0 or a share', () => {
+    expect(readThickness(' 2 ')).toBe('2');
+    expect(readThickness('0,5')).toBe('0.5');
+    expect(readThickness('1.5 %')).toBe('1.5%');
+    expect(readThickness('2e-3')).toBe('0.002');
+  });
+  it('is nothing else', () => {
+    for (const text of ['', '0', '-1', '%', 'thin', '1 mm', '1 2', '0 %', '1e999'])
+      expect(readThickness(text)).toBeNull();
   });
 });

@@ -332,10 +332,13 @@ Result<SceneRequest> Engine::Impl::upload_request(EngineClient& client, std::uin
       from.files.push_back({own.collision, std::move(parts[1]->bytes)});
     }
     if (!thickness.empty()) {
-      const auto [end, error] = std::from_chars(thickness.data(), thickness.data() + thickness.size(), own.thickness);
-      if (error != std::errc() || end != thickness.data() + thickness.size() ||
-          !(own.thickness > 0 && own.thickness < 1e9))
-        return bad_input("The thickness is a positive number, in the unit of the mesh.");
+      const bool share = thickness.back() == '%';
+      const char* const last = thickness.data() + thickness.size() - (share ? 1 : 0);
+      double value = 0;
+      const auto [end, error] = std::from_chars(thickness.data(), last, value);
+      if (error != std::errc() || end != last || !(value > 0 && value < 1e9))
+        return bad_input("The thickness is a positive number in the unit of the mesh, or one with % of its size.");
+      (share ? own.thickness_share : own.thickness) = share ? value / 100 : value;
     }
   } else {
     return bad_input("There is no such upload: send a visual mesh, a scene (.toml) or a bound body (.kerf) first.");

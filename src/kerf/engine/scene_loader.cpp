@@ -11,6 +11,7 @@
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/scene/body_scene.h"
+#include "kerf/scene/ways_out.h"
 
 namespace kerf {
 namespace {
@@ -48,6 +49,7 @@ Result<std::string> upload_text(const std::string& title, UploadedMeshes& meshes
   }
   text += fmt::format("visual = \"{}\"\nscale = {}\n", meshes.visual, meshes.unit);
   if (!meshes.collision.empty()) text += fmt::format("collision = \"{}\"\n", meshes.collision);
+  if (meshes.thickness_share > 0) meshes.thickness = meshes.thickness_share * visual->diagonal();
   if (meshes.thickness > 0) text += fmt::format("thickness = {}\n", meshes.thickness * meshes.unit);
   return text + far_rim_text(meshes.unit * visual->min.y, meshes.unit * visual->max.y);
 }
@@ -62,8 +64,11 @@ double guess_unit(double size) {
 
 namespace {
 
-/// Messages name what a person opened, not where it was put for the moment.
+/// Messages name what a person opened, not where it was put for the moment, and what the page has, not the command line.
 Error as_opened(Error error, const std::filesystem::path& folder, const std::string& name) {
+  for (const Advice& way : kWaysOut)
+    if (const std::size_t at = error.message.find(way.command_line); at != std::string::npos)
+      error.message.replace(at, way.command_line.size(), way.page);
   const std::string place = (folder / "").string();
   for (std::size_t at = error.message.find(place); at != std::string::npos; at = error.message.find(place, at)) {
     error.message.erase(at, place.size());

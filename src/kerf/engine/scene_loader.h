@@ -24,6 +24,7 @@ struct UploadedMeshes {
   std::string visual, collision;  ///< no collision mesh: it is made from the visual one
   std::string bound;              ///< instead: a bound body
   double thickness = 0;           ///< in the mesh's unit; 0: not given
+  double thickness_share = 0;     ///< instead: of the visual mesh's diagonal
   double unit = 0;                ///< metres; 0: guessed from the size
   bool guessed = false;
 };

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "kerf/scene/ways_out.h"
+
 namespace kerf {
 namespace {
 
@@ -27,9 +29,7 @@ std::string not_thin_message(const Midsurface& midsurface) {
   for (std::size_t i = 0; i < midsurface.verdict.reasons.size(); ++i)
     out += (i == 0 ? "" : "; ") + midsurface.verdict.reasons[i];
   for (const std::string& note : midsurface.notes) out += "; " + note;
-  return out +
-         ". Cutting is for thin bodies; kerf bind BODY --diagnose FILE.ply shows the places, and --collision takes a "
-         "mesh of your own";
+  return fmt::format("{}. Cutting is for thin bodies; {}", out, kGiveMidsurface.command_line);
 }
 
 Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_t triangles,
@@ -69,11 +69,8 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
   else if (out.midsurface.quality.crossings > 0)
     why.emplace_back(
         "a body that is folded by 120 degrees and more there can be unfolded or rounded, one that passes through itself repaired");
-  out.refused->message = fmt::format(
-      "the collision mesh that was made does not bind ({}); ask for more triangles, or give a collision "
-      "mesh of your own; --write-collision FILE.obj saves the one that was made, --diagnose FILE.ply "
-      "shows the places",
-      fmt::join(why, "; "));
+  out.refused->message = fmt::format("the collision mesh that was made does not bind ({}); {}", fmt::join(why, "; "),
+                                     kGiveCollisionMesh.command_line);
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "kerf/mesh/surface_edges.h"
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/scene/automatic_body.h"
+#include "kerf/scene/ways_out.h"
 
 namespace kerf {
 namespace {
@@ -133,10 +134,10 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     visual = std::move(*read);
     if (const SurfaceMeasures m = surface_measures(visual); !body.thickness && !m.closed) {
       return bad_input(fmt::format(
-          "{} is an open surface ({} of {} edges lie on a border, the first near {}). If it should be closed, close the "
-          "holes (kerf info counts them); if it is meant as a sheet, say how thick it is: thickness "
-          "= metres in [body], or --thickness",
-          body.visual, m.border_edges, m.edges, first_border(visual)));
+          "{} is an open surface ({} of {} edges lie on a border, the first near {}). If it should be closed, {}; if it "
+          "is meant as a sheet, {}",
+          body.visual, m.border_edges, m.edges, first_border(visual), kCloseTheHoles.command_line,
+          kGiveThickness.command_line));
     }
     if (body.collision.empty()) {
       if (surface_measures(visual).closed) {

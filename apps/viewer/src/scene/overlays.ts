@@ -23,6 +23,9 @@ import { patchSkinning, type Uniforms } from './materials';
 import type { Range } from './ranges';
 import type { Overlay } from '../engine/protocol';
 
+/** As they are drawn. */
+export const kOverlayColours = { wireframe: 0x101418, collision: 0xff7a00, bound: 0xf01818, links: 0x2a62ff };
+
 export type ViewName = 'shaded' | 'wireframe' | 'collision' | 'hexahedra' | 'bound' | 'links' | 'feet';
 
 /** Draws lines a little nearer than the surface that they lie on. */
@@ -125,8 +128,8 @@ export class Overlays {
         amount,
         thick,
       );
-    this.wire = new LineSegments(new BufferGeometry(), line(0x101418, 0.0003, true, false));
-    this.collisionLines = new LineSegments(new BufferGeometry(), line(0xff7a00, 0.0012, false));
+    this.wire = new LineSegments(new BufferGeometry(), line(kOverlayColours.wireframe, 0.0003, true, false));
+    this.collisionLines = new LineSegments(new BufferGeometry(), line(kOverlayColours.collision, 0.0012, false));
     this.collisionFaces = new Mesh(
       new BufferGeometry(),
       skinned(
@@ -142,12 +145,12 @@ export class Overlays {
         0.0006,
       ),
     );
-    this.boundLines = new LineSegments(new BufferGeometry(), line(0xf01818, 0.0009));
+    this.boundLines = new LineSegments(new BufferGeometry(), line(kOverlayColours.bound, 0.0009));
     this.boundPoints = new Points(
       new BufferGeometry(),
       skinned(
         new PointsMaterial({
-          color: 0xf01818,
+          color: kOverlayColours.bound,
           size: 5,
           sizeAttenuation: false,
           toneMapped: false,
@@ -155,7 +158,7 @@ export class Overlays {
         0.001,
       ),
     );
-    this.links = new LineSegments(new BufferGeometry(), line(0x2a62ff, 0.0009, false));
+    this.links = new LineSegments(new BufferGeometry(), line(kOverlayColours.links, 0.0009, false));
     this.feet = new LineSegments(new BufferGeometry(), line(0xffffff, 0.0009, false, false, true));
     this.footNet = new LineSegments(new BufferGeometry(), line(0x6d7680, 0.0009, false, false));
     this.footPoints = new Points(
@@ -469,7 +472,7 @@ export class Overlays {
 }
 
 /** Linear light, of feet on a collision vertex, edge and triangle. */
-const kFootColours = [
+export const kFootColours: [number, number, number][] = [
   [0.01, 0.45, 0.04],
   [0.03, 0.13, 1],
   [0.87, 0.01, 0.01],

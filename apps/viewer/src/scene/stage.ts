@@ -289,6 +289,7 @@ export class Stage {
     if (this.carried !== null) this.floor = this.floorGoal = this.carried;
     this.camera.near = 0.02 * d;
     this.camera.far = 30 * d;
+    this.camera.updateProjectionMatrix();
     this.controls.minDistance = 0.15 * d;
     this.controls.maxDistance = 6 * d;
     this.light();

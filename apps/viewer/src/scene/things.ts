@@ -35,7 +35,8 @@ interface Shown {
 
 const kMostContacts = 2000;
 const kCrease = 0.7; // radians: edges that turn less are shaded smooth
-const kColours: Record<number, [number, number, number]> = {
+/** Linear light, by what touches. */
+export const kContactColours: Record<number, [number, number, number]> = {
   [ContactWith.Obstacle]: [0.1, 0.45, 0.95],
   [ContactWith.Tool]: [0.98, 0.55, 0.05],
   [ContactWith.Body]: [0.75, 0.15, 0.75],
@@ -288,7 +289,7 @@ export class ThingsView {
     for (let i = 0; i < n; i++) {
       const c = contacts.subarray(kContactFloats * i, kContactFloats * (i + 1)),
         kind = partners[i]! & 15;
-      const [r, g, b] = kColours[kind] ?? [0.5, 0.5, 0.5],
+      const [r, g, b] = kContactColours[kind] ?? [0.5, 0.5, 0.5],
         dim = (partners[i]! & ContactWith.Sliding) !== 0 ? 0.6 : 1;
       for (let k = 0; k < 3; k++) {
         const p = c[k]!;

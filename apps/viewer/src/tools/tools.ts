@@ -26,6 +26,8 @@ export interface ToolSize {
 }
 export interface ToolInfo {
   name: ToolName;
+  /** One word, for the button. */
+  word: string;
   title: string;
   key: string;
   hint: string;
@@ -36,6 +38,7 @@ export interface ToolInfo {
 export const kTools: ToolInfo[] = [
   {
     name: 'scalpel',
+    word: 'Scalpel',
     title: 'Scalpel',
     key: '1',
     code: ToolCode.Scalpel,
@@ -43,6 +46,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'line',
+    word: 'Straight',
     title: 'Straight cut',
     key: '2',
     code: ToolCode.Line,
@@ -50,6 +54,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'closed',
+    word: 'Closed',
     title: 'Closed cut',
     key: '3',
     code: ToolCode.Scalpel,
@@ -57,14 +62,23 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'grasp',
+    word: 'Grasp',
     title: 'Grasp and pull',
     key: '4',
     code: ToolCode.Grasp,
     hint: 'Drag to pull. Hold Shift when letting go to leave it held there.',
   },
-  { name: 'fix', title: 'Fix', key: '5', code: ToolCode.Fix, hint: 'Click or brush over places that shall not move.' },
+  {
+    name: 'fix',
+    word: 'Fix',
+    title: 'Fix',
+    key: '5',
+    code: ToolCode.Fix,
+    hint: 'Click or brush over places that shall not move.',
+  },
   {
     name: 'release',
+    word: 'Release',
     title: 'Release',
     key: '6',
     code: ToolCode.Release,
@@ -72,6 +86,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'hand',
+    word: 'View',
     title: 'Move the view',
     key: '7',
     code: null,
@@ -79,6 +94,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'rigid',
+    word: 'Tool',
     title: 'Rigid tool',
     key: '8',
     code: null,
@@ -86,6 +102,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'punch',
+    word: 'Punch',
     title: 'Punch',
     key: '9',
     code: ToolCode.Punch,
@@ -94,6 +111,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'scissors',
+    word: 'Scissors',
     title: 'Scissors',
     key: '0',
     code: ToolCode.Scissors,
@@ -102,6 +120,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'shaver',
+    word: 'Shaver',
     title: 'Shaver',
     key: 'V',
     code: ToolCode.Shaver,
@@ -110,6 +129,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'suction',
+    word: 'Suction',
     title: 'Suction',
     key: 'U',
     code: ToolCode.Suction,
@@ -118,6 +138,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'take',
+    word: 'Take',
     title: 'Take away',
     key: 'A',
     code: ToolCode.Take,
@@ -125,6 +146,7 @@ export const kTools: ToolInfo[] = [
   },
   {
     name: 'probe',
+    word: 'Probe',
     title: 'Probe',
     key: 'I',
     code: ToolCode.Probe,

@@ -15,6 +15,7 @@ import type { ViewName } from '../scene/overlays';
 import { kTools, toolInfo, type ToolName } from '../tools/tools';
 import { byId, download, remembered, setIcon, setText, short, withUnit } from './dom';
 import { bindKeys, type Shortcut } from './keyboard';
+import { showLegend } from './legend';
 import { bindUpload } from './upload';
 
 const kViews: { name: ViewName; title: string; key: string; tip: string }[] = [
@@ -35,6 +36,12 @@ const kViews: { name: ViewName; title: string; key: string; tip: string }[] = [
     key: 'N',
     tip: 'Where visual vertices are bound: green to a collision vertex, blue to an edge, red to a triangle',
   },
+];
+/** The paper's figures that are views of a body: number, what they show, views. */
+const kFigures: [number, string, ...ViewName[]][] = [
+  [1, 'the three meshes', 'wireframe', 'collision', 'hexahedra'],
+  [5, 'what visual vertices are bound to', 'wireframe', 'collision', 'feet'],
+  [18, 'collision mesh and hexahedra after a cut', 'collision', 'hexahedra'],
 ];
 const kSpeeds = [0.1, 0.25, 0.5, 1, 2];
 
@@ -76,6 +83,15 @@ export function bindControls(app: App): void {
     byId('hint').hidden = text === null;
     if (text) setText('hint-text', text);
   };
+  /** Of the tool, the first time; for a page that watches, what its drags do. */
+  const showHint = (): void => {
+    const first = remembered.get(`used-${app.tool}`) === null;
+    if (app.connection === 'live' && !app.toolAllowed && app.tool !== 'hand')
+      hint(
+        `You are watching: a drag turns the view.${app.readOnly ? '' : ' Another page holds the tools; C takes them.'}`,
+      );
+    else hint(first ? toolInfo(app.tool).hint : null);
+  };
   const tools = byId('tools');
   for (const t of kTools) {
     const b = document.createElement('button');
@@ -84,7 +100,7 @@ export function bindControls(app: App): void {
     b.setAttribute('role', 'radio');
     b.setAttribute('aria-label', t.title);
     b.title = `${t.title} (${t.key}). ${t.hint}`;
-    b.innerHTML = `<svg aria-hidden="true"><use href="#i-${t.name}"/></svg><small aria-hidden="true">${t.key}</small>`;
+    b.innerHTML = `<svg aria-hidden="true"><use href="#i-${t.name}"/></svg><small aria-hidden="true">${t.key}</small><span class="word" aria-hidden="true">${t.word}</span>`;
     b.onclick = () => chooseTool(t.name);
     tools.append(b);
   }
@@ -96,15 +112,16 @@ export function bindControls(app: App): void {
       b.setAttribute('aria-checked', String(on));
       b.tabIndex = on ? 0 : -1;
       b.hidden = !usable(b.dataset.tool as ToolName);
+      if (on) b.scrollIntoView({ block: 'nearest', inline: 'nearest' });
     }
   };
   function chooseTool(name: ToolName): void {
     app.setTool(name);
     showTool();
     showSize();
-    if (remembered.get(`used-${name}`) === null) hint(toolInfo(name).hint);
-    else hint(null);
+    showHint();
   }
+  new ResizeObserver(showTool).observe(tools); // the chosen one stays in sight
   tools.addEventListener('keydown', (e) => {
     const step =
       e.key === 'ArrowDown' || e.key === 'ArrowRight' ? 1 : e.key === 'ArrowUp' || e.key === 'ArrowLeft' ? -1 : 0;
@@ -117,7 +134,7 @@ export function bindControls(app: App): void {
     tools.querySelector<HTMLButtonElement>('[aria-checked="true"]')?.focus();
   });
   byId('hint-close').onclick = () => {
-    remembered.set(`used-${app.tool}`, '1');
+    if (app.toolAllowed) remembered.set(`used-${app.tool}`, '1');
     hint(null);
   };
 
@@ -206,6 +223,19 @@ export function bindControls(app: App): void {
   input('view-contacts').onchange = () => setContacts(input('view-contacts').checked);
   select('quality').value = app.qualityMode;
   select('quality').onchange = () => app.setQuality(select('quality').value as QualityLevel | 'auto');
+  // As in the paper's figures: (number, title, views)
+  for (const [number, title, ...views] of kFigures) {
+    const b = document.createElement('button');
+    b.type = 'button';
+    b.className = 'small';
+    b.textContent = String(number);
+    b.title = `Figure ${number}: ${title}`;
+    b.setAttribute('aria-label', b.title);
+    b.onclick = () => {
+      for (const v of kViews) setView(v.name, views.includes(v.name));
+    };
+    byId('figures').append(b);
+  }
   button('latency-clear').onclick = () => app.latency.reset();
 
   // Material and gravity: sent while a slider moves, but not oftener than the engine can follow.
@@ -272,13 +302,21 @@ export function bindControls(app: App): void {
   button('fix-none').onclick = () => command(CommandCode.FixAll, [0]);
 
   // Files
-  const record = (): void => {
-    app.setRecording(!app.recording);
-    button('record').setAttribute('aria-pressed', String(app.recording));
-    button('record').textContent = app.recording ? 'Stop and save' : 'Record';
-    if (app.recording) toast('Recording. Stop to save the file.');
+  const record = (): void => app.setRecording(!app.recording);
+  button('record').onclick = button('recording').onclick = record;
+  let recordingSince: number | null = null;
+  const showRecording = (since: number | null): void => {
+    recordingSince = since;
+    button('record').setAttribute('aria-pressed', String(since !== null));
+    button('record').textContent = since !== null ? 'Stop and save' : 'Record';
+    button('recording').hidden = since === null;
+    showRecordingTime();
   };
-  button('record').onclick = record;
+  const showRecordingTime = (): void => {
+    if (recordingSince === null) return;
+    const s = Math.floor((performance.now() - recordingSince) / 1000);
+    setText('recording-time', `${Math.floor(s / 60)}:${String(s % 60).padStart(2, '0')}`);
+  };
   for (const kind of ['obj', 'vtu', 'scene'])
     button(`export-${kind}`).onclick = () => command(CommandCode.Export, [], kind);
   bindUpload(app, toast);
@@ -319,8 +357,6 @@ export function bindControls(app: App): void {
     // What is recorded began when the scene was loaded or reset, whenever the button is pressed.
     if (!app.recording) command(CommandCode.Recording, [1]);
     app.setRecording(false);
-    button('record').setAttribute('aria-pressed', 'false');
-    button('record').textContent = 'Record';
   };
   button('result-again').onclick = () => {
     result.close();
@@ -353,6 +389,11 @@ export function bindControls(app: App): void {
   };
   select('scene').onchange = () => command(CommandCode.Scene, [], select('scene').value);
   button('claim').onclick = () => app.claim();
+  /** Cards below the header make way for what stands there. */
+  const showNotice = (): void => {
+    document.documentElement.toggleAttribute('data-notice', !byId('banner').hidden || !byId('loading').hidden);
+  };
+  let wasWatching = false;
   const showRole = (): void => {
     const b = button('claim'),
       live = app.connection === 'live';
@@ -379,6 +420,7 @@ export function bindControls(app: App): void {
           : 'Another page holds the tools';
     const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
     byId('banner').hidden = !lost;
+    showNotice();
     if (lost) {
       setText(
         'banner',
@@ -408,6 +450,9 @@ export function bindControls(app: App): void {
       'loading-stop',
     ])
       (byId(id) as HTMLButtonElement).disabled = !app.toolAllowed;
+    const watching = live && !app.toolAllowed;
+    if (watching !== wasWatching) showHint();
+    wasWatching = watching;
     showPlay();
   };
   const showPlay = (): void => {
@@ -534,6 +579,7 @@ export function bindControls(app: App): void {
     },
     loading(now: Loading | null) {
       byId('loading').hidden = now === null;
+      showNotice();
       if (!now) {
         select('scene').value = app.info ? shownScene(app.info) : '';
         return;
@@ -542,7 +588,9 @@ export function bindControls(app: App): void {
       byId<HTMLProgressElement>('loading-bar').value = now.fraction;
     },
     progress() {
-      setText('r-fps', app.fps >= 0.5 ? app.fps.toFixed(0) : '–'); // at rest nothing is drawn
+      setText('r-fps', app.fps >= 1 ? app.fps.toFixed(0) : app.fps > 0 ? '<1' : 'at rest');
+      byId('r-fps-unit').hidden = app.fps === 0;
+      showRecordingTime();
       if (!panel.hidden) {
         for (const [row, of] of [
           ['l', 'cut'],
@@ -572,7 +620,11 @@ export function bindControls(app: App): void {
       showPieces();
       showCounts();
     },
-    cut(r: CutReport) {
+    cut(r: CutReport | null) {
+      if (!r) {
+        for (const id of ['r-cut', 't-binding', 't-embedding', 't-surface', 't-total']) setText(id, '–');
+        return;
+      }
       if (r.outcome === Outcome.Cut || r.outcome === Outcome.Refused) {
         setText('r-cut', short(r.totalMs));
         setText('t-binding', short(r.bindingMs));
@@ -595,6 +647,10 @@ export function bindControls(app: App): void {
       showSize();
     },
     score: showScore,
+    recording: showRecording,
+    views() {
+      showLegend(app);
+    },
     scope(on: boolean) {
       button('scope').setAttribute('aria-pressed', String(on));
       // At rest it looks down: the notch is at the bottom of the picture.
@@ -624,6 +680,18 @@ export function bindControls(app: App): void {
     setText('c-n', whole(c?.nodes));
     setText('c-h', whole(c?.hexahedra));
   }
+  // What has no room on a phone moves into the panel.
+  const onChange = (query: string, place: (small: boolean) => void): void => {
+    const media = matchMedia(query);
+    media.addEventListener('change', () => place(media.matches));
+    place(media.matches);
+  };
+  onChange('(max-width: 430px)', (small) =>
+    small ? byId('speed-place').append(byId('speed-field')) : button('step').after(byId('speed-field')),
+  );
+  onChange('(max-width: 720px), (max-height: 520px)', (small) =>
+    (small ? byId('figures') : byId('transport')).after(byId('legend')),
+  );
   chooseTool('scalpel');
   showRole();
   if (new URLSearchParams(location.search).has('panel')) showPanel(true);

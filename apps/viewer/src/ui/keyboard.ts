@@ -22,23 +22,41 @@ export function keyName(
 
 const kTyping = 'input:not([type=range]):not([type=checkbox]), textarea, [contenteditable]';
 
+/**
+ * Does a focused control need this key itself? Arrows always; what presses it or finds an entry by its letter only where the
+ * keyboard led there, not where it was clicked.
+ */
+export function keeps(control: 'button' | 'select' | 'other', name: string, clicked: boolean): boolean {
+  if (name.startsWith('Arrow')) return control !== 'button';
+  if (clicked) return false;
+  return name === 'Space' || name === 'Enter' || (control === 'select' && name.length === 1);
+}
+
+const kindOf = (e: Element): 'button' | 'select' | 'other' =>
+  e instanceof HTMLButtonElement ? 'button' : e instanceof HTMLSelectElement ? 'select' : 'other';
+
 export function bindKeys(shortcuts: Shortcut[]): void {
   const table = new Map<string, () => void>();
   for (const s of shortcuts) for (const k of s.keys.split(', ')) table.set(k, () => s.run());
+  let clicked = false,
+    spaceTaken = false;
+  window.addEventListener('pointerdown', () => (clicked = true), { capture: true });
+  window.addEventListener('keydown', (e) => (clicked &&= e.key !== 'Tab'), { capture: true });
   window.addEventListener('keydown', (e) => {
     const at = e.target instanceof Element ? e.target : document.body;
-    if (at.closest(kTyping) || document.querySelector('dialog[open]')) return;
+    if (e.defaultPrevented || at.closest(kTyping) || document.querySelector('dialog[open]')) return;
     const name = keyName(e);
-    // What a focused control needs stays with it.
     const control = at.closest('button, select, input, summary');
-    if (
-      control &&
-      (name === 'Space' || name === 'Enter' || name.startsWith('Arrow') || (at.closest('select') && name.length === 1))
-    )
-      return;
+    if (control && keeps(kindOf(control), name, clicked)) return;
     const run = table.get(name);
     if (!run) return;
     e.preventDefault();
+    spaceTaken = name === 'Space';
     run();
+  });
+  // Some browsers press a button when Space goes up.
+  window.addEventListener('keyup', (e) => {
+    if (e.key === ' ' && spaceTaken) e.preventDefault();
+    spaceTaken &&= e.key !== ' ';
   });
 }

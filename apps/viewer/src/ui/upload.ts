@@ -1,6 +1,6 @@
 // Own meshes: dropped or chosen, sorted into visual and collision, sent to the engine.
 import type { App } from '../app';
-import { UploadPart } from '../engine/protocol';
+import { CommandCode, UploadPart } from '../engine/protocol';
 import { byId } from './dom';
 
 interface NamedFile {
@@ -39,6 +39,15 @@ export function whyNot(files: NamedFile[]): string | null {
 
 const kLargestFile = 512 * 1024 * 1024;
 
+/** What the thickness field says, for the engine: a number, or one with %. Null: neither. */
+export function readThickness(text: string): string | null {
+  const found = /^\s*(\d*[.,]?\d+(?:e[+-]?\d+)?)\s*(%?)\s*$/i.exec(text);
+  const number = Number(found?.[1]!.replace(',', '.'));
+  return found && number > 0 && Number.isFinite(number) ? `${number}${found[2]}` : null;
+}
+
+const kGuess = '2 %'; // of a sheet's size
+
 export function bindUpload(app: App, toast: (text: string, error?: boolean) => void): void {
   const chooser = byId<HTMLInputElement>('files'),
     dialog = byId<HTMLDialogElement>('upload');
@@ -48,20 +57,60 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
     unit = byId<HTMLSelectElement>('upload-unit'),
     go = byId<HTMLButtonElement>('upload-go');
   const progress = byId<HTMLProgressElement>('upload-progress'),
+    trouble = byId('upload-error'),
     drop = byId('drop');
   let files: File[] = [];
 
-  const send = async (parts: { part: number; file: File }[], thick: string, metres: number): Promise<void> => {
-    const loaded = await Promise.all(
+  const say = (text: string | null): void => {
+    trouble.hidden = text === null;
+    trouble.textContent = text ?? '';
+  };
+  const send = (parts: { part: number; file: File }[], thick: string, metres: number): void => {
+    Promise.all(
       parts.map(async (p) => ({
         part: p.part,
         name: p.file.name,
         bytes: new Uint8Array(await p.file.arrayBuffer()),
       })),
-    );
-    await app.upload(loaded, thick, metres, (x) => {
-      progress.value = x;
-    });
+    )
+      .then((loaded) =>
+        app.upload(loaded, thick, metres, (x) => {
+          progress.value = x;
+        }),
+      )
+      .catch((e: unknown) => {
+        const text = e instanceof Error ? e.message : String(e);
+        if (app.uploadWatch) app.uploadWatch.failed(text);
+        else toast(text, true);
+      });
+  };
+
+  /** The dialog is where this upload's trouble is told, whether it was open or not. */
+  const watch = (): void => {
+    app.uploadWatch = {
+      under(stage, fraction) {
+        progress.value = fraction;
+        progress.setAttribute('aria-label', stage || 'Loading');
+      },
+      shown() {
+        app.uploadWatch = null;
+        if (dialog.open) dialog.close();
+      },
+      stopped() {
+        this.shown();
+      },
+      failed(text) {
+        app.uploadWatch = null;
+        if (!dialog.open) ask();
+        progress.hidden = true;
+        go.disabled = !app.toolAllowed;
+        say(text);
+        if (!/is an open surface/.test(text)) return;
+        if (thickness.value.trim() === '') thickness.value = kGuess;
+        thickness.focus();
+        thickness.select();
+      },
+    };
   };
 
   const open = (list: File[]): void => {
@@ -75,28 +124,23 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
       toast(refused, true);
       return;
     }
+    app.uploadWatch = null;
     const other = list.find((f) => kWhole.test(f.name));
     if (other) {
-      send([{ part: UploadPart.Scene, file: other }], '', 0).catch((e: unknown) =>
-        toast(e instanceof Error ? e.message : String(e), true),
-      );
+      send([{ part: UploadPart.Scene, file: other }], '', 0);
       return;
     }
     files = list;
-    app.uploadFailed = null;
-    if (files.length === 1) {
-      // a closed mesh needs nothing else; an open one is asked for its thickness
-      toast(`Opening ${files[0]!.name}: its collision mesh is being made.`);
-      app.uploadFailed = (text) => {
-        if (/thick/.test(text)) ask();
-      };
-      send([{ part: UploadPart.Visual, file: files[0]! }], '', 0).catch((e: unknown) => {
-        toast(e instanceof Error ? e.message : String(e), true);
-        ask();
-      });
+    if (files.length > 1) {
+      ask();
       return;
     }
-    ask();
+    // A closed mesh needs nothing else; an open one is asked for its thickness.
+    toast(`Opening ${files[0]!.name}: its collision mesh is being made.`);
+    thickness.value = '';
+    unit.value = '0';
+    watch();
+    send([{ part: UploadPart.Visual, file: files[0]! }], '', 0);
   };
 
   const ask = (): void => {
@@ -112,33 +156,46 @@ export function bindUpload(app: App, toast: (text: string, error?: boolean) => v
     unit.value = '0';
     progress.hidden = true;
     go.disabled = false;
+    say(null);
     dialog.showModal();
   };
 
-  go.onclick = () => {
+  byId('upload-cancel').onclick = () => {
+    dialog.dispatchEvent(new Event('cancel'));
+    dialog.close();
+  };
+  byId<HTMLFormElement>('upload-form').onsubmit = (e) => {
+    e.preventDefault();
+    if (go.disabled) return;
     const v = files[Number(visual.value)],
       c = files[Number(collision.value)],
-      thick = thickness.value.trim();
+      thick = thickness.value.trim() === '' ? '' : readThickness(thickness.value);
     if (!v) return;
-    if (thick !== '' && !(Number(thick) > 0)) {
-      toast('The thickness is a positive number.', true);
+    if (thick === null) {
+      say('The thickness is a number above 0, or a share of the size such as 2 %.');
+      thickness.focus();
       return;
     }
+    say(null);
     progress.value = 0;
     progress.hidden = false;
     go.disabled = true;
-    const parts = [
-      { part: UploadPart.Visual as number, file: v },
-      ...(c && c !== v ? [{ part: UploadPart.Collision as number, file: c }] : []),
-    ];
-    send(parts, thick, Number(unit.value)).then(
-      () => dialog.close(),
-      (e: unknown) => {
-        go.disabled = false;
-        toast(e instanceof Error ? e.message : String(e), true);
-      },
+    watch();
+    send(
+      [
+        { part: UploadPart.Visual as number, file: v },
+        ...(c && c !== v ? [{ part: UploadPart.Collision as number, file: c }] : []),
+      ],
+      thick,
+      Number(unit.value),
     );
   };
+  // Cancelled while the engine reads and binds: what was shown stays.
+  dialog.addEventListener('cancel', () => {
+    if (!app.uploadWatch) return;
+    app.uploadWatch = null;
+    app.command(CommandCode.StopLoading);
+  });
 
   byId('open-files').onclick = () => chooser.click();
   chooser.onchange = () => {

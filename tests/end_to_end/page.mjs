@@ -1,0 +1,270 @@
+// What the page does with windows, keys, dialogs, lost connections, fingers and readers of screens (see browser.mjs):
+//   node tests/end_to_end/page.mjs PROGRAM [OUT [PART OF A NAME...]]
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { check as checkOn, difference, drag, finish, line, openPage, out, rest, squareFile, startServer, state, stopServer, until, viewer } from './browser.mjs';
+
+const check = (name, use) => checkOn(name, () => page, use);
+let server = await startServer('steak');
+let page = await openPage(server.url);
+
+const shown = (id) => page.evaluate((i) => { const e = document.getElementById(i); return !e.hidden && e.getClientRects().length > 0; }, id);
+const text = (id) => page.evaluate((i) => document.getElementById(i).textContent, id);
+const toasts = () => page.evaluate(() => [...document.querySelectorAll('#toasts p')].map((p) => p.textContent));
+const says = (part) => page.waitForFunction((t) => [...document.querySelectorAll('#toasts p')].some((p) => p.textContent.includes(t)), part);
+const scene = async (name) => {
+  await page.evaluate((n) => { window.kerf.app.command(8, [], n); }, name);
+  await until(page, (n) => window.kerf.state().scene === n && window.kerf.state().ready, name);
+};
+const playing = (on) => until(page, (want) => window.kerf.state().playing === want, on);
+const drop = (name, bytes) => page.evaluate(([n, t]) => {
+  const files = new DataTransfer();
+  files.items.add(new File([t], n));
+  document.body.dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
+}, [name, bytes]);
+
+/** How much the picture around the middle of the body changes where the body is left out. */
+async function bodyShows() {
+  await page.mouse.move(5, 300);
+  const shot = async (visible) => {
+    await page.evaluate((v) => { window.kerf.app.mesh.group.visible = v; window.kerf.app.resetCamera(); }, visible);
+    await page.waitForTimeout(700);
+    return page.screenshot();
+  };
+  const without = await shot(false), with_ = await shot(true);
+  const at = await page.evaluate(() => window.kerf.pickPoint(...window.kerf.state().bounds.center));
+  return difference(page, without, with_, at.map(Math.round), 40);
+}
+
+await check('a body is seen after the window changed and another scene came', async () => {
+  await page.keyboard.press('Space');
+  for (const [first, size, second] of [['trainer', [760, 700], 'sheet'], ['sheet', [900, 640], 'trainer']]) {
+    await scene(first);
+    await page.setViewportSize({ width: size[0], height: size[1] });
+    await page.waitForTimeout(300);
+    await scene(second);
+    const shows = await bodyShows();
+    assert.ok(shows > 5, `${second} after ${first}: leaving the body out changes the picture by ${shows}`);
+  }
+  await scene('steak');
+});
+
+await check('what was clicked does not keep the keyboard', async () => {
+  let saved = 0;
+  page.on('download', () => { saved++; });
+  const was = (await state(page)).playing;
+  await page.click('#picture');
+  await page.waitForEvent('download');
+  await page.keyboard.press('Space');
+  await playing(!was);
+  await page.keyboard.press('Space');
+  await playing(was);
+  await page.click('#panel-toggle');
+  await page.click('#view-wireframe');
+  await page.keyboard.press('Space');
+  await playing(!was);
+  assert.equal((await state(page)).views.wireframe, true);
+  await page.keyboard.press('w');
+  assert.equal((await state(page)).views.wireframe, false);
+  await page.selectOption('#quality', 'lite');
+  await page.click('#quality');
+  await page.keyboard.press('Escape');
+  for (const [key, tool] of [['4', 'grasp'], ['v', 'shaver'], ['1', 'scalpel']]) {
+    await page.keyboard.press(key);
+    assert.equal((await state(page)).tool, tool, `${key} with a select in focus`);
+  }
+  await page.click('#reset');
+  const time = (await state(page)).time;
+  await page.keyboard.press('Space');
+  await playing(was);
+  assert.ok((await state(page)).time >= 0 && time >= 0);
+  await page.keyboard.press('m');
+  await page.waitForTimeout(300);
+  assert.equal(saved, 1, 'pictures saved');
+});
+
+await check('what the keyboard led to keeps the keys that it needs', async () => {
+  const was = (await state(page)).playing;
+  await page.focus('#transport #undo').catch(() => {});
+  await page.evaluate(() => document.getElementById('home').focus());
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Shift+Tab');
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'home');
+  const before = await page.evaluate(() => { window.kerf.look(20, 30); return window.kerf.state().camera.position; });
+  await page.keyboard.press('Space');  // presses the button
+  await until(page, (p) => Math.hypot(...window.kerf.state().camera.position.map((x, k) => x - p[k])) > 0.01, before);
+  assert.equal((await state(page)).playing, was);
+  // Every control is met by Tab, and the picture is one of them.
+  const met = new Set();
+  await page.evaluate(() => document.getElementById('view').focus());
+  for (let i = 0; i < 60; i++) {
+    await page.keyboard.press('Tab');
+    met.add(await page.evaluate(() => document.activeElement.id || document.activeElement.dataset.tool || ''));
+  }
+  for (const id of ['scene', 'panel-toggle', 'help-open', 'play', 'step', 'speed', 'reset', 'home', 'scope', 'picture', 'view', 'scalpel'])
+    assert.ok(met.has(id), `Tab does not come to ${id}: ${[...met].join(' ')}`);
+  await page.evaluate(() => document.getElementById('view').focus());
+});
+
+await check('a dialog tells its own trouble, in words of its fields', async () => {
+  const cube = 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\nf 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n';
+  await drop('cube.obj', cube);
+  await until(page, () => document.getElementById('upload').open && !document.getElementById('upload-error').hidden);
+  assert.match(await text('upload-error'), /cube\.obj: no collision mesh could be made: .*its collision mesh/);
+  await page.screenshot({ path: join(out, 'dialog.png') });
+  assert.ok(!(await toasts()).some((t) => t.includes('no collision mesh')), 'not behind the dialog too');
+  await page.keyboard.press('Escape');
+  await drop('cloth.obj', squareFile(12));
+  await until(page, () => document.getElementById('upload').open && !document.getElementById('upload-error').hidden);
+  assert.match(await text('upload-error'), /is an open surface.*under Thickness/);
+  assert.ok(!/--|\[body\]|kerf info/.test(await text('upload-error')));
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'upload-thickness');
+  assert.equal(await page.inputValue('#upload-thickness'), '2 %');
+  await page.fill('#upload-thickness', 'thin');
+  await page.keyboard.press('Enter');
+  assert.match(await text('upload-error'), /number above 0/);
+  await page.fill('#upload-thickness', '1,5 %');
+  await page.keyboard.press('Enter');
+  await until(page, () => window.kerf.state().scene === 'cloth' && window.kerf.state().ready);
+  assert.equal(await page.evaluate(() => document.getElementById('upload').open), false);
+  await scene('steak');
+});
+
+await check('recording is seen for as long as it goes on', async () => {
+  await page.keyboard.press('Shift+R');
+  assert.ok(await shown('recording'));
+  await until(page, () => document.getElementById('recording-time').textContent === '0:02');
+  const download = page.waitForEvent('download');
+  await page.click('#recording');
+  assert.match((await download).suggestedFilename(), /steak\.kerfrec/);
+  assert.equal(await shown('recording'), false);
+});
+
+await check('the colours of the views have a legend', async () => {
+  await page.keyboard.press('m');
+  for (const [figure, views, words] of [[1, ['wireframe', 'collision', 'hexahedra'], /visual mesh.*collision mesh.*hexahedra/s], [5, ['wireframe', 'collision', 'feet'], /collision vertex.*collision edge.*collision triangle/s], [18, ['collision', 'hexahedra'], /collision mesh.*hexahedra/s]]) {
+    await page.click(`#figures button:has-text("${figure}")`);
+    const on = Object.entries((await state(page)).views).filter(([, v]) => v).map(([k]) => k);
+    assert.deepEqual(on.sort(), views.sort());
+    assert.match(await text('legend'), words);
+  }
+  await page.screenshot({ path: join(out, 'legend.png') });
+  for (const view of ['collision', 'hexahedra', 'shaded']) await page.click(`#view-${view}`);
+  assert.equal(await shown('legend'), false);
+  await page.keyboard.press('m');
+});
+
+await check('readouts belong to the scene that is shown', async () => {
+  const [from, to] = await line(page, [-0.004, -0.088, 0.01], [-0.004, 0.088, 0.01]);
+  await page.keyboard.press('2');
+  await drag(page, from, to);
+  await until(page, () => window.kerf.state().pieces === 2);
+  assert.notEqual(await text('r-cut'), '–');
+  await scene('sheet');
+  assert.equal(await text('r-cut'), '–');
+  if ((await state(page)).playing) await page.keyboard.press('Space');
+  await until(page, () => document.getElementById('r-fps').textContent === 'at rest');
+  await scene('steak');
+});
+
+await check('a page that watches is told what its drags do', async () => {
+  const second = await openPage(server.url);
+  await until(second, () => window.kerf.state().role.clients === 2);
+  const hint = await second.evaluate(() => document.getElementById('hint').textContent);
+  assert.match(hint, /watching: a drag turns the view.*C takes/);
+  const before = (await state(second)).camera.position;
+  await drag(second, [450, 300], [520, 320]);
+  await until(second, (p) => Math.hypot(...window.kerf.state().camera.position.map((x, k) => x - p[k])) > 0.01, before);
+  await second.keyboard.press('c');
+  await until(second, () => window.kerf.state().toolAllowed);
+  assert.doesNotMatch(await second.evaluate(() => document.getElementById('hint').textContent + document.getElementById('hint').hidden), /watching.*false/);
+  await second.close();
+  await until(page, () => window.kerf.state().toolAllowed);
+});
+
+const overlaps = () => page.evaluate(() => {
+  const parts = ['brand', 'scene', 'connection', 'recording', 'claim', 'readout', 'banner', 'loading'].map((id) => [id, document.getElementById(id)])
+    .concat([...document.querySelectorAll('.card')].map((e) => [e.id || e.className, e]))
+    .map(([name, e]) => [name, e, e.getBoundingClientRect()]).filter(([, , r]) => r.width > 0);
+  return parts.flatMap(([m, e, a], i) => parts.slice(i + 1)
+    .filter(([, f, b]) => !e.contains(f) && !f.contains(e) && a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1)
+    .map(([n]) => `${m} and ${n}`)).concat(parts.filter(([, , r]) => r.left < 0 || r.right > innerWidth + 0.5 || r.top < 0 || r.bottom > innerHeight + 0.5).map(([n]) => `${n} is cut off`));
+});
+await check('lost and back: nothing lies over anything, and what was lost is said', async () => {
+  await scene('trainer');
+  await page.evaluate(() => document.getElementById('hint-close').click());
+  await page.keyboard.press('2');
+  const [from, to] = await line(page, [0, 0.006, 0], [0, 0.018, 0], 1);
+  await drag(page, from, to);
+  await until(page, () => window.kerf.state().undoDepth > 0);
+  const { port } = server;
+  await stopServer(server, 'SIGKILL');
+  await until(page, () => window.kerf.state().connection !== 'live');
+  for (const [width, height] of [[1280, 720], [1000, 640], [800, 600], [700, 500], [390, 844], [844, 390]]) {
+    await page.setViewportSize({ width, height });
+    await page.waitForTimeout(300);
+    assert.deepEqual(await overlaps(), [], `${width} x ${height}`);
+  }
+  await page.setViewportSize({ width: 900, height: 640 });
+  server = await startServer('steak', port);
+  await until(page, () => window.kerf.state().connection === 'live' && window.kerf.state().toolAllowed);
+  await says('started again: what was cut before is gone');
+  assert.equal(await shown('banner'), false);
+});
+
+await check('on touch everything can be hit, and says what it is', async () => {
+  const cdp = await page.context().newCDPSession(page);
+  await scene('trainer');
+  await cdp.send('Emulation.setTouchEmulationEnabled', { enabled: true, maxTouchPoints: 5 });
+  for (const [width, height] of [[390, 844], [360, 640], [844, 390], [820, 1180]]) {
+    await page.setViewportSize({ width, height });
+    await page.waitForTimeout(400);
+    await page.screenshot({ path: join(out, `touch-${width}x${height}.png`) });
+    assert.ok(await page.evaluate(() => matchMedia('(pointer: coarse)').matches));
+    const small = await page.evaluate(() => [...document.querySelectorAll('button, select, input, summary')].filter((e) => e.getClientRects().length > 0 && !e.closest('dialog'))
+      .map((e) => [e.id || e.dataset.tool || e.textContent.trim(), e.getBoundingClientRect()]).filter(([, r]) => r.width < 43.5 || r.height < 43.5).map(([n, r]) => `${n}: ${r.width.toFixed(0)} x ${r.height.toFixed(0)}`));
+    assert.deepEqual(small, [], `${width} x ${height}`);
+    const words = await page.evaluate(() => [...document.querySelectorAll('#tools button')].filter((b) => !b.hidden && b.querySelector('.word').getClientRects().length === 0).length);
+    assert.equal(words, 0, 'tools without words');
+    // The body has most of the picture.
+    const covered = await page.evaluate(() => {
+      const cards = [...document.querySelectorAll('.card')].map((e) => e.getBoundingClientRect());
+      let n = 0, all = 0;
+      for (let y = 4; y < innerHeight; y += 8) for (let x = 4; x < innerWidth; x += 8) { all++; if (cards.some((r) => x >= r.left && x < r.right && y >= r.top && y < r.bottom)) n++; }
+      return n / all;
+    });
+    assert.ok(covered < 0.5, `cards cover ${covered.toFixed(2)} of ${width} x ${height}`);
+  }
+  await cdp.send('Emulation.setTouchEmulationEnabled', { enabled: false });
+  await cdp.detach();
+});
+
+await check('names, contrast and structure are what readers of screens need', async () => {
+  await page.setViewportSize({ width: 1000, height: 700 });
+  const axe = readFileSync(join(viewer, 'node_modules/axe-core/axe.min.js'), 'utf8');
+  const audit = async (where) => {
+    await page.evaluate(axe);
+    const found = await page.evaluate(() => window.axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'best-practice'] }));
+    return found.violations.flatMap((v) => v.nodes.map((n) => `${where}: ${v.id}: ${n.target.join(' ')} (${n.failureSummary.split('\n')[1] ?? ''})`));
+  };
+  const wrong = [];
+  for (const theme of ['light', 'dark']) {
+    await page.evaluate((t) => { const s = document.getElementById('theme'); s.value = t; s.dispatchEvent(new Event('change')); }, theme);
+    await page.evaluate(() => { document.getElementById('hint').hidden = false; document.getElementById('panel').hidden = true; });
+    wrong.push(...await audit(theme));
+    await page.evaluate(() => { document.getElementById('panel').hidden = false; for (const d of document.querySelectorAll('#panel details')) d.open = true; });
+    wrong.push(...await audit(`${theme}, panel`));
+    await page.evaluate(() => { document.getElementById('panel').hidden = true; });
+    for (const id of ['help', 'upload', 'result']) {
+      await page.evaluate((i) => document.getElementById(i).showModal(), id);
+      wrong.push(...await audit(`${theme}, ${id}`));
+      await page.evaluate((i) => document.getElementById(i).close(), id);
+    }
+  }
+  await page.evaluate(() => { const s = document.getElementById('theme'); s.value = 'auto'; s.dispatchEvent(new Event('change')); });
+  assert.deepEqual([...new Set(wrong)], []);
+});
+
+await stopServer(server);
+await finish();

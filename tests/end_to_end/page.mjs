@@ -84,6 +84,19 @@ await check('what was clicked does not keep the keyboard', async () => {
   assert.equal(saved, 1, 'pictures saved');
 });
 
+await check('two presses before the engine answers are two presses', async () => {
+  const was = (await state(page)).playing;
+  const after = (presses) => page.evaluate((n) => { for (let i = 0; i < n; i++) window.kerf.app.togglePlay(); return window.kerf.state().playing; }, presses);
+  assert.equal(await after(2), was);
+  await page.waitForTimeout(400);
+  assert.equal((await state(page)).playing, was);
+  assert.equal(await after(3), !was);
+  await page.waitForTimeout(400);
+  assert.equal((await state(page)).playing, !was);
+  await after(1);
+  await playing(was);
+});
+
 await check('what the keyboard led to keeps the keys that it needs', async () => {
   const was = (await state(page)).playing;
   await page.focus('#transport #undo').catch(() => {});

@@ -214,6 +214,7 @@ export class App implements EngineEvents {
   loadingNow: Loading | null = null;
 
   private engineSession: bigint | null = null;
+  private playAsked = 0;
   private readonly chooser: QualityChooser;
   private readonly canvas: HTMLCanvasElement;
   private level: QualityLevel = 'full';
@@ -308,7 +309,7 @@ export class App implements EngineEvents {
       this.pacer.forget();
       this.rayOut = 0;
       this.roleNow = { ...this.roleNow, held: false };
-      this.ackedSeq = this.lastSeq = 0;
+      this.ackedSeq = this.lastSeq = this.playAsked = 0;
       this.pending = null;
       this.loadingNow = null;
       this.listener?.loading(null);
@@ -403,7 +404,9 @@ export class App implements EngineEvents {
     this.pacer.answered(frame.input);
     this.frames++;
     this.time = frame.time;
-    const playing = (frame.flags & FrameFlag.Playing) !== 0;
+    // What was asked for holds until a frame knows of it: a second press meanwhile turns it back.
+    if (frame.input >= this.playAsked || !this.roleNow.held) this.playAsked = 0;
+    const playing = this.playAsked > 0 ? this.playing : (frame.flags & FrameFlag.Playing) !== 0;
     if (
       playing !== this.playing ||
       frame.undoDepth !== this.undoDepth ||
@@ -565,7 +568,10 @@ export class App implements EngineEvents {
     return input;
   }
   togglePlay(): void {
-    this.command(this.playing ? CommandCode.Pause : CommandCode.Play);
+    if (!this.toolAllowed) return;
+    this.playing = !this.playing;
+    this.playAsked = this.command(this.playing ? CommandCode.Play : CommandCode.Pause);
+    this.listener?.play(this.playing, this.speed, this.undoDepth, this.redoDepth);
   }
   setTool(tool: ToolName): void {
     this.cancelStroke(true);

@@ -144,6 +144,47 @@ await check('a dialog tells its own trouble, in words of its fields', async () =
   await scene('steak');
 });
 
+await check('a million triangles dropped show how far they are, then a body that is cut', async () => {
+  const n = 707;
+  await page.evaluate(async (fields) => {
+    const lines = [];
+    for (let j = 0; j <= fields; j++) for (let i = 0; i <= fields; i++) lines.push(`v ${((200 * i) / fields).toFixed(4)} ${((150 * j) / fields).toFixed(4)} 0`);
+    for (let j = 0; j < fields; j++) {
+      for (let i = 0; i < fields; i++) {
+        const a = j * (fields + 1) + i + 1;
+        lines.push(`f ${a} ${a + 1} ${a + fields + 2}`, `f ${a} ${a + fields + 2} ${a + fields + 1}`);
+      }
+    }
+    const files = new DataTransfer();
+    files.items.add(new File([`${lines.join('\n')}\n`], 'million.obj'));
+    window.seen = new Set();
+    const app = window.kerf.app, tell = app.listener.loading.bind(app.listener);
+    app.listener.loading = (now) => { tell(now); if (now && !document.getElementById('loading').hidden) window.seen.add(document.getElementById('loading-text').textContent); };
+    document.body.dispatchEvent(new DragEvent('drop', { dataTransfer: files, bubbles: true, cancelable: true }));
+  }, n);
+  const patient = (test) => page.waitForFunction(test, null, { timeout: 120000 });
+  await patient(() => document.getElementById('upload').open);  // it is a sheet: how thick?
+  const started = Date.now();
+  await page.fill('#upload-thickness', '1');
+  await page.keyboard.press('Enter');
+  await patient(() => window.kerf.state().scene === 'million' && window.kerf.state().drawn.skin > 990000);
+  console.log(`     shown after ${((Date.now() - started) / 1000).toFixed(1)} s; told: ${(await page.evaluate(() => [...window.seen])).join(', ')}`);
+  assert.ok((await page.evaluate(() => window.seen.size)) >= 3);
+  const body = await state(page);
+  assert.ok(body.drawn.skin >= 2 * n * n);
+  await until(page, () => window.kerf.state().counts?.collisionTriangles < 2000);
+  if (body.playing) await page.keyboard.press('Space');
+  await page.keyboard.press('r');
+  await until(page, () => window.kerf.state().time === 0);
+  await page.keyboard.press('2');
+  const [from, to] = await line(page, [0.1, 0.01, 0], [0.1, 0.14, 0]);
+  await drag(page, from, to);
+  await patient(() => window.kerf.state().pieces === 2);
+  assert.equal((await state(page)).cut.invariants === 1, false);
+  await page.screenshot({ path: join(out, 'million.png') });
+  await scene('steak');
+});
+
 await check('recording is seen for as long as it goes on', async () => {
   await page.keyboard.press('Shift+R');
   assert.ok(await shown('recording'));

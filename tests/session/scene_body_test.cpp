@@ -65,6 +65,27 @@ TEST_F(SceneBodyTest, FilesAreScaledAndNeedAThickness) {
   EXPECT_FALSE(loaded->lattice.has_value());
 }
 
+// What is drawn finely gets a collision mesh of its own; what is coarse is one.
+TEST_F(SceneBodyTest, AnOpenMeshAloneIsEnough) {
+  write_sheet();
+  SceneBody body;
+  body.visual = file("visual.obj");
+  body.thickness = 0.2;
+  Result<SceneBodyLoaded> loaded = load_scene_body(body);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  EXPECT_NEAR(static_cast<double>(loaded->bound.complex.collision.face_count()), 160, 30);
+  EXPECT_TRUE(validate_binding(loaded->bound.complex).ok());
+  body.collision_triangles = 400;
+  loaded = load_scene_body(body);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  EXPECT_NEAR(static_cast<double>(loaded->bound.complex.collision.face_count()), 400, 50);
+  body.collision_triangles = 0;
+  body.visual = file("collision.obj");
+  loaded = load_scene_body(body);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  EXPECT_EQ(loaded->bound.complex.collision.face_count(), 104);
+}
+
 // A scene on a bound model that says nothing else is the scene on the model, to the bit.
 TEST_F(SceneBodyTest, ABoundModelKnowsItsMaterialAndLattice) {
   Scene model;

@@ -10,6 +10,7 @@
 #include "kerf/midsurface/quality.h"
 #include "kerf/midsurface/relax.h"
 #include "kerf/midsurface/surface_filter.h"
+#include "kerf/midsurface/tolerances.h"
 #include "kerf/midsurface/verdict.h"
 #include "kerf/spatial/self_intersections.h"
 
@@ -18,18 +19,14 @@ namespace {
 
 using namespace mid;
 
-constexpr double kDefaultTriangles = 160;
-constexpr double kMostByNeed = 1500;           // triangles that the bends may ask for by themselves
 constexpr double kMostSpanning = 0.1;          // of the inner edges may join two rim vertices
 constexpr std::size_t kMostSearched = 300000;  // triangles of surfaces that are searched for self-intersections
 constexpr std::uint8_t kCrossing = 2,
                        kBadMesh = 3;  // flags: what passes through itself; where the collision mesh is bad
 constexpr std::size_t kMostMarked = 12;
-constexpr int kTries = 4;
 constexpr double kOfWidth = 0.55,
                  kSmaller = 0.6;  // sizes in the next try: of the width of a narrow place, of the size around a bad one
 constexpr double kNearMiddle = 0.3;  // of a spanning edge
-constexpr double kMore = 1.3;        // times as many triangles after a try that left something bad
 
 MidsurfaceDiagnosis diagnosis(const SurfaceMesh& m, const Pairing& pairing, const SideLabels& labels,
                               std::vector<std::uint8_t> flag) {

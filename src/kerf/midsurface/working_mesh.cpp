@@ -69,6 +69,12 @@ class Coarsener {
       const Vec3 n = m_.area_vector(f), unit = normalized(n);
       const double d = -dot(unit, m_.position[m_.origin[3 * f]]), w = norm(n);
       for (int k = 0; k < 3; ++k) quadric_[m_.origin[3 * f + k]].add_plane(unit, d, w);
+      for (std::int32_t h = 3 * f; h < 3 * f + 3; ++h) {  // a border keeps its place in the sheet
+        if (m_.twin[h] >= 0) continue;
+        const Vec3 along = m_.position[m_.to(h)] - m_.position[m_.from(h)], across = normalized(cross(along, unit));
+        for (const std::int32_t v : {m_.from(h), m_.to(h)})
+          quadric_[v].add_plane(across, -dot(across, m_.position[v]), dot(along, along));
+      }
     }
   }
 
@@ -190,9 +196,9 @@ void flip_flat_edges(SurfaceMesh& m, double deviation) {
 
 }  // namespace
 
-WorkingMesh make_working_mesh(SurfaceMesh filtered) {
+WorkingMesh make_working_mesh(SurfaceMesh filtered, double thickness) {
   WorkingMesh out;
-  out.thickness = mean_thickness(filtered);
+  out.thickness = thickness > 0 ? thickness : mean_thickness(filtered);
   const double area = total_area(filtered);
   out.edge = std::clamp(0.5 * out.thickness, edge_for(area, kMost), edge_for(area, kFewest));
   out.mesh = std::move(filtered);

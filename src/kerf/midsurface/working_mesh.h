@@ -7,14 +7,14 @@
 namespace kerf::mid {
 
 struct WorkingMesh {
-  SurfaceMesh mesh;        ///< closed
+  SurfaceMesh mesh;
   double edge = 0;         ///< wanted edge length, metres
-  double thickness = 0;    ///< t0 = 2 volume / area, metres
+  double thickness = 0;    ///< of a closed surface t0 = 2 volume / area, metres
   bool coarsened = false;  ///< it is not the very surface any more
 };
 
-/// Short edges of the (filtered) closed surface are collapsed where that moves the surface by less than 2 % of the mean
-/// thickness, long ones are split in the middle. About linear.
-WorkingMesh make_working_mesh(SurfaceMesh filtered);
+/// Short edges of the (filtered) surface are collapsed where that moves it and its border by less than 2 % of the thickness, long ones are
+/// split in the middle. thickness: metres, of an open sheet; 0: a closed surface has a mean one. About linear.
+WorkingMesh make_working_mesh(SurfaceMesh filtered, double thickness = 0);
 
 }  // namespace kerf::mid

@@ -9,11 +9,14 @@
 #include "kerf/mesh/surface_check.h"
 #include "kerf/mesh/surface_edges.h"
 #include "kerf/mesh/surface_tolerances.h"
+#include "kerf/midsurface/coarse_sheet.h"
 #include "kerf/scene/automatic_body.h"
 #include "kerf/scene/ways_out.h"
 
 namespace kerf {
 namespace {
+
+constexpr int kTriesOfSheet = 3;  // each with twice the triangles of the last
 
 void add_notes(std::vector<std::string>& notes, const std::string& file, const std::vector<std::string>& sentences) {
   for (const std::string& sentence : sentences) {
@@ -75,13 +78,30 @@ void note_unused_thickness(const SceneBody& body, const CellComplex& complex, co
         *body.thickness, body.model.empty() ? "surface" : "model"));
 }
 
+/// Wanted by the scene; 0: as many as it takes.
+std::size_t collision_triangles(const SceneBody& body) {
+  return body.collision_triangles > 0 ? static_cast<std::size_t>(body.collision_triangles)
+                                      : body.options.collision_triangles;
+}
+
+/// An open sheet is its own collision mesh, or one with fewer triangles is made of it.
+Result<BoundBody> bind_sheet(const TriangleMesh& visual, std::size_t triangles, const BindOptions& options) {
+  if (triangles == 0 && !is_too_fine(visual.triangles.size())) return bind(visual, visual, options);
+  MidsurfaceOptions wanted;
+  wanted.triangles = triangles;
+  wanted.progress = options.progress;
+  for (int i = 0;; ++i) {
+    Result<TriangleMesh> coarse = make_coarse_sheet(visual, options.thickness, wanted);
+    if (!coarse.ok()) return coarse.error();
+    Result<BoundBody> bound = bind(visual, *coarse, options);
+    if (bound.ok() || i + 1 == kTriesOfSheet) return bound;
+    wanted.triangles = 2 * coarse->triangles.size();
+  }
+}
+
 Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& visual, const BindOptions& options,
                                      std::vector<std::string>& notes, std::optional<Midsurface>* made) {
-  Result<AutomaticBody> automatic =
-      make_automatic_body(visual,
-                          body.collision_triangles > 0 ? static_cast<std::size_t>(body.collision_triangles)
-                                                       : body.options.collision_triangles,
-                          options);
+  Result<AutomaticBody> automatic = make_automatic_body(visual, collision_triangles(body), options);
   if (!automatic.ok()) return automatic.error();
   add_notes(notes, body.visual, remarks(automatic->midsurface));
   std::optional<Error> refused = std::move(automatic->refused);
@@ -148,8 +168,12 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
         note_unused_thickness(body, out.bound.complex, body.visual, out.notes);
         return out;
       }
-      collision = visual;  // an open sheet may be its own
       name = body.visual;
+      Result<BoundBody> bound = bind_sheet(visual, collision_triangles(body), options);
+      if (!bound.ok()) return named(bound.error(), name);
+      out.bound = std::move(*bound);
+      add_notes(out.notes, name, out.bound.report.warnings);
+      return out;
     } else {
       read = read_surface(body.collision, body.scale, Closedness::kOpen, 0, progress, out.notes);
       if (!read.ok()) return read.error();

@@ -99,10 +99,10 @@ SceneKeys<SceneBody> scene_keys<SceneBody>() {
       {"visual", SceneFilePath{member<&T::visual>()}, "", kAny, false,
        "Mesh file that is drawn (OBJ, PLY, STL, OFF), relative to the scene, or in a folder that --meshes or KERF_MESHES names."},
       {"collision", SceneFilePath{member<&T::collision>()}, "", kAny, false,
-       "Mesh file of the mid-surface, relative to the scene. Goes with visual. Without it one is made for a closed "
-       "visual mesh, and an open one is its own."},
+       "Mesh file of the mid-surface, relative to the scene. Goes with visual. Without it one is made from the "
+       "visual mesh; an open one of up to 1500 triangles is its own."},
       {"collision_triangles", member<&T::collision_triangles>(), "", SceneRange{0, 100000}, false,
-       "Wanted of the collision mesh that is made for a closed visual mesh. 0: as many as it needs, 160 or more."},
+       "Wanted of the collision mesh that is made. 0: as many as it needs, 160 or more."},
       {"bound", SceneFilePath{member<&T::bound>()}, "", kAny, false,
        "A body saved by kerf bind, relative to the scene."},
       {"scale", member<&T::scale>(), "m per unit", kPositive, false,

@@ -299,12 +299,14 @@ TEST_F(Faults, AKilledRunLeavesAReportThatSaysRunning) {
 TEST_F(Faults, WhatAKilledRunDidNotRemoveTheNextDoes) {
   std::ofstream(in("few.toml")) << kQuick << "animation = false\nmeshes = []\n";
   std::filesystem::create_directories(in("out"));
-  for (const char* name : {"body.glb", "positions_000007.vtu", "notes.txt"})
+  for (const char* name : {"body.glb", "positions_000007.vtu", "notes.txt", "body.glb.kerf.part-0",
+                           "positions_000008.vtu.kerf.part-1", "notes.txt.kerf.part-0"})
     std::ofstream(in(std::string("out/") + name)) << "old";
   std::ofstream(in("out/report.json"))
       << "{\"kerf_report_version\": 1, \"status\": \"running\", \"files\": [\"steps.svg\", \"body.glb\", \"positions.pvd\"]}";
   ASSERT_EQ(kerf({"run", in("few.toml"), "-q", "-o", in("out")}).status, 0);
-  EXPECT_THAT(names_in("out"), testing::UnorderedElementsAre("steps.svg", "report.json", "notes.txt"));
+  EXPECT_THAT(names_in("out"),
+              testing::UnorderedElementsAre("steps.svg", "report.json", "notes.txt", "notes.txt.kerf.part-0"));
 }
 
 // What an earlier run has left and the next does not write goes as that begins; what is somebody else's stays.

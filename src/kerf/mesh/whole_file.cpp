@@ -52,7 +52,10 @@ int follow_links(std::string& path) {
   return ELOOP;
 }
 
-std::string temporary_name(const std::string& path, int number) { return fmt::format("{}.kerf.part-{}", path, number); }
+constexpr std::string_view kUnfinished = ".kerf.part-";
+std::string temporary_name(const std::string& path, int number) {
+  return fmt::format("{}{}{}", path, kUnfinished, number);
+}
 
 /// Does another writer, living or dead, have what could not be opened, so that the next number is to be tried?
 bool taken(int error_number) { return error_number == EEXIST || error_number == EACCES || error_number == ELOOP; }
@@ -79,6 +82,15 @@ int own(const std::string& path, int flags) {
   ::close(file);
   errno = why;
   return -1;
+}
+
+/// Removes what killed writers of a file left. `mine` is the number of this writer: on disks of a network its lock holds off other processes alone.
+void remove_unfinished(const std::string& path, int mine) {
+  for (int i = 0; i < kRememberedWriters; ++i) {
+    if (i == mine) continue;
+    const std::string left = temporary_name(path, i);
+    if (const Descriptor file{own(left, 0)}; file.value >= 0) ::unlink(left.c_str());
+  }
 }
 
 /// Is it the machine that has no room, for this user or at all?
@@ -180,6 +192,13 @@ Result<FileBytes> read_whole_file(const std::string& path, const FileKind& kind)
   return bytes;
 }
 
+void remove_unfinished(const std::string& path) { remove_unfinished(path, -1); }
+
+std::string_view name_of_unfinished(std::string_view name) {
+  const std::size_t at = name.rfind(kUnfinished);
+  return at == std::string_view::npos ? std::string_view() : name.substr(0, at);
+}
+
 ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
   if (path_.empty()) {
     fail(ENOENT);
@@ -208,7 +227,7 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
     if (open_.descriptor >= 0 || !taken(errno)) break;
   }
   if (open_.descriptor < 0 && no_locks(errno)) {
-    open_.temporary = fmt::format("{}.kerf.part-{}-0", path_, ::getpid());
+    open_.temporary = fmt::format("{}{}{}-0", path_, kUnfinished, ::getpid());
     open_.descriptor = ::open(open_.temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   }
   if (open_.descriptor < 0) {
@@ -217,12 +236,7 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
     return;
   }
   if (::ftruncate(open_.descriptor, 0) != 0) fail(errno);
-  // What others left that were killed is of no use to anybody.
-  for (int other = 0; other < kRememberedWriters; ++other) {
-    if (other == number) continue;
-    const std::string left = temporary_name(path_, other);
-    if (const Descriptor file{own(left, 0)}; file.value >= 0) ::unlink(left.c_str());
-  }
+  remove_unfinished(path_, number);
 }
 
 ReplacingFile::Open::~Open() {

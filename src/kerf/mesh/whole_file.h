@@ -72,6 +72,12 @@ class ReplacingFile {
   int error_number_ = 0;  ///< of failure_
 };
 
+/// Removes the temporary files that killed writers of a file left beside it. Those of living ones stay.
+void remove_unfinished(const std::string& path);
+
+/// The name of the file that a temporary one was to become: "a.obj" of "a.obj.kerf.part-0". Empty: it is none.
+std::string_view name_of_unfinished(std::string_view name);
+
 /// Could a file be written there? Leaves nothing. To be asked before long work whose result goes there. Bad input: a folder,
 /// a name that can't be, no permission; failure: a disk that is full.
 Status check_can_be_written(const std::string& path);

@@ -97,12 +97,19 @@ Status remove_results(const std::filesystem::path& folder, std::vector<std::stri
   const auto among = [](const std::vector<std::string>& all, const std::string& name) {
     return std::find(all.begin(), all.end(), name) != all.end();
   };
+  const bool series = among(names, "positions.pvd");
+  std::vector<std::string> frames, unfinished;
   std::error_code code;
-  if (among(names, "positions.pvd"))
-    for (auto it = std::filesystem::directory_iterator(folder, code);
-         !code && it != std::filesystem::directory_iterator(); it.increment(code))
-      if (const std::string name = it->path().filename().string(); is_series_frame(name, "positions"))
-        names.push_back(name);
+  for (auto it = std::filesystem::directory_iterator(folder, code);
+       !code && it != std::filesystem::directory_iterator(); it.increment(code)) {
+    const std::string file = it->path().filename().string();
+    const std::string result(name_of_unfinished(file));
+    const bool frame = series && is_series_frame(result.empty() ? file : result, "positions");
+    if (!result.empty() && (frame || among(names, result))) unfinished.push_back(result);
+    if (result.empty() && frame) frames.push_back(file);
+  }
+  for (const std::string& name : unfinished) remove_unfinished((folder / name).string());
+  names.insert(names.end(), frames.begin(), frames.end());
   for (const std::string& name : names) {
     const std::filesystem::path path = folder / name;
     const bool input = std::any_of(inputs.begin(), inputs.end(),

@@ -27,7 +27,7 @@ std::vector<std::string> result_files(const SceneOutput& output);
 /// Names of results in a folder that the report there ("files") says are of an earlier run; of others than result_files gives, it says nothing.
 std::vector<std::string> earlier_results(const std::filesystem::path& folder);
 
-/// Takes away these results and, with positions.pvd, all frames of its series. Those in `kept`, links, and what is one of `inputs` stay.
+/// Takes away these results and, with positions.pvd, all frames of its series; and what killed writers of them left. Those in `kept`, links, and what is one of `inputs` stay.
 /// Bad input: one can't be removed.
 Status remove_results(const std::filesystem::path& folder, std::vector<std::string> names,
                       const std::vector<std::string>& kept, const std::vector<std::filesystem::path>& inputs);

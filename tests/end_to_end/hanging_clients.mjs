@@ -59,7 +59,7 @@ const scenes = {
   slowFrame: () => rude.socket((send, s) => { send(hello()); drip(s, frame(randomBytes(300))); }),
   silent: () => rude.connect(),
   silentSocket: () => rude.connect((s) => { s.write(upgrade(server.port)); s.resume(); }),
-  silentPage: () => rude.socket((send, s) => { send(hello()); s.pause(); }),
+  silentPage: () => rude.socket((send) => send(hello())),
   lyingFrame: () => rude.socket((send, s) => { send(hello()); s.write(frame(randomBytes(10), 2, 70000 + below(900000))); }),
   lyingLength: () => rude.connect((s) => s.write(Buffer.concat([line(below(2) ? 'POST / HTTP/1.1' : 'GET / HTTP/1.1'), Buffer.from(`Content-Length: ${below(2) ? 1000000000 : -1}\r\n\r\n0123456789`)]))),
   lyingMessage: () => rude.socket((send) => { send(hello()); const m = command(1, 2); m.writeUInt32LE(1 << 30, 4); send(m); }),

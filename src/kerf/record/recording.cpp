@@ -10,6 +10,7 @@
 
 #include "kerf/mesh/base64.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/record/json_value.h"
 #include "kerf/scene/scene_limits.h"
 
 namespace kerf {
@@ -19,7 +20,8 @@ using Json = nlohmann::ordered_json;
 using Kind = SessionChange::Kind;
 
 constexpr int kRecordingVersion = 1;
-constexpr std::int64_t kMostSteps = 1'000'000'000;
+constexpr std::uint64_t kMostSteps = 1'000'000'000;
+constexpr std::size_t kDeepest = 16;  // four levels are in a recording; a value is taken apart as deep as it is nested
 
 struct KindWord {
   Kind kind;
@@ -169,17 +171,18 @@ std::string other_version() {
 /// Reads the parts of a recording; the first trouble is kept.
 class RecordingReader {
  public:
-  RecordingReader(const Json& root, std::string_view name) : root_(root), name_(name) {}
+  RecordingReader(const JsonValue& root, std::string_view name) : root_(root), name_(name) {}
 
   Result<Recording> read() {
-    if (!root_.is_object() || !root_.contains("kerf_recording")) return trouble("this is no recording of kerf");
-    if (root_["kerf_recording"] != kRecordingVersion) return trouble(other_version());
+    const JsonValue* version = root_.find("kerf_recording");
+    if (version == nullptr) return trouble("this is no recording of kerf");
+    if (version->number() != kRecordingVersion) return trouble(other_version());
     Recording out;
-    const Json scene = member(root_, "scene");
+    const JsonValue& scene = member(root_, "scene");
     out.source.name = text(scene, "name");
     out.source.text = text(scene, "text");
     out.source.folder = text(scene, "folder");
-    for (const Json& file : array(scene, "files")) {
+    for (const JsonValue& file : array(scene, "files")) {
       SceneSource::File f;
       f.name = text(file, "name");
       if (!plain_file_name(f.name)) fail("a file's name is not a plain one");
@@ -188,35 +191,37 @@ class RecordingReader {
     }
     read_meshes(scene, out.source);
     out.instructions = text(root_, "instructions");
-    out.overrides.scripted = member(root_, "scripted") == Json(true);
+    out.overrides.scripted = member(root_, "scripted").is_true();
     out.overrides.time_step = number(member(root_, "time_step"), "time_step");
     if (out.overrides.time_step < 0) fail("time_step is negative");
     read_dust(out.overrides);
     out.last_step = step(member(root_, "last_step"));
     std::int64_t last = 0;
-    for (const Json& item : array(root_, "changes")) {
+    for (const JsonValue& item : array(root_, "changes")) {
       SessionChange c;
-      if (!item.is_array() || item.size() < 2 || !item[1].is_string()) {
+      const JsonValue::Array* parts = item.array();
+      if (parts == nullptr || parts->size() < 2 || (*parts)[1].text() == nullptr) {
         fail("a change is not [step, \"kind\", ...]");
         break;
       }
-      c.step = step(item[0]);
+      c.step = step((*parts)[0]);
       if (c.step < last) fail("changes are not in the order of their steps");
       last = c.step;
-      if (!read_change(item, c)) break;
+      if (!read_change(*parts, c)) break;
       out.changes.push_back(std::move(c));
     }
     last = 0;
-    for (const Json& item : array(root_, "hashes")) {
+    for (const JsonValue& item : array(root_, "hashes")) {
       StateHash h;
-      if (!item.is_array() || item.size() != 2 || !item[1].is_string()) {
+      const JsonValue::Array* parts = item.array();
+      if (parts == nullptr || parts->size() != 2 || (*parts)[1].text() == nullptr) {
         fail("a hash is not [step, \"hex\"]");
         break;
       }
-      h.step = step(item[0]);
+      h.step = step((*parts)[0]);
       if (h.step < last) fail("hashes are not in the order of their steps");
       last = h.step;
-      h.hash = hash(item[1]);
+      h.hash = hash((*parts)[1]);
       out.hashes.push_back(h);
     }
     out.end_hash = hash(member(root_, "end"));
@@ -231,29 +236,27 @@ class RecordingReader {
  private:
   /// Recordings of before dust was swept up have none, and nothing of it went.
   void read_dust(SceneOverrides& overrides) {
-    if (!root_.contains("dust")) {
-      overrides.dust = 0;
-      return;
-    }
-    if (root_["dust"].is_null()) return;
-    overrides.dust = number(root_["dust"], "dust");
+    const JsonValue* dust = root_.find("dust");
+    if (dust == nullptr) overrides.dust = 0;
+    if (dust == nullptr || dust->is_null()) return;
+    overrides.dust = number(*dust, "dust");
     if (*overrides.dust < 0 || *overrides.dust > kMostDust)
       fail(fmt::format("dust goes from 0 to {:g}, but is {:g}", kMostDust, *overrides.dust));
   }
   /// Recordings of before meshes travelled have none.
-  void read_meshes(const Json& scene, SceneSource& source) {
-    if (!scene.is_object() || !scene.contains("meshes")) return;
-    for (const Json& mesh : array(scene, "meshes")) {
+  void read_meshes(const JsonValue& scene, SceneSource& source) {
+    if (scene.find("meshes") == nullptr) return;
+    for (const JsonValue& mesh : array(scene, "meshes")) {
       SceneSource::Mesh m;
       m.written = text(mesh, "file");
       m.hash = hash(member(mesh, "hash"));
-      const Json bytes = member(mesh, "bytes");
-      if (!bytes.is_number_integer() || bytes < 0) {
+      const std::optional<std::uint64_t> bytes = member(mesh, "bytes").whole();
+      if (!bytes) {
         fail("a mesh has no number of bytes");
         return;
       }
-      m.bytes = bytes.get<std::uint64_t>();
-      if (mesh.is_object() && mesh.contains("base64")) {
+      m.bytes = *bytes;
+      if (mesh.find("base64") != nullptr) {
         m.content.emplace();
         if (!from_base64(text(mesh, "base64"), *m.content)) fail("a mesh is not base64");
         if (m.content->size() != m.bytes) fail("a mesh is shorter or longer than it says");
@@ -261,8 +264,8 @@ class RecordingReader {
       source.meshes.push_back(std::move(m));
     }
   }
-  bool read_change(const Json& item, SessionChange& c) {
-    const std::string word = item[1].get<std::string>();
+  bool read_change(const JsonValue::Array& item, SessionChange& c) {
+    const std::string& word = *item[1].text();
     bool known = false;
     for (const KindWord& k : kKinds)
       if (word == k.word) {
@@ -272,63 +275,57 @@ class RecordingReader {
     if (!known) return fail(fmt::format("there is no change \"{}\"", word));
     std::size_t at = 2;
     if (has_id(c.kind)) {
-      if (item.size() < 3 || !item[2].is_string()) return fail(fmt::format("\"{}\" names no grasp or tool", word));
-      c.id = item[2].get<std::string>();
+      if (item.size() < 3 || item[2].text() == nullptr) return fail(fmt::format("\"{}\" names no grasp or tool", word));
+      c.id = *item[2].text();
       at = 3;
     }
     for (; at < item.size(); ++at) {
-      if (!item[at].is_number()) return fail(fmt::format("\"{}\" has something that is no number", word));
+      const std::optional<double> value = item[at].number();
+      if (!value) return fail(fmt::format("\"{}\" has something that is no number", word));
       if (c.kind == Kind::kGrasp || c.kind == Kind::kRemove) {
-        if (!item[at].is_number_integer() || item[at] < 0 || item[at] > INT32_MAX)
-          return fail(fmt::format("\"{}\" names no such element", word));
-        c.vertices.push_back(item[at].get<std::int32_t>());
+        const std::optional<std::uint64_t> element = item[at].whole();
+        if (!element || *element > INT32_MAX) return fail(fmt::format("\"{}\" names no such element", word));
+        c.vertices.push_back(static_cast<std::int32_t>(*element));
       } else {
-        c.values.push_back(item[at].get<double>());
+        c.values.push_back(*value);
       }
     }
     if (const Status ok = check(c); !ok) return fail(ok.error().message);
     return true;
   }
-  Json member(const Json& of, const char* key) {
-    if (!of.is_object() || !of.contains(key)) {
-      fail(fmt::format("\"{}\" is missing", key));
-      return {};
-    }
-    return of[key];
+  const JsonValue& member(const JsonValue& of, const char* key) {
+    static const JsonValue kNothing;
+    const JsonValue* found = of.find(key);
+    if (found == nullptr) fail(fmt::format("\"{}\" is missing", key));
+    return found == nullptr ? kNothing : *found;
   }
-  std::string text(const Json& of, const char* key) {
-    const Json m = member(of, key);
-    if (!m.is_string()) {
-      fail(fmt::format("\"{}\" is not a text", key));
-      return {};
-    }
-    return m.get<std::string>();
+  const std::string& text(const JsonValue& of, const char* key) {
+    static const std::string kNothing;
+    const std::string* found = member(of, key).text();
+    if (found == nullptr) fail(fmt::format("\"{}\" is not a text", key));
+    return found == nullptr ? kNothing : *found;
   }
-  Json array(const Json& of, const char* key) {
-    Json m = member(of, key);
-    if (!m.is_array()) {
-      fail(fmt::format("\"{}\" is not a list", key));
-      return Json::array();
-    }
-    return m;
+  const JsonValue::Array& array(const JsonValue& of, const char* key) {
+    static const JsonValue::Array kNothing;
+    const JsonValue::Array* found = member(of, key).array();
+    if (found == nullptr) fail(fmt::format("\"{}\" is not a list", key));
+    return found == nullptr ? kNothing : *found;
   }
-  double number(const Json& m, const char* key) {
-    if (!m.is_number() || !std::isfinite(m.get<double>())) {
-      fail(fmt::format("\"{}\" is not a number", key));
-      return 0;
-    }
-    return m.get<double>();
+  double number(const JsonValue& m, const char* key) {
+    const std::optional<double> value = m.number();
+    if (value && std::isfinite(*value)) return *value;
+    fail(fmt::format("\"{}\" is not a number", key));
+    return 0;
   }
-  std::int64_t step(const Json& m) {
-    if (!m.is_number_integer() || m < 0 || m > kMostSteps) {
-      fail("a step number is not one");
-      return 0;
-    }
-    return m.get<std::int64_t>();
+  std::int64_t step(const JsonValue& m) {
+    const std::optional<std::uint64_t> value = m.whole();
+    if (value && *value <= kMostSteps) return static_cast<std::int64_t>(*value);
+    fail("a step number is not one");
+    return 0;
   }
-  std::uint64_t hash(const Json& m) {
+  std::uint64_t hash(const JsonValue& m) {
     std::uint64_t value = 0;
-    const std::string digits = m.is_string() ? m.get<std::string>() : std::string();
+    const std::string_view digits = m.text() == nullptr ? std::string_view() : *m.text();
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
     if (digits.empty() || error != std::errc() || end != digits.data() + digits.size())
       fail("a hash is not hexadecimal");
@@ -340,7 +337,7 @@ class RecordingReader {
   }
   Error trouble(const std::string& what) const { return bad_input(fmt::format("{}: {}", name_, what)); }
 
-  const Json& root_;
+  const JsonValue& root_;
   std::string_view name_;
   std::string trouble_;
 };
@@ -388,65 +385,58 @@ std::string_view instruction_set() {
 }
 
 std::string recording_text(const Recording& r) {
-  Json root;
-  root["kerf_recording"] = kRecordingVersion;
-  root["instructions"] = r.instructions;
-  Json scene;
-  scene["name"] = r.source.name;
-  scene["folder"] = r.source.folder.string();
-  scene["text"] = r.source.text;
-  scene["files"] = Json::array();
-  for (const SceneSource::File& f : r.source.files)
-    scene["files"].push_back({{"name", f.name}, {"base64", to_base64(f.bytes)}});
-  scene["meshes"] = Json::array();
-  for (const SceneSource::Mesh& m : r.source.meshes) {
-    Json mesh = {{"file", m.written}, {"bytes", m.bytes}, {"hash", hex(m.hash)}};
-    if (m.content) mesh["base64"] = to_base64(*m.content);
-    scene["meshes"].push_back(std::move(mesh));
-  }
-  root["scene"] = std::move(scene);
-  root["scripted"] = r.overrides.scripted;
-  root["time_step"] = r.overrides.time_step;
-  root["dust"] = r.overrides.dust ? Json(*r.overrides.dust) : Json();
-  root["last_step"] = r.last_step;
-  Json changes = Json::array();
-  for (const SessionChange& c : r.changes) {
-    Json item = Json::array({c.step, word_of(c.kind).word});
-    if (has_id(c.kind)) item.push_back(c.id);
-    for (const std::int32_t v : c.vertices) item.push_back(v);
-    for (const double v : c.values) item.push_back(v);
-    changes.push_back(std::move(item));
-  }
-  root["changes"] = std::move(changes);
-  Json hashes = Json::array();
-  for (const StateHash& h : r.hashes) hashes.push_back(Json::array({h.step, hex(h.hash)}));
-  root["hashes"] = std::move(hashes);
-  root["end"] = hex(r.end_hash);
-  // Bytes that are not UTF-8 (in a file's name) are replaced instead of thrown about.
-  return root.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  // Value by value: one that has others in it asks for memory to be taken apart, and where memory ends on the way so would the program.
+  std::string out;
+  const auto put = [&](std::string_view before, const Json& value) {
+    out += before;
+    out += value.dump(-1, ' ', false, Json::error_handler_t::replace);  // bytes that are not UTF-8 (in a file's name)
+  };
+  const auto list = [&](const auto& items, const auto& put_item) {
+    out += '[';
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      if (i > 0) out += ',';
+      put_item(items[i]);
+    }
+    out += ']';
+  };
+  put("{\"kerf_recording\":", kRecordingVersion);
+  put(",\"instructions\":", r.instructions);
+  put(",\"scene\":{\"name\":", r.source.name);
+  put(",\"folder\":", r.source.folder.string());
+  put(",\"text\":", r.source.text);
+  out += ",\"files\":";
+  list(r.source.files, [&](const SceneSource::File& f) {
+    put("{\"name\":", f.name);
+    out += fmt::format(",\"base64\":\"{}\"}}", to_base64(f.bytes));
+  });
+  out += ",\"meshes\":";
+  list(r.source.meshes, [&](const SceneSource::Mesh& m) {
+    put("{\"file\":", m.written);
+    out += fmt::format(",\"bytes\":{},\"hash\":\"{}\"", m.bytes, hex(m.hash));
+    if (m.content) out += fmt::format(",\"base64\":\"{}\"", to_base64(*m.content));
+    out += '}';
+  });
+  put("},\"scripted\":", r.overrides.scripted);
+  put(",\"time_step\":", r.overrides.time_step);
+  put(",\"dust\":", r.overrides.dust ? Json(*r.overrides.dust) : Json());
+  put(",\"last_step\":", r.last_step);
+  out += ",\"changes\":";
+  list(r.changes, [&](const SessionChange& c) {
+    out += fmt::format("[{},\"{}\"", c.step, word_of(c.kind).word);
+    if (has_id(c.kind)) put(",", c.id);
+    for (const std::int32_t v : c.vertices) out += fmt::format(",{}", v);
+    for (const double v : c.values) put(",", v);
+    out += ']';
+  });
+  out += ",\"hashes\":";
+  list(r.hashes, [&](const StateHash& h) { out += fmt::format("[{},\"{}\"]", h.step, hex(h.hash)); });
+  return out + fmt::format(",\"end\":\"{}\"}}\n", hex(r.end_hash));
 }
 
 Result<Recording> parse_recording(std::string_view text, std::string_view name) {
-  // Nesting is limited beforehand: the parser itself is not recursive, its destructor would be.
-  int depth = 0, deepest = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (quoted) {
-      if (c == '\\') ++i;
-      else if (c == '"') quoted = false;
-    } else if (c == '"') {
-      quoted = true;
-    } else if (c == '[' || c == '{') {
-      deepest = std::max(deepest, ++depth);
-    } else if (c == ']' || c == '}') {
-      --depth;
-    }
-  }
-  if (deepest > 16) return bad_input(fmt::format("{}: this is no recording of kerf", name));
-  const Json root = Json::parse(text.begin(), text.end(), nullptr, false);
-  if (root.is_discarded()) return bad_input(fmt::format("{}: this is not JSON, or it is cut off", name));
-  return RecordingReader(root, name).read();
+  const std::optional<JsonValue> root = parse_json(text, kDeepest);
+  if (!root) return bad_input(fmt::format("{}: this is not JSON, is cut off, or is no recording of kerf", name));
+  return RecordingReader(*root, name).read();
 }
 
 namespace {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/record/json_value.h"
 #include "kerf/record/surface_export.h"
 #include "kerf/session/surface_fade.h"
 
@@ -79,16 +79,18 @@ std::vector<std::string> result_files(const SceneOutput& output) {
 std::vector<std::string> earlier_results(const std::filesystem::path& folder) {
   const auto text = read_whole_file((folder / "report.json").string(), kOtherFile);
   if (!text) return {};
-  const auto report = nlohmann::json::parse(text->view(), nullptr, false);
-  if (!report.is_object() || !report.contains("kerf_report_version") || !report.contains("files") ||
-      !report["files"].is_array())
-    return {};
+  constexpr std::size_t kDeepest = 64;  // a report has five levels; a value is taken apart as deep as it is nested
+  const auto report = parse_json(text->view(), kDeepest);
+  if (!report || report->find("kerf_report_version") == nullptr) return {};
+  const JsonValue* files = report->find("files");
+  if (files == nullptr || files->array() == nullptr) return {};
   SceneOutput everything;
   everything.meshes = {"visual", "collision", "hexahedra"};
   everything.animation = everything.positions = everything.picture = true;
   std::vector<std::string> names;
   for (const std::string& name : result_files(everything))
-    if (std::find(report["files"].begin(), report["files"].end(), name) != report["files"].end()) names.push_back(name);
+    if (std::find(files->array()->begin(), files->array()->end(), JsonValue(name)) != files->array()->end())
+      names.push_back(name);
   return names;
 }
 

@@ -16,13 +16,15 @@
 #include "kerf/scene/scene_schema.h"
 #include "kerf/scene/toml_text.h"
 
-// Header-only and without exceptions. toml++ 3.3.0 asserts, and in release builds promises the compiler, that a table header
+// Header-only. With exceptions: without them its functions are noexcept, and memory that ends in one of them ends the program. Floating-point
+// numbers by <charconv>: streams take memory that ends for a number that is wrong. toml++ 3.3.0 asserts, and in release builds promises the compiler, that a table header
 // starts with a key character, before it has looked: "[=" would be undefined. Its assertions are turned off, so that the
 // check that follows them reports the error (found by the test of damaged texts).
 #undef TOML_HEADER_ONLY
 #undef TOML_SHARED_LIB
 #define TOML_HEADER_ONLY 1
-#define TOML_EXCEPTIONS 0
+#define TOML_EXCEPTIONS 1
+#define TOML_FLOAT_CHARCONV 1
 #define TOML_ASSERT(expression) static_assert(true)
 #pragma push_macro("NDEBUG")
 #undef NDEBUG
@@ -960,15 +962,21 @@ class SceneReader {
   std::vector<Problem> problems_;
 };
 
+Result<toml::table> parse_toml(std::string_view text, std::string_view name) {
+  try {
+    return toml::table(toml::parse(text));  // its reader takes memory for a name where it may not throw
+  } catch (const toml::parse_error& error) {
+    return bad_input(fmt::format("{}:{}: {}", name, error.source().begin.line, error.description()));
+  }
+}
+
 }  // namespace
 
 Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneFolders& folders) {
   KERF_TRY(check_toml_characters(text, name));
-  const toml::parse_result parsed = toml::parse(text, name);
-  if (!parsed) {
-    return bad_input(fmt::format("{}:{}: {}", name, parsed.error().source().begin.line, parsed.error().description()));
-  }
-  Result<Scene> scene = SceneReader(name, folders).read(parsed.table());
+  const Result<toml::table> parsed = parse_toml(text, name);
+  if (!parsed) return parsed.error();
+  Result<Scene> scene = SceneReader(name, folders).read(*parsed);
   if (scene.ok()) {
     scene->name = std::filesystem::path(std::string(name)).stem().string();
     scene->file = std::string(name);

@@ -15,7 +15,7 @@ const server = await serve(program, ['trainer']);
 const good = new Connections(server.port), rude = new Connections(server.port);
 
 // --- The page that behaves: cuts across the body, takes the cut back, and so on
-let phase = 'alone', ending = false, lost = 0, stolen = 0;
+let phase = 'alone', ending = false, lost = 0, stolen = 0, missed = 0;
 const strokes = { alone: [], beside: [] }, undos = { alone: [], beside: [] };
 /** Cuts until it is lost. Waits for the answer to each input. */
 function behave() {
@@ -24,13 +24,14 @@ function behave() {
   const s = good.page(async (send) => {
     /** What came back: 'patch', 'nothing' or 'stolen'. */
     const ask = (make, types) => new Promise((answered) => { awaited = { input: ++input, types, answered }; for (const m of make(input)) send(m); });
-    const ray = (x) => [x, 0.016, 0.1, 0, 0, -1];
+    const ray = (x, y) => [x, y, 0.1, 0, 0, -1];  // into the thin rim from inside
     while (!s.destroyed && !ending) {
       let since = performance.now();
       const list = phase, x = 0.004 * (random() - 0.5);
-      const cut = await ask((n) => [toolMessage(n, 0, 0, [ray(x - 0.006)]), toolMessage(n, 0, 1, [ray(x)]), toolMessage(n, 0, 2, [ray(x + 0.006)])], [3, 7]);
+      const cut = await ask((n) => [toolMessage(n, 0, 0, [ray(x, 0.011)]), toolMessage(n, 0, 1, [ray(x, 0.015)]), toolMessage(n, 0, 2, [ray(x, 0.018)])], [3, 7]);
       if (cut === 'patch') strokes[list].push(performance.now() - since);
       else if (cut === 'stolen') { stolen++; send(claim(1)); }
+      else { missed++; send(command(++input, 5)); }  // strokes of those that vanished have moved or cut what lay there: from the start again
       since = performance.now();
       if (cut === 'patch' && await ask((n) => [command(n, 6)], [3]) === 'patch') undos[list].push(performance.now() - since);
       await pause(20);
@@ -118,7 +119,7 @@ const text = (list) => { const q = quantiles(list); return `${list.length} times
 const used = (u) => `${u.megabytes.toFixed(0)} MiB, ${u.threads} threads, ${u.descriptors} descriptors`;
 console.log(`${turn} clients (${names.map((n) => `${n} ${done[n]}`).join(', ')}), seed ${seed}; the server ended ${endedByServer.length} silent ones${endedByServer.length ? `, after ${Math.min(...endedByServer).toFixed(0)} to ${Math.max(...endedByServer).toFixed(0)} s` : ''}`);
 for (const list of ['alone', 'beside', 'after']) console.log(`${list}: stroke to patch ${text(strokes[list])}; undo ${text(undos[list])}; ${used({ alone, beside, after }[list])}`);
-console.log(`the page was lost ${lost} times; its tools were taken in ${stolen} strokes`);
+console.log(`the page was lost ${lost} times; its tools were taken in ${stolen} strokes, ${missed} met nothing`);
 // Bounds, not figures: at half a busy machine breaks them, at double a page that waits for others would pass.
 assert.equal(lost, 0, 'the page was disconnected');
 assert.ok(strokes.beside.length > seconds / 2, 'the page hardly cuts');

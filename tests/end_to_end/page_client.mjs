@@ -17,6 +17,7 @@ export function seeded(seed) {
 /** Starts the server and waits until it listens. Where the page is not built, the test ends as skipped. */
 export async function serve(program, args, env = process.env) {
   const child = spawn(program, ['view', ...args, '--port', '0', '--no-browser', '--token', kToken], { stdio: ['ignore', 'pipe', 'pipe'], env });
+  process.on('exit', () => child.kill('SIGKILL'));  // a test that fails leaves none running
   const server = { child, port: 0, said: '', over: null };
   server.exited = new Promise((done) => child.on('exit', (code, signal) => { server.over = { code, signal }; done(server.over); }));
   child.stderr.on('data', (b) => { server.said += b; });

@@ -7,6 +7,11 @@ namespace kerf {
 /// material off from its neighbours and makes false pieces.
 inline constexpr double kOverlapVolume = 1e-12;
 
+/// Share of the body. What the copies hold may differ from the body by this and one rounding for each piece of the triangle with the most
+/// pieces. A prism and its parts in cells round some hundred times; a sum over all copies does not count, as it is a LongSum.
+/// Lattices of a hundred million cells would fail at 1e-8, as a missing cell is as much.
+inline constexpr double kVolumeRounding = 1e-12;
+
 /// Cells. Corners of prisms nearer than this to a lattice plane are put onto it, so that bodies whose sides lie in
 /// lattice planes leave no slivers in the cells behind.
 inline constexpr double kPlaneSnap = 1e-10;

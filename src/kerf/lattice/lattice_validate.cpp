@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
+#include "kerf/base/long_sum.h"
+#include "kerf/lattice/lattice_tolerances.h"
 #include "kerf/lattice/tip_glue.h"
 
 namespace kerf {
@@ -109,7 +112,7 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
         return failed(fmt::format("dead copy {} is still listed in its cell", h.value));
       if (hex.frame.cell_id(hex.cell[h]) != c) return failed(fmt::format("copy {} is listed in another cell", h.value));
     }
-  double volume = 0, mass = 0;
+  LongSum volumes, masses;
   for (const HexId h : ids<HexId>(hex.hex_count())) {
     if (hex.state[h] == HexState::kDead) {
       if (in_cell[h.index()] != 0 || hex.host[h].valid())
@@ -143,20 +146,22 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
     if (!(std::fabs(weight * hex.frame.cell_volume() - m.volume) <= 1e-9 * hex.frame.cell_volume()))
       return failed(fmt::format("copy {}: quadrature weights add up to {} m3, not to {}", h.value,
                                 weight * hex.frame.cell_volume(), m.volume));
-    volume += m.volume;
-    if (hex.alive(h)) mass += m.mass_volume;
+    volumes.add(m.volume);
+    if (hex.alive(h)) masses.add(m.mass_volume);
     else if (m.mass_volume != 0) return failed(fmt::format("absorbed copy {} still has mass", h.value));
   }
   for (const NodeId n : ids<NodeId>(hex.node_count()))
     if (uses[n.index()] != hex.node_uses[n])
       return failed(fmt::format("node {} counts {} copies, but {} use it", n.value, hex.node_uses[n], uses[n.index()]));
 
-  double body = 0;
+  LongSum prisms;
+  std::size_t most_pieces = 0;
   for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
     const LatticeBody& own = hex.bodies[static_cast<std::size_t>(hex.body_of(mesh.root[t]))];
-    body += own.scale * ruled_volume(prism_between(hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 0)]],
-                                                   hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 1)]],
-                                                   hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 2)]]));
+    prisms.add(own.scale * ruled_volume(prism_between(hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 0)]],
+                                                      hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 1)]],
+                                                      hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 2)]])));
+    most_pieces = std::max(most_pieces, hex.pieces_of(t).size());
     if (hex.pieces_of(t).empty()) return failed(fmt::format("collision triangle {} is in no copy", t.value));
     for (const Piece& p : hex.pieces_of(t)) {
       if (!hex.cell.contains(p.copy) || hex.state[p.copy] == HexState::kDead ||
@@ -170,11 +175,14 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
         return failed(fmt::format("collision triangle {} is missing in a cell's list", t.value));
     }
   }
-  body *= hex.frame.cell_volume();
   for (const HexId h : ids<HexId>(hex.hex_count()))
     if (hex.state[h] != HexState::kDead && pieces[h.index()] != hex.piece_count[h])
       return failed(fmt::format("copy {} has {} pieces, not {}", h.value, pieces[h.index()], hex.piece_count[h]));
-  if (!(std::fabs(volume - body) <= 1e-12 * body) || !(std::fabs(mass - body) <= 1e-12 * body))
+  const double volume = volumes.value(), mass = masses.value(), body = prisms.value() * hex.frame.cell_volume();
+  // Pieces of a triangle are scaled by their plain sum, which loses up to half an epsilon a piece.
+  const double tolerance =
+      (kVolumeRounding + std::numeric_limits<double>::epsilon() * static_cast<double>(most_pieces)) * body;
+  if (!(std::fabs(volume - body) <= tolerance) || !(std::fabs(mass - body) <= tolerance))
     return failed(fmt::format("the copies hold {:.17g} m3 (with hosts {:.17g}), the body {:.17g}", volume, mass, body));
 
   // Both sides of an uncut edge, wherever its wall passes.

@@ -25,7 +25,7 @@ std::size_t count_plain_nodes(const HexMesh& hex);
 
 /// Checks, in linear time: lists and ids are consistent; every copy has 8 distinct nodes at the right corners of the lattice; use counts of
 /// nodes; absorbed copies end at living hosts; the volume of all copies, and the mass volume of the living ones, equal the
-/// body's (relative 1e-12); the triangles on both sides of an uncut edge are, in a cell that the edge's wall passes, in the same
+/// body's up to rounding (kVolumeRounding); the triangles on both sides of an uncut edge are, in a cell that the edge's wall passes, in the same
 /// copy, or else in copies that share a face. The error names the copy, node or triangle.
 Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex);
 

@@ -17,12 +17,13 @@ struct Pair {
 struct Pairing {
   Column<Vec3> normal;         ///< |F|, unit, smoothed but not across creases
   Column<Pair> pair;           ///< |F|
+  Column<double> of_facet;     ///< |F|: how sure the facet is (what creases bound) where it is one side, else 0
   double mean_confidence = 0;  ///< over the area
 };
 
 /// confidence = max(0, -n . n')^2 rho^3, rho = distance of the ray's middle to the surface over half its length: 1 where
-/// that middle is on the medial surface, next to 0 for a face of the rim whose ray runs along the sheet. No threshold and
-/// no global thickness comes in. One ray and one closest point for each face, in parallel.
+/// that middle is on the medial surface, next to 0 for a face of the rim whose ray runs along the sheet. Faces of facets that are unsure as a
+/// whole, the walls of a rim, have 0. One ray and one closest point for each face, in parallel.
 Pairing find_pairs(const SurfaceMesh& mesh, const TriangleBvh& bvh, double thickness);
 
 }  // namespace kerf::mid

@@ -104,7 +104,7 @@ class FieldSystem {
       const Pair& q = p.pair[f];
       if (q.face < 0) continue;
       const double t = std::clamp(q.distance, kThinnest * thickness, 10 * thickness), unit = m.area(f) * 4 / (t * t);
-      data_[f] = unit * q.confidence;
+      data_[f] = unit * std::max(q.confidence, p.of_facet[f]);
       coupling_[f] = unit * std::min(q.confidence, p.pair[q.face].confidence);
     }
     std::vector<SparseEntry> base;

@@ -58,12 +58,14 @@ double median(std::vector<double>& values) {
 
 std::int32_t remove_spikes(SurfaceMesh& m, std::vector<Vec3>& places) {
   const double edge = mean_edge(m);
-  Column<double> away(m.position.size(), 0), radius(m.position.size(), 0);
+  // `out`: along the normal. A corner of a flat part whose triangles are long is far from its neighbours' mean, but within the part.
+  Column<double> away(m.position.size(), 0), out(m.position.size(), 0), radius(m.position.size(), 0);
   Column<Vec3> mean(m.position.size());
   for_each_vertex(m, [&](std::int32_t v) {
     int n = 0;
     mean[v] = ring_mean(m, v, n);
     away[v] = norm(m.position[v] - mean[v]);
+    out[v] = std::fabs(dot(m.position[v] - mean[v], vertex_normal(m, v)));
     double r = 0;
     m.for_each_neighbour(v, [&](std::int32_t u) { r += norm(m.position[u] - mean[v]); });
     radius[v] = r / n;
@@ -72,7 +74,7 @@ std::int32_t remove_spikes(SurfaceMesh& m, std::vector<Vec3>& places) {
   const double limit = std::max(6 * median(sorted), 0.9 * edge);
   std::vector<std::int32_t> spikes;
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
-    if (!m.has_vertex(v) || away[v] <= limit || away[v] <= 0.9 * radius[v]) continue;
+    if (!m.has_vertex(v) || out[v] <= limit || out[v] <= 0.9 * radius[v]) continue;
     // A spike is alone: corners and edges of coarse bodies are as far from their neighbours' mean, but so is what is next to
     // them.
     bool largest = true;

@@ -100,8 +100,13 @@ bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vecto
     if ((field_at(m, labels.field, f) > 0) == (field_at(m, labels.field, q.face, q.barycentric) > 0))
       flag[static_cast<std::size_t>(f)] = 1;
   }
+  const Branches branches = find_branches(m, pairing, labels);
+  verdict.branch_length = branches.length / work.thickness;
   const Topology whole = topology(m), a = topology(plus), b = topology(minus);
   if (2 * a.euler != whole.euler || a != b || a.components != 1) {
+    // Where a body branches, the line between its sides leaves the rim.
+    add_places(m, branches.flag, "the body branches", origin, verdict);
+    for (std::size_t f = 0; f < flag.size(); ++f) flag[f] = flag[f] || branches.flag[f];
     // Islands: parts of a side that hang together with nothing else of it.
     for (const SurfaceMesh* side : {&plus, &minus}) {
       if (topology(*side).components == 1) continue;
@@ -129,8 +134,6 @@ bool judge_sides(const SidesFound& found, MidsurfaceVerdict& verdict, std::vecto
                        a.components, b.components, a.loops, b.loops, where));
     return false;
   }
-  const Branches branches = find_branches(m, pairing, labels);
-  verdict.branch_length = branches.length / work.thickness;
   for (std::size_t f = 0; f < flag.size(); ++f) flag[f] = flag[f] || branches.flag[f];
   if (verdict.branch_length > kFork) {
     add_places(m, branches.flag, "the body branches", origin, verdict);

@@ -19,6 +19,7 @@ constexpr double kSureWedge = 0.1;  // confidence of a wedge of 44 degrees
 constexpr int kBorderSteps = 6;
 constexpr int kMoveSteps = 40;
 constexpr double kBorderLeash = 2.5;  // of the half thickness: how far the border moves in a round
+constexpr double kSameWall = 0.5;     // cosine between the wall at the border and where the sheet would meet it
 constexpr double kFilledHole = 1;     // thicknesses around: holes much narrower than the body is thick
 constexpr int kRefinements = 3;
 constexpr double kRayFacing = 4;  // power of the cosine between the sides that a ray meets
@@ -156,8 +157,12 @@ Fields border_moves(const MidSheet& sheet, const SheetInput& in) {
       const Vec3 along = to - dot(to, normal) * normal;
       const double reach = norm(along);
       if (!(reach > 0)) continue;
+      // Across a hole the wall looks back, and beside it the next wall is met: no part of the sheet leads to this one from q.
+      const ClosestPoint wall = in.bvh.closest(view, m.position[b], in.work.thickness);
+      if (wall.valid() && dot(in.pairing.normal[wall.triangle], along) <= 0) continue;
       const RayHit hit = in.bvh.first_hit(view, {m.position[q], (1 / reach) * along, 0, 3 * reach});
       if (!hit.valid() || dot(in.pairing.normal[hit.triangle], along) <= 0.5 * reach) continue;
+      if (wall.valid() && dot(in.pairing.normal[hit.triangle], in.pairing.normal[wall.triangle]) <= kSameWall) continue;
       move[i] = m.position[q] + (hit.t / reach) * along - m.position[b];
       known[i] = norm(move[i]) <= kBorderLeash * sheet.half_thickness[q];
       if (!known[i]) move[i] = {};
@@ -230,6 +235,17 @@ void extend_to_rim(MidSheet& sheet, const SheetInput& in, const Column<double>& 
     kept[v] = 1;
   }
   fill_positions(m, cot, kept, m.position);
+  // A soap film on the tall wall of a narrow hole hangs into the hole.
+  const TriangleView view = in.work.mesh.view();
+  parallel_for(kept.size(), kSheetGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto v = static_cast<std::int32_t>(i);
+      if (kept[v]) continue;
+      const ClosestPoint wall = in.bvh.closest(view, m.position[v], 4 * in.work.thickness);
+      if (wall.valid() && dot(m.position[v] - wall.point, in.pairing.normal[wall.triangle]) > 0)
+        m.position[v] = wall.point;
+    }
+  });
 }
 
 /// Shortest ways along edges from some vertices: how far it is (infinite where none leads), and from which one (-1).

@@ -14,9 +14,10 @@ namespace kerf::mid {
 namespace {
 
 constexpr double kAllOneSided = 0.9, kOneSided = 0.03;
-constexpr double kFork = 2;                          // mean thicknesses: length of forks
-constexpr double kTooStout = 2, kStout = 3;          // width over thickness
-constexpr double kNarrow = 1.5, kNarrowShare = 0.3;  // thicknesses; of the area
+constexpr double kFork = 2;                             // mean thicknesses: length of forks
+constexpr double kTooStout = 2, kStout = 3;             // width over thickness
+constexpr double kNarrow = 1.5;                         // thicknesses: what may be at fault where a body does not bind
+constexpr double kTooNarrow = 1.1, kNarrowShare = 0.3;  // thicknesses; of the area: more is a rod with a head
 constexpr double kSheetLike = 10;  // root of half the area over the thickness: a ball has 3.8, a cube 5.2
 constexpr double kLeastVolume = 0.8, kMostVolume = 1.2;
 constexpr double kPinhole = 2;  // thicknesses around
@@ -175,7 +176,7 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleB
   if (odd()) verdict.volume_ratio = columns_on(sheet, area, work, bvh) / std::fabs(enclosed_volume(work.mesh));
 
   // Discs from the widest on; what no wide disc covers is narrow.
-  double narrow = 0;
+  double narrow = 0, too_narrow = 0;
   Vec3 narrowest;
   double most_narrow = 0;
   if (!rimless) {
@@ -205,6 +206,7 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleB
       }
       if (!is_narrow) continue;
       narrow += mine;
+      if (2 * r < kTooNarrow * 2 * sheet.half_thickness[v]) too_narrow += mine;
       if (mine > most_narrow) {
         most_narrow = mine;
         narrowest = m.position[v];
@@ -222,9 +224,9 @@ void judge_sheet(const MidSheet& sheet, const WorkingMesh& work, const TriangleB
     warn(verdict, fmt::format("the body is only {:.3g} times as wide as thick; the method is meant for {} and more",
                               verdict.width_over_thickness, kStout));
   }
-  if (verdict.narrow_share > kNarrowShare) {
+  if (too_narrow > kNarrowShare * total) {
     refuse(verdict, fmt::format("{:.0f} % of the body are locally about as narrow as thick, most of it at {}",
-                                100 * verdict.narrow_share, place(verdict.narrowest)));
+                                100 * too_narrow / total, place(verdict.narrowest)));
     verdict.places.push_back({verdict.narrowest, "as narrow as thick"});
   }
   // A hole narrower than the body is thick takes as many triangles as the rest, if there is one at all: scans have such faults.

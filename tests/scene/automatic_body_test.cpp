@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -109,6 +110,39 @@ TEST(AutomaticBody, AThickCombIsBound) {
       if (tooth < 5 || y > 0.008 || x == 0.0)
         if (tooth > 0 || y > 0.008 || x > 0) outline.push_back({0.004 * tooth + x, y, 0});
   expect_bound("comb", plate(outline, {}, 0.0016), 0.0016);
+}
+
+// A strip 2 mm thick bent back onto itself, its legs 1.6 mm apart from middle to middle. More triangles don't mend that: one try says so.
+TEST(AutomaticBody, WhatPassesThroughItselfIsRefusedAtTheFirstTry) {
+  constexpr int kAlong = 96, kAcross = 16;
+  TriangleMesh flat;
+  for (int j = 0; j <= kAcross; ++j)
+    for (int i = 0; i <= kAlong; ++i) flat.positions.push_back({0.12 * i / kAlong, 0.02 * j / kAcross, 0});
+  for (int j = 0; j < kAcross; ++j)
+    for (int i = 0; i < kAlong; ++i) {
+      const VertexId a(j * (kAlong + 1) + i), b(a.value + 1), c(a.value + kAlong + 1), d(c.value + 1);
+      flat.triangles.push_back({a, b, d});
+      flat.triangles.push_back({a, d, c});
+    }
+  TriangleMesh body = testing_support::extruded(flat, 1, [](Vec3) { return 0.001; });
+  constexpr double kLeg = 0.06, kRadius = 0.0008;
+  for (Vec3& p : body.positions) {
+    const double bent = std::clamp((p.x - kLeg) / kRadius, 0.0, std::numbers::pi), r = kRadius - p.z;
+    const double rest = std::max(0.0, p.x - kLeg - std::numbers::pi * kRadius);
+    p = {std::min(p.x, kLeg) + r * std::sin(bent) - rest, p.y, kRadius - r * std::cos(bent)};
+  }
+  int tries = 0;
+  BindOptions options;
+  options.progress = [&](std::string_view stage, double) -> Status {
+    tries += stage == "mid-surface: triangles";
+    return {};
+  };
+  const auto made = make_automatic_body(body, 0, options);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  ASSERT_TRUE(made->refused);
+  EXPECT_LE(tries, 1);
+  EXPECT_NE(made->refused->message.find("(the surface passes through itself at "), std::string::npos)
+      << made->refused->message;
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ constexpr std::size_t kMostMarked = 12;
 constexpr double kOfWidth = 0.55,
                  kSmaller = 0.6;  // sizes in the next try: of the width of a narrow place, of the size around a bad one
 constexpr double kNearMiddle = 0.3;  // of a spanning edge
+constexpr double kHopeless = 0.25;   // bad places a vertex: more triangles mend none of them
 
 MidsurfaceDiagnosis diagnosis(const SurfaceMesh& m, const Pairing& pairing, const SideLabels& labels,
                               std::vector<std::uint8_t> flag) {
@@ -220,12 +221,18 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   auto next = attempt(target);
   if (!next) return next.error();
   Try best = *next;
-  for (int i = 1; i < kTries && !best.good(); ++i) {
+  // More triangles mend neither a surface that passes through itself nor a sheet that is bad all over.
+  const bool hopeless = own.pairs > 0 || static_cast<double>(best.bad()) > kHopeless * best.mesh.mesh.vertex_count();
+  for (int i = 1; i < kTries && !best.good() && !hopeless; ++i) {
     refine_bad_places(*next, sheet, limit);
     target = std::min(most, std::max(kMore * target, sheet_sizes(sheet, target, limit).need));
     next = attempt(target);
     if (!next) return next.error();
     if (next->badness() <= best.badness()) best = *next;
+  }
+  if (own.pairs > 0 && !best.good()) {
+    out.verdict.warnings.push_back(out.notes.back());
+    out.notes.pop_back();
   }
   if (best.crossings > 0)
     out.verdict.warnings.push_back(fmt::format(

@@ -54,7 +54,8 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
       return out;
     }
     out.refused = bound.error();
-    if (out.midsurface.quality.crossings > 0) break;  // more triangles were tried against that already
+    // More triangles were tried against that already.
+    if (out.midsurface.quality.crossings > 0 || out.midsurface.quality.good_rays < 1) break;
     wanted.triangles = static_cast<std::size_t>(kMore * static_cast<double>(out.midsurface.collision.triangles.size()));
   }
   const std::string where = mark_fault(at_fault, out.midsurface);

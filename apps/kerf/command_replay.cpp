@@ -19,9 +19,13 @@ int play(const std::string& file, const Recording& recording, const ReplayOption
          std::optional<TrainerScore>& score) {
   Result<ReplayReport> played = [&] {
     ProgressBar bar(options.quiet);
-    return replay(recording, bar.callback(), mesh_folders(options.meshes));
+    return replay(recording, bar.callback(), mesh_folders(options.meshes), file);
   }();
-  if (!played) return report(played.error());
+  if (!played) {
+    Error why = played.error();
+    if (why.message.find(file) == std::string::npos) why.message = file + ": " + why.message;
+    return report(why);
+  }
   score = played->score;
   if (played->first_difference >= 0) {
     warn("kerf: the replay of {} differs from the recording at step {} of {} (or in the {} steps before it)\n", file,

@@ -204,7 +204,11 @@ TEST(Recording, ReplaySaysWhereTheBitsDiffer) {
   r.hashes[1].hash ^= 1;
   EXPECT_EQ(replay(r)->first_difference, 5);
   r.source.text = "[body]\nmodel = \"no such thing\"\n";
-  EXPECT_FALSE(replay(r).ok());
+  const auto without = replay(r), with = replay(r, {}, {}, "out/sheet.kerfrec");
+  ASSERT_FALSE(without.ok());
+  EXPECT_EQ(without.error().message.find("sheet:2: "), 0u) << without.error().message;
+  ASSERT_FALSE(with.ok());
+  EXPECT_EQ(with.error().message.find("out/sheet.kerfrec (its scene sheet):2: "), 0u) << with.error().message;
 }
 
 /// A cloth in a folder of its own, and a session of it that was cut.

@@ -124,9 +124,10 @@ struct ReplayReport {
   std::string last_refused;            ///< of changes that the session refused, as it did when it was recorded
 };
 /// Runs a recording again and compares. An Error when it can't be run; a difference is no error. Meshes that did not travel in it
-/// are looked for where the scene was, then in `mesh_folders`; bad input: one is missing, or is another than it was.
+/// are looked for where the scene was, then in `mesh_folders`; bad input: one is missing, or is another than it was. `file`: the recording's,
+/// which errors of the scene in it name before the scene's line.
 Result<ReplayReport> replay(const Recording& recording, const Progress& progress = {},
-                            const std::vector<std::filesystem::path>& mesh_folders = {});
+                            const std::vector<std::filesystem::path>& mesh_folders = {}, const std::string& file = {});
 
 /// Where two recordings part.
 struct RecordingDifference {

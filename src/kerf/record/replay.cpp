@@ -143,8 +143,9 @@ Status apply(Session& session, const SessionChange& c) {
 }
 
 Result<ReplayReport> replay(const Recording& recording, const Progress& progress,
-                            const std::vector<std::filesystem::path>& mesh_folders) {
+                            const std::vector<std::filesystem::path>& mesh_folders, const std::string& file) {
   SceneSource source = recording.source;
+  if (!file.empty()) source.name = fmt::format("{} (its scene {})", file, source.name);
   source.mesh_folders.insert(source.mesh_folders.end(), mesh_folders.begin(), mesh_folders.end());
   std::optional<TemporaryFolder> folder;
   if (!source.files.empty() || !source.meshes.empty()) {

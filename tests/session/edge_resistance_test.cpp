@@ -218,7 +218,7 @@ TEST(EdgeResistance, AnUprightBladeFeelsResistanceTimesThickness) {
 /// A knife that is pressed flat through a soft slab on a board feels the resistance along all of the slab, and parts it without a bridge. Not everywhere: docs/tools.md
 /// says how often in quads, and faster.
 TEST(EdgeResistance, AKnifePressedFlatPartsASlabOnABoard) {
-  constexpr double resistance = 60, above = 0.006, below = -0.0053;  // N/m, m, m
+  constexpr double resistance = 60, x = 0.017, above = 0.006, below = -0.0053;  // N/m, m, m, m
   for (const double speed : {0.04, 0.1}) {
     SCOPED_TRACE(speed);
     Scene scene;
@@ -231,14 +231,14 @@ TEST(EdgeResistance, AKnifePressedFlatPartsASlabOnABoard) {
     SceneRigidTool& knife = scene.tools.emplace_back();
     knife.id = "knife";
     knife.kind = SceneToolKind::kScalpel;
-    knife.position = {0.001, -0.03, above};
+    knife.position = {x, -0.03, above};
     knife.rotation = kFacingDown;
     knife.tip = 0.06;
     knife.width = 0.015;
     knife.thickness = 0.001;
     Session session = slab_session(scene, Mesh::kAutomatic);
     SceneCommand command;
-    command.what = SceneToolMotion{"knife", {{(above - below) / speed, {0.001, -0.03, below}, kFacingDown}}};
+    command.what = SceneToolMotion{"knife", {{(above - below) / speed, {x, -0.03, below}, kFacingDown}}};
     ASSERT_TRUE(session.apply(command).ok());
     double most = 0;
     for (int i = 0; i < steps(session, (above - below) / speed + 0.1); ++i) {

@@ -8,7 +8,7 @@
 namespace kerf::app {
 
 struct ViewOptions {
-  std::string scene = "steak";
+  std::string scene = "steak-on-a-board";
   int port = 8080;
   bool port_given = false;
   std::string listen = "127.0.0.1";

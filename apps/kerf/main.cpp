@@ -237,8 +237,9 @@ std::string is_token(const std::string& token) {
 
 void add_view(CLI::App& app, ViewOptions& options, std::optional<MemoryLimit>& memory, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("view", "Cut it yourself, in a browser");
-  command->add_option("SCENE", options.scene,
-                      "A scene file, the name of a shipped scene, or a body saved by kerf bind; default: steak");
+  command->add_option(
+      "SCENE", options.scene,
+      "A scene file, the name of a shipped scene, or a body saved by kerf bind; default: steak-on-a-board");
   CLI::Option* port =
       command
           ->add_option("-p,--port", options.port, "Port of this machine; 0: any. Default: 8080, or the next free one")
@@ -262,7 +263,7 @@ void add_view(CLI::App& app, ViewOptions& options, std::optional<MemoryLimit>& m
   add_memory(command, memory);
   command->footer(
       "Examples:\n"
-      "  kerf view                     the steak, in a browser\n"
+      "  kerf view                     a steak on its board, in a browser\n"
       "  kerf view meniscus --port 9000\n"
       "  kerf view steak --listen 0.0.0.0   for a tablet in the same network\n"
       "Stop with Ctrl-C.");

@@ -5,7 +5,12 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { check as checkOn, difference, drag, finish, line, openPage, out, rest, squareFile, startServer, state, stopServer, until, viewer } from './browser.mjs';
 
-const check = (name, use) => checkOn(name, () => page, use);
+/** Each check begins with the steak, whatever became of the one before. */
+const check = (name, use) => checkOn(name, () => page, async () => {
+  const { scene: shownNow, connection } = await state(page);
+  if (connection === 'live' && shownNow !== 'steak') await scene('steak');
+  await use();
+});
 let server = await startServer('steak');
 let page = await openPage(server.url);
 
@@ -47,7 +52,6 @@ await check('a body is seen after the window changed and another scene came', as
     const shows = await bodyShows();
     assert.ok(shows > 5, `${second} after ${first}: leaving the body out changes the picture by ${shows}`);
   }
-  await scene('steak');
 });
 
 await check('what was clicked does not keep the keyboard', async () => {
@@ -141,11 +145,12 @@ await check('a dialog tells its own trouble, in words of its fields', async () =
   await page.keyboard.press('Enter');
   await until(page, () => window.kerf.state().scene === 'cloth' && window.kerf.state().ready);
   assert.equal(await page.evaluate(() => document.getElementById('upload').open), false);
-  await scene('steak');
 });
 
 await check('a million triangles dropped show how far they are, then a body that is cut', async () => {
   const n = 707;
+  if ((await state(page)).playing) await page.keyboard.press('Space');  // it hangs by its far rim, and would swing
+  await playing(false);
   await page.evaluate(async (fields) => {
     const lines = [];
     for (let j = 0; j <= fields; j++) for (let i = 0; i <= fields; i++) lines.push(`v ${((200 * i) / fields).toFixed(4)} ${((150 * j) / fields).toFixed(4)} 0`);
@@ -172,17 +177,13 @@ await check('a million triangles dropped show how far they are, then a body that
   assert.ok((await page.evaluate(() => window.seen.size)) >= 3);
   const body = await state(page);
   assert.ok(body.drawn.skin >= 2 * n * n);
-  await until(page, () => window.kerf.state().counts?.collisionTriangles < 2000);
-  if (body.playing) await page.keyboard.press('Space');
-  await page.keyboard.press('r');
-  await until(page, () => window.kerf.state().time === 0);
+  await patient(() => window.kerf.state().counts?.collisionTriangles < 2000);
   await page.keyboard.press('2');
   const [from, to] = await line(page, [0.1, 0.01, 0], [0.1, 0.14, 0]);
   await drag(page, from, to);
   await patient(() => window.kerf.state().pieces === 2);
   assert.equal((await state(page)).cut.invariants === 1, false);
   await page.screenshot({ path: join(out, 'million.png') });
-  await scene('steak');
 });
 
 await check('recording is seen for as long as it goes on', async () => {
@@ -219,7 +220,6 @@ await check('readouts belong to the scene that is shown', async () => {
   assert.equal(await text('r-cut'), '–');
   if ((await state(page)).playing) await page.keyboard.press('Space');
   await until(page, () => document.getElementById('r-fps').textContent === 'at rest');
-  await scene('steak');
 });
 
 await check('a page that watches is told what its drags do', async () => {
@@ -235,6 +235,36 @@ await check('a page that watches is told what its drags do', async () => {
   assert.doesNotMatch(await second.evaluate(() => document.getElementById('hint').textContent + document.getElementById('hint').hidden), /watching.*false/);
   await second.close();
   await until(page, () => window.kerf.state().toolAllowed);
+});
+
+await check('a scene shows what its title says, then hands the tools over', async () => {
+  await page.evaluate(() => { window.kerf.app.setTool('scalpel'); });
+  for (const [name, pieces] of [['steak-on-a-board', 2], ['crossing-strips', null], ['tube', 1]]) {
+    await scene(name);
+    if (pieces === null) {
+      assert.equal(await shown('show'), false, 'nothing is commanded there');
+      continue;
+    }
+    await page.click('#show');
+    await until(page, () => window.kerf.state().showing);
+    assert.equal(await text('show'), 'Your turn');
+    assert.match(await text('hint'), /Watch/);
+    await until(page, () => window.kerf.app.blade.visible || window.kerf.app.things.tools.length > 0);
+    const depth = (await state(page)).undoDepth;
+    await page.mouse.click(450, 400);  // hands are off meanwhile
+    await page.waitForFunction(() => !window.kerf.state().showing, null, { timeout: 60000 });
+    const after = await state(page);
+    assert.equal(after.pieces, pieces, name);
+    assert.ok(after.undoDepth > depth || after.redoDepth > 0 || after.cuts > 0 || after.drawn.wall > 0);
+    assert.equal(await text('show'), 'Show me');
+    await page.keyboard.press('r');  // the scene anew, for hands
+    await until(page, () => window.kerf.state().time < 0.5 && window.kerf.state().drawn.wall === 0 && window.kerf.state().undoDepth === 0);
+    assert.equal((await state(page)).showing, false);
+  }
+  await page.keyboard.press(';');
+  await until(page, () => window.kerf.state().showing);
+  await page.click('#show');  // my turn, at once
+  await until(page, () => !window.kerf.state().showing);
 });
 
 const overlaps = () => page.evaluate(() => {

@@ -904,6 +904,54 @@ TEST(Engine, ResetScenesAndExport) {
   EXPECT_EQ(p.errors.size(), 3u);
 }
 
+// Shown, a scene does to the bit what it does when it is run; else its commands wait.
+TEST(Engine, AScenesOwnCommandsAreShownOnRequest) {
+  const std::string text =
+      "title = \"Halves\"\n[body]\nmodel = \"sheet\"\n[simulation]\ntime_step = 0.005\n"
+      "[[fix]]\nhalf_space = { point = [0, 0.4, 0], normal = [0, 1, 0] }\n"
+      "[[command]]\nat = 0.02\ntype = \"blade\"\nframe = \"rest\"\nposes = ["
+      "{ time = 0, base = [0.1, -0.6, 0.1], tip = [0.1, -0.6, -0.1] }, "
+      "{ time = 0.1, base = [0.1, 0.1, 0.1], tip = [0.1, 0.1, -0.1] } ]\n"
+      "[[command]]\nat = 0.2\ntype = \"grasp\"\nid = \"g\"\npoint = [0.3, -0.4, 0]\nradius = 0.05\n"
+      "[[command]]\nat = 0.2\ntype = \"move\"\nid = \"g\"\nby = [0.1, 0, 0]\nover = 0.1\n";
+  const std::string file = (std::filesystem::temp_directory_path() / "shown_for_engine.toml").string();
+  std::ofstream(file) << text;
+  EngineOptions options;
+  options.scenes = {{"shown", "Halves", file}};
+  Table table(options);
+  const auto page = table.join();
+  MirroredPage& p = table.pages[page];
+  table.load(page, page_command(1, kScene, {}, "shown"));
+  EXPECT_NE(p.json.find("\"script\":{\"ends\":0.3"), std::string::npos) << p.json;
+  EXPECT_NE(p.json.find("\"runs\":false"), std::string::npos);
+  EXPECT_NE(p.json.find("\"hands\":[{\"tool\":\"scalpel\",\"places\":[[0.02,0.1,-0.6,0,0,0,1],[0.12,"),
+            std::string::npos)
+      << p.json;
+  while (table.engine.session().time() < 0.4) table.tick();
+  EXPECT_TRUE(table.engine.session().strokes().empty());
+  table.load(page, page_command(2, kScene, {1}, "shown"));
+  EXPECT_NE(p.json.find("\"runs\":true"), std::string::npos);
+  while (table.engine.session().time() < 0.4) table.tick();
+  for (const auto& e : p.errors) ADD_FAILURE() << e.text;
+  EXPECT_EQ(table.engine.session().strokes().size(), 1u);
+  table.expect_mirrored(page);
+
+  auto scene = parse_scene(text, "shown");
+  ASSERT_TRUE(scene.ok());
+  auto run = Session::create(*scene);
+  ASSERT_TRUE(run.ok());
+  while (run->time() < table.engine.session().time()) ASSERT_TRUE(run->step().ok());
+  EXPECT_EQ(run->hash(), table.engine.session().hash());
+  const auto again = replay(table.engine.recording());
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_LT(again->first_difference, 0);
+
+  table.load(page, page_command(3, kScene, {0}, "shown"));
+  EXPECT_NE(p.json.find("\"runs\":false"), std::string::npos);
+  table.load(page, page_command(4, kScene, {2}, "shown"));
+  EXPECT_EQ(p.errors.size(), 1u);
+}
+
 TEST(Engine, ObstaclesAndToolsAreShownAndLed) {
   SceneSource source;
   source.name = "board";

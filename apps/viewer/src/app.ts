@@ -45,7 +45,8 @@ import { QualityChooser, kQualitySteps } from './stats/quality';
 import { Series } from './stats/series';
 import { PointerMap, type PointerKind } from './tools/mapping';
 import { Pacer } from './tools/pacing';
-import { Stroke, type StrokeMessage, toolInfo, type ToolName } from './tools/tools';
+import { kTools, Stroke, type StrokeMessage, toolInfo, type ToolName } from './tools/tools';
+import { ghostAt } from './tools/ghost';
 
 export interface SceneInfo {
   scenes: { name: string; title: string }[];
@@ -61,8 +62,18 @@ export interface SceneInfo {
   opened: boolean;
   /** What should be taken out. */
   lesion: Lesion | null;
+  /** What the scene's own commands do, and whether they run now. */
+  script: SceneScript | null;
   /** Of the arthroscope, where the scene says. */
   scope: { entry: Vec3; target: Vec3; angle: number } | null;
+}
+
+export interface SceneScript {
+  /** s */
+  ends: number;
+  runs: boolean;
+  /** Tool, and seven numbers a place: time, point, axis towards the hand. */
+  hands: { tool: ToolName; places: number[][] }[];
 }
 
 export interface Lesion {
@@ -101,11 +112,13 @@ export interface AppListener {
   things(tools: number): void;
   score(score: Score | null): void;
   scope(on: boolean): void;
+  showing(): void;
   recording(since: number | null): void; // performance.now() of its start
   views(): void;
 }
 
 const kRayPatienceMs = 1000;
+const kShownAfter = 0.6; // s for which what was done is looked at before hands come
 const kManyTriangles = 300_000;
 const kMotions: ReadonlySet<ToolName> = new Set(['grasp', 'take', 'probe', 'suction'] as const);
 
@@ -143,8 +156,25 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
     opened: j.opened === true,
     lesion: readLesion(j.lesion),
     scope: readScope(j.arthroscope),
+    script: readScript(j.script),
     unit: num(u.metres, 0) > 0 ? { metres: num(u.metres, 1), guessed: u.guessed === true } : null,
   };
+}
+
+function readScript(from: unknown): SceneScript | null {
+  if (!from || typeof from !== 'object') return null;
+  const o = from as { ends?: unknown; runs?: unknown; hands?: unknown };
+  const ends = num(o.ends, 0);
+  if (!(ends > 0)) return null;
+  const hands = (Array.isArray(o.hands) ? o.hands : []).flatMap((h: unknown) => {
+    const { tool, places } = (h ?? {}) as { tool?: unknown; places?: unknown };
+    const known = kTools.find((t) => t.name === tool);
+    const good = (Array.isArray(places) ? places : []).filter(
+      (p): p is number[] => Array.isArray(p) && p.length === 7 && p.every((x) => Number.isFinite(x)),
+    );
+    return known && good.length > 0 ? [{ tool: known.name, places: good }] : [];
+  });
+  return { ends, runs: o.runs === true, hands };
 }
 
 function readScope(from: unknown): SceneInfo['scope'] {
@@ -403,7 +433,12 @@ export class App implements EngineEvents {
     this.lastSeq = frame.seq;
     this.pacer.answered(frame.input);
     this.frames++;
+    const showed = this.showing;
     this.time = frame.time;
+    if (showed !== this.showing) {
+      this.updateAllowed();
+      this.listener?.showing();
+    }
     // What was asked for holds until a frame knows of it: a second press meanwhile turns it back.
     if (frame.input >= this.playAsked || !this.roleNow.held) this.playAsked = 0;
     const playing = this.playAsked > 0 ? this.playing : (frame.flags & FrameFlag.Playing) !== 0;
@@ -439,6 +474,25 @@ export class App implements EngineEvents {
       fading: { ids: ids.slice(), offsets: offsets.slice() },
     };
     if (this.blade.setGrasps(frame.grasps)) this.touch(true);
+    if (this.showing) this.placeGhost(frame.grasps);
+  }
+
+  /** The hand of a scene's own commands; of what it pulls, where it pulls to. */
+  private placeGhost(grasps: Float32Array): void {
+    const hand = ghostAt(this.info!.script!, this.time);
+    const eye = this.stage.camera.position;
+    if (hand) {
+      this.blade.setTool(hand.tool);
+      this.blade.bites = this.instrumentSize(hand.tool);
+      this.blade.place(new Vector3(...hand.point), new Vector3(...hand.axis), eye, true, true);
+    } else if (grasps.length >= 6) {
+      this.blade.setTool('grasp');
+      this.blade.place(new Vector3(grasps[3], grasps[4], grasps[5]), new Vector3(0, 0, 1), eye, true, true);
+    } else {
+      this.blade.hide();
+    }
+    this.blade.setTool(this.tool);
+    this.touch(true);
   }
 
   thingsCame(message: Things): void {
@@ -738,10 +792,25 @@ export class App implements EngineEvents {
   get toolAllowed(): boolean {
     return this.connection === 'live' && this.roleNow.held && !this.readOnly;
   }
+  /** The scene's own commands are under way: hands off until they have ended. */
+  get showing(): boolean {
+    return this.info?.script?.runs === true && this.time < this.info.script.ends + kShownAfter;
+  }
+  /** Plays what the scene was made for; again, or before it has ended: the scene anew, for a person's hands. */
+  show(on: boolean): void {
+    if (!this.info?.script) return;
+    this.command(CommandCode.Scene, [on ? 1 : 0], this.info.name);
+    if (on && !this.playing) this.togglePlay();
+  }
+  /** Starts again. A scene that was shown starts for a person's hands. */
+  reset(): void {
+    if (this.info?.script?.runs) this.show(false);
+    else this.command(CommandCode.Reset);
+  }
 
   private updateAllowed(): void {
-    this.pointers.toolAllowed = this.toolAllowed;
-    this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed);
+    this.pointers.toolAllowed = this.toolAllowed && !this.showing;
+    this.stage.setOrbitOnly(this.tool === 'hand' || !this.pointers.toolAllowed);
     this.canvas.dataset.tool = this.tool;
     this.canvas.dataset.paused = String(!this.toolAllowed && this.tool !== 'hand');
     document.documentElement.toggleAttribute('data-paused', !this.toolAllowed);
@@ -1184,8 +1253,8 @@ export class App implements EngineEvents {
       this.tool === 'rigid'
     )
       return;
-    if (!this.toolAllowed) {
-      if (this.blade.hide()) this.touch(true);
+    if (!this.toolAllowed || this.showing) {
+      if (!this.showing && this.blade.hide()) this.touch(true);
       return;
     }
     this.hoverChanged = false;
@@ -1241,6 +1310,7 @@ export class App implements EngineEvents {
       role: this.roleNow,
       readOnly: this.readOnly,
       tool: this.tool,
+      showing: this.showing,
       toolAllowed: this.toolAllowed,
       stroke: this.stroke !== null,
       playing: this.playing,

@@ -60,6 +60,7 @@ void Engine::Impl::show(std::unique_ptr<LoadedScene> scene) {
   std::swap(drawn, scene->drawn);
   std::swap(things, scene->things);
   std::swap(rest_box, scene->box);
+  std::swap(script, scene->script);
   initial_gravity = session->gravity();
   start_over();
   if (scene->session) loader.dispose(std::move(scene));
@@ -186,6 +187,13 @@ void Engine::Impl::hello(std::uint32_t client) {
     json["arthroscope"] = {{"entry", list(scene.arthroscope->entry)},
                            {"target", list(scene.arthroscope->target)},
                            {"angle", scene.arthroscope->angle}};
+  }
+  // Commands of files that were opened stay with those who wrote them: only offered scenes can be loaded again with them.
+  if (script.ends > 0 && !folder &&
+      std::any_of(options.scenes.begin(), options.scenes.end(),
+                  [&](const OfferedScene& s) { return s.name == source.name; })) {
+    json["script"] = Json::parse(script_json(script));
+    json["script"]["runs"] = overrides.scripted;
   }
   json["limits"] = {{"upload_bytes", options.most_upload}};
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);

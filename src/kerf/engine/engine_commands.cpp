@@ -118,6 +118,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       const auto scene = std::find_if(options.scenes.begin(), options.scenes.end(),
                                       [&](const OfferedScene& s) { return s.name == c.text; });
       if (scene == options.scenes.end()) return bad_input(fmt::format("There is no scene \"{}\".", c.text));
+      KERF_TRY(check_whole(c.value[0], "The value of the scene (0 without its commands, 1 with them)", 0, 1));
       auto text = read_whole_file(scene->path, kSceneFile);
       if (!text) return text.error();
       SceneRequest request;
@@ -125,6 +126,8 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       request.source.name = scene->name;
       request.source.folder = std::filesystem::path(scene->path).parent_path();
       request.source.mesh_folders = options.mesh_folders;
+      request.overrides = options.overrides;
+      request.overrides.scripted |= c.value[0] == 1;
       begin_loading(std::move(request), id, c.input);
       return {};
     }
@@ -164,6 +167,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       if (!(c.value[0] >= 0 && c.value[0] <= 4294967295.0)) return bad_input("There is no such upload.");
       auto request = upload_request(client, static_cast<std::uint32_t>(c.value[0]), c.value[1], c.text);
       if (!request) return request.error();
+      request->overrides = options.overrides;
       begin_loading(std::move(request).value(), id, c.input);
       return {};
     }
@@ -175,6 +179,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
     case CommandCode::kUnit: {
       auto request = other_unit(c.value[0]);
       if (!request) return request.error();
+      request->overrides = options.overrides;
       begin_loading(std::move(request).value(), id, c.input);
       return {};
     }
@@ -213,7 +218,6 @@ Result<SceneRequest> Engine::Impl::other_unit(double unit) const {
 }
 
 void Engine::Impl::begin_loading(SceneRequest request, std::uint32_t client, std::uint32_t input) {
-  request.overrides = options.overrides;
   request.client = client;
   request.input = input;
   loader.start(std::move(request));

@@ -78,6 +78,7 @@ struct Engine::Impl {
   DrawnBody drawn;
   DrawnThings things;
   Box3 rest_box;  ///< of the visual mesh
+  SceneScript script;
   Vec3 initial_gravity;
   SceneLoader loader;
   double since_progress = 0;

@@ -88,8 +88,12 @@ Result<std::unique_ptr<LoadedScene>> load_now(SceneRequest request, const Progre
     if (!text) return text.error();
     request.source.text = std::move(text).value();
   }
-  auto scene = scene_of(request.source, request.overrides, folders_of(request));
+  SceneOverrides with_script = request.overrides;
+  with_script.scripted = true;
+  auto scene = scene_of(request.source, with_script, folders_of(request));
   if (!scene) return scene.error();
+  out->script = scene_script(*scene);
+  if (!request.overrides.scripted) scene->commands.clear();
   KERF_TRY(take_meshes(*scene, request.source));
   auto session = Session::create(*scene, progress);
   if (!session) return session.error();

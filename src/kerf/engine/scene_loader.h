@@ -13,6 +13,7 @@
 #include "kerf/base/result.h"
 #include "kerf/engine/drawn_body.h"
 #include "kerf/engine/drawn_things.h"
+#include "kerf/engine/scene_script.h"
 #include "kerf/record/recording.h"
 #include "kerf/scene/temporary_folder.h"
 #include "kerf/session/session.h"
@@ -50,7 +51,8 @@ struct LoadedScene {
   std::shared_ptr<const SessionSnapshot> initial;
   DrawnBody drawn;
   DrawnThings things;
-  Box3 box;  ///< of the visual mesh at rest, metres
+  SceneScript script;  ///< of its own commands, whether they run or not
+  Box3 box;            ///< of the visual mesh at rest, metres
 };
 
 /// Does it here and now. Errors as of parse_scene and Session::create; an upload that names files is bad input.

@@ -86,7 +86,8 @@ export function bindControls(app: App): void {
   /** Of the tool, the first time; for a page that watches, what its drags do. */
   const showHint = (): void => {
     const first = remembered.get(`used-${app.tool}`) === null;
-    if (app.connection === 'live' && !app.toolAllowed && app.tool !== 'hand')
+    if (app.showing) hint('Watch. The tools are yours when it has ended, or at once: Your turn.');
+    else if (app.connection === 'live' && !app.toolAllowed && app.tool !== 'hand')
       hint(
         `You are watching: a drag turns the view.${app.readOnly ? '' : ' Another page holds the tools; C takes them.'}`,
       );
@@ -170,7 +171,17 @@ export function bindControls(app: App): void {
   };
   button('undo').onclick = () => command(CommandCode.Undo);
   button('redo').onclick = () => command(CommandCode.Redo);
-  button('reset').onclick = () => command(CommandCode.Reset);
+  button('reset').onclick = () => app.reset();
+  button('show').onclick = () => app.show(!app.showing);
+  const showShow = (): void => {
+    const b = button('show');
+    b.hidden = !app.info?.script || !app.toolAllowed;
+    b.textContent = app.showing ? 'Your turn' : 'Show me';
+    b.title = app.showing
+      ? 'Stop here; the scene starts anew for your hands (;)'
+      : 'What this scene was made for, done by itself (;)';
+    document.documentElement.toggleAttribute('data-showing', app.showing);
+  };
   button('home').onclick = () => app.resetCamera();
   button('scope').onclick = () => app.setScope(!app.stage.scopeOn);
   button('picture').onclick = () => void savePicture();
@@ -360,7 +371,7 @@ export function bindControls(app: App): void {
   };
   button('result-again').onclick = () => {
     result.close();
-    command(CommandCode.Reset);
+    app.reset();
     command(CommandCode.Play);
   };
   button('result-on').onclick = () => {
@@ -453,6 +464,7 @@ export function bindControls(app: App): void {
     const watching = live && !app.toolAllowed;
     if (watching !== wasWatching) showHint();
     wasWatching = watching;
+    showShow();
     showPlay();
   };
   const showPlay = (): void => {
@@ -492,7 +504,8 @@ export function bindControls(app: App): void {
     { keys: ']', title: 'Faster', run: () => changeSpeed(1) },
     { keys: 'Z, Ctrl Z', title: 'Undo the last cut', run: () => command(CommandCode.Undo) },
     { keys: 'Shift Z, Y, Ctrl Y, Ctrl Shift Z', title: 'Redo', run: () => command(CommandCode.Redo) },
-    { keys: 'R', title: 'Start again', run: () => command(CommandCode.Reset) },
+    { keys: 'R', title: 'Start again', run: () => app.reset() },
+    { keys: ';', title: 'Show me, or my turn', run: () => button('show').click() },
     { keys: '<', title: 'Smaller instrument', run: () => changeSize(-0.08) },
     { keys: '>', title: 'Larger instrument', run: () => changeSize(0.08) },
     { keys: 'D', title: 'Finish the operation: the score', run: () => finish() },
@@ -576,6 +589,7 @@ export function bindControls(app: App): void {
       for (const id of ['young', 'poisson', 'density', 'gravity']) input(id).dispatchEvent(new Event('input'));
       showUnit(info);
       showRole();
+      showHint();
     },
     loading(now: Loading | null) {
       byId('loading').hidden = now === null;
@@ -648,6 +662,10 @@ export function bindControls(app: App): void {
     },
     score: showScore,
     recording: showRecording,
+    showing() {
+      showShow();
+      showHint();
+    },
     views() {
       showLegend(app);
     },

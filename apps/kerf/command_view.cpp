@@ -49,7 +49,7 @@ std::vector<OfferedScene> offered_scenes(const std::vector<std::filesystem::path
     const auto path = find_scene(name);
     if (!path) continue;
     const auto scene = read_scene(*path, meshes);
-    if (scene) out.push_back({name, scene->title.empty() ? name : scene->title, path->string()});
+    if (scene) out.push_back({name, scene->title.empty() ? name : scene->title, path->string(), scene->goal});
   }
   return out;
 }

@@ -98,6 +98,7 @@ std::string media_type(const std::string& path) {
                                                                {".js", "text/javascript; charset=utf-8"},
                                                                {".css", "text/css; charset=utf-8"},
                                                                {".svg", "image/svg+xml"},
+                                                               {".jpg", "image/jpeg"},
                                                                {".json", "application/json"},
                                                                {".png", "image/png"},
                                                                {".wasm", "application/wasm"},

@@ -237,6 +237,28 @@ await check('a page that watches is told what its drags do', async () => {
   await until(page, () => window.kerf.state().toolAllowed);
 });
 
+await check('scenes are chosen from six tiles, the others under More', async () => {
+  await page.evaluate(() => document.getElementById('view').focus());
+  await page.keyboard.press('/');
+  await until(page, () => document.getElementById('scenes').open);
+  await until(page, () => [...document.querySelectorAll('#tiles img')].every((i) => i.complete));
+  const tiles = await page.evaluate(() => [...document.querySelectorAll('#tiles button')].map((b) => ({
+    name: b.dataset.scene, picture: b.querySelector('img').naturalWidth > 0, title: b.querySelector('strong').textContent, goal: b.querySelector('span').textContent })));
+  assert.equal(tiles.length, 6);
+  for (const t of tiles) assert.ok(t.picture && t.title.length > 5 && t.goal.length > 10, JSON.stringify(t));
+  assert.ok((await page.evaluate(() => document.querySelectorAll('#more-scenes button').length)) >= 10);
+  await page.screenshot({ path: join(out, 'tiles.png') });
+  await page.keyboard.press('Tab');
+  await page.click('#tiles [data-scene="tube"]');
+  await until(page, () => window.kerf.state().scene === 'tube' && window.kerf.state().ready);
+  assert.equal(await page.evaluate(() => document.getElementById('scenes').open), false);
+  assert.match(await text('scene-title'), /Tube/);
+  await page.keyboard.press('/');
+  await page.click('#scenes summary');
+  await page.click('#more-scenes [data-scene="sheet"]');
+  await until(page, () => window.kerf.state().scene === 'sheet');
+});
+
 await check('a scene shows what its title says, then hands the tools over', async () => {
   await page.evaluate(() => { window.kerf.app.setTool('scalpel'); });
   for (const [name, pieces] of [['steak-on-a-board', 2], ['crossing-strips', null], ['tube', 1]]) {
@@ -340,7 +362,7 @@ await check('names, contrast and structure are what readers of screens need', as
     await page.evaluate(() => { document.getElementById('panel').hidden = false; for (const d of document.querySelectorAll('#panel details')) d.open = true; });
     wrong.push(...await audit(`${theme}, panel`));
     await page.evaluate(() => { document.getElementById('panel').hidden = true; });
-    for (const id of ['help', 'upload', 'result']) {
+    for (const id of ['help', 'upload', 'result', 'scenes']) {
       await page.evaluate((i) => document.getElementById(i).showModal(), id);
       wrong.push(...await audit(`${theme}, ${id}`));
       await page.evaluate((i) => document.getElementById(i).close(), id);

@@ -26,6 +26,7 @@ std::string error_of(std::string_view text) {
 
 constexpr std::string_view kEverything = R"(
 title = "All keys"
+goal = "Read all of them"
 [[body]]
 name = "lower"
 model = "sheet"
@@ -266,6 +267,7 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(parsed->arthroscope->entry, (Vec3{0, -0.1, 0.2}));
   EXPECT_EQ(parsed->arthroscope->angle, 1.2);
   EXPECT_EQ(s.title, "All keys");
+  EXPECT_EQ(s.goal, "Read all of them");
   EXPECT_EQ(s.name, "all-keys");
   EXPECT_EQ(s.body.name, "lower");
   EXPECT_EQ(s.body.model, "sheet");

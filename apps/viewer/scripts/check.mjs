@@ -381,7 +381,7 @@ await check('files: picture, recording, export, meshes to open', {}, async (page
 
 await check('scenes change look and keep working', {}, async (page, url) => {
   await open(page, url);
-  await page.selectOption('#scene', 'meniscus');
+  await page.evaluate((name) => window.kerf.app.command(8, [], name), 'meniscus');
   await until(page, () => window.kerf.state().scene === 'meniscus' && window.kerf.state().bodies === 2);
   await drag(page, [await at(page, 0.012, -0.1), await at(page, 0.012, 0.1)], 4);
   await until(page, () => window.kerf.state().cut?.pieces === 2);

@@ -14,7 +14,7 @@ const key = async (page, ...keys) => {
 /** A cut from the near side, held open. */
 async function openCut(page, scene) {
   if (scene !== 'steak') {
-    await page.selectOption('#scene', scene);
+    await page.evaluate((name) => window.kerf.app.command(8, [], name), scene);
     await page.waitForTimeout(300);
   }
   await drag(page, [await at(page, 0.005, -0.1), await at(page, 0.012, 0.012)], 2);
@@ -84,14 +84,14 @@ const shots = {
   meniscus: {
     query: 'quality=full',
     run: async (page) => {
-      await page.selectOption('#scene', 'meniscus');
+      await page.evaluate((name) => window.kerf.app.command(8, [], name), 'meniscus');
       await page.waitForTimeout(1500);
     },
   },
   sheet: {
     query: 'quality=full',
     run: async (page) => {
-      await page.selectOption('#scene', 'sheet');
+      await page.evaluate((name) => window.kerf.app.command(8, [], name), 'sheet');
       await page.waitForTimeout(1500);
     },
   },

@@ -49,7 +49,8 @@ import { kTools, Stroke, type StrokeMessage, toolInfo, type ToolName } from './t
 import { ghostAt } from './tools/ghost';
 
 export interface SceneInfo {
-  scenes: { name: string; title: string }[];
+  /** `goal`: what to try there, or empty. */
+  scenes: { name: string; title: string; goal: string }[];
   name: string;
   title: string;
   look: Look;
@@ -134,9 +135,10 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
     /* an engine without a description still works */
   }
   const scenes = (Array.isArray(j.scenes) ? j.scenes : []).flatMap((s: unknown) => {
-    const o = s as { name?: unknown; title?: unknown } | null;
+    const o = s as { name?: unknown; title?: unknown; goal?: unknown } | null;
+    const words = (x: unknown, otherwise: string): string => (typeof x === 'string' ? x : otherwise);
     return o && typeof o.name === 'string'
-      ? [{ name: o.name, title: typeof o.title === 'string' ? o.title : o.name }]
+      ? [{ name: o.name, title: words(o.title, o.name), goal: words(o.goal, '') }]
       : [];
   });
   const m = (j.material ?? {}) as Record<string, unknown>,

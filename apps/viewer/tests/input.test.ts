@@ -165,7 +165,7 @@ describe('scene description', () => {
       name: 'x',
       json: '{"scenes":[{"name":"x","title":"X"},{"name":3},null],"look":"meniscus","box":[0,0,0,1,1,1],"material":{"young":5},"gravity":[0,0,-1]}',
     });
-    expect(i.scenes).toEqual([{ name: 'x', title: 'X' }]);
+    expect(i.scenes).toEqual([{ name: 'x', title: 'X', goal: '' }]);
     expect(i.look).toBe('meniscus');
     expect(i.box).toEqual({ min: [0, 0, 0], max: [1, 1, 1] });
     expect(i.material).toEqual({ young: 5, poisson: 0.45, density: 1000 });

@@ -161,7 +161,8 @@ void Engine::Impl::hello(std::uint32_t client) {
   using Json = nlohmann::ordered_json;
   Json json;
   json["scenes"] = Json::array();
-  for (const OfferedScene& s : options.scenes) json["scenes"].push_back({{"name", s.name}, {"title", s.title}});
+  for (const OfferedScene& s : options.scenes)
+    json["scenes"].push_back({{"name", s.name}, {"title", s.title}, {"goal", s.goal}});
   const Scene& scene = session->scene();
   json["opened"] = folder.has_value();
   json["title"] = scene.title.empty() ? source.name : scene.title;

@@ -22,6 +22,7 @@ namespace kerf {
 /// A scene that a page may choose.
 struct OfferedScene {
   std::string name, title, path;
+  std::string goal = {};
 };
 
 struct EngineOptions {

@@ -63,6 +63,8 @@ template <>
 SceneKeys<Scene> scene_keys<Scene>() {
   static const SceneKey keys[] = {
       {"title", member<&Scene::title>(), "", kAny, false, "What the scene shows, for reports and pictures."},
+      {"goal", member<&Scene::goal>(), "", kAny, false,
+       "What a person may try in it, in one line. Scenes with a goal are tiles of the page; others stand under More."},
       {"body", SceneNested{"table or list of tables"}, "", kAny, true,
        "The body that is cut: a model, mesh files or a bound body. [[body]] several times: several bodies."},
       {"material", SceneNested{"table"}, "", kAny, false, "What the body is made of."},

@@ -16,6 +16,7 @@ import { kTools, toolInfo, type ToolName } from '../tools/tools';
 import { byId, download, remembered, setIcon, setText, short, withUnit } from './dom';
 import { bindKeys, type Shortcut } from './keyboard';
 import { showLegend } from './legend';
+import { bindScenes } from './scenes';
 import { bindUpload } from './upload';
 
 const kViews: { name: ViewName; title: string; key: string; tip: string }[] = [
@@ -398,7 +399,7 @@ export function bindControls(app: App): void {
       );
     }
   };
-  select('scene').onchange = () => command(CommandCode.Scene, [], select('scene').value);
+  const showScenes = bindScenes(app);
   button('claim').onclick = () => app.claim();
   /** Cards below the header make way for what stands there. */
   const showNotice = (): void => {
@@ -505,6 +506,7 @@ export function bindControls(app: App): void {
     { keys: 'Z, Ctrl Z', title: 'Undo the last cut', run: () => command(CommandCode.Undo) },
     { keys: 'Shift Z, Y, Ctrl Y, Ctrl Shift Z', title: 'Redo', run: () => command(CommandCode.Redo) },
     { keys: 'R', title: 'Start again', run: () => app.reset() },
+    { keys: '/', title: 'Scenes', run: () => button('scene').click() },
     { keys: ';', title: 'Show me, or my turn', run: () => button('show').click() },
     { keys: '<', title: 'Smaller instrument', run: () => changeSize(-0.08) },
     { keys: '>', title: 'Larger instrument', run: () => changeSize(0.08) },
@@ -568,19 +570,13 @@ export function bindControls(app: App): void {
   });
 
   // Readouts
-  const shownScene = (info: SceneInfo): string => (info.opened ? '' : info.name);
   const whole = (x: number | undefined): string => (x === undefined ? '–' : x.toLocaleString('en'));
   app.listener = {
     connection(_state: EngineState) {
       showRole();
     },
     scene(info: SceneInfo) {
-      const s = select('scene'),
-        shipped = !info.opened && info.scenes.some((x) => x.name === info.name),
-        value = shownScene(info);
-      const scenes = shipped ? info.scenes : [{ name: value, title: info.title }, ...info.scenes];
-      s.replaceChildren(...scenes.map((x) => new Option(x.title, x.name, false, x.name === value)));
-      s.title = `Scene: ${info.title}`;
+      showScenes(info);
       document.title = `${info.title} · Kerf`;
       input('young').value = String(Math.log10(info.material.young));
       input('poisson').value = String(info.material.poisson);
@@ -594,10 +590,7 @@ export function bindControls(app: App): void {
     loading(now: Loading | null) {
       byId('loading').hidden = now === null;
       showNotice();
-      if (!now) {
-        select('scene').value = app.info ? shownScene(app.info) : '';
-        return;
-      }
+      if (!now) return;
       setText('loading-text', now.stage ? `Loading: ${now.stage}` : 'Loading…');
       byId<HTMLProgressElement>('loading-bar').value = now.fraction;
     },

@@ -1,0 +1,47 @@
+// The scenes that the engine offers: those with a goal as tiles with a picture, the others by their titles.
+import type { App, SceneInfo } from '../app';
+import { CommandCode } from '../engine/protocol';
+import { byId, setText } from './dom';
+
+/** Returns what shows the scenes of a Hello. */
+export function bindScenes(app: App): (info: SceneInfo) => void {
+  const dialog = byId<HTMLDialogElement>('scenes'),
+    button = byId<HTMLButtonElement>('scene');
+  button.onclick = () => dialog.showModal();
+  const choice = (name: string, ...parts: (Node | string)[]): HTMLButtonElement => {
+    const b = document.createElement('button');
+    b.type = 'button';
+    b.dataset.scene = name;
+    b.append(...parts);
+    b.onclick = () => {
+      dialog.close();
+      app.command(CommandCode.Scene, [], name);
+    };
+    return b;
+  };
+  const text = (tag: string, words: string): HTMLElement => {
+    const e = document.createElement(tag);
+    e.textContent = words;
+    return e;
+  };
+  let offered = '';
+  return (info) => {
+    setText('scene-title', info.title);
+    button.title = `Scene: ${info.title}. Choose another (/)`;
+    if (offered !== JSON.stringify(info.scenes)) {
+      offered = JSON.stringify(info.scenes);
+      const tile = (s: SceneInfo['scenes'][number]): HTMLElement => {
+        const picture = document.createElement('img');
+        picture.alt = '';
+        picture.loading = 'lazy';
+        picture.src = `./scenes/${encodeURIComponent(s.name)}.jpg`;
+        return choice(s.name, picture, text('strong', s.title), text('span', s.goal));
+      };
+      byId('tiles').replaceChildren(...info.scenes.filter((s) => s.goal).map(tile));
+      byId('more-scenes').replaceChildren(...info.scenes.filter((s) => !s.goal).map((s) => choice(s.name, s.title)));
+    }
+    for (const b of dialog.querySelectorAll<HTMLElement>('[data-scene]'))
+      if (b.dataset.scene === info.name && !info.opened) b.setAttribute('aria-current', 'true');
+      else b.removeAttribute('aria-current');
+  };
+}

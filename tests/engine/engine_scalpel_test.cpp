@@ -85,5 +85,31 @@ TEST(EngineScalpel, StraightCutsLieUnderTheLineOnABentBody) {
       }
 }
 
+// However the samples are put into messages.
+TEST(EngineScalpel, CutsAlongEachSampleHoweverManyComeAtOnce) {
+  constexpr int kSamples = 600;
+  std::vector<PageRay> rays;
+  for (int i = 0; i <= kSamples; ++i) {
+    const double angle = 6 * (i / static_cast<double>(kSamples)), r = 0.03 + 0.0005 * (i % 2);
+    rays.push_back(ray_between({0, -0.2, 0.6}, {r * std::cos(angle), r * std::sin(angle), 0}));
+  }
+  std::vector<std::uint64_t> hashes;
+  for (const std::size_t batch : {1u, 7u, 600u}) {
+    Table table({}, still("steak"));
+    const auto page = table.join();
+    table.tell(page, page_tool(1, kScalpel, kDown, {rays[0]}));
+    for (std::size_t i = 1; i < rays.size(); i += batch) {
+      const auto from = rays.begin() + static_cast<std::ptrdiff_t>(i);
+      table.tell(page, page_tool(2, kScalpel, kMove,
+                                 {from, from + static_cast<std::ptrdiff_t>(std::min(batch, rays.size() - i))}));
+    }
+    table.tell(page, page_tool(3, kScalpel, kUp, {rays.back()}));
+    hashes.push_back(table.engine.session().hash());
+    EXPECT_GT(table.engine.session().strokes().back().triangles, 20u);
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
+}
+
 }  // namespace
 }  // namespace kerf::engine_scalpel_test

@@ -44,7 +44,7 @@ import { LatencyMeter } from './stats/latency';
 import { QualityChooser, kQualitySteps } from './stats/quality';
 import { Series } from './stats/series';
 import { PointerMap, type PointerKind } from './tools/mapping';
-import { Pacer } from './tools/pacing';
+import { FreshSamples, Pacer } from './tools/pacing';
 import { kTools, Stroke, type StrokeMessage, toolInfo, type ToolName } from './tools/tools';
 import { ghostAt } from './tools/ghost';
 
@@ -274,10 +274,10 @@ export class App implements EngineEvents {
     at: { x: number; y: number };
   } | null = null;
   private ledTo: { x: number; y: number; time: number } | null = null;
-  /** Samples of the stroke that are not sent yet, and the time of the last one that came. */
+  /** Samples of the stroke that are not sent yet. */
   private held: ToolSample[] = [];
   private heldModifiers = 0;
-  private lastSampleTime = -Infinity;
+  private readonly fresh = new FreshSamples();
   private pointerAt: { x: number; y: number } | null = null;
   private hoverChanged = false;
   private rayOut = 0;
@@ -842,13 +842,10 @@ export class App implements EngineEvents {
   }
 
   /** Takes the samples of an event that did not come with an earlier one; sends them if the engine keeps up. */
-  private gather(e: PointerEvent): void {
-    const events = e.getCoalescedEvents?.() ?? [],
-      list = events.length > 0 ? events : [e];
+  private gather(e: PointerEvent, raw: boolean): void {
+    const events = e.getCoalescedEvents?.() ?? [];
     const box = this.canvas.getBoundingClientRect();
-    for (const x of list) {
-      if (x.timeStamp <= this.lastSampleTime) continue;
-      this.lastSampleTime = x.timeStamp;
+    for (const x of this.fresh.of(events.length > 0 ? events : [e], raw)) {
       this.ink.add(x.clientX - box.left, x.clientY - box.top);
       this.held.push(this.sample(x));
     }
@@ -897,7 +894,7 @@ export class App implements EngineEvents {
         }
         this.stroke = new Stroke(this.tool);
         this.held = [];
-        this.lastSampleTime = e.timeStamp;
+        this.fresh.begin();
         const at = this.pointerAt!;
         this.ink.begin(this.tool, at.x, at.y);
         this.send(this.stroke.down(this.sample(e)), e, this.modifiers(e));
@@ -914,7 +911,7 @@ export class App implements EngineEvents {
           this.leadTo(e);
         } else if (this.stroke && this.pointers.owns(e.pointerId)) {
           this.place(e);
-          this.gather(e);
+          this.gather(e, false);
         } else if (this.pointers.active === null && (e.buttons === 0 || e.pointerType === 'pen')) {
           this.place(e);
         }
@@ -929,7 +926,7 @@ export class App implements EngineEvents {
         const p = e as PointerEvent;
         if (!this.pointers.owns(p.pointerId)) return;
         if (this.led) this.leadTo(p);
-        else if (this.stroke) this.gather(p);
+        else if (this.stroke) this.gather(p, true);
       },
       capture,
     );

@@ -1,6 +1,6 @@
 import { describe, expect, it } from 'vitest';
 import { PointerMap, type PointerKind } from '../src/tools/mapping';
-import { Pacer } from '../src/tools/pacing';
+import { FreshSamples, Pacer } from '../src/tools/pacing';
 import { Stroke } from '../src/tools/tools';
 import { Phase, ToolCode, type ToolSample } from '../src/engine/protocol';
 import { keeps, keyName } from '../src/ui/keyboard';
@@ -235,5 +235,26 @@ describe('a thickness', () => {
   it('is nothing else', () => {
     for (const text of ['', '0', '-1', '%', 'thin', '1 mm', '1 2', '0 %', '1e999'])
       expect(readThickness(text)).toBeNull();
+  });
+});
+
+describe('samples of a stroke', () => {
+  const at = (...list: [number, number][]) => list.map(([timeStamp, clientX]) => ({ timeStamp, clientX, clientY: 5 }));
+  const many = at([1, 10], [2, 11], [2, 12], [2, 12]);
+  it('takes what comes raw and with a picture once, whichever comes first', () => {
+    const f = new FreshSamples();
+    f.begin();
+    expect(f.of(many, true)).toEqual(many);
+    expect(f.of([...many, ...at([3, 13])], false)).toEqual(at([3, 13]));
+    expect(f.of(at([3, 13]), true)).toEqual([]);
+    expect(f.of(at([3, 13]), true)).toHaveLength(1); // another at the same time and place
+  });
+  it('takes what comes with a picture where nothing comes raw', () => {
+    const f = new FreshSamples();
+    f.begin();
+    f.of(many, false);
+    f.begin();
+    expect(f.of(many, false)).toEqual(many);
+    expect(f.of(many, false)).toHaveLength(4);
   });
 });

@@ -25,13 +25,8 @@ constexpr double kBrush = 0.6;
 /// Kept grasps whose held point is nearer to the release brush than this many brush radii are let go.
 constexpr double kReleaseGrasp = 1;
 
-/// Of many rays that come at once (a drawn outline) those are left out that are nearer to the last one than this part of
-/// the cut path's own tolerance.
-constexpr double kThinning = 0.25;
-constexpr std::size_t kManySamples = 8;
-
-bool same_ray(const ViewRay& a, const ViewRay& b, double least_turn) {
-  return a.origin == b.origin && norm(cross(a.direction, b.direction)) < least_turn &&
+bool same_ray(const ViewRay& a, const ViewRay& b) {
+  return a.origin == b.origin && norm(cross(a.direction, b.direction)) < kLeastTurn &&
          dot(a.direction, b.direction) > 0;
 }
 
@@ -147,20 +142,9 @@ Status Engine::Impl::scalpel(const protocol::ToolInput& input) {
     send_pending_report();
     KERF_TRY(perform(Kind::kBeginStroke, {0}));
   }
-  double thinned = kLeastTurn;
-  if (input.samples.size() > kManySamples) {
-    Box3 box;
-    for (const Vec3 p : session->collision_positions()) box.add(p);
-    const double distance = norm(box.center() - input.samples.front().ray.origin);
-    const double tolerance = session->scene().cut.path_tolerance * session->body().complex.mean_root_edge;
-    if (distance > 0) thinned = std::clamp(kThinning * tolerance / distance, kLeastTurn, 0.01);
-  }
-  for (std::size_t i = 0; i < input.samples.size(); ++i) {
-    const ViewRay& ray = input.samples[i].ray;
-    const bool last = i + 1 == input.samples.size();
-    if (line_from && same_ray(*line_from, ray, last ? kLeastTurn : thinned)) continue;
-    KERF_TRY(lead_scalpel(ray));
-  }
+  // Each ray counts, however many come at once: the cut is the same whether the engine was busy or not.
+  for (const protocol::ToolSample& sample : input.samples)
+    if (!line_from || !same_ray(*line_from, sample.ray)) KERF_TRY(lead_scalpel(sample.ray));
   return input.phase == Phase::kUp ? finish_stroke(input.input) : Status{};
 }
 

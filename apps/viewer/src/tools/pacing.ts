@@ -27,3 +27,29 @@ export class Pacer {
     this.unanswered.length = 0;
   }
 }
+
+/**
+ * Which samples of an event are new. A browser that has raw events tells every sample twice: raw, and with the move of its picture; either may
+ * come first. Time stamps are rounded, so samples that follow each other may have the same.
+ */
+export class FreshSamples {
+  /** How often each sample came raw and with a move. */
+  private readonly came = new Map<string, [number, number]>();
+
+  /** A stroke begins. */
+  begin(): void {
+    this.came.clear();
+  }
+  of<Sample extends { timeStamp: number; clientX: number; clientY: number }>(
+    samples: Sample[],
+    raw: boolean,
+  ): Sample[] {
+    return samples.filter((s) => {
+      const key = `${s.timeStamp} ${s.clientX} ${s.clientY}`,
+        times = this.came.get(key) ?? [0, 0],
+        known = Math.max(...times);
+      this.came.set(key, times);
+      return ++times[raw ? 0 : 1] > known;
+    });
+  }
+}

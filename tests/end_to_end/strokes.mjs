@@ -1,0 +1,96 @@
+// Strokes come whole, however busy page and engine are (see browser.mjs):
+//   node tests/end_to_end/strokes.mjs PROGRAM [OUT [PART OF A NAME...]]
+import assert from 'node:assert/strict';
+import { check as checkOn, finish, openPage, ready, rest, settled, startServer, state, stopServer, until } from './browser.mjs';
+
+const check = (name, use) => checkOn(name, () => page, use);
+const server = await startServer('steak');
+let page = await openPage(server.url);
+
+/** What leaves the page: its Tool messages, as docs/protocol.md says. */
+const sent = [];
+page.on('websocket', (socket) => socket.on('framesent', ({ payload }) => {
+  if (typeof payload === 'string' || payload.readUInt16LE(0) !== 66) return;
+  const samples = [];
+  for (let i = 0; i < payload.readUInt32LE(24); i++)
+    samples.push({ time: payload.readDoubleLE(32 + 64 * i), direction: [0, 1, 2].map((k) => payload.readDoubleLE(64 + 64 * i + 8 * k)) });
+  sent.push({ input: payload.readUInt32LE(8), tool: payload.readUInt32LE(12), phase: payload.readUInt32LE(16), samples });
+}));
+await page.reload();
+await ready(page);
+/** Waits until a stroke is up, and gives all samples that were sent. */
+async function whole() {
+  for (let round = 0; round < 300 && sent.at(-1)?.phase !== 2; round++) await new Promise((r) => { setTimeout(r, 20); });
+  assert.deepEqual([sent[0].phase, sent.at(-1).phase], [0, 2], 'down first, up last');
+  return sent.splice(0);
+}
+const samplesOf = (messages) => messages.flatMap((m) => m.samples);
+/** Rays of places of the window. */
+const rays = (places) => page.evaluate((list) => list.map(([x, y]) => {
+  const box = document.getElementById('view').getBoundingClientRect();
+  return window.kerf.app.stage.ray(x - box.left, y - box.top).direction;
+}), places);
+async function sameRays(samples, places) {
+  const expected = await rays(places);
+  assert.equal(samples.length, expected.length, 'samples that the engine was sent');
+  samples.forEach((s, i) => assert.ok(Math.hypot(...s.direction.map((x, k) => x - expected[i][k])) < 1e-9, `sample ${i} has another ray`));
+}
+/** A wavy line over the steak of n places after the first. */
+async function wave(n) {
+  const [a, b] = [await rest(page, [-0.05, -0.03, 0.01]), await rest(page, [0.05, -0.03, 0.01])];
+  return Array.from({ length: n + 1 }, (_, i) => [Math.round(a[0] + ((b[0] - a[0]) * i) / n), Math.round(a[1] + (i % 2 ? 9 : 0) + ((b[1] - a[1]) * i) / n)]);
+}
+const busy = (ms) => page.evaluate((t) => { setTimeout(() => { const end = performance.now() + t; while (performance.now() < end); }, 0); }, ms);
+
+await settled(page, [0, -0.03, 0.01]);
+await page.keyboard.press('Space');  // nothing moves: what is drawn over stays where it is
+await until(page, () => !window.kerf.state().playing);
+
+await check('all samples of a stroke reach the engine, those that the browser has put together too', async () => {
+  // Made up: events with the same time stamp, in any number.
+  for (const [events, each] of [[400, 1], [60, 20]]) {
+    const places = await wave(events * each);
+    await page.mouse.move(...places[0]);
+    await page.mouse.down();
+    await page.evaluate(([list, n]) => {
+      const view = document.getElementById('view');
+      for (let i = 0; i < list.length; i += n) {
+        const make = ([x, y], coalescedEvents) => new PointerEvent('pointermove', { pointerId: 1, pointerType: 'mouse', clientX: x, clientY: y, buttons: 1, bubbles: true, ...(coalescedEvents ? { coalescedEvents } : {}) });
+        const group = list.slice(i, i + n);
+        view.dispatchEvent(make(group.at(-1), group.map((p) => make(p))));
+      }
+    }, [places.slice(1), each]);
+    await page.mouse.up();
+    const messages = await whole();
+    await sameRays(samplesOf(messages), [places[0], ...places.slice(1), places[0]]);
+    assert.equal((await state(page)).stats.bad, 0);
+  }
+});
+
+await check('all samples of a mouse reach the engine, while the page is busy and while the engine is', async () => {
+  const cdp = await page.context().newCDPSession(page);
+  for (const what of ['nothing', 'page', 'engine']) {
+    const places = await wave(300);
+    await page.mouse.move(...places[0]);
+    await page.mouse.down();
+    const moves = [];
+    for (let i = 1; i < places.length; i++) {
+      if (i % 100 === 20 && what === 'page') await busy(400);
+      if (i === 20 && what === 'engine') server.child.kill('SIGSTOP');
+      if (i === 220 && what === 'engine') server.child.kill('SIGCONT');
+      moves.push(cdp.send('Input.dispatchMouseEvent', { type: 'mouseMoved', x: places[i][0], y: places[i][1], button: 'left', buttons: 1 }));
+      if (what !== 'page') await new Promise((r) => { setTimeout(r, 4); });
+    }
+    await Promise.all(moves);
+    await page.mouse.up();
+    const messages = await whole(), samples = samplesOf(messages);
+    await sameRays(samples, [...places, places[0]]);
+    for (let i = 1; i < samples.length; i++) assert.ok(samples[i].time >= samples[i - 1].time, 'in order');
+    console.log(`     ${what} busy: ${samples.length} samples in ${messages.length} messages, at most ${Math.max(...messages.map((m) => m.samples.length))} in one`);
+    await until(page, () => window.kerf.state().cut?.outcome === 0);
+    assert.equal((await state(page)).stats.bad, 0);
+  }
+});
+
+await stopServer(server);
+await finish();

@@ -92,5 +92,42 @@ await check('all samples of a mouse reach the engine, while the page is busy and
   }
 });
 
+await check('a stroke from near one rim to near the other parts the body, of a finger from farther away', async () => {
+  await page.evaluate(() => { window.kerf.app.command(8, [], 'sheet'); });
+  await until(page, () => window.kerf.state().scene === 'sheet' && window.kerf.state().ready);
+  await page.keyboard.press('r');  // flat
+  await until(page, () => !window.kerf.state().playing && window.kerf.state().time === 0);
+  await page.mouse.move(5, 300);
+  await page.waitForTimeout(800);
+  const cdp = await page.context().newCDPSession(page);
+  await page.evaluate(() => { window.kerf.look(-20, 50); });
+  await page.waitForTimeout(500);
+  const box = await page.evaluate(() => window.kerf.app.info.box);
+  const [a, b, middle] = await page.evaluate(([lo, hi]) => [hi[1], lo[1], 0.5 * (lo[1] + hi[1])].map((y) => window.kerf.pickPoint(0.1 * hi[0], y, hi[2])), [box.min, box.max]);
+  const inside = (p, pixels) => { const d = Math.hypot(middle[0] - p[0], middle[1] - p[1]); return [0, 1].map((k) => p[k] + (pixels * (middle[k] - p[k])) / d); };
+  const pieces = async (kind, pixels) => {
+    const [from, to] = [inside(a, pixels), inside(b, pixels)], cuts = (await state(page)).cuts;
+    const at = (i) => [0, 1].map((k) => from[k] + ((to[k] - from[k]) * i) / 30);
+    if (kind === 'mouse') {
+      await page.mouse.move(...from);
+      await page.mouse.down();
+      for (let i = 1; i <= 30; i++) await page.mouse.move(...at(i));
+      await page.mouse.up();
+    } else {
+      const touch = (type, ...points) => cdp.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y]) => ({ x, y })) });
+      await touch('touchStart', from);
+      for (let i = 1; i <= 30; i++) await touch('touchMove', at(i));
+      await touch('touchEnd');
+    }
+    await until(page, (n) => window.kerf.state().cuts > n, cuts);
+    const n = (await state(page)).pieces;
+    await page.keyboard.press('z');
+    await until(page, () => window.kerf.state().undoDepth === 0 && window.kerf.state().pieces === 1);
+    return n;
+  };
+
+  assert.deepEqual([await pieces('mouse', 5), await pieces('mouse', 16), await pieces('touch', 16), await pieces('touch', 40)], [2, 1, 2, 1]);
+});
+
 await stopServer(server);
 await finish();

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "engine/engine_table.h"
 
@@ -85,6 +87,29 @@ TEST(EngineScalpel, StraightCutsLieUnderTheLineOnABentBody) {
       }
 }
 
+// It is drawn without its thickness.
+TEST(EngineScalpel, LipsOfAnOpenSheetLieUnderThePointer) {
+  for (const Point eye : {Point{0, 0, 3}, Point{0.4, -2, 2}}) {
+    Table table({}, still("sheet"));
+    const auto page = table.join();
+    const Line line{{-0.9, -0.02, 0}, {0.9, 0.05, 0}};
+    table.tell(page, page_tool(1, kLine, kDown, {ray_between(eye, line.from)}));
+    table.tell(page, page_tool(1, kLine, kUp, {ray_between(eye, line.to)}));
+    const VisualMesh& mesh = table.engine.session().body().complex.visual;
+    const Vec3 normal = normalized(cross(vec(line.from) - vec(eye), vec(line.to) - vec(eye)));
+    int lips = 0;
+    double farthest = 0;
+    for (const VisualHalfEdge h : ids<VisualHalfEdge>(mesh.half_edge_count())) {
+      const Vec3 p = mesh.rest[mesh.from(h)];
+      if (!mesh.is_border(h) || std::max(std::abs(p.x), std::abs(p.y)) > 0.49) continue;
+      ++lips;
+      farthest = std::max(farthest, std::abs(dot(p - vec(eye), normal)));
+    }
+    EXPECT_GT(lips, 50);
+    EXPECT_LT(farthest, 0.01) << "metres, eye " << eye.y;
+  }
+}
+
 // However the samples are put into messages.
 TEST(EngineScalpel, CutsAlongEachSampleHoweverManyComeAtOnce) {
   constexpr int kSamples = 600;
@@ -109,6 +134,91 @@ TEST(EngineScalpel, CutsAlongEachSampleHoweverManyComeAtOnce) {
   }
   EXPECT_EQ(hashes[0], hashes[1]);
   EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+/// Loops of edges with one triangle: a slit that reaches the rim is part of the rim's loop.
+int border_loops(const Session& session) {
+  const CollisionMesh& mesh = session.body().complex.collision;
+  std::map<std::uint32_t, std::uint32_t> next;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
+    if (mesh.is_border(h)) next[mesh.from(h).value] = mesh.to(h).value;
+  int loops = 0;
+  for (; !next.empty(); ++loops)
+    for (auto at = next.begin(); at != next.end();) {
+      const std::uint32_t to = at->second;
+      next.erase(at);
+      at = next.find(to);
+    }
+  return loops;
+}
+
+constexpr Point kEyes[] = {{0.01, -0.03, 0.7}, {-0.13, -0.45, 0.45}, {0.5, 0.1, 0.35}};
+constexpr float kReach = 0.012F;  // at the body's distance some 8 mm
+
+/// Places of the skin above the rim, with the way to the middle from there as a unit vector.
+struct RimPlace {
+  Vec3 at, in;
+};
+std::vector<RimPlace> rim_places(const Session& session) {
+  const CollisionMesh& mesh = session.body().complex.collision;
+  std::vector<RimPlace> places;
+  int n = 0;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count())) {
+    if (!mesh.is_border(h) || ++n % 2 == 0) continue;
+    const auto skin = [&](CollisionVertex v) { return mesh.rest[v] + norm(mesh.offset[v]) * Vec3{0, 0, 1}; };
+    const Vec3 at = 0.7 * skin(mesh.from(h)) + 0.3 * skin(mesh.to(h));
+    places.push_back({at, normalized(Vec3{0, 0, at.z} - at)});
+  }
+  return places;
+}
+struct Steak {
+  Point eye;
+  Table table{{}, still("steak")};
+  std::uint32_t page = table.join();
+
+  PageRay seen(Vec3 p) { return ray_between(eye, {p.x, p.y, p.z}); }
+  /// What there is after a stroke along a straight line of the fresh body, in eight moves.
+  const Session& stroke(std::uint32_t tool, Vec3 from, Vec3 to, float reach) {
+    table.tell(page, page_command(9, kReset));
+    table.tell(page, page_tool(1, tool, kDown, {seen(from)}, 0, reach));
+    for (int i = 1; i < 8; ++i) table.tell(page, page_tool(2, tool, kMove, {seen(lerp(from, to, i / 8.0))}, 0, reach));
+    table.tell(page, page_tool(3, tool, kUp, {seen(to)}, 0, reach));
+    return table.engine.session();
+  }
+  int loops(std::uint32_t tool, Vec3 from, Vec3 to, float reach) { return border_loops(stroke(tool, from, to, reach)); }
+};
+
+TEST(EngineScalpel, StrokesBeginAndEndAtARimThatIsNear) {
+  for (const Point eye : kEyes)
+    for (const std::uint32_t tool : {kScalpel, kLine}) {
+      Steak steak{eye};
+      const std::vector<RimPlace> places = rim_places(steak.table.engine.session());
+      ASSERT_GT(places.size(), 8u);
+      int apart = 0;
+      for (const RimPlace& p : places) {
+        const Vec3 near = p.at + 0.6 * kReach * 0.7 * p.in, inner = p.at + 0.035 * p.in;
+        EXPECT_EQ(steak.loops(tool, near, inner, kReach), 1) << near.x << " " << near.y << ", eye " << eye.x;
+        EXPECT_EQ(steak.loops(tool, inner, near, kReach), 1) << near.x << " " << near.y << ", eye " << eye.x;
+        apart += steak.loops(tool, near, inner, 0) - 1;
+        const Vec3 far = p.at + 3.0 * kReach * 0.7 * p.in;
+        EXPECT_EQ(steak.loops(tool, far, inner, kReach), 2) << "a stroke in the middle stays there";
+      }
+      EXPECT_GT(apart, 0) << "without a reach none of these strokes leaves a bridge";
+    }
+}
+
+TEST(EngineScalpel, StrokesThatAreAtTheRimByThemselvesAreLeftAlone) {
+  Steak steak{kEyes[0]};
+  const BodyCounts whole = steak.table.engine.session().counts();
+  for (const RimPlace& p : rim_places(steak.table.engine.session())) {
+    const double reach = 0.7 * static_cast<double>(kReach);
+    const Vec3 beside = p.at - 2 * reach * p.in, near = p.at + 0.5 * reach * p.in;
+    for (const auto& [from, to] : {std::pair{beside, near}, std::pair{near, beside}}) {
+      const std::uint64_t without = steak.stroke(kScalpel, from, to, 0).hash();
+      EXPECT_EQ(steak.stroke(kScalpel, from, to, kReach).hash(), without);
+    }
+    EXPECT_EQ(steak.stroke(kScalpel, near, near + 0.1 * reach * p.in, kReach).counts(), whole) << "a click";
+  }
 }
 
 }  // namespace

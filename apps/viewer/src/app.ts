@@ -121,6 +121,9 @@ export interface AppListener {
 const kRayPatienceMs = 1000;
 const kShownAfter = 0.6; // s for which what was done is looked at before hands come
 const kManyTriangles = 300_000;
+const kFingerPixels = 22; // half as wide as what a fingertip hits
+const kPointerPixels = 8; // of a mouse or pen: as far as a hand in motion misses by
+const kToTheRim: ReadonlySet<ToolName> = new Set(['scalpel', 'line'] as const);
 const kMotions: ReadonlySet<ToolName> = new Set(['grasp', 'take', 'probe', 'suction'] as const);
 
 const num = (x: unknown, fallback: number): number => (typeof x === 'number' && Number.isFinite(x) ? x : fallback);
@@ -277,6 +280,8 @@ export class App implements EngineEvents {
   /** Samples of the stroke that are not sent yet. */
   private held: ToolSample[] = [];
   private heldModifiers = 0;
+  /** So near the rim the stroke begins and ends beside the body, in parts of the distance from the eye. */
+  private rimReach = 0;
   private readonly fresh = new FreshSamples();
   private pointerAt: { x: number; y: number } | null = null;
   private hoverChanged = false;
@@ -833,9 +838,15 @@ export class App implements EngineEvents {
     );
   }
 
+  /** Of pixels, in parts of the distance from the eye. */
+  private partOfDistance(pixels: number): number {
+    const [a, b] = [-0.5, 0.5].map((s) => this.stage.ray(0.5 * this.width + s * pixels, 0.5 * this.height).direction);
+    return Math.hypot(a![0] - b![0], a![1] - b![1], a![2] - b![2]);
+  }
+
   private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): void {
     for (const m of messages) {
-      const input = this.engine.tool({ ...m, modifiers, size: this.instrumentSize(this.tool) });
+      const input = this.engine.tool({ ...m, modifiers, size: this.instrumentSize(this.tool) || this.rimReach });
       this.latency.sent(input, e.timeStamp, kMotions.has(this.tool) ? 'motion' : 'cut');
       this.pacer.sent(input, performance.now());
     }
@@ -893,6 +904,9 @@ export class App implements EngineEvents {
           return;
         }
         this.stroke = new Stroke(this.tool);
+        this.rimReach = kToTheRim.has(this.tool)
+          ? this.partOfDistance(kind === 'touch' ? kFingerPixels : kPointerPixels)
+          : 0;
         this.held = [];
         this.fresh.begin();
         const at = this.pointerAt!;

@@ -47,6 +47,14 @@ struct UprightBlade {
   Vec3 base, tip;
 };
 
+/// A stroke of the scalpel that may begin and end at the rim.
+struct RimStroke {
+  double reach = 0;                     ///< parts of the distance from the eye; 0: it begins and ends where it is
+  bool begun = false;                   ///< it cuts; else the hand has not gone on from where it came down
+  std::vector<protocol::ViewRay> rays;  ///< until it has begun
+  Vec3 here, before;                    ///< directions on its way, kRimWay apart: the last, and the one before
+};
+
 /// The instrument of an operation that is down: punch, scissors, shaver, suction or probe.
 struct HandInstrument {
   double size = 0;          ///< metres
@@ -129,6 +137,7 @@ struct Engine::Impl {
   std::optional<protocol::Tool> tool;  ///< the one that is down
   std::optional<protocol::ViewRay> line_from;
   Vec3 scalpel_at;  ///< where the ray `line_from` met the skin
+  RimStroke rim;
   std::optional<HandGrasp> hand;
   std::optional<HandInstrument> instrument;
   std::set<std::size_t>
@@ -212,6 +221,15 @@ struct Engine::Impl {
   UprightBlade upright(const protocol::ViewRay& ray);
   /// Cuts what lies under the pointer from `line_from` to a ray.
   Status lead_scalpel(const protocol::ViewRay& ray);
+  /// The same, from over the rim where the stroke came down near it.
+  Status follow_scalpel(const protocol::ViewRay& ray);
+  /// Whether a blade meets the body where it stands.
+  bool meets(const UprightBlade& blade);
+  /// A ray just over the rim, beside which the blade stands, near one where it stands in the body. None where a way on the screen to `towards`
+  /// (a direction) leads over that rim anyway, or where something of the body lies beside the rim.
+  std::optional<protocol::ViewRay> over_rim(const protocol::ViewRay& ray, Vec3 towards);
+  /// Out over the rim where a stroke ends near it.
+  Status leave_over_rim(const protocol::ViewRay& ray, Vec3 before);
   Status finish_stroke(std::uint32_t input);
   void cancel_tool();
   void send_pending_report();

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "kerf/engine/engine_impl.h"
 #include "kerf/engine/tolerances.h"
@@ -20,6 +21,8 @@ using Kind = SessionChange::Kind;
 constexpr double kLeastTurn = 2e-4;
 /// A pull reaches this many body sizes at most.
 constexpr double kFarthestPull = 2;
+/// Strokes may begin and end over a rim within this part of the distance from the eye: farther is no finger.
+constexpr double kFarthestRim = 0.2;
 /// Brushes reach this many cell diagonals: every cell that a point lies in has a node nearer than half of one.
 constexpr double kBrush = 0.6;
 /// Kept grasps whose held point is nearer to the release brush than this many brush radii are let go.
@@ -137,15 +140,66 @@ Status Engine::Impl::lead_scalpel(const ViewRay& ray) {
   return pose(last);
 }
 
+bool Engine::Impl::meets(const UprightBlade& blade) {
+  const Vec3 along = blade.tip - blade.base;
+  const double length = norm(along);
+  if (!(length > 0)) return false;
+  const auto hit =
+      pick(session->body().complex.collision, session->collision_positions(), blade.base, (1 / length) * along);
+  return hit && norm(hit->middle - blade.base) <= length;
+}
+
+std::optional<ViewRay> Engine::Impl::over_rim(const ViewRay& ray, Vec3 towards) {
+  if (!(rim.reach > 0)) return std::nullopt;
+  std::vector<RimPlace> places =
+      rim_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, rim.reach);
+  if (places.empty() || !meets(upright(ray))) return std::nullopt;
+  if (places.size() > kMostRimPlaces) places.resize(kMostRimPlaces);
+  const Vec3 way = towards - dot(towards, ray.direction) * ray.direction;
+  for (const RimPlace& p : places) {
+    const ViewRay over{ray.origin, normalized(ray.direction + (p.off + kOverRim * rim.reach) * p.out)};
+    if (meets(upright(over))) continue;
+    if (dot(way, p.out) > kLeadsOverRim * norm(way)) return std::nullopt;
+    return over;
+  }
+  return std::nullopt;
+}
+
+Status Engine::Impl::leave_over_rim(const ViewRay& ray, Vec3 before) {
+  const auto over = over_rim(ray, before);
+  return over ? lead_scalpel(*over) : Status{};
+}
+
+Status Engine::Impl::follow_scalpel(const ViewRay& ray) {
+  const double way = kRimWay * rim.reach;
+  if (!rim.begun) {
+    rim.rays.push_back(ray);
+    const ViewRay first = rim.rays.front();
+    rim.here = rim.before = first.direction;
+    if (norm(ray.direction - first.direction) < way && (rim.rays.size() > 1 || over_rim(first, first.direction)))
+      return {};
+    rim.begun = true;
+    KERF_TRY(leave_over_rim(first, ray.direction));
+    for (const ViewRay& r : std::exchange(rim.rays, {})) KERF_TRY(follow_scalpel(r));
+    return {};
+  }
+  if (norm(ray.direction - rim.here) >= way) rim.before = std::exchange(rim.here, ray.direction);
+  if (line_from && same_ray(*line_from, ray)) return {};
+  return lead_scalpel(ray);
+}
+
 Status Engine::Impl::scalpel(const protocol::ToolInput& input) {
   if (input.phase == Phase::kDown) {
     send_pending_report();
+    rim = {};
+    rim.reach = std::clamp(static_cast<double>(input.size), 0.0, kFarthestRim);
     KERF_TRY(perform(Kind::kBeginStroke, {0}));
   }
   // Each ray counts, however many come at once: the cut is the same whether the engine was busy or not.
-  for (const protocol::ToolSample& sample : input.samples)
-    if (!line_from || !same_ray(*line_from, sample.ray)) KERF_TRY(lead_scalpel(sample.ray));
-  return input.phase == Phase::kUp ? finish_stroke(input.input) : Status{};
+  for (const protocol::ToolSample& sample : input.samples) KERF_TRY(follow_scalpel(sample.ray));
+  if (input.phase != Phase::kUp) return {};
+  if (rim.begun && line_from) KERF_TRY(leave_over_rim(*line_from, rim.before));
+  return finish_stroke(input.input);
 }
 
 Status Engine::Impl::straight_cut(const protocol::ToolInput& input) {
@@ -154,9 +208,13 @@ Status Engine::Impl::straight_cut(const protocol::ToolInput& input) {
   send_pending_report();
   const ViewRay from = *line_from, to = input.samples.back().ray;
   line_from.reset();
+  rim = {};
+  rim.reach = std::clamp(static_cast<double>(input.size), 0.0, kFarthestRim);
   KERF_TRY(perform(Kind::kBeginStroke, {0}));
+  KERF_TRY(leave_over_rim(from, to.direction));
   KERF_TRY(lead_scalpel(from));
   KERF_TRY(lead_scalpel(to));
+  KERF_TRY(leave_over_rim(to, from.direction));
   return finish_stroke(input.input);
 }
 

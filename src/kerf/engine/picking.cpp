@@ -12,6 +12,11 @@ namespace {
 /// Seen edge-on, the skin is not this many half thicknesses before the middle.
 constexpr double kMostOblique = 3;
 
+/// From the collision mesh to the skin, metres. An open sheet is drawn without its thickness.
+double skin_above(const CollisionMesh& mesh, CollisionVertex v) {
+  return mesh.bound[v][1].valid() ? norm(mesh.offset[v]) : 0;
+}
+
 /// Parameter in [0, 1] of the point of the segment a b that is nearest to the line.
 double nearest_to_line(Vec3 a, Vec3 b, Vec3 origin, Vec3 direction) {
   const auto off_line = [&](Vec3 v) { return v - dot(v, direction) * direction; };
@@ -24,18 +29,20 @@ double nearest_to_line(Vec3 a, Vec3 b, Vec3 origin, Vec3 direction) {
 void complete(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction, double t,
               Picked& out) {
   std::array<Vec3, 3> corner;
+  double skin = 0;
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const CollisionVertex v = mesh.origin[CollisionMesh::corner(out.triangle, k)];
     corner[i] = positions[v.index()];
     out.half += out.barycentric[i] * norm(mesh.offset[v]);
+    skin += out.barycentric[i] * skin_above(mesh, v);
     out.rest += out.barycentric[i] * mesh.rest[v];
   }
   out.normal = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
   const double towards = -dot(out.normal, direction), facing = std::abs(towards);
   // How far `middle` lies above the ray, towards the eye along the normal; zero where the ray meets it.
   const double above = (towards < 0 ? -1 : 1) * dot(out.normal, out.middle - origin - t * direction);
-  out.t = std::max(0.0, t - (out.half + above) / std::max(facing, 1 / kMostOblique));
+  out.t = std::max(0.0, t - (skin + above) / std::max(facing, 1 / kMostOblique));
   out.point = origin + out.t * direction;
 }
 
@@ -90,6 +97,25 @@ std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3>
   out.beside = least;
   complete(mesh, positions, origin, direction, dot(out.middle - origin, direction), out);
   return out;
+}
+
+std::vector<RimPlace> rim_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction,
+                               double reach) {
+  std::vector<RimPlace> places;
+  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count())) {
+    if (!mesh.is_border(h)) continue;
+    const CollisionVertex v = mesh.from(h), w = mesh.to(h);
+    const Vec3 p = positions[v.index()], q = positions[w.index()];
+    const Vec3 normal = normalized(cross(q - p, positions[mesh.from(CollisionMesh::prev(h)).index()] - p));
+    const Vec3 towards = (dot(normal, p - origin) < 0 ? 1.0 : -1.0) * normal;
+    const Vec3 a = p + skin_above(mesh, v) * towards, b = q + skin_above(mesh, w) * towards;
+    const Vec3 from_eye = lerp(a, b, nearest_to_line(a, b, origin, direction)) - origin;
+    const double t = dot(from_eye, direction);
+    const Vec3 across = from_eye - t * direction;
+    if (t > 0 && norm(across) < reach * t && norm(across) > 0) places.push_back({norm(across) / t, normalized(across)});
+  }
+  std::sort(places.begin(), places.end(), [](const RimPlace& a, const RimPlace& b) { return a.off < b.off; });
+  return places;
 }
 
 }  // namespace kerf

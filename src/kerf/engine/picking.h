@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "kerf/binding/cell_complex.h"
 
@@ -14,7 +15,7 @@ struct Picked {
   std::array<double, 3> barycentric{};
   double t = 0;       ///< metres along the ray to `point`
   Vec3 middle;        ///< on the collision mesh, metres
-  Vec3 point;         ///< half the thickness before it, where the skin is about to be
+  Vec3 point;         ///< where the skin is about to be: half the thickness before it, or on it in an open sheet
   Vec3 normal;        ///< unit, of the collision triangle, counter-clockwise
   Vec3 rest;          ///< of `middle`
   double half = 0;    ///< metres: half the thickness there
@@ -29,5 +30,15 @@ std::optional<Picked> pick(const CollisionMesh& mesh, std::span<const Vec3> posi
 /// body, nearest to the ray, and `point` is where the ray would meet the skin if this went on.
 std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction,
                                 double near);
+
+/// A place of the skin's rim near a view ray.
+struct RimPlace {
+  double off = 0;  ///< from the ray, in parts of the distance from the eye
+  Vec3 out;        ///< unit, across the ray, towards the place
+};
+/// The places of all edges of the rim within `reach` (parts of the distance from the eye), the nearest first. The rim lies as far
+/// before the collision mesh's border as the skin does.
+std::vector<RimPlace> rim_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction,
+                               double reach);
 
 }  // namespace kerf

@@ -288,8 +288,9 @@ struct ToolInput {
   Tool tool = Tool::kScalpel;
   Phase phase = Phase::kDown;
   std::uint32_t modifiers = 0;
-  float size =
-      0;  ///< metres: radius of punch, shaver and suction, length of the scissors' blades; 0: one that fits the body
+  /// Metres: radius of punch, shaver and suction, length of the scissors' blades; 0: one that fits the body. Scalpel and straight cut: the
+  /// reach at the rim, in parts of the distance from the eye.
+  float size = 0;
   std::vector<ToolSample> samples;
 };
 struct RayQuery {

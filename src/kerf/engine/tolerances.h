@@ -1,6 +1,8 @@
 // Numbers that decide how the page's tools work.
 #pragma once
 
+#include <cstddef>
+
 namespace kerf {
 
 /// Of half the thickness and a mean edge: so far a blade that is held upright stands out of the skin on both sides, for skin that bends
@@ -11,5 +13,16 @@ inline constexpr double kBladeReach = 2;
 inline constexpr double kScalpelWay = 2;
 /// Poses from one ray to the next, which may lie far apart on something seen edge-on: a bound of the time of one message.
 inline constexpr int kMostParts = 64;
+
+/// Of the reach of a finger at the rim: so far beside the rim a stroke begins or ends. Half: skin that bends hides the rim from the ray. Double:
+/// a ray beside one rim meets the body behind the next.
+inline constexpr double kOverRim = 0.25;
+/// Of that reach: so far the hand goes before a stroke has begun that came down near the rim. Half: a click nicks the rim. Double: the cut is seen late.
+inline constexpr double kRimWay = 0.25;
+/// Cosine between a stroke's way on the screen and the way out over the rim, above which it goes there by itself. Half: a stroke that leaves the
+/// rim on the slant starts in the body. Double: a nick is cut back out beside itself.
+inline constexpr double kLeadsOverRim = 0.5;
+/// Places of the rim that are tried, the nearest first: a bound of the time.
+inline constexpr std::size_t kMostRimPlaces = 8;
 
 }  // namespace kerf

@@ -129,5 +129,78 @@ await check('a stroke from near one rim to near the other parts the body, of a f
   assert.deepEqual([await pieces('mouse', 5), await pieces('mouse', 16), await pieces('touch', 16), await pieces('touch', 40)], [2, 1, 2, 1]);
 });
 
+/** Pixels of the ink, of those within some places of a line. */
+const inked = () => page.evaluate(() => {
+  const c = document.getElementById('ink'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+  let n = 0;
+  for (let i = 3; i < d.length; i += 4) if (d[i] > 0) n++;
+  return n;
+});
+/** A line across the sheet that lies flat, from beside it to beside it, in n places. */
+async function across(n) {
+  await page.evaluate(() => { window.kerf.look(0, 80); });
+  await page.waitForTimeout(300);
+  const ends = await page.evaluate(() => [-0.6, 0.6].map((y) => window.kerf.pickPoint(0.05, y, 0)));
+  return Array.from({ length: n + 1 }, (_, i) => [0, 1].map((k) => ends[0][k] + ((ends[1][k] - ends[0][k]) * i) / n));
+}
+async function draw(places) {
+  await page.mouse.move(...places[0]);
+  await page.mouse.down();
+  for (const p of places.slice(1)) await page.mouse.move(...p);
+}
+async function afresh() {
+  await page.keyboard.press('r');
+  await until(page, () => window.kerf.state().undoDepth === 0 && window.kerf.state().pieces === 1 && !window.kerf.state().playing);
+  await page.keyboard.press('1');
+}
+
+await check('what was drawn is ink until it is cut', async () => {
+  await afresh();
+  const places = await across(60);
+  server.child.kill('SIGSTOP');
+  try {
+    await draw(places);
+    await page.waitForTimeout(300);
+    assert.equal((await state(page)).ink, 61);
+    const whole = await inked();
+    await page.mouse.up();
+    await page.waitForTimeout(600);
+    assert.equal((await state(page)).ink, 62, 'the pointer is up, and nothing is cut yet');
+    const length = Math.hypot(places[60][0] - places[0][0], places[60][1] - places[0][1]);
+    const after = await inked();
+    assert.ok(whole > 1.5 * length && after >= whole, `${whole} and ${after} pixels of ink on a line of ${length}`);
+  } finally {
+    server.child.kill('SIGCONT');
+  }
+  await until(page, () => window.kerf.state().pieces === 2 && window.kerf.state().ink === 0);
+  await page.waitForTimeout(500);
+  assert.equal(await inked(), 0);
+  // While the engine keeps up there is ink at the pointer at most.
+  await afresh();
+  await draw(places.slice(0, 40));
+  await until(page, () => window.kerf.state().ink <= 1);
+  await page.keyboard.press('Escape');
+  await page.mouse.up();
+  await until(page, () => window.kerf.state().ink === 0 && window.kerf.state().undoDepth === 0);
+});
+
+await check('a stroke in whose middle the page goes is cut as far as it was drawn', async () => {
+  for (const [key, how] of [['1', 'reload'], ['2', 'reload'], ['1', 'blur'], ['2', 'blur'], ['4', 'blur']]) {
+    await afresh();
+    const places = await across(30);
+    await page.keyboard.press(key);
+    await draw(places);
+    if (how === 'reload') {
+      await page.reload();
+      await ready(page);
+    } else {
+      await page.evaluate(() => window.dispatchEvent(new Event('blur')));
+    }
+    await page.mouse.up();
+    const cut = key === '4' ? 0 : 1;
+    await until(page, (n) => window.kerf.state().undoDepth === n && window.kerf.state().stats?.pieces === n + 1, cut).catch((e) => { throw new Error(`${key} ${how}: ${e.message}`); });
+  }
+});
+
 await stopServer(server);
 await finish();

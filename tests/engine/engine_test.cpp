@@ -640,11 +640,14 @@ TEST(Engine, ToolsBelongToOnePage) {
   table.expect_mirrored(first);
   table.tell(second, page_tool(10, kScalpel, kDown, {ray_between(kEye, {-0.13, 0.03, 0})}));
   table.tell(second, page_tool(11, kScalpel, kMove, {ray_between(kEye, {0.02, 0.03, 0})}));
+  // That of a page that is gone ends where it is.
+  const std::uint64_t drawn = body_hash(table.engine.session().body());
   table.engine.disconnect(second);
   table.deliver();
   EXPECT_TRUE(table.pages[first].held);
   EXPECT_FALSE(table.engine.session().in_stroke());
-  EXPECT_EQ(table.engine.session().undo_depth(), 1);
+  EXPECT_EQ(table.engine.session().undo_depth(), 2);
+  EXPECT_EQ(body_hash(table.engine.session().body()), drawn);
   table.expect_mirrored(first);
   table.tell(first, page_claim(false));
   EXPECT_EQ(table.engine.holder(), 0u);

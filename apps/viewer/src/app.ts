@@ -124,6 +124,7 @@ const kManyTriangles = 300_000;
 const kFingerPixels = 22; // half as wide as what a fingertip hits
 const kPointerPixels = 8; // of a mouse or pen: as far as a hand in motion misses by
 const kToTheRim: ReadonlySet<ToolName> = new Set(['scalpel', 'line'] as const);
+const kToCut: ReadonlySet<ToolName> = new Set(['scalpel', 'line', 'closed', 'scissors'] as const);
 const kMotions: ReadonlySet<ToolName> = new Set(['grasp', 'take', 'probe', 'suction'] as const);
 
 const num = (x: unknown, fallback: number): number => (typeof x === 'number' && Number.isFinite(x) ? x : fallback);
@@ -280,6 +281,7 @@ export class App implements EngineEvents {
   /** Samples of the stroke that are not sent yet. */
   private held: ToolSample[] = [];
   private heldModifiers = 0;
+  private lastSample: ToolSample | null = null;
   /** So near the rim the stroke begins and ends beside the body, in parts of the distance from the eye. */
   private rimReach = 0;
   private readonly fresh = new FreshSamples();
@@ -344,6 +346,7 @@ export class App implements EngineEvents {
       this.cancelStroke(false);
       this.latency.forget();
       this.pacer.forget();
+      this.ink.clear();
       this.rayOut = 0;
       this.roleNow = { ...this.roleNow, held: false };
       this.ackedSeq = this.lastSeq = this.playAsked = 0;
@@ -373,6 +376,7 @@ export class App implements EngineEvents {
 
   body(body: Body): void {
     this.cancelStroke(false);
+    this.ink.clear();
     this.bodies++;
     const state = new BodyState(body),
       info = this.info;
@@ -432,13 +436,13 @@ export class App implements EngineEvents {
     this.engine.have(state.body, state.version);
     if (this.pending && this.pending.version !== state.version) this.pending = null;
     this.latency.echoed(patch.input, performance.now(), 'cut');
-    this.pacer.answered(patch.input);
+    this.answered(patch.input);
     this.touch(true);
   }
 
   frame(frame: Frame): void {
     this.lastSeq = frame.seq;
-    this.pacer.answered(frame.input);
+    this.answered(frame.input);
     this.frames++;
     const showed = this.showing;
     this.time = frame.time;
@@ -584,7 +588,7 @@ export class App implements EngineEvents {
       this.cutSeries.push(this.cutNumber, report.bindingMs, report.embeddingMs, report.surfaceMs, report.totalMs);
       this.pushCounts(report.counts);
     }
-    this.pacer.answered(report.input);
+    this.answered(report.input);
     this.listener?.cut(report);
   }
 
@@ -596,6 +600,7 @@ export class App implements EngineEvents {
 
   error(error: EngineError): void {
     this.errors++;
+    this.answered(error.input);
     this.lastError = error.text;
     const text = error.text || `The engine reports error ${error.code}.`;
     if (error.input === this.uploadInput && error.input !== 0 && this.uploadWatch) this.uploadWatch.failed(text);
@@ -844,11 +849,18 @@ export class App implements EngineEvents {
     return Math.hypot(a![0] - b![0], a![1] - b![1], a![2] - b![2]);
   }
 
+  /** The engine has done all inputs up to this one. */
+  private answered(input: number): void {
+    this.pacer.answered(input);
+    this.ink.done(input);
+  }
+
   private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): void {
     for (const m of messages) {
       const input = this.engine.tool({ ...m, modifiers, size: this.instrumentSize(this.tool) || this.rimReach });
       this.latency.sent(input, e.timeStamp, kMotions.has(this.tool) ? 'motion' : 'cut');
       this.pacer.sent(input, performance.now());
+      this.ink.sent(input);
     }
   }
 
@@ -858,7 +870,8 @@ export class App implements EngineEvents {
     const box = this.canvas.getBoundingClientRect();
     for (const x of this.fresh.of(events.length > 0 ? events : [e], raw)) {
       this.ink.add(x.clientX - box.left, x.clientY - box.top);
-      this.held.push(this.sample(x));
+      this.lastSample = this.sample(x);
+      this.held.push(this.lastSample);
     }
     this.heldModifiers = this.modifiers(e);
     this.sendHeld(false);
@@ -911,7 +924,9 @@ export class App implements EngineEvents {
         this.fresh.begin();
         const at = this.pointerAt!;
         this.ink.begin(this.tool, at.x, at.y);
-        this.send(this.stroke.down(this.sample(e)), e, this.modifiers(e));
+        this.heldModifiers = this.modifiers(e);
+        this.lastSample = this.sample(e);
+        this.send(this.stroke.down(this.lastSample), e, this.heldModifiers);
         this.listener?.used(this.tool);
       },
       capture,
@@ -953,13 +968,15 @@ export class App implements EngineEvents {
       this.led = this.ledTo = null;
       if (!this.stroke) return;
       if (good) {
-        this.sendHeld(true);
-        this.send(this.stroke.up(this.sample(e)), e, this.modifiers(e));
+        this.heldModifiers = this.modifiers(e);
+        this.place(e);
+        this.ink.add(this.pointerAt!.x, this.pointerAt!.y);
+        this.liftStroke(this.sample(e));
       } else {
         this.send(this.stroke.cancel(), e, 0);
+        this.stroke = null;
+        this.ink.drop();
       }
-      this.stroke = null;
-      this.ink.end();
       if (e.pointerType === 'touch') this.leave();
       this.touch(true);
     };
@@ -971,7 +988,7 @@ export class App implements EngineEvents {
         if (!this.pointers.owns(e.pointerId)) return;
         // A second button that comes up takes the capture with it, while the first is still down.
         if ((e.buttons & 1) !== 0 && e.pointerType === 'mouse') c.setPointerCapture(e.pointerId);
-        else finish(e, false);
+        else this.leavePage();
       },
       capture,
     );
@@ -998,9 +1015,10 @@ export class App implements EngineEvents {
     c.addEventListener('pointerleave', () => {
       if (!this.stroke) this.leave();
     });
-    window.addEventListener('blur', () => this.cancelStroke(true));
+    window.addEventListener('blur', () => this.leavePage());
+    window.addEventListener('pagehide', () => this.leavePage());
     document.addEventListener('visibilitychange', () => {
-      if (document.hidden) this.cancelStroke(true);
+      if (document.hidden) this.leavePage();
     });
     this.stage.controls.addEventListener('start', () => {
       this.follow = false;
@@ -1044,7 +1062,7 @@ export class App implements EngineEvents {
     if (!this.stroke) return;
     this.send(this.stroke.cancel(), { timeStamp }, 0);
     this.stroke = null;
-    this.ink.end();
+    this.ink.drop();
     this.touch(true);
   }
 
@@ -1126,6 +1144,25 @@ export class App implements EngineEvents {
     this.stage.setFurniture(this.things.any, null);
   }
 
+  /** Ends the current stroke at a sample. */
+  private liftStroke(last: ToolSample): void {
+    this.sendHeld(true);
+    this.send(this.stroke!.up(last), { timeStamp: last.time }, this.heldModifiers);
+    this.stroke = null;
+    this.ink.end();
+  }
+
+  /** Nothing is heard of the pointer any more: what was drawn for a cut is cut, other strokes end without. */
+  private leavePage(): void {
+    if (!this.stroke || !kToCut.has(this.tool) || !this.lastSample) {
+      this.cancelStroke(true);
+      return;
+    }
+    this.pointers.cancel();
+    this.liftStroke({ ...this.lastSample, time: performance.now() });
+    this.touch(true);
+  }
+
   /** Ends the current stroke without a cut; `tell`: the engine is there to hear it. */
   cancelStroke(tell: boolean): void {
     this.pointers.cancel();
@@ -1133,7 +1170,7 @@ export class App implements EngineEvents {
     if (!this.stroke) return;
     if (tell) this.send(this.stroke.cancel(), { timeStamp: performance.now() }, 0);
     this.stroke = null;
-    this.ink.end();
+    this.ink.drop();
     this.touch(true);
   }
 
@@ -1326,6 +1363,7 @@ export class App implements EngineEvents {
       showing: this.showing,
       toolAllowed: this.toolAllowed,
       stroke: this.stroke !== null,
+      ink: this.ink.waiting,
       playing: this.playing,
       speed: this.speed,
       time: this.time,

@@ -535,6 +535,7 @@ void Engine::disconnect(std::uint32_t id) {
     std::uint32_t to = 0;
     for (const auto& [other, client] : e.clients)
       if (to == 0 && client.ready) to = other;
+    e.leave_tool();
     e.pass_tools(to);
     e.publish(0);
   } else {

@@ -232,6 +232,8 @@ struct Engine::Impl {
   Status leave_over_rim(const protocol::ViewRay& ray, Vec3 before);
   Status finish_stroke(std::uint32_t input);
   void cancel_tool();
+  /// The page that holds the tools is gone: what the scalpel has cut stays, everything else is cancelled.
+  void leave_tool();
   void send_pending_report();
   void report_history(std::uint32_t input, protocol::Outcome outcome);
   std::optional<Picked> pick_ray(const protocol::ViewRay& ray);

@@ -112,6 +112,14 @@ void Engine::Impl::cancel_tool() {
   }
 }
 
+void Engine::Impl::leave_tool() {
+  if (tool == Tool::kScalpel && session->in_stroke() && finish_stroke(last_input)) {
+    tool.reset();
+    line_from.reset();
+  }
+  cancel_tool();
+}
+
 UprightBlade Engine::Impl::upright(const ViewRay& ray) {
   const auto at =
       pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);

@@ -1,11 +1,23 @@
-// The stroke as it is drawn on the screen: trail of the scalpel, rubber band, closed outline.
+// Strokes as they are drawn on the screen: what the scalpel has still to cut, rubber band, closed outline.
 import type { ToolName } from '../tools/tools';
 
 const kDrawn: ReadonlySet<ToolName> = new Set(['scalpel', 'line', 'closed', 'scissors'] as const);
 
+interface Point {
+  x: number;
+  y: number;
+  /** The message that its sample went with; 0: it has not gone yet. */
+  input: number;
+}
+interface Line {
+  tool: ToolName;
+  points: Point[];
+  ended: boolean;
+}
+
+/** What was drawn and is not cut yet, of the stroke under the pointer and of those that the engine has still to cut. */
 export class Ink {
-  private points: [number, number][] = [];
-  private tool: ToolName = 'scalpel';
+  private lines: Line[] = [];
   private drawn = false;
   constructor(private readonly canvas: HTMLCanvasElement) {}
 
@@ -14,29 +26,67 @@ export class Ink {
     this.canvas.height = Math.round(height * ratio);
     this.canvas.getContext('2d')?.setTransform(ratio, 0, 0, ratio, 0, 0);
   }
+  private get current(): Line | undefined {
+    const last = this.lines[this.lines.length - 1];
+    return last && !last.ended ? last : undefined;
+  }
   begin(tool: ToolName, x: number, y: number): void {
-    this.tool = tool;
-    this.points = [[x, y]];
+    this.drop();
+    if (kDrawn.has(tool)) this.lines.push({ tool, points: [{ x, y, input: 0 }], ended: false });
   }
   add(x: number, y: number): void {
-    this.points.push([x, y]);
+    this.current?.points.push({ x, y, input: 0 });
   }
+  /** All that was drawn so far has gone to the engine with this message, the last of several. */
+  sent(input: number): void {
+    const line = this.current;
+    for (const p of line?.points ?? []) if (p.input === 0 || line!.tool !== 'scalpel') p.input = input;
+  }
+  /** The stroke is up; what the engine has not cut stays. */
   end(): void {
-    this.points = [];
+    const line = this.current;
+    if (!line) return;
+    line.ended = true;
+    if (line.points.some((p) => p.input === 0)) this.lines.pop();
+  }
+  /** The stroke under the pointer is taken back. */
+  drop(): void {
+    if (this.current) this.lines.pop();
+  }
+  clear(): void {
+    this.lines = [];
+  }
+  /** The engine has done all up to this message. */
+  done(input: number): void {
+    for (const line of this.lines) {
+      const open = line.points.findIndex((p) => p.input === 0 || p.input > input);
+      if (open < 0 && line.ended) line.points = [];
+      // The last place that is cut is where the rest begins. Scissors cut once they have gone their blades' length: their trail stays.
+      else if (line.tool === 'scalpel') line.points.splice(0, (open < 0 ? line.points.length : open) - 1);
+    }
+    this.lines = this.lines.filter((line) => line.points.length > 0);
+  }
+  /** Places that are drawn, of all strokes. */
+  get waiting(): number {
+    return this.lines.reduce((n, line) => n + line.points.length, 0);
   }
 
   draw(): void {
     const c = this.canvas.getContext('2d');
-    if (!c || (!this.drawn && this.points.length === 0)) return;
+    if (!c || (!this.drawn && this.lines.length === 0)) return;
     c.save();
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, this.canvas.width, this.canvas.height);
     c.restore();
-    this.drawn = this.points.length > 0;
-    const p = this.points,
+    this.drawn = this.lines.length > 0;
+    for (const line of this.lines) this.drawLine(c, line);
+  }
+
+  private drawLine(c: CanvasRenderingContext2D, line: Line): void {
+    const p = line.points.map(({ x, y }): [number, number] => [x, y]),
       a = p[0],
       b = p[p.length - 1];
-    if (!a || !b || !kDrawn.has(this.tool)) return;
+    if (!a || !b) return;
     c.lineCap = c.lineJoin = 'round';
     const stroke = (points: [number, number][], dash: number[]): void => {
       for (const [width, colour] of [
@@ -54,7 +104,7 @@ export class Ink {
         c.stroke();
       }
     };
-    if (this.tool === 'line') {
+    if (line.tool === 'line') {
       stroke([a, b], [7, 6]);
       c.setLineDash([]);
       for (const [[x, y], name] of [
@@ -73,11 +123,11 @@ export class Ink {
         c.strokeText(name, x + 9, y - 8);
         c.fillText(name, x + 9, y - 8);
       }
-    } else if (this.tool === 'closed') {
+    } else if (line.tool === 'closed') {
       stroke(p, []);
       stroke([b, a], [4, 6]);
     } else {
-      stroke(p.slice(-14), []);
+      stroke(line.tool === 'scissors' ? p.slice(-14) : p, []);
     }
   }
 }

@@ -125,7 +125,10 @@ UprightBlade Engine::Impl::upright(const ViewRay& ray) {
       pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);
   const double edge = session->body().complex.mean_root_edge;
   if (!at) return {ray.origin, ray.origin, ray.origin + edge * ray.direction};  // the body lies behind the eye
-  const Vec3 out = dot(at->normal, ray.direction) < 0 ? at->normal : -1.0 * at->normal;
+  Vec3 normal =
+      lie_around(session->body().complex.collision, session->collision_positions(), at->rest, kBladeStands * edge);
+  if (!(norm(normal) > 0)) normal = at->normal;
+  const Vec3 out = dot(normal, ray.direction) < 0 ? normal : -1.0 * normal;
   const double reach = kBladeReach * (at->half + edge);
   return {at->point, at->point + reach * out, at->point - (2 * at->half + reach) * out};
 }

@@ -99,6 +99,25 @@ std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3>
   return out;
 }
 
+Vec3 lie_around(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 rest, double reach) {
+  Vec3 sum;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    const std::array<CollisionVertex, 3> v{mesh.origin[CollisionMesh::corner(f, 0)],
+                                           mesh.origin[CollisionMesh::corner(f, 1)],
+                                           mesh.origin[CollisionMesh::corner(f, 2)]};
+    Box3 box;
+    for (const CollisionVertex u : v) box.add(mesh.rest[u]);
+    const Vec3 below = box.min - rest, above = rest - box.max;
+    if (std::max({below.x, below.y, below.z, above.x, above.y, above.z}) >= reach) continue;
+    ClosestPoint nearest;
+    closest_point(rest, {mesh.rest[v[0]], mesh.rest[v[1]], mesh.rest[v[2]]}, nearest);
+    const double near = 1 - nearest.distance / reach;
+    const Vec3 a = positions[v[0].index()];
+    if (near > 0) sum += near * cross(positions[v[1].index()] - a, positions[v[2].index()] - a);
+  }
+  return norm(sum) > 0 ? normalized(sum) : Vec3{};
+}
+
 std::vector<RimPlace> rim_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction,
                                double reach) {
   std::vector<RimPlace> places;

@@ -31,6 +31,10 @@ std::optional<Picked> pick(const CollisionMesh& mesh, std::span<const Vec3> posi
 std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction,
                                 double near);
 
+/// How the body lies around a place at rest: the mean normal of the triangles within `reach` (metres at rest), unit, weighted by area and nearness. A triangle
+/// alone may lie any way where a lip springs. Zero where nothing has an area.
+Vec3 lie_around(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 rest, double reach);
+
 /// A place of the skin's rim near a view ray.
 struct RimPlace {
   double off = 0;  ///< from the ray, in parts of the distance from the eye

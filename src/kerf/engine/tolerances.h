@@ -8,6 +8,9 @@ namespace kerf {
 /// Of half the thickness and a mean edge: so far a blade that is held upright stands out of the skin on both sides, for skin that bends
 /// between two poses. Half or double: the same lips.
 inline constexpr double kBladeReach = 2;
+/// Mean edges around it over which the skin says how the blade stands. Half: small triangles at the end of a cut, which spring, lay it down, and the
+/// cut ends before the rim. Double: lips are askew where skin bends.
+inline constexpr double kBladeStands = 0.5;
 /// Mean edges of the skin from one pose of the scalpel to the next. Half: the same lips. Double: where the skin bends, lips lie three times
 /// as far beside the pointer.
 inline constexpr double kScalpelWay = 2;

@@ -150,15 +150,28 @@ class Search {
     clip(piece);
   }
 
+  bool is_done(double x) const {
+    return std::any_of(strip_.done.begin(), strip_.done.end(), [&](const auto& d) { return d[0] < x && x < d[1]; });
+  }
+  bool passed(const Piece& piece, double part) const {
+    const Vec2 q = lerp(piece.q0, piece.q1, part);
+    return strip_.passed(q) && !is_done(q.x);
+  }
+
   /// Adds the parts of the segment that the edge has passed.
   void clip(Piece piece) {
-    std::array<std::pair<double, int>, 4> cuts;
-    std::size_t n = 0;
+    std::vector<std::pair<double, int>> cuts;
     for (int i = 0; i < 4; ++i) {
       const double a = strip_.side(i, piece.q0), b = strip_.side(i, piece.q1);
-      if ((a > 0) != (b > 0)) cuts[n++] = {a / (a - b), i};
+      if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), i});
     }
-    std::sort(cuts.begin(), cuts.begin() + static_cast<std::ptrdiff_t>(n));
+    for (const auto& d : strip_.done)
+      for (const double x : d) {
+        const double a = piece.q0.x - x, b = piece.q1.x - x;
+        if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), 0});
+      }
+    std::sort(cuts.begin(), cuts.end());
+    const std::size_t n = cuts.size();
     const auto nearest = [&](Vec2 q) {
       int best = 0;
       for (int i = 1; i < 4; ++i)
@@ -166,7 +179,7 @@ class Search {
       return kLines[best];
     };
     // The ends count by themselves: they are the same for the face beyond.
-    bool inside = strip_.passed(piece.q0);
+    bool inside = passed(piece, 0);
     piece.from = 0;
     piece.begin = Kind::kBorder;
     const auto turn = [&](bool now, double where, Kind kind) {
@@ -183,10 +196,9 @@ class Search {
     };
     for (std::size_t i = 0; i <= n; ++i) {
       const double a = i == 0 ? 0 : cuts[i - 1].first, b = i == n ? 1 : cuts[i].first;
-      turn(strip_.passed(lerp(piece.q0, piece.q1, 0.5 * (a + b))), a,
-           i == 0 ? nearest(piece.q0) : kLines[cuts[i - 1].second]);
+      turn(passed(piece, 0.5 * (a + b)), a, i == 0 ? nearest(piece.q0) : kLines[cuts[i - 1].second]);
     }
-    turn(strip_.passed(piece.q1), 1, nearest(piece.q1));
+    turn(passed(piece, 1), 1, nearest(piece.q1));
     if (inside) {
       piece.to = 1;
       piece.end = Kind::kBorder;

@@ -33,14 +33,16 @@ class Sweep {
   /// Cuts all arcs up to the last edges that they cross.
   SweepReport lead(const BladeEdge& to) {
     target_.scratch.flip_stack.clear();
+    leads_ = true;
     old_ = std::move(stroke_.ends);
     stroke_.ends.clear();
     std::vector<Vec3> places;
     // One that waits in its slit may lie beside the blade.
     const bool all_wait = std::all_of(old_.begin(), old_.end(), [](const BladeFront& f) { return f.in_slit; });
     for (const BladeFront& f : old_)
-      if (all_wait || !f.in_slit) places.push_back(place(f.end));
+      if ((all_wait || !f.in_slit) && !f.along) places.push_back(place(f.end));
     strip_ = Strip::make(stroke_.edge, to, places, cut::kPathLeastMove * target_.complex.mean_root_edge);
+    note_done();
     std::vector<BladeArc> arcs = find_all();
     for (int i = 0; i < cut::kPathBends && bend(arcs); ++i) arcs = find_all();
     used_.assign(old_.size(), false);
@@ -49,7 +51,11 @@ class Sweep {
     busy_ = static_cast<int>(left_.size());
     if (busy_ > 0) uncut_ = {UncutReason::kBusy, rounding_.rest(left_[0])};
     for (std::size_t i = 0; i < old_.size(); ++i)
-      if (!used_[i] && locate(old_[i])) (void)make_end(old_[i]);
+      if (!used_[i] && locate(old_[i])) {
+        if (waits(old_[i])) stroke_.ends.push_back(old_[i]);
+        else (void)make_end(old_[i]);
+      }
+    leads_ = false;
     stroke_.standing = false;
     stroke_.edge = to;
 
@@ -216,7 +222,7 @@ class Sweep {
       const PathEnd end = make_end(until);
       const Stop start =
           !end.made ? f.start : Stop::at_vertex(leaves ? twin_towards(end.vertex, vertices, f.end) : end.vertex);
-      f = {start, end.before, f.end, rounding_.rest(until.end), false, {}, {}, f.beside};
+      f = {start, end.before, f.end, rounding_.rest(until.end), false, {}, {}, f.beside, f.along};
       if (end.on_border) note(f);
       else f.trail.push_back(rounding_.rest(f.end));
       bent = true;
@@ -317,7 +323,7 @@ class Sweep {
     // A sheet that the blade lies along is one layer.
     const std::size_t led = stroke_.ends.size();
     for (BladeArc* arc : others)
-      if (lies_along(*arc)) follow(*arc);
+      if (lies_along(arc->faces.back(), stroke_.cut_along.empty() ? cut::kPathFlat : cut::kPathLeans)) follow(*arc);
     // Beside those that lead on, none waits in a slit.
     if (led > 0)
       stroke_.ends.erase(std::remove_if(stroke_.ends.begin() + static_cast<std::ptrdiff_t>(led), stroke_.ends.end(),
@@ -331,6 +337,25 @@ class Sweep {
     return std::abs(dot(normal, strip_.along)) < cosine * norm(normal);
   }
 
+  /// Along a sheet an edge comes to what lies ahead of a front when that is deep enough, not at once: until then the front waits at the tip of its slit.
+  bool waits(const BladeFront& f) const {
+    return f.along && f.start.kind == Stop::Kind::kVertex &&
+           (!mesh().on_border(f.start.vertex) || rounding_.may_pass(f.start.vertex));
+  }
+  /// A sheet that lies along the edge is cut once at each place of the edge, wherever its lips are now. With `through` there may be another below it.
+  void note_done() {
+    for (const auto& [a, b] : stroke_.cut_along) {
+      const double from = strip_.local(at(a)).x, to = strip_.local(at(b)).x;
+      strip_.done.push_back({std::min(from, to), std::max(from, to)});
+    }
+    std::sort(strip_.done.begin(), strip_.done.end());
+    std::size_t n = 0;
+    for (const std::array<double, 2> d : strip_.done)
+      if (n > 0 && d[0] <= strip_.done[n - 1][1]) strip_.done[n - 1][1] = std::max(strip_.done[n - 1][1], d[1]);
+      else strip_.done[n++] = d;
+    strip_.done.resize(n);
+  }
+
   // ---- one arc
 
   void follow(BladeArc& arc) {
@@ -338,6 +363,7 @@ class Sweep {
       left_.push_back(middle(arc));
       return;
     }
+    along_ = lies_along(arc.faces.back(), cut::kPathLeans) || lies_along(arc.faces.front(), cut::kPathLeans);
     if (arc.closed) return cut_loop(arc);
     if (arc.begin.kind == Kind::kIs && !arc.crossings.empty()) return cut_to_both_sides(arc);
     const bool ends_at_blade = arc.end.kind == Kind::kIs;
@@ -411,7 +437,7 @@ class Sweep {
       if (!touch) came = last_end;
     }
     if (!ends_at_blade) return;
-    BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside};
+    BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside, along_};
     note(f);
     stroke_.ends.push_back(std::move(f));
   }
@@ -455,7 +481,7 @@ class Sweep {
     const V starts[2] = {made.front(), made.back()}, before[2] = {made.size() > 1 ? made[1] : V{}, before_last()};
     for (int k = 0; k < 2; ++k) {
       BladeFront f{Stop::at_vertex(starts[k]), before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {},
-                   BesideBorder::none()};
+                   BesideBorder::none(),       along_};
       note(f);
       stroke_.ends.push_back(std::move(f));
     }
@@ -463,6 +489,9 @@ class Sweep {
 
   bool open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed = false) {
     if (!opening_.open(stops, drawn, closed)) return false;
+    if (leads_ && along_ && !stroke_.through)
+      for (std::size_t i = 1; i < opening_.made().size(); ++i)
+        stroke_.cut_along.push_back({opening_.made()[i - 1], opening_.made()[i]});
     return dirty_ = true;
   }
 
@@ -523,6 +552,7 @@ class Sweep {
   };
   /// Cuts up to where a front's blade is, or to a border near it.
   PathEnd make_end(const BladeFront& f) {
+    along_ = f.along;
     const PathEnd stay{f.start.kind == Stop::Kind::kVertex ? f.start.vertex : f.start.a, f.before};
     BladeArc arc;
     arc.faces.push_back(f.end.face);
@@ -545,7 +575,8 @@ class Sweep {
 
   /// On what way a front's path came to it, as the material lies now; it matters only along the blade, where no time tells.
   Vec3 way_of(const BladeFront& f) const {
-    return f.before.valid() && lies_along(f.end.face, cut::kPathLeans) ? place(f.end) - at(f.before) : Vec3{};
+    const V from = f.before.valid() ? f.before : f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{};
+    return from.valid() && lies_along(f.end.face, cut::kPathLeans) ? place(f.end) - at(from) : Vec3{};
   }
 
   /// Finds a front's face again after paths have been cut.
@@ -586,6 +617,8 @@ class Sweep {
   UncutPath uncut_;                             // the first of them
   Strip strip_;
   bool dirty_ = false;
+  bool leads_ = false;           // what is opened is not provisional
+  bool along_ = false;           // the arc at work, or its front, has come through a sheet that lies along the blade
   std::vector<BladeFront> old_;  // at the last pose
   std::vector<Vec3> drawn_;      // of one arc
   std::vector<char> used_;       // of old_: an arc has begun or ended there
@@ -633,6 +666,7 @@ void lift_blade(BladeStroke& stroke) {
   stroke.started = stroke.standing = false;
   stroke.fronts.clear();
   stroke.ends.clear();
+  stroke.cut_along.clear();
   stroke.provisional = false;
 }
 

@@ -12,6 +12,7 @@
 // Parameters carry over from the deformed mesh to the rest configuration unchanged (affine in every triangle).
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -45,6 +46,7 @@ struct BladeFront {
       trail;  ///< the places of the end since the start, at rest, but for those too near to the one before
   std::optional<BladeTouch> touch;  ///< the nearest since the start
   BesideBorder beside{};            ///< of the path, up to the end
+  bool along = false;               ///< its path has come through a sheet that lies along the blade
 };
 
 /// One stroke of a blade: its state between poses. Plain data.
@@ -55,8 +57,10 @@ struct BladeStroke {
   bool through = false;   ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;  ///< where the cut has got to, one per layer; provisional ends included
   std::vector<BladeFront> ends;         ///< the same as seen from `mark`
-  bool provisional = false;             ///< there is work after `mark`, to be taken back before the next pose
-  JournalMark mark;                     ///< of the caller's journal
+  std::vector<std::array<CollisionVertex, 2>>
+      cut_along;             ///< chords opened in sheets that lie along the blade, but for provisional ones
+  bool provisional = false;  ///< there is work after `mark`, to be taken back before the next pose
+  JournalMark mark;          ///< of the caller's journal
 };
 
 /// What one step of a move did.

@@ -78,6 +78,9 @@ class PathRounding {
   std::vector<CutStop> stops_of(const CutStop& begin, const BladeArc& arc, const CutStop& end,
                                 const BesideBorder& beside = kNone) const;
 
+  /// A path may go through an inner vertex, and through the tip or a corner of a slit.
+  [[nodiscard]] bool may_pass(CollisionVertex v) const;
+
  private:
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(rest(mesh_.to(h)) - rest(mesh_.from(h))); }
   [[nodiscard]] double foot(CollisionHalfEdge h, Vec3 x) const;
@@ -96,8 +99,6 @@ class PathRounding {
   }
   /// Where a crossing goes that is rounded to no vertex: at least a feature away from both ends of its edge.
   [[nodiscard]] CutStop on_edge(const ArcCrossing& c) const;
-  /// A path may go through an inner vertex, and through the tip or a corner of a slit.
-  [[nodiscard]] bool may_pass(CollisionVertex v) const;
   /// The vertex that a crossing is rounded to, or none. `from`: where the arc begins.
   [[nodiscard]] CollisionVertex vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from,
                                                    const BesideBorder& beside = kNone) const;

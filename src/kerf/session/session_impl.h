@@ -293,6 +293,8 @@ struct Session::Impl {
   Status cut_with(std::size_t tool, double until);
   /// After mechanics: what edges and jaws have met, for the next step.
   void feel_tools();
+  /// m that the farthest front lies behind an edge, in the plane of its blade; `reach` at most.
+  [[nodiscard]] double fronts_behind(const BladeEdge& now, Vec3 into, double reach);
   /// Is the edge ahead of where the cut has got to? A front that lies ahead of it, where material is stretched, would be lost.
   [[nodiscard]] bool passes_fronts(const BladeEdge& now, Vec3 way);
   /// At the end of a step: the last pose of a blade goes along with the material that it was in, or beside. So the next one cuts what the blade has passed

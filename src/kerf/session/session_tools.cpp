@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -217,12 +218,13 @@ class BesideLips {
   std::vector<std::array<Vec3, 2>> lips_;
 };
 
-/// m that uncut material lies behind an edge that lies along it, `reach` at most. The last pose of an edge goes along with the material as a straight line; material that is
-/// pressed in bends, and parts of it come to lie behind that pose uncut. `material`: near the blade. `mean_edge`: of the collision mesh, m.
-double missed_behind(const Thickness& material, const CollisionMesh& mesh, const std::vector<Vec3>& positions,
-                     const BladeEdge& last, Vec3 into, double reach, double mean_edge) {
-  const double length = norm(last.tip - last.base), step = kLook * mean_edge;
-  const Vec3 along = (1 / length) * (last.tip - last.base);
+/// m that uncut material lies behind an edge, in the plane of its blade, where the edge lies along it: `reach` at most, and 0 where none does. Nothing where the edge lies along no
+/// material. `material`: near the blade. `mean_edge`: of the collision mesh, m.
+std::optional<double> passed_along(const Thickness& material, const CollisionMesh& mesh,
+                                   const std::vector<Vec3>& positions, const BladeEdge& edge, Vec3 into, double reach,
+                                   double mean_edge) {
+  const double length = norm(edge.tip - edge.base), step = kLook * mean_edge;
+  const Vec3 along = (1 / length) * (edge.tip - edge.base);
   struct Face {
     std::array<Vec3, 3> x;
     Vec3 normal;
@@ -238,26 +240,28 @@ double missed_behind(const Thickness& material, const CollisionMesh& mesh, const
         std::fabs(dot(face.normal, into)) >= kLandsOn * size)
       across.push_back(face);
   }
-  if (across.empty()) return 0;
+  if (across.empty()) return std::nullopt;
   Box3 swept;
-  for (const Vec3 p : {last.base, last.tip, last.base - reach * into, last.tip - reach * into}) swept.add(p);
+  for (const Vec3 p : {edge.base, edge.tip, edge.base - reach * into, edge.tip - reach * into}) swept.add(p);
   const BesideLips cut(mesh, positions, swept, kBesideCut * mean_edge);
-  double most = 0;
+  std::optional<double> most;
   for (const Face& face : across) {
     double first = length, end = 0;
     for (const Vec3 x : face.x) {
-      first = std::min(first, dot(x - last.base, along));
-      end = std::max(end, dot(x - last.base, along));
+      first = std::min(first, dot(x - edge.base, along));
+      end = std::max(end, dot(x - edge.base, along));
     }
     for (double at = step * std::ceil(std::max(first, 0.0) / step); at <= std::min(end, length); at += step) {
-      const Vec3 p = last.base + at * along;
+      const Vec3 p = edge.base + at * along;
       const double behind = dot(face.normal, p - face.x[0]) / dot(face.normal, into);
-      if (!(behind > most) || behind > reach) continue;
+      if (!(std::fabs(behind) <= reach) || (most && behind <= *most)) continue;
       const Vec3 hit = p - behind * into;
       bool in_face = true;
       for (std::size_t k = 0; k < 3; ++k)
         in_face = in_face && dot(cross(face.x[(k + 1) % 3] - face.x[k], hit - face.x[k]), face.normal) >= 0;
-      if (in_face && !cut.holds(hit, along)) most = behind;
+      if (!in_face) continue;
+      if (!most) most = 0;
+      if (behind > *most && !cut.holds(hit, along)) most = behind;
     }
   }
   return most;
@@ -381,14 +385,19 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   motion.press = {};
   if (resists)
     motion.press = kept * (into + beside) + std::min(0.0, pressed) * forward + std::min(0.0, pressed_down) * down;
-  if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) &&
-      passes_fronts(now, way)) {
-    if (resisted && pressed >= pressed_down) {  // tip first no face lies across its way along the edge
-      BladeEdge& last = state.stroke->blade.edge;
-      last = last + -missed_behind(material, mesh, deformed_collision(), last, forward, blade.width,
-                                   state.body.complex.mean_root_edge) *
-                        forward;
+  // Along a sheet no front says where the edge was, and the mean press says nothing of a place: what lies uncut behind the edge, in the plane of its blade, has been passed.
+  std::optional<double> passed;
+  if (resisted && pressed >= pressed_down)  // tip first no face lies across its way along the edge
+    passed = passed_along(material, mesh, deformed_collision(), now, forward, blade.width,
+                          state.body.complex.mean_root_edge);
+  if (passed) passed = std::max(*passed, fronts_behind(now, forward, blade.width));
+  if (passed) {
+    if (*passed > most) {
+      state.stroke->blade.edge = now + -*passed * forward;
+      KERF_TRY(move_blade(now));
     }
+  } else if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) &&
+             passes_fronts(now, way)) {
     KERF_TRY(move_blade(now));
   }
   resist(i, now, norm(into) > 0 ? normalized(into) : forward, edge_in);
@@ -409,6 +418,19 @@ bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
     any = true;
   }
   return !any;
+}
+
+double Session::Impl::fronts_behind(const BladeEdge& now, Vec3 into, double reach) {
+  const double length = norm(now.tip - now.base);
+  const Vec3 along = (1 / length) * (now.tip - now.base), aside = cross(along, into);
+  double most = 0;
+  for (const CollisionVertex v : state.stroke->blade.fronts) {
+    const Vec3 off = now.base - deformed_collision()[v.index()];
+    const double behind = dot(off, into);
+    if (-dot(off, along) < 0 || -dot(off, along) > length || behind > reach) continue;
+    if (std::fabs(dot(off, aside)) <= kFrontNear * state.body.complex.mean_root_edge) most = std::max(most, behind);
+  }
+  return most;
 }
 
 bool Session::Impl::stroke_in_hand() const {

@@ -250,7 +250,7 @@ void press_flat(Mesh mesh, double x, double speed) {
   EXPECT_TRUE(session.validate().ok());
 }
 
-/// The mesh that is found by itself has edges across the knife's line; all of these part.
+/// On the mesh that is found by itself all of these part.
 TEST(EdgeResistance, AKnifePressedFlatPartsASlabOnABoard) {
 #ifdef __SANITIZE_ADDRESS__
   const std::vector<double> places{-0.015};
@@ -261,7 +261,7 @@ TEST(EdgeResistance, AKnifePressedFlatPartsASlabOnABoard) {
     for (const double x : places) press_flat(Mesh::kAutomatic, x, speed);
 }
 
-/// Edges of a mesh of quads lie along the knife's line. docs/tools.md says how many of these presses part the slab.
+/// In quads not all do: docs/tools.md says how many.
 TEST(EdgeResistance, AKnifePressedFlatPartsASlabOfQuads) {
   for (const double speed : {0.04, 0.1})
     for (const double x : {-0.003, 0.004, 0.012}) press_flat(Mesh::kQuads, x, speed);

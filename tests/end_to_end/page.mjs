@@ -58,8 +58,9 @@ await check('what was clicked does not keep the keyboard', async () => {
   let saved = 0;
   page.on('download', () => { saved++; });
   const was = (await state(page)).playing;
+  const picture = page.waitForEvent('download');
   await page.click('#picture');
-  await page.waitForEvent('download');
+  await picture;
   await page.keyboard.press('Space');
   await playing(!was);
   await page.keyboard.press('Space');

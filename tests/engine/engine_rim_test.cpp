@@ -11,6 +11,7 @@
 
 #include "engine/engine_table.h"
 #include "kerf/embedding/embedding.h"
+#include "support/border_loops.h"
 #include "support/source_dir.h"
 
 namespace kerf::engine_rim_test {
@@ -29,18 +30,7 @@ SceneSource shipped(const std::string& name) {
 
 /// Loops of edges with one triangle beyond one of each piece: a slit that reaches the rim is part of the rim's loop, one with a bridge has its own.
 int inner_loops(const Session& session) {
-  const CollisionMesh& mesh = session.body().complex.collision;
-  std::map<std::uint32_t, std::uint32_t> next;
-  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
-    if (mesh.is_border(h)) next[mesh.from(h).value] = mesh.to(h).value;
-  int loops = 0;
-  for (; !next.empty(); ++loops)
-    for (auto at = next.begin(); at != next.end();) {
-      const std::uint32_t to = at->second;
-      next.erase(at);
-      at = next.find(to);
-    }
-  return loops - static_cast<int>(session.counts().pieces);
+  return test::border_loops(session) - static_cast<int>(session.counts().pieces);
 }
 
 struct Rim {

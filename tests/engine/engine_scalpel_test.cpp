@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/engine_table.h"
+#include "support/border_loops.h"
 
 namespace kerf::engine_scalpel_test {
 namespace {
@@ -136,22 +137,6 @@ TEST(EngineScalpel, CutsAlongEachSampleHoweverManyComeAtOnce) {
   EXPECT_EQ(hashes[0], hashes[2]);
 }
 
-/// Loops of edges with one triangle: a slit that reaches the rim is part of the rim's loop.
-int border_loops(const Session& session) {
-  const CollisionMesh& mesh = session.body().complex.collision;
-  std::map<std::uint32_t, std::uint32_t> next;
-  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
-    if (mesh.is_border(h)) next[mesh.from(h).value] = mesh.to(h).value;
-  int loops = 0;
-  for (; !next.empty(); ++loops)
-    for (auto at = next.begin(); at != next.end();) {
-      const std::uint32_t to = at->second;
-      next.erase(at);
-      at = next.find(to);
-    }
-  return loops;
-}
-
 constexpr Point kEyes[] = {{0.01, -0.03, 0.7}, {-0.13, -0.45, 0.45}, {0.5, 0.1, 0.35}};
 constexpr float kReach = 0.012F;  // at the body's distance some 8 mm
 
@@ -185,7 +170,9 @@ struct Steak {
     table.tell(page, page_tool(3, tool, kUp, {seen(to)}, 0, reach));
     return table.engine.session();
   }
-  int loops(std::uint32_t tool, Vec3 from, Vec3 to, float reach) { return border_loops(stroke(tool, from, to, reach)); }
+  int loops(std::uint32_t tool, Vec3 from, Vec3 to, float reach) {
+    return test::border_loops(stroke(tool, from, to, reach));
+  }
 };
 
 TEST(EngineScalpel, StrokesBeginAndEndAtARimThatIsNear) {

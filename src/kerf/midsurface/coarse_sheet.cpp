@@ -17,15 +17,8 @@ constexpr int kMostRounds = 40;  // of averaging
 /// Normals averaged over about half a thickness: what is rougher than that is no bend.
 Column<Vec3> smooth_normals(const SurfaceMesh& m, double thickness) {
   Column<Vec3> normal = vertex_normals(m);
-  double length = 0;
-  std::int32_t edges = 0;
-  for (std::int32_t h = 0; h < m.origin.count(); ++h)
-    if (m.is_edge(h)) {
-      length += m.length(h);
-      ++edges;
-    }
   // Averages of neighbours spread as far as the root of their number.
-  const double steps = 0.5 * thickness / (length / edges);
+  const double steps = 0.5 * thickness / mean_edge(m);
   const int rounds = static_cast<int>(std::min<double>(kMostRounds, std::ceil(steps * steps)));
   Column<Vec3> next(normal.size());
   for (int i = 0; i < rounds; ++i) {

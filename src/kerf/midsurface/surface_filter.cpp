@@ -39,17 +39,6 @@ Vec3 ring_mean(const SurfaceMesh& m, std::int32_t v, int& n) {
   return (1.0 / n) * sum;
 }
 
-double mean_edge(const SurfaceMesh& m) {
-  double sum = 0;
-  std::size_t n = 0;
-  for (std::int32_t h = 0; h < m.origin.count(); ++h)
-    if (m.is_edge(h)) {
-      sum += m.length(h);
-      ++n;
-    }
-  return n > 0 ? sum / static_cast<double>(n) : 0;
-}
-
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

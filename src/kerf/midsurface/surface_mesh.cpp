@@ -97,6 +97,17 @@ Topology topology(const SurfaceMesh& mesh) {
   return out;
 }
 
+double mean_edge(const SurfaceMesh& m) {
+  double sum = 0;
+  std::size_t n = 0;
+  for (std::int32_t h = 0; h < m.origin.count(); ++h)
+    if (m.is_edge(h)) {
+      sum += m.length(h);
+      ++n;
+    }
+  return n > 0 ? sum / static_cast<double>(n) : 0;
+}
+
 double total_area(const SurfaceMesh& mesh) {
   double sum = 0;
   for (std::int32_t f = 0; f < mesh.face_count(); ++f)

@@ -91,6 +91,8 @@ Topology topology(const SurfaceMesh& mesh);
 std::vector<std::vector<std::int32_t>> border_loops(const SurfaceMesh& mesh);
 
 double total_area(const SurfaceMesh& mesh);
+/// Metres; 0 without edges.
+double mean_edge(const SurfaceMesh& mesh);
 /// Signed, of a closed mesh.
 double enclosed_volume(const SurfaceMesh& mesh);
 /// Angle-weighted unit normals of the vertices.

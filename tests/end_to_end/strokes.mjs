@@ -35,10 +35,10 @@ async function sameRays(samples, places) {
   assert.equal(samples.length, expected.length, 'samples that the engine was sent');
   samples.forEach((s, i) => assert.ok(Math.hypot(...s.direction.map((x, k) => x - expected[i][k])) < 1e-9, `sample ${i} has another ray`));
 }
-/** A wavy line over the steak of n places after the first. */
-async function wave(n) {
-  const [a, b] = [await rest(page, [-0.05, -0.03, 0.01]), await rest(page, [0.05, -0.03, 0.01])];
-  return Array.from({ length: n + 1 }, (_, i) => [Math.round(a[0] + ((b[0] - a[0]) * i) / n), Math.round(a[1] + (i % 2 ? 9 : 0) + ((b[1] - a[1]) * i) / n)]);
+/** A wavy line over the steak of n places after the first, at y. Strokes along different lines meet material that is whole. */
+async function wave(n, y) {
+  const [a, b] = [await rest(page, [-0.05, y, 0.01]), await rest(page, [0.05, y, 0.01])];
+  return Array.from({ length: n + 1 }, (_, i) => [Math.round(a[0] + ((b[0] - a[0]) * i) / n), Math.round(a[1] + (i % 2 ? 3 : 0) + ((b[1] - a[1]) * i) / n)]);
 }
 const busy = (ms) => page.evaluate((t) => { setTimeout(() => { const end = performance.now() + t; while (performance.now() < end); }, 0); }, ms);
 
@@ -48,8 +48,8 @@ await until(page, () => !window.kerf.state().playing);
 
 await check('all samples of a stroke reach the engine, those that the browser has put together too', async () => {
   // Made up: events with the same time stamp, in any number.
-  for (const [events, each] of [[400, 1], [60, 20]]) {
-    const places = await wave(events * each);
+  for (const [events, each, y] of [[400, 1, -0.035], [60, 20, -0.02]]) {
+    const places = await wave(events * each, y);
     await page.mouse.move(...places[0]);
     await page.mouse.down();
     await page.evaluate(([list, n]) => {
@@ -69,8 +69,8 @@ await check('all samples of a stroke reach the engine, those that the browser ha
 
 await check('all samples of a mouse reach the engine, while the page is busy and while the engine is', async () => {
   const cdp = await page.context().newCDPSession(page);
-  for (const what of ['nothing', 'page', 'engine']) {
-    const places = await wave(300);
+  for (const [what, y] of [['nothing', -0.005], ['page', 0.01], ['engine', 0.025]]) {
+    const places = await wave(300, y);
     await page.mouse.move(...places[0]);
     await page.mouse.down();
     const moves = [];
@@ -87,7 +87,8 @@ await check('all samples of a mouse reach the engine, while the page is busy and
     await sameRays(samples, [...places, places[0]]);
     for (let i = 1; i < samples.length; i++) assert.ok(samples[i].time >= samples[i - 1].time, 'in order');
     console.log(`     ${what} busy: ${samples.length} samples in ${messages.length} messages, at most ${Math.max(...messages.map((m) => m.samples.length))} in one`);
-    await until(page, () => window.kerf.state().cut?.outcome === 0);
+    await until(page, (input) => window.kerf.state().cut?.input === input, messages.at(-1).input);
+    assert.equal((await state(page)).cut.outcome, 0, 'something is cut');
     assert.equal((await state(page)).stats.bad, 0);
   }
 });

@@ -44,6 +44,7 @@ struct StrokeBody {
   double tilt = 0;                           ///< so much the blade leans over to +x at its end
   Vec3 (*deform)(Vec3) = [](Vec3 p) { return p; };
   int refused = 0;
+  LeaningCut leaning;  ///< the most since the body was whole
 
   explicit StrokeBody(std::string_view name, std::size_t visual_triangles = 0) {
     ModelOptions size;
@@ -78,9 +79,14 @@ struct StrokeBody {
     journal_rollback(body, uncut);
     place();
     refused = 0;
+    leaning = {};
   }
   [[nodiscard]] BladeEdge edge_at(Vec2 p) const { return {{p.x - tilt, p.y, reach}, {p.x + tilt, p.y, -reach}}; }
-  void move(Vec2 p) { refused += move_blade(*this, edge_at(p)).refused; }
+  void move(Vec2 p) {
+    const SweepReport report = move_blade(*this, edge_at(p));
+    refused += report.refused;
+    if (report.leaning.distance > leaning.distance) leaning = report.leaning;
+  }
   /// So many poses for each segment.
   void cut(const Stroke& path, int poses = 40) {
     place();

@@ -156,6 +156,31 @@ TEST(SweptWalls, AreMeasured) {
 }
 TEST(SweptWalls, OfASheet) { expect_walls_where_the_blade_was("closed-sheet", kAsItIs, 0, 10, 1); }
 TEST(SweptWalls, OfASheetWithALeaningBlade) { expect_walls_where_the_blade_was("closed-sheet", kAsItIs, 0.3, 10, 2); }
+// How far beside a leaning blade the lips will lie is reported, as far as what it swept lies from the walls at the skin.
+TEST(SweptWalls, OfALeaningBladeLieBesideItByWhatIsReported) {
+  for (const char* model : {"closed-sheet", "steak"}) {
+    StrokeBody b(model, model == std::string_view("closed-sheet") ? 2500 : 0);
+    const TriangleSoup skin = skin_of(b.body);
+    const double edge = b.body.mean_root_edge, step = 0.05 * edge, y = 0.3 * b.box.size().y;
+    const auto cut = [&](double lean, Vec2 from, Vec2 to) {
+      b.make_whole();
+      b.tilt = lean * b.reach;
+      b.cut({from, to}, 10);
+      const std::vector<std::vector<BladeEdge>> edges{edges_of(b, {from, to}, 10)};
+      return missed_of(swept_at_rest(edges, kAsItIs, step), walls_of(b.body), skin, step).distance;
+    };
+    const Vec2 middle{b.box.center().x, b.box.center().y};
+    for (const double lean : {0.1, 0.4, 0.8}) {
+      const double missed = cut(lean, middle - Vec2{0, y}, middle + Vec2{0, y});
+      // What is as far from the skin as from the upright wall: half (1 - s) = half s lean, of the thickness, at a share s of the height.
+      EXPECT_NEAR(b.leaning.distance / (1 + lean), missed, 0.02 * edge) << model << ", a lean of " << lean;
+      EXPECT_GT(b.leaning.distance, 0.4 * lean * b.start.size.z) << model << ", a lean of " << lean;
+      EXPECT_LT(norm(Vec2{b.leaning.at.x - middle.x, 0}), 2 * edge);
+      (void)cut(lean, middle - Vec2{y, 0}, middle + Vec2{y, 0});
+      EXPECT_LT(b.leaning.distance, 1e-9) << model << ": a blade that leans along its way sweeps an upright plane";
+    }
+  }
+}
 TEST(SweptWalls, OfASteak) { expect_walls_where_the_blade_was("steak", kAsItIs, 0, 10, 3); }
 TEST(SweptWalls, OfAMeniscus) { expect_walls_where_the_blade_was("meniscus", kAsItIs, 0, 10, 4); }
 TEST(SweptWalls, OfASheetThatIsPulledApart) {

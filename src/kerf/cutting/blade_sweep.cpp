@@ -91,8 +91,9 @@ class Sweep {
   Vec3 place(const RestPoint& p) const { return place_of(mesh(), p, target_.position); }
 
   SweepReport report() const {
-    return {opening_.opened(), busy_ + opening_.refused(), opening_.retried(),
-            uncut_.reason != UncutReason::kNone ? uncut_ : opening_.uncut(), dirty_};
+    return {opening_.opened(),  busy_ + opening_.refused(),
+            opening_.retried(), uncut_.reason != UncutReason::kNone ? uncut_ : opening_.uncut(),
+            leaning_,           dirty_};
   }
 
   // ---- which arcs, in which order
@@ -356,6 +357,21 @@ class Sweep {
     strip_.done.resize(n);
   }
 
+  /// How far the lips of an arc will lie beside the strip.
+  void note_leaning(const BladeArc& arc) {
+    if (!target_.complex.closed || strip_.stands || arc.crossings.empty()) return;
+    for (const F face : arc.faces) {
+      if (lies_along(face, cut::kPathLeans)) continue;
+      const H h = CollisionMesh::corner(face, 0);
+      const std::array<V, 3> v = {mesh().from(h), mesh().to(h), mesh().apex(h)};
+      const double half = (norm(mesh().offset[v[0]]) + norm(mesh().offset[v[1]]) + norm(mesh().offset[v[2]])) / 3;
+      const double sine = std::abs(dot(normalized(cross(at(v[1]) - at(v[0]), at(v[2]) - at(v[0]))), strip_.normal));
+      const double distance = half * sine / std::sqrt(1 - sine * sine);
+      if (distance > leaning_.distance)
+        leaning_ = {distance, (1.0 / 3) * (mesh().rest[v[0]] + mesh().rest[v[1]] + mesh().rest[v[2]])};
+    }
+  }
+
   // ---- one arc
 
   void follow(BladeArc& arc) {
@@ -364,6 +380,7 @@ class Sweep {
       return;
     }
     along_ = lies_along(arc.faces.back(), cut::kPathLeans) || lies_along(arc.faces.front(), cut::kPathLeans);
+    note_leaning(arc);
     if (arc.closed) return cut_loop(arc);
     if (arc.begin.kind == Kind::kIs && !arc.crossings.empty()) return cut_to_both_sides(arc);
     const bool ends_at_blade = arc.end.kind == Kind::kIs;
@@ -615,6 +632,7 @@ class Sweep {
   std::size_t faces_before_, vertices_before_;  // the move
   int busy_ = 0;                                // arcs whose faces were never free
   UncutPath uncut_;                             // the first of them
+  LeaningCut leaning_;
   Strip strip_;
   bool dirty_ = false;
   bool leads_ = false;           // what is opened is not provisional
@@ -637,6 +655,7 @@ SweepReport& SweepReport::operator+=(const SweepReport& other) {
   refused += other.refused;
   retried += other.retried;
   if (uncut.reason == UncutReason::kNone) uncut = other.uncut;
+  if (other.leaning.distance > leaning.distance) leaning = other.leaning;
   changed |= other.changed;
   return *this;
 }

@@ -63,12 +63,23 @@ struct BladeStroke {
   JournalMark mark;          ///< of the caller's journal
 };
 
+/// The lips of a cut lie beside what its blade swept where the blade leans: walls stand square on the mid-surface.
+//      blade \   |  wall
+//   skin _____\__|____
+//              \ |     distance: half the thickness x the lean's tangent
+//   - - - - - - \x - -  mid-surface
+struct LeaningCut {
+  double distance = 0;  ///< metres, the most
+  Vec3 at;              ///< there, at rest
+};
+
 /// What one step of a move did.
 struct SweepReport {
-  int steps = 0;    ///< collision edges that were opened or run along, provisional ones included
-  int refused = 0;  ///< paths that were rolled back, as were all tries beside them; their front stopped there
-  int retried = 0;  ///< points of paths that were refused and then made a minimum feature or two beside their place
-  UncutPath uncut;  ///< the first of the refused
+  int steps = 0;       ///< collision edges that were opened or run along, provisional ones included
+  int refused = 0;     ///< paths that were rolled back, as were all tries beside them; their front stopped there
+  int retried = 0;     ///< points of paths that were refused and then made a minimum feature or two beside their place
+  UncutPath uncut;     ///< the first of the refused
+  LeaningCut leaning;  ///< of closed bodies, but for sheets that lie along the blade
   bool changed = false;  ///< the complex is not what it was before the step
 
   SweepReport& operator+=(const SweepReport& other);

@@ -54,6 +54,7 @@ struct ActiveStroke {
   CollisionVertex shave_left, shave_until;  ///< what the last pass had no time for: ShaveOptions::first, until
   bool from_command = false;                ///< poses come from `command`
   bool uncut_noted = false;
+  LeaningCut leaning;      ///< the most so far
   UncutPath uncut_end;     ///< at the last pose, what lies between the last edge that was crossed and the blade
   std::int32_t tool = -1;  ///< or from the edge of this tool of the scene
   SceneBlade command;
@@ -132,7 +133,7 @@ struct Session::Impl {
   CutOptions cut_options;
   StepOptions step_options;
   std::vector<std::string> notes;
-  int uncut_notes = 0;
+  int uncut_notes = 0, leaning_notes = 0;
   TissueVolume tissue_at_start;  ///< in scenes with a lesion
   int pieces_at_start = 1;
   std::vector<double> uncut_volume;      ///< m^3, of each body
@@ -199,6 +200,8 @@ struct Session::Impl {
   void note_passed(const BladeEdge& edge);
   /// A stroke left a path uncut.
   void note_uncut(const UncutPath& path);
+  /// The stroke's blade has leaned, and its lips lie visibly beside it.
+  void note_leaning();
   /// How a body is called in messages.
   [[nodiscard]] std::string name_of_body(std::int32_t body) const;
 

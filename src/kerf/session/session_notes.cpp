@@ -7,6 +7,7 @@
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/scene_bodies.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/session/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
@@ -18,6 +19,8 @@ constexpr double kNearVertex = 2;
 constexpr double kSameLayer = 1;
 /// Strokes whose uncut parts are noted one by one.
 constexpr int kMostUncutNotes = 20;
+/// As many whose blades lean.
+constexpr int kMostLeaningNotes = 20;
 /// Relative: sums of decimal fractions end a few bits late.
 constexpr double kSameTime = 1e-9;
 
@@ -133,6 +136,18 @@ void Session::Impl::note_uncut(const UncutPath& path) {
       "{}a part of a cut near ({:.4g}, {:.4g}, {:.4g}) (rest coordinates, metres) was left uncut: {}; lead the blade there again, a little beside, "
       "or make minimum_feature in [cut] smaller",
       state.stroke->place, path.at.x, path.at.y, path.at.z, text_of(path.reason)));
+}
+
+void Session::Impl::note_leaning() {
+  const LeaningCut& leaning = state.stroke->leaning;
+  if (leaning.distance < kBesideBlade * state.body.complex.mean_root_edge) return;
+  if (++leaning_notes > kMostLeaningNotes)
+    return add_note(
+        fmt::format("blades leaned in more than {} strokes: walls stand square on the mid-surface", kMostLeaningNotes));
+  add_note(fmt::format(
+      "{}the blade leaned: near ({:.4g}, {:.4g}, {:.4g}) (rest coordinates, metres) the cut opens the skin up to {:.2g} m beside where the blade "
+      "passed it, as walls stand square on the mid-surface; hold the edge square on the surface",
+      state.stroke->place, leaning.at.x, leaning.at.y, leaning.at.z, leaning.distance));
 }
 
 void Session::Impl::note_slowing(const StepReport& report) {

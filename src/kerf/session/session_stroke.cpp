@@ -214,6 +214,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   const SweepReport ends = make_ends(blade, target);
   state.stroke->uncut_end = ends.uncut;
   report += ends;
+  if (report.leaning.distance > state.stroke->leaning.distance) state.stroke->leaning = report.leaning;
   if (trouble) trouble = follow_complex(following);
   if (!trouble) {
     // What follows the meshes could not; the body goes back to where the stroke began.
@@ -367,6 +368,7 @@ Status Session::Impl::end_stroke() {
   if (!state.stroke) return {};
   ActiveStroke& stroke = *state.stroke;
   note_uncut(stroke.uncut_end);
+  note_leaning();
   lift_blade(stroke.blade);
   StrokeRecord& record = state.strokes.back();
   record.finished = true;

@@ -150,6 +150,68 @@ TEST(Lips, AtRestNothingMovesAtAll) {
     }
 }
 
+/// Four fifths of a circle, led by a hand that trembles: by up to `tremble` mean edges to all sides, so that the cut turns to and fro. `between`: after each pose.
+template <class Between>
+void cut_jagged_circle(Session& session, SceneFrame frame, double tremble, std::uint64_t seed, Between&& between) {
+  constexpr int kPoses = 60;
+  Box3 box;
+  for (const Vec3 p : session.body().complex.collision.rest.raw()) box.add(p);
+  Random random(seed);
+  const auto within = [&](double most) { return random.uniform(-most, most); };
+  const double edge = session.body().complex.mean_root_edge, radius = random.uniform(0.5, 1.5) * edge,
+               reach = 2 * edge + 0.1 * box.diagonal();
+  const Vec3 middle = box.center() + Vec3{within(0.2) * box.size().x, within(0.2) * box.size().y, 0};
+  ASSERT_TRUE(session.begin_stroke(frame, false).ok());
+  for (int i = 0; i <= 0.8 * kPoses; ++i) {
+    const double angle = 2 * M_PI * i / kPoses;
+    const Vec3 p = middle + Vec3{radius * std::cos(angle) + within(tremble * edge),
+                                 radius * std::sin(angle) + within(tremble * edge), 0};
+    ASSERT_TRUE(session.move_blade(p + Vec3{0, 0, reach}, p - Vec3{0, 0, reach}).ok());
+    between();
+  }
+  ASSERT_TRUE(session.end_stroke().ok());
+}
+
+// Where a cut turns to and fro its lips are measured against walls that stand before them at rest. That is no overlap, and pushes nothing.
+TEST(Lips, OfAJaggedCutAtRestMoveNothing) {
+  for (const char* model : {"steak", "closed-sheet", "meniscus"})
+    for (const double tremble : {0.02, 0.1, 0.2})
+      for (const int steps : {0, 2}) {
+        Scene scene;
+        scene.body.model = model;
+        scene.simulation.time_step = 0.005;
+        scene.simulation.gravity = {};
+        scene.contact.enabled = true;
+        Session session = must_create(scene);
+        double fastest = 0;
+        const auto run_on = [&](int n) { fastest = std::max(fastest, run(session, n * 0.005).fastest); };
+        cut_jagged_circle(session, SceneFrame::kRest, tremble, 19, [&] { run_on(steps); });
+        run_on(10);
+        EXPECT_LT(fastest, 1e-9) << model << ", a tremble of " << tremble << ", " << steps << " steps a pose";
+        EXPECT_GT(session.contacts().size(), 20u);
+      }
+}
+
+// A steak that lies on a board stays there while it is cut like that.
+TEST(Lips, OfAJaggedCutInASteakOnABoardStayThere) {
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    Scene scene;
+    scene.body.model = "steak";
+    scene.simulation.time_step = 0.005;
+    SceneObstacle& board = scene.obstacles.emplace_back();
+    board.shape = SceneShape::kPlane;
+    board.position = {0, 0, -0.0105};
+    Session session = must_create(scene);
+    run(session, 0.5);
+    double fastest = 0;
+    cut_jagged_circle(session, SceneFrame::kWorld, 0.1, seed,
+                      [&] { fastest = std::max(fastest, run(session, 3 * 0.005).fastest); });
+    fastest = std::max(fastest, run(session, 0.2).fastest);
+    EXPECT_LT(fastest, 0.2) << seed;
+    for (const Vec3 p : session.collision_positions()) EXPECT_LT(p.z, 0.01) << seed;
+  }
+}
+
 TEST(Lips, PressedTheyHoldAgainstEachOther) {
   for (const double radius : {kRadius, 0.2 * kRadius, 0.08 * kRadius})
     for (const double dt : {0.001, 0.005, 0.0167})

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "kerf/contact/allowed_overlap.h"
 #include "kerf/contact/near_shape.h"
 
 namespace kerf {
@@ -133,6 +134,7 @@ void deliver(DetectScratch& scratch, DetectMemory& memory, std::vector<Contact>&
   sort_found(scratch);
   contacts.clear();
   memory.contacts.clear();
+  memory.cut = false;
   for (const auto& [key, i] : scratch.order) {
     if (!contacts.empty() && contacts.back().key == key) continue;
     contacts.push_back(scratch.found[i]);
@@ -192,13 +194,14 @@ const RememberedContact* recall_either_end(const DetectRun& run, ContactName nam
   return nullptr;
 }
 
-void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius) {
+void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius,
+              double allowed) {
   run.scratch.found.push_back(contact);
   Contact& found = run.scratch.found.back();
   found.key = key;
   // A distance that is hardly more than rounding does not fit the direction that was divided by it.
   if (std::fabs(dot(found.normal, found.normal) - 1) > kNotUnit) found.normal = normalized(found.normal);
-  run.scratch.remembered.push_back({key, found.normal, feature});
+  run.scratch.remembered.push_back({key, found.normal, feature, allowed, contact.gap});
   if (contact.gap >= 0) return;
   const double depth = radius > 0 ? -contact.gap / radius : 0;
   run.report.deepest = std::max(run.report.deepest, depth);
@@ -246,8 +249,11 @@ void hand_out_pair(DetectRun& run, const ContactName& name, const BodyPoint& a, 
   c.normal = normal;
   c.gap = dot(normal, a.position + lift_a * a.offset - c.point);
   c.friction = run.options.body_friction;
+  const std::uint64_t key = contact_key(name);
+  const double allowed = name.body == name.other ? allowed_overlap(run, c, key, feature) : 0;
+  c.gap += allowed;
   if (c.gap < gap_limit(run, normal, a.travel - b.travel))
-    hand_out(run, contact_key(name), c, feature, 0.5 * (norm(a.offset) + norm(b.offset)));
+    hand_out(run, key, c, feature, 0.5 * (norm(a.offset) + norm(b.offset)), allowed);
 }
 
 DetectReport detect(std::span<const SurfaceState> bodies, std::span<const RigidShape> obstacles,

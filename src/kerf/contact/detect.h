@@ -28,6 +28,9 @@ struct RememberedContact {
   std::uint64_t key = 0;
   Vec3 normal;                ///< of the last step
   std::int32_t feature = -1;  ///< private
+  double allowed =
+      0;  ///< m: overlap beside a cut that is none, as it was there when the contact was first seen; no more than has been there ever since
+  double gap = 0;  ///< m: handed out by detect(); who moves the body on writes here what has become of it
   friend bool operator==(const RememberedContact&, const RememberedContact&) = default;
 };
 /// And of a lip at the flank of a blade that cuts (flanks.h): how the cut runs beside the blade's plane, and how far it is opened.
@@ -65,8 +68,9 @@ struct SunkWall {
 };
 struct DetectMemory {
   std::vector<RememberedContact> contacts;  ///< by key
-  std::vector<RememberedRim> rims;          ///< by tool and vertex; detect() leaves them alone
-  std::vector<ToolContact> flanks;          ///< of flanks that touched; detect() leaves them alone
+  bool cut = false;                 ///< the body has been cut since: whoever cuts says so, detect() takes it back
+  std::vector<RememberedRim> rims;  ///< by tool and vertex; detect() leaves them alone
+  std::vector<ToolContact> flanks;  ///< of flanks that touched; detect() leaves them alone
   /// By key: left out although things are in each other there, so they may come out on either side. Whoever leaves contacts out says so, detect()
   /// leaves the list alone.
   std::vector<ToolContact> passing;

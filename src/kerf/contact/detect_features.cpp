@@ -22,7 +22,7 @@ constexpr double kOtherDirection = 0.5;
 constexpr double kOtherFace = 0.9;
 /// A point stays with the face of the last step unless another one of that layer is nearer by this part of the half
 /// thickness: under a ridge two faces are equally near, and a contact that changed between them would shake the body.
-constexpr double kStay = 0.1;
+constexpr double kStayWithLayer = 0.1;
 /// Faces near a ball that are asked which side of them it was on. A ball with its middle farther from the mid-surface than this part of its radius is on the side where
 /// its middle is, unless they say otherwise.
 constexpr std::size_t kMostRemembered = 16;
@@ -170,7 +170,7 @@ const FaceCandidate& kept(const NearShape& near, const FaceCandidate& c, std::sp
     if (r == nullptr) continue;
     for (const FaceCandidate& other : candidates)
       if (other.face.value == r->feature && std::fabs(dot(other.direction, c.direction)) > kOtherDirection &&
-          other.distance < c.distance + kStay * norm(face_point(near.body, other.face, other.weight).offset))
+          other.distance < c.distance + kStayWithLayer * norm(face_point(near.body, other.face, other.weight).offset))
         return other;
   }
   return c;

@@ -231,8 +231,9 @@ inline BodyView view(const DetectRun& run, std::int32_t body) {
   return {body, run.bodies[b], *run.bodies[b].surface, run.scratch.bodies[b]};
 }
 
-/// Hands out a contact: `contact` needs a, b, point, normal, gap.
-void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius);
+/// Hands out a contact: `contact` needs a, b, point, normal, gap. `allowed`: RememberedContact::allowed, in the gap already.
+void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::int32_t feature, double radius,
+              double allowed = 0);
 
 /// The same for a shape: fills in whose it is, velocity and friction. The slot is doubled, to tell the ends apart: the end
 /// of the prism nearer to the shape is taken, or both if they are about as near. `distance`: of a's mid-surface point from

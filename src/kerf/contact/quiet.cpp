@@ -150,6 +150,11 @@ void measure_motion(const BodyView& body, QuietBody& quiet) {
   }
 }
 
+/// The same but for gaps, which quiet places have none of.
+bool same_contact(const RememberedContact& a, const RememberedContact& b) {
+  return a.key == b.key && a.normal == b.normal && a.feature == b.feature;
+}
+
 }  // namespace
 
 double quiet_skin(const BodyView& body) { return kSkin * body.frame.greatest_offset; }
@@ -162,7 +167,8 @@ void follow_body(const BodyView& body, std::span<const LeafPair> pairs, const De
   const bool all_changed = quiet.changes.size() != s.node_changes.size();
   quiet.changes.resize(s.node_changes.size());
   // A memory that is not its own comes when a step is taken again, in parts or with other positions: not for long.
-  const bool known = quiet.memory == before.contacts;
+  const bool known = std::equal(quiet.memory.begin(), quiet.memory.end(), before.contacts.begin(),
+                                before.contacts.end(), same_contact);
   const auto changed = [&](std::uint32_t leaf) { return all_changed || quiet.changes[leaf] != s.node_changes[leaf]; };
   quiet.calm.resize(s.tree.nodes.size(), 0);
   std::size_t may_settle = 1 + s.tree.nodes.size() / (2 * kSettleAtOnce);

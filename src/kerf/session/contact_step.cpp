@@ -449,6 +449,14 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
                    c.contacts);
 }
 
+void remember_gaps(std::span<const ContactResult> results, const ContactStep& c, DetectMemory& memory) {
+  std::size_t i = 0;
+  for (RememberedContact& r : memory.contacts) {
+    while (i < c.contacts.size() && c.contacts[i].key < r.key) ++i;
+    if (i < c.contacts.size() && c.contacts[i].key == r.key) r.gap = results[i].end_gap;
+  }
+}
+
 double reckon_overlap(const Body& body, const MechanicsState& ended, double deep, std::span<ContactResult> results,
                       ContactStep& c) {
   double deepest = 0;

@@ -96,6 +96,9 @@ bool find_surprise(const Scene& scene, const Body& body, const MechanicsModel& m
                    const MechanicsState& ended, const DetectMemory& memory, double h, Vec3 gravity, double deep,
                    std::span<const ContactResult> results, ContactStep& step);
 
+/// Writes into RememberedContact::gap what a step that has been solved made of the gaps of step.contacts.
+void remember_gaps(std::span<const ContactResult> results, const ContactStep& step, DetectMemory& memory);
+
 /// m: the deepest of all contacts at the end of a step that has been solved. Two points of bodies that would overlap by more than `deep` along the normal
 /// that they had when it began may have turned or slid off each other: of those, how deep they really are in the material of the other one replaces
 /// their end_gap in `results`, if that is less.

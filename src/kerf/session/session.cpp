@@ -404,7 +404,9 @@ std::uint64_t Session::hash() const {
     hash.add(c.key);
     hash.add(c.normal);
     hash.add(c.feature);
+    hash.add(std::array<double, 2>{c.allowed, c.gap});
   }
+  hash.add(state.touching.cut);
   for (const RememberedRim& r : state.touching.rims) {
     hash.add(std::array<std::int32_t, 4>{r.tool, r.vertex.value, r.side, r.end});
     hash.add(std::array<double, 5>{r.beside[0], r.beside[1], r.deep[0], r.deep[1], r.open});

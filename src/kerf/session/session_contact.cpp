@@ -182,6 +182,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
   }
   if (contact.on) {
     contact.sunk.clear();
+    remember_gaps(workspace.contact.results, contact, state.touching);
     done->deepest_overlap = reckon_overlap(state.body, state.mechanics, kDeeper * contact.surface.largest_radius,
                                            workspace.contact.results, contact);
     if (tries > 0 && parts < scene.contact.substeps && most_parts(h) >= kTryAgainParts &&
@@ -253,6 +254,7 @@ void Session::Impl::warn_of_overlap() {
 }
 
 void Session::Impl::contact_follows(std::span<const CollisionTriangle> changed) {
+  state.touching.cut = !state.touching.contacts.empty();
   if (!contact.on || contact.surface_stale) {
     state.touching.walls.clear();
     return;

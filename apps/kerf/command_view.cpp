@@ -9,6 +9,8 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
+#include <map>
 
 #include "exit_status.h"
 #include "kerf/mesh/whole_file.h"
@@ -42,15 +44,19 @@ bool is_loopback(const std::string& address) {
   return address.starts_with("127.") || address == "::1" || address == "localhost";
 }
 
-/// Shipped scenes that can be read, with their titles: those whose meshes are missing can't.
+/// Shipped scenes that can be read, with their titles: those whose meshes are missing can't. By their `tile`, then by name.
 std::vector<OfferedScene> offered_scenes(const std::vector<std::filesystem::path>& meshes) {
-  std::vector<OfferedScene> out;
+  std::multimap<int, OfferedScene> found;
   for (const std::string& name : shipped_scenes()) {
     const auto path = find_scene(name);
     if (!path) continue;
     const auto scene = read_scene(*path, meshes);
-    if (scene) out.push_back({name, scene->title.empty() ? name : scene->title, path->string(), scene->goal});
+    if (!scene) continue;
+    const int tile = scene->tile > 0 ? scene->tile : std::numeric_limits<int>::max();
+    found.insert({tile, {name, scene->title.empty() ? name : scene->title, path->string(), scene->goal}});
   }
+  std::vector<OfferedScene> out;
+  for (auto& [tile, scene] : found) out.push_back(std::move(scene));
   return out;
 }
 

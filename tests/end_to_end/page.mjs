@@ -246,6 +246,8 @@ await check('scenes are chosen from six tiles, the others under More', async () 
   const tiles = await page.evaluate(() => [...document.querySelectorAll('#tiles button')].map((b) => ({
     name: b.dataset.scene, picture: b.querySelector('img').naturalWidth > 0, title: b.querySelector('strong').textContent, goal: b.querySelector('span').textContent })));
   assert.equal(tiles.length, 6);
+  assert.equal(tiles[0].name, 'steak-on-a-board', 'what kerf view opens stands first');
+  assert.equal(tiles[5].name, 'trainer', 'what takes most skill stands last');
   for (const t of tiles) assert.ok(t.picture && t.title.length > 5 && t.goal.length > 10, JSON.stringify(t));
   assert.ok((await page.evaluate(() => document.querySelectorAll('#more-scenes button').length)) >= 10);
   await page.screenshot({ path: join(out, 'tiles.png') });
@@ -258,6 +260,33 @@ await check('scenes are chosen from six tiles, the others under More', async () 
   await page.click('#scenes summary');
   await page.click('#more-scenes [data-scene="sheet"]');
   await until(page, () => window.kerf.state().scene === 'sheet');
+});
+
+await check('what is drawn as a floor is an obstacle; where there is none, the page says so once', async () => {
+  const place = await page.evaluate(() => [innerWidth / 2, innerHeight / 2].map(Math.round));
+  const empty = async (elevation) => {
+    await page.evaluate((e) => { window.kerf.app.mesh.group.visible = false; window.kerf.app.things.group.visible = false; window.kerf.look(-110, e); }, elevation);
+    await page.waitForTimeout(500);
+    return page.screenshot();
+  };
+  for (const [name, floor] of [['sheet', null], ['tube', null], ['meniscus-probe', null], ['spiral', -0.1], ['crossing-strips', -0.15], ['draped-sheet-1500', -0.47], ['steak-on-a-board', -0.0305]]) {
+    await scene(name);
+    await until(page, () => window.kerf.state().time > 0.1);
+    const { floor: drawn } = await state(page);
+    assert.ok(floor === null ? drawn === null : Math.abs(drawn - floor) < 1e-6, `${name}: ${drawn}`);
+    if (floor !== null) continue;
+    const [low, high] = [await empty(15), await empty(50)];  // nothing is left that would move with the eye
+    assert.ok(await difference(page, low, high, place, 100) < 0.5, `${name}: something else is drawn`);
+    await page.evaluate(() => { window.kerf.app.mesh.group.visible = window.kerf.app.things.group.visible = true; });
+  }
+  const told = async (name) => { await scene(name); await page.waitForTimeout(300); return await shown('hint') && /no floor here/.test(await text('hint')); };
+  assert.equal(await told('sheet'), true);
+  assert.equal(await told('tube'), false, 'there is no weight');
+  assert.equal(await told('spiral'), false);
+  assert.equal(await told('sheet'), true, 'nobody has closed it yet');
+  await page.screenshot({ path: join(out, 'no-floor.png') });
+  await page.click('#hint-close');
+  assert.equal(await told('spiral') || await told('sheet'), false);
 });
 
 await check('a scene shows what its title says, then hands the tools over', async () => {

@@ -27,6 +27,7 @@ std::string error_of(std::string_view text) {
 constexpr std::string_view kEverything = R"(
 title = "All keys"
 goal = "Read all of them"
+tile = 4
 [[body]]
 name = "lower"
 model = "sheet"
@@ -268,6 +269,7 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(parsed->arthroscope->angle, 1.2);
   EXPECT_EQ(s.title, "All keys");
   EXPECT_EQ(s.goal, "Read all of them");
+  EXPECT_EQ(s.tile, 4);
   EXPECT_EQ(s.name, "all-keys");
   EXPECT_EQ(s.body.name, "lower");
   EXPECT_EQ(s.body.model, "sheet");

@@ -1,5 +1,5 @@
 // The pictures of the page's scene tiles, made by the page: each scene shows itself until a moment.
-//   node scripts/tiles.mjs [--kerf PROGRAM]        into public/scenes; needs a built page
+//   node scripts/tiles.mjs [--kerf PROGRAM] [SCENE...]        into public/scenes; all, or those named; needs a built page
 import { spawn } from 'node:child_process';
 import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
@@ -19,10 +19,12 @@ const kTiles = {
   spiral: [2.4, -105, 24, 1.9],
   'draped-sheet-1500': [2.45, -110, 30, 1.5],
   'crossing-strips': [1.2, -110, 28, 1.4],
-  tube: [0.45, -70, 26, 1.5],
+  tube: [1.34, 22, 10, 1.25],
 };
 
+const named = process.argv.slice(2).filter((a) => a in kTiles);
 for (const [scene, [moment, azimuth, elevation, distance]] of Object.entries(kTiles)) {
+  if (named.length > 0 && !named.includes(scene)) continue;
   const server = spawn(kerf, ['view', scene, '--port', '0', '--no-browser', '--page', join(root, 'dist')], {
     stdio: ['ignore', 'pipe', 'inherit'],
   });

@@ -395,7 +395,6 @@ export class App implements EngineEvents {
       same = this.shownScene === shown && this.ready;
     this.shownScene = shown;
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
-    this.stage.keepFloorBelow(this.mesh.lowest);
     this.blade.setSize(this.stage.size);
     const scope = info?.scope;
     if (!same)
@@ -469,8 +468,7 @@ export class App implements EngineEvents {
     if (state && frame.body === state.body) {
       if (this.things.place(frame.places, frame.tools)) this.touch(true);
       if (this.things.setContacts(frame.contacts, frame.partners, frame.touching, frame.press)) this.touch(false);
-      this.stage.setFurniture(this.things.any, this.things.floor);
-      if (this.things.any) this.stage.keepFloorBelow(Math.min(this.mesh.lowest, this.things.lowest));
+      this.stage.setFloor(this.things.floor);
     }
     if (!state || frame.body !== state.body || frame.version !== state.version || frame.nodes.length !== 3 * state.nn)
       return;
@@ -1141,7 +1139,6 @@ export class App implements EngineEvents {
 
   private furnish(): void {
     this.things.set(this.thingList, this.stage.size, this.look, this.level, this.stage.makeWood());
-    this.stage.setFurniture(this.things.any, null);
   }
 
   /** Ends the current stroke at a sample. */
@@ -1249,7 +1246,6 @@ export class App implements EngineEvents {
     if (pending && state && pending.version === state.version) {
       this.pending = null;
       if (this.mesh.setNodes(this.pendingNodes.subarray(0, pending.n), pending.fading)) {
-        this.stage.keepFloorBelow(this.mesh.lowest);
         this.touch(true);
         if (this.pointerAt) this.hoverChanged = true;
       }
@@ -1382,6 +1378,7 @@ export class App implements EngineEvents {
       blade: this.blade.visible,
       loading: this.loadingNow,
       things: this.things.list.map((t) => ({ name: t.name, shape: t.shape, tool: t.tool })),
+      floor: this.stage.floorShown,
       scopeOn: this.stage.scopeOn,
       score: this.scoreNow,
       lesion: this.info?.lesion ?? null,

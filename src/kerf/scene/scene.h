@@ -391,6 +391,7 @@ struct SceneFileUse {
 struct Scene {
   std::string title;
   std::string goal;
+  int tile = 0;      ///< among the tiles of a page: the least first, then those with 0
   std::string name;  ///< file name without folder and ending, or whatever parse_scene was told
   std::string file;  ///< as it was named to the reader, for messages; empty for scenes that a program fills in
   SceneBody body;    ///< the first, mostly the only one

@@ -65,6 +65,8 @@ SceneKeys<Scene> scene_keys<Scene>() {
       {"title", member<&Scene::title>(), "", kAny, false, "What the scene shows, for reports and pictures."},
       {"goal", member<&Scene::goal>(), "", kAny, false,
        "What a person may try in it, in one line. Scenes with a goal are tiles of the page; others stand under More."},
+      {"tile", member<&Scene::tile>(), "", kNotNegative, false,
+       "Where the scene stands among the tiles of the page: the least first. Those with 0 follow, by name."},
       {"body", SceneNested{"table or list of tables"}, "", kAny, true,
        "The body that is cut: a model, mesh files or a bound body. [[body]] several times: several bodies."},
       {"material", SceneNested{"table"}, "", kAny, false, "What the body is made of."},

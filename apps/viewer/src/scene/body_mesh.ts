@@ -183,8 +183,6 @@ export class BodyMesh {
     return true;
   }
 
-  lowest = 0;
-
   private updateBounds(): void {
     const s = this.state!,
       n = 3 * s.nn;
@@ -198,7 +196,6 @@ export class BodyMesh {
       }
     }
     if (n === 0) return;
-    this.lowest = lo[2]!;
     this.bounds.center.set((lo[0]! + hi[0]!) / 2, (lo[1]! + hi[1]!) / 2, (lo[2]! + hi[2]!) / 2);
     this.bounds.radius = Math.hypot(hi[0]! - lo[0]!, hi[1]! - lo[1]!, hi[2]! - lo[2]!) / 2;
   }

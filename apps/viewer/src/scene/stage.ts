@@ -1,4 +1,4 @@
-// Renderer, camera, light and the ground that bodies are shown on.
+// Renderer, camera, light, and the ground of scenes that have one.
 import {
   ACESFilmicToneMapping,
   BasicShadowMap,
@@ -26,8 +26,8 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
-import { RoundedBoxGeometry } from 'three/examples/jsm/geometries/RoundedBoxGeometry.js';
 import { Arthroscope, type ScopePlace } from './arthroscope';
+import { makeBackdrop } from './backdrop';
 import type { Look, QualityLevel } from './materials';
 import type { Vec3 } from '../engine/protocol';
 
@@ -74,14 +74,12 @@ export class Stage {
   private scopeIsOn = false;
   private readonly tipLight = new PointLight(0xfff4e6, 0, 0, 2);
   private environment: Texture | null = null;
-  private readonly board = new Mesh();
   private readonly ground = new Mesh();
   private readonly wood = { uNoise: { value: null as Data3DTexture | null }, uScale: { value: 1 } };
   private level: QualityLevel = 'full';
   private dark = false;
-  private floor = 0;
-  private floorGoal = 0;
-  private floorLimit = 0;
+  /** Height of the ground: a level plane among the scene's obstacles. Null: it has none, and none is drawn. */
+  private floor: number | null = null;
   private look: Look = 'steak';
   private home = { position: new Vector3(), target: new Vector3() };
 
@@ -105,18 +103,8 @@ export class Stage {
     this.controls.maxPolarAngle = 0.98 * Math.PI;
     this.setOrbitOnly(false);
     this.sun.castShadow = true;
-    this.scene.add(
-      this.sun,
-      this.sun.target,
-      this.fill,
-      this.fill.target,
-      this.sky,
-      this.tipLight,
-      this.board,
-      this.ground,
-    );
-    this.board.receiveShadow = this.ground.receiveShadow = true;
-    this.board.castShadow = true;
+    this.scene.add(this.sun, this.sun.target, this.fill, this.fill.target, this.sky, this.tipLight, this.ground);
+    this.ground.receiveShadow = true;
     this.scene.fog = new Fog(0x808080, 1, 4);
     this.setTheme(false);
   }
@@ -130,12 +118,16 @@ export class Stage {
   setTheme(dark: boolean): void {
     this.dark = dark;
     const back = this.plain ? 0xffffff : this.scopeIsOn ? kJoint : dark ? 0x1c2126 : 0xa9b1b8;
-    this.scene.background = new Color(back);
+    (this.scene.background as Texture | null)?.dispose?.();
+    this.scene.background = this.bottomless ? makeBackdrop(back) : new Color(back);
     (this.scene.fog as Fog).color.set(back);
     const ground = this.ground.material as MeshStandardMaterial | MeshLambertMaterial;
     if ('color' in ground && !Array.isArray(ground)) ground.color.set(this.groundColour());
   }
 
+  private get bottomless(): boolean {
+    return this.floor === null && !this.plain && !this.scopeIsOn;
+  }
   private groundColour(): number {
     if (this.look === 'meniscus') return this.dark ? 0x123a40 : 0x2f7077;
     return this.dark ? 0x30363c : 0x8b949b;
@@ -224,15 +216,11 @@ export class Stage {
   }
 
   private buildGround(): void {
-    for (const mesh of [this.board, this.ground]) {
-      mesh.geometry.dispose();
-      (mesh.material as MeshStandardMaterial).dispose();
-    }
+    this.ground.geometry.dispose();
+    (this.ground.material as MeshStandardMaterial).dispose();
     const d = this.size;
-    this.board.geometry = new RoundedBoxGeometry(2.0 * d, 1.42 * d, 0.11 * d, 4, 0.05 * d);
     this.ground.geometry = new CircleGeometry(12 * d, 48);
     this.wood.uScale.value = 0.26 / d;
-    this.board.material = this.makeWood();
     this.ground.material =
       this.level === 'lite'
         ? new MeshLambertMaterial({ color: this.groundColour() })
@@ -240,7 +228,7 @@ export class Stage {
     this.furnish();
   }
 
-  /** Planks, for the board and for obstacles that are boards. */
+  /** Planks, for obstacles that are boards. */
   makeWood(): MeshStandardMaterial | MeshLambertMaterial {
     const material =
       this.level === 'lite' ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
@@ -257,21 +245,22 @@ export class Stage {
     return material;
   }
 
-  /** Scenes with obstacles bring their own board; a level plane of theirs is the ground. */
   private furnish(): void {
-    this.board.visible = !this.plain && !this.scopeIsOn && this.look === 'steak' && !this.furnished && !this.below;
-    this.ground.visible = !this.plain && !this.scopeIsOn && !this.below;
-    this.placeFloor();
+    this.ground.visible = this.floor !== null && !this.plain && !this.scopeIsOn && !this.below;
+    this.ground.position.set(this.centre.x, this.centre.y, this.floor ?? 0);
   }
-  setFurniture(furnished: boolean, floor: number | null): void {
-    if (furnished === this.furnished && floor === this.carried) return;
-    this.furnished = furnished;
-    this.carried = floor;
-    if (floor !== null) this.floor = this.floorGoal = floor;
+  /** Height of the ground that is drawn. */
+  get floorShown(): number | null {
+    return this.ground.visible ? this.floor : null;
+  }
+  /** What is drawn as a floor is an obstacle of the scene. */
+  setFloor(floor: number | null): void {
+    if (floor === this.floor) return;
+    const other = (floor === null) !== (this.floor === null);
+    this.floor = floor;
     this.furnish();
+    if (other) this.setTheme(this.dark);
   }
-  private furnished = false;
-  private carried: number | null = null;
   /** The eye is under the ground, which would hide the body's other side. */
   private below = false;
 
@@ -284,9 +273,6 @@ export class Stage {
     this.size = d;
     this.look = look;
     this.centre.copy(centre);
-    this.floor = this.floorGoal = lo.z - 0.07 * d;
-    this.floorLimit = this.floor - 0.75 * d;
-    if (this.carried !== null) this.floor = this.floorGoal = this.carried;
     this.camera.near = 0.02 * d;
     this.camera.far = 30 * d;
     this.camera.updateProjectionMatrix();
@@ -373,29 +359,9 @@ export class Stage {
     this.controls.update();
   }
 
-  /** The ground stays below the body, which may hang: it gives way and does not come back. A piece that falls has no ground. */
-  keepFloorBelow(lowest: number): void {
-    if (this.carried !== null) return;
-    this.floorGoal = Math.max(
-      this.furnished ? -Infinity : this.floorLimit,
-      Math.min(this.floorGoal, lowest - 0.03 * this.size),
-    );
-  }
-
   /** Moves what moves by itself; true while it does. */
   animate(): boolean {
-    const moved = !this.scopeIsOn && this.controls.update();
-    if (this.floor - this.floorGoal < 1e-4 * this.size) return moved;
-    this.floor += 0.25 * (this.floorGoal - this.floor);
-    this.placeFloor();
-    return true;
-  }
-
-  private placeFloor(): void {
-    const d = this.size,
-      c = this.centre;
-    this.board.position.set(c.x, c.y, this.floor - 0.055 * d);
-    this.ground.position.set(c.x, c.y, this.floor - (this.board.visible ? 0.11 * d : 0));
+    return !this.scopeIsOn && this.controls.update();
   }
 
   resize(width: number, height: number): void {
@@ -423,7 +389,7 @@ export class Stage {
   }
 
   render(shadows: boolean): void {
-    const below = !this.scopeIsOn && this.camera.position.z < this.floor;
+    const below = !this.scopeIsOn && this.floor !== null && this.camera.position.z < this.floor;
     if (below !== this.below) {
       this.below = below;
       this.furnish();

@@ -1,6 +1,5 @@
 // Obstacles and tools of the scene, and what touches: rigid meshes that are placed in every frame, forces as arrows.
 import {
-  Box3,
   BufferAttribute,
   BufferGeometry,
   DynamicDrawUsage,
@@ -67,8 +66,6 @@ export class ThingsView {
   readonly group = new Group();
   /** Height of a level plane that carries everything: the stage puts its ground there. */
   floor: number | null = null;
-  /** Lowest point of the obstacles that are not planes, where they began. */
-  lowest = Infinity;
   tools: ToolReading[] = [];
   touching = 0;
   press = 0;
@@ -85,7 +82,6 @@ export class ThingsView {
   private readonly pointColours = new Float32Array(3 * kMostContacts);
   private materials: Material[] = [];
   private size = 0.2;
-  private fresh = false;
   private largest = 0; // of the forces drawn lately, N: arrows keep their scale
 
   constructor() {
@@ -144,8 +140,6 @@ export class ThingsView {
     const ghost = new MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28, depthWrite: false });
     this.materials = [steel, jaw, ball, ghost, ...(obstacle === wood ? [] : [obstacle])];
     this.floor = null;
-    this.lowest = Infinity;
-    this.fresh = true;
     for (const thing of things) {
       const material = thing.tool ? steel : thing.shape === 'box' ? obstacle : ball;
       this.shown.push(this.build(thing, material, jaw, this.solid, true));
@@ -237,14 +231,6 @@ export class ThingsView {
       this.floor = Math.max(this.floor ?? -Infinity, p[2]!); // the ground is drawn there
       s.group.visible = false;
     });
-    if (this.fresh) {
-      this.fresh = false;
-      for (const s of this.shown) {
-        if (s.thing.shape === 'plane' || s.thing.tool) continue;
-        s.group.updateMatrixWorld(true);
-        this.lowest = Math.min(this.lowest, new Box3().setFromObject(s.group).min.z);
-      }
-    }
     this.tools = [];
     for (let i = 0; i < nt; i++) {
       const t = tools.subarray(kToolFloats * i, kToolFloats * (i + 1));

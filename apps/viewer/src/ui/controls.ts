@@ -16,6 +16,7 @@ import { kTools, toolInfo, type ToolName } from '../tools/tools';
 import { byId, download, remembered, setIcon, setText, short, withUnit } from './dom';
 import { bindKeys, type Shortcut } from './keyboard';
 import { showLegend } from './legend';
+import { noFloorHint, noFloorRead } from './no_floor';
 import { bindScenes } from './scenes';
 import { bindUpload } from './upload';
 
@@ -92,7 +93,7 @@ export function bindControls(app: App): void {
       hint(
         `You are watching: a drag turns the view.${app.readOnly ? '' : ' Another page holds the tools; C takes them.'}`,
       );
-    else hint(first ? toolInfo(app.tool).hint : null);
+    else hint([first ? toolInfo(app.tool).hint : null, noFloorHint(app)].filter(Boolean).join(' ') || null);
   };
   const tools = byId('tools');
   for (const t of kTools) {
@@ -137,6 +138,7 @@ export function bindControls(app: App): void {
   });
   byId('hint-close').onclick = () => {
     if (app.toolAllowed) remembered.set(`used-${app.tool}`, '1');
+    if (app.toolAllowed) noFloorRead(app);
     hint(null);
   };
 
@@ -652,6 +654,7 @@ export function bindControls(app: App): void {
     things(_tools: number) {
       showTool();
       showSize();
+      showHint();
     },
     score: showScore,
     recording: showRecording,
@@ -675,6 +678,7 @@ export function bindControls(app: App): void {
     },
     used(tool) {
       if (remembered.get(`used-${tool}`) === null) remembered.set(`used-${tool}`, '1');
+      noFloorRead(app);
       hint(null);
     },
   };

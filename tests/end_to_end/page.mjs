@@ -289,6 +289,56 @@ await check('what is drawn as a floor is an obstacle; where there is none, the p
   assert.equal(await told('spiral') || await told('sheet'), false);
 });
 
+await check('the instrument is where the pointer is, and fades when that is elsewhere', async () => {
+  await scene('steak-on-a-board');
+  await page.keyboard.press('1');
+  await page.evaluate(() => { document.getElementById('hint').hidden = true; window.kerf.app.resetCamera(); });
+  const level = (want) => until(page, (l) => window.kerf.state().bladeLevel === l, want);
+  /** Where its tip is in the window, and how long it is there. */
+  const inWindow = () => page.evaluate(() => {
+    const g = window.kerf.app.blade.group.children.find((c) => c.visible && c.type === 'Group'), at = (z) => window.kerf.pickPoint(...g.localToWorld(g.position.clone().set(0, 0, z)).toArray());
+    const tip = window.kerf.pickPoint(...window.kerf.state().bladeTip), [a, b] = [at(0), at(1)];
+    return { tip, length: Math.hypot(a[0] - b[0], a[1] - b[1]) };
+  });
+  const middle = await rest(page, [0, 0, 0.01]), tools = [30, 320];
+  const near = (a, b) => assert.ok(Math.hypot(a[0] - b[0], a[1] - b[1]) < 4, `${a} is not at ${b}`);
+  await page.mouse.move(...middle);
+  await level(1);
+  const opening = await inWindow();
+  near(opening.tip, middle);
+  await page.screenshot({ path: join(out, 'blade-on.png') });
+  const passed = page.evaluate(() => new Promise((done) => {
+    const seen = [], look = () => { seen.push(window.kerf.state().bladeLevel); if (seen.at(-1) === 0) done(seen); else requestAnimationFrame(look); };
+    look();
+  }));
+  await page.mouse.move(...tools);
+  assert.ok((await passed).filter((l) => l > 0 && l < 1).length >= 2, `it fades: ${await passed}`);
+  assert.equal((await state(page)).blade, false);
+  await page.screenshot({ path: join(out, 'blade-off.png') });
+  await page.mouse.move(...middle);
+  await level(1);
+  for (let i = 0; i < 8; i++) await page.mouse.wheel(0, -120);  // the pointer rests
+  await page.waitForTimeout(900);
+  const zoomed = await inWindow();
+  near(zoomed.tip, middle);
+  assert.ok(zoomed.length < 1.2 * opening.length, `${zoomed.length} pixels long, ${opening.length} before`);
+  await page.screenshot({ path: join(out, 'blade-zoomed.png') });
+  await page.evaluate(() => window.kerf.app.resetCamera());
+  await page.mouse.move(...middle);
+  await level(1);
+  await page.mouse.down({ button: 'right' });
+  await page.mouse.move(middle[0] + 40, middle[1], { steps: 4 });
+  await level(0);
+  await page.mouse.up({ button: 'right' });
+  await level(1);
+  await page.mouse.down();
+  await page.mouse.move(...tools, { steps: 10 });
+  await page.waitForTimeout(600);
+  assert.equal((await state(page)).bladeLevel, 1, 'a stroke is under way');
+  await page.mouse.up();
+  await level(0);
+});
+
 await check('a scene shows what its title says, then hands the tools over', async () => {
   await page.evaluate(() => { window.kerf.app.setTool('scalpel'); });
   for (const [name, pieces] of [['steak-on-a-board', 2], ['crossing-strips', null], ['tube', 1]]) {

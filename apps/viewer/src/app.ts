@@ -446,6 +446,8 @@ export class App implements EngineEvents {
     const showed = this.showing;
     this.time = frame.time;
     if (showed !== this.showing) {
+      this.hoverChanged = true;
+      if (showed && this.blade.leave()) this.touch(true);
       this.updateAllowed();
       this.listener?.showing();
     }
@@ -531,13 +533,13 @@ export class App implements EngineEvents {
       const c = this.mesh.bounds.center.z,
         t = Math.abs(d[2]) > 0.05 ? (c - o[2]) / d[2] : -1;
       if (!(t > 0)) {
-        if (this.blade.hide()) this.touch(true);
+        if (this.blade.leave()) this.touch(true);
         return;
       }
       point.set(o[0] + t * d[0], o[1] + t * d[1], c);
       normal.set(0, 0, d[2] < 0 ? 1 : -1);
       if (point.distanceTo(this.mesh.bounds.center) > 1.6 * this.stage.size) {
-        if (this.blade.hide()) this.touch(true);
+        if (this.blade.leave()) this.touch(true);
         return;
       }
     } else if (normal.dot(eye.clone().sub(point)) < 0) {
@@ -902,6 +904,8 @@ export class App implements EngineEvents {
             c.setPointerCapture(e.pointerId);
             return;
           }
+          this.turning = e.pointerId;
+          this.leave();
           // Alt-drag turns the view with the first button too, and so does a finger beside a pen.
           this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed || e.altKey || kind === 'touch');
           this.touch(false);
@@ -939,7 +943,11 @@ export class App implements EngineEvents {
         } else if (this.stroke && this.pointers.owns(e.pointerId)) {
           this.place(e);
           this.gather(e, false);
-        } else if (this.pointers.active === null && (e.buttons === 0 || e.pointerType === 'pen')) {
+        } else if (
+          this.pointers.active === null &&
+          this.turning === null &&
+          (e.buttons === 0 || e.pointerType === 'pen')
+        ) {
           this.place(e);
         }
         if (e.buttons !== 0) this.touch(false);
@@ -959,7 +967,10 @@ export class App implements EngineEvents {
     );
     const finish = (e: PointerEvent, good: boolean): void => {
       if (this.steering?.id === e.pointerId) this.steering = null;
+      const onView = document.elementFromPoint(e.clientX, e.clientY) === c;
       if (!this.pointers.up(e.pointerId)) {
+        if (this.turning === e.pointerId) this.turning = null;
+        if (onView && good && e.pointerType !== 'touch') this.place(e);
         this.updateAllowed();
         return;
       }
@@ -975,7 +986,7 @@ export class App implements EngineEvents {
         this.stroke = null;
         this.ink.drop();
       }
-      if (e.pointerType === 'touch') this.leave();
+      if (e.pointerType === 'touch' || !onView) this.leave();
       this.touch(true);
     };
     c.addEventListener('pointerup', (e) => finish(e, true), capture);
@@ -1022,7 +1033,10 @@ export class App implements EngineEvents {
       this.follow = false;
       this.ownView = true;
     });
-    this.stage.controls.addEventListener('change', () => this.touch(false));
+    this.stage.controls.addEventListener('change', () => {
+      this.hoverChanged = true; // under the pointer is another place
+      this.touch(false);
+    });
     c.addEventListener('webglcontextlost', (e) => e.preventDefault());
     c.addEventListener('webglcontextrestored', () => {
       if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
@@ -1044,15 +1058,18 @@ export class App implements EngineEvents {
     this.touch(false);
   }
 
+  /** The pointer that turns the view. */
+  private turning: number | null = null;
   private place(e: PointerEvent): void {
     const box = this.canvas.getBoundingClientRect();
     this.pointerAt = { x: e.clientX - box.left, y: e.clientY - box.top };
     this.hoverChanged = true;
   }
 
+  /** The pointer is not over the view, or turns it: the instrument fades. */
   private leave(): void {
     this.pointerAt = null;
-    if (this.blade.hide()) this.touch(true);
+    if (!this.showing && this.blade.leave()) this.touch(true);
   }
 
   /** Takes the stroke back, for a second finger came down. */
@@ -1263,6 +1280,7 @@ export class App implements EngineEvents {
     )
       this.dirty = true;
     if (this.stage.animate()) this.dirty = true;
+    if (this.blade.animate(now)) this.touch(!this.blade.visible);
     this.drewLast = false;
     if (this.ready && (this.dirty || this.latency.hasWaiting)) {
       const shadows = this.moved && (this.level !== 'lite' || ++this.liteTurn % this.shadowEvery === 0);
@@ -1300,7 +1318,7 @@ export class App implements EngineEvents {
     )
       return;
     if (!this.toolAllowed || this.showing) {
-      if (!this.showing && this.blade.hide()) this.touch(true);
+      if (!this.showing && this.blade.leave()) this.touch(true);
       return;
     }
     this.hoverChanged = false;
@@ -1376,6 +1394,8 @@ export class App implements EngineEvents {
       camera: { position: camera.toArray(), target: target.toArray() },
       bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
       blade: this.blade.visible,
+      bladeLevel: this.blade.level,
+      bladeTip: this.blade.tip.toArray(),
       loading: this.loadingNow,
       things: this.things.list.map((t) => ({ name: t.name, shape: t.shape, tool: t.tool })),
       floor: this.stage.floorShown,

@@ -21,8 +21,13 @@ import {
   Quaternion,
   Matrix4,
   InstancedMesh,
+  type Material,
 } from 'three';
+import { Presence } from './presence';
 import type { ToolName } from '../tools/tools';
+
+/** Of the view's distance: an instrument looks no larger than it does where a scene opens. */
+const kMostOfDistance = 0.53;
 
 /** Instruments are modelled 1 unit long, tip at the origin, pointing down. */
 function scalpel(steel: MeshStandardMaterial, grip: MeshStandardMaterial): Group {
@@ -171,6 +176,10 @@ export class Blade {
   private readonly graspBalls: InstancedMesh;
   private size = 0.26;
   private tool: ToolName = 'scalpel';
+  private readonly presence = new Presence();
+  /** What fades, and how opaque it is when all of it is there. */
+  private readonly fading: [Material, number][];
+  readonly tip = new Vector3();
   private readonly heading = new Vector3(1, 0, 0);
   private readonly lastPoint = new Vector3(NaN, 0, 0);
 
@@ -223,7 +232,7 @@ export class Blade {
       new BufferGeometry(),
       new LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.8, depthTest: false, toneMapped: false }),
     );
-    this.graspBalls = new InstancedMesh(new CapsuleGeometry(1, 0.01, 4, 12), this.green, 64);
+    this.graspBalls = new InstancedMesh(new CapsuleGeometry(1, 0.01, 4, 12), this.green.clone(), 64);
     this.graspBalls.count = 0;
     this.graspBalls.frustumCulled = this.graspLines.frustumCulled = false;
     this.graspLines.renderOrder = 4;
@@ -236,6 +245,12 @@ export class Blade {
       this.graspLines,
       this.graspBalls,
     );
+    // Always transparent: a material that becomes so is compiled anew.
+    for (const m of [this.steel, this.grip, this.red, this.green]) m.transparent = true;
+    this.fading = [
+      ...[this.steel, this.grip, this.red, this.green],
+      ...[this.ring, this.bite, this.disc, this.closing].map((o) => o.material as Material),
+    ].map((m) => [m, m.opacity]);
     this.hide();
   }
 
@@ -254,7 +269,26 @@ export class Blade {
     for (const g of Object.values(this.instruments)) g.visible = false;
     this.ring.visible = this.bite.visible = this.disc.visible = this.closing.visible = false;
     this.lastPoint.x = NaN;
+    this.presence.end();
     return was;
+  }
+  /** The pointer is elsewhere. True when there is something to fade. */
+  leave(): boolean {
+    return this.visible && (this.presence.go() || this.hide());
+  }
+  /** Comes or goes on at this time (ms); true when the picture changed. */
+  animate(now: number): boolean {
+    if (!this.presence.at(now)) return false;
+    this.shade();
+    if (this.presence.level === 0) this.hide();
+    return true;
+  }
+  private shade(): void {
+    for (const [m, opacity] of this.fading) m.opacity = opacity * this.presence.level;
+  }
+  /** How much of it is there: 0 to 1. */
+  get level(): number {
+    return this.visible ? this.presence.level : 0;
   }
 
   /** Places the instrument; `touching`: the point is on the body, otherwise only near it; `own`: not one of the scene's, which is drawn already. */
@@ -264,6 +298,10 @@ export class Blade {
       this.hide();
       return;
     }
+    this.presence.come(pressed);
+    this.shade();
+    this.tip.copy(point);
+    const size = Math.min(this.size, kMostOfDistance * eye.distanceTo(point));
     const cutting = this.tool === 'scalpel' || this.tool === 'line' || this.tool === 'closed';
     const tool = this.tool,
       held = tool === 'grasp' || tool === 'take';
@@ -303,16 +341,16 @@ export class Blade {
     const m = new Matrix4().makeBasis(forward, side, axis);
     if (g) {
       g.quaternion.copy(new Quaternion().setFromRotationMatrix(m));
-      g.scale.setScalar(this.size * (tool === 'fix' || tool === 'release' ? 0.75 : 0.55));
+      g.scale.setScalar(size * (tool === 'fix' || tool === 'release' ? 0.75 : 0.55));
       g.position.copy(point);
-      if (pressed && cutting) g.position.addScaledVector(axis, -0.03 * this.size);
+      if (pressed && cutting) g.position.addScaledVector(axis, -0.03 * size);
       g.visible = true;
     }
     this.placeBite(point, normal, touching);
     this.ring.visible = touching && !this.bite.visible;
     this.ring.position.copy(point).addScaledVector(normal, 0.002 * this.size);
     this.ring.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), normal);
-    this.ring.scale.setScalar((pressed ? 0.01 : 0.016) * this.size);
+    this.ring.scale.setScalar((pressed ? 0.01 : 0.016) * size);
   }
 
   private placeBite(point: Vector3, normal: Vector3, touching: boolean): void {

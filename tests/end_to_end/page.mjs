@@ -42,6 +42,15 @@ async function bodyShows() {
   return difference(page, without, with_, at.map(Math.round), 40);
 }
 
+const overlaps = () => page.evaluate(() => {
+  const parts = ['brand', 'scene', 'connection', 'recording', 'claim', 'readout', 'banner', 'loading', 'away'].map((id) => [id, document.getElementById(id)])
+    .concat([...document.querySelectorAll('.card')].map((e) => [e.id || e.className, e]))
+    .map(([name, e]) => [name, e, e.getBoundingClientRect()]).filter(([, , r]) => r.width > 0);
+  return parts.flatMap(([m, e, a], i) => parts.slice(i + 1)
+    .filter(([, f, b]) => !e.contains(f) && !f.contains(e) && a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1)
+    .map(([n]) => `${m} and ${n}`)).concat(parts.filter(([, , r]) => r.left < 0 || r.right > innerWidth + 0.5 || r.top < 0 || r.bottom > innerHeight + 0.5).map(([n]) => `${n} is cut off`));
+});
+
 await check('a body is seen after the window changed and another scene came', async () => {
   await page.keyboard.press('Space');
   for (const [first, size, second] of [['trainer', [760, 700], 'sheet'], ['sheet', [900, 640], 'trainer']]) {
@@ -339,6 +348,56 @@ await check('the instrument is where the pointer is, and fades when that is else
   await level(0);
 });
 
+await check('what fell out of the picture is said, and shown on request only', async () => {
+  await scene('sheet');
+  await page.evaluate(() => { window.kerf.app.command(4, [0.5]); document.getElementById('hint').hidden = true; });
+  if ((await state(page)).playing) await page.keyboard.press('Space');
+  await playing(false);
+  await page.keyboard.press('3');
+  const circle = [];
+  for (let i = 0; i <= 20; i++) circle.push(await rest(page, [0.2 * Math.cos(0.3 * i), 0.2 * Math.sin(0.3 * i), 0]));
+  await page.mouse.move(...circle[0]);
+  await page.mouse.down();
+  for (const p of circle) await page.mouse.move(...p);
+  await page.mouse.up();
+  await until(page, () => window.kerf.state().pieces === 2 && window.kerf.state().outOfView.count === 2);
+  await page.mouse.move(450, 600);
+  await page.keyboard.press('Space');
+  const camera = () => page.evaluate(() => window.kerf.state().camera.position);
+  const before = await camera();
+  assert.equal(await shown('away'), false);
+  await until(page, () => window.kerf.state().outOfView.outside === 1);
+  const fallen = Date.now();
+  await page.keyboard.press('Space');
+  await playing(false);
+  await until(page, () => !document.getElementById('away').hidden);
+  assert.ok(Date.now() - fallen > 350, 'not at once');
+  assert.equal(await text('away-show'), '1 piece is out of view. Show it');
+  (await camera()).forEach((x, k) => assert.ok(Math.abs(x - before[k]) < 1e-6, 'nobody has moved the view'));
+  const inPicture = async (p) => { const [x, y] = await rest(page, p), { width, height } = page.viewportSize(); return x > 0 && x < width && y > 0 && y < height; };
+  assert.equal(await inPicture([0, 0, 0]), false);
+  assert.deepEqual(await overlaps(), []);
+  await page.screenshot({ path: join(out, 'away.png') });
+  await page.focus('#help-open');
+  await page.keyboard.press('Tab');
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'away-show');
+  const way = page.evaluate(() => new Promise((done) => {
+    const seen = new Set(), began = performance.now(), look = () => { seen.add(window.kerf.state().camera.position.join()); if (performance.now() - began > 1500) done(seen.size); else requestAnimationFrame(look); };
+    look();
+  }));
+  await page.keyboard.press('Enter');
+  assert.ok(await way >= 4, 'the view goes there bit by bit');
+  await until(page, () => document.getElementById('away').hidden);
+  for (const p of [[0, 0, 0], [0.45, 0.45, 0], [-0.45, -0.45, 0]]) assert.ok(await inPicture(p), `${p} is seen`);
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'view');
+  await page.screenshot({ path: join(out, 'away-shown.png') });
+  await page.evaluate(() => window.kerf.look(-90, 10, 0.5, [0, 0, 0]));
+  await page.keyboard.press('h');
+  for (const p of [[0, 0, 0], [0.45, 0.45, 0], [-0.45, -0.45, 0]]) assert.ok(await inPicture(p), `H: ${p} is seen`);
+  await page.keyboard.press('Space');
+  await page.evaluate(() => { window.kerf.app.command(4, [1]); });
+});
+
 await check('a scene shows what its title says, then hands the tools over', async () => {
   await page.evaluate(() => { window.kerf.app.setTool('scalpel'); });
   for (const [name, pieces] of [['steak-on-a-board', 2], ['crossing-strips', null], ['tube', 1]]) {
@@ -369,14 +428,6 @@ await check('a scene shows what its title says, then hands the tools over', asyn
   await until(page, () => !window.kerf.state().showing);
 });
 
-const overlaps = () => page.evaluate(() => {
-  const parts = ['brand', 'scene', 'connection', 'recording', 'claim', 'readout', 'banner', 'loading'].map((id) => [id, document.getElementById(id)])
-    .concat([...document.querySelectorAll('.card')].map((e) => [e.id || e.className, e]))
-    .map(([name, e]) => [name, e, e.getBoundingClientRect()]).filter(([, , r]) => r.width > 0);
-  return parts.flatMap(([m, e, a], i) => parts.slice(i + 1)
-    .filter(([, f, b]) => !e.contains(f) && !f.contains(e) && a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1)
-    .map(([n]) => `${m} and ${n}`)).concat(parts.filter(([, , r]) => r.left < 0 || r.right > innerWidth + 0.5 || r.top < 0 || r.bottom > innerHeight + 0.5).map(([n]) => `${n} is cut off`));
-});
 await check('lost and back: nothing lies over anything, and what was lost is said', async () => {
   await scene('trainer');
   await page.evaluate(() => document.getElementById('hint-close').click());
@@ -408,8 +459,8 @@ await check('on touch everything can be hit, and says what it is', async () => {
     await page.waitForTimeout(400);
     await page.screenshot({ path: join(out, `touch-${width}x${height}.png`) });
     assert.ok(await page.evaluate(() => matchMedia('(pointer: coarse)').matches));
-    const small = await page.evaluate(() => [...document.querySelectorAll('button, select, input, summary')].filter((e) => e.getClientRects().length > 0 && !e.closest('dialog'))
-      .map((e) => [e.id || e.dataset.tool || e.textContent.trim(), e.getBoundingClientRect()]).filter(([, r]) => r.width < 43.5 || r.height < 43.5).map(([n, r]) => `${n}: ${r.width.toFixed(0)} x ${r.height.toFixed(0)}`));
+    const small = await page.evaluate(() => { document.getElementById('away').hidden = false; document.getElementById('away-show').textContent = '2 pieces are out of view. Show them'; const found = [...document.querySelectorAll('button, select, input, summary')].filter((e) => e.getClientRects().length > 0 && !e.closest('dialog'))
+      .map((e) => [e.id || e.dataset.tool || e.textContent.trim(), e.getBoundingClientRect()]).filter(([, r]) => r.width < 43.5 || r.height < 43.5).map(([n, r]) => `${n}: ${r.width.toFixed(0)} x ${r.height.toFixed(0)}`); document.getElementById('away').hidden = true; return found; });
     assert.deepEqual(small, [], `${width} x ${height}`);
     const words = await page.evaluate(() => [...document.querySelectorAll('#tools button')].filter((b) => !b.hidden && b.querySelector('.word').getClientRects().length === 0).length);
     assert.equal(words, 0, 'tools without words');

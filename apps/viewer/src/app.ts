@@ -1,5 +1,5 @@
 // The page without its controls: engine, scene, tools and measurements, tied together.
-import { Vector3 } from 'three';
+import { type Sphere, Vector3 } from 'three';
 import type { Engine, EngineEvents, EngineState } from './engine/engine';
 import {
   CommandCode,
@@ -37,6 +37,7 @@ import { makeNoiseTexture } from './scene/noise';
 import { Overlays, type ViewName } from './scene/overlays';
 import { readThings, type Thing } from './engine/things';
 import { ThingsView } from './scene/things';
+import { ballOf, Pieces, within } from './scene/pieces';
 import { skinPoint } from './scene/skinning';
 import { kRound } from './scene/arthroscope';
 import { type Box, Stage } from './scene/stage';
@@ -735,9 +736,34 @@ export class App implements EngineEvents {
     this.engine.claim(!this.roleNow.held);
   }
   resetCamera(): void {
+    this.lookAtAll(false);
+  }
+  /** Looks at all pieces that have not fallen away for good; `fly`: the camera takes its way there. */
+  lookAtAll(fly: boolean): void {
     this.ownView = false;
-    this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, false);
+    if (fly) this.follow = false;
+    const all = (): Sphere => {
+      const pieces = this.piecePlaces();
+      return pieces.length > 0 ? ballOf(within(pieces, this.stage.middle, this.stage.reach)) : this.mesh.bounds;
+    };
+    if (fly && !matchMedia('(prefers-reduced-motion: reduce)').matches) this.stage.flyTo(all, performance.now());
+    else this.stage.lookAt(all());
     this.touch(false);
+  }
+  /** Pieces of the body, and how many of those within reach are wholly outside the picture. */
+  outOfView(): { count: number; outside: number } {
+    if (!this.ready || this.stage.scopeOn) return { count: 0, outside: 0 };
+    const pieces = this.piecePlaces(),
+      { middle, reach } = this.stage;
+    const near = pieces.filter((p) => p.some((x) => x.distanceTo(middle) < reach));
+    return { count: pieces.length, outside: near.filter((p) => !p.some((x) => this.stage.sees(x))).length };
+  }
+  private readonly pieceList = new Pieces();
+  private piecePlaces(): Vector3[][] {
+    const s = this.mesh.state;
+    if (!s) return [];
+    this.pieceList.update(s);
+    return this.pieceList.places(s, this.mesh.cells.pose);
   }
   setRecording(on: boolean): void {
     this.recording = on;
@@ -1276,10 +1302,10 @@ export class App implements EngineEvents {
       this.ready &&
       this.follow &&
       !this.stage.scopeOn &&
-      this.stage.aimAt(this.mesh.bounds.center, this.mesh.bounds.radius, true)
+      this.stage.followTo(this.mesh.bounds.center, this.mesh.bounds.radius)
     )
       this.dirty = true;
-    if (this.stage.animate()) this.dirty = true;
+    if (this.stage.animate(now)) this.dirty = true;
     if (this.blade.animate(now)) this.touch(!this.blade.visible);
     this.drewLast = false;
     if (this.ready && (this.dirty || this.latency.hasWaiting)) {
@@ -1392,6 +1418,7 @@ export class App implements EngineEvents {
       ready: this.ready && s !== null,
       software: this.stage.software,
       camera: { position: camera.toArray(), target: target.toArray() },
+      outOfView: this.outOfView(),
       bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
       blade: this.blade.visible,
       bladeLevel: this.blade.level,

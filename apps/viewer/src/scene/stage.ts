@@ -17,6 +17,7 @@ import {
   PMREMGenerator,
   PointLight,
   Scene,
+  type Sphere,
   TOUCH,
   Vector2,
   Vector3,
@@ -28,6 +29,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
 import { Arthroscope, type ScopePlace } from './arthroscope';
 import { makeBackdrop } from './backdrop';
+import { Flight, type View } from './flight';
 import type { Look, QualityLevel } from './materials';
 import type { Vec3 } from '../engine/protocol';
 
@@ -39,6 +41,7 @@ export interface Box {
 }
 
 const kFieldOfView = 32; // degrees, of the free camera
+const kReach = 12; // diagonals of the scene's bodies
 const kJoint = 0x120504; // what is dark in a joint
 
 const kWood = /* glsl */ `
@@ -101,6 +104,7 @@ export class Stage {
     this.controls.zoomToCursor = true;
     this.controls.screenSpacePanning = true;
     this.controls.maxPolarAngle = 0.98 * Math.PI;
+    this.controls.addEventListener('start', () => (this.flight = null));
     this.setOrbitOnly(false);
     this.sun.castShadow = true;
     this.scene.add(this.sun, this.sun.target, this.fill, this.fill.target, this.sky, this.tipLight, this.ground);
@@ -169,8 +173,8 @@ export class Stage {
     this.tipLight.visible = inside;
     this.tipLight.intensity = (lite ? 3.2 : 2.8) * this.size * this.size;
     const fog = this.scene.fog as Fog;
-    fog.near = (inside ? 0.35 : 3.2) * this.size;
-    fog.far = (inside ? 1.9 : 9) * this.size;
+    fog.near = (inside ? 0.35 : 3.2 * this.wide) * this.size;
+    fog.far = (inside ? 1.9 : 9 * this.wide) * this.size;
   }
 
   get scopeOn(): boolean {
@@ -273,11 +277,14 @@ export class Stage {
     this.size = d;
     this.look = look;
     this.centre.copy(centre);
+    this.flight = null;
+    if (!keepCamera) this.wide = 1;
+    this.ground.scale.setScalar(this.wide);
     this.camera.near = 0.02 * d;
-    this.camera.far = 30 * d;
+    this.camera.far = 30 * this.wide * d;
     this.camera.updateProjectionMatrix();
     this.controls.minDistance = 0.15 * d;
-    this.controls.maxDistance = 6 * d;
+    this.controls.maxDistance = 6 * this.wide * d;
     this.light();
     this.sun.position.copy(centre).add(new Vector3(-0.9 * d, 0.75 * d, 2.1 * d));
     this.sun.target.position.copy(centre);
@@ -299,16 +306,32 @@ export class Stage {
   }
   private readonly centre = new Vector3();
 
-  /** Aims the home view at where the body is now; `follow` moves the camera there bit by bit. True while it moves. */
-  aimAt(centre: Vector3, radius: number, follow: boolean): boolean {
-    const d = Math.max(this.size, 1.8 * radius);
+  /** Where the scene's bodies began. */
+  get middle(): Vector3 {
+    return this.centre;
+  }
+  /** What is farther from there is gone: from where one could see it, nothing else could be seen. */
+  get reach(): number {
+    return kReach * this.size;
+  }
+
+  /** Aims the home view at a ball. How many times more than the scene's bodies it shows. */
+  private aimAt(centre: Vector3, radius: number): number {
+    const d = Math.max(this.size, 2.4 * radius - 0.2 * this.size); // what is wider stays clear of the header
     this.home.target.copy(centre);
     this.home.position.copy(centre).add(new Vector3(-0.42, -1.18, 0.98).multiplyScalar(1.18 * d));
+    return d / this.size;
+  }
+  /** Looks at a ball from the home direction. */
+  lookAt(ball: Sphere): void {
+    this.flight = null;
+    this.widen(this.aimAt(ball.center, ball.radius));
+    this.resetCamera();
+  }
+  /** Goes there bit by bit; true while it moves. */
+  followTo(centre: Vector3, radius: number): boolean {
+    this.aimAt(centre, radius);
     if (this.scopeIsOn) return false;
-    if (!follow) {
-      this.resetCamera();
-      return true;
-    }
     const gap = centre.clone().sub(this.controls.target);
     if (gap.length() < 0.15 * this.size) return false;
     gap.multiplyScalar(0.15);
@@ -316,18 +339,54 @@ export class Stage {
     this.camera.position.add(gap);
     return true;
   }
-
-  resetCamera(): void {
+  /** As lookAt, on a way of a moment; a person who moves the view ends it. */
+  flyTo(ball: () => Sphere, now: number): void {
     if (this.scopeIsOn) return;
+    const from = { position: this.camera.position.clone(), target: this.controls.target.clone() };
+    this.flight = { way: new Flight(from, now), ball };
+  }
+  private flight: { way: Flight; ball: () => Sphere } | null = null;
+  private fly(now: number): void {
+    const { way, ball } = this.flight!,
+      { center, radius } = ball();
+    this.widen(this.aimAt(center, radius));
+    const { position, target } = way.at(now, this.homeView());
+    this.camera.position.copy(position);
+    this.controls.target.copy(target);
+    if (way.over(now)) this.flight = null;
+  }
+  /** What is seen is so many times larger than the scene's bodies: mist and the far end of the view give way. */
+  private widen(times: number): void {
+    if (times === this.wide) return;
+    this.wide = times;
+    this.camera.far = 30 * times * this.size;
+    this.camera.updateProjectionMatrix();
+    this.controls.maxDistance = 6 * times * this.size;
+    this.ground.scale.setScalar(times);
+    this.light();
+  }
+  private wide = 1;
+
+  /** The home view, farther away where the window is narrow. */
+  private homeView(): View {
     const aspect = this.camera.aspect,
       away = aspect < 1.2 ? Math.min(2.2, 1.2 / aspect) : 1;
-    this.camera.position.copy(this.home.position).sub(this.home.target).multiplyScalar(away).add(this.home.target);
-    this.controls.target.copy(this.home.target);
+    return {
+      position: this.home.position.clone().sub(this.home.target).multiplyScalar(away).add(this.home.target),
+      target: this.home.target.clone(),
+    };
+  }
+  resetCamera(): void {
+    if (this.scopeIsOn) return;
+    const { position, target } = this.homeView();
+    this.camera.position.copy(position);
+    this.controls.target.copy(target);
     this.controls.update();
   }
 
   /** Looks at the body from a direction given in degrees; distance and target stay what they were unless given. */
   lookFrom(azimuth: number, elevation: number, distance?: number, target?: Vec3): void {
+    this.flight = null;
     this.setScope(false);
     const a = (azimuth * Math.PI) / 180,
       e = (elevation * Math.PI) / 180;
@@ -342,6 +401,7 @@ export class Stage {
 
   /** Turns the camera by degrees and changes its distance. */
   turn(azimuth: number, elevation: number, zoom: number): void {
+    this.flight = null;
     if (this.scopeIsOn) {
       this.scope.lean((-azimuth * Math.PI) / 720, (elevation * Math.PI) / 720);
       if (zoom !== 1) this.scope.push(zoom < 1 ? 0.04 : -0.04);
@@ -360,8 +420,9 @@ export class Stage {
   }
 
   /** Moves what moves by itself; true while it does. */
-  animate(): boolean {
-    return !this.scopeIsOn && this.controls.update();
+  animate(now: number): boolean {
+    if (this.flight) this.fly(now);
+    return (!this.scopeIsOn && this.controls.update()) || this.flight !== null;
   }
 
   resize(width: number, height: number): void {
@@ -379,6 +440,12 @@ export class Stage {
     const o = this.camera.getWorldPosition(new Vector3()),
       d = far.sub(o).normalize();
     return { origin: [o.x, o.y, o.z], direction: [d.x, d.y, d.z] };
+  }
+
+  /** Whether a point of space is in the picture. */
+  sees(p: Vector3): boolean {
+    const q = p.clone().project(this.camera);
+    return Math.abs(q.x) <= 1 && Math.abs(q.y) <= 1 && Math.abs(q.z) <= 1;
   }
 
   /** Where a point of space appears in the window. */

@@ -17,6 +17,7 @@ import { byId, download, remembered, setIcon, setText, short, withUnit } from '.
 import { bindKeys, type Shortcut } from './keyboard';
 import { showLegend } from './legend';
 import { noFloorHint, noFloorRead } from './no_floor';
+import { bindOutOfView } from './out_of_view';
 import { bindScenes } from './scenes';
 import { bindUpload } from './upload';
 
@@ -405,8 +406,12 @@ export function bindControls(app: App): void {
   button('claim').onclick = () => app.claim();
   /** Cards below the header make way for what stands there. */
   const showNotice = (): void => {
-    document.documentElement.toggleAttribute('data-notice', !byId('banner').hidden || !byId('loading').hidden);
+    document.documentElement.toggleAttribute(
+      'data-notice',
+      ['banner', 'loading', 'away'].some((id) => !byId(id).hidden),
+    );
   };
+  const lookForPieces = bindOutOfView(app, showNotice);
   let wasWatching = false;
   const showRole = (): void => {
     const b = button('claim'),
@@ -600,6 +605,7 @@ export function bindControls(app: App): void {
       setText('r-fps', app.fps >= 1 ? app.fps.toFixed(0) : app.fps > 0 ? '<1' : 'at rest');
       byId('r-fps-unit').hidden = app.fps === 0;
       showRecordingTime();
+      lookForPieces();
       if (!panel.hidden) {
         for (const [row, of] of [
           ['l', 'cut'],

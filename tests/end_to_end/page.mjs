@@ -220,6 +220,56 @@ await check('the colours of the views have a legend', async () => {
   await page.keyboard.press('m');
 });
 
+await check('a cut is explained in three views, and the views are as before', async () => {
+  const views = async () => Object.entries((await state(page)).views).filter(([, v]) => v).map(([k]) => k).sort();
+  await page.evaluate(() => { window.kerf.app.reset(); document.getElementById('hint').hidden = true; });
+  await until(page, () => window.kerf.state().undoDepth === 0 && document.getElementById('explain-open').disabled);
+  await page.keyboard.press(',');
+  assert.equal(await shown('explain'), false, 'nothing is cut');
+  await page.keyboard.press('2');
+  const [from, to] = await line(page, [-0.004, -0.088, 0.01], [-0.004, 0.02, 0.01]);
+  await drag(page, from, to);
+  await until(page, () => window.kerf.state().undoDepth > 0);
+  await page.keyboard.press('b');
+  const before = await views();
+  assert.deepEqual(before, ['bound', 'shaded']);
+  await page.keyboard.press('m');
+  await page.click('#explain-open');
+  assert.equal(await shown('panel'), false);
+  const camera = (await state(page)).camera.position;
+  const steps = [[['collision', 'hexahedra', 'wireframe'], /three meshes/], [['collision', 'feet', 'wireframe'], /bound to/], [['collision', 'hexahedra'], /went through \d+ triangles/]];
+  for (const [i, [wanted, words]] of steps.entries()) {
+    if (i > 0) await page.keyboard.press('Enter');  // the button has the focus
+    assert.deepEqual(await views(), wanted);
+    assert.match(await text('explain'), words);
+    assert.equal(await shown('hint'), false);
+    await page.waitForTimeout(700);
+    await page.screenshot({ path: join(out, `explain-${i + 1}.png`) });
+    assert.deepEqual(await overlaps(), []);
+  }
+  for (const [width, height] of [[390, 844], [844, 390], [900, 640]]) {
+    await page.setViewportSize({ width, height });
+    await page.waitForTimeout(300);
+    assert.deepEqual(await overlaps(), [], `${width} x ${height}`);
+    await page.screenshot({ path: join(out, `explain-${width}.png`) });
+  }
+  await page.click('#explain-back');
+  assert.deepEqual(await views(), steps[1][0]);
+  await page.keyboard.press('Escape');
+  assert.equal(await shown('explain'), false);
+  assert.deepEqual(await views(), before);
+  (await state(page)).camera.position.forEach((x, k) => assert.ok(Math.abs(x - camera[k]) < 0.02, 'the view stays'));
+  await page.keyboard.press(',');
+  for (const _ of steps) await page.keyboard.press('Enter');
+  assert.equal(await shown('explain'), false, 'done');
+  assert.deepEqual(await views(), before);
+  await page.keyboard.press(',');
+  await page.keyboard.press('z');  // the cut is gone
+  await until(page, () => document.getElementById('explain').hidden);
+  assert.deepEqual(await views(), before);
+  await page.keyboard.press('b');
+});
+
 await check('readouts belong to the scene that is shown', async () => {
   const [from, to] = await line(page, [-0.004, -0.088, 0.01], [-0.004, 0.088, 0.01]);
   await page.keyboard.press('2');

@@ -14,6 +14,7 @@ import type { QualityLevel } from '../scene/materials';
 import type { ViewName } from '../scene/overlays';
 import { kTools, toolInfo, type ToolName } from '../tools/tools';
 import { byId, download, remembered, setIcon, setText, short, withUnit } from './dom';
+import { bindExplanation, kFigures } from './explain';
 import { bindKeys, type Shortcut } from './keyboard';
 import { showLegend } from './legend';
 import { noFloorHint, noFloorRead } from './no_floor';
@@ -39,12 +40,6 @@ const kViews: { name: ViewName; title: string; key: string; tip: string }[] = [
     key: 'N',
     tip: 'Where visual vertices are bound: green to a collision vertex, blue to an edge, red to a triangle',
   },
-];
-/** The paper's figures that are views of a body: number, what they show, views. */
-const kFigures: [number, string, ...ViewName[]][] = [
-  [1, 'the three meshes', 'wireframe', 'collision', 'hexahedra'],
-  [5, 'what visual vertices are bound to', 'wireframe', 'collision', 'feet'],
-  [18, 'collision mesh and hexahedra after a cut', 'collision', 'hexahedra'],
 ];
 const kSpeeds = [0.1, 0.25, 0.5, 1, 2];
 
@@ -238,17 +233,18 @@ export function bindControls(app: App): void {
   input('view-contacts').onchange = () => setContacts(input('view-contacts').checked);
   select('quality').value = app.qualityMode;
   select('quality').onchange = () => app.setQuality(select('quality').value as QualityLevel | 'auto');
-  // As in the paper's figures: (number, title, views)
-  for (const [number, title, ...views] of kFigures) {
+  const setViews = (views: readonly ViewName[]): void => {
+    for (const v of kViews) setView(v.name, views.includes(v.name));
+  };
+  const explanation = bindExplanation(app, setViews, () => showPanel(false));
+  for (const { number, title, views } of kFigures) {
     const b = document.createElement('button');
     b.type = 'button';
     b.className = 'small';
     b.textContent = String(number);
     b.title = `Figure ${number}: ${title}`;
     b.setAttribute('aria-label', b.title);
-    b.onclick = () => {
-      for (const v of kViews) setView(v.name, views.includes(v.name));
-    };
+    b.onclick = () => setViews(views);
     byId('figures').append(b);
   }
   button('latency-clear').onclick = () => app.latency.reset();
@@ -481,6 +477,7 @@ export function bindControls(app: App): void {
     button('play').title = app.playing ? 'Pause (Space)' : 'Play (Space)';
     button('undo').disabled = !app.toolAllowed || app.undoDepth === 0;
     button('redo').disabled = !app.toolAllowed || app.redoDepth === 0;
+    explanation.update();
     const near = kSpeeds.reduce((a, b) => (Math.abs(b - app.speed) < Math.abs(a - app.speed) ? b : a));
     if (document.activeElement !== select('speed')) select('speed').value = String(near);
   };
@@ -533,6 +530,7 @@ export function bindControls(app: App): void {
     { keys: '+, =', title: 'Nearer', run: () => turn(0, 0, 0.9) },
     { keys: '-', title: 'Farther', run: () => turn(0, 0, 1 / 0.9) },
     { keys: 'P', title: 'Save a picture', run: () => void savePicture() },
+    { keys: ',', title: 'Explain this cut', run: () => explanation.toggle() },
     { keys: 'Shift R', title: 'Record', run: record },
     { keys: 'E', title: 'Export the meshes', run: () => command(CommandCode.Export, [], 'obj') },
     { keys: 'M', title: 'Settings, views and plots', run: () => showPanel(panel.hidden) },
@@ -544,7 +542,7 @@ export function bindControls(app: App): void {
       title: 'Cancel the stroke, close the panel',
       run: () => {
         if (app.strokeActive) app.cancelStroke(true);
-        else showPanel(false);
+        else if (!explanation.close()) showPanel(false);
       },
     },
     { keys: '?', title: 'This help', run: () => help.showModal() },

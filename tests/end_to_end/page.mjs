@@ -154,7 +154,7 @@ await check('a dialog tells its own trouble, in words of its fields', async () =
   await page.fill('#upload-thickness', '1,5 %');
   await page.keyboard.press('Enter');
   await until(page, () => window.kerf.state().scene === 'cloth' && window.kerf.state().ready);
-  assert.equal(await page.evaluate(() => document.getElementById('upload').open), false);
+  await until(page, () => !document.getElementById('upload').open);
 });
 
 await check('a million triangles dropped show how far they are, then a body that is cut', async () => {
@@ -222,8 +222,9 @@ await check('the colours of the views have a legend', async () => {
 
 await check('a cut is explained in three views, and the views are as before', async () => {
   const views = async () => Object.entries((await state(page)).views).filter(([, v]) => v).map(([k]) => k).sort();
+  const { bodies } = await state(page);
   await page.evaluate(() => { window.kerf.app.reset(); document.getElementById('hint').hidden = true; });
-  await until(page, () => window.kerf.state().undoDepth === 0 && document.getElementById('explain-open').disabled);
+  await until(page, (n) => window.kerf.state().bodies > n && window.kerf.state().undoDepth === 0 && document.getElementById('explain-open').disabled, bodies);
   await page.keyboard.press(',');
   assert.equal(await shown('explain'), false, 'nothing is cut');
   await page.keyboard.press('2');
@@ -277,7 +278,7 @@ await check('readouts belong to the scene that is shown', async () => {
   await until(page, () => window.kerf.state().pieces === 2);
   assert.notEqual(await text('r-cut'), '–');
   await scene('sheet');
-  assert.equal(await text('r-cut'), '–');
+  await until(page, () => document.getElementById('r-cut').textContent === '–');
   if ((await state(page)).playing) await page.keyboard.press('Space');
   await until(page, () => document.getElementById('r-fps').textContent === 'at rest');
 });
@@ -330,6 +331,7 @@ await check('what is drawn as a floor is an obstacle; where there is none, the p
   };
   for (const [name, floor] of [['sheet', null], ['tube', null], ['meniscus-probe', null], ['spiral', -0.1], ['crossing-strips', -0.15], ['draped-sheet-1500', -0.47], ['steak-on-a-board', -0.0305]]) {
     await scene(name);
+    await page.evaluate(() => { if (!window.kerf.app.playing) window.kerf.app.togglePlay(); });
     await until(page, () => window.kerf.state().time > 0.1);
     const { floor: drawn } = await state(page);
     assert.ok(floor === null ? drawn === null : Math.abs(drawn - floor) < 1e-6, `${name}: ${drawn}`);
@@ -410,7 +412,7 @@ await check('what fell out of the picture is said, and shown on request only', a
   await page.mouse.down();
   for (const p of circle) await page.mouse.move(...p);
   await page.mouse.up();
-  await until(page, () => window.kerf.state().pieces === 2 && window.kerf.state().outOfView.count === 2);
+  await until(page, () => window.kerf.state().pieces === 2 && window.kerf.state().outOfView.all === 2);
   await page.mouse.move(450, 600);
   await page.keyboard.press('Space');
   const camera = () => page.evaluate(() => window.kerf.state().camera.position);

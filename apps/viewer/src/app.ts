@@ -1,5 +1,5 @@
 // The page without its controls: engine, scene, tools and measurements, tied together.
-import { type Sphere, Vector3 } from 'three';
+import { Vector3 } from 'three';
 import type { Engine, EngineEvents, EngineState } from './engine/engine';
 import {
   CommandCode,
@@ -37,7 +37,7 @@ import { makeNoiseTexture } from './scene/noise';
 import { Overlays, type ViewName } from './scene/overlays';
 import { readThings, type Thing } from './engine/things';
 import { ThingsView } from './scene/things';
-import { ballOf, Pieces, within } from './scene/pieces';
+import { PieceView } from './scene/piece_view';
 import { skinPoint } from './scene/skinning';
 import { kRound } from './scene/arthroscope';
 import { type Box, Stage } from './scene/stage';
@@ -212,6 +212,7 @@ export class App implements EngineEvents {
   readonly stage: Stage;
   readonly mesh: BodyMesh;
   readonly overlays: Overlays;
+  readonly pieceView: PieceView;
   readonly blade = new Blade();
   readonly things = new ThingsView();
   readonly ink: Ink;
@@ -321,6 +322,7 @@ export class App implements EngineEvents {
     this.stage.plain = options.plain ?? false;
     this.mesh = new BodyMesh(noise);
     this.overlays = new Overlays(this.mesh);
+    this.pieceView = new PieceView(this.mesh, this.stage);
     this.ink = new Ink(ink);
     this.stage.scene.add(this.mesh.group, this.overlays.group, this.blade.group, this.things.group);
     this.qualityMode = options.quality;
@@ -742,28 +744,10 @@ export class App implements EngineEvents {
   lookAtAll(fly: boolean): void {
     this.ownView = false;
     if (fly) this.follow = false;
-    const all = (): Sphere => {
-      const pieces = this.piecePlaces();
-      return pieces.length > 0 ? ballOf(within(pieces, this.stage.middle, this.stage.reach)) : this.mesh.bounds;
-    };
-    if (fly && !matchMedia('(prefers-reduced-motion: reduce)').matches) this.stage.flyTo(all, performance.now());
-    else this.stage.lookAt(all());
+    if (fly && !matchMedia('(prefers-reduced-motion: reduce)').matches)
+      this.stage.flyTo(() => this.pieceView.ball(), performance.now());
+    else this.stage.lookAt(this.pieceView.ball());
     this.touch(false);
-  }
-  /** Pieces of the body, and how many of those within reach are wholly outside the picture. */
-  outOfView(): { count: number; outside: number } {
-    if (!this.ready || this.stage.scopeOn) return { count: 0, outside: 0 };
-    const pieces = this.piecePlaces(),
-      { middle, reach } = this.stage;
-    const near = pieces.filter((p) => p.some((x) => x.distanceTo(middle) < reach));
-    return { count: pieces.length, outside: near.filter((p) => !p.some((x) => this.stage.sees(x))).length };
-  }
-  private readonly pieceList = new Pieces();
-  private piecePlaces(): Vector3[][] {
-    const s = this.mesh.state;
-    if (!s) return [];
-    this.pieceList.update(s);
-    return this.pieceList.places(s, this.mesh.cells.pose);
   }
   setRecording(on: boolean): void {
     this.recording = on;
@@ -1418,7 +1402,7 @@ export class App implements EngineEvents {
       ready: this.ready && s !== null,
       software: this.stage.software,
       camera: { position: camera.toArray(), target: target.toArray() },
-      outOfView: this.outOfView(),
+      outOfView: this.pieceView.count(),
       bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
       blade: this.blade.visible,
       bladeLevel: this.blade.level,

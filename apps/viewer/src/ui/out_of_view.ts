@@ -27,9 +27,9 @@ export function bindOutOfView(app: App, changed: () => void): () => void {
     away = new Away();
   button.onclick = () => app.lookAtAll(true);
   return () => {
-    const { count, outside } = app.outOfView();
+    const { all, outside } = app.pieceView.count();
     const told = away.at(performance.now(), outside);
-    if (told > 0) setText('away-show', awayWords(told, count));
+    if (told > 0) setText('away-show', awayWords(told, all));
     if (box.hidden === (told === 0)) return;
     if (told === 0 && document.activeElement === button) byId('view').focus({ preventScroll: true });
     box.hidden = told === 0;

@@ -19,8 +19,9 @@ const text = (id) => page.evaluate((i) => document.getElementById(i).textContent
 const toasts = () => page.evaluate(() => [...document.querySelectorAll('#toasts p')].map((p) => p.textContent));
 const says = (part) => page.waitForFunction((t) => [...document.querySelectorAll('#toasts p')].some((p) => p.textContent.includes(t)), part);
 const scene = async (name) => {
+  const { bodies } = await state(page);
   await page.evaluate((n) => { window.kerf.app.command(8, [], n); }, name);
-  await until(page, (n) => window.kerf.state().scene === n && window.kerf.state().ready, name);
+  await until(page, ([n, b]) => window.kerf.state().scene === n && window.kerf.state().ready && window.kerf.state().bodies > b, [name, bodies]);
 };
 const playing = (on) => until(page, (want) => window.kerf.state().playing === want, on);
 const drop = (name, bytes) => page.evaluate(([n, t]) => {
@@ -332,7 +333,8 @@ await check('what is drawn as a floor is an obstacle; where there is none, the p
   for (const [name, floor] of [['sheet', null], ['tube', null], ['meniscus-probe', null], ['spiral', -0.1], ['crossing-strips', -0.15], ['draped-sheet-1500', -0.47], ['steak-on-a-board', -0.0305]]) {
     await scene(name);
     await page.evaluate(() => { if (!window.kerf.app.playing) window.kerf.app.togglePlay(); });
-    await until(page, () => window.kerf.state().time > 0.1);
+    const { frames } = await state(page);
+    await until(page, (f) => window.kerf.state().frames > f + 5, frames);
     const { floor: drawn } = await state(page);
     assert.ok(floor === null ? drawn === null : Math.abs(drawn - floor) < 1e-6, `${name}: ${drawn}`);
     if (floor !== null) continue;

@@ -34,6 +34,7 @@ import { BodyState } from './scene/body_state';
 import { Ink } from './scene/ink';
 import { type Look, type QualityLevel, toLook } from './scene/materials';
 import { makeNoiseTexture } from './scene/noise';
+import { receiveContact } from './scene/occlusion';
 import { Overlays, type ViewName } from './scene/overlays';
 import { readThings, type Thing } from './engine/things';
 import { ThingsView } from './scene/things';
@@ -321,6 +322,7 @@ export class App implements EngineEvents {
     this.stage = new Stage(canvas, noise, options.antialias, options.software);
     this.stage.plain = options.plain ?? false;
     this.mesh = new BodyMesh(noise);
+    this.stage.contact = this.mesh.occlusion.uniforms;
     this.overlays = new Overlays(this.mesh);
     this.pieceView = new PieceView(this.mesh, this.stage);
     this.ink = new Ink(ink);
@@ -1165,7 +1167,9 @@ export class App implements EngineEvents {
   }
 
   private furnish(): void {
-    this.things.set(this.thingList, this.stage.size, this.look, this.level, this.stage.makeWood());
+    this.things.set(this.thingList, this.stage.size, this.look, this.level, this.stage.makeWood(), (m) =>
+      receiveContact(m, this.mesh.occlusion.uniforms),
+    );
   }
 
   /** Ends the current stroke at a sample. */
@@ -1279,6 +1283,7 @@ export class App implements EngineEvents {
       this.latency.echoed(pending.input, performance.now(), 'motion');
     }
     if (state && this.mesh.crease.update(state, now, this.strokeActive)) this.touch(false);
+    if (state && this.mesh.occlusion.update(state, this.mesh.cells.pose, now)) this.touch(false);
     this.sendHeld(false);
     this.sendLed();
     this.sendHover(now);

@@ -21,6 +21,7 @@ import {
   disposeMaterials,
   makeBodyMaterials,
 } from './materials';
+import { Occlusion } from './occlusion';
 import type { Range } from './ranges';
 import type { Fading, Patch } from '../engine/protocol';
 
@@ -39,6 +40,7 @@ function upload(attribute: BufferAttribute, ranges: Range[], items: number): voi
 export class BodyMesh {
   readonly group = new Group();
   readonly cells = new CellTextures();
+  readonly occlusion = new Occlusion();
   readonly crease = new Crease(this.cells.uniforms);
   state: BodyState | null = null;
   attributes: Attributes | null = null;
@@ -51,6 +53,7 @@ export class BodyMesh {
     uBoxMin: { value: new Vector3() },
     uBoxMax: { value: new Vector3() },
     uFibre: { value: new Vector3(0, 0, 1) },
+    ...this.occlusion.uniforms,
     uTextureScale: { value: 1 },
     uLesion: { value: 0 },
     uLesionA: { value: new Vector4() },
@@ -97,7 +100,6 @@ export class BodyMesh {
   setLook(look: Look, level: QualityLevel): void {
     this.look = look;
     this.level = level;
-    this.cells.smooth = level !== 'lite';
     this.crease.setLook(look);
     const old = this.materials;
     this.materials = makeBodyMaterials(look, level, this.open, this.cells.uniforms, this.noise, this.frame);
@@ -120,6 +122,7 @@ export class BodyMesh {
       this.setLook(this.look, this.level);
     }
     this.cells.setBody(state);
+    this.occlusion.fill(state, this.cells.pose);
     this.build();
     this.crease.setBody(0.26 / (this.frame.uTextureScale!.value as number), this.open);
     this.group.visible = true;
@@ -158,6 +161,7 @@ export class BodyMesh {
       this.wall.geometry.setDrawRange(0, 3 * state.nw);
     }
     this.cells.update(state);
+    this.occlusion.moved();
     this.crease.patched(state);
     this.updateBounds();
     return effect;
@@ -179,6 +183,7 @@ export class BodyMesh {
     if (!moved) return offsets.length > 0;
     state.nodes.set(nodes);
     this.cells.update(state);
+    this.occlusion.moved();
     this.updateBounds();
     return true;
   }

@@ -3,7 +3,7 @@ import {
   DoubleSide,
   FrontSide,
   MeshDepthMaterial,
-  MeshLambertMaterial,
+  MeshPhongMaterial,
   MeshPhysicalMaterial,
   MeshStandardMaterial,
   type Data3DTexture,
@@ -11,6 +11,9 @@ import {
   type Material,
   type WebGLProgramParametersWithUniforms,
 } from 'three';
+import { kFilm, kLooks } from './looks';
+import { kOcclusionSource } from './occlusion';
+import { takeOneTap } from './soft_shadow';
 import { kSkinningDeclarations } from './skinning';
 
 export type Look = 'steak' | 'meniscus' | 'sheet';
@@ -19,79 +22,6 @@ export type Uniforms = Record<string, IUniform>;
 
 export const toLook = (name: unknown): Look => (name === 'meniscus' || name === 'sheet' ? name : 'steak');
 
-/**
- * Each look defines kSurface(rest position in texture units): albedo, roughness and height. One texture unit is chosen so
- * that a body of 0.26 "units" across looks like the demo steak, whatever its size in metres.
- */
-const kLooks: Record<Look, string> = {
-  steak: /* glsl */ `
-void kSurface(vec3 r, out vec3 albedo, out float rough, out float height, out float glow) {
-  vec3 p = r + (texture(uNoise, r / 0.17).rgb - 0.5) * 0.040;
-#ifndef KERF_LITE
-  p += (texture(uNoise, p.yzx / 0.046 + 0.37).rgb - 0.5) * 0.0105;
-#endif
-  vec3 s = p * vec3(1.0, 1.25, 1.0);
-  vec4 a = texture(uNoise, s / 0.150 + 0.11);
-  vec4 b = texture(uNoise, s.zxy / 0.066 + 0.53);
-  float slow = smoothstep(0.38, 0.64, texture(uNoise, r / 0.30 + 0.7).g);
-  float thick = mix(0.35, 1.5, smoothstep(0.35, 0.7, a.b));
-  float v1 = 1.0 - smoothstep(0.004, 0.026 * thick, abs(a.r - 0.5));
-  v1 *= smoothstep(0.50, 0.62, b.g) * smoothstep(0.40, 0.52, a.g);
-  float v2 = (1.0 - smoothstep(0.004, 0.040 * thick, abs(b.r - 0.5))) * smoothstep(0.53, 0.66, a.g) * (0.35 + 0.65 * slow);
-  float fat = max(v1, v2);
-#ifndef KERF_LITE
-  vec4 c = texture(uNoise, s.yzx / 0.028 + 0.29);
-  float v3 = (1.0 - smoothstep(0.012, 0.075, abs(c.g - 0.5))) * smoothstep(0.52, 0.66, b.b) * smoothstep(0.42, 0.6, c.r);
-  fat = max(fat, (0.45 + 0.5 * slow) * v3);
-  vec4 fine = texture(uNoise, vec3(r.x, r.y * 0.35, r.z) / 0.021);
-#else
-  vec4 fine = vec4(0.5);
-#endif
-  float rim = uBoxMax.y - 0.0135 + 0.020 * (a.b - 0.5) + 0.008 * (b.r - 0.5) - 0.9 * r.x * r.x;
-  float cap = smoothstep(rim - 0.0010, rim + 0.0012, r.y);
-  fat = max(fat, cap);
-  float deep = clamp(0.5 + 1.5 * (a.g - 0.5) + 0.9 * (b.b - 0.5), 0.0, 1.0);
-  vec3 meat = mix(vec3(0.150, 0.0085, 0.012), vec3(0.395, 0.030, 0.030), deep);
-  meat *= 0.84 + 0.32 * fine.a;
-  vec3 tallow = mix(vec3(0.74, 0.56, 0.42), vec3(0.83, 0.71, 0.58), b.r) * (0.93 + 0.14 * fine.a);
-  tallow = mix(tallow, vec3(0.66, 0.30, 0.22), 0.35 * (1.0 - smoothstep(0.25, 1.0, fat)));
-  albedo = mix(meat, tallow, 0.94 * fat);
-  rough = mix(0.40 + 0.16 * (fine.r - 0.5), 0.52, fat);
-  height = 0.00030 * fine.a + 0.00050 * fine.r + 0.00045 * fat + 0.0007 * b.g;
-  glow = mix(0.16, 0.05, fat);
-}`,
-  meniscus: /* glsl */ `
-void kSurface(vec3 r, out vec3 albedo, out float rough, out float height, out float glow) {
-  vec3 w = texture(uNoise, r / 0.30).rgb - 0.5;
-  vec3 p = r + w * 0.024;
-  // Whole turns are whole tiles of the noise: no seam.
-  float angle = atan(p.y - uFibre.y, p.x - uFibre.x), radius = length(p.xy - uFibre.xy);
-  vec4 a = texture(uNoise, r / 0.19 + 0.3);
-  vec4 coarse = texture(uNoise, vec3(radius * 9.0, angle * 0.318310, p.z * 8.0));
-  vec4 fibre = texture(uNoise, vec3(radius * 26.0, angle * 0.636620, p.z * 24.0));
-  float band = smoothstep(0.25, 0.75, 0.55 * coarse.r + 0.45 * fibre.g);
-  float outer = smoothstep(0.45, 1.05, radius / uFibre.z);
-  vec3 pearl = mix(vec3(0.315, 0.335, 0.330), vec3(0.395, 0.380, 0.320), smoothstep(0.35, 0.65, a.r));
-  vec3 warm = mix(vec3(0.400, 0.315, 0.205), vec3(0.360, 0.190, 0.145), smoothstep(0.50, 0.72, a.g));
-  albedo = mix(pearl, warm, clamp(0.9 * outer * (0.5 + 1.6 * (a.b - 0.35)), 0.0, 0.85));
-  albedo *= 0.74 + 0.46 * band;
-  rough = 0.24 + 0.26 * (1.0 - band);
-  height = 0.0010 * band + 0.0008 * a.g;
-  glow = 0.20;
-}`,
-  sheet: /* glsl */ `
-void kSurface(vec3 r, out vec3 albedo, out float rough, out float height, out float glow) {
-  vec4 a = texture(uNoise, r / 0.24);
-  vec4 b = texture(uNoise, r.yzx / 0.033);
-  albedo = mix(vec3(0.250, 0.470, 0.640), vec3(0.300, 0.535, 0.705), a.r) * (0.965 + 0.07 * b.a);
-  float speck = smoothstep(0.74, 0.80, b.r);
-  albedo = mix(albedo, vec3(0.52, 0.68, 0.78), 0.25 * speck);
-  rough = 0.42 + 0.14 * (b.g - 0.5);
-  height = 0.00022 * b.a + 0.0004 * a.g;
-  glow = 0.12;
-}`,
-};
-
 const kFragmentDeclarations = /* glsl */ `
 uniform highp sampler3D uNoise;
 uniform vec3 uBoxMin, uBoxMax, uFibre;
@@ -99,6 +29,10 @@ uniform float uTextureScale;
 varying vec3 vRest;
 varying float vMarked;
 vec3 kAlbedo; float kRough, kHeight, kGlow;
+const float kShadeOfSun = 0.5; // share of a place's shade that the sun's light takes too; the shadow map does the rest
+float kWet = 0.8; // 0 to 1: film of liquid
+const float kWindowLight = 3.0; // of the mirrored window, in units of white
+float kFat; // share of fat, or of bright fibres
 uniform int uLesion;
 uniform vec4 uLesionA, uLesionB;
 // Distance into the marked region (texture units); negative outside.
@@ -136,6 +70,33 @@ const kBump = /* glsl */ `
 }
 `;
 
+// The sky that walls of a slit shut out, and what the body lies on below it.
+const kShade = /* glsl */ `
+#include <aomap_fragment>
+{
+  vec3 upright = kInWorld(normal);
+  float high = (vInSpace.z - uBulkLowest) / (0.10 * uBulkSize);
+  float open = kOpen(vInSpace, upright) * mix(1.0, mix(0.45, 1.0, smoothstep(0.0, 1.0, high)), clamp(0.6 - upright.z, 0.0, 1.0));
+  reflectedLight.indirectDiffuse *= open;
+  reflectedLight.directDiffuse *= mix(1.0, open, kShadeOfSun);
+  reflectedLight.indirectSpecular *= open;
+  reflectedLight.directSpecular *= mix(1.0, open, kShadeOfSun);
+  totalEmissiveRadiance *= open;
+#ifdef USE_CLEARCOAT
+  clearcoatSpecularIndirect *= open;
+#endif
+}`;
+
+// Sharper and stronger where it is wet; the window is mirrored beside the sun, which the light itself brings.
+const kLiteFilm = /* glsl */ `
+#include <lights_phong_fragment>
+material.specularShininess = mix(26.0, 110.0, kWet);
+material.specularStrength = kWet * (1.4 - 1.6 * kRough);
+{
+  vec3 eye = normalize(vViewPosition);
+  totalEmissiveRadiance += kWet * kWindowLight * kFresnel(dot(eye, normal)) * kWindow(kInWorld(reflect(-eye, normal)));
+}`;
+
 /** Adds skinning to a built-in material; `fragment` may patch the fragment shader. */
 export function patchSkinning(
   material: Material,
@@ -150,11 +111,11 @@ export function patchSkinning(
     shader.vertexShader = shader.vertexShader
       .replace(
         '#include <common>',
-        `#include <common>\n${head}${kSkinningDeclarations}\nvarying vec3 vRest;\nvarying float vMarked;`,
+        `#include <common>\n${head}${kSkinningDeclarations}\nvarying vec3 vRest, vInSpace;\nvarying float vMarked;`,
       )
       .replace(
         'void main() {',
-        'void main() {\n\tkSkin(position, normal);\n\tvRest = position * uTextureScaleV;\n\tvMarked = kMarked;',
+        'void main() {\n\tkSkin(position, normal);\n\tvRest = position * uTextureScaleV;\n\tvInSpace = kPos;\n\tvMarked = kMarked;',
       )
       .replace(
         '#include <beginnormal_vertex>',
@@ -171,10 +132,13 @@ function surfacePatch(look: Look, level: QualityLevel): (shader: WebGLProgramPar
   return (shader) => {
     const lite = level === 'lite' ? '#define KERF_LITE\n' : '';
     let f = shader.fragmentShader
-      .replace('#include <common>', `#include <common>\n${lite}${kFragmentDeclarations}${kLooks[look]}`)
+      .replace(
+        '#include <common>',
+        `#include <common>\n${lite}${kFragmentDeclarations}${kFilm}${kOcclusionSource}${kLooks[look]}`,
+      )
       .replace(
         '#include <color_fragment>',
-        'kSurface(vRest, kAlbedo, kRough, kHeight, kGlow);\n\tkMark(vRest, kAlbedo);\n\tkHatch(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;',
+        'kSurface(vRest);\n\tkMark(vRest, kAlbedo);\n\tkHatch(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;',
       )
       .replace('#include <roughnessmap_fragment>', 'float roughnessFactor = clamp(kRough * roughness, 0.08, 1.0);');
     if (level !== 'lite') f = f.replace('#include <normal_fragment_maps>', kBump);
@@ -183,6 +147,8 @@ function surfacePatch(look: Look, level: QualityLevel): (shader: WebGLProgramPar
       '#include <emissivemap_fragment>',
       'totalEmissiveRadiance += kAlbedo * kGlow * (0.25 + 0.75 * pow(1.0 - clamp(dot(normalize(vViewPosition), normal), 0.0, 1.0), 2.0));',
     );
+    f = f.replace('#include <aomap_fragment>', kShade);
+    if (level === 'lite') f = f.replace('#include <lights_phong_fragment>', kLiteFilm);
     shader.fragmentShader = f;
   };
 }
@@ -205,11 +171,11 @@ export function makeBodyMaterials(
 ): BodyMaterials {
   const uniforms: Uniforms = { ...cells, ...frame, uNoise: { value: noise } };
   const side = open ? DoubleSide : FrontSide;
-  const defines = level === 'lite' ? [] : ['KERF_SMOOTH'];
+  const defines = ['KERF_SMOOTH'];
   const make = (wall: boolean): Material => {
-    let m: MeshPhysicalMaterial | MeshStandardMaterial | MeshLambertMaterial;
+    let m: MeshPhysicalMaterial | MeshStandardMaterial | MeshPhongMaterial;
     if (level === 'full') {
-      const coat = look === 'steak' ? (wall ? 0.22 : 0.4) : look === 'meniscus' ? (wall ? 0.3 : 0.55) : 0.12;
+      const coat = look === 'steak' ? (wall ? 0.5 : 0.75) : look === 'meniscus' ? (wall ? 0.3 : 0.55) : 0.12;
       m = new MeshPhysicalMaterial({
         side: wall ? FrontSide : side,
         clearcoat: coat,
@@ -217,11 +183,12 @@ export function makeBodyMaterials(
         roughness: 1,
         metalness: 0,
         ior: 1.4,
+        specularIntensity: look === 'sheet' ? 1 : 0.45, // the coat mirrors before the tissue does
       });
     } else if (level === 'low') {
       m = new MeshStandardMaterial({ side: wall ? FrontSide : side, roughness: 0.82, metalness: 0 });
     } else {
-      m = new MeshLambertMaterial({ side: wall ? FrontSide : side });
+      m = takeOneTap(new MeshPhongMaterial({ side: wall ? FrontSide : side, specular: 0x383838 }));
     }
     if (wall) m.color.setRGB(0.97, 0.94, 0.94);
     patchSkinning(m, uniforms, defines, `${look}-${level}-${open ? 'open' : 'closed'}`, surfacePatch(look, level));

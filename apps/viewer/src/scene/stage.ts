@@ -1,7 +1,6 @@
 // Renderer, camera, light, and the ground of scenes that have one.
 import {
   ACESFilmicToneMapping,
-  BasicShadowMap,
   CircleGeometry,
   Color,
   DirectionalLight,
@@ -26,11 +25,13 @@ import {
   type Texture,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
-import { RoomEnvironment } from 'three/examples/jsm/environments/RoomEnvironment.js';
 import { Arthroscope, type ScopePlace } from './arthroscope';
 import { makeBackdrop } from './backdrop';
 import { Flight, type View } from './flight';
-import type { Look, QualityLevel } from './materials';
+import type { Look, QualityLevel, Uniforms } from './materials';
+import { receiveContact } from './occlusion';
+import { installOneTap, takeOneTap } from './soft_shadow';
+import { disposeSurroundings, makeSurroundings } from './surroundings';
 import type { Vec3 } from '../engine/protocol';
 
 Object3D.DEFAULT_UP.set(0, 0, 1);
@@ -42,6 +43,11 @@ export interface Box {
 
 const kFieldOfView = 32; // degrees, of the free camera
 const kReach = 12; // diagonals of the scene's bodies
+// Half the side of the region that casts and takes shadows, in sizes of the body. Less cuts the shadows of instruments; more
+// makes them coarse, and costs the CPU as a GPU a tenth of a picture.
+const kShadows = 1.3;
+const kShadowsLite = 0.85;
+const kEnvironmentBlur = 0.01; // radians; the window's edges are soft by themselves
 const kJoint = 0x120504; // what is dark in a joint
 
 const kWood = /* glsl */ `
@@ -76,6 +82,8 @@ export class Stage {
   readonly scope = new Arthroscope();
   private scopeIsOn = false;
   private readonly tipLight = new PointLight(0xfff4e6, 0, 0, 2);
+  /** Uniforms of the body's shade, which falls on the ground. */
+  contact: Uniforms = {};
   private environment: Texture | null = null;
   private readonly ground = new Mesh();
   private readonly wood = { uNoise: { value: null as Data3DTexture | null }, uScale: { value: 1 } };
@@ -95,6 +103,8 @@ export class Stage {
       preserveDrawingBuffer: false,
     });
     this.renderer.toneMapping = ACESFilmicToneMapping;
+    installOneTap();
+    this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.autoUpdate = false;
     this.wood.uNoise.value = noise;
@@ -148,15 +158,15 @@ export class Stage {
       shadow.map?.dispose();
       shadow.map = null;
     }
-    this.renderer.shadowMap.type = level === 'lite' ? BasicShadowMap : PCFShadowMap;
     shadow.radius = level === 'full' ? 3.5 : 2.5;
     if (level !== 'lite' && !this.environment) {
       const generator = new PMREMGenerator(this.renderer);
-      this.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+      const surroundings = makeSurroundings();
+      this.environment = generator.fromScene(surroundings, kEnvironmentBlur).texture;
+      disposeSurroundings(surroundings);
       generator.dispose();
     }
     this.scene.environment = level === 'lite' ? null : this.environment;
-    this.scene.environmentRotation.set(Math.PI / 2, 0, 0.6);
     this.light();
     this.buildGround();
     this.renderer.shadowMap.needsUpdate = true;
@@ -166,10 +176,17 @@ export class Stage {
   private light(): void {
     const inside = this.scopeIsOn,
       lite = this.level === 'lite';
-    this.scene.environmentIntensity = inside ? 0.07 : 0.42;
+    this.scene.environmentIntensity = inside ? 0.07 : 0.7;
     this.sky.intensity = inside ? 0.12 : lite ? 1.9 : 0.25;
     this.sun.visible = !inside;
     this.fill.visible = !inside && this.level === 'full';
+    const shadow = this.sun.shadow.camera,
+      half = (lite ? kShadowsLite : kShadows) * this.size;
+    shadow.left = shadow.bottom = -half;
+    shadow.right = shadow.top = half;
+    shadow.near = 0.3 * this.size;
+    shadow.far = 5 * this.size;
+    shadow.updateProjectionMatrix();
     this.tipLight.visible = inside;
     this.tipLight.intensity = (lite ? 3.2 : 2.8) * this.size * this.size;
     const fog = this.scene.fog as Fog;
@@ -227,15 +244,18 @@ export class Stage {
     this.wood.uScale.value = 0.26 / d;
     this.ground.material =
       this.level === 'lite'
-        ? new MeshLambertMaterial({ color: this.groundColour() })
+        ? takeOneTap(new MeshLambertMaterial({ color: this.groundColour() }))
         : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
+    receiveContact(this.ground.material, this.contact);
     this.furnish();
   }
 
   /** Planks, for obstacles that are boards. */
   makeWood(): MeshStandardMaterial | MeshLambertMaterial {
     const material =
-      this.level === 'lite' ? new MeshLambertMaterial() : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
+      this.level === 'lite'
+        ? takeOneTap(new MeshLambertMaterial())
+        : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.wood);
       shader.vertexShader = shader.vertexShader
@@ -246,7 +266,7 @@ export class Stage {
         .replace('#include <color_fragment>', 'diffuseColor.rgb = kWood(vPlace);');
     };
     material.customProgramCacheKey = () => 'kerf-wood';
-    return material;
+    return receiveContact(material, this.contact);
   }
 
   private furnish(): void {
@@ -291,11 +311,6 @@ export class Stage {
     this.fill.position.copy(centre).add(new Vector3(1.4 * d, -1.2 * d, 0.8 * d));
     this.fill.target.position.copy(centre);
     const s = this.sun.shadow;
-    s.camera.left = s.camera.bottom = -1.3 * d;
-    s.camera.right = s.camera.top = 1.3 * d;
-    s.camera.near = 0.3 * d;
-    s.camera.far = 5 * d;
-    s.camera.updateProjectionMatrix();
     s.bias = -0.0004;
     s.normalBias = 0.0045 * d;
     this.home.target.copy(centre).add(new Vector3(0, 0, -0.03 * d));

@@ -20,6 +20,7 @@ import { toCreasedNormals } from 'three/examples/jsm/utils/BufferGeometryUtils.j
 import { ContactWith, kContactFloats, kPlaceFloats, kToolFloats } from '../engine/protocol';
 import type { Thing, ThingPart } from '../engine/things';
 import type { Look, QualityLevel } from './materials';
+import { takeOneTap } from './soft_shadow';
 import type { Vec3 } from '../engine/protocol';
 
 interface Jaw {
@@ -125,17 +126,28 @@ export class ThingsView {
     return this.shown.length > 0;
   }
 
-  /** New things; nothing is placed yet. `wood`: the stage's own board. */
-  set(things: Thing[], size: number, look: Look, level: QualityLevel, wood: Material): void {
+  /** New things; nothing is placed yet. `wood`: the stage's own board; `shaded` gives obstacles the body's shade. */
+  set(
+    things: Thing[],
+    size: number,
+    look: Look,
+    level: QualityLevel,
+    wood: Material,
+    shaded: (m: Material) => Material,
+  ): void {
     this.clear();
     this.size = size;
     const lite = level === 'lite';
     const make = (color: number, roughness: number, metalness: number): Material =>
-      lite ? new MeshLambertMaterial({ color }) : new MeshStandardMaterial({ color, roughness, metalness });
+      lite ? takeOneTap(new MeshLambertMaterial({ color })) : new MeshStandardMaterial({ color, roughness, metalness });
     const steel = make(lite ? 0xb4bbc2 : 0x9aa3ab, 0.32, 0.85),
       jaw = make(lite ? 0xcdd3d8 : 0xb5bdc4, 0.25, 0.9);
     const obstacle =
-      look === 'meniscus' ? make(0xd9cfba, 0.6, 0) : look === 'steak' ? wood : make(0x5d7f99, 0.55, 0.05);
+      look === 'meniscus'
+        ? shaded(make(0xd9cfba, 0.6, 0))
+        : look === 'steak'
+          ? wood
+          : shaded(make(0x5d7f99, 0.55, 0.05));
     const ball = look === 'steak' ? make(0x6b7a86, 0.5, 0.1) : obstacle;
     const ghost = new MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28, depthWrite: false });
     this.materials = [steel, jaw, ball, ghost, ...(obstacle === wood ? [] : [obstacle])];

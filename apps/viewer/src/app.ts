@@ -318,8 +318,9 @@ export class App implements EngineEvents {
     options: AppOptions,
   ) {
     this.canvas = canvas;
-    const noise = makeNoiseTexture(options.quality === 'lite' || options.software ? 32 : 64);
-    this.stage = new Stage(canvas, noise, options.antialias, options.software);
+    const samples = options.quality === 'lite' || options.software ? 32 : 64;
+    const noise = makeNoiseTexture(samples);
+    this.stage = new Stage(canvas, makeNoiseTexture(samples, true), options.antialias, options.software);
     this.stage.plain = options.plain ?? false;
     this.mesh = new BodyMesh(noise);
     this.stage.contact = this.mesh.occlusion.uniforms;
@@ -450,6 +451,7 @@ export class App implements EngineEvents {
     this.frames++;
     const showed = this.showing;
     this.time = frame.time;
+    if (this.mesh.setTime(frame.time)) this.touch(false);
     if (showed !== this.showing) {
       this.hoverChanged = true;
       if (showed && this.blade.leave()) this.touch(true);

@@ -22,6 +22,7 @@ import {
   makeBodyMaterials,
 } from './materials';
 import { Occlusion } from './occlusion';
+import { kDryAfter } from './looks';
 import type { Range } from './ranges';
 import type { Fading, Patch } from '../engine/protocol';
 
@@ -30,7 +31,10 @@ export interface Attributes {
   normal: BufferAttribute;
   copy: BufferAttribute;
   offset: BufferAttribute;
+  birth: BufferAttribute;
 }
+
+const kDryStep = kDryAfter / 40; // seconds between pictures that only drying asks for; twice of it is seen to jump
 
 function upload(attribute: BufferAttribute, ranges: Range[], items: number): void {
   for (const r of ranges) attribute.addUpdateRange(items * r.start, items * (r.end - r.start));
@@ -55,6 +59,7 @@ export class BodyMesh {
     uFibre: { value: new Vector3(0, 0, 1) },
     ...this.occlusion.uniforms,
     uTextureScale: { value: 1 },
+    uTime: { value: 0 },
     uLesion: { value: 0 },
     uLesionA: { value: new Vector4() },
     uLesionB: { value: new Vector4() },
@@ -115,6 +120,7 @@ export class BodyMesh {
     this.fixed = new Uint32Array(0);
     this.cells.marked = null;
     this.lastEffect = null;
+    this.lastBirth = -Infinity;
     this.frameTextures(state);
     const open = isOpen(state);
     if (open !== this.open || !this.materials) {
@@ -145,7 +151,8 @@ export class BodyMesh {
 
   applyPatch(patch: Patch): PatchEffect {
     const state = this.state!;
-    const effect = state.apply(patch);
+    const effect = state.apply(patch, this.time);
+    this.lastBirth = this.time;
     this.lastEffect = effect;
     if (effect.regrown) {
       this.build();
@@ -155,6 +162,7 @@ export class BodyMesh {
       upload(a.normal, effect.vertices, 4);
       upload(a.copy, effect.vertices, 1);
       upload(a.offset, effect.offsets, 3);
+      upload(a.birth, effect.vertices, 1);
       upload(this.skin.geometry.index!, effect.skin, 3);
       upload(this.wall.geometry.index!, effect.wall, 3);
       this.skin.geometry.setDrawRange(0, 3 * state.ns);
@@ -188,6 +196,17 @@ export class BodyMesh {
     return true;
   }
 
+  /** Time of the body, by which walls dry; true while one looks different for it. */
+  setTime(time: number): boolean {
+    const before = this.time;
+    this.time = time;
+    if (Math.abs(time - (this.frame.uTime!.value as number)) < kDryStep) return false;
+    this.frame.uTime!.value = time;
+    return Math.min(before, time) < this.lastBirth + kDryAfter;
+  }
+  private time = 0;
+  private lastBirth = -Infinity;
+
   private updateBounds(): void {
     const s = this.state!,
       n = 3 * s.nn;
@@ -214,13 +233,15 @@ export class BodyMesh {
       normal = new BufferAttribute(s.normal, 4, true);
     const copy = new BufferAttribute(s.copy, 1),
       offset = new BufferAttribute(s.offset, 3);
-    this.attributes = { rest, normal, copy, offset };
+    const birth = new BufferAttribute(s.birth, 1);
+    this.attributes = { rest, normal, copy, offset, birth };
     const geometry = (index: Uint32Array, count: number): BufferGeometry => {
       const g = new BufferGeometry();
       g.setAttribute('position', rest);
       g.setAttribute('normal', normal);
       g.setAttribute('copyId', copy);
       g.setAttribute('kOffset', offset);
+      g.setAttribute('kBirth', birth);
       const indices = new BufferAttribute(index, 1);
       indices.setUsage(DynamicDrawUsage);
       g.setIndex(indices);
@@ -228,7 +249,7 @@ export class BodyMesh {
       g.boundingSphere = this.bounds;
       return g;
     };
-    for (const a of [rest, normal, copy, offset]) a.setUsage(DynamicDrawUsage);
+    for (const a of [rest, normal, copy, offset, birth]) a.setUsage(DynamicDrawUsage);
     this.skin.geometry = geometry(s.skin, s.ns);
     this.wall.geometry = geometry(s.wall, s.nw);
     this.generation++;

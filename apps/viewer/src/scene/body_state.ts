@@ -2,6 +2,9 @@
 import { type Range, changedRanges } from './ranges';
 import type { Body, Fading, Patch, TriangleChange } from '../engine/protocol';
 
+/** Birth of what was there before the first patch: as dry as can be. */
+export const kAlways = -1e9;
+
 type Numbers = Float32Array | Uint32Array | Int16Array;
 
 /** Room for growth: half as much again, in whole thousands. */
@@ -39,6 +42,7 @@ export class BodyState {
   normal: Int16Array;
   copy: Uint32Array;
   offset: Float32Array; // metres beside where the copy puts a vertex: zero but for those in `fading`
+  birth: Float32Array; // seconds of the body's time when a vertex came here by a patch; kAlways: it came with the body
   fading: Uint32Array = new Uint32Array(0);
   skin: Uint32Array;
   wall: Uint32Array;
@@ -65,6 +69,7 @@ export class BodyState {
     this.normal = grown(b.normal, 4 * v);
     this.copy = grown(b.copy, v);
     this.offset = new Float32Array(3 * v);
+    this.birth = new Float32Array(v).fill(kAlways);
     this.skin = grown(b.skin, 3 * s);
     this.wall = grown(b.wall, 3 * w);
     this.copies = grown(b.copies, 8 * c);
@@ -73,8 +78,8 @@ export class BodyState {
     this.setFading(b.fading);
   }
 
-  /** Applies the change to the next version. The patch must be for this body and version. */
-  apply(p: Patch): PatchEffect {
+  /** Applies the change to the next version. The patch must be for this body and version. `time`: of the body, seconds. */
+  apply(p: Patch, time = 0): PatchEffect {
     if (p.body !== this.body || p.from !== this.version) throw new Error('patch for another version');
     const t = p.totals;
     const starts: [number, number, number, string][] = [
@@ -95,6 +100,7 @@ export class BodyState {
     const c0 = Math.min(this.nc, t.nc);
 
     const v = p.vertices;
+    this.born(v.ids, v.rest, v0, t.nv, time);
     scatter(this.rest, 3, v.ids, v.rest, v0);
     scatter(this.normal, 4, v.ids, v.normal, v0);
     scatter(this.copy, 1, v.ids, v.copy, v0);
@@ -123,6 +129,17 @@ export class BodyState {
     };
   }
 
+  /** Vertices that are new or come to another place of the body are as old as the patch. Before their places are set. */
+  private born(ids: Uint32Array, rest: Float32Array, from: number, to: number, time: number): void {
+    for (let i = 0; i < ids.length; i++) {
+      const o = 3 * ids[i]!;
+      const stays =
+        this.rest[o] === rest[3 * i] && this.rest[o + 1] === rest[3 * i + 1] && this.rest[o + 2] === rest[3 * i + 2];
+      if (!stays) this.birth[ids[i]!] = time;
+    }
+    this.birth.fill(time, from, to);
+  }
+
   /** Takes over all offsets; those of other vertices end. The vertices that this changes, those that are gone included. */
   setFading(f: Fading): Range[] {
     if (f.ids.length === 0 && this.fading.length === 0) return [];
@@ -145,6 +162,7 @@ export class BodyState {
       this.normal = grown(this.normal, 4 * v);
       this.copy = grown(this.copy, v);
       this.offset = grown(this.offset, 3 * v);
+      this.birth = grown(this.birth, v);
       regrown = true;
     }
     if (3 * ns > this.skin.length) {

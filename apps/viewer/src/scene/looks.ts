@@ -1,8 +1,12 @@
 // What tissue is made of: solid textures of the rest position, and how wet light comes back from them. GLSL.
 import type { Look } from './materials';
 
+/** Seconds of the body's time after which the wall of a cut looks like its skin. Less than two is not noticed. */
+export const kDryAfter = 8;
+
 /**
- * Each look defines kSurface(rest position in texture units), which sets kAlbedo, kRough, kHeight, kGlow and kFat. One
+ * Each look also defines kFreshWall(0: dry, 1: just cut; rest position): what it changes of what kSurface set. Each look
+ * defines kSurface(rest position in texture units), which sets kAlbedo, kRough, kHeight, kGlow and kFat. One
  * texture unit is chosen so that a body of 0.26 "units" across looks like the demo steak, whatever its size in metres.
  */
 export const kLooks: Record<Look, string> = {
@@ -54,6 +58,13 @@ void kSurface(vec3 r) {
   kHeight += 0.00012 * fine.r;
 #endif
   kGlow = mix(0.16, 0.05, kFat);
+}
+// Juice makes meat darker and fat yellower until air has dried it.
+void kFreshWall(float fresh, vec3 r) {
+  kAlbedo *= mix(vec3(1.0), mix(vec3(0.62, 0.52, 0.58), vec3(0.94, 0.86, 0.76), kFat), fresh);
+  kRough = mix(kRough, 0.22, 0.8 * fresh);
+  kWet = mix(kWet, 1.0, fresh);
+  kGlow = mix(kGlow, 0.10, fresh);
 }`,
   meniscus: /* glsl */ `
 void kSurface(vec3 r) {
@@ -74,6 +85,16 @@ void kSurface(vec3 r) {
   kHeight = 0.0010 * band + 0.0008 * a.g;
   kGlow = 0.20;
   kFat = fibre.r;
+}
+// Bundles of collagen that the blade has just parted: whiter than the skin, in lines along the bow.
+void kFreshWall(float fresh, vec3 r) {
+  float radius = length(r.xy - uFibre.xy);
+  float bundle = texture(uNoise, vec3(radius * 30.0, 0.37, r.z * 52.0)).r;
+  float line = smoothstep(0.42, 0.58, bundle);
+  kAlbedo = mix(kAlbedo, mix(vec3(0.52, 0.50, 0.45), vec3(0.78, 0.77, 0.73), line), 0.85 * fresh);
+  kHeight += 0.0008 * line * fresh;
+  kRough = mix(kRough, 0.20, 0.7 * fresh);
+  kWet = mix(kWet, 1.0, fresh);
 }`,
   sheet: /* glsl */ `
 void kSurface(vec3 r) {
@@ -85,6 +106,11 @@ void kSurface(vec3 r) {
   kRough = 0.42 + 0.14 * (b.g - 0.5);
   kHeight = 0.00022 * b.a + 0.0004 * a.g;
   kGlow = 0.12;
+  kWet = 0.35;
+}
+void kFreshWall(float fresh, vec3 r) {
+  kAlbedo *= mix(1.0, 0.80, fresh);
+  kWet = mix(kWet, 0.8, fresh);
 }`,
 };
 

@@ -11,9 +11,9 @@ import {
   type Material,
   type WebGLProgramParametersWithUniforms,
 } from 'three';
-import { kFilm, kLooks } from './looks';
+import { kDryAfter, kFilm, kLooks } from './looks';
 import { kOcclusionSource } from './occlusion';
-import { takeOneTap } from './soft_shadow';
+import { readShadowOnce } from './soft_shadow';
 import { kSkinningDeclarations } from './skinning';
 
 export type Look = 'steak' | 'meniscus' | 'sheet';
@@ -29,7 +29,7 @@ uniform float uTextureScale;
 varying vec3 vRest;
 varying float vMarked;
 vec3 kAlbedo; float kRough, kHeight, kGlow;
-const float kShadeOfSun = 0.5; // share of a place's shade that the sun's light takes too; the shadow map does the rest
+const float kShadeOfSun = 0.35; // share of a place's shade that the sun's light takes too; the shadow map does the rest
 float kWet = 0.8; // 0 to 1: film of liquid
 const float kWindowLight = 3.0; // of the mirrored window, in units of white
 float kFat; // share of fat, or of bright fibres
@@ -128,17 +128,31 @@ export function patchSkinning(
   material.customProgramCacheKey = () => `kerf-${key}-${defines.join('-')}`;
 }
 
-function surfacePatch(look: Look, level: QualityLevel): (shader: WebGLProgramParametersWithUniforms) => void {
+/** Walls know when they were cut: vFresh goes from 1 to 0 while they dry. */
+function addDrying(vertexShader: string): string {
+  return vertexShader
+    .replace('void main() {', 'in float kBirth;\nuniform float uTime;\nvarying float vFresh;\nvoid main() {')
+    .replace(
+      'vec3 transformed = kPos;',
+      `vec3 transformed = kPos;\n\tvFresh = 1.0 - smoothstep(0.0, ${kDryAfter.toFixed(1)}, max(0.0, uTime - kBirth));`,
+    );
+}
+
+function surfacePatch(
+  look: Look,
+  level: QualityLevel,
+  wall: boolean,
+): (shader: WebGLProgramParametersWithUniforms) => void {
   return (shader) => {
     const lite = level === 'lite' ? '#define KERF_LITE\n' : '';
     let f = shader.fragmentShader
       .replace(
         '#include <common>',
-        `#include <common>\n${lite}${kFragmentDeclarations}${kFilm}${kOcclusionSource}${kLooks[look]}`,
+        `#include <common>\n${lite}${wall ? 'varying float vFresh;\n' : ''}${kFragmentDeclarations}${kFilm}${kOcclusionSource}${kLooks[look]}`,
       )
       .replace(
         '#include <color_fragment>',
-        'kSurface(vRest);\n\tkMark(vRest, kAlbedo);\n\tkHatch(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;',
+        `kSurface(vRest);${wall ? '\n\tkFreshWall(vFresh, vRest);' : ''}\n\tkMark(vRest, kAlbedo);\n\tkHatch(vRest, kAlbedo);\n\tdiffuseColor.rgb = kAlbedo * diffuse;`,
       )
       .replace('#include <roughnessmap_fragment>', 'float roughnessFactor = clamp(kRough * roughness, 0.08, 1.0);');
     if (level !== 'lite') f = f.replace('#include <normal_fragment_maps>', kBump);
@@ -148,8 +162,14 @@ function surfacePatch(look: Look, level: QualityLevel): (shader: WebGLProgramPar
       'totalEmissiveRadiance += kAlbedo * kGlow * (0.25 + 0.75 * pow(1.0 - clamp(dot(normalize(vViewPosition), normal), 0.0, 1.0), 2.0));',
     );
     f = f.replace('#include <aomap_fragment>', kShade);
+    if (level === 'full')
+      f = f.replace(
+        '#include <lights_physical_fragment>',
+        '#include <lights_physical_fragment>\n\tmaterial.clearcoat = saturate(material.clearcoat * (0.4 + 0.75 * kWet));',
+      );
     if (level === 'lite') f = f.replace('#include <lights_phong_fragment>', kLiteFilm);
     shader.fragmentShader = f;
+    if (wall) shader.vertexShader = addDrying(shader.vertexShader);
   };
 }
 
@@ -175,7 +195,7 @@ export function makeBodyMaterials(
   const make = (wall: boolean): Material => {
     let m: MeshPhysicalMaterial | MeshStandardMaterial | MeshPhongMaterial;
     if (level === 'full') {
-      const coat = look === 'steak' ? (wall ? 0.5 : 0.75) : look === 'meniscus' ? (wall ? 0.3 : 0.55) : 0.12;
+      const coat = look === 'steak' ? 0.75 : look === 'meniscus' ? 0.55 : 0.12;
       m = new MeshPhysicalMaterial({
         side: wall ? FrontSide : side,
         clearcoat: coat,
@@ -188,10 +208,16 @@ export function makeBodyMaterials(
     } else if (level === 'low') {
       m = new MeshStandardMaterial({ side: wall ? FrontSide : side, roughness: 0.82, metalness: 0 });
     } else {
-      m = takeOneTap(new MeshPhongMaterial({ side: wall ? FrontSide : side, specular: 0x383838 }));
+      m = readShadowOnce(new MeshPhongMaterial({ side: wall ? FrontSide : side, specular: 0x383838 }));
     }
     if (wall) m.color.setRGB(0.97, 0.94, 0.94);
-    patchSkinning(m, uniforms, defines, `${look}-${level}-${open ? 'open' : 'closed'}`, surfacePatch(look, level));
+    patchSkinning(
+      m,
+      uniforms,
+      defines,
+      `${look}-${level}-${open ? 'open' : 'closed'}-${wall ? 'wall' : 'skin'}`,
+      surfacePatch(look, level, wall),
+    );
     return m;
   };
   const depth = new MeshDepthMaterial({ side: open ? DoubleSide : FrontSide });

@@ -218,8 +218,8 @@ uniform vec3 uBulkFrom, uBulkPerMetre;
 uniform float uBulkStep, uBulkLowest, uBulkSize;
 varying vec3 vInSpace;
 const float kLook = 2.2;     // voxels along the normal; below 2 a surface sees itself
-const float kShutFrom = 0.06, kShutTo = 0.62; // of the grid: from no to full shade
-const float kShut = 0.72;    // of the light that full shade takes; 1 makes slits black
+const float kShutFrom = 0.08, kShutTo = 0.90; // of the grid: from no to full shade
+const float kShut = 0.60;    // of the light that full shade takes; 1 makes slits black
 float kOpen(vec3 p, vec3 n) {
   vec3 q = (p + kLook * uBulkStep * n - uBulkFrom) * uBulkPerMetre;
   if (any(greaterThan(abs(q - 0.5), vec3(0.5)))) return 1.0; // most of a ground: reading costs more than asking

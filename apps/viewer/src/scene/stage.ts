@@ -30,7 +30,7 @@ import { makeBackdrop } from './backdrop';
 import { Flight, type View } from './flight';
 import type { Look, QualityLevel, Uniforms } from './materials';
 import { receiveContact } from './occlusion';
-import { installOneTap, takeOneTap } from './soft_shadow';
+import { installSoftShadows, readShadowOnce } from './soft_shadow';
 import { disposeSurroundings, makeSurroundings } from './surroundings';
 import type { Vec3 } from '../engine/protocol';
 
@@ -43,6 +43,9 @@ export interface Box {
 
 const kFieldOfView = 32; // degrees, of the free camera
 const kReach = 12; // diagonals of the scene's bodies
+/** Orders of drawing: bodies have 0. */
+export const kBehindBodies = 1;
+const kBehindAll = 2;
 // Half the side of the region that casts and takes shadows, in sizes of the body. Less cuts the shadows of instruments; more
 // makes them coarse, and costs the CPU as a GPU a tenth of a picture.
 const kShadows = 1.3;
@@ -103,7 +106,7 @@ export class Stage {
       preserveDrawingBuffer: false,
     });
     this.renderer.toneMapping = ACESFilmicToneMapping;
-    installOneTap();
+    installSoftShadows();
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.autoUpdate = false;
@@ -119,6 +122,8 @@ export class Stage {
     this.sun.castShadow = true;
     this.scene.add(this.sun, this.sun.target, this.fill, this.fill.target, this.sky, this.tipLight, this.ground);
     this.ground.receiveShadow = true;
+    // What lies under other things is drawn after them: what they hide costs nothing.
+    this.ground.renderOrder = kBehindAll;
     this.scene.fog = new Fog(0x808080, 1, 4);
     this.setTheme(false);
   }
@@ -244,7 +249,7 @@ export class Stage {
     this.wood.uScale.value = 0.26 / d;
     this.ground.material =
       this.level === 'lite'
-        ? takeOneTap(new MeshLambertMaterial({ color: this.groundColour() }))
+        ? readShadowOnce(new MeshLambertMaterial({ color: this.groundColour() }))
         : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
     receiveContact(this.ground.material, this.contact);
     this.furnish();
@@ -254,7 +259,7 @@ export class Stage {
   makeWood(): MeshStandardMaterial | MeshLambertMaterial {
     const material =
       this.level === 'lite'
-        ? takeOneTap(new MeshLambertMaterial())
+        ? readShadowOnce(new MeshLambertMaterial())
         : new MeshStandardMaterial({ roughness: 0.68, metalness: 0 });
     material.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, this.wood);

@@ -20,7 +20,8 @@ import { toCreasedNormals } from 'three/examples/jsm/utils/BufferGeometryUtils.j
 import { ContactWith, kContactFloats, kPlaceFloats, kToolFloats } from '../engine/protocol';
 import type { Thing, ThingPart } from '../engine/things';
 import type { Look, QualityLevel } from './materials';
-import { takeOneTap } from './soft_shadow';
+import { kBehindBodies } from './stage';
+import { readShadowOnce } from './soft_shadow';
 import type { Vec3 } from '../engine/protocol';
 
 interface Jaw {
@@ -139,7 +140,9 @@ export class ThingsView {
     this.size = size;
     const lite = level === 'lite';
     const make = (color: number, roughness: number, metalness: number): Material =>
-      lite ? takeOneTap(new MeshLambertMaterial({ color })) : new MeshStandardMaterial({ color, roughness, metalness });
+      lite
+        ? readShadowOnce(new MeshLambertMaterial({ color }))
+        : new MeshStandardMaterial({ color, roughness, metalness });
     const steel = make(lite ? 0xb4bbc2 : 0x9aa3ab, 0.32, 0.85),
       jaw = make(lite ? 0xcdd3d8 : 0xb5bdc4, 0.25, 0.9);
     const obstacle =
@@ -165,6 +168,7 @@ export class ThingsView {
     for (const part of thing.parts) {
       const mesh = new Mesh(geometryOf(part), part.side === 0 ? material : jaw);
       mesh.castShadow = mesh.receiveShadow = shadows;
+      if (!thing.tool && shadows) mesh.renderOrder = kBehindBodies;
       if (part.side === 0) {
         group.add(mesh);
         continue;

@@ -725,6 +725,7 @@ export class App implements EngineEvents {
   setScope(on: boolean): void {
     this.cancelStroke(true);
     this.stage.setScope(on);
+    this.mesh.inJoint = on;
     document.documentElement.toggleAttribute('data-scope', on);
     this.hoverChanged = true;
     this.touch(true);

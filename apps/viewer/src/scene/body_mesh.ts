@@ -60,6 +60,7 @@ export class BodyMesh {
     ...this.occlusion.uniforms,
     uTextureScale: { value: 1 },
     uTime: { value: 0 },
+    uWindow: { value: 1 },
     uLesion: { value: 0 },
     uLesionA: { value: new Vector4() },
     uLesionB: { value: new Vector4() },
@@ -96,6 +97,11 @@ export class BodyMesh {
   private hatch(): void {
     this.cells.marked = this.fixedShown ? new Set(this.fixed) : null;
     if (this.state) this.cells.update(this.state);
+  }
+
+  /** Within a joint there is no window to mirror. */
+  set inJoint(on: boolean) {
+    this.frame.uWindow!.value = on ? 0 : 1;
   }
 
   set shaded(on: boolean) {

@@ -25,7 +25,7 @@ export const toLook = (name: unknown): Look => (name === 'meniscus' || name === 
 const kFragmentDeclarations = /* glsl */ `
 uniform highp sampler3D uNoise;
 uniform vec3 uBoxMin, uBoxMax, uFibre;
-uniform float uTextureScale;
+uniform float uTextureScale, uWindow;
 varying vec3 vRest;
 varying float vMarked;
 vec3 kAlbedo; float kRough, kHeight, kGlow;
@@ -76,7 +76,7 @@ const kShade = /* glsl */ `
 {
   vec3 upright = kInWorld(normal);
   float high = (vInSpace.z - uBulkLowest) / (0.10 * uBulkSize);
-  float open = kOpen(vInSpace, upright) * mix(1.0, mix(0.45, 1.0, smoothstep(0.0, 1.0, high)), clamp(0.6 - upright.z, 0.0, 1.0));
+  float open = kOpen(vInSpace, upright) * mix(1.0, mix(0.62, 1.0, smoothstep(0.0, 1.0, high)), clamp(0.6 - upright.z, 0.0, 1.0));
   reflectedLight.indirectDiffuse *= open;
   reflectedLight.directDiffuse *= mix(1.0, open, kShadeOfSun);
   reflectedLight.indirectSpecular *= open;
@@ -94,7 +94,7 @@ material.specularShininess = mix(26.0, 110.0, kWet);
 material.specularStrength = kWet * (1.4 - 1.6 * kRough);
 {
   vec3 eye = normalize(vViewPosition);
-  totalEmissiveRadiance += kWet * kWindowLight * kFresnel(dot(eye, normal)) * kWindow(kInWorld(reflect(-eye, normal)));
+  totalEmissiveRadiance += kWet * kWindowLight * uWindow * kFresnel(dot(eye, normal)) * kWindow(kInWorld(reflect(-eye, normal)));
 }`;
 
 /** Adds skinning to a built-in material; `fragment` may patch the fragment shader. */

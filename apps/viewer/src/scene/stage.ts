@@ -50,8 +50,14 @@ const kBehindAll = 2;
 // makes them coarse, and costs the CPU as a GPU a tenth of a picture.
 const kShadows = 1.3;
 const kShadowsLite = 0.85;
+// Where the fluid of a joint begins to hide things and hides them, in sizes of the body: as an optic in saline sees.
+const kClearFluid = 0.12;
+const kHazyFluid = 1.35;
+// Light at the tip, candela per square of the size: it falls with the square of the way, so near things glare and far ones sink.
+const kTip = 6;
+const kBesideOptic = 0.05; // sizes from the optic to where its light leaves the shaft; at 0 nothing that is wet glints
 const kEnvironmentBlur = 0.01; // radians; the window's edges are soft by themselves
-const kJoint = 0x120504; // what is dark in a joint
+const kJoint = 0x1f0d0a; // light that the fluid of a joint scatters back: what is far fades into it; brighter is muddy
 
 const kWood = /* glsl */ `
 uniform highp sampler3D uNoise;
@@ -181,8 +187,8 @@ export class Stage {
   private light(): void {
     const inside = this.scopeIsOn,
       lite = this.level === 'lite';
-    this.scene.environmentIntensity = inside ? 0.07 : 0.7;
-    this.sky.intensity = inside ? 0.12 : lite ? 1.9 : 0.25;
+    this.scene.environmentIntensity = inside ? 0.05 : 0.8;
+    this.sky.intensity = inside ? 0.12 : lite ? 1.9 : 0.75;
     this.sun.visible = !inside;
     this.fill.visible = !inside && this.level === 'full';
     const shadow = this.sun.shadow.camera,
@@ -193,10 +199,10 @@ export class Stage {
     shadow.far = 5 * this.size;
     shadow.updateProjectionMatrix();
     this.tipLight.visible = inside;
-    this.tipLight.intensity = (lite ? 3.2 : 2.8) * this.size * this.size;
+    this.tipLight.intensity = kTip * this.size * this.size;
     const fog = this.scene.fog as Fog;
-    fog.near = (inside ? 0.35 : 3.2 * this.wide) * this.size;
-    fog.far = (inside ? 1.9 : 9 * this.wide) * this.size;
+    fog.near = (inside ? kClearFluid : 3.2 * this.wide) * this.size;
+    fog.far = (inside ? kHazyFluid : 9 * this.wide) * this.size;
   }
 
   get scopeOn(): boolean {
@@ -238,7 +244,7 @@ export class Stage {
   }
   placeScope(): void {
     this.scope.place(this.camera, this.camera.aspect, this.size);
-    this.tipLight.position.copy(this.camera.position);
+    this.tipLight.position.set(0, kBesideOptic * this.size, 0).applyMatrix4(this.camera.matrixWorld);
   }
 
   private buildGround(): void {

@@ -5,11 +5,11 @@ import { kWindowSource } from './looks';
 const kDome = /* glsl */ `
 varying vec3 vDir;
 ${kWindowSource}
-const vec3 kZenith = vec3(0.40, 0.42, 0.45);   // light from above; more washes wet red out to pink
-const vec3 kHorizon = vec3(0.62, 0.60, 0.58);  // a bright band: rims that are seen along show it
-const vec3 kTable = vec3(0.20, 0.16, 0.13);    // what the table throws back
+const vec3 kZenith = vec3(0.20, 0.21, 0.23);   // light from above; more washes wet red out to pink
+const vec3 kHorizon = vec3(0.34, 0.33, 0.32);  // a bright band: rims that are seen along show it
+const vec3 kTable = vec3(0.14, 0.11, 0.09);    // what the table throws back
 const float kBright = 9.0;                     // of the window, in units of white: highlights of the coat
-const float kStrip = 3.0;                      // of the strip on the other side: the far rim
+const float kStrip = 2.0;                      // of the strip on the other side: the far rim
 void main() {
   vec3 d = normalize(vDir);
   float up = smoothstep(-0.03, 0.05, d.z);

@@ -9,6 +9,8 @@ import {
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
+  MeshPhongMaterial,
+  MeshPhysicalMaterial,
   MeshStandardMaterial,
   Points,
   PointsMaterial,
@@ -50,6 +52,14 @@ function geometryOf(part: ThingPart): BufferGeometry {
   const creased = toCreasedNormals(g, kCrease);
   g.dispose();
   return creased;
+}
+
+/** Bone under cartilage: pale, smooth and wet. */
+function cartilage(lite: boolean): Material {
+  const color = 0xd3c8b4;
+  return lite
+    ? readShadowOnce(new MeshPhongMaterial({ color, specular: 0x2c2c2c, shininess: 45 }))
+    : new MeshPhysicalMaterial({ color, roughness: 0.6, clearcoat: 0.6, clearcoatRoughness: 0.3, ior: 1.4 });
 }
 
 export interface ThingPose {
@@ -143,14 +153,10 @@ export class ThingsView {
       lite
         ? readShadowOnce(new MeshLambertMaterial({ color }))
         : new MeshStandardMaterial({ color, roughness, metalness });
-    const steel = make(lite ? 0xb4bbc2 : 0x9aa3ab, 0.32, 0.85),
-      jaw = make(lite ? 0xcdd3d8 : 0xb5bdc4, 0.25, 0.9);
+    const steel = make(lite ? 0xb4bbc2 : 0xb9c1c8, 0.34, 0.5),
+      jaw = make(lite ? 0xcdd3d8 : 0xc9d0d6, 0.28, 0.5);
     const obstacle =
-      look === 'meniscus'
-        ? shaded(make(0xd9cfba, 0.6, 0))
-        : look === 'steak'
-          ? wood
-          : shaded(make(0x5d7f99, 0.55, 0.05));
+      look === 'meniscus' ? shaded(cartilage(lite)) : look === 'steak' ? wood : shaded(make(0x5d7f99, 0.55, 0.05));
     const ball = look === 'steak' ? make(0x6b7a86, 0.5, 0.1) : obstacle;
     const ghost = new MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28, depthWrite: false });
     this.materials = [steel, jaw, ball, ghost, ...(obstacle === wood ? [] : [obstacle])];

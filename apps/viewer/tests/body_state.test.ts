@@ -131,3 +131,44 @@ describe('changed ranges', () => {
     }
   });
 });
+
+describe('the age of vertices', () => {
+  const moved = (s: BodyState): Patch => ({
+    ...empty(s),
+    totals: { nv: 7, ns: s.ns, nw: s.nw, nc: s.nc, nn: s.nn },
+    vertices: {
+      ids: new Uint32Array([1, 4]),
+      rest: new Float32Array([3, 4, 5, 0, 0, 0, 7, 7, 7]), // the first where it was, the second elsewhere, and a new one
+      normal: new Int16Array(12),
+      copy: new Uint32Array(3),
+    },
+  });
+  it('is that of the patch that brought or moved them within the body', () => {
+    const s = new BodyState(body(6, 4, 0, 2));
+    s.apply(moved(s), 2.5);
+    expect([...s.birth.slice(0, 7)].map((t) => (t < 0 ? 'body' : t))).toEqual([
+      'body',
+      'body',
+      'body',
+      'body',
+      2.5,
+      'body',
+      2.5,
+    ]);
+  });
+  it('survives growth', () => {
+    const s = new BodyState(body(6, 4, 0, 2));
+    s.apply(moved(s), 2.5);
+    const n = 2 * roomFor(7);
+    const rest = new Float32Array(3 * (n - 7));
+    s.apply(
+      {
+        ...empty(s),
+        totals: { nv: n, ns: s.ns, nw: s.nw, nc: s.nc, nn: s.nn },
+        vertices: { ids: new Uint32Array(0), rest, normal: new Int16Array(4 * (n - 7)), copy: new Uint32Array(n - 7) },
+      },
+      4,
+    );
+    expect([s.birth[0]! < 0, s.birth[6], s.birth[7], s.birth[n - 1]]).toEqual([true, 2.5, 4, 4]);
+  });
+});

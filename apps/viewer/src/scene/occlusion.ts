@@ -17,6 +17,7 @@ const kAcross = 36; // voxels along the body's longest side; half: slits blur in
 const kMargin = 4; // voxels kept free around it: what is blurred must end within the grid
 const kMostTriangles = 6000; // that are looked at; of finer bodies every so many-th
 const kFull = 0.45; // of a voxel's face that is covered and counts as all: even meshing shows no pattern
+const kMostParts = 2 * kAcross; // that an edge is divided into: the longest that a triangle needs, over the diagonal
 const kPatience = 12; // times as long as it took to fill the grid nobody fills it again: 8 % of the time at most
 
 /** Blurs once along one axis by (1 2 1) / 4, in place; `stride` floats between neighbours. */
@@ -198,7 +199,7 @@ function splat(
       vz = corners[t + 8]! - az;
     const area = (0.5 * every * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)) / (h * h);
     const longest = Math.sqrt(Math.max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz));
-    const n = Math.min(16, Math.max(1, Math.ceil(longest / h)));
+    const n = Math.min(kMostParts, Math.max(1, Math.ceil(longest / h)));
     // Middles of the n * n triangles that it is divided into, nearly.
     for (let i = 0; i < n; i++) {
       for (let j = 0; j < n - i; j++) {

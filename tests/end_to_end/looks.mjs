@@ -1,0 +1,113 @@
+// How tissue looks in lite, the quality of machines without graphics, judged by pixels (see browser.mjs):
+//   node tests/end_to_end/looks.mjs PROGRAM [OUT [PART OF A NAME...]]
+import assert from 'node:assert/strict';
+import { check as checkOn, drag, finish, openPage, settled, startServer, state, until } from './browser.mjs';
+
+const server = await startServer('steak-on-a-board');
+const page = await openPage(`${server.url}&ui=0`);
+const check = (name, use) => checkOn(name, () => page, use);
+
+const look = (...how) => page.evaluate((h) => window.kerf.look(...h), how);
+/** Red, green, blue and opacity (0 to 255) of the pixels of boxes, row by row. */
+async function pixels(boxes) {
+  await page.waitForTimeout(700);
+  const shot = await page.screenshot();
+  return page.evaluate(async ([base64, boxes]) => {
+    const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], { type: 'image/png' }));
+    const g = new OffscreenCanvas(image.width, image.height).getContext('2d');
+    g.drawImage(image, 0, 0);
+    const of = (x, y, w, h) => [...g.getImageData(Math.round(x), Math.round(y), w, h).data];
+    return boxes.map((b) => of(b.x, b.y, b.w, b.h));
+  }, [shot.toString('base64'), boxes]);
+}
+const places = (points) => page.evaluate((ps) => ps.map((p) => window.kerf.pickPoint(...p)), points);
+
+await page.mouse.move(5, 300);
+await settled(page, [0.05, 0, 0.02]);
+if ((await state(page)).playing) await page.keyboard.press('Space');
+await until(page, () => !window.kerf.state().playing);
+const { bounds } = await state(page), [cx, cy, cz] = bounds.center, r = bounds.radius;
+
+await check('a wet surface has a highlight: from two sides it looks different', async () => {
+  // What has no highlight looks the same from everywhere. Around each point of the upper side a square without fat counts.
+  const half = 3, side = 2 * half + 1;
+  const points = await page.evaluate(() => {
+    const { rest, normal, nv } = window.kerf.app.mesh.state, up = [];
+    for (let v = 0; v < nv; v++) if (normal[4 * v + 2] > 0.7 * 32767) up.push([...rest.slice(3 * v, 3 * v + 3)]);
+    return up.filter((_, i) => i % Math.ceil(up.length / 200) === 0);
+  });
+  const seen = [];
+  for (const azimuth of [-90, 130]) {
+    await look(azimuth, 48, 2.6 * r, [cx, cy, cz]);
+    const boxes = await pixels((await page.evaluate((ps) => ps.map((p) => window.kerf.pickRest(...p)), points)).map(([x, y]) => ({ x: x - half, y: y - half, w: side, h: side })));
+    seen.push(boxes.map((d) => d.filter((_, i) => i % 4 === 1).sort((x, y) => x - y)));
+  }
+  // Green of meat without light on it is little; where the square of one side is even, it is meat alone.
+  const even = points.map((_, i) => i).filter((i) => seen.some((s) => s[i].at(-1) < 60));
+  const apart = even.map((i) => Math.abs(seen[0][i][side * half] - seen[1][i][side * half])).sort((x, y) => y - x);
+  assert.ok(even.length > 15, `${even.length} places of meat`);
+  assert.ok(apart[2] > 25, `the largest differences in green are ${apart.slice(0, 5)}`);
+});
+
+await check('edges of fat are no stairs seen near', async () => {
+  await look(-60, 30, 0.35 * r, [cx + 0.3 * r, cy - 0.4 * r, cz + 0.1 * r]);
+  const [x, y, w, h] = [150, 330, 600, 270], [d] = await pixels([{ x, y, w, h }]);
+  let steps = 0, least = 255, most = 0;
+  for (let j = 0; j < h; j++) {
+    for (let i = 0; i + 1 < w; i++) {
+      const green = d[4 * (j * w + i) + 1];
+      least = Math.min(least, green);
+      most = Math.max(most, green);
+      if (Math.abs(green - d[4 * (j * w + i + 1) + 1]) > 45) steps++;
+    }
+  }
+  assert.ok(most - least > 100, `fat and meat are in view: ${least} to ${most}`);
+  assert.ok(steps < 50, `${steps} neighbours differ by more than 45`);
+});
+
+await check('what a body lies on is darker beside it', async () => {
+  await look(-90, 60, 3 * r, [cx, cy, cz]);
+  // On the side of the sun (-x), where no shadow falls: the last pixels of the board before the meat, and those a way off.
+  const [[from, y], [to]] = await places([[cx - 1.05 * r, cy, cz - 0.05 * r], [cx, cy, cz]]);
+  const w = Math.round(to - from), [d] = await pixels([{ x: from, y, w, h: 1 }]);
+  const isMeat = (i) => d[4 * i] > 3 * d[4 * i + 1];
+  let rim = 0;
+  while (rim < w && !isMeat(rim)) rim++;
+  const mean = (a, b) => { let s = 0; for (let i = a; i < b; i++) s += d[4 * i + 1]; return s / (b - a); };
+  assert.ok(rim > 40 && rim < w, `the board is seen for ${rim} of ${w} pixels`);
+  const beside = mean(rim - 6, rim - 2), off = mean(rim - 38, rim - 30);
+  assert.ok(beside < off - 2, `${beside} beside the body, ${off} away from it`);
+});
+
+await check('the wall of a fresh cut is darker than when it has dried', async () => {
+  await look(-100, 32, 1.6 * r, [cx - 0.05 * r, cy - 0.45 * r, cz]);
+  await page.keyboard.press('Space');
+  await until(page, () => window.kerf.state().playing);
+  await page.keyboard.press('1');
+  const [from, to] = await places([[cx - 0.05 * r, cy - 1.0 * r, cz], [cx, cy + 0.25 * r, cz + 0.1 * r]]);
+  const { patches: before, time: began } = await state(page);
+  await drag(page, [from[0], from[1] + 20], to);
+  await until(page, (n) => window.kerf.state().patches > n, before);
+  await page.waitForTimeout(500);
+  await page.keyboard.press('4');
+  const [lip] = await places([[cx - 0.16 * r, cy - 0.45 * r, cz + 0.12 * r]]);
+  await page.keyboard.down('Shift');
+  await drag(page, lip, [lip[0] - 60, lip[1] - 10]);
+  await page.keyboard.up('Shift');
+  await page.waitForTimeout(800);
+  await page.keyboard.press('Space');
+  await until(page, () => !window.kerf.state().playing);
+  await page.mouse.move(5, 300);
+  const born = await page.evaluate((t) => { const { birth, nv } = window.kerf.app.mesh.state; return birth.subarray(0, nv).filter((b) => b >= t).length; }, began);
+  // As old as the body: what a page shows that comes later.
+  const age = (time) => page.evaluate((t) => { const { app } = window.kerf, m = app.mesh; m.state.birth.fill(t ?? app.time); m.attributes.birth.needsUpdate = true; app.touch(true); }, time);
+  const light = async () => (await pixels([{ x: 200, y: 100, w: 500, h: 400 }]))[0].reduce((s, v, i) => s + (i % 4 < 3 ? v : 0), 0);
+  await age(null);
+  const fresh = await light();
+  await age(-1e6);
+  const dry = await light();
+  assert.ok(dry - fresh > 30000, `dry ${dry}, fresh ${fresh}`);
+  assert.ok(born > 100, `${born} vertices are as young as the cut`);
+});
+
+await finish();

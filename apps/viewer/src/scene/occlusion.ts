@@ -221,9 +221,13 @@ varying vec3 vInSpace;
 const float kLook = 2.2;     // voxels along the normal; below 2 a surface sees itself
 const float kShutFrom = 0.08, kShutTo = 0.90; // of the grid: from no to full shade
 const float kShut = 0.60;    // of the light that full shade takes; 1 makes slits black
+// Whether a step from there may lie in the grid: most of a ground does not, and asking is cheap.
+bool kNearBulk(vec3 p) {
+  vec3 q = abs((p - uBulkFrom) * uBulkPerMetre - 0.5);
+  return max(q.x, max(q.y, q.z)) < 0.6;
+}
 float kOpen(vec3 p, vec3 n) {
   vec3 q = (p + kLook * uBulkStep * n - uBulkFrom) * uBulkPerMetre;
-  if (any(greaterThan(abs(q - 0.5), vec3(0.5)))) return 1.0; // most of a ground: reading costs more than asking
   float near = textureLod(uBulk, q, 0.0).r;
 #ifndef KERF_LITE
   near = max(near, 0.8 * textureLod(uBulk, q + 1.7 * uBulkStep * n * uBulkPerMetre, 0.0).r);
@@ -232,30 +236,31 @@ float kOpen(vec3 p, vec3 n) {
 }
 `;
 
-/** What the body stands on or near takes its contact shadow. */
-export function receiveContact<M extends Material>(material: M, uniforms: Uniforms): M {
+/** What the body stands on or near takes its contact shadow; `level`: it is a ground, whose normal needs no telling. */
+export function receiveContact<M extends Material>(material: M, uniforms: Uniforms, level = false): M {
   const before = material.onBeforeCompile.bind(material),
-    key = material.customProgramCacheKey.bind(material);
+    key = material.customProgramCacheKey.bind(material),
+    upright = level ? '' : '\nvarying vec3 vUpright;';
   material.onBeforeCompile = (shader, renderer) => {
     before(shader, renderer);
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader
-      .replace('#include <common>', '#include <common>\nvarying vec3 vInSpace;\nvarying vec3 vUpright;')
+      .replace('#include <common>', `#include <common>\nvarying vec3 vInSpace;${upright}`)
       .replace(
         '#include <begin_vertex>',
-        '#include <begin_vertex>\n\tvInSpace = (modelMatrix * vec4(transformed, 1.0)).xyz;\n\tvUpright = mat3(modelMatrix) * objectNormal;',
+        `#include <begin_vertex>\n\tvInSpace = (modelMatrix * vec4(transformed, 1.0)).xyz;${level ? '' : '\n\tvUpright = mat3(modelMatrix) * objectNormal;'}`,
       );
     shader.fragmentShader = shader.fragmentShader
-      .replace('#include <common>', `#include <common>\n#define KERF_LITE\n${kOcclusionSource}\nvarying vec3 vUpright;`)
+      .replace('#include <common>', `#include <common>\n#define KERF_LITE\n${kOcclusionSource}${upright}`)
       .replace(
         '#include <aomap_fragment>',
-        `{
-  float open = kOpen(vInSpace, normalize(vUpright));
+        `if (kNearBulk(vInSpace)) {
+  float open = kOpen(vInSpace, ${level ? 'vec3(0.0, 0.0, 1.0)' : 'normalize(vUpright)'});
   reflectedLight.indirectDiffuse *= open;
   reflectedLight.directDiffuse *= mix(1.0, open, 0.6);
 }`,
       );
   };
-  material.customProgramCacheKey = () => `${key()}-contact`;
+  material.customProgramCacheKey = () => `${key()}-contact-${level}`;
   return material;
 }

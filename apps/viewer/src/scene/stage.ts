@@ -49,7 +49,7 @@ const kBehindAll = 2;
 // Half the side of the region that casts and takes shadows, in sizes of the body. Less cuts the shadows of instruments; more
 // makes them coarse, and costs the CPU as a GPU a tenth of a picture.
 const kShadows = 1.3;
-const kShadowsLite = 0.85;
+const kShadowsLite = 0.75;
 // Where the fluid of a joint begins to hide things and hides them, in sizes of the body: as an optic in saline sees.
 const kClearFluid = 0.12;
 const kHazyFluid = 1.35;
@@ -257,7 +257,7 @@ export class Stage {
       this.level === 'lite'
         ? readShadowOnce(new MeshLambertMaterial({ color: this.groundColour() }))
         : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
-    receiveContact(this.ground.material, this.contact);
+    receiveContact(this.ground.material, this.contact, true);
     this.furnish();
   }
 

@@ -93,6 +93,43 @@ await check('all samples of a mouse reach the engine, while the page is busy and
   }
 });
 
+await check('a circle is cut as a circle: no corner that an eye can see', async () => {
+  await page.keyboard.press('z');
+  await page.keyboard.press('h');
+  await page.evaluate(() => { window.kerf.look(-10, 70); });
+  await page.waitForTimeout(500);
+  const [middle, radius, n] = [await rest(page, [0, 0.02, 0.01]), 75, 80];
+  const at = (i) => [middle[0] + radius * Math.cos((2 * Math.PI * i) / n), middle[1] + radius * Math.sin((2 * Math.PI * i) / n)];
+  const { cuts } = await state(page);
+  await page.mouse.move(...at(0));
+  await page.mouse.down();
+  for (let i = 1; i <= n; i++) await page.mouse.move(...at(i));
+  await page.mouse.up();
+  await until(page, (k) => window.kerf.state().cuts > k, cuts);
+  await page.waitForTimeout(1500);
+  // The lips on the side that is seen, in pixels: how far beside the circle, and how far off its tangent.
+  const seen = await page.evaluate(([x, y, r]) => {
+    const { state: body, crease: { lips } } = window.kerf.app.mesh, rest = (v) => body.rest.subarray(3 * v, 3 * v + 3);
+    const seen = { edges: 0, beside: 0, askew: 0, longest: 0 };
+    for (let e = 0; e < lips.count; e++) {
+      const [a, b] = [rest(lips.ends[2 * e]), rest(lips.ends[2 * e + 1])];
+      if (a[2] < 0.003 || b[2] < 0.003) continue;
+      const p = window.kerf.pickRest(...a), q = window.kerf.pickRest(...b), length = Math.hypot(q[0] - p[0], q[1] - p[1]);
+      const radial = [(p[0] + q[0]) / 2 - x, (p[1] + q[1]) / 2 - y], away = Math.hypot(...radial);
+      if (Math.abs(away - r) > 0.2 * r) continue;  // of other strokes
+      seen.edges++;
+      seen.beside = Math.max(seen.beside, Math.abs(away - r));
+      seen.longest = Math.max(seen.longest, length);
+      if (length > 3) seen.askew = Math.max(seen.askew, Math.abs(Math.asin((radial[0] * (q[0] - p[0]) + radial[1] * (q[1] - p[1])) / (away * length))));
+    }
+    seen.askew *= 180 / Math.PI;
+    return seen;
+  }, [...middle, radius]);
+  console.log(`     ${JSON.stringify(seen)}`);
+  assert.ok(seen.edges > 100);
+  assert.ok(seen.beside < 1.5 && seen.askew < 20 && seen.longest < 12, 'half a pixel between a chord and the circle');
+});
+
 await check('a stroke from near one rim to near the other parts the body, of a finger from farther away', async () => {
   await page.evaluate(() => { window.kerf.app.command(8, [], 'sheet'); });
   await until(page, () => window.kerf.state().scene === 'sheet' && window.kerf.state().ready);

@@ -242,6 +242,7 @@ TEST(Lips, TwistedWallsTouchBetweenTheirCorners) {
       if (body.surface.rest[c[0]].x + body.surface.rest[c[1]].x + body.surface.rest[c[2]].x < 1.5) continue;
       for (const CollisionVertex v : c) body.offset[v.index()].x = -0.6 * part * kThin * along(body.surface.rest[v]);
     }
+    if (part < 0.25) body.memory = {};  // these places have no contact while the wall is hardly twisted
     body.detect();
     EXPECT_NEAR(body.least_gap(), -0.225 * part * kThin, 0.03 * kThin) << part;
   }

@@ -94,8 +94,8 @@ await check('all samples of a mouse reach the engine, while the page is busy and
 });
 
 await check('a circle is cut as a circle: no corner that an eye can see', async () => {
-  await page.keyboard.press('z');
-  await page.keyboard.press('h');
+  await page.keyboard.press('r');
+  await until(page, () => !window.kerf.state().playing && window.kerf.state().time === 0);
   await page.evaluate(() => { window.kerf.look(-10, 70); });
   await page.waitForTimeout(500);
   const [middle, radius, n] = [await rest(page, [0, 0.02, 0.01]), 75, 80];

@@ -8,6 +8,8 @@ namespace {
 /// Half thicknesses of both: places that are new to each other and nearer than this at rest have not slid along each other. At a quarter, twisted walls that
 /// bulge into each other are allowed to (Lips.TwistedWalls...); at four times no test differs.
 constexpr double kNearAtRest = 1;
+/// Half thicknesses that a contact gets deeper than its step has left it, at most: what turns does so by less.
+constexpr double kJump = 0.01;
 
 bool at_cut(const ContactSurface& s, const SurfacePoint& p) {
   return std::any_of(p.vertex.begin(), p.vertex.end(),
@@ -49,9 +51,11 @@ double allowed_overlap(const DetectRun& run, const Contact& c, std::uint64_t key
   if (!at_cut(s, c.a) || !at_cut(s, c.b)) return 0;
   const double overlap = -c.gap;
   if (const RememberedContact* was = recall(run, key)) {
-    if (was->feature == feature && !run.before.cut) return std::min(was->allowed, overlap);
-    return std::max(0.0, overlap + std::min(was->gap, 0.0));
+    const double deeper = std::max(0.0, overlap + std::min(was->gap, 0.0));
+    if (was->feature != feature || run.before.cut) return deeper;
+    return std::max(std::min(was->allowed, overlap), deeper - kJump * s.radius[c.a.vertex[0]]);
   }
+  if (!run.before.cut && !run.before.contacts.empty()) return overlap;
   const double near = kNearAtRest * (s.radius[c.a.vertex[0]] + s.radius[c.b.vertex[0]]);
   if (norm(place_at_rest(s, c.a) - place_at_rest(s, c.b)) > near) return overlap;
   return std::clamp(-gap_at_rest(body, c), 0.0, overlap);

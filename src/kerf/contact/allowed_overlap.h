@@ -18,10 +18,10 @@ namespace kerf {
 
 /// How much of the overlap of a contact of a body with itself is none, m, >= 0. `c`: its gap as it is measured, the rest as it is handed out; `feature`: as it
 /// will be remembered.
-///   known, as it was        no more than ever since
-///   known, another feature, what is deeper than the gap that it has come to (RememberedContact::gap)
-///     or cut since
-///   new, near at rest       what is so at rest: what has moved into each other where a cut is made comes apart
+///   known, as it was        no more than ever since, and what it has got deeper all at once
+///   known, at another       what is deeper than the gap that it has come to (RememberedContact::gap)
+///     feature, or cut since
+///   new as it is cut        of what lies by each other at rest: what is so at rest. What has moved into each other there comes apart
 ///   new, else               all: it would have been seen coming
 /// None away from cuts, and none in a look at what a step has overlooked.
 double allowed_overlap(const DetectRun& run, const Contact& c, std::uint64_t key, std::int32_t feature);

@@ -33,3 +33,12 @@ def path(given, name="poses"):
     if len(array) < 2:
         raise ValueError(f"{name} must hold two poses or more to sweep between, not {len(array)}")
     return array
+
+
+def timed(poses, times):
+    """The same edges, each with its time: tables as a scene's commands have them."""
+    edges = path(poses)
+    moments = _numbers(times, "times", "one number for each pose, seconds")
+    if moments.shape != (len(edges),):
+        raise ValueError(f"times must be one number for each of {len(edges)} poses, not an array of shape {moments.shape}")
+    return [{"time": time, "base": base, "tip": tip} for time, (base, tip) in zip(moments.tolist(), edges.tolist(), strict=True)]

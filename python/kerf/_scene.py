@@ -95,6 +95,15 @@ def toml_of(scene):
     return "\n".join(plain) + "\n"
 
 
+def command_of(command):
+    """(text, name for messages) of a command: a dict or a text in TOML with the keys of a [[command]] of a scene, without `at`."""
+    if isinstance(command, dict):
+        return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in command.items() if value is not None), "command"
+    if isinstance(command, str):
+        return utf8(command), "command"
+    raise TypeError(f"a command is a dict or a text in TOML, not {type(command).__name__}")
+
+
 def _key(key):
     if not isinstance(key, str):
         raise TypeError(f"keys of a scene are words, not {type(key).__name__}")

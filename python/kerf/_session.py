@@ -3,7 +3,9 @@
 import os
 
 from . import _arguments, _core
-from ._scene import source_of, utf8
+from ._error import naming_keys
+from ._records import Records
+from ._scene import command_of, source_of, utf8
 
 
 class Session(_core.Session):
@@ -22,7 +24,9 @@ class Session(_core.Session):
         text, name, folder = source_of(scene)
         if isinstance(meshes, (str, os.PathLike)):
             meshes = [meshes]
-        super().__init__(utf8(text), utf8(name), utf8(folder), [utf8(os.fsdecode(path)) for path in meshes])
+        with naming_keys(text, name):
+            super().__init__(utf8(text), utf8(name), utf8(folder), [utf8(os.fsdecode(path)) for path in meshes])
+        self._records = Records()
 
     def cut(self, poses, frame="rest", through=False):
         """One whole stroke: the blade's edge moves through these poses, base and tip of each.
@@ -33,6 +37,122 @@ class Session(_core.Session):
         or Ctrl-C the body is as before.
         """
         return self._cut(_arguments.path(poses), frame, through)
+
+    def apply(self, command):
+        """Does a command of a scene now: a dict, or a text in TOML, with the keys of a [[command]] (`kerf info --schema`).
+
+        session.apply({"type": "punch", "point": [0, 0, 0], "radius": 0.01}). It has no `at`. Blades, shavers and moves then go on over
+        the coming steps. Returns whether it is a step of undo(), or a stroke that may become one.
+        kerf.Error: as a scene with this command (file "command", line, key), a stroke() is open, or it can't be done with what there is;
+        the body is as before.
+        """
+        return self._do(command)[0]
+
+    def _do(self, command):
+        text, name = command_of(command)
+        with naming_keys(text, name):
+            return self._apply(text, name)
+
+    def punch(self, point, radius=None, *, points=None, shape=None, axis=None, across=None, frame=None, reach=None, roughness=None, take=None):
+        """Presses a punch through the body: what is inside its outline comes loose. One step of undo().
+
+        point: its middle. radius: metres; or points: (n, 2), corners of a polygon about it. shape: "circle" or "d". axis: along which it is
+        pressed. frame: "world" or "rest". take: take away what comes loose. Everything else and all defaults: as in a scene.
+        Returns whether it cut anything.
+        """
+        if points is not None and shape is None:
+            shape = "polygon"
+        return self.apply({"type": "punch", "shape": shape, "point": point, "axis": axis, "across": across, "frame": frame, "radius": radius,
+                           "points": points, "reach": reach, "roughness": roughness, "take": take})
+
+    def shave(self, poses, times, radius, *, frame=None, smoothing=None, removal=None):
+        """Moves a shaver over cut surfaces in the coming steps; in_stroke until it has arrived. One step of undo().
+
+        poses: ends of its window, shape (n, 2, 3), two or more, metres. times: seconds from now, rising, one each. radius: of the window,
+        metres. frame, smoothing (1/s), removal (m/s): as in a scene.
+        """
+        self.apply({"type": "shave", "poses": _arguments.timed(poses, times), "radius": radius, "frame": frame, "smoothing": smoothing,
+                    "removal": removal})
+
+    def remove(self, grasp=None, *, box=None, sphere=None, half_space=None, frame=None):
+        """Takes loose pieces away: the one that a grasp holds, or those that reach into a region. One step of undo().
+
+        box: {"min": ..., "max": ...}. sphere: {"center": ..., "radius": ...}. half_space: {"point": ..., "normal": ...}.
+        Returns how many pieces went.
+        """
+        return self._do({"type": "remove", "grasp": grasp, "box": box, "sphere": sphere, "half_space": half_space, "frame": frame})[1]
+
+    def grasp(self, id, point, *, radius=None, frame=None, stiffness=None):
+        """Takes hold of the surface at `point`, and of all within `radius`, metres. frame: "rest" (default) or "world".
+
+        id: a name for move(), release() and remove(). stiffness: N/m of the whole grasp.
+        """
+        self.apply({"type": "grasp", "id": id, "point": point, "radius": radius, "frame": frame, "stiffness": stiffness})
+
+    def move(self, id, *, by=None, to=None, over=None):
+        """Moves a grasp in a straight line, by a way or to a place (metres, world), within `over` seconds; at once by default."""
+        self.apply({"type": "move", "id": id, "by": by, "to": to, "over": over})
+
+    def release(self, id):
+        """Lets a grasp go."""
+        self.apply({"type": "release", "id": id})
+
+    def fix(self, *, box=None, sphere=None, half_space=None):
+        """Holds what lies in a region (coordinates at rest) where it is now. Regions: as for remove()."""
+        self.apply({"type": "fix", "box": box, "sphere": sphere, "half_space": half_space})
+
+    def unfix(self, *, box=None, sphere=None, half_space=None):
+        """Frees what lies in a region, whoever held it. Regions: as for remove()."""
+        self.apply({"type": "unfix", "box": box, "sphere": sphere, "half_space": half_space})
+
+    def move_tool(self, id, position, rotation=None, *, over=0.0):
+        """Leads a tool of the scene: its pose goes to this place within `over` seconds, and the tool follows through its coupling.
+
+        position: metres, world. rotation: axis times angle, radians; by default as it is.
+        """
+        self.apply({"type": "tool", "id": id, "poses": [{"time": over, "position": position, "rotation": rotation}]})
+
+    def close_jaws(self, id, *, over=None):
+        """Closes a grasper or scissors of the scene within `over` seconds. A grasper then holds what is between its jaws."""
+        self.apply({"type": "close", "id": id, "over": over})
+
+    def open_jaws(self, id, *, over=None):
+        """Opens a grasper or scissors of the scene within `over` seconds."""
+        self.apply({"type": "open", "id": id, "over": over})
+
+    @property
+    def contacts(self):
+        """What touched in the last step: a structured array, none after a change of topology.
+
+        Fields: point (m), normal (unit, towards the body), gap (m, below 0: overlap), force (N, on the body), normal_force (N), sliding,
+        obstacle and tool (numbers in the scene; both -1: the body itself).
+        """
+        return self._view("contacts", self._contacts())
+
+    @property
+    def tools(self):
+        """Tools of the scene, in the order of tool_ids: a structured array.
+
+        Fields: position (m) and axes (rotation matrix) of the tool, velocity, spin, pose_position and pose_axes that it follows, jaws (1 open,
+        0 closed), force and torque of the body on it (N, N m), coupling_force and coupling_torque of whoever leads it.
+        """
+        return self._view("tools", self._tools())
+
+    @property
+    def grasps(self):
+        """Grasps that hold, in the order of grasp_ids: a structured array.
+
+        Fields: held (centre of the points, m), target (where it is pulled to, m), force (on the body in the last step, N), vertices.
+        """
+        return self._view("grasps", self._grasps())
+
+    def _view(self, name, rows):
+        return self._records.view(name, rows)
+
+    def close(self):
+        """Frees the session now; all else then raises kerf.Error. Arrays that came from it stay."""
+        super().close()
+        self._records.forget()
 
     def report(self):
         """What has come of the session so far, as a dict with the keys of report.json that need no record of every step."""

@@ -2,13 +2,16 @@
 
 #include <array>
 #include <filesystem>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "errors.h"
 #include "interrupts.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/record/run_report.h"
 #include "kerf/scene/scene_file.h"
+#include "state_records.h"
 
 namespace nb = nanobind;
 
@@ -38,6 +41,26 @@ nb::object triangles_of(std::vector<VertexId> corners) {
   static_assert(sizeof(VertexId) == sizeof(std::int32_t));
   const std::size_t rows = corners.size() / 3;
   return read_only_array<std::int32_t>(std::move(corners), {rows, 3});
+}
+
+/// Records as bytes, one row each.
+template <class Record>
+nb::object bytes_of(std::vector<Record> records) {
+  const std::size_t count = records.size();
+  return read_only_array<std::uint8_t>(std::move(records), {count, sizeof(Record)});
+}
+
+/// Does a stroke by hand go on while this is done? What cuts, takes away, undoes or does again would end it.
+bool goes_with_stroke(const SceneCommand& command) {
+  return std::visit(
+      [](const auto& what) {
+        using What = std::decay_t<decltype(what)>;
+        return std::is_same_v<What, SceneGrasp> || std::is_same_v<What, SceneMove> ||
+               std::is_same_v<What, SceneRelease> || std::is_same_v<What, SceneFixCommand> ||
+               std::is_same_v<What, SceneUnfix> || std::is_same_v<What, SceneToolMotion> ||
+               std::is_same_v<What, SceneJaws>;
+      },
+      command.what);
 }
 
 }  // namespace
@@ -135,9 +158,9 @@ void LiveSession::close() {
   Use session(*this);
   // Closed at once for who asks meanwhile; what a large body holds takes a while to free.
   std::optional<Session> dying = std::exchange(session_, std::nullopt);
-  for (KeptArray* array :
-       {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &uvs_, &collision_positions_,
-        &collision_rest_, &collision_triangles_, &nodes_, &node_velocities_, &hexahedra_})
+  for (KeptArray* array : {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &uvs_,
+                           &collision_positions_, &collision_rest_, &collision_triangles_, &nodes_, &node_velocities_,
+                           &hexahedra_, &contacts_, &tools_, &grasps_})
     array->forget();
   unlocked([&] { dying.reset(); });
 }
@@ -215,6 +238,29 @@ bool LiveSession::cut(const double* edges, std::size_t poses, SceneFrame frame, 
   interrupts.raise();
   check(done);
   return met;
+}
+
+// --- Commands ---
+
+LiveSession::Applied LiveSession::apply(const std::string& text, const std::string& name) {
+  Use session(*this);
+  std::vector<SceneRigidTool> tools = session->scene().tools;
+  const std::vector<Session::ToolState> states = session->tools();
+  for (std::size_t i = 0; i < tools.size();
+       ++i)  // a pose without rotation keeps the tool's, to the bit where that is the scene's
+    if (turn(tools[i].rotation) != states[i].pose.axes) tools[i].rotation = turn_of(states[i].pose.axes);
+  const SceneCommand command = value_of(parse_command(text, name, session->time(), tools));
+  if (is_open(stroke_) && !goes_with_stroke(command))
+    throw Failure(bad_input("a stroke is open; end it before this command"));
+  ++changes_;
+  const std::size_t before = session->strokes().size();
+  const Status done = unlocked([&] { return session->apply(command); });
+  note_end_of_stroke();
+  check(done);
+  Applied out;
+  out.stroke = session->strokes().size() > before;
+  for (std::size_t i = before; i < session->strokes().size(); ++i) out.removed += session->strokes()[i].removed.pieces;
+  return out;
 }
 
 // --- Snapshots ---
@@ -358,5 +404,44 @@ nb::object LiveSession::hexahedra() {
     return rows_of<std::int32_t, 8>(std::move(alive));
   });
 }
+
+nb::object LiveSession::contacts() {
+  Use session(*this);
+  return contacts_.get(changes_, [&] {
+    std::vector<ContactRecord> records;
+    for (const Session::ContactState& c : session->contacts()) records.push_back(record_of(c));
+    return bytes_of(std::move(records));
+  });
+}
+nb::object LiveSession::tools() {
+  Use session(*this);
+  return tools_.get(changes_, [&] {
+    std::vector<ToolRecord> records;
+    for (const Session::ToolState& t : session->tools()) records.push_back(record_of(t));
+    return bytes_of(std::move(records));
+  });
+}
+nb::object LiveSession::grasps() {
+  Use session(*this);
+  return grasps_.get(changes_, [&] {
+    std::vector<GraspRecord> records;
+    for (const Session::GraspState& g : session->grasps())
+      records.push_back({g.held, g.target, session->grasp_force(g.id), static_cast<std::int64_t>(g.points.size())});
+    return bytes_of(std::move(records));
+  });
+}
+std::vector<std::string> LiveSession::tool_ids() {
+  Use session(*this);
+  std::vector<std::string> out;
+  for (const SceneRigidTool& tool : session->scene().tools) out.push_back(tool.id);
+  return out;
+}
+std::vector<std::string> LiveSession::grasp_ids() {
+  Use session(*this);
+  std::vector<std::string> out;
+  for (const Session::GraspState& g : session->grasps()) out.push_back(g.id);
+  return out;
+}
+Vec3 LiveSession::support_force() { return Use(*this)->support_force(); }
 
 }  // namespace kerf::python

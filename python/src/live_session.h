@@ -42,6 +42,14 @@ class LiveSession {
   /// A whole stroke along `poses` edges; one of the scene's own blade ends first. On an error the body is as before. False: it met nothing.
   bool cut(const double* edges, std::size_t poses, SceneFrame frame, bool through);
 
+  /// What came of a command that was given.
+  struct Applied {
+    bool stroke = false;  ///< it is one step of undo(), or a stroke that runs over the coming steps
+    int removed = 0;      ///< pieces that it took away
+  };
+  /// Does the command in this text (parse_command) now. `name` stands for the text in messages.
+  Applied apply(const std::string& text, const std::string& name);
+
   Snapshot snapshot();
   void restore(const Snapshot& snapshot);
 
@@ -72,6 +80,13 @@ class LiveSession {
   nanobind::object nodes();
   nanobind::object node_velocities();
   nanobind::object hexahedra();
+  // One record of state_records.h for each: bytes that Python sees as structured arrays.
+  nanobind::object contacts();
+  nanobind::object tools();
+  nanobind::object grasps();
+  std::vector<std::string> tool_ids();
+  std::vector<std::string> grasp_ids();
+  Vec3 support_force();
 
  private:
   class Use;
@@ -90,7 +105,7 @@ class LiveSession {
   BodyCounts at_start_;
   double prepare_seconds_ = 0;
   KeptArray positions_, velocities_, normals_, rest_positions_, triangles_, uvs_, collision_positions_, collision_rest_,
-      collision_triangles_, nodes_, node_velocities_, hexahedra_;
+      collision_triangles_, nodes_, node_velocities_, hexahedra_, contacts_, tools_, grasps_;
 };
 
 }  // namespace kerf::python

@@ -1,12 +1,16 @@
 // The extension module kerf._core. What stands in python/kerf/*.py makes it comfortable.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "arrays.h"
@@ -153,6 +157,16 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             return self.cut(poses.data(), poses.shape(0), frame_of(frame), through);
           },
           "poses"_a, "frame"_a, "through"_a)
+      .def(
+          "_apply",
+          [](LiveSession& self, const std::string& text, const std::string& name) {
+            const LiveSession::Applied done = self.apply(text, name);
+            return std::pair(done.stroke, done.removed);
+          },
+          "text"_a, "name"_a)
+      .def("_contacts", &LiveSession::contacts)
+      .def("_tools", &LiveSession::tools)
+      .def("_grasps", &LiveSession::grasps)
       .def("_report", &LiveSession::report_json)
       .def_prop_ro("closed", &LiveSession::closed, "Has close() been called?")
       .def_prop_ro("time", &LiveSession::time, "Simulated time, seconds.")
@@ -173,6 +187,15 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
       .def_prop_ro("last_step", &LiveSession::last_step,
                    "A dict of the last step: seconds (of computing), parts, topology_changed, iterations, residual.")
       .def_prop_ro("notes", &LiveSession::notes, "Warnings, in sentences.")
+      .def_prop_ro("tool_ids", &LiveSession::tool_ids, "Ids of the scene's tools, in the order of `tools`.")
+      .def_prop_ro("grasp_ids", &LiveSession::grasp_ids, "Ids of the grasps that hold, in the order of `grasps`.")
+      .def_prop_ro(
+          "support_force",
+          [](LiveSession& self) {
+            const Vec3 f = self.support_force();
+            return std::tuple(f.x, f.y, f.z);
+          },
+          "Force of all supports on the body in the last step, newtons: (x, y, z).")
       .def_prop_ro("positions", &LiveSession::positions, "Visual vertices, metres: (n, 3), float64.")
       .def_prop_ro("velocities", &LiveSession::velocities, "Velocities of the visual vertices, m/s: (n, 3), float64.")
       .def_prop_ro("normals", &LiveSession::normals, "Unit normals at the visual vertices: (n, 3), float32.")

@@ -8,7 +8,8 @@ import pytest
 import kerf
 
 NAMES = ["positions", "velocities", "normals", "rest_positions", "triangles", "uvs", "collision_positions", "collision_rest_positions",
-         "collision_triangles", "nodes", "node_velocities", "hexahedra", "counts", "hash", "time", "last_step", "notes", "undo_depth"]
+         "collision_triangles", "nodes", "node_velocities", "hexahedra", "counts", "hash", "time", "last_step", "notes", "undo_depth",
+         "contacts", "tools", "grasps"]
 
 
 class Storm:
@@ -18,14 +19,16 @@ class Storm:
         self.blades, self.snapshots, self.arrays = [], [], []
 
     def new(self):
-        return kerf.Session({"body": {"model": self.random.choice(["sheet", "steak"])}})
+        ball = {"id": "ball", "kind": "sphere", "radius": 0.02, "position": [0, 0, 0.1]}
+        return kerf.Session({"body": {"model": self.random.choice(["sheet", "steak"])}, "tool": [ball] * self.random.randrange(2)})
 
     def frame(self):
         return self.random.choice(["rest", "world"])
 
     def call(self, session):
         which = self.random.choice
-        name = which(["step", "step", "cut", "undo", "redo", "snapshot", "restore", "begin", "move", "move", "exit", "cancel", "get", "get", "get", "close"])
+        name = which(["step", "step", "cut", "undo", "redo", "snapshot", "restore", "begin", "move", "move", "exit", "cancel", "get", "get", "get", "close",
+                      "punch", "shave", "remove", "grasp", "pull", "release", "fix", "unfix", "tool", "jaws"])
         if name == "step":
             session.step(self.random.randrange(4))
         elif name == "cut":
@@ -52,9 +55,35 @@ class Storm:
             value = getattr(session, which(NAMES))
             if isinstance(value, np.ndarray):
                 self.arrays = self.arrays[-30:] + [(value, value.tobytes())]
-        elif name == "close" and self.random.random() < 0.2:
+        else:
+            self.command(name, session)
+        if name == "close" and self.random.random() < 0.2:
             session.close()
             self.sessions[self.sessions.index(session)] = self.new()
+
+    def command(self, name, session):
+        point, ball = self.numbers.normal(0, 0.08, 3), {"center": self.numbers.normal(0, 0.08, 3), "radius": 0.05}
+        id = self.random.choice("abc")
+        if name == "punch":
+            session.punch(point, self.random.choice([0.005, 0.03]), frame=self.frame(), take=self.random.choice([True, False]))
+        elif name == "shave":
+            session.shave(self.numbers.normal(0, 0.05, (2, 2, 3)), [0, 0.003], 0.01, frame=self.frame())
+        elif name == "remove":
+            session.remove(*self.random.choice([(id,), ()]), sphere=self.random.choice([None, ball]))
+        elif name == "grasp":
+            session.grasp(id, point, radius=0.02, frame=self.frame())
+        elif name == "pull":
+            session.move(id, by=self.numbers.normal(0, 0.01, 3), over=self.random.choice([0, 0.01]))
+        elif name == "release":
+            session.release(id)
+        elif name == "fix":
+            session.fix(sphere=ball)
+        elif name == "unfix":
+            session.unfix(sphere=ball)
+        elif name == "tool":
+            session.move_tool("ball", point, over=0.01)
+        elif name == "jaws":
+            session.close_jaws("ball")
 
     def check(self, session):
         session.validate()

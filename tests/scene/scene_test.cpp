@@ -829,5 +829,56 @@ TEST(SceneSchema, TheDocumentationIsCurrent) {
   EXPECT_TRUE(written == scene_schema_markdown()) << "make it anew: kerf info --schema --markdown > docs/scene.md";
 }
 
+// --- Commands alone ---
+
+std::string command_error_of(std::string_view text, const std::vector<SceneRigidTool>& tools = {}) {
+  const Result<SceneCommand> command = parse_command(text, "command", 0.5, tools);
+  return command.ok() ? "no error" : command.error().message;
+}
+
+TEST(SceneCommandAlone, IsThatOfAScene) {
+  const std::string_view keys =
+      "type = \"punch\"\npoint = [1, 2, 3]\nradius = 0.5\nframe = \"rest\"\nacross = [0, 1, 0]\ntake = true\n";
+  const Result<SceneCommand> alone = parse_command(keys, "command", 0.5, {});
+  ASSERT_TRUE(alone.ok()) << alone.error().message;
+  const Result<Scene> scene =
+      parse_scene("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0.5\n" + std::string(keys), "scene.toml");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  EXPECT_EQ(alone->at, 0.5);
+  EXPECT_EQ(alone->line, 0);  // of no scene file
+  const auto& a = std::get<ScenePunch>(alone->what);
+  const auto& b = std::get<ScenePunch>(scene->commands.at(0).what);
+  EXPECT_EQ(a.point, b.point);
+  EXPECT_EQ(a.radius, b.radius);
+  EXPECT_EQ(a.frame, b.frame);
+  EXPECT_EQ(a.across, b.across);
+  EXPECT_EQ(a.take, b.take);
+}
+
+TEST(SceneCommandAlone, KeepsTheRotationOfItsTool) {
+  SceneRigidTool probe;
+  probe.id = "probe";
+  probe.rotation = {0, 0, 0.25};
+  const std::vector<SceneRigidTool> tools{probe};
+  const auto motion = parse_command("type = \"tool\"\nid = \"probe\"\nposes = [{ time = 0, position = [1, 0, 0] }]\n",
+                                    "command", 0, tools);
+  ASSERT_TRUE(motion.ok()) << motion.error().message;
+  EXPECT_EQ(std::get<SceneToolMotion>(motion->what).poses.at(0).rotation, probe.rotation);
+  EXPECT_EQ(command_error_of("type = \"close\"\nid = \"prob\"", tools),
+            "command:1: close at 0.5 s: there is no tool \"prob\"; did you mean \"probe\"?");
+  EXPECT_EQ(command_error_of("type = \"close\"\nid = \"probe\"", tools),
+            "command:1: close at 0.5 s: \"probe\" has no jaws; graspers and scissors have");
+}
+
+TEST(SceneCommandAlone, NamesLines) {
+  EXPECT_EQ(command_error_of("type = \"punch\"\npoint = [0, 0, 0]\nraduis = 1\nradius = 1"),
+            "command:3: unknown key \"raduis\" in punch; did you mean \"radius\"?");
+  EXPECT_EQ(command_error_of("type = \"undo\"\nat = 3"),
+            "command:2: a command that is given while the session runs has no at; it is done at once");
+  EXPECT_THAT(command_error_of("type = "), HasSubstr("command:1: "));
+  EXPECT_THAT(command_error_of(""), HasSubstr("command:1: [[command]] needs the key \"type\""));
+  EXPECT_THAT(command_error_of("type = \"move\"\nid = \"a\""), HasSubstr("move needs either by or to"));
+}
+
 }  // namespace
 }  // namespace kerf::scene_test

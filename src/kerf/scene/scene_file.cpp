@@ -120,6 +120,19 @@ class SceneReader {
     return scene;
   }
 
+  Result<SceneCommand> read_alone(toml::table root, double now, std::span<const SceneRigidTool> tools) {
+    Scene around;
+    around.tools.assign(tools.begin(), tools.end());
+    if (root.contains("at"))
+      problem(line_of(root, {"at"}), "a command that is given while the session runs has no at; it is done at once");
+    else root.insert("at", now);
+    read_command(root, around);
+    if (problems_.empty()) check_tools(around);
+    if (!problems_.empty()) return bad_input(message());
+    around.commands[0].line = 0;
+    return std::move(around.commands[0]);
+  }
+
  private:
   // --- Problems
   // ---------------------------------------------------------------------------------------------------
@@ -982,6 +995,15 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name, const Sc
     scene->file = std::string(name);
   }
   return scene;
+}
+
+Result<SceneCommand> parse_command(std::string_view text, std::string_view name, double now,
+                                   std::span<const SceneRigidTool> tools) {
+  KERF_TRY(check_toml_characters(text, name));
+  Result<toml::table> parsed = parse_toml(text, name);
+  if (!parsed) return parsed.error();
+  const SceneFolders nowhere;  // commands name no files
+  return SceneReader(name, nowhere).read_alone(std::move(*parsed), now, tools);
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path, const std::vector<std::filesystem::path>& meshes) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,5 +36,10 @@ Result<Scene> read_scene(const std::filesystem::path& path, const std::vector<st
 /// The same for a text. `name` stands for the file in messages; relative files start at
 /// `folders`. Names that `folders.only` lacks are bad input, and say nothing of what there is.
 Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneFolders& folders = {});
+
+/// One command for a session that runs (Session::apply): the keys of a [[command]] without `at`, each at the top level. Its time is `now`.
+/// `tools`: those there are; a first pose without rotation keeps theirs. Bad input: as of parse_scene. Grasps are not looked at.
+Result<SceneCommand> parse_command(std::string_view text, std::string_view name, double now,
+                                   std::span<const SceneRigidTool> tools);
 
 }  // namespace kerf

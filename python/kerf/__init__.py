@@ -6,6 +6,7 @@
     with session.stroke(frame="rest") as blade:
         blade.move([0, -0.10, 0.05], [0, -0.10, -0.05])
         blade.move([0, 0.02, 0.05], [0, 0.02, -0.05])
+    session.punch([0.03, 0, 0], 0.01, frame="rest")
     session.step(100)
     print(session.counts, session.positions.shape)
 """

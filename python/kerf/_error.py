@@ -13,13 +13,13 @@ class Error(Exception):
     kind: "bad input" or "failed".
     """
 
-    def __init__(self, message, kind="bad input"):
+    def __init__(self, message: str, kind: str = "bad input") -> None:
         super().__init__(message)
         place = _PLACE.match(message)
         self.kind = kind
-        self.file = place["file"] if place else None
-        self.line = int(place["line"]) if place else None
-        self.key = None
+        self.file: str | None = place["file"] if place else None
+        self.line: int | None = int(place["line"]) if place else None
+        self.key: str | None = None
 
 
 _HEADER = re.compile(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(?:#.*)?$")

@@ -10,12 +10,12 @@ from ._error import Error
 SHIPPED = Path(__file__).parent / "share" / "kerf" / "scenes"
 
 
-def scenes():
+def scenes() -> list[str]:
     """Names of the shipped scenes, sorted."""
     return sorted(path.stem for path in SHIPPED.glob("*.toml"))
 
 
-def models():
+def models() -> list[str]:
     """Names of the models that can be generated."""
     return _core.model_names()
 

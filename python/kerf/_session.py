@@ -1,11 +1,22 @@
 """The session."""
 
+from __future__ import annotations
+
 import os
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 from . import _arguments, _core
 from ._error import naming_keys
 from ._records import Records
 from ._scene import command_of, source_of, utf8
+
+if TYPE_CHECKING:  # `import kerf` goes without NumPy
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    Path = str | os.PathLike[str]
+    Region = dict[str, Any]
 
 
 class Session(_core.Session):
@@ -20,7 +31,7 @@ class Session(_core.Session):
     many sessions can run at once. Arrays are read-only and stay what they were: ask again after a step or a cut.
     """
 
-    def __init__(self, scene, *, meshes=()):
+    def __init__(self, scene: Path | dict[str, Any], *, meshes: Path | Iterable[Path] = ()) -> None:
         text, name, folder = source_of(scene)
         if isinstance(meshes, (str, os.PathLike)):
             meshes = [meshes]
@@ -28,7 +39,7 @@ class Session(_core.Session):
             super().__init__(utf8(text), utf8(name), utf8(folder), [utf8(os.fsdecode(path)) for path in meshes])
         self._records = Records()
 
-    def cut(self, poses, frame="rest", through=False):
+    def cut(self, poses: ArrayLike, frame: str = "rest", through: bool = False) -> bool:
         """One whole stroke: the blade's edge moves through these poses, base and tip of each.
 
         poses: shape (n, 2, 3), two or more, finite, metres. frame, through: as in stroke(). A blade of the scene that is
@@ -38,7 +49,7 @@ class Session(_core.Session):
         """
         return self._cut(_arguments.path(poses), frame, through)
 
-    def apply(self, command):
+    def apply(self, command: str | dict[str, Any]) -> bool:
         """Does a command of a scene now: a dict, or a text in TOML, with the keys of a [[command]] (`kerf info --schema`).
 
         session.apply({"type": "punch", "point": [0, 0, 0], "radius": 0.01}). It has no `at`. Blades, shavers and moves then go on over
@@ -48,12 +59,14 @@ class Session(_core.Session):
         """
         return self._do(command)[0]
 
-    def _do(self, command):
+    def _do(self, command: str | dict[str, Any]) -> tuple[bool, int]:
         text, name = command_of(command)
         with naming_keys(text, name):
             return self._apply(text, name)
 
-    def punch(self, point, radius=None, *, points=None, shape=None, axis=None, across=None, frame=None, reach=None, roughness=None, take=None):
+    def punch(self, point: ArrayLike, radius: float | None = None, *, points: ArrayLike | None = None, shape: str | None = None,
+              axis: ArrayLike | None = None, across: ArrayLike | None = None, frame: str | None = None, reach: float | None = None,
+              roughness: float | None = None, take: bool | None = None) -> bool:
         """Presses a punch through the body: what is inside its outline comes loose. One step of undo().
 
         point: its middle. radius: metres; or points: (n, 2), corners of a polygon about it. shape: "circle" or "d". axis: along which it is
@@ -65,7 +78,8 @@ class Session(_core.Session):
         return self.apply({"type": "punch", "shape": shape, "point": point, "axis": axis, "across": across, "frame": frame, "radius": radius,
                            "points": points, "reach": reach, "roughness": roughness, "take": take})
 
-    def shave(self, poses, times, radius, *, frame=None, smoothing=None, removal=None):
+    def shave(self, poses: ArrayLike, times: ArrayLike, radius: float, *, frame: str | None = None, smoothing: float | None = None,
+              removal: float | None = None) -> None:
         """Moves a shaver over cut surfaces in the coming steps; in_stroke until it has arrived. One step of undo().
 
         poses: ends of its window, shape (n, 2, 3), two or more, metres. times: seconds from now, rising, one each. radius: of the window,
@@ -74,7 +88,8 @@ class Session(_core.Session):
         self.apply({"type": "shave", "poses": _arguments.timed(poses, times), "radius": radius, "frame": frame, "smoothing": smoothing,
                     "removal": removal})
 
-    def remove(self, grasp=None, *, box=None, sphere=None, half_space=None, frame=None):
+    def remove(self, grasp: str | None = None, *, box: Region | None = None, sphere: Region | None = None, half_space: Region | None = None,
+               frame: str | None = None) -> int:
         """Takes loose pieces away: the one that a grasp holds, or those that reach into a region. One step of undo().
 
         box: {"min": ..., "max": ...}. sphere: {"center": ..., "radius": ...}. half_space: {"point": ..., "normal": ...}.
@@ -82,46 +97,47 @@ class Session(_core.Session):
         """
         return self._do({"type": "remove", "grasp": grasp, "box": box, "sphere": sphere, "half_space": half_space, "frame": frame})[1]
 
-    def grasp(self, id, point, *, radius=None, frame=None, stiffness=None):
+    def grasp(self, id: str, point: ArrayLike, *, radius: float | None = None, frame: str | None = None,
+              stiffness: float | None = None) -> None:
         """Takes hold of the surface at `point`, and of all within `radius`, metres. frame: "rest" (default) or "world".
 
         id: a name for move(), release() and remove(). stiffness: N/m of the whole grasp.
         """
         self.apply({"type": "grasp", "id": id, "point": point, "radius": radius, "frame": frame, "stiffness": stiffness})
 
-    def move(self, id, *, by=None, to=None, over=None):
+    def move(self, id: str, *, by: ArrayLike | None = None, to: ArrayLike | None = None, over: float | None = None) -> None:
         """Moves a grasp in a straight line, by a way or to a place (metres, world), within `over` seconds; at once by default."""
         self.apply({"type": "move", "id": id, "by": by, "to": to, "over": over})
 
-    def release(self, id):
+    def release(self, id: str) -> None:
         """Lets a grasp go."""
         self.apply({"type": "release", "id": id})
 
-    def fix(self, *, box=None, sphere=None, half_space=None):
+    def fix(self, *, box: Region | None = None, sphere: Region | None = None, half_space: Region | None = None) -> None:
         """Holds what lies in a region (coordinates at rest) where it is now. Regions: as for remove()."""
         self.apply({"type": "fix", "box": box, "sphere": sphere, "half_space": half_space})
 
-    def unfix(self, *, box=None, sphere=None, half_space=None):
+    def unfix(self, *, box: Region | None = None, sphere: Region | None = None, half_space: Region | None = None) -> None:
         """Frees what lies in a region, whoever held it. Regions: as for remove()."""
         self.apply({"type": "unfix", "box": box, "sphere": sphere, "half_space": half_space})
 
-    def move_tool(self, id, position, rotation=None, *, over=0.0):
+    def move_tool(self, id: str, position: ArrayLike, rotation: ArrayLike | None = None, *, over: float = 0.0) -> None:
         """Leads a tool of the scene: its pose goes to this place within `over` seconds, and the tool follows through its coupling.
 
         position: metres, world. rotation: axis times angle, radians; by default as it is.
         """
         self.apply({"type": "tool", "id": id, "poses": [{"time": over, "position": position, "rotation": rotation}]})
 
-    def close_jaws(self, id, *, over=None):
+    def close_jaws(self, id: str, *, over: float | None = None) -> None:
         """Closes a grasper or scissors of the scene within `over` seconds. A grasper then holds what is between its jaws."""
         self.apply({"type": "close", "id": id, "over": over})
 
-    def open_jaws(self, id, *, over=None):
+    def open_jaws(self, id: str, *, over: float | None = None) -> None:
         """Opens a grasper or scissors of the scene within `over` seconds."""
         self.apply({"type": "open", "id": id, "over": over})
 
     @property
-    def contacts(self):
+    def contacts(self) -> NDArray[np.void]:
         """What touched in the last step: a structured array, none after a change of topology.
 
         Fields: point (m), normal (unit, towards the body), gap (m, below 0: overlap), force (N, on the body), normal_force (N), sliding,
@@ -130,7 +146,7 @@ class Session(_core.Session):
         return self._view("contacts", self._contacts())
 
     @property
-    def tools(self):
+    def tools(self) -> NDArray[np.void]:
         """Tools of the scene, in the order of tool_ids: a structured array.
 
         Fields: position (m) and axes (rotation matrix) of the tool, velocity, spin, pose_position and pose_axes that it follows, jaws (1 open,
@@ -139,22 +155,22 @@ class Session(_core.Session):
         return self._view("tools", self._tools())
 
     @property
-    def grasps(self):
+    def grasps(self) -> NDArray[np.void]:
         """Grasps that hold, in the order of grasp_ids: a structured array.
 
         Fields: held (centre of the points, m), target (where it is pulled to, m), force (on the body in the last step, N), vertices.
         """
         return self._view("grasps", self._grasps())
 
-    def _view(self, name, rows):
+    def _view(self, name: str, rows: NDArray[np.uint8]) -> NDArray[np.void]:
         return self._records.view(name, rows)
 
-    def close(self):
+    def close(self) -> None:
         """Frees the session now; all else then raises kerf.Error. Arrays that came from it stay."""
         super().close()
         self._records.forget()
 
-    def report(self):
+    def report(self) -> dict[str, Any]:
         """What has come of the session so far, as a dict with the keys of report.json that need no record of every step."""
         import json
 
@@ -163,16 +179,16 @@ class Session(_core.Session):
             report.pop(key, None)
         return report
 
-    def __reduce_ex__(self, protocol):
+    def __reduce_ex__(self, protocol: Any) -> Any:
         raise TypeError("a session can't be copied or pickled; make another one of the same scene")
 
-    def __enter__(self):
+    def __enter__(self) -> Session:
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: object) -> None:
         self.close()
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         if self.closed:
             return "<kerf.Session, closed>"
         return f"<kerf.Session {self.name!r} at {self.time:g} s>"

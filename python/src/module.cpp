@@ -116,6 +116,7 @@ A stroke that undo(), restore() or a blade of the scene ended is over; its blade
           "__exit__", [](Stroke& self, nb::handle type, nb::handle, nb::handle) { self.exit(!type.is_none()); },
           nb::arg("type").none(), nb::arg("value").none(), nb::arg("traceback").none())
       .def("move", &Stroke::move, "base"_a, "tip"_a,
+           nb::sig("def move(self, base: numpy.typing.ArrayLike, tip: numpy.typing.ArrayLike) -> None"),
            R"(Moves the blade's edge in a straight line to these ends; cuts at once.
 
 base, tip: three finite numbers each, metres, in the stroke's frame. The first move only places the edge.
@@ -164,9 +165,9 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             return std::pair(done.stroke, done.removed);
           },
           "text"_a, "name"_a)
-      .def("_contacts", &LiveSession::contacts)
-      .def("_tools", &LiveSession::tools)
-      .def("_grasps", &LiveSession::grasps)
+      .def("_contacts", &LiveSession::contacts, nb::sig("def _contacts(self) -> numpy.typing.NDArray[numpy.uint8]"))
+      .def("_tools", &LiveSession::tools, nb::sig("def _tools(self) -> numpy.typing.NDArray[numpy.uint8]"))
+      .def("_grasps", &LiveSession::grasps, nb::sig("def _grasps(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def("_report", &LiveSession::report_json)
       .def_prop_ro("closed", &LiveSession::closed, "Has close() been called?")
       .def_prop_ro("time", &LiveSession::time, "Simulated time, seconds.")
@@ -182,9 +183,10 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
       .def_prop_ro("name", &LiveSession::name, "Name of the scene.")
       .def_prop_ro("title", &LiveSession::title, "Title of the scene.")
       .def_prop_ro(
-          "counts", &LiveSession::counts,
+          "counts", &LiveSession::counts, nb::for_getter(nb::sig("def counts(self) -> dict[str, int]")),
           "A dict: visual_vertices, visual_triangles, collision_vertices, collision_triangles, nodes, hexahedra, pieces.")
       .def_prop_ro("last_step", &LiveSession::last_step,
+                   nb::for_getter(nb::sig("def last_step(self) -> dict[str, float]")),
                    "A dict of the last step: seconds (of computing), parts, topology_changed, iterations, residual.")
       .def_prop_ro("notes", &LiveSession::notes, "Warnings, in sentences.")
       .def_prop_ro("tool_ids", &LiveSession::tool_ids, "Ids of the scene's tools, in the order of `tools`.")
@@ -196,22 +198,42 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             return std::tuple(f.x, f.y, f.z);
           },
           "Force of all supports on the body in the last step, newtons: (x, y, z).")
-      .def_prop_ro("positions", &LiveSession::positions, "Visual vertices, metres: (n, 3), float64.")
-      .def_prop_ro("velocities", &LiveSession::velocities, "Velocities of the visual vertices, m/s: (n, 3), float64.")
-      .def_prop_ro("normals", &LiveSession::normals, "Unit normals at the visual vertices: (n, 3), float32.")
-      .def_prop_ro("rest_positions", &LiveSession::rest_positions, "Visual vertices at rest, metres: (n, 3), float64.")
-      .def_prop_ro("triangles", &LiveSession::triangles, "Visual vertices of each triangle: (m, 3), int32.")
-      .def_prop_ro("uvs", &LiveSession::uvs, "Texture coordinates of each corner of each triangle: (m, 3, 2), float32.")
+      .def_prop_ro("positions", &LiveSession::positions,
+                   nb::for_getter(nb::sig("def positions(self) -> numpy.typing.NDArray[numpy.float64]")),
+                   "Visual vertices, metres: (n, 3), float64.")
+      .def_prop_ro("velocities", &LiveSession::velocities,
+                   nb::for_getter(nb::sig("def velocities(self) -> numpy.typing.NDArray[numpy.float64]")),
+                   "Velocities of the visual vertices, m/s: (n, 3), float64.")
+      .def_prop_ro("normals", &LiveSession::normals,
+                   nb::for_getter(nb::sig("def normals(self) -> numpy.typing.NDArray[numpy.float32]")),
+                   "Unit normals at the visual vertices: (n, 3), float32.")
+      .def_prop_ro("rest_positions", &LiveSession::rest_positions,
+                   nb::for_getter(nb::sig("def rest_positions(self) -> numpy.typing.NDArray[numpy.float64]")),
+                   "Visual vertices at rest, metres: (n, 3), float64.")
+      .def_prop_ro("triangles", &LiveSession::triangles,
+                   nb::for_getter(nb::sig("def triangles(self) -> numpy.typing.NDArray[numpy.int32]")),
+                   "Visual vertices of each triangle: (m, 3), int32.")
+      .def_prop_ro("uvs", &LiveSession::uvs,
+                   nb::for_getter(nb::sig("def uvs(self) -> numpy.typing.NDArray[numpy.float32]")),
+                   "Texture coordinates of each corner of each triangle: (m, 3, 2), float32.")
       .def_prop_ro("collision_positions", &LiveSession::collision_positions,
+                   nb::for_getter(nb::sig("def collision_positions(self) -> numpy.typing.NDArray[numpy.float64]")),
                    "Collision vertices, metres: (n, 3), float64.")
       .def_prop_ro("collision_rest_positions", &LiveSession::collision_rest_positions,
+                   nb::for_getter(nb::sig("def collision_rest_positions(self) -> numpy.typing.NDArray[numpy.float64]")),
                    "Collision vertices at rest, metres: (n, 3), float64.")
       .def_prop_ro("collision_triangles", &LiveSession::collision_triangles,
+                   nb::for_getter(nb::sig("def collision_triangles(self) -> numpy.typing.NDArray[numpy.int32]")),
                    "Collision vertices of each triangle: (m, 3), int32.")
       .def_prop_ro("nodes", &LiveSession::nodes,
+                   nb::for_getter(nb::sig("def nodes(self) -> numpy.typing.NDArray[numpy.float64]")),
                    "Nodes of the hexahedra, metres, those that a cut has put out of use included: (n, 3), float64.")
-      .def_prop_ro("node_velocities", &LiveSession::node_velocities, "Velocities of the nodes, m/s: (n, 3), float64.")
-      .def_prop_ro("hexahedra", &LiveSession::hexahedra, "Nodes of each hexahedron: (m, 8), int32.");
+      .def_prop_ro("node_velocities", &LiveSession::node_velocities,
+                   nb::for_getter(nb::sig("def node_velocities(self) -> numpy.typing.NDArray[numpy.float64]")),
+                   "Velocities of the nodes, m/s: (n, 3), float64.")
+      .def_prop_ro("hexahedra", &LiveSession::hexahedra,
+                   nb::for_getter(nb::sig("def hexahedra(self) -> numpy.typing.NDArray[numpy.int32]")),
+                   "Nodes of each hexahedron: (m, 8), int32.");
 
   m.def("model_names", [] {
     std::vector<std::string> out;

@@ -23,8 +23,9 @@ def test_2000_sessions_leave_nothing():
     def use():
         session = kerf.Session(SMALL)
         session.cut(ACROSS)
+        session.grasp("a", [0.3, 0.3, 0], radius=0.2)
         session.step()
-        return session.positions, session.triangles
+        return session.positions, session.triangles, session.grasps, session.contacts
 
     for _ in range(200):
         use()
@@ -41,12 +42,18 @@ def test_2000_sessions_leave_nothing():
 
 
 def test_errors_leave_nothing():
+    session = kerf.Session(SMALL)
+
     def use():
         for bad in ("nothing", "body.model = 'nothing'", {"body": 1}):
             try:
                 kerf.Session(bad)
             except kerf.Error:
                 pass
+        try:
+            session.punch([0, 0, 0], -1)
+        except kerf.Error:
+            pass
 
     for _ in range(200):
         use()

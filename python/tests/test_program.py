@@ -1,7 +1,10 @@
 """The program inside the package."""
 
+import re
 import subprocess
 import sys
+import urllib.request
+from pathlib import Path
 
 import pytest
 
@@ -17,6 +20,20 @@ def test_the_program_finds_its_scenes():
     assert "steak" in done.stdout.lower()
     scenes = subprocess.run([sys.executable, "-m", "kerf", "info", "--scenes"], capture_output=True, text=True).stdout
     assert all(name in scenes for name in kerf.scenes())
+
+
+def test_the_program_shows_its_page():
+    if not _program.PROGRAM.is_file() or not (Path(__file__).parents[2] / "apps/viewer/dist/index.html").exists():
+        pytest.skip("built without the program or its page")
+    with subprocess.Popen([sys.executable, "-m", "kerf", "view", "sheet", "--no-browser", "--port", "0"], text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as program:
+        try:
+            address = next(found[0] for line in program.stdout if (found := re.search(r"http://\S+", line)))
+            with urllib.request.urlopen(address, timeout=20) as answer:
+                page = answer.read().decode()
+        finally:
+            program.terminate()
+    assert "<title>Kerf" in page and "<script" in page
 
 
 def test_older_processors_are_told(tmp_path):

@@ -27,8 +27,12 @@ def test_the_example_of_the_readme(capsys):
     readme = (Path(__file__).parents[2] / "README.md").read_text()
     names = {}
     exec(re.search(r"```python\n(.*?)```", readme, re.S)[1], names)
-    assert re.fullmatch(r"\d+ \[.*\]\n", capsys.readouterr().out)
-    assert names["session"].redo_depth == 1
+    pieces, rest = capsys.readouterr().out.split(" ", 1)
+    force = [float(number) for number in re.findall(r"\[([^]]*)\]", rest)[1].split()]
+    assert pieces == "3" and force[1] < 0 < force[2]  # pulled outwards and up
+    session = names["session"]
+    assert session.redo_depth == 1 and session.counts["pieces"] == 2
+    session.validate()
 
 
 def test_a_steak_is_cut_in_two(steak):

@@ -1,0 +1,38 @@
+"""What type checkers are told is what there is."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import numpy as np
+
+import kerf
+
+HERE = Path(kerf.__file__).parent
+
+
+def returned(module):
+    """{class.name: type as it is written} of what a module's text says functions and properties return."""
+    return {f"{c.name}.{f.name}": ast.unparse(f.returns) for c in ast.walk(module) if isinstance(c, ast.ClassDef)
+            for f in c.body if isinstance(f, ast.FunctionDef) and f.returns}
+
+
+def test_types_are_shipped():
+    assert (HERE / "py.typed").exists()
+    told = returned(ast.parse((HERE / "_core.pyi").read_text()))
+    session = kerf.Session("sheet")
+    for name in dir(session):
+        if name.startswith("_") or f"Session.{name}" not in told:
+            continue
+        value = getattr(session, name)
+        if isinstance(value, np.ndarray) and not value.dtype.names:
+            assert told[f"Session.{name}"].endswith(f"NDArray[numpy.{value.dtype}]"), name
+        elif not callable(value):
+            assert told[f"Session.{name}"].split("[")[0] == type(value).__name__, name
+    assert told["Stroke.is_open"] == "bool"
+
+
+def test_everything_is_annotated():
+    for name, function in inspect.getmembers(kerf.Session, inspect.isfunction):
+        parameters = [p for p in inspect.signature(function).parameters.values() if p.name != "self"]
+        assert "return" in function.__annotations__ and all(p.annotation is not p.empty for p in parameters), name

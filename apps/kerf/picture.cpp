@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "kerf/base/hypotenuse.h"
 #include "kerf/base/parallel.h"
 #include "picture_material.h"
 #include "picture_noise.h"
@@ -477,7 +478,7 @@ class Stage {
     const Surface surface = ground_surface(body_.look, q, size_);
     const double key = key_light(p, 1e-3 * size_);
     Vec3 color = lit(surface, {0, 0, 1}, -d, key, ground_sky(p));
-    const double fade = body_.look == Look::kMeat ? 0 : smooth_step(1.2 * size_, 4.0 * size_, std::hypot(q.x, q.y));
+    const double fade = body_.look == Look::kMeat ? 0 : smooth_step(1.2 * size_, 4.0 * size_, hypotenuse(q.x, q.y));
     color = color + fade * (background - color);
     return background + on * (color - background);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "kerf/base/hypotenuse.h"
 #include "picture_noise.h"
 
 namespace kerf::app {
@@ -130,7 +131,7 @@ Surface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
   // The seam of fat around the eye of the meat, and the cap along the rim: thick on one side, a thin rind
   // elsewhere.
   const double length = 20 * size_;
-  const double ring = std::hypot(q.x + 0.16 * length, q.y + 0.07 * length) - 0.31 * length;
+  const double ring = hypotenuse(q.x + 0.16 * length, q.y + 0.07 * length) - 0.31 * length;
   const double open = smooth_step(0.0, 0.10 * length, q.x + 0.6 * q.y - 0.02 * length + 0.02 * length * noise(0.5 * s));
   const double seam = std::abs(ring + 0.012 * length * noise(0.7 * s + Vec3{8, 8, 1})) / (0.012 * length);
   fat = std::max(fat, open * smooth_step(1.15, 0.65, seam + 0.35 * fine * 0.3 + 0.3 * fibre));
@@ -185,7 +186,7 @@ double ground_outside(Look look, Vec2 p, double size) {
   if (look != Look::kMeat) return -1;
   const double half_x = 1.02 * size, half_y = 0.74 * size, round = 0.10 * size;
   const double x = std::max(0.0, std::abs(p.x) - half_x + round), y = std::max(0.0, std::abs(p.y) - half_y + round);
-  return std::hypot(x, y) - round;
+  return hypotenuse(x, y) - round;
 }
 
 Surface ground_surface(Look look, Vec2 p, double size) {

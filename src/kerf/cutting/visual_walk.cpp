@@ -56,7 +56,7 @@ bool turn_crossed_edge(CellComplex& body, H h, double f) {
   if (!(mesh.texture[h] == mesh.texture[gn] && mesh.texture[hn] == mesh.texture[g])) return false;
   const Vec2f t = lerp(mesh.texture[h], mesh.texture[hn], on_ab),
               turned = lerp(mesh.texture[hp], mesh.texture[gp], on_cd);
-  if (!(std::hypot(t.x - turned.x, t.y - turned.y) < kTextureFlatness)) return false;
+  if (!(static_cast<float>(norm(Vec2{t.x - turned.x, t.y - turned.y})) < kTextureFlatness)) return false;
   const double split = std::min(std::min(least_angle(a, m, c), least_angle(m, b, c)),
                                 std::min(least_angle(b, m, d), least_angle(m, a, d)));
   if (!(std::min(least_angle(a, d, c), least_angle(b, c, d)) > split)) return false;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/hypotenuse.h"
 #include "kerf/mesh/models_planar.h"
 
 namespace kerf::models {
@@ -78,7 +79,7 @@ double relief(Vec2 p, double from_rim, int side) {
   double z = 9.4 + 0.45 * std::sin(0.043 * x + 0.02 * y + side) + 0.45 * std::sin(0.071 * y - 0.03 * x + 2.1 * side) +
              0.35 * std::sin(0.11 * x + 0.083 * y * side);
   // The furrow of fat that runs from the notch around the eye of the meat.
-  const double furrow = std::hypot(x + 32, y + 14) - 62;
+  const double furrow = hypotenuse(x + 32, y + 14) - 62;
   const double open = std::clamp((x + 0.6 * y - 5) / 30, 0.0, 1.0);
   z -= (side > 0 ? 2.2 : 1.4) * open * std::exp(-furrow * furrow / 50);
   // Dents of the outer fat.

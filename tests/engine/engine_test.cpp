@@ -405,6 +405,74 @@ TEST(Engine, PullingMovesTheBodyAndShiftLeavesItHeld) {
   EXPECT_TRUE(p.errors.empty());
 }
 
+/// Which piece a copy of the page belongs to: the place in the list of masses of one that it hangs together with by nodes.
+std::size_t piece_of(const MirroredPage& p, std::uint32_t copy) {
+  std::vector<std::size_t> parent(p.body.nodes.size());
+  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (const auto& c : p.body.copies)
+    if (c[0] < parent.size())
+      for (const auto n : c) parent[root(n)] = root(c[0]);
+  for (std::size_t i = 0; i < p.mass_copies.size(); ++i)
+    if (root(p.body.copies.at(p.mass_copies[i])[0]) == root(p.body.copies.at(copy)[0])) return i;
+  return p.mass_copies.size();
+}
+
+TEST(Engine, PagesKnowWhatPiecesWeigh) {
+  Table table;
+  const auto page = table.join();
+  const MirroredPage& p = table.pages[page];
+  ASSERT_EQ(p.masses.size(), 1u);
+  const float whole = p.uncut_mass;
+  EXPECT_GT(whole, 0.2f);
+  EXPECT_FLOAT_EQ(p.masses[0], whole);
+  table.tick(40);
+  EXPECT_EQ(p.weighings, 1u);  // nothing is said twice
+
+  // Not in a stroke, soon after it.
+  for (int k = 0; k <= 40; ++k) {
+    table.tell(page, page_tool(2, kScalpel, k == 0 ? kDown : kMove, {ray_between(kEye, {-0.03, 0.12 - 0.006 * k, 0})}));
+    table.tick();
+  }
+  EXPECT_EQ(p.weighings, 1u);
+  table.tell(page, page_tool(2, kScalpel, kUp, {ray_between(kEye, {-0.03, -0.12, 0})}));
+  table.tick(20);
+  ASSERT_EQ(p.masses.size(), 2u);
+  EXPECT_EQ(p.masses_version, p.body.version);
+  EXPECT_NEAR(p.masses[0] + p.masses[1], whole, 1e-5f * whole);
+
+  // What the pointer meets, and what the forceps hold, is of the piece that lies there: the larger one to the right.
+  const std::size_t larger = p.masses[0] > p.masses[1] ? 0 : 1;
+  table.tell(page, page_ray(3, ray_between(kEye, {0.05, 0, 0})));
+  table.tell(page, page_ray(4, ray_between(kEye, {-0.07, 0, 0})));
+  table.tell(page, page_ray(5, ray_between(kEye, {0.5, 0, 0})));
+  ASSERT_EQ(p.hits.size(), 3u);
+  EXPECT_EQ(piece_of(p, p.hits[0].copy), larger);
+  EXPECT_EQ(piece_of(p, p.hits[1].copy), 1 - larger);
+  EXPECT_EQ(p.hits[2].copy, 0xffffffffu);
+  table.tell(page, page_tool(6, kGrasp, kDown, {ray_between(kEye, {-0.07, 0, 0})}));
+  table.tick();
+  ASSERT_EQ(p.grasp_copies.size(), 1u);
+  EXPECT_EQ(piece_of(p, p.grasp_copies[0]), 1 - larger);
+  table.tell(page, page_tool(6, kGrasp, kUp, {}));
+
+  // A page that comes later knows too; so do all when the material is another, and when the cut is undone.
+  const auto late = table.join();
+  EXPECT_EQ(table.pages[late].masses, p.masses);
+  const Material m = table.engine.session().material();
+  table.tell(page, page_command(7, kMaterial, {m.young, m.poisson, 2 * m.density}));
+  table.tick(20);
+  EXPECT_FLOAT_EQ(p.uncut_mass, 2 * whole);
+  table.tell(page, page_command(8, kUndo));
+  table.tick(20);
+  ASSERT_EQ(p.masses.size(), 1u);
+  EXPECT_FLOAT_EQ(p.masses[0], p.uncut_mass);
+  EXPECT_EQ(table.pages[late].masses, p.masses);
+}
+
 TEST(Engine, PagesKnowWhatIsFixed) {
   Table table;
   const auto page = table.join();

@@ -17,7 +17,7 @@ namespace kerf::test {
 /// Appends little-endian values; finish() puts the length into the header.
 class PageWriter {
  public:
-  explicit PageWriter(std::uint16_t type) { u16(type).u16(5).u32(0); }
+  explicit PageWriter(std::uint16_t type) { u16(type).u16(6).u32(0); }
   PageWriter& u16(std::uint16_t v) { return put(v, 2); }
   PageWriter& u32(std::uint32_t v) { return put(v, 4); }
   PageWriter& u64(std::uint64_t v) { return put(v, 8); }
@@ -62,7 +62,7 @@ inline PageRay ray_between(Point a, Point b) {
 }
 
 inline std::vector<std::byte> page_hello(std::uint64_t session = 0, std::uint32_t body = 0, std::uint32_t version = 0) {
-  return PageWriter(64).u32(5).u32(0).u64(session).u32(body).u32(version).finish();
+  return PageWriter(64).u32(6).u32(0).u64(session).u32(body).u32(version).finish();
 }
 inline std::vector<std::byte> page_ack(std::uint32_t seq) { return PageWriter(65).u32(seq).u32(0).finish(); }
 inline std::vector<std::byte> page_tool(std::uint32_t input, std::uint32_t tool, std::uint32_t phase,
@@ -135,7 +135,7 @@ class EngineReader {
  public:
   explicit EngineReader(std::span<const std::byte> bytes) : bytes_(bytes) {
     type = u16();
-    EXPECT_EQ(u16(), 5);
+    EXPECT_EQ(u16(), 6);
     EXPECT_EQ(u32(), bytes.size());
     EXPECT_EQ(bytes.size() % 4, 0u);
   }
@@ -282,6 +282,7 @@ struct MirroredPage {
     std::array<double, 3> point;
     F3 normal;
     float beside;
+    std::uint32_t copy;
   };
   std::vector<Hit> hits;
   std::map<std::string, std::string> files;
@@ -304,6 +305,11 @@ struct MirroredPage {
   std::array<float, 7> score{};  ///< lesion m^3, its share gone, healthy m^3 gone, share, roughness, force, time
   std::uint32_t score_pieces = 0, scores = 0;
   std::vector<std::uint32_t> fixed;  ///< nodes that supports hold
+  // What the pieces weigh (kg), one copy of each, and copies of what is held
+  std::vector<float> masses;
+  std::vector<std::uint32_t> mass_copies, grasp_copies;
+  float uncut_mass = 0;
+  std::uint32_t masses_version = 0, weighings = 0;
   std::uint32_t overlays = 0;
   struct {
     std::vector<F3> rest, foot_rest;
@@ -364,6 +370,7 @@ struct MirroredPage {
         const auto nfade = r.u32();
         auto nodes = r.array<F3>(nn);
         r.array<std::array<float, 6>>(ng);
+        grasp_copies = r.array<std::uint32_t>(ng);
         places = r.array<std::array<float, 8>>(np);
         tools = r.array<std::array<float, 14>>(nt);
         contacts = r.array<std::array<float, 10>>(nk);
@@ -400,6 +407,8 @@ struct MirroredPage {
         for (double& x : h.point) x = r.f64();
         for (float& x : h.normal) x = r.f32();
         h.beside = r.f32();
+        h.copy = r.u32();
+        EXPECT_EQ(h.copy < body.copies.size(), h.triangle >= 0);
         hits.push_back(h);
         break;
       }
@@ -492,6 +501,20 @@ struct MirroredPage {
         EXPECT_EQ(r.u32(), 0u);
         fixed = r.array<std::uint32_t>(n);
         for (std::size_t i = 1; i < fixed.size(); ++i) EXPECT_LT(fixed[i - 1], fixed[i]);
+        break;
+      }
+      case 16: {
+        EXPECT_EQ(r.u32(), body.body);
+        masses_version = r.u32();
+        EXPECT_LE(masses_version, body.version);
+        uncut_mass = r.f32();
+        const auto n = r.u32();
+        masses = r.array<float>(n);
+        mass_copies = r.array<std::uint32_t>(n);
+        for (const float m : masses) EXPECT_GE(m, 0);
+        if (masses_version == body.version)
+          for (const auto c : mass_copies) EXPECT_LT(c, body.copies.size());
+        ++weighings;
         break;
       }
       case 13: {

@@ -222,8 +222,15 @@ TEST(Protocol, EngineMessagesReadBack) {
   Hit hit;
   hit.triangle = 7;
   hit.point = {1, 2, 3};
+  hit.copy = 0;
   page.hear(encode(hit));
   EXPECT_EQ(page.hits.at(0).point[2], 3);
+  const std::vector<float> mass{0.25f, 0.125f};
+  const std::vector<std::uint32_t> of{1, 0};
+  page.hear(encode(Masses{4, 1, 0.5f, mass, of}));
+  EXPECT_EQ(page.masses, mass);
+  EXPECT_EQ(page.mass_copies, of);
+  EXPECT_EQ(page.uncut_mass, 0.5f);
   page.hear(encode(Role{3, 1, 2}));
   EXPECT_TRUE(page.held);
   CutReport cut;

@@ -5,6 +5,7 @@ import {
   CommandCode,
   FrameFlag,
   LoadState,
+  kNoNode,
   Modifier,
   Outcome,
   UploadPart,
@@ -19,6 +20,7 @@ import {
   type Hello,
   type Hit,
   type Loading,
+  type Masses,
   type Overlay,
   type Patch,
   type Role,
@@ -39,6 +41,7 @@ import { Overlays, type ViewName } from './scene/overlays';
 import { readThings, type Thing } from './engine/things';
 import { ThingsView } from './scene/things';
 import { PieceView } from './scene/piece_view';
+import { Scales } from './scene/scales';
 import { skinPoint } from './scene/skinning';
 import { kRound } from './scene/arthroscope';
 import { type Box, Stage } from './scene/stage';
@@ -214,6 +217,7 @@ export class App implements EngineEvents {
   readonly mesh: BodyMesh;
   readonly overlays: Overlays;
   readonly pieceView: PieceView;
+  readonly scales: Scales;
   readonly blade = new Blade();
   readonly things = new ThingsView();
   readonly ink: Ink;
@@ -289,6 +293,10 @@ export class App implements EngineEvents {
   private rimReach = 0;
   private readonly fresh = new FreshSamples();
   private pointerAt: { x: number; y: number } | null = null;
+  /** A copy of what the pointer is over; kNoNode: nothing. */
+  under = kNoNode;
+  /** A copy of what is held last, and where. */
+  holds: { copy: number; point: Vec3 } | null = null;
   private hoverChanged = false;
   private rayOut = 0;
   private raySince = 0;
@@ -326,6 +334,7 @@ export class App implements EngineEvents {
     this.stage.contact = this.mesh.occlusion.uniforms;
     this.overlays = new Overlays(this.mesh);
     this.pieceView = new PieceView(this.mesh, this.stage);
+    this.scales = new Scales(this.mesh, this.pieceView.pieces, this.things);
     this.ink = new Ink(ink);
     this.stage.scene.add(this.mesh.group, this.overlays.group, this.blade.group, this.things.group);
     this.qualityMode = options.quality;
@@ -383,6 +392,8 @@ export class App implements EngineEvents {
   body(body: Body): void {
     this.cancelStroke(false);
     this.ink.clear();
+    this.under = kNoNode;
+    this.holds = null;
     this.bodies++;
     const state = new BodyState(body),
       info = this.info;
@@ -492,6 +503,9 @@ export class App implements EngineEvents {
       fading: { ids: ids.slice(), offsets: offsets.slice() },
     };
     if (this.blade.setGrasps(frame.grasps)) this.touch(true);
+    const last = frame.held.length - 1,
+      [x, y, z] = frame.grasps.subarray(6 * last);
+    this.holds = last < 0 ? null : { copy: frame.held[last]!, point: [x!, y!, z!] };
     if (this.showing) this.placeGhost(frame.grasps);
   }
 
@@ -535,6 +549,7 @@ export class App implements EngineEvents {
     const point = new Vector3(...hit.point),
       normal = new Vector3(...hit.normal),
       touching = hit.triangle >= 0;
+    this.under = hit.copy;
     if (!touching) {
       // Beside the body the tool hovers where the view ray meets the height of the body's middle.
       const c = this.mesh.bounds.center.z,
@@ -568,6 +583,10 @@ export class App implements EngineEvents {
     if (fixed.body !== this.mesh.state?.body) return;
     this.mesh.setFixed(fixed.nodes.slice());
     this.touch(false);
+  }
+
+  masses(masses: Masses): void {
+    this.scales.take(masses);
   }
 
   score(score: Score): void {
@@ -703,6 +722,10 @@ export class App implements EngineEvents {
   setTheme(dark: boolean): void {
     this.stage.setTheme(dark);
     this.touch(false);
+  }
+  /** Where the pointer is over the view, pixels. */
+  get pointer(): { x: number; y: number } | null {
+    return this.pointerAt;
   }
   get strokeActive(): boolean {
     return this.stroke !== null || this.led !== null;

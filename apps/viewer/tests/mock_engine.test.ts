@@ -84,6 +84,9 @@ class Recorder implements EngineEvents {
   fixed(): void {
     /* not of this engine */
   }
+  masses(): void {
+    /* not of this engine */
+  }
   state(s: string): void {
     this.states.push(s);
   }

@@ -85,6 +85,7 @@ const engineMessages: EngineMessage[] = [
     redoDepth: 6,
     nodes: new Float32Array([1, 2, 3]),
     grasps: new Float32Array([1, 2, 3, 4, 5, 6]),
+    held: new Uint32Array([3]),
     places: new Float32Array(16).map((_, i) => i),
     tools: new Float32Array(14).map((_, i) => i / 2),
     contacts: new Float32Array(10).fill(3),
@@ -93,7 +94,7 @@ const engineMessages: EngineMessage[] = [
     press: 2.5,
     fading: { ids: new Uint32Array([2, 7]), offsets: new Float32Array([1, 2, 3, 4, 5, 6]) },
   },
-  { type: 'hit', input: 5, triangle: -1, t: 0.1, point: [1, 2, 3], normal: [0, 0, 1], beside: 0.5 },
+  { type: 'hit', input: 5, triangle: -1, t: 0.1, point: [1, 2, 3], normal: [0, 0, 1], beside: 0.5, copy: 9 },
   {
     type: 'stats',
     stepMs: 1,
@@ -157,10 +158,18 @@ const engineMessages: EngineMessage[] = [
     loosePieces: 3,
   },
   { type: 'fixed', body: 2, nodes: new Uint32Array([0, 4, 5]) },
+  {
+    type: 'masses',
+    body: 2,
+    version: 3,
+    uncut: 0.5,
+    mass: new Float32Array([0.25, 0.125]),
+    copy: new Uint32Array([4, 0]),
+  },
 ];
 
 const pageMessages: PageMessage[] = [
-  { type: 'pageHello', protocol: 5, session: 123456789012345678n, body: 1, version: 7 },
+  { type: 'pageHello', protocol: 6, session: 123456789012345678n, body: 1, version: 7 },
   { type: 'ack', seq: 42 },
   {
     type: 'tool',
@@ -196,8 +205,8 @@ describe('messages', () => {
     const v = new DataView(encodeEngineMessage(engineMessages[3]!));
     expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([
       4,
-      5,
-      84 + 12 + 24 + 64 + 56 + 40 + 4 + 8 + 24,
+      6,
+      84 + 12 + 24 + 4 + 64 + 56 + 40 + 4 + 8 + 24,
     ]);
     expect([8, 12, 16, 20].map((o) => v.getUint32(o, true))).toEqual([1, 2, 3, 4]);
     expect(v.getFloat64(24, true)).toBe(1.25);
@@ -226,7 +235,13 @@ describe('messages', () => {
       hit.getFloat64(16, true),
       hit.getFloat64(40, true),
       hit.getFloat32(56, true),
-    ]).toEqual([64, -1, 0.1, 3, 1]);
+    ]).toEqual([68, -1, 0.1, 3, 1]);
+    expect(hit.getUint32(64, true)).toBe(9);
+    const masses = new DataView(encodeEngineMessage(engineMessages[engineMessages.length - 1]!));
+    expect([masses.byteLength, ...[8, 12, 20, 32, 36].map((o) => masses.getUint32(o, true))]).toEqual([
+      40, 2, 3, 2, 4, 0,
+    ]);
+    expect([16, 24, 28].map((o) => masses.getFloat32(o, true))).toEqual([0.5, 0.25, 0.125]);
     const tool = new DataView(encodePageMessage(pageMessages[2]!));
     expect([
       tool.byteLength,
@@ -311,6 +326,13 @@ describe('bad messages', () => {
     expect(() => decodeEngineMessage(changed(engineMessages[4]!, (v) => v.setFloat64(24, Infinity, true)))).toThrow(
       /finite/,
     );
+  });
+  it('refuses pieces that weigh less than nothing', () => {
+    const masses = engineMessages[engineMessages.length - 1]!;
+    for (const at of [16, 24, 28])
+      expect(() => decodeEngineMessage(changed(masses, (v) => v.setFloat32(at, -1, true)))).toThrow(/weighs -1 kg/);
+    expect(() => decodeEngineMessage(changed(masses, (v) => v.setFloat32(24, Infinity, true)))).toThrow(/finite/);
+    expect(() => decodeEngineMessage(changed(masses, (v) => v.setUint32(20, 3, true)))).toThrow(ProtocolError);
   });
   it('refuses ids out of range and unsorted', () => {
     const body = engineMessages[1]! as Extract<EngineMessage, { type: 'body' }>;

@@ -122,6 +122,7 @@ void Engine::Impl::start_over() {
   counted_topology = published_topology;
   frame_due = true;
   find_fixed();
+  weigh();
   for (auto& [id, client] : clients) {
     if (!client.ready) continue;
     client.queue.forget_frame();
@@ -129,6 +130,7 @@ void Engine::Impl::start_over() {
     client.queue.push(body_now());
     client.queue.push(things_now());
     client.queue.push(fixed_now());
+    client.queue.push(masses_now());
   }
   send_overlay();
 }
@@ -244,6 +246,23 @@ protocol::Message Engine::Impl::fixed_now() {
   return once(fixed_told, [&] { return protocol::encode(protocol::Fixed{body, fixed}); });
 }
 
+bool Engine::Impl::weigh() {
+  const double density = session->material().density;
+  const bool same =
+      weighed.body == body && weighed.topology == session->topology_version() && weighed.density == density;
+  if (same || (session->in_stroke() && weighed.body == body)) return false;
+  weighed = {body, version, session->topology_version(), density, session->piece_masses()};
+  return true;
+}
+
+protocol::Message Engine::Impl::masses_now() {
+  std::vector<float> mass(weighed.masses.mass.begin(), weighed.masses.mass.end());
+  std::vector<std::uint32_t> copy;
+  for (const HexId h : weighed.masses.copy) copy.push_back(static_cast<std::uint32_t>(h.index()));
+  return share(protocol::encode(
+      protocol::Masses{weighed.body, weighed.version, static_cast<float>(weighed.masses.uncut), mass, copy}));
+}
+
 void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   EngineClient& client = clients.at(id);
   publish(0);  // it may come between two steps: what the body message says belongs together
@@ -263,6 +282,8 @@ void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   } else {
     client.queue.push(fixed_now());
   }
+  if (weigh()) broadcast(masses_now());
+  else client.queue.push(masses_now());
   frame_due = true;
   if (known && holder != 0) return send(id, protocol::encode(role_of(id)));  // nothing new to the others
   if (holder == 0) holder = id;
@@ -342,7 +363,13 @@ void Engine::Impl::send_frame() {
   since_frame = 0;
   fill_nodes();
   grasps.clear();
-  for (const Session::GraspState& g : session->grasps()) grasps.push_back({to_float(g.held), to_float(g.target)});
+  held.clear();
+  for (const Session::GraspState& g : session->grasps()) {
+    grasps.push_back({to_float(g.held), to_float(g.target)});
+    held.push_back(g.points.empty()
+                       ? protocol::kNoNode
+                       : static_cast<std::uint32_t>(session->body().embedding.collision[g.points.front()].index()));
+  }
   protocol::Frame m;
   m.body = body;
   m.seq = ++frame_seq;
@@ -358,6 +385,7 @@ void Engine::Impl::send_frame() {
   m.fading = fading;
   m.offset = fading_offset;
   m.grasps = grasps;
+  m.held = held;
   things.place(*session);
   m.places = things.places();
   m.tools = things.tools();
@@ -482,6 +510,9 @@ void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message
       hit.point = picked->point;
       hit.normal = to_float(picked->normal);
       hit.beside = static_cast<float>(picked->beside);
+      const HexMesh& hex = session->body().hex;
+      for (const Piece& piece : hex.pieces_of(picked->triangle))
+        hit.copy = static_cast<std::uint32_t>(hex.host[piece.copy].index());
     }
     return send(id, protocol::encode(hit));
   }
@@ -617,6 +648,7 @@ void Engine::end_tick() {
     e.send_stats(e.since_stats);
     e.send_score();
     if (e.find_fixed()) e.broadcast(e.fixed_now());
+    if (e.weigh()) e.broadcast(e.masses_now());
     e.since_stats = 0;
   }
 }

@@ -114,6 +114,13 @@ struct Engine::Impl {
   std::map<std::uint32_t, EngineClient> clients;
   std::uint32_t next_client = 1, holder = 0;
   std::uint32_t frame_seq = 0, last_input = 0;
+  /// What the pieces weighed when they were weighed last.
+  struct Weighed {
+    std::uint32_t body = 0, version = 0;
+    std::uint64_t topology = 0;
+    double density = 0;  ///< kg/m^3, of the first material: others may change with it
+    PieceMasses masses;
+  } weighed;
   bool frame_due = true;
   bool tick_wanted = false;
   double since_frame = 0, since_stats = 0;
@@ -164,6 +171,7 @@ struct Engine::Impl {
   std::vector<std::uint32_t> fading;
   std::vector<std::uint32_t> fixed, fixed_before;  ///< nodes, ascending
   std::vector<protocol::Grasp> grasps;
+  std::vector<std::uint32_t> held;
   DrawnContacts contacts;
 
   // engine.cpp
@@ -192,6 +200,9 @@ struct Engine::Impl {
   protocol::Message things_now();
   bool find_fixed();  ///< brings `fixed` up to date; true when that changed it
   protocol::Message fixed_now();
+  /// Weighs the pieces where they may weigh something else than last time; not in a stroke, which would weigh them anew all the time.
+  bool weigh();
+  protocol::Message masses_now();
   [[nodiscard]] protocol::Role role_of(std::uint32_t client) const;
   void send_roles();
   protocol::Message overlay_now(bool feet);

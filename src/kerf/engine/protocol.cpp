@@ -335,8 +335,9 @@ Bytes encode(const Patch& m) {
 }
 
 Bytes encode(const Frame& m) {
-  KERF_ASSERT(m.contacts.size() == m.partners.size() && m.fading.size() == m.offset.size());
-  Writer w(Type::kFrame, 76 + 12 * m.nodes.size() + 24 * m.grasps.size() + 32 * m.places.size() + 56 * m.tools.size() +
+  KERF_ASSERT(m.contacts.size() == m.partners.size() && m.fading.size() == m.offset.size() &&
+              m.held.size() == m.grasps.size());
+  Writer w(Type::kFrame, 76 + 12 * m.nodes.size() + 28 * m.grasps.size() + 32 * m.places.size() + 56 * m.tools.size() +
                              44 * m.contacts.size() + 16 * m.fading.size());
   w.u32(m.body)
       .u32(m.seq)
@@ -358,6 +359,7 @@ Bytes encode(const Frame& m) {
       .size(m.fading.size())
       .array(m.nodes);
   for (const Grasp& g : m.grasps) w.vec(g.held).vec(g.target);
+  w.array(m.held);
   for (const Place& p : m.places)
     for (const float x : p) w.f32(x);
   for (const ToolForces& t : m.tools)
@@ -368,7 +370,15 @@ Bytes encode(const Frame& m) {
 }
 
 Bytes encode(const Hit& m) {
-  return Writer(Type::kHit, 56).u32(m.input).i32(m.triangle).f64(m.t).vec(m.point).vec(m.normal).f32(m.beside).finish();
+  return Writer(Type::kHit, 60)
+      .u32(m.input)
+      .i32(m.triangle)
+      .f64(m.t)
+      .vec(m.point)
+      .vec(m.normal)
+      .f32(m.beside)
+      .u32(m.copy)
+      .finish();
 }
 
 Bytes encode(const Stats& m) {
@@ -492,6 +502,14 @@ Bytes encode(const Fixed& m) {
       .u32(0)
       .array(m.nodes)
       .finish();
+}
+
+Bytes encode(const Masses& m) {
+  KERF_ASSERT(m.mass.size() == m.copy.size());
+  Writer w(Type::kMasses, 16 + 8 * m.mass.size());
+  w.u32(m.body).u32(m.version).f32(m.uncut).size(m.mass.size());
+  for (const float x : m.mass) w.f32(x);
+  return w.array(m.copy).finish();
 }
 
 Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {

@@ -1,4 +1,4 @@
-// The messages between page and engine, version 5 (docs/protocol.md): encoding of everything the engine says, checked
+// The messages between page and engine, version 6 (docs/protocol.md): encoding of everything the engine says, checked
 // decoding of everything a page says. Bytes in, bytes out: no sockets, no state. A page is not trusted; whatever it
 // sends is decoded or refused with a reason, and decoded messages keep every promise of the page.
 #pragma once
@@ -18,7 +18,7 @@
 
 namespace kerf::protocol {
 
-inline constexpr std::uint16_t kVersion = 5;
+inline constexpr std::uint16_t kVersion = 6;
 inline constexpr std::size_t kHeaderBytes = 8;
 /// Most bytes of a message from a page, header included; uploads have chunks of their own size.
 inline constexpr std::size_t kMaxPageBytes = std::size_t{64} << 10;
@@ -46,6 +46,7 @@ enum class Type : std::uint16_t {
   kThings = 13,
   kScore = 14,
   kFixed = 15,
+  kMasses = 16,
   kPageHello = 64,
   kAck = 65,
   kTool = 66,
@@ -128,7 +129,8 @@ struct Frame {
   std::uint32_t flags = 0, undo_depth = 0, redo_depth = 0;
   std::span<const Vec3f> nodes;
   std::span<const Grasp> grasps;
-  std::span<const Place> places;  ///< of the things of Things, in their order
+  std::span<const std::uint32_t> held;  ///< one each: a copy of what is held
+  std::span<const Place> places;        ///< of the things of Things, in their order
   std::span<const ToolForces> tools;
   std::span<const ContactPoint> contacts;   ///< only when a page has asked for them
   std::span<const std::uint32_t> partners;  ///< one each: ContactWith, kSliding
@@ -143,7 +145,8 @@ struct Hit {
   double t = 0;
   Vec3 point;
   Vec3f normal;
-  float beside = 0;  ///< metres by which the ray passes the body; only where the query allows it
+  float beside = 0;              ///< metres by which the ray passes the body; only where the query allows it
+  std::uint32_t copy = kNoNode;  ///< of what was hit; kNoNode: nothing
 };
 struct Counts {
   std::uint32_t visual_vertices = 0, visual_triangles = 0, collision_vertices = 0, collision_triangles = 0, nodes = 0,
@@ -222,6 +225,13 @@ struct Fixed {
   std::uint32_t body = 0;
   std::span<const std::uint32_t> nodes;  ///< ascending
 };
+/// What the pieces weigh, kg.
+struct Masses {
+  std::uint32_t body = 0, version = 0;
+  float uncut = 0;  ///< all of it, as it was uncut
+  std::span<const float> mass;
+  std::span<const std::uint32_t> copy;  ///< of each piece: one of its copies
+};
 enum class LoadState : std::uint32_t { kUnderWay = 0, kShown = 1, kFailed = 2, kStopped = 3 };
 /// How far the scene is that comes next.
 struct Loading {
@@ -248,6 +258,7 @@ Bytes encode(const Loading& message);
 Bytes encode(const Things& message);
 Bytes encode(const Score& message);
 Bytes encode(const Fixed& message);
+Bytes encode(const Masses& message);
 
 // --- Page to engine ------------------------------------------------------------------------------------------------
 

@@ -139,6 +139,10 @@ Status Session::Impl::prepare(const Progress& progress) {
   state.model = std::move(*model);
   KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
   KERF_TRY(state.model.validate());
+  uncut_filled.assign(state.model.materials().size(), 0.0);
+  for (const HexId h : ids<HexId>(state.body.hex.hex_count()))
+    if (state.body.hex.alive(h))
+      uncut_filled[static_cast<std::size_t>(state.model.element(h).material)] += state.body.hex.material[h].mass_volume;
 
   step_options.dt = scene.simulation.time_step;
   step_options.gravity = state.gravity = scene.simulation.gravity;

@@ -98,6 +98,13 @@ struct SessionChanges {
   std::vector<NodeId> nodes;                  ///< new ones, and those that got their first use or lost their last
 };
 
+/// What the pieces of the body weigh: the mass that moves in the simulation.
+struct PieceMasses {
+  std::vector<double> mass;  ///< kg, piece by piece, in no order that means anything
+  std::vector<HexId> copy;   ///< of each piece: one of its living hexahedra
+  double uncut = 0;          ///< kg: all bodies before anything was cut or taken away, of the present materials
+};
+
 /// Complete state of a session at one moment, undo steps included. Opaque; a pointer to hand around.
 class SessionSnapshot;
 
@@ -203,6 +210,8 @@ class Session {
   [[nodiscard]] const Scene& scene() const;
   [[nodiscard]] const Body& body() const;
   [[nodiscard]] BodyCounts counts() const;
+  /// Pieces hang together as collision_pieces says. Cost: linear in collision mesh and hexahedra.
+  [[nodiscard]] PieceMasses piece_masses() const;
   /// Grows by one with every change of topology, undo and redo included.
   [[nodiscard]] std::uint64_t topology_version() const;
   /// From now on the session notes what changes of topology touch. take_changes() hands over what has come together

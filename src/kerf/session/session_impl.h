@@ -137,6 +137,7 @@ struct Session::Impl {
   TissueVolume tissue_at_start;  ///< in scenes with a lesion
   int pieces_at_start = 1;
   std::vector<double> uncut_volume;      ///< m^3, of each body
+  std::vector<double> uncut_filled;      ///< m^3 of each material, as the hexahedra have it
   std::optional<ComplexRenaming> swept;  ///< ids that the dust of the last stroke to end has changed
   int dust_notes = 0;
   SessionState state;
@@ -231,6 +232,10 @@ struct Session::Impl {
   [[nodiscard]] double share_of_uncut(double volume) const;
   void note_dust(const RemovalReport& dust, const std::string& place);
   // session_remove.cpp
+  /// The piece of each copy that material of a collision triangle moves with; -1: none does.
+  [[nodiscard]] std::vector<std::int32_t> pieces_of_copies(const Pieces& pieces) const;
+  /// kg
+  [[nodiscard]] double mass_of(HexId copy) const;
   /// Kilograms in the copies of each piece.
   [[nodiscard]] std::vector<double> masses_of(const Pieces& pieces) const;
   Result<RemovalReport> take_away(const std::vector<std::uint8_t>& triangles);

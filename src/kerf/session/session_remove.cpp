@@ -50,20 +50,52 @@ bool meets_region(const SceneRegion& region, Vec3 a, Vec3 b, Vec3 c) {
 
 }  // namespace
 
-std::vector<double> Session::Impl::masses_of(const Pieces& pieces) const {
+std::vector<std::int32_t> Session::Impl::pieces_of_copies(const Pieces& pieces) const {
   const Body& body = state.body;
-  const MechanicsModel& model = state.model;
   std::vector<std::int32_t> piece_of_copy(body.hex.hex_count(), -1);
   for (const CollisionTriangle t : ids<CollisionTriangle>(body.complex.collision.face_count()))
     for (const Piece& p : body.hex.pieces_of(t))
       piece_of_copy[body.hex.host[p.copy].index()] = pieces.of_face[t.index()];
+  return piece_of_copy;
+}
+
+double Session::Impl::mass_of(HexId copy) const {
+  return state.model.materials()[static_cast<std::size_t>(state.model.element(copy).material)].density *
+         state.body.hex.material[copy].mass_volume;
+}
+
+std::vector<double> Session::Impl::masses_of(const Pieces& pieces) const {
+  const HexMesh& hex = state.body.hex;
+  const std::vector<std::int32_t> piece_of_copy = pieces_of_copies(pieces);
   std::vector<double> mass(static_cast<std::size_t>(pieces.count), 0.0);
-  for (const HexId h : ids<HexId>(body.hex.hex_count()))
-    if (body.hex.alive(h) && piece_of_copy[h.index()] >= 0)
-      mass[static_cast<std::size_t>(piece_of_copy[h.index()])] +=
-          model.materials()[static_cast<std::size_t>(model.element(h).material)].density *
-          body.hex.material[h].mass_volume;
+  for (const HexId h : ids<HexId>(hex.hex_count()))
+    if (hex.alive(h) && piece_of_copy[h.index()] >= 0)
+      mass[static_cast<std::size_t>(piece_of_copy[h.index()])] += mass_of(h);
   return mass;
+}
+
+PieceMasses Session::piece_masses() const {
+  const Impl& s = *impl_;
+  const HexMesh& hex = s.state.body.hex;
+  const Pieces pieces = collision_pieces(s.state.body.complex);
+  const std::vector<std::int32_t> piece_of_copy = s.pieces_of_copies(pieces);
+  std::vector<double> mass(static_cast<std::size_t>(pieces.count), 0.0);
+  std::vector<HexId> copy(mass.size());
+  for (const HexId h : ids<HexId>(hex.hex_count())) {
+    if (!hex.alive(h) || piece_of_copy[h.index()] < 0) continue;
+    const auto p = static_cast<std::size_t>(piece_of_copy[h.index()]);
+    mass[p] += s.mass_of(h);
+    if (!copy[p].valid()) copy[p] = h;
+  }
+  PieceMasses all;
+  for (std::size_t p = 0; p < mass.size(); ++p) {
+    if (!copy[p].valid()) continue;
+    all.mass.push_back(mass[p]);
+    all.copy.push_back(copy[p]);
+  }
+  for (std::size_t m = 0; m < s.uncut_filled.size(); ++m)
+    all.uncut += s.state.model.materials()[m].density * s.uncut_filled[m];
+  return all;
 }
 
 std::size_t PieceRemoval::bytes() const {

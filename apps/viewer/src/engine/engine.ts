@@ -9,6 +9,7 @@ import type {
   Hello,
   Hit,
   Loading,
+  Masses,
   Overlay,
   Patch,
   Role,
@@ -38,6 +39,7 @@ export interface EngineEvents {
   thingsCame(things: Things): void;
   score(score: Score): void;
   fixed(fixed: Fixed): void;
+  masses(masses: Masses): void;
   state(state: EngineState): void;
 }
 

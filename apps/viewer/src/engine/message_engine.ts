@@ -149,6 +149,9 @@ export abstract class MessageEngine implements Engine {
         case 'fixed':
           events.fixed(m);
           break;
+        case 'masses':
+          events.masses(m);
+          break;
       }
     } catch (e) {
       if (!(e instanceof ProtocolError)) throw e;

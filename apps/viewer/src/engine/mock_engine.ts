@@ -10,6 +10,7 @@ import {
   ToolCode,
   decodePageMessage,
   encodeEngineMessage,
+  kNoNode,
   kProtocolVersion,
   type CommandMessage,
   type EngineMessage,
@@ -137,8 +138,17 @@ export class MockEngine extends MessageEngine {
     const h = this.mock.intersect(origin, direction);
     this.reply(
       h
-        ? { type: 'hit', input, triangle: h.triangle, t: h.t, point: h.point, normal: h.normal, beside: 0 }
-        : { type: 'hit', input, triangle: -1, t: 0, point: [0, 0, 0], normal: [0, 0, 0], beside: 0 },
+        ? {
+            type: 'hit',
+            input,
+            triangle: h.triangle,
+            t: h.t,
+            point: h.point,
+            normal: h.normal,
+            beside: 0,
+            copy: h.copy,
+          }
+        : { type: 'hit', input, triangle: -1, t: 0, point: [0, 0, 0], normal: [0, 0, 0], beside: 0, copy: kNoNode },
     );
   }
 
@@ -401,6 +411,7 @@ export class MockEngine extends MessageEngine {
       redoDepth: this.redo.length,
       nodes: new Float32Array(this.mock.positions),
       grasps,
+      held: new Uint32Array(this.mock.holds.length).fill(kNoNode),
       places: new Float32Array(0),
       tools: new Float32Array(0),
       contacts: new Float32Array(0),

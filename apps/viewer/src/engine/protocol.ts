@@ -1,7 +1,7 @@
-// Messages between page and engine, protocol version 5: docs/protocol.md.
+// Messages between page and engine, protocol version 6: docs/protocol.md.
 // Decoded messages hold views on the received buffer: copy what is kept.
 
-export const kProtocolVersion = 5;
+export const kProtocolVersion = 6;
 export const kHeaderBytes = 8;
 export const kMaxToolSamples = 1000; // 64 bytes each: stays below 64 KiB
 export const kUploadChunkBytes = 48 * 1024;
@@ -23,6 +23,7 @@ export const MessageType = {
   Things: 13,
   Score: 14,
   Fixed: 15,
+  Masses: 16,
   PageHello: 64,
   Ack: 65,
   Tool: 66,
@@ -160,6 +161,8 @@ export interface Frame {
   redoDepth: number;
   nodes: Float32Array;
   grasps: Float32Array;
+  /** Of each grasp: a copy of what is held; kNoNode: nothing. */
+  held: Uint32Array;
   places: Float32Array;
   tools: Float32Array;
   contacts: Float32Array;
@@ -176,6 +179,17 @@ export interface Hit {
   point: Vec3;
   normal: Vec3;
   beside: number;
+  /** A copy of what was hit; kNoNode: nothing. */
+  copy: number;
+}
+/** What the pieces weigh, kg, with a copy of each; and all of it, as it was uncut. */
+export interface Masses {
+  type: 'masses';
+  body: number;
+  version: number;
+  uncut: number;
+  mass: Float32Array;
+  copy: Uint32Array;
 }
 /** Nodes that supports hold, ascending. */
 export interface Fixed {
@@ -291,7 +305,8 @@ export type EngineMessage =
   | Loading
   | Things
   | Score
-  | Fixed;
+  | Fixed
+  | Masses;
 
 export interface PageHello {
   type: 'pageHello';
@@ -596,6 +611,7 @@ function readFrame(r: Reader): Frame {
     redoDepth,
     nodes: r.f32s(3 * nn),
     grasps: r.f32s(6 * ng),
+    held: r.u32s(ng),
     places: r.f32s(kPlaceFloats * np),
     tools: r.f32s(kToolFloats * nt),
     contacts: r.f32s(kContactFloats * nk),
@@ -634,6 +650,16 @@ function readOverlay(r: Reader): Overlay {
   for (let i = 0; i < m.links.length; i += 2) {
     if (m.links[i]! >= ncv) throw new ProtocolError(`link ${i / 2} starts at collision vertex ${m.links[i]} of ${ncv}`);
   }
+  return m;
+}
+
+function readMasses(r: Reader): Masses {
+  const body = r.u32(),
+    version = r.u32(),
+    uncut = r.f32(),
+    n = r.u32();
+  const m: Masses = { type: 'masses', body, version, uncut, mass: r.f32s(n), copy: r.u32s(n) };
+  for (const x of [uncut, ...m.mass]) if (x < 0) throw new ProtocolError(`a piece weighs ${x} kg`);
   return m;
 }
 
@@ -722,6 +748,7 @@ export function decodeEngineMessage(buffer: ArrayBuffer): EngineMessage {
         point: r.vec3d(),
         normal: r.vec3f(),
         beside: r.f32(),
+        copy: r.u32(),
       };
       break;
     }
@@ -809,6 +836,9 @@ export function decodeEngineMessage(buffer: ArrayBuffer): EngineMessage {
       m = { type: 'fixed', body, nodes: r.u32s(n) };
       break;
     }
+    case MessageType.Masses:
+      m = readMasses(r);
+      break;
     case MessageType.Loading: {
       const input = r.u32(),
         state = r.u32(),
@@ -1055,7 +1085,18 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
     case 'frame':
       return new Writer(
         MessageType.Frame,
-        76 + sizeOf([m.nodes, m.grasps, m.places, m.tools, m.contacts, m.partners, m.fading.ids, m.fading.offsets]),
+        76 +
+          sizeOf([
+            m.nodes,
+            m.grasps,
+            m.held,
+            m.places,
+            m.tools,
+            m.contacts,
+            m.partners,
+            m.fading.ids,
+            m.fading.offsets,
+          ]),
       )
         .u32(m.body, m.seq, m.version, m.input)
         .f64(m.time)
@@ -1075,6 +1116,7 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
         .u32(m.fading.ids.length)
         .array(m.nodes)
         .array(m.grasps)
+        .array(m.held)
         .array(m.places)
         .array(m.tools)
         .array(m.contacts)
@@ -1083,11 +1125,12 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
         .array(m.fading.offsets)
         .finish();
     case 'hit':
-      return new Writer(MessageType.Hit, 56)
+      return new Writer(MessageType.Hit, 60)
         .u32(m.input)
         .i32(m.triangle)
         .f64(m.t, ...m.point)
         .f32(...m.normal, m.beside)
+        .u32(m.copy)
         .finish();
     case 'stats':
       return writeCounts(
@@ -1161,6 +1204,14 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
       return new Writer(MessageType.Fixed, 16 + sizeOf([m.nodes]))
         .u32(m.body, m.nodes.length, 0, 0)
         .array(m.nodes)
+        .finish();
+    case 'masses':
+      return new Writer(MessageType.Masses, 16 + sizeOf([m.mass, m.copy]))
+        .u32(m.body, m.version)
+        .f32(m.uncut)
+        .u32(m.mass.length)
+        .array(m.mass)
+        .array(m.copy)
         .finish();
     case 'loading': {
       const stage = utf8Encoder.encode(m.stage);

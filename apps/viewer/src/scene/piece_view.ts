@@ -5,7 +5,7 @@ import { ballOf, Pieces, within } from './pieces';
 import type { Stage } from './stage';
 
 export class PieceView {
-  private readonly pieces = new Pieces();
+  readonly pieces = new Pieces();
 
   constructor(
     private readonly mesh: BodyMesh,

@@ -10,6 +10,8 @@ export class Pieces {
   private version = -1;
   /** Of each piece: some of its vertices. */
   private samples: number[][] = [];
+  /** Of each node that hexahedra have: the piece. */
+  private ofNode = new Int32Array(0);
 
   /** Finds the pieces anew where the body has changed. */
   update(s: BodyState): void {
@@ -37,6 +39,8 @@ export class Pieces {
       if (list) list.push(v);
       else all.set(r, [v]);
     }
+    const number = new Map([...all.keys()].map((r, i) => [r, i]));
+    this.ofNode = Int32Array.from({ length: s.nn }, (_, i) => number.get(root(i)) ?? -1);
     this.samples = [...all.values()].map((vertices) => {
       const n = Math.min(kSamples, vertices.length);
       return Array.from({ length: n }, (_, i) => vertices[Math.floor((i * vertices.length) / n)]!);
@@ -45,6 +49,11 @@ export class Pieces {
 
   get count(): number {
     return this.samples.length;
+  }
+
+  /** The piece that a copy belongs to; -1: none that is drawn. */
+  of(s: BodyState, copy: number): number {
+    return this.ofNode[s.copies[8 * copy]!] ?? -1;
   }
 
   /** The places of each piece's samples; `pose`: of the copies, as the mesh is drawn. */

@@ -21,6 +21,7 @@ import {
 import { toCreasedNormals } from 'three/examples/jsm/utils/BufferGeometryUtils.js';
 import { ContactWith, kContactFloats, kPlaceFloats, kToolFloats } from '../engine/protocol';
 import type { Thing, ThingPart } from '../engine/things';
+import { isTray } from './scales';
 import type { Look, QualityLevel } from './materials';
 import { kBehindBodies } from './stage';
 import { readShadowOnce } from './soft_shadow';
@@ -130,6 +131,10 @@ export class ThingsView {
   get list(): readonly Thing[] {
     return this.shown.map((s) => s.thing);
   }
+  /** Things with where they are. */
+  get placed(): readonly { thing: Thing; group: Group }[] {
+    return this.shown;
+  }
   get toolCount(): number {
     return this.tools.length;
   }
@@ -158,11 +163,12 @@ export class ThingsView {
     const obstacle =
       look === 'meniscus' ? shaded(cartilage(lite)) : look === 'steak' ? wood : shaded(make(0x5d7f99, 0.55, 0.05));
     const ball = look === 'steak' ? make(0x6b7a86, 0.5, 0.1) : obstacle;
+    const tray = make(0xe4e8ea, 0.32, 0.15);
     const ghost = new MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28, depthWrite: false });
-    this.materials = [steel, jaw, ball, ghost, ...(obstacle === wood ? [] : [obstacle])];
+    this.materials = [steel, jaw, ball, tray, ghost, ...(obstacle === wood ? [] : [obstacle])];
     this.floor = null;
     for (const thing of things) {
-      const material = thing.tool ? steel : thing.shape === 'box' ? obstacle : ball;
+      const material = thing.tool ? steel : isTray(thing) ? tray : thing.shape === 'box' ? obstacle : ball;
       this.shown.push(this.build(thing, material, jaw, this.solid, true));
       if (thing.tool) this.ghosts.push(this.build(thing, ghost, ghost, this.ghostGroup, false));
     }

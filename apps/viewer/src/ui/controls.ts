@@ -21,6 +21,7 @@ import { noFloorHint, noFloorRead } from './no_floor';
 import { bindOutOfView } from './out_of_view';
 import { bindScenes } from './scenes';
 import { bindUpload } from './upload';
+import { bindWeights } from './weights';
 
 const kViews: { name: ViewName; title: string; key: string; tip: string }[] = [
   { name: 'shaded', title: 'Shaded', key: 'S', tip: 'The visual mesh with its material' },
@@ -247,6 +248,7 @@ export function bindControls(app: App): void {
     b.onclick = () => setViews(views);
     byId('figures').append(b);
   }
+  const toggleWeights = bindWeights(app, () => showPanel(false));
   button('latency-clear').onclick = () => app.latency.reset();
 
   // Material and gravity: sent while a slider moves, but not oftener than the engine can follow.
@@ -533,6 +535,7 @@ export function bindControls(app: App): void {
     { keys: ',', title: 'Explain this cut', run: () => explanation.toggle() },
     { keys: 'Shift R', title: 'Record', run: record },
     { keys: 'E', title: 'Export the meshes', run: () => command(CommandCode.Export, [], 'obj') },
+    { keys: 'Shift W', title: 'Pieces by weight', run: toggleWeights },
     { keys: 'M', title: 'Settings, views and plots', run: () => showPanel(panel.hidden) },
     { keys: 'C', title: 'Take or give back the tools', run: () => app.claim() },
     { keys: 'T', title: 'Light or dark', run: nextTheme },

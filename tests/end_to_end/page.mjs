@@ -452,6 +452,91 @@ await check('what fell out of the picture is said, and shown on request only', a
   await page.evaluate(() => { window.kerf.app.command(4, [1]); });
 });
 
+await check('pieces are weighed: beside the pointer, in a list, and on the tray', async () => {
+  await scene('steak-on-a-board');
+  await page.setViewportSize({ width: 1100, height: 720 });
+  await page.evaluate(() => { document.getElementById('hint').hidden = true; window.kerf.look(-110, 50); });
+  if (!(await state(page)).playing) await page.keyboard.press('Space');
+  await playing(true);
+  const at = (p) => page.evaluate((q) => window.kerf.pickPoint(...q), p);
+  const label = (kind) => page.evaluate((k) => [...document.querySelectorAll(`.weight.${k}`)].filter((e) => !e.hidden).map((e) => e.textContent).join(), kind);
+  const says = (kind, words) => until(page, ([k, w]) => [...document.querySelectorAll(`.weight.${k}`)].some((e) => !e.hidden && new RegExp(w).test(e.textContent)), [kind, words]);
+  const list = () => page.evaluate(() => [...document.querySelectorAll('#weights-rows tr')].map((r) => [...r.children].map((c) => parseFloat(c.textContent))));
+  await page.waitForTimeout(600);
+  await page.mouse.move(...await rest(page, [0.06, 0.02, 0.01]));
+  await page.waitForTimeout(600);
+  assert.equal(await label('beside'), '', 'only with forceps');
+  await page.keyboard.press('4');
+  await says('beside', '^\\d+ g$');
+  const uncut = parseFloat(await label('beside'));
+  await says('tray', '^tray: 0 g$');
+  assert.equal(await shown('weights'), false, 'nothing to compare');
+
+  // The smaller piece weighs what the skin beyond the cut encloses.
+  await page.keyboard.press('2');
+  await drag(page, await at([0.03, -0.11, 0]), await at([0.03, 0.11, 0]), 6);
+  await until(page, () => document.querySelectorAll('#weights-rows tr').length === 2);
+  assert.equal(await shown('weights'), true);
+  const beyond = await page.evaluate(() => {
+    const { rest: r, skin, ns, wall, nw } = window.kerf.app.mesh.state;
+    // x = a + b y: where the walls stand. Seen from a point of theirs they enclose nothing.
+    let [n, x, y, xy, yy, volume] = [3 * nw, 0, 0, 0, 0, 0];
+    for (const v of wall.subarray(0, n)) { x += r[3 * v]; y += r[3 * v + 1]; xy += r[3 * v] * r[3 * v + 1]; yy += r[3 * v + 1] ** 2; }
+    const b = (n * xy - x * y) / (n * yy - y * y), a = (x - b * y) / n, p = (v) => [r[3 * v] - a, r[3 * v + 1], r[3 * v + 2]];
+    for (let t = 0; t < ns; t++) {
+      const [u, v, w] = [0, 1, 2].map((k) => p(skin[3 * t + k]));
+      if (u[0] + v[0] + w[0] > b * (u[1] + v[1] + w[1])) volume += (u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0])) / 6;
+    }
+    return 1000 * volume * window.kerf.app.info.material.density;
+  });
+  const [large, small] = await list();
+  assert.ok(Math.abs(small[0] - beyond) < 0.01 * uncut, `${small[0]} g; ${beyond} g lie beyond the cut`);
+  assert.ok(Math.abs(large[0] + small[0] - uncut) <= 1.5 && Math.abs(large[1] + small[1] - 100) <= 1, `${large} and ${small} are not ${uncut} g`);
+  assert.deepEqual(await overlaps(), []);
+  await page.screenshot({ path: join(out, 'weights.png') });
+
+  // It is held, and laid on the tray.
+  await page.keyboard.press('4');
+  const from = await rest(page, [0.07, 0.02, 0.01]), words = `${small[0]} g, ${small[1]} %`;
+  await page.mouse.move(...from);
+  await says('beside', `^${words}$`);
+  await page.mouse.down();
+  await page.mouse.move(from[0], from[1] - 100, { steps: 8 });
+  await page.waitForTimeout(500);
+  assert.equal(await label('beside'), words, 'what is held');
+  assert.equal(await label('tray'), 'tray: 0 g');
+  // Slowly, for it swings; to where the plane of the pull is over the tray.
+  const high = [from[0], from[1] - 100], over = await page.evaluate(([x, y]) => {
+    const eye = window.kerf.state().camera.position, held = window.kerf.app.holds.point, d = held.map((h, k) => h - eye[k]);
+    return window.kerf.pickPoint(x, y, held[2] - ((x - held[0]) * d[0] + (y - held[1]) * d[1]) / d[2]);
+  }, [0.02, 0.2]);
+  for (let i = 1; i <= 30; i++) {
+    await page.mouse.move(...high.map((x, k) => x + ((over[k] - x) * i) / 30));
+    await page.waitForTimeout(60);
+  }
+  await until(page, (t) => window.kerf.state().time > t, (await state(page)).time + 2);
+  await page.mouse.up();
+  await says('tray', `^tray: ${words}$`);
+  assert.deepEqual(await page.evaluate(() => { const b = document.querySelector('.weight.tray').getBoundingClientRect(); return [...document.querySelectorAll('.card')].filter((e) => { const c = e.getBoundingClientRect(); return c.width > 0 && b.left < c.right && c.left < b.right && b.top < c.bottom && c.top < b.bottom; }).map((e) => e.id || e.className); }), [], 'nothing lies over it');
+  await page.screenshot({ path: join(out, 'tray.png') });
+  await page.mouse.move(...await at([0.13, -0.1, -0.01]));
+  await until(page, () => [...document.querySelectorAll('.weight.beside')].every((e) => e.hidden));
+
+  await page.keyboard.press('Shift+W');
+  assert.equal(await shown('weights'), false);
+  await page.click('#pieces');
+  assert.equal(await shown('weights'), true);
+  await page.keyboard.press('m');
+  assert.equal(await shown('weights'), false, 'the panel has its place');
+  await page.keyboard.press('m');
+  await page.keyboard.press('z');
+  await until(page, () => document.querySelectorAll('#weights-rows tr').length === 1);
+  assert.equal((await list())[0][0], uncut);
+  await page.keyboard.press('Shift+W');
+  await page.evaluate(() => { window.kerf.app.setTool('scalpel'); });
+  await page.setViewportSize({ width: 900, height: 640 });
+});
+
 await check('a scene shows what its title says, then hands the tools over', async () => {
   await page.evaluate(() => { window.kerf.app.setTool('scalpel'); });
   for (const [name, pieces] of [['steak-on-a-board', 2], ['crossing-strips', null], ['tube', 1]]) {

@@ -384,7 +384,8 @@ template <>
 SceneKeys<SceneObstacle> scene_keys<SceneObstacle>() {
   using T = SceneObstacle;
   static const SceneKey keys[] = {
-      {"name", member<&T::name>(), "", kAny, false, "For messages. Default: number and shape."},
+      {"name", member<&T::name>(), "", kAny, false,
+       "For messages; `tray` is a scale in `kerf view`. Default: number and shape."},
       {"shape", choice<&T::shape>(kShapeWords), "", kAny, true,
        "In its own axes: plane: z = 0, outside above. sphere: about the origin. capsule: along z. box: about the "
        "origin. mesh: a surface from a file or a generated one, outside where its triangles run counter-clockwise."},

@@ -69,6 +69,7 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
     up = new Vector3();
   let trays: { label: Label; top: Vector3[]; words: string | null }[] = [],
     weighedAt = -Infinity,
+    free = 0, // pixels from the top, below the header
     listed = '',
     asked: boolean | null = null; // what a person has chosen; null: shown where there is room and something to compare
   const roomy = matchMedia('(min-width: 721px) and (min-height: 521px)');
@@ -87,6 +88,7 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
   const weighTrays = (now: number): void => {
     if (now - weighedAt > kTrayEvery) {
       weighedAt = now;
+      free = byId('readout').getBoundingClientRect().bottom + kBeside;
       const g = app.info?.gravity ?? [0, 0, -1];
       up.set(-g[0], -g[1], -g[2]);
       if (up.length() > 0) up.normalize();
@@ -100,10 +102,14 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
       });
     }
     for (const t of trays) {
-      // In the middle of the edge that is highest in the picture, so that what lies there is seen.
-      const [a, b] = t.top.map((p) => app.stage.project(p.toArray())).sort((p, q) => p[1] - q[1]);
+      // From the middle of the edge that is highest in the picture, where what lies there is seen, down to below the header.
+      const [a, b, c, d] = t.top.map((p) => app.stage.project(p.toArray())).sort((p, q) => p[1] - q[1]);
+      const high = [0, 1].map((k) => (a![k]! + b![k]!) / 2),
+        low = [0, 1].map((k) => (c![k]! + d![k]!) / 2);
+      const down = Math.max(0, Math.min(1, (free - high[1]!) / Math.max(1, low[1]! - high[1]!)));
+      const [x, y] = high.map((h, k) => h + down * (low[k]! - h));
       const seen = t.top.some((p) => app.stage.sees(p)) && !app.stage.scopeOn;
-      t.label.put(seen ? t.words : null, (a![0] + b![0]) / 2, (a![1] + b![1]) / 2);
+      t.label.put(seen ? t.words : null, x!, y!);
     }
   };
 

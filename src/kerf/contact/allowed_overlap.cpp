@@ -2,14 +2,10 @@
 
 #include <algorithm>
 
+#include "kerf/contact/tolerances.h"
+
 namespace kerf {
 namespace {
-
-/// Half thicknesses of both: places that are new to each other and nearer than this at rest have not slid along each other. At a quarter, twisted walls that
-/// bulge into each other are allowed to (Lips.TwistedWalls...); at four times no test differs.
-constexpr double kNearAtRest = 1;
-/// Half thicknesses that a contact gets deeper than its step has left it, at most: what turns does so by less.
-constexpr double kJump = 0.01;
 
 bool at_cut(const ContactSurface& s, const SurfacePoint& p) {
   return std::any_of(p.vertex.begin(), p.vertex.end(),

@@ -512,8 +512,9 @@ struct MirroredPage {
         masses = r.array<float>(n);
         mass_copies = r.array<std::uint32_t>(n);
         for (const float m : masses) EXPECT_GE(m, 0);
-        if (masses_version == body.version)
+        if (masses_version == body.version) {
           for (const auto c : mass_copies) EXPECT_LT(c, body.copies.size());
+        }
         ++weighings;
         break;
       }

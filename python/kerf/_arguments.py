@@ -24,6 +24,15 @@ def point(given, name):
     return tuple(array.tolist())
 
 
+def points(given, name):
+    """Places: an array of shape (k, 3)."""
+    what = "an array of shape (k, 3): a place in each row"
+    array = _numbers(given, name, what)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
+    return array
+
+
 def path(given, name="poses"):
     """Edges of a blade, base and tip: an array of shape (n, 2, 3), two edges or more."""
     what = "an array of shape (n, 2, 3): base and tip of the edge at each pose"

@@ -136,6 +136,19 @@ class Session(_core.Session):
         """Opens a grasper or scissors of the scene within `over` seconds."""
         self.apply({"type": "open", "id": id, "over": over})
 
+    def to_world(self, rest: ArrayLike) -> NDArray[np.float64]:
+        """Where the material that is at these places at rest is now: (k, 3), metres.
+
+        Each place goes along with the part of the body that is nearest to it at rest; beside a cut that is one of its lips.
+        """
+        places = _arguments.points(rest, "rest")
+        return self._to_world(places)
+
+    def to_rest(self, world: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The places of the middle surface that are nearest to these now: (k, 3) at rest, and how far they are: (k,). Metres."""
+        places = _arguments.points(world, "world")
+        return self._to_rest(places)
+
     @property
     def contacts(self) -> NDArray[np.void]:
         """What touched in the last step: a structured array, none after a change of topology.

@@ -11,6 +11,7 @@
 #include "kerf/base/stopwatch.h"
 #include "kerf/record/run_report.h"
 #include "kerf/scene/scene_file.h"
+#include "kerf/session/material_places.h"
 #include "state_records.h"
 
 namespace nb = nanobind;
@@ -48,6 +49,15 @@ template <class Record>
 nb::object bytes_of(std::vector<Record> records) {
   const std::size_t count = records.size();
   return read_only_array<std::uint8_t>(std::move(records), {count, sizeof(Record)});
+}
+
+std::vector<Vec3> places_in(const double* numbers, std::size_t count) {
+  std::vector<Vec3> out(count);
+  for (std::size_t i = 0; i < count; ++i) out[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
+  return out;
+}
+void store(Vec3 p, double* to) {
+  for (int i = 0; i < 3; ++i) to[i] = p[i];
 }
 
 /// Does a stroke by hand go on while this is done? What cuts, takes away, undoes or does again would end it.
@@ -261,6 +271,64 @@ LiveSession::Applied LiveSession::apply(const std::string& text, const std::stri
   out.stroke = session->strokes().size() > before;
   for (std::size_t i = before; i < session->strokes().size(); ++i) out.removed += session->strokes()[i].removed.pieces;
   return out;
+}
+
+// --- In a batch ---
+
+void LiveSession::take_turn(const SessionTurn& turn, std::uint64_t& stroke) {
+  Use session(*this);
+  ++changes_;
+  const double over = static_cast<double>(turn.steps) * session->time_step();
+  for (const auto& [id, target] : turn.grasps) {
+    SceneCommand command;
+    command.what = SceneMove{id, {}, target, over};
+    check(session->apply(command));
+  }
+  for (const SessionTurn::Tool& tool : turn.tools) {
+    SceneCommand command;
+    command.what = SceneToolMotion{tool.id, {{over, tool.position, tool.rotation}}};
+    check(session->apply(command));
+  }
+  const auto move = [&](double share) {
+    const Status moved =
+        session->move_blade(lerp(turn.base[0], turn.base[1], share), lerp(turn.tip[0], turn.tip[1], share));
+    note_end_of_stroke();
+    check(moved);
+  };
+  const bool own_is_open = stroke != 0 && is_open(stroke);
+  if (turn.blade && turn.cuts && !own_is_open) {
+    if (is_open(stroke_)) throw Failure(bad_input("a stroke is open; end it before the batch's blade cuts"));
+    check(session->begin_stroke(SceneFrame::kWorld, false));
+    stroke_record_ = session->strokes().size();
+    stroke = ++stroke_;
+    move(0);
+  } else if (own_is_open && !(turn.blade && turn.cuts)) {
+    const Status ended = session->end_stroke();
+    note_end_of_stroke();
+    stroke = 0;
+    check(ended);
+  }
+  const bool cuts = turn.blade && turn.cuts;
+  if (cuts && turn.steps == 0) move(1);
+  for (std::int64_t i = 1; i <= turn.steps && !turn.ended(); ++i) {
+    if (cuts) move(static_cast<double>(i) / static_cast<double>(turn.steps));
+    last_step_ = value_of(session->step());
+  }
+}
+
+void LiveSession::places_now(const double* rest, std::size_t count, double* now) {
+  Use session(*this);
+  const std::vector<Vec3> from = places_in(rest, count), to = kerf::places_now(*session, from);
+  for (std::size_t i = 0; i < count; ++i) store(to[i], now + 3 * i);
+}
+
+void LiveSession::places_at_rest(const double* now, std::size_t count, double* rest, double* distance) {
+  Use session(*this);
+  const std::vector<MiddlePlace> to = kerf::places_at_rest(*session, places_in(now, count));
+  for (std::size_t i = 0; i < count; ++i) {
+    store(to[i].rest, rest + 3 * i);
+    distance[i] = to[i].distance;
+  }
 }
 
 // --- Snapshots ---

@@ -3,10 +3,13 @@
 
 #include <nanobind/nanobind.h>
 
+#include <array>
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "arrays.h"
@@ -19,6 +22,20 @@ struct Snapshot {
   std::shared_ptr<const SessionSnapshot> state;
   std::uint64_t session = 0;  ///< number of the session that it was taken of
   bool in_hand = false;       ///< a stroke by hand was open
+};
+
+/// What a session does in one turn of a batch.
+struct SessionTurn {
+  std::int64_t steps = 1;
+  std::function<bool()> ended;       ///< asked before each step: are no more wanted?
+  bool blade = false, cuts = false;  ///< is there a blade, and does it cut on its way?
+  std::array<Vec3, 2> base, tip;     ///< of the blade: where it comes from, where it goes to; metres, world
+  std::vector<std::pair<std::string, Vec3>> grasps;  ///< id, and where the grasp is at the end
+  struct Tool {
+    std::string id;
+    Vec3 position, rotation;  ///< of the pose at the end; axis times angle
+  };
+  std::vector<Tool> tools;
 };
 
 class LiveSession {
@@ -49,6 +66,14 @@ class LiveSession {
   };
   /// Does the command in this text (parse_command) now. `name` stands for the text in messages.
   Applied apply(const std::string& text, const std::string& name);
+
+  // These three need no lock of Python's.
+  /// A turn: the blade goes on straight and evenly over the steps. `stroke`: number of the batch's own stroke, 0 for none. Throws Failure;
+  /// what was done before that stays.
+  void take_turn(const SessionTurn& turn, std::uint64_t& stroke);
+  /// 3 `count` numbers from and to; kerf/session/material_places.h.
+  void places_now(const double* rest, std::size_t count, double* now);
+  void places_at_rest(const double* now, std::size_t count, double* rest, double* distance);
 
   Snapshot snapshot();
   void restore(const Snapshot& snapshot);

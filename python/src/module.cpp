@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "arrays.h"
+#include "batch.h"
 #include "errors.h"
 #include "kerf/mesh/models.h"
 #include "kerf/scene/body_scene.h"
@@ -86,6 +87,41 @@ PyType_Slot stroke_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&Stroke::
                               {Py_tp_clear, reinterpret_cast<void*>(&Stroke::clear)},
                               {0, nullptr}};
 
+/// For Python's collector: a session may hold the batch that it is in.
+int traverse_batch(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (nb::inst_ready(self))
+    for (const nb::object& session : nb::inst_ptr<Batch>(self)->sessions()) Py_VISIT(session.ptr());
+  return 0;
+}
+int clear_batch(PyObject* self) {
+  if (nb::inst_ready(self)) nb::inst_ptr<Batch>(self)->forget();
+  return 0;
+}
+PyType_Slot batch_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(&traverse_batch)},
+                             {Py_tp_clear, reinterpret_cast<void*>(&clear_batch)},
+                             {0, nullptr}};
+
+/// Rows for each session. The shapes are looked at in kerf/_batch.py.
+using Numbers = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+using NumbersOut = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
+using Flags = nb::ndarray<const bool, nb::c_contig, nb::device::cpu>;
+using NamedNumbers = std::vector<std::pair<std::string, Numbers>>;
+
+const double* numbers_or_none(const nb::object& array, std::size_t wanted) {
+  if (array.is_none()) return nullptr;
+  const auto numbers = nb::cast<Numbers>(array);
+  if (numbers.size() != wanted) throw nb::value_error("an array has the wrong size");
+  return numbers.data();
+}
+const std::uint8_t* flags_or_none(const nb::object& array, std::size_t wanted) {
+  if (array.is_none()) return nullptr;
+  const auto flags = nb::cast<Flags>(array);
+  if (flags.size() != wanted) throw nb::value_error("an array has the wrong size");
+  return reinterpret_cast<const std::uint8_t*>(flags.data());
+}
+
+using Rows3 = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Path = nb::ndarray<const double, nb::shape<-1, 2, 3>, nb::c_contig, nb::device::cpu>;
 
 }  // namespace
@@ -165,6 +201,34 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             return std::pair(done.stroke, done.removed);
           },
           "text"_a, "name"_a)
+      .def(
+          "_to_world",
+          [](LiveSession& self, const Rows3& rest) {
+            std::vector<Vec3> now(rest.shape(0));
+            now.reserve(1);  // an array of no items still wants an address
+            {
+              const nb::gil_scoped_release release;
+              self.places_now(rest.data(), now.size(), &now.data()->x);
+            }
+            const std::size_t rows = now.size();
+            return read_only_array<double>(std::move(now), {rows, std::size_t{3}});
+          },
+          "rest"_a)
+      .def(
+          "_to_rest",
+          [](LiveSession& self, const Rows3& now) {
+            std::vector<Vec3> rest(now.shape(0));
+            rest.reserve(1);
+            std::vector<double> distance(rest.size());
+            {
+              const nb::gil_scoped_release release;
+              self.places_at_rest(now.data(), rest.size(), &rest.data()->x, distance.data());
+            }
+            const std::size_t rows = rest.size();
+            return std::pair(read_only_array<double>(std::move(rest), {rows, std::size_t{3}}),
+                             read_only_array<double>(std::move(distance), {rows}));
+          },
+          "now"_a)
       .def("_contacts", &LiveSession::contacts, nb::sig("def _contacts(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def("_tools", &LiveSession::tools, nb::sig("def _tools(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def("_grasps", &LiveSession::grasps, nb::sig("def _grasps(self) -> numpy.typing.NDArray[numpy.uint8]"))
@@ -234,6 +298,54 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
       .def_prop_ro("hexahedra", &LiveSession::hexahedra,
                    nb::for_getter(nb::sig("def hexahedra(self) -> numpy.typing.NDArray[numpy.int32]")),
                    "Nodes of each hexahedron: (m, 8), int32.");
+
+  nb::class_<Batch>(m, "Batch", nb::type_slots(batch_slots))
+      .def(nb::init<std::vector<nb::object>, int>(), "sessions"_a, "threads"_a)
+      .def("__len__", &Batch::size)
+      .def_prop_ro("threads", &Batch::threads, "Threads that take the turns, the caller's included.")
+      .def(
+          "_turn",
+          [](Batch& self, std::int64_t steps, const nb::object& edges, const nb::object& cuts, const nb::object& takes,
+             const NamedNumbers& grasps, const NamedNumbers& tools) {
+            BatchTurn turn;
+            turn.steps = steps;
+            turn.edges = numbers_or_none(edges, 6 * self.size());
+            turn.cuts = flags_or_none(cuts, self.size());
+            turn.takes = flags_or_none(takes, self.size());
+            for (const auto& [id, targets] : grasps) {
+              if (targets.size() != 3 * self.size()) throw nb::value_error("an array has the wrong size");
+              turn.grasps.emplace_back(id, targets.data());
+            }
+            for (const auto& [id, poses] : tools) {
+              if (poses.size() != 6 * self.size()) throw nb::value_error("an array has the wrong size");
+              turn.tools.emplace_back(id, poses.data());
+            }
+            return self.turn(turn);
+          },
+          "steps"_a, "edges"_a.none(), "cuts"_a.none(), "takes"_a.none(), "grasps"_a, "tools"_a)
+      .def(
+          "_place_blade",
+          [](Batch& self, std::size_t session, nb::handle base, nb::handle tip) {
+            self.place_blade(session, point_of(base, "base"), point_of(tip, "tip"));
+          },
+          "session"_a, "base"_a, "tip"_a)
+      .def(
+          "_to_world",
+          [](Batch& self, const Numbers& rest, const NumbersOut& now) {
+            if (rest.size() != now.size() || self.size() == 0 || rest.size() % (3 * self.size()) != 0)
+              throw nb::value_error("an array has the wrong size");
+            self.places_now(rest.data(), rest.size() / (3 * self.size()), now.data());
+          },
+          "rest"_a, "now"_a)
+      .def(
+          "_to_rest",
+          [](Batch& self, const Numbers& now, const NumbersOut& rest, const NumbersOut& distance) {
+            if (rest.size() != now.size() || 3 * distance.size() != now.size() || self.size() == 0 ||
+                rest.size() % (3 * self.size()) != 0)
+              throw nb::value_error("an array has the wrong size");
+            self.places_at_rest(now.data(), now.size() / (3 * self.size()), rest.data(), distance.data());
+          },
+          "now"_a, "rest"_a, "distance"_a);
 
   m.def("model_names", [] {
     std::vector<std::string> out;

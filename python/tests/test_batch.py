@@ -1,0 +1,201 @@
+"""Batches: many sessions in one call do what each does by itself."""
+
+import gc
+import os
+import signal
+import threading
+import time
+import weakref
+
+import numpy as np
+import pytest
+
+import kerf
+
+SHEET = {"body": {"model": "sheet"}, "simulation": {"time_step": 0.005},
+         "fix": [{"half_space": {"point": [side * 0.45, 0, 0], "normal": [side, 0, 0]}} for side in (-1, 1)]}
+
+
+def edges(places, low=-0.3, high=0.3):
+    """Upright edges at (n, 2) places: (n, 2, 3)."""
+    out = np.empty((len(places), 2, 3))
+    out[:, :, :2] = np.asarray(places)[:, None]
+    out[:, 0, 2], out[:, 1, 2] = high, low
+    return out
+
+
+def paths(n, turns, seed=3):
+    """(turns, n, 2, 3): a walk for each session."""
+    random = np.random.default_rng(seed)
+    walk = np.cumsum(random.uniform(-0.1, 0.1, (turns, n, 2)), axis=0).clip(-0.4, 0.4)
+    return np.stack([edges(places) for places in walk])
+
+
+def by_hand(session, path, steps):
+    """What a batch does, by calls of the session."""
+    with session.stroke(frame="world") as blade:
+        blade.move(*path[0])
+        session.step(0)
+        last = path[0]
+        for at, edge in enumerate(path):
+            for i in range(1, steps + 1):
+                share = i / steps
+                blade.move(*(last + share * (edge - last)))
+                session.step()
+            last = edge
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_turns_are_what_sessions_do_alone(threads):
+    n, turns, steps = 4, 6, 3
+    walk = paths(n, turns)
+    batch = kerf.Batch([kerf.Session(SHEET) for _ in range(n)], threads=threads)
+    for edge in walk:
+        assert batch.turn(steps, blade=edge) == {}
+    cut = 0
+    for i, session in enumerate(batch.sessions):
+        batch.place_blade(i, *walk[-1, i])  # lifts it
+        alone = kerf.Session(SHEET)
+        by_hand(alone, walk[:, i], steps)
+        assert session.hash == alone.hash
+        session.validate()
+        cut += session.counts["collision_triangles"] > kerf.Session(SHEET).counts["collision_triangles"]
+    assert cut == n
+
+
+def test_who_takes_no_part_stays_as_it_is():
+    batch = kerf.Batch([kerf.Session(SHEET) for _ in range(3)])
+    before = [session.hash for session in batch.sessions]
+    assert batch.turn(4, takes=[True, False, True]) == {}
+    after = [session.hash for session in batch.sessions]
+    assert after[1] == before[1] and after[0] == after[2] != before[0]
+
+
+def test_cuts_only_while_it_is_told_to():
+    batch = kerf.Batch([kerf.Session(SHEET) for _ in range(2)])
+    assert batch.turn(1, blade=edges([(-0.3, 0), (-0.3, 0)]), cuts=[True, False]) == {}
+    assert batch.sessions[0].in_stroke and not batch.sessions[1].in_stroke
+    assert batch.turn(1, blade=edges([(0.3, 0), (0.3, 0)]), cuts=[True, False]) == {}
+    assert batch.turn(1, blade=edges([(0.3, 0.1), (0.3, 0.1)]), cuts=[False, False]) == {}
+    assert not batch.sessions[0].in_stroke
+    assert [session.undo_depth for session in batch.sessions] == [1, 0]
+
+
+def test_grasps_and_tools_are_led():
+    scene = {**SHEET, "tool": [{"id": "probe", "kind": "probe", "position": [0, 0, 0.5]}]}
+    sessions = [kerf.Session(scene) for _ in range(2)]
+    for session in sessions:
+        session.grasp("hand", [0, 0, 0], radius=0.1)
+    batch = kerf.Batch(sessions)
+    up = np.array([[0, 0, 0.05], [0, 0, 0.1]])
+    poses = np.array([[0, 0, 0.6, 0, 0, 0], [0.1, 0, 0.5, 0, 0, 0.3]])
+    assert batch.turn(20, grasps={"hand": up}, tools={"probe": poses}) == {}
+    for i, session in enumerate(sessions):
+        assert session.grasps[0]["target"] == pytest.approx(up[i], abs=0.02)
+        assert session.tools[0]["pose_position"] == pytest.approx(poses[i, :3], abs=1e-9)
+
+
+def test_one_that_fails_does_not_stop_the_others():
+    sessions = [kerf.Session(SHEET) for _ in range(3)]
+    batch = kerf.Batch(sessions)
+    sessions[1].close()
+    said = batch.turn(5)
+    assert list(said) == [1] and "closed" in said[1]
+    assert sessions[0].steps == sessions[2].steps == 5
+    assert list(batch.turn(1, grasps={"nobody": np.zeros((3, 3))})) == [0, 1, 2]
+    with pytest.raises(kerf.Error, match="closed"):
+        batch.to_world(np.zeros((3, 1, 3)))
+
+
+def test_places_go_there_and_back():
+    batch = kerf.Batch([kerf.Session({"body": {"model": "sheet"}, "material": {"damping_mass": 0}}) for _ in range(2)])
+    rest = np.random.default_rng(5).uniform(-0.4, 0.4, (2, 7, 3)) * [1, 1, 0]
+    batch.turn(10, takes=[True, False])
+    step = batch.sessions[0].time_step
+    fallen = 9.81 * step**2 * 10 * 11 / 2
+    now = batch.to_world(rest)
+    assert now == pytest.approx(rest - np.array([[[0, 0, fallen]], [[0, 0, 0]]]), abs=1e-6)
+    back, distance = batch.to_rest(now)
+    assert back == pytest.approx(rest, abs=1e-6) and distance == pytest.approx(np.zeros((2, 7)), abs=1e-6)
+    for i, session in enumerate(batch.sessions):
+        assert (session.to_world(rest[i]) == now[i]).all()
+        there, far = session.to_rest(now[i])
+        assert (there == back[i]).all() and (far == distance[i]).all()
+    assert batch.sessions[0].to_world(np.zeros((0, 3))).shape == (0, 3)
+    assert batch.to_world(np.zeros((2, 0, 3))).shape == (2, 0, 3)
+
+
+@pytest.mark.parametrize("wrong", [
+    lambda b: b.turn(-1), lambda b: b.turn(blade=np.zeros((2, 2, 3))), lambda b: b.turn(blade=np.full((3, 2, 3), np.nan)),
+    lambda b: b.turn(cuts=[1, 0, 1]), lambda b: b.turn(takes=[True]), lambda b: b.turn(grasps={"a": np.zeros((3, 2))}),
+    lambda b: b.turn(tools={"a": np.zeros((3, 3))}), lambda b: b.to_world(np.zeros((3, 3))), lambda b: b.to_rest([[["a"]]]),
+    lambda b: b.place_blade(0, [0, 0], [0, 0, 1]), lambda b: kerf.Batch([]), lambda b: kerf.Batch([b.sessions[0]] * 2),
+    lambda b: kerf.Batch(b.sessions, threads=0), lambda b: kerf.Batch([b.sessions[0], "steak"]), lambda b: kerf.Batch(3)])
+def test_what_can_not_be_used_is_refused(wrong):
+    batch = kerf.Batch([kerf.Session(SHEET) for _ in range(3)])
+    before = [session.hash for session in batch.sessions]
+    with pytest.raises((ValueError, TypeError)):
+        wrong(batch)
+    assert [session.hash for session in batch.sessions] == before
+
+
+def test_a_session_number_that_is_not_there():
+    batch = kerf.Batch([kerf.Session(SHEET)])
+    with pytest.raises(IndexError):
+        batch.place_blade(1, [0, 0, 0], [0, 0, 1])
+    with pytest.raises((IndexError, TypeError, OverflowError)):
+        batch.place_blade(-1, [0, 0, 0], [0, 0, 1])
+
+
+def test_others_may_not_use_a_session_meanwhile():
+    batch = kerf.Batch([kerf.Session("steak") for _ in range(2)])
+    refused = []
+
+    def disturb():
+        while thread.is_alive():
+            try:
+                batch.sessions[1].hash
+            except kerf.Error as error:
+                refused.append(str(error))
+
+    thread = threading.Thread(target=lambda: batch.turn(60))
+    thread.start()
+    disturb()
+    assert refused == [] or "another thread" in refused[0]
+    for session in batch.sessions:
+        session.validate()
+
+
+def test_ctrl_c_ends_a_turn():
+    batch = kerf.Batch([kerf.Session(SHEET) for _ in range(2)])
+    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    began = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt):
+        batch.turn(10**9)
+    assert time.perf_counter() - began < 5
+    for session in batch.sessions:
+        session.validate()
+
+
+def test_a_session_that_holds_its_batch_is_freed():
+    class Mine(kerf.Session):
+        pass
+
+    session = Mine(SHEET)
+    session.batch = kerf.Batch([session])
+    gone = weakref.ref(session)
+    del session
+    gc.collect()
+    assert gone() is None
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_goes_on_after_a_fork():
+    batch = kerf.Batch([kerf.Session(SHEET) for _ in range(3)], threads=3)
+    batch.turn(2)
+    child = os.fork()
+    if child == 0:
+        ok = batch.turn(2) == {} and batch.sessions[0].steps == 4
+        os._exit(0 if ok else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    assert batch.turn(2) == {}

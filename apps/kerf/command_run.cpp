@@ -10,6 +10,7 @@
 #include "kerf/base/parallel.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/picture/session_picture.h"
 #include "kerf/record/recording.h"
 #include "kerf/record/run_outputs.h"
 #include "kerf/record/run_report.h"
@@ -17,11 +18,11 @@
 #include "kerf/scene/scene_file.h"
 #include "mesh_folders.h"
 #include "plot.h"
+#include "png_file.h"
 #include "progress_bar.h"
 #include "result_folder.h"
 #include "scene_search.h"
 #include "score_line.h"
-#include "session_picture.h"
 #include "terminal.h"
 
 namespace kerf::app {
@@ -181,7 +182,9 @@ class Run {
   }
   Status picture() {
     pictured_ = true;
-    return write_picture(session_, scene_, options_.out / "picture.png");
+    const auto picture = draw_session(session_, scene_.output);
+    if (!picture.ok()) return picture.error();
+    return write_png(options_.out / "picture.png", *picture);
   }
 
   const Scene& scene_;

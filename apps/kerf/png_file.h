@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "kerf/base/result.h"
-#include "picture.h"
+#include "kerf/picture/picture.h"
 
 namespace kerf::app {
 

@@ -9,7 +9,7 @@
 
 #include "kerf/base/vec.h"
 
-namespace kerf::app {
+namespace kerf {
 
 /// How a body looks. Solid textures are evaluated at rest positions, so that they run on into cut surfaces
 /// and move with the body.
@@ -75,4 +75,4 @@ std::vector<PictureLine> hexahedron_edges(std::span<const Vec3> positions,
                                           std::span<const std::array<std::int32_t, 8>> hexahedra, float width,
                                           float opacity);
 
-}  // namespace kerf::app
+}  // namespace kerf

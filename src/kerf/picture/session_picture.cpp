@@ -1,15 +1,16 @@
-#include "session_picture.h"
+#include "kerf/picture/session_picture.h"
 
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "kerf/record/run_outputs.h"
 #include "kerf/record/surface_export.h"
 #include "kerf/scene/scene_shapes.h"
 #include "kerf/scene/shape_mesh.h"
-#include "picture.h"
-#include "png_file.h"
 
-namespace kerf::app {
+namespace kerf {
 namespace {
 
 std::vector<std::array<std::int32_t, 3>> corners(const TriangleMesh& mesh) {
@@ -71,14 +72,14 @@ Result<std::vector<PictureThing>> things_of(const Session& session, Look look, c
 
 }  // namespace
 
-Status write_picture(Session& session, const Scene& scene, const std::filesystem::path& file) {
+Result<Picture> draw_session(Session& session, const SceneOutput& output) {
   const Body& body = session.body();
   const TriangleMesh surface = visual_surface(body.complex, session.visual_positions());
   const auto triangles = corners(surface);
   std::vector<std::uint8_t> wall;
   for (const std::int32_t group : surface.group) wall.push_back(group == kCutGroup ? 1 : 0);
 
-  const std::string look = body_look(scene);
+  const std::string look = body_look(session.scene());
   PictureBody drawn;
   drawn.positions = surface.positions.raw();
   drawn.rest = body.complex.visual.rest.raw();
@@ -87,7 +88,7 @@ Status write_picture(Session& session, const Scene& scene, const std::filesystem
   drawn.look = look == "steak" ? Look::kMeat : look == "meniscus" ? Look::kCartilage : Look::kSheet;
 
   std::vector<PictureLine> lines;
-  if (scene.output.wireframe) {
+  if (output.wireframe) {
     const TriangleMesh collision = collision_surface(body.complex, session.collision_positions());
     append(lines, triangle_edges(surface.positions.raw(), triangles, {0, 0, 0}, 1, 0.5f));
     append(lines, triangle_edges(collision.positions.raw(), corners(collision), {1, 0.25f, 0}, 2.5f, 1));
@@ -104,19 +105,18 @@ Status write_picture(Session& session, const Scene& scene, const std::filesystem
   }
 
   PictureOptions options;
-  options.width = scene.output.picture_size[0];
-  options.height = scene.output.picture_size[1];
-  options.direction = scene.output.camera.direction;
-  options.up = scene.output.camera.up;
-  options.field_of_view = scene.output.camera.field_of_view;
-  options.zoom = scene.output.camera.zoom;
+  options.width = output.picture_size[0];
+  options.height = output.picture_size[1];
+  options.direction = output.camera.direction;
+  options.up = output.camera.up;
+  options.field_of_view = output.camera.field_of_view;
+  options.zoom = output.camera.zoom;
   options.two_sided = !body.complex.closed;
   Box3 box;
   for (const Vec3 p : drawn.positions) box.add(p);
   const auto things = things_of(session, drawn.look, box, options);
   if (!things.ok()) return things.error();
-  const Picture picture = draw_picture(drawn, lines, options, *things);
-  return write_png(file, picture);
+  return draw_picture(drawn, lines, options, *things);
 }
 
-}  // namespace kerf::app
+}  // namespace kerf

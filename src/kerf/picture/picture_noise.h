@@ -6,7 +6,7 @@
 
 #include "kerf/base/vec.h"
 
-namespace kerf::app {
+namespace kerf {
 
 inline double lattice_value(std::int64_t x, std::int64_t y, std::int64_t z) {
   std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9e3779b97f4a7c15ull ^
@@ -50,4 +50,4 @@ inline double smooth_step(double low, double high, double x) {
   return t * t * (3 - 2 * t);
 }
 
-}  // namespace kerf::app
+}  // namespace kerf

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "kerf/base/vec.h"
-#include "picture.h"
+#include "kerf/picture/picture.h"
 
-namespace kerf::app {
+namespace kerf {
 
-struct Surface {
+struct PictureSurface {
   Vec3 color;              ///< linear albedo
   double roughness = 0.5;  ///< of the gloss, 0 to 1
   double gloss = 0.04;     ///< reflectance at normal incidence
@@ -22,12 +22,12 @@ class BodyTexture {
   /// From the rest shape: the thin axis and the distance to the outline seen along it.
   BodyTexture(const PictureBody& body);
 
-  [[nodiscard]] Surface at(Vec3 rest, bool wall) const;
+  [[nodiscard]] PictureSurface at(Vec3 rest, bool wall) const;
   /// Typical size of detail, metres.
   [[nodiscard]] double detail() const { return size_; }
 
  private:
-  [[nodiscard]] Surface meat(Vec3 q, Vec3 rest, bool wall) const;
+  [[nodiscard]] PictureSurface meat(Vec3 q, Vec3 rest, bool wall) const;
   void soften();  ///< the mask of pixels makes the distance jagged
   [[nodiscard]] double distance_to_outline(Vec3 q) const;
 
@@ -41,8 +41,8 @@ class BodyTexture {
 
 /// What lies under the body, at metres from its middle in a body of this size (longest extent); `edge` is the
 /// distance beyond the board's edge.
-Surface ground_surface(Look look, Vec2 p, double size);
+PictureSurface ground_surface(Look look, Vec2 p, double size);
 /// Metres outside of the ground's outline; negative on it.
 double ground_outside(Look look, Vec2 p, double size);
 
-}  // namespace kerf::app
+}  // namespace kerf

@@ -1,13 +1,13 @@
-#include "picture_material.h"
+#include "kerf/picture/picture_material.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "kerf/base/hypotenuse.h"
-#include "picture_noise.h"
+#include "kerf/picture/picture_noise.h"
 
-namespace kerf::app {
+namespace kerf {
 namespace {
 
 Vec3 mix(Vec3 a, Vec3 b, double t) { return a + t * (b - a); }
@@ -98,7 +98,7 @@ double BodyTexture::distance_to_outline(Vec3 q) const {
   return (1 - v) * ((1 - u) * at(i, j) + u * at(i + 1, j)) + v * ((1 - u) * at(i, j + 1) + u * at(i + 1, j + 1));
 }
 
-Surface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
+PictureSurface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
   const Vec3 s = (1 / size_) * q;  // 20 units across the body
   // Muscle: bundles of fibres, darker between them.
   const Vec3 bent = s + 0.6 * Vec3{noise(0.35 * s), noise(0.35 * s + Vec3{31, 7, 3}), noise(0.35 * s + Vec3{5, 77, 9})};
@@ -143,7 +143,7 @@ Surface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
   fat = std::max(fat, rind);
   const Vec3 fat_color = mix({0.70, 0.53, 0.38}, {0.86, 0.73, 0.58}, 0.5 + 0.5 * fractal_noise(1.7 * s, 2));
 
-  Surface out;
+  PictureSurface out;
   out.color = mix(red, fat_color, 0.93 * fat);
   out.roughness = wall ? 0.26 : 0.30 + 0.12 * fat;
   out.gloss = wall ? 0.05 : 0.04;
@@ -152,11 +152,11 @@ Surface BodyTexture::meat(Vec3 q, Vec3, bool wall) const {
   return out;
 }
 
-Surface BodyTexture::at(Vec3 rest, bool wall) const {
+PictureSurface BodyTexture::at(Vec3 rest, bool wall) const {
   const Vec3 d = rest - box_.center();
   const Vec3 q{d[axes_[0]], d[axes_[1]], d[axes_[2]]};
   const Vec3 s = (1 / size_) * q;
-  Surface out;
+  PictureSurface out;
   switch (look_) {
     case Look::kMeat: return meat(q, rest, wall);
     case Look::kCartilage: {
@@ -189,8 +189,8 @@ double ground_outside(Look look, Vec2 p, double size) {
   return hypotenuse(x, y) - round;
 }
 
-Surface ground_surface(Look look, Vec2 p, double size) {
-  Surface out;
+PictureSurface ground_surface(Look look, Vec2 p, double size) {
+  PictureSurface out;
   if (look != Look::kMeat) {
     out.color = look == Look::kSheet ? Vec3{0.55, 0.56, 0.57} : Vec3{0.045, 0.13, 0.15};
     const double weave = noise({p.x / size * 60, p.y / size * 60, 0});
@@ -219,4 +219,4 @@ Surface ground_surface(Look look, Vec2 p, double size) {
   return out;
 }
 
-}  // namespace kerf::app
+}  // namespace kerf

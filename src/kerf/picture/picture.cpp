@@ -1,217 +1,36 @@
-#include "picture.h"
+#include "kerf/picture/picture.h"
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "kerf/base/hypotenuse.h"
 #include "kerf/base/parallel.h"
-#include "picture_material.h"
-#include "picture_noise.h"
+#include "kerf/picture/light_map.h"
+#include "kerf/picture/picture_camera.h"
+#include "kerf/picture/picture_light.h"
+#include "kerf/picture/picture_material.h"
+#include "kerf/picture/picture_noise.h"
+#include "kerf/picture/picture_raster.h"
 
-namespace kerf::app {
+namespace kerf {
 namespace {
 
-constexpr int kSamples = 2;             // per pixel and direction: 4 samples a pixel
-constexpr double kMargin = 1.10;        // free space around the body
-constexpr double kCreaseCosine = 0.64;  // 50 degrees: sharper edges stay sharp
-constexpr int kKeyMaps = 64;            // directions that make up the soft key light
-constexpr double kKeyRadius = 0.10;     // rad: its apparent radius
+constexpr int kSamples = 2;          // per pixel and direction: 4 samples a pixel
+constexpr int kKeyMaps = 64;         // directions that make up the soft key light
+constexpr double kKeyRadius = 0.10;  // rad: its apparent radius
 constexpr int kKeyResolution = 640;
 constexpr int kSkyMaps = 96;  // directions of the sky
 constexpr int kSkyResolution = 192;
 constexpr int kGroundGrid = 160;       // points of the ground at which the sky is looked at
 constexpr double kShadowBias = 0.012;  // of the body's size
-constexpr double kExposure = 0.60;
 
 using Triangle = std::array<std::int32_t, 3>;
-
-std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-/// Calls f(x, y, weights of a, b, c) for the pixel centres inside a triangle, rows first_row .. end_row - 1
-/// only.
-template <class F>
-void fill_triangle(Vec2 a, Vec2 b, Vec2 c, int width, int first_row, int end_row, F&& f) {
-  const double area = cross(b - a, c - a);
-  if (area == 0 || !std::isfinite(area)) return;
-  const double low_y = std::min({a.y, b.y, c.y}), high_y = std::max({a.y, b.y, c.y});
-  const double low_x = std::min({a.x, b.x, c.x}), high_x = std::max({a.x, b.x, c.x});
-  if (high_y < first_row || low_y > end_row || high_x < 0 || low_x > width) return;
-  const int y0 = std::max(first_row, static_cast<int>(std::ceil(low_y - 0.5))),
-            y1 = std::min(end_row - 1, static_cast<int>(std::floor(high_y - 0.5)));
-  const int x0 = std::max(0, static_cast<int>(std::ceil(low_x - 0.5))),
-            x1 = std::min(width - 1, static_cast<int>(std::floor(high_x - 0.5)));
-  const double inverse = 1 / area;
-  for (int y = y0; y <= y1; ++y) {
-    for (int x = x0; x <= x1; ++x) {
-      const Vec2 p{x + 0.5, y + 0.5};
-      const double wa = cross(c - b, p - b) * inverse, wb = cross(a - c, p - c) * inverse, wc = 1 - wa - wb;
-      if (wa >= 0 && wb >= 0 && wc >= 0) f(x, y, wa, wb, wc);
-    }
-  }
-}
-
-/// Any two unit vectors at right angles to w and to each other.
-std::pair<Vec3, Vec3> perpendicular(Vec3 w) {
-  const Vec3 u = normalized(cross(std::abs(w.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, w));
-  return {u, cross(w, u)};
-}
-
-/// How far light from one direction gets: a depth map seen from the light.
-class LightMap {
- public:
-  LightMap(const PictureBody& body, const Box3& box, Vec3 to_light, int resolution) : w_(to_light), n_(resolution) {
-    std::tie(u_, v_) = perpendicular(w_);
-    center_ = box.center();
-    scale_ = 0.5 * n_ / (0.51 * box.diagonal() + 1e-30);
-    depth_.assign(at(n_) * at(n_), -1e30f);
-    for (const Triangle& t : body.triangles) {
-      const Vec3 a = project(body.positions[at(t[0])]), b = project(body.positions[at(t[1])]),
-                 c = project(body.positions[at(t[2])]);
-      fill_triangle({a.x, a.y}, {b.x, b.y}, {c.x, c.y}, n_, 0, n_, [&](int x, int y, double wa, double wb, double wc) {
-        float& d = depth_[at(y) * at(n_) + at(x)];
-        d = std::max(d, static_cast<float>(wa * a.z + wb * b.z + wc * c.z));
-      });
-    }
-  }
-  /// 1 where light arrives, 0 in shadow, in between next to an edge of the shadow.
-  [[nodiscard]] double light(Vec3 p, double bias) const {
-    const Vec3 q = project(p);
-    const double x = q.x - 0.5, y = q.y - 0.5;
-    if (!(x >= 0 && y >= 0 && x < n_ - 1 && y < n_ - 1)) return 1;
-    const auto i = static_cast<std::size_t>(x), j = static_cast<std::size_t>(y);
-    const double u = x - std::floor(x), v = y - std::floor(y);
-    const auto lit = [&](std::size_t a, std::size_t b) {
-      return static_cast<double>(depth_[b * at(n_) + a]) > q.z + bias ? 0.0 : 1.0;
-    };
-    return (1 - v) * ((1 - u) * lit(i, j) + u * lit(i + 1, j)) + v * ((1 - u) * lit(i, j + 1) + u * lit(i + 1, j + 1));
-  }
-  [[nodiscard]] Vec3 direction() const { return w_; }
-
- private:
-  [[nodiscard]] Vec3 project(Vec3 p) const {
-    const Vec3 d = p - center_;
-    return {dot(d, u_) * scale_ + 0.5 * n_, dot(d, v_) * scale_ + 0.5 * n_, dot(d, w_)};
-  }
-  Vec3 u_, v_, w_, center_;
-  double scale_ = 1;
-  int n_;
-  std::vector<float> depth_;
-};
 
 /// Directions spread evenly over a disc (radius 1) by the golden angle.
 Vec2 spiral(int i, int n) {
   const double r = std::sqrt((i + 0.5) / n), angle = 2.399963229728653 * i;
   return {r * std::cos(angle), r * std::sin(angle)};
-}
-
-struct Camera {
-  Vec3 eye, right, up, back;
-  double focal = 1;  ///< pixels
-  double half_width = 0, half_height = 0;
-
-  /// x, y in pixels from the top left, z the distance along the view; z <= 0 is behind the eye.
-  [[nodiscard]] Vec3 project(Vec3 p) const {
-    const Vec3 d = p - eye;
-    const double z = -dot(d, back);
-    const double s = focal / std::max(z, 1e-30);
-    return {half_width + s * dot(d, right), half_height - s * dot(d, up), z};
-  }
-  [[nodiscard]] Vec3 ray(double x, double y) const {
-    return normalized((x - half_width) * right + (half_height - y) * up - focal * back);
-  }
-};
-
-Camera fitted_camera(std::span<const Vec3> positions, const PictureOptions& options, int width, int height) {
-  Camera camera;
-  camera.back = normalized(options.direction);
-  Vec3 up = options.up;
-  if (!(norm(cross(up, camera.back)) > 1e-9 * norm(up))) up = perpendicular(camera.back).first;
-  camera.right = normalized(cross(up, camera.back));
-  camera.up = cross(camera.back, camera.right);
-  camera.half_width = 0.5 * width;
-  camera.half_height = 0.5 * height;
-  camera.focal = camera.half_height / std::tan(0.5 * options.field_of_view);
-  const double tan_y = camera.half_height / camera.focal, tan_x = camera.half_width / camera.focal;
-  Box3 box;
-  for (Vec3 p : positions) box.add(p);
-  Vec3 center = box.empty() ? Vec3{} : box.center();
-  double distance = 1;
-  for (int round = 0; round < 6; ++round) {  // distance for this centre, then the centre of what is seen
-    distance = 1e-9;
-    for (Vec3 p : positions) {
-      const Vec3 d = p - center;
-      const double z = dot(d, camera.back);
-      distance =
-          std::max({distance, z + std::abs(dot(d, camera.right)) / tan_x, z + std::abs(dot(d, camera.up)) / tan_y});
-    }
-    double low_x = 0, high_x = 0, low_y = 0, high_y = 0;
-    for (Vec3 p : positions) {
-      const Vec3 d = p - center;
-      const double z = distance - dot(d, camera.back);
-      const double x = dot(d, camera.right) / z, y = dot(d, camera.up) / z;
-      low_x = std::min(low_x, x), high_x = std::max(high_x, x), low_y = std::min(low_y, y),
-      high_y = std::max(high_y, y);
-    }
-    center += (0.5 * (low_x + high_x) * distance) * camera.right + (0.5 * (low_y + high_y) * distance) * camera.up;
-  }
-  camera.eye = center + (distance * kMargin / options.zoom) * camera.back;
-  return camera;
-}
-
-/// Three normals per triangle: smooth over neighbours of the same kind across edges that are not too sharp.
-std::vector<std::array<Vec3, 3>> corner_normals(const PictureBody& body) {
-  const std::size_t n = body.triangles.size();
-  std::vector<Vec3> face(n);  // length: twice the area
-  std::vector<std::int32_t> first(body.positions.size() + 1, 0);
-  for (std::size_t t = 0; t < n; ++t) {
-    const Triangle& tri = body.triangles[t];
-    face[t] = cross(body.positions[at(tri[1])] - body.positions[at(tri[0])],
-                    body.positions[at(tri[2])] - body.positions[at(tri[0])]);
-    for (std::int32_t v : tri) ++first[at(v) + 1];
-  }
-  for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
-  std::vector<std::int32_t> around(3 * n), next = first;
-  for (std::size_t t = 0; t < n; ++t) {
-    for (std::int32_t v : body.triangles[t]) around[at(next[at(v)]++)] = static_cast<std::int32_t>(t);
-  }
-  std::vector<std::array<Vec3, 3>> out(n);
-  for (std::size_t t = 0; t < n; ++t) {
-    const Vec3 own = normalized(face[t]);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t v = body.triangles[t][k];
-      Vec3 sum;
-      for (std::int32_t i = first[at(v)]; i < first[at(v) + 1]; ++i) {
-        const std::size_t other = at(around[at(i)]);
-        if (!body.wall.empty() && body.wall[other] != body.wall[t]) continue;
-        if (dot(normalized(face[other]), own) >= kCreaseCosine) sum += face[other];
-      }
-      out[t][k] = norm(sum) > 0 ? normalized(sum) : own;
-    }
-  }
-  return out;
-}
-
-double gloss_of_light(Vec3 n, Vec3 v, Vec3 l, double roughness, double f0) {
-  const Vec3 h = normalized(v + l);
-  const double nl = dot(n, l), nv = std::max(1e-3, dot(n, v)), nh = dot(n, h), vh = std::max(0.0, dot(v, h));
-  if (nl <= 0) return 0;
-  const double a = roughness * roughness, a2 = a * a;
-  const double d = a2 / (M_PI * std::pow(nh * nh * (a2 - 1) + 1, 2));
-  const double k = (roughness + 1) * (roughness + 1) / 8;
-  const double g = 1 / ((nl * (1 - k) + k) * (nv * (1 - k) + k));
-  const double f = f0 + (1 - f0) * std::pow(1 - vh, 5);
-  return 0.25 * d * g * f * nl;
-}
-
-double film(double x) {  // Narkowicz's fit of the ACES curve
-  x = std::max(0.0, x * kExposure * 0.8);
-  return std::clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
-}
-std::uint8_t to_srgb(double x) {
-  const double s = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::clamp(s * 255 + 0.5, 0.0, 255.0));
 }
 
 /// Body and things in one list of triangles; `kind` tells them apart.
@@ -238,7 +57,7 @@ struct Cast {
   static constexpr int kThing = 2;
 };
 
-Surface thing_surface(std::uint8_t kind) {
+PictureSurface thing_surface(std::uint8_t kind) {
   switch (static_cast<PictureThing::Stuff>(kind - Cast::kThing)) {
     case PictureThing::Stuff::kSteel: return {{0.30, 0.31, 0.33}, 0.28, 0.45, 0, 0};
     case PictureThing::Stuff::kBone: return {{0.62, 0.56, 0.45}, 0.45, 0.04, 0, 0.2};
@@ -267,16 +86,17 @@ class Stage {
 
   Picture draw() {
     Picture out{options_.width, options_.height, {}};
-    out.rgb.resize(3 * at(options_.width) * at(options_.height));
-    std::vector<Vec3> colors(at(options_.width) * at(options_.height));
-    parallel_for(at(options_.height), 16, [&](std::size_t begin, std::size_t end) {
+    out.rgb.resize(3 * picture_index(options_.width) * picture_index(options_.height));
+    std::vector<Vec3> colors(picture_index(options_.width) * picture_index(options_.height));
+    parallel_for(picture_index(options_.height), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
-        for (int x = 0; x < options_.width; ++x) colors[y * at(options_.width) + at(x)] = pixel(x, static_cast<int>(y));
+        for (int x = 0; x < options_.width; ++x)
+          colors[y * picture_index(options_.width) + picture_index(x)] = pixel(x, static_cast<int>(y));
       }
     });
     draw_lines(colors);
     for (std::size_t i = 0; i < colors.size(); ++i) {
-      for (int k = 0; k < 3; ++k) out.rgb[3 * i + at(k)] = to_srgb(colors[i][k]);
+      for (int k = 0; k < 3; ++k) out.rgb[3 * i + picture_index(k)] = to_srgb(colors[i][k]);
     }
     return out;
   }
@@ -300,11 +120,11 @@ class Stage {
   /// How much of the sky each vertex and the ground see.
   void look_at_sky() {
     vertex_sky_.assign(body_.positions.size(), 0);
-    ground_sky_.assign(at(kGroundGrid) * at(kGroundGrid), 1);
+    ground_sky_.assign(picture_index(kGroundGrid) * picture_index(kGroundGrid), 1);
     if (box_.empty()) return;
     std::vector<Vec3> normal(body_.positions.size());
     for (std::size_t t = 0; t < normals_.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) normal[at(body_.triangles[t][k])] += normals_[t][k];
+      for (std::size_t k = 0; k < 3; ++k) normal[picture_index(body_.triangles[t][k])] += normals_[t][k];
     }
     for (Vec3& n : normal) n = normalized(n);
     std::vector<LightMap> maps;
@@ -330,9 +150,9 @@ class Stage {
     });
     grid_size_ = 2.6 * size_;
     grid_low_ = {box_.center().x - 0.5 * grid_size_, box_.center().y - 0.5 * grid_size_};
-    parallel_for(at(kGroundGrid), 8, [&](std::size_t begin, std::size_t end) {
+    parallel_for(picture_index(kGroundGrid), 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t j = begin; j < end; ++j) {
-        for (std::size_t i = 0; i < at(kGroundGrid); ++i) {
+        for (std::size_t i = 0; i < picture_index(kGroundGrid); ++i) {
           const Vec3 p{grid_low_.x + grid_size_ * (static_cast<double>(i) + 0.5) / kGroundGrid,
                        grid_low_.y + grid_size_ * (static_cast<double>(j) + 0.5) / kGroundGrid, ground_z_};
           double seen = 0, all = 1e-9;
@@ -342,7 +162,7 @@ class Stage {
             all += c;
             seen += c * map.light(p, 0);
           }
-          ground_sky_[j * at(kGroundGrid) + i] = static_cast<float>(seen / all);
+          ground_sky_[j * picture_index(kGroundGrid) + i] = static_cast<float>(seen / all);
         }
       }
     });
@@ -351,17 +171,18 @@ class Stage {
   void rasterise() {
     screen_.resize(body_.positions.size());
     for (std::size_t v = 0; v < screen_.size(); ++v) screen_[v] = camera_.project(body_.positions[v]);
-    id_.assign(at(width_) * at(height_), -1);
-    inverse_z_.assign(at(width_) * at(height_), 0.0f);
+    id_.assign(picture_index(width_) * picture_index(height_), -1);
+    inverse_z_.assign(picture_index(width_) * picture_index(height_), 0.0f);
     constexpr std::size_t kBand = 64;
-    parallel_for(at(height_), kBand, [&](std::size_t begin, std::size_t end) {
+    parallel_for(picture_index(height_), kBand, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = 0; t < body_.triangles.size(); ++t) {
         const Triangle& tri = body_.triangles[t];
-        const Vec3 a = screen_[at(tri[0])], b = screen_[at(tri[1])], c = screen_[at(tri[2])];
+        const Vec3 a = screen_[picture_index(tri[0])], b = screen_[picture_index(tri[1])],
+                   c = screen_[picture_index(tri[2])];
         if (!(a.z > 0 && b.z > 0 && c.z > 0)) continue;
         fill_triangle({a.x, a.y}, {b.x, b.y}, {c.x, c.y}, width_, static_cast<int>(begin), static_cast<int>(end),
                       [&](int x, int y, double wa, double wb, double wc) {
-                        const std::size_t i = at(y) * at(width_) + at(x);
+                        const std::size_t i = picture_index(y) * picture_index(width_) + picture_index(x);
                         const auto z = static_cast<float>(wa / a.z + wb / b.z + wc / c.z);
                         if (z <= inverse_z_[i]) return;
                         inverse_z_[i] = z;
@@ -383,7 +204,7 @@ class Stage {
     return ceiling + (5.0 * smooth_step(0.90, 0.985, dot(d, window_))) * Vec3{1.0, 1.02, 1.05};
   }
 
-  [[nodiscard]] Vec3 lit(const Surface& s, Vec3 n, Vec3 view, double key, double sky) const {
+  [[nodiscard]] Vec3 lit(const PictureSurface& s, Vec3 n, Vec3 view, double key, double sky) const {
     constexpr Vec3 kKeyColor{2.55, 2.42, 2.25}, kRimColor{0.85, 0.92, 1.05};
     const auto wrapped = [&](Vec3 l) { return std::max(0.0, (dot(n, l) + s.wrap) / ((1 + s.wrap) * (1 + s.wrap))); };
     const Vec3 skylight = sky * (Vec3{0.20, 0.205, 0.215} + (0.5 + 0.5 * n.z) * Vec3{0.36, 0.375, 0.40});
@@ -398,8 +219,9 @@ class Stage {
   }
 
   [[nodiscard]] Vec3 body_color(std::int32_t t, double x, double y) const {
-    const Triangle& tri = body_.triangles[at(t)];
-    const Vec3 a = screen_[at(tri[0])], b = screen_[at(tri[1])], c = screen_[at(tri[2])];
+    const Triangle& tri = body_.triangles[picture_index(t)];
+    const Vec3 a = screen_[picture_index(tri[0])], b = screen_[picture_index(tri[1])],
+               c = screen_[picture_index(tri[2])];
     const Vec2 p{x, y};
     const double area = cross(Vec2{b.x - a.x, b.y - a.y}, Vec2{c.x - a.x, c.y - a.y});
     double w[3] = {cross(Vec2{c.x - b.x, c.y - b.y}, p - Vec2{b.x, b.y}) / area,
@@ -412,23 +234,23 @@ class Stage {
     double sky = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       w[k] /= sum;
-      position += w[k] * body_.positions[at(tri[k])];
-      rest += w[k] * body_.rest[at(tri[k])];
-      n += w[k] * normals_[at(t)][k];
-      sky += w[k] * static_cast<double>(vertex_sky_[at(tri[k])]);
+      position += w[k] * body_.positions[picture_index(tri[k])];
+      rest += w[k] * body_.rest[picture_index(tri[k])];
+      n += w[k] * normals_[picture_index(t)][k];
+      sky += w[k] * static_cast<double>(vertex_sky_[picture_index(tri[k])]);
     }
     n = normalized(n);
     const Vec3 view = normalized(camera_.eye - position);
     if (options_.two_sided && dot(n, view) < 0) n = -n;
-    const std::uint8_t kind = body_.wall[at(t)];
+    const std::uint8_t kind = body_.wall[picture_index(t)];
     const bool wall = kind == 1;
-    Surface surface = kind >= Cast::kThing ? thing_surface(kind) : texture_.at(rest, wall);
+    PictureSurface surface = kind >= Cast::kThing ? thing_surface(kind) : texture_.at(rest, wall);
     if (surface.bump != 0) {
       // Tangents in the deformed body and the steps at rest that belong to them.
-      const Vec3 e1 = body_.positions[at(tri[1])] - body_.positions[at(tri[0])],
-                 e2 = body_.positions[at(tri[2])] - body_.positions[at(tri[0])];
-      const Vec3 r1 = body_.rest[at(tri[1])] - body_.rest[at(tri[0])],
-                 r2 = body_.rest[at(tri[2])] - body_.rest[at(tri[0])];
+      const Vec3 e1 = body_.positions[picture_index(tri[1])] - body_.positions[picture_index(tri[0])],
+                 e2 = body_.positions[picture_index(tri[2])] - body_.positions[picture_index(tri[0])];
+      const Vec3 r1 = body_.rest[picture_index(tri[1])] - body_.rest[picture_index(tri[0])],
+                 r2 = body_.rest[picture_index(tri[2])] - body_.rest[picture_index(tri[0])];
       const double g11 = dot(e1, e1), g12 = dot(e1, e2), g22 = dot(e2, e2), det = g11 * g22 - g12 * g12;
       if (det > 1e-12 * g11 * g22) {
         const auto [u, v] = perpendicular(n);
@@ -437,7 +259,7 @@ class Stage {
         for (Vec3 tangent : {u, v}) {
           const double d1 = dot(tangent, e1), d2 = dot(tangent, e2);
           const double s1 = (g22 * d1 - g12 * d2) / det, s2 = (g11 * d2 - g12 * d1) / det;
-          const Surface moved = texture_.at(rest + step * (s1 * r1 + s2 * r2), wall);
+          const PictureSurface moved = texture_.at(rest + step * (s1 * r1 + s2 * r2), wall);
           slope += ((moved.bump - surface.bump) / step) * tangent;
         }
         n = normalized(n - slope);
@@ -460,7 +282,7 @@ class Stage {
     const auto i = static_cast<std::size_t>(x), j = static_cast<std::size_t>(y);
     const double u = x - std::floor(x), v = y - std::floor(y);
     const auto g = [&](std::size_t a, std::size_t b) {
-      return static_cast<double>(ground_sky_[b * at(kGroundGrid) + a]);
+      return static_cast<double>(ground_sky_[b * picture_index(kGroundGrid) + a]);
     };
     return (1 - v) * ((1 - u) * g(i, j) + u * g(i + 1, j)) + v * ((1 - u) * g(i, j + 1) + u * g(i + 1, j + 1));
   }
@@ -475,7 +297,7 @@ class Stage {
     const double pixel_size = distance / camera_.focal / std::max(0.1, -d.z);
     const double on = 1 - smooth_step(-pixel_size, pixel_size, ground_outside(body_.look, q, size_));
     if (on <= 0) return background;
-    const Surface surface = ground_surface(body_.look, q, size_);
+    const PictureSurface surface = ground_surface(body_.look, q, size_);
     const double key = key_light(p, 1e-3 * size_);
     Vec3 color = lit(surface, {0, 0, 1}, -d, key, ground_sky(p));
     const double fade = body_.look == Look::kMeat ? 0 : smooth_step(1.2 * size_, 4.0 * size_, hypotenuse(q.x, q.y));
@@ -490,7 +312,7 @@ class Stage {
     Vec2 points[kCount];
     for (int i = 0; i < kCount; ++i) {
       const int x = px * kSamples + i % kSamples, y = py * kSamples + i / kSamples;
-      ids[i] = id_[at(y) * at(width_) + at(x)];
+      ids[i] = id_[picture_index(y) * picture_index(width_) + picture_index(x)];
       points[i] = {x + 0.5, y + 0.5};
     }
     Vec3 sum;
@@ -533,10 +355,10 @@ class Stage {
           const double cover = std::clamp(reach - norm(c - (p + t * e)), 0.0, 1.0) * static_cast<double>(line.opacity);
           if (cover <= 0) continue;
           const double inverse = (1 - t) / a.z + t / b.z;
-          const std::size_t sample = at(y * kSamples) * at(width_) + at(x * kSamples);
+          const std::size_t sample = picture_index(y * kSamples) * picture_index(width_) + picture_index(x * kSamples);
           const double front = static_cast<double>(inverse_z_[sample]);
           if (front > 0 && 1 / inverse > (1 / front) + 0.006 * size_) continue;  // behind the body
-          Vec3& color = colors[at(y) * at(options_.width) + at(x)];
+          Vec3& color = colors[picture_index(y) * picture_index(options_.width) + picture_index(x)];
           color = color + cover * (to_double(line.color) - color);
         }
       }
@@ -551,7 +373,7 @@ class Stage {
   int width_, height_;
   Box3 box_, rest_box_;
   double size_ = 1, ground_z_ = 0;
-  Camera camera_;
+  PictureCamera camera_;
   Vec3 key_, rim_, window_;
   std::vector<std::array<Vec3, 3>> normals_;
   std::vector<LightMap> key_maps_;
@@ -570,43 +392,4 @@ Picture draw_picture(const PictureBody& body, std::span<const PictureLine> lines
   return Stage(body, lines, options, things).draw();
 }
 
-std::vector<PictureLine> triangle_edges(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                                        Vec3f color, float width, float opacity) {
-  std::vector<std::pair<std::int32_t, std::int32_t>> edges;
-  edges.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles) {
-    for (std::size_t k = 0; k < 3; ++k) edges.push_back(std::minmax(t[k], t[(k + 1) % 3]));
-  }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  std::vector<PictureLine> out;
-  out.reserve(edges.size());
-  for (const auto& [a, b] : edges) out.push_back({positions[at(a)], positions[at(b)], color, width, opacity});
-  return out;
-}
-
-std::vector<PictureLine> hexahedron_edges(std::span<const Vec3> positions,
-                                          std::span<const std::array<std::int32_t, 8>> hexahedra, float width,
-                                          float opacity) {
-  constexpr double kShrink = 0.04;
-  std::vector<PictureLine> out;
-  out.reserve(12 * hexahedra.size());
-  for (std::size_t h = 0; h < hexahedra.size(); ++h) {
-    const double hue = std::fmod(0.61803398875 * static_cast<double>(h), 1.0) * 6;  // golden ratio: neighbours differ
-    const auto channel = [&](double shift) {
-      return static_cast<float>(std::clamp(std::abs(std::fmod(hue + shift, 6.0) - 3) - 1, 0.05, 0.9));
-    };
-    const Vec3f color{channel(0), channel(4), channel(2)};
-    Vec3 middle;
-    for (std::int32_t v : hexahedra[h]) middle += 0.125 * positions[at(v)];
-    const auto corner = [&](std::size_t c) { return lerp(positions[at(hexahedra[h][c])], middle, kShrink); };
-    for (std::size_t c = 0; c < 8; ++c) {
-      for (std::size_t bit : {1u, 2u, 4u}) {
-        if ((c & bit) == 0) out.push_back({corner(c), corner(c | bit), color, width, opacity});
-      }
-    }
-  }
-  return out;
-}
-
-}  // namespace kerf::app
+}  // namespace kerf

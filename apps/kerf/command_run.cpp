@@ -182,9 +182,9 @@ class Run {
   }
   Status picture() {
     pictured_ = true;
-    const auto picture = draw_session(session_, scene_.output);
-    if (!picture.ok()) return picture.error();
-    return write_png(options_.out / "picture.png", *picture);
+    auto painter = SessionPainter::create(session_);
+    if (!painter.ok()) return painter.error();
+    return write_png(options_.out / "picture.png", painter->draw(session_, scene_.output));
   }
 
   const Scene& scene_;

@@ -57,16 +57,6 @@ struct Cast {
   static constexpr int kThing = 2;
 };
 
-PictureSurface thing_surface(std::uint8_t kind) {
-  switch (static_cast<PictureThing::Stuff>(kind - Cast::kThing)) {
-    case PictureThing::Stuff::kSteel: return {{0.30, 0.31, 0.33}, 0.28, 0.45, 0, 0};
-    case PictureThing::Stuff::kBone: return {{0.62, 0.56, 0.45}, 0.45, 0.04, 0, 0.2};
-    case PictureThing::Stuff::kWood: return {{0.30, 0.17, 0.08}, 0.6, 0.03, 0, 0};
-    case PictureThing::Stuff::kStone: break;
-  }
-  return {{0.46, 0.42, 0.36}, 0.6, 0.04, 0, 0};
-}
-
 class Stage {
  public:
   Stage(const PictureBody& body, std::span<const PictureLine> lines, const PictureOptions& options,
@@ -76,7 +66,8 @@ class Stage {
     for (Vec3 p : cast_.framed) box_.add(p);
     for (Vec3 p : body.rest) rest_box_.add(p);
     size_ = std::max(1e-12, std::max({rest_box_.size().x, rest_box_.size().y, rest_box_.size().z}));
-    camera_ = fitted_camera(cast_.framed, options, width_, height_);
+    camera_ = options.view ? camera_of(*options.view, width_, height_)
+                           : fitted_camera(cast_.framed, options, width_, height_);
     ground_z_ = options.ground_at.value_or(box_.empty() ? 0 : box_.min.z) - 1e-3 * size_;
     normals_ = corner_normals(body_);
     set_lights();
@@ -103,12 +94,9 @@ class Stage {
 
  private:
   void set_lights() {
-    const Vec3 key = normalized(-0.62 * camera_.right + 0.30 * camera_.back + Vec3{0, 0, 1.0});
-    rim_ = normalized(0.75 * camera_.right - 1.0 * camera_.back + Vec3{0, 0, 0.9});
-    window_ =
-        normalized(Vec3{-camera_.back.x, -camera_.back.y, camera_.back.z} - 0.45 * camera_.right + Vec3{0, 0, 0.12});
+    lights_ = StageLights(camera_);
+    const Vec3 key = lights_.key;
     const auto [u, v] = perpendicular(key);
-    key_ = key;
     if (box_.empty()) return;
     for (int i = 0; i < kKeyMaps; ++i) {
       const Vec2 s = spiral(i, kKeyMaps);
@@ -198,26 +186,6 @@ class Stage {
     return key_maps_.empty() ? 1 : sum / static_cast<double>(key_maps_.size());
   }
 
-  /// What a mirror would show: a dark floor, a bright ceiling, a window behind the body.
-  [[nodiscard]] Vec3 mirrored_light(Vec3 d) const {
-    const Vec3 ceiling = Vec3{0.16, 0.155, 0.15} + smooth_step(-0.2, 0.9, d.z) * Vec3{0.50, 0.53, 0.57};
-    return ceiling + (5.0 * smooth_step(0.90, 0.985, dot(d, window_))) * Vec3{1.0, 1.02, 1.05};
-  }
-
-  [[nodiscard]] Vec3 lit(const PictureSurface& s, Vec3 n, Vec3 view, double key, double sky) const {
-    constexpr Vec3 kKeyColor{2.55, 2.42, 2.25}, kRimColor{0.85, 0.92, 1.05};
-    const auto wrapped = [&](Vec3 l) { return std::max(0.0, (dot(n, l) + s.wrap) / ((1 + s.wrap) * (1 + s.wrap))); };
-    const Vec3 skylight = sky * (Vec3{0.20, 0.205, 0.215} + (0.5 + 0.5 * n.z) * Vec3{0.36, 0.375, 0.40});
-    Vec3 diffuse = (key * wrapped(key_)) * kKeyColor + skylight + (0.35 * sky * wrapped(rim_)) * kRimColor;
-    Vec3 out{s.color.x * diffuse.x, s.color.y * diffuse.y, s.color.z * diffuse.z};
-    const double shine = key * gloss_of_light(n, view, key_, s.roughness, s.gloss);
-    const double back = sky * gloss_of_light(n, view, rim_, s.roughness, s.gloss);
-    out += (3.0 * shine) * kKeyColor + (2.0 * back) * kRimColor;
-    const Vec3 mirror = (2 * dot(n, view)) * n - view;
-    const double fresnel = s.gloss + (1 - s.gloss) * std::pow(1 - std::clamp(dot(n, view), 0.0, 1.0), 5);
-    return out + (sky * sky * fresnel * std::pow(1 - s.roughness, 2) * 2.2) * mirrored_light(mirror);
-  }
-
   [[nodiscard]] Vec3 body_color(std::int32_t t, double x, double y) const {
     const Triangle& tri = body_.triangles[picture_index(t)];
     const Vec3 a = screen_[picture_index(tri[0])], b = screen_[picture_index(tri[1])],
@@ -244,7 +212,8 @@ class Stage {
     if (options_.two_sided && dot(n, view) < 0) n = -n;
     const std::uint8_t kind = body_.wall[picture_index(t)];
     const bool wall = kind == 1;
-    PictureSurface surface = kind >= Cast::kThing ? thing_surface(kind) : texture_.at(rest, wall);
+    PictureSurface surface = kind >= Cast::kThing ? thing_surface(static_cast<PictureThing::Stuff>(kind - Cast::kThing))
+                                                  : texture_.at(rest, wall);
     if (surface.bump != 0) {
       // Tangents in the deformed body and the steps at rest that belong to them.
       const Vec3 e1 = body_.positions[picture_index(tri[1])] - body_.positions[picture_index(tri[0])],
@@ -266,15 +235,11 @@ class Stage {
       }
     }
     const double bias = kShadowBias * size_;
-    const double key = dot(n, key_) > -surface.wrap ? key_light(position + bias * n, 0.3 * bias) : 0;
-    return lit(surface, n, view, key, sky);
+    const double key = dot(n, lights_.key) > -surface.wrap ? key_light(position + bias * n, 0.3 * bias) : 0;
+    return lights_.lit(surface, n, view, key, sky);
   }
 
-  [[nodiscard]] Vec3 backdrop(double y) const {
-    const double t = y / height_;
-    const Vec3 far = body_.look == Look::kSheet ? Vec3{0.50, 0.52, 0.54} : Vec3{0.17, 0.185, 0.20};
-    return (1.10 - 0.35 * t) * far;
-  }
+  [[nodiscard]] Vec3 backdrop(double y) const { return kerf::backdrop(body_.look, y / height_); }
 
   [[nodiscard]] double ground_sky(Vec3 p) const {
     const double x = std::clamp((p.x - grid_low_.x) / grid_size_ * kGroundGrid - 0.5, 0.0, kGroundGrid - 1.001);
@@ -299,7 +264,7 @@ class Stage {
     if (on <= 0) return background;
     const PictureSurface surface = ground_surface(body_.look, q, size_);
     const double key = key_light(p, 1e-3 * size_);
-    Vec3 color = lit(surface, {0, 0, 1}, -d, key, ground_sky(p));
+    Vec3 color = lights_.lit(surface, {0, 0, 1}, -d, key, ground_sky(p));
     const double fade = body_.look == Look::kMeat ? 0 : smooth_step(1.2 * size_, 4.0 * size_, hypotenuse(q.x, q.y));
     color = color + fade * (background - color);
     return background + on * (color - background);
@@ -374,7 +339,7 @@ class Stage {
   Box3 box_, rest_box_;
   double size_ = 1, ground_z_ = 0;
   PictureCamera camera_;
-  Vec3 key_, rim_, window_;
+  StageLights lights_;
   std::vector<std::array<Vec3, 3>> normals_;
   std::vector<LightMap> key_maps_;
   std::vector<float> vertex_sky_, ground_sky_;

@@ -44,12 +44,20 @@ struct PictureLine {
   float opacity = 1;
 };
 
+/// A pinhole camera. The middle of the picture is where it looks.
+struct PictureView {
+  Vec3 eye, target;            ///< metres
+  Vec3 up{0, 0, 1};            ///< upwards in the picture; any length
+  double field_of_view = 0.5;  ///< radians, vertical
+};
+
 struct PictureOptions {
   int width = 1600, height = 1000;
   Vec3 direction{-0.45, -0.8, 0.62};  ///< from the body to the eye
   Vec3 up{0, 0, 1};
   double field_of_view = 0.5;       ///< radians, vertical
   double zoom = 1;                  ///< 1: the body fills the picture
+  std::optional<PictureView> view;  ///< instead of these four
   bool ground = true;               ///< something to lie on, at the lowest point of the body, with the body's shadow
   bool two_sided = false;           ///< light the backs of triangles too (open sheets)
   std::optional<double> ground_at;  ///< metres: height of the ground instead

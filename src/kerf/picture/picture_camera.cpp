@@ -1,11 +1,26 @@
 #include "kerf/picture/picture_camera.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 namespace kerf {
 namespace {
 
-constexpr double kMargin = 1.10;  // free space around the body
+constexpr double kMargin = 1.10;                    // free space around the body
+constexpr double kFarthest = 1e9;                   // m: a mesh is 1e6 m across at most
+constexpr double kNearest = 1e-9;                   // m: a mesh is 1e-6 m across at least
+constexpr double kParallel = 1e-6;                  // rad between up and the view
+constexpr double kNarrowest = 0.02, kWidest = 2.5;  // rad, as the cameras of scenes
+
+double largest(Vec3 v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+/// Also of vectors whose square is no number; zero stays zero.
+Vec3 unit(Vec3 v) {
+  const double scale = largest(v);
+  return scale > 0 ? normalized({v.x / scale, v.y / scale, v.z / scale}) : Vec3{};
+}
 
 }  // namespace
 
@@ -49,6 +64,46 @@ PictureCamera fitted_camera(std::span<const Vec3> positions, const PictureOption
   }
   camera.eye = center + (distance * kMargin / options.zoom) * camera.back;
   return camera;
+}
+
+Status check_view(const PictureView& view) {
+  struct Place {
+    const char* name;
+    Vec3 value;
+  };
+  for (const Place& place : {Place{"eye", view.eye}, Place{"target", view.target}, Place{"up", view.up}}) {
+    if (!is_finite(place.value)) return bad_input(fmt::format("{} must be finite", place.name));
+    if (largest(place.value) > kFarthest)
+      return bad_input(fmt::format("{} must be three numbers of at most {:g}", place.name, kFarthest));
+  }
+  const Vec3 way = view.target - view.eye;
+  if (!(norm(way) >= kNearest))
+    return bad_input(fmt::format("eye and target must be {:g} m apart or more; move one of them", kNearest));
+  const Vec3 up = unit(view.up);
+  if (!(norm(up) > 0)) return bad_input("up must not be zero; give it a direction");
+  if (!(norm(cross(up, unit(way))) > kParallel))
+    return bad_input("up must not be along the view from eye to target; give it another direction");
+  if (!(view.field_of_view >= kNarrowest && view.field_of_view <= kWidest))
+    return bad_input(
+        fmt::format("field_of_view must be {:g} to {:g} radians, not {:g}", kNarrowest, kWidest, view.field_of_view));
+  return {};
+}
+
+PictureCamera camera_of(const PictureView& view, int width, int height) {
+  PictureCamera camera;
+  camera.eye = view.eye;
+  camera.back = unit(view.eye - view.target);
+  camera.right = normalized(cross(unit(view.up), camera.back));
+  camera.up = cross(camera.back, camera.right);
+  camera.half_width = 0.5 * width;
+  camera.half_height = 0.5 * height;
+  camera.focal = camera.half_height / std::tan(0.5 * view.field_of_view);
+  return camera;
+}
+
+PictureView view_of(const PictureCamera& camera, Vec3 middle, double field_of_view) {
+  const double distance = std::max(kNearest, dot(camera.eye - middle, camera.back));
+  return {camera.eye, camera.eye - distance * camera.back, camera.up, field_of_view};
 }
 
 }  // namespace kerf

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "kerf/base/result.h"
 #include "kerf/base/vec.h"
 #include "kerf/picture/picture.h"
 
@@ -30,6 +31,16 @@ struct PictureCamera {
 
 /// Has all positions in a picture of so many pixels, with a margin.
 PictureCamera fitted_camera(std::span<const Vec3> positions, const PictureOptions& options, int width, int height);
+
+/// Can pictures be taken from there? Bad input: numbers that are not finite or larger than 1e9, an eye at its target, up along the view, an
+/// opening that is none.
+Status check_view(const PictureView& view);
+
+/// Of a view that check_view() takes.
+PictureCamera camera_of(const PictureView& view, int width, int height);
+
+/// The same camera as a view; its target is the point nearest to `middle`.
+PictureView view_of(const PictureCamera& camera, Vec3 middle, double field_of_view);
 
 /// Any two unit vectors at right angles to w and to each other.
 std::pair<Vec3, Vec3> perpendicular(Vec3 w);

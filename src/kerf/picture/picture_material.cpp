@@ -182,6 +182,16 @@ PictureSurface BodyTexture::at(Vec3 rest, bool wall) const {
   return out;
 }
 
+PictureSurface thing_surface(PictureThing::Stuff stuff) {
+  switch (stuff) {
+    case PictureThing::Stuff::kSteel: return {{0.30, 0.31, 0.33}, 0.28, 0.45, 0, 0};
+    case PictureThing::Stuff::kBone: return {{0.62, 0.56, 0.45}, 0.45, 0.04, 0, 0.2};
+    case PictureThing::Stuff::kWood: return {{0.30, 0.17, 0.08}, 0.6, 0.03, 0, 0};
+    case PictureThing::Stuff::kStone: break;
+  }
+  return {{0.46, 0.42, 0.36}, 0.6, 0.04, 0, 0};
+}
+
 double ground_outside(Look look, Vec2 p, double size) {
   if (look != Look::kMeat) return -1;
   const double half_x = 1.02 * size, half_y = 0.74 * size, round = 0.10 * size;

@@ -39,6 +39,8 @@ class BodyTexture {
   std::vector<float> distance_;  ///< grid_ x grid_, metres from the outline, inside
 };
 
+PictureSurface thing_surface(PictureThing::Stuff stuff);
+
 /// What lies under the body, at metres from its middle in a body of this size (longest extent); `edge` is the
 /// distance beyond the board's edge.
 PictureSurface ground_surface(Look look, Vec2 p, double size);

@@ -21,10 +21,10 @@ void fill_triangle(Vec2 a, Vec2 b, Vec2 c, int width, int first_row, int end_row
   const double low_y = std::min({a.y, b.y, c.y}), high_y = std::max({a.y, b.y, c.y});
   const double low_x = std::min({a.x, b.x, c.x}), high_x = std::max({a.x, b.x, c.x});
   if (high_y < first_row || low_y > end_row || high_x < 0 || low_x > width) return;
-  const int y0 = std::max(first_row, static_cast<int>(std::ceil(low_y - 0.5))),
-            y1 = std::min(end_row - 1, static_cast<int>(std::floor(high_y - 0.5)));
-  const int x0 = std::max(0, static_cast<int>(std::ceil(low_x - 0.5))),
-            x1 = std::min(width - 1, static_cast<int>(std::floor(high_x - 0.5)));
+  const int y0 = static_cast<int>(std::max<double>(first_row, std::ceil(low_y - 0.5))),
+            y1 = static_cast<int>(std::min<double>(end_row - 1, std::floor(high_y - 0.5)));
+  const int x0 = static_cast<int>(std::max<double>(0, std::ceil(low_x - 0.5))),
+            x1 = static_cast<int>(std::min<double>(width - 1, std::floor(high_x - 0.5)));
   const double inverse = 1 / area;
   for (int y = y0; y <= y1; ++y) {
     for (int x = x0; x <= x1; ++x) {

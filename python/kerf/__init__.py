@@ -17,11 +17,12 @@ _machine.check()
 
 from ._core import Snapshot, Stroke  # noqa: E402
 from ._batch import Batch  # noqa: E402
+from ._camera import Camera  # noqa: E402
 from ._error import Error  # noqa: E402
 from ._scene import models, scenes  # noqa: E402
 from ._session import Session  # noqa: E402
 
-__all__ = ["Batch", "Error", "Session", "Snapshot", "Stroke", "models", "scenes"]
+__all__ = ["Batch", "Camera", "Error", "Session", "Snapshot", "Stroke", "models", "scenes"]
 
 
 def __getattr__(name):

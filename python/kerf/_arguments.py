@@ -1,5 +1,7 @@
 """What is given as points and paths: arrays of the right shape, or an error that says what is wrong."""
 
+import operator
+
 
 def _numbers(given, name, what):
     import numpy as np
@@ -31,6 +33,30 @@ def points(given, name):
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
     return array
+
+
+def number(given, name):
+    """One number, as a float; what is out of its range is told where it is used."""
+    if isinstance(given, (str, bytes, bytearray)) or not hasattr(given, "__float__"):
+        raise TypeError(f"{name} must be a number, not {type(given).__name__}")
+    try:
+        return float(given)
+    except OverflowError:
+        raise ValueError(f"{name} must be finite") from None
+
+
+MOST_PIXELS = 8192  # a side, as pictures of scenes
+
+
+def pixels(given, name):
+    """Pixels along a side of a picture."""
+    try:
+        count = operator.index(given)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number of pixels, not {type(given).__name__}") from None
+    if not 1 <= count <= MOST_PIXELS:
+        raise ValueError(f"{name} must be 1 to {MOST_PIXELS} pixels")
+    return count
 
 
 def path(given, name="poses"):

@@ -24,6 +24,14 @@ nanobind::object read_only_array(std::vector<Item> items, std::initializer_list<
   return nanobind::cast(nanobind::ndarray<nanobind::numpy, const Scalar>(data, shape, owner));
 }
 
+/// A NumPy array of these shape and items that is the caller's own: nothing is copied, and it can be written.
+template <class Scalar>
+nanobind::object own_array(std::vector<Scalar> items, std::initializer_list<std::size_t> shape) {
+  auto* kept = new std::vector<Scalar>(std::move(items));
+  const nanobind::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Scalar>*>(p); });
+  return nanobind::cast(nanobind::ndarray<nanobind::numpy, Scalar>(kept->data(), shape, owner));
+}
+
 /// An array that was made of some version of what it shows.
 class KeptArray {
  public:

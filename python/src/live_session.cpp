@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -172,7 +173,10 @@ void LiveSession::close() {
                            &collision_positions_, &collision_rest_, &collision_triangles_, &nodes_, &node_velocities_,
                            &hexahedra_, &contacts_, &tools_, &grasps_})
     array->forget();
-  unlocked([&] { dying.reset(); });
+  unlocked([&] {
+    painter_.reset();
+    dying.reset();
+  });
 }
 
 // --- Strokes ---
@@ -511,5 +515,50 @@ std::vector<std::string> LiveSession::grasp_ids() {
   return out;
 }
 Vec3 LiveSession::support_force() { return Use(*this)->support_force(); }
+
+// --- Pictures ---
+
+Status LiveSession::make_painter() {
+  if (painter_) return {};
+  auto painter = SessionPainter::create(*session_);
+  if (!painter) return painter.error();
+  painter_ = std::move(*painter);
+  return {};
+}
+
+PictureView LiveSession::fitted_view(int width, int height) {
+  Use session(*this);
+  PictureView view;
+  check(unlocked([&]() -> Status {
+    KERF_TRY(make_painter());
+    view = painter_->fitted_view(*session, session->scene().output.camera, width, height);
+    return {};
+  }));
+  return view;
+}
+
+nb::object LiveSession::render(int width, int height, std::optional<PictureView> view, bool depth, bool shadows) {
+  Use session(*this);
+  const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);
+  std::vector<std::uint8_t> rgb;
+  std::vector<float> far;
+  check(unlocked([&]() -> Status {
+    KERF_TRY(make_painter());
+    SceneOutput output;
+    output.camera = session->scene().output.camera;
+    output.picture_size = {width, height};
+    if (!view) view = painter_->fitted_view(*session, output.camera, width, height);
+    if (shadows) rgb = painter_->draw(*session, output, view).rgb;
+    else rgb.resize(3 * rows * columns);
+    if (depth) far.resize(rows * columns);
+    if (depth || !shadows)
+      painter_->draw_quickly(*session, *view,
+                             {width, height, shadows ? std::span<std::uint8_t>() : std::span(rgb), far});
+    return {};
+  }));
+  const nb::object colors = own_array(std::move(rgb), {rows, columns, 3});
+  if (!depth) return colors;
+  return nb::make_tuple(colors, own_array(std::move(far), {rows, columns}));
+}
 
 }  // namespace kerf::python

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "arrays.h"
+#include "kerf/picture/session_picture.h"
 #include "kerf/session/session.h"
 
 namespace kerf::python {
@@ -113,12 +114,19 @@ class LiveSession {
   std::vector<std::string> grasp_ids();
   Vec3 support_force();
 
+  /// The camera of the scene's picture, of so many pixels.
+  PictureView fitted_view(int width, int height);
+  /// An array of colours, or a tuple of that and one of depth. Without a view: fitted_view.
+  nanobind::object render(int width, int height, std::optional<PictureView> view, bool depth, bool shadows);
+
  private:
   class Use;
   [[nodiscard]] bool is_open(std::uint64_t stroke) const;
   void must_be_open(std::uint64_t stroke) const;
   /// After what may have ended it: its place among the strokes may be another one's next.
   void note_end_of_stroke();
+  /// Made where it is first wanted, without Python's lock; in use by this thread.
+  Status make_painter();
 
   std::optional<Session> session_;  ///< none: closed
   std::atomic<bool> busy_ = false;  ///< a thread is in it
@@ -126,6 +134,7 @@ class LiveSession {
   std::uint64_t changes_ = 1;      ///< grows with everything that may move or cut the body
   std::uint64_t stroke_ = 0;       ///< number of the latest stroke by hand
   std::size_t stroke_record_ = 0;  ///< how many strokes there were with it; 0: it is over
+  std::optional<SessionPainter> painter_;
   SessionStep last_step_;
   BodyCounts at_start_;
   double prepare_seconds_ = 0;

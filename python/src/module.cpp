@@ -7,6 +7,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -122,6 +123,13 @@ const std::uint8_t* flags_or_none(const nb::object& array, std::size_t wanted) {
 }
 
 using Rows3 = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+
+PictureView view_of(nb::handle eye, nb::handle target, nb::handle up, double field_of_view) {
+  const PictureView view{point_of(eye, "eye"), point_of(target, "target"), point_of(up, "up"), field_of_view};
+  if (const Status status = check_view(view); !status) throw nb::value_error(status.error().message.c_str());
+  return view;
+}
+
 using Path = nb::ndarray<const double, nb::shape<-1, 2, 3>, nb::c_contig, nb::device::cpu>;
 
 }  // namespace
@@ -233,6 +241,26 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
       .def("_tools", &LiveSession::tools, nb::sig("def _tools(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def("_grasps", &LiveSession::grasps, nb::sig("def _grasps(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def("_report", &LiveSession::report_json)
+      .def(
+          "_camera",
+          [](LiveSession& self, int width, int height) {
+            const PictureView v = self.fitted_view(width, height);
+            return std::tuple(std::tuple(v.eye.x, v.eye.y, v.eye.z), std::tuple(v.target.x, v.target.y, v.target.z),
+                              std::tuple(v.up.x, v.up.y, v.up.z), v.field_of_view);
+          },
+          "width"_a, "height"_a)
+      .def(
+          "_render",
+          [](LiveSession& self, int width, int height, const nb::object& camera, bool depth, bool shadows) {
+            std::optional<PictureView> view;
+            if (!camera.is_none())
+              view = view_of(camera.attr("eye"), camera.attr("target"), camera.attr("up"),
+                             nb::cast<double>(camera.attr("field_of_view")));
+            return self.render(width, height, view, depth, shadows);
+          },
+          "width"_a, "height"_a, "camera"_a.none(), "depth"_a, "shadows"_a,
+          nb::sig(
+              "def _render(self, width: int, height: int, camera: object, depth: bool, shadows: bool) -> typing.Any"))
       .def_prop_ro("closed", &LiveSession::closed, "Has close() been called?")
       .def_prop_ro("time", &LiveSession::time, "Simulated time, seconds.")
       .def_prop_ro("time_step", &LiveSession::time_step, "Length of a step, seconds.")
@@ -347,6 +375,13 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
           },
           "now"_a, "rest"_a, "distance"_a);
 
+
+  m.def(
+      "check_camera",
+      [](nb::handle eye, nb::handle target, nb::handle up, double field_of_view) {
+        view_of(eye, target, up, field_of_view);
+      },
+      "eye"_a, "target"_a, "up"_a, "field_of_view"_a);
   m.def("model_names", [] {
     std::vector<std::string> out;
     for (const ModelName& model : model_names()) out.emplace_back(model.name);

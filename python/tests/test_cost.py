@@ -118,6 +118,19 @@ def test_a_step_costs_little_more_than_in_cpp():
     assert outside - inside < 20e-6
 
 
+def test_pictures_are_quick():
+    session = kerf.Session("steak")
+    rates = {}
+    for width, height in ((64, 64), (128, 128), (640, 480)):
+        camera = session.camera(width, height)
+        rates[width] = 1 / least(lambda: session.render(width, height, camera=camera), 5, 5)
+    step = least(session.step, 20, 5)
+    both = least(lambda: (session.step(), session.render(128, 128, camera=camera)), 20, 5)
+    print("\npictures of the steak a second: " + ", ".join(f"{rate:.0f} of {width} pixels" for width, rate in rates.items()) +
+          f"; step {1e3 * step:.2f} ms, step and picture {1e3 * both:.2f} ms")
+    assert rates[128] > 10
+
+
 def test_import_is_quick():
     import subprocess
     import sys

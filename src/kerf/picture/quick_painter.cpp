@@ -76,7 +76,7 @@ void QuickPainter::draw(const QuickStage& stage, const PictureView& view, const 
   lights_ = StageLights(camera_);
   rest_box_ = {};
   for (const Vec3 p : stage.body.rest) rest_box_.add(p);
-  find_normals(stage.body);
+  find_normals(stage.body.wall);
   shade(stage, target);
 }
 
@@ -158,16 +158,23 @@ void QuickPainter::see_ground(const QuickStage& stage, const QuickTarget& target
     }
 }
 
-void QuickPainter::find_normals(const PictureBody& body) {
-  normals_.assign(body.positions.size(), {});
-  for (std::size_t t = 0; t < body.triangles.size(); ++t) {
-    if (!body.wall.empty() && body.wall[t] != 0) continue;
-    const Triangle& tri = body.triangles[t];
-    const Vec3 a = body.positions[picture_index(tri[0])];
-    const Vec3 n = cross(body.positions[picture_index(tri[1])] - a, body.positions[picture_index(tri[2])] - a);
-    for (const std::int32_t v : tri) normals_[picture_index(v)] += n;
+void QuickPainter::find_normals(std::span<const std::uint8_t> wall) {
+  normals_.assign(seen_.size(), {});
+  for (const Part& part : parts_) {
+    Vec3* normals = normals_.data() + part.first_vertex;
+    for (std::size_t t = 0; t < part.triangles.size(); ++t) {
+      if (is_wall(part, t, wall)) continue;
+      const Triangle& tri = part.triangles[t];
+      const Vec3 a = part.positions[picture_index(tri[0])];
+      const Vec3 n = cross(part.positions[picture_index(tri[1])] - a, part.positions[picture_index(tri[2])] - a);
+      for (const std::int32_t v : tri) normals[v] += n;
+    }
   }
   for (Vec3& n : normals_) n = normalized(n);
+}
+
+bool QuickPainter::is_wall(const Part& part, std::size_t triangle, std::span<const std::uint8_t> wall) {
+  return part.first_triangle + triangle < wall.size() && wall[triangle] != 0;
 }
 
 QuickPainter::Hit QuickPainter::hit(Vec3 a, Vec3 b, Vec3 c, int x, int y) const {
@@ -191,21 +198,16 @@ Vec3 QuickPainter::triangle_color(const QuickStage& stage, std::int32_t id, int 
   const Vec3 position = w.a * place(0) + w.b * place(1) + w.c * place(2);
   const Vec3 view = normalized(camera_.eye - position);
   const Vec3 own = normalized(cross(place(1) - place(0), place(2) - place(0)));
-  Vec3 n = own;
-  PictureSurface surface;
-  if (p > 0) {
-    surface = thing_surface(stage.things[p - 1].stuff);
-  } else {
-    const auto rest = [&](std::size_t k) { return stage.body.rest[picture_index(tri[k])]; };
-    const bool wall = !stage.body.wall.empty() && stage.body.wall[t] != 0;
-    surface = stage.texture->at(w.a * rest(0) + w.b * rest(1) + w.c * rest(2), wall);
-    const auto corner = [&](std::size_t k) {
-      const Vec3 smooth = normals_[picture_index(tri[k])];
-      return dot(smooth, own) >= kSmoothCosine ? smooth : own;
-    };
-    if (!wall) n = normalized(w.a * corner(0) + w.b * corner(1) + w.c * corner(2));
-  }
+  const bool wall = is_wall(part, t, stage.body.wall);
+  const auto corner = [&](std::size_t k) {
+    const Vec3 smooth = normals_[part.first_vertex + picture_index(tri[k])];
+    return !wall && dot(smooth, own) >= kSmoothCosine ? smooth : own;
+  };
+  Vec3 n = normalized(w.a * corner(0) + w.b * corner(1) + w.c * corner(2));
   if (dot(own, view) < 0) n = -n;
+  if (p > 0) return lights_.lit(thing_surface(stage.things[p - 1].stuff), n, view, kKeyShare, kSkyShare);
+  const auto rest = [&](std::size_t k) { return stage.body.rest[picture_index(tri[k])]; };
+  const PictureSurface surface = stage.texture->at(w.a * rest(0) + w.b * rest(1) + w.c * rest(2), wall);
   return lights_.lit(surface, n, view, kKeyShare, kSkyShare);
 }
 

@@ -56,7 +56,8 @@ class QuickPainter {
   void rasterise(int width, int height);
   void rasterise(const Part& part, int width, int height);
   void see_ground(const QuickStage& stage, const QuickTarget& target);
-  void find_normals(const PictureBody& body);
+  void find_normals(std::span<const std::uint8_t> wall);
+  [[nodiscard]] static bool is_wall(const Part& part, std::size_t triangle, std::span<const std::uint8_t> wall);
   void shade(const QuickStage& stage, const QuickTarget& target) const;
   [[nodiscard]] Hit hit(Vec3 a, Vec3 b, Vec3 c, int x, int y) const;
   [[nodiscard]] Vec3 triangle_color(const QuickStage& stage, std::int32_t id, int x, int y) const;
@@ -67,7 +68,7 @@ class QuickPainter {
   Box3 rest_box_;
   std::vector<Part> parts_;        ///< the body, then the things
   std::vector<Vec3> seen_;         ///< by vertex: x and y times focal length, z along the view
-  std::vector<Vec3> normals_;      ///< by vertex of the body: of its skin
+  std::vector<Vec3> normals_;      ///< by vertex: of the skin, or of a thing
   std::vector<std::int32_t> ids_;  ///< by pixel: a triangle, kNothing or kGround
   std::vector<float> depth_;       ///< by pixel
 };

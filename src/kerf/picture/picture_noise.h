@@ -8,30 +8,39 @@
 
 namespace kerf {
 
-inline double lattice_value(std::int64_t x, std::int64_t y, std::int64_t z) {
-  std::uint64_t h = static_cast<std::uint64_t>(x) * 0x9e3779b97f4a7c15ull ^
-                    static_cast<std::uint64_t>(y) * 0xc2b2ae3d27d4eb4full ^
-                    static_cast<std::uint64_t>(z) * 0x165667b19e3779f9ull;
+constexpr std::uint64_t kLatticeX = 0x9e3779b97f4a7c15ull, kLatticeY = 0xc2b2ae3d27d4eb4full,
+                        kLatticeZ = 0x165667b19e3779f9ull;
+
+/// Of three coordinates, each times its factor.
+inline double hashed_value(std::uint64_t h) {
   h ^= h >> 29;
   h *= 0xbf58476d1ce4e5b9ull;
   h ^= h >> 32;
-  return static_cast<double>(h >> 11) * 0x1p-52 - 1;
+  return static_cast<double>(static_cast<std::int64_t>(h >> 11)) * 0x1p-52 - 1;
+}
+inline double lattice_value(std::int64_t x, std::int64_t y, std::int64_t z) {
+  return hashed_value(static_cast<std::uint64_t>(x) * kLatticeX ^ static_cast<std::uint64_t>(y) * kLatticeY ^
+                      static_cast<std::uint64_t>(z) * kLatticeZ);
 }
 
 /// Value noise in about [-1, 1], features of size 1.
 inline double noise(Vec3 p) {
   const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
-  const auto x = static_cast<std::int64_t>(fx), y = static_cast<std::int64_t>(fy), z = static_cast<std::int64_t>(fz);
+  const auto factor = [](double f, std::uint64_t by) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(f)) * by;
+  };
+  const std::uint64_t x0 = factor(fx, kLatticeX), x1 = x0 + kLatticeX;
+  const std::uint64_t y0 = factor(fy, kLatticeY), y1 = y0 + kLatticeY;
   const auto fade = [](double t) { return t * t * t * (t * (6 * t - 15) + 10); };
   const double u = fade(p.x - fx), v = fade(p.y - fy), w = fade(p.z - fz);
   const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
-  double layer[2];
-  for (int k = 0; k < 2; ++k) {
-    const double a = mix(lattice_value(x, y, z + k), lattice_value(x + 1, y, z + k), u);
-    const double b = mix(lattice_value(x, y + 1, z + k), lattice_value(x + 1, y + 1, z + k), u);
-    layer[k] = mix(a, b, v);
-  }
-  return mix(layer[0], layer[1], w);
+  const auto layer = [&](std::uint64_t z) {
+    const double a = mix(hashed_value(x0 ^ y0 ^ z), hashed_value(x1 ^ y0 ^ z), u);
+    const double b = mix(hashed_value(x0 ^ y1 ^ z), hashed_value(x1 ^ y1 ^ z), u);
+    return mix(a, b, v);
+  };
+  const std::uint64_t z0 = factor(fz, kLatticeZ);
+  return mix(layer(z0), layer(z0 + kLatticeZ), w);
 }
 
 /// Sum of octaves, about [-1, 1].

@@ -29,7 +29,8 @@ class Session(_core.Session):
     kerf.Error: the scene or a mesh can't be used. TypeError: scene is something else.
 
     Lengths are metres, times seconds, z is up. A session is used by one thread at a time (another one gets a kerf.Error);
-    many sessions can run at once. Arrays are read-only and stay what they were: ask again after a step or a cut.
+    many sessions can run at once. Arrays are read-only and stay what they were: ask again after a step or a cut. Pictures are the
+    caller's own.
     """
 
     def __init__(self, scene: Path | dict[str, Any], *, meshes: Path | Iterable[Path] = ()) -> None:

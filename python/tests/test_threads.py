@@ -43,7 +43,7 @@ def test_others_go_on_while_a_body_is_bound():
 @pytest.mark.parametrize("shadows", [False, True])
 def test_others_go_on_while_pictures_are_drawn(shadows):
     session = kerf.Session("steak")
-    longest, whole = ticks_while(lambda: session.render(1600, 1200, shadows=shadows))
+    longest, whole = ticks_while(lambda: session.render(800, 600, shadows=shadows))
     print(f"\npictures: {whole:.2f} s, longest pause {longest:.3f} s")
     assert longest < 0.5 * whole
 

@@ -23,15 +23,15 @@ constexpr std::size_t kRows = 16;  // of a lot for one thread
 
 std::size_t pixel_of(int x, int y, int width) { return picture_index(y) * picture_index(width) + picture_index(x); }
 
-/// sRGB of 0 to 1, linear. Steps of the table are finer than those of a byte but for the darkest eight.
+/// sRGB of 0 to 1, linear. The table is nowhere coarser than bytes, whose steps are 1 / (12.92 * 255) or more.
 std::uint8_t quick_srgb(double x) {
   static constexpr int kSteps = 4096;
   static const std::vector<std::uint8_t> table = [] {
     std::vector<std::uint8_t> out(kSteps + 1);
-    for (int i = 0; i <= kSteps; ++i) out[picture_index(i)] = to_srgb(static_cast<double>(i) / kSteps);
+    for (int i = 0; i <= kSteps; ++i) out[picture_index(i)] = to_srgb((i + 0.5) / kSteps);
     return out;
   }();
-  return table[static_cast<std::size_t>(std::clamp(x, 0.0, 1.0) * kSteps + 0.5)];
+  return table[static_cast<std::size_t>(std::clamp(x, 0.0, 1.0) * kSteps)];
 }
 
 /// Rows and columns of pixels whose middles a triangle may hold; all of them where it reaches behind the eye.

@@ -138,6 +138,14 @@ class Session(_core.Session):
         """Opens a grasper or scissors of the scene within `over` seconds."""
         self.apply({"type": "open", "id": id, "over": over})
 
+    def set_material(self, *, young: float | None = None, poisson: float | None = None, density: float | None = None) -> None:
+        """Makes the bodies of something else, from the next step on: pascals, 1, kg/m3. What is not given stays.
+
+        Regions follow where they had the same value. kerf.Error: a material that can't be simulated.
+        """
+        given = {"young": young, "poisson": poisson, "density": density}
+        self._set_material(**{**self.material, **{word: _arguments.number(value, word) for word, value in given.items() if value is not None}})
+
     def to_world(self, rest: ArrayLike) -> NDArray[np.float64]:
         """Where the material that is at these places at rest is now: (k, 3), metres.
 

@@ -1,7 +1,9 @@
 #include "live_session.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -559,6 +561,52 @@ nb::object LiveSession::render(int width, int height, std::optional<PictureView>
   const nb::object colors = own_array(std::move(rgb), {rows, columns, 3});
   if (!depth) return colors;
   return nb::make_tuple(colors, own_array(std::move(far), {rows, columns}));
+}
+
+nb::dict LiveSession::material() {
+  Use session(*this);
+  const Material material = session->material();
+  nb::dict out;
+  out["young"] = material.young;
+  out["poisson"] = material.poisson;
+  out["density"] = material.density;
+  return out;
+}
+void LiveSession::set_material(double young, double poisson, double density) {
+  Use session(*this);
+  ++changes_;
+  check(unlocked([&] { return session->set_material(young, poisson, density); }));
+}
+Vec3 LiveSession::gravity() { return Use(*this)->gravity(); }
+void LiveSession::set_gravity(Vec3 gravity) {
+  Use session(*this);
+  ++changes_;
+  check(session->set_gravity(gravity));
+}
+nb::object LiveSession::score() {
+  Use session(*this);
+  const std::optional<TrainerScore> score = unlocked([&] { return session->score(); });
+  if (!score) return nb::none();
+  nb::dict out;
+  out["lesion_volume"] = score->lesion_volume;
+  out["lesion_removed"] = score->lesion_removed;
+  out["healthy_removed"] = score->healthy_removed;
+  out["healthy_share"] = score->healthy_share;
+  out["loose_pieces"] = score->loose_pieces;
+  out["roughness"] = score->roughness;
+  out["largest_force"] = score->largest_force;
+  return out;
+}
+double LiveSession::roughness() {
+  Use session(*this);
+  return unlocked([&] { return session->roughness(); });
+}
+std::pair<nb::object, double> LiveSession::piece_masses() {
+  Use session(*this);
+  PieceMasses masses = unlocked([&] { return session->piece_masses(); });
+  std::sort(masses.mass.begin(), masses.mass.end(), std::greater<>());
+  const std::size_t count = masses.mass.size();
+  return {read_only_array<double>(std::move(masses.mass), {count}), masses.uncut};
 }
 
 }  // namespace kerf::python

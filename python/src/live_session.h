@@ -114,6 +114,14 @@ class LiveSession {
   std::vector<std::string> grasp_ids();
   Vec3 support_force();
 
+  nanobind::dict material();
+  void set_material(double young, double poisson, double density);
+  Vec3 gravity();
+  void set_gravity(Vec3 gravity);
+  nanobind::object score();
+  double roughness();
+  std::pair<nanobind::object, double> piece_masses();
+
   /// The camera of the scene's picture, of so many pixels.
   PictureView fitted_view(int width, int height);
   /// An array of colours, or a tuple of that and one of depth. Without a view: fitted_view.

@@ -290,6 +290,32 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             return std::tuple(f.x, f.y, f.z);
           },
           "Force of all supports on the body in the last step, newtons: (x, y, z).")
+      .def_prop_ro("material", &LiveSession::material,
+                   nb::for_getter(nb::sig("def material(self) -> dict[str, float]")),
+                   "A dict: young (Pa), poisson, density (kg/m3).")
+      .def("_set_material", &LiveSession::set_material, "young"_a, "poisson"_a, "density"_a)
+      .def_prop_rw(
+          "gravity",
+          [](LiveSession& self) {
+            const Vec3 g = self.gravity();
+            return std::tuple(g.x, g.y, g.z);
+          },
+          [](LiveSession& self, nb::handle gravity) { self.set_gravity(point_of(gravity, "gravity")); },
+          nb::for_setter(nb::sig("def gravity(self, gravity: numpy.typing.ArrayLike, /) -> None")),
+          "m/s2, from the next step on: (x, y, z).")
+      .def_prop_ro(
+          "score", &LiveSession::score, nb::for_getter(nb::sig("def score(self) -> dict[str, float] | None")),
+          "How the operation stands, in a scene with a lesion: lesion_volume (m3 at the start), lesion_removed (share), healthy_removed "
+          "(m3), healthy_share, loose_pieces, roughness (m), largest_force (N of a tool, in any step).")
+      .def_prop_ro("roughness", &LiveSession::roughness,
+                   "RMS distance of all cut surfaces from their smooth shapes, metres.")
+      .def_prop_ro(
+          "piece_masses", [](LiveSession& self) { return self.piece_masses().first; },
+          nb::for_getter(nb::sig("def piece_masses(self) -> numpy.typing.NDArray[numpy.float64]")),
+          "Masses of the pieces of all bodies, kg, heaviest first: (pieces,).")
+      .def_prop_ro(
+          "uncut_mass", [](LiveSession& self) { return self.piece_masses().second; },
+          "Mass of all bodies before anything was cut or taken away, of the present materials, kg.")
       .def_prop_ro("positions", &LiveSession::positions,
                    nb::for_getter(nb::sig("def positions(self) -> numpy.typing.NDArray[numpy.float64]")),
                    "Visual vertices, metres: (n, 3), float64.")
@@ -374,7 +400,6 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             self.places_at_rest(now.data(), now.size() / (3 * self.size()), rest.data(), distance.data());
           },
           "now"_a, "rest"_a, "distance"_a);
-
 
   m.def(
       "check_camera",

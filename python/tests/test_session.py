@@ -180,3 +180,58 @@ def test_text_path_and_dict_are_the_same(tmp_path):
 def test_strings_of_a_dict_are_quoted():
     title = 'a "steak" \\ with\ttabs\n and é'
     assert kerf.Session({"title": title, "body": {"model": "sheet"}}).title == title
+
+
+def test_material_is_changed():
+    scene = {"body": {"model": "strip"}, "material": {"young": 2e5, "damping_mass": 20.0}, "fix": [{"half_space": {"point": [-0.04, 0, 0], "normal": [-1, 0, 0]}}]}
+    firm, soft = kerf.Session(scene), kerf.Session(scene)
+    assert firm.material == {"young": 2e5, "poisson": firm.material["poisson"], "density": firm.material["density"]}
+    soft.set_material(young=1e5)
+    assert soft.material == {**firm.material, "young": 1e5}
+    # A body that weighs half and is half as firm hangs the same.
+    light = kerf.Session(scene)
+    light.set_material(young=1e5, density=firm.material["density"] / 2)
+    for session in (firm, soft, light):
+        session.step(2000)
+    sag = [session.positions[:, 2].min() for session in (firm, soft, light)]
+    assert sag[2] == pytest.approx(sag[0], rel=1e-3)
+    assert sag[1] < sag[0]
+    assert light.uncut_mass == pytest.approx(firm.uncut_mass / 2)
+    for wrong in ({"young": -1.0}, {"poisson": 0.6}, {"density": float("nan")}):
+        with pytest.raises(kerf.Error):
+            light.set_material(**wrong)
+    with pytest.raises(TypeError):
+        light.set_material(young="soft")
+
+
+def test_gravity_is_changed():
+    session = kerf.Session({"body": {"model": "strip"}, "material": {"damping_mass": 0}})
+    assert session.gravity == (0, 0, -9.81)
+    session.gravity = [1, 0, 0]
+    session.step(10)
+    assert session.velocities.mean(axis=0) == pytest.approx([10 * session.time_step, 0, 0], abs=1e-9)
+    with pytest.raises(ValueError):
+        session.gravity = [0, float("inf"), 0]
+    with pytest.raises((ValueError, TypeError)):
+        session.gravity = 9.81
+
+
+def test_pieces_are_weighed():
+    session = kerf.Session("sheet")
+    whole = session.uncut_mass
+    assert session.piece_masses == pytest.approx([whole])
+    session.cut(np.array([[[0.2, y, 0.2], [0.2, y, -0.2]] for y in (-0.6, 0.6)]))
+    assert session.piece_masses == pytest.approx([0.7 * whole, 0.3 * whole])
+    assert session.uncut_mass == whole
+
+
+def test_an_operation_is_scored():
+    assert kerf.Session("steak").score is None
+    session = kerf.Session("trainer")
+    score = session.score
+    assert score["lesion_removed"] == 0 and score["healthy_removed"] == pytest.approx(0, abs=1e-15) and score["loose_pieces"] == 0
+    middle = np.array([0.0, 0.0130, 0.0])
+    assert session.punch(middle, 0.0025, frame="rest", take=True)
+    assert session.score["lesion_removed"] > 0.9
+    assert session.roughness >= 0
+    assert session.score["lesion_volume"] == score["lesion_volume"] > 0

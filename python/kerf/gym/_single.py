@@ -1,0 +1,65 @@
+"""A task by itself."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from ._tasks import Tasks
+
+__all__ = ["TaskEnv"]
+
+
+class TaskEnv(gymnasium.Env):
+    """One copy of a task as a gymnasium.Env. Options: as of Tasks, but num_envs."""
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 20}
+
+    def __init__(self, *, task: type[Tasks], **options: Any) -> None:
+        self.tasks = task(1, **options)
+        self.render_mode = self.tasks.render_mode
+        self.action_space = self.tasks.single_action_space
+        self.observation_space = self.tasks.single_observation_space
+
+    @property
+    def session(self) -> Any:
+        """The kerf.Session of the episode."""
+        return self.tasks.sessions[0]
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[NDArray[Any], dict[str, Any]]:
+        """Begins an episode."""
+        super().reset(seed=seed)
+        self.tasks.reset_rows(np.array([0]), self.np_random)
+        return self._observed(), self._told()
+
+    def step(self, action: Any) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
+        """One action: observation, reward, terminated, truncated, info."""
+        rewards, terminated, truncated, failures = self.tasks.act(np.asarray(action)[None], np.ones(1, bool))
+        told = self._told()
+        if failures:
+            told["error"] = failures[0]
+        if self.render_mode == "human":
+            self.tasks._show()
+        return self._observed(), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), told
+
+    def expert(self) -> NDArray[np.float32]:
+        """An action of somebody who knows how."""
+        return self.tasks.expert()[0]
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """A picture, 480 x 360, where render_mode is "rgb_array"."""
+        pictures = self.tasks.render()
+        return None if pictures is None else pictures[0]
+
+    def close(self) -> None:
+        """Frees the session."""
+        self.tasks.close()
+
+    def _observed(self) -> NDArray[Any]:
+        return self.tasks._observed()[0]
+
+    def _told(self) -> dict[str, Any]:
+        return {word: values[0].item() for word, values in self.tasks.tell().items()}

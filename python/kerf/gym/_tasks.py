@@ -1,0 +1,200 @@
+"""What all tasks have in common: n copies of one, stepped together."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from .. import Batch, Camera, Session
+from ._marks import STEEL, paint
+
+__all__ = ["Tasks"]
+
+
+class Tasks(VectorEnv):
+    """n copies of one task as a gymnasium.vector.VectorEnv: one call steps them all, in threads.
+
+    observations: "state" (a vector of float32, about -1 to 1) or "pixels" (RGB pictures, uint8, `size` high and wide).
+    randomise: each episode has a body of another material. threads: as of kerf.Batch.
+    A copy that has ended begins anew with the next step(), whose action it does not take (Gymnasium's NEXT_STEP).
+    The same seeds and actions give the same observations and rewards, to the bit.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 20,
+                                          "autoreset_mode": AutoresetMode.NEXT_STEP}
+    # What a task says of itself.
+    steps: ClassVar[int] = 10  #: time steps of an action
+    horizon: ClassVar[int] = 200  #: actions of an episode, at most
+    action_size: ClassVar[int]
+    state_size: ClassVar[int]
+    camera: ClassVar[dict[str, Any]] = {}  #: of pictures: kerf.Camera's
+
+    def __init__(self, num_envs: int = 1, *, observations: str = "state", size: int = 64, render_mode: str | None = None,
+                 randomise: bool = False, threads: int | None = None, max_episode_steps: int | None = None) -> None:
+        if num_envs < 1:
+            raise ValueError("num_envs must be 1 or more")
+        if observations not in ("state", "pixels"):
+            raise ValueError(f'observations must be "state" or "pixels", not {observations!r}')
+        if render_mode not in (None, "rgb_array", "human"):
+            raise ValueError(f'render_mode must be "rgb_array" or "human", not {render_mode!r}')
+        self.num_envs, self.render_mode, self.randomise = num_envs, render_mode, randomise
+        self.pixels, self.size = observations == "pixels", size
+        self.horizon_now = max_episode_steps or self.horizon
+        self.single_action_space = spaces.Box(-1, 1, (self.action_size,), np.float32)
+        self.single_observation_space = (spaces.Box(0, 255, (size, size, 3), np.uint8) if self.pixels
+                                         else spaces.Box(-10, 10, (self.state_size,), np.float32))
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.sessions = [Session(self.scene()) for _ in range(num_envs)]
+        self.batch = Batch(self.sessions, threads=threads)
+        self.prepare()
+        self._start = [session.snapshot() for session in self.sessions]
+        self._random: list[np.random.Generator] = [np.random.default_rng() for _ in range(num_envs)]
+        self._states = np.zeros((num_envs, self.state_size), np.float32)
+        self._elapsed = np.zeros(num_envs, np.int64)
+        self._ended = np.ones(num_envs, bool)
+        self._window: Any = None
+        self._camera = Camera(**self.camera)
+
+    # --- What a task has to say. Arrays have a row for each copy. ---
+
+    def scene(self) -> dict[str, Any]:
+        """The scene of a copy."""
+        raise NotImplementedError
+
+    def prepare(self) -> None:
+        """Brings all sessions to where episodes begin."""
+
+    def begin(self, row: int, random: np.random.Generator) -> None:
+        """A new episode of a copy whose session is back at the start."""
+        raise NotImplementedError
+
+    def control(self, actions: NDArray[np.float64], plays: NDArray[np.bool_]) -> dict[str, Any]:
+        """What the actions, within -1 and 1, do to the sessions: arguments of Batch.turn()."""
+        raise NotImplementedError
+
+    def look(self, states: NDArray[np.float32], rows: NDArray[np.bool_]) -> None:
+        """Writes the states of these copies; nothing that it remembers of others changes."""
+        raise NotImplementedError
+
+    def judge(self, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Rewards of the actions just done, and which episodes have come to their end. Called after look()."""
+        raise NotImplementedError
+
+    def tell(self) -> dict[str, NDArray[Any]]:
+        """What `info` holds: an array for each word."""
+        return {}
+
+    def expert(self) -> NDArray[np.float32]:
+        """Actions of somebody who knows how, (n, action_size): from the states as they are now."""
+        raise NotImplementedError
+
+    # --- Gymnasium ---
+
+    def reset(self, *, seed: int | list[int | None] | None = None,
+              options: dict[str, Any] | None = None) -> tuple[NDArray[Any], dict[str, Any]]:
+        """Begins all episodes anew, or those of options["reset_mask"]. An int seeds copy i with seed + i."""
+        seeds = seed if isinstance(seed, (list, tuple)) else [None if seed is None else seed + i for i in range(self.num_envs)]
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"seed must be a number or a list of {self.num_envs}")
+        mask = (options or {}).get("reset_mask", np.ones(self.num_envs, bool))
+        for row in np.flatnonzero(mask):
+            if seeds[row] is not None:
+                self._random[row] = np.random.default_rng(seeds[row])
+        self.reset_rows(np.flatnonzero(mask))
+        return self._observed(), self._told()
+
+    def reset_rows(self, rows: NDArray[np.int64], random: np.random.Generator | None = None) -> None:
+        """New episodes of these copies, from their own random numbers or these."""
+        for row in rows:
+            self.sessions[row].restore(self._start[row])
+            self.begin(int(row), self._random[row] if random is None else random)
+        self._elapsed[rows] = 0
+        self._ended[rows] = False
+        self.look(self._states, np.isin(np.arange(self.num_envs), rows))
+
+    def step(self, actions: Any) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """One action of every copy, (n, action_size): observations, rewards, terminated, truncated, infos."""
+        anew = np.flatnonzero(self._ended)
+        plays = ~self._ended
+        rewards, terminated, truncated, failures = self.act(actions, plays)
+        if anew.size:
+            self.reset_rows(anew)
+        told = self._told()
+        if failures:
+            told["error"] = np.array([failures.get(i, "") for i in range(self.num_envs)], object)
+            told["_error"] = told["error"] != ""
+        if self.render_mode == "human":
+            self._show()
+        return self._observed(), rewards, terminated, truncated, told
+
+    def act(self, actions: Any, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[int, str]]:
+        """One action of the copies that play: rewards, terminated, truncated, and what the engine refused."""
+        given = np.asarray(actions, np.float64)
+        if given.shape != (self.num_envs, self.action_size):
+            raise ValueError(f"actions must be of shape {(self.num_envs, self.action_size)}, not {given.shape}")
+        if not np.isfinite(given).all():
+            raise ValueError("actions must be finite")
+        failures = self.batch.turn(self.steps, takes=plays, **self.control(np.clip(given, -1, 1), plays))
+        self._elapsed += plays
+        self.look(self._states, plays)
+        rewards, terminated = self.judge(plays)
+        rewards, terminated = np.where(plays, rewards, 0.0), terminated & plays
+        failed = np.isin(np.arange(self.num_envs), list(failures))
+        truncated = ((self._elapsed >= self.horizon_now) | failed) & plays & ~terminated
+        self._ended = terminated | truncated
+        return rewards, terminated, truncated, failures
+
+    def _observed(self) -> NDArray[Any]:
+        if not self.pixels:
+            return np.clip(self._states, -10, 10)
+        return np.stack([self.picture(i, self.size, self.size) for i in range(self.num_envs)])
+
+    def _told(self) -> dict[str, Any]:
+        told: dict[str, Any] = {}
+        for word, values in self.tell().items():
+            told[word], told["_" + word] = values.copy(), np.ones(self.num_envs, bool)
+        return told
+
+    def picture(self, row: int, width: int, height: int) -> NDArray[np.uint8]:
+        """A picture of a copy: (height, width, 3)."""
+        picture, depth = self.sessions[row].render(width, height, camera=self._camera, depth=True)
+        paint(picture, depth, self.marked(row), self._camera)
+        blade = self.blade(row)
+        if blade is not None:
+            places = blade[0] + np.linspace(0, 1, 4 * height)[:, None] * (blade[1] - blade[0])
+            paint(picture, depth, places, self._camera, STEEL)
+        return picture
+
+    def marked(self, row: int) -> NDArray[np.float64]:
+        """Places (k, 3), metres, that pictures of a copy show as dots."""
+        return np.zeros((0, 3))
+
+    def blade(self, row: int) -> NDArray[np.float64] | None:
+        """Base and tip (2, 3), metres, of a blade that pictures of a copy show; None: the scene's own tools are all."""
+        return None
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Pictures of all copies, 480 x 360, where render_mode is "rgb_array"."""
+        if self.render_mode != "rgb_array":
+            return None
+        return tuple(self.picture(i, 480, 360) for i in range(self.num_envs))
+
+    def _show(self) -> None:
+        from ._window import Window
+
+        if self._window is None:
+            self._window = Window(480, 360, self.metadata["render_fps"])
+        self._window.show(self.picture(0, 480, 360))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Frees all sessions."""
+        if self._window is not None:
+            self._window.close()
+        for session in self.sessions:
+            session.close()

@@ -1,0 +1,178 @@
+"""Tasks: Gymnasium's own checks, seeds, experts against random actions, and what came out against the body's arrays."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import kerf
+
+gymnasium = pytest.importorskip("gymnasium")
+
+import kerf.gym  # noqa: E402
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+from kerf.gym._pieces import covers, pieces_of  # noqa: E402
+
+TASKS = sorted(kerf.gym.TASKS)
+
+
+def play(envs, act, seed, most=10_000):
+    """Returns of one episode of each copy, and whether it was solved."""
+    observation, _ = envs.reset(seed=seed)
+    n = envs.num_envs
+    total, success, done = np.zeros(n), np.zeros(n, bool), np.zeros(n, bool)
+    for _ in range(most):
+        observation, reward, terminated, truncated, info = envs.step(act(observation))
+        assert np.isfinite(observation).all() and np.isfinite(reward).all()
+        total += np.where(done, 0, reward)
+        over = (terminated | truncated) & ~done
+        success[over] = info["is_success"][over]
+        done |= over
+        if done.all():
+            return total, success
+    raise AssertionError("an episode does not end")
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_passes_gymnasiums_check(name):
+    env = gymnasium.make(name, render_mode="rgb_array")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", message=".*Box observation space.*")
+        check_env(env.unwrapped, skip_close_check=True)
+    env.close()
+    assert env.unwrapped.session.closed
+
+
+@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize("observations", ["state", "pixels"])
+def test_seeds_reproduce_to_the_bit(name, observations):
+    seen = []
+    for _ in range(2):
+        env = gymnasium.make(name, observations=observations, randomise=True).unwrapped
+        random = np.random.default_rng(4)
+        rows = [env.reset(seed=11)[0]]
+        for _ in range(12):
+            observation, reward, *_ = env.step(random.uniform(-1, 1, env.action_space.shape))
+            rows += [observation, np.float64(reward)]
+        seen.append((b"".join(np.ascontiguousarray(row).tobytes() for row in rows), env.session.hash))
+        other, _ = env.reset(seed=12)
+        assert (other != rows[0]).any() or observations == "pixels"
+        env.close()
+    assert seen[0] == seen[1]
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_the_expert_solves_what_chance_does_not(name):
+    envs = kerf.gym.make_vec(name, 6)
+    skilled, solved = play(envs, lambda _: envs.expert(), seed=21)
+    random = np.random.default_rng(8)
+    lucky, _ = play(envs, lambda _: random.uniform(-1, 1, envs.action_space.shape), seed=21)
+    print(f"\n{name}: expert {skilled.mean():.2f}, chance {lucky.mean():.2f}")
+    assert solved.mean() >= 0.8
+    assert skilled.mean() > lucky.mean() + 3 * lucky.std()
+    for session in envs.sessions:
+        session.validate()
+    envs.close()
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_many_are_what_one_is(name):
+    envs = kerf.gym.make_vec(name, 3, threads=2)
+    seen, _ = envs.reset(seed=[5, 6, 7])
+    one = gymnasium.make(name).unwrapped
+    alone, _ = one.reset(seed=6)
+    # A task of one takes Gymnasium's generator of the seed, as the copies do.
+    assert alone == pytest.approx(seen[1], abs=1e-6)
+    random = np.random.default_rng(3)
+    for _ in range(8):
+        actions = random.uniform(-1, 1, envs.action_space.shape).astype(np.float32)
+        seen, rewards, *_ = envs.step(actions)
+        alone, reward, *_ = one.step(actions[1])
+        assert alone == pytest.approx(seen[1], abs=1e-4)
+        assert reward == pytest.approx(rewards[1], abs=1e-4)
+    one.close()
+    envs.close()
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_copies_begin_anew_by_themselves(name):
+    envs = kerf.gym.make_vec(name, 2, max_episode_steps=3)
+    envs.reset(seed=1)
+    still = np.zeros(envs.action_space.shape, np.float32)
+    for turn in range(8):
+        _, rewards, terminated, truncated, _ = envs.step(still)
+        assert not terminated.any()
+        assert truncated.all() == (turn % 4 == 2)  # three actions, and one that begins anew
+        assert (rewards == 0).all() or turn % 4 != 3
+    envs.close()
+
+
+def test_one_copy_is_reset_alone():
+    envs = kerf.gym.make_vec(TASKS[0], 2)
+    envs.reset(seed=1)
+    first, *_ = envs.step(np.full(envs.action_space.shape, 0.5))
+    seen, _ = envs.reset(options={"reset_mask": np.array([False, True])})
+    assert seen[0] == pytest.approx(first[0]) and (seen[1] != first[1]).any()
+    envs.close()
+
+
+@pytest.mark.parametrize("wrong", [{"num_envs": 0}, {"num_envs": 1, "observations": "smell"}, {"num_envs": 1, "render_mode": "ascii"}])
+def test_options_that_are_none_are_refused(wrong):
+    with pytest.raises(ValueError):
+        kerf.gym.make_vec(TASKS[0], **wrong)
+
+
+def test_actions_that_are_none_are_refused():
+    envs = kerf.gym.make_vec(TASKS[0], 2)
+    envs.reset(seed=0)
+    for wrong in (np.zeros(3), np.full(envs.action_space.shape, np.nan), np.zeros((2, 9))):
+        with pytest.raises(ValueError):
+            envs.step(wrong)
+    with pytest.raises(ValueError, match="Kerf/PatternCut"):
+        kerf.gym.make_vec("Kerf/Juggle", 1)
+    envs.close()
+
+
+def test_gymnasium_makes_them():
+    assert gymnasium.make("Kerf/PatternCut-v0").unwrapped.session.counts["pieces"] == 1
+    envs = gymnasium.make_vec("Kerf/PatternCut-v0", num_envs=2, vectorization_mode="vector_entry_point")
+    assert isinstance(envs.unwrapped, kerf.gym.PatternCut) and envs.num_envs == 2
+    envs.close()
+
+
+def test_pieces_by_hand():
+    triangles = np.array([[0, 1, 2], [1, 2, 3], [4, 5, 6], [6, 7, 8]], np.int32)
+    assert len(set(pieces_of(triangles, 9))) == 2
+    assert pieces_of(triangles, 9)[0] == pieces_of(triangles, 9)[1] != pieces_of(triangles, 9)[2] == pieces_of(triangles, 9)[3]
+    square = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], float)
+    points = np.random.default_rng(1).uniform(-1, 2, (2000, 2))
+    assert (covers(square, points) == ((points >= 0) & (points <= 1)).all(axis=1)).all()
+    assert not covers(square[:0], points).any()
+
+
+def test_what_is_cut_out_is_what_was_marked():
+    """The area of the piece that lies apart, against the area inside of the curve (shoelace)."""
+    solved = 0
+    for seed in range(40, 44):
+        one = gymnasium.make("Kerf/PatternCut-v0").unwrapped
+        one.reset(seed=seed)
+        for _ in range(one.tasks.horizon):
+            _, _, terminated, truncated, info = one.step(one.expert())
+            if terminated or truncated:
+                break
+        if not terminated:
+            continue
+        session, curve = one.session, one.tasks.curve[0, :, :2]
+        x, y = curve.T
+        marked = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+        corners = session.collision_rest_positions[:, :2][session.collision_triangles]
+        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+        piece = pieces_of(session.collision_triangles, len(session.collision_rest_positions))
+        areas = sorted(area[piece == number].sum() for number in np.unique(piece))
+        assert areas[-2] == pytest.approx(marked, rel=0.04)
+        assert info["overlap"] > 0.95
+        solved += 1
+        one.close()
+    assert solved >= 3

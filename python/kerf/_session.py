@@ -8,12 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 from . import _arguments, _core
 from ._camera import Camera
+
+from . import _arguments, _core, _surfaces
 from ._error import naming_keys
 from ._records import Records
 from ._scene import command_of, source_of, utf8
 
 if TYPE_CHECKING:  # `import kerf` goes without NumPy
+    import meshio
     import numpy as np
+    import pyvista
+    import trimesh
     from numpy.typing import ArrayLike, NDArray
 
     Path = str | os.PathLike[str]
@@ -218,6 +223,27 @@ class Session(_core.Session):
 
     def _view(self, name: str, rows: NDArray[np.uint8]) -> NDArray[np.void]:
         return self._records.view(name, rows)
+
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """The surface that is drawn, as it is: a copy as a trimesh.Trimesh, metres.
+
+        Vertices and faces keep their numbers. face_attributes["wall"]: (m,) bool, as in `walls`. ImportError: trimesh is not installed.
+        """
+        return _surfaces.to_trimesh(self)
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """The surface that is drawn, as it is: a copy as a pyvista.PolyData, metres.
+
+        Points and faces keep their numbers. cell_data["wall"]: (m,) uint8, 1 on walls of cuts. ImportError: pyvista is not installed.
+        """
+        return _surfaces.to_pyvista(self)
+
+    def to_meshio(self) -> meshio.Mesh:
+        """The surface that is drawn, as it is: a copy as a meshio.Mesh of one block of triangles, metres.
+
+        Points and triangles keep their numbers. cell_data["wall"][0]: (m,) uint8, 1 on walls of cuts. ImportError: meshio is not installed.
+        """
+        return _surfaces.to_meshio(self)
 
     def close(self) -> None:
         """Frees the session now; all else then raises kerf.Error. Arrays that came from it stay."""

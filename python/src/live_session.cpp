@@ -171,7 +171,7 @@ void LiveSession::close() {
   Use session(*this);
   // Closed at once for who asks meanwhile; what a large body holds takes a while to free.
   std::optional<Session> dying = std::exchange(session_, std::nullopt);
-  for (KeptArray* array : {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &uvs_,
+  for (KeptArray* array : {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &walls_, &uvs_,
                            &collision_positions_, &collision_rest_, &collision_triangles_, &nodes_, &node_velocities_,
                            &hexahedra_, &contacts_, &tools_, &grasps_})
     array->forget();
@@ -432,6 +432,15 @@ nb::object LiveSession::triangles() {
   Use session(*this);
   return triangles_.get(session->topology_version(), [&] {
     return triangles_of(unlocked([&] { return session->body().complex.visual.origin.raw(); }));
+  });
+}
+nb::object LiveSession::walls() {
+  Use session(*this);
+  return walls_.get(session->topology_version(), [&] {
+    std::vector<std::uint8_t> walls;
+    for (const Patch patch : session->body().complex.visual.patch.raw()) walls.push_back(patch.is_wall() ? 1 : 0);
+    const std::size_t rows = walls.size();
+    return read_only_array<bool>(std::move(walls), {rows});
   });
 }
 nb::object LiveSession::uvs() {

@@ -99,6 +99,7 @@ class LiveSession {
   nanobind::object normals();
   nanobind::object rest_positions();
   nanobind::object triangles();
+  nanobind::object walls();
   nanobind::object uvs();
   nanobind::object collision_positions();
   nanobind::object collision_rest_positions();
@@ -146,8 +147,8 @@ class LiveSession {
   SessionStep last_step_;
   BodyCounts at_start_;
   double prepare_seconds_ = 0;
-  KeptArray positions_, velocities_, normals_, rest_positions_, triangles_, uvs_, collision_positions_, collision_rest_,
-      collision_triangles_, nodes_, node_velocities_, hexahedra_, contacts_, tools_, grasps_;
+  KeptArray positions_, velocities_, normals_, rest_positions_, triangles_, walls_, uvs_, collision_positions_,
+      collision_rest_, collision_triangles_, nodes_, node_velocities_, hexahedra_, contacts_, tools_, grasps_;
 };
 
 }  // namespace kerf::python

@@ -331,6 +331,9 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
       .def_prop_ro("triangles", &LiveSession::triangles,
                    nb::for_getter(nb::sig("def triangles(self) -> numpy.typing.NDArray[numpy.int32]")),
                    "Visual vertices of each triangle: (m, 3), int32.")
+      .def_prop_ro("walls", &LiveSession::walls,
+                   nb::for_getter(nb::sig("def walls(self) -> numpy.typing.NDArray[numpy.bool_]")),
+                   "Is this triangle of a wall that a cut made, not of the skin? (m,), bool.")
       .def_prop_ro("uvs", &LiveSession::uvs,
                    nb::for_getter(nb::sig("def uvs(self) -> numpy.typing.NDArray[numpy.float32]")),
                    "Texture coordinates of each corner of each triangle: (m, 3, 2), float32.")

@@ -10,7 +10,7 @@ import kerf
 ACROSS = [[[0, -0.10, 0.05], [0, -0.10, -0.05]], [[0, 0.12, 0.05], [0, 0.12, -0.05]]]
 ARRAYS = {
     "positions": np.float64, "velocities": np.float64, "normals": np.float32, "rest_positions": np.float64, "triangles": np.int32,
-    "uvs": np.float32, "collision_positions": np.float64, "collision_rest_positions": np.float64, "collision_triangles": np.int32,
+    "walls": np.bool_, "uvs": np.float32, "collision_positions": np.float64, "collision_rest_positions": np.float64, "collision_triangles": np.int32,
     "nodes": np.float64, "node_velocities": np.float64, "hexahedra": np.int32,
 }
 

@@ -26,7 +26,8 @@ def test_types_are_shipped():
             continue
         value = getattr(session, name)
         if isinstance(value, np.ndarray) and not value.dtype.names:
-            assert told[f"Session.{name}"].endswith(f"NDArray[numpy.{value.dtype}]"), name
+            dtype = "bool_" if value.dtype == bool else value.dtype  # NumPy 1 has no numpy.bool
+            assert told[f"Session.{name}"].endswith(f"NDArray[numpy.{dtype}]"), name
         elif not callable(value):
             words = told[f"Session.{name}"].replace("None", "NoneType").split(" | ")
             assert type(value).__name__ in [word.split("[")[0] for word in words], name

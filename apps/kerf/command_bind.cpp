@@ -31,16 +31,6 @@ bool is_model(const BindOptions& options) {
   return std::any_of(names.begin(), names.end(), [&](const ModelName& m) { return m.name == options.visual.string(); });
 }
 
-/// What the person said, else what the model knows of itself.
-BodyNature nature_of(const BindOptions& options, const SceneBodyLoaded& loaded) {
-  BodyNature nature{options.young, options.poisson, options.density, loaded.lattice};
-  if (!is_model(options)) return nature;
-  nature.young = nature.young.value_or(loaded.young);
-  nature.poisson = nature.poisson.value_or(loaded.poisson);
-  nature.density = nature.density.value_or(loaded.density);
-  return nature;
-}
-
 Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<Midsurface>& made) {
   SceneBody body;
   if (is_model(options)) body.model = options.visual.string();
@@ -67,7 +57,8 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
   if (made && !made->collision.triangles.empty() && !options.write_collision.empty())
     KERF_TRY(save_collision(options.write_collision, made->collision));
   if (!loaded.ok()) return loaded;
-  KERF_TRY(save_bound_body(loaded->bound, options.out, nature_of(options, *loaded)));
+  const BodyNature said{options.young, options.poisson, options.density, {}};
+  KERF_TRY(save_bound_body(loaded->bound, options.out, nature_to_keep(body, *loaded, said)));
   return loaded;
 }
 

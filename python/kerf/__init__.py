@@ -9,12 +9,15 @@
     session.punch([0.03, 0, 0], 0.01, frame="rest")
     session.step(100)
     print(session.counts, session.positions.shape)
+
+Meshes of one's own: kerf.Session(kerf.bind(vertices, triangles)).
 """
 
 from . import _machine
 
 _machine.check()
 
+from ._body import Body, bind, load  # noqa: E402
 from ._core import Snapshot, Stroke  # noqa: E402
 from ._batch import Batch  # noqa: E402
 from ._camera import Camera  # noqa: E402
@@ -22,7 +25,7 @@ from ._error import Error  # noqa: E402
 from ._scene import models, scenes  # noqa: E402
 from ._session import Session  # noqa: E402
 
-__all__ = ["Batch", "Camera", "Error", "Session", "Snapshot", "Stroke", "models", "scenes"]
+__all__ = ["Batch", "Body", "Camera", "Error", "Session", "Snapshot", "Stroke", "bind", "load", "models", "scenes"]
 
 
 def __getattr__(name):

@@ -77,3 +77,33 @@ def timed(poses, times):
     if moments.shape != (len(edges),):
         raise ValueError(f"times must be one number for each of {len(edges)} poses, not an array of shape {moments.shape}")
     return [{"time": time, "base": base, "tip": tip} for time, (base, tip) in zip(moments.tolist(), edges.tolist(), strict=True)]
+
+
+def table(given, name, what):
+    """Rows of three finite numbers: an array of shape (n, 3)."""
+    array = _numbers(given, name, what)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
+    return array
+
+
+def corners(given, name, count):
+    """Numbers of three of `count` vertices in each row: an array of shape (m, 3), int32."""
+    import numpy as np
+
+    what = "an array of shape (m, 3): numbers of three vertices each, from 0"
+    try:
+        array = np.asarray(given)
+    except ValueError:
+        raise ValueError(f"{name} must be {what}; its rows differ in length") from None
+    if array.size == 0:
+        raise ValueError(f"{name} is empty: there is no surface")
+    if array.dtype.kind not in "iu":
+        raise TypeError(f"{name} must be whole numbers, not of type {array.dtype if array.dtype != object else type(given).__name__}")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
+    wrong = np.argwhere((array < 0) | (array >= min(count, 2**31 - 1)))
+    if len(wrong):
+        row, column = wrong[0]
+        raise ValueError(f"{name}[{row}] has the vertex {array[row, column]}, but there are {count} vertices, numbered from 0")
+    return np.array(array, dtype=np.int32, order="C")

@@ -1,6 +1,9 @@
 """The package's exception."""
 
+from __future__ import annotations
+
 import re
+from typing import Any
 
 _PLACE = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): ")
 
@@ -11,6 +14,7 @@ class Error(Exception):
     file, line: where the trouble is, as far as it is in a file, else None (of the first problem when there are several).
     key: what that line of a scene or command sets, with its table ("simulation.time_step"), else None.
     kind: "bad input" or "failed".
+    diagnosis: of kerf.bind(): how the collision mesh was judged that it tried to make (as Body.diagnosis), else None.
     """
 
     def __init__(self, message: str, kind: str = "bad input") -> None:
@@ -20,6 +24,7 @@ class Error(Exception):
         self.file: str | None = place["file"] if place else None
         self.line: int | None = int(place["line"]) if place else None
         self.key: str | None = None
+        self.diagnosis: dict[str, Any] | None = None
 
 
 _HEADER = re.compile(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(?:#.*)?$")

@@ -21,14 +21,43 @@ def models() -> list[str]:
 
 
 def source_of(scene):
-    """(text, name for messages, folder that relative files start in) of a path, a name, a text or a dict."""
+    """(text, name for messages, folder that relative files start in, bodies by the names that they have in the text) of what is a scene."""
+    if isinstance(scene, _core.Body):
+        name = _name_of_body(1)
+        return scene._scene_text(name), "scene", "", {name: scene}
+    if isinstance(scene, dict):
+        plain, bodies = _without_bodies(scene)
+        return toml_of(plain), "scene", "", bodies
+    return *_of_text(scene), {}
+
+
+def _of_text(scene):
     if isinstance(scene, os.PathLike):
         return _of_file(Path(os.fsdecode(scene)))
     if isinstance(scene, str):
         return _of_words(scene)
-    if isinstance(scene, dict):
-        return toml_of(scene), "scene", ""
-    raise TypeError(f"a scene is a path, a name, a text in TOML or a dict, not {type(scene).__name__}")
+    raise TypeError(f"a scene is a path, a name, a text in TOML, a dict or a kerf.Body, not {type(scene).__name__}")
+
+
+def _name_of_body(number):
+    return f"<kerf.Body {number}>"
+
+
+def _without_bodies(scene):
+    """The scene with a name for each kerf.Body that is `bound` in its body or bodies, and these."""
+    found = scene.get("body")
+    several = isinstance(found, (list, tuple))
+    names = {}
+
+    def plain(table):
+        if not isinstance(table, dict) or not isinstance(table.get("bound"), _core.Body):
+            return table
+        name = _name_of_body(len(names) + 1)
+        names[name] = table["bound"]
+        return {**table, "bound": name}
+
+    body = [plain(table) for table in found] if several else plain(found)
+    return ({**scene, "body": body} if names else scene), names
 
 
 def utf8(text):
@@ -147,4 +176,6 @@ def _value(value, depth=0):
         plain = value.tolist()
         if plain is not value:
             return _value(plain, depth + 1)
+    if isinstance(value, _core.Body):
+        raise TypeError('a kerf.Body stands in a scene as {"body": {"bound": body}}, nowhere else')
     raise TypeError(f"a scene holds numbers, words, lists and dicts, not {type(value).__name__}")

@@ -30,6 +30,7 @@ class Session(_core.Session):
 
     scene: the name of a shipped scene (kerf.scenes()) or of a model (kerf.models()), a path to a scene file or to a body
     saved by `kerf bind`, a text in TOML, or a dict with the same keys. A file of that name goes before a shipped scene.
+    Or a kerf.Body, which hangs by its far rim; in a dict it is what is bound: {"body": {"bound": body}}.
     meshes: folders where mesh files are looked for that are not beside the scene.
     kerf.Error: the scene or a mesh can't be used. TypeError: scene is something else.
 
@@ -38,12 +39,12 @@ class Session(_core.Session):
     caller's own.
     """
 
-    def __init__(self, scene: Path | dict[str, Any], *, meshes: Path | Iterable[Path] = ()) -> None:
-        text, name, folder = source_of(scene)
+    def __init__(self, scene: Path | dict[str, Any] | _core.Body, *, meshes: Path | Iterable[Path] = ()) -> None:
+        text, name, folder, bodies = source_of(scene)
         if isinstance(meshes, (str, os.PathLike)):
             meshes = [meshes]
         with naming_keys(text, name):
-            super().__init__(utf8(text), utf8(name), utf8(folder), [utf8(os.fsdecode(path)) for path in meshes])
+            super().__init__(utf8(text), utf8(name), utf8(folder), [utf8(os.fsdecode(path)) for path in meshes], bodies)
         self._records = Records()
 
     def cut(self, poses: ArrayLike, frame: str = "rest", through: bool = False) -> bool:
@@ -227,7 +228,7 @@ class Session(_core.Session):
     def to_trimesh(self) -> trimesh.Trimesh:
         """The surface that is drawn, as it is: a copy as a trimesh.Trimesh, metres.
 
-        Vertices and faces keep their numbers. face_attributes["wall"]: (m,) bool, as in `walls`. ImportError: trimesh is not installed.
+        Vertices and faces keep their numbers. face_attributes["wall"]: (m,) uint8, 1 on walls of cuts. ImportError: trimesh is not installed.
         """
         return _surfaces.to_trimesh(self)
 

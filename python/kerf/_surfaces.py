@@ -11,10 +11,10 @@ def _package(name):
 
 
 def _parts(session):
-    """Copies of vertices and triangles, whoever writes to them, and which triangles are walls."""
+    """Vertices, triangles, and 1 for triangles of walls: copies, whoever writes to them."""
     import numpy as np
 
-    return session.positions.copy(), session.triangles.astype(np.int64), session.walls.copy()
+    return session.positions.copy(), session.triangles.astype(np.int64), session.walls.astype(np.uint8)  # PLY files have no bool
 
 
 def to_trimesh(session):
@@ -30,13 +30,11 @@ def to_pyvista(session):
     vertices, triangles, walls = _parts(session)
     faces = np.column_stack([np.full(len(triangles), 3, triangles.dtype), triangles])
     surface = pyvista.PolyData(vertices, faces.ravel())
-    surface.cell_data["wall"] = walls.view(np.uint8)
+    surface.cell_data["wall"] = walls
     return surface
 
 
 def to_meshio(session):
-    import numpy as np
-
     meshio = _package("meshio")
     vertices, triangles, walls = _parts(session)
-    return meshio.Mesh(vertices, [("triangle", triangles)], cell_data={"wall": [walls.view(np.uint8)]})
+    return meshio.Mesh(vertices, [("triangle", triangles)], cell_data={"wall": [walls]})

@@ -1,5 +1,7 @@
 #include "live_session.h"
 
+#include <nanobind/stl/string.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -15,6 +17,7 @@
 #include "kerf/record/run_report.h"
 #include "kerf/scene/scene_file.h"
 #include "kerf/session/material_places.h"
+#include "memory_body.h"
 #include "state_records.h"
 
 namespace nb = nanobind;
@@ -100,15 +103,17 @@ class LiveSession::Use {
 };
 
 LiveSession::LiveSession(const std::string& text, const std::string& name, const std::string& folder,
-                         const std::vector<std::string>& meshes)
+                         const std::vector<std::string>& meshes, const nb::dict& bodies)
     : number_(next_number()) {
+  SceneFolders folders{std::filesystem::path(folder)};
+  folders.meshes.assign(meshes.begin(), meshes.end());
+  for (const auto [word, body] : bodies)
+    folders.bodies[nb::cast<std::string>(word)] = nb::cast<const MemoryBody&>(body).loaded();
   Interrupts interrupts;
   std::optional<Error> error;
   {
     const nb::gil_scoped_release release;
     Stopwatch watch;
-    SceneFolders folders{std::filesystem::path(folder)};
-    folders.meshes.assign(meshes.begin(), meshes.end());
     auto scene = parse_scene(text, name, folders);
     if (!scene) {
       error = scene.error();

@@ -41,9 +41,10 @@ struct SessionTurn {
 
 class LiveSession {
  public:
-  /// From the text of a scene; files that it names are looked for in `folder`, then in `meshes`. `name` stands for it in messages.
+  /// From the text of a scene; files that it names are looked for in `folder`, then in `meshes`. `name` stands for it in messages. bodies:
+  /// MemoryBody of each name that stands for one in the scene.
   LiveSession(const std::string& text, const std::string& name, const std::string& folder,
-              const std::vector<std::string>& meshes);
+              const std::vector<std::string>& meshes, const nanobind::dict& bodies);
 
   void step(std::int64_t n);
   void undo();

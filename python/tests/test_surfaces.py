@@ -35,8 +35,8 @@ def test_walls_are_what_a_cut_adds(parted):
     pytest.importorskip("trimesh")
     whole = kerf.Session({"body": {"model": "steak"}}).to_trimesh()
     mesh = parted.to_trimesh()
-    walls = mesh.face_attributes["wall"]
-    assert walls.dtype == bool and (walls == parted.walls).all() and 0 < walls.sum() < len(walls)
+    walls = mesh.face_attributes["wall"] == 1
+    assert (walls == parted.walls).all() and 0 < walls.sum() < len(walls)
     skin = mesh.area_faces[~walls].sum()
     assert skin == pytest.approx(whole.area, rel=0.01)
     # Both sides of a plane x = 0: they face each other, and are as large.
@@ -68,6 +68,15 @@ def test_meshio_writes_and_reads_it(parted, tmp_path):
     parted.to_meshio().write(tmp_path / "steak.vtu")
     back = meshio.read(tmp_path / "steak.vtu")
     assert (back.points == parted.positions).all() and (back.cell_data["wall"][0] == parted.walls).all()
+
+
+@pytest.mark.parametrize("ending", ["ply", "obj", "stl", "off", "glb"])
+def test_trimesh_writes_it(parted, tmp_path, ending):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = parted.to_trimesh()
+    mesh.export(tmp_path / f"steak.{ending}")
+    back = trimesh.load_mesh(tmp_path / f"steak.{ending}")
+    assert back.area == pytest.approx(mesh.area, rel=1e-5) and len(back.faces) == len(mesh.faces)
 
 
 @pytest.mark.parametrize("name", PACKAGES)

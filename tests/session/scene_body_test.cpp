@@ -9,6 +9,9 @@
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/binding/validate_binding.h"
 #include "kerf/mesh/mesh_file.h"
+#include "kerf/mesh/whole_file.h"
+#include "kerf/scene/body_scene.h"
+#include "kerf/scene/scene_file.h"
 
 namespace kerf::scene_body_test {
 namespace {
@@ -120,6 +123,63 @@ TEST_F(SceneBodyTest, ABoundBodyComesBack) {
   const Result<SceneBodyLoaded> loaded = load_scene_body(again);
   ASSERT_TRUE(loaded.ok()) << loaded.error().message;
   EXPECT_EQ(loaded->bound.complex.visual.rest.raw(), made->bound.complex.visual.rest.raw());
+}
+
+// Surfaces that a program has give the body of the files with the same numbers, to the bit; messages have the names that were given.
+TEST_F(SceneBodyTest, SurfacesInMemoryStandForFiles) {
+  write_sheet();
+  const Result<Model> model = make_model("sheet", {});
+  ASSERT_TRUE(model.ok());
+  SurfacesInMemory given;
+  given.visual = model->visual;
+  given.collision = model->collision;
+  SceneBody body;
+  body.visual = "skin";
+  body.collision = "middle";
+  body.scale = 0.5;
+  EXPECT_THAT(load_scene_body(body, {}, nullptr, given).error().message, HasSubstr("skin is an open surface"));
+  body.thickness = 0.05;
+  const Result<SceneBodyLoaded> loaded = load_scene_body(body, {}, nullptr, given);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  body.visual = file("visual.obj");
+  body.collision = file("collision.obj");
+  const Result<SceneBodyLoaded> read = load_scene_body(body);
+  ASSERT_TRUE(read.ok());
+  ASSERT_TRUE(save_bound_body(loaded->bound, file("memory.kerf"), nature_to_keep(body, *loaded, {})).ok());
+  ASSERT_TRUE(save_bound_body(read->bound, file("files.kerf")).ok());
+  const auto bytes = [](const std::string& path) { return std::string(read_whole_file(path, kNamedFile)->view()); };
+  EXPECT_EQ(bytes(file("memory.kerf")), bytes(file("files.kerf")));
+  given.collision->triangles.push_back({VertexId(0), VertexId(1), VertexId(1000000)});
+  body.collision = "middle";
+  EXPECT_THAT(load_scene_body(body, {}, nullptr, given).error().message, HasSubstr("middle"));
+}
+
+// A body that a program has is what a scene finds under its name: no file of that name is looked for, and the bits are those of its file.
+TEST_F(SceneBodyTest, ABodyInMemoryStandsInAScene) {
+  SceneBody body;
+  body.model = "steak";
+  const Result<SceneBodyLoaded> made = load_scene_body(body);
+  ASSERT_TRUE(made.ok());
+  BodyNature said;
+  said.young = 7e4;
+  const BodyNature nature = nature_to_keep(body, *made, said);
+  ASSERT_TRUE(save_bound_body(made->bound, file("steak.kerf"), nature).ok());
+  SceneFolders folders(folder_);
+  folders.bodies["mine"] = std::make_shared<const SceneBodyLoaded>(with_nature(made->bound, nature));
+  const auto hash_of = [&](const std::string& text) {
+    auto scene = parse_scene(text, "scene", folders);
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    auto session = Session::create(*scene);
+    EXPECT_TRUE(session.ok()) << session.error().message;
+    for (int i = 0; i < 5; ++i) EXPECT_TRUE(session->step().ok());
+    return session->hash();
+  };
+  const std::string text = body_scene_text("steak", "mine", made->bound.complex);
+  EXPECT_EQ(hash_of(text), hash_of(*scene_text_in(file("steak.kerf"))));
+  EXPECT_EQ(hash_of("[[body]]\nbound = \"mine\"\n[[body]]\nbound = \"mine\"\nposition = [0, 0, 0.1]\n"),
+            hash_of("[[body]]\nbound = \"mine\"\n[[body]]\nbound = \"steak.kerf\"\nposition = [0, 0, 0.1]\n"));
+  EXPECT_THAT(parse_scene("body.bound = \"other\"", "scene", folders).error().message, HasSubstr("no file \"other\""));
+  EXPECT_THAT(parse_scene("[body]\nbound = \"mine\"\nscale = 2", "scene", folders).error().message, HasSubstr("scale"));
 }
 
 TEST_F(SceneBodyTest, AClosedMeshAloneIsEnough) {

@@ -43,13 +43,16 @@ Result<std::string> scene_text_in(const std::filesystem::path& file) {
 Result<std::string> body_scene_text(const std::string& title, const std::filesystem::path& bound_body) {
   const auto body = load_bound_body(bound_body);
   if (!body) return body.error();
+  return body_scene_text(title, bound_body.filename().string(), body->complex);
+}
+
+std::string body_scene_text(const std::string& title, const std::string& name, const CellComplex& body) {
   double least = HUGE_VAL, most = -HUGE_VAL;
-  for (const Vec3 p : body->complex.collision.rest.raw()) {
+  for (const Vec3 p : body.collision.rest.raw()) {
     least = std::min(least, p.y);
     most = std::max(most, p.y);
   }
-  return fmt::format("title = {}\n[body]\nbound = {}\n", quoted(title), quoted(bound_body.filename().string())) +
-         far_rim_text(least, most);
+  return fmt::format("title = {}\n[body]\nbound = {}\n", quoted(title), quoted(name)) + far_rim_text(least, most);
 }
 
 }  // namespace kerf

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -53,17 +54,20 @@ struct SceneBodyMaterial {
   std::optional<double> density;  ///< kg/m3
 };
 
+struct SceneBodyLoaded;  // scene_body.h
+
 /// Where a body comes from: exactly one of `model`, `visual` and `bound` is not empty.
 struct SceneBody {
-  std::string name;                 ///< for messages
-  std::string model;                ///< a generator: "sheet", "steak", "meniscus", ...
-  ModelOptions options;             ///< of the generator; make_model checks them
-  std::string visual;               ///< mesh file; resolved, so that it can be opened as it stands
-  std::string collision;            ///< mesh file of the mid-surface; resolved
-  std::string bound;                ///< a body saved by `kerf bind`; resolved
-  double scale = 1;                 ///< metres per unit of the mesh files
-  std::optional<double> thickness;  ///< metres; needed by an open visual sheet, ignored by a closed one
-  bool exact_paths = false;         ///< exact geodesic paths in the pre-processing
+  std::string name;                               ///< for messages
+  std::string model;                              ///< a generator: "sheet", "steak", "meniscus", ...
+  ModelOptions options;                           ///< of the generator; make_model checks them
+  std::string visual;                             ///< mesh file; resolved, so that it can be opened as it stands
+  std::string collision;                          ///< mesh file of the mid-surface; resolved
+  std::string bound;                              ///< a body saved by `kerf bind`; resolved
+  std::shared_ptr<const SceneBodyLoaded> loaded;  ///< one that a program has: it is taken, and `bound` is its name
+  double scale = 1;                               ///< metres per unit of the mesh files
+  std::optional<double> thickness;                ///< metres; needed by an open visual sheet, ignored by a closed one
+  bool exact_paths = false;                       ///< exact geodesic paths in the pre-processing
   int collision_triangles = 0;  ///< wanted of a collision mesh that is made from `visual` alone; 0: as many as it needs
   Vec3 position, rotation;      ///< as in ScenePose; coordinates at rest are those after placing
   SceneBodyMaterial material;   ///< of this body

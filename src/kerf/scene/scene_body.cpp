@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_check.h"
 #include "kerf/mesh/surface_edges.h"
@@ -24,20 +23,20 @@ void add_notes(std::vector<std::string>& notes, const std::string& file, const s
   }
 }
 
-Result<TriangleMesh> read_surface(const std::string& file, double scale, Closedness closedness, double weld_tolerance,
-                                  const Progress& progress, std::vector<std::string>& notes) {
+/// A surface that was given goes before the file.
+Result<TriangleMesh> read_surface(const std::string& file, std::optional<TriangleMesh> given, double scale,
+                                  const SurfaceRequirements& wanted, const Progress& progress,
+                                  std::vector<std::string>& notes) {
   KERF_TRY(progress("read", 0));
-  Result<TriangleMesh> mesh = read_mesh(file);
+  Result<TriangleMesh> mesh = given ? Result<TriangleMesh>(std::move(*given)) : read_mesh(file);
   if (!mesh.ok()) return mesh.error();
   if (scale != 1) {
     for (Vec3& p : mesh->positions) p = scale * p;
   }
   KERF_TRY(progress("check", 0));
-  SurfaceRequirements requirements;
+  SurfaceRequirements requirements = wanted;
   requirements.name = file;
-  requirements.closedness = closedness;
   requirements.bindable = true;
-  requirements.weld_tolerance = weld_tolerance;
   const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
   if (!checked.ok()) return checked.error();
   add_notes(notes, file, checked->repairs);
@@ -114,19 +113,15 @@ Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& 
 }  // namespace
 
 Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress,
-                                        std::optional<Midsurface>* made) {
+                                        std::optional<Midsurface>* made, SurfacesInMemory given) {
+  if (body.loaded) return *body.loaded;
   SceneBodyLoaded out;
   if (!body.bound.empty()) {
     KERF_TRY(progress("load", 0));
     BodyNature nature;
     Result<BoundBody> bound = load_bound_body(body.bound, &nature);
     if (!bound.ok()) return bound.error();
-    out.bound = std::move(*bound);
-    out.young = nature.young.value_or(out.young);
-    out.poisson = nature.poisson.value_or(out.poisson);
-    out.density = nature.density.value_or(out.density);
-    out.lattice = nature.lattice;
-    return out;
+    return with_nature(std::move(*bound), nature);
   }
   TriangleMesh visual, collision;
   BindOptions options;
@@ -148,8 +143,10 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     name = body.model;
   } else {
     // Files that close only when nearly equal corners are one: the automatic mesh needs a closed surface.
-    const double weld = body.collision.empty() ? kWeldTolerance : 0;
-    Result<TriangleMesh> read = read_surface(body.visual, body.scale, Closedness::kAny, weld, progress, out.notes);
+    SurfaceRequirements wanted;
+    wanted.weld_tolerance = body.collision.empty() ? kWeldTolerance : 0;
+    Result<TriangleMesh> read =
+        read_surface(body.visual, std::move(given.visual), body.scale, wanted, progress, out.notes);
     if (!read.ok()) return read.error();
     visual = std::move(*read);
     if (const SurfaceMeasures m = surface_measures(visual); !body.thickness && !m.closed) {
@@ -175,7 +172,9 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
       add_notes(out.notes, name, out.bound.report.warnings);
       return out;
     } else {
-      read = read_surface(body.collision, body.scale, Closedness::kOpen, 0, progress, out.notes);
+      wanted = {};
+      wanted.closedness = Closedness::kOpen;
+      read = read_surface(body.collision, std::move(given.collision), body.scale, wanted, progress, out.notes);
       if (!read.ok()) return read.error();
       collision = std::move(*read);
       name = body.visual + " with " + body.collision;
@@ -191,6 +190,26 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
   out.bound = std::move(*bound);
   add_notes(out.notes, name, out.bound.report.warnings);
   note_unused_thickness(body, out.bound.complex, name, out.notes);
+  return out;
+}
+
+BodyNature nature_to_keep(const SceneBody& body, const SceneBodyLoaded& loaded, const BodyNature& said) {
+  BodyNature nature = said;
+  nature.lattice = loaded.lattice;
+  if (body.model.empty()) return nature;
+  nature.young = said.young.value_or(loaded.young);
+  nature.poisson = said.poisson.value_or(loaded.poisson);
+  nature.density = said.density.value_or(loaded.density);
+  return nature;
+}
+
+SceneBodyLoaded with_nature(BoundBody bound, const BodyNature& nature) {
+  SceneBodyLoaded out;
+  out.bound = std::move(bound);
+  out.young = nature.young.value_or(out.young);
+  out.poisson = nature.poisson.value_or(out.poisson);
+  out.density = nature.density.value_or(out.density);
+  out.lattice = nature.lattice;
   return out;
 }
 

@@ -303,6 +303,10 @@ class SceneReader {
   void get_file(const toml::node& node, std::string_view what, std::string& out) {
     std::string written;
     if (!get(node, what, written)) return;
+    if (folders_.bodies.count(written) > 0) {
+      out = written;
+      return;
+    }
     if (folders_.only && std::find(folders_.only->begin(), folders_.only->end(), written) == folders_.only->end())
       return problem(
           line_of(node),
@@ -516,6 +520,7 @@ class SceneReader {
     read_plain(table, "[body]", scene_keys<SceneBody>(), out);
     if (const toml::table* t = table_at(table, "material"))
       read_plain(*t, "[body.material]", scene_keys<SceneBodyMaterial>(), out.material);
+    if (const auto body = folders_.bodies.find(out.bound); body != folders_.bodies.end()) out.loaded = body->second;
     const bool model = table.contains("model"), visual = table.contains("visual"), bound = table.contains("bound");
     out.line = line_of(table, {"options", "model", "visual", "bound"});
     if (model + visual + bound != 1) {

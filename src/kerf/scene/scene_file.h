@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,6 +24,8 @@ struct SceneFolders {
   std::filesystem::path scene;                           ///< relative paths start here ("": the current folder),
   std::vector<std::filesystem::path> meshes;             ///< then here,
   std::map<std::string, std::filesystem::path> instead;  ///< but files written like this are there
+  std::map<std::string, std::shared_ptr<const SceneBodyLoaded>>
+      bodies;  ///< `bound` written like this is no file: a program has the body
   std::optional<std::vector<std::string>>
       only;  ///< names that a scene of somebody else may write; nothing is looked for by others
 };

@@ -1,0 +1,517 @@
+"""Bodies from meshes of one's own: judged by the program's bind, by closed forms and by trimesh."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import types
+
+import numpy as np
+import pytest
+
+import kerf
+from kerf import _program
+
+ACROSS = [[[0, -1, 1], [0, -1, -1]], [[0, 1, 1], [0, 1, -1]]]
+
+
+def plate(n=12, size=(0.12, 0.10, 0.01)):
+    """A closed box of n x n squares on each face, two triangles each; vertices on its edges are shared."""
+    points, triangles, known = [], [], {}
+
+    def corner(p):
+        key = tuple(np.round(p, 12))
+        if key not in known:
+            known[key] = len(points)
+            points.append(p)
+        return known[key]
+
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        nu, nv = (1 if k == 2 else n for k in (u, v))
+        for side in (0, 1):
+            for i in range(nu):
+                for j in range(nv):
+                    def at(a, b):
+                        p = np.zeros(3)
+                        p[axis], p[u], p[v] = side, a / nu, b / nv
+                        return corner((p - 0.5) * size)
+
+                    a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+                    triangles += [(a, b, c), (a, c, d)] if side else [(a, c, b), (a, d, c)]
+    return np.array(points), np.array(triangles)
+
+
+def middle(n=6, size=(0.12, 0.10)):
+    """The mid-surface of that plate."""
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, n + 1), np.linspace(-0.5, 0.5, n + 1), indexing="ij")
+    points = np.stack([x.ravel() * size[0], y.ravel() * size[1], np.zeros(x.size)], axis=1)
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    b, c, d = a + n + 1, a + n + 2, a + 1
+    return points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+def ball(n=24):
+    """What is not thin."""
+    v = np.array([[np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)] for t in np.linspace(0, np.pi, n)[1:-1]
+                  for p in np.linspace(0, 2 * np.pi, n, endpoint=False)] + [[0, 0, 1], [0, 0, -1]])
+    at = np.arange((n - 2) * n).reshape(n - 2, n)
+    up, down, right, low = at[:-1], at[1:], np.roll(at[:-1], -1, 1), np.roll(at[1:], -1, 1)
+    north, south = np.full(n, len(v) - 2), np.full(n, len(v) - 1)
+    f = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in
+                        [(up, down, low), (up, low, right), (north, at[0], np.roll(at[0], -1)), (south, np.roll(at[-1], -1), at[-1])]])
+    return 0.05 * v, f
+
+
+PLATE, MIDDLE = plate(), middle()
+
+
+def write_obj(path, mesh):
+    path.write_text("".join(f"v {' '.join(map(repr, p))}\n" for p in mesh[0].tolist()) +
+                    "".join(f"f {a} {b} {c}\n" for a, b, c in (mesh[1] + 1).tolist()))
+    return path
+
+
+def run(*words):
+    if not _program.PROGRAM.is_file():
+        pytest.skip("built without the program")
+    return subprocess.run([_program.PROGRAM, *map(str, words)], capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def body():
+    return kerf.bind(*PLATE)
+
+
+# --- As the program ---
+
+WAYS = {
+    "alone": ({}, []),
+    "millimetres": ({"scale": 0.5}, ["--scale", "0.5"]),
+    "finer": ({"collision_triangles": 300}, ["--triangles", "300"]),
+    "material": ({"young": 3e5, "poisson": 0.3, "density": 900}, ["--young", "3e5", "--poisson", "0.3", "--density", "900"]),
+    "exact": ({"exact_paths": True}, ["--exact"]),
+}
+
+
+def bent(mesh):
+    """Coordinates with all their digits."""
+    points = mesh[0] + 0.0
+    points[:, 2] += np.sin(20 * points[:, 0]) / 300 + points[:, 1] ** 2 / 3
+    return points, mesh[1]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_the_bytes_are_those_of_the_program(way, tmp_path):
+    arguments, words = WAYS[way]
+    mesh = bent(PLATE)
+    done = run("bind", write_obj(tmp_path / "plate.obj", mesh), "--out", tmp_path / "program.kerf", *words)
+    assert done.returncode == 0, done.stderr
+    kerf.bind(*mesh, **arguments).save(tmp_path / "array.kerf")
+    kerf.bind(tmp_path / "plate.obj", **arguments).save(tmp_path / "file.kerf")
+    wanted = (tmp_path / "program.kerf").read_bytes()
+    assert (tmp_path / "array.kerf").read_bytes() == wanted and (tmp_path / "file.kerf").read_bytes() == wanted
+
+
+def test_with_a_mid_surface_too(tmp_path):
+    visual, collision = write_obj(tmp_path / "v.obj", PLATE), write_obj(tmp_path / "c.obj", MIDDLE)
+    assert run("bind", visual, "--collision", collision, "--out", tmp_path / "program.kerf").returncode == 0
+    wanted = (tmp_path / "program.kerf").read_bytes()
+    for given in (MIDDLE, list(MIDDLE), collision, str(collision)):
+        body = kerf.bind(*PLATE, collision=given)
+        body.save(tmp_path / "mine.kerf")
+        assert (tmp_path / "mine.kerf").read_bytes() == wanted
+        assert body.diagnosis is None and len(body.collision_triangles) == len(MIDDLE[1])
+    assert np.abs(body.collision_vertices - MIDDLE[0]).max() < 1e-3  # its border is led to the rim
+
+
+def test_models_by_name(tmp_path):
+    assert run("bind", "meniscus", "--out", tmp_path / "program.kerf").returncode == 0
+    body = kerf.bind("meniscus")
+    body.save(tmp_path / "mine.kerf")
+    assert (tmp_path / "mine.kerf").read_bytes() == (tmp_path / "program.kerf").read_bytes()
+    assert kerf.Session(body).name == "scene" and body.diagnosis is None
+    with pytest.raises(ValueError, match="model"):
+        kerf.bind("meniscus", scale=0.001)
+
+
+def test_open_sheets(tmp_path):
+    sheet = middle(20)
+    file = write_obj(tmp_path / "sheet.obj", sheet)
+    with pytest.raises(kerf.Error, match="is an open surface .*thickness"):
+        kerf.bind(*sheet)
+    assert run("bind", file, "--thickness", "0.004", "--out", tmp_path / "program.kerf").returncode == 0
+    body = kerf.bind(*sheet, thickness=0.004)
+    body.save(tmp_path / "mine.kerf")
+    assert (tmp_path / "mine.kerf").read_bytes() == (tmp_path / "program.kerf").read_bytes() and not body.closed
+
+
+def test_sessions_have_the_bits_of_the_program_s_file(body, tmp_path):
+    assert run("bind", write_obj(tmp_path / "plate.obj", PLATE), "--out", tmp_path / "plate.kerf").returncode == 0
+    sessions = [kerf.Session(tmp_path / "plate.kerf"), kerf.Session(body), kerf.Session(kerf.load(tmp_path / "plate.kerf"))]
+    for session in sessions:
+        session.cut(ACROSS)
+        session.step(20)
+    assert len({session.hash for session in sessions}) == 1
+
+
+# --- What is bound ---
+
+
+def test_vertices_stay_and_volume_and_area_too(body):
+    trimesh = pytest.importorskip("trimesh")
+    n = len(PLATE[0])
+    assert (body.vertices[:n] == PLATE[0]).all() and len(body.vertices) > n
+    mesh = trimesh.Trimesh(body.vertices, body.triangles, process=False)
+    assert mesh.is_watertight and mesh.is_winding_consistent and body.closed
+    assert mesh.volume == pytest.approx(0.12 * 0.10 * 0.01, rel=1e-9)
+    assert mesh.area == pytest.approx(2 * (0.12 * 0.10 + 0.12 * 0.01 + 0.10 * 0.01), rel=1e-9)
+    sheet = trimesh.Trimesh(body.collision_vertices, body.collision_triangles, process=False)
+    assert not sheet.is_watertight and sheet.euler_number == 1
+    assert sheet.area == pytest.approx(0.12 * 0.10, rel=0.05)
+
+
+def test_arrays_of_a_body(body):
+    for name, dtype in (("vertices", np.float64), ("triangles", np.int32), ("collision_vertices", np.float64), ("collision_triangles", np.int32)):
+        array = getattr(body, name)
+        assert array.dtype == dtype and array.ndim == 2 and array.shape[1] == 3 and not array.flags.writeable
+        assert getattr(body, name) is array
+    assert body.triangles.max() == len(body.vertices) - 1
+    assert str(len(body.triangles)) in repr(body)
+    with pytest.raises(TypeError):
+        kerf.Body()
+
+
+def test_a_cut_body_is_closed_and_weighs_the_same(body):
+    pytest.importorskip("trimesh")
+    session = kerf.Session(body)
+    session.cut(ACROSS)
+    mesh = session.to_trimesh()
+    assert mesh.is_watertight and session.counts["pieces"] == 2 and mesh.euler_number == 4
+    assert mesh.volume == pytest.approx(0.12 * 0.10 * 0.01, rel=1e-3)
+    wall = mesh.area_faces[mesh.face_attributes["wall"] == 1].sum()
+    assert wall == pytest.approx(2 * 0.10 * 0.01, rel=0.02)  # both lips of a cut across
+
+
+def test_notes_tell_what_was_mended(tmp_path):
+    points, triangles = PLATE
+    body = kerf.bind(np.concatenate([points, points[:1] + 5]), np.concatenate([triangles, triangles[:1]]))
+    assert any("duplicate" in note or "twice" in note for note in body.notes), body.notes
+    assert all(note in kerf.Session(body).notes for note in body.notes)
+
+
+def test_how_the_collision_mesh_was_judged(body):
+    verdict = body.diagnosis
+    assert verdict["thinness"] == "thin" and verdict["reasons"] == []
+    assert verdict["width_over_thickness"] == pytest.approx(10, rel=0.15)  # twice 0.05 to the rim, over 0.01
+    assert verdict["quality"]["mean_half_thickness"] == pytest.approx(0.005, rel=0.05)
+    assert verdict["volume_ratio"] == pytest.approx(1, abs=0.1)
+    surface = verdict["surface"]
+    for name in ("side", "confidence", "thickness", "flag"):
+        assert surface[name].shape == (len(surface["triangles"]),)
+    x, y, z = surface["vertices"][surface["triangles"]].mean(axis=1).T
+    faces = [surface["side"][(np.abs(x) < 0.04) & (np.abs(y) < 0.03) & (sign * z > 0)] for sign in (1, -1)]
+    assert [{*np.sign(face)} for face in faces] in ([{1}, {-1}], [{-1}, {1}])
+
+
+def test_what_is_not_thin_is_refused_in_the_program_s_words(tmp_path):
+    file = write_obj(tmp_path / "ball.obj", ball())
+    done = run("bind", file, "--out", tmp_path / "ball.kerf")
+    assert done.returncode != 0
+    with pytest.raises(kerf.Error) as caught:
+        kerf.bind(file)
+    assert str(caught.value) in done.stderr
+    with pytest.raises(kerf.Error) as by_arrays:
+        kerf.bind(*ball())
+    assert str(by_arrays.value) == str(caught.value).replace(str(file), "the mesh")
+    assert by_arrays.value.diagnosis["thinness"] == "not thin" and by_arrays.value.diagnosis["reasons"]
+    assert by_arrays.value.diagnosis["reasons"][0] in str(by_arrays.value)
+    with pytest.raises(kerf.Error) as other:
+        kerf.bind(file, collision=file)
+    assert other.value.diagnosis is None
+
+
+# --- Files ---
+
+
+def test_load_gives_back_what_was_saved(tmp_path):
+    body = kerf.bind(*PLATE, young=1e5)
+    body.save(tmp_path / "a.kerf")
+    again = kerf.load(tmp_path / "a.kerf")
+    again.save(str(tmp_path / "b.kerf"))
+    assert (tmp_path / "a.kerf").read_bytes() == (tmp_path / "b.kerf").read_bytes()
+    assert (again.vertices == body.vertices).all() and (again.triangles == body.triangles).all() and again.diagnosis is None
+    assert [path.name for path in sorted(tmp_path.iterdir())] == ["a.kerf", "b.kerf"]
+
+
+def test_nothing_replaces_what_it_was_made_from(tmp_path):
+    visual, collision = write_obj(tmp_path / "v.obj", PLATE), write_obj(tmp_path / "c.obj", MIDDLE)
+    body = kerf.bind(visual, collision=collision)
+    (tmp_path / "link.kerf").symlink_to(visual)
+    before = visual.read_bytes()
+    for path, what in ((visual, "visual mesh"), (collision, "collision mesh"), (tmp_path / "link.kerf", "visual mesh")):
+        with pytest.raises(kerf.Error, match=f"would replace the {what}"):
+            body.save(path)
+    assert visual.read_bytes() == before
+    body.save(tmp_path / "a.kerf")
+    body.save(tmp_path / "a.kerf")  # its own result may be written anew
+    with pytest.raises(kerf.Error, match="would replace the body"):
+        kerf.load(tmp_path / "a.kerf").save(tmp_path / "a.kerf")
+
+
+@pytest.mark.parametrize("path, error", [(5, TypeError), (None, TypeError), (b"a.kerf", TypeError), ("a\0b", ValueError), ("", kerf.Error), ("/", kerf.Error),
+                                         ("/no/such/folder/a.kerf", kerf.Error), (os.fsdecode(b"\xff.kerf"), kerf.Error)])
+def test_paths_that_are_none(body, path, error):
+    with pytest.raises(error):
+        body.save(path)
+    with pytest.raises(error):
+        kerf.load(path)
+
+
+def test_files_that_are_no_bodies(tmp_path):
+    for name, content in (("a.kerf", b""), ("b.kerf", b"KERFBODY" + bytes(200)), ("c.kerf", b"hello" * 100)):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(kerf.Error, match=name):
+            kerf.load(tmp_path / name)
+    with pytest.raises(kerf.Error, match="plate.xyz"):
+        kerf.bind(tmp_path / "plate.xyz")
+
+
+# --- Scenes ---
+
+
+def test_bodies_in_scenes(body):
+    scene = {"body": {"bound": body, "position": [0, 0, 0.3], "rotation": [0, 0, 0.5]}, "simulation": {"gravity": [0, 0, 0]}}
+    session = kerf.Session(scene)
+    assert scene["body"]["bound"] is body  # the dict is as it was
+    assert session.rest_positions[:, 2].min() == pytest.approx(0.295) and session.rest_positions[:, 2].max() == pytest.approx(0.305)
+    two = kerf.Session({"body": [{"bound": body}, {"bound": kerf.bind(*plate(8)), "position": [0, 0, 0.1]}, {"bound": body, "position": [0, 0, 0.2]}]})
+    assert two.counts["pieces"] == 3
+    two.step(2)
+
+
+def test_a_body_s_material_counts_where_the_scene_says_none():
+    light, heavy = (kerf.bind(*PLATE, collision=MIDDLE, density=density) for density in (500, 2000))
+
+    def weight(body, **more):
+        scene = {"body": {"bound": body}, "fix": [{"half_space": {"point": [0, 0.04, 0], "normal": [0, 1, 0]}}],
+                 "simulation": {"time_step": 0.01, "tolerance": 1e-8}, "material": {"damping_mass": 40, **more}}
+        session = kerf.Session(scene)
+        session.step(100)
+        return session.support_force[2]
+
+    assert weight(light, young=1e6) == pytest.approx(500 * 0.12 * 0.10 * 0.01 * 9.81, rel=0.02)
+    assert weight(heavy, young=1e6) == pytest.approx(2000 * 0.12 * 0.10 * 0.01 * 9.81, rel=0.02)
+    assert weight(heavy, young=1e6, density=1000) == pytest.approx(1000 * 0.12 * 0.10 * 0.01 * 9.81, rel=0.02)
+
+
+def test_a_body_outlives_its_session_and_serves_many_threads(body):
+    hashes = []
+
+    def work():
+        session = kerf.Session(body)
+        session.cut(ACROSS)
+        session.step(5)
+        hashes.append(session.hash)
+        session.close()
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(hashes) == 4 and len({*hashes}) == 1
+
+
+def test_bodies_elsewhere_in_scenes(body):
+    for scene in ({"body": body}, {"body": {"visual": body}}, {"body": {"bound": [body]}}, {"body": {"bound": body}, "title": body}):
+        with pytest.raises(TypeError, match='"bound": body'):
+            kerf.Session(scene)
+    with pytest.raises(kerf.Error, match="no file"):
+        kerf.Session({"body": {"bound": "<kerf.Body 1>"}})
+    with pytest.raises(kerf.Error, match="thickness"):
+        kerf.Session({"body": {"bound": body, "thickness": 0.1}})
+
+
+# --- Meshes of other packages ---
+
+
+class Poly:
+    """What pyvista.PolyData shows of itself."""
+
+    def __init__(self, points, faces):
+        self.points, self.faces = points, faces
+
+
+def row(triangles):
+    return np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+
+
+def test_trimesh(body):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.Trimesh(*PLATE, process=False)
+    same(kerf.bind(mesh), body)
+    scene = trimesh.Scene([mesh])
+    with pytest.raises(TypeError, match="to_mesh"):
+        kerf.bind(scene)
+    disc = trimesh.creation.cylinder(radius=0.05, height=0.008, sections=64)
+    bound = kerf.bind(disc)
+    assert trimesh.Trimesh(bound.vertices, bound.triangles, process=False).volume == pytest.approx(disc.volume, rel=1e-9)
+
+
+def test_meshio(body):
+    meshio = pytest.importorskip("meshio")
+    points, triangles = PLATE
+    same(kerf.bind(meshio.Mesh(points, [("triangle", triangles)])), body)
+    same(kerf.bind(meshio.Mesh(points, [("triangle", triangles[:50]), ("line", [[0, 1]]), ("triangle", triangles[50:])])), body)
+    with pytest.raises(ValueError, match="quad"):
+        kerf.bind(meshio.Mesh(points, [("triangle", triangles), ("quad", [[0, 1, 2, 3]])]))
+    with pytest.raises(ValueError, match="empty"):
+        kerf.bind(meshio.Mesh(points, [("line", [[0, 1]])]))
+    with pytest.raises(ValueError, match="shape"):
+        kerf.bind(meshio.Mesh(points[:, :2], [("triangle", triangles)]))
+
+
+def test_polydata(body):
+    points, triangles = PLATE
+    same(kerf.bind(Poly(points, row(triangles))), body)
+    same(kerf.bind(*PLATE, collision=Poly(MIDDLE[0], row(MIDDLE[1]))), kerf.bind(*PLATE, collision=MIDDLE))
+    for faces in ([4, 0, 1, 2, 3, 3, 0, 1, 2], [3, 0, 1, 2, 4, 0, 1, 2, 3], [3, 0, 1]):
+        with pytest.raises(ValueError, match=r"\.triangulate\(\)"):
+            kerf.bind(Poly(points, np.array(faces)))
+    grid = types.SimpleNamespace(points=points, cells=np.array([4, 0, 1, 2, 3]), celltypes=np.array([10]))
+    with pytest.raises(ValueError, match=r"\.extract_surface\(\)\.triangulate\(\)"):
+        kerf.bind(grid)
+
+
+def test_pyvista_itself(body):
+    pyvista = pytest.importorskip("pyvista")
+    same(kerf.bind(pyvista.PolyData(PLATE[0], row(PLATE[1]))), body)
+    with pytest.raises(ValueError, match=r"\.triangulate\(\)"):
+        kerf.bind(pyvista.Plane())
+
+
+def same(a, b):
+    assert (a.vertices == b.vertices).all() and (a.triangles == b.triangles).all()
+    assert (a.collision_vertices == b.collision_vertices).all() and (a.collision_triangles == b.collision_triangles).all()
+
+
+# --- What is wrong ---
+
+POINTS, TRIANGLES = PLATE
+
+
+@pytest.mark.parametrize("vertices, error", [
+    (POINTS[:, :2], ValueError), (POINTS.ravel(), ValueError), (POINTS[None], ValueError), (np.empty((0, 3)), ValueError), ([], ValueError),
+    (np.where(POINTS == POINTS[0], np.nan, POINTS), ValueError), (np.where(POINTS == POINTS[0], np.inf, POINTS), ValueError),
+    (POINTS.astype(complex), TypeError), (POINTS.astype(object), TypeError), (POINTS.astype(str), TypeError), (POINTS > 0, TypeError),
+    ([[0, 0, 0], [1, 1]], ValueError), (None, TypeError), (7, ValueError), ({}, TypeError), (POINTS * 1e300, kerf.Error),
+    (np.zeros_like(POINTS), kerf.Error), (POINTS + 1e9, kerf.Error), (POINTS.astype("datetime64[s]"), TypeError)])
+def test_vertices_that_are_none(vertices, error):
+    with pytest.raises(error):
+        kerf.bind(vertices, TRIANGLES)
+
+
+@pytest.mark.parametrize("triangles, error", [
+    (TRIANGLES[:, :2], ValueError), (TRIANGLES.ravel(), ValueError), (TRIANGLES[:0], ValueError), ([], ValueError), (TRIANGLES + 1, ValueError),
+    (TRIANGLES - 1, ValueError), (TRIANGLES.astype(float), TypeError), (TRIANGLES > 0, TypeError), (TRIANGLES.astype(object), TypeError),
+    ([["a", "b", "c"]], TypeError), ([[0, 1, 2], [0, 1]], ValueError), (5, ValueError), ({}, TypeError), (np.full((1, 3), 2**63, np.uint64), ValueError),
+    ([[0, 1, 2**100]], TypeError), ([[0, 0, 0]], kerf.Error), ([[0, 1, 2]], kerf.Error), (TRIANGLES[:-1], kerf.Error)])
+def test_triangles_that_are_none(triangles, error):
+    with pytest.raises(error):
+        kerf.bind(POINTS, triangles)
+
+
+def test_triangles_that_can_be_mended(body):
+    for triangles in (TRIANGLES[:, ::-1], np.concatenate([TRIANGLES] * 2)):
+        mended = kerf.bind(POINTS, triangles)
+        a, b, c = np.moveaxis(mended.vertices[mended.triangles], 1, 0)
+        assert (a * np.cross(b, c)).sum() / 6 == pytest.approx(0.12 * 0.10 * 0.01, rel=1e-9) and mended.notes
+
+
+def test_messages_say_where(body):
+    with pytest.raises(ValueError, match=r"triangles\[7\] has the vertex 99999, but there are"):
+        wrong = TRIANGLES.copy()
+        wrong[7, 1] = 99999
+        kerf.bind(POINTS, wrong)
+    with pytest.raises(ValueError, match="collision triangles is empty"):
+        kerf.bind(POINTS, TRIANGLES, collision=(POINTS, []))
+    with pytest.raises(ValueError, match="collision vertices must be finite"):
+        kerf.bind(POINTS, TRIANGLES, collision=(MIDDLE[0] * np.nan, MIDDLE[1]))
+    with pytest.raises(kerf.Error, match="the collision mesh"):
+        kerf.bind(POINTS, TRIANGLES, collision=PLATE)
+
+
+@pytest.mark.parametrize("mesh", [POINTS, [POINTS] * 3, 5, None, object(), b"plate.obj", {"vertices": POINTS}, types.SimpleNamespace(points=POINTS)])
+def test_what_is_no_mesh(mesh):
+    with pytest.raises(TypeError):
+        kerf.bind(mesh)
+    with pytest.raises((TypeError, ValueError)):
+        kerf.bind(*PLATE, collision=mesh if mesh is not None else 3)
+
+
+@pytest.mark.parametrize("options, error", [
+    ({"scale": 0}, ValueError), ({"scale": -1}, ValueError), ({"scale": np.nan}, ValueError), ({"scale": np.inf}, ValueError), ({"scale": "1"}, TypeError),
+    ({"scale": None}, TypeError), ({"scale": True}, TypeError), ({"scale": 10**400}, ValueError), ({"scale": 1e-300}, kerf.Error), ({"scale": 1e300}, kerf.Error),
+    ({"thickness": 0}, ValueError), ({"thickness": [1]}, TypeError), ({"young": -5}, ValueError), ({"poisson": 0.5}, ValueError),
+    ({"poisson": np.nan}, ValueError), ({"density": 1j}, TypeError), ({"collision_triangles": 7}, ValueError), ({"collision_triangles": 10**30}, ValueError),
+    ({"collision_triangles": 100.0}, TypeError), ({"collision_triangles": 100, "collision": MIDDLE}, ValueError), ({"unknown": 1}, TypeError)])
+def test_options_that_are_none(options, error):
+    with pytest.raises(error):
+        kerf.bind(*PLATE, **options)
+
+
+@pytest.mark.parametrize("vertices, triangles", [
+    (POINTS.astype(np.float64).tolist(), TRIANGLES.tolist()), (np.asfortranarray(POINTS), np.asfortranarray(TRIANGLES)),
+    (np.repeat(POINTS, 2, axis=0)[::2], np.repeat(TRIANGLES, 2, axis=1)[:, ::2]), (POINTS, TRIANGLES.astype(np.uint16)),
+    (POINTS, TRIANGLES.astype(">i8")), (POINTS.astype(">f8"), TRIANGLES.astype(np.uint64)), (POINTS.astype(np.longdouble), TRIANGLES)])
+def test_arrays_of_other_layouts(body, vertices, triangles):
+    same(kerf.bind(vertices, triangles), body)
+
+
+def test_meshes_whose_parts_raise():
+    class Broken:
+        @property
+        def vertices(self):
+            raise RuntimeError("mine")
+
+        faces = TRIANGLES
+
+    with pytest.raises(RuntimeError, match="mine"):
+        kerf.bind(Broken())
+
+
+# --- Python's lock, Ctrl-C ---
+
+
+def test_others_go_on_and_ctrl_c_ends_it():
+    large = plate(120)
+    longest, last = 0.0, time.perf_counter()
+    thread = threading.Thread(target=lambda: kerf.bind(*large))
+    began = time.perf_counter()
+    thread.start()
+    while thread.is_alive():
+        time.sleep(0.001)
+        now = time.perf_counter()
+        longest, last = max(longest, now - last), now
+    whole = time.perf_counter() - began
+    print(f"\nbinding: {whole:.2f} s, longest pause {longest:.3f} s")
+    assert longest < 0.5 * whole
+    signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.3 * whole)
+    began = time.perf_counter()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            while True:
+                kerf.bind(*large)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    assert time.perf_counter() - began < 0.3 * whole + 5
+
+
+def test_none_of_the_packages_is_imported():
+    code = "import sys, kerf; kerf.bind; assert not {'numpy', 'trimesh', 'pyvista', 'meshio'} & {*sys.modules}"
+    subprocess.run([sys.executable, "-c", code], check=True)

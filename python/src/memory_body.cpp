@@ -51,12 +51,17 @@ nb::dict quality_of(const Midsurface& made) {
   return out;
 }
 
+nb::dict mesh_of(TriangleMesh mesh) {
+  const std::size_t vertices = mesh.positions.size(), triangles = mesh.triangles.size();
+  nb::dict out;
+  out["vertices"] = read_only_array<double>(std::move(mesh.positions.raw()), {vertices, 3});
+  out["triangles"] = read_only_array<std::int32_t>(std::move(mesh.triangles.raw()), {triangles, 3});
+  return out;
+}
+
 /// As `kerf bind --diagnose` saves it.
 nb::dict surface_of(MidsurfaceDiagnosis diagnosis) {
-  const std::size_t vertices = diagnosis.surface.positions.size(), triangles = diagnosis.surface.triangles.size();
-  nb::dict out;
-  out["vertices"] = read_only_array<double>(std::move(diagnosis.surface.positions.raw()), {vertices, 3});
-  out["triangles"] = read_only_array<std::int32_t>(std::move(diagnosis.surface.triangles.raw()), {triangles, 3});
+  nb::dict out = mesh_of(std::move(diagnosis.surface));
   for (auto [name, values] : {std::pair{"side", &diagnosis.side},
                               {"confidence", &diagnosis.confidence},
                               {"thickness", &diagnosis.thickness}}) {
@@ -89,6 +94,7 @@ void write_judgement(Midsurface made, nb::dict& out) {
   out["branch_length"] = v.branch_length;
   out["one_sided"] = v.one_sided;
   out["quality"] = quality_of(made);
+  out["collision"] = mesh_of(std::move(made.collision));
   out["surface"] = surface_of(std::move(made.diagnosis));
 }
 

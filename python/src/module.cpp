@@ -243,12 +243,12 @@ An existing file is replaced, but none that the body was made from. kerf.Error: 
           R"(How the collision mesh was judged that kerf.bind() made: a dict; None where it made none, or where the body was loaded.
 
 thinness ("thin", "doubtful" or "not thin"), reasons, warnings and notes (sentences), places (dicts of point and what), width_over_thickness,
-narrow_share, narrowest, volume_ratio, branch_length, one_sided; quality: a dict of what `kerf bind` prints, metres and radians; surface: what
-`kerf bind --diagnose` saves, as arrays vertices, triangles, side, confidence, thickness and flag, the last four one for each triangle.)")
+narrow_share, narrowest, volume_ratio, branch_length, one_sided; quality: a dict of what `kerf bind` prints, metres and radians; collision: the mesh
+that was made, as arrays vertices and triangles, also where it does not bind; surface: what `kerf bind --diagnose` saves, as arrays vertices, triangles, side, confidence, thickness and flag, the last four one for each triangle.)")
       .def_prop_ro(
           "vertices", &MemoryBody::vertices,
           nb::for_getter(nb::sig("def vertices(self) -> numpy.typing.NDArray[numpy.float64]")),
-          "Visual vertices, metres: (n, 3), float64. Those that were given come first, those at one place as one.")
+          "Visual vertices, metres: (n, 3), float64. Those that were given and used come first, those at one place as one.")
       .def_prop_ro("triangles", &MemoryBody::triangles,
                    nb::for_getter(nb::sig("def triangles(self) -> numpy.typing.NDArray[numpy.int32]")),
                    "Visual vertices of each triangle: (m, 3), int32.")

@@ -216,6 +216,22 @@ def test_how_the_collision_mesh_was_judged(body):
     assert [{*np.sign(face)} for face in faces] in ([{1}, {-1}], [{-1}, {1}])
 
 
+def test_the_diagnosis_is_what_the_program_saves(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = bent(PLATE)
+    done = run("bind", write_obj(tmp_path / "plate.obj", mesh), "--out", tmp_path / "plate.kerf", "--write-collision", tmp_path / "middle.obj",
+               "--diagnose", tmp_path / "judged.ply")
+    assert done.returncode == 0, done.stderr
+    diagnosis = kerf.bind(*mesh).diagnosis
+    made = trimesh.load_mesh(tmp_path / "middle.obj", process=False, maintain_order=True)
+    assert (made.vertices == diagnosis["collision"]["vertices"]).all() and (made.faces == diagnosis["collision"]["triangles"]).all()
+    judged = trimesh.load_mesh(tmp_path / "judged.ply", process=False)
+    assert len(judged.faces) == len(diagnosis["surface"]["triangles"])
+    again = kerf.bind(*mesh, collision=(diagnosis["collision"]["vertices"], diagnosis["collision"]["triangles"]))
+    again.save(tmp_path / "again.kerf")
+    assert (tmp_path / "again.kerf").read_bytes() == (tmp_path / "plate.kerf").read_bytes()
+
+
 def test_what_is_not_thin_is_refused_in_the_program_s_words(tmp_path):
     file = write_obj(tmp_path / "ball.obj", ball())
     done = run("bind", file, "--out", tmp_path / "ball.kerf")

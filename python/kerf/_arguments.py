@@ -3,13 +3,23 @@
 import operator
 
 
-def _numbers(given, name, what):
+def _array(given, name, what):
     import numpy as np
 
     try:
         array = np.asarray(given)
     except ValueError:
+        array = None
+    # NumPy 1.23 makes an array of lists of rows that differ in length.
+    if array is None or array.dtype == object and array.size and isinstance(array.flat[0], (list, tuple)):
         raise ValueError(f"{name} must be {what}; its rows differ in length") from None
+    return array
+
+
+def _numbers(given, name, what):
+    import numpy as np
+
+    array = _array(given, name, what)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be {what}, not of type {array.dtype if array.dtype != object else type(given).__name__}")
     array = np.array(array, dtype=np.float64, order="C")  # a copy: the caller's may change while other threads run
@@ -92,10 +102,7 @@ def corners(given, name, count):
     import numpy as np
 
     what = "an array of shape (m, 3): numbers of three vertices each, from 0"
-    try:
-        array = np.asarray(given)
-    except ValueError:
-        raise ValueError(f"{name} must be {what}; its rows differ in length") from None
+    array = _array(given, name, what)
     if array.size == 0:
         raise ValueError(f"{name} is empty: there is no surface")
     if array.dtype.kind not in "iu":

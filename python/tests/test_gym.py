@@ -11,7 +11,7 @@ gymnasium = pytest.importorskip("gymnasium")
 
 import kerf.gym  # noqa: E402
 from gymnasium.utils.env_checker import check_env  # noqa: E402
-from kerf.gym._pieces import covers, pieces_of  # noqa: E402
+from kerf.gym._pieces import area_of, areas_of, inside, pieces_of  # noqa: E402
 
 TASKS = sorted(kerf.gym.TASKS)
 
@@ -145,10 +145,15 @@ def test_pieces_by_hand():
     triangles = np.array([[0, 1, 2], [1, 2, 3], [4, 5, 6], [6, 7, 8]], np.int32)
     assert len(set(pieces_of(triangles, 9))) == 2
     assert pieces_of(triangles, 9)[0] == pieces_of(triangles, 9)[1] != pieces_of(triangles, 9)[2] == pieces_of(triangles, 9)[3]
-    square = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], float)
-    points = np.random.default_rng(1).uniform(-1, 2, (2000, 2))
-    assert (covers(square, points) == ((points >= 0) & (points <= 1)).all(axis=1)).all()
-    assert not covers(square[:0], points).any()
+    star = np.array([[2 * np.cos(t), 2 * np.sin(t)] if i % 2 else [np.cos(t), np.sin(t)] for i, t in enumerate(np.arange(10) * np.pi / 5)])
+    points = np.random.default_rng(1).uniform(-2, 2, (4000, 2))
+    angle = np.arctan2(points[:, 1], points[:, 0])  # by hand: beyond the straight line between two corners seen from the middle
+    first = np.floor(angle / (np.pi / 5)).astype(int) % 10
+    a, b = star[first], star[(first + 1) % 10]
+    within = (b - a)[:, 0] * (points - a)[:, 1] - (b - a)[:, 1] * (points - a)[:, 0] > 0
+    assert (inside(star, points) == within).all()
+    assert area_of(star) == pytest.approx(5 * 2 * np.sin(np.pi / 5))
+    assert areas_of(np.array([[[0, 0], [2, 0], [0, 3]]], float)) == pytest.approx([3])
 
 
 def test_what_is_cut_out_is_what_was_marked():
@@ -166,13 +171,35 @@ def test_what_is_cut_out_is_what_was_marked():
         session, curve = one.session, one.tasks.curve[0, :, :2]
         x, y = curve.T
         marked = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
-        corners = session.collision_rest_positions[:, :2][session.collision_triangles]
-        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        area = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-        piece = pieces_of(session.collision_triangles, len(session.collision_rest_positions))
+        rest, triangles = session.collision_rest_positions, session.collision_triangles
+        area = 0.5 * np.linalg.norm(np.cross(rest[triangles[:, 1]] - rest[triangles[:, 0]], rest[triangles[:, 2]] - rest[triangles[:, 0]]), axis=1)
+        piece = pieces_of(triangles, len(rest))
         areas = sorted(area[piece == number].sum() for number in np.unique(piece))
         assert areas[-2] == pytest.approx(marked, rel=0.04)
         assert info["overlap"] > 0.95
         solved += 1
         one.close()
     assert solved >= 3
+
+
+def test_stable_baselines_sees_the_same():
+    pytest.importorskip("stable_baselines3")
+    from kerf.gym.baselines import BaselinesVecEnv
+
+    theirs, ours = BaselinesVecEnv(TASKS[0], 3, max_episode_steps=4), kerf.gym.make_vec(TASKS[0], 3, max_episode_steps=4)
+    theirs.seed(5)
+    seen, (same, _) = theirs.reset(), ours.reset(seed=5)
+    random = np.random.default_rng(2)
+    for turn in range(4):
+        assert (seen == same).all()
+        actions = random.uniform(-1, 1, theirs.tasks.action_space.shape)
+        seen, rewards, dones, infos = theirs.step(actions)
+        same, expected, terminated, truncated, _ = ours.step(actions)
+        assert rewards == pytest.approx(expected, rel=1e-6)
+        assert (dones == (terminated | truncated)).all() and dones.all() == (turn == 3)
+    for row, info in enumerate(infos):
+        assert (info["terminal_observation"] == same[row]).all() and info["TimeLimit.truncated"] and info["episode"]["l"] == 4
+    begun, *_ = ours.step(np.zeros_like(actions))  # ours begins anew with the next step
+    assert (seen == begun).all()
+    theirs.close()
+    ours.close()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .. import Body, bind
 
 SIDE = 0.10  # m
 THICKNESS = 0.004  # m
@@ -28,10 +28,6 @@ def gauze_mesh(cells: int = 20) -> tuple[NDArray[np.float64], NDArray[np.int32]]
 
 
 @lru_cache(maxsize=1)
-def gauze_file() -> str:
-    """The gauze as a file."""
-    vertices, triangles = gauze_mesh()
-    path = Path(tempfile.mkdtemp(prefix="kerf-gym-")) / "gauze.obj"
-    path.write_text("".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices.tolist()) +
-                    "".join(f"f {a} {b} {c}\n" for a, b, c in (triangles + 1).tolist()))
-    return str(path)
+def gauze_body() -> Body:
+    """The gauze, bound."""
+    return bind(*gauze_mesh(), thickness=THICKNESS)

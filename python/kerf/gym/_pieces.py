@@ -19,15 +19,23 @@ def pieces_of(triangles: NDArray[np.int32], vertices: int) -> NDArray[np.int64]:
         label = after
 
 
-def covers(corners: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which points (k, 2) lie in one of the triangles (m, 3, 2)?"""
-    if not len(corners):
-        return np.zeros(len(points), bool)
-    inside = np.zeros(len(points), bool)
-    for chunk in np.array_split(corners, max(1, len(corners) // 64)):
-        a, b, c = chunk[:, 0, None], chunk[:, 1, None], chunk[:, 2, None]
-        p = points[None]
-        sides = np.stack([(q[..., 0] - o[..., 0]) * (p[..., 1] - o[..., 1]) - (q[..., 1] - o[..., 1]) * (p[..., 0] - o[..., 0])
-                          for o, q in ((a, b), (b, c), (c, a))])
-        inside |= ((sides >= 0).all(axis=0) | (sides <= 0).all(axis=0)).any(axis=0)
-    return inside
+def inside(outline: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points (k, 2) lie inside of a closed outline (m, 2)? By the parity of crossings."""
+    x, y = points[:, 0, None], points[:, 1, None]
+    x0, y0 = outline.T
+    x1, y1 = np.roll(outline, -1, axis=0).T
+    spans = (y0 <= y) != (y1 <= y)
+    rise = np.where(y1 == y0, 1, y1 - y0)
+    return ((spans & (x < x0 + (y - y0) / rise * (x1 - x0))).sum(axis=1) % 2).astype(bool)
+
+
+def area_of(outline: NDArray[np.float64]) -> float:
+    """Area of a closed outline (m, 2)."""
+    x, y = outline.T
+    return 0.5 * abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
+
+
+def areas_of(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Areas of triangles (m, 3, 2)."""
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

@@ -134,6 +134,15 @@ def test_actions_that_are_none_are_refused():
     envs.close()
 
 
+@pytest.mark.parametrize("name", TASKS)
+def test_specs_go_through_json(name):
+    env = gymnasium.make(name, observations="pixels")
+    again = gymnasium.make(gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json()))
+    assert again.observation_space == env.observation_space
+    env.close()
+    again.close()
+
+
 def test_gymnasium_makes_them():
     assert gymnasium.make("Kerf/PatternCut-v0").unwrapped.session.counts["pieces"] == 1
     envs = gymnasium.make_vec("Kerf/PatternCut-v0", num_envs=2, vectorization_mode="vector_entry_point")

@@ -10,7 +10,6 @@ What a task is, its actions, observations and rewards stand in the docstring of 
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 try:
@@ -22,16 +21,22 @@ from ._single import TaskEnv
 from ._tasks import Tasks
 from .pattern_cut import PatternCut
 
-__all__ = ["PatternCut", "TaskEnv", "Tasks", "make_vec", "register"]
+__all__ = ["PatternCut", "PatternCutEnv", "TaskEnv", "Tasks", "make_vec", "register"]
 
 TASKS: dict[str, type[Tasks]] = {"Kerf/PatternCut-v0": PatternCut}
+
+
+class PatternCutEnv(TaskEnv):
+    """One copy of PatternCut."""
+
+    task = PatternCut
 
 
 def register() -> None:
     """Makes the tasks known to gymnasium.make(); done on import, and harmless again."""
     for name, task in TASKS.items():
         if name not in gymnasium.registry:
-            gymnasium.register(name, entry_point=partial(TaskEnv, task=task), vector_entry_point=task)
+            gymnasium.register(name, entry_point=f"kerf.gym:{task.__name__}Env", vector_entry_point=f"kerf.gym:{task.__name__}")
 
 
 def make_vec(name: str, num_envs: int, **options: Any) -> Tasks:

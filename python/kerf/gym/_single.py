@@ -14,12 +14,14 @@ __all__ = ["TaskEnv"]
 
 
 class TaskEnv(gymnasium.Env):
-    """One copy of a task as a gymnasium.Env. Options: as of Tasks, but num_envs."""
+    """One copy of the task `task` as a gymnasium.Env. Options: as of Tasks, but num_envs."""
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 20}
 
-    def __init__(self, *, task: type[Tasks], **options: Any) -> None:
-        self.tasks = task(1, **options)
+    task: ClassVar[type[Tasks]]
+
+    def __init__(self, **options: Any) -> None:
+        self.tasks = self.task(1, **options)
         self.render_mode = self.tasks.render_mode
         self.action_space = self.tasks.single_action_space
         self.observation_space = self.tasks.single_observation_space

@@ -212,3 +212,73 @@ def test_stable_baselines_sees_the_same():
     assert (seen == begun).all()
     theirs.close()
     ours.close()
+
+
+def volume_of(session):
+    """Of the closed surface at rest, by the divergence theorem."""
+    a, b, c = np.moveaxis(session.rest_positions[session.triangles], 1, 0)
+    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+
+
+def test_a_bite_takes_a_disc_of_the_wedge():
+    """Closed form: the meniscus is 4 mm thick at the outer wall, y = 0, and 1 mm at the inner rim, y = 13 mm, with straight lines between."""
+    envs = kerf.gym.make_vec("Kerf/Meniscectomy-v0", 1)
+    for y in (0.0095, 0.0105):
+        envs.reset(seed=2)
+        envs.lesion[0], envs.punch[0] = (0, 0.0125), (0, y)
+        before = volume_of(envs.sessions[0])
+        _, _, _, _, info = envs.step(np.array([[0, 0, 1]]))
+        assert envs.gone[0] == pytest.approx(np.pi * 0.0016**2 * (0.004 - 0.003 * y / 0.013), rel=0.05)
+        assert envs.gone[0] == pytest.approx(before - volume_of(envs.sessions[0]), rel=1e-6)
+        assert info["bites"][0] == 1
+    envs.close()
+
+
+def volume_in_disc(middle, radius):
+    """Brute force, m3: the crescent between two ovals (docs of the model "meniscus"), 4 mm thick at the outer one, 1 mm at the inner one."""
+    angle, across = np.linspace(-2.6, -0.5, 2001), np.linspace(0, 1, 401)
+
+    def oval(half_width, below, center, power):
+        c, s = np.cos(angle), np.sin(angle)
+        r = ((np.abs(c) / half_width) ** power + (np.abs(s) / below) ** power) ** (-1 / power)
+        return 1e-3 * np.stack([r * c, center + r * s], axis=1)
+
+    outer, inner = oval(22.5, 15.5, 15.5, 2.8), oval(8.3, 9.0, 22.0, 2.2)
+    places = outer[:, None] + across[:, None] * (inner - outer)[:, None]
+    a, b = places[1:, :-1] - places[:-1, :-1], places[:-1, 1:] - places[:-1, :-1]
+    area = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+    centre = 0.25 * (places[1:, 1:] + places[:-1, :-1] + places[1:, :-1] + places[:-1, 1:])
+    inside = ((centre - middle) ** 2).sum(axis=2) < radius**2
+    return (area * (0.004 - 0.003 * (across[1:] + across[:-1]) / 2) * inside).sum()
+
+
+def test_a_lesion_is_as_large_as_brute_force_says():
+    envs = kerf.gym.make_vec("Kerf/Meniscectomy-v0", 6)
+    envs.reset(seed=30)
+    for row in range(6):
+        assert envs.volume[row] == pytest.approx(volume_in_disc(envs.lesion[row], envs.radius[row]), rel=0.05)
+    envs.close()
+
+
+def test_what_is_left_of_a_lesion_is_what_the_score_says():
+    """The bites of an episode, done again in a scene whose [lesion] it is; its score is made of the prisms of a coarser mesh."""
+    for seed in range(60, 63):
+        one = gymnasium.make("Kerf/Meniscectomy-v0").unwrapped
+        one.reset(seed=seed)
+        tasks, bites, terminated = one.tasks, [], False
+        while not terminated:
+            action = one.expert()
+            _, _, terminated, _, info = one.step(action)
+            if action[2] > 0:
+                bites.append(tasks.punch[0].copy())
+        ball = {"center": [*tasks.lesion[0], 0], "radius": tasks.radius[0]}
+        with kerf.Session({**tasks.scene(), "lesion": {"sphere": ball}}) as scored:
+            for place in bites:
+                scored.punch([*place, 0], 0.0016, take=True)
+            score = scored.score
+            assert info["lesion_left"] == pytest.approx(1 - score["lesion_removed"], abs=0.03)
+            assert tasks.volume[0] == pytest.approx(score["lesion_volume"], rel=0.12)
+            assert info["healthy_removed"] == pytest.approx(score["healthy_removed"] / score["lesion_volume"], abs=0.05)
+            assert volume_of(scored) == pytest.approx(volume_of(one.session), rel=1e-9)
+        assert tasks.gone[0] == pytest.approx(tasks.whole.sum() - volume_of(one.session), rel=1e-3)
+        one.close()

@@ -19,11 +19,12 @@ except ImportError as error:
 
 from ._single import TaskEnv
 from ._tasks import Tasks
+from .meniscectomy import Meniscectomy
 from .pattern_cut import PatternCut
 
-__all__ = ["PatternCut", "PatternCutEnv", "TaskEnv", "Tasks", "make_vec", "register"]
+__all__ = ["Meniscectomy", "PatternCut", "PatternCutEnv", "TaskEnv", "Tasks", "make_vec", "register"]
 
-TASKS: dict[str, type[Tasks]] = {"Kerf/PatternCut-v0": PatternCut}
+TASKS: dict[str, type[Tasks]] = {"Kerf/Meniscectomy-v0": Meniscectomy, "Kerf/PatternCut-v0": PatternCut}
 
 
 class PatternCutEnv(TaskEnv):

@@ -167,7 +167,9 @@ class Tasks(VectorEnv):
         paint(picture, depth, self.marked(row), self._camera)
         blade = self.blade(row)
         if blade is not None:
-            places = blade[0] + np.linspace(0, 1, 4 * height)[:, None] * (blade[1] - blade[0])
+            length = np.append(0, np.linalg.norm(np.diff(blade, axis=0), axis=1).cumsum())
+            along = np.linspace(0, length[-1], 4 * height)
+            places = np.stack([np.interp(along, length, blade[:, i]) for i in range(3)], axis=1)
             paint(picture, depth, places, self._camera, STEEL)
         return picture
 
@@ -176,7 +178,7 @@ class Tasks(VectorEnv):
         return np.zeros((0, 3))
 
     def blade(self, row: int) -> NDArray[np.float64] | None:
-        """Base and tip (2, 3), metres, of a blade that pictures of a copy show; None: the scene's own tools are all."""
+        """Base and tip of a blade that pictures of a copy show, or more corners of a line: (k, 3), metres; None: the scene's own tools are all."""
         return None
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:

@@ -282,3 +282,56 @@ def test_what_is_left_of_a_lesion_is_what_the_score_says():
             assert volume_of(scored) == pytest.approx(volume_of(one.session), rel=1e-9)
         assert tasks.gone[0] == pytest.approx(tasks.whole.sum() - volume_of(one.session), rel=1e-3)
         one.close()
+
+
+def test_what_a_shaver_took_is_healthy_tissue_and_bumps(monkeypatch):
+    """Volume of the closed surface: what it lost, against the prisms' loss and the bumps, which a punch without roughness does not leave."""
+    bites, punch = [], kerf.Session.punch
+    monkeypatch.setattr(kerf.Session, "punch", lambda session, point, radius, **how: bites.append((point, radius)) or punch(session, point, radius, **how))
+    one = gymnasium.make("Kerf/Debride-v0").unwrapped
+    one.reset(seed=70)
+    rough, tasks = volume_of(one.session), one.tasks
+    with kerf.Session(tasks.scene()) as smooth:
+        for point, radius in bites[:2]:
+            punch(smooth, point, radius, take=True)
+        bumps = rough - volume_of(smooth)
+    terminated = False
+    while not terminated:
+        _, reward, terminated, _, info = one.step(one.expert())
+    assert info["is_success"] and info["roughness_left"] < 0.2
+    for _ in range(3):  # bumps that are left
+        for place in tasks.edge[0]:
+            window = [place + (0, 0, 0.002), place - (0, 0, 0.002)]
+            one.session.shave([window, window], [0, 0.01], 0.0009, frame="rest", smoothing=200, removal=0)
+            one.session.step(2)
+    assert one.session.roughness < 2e-6
+    assert 0.5e-9 < bumps < 2e-9
+    assert rough - volume_of(one.session) == pytest.approx(info["healthy_removed"] + bumps, rel=0.03)
+    one.close()
+
+
+def test_the_roughness_of_places_is_that_of_the_edge():
+    envs = kerf.gym.make_vec("Kerf/Debride-v0", 4)
+    envs.reset(seed=31)
+    for _ in range(12):
+        assert np.sqrt((envs.rough**2).mean(axis=1)) == pytest.approx([session.roughness for session in envs.sessions], rel=0.35)
+        for row, session in enumerate(envs.sessions):  # brute force: places lie on the border of the collision mesh, between the rims
+            corners = session.collision_rest_positions[session.collision_triangles][..., :2]
+            inside = envs.edge[row, :, :2] - 2e-5 * envs.away[row]
+            outside = envs.edge[row, :, :2] + 2e-5 * envs.away[row]
+            assert covers(corners, inside).all() and not covers(corners, outside).any()
+        envs.step(envs.expert())
+    envs.close()
+
+
+def test_a_shaver_that_presses_feels_the_spring_of_the_hand():
+    """At rest the body pushes as hard as the spring pulls: 1000 N/m times how far the hand is ahead."""
+    envs = kerf.gym.make_vec("Kerf/Debride-v0", 2)
+    envs.reset(seed=33)
+    for _ in range(40):
+        way = (envs.now[:, 5, :2] - envs.hand) / 0.0005
+        envs.step(np.concatenate([np.clip(way, -1, 1), -np.ones((2, 1))], axis=1))
+    assert (np.linalg.norm(envs.force, axis=1) > 0.2).all()
+    assert envs.force == pytest.approx(1000 * (envs.shaver - envs.hand), abs=0.02)
+    assert (envs.healthy == 0).all()
+    envs.close()

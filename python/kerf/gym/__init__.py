@@ -19,12 +19,14 @@ except ImportError as error:
 
 from ._single import TaskEnv
 from ._tasks import Tasks
+from .debride import Debride
 from .meniscectomy import Meniscectomy
 from .pattern_cut import PatternCut
 
-__all__ = ["Meniscectomy", "PatternCut", "PatternCutEnv", "TaskEnv", "Tasks", "make_vec", "register"]
+__all__ = ["Debride", "Meniscectomy", "PatternCut", "PatternCutEnv", "TaskEnv", "Tasks", "make_vec", "register"]
 
-TASKS: dict[str, type[Tasks]] = {"Kerf/Meniscectomy-v0": Meniscectomy, "Kerf/PatternCut-v0": PatternCut}
+TASKS: dict[str, type[Tasks]] = {"Kerf/Debride-v0": Debride, "Kerf/Meniscectomy-v0": Meniscectomy,
+                                "Kerf/PatternCut-v0": PatternCut}
 
 
 class PatternCutEnv(TaskEnv):

@@ -29,7 +29,8 @@ def meniscus_scene(time_step: float) -> dict[str, Any]:
 def border_of(triangles: NDArray[np.int32]) -> NDArray[np.int64]:
     """Edges (k, 2) that one triangle alone has, along it."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
-    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    low, high = np.minimum(edges[:, 0], edges[:, 1]), np.maximum(edges[:, 0], edges[:, 1])
+    _, first, count = np.unique(low * (high.max() + 1) + high, return_index=True, return_counts=True)
     return edges[first[count == 1]]
 
 

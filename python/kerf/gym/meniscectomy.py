@@ -78,8 +78,9 @@ class Meniscectomy(Tasks):
 
     def begin(self, row: int, random: np.random.Generator) -> None:
         self.radius[row] = random.uniform(SMALLEST, LARGEST)
-        self.lesion[row] = at_rim(self.rim, -np.pi / 2 + random.uniform(-SPREAD, SPREAD), random.uniform(0, 0.0006))
-        self.punch[row] = np.array(MIDDLE) + random.uniform(-0.003, 0.003, 2)
+        angle = -np.pi / 2 + random.uniform(-SPREAD, SPREAD)
+        self.lesion[row] = at_rim(self.rim, angle, random.uniform(0, 0.0006))
+        self.punch[row] = at_rim(self.rim, angle + random.uniform(-0.4, 0.4), random.uniform(-0.006, -0.003))
         if self.randomise:
             self.sessions[row].set_material(young=YOUNG * 2 ** random.uniform(-1, 1), density=DENSITY * 2 ** random.uniform(-0.5, 0.5))
         self.tissue[row] = self.whole.ravel()

@@ -287,7 +287,12 @@ def test_what_is_left_of_a_lesion_is_what_the_score_says():
 def test_what_a_shaver_took_is_healthy_tissue_and_bumps(monkeypatch):
     """Volume of the closed surface: what it lost, against the prisms' loss and the bumps, which a punch without roughness does not leave."""
     bites, punch = [], kerf.Session.punch
-    monkeypatch.setattr(kerf.Session, "punch", lambda session, point, radius, **how: bites.append((point, radius)) or punch(session, point, radius, **how))
+
+    def noted(session, point, radius, **how):
+        bites.append((point, radius))
+        return punch(session, point, radius, **how)
+
+    monkeypatch.setattr(kerf.Session, "punch", noted)
     one = gymnasium.make("Kerf/Debride-v0").unwrapped
     one.reset(seed=70)
     rough, tasks = volume_of(one.session), one.tasks

@@ -36,9 +36,9 @@ class Debride(Tasks):
     """Two bites of a rough punch have left a jagged edge in the inner rim of a meniscus. Smooth it with a shaver.
 
     Action (3): how far the hand that leads the upright shaver goes along x and y, in parts of 0.5 mm, and whether the shaver runs
-    (above 0). The shaver follows the hand on a spring of 1000 N/m, touches the meniscus and pushes it aside; the hand is never
-    farther than 1 mm ahead of it. Its window shaves where it is when the action begins: bumps go first, then the edge moves back. An action takes 4 steps of
-    10 ms.
+    (above 0). The shaver follows the hand on a spring of 1000 N/m, touches the meniscus and pushes it aside; the hand is never farther
+    than 1 mm ahead of it along each axis. Its window shaves where it is when the action begins: bumps go first, then the edge moves back.
+    An action takes 4 steps of 10 ms.
 
     State (46), lengths in units of 5 mm: the shaver, seen from the middle of the inner rim's oval (2); the hand, seen from the shaver, in units of
     1 mm (2); the force on the shaver along x and y, N (2); 12 places evenly along the cut edge as it is now, seen from the shaver (24); the roughness

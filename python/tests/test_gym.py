@@ -16,6 +16,14 @@ from kerf.gym._pieces import area_of, areas_of, inside, pieces_of  # noqa: E402
 TASKS = sorted(kerf.gym.TASKS)
 
 
+def covers(corners, points):
+    """Which points (k, 2) lie in one of the triangles (m, 3, 2)?"""
+    a, b, c = (corners[:, i, None] for i in range(3))
+    sides = [(q[..., 0] - o[..., 0]) * (points[:, 1] - o[..., 1]) - (q[..., 1] - o[..., 1]) * (points[:, 0] - o[..., 0])
+             for o, q in ((a, b), (b, c), (c, a))]
+    return (np.all([s >= 0 for s in sides], axis=0) | np.all([s <= 0 for s in sides], axis=0)).any(axis=0)
+
+
 def play(envs, act, seed, most=10_000):
     """Returns of one episode of each copy, and whether it was solved."""
     observation, _ = envs.reset(seed=seed)

@@ -23,16 +23,15 @@ from .debride import Debride
 from .meniscectomy import Meniscectomy
 from .pattern_cut import PatternCut
 
-__all__ = ["Debride", "Meniscectomy", "PatternCut", "PatternCutEnv", "TaskEnv", "Tasks", "make_vec", "register"]
+__all__ = ["Debride", "Meniscectomy", "PatternCut", "TaskEnv", "Tasks", "make_vec", "register"]
 
 TASKS: dict[str, type[Tasks]] = {"Kerf/Debride-v0": Debride, "Kerf/Meniscectomy-v0": Meniscectomy,
                                 "Kerf/PatternCut-v0": PatternCut}
 
 
-class PatternCutEnv(TaskEnv):
-    """One copy of PatternCut."""
-
-    task = PatternCut
+for _task in TASKS.values():  # Gymnasium names what it makes by words: PatternCutEnv is one copy of PatternCut
+    _name = f"{_task.__name__}Env"
+    globals()[_name] = type(_name, (TaskEnv,), {"task": _task, "__doc__": f"One copy of {_task.__name__}.", "__module__": __name__})
 
 
 def register() -> None:

@@ -89,9 +89,8 @@ def plot(rows, marks, file):
     seconds, _, returns, solved = np.array(rows).T
     figure, (above, below) = plt.subplots(2, 1, figsize=(7, 6), sharex=True, layout="constrained")
     above.plot(seconds / 60, returns, label="PPO, while it learns")
-    for name, (mean, _) in marks.items():
-        above.axhline(mean, linestyle="--", color="gray", linewidth=1)
-        above.annotate(name, (0, mean), xytext=(2, 3), textcoords="offset points", color="gray")
+    for (name, (mean, _)), style in zip(marks.items(), ("-.", "--", ":"), strict=True):
+        above.axhline(mean, linestyle=style, color="gray", linewidth=1, label=f"{name}, unseen episodes: {mean:.1f}")
     above.set_ylabel("return, mean of 100 episodes")
     above.legend(loc="center right")
     below.plot(seconds / 60, 100 * solved)

@@ -19,6 +19,7 @@ BEYOND = 64  # marks that a cut may go on past the first one, until it is closed
 WINDOW = 10  # marks that one action may go along: 5 mm, more than a move is long
 REACH = 0.004  # m: farthest move of an action along each axis
 YOUNG, DENSITY = 2e4, 300.0  # Pa, kg/m3
+ROUND = 243  # marks: the way round is done; the last ones may go with what comes out
 CAME_OUT = 0.3  # overlap: below, what is loose are scraps of the cut
 ACROSS = 0.003  # m: how far to both sides of the curve the expert cuts where it begins
 EDGE = 0.03  # m: length of the blade's edge, tip to base
@@ -134,9 +135,8 @@ class PatternCut(Tasks):
         self.sum_off += np.where(cut, self.off, 0)
         self.cuts += cut
         rewards = 20 * self.nearer + 10 * self.headway / MARKS - 0.01 - 0.02 * np.minimum(self.off / TOLERANCE, 3) * self.below
-        ended = plays & (self.marks[:, 0, 2] < -FALLEN)
-        rewards[ended] -= 2
-        for row in np.flatnonzero(plays & (self.at >= MARKS) & ~ended):
+        ended = np.zeros(self.num_envs, bool)
+        for row in np.flatnonzero(plays & (self.at >= ROUND)):
             pieces = self.sessions[row].counts["pieces"]
             if pieces == self.pieces[row]:
                 continue
@@ -146,6 +146,9 @@ class PatternCut(Tasks):
                 continue
             self.out[row] = ended[row] = True
             rewards[row] += 5 * self.overlap[row]
+        fallen = plays & ~ended & (self.marks[:, 0, 2] < -FALLEN)
+        rewards[fallen] -= 2
+        ended |= fallen
         return rewards, ended
 
     def _overlap(self, row: int) -> float:

@@ -22,11 +22,11 @@ from ._tasks import Tasks
 from .debride import Debride
 from .meniscectomy import Meniscectomy
 from .pattern_cut import PatternCut
+from .slice import Slice
 
-__all__ = ["Debride", "Meniscectomy", "PatternCut", "TaskEnv", "Tasks", "make_vec", "register"]
+__all__ = ["Debride", "Meniscectomy", "PatternCut", "Slice", "TaskEnv", "Tasks", "make_vec", "register"]
 
-TASKS: dict[str, type[Tasks]] = {"Kerf/Debride-v0": Debride, "Kerf/Meniscectomy-v0": Meniscectomy,
-                                "Kerf/PatternCut-v0": PatternCut}
+TASKS: dict[str, type[Tasks]] = {f"Kerf/{_task.__name__}-v0": _task for _task in (Debride, Meniscectomy, PatternCut, Slice)}
 
 
 for _task in TASKS.values():  # Gymnasium names what it makes by words: PatternCutEnv is one copy of PatternCut

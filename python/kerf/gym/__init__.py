@@ -23,10 +23,11 @@ from .debride import Debride
 from .meniscectomy import Meniscectomy
 from .pattern_cut import PatternCut
 from .slice import Slice
+from .tension_and_cut import TensionAndCut
 
-__all__ = ["Debride", "Meniscectomy", "PatternCut", "Slice", "TaskEnv", "Tasks", "make_vec", "register"]
+__all__ = ["Debride", "Meniscectomy", "PatternCut", "Slice", "TaskEnv", "Tasks", "TensionAndCut", "make_vec", "register"]
 
-TASKS: dict[str, type[Tasks]] = {f"Kerf/{_task.__name__}-v0": _task for _task in (Debride, Meniscectomy, PatternCut, Slice)}
+TASKS: dict[str, type[Tasks]] = {f"Kerf/{_task.__name__}-v0": _task for _task in (Debride, Meniscectomy, PatternCut, Slice, TensionAndCut)}
 
 
 for _task in TASKS.values():  # Gymnasium names what it makes by words: PatternCutEnv is one copy of PatternCut

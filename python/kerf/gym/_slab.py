@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .. import Body, bind
 
 LENGTH, THICKNESS = 0.14, 0.014  # m, along x and z
 DENSITY = 1050.0  # kg/m3
@@ -50,10 +50,6 @@ def slab_surface() -> tuple[NDArray[np.float64], NDArray[np.int32]]:
 
 
 @lru_cache(maxsize=1)
-def slab_files() -> tuple[str, str]:
-    """Surface and middle of the slab, as files."""
-    folder = Path(tempfile.mkdtemp(prefix="kerf-gym-"))
-    for name, (vertices, triangles) in (("surface", slab_surface()), ("middle", slab_mesh())):
-        (folder / f"{name}.obj").write_text("".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices.tolist()) +
-                                            "".join(f"f {a} {b} {c}\n" for a, b, c in (triangles + 1).tolist()))
-    return str(folder / "surface.obj"), str(folder / "middle.obj")
+def slab_body() -> Body:
+    """The slab, bound."""
+    return bind(*slab_surface(), collision=slab_mesh())

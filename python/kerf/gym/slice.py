@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._pieces import pieces_of
-from ._slab import DENSITY, LENGTH, THICKNESS, half_width, slab_files
+from ._slab import DENSITY, LENGTH, THICKNESS, half_width, slab_body
 from ._tasks import Tasks
 
 __all__ = ["Slice"]
@@ -55,8 +55,7 @@ class Slice(Tasks):
     camera: ClassVar[dict[str, Any]] = {"eye": (0, -0.17, 0.21), "target": (0, -0.005, 0), "field_of_view": 0.6}
 
     def scene(self) -> dict[str, Any]:
-        surface, middle = slab_files()
-        return {"body": {"visual": surface, "collision": middle}, "lattice": {"cells": [8, 4, 1]},
+        return {"body": {"bound": slab_body()}, "lattice": {"cells": [8, 4, 1]},
                 "material": {"young": YOUNG, "poisson": 0.4, "density": DENSITY, "damping_mass": 2.0},
                 "simulation": {"time_step": STEP, "tolerance": 0.02}, "cut": {"resistance": RESISTANCE},
                 "obstacle": [{"name": "board", "shape": "box", "size": [0.24, 0.16, 0.02], "position": [0, 0, -THICKNESS / 2 - 0.0102],

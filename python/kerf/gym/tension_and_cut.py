@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._gauze import SIDE, THICKNESS, gauze_file
+from ._gauze import SIDE, gauze_body
 from ._tasks import Tasks
 
 __all__ = ["TensionAndCut"]
@@ -63,7 +63,7 @@ class TensionAndCut(Tasks):
     camera: ClassVar[dict[str, Any]] = {"eye": (0.05, -0.17, 0.16), "target": (0.005, 0, -0.01), "field_of_view": 0.6}
 
     def scene(self) -> dict[str, Any]:
-        return {"body": {"visual": gauze_file(), "thickness": THICKNESS}, "lattice": {"cells": [9, 9, 1]},
+        return {"body": {"bound": gauze_body()}, "lattice": {"cells": [9, 9, 1]},
                 "material": {"young": YOUNG, "poisson": 0.3, "density": DENSITY, "damping_mass": 2.0},
                 "simulation": {"time_step": 0.025, "tolerance": 0.02},
                 "fix": [{"half_space": {"point": [-SIDE / 2 + 0.006, 0, 0], "normal": [-1, 0, 0]}}]}

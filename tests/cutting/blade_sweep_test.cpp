@@ -312,6 +312,37 @@ TEST(BladeSweep, LandsFlatAndCutsWhereItPasses) {
   EXPECT_LE(too_long, 2) << "two fronts that meet may pass each other beside a corner to which one of them snapped";
 }
 
+/// A wavy sheet that goes down a step as steep as the blade, and on: in any number of moves the blade comes out at its far rim.
+//   ______
+//         |   blade --->
+//         |________
+TEST(BladeSweep, DownAStepAndOnToTheRim) {
+  for (int seed = 0; seed < 300; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(static_cast<std::uint64_t>(seed) + 9100);
+    Bench b(sheet_65_mesh(), seed % 2 == 1, 1);
+    const double first = random.uniform(0.25, 0.45), last = first + random.uniform(0.15, 0.35),
+                 lean = random.uniform(0, 0.3);
+    const double wave = random.uniform(0, 0.03), kx = random.uniform(3, 12), ky = random.uniform(3, 12),
+                 phase = random.uniform(0, 6);
+    for (Vec3& p : b.position) {
+      const double down = std::clamp(p.x, first, last) - first;
+      p = {p.x - (1 - lean) * down, p.y,
+           wave * std::sin(kx * p.x + ky * p.y + phase) - std::sqrt(1 - lean * lean) * down};
+    }
+    const Vec3 from{-0.1, random.uniform(0.3, 0.7), 0},
+        to{1.1 - (1 - lean) * (last - first), random.uniform(0.3, 0.7), 0}, up{0, 0, 1};
+    const int moves = 1 + static_cast<int>(random.uniform(0, 40));
+    for (int i = 0; i <= moves; ++i) {
+      const Vec3 p = lerp(from, to, static_cast<double>(i) / moves);
+      (void)move_blade(b, {p + up, p - up});
+    }
+    const Status valid = validate_complex(b.body, b.start);
+    ASSERT_TRUE(valid.ok()) << valid.error().message;
+    EXPECT_GE(b.pieces(), 2) << moves << " moves, lean " << lean << ", wave " << wave;
+  }
+}
+
 /// A tube along y, between 0.5 and 1.5: a ring in the plane, rolled.
 Vec3 rolled(Vec3 p) {
   const double angle = std::atan2(p.y, p.x);

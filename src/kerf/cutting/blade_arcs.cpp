@@ -23,6 +23,7 @@ struct Piece {
   H in, out;
   double in_fraction = 0, out_fraction = 0;
   Vec2 q0, q1;
+  bool along = false;                               // the face lies along the edge
   double from = 0, to = 1;                          // part of the segment
   Kind begin = Kind::kBorder, end = Kind::kBorder;  // kBorder: at the edge, be it a border or not
   int next = -1, before = -1;
@@ -147,6 +148,7 @@ class Search {
     piece.q1 =
         lerp(strip_.local(place(mesh_.from(piece.out))), strip_.local(place(mesh_.to(piece.out))), piece.out_fraction);
     piece.q0 = lerp(strip_.local(place(mesh_.to(piece.in))), strip_.local(place(mesh_.from(piece.in))), in);
+    piece.along = !strip_.done.empty() && lies_along(face);
     clip(piece);
   }
 
@@ -155,7 +157,13 @@ class Search {
   }
   bool passed(const Piece& piece, double part) const {
     const Vec2 q = lerp(piece.q0, piece.q1, part);
-    return strip_.passed(q) && !is_done(q.x);
+    return strip_.passed(q) && !(piece.along && is_done(q.x));
+  }
+  /// Does the face lie along the edge, or bend along it between two poses?
+  bool lies_along(F face) const {
+    const H h = CollisionMesh::corner(face, 0);
+    const Vec3 a = place(mesh_.from(h)), normal = cross(place(mesh_.to(h)) - a, place(mesh_.apex(h)) - a);
+    return std::abs(dot(normal, strip_.along)) < cut::kPathLeans * norm(normal);
   }
 
   /// Adds the parts of the segment that the edge has passed.
@@ -165,11 +173,12 @@ class Search {
       const double a = strip_.side(i, piece.q0), b = strip_.side(i, piece.q1);
       if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), i});
     }
-    for (const auto& d : strip_.done)
-      for (const double x : d) {
-        const double a = piece.q0.x - x, b = piece.q1.x - x;
-        if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), 0});
-      }
+    if (piece.along)
+      for (const auto& d : strip_.done)
+        for (const double x : d) {
+          const double a = piece.q0.x - x, b = piece.q1.x - x;
+          if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), 0});
+        }
     std::sort(cuts.begin(), cuts.end());
     const std::size_t n = cuts.size();
     const auto nearest = [&](Vec2 q) {

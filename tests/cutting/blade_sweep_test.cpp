@@ -312,10 +312,10 @@ TEST(BladeSweep, LandsFlatAndCutsWhereItPasses) {
   EXPECT_LE(too_long, 2) << "two fronts that meet may pass each other beside a corner to which one of them snapped";
 }
 
-/// A wavy sheet that goes down a step as steep as the blade, and on: in any number of moves the blade comes out at its far rim.
-//   ______
-//         |   blade --->
-//         |________
+/// A wavy sheet that goes down a step as steep as the blade, and on, every third one up again: in any number of moves the blade comes out at its far rim.
+//   ______             ____
+//         |           |
+//         |___________|     blade --->
 TEST(BladeSweep, DownAStepAndOnToTheRim) {
   for (int seed = 0; seed < 300; ++seed) {
     SCOPED_TRACE(seed);

@@ -152,12 +152,13 @@ class Search {
     clip(piece);
   }
 
-  bool is_done(double x) const {
-    return std::any_of(strip_.done.begin(), strip_.done.end(), [&](const auto& d) { return d[0] < x && x < d[1]; });
+  bool is_done(Vec2 q) const {
+    return std::any_of(strip_.done.begin(), strip_.done.end(),
+                       [&](const auto& d) { return d[0].x < q.x && q.x < d[1].x && d[0].y < q.y && q.y < d[1].y; });
   }
   bool passed(const Piece& piece, double part) const {
     const Vec2 q = lerp(piece.q0, piece.q1, part);
-    return strip_.passed(q) && !(piece.along && is_done(q.x));
+    return strip_.passed(q) && !(piece.along && is_done(q));
   }
   /// Does the face lie along the edge, or bend along it between two poses?
   bool lies_along(F face) const {
@@ -175,10 +176,10 @@ class Search {
     }
     if (piece.along)
       for (const auto& d : strip_.done)
-        for (const double x : d) {
-          const double a = piece.q0.x - x, b = piece.q1.x - x;
-          if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), 0});
-        }
+        for (const Vec2 corner : d)
+          for (const auto& [a, b] : {std::pair{piece.q0.x - corner.x, piece.q1.x - corner.x},
+                                     std::pair{piece.q0.y - corner.y, piece.q1.y - corner.y}})
+            if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), 0});
     std::sort(cuts.begin(), cuts.end());
     const std::size_t n = cuts.size();
     const auto nearest = [&](Vec2 q) {

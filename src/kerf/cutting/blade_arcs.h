@@ -19,8 +19,8 @@ struct Strip {
   double length = 0;             ///< of the edge at its new place, which is y = 0, from x = 0 on
   Vec2 base, tip;                ///< of the edge at its last place
   double offset = 0, slope = 0;  ///< the line of that place: y = offset + slope x
-  std::vector<std::array<double, 2>>
-      done;  ///< from x to x: where the stroke has cut a sheet that lies along the edge; nothing there is passed again
+  std::vector<std::array<Vec2, 2>>
+      done;  ///< boxes where the stroke has cut a sheet that lies along the edge; of such sheets nothing there is passed again
   bool stands = false;  ///< it has not moved across itself: `motion` is any way
 
   /// `fronts`: where the cut has got to; the last place is moved to where they are, as the material has carried it. `least`: metres, a move that is

@@ -345,16 +345,12 @@ class Sweep {
   }
   /// A sheet that lies along the edge is cut once at each place of the edge, wherever its lips are now. With `through` there may be another below it.
   void note_done() {
+    const Vec2 margin{0, rounding_.carried()};
     for (const auto& [a, b] : stroke_.cut_along) {
-      const double from = strip_.local(at(a)).x, to = strip_.local(at(b)).x;
-      strip_.done.push_back({std::min(from, to), std::max(from, to)});
+      const Vec2 p = strip_.local(at(a)), q = strip_.local(at(b));
+      strip_.done.push_back({Vec2{std::min(p.x, q.x), std::min(p.y, q.y)} - margin,
+                             Vec2{std::max(p.x, q.x), std::max(p.y, q.y)} + margin});
     }
-    std::sort(strip_.done.begin(), strip_.done.end());
-    std::size_t n = 0;
-    for (const std::array<double, 2> d : strip_.done)
-      if (n > 0 && d[0] <= strip_.done[n - 1][1]) strip_.done[n - 1][1] = std::max(strip_.done[n - 1][1], d[1]);
-      else strip_.done[n++] = d;
-    strip_.done.resize(n);
   }
 
   /// How far the lips of an arc will lie beside the strip.

@@ -22,10 +22,11 @@ from ._core import Snapshot, Stroke  # noqa: E402
 from ._batch import Batch  # noqa: E402
 from ._camera import Camera  # noqa: E402
 from ._error import Error  # noqa: E402
+from ._recording import Playback, Recording  # noqa: E402
 from ._scene import models, scenes  # noqa: E402
 from ._session import Session  # noqa: E402
 
-__all__ = ["Batch", "Body", "Camera", "Error", "Session", "Snapshot", "Stroke", "bind", "load", "models", "scenes"]
+__all__ = ["Batch", "Body", "Camera", "Error", "Playback", "Recording", "Session", "Snapshot", "Stroke", "bind", "load", "models", "scenes"]
 
 
 def __getattr__(name):

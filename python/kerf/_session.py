@@ -6,10 +6,8 @@ import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from . import _arguments, _core
-from ._camera import Camera
-
 from . import _arguments, _core, _surfaces
+from ._camera import Camera
 from ._error import naming_keys
 from ._records import Records
 from ._scene import command_of, source_of, utf8
@@ -21,8 +19,17 @@ if TYPE_CHECKING:  # `import kerf` goes without NumPy
     import trimesh
     from numpy.typing import ArrayLike, NDArray
 
+    from ._recording import Recording
+
     Path = str | os.PathLike[str]
     Region = dict[str, Any]
+
+
+def paths_text(paths):
+    """Folders as the library can have them: one or several."""
+    if isinstance(paths, (str, os.PathLike)):
+        paths = [paths]
+    return [utf8(os.fsdecode(path)) for path in paths]
 
 
 class Session(_core.Session):
@@ -32,20 +39,38 @@ class Session(_core.Session):
     saved by `kerf bind`, a text in TOML, or a dict with the same keys. A file of that name goes before a shipped scene.
     Or a kerf.Body, which hangs by its far rim; in a dict it is what is bound: {"body": {"bound": body}}.
     meshes: folders where mesh files are looked for that are not beside the scene.
-    kerf.Error: the scene or a mesh can't be used. TypeError: scene is something else.
+    record: everything that is done to it is noted, for recording(). Every 100 steps then cost a hash of the state.
+    kerf.Error: the scene or a mesh can't be used, or a kerf.Body is to be recorded. TypeError: scene is something else.
 
     Lengths are metres, times seconds, z is up. A session is used by one thread at a time (another one gets a kerf.Error);
     many sessions can run at once. Arrays are read-only and stay what they were: ask again after a step or a cut. Pictures are the
     caller's own.
     """
 
-    def __init__(self, scene: Path | dict[str, Any] | _core.Body, *, meshes: Path | Iterable[Path] = ()) -> None:
+    def __init__(self, scene: Path | dict[str, Any] | _core.Body, *, meshes: Path | Iterable[Path] = (), record: bool = False) -> None:
         text, name, folder, bodies = source_of(scene)
-        if isinstance(meshes, (str, os.PathLike)):
-            meshes = [meshes]
+        self._meshes = paths_text(meshes)
         with naming_keys(text, name):
-            super().__init__(utf8(text), utf8(name), utf8(folder), [utf8(os.fsdecode(path)) for path in meshes], bodies)
+            super().__init__(utf8(text), utf8(name), utf8(folder), self._meshes, bodies, bool(record))
         self._records = Records()
+
+    @classmethod
+    def _of_recording(cls, recording: _core.HeldRecording, meshes: list[str]) -> Session:
+        session = cls.__new__(cls)
+        _core.Session.__init__(session, recording, meshes)
+        session._records, session._meshes = Records(), meshes
+        return session
+
+    def recording(self) -> Recording:
+        """All that was done so far, as a kerf.Recording: session.recording().save("cut.kerfrec"), for `kerf replay`.
+
+        What was taken back by restore() is not in it; undo() is. kerf.Error: the session was made without record=True, or something was done
+        that recordings have no change for: blades and shavers of apply() and shave(), which move by themselves; a tool's way of several
+        poses; a grasp's own stiffness; a removal by a region at rest. A scene may do these.
+        """
+        from ._recording import Recording
+
+        return Recording._of(self._recording(), self._meshes)
 
     def cut(self, poses: ArrayLike, frame: str = "rest", through: bool = False) -> bool:
         """One whole stroke: the blade's edge moves through these poses, base and tip of each.

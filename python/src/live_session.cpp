@@ -12,6 +12,7 @@
 #include <variant>
 
 #include "errors.h"
+#include "held_recording.h"
 #include "interrupts.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/record/run_report.h"
@@ -24,6 +25,8 @@ namespace nb = nanobind;
 
 namespace kerf::python {
 namespace {
+
+using Kind = SessionChange::Kind;
 
 std::uint64_t next_number() {
   static std::atomic<std::uint64_t> last = 0;
@@ -66,6 +69,12 @@ void store(Vec3 p, double* to) {
   for (int i = 0; i < 3; ++i) to[i] = p[i];
 }
 
+// As a change has them.
+std::vector<double> begin_values(SceneFrame frame, bool through) {
+  return {through ? 1.0 : 0.0, frame == SceneFrame::kRest ? 1.0 : 0.0};
+}
+std::vector<double> edge_values(Vec3 base, Vec3 tip) { return {base.x, base.y, base.z, tip.x, tip.y, tip.z}; }
+
 /// Does a stroke by hand go on while this is done? What cuts, takes away, undoes or does again would end it.
 bool goes_with_stroke(const SceneCommand& command) {
   return std::visit(
@@ -80,6 +89,19 @@ bool goes_with_stroke(const SceneCommand& command) {
 }
 
 }  // namespace
+
+nb::object score_or_none(const std::optional<TrainerScore>& score) {
+  if (!score) return nb::none();
+  nb::dict out;
+  out["lesion_volume"] = score->lesion_volume;
+  out["lesion_removed"] = score->lesion_removed;
+  out["healthy_removed"] = score->healthy_removed;
+  out["healthy_share"] = score->healthy_share;
+  out["loose_pieces"] = score->loose_pieces;
+  out["roughness"] = score->roughness;
+  out["largest_force"] = score->largest_force;
+  return out;
+}
 
 /// A session in use by this thread. Errors: it is closed, or another thread is in it.
 class LiveSession::Use {
@@ -103,30 +125,63 @@ class LiveSession::Use {
 };
 
 LiveSession::LiveSession(const std::string& text, const std::string& name, const std::string& folder,
-                         const std::vector<std::string>& meshes, const nb::dict& bodies)
+                         const std::vector<std::string>& meshes, const nb::dict& bodies, bool record)
     : number_(next_number()) {
+  if (record && bodies.size() > 0)
+    throw Failure(bad_input(
+        "a kerf.Body is in no file, and recordings hold files; save() the body and name its file in the scene"));
   SceneFolders folders{std::filesystem::path(folder)};
   folders.meshes.assign(meshes.begin(), meshes.end());
   for (const auto [word, body] : bodies)
     folders.bodies[nb::cast<std::string>(word)] = nb::cast<const MemoryBody&>(body).loaded();
+  make([&](const Progress& progress) -> Status {
+    const auto scene = parse_scene(text, name, folders);
+    if (!scene) return scene.error();
+    auto session = Session::create(*scene, progress);
+    if (!session) return session.error();
+    if (record) {
+      SceneSource source;
+      source.text = text;
+      source.name = std::filesystem::path(name).stem().string();
+      source.folder = folder.empty() ? std::filesystem::current_path() : std::filesystem::absolute(folder);
+      source.mesh_folders = folders.meshes;
+      auto recorder = Recorder::begin(std::move(source), *session);
+      if (!recorder) return recorder.error();
+      recorder_ = std::move(*recorder);
+    }
+    session_ = std::move(*session);
+    return {};
+  });
+}
+
+LiveSession::LiveSession(const HeldRecording& recording, const std::vector<std::string>& meshes)
+    : number_(next_number()) {
+  make([&](const Progress& progress) -> Status {
+    auto session = session_of(*recording.recording(), progress, {meshes.begin(), meshes.end()}, recording.file());
+    if (!session) return recording.named(session.error());
+    session_ = std::move(*session);
+    return {};
+  });
+}
+
+void LiveSession::make(const std::function<Status(const Progress&)>& work) {
   Interrupts interrupts;
-  std::optional<Error> error;
+  Status done;
   {
     const nb::gil_scoped_release release;
     Stopwatch watch;
-    auto scene = parse_scene(text, name, folders);
-    if (!scene) {
-      error = scene.error();
-    } else if (auto session = Session::create(*scene, interrupts.listener()); !session) {
-      error = session.error();
-    } else {
-      session_ = std::move(*session);
-    }
+    done = work(interrupts.listener());
     prepare_seconds_ = watch.lap();
   }
   interrupts.raise();
-  if (error) throw Failure(*error);
+  check(done);
   at_start_ = session_->counts();
+}
+
+Result<SessionStep> LiveSession::step_once() {
+  auto step = session_->step();
+  if (recorder_) recorder_->stepped(*session_, step.ok());
+  return step;
 }
 
 void LiveSession::step(std::int64_t n) {
@@ -138,7 +193,7 @@ void LiveSession::step(std::int64_t n) {
   {
     const nb::gil_scoped_release release;
     for (std::int64_t i = 0; i < n && !interrupts.wanted(); ++i) {
-      auto step = session->step();
+      auto step = step_once();
       if (!step) {
         error = step.error();
         break;
@@ -150,9 +205,38 @@ void LiveSession::step(std::int64_t n) {
   if (error) throw Failure(*error);
 }
 
+void LiveSession::play(Replay& replay, bool& begun, std::int64_t until, const std::function<void()>& played) {
+  Use session(*this);
+  ++changes_;
+  Interrupts interrupts;
+  Status done;
+  {
+    const nb::gil_scoped_release release;
+    if (!begun) replay.begin(*session);
+    begun = true;
+    while (done.ok() && replay.report().steps < until && !replay.over() && !interrupts.wanted()) {
+      auto step = replay.step(*session);
+      if (step) last_step_ = std::move(*step);
+      else done = step.error();
+    }
+  }
+  note_end_of_stroke();
+  played();
+  interrupts.raise();
+  check(done);
+}
+
+HeldRecording LiveSession::recording() {
+  Use session(*this);
+  if (!recorder_)
+    throw Failure(bad_input("nothing of this session was noted; make it with kerf.Session(scene, record=True)"));
+  return {value_of(unlocked([&] { return recorder_->recording(*session); })), ""};
+}
+
 void LiveSession::undo() {
   Use session(*this);
   ++changes_;
+  note(Kind::kUndo);
   const Status done = unlocked([&] { return session->undo(); });
   note_end_of_stroke();
   check(done);
@@ -161,6 +245,7 @@ void LiveSession::undo() {
 void LiveSession::redo() {
   Use session(*this);
   ++changes_;
+  note(Kind::kRedo);
   const Status done = unlocked([&] { return session->redo(); });
   note_end_of_stroke();
   check(done);
@@ -182,6 +267,7 @@ void LiveSession::close() {
     array->forget();
   unlocked([&] {
     painter_.reset();
+    recorder_.reset();
     dying.reset();
   });
 }
@@ -208,6 +294,7 @@ bool LiveSession::stroke_is_open(std::uint64_t stroke) {
 std::uint64_t LiveSession::begin_stroke(SceneFrame frame, bool through) {
   Use session(*this);
   if (is_open(stroke_)) throw Failure(bad_input("a stroke is open; end it before the next one begins"));
+  note(Kind::kBeginStroke, begin_values(frame, through));
   check(unlocked([&] { return session->begin_stroke(frame, through); }));
   stroke_record_ = session->strokes().size();
   return ++stroke_;
@@ -217,6 +304,7 @@ void LiveSession::move_blade(std::uint64_t stroke, Vec3 base, Vec3 tip) {
   Use session(*this);
   must_be_open(stroke);
   ++changes_;
+  note(Kind::kBlade, edge_values(base, tip));
   const Status moved = unlocked([&] { return session->move_blade(base, tip); });
   note_end_of_stroke();
   check(moved);
@@ -226,6 +314,7 @@ void LiveSession::end_stroke(std::uint64_t stroke, bool keep) {
   Use session(*this);
   must_be_open(stroke);
   ++changes_;
+  note(keep ? Kind::kEndStroke : Kind::kCancelStroke);
   const Status ended = unlocked([&] { return keep ? session->end_stroke() : session->cancel_stroke(); });
   note_end_of_stroke();
   check(ended);
@@ -240,18 +329,22 @@ bool LiveSession::cut(const double* edges, std::size_t poses, SceneFrame frame, 
   bool met = false;
   {
     const nb::gil_scoped_release release;
+    note(Kind::kBeginStroke, begin_values(frame, through));
     done = session->begin_stroke(frame, through);
     const bool begun = done.ok();
     const std::size_t record = session->strokes().size();
     for (std::size_t i = 0; i < poses && done.ok() && !interrupts.wanted(); ++i) {
       const double* edge = edges + 6 * i;
+      note(Kind::kBlade, {edge, edge + 6});
       done = session->move_blade({edge[0], edge[1], edge[2]}, {edge[3], edge[4], edge[5]});
     }
     if (done.ok() && !interrupts.wanted()) {
+      note(Kind::kEndStroke);
       done = session->end_stroke();
       if (done.ok()) met = session->strokes()[record - 1].before != session->strokes()[record - 1].after;
     }
     if (begun && session->in_stroke()) {
+      note(Kind::kCancelStroke);
       const Status cancelled = session->cancel_stroke();
       if (done.ok()) done = cancelled;
     }
@@ -262,6 +355,13 @@ bool LiveSession::cut(const double* edges, std::size_t poses, SceneFrame frame, 
 }
 
 // --- Commands ---
+
+Status LiveSession::perform(const SceneCommand& command) {
+  if (recorder_) recorder_->before(*session_, command);
+  const Status done = session_->apply(command);
+  if (recorder_) recorder_->after(*session_, command, done);
+  return done;
+}
 
 LiveSession::Applied LiveSession::apply(const std::string& text, const std::string& name) {
   Use session(*this);
@@ -275,7 +375,7 @@ LiveSession::Applied LiveSession::apply(const std::string& text, const std::stri
     throw Failure(bad_input("a stroke is open; end it before this command"));
   ++changes_;
   const std::size_t before = session->strokes().size();
-  const Status done = unlocked([&] { return session->apply(command); });
+  const Status done = unlocked([&] { return perform(command); });
   note_end_of_stroke();
   check(done);
   Applied out;
@@ -293,27 +393,30 @@ void LiveSession::take_turn(const SessionTurn& turn, std::uint64_t& stroke) {
   for (const auto& [id, target] : turn.grasps) {
     SceneCommand command;
     command.what = SceneMove{id, {}, target, over};
-    check(session->apply(command));
+    check(perform(command));
   }
   for (const SessionTurn::Tool& tool : turn.tools) {
     SceneCommand command;
     command.what = SceneToolMotion{tool.id, {{over, tool.position, tool.rotation}}};
-    check(session->apply(command));
+    check(perform(command));
   }
   const auto move = [&](double share) {
-    const Status moved =
-        session->move_blade(lerp(turn.base[0], turn.base[1], share), lerp(turn.tip[0], turn.tip[1], share));
+    const Vec3 base = lerp(turn.base[0], turn.base[1], share), tip = lerp(turn.tip[0], turn.tip[1], share);
+    note(Kind::kBlade, edge_values(base, tip));
+    const Status moved = session->move_blade(base, tip);
     note_end_of_stroke();
     check(moved);
   };
   const bool own_is_open = stroke != 0 && is_open(stroke);
   if (turn.blade && turn.cuts && !own_is_open) {
     if (is_open(stroke_)) throw Failure(bad_input("a stroke is open; end it before the batch's blade cuts"));
+    note(Kind::kBeginStroke, begin_values(SceneFrame::kWorld, false));
     check(session->begin_stroke(SceneFrame::kWorld, false));
     stroke_record_ = session->strokes().size();
     stroke = ++stroke_;
     move(0);
   } else if (own_is_open && !(turn.blade && turn.cuts)) {
+    note(Kind::kEndStroke);
     const Status ended = session->end_stroke();
     note_end_of_stroke();
     stroke = 0;
@@ -323,7 +426,7 @@ void LiveSession::take_turn(const SessionTurn& turn, std::uint64_t& stroke) {
   if (cuts && turn.steps == 0) move(1);
   for (std::int64_t i = 1; i <= turn.steps && !turn.ended(); ++i) {
     if (cuts) move(static_cast<double>(i) / static_cast<double>(turn.steps));
-    last_step_ = value_of(session->step());
+    last_step_ = value_of(step_once());
   }
 }
 
@@ -346,7 +449,8 @@ void LiveSession::places_at_rest(const double* now, std::size_t count, double* r
 
 Snapshot LiveSession::snapshot() {
   Use session(*this);
-  return {unlocked([&] { return session->snapshot(); }), number_, is_open(stroke_)};
+  const auto notes = recorder_ ? std::make_shared<const Recorder::Notes>(recorder_->notes()) : nullptr;
+  return {unlocked([&] { return session->snapshot(); }), number_, is_open(stroke_), notes};
 }
 
 void LiveSession::restore(const Snapshot& snapshot) {
@@ -354,9 +458,12 @@ void LiveSession::restore(const Snapshot& snapshot) {
   if (snapshot.session != number_) throw Failure(bad_input("this snapshot was taken of another session"));
   ++changes_;
   unlocked([&] { session->restore(snapshot.state); });
+  if (recorder_) recorder_->go_back(*snapshot.notes);
   stroke_record_ = 0;
   // A hand's stroke that was open then is nobody's now. A blade of the scene goes on from where it was.
-  if (snapshot.in_hand) check(session->end_stroke());
+  if (!snapshot.in_hand) return;
+  note(Kind::kEndStroke);
+  check(session->end_stroke());
 }
 
 // --- State ---
@@ -589,27 +696,19 @@ nb::dict LiveSession::material() {
 void LiveSession::set_material(double young, double poisson, double density) {
   Use session(*this);
   ++changes_;
+  note(Kind::kMaterial, {young, poisson, density});
   check(unlocked([&] { return session->set_material(young, poisson, density); }));
 }
 Vec3 LiveSession::gravity() { return Use(*this)->gravity(); }
 void LiveSession::set_gravity(Vec3 gravity) {
   Use session(*this);
   ++changes_;
+  note(Kind::kGravity, {gravity.x, gravity.y, gravity.z});
   check(session->set_gravity(gravity));
 }
 nb::object LiveSession::score() {
   Use session(*this);
-  const std::optional<TrainerScore> score = unlocked([&] { return session->score(); });
-  if (!score) return nb::none();
-  nb::dict out;
-  out["lesion_volume"] = score->lesion_volume;
-  out["lesion_removed"] = score->lesion_removed;
-  out["healthy_removed"] = score->healthy_removed;
-  out["healthy_share"] = score->healthy_share;
-  out["loose_pieces"] = score->loose_pieces;
-  out["roughness"] = score->roughness;
-  out["largest_force"] = score->largest_force;
-  return out;
+  return score_or_none(unlocked([&] { return session->score(); }));
 }
 double LiveSession::roughness() {
   Use session(*this);

@@ -15,15 +15,21 @@
 #include "arrays.h"
 #include "kerf/picture/session_picture.h"
 #include "kerf/session/session.h"
+#include "recorder.h"
 
 namespace kerf::python {
 
 /// A state of one session, to go back to.
 struct Snapshot {
   std::shared_ptr<const SessionSnapshot> state;
-  std::uint64_t session = 0;  ///< number of the session that it was taken of
-  bool in_hand = false;       ///< a stroke by hand was open
+  std::uint64_t session = 0;                     ///< number of the session that it was taken of
+  bool in_hand = false;                          ///< a stroke by hand was open
+  std::shared_ptr<const Recorder::Notes> notes;  ///< of the session's recording; null: there is none
 };
+
+class HeldRecording;
+/// A dict; None where there is no score.
+nanobind::object score_or_none(const std::optional<TrainerScore>& score);
 
 /// What a session does in one turn of a batch.
 struct SessionTurn {
@@ -42,9 +48,11 @@ struct SessionTurn {
 class LiveSession {
  public:
   /// From the text of a scene; files that it names are looked for in `folder`, then in `meshes`. `name` stands for it in messages. bodies:
-  /// MemoryBody of each name that stands for one in the scene.
+  /// MemoryBody of each name that stands for one in the scene. record: everything that is done is noted.
   LiveSession(const std::string& text, const std::string& name, const std::string& folder,
-              const std::vector<std::string>& meshes, const nanobind::dict& bodies);
+              const std::vector<std::string>& meshes, const nanobind::dict& bodies, bool record);
+  /// As a recording begins.
+  LiveSession(const HeldRecording& recording, const std::vector<std::string>& meshes);
 
   void step(std::int64_t n);
   void undo();
@@ -68,6 +76,12 @@ class LiveSession {
   };
   /// Does the command in this text (parse_command) now. `name` stands for the text in messages.
   Applied apply(const std::string& text, const std::string& name);
+
+  /// Goes on along a recording until so many steps are done; Ctrl-C ends it between two. Whatever came of it, `played` is told at its end,
+  /// with Python's lock.
+  void play(Replay& replay, bool& begun, std::int64_t until, const std::function<void()>& played);
+  /// All that was done. Bad input: it was not noted, or recordings have no change for something of it.
+  HeldRecording recording();
 
   // These three need no lock of Python's.
   /// A turn: the blade goes on straight and evenly over the steps. `stroke`: number of the batch's own stroke, 0 for none. Throws Failure;
@@ -133,6 +147,14 @@ class LiveSession {
   class Use;
   [[nodiscard]] bool is_open(std::uint64_t stroke) const;
   void must_be_open(std::uint64_t stroke) const;
+  void note(SessionChange::Kind kind, std::vector<double> values = {}) {
+    if (recorder_) recorder_->note(*session_, kind, std::move(values));
+  }
+  /// Of a constructor: work that makes session_, without Python's lock; Ctrl-C ends it.
+  void make(const std::function<Status(const Progress&)>& work);
+  /// A command, noted.
+  Status perform(const SceneCommand& command);
+  Result<SessionStep> step_once();
   /// After what may have ended it: its place among the strokes may be another one's next.
   void note_end_of_stroke();
   /// Made where it is first wanted, without Python's lock; in use by this thread.
@@ -145,6 +167,7 @@ class LiveSession {
   std::uint64_t stroke_ = 0;       ///< number of the latest stroke by hand
   std::size_t stroke_record_ = 0;  ///< how many strokes there were with it; 0: it is over
   std::optional<SessionPainter> painter_;
+  std::optional<Recorder> recorder_;  ///< none: nobody asked for one
   SessionStep last_step_;
   BodyCounts at_start_;
   double prepare_seconds_ = 0;

@@ -18,6 +18,7 @@
 #include "arrays.h"
 #include "batch.h"
 #include "errors.h"
+#include "held_recording.h"
 #include "kerf/mesh/models.h"
 #include "kerf/scene/body_scene.h"
 #include "kerf/scene/closest_word.h"
@@ -259,10 +260,24 @@ that was made, as arrays vertices and triangles, also where it does not bind; su
                    nb::for_getter(nb::sig("def collision_triangles(self) -> numpy.typing.NDArray[numpy.int32]")),
                    "Collision vertices of each triangle: (m, 3), int32.");
 
+  nb::class_<HeldRecording>(m, "HeldRecording", "What a kerf.Recording holds.")
+      .def("save", &HeldRecording::save, "file"_a)
+      .def("changes", &HeldRecording::changes, nb::sig("def changes(self) -> list[dict[str, typing.Any]]"))
+      .def("compare", &HeldRecording::compare, "other"_a,
+           nb::sig("def compare(self, other: HeldRecording) -> dict[str, typing.Any]"))
+      .def("title_and_step", &HeldRecording::title_and_step, "meshes"_a)
+      .def_prop_ro("file", &HeldRecording::file)
+      .def_prop_ro("name", [](const HeldRecording& self) { return self.recording()->source.name; })
+      .def_prop_ro("scene", [](const HeldRecording& self) { return self.recording()->source.text; })
+      .def_prop_ro("instructions", [](const HeldRecording& self) { return self.recording()->instructions; })
+      .def_prop_ro("steps", [](const HeldRecording& self) { return self.recording()->last_step; });
+
   nb::class_<LiveSession>(m, "Session")
       .def(nb::init<const std::string&, const std::string&, const std::string&, const std::vector<std::string>&,
-                    const nb::dict&>(),
-           "text"_a, "name"_a, "folder"_a, "meshes"_a, "bodies"_a)
+                    const nb::dict&, bool>(),
+           "text"_a, "name"_a, "folder"_a, "meshes"_a, "bodies"_a, "record"_a)
+      .def(nb::init<const HeldRecording&, const std::vector<std::string>&>(), "recording"_a, "meshes"_a)
+      .def("_recording", &LiveSession::recording)
       .def("step", &LiveSession::step, "n"_a = 1, R"(Simulates n time steps of time_step seconds each.
 
 Ctrl-C ends it after a whole step. ValueError: n is negative. kerf.Error: a step can't be done; the body is as before that step.)")
@@ -446,6 +461,13 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
                    nb::for_getter(nb::sig("def hexahedra(self) -> numpy.typing.NDArray[numpy.int32]")),
                    "Nodes of each hexahedron: (m, 8), int32.");
 
+  nb::class_<Play>(m, "Play", "What a kerf.Playback plays with.")
+      .def(nb::init<const HeldRecording&>(), "recording"_a)
+      .def("to", &Play::to, "session"_a, "step"_a)
+      .def("report", &Play::report, nb::sig("def report(self) -> dict[str, typing.Any]"))
+      .def_prop_ro("steps", &Play::steps)
+      .def_prop_ro("over", &Play::over);
+
   nb::class_<Batch>(m, "Batch", nb::type_slots(batch_slots))
       .def(nb::init<std::vector<nb::object>, int>(), "sessions"_a, "threads"_a)
       .def("__len__", &Batch::size)
@@ -501,6 +523,7 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
       },
       "eye"_a, "target"_a, "up"_a, "field_of_view"_a);
 
+  m.def("read_recording", &HeldRecording::load, "file"_a);
   m.def("bind_body", &bind_body, "visual"_a.none(), "collision"_a.none(), "options"_a, "judgement"_a);
   m.def("load_body", &MemoryBody::load, "file"_a);
   m.def("model_names", [] {

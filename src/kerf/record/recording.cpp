@@ -20,6 +20,7 @@ using Json = nlohmann::ordered_json;
 using Kind = SessionChange::Kind;
 
 constexpr int kRecordingVersion = 1;
+constexpr const char* kNoRecording = "this is no recording of kerf; kerf run SCENE --out DIR --record FILE makes one";
 constexpr std::uint64_t kMostSteps = 1'000'000'000;
 constexpr std::size_t kDeepest = 16;  // four levels are in a recording; a value is taken apart as deep as it is nested
 
@@ -175,7 +176,7 @@ class RecordingReader {
 
   Result<Recording> read() {
     const JsonValue* version = root_.find("kerf_recording");
-    if (version == nullptr) return trouble("this is no recording of kerf");
+    if (version == nullptr) return trouble(kNoRecording);
     if (version->number() != kRecordingVersion) return trouble(other_version());
     Recording out;
     const JsonValue& scene = member(root_, "scene");
@@ -435,7 +436,10 @@ std::string recording_text(const Recording& r) {
 
 Result<Recording> parse_recording(std::string_view text, std::string_view name) {
   const std::optional<JsonValue> root = parse_json(text, kDeepest);
-  if (!root) return bad_input(fmt::format("{}: this is not JSON, is cut off, or is no recording of kerf", name));
+  if (!root)
+    return bad_input(fmt::format(
+        "{}: this is not JSON, is cut off, or is no recording of kerf; give one that kerf wrote, or record it again",
+        name));
   return RecordingReader(*root, name).read();
 }
 
@@ -445,7 +449,7 @@ namespace {
 Status check_start(std::string_view first, const std::string& path) {
   const std::size_t begin = first.find_first_not_of(" \t\r\n");
   if (begin == std::string_view::npos || first[begin] != '{')
-    return bad_input(fmt::format("{}: this is no recording of kerf", path));
+    return bad_input(fmt::format("{}: {}", path, kNoRecording));
   const std::string key = "\"kerf_recording\":";
   const std::size_t at = first.find_first_not_of(" \t\r\n", begin + 1);
   if (at == std::string_view::npos || !first.substr(at).starts_with(key)) return {};  // the whole says what it is

@@ -123,9 +123,35 @@ struct ReplayReport {
   std::optional<TrainerScore> score;   ///< at the end; none in a scene without a lesion
   std::string last_refused;            ///< of changes that the session refused, as it did when it was recorded
 };
-/// Runs a recording again and compares. An Error when it can't be run; a difference is no error. Meshes that did not travel in it
-/// are looked for where the scene was, then in `mesh_folders`; bad input: one is missing, or is another than it was. `file`: the recording's,
-/// which errors of the scene in it name before the scene's line.
+/// The scene of a recording. Meshes that did not travel in it are looked for where the scene was, then in `mesh_folders`; bad input: one is
+/// missing, or is another than it was. Those that did are on disk only meanwhile. `file`: the recording's, which errors of the scene in it
+/// name before the scene's line.
+Result<Scene> scene_of(const Recording& recording, const std::vector<std::filesystem::path>& mesh_folders = {},
+                       const std::string& file = {});
+/// The session that it begins with, before anything was done. Arguments and bad input as of scene_of, and of Session::create.
+Result<Session> session_of(const Recording& recording, const Progress& progress = {},
+                           const std::vector<std::filesystem::path>& mesh_folders = {}, const std::string& file = {});
+
+/// A recording on its way: does what it says to a session of session_of, and compares. begin, then step until it is over.
+class Replay {
+ public:
+  explicit Replay(const Recording& recording) : recording_(&recording) {}  ///< which outlives it
+  /// What was done before the first step.
+  void begin(Session& session);
+  /// One step, and what was done after it. An Error: the step can't be taken; a difference is no error.
+  Result<SessionStep> step(Session& session);
+  [[nodiscard]] bool over() const { return report_.steps == recording_->last_step; }
+  /// Of what was done so far. The score is there when it is over.
+  [[nodiscard]] const ReplayReport& report() const { return report_; }
+
+ private:
+  void arrive(Session& session);
+  const Recording* recording_;
+  std::size_t change_ = 0, hash_ = 0;  ///< what comes next
+  ReplayReport report_;
+};
+
+/// Runs a recording again and compares. An Error when it can't be run; a difference is no error. Arguments and bad input as of session_of.
 Result<ReplayReport> replay(const Recording& recording, const Progress& progress = {},
                             const std::vector<std::filesystem::path>& mesh_folders = {}, const std::string& file = {});
 

@@ -17,7 +17,6 @@ namespace {
 
 using Kind = SessionChange::Kind;
 
-constexpr double kShortestMotion = 1e-6;                ///< s
 constexpr double kFarthestBlade = 10 * kFarthestPlace;  ///< m: a page's blade reaches from its eye to beyond the body
 
 Vec3 vec(const std::vector<double>& values, std::size_t at) { return {values[at], values[at + 1], values[at + 2]}; }
@@ -98,7 +97,7 @@ Status apply(Session& session, const SessionChange& c) {
     case Kind::kTool: {
       SceneToolMotion motion;
       motion.id = c.id;
-      motion.poses = {{std::max(kShortestMotion, c.values[6]), vec(c.values, 0), vec(c.values, 3)}};
+      motion.poses = {{std::max(0.0, c.values[6]), vec(c.values, 0), vec(c.values, 3)}};
       command.what = motion;
       return session.apply(command);
     }
@@ -142,58 +141,100 @@ Status apply(Session& session, const SessionChange& c) {
   return {};
 }
 
-Result<ReplayReport> replay(const Recording& recording, const Progress& progress,
-                            const std::vector<std::filesystem::path>& mesh_folders, const std::string& file) {
+namespace {
+
+/// The scene of a recording, with what it carries on disk while it is loaded.
+struct UnpackedScene {
+  std::optional<TemporaryFolder> folder;
+  Scene scene;
+};
+
+Result<UnpackedScene> unpacked_scene(const Recording& recording, const std::vector<std::filesystem::path>& mesh_folders,
+                                     const std::string& file) {
   SceneSource source = recording.source;
   if (!file.empty()) source.name = fmt::format("{} (its scene {})", file, source.name);
   source.mesh_folders.insert(source.mesh_folders.end(), mesh_folders.begin(), mesh_folders.end());
-  std::optional<TemporaryFolder> folder;
+  UnpackedScene out;
   if (!source.files.empty() || !source.meshes.empty()) {
     auto made = TemporaryFolder::create();
     if (!made) return made.error();
-    folder.emplace(std::move(made).value());
+    out.folder.emplace(std::move(made).value());
   }
   if (!source.files.empty()) {
     for (const SceneSource::File& f : source.files) {
       if (!plain_file_name(f.name)) return bad_input("a file of the recording has no plain name");
-      KERF_TRY(replace_file((folder->path() / f.name).string(), f.bytes));
+      KERF_TRY(replace_file((out.folder->path() / f.name).string(), f.bytes));
     }
-    source.folder = folder->path();
+    source.folder = out.folder->path();
   }
   SceneFolders folders(source.folder);
   folders.meshes = source.mesh_folders;
   if (!source.meshes.empty()) {
-    auto unpacked = unpack_meshes(source, folder->path());
+    auto unpacked = unpack_meshes(source, out.folder->path());
     if (!unpacked) return unpacked.error();
     folders = std::move(unpacked).value();
   }
   auto scene = scene_of(source, recording.overrides, folders);
   if (!scene) return scene.error();
   KERF_TRY(check_meshes(*scene, source));
-  auto session = Session::create(*scene, progress);
-  if (!session) return session.error();
-  ReplayReport report;
-  std::size_t change = 0, hash = 0;
-  const auto compare = [&](std::uint64_t expected, std::int64_t step) {
-    ++report.hashes;
-    if (report.first_difference < 0 && session->hash() != expected) report.first_difference = step;
+  out.scene = std::move(*scene);
+  return out;
+}
+
+}  // namespace
+
+Result<Scene> scene_of(const Recording& recording, const std::vector<std::filesystem::path>& mesh_folders,
+                       const std::string& file) {
+  auto unpacked = unpacked_scene(recording, mesh_folders, file);
+  if (!unpacked) return unpacked.error();
+  return std::move(unpacked->scene);
+}
+
+Result<Session> session_of(const Recording& recording, const Progress& progress,
+                           const std::vector<std::filesystem::path>& mesh_folders, const std::string& file) {
+  const auto unpacked = unpacked_scene(recording, mesh_folders, file);
+  if (!unpacked) return unpacked.error();
+  return Session::create(unpacked->scene, progress);
+}
+
+void Replay::begin(Session& session) { arrive(session); }
+
+Result<SessionStep> Replay::step(Session& session) {
+  auto done = session.step();
+  if (!done) return done;
+  ++report_.steps;
+  arrive(session);
+  return done;
+}
+
+void Replay::arrive(Session& session) {
+  const std::int64_t step = report_.steps;
+  const auto compare = [&](std::uint64_t expected) {
+    ++report_.hashes;
+    if (report_.first_difference < 0 && session.hash() != expected) report_.first_difference = step;
   };
-  for (std::int64_t step = 0;; ++step) {
-    for (; hash < recording.hashes.size() && recording.hashes[hash].step == step; ++hash)
-      compare(recording.hashes[hash].hash, step);
-    for (; change < recording.changes.size() && recording.changes[change].step == step; ++change)
-      if (const Status done = apply(*session, recording.changes[change]); !done)
-        report.last_refused = done.error().message;
-    if (step == recording.last_step) {
-      compare(recording.end_hash, step);
-      break;
-    }
-    KERF_TRY(progress("replaying", static_cast<double>(step) / static_cast<double>(recording.last_step)));
-    if (auto done = session->step(); !done) return done.error();
-    ++report.steps;
+  for (; hash_ < recording_->hashes.size() && recording_->hashes[hash_].step == step; ++hash_)
+    compare(recording_->hashes[hash_].hash);
+  for (; change_ < recording_->changes.size() && recording_->changes[change_].step == step; ++change_)
+    if (const Status done = apply(session, recording_->changes[change_]); !done)
+      report_.last_refused = done.error().message;
+  if (!over()) return;
+  compare(recording_->end_hash);
+  report_.score = session.score();
+}
+
+Result<ReplayReport> replay(const Recording& recording, const Progress& progress,
+                            const std::vector<std::filesystem::path>& mesh_folders, const std::string& file) {
+  auto session = session_of(recording, progress, mesh_folders, file);
+  if (!session) return session.error();
+  Replay replay(recording);
+  replay.begin(*session);
+  while (!replay.over()) {
+    KERF_TRY(
+        progress("replaying", static_cast<double>(replay.report().steps) / static_cast<double>(recording.last_step)));
+    if (auto done = replay.step(*session); !done) return done.error();
   }
-  report.score = session->score();
-  return report;
+  return replay.report();
 }
 
 }  // namespace kerf

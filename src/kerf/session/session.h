@@ -152,6 +152,8 @@ class Session {
   /// progress ends first. `roughness`: metres that its cut surface is jagged by at most, seeded by the scene. One undo step; one
   /// that cuts nothing leaves nothing to undo. Bad input and failures: as cut_punch; the body is as before.
   Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness = 0);
+  /// Corners (metres) of the outline that apply() presses for this punch: a circle is a polygon, as fine as the body's mesh wants it.
+  [[nodiscard]] std::vector<Vec2> outline_of(const ScenePunch& punch) const;
 
   /// One pass of a shaver (cutting/shave.h): takes `smoothing` (0 to 1) of the bumps off where it touches, and where the cut is
   /// smooth up to `depth` metres of material. All passes until end_stroke() are one undo step; a blade's stroke in progress ends

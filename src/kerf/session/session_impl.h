@@ -260,6 +260,7 @@ struct Session::Impl {
 
   // session_punch.cpp
   Result<PunchReport> punch(const Punch& punch, SceneFrame frame, double roughness);
+  [[nodiscard]] std::vector<Vec2> outline_of(const ScenePunch& what) const;
   Status punch(const ScenePunch& what, const std::string& place);
 
   /// Hexahedra, embeddings and mechanics after the complex changed since `synced`.

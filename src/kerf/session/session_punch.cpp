@@ -108,16 +108,20 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
   return report;
 }
 
+std::vector<Vec2> Session::Impl::outline_of(const ScenePunch& what) const {
+  const double tolerance = kPunchRoundness * cut_options.path_tolerance * state.body.complex.mean_root_edge;
+  return what.shape == ScenePunchShape::kCircle ? circle_outline(what.radius, tolerance)
+         : what.shape == ScenePunchShape::kD    ? d_outline(what.radius, tolerance)
+                                                : what.points;
+}
+
 Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
   Punch p;
   p.centre = what.point;
   p.axis = what.axis;
   p.across = what.across;
   if (what.reach) p.reach = *what.reach;
-  const double tolerance = kPunchRoundness * cut_options.path_tolerance * state.body.complex.mean_root_edge;
-  p.outline = what.shape == ScenePunchShape::kCircle ? circle_outline(what.radius, tolerance)
-              : what.shape == ScenePunchShape::kD    ? d_outline(what.radius, tolerance)
-                                                     : what.points;
+  p.outline = outline_of(what);
   const auto done = punch(p, what.frame, what.roughness);
   if (!done) return done.error();
   if (!done->cut)
@@ -134,6 +138,7 @@ Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
   return taken ? Status{} : Status(taken.error());
 }
 
+std::vector<Vec2> Session::outline_of(const ScenePunch& punch) const { return impl_->outline_of(punch); }
 Result<PunchReport> Session::punch(const Punch& punch, SceneFrame frame, double roughness) {
   return impl_->punch(punch, frame, roughness);
 }

@@ -1,0 +1,49 @@
+"""The notebooks of python/examples do what they say."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+
+import kerf
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def cells_of(name):
+    notebook = json.loads((EXAMPLES / name).read_text())
+    assert (notebook["nbformat"], notebook["nbformat_minor"]) == (4, 5)
+    ids = [cell["id"] for cell in notebook["cells"]]
+    assert len(ids) == len(set(ids))
+    for cell in notebook["cells"]:
+        assert cell["cell_type"] == "markdown" or cell["outputs"] == [] and cell["execution_count"] is None
+    return [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+
+
+def run(name):
+    """What all code cells leave behind. Without matplotlib those tagged "plot" are left out."""
+    draws = importlib.util.find_spec("matplotlib") is not None
+    if draws:
+        import matplotlib
+
+        matplotlib.use("Agg")
+    names = {}
+    for cell in cells_of(name):
+        if draws or "plot" not in cell["metadata"].get("tags", []):
+            exec(compile("".join(cell["source"]), f"{name}, cell {cell['id']}", "exec"), names)
+    return names
+
+
+def test_stl_to_cut(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = run("stl_to_cut.ipynb")
+    steak, body, session = names["steak"], names["body"], names["session"]
+    assert (tmp_path / "steak.stl").stat().st_size == 84 + 50 * len(steak.triangles)
+    assert np.allclose(np.ptp(body.vertices, axis=0), np.ptp(steak.vertices, axis=0), rtol=1e-5)
+    assert body.diagnosis["thinness"] == "thin" and body.diagnosis["warnings"] == []
+    uncut = kerf.Session(body).counts
+    assert session.counts["visual_triangles"] > uncut["visual_triangles"] and session.walls.any() and session.undo_depth == 1
+    assert len(names["times"]) == 40 and names["lowest"][-1] < names["lowest"][0] - 0.001
+    picture = names["picture"]
+    assert picture.shape == (480, 640, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50

@@ -117,7 +117,7 @@ class Recording:
             seconds = _arguments.number(every, "every")
             if not 0 < seconds < math.inf:
                 raise ValueError("every must be finite and above 0")
-            steps = max(seconds / self.time_step, 1.0)
+            steps = min(max(seconds / self.time_step, 1.0), max(self.steps, 1))
         return Playback(self, steps)
 
     def session_at(self, time: float) -> Session:
@@ -125,11 +125,12 @@ class Recording:
 
         TypeError, ValueError: time is no number from 0 to duration. kerf.Error: as for play(), or a step can't be done. Ctrl-C ends it.
         """
-        seconds, last = _arguments.number(time, "time"), self.duration
-        if not 0 <= seconds <= last:
-            raise ValueError(f"time must be from 0 to {last:g} s, where the recording ends, not {seconds:g}")
+        seconds = _arguments.number(time, "time")
+        steps = round(seconds / self.time_step) if math.isfinite(seconds) else -1
+        if seconds < 0 or not 0 <= steps <= self.steps:
+            raise ValueError(f"time must be from 0 to {self.duration:g} s, where the recording ends, not {seconds:g}")
         playback = Playback(self, 1.0)
-        playback._to(round(seconds / self.time_step))
+        playback._to(steps)
         return playback.session
 
     def replay(self) -> dict[str, Any]:

@@ -696,15 +696,15 @@ nb::dict LiveSession::material() {
 void LiveSession::set_material(double young, double poisson, double density) {
   Use session(*this);
   ++changes_;
-  note(Kind::kMaterial, {young, poisson, density});
   check(unlocked([&] { return session->set_material(young, poisson, density); }));
+  note(Kind::kMaterial, {young, poisson, density});
 }
 Vec3 LiveSession::gravity() { return Use(*this)->gravity(); }
 void LiveSession::set_gravity(Vec3 gravity) {
   Use session(*this);
   ++changes_;
-  note(Kind::kGravity, {gravity.x, gravity.y, gravity.z});
   check(session->set_gravity(gravity));
+  note(Kind::kGravity, {gravity.x, gravity.y, gravity.z});
 }
 nb::object LiveSession::score() {
   Use session(*this);

@@ -25,7 +25,7 @@ class Recorder {
   /// Of a session that has just been made of this scene. Bad input: a mesh file can't be read.
   static Result<Recorder> begin(SceneSource source, const Session& session);
 
-  /// Before it is done, whatever comes of it.
+  /// Before it is done, whatever comes of it; what does nothing where it is refused, after it.
   void note(const Session& session, SessionChange change);
   void note(const Session& session, SessionChange::Kind kind, std::vector<double> values = {}) {
     note(session, {0, kind, {}, {}, std::move(values)});

@@ -93,7 +93,7 @@ def test_stops_on_the_way(run):
     assert next(playback, None) is None
     assert recording.session_at(1.004).steps == 100
     assert len(list(recording.play())) == STEPS + 1
-    assert len(list(recording.play(every=1e9))) == 2
+    assert len(list(recording.play(every=1e9))) == len(list(recording.play(every=1.7e308))) == 2
     assert [session.steps for session in recording.play(every=0.015)][:5] == [0, 2, 3, 4, 6]
 
 
@@ -344,7 +344,7 @@ def test_what_was_restored_is_forgotten(tmp_path):
 
 def test_calls_that_fail_are_no_trouble(tmp_path):
     session = kerf.Session("sheet", record=True)
-    for wrong in (session.undo, lambda: session.release("none"), lambda: session.punch([0, 0, 0], 0.05, axis=[0, 0, 0]),
+    for wrong in (session.undo, lambda: session.release("none"), lambda: session.set_material(young=-1), lambda: session.set_material(density=0), lambda: session.punch([0, 0, 0], 0.05, axis=[0, 0, 0]),
                   lambda: session.shave([[[0, 0, 0], [0, 0, 0.1]]] * 2, [0, 1], -1), lambda: session.grasp("a", [0, 0, 0], stiffness=-1)):
         with pytest.raises(kerf.Error):
             wrong()
@@ -352,6 +352,27 @@ def test_calls_that_fail_are_no_trouble(tmp_path):
     session.recording().save(tmp_path / "a.kerfrec")
     assert program("replay", tmp_path / "a.kerfrec").returncode == 0
     assert kerf.Recording.load(tmp_path / "a.kerfrec").replay()["same"]
+
+
+def test_a_cut_that_ctrl_c_ends(tmp_path):
+    session = kerf.Session("steak", record=True)
+    y = np.linspace(-0.1, 0.12, 200000)
+    poses = np.stack([np.stack([0.03 * np.sin(400 * y), y, np.full_like(y, z)], axis=1) for z in (0.05, -0.05)], axis=1)
+    signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.3)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            session.cut(poses)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    session.step(2)
+    assert replayed(session, tmp_path).changes[-1]["kind"] == "cancel_stroke"
+
+
+def test_nothing_was_done():
+    recording = kerf.Session("sheet", record=True).recording()
+    assert recording.replay()["same"] and recording.duration == 0 and [s.steps for s in recording.play(every=1)] == [0]
 
 
 def test_what_recordings_have_no_change_for():

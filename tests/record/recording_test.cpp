@@ -211,6 +211,61 @@ TEST(Recording, ReplaySaysWhereTheBitsDiffer) {
   EXPECT_EQ(with.error().message.find("out/sheet.kerfrec (its scene sheet):2: "), 0u) << with.error().message;
 }
 
+TEST(Recording, AReplayStopsOnTheWay) {
+  Recording r;
+  r.source.name = "sheet";
+  r.source.text = "[body]\nmodel = \"sheet\"\n[simulation]\ntime_step = 0.01\n";
+  SessionChange push;
+  push.kind = SessionChange::Kind::kGravity;
+  push.values = {1, 0, -9};
+  r.changes = {push};
+  push.step = 2;
+  push.values = {0, 0, -1};
+  r.changes.push_back(push);
+  r.last_step = 4;
+  auto played = session_of(r), alone = session_of(r);
+  ASSERT_TRUE(played.ok() && alone.ok());
+  Replay replay(r);
+  replay.begin(*played);
+  for (int step = 0;; ++step) {
+    if (step % 2 == 0 && step < 4) {
+      ASSERT_TRUE(alone->set_gravity(step == 0 ? Vec3{1, 0, -9} : Vec3{0, 0, -1}).ok());
+    }
+    EXPECT_EQ(played->hash(), alone->hash()) << step;
+    EXPECT_EQ(replay.report().steps, step);
+    if (replay.over()) break;
+    ASSERT_TRUE(replay.step(*played).ok() && alone->step().ok());
+  }
+  EXPECT_EQ(played->step_count(), 4);
+  EXPECT_EQ(replay.report().first_difference, 4);  // the recording has no such end
+  EXPECT_EQ(replay.report().hashes, 1);
+}
+
+TEST(Recording, APunchIsItsOutline) {
+  Recording r;
+  r.source.name = "sheet";
+  r.source.text = "[body]\nmodel = \"sheet\"\n";
+  ScenePunch punch;
+  punch.radius = 0.2;
+  for (const ScenePunchShape shape : {ScenePunchShape::kCircle, ScenePunchShape::kD}) {
+    auto round = session_of(r), corners = session_of(r);
+    ASSERT_TRUE(round.ok() && corners.ok());
+    punch.shape = shape;
+    punch.points = {};
+    SceneCommand command;
+    command.what = punch;
+    ASSERT_TRUE(round->apply(command).ok());
+    punch.points = corners->outline_of(punch);
+    EXPECT_GE(punch.points.size(), 8U);
+    punch.shape = ScenePunchShape::kPolygon;
+    EXPECT_EQ(corners->outline_of(punch).size(), punch.points.size());
+    command.what = punch;
+    ASSERT_TRUE(corners->apply(command).ok());
+    EXPECT_EQ(round->hash(), corners->hash());
+    EXPECT_EQ(round->undo_depth(), 1);
+  }
+}
+
 /// A cloth in a folder of its own, and a session of it that was cut.
 class MeshesTravel : public testing::Test {
  protected:

@@ -75,7 +75,10 @@ def film(policy, file):
         seen, _, terminated, truncated, _ = env.step(policy.predict(seen, deterministic=True)[0])
         over = terminated or truncated
         pictures.append(env.render())
-    frames = [Image.fromarray(picture).quantize(64) for picture in pictures[::2] + [pictures[-1]] * 10]
+    for _ in range(16):  # what came out falls
+        env.session.step()
+        pictures.append(env.render())
+    frames = [Image.fromarray(picture).quantize(64) for picture in pictures[::2] + [pictures[-1]] * 5]
     frames[0].save(file, save_all=True, append_images=frames[1:], duration=100, loop=0, optimize=True)
 
 

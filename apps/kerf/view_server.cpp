@@ -22,6 +22,7 @@
 #include <set>
 #include <thread>
 
+#include <fcntl.h>
 #include <unistd.h>
 #if defined(__GLIBC__)
 #include <malloc.h>
@@ -57,7 +58,7 @@ constexpr std::size_t kMostRequestHeader = 16 << 10;
 /// What the page may load: its own files, images that it makes, a socket to us.
 constexpr const char* kPolicy =
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; connect-src 'self'; "
-    "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "worker-src 'self' blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors ";
 
 constexpr std::string_view kOnlyGet = "Only GET and HEAD.";
 
@@ -92,6 +93,9 @@ std::string_view query_value(std::string_view target, std::string_view key) {
   }
   return {};
 }
+
+/// Programs that this one starts don't have the socket too: it would stay open for as long as they run.
+void keep_from_programs(int socket) { ::fcntl(socket, F_SETFD, FD_CLOEXEC); }
 
 std::string media_type(const std::string& path) {
   static const std::pair<const char*, const char*> kTypes[] = {{".html", "text/html; charset=utf-8"},
@@ -206,6 +210,7 @@ struct ViewServer::Impl {
   tcp::acceptor acceptor;
   asio::steady_timer timer;
   std::uint16_t port = 0;
+  int listening = -1;  ///< descriptor
   std::set<std::shared_ptr<Page>> pages;
   Clock::time_point last_tick, next_tick, next_memory;
   bool stopping = false, ticking = false, memory_due = false;
@@ -425,7 +430,7 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
     auto response = std::make_shared<Response>(status, request.version());
     response->set(http::field::server, "kerf");
     response->set(http::field::content_type, type);
-    response->set("Content-Security-Policy", kPolicy);
+    response->set("Content-Security-Policy", kPolicy + server_.options.embedders);
     response->set("X-Content-Type-Options", "nosniff");
     response->set("Referrer-Policy", "no-referrer");  // the token stays here
     response->set("Cross-Origin-Resource-Policy", "same-origin");
@@ -493,19 +498,22 @@ Status ViewServer::Impl::open() {
     if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (!error) {
       port = acceptor.local_endpoint(error).port();
+      listening = acceptor.native_handle();
+      keep_from_programs(listening);
       return {};
     }
     if (error != asio::error::address_in_use)
       return bad_input(fmt::format("can't listen on {} port {}: {}", options.address, wanted, error.message()));
   }
   const std::string others = last > 0 ? fmt::format(" and the {} after it are", last) : " is";
-  return bad_input(fmt::format("port {}{} in use; give another with --port, or 0 for any", options.port, others));
+  return bad_input(fmt::format("port {}{} in use; give another port, or 0 for any", options.port, others));
 }
 
 void ViewServer::Impl::accept() {
   acceptor.async_accept([this](error_code error, tcp::socket socket) {
     if (stopping) return;
     if (!error) {
+      keep_from_programs(socket.native_handle());
       make_room();
       std::make_shared<Request>(*this, std::move(socket))->read();
     }
@@ -668,6 +676,10 @@ void ViewServer::run(bool signals) {
   s.pages.clear();
 }
 
+void ViewServer::expect(std::string ticket) {
+  asio::post(impl_->io, [s = impl_.get(), word = std::move(ticket)] { s->options.ticket = word; });
+}
+void ViewServer::close_port_of_fork() { ::close(impl_->listening); }
 void ViewServer::stop() {
   asio::post(impl_->io, [s = impl_.get()] { s->shut_down(); });
 }

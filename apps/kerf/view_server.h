@@ -1,4 +1,5 @@
-// The server behind `kerf view`: carries messages between pages and an Engine, and serves the page's files. One thread.
+// The server behind `kerf view` and the Python package's kerf.view(): carries messages between pages and an Engine, and serves the page's files. One
+// thread.
 #pragma once
 
 #include <cstdint>
@@ -29,13 +30,15 @@ PageFiles built_in_page();
 
 struct ServerOptions {
   std::string address = "127.0.0.1";
-  std::uint16_t port = 8080;          ///< 0: any free one
-  int tries = 20;                     ///< ports after `port` that are tried when it is taken
-  std::string token;                  ///< not empty: pages must know it
-  std::string ticket;                 ///< not empty: leads the first page that brings it to the token
-  bool any_literal = false;           ///< a Host that is a number is ours: for addresses beyond loopback
-  std::vector<std::string> hosts;     ///< names that a page may reach us by, beside loopback ones and `address`
-  std::string dev_origin;             ///< one more origin that may connect (page development)
+  std::uint16_t port = 8080;       ///< 0: any free one
+  int tries = 20;                  ///< ports after `port` that are tried when it is taken
+  std::string token;               ///< not empty: pages must know it
+  std::string ticket;              ///< not empty: leads the first page that brings it to the token
+  bool any_literal = false;        ///< a Host that is a number is ours: for addresses beyond loopback
+  std::vector<std::string> hosts;  ///< names that a page may reach us by, beside loopback ones and `address`
+  std::string dev_origin;          ///< one more origin that may connect (page development)
+  std::string embedders =
+      "'none'";  ///< origins whose pages may show this one inside, as Content-Security-Policy writes them
   std::function<PageFiles()> reload;  ///< set: files are read again for every request
 };
 
@@ -55,6 +58,10 @@ class ViewServer {
   void run(bool signals = true);
   /// From any thread.
   void stop();
+  /// From any thread: the next page that brings this ticket is led to the token, instead of one with an older ticket.
+  void expect(std::string ticket);
+  /// In the child of a fork: the port then is free when the parent gives it back. Nothing else may be called there.
+  void close_port_of_fork();
   [[nodiscard]] const Engine& engine() const;
 
  private:

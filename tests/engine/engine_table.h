@@ -38,6 +38,7 @@ struct Table {
 
   explicit Table(EngineOptions options = {}, const SceneSource& source = steak())
       : engine(make(source, std::move(options))) {}
+  explicit Table(Engine made) : engine(std::move(made)) {}
   static Engine make(const SceneSource& source, EngineOptions options) {
     options.step_budget = 1e9;  // no test depends on time
     auto engine = Engine::create(source, std::move(options));

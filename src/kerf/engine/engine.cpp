@@ -20,7 +20,10 @@ using protocol::ErrorCode;
 constexpr double kMostOwed = 0.1;
 constexpr double kStatsEvery = 0.25;    ///< s
 constexpr double kProgressEvery = 0.1;  ///< s
-constexpr double kIdleFrames = 0.5;     ///< s between frames while nothing moves
+constexpr const char* kLed = "A program leads this session; pages watch.";
+constexpr double kIdleFrames = 0.5;  ///< s between frames while nothing moves
+/// A session that a program leads plays for so long after a step, s. At half, it seems to stop at 4 steps a second; at twice, to go on for a second.
+constexpr double kStepsShown = 0.5;
 constexpr std::size_t kStepWindow = 512;
 /// Bodies up to this many visual triangles are hashed while a recording runs; larger ones at its end only.
 constexpr std::size_t kHashedTriangles = 200'000;
@@ -47,6 +50,19 @@ Result<Engine> Engine::create(const SceneSource& scene, EngineOptions options, c
   auto loaded = load_scene(std::move(request), progress);
   if (!loaded) return loaded.error();
   impl->show(std::move(loaded).value());
+  return Engine(std::move(impl));
+}
+
+Result<Engine> Engine::watch(std::shared_ptr<LedSession> led, SceneSource source, EngineOptions options) {
+  auto impl = std::make_unique<Impl>();
+  impl->options = std::move(options);
+  auto scene = scene_of_session(led->session(), std::move(source));
+  if (!scene) return scene.error();
+  impl->led = std::move(led);
+  impl->show(std::move(scene).value());
+  impl->playing = false;
+  impl->seen_steps = impl->session->step_count();
+  impl->since_step = kStepsShown;
   return Engine(std::move(impl));
 }
 
@@ -203,6 +219,7 @@ void Engine::Impl::hello(std::uint32_t client) {
   protocol::Hello m;
   m.session = options.session_id;
   m.client = client;
+  m.flags = led ? protocol::kOnlyWatches : 0;
   m.tick = static_cast<float>(options.tick);
   m.name = source.name;
   m.json = text;
@@ -285,8 +302,9 @@ void Engine::Impl::greet(std::uint32_t id, const protocol::PageHello& m) {
   if (weigh()) broadcast(masses_now());
   else client.queue.push(masses_now());
   frame_due = true;
-  if (known && holder != 0) return send(id, protocol::encode(role_of(id)));  // nothing new to the others
-  if (holder == 0) holder = id;
+  told_at = 0;
+  if (known && (holder != 0 || led)) return send(id, protocol::encode(role_of(id)));  // nothing new to the others
+  if (holder == 0 && !led) holder = id;
   send_roles();
 }
 
@@ -453,6 +471,49 @@ bool Engine::Impl::single_step() {
   return true;
 }
 
+void Engine::Impl::look_at_led() {
+  since_frame += tick_seconds;
+  since_stats += tick_seconds;
+  since_step += tick_seconds;
+  const bool changed = led->changes() != seen_changes, stats_due = since_stats >= kStatsEvery;
+  const bool stops = playing && since_step >= kStepsShown;
+  if (!watched) {
+    // What the session notes for pages is taken nevertheless, so that it doesn't pile up.
+    if (!changed || !stats_due) return;
+  } else if (!changed && !frame_due && !stops && !stats_due && since_frame < kIdleFrames) {
+    return;
+  }
+  const LedSession::Look look(*led);
+  if (!look) return;
+  seen_changes = led->changes();
+  const std::int64_t steps = session->step_count();
+  if (steps != seen_steps) {
+    times.steps += std::max<std::int64_t>(steps - seen_steps, 0);  // restore() goes back
+    times.total.push_back(led->last_step().seconds);
+    if (times.total.size() > kStepWindow) times.total.pop_front();
+    times.mechanics = led->last_step().mechanics.seconds_total;
+    times.iterations = led->last_step().mechanics.iterations;
+    times.residual = led->last_step().mechanics.residual;
+    seen_steps = steps;
+    since_step = 0;
+  }
+  playing = since_step < kStepsShown;
+  publish(0);
+  if (!watched) {
+    since_stats = 0;
+    return;
+  }
+  send_frame();
+  if (!stats_due) return;
+  send_stats(since_stats);
+  since_stats = 0;
+  if (told_at == seen_changes) return;
+  told_at = seen_changes;
+  send_score();
+  if (find_fixed()) broadcast(fixed_now());
+  if (weigh()) broadcast(masses_now());
+}
+
 void Engine::Impl::begin_steps(double real_seconds) {
   left_of_budget = options.step_budget;
   steps_due = playing;
@@ -517,6 +578,7 @@ void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message
     return send(id, protocol::encode(hit));
   }
   if (const auto* m = std::get_if<protocol::Claim>(&message)) {
+    if (led) return error(id, 0, ErrorCode::kNotAllowed, kLed);
     if (m->take) {
       if (holder != id) pass_tools(id);
       return;
@@ -539,7 +601,7 @@ void Engine::Impl::handle(std::uint32_t id, const protocol::PageMessage& message
                                             command_message->code == protocol::CommandCode::kContacts ||
                                             command_message->code == protocol::CommandCode::kExport);
   if (holder != id && !watching)
-    return error(id, input, ErrorCode::kNotAllowed, "Another page holds the tools; take them first.");
+    return error(id, input, ErrorCode::kNotAllowed, led ? kLed : "Another page holds the tools; take them first.");
   Status done;
   if (command_message) done = command(id, *command_message);
   else if (tool_message) done = use_tool(*tool_message);
@@ -584,6 +646,8 @@ void Engine::receive(std::uint32_t id, std::span<const std::byte> bytes) {
     e.error(id, protocol::input_of(bytes), ErrorCode::kBadMessage, message.error().message);
     return;
   }
+  std::optional<LedSession::Look> look;
+  if (e.led && !std::holds_alternative<protocol::Ack>(*message) && !look.emplace(*e.led)) return;
   e.handle(id, *message);
 }
 
@@ -629,7 +693,7 @@ void Engine::begin_tick(double real_seconds) {
   // With nobody watching nothing moves: what a page sees when it comes is what it left.
   e.watched = std::any_of(e.clients.begin(), e.clients.end(), [](const auto& c) { return c.second.ready; });
   e.steps_due = false;
-  if (!e.watched) return;
+  if (!e.watched || e.led) return;
   e.work_instrument(real_seconds);
   e.begin_steps(real_seconds);
 }
@@ -638,6 +702,7 @@ bool Engine::step_due() { return impl_->step_due(); }
 
 void Engine::end_tick() {
   Impl& e = *impl_;
+  if (e.led) return e.look_at_led();
   if (!e.watched) return;
   e.publish(0);
   e.send_pending_report();

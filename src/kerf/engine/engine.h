@@ -19,6 +19,8 @@
 
 namespace kerf {
 
+class LedSession;
+
 /// A scene that a page may choose.
 struct OfferedScene {
   std::string name, title, path;
@@ -59,6 +61,9 @@ class Engine {
  public:
   /// Errors as of Session::create.
   static Result<Engine> create(const SceneSource& scene, EngineOptions options, const Progress& progress = {});
+  /// Pages watch a session that a program leads; their tools and commands are refused. Ticks take no steps and tell what the program did. The
+  /// program is in the session during this call. `source` is what the session was made of. Errors: its obstacles or tools can't be drawn.
+  static Result<Engine> watch(std::shared_ptr<LedSession> led, SceneSource source, EngineOptions options);
   Engine(Engine&&) noexcept;
   Engine& operator=(Engine&&) noexcept;
   ~Engine();

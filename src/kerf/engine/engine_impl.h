@@ -12,6 +12,7 @@
 #include "kerf/engine/client_queue.h"
 #include "kerf/engine/drawn_body.h"
 #include "kerf/engine/engine.h"
+#include "kerf/engine/led_session.h"
 #include "kerf/engine/picking.h"
 #include "kerf/engine/scene_loader.h"
 #include "kerf/scene/temporary_folder.h"
@@ -81,7 +82,7 @@ struct Engine::Impl {
   SceneOverrides overrides;
   std::optional<TemporaryFolder> folder;  ///< of an uploaded scene
   std::optional<UploadedMeshes> meshes;
-  std::optional<Session> session;
+  std::shared_ptr<Session> session;
   std::shared_ptr<const SessionSnapshot> initial;
   DrawnBody drawn;
   DrawnThings things;
@@ -124,6 +125,13 @@ struct Engine::Impl {
   bool frame_due = true;
   bool tick_wanted = false;
   double since_frame = 0, since_stats = 0;
+
+  // A program leads the session
+  std::shared_ptr<LedSession> led;  ///< none: pages do
+  std::uint64_t seen_changes = 0;
+  std::uint64_t told_at = 0;  ///< changes that Score, Fixed and Masses have told of
+  std::int64_t seen_steps = 0;
+  double since_step = 0;  ///< s
 
   // Time
   bool playing = true;
@@ -212,6 +220,7 @@ struct Engine::Impl {
   void fill_nodes();
   void send_frame();
   void send_stats(double real_seconds);
+  void look_at_led();  ///< end_tick where a program leads
   void begin_steps(double real_seconds);
   bool step_due();
   bool single_step();

@@ -64,9 +64,11 @@ using Triangle = std::array<std::uint32_t, 3>;
 using Copy = std::array<std::uint32_t, 8>;  ///< node numbers; kNoNode eight times: dead
 using Cell = std::array<std::int16_t, 4>;   ///< lattice index; w is 0
 
+/// Flag of Hello: this page may only watch.
+inline constexpr std::uint32_t kOnlyWatches = 1;
 struct Hello {
   std::uint64_t session = 0;
-  std::uint32_t client = 0, flags = 0;  ///< flags 1: this page may only watch
+  std::uint32_t client = 0, flags = 0;  ///< flags: kOnlyWatches
   float tick = 60;                      ///< Hz
   std::string_view name, json;
 };

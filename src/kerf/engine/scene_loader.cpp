@@ -77,6 +77,18 @@ Error as_opened(Error error, const std::filesystem::path& folder, const std::str
   return error;
 }
 
+/// What pages are told of a session, as it is.
+Status draw_first(LoadedScene& loaded) {
+  Session& session = *loaded.session;
+  for (const Vec3 p : session.body().complex.visual.rest.raw()) loaded.box.add(p);
+  auto things = DrawnThings::create(session.scene(), loaded.box);
+  if (!things) return things.error();
+  loaded.things = std::move(things).value();
+  session.watch_changes(true);
+  loaded.drawn.reset(session.body());
+  return {};
+}
+
 Result<std::unique_ptr<LoadedScene>> load_now(SceneRequest request, const Progress& progress) {
   auto out = std::make_unique<LoadedScene>();
   if (request.folder)
@@ -102,18 +114,21 @@ Result<std::unique_ptr<LoadedScene>> load_now(SceneRequest request, const Progre
   out->overrides = request.overrides;
   out->meshes = std::move(request.meshes);
   out->folder = std::move(request.folder);
-  out->session.emplace(std::move(session).value());
-  out->session->watch_changes(true);
+  out->session = std::make_shared<Session>(std::move(session).value());
   out->initial = out->session->snapshot();
-  out->drawn.reset(out->session->body());
-  for (const Vec3 p : out->session->body().complex.visual.rest.raw()) out->box.add(p);
-  auto things = DrawnThings::create(out->session->scene(), out->box);
-  if (!things) return things.error();
-  out->things = std::move(things).value();
+  KERF_TRY(draw_first(*out));
   return out;
 }
 
 }  // namespace
+
+Result<std::unique_ptr<LoadedScene>> scene_of_session(Session& session, SceneSource source) {
+  auto out = std::make_unique<LoadedScene>();
+  out->source = std::move(source);
+  out->session = std::shared_ptr<Session>(std::shared_ptr<void>(), &session);
+  KERF_TRY(draw_first(*out));
+  return out;
+}
 
 Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Progress& progress) {
   if (!request.folder) return load_now(std::move(request), progress);

@@ -47,7 +47,7 @@ struct LoadedScene {
   SceneOverrides overrides;
   std::optional<TemporaryFolder> folder;
   std::optional<UploadedMeshes> meshes;
-  std::optional<Session> session;
+  std::shared_ptr<Session> session;
   std::shared_ptr<const SessionSnapshot> initial;
   DrawnBody drawn;
   DrawnThings things;
@@ -57,6 +57,9 @@ struct LoadedScene {
 
 /// Does it here and now. Errors as of parse_scene and Session::create; an upload that names files is bad input.
 Result<std::unique_ptr<LoadedScene>> load_scene(SceneRequest request, const Progress& progress = {});
+
+/// A session that somebody else has, as it is, without the commands of its scene. It is not the LoadedScene's. Errors as of DrawnThings::create.
+Result<std::unique_ptr<LoadedScene>> scene_of_session(Session& session, SceneSource source);
 
 /// Loads one scene at a time in the background; the newest request wins. Used by one thread.
 class SceneLoader {

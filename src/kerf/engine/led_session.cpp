@@ -1,0 +1,55 @@
+#include "kerf/engine/led_session.h"
+
+namespace kerf {
+
+void LedSession::enter() {
+  std::unique_lock lock(mutex_);
+  turn_.wait(lock, [&] { return !looked_at_ && !waits_to_look_; });
+  led_ = true;
+}
+
+void LedSession::leave(std::uint64_t changes) {
+  const std::scoped_lock lock(mutex_);
+  changes_ = changes;
+  led_ = false;
+  turn_.notify_all();
+}
+
+void LedSession::let_look(std::uint64_t changes) {
+  std::unique_lock lock(mutex_);
+  changes_ = changes;
+  if (!waits_to_look_) return;
+  led_ = false;
+  turn_.notify_all();
+  turn_.wait(lock, [&] { return !looked_at_ && !waits_to_look_; });
+  led_ = true;
+}
+
+void LedSession::end() {
+  const std::scoped_lock lock(mutex_);
+  ended_ = true;
+  turn_.notify_all();
+}
+
+std::uint64_t LedSession::changes() const {
+  const std::scoped_lock lock(mutex_);
+  return changes_;
+}
+
+bool LedSession::begin_look() {
+  std::unique_lock lock(mutex_);
+  waits_to_look_ = true;
+  turn_.wait(lock, [&] { return !led_ || ended_; });
+  waits_to_look_ = false;
+  looked_at_ = !ended_;
+  if (ended_) turn_.notify_all();
+  return looked_at_;
+}
+
+void LedSession::end_look() {
+  const std::scoped_lock lock(mutex_);
+  looked_at_ = false;
+  turn_.notify_all();
+}
+
+}  // namespace kerf

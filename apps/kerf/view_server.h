@@ -30,15 +30,14 @@ PageFiles built_in_page();
 
 struct ServerOptions {
   std::string address = "127.0.0.1";
-  std::uint16_t port = 8080;       ///< 0: any free one
-  int tries = 20;                  ///< ports after `port` that are tried when it is taken
-  std::string token;               ///< not empty: pages must know it
-  std::string ticket;              ///< not empty: leads the first page that brings it to the token
-  bool any_literal = false;        ///< a Host that is a number is ours: for addresses beyond loopback
-  std::vector<std::string> hosts;  ///< names that a page may reach us by, beside loopback ones and `address`
-  std::string dev_origin;          ///< one more origin that may connect (page development)
-  std::string embedders =
-      "'none'";  ///< origins whose pages may show this one inside, as Content-Security-Policy writes them
+  std::uint16_t port = 8080;          ///< 0: any free one
+  int tries = 20;                     ///< ports after `port` that are tried when it is taken
+  std::string token;                  ///< not empty: pages must know it
+  std::string ticket;                 ///< not empty: leads the first page that brings it to the token
+  bool any_literal = false;           ///< a Host that is a number is ours: for addresses beyond loopback
+  std::vector<std::string> hosts;     ///< names that a page may reach us by, beside loopback ones and `address`
+  std::string dev_origin;             ///< one more origin that may connect (page development)
+  std::string embedders = "'none'";   ///< origins whose pages may show this one inside (CSP's frame-ancestors)
   std::function<PageFiles()> reload;  ///< set: files are read again for every request
 };
 

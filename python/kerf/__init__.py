@@ -9,6 +9,7 @@
     session.punch([0.03, 0, 0], 0.01, frame="rest")
     session.step(100)
     print(session.counts, session.positions.shape)
+    kerf.view(session)  # in a browser, or in the notebook's cell
 
 Meshes of one's own: kerf.Session(kerf.bind(vertices, triangles)).
 """
@@ -25,8 +26,9 @@ from ._error import Error  # noqa: E402
 from ._recording import Playback, Recording  # noqa: E402
 from ._scene import models, scenes  # noqa: E402
 from ._session import Session  # noqa: E402
+from ._view import Viewer, view  # noqa: E402
 
-__all__ = ["Batch", "Body", "Camera", "Error", "Playback", "Recording", "Session", "Snapshot", "Stroke", "bind", "load", "models", "scenes"]
+__all__ = ["Batch", "Body", "Camera", "Error", "Playback", "Recording", "Session", "Snapshot", "Stroke", "Viewer", "bind", "load", "models", "scenes", "view"]
 
 
 def __getattr__(name):

@@ -15,6 +15,7 @@
 #include "held_recording.h"
 #include "interrupts.h"
 #include "kerf/base/stopwatch.h"
+#include "kerf/engine/led_session.h"
 #include "kerf/record/run_report.h"
 #include "kerf/scene/scene_file.h"
 #include "kerf/session/material_places.h"
@@ -110,18 +111,42 @@ class LiveSession::Use {
     if (live.busy_.exchange(true))
       throw Failure(
           failed("this session is in use by another thread; give each thread a session of its own, or a lock"));
-    if (live.session_) return;
+    if (live.session_) {
+      if (const auto view = live.view()) enter(view->led());
+      return;
+    }
     live.busy_ = false;
     throw Failure(bad_input("this session is closed"));
   }
-  ~Use() { live_.busy_ = false; }
+  ~Use() {
+    live_.stop_watching_where_due();
+    if (led_) led_->leave(live_.changes_);
+    live_.busy_ = false;
+  }
   Use(const Use&) = delete;
   Use& operator=(const Use&) = delete;
   Session& operator*() { return *live_.session_; }
   Session* operator->() { return &*live_.session_; }
 
+  /// From now on it is shared with who looks at it.
+  void enter(std::shared_ptr<LedSession> led) {
+    led->enter();
+    led_ = std::move(led);
+  }
+  /// Something has changed, and more is to come: whoever waits looks first.
+  void let_look() {
+    ++live_.changes_;
+    if (led_) led_->let_look(live_.changes_);
+  }
+  void take_step(SessionStep step) {
+    live_.last_step_ = std::move(step);
+    if (led_) led_->stepped(live_.last_step_);
+    let_look();
+  }
+
  private:
   LiveSession& live_;
+  std::shared_ptr<LedSession> led_;
 };
 
 LiveSession::LiveSession(const std::string& text, const std::string& name, const std::string& folder,
@@ -130,6 +155,8 @@ LiveSession::LiveSession(const std::string& text, const std::string& name, const
   if (record && bodies.size() > 0)
     throw Failure(bad_input(
         "a kerf.Body is in no file, and recordings hold files; save() the body and name its file in the scene"));
+  source_.text = text;
+  source_.name = std::filesystem::path(name).stem().string();
   SceneFolders folders{std::filesystem::path(folder)};
   folders.meshes.assign(meshes.begin(), meshes.end());
   for (const auto [word, body] : bodies)
@@ -198,7 +225,7 @@ void LiveSession::step(std::int64_t n) {
         error = step.error();
         break;
       }
-      last_step_ = std::move(*step);
+      session.take_step(std::move(*step));
     }
   }
   interrupts.raise();
@@ -259,6 +286,10 @@ void LiveSession::validate() {
 void LiveSession::close() {
   if (!session_) return;
   Use session(*this);
+  if (const auto watched = view()) {
+    unlocked([&] { watched->close(); });
+    forget_view(watched);
+  }
   // Closed at once for who asks meanwhile; what a large body holds takes a while to free.
   std::optional<Session> dying = std::exchange(session_, std::nullopt);
   for (KeptArray* array : {&positions_, &velocities_, &normals_, &rest_positions_, &triangles_, &walls_, &uvs_,
@@ -270,6 +301,75 @@ void LiveSession::close() {
     recorder_.reset();
     dying.reset();
   });
+}
+
+LiveSession::~LiveSession() {
+  if (view_) view_->close();
+}
+
+// --- The page ---
+
+std::shared_ptr<SessionView> LiveSession::view() {
+  const std::scoped_lock lock(view_mutex_);
+  return view_;
+}
+
+void LiveSession::forget_view(const std::shared_ptr<SessionView>& view) {
+  const std::scoped_lock lock(view_mutex_);
+  if (view_ != view) return;
+  view_.reset();
+  watched_in_vain_ = true;
+}
+
+void LiveSession::stop_watching_where_due() {
+  if (watched_in_vain_.exchange(false) && session_) session_->watch_changes(false);
+}
+
+void LiveSession::open_view(const ViewRequest& request) {
+  if (view()) close_view();
+  Use session(*this);
+  stop_watching_where_due();
+  auto made = value_of(unlocked([&] { return SessionView::create(*session, source_, request); }));
+  session.enter(made->led());
+  if (const Status started = made->start(); !started) {
+    watched_in_vain_ = true;
+    throw Failure(started.error());
+  }
+  const std::scoped_lock lock(view_mutex_);
+  view_ = std::move(made);
+}
+
+void LiveSession::close_view() {
+  const auto watched = view();
+  if (!watched) return;
+  unlocked([&] { watched->close(); });
+  forget_view(watched);
+  if (busy_.exchange(true)) return;  // whoever is in it stops the watching
+  stop_watching_where_due();
+  busy_ = false;
+}
+
+std::string LiveSession::view_address() {
+  const auto watched = view();
+  return watched ? watched->address() : std::string();
+}
+
+int LiveSession::view_port() {
+  const auto watched = view();
+  return watched ? watched->port() : 0;
+}
+
+void LiveSession::expect_page(const std::string& ticket) {
+  if (const auto watched = view()) watched->expect(ticket);
+}
+
+void LiveSession::abandon_view() {
+  if (!view_) return;
+  view_->abandon();
+  // Its thread is the parent's: what it holds is never given back here.
+  new std::shared_ptr<SessionView>(std::move(view_));
+  view_.reset();
+  busy_ = false;
 }
 
 // --- Strokes ---
@@ -337,6 +437,7 @@ bool LiveSession::cut(const double* edges, std::size_t poses, SceneFrame frame, 
       const double* edge = edges + 6 * i;
       note(Kind::kBlade, {edge, edge + 6});
       done = session->move_blade({edge[0], edge[1], edge[2]}, {edge[3], edge[4], edge[5]});
+      session.let_look();
     }
     if (done.ok() && !interrupts.wanted()) {
       note(Kind::kEndStroke);
@@ -426,7 +527,7 @@ void LiveSession::take_turn(const SessionTurn& turn, std::uint64_t& stroke) {
   if (cuts && turn.steps == 0) move(1);
   for (std::int64_t i = 1; i <= turn.steps && !turn.ended(); ++i) {
     if (cuts) move(static_cast<double>(i) / static_cast<double>(turn.steps));
-    last_step_ = value_of(step_once());
+    session.take_step(value_of(step_once()));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -14,8 +15,10 @@
 
 #include "arrays.h"
 #include "kerf/picture/session_picture.h"
+#include "kerf/record/recording.h"
 #include "kerf/session/session.h"
 #include "recorder.h"
+#include "session_view.h"
 
 namespace kerf::python {
 
@@ -53,6 +56,9 @@ class LiveSession {
               const std::vector<std::string>& meshes, const nanobind::dict& bodies, bool record);
   /// As a recording begins.
   LiveSession(const HeldRecording& recording, const std::vector<std::string>& meshes);
+  LiveSession(const LiveSession&) = delete;
+  LiveSession& operator=(const LiveSession&) = delete;
+  ~LiveSession();
 
   void step(std::int64_t n);
   void undo();
@@ -130,6 +136,16 @@ class LiveSession {
   std::vector<std::string> grasp_ids();
   Vec3 support_force();
 
+  // The page on it (session_view.h)
+  void open_view(const ViewRequest& request);
+  void close_view();
+  /// Empty: there is no page on it.
+  std::string view_address();
+  int view_port();
+  void expect_page(const std::string& ticket);
+  /// In the child of a fork: the view is the parent's.
+  void abandon_view();
+
   nanobind::dict material();
   void set_material(double young, double poisson, double density);
   Vec3 gravity();
@@ -159,9 +175,18 @@ class LiveSession {
   void note_end_of_stroke();
   /// Made where it is first wanted, without Python's lock; in use by this thread.
   Status make_painter();
+  std::shared_ptr<SessionView> view();
+  /// Nobody looks any more.
+  void forget_view(const std::shared_ptr<SessionView>& view);
+  /// By who has it in use.
+  void stop_watching_where_due();
 
   std::optional<Session> session_;  ///< none: closed
   std::atomic<bool> busy_ = false;  ///< a thread is in it
+  SceneSource source_;              ///< what it was made of
+  std::mutex view_mutex_;           ///< of the pointer
+  std::shared_ptr<SessionView> view_;
+  std::atomic<bool> watched_in_vain_ = false;  ///< the session notes changes for a view that is gone
   std::uint64_t number_ = 0;
   std::uint64_t changes_ = 1;      ///< grows with everything that may move or cut the body
   std::uint64_t stroke_ = 0;       ///< number of the latest stroke by hand

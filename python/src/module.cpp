@@ -347,6 +347,18 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
       .def("_grasps", &LiveSession::grasps, nb::sig("def _grasps(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def("_report", &LiveSession::report_json)
       .def(
+          "_open_view",
+          [](LiveSession& self, int port, const std::string& token, std::uint64_t number,
+             const std::string& embedders) {
+            self.open_view({port, token, number, embedders});
+          },
+          "port"_a, "token"_a, "number"_a, "embedders"_a)
+      .def("_close_view", &LiveSession::close_view)
+      .def("_abandon_view", &LiveSession::abandon_view)
+      .def("_view_address", &LiveSession::view_address)
+      .def("_view_port", &LiveSession::view_port)
+      .def("_expect_page", &LiveSession::expect_page, "ticket"_a)
+      .def(
           "_camera",
           [](LiveSession& self, int width, int height) {
             const PictureView v = self.fitted_view(width, height);

@@ -45,11 +45,19 @@ def test_everything_is_annotated():
             assert "return" in function.__annotations__ and all(p.annotation is not p.empty for p in parameters), name
 
 
+def test_viewers_are_annotated():
+    for name, member in inspect.getmembers(kerf.Viewer):
+        function = member.fget if isinstance(member, property) else member
+        if inspect.isfunction(function):
+            parameters = [p for p in inspect.signature(function).parameters.values() if p.name != "self"]
+            assert "return" in function.__annotations__ and all(p.annotation is not p.empty for p in parameters), name
+
+
 def test_bodies_are_what_is_told():
     told = returned(ast.parse((HERE / "_core.pyi").read_text()))
     body = kerf.bind("sheet")
     for name in ("vertices", "triangles", "collision_vertices", "collision_triangles"):
         assert told[f"Body.{name}"].endswith(f"NDArray[numpy.{getattr(body, name).dtype}]"), name
     assert told["Body.save"] == "None" and told["Body.closed"] == "bool"
-    for function in (kerf.bind, kerf.load):
+    for function in (kerf.bind, kerf.load, kerf.view):
         assert {p.name for p in inspect.signature(function).parameters.values()} | {"return"} == {*function.__annotations__}

@@ -86,7 +86,7 @@ export function bindControls(app: App): void {
   const showHint = (): void => {
     const first = remembered.get(`used-${app.tool}`) === null;
     if (app.showing) hint('Watch. The tools are yours when it has ended, or at once: Your turn.');
-    else if (app.connection === 'live' && !app.toolAllowed && app.tool !== 'hand')
+    else if ((app.connection === 'live' || app.readOnly) && !app.toolAllowed && app.tool !== 'hand')
       hint(
         `You are watching: a drag turns the view.${app.readOnly ? '' : ' Another page holds the tools; C takes them.'}`,
       );
@@ -434,7 +434,10 @@ export function bindControls(app: App): void {
         ? 'No connection to the engine'
         : app.roleNow.held
           ? 'This page holds the tools'
-          : 'Another page holds the tools';
+          : app.readOnly
+            ? 'A program leads this session'
+            : 'Another page holds the tools';
+    document.documentElement.toggleAttribute('data-watches', app.readOnly);
     const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
     byId('banner').hidden = !lost;
     showNotice();
@@ -442,7 +445,9 @@ export function bindControls(app: App): void {
       setText(
         'banner',
         app.bodies > 0
-          ? 'The connection is lost. Tools are paused; the page connects again by itself.'
+          ? app.readOnly
+            ? 'The connection is lost. The page connects again by itself.'
+            : 'The connection is lost. Tools are paused; the page connects again by itself.'
           : 'No connection: kerf view has ended, or this is not the whole address that it printed (with its token). The page goes on trying.',
       );
     }

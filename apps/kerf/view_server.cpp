@@ -506,7 +506,7 @@ Status ViewServer::Impl::open() {
       return bad_input(fmt::format("can't listen on {} port {}: {}", options.address, wanted, error.message()));
   }
   const std::string others = last > 0 ? fmt::format(" and the {} after it are", last) : " is";
-  return bad_input(fmt::format("port {}{} in use; give another port, or 0 for any", options.port, others));
+  return bad_input(fmt::format("port {}{} in use; give another with --port, or 0 for any", options.port, others));
 }
 
 void ViewServer::Impl::accept() {

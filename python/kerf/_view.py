@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import atexit
-import html
 import operator
 import os
-import secrets
 import sys
 import weakref
 
@@ -67,7 +65,7 @@ class Viewer:
     def _repr_html_(self) -> str:
         if self.closed:
             return "<p>This page is closed; kerf.view(session) opens another one.</p>"
-        return (f'<iframe src="{html.escape(self._address)}" title="Kerf" width="100%" height="520" '
+        return (f'<iframe src="{self._address}" title="Kerf" width="100%" height="520" '
                 'style="border: 0" allow="fullscreen"></iframe>')
 
 
@@ -79,7 +77,8 @@ def view(session: Session, *, open: bool | None = None, port: int = 0) -> Viewer
     A session has one page address, for as many browsers as like: for one that is viewed already its Viewer comes back.
 
     open: opens a browser. By default it does where there is a display, but not in a notebook: there the Viewer shows inside its cell.
-    port: to serve on; 0: any that is free. The server listens on this machine alone, and the address ends with a token.
+    port: to serve on; 0: any that is free. The server listens on this machine alone, and the address ends with a token. For a browser
+    elsewhere forward the port under the same number (ssh -L 8000:127.0.0.1:8000).
     kerf.Error: the session is closed, the port is in use, the session is viewed on another port, or the package has no page.
     """
     if not isinstance(session, Session):
@@ -91,6 +90,8 @@ def view(session: Session, *, open: bool | None = None, port: int = 0) -> Viewer
     if not 0 <= port <= 65535:
         raise ValueError(f"port must be from 0 to 65535, not {port}")
     if not session._view_address():
+        import secrets
+
         session._open_view(port, secrets.token_hex(16), secrets.randbits(63) + 1, _NOTEBOOKS)
         _viewed.add(session)
     elif port not in (0, session._view_port()):
@@ -114,6 +115,7 @@ def _in_notebook():
 
 
 def _open_browser(viewer):
+    import secrets
     import webbrowser
 
     ticket = secrets.token_hex(16)  # other users see command lines: this word is good once

@@ -9,6 +9,7 @@
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <string_view>
 #include <thread>
 
 #include "kerf/engine/engine.h"
@@ -44,6 +45,18 @@ struct SessionView::Impl {
   std::thread thread;
 };
 
+namespace {
+
+/// The way out is a parameter here, no option of a command line.
+Error as_called(Error error) {
+  constexpr std::string_view kOption = "with --port";
+  if (const std::size_t at = error.message.find(kOption); at != std::string::npos)
+    error.message.replace(at, kOption.size(), "as port=");
+  return error;
+}
+
+}  // namespace
+
 Result<std::shared_ptr<SessionView>> SessionView::create(Session& session, const SceneSource& source,
                                                          const ViewRequest& request) {
   app::PageFiles page = app::built_in_page();
@@ -63,7 +76,7 @@ Result<std::shared_ptr<SessionView>> SessionView::create(Session& session, const
   server_options.token = request.token;
   server_options.embedders = request.embedders;
   auto server = app::ViewServer::create(std::move(*engine), std::move(page), server_options);
-  if (!server) return server.error();
+  if (!server) return as_called(server.error());
   impl->address = server->address();
   impl->port = server->port();
   impl->server.emplace(std::move(*server));

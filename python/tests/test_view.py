@@ -217,6 +217,7 @@ def test_a_page_changes_no_bit():
                 session.step(10)
                 session.cut(CUT)
                 session.step(10)
+                kerf.Batch([session]).turn(5)
                 found.append(session.hash)
                 session.restore(start)
             return found
@@ -242,7 +243,7 @@ def test_one_view_of_a_session(session):
         assert other.port == viewer.port and other.url != viewer.url and viewer.closed
         viewer.close()
         assert not other.closed
-        with kerf.Session("sheet") as second, pytest.raises(kerf.Error, match=f"port {viewer.port} is in use"):
+        with kerf.Session("sheet") as second, pytest.raises(kerf.Error, match=f"port {viewer.port} is in use; give another as port="):
             kerf.view(second, open=False, port=viewer.port)
     session.step()
 

@@ -123,6 +123,37 @@ TEST(EngineWatch, WhatNobodyWatchesDoesNotPileUp) {
   EXPECT_TRUE(left->visual_triangles.empty() && !left->everything);
 }
 
+TEST(EngineWatch, PagesAndTheProgramInThreads) {
+  Program program;
+  Table table(program.watched());
+  const std::uint32_t page = table.join();
+  std::atomic<bool> done = false;
+  std::thread server([&] {
+    while (!done) {
+      table.tick();
+      table.tell(page, page_hello());  // the whole body anew
+      std::this_thread::yield();
+    }
+  });
+  for (int round = 0; round < 5; ++round) {
+    program.does([&] {
+      for (int i = 0; i < 5; ++i) {
+        auto step = program.session.step();
+        ASSERT_TRUE(step.ok());
+        program.led->stepped(*step);
+        program.led->let_look(++program.changes);
+      }
+    });
+    program.cut(0.01 * round);
+    if (round % 2 == 1) program.does([&] { ASSERT_TRUE(program.session.undo().ok()); });
+  }
+  done = true;
+  server.join();
+  table.tick();
+  table.expect_mirrored(page);
+  EXPECT_GT(table.pages[page].bodies, 3u);
+}
+
 TEST(LedSession, WhoWaitsLooksBetweenTwoSteps) {
   Program program;
   LedSession& led = *program.led;

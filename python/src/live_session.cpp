@@ -157,6 +157,8 @@ LiveSession::LiveSession(const std::string& text, const std::string& name, const
         "a kerf.Body is in no file, and recordings hold files; save() the body and name its file in the scene"));
   source_.text = text;
   source_.name = std::filesystem::path(name).stem().string();
+  source_.folder = folder.empty() ? std::filesystem::current_path() : std::filesystem::absolute(folder);
+  source_.mesh_folders.assign(meshes.begin(), meshes.end());
   SceneFolders folders{std::filesystem::path(folder)};
   folders.meshes.assign(meshes.begin(), meshes.end());
   for (const auto [word, body] : bodies)
@@ -167,12 +169,7 @@ LiveSession::LiveSession(const std::string& text, const std::string& name, const
     auto session = Session::create(*scene, progress);
     if (!session) return session.error();
     if (record) {
-      SceneSource source;
-      source.text = text;
-      source.name = std::filesystem::path(name).stem().string();
-      source.folder = folder.empty() ? std::filesystem::current_path() : std::filesystem::absolute(folder);
-      source.mesh_folders = folders.meshes;
-      auto recorder = Recorder::begin(std::move(source), *session);
+      auto recorder = Recorder::begin(source_, *session);
       if (!recorder) return recorder.error();
       recorder_ = std::move(*recorder);
     }
@@ -183,6 +180,7 @@ LiveSession::LiveSession(const std::string& text, const std::string& name, const
 
 LiveSession::LiveSession(const HeldRecording& recording, const std::vector<std::string>& meshes)
     : number_(next_number()) {
+  source_ = recording.recording()->source;
   make([&](const Progress& progress) -> Status {
     auto session = session_of(*recording.recording(), progress, {meshes.begin(), meshes.end()}, recording.file());
     if (!session) return recording.named(session.error());
@@ -243,7 +241,7 @@ void LiveSession::play(Replay& replay, bool& begun, std::int64_t until, const st
     begun = true;
     while (done.ok() && replay.report().steps < until && !replay.over() && !interrupts.wanted()) {
       auto step = replay.step(*session);
-      if (step) last_step_ = std::move(*step);
+      if (step) session.take_step(std::move(*step));
       else done = step.error();
     }
   }

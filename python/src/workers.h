@@ -12,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include "kerf/base/wait_for.h"
+
 namespace kerf::python {
 
 class Workers {
@@ -70,7 +72,7 @@ class Workers {
     for (;;) {
       {
         std::unique_lock lock(mutex_);
-        wake_.wait(lock, [&] { return ended_ || round_ != seen; });
+        wait_for(wake_, lock, [&] { return ended_ || round_ != seen; });
         if (ended_) return;
         seen = round_;
       }

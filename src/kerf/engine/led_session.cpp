@@ -1,10 +1,12 @@
 #include "kerf/engine/led_session.h"
 
+#include "kerf/base/wait_for.h"
+
 namespace kerf {
 
 void LedSession::enter() {
   std::unique_lock lock(mutex_);
-  turn_.wait(lock, [&] { return !looked_at_ && !waits_to_look_; });
+  wait_for(turn_, lock, [&] { return !looked_at_ && !waits_to_look_; });
   led_ = true;
 }
 
@@ -21,7 +23,7 @@ void LedSession::let_look(std::uint64_t changes) {
   if (!waits_to_look_) return;
   led_ = false;
   turn_.notify_all();
-  turn_.wait(lock, [&] { return !looked_at_ && !waits_to_look_; });
+  wait_for(turn_, lock, [&] { return !looked_at_ && !waits_to_look_; });
   led_ = true;
 }
 
@@ -39,7 +41,7 @@ std::uint64_t LedSession::changes() const {
 bool LedSession::begin_look() {
   std::unique_lock lock(mutex_);
   waits_to_look_ = true;
-  turn_.wait(lock, [&] { return !led_ || ended_; });
+  wait_for(turn_, lock, [&] { return !led_ || ended_; });
   waits_to_look_ = false;
   looked_at_ = !ended_;
   if (ended_) turn_.notify_all();

@@ -326,7 +326,9 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             const std::size_t rows = now.size();
             return read_only_array<double>(std::move(now), {rows, std::size_t{3}});
           },
-          "rest"_a)
+          "rest"_a,
+          nb::sig(
+              "def _to_world(self, rest: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]"))
       .def(
           "_to_rest",
           [](LiveSession& self, const Rows3& now) {
@@ -341,7 +343,9 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             return std::pair(read_only_array<double>(std::move(rest), {rows, std::size_t{3}}),
                              read_only_array<double>(std::move(distance), {rows}));
           },
-          "now"_a)
+          "now"_a,
+          nb::sig("def _to_rest(self, now: numpy.typing.NDArray[numpy.float64]) -> "
+                  "tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]"))
       .def("_contacts", &LiveSession::contacts, nb::sig("def _contacts(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def("_tools", &LiveSession::tools, nb::sig("def _tools(self) -> numpy.typing.NDArray[numpy.uint8]"))
       .def("_grasps", &LiveSession::grasps, nb::sig("def _grasps(self) -> numpy.typing.NDArray[numpy.uint8]"))

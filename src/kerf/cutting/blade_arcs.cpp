@@ -148,7 +148,7 @@ class Search {
     piece.q1 =
         lerp(strip_.local(place(mesh_.from(piece.out))), strip_.local(place(mesh_.to(piece.out))), piece.out_fraction);
     piece.q0 = lerp(strip_.local(place(mesh_.to(piece.in))), strip_.local(place(mesh_.from(piece.in))), in);
-    piece.along = !strip_.done.empty() && lies_along(face);
+    piece.along = !strip_.done.empty() && lies_along(mesh_, position_, face, strip_.along, cut::kPathLeans);
     clip(piece);
   }
 
@@ -159,12 +159,6 @@ class Search {
   bool passed(const Piece& piece, double part) const {
     const Vec2 q = lerp(piece.q0, piece.q1, part);
     return strip_.passed(q) && !(piece.along && is_done(q));
-  }
-  /// Does the face lie along the edge, or bend along it between two poses?
-  bool lies_along(F face) const {
-    const H h = CollisionMesh::corner(face, 0);
-    const Vec3 a = place(mesh_.from(h)), normal = cross(place(mesh_.to(h)) - a, place(mesh_.apex(h)) - a);
-    return std::abs(dot(normal, strip_.along)) < cut::kPathLeans * norm(normal);
   }
 
   /// Adds the parts of the segment that the edge has passed.
@@ -382,6 +376,13 @@ class Search {
 };
 
 }  // namespace
+
+bool lies_along(const CollisionMesh& mesh, std::span<const Vec3> position, F face, Vec3 edge, double cosine) {
+  const H h = CollisionMesh::corner(face, 0);
+  const auto at_corner = [&](V v) { return position[v.index()]; };
+  const Vec3 a = at_corner(mesh.from(h)), normal = cross(at_corner(mesh.to(h)) - a, at_corner(mesh.apex(h)) - a);
+  return std::abs(dot(normal, edge)) < cosine * norm(normal);
+}
 
 Strip Strip::make(const BladeEdge& from, const BladeEdge& to, std::span<const Vec3> fronts, double least) {
   Strip s;

@@ -37,6 +37,10 @@ struct Strip {
   [[nodiscard]] double side(int line, Vec2 q) const;
 };
 
+/// Does a face lie along a blade's edge (a unit vector), by less than this cosine between its normal and the edge?
+bool lies_along(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionTriangle face, Vec3 edge,
+                double cosine);
+
 /// One end of an arc.
 struct ArcEnd {
   enum class Kind {

@@ -333,9 +333,7 @@ class Sweep {
   }
   bool lies_along(const BladeArc& arc) const { return lies_along(arc.faces.back(), cut::kPathFlat); }
   bool lies_along(F face, double cosine) const {
-    const H h = CollisionMesh::corner(face, 0);
-    const Vec3 a = at(mesh().from(h)), normal = cross(at(mesh().to(h)) - a, at(mesh().apex(h)) - a);
-    return std::abs(dot(normal, strip_.along)) < cosine * norm(normal);
+    return kerf::lies_along(mesh(), target_.position, face, strip_.along, cosine);
   }
 
   /// Along a sheet an edge comes to what lies ahead of a front when that is deep enough, not at once: until then the front waits at the tip of its slit.

@@ -42,7 +42,7 @@ double elastic_energy(const MechanicsModel& model, const MechanicsState& state) 
     for (int c = 0; c < 8; ++c) {
       const Vec3 local =
           transposed_times(state.rotations[e], state.positions[model.element(HexId(e)).nodes[c].index()] - centre);
-      for (int a = 0; a < 3; ++a) u[3 * c + a] = local[a] - corner_sign(c, a) * model.cell_size()[a] / 2;
+      for (int a = 0; a < 3; ++a) u[3 * c + a] = local[a] - corner_sign(c, a) * model.cells()[0].size[a] / 2;
     }
     for (int i = 0; i < 24; ++i)
       for (int j = 0; j < 24; ++j) energy += 0.5 * u[i] * k[24 * i + j] * u[j];

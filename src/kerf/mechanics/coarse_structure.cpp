@@ -114,9 +114,10 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
   const MechanicsModel::Structure& s = model.structure();
   const std::size_t n = model.node_count();
   const int width = group_width(s.free_nodes);
-  const Vec3 h = model.cell_size();
   CoarseStructure out;
-  out.length = 0.5 * width * std::cbrt(h.x * h.y * h.z);
+  out.length = 0;
+  for (const ElementCell& cell : model.cells())
+    out.length = std::max(out.length, 0.5 * width * std::cbrt(cell.size.x * cell.size.y * cell.size.z));
 
   const std::vector<std::int32_t> block = lattice_blocks(model, width);
   UnionFind joined(n);
@@ -202,7 +203,8 @@ void add_crossings(const MechanicsModel& model, CoarseStructure& out) {
   const MechanicsModel::Structure& s = model.structure();
   // Full cells of one material that are split alike share their matrices.
   std::map<std::pair<std::int32_t, std::array<unsigned, 8>>, std::int32_t> known;
-  const RigidModes modes = rigid_modes(model.cell_size(), out.length);
+  std::vector<RigidModes> modes;
+  for (const ElementCell& cell : model.cells()) modes.push_back(rigid_modes(cell.size, out.length));
   std::vector<ElementMatrix> full;
   for (const WalshHadamardMatrix& k : s.shared) full.push_back(dense(k));
   for (std::size_t b = 0; b < s.batches.size(); ++b)
@@ -234,9 +236,10 @@ void add_crossings(const MechanicsModel& model, CoarseStructure& out) {
         out.matrices.resize(out.matrices.size() +
                             (crossing.antisymmetric ? 1 : crossing.parts * (crossing.parts + 1) / 2));
         for (int q = 0; q < crossing.parts; ++q) {
-          const RigidModes force = moved_rigidly(k, modes, corners[q]);
+          const RigidModes force = moved_rigidly(k, modes[s.batches[b].cell], corners[q]);
           for (int p = 0; p <= q; ++p)  // pair (p, q) by rows of the upper triangle
-            out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] = felt(force, modes, corners[p]);
+            out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] =
+                felt(force, modes[s.batches[b].cell], corners[p]);
           if (crossing.antisymmetric) break;  // one is enough
         }
         return first;

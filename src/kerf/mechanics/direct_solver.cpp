@@ -75,6 +75,7 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
       if (e < 0) continue;
       const MechanicsElement& element = model.element(HexId(e));
       const double damping = model.materials()[element.material].damping_stiffness;
+      const Vec3 h = model.cell(element.material).size;
       const ElementMatrix k = model.element_stiffness(HexId(e));
       Eigen::Matrix3d r;
       for (int i = 0; i < 9; ++i) r(i / 3, i % 3) = w.rotation[9 * batch + i].v[lane];
@@ -83,7 +84,7 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
       const double tension = 0.25 * scale * element.young_scale * w.tension[batch].v[lane];
       Eigen::Matrix<double, 3, 8> gradient;
       for (int c = 0; c < 8; ++c)
-        for (int a = 0; a < 3; ++a) gradient(a, c) = corner_sign(c, a) / (4 * model.cell_size()[a]);
+        for (int a = 0; a < 3; ++a) gradient(a, c) = corner_sign(c, a) / (4 * h[a]);
       gradient = (r * gradient).eval();
       for (int c = 0; c < 8; ++c)
         for (int d = 0; d < 8; ++d) {

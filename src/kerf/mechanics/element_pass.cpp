@@ -106,8 +106,9 @@ inline Lanes turning_tension(const Lanes (&s)[3][3]) {
   return s[0][0] + s[1][1] + s[2][2] - least;
 }
 
-// Forces of the linear modes, from the modes of a motion: tension times the spin of the cell, q: -1 / (4 h).
-inline void turn_back(const Lanes& tension, const double (&q)[3], const Lanes (&u)[3][3], Lanes (&f)[3][3]) {
+// Forces of the linear modes, from the modes of a motion: tension times the spin of the cell of size h.
+inline void turn_back(const Lanes& tension, Vec3 h, const Lanes (&u)[3][3], Lanes (&f)[3][3]) {
+  const double q[3] = {-0.25 / h.x, -0.25 / h.y, -0.25 / h.z};
   for (int k = 0; k < 3; ++k) {
     const int i = (k + 1) % 3, j = (k + 2) % 3;
     const Lanes torque = 0.25 * tension * (q[i] * u[i][j] - q[j] * u[j][i]);
@@ -115,6 +116,18 @@ inline void turn_back(const Lanes& tension, const double (&q)[3], const Lanes (&
     f[j][i] = -q[j] * torque;
   }
   for (int k = 0; k < 3; ++k) f[k][k] = all_lanes(0);
+}
+
+// What corner 0 of a cell of size h feels of its own motion, for a tension of one: components xx yy zz xy yz zx.
+inline std::array<double, 6> turning_stiffness(Vec3 h) {
+  const double slope[3] = {0.25 / h.x, 0.25 / h.y, 0.25 / h.z};
+  std::array<double, 6> out;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double first = slope[(i + 1) % 3], second = slope[(i + 2) % 3];
+    out[i] = 0.25 * (first * first + second * second);
+    out[3 + i] = -0.25 * slope[i] * first;
+  }
+  return out;
 }
 
 inline bool any_of_lanes(const Lanes& x) { return x[0] != 0 || x[1] != 0 || x[2] != 0 || x[3] != 0; }
@@ -129,11 +142,12 @@ inline Lanes young_scales(const MechanicsModel& model, const Batch& batch) {
 }  // namespace
 
 int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_t begin, std::size_t end) {
-  const Vec3 h = model.cell_size();
   const MechanicsModel::Structure& s = model.structure();
+  const std::span<const ElementCell> cells = model.cells();
   int inverted = 0;
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
+    const Vec3 h = cells[batch.cell].size;
     Lanes u[8][3];
     gather(batch, w.position.data(), u);
     // Relative to corner 0: an exact difference, so far from the origin no digit is lost in the sums below.
@@ -198,10 +212,11 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_
 void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt, bool weight, std::size_t begin,
                         std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
-  const Vec3 h = model.cell_size();
-  const double least = std::min({h.x, h.y, h.z});
+  const std::span<const ElementCell> cells = model.cells();
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
+    const Vec3 h = cells[batch.cell].size;
+    const double least = std::min({h.x, h.y, h.z});
     Lanes scale = all_lanes(0);
     for (int lane = 0; lane < kLanes; ++lane) {
       double& tension = w.tension[b].v[lane];
@@ -232,8 +247,7 @@ void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt
 void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const std::vector<Quad>& p,
                             std::size_t begin, std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
-  const Vec3 h = model.cell_size();
-  const double q[3] = {-0.25 / h.x, -0.25 / h.y, -0.25 / h.z};
+  const std::span<const ElementCell> cells = model.cells();
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
     Lanes r[3][3], u[8][3];
@@ -248,7 +262,7 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const
       for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
       if (taut) {
         for (int i = 0; i < 9; ++i) linear[i / 3][i % 3] = u[1 << i / 3][i % 3];
-        turn_back(tension, q, linear, back);
+        turn_back(tension, cells[batch.cell].size, linear, back);
       }
       apply_blocks(s.shared[batch.material], u);
       if (taut)
@@ -263,7 +277,7 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const
       apply_own(model.own_block(batch.own), u, f);
       if (taut) {
         linear_modes(u, linear);
-        turn_back(tension, q, linear, back);
+        turn_back(tension, cells[batch.cell].size, linear, back);
         for (int c = 0; c < 8; ++c)
           for (int i = 0; i < 9; ++i) f[c][i % 3] += (c >> i / 3 & 1) != 0 ? -back[i / 3][i % 3] : back[i / 3][i % 3];
       }
@@ -277,14 +291,7 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
   const MechanicsModel::Structure& s = model.structure();
   // Components in the order xx yy zz xy yz zx.
   constexpr int kRow[6] = {0, 1, 2, 0, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 0};
-  const Vec3 h = model.cell_size();
-  const double slope[3] = {0.25 / h.x, 0.25 / h.y, 0.25 / h.z};
-  double turning[6];  // of corner 0 with itself, for a tension of one
-  for (int i = 0; i < 3; ++i) {
-    const double first = slope[(i + 1) % 3], second = slope[(i + 2) % 3];
-    turning[i] = 0.25 * (first * first + second * second);
-    turning[3 + i] = -0.25 * slope[i] * first;
-  }
+  const std::span<const ElementCell> cells = model.cells();
   const auto write = [&](std::size_t b, int corner, const Lanes(&d)[6]) {
     Lanes a0 = d[0], a1 = d[1], a2 = d[2], a3 = d[3];
     Lanes b0 = d[4], b1 = d[5], b2 = all_lanes(0), b3 = all_lanes(0);
@@ -302,6 +309,7 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
     Lanes r[3][3];
     load_rotation(w.scaled_rotation.data() + 9 * b, r);
     const Lanes tension = load_lanes(w.tension[b].v);
+    const std::array<double, 6> turning = turning_stiffness(cells[batch.cell].size);
     if (batch.own < 0) {
       Lanes k[6];
       for (int i = 0; i < 6; ++i) k[i] = s.shared[batch.material].corner[i] + tension * turning[i];

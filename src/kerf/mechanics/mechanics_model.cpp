@@ -11,15 +11,38 @@ namespace {
 constexpr std::size_t kPacked = 300;  // upper triangle of 24 x 24
 constexpr double kAxesTolerance = 1e-9;
 
+Status check_cell(const ElementCell& cell) {
+  for (int a = 0; a < 3; ++a)
+    if (!(cell.size[a] > 0) || !std::isfinite(cell.size[a]))
+      return bad_input(fmt::format("cell size: {} m along axis {} must be positive", cell.size[a], "xyz"[a]));
+  const auto& axes = cell.axes.c;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      if (!(std::abs(dot(axes[i], axes[j]) - (i == j ? 1 : 0)) < kAxesTolerance))
+        return bad_input("lattice axes: they are not a rotation; give three orthogonal unit vectors");
+  if (dot(cross(axes[0], axes[1]), axes[2]) < 0)
+    return bad_input("lattice axes: they are left-handed; flip one of them");
+  return {};
+}
+
 }  // namespace
 
 MechanicsModel::MechanicsModel(Vec3 cell_size, const Mat3& axes, ElementFormulation formulation)
-    : cell_size_(cell_size), axes_(axes), formulation_(formulation) {}
+    : cells_{{cell_size, axes}}, formulation_(formulation), own_empty_(1) {}
 
-Result<std::int32_t> MechanicsModel::add_material(const Material& material) {
+std::int32_t MechanicsModel::add_cell(const ElementCell& cell) {
+  cells_.push_back(cell);
+  own_empty_.emplace_back();
+  return static_cast<std::int32_t>(cells_.size() - 1);
+}
+
+Result<std::int32_t> MechanicsModel::add_material(const Material& material, std::int32_t cell) {
   KERF_TRY(kerf::validate(material));
+  if (cell < 0 || static_cast<std::size_t>(cell) >= cells_.size())
+    return bad_input(fmt::format("material: cell {} does not exist; there are {}", cell, cells_.size()));
   materials_.push_back(material);
-  full_matrix_.push_back(element_matrix(formulation_, material, cell_size_));
+  material_cell_.push_back(cell);
+  full_matrix_.push_back(element_matrix(formulation_, material, cells_[static_cast<std::size_t>(cell)].size));
   stale_ = true;
   return static_cast<std::int32_t>(materials_.size() - 1);
 }
@@ -30,7 +53,7 @@ Status MechanicsModel::set_material(std::int32_t index, const Material& material
   KERF_TRY(kerf::validate(material));
   const Material before = materials_[index];
   materials_[index] = material;
-  full_matrix_[index] = element_matrix(formulation_, material, cell_size_);
+  full_matrix_[index] = element_matrix(formulation_, material, cell(index).size);
   for (OwnMaterial& own : own_material_)
     if (own.material == index) own.material = -1;
   if (before.density != material.density)
@@ -112,14 +135,14 @@ void MechanicsModel::release_own(HexId id) {
   if (id.index() >= own_slot_.size() || own_slot_[id.index()] < 0) return;
   const std::int32_t slot = own_slot_[id.index()];
   own_element_[slot] = -1;
-  own_empty_.push_back(slot);
+  own_empty_[own_cell_[slot / kLanes]].push_back(slot);
   own_slot_[id.index()] = -1;
 }
 
 Status MechanicsModel::set_element(HexId id, const MechanicsElement& element) {
   KERF_TRY(check_element(id, element));
   release_own(id);
-  store_element(id, element, lumped_masses(materials_[element.material].density, cell_size_));
+  store_element(id, element, lumped_masses(materials_[element.material].density, cell(element.material).size));
   return {};
 }
 
@@ -142,7 +165,7 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, co
 Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, std::span<const MaterialPoint> points) {
   KERF_TRY(check_element(id, element));
   const Material& material = materials_[element.material];
-  return set_element(id, element, partly_filled_matrix(formulation_, material, cell_size_, points),
+  return set_element(id, element, partly_filled_matrix(formulation_, material, cell(element.material).size, points),
                      lumped_masses(material.density, points));
 }
 
@@ -157,34 +180,42 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, co
                                    const std::array<double, 8>& masses) {
   KERF_TRY(check_element(id, element));
   KERF_TRY(check_masses(id, masses));
-  std::int32_t slot = id.index() < own_slot_.size() ? own_slot_[id.index()] : -1;
-  if (slot < 0 && !own_empty_.empty()) slot = own_empty_.back();  // the one that it will take
+  const std::int32_t slot = next_own(id, cell_of(element.material));
   if (slot >= 0 && own_material_[slot].material == element.material && own_material_[slot].volumes == volumes) {
     store_element(id, element, masses);
-    take_own(id);
+    take_own(id, cell_of(element.material));
     return {};
   }
   const Material& material = materials_[element.material];
   KERF_TRY(store_own(id, element,
-                     partly_filled_matrix(formulation_, material, cell_size_, volumes, full_matrix_[element.material]),
+                     partly_filled_matrix(formulation_, material, cell(element.material).size, volumes,
+                                          full_matrix_[element.material]),
                      masses));
   own_material_[own_slot_[id.index()]] = {volumes, element.material};
   return {};
 }
 
-/// The element's slot, a new one if it had none; what is in it may be of another element.
-std::int32_t MechanicsModel::take_own(HexId id) {
-  std::int32_t slot = own_slot_[id.index()];
-  if (slot >= 0) return slot;
-  if (own_empty_.empty()) {
+/// The slot that take_own() will give without a new block, or -1.
+std::int32_t MechanicsModel::next_own(HexId id, std::int32_t cell) const {
+  const std::int32_t own = id.index() < own_slot_.size() ? own_slot_[id.index()] : -1;
+  if (own >= 0 && own_cell_[own / kLanes] == cell) return own;
+  return own_empty_[cell].empty() ? -1 : own_empty_[cell].back();
+}
+
+/// The element's slot, a new one if it had none among its cell's; what is in it may be of another element.
+std::int32_t MechanicsModel::take_own(HexId id, std::int32_t cell) {
+  std::int32_t slot = next_own(id, cell);
+  if (slot >= 0 && slot == own_slot_[id.index()]) return slot;
+  release_own(id);
+  if (slot < 0) {
     slot = static_cast<std::int32_t>(own_element_.size());
+    own_cell_.push_back(cell);
     own_element_.resize(own_element_.size() + kLanes, -1);
     own_material_.resize(own_element_.size());
     own_matrices_.resize(own_matrices_.size() + kPacked * kLanes, 0.0);
-    for (int lane = kLanes - 1; lane > 0; --lane) own_empty_.push_back(slot + lane);
+    for (int lane = kLanes - 1; lane > 0; --lane) own_empty_[cell].push_back(slot + lane);
   } else {
-    slot = own_empty_.back();
-    own_empty_.pop_back();
+    own_empty_[cell].pop_back();
   }
   own_slot_[id.index()] = slot;
   own_element_[slot] = id.value;
@@ -197,7 +228,7 @@ Status MechanicsModel::store_own(HexId id, const MechanicsElement& element, cons
     if (!std::isfinite(k))
       return bad_input(fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
   store_element(id, element, masses);
-  const std::int32_t slot = take_own(id);
+  const std::int32_t slot = take_own(id, cell_of(element.material));
   own_material_[slot].material = -1;
   double* out = own_matrices_.data() + kPacked * kLanes * (slot / kLanes) + slot % kLanes;
   for (int i = 0; i < 24; ++i)
@@ -280,7 +311,8 @@ void MechanicsModel::release_node(NodeId node) {
 }
 
 double MechanicsModel::spring_cap(std::int32_t material, double young_scale) const {
-  const double h = std::cbrt(cell_size_.x * cell_size_.y * cell_size_.z);
+  const Vec3 size = cell(material).size;
+  const double h = std::cbrt(size.x * size.y * size.z);
   return kSpringCap * materials_[material].young * young_scale * h;
 }
 
@@ -387,15 +419,7 @@ void MechanicsModel::clear_springs() {
 void MechanicsModel::clear_loads() { std::fill(loads_.begin(), loads_.end(), Vec3{}); }
 
 Status MechanicsModel::validate() const {
-  for (int a = 0; a < 3; ++a)
-    if (!(cell_size_[a] > 0) || !std::isfinite(cell_size_[a]))
-      return bad_input(fmt::format("cell size: {} m along axis {} must be positive", cell_size_[a], "xyz"[a]));
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      if (!(std::abs(dot(axes_.c[i], axes_.c[j]) - (i == j ? 1 : 0)) < kAxesTolerance))
-        return bad_input("lattice axes: they are not a rotation; give three orthogonal unit vectors");
-  if (dot(cross(axes_.c[0], axes_.c[1]), axes_.c[2]) < 0)
-    return bad_input("lattice axes: they are left-handed; flip one of them");
+  for (const ElementCell& cell : cells_) KERF_TRY(check_cell(cell));
   for (std::size_t n = 0; n < rest_positions_.size(); ++n)
     if (!is_finite(rest_positions_[n])) return bad_input(fmt::format("node {}: its position is not finite", n + 1));
   for (std::size_t e = 0; e < elements_.size(); ++e)
@@ -421,6 +445,7 @@ void MechanicsModel::refresh() {
       if (lane == 0) {
         s.batches.emplace_back();
         s.batches.back().material = material;
+        s.batches.back().cell = cell_of(material);
       }
       s.batches.back().element[lane] = static_cast<std::int32_t>(e);
       lane = (lane + 1) % kLanes;
@@ -430,6 +455,7 @@ void MechanicsModel::refresh() {
   for (std::size_t slot = 0; slot < own_element_.size(); slot += kLanes) {
     Batch batch;
     batch.own = static_cast<std::int32_t>(slot / kLanes);
+    batch.cell = own_cell_[slot / kLanes];
     bool live = false;
     for (int lane = 0; lane < kLanes; ++lane) {
       batch.element[lane] = own_element_[slot + lane];

@@ -30,10 +30,16 @@ using SpringId = Id<SpringTag>;
 /// Position in the lattice, counted in cells; nodes that a cut has doubled share it.
 using GridPoint = std::array<std::int32_t, 3>;
 
+/// The box that an element is at rest. Bodies of one model may have boxes of their own.
+struct ElementCell {
+  Vec3 size;  ///< m
+  Mat3 axes;  ///< columns: the edges' directions in the world, a rotation
+};
+
 /// One box element. Corner order as in element.h.
 struct MechanicsElement {
   std::array<NodeId, 8> nodes;
-  std::int32_t material = 0;  ///< index into the materials
+  std::int32_t material = 0;  ///< index into the materials; tells the cell too
   double young_scale = 1;     ///< multiplies Young's modulus here (regions); > 0
 };
 
@@ -61,17 +67,27 @@ inline constexpr double kSpringCap = 10;
 
 class MechanicsModel {
  public:
-  /// cell_size in m; axes: columns are the lattice's axes in the world (a rotation). Check with validate().
+  /// Cell 0. Check with validate().
   explicit MechanicsModel(Vec3 cell_size, const Mat3& axes = {},
                           ElementFormulation formulation = ElementFormulation::kIncompatible);
 
   // --- Materials
   // -------------------------------------------------------------------------------------------------
-  /// Index of the new material.
-  Result<std::int32_t> add_material(const Material& material);
+  /// Index of the new cell.
+  std::int32_t add_cell(const ElementCell& cell);
+  [[nodiscard]] std::span<const ElementCell> cells() const { return cells_; }
+  /// Index of the new material. Elements of it are boxes like this cell.
+  Result<std::int32_t> add_material(const Material& material, std::int32_t cell = 0);
   /// Takes effect for full elements at once; partly filled ones keep their matrix until they are set again.
   Status set_material(std::int32_t index, const Material& material);
   [[nodiscard]] std::span<const Material> materials() const { return materials_; }
+  [[nodiscard]] std::int32_t cell_of(std::int32_t material) const {
+    return material_cell_[static_cast<std::size_t>(material)];
+  }
+  /// The box of the elements of a material.
+  [[nodiscard]] const ElementCell& cell(std::int32_t material) const {
+    return cells_[static_cast<std::size_t>(cell_of(material))];
+  }
 
   // --- Nodes
   // -----------------------------------------------------------------------------------------------------
@@ -143,8 +159,6 @@ class MechanicsModel {
   void clear_loads();
   [[nodiscard]] Vec3 load(NodeId node) const { return loads_[node.index()]; }
 
-  [[nodiscard]] Vec3 cell_size() const { return cell_size_; }
-  [[nodiscard]] const Mat3& axes() const { return axes_; }
   [[nodiscard]] ElementFormulation formulation() const { return formulation_; }
   /// Everything that can be wrong with the whole: cell size, axes, an element with repeated nodes.
   [[nodiscard]] Status validate() const;
@@ -152,13 +166,15 @@ class MechanicsModel {
   // --- For the time step
   // ----------------------------------------------------------------------------------------- Derived data,
   // valid after refresh(). Four elements make a batch; batches of full cells come first, grouped by material;
-  // every batch of partly filled cells is four slots of the pool of own matrices.
+  // every batch of partly filled cells is four slots of the pool of own matrices. The elements of a batch are boxes of
+  // one cell.
   static constexpr int kLanes = 4;
   struct Batch {
     std::array<std::int32_t, kLanes> element{-1, -1, -1, -1};  ///< -1: an idle lane
     std::array<std::array<std::int32_t, kLanes>, 8> node{};    ///< [corner][lane]; idle lanes repeat a live one
     std::int32_t material = -1;                                ///< of a batch of full cells
     std::int32_t own = -1;                                     ///< block in the pool of own matrices
+    std::int32_t cell = 0;                                     ///< of cells()
   };
   struct Structure {
     std::vector<Batch> batches;
@@ -197,16 +213,17 @@ class MechanicsModel {
   void store_element(HexId id, MechanicsElement element, std::array<double, 8> masses);
   void count_uses(HexId id, std::int32_t by);
   void release_own(HexId id);
-  std::int32_t take_own(HexId id);
+  std::int32_t take_own(HexId id, std::int32_t cell);
+  [[nodiscard]] std::int32_t next_own(HexId id, std::int32_t cell) const;
   Status check_masses(HexId id, const std::array<double, 8>& masses) const;
   Status store_own(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
                    const std::array<double, 8>& masses);
   [[nodiscard]] double spring_cap(std::int32_t material, double young_scale) const;
 
-  Vec3 cell_size_;
-  Mat3 axes_;
+  std::vector<ElementCell> cells_;
   ElementFormulation formulation_;
   std::vector<Material> materials_;
+  std::vector<std::int32_t> material_cell_;
 
   std::vector<Vec3> rest_positions_;
   std::vector<std::int32_t> node_uses_;  // by elements that are there
@@ -218,10 +235,11 @@ class MechanicsModel {
   std::vector<MechanicsElement> elements_;
   std::vector<std::uint8_t> alive_;
   std::vector<std::array<double, 8>> element_masses_;
-  std::vector<std::int32_t> own_slot_;     // per element, -1: full
-  std::vector<double> own_matrices_;       // [slot / 4][300][4]
-  std::vector<std::int32_t> own_element_;  // per slot, -1: empty
-  std::vector<std::int32_t> own_empty_;    // empty slots, the last is used next
+  std::vector<std::int32_t> own_slot_;                // per element, -1: full
+  std::vector<double> own_matrices_;                  // [slot / 4][300][4]
+  std::vector<std::int32_t> own_element_;             // per slot, -1: empty
+  std::vector<std::int32_t> own_cell_;                // per block of slots
+  std::vector<std::vector<std::int32_t>> own_empty_;  // per cell: empty slots, the last is used next
   /// What the matrix in a slot was worked out from; it outlives the element.
   struct OwnMaterial {
     std::array<double, 27> volumes;

@@ -120,20 +120,19 @@ void assemble_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
   const NodeMatrixStructure& structure = model.node_matrix();
   w.node_blocks.assign(structure.column.size() / 2, {});
   NodeBlockPair* blocks = w.node_blocks.data();
-  const Vec3 h = model.cell_size();
-  const double q[3] = {-0.25 / h.x, -0.25 / h.y, -0.25 / h.z};
   for (std::size_t f = 0; f < structure.fours.size(); ++f) {
     const NodeMatrixStructure::Four& four = structure.fours[f];
     // Numbers of the four elements: an idle lane reads those of the first, turned into nothing.
     const double* number[kLanes];
     int stride[kLanes];
-    Lanes r[3][3], tension = all_lanes(0);
+    Lanes r[3][3], q[3], tension = all_lanes(0);  // q: -1 / (4 h)
     for (int i = 0; i < 9; ++i) r[i / 3][i % 3] = all_lanes(0);
     for (int lane = 0; lane < kLanes; ++lane) {
       const bool live = four.lane[lane] >= 0;
       const std::size_t b = live ? four.batch[lane] : four.batch[0];
       const int from = live ? four.lane[lane] : four.lane[0];
       const MechanicsModel::Batch& batch = s.batches[b];
+      for (int a = 0; a < 3; ++a) q[a][lane] = -0.25 / model.cells()[batch.cell].size[a];
       number[lane] = batch.own < 0 ? structure.full[batch.material].data() : model.own_block(batch.own) + from;
       stride[lane] = batch.own < 0 ? 1 : kLanes;
       if (!live) continue;
@@ -155,7 +154,7 @@ void assemble_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
         if (taut)  // the spin's three patterns of forces, as turn_back() of the element pass has them
           for (int t = 0; t < 3; ++t) {
             const int i = (t + 1) % 3, j = (t + 2) % 3;
-            double gc[3] = {}, gd[3] = {};
+            Lanes gc[3] = {}, gd[3] = {};
             gc[j] = (c >> i & 1) != 0 ? -q[i] : q[i];
             gc[i] = (c >> j & 1) != 0 ? q[j] : -q[j];
             gd[j] = (d >> i & 1) != 0 ? -q[i] : q[i];

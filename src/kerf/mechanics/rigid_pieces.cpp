@@ -136,11 +136,18 @@ void absorb_rigid_momentum(const MechanicsModel& model, StepWorkspace& w) {
 void carry_crumbs(const MechanicsModel& model, StepWorkspace& w) {
   const MechanicsModel::Structure& s = model.structure();
   const RigidPieces& p = s.rigid;
-  double density = 0;
-  for (const Material& m : model.materials()) density = std::max(density, m.density);
-  const Vec3 cell = model.cell_size();
-  const double light = std::min(kCrumb * density * cell.x * cell.y * cell.z, kCrumbShare * s.total_mass);
+  // The heaviest full cell of each kind.
+  std::vector<double>& full = w.cell_mass;
+  full.assign(model.cells().size(), 0);
+  for (std::int32_t m = 0; m < static_cast<std::int32_t>(model.materials().size()); ++m) {
+    const Vec3 size = model.cell(m).size;
+    double& mass = full[model.cell_of(m)];
+    mass = std::max(mass, model.materials()[m].density * size.x * size.y * size.z);
+  }
   for (std::size_t f = 0; f < p.free.size(); ++f) {
+    const std::int32_t slot = s.slots[s.slot_begin[p.members[p.member_begin[f]]]];
+    const std::int32_t cell = s.batches[static_cast<std::size_t>(slot) / (8 * MechanicsModel::kLanes)].cell;
+    const double light = std::min(kCrumb * full[cell], kCrumbShare * s.total_mass);
     Lanes momentum = all_lanes(0);
     double mass = 0;
     for (std::int32_t k = p.member_begin[f]; k < p.member_begin[f + 1] && mass < light; ++k) {

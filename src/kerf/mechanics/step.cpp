@@ -57,7 +57,7 @@ void load_state(const MechanicsModel& model, const MechanicsState& state, StepWo
   for (std::size_t b = 0; b < s.batches.size(); ++b)
     for (int lane = 0; lane < MechanicsModel::kLanes; ++lane) {
       const std::int32_t e = s.batches[b].element[lane];
-      const Mat3 r = e >= 0 ? state.rotations[e] : model.axes();
+      const Mat3 r = e >= 0 ? state.rotations[e] : model.cells()[s.batches[b].cell].axes;
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) w.rotation[9 * b + 3 * i + j].v[lane] = r.c[j][i];
     }
@@ -480,10 +480,13 @@ void keep_rigid_momentum(const MechanicsModel& model, StepWorkspace& w, const St
 
 // E dt^2 / (rho h^2): elastic forces over inertia in a step.
 double stiffness_ratio(const MechanicsModel& model, const StepOptions& o) {
-  const Vec3 cell = model.cell_size();
-  const double h = std::min({cell.x, cell.y, cell.z});
   double ratio = 0;
-  for (const Material& m : model.materials()) ratio = std::max(ratio, m.young * o.dt * o.dt / (m.density * h * h));
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(model.materials().size()); ++i) {
+    const Material& m = model.materials()[i];
+    const Vec3 cell = model.cell(i).size;
+    const double h = std::min({cell.x, cell.y, cell.z});
+    ratio = std::max(ratio, m.young * o.dt * o.dt / (m.density * h * h));
+  }
   return ratio;
 }
 
@@ -724,7 +727,9 @@ MechanicsState rest_state(const MechanicsModel& model) {
   MechanicsState state;
   state.positions.assign(model.rest_positions().begin(), model.rest_positions().end());
   state.velocities.resize(model.node_count());
-  state.rotations.assign(model.element_count(), model.axes());
+  state.rotations.assign(model.element_count(), model.cells()[0].axes);
+  for (std::size_t e = 0; e < model.element_count(); ++e)
+    if (model.has_element(HexId(e))) state.rotations[e] = model.cell(model.element(HexId(e)).material).axes;
   return state;
 }
 

@@ -124,9 +124,12 @@ void Session::Impl::forget_ids() {
 
 Status Session::Impl::rebuild_model(const std::vector<std::uint8_t>& fixed, const std::vector<Vec3>& prescribed) {
   const HexMesh& hex = state.body.hex;
-  MechanicsModel model(state.model.cell_size(), state.model.axes(), state.model.formulation());
-  for (const Material& m : state.model.materials())
-    if (auto added = model.add_material(m); !added) return added.error();
+  MechanicsModel model(state.model.cells()[0].size, state.model.cells()[0].axes, state.model.formulation());
+  for (const ElementCell& cell : state.model.cells().subspan(1)) model.add_cell(cell);
+  const std::span<const Material> materials = state.model.materials();
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(materials.size()); ++i)
+    if (auto added = model.add_material(materials[static_cast<std::size_t>(i)], state.model.cell_of(i)); !added)
+      return added.error();
   for (std::size_t i = 0; i < fixed.size(); ++i) {
     const LatticeIndex c = hex.corner[NodeId(i)];
     model.add_node(hex.rest(NodeId(i)), {c[0], c[1], c[2]});

@@ -81,7 +81,7 @@ class Page:
         if first & 15 != 2:
             raise ConnectionError("the server says goodbye")
         kind, version, length = struct.unpack_from("<HHI", message)
-        assert version == 6 and length == len(message)
+        assert version == 7 and length == len(message)
         if kind == FRAME:
             self.say(65, struct.pack("<II", struct.unpack_from("<I", message, 12)[0], 0))
         return kind, message[8:]

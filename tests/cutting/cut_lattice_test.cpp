@@ -89,7 +89,7 @@ void expect_consistent(Everything& e, double volume, std::uint64_t seed) {
   EXPECT_TRUE(pieces.ok()) << seed << ": " << pieces.error().message;
   const Status embedded = validate_embedding(e.body, e.hex, e.embedding);
   ASSERT_TRUE(embedded.ok()) << seed << ": " << embedded.error().message;
-  const auto fresh = build_lattice(e.body.collision, e.hex.frame, volume);
+  const auto fresh = build_lattice(e.body.collision, e.hex.bodies[0].frame, volume);
   ASSERT_TRUE(fresh.ok());
   ASSERT_TRUE(same_lattice(*fresh, e.hex)) << seed;
   Skin skin;

@@ -4,7 +4,7 @@ import { randomBytes } from 'node:crypto';
 import { readFileSync, readdirSync } from 'node:fs';
 import net from 'node:net';
 
-export const kProtocol = 6;
+export const kProtocol = 7;
 const kToken = 'token-of-this-test';
 
 /** Numbers that a seed repeats: random() in [0, 1), below(n) in 0 .. n - 1. */

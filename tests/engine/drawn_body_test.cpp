@@ -33,8 +33,7 @@ struct Both {
     local.update(session.body(), session.take_changes());
     whole.update(session.body());
     ASSERT_EQ(local.changed(), whole.changed()) << when;
-    const LatticeFrame& frame = session.body().hex.frame;
-    ASSERT_EQ(protocol::encode(local.body_message(frame)), protocol::encode(whole.body_message(frame))) << when;
+    ASSERT_EQ(protocol::encode(local.body_message()), protocol::encode(whole.body_message())) << when;
     const protocol::Patch patch = local.patch_message();
     ASSERT_EQ(protocol::encode(patch), protocol::encode(whole.patch_message())) << when;
     if (local.changed()) ++patches;

@@ -98,7 +98,7 @@ struct Table {
   void expect_mirrored(std::uint32_t id) {
     DrawnBody fresh;
     fresh.reset(engine.session().body());
-    protocol::Body message = fresh.body_message(engine.session().body().hex.frame);
+    protocol::Body message = fresh.body_message();
     message.body = engine.body();
     message.version = engine.version();
     std::vector<Vec3f> nodes;

@@ -1205,11 +1205,11 @@ TEST(Engine, UploadedMeshesAreLoaded) {
   EXPECT_EQ(p.body.skin.size(), 288u);
   EXPECT_NE(p.json.find("\"unit\":{\"metres\":1.0,\"guessed\":true}"), std::string::npos) << p.json;
   EXPECT_EQ(table.engine.session().gravity(), (Vec3{0, 0, -9.81}));
-  const double thickness = p.body.cell[2];
+  const double thickness = p.body.frames[0][15];
   // In millimetres, when it is told so, or when it would be larger than 5 m.
   table.load(page, page_command(21, kUnit, {1e-3}));
   EXPECT_NE(p.json.find("\"unit\":{\"metres\":0.001,\"guessed\":false}"), std::string::npos) << p.json;
-  EXPECT_NEAR(p.body.cell[2], 1e-3 * thickness, 1e-9);
+  EXPECT_NEAR(p.body.frames[0][15], 1e-3 * thickness, 1e-9);
   table.load(page, page_command(22, kUnit, {0}));
   ASSERT_EQ(p.errors.size(), 1u);
   p.errors.clear();
@@ -1287,9 +1287,9 @@ TEST(Engine, WhyMeshesCanNotBeOpenedIsSaidInThePagesWords) {
     for (const char* word : {"--", "[body]", "kerf "}) EXPECT_EQ(way.page.find(word), std::string::npos) << way.page;
   // A share of the size: the square's side is 1, its diagonal 1.414.
   EXPECT_EQ(open(square(12, 0), "2%"), "");
-  const double by_share = p.body.cell[2];
+  const double by_share = p.body.frames[0][15];
   EXPECT_EQ(open(square(12, 0), "0.028284271247461901"), "");
-  EXPECT_NEAR(p.body.cell[2], by_share, 1e-12);
+  EXPECT_NEAR(p.body.frames[0][15], by_share, 1e-12);
 }
 
 // Whether there is a file on this machine, what it is and where the server works are nobody's business.

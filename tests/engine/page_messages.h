@@ -17,7 +17,7 @@ namespace kerf::test {
 /// Appends little-endian values; finish() puts the length into the header.
 class PageWriter {
  public:
-  explicit PageWriter(std::uint16_t type) { u16(type).u16(6).u32(0); }
+  explicit PageWriter(std::uint16_t type) { u16(type).u16(7).u32(0); }
   PageWriter& u16(std::uint16_t v) { return put(v, 2); }
   PageWriter& u32(std::uint32_t v) { return put(v, 4); }
   PageWriter& u64(std::uint64_t v) { return put(v, 8); }
@@ -62,7 +62,7 @@ inline PageRay ray_between(Point a, Point b) {
 }
 
 inline std::vector<std::byte> page_hello(std::uint64_t session = 0, std::uint32_t body = 0, std::uint32_t version = 0) {
-  return PageWriter(64).u32(6).u32(0).u64(session).u32(body).u32(version).finish();
+  return PageWriter(64).u32(7).u32(0).u64(session).u32(body).u32(version).finish();
 }
 inline std::vector<std::byte> page_ack(std::uint32_t seq) { return PageWriter(65).u32(seq).u32(0).finish(); }
 inline std::vector<std::byte> page_tool(std::uint32_t input, std::uint32_t tool, std::uint32_t phase,
@@ -135,7 +135,7 @@ class EngineReader {
  public:
   explicit EngineReader(std::span<const std::byte> bytes) : bytes_(bytes) {
     type = u16();
-    EXPECT_EQ(u16(), 6);
+    EXPECT_EQ(u16(), 7);
     EXPECT_EQ(u32(), bytes.size());
     EXPECT_EQ(bytes.size() % 4, 0u);
   }
@@ -205,9 +205,8 @@ struct MirroredBody {
   std::vector<U8> copies;
   std::vector<I4> cells;
   std::vector<F3> nodes;
-  std::map<std::uint32_t, F3> offsets;  ///< of fading vertices
-  F3 origin{}, cell{};
-  std::array<float, 9> axes{};
+  std::map<std::uint32_t, F3> offsets;        ///< of fading vertices
+  std::vector<std::array<float, 16>> frames;  ///< origin, 0, axes, cell
   friend bool operator==(const MirroredBody&, const MirroredBody&) = default;
 
   void check() const {
@@ -225,11 +224,12 @@ struct MirroredBody {
   /// Where the page draws a vertex: trilinear in its copy's nodes.
   [[nodiscard]] F3 drawn(std::size_t v) const {
     const std::uint32_t c = copy[v];
+    const std::array<float, 16>& at = frames.at(static_cast<std::size_t>(cells[c][3]));
     F3 local{};
     for (std::size_t k = 0; k < 3; ++k) {
       float q = 0;
-      for (std::size_t i = 0; i < 3; ++i) q += axes[3 * k + i] * (rest[v][i] - origin[i]);
-      local[k] = q / cell[k] - static_cast<float>(cells[c][k]);
+      for (std::size_t i = 0; i < 3; ++i) q += at[4 + 3 * k + i] * (rest[v][i] - at[i]);
+      local[k] = q / at[13 + k] - static_cast<float>(cells[c][k]);
     }
     F3 out{};
     for (std::size_t n = 0; n < 8; ++n) {
@@ -339,10 +339,9 @@ struct MirroredPage {
         b.body = r.u32();
         b.version = r.u32();
         const auto nv = r.u32(), ns = r.u32(), nw = r.u32(), nc = r.u32(), nn = r.u32(), nfade = r.u32();
-        for (float& x : b.origin) x = r.f32();
-        r.f32();
-        for (float& x : b.axes) x = r.f32();
-        for (float& x : b.cell) x = r.f32();
+        const auto nb = r.u32();
+        r.u32();
+        b.frames = r.array<std::array<float, 16>>(nb);
         b.rest = r.array<F3>(nv);
         b.normal = r.array<I4>(nv);
         b.copy = r.array<std::uint32_t>(nv);

@@ -196,8 +196,8 @@ TEST(Protocol, EngineMessagesReadBack) {
   Body body;
   body.body = 4;
   body.version = 5;
-  body.cell = {1, 2, 3};
-  body.axes = {Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, 1}};
+  const std::vector<CellFrame> frames{{{}, 0, {Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, 1}}, {1, 2, 3}}};
+  body.frames = frames;
   body.rest = rest;
   body.normal = normal;
   body.copy = copy;

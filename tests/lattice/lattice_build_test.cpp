@@ -157,9 +157,9 @@ TEST(LatticeBuild, FoldedStripIsNotWelded) {
   EXPECT_TRUE(validate_lattice_pieces(mesh, *hex).ok());
   // Away from the bend every cell that both legs pass has two copies without a common node.
   int twice = 0;
-  for (const CellId c : ids<CellId>(hex->frame.cell_count())) {
+  for (const CellId c : ids<CellId>(hex->cell_count())) {
     const HexId a = hex->first_copy[c];
-    if (!a.valid() || !hex->next_in_cell[a].valid() || hex->frame.index_of(c)[0] > 4) continue;
+    if (!a.valid() || !hex->next_in_cell[a].valid() || hex->index_of(c)[0] > 4) continue;
     ++twice;
     for (const NodeId m : hex->nodes[a])
       for (const NodeId n : hex->nodes[hex->next_in_cell[a]]) EXPECT_NE(m, n);
@@ -187,7 +187,7 @@ bool prism_holds(const Prism& p, Vec3 x) {
 
 /// Is there material in the face between a cell and the next along an axis? Looks at a grid of points.
 bool material_in_face(const CollisionMesh& mesh, const HexMesh& hex, LatticeIndex cell, int axis) {
-  const CellId c = hex.frame.cell_id(cell);
+  const CellId c = hex.cell_id(cell);
   for (const CollisionTriangle t : hex.members_of(c)) {
     CollisionVertex v[3];
     for (int i = 0; i < 3; ++i) v[i] = mesh.origin[CollisionMesh::corner(t, i)];
@@ -223,11 +223,11 @@ TEST(LatticeBuild, UncutRandomBodiesHaveThePlainLattice) {
     EXPECT_TRUE(validate_lattice_pieces(mesh, *hex).ok());
     if (hex->node_count() != count_plain_nodes(*hex)) ++other;
     // Neighbouring cells are linked wherever material passes through the face between them.
-    for (const CellId c : ids<CellId>(frame.cell_count())) {
+    for (const CellId c : ids<CellId>(hex->cell_count())) {
       if (!hex->first_copy[c].valid()) continue;
       for (int axis = 0; axis < 3; ++axis) {
-        LatticeIndex cell = frame.index_of(c), next = cell;
-        if (++next[static_cast<std::size_t>(axis)] >= 40 || !hex->first_copy[frame.cell_id(next)].valid()) continue;
+        LatticeIndex cell = hex->index_of(c), next = cell;
+        if (++next[static_cast<std::size_t>(axis)] >= 40 || !hex->first_copy[hex->cell_id(next)].valid()) continue;
         if (hex->links_of(HexMesh::face(c, axis)).empty()) {
           ++unlinked;
           EXPECT_FALSE(material_in_face(mesh, *hex, cell, axis)) << seed;

@@ -27,7 +27,7 @@ inline std::vector<CanonicalCopy> canonical_copies(const HexMesh& hex) {
   std::vector<CanonicalCopy> out;
   for (const HexId h : ids<HexId>(hex.hex_count())) {
     if (hex.state[h] == HexState::kDead) continue;
-    copies[h.index()].cell = hex.frame.cell_id(hex.cell[h]).value;
+    copies[h.index()].cell = hex.cell_id(hex.cell[h]).value;
     copies[h.index()].id = h;
     std::sort(copies[h.index()].pieces.begin(), copies[h.index()].pieces.end());
     out.push_back(copies[h.index()]);
@@ -55,8 +55,8 @@ inline ::testing::AssertionResult same_lattice(const HexMesh& a, const HexMesh& 
     const HexMaterial &m = a.material[x], &n = b.material[y];
     if (m.fill != n.fill || m.full != n.full)
       return ::testing::AssertionFailure() << "fill " << m.fill << " against " << n.fill;
-    if (std::fabs(m.volume - n.volume) > 1e-12 * a.frame.cell_volume() ||
-        std::fabs(m.mass_volume - n.mass_volume) > 1e-12 * a.frame.cell_volume())
+    if (std::fabs(m.volume - n.volume) > 1e-12 * a.frame_of(x).cell_volume() ||
+        std::fabs(m.mass_volume - n.mass_volume) > 1e-12 * a.frame_of(x).cell_volume())
       return ::testing::AssertionFailure() << "volume " << m.volume << " against " << n.volume << ", mass "
                                            << m.mass_volume << " against " << n.mass_volume;
     for (std::size_t q = 0; q < 27; ++q)

@@ -28,7 +28,7 @@ Scene scene_with(const std::string& model, const std::string& lattice, const std
 LatticeMemory estimate(const Scene& scene) {
   const auto bodies = load_scene_bodies(scene);
   EXPECT_TRUE(bodies.ok()) << bodies.error().message;
-  return lattice_memory(bodies->complex.collision, bodies->frame, scene.simulation.preconditioner);
+  return bodies->memory[0].need;
 }
 
 TEST(LatticeMemory, HexahedraAreCountedBeforeTheyAreMade) {

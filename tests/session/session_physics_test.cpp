@@ -157,7 +157,7 @@ TEST(CutPhysics, ComplianceGrowsSmoothlyWithASlit) {
     scene.loads.push_back({rest[below.index()], 0, {0, -force, 0}, 0, {}});
   }
   Session session = make(scene);
-  const double cell = session.body().hex.frame.cell.x, first = 0.5 - 0.2 * cell;
+  const double cell = session.body().hex.bodies[0].frame.cell.x, first = 0.5 - 0.2 * cell;
   ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
   ASSERT_TRUE(session.move_blade({0.6, y0, 1}, {0.6, y0, -1}).ok());
   double before = 0, worst = 0, least = 1, at = 0;

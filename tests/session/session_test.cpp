@@ -310,7 +310,8 @@ TEST(Session, ChangesNameEverythingThatChanged) {
 /// Slivers of a cut weigh next to nothing; a loose solve once let one fly off at 1e150 m/s and stopped the simulation.
 TEST(Session, LightNodesAreCalmed) {
   HexMesh hex;
-  hex.frame.cell = {0.01, 0.01, 0.002};
+  hex.bodies.resize(1);
+  hex.bodies[0].frame.cell = {0.01, 0.01, 0.002};
   const double dt = 1e-3;
   const std::vector<double> masses{1e-3, 1e-3, 1e-12, 1e-12, 0};
   MechanicsState state;

@@ -1,3 +1,4 @@
+import { makeFrame } from '../src/engine/frames';
 import { describe, expect, it } from 'vitest';
 import { BodyState, roomFor } from '../src/scene/body_state';
 import { changedRanges } from '../src/scene/ranges';
@@ -9,9 +10,7 @@ function body(nv: number, ns: number, nw: number, nc: number): Body {
     type: 'body',
     body: 1,
     version: 1,
-    origin: new Float32Array(3),
-    axes: new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1]),
-    cellSize: new Float32Array([1, 1, 1]),
+    frames: makeFrame([0, 0, 0], [1, 0, 0, 0, 1, 0, 0, 0, 1], [1, 1, 1]),
     rest: new Float32Array(3 * nv).map((_, i) => i),
     normal: new Int16Array(4 * nv).map((_, i) => i % 100),
     copy: new Uint32Array(nv),

@@ -55,7 +55,7 @@ describe('fading offsets', () => {
       }
     });
     expect(beside).toBeGreaterThan(10);
-    expect(without).toBeGreaterThan(1e-3);
+    expect(without).toBeGreaterThan(1e-4);
     expect(worst).toBeLessThan(2e-6);
   });
 

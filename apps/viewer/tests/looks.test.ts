@@ -1,3 +1,4 @@
+import { makeFrame } from '../src/engine/frames';
 import { describe, expect, it } from 'vitest';
 import { DataUtils, ShaderChunk } from 'three';
 import { makeNoiseTexture } from '../src/scene/noise';
@@ -35,9 +36,7 @@ function twoSquares(gap: number): { state: BodyState; pose: Float32Array } {
     type: 'body',
     body: 1,
     version: 1,
-    origin: new Float32Array(3),
-    axes: new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1]),
-    cellSize: new Float32Array([1, 1, 1]),
+    frames: makeFrame([0, 0, 0], [1, 0, 0, 0, 1, 0, 0, 0, 1], [1, 1, 1]),
     rest: new Float32Array([0, gap].flatMap((z) => corners.flatMap(([x, y]) => [x!, y!, z]))),
     normal: new Int16Array(32),
     copy: new Uint32Array(8),

@@ -1,3 +1,4 @@
+import { makeFrame } from '../src/engine/frames';
 import { Vector3 } from 'three';
 import { describe, expect, it } from 'vitest';
 import { BodyState } from '../src/scene/body_state';
@@ -24,9 +25,7 @@ function cubes(moves: [number, number, number][], drawn: number): BodyState {
     type: 'body',
     body: 1,
     version: 1,
-    origin: new Float32Array(3),
-    axes: new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1]),
-    cellSize: new Float32Array([1, 1, 1]),
+    frames: makeFrame([0, 0, 0], [1, 0, 0, 0, 1, 0, 0, 0, 1], [1, 1, 1]),
     rest: new Float32Array(rest),
     normal: new Int16Array(12 * n),
     copy: Uint32Array.from({ length: 3 * n }, (_, i) => Math.floor(i / 3)),

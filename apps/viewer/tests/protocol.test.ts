@@ -1,3 +1,4 @@
+import { makeFrame } from '../src/engine/frames';
 import { describe, expect, it } from 'vitest';
 import {
   ProtocolError,
@@ -35,16 +36,17 @@ const engineMessages: EngineMessage[] = [
     type: 'body',
     body: 3,
     version: 9,
-    origin: new Float32Array([1, 2, 3]),
-    axes: new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1]),
-    cellSize: new Float32Array([0.5, 0.25, 0.125]),
+    frames: new Float32Array([
+      ...makeFrame([1, 2, 3], [1, 0, 0, 0, 1, 0, 0, 0, 1], [0.5, 0.25, 0.125]),
+      ...makeFrame([0, 1, 0], [0, 1, 0, 0, 0, 1, 1, 0, 0], [2, 4, 8]),
+    ]),
     rest: new Float32Array([0, 1, 2, 3, 4, 5, 6, 7, 8]),
     normal: new Int16Array([0, 0, 32767, 0, -32767, 0, 0, 0, 1, 2, 3, 0]),
     copy: new Uint32Array([0, 1, 1]),
     skin: new Uint32Array([0, 1, 2]),
     wall: new Uint32Array([2, 1, 0, 1, 1, 2]),
     copies: new Uint32Array([...eight(0), ...Array(8).fill(kNoNode)]),
-    cells: new Int16Array([0, 1, 2, 0, -3, 4, 5, 0]),
+    cells: new Int16Array([0, 1, 2, 1, 3, 4, 5, 0]),
     nodes: new Float32Array(27).map((_, i) => i / 3),
     fading: { ids: new Uint32Array([1]), offsets: new Float32Array([1, 2, 3]) },
   },
@@ -169,7 +171,7 @@ const engineMessages: EngineMessage[] = [
 ];
 
 const pageMessages: PageMessage[] = [
-  { type: 'pageHello', protocol: 6, session: 123456789012345678n, body: 1, version: 7 },
+  { type: 'pageHello', protocol: 7, session: 123456789012345678n, body: 1, version: 7 },
   { type: 'ack', seq: 42 },
   {
     type: 'tool',
@@ -205,7 +207,7 @@ describe('messages', () => {
     const v = new DataView(encodeEngineMessage(engineMessages[3]!));
     expect([v.getUint16(0, true), v.getUint16(2, true), v.getUint32(4, true)]).toEqual([
       4,
-      6,
+      7,
       84 + 12 + 24 + 4 + 64 + 56 + 40 + 4 + 8 + 24,
     ]);
     expect([8, 12, 16, 20].map((o) => v.getUint32(o, true))).toEqual([1, 2, 3, 4]);
@@ -220,9 +222,11 @@ describe('messages', () => {
   it('lays bodies, patches, hits and tools out as the protocol page says', () => {
     const body = new DataView(encodeEngineMessage(engineMessages[1]!));
     expect([8, 12, 16, 20, 24, 28, 32, 36].map((o) => body.getUint32(o, true))).toEqual([3, 9, 3, 1, 2, 2, 9, 1]);
-    expect([40, 44, 48, 92, 96, 100].map((o) => body.getFloat32(o, true))).toEqual([1, 2, 3, 0.5, 0.25, 0.125]);
-    expect(body.getFloat32(104 + 4, true)).toBe(1);
-    expect(body.getInt16(104 + 36 + 4, true)).toBe(32767);
+    expect(body.getUint32(40, true)).toBe(2);
+    expect([48, 52, 56, 100, 104, 108].map((o) => body.getFloat32(o, true))).toEqual([1, 2, 3, 0.5, 0.25, 0.125]);
+    expect([112, 116, 164, 168, 172].map((o) => body.getFloat32(o, true))).toEqual([0, 1, 2, 4, 8]);
+    expect(body.getFloat32(176 + 4, true)).toBe(1);
+    expect(body.getInt16(176 + 36 + 4, true)).toBe(32767);
     const patch = new DataView(encodeEngineMessage(engineMessages[2]!));
     expect(Array.from({ length: 19 }, (_, i) => patch.getUint32(8 + 4 * i, true))).toEqual([
       3, 9, 10, 77, 5, 2, 3, 3, 9, 2, 1, 0, 1, 1, 0, 1, 1, 2, 0,

@@ -1,3 +1,4 @@
+import { makeFrame } from '../src/engine/frames';
 import { Box3, Group, Quaternion, Vector3 } from 'three';
 import { describe, expect, it } from 'vitest';
 import { kNoNode } from '../src/engine/protocol';
@@ -77,9 +78,7 @@ describe('a tray', () => {
       type: 'body',
       body: 1,
       version: 4,
-      origin: new Float32Array(3),
-      axes: new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1]),
-      cellSize: new Float32Array([1, 1, 1]),
+      frames: makeFrame([0, 0, 0], [1, 0, 0, 0, 1, 0, 0, 0, 1], [1, 1, 1]),
       rest: new Float32Array(rest),
       normal: new Int16Array(64),
       copy: Uint32Array.from({ length: 16 }, (_, i) => Math.floor(i / 8)),

@@ -1,3 +1,4 @@
+import { cellSize, frameAxes, frameOrigin, makeFrame } from '../src/engine/frames';
 import { describe, expect, it } from 'vitest';
 import { random } from '../src/scene/noise';
 import {
@@ -42,15 +43,17 @@ function lattice(
   for (let k = 0; k < nz; k++) {
     for (let j = 0; j < ny; j++) {
       for (let i = 0; i < nx; i++) {
-        cells.push(i, j, k, 0);
+        cells.push(i, j, k, 1);
         for (let c = 0; c < 8; c++) copies.push(id(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2)));
       }
     }
   }
   return {
-    origin: new Float32Array(origin),
-    axes: new Float32Array([...x, ...y, ...z]),
-    cellSize: new Float32Array(size),
+    // The cells are of the second body.
+    frames: new Float32Array([
+      ...makeFrame([9, 9, 9], [0, 1, 0, 0, 0, 1, 1, 0, 0], [7, 7, 7]),
+      ...makeFrame(origin, [...x, ...y, ...z], size),
+    ]),
     nc: copies.length / 8,
     nn: restNodes.length,
     copies: new Uint32Array(copies),
@@ -68,10 +71,11 @@ const poseOf = (d: CellData): Float32Array => {
 
 /** Rest position at local coordinates of a copy, and the position by summing the eight weights. */
 function direct(d: CellData, c: number, q: number[]): { rest: number[]; now: number[] } {
+  const origin = frameOrigin(d.frames, 1),
+    axes = frameAxes(d.frames, 1),
+    size = cellSize(d.frames, 1);
   const rest = [0, 1, 2].map(
-    (k) =>
-      d.origin[k]! +
-      [0, 1, 2].reduce((s, a) => s + (d.cells[4 * c + a]! + q[a]!) * d.cellSize[a]! * d.axes[3 * a + k]!, 0),
+    (k) => origin[k]! + [0, 1, 2].reduce((s, a) => s + (d.cells[4 * c + a]! + q[a]!) * size[a]! * axes[3 * a + k]!, 0),
   );
   const now = [0, 0, 0];
   for (let n = 0; n < 8; n++) {
@@ -118,7 +122,8 @@ describe('skinning', () => {
 
 /** Normal as the shader computes it from the normal texture. */
 function smoothNormal(d: CellData, normals: Float32Array, c: number, q: number[], n: number[]): number[] {
-  const m = [0, 1, 2].map((a) => [0, 1, 2].reduce((s, k) => s + d.axes[3 * a + k]! * n[k]!, 0));
+  const axes = frameAxes(d.frames, 1);
+  const m = [0, 1, 2].map((a) => [0, 1, 2].reduce((s, k) => s + axes[3 * a + k]! * n[k]!, 0));
   const row = Math.floor(c / kNormalPerRow),
     o = 4 * (row * kTextureWidth + (c - row * kNormalPerRow) * kNormalTexels);
   const out = [0, 0, 0];

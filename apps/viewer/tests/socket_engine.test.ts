@@ -74,7 +74,7 @@ describe('the socket engine', () => {
     e.start(events);
     const s = FakeSocket.all[0]!;
     s.open();
-    expect(s.sent).toEqual([{ type: 'pageHello', protocol: 6, session: 0n, body: 0, version: 0 }]);
+    expect(s.sent).toEqual([{ type: 'pageHello', protocol: 7, session: 0n, body: 0, version: 0 }]);
     expect(states).toEqual(['connecting']);
     s.give(hello(9n));
     expect(states).toEqual(['connecting', 'live']);
@@ -99,7 +99,7 @@ describe('the socket engine', () => {
     expect(waits).toEqual([250, 500, 1000, 2000, 4000, 4000]);
     const s = FakeSocket.all[6]!;
     s.open();
-    expect(s.sent).toEqual([{ type: 'pageHello', protocol: 6, session: 77n, body: 1, version: 5 }]);
+    expect(s.sent).toEqual([{ type: 'pageHello', protocol: 7, session: 77n, body: 1, version: 5 }]);
     s.give(hello(77n));
     s.close();
     const t = Date.now();

@@ -21,8 +21,9 @@ void surface_offsets(const HexMesh& hex, const Embedding& embedding, const Conta
                      std::span<const Vec3> nodes, std::span<Vec3> out) {
   KERF_ASSERT(out.size() == surface.vertex_count() && out.size() == embedding.collision.size());
   for (const CollisionVertex v : ids<CollisionVertex>(out.size())) {
-    const auto w = offset_weights(hex.frame, embedding.collision_local[v], surface.offset[v]);
-    const auto& corner = hex.nodes[embedding.collision[v]];
+    const HexId copy = embedding.collision[v];
+    const auto w = offset_weights(hex.frame_of(copy), embedding.collision_local[v], surface.offset[v]);
+    const auto& corner = hex.nodes[copy];
     Vec3 sum;
     for (std::size_t i = 0; i < 8; ++i) sum += w[i] * nodes[corner[i].index()];
     out[v.index()] = sum;

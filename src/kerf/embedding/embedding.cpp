@@ -18,12 +18,13 @@ constexpr double kInside = 1e-9;
 struct ToLattice {
   Vec3 row[3];
   Vec3 offset;
-  LatticeIndex last;
-  explicit ToLattice(const LatticeFrame& f) {
+  LatticeIndex first, last;
+  explicit ToLattice(const LatticeFrame& f) : first(f.first) {
     for (int i = 0; i < 3; ++i) {
       row[i] = (1 / f.cell[i]) * f.axes.c[static_cast<std::size_t>(i)];
-      offset[i] = -dot(row[i], f.origin);
-      last[static_cast<std::size_t>(i)] = f.count[static_cast<std::size_t>(i)] - 1;
+      const auto a = static_cast<std::size_t>(i);
+      offset[i] = first[a] - dot(row[i], f.origin);
+      last[a] = first[a] + f.count[a] - 1;
     }
   }
   [[nodiscard]] Vec3 operator()(Vec3 p) const {
@@ -50,7 +51,7 @@ HexId find_copy(const HexMesh& hex, std::span<const CollisionTriangle> owners, V
         if (!any_side && !right_side(hex, p, q)) continue;
         const HexId host = hex.host[p.copy];
         current_is_theirs = current_is_theirs || host == current;
-        const LatticeIndex c = hex.frame.index_of(p.cell);
+        const LatticeIndex c = hex.index_of(p.cell);
         double d = 0;
         for (int a = 0; a < 3; ++a) {
           const double x = q[a] - c[static_cast<std::size_t>(a)], out = x < 0 ? -x : x > 1 ? x - 1 : 0;
@@ -70,7 +71,7 @@ class Embedder {
  public:
   Embedder(const CellComplex& body, const HexMesh& hex, Embedding& embedding, EmbeddingScratch& scratch,
            std::vector<VisualVertex>& moved)
-      : body_(body), hex_(hex), e_(embedding), s_(scratch), moved_(moved), to_lattice_(hex.frame) {
+      : body_(body), hex_(hex), e_(embedding), s_(scratch), moved_(moved), to_lattice_(hex.bodies[0].frame) {
     // One by one: g++ 12 fills a grown array of ids through memory, at a dozen cycles each.
     while (e_.visual.size() < body.visual.vertex_count()) e_.visual.push_back({});
     const std::size_t missing = body.collision.vertex_count() - e_.collision.size();
@@ -81,6 +82,10 @@ class Embedder {
 
   void embed(CollisionTriangle t) {
     ++s_.serial;
+    if (const std::int32_t body = hex_.body_of(body_.collision.root[t]); body != whose_) {
+      whose_ = body;
+      to_lattice_ = ToLattice(hex_.frame_of_body(body));
+    }
     const std::span<const Piece> pieces = hex_.pieces_of(t);
     for (const Piece& p : pieces)
       if (p.side == 0) s_.hex_stamp[hex_.host[p.copy].index()] = s_.serial;
@@ -148,8 +153,9 @@ class Embedder {
     LatticeIndex c;
     for (int a = 0; a < 3; ++a)
       c[static_cast<std::size_t>(a)] =
-          std::clamp(static_cast<int>(std::floor(q[a])), 0, to_lattice_.last[static_cast<std::size_t>(a)]);
-    const CellId cell = hex_.frame.cell_id(c);
+          std::clamp(static_cast<int>(std::floor(q[a])), to_lattice_.first[static_cast<std::size_t>(a)],
+                     to_lattice_.last[static_cast<std::size_t>(a)]);
+    const CellId cell = hex_.cell_id(c);
     // Vertices come in neighbourhoods: mostly it is the piece of the one before.
     if (last_ < pieces.size() && pieces[last_].cell == cell && pieces[last_].side == 0)
       return beside(q, c) ? HexId{} : hex_.host[pieces[last_].copy];
@@ -195,6 +201,7 @@ class Embedder {
   Embedding& e_;
   EmbeddingScratch& s_;
   std::vector<VisualVertex>& moved_;
+  std::int32_t whose_ = 0;  // the body that to_lattice_ is of
   ToLattice to_lattice_;
   HexId only_;            ///< the copy of the triangle looked at, if it has but one
   std::size_t last_ = 0;  ///< piece that the last vertex was in
@@ -269,7 +276,8 @@ NodeForces spread_force(const HexMesh& hex, EmbeddedPoint point, Vec3 force) {
 
 EmbeddedPoint embed_point(const HexMesh& hex, CollisionTriangle owner, Vec3 rest_point) {
   const CollisionTriangle owners[1] = {owner};
-  const HexId copy = find_copy(hex, owners, hex.frame.to_lattice(rest_point), {});
+  const LatticeFrame& frame = hex.frame_at(hex.index_of(hex.pieces_of(owner)[0].cell));
+  const HexId copy = find_copy(hex, owners, frame.to_lattice(rest_point), {});
   return {copy, hex.local(copy, rest_point)};
 }
 
@@ -282,11 +290,11 @@ void collision_positions(const HexMesh& hex, const Embedding& embedding, std::sp
 
 Mat3 deformation_gradient(const HexMesh& hex, EmbeddedPoint point, std::span<const Vec3> nodes) {
   const std::array<Vec3, 3> g = local_gradient(hex, point, nodes);
+  const LatticeFrame& frame = hex.frame_of(point.copy);
   Mat3 f;
   for (int j = 0; j < 3; ++j) {  // F = sum over axes a of (2 / h_a) g_a axis_a'
     Vec3 column{};
-    for (std::size_t a = 0; a < 3; ++a)
-      column += (2 / hex.frame.cell[static_cast<int>(a)]) * hex.frame.axes.c[a][j] * g[a];
+    for (std::size_t a = 0; a < 3; ++a) column += (2 / frame.cell[static_cast<int>(a)]) * frame.axes.c[a][j] * g[a];
     f.c[static_cast<std::size_t>(j)] = column;
   }
   return f;

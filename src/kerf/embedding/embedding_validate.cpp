@@ -15,7 +15,7 @@ bool reproduces(const HexMesh& hex, HexId copy, Vec3 rest) {
   const std::array<double, 8> w = weights(hex, copy, rest);
   Vec3 p{};
   for (std::size_t c = 0; c < 8; ++c) p += w[c] * hex.rest(hex.nodes[copy][c]);
-  const double smallest = std::fmin(hex.frame.cell.x, std::fmin(hex.frame.cell.y, hex.frame.cell.z));
+  const double smallest = shortest_cell_edge(hex);
   return norm(p - rest) <= 1e-9 * smallest;
 }
 

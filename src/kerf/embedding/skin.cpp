@@ -10,8 +10,9 @@ namespace {
 /// A vertex's local coordinates and scaled normal into a lane. cof(F) n = cof(dx/dlocal) diag(h) R' n up to a factor.
 void fill_lane(const CellComplex& body, const HexMesh& hex, VisualVertex v, SkinBlock& block, int lane) {
   const Vec3 local = hex.local(block.copy, body.visual.rest[v]);
-  const Vec3 n = transposed_times(hex.frame.axes, to_double(body.visual.normal[v]));
-  const Vec3 m = normalized({n.x * hex.frame.cell.x, n.y * hex.frame.cell.y, n.z * hex.frame.cell.z});
+  const LatticeFrame& frame = hex.frame_of(block.copy);
+  const Vec3 n = transposed_times(frame.axes, to_double(body.visual.normal[v]));
+  const Vec3 m = normalized({n.x * frame.cell.x, n.y * frame.cell.y, n.z * frame.cell.z});
   const std::size_t l = at(lane);
   block.x[l] = static_cast<float>(local.x), block.y[l] = static_cast<float>(local.y),
   block.z[l] = static_cast<float>(local.z);

@@ -85,8 +85,10 @@ protocol::Copy drawn_copy(const HexMesh& hex, HexId h) {
 }
 protocol::Cell drawn_cell(const HexMesh& hex, HexId h) {
   const LatticeIndex cell = hex.cell[h];
-  return {static_cast<std::int16_t>(cell[0]), static_cast<std::int16_t>(cell[1]), static_cast<std::int16_t>(cell[2]),
-          0};
+  const std::int32_t body = hex.body_at(cell);
+  const LatticeIndex first = hex.frame_of_body(body).first;
+  return {static_cast<std::int16_t>(cell[0] - first[0]), static_cast<std::int16_t>(cell[1] - first[1]),
+          static_cast<std::int16_t>(cell[2] - first[2]), static_cast<std::int16_t>(body)};
 }
 
 /// The ids of a list of changes that exist, and all from `first_new` on; ascending, each once.
@@ -137,6 +139,7 @@ void DrawnBody::collect(const Body& body, Arrays& out) {
 }
 
 void DrawnBody::index(const Body& body) {
+  set_frames(body.hex.bodies);
   place_ = body.surface.vertex.raw();
   next_.assign(place_.size(), {});
   first_.assign(body.complex.visual.vertex_count(), {});
@@ -314,11 +317,19 @@ void DrawnBody::fading(std::span<const FadingVertex> fades, std::vector<std::uin
   for (const std::uint32_t r : vertices) offsets.push_back(to_float(kerf::fading(fades, place_[r].index())->offset));
 }
 
-protocol::Body DrawnBody::body_message(const LatticeFrame& frame) const {
+void DrawnBody::set_frames(std::span<const LatticeBody> bodies) {
+  frames_.clear();
+  for (const LatticeBody& body : bodies) {
+    protocol::CellFrame& f = frames_.emplace_back();
+    f.origin = to_float(body.frame.origin);
+    for (std::size_t i = 0; i < 3; ++i) f.axes[i] = to_float(body.frame.axes.c[i]);
+    f.cell = to_float(body.frame.cell);
+  }
+}
+
+protocol::Body DrawnBody::body_message() const {
   protocol::Body m;
-  m.origin = to_float(frame.origin);
-  for (std::size_t i = 0; i < 3; ++i) m.axes[i] = to_float(frame.axes.c[i]);
-  m.cell = to_float(frame.cell);
+  m.frames = frames_;
   m.rest = now_.rest;
   m.normal = now_.normal;
   m.copy = now_.copy;

@@ -26,7 +26,7 @@ class DrawnBody {
 
   /// Messages of the body as it was at the last reset or update; they view the arrays of this object. The caller fills in
   /// numbers and nodes.
-  [[nodiscard]] protocol::Body body_message(const LatticeFrame& frame) const;
+  [[nodiscard]] protocol::Body body_message() const;
   [[nodiscard]] protocol::Patch patch_message() const;
 
   /// Render vertices of fading visual ones (surface_fade.h) with their offsets, ascending. As of the last reset or update.
@@ -45,6 +45,7 @@ class DrawnBody {
   struct Sizes {
     std::size_t vertices, skin, wall, copies;
   };
+  void set_frames(std::span<const LatticeBody> bodies);
   static void collect(const Body& body, Arrays& out);
   [[nodiscard]] Sizes sizes() const {
     return {now_.rest.size(), now_.skin.size(), now_.wall.size(), now_.copies.size()};
@@ -57,6 +58,7 @@ class DrawnBody {
   void link(RenderVertex r, VisualVertex to);
   void unlink(RenderVertex r);
 
+  std::vector<protocol::CellFrame> frames_;
   Arrays now_;
   Arrays values_;  ///< of the changed records, then of the appended ones
   std::vector<std::uint32_t> vertex_ids_, skin_ids_, wall_ids_, copy_ids_;

@@ -228,7 +228,7 @@ void Engine::Impl::hello(std::uint32_t client) {
 
 protocol::Message Engine::Impl::body_now() {
   return once(body_told, [&] {
-    protocol::Body m = drawn.body_message(session->body().hex.frame);
+    protocol::Body m = drawn.body_message();
     m.body = body;
     m.version = version;
     fill_nodes();

@@ -257,7 +257,7 @@ struct Engine::Impl {
   void send_pending_report();
   void report_history(std::uint32_t input, protocol::Outcome outcome);
   std::optional<Picked> pick_ray(const protocol::ViewRay& ray);
-  double brush_radius() const;
+  double brush_radius(CollisionTriangle triangle) const;
 
   // engine_instruments.cpp
   Status use_instrument(const protocol::ToolInput& input);

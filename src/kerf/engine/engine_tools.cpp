@@ -60,7 +60,10 @@ std::optional<Picked> Engine::Impl::pick_ray(const ViewRay& ray) {
   return pick(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction);
 }
 
-double Engine::Impl::brush_radius() const { return kBrush * norm(session->body().hex.frame.cell); }
+double Engine::Impl::brush_radius(CollisionTriangle triangle) const {
+  const Body& whole = session->body();
+  return kBrush * norm(whole.hex.frame_of(whole.complex.collision.root[triangle]).cell);
+}
 
 Status Engine::Impl::use_tool(const protocol::ToolInput& input) {
   if (input.phase == Phase::kDown) {
@@ -357,10 +360,10 @@ Status Engine::Impl::lead_tool(const protocol::Device& device) {
 }
 
 Status Engine::Impl::brush(const protocol::ToolInput& input) {
-  const double radius = brush_radius();
   for (std::size_t i = 0; i < input.samples.size(); ++i) {
     const auto picked = pick_ray(input.samples[i].ray);
     if (!picked) continue;
+    const double radius = brush_radius(picked->triangle);
     const bool first = input.phase == Phase::kDown && i == 0;
     if (!first && norm(picked->rest - last_brush) < 0.3 * radius) continue;
     last_brush = picked->rest;

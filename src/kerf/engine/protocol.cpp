@@ -52,6 +52,10 @@ class Writer {
     for (const Vec3f& v : values) vec(v);
     return *this;
   }
+  Writer& array(std::span<const CellFrame> values) {
+    for (const CellFrame& f : values) vec(f.origin).f32(0).vec(f.axes[0]).vec(f.axes[1]).vec(f.axes[2]).vec(f.cell);
+    return *this;
+  }
   Writer& text(std::string_view s) { return array(std::span<const char>(s.data(), s.size())); }
   Bytes finish() {
     KERF_ASSERT(at_ == bytes_.size());
@@ -261,8 +265,8 @@ Bytes encode(const Hello& m) {
 Bytes encode(const Body& m) {
   KERF_ASSERT(m.rest.size() == m.normal.size() && m.rest.size() == m.copy.size() && m.copies.size() == m.cells.size() &&
               m.fading.size() == m.offset.size());
-  return Writer(Type::kBody, 96 + 24 * m.rest.size() + 12 * (m.skin.size() + m.wall.size()) + 40 * m.copies.size() +
-                                 12 * m.nodes.size() + 16 * m.fading.size())
+  return Writer(Type::kBody, 40 + 64 * m.frames.size() + 24 * m.rest.size() + 12 * (m.skin.size() + m.wall.size()) +
+                                 40 * m.copies.size() + 12 * m.nodes.size() + 16 * m.fading.size())
       .u32(m.body)
       .u32(m.version)
       .size(m.rest.size())
@@ -271,12 +275,9 @@ Bytes encode(const Body& m) {
       .size(m.copies.size())
       .size(m.nodes.size())
       .size(m.fading.size())
-      .vec(m.origin)
-      .f32(0)
-      .vec(m.axes[0])
-      .vec(m.axes[1])
-      .vec(m.axes[2])
-      .vec(m.cell)
+      .size(m.frames.size())
+      .u32(0)
+      .array(m.frames)
       .array(m.rest)
       .array(m.normal)
       .array(m.copy)

@@ -1,4 +1,4 @@
-// The messages between page and engine, version 6 (docs/protocol.md): encoding of everything the engine says, checked
+// The messages between page and engine, version 7 (docs/protocol.md): encoding of everything the engine says, checked
 // decoding of everything a page says. Bytes in, bytes out: no sockets, no state. A page is not trusted; whatever it
 // sends is decoded or refused with a reason, and decoded messages keep every promise of the page.
 #pragma once
@@ -18,7 +18,7 @@
 
 namespace kerf::protocol {
 
-inline constexpr std::uint16_t kVersion = 6;
+inline constexpr std::uint16_t kVersion = 7;
 inline constexpr std::size_t kHeaderBytes = 8;
 /// Most bytes of a message from a page, header included; uploads have chunks of their own size.
 inline constexpr std::size_t kMaxPageBytes = std::size_t{64} << 10;
@@ -62,7 +62,7 @@ enum class Type : std::uint16_t {
 using Normal = std::array<std::int16_t, 4>;  ///< normalised; w is 0
 using Triangle = std::array<std::uint32_t, 3>;
 using Copy = std::array<std::uint32_t, 8>;  ///< node numbers; kNoNode eight times: dead
-using Cell = std::array<std::int16_t, 4>;   ///< lattice index; w is 0
+using Cell = std::array<std::int16_t, 4>;   ///< index among the cells of a frame, and the frame's number
 
 /// Flag of Hello: this page may only watch.
 inline constexpr std::uint32_t kOnlyWatches = 1;
@@ -72,11 +72,16 @@ struct Hello {
   float tick = 60;                      ///< Hz
   std::string_view name, json;
 };
+/// Where the cells of one of the bodies lie, metres.
+struct CellFrame {
+  Vec3f origin;
+  float unused = 0;
+  std::array<Vec3f, 3> axes{};  ///< columns
+  Vec3f cell;                   ///< edge lengths
+};
 struct Body {
   std::uint32_t body = 0, version = 0;
-  Vec3f origin;
-  std::array<Vec3f, 3> axes{};  ///< columns
-  Vec3f cell;
+  std::span<const CellFrame> frames;
   std::span<const Vec3f> rest;
   std::span<const Normal> normal;
   std::span<const std::uint32_t> copy;

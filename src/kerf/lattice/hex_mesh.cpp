@@ -17,6 +17,30 @@ HexMesh& HexMesh::operator=(const HexMesh&) = default;
 HexMesh& HexMesh::operator=(HexMesh&&) noexcept = default;
 HexMesh::~HexMesh() = default;
 
+const LatticeFrame& frame_around(const CollisionMesh& mesh, const HexMesh& hex, CollisionVertex v) {
+  return hex.bodies.size() == 1 ? hex.bodies[0].frame : hex.frame_of(mesh.root[CollisionMesh::face(mesh.outgoing[v])]);
+}
+
+PrismCorners corners_of(const CollisionMesh& mesh, const HexMesh& hex, CollisionVertex v) {
+  return corners_of(mesh, frame_around(mesh, hex, v), v);
+}
+
+Vec3 largest_cell(const HexMesh& hex) {
+  Vec3 largest;
+  for (const LatticeBody& body : hex.bodies) {
+    const Vec3 c = body.frame.cell;
+    if (c.x * c.y * c.z > largest.x * largest.y * largest.z) largest = c;
+  }
+  return largest;
+}
+
+double shortest_cell_edge(const HexMesh& hex) {
+  double shortest = HUGE_VAL;
+  for (const LatticeBody& body : hex.bodies)
+    shortest = std::min({shortest, body.frame.cell.x, body.frame.cell.y, body.frame.cell.z});
+  return shortest;
+}
+
 std::size_t count_alive(const HexMesh& hex) {
   return static_cast<std::size_t>(std::count(hex.state.raw().begin(), hex.state.raw().end(), HexState::kAlive));
 }

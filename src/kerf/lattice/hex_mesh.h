@@ -82,23 +82,59 @@ struct PrismShape {
   double scale = 1;            ///< ruled volume over the volume of the pieces
 };
 
-/// One of the bodies in a lattice: the root triangles from `first` on, up to the next body's.
+/// One of the bodies: the root triangles from `first` on, up to the next body's, and its cells.
 struct LatticeBody {
   RootId first;
-  double volume = 0;  ///< m^3 at rest
-  double scale = 1;   ///< its volume over that of its prisms
+  double volume = 0;              ///< m^3 at rest
+  double scale = 1;               ///< its volume over that of its prisms
+  LatticeFrame frame;             ///< HexMesh lays the indices of the bodies' cells side by side
+  CellId first_cell;              ///< the numbers of its cells follow each other from here on
+  std::int32_t first_corner = 0;  ///< those of its corners
 };
 
 struct HexMesh {
-  LatticeFrame frame;
   std::vector<LatticeBody> bodies;  ///< in order; mostly one
-  /// The body of a root triangle.
+  /// The body of a root triangle, and of a cell or a corner.
   [[nodiscard]] std::int32_t body_of(RootId root) const {
-    std::int32_t body = 0;
-    while (static_cast<std::size_t>(body) + 1 < bodies.size() &&
-           bodies[static_cast<std::size_t>(body) + 1].first <= root)
-      ++body;
-    return body;
+    return last_body([root](const LatticeBody& b) { return b.first <= root; });
+  }
+  [[nodiscard]] std::int32_t body_at(LatticeIndex c) const {
+    return last_body([&c](const LatticeBody& b) { return b.frame.first[0] <= c[0]; });
+  }
+  [[nodiscard]] const LatticeFrame& frame_of_body(std::int32_t body) const {
+    return bodies[static_cast<std::size_t>(body)].frame;
+  }
+  [[nodiscard]] const LatticeFrame& frame_at(LatticeIndex c) const { return frame_of_body(body_at(c)); }
+  [[nodiscard]] const LatticeFrame& frame_of(HexId h) const { return frame_at(cell[h]); }
+  [[nodiscard]] const LatticeFrame& frame_of(RootId root) const { return frame_of_body(body_of(root)); }
+  [[nodiscard]] bool contains(LatticeIndex c) const { return frame_at(c).contains(c); }
+  [[nodiscard]] CellId cell_id(LatticeIndex c) const {
+    const LatticeBody& b = bodies[static_cast<std::size_t>(body_at(c))];
+    return CellId(b.first_cell.value + b.frame.cell_number(c));
+  }
+  [[nodiscard]] LatticeIndex index_of(CellId c) const {
+    const LatticeBody& b =
+        bodies[static_cast<std::size_t>(last_body([c](const LatticeBody& other) { return other.first_cell <= c; }))];
+    return b.frame.cell_at(c.value - b.first_cell.value);
+  }
+  [[nodiscard]] std::int32_t corner_number(LatticeIndex q) const {
+    const LatticeBody& b = bodies[static_cast<std::size_t>(body_at(q))];
+    return b.first_corner + b.frame.corner_number(q);
+  }
+  [[nodiscard]] LatticeIndex corner_of(std::int32_t number) const {
+    const LatticeBody& b = bodies[static_cast<std::size_t>(
+        last_body([number](const LatticeBody& other) { return other.first_corner <= number; }))];
+    return b.frame.corner_at(number - b.first_corner);
+  }
+  [[nodiscard]] std::size_t cell_count() const {
+    return bodies.empty() ? 0 : bodies.back().first_cell.index() + bodies.back().frame.cell_count();
+  }
+  /// The last body with a property that bodies have up to it, or the first.
+  template <class Has>
+  [[nodiscard]] std::int32_t last_body(Has has) const {
+    std::size_t body = 0;
+    while (body + 1 < bodies.size() && has(bodies[body + 1])) ++body;
+    return static_cast<std::int32_t>(body);
   }
 
   // per copy
@@ -186,12 +222,12 @@ struct HexMesh {
   /// Rest position of a node, metres.
   [[nodiscard]] Vec3 rest(NodeId n) const {
     const LatticeIndex c = corner[n];
-    return frame.to_world({static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2])});
+    return frame_at(c).to_world({static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2])});
   }
   /// A point at rest in the coordinates of a copy's cell, -1 to 1 inside.
   [[nodiscard]] Vec3 local(HexId h, Vec3 rest_point) const {
-    const Vec3 q = frame.to_lattice(rest_point);
     const LatticeIndex c = cell[h];
+    const Vec3 q = frame_at(c).to_lattice(rest_point);
     return {2 * (q.x - c[0]) - 1, 2 * (q.y - c[1]) - 1, 2 * (q.z - c[2]) - 1};
   }
   [[nodiscard]] std::span<const Piece> pieces_of(CollisionTriangle t) const {
@@ -208,6 +244,14 @@ struct HexMesh {
   }
   static constexpr LatticeFaceId face(CellId c, int axis) { return LatticeFaceId(3 * c.value + axis); }
 };
+
+/// The cells of the body that a collision vertex is of, and the corners of its prism among them.
+const LatticeFrame& frame_around(const CollisionMesh& mesh, const HexMesh& hex, CollisionVertex v);
+PrismCorners corners_of(const CollisionMesh& mesh, const HexMesh& hex, CollisionVertex v);
+
+/// Of all bodies: the size of the largest cell, by volume, and the shortest edge of a cell, metres.
+Vec3 largest_cell(const HexMesh& hex);
+double shortest_cell_edge(const HexMesh& hex);
 
 /// Number of living copies and of the nodes that they use.
 std::size_t count_alive(const HexMesh& hex);

@@ -194,7 +194,7 @@ class Adapter {
     };
     grow(s_.triangle_stamp, mesh_.face_count());
     grow(s_.triangle_slot, mesh_.face_count());
-    const std::size_t cells = hex_.frame.cell_count();
+    const std::size_t cells = hex_.cell_count();
     grow(s_.cell_stamp, cells);
     grow(s_.cell_cached, cells);
     grow(s_.cell_slot, cells);
@@ -203,7 +203,7 @@ class Adapter {
   void grow_arrays() {
     old_vertex_count_ = hex_.prism_corner.size();
     for (std::size_t v = old_vertex_count_; v < mesh_.vertex_count(); ++v) {
-      hex_.prism_corner.push_back(corners_of(mesh_, hex_.frame, CollisionVertex(v)));
+      hex_.prism_corner.push_back(corners_of(mesh_, hex_, CollisionVertex(v)));
       hex_.vertex_tip.push_back({});
     }
     old_triangle_count_ = hex_.pieces.size();
@@ -287,18 +287,20 @@ class Adapter {
     }
     const Prism prism_of_t = prism(t);
     s_.volumes.clear();
-    prism_in_cells(prism_of_t, hex_.frame, s_.box, s_.volumes);
+    const LatticeFrame& frame = hex_.frame_of(mesh_.root[t]);
+    prism_in_cells(prism_of_t, frame, s_.box, s_.volumes);
     if (s_.volumes.empty()) {  // a knife edge or a sliver: a member all the same, of the cell at its middle
       Vec3 middle{};
       for (std::size_t i = 0; i < 3; ++i) middle += (1.0 / 6) * (prism_of_t.minus[i] + prism_of_t.plus[i]);
       LatticeIndex c;
       for (int a = 0; a < 3; ++a)
-        c[at(a)] = std::clamp(static_cast<int>(std::floor(middle[a])), 0, hex_.frame.count[at(a)] - 1);
+        c[at(a)] = std::clamp(static_cast<int>(std::floor(middle[a])), frame.first[at(a)],
+                              frame.first[at(a)] + frame.count[at(a)] - 1);
       s_.volumes.push_back({c, 0});
     }
     double sum = 0;
     for (const CellVolume& v : s_.volumes) {
-      const CellId c = hex_.frame.cell_id(v.cell);
+      const CellId c = hex_.cell_id(v.cell);
       touch(c);
       s_.new_pieces.push_back({t, c, v.volume});
       sum += v.volume;
@@ -415,7 +417,7 @@ class Adapter {
   void analyse_cell(std::size_t which) {
     Work::CellElements& entry = s_.cells[which];
     const CellId c = entry.cell;
-    const LatticeIndex index = hex_.frame.index_of(c);
+    const LatticeIndex index = hex_.index_of(c);
     s_.crossings.clear();
     s_.virtual_edges.clear();
     s_.split_triangles.clear();
@@ -485,7 +487,7 @@ class Adapter {
       if (a.side == 0 || a.triangle != b.triangle || !holds_material(e) || !holds_material(e + 1)) continue;
       if (glue(e, e + 1)) join(e, e + 1);
     }
-    const LatticeIndex cell = hex_.frame.index_of(entry.cell);
+    const LatticeIndex cell = hex_.index_of(entry.cell);
     for (std::size_t i = 0; i + 1 < s_.virtual_edges.size(); i += 2) {
       const CollisionHalfEdge h = s_.virtual_edges[i], g = s_.virtual_edges[i + 1];
       const std::int32_t e = element_of(CollisionMesh::face(h)),
@@ -725,7 +727,7 @@ class Adapter {
   }
 
   HexId new_copy(CellId c, HexId parent) {
-    const HexId h = hex_.cell.push_back(hex_.frame.index_of(c));
+    const HexId h = hex_.cell.push_back(hex_.index_of(c));
     hex_.nodes.push_back({});
     hex_.state.push_back(HexState::kAlive);
     hex_.host.push_back(h);
@@ -761,14 +763,14 @@ class Adapter {
     m.body = hex_.body_of(mesh_.root[first.triangle]);  // copies hold the material of one body
     const double body_scale = hex_.bodies[at(m.body)].scale;
     scaled *= body_scale;
-    m.volume = scaled * hex_.frame.cell_volume();
+    m.volume = scaled * hex_.frame_of_body(m.body).cell_volume();
     std::array<double, 27> weights;
     if (m.full) {
       weights = full_weights();
       for (double& w : weights) w *= scaled;
     } else {
       Moments sum{};
-      const LatticeIndex cell = hex_.frame.index_of(entry.cell);
+      const LatticeIndex cell = hex_.index_of(entry.cell);
       for (std::int32_t e = g.first; e < entry.first + entry.count; ++e) {
         if (find(e) != g.root) continue;
         const Moments& part = moments_of(s_.elements[at(e)], cell);
@@ -907,12 +909,13 @@ class Adapter {
       s_.cell_slot[s_.cells[i].cell.index()] = static_cast<std::int32_t>(i);
     }
     for (const CellId c : s_.touched) {
-      const LatticeIndex index = hex_.frame.index_of(c);
+      const LatticeIndex index = hex_.index_of(c);
       for (int axis = 0; axis < 3; ++axis) {
-        LatticeIndex below = index;
+        LatticeIndex below = index, above = index;
         --below[at(axis)];
-        if (below[at(axis)] >= 0) s_.faces.push_back(HexMesh::face(hex_.frame.cell_id(below), axis));
-        if (index[at(axis)] + 1 < hex_.frame.count[at(axis)]) s_.faces.push_back(HexMesh::face(c, axis));
+        ++above[at(axis)];
+        if (hex_.contains(below)) s_.faces.push_back(HexMesh::face(hex_.cell_id(below), axis));
+        if (hex_.contains(above)) s_.faces.push_back(HexMesh::face(c, axis));
       }
     }
     sort_unique(s_.faces);
@@ -922,10 +925,10 @@ class Adapter {
   void link_face(LatticeFaceId f) {
     const CellId a(f.value / 3);
     const int axis = f.value % 3;
-    const LatticeIndex index = hex_.frame.index_of(a);
+    const LatticeIndex index = hex_.index_of(a);
     LatticeIndex beyond = index;
     ++beyond[at(axis)];
-    const CellId b = hex_.frame.cell_id(beyond);
+    const CellId b = hex_.cell_id(beyond);
     const Work::CellElements ea = elements_of(a), eb = elements_of(b);
     s_.links.clear();
     auto link = [&](HexId x, HexId y) {
@@ -984,7 +987,7 @@ class Adapter {
     const auto old = hex_.links_of(f);
     if (std::equal(old.begin(), old.end(), s_.links.begin(), s_.links.end())) return;
     for (int k = 0; k < 8; ++k)
-      if ((k >> axis & 1) != 0) s_.corners.push_back(corner_key(LatticeFrame::corner(index, k)));
+      if ((k >> axis & 1) != 0) s_.corners.push_back(hex_.corner_number(LatticeFrame::corner(index, k)));
     LatticeRun run = hex_.links[f];
     write_run(hex_.link_pool, run, std::span<const HexLink>(s_.links), LatticePoolIndex{});
     hex_.links.set(f, run);
@@ -1031,38 +1034,30 @@ class Adapter {
 
   // ---------------------------------------------------------------- nodes
 
-  [[nodiscard]] std::int32_t corner_key(LatticeIndex q) const {
-    return (q[2] * (hex_.frame.count[1] + 1) + q[1]) * (hex_.frame.count[0] + 1) + q[0];
-  }
-  [[nodiscard]] LatticeIndex corner_index(std::int32_t key) const {
-    const std::int32_t nx = hex_.frame.count[0] + 1, ny = hex_.frame.count[1] + 1;
-    return {key % nx, key / nx % ny, key / nx / ny};
-  }
-
   void update_nodes() {
     // Corners of cells with other copies than before; link_face added those of faces with other links.
     for (const auto* copies : {&change_.new_copies, &change_.dead_copies})
       for (const HexId h : *copies)
-        for (int k = 0; k < 8; ++k) s_.corners.push_back(corner_key(LatticeFrame::corner(hex_.cell[h], k)));
+        for (int k = 0; k < 8; ++k) s_.corners.push_back(hex_.corner_number(LatticeFrame::corner(hex_.cell[h], k)));
     sort_unique(s_.corners);
     std::sort(s_.sources.begin(), s_.sources.end(),
               [](const auto& a, const auto& b) { return a.copy != b.copy ? a.copy < b.copy : a.from < b.from; });
     // Dead copies still count for what their nodes were.
     for (const HexId h : change_.dead_copies)
       for (int k = 0; k < 8; ++k)
-        s_.corner_nodes.emplace_back(corner_key(LatticeFrame::corner(hex_.cell[h], k)), hex_.nodes[h][at(k)]);
+        s_.corner_nodes.emplace_back(hex_.corner_number(LatticeFrame::corner(hex_.cell[h], k)), hex_.nodes[h][at(k)]);
     for (const std::int32_t key : s_.corners) share_corner(key);
   }
 
   void share_corner(std::int32_t key) {
-    const LatticeIndex q = corner_index(key);
+    const LatticeIndex q = hex_.corner_of(key);
     s_.around.clear();
     std::array<std::int32_t, 9> start{};
     for (int k = 0; k < 8; ++k) {
       start[at(k)] = static_cast<std::int32_t>(s_.around.size());
       const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
-      if (!hex_.frame.contains(c)) continue;
-      for (HexId h = hex_.first_copy[hex_.frame.cell_id(c)]; h.valid(); h = hex_.next_in_cell[h]) {
+      if (!hex_.contains(c)) continue;
+      for (HexId h = hex_.first_copy[hex_.cell_id(c)]; h.valid(); h = hex_.next_in_cell[h]) {
         CornerCopy entry;
         entry.copy = h;
         entry.corner = k;
@@ -1091,7 +1086,7 @@ class Adapter {
         const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
         const int beyond = k - (1 << axis);
         if (start[at(beyond)] == start[at(beyond + 1)]) continue;
-        for (const HexLink& l : hex_.links_of(HexMesh::face(hex_.frame.cell_id(c), axis))) {
+        for (const HexLink& l : hex_.links_of(HexMesh::face(hex_.cell_id(c), axis))) {
           const std::int32_t i = slot_of(k, l[0]), j = slot_of(beyond, l[1]);
           KERF_ASSERT(i >= 0 && j >= 0);
           const std::int32_t a = root_of(i), b = root_of(j);
@@ -1170,7 +1165,7 @@ class Adapter {
   [[nodiscard]] bool before(HexId a, HexId b) const {
     const double fa = hex_.material[a].fill, fb = hex_.material[b].fill;
     if (fa != fb) return fa < fb;
-    const CellId ca = hex_.frame.cell_id(hex_.cell[a]), cb = hex_.frame.cell_id(hex_.cell[b]);
+    const CellId ca = hex_.cell_id(hex_.cell[a]), cb = hex_.cell_id(hex_.cell[b]);
     if (ca != cb) return ca < cb;
     return hex_.first_piece[a] < hex_.first_piece[b];
   }
@@ -1182,8 +1177,8 @@ class Adapter {
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
           const LatticeIndex d{c[0] + dx, c[1] + dy, c[2] + dz};
-          if (!hex_.frame.contains(d)) continue;
-          for (HexId y = hex_.first_copy[hex_.frame.cell_id(d)]; y.valid(); y = hex_.next_in_cell[y])
+          if (!hex_.contains(d)) continue;
+          for (HexId y = hex_.first_copy[hex_.cell_id(d)]; y.valid(); y = hex_.next_in_cell[y])
             if (y != x && share_a_node(x, y, {dx, dy, dz})) f(y);
         }
   }
@@ -1208,7 +1203,7 @@ class Adapter {
       const int step = b[at(axis)] - a[at(axis)];
       if (step != 1 && step != -1) continue;
       if (std::abs(b[0] - a[0]) + std::abs(b[1] - a[1]) + std::abs(b[2] - a[2]) != 1) return false;
-      const CellId c = hex_.frame.cell_id(step > 0 ? a : b);
+      const CellId c = hex_.cell_id(step > 0 ? a : b);
       const HexLink l = step > 0 ? HexLink{x, y} : HexLink{y, x};
       for (const HexLink& have : hex_.links_of(HexMesh::face(c, axis)))
         if (have == l) return true;
@@ -1287,13 +1282,13 @@ class Adapter {
     };
     const std::uint64_t ring = ++s_.serial;
     for (const CellId c : s_.touched) {
-      const LatticeIndex index = hex_.frame.index_of(c);
+      const LatticeIndex index = hex_.index_of(c);
       for (HexId h = hex_.first_copy[c]; h.valid(); h = hex_.next_in_cell[h])
         if (hex_.material[h].fill >= kAbsorbedFill) set_absorber(h, {});
       for (int k = 0; k < 27; ++k) {
         const LatticeIndex d{index[0] + k % 3 - 1, index[1] + k / 3 % 3 - 1, index[2] + k / 9 - 1};
-        if (!hex_.frame.contains(d)) continue;
-        const CellId n = hex_.frame.cell_id(d);
+        if (!hex_.contains(d)) continue;
+        const CellId n = hex_.cell_id(d);
         if (s_.cell_stamp[n.index()] == ring) continue;
         s_.cell_stamp[n.index()] = ring;
         for (HexId h = hex_.first_copy[n]; h.valid(); h = hex_.next_in_cell[h]) push(h);
@@ -1337,9 +1332,9 @@ class Adapter {
         hex_.host.set(h, new_host);
         hex_.state.set(h, state);
         if (!dead) changed(h);
-        for (int k = 0; k < 8; ++k) s_.corners.push_back(corner_key(LatticeFrame::corner(hex_.cell[h], k)));
+        for (int k = 0; k < 8; ++k) s_.corners.push_back(hex_.corner_number(LatticeFrame::corner(hex_.cell[h], k)));
         if (!dead)
-          for (const T t : hex_.members_of(hex_.frame.cell_id(hex_.cell[h])))
+          for (const T t : hex_.members_of(hex_.cell_id(hex_.cell[h])))
             for (const Piece& p : hex_.pieces_of(t))
               if (p.copy == h) change_.triangles.push_back(t);
       }
@@ -1380,11 +1375,11 @@ class Adapter {
       while (next < s_.corner_nodes.size() && s_.corner_nodes[next].first < key) ++next;
       for (; next < s_.corner_nodes.size() && s_.corner_nodes[next].first == key; ++next)
         if (s_.corner_nodes[next].second.valid()) slot(s_.corner_nodes[next].second);
-      const LatticeIndex q = corner_index(key);
+      const LatticeIndex q = hex_.corner_of(key);
       for (int k = 0; k < 8; ++k) {
         const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
-        if (!hex_.frame.contains(c)) continue;
-        for (HexId h = hex_.first_copy[hex_.frame.cell_id(c)]; h.valid(); h = hex_.next_in_cell[h])
+        if (!hex_.contains(c)) continue;
+        for (HexId h = hex_.first_copy[hex_.cell_id(c)]; h.valid(); h = hex_.next_in_cell[h])
           slot(hex_.nodes[h][at(k)]) += hex_.alive(h) ? 1 : 0;
       }
       for (const auto& [node, uses] : s_.uses) {

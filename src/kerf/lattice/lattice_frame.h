@@ -1,6 +1,15 @@
-// Where the lattice of box cells lies: origin, axes, cell size, cells along each axis (4.2.1).
+// Where the box cells of a body lie: origin, axes, cell size, cells along each axis (4.2.1).
 //
 // Lattice coordinates count cells: the point (i, j, k) is a lattice corner, cell (i, j, k) reaches to (i+1, j+1, k+1).
+// Each body has cells of its own. Their indices lie side by side along x, with one left out between two bodies, so an
+// index belongs to one body:
+//
+//        first = (0, 0, 0)     first = (5, 0, 0)
+//        +--+--+--+--+   .    +--+--+
+//        |  |  |  |  |   .    |  |  |
+//        +--+--+--+--+   .    +--+--+
+//        0  1  2  3  4        5  6  7
+//
 // The 8 corners of a cell are numbered in bits: x = c & 1, y = c >> 1 & 1, z = c >> 2 & 1.
 //
 //        6-------7
@@ -25,28 +34,47 @@ namespace kerf {
 using LatticeIndex = std::array<std::int32_t, 3>;
 
 struct LatticeFrame {
-  Vec3 origin;                  ///< metres: lattice corner (0, 0, 0)
+  Vec3 origin;                  ///< metres: lattice corner `first`
   Mat3 axes;                    ///< unit columns, right-handed
   Vec3 cell{1, 1, 1};           ///< metres, edge lengths of a cell
   LatticeIndex count{0, 0, 0};  ///< cells along each axis; the body lies inside
+  LatticeIndex first{0, 0, 0};  ///< the least index of a cell
 
   /// Metres to lattice coordinates.
   [[nodiscard]] Vec3 to_lattice(Vec3 p) const {
     const Vec3 d = transposed_times(axes, p - origin);
-    return {d.x / cell.x, d.y / cell.y, d.z / cell.z};
+    return {first[0] + d.x / cell.x, first[1] + d.y / cell.y, first[2] + d.z / cell.z};
   }
   /// Lattice coordinates to metres.
-  [[nodiscard]] Vec3 to_world(Vec3 q) const { return origin + axes * Vec3{q.x * cell.x, q.y * cell.y, q.z * cell.z}; }
+  [[nodiscard]] Vec3 to_world(Vec3 q) const {
+    return origin + axes * Vec3{(q.x - first[0]) * cell.x, (q.y - first[1]) * cell.y, (q.z - first[2]) * cell.z};
+  }
+  /// Metres: of the box of all cells.
+  [[nodiscard]] Vec3 size() const { return {cell.x * count[0], cell.y * count[1], cell.z * count[2]}; }
   [[nodiscard]] double cell_volume() const { return cell.x * cell.y * cell.z; }
   [[nodiscard]] std::size_t cell_count() const {
     return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(count[2]);
   }
   [[nodiscard]] bool contains(LatticeIndex c) const {
-    return c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[0] < count[0] && c[1] < count[1] && c[2] < count[2];
+    for (std::size_t a = 0; a < 3; ++a)
+      if (c[a] < first[a] || c[a] >= first[a] + count[a]) return false;
+    return true;
   }
-  [[nodiscard]] CellId cell_id(LatticeIndex c) const { return CellId((c[2] * count[1] + c[1]) * count[0] + c[0]); }
-  [[nodiscard]] LatticeIndex index_of(CellId c) const {
-    return {c.value % count[0], c.value / count[0] % count[1], c.value / count[0] / count[1]};
+  /// Number of a cell, and of a corner, among its own: x fastest.
+  [[nodiscard]] std::int32_t cell_number(LatticeIndex c) const {
+    return ((c[2] - first[2]) * count[1] + c[1] - first[1]) * count[0] + c[0] - first[0];
+  }
+  [[nodiscard]] std::int32_t corner_number(LatticeIndex q) const {
+    return ((q[2] - first[2]) * (count[1] + 1) + q[1] - first[1]) * (count[0] + 1) + q[0] - first[0];
+  }
+  /// The cell, and the corner, of a number.
+  [[nodiscard]] LatticeIndex cell_at(std::int32_t number) const {
+    return {first[0] + number % count[0], first[1] + number / count[0] % count[1],
+            first[2] + number / count[0] / count[1]};
+  }
+  [[nodiscard]] LatticeIndex corner_at(std::int32_t number) const {
+    const std::int32_t nx = count[0] + 1, ny = count[1] + 1;
+    return {first[0] + number % nx, first[1] + number / nx % ny, first[2] + number / nx / ny};
   }
   /// Lattice corner c (0..7) of a cell.
   static constexpr LatticeIndex corner(LatticeIndex cell, int c) {

@@ -62,13 +62,13 @@ TipCells cells_of_tip(const CollisionMesh& mesh, const HexMesh& hex, CollisionVe
   const Vec3 direction = slit_direction(mesh, hex, v, middle);
   const Vec3 normal = normalized(cross(line, direction));
   if (!(norm(direction) > 0) || !(norm(normal) > 0.5)) return out;  // a knife edge has no line
+  const LatticeFrame& frame = frame_around(mesh, hex, v);
   LatticeIndex lo, hi;
   for (int a = 0; a < 3; ++a) {
     const auto i = static_cast<std::size_t>(a);
-    lo[i] = std::clamp(static_cast<int>(std::floor(std::fmin(c.minus[a], c.plus[a]) - kLineReach)), 0,
-                       hex.frame.count[i] - 1);
-    hi[i] = std::clamp(static_cast<int>(std::floor(std::fmax(c.minus[a], c.plus[a]) + kLineReach)), 0,
-                       hex.frame.count[i] - 1);
+    const std::int32_t first = frame.first[i], last = first + frame.count[i] - 1;
+    lo[i] = std::clamp(static_cast<int>(std::floor(std::fmin(c.minus[a], c.plus[a]) - kLineReach)), first, last);
+    hi[i] = std::clamp(static_cast<int>(std::floor(std::fmax(c.minus[a], c.plus[a]) + kLineReach)), first, last);
   }
   for (std::int32_t z = lo[2]; z <= hi[2]; ++z)
     for (std::int32_t y = lo[1]; y <= hi[1]; ++y)
@@ -83,7 +83,7 @@ TipCells cells_of_tip(const CollisionMesh& mesh, const HexMesh& hex, CollisionVe
         if (passed < kTipWelded || !(s1 > -kLineReach) || out.count == out.items.size()) continue;
         TipCell& record = out.items[out.count++];
         record.vertex = v;
-        record.cell = hex.frame.cell_id({x, y, z});
+        record.cell = hex.cell_id({x, y, z});
         record.passed = passed;
         record.point = middle;
         record.direction = direction;

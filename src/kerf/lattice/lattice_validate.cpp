@@ -60,8 +60,9 @@ HexPieces count_hex_pieces(const HexMesh& hex) {
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       LatticeIndex next = hex.cell[h];
-      if (++next[axis] >= hex.frame.count[axis]) continue;
-      for (HexId o = hex.first_copy[hex.frame.cell_id(next)]; o.valid(); o = hex.next_in_cell[o])
+      ++next[axis];
+      if (!hex.contains(next)) continue;
+      for (HexId o = hex.first_copy[hex.cell_id(next)]; o.valid(); o = hex.next_in_cell[o])
         if (hex.alive(o) && common_nodes(hex, h, o) == 4) faces.join(h.index(), o.index());
     }
     // Copies of one cell with the same eight nodes (a slit inside one cell): nothing between them.
@@ -88,16 +89,13 @@ std::size_t count_collision_pieces(const CollisionMesh& mesh) {
 }
 
 std::size_t count_plain_nodes(const HexMesh& hex) {
-  const LatticeIndex n{hex.frame.count[0] + 1, hex.frame.count[1] + 1, hex.frame.count[2] + 1};
-  std::vector<std::uint8_t> used(
-      static_cast<std::size_t>(n[0]) * static_cast<std::size_t>(n[1]) * static_cast<std::size_t>(n[2]), 0);
+  std::vector<std::uint8_t> used;
   for (const HexId h : ids<HexId>(hex.hex_count())) {
     if (hex.state[h] == HexState::kDead) continue;
     for (int c = 0; c < 8; ++c) {
-      const LatticeIndex q = LatticeFrame::corner(hex.cell[h], c);
-      used[(static_cast<std::size_t>(q[2]) * static_cast<std::size_t>(n[1]) + static_cast<std::size_t>(q[1])) *
-               static_cast<std::size_t>(n[0]) +
-           static_cast<std::size_t>(q[0])] = 1;
+      const auto q = static_cast<std::size_t>(hex.corner_number(LatticeFrame::corner(hex.cell[h], c)));
+      if (q >= used.size()) used.resize(q + 1, 0);
+      used[q] = 1;
     }
   }
   return static_cast<std::size_t>(std::count(used.begin(), used.end(), 1));
@@ -105,12 +103,12 @@ std::size_t count_plain_nodes(const HexMesh& hex) {
 
 Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
   std::vector<std::int32_t> uses(hex.node_count(), 0), pieces(hex.hex_count(), 0), in_cell(hex.hex_count(), 0);
-  for (const CellId c : ids<CellId>(hex.frame.cell_count()))
+  for (const CellId c : ids<CellId>(hex.cell_count()))
     for (HexId h = hex.first_copy[c]; h.valid(); h = hex.next_in_cell[h]) {
       ++in_cell[h.index()];
       if (hex.state[h] == HexState::kDead)
         return failed(fmt::format("dead copy {} is still listed in its cell", h.value));
-      if (hex.frame.cell_id(hex.cell[h]) != c) return failed(fmt::format("copy {} is listed in another cell", h.value));
+      if (hex.cell_id(hex.cell[h]) != c) return failed(fmt::format("copy {} is listed in another cell", h.value));
     }
   LongSum volumes, masses;
   for (const HexId h : ids<HexId>(hex.hex_count())) {
@@ -143,9 +141,10 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
     const HexMaterial& m = hex.material[h];
     double weight = 0;
     for (const double w : hex.weights[h]) weight += w;
-    if (!(std::fabs(weight * hex.frame.cell_volume() - m.volume) <= 1e-9 * hex.frame.cell_volume()))
-      return failed(fmt::format("copy {}: quadrature weights add up to {} m3, not to {}", h.value,
-                                weight * hex.frame.cell_volume(), m.volume));
+    const double cell_volume = hex.frame_of(h).cell_volume();
+    if (!(std::fabs(weight * cell_volume - m.volume) <= 1e-9 * cell_volume))
+      return failed(fmt::format("copy {}: quadrature weights add up to {} m3, not to {}", h.value, weight * cell_volume,
+                                m.volume));
     volumes.add(m.volume);
     if (hex.alive(h)) masses.add(m.mass_volume);
     else if (m.mass_volume != 0) return failed(fmt::format("absorbed copy {} still has mass", h.value));
@@ -158,14 +157,14 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
   std::size_t most_pieces = 0;
   for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
     const LatticeBody& own = hex.bodies[static_cast<std::size_t>(hex.body_of(mesh.root[t]))];
-    prisms.add(own.scale * ruled_volume(prism_between(hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 0)]],
-                                                      hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 1)]],
-                                                      hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 2)]])));
+    prisms.add(own.scale * own.frame.cell_volume() *
+               ruled_volume(prism_between(hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 0)]],
+                                          hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 1)]],
+                                          hex.prism_corner[mesh.origin[CollisionMesh::corner(t, 2)]])));
     most_pieces = std::max(most_pieces, hex.pieces_of(t).size());
     if (hex.pieces_of(t).empty()) return failed(fmt::format("collision triangle {} is in no copy", t.value));
     for (const Piece& p : hex.pieces_of(t)) {
-      if (!hex.cell.contains(p.copy) || hex.state[p.copy] == HexState::kDead ||
-          hex.frame.cell_id(hex.cell[p.copy]) != p.cell)
+      if (!hex.cell.contains(p.copy) || hex.state[p.copy] == HexState::kDead || hex.cell_id(hex.cell[p.copy]) != p.cell)
         return failed(fmt::format("collision triangle {}: a piece names copy {}", t.value, p.copy.value));
       ++pieces[p.copy.index()];
       if (hex.material[p.copy].body != hex.body_of(mesh.root[t]))
@@ -178,7 +177,7 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
   for (const HexId h : ids<HexId>(hex.hex_count()))
     if (hex.state[h] != HexState::kDead && pieces[h.index()] != hex.piece_count[h])
       return failed(fmt::format("copy {} has {} pieces, not {}", h.value, pieces[h.index()], hex.piece_count[h]));
-  const double volume = volumes.value(), mass = masses.value(), body = prisms.value() * hex.frame.cell_volume();
+  const double volume = volumes.value(), mass = masses.value(), body = prisms.value();
   // Pieces of a triangle are scaled by their plain sum, which loses up to half an epsilon a piece.
   const double tolerance =
       (kVolumeRounding + std::numeric_limits<double>::epsilon() * static_cast<double>(most_pieces)) * body;
@@ -194,7 +193,7 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
     for (const Piece& p : hex.pieces_of(t))
       for (const Piece& q : hex.pieces_of(u)) {
         if (p.cell != q.cell || p.side != 0 || q.side != 0 || p.copy == q.copy) continue;
-        if (!wall_meets_cell(wall, hex.frame.index_of(p.cell))) continue;
+        if (!wall_meets_cell(wall, hex.index_of(p.cell))) continue;
         bool tip_between = false;
         for (TipId tip = hex.first_tip[p.cell]; tip.valid(); tip = hex.tips[tip].next_in_cell)
           for (const CollisionHalfEdge e : hex.tips[tip].along) tip_between = tip_between || e == h || e == g;

@@ -396,8 +396,9 @@ void prism_in_cells(const Prism& prism, const LatticeFrame& frame, std::vector<d
   LatticeIndex lo, size;
   for (int i = 0; i < 3; ++i) {
     const auto a = static_cast<std::size_t>(i);
-    const int last = std::clamp(static_cast<int>(std::ceil(box.max[i])) - 1, 0, frame.count[a] - 1);
-    lo[a] = std::clamp(static_cast<int>(std::floor(box.min[i])), 0, frame.count[a] - 1);
+    const int low = frame.first[a], high = low + frame.count[a] - 1;
+    const int last = std::clamp(static_cast<int>(std::ceil(box.max[i])) - 1, low, high);
+    lo[a] = std::clamp(static_cast<int>(std::floor(box.min[i])), low, high);
     size[a] = std::max(last - lo[a], 0) + 1;
   }
   Tetrahedron tets[3];

@@ -11,7 +11,7 @@ namespace {
 /// the cell next to it that the slit's other side lies in.
 HexId copy_beside(const HexMesh& hex, const TipCell& tip, CollisionTriangle t, int side) {
   if (!t.valid()) return {};
-  const LatticeIndex c = hex.frame.index_of(tip.cell);
+  const LatticeIndex c = hex.index_of(tip.cell);
   HexId best;
   double nearest = HUGE_VAL;
   for (const Piece& p : hex.pieces_of(t)) {
@@ -24,7 +24,7 @@ HexId copy_beside(const HexMesh& hex, const TipCell& tip, CollisionTriangle t, i
       }
     }
     if (p.cell == tip.cell) return p.copy;
-    const LatticeIndex d = hex.frame.index_of(p.cell);
+    const LatticeIndex d = hex.index_of(p.cell);
     const int steps = std::abs(d[0] - c[0]) + std::abs(d[1] - c[1]) + std::abs(d[2] - c[2]);
     if (steps != 1) continue;
     double distance = 0;  // of the face between from the tip: zero if the slit runs in it
@@ -69,10 +69,11 @@ void tip_glue(const HexMesh& hex, std::vector<TipGlue>& out) {
       }
     const PrismCorners& corners = hex.prism_corner[tip.vertex];
     Vec3 line = corners.plus - corners.minus;
+    const Vec3 cell = hex.frame_of(copies.left).cell;
     double most = -1, thickness = 0;
     for (int a = 0; a < 3; ++a) {
-      const double extent = std::fabs(line[a]) * hex.frame.cell[a];
-      if (extent > most) most = extent, thickness = hex.frame.cell[a];
+      const double extent = std::fabs(line[a]) * cell[a];
+      if (extent > most) most = extent, thickness = cell[a];
     }
     const double total = kTipGlue * thickness * (1 - tip.passed) / tip.passed;
     for (std::size_t i = first; i < out.size(); ++i)

@@ -44,7 +44,7 @@ VtuMesh hexahedra_vtu(const Session& session) {
     copy.values.push_back(h.value);
     fill.values.push_back(hex.material[h].fill);
     int number = 0;  // of the copies of this cell that come before this one
-    for (HexId other = hex.first_copy[hex.frame.cell_id(hex.cell[h])]; other.valid(); other = hex.next_in_cell[other])
+    for (HexId other = hex.first_copy[hex.cell_id(hex.cell[h])]; other.valid(); other = hex.next_in_cell[other])
       number += hex.alive(other) && other < h ? 1 : 0;
     branch.values.push_back(number);
   }

@@ -212,7 +212,7 @@ SceneKeys<SceneLattice> scene_keys<SceneLattice>() {
   using T = SceneLattice;
   static const SceneKey keys[] = {
       {"cells", member<&T::cells>(), "", at_least_one(1000), false,
-       "Cells along the three axes, over the whole body. With nothing given a model brings its own lattice, "
+       "Cells along the three axes, over the whole body; each body has cells of its own. With nothing given a model brings its own lattice, "
        "and bodies "
        "from files get cells that fit their thickness. A lattice that would take more memory than --memory allows is refused."},
       {"cell_size", member<&T::cell_size>(), "m", kPositive, false,

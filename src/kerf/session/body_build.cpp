@@ -9,16 +9,18 @@ Result<Body> build_body(CellComplex bound, const SceneLattice& lattice, const st
                         const Progress& progress) {
   auto frame = scene_lattice(lattice, hint, bound.collision);
   if (!frame) return frame.error();
-  const double volume = body_volume(bound);
-  return build_body(std::move(bound), *frame, {{RootId(0), volume, 1}}, progress);
+  LatticeBody body;
+  body.first = RootId(0);
+  body.volume = body_volume(bound);
+  body.frame = *frame;
+  return build_body(std::move(bound), std::vector{body}, progress);
 }
 
-Result<Body> build_body(CellComplex bound, const LatticeFrame& frame, std::vector<LatticeBody> bodies,
-                        const Progress& progress) {
+Result<Body> build_body(CellComplex bound, std::vector<LatticeBody> bodies, const Progress& progress) {
   Body body;
   body.complex = std::move(bound);
   KERF_TRY(progress("hexahedra", 0));
-  auto hex = build_lattice(body.complex.collision, frame, std::move(bodies));
+  auto hex = build_lattice(body.complex.collision, std::move(bodies));
   if (!hex) return hex.error();
   body.hex = std::move(*hex);
   KERF_TRY(progress("hexahedra", 0.5));

@@ -12,8 +12,7 @@
 namespace kerf {
 
 /// Refuses what build_lattice refuses.
-Result<Body> build_body(CellComplex bound, const LatticeFrame& frame, std::vector<LatticeBody> bodies,
-                        const Progress& progress = {});
+Result<Body> build_body(CellComplex bound, std::vector<LatticeBody> bodies, const Progress& progress = {});
 /// One body. hint: the lattice that a model recommends. Refuses what scene_lattice and build_lattice refuse.
 Result<Body> build_body(CellComplex bound, const SceneLattice& lattice, const std::optional<LatticeHint>& hint,
                         const Progress& progress = {});

@@ -14,7 +14,7 @@ MechanicsElement element_of(const HexMesh& hex, const BodyMaterials& materials, 
   MechanicsElement e;
   e.nodes = hex.nodes[id];
   const LatticeIndex c = hex.cell[id];
-  e.material = materials.at(hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5}), hex.material[id].body);
+  e.material = materials.at(hex.frame_at(c).to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5}), hex.material[id].body);
   return e;
 }
 
@@ -45,11 +45,13 @@ std::int32_t BodyMaterials::at(Vec3 rest, std::int32_t body) const {
 Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& material, SceneFormulation formulation,
                                       BodyMaterials& materials, std::span<const SceneBodyMaterial> bodies) {
   MechanicsModel model(
-      hex.frame.cell, hex.frame.axes,
+      hex.bodies[0].frame.cell, hex.bodies[0].frame.axes,
       formulation == SceneFormulation::kPlain ? ElementFormulation::kPlain : ElementFormulation::kIncompatible);
   materials.regions.clear();
   for (const SceneMaterialRegion& region : material.regions) materials.regions.push_back(region.region);
   const SceneBodyMaterial one;
+  for (const LatticeBody& body : std::span(hex.bodies).subspan(1)) model.add_cell({body.frame.cell, body.frame.axes});
+  std::int32_t cell = 0;
   for (const SceneBodyMaterial& body : bodies.empty() ? std::span(&one, 1) : bodies) {
     Material base;
     base.young = body.young.value_or(material.young.value_or(kSceneYoung));
@@ -57,14 +59,15 @@ Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& m
     base.density = body.density.value_or(material.density.value_or(kSceneDensity));
     base.damping_mass = material.damping_mass;
     base.damping_stiffness = material.damping_stiffness;
-    if (auto added = model.add_material(base); !added) return added.error();
+    if (auto added = model.add_material(base, cell); !added) return added.error();
     for (const SceneMaterialRegion& region : material.regions) {
       Material other = base;
       other.young = region.young.value_or(base.young);
       other.poisson = region.poisson.value_or(base.poisson);
       other.density = region.density.value_or(base.density);
-      if (auto added = model.add_material(other); !added) return added.error();
+      if (auto added = model.add_material(other, cell); !added) return added.error();
     }
+    ++cell;
   }
   return model;
 }
@@ -77,7 +80,7 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
   const HexMaterial& m = hex.material[id];
   MechanicsElement element = element_of(hex, materials, id);
   const Material& material = model.materials()[static_cast<std::size_t>(element.material)];
-  const double cell_volume = hex.frame.cell_volume();
+  const double cell_volume = hex.frame_of(id).cell_volume();
   if (m.full) {
     element.young_scale = m.volume / cell_volume;
     std::array<double, 8> masses;
@@ -114,7 +117,8 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
   join_nodes(change, model, state, fade, old);
   for (std::size_t i = state.rotations.size(); i < hex.hex_count(); ++i) {
     const HexId parent = hex.parent[HexId(i)];
-    state.rotations.push_back(parent.valid() && parent.index() < i ? state.rotations[parent.index()] : hex.frame.axes);
+    state.rotations.push_back(parent.valid() && parent.index() < i ? state.rotations[parent.index()]
+                                                                   : hex.frame_of(HexId(i)).axes);
   }
   for (const HexId id : change.dead_copies) KERF_TRY(sync_hex(hex, materials, id, model));
   for (const HexId id : change.changed_copies) KERF_TRY(sync_hex(hex, materials, id, model));
@@ -199,9 +203,8 @@ double deformation_rate(const HexMesh& hex, std::span<const Vec3> velocities, do
     low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
     high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
   }
-  const Vec3 cell = hex.frame.cell;
   // Along each axis the rate is a mean of differences between two nodes over the edge, and no difference is longer than this.
-  if (std::sqrt(3.0) * norm(high - low) < least * std::min({cell.x, cell.y, cell.z})) return 0;
+  if (std::sqrt(3.0) * norm(high - low) < least * shortest_cell_edge(hex)) return 0;
   double most = 0;
   for (const HexId h : ids<HexId>(hex.hex_count())) {
     if (!hex.alive(h)) continue;
@@ -210,6 +213,7 @@ double deformation_rate(const HexMesh& hex, std::span<const Vec3> velocities, do
       const Vec3 v = velocities[hex.nodes[h][static_cast<std::size_t>(c)].index()];
       for (int a = 0; a < 3; ++a) mode[a] += static_cast<double>(corner_sign(c, a)) * v;
     }
+    const Vec3 cell = hex.frame_of(h).cell;
     double square = 0;
     for (int a = 0; a < 3; ++a) square += dot(mode[a], mode[a]) / (16 * cell[a] * cell[a]);
     most = std::max(most, square);
@@ -218,30 +222,36 @@ double deformation_rate(const HexMesh& hex, std::span<const Vec3> velocities, do
 }
 
 void calm_light_nodes(const HexMesh& hex, std::span<const double> masses, double dt, MechanicsState& state) {
-  double total = 0;
-  std::size_t nodes = 0;
-  for (const double m : masses)
-    if (m > 0) {
-      total += m;
-      ++nodes;
+  for (std::size_t b = 0; b < hex.bodies.size(); ++b) {
+    const auto is_its = [&](std::size_t node) {
+      return hex.bodies.size() == 1 || hex.body_at(hex.corner[NodeId(node)]) == static_cast<std::int32_t>(b);
+    };
+    double total = 0;
+    std::size_t nodes = 0;
+    for (std::size_t i = 0; i < masses.size(); ++i)
+      if (masses[i] > 0 && is_its(i)) {
+        total += masses[i];
+        ++nodes;
+      }
+    if (nodes == 0) continue;
+    const double light = kLightNode * total / static_cast<double>(nodes);
+    double fastest = 0;
+    bool any = false;
+    for (std::size_t i = 0; i < masses.size(); ++i) {
+      if (!is_its(i)) continue;
+      if (masses[i] >= light) fastest = std::max(fastest, norm(state.velocities[i]));
+      else any |= masses[i] > 0;
     }
-  if (nodes == 0) return;
-  const double light = kLightNode * total / static_cast<double>(nodes);
-  double fastest = 0;
-  bool any = false;
-  for (std::size_t i = 0; i < masses.size(); ++i) {
-    if (masses[i] >= light) fastest = std::max(fastest, norm(state.velocities[i]));
-    else any |= masses[i] > 0;
-  }
-  if (!any) return;
-  const double cell = std::min({hex.frame.cell.x, hex.frame.cell.y, hex.frame.cell.z});
-  const double limit = kLightSpeed * fastest + 0.01 * cell / dt;
-  for (std::size_t i = 0; i < masses.size(); ++i) {
-    const double speed = norm(state.velocities[i]);
-    if (masses[i] <= 0 || masses[i] >= light || speed <= limit) continue;
-    const Vec3 slower = (limit / speed) * state.velocities[i];
-    state.positions[i] -= dt * (state.velocities[i] - slower);
-    state.velocities[i] = slower;
+    if (!any) continue;
+    const Vec3 size = hex.bodies[b].frame.cell;
+    const double limit = kLightSpeed * fastest + 0.01 * std::min({size.x, size.y, size.z}) / dt;
+    for (std::size_t i = 0; i < masses.size(); ++i) {
+      const double speed = norm(state.velocities[i]);
+      if (masses[i] <= 0 || masses[i] >= light || speed <= limit || !is_its(i)) continue;
+      const Vec3 slower = (limit / speed) * state.velocities[i];
+      state.positions[i] -= dt * (state.velocities[i] - slower);
+      state.velocities[i] = slower;
+    }
   }
 }
 

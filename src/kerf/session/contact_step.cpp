@@ -81,10 +81,18 @@ SurfaceState surface_state(const Body& body, ContactStep& c) {
   c.positions.resize(n);
   c.offsets.resize(n);
   c.predicted.resize(n);
-  const LatticeFrame& frame = body.hex.frame;
-  const Vec3 per_cell{2 / frame.cell.x, 2 / frame.cell.y, 2 / frame.cell.z};
+  std::int32_t whose = -1;  // the body that these are of
+  Mat3 axes;
+  Vec3 per_cell;
   for (const CollisionVertex v : ids<CollisionVertex>(n)) {
-    const Vec3 l = body.embedding.collision_local[v], o = transposed_times(frame.axes, c.surface.offset[v]);
+    const std::int32_t its = body.hex.body_at(body.hex.cell[body.embedding.collision[v]]);
+    if (its != whose) {
+      const LatticeFrame& frame = body.hex.frame_of_body(its);
+      whose = its;
+      axes = frame.axes;
+      per_cell = {2 / frame.cell.x, 2 / frame.cell.y, 2 / frame.cell.z};
+    }
+    const Vec3 l = body.embedding.collision_local[v], o = transposed_times(axes, c.surface.offset[v]);
     const Vec3 d{o.x * per_cell.x, o.y * per_cell.y, o.z * per_cell.z};
     const CornerWeights at = corner_weights(l), plus = corner_weights(l + d), minus = corner_weights(l - d);
     const Lanes lifted[2] = {0.5 * (plus.low - minus.low), 0.5 * (plus.high - minus.high)};
@@ -198,7 +206,7 @@ CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex
   const Vec3 local = body.embedding.collision_local[v];
   CornerWeights w = corner_weights(local);
   if (lift == 0) return w;
-  const LatticeFrame& frame = body.hex.frame;
+  const LatticeFrame& frame = body.hex.frame_of(body.embedding.collision[v]);
   const Vec3 o = transposed_times(frame.axes, c.surface.offset[v]);
   const Vec3 d{2 * o.x / frame.cell.x, 2 * o.y / frame.cell.y, 2 * o.z / frame.cell.z};
   const CornerWeights plus = corner_weights(local + d), minus = corner_weights(local - d);
@@ -362,7 +370,7 @@ Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::st
           folds.vertices, folds.first.x, folds.first.y, folds.first.z, folds.overlap));
   }
   const double radius = c.surface.largest_radius;
-  const Vec3 cell = body.hex.frame.cell;
+  const Vec3 cell = largest_cell(body.hex);
   const double thin = radius > 0 ? std::max({cell.x, cell.y, cell.z}) / (kThinCell * radius) : 1;
   c.set.options.stiffness = scene.contact.stiffness * std::clamp(thin, 1.0, kStiffest);
   c.set.options.passes = scene.contact.passes;

@@ -27,8 +27,8 @@ void for_each_share(const HexMesh& hex, const MechanicsModel& model, NodeId n, F
   const LatticeIndex q = hex.corner[n];
   for (int k = 0; k < 8; ++k) {
     const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
-    if (!hex.frame.contains(c)) continue;
-    for (HexId h = hex.first_copy[hex.frame.cell_id(c)]; h.valid(); h = hex.next_in_cell[h])
+    if (!hex.contains(c)) continue;
+    for (HexId h = hex.first_copy[hex.cell_id(c)]; h.valid(); h = hex.next_in_cell[h])
       if (hex.nodes[h][static_cast<std::size_t>(k)] == n && model.has_element(h))
         f(h, model.element_masses(h)[static_cast<std::size_t>(k)]);
   }

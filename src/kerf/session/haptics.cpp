@@ -34,7 +34,7 @@ HapticModel haptic_model(const Session& session, std::size_t tool, double time) 
   std::vector<HapticContact> contacts;
   for (const Session::ContactState& c : session.contacts())
     if (c.tool == static_cast<std::int32_t>(tool)) contacts.push_back({c.point, c.normal, c.normal_force, c.gap});
-  const Vec3 cell = session.body().hex.frame.cell;
+  const Vec3 cell = largest_cell(session.body().hex);
   const double tissue = kFirmer * session.material().young * std::max({cell.x, cell.y, cell.z});
   reduce_contacts(contacts, tissue, model);
   return model;

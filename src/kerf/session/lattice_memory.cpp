@@ -29,17 +29,25 @@ LatticeMemory lattice_memory(const CollisionMesh& mesh, const LatticeFrame& fram
   return out;
 }
 
-Status check_lattice_memory(const Scene& scene, const CollisionMesh& mesh, const LatticeFrame& frame) {
-  const LatticeMemory need = lattice_memory(mesh, frame, scene.simulation.preconditioner);
+Status check_lattice_memory(const Scene& scene, std::span<const BodyMemory> bodies) {
   const std::uint64_t most = memory_limit();
-  if (need.bytes <= most) return {};
+  std::uint64_t together = 0;
+  const BodyMemory* largest = nullptr;
+  for (const BodyMemory& body : bodies) {
+    together += body.need.bytes;
+    if (largest == nullptr || body.need.bytes > largest->need.bytes) largest = &body;
+  }
+  if (together <= most) return {};
   const bool direct = scene.simulation.preconditioner == ScenePreconditioner::kDirect;
+  const LatticeIndex n = largest->frame.count;
+  const std::string whole =
+      bodies.size() == 1 ? "" : fmt::format(" ({} bodies, {} together)", bodies.size(), bytes_text(together));
   return at_line(
       scene, scene.lattice.line,
       bad_input(fmt::format(
-          "[lattice]: {} x {} x {} cells, about {} of them with material, would take about {} of memory{}, and {} are the most "
+          "[lattice]: {} x {} x {} cells, about {} of them with material, would take about {} of memory{}{}, and {} are the most "
           "({}); give fewer or larger cells{}, or allow more with --memory",
-          frame.count[0], frame.count[1], frame.count[2], need.hexahedra, bytes_text(need.bytes),
+          n[0], n[1], n[2], largest->need.hexahedra, bytes_text(largest->need.bytes), whole,
           direct ? " with preconditioner \"direct\"" : "", bytes_text(most),
           memory_limit_is_given() ? "--memory" : "half of what is free", direct ? " or another preconditioner" : "")));
 }

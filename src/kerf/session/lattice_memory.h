@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "kerf/base/result.h"
 #include "kerf/lattice/lattice_frame.h"
@@ -19,7 +20,13 @@ struct LatticeMemory {
 /// An estimate, up to twice too much for bodies of one layer that lie in lattice planes. Cost: linear in collision triangles.
 LatticeMemory lattice_memory(const CollisionMesh& mesh, const LatticeFrame& frame, ScenePreconditioner preconditioner);
 
-/// Bad input where that is more than memory_limit(), with line, numbers and the way out.
-Status check_lattice_memory(const Scene& scene, const CollisionMesh& mesh, const LatticeFrame& frame);
+struct BodyMemory {
+  LatticeFrame frame;
+  LatticeMemory need;
+};
+
+/// Bad input where the bodies need more than memory_limit() together, with line, the numbers of the one that needs most, and the way
+/// out.
+Status check_lattice_memory(const Scene& scene, std::span<const BodyMemory> bodies);
 
 }  // namespace kerf

@@ -128,10 +128,11 @@ void evaluate_render_surface(const RenderSurface& surface, const VisualMesh& mes
                              std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
   positions.resize(surface.size());
   normals.resize(surface.size());
-  const Vec3 half{2 / hex.frame.cell.x, 2 / hex.frame.cell.y, 2 / hex.frame.cell.z};
   for (std::size_t i = 0; i < surface.size(); ++i) {
     const VisualVertex v = surface.vertex[RenderVertex(i)];
     const HexId copy = embedding.visual[v];
+    const LatticeFrame& frame = hex.frame_of(copy);
+    const Vec3 half{2 / frame.cell.x, 2 / frame.cell.y, 2 / frame.cell.z};
     const Vec3 q = hex.local(copy, mesh.rest[v]);
     Vec3 p, gx, gy, gz;
     for (int c = 0; c < 8; ++c) {
@@ -145,7 +146,7 @@ void evaluate_render_surface(const RenderSurface& surface, const VisualMesh& mes
     }
     positions[i] = to_float(p);
     // The rest normal in lattice axes, then the cofactor of the gradient taken along them.
-    const Vec3 n = transposed_times(hex.frame.axes, to_double(surface.normal[RenderVertex(i)]));
+    const Vec3 n = transposed_times(frame.axes, to_double(surface.normal[RenderVertex(i)]));
     normals[i] = to_float(normalized(n.x * cross(gy, gz) + n.y * cross(gz, gx) + n.z * cross(gx, gy)));
   }
 }

@@ -8,13 +8,14 @@
 #include "kerf/base/result.h"
 #include "kerf/lattice/lattice_build.h"
 #include "kerf/scene/scene.h"
+#include "kerf/session/lattice_memory.h"
 
 namespace kerf {
 
 struct SceneBodies {
   CellComplex complex;                       ///< of all of them, at their places
-  LatticeFrame frame;                        ///< one lattice for all
-  std::vector<LatticeBody> bodies;           ///< where each begins, and its volume
+  std::vector<LatticeBody> bodies;           ///< where each begins, its volume and its cells
+  std::vector<BodyMemory> memory;            ///< what the cells of each will take
   std::vector<SceneBodyMaterial> materials;  ///< of each, complete
   std::vector<std::string> notes;            ///< repairs and warnings, one sentence each
 };
@@ -22,12 +23,11 @@ struct SceneBodies {
 /// How messages call the body of this number, from 0: by its name, or "body 2 (steak)".
 std::string body_name(const Scene& scene, std::size_t number);
 
-/// Bad input: what load_scene_body and scene_lattice refuse; closed bodies beside open sheets; a lattice that would take more than
-/// memory_limit().
+/// Bad input: what load_scene_body and scene_lattice refuse; closed bodies beside open sheets; cells that would take more than
+/// memory_limit(), all bodies together.
 ///
-/// The lattice of one body is the one that it would have at the origin, moved along. Several share one: that of the first
-/// body, with the least cell of all along each axis, enlarged to hold them all. The notes say when a body gets cells much
-/// finer than it would have alone.
+/// Each body has the cells that it would have alone: at the origin, moved along with it; where [lattice] says how large they are
+/// or where they lie, around the body at its place.
 Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progress = {});
 
 }  // namespace kerf

@@ -109,7 +109,7 @@ Status Session::Impl::prepare(const Progress& progress) {
   auto loaded = load_scene_bodies(scene, progress);
   if (!loaded) return loaded.error();
   notes = std::move(loaded->notes);
-  auto body = build_body(std::move(loaded->complex), loaded->frame, std::move(loaded->bodies), progress);
+  auto body = build_body(std::move(loaded->complex), std::move(loaded->bodies), progress);
   if (!body) return body.error();
   state.body = std::move(*body);
   cut_options = kerf::cut_options(scene);
@@ -130,8 +130,8 @@ Status Session::Impl::prepare(const Progress& progress) {
       return at_line(scene, scene.lesion->line,
                      bad_input("[lesion] marks nothing of the body (rest coordinates, metres); move it onto the body"));
   }
-  const LatticeFrame& frame = state.body.hex.frame;
-  size = norm(Vec3{frame.cell.x * frame.count[0], frame.cell.y * frame.count[1], frame.cell.z * frame.count[2]});
+  size = 0;
+  for (const LatticeBody& b : state.body.hex.bodies) size = std::max(size, norm(b.frame.size()));
 
   auto model =
       make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded->materials);
@@ -383,10 +383,11 @@ Status Session::validate() const {
   for (std::size_t i = 0; i < hex.bodies.size(); ++i)
     whole += model.materials()[s.state.materials.of(static_cast<std::int32_t>(i))].density * hex.bodies[i].volume;
   // What is left after removals may weigh less than the rounding of what was there.
-  const LatticeFrame& frame = hex.frame;
   double densest = 0;
   for (const Material& m : model.materials()) densest = std::max(densest, m.density);
-  const double rounding = 1e-13 * densest * frame.cell_volume() * frame.count[0] * frame.count[1] * frame.count[2];
+  double boxes = 0;
+  for (const LatticeBody& b : hex.bodies) boxes += b.frame.size().x * b.frame.size().y * b.frame.size().z;
+  const double rounding = 1e-13 * densest * boxes;
   if (s.state.materials.regions.empty() && std::abs(mass - whole) > std::max(1e-9 * whole, rounding))
     return failed(fmt::format("the hexahedra weigh {} kg, the body {} kg", mass, whole));
   if (s.state.mechanics.positions.size() != hex.node_count() || s.state.mechanics.rotations.size() != hex.hex_count())

@@ -14,7 +14,10 @@ namespace {
 /// cap at which springs begin to hurt the solver.
 constexpr double kGraspStiffness = 2;
 
-double least_cell_edge(const HexMesh& hex) { return std::min({hex.frame.cell.x, hex.frame.cell.y, hex.frame.cell.z}); }
+double least_cell_edge(const HexMesh& hex, HexId copy) {
+  const Vec3 cell = hex.frame_of(copy).cell;
+  return std::min({cell.x, cell.y, cell.z});
+}
 
 /// Is it what there is of the body that decides whether this can be done?
 bool depends_on_the_body(const SceneCommand& command) {
@@ -130,8 +133,8 @@ Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> p
   for (const CollisionVertex v : g.points) g.offset.push_back(now(v) - g.centre);
   g.from = g.to = g.centre;
   g.move_began = state.time;
-  const double per_point =
-      kGraspStiffness * young_at(state.body.embedding.collision[g.points[0]]) * least_cell_edge(state.body.hex);
+  const HexId held = state.body.embedding.collision[g.points[0]];
+  const double per_point = kGraspStiffness * young_at(held) * least_cell_edge(state.body.hex, held);
   g.stiffness = stiffness ? *stiffness / static_cast<double>(g.points.size()) : per_point;
   std::erase(state.lost_grasps, id);
   state.grasps.push_back(std::move(g));

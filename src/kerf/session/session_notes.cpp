@@ -65,10 +65,10 @@ void Session::Impl::note_idle_parts() {
     bool covers = false;
     for (const HexId h : ids<HexId>(hex.hex_count())) {
       const LatticeIndex c = hex.cell[h];
-      covers =
-          covers || (hex.alive(h) && regions[i].contains(hex.frame.to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5})));
+      covers = covers ||
+               (hex.alive(h) && regions[i].contains(hex.frame_at(c).to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5})));
     }
-    const Vec3 cell = hex.frame.cell;
+    const Vec3 cell = largest_cell(hex);
     const std::string name = fmt::format("{}[[material.region]] number {}", scene_place(scene, regions[i].line), i + 1);
     add_note(
         covers

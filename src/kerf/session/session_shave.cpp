@@ -115,7 +115,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
     state.measures.collision_area += pass.collision_area;
     for (const CollisionVertex v : pass.collision_vertices)
       if (v.index() < body.hex.prism_corner.size())
-        body.hex.prism_corner.set(v, corners_of(body.complex.collision, body.hex.frame, v));
+        body.hex.prism_corner.set(v, corners_of(body.complex.collision, body.hex, v));
     for (const auto& [root, change] : pass.prisms) {
       LatticeBody& owner = body.hex.bodies[static_cast<std::size_t>(body.hex.body_of(root))];
       owner.volume += owner.scale * change;

@@ -329,9 +329,9 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   const std::vector<HexId> touched = written_copies(body, mark, copies.size);
   // The twins of the provisional tip go; when it is walked again its material takes up its motion where it left it.
   remembered_cells.clear();
-  for (const HexId id : touched) remembered_cells.push_back(body.hex.frame.cell_id(body.hex.cell[id]));
+  for (const HexId id : touched) remembered_cells.push_back(body.hex.cell_id(body.hex.cell[id]));
   for (std::size_t i = copies.size; i < body.hex.hex_count(); ++i)
-    remembered_cells.push_back(body.hex.frame.cell_id(body.hex.cell[HexId(i)]));
+    remembered_cells.push_back(body.hex.cell_id(body.hex.cell[HexId(i)]));
   remember_cells(body.hex, state.mechanics, state.fade.nodes, remembered_cells, remembered);
 
   const auto remove = [&](HexId id) {

@@ -113,9 +113,9 @@ class Rememberer {
     const LatticeIndex q = body_.hex.corner[n];
     for (int k = 0; k < 8; ++k) {
       const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
-      if (!body_.hex.frame.contains(c)) continue;
+      if (!body_.hex.contains(c)) continue;
       const auto corner = static_cast<std::size_t>(k);
-      for (HexId h = body_.hex.first_copy[body_.hex.frame.cell_id(c)]; h.valid(); h = body_.hex.next_in_cell[h])
+      for (HexId h = body_.hex.first_copy[body_.hex.cell_id(c)]; h.valid(); h = body_.hex.next_in_cell[h])
         if (h.index() < old_copies && body_.hex.alive(h) && body_.hex.nodes[h][corner] == n) f(h, corner);
     }
   }
@@ -215,7 +215,7 @@ class Holder {
     m_.cells.clear();
     for (std::size_t i = 0; i < m_.queue.size(); ++i) {
       const HexId h = m_.queue[i];
-      m_.cells.push_back(body_.hex.frame.cell_id(body_.hex.cell[h]));
+      m_.cells.push_back(body_.hex.cell_id(body_.hex.cell[h]));
       for (HexId g = body_.hex.first_guest[h]; g.valid(); g = body_.hex.next_guest[g]) m_.queue.push_back(g);
     }
     std::sort(m_.cells.begin(), m_.cells.end());
@@ -261,8 +261,8 @@ class Holder {
         last_alike = copy == was.copy ? was.same : shown_alike(was, copy);
       }
       if (last_alike) continue;
-      const std::array<double, 8> then = trilinear_weights(local_in(body_.hex.frame, was.cell, v.rest));
-      const std::array<double, 8> now = trilinear_weights(local_in(body_.hex.frame, body_.hex.cell[copy], v.rest));
+      const std::array<double, 8> then = trilinear_weights(local_in(body_.hex.frame_at(was.cell), was.cell, v.rest));
+      const std::array<double, 8> now = trilinear_weights(body_.hex.local(copy, v.rest));
       Vec3 then_at{}, then_moving{}, at{}, moving{};
       for (std::size_t c = 0; c < 8; ++c) {
         const NodeId n = body_.hex.nodes[copy][c];

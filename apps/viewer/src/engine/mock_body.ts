@@ -1,6 +1,7 @@
 // A made-up body for the mock engine: a slab of shape-matched cells that can be cut along straight lines. It only has to
 // send what a real engine sends; the real methods are in the library.
 import { ShapeUtils, Vector2 } from 'three';
+import { makeFrame } from './frames';
 import { kNoNode, type Body, type Overlay, type Patch, type TriangleChange, type Vec3 } from './protocol';
 
 export interface MockOptions {
@@ -524,9 +525,7 @@ export class MockBody {
       type: 'body',
       body: 1,
       version: t.version,
-      origin: new Float32Array(this.origin),
-      axes: new Float32Array([1, 0, 0, 0, 1, 0, 0, 0, 1]),
-      cellSize: new Float32Array([h, h, 1.1 * h]),
+      frames: makeFrame(this.origin, [1, 0, 0, 0, 1, 0, 0, 0, 1], [h, h, 1.1 * h]),
       rest: new Float32Array(s.rest),
       normal: packNormals(s.normal),
       copy: new Uint32Array(s.copy),

@@ -1,7 +1,9 @@
-// Messages between page and engine, protocol version 6: docs/protocol.md.
+// Messages between page and engine, protocol version 7: docs/protocol.md.
 // Decoded messages hold views on the received buffer: copy what is kept.
 
-export const kProtocolVersion = 6;
+import { cellSize, kFrameFloats } from './frames';
+
+export const kProtocolVersion = 7;
 export const kHeaderBytes = 8;
 export const kMaxToolSamples = 1000; // 64 bytes each: stays below 64 KiB
 export const kUploadChunkBytes = 48 * 1024;
@@ -93,9 +95,8 @@ export interface Body {
   type: 'body';
   body: number;
   version: number;
-  origin: Float32Array;
-  axes: Float32Array;
-  cellSize: Float32Array;
+  /** Per body the place of its cells: kFrameFloats numbers, see frames.ts. */
+  frames: Float32Array;
   rest: Float32Array;
   normal: Int16Array;
   copy: Uint32Array;
@@ -494,18 +495,16 @@ function readBody(r: Reader): Body {
     nc = r.u32(),
     nn = r.u32();
   const nfade = r.u32(),
-    origin = r.f32s(3);
+    nb = r.u32();
   r.u32();
-  const axes = r.f32s(9),
-    cellSize = r.f32s(3);
-  if (cellSize.some((s) => !(s > 0))) throw new ProtocolError('cell size is not positive');
+  const frames = r.f32s(kFrameFloats * nb);
+  for (let b = 0; b < nb; b++)
+    if (cellSize(frames, b).some((s) => !(s > 0))) throw new ProtocolError('cell size is not positive');
   const m: Body = {
     type: 'body',
     body,
     version,
-    origin,
-    axes,
-    cellSize,
+    frames,
     rest: r.f32s(3 * nv),
     normal: r.i16s(4 * nv),
     copy: r.u32s(nv),
@@ -521,7 +520,13 @@ function readBody(r: Reader): Body {
   checkBelow(m.skin, nv, 'vertex of skin triangle');
   checkBelow(m.wall, nv, 'vertex of wall triangle');
   checkCopies(m.copies, nn);
+  checkFrames(m.cells, nb);
   return m;
+}
+
+function checkFrames(cells: Int16Array, frames: number): void {
+  for (let i = 3; i < cells.length; i += 4)
+    if (cells[i]! < 0 || cells[i]! >= frames) throw new ProtocolError(`frame of cell ${(i - 3) / 4} is ${cells[i]}`);
 }
 
 function readFading(r: Reader, n: number): Fading {
@@ -1017,6 +1022,7 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
     }
     case 'body': {
       const arrays = [
+        m.frames,
         m.rest,
         m.normal,
         m.copy,
@@ -1028,21 +1034,18 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
         m.fading.ids,
         m.fading.offsets,
       ];
-      const w = new Writer(MessageType.Body, 96 + sizeOf(arrays))
-        .u32(
-          m.body,
-          m.version,
-          m.copy.length,
-          m.skin.length / 3,
-          m.wall.length / 3,
-          m.copies.length / 8,
-          m.nodes.length / 3,
-          m.fading.ids.length,
-        )
-        .f32(...m.origin)
-        .u32(0)
-        .f32(...m.axes)
-        .f32(...m.cellSize);
+      const w = new Writer(MessageType.Body, 40 + sizeOf(arrays)).u32(
+        m.body,
+        m.version,
+        m.copy.length,
+        m.skin.length / 3,
+        m.wall.length / 3,
+        m.copies.length / 8,
+        m.nodes.length / 3,
+        m.fading.ids.length,
+        m.frames.length / kFrameFloats,
+        0,
+      );
       for (const a of arrays) w.array(a);
       return w.finish();
     }

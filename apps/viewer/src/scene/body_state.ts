@@ -30,9 +30,7 @@ export interface PatchEffect {
 export class BodyState {
   readonly body: number;
   version: number;
-  readonly origin: Float32Array;
-  readonly axes: Float32Array;
-  readonly cellSize: Float32Array;
+  readonly frames: Float32Array;
   nv = 0;
   ns = 0;
   nw = 0;
@@ -53,9 +51,7 @@ export class BodyState {
   constructor(b: Body) {
     this.body = b.body;
     this.version = b.version;
-    this.origin = b.origin.slice();
-    this.axes = b.axes.slice();
-    this.cellSize = b.cellSize.slice();
+    this.frames = b.frames.slice();
     this.nv = b.copy.length;
     this.ns = b.skin.length / 3;
     this.nw = b.wall.length / 3;

@@ -1,25 +1,26 @@
 // The poses of all cell copies, in textures that every skinned material reads.
-import { DataTexture, FloatType, Matrix3, NearestFilter, RGBAFormat, Vector3 } from 'three';
+import { DataTexture, FloatType, NearestFilter, RGBAFormat } from 'three';
 import type { BodyState } from './body_state';
 import type { Uniforms } from './materials';
+import { cellSize, frameAxes, frameOrigin, kFrameFloats } from '../engine/frames';
 import { NormalScratch, fillMarks, fillNormals, fillPose, kTextureWidth, normalRows, poseRows } from './skinning';
 
-function makeTexture(rows: number): DataTexture {
-  const t = new DataTexture(new Float32Array(4 * kTextureWidth * rows), kTextureWidth, rows, RGBAFormat, FloatType);
+function makeTexture(rows: number, width = kTextureWidth): DataTexture {
+  const t = new DataTexture(new Float32Array(4 * width * rows), width, rows, RGBAFormat, FloatType);
   t.minFilter = t.magFilter = NearestFilter;
   t.generateMipmaps = false;
   t.needsUpdate = true;
   return t;
 }
 
+/** Per frame: the rows of the map from metres to cells, (x, y, z, 1) each. */
+const kFrameTexels = 3;
+
 export class CellTextures {
   readonly uniforms: Uniforms = {
     uPose: { value: makeTexture(1) },
     uNormals: { value: makeTexture(1) },
-    uOrigin: { value: new Vector3() },
-    uToCells: { value: new Matrix3() },
-    uToAxes: { value: new Matrix3() },
-    uInverseSize: { value: new Vector3(1, 1, 1) },
+    uFrames: { value: makeTexture(1, kFrameTexels) },
     uTextureScaleV: { value: 1 },
   };
   smooth = true;
@@ -35,23 +36,22 @@ export class CellTextures {
   }
 
   setBody(b: BodyState): void {
-    const u = this.uniforms,
-      a = b.axes,
-      s = b.cellSize;
-    (u.uOrigin!.value as Vector3).fromArray(b.origin);
-    (u.uToAxes!.value as Matrix3).set(a[0]!, a[1]!, a[2]!, a[3]!, a[4]!, a[5]!, a[6]!, a[7]!, a[8]!);
-    (u.uToCells!.value as Matrix3).set(
-      a[0]! / s[0]!,
-      a[1]! / s[0]!,
-      a[2]! / s[0]!,
-      a[3]! / s[1]!,
-      a[4]! / s[1]!,
-      a[5]! / s[1]!,
-      a[6]! / s[2]!,
-      a[7]! / s[2]!,
-      a[8]! / s[2]!,
-    );
-    (u.uInverseSize!.value as Vector3).set(1 / s[0]!, 1 / s[1]!, 1 / s[2]!);
+    const count = b.frames.length / kFrameFloats;
+    this.texture('uFrames').dispose();
+    const table = makeTexture(count, kFrameTexels),
+      out = table.image.data as Float32Array;
+    for (let f = 0; f < count; f++) {
+      const o = frameOrigin(b.frames, f),
+        axes = frameAxes(b.frames, f),
+        size = cellSize(b.frames, f);
+      for (let i = 0; i < kFrameTexels; i++) {
+        const row = [0, 1, 2].map((k) => axes[3 * i + k]! / size[i]!),
+          at = 4 * (kFrameTexels * f + i);
+        out.set(row, at);
+        out[at + 3] = -(row[0]! * o[0]! + row[1]! * o[1]! + row[2]! * o[2]!);
+      }
+    }
+    this.uniforms.uFrames!.value = table;
     this.update(b);
   }
 

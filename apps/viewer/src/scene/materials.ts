@@ -122,7 +122,7 @@ export function patchSkinning(
         'vec3 objectNormal = kNrm;\n#ifdef USE_TANGENT\n\tvec3 objectTangent = tangent.xyz;\n#endif',
       )
       .replace('#include <begin_vertex>', 'vec3 transformed = kPos;')
-      .replace('uniform vec3 uOrigin;', 'uniform vec3 uOrigin;\nuniform float uTextureScaleV;');
+      .replace('uniform highp sampler2D uFrames;', 'uniform highp sampler2D uFrames;\nuniform float uTextureScaleV;');
     patch?.(shader);
   };
   material.customProgramCacheKey = () => `kerf-${key}-${defines.join('-')}`;

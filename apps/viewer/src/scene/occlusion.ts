@@ -132,7 +132,7 @@ function cornersNow(s: BodyState, pose: Float32Array, every: number, lo: Vector3
       for (let c = 0; c < 3; c++, o += 3) {
         const v = index[3 * t + c]!,
           p = 32 * s.copy[v]!;
-        const q = latticeCoordinates(s, s.rest[3 * v]!, s.rest[3 * v + 1]!, s.rest[3 * v + 2]!);
+        const q = latticeCoordinates(s, pose[p + 19]!, s.rest[3 * v]!, s.rest[3 * v + 1]!, s.rest[3 * v + 2]!);
         const x = q[0] - pose[p + 3]!,
           y = q[1] - pose[p + 7]!,
           z = q[2] - pose[p + 11]!;

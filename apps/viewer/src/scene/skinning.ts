@@ -9,17 +9,17 @@
 // Normals follow cof(F). Taken cell by cell, cof(F) jumps where cells meet and draws an edge into the shading, so it is
 // averaged at the nodes over the copies that share them and interpolated; twin nodes of a cut keep it sharp there.
 
+import { cellSize, frameAxes, frameOrigin } from '../engine/frames';
+
 export const kTextureWidth = 512; // texels
 export const kPoseTexels = 8; // per copy
 export const kNormalTexels = 24; // per copy
 export const kPosePerRow = 64; // copies: 64 x 8 = 512 texels
 export const kNormalPerRow = 21; // copies: 21 x 24 = 504 texels
 
-/** The lattice of a body and the copies of its cells, as BodyState has them. */
+/** The bodies' cells and their copies, as BodyState has them. */
 export interface CellData {
-  origin: Float32Array;
-  axes: Float32Array;
-  cellSize: Float32Array;
+  frames: Float32Array;
   nc: number;
   nn: number;
   copies: Uint32Array;
@@ -68,10 +68,11 @@ function writePose(d: CellData, c: number, out: Float32Array, at: number): boole
     out[o + 28] = nodes[n7 + i]! - a - e - f - g - xy - yz - xz;
   }
   for (let k = 0; k < 3; k++) out[at + 4 * k + 3] = d.cells[4 * c + k]!;
+  out[at + 19] = d.cells[4 * c + 3]!;
   return true;
 }
 
-/** Fills the pose texture: copy c at texels (c % 64) * 8 .. + 7 of row c / 64; w of T0..T2 is the cell's (i, j, k). */
+/** Fills the pose texture: copy c at texels (c % 64) * 8 .. + 7 of row c / 64; w of T0..T2 is the cell's (i, j, k), of T4 its frame. */
 export function fillPose(d: CellData, out: Float32Array): void {
   for (let c = 0; c < d.nc; c++) writePose(d, c, out, 32 * c);
 }
@@ -99,11 +100,19 @@ export function fillNormals(d: CellData, pose: Float32Array, out: Float32Array, 
   if (scratch.sum.length < 9 * d.nn) scratch.sum = new Float64Array(9 * d.nn * 2);
   const sum = scratch.sum;
   sum.fill(0, 0, 9 * d.nn);
-  const sx = 1 / d.cellSize[0]!,
-    sy = 1 / d.cellSize[1]!,
-    sz = 1 / d.cellSize[2]!;
+  let whose = -1,
+    sx = 1,
+    sy = 1,
+    sz = 1;
   for (let c = 0; c < d.nc; c++) {
     if (d.copies[8 * c]! >= d.nn) continue;
+    if (d.cells[4 * c + 3] !== whose) {
+      whose = d.cells[4 * c + 3]!;
+      const s = cellSize(d.frames, whose);
+      sx = 1 / s[0]!;
+      sy = 1 / s[1]!;
+      sz = 1 / s[2]!;
+    }
     const o = 32 * c;
     for (let k = 0; k < 8; k++) {
       const x = k & 1,
@@ -167,7 +176,7 @@ export function skinPoint(
   y: number,
   z: number,
 ): [number, number, number] {
-  const q = latticeCoordinates(d, x, y, z),
+  const q = latticeCoordinates(d, d.cells[4 * c + 3]!, x, y, z),
     o = 32 * c;
   const u = q[0] - pose[o + 3]!,
     v = q[1] - pose[o + 7]!,
@@ -184,13 +193,20 @@ export function skinPoint(
   return [at(0), at(1), at(2)];
 }
 
-/** Rest position in units of cells along the lattice's axes. */
-export function latticeCoordinates(d: CellData, x: number, y: number, z: number): [number, number, number] {
-  const rx = x - d.origin[0]!,
-    ry = y - d.origin[1]!,
-    rz = z - d.origin[2]!,
-    a = d.axes,
-    s = d.cellSize;
+/** Rest position in units of a frame's cells along its axes. */
+export function latticeCoordinates(
+  d: CellData,
+  frame: number,
+  x: number,
+  y: number,
+  z: number,
+): [number, number, number] {
+  const o = frameOrigin(d.frames, frame),
+    rx = x - o[0]!,
+    ry = y - o[1]!,
+    rz = z - o[2]!,
+    a = frameAxes(d.frames, frame),
+    s = cellSize(d.frames, frame);
   return [
     (a[0]! * rx + a[1]! * ry + a[2]! * rz) / s[0]!,
     (a[3]! * rx + a[4]! * ry + a[5]! * rz) / s[1]!,
@@ -204,10 +220,7 @@ uniform highp sampler2D uPose;
 #ifdef KERF_SMOOTH
 uniform highp sampler2D uNormals;
 #endif
-uniform vec3 uOrigin;
-uniform mat3 uToCells;
-uniform mat3 uToAxes;
-uniform vec3 uInverseSize;
+uniform highp sampler2D uFrames;
 in uint copyId;
 in vec3 kOffset;
 vec3 kPos, kNrm;
@@ -218,7 +231,9 @@ void kSkinAs(uint copy, vec3 r, vec3 n) {
   vec4 t3 = texelFetch(uPose, p + ivec2(3, 0), 0), t4 = texelFetch(uPose, p + ivec2(4, 0), 0);
   vec4 t5 = texelFetch(uPose, p + ivec2(5, 0), 0), t6 = texelFetch(uPose, p + ivec2(6, 0), 0);
   vec4 t7 = texelFetch(uPose, p + ivec2(7, 0), 0);
-  vec3 q = uToCells * (r - uOrigin) - vec3(t0.w, t1.w, t2.w);
+  int frame = int(t4.w);
+  vec4 f0 = texelFetch(uFrames, ivec2(0, frame), 0), f1 = texelFetch(uFrames, ivec2(1, frame), 0), f2 = texelFetch(uFrames, ivec2(2, frame), 0);
+  vec3 q = vec3(dot(f0.xyz, r) + f0.w, dot(f1.xyz, r) + f1.w, dot(f2.xyz, r) + f2.w) - vec3(t0.w, t1.w, t2.w);
   kPos = t0.xyz + t1.xyz * q.x + t2.xyz * q.y + t3.xyz * q.z + t4.xyz * (q.x * q.y) + t5.xyz * (q.y * q.z)
        + t6.xyz * (q.x * q.z) + t7.xyz * (q.x * q.y * q.z);
   int marks = int(t3.w);
@@ -227,7 +242,8 @@ void kSkinAs(uint copy, vec3 r, vec3 n) {
     vec3 f = clamp(q, 0.0, 1.0);
     if ((marks & 1) != 0) kMarked += ((k & 1) == 0 ? 1.0 - f.x : f.x) * ((k & 2) == 0 ? 1.0 - f.y : f.y) * ((k & 4) == 0 ? 1.0 - f.z : f.z);
   }
-  vec3 m = uToAxes * n;
+  vec3 inverseSize = vec3(length(f0.xyz), length(f1.xyz), length(f2.xyz));
+  vec3 m = vec3(dot(f0.xyz, n), dot(f1.xyz, n), dot(f2.xyz, n)) / inverseSize;
 #ifdef KERF_SMOOTH
   int row = int(copy) / ${kNormalPerRow};
   ivec2 g = ivec2((int(copy) - row * ${kNormalPerRow}) * ${kNormalTexels}, row);
@@ -240,9 +256,9 @@ void kSkinAs(uint copy, vec3 r, vec3 n) {
                + texelFetch(uNormals, h + ivec2(2, 0), 0).xyz * m.z);
   }
 #else
-  vec3 a = (t1.xyz + t4.xyz * q.y + t6.xyz * q.z + t7.xyz * (q.y * q.z)) * uInverseSize.x;
-  vec3 b = (t2.xyz + t4.xyz * q.x + t5.xyz * q.z + t7.xyz * (q.x * q.z)) * uInverseSize.y;
-  vec3 c = (t3.xyz + t5.xyz * q.y + t6.xyz * q.x + t7.xyz * (q.x * q.y)) * uInverseSize.z;
+  vec3 a = (t1.xyz + t4.xyz * q.y + t6.xyz * q.z + t7.xyz * (q.y * q.z)) * inverseSize.x;
+  vec3 b = (t2.xyz + t4.xyz * q.x + t5.xyz * q.z + t7.xyz * (q.x * q.z)) * inverseSize.y;
+  vec3 c = (t3.xyz + t5.xyz * q.y + t6.xyz * q.x + t7.xyz * (q.x * q.y)) * inverseSize.z;
   kNrm = cross(b, c) * m.x + cross(c, a) * m.y + cross(a, b) * m.z;
 #endif
 }

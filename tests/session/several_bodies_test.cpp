@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
+#include "kerf/base/random.h"
 #include "kerf/base/rigid_place.h"
 #include "kerf/contact/depth.h"
 #include "kerf/session/session.h"
@@ -264,6 +266,46 @@ TEST(SeveralBodies, OfUnlikeSizesAreCutAsAlone) {
     EXPECT_EQ(together.counts().pieces - before.pieces, alone.counts().pieces - whole.pieces) << bodies[which].model;
     EXPECT_EQ(together.counts().hexahedra - before.hexahedra, alone.counts().hexahedra - whole.hexahedra);
     EXPECT_EQ(together.counts().nodes - before.nodes, alone.counts().nodes - whole.nodes);
+  }
+}
+
+TEST(SeveralBodies, ACoarseOneBesideMakesCutsOfAFineOneNoCoarser) {
+  const std::vector<SceneBody> bodies = unlike_bodies();
+  Scene scene = scene_of(bodies);
+  scene.simulation.gravity = {};
+  Session together = make(scene), alone = make(alone_of(scene, bodies[1]));
+  EXPECT_EQ(together.body().complex.mean_root_edge, alone.body().complex.mean_root_edge);
+  const RigidPlace place{bodies[1].position, turn(bodies[1].rotation)};
+  const auto clean = together.snapshot(), clean_alone = alone.snapshot();
+  const BodyCounts before = together.counts(), whole = alone.counts();
+  for (int k = 0; k < 30; ++k) {
+    Random random(static_cast<std::uint64_t>(k) + 1);
+    // Two wavy strokes across.
+    std::vector<std::pair<Vec3, Vec3>> edges;
+    for (int stroke = 0; stroke < 2; ++stroke) {
+      const double a = random.uniform(0, 2 * M_PI), b = a + M_PI + random.uniform(-1, 1),
+                   wave = random.uniform(0, 0.005);
+      for (int i = 0; i <= 20; ++i) {
+        const double t = i / 20.0;
+        const Vec3 p = 0.03 * ((1 - t) * Vec3{std::cos(a), std::sin(a), 0} + t * Vec3{std::cos(b), std::sin(b), 0}) +
+                       wave * std::sin(6 * t) * Vec3{-std::sin(a), std::cos(a), 0};
+        edges.emplace_back(place.to_world(p + Vec3{0, 0, 0.02}), place.to_world(p - Vec3{0, 0, 0.02}));
+      }
+    }
+    for (Session* session : {&together, &alone})
+      for (std::size_t stroke = 0; stroke < 2; ++stroke) {
+        ASSERT_TRUE(session->begin_stroke(SceneFrame::kRest, true).ok());
+        for (std::size_t i = 0; i < 21; ++i)
+          ASSERT_TRUE(session->move_blade(edges[21 * stroke + i].first, edges[21 * stroke + i].second).ok());
+        ASSERT_TRUE(session->end_stroke().ok());
+      }
+    expect_valid(together);
+    EXPECT_EQ(together.counts().pieces - before.pieces, alone.counts().pieces - whole.pieces) << k;
+    EXPECT_EQ(together.counts().collision_triangles - before.collision_triangles,
+              alone.counts().collision_triangles - whole.collision_triangles)
+        << k;
+    together.restore(clean);
+    alone.restore(clean_alone);
   }
 }
 

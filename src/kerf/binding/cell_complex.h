@@ -130,7 +130,7 @@ struct CellComplex {
   Journaled<WallId, PoolRun> wall_inner;  ///< inner visual vertices of the wall (not on chains or lines), any order
   Journaled<PoolIndex, VisualVertex> wall_pool;
   bool closed = false;        ///< the visual mesh has two sides
-  double mean_root_edge = 0;  ///< metres; the unit of all cutting tolerances
+  double mean_root_edge = 0;  ///< metres; the unit of all cutting tolerances. Of several bodies: the least of theirs
 
   // Copies and moves are compiled once, in cell_complex.cpp.
   CellComplex();

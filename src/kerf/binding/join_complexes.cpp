@@ -43,13 +43,6 @@ void append(const Array& part, Array& whole) {
   append(part, whole, [](const auto& item) { return item; });
 }
 
-std::size_t edge_count(const CollisionMesh& mesh) {
-  std::size_t n = 0;
-  for (const CollisionHalfEdge h : ids<CollisionHalfEdge>(mesh.half_edge_count()))
-    if (!mesh.twin[h].valid() || h < mesh.twin[h]) ++n;
-  return n;
-}
-
 }  // namespace
 
 void place_complex(const RigidPlace& place, CellComplex& complex) {
@@ -79,8 +72,7 @@ void append_complex(const CellComplex& part, CellComplex& whole) {
                   size(m.origin) / 3,     root_count(whole),     size(whole.wall_edge),
                   size(whole.chain_pool), size(whole.free_pool), size(whole.wall_pool)};
   const auto same = [](const auto& item) { return item; };
-  const double edges = static_cast<double>(edge_count(c)), more = static_cast<double>(edge_count(part.collision));
-  whole.mean_root_edge = (edges * whole.mean_root_edge + more * part.mean_root_edge) / (edges + more);
+  whole.mean_root_edge = std::min(whole.mean_root_edge, part.mean_root_edge);
 
   const CollisionMesh& pc = part.collision;
   append(pc.origin, c.origin, o);

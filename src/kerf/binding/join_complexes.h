@@ -10,7 +10,8 @@ namespace kerf {
 void place_complex(const RigidPlace& place, CellComplex& complex);
 
 /// Puts `part` behind `whole`: all its ids follow those of `whole`, in order. Both must be closed, or both open (the caller
-/// checks it). Linear in `part`. The mean edge becomes that of all edges together.
+/// checks it). Linear in `part`. The mean edge becomes the lesser of both: what is exact enough
+/// for the finer body is for the coarser one.
 void append_complex(const CellComplex& part, CellComplex& whole);
 
 /// One more than the greatest root of a complex.

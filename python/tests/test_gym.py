@@ -1,6 +1,7 @@
 """Tasks: Gymnasium's own checks, seeds, experts against random actions, and what came out against the body's arrays."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -347,4 +348,99 @@ def test_a_shaver_that_presses_feels_the_spring_of_the_hand():
     assert (np.linalg.norm(envs.force, axis=1) > 0.2).all()
     assert envs.force == pytest.approx(1000 * (envs.shaver - envs.hand), abs=0.02)
     assert (envs.healthy == 0).all()
+    envs.close()
+
+def own_task():
+    """The task of docs/learning.md: the names that its text leaves behind."""
+    page = (Path(__file__).parents[2] / "docs" / "learning.md").read_text()
+    text = next(part.split("```")[0] for part in page.split("```python\n") if "class Halve" in part)
+    names = {"__name__": __name__}
+    exec(compile(text, "docs/learning.md", "exec"), names)
+    return names
+
+
+def test_the_documented_task_is_one():
+    names = own_task()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", message=".*Box observation space.*")
+        check_env(names["env"].unwrapped, skip_render_check=True)
+    envs = names["envs"]
+    total, solved = play(envs, lambda _: envs.expert(), seed=2)
+    assert solved.all() and (total > 0).all()
+    masses = [np.sort(session.piece_masses) for session in envs.sessions]
+    envs.close()
+    envs = gymnasium.make_vec("Own/Halve-v0", num_envs=2)  # Gymnasium takes the vector environment, not copies of one
+    assert isinstance(envs, names["Halve"])
+    envs.close()
+    assert len(masses) == 4
+
+
+def test_a_task_may_be_registered_again():
+    names = own_task()
+    kerf.gym.register("Own/Halve-v0", names["Halve"])
+    for wrong in ({"name": "Own/Halve-v0"}, {"task": names["Halve"]}, {"name": "Own/Halve-v0", "task": kerf.Session},
+                  {"name": 5, "task": names["Halve"]}):
+        with pytest.raises(TypeError, match="register"):
+            kerf.gym.register(**wrong)
+
+
+def test_a_task_that_lacks_something_says_what():
+    class Half(kerf.gym.Tasks):
+        action_size = state_size = 1
+
+        def scene(self):
+            return {"body": {"model": "sheet"}}
+
+    with pytest.raises(NotImplementedError, match=r"Half has no begin\(\)"):
+        Half(1).reset(seed=0)
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_no_step_without_an_episode(name):
+    env, envs = gymnasium.make(name, max_episode_steps=1000).unwrapped, kerf.gym.make_vec(name, 2, max_episode_steps=1)
+    still = np.zeros(env.action_space.shape, np.float32)
+    for early in (lambda: env.step(still), env.expert, lambda: envs.step(np.stack([still, still])),
+                  lambda: envs.reset(options={"reset_mask": np.array([True, False])})):
+        with pytest.raises(kerf.Error, match=r"call reset\(\)"):
+            early()
+    env.reset(seed=0)
+    env.step(still)
+    env.close()
+    envs.close()
+    with pytest.raises(kerf.Error, match="closed"):
+        env.step(still)
+    one = kerf.gym.PatternCutEnv(max_episode_steps=1)
+    one.reset(seed=0)
+    assert one.step(np.zeros(3))[3]
+    with pytest.raises(kerf.Error, match=r"ended; call reset\(\)"):
+        one.step(np.zeros(3))
+    one.close()
+
+
+def test_what_is_no_action_is_told_in_its_own_shape():
+    env = gymnasium.make(TASKS[0]).unwrapped
+    env.reset(seed=0)
+    size = env.action_space.shape[0]
+    for wrong, error, words in ((None, TypeError, "not of type NoneType"), ("x", TypeError, "numbers"),
+                                (np.zeros(size, complex), TypeError, "complex"), (np.zeros(size + 1), ValueError, rf"\({size},\), not \({size + 1},\)"),
+                                (np.full(size, np.inf), ValueError, "finite")):
+        with pytest.raises(error, match=words):
+            env.step(wrong)
+    env.close()
+
+
+@pytest.mark.parametrize(("wrong", "error"), [
+    ({"size": 0}, ValueError), ({"size": 10**6}, ValueError), ({"size": "64"}, TypeError), ({"num_envs": 2.5}, TypeError),
+    ({"num_envs": "2"}, TypeError), ({"max_episode_steps": 0}, ValueError), ({"max_episode_steps": 2.5}, TypeError)])
+def test_options_of_another_kind_are_refused(wrong, error):
+    with pytest.raises(error):
+        kerf.gym.make_vec(TASKS[0], **{"num_envs": 1, **wrong})
+
+
+@pytest.mark.parametrize(("wrong", "error"), [("x", TypeError), (1.5, TypeError), (-1, ValueError), ([1, 2, 3], ValueError), ([1, "x"], TypeError)])
+def test_seeds_that_are_none_are_refused(wrong, error):
+    envs = kerf.gym.make_vec("Kerf/Meniscectomy-v0", 2)
+    with pytest.raises(error, match="seed"):
+        envs.reset(seed=wrong)
     envs.close()

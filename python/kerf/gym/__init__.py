@@ -30,23 +30,37 @@ __all__ = ["Debride", "Meniscectomy", "PatternCut", "Slice", "TaskEnv", "Tasks",
 TASKS: dict[str, type[Tasks]] = {f"Kerf/{_task.__name__}-v0": _task for _task in (Debride, Meniscectomy, PatternCut, Slice, TensionAndCut)}
 
 
+def _one_of(task: type[Tasks], module: str) -> type[TaskEnv]:
+    return type(f"{task.__name__}Env", (TaskEnv,), {"task": task, "__doc__": f"One copy of {task.__name__}.", "__module__": module})
+
+
 for _task in TASKS.values():  # Gymnasium names what it makes by words: PatternCutEnv is one copy of PatternCut
-    _name = f"{_task.__name__}Env"
-    globals()[_name] = type(_name, (TaskEnv,), {"task": _task, "__doc__": f"One copy of {_task.__name__}.", "__module__": __name__})
+    globals()[f"{_task.__name__}Env"] = _one_of(_task, __name__)
 
 
-def register() -> None:
-    """Makes the tasks known to gymnasium.make(); done on import, and harmless again."""
-    for name, task in TASKS.items():
-        if name not in gymnasium.registry:
-            gymnasium.register(name, entry_point=f"kerf.gym:{task.__name__}Env", vector_entry_point=f"kerf.gym:{task.__name__}")
+def register(name: str | None = None, task: type[Tasks] | None = None) -> None:
+    """Makes a task of one's own known by a name, as "Own/Halve-v0": to gymnasium.make(), gymnasium.make_vec() and make_vec().
+
+    task: a class that derives from Tasks. A name that is known already then means this one. Kerf's own tasks are known since the import.
+    TypeError: that is no such class, or a name without a class.
+    """
+    if name is None and task is None:
+        for own, kind in TASKS.items():
+            if own.startswith("Kerf/") and own not in gymnasium.registry:
+                gymnasium.register(own, entry_point=f"kerf.gym:{kind.__name__}Env", vector_entry_point=f"kerf.gym:{kind.__name__}")
+        return
+    if not isinstance(name, str) or not (isinstance(task, type) and issubclass(task, Tasks)):
+        raise TypeError('register() takes a name and a class that derives from kerf.gym.Tasks: register("Own/Halve-v0", Halve)')
+    gymnasium.registry.pop(name, None)
+    gymnasium.register(name, entry_point=_one_of(task, task.__module__), vector_entry_point=task)
+    TASKS[name] = task
 
 
 def make_vec(name: str, num_envs: int, **options: Any) -> Tasks:
     """`num_envs` copies of a task, stepped by one call in C++ threads. Options: as of Tasks. ValueError: no such task."""
-    known = {**TASKS, **{full.rsplit("-", 1)[0]: task for full, task in TASKS.items()}}
+    known = {**{full.rsplit("-", 1)[0]: task for full, task in TASKS.items()}, **TASKS}
     if name not in known:
-        raise ValueError(f"there is no task {name!r}; there are {', '.join(TASKS)}")
+        raise ValueError(f"there is no task {name!r}; there are {', '.join(TASKS)}, and register() adds others")
     return known[name](num_envs, **options)
 
 

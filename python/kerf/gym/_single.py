@@ -8,7 +8,8 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from ._tasks import Tasks
+from .. import Error
+from ._tasks import Tasks, given_actions
 
 __all__ = ["TaskEnv"]
 
@@ -38,8 +39,12 @@ class TaskEnv(gymnasium.Env):
         return self._observed(), self._told()
 
     def step(self, action: Any) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
-        """One action: observation, reward, terminated, truncated, info."""
-        rewards, terminated, truncated, failures = self.tasks.act(np.asarray(action)[None], np.ones(1, bool))
+        """One action: observation, reward, terminated, truncated, info. kerf.Error: no episode goes on; reset() begins one."""
+        self.tasks._must_have_begun()
+        if self.tasks._ended[0]:
+            raise Error("the episode has ended; call reset() to begin another one")
+        given = given_actions(action, "an action", self.action_space.shape)
+        rewards, terminated, truncated, failures = self.tasks.act(given[None], np.ones(1, bool))
         told = self._told()
         if failures:
             told["error"] = failures[0]
@@ -49,6 +54,7 @@ class TaskEnv(gymnasium.Env):
 
     def expert(self) -> NDArray[np.float32]:
         """An action of somebody who knows how."""
+        self.tasks._must_have_begun()
         return self.tasks.expert()[0]
 
     def render(self) -> NDArray[np.uint8] | None:

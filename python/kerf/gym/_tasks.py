@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,19 +11,51 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from .. import Batch, Camera, Session
+from .. import Batch, Camera, Error, Session
+from .._arguments import pixels
 from ._marks import STEEL, paint
 
 __all__ = ["Tasks"]
 
 
+def _whole(given: Any, name: str, least: int = 1) -> int:
+    try:
+        number = operator.index(given)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, not {type(given).__name__}") from None
+    if number < least:
+        raise ValueError(f"{name} must be {least} or more")
+    return number
+
+
+def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Actions as numbers, or an error that says what is wrong with them."""
+    array = np.asarray(given)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must be numbers, not of type {array.dtype if array.dtype != object else type(given).__name__}")
+    if array.shape != shape:
+        raise ValueError(f"{name} must be of shape {shape}, not {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite")
+    return array.astype(np.float64)
+
+
 class Tasks(VectorEnv):
     """n copies of one task as a gymnasium.vector.VectorEnv: one call steps them all, in threads.
 
-    observations: "state" (a vector of float32, about -1 to 1) or "pixels" (RGB pictures, uint8, `size` high and wide).
+    observations: "state" (a vector of float32 of the size of 1, cut off at -10 and 10) or "pixels" (RGB pictures, uint8, `size` high and wide).
     randomise: each episode has a body of another material. threads: as of kerf.Batch.
+    max_episode_steps: actions of an episode, at most; by default `horizon`.
     A copy that has ended begins anew with the next step(), whose action it does not take (Gymnasium's NEXT_STEP).
     The same seeds and actions give the same observations and rewards, to the bit.
+
+    A task of one's own derives from this class. It sets `action_size` and `state_size`, and may set `steps` (time steps of an action),
+    `horizon` (actions of an episode, at most) and `camera` (what kerf.Camera takes, for pictures; else the whole body is in view).
+    It defines scene(), begin(), control(), look() and judge(). They find the copies in `self.sessions`, a list of kerf.Session, and in
+    `self.batch`, the kerf.Batch of them. kerf.gym.register() makes the task known by a name.
+
+    Once: scene() for each copy, prepare(), and a snapshot, to which each episode goes back. An episode begins: begin(), look(), tell().
+    An action: control(), `steps` time steps of all copies, look(), judge(), tell().
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 20,
@@ -32,21 +65,22 @@ class Tasks(VectorEnv):
     horizon: ClassVar[int] = 200  #: actions of an episode, at most
     action_size: ClassVar[int]
     state_size: ClassVar[int]
-    camera: ClassVar[dict[str, Any]] = {}  #: of pictures: kerf.Camera's
+    camera: ClassVar[dict[str, Any]] = {}  #: of pictures: kerf.Camera's; by default the whole body is in view at the start
 
     def __init__(self, num_envs: int = 1, *, observations: str = "state", size: int = 64, render_mode: str | None = None,
                  randomise: bool = False, threads: int | None = None, max_episode_steps: int | None = None) -> None:
-        if num_envs < 1:
-            raise ValueError("num_envs must be 1 or more")
+        num_envs = _whole(num_envs, "num_envs")
+        if max_episode_steps is not None:
+            max_episode_steps = _whole(max_episode_steps, "max_episode_steps")
         if observations not in ("state", "pixels"):
             raise ValueError(f'observations must be "state" or "pixels", not {observations!r}')
         if render_mode not in (None, "rgb_array", "human"):
             raise ValueError(f'render_mode must be "rgb_array" or "human", not {render_mode!r}')
         self.num_envs, self.render_mode, self.randomise = num_envs, render_mode, randomise
-        self.pixels, self.size = observations == "pixels", size
+        self.pixels, self.size = observations == "pixels", pixels(size, "size")
         self.horizon_now = max_episode_steps or self.horizon
         self.single_action_space = spaces.Box(-1, 1, (self.action_size,), np.float32)
-        self.single_observation_space = (spaces.Box(0, 255, (size, size, 3), np.uint8) if self.pixels
+        self.single_observation_space = (spaces.Box(0, 255, (self.size, self.size, 3), np.uint8) if self.pixels
                                          else spaces.Box(-10, 10, (self.state_size,), np.float32))
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -58,54 +92,67 @@ class Tasks(VectorEnv):
         self._states = np.zeros((num_envs, self.state_size), np.float32)
         self._elapsed = np.zeros(num_envs, np.int64)
         self._ended = np.ones(num_envs, bool)
+        self._begun = False  # has reset() been called?
         self._window: Any = None
-        self._camera = Camera(**self.camera)
+        self._camera = Camera(**self.camera) if self.camera else self.sessions[0].camera()
 
     # --- What a task has to say. Arrays have a row for each copy. ---
 
     def scene(self) -> dict[str, Any]:
-        """The scene of a copy."""
-        raise NotImplementedError
+        """The scene of a copy, as kerf.Session takes it."""
+        raise self._lacks("scene")
 
     def prepare(self) -> None:
-        """Brings all sessions to where episodes begin."""
+        """Brings all sessions to where episodes begin, and makes the arrays that the task remembers things in."""
 
     def begin(self, row: int, random: np.random.Generator) -> None:
-        """A new episode of a copy whose session is back at the start."""
-        raise NotImplementedError
+        """A new episode of copy number `row`, whose session is back at the start. All chance comes from `random`."""
+        raise self._lacks("begin")
 
     def control(self, actions: NDArray[np.float64], plays: NDArray[np.bool_]) -> dict[str, Any]:
-        """What the actions, within -1 and 1, do to the sessions: arguments of Batch.turn()."""
-        raise NotImplementedError
+        """What the actions (n, action_size), within -1 and 1, do to the sessions: arguments of Batch.turn(), without steps and takes.
+
+        plays: (n,), which copies take theirs; what the task remembers of others stays.
+        """
+        raise self._lacks("control")
 
     def look(self, states: NDArray[np.float32], rows: NDArray[np.bool_]) -> None:
-        """Writes the states of these copies; nothing that it remembers of others changes."""
-        raise NotImplementedError
+        """Writes the states of these copies into their rows of `states`, (n, state_size); nothing that it remembers of others changes."""
+        raise self._lacks("look")
 
     def judge(self, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Rewards of the actions just done, and which episodes have come to their end. Called after look()."""
-        raise NotImplementedError
+        """Rewards of the actions just done (n,), and which episodes have come to their end (n,). Called after look()."""
+        raise self._lacks("judge")
 
     def tell(self) -> dict[str, NDArray[Any]]:
-        """What `info` holds: an array for each word."""
+        """What `info` holds: an array (n,) for each word. Learners look for "is_success"."""
         return {}
 
     def expert(self) -> NDArray[np.float32]:
         """Actions of somebody who knows how, (n, action_size): from the states as they are now."""
-        raise NotImplementedError
+        raise self._lacks("expert")
+
+    def _lacks(self, what: str) -> NotImplementedError:
+        return NotImplementedError(f"{type(self).__name__} has no {what}(); help(kerf.gym.Tasks) says what a task defines")
 
     # --- Gymnasium ---
 
     def reset(self, *, seed: int | list[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins all episodes anew, or those of options["reset_mask"]. An int seeds copy i with seed + i."""
-        seeds = seed if isinstance(seed, (list, tuple)) else [None if seed is None else seed + i for i in range(self.num_envs)]
+        first = None if seed is None or isinstance(seed, (list, tuple)) else _whole(seed, "seed", 0)
+        seeds = seed if isinstance(seed, (list, tuple)) else [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed must be a number or a list of {self.num_envs}")
-        mask = (options or {}).get("reset_mask", np.ones(self.num_envs, bool))
+        generators = [None if seed is None else np.random.default_rng(_whole(seed, f"seed[{i}]", 0)) for i, seed in enumerate(seeds)]
+        mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
+            raise ValueError(f'options["reset_mask"] must be {self.num_envs} truth values')
+        if not self._begun and not mask.all():
+            raise Error("no episode has begun; call reset() without a mask first")
         for row in np.flatnonzero(mask):
-            if seeds[row] is not None:
-                self._random[row] = np.random.default_rng(seeds[row])
+            if generators[row] is not None:
+                self._random[row] = generators[row]
         self.reset_rows(np.flatnonzero(mask))
         return self._observed(), self._told()
 
@@ -116,6 +163,7 @@ class Tasks(VectorEnv):
             self.begin(int(row), self._random[row] if random is None else random)
         self._elapsed[rows] = 0
         self._ended[rows] = False
+        self._begun = True
         self.look(self._states, np.isin(np.arange(self.num_envs), rows))
 
     def step(self, actions: Any) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
@@ -135,11 +183,8 @@ class Tasks(VectorEnv):
 
     def act(self, actions: Any, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[int, str]]:
         """One action of the copies that play: rewards, terminated, truncated, and what the engine refused."""
-        given = np.asarray(actions, np.float64)
-        if given.shape != (self.num_envs, self.action_size):
-            raise ValueError(f"actions must be of shape {(self.num_envs, self.action_size)}, not {given.shape}")
-        if not np.isfinite(given).all():
-            raise ValueError("actions must be finite")
+        self._must_have_begun()
+        given = given_actions(actions, "actions", (self.num_envs, self.action_size))
         failures = self.batch.turn(self.steps, takes=plays, **self.control(np.clip(given, -1, 1), plays))
         self._elapsed += plays
         self.look(self._states, plays)
@@ -149,6 +194,12 @@ class Tasks(VectorEnv):
         truncated = ((self._elapsed >= self.horizon_now) | failed) & plays & ~terminated
         self._ended = terminated | truncated
         return rewards, terminated, truncated, failures
+
+    def _must_have_begun(self) -> None:
+        if self.closed:
+            raise Error("this environment is closed; make another one")
+        if not self._begun:
+            raise Error("no episode has begun; call reset() first")
 
     def _observed(self) -> NDArray[Any]:
         if not self.pixels:

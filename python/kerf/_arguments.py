@@ -2,6 +2,8 @@
 
 import operator
 
+FARTHEST = 1e6  # m: coordinates of whatever is placed or moved, as kFarthestPlace of scenes
+
 
 def _array(given, name, what):
     import numpy as np
@@ -28,6 +30,65 @@ def _numbers(given, name, what):
     return array
 
 
+def _places(given, name, what):
+    import numpy as np
+
+    array = _numbers(given, name, what)
+    if array.size and np.abs(array).max() > FARTHEST:
+        raise ValueError(f"{name} must be metres, {FARTHEST:g} at most; it has {array.flat[np.abs(array).argmax()]:g}")
+    return array
+
+
+def rows(given, name, shape, read=_numbers):
+    """An array of this shape, in which None is any length k."""
+    words = ", ".join("k" if want is None else str(want) for want in shape)
+    what = f"an array of shape ({words})"
+    array = read(given, name, what)
+    if array.ndim != len(shape) or any(want not in (None, have) for want, have in zip(shape, array.shape, strict=True)):
+        raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
+    return array
+
+
+def place_rows(given, name, shape):
+    """The same, of places in metres."""
+    return rows(given, name, shape, _places)
+
+
+def named_rows(given, name, shape, read):
+    """Rows for each id, as pairs."""
+    if given is None:
+        return []
+    if not hasattr(given, "items"):
+        raise TypeError(f"{name} must be a dict of ids and arrays, not {type(given).__name__}")
+    for id in given:
+        if not isinstance(id, str):
+            raise TypeError(f"an id in {name} must be text, not {type(id).__name__}")
+    return [(id, read(array, f"{name}[{id!r}]", shape)) for id, array in given.items()]
+
+
+def flags(given, name, n):
+    """n truth values."""
+    import numpy as np
+
+    array = np.array(_array(given, name, f"{n} truth values"), order="C")
+    if array.shape != (n,) or array.dtype != np.bool_:
+        raise ValueError(f"{name} must be {n} truth values")
+    return array
+
+
+def whole(given, name, least=0, most=None):
+    """A whole number from `least` to `most`."""
+    try:
+        number = operator.index(given)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, not {type(given).__name__}") from None
+    if number < least:
+        raise ValueError(f"{name} must be {least} or more")
+    if most is not None and number > most:
+        raise ValueError(f"{name} must be {most} at most")
+    return number
+
+
 def point(given, name):
     """Three finite numbers, as a tuple."""
     array = _numbers(given, name, "three numbers")
@@ -39,7 +100,7 @@ def point(given, name):
 def points(given, name):
     """Places: an array of shape (k, 3)."""
     what = "an array of shape (k, 3): a place in each row"
-    array = _numbers(given, name, what)
+    array = _places(given, name, what)
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
     return array
@@ -55,6 +116,7 @@ def number(given, name):
         raise ValueError(f"{name} must be finite") from None
 
 
+MOST_STEPS = 2**63 - 1  # of one call, as the library counts them
 MOST_PIXELS = 8192  # a side, as pictures of scenes
 
 
@@ -72,7 +134,7 @@ def pixels(given, name):
 def path(given, name="poses"):
     """Edges of a blade, base and tip: an array of shape (n, 2, 3), two edges or more."""
     what = "an array of shape (n, 2, 3): base and tip of the edge at each pose"
-    array = _numbers(given, name, what)
+    array = _places(given, name, what)
     if array.ndim != 3 or array.shape[1:] != (2, 3):
         raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
     if len(array) < 2:

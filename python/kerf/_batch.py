@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from . import _core
+from . import _arguments, _core
 from ._session import Session
 
 if TYPE_CHECKING:
@@ -23,15 +24,15 @@ class Batch(_core.Batch):
     """
 
     def __init__(self, sessions: Iterable[Session], *, threads: int | None = None) -> None:
+        if isinstance(sessions, Session):
+            raise TypeError("a batch is made of a list of sessions")
         self.sessions: tuple[Session, ...] = tuple(sessions)
         if not self.sessions:
             raise ValueError("a batch holds one session or more")
         for session in self.sessions:
             if not isinstance(session, Session):
                 raise TypeError(f"a batch is made of kerf.Session, not of {type(session).__name__}")
-        if threads is not None and threads < 1:
-            raise ValueError("threads must be 1 or more")
-        super().__init__(list(self.sessions), threads or 0)
+        super().__init__(list(self.sessions), 0 if threads is None else min(_arguments.whole(threads, "threads", 1), len(self.sessions)))
 
     def turn(self, steps: int = 1, *, blade: ArrayLike | None = None, cuts: ArrayLike | None = None, takes: ArrayLike | None = None,
              grasps: Mapping[str, ArrayLike] | None = None, tools: Mapping[str, ArrayLike] | None = None) -> dict[int, str]:
@@ -44,24 +45,28 @@ class Batch(_core.Batch):
         TypeError, ValueError: not such arrays. Ctrl-C ends it after whole steps.
         """
         n = len(self)
-        if steps < 0:
-            raise ValueError("steps must not be negative")
         return dict(self._turn(
-            steps, None if blade is None else _rows(blade, "blade", (n, 2, 3)), None if cuts is None else _flags(cuts, "cuts", n),
-            None if takes is None else _flags(takes, "takes", n),
-            [(id, _rows(targets, f"grasps[{id!r}]", (n, 3))) for id, targets in (grasps or {}).items()],
-            [(id, _rows(poses, f"tools[{id!r}]", (n, 6))) for id, poses in (tools or {}).items()]))
+            _arguments.whole(steps, "steps", most=_arguments.MOST_STEPS), None if blade is None else _arguments.place_rows(blade, "blade", (n, 2, 3)),
+            None if cuts is None else _arguments.flags(cuts, "cuts", n), None if takes is None else _arguments.flags(takes, "takes", n),
+            _arguments.named_rows(grasps, "grasps", (n, 3), _arguments.place_rows),
+            _arguments.named_rows(tools, "tools", (n, 6), _arguments.place_rows)))
 
     def place_blade(self, session: int, base: ArrayLike, tip: ArrayLike) -> None:
-        """Puts the blade of one session somewhere without a cut; its stroke ends. Metres, world."""
-        self._place_blade(session, base, tip)
+        """Puts the blade of one session somewhere without a cut; its stroke ends. Metres, world. IndexError: the batch has no such session."""
+        number = operator.index(session)
+        if not 0 <= number < len(self):
+            raise IndexError(f"the batch has no session {number}; there are {len(self)}, numbered from 0")
+        self._place_blade(number, base, tip)
 
     def to_world(self, rest: ArrayLike, out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-        """Where the material that is at these places at rest is now: (n, k, 3), metres. As Session.to_world()."""
+        """Where the material that is at these places at rest is now: (n, k, 3), metres. As Session.to_world().
+
+        out: an array of the caller's own for the answer: that shape, float64, in C order, writeable. It comes back.
+        """
         import numpy as np
 
-        places = _rows(rest, "rest", (len(self), None, 3))
-        now = np.empty_like(places) if out is None else out
+        places = _arguments.place_rows(rest, "rest", (len(self), None, 3))
+        now = np.empty_like(places) if out is None else _own(out, places.shape)
         if places.size:
             self._to_world(places, now)
         return now
@@ -70,29 +75,18 @@ class Batch(_core.Batch):
         """The places of the middle surface that are nearest to these now, at rest: (n, k, 3), and how far they are: (n, k). Metres."""
         import numpy as np
 
-        places = _rows(world, "world", (len(self), None, 3))
+        places = _arguments.place_rows(world, "world", (len(self), None, 3))
         rest, distance = np.empty_like(places), np.empty(places.shape[:2])
         if places.size:
             self._to_rest(places, rest, distance)
         return rest, distance
 
 
-def _rows(given, name, shape):
+def _own(out, shape):
     import numpy as np
 
-    array = np.ascontiguousarray(given, dtype=np.float64)
-    if array.ndim != len(shape) or any(want not in (None, have) for want, have in zip(shape, array.shape, strict=True)):
-        words = ", ".join("k" if want is None else str(want) for want in shape)
-        raise ValueError(f"{name} must be an array of shape ({words}), not of shape {array.shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite")
-    return array
-
-
-def _flags(given, name, n):
-    import numpy as np
-
-    array = np.ascontiguousarray(given)
-    if array.shape != (n,) or array.dtype != np.bool_:
-        raise ValueError(f"{name} must be {n} truth values")
-    return array
+    if not isinstance(out, np.ndarray):
+        raise TypeError(f"out must be an array, not {type(out).__name__}")
+    if out.shape != shape or out.dtype != np.float64 or not (out.flags.c_contiguous and out.flags.writeable):
+        raise ValueError(f"out must be a writeable array of shape {shape}, float64, in C order")
+    return out

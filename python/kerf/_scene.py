@@ -129,7 +129,7 @@ def command_of(command):
     if isinstance(command, dict):
         return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in command.items() if value is not None), "command"
     if isinstance(command, str):
-        return utf8(command), "command"
+        return command, "command"
     raise TypeError(f"a command is a dict or a text in TOML, not {type(command).__name__}")
 
 

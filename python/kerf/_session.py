@@ -94,6 +94,7 @@ class Session(_core.Session):
 
     def _do(self, command: str | dict[str, Any]) -> tuple[bool, int]:
         text, name = command_of(command)
+        text = utf8(text)
         with naming_keys(text, name):
             return self._apply(text, name)
 

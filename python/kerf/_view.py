@@ -24,6 +24,8 @@ class Viewer:
     """
 
     def __init__(self, session: Session) -> None:
+        if not isinstance(session, Session):
+            raise TypeError(f"session must be a kerf.Session, not {type(session).__name__}; kerf.view(session) makes viewers")
         self._session = session
         self._address = session._view_address()
         self._port = session._view_port()

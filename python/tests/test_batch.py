@@ -199,3 +199,29 @@ def test_goes_on_after_a_fork():
         os._exit(0 if ok else 1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
     assert batch.turn(2) == {}
+
+
+@pytest.mark.parametrize(("wrong", "error", "words"), [
+    (lambda b: b.turn("2"), TypeError, "steps"), (lambda b: b.turn(2**64), ValueError, "steps"), (lambda b: b.turn(grasps=[1]), TypeError, "dict of ids"),
+    (lambda b: b.turn(tools={5: np.zeros((1, 6))}), TypeError, "an id in tools"), (lambda b: b.turn(blade=np.zeros((1, 2, 3), complex)), TypeError, "complex"),
+    (lambda b: b.turn(blade=np.full((1, 2, 3), 2e6)), ValueError, "1e.06 at most"), (lambda b: b.turn(cuts=[1]), ValueError, "truth values"),
+    (lambda b: b.to_world(np.full((1, 1, 3), 1e160)), ValueError, "1e.06 at most"), (lambda b: b.to_rest(np.full((1, 1, 3), -1e300)), ValueError, "at most"),
+    (lambda b: b.place_blade(1, [0, 0, 0], [0, 0, 1]), IndexError, "numbered from 0"), (lambda b: kerf.Batch(b.sessions[0]), TypeError, "list of sessions"),
+    (lambda b: kerf.Batch(b.sessions, threads=1.5), TypeError, "threads")])
+def test_what_can_not_be_used_is_named(wrong, error, words):
+    with pytest.raises(error, match=words):
+        wrong(kerf.Batch([kerf.Session(SHEET)]))
+
+
+def test_an_answer_goes_into_the_callers_array_or_is_refused():
+    batch = kerf.Batch([kerf.Session(SHEET)])
+    rest = np.array([[[0.1, 0.2, 0], [0, 0, 0]]])
+    out = np.empty((1, 2, 3))
+    assert batch.to_world(rest, out) is out and (out == batch.to_world(rest)).all()
+    locked = np.empty((1, 2, 3))
+    locked.flags.writeable = False
+    for wrong in (np.empty((1, 2, 3), np.float32), np.empty((1, 3, 3)), np.empty((1, 2, 6))[..., ::2], locked):
+        with pytest.raises(ValueError, match="out must be a writeable array"):
+            batch.to_world(rest, wrong)
+    with pytest.raises(TypeError, match="out"):
+        batch.to_world(rest, [[0.0, 0, 0]])

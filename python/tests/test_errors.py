@@ -259,3 +259,23 @@ def test_a_session_that_is_made_twice(sheet):
         sheet.__init__("sheet")
     assert np.isfinite(array).all()
     sheet.step()
+
+
+@pytest.mark.parametrize("far", [2e6, 1e160, 1e300])
+def test_places_that_are_too_far_away(sheet, far):
+    for call in (lambda: sheet.to_world([[0, far, 0]]), lambda: sheet.to_rest([[far, 0, 0]]),
+                 lambda: sheet.cut([[[0, -far, 1], [0, -far, -1]], [[0, far, 1], [0, far, -1]]])):
+        with pytest.raises(ValueError, match=r"metres, 1e\+06 at most"):
+            call()
+    assert np.isfinite(sheet.to_world([[1e6, 0, 0]])).all()
+
+
+def test_texts_of_commands_that_are_not_unicode(sheet):
+    for call in (lambda: sheet.release("\ud800"), lambda: sheet.grasp("h", ["\ud800", 0, 0]), lambda: sheet.apply("type = '\ud800'")):
+        with pytest.raises(kerf.Error, match="UTF-8"):
+            call()
+
+
+def test_a_viewer_of_nothing():
+    with pytest.raises(TypeError, match=r"kerf.view\(session\)"):
+        kerf.Viewer(5)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,20 +11,10 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .. import Batch, Camera, Error, Session
-from .._arguments import pixels
+from .._arguments import pixels, whole
 from ._marks import STEEL, paint
 
 __all__ = ["Tasks"]
-
-
-def _whole(given: Any, name: str, least: int = 1) -> int:
-    try:
-        number = operator.index(given)
-    except TypeError:
-        raise TypeError(f"{name} must be a whole number, not {type(given).__name__}") from None
-    if number < least:
-        raise ValueError(f"{name} must be {least} or more")
-    return number
 
 
 def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -69,9 +58,9 @@ class Tasks(VectorEnv):
 
     def __init__(self, num_envs: int = 1, *, observations: str = "state", size: int = 64, render_mode: str | None = None,
                  randomise: bool = False, threads: int | None = None, max_episode_steps: int | None = None) -> None:
-        num_envs = _whole(num_envs, "num_envs")
+        num_envs = whole(num_envs, "num_envs", 1)
         if max_episode_steps is not None:
-            max_episode_steps = _whole(max_episode_steps, "max_episode_steps")
+            max_episode_steps = whole(max_episode_steps, "max_episode_steps", 1)
         if observations not in ("state", "pixels"):
             raise ValueError(f'observations must be "state" or "pixels", not {observations!r}')
         if render_mode not in (None, "rgb_array", "human"):
@@ -140,11 +129,11 @@ class Tasks(VectorEnv):
     def reset(self, *, seed: int | list[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins all episodes anew, or those of options["reset_mask"]. An int seeds copy i with seed + i."""
-        first = None if seed is None or isinstance(seed, (list, tuple)) else _whole(seed, "seed", 0)
+        first = None if seed is None or isinstance(seed, (list, tuple)) else whole(seed, "seed")
         seeds = seed if isinstance(seed, (list, tuple)) else [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed must be a number or a list of {self.num_envs}")
-        generators = [None if seed is None else np.random.default_rng(_whole(seed, f"seed[{i}]", 0)) for i, seed in enumerate(seeds)]
+        generators = [None if seed is None else np.random.default_rng(whole(seed, f"seed[{i}]")) for i, seed in enumerate(seeds)]
         mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f'options["reset_mask"] must be {self.num_envs} truth values')

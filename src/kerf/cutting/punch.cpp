@@ -8,6 +8,7 @@
 
 #include "kerf/base/indexed.h"
 #include "kerf/base/journal.h"
+#include "kerf/cutting/blade_edge.h"
 #include "kerf/cutting/cut_along.h"
 #include "kerf/cutting/cut_scratch.h"
 #include "kerf/cutting/orient.h"
@@ -73,7 +74,7 @@ Status check_punch(const Punch& punch, double feature) {
         return bad_input(
             fmt::format("punch: the outline touches itself: its sides from point {} and from point {}", i + 1, k + 1));
   }
-  const double radius = std::fabs(double_area(p)) / perimeter(p);
+  const double around = perimeter(p), radius = around > 0 ? std::fabs(double_area(p)) / around : 0;
   if (!(radius >= kLeastRadius * feature))
     return bad_input(fmt::format(
         "punch: too small to be cut into this collision mesh; its outline is as wide as a circle of radius {:.3g} m, and "
@@ -244,6 +245,10 @@ Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const
       const Vec3 p = chart.place(corners[i % corners.size()]);
       edges.push_back({p - low * chart.axis, p + high * chart.axis});
     }
+    if (!std::all_of(edges.begin(), edges.end(), [](const BladeEdge& edge) { return check_edge(edge).ok(); }))
+      return bad_input(fmt::format(
+          "punch: a reach of {:.3g} m is too short for an edge there; give it half the depth of what it goes through, or leave it out",
+          punch.reach));
     FaceBoxes boxes;
     SweepTarget target{body, position, boxes, scratch, options};
     const SweepReport swept = cut_along(edges, true, target);

@@ -39,8 +39,8 @@ struct PunchCut {
 
 /// Cuts along the outline through every layer within reach. `position`: of every collision vertex, metres; those of
 /// new vertices are appended.
-/// Bad input: an outline that is no simple polygon, or too small for the minimum feature; an axis without direction;
-/// numbers that are not finite. Failure: what is inside the outline still hangs on (a surface that folds over itself on the
+/// Bad input: an outline that is no simple polygon, or too small for the minimum feature; an axis without direction; a
+/// reach that leaves the edge no length; numbers that are not finite. Failure: what is inside the outline still hangs on (a surface that folds over itself on the
 /// outline); roll the journal back. Cost: a look at every collision triangle, then local steps.
 Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const Punch& punch,
                            const CutOptions& options, CutScratch& scratch);

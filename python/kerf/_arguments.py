@@ -89,6 +89,36 @@ def whole(given, name, least=0, most=None):
     return number
 
 
+def steps(given, name):
+    """A number of time steps, as the library counts them."""
+    return whole(given, name, most=MOST_STEPS)
+
+
+def refuse_frame(given):
+    """A frame that there is none of."""
+    kind = ValueError if isinstance(given, str) else TypeError
+    raise kind(f'frame must be "rest" or "world", not {repr(given)[:100]}')
+
+
+def refuse_snapshot(given):
+    """What is no snapshot."""
+    raise TypeError(f"snapshot must be what a session's snapshot() gave, not {type(given).__name__}")
+
+
+def flag(given, name):
+    """True or False."""
+    import numpy as np
+
+    if not isinstance(given, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, not {type(given).__name__}")
+    return bool(given)
+
+
+def place(given, name):
+    """Three numbers of a place, metres."""
+    _places(given, name, "three numbers")
+
+
 def point(given, name):
     """Three finite numbers, as a tuple."""
     array = _numbers(given, name, "three numbers")

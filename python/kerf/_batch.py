@@ -6,7 +6,8 @@ import operator
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from . import _arguments, _core
+from . import _arguments, _core, _records
+from ._scene import utf8
 from ._session import Session
 
 if TYPE_CHECKING:
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Batch"]
+
+_COUNTS = ("visual_vertices", "visual_triangles", "collision_vertices", "collision_triangles", "nodes", "hexahedra", "pieces")
+MOST_PIECES = 10_000  # asked for at once: arrays of 80 kB for a session
 
 
 class Batch(_core.Batch):
@@ -46,10 +50,34 @@ class Batch(_core.Batch):
         """
         n = len(self)
         return dict(self._turn(
-            _arguments.whole(steps, "steps", most=_arguments.MOST_STEPS), None if blade is None else _arguments.place_rows(blade, "blade", (n, 2, 3)),
+            _arguments.steps(steps, "steps"), None if blade is None else _arguments.place_rows(blade, "blade", (n, 2, 3)),
             None if cuts is None else _arguments.flags(cuts, "cuts", n), None if takes is None else _arguments.flags(takes, "takes", n),
             _arguments.named_rows(grasps, "grasps", (n, 3), _arguments.place_rows),
             _arguments.named_rows(tools, "tools", (n, 6), _arguments.place_rows)))
+
+    @property
+    def counts(self) -> dict[str, NDArray[np.int64]]:
+        """What the bodies are made of now: the keys of Session.counts, an array (n,) each. New arrays of the caller's own."""
+        rows = self._counts()
+        return {word: rows[:, i].copy() for i, word in enumerate(_COUNTS)}
+
+    def piece_masses(self, most: int) -> NDArray[np.float64]:
+        """Masses of the `most` heaviest pieces, heaviest first, kg: (n, most); 0 where there are fewer."""
+        return self._piece_masses(_arguments.whole(most, "most", 1, MOST_PIECES))
+
+    def tool(self, id: str) -> NDArray[np.void]:
+        """The scenes' tool of this id: a structured array (n,) with the fields of Session.tools. kerf.Error: a scene has none."""
+        return self._structured("tools", self._tool(_id(id)))
+
+    def grasp(self, id: str) -> NDArray[np.void]:
+        """The grasp of this id: a structured array (n,) with the fields of Session.grasps.
+
+        All fields are 0 where a session has no such grasp; `vertices` is above 0 where it has.
+        """
+        return self._structured("grasps", self._grasp(_id(id)))
+
+    def _structured(self, name: str, rows: NDArray[np.uint8]) -> NDArray[np.void]:
+        return rows.view(_records.dtype(name))[:, 0]
 
     def place_blade(self, session: int, base: ArrayLike, tip: ArrayLike) -> None:
         """Puts the blade of one session somewhere without a cut; its stroke ends. Metres, world. IndexError: the batch has no such session."""
@@ -90,3 +118,9 @@ def _own(out, shape):
     if out.shape != shape or out.dtype != np.float64 or not (out.flags.c_contiguous and out.flags.writeable):
         raise ValueError(f"out must be a writeable array of shape {shape}, float64, in C order")
     return out
+
+
+def _id(given):
+    if not isinstance(given, str):
+        raise TypeError(f"id must be text, not {type(given).__name__}")
+    return utf8(given)

@@ -11,24 +11,29 @@ _FIELDS = {
 }
 
 
+_dtypes = {}
+
+
+def dtype(name):
+    """Of one record."""
+    if name not in _dtypes:
+        import numpy as np  # here: `import kerf` goes without it
+
+        _dtypes[name] = np.dtype(_FIELDS[name], align=True)
+    return _dtypes[name]
+
+
 class Records:
     """Views of the bytes that the extension hands out; the same view while the bytes are the same."""
 
     def __init__(self):
-        self._dtypes, self._views = {}, {}
+        self._views = {}
 
     def view(self, name, rows):
         known = self._views.get(name)
         if known is None or known[0] is not rows:
-            known = self._views[name] = rows, rows.view(self._dtype(name))[:, 0]
+            known = self._views[name] = rows, rows.view(dtype(name))[:, 0]
         return known[1]
-
-    def _dtype(self, name):
-        if name not in self._dtypes:
-            import numpy as np  # here: `import kerf` goes without it
-
-            self._dtypes[name] = np.dtype(_FIELDS[name], align=True)
-        return self._dtypes[name]
 
     def forget(self):
         self._views.clear()

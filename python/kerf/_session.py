@@ -193,27 +193,29 @@ class Session(_core.Session):
 
     @overload
     def render(self, width: int = ..., height: int = ..., *, camera: Camera | None = ..., depth: Literal[False] = ...,
-               shadows: bool = ...) -> NDArray[np.uint8]: ...
+               shadows: bool = ..., alpha: bool = ...) -> NDArray[np.uint8]: ...
 
     @overload
     def render(self, width: int = ..., height: int = ..., *, camera: Camera | None = ..., depth: Literal[True],
-               shadows: bool = ...) -> tuple[NDArray[np.uint8], NDArray[np.float32]]: ...
+               shadows: bool = ..., alpha: bool = ...) -> tuple[NDArray[np.uint8], NDArray[np.float32]]: ...
 
     def render(self, width: int = 640, height: int = 480, *, camera: Camera | None = None, depth: bool = False,
-               shadows: bool = False) -> NDArray[np.uint8] | tuple[NDArray[np.uint8], NDArray[np.float32]]:
+               shadows: bool = False, alpha: bool = False) -> NDArray[np.uint8] | tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """A picture of body, obstacles and tools as they are now, without a graphics card: shape (height, width, 3), uint8, sRGB.
 
         width, height: pixels, 1 to 8192. camera: a kerf.Camera; by default camera(width, height), which has the whole body in view.
         depth: returns (picture, depth). depth has shape (height, width), float32: metres along the view at the middle of each pixel, inf where
-        nothing is. Row 0 is the top. Both are new arrays of the caller's own. Same state, same bytes.
+        nothing is. Row 0 is the top.
+        alpha: the shape is (height, width, 4). Alpha is 255 where something is; all four are 0 where nothing is.
+        All are new arrays of the caller's own. Same state, same bytes.
         Some milliseconds at 128 x 128. shadows=True draws the picture of `kerf run`, with soft shadows, smooth edges and a ground to lie on: about a
-        second; its depth is that of the quick one, without that ground.
+        second; its depth and alpha are those of the quick one, without that ground.
         TypeError, ValueError: a size that is none, or a camera that is none.
         """
         columns, rows = _arguments.pixels(width, "width"), _arguments.pixels(height, "height")
         if camera is not None and not isinstance(camera, Camera):
             raise TypeError(f"camera must be a kerf.Camera, not {type(camera).__name__}")
-        return self._render(columns, rows, camera, bool(depth), bool(shadows))
+        return self._render(columns, rows, camera, bool(depth), bool(shadows), bool(alpha))
 
     def camera(self, width: int = 640, height: int = 480) -> Camera:
         """The camera of a picture of so many pixels that has the whole body in view, as it is now, from where the scene says.

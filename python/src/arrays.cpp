@@ -1,5 +1,10 @@
 #include "arrays.h"
 
+#include <cmath>
+#include <string>
+
+#include "kerf/scene/scene_limits.h"
+
 namespace nb = nanobind;
 
 namespace kerf::python {
@@ -30,13 +35,40 @@ bool take_array(nb::handle object, Vec3& out) {
   return true;
 }
 
+/// What the package says of an argument that can't be taken as it is: the right words for what can't be used at all.
+nb::object read_by(const char* reader, nb::handle object, const char* argument) {
+  const Call call;
+  return nb::module_::import_("kerf._arguments").attr(reader)(object, argument);
+}
+
 }  // namespace
+
+std::int64_t steps_of(nb::handle object, const char* argument) {
+  if (PyLong_CheckExact(object.ptr())) {
+    const long long number = PyLong_AsLongLong(object.ptr());
+    if (number != -1 || !PyErr_Occurred()) return number;
+    PyErr_Clear();
+  }
+  return nb::cast<std::int64_t>(read_by("steps", object, argument));
+}
+
+bool flag_of(nb::handle object, const char* argument) {
+  if (PyBool_Check(object.ptr())) return object.ptr() == Py_True;
+  return nb::cast<bool>(read_by("flag", object, argument));
+}
+
+Vec3 place_of(nb::handle object, const char* argument) {
+  const Vec3 place = point_of(object, argument);
+  if (std::fabs(place.x) > kFarthestPlace || std::fabs(place.y) > kFarthestPlace || std::fabs(place.z) > kFarthestPlace)
+    read_by("place", object, argument);
+  return place;
+}
 
 Vec3 point_of(nb::handle object, const char* argument) {
   Vec3 out;
   if (!take_numbers(object, out) && !take_array(object, out)) {
     // Everything else, the right words for what can't be used included.
-    const nb::object numbers = nb::module_::import_("kerf._arguments").attr("point")(object, argument);
+    const nb::object numbers = read_by("point", object, argument);
     if (!take_numbers(numbers, out)) throw nb::type_error("three numbers are wanted");
   }
   if (!is_finite(out)) throw nb::value_error((std::string(argument) + " must be finite").c_str());

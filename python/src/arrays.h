@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kerf/base/vec.h"
+#include "python_lock.h"
 
 namespace kerf::python {
 
@@ -17,6 +18,7 @@ namespace kerf::python {
 template <class Scalar, class Item>
 nanobind::object read_only_array(std::vector<Item> items, std::initializer_list<std::size_t> shape) {
   static_assert(sizeof(Item) % sizeof(Scalar) == 0);
+  const Call call;
   items.reserve(1);  // an array of no items still wants an address
   auto* kept = new std::vector<Item>(std::move(items));
   const nanobind::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Item>*>(p); });
@@ -25,11 +27,15 @@ nanobind::object read_only_array(std::vector<Item> items, std::initializer_list<
 }
 
 /// A NumPy array of these shape and items that is the caller's own: nothing is copied, and it can be written.
-template <class Scalar>
-nanobind::object own_array(std::vector<Scalar> items, std::initializer_list<std::size_t> shape) {
-  auto* kept = new std::vector<Scalar>(std::move(items));
-  const nanobind::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Scalar>*>(p); });
-  return nanobind::cast(nanobind::ndarray<nanobind::numpy, Scalar>(kept->data(), shape, owner));
+template <class Scalar, class Item>
+nanobind::object own_array(std::vector<Item> items, std::initializer_list<std::size_t> shape) {
+  static_assert(sizeof(Item) % sizeof(Scalar) == 0);
+  const Call call;
+  items.reserve(1);
+  auto* kept = new std::vector<Item>(std::move(items));
+  const nanobind::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Item>*>(p); });
+  auto* data = reinterpret_cast<Scalar*>(kept->data());
+  return nanobind::cast(nanobind::ndarray<nanobind::numpy, Scalar>(data, shape, owner));
 }
 
 /// An array that was made of some version of what it shows.
@@ -51,6 +57,12 @@ class KeptArray {
   nanobind::object array_;
 };
 
+/// A number of steps; TypeError and ValueError name the argument. Whether it may be negative is another's business.
+std::int64_t steps_of(nanobind::handle object, const char* argument);
+/// True or False, or NumPy's. TypeError names the argument.
+bool flag_of(nanobind::handle object, const char* argument);
+/// Three finite numbers of a place that is not farther away than scenes have them, metres. ValueError names the argument.
+Vec3 place_of(nanobind::handle object, const char* argument);
 /// Three finite numbers from a tuple, a list or an array. TypeError and ValueError name the argument.
 Vec3 point_of(nanobind::handle object, const char* argument);
 

@@ -4,10 +4,12 @@
 #include <atomic>
 #include <exception>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "errors.h"
 #include "interrupts.h"
+#include "python_lock.h"
 
 namespace nb = nanobind;
 
@@ -39,7 +41,7 @@ std::vector<std::pair<std::size_t, std::string>> Batch::each(const Work& work) {
   std::vector<std::string> messages(lives_.size());
   Interrupts interrupts;
   {
-    const nb::gil_scoped_release release;
+    const WithoutPythonLock release;
     std::atomic<bool> stopped = false;
     const std::function<bool()> ended = [&] {
       if (interrupts.wanted()) stopped = true;  // looks in the caller's thread alone
@@ -94,18 +96,49 @@ void Batch::place_blade(std::size_t session, Vec3 base, Vec3 tip) {
   hand = {true, base, tip, 0};
 }
 
+void Batch::all(const Work& work) {
+  const auto errors = each(work);
+  if (!errors.empty())
+    throw Failure(failed("session " + std::to_string(errors[0].first) + " of the batch: " + errors[0].second));
+}
+
 void Batch::places_now(const double* rest, std::size_t each_has, double* now) {
-  const auto errors = each([&](std::size_t i, const auto&) {
+  all([&](std::size_t i, const auto&) {
     lives_[i]->places_now(rest + 3 * each_has * i, each_has, now + 3 * each_has * i);
   });
-  if (!errors.empty()) throw Failure(failed(errors[0].second));
 }
 
 void Batch::places_at_rest(const double* now, std::size_t each_has, double* rest, double* distance) {
-  const auto errors = each([&](std::size_t i, const auto&) {
+  all([&](std::size_t i, const auto&) {
     lives_[i]->places_at_rest(now + 3 * each_has * i, each_has, rest + 3 * each_has * i, distance + each_has * i);
   });
-  if (!errors.empty()) throw Failure(failed(errors[0].second));
+}
+
+std::vector<BodyCounts> Batch::counts() {
+  std::vector<BodyCounts> out(size());
+  all([&](std::size_t i, const auto&) { out[i] = lives_[i]->body_counts(); });
+  return out;
+}
+
+std::vector<double> Batch::piece_masses(std::size_t most) {
+  std::vector<double> out(size() * most, 0);
+  all([&](std::size_t i, const auto&) {
+    const std::vector<double> masses = lives_[i]->sorted_masses().mass;
+    std::copy_n(masses.begin(), std::min(masses.size(), most), out.begin() + static_cast<std::ptrdiff_t>(most * i));
+  });
+  return out;
+}
+
+std::vector<ToolRecord> Batch::tools(const std::string& id) {
+  std::vector<ToolRecord> out(size());
+  all([&](std::size_t i, const auto&) { out[i] = lives_[i]->tool(id); });
+  return out;
+}
+
+std::vector<GraspRecord> Batch::grasps(const std::string& id) {
+  std::vector<GraspRecord> out(size());
+  all([&](std::size_t i, const auto&) { out[i] = lives_[i]->grasp(id); });
+  return out;
 }
 
 }  // namespace kerf::python

@@ -46,11 +46,19 @@ class Batch {
   /// 3 `each` numbers for every session. Throws at the first session that has no places.
   void places_now(const double* rest, std::size_t each, double* now);
   void places_at_rest(const double* now, std::size_t each, double* rest, double* distance);
+  // What each session has now. They throw at the first session that can't be asked.
+  std::vector<BodyCounts> counts();
+  /// kg, `most` for every session, heaviest first; 0 where there are fewer pieces.
+  std::vector<double> piece_masses(std::size_t most);
+  std::vector<ToolRecord> tools(const std::string& id);
+  std::vector<GraspRecord> grasps(const std::string& id);
 
  private:
   /// work(i, ended) in the threads, without Python's lock; what it throws becomes a message. It may ask ended(), whether Python wants an end.
   using Work = std::function<void(std::size_t, const std::function<bool()>&)>;
   std::vector<std::pair<std::size_t, std::string>> each(const Work& work);
+  /// The same of what all must be able to do: the first message is thrown, with the session's number.
+  void all(const Work& work);
 
   struct Hand {
     bool placed = false;

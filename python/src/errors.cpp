@@ -2,12 +2,15 @@
 
 #include <nanobind/nanobind.h>
 
+#include "python_lock.h"
+
 namespace nb = nanobind;
 
 namespace kerf::python {
 namespace {
 
 void raise(const Error& error) {
+  const Call call;
   try {
     const nb::object type = nb::module_::import_("kerf._error").attr("Error");
     const nb::object text =

@@ -7,6 +7,7 @@
 
 #include "errors.h"
 #include "kerf/mesh/whole_file.h"
+#include "python_lock.h"
 
 namespace nb = nanobind;
 
@@ -16,7 +17,7 @@ HeldRecording HeldRecording::load(const std::string& file) {
   std::optional<Recording> read;
   std::optional<Error> error;
   {
-    const nb::gil_scoped_release release;
+    const WithoutPythonLock release;
     auto recording = read_recording(file);
     if (!recording) error = recording.error();
     else read = std::move(*recording);
@@ -28,7 +29,7 @@ HeldRecording HeldRecording::load(const std::string& file) {
 void HeldRecording::save(const std::string& file) const {
   Status saved;
   {
-    const nb::gil_scoped_release release;
+    const WithoutPythonLock release;
     saved = replace_file(file, recording_text(*recording_));
   }
   check(saved);
@@ -43,7 +44,7 @@ std::pair<std::string, double> HeldRecording::title_and_step(const std::vector<s
   std::pair<std::string, double> out;
   std::optional<Error> error;
   {
-    const nb::gil_scoped_release release;
+    const WithoutPythonLock release;
     const auto scene = scene_of(*recording_, {meshes.begin(), meshes.end()}, file_);
     if (!scene) error = scene.error();
     else out = {scene->title, scene->simulation.time_step};
@@ -69,7 +70,7 @@ nb::list HeldRecording::changes() const {
 nb::dict HeldRecording::compare(const HeldRecording& other) const {
   RecordingDifference d;
   {
-    const nb::gil_scoped_release release;
+    const WithoutPythonLock release;
     d = kerf::compare(*recording_, *other.recording_);
   }
   const auto step_or_none = [](std::int64_t step) { return step < 0 ? nb::none() : nb::cast(step); };

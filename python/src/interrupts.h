@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "kerf/base/progress.h"
+#include "python_lock.h"
 
 namespace kerf::python {
 
@@ -18,10 +19,11 @@ class Interrupts {
   bool wanted() {
     if (std::this_thread::get_id() != thread_) return false;  // what follows is this thread's alone
     if (wanted_) return true;
+    if (python_ends()) return true;  // and nobody is told: the thread never has Python's lock again
     const auto now = std::chrono::steady_clock::now();
     if (now < next_) return false;
     next_ = now + std::chrono::milliseconds(30);
-    const nanobind::gil_scoped_acquire lock;
+    const WithPythonLock lock;
     wanted_ = PyErr_CheckSignals() != 0;
     return wanted_;
   }

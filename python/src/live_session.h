@@ -19,6 +19,7 @@
 #include "kerf/session/session.h"
 #include "recorder.h"
 #include "session_view.h"
+#include "state_records.h"
 
 namespace kerf::python {
 
@@ -89,13 +90,20 @@ class LiveSession {
   /// All that was done. Bad input: it was not noted, or recordings have no change for something of it.
   HeldRecording recording();
 
-  // These three need no lock of Python's.
+  // These need no lock of Python's.
   /// A turn: the blade goes on straight and evenly over the steps. `stroke`: number of the batch's own stroke, 0 for none. Throws Failure;
   /// what was done before that stays.
   void take_turn(const SessionTurn& turn, std::uint64_t& stroke);
   /// 3 `count` numbers from and to; kerf/session/material_places.h.
   void places_now(const double* rest, std::size_t count, double* now);
   void places_at_rest(const double* now, std::size_t count, double* rest, double* distance);
+  BodyCounts body_counts();
+  /// Heaviest first, kg.
+  PieceMasses sorted_masses();
+  /// Of the scene's tool of this id. Throws Failure: there is none.
+  ToolRecord tool(const std::string& id);
+  /// Of the grasp of this id; all 0 where there is none.
+  GraspRecord grasp(const std::string& id);
 
   Snapshot snapshot();
   void restore(const Snapshot& snapshot);
@@ -157,7 +165,12 @@ class LiveSession {
   /// The camera of the scene's picture, of so many pixels.
   PictureView fitted_view(int width, int height);
   /// An array of colours, or a tuple of that and one of depth. Without a view: fitted_view.
-  nanobind::object render(int width, int height, std::optional<PictureView> view, bool depth, bool shadows);
+  struct PictureWish {
+    bool depth = false;
+    bool shadows = false;
+    bool alpha = false;  ///< a fourth channel, 0 where the quick picture has nothing
+  };
+  nanobind::object render(int width, int height, std::optional<PictureView> view, PictureWish wish);
 
  private:
   class Use;

@@ -13,6 +13,7 @@
 #include "interrupts.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/scene/body_scene.h"
+#include "python_lock.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -123,7 +124,7 @@ MemoryBody MemoryBody::bind(BodyRequest request) {
   std::optional<Midsurface> made;
   std::optional<Error> error;
   {
-    const nb::gil_scoped_release release;
+    const WithoutPythonLock release;
     auto loaded = load_scene_body(body, interrupts.listener(), &made, std::move(request.given));
     if (!loaded) {
       error = loaded.error();
@@ -150,7 +151,7 @@ MemoryBody MemoryBody::load(const std::string& file) {
   out.sources_.push_back({"the body", file});
   std::optional<Error> error;
   {
-    const nb::gil_scoped_release release;
+    const WithoutPythonLock release;
     auto bound = load_bound_body(file, &out.nature_);
     if (!bound) error = bound.error();
     else out.loaded_ = std::make_shared<const SceneBodyLoaded>(with_nature(std::move(*bound), out.nature_));
@@ -166,7 +167,7 @@ void MemoryBody::save(const std::string& file) const {
                               ": they are the same file; choose another place for what is written"));
   Status saved;
   {
-    const nb::gil_scoped_release release;
+    const WithoutPythonLock release;
     saved = save_bound_body(loaded_->bound, file, nature_);
   }
   check(saved);

@@ -52,6 +52,9 @@ inline ContactRecord record_of(const Session::ContactState& c) {
           static_cast<std::uint8_t>(c.sliding ? 1 : 0),
           {}};
 }
+inline GraspRecord record_of(const Session::GraspState& g, Vec3 force) {
+  return {g.held, g.target, force, static_cast<std::int64_t>(g.points.size())};
+}
 inline ToolRecord record_of(const Session::ToolState& t) {
   return {t.place.position, rows(t.place.axes), t.place.velocity, t.place.spin,
           t.pose.position,  rows(t.pose.axes),  t.jaws,           t.force,

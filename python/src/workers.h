@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "kerf/base/wait_for.h"
+#include "python_lock.h"
 
 namespace kerf::python {
 
@@ -68,6 +69,7 @@ class Workers {
     for (std::size_t i = next_++; i < count_; i = next_++) (*work_)(i);
   }
   void serve() {
+    work_for_others();
     std::uint64_t seen = 0;
     for (;;) {
       {

@@ -225,3 +225,43 @@ def test_an_answer_goes_into_the_callers_array_or_is_refused():
             batch.to_world(rest, wrong)
     with pytest.raises(TypeError, match="out"):
         batch.to_world(rest, [[0.0, 0, 0]])
+
+
+def test_counts_and_masses_are_those_of_the_sessions():
+    batch = kerf.Batch([kerf.Session(SHEET) for _ in range(3)], threads=2)
+    batch.sessions[1].cut([[[0, -1, 1], [0, -1, -1]], [[0, 1, 1], [0, 1, -1]]])
+    counts = batch.counts
+    for i, session in enumerate(batch.sessions):
+        assert {word: values[i] for word, values in counts.items()} == session.counts
+    assert counts["pieces"].tolist() == [1, 2, 1] and counts["pieces"].dtype == np.int64 and counts["pieces"].flags.writeable
+    masses = batch.piece_masses(2)
+    assert masses.shape == (3, 2) and (masses[:, 1] > 0).tolist() == [False, True, False]
+    assert (masses[1] == batch.sessions[1].piece_masses).all()
+    assert (batch.piece_masses(1)[:, 0] == masses[:, 0]).all() and batch.piece_masses(4).shape == (3, 4)
+    for wrong, error in ((0, ValueError), (10**12, ValueError), (1.5, TypeError), (None, TypeError)):
+        with pytest.raises(error, match="most"):
+            batch.piece_masses(wrong)
+
+
+def test_tools_and_grasps_are_those_of_the_sessions():
+    scene = {"body": {"model": "sheet"}, "tool": [{"id": "a", "kind": "sphere", "radius": 0.1, "position": [0, 0, 1]},
+                                                  {"id": "b", "kind": "sphere", "radius": 0.1, "position": [0, 0.5, 1]}]}
+    batch = kerf.Batch([kerf.Session(scene) for _ in range(3)])
+    batch.sessions[2].grasp("h", [0.2, 0, 0], radius=0.1)
+    for i in range(2):
+        batch.turn(2, tools={"b": [[i, row, 2, 0, 0, 0] for row in range(3)]})
+        tool, grasp = batch.tool("b"), batch.grasp("h")
+        assert tool.shape == grasp.shape == (3,)
+        for row, session in enumerate(batch.sessions):
+            assert tool[row] == session.tools[1]
+        assert grasp[2] == batch.sessions[2].grasps[0] and grasp["vertices"].tolist()[:2] == [0, 0] and not grasp["force"][:2].any()
+    assert tool["pose_position"][:, 1].tolist() == [0, 1, 2]
+    for read in (batch.tool, batch.grasp):
+        with pytest.raises(TypeError, match="id must be text"):
+            read(5)
+    with pytest.raises(kerf.Error, match='session 0 of the batch: there is no tool "c"'):
+        batch.tool("c")
+    batch.sessions[1].close()
+    for read in (lambda: batch.counts, lambda: batch.tool("a"), lambda: batch.grasp("h"), lambda: batch.piece_masses(1)):
+        with pytest.raises(kerf.Error, match="session 1 of the batch: this session is closed"):
+            read()

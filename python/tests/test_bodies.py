@@ -1,6 +1,8 @@
 """Bodies from meshes of one's own: judged by the program's bind, by closed forms and by trimesh."""
 
+import copy
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -531,3 +533,9 @@ def test_others_go_on_and_ctrl_c_ends_it():
 def test_none_of_the_packages_is_imported():
     code = "import sys, kerf; kerf.bind; assert not {'numpy', 'trimesh', 'pyvista', 'meshio'} & {*sys.modules}"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("copied", [pickle.dumps, copy.copy, copy.deepcopy])
+def test_bodies_are_not_copied(copied):
+    with pytest.raises(TypeError, match=r"save\(\) it"):
+        copied(kerf.bind("sheet"))

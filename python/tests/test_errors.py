@@ -102,13 +102,35 @@ def test_frames(sheet):
         sheet.stroke(frame="body")
     with pytest.raises(ValueError):
         sheet.cut(ACROSS, frame="")
-    with pytest.raises(TypeError):
-        sheet.stroke(frame=3)
+    for call in (lambda: sheet.stroke(frame=3), lambda: sheet.stroke(frame=None), lambda: sheet.cut(ACROSS, frame=b"rest")):
+        with pytest.raises(TypeError, match='frame must be "rest" or "world"'):
+            call()
 
 
-@pytest.mark.parametrize("n, error", [(-1, ValueError), (1.5, TypeError), ("2", TypeError), (2**70, TypeError), (None, TypeError)])
+def test_truth_values(sheet):
+    sheet.stroke(through=np.bool_(True))
+    for call in (lambda: sheet.stroke(through=1), lambda: sheet.stroke(through=None), lambda: sheet.cut(ACROSS, through="no")):
+        with pytest.raises(TypeError, match="through must be True or False"):
+            call()
+
+
+def test_what_is_no_snapshot(sheet):
+    for wrong in (None, 5, sheet):
+        with pytest.raises(TypeError, match=r"snapshot\(\)"):
+            sheet.restore(wrong)
+
+
+def test_a_punch_that_reaches_nowhere(sheet):
+    for wrong in ({"reach": 1e-300}, {"radius": 1e-300}):
+        with pytest.raises(kerf.Error, match="too") as caught:
+            sheet.punch([0.1, 0.1, 0], **{"radius": 0.1, **wrong})
+        assert "nan" not in str(caught.value)
+    assert sheet.undo_depth == 0
+
+
+@pytest.mark.parametrize("n, error", [(-1, ValueError), (1.5, TypeError), ("2", TypeError), (2**70, ValueError), (None, TypeError)])
 def test_numbers_of_steps(sheet, n, error):
-    with pytest.raises(error):
+    with pytest.raises(error, match="^n must "):
         sheet.step(n)
 
 
@@ -268,6 +290,17 @@ def test_places_that_are_too_far_away(sheet, far):
         with pytest.raises(ValueError, match=r"metres, 1e\+06 at most"):
             call()
     assert np.isfinite(sheet.to_world([[1e6, 0, 0]])).all()
+
+
+def test_a_blade_that_goes_too_far_away(sheet):
+    batch = kerf.Batch([sheet])
+    with sheet.stroke() as blade:
+        blade.move([0, -1, 1], [0, -1, -1])
+        for wrong in ([0, 2e6, 1], [-1e300, 0, 0]):
+            with pytest.raises(ValueError, match="tip must be metres"):
+                blade.move([0, 0, 1], wrong)
+    with pytest.raises(ValueError, match="base must be metres"):
+        batch.place_blade(0, [0, 0, 1e7], [0, 0, 0])
 
 
 def test_texts_of_commands_that_are_not_unicode(sheet):

@@ -18,7 +18,7 @@ SOURCES = Path(__file__).parents[2]
 # The text of what headers of third parties begin with. Others are the system's.
 HEADERS = {"boost": "boost", "CLI": "cli11", "Eigen": "eigen", "fmt": "fmt", "nanobind": "nanobind", "nlohmann": "nlohmann-json",
            "oneapi": "tbb", "png.h": "libpng", "toml++": "tomlplusplus"}
-SYSTEM = {"arpa", "fcntl.h", "ifaddrs.h", "immintrin.h", "limits.h", "malloc.h", "spawn.h", "stdlib.h", "sys", "time.h", "unistd.h"}
+SYSTEM = {"arpa", "fcntl.h", "pthread.h", "ifaddrs.h", "immintrin.h", "limits.h", "malloc.h", "spawn.h", "stdlib.h", "sys", "time.h", "unistd.h"}
 # And of shared libraries; those of the compiler and of the C library stay on the machine.
 LIBRARIES = {"libfmt": "fmt", "libpng": "libpng", "libtbb": "tbb", "libtomlplusplus": "tomlplusplus", "libz": "zlib"}
 STAYS = {"ld-linux-x86-64", "libc", "libgcc_s", "libm", "libpthread", "librt", "libdl", "libstdc++"}

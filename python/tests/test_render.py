@@ -166,6 +166,19 @@ def test_same_state_same_bytes():
     assert (again[0] == before[0]).all() and (again[1] == before[1]).all()
 
 
+@pytest.mark.parametrize("shadows", [False, True])
+def test_alpha_is_where_something_is(sheet, shadows):
+    camera = kerf.Camera(*LOW)
+    plain, depth = sheet.render(80, 60, camera=camera, depth=True, shadows=shadows)
+    picture = sheet.render(80, 60, camera=camera, alpha=True, shadows=shadows)
+    assert picture.shape == (60, 80, 4) and picture.dtype == np.uint8 and picture.flags.writeable
+    there = np.isfinite(depth)
+    assert there.any() and not there.all()
+    assert (picture[there] == np.c_[plain[there], np.full(there.sum(), 255)]).all() and not picture[~there].any()
+    both, far = sheet.render(80, 60, camera=camera, alpha=True, depth=True, shadows=shadows)
+    assert (both == picture).all() and (far == depth).all()
+
+
 def test_shadows():
     session = kerf.Session(WEIGHTLESS)
     camera = kerf.Camera(*LOW)

@@ -1,6 +1,8 @@
 """Python's lock is free while the engine works; one session is used by one thread at a time."""
 
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -115,3 +117,29 @@ def test_ctrl_c_ends_long_work(work):
     assert work == "step" or session.hash == before
     session.step(1)
     session.validate()
+
+
+@pytest.mark.parametrize("work", ["session.step(1)", "session.step(10**6)", "batch.turn(1)", "session.render(64, 64)", "kerf.Session('steak')"])
+def test_a_daemon_may_be_at_work_when_python_ends(work):
+    program = f"""
+import threading, time
+import kerf
+
+def go_on():
+    session = kerf.Session("steak")
+    batch = kerf.Batch([kerf.Session("sheet") for _ in range(2)], threads=2)
+    begun.release()
+    while True:
+        {work}
+
+begun = threading.Semaphore(0)
+for _ in range(2):
+    threading.Thread(target=go_on, daemon=True).start()
+for _ in range(2):
+    begun.acquire()
+time.sleep(0.05)
+"""
+    for _ in range(4):
+        ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+        assert ended.returncode == 0, ended.stderr
+        assert ended.stderr == "" or ended.stderr.startswith("nanobind: leaked")  # a build with assertions tells what the threads had

@@ -1,0 +1,24 @@
+// The parts of the extension module.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include "kerf/picture/session_picture.h"
+#include "kerf/scene/scene.h"
+
+namespace kerf::python {
+
+void define_bodies(nanobind::module_& m);
+/// Session, Snapshot and what its pictures need. After strokes and recordings, whose types its signatures name.
+void define_sessions(nanobind::module_& m);
+void define_strokes(nanobind::module_& m);
+void define_recordings(nanobind::module_& m);
+/// What plays recordings: after sessions.
+void define_plays(nanobind::module_& m);
+void define_batches(nanobind::module_& m);
+
+/// "rest" or "world". ValueError, TypeError: something else.
+SceneFrame frame_of(nanobind::handle name);
+PictureView view_of(nanobind::handle eye, nanobind::handle target, nanobind::handle up, double field_of_view);
+
+}  // namespace kerf::python

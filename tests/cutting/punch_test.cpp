@@ -123,7 +123,8 @@ TEST(Punch, TinyOrBadOutlinesAreRefusedAndChangeNothing) {
   refused(circle({0.5, 0.5}, 1e-4), "too small");
   refused(circle({0.5, 0.5}, 1e-300), "radius 0 m");
   Punch p = circle({0.5, 0.5}, 0.2);
-  for (const double reach : {1e-300, 1e-18}) {  // the square of one is 0; the other is lost beside the height of the centre
+  for (const double reach :
+       {1e-300, 1e-18}) {  // the square of one is 0; the other is lost beside the height of the centre
     p.centre.z = 0.5;
     p.reach = reach;
     refused(p, "too short");

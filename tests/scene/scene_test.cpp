@@ -497,6 +497,12 @@ TEST(Scene, WhatIsOutOfAllScaleIsRefusedWithItsLine) {
             "scene.toml:4: gravity of [simulation] must be at least -10000, but is -100000");
   EXPECT_EQ(at("position = [1e7, 0, 0]\n"),
             "scene.toml:3: position of [body] must be at most 1000000, but is 10000000");
+  EXPECT_EQ(at("position = [1e7, 1e7, 1e7]\n"),
+            "scene.toml:3: position of [body] must be at most 1000000, but is 10000000");
+  EXPECT_EQ(at("position = [1e7, -1e7, 1e7]\n"),
+            "scene.toml:3: position of [body] must be at most 1000000, but is 10000000\n"
+            "scene.toml:3: position of [body] must be at least -1000000, but is -10000000\n"
+            "scene.toml:3: position of [body] must be at most 1000000, but is 10000000");
   EXPECT_EQ(at("[[load]]\npoint = [0, 0, 0]\nforce = [0, 0, 1e20]\n"),
             "scene.toml:5: force of [[load]] must be at most 1000000, but is 1e+20");
   EXPECT_EQ(at("[[obstacle]]\nshape = \"plane\"\nmoves = [{ time = 0.1, position = [0, -1e9, 0] }]\n"),

@@ -142,6 +142,9 @@ class SceneReader {
   std::string message() {
     std::stable_sort(problems_.begin(), problems_.end(),
                      [](const Problem& a, const Problem& b) { return a.line < b.line; });
+    // x, y and z that are wrong in the same way are one problem.
+    const auto same = [](const Problem& a, const Problem& b) { return a.line == b.line && a.text == b.text; };
+    problems_.erase(std::unique(problems_.begin(), problems_.end(), same), problems_.end());
     std::string out;
     for (std::size_t i = 0; i < std::min(problems_.size(), kMaxProblems); ++i) {
       if (i > 0) out += '\n';

@@ -16,9 +16,9 @@ namespace kerf::test {
 
 inline constexpr std::uint32_t kScalpel = 0, kGrasp = 1, kFix = 2, kRelease = 3, kLine = 4;
 inline constexpr std::uint32_t kDown = 0, kMove = 1, kUp = 2, kCancel = 3;
-inline constexpr std::uint32_t kPause = 2, kStep = 3, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8, kGravity = 9,
-                               kMaterial = 10, kExport = 11, kRecording = 12, kOverlay = 13, kLoadUpload = 14,
-                               kFixAll = 15, kStopLoading = 16, kUnit = 17, kContacts = 18;
+inline constexpr std::uint32_t kPlay = 1, kPause = 2, kStep = 3, kReset = 5, kUndo = 6, kRedo = 7, kScene = 8,
+                               kGravity = 9, kMaterial = 10, kExport = 11, kRecording = 12, kOverlay = 13,
+                               kLoadUpload = 14, kFixAll = 15, kStopLoading = 16, kUnit = 17, kContacts = 18;
 inline constexpr Point kEye{0.02, -0.05, 0.6};
 
 inline SceneSource steak() {

@@ -151,7 +151,8 @@ struct Engine::Impl {
   // Tools
   std::optional<protocol::Tool> tool;  ///< the one that is down
   std::optional<protocol::ViewRay> line_from;
-  Vec3 scalpel_at;  ///< where the ray `line_from` met the skin
+  Vec3 scalpel_at;   ///< where the ray `line_from` met the skin
+  Vec3 scalpel_out;  ///< how the blade stood there: unit, from its tip to its base
   RimStroke rim;
   std::optional<HandGrasp> hand;
   std::optional<HandInstrument> instrument;

@@ -124,14 +124,17 @@ void Engine::Impl::leave_tool() {
 }
 
 UprightBlade Engine::Impl::upright(const ViewRay& ray) {
-  const auto at =
+  auto at =
       pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);
   const double edge = session->body().complex.mean_root_edge;
   if (!at) return {ray.origin, ray.origin, ray.origin + edge * ray.direction};  // the body lies behind the eye
   Vec3 normal =
       lie_around(session->body().complex.collision, session->collision_positions(), at->rest, kBladeStands * edge);
   if (!(norm(normal) > 0)) normal = at->normal;
-  const Vec3 out = dot(normal, ray.direction) < 0 ? normal : -1.0 * normal;
+  if (at->beside > 0) go_on(*at, normal, ray.origin, ray.direction);
+  // Beside the body its far side may face the eye: there the blade stands as it did.
+  const Vec3 eye = at->beside > 0 && line_from ? scalpel_out : -1.0 * ray.direction;
+  const Vec3 out = dot(normal, eye) > 0 ? normal : -1.0 * normal;
   const double reach = kBladeReach * (at->half + edge);
   return {at->point, at->point + reach * out, at->point - (2 * at->half + reach) * out};
 }
@@ -139,6 +142,7 @@ UprightBlade Engine::Impl::upright(const ViewRay& ray) {
 Status Engine::Impl::lead_scalpel(const ViewRay& ray) {
   const auto pose = [&](const UprightBlade& blade) {
     scalpel_at = blade.skin;
+    scalpel_out = normalized(blade.base - blade.tip);
     return perform(Kind::kBlade, {blade.base.x, blade.base.y, blade.base.z, blade.tip.x, blade.tip.y, blade.tip.z});
   };
   const UprightBlade last = upright(ray);

@@ -25,25 +25,29 @@ double nearest_to_line(Vec3 a, Vec3 b, Vec3 origin, Vec3 direction) {
   return square > 0 ? std::clamp(-dot(from, along) / square, 0.0, 1.0) : 0.0;
 }
 
+/// `t` and `point` of what goes on as a plane with this normal from `middle`, which lies t metres along the ray.
+void go_on(Picked& out, Vec3 normal, Vec3 origin, Vec3 direction, double t) {
+  const double towards = -dot(normal, direction), facing = std::abs(towards);
+  // How far `middle` lies above the ray, towards the eye along the normal; zero where the ray meets it.
+  const double above = (towards < 0 ? -1 : 1) * dot(normal, out.middle - origin - t * direction);
+  out.t = std::max(0.0, t - (out.skin + above) / std::max(facing, 1 / kMostOblique));
+  out.point = origin + out.t * direction;
+}
+
 /// What follows from triangle, barycentric coordinates and `middle`, which lies t metres along the ray.
 void complete(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction, double t,
               Picked& out) {
   std::array<Vec3, 3> corner;
-  double skin = 0;
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const CollisionVertex v = mesh.origin[CollisionMesh::corner(out.triangle, k)];
     corner[i] = positions[v.index()];
     out.half += out.barycentric[i] * norm(mesh.offset[v]);
-    skin += out.barycentric[i] * skin_above(mesh, v);
+    out.skin += out.barycentric[i] * skin_above(mesh, v);
     out.rest += out.barycentric[i] * mesh.rest[v];
   }
   out.normal = normalized(cross(corner[1] - corner[0], corner[2] - corner[0]));
-  const double towards = -dot(out.normal, direction), facing = std::abs(towards);
-  // How far `middle` lies above the ray, towards the eye along the normal; zero where the ray meets it.
-  const double above = (towards < 0 ? -1 : 1) * dot(out.normal, out.middle - origin - t * direction);
-  out.t = std::max(0.0, t - (skin + above) / std::max(facing, 1 / kMostOblique));
-  out.point = origin + out.t * direction;
+  go_on(out, out.normal, origin, direction, t);
 }
 
 }  // namespace
@@ -66,6 +70,10 @@ std::optional<Picked> pick(const CollisionMesh& mesh, std::span<const Vec3> posi
   out.middle = origin + best.t * direction;
   complete(mesh, positions, origin, direction, best.t, out);
   return out;
+}
+
+void go_on(Picked& picked, Vec3 normal, Vec3 origin, Vec3 direction) {
+  go_on(picked, normal, origin, direction, dot(picked.middle - origin, direction));
 }
 
 std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 origin, Vec3 direction,

@@ -19,6 +19,7 @@ struct Picked {
   Vec3 normal;        ///< unit, of the collision triangle, counter-clockwise
   Vec3 rest;          ///< of `middle`
   double half = 0;    ///< metres: half the thickness there
+  double skin = 0;    ///< metres from the collision mesh to the skin
   double beside = 0;  ///< metres by which the ray passes the body (pick_near)
 };
 
@@ -34,6 +35,10 @@ std::optional<Picked> pick_near(const CollisionMesh& mesh, std::span<const Vec3>
 /// How the body lies around a place at rest: the mean normal of the triangles within `reach` (metres at rest), unit, weighted by area and nearness. A triangle
 /// alone may lie any way where a lip springs. Zero where nothing has an area.
 Vec3 lie_around(const CollisionMesh& mesh, std::span<const Vec3> positions, Vec3 rest, double reach);
+
+/// Puts `point` of what a ray passes by to where the body would be if it went on with this unit normal. The nearest triangle alone may lie any way
+/// where a lip springs.
+void go_on(Picked& picked, Vec3 normal, Vec3 origin, Vec3 direction);
 
 /// A place of the skin's rim near a view ray.
 struct RimPlace {

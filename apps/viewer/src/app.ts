@@ -1194,7 +1194,7 @@ export class App implements EngineEvents {
 
   private furnish(): void {
     this.things.set(this.thingList, this.stage.size, this.look, this.level, this.stage.makeWood(), (m) =>
-      receiveContact(m, this.mesh.occlusion.uniforms),
+      receiveContact(m, this.mesh.around),
     );
   }
 

@@ -67,7 +67,7 @@ class Stage {
     for (Vec3 p : body.rest) rest_box_.add(p);
     size_ = std::max(1e-12, std::max({rest_box_.size().x, rest_box_.size().y, rest_box_.size().z}));
     camera_ = options.view ? camera_of(*options.view, width_, height_)
-                           : fitted_camera(cast_.framed, options, width_, height_);
+                           : fitted_camera(cast_.framed, body.positions.size(), options, width_, height_);
     ground_z_ = options.ground_at.value_or(box_.empty() ? 0 : box_.min.z) - 1e-3 * size_;
     normals_ = corner_normals(body_);
     set_lights();

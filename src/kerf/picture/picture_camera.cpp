@@ -29,7 +29,8 @@ std::pair<Vec3, Vec3> perpendicular(Vec3 w) {
   return {u, cross(w, u)};
 }
 
-PictureCamera fitted_camera(std::span<const Vec3> positions, const PictureOptions& options, int width, int height) {
+PictureCamera fitted_camera(std::span<const Vec3> positions, std::size_t of_body, const PictureOptions& options,
+                            int width, int height) {
   PictureCamera camera;
   camera.back = normalized(options.direction);
   Vec3 up = options.up;
@@ -61,6 +62,12 @@ PictureCamera fitted_camera(std::span<const Vec3> positions, const PictureOption
       high_y = std::max(high_y, y);
     }
     center += (0.5 * (low_x + high_x) * distance) * camera.right + (0.5 * (low_y + high_y) * distance) * camera.up;
+  }
+  if (options.zoom > 1) {
+    Box3 body;
+    for (const Vec3 p : positions.first(of_body)) body.add(p);
+    // What lies beside it goes out of the picture twice as fast as it grows.
+    if (!body.empty()) center = lerp(body.center(), center, 1 / (options.zoom * options.zoom));
   }
   camera.eye = center + (distance * kMargin / options.zoom) * camera.back;
   return camera;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <span>
 #include <utility>
 
@@ -29,8 +30,9 @@ struct PictureCamera {
   }
 };
 
-/// Has all positions in a picture of so many pixels, with a margin.
-PictureCamera fitted_camera(std::span<const Vec3> positions, const PictureOptions& options, int width, int height);
+/// Has all positions in a picture of so many pixels, with a margin. Zoomed in it comes closer to the first `of_body` of them: to their middle.
+PictureCamera fitted_camera(std::span<const Vec3> positions, std::size_t of_body, const PictureOptions& options,
+                            int width, int height);
 
 /// Can pictures be taken from there? Bad input: numbers that are not finite or larger than 1e9, an eye at its target, up along the view, an
 /// opening that is none.

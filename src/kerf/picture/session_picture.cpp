@@ -126,7 +126,8 @@ PictureView SessionPainter::fitted_view(Session& session, const SceneCamera& cam
     if (thing.framed) framed.insert(framed.end(), thing.positions.begin(), thing.positions.end());
   Box3 box;
   for (const Vec3 p : framed) box.add(p);
-  return view_of(fitted_camera(framed, options_of(camera), width, height), box.center(), camera.field_of_view);
+  return view_of(fitted_camera(framed, positions_.size(), options_of(camera), width, height), box.center(),
+                 camera.field_of_view);
 }
 
 void SessionPainter::draw_quickly(Session& session, const PictureView& view, const QuickTarget& target) {

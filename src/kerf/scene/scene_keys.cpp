@@ -534,7 +534,7 @@ SceneKeys<SceneCamera> scene_keys<SceneCamera>() {
   static const SceneKey keys[] = {
       {"direction", member<&T::direction>(), "", kAny, false, "From the body towards the eye; any length."},
       {"up", member<&T::up>(), "", kAny, false, "Which way is up in the picture; any length."},
-      {"zoom", member<&T::zoom>(), "", {0.05, 50, false, false}, false, "More than 1 comes closer."},
+      {"zoom", member<&T::zoom>(), "", {0.05, 50, false, false}, false, "More than 1 comes closer to the body."},
       {"field_of_view",
        member<&T::field_of_view>(),
        "rad",

@@ -99,6 +99,10 @@ export class BodyMesh {
     if (this.state) this.cells.update(this.state);
   }
 
+  /** For what lies around the body: its shade, and the window that it mirrors. */
+  get around(): Uniforms {
+    return { ...this.occlusion.uniforms, uWindow: this.frame.uWindow! };
+  }
   /** Within a joint there is no window to mirror. */
   set inJoint(on: boolean) {
     this.frame.uWindow!.value = on ? 0 : 1;

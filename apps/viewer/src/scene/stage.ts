@@ -26,7 +26,7 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { Arthroscope, type ScopePlace } from './arthroscope';
-import { makeBackdrop } from './backdrop';
+import { makeBackdrop, makeTheatre } from './backdrop';
 import { Flight, type View } from './flight';
 import type { Look, QualityLevel, Uniforms } from './materials';
 import { receiveContact } from './occlusion';
@@ -50,6 +50,9 @@ const kBehindAll = 2;
 // makes them coarse, and costs the CPU as a GPU a tenth of a picture.
 const kShadows = 1.3;
 const kShadowsLite = 0.75;
+// Where light comes from, in sizes of the body: a window, or the lamps over a table.
+const kSun = [-0.9, 0.75, 2.1] as const;
+const kLamps = [-0.45, 0.3, 2.35] as const;
 // Where the fluid of a joint begins to hide things and hides them, in sizes of the body: as an optic in saline sees.
 const kClearFluid = 0.12;
 const kHazyFluid = 1.35;
@@ -58,6 +61,8 @@ const kTip = 6;
 const kBesideOptic = 0.05; // sizes from the optic to where its light leaves the shaft; at 0 nothing that is wet glints
 const kEnvironmentBlur = 0.01; // radians; the window's edges are soft by themselves
 const kJoint = 0x1f0d0a; // light that the fluid of a joint scatters back: what is far fades into it; brighter is muddy
+
+const kDrape = 0x24474d; // around an operation
 
 const kWood = /* glsl */ `
 uniform highp sampler3D uNoise;
@@ -144,14 +149,18 @@ export class Stage {
     this.dark = dark;
     const back = this.plain ? 0xffffff : this.scopeIsOn ? kJoint : dark ? 0x1c2126 : 0xa9b1b8;
     (this.scene.background as Texture | null)?.dispose?.();
-    this.scene.background = this.bottomless ? makeBackdrop(back) : new Color(back);
-    (this.scene.fog as Fog).color.set(back);
+    this.scene.background = this.theatre ? makeTheatre(dark) : this.bottomless ? makeBackdrop(back) : new Color(back);
+    (this.scene.fog as Fog).color.set(this.theatre ? kDrape : back);
     const ground = this.ground.material as MeshStandardMaterial | MeshLambertMaterial;
     if ('color' in ground && !Array.isArray(ground)) ground.color.set(this.groundColour());
   }
 
   private get bottomless(): boolean {
     return this.floor === null && !this.plain && !this.scopeIsOn;
+  }
+  /** What is operated on lies in the light of lamps, with drapes around it. */
+  private get theatre(): boolean {
+    return this.bottomless && this.look === 'meniscus';
   }
   private groundColour(): number {
     if (this.look === 'meniscus') return this.dark ? 0x123a40 : 0x2f7077;
@@ -188,7 +197,11 @@ export class Stage {
     const inside = this.scopeIsOn,
       lite = this.level === 'lite';
     this.scene.environmentIntensity = inside ? 0.05 : 0.8;
-    this.sky.intensity = inside ? 0.12 : lite ? 1.9 : 0.75;
+    this.sky.intensity = inside ? 0.12 : (lite ? 1.9 : 0.75) * (this.theatre ? 0.66 : 1);
+    this.sky.groundColor.set(this.theatre ? 0x2f6268 : 0x6b5a4c);
+    this.sun.intensity = this.theatre ? 2.3 : 2.55;
+    const [x, y, z] = this.theatre ? kLamps : kSun;
+    this.sun.position.set(x, y, z).multiplyScalar(this.size).add(this.centre);
     this.sun.visible = !inside;
     this.fill.visible = !inside && this.level === 'full';
     const shadow = this.sun.shadow.camera,
@@ -294,7 +307,9 @@ export class Stage {
     const other = (floor === null) !== (this.floor === null);
     this.floor = floor;
     this.furnish();
-    if (other) this.setTheme(this.dark);
+    if (!other) return;
+    this.light();
+    this.setTheme(this.dark);
   }
   /** The eye is under the ground, which would hide the body's other side. */
   private below = false;
@@ -317,7 +332,6 @@ export class Stage {
     this.controls.minDistance = 0.15 * d;
     this.controls.maxDistance = 6 * this.wide * d;
     this.light();
-    this.sun.position.copy(centre).add(new Vector3(-0.9 * d, 0.75 * d, 2.1 * d));
     this.sun.target.position.copy(centre);
     this.fill.position.copy(centre).add(new Vector3(1.4 * d, -1.2 * d, 0.8 * d));
     this.fill.target.position.copy(centre);

@@ -22,6 +22,7 @@ import { toCreasedNormals } from 'three/examples/jsm/utils/BufferGeometryUtils.j
 import { ContactWith, kContactFloats, kPlaceFloats, kToolFloats } from '../engine/protocol';
 import type { Thing, ThingPart } from '../engine/things';
 import { isTray } from './scales';
+import { kFilm } from './looks';
 import type { Look, QualityLevel } from './materials';
 import { kBehindBodies } from './stage';
 import { readShadowOnce } from './soft_shadow';
@@ -55,12 +56,33 @@ function geometryOf(part: ThingPart): BufferGeometry {
   return creased;
 }
 
+const kWetCartilage = 1.5; // of the mirrored window, in units of white
+const kPearl = 0.3; // light that has wandered through cartilage, where one looks along it
+
+// Cartilage is bluish white where it is thick, and lets light through at its edges; a film on it mirrors the window.
+const kCartilage = /* glsl */ `
+{
+  vec3 eye = normalize(vViewPosition);
+  float along = 1.0 - clamp(dot(eye, normal), 0.0, 1.0);
+  totalEmissiveRadiance += ${kPearl.toFixed(2)} * along * along * vec3(0.42, 0.47, 0.50);
+#ifdef KERF_ONE_READ
+  totalEmissiveRadiance += ${kWetCartilage.toFixed(2)} * uWindow * kFresnel(dot(eye, normal)) * kWindow(kInWorld(reflect(-eye, normal)));
+#endif
+}`;
+
 /** Bone under cartilage: pale, smooth and wet. */
 function cartilage(lite: boolean): Material {
-  const color = 0xd3c8b4;
-  return lite
-    ? readShadowOnce(new MeshPhongMaterial({ color, specular: 0x2c2c2c, shininess: 45 }))
-    : new MeshPhysicalMaterial({ color, roughness: 0.6, clearcoat: 0.6, clearcoatRoughness: 0.3, ior: 1.4 });
+  const color = 0xbdb8a6,
+    material = lite
+      ? readShadowOnce(new MeshPhongMaterial({ color, specular: 0x3a3a3a, shininess: 60 }))
+      : new MeshPhysicalMaterial({ color, roughness: 0.55, clearcoat: 0.8, clearcoatRoughness: 0.22, ior: 1.4 });
+  material.onBeforeCompile = (shader) => {
+    shader.fragmentShader = shader.fragmentShader
+      .replace('#include <common>', `#include <common>\nuniform float uWindow;\n${kFilm}`)
+      .replace('#include <emissivemap_fragment>', `#include <emissivemap_fragment>\n${kCartilage}`);
+  };
+  material.customProgramCacheKey = () => 'kerf-cartilage';
+  return material;
 }
 
 export interface ThingPose {
@@ -142,7 +164,7 @@ export class ThingsView {
     return this.shown.length > 0;
   }
 
-  /** New things; nothing is placed yet. `wood`: the stage's own board; `shaded` gives obstacles the body's shade. */
+  /** New things; nothing is placed yet. `wood`: the stage's own board; `shaded` gives obstacles the body's shade and light. */
   set(
     things: Thing[],
     size: number,

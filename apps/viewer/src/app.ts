@@ -748,7 +748,7 @@ export class App implements EngineEvents {
   setScope(on: boolean): void {
     this.cancelStroke(true);
     this.stage.setScope(on);
-    this.mesh.inJoint = on;
+    this.mesh.inJoint = this.things.inJoint = on;
     document.documentElement.toggleAttribute('data-scope', on);
     this.hoverChanged = true;
     this.touch(true);

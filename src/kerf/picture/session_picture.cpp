@@ -14,6 +14,8 @@ namespace {
 /// Obstacles this many times larger than the body are not taken in whole.
 constexpr double kFramed = 1.6;
 constexpr double kPlaneSize = 3;  // times the body's diagonal
+/// Bone above what is operated on: it would hide it.
+constexpr const char* kAbove = "femur";
 
 std::vector<std::array<std::int32_t, 3>> corners(const TriangleMesh& mesh) {
   std::vector<std::array<std::int32_t, 3>> out;
@@ -89,8 +91,9 @@ void SessionPainter::gather_obstacles(const Session& session, const Box3& box) {
     const SceneObstacle& obstacle = scene.obstacles[i];
     PictureThing& thing = things_[i];
     const RigidPlace place = place_at(obstacle, session.time());
-    if (obstacle.shape == SceneShape::kPlane && place.axes.c[2].z > 1 - 1e-9) {
-      ground_at_ = std::fmax(place.position.z, ground_at_.value_or(-HUGE_VAL));
+    const bool ground = obstacle.shape == SceneShape::kPlane && place.axes.c[2].z > 1 - 1e-9;
+    if (ground) ground_at_ = std::fmax(place.position.z, ground_at_.value_or(-HUGE_VAL));
+    if (ground || obstacle.name == kAbove) {
       thing.positions.clear();
       thing.triangles.clear();
       continue;

@@ -85,6 +85,9 @@ function cartilage(lite: boolean): Material {
   return material;
 }
 
+/** Bone above what is operated on, which hides it from everywhere but within the joint. */
+const isAbove = (thing: Thing): boolean => thing.name === 'femur';
+
 export interface ThingPose {
   position: Vec3;
   quaternion: readonly [number, number, number, number];
@@ -105,6 +108,7 @@ export class ThingsView {
   touching = 0;
   press = 0;
   showContacts = false;
+  private within = false;
   private shown: Shown[] = [];
   private ghosts: Shown[] = [];
   private readonly solid = new Group();
@@ -237,6 +241,12 @@ export class ThingsView {
     this.contactPoints.geometry.setDrawRange(0, 0);
   }
 
+  /** Seen from within the joint: through the arthroscope. */
+  set inJoint(on: boolean) {
+    this.within = on;
+    for (const s of this.shown) if (isAbove(s.thing)) s.group.visible = on;
+  }
+
   /** Places as a frame says. True when something moved. */
   place(places: Float32Array, tools: Float32Array): boolean {
     const n = this.shown.length,
@@ -274,7 +284,10 @@ export class ThingsView {
       turn = new Quaternion();
     this.shown.forEach((s, i) => {
       const p = places.subarray(kPlaceFloats * i, kPlaceFloats * (i + 1));
+      const above = isAbove(s.thing);
+      if (above) s.group.visible = true; // moved is what is placed anew
       put(s, p, p[7]!);
+      if (above) s.group.visible = this.within;
       if (s.thing.shape !== 'plane') return;
       up.set(0, 0, 1).applyQuaternion(turn.set(p[3]!, p[4]!, p[5]!, p[6]!));
       if (up.z < 1 - 1e-6) return;

@@ -65,6 +65,34 @@ await check('edges of fat are no stairs seen near', async () => {
   assert.ok(steps < 50, `${steps} neighbours differ by more than 45`);
 });
 
+await check('what stands still is drawn with finer edges, what moves is not', async () => {
+  const fineness = () => page.evaluate(() => { const view = document.getElementById('view'); return view.width / view.clientWidth; });
+  /** Neighbours across the rim of the board against what is behind it that differ by nearly all. */
+  const stairs = async () => {
+    const shot = await page.screenshot();
+    return page.evaluate(async (base64) => {
+      const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], { type: 'image/png' }));
+      const g = new OffscreenCanvas(image.width, image.height).getContext('2d');
+      g.drawImage(image, 0, 0);
+      const d = g.getImageData(0, 0, image.width, image.height).data;
+      let n = 0;
+      for (let i = 0; i + 8 < d.length; i += 4) if (Math.abs(d[i + 2] - d[i + 6]) > 60) n++;
+      return n;
+    }, shot.toString('base64'));
+  };
+  await look(-75, 35, 3 * r, [cx, cy, cz]);
+  await page.waitForTimeout(100);
+  const moved = [await fineness(), await stairs()];
+  await until(page, () => { const view = document.getElementById('view'); return view.width > view.clientWidth; });
+  await page.waitForTimeout(300);
+  const still = [await fineness(), await stairs()];
+  assert.deepEqual([moved[0], still[0]], [1, 2]);
+  assert.ok(still[1] < 0.8 * moved[1], `${moved[1]} steps of colour while it moves, ${still[1]} when it stands`);
+  await look(-75, 36);
+  await page.waitForTimeout(100);
+  assert.equal(await fineness(), 1);
+});
+
 await check('what a body lies on is darker beside it', async () => {
   await look(-90, 60, 3 * r, [cx, cy, cz]);
   // On the side of the sun (-x), where no shadow falls: the last pixels of the board before the meat, and those a way off.

@@ -125,6 +125,9 @@ export interface AppListener {
 
 const kRayPatienceMs = 1000;
 const kShownAfter = 0.6; // s for which what was done is looked at before hands come
+// ms without a new picture after which lite draws one that is finer: it takes as long as four, and a hand must not wait for it
+const kStillMs = 600;
+const kFineness = 2; // pixels along each side of one; 3 takes twice as long again, and shows no more
 const kManyTriangles = 300_000;
 const kFingerPixels = 22; // half as wide as what a fingertip hits
 const kPointerPixels = 8; // of a mouse or pen: as far as a hand in motion misses by
@@ -265,6 +268,8 @@ export class App implements EngineEvents {
   private shownScene = '';
   private ready = false;
   private dirty = true;
+  private drewAt = 0;
+  private fine = true; // nothing is to be drawn finer
   private moved = true;
   private pendingNodes = new Float32Array(0);
   private pending: { version: number; input: number; n: number; fading: Fading } | null = null;
@@ -1325,11 +1330,19 @@ export class App implements EngineEvents {
     this.drewLast = false;
     if (this.ready && (this.dirty || this.latency.hasWaiting)) {
       const shadows = this.moved && (this.level !== 'lite' || ++this.liteTurn % this.shadowEvery === 0);
+      this.stage.fineness = 1;
       this.stage.render(shadows);
       this.dirty = this.moved && !shadows;
       if (shadows) this.moved = false;
       this.drewLast = true;
+      this.drewAt = now;
+      this.fine = this.level !== 'lite';
       this.fpsCount++;
+    } else if (this.ready && !this.fine && !this.stroke && now - this.drewAt > kStillMs) {
+      // What stands still is drawn once more, without stairs at its edges.
+      this.fine = true;
+      this.stage.fineness = kFineness;
+      this.stage.render(false);
     }
     this.ink.draw();
     if (this.lastSeq !== this.ackedSeq) {

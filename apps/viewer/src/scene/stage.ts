@@ -167,8 +167,15 @@ export class Stage {
     return this.dark ? 0x30363c : 0x8b949b;
   }
 
+  private pixelRatio = 1;
+  /** Times as many pixels along each side as pictures have that move: for edges without stairs. */
+  set fineness(times: number) {
+    if (this.renderer.getPixelRatio() !== times * this.pixelRatio) this.renderer.setPixelRatio(times * this.pixelRatio);
+  }
+
   setQuality(level: QualityLevel, pixelRatio: number): void {
     this.level = level;
+    this.pixelRatio = pixelRatio;
     this.controls.enableDamping = level !== 'lite'; // it is counted in frames: sluggish where frames are few
     this.renderer.setPixelRatio(pixelRatio);
     const shadow = this.sun.shadow,

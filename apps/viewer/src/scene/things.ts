@@ -36,6 +36,7 @@ interface Shown {
   thing: Thing;
   group: Group;
   jaws: Jaw[];
+  placed: boolean; // it has been where it belongs; whether it is seen is another matter
 }
 
 const kMostContacts = 2000;
@@ -221,7 +222,7 @@ export class ThingsView {
     }
     group.visible = false;
     into.add(group);
-    return { thing, group, jaws };
+    return { thing, group, jaws, placed: false };
   }
 
   private clear(): void {
@@ -256,7 +257,7 @@ export class ThingsView {
     const put = (s: Shown, p: Float32Array, jaws: number): void => {
       const g = s.group;
       if (
-        !g.visible ||
+        !s.placed ||
         g.position.x !== p[0] ||
         g.position.y !== p[1] ||
         g.position.z !== p[2] ||
@@ -268,7 +269,8 @@ export class ThingsView {
         moved = true;
       g.position.set(p[0]!, p[1]!, p[2]!);
       g.quaternion.set(p[3]!, p[4]!, p[5]!, p[6]!);
-      g.visible = true;
+      if (!s.placed) g.visible = !isAbove(s.thing) || this.within;
+      s.placed = true;
       for (const j of s.jaws) {
         const angle = (j.side * jaws * s.thing.opening) / 2;
         if (j.group.rotation.y !== angle) moved = true;
@@ -284,15 +286,11 @@ export class ThingsView {
       turn = new Quaternion();
     this.shown.forEach((s, i) => {
       const p = places.subarray(kPlaceFloats * i, kPlaceFloats * (i + 1));
-      const above = isAbove(s.thing);
-      if (above) s.group.visible = true; // moved is what is placed anew
       put(s, p, p[7]!);
-      if (above) s.group.visible = this.within;
       if (s.thing.shape !== 'plane') return;
       up.set(0, 0, 1).applyQuaternion(turn.set(p[3]!, p[4]!, p[5]!, p[6]!));
-      if (up.z < 1 - 1e-6) return;
-      this.floor = Math.max(this.floor ?? -Infinity, p[2]!); // the ground is drawn there
-      s.group.visible = false;
+      s.group.visible = up.z < 1 - 1e-6;
+      if (!s.group.visible) this.floor = Math.max(this.floor ?? -Infinity, p[2]!); // the ground is drawn there
     });
     this.tools = [];
     for (let i = 0; i < nt; i++) {
@@ -310,7 +308,9 @@ export class ThingsView {
       put(ghost, t, p[7]!);
       // The ghost shows where the hand is when the tool can't follow.
       const apart = Math.hypot(t[0]! - p[0]!, t[1]! - p[1]!, t[2]! - p[2]!);
-      ghost.group.visible = apart > 0.004 * this.size;
+      const seen = apart > 0.004 * this.size;
+      if (ghost.group.visible !== seen) moved = true;
+      ghost.group.visible = seen;
     }
     return moved;
   }

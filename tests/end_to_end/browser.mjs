@@ -116,6 +116,8 @@ export async function settled(page, place) {
   }
   throw new Error('the body does not come to rest');
 }
+/** Waits for the finer picture of what stands still, in lite. */
+export const still = (page) => until(page, () => { const view = document.getElementById('view'); return view.width > view.clientWidth; });
 export async function drag(page, from, to, steps = 24) {
   await page.mouse.move(...from);
   await page.mouse.down();

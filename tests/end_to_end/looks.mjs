@@ -1,7 +1,7 @@
 // How tissue looks in lite, the quality of machines without graphics, judged by pixels (see browser.mjs):
 //   node tests/end_to_end/looks.mjs PROGRAM [OUT [PART OF A NAME...]]
 import assert from 'node:assert/strict';
-import { check as checkOn, drag, finish, openPage, settled, startServer, state, until } from './browser.mjs';
+import { check as checkOn, drag, finish, openPage, settled, startServer, state, still, until } from './browser.mjs';
 
 const server = await startServer('steak-on-a-board');
 const page = await openPage(`${server.url}&ui=0`);
@@ -83,11 +83,11 @@ await check('what stands still is drawn with finer edges, what moves is not', as
   await look(-75, 35, 3 * r, [cx, cy, cz]);
   await page.waitForTimeout(100);
   const moved = [await fineness(), await stairs()];
-  await until(page, () => { const view = document.getElementById('view'); return view.width > view.clientWidth; });
+  await still(page);
   await page.waitForTimeout(300);
-  const still = [await fineness(), await stairs()];
-  assert.deepEqual([moved[0], still[0]], [1, 2]);
-  assert.ok(still[1] < 0.8 * moved[1], `${moved[1]} steps of colour while it moves, ${still[1]} when it stands`);
+  const stands = [await fineness(), await stairs()];
+  assert.deepEqual([moved[0], stands[0]], [1, 2]);
+  assert.ok(stands[1] < 0.8 * moved[1], `${moved[1]} steps of colour while it moves, ${stands[1]} when it stands`);
   await look(-75, 36);
   await page.waitForTimeout(100);
   assert.equal(await fineness(), 1);

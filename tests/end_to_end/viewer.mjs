@@ -5,7 +5,7 @@ import { spawn } from 'node:child_process';
 import { writeFileSync } from 'node:fs';
 import net from 'node:net';
 import { join } from 'node:path';
-import { cpuSeconds, check as checkOn, difference, drag, errors, finish, line, openPage, out, program, ready, rest, settled, squareFile, startServer, state, stopServer, until } from './browser.mjs';
+import { check as checkOn, cpuSeconds, difference, drag, errors, finish, line, openPage, out, program, ready, rest, settled, squareFile, startServer, state, still, stopServer, until } from './browser.mjs';
 
 const check = (name, use) => checkOn(name, () => page, use);
 const report = {};
@@ -158,6 +158,7 @@ await check('what is fixed is hatched while it can be changed', async () => {
     await page.keyboard.press(key);
     await page.mouse.move(5, 300);
     await page.waitForTimeout(700);
+    await still(page);
     return page.screenshot({ path: join(out, `fixed-${key}.png`) });
   };
   assert.ok((await state(page)).fixed > 10);

@@ -216,6 +216,7 @@ struct Sheet {
 
 struct Outcomes {
   int out = 0, bridges = 0, folds = 0;
+  std::string which;  ///< samples a second and seed of each that left a bridge
 };
 
 /// Strokes from anywhere within the sheet, at any time of the first second and a half, out over any place of its rim that the eye sees, at the
@@ -253,10 +254,7 @@ Outcomes strokes_out(const std::string& scene, int wanted, int per_second) {
     const double away = uncut(cut, inside);
     const bool bridge = cut.borders != cut.pieces || cut.points > 0 || away > 4 * edge;
     done.bridges += bridge;
-    if (bridge)
-      ADD_FAILURE() << scene << ", " << per_second << " samples a second, seed " << seed << ": " << cut.borders
-                    << " borders of " << cut.pieces << " pieces, " << cut.points << " points, the cut " << away / edge
-                    << " edges beside";
+    if (bridge) done.which += " " + std::to_string(per_second) + "/" + std::to_string(seed);
     sheet.table.tell(sheet.page, page_command(3, kUndo));
     sheet.table.tick();
     const Hangs whole = hangs(sheet.body());
@@ -266,16 +264,22 @@ Outcomes strokes_out(const std::string& scene, int wanted, int per_second) {
   return done;
 }
 
-void expect_none(const std::string& scene, int wanted) {
+void expect_bridges(const std::string& scene, int wanted, int most) {
+  int bridges = 0;
+  std::string which;
   for (const int per_second : {3, 10, 30, 60}) {
     const Outcomes o = strokes_out(scene, wanted, per_second);
     EXPECT_EQ(o.out, wanted) << scene << ", " << o.folds << " over folds";
-    EXPECT_EQ(o.bridges, 0) << scene << " at " << per_second << " samples a second";
+    bridges += o.bridges;
+    which += o.which;
   }
+  EXPECT_LE(bridges, most) << scene << ", samples a second and seed:" << which;
 }
 
-TEST(EngineRim, AFewStrokesLeaveNoBridge) { expect_none("sheet", 3); }
-TEST(EngineRim, StrokesOutOverTheRimLeaveNoBridge) { expect_none("sheet", 100); }
+TEST(EngineRim, AFewStrokesLeaveNoBridge) { expect_bridges("sheet", 3, 0); }
+TEST(EngineRim, StrokesOutOverTheRimLeaveNoBridge) { expect_bridges("sheet", 100, 0); }
+// Two of a hundred leave one there (docs/tools.md).
+TEST(EngineRim, StrokesOutOverTheRimOfADrapedSheet) { expect_bridges("draped-sheet-6656", 8, 2); }
 
 }  // namespace
 }  // namespace kerf::engine_rim_test

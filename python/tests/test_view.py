@@ -29,6 +29,8 @@ HELLO, BODY, PATCH, FRAME, ROLE, ERROR, FILE = 1, 2, 3, 4, 8, 9, 11
 CUT = [[[0, -0.10, 0.05], [0, -0.10, -0.05]], [[0, 0.02, 0.05], [0, 0.02, -0.05]]]
 PATIENCE = 20  # s; no result depends on it
 
+PROTOCOL = 7  # docs/protocol.md
+
 
 class Page:
     """A page: HTTP and WebSocket by hand."""
@@ -49,7 +51,7 @@ class Page:
         if self.status == 101:
             assert b"s3pPLMBiTxaQ9kYGzzhZRbK+xOo=" in head
             if hello:
-                self.say(64, struct.pack("<IIQII", 6, 0, 0, 0, 0))
+                self.say(64, struct.pack("<IIQII", PROTOCOL, 0, 0, 0, 0))
 
     def __enter__(self):
         return self
@@ -67,7 +69,7 @@ class Page:
         return data
 
     def say(self, kind, content, opcode=2):
-        message = struct.pack("<HHI", kind, 6, 8 + len(content)) + content
+        message = struct.pack("<HHI", kind, PROTOCOL, 8 + len(content)) + content
         mask = b"\x12\x34\x56\x78"
         size = bytes([0x80 | len(message)]) if len(message) < 126 else b"\xfe" + struct.pack(">H", len(message))
         self.socket.sendall(bytes([0x80 | opcode]) + size + mask + bytes(b ^ mask[i % 4] for i, b in enumerate(message)))
@@ -81,7 +83,7 @@ class Page:
         if first & 15 != 2:
             raise ConnectionError("the server says goodbye")
         kind, version, length = struct.unpack_from("<HHI", message)
-        assert version == 7 and length == len(message)
+        assert version == PROTOCOL and length == len(message)
         if kind == FRAME:
             self.say(65, struct.pack("<II", struct.unpack_from("<I", message, 12)[0], 0))
         return kind, message[8:]

@@ -11,6 +11,8 @@ import kerf
 WEIGHTLESS = {"body": {"model": "sheet"}, "simulation": {"gravity": [0, 0, 0]}}
 ACROSS = np.array([[[0, -1, 0.5], [0, -1, -0.5]], [[0, 1, 0.5], [0, 1, -0.5]]])
 LOW = ((0.6, -1.1, 0.9), (0, 0, 0))
+NOTHING_BELOW = {"body": {"model": "steak"}, "simulation": {"gravity": [0, 0, -1], "time_step": 0.002},
+                 "fix": [{"half_space": {"point": [0, 0.055, 0], "normal": [0, 1, 0]}}]}
 
 
 @pytest.fixture
@@ -68,7 +70,7 @@ def test_arrays_are_the_callers_own(sheet):
 
 @pytest.mark.parametrize("eye, target", [((0.1, -0.25, 0.2), (0, 0, 0)), ((0.02, 0.03, 0.05), (0.08, 0, 0)), ((0, 0, -0.3), (0, 0.01, 0))])
 def test_depth_is_that_of_rays(eye, target):
-    session = kerf.Session("steak")
+    session = kerf.Session(NOTHING_BELOW)
     session.cut([[[0.0, -0.10, 0.05], [0.0, -0.10, -0.05]], [[0.01, 0.02, 0.05], [0.01, 0.02, -0.05]]])
     session.step(100)
     camera = kerf.Camera(eye, target, (0.1, 0.9, 0.3), 0.7)
@@ -133,7 +135,7 @@ def test_obstacles_tools_and_ground():
 
 
 def test_the_camera_that_is_made_has_the_body_in_view():
-    session = kerf.Session("steak")
+    session = kerf.Session(NOTHING_BELOW)
     for width, height in ((120, 90), (60, 120), (64, 64)):
         camera = session.camera(width, height)
         depth = session.render(width, height, depth=True)[1]

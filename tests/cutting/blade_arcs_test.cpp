@@ -274,6 +274,35 @@ TEST(BladeArcs, BehindAFrontNothingIsLeft) {
     }
 }
 
+TEST(BladeArcs, OfAFrontGoTheWayItCameAtRest) {
+  // The face of the front has turned over since: in space the way from the beginning of its path to it says nothing.
+  const auto folded = [](Vec3 p) {
+    return p.x < 0.3 ? p : p.x < 0.6 ? Vec3{0.6 - p.x, p.y, p.x - 0.3} : Vec3{p.x - 0.6, p.y, 0.3};
+  };
+  const Sheet sheet(plain_grid_mesh(10, 10), folded);
+  const Strip strip =
+      Strip::make({{-0.5, 0.37, -0.1}, {-0.5, 0.37, 0.5}}, {{1.5, 0.37, -0.1}, {1.5, 0.37, 0.5}}, {}, kLeast);
+  const std::vector<BladeArc> whole = sheet.arcs(strip);
+  ASSERT_EQ(whole.size(), 1u);
+  const auto rest = [&](const FacePoint& p) {
+    Vec3 x;
+    for (int k = 0; k < 3; ++k)
+      x += p.weights[static_cast<std::size_t>(k)] *
+           sheet.mesh().rest[sheet.mesh().from(CollisionMesh::corner(p.face, k))];
+    return x;
+  };
+  for (const CollisionTriangle face : whole[0].faces)
+    for (const double way : {-1.0, 1.0}) {
+      const FacePoint middle{face, {1.0 / 3, 1.0 / 3, 1.0 / 3}};
+      const std::vector<ArcFront> fronts{{face, sheet.at(middle), Vec3{way, 0, 0}}};
+      const std::vector<BladeArc> arcs = sheet.arcs(strip, fronts);
+      ASSERT_EQ(arcs.size(), 1u);
+      EXPECT_EQ(arcs[0].begin.kind, Kind::kFront);
+      EXPECT_EQ(arcs[0].end.kind, Kind::kBorder);
+      EXPECT_NEAR(rest(arcs[0].end.point).x, way > 0 ? 1 : 0, 1e-12) << rest(middle).x << " " << way;
+    }
+}
+
 TEST(BladeArcs, OfAFrontGoOnFromIt) {
   const Sheet sheet(sheet_65_mesh());
   const auto edge = [](double x) { return BladeEdge{{x, 0.37, -0.1}, {x, 0.37, 0.1}}; };

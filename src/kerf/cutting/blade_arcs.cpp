@@ -259,13 +259,21 @@ class Search {
       return std::pair{(last ? it.end : it.begin) != Kind::kWas, norm(lerp(it.q0, it.q1, last ? it.to : it.from) - q)};
     };
     const auto first = end(false), last = end(true);
-    const Vec2 on = pieces_[at(piece)].q1 - pieces_[at(piece)].q0,
-               way{dot(front.way, strip_.along), dot(front.way, strip_.motion)};
+    const Vec2 on = pieces_[at(piece)].q1 - pieces_[at(piece)].q0;
     if (norm(on) < cut::kArcShort * strip_.length) return first <= last;
-    if (first.first == last.first && std::abs(dot(on, way)) > cut::kArcInLine * norm(on) * norm(front.way))
-      return dot(on, way) > 0;
+    const Vec3 way = way_at_rest(pieces_[at(piece)]);
+    if (first.first == last.first && std::abs(dot(way, front.way)) > cut::kArcInLine * norm(way) * norm(front.way))
+      return dot(way, front.way) > 0;
     if (first.first == last.first && std::abs(on.y) > cut::kArcInLine * norm(on)) return on.y > 0;
     return first <= last;
+  }
+
+  /// From where the plane enters a face to where it leaves it.
+  Vec3 way_at_rest(const Piece& p) const {
+    const auto on = [&](H h, double fraction) {
+      return lerp(mesh_.rest[mesh_.from(h)], mesh_.rest[mesh_.to(h)], fraction);
+    };
+    return on(p.out, p.out_fraction) - on(p.in, p.in_fraction);
   }
 
   double distance(const Piece& p, Vec3 x) const {

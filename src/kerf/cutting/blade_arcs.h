@@ -76,7 +76,7 @@ struct BladeArc {
   void reverse();
 };
 
-/// A front as the search sees it: a face, where in space, and on what way its path came there (zero: not known).
+/// A front as the search sees it: a face, where in space, and on what way its path came there at rest (zero: not known).
 struct ArcFront {
   CollisionTriangle face;
   Vec3 position, way;

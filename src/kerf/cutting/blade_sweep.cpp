@@ -501,8 +501,12 @@ class Sweep {
   bool open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed = false) {
     if (!opening_.open(stops, drawn, closed)) return false;
     if (leads_ && along_ && !stroke_.through)
-      for (std::size_t i = 1; i < opening_.made().size(); ++i)
-        stroke_.cut_along.push_back({opening_.made()[i - 1], opening_.made()[i]});
+      for (std::size_t i = 1; i < opening_.made().size(); ++i) {
+        // What crosses the blade is cut at one place of the edge only, and says nothing of others.
+        const V a = opening_.made()[i - 1], b = opening_.made()[i];
+        const Vec2 way = strip_.local(at(b)) - strip_.local(at(a));
+        if (std::abs(way.x) > std::abs(way.y)) stroke_.cut_along.push_back({a, b});
+      }
     return dirty_ = true;
   }
 
@@ -584,10 +588,13 @@ class Sweep {
     return open(stops, drawn_) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
   }
 
-  /// On what way a front's path came to it, as the material lies now; it matters only along the blade, where no time tells.
+  /// On what way a front's path came to it, at rest: material that folds at the blade has no other. It matters only along the blade, where no time tells.
   Vec3 way_of(const BladeFront& f) const {
-    const V from = f.before.valid() ? f.before : f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{};
-    return from.valid() && lies_along(f.end.face, cut::kPathLeans) ? place(f.end) - at(from) : Vec3{};
+    if (!lies_along(f.end.face, cut::kPathLeans)) return {};
+    const Vec3 is = rounding_.rest(f.end);
+    for (const V v : {f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{}, f.before})
+      if (v.valid() && norm(is - rounding_.rest(v)) > rounding_.feature()) return is - rounding_.rest(v);
+    return {};
   }
 
   /// Finds a front's face again after paths have been cut.

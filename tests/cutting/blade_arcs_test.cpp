@@ -274,6 +274,28 @@ TEST(BladeArcs, BehindAFrontNothingIsLeft) {
     }
 }
 
+TEST(BladeArcs, BetweenTwoFrontsThatMeetAreAllThatIsLeft) {
+  const Sheet sheet(plain_grid_mesh(10, 10));
+  const Strip strip =
+      Strip::make({{-0.5, 0.37, -0.1}, {-0.5, 0.37, 0.1}}, {{1.5, 0.37, -0.1}, {1.5, 0.37, 0.1}}, {}, kLeast);
+  const std::vector<BladeArc> whole = sheet.arcs(strip);
+  ASSERT_EQ(whole.size(), 1u);
+  const std::vector<CollisionTriangle>& faces = whole[0].faces;
+  const auto front = [&](std::size_t i, double way) {
+    return ArcFront{faces[i], sheet.at(FacePoint{faces[i], {1.0 / 3, 1.0 / 3, 1.0 / 3}}), Vec3{way, 0, 0}};
+  };
+  const double onward = sheet.at(whole[0].end.point).x - sheet.at(whole[0].begin.point).x;
+  for (const bool swapped : {false, true}) {
+    std::vector<ArcFront> fronts{front(5, onward), front(faces.size() - 6, -onward)};
+    if (swapped) std::swap(fronts[0], fronts[1]);
+    const std::vector<BladeArc> arcs = sheet.arcs(strip, fronts);
+    ASSERT_EQ(arcs.size(), 1u) << swapped;
+    EXPECT_EQ(arcs[0].begin.kind, Kind::kFront);
+    EXPECT_EQ(arcs[0].end.kind, Kind::kFront);
+    EXPECT_EQ(arcs[0].faces.size(), faces.size() - 10);
+  }
+}
+
 TEST(BladeArcs, OfAFrontGoTheWayItCameAtRest) {
   // The face of the front has turned over since: in space the way from the beginning of its path to it says nothing.
   const auto folded = [](Vec3 p) {

@@ -63,16 +63,17 @@ class Search {
     for (int i = 0; i < static_cast<int>(fronts.size()); ++i) {
       const int piece = piece_of[at(i)];
       const bool on = onward[at(i)];
-      if (piece < 0 || used_[at(piece)]) continue;
+      if (piece < 0) continue;
+      // Behind it nothing is left of the same arc: there the blade was.
+      for (int p = beside(piece, !on); p >= 0 && p != piece && front_of[at(p)] < 0 && !used_[at(p)]; p = beside(p, !on))
+        used_[at(p)] = true;
+      if (used_[at(piece)]) continue;  // another front has come to it
       std::vector<int> chain{piece};
       int other = -1;
       for (int p = beside(piece, on); p >= 0 && p != piece && !used_[at(p)] && other < 0; p = beside(p, on)) {
         chain.push_back(p);
         other = front_of[at(p)];
       }
-      // Behind it nothing is left of the same arc: there the blade was.
-      for (int p = beside(piece, !on); p >= 0 && p != piece && front_of[at(p)] < 0 && !used_[at(p)]; p = beside(p, !on))
-        used_[at(p)] = true;
       for (const int p : chain) used_[at(p)] = true;
       if (!on) std::reverse(chain.begin(), chain.end());
       BladeArc arc = make(chain);
@@ -95,6 +96,8 @@ class Search {
       chain.push_back(p);
       used_[at(p)] = true;
     }
+    // What does not come back to its beginning lies beyond a front that another one has come to.
+    if (closed && pieces_[at(chain.back())].next != first) return;
     BladeArc arc = make(chain);
     // Not yet begun, or passed by the move before. What lies along the blade as a whole is passed at one moment, be it the first or the last.
     const bool one_moment = arc.first > 1 - cut::kArcNow || std::max(arc.begin.time, arc.end.time) < cut::kArcNow;

@@ -39,3 +39,27 @@ def areas_of(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Areas of triangles (m, 3, 2)."""
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def way_between(triangles: NDArray[np.int32], first: int, last: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The fewest triangles, each beside the next one, from one to any of those marked; none where there is no such way."""
+    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2).astype(np.int64), axis=1)
+    keys = sides[:, 0] * (int(triangles.max()) + 1) + sides[:, 1]
+    order = np.argsort(keys, kind="stable")
+    same = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    beside: list[list[int]] = [[] for _ in triangles]
+    for a, b in zip((order[same] // 3).tolist(), (order[same + 1] // 3).tolist(), strict=True):
+        beside[a].append(b)
+        beside[b].append(a)
+    came, edge = {first: first}, [first]
+    for at in edge:  # grows as it is gone through
+        if last[at]:
+            way = [at]
+            while way[-1] != first:
+                way.append(came[way[-1]])
+            return np.array(way[::-1])
+        for other in beside[at]:
+            if other not in came:
+                came[other] = at
+                edge.append(other)
+    return np.zeros(0, np.int64)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._gauze import SIDE, gauze_body
-from ._pieces import area_of, areas_of, inside, pieces_of
+from ._pieces import area_of, areas_of, inside, pieces_of, way_between
 from ._tasks import Tasks
 
 __all__ = ["PatternCut"]
@@ -24,6 +24,11 @@ CAME_OUT = 0.3  # overlap: below, what is loose are scraps of the cut
 ACROSS = 0.003  # m: how far to both sides of the curve the expert cuts where it begins
 EDGE = 0.03  # m: length of the blade's edge, tip to base
 FALLEN = 0.06  # m: marks so low are on a scrap that falls
+DEEP = 0.008  # m: how far under the gauze the expert leads the tip
+LOW = 0.012  # m: the same under a thread, which hangs
+PAST = 0.008  # m: how far it goes past a thread to both sides,
+TURN = 5  # actions each
+LATE = 90  # actions: who has come round and is not through by then has lost what is left
 BELOW = 0.005  # m: where the tip does well to be under the gauze
 TOLERANCE = 0.005  # m: a cut farther from the curve makes no headway
 FARTHEST = 0.06  # m: of the tip from the middle of the gauze, along each axis
@@ -177,7 +182,7 @@ class PatternCut(Tasks):
 
     def expert(self) -> NDArray[np.float32]:
         """Sinks in beside the first mark, cuts across the curve there, then follows the marks 4 mm ahead until it comes to that cut. Where that
-        has left a thread it goes to and fro across the curve."""
+        has left a thread it looks for it in the mesh, and goes to and fro across it."""
         outward = self.curve[:, 0, :2] - self.curve[..., :2].mean(axis=1)
         outward *= ACROSS / np.linalg.norm(outward, axis=1, keepdims=True)
         aims = np.stack([self.marks[:, 0], self.marks[:, 0], self.marks[:, 2]])
@@ -186,10 +191,29 @@ class PatternCut(Tasks):
         aim = np.take_along_axis(aims, self.stage[None, :, None], axis=0)[0]
         near = np.linalg.norm(aim[:, :2] - self.tip[:, :2], axis=1) < 0.0005
         self.stage = np.minimum(self.stage + (near & self.below), 2)
-        thread = self.at >= MARKS + BEYOND // 4
-        aim[thread, :2] = (self.marks[:, 0, :2] + np.where(self._elapsed[:, None] // 2 % 2, outward, -outward))[thread]
-        aim[:, 2] = self.marks[:, 0, 2] + np.where((self.stage > 0) | near, -0.008, 0.01)
+        thread = (self.at >= MARKS + BEYOND // 4) | (self.at >= ROUND) & (self._elapsed > LATE)
+        aim[:, 2] = self.marks[:, 0, 2] + np.where((self.stage > 0) | near, -DEEP, 0.01)
+        for row in np.flatnonzero(thread):
+            aim[row] = self._across_thread(int(row))
         action = (aim - self.tip) / REACH
         action[(self.stage == 0) & near, :2] = 0
         action[:, :2] /= np.maximum(np.abs(action[:, :2]).max(axis=1, keepdims=True), 1)
         return np.clip(action, -1, 1).astype(np.float32)
+
+    def _across_thread(self, row: int) -> NDArray[np.float64]:
+        """To and fro across what the piece still hangs by: where the tip goes. Where that is not found, it stays."""
+        session, curve = self.sessions[row], self.curve[row]
+        triangles, rest = session.collision_triangles, session.collision_rest_positions
+        corners = rest[triangles][..., :2]
+        middles = corners.mean(axis=1)
+        way = way_between(triangles, int(np.linalg.norm(middles - curve[:, :2].mean(axis=0), axis=1).argmin()),
+                          np.abs(corners).max(axis=(1, 2)) > 0.49 * SIDE)
+        within = inside(curve[:, :2], middles[way])
+        if not within.any():
+            return self.tip[row]
+        last = np.flatnonzero(within)[-1]
+        place = np.append(middles[way[last : last + 2]].mean(axis=0), 0)
+        mark = np.linalg.norm(curve - place, axis=1).argmin()
+        along = curve[(mark + 1) % MARKS] - curve[mark - 1]
+        side = 1 if self._elapsed[row] // TURN % 2 else -1
+        return session.to_world(place[None])[0] + side * PAST / np.linalg.norm(along) * along - (0, 0, LOW)

@@ -58,6 +58,7 @@ class Sweep {
     leads_ = false;
     stroke_.standing = false;
     stroke_.edge = to;
+    stroke_.vertices = mesh().vertex_count();
 
     std::vector<F> keep;
     for (BladeFront& f : stroke_.ends) {
@@ -75,6 +76,8 @@ class Sweep {
     for (BladeFront& f : stroke_.ends) {
       const PathEnd end = make_end(f);
       stroke_.fronts.push_back(end.vertex);
+      f.tip = end.made ? end.vertex : V{};
+      f.before_tip = end.made ? end.before : V{};
       if (!end.on_border) continue;
       const Vec3 x = rounding_.rest(f.end), border = mesh().rest[end.vertex];
       if (!f.touch || norm(border - x) < norm(f.touch->border - rounding_.rest(f.touch->at)))
@@ -83,6 +86,32 @@ class Sweep {
     if (dirty_) opening_.turn_edges({});
     stroke_.provisional = dirty_;
     return report();
+  }
+
+  bool keep_ends() {
+    const std::size_t vertices = stroke_.vertices;
+    const double apart = cut::kLipsApart * target_.complex.mean_root_edge;
+    const auto parted = [&](const BladeFront& f) {
+      if (!f.tip.valid() || f.start.kind != Stop::Kind::kVertex) return false;
+      for (V v(vertices); v.index() < mesh().vertex_count(); ++v.value)
+        if (mesh().rest[v] == mesh().rest[f.start.vertex] && norm(at(v) - at(f.start.vertex)) > apart) return true;
+      return false;
+    };
+    if (std::none_of(stroke_.ends.begin(), stroke_.ends.end(), parted)) return false;
+    std::vector<BladeFront> kept = stroke_.ends;
+    for (BladeFront& f : kept) {
+      if (f.tip.valid()) {
+        const V tip = twin_towards(f.tip, vertices, f.end);
+        const Vec3 x = rounding_.rest(f.end);
+        f = {Stop::at_vertex(tip), f.before_tip, f.end, x, false, {x}, {}, f.beside, f.along};
+      } else if (f.start.kind == Stop::Kind::kVertex) {
+        f.start.vertex = twin_towards(f.start.vertex, vertices, f.end);
+      }
+      if (!locate(f)) return false;
+    }
+    stroke_.ends = std::move(kept);
+    stroke_.provisional = false;
+    return true;
   }
 
  private:
@@ -126,7 +155,45 @@ class Sweep {
     }
     std::vector<BladeArc> arcs = find(strip_, fronts);
     if (!stroke_.standing) look_back(arcs, fronts, along);
+    tie(arcs);
     return arcs;
+  }
+
+  /// Lips that come apart draw the tip of their cut along. The arc of its front may then lead back to them, and that of the blade begin where the edge was:
+  /// what lies between them was passed.
+  void tie(std::vector<BladeArc>& arcs) const {
+    for (std::size_t i = 0; i < old_.size(); ++i) {
+      const BladeFront& f = old_[i];
+      const auto is_of = [&](const ArcEnd& e) { return is_front(e) && e.front == static_cast<int>(i); };
+      const auto leads = [&](const BladeArc& a) {
+        if (is_of(a.end)) return true;
+        if (!is_of(a.begin)) return false;
+        return a.end.kind == Kind::kBorder
+                   ? !rounding_.same_lip(f.start, a.end.border, rounding_.rest(f.start), rounding_.rest(stop_of(a.end)))
+                   : a.end.kind != Kind::kWas;
+      };
+      if (f.in_slit || f.start.kind != Stop::Kind::kVertex || std::any_of(arcs.begin(), arcs.end(), leads)) continue;
+      const BladeArc* nearest = nullptr;
+      BladeArc tied;
+      double least = cut::kTied * target_.complex.mean_root_edge;
+      for (const BladeArc& arc : arcs) {
+        if (!is_open(arc) || !was(arc) || arc.begin.kind == arc.end.kind) continue;
+        BladeArc a = arc;
+        if (a.begin.kind != Kind::kWas) a.reverse();
+        const double far = norm(rounding_.rest(rest_point(mesh(), a.begin.point)) - rounding_.rest(f.start));
+        BladeArc led = a;
+        if (far >= least || !begin_at(led, f)) continue;
+        least = far;
+        nearest = &arc;
+        tied = a;
+        tied.begin.kind = Kind::kFront;
+        tied.begin.front = static_cast<int>(i);
+        tied.begin.time = 0;
+      }
+      if (!nearest) continue;
+      arcs[static_cast<std::size_t>(nearest - arcs.data())] = tied;
+      std::erase_if(arcs, [&](const BladeArc& a) { return is_of(a.begin) && a.faces != tied.faces; });
+    }
   }
 
   static bool is_open(const BladeArc& a) { return !is_front(a.begin) && !is_front(a.end); }
@@ -681,6 +748,8 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 }
 
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).make_ends(); }
+
+bool keep_ends(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).keep_ends(); }
 
 void lift_blade(BladeStroke& stroke) {
   stroke.started = stroke.standing = false;

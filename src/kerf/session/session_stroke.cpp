@@ -198,7 +198,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   CutTimes following;
   begin_pose();
   SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options};
-  const bool taken_back = blade.provisional;
+  const bool taken_back = blade.provisional && !keep_ends(blade, target);
   if (taken_back) {
     rollback_to(blade.mark);
     sweep_positions.resize(state.body.complex.collision.vertex_count());

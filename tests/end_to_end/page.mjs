@@ -414,6 +414,8 @@ await check('what fell out of the picture is said, and shown on request only', a
   await page.evaluate(() => { window.kerf.app.command(4, [0.5]); document.getElementById('hint').hidden = true; });
   if ((await state(page)).playing) await page.keyboard.press('Space');
   await playing(false);
+  await page.evaluate(() => window.kerf.app.command(5));  // at rest, however late it has stopped
+  await until(page, () => window.kerf.state().time === 0 && !window.kerf.state().playing);
   await page.keyboard.press('3');
   const circle = [];
   for (let i = 0; i <= 20; i++) circle.push(await rest(page, [0.2 * Math.cos(0.3 * i), 0.2 * Math.sin(0.3 * i), 0]));

@@ -78,6 +78,7 @@ class Sweep {
       stroke_.fronts.push_back(end.vertex);
       f.tip = end.made ? end.vertex : V{};
       f.before_tip = end.made ? end.before : V{};
+      f.tip_on_border = end.on_border;
       if (!end.on_border) continue;
       const Vec3 x = rounding_.rest(f.end), border = mesh().rest[end.vertex];
       if (!f.touch || norm(border - x) < norm(f.touch->border - rounding_.rest(f.touch->at)))
@@ -103,7 +104,10 @@ class Sweep {
       if (f.tip.valid()) {
         const V tip = twin_towards(f.tip, vertices, f.end);
         const Vec3 x = rounding_.rest(f.end);
-        f = {Stop::at_vertex(tip), f.before_tip, f.end, x, false, {x}, {}, f.beside, f.along};
+        const bool on_border = f.tip_on_border;
+        f = {Stop::at_vertex(tip), f.before_tip, f.end, x, false, {}, {}, f.beside, f.along};
+        if (on_border) note(f);
+        else f.trail.push_back(x);
       } else if (f.start.kind == Stop::Kind::kVertex) {
         f.start.vertex = twin_towards(f.start.vertex, vertices, f.end);
       }

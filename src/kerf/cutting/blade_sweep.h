@@ -48,6 +48,7 @@ struct BladeFront {
   BesideBorder beside{};                ///< of the path, up to the end
   bool along = false;                   ///< its path has come through a sheet that lies along the blade
   CollisionVertex tip{}, before_tip{};  ///< the last two vertices of what is provisional; none: nothing is
+  bool tip_on_border = false;           ///< what is provisional has run into a border that is not its own lip
 };
 
 /// One stroke of a blade: its state between poses. Plain data.

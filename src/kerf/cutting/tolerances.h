@@ -96,9 +96,9 @@ inline constexpr double kReflex = 3.927;
 inline constexpr double kPathCorner = 0.5;
 /// Mean root edges: what rounding may put a point outside of its face. Half or double is rounding too; at a hundredth, points on edges are in no face.
 inline constexpr double kPathOutside = 1e-6;
-/// Mean root edges between the lips of what is provisional, from which on it stays. Of nine strokes over a sheet that falls on balls, which leave a strand
-/// without this and kTied, two do. At 0.1 one does, and two others. Without it six do.
-inline constexpr double kLipsApart = 0.25;
+/// Mean root edges between the lips of what is provisional, from which on it stays. Half: the tip of a saw that drags its material along ends short of
+/// the rim. Double, as without it: over a sheet that falls on balls, one stroke in fifty leaves a strand.
+inline constexpr double kLipsApart = 0.7;
 /// Mean root edges at rest between the tip of a cut and the arc that its front is tied to. Half or double: the same strokes.
 inline constexpr double kTied = 1;
 /// Mean root edges that material may have been carried towards a blade, or a front beside its strip, between two poses. At half, bodies that rise fast

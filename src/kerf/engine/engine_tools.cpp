@@ -132,9 +132,9 @@ UprightBlade Engine::Impl::upright(const ViewRay& ray) {
       lie_around(session->body().complex.collision, session->collision_positions(), at->rest, kBladeStands * edge);
   if (!(norm(normal) > 0)) normal = at->normal;
   if (at->beside > 0) go_on(*at, normal, ray.origin, ray.direction);
-  // Beside the body its far side may face the eye: there the blade stands as it did.
-  const Vec3 eye = at->beside > 0 && line_from ? scalpel_out : -1.0 * ray.direction;
-  const Vec3 out = dot(normal, eye) > 0 ? normal : -1.0 * normal;
+  // Where the skin turns over, or goes on beside the body, its far side may face the eye: a blade that cuts does not turn over with it.
+  const Vec3 above = line_from ? scalpel_out : -1.0 * ray.direction;
+  const Vec3 out = dot(normal, above) > 0 ? normal : -1.0 * normal;
   const double reach = kBladeReach * (at->half + edge);
   return {at->point, at->point + reach * out, at->point - (2 * at->half + reach) * out};
 }

@@ -173,6 +173,28 @@ TEST(BladeSweep, AClosedLoopCutsAnIslandLoose) {
   EXPECT_EQ(b.pieces(), 2);
 }
 
+// A long blade meets the sheet near one end, and leans another way at each corner: the strips twist, and both ends of each must lie where the blade was.
+TEST(BladeSweep, OutlinesOfALeaningBladeClose) {
+  for (const bool through : {false, true})
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+      Bench b(sheet_65_mesh());
+      b.stroke.through = through;
+      Random random(seed);
+      const double turned = random.uniform(0, 2 * std::numbers::pi), radius = random.uniform(0.2, 0.35);
+      std::vector<BladeEdge> corners;
+      for (int i = 0; i < 5; ++i) {
+        const double angle = turned + 0.4 * std::numbers::pi * i;
+        const Vec3 p{0.5 + radius * std::cos(angle), 0.5 + radius * std::sin(angle), 0};
+        const Vec3 down = normalized(Vec3{random.uniform(-0.03, 0.03), random.uniform(-0.03, 0.03), -1});
+        corners.push_back({p - 0.1 * down, p + 4 * down});
+      }
+      corners.push_back(corners.front());
+      for (const BladeEdge& e : corners) b.move(e.base, e.tip);
+      lift_blade(b.stroke);
+      EXPECT_EQ(b.pieces(), 2) << "seed " << seed << (through ? ", through" : "");
+    }
+}
+
 TEST(BladeSweep, CrossingCutsMakeFourPieces) {
   for (const bool closed : {false, true}) {
     Bench b(sheet_65_mesh(), closed);

@@ -41,6 +41,7 @@ class Sweep {
     const bool all_wait = std::all_of(old_.begin(), old_.end(), [](const BladeFront& f) { return f.in_slit; });
     for (const BladeFront& f : old_)
       if ((all_wait || !f.in_slit) && !f.along) places.push_back(place(f.end));
+    if (old_.empty()) places = met_by(stroke_.edge);
     strip_ = Strip::make(stroke_.edge, to, places, cut::kPathLeastMove * target_.complex.mean_root_edge);
     note_done();
     std::vector<BladeArc> arcs = find_all();
@@ -141,6 +142,30 @@ class Sweep {
   std::vector<BladeArc> find(const Strip& strip, std::span<const ArcFront> fronts) {
     target_.boxes.refresh(mesh(), target_.position);
     return find_arcs(mesh(), target_.position, target_.boxes, strip, fronts, rounding_.carried());
+  }
+
+  /// Where an edge goes through the body; but for `through`, the place nearest to its base. A strip that twists is flat through these.
+  std::vector<Vec3> met_by(const BladeEdge& edge) const {
+    Box3 box;
+    box.add(edge.base);
+    box.add(edge.tip);
+    const Ray ray{edge.base, edge.tip - edge.base};
+    const RayFrame frame(ray);
+    std::vector<double> met;
+    target_.boxes.refresh(mesh(), target_.position);
+    target_.boxes.for_each([&](const Box3& b) { return boxes_meet(box, b); },
+                           [&](F f) {
+                             const H h = CollisionMesh::corner(f, 0);
+                             RayHit hit;
+                             if (intersect(frame, {at(mesh().from(h)), at(mesh().to(h)), at(mesh().apex(h))}, hit) &&
+                                 hit.t >= 0 && hit.t <= 1)
+                               met.push_back(hit.t);
+                           });
+    std::sort(met.begin(), met.end());
+    if (!stroke_.through && !met.empty()) met.resize(1);
+    std::vector<Vec3> places;
+    for (const double t : met) places.push_back(edge.base + t * ray.direction);
+    return places;
   }
 
   static bool is_front(const ArcEnd& e) { return e.kind == Kind::kFront; }

@@ -528,6 +528,13 @@ await check('pieces are weighed: beside the pointer, in a list, and on the tray'
   await says('tray', `^tray: ${words}$`);
   assert.deepEqual(await page.evaluate(() => { const b = document.querySelector('.weight.tray').getBoundingClientRect(); return [...document.querySelectorAll('.card')].filter((e) => { const c = e.getBoundingClientRect(); return c.width > 0 && b.left < c.right && c.left < b.right && b.top < c.bottom && c.top < b.bottom; }).map((e) => e.id || e.className); }), [], 'nothing lies over it');
   await page.screenshot({ path: join(out, 'tray.png') });
+  // What it says goes where the tray is not seen: behind the board, from below, and under the controls.
+  for (const [azimuth, elevation] of [[-110, 5], [-110, -30], [90, 45]]) {
+    await page.evaluate((v) => { window.kerf.look(...v); }, [azimuth, elevation]);
+    await until(page, () => [...document.querySelectorAll('.weight.tray')].every((e) => e.hidden));
+  }
+  await page.evaluate(() => { window.kerf.look(-110, 50); });
+  await says('tray', `^tray: ${words}$`);
   await page.mouse.move(...await at([0.13, -0.1, -0.01]));
   await until(page, () => [...document.querySelectorAll('.weight.beside')].every((e) => e.hidden));
 

@@ -6,7 +6,7 @@ import type { Thing } from '../src/engine/things';
 import type { BodyMesh } from '../src/scene/body_mesh';
 import { BodyState } from '../src/scene/body_state';
 import { Pieces } from '../src/scene/pieces';
-import { isTray, liesOn, Scales, topOf, type Tray } from '../src/scene/scales';
+import { hides, isTray, liesOn, Scales, topOf, type Tray } from '../src/scene/scales';
 import { fillPose, kTextureWidth, poseRows } from '../src/scene/skinning';
 import type { ThingsView } from '../src/scene/things';
 import { listRows, massWords, shareWords, trayWords, weightWords } from '../src/ui/weights';
@@ -45,6 +45,20 @@ describe('a tray', () => {
         new Set(['1.500 -0.500 1.000', '2.500 -0.500 1.000', '1.500 0.500 1.000', '2.500 0.500 1.000']),
       );
     }
+  });
+  it('is hidden behind a box, and from below', () => {
+    const board: Tray = { ...tray, position: new Vector3(0.5, 0, 1.2) }; // between x = 0 and 1, up to height 1.25
+    const far = new Vector3(2.5, 0, 1);
+    const seen = (from: Vector3): boolean => ![tray, board].some((b) => hides(b, from, far));
+    expect(seen(new Vector3(-1, 0, 3))).toBe(true); // over the board
+    expect(seen(new Vector3(-1, 0, 1.35))).toBe(false);
+    expect(seen(new Vector3(-1, 2, 1.35))).toBe(true); // beside it
+    expect(seen(new Vector3(2, 0, 0.2))).toBe(false); // from below
+    expect(seen(new Vector3(2, 0, 1.01))).toBe(true); // along the top
+    const turned = { ...board, turn: new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), Math.PI / 4) };
+    const corner = new Vector3(-1, 0.62, 1.2); // past a straight board, against the corner of a turned one
+    expect(hides(board, corner, new Vector3(3, 0.62, 1.2))).toBe(false);
+    expect(hides(turned, corner, new Vector3(3, 0.62, 1.2))).toBe(true);
   });
   const thing = (name: string, tool = false): Thing => ({
     tool,

@@ -1,5 +1,5 @@
 // What the pieces weigh, and what lies on trays: obstacles of that name are scales.
-import { Box3, Quaternion, Vector3 } from 'three';
+import { Box3, Quaternion, Ray, Vector3 } from 'three';
 import type { Masses } from '../engine/protocol';
 import type { Thing } from '../engine/things';
 import type { BodyMesh } from './body_mesh';
@@ -15,12 +15,13 @@ export interface Weight {
   /** Of the uncut body. */
   share: number;
 }
-export interface Tray {
+export interface Block {
   /** In its own axes, metres. */
   box: Box3;
   position: Vector3;
   turn: Quaternion;
 }
+export type Tray = Block;
 
 export function isTray(thing: Thing): boolean {
   return !thing.tool && thing.name === kTray && thing.parts.length > 0;
@@ -45,6 +46,20 @@ export function topOf(tray: Tray, up: Vector3): Vector3[] {
     }
     return p.applyQuaternion(tray.turn).add(tray.position);
   });
+}
+
+const kAlong = 0.2; // sine of the angle below which a top is seen along: half of it, and words of a tray stand on the body before it
+const kBefore = 1 - 1e-3; // of the way to a place: what is met there lies before it, not at it
+
+/** Whether a block lies between an eye and a place: a place on the block itself is hidden from its other side. */
+export function hides(block: Block, eye: Vector3, place: Vector3): boolean {
+  const back = block.turn.clone().invert(),
+    own = (p: Vector3): Vector3 => p.clone().sub(block.position).applyQuaternion(back);
+  const from = own(eye),
+    way = own(place).sub(from),
+    length = way.length();
+  const met = new Ray(from, way.normalize()).intersectBox(block.box, new Vector3());
+  return met !== null && met.distanceTo(from) < kBefore * length;
 }
 
 /**
@@ -84,6 +99,7 @@ export class Scales {
   private weighed = '';
   /** kg, by piece of the page. */
   private masses: number[] = [];
+  private blocks: (Block & { tray: boolean })[] = [];
 
   constructor(
     private readonly mesh: BodyMesh,
@@ -136,9 +152,10 @@ export class Scales {
 
   /** What lies on each tray of the scene, and the corners of its top. `up`: a unit vector; `size`: of the body, metres. */
   trays(up: Vector3, size: number): { top: Vector3[]; on: Weight | null }[] {
-    const trays = this.things.placed
-      .filter(({ thing }) => isTray(thing))
+    this.blocks = this.things.placed
+      .filter(({ thing }) => !thing.tool && (thing.shape === 'box' || isTray(thing)))
       .map(({ thing, group }) => ({
+        tray: isTray(thing),
         box: new Box3().setFromPoints(
           thing.parts.flatMap((p) =>
             Array.from({ length: p.positions.length / 3 }, (_, i) => new Vector3().fromArray(p.positions, 3 * i)),
@@ -147,6 +164,7 @@ export class Scales {
         position: group.position,
         turn: group.quaternion,
       }));
+    const trays = this.blocks.filter((b) => b.tray);
     if (trays.length === 0) return [];
     const s = this.mesh.state,
       masses = this.now();
@@ -156,5 +174,11 @@ export class Scales {
       const mass = masses?.reduce((sum, m, i) => (lies[i] ? sum + m : sum), 0);
       return { top: topOf(tray, up), on: mass === undefined ? null : this.weight(mass) };
     });
+  }
+
+  /** Whether a place of a tray's top is seen from above it, and no box of the scene hides it; boxes are those of the last `trays`. */
+  sees(eye: Vector3, place: Vector3, up: Vector3): boolean {
+    const away = eye.clone().sub(place);
+    return away.dot(up) > kAlong * away.length() && !this.blocks.some((b) => hides(b, eye, place));
   }
 }

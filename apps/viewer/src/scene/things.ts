@@ -1,5 +1,6 @@
 // Obstacles and tools of the scene, and what touches: rigid meshes that are placed in every frame, forces as arrows.
 import {
+  Box3,
   BufferAttribute,
   BufferGeometry,
   DynamicDrawUsage,
@@ -83,6 +84,46 @@ function cartilage(lite: boolean): Material {
       .replace('#include <emissivemap_fragment>', `#include <emissivemap_fragment>\n${kCartilage}`);
   };
   material.customProgramCacheKey = () => 'kerf-cartilage';
+  return material;
+}
+
+const kRim = 0.05; // of a tray's longest side: wider is no rim, narrower is no line from afar
+const kLine = 0.4; // of the rim
+
+// A tray of steel: a bright rim, a groove along it, and a floor. On a face, the middle one of the distances to the sides is that to its edge.
+const kDish = /* glsl */ `
+{
+  vec3 q = uHalf - abs(vPlace - uMiddle);
+  float edge = max(min(q.x, q.y), min(max(q.x, q.y), q.z)) / uRim;
+  float floorOf = smoothstep(1.0, 1.0 + ${kLine.toFixed(1)}, edge);
+  float groove = smoothstep(1.0 - ${kLine.toFixed(1)}, 1.0, edge) * (1.0 - smoothstep(1.0, 2.5, edge));
+  diffuseColor.rgb *= mix(1.0, 0.86, floorOf) * (1.0 - 0.5 * groove);
+}`;
+
+/** `parts`: of one tray. */
+function steelTray(lite: boolean, parts: readonly ThingPart[]): Material {
+  const box = new Box3();
+  for (const p of parts) box.union(new Box3().setFromArray(p.positions));
+  const half = box.getSize(new Vector3()).multiplyScalar(0.5);
+  const color = 0xcdd5da,
+    material = lite
+      ? readShadowOnce(new MeshLambertMaterial({ color }))
+      : new MeshStandardMaterial({ color, roughness: 0.36, metalness: 0.25 });
+  material.onBeforeCompile = (shader) => {
+    shader.uniforms.uMiddle = { value: box.getCenter(new Vector3()) };
+    shader.uniforms.uHalf = { value: half };
+    shader.uniforms.uRim = { value: 2 * kRim * Math.max(half.x, half.y, half.z) };
+    shader.vertexShader = shader.vertexShader
+      .replace('#include <common>', '#include <common>\nvarying vec3 vPlace;')
+      .replace('void main() {', 'void main() {\n\tvPlace = position;');
+    shader.fragmentShader = shader.fragmentShader
+      .replace(
+        '#include <common>',
+        '#include <common>\nuniform vec3 uMiddle, uHalf;\nuniform float uRim;\nvarying vec3 vPlace;',
+      )
+      .replace('#include <color_fragment>', `#include <color_fragment>\n${kDish}`);
+  };
+  material.customProgramCacheKey = () => 'kerf-tray';
   return material;
 }
 
@@ -190,12 +231,13 @@ export class ThingsView {
     const obstacle =
       look === 'meniscus' ? shaded(cartilage(lite)) : look === 'steak' ? wood : shaded(make(0x5d7f99, 0.55, 0.05));
     const ball = look === 'steak' ? make(0x6b7a86, 0.5, 0.1) : obstacle;
-    const tray = make(0xe4e8ea, 0.32, 0.15);
     const ghost = new MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28, depthWrite: false });
-    this.materials = [steel, jaw, ball, tray, ghost, ...(obstacle === wood ? [] : [obstacle])];
+    this.materials = [steel, jaw, ball, ghost, ...(obstacle === wood ? [] : [obstacle])];
     this.floor = null;
     for (const thing of things) {
-      const material = thing.tool ? steel : isTray(thing) ? tray : thing.shape === 'box' ? obstacle : ball;
+      const tray = isTray(thing) ? shaded(steelTray(lite, thing.parts)) : null;
+      if (tray) this.materials.push(tray);
+      const material = tray ?? (thing.tool ? steel : thing.shape === 'box' ? obstacle : ball);
       this.shown.push(this.build(thing, material, jaw, this.solid, true));
       if (thing.tool) this.ghosts.push(this.build(thing, ghost, ghost, this.ghostGroup, false));
     }

@@ -63,6 +63,12 @@ class Label {
   }
 }
 
+/** Of a tray: in space, and in the window. */
+interface Corner {
+  place: Vector3;
+  at: [number, number];
+}
+
 /** Returns what shows or hides the list. */
 export function bindWeights(app: App, closePanel: () => void): () => void {
   const pointed = new Label('beside'),
@@ -70,6 +76,7 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
   let trays: { label: Label; top: Vector3[]; words: string | null }[] = [],
     weighedAt = -Infinity,
     free = 0, // pixels from the top, below the header
+    bottom = Infinity, // and above the controls
     listed = '',
     asked: boolean | null = null; // what a person has chosen; null: shown where there is room and something to compare
   const roomy = matchMedia('(min-width: 721px) and (min-height: 521px)');
@@ -89,6 +96,7 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
     if (now - weighedAt > kTrayEvery) {
       weighedAt = now;
       free = byId('readout').getBoundingClientRect().bottom + kBeside;
+      bottom = byId('transport').getBoundingClientRect().top - kBeside;
       const g = app.info?.gravity ?? [0, 0, -1];
       up.set(-g[0], -g[1], -g[2]);
       if (up.length() > 0) up.normalize();
@@ -103,13 +111,20 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
     }
     for (const t of trays) {
       // From the middle of the edge that is highest in the picture, where what lies there is seen, down to below the header.
-      const [a, b, c, d] = t.top.map((p) => app.stage.project(p.toArray())).sort((p, q) => p[1] - q[1]);
-      const high = [0, 1].map((k) => (a![k]! + b![k]!) / 2),
-        low = [0, 1].map((k) => (c![k]! + d![k]!) / 2);
+      const [a, b, c, d] = t.top
+        .map((place) => ({ place, at: app.stage.project(place.toArray()) }))
+        .sort((p, q) => p.at[1] - q.at[1]) as [Corner, Corner, Corner, Corner];
+      const high = [0, 1].map((k) => (a.at[k]! + b.at[k]!) / 2),
+        low = [0, 1].map((k) => (c.at[k]! + d.at[k]!) / 2);
       const down = Math.max(0, Math.min(1, (free - high[1]!) / Math.max(1, low[1]! - high[1]!)));
-      const [x, y] = high.map((h, k) => h + down * (low[k]! - h));
-      const seen = t.top.some((p) => app.stage.sees(p)) && !app.stage.scopeOn;
-      t.label.put(seen ? t.words : null, x!, y!);
+      const [x, y] = high.map((h, k) => h + down * (low[k]! - h)) as [number, number];
+      const place = a.place.clone().lerp(b.place, 0.5).lerp(c.place.clone().lerp(d.place, 0.5), down);
+      const seen =
+        !app.stage.scopeOn &&
+        y < bottom &&
+        t.top.some((p) => app.stage.sees(p)) &&
+        app.scales.sees(app.stage.camera.position, place, up);
+      t.label.put(seen ? t.words : null, x, y);
     }
   };
 

@@ -107,6 +107,24 @@ await check('what a body lies on is darker beside it', async () => {
   assert.ok(beside < off - 2, `${beside} beside the body, ${off} away from it`);
 });
 
+await check('no light is seen between a body and what it lies on', async () => {
+  // The near rim from low: below the last red of each column lies the board, in the shade of the rim first.
+  await look(-110, 22, 1.1 * r, [cx - 0.3 * r, cy - 0.5 * r, cz]);
+  const [w, h] = [300, 400], [d] = await pixels([{ x: 300, y: 220, w, h }]);
+  const at = (i, j) => d.slice(4 * (j * w + i), 4 * (j * w + i) + 3), meat = ([red, green]) => red > 2.4 * green;
+  let lit = 0, columns = 0;
+  for (let i = 0; i < w; i += 4) {
+    let rim = h - 1;
+    while (rim >= 0 && !meat(at(i, rim))) rim--;
+    if (rim < 0 || rim + 30 > h) continue;
+    const green = Array.from({ length: 18 }, (_, k) => at(i, rim + 2 + k)[1]);
+    columns++;
+    if (Math.max(...green.slice(0, 4)) > 1.3 * Math.min(...green)) lit++;
+  }
+  assert.ok(columns > 40, `${columns} columns with a rim`);
+  assert.ok(lit < 0.25 * columns, `${lit} of ${columns} columns are lit below the rim`);
+});
+
 await check('the wall of a fresh cut is darker than when it has dried', async () => {
   await look(-100, 32, 1.6 * r, [cx - 0.05 * r, cy - 0.45 * r, cz]);
   await page.keyboard.press('Space');

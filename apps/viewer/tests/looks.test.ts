@@ -1,16 +1,21 @@
 import { makeFrame } from '../src/engine/frames';
 import { describe, expect, it } from 'vitest';
-import { DataUtils, ShaderChunk } from 'three';
+import { DataUtils, MeshLambertMaterial, ShaderChunk } from 'three';
 import { makeNoiseTexture } from '../src/scene/noise';
 import { Occlusion } from '../src/scene/occlusion';
 import { BodyState } from '../src/scene/body_state';
-import { installSoftShadows } from '../src/scene/soft_shadow';
+import { installSoftShadows, shadowFromBelow } from '../src/scene/soft_shadow';
 
 describe('shadows of lite', () => {
   it('find the text of three.js that they stand beside', () => {
     expect(installSoftShadows()).toBe(true);
     expect(installSoftShadows()).toBe(true);
     expect(ShaderChunk.shadowmap_pars_fragment.split('KERF_ONE_READ').length).toBe(2);
+  });
+  it('are asked for from below the surface, by one change of its text', () => {
+    const shader = { vertexShader: '#include <shadowmap_vertex>', fragmentShader: '', uniforms: {} };
+    shadowFromBelow(new MeshLambertMaterial()).onBeforeCompile(shader as never, null as never);
+    expect(shader.vertexShader.split('- shadowWorldNormal * directionalLightShadows').length).toBe(2);
   });
 });
 

@@ -257,6 +257,7 @@ export function receiveContact<M extends Material>(material: M, uniforms: Unifor
         `if (kNearBulk(vInSpace)) {
   float open = kOpen(vInSpace, ${level ? 'vec3(0.0, 0.0, 1.0)' : 'normalize(vUpright)'});
   reflectedLight.indirectDiffuse *= open;
+  reflectedLight.indirectSpecular *= open;
   reflectedLight.directDiffuse *= mix(1.0, open, 0.6);
 }`,
       );

@@ -28,3 +28,23 @@ export function readShadowOnce<M extends Material>(material: M): M {
   material.defines = { ...material.defines, KERF_ONE_READ: '' };
   return material;
 }
+
+const kOutwards = 'shadowWorldNormal * directionalLightShadows[ i ].shadowNormalBias';
+
+/**
+ * For what bodies lie on: it asks for its shadow from a little below its surface, not above, where it would be in the body and not
+ * behind it. So the shadow begins where they touch, and no light is seen between. Not for what is round or thin: it would shade itself.
+ */
+export function shadowFromBelow<M extends Material>(material: M): M {
+  const before = material.onBeforeCompile.bind(material),
+    key = material.customProgramCacheKey.bind(material);
+  material.onBeforeCompile = (shader, renderer) => {
+    before(shader, renderer);
+    shader.vertexShader = shader.vertexShader.replace(
+      '#include <shadowmap_vertex>',
+      ShaderChunk.shadowmap_vertex.replace(kOutwards, `- ${kOutwards}`),
+    );
+  };
+  material.customProgramCacheKey = () => `${key()}-below`;
+  return material;
+}

@@ -30,7 +30,7 @@ import { makeBackdrop, makeTheatre } from './backdrop';
 import { Flight, type View } from './flight';
 import type { Look, QualityLevel, Uniforms } from './materials';
 import { receiveContact } from './occlusion';
-import { installSoftShadows, readShadowOnce } from './soft_shadow';
+import { installSoftShadows, readShadowOnce, shadowFromBelow } from './soft_shadow';
 import { disposeSurroundings, makeSurroundings } from './surroundings';
 import type { Vec3 } from '../engine/protocol';
 
@@ -64,6 +64,7 @@ const kJoint = 0x1f0d0a; // light that the fluid of a joint scatters back: what 
 
 const kDrape = 0x24474d; // around an operation
 
+const kOiled = 0.6; // of the wood's colour, where the surroundings light it too: at 1 its grain is pale, at a third it is burnt
 const kWood = /* glsl */ `
 uniform highp sampler3D uNoise;
 uniform float uScale;
@@ -277,12 +278,13 @@ export class Stage {
       this.level === 'lite'
         ? readShadowOnce(new MeshLambertMaterial({ color: this.groundColour() }))
         : new MeshStandardMaterial({ color: this.groundColour(), roughness: 0.85 });
-    receiveContact(this.ground.material, this.contact, true);
+    shadowFromBelow(receiveContact(this.ground.material, this.contact, true));
     this.furnish();
   }
 
   /** Planks, for obstacles that are boards. */
   makeWood(): MeshStandardMaterial | MeshLambertMaterial {
+    const tone = (this.level === 'lite' ? 1 : kOiled).toFixed(2);
     const material =
       this.level === 'lite'
         ? readShadowOnce(new MeshLambertMaterial())
@@ -294,10 +296,10 @@ export class Stage {
         .replace('void main() {', 'void main() {\n\tvPlace = position;');
       shader.fragmentShader = shader.fragmentShader
         .replace('#include <common>', `#include <common>\n${kWood}`)
-        .replace('#include <color_fragment>', 'diffuseColor.rgb = kWood(vPlace);');
+        .replace('#include <color_fragment>', `diffuseColor.rgb = ${tone} * kWood(vPlace);`);
     };
-    material.customProgramCacheKey = () => 'kerf-wood';
-    return receiveContact(material, this.contact);
+    material.customProgramCacheKey = () => `kerf-wood-${tone}`;
+    return shadowFromBelow(receiveContact(material, this.contact));
   }
 
   private furnish(): void {

@@ -26,7 +26,7 @@ import { isTray } from './scales';
 import { kFilm } from './looks';
 import type { Look, QualityLevel } from './materials';
 import { kBehindBodies } from './stage';
-import { readShadowOnce } from './soft_shadow';
+import { readShadowOnce, shadowFromBelow } from './soft_shadow';
 import type { Vec3 } from '../engine/protocol';
 
 interface Jaw {
@@ -229,13 +229,17 @@ export class ThingsView {
     const steel = make(lite ? 0xb4bbc2 : 0xb9c1c8, 0.34, 0.5),
       jaw = make(lite ? 0xcdd3d8 : 0xc9d0d6, 0.28, 0.5);
     const obstacle =
-      look === 'meniscus' ? shaded(cartilage(lite)) : look === 'steak' ? wood : shaded(make(0x5d7f99, 0.55, 0.05));
+      look === 'meniscus'
+        ? shadowFromBelow(shaded(cartilage(lite)))
+        : look === 'steak'
+          ? wood
+          : shaded(make(0x5d7f99, 0.55, 0.05));
     const ball = look === 'steak' ? make(0x6b7a86, 0.5, 0.1) : obstacle;
     const ghost = new MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28, depthWrite: false });
     this.materials = [steel, jaw, ball, ghost, ...(obstacle === wood ? [] : [obstacle])];
     this.floor = null;
     for (const thing of things) {
-      const tray = isTray(thing) ? shaded(steelTray(lite, thing.parts)) : null;
+      const tray = isTray(thing) ? shadowFromBelow(shaded(steelTray(lite, thing.parts))) : null;
       if (tray) this.materials.push(tray);
       const material = tray ?? (thing.tool ? steel : thing.shape === 'box' ? obstacle : ball);
       this.shown.push(this.build(thing, material, jaw, this.solid, true));

@@ -1,13 +1,12 @@
 // Makes the figures of docs/figures.md in the page, as a person would: kerf view, the view's toggles, the tools.
 //   npm run build && npm run figures -- --kerf ../../build/release/kerf --out ../../docs/figures [number...]
 // --quick: small pictures of small bodies, for tests: does every figure still come about?
-import { spawn } from 'node:child_process';
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
-import { drag, ready, withPage } from './page.mjs';
+import { drag, ready, withKerf, withPage, withQuery } from './page.mjs';
 import { encodePng } from './palette_png.mjs';
 
 const { values: options, positionals: only } = parseArgs({
@@ -31,11 +30,12 @@ const { quick } = options;
 const kWidth = quick ? 500 : 1000,
   kGap = 8;
 
-/** A shipped scene without its commands, with other options of its model and another weight. */
+/** A shipped scene without its commands and obstacles, with other options of its model and another weight. */
 function scene(name, modelOptions = '', gravity = 0) {
   const text = readFileSync(join(shipped, `${name}.toml`), 'utf8');
   const head = text
     .slice(0, text.indexOf('[[command]]'))
+    .replace(/^\[\[obstacle\]\]\n(?:(?!\[).*\n)*/gm, '')
     .replace(/^(options|gravity) *=.*\n/gm, '')
     .replace(/^(model *=.*)$/m, `$1\n${modelOptions && `options = { ${modelOptions} }`}`)
     .replace(/^\[simulation\]$/m, `[simulation]\ngravity = [0, 0, ${gravity}]`);
@@ -46,34 +46,14 @@ function scene(name, modelOptions = '', gravity = 0) {
 async function view(name, text, width, height, use, scale = 2) {
   const file = join(scratch, `${name}.toml`);
   writeFileSync(file, text);
-  const kerf = spawn(options.kerf, ['view', file, '--port', '0', '--no-browser', '--page', dist], {
-    stdio: ['ignore', 'pipe', 'inherit'],
-  });
-  const ended = new Promise((done) => {
-    kerf.on('exit', (code, signal) => done(code ?? signal));
-  });
-  try {
-    const url = await new Promise((found, failed) => {
-      let said = '';
-      kerf.stdout.on('data', (d) => {
-        said += d;
-        const m = /http:\S+/.exec(said);
-        if (m && said.includes('\n')) found(m[0]);
-      });
-      kerf.on('error', failed);
-      void ended.then((code) => failed(new Error(`${options.kerf} ended: ${code}`)));
-    });
-    const viewport = quick ? { width, height: Math.round(height / 2) } : { width, height };
-    return await withPage({ url, viewport, scale: quick ? 1 : scale }, async (page) => {
-      await page.goto(`${url}&ui=0&stage=plain&quality=${quick ? 'lite' : 'full'}`);
+  const viewport = quick ? { width, height: Math.round(height / 2) } : { width, height };
+  return withKerf(options.kerf, file, (url) =>
+    withPage({ url, viewport, scale: quick ? 1 : scale }, async (page) => {
+      await page.goto(withQuery(url, `ui=0&stage=plain&quality=${quick ? 'lite' : 'full'}`));
       await ready(page);
-      return await use(new Shown(page));
-    });
-  } finally {
-    kerf.kill('SIGINT');
-    const code = await ended;
-    if (code !== 0) console.error(`kerf view ended: ${code}`);
-  }
+      return use(new Shown(page));
+    }),
+  );
 }
 
 class Shown {

@@ -1,4 +1,5 @@
 // Opens the built page in Debian's Chromium: for screenshots and measurements without a server.
+import { spawn } from 'node:child_process';
 import { createServer } from 'node:http';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -37,6 +38,36 @@ export async function serve(folder) {
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   return { url: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() };
 }
+
+const root = fileURLToPath(new URL('..', import.meta.url));
+/** The program, unless `--kerf` says otherwise. */
+export const kProgram = join(root, '../../build/release/kerf');
+
+/** Runs `use(url)` beside `kerf view` of a scene, with the built page. */
+export async function withKerf(kerf, scene, use, more = []) {
+  const all = ['view', scene, '--port', '0', '--no-browser', '--page', join(root, 'dist'), ...more];
+  const program = spawn(kerf, all, { stdio: ['ignore', 'pipe', 'inherit'] });
+  const ended = new Promise((done) => program.on('exit', (code, signal) => done(code ?? signal)));
+  try {
+    const url = await new Promise((found, failed) => {
+      let said = '';
+      program.stdout.on('data', (bytes) => {
+        said += bytes;
+        const address = /kerf view: (http:\S+)\s/.exec(said);
+        if (address) found(address[1]);
+      });
+      program.on('error', failed);
+      void ended.then((code) => failed(new Error(`${kerf} ended: ${code}`)));
+    });
+    return await use(url);
+  } finally {
+    program.kill('SIGINT');
+    const code = await ended;
+    if (code !== 0) console.error(`kerf view ended: ${code}`);
+  }
+}
+/** An address with more in its query. */
+export const withQuery = (url, query) => `${url}${url.includes('?') ? '&' : '?'}${query}`;
 
 /** Runs `use(page, url)` with the built page's folder served and a fresh browser. */
 export async function withPage(options, use) {

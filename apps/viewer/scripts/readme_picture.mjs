@@ -1,37 +1,23 @@
 // The README's first picture, made by the page: a steak on its board is cut with the mouse and pulled apart.
 //   node scripts/readme_picture.mjs [--kerf PROGRAM] [--out FILE] [--quality full|low|lite]      needs a built page
-import { spawn } from 'node:child_process';
 import { statSync, writeFileSync } from 'node:fs';
-import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { drag, ready, withPage } from './page.mjs';
+import { drag, kProgram, ready, withKerf, withPage, withQuery } from './page.mjs';
 import { shrink } from './shrink.mjs';
 
-const root = fileURLToPath(new URL('..', import.meta.url));
 const option = (name, otherwise) => {
   const at = process.argv.indexOf(`--${name}`);
   return at > 0 ? process.argv[at + 1] : otherwise;
 };
-const kerf = option('kerf', join(root, '../../build/release/kerf')),
-  out = option('out', join(root, '../../docs/steak.png')),
+const kerf = option('kerf', kProgram),
+  out = option('out', fileURLToPath(new URL('../../../docs/steak.png', import.meta.url))),
   quality = option('quality', 'full');
 const kWidth = 1200; // pixels of the file: fewer than of the picture, which smooths edges
 const kMostBytes = 400_000;
 
-const server = spawn(kerf, ['view', 'steak-on-a-board', '--port', '0', '--no-browser', '--page', join(root, 'dist')], {
-  stdio: ['ignore', 'pipe', 'inherit'],
-});
-const url = await new Promise((found) => {
-  let said = '';
-  server.stdout.on('data', (b) => {
-    said += b;
-    const m = /kerf view: (http:\S+)/.exec(said);
-    if (m) found(m[1]);
-  });
-});
-try {
-  await withPage({ url, viewport: { width: 1600, height: 1000 } }, async (page) => {
-    await page.goto(`${url}${url.includes('?') ? '&' : '?'}ui=0&quality=lite`);
+await withKerf(kerf, 'steak-on-a-board', (url) =>
+  withPage({ url, viewport: { width: 1600, height: 1000 } }, async (page) => {
+    await page.goto(withQuery(url, 'ui=0&quality=lite'));
     await ready(page);
     const at = (x, y, z = 0) => page.evaluate((p) => window.kerf.pickPoint(...p), [x, y, z]);
     const look = (azimuth, elevation, distance = 1.5, target = [0, 0, 0]) =>
@@ -84,10 +70,8 @@ try {
     await page.evaluate((q) => window.kerf.app.setQuality(q), quality); // cutting needs many pictures
     await page.waitForTimeout(6000);
     writeFileSync(out, await shrink(page, await page.screenshot(), kWidth));
-  });
-} finally {
-  server.kill('SIGKILL');
-}
+  }),
+);
 const bytes = statSync(out).size;
 console.log(`${out}: ${bytes} bytes`);
 if (bytes > kMostBytes) throw new Error(`${out} has ${bytes} bytes; ${kMostBytes} are the most`);

@@ -1,11 +1,9 @@
 // Makes the pictures of docs/trainer.md: the trainer played in the page, from outside and through the arthroscope.
 //   npm run build && node scripts/trainer.mjs --kerf ../../build/release/kerf --out ../../docs [--meshes FOLDER]
-import { spawn } from 'node:child_process';
 import { mkdirSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
-import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
-import { ready, withPage } from './page.mjs';
+import { ready, withKerf, withPage, withQuery } from './page.mjs';
 import { shrink } from './shrink.mjs';
 
 const { values: options } = parseArgs({
@@ -15,38 +13,23 @@ const { values: options } = parseArgs({
     meshes: { type: 'string' },
   },
 });
-const out = resolve(options.out),
-  dist = fileURLToPath(new URL('../dist', import.meta.url));
+const out = resolve(options.out);
 mkdirSync(out, { recursive: true });
 
 async function play(scene, use) {
   const meshes = options.meshes ? ['--meshes', resolve(options.meshes)] : [];
-  const kerf = spawn(options.kerf, ['view', scene, '--port', '0', '--no-browser', '--page', dist, ...meshes], {
-    stdio: ['ignore', 'pipe', 'inherit'],
-  });
-  const ended = new Promise((done) => {
-    kerf.on('exit', done);
-  });
-  try {
-    const url = await new Promise((found, failed) => {
-      let said = '';
-      kerf.stdout.on('data', (d) => {
-        said += d;
-        const m = /http:\S+/.exec(said);
-        if (m && said.includes('\n')) found(m[0]);
-      });
-      kerf.on('error', failed);
-      void ended.then((code) => failed(new Error(`${options.kerf} ended: ${code}`)));
-    });
-    await withPage({ url, viewport: { width: 960, height: 640 }, scale: 1.5 }, async (page) => {
-      await page.goto(`${url}?ui=0&quality=full`);
-      await ready(page);
-      await use(page);
-    });
-  } finally {
-    kerf.kill('SIGINT');
-    await ended;
-  }
+  const seen = { viewport: { width: 960, height: 640 }, scale: 1.5 };
+  await withKerf(
+    options.kerf,
+    scene,
+    (url) =>
+      withPage({ url, ...seen }, async (page) => {
+        await page.goto(withQuery(url, 'ui=0&quality=full'));
+        await ready(page);
+        await use(page);
+      }),
+    meshes,
+  );
 }
 
 const until = (page, test, arg) => page.waitForFunction(test, arg, { timeout: 120000 });

@@ -627,9 +627,60 @@ await check('on touch everything can be hit, and says what it is', async () => {
       return n / all;
     });
     assert.ok(covered < 0.5, `cards cover ${covered.toFixed(2)} of ${width} x ${height}`);
+    const beyond = await page.evaluate(() => {
+      for (const [id, text] of [['r-fps', '60'], ['r-step', '12.3'], ['r-cut', '143'], ['r-pieces', '12'], ['r-pieces-word', 'pieces']]) document.getElementById(id).textContent = text;
+      return [...document.querySelectorAll('#top :is(button, span), #transport button')].map((e) => [e.id || e.textContent.trim(), e.getBoundingClientRect()]).filter(([, r]) => r.width > 1 && r.right > innerWidth - 4).map(([n]) => n);
+    });
+    assert.deepEqual(beyond, [], `cut off at ${width} x ${height} after a cut`);
   }
+  // The second finger leads the arthroscope, and takes back what the first began.
+  await page.setViewportSize({ width: 390, height: 844 });
+  await page.evaluate(() => { localStorage.removeItem('kerf.used-grasp'); window.kerf.app.setTool('scalpel'); });
+  await page.click('#tools [data-tool=grasp]');
+  assert.doesNotMatch(await text('hint'), /Shift/, 'there is no key');
+  await page.click('#tools [data-tool=scalpel]');
+  await page.click('#scope');
+  await until(page, () => window.kerf.state().scopeOn);
+  const touch = (type, ...points) => cdp.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  const eye = async () => (await state(page)).camera.position, from = await eye(), { undoDepth } = await state(page);
+  await touch('touchStart', [150, 400]);
+  await touch('touchStart', [150, 400], [250, 400]);
+  for (let i = 1; i <= 6; i++) await touch('touchMove', [150, 400], [250 + 10 * i, 400]);
+  await touch('touchEnd');
+  assert.ok(Math.hypot(...(await eye()).map((x, k) => x - from[k])) > 1e-5, 'it is led');
+  assert.equal((await state(page)).undoDepth, undoDepth);
+  await page.click('#scope');
   await cdp.send('Emulation.setTouchEmulationEnabled', { enabled: false });
   await cdp.detach();
+});
+
+await check('a scene says what to try until that was read; words beside the pointer stay in the window', async () => {
+  await page.evaluate(() => { localStorage.removeItem('kerf.goal-spiral'); localStorage.setItem('kerf.used-scalpel', '1'); window.kerf.app.setTool('scalpel'); });
+  await scene('spiral');
+  await until(page, () => /Cut a spiral/.test(document.getElementById('hint-text').textContent));
+  assert.equal(await shown('hint'), true);
+  await page.click('#hint-close');
+  await scene('sheet');
+  await scene('spiral');
+  await page.waitForTimeout(300);
+  assert.equal(await shown('hint'), false);
+  await scene('steak');
+  await page.setViewportSize({ width: 390, height: 844 });
+  await page.keyboard.press('4');
+  await page.evaluate(() => { window.kerf.look(-90, 60, 0.8 * window.kerf.app.stage.size); });
+  await page.waitForTimeout(600);
+  const [x, y] = await page.evaluate(() => {
+    const { rest: r, nv } = window.kerf.app.mesh.state, all = [];
+    for (let v = 0; v < nv; v += 7) all.push(window.kerf.pickRest(...r.slice(3 * v, 3 * v + 3)));
+    return all.filter(([u, v]) => document.elementFromPoint(u, v)?.id === 'view').reduce((a, b) => (b[0] > a[0] && b[0] < innerWidth - 8 ? b : a), [0, 0]);
+  });
+  await page.mouse.move(x - 6, y);
+  await until(page, () => [...document.querySelectorAll('.weight.beside')].some((e) => !e.hidden));
+  assert.ok(x > 350, `the body ends at ${x}`);
+  const right = await page.evaluate(() => Math.max(...[...document.querySelectorAll('.weight.beside')].map((e) => e.getBoundingClientRect().right)));
+  assert.ok(right <= 390, `it ends at ${right} of 390`);
+  await page.evaluate(() => { window.kerf.app.setTool('scalpel'); });
+  await page.setViewportSize({ width: 900, height: 640 });
 });
 
 await check('names, contrast and structure are what readers of screens need', async () => {

@@ -939,6 +939,7 @@ export class App implements EngineEvents {
         c.focus({ preventScroll: true });
         if (decision === 'cancel-and-orbit') {
           this.abandon(e.timeStamp);
+          if (this.stage.scopeOn) this.steering = { id: e.pointerId, x: e.clientX, y: e.clientY, turns: false };
           return;
         }
         if (decision === 'orbit') {

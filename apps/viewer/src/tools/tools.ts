@@ -31,6 +31,8 @@ export interface ToolInfo {
   title: string;
   key: string;
   hint: string;
+  /** For fingers, where keys and buttons of a mouse say nothing. */
+  touch?: string;
   code: number | null;
   size?: ToolSize;
 }
@@ -43,6 +45,7 @@ export const kTools: ToolInfo[] = [
     key: '1',
     code: ToolCode.Scalpel,
     hint: 'Drag across the body: the cut follows the pointer. Start beside the rim to cut it through.',
+    touch: 'Drag across the body to cut.',
   },
   {
     name: 'line',
@@ -67,6 +70,7 @@ export const kTools: ToolInfo[] = [
     key: '4',
     code: ToolCode.Grasp,
     hint: 'Drag to pull. Hold Shift when letting go to leave it held there.',
+    touch: 'Drag to pull.',
   },
   {
     name: 'fix',
@@ -75,6 +79,7 @@ export const kTools: ToolInfo[] = [
     key: '5',
     code: ToolCode.Fix,
     hint: 'Click or brush over places that shall not move.',
+    touch: 'Touch or brush over places that shall not move.',
   },
   {
     name: 'release',
@@ -83,6 +88,7 @@ export const kTools: ToolInfo[] = [
     key: '6',
     code: ToolCode.Release,
     hint: 'Click or brush over fixed or held places to let them go.',
+    touch: 'Touch or brush over fixed or held places to let them go.',
   },
   {
     name: 'hand',
@@ -91,6 +97,7 @@ export const kTools: ToolInfo[] = [
     key: '7',
     code: null,
     hint: 'Drag to turn the view; two fingers or the wheel zoom, Shift-drag with the right button moves.',
+    touch: 'Drag to turn the view; pinch to zoom.',
   },
   {
     name: 'rigid',
@@ -99,6 +106,7 @@ export const kTools: ToolInfo[] = [
     key: '8',
     code: null,
     hint: "Drag the scene's tool across the view; wheel, or Shift and up or down: nearer and farther. J opens and closes jaws.",
+    touch: 'Drag the tool of the scene across the view.',
   },
   {
     name: 'punch',
@@ -107,6 +115,7 @@ export const kTools: ToolInfo[] = [
     key: '9',
     code: ToolCode.Punch,
     hint: 'Click to bite a piece out, over the rim too; drag to bite on. Hold Shift to leave the pieces lying.',
+    touch: 'Touch to bite a piece out, over the rim too; drag to bite on.',
     size: { title: 'Radius', least: 0.01, own: 0.035, most: 0.15, near: 1 },
   },
   {

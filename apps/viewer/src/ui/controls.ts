@@ -19,7 +19,7 @@ import { bindKeys, type Shortcut } from './keyboard';
 import { showLegend } from './legend';
 import { noFloorHint, noFloorRead } from './no_floor';
 import { bindOutOfView } from './out_of_view';
-import { bindScenes } from './scenes';
+import { bindScenes, goalHint, goalRead } from './scenes';
 import { bindUpload } from './upload';
 import { bindWeights } from './weights';
 
@@ -82,7 +82,16 @@ export function bindControls(app: App): void {
     byId('hint').hidden = text === null;
     if (text) setText('hint-text', text);
   };
-  /** Of the tool, the first time; for a page that watches, what its drags do. */
+  const sceneRead = (): void => {
+    noFloorRead(app);
+    goalRead(app);
+  };
+  const fingers = matchMedia('(pointer: coarse)');
+  const wordsOf = (tool: ToolName): string => {
+    const { hint: words, touch } = toolInfo(tool);
+    return fingers.matches ? (touch ?? words) : words;
+  };
+  /** What to try and how the tool is used, the first time; for a page that watches, what its drags do. */
   const showHint = (): void => {
     const first = remembered.get(`used-${app.tool}`) === null;
     if (app.showing) hint('Watch. The tools are yours when it has ended, or at once: Your turn.');
@@ -90,8 +99,9 @@ export function bindControls(app: App): void {
       hint(
         `You are watching: a drag turns the view.${app.readOnly ? '' : ' Another page holds the tools; C takes them.'}`,
       );
-    else hint([first ? toolInfo(app.tool).hint : null, noFloorHint(app)].filter(Boolean).join(' ') || null);
+    else hint([goalHint(app), first ? wordsOf(app.tool) : null, noFloorHint(app)].filter(Boolean).join(' ') || null);
   };
+  fingers.addEventListener('change', showHint);
   const tools = byId('tools');
   for (const t of kTools) {
     const b = document.createElement('button');
@@ -135,7 +145,7 @@ export function bindControls(app: App): void {
   });
   byId('hint-close').onclick = () => {
     if (app.toolAllowed) remembered.set(`used-${app.tool}`, '1');
-    if (app.toolAllowed) noFloorRead(app);
+    if (app.toolAllowed) sceneRead();
     hint(null);
   };
 
@@ -684,13 +694,16 @@ export function bindControls(app: App): void {
       if (on && remembered.get('used-scope') === null) {
         remembered.set('used-scope', '1');
         toast(
-          'Arthroscope: right drag leads it, the wheel pushes it in, Shift-right drag or Shift with arrows turns it.',
+          fingers.matches
+            ? 'Arthroscope: a second finger leads it.'
+            : 'Arthroscope: right drag leads it, the wheel pushes it in, Shift-right drag or Shift with arrows turns it.',
+          false,
         );
       }
     },
     used(tool) {
       if (remembered.get(`used-${tool}`) === null) remembered.set(`used-${tool}`, '1');
-      noFloorRead(app);
+      sceneRead();
       hint(null);
     },
   };

@@ -1,7 +1,19 @@
 // The scenes that the engine offers: those with a goal as tiles with a picture, the others by their titles.
 import type { App, SceneInfo } from '../app';
 import { CommandCode } from '../engine/protocol';
-import { byId, setText } from './dom';
+import { byId, remembered, setText } from './dom';
+
+const key = (app: App): string => `goal-${app.info?.name ?? ''}`;
+
+/** What to try in the scene that is shown, until it was read. */
+export function goalHint(app: App): string | null {
+  const { name, opened, scenes } = app.info ?? { name: '', opened: true, scenes: [] };
+  if (opened || remembered.get(key(app)) !== null) return null;
+  return scenes.find((s) => s.name === name)?.goal || null;
+}
+export function goalRead(app: App): void {
+  remembered.set(key(app), '1');
+}
 
 /** Returns what shows the scenes of a Hello. */
 export function bindScenes(app: App): (info: SceneInfo) => void {

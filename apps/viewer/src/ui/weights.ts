@@ -45,7 +45,10 @@ export function listRows(list: readonly Weight[]): { rows: [string, string][]; s
 class Label {
   readonly element = document.createElement('div');
   private at = '';
-  constructor(kind: string) {
+  private width = 0;
+  private readonly middle: boolean; // it stands on its place, not beside it
+  constructor(kind: 'beside' | 'tray') {
+    this.middle = kind === 'tray';
     this.element.className = `weight ${kind}`;
     this.element.hidden = true;
     byId('labels').append(this.element);
@@ -53,7 +56,11 @@ class Label {
   put(text: string | null, x: number, y: number): void {
     this.element.hidden = text === null;
     if (text === null) return;
-    if (this.element.textContent !== text) this.element.textContent = text;
+    if (this.element.textContent !== text) {
+      this.element.textContent = text;
+      this.width = this.element.offsetWidth;
+    }
+    if (!this.middle && x + this.width > innerWidth) x -= this.width + 2 * kBeside; // on the pointer's other side
     const at = `${x.toFixed(1)}px ${y.toFixed(1)}px`;
     if (at !== this.at) this.element.style.translate = at;
     this.at = at;

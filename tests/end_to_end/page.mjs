@@ -633,7 +633,7 @@ await check('on touch everything can be hit, and says what it is', async () => {
     });
     assert.deepEqual(beyond, [], `cut off at ${width} x ${height} after a cut`);
   }
-  // The second finger leads the arthroscope, and takes back what the first began.
+  // Two fingers lead the arthroscope and push it in; the second takes back what the first began.
   await page.setViewportSize({ width: 390, height: 844 });
   await page.evaluate(() => { localStorage.removeItem('kerf.used-grasp'); window.kerf.app.setTool('scalpel'); });
   await page.click('#tools [data-tool=grasp]');
@@ -648,6 +648,13 @@ await check('on touch everything can be hit, and says what it is', async () => {
   for (let i = 1; i <= 6; i++) await touch('touchMove', [150, 400], [250 + 10 * i, 400]);
   await touch('touchEnd');
   assert.ok(Math.hypot(...(await eye()).map((x, k) => x - from[k])) > 1e-5, 'it is led');
+  const depth = () => page.evaluate(() => window.kerf.app.stage.scope.depth), deep = await depth(), led = await eye();
+  await touch('touchStart', [180, 400]);
+  await touch('touchStart', [180, 400], [220, 400]);
+  for (let i = 1; i <= 6; i++) await touch('touchMove', [180 - 8 * i, 400], [220 + 8 * i, 400]);
+  await touch('touchEnd');
+  assert.ok((await depth()) > deep + 0.02, `pushed from ${deep} to ${await depth()}`);
+  assert.ok(Math.hypot(...(await eye()).map((x, k) => x - led[k])) > 1e-5);
   assert.equal((await state(page)).undoDepth, undoDepth);
   await page.click('#scope');
   await cdp.send('Emulation.setTouchEmulationEnabled', { enabled: false });

@@ -48,7 +48,7 @@ import { type Box, Stage } from './scene/stage';
 import { LatencyMeter } from './stats/latency';
 import { QualityChooser, kQualitySteps } from './stats/quality';
 import { Series } from './stats/series';
-import { PointerMap, type PointerKind } from './tools/mapping';
+import { PointerMap, TwoFingers, type PointerKind } from './tools/mapping';
 import { FreshSamples, Pacer } from './tools/pacing';
 import { kTools, Stroke, type StrokeMessage, toolInfo, type ToolName } from './tools/tools';
 import { ghostAt } from './tools/ghost';
@@ -128,6 +128,7 @@ const kShownAfter = 0.6; // s for which what was done is looked at before hands 
 // ms without a new picture after which lite draws one that is finer: it takes as long as four, and a hand must not wait for it
 const kStillMs = 600;
 const kFineness = 2; // pixels along each side of one; 3 takes twice as long again, and shows no more
+const kPinch = 0.6; // of the body's size that fingers push the arthroscope in, for each height of the window that they come apart
 const kManyTriangles = 300_000;
 const kFingerPixels = 22; // half as wide as what a fingertip hits
 const kPointerPixels = 8; // of a mouse or pen: as far as a hand in motion misses by
@@ -937,6 +938,7 @@ export class App implements EngineEvents {
         const kind: PointerKind = e.pointerType === 'touch' || e.pointerType === 'pen' ? e.pointerType : 'mouse';
         const decision = this.pointers.down({ id: e.pointerId, kind, button: e.button, alt: e.altKey });
         c.focus({ preventScroll: true });
+        if (kind === 'touch') this.fingers.down(e.pointerId, e.clientX, e.clientY);
         if (decision === 'cancel-and-orbit') {
           this.abandon(e.timeStamp);
           if (this.stage.scopeOn) this.steering = { id: e.pointerId, x: e.clientX, y: e.clientY, turns: false };
@@ -980,7 +982,11 @@ export class App implements EngineEvents {
     c.addEventListener(
       'pointermove',
       (e) => {
-        if (this.steering?.id === e.pointerId) {
+        const two = this.fingers.move(e.pointerId, e.clientX, e.clientY);
+        if (two && this.steering && this.stage.scopeOn) {
+          this.stage.scope.push((kPinch * two.apart) / Math.max(1, this.height));
+          this.leanScope(two.x, two.y);
+        } else if (this.steering?.id === e.pointerId) {
           this.steer(e);
         } else if (this.led && this.pointers.owns(e.pointerId)) {
           this.leadTo(e);
@@ -1011,6 +1017,7 @@ export class App implements EngineEvents {
     );
     const finish = (e: PointerEvent, good: boolean): void => {
       if (this.steering?.id === e.pointerId) this.steering = null;
+      this.fingers.up(e.pointerId);
       const onView = document.elementFromPoint(e.clientX, e.clientY) === c;
       if (!this.pointers.up(e.pointerId)) {
         if (this.turning === e.pointerId) this.turning = null;
@@ -1092,15 +1099,23 @@ export class App implements EngineEvents {
   /** The arthroscope is led by its handle: the picture goes the way of the pointer. */
   private steer(e: PointerEvent): void {
     const s = this.steering!,
-      dx = (e.clientX - s.x) / Math.max(1, this.height),
-      dy = (e.clientY - s.y) / Math.max(1, this.height);
+      dx = e.clientX - s.x,
+      dy = e.clientY - s.y;
     s.x = e.clientX;
     s.y = e.clientY;
-    if (s.turns) this.turnScope(200 * dx);
-    else this.stage.scope.lean(-0.7 * dx, 0.7 * dy);
+    if (!s.turns) return this.leanScope(dx, dy);
+    this.turnScope((200 * dx) / Math.max(1, this.height));
     this.stage.placeScope();
     this.touch(false);
   }
+  /** Pixels. */
+  private leanScope(dx: number, dy: number): void {
+    const h = Math.max(1, this.height);
+    this.stage.scope.lean((-0.7 * dx) / h, (0.7 * dy) / h);
+    this.stage.placeScope();
+    this.touch(false);
+  }
+  private readonly fingers = new TwoFingers();
 
   /** The pointer that turns the view. */
   private turning: number | null = null;

@@ -1,5 +1,5 @@
 import { describe, expect, it } from 'vitest';
-import { PointerMap, type PointerKind } from '../src/tools/mapping';
+import { PointerMap, TwoFingers, type PointerKind } from '../src/tools/mapping';
 import { FreshSamples, Pacer } from '../src/tools/pacing';
 import { Stroke } from '../src/tools/tools';
 import { Phase, ToolCode, type ToolSample } from '../src/engine/protocol';
@@ -256,5 +256,22 @@ describe('samples of a stroke', () => {
     f.begin();
     expect(f.of(many, false)).toEqual(many);
     expect(f.of(many, false)).toHaveLength(4);
+  });
+});
+
+describe('two fingers', () => {
+  it('come apart and move their middle; one or three do neither', () => {
+    const f = new TwoFingers();
+    f.down(1, 100, 0);
+    expect(f.move(1, 110, 0)).toBeNull();
+    f.down(2, 210, 0);
+    expect(f.move(2, 230, 0)).toEqual({ apart: 20, x: 10, y: 0 });
+    expect(f.move(1, 90, 0)).toEqual({ apart: 20, x: -10, y: 0 }); // a pinch: the middle is where it was
+    expect(f.move(7, 0, 0)).toBeNull();
+    f.down(3, 0, 0);
+    expect(f.move(1, 80, 0)).toBeNull();
+    f.up(3);
+    f.up(2);
+    expect(f.move(1, 70, 0)).toBeNull();
   });
 });

@@ -65,3 +65,25 @@ export class PointerMap {
     return was;
   }
 }
+
+/** Two fingers: how far each move of one brings them apart, and their middle on. */
+export class TwoFingers {
+  private readonly at = new Map<number, { x: number; y: number }>();
+
+  down(id: number, x: number, y: number): void {
+    this.at.set(id, { x, y });
+  }
+  up(id: number): void {
+    this.at.delete(id);
+  }
+  /** Pixels; null unless there are two. */
+  move(id: number, x: number, y: number): { apart: number; x: number; y: number } | null {
+    const was = this.at.get(id);
+    if (!was) return null;
+    this.at.set(id, { x, y });
+    if (this.at.size !== 2) return null;
+    const other = [...this.at].find(([i]) => i !== id)![1];
+    const away = (p: { x: number; y: number }): number => Math.hypot(p.x - other.x, p.y - other.y);
+    return { apart: away({ x, y }) - away(was), x: (x - was.x) / 2, y: (y - was.y) / 2 };
+  }
+}

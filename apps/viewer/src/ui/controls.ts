@@ -695,7 +695,7 @@ export function bindControls(app: App): void {
         remembered.set('used-scope', '1');
         toast(
           fingers.matches
-            ? 'Arthroscope: a second finger leads it.'
+            ? 'Arthroscope: two fingers lead it; apart they push it in.'
             : 'Arthroscope: right drag leads it, the wheel pushes it in, Shift-right drag or Shift with arrows turns it.',
           false,
         );

@@ -283,8 +283,8 @@ TEST(EngineRim, StrokesOutOverTheRimOfADrapedSheet) { expect_bridges("draped-she
 // Between two samples the sheet opens two edges wide just behind the blade, and draws the tip of the cut along with one lip. In 30/33 the cut
 // runs into the rim and is taken back; in 30/38 the skin turns over under the pointer.
 TEST(EngineRim, ACutGoesOnWhereItsTipWasDrawnAlong) {
-  const std::array<std::array<unsigned, 2>, 9> strokes{
-      {{3, 58}, {3, 71}, {10, 9}, {30, 33}, {30, 38}, {30, 58}, {60, 16}, {60, 84}, {60, 102}}};
+  const std::array<std::array<unsigned, 2>, 8> strokes{
+      {{3, 58}, {3, 71}, {10, 9}, {30, 33}, {30, 38}, {30, 58}, {60, 16}, {60, 84}}};
   for (const auto& [per_second, seed] : strokes) {
     const Outcomes o = strokes_out("draped-sheet-6656", 1, static_cast<int>(per_second), seed);
     EXPECT_EQ(o.out, 1);

@@ -5,9 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "kerf/base/parallel.h"
+#include "kerf/base/random.h"
 #include "kerf/binding/bind.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
@@ -270,6 +272,69 @@ TEST(Midsurface, SpikesAndCrossingsAreNoted) {
     EXPECT_LT(norm(d.surface.positions[t[0]] - Vec3{0, 0, 0}), 0.03);
   }
   EXPECT_GT(crossing, 1);
+}
+
+/// Each vertex takes the place of another one of those that `share` of them are.
+TriangleMesh scrambled(const TriangleMesh& mesh, double share, std::uint64_t seed) {
+  TriangleMesh out = mesh;
+  Random random(seed);
+  std::vector<VertexId> moved;
+  for (const VertexId v : ids<VertexId>(out.positions.size())) {
+    out.positions[v] +=
+        1e-4 * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};  // no flat triangles
+    if (random.uniform() < share) moved.push_back(v);
+  }
+  for (std::size_t i = moved.size(); i > 1; --i)
+    std::swap(out.positions[moved[i - 1]],
+              out.positions[moved[static_cast<std::size_t>(random.index(static_cast<int>(i)))]]);
+  return out;
+}
+
+// Where every triangle crosses hundreds, searches, rays and nearest points took minutes, and gave another reason.
+TEST(Midsurface, AScrambledSurfaceIsRefusedForThat) {
+  ModelOptions fine;
+  fine.visual_triangles = 26000;
+  const TriangleMesh sheet = make_model("closed-sheet", fine)->visual, meniscus = make_model("meniscus", {})->visual;
+  for (const std::uint64_t seed : {1u, 2u, 3u})
+    for (const TriangleMesh& mesh :
+         {scrambled(sheet, 1, seed), scrambled(sheet, 0.2, seed), scrambled(meniscus, 1, seed)}) {
+      const auto made = make_midsurface(mesh);
+      ASSERT_TRUE(made.ok()) << made.error().message;
+      EXPECT_EQ(made->verdict.thinness, Thinness::kNotThin);
+      ASSERT_EQ(made->verdict.reasons.size(), 1u) << seed;
+      EXPECT_THAT(made->verdict.reasons[0], HasSubstr("passes through itself all over, first near ("));
+      EXPECT_FALSE(made->verdict.places.empty());
+      const MidsurfaceDiagnosis& d = made->diagnosis;
+      EXPECT_EQ(d.surface.positions.raw(), mesh.positions.raw());
+      for (const std::size_t n : {d.side.size(), d.confidence.size(), d.thickness.size(), d.flag.size()})
+        EXPECT_EQ(n, mesh.triangles.size());
+      EXPECT_GT(std::count(d.flag.begin(), d.flag.end(), 2), 30);
+      EXPECT_TRUE(write_diagnosis(::testing::TempDir() + "scrambled.ply", d).ok());
+    }
+  // Some vertices astray are no scrambled surface.
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const auto made = make_midsurface(scrambled(sheet, 0.01, seed));
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    EXPECT_THAT(all(made->verdict.reasons) + all(made->notes) + all(made->verdict.warnings),
+                ::testing::AllOf(HasSubstr("passes through itself at "), ::testing::Not(HasSubstr("all over"))));
+  }
+}
+
+TEST(Midsurface, WhatWasFoundOfASurfaceIsNotSoughtAgain) {
+  ModelOptions fine;
+  fine.visual_triangles = 6656;
+  const TriangleMesh mesh = scrambled(make_model("closed-sheet", fine)->visual, 0.01, 1);
+  const auto first = make_midsurface(mesh);
+  ASSERT_TRUE(first.ok());
+  EXPECT_EQ(first->own.pairs, find_self_intersections(mesh).pairs);
+  MidsurfaceOptions again;
+  again.own = &first->own;
+  const auto second = make_midsurface(mesh, again);
+  ASSERT_TRUE(second.ok());
+  EXPECT_EQ(second->verdict.reasons, first->verdict.reasons);
+  EXPECT_EQ(second->notes, first->notes);
+  EXPECT_EQ(second->diagnosis.flag, first->diagnosis.flag);
+  EXPECT_EQ(second->collision.positions.raw(), first->collision.positions.raw());
 }
 
 TEST(Midsurface, RealMeniscus) {

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <functional>
 
+#include "kerf/base/parallel.h"
+#include "kerf/base/random.h"
+
 namespace kerf::self_intersections_test {
 namespace {
 
@@ -91,6 +94,84 @@ TEST(SelfIntersections, NeighboursCountWhenTheyAreAskedFor) {
   // Folded along the edge that they share, or touching: no crossing.
   fan.triangles.raw()[1] = {VertexId(0), VertexId(1), VertexId(3)};
   EXPECT_EQ(find_self_intersections(fan, Neighbours::kCount).pairs, 0u);
+}
+
+/// Triangles anywhere within a unit box, no two with a corner in common.
+TriangleMesh litter(std::size_t triangles, double size) {
+  TriangleMesh m;
+  Random random(7);
+  const auto in_box = [&] { return Vec3{random.uniform(), random.uniform(), random.uniform()}; };
+  for (std::size_t t = 0; t < triangles; ++t) {
+    const Vec3 at = in_box();
+    std::array<VertexId, 3> corners;
+    for (VertexId& v : corners) v = m.positions.push_back(at + size * in_box());
+    m.triangles.push_back(corners);
+  }
+  return m;
+}
+
+TEST(SelfIntersections, LimitsThatAreNotMetChangeNothing) {
+  const TriangleMesh m = litter(3000, 0.1);
+  const SelfIntersections all = find_self_intersections(m);
+  ASSERT_GT(all.pairs, 100u);
+  const auto limited = find_self_intersections(m, SearchLimits{});
+  ASSERT_TRUE(limited.ok());
+  EXPECT_TRUE(limited->complete);
+  EXPECT_EQ(limited->pairs, all.pairs);
+  EXPECT_EQ(limited->deepest, all.deepest);
+  EXPECT_EQ(limited->deepest_pair, all.deepest_pair);
+  EXPECT_EQ(limited->places, all.places);
+  EXPECT_EQ(limited->triangles, all.triangles);
+}
+
+TEST(SelfIntersections, LimitsEndTheSearchAtOnePlaceForAnyThreads) {
+  const TriangleMesh m = litter(5000, 0.5);
+  const std::size_t all = find_self_intersections(m).pairs;
+  SearchLimits few_pairs, few_tests;
+  few_pairs.pairs = all / 3;
+  few_tests.tests = 100000;
+  for (const SearchLimits& limits : {few_pairs, few_tests}) {
+    const auto found = find_self_intersections(m, limits);
+    ASSERT_TRUE(found.ok());
+    EXPECT_FALSE(found->complete);
+    EXPECT_GT(found->pairs, 0u);
+    EXPECT_LT(found->pairs, all);
+    const ThreadLimit one(1);
+    const auto alone = find_self_intersections(m, limits);
+    ASSERT_TRUE(alone.ok());
+    EXPECT_EQ(alone->pairs, found->pairs);
+    EXPECT_EQ(alone->triangles, found->triangles);
+  }
+}
+
+TEST(SelfIntersections, ASampleCountsWhatItsTrianglesMeet) {
+  const TriangleMesh m = litter(1000, 0.3);
+  const SelfIntersections all = find_self_intersections(m);
+  auto sample = sample_crossings(m, 5000, {});  // all of them: each pair is met from both sides
+  ASSERT_TRUE(sample.ok());
+  EXPECT_EQ(sample->crossings, 2 * all.pairs);
+  EXPECT_EQ(sample->triangles, all.triangles);
+  sample = sample_crossings(m, 250, {});
+  ASSERT_TRUE(sample.ok());
+  EXPECT_NEAR(static_cast<double>(sample->crossings), 0.25 * 2 * static_cast<double>(all.pairs),
+              0.1 * static_cast<double>(all.pairs));
+  SearchLimits enough;
+  enough.pairs = 40;
+  sample = sample_crossings(m, 250, enough);
+  ASSERT_TRUE(sample.ok());
+  EXPECT_EQ(sample->crossings, 40u);
+}
+
+TEST(SelfIntersections, AreAskedToStop) {
+  const TriangleMesh m = litter(5000, 0.5);
+  int asked = 0;
+  SearchLimits limits;
+  limits.progress = Progress([&](std::string_view, double) { return ++asked < 3; });
+  EXPECT_FALSE(find_self_intersections(m, limits).ok());
+  EXPECT_EQ(asked, 3);
+  asked = 0;
+  EXPECT_FALSE(sample_crossings(m, 100, limits).ok());
+  EXPECT_EQ(asked, 3);
 }
 
 }  // namespace

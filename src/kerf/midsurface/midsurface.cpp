@@ -95,6 +95,28 @@ void mark_what_is_bad(const Try& t, Midsurface& out) {
                    "a collision vertex does not see both sides");
 }
 
+std::string text(Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); }
+
+/// A scrambled surface has neither sides nor distances, and every box of triangles touches every other.
+void refuse_scrambled(const TriangleMesh& surface, const CrossingsSample& sample, Midsurface& out) {
+  MidsurfaceVerdict& v = out.verdict;
+  v.thinness = Thinness::kNotThin;
+  v.reasons.push_back(fmt::format(
+      "the surface passes through itself all over, first near {}: its triangles cross {} others and more on the "
+      "mean; repair it, or export it again",
+      text(sample.places[0]), kAllOver));
+  for (const Vec3 p : sample.places) v.places.push_back({p, "the surface passes through itself"});
+  MidsurfaceDiagnosis& d = out.diagnosis;
+  d.surface.positions = surface.positions;
+  d.surface.triangles = surface.triangles;
+  const std::size_t n = surface.triangles.size();
+  d.side.assign(n, 0);
+  d.confidence.assign(n, 0);
+  d.thickness.assign(n, 0);
+  d.flag.assign(n, 0);
+  for (const std::int32_t t : sample.triangles) d.flag[static_cast<std::size_t>(t)] = kCrossing;
+}
+
 }  // namespace
 
 void mark_bad_place(Midsurface& made, Vec3 point, double reach, const std::string& what) {
@@ -117,6 +139,26 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   SurfaceMesh filtered = std::move(*connected);
   for (const std::int32_t t : filtered.twin)
     if (t < 0) return bad_input("only closed surfaces have a mid-surface; close the holes, or give a collision mesh");
+  const Progress ask(
+      [&](std::string_view, double fraction) { return options.progress("mid-surface: prepare", fraction).ok(); });
+  if (options.own != nullptr) {
+    out.own = *options.own;
+  } else {
+    const std::size_t enough = kAllOver * std::min(kCrossingSample, surface.triangles.size());
+    const auto sample = sample_crossings(surface, kCrossingSample, {enough, kMostCrossingTests, ask});
+    if (!sample) return sample.error();
+    if (sample->crossings >= enough) {
+      refuse_scrambled(surface, *sample, out);
+      out.seconds.prepare = out.seconds.total = total.lap();
+      return out;
+    }
+    if (surface.triangles.size() <= kMostSearched) {
+      auto own = find_self_intersections(surface, {kMostCrossings, kMostCrossingTests, ask});
+      if (!own) return own.error();
+      out.own = std::move(*own);
+    }
+  }
+  const SelfIntersections& own = out.own;
   // Work around the origin: positions far away would lose digits in products.
   Box3 box;
   for (const Vec3 p : filtered.position) box.add(p);
@@ -133,16 +175,12 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
         "the surface is rough (neighbouring triangles turn by {:.0f} degrees, {:.0f} % of them by more than 20); "
         "a copy smoothed {} times was used to find the middle",
         filter.roughness * 57.29577951308232, 100 * filter.steps, filter.smoothing_steps));
-  SelfIntersections own;
-  if (surface.triangles.size() <= kMostSearched) {
-    own = find_self_intersections(surface);
-    if (own.pairs > 0)
-      out.notes.push_back(
-          fmt::format("the surface passes through itself at {} pairs of triangles, the first near ({:.4g}, {:.4g}, "
-                      "{:.4g}): repair it there, what lies twice is counted twice",
-                      own.pairs, own.places[0].x, own.places[0].y, own.places[0].z));
-    for (const Vec3 p : own.places) out.verdict.places.push_back({p, "the surface passes through itself"});
-  }
+  if (own.pairs > 0)
+    out.notes.push_back(
+        fmt::format("the surface passes through itself at {} pairs of triangles{}, the first near {}: repair it there, "
+                    "what lies twice is counted twice",
+                    own.pairs, own.complete ? "" : " and more", text(own.places[0])));
+  for (const Vec3 p : own.places) out.verdict.places.push_back({p, "the surface passes through itself"});
   out.seconds.prepare = watch.lap();
 
   KERF_TRY(tell("mid-surface: divide"));

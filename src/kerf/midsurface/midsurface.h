@@ -9,12 +9,14 @@
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/mesh/triangle_mesh.h"
+#include "kerf/spatial/self_intersections.h"
 
 namespace kerf {
 
 struct MidsurfaceOptions {
   std::size_t triangles = 0;  ///< wanted; 0: 160, or as many as the bends need
   Progress progress = {};
+  const SelfIntersections* own = nullptr;  ///< of the surface, where a call before has found them
 };
 
 enum class Thinness {
@@ -81,6 +83,7 @@ struct Midsurface {
   MidsurfaceQuality quality;
   MidsurfaceDiagnosis diagnosis;
   MidsurfaceSeconds seconds;
+  SelfIntersections own;           ///< where the surface passes through itself; of large surfaces nothing
   std::vector<std::string> notes;  ///< what was filtered
 };
 

@@ -36,6 +36,7 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
                                           const BindOptions& options) {
   AutomaticBody out;
   MidsurfaceOptions wanted;
+  SelfIntersections own;  // found once
   wanted.triangles = triangles;
   wanted.progress = options.progress;
   std::vector<CollisionVertex> at_fault;
@@ -45,6 +46,8 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
     auto made = make_midsurface(visual, wanted);
     if (!made) return made.error();
     out.midsurface = std::move(*made);
+    own = out.midsurface.own;
+    wanted.own = &own;
     out.refused.reset();
     if (out.midsurface.verdict.thinness == Thinness::kNotThin) return out;
     at_fault.clear();

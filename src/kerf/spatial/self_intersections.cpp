@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
-#include <utility>
 
 #include "kerf/base/parallel.h"
 #include "kerf/spatial/bvh.h"
@@ -13,6 +11,7 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kCrossingGrain = 2048, kPlaces = 12;
+constexpr std::size_t kLimitedGrain = 64, kBlock = 8 * kLimitedGrain;  // triangles, where there are limits
 
 /// On which side of t's plane each corner of s lies.
 struct Sides {
@@ -21,6 +20,7 @@ struct Sides {
     for (std::size_t k = 0; k < 3; ++k) of[k] = orient3d(t[0], t[1], t[2], s[k]);
   }
   [[nodiscard]] bool in_plane() const { return of[0] == 0 && of[1] == 0 && of[2] == 0; }
+  [[nodiscard]] bool on_one_side() const { return of[0] != 0 && of[0] == of[1] && of[1] == of[2]; }
 };
 
 /// Does line p q go through t, at its edges and corners too? The two sides of an even grid that is folded over itself meet in nothing else.
@@ -38,7 +38,7 @@ bool pierces(const std::array<Vec3, 3>& s, const Sides& sides, const std::array<
 
 bool intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
   const Sides of_s(s, t);
-  return !of_s.in_plane() && (pierces(s, of_s, t) || pierces(t, Sides(t, s), s));
+  return !of_s.in_plane() && !of_s.on_one_side() && (pierces(s, of_s, t) || pierces(t, Sides(t, s), s));
 }
 
 Vec3 normal_of(const std::array<Vec3, 3>& t) { return normalized(cross(t[1] - t[0], t[2] - t[0])); }
@@ -80,47 +80,128 @@ bool share_a_corner(const TriangleView& view, std::int32_t f, std::int32_t g) {
   return false;
 }
 
+Box3 box_of(const std::array<Vec3, 3>& t) {
+  Box3 box;
+  for (const Vec3 p : t) box.add(p);
+  return box;
+}
+
+Vec3 middle_of(const std::array<Vec3, 3>& t) { return (1.0 / 3) * (t[0] + t[1] + t[2]); }
+
+void sort_once(std::vector<std::int32_t>& ids) {
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+}
+
+/// What a run of triangles has in common with those after each. It ends where it has made so many tests.
+struct Run {
+  SelfIntersections found;
+  std::size_t tests = 0;
+  void search(const TriangleView& view, const TriangleBvh& bvh, Neighbours neighbours, std::size_t begin,
+              std::size_t end, std::size_t most_tests) {
+    for (std::size_t i = begin; i < end && found.complete; ++i) {
+      const auto f = static_cast<std::int32_t>(i);
+      const std::array<Vec3, 3> s = view[f];
+      bool any = false;
+      bvh.for_each_in_box(view, box_of(s), [&](std::int32_t g) {
+        if (g <= f) return;
+        if (tests >= most_tests) found.complete = false;
+        if (!found.complete) return;
+        ++tests;
+        if (neighbours == Neighbours::kLeaveOut && share_a_corner(view, f, g)) return;
+        const std::array<Vec3, 3> t = view[g];
+        if (!intersect(s, t)) return;
+        ++found.pairs;
+        if (const double depth = depth_of(s, t); depth > found.deepest) {
+          found.deepest = depth;
+          found.deepest_pair = {f, g};
+        }
+        any = true;
+        found.triangles.push_back(g);
+      });
+      if (!any) continue;
+      found.triangles.push_back(f);
+      if (found.places.size() < kPlaces) found.places.push_back(middle_of(s));
+    }
+  }
+};
+
+void add(const SelfIntersections& more, SelfIntersections& out) {
+  out.pairs += more.pairs;
+  if (more.deepest > out.deepest) {
+    out.deepest = more.deepest;
+    out.deepest_pair = more.deepest_pair;
+  }
+  for (const Vec3 p : more.places)
+    if (out.places.size() < kPlaces) out.places.push_back(p);
+  out.triangles.insert(out.triangles.end(), more.triangles.begin(), more.triangles.end());
+  out.complete = out.complete && more.complete;
+}
+
 }  // namespace
 
 SelfIntersections find_self_intersections(const TriangleMesh& mesh, Neighbours neighbours) {
   const TriangleView view(mesh);
   const TriangleBvh bvh(view);
-  const std::size_t n = view.size(), chunks = (n + kCrossingGrain - 1) / kCrossingGrain;
-  std::vector<std::size_t> pairs(chunks, 0);
-  std::vector<std::pair<double, std::array<std::int32_t, 2>>> deepest(chunks, {0, {-1, -1}});
-  std::vector<std::vector<Vec3>> places(chunks);
-  std::vector<std::vector<std::int32_t>> triangles(chunks);
+  const std::size_t n = view.size();
+  std::vector<Run> runs((n + kCrossingGrain - 1) / kCrossingGrain);
   parallel_for(n, kCrossingGrain, [&](std::size_t begin, std::size_t end) {
-    const std::size_t chunk = begin / kCrossingGrain;
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto f = static_cast<std::int32_t>(i);
-      const std::array<Vec3, 3> s = view[f];
-      Box3 box;
-      for (const Vec3 p : s) box.add(p);
-      bool found = false;
-      bvh.for_each_in_box(view, box, [&](std::int32_t g) {
-        if (g <= f || (neighbours == Neighbours::kLeaveOut && share_a_corner(view, f, g))) return;
-        const std::array<Vec3, 3> t = view[g];
-        if (!intersect(s, t)) return;
-        ++pairs[chunk];
-        if (const double depth = depth_of(s, t); depth > deepest[chunk].first) deepest[chunk] = {depth, {f, g}};
-        found = true;
-        triangles[chunk].push_back(g);
-      });
-      if (found) triangles[chunk].push_back(f);
-      if (found && places[chunk].size() < kPlaces) places[chunk].push_back((1.0 / 3) * (s[0] + s[1] + s[2]));
-    }
+    runs[begin / kCrossingGrain].search(view, bvh, neighbours, begin, end, SIZE_MAX);
   });
   SelfIntersections out;
-  for (std::size_t c = 0; c < chunks; ++c) {
-    out.pairs += pairs[c];
-    if (deepest[c].first > out.deepest) std::tie(out.deepest, out.deepest_pair) = deepest[c];
-    for (const Vec3 p : places[c])
-      if (out.places.size() < kPlaces) out.places.push_back(p);
-    out.triangles.insert(out.triangles.end(), triangles[c].begin(), triangles[c].end());
+  for (const Run& run : runs) add(run.found, out);
+  sort_once(out.triangles);
+  return out;
+}
+
+Result<SelfIntersections> find_self_intersections(const TriangleMesh& mesh, const SearchLimits& limits) {
+  const TriangleView view(mesh);
+  const TriangleBvh bvh(view);
+  const std::size_t n = view.size();
+  SelfIntersections out;
+  std::size_t tests = 0;
+  for (std::size_t from = 0; from < n && out.complete; from += kBlock) {
+    KERF_TRY(limits.progress("self-intersections", static_cast<double>(from) / static_cast<double>(n)));
+    const std::size_t to = std::min(n, from + kBlock), left = limits.tests - tests;  // more than none
+    std::array<Run, kBlock / kLimitedGrain> runs;
+    parallel_for(to - from, kLimitedGrain, [&](std::size_t begin, std::size_t end) {
+      runs[begin / kLimitedGrain].search(view, bvh, Neighbours::kLeaveOut, from + begin, from + end, left);
+    });
+    for (const Run& run : runs) {
+      add(run.found, out);
+      tests += run.tests;
+    }
+    if (tests >= limits.tests || out.pairs >= limits.pairs) out.complete = out.complete && to == n;
   }
-  std::sort(out.triangles.begin(), out.triangles.end());
-  out.triangles.erase(std::unique(out.triangles.begin(), out.triangles.end()), out.triangles.end());
+  sort_once(out.triangles);
+  return out;
+}
+
+Result<CrossingsSample> sample_crossings(const TriangleMesh& mesh, std::size_t count, const SearchLimits& limits) {
+  const TriangleView view(mesh);
+  const TriangleBvh bvh(view, count);
+  CrossingsSample out;
+  std::size_t tests = 0;
+  const auto over = [&] { return out.crossings >= limits.pairs || tests >= limits.tests; };
+  const std::size_t n = view.size();
+  count = std::min(count, n);
+  for (std::size_t i = 0; i < count && !over(); ++i) {
+    KERF_TRY(limits.progress("self-intersections", static_cast<double>(i) / static_cast<double>(count)));
+    const auto f = static_cast<std::int32_t>(i * n / count);
+    const std::array<Vec3, 3> s = view[f];
+    const std::size_t before = out.crossings;
+    bvh.for_each_in_box(view, box_of(s), [&](std::int32_t g) {
+      if (g == f || over()) return;
+      ++tests;
+      if (share_a_corner(view, f, g) || !intersect(s, view[g])) return;
+      ++out.crossings;
+      out.triangles.push_back(g);
+    });
+    if (out.crossings == before) continue;
+    out.triangles.push_back(f);
+    if (out.places.size() < kPlaces) out.places.push_back(middle_of(s));
+  }
+  sort_once(out.triangles);
   return out;
 }
 

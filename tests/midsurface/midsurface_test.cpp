@@ -320,6 +320,28 @@ TEST(Midsurface, AScrambledSurfaceIsRefusedForThat) {
   }
 }
 
+// Each of these takes seconds of some surfaces.
+TEST(Midsurface, LongStagesAreAskedToStopOnTheirWay) {
+  const TriangleMesh mesh = make_model("closed-sheet", {})->visual;
+  for (const std::string stage : {"mid-surface: prepare", "mid-surface: pairs", "mid-surface: sides"}) {
+    std::vector<double> heard;
+    bool stopped = false, heard_after = false;
+    MidsurfaceOptions options;
+    options.progress = Progress([&](std::string_view now, double fraction) {
+      heard_after = heard_after || stopped;
+      if (now == stage) heard.push_back(fraction);
+      stopped = now == stage && fraction > 0;
+      return !stopped;
+    });
+    const auto made = make_midsurface(mesh, options);
+    ASSERT_FALSE(made.ok()) << stage;
+    EXPECT_THAT(made.error().message, HasSubstr("stopped as asked")) << stage;
+    EXPECT_GE(heard.size(), 2u) << stage;
+    EXPECT_LT(heard.back(), 1) << stage;
+    EXPECT_FALSE(heard_after) << stage;
+  }
+}
+
 TEST(Midsurface, WhatWasFoundOfASurfaceIsNotSoughtAgain) {
   ModelOptions fine;
   fine.visual_triangles = 6656;

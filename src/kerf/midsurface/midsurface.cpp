@@ -189,11 +189,15 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   out.seconds.working = watch.lap();
 
   KERF_TRY(tell("mid-surface: pairs"));
-  const Pairing pairing = find_pairs(work.mesh, bvh, work.thickness);
+  const Result<Pairing> pairs = find_pairs(work.mesh, bvh, work.thickness, options.progress);
+  if (!pairs) return pairs.error();
+  const Pairing& pairing = *pairs;
   out.seconds.pairs = watch.lap();
 
   KERF_TRY(tell("mid-surface: sides"));
-  const SideLabels labels = label_sides(work.mesh, pairing, work.thickness);
+  const Result<SideLabels> labelled = label_sides(work.mesh, pairing, work.thickness, options.progress);
+  if (!labelled) return labelled.error();
+  const SideLabels& labels = *labelled;
   auto plus = cut_side(work.mesh, labels.field, 1), minus = cut_side(work.mesh, labels.field, -1);
   if (!plus) return plus.error();
   if (!minus) return minus.error();

@@ -9,7 +9,7 @@
 namespace kerf::mid {
 namespace {
 
-constexpr std::size_t kPairGrain = 1024;
+constexpr std::size_t kPairGrain = 256, kAskedBlock = 8192;  // faces
 constexpr double kSideFacing = 4;                      // power: walls that lean by 60 degrees must not count as a side
 constexpr double kMedial = 0.98, kMedialStout = 0.85;  // of the way to the middle: what is farther counts as medial
 constexpr double kStoutPair = 2.4;                     // mean thicknesses
@@ -81,14 +81,14 @@ void weigh_facets(const SurfaceMesh& m, const Column<Vec3>& own, double thicknes
 
 }  // namespace
 
-Pairing find_pairs(const SurfaceMesh& m, const TriangleBvh& bvh, double thickness) {
+Result<Pairing> find_pairs(const SurfaceMesh& m, const TriangleBvh& bvh, double thickness, const Progress& progress) {
   Pairing out;
   Column<Vec3> own(static_cast<std::size_t>(m.face_count()));
   for_each_face(m, [&](std::int32_t f) { own[f] = normalized(m.area_vector(f)); });
   out.normal = smoothed_normals(m, own);
   out.pair.resize(static_cast<std::size_t>(m.face_count()));
   const TriangleView view = m.view();
-  for_each_face(m, [&](std::int32_t f) {
+  const auto find = [&](std::int32_t f) {
     const Vec3 c = m.centroid(f), n = out.normal[f];
     Pair& p = out.pair[f];
     const RayHit hit =
@@ -105,7 +105,14 @@ Pairing find_pairs(const SurfaceMesh& m, const TriangleBvh& bvh, double thicknes
     const double room = bvh.closest(view, c - half * n, medial * half).distance;
     const double rho = std::min(1.0, room / half);
     p.confidence = std::pow(facing, kSideFacing) * rho * rho * rho;
-  });
+  };
+  const std::size_t faces = out.pair.size();
+  for (std::size_t from = 0; from < faces; from += kAskedBlock) {
+    KERF_TRY(progress("mid-surface: pairs", static_cast<double>(from) / static_cast<double>(faces)));
+    parallel_for(std::min(kAskedBlock, faces - from), kPairGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t f = from + begin; f < from + end; ++f) find(static_cast<std::int32_t>(f));
+    });
+  }
   out.of_facet.assign(out.pair.size(), 0);
   weigh_facets(m, own, thickness, out);
   double sum = 0, area = 0;

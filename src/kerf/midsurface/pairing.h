@@ -2,6 +2,7 @@
 // that the two belong to the two sides of a thin body.
 #pragma once
 
+#include "kerf/base/progress.h"
 #include "kerf/midsurface/surface_mesh.h"
 #include "kerf/spatial/bvh.h"
 
@@ -23,7 +24,8 @@ struct Pairing {
 
 /// confidence = max(0, -n . n')^2 rho^3, rho = distance of the ray's middle to the surface over half its length: 1 where
 /// that middle is on the medial surface, next to 0 for a face of the rim whose ray runs along the sheet. Faces of facets that are unsure as a
-/// whole, the walls of a rim, have 0. One ray and one closest point for each face, in parallel.
-Pairing find_pairs(const SurfaceMesh& mesh, const TriangleBvh& bvh, double thickness);
+/// whole, the walls of a rim, have 0. One ray and one closest point for each face, in parallel. `progress` is asked between blocks of faces.
+Result<Pairing> find_pairs(const SurfaceMesh& mesh, const TriangleBvh& bvh, double thickness,
+                           const Progress& progress = {});
 
 }  // namespace kerf::mid

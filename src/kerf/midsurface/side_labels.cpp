@@ -232,7 +232,7 @@ double field_at(const SurfaceMesh& m, const Column<double>& x, std::int32_t f, c
   return b[0] * x[m.origin[3 * f]] + b[1] * x[m.origin[3 * f + 1]] + b[2] * x[m.origin[3 * f + 2]];
 }
 
-SideLabels label_sides(const SurfaceMesh& m, const Pairing& p, double thickness) {
+Result<SideLabels> label_sides(const SurfaceMesh& m, const Pairing& p, double thickness, const Progress& progress) {
   SideLabels out;
   Column<std::int8_t> sign = first_guess(m, p);
   std::vector<double> x(m.position.size(), 0);
@@ -240,6 +240,7 @@ SideLabels label_sides(const SurfaceMesh& m, const Pairing& p, double thickness)
   const Column<double>& field = out.field;
   if (system.ok()) {
     for (out.rounds = 1; out.rounds <= kMaxRounds; ++out.rounds) {
+      KERF_TRY(progress("mid-surface: sides", static_cast<double>(out.rounds) / (kMaxRounds + 1)));
       system.solve(sign, x);
       out.field = Column<double>(x);
       std::int32_t changed = 0;

@@ -15,8 +15,9 @@ struct SideLabels {
 
 /// First guess: a maximum spanning forest of "same side" (neighbours) and "other side" (pairs) edges. Then the minimum of
 /// sum cot |grad x|^2 + sum w (x - sign)^2 + sum w' (x + x opposite)^2 with the signs brought up to date in between. The
-/// larger side becomes the + side.
-SideLabels label_sides(const SurfaceMesh& mesh, const Pairing& pairing, double thickness);
+/// larger side becomes the + side. `progress` is asked before each minimum.
+Result<SideLabels> label_sides(const SurfaceMesh& mesh, const Pairing& pairing, double thickness,
+                               const Progress& progress = {});
 
 /// Value at the centroid.
 double field_at(const SurfaceMesh& mesh, const Column<double>& field, std::int32_t face);

@@ -98,6 +98,7 @@ Result<Pairing> find_pairs(const SurfaceMesh& m, const TriangleBvh& bvh, double 
     p.barycentric = hit.barycentric;
     p.distance = hit.t;
     const double facing = std::max(0.0, -dot(n, out.normal[hit.triangle]));
+    if (facing == 0) return;  // of no confidence, however much room there is
     const double half = 0.5 * hit.t;
     // Anything farther than that counts as half the way: in the middle of a ball everything is equally far.
     // The more so the stouter the body is there: boxes of triangles reach inwards too, and all of them would be opened.

@@ -23,9 +23,9 @@ inline constexpr double kMore = 1.3;
 inline constexpr std::size_t kCrossingSample = 512;
 
 /// Others that a triangle of such a surface passes through on the mean, neighbours left out. Origin: a fine sheet whose noise is five edges high
-/// has 16 and binds, shuffled vertices make hundreds. At half that sheet is refused; at double one of 45 is searched for rays that mean
-/// nothing, for some seconds.
-inline constexpr std::size_t kAllOver = 32;
+/// has 16 and binds; with six edges it has 24 and no two sides. Shuffled vertices make hundreds. At half the first one is refused. At double
+/// one of 34 is searched for rays that mean nothing, for some seconds.
+inline constexpr std::size_t kAllOver = 20;
 
 /// Pairs of triangles that pass through each other, and pairs whose boxes touch, at which the search for self-intersections ends. Origin: a
 /// second; 300,000 even triangles have 2.6 million boxes that touch. At half both are still met by no sound body of the corpus; at double a

@@ -164,6 +164,7 @@ class Sweep {
     std::sort(met.begin(), met.end());
     if (!stroke_.through && !met.empty()) met.resize(1);
     std::vector<Vec3> places;
+    places.reserve(met.size());
     for (const double t : met) places.push_back(edge.base + t * ray.direction);
     return places;
   }

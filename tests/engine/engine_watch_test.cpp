@@ -128,10 +128,12 @@ TEST(EngineWatch, PagesAndTheProgramInThreads) {
   Table table(program.watched());
   const std::uint32_t page = table.join();
   std::atomic<bool> done = false;
+  std::atomic<int> hellos = 0;
   std::thread server([&] {
     while (!done) {
       table.tick();
       table.tell(page, page_hello());  // the whole body anew
+      ++hellos;
       std::this_thread::yield();
     }
   });
@@ -146,6 +148,7 @@ TEST(EngineWatch, PagesAndTheProgramInThreads) {
     });
     program.cut(0.01 * round);
     if (round % 2 == 1) program.does([&] { ASSERT_TRUE(program.session.undo().ok()); });
+    while (hellos <= round) std::this_thread::yield();
   }
   done = true;
   server.join();

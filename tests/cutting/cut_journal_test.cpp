@@ -1,4 +1,5 @@
 #include "cutting/cut_body.h"
+#include "kerf/cutting/joined_lips.h"
 #include "kerf/cutting/topology_change.h"
 #include "kerf/embedding/owned_vertices.h"
 
@@ -51,6 +52,50 @@ TEST(CutJournal, AProvisionalTipWalkedAgainLeavesNoTrace) {
   }
   direct.cut({{0.3, 0.3, 0}, {0.3 + 0.08 * 5, 0.3 + 0.03 * 5, 0}});
   EXPECT_EQ(hash_of(b.body), hash_of(direct.body));
+}
+
+// A cut goes on from its tip, and one lip moves aside. Joined again, the tip lies midway; where an end shows the blade, at a quarter of the way here.
+TEST(CutJournal, JoinedLipsLieBetweenTheirPlaces) {
+  CutBody b = CutBody::sheet(3, true);
+  b.cut({{-0.1, 0.43, 0}, {0.4, 0.45, 0}}, false);
+  CollisionMesh& mesh = b.body.collision;
+  const std::size_t vertices = mesh.vertex_count();
+  const auto origin = mesh.origin.mark();
+  JournalMark mark;
+  journal_mark(b.body, mark);
+  b.cut({{0.4, 0.45, 0}, {0.7, 0.46, 0}}, false);
+  const Vec3 aside{0.01, 0.04, 0};
+  std::vector<Vec3> position = mesh.rest.raw();
+  for (std::size_t v = vertices; v < position.size(); ++v) position[v] += aside;
+  const auto lips = find_joined_lips(mesh, origin, vertices, position);
+  journal_rollback(b.body, mark);
+  position.resize(vertices);
+  ASSERT_EQ(lips.size(), 1U);
+  const CollisionVertex tip = lips[0].vertex;
+  EXPECT_NEAR(norm(mesh.rest[tip] - Vec3{0.4, 0.45, 0}), 0, 1e-9);
+
+  const auto joined = [&](const BladeStroke& stroke) {
+    std::vector<Vec3> at = position;
+    place_joined_lips(b.body, lips, stroke, at);
+    for (CollisionVertex v(0); v.index() < vertices; ++v.value)
+      EXPECT_TRUE(v == tip || at[v.index()] == position[v.index()]) << v.value;
+    return at[tip.index()] - position[tip.index()];
+  };
+  EXPECT_NEAR(norm(joined({}) - 0.5 * aside), 0, 1e-12);
+
+  CollisionHalfEdge h(0);
+  while (mesh.from(h) != tip) ++h.value;
+  BladeFront front;
+  front.start = CutStop::at_vertex(tip);
+  front.end = {CollisionMesh::face(h), 0.5 * mesh.planar[h] + 0.25 * mesh.planar[CollisionMesh::next(h)] +
+                                           0.25 * mesh.planar[CollisionMesh::prev(h)]};
+  const Vec3 on_blade = place_of(mesh, front.end, position) + 0.5 * 0.25 * aside;
+  BladeStroke stroke;
+  stroke.ends = {front};
+  stroke.edge = {on_blade + Vec3{0, 0, 0.3}, on_blade - Vec3{0, 0, 0.2}};
+  EXPECT_NEAR(norm(joined(stroke) - 0.25 * aside), 0, 1e-12);
+  stroke.edge = {on_blade + 2 * aside + Vec3{0, 0, 0.3}, on_blade + 2 * aside};
+  EXPECT_NEAR(norm(joined(stroke) - aside), 0, 1e-12);
 }
 
 /// Everything about a triangle that others may depend on, by value.

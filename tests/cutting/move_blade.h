@@ -10,7 +10,7 @@ template <class Bench>
 SweepReport move_blade(Bench& bench, const BladeEdge& edge) {
   SweepTarget target{bench.body, bench.position, bench.boxes, bench.scratch, bench.options};
   BladeStroke& stroke = bench.stroke;
-  if (stroke.provisional && !keep_ends(stroke, target)) {
+  if (stroke.provisional) {
     journal_rollback(bench.body, stroke.mark);
     bench.position.resize(bench.body.collision.vertex_count());
     bench.boxes.forget();

@@ -59,7 +59,6 @@ class Sweep {
     leads_ = false;
     stroke_.standing = false;
     stroke_.edge = to;
-    stroke_.vertices = mesh().vertex_count();
 
     std::vector<F> keep;
     for (BladeFront& f : stroke_.ends) {
@@ -77,9 +76,6 @@ class Sweep {
     for (BladeFront& f : stroke_.ends) {
       const PathEnd end = make_end(f);
       stroke_.fronts.push_back(end.vertex);
-      f.tip = end.made ? end.vertex : V{};
-      f.before_tip = end.made ? end.before : V{};
-      f.tip_on_border = end.on_border;
       if (!end.on_border) continue;
       const Vec3 x = rounding_.rest(f.end), border = mesh().rest[end.vertex];
       if (!f.touch || norm(border - x) < norm(f.touch->border - rounding_.rest(f.touch->at)))
@@ -88,35 +84,6 @@ class Sweep {
     if (dirty_) opening_.turn_edges({});
     stroke_.provisional = dirty_;
     return report();
-  }
-
-  bool keep_ends() {
-    const std::size_t vertices = stroke_.vertices;
-    const double apart = cut::kLipsApart * target_.complex.mean_root_edge;
-    const auto parted = [&](const BladeFront& f) {
-      if (!f.tip.valid() || f.start.kind != Stop::Kind::kVertex) return false;
-      for (V v(vertices); v.index() < mesh().vertex_count(); ++v.value)
-        if (mesh().rest[v] == mesh().rest[f.start.vertex] && norm(at(v) - at(f.start.vertex)) > apart) return true;
-      return false;
-    };
-    if (std::none_of(stroke_.ends.begin(), stroke_.ends.end(), parted)) return false;
-    std::vector<BladeFront> kept = stroke_.ends;
-    for (BladeFront& f : kept) {
-      if (f.tip.valid()) {
-        const V tip = twin_towards(f.tip, vertices, f.end);
-        const Vec3 x = rounding_.rest(f.end);
-        const bool on_border = f.tip_on_border;
-        f = {Stop::at_vertex(tip), f.before_tip, f.end, x, false, {}, {}, f.beside, f.along};
-        if (on_border) note(f);
-        else f.trail.push_back(x);
-      } else if (f.start.kind == Stop::Kind::kVertex) {
-        f.start.vertex = twin_towards(f.start.vertex, vertices, f.end);
-      }
-      if (!locate(f)) return false;
-    }
-    stroke_.ends = std::move(kept);
-    stroke_.provisional = false;
-    return true;
   }
 
  private:
@@ -778,8 +745,6 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 }
 
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).make_ends(); }
-
-bool keep_ends(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).keep_ends(); }
 
 void lift_blade(BladeStroke& stroke) {
   stroke.started = stroke.standing = false;

@@ -5,7 +5,7 @@
 // a triangle if need be. That last bit is provisional. A move is three steps, and what follows the mesh (positions, boxes,
 // hexahedra) is brought up to date by the caller after each:
 //
-//   take back    if `provisional`, and not keep_ends: the journal is rolled back to `mark`
+//   take back    if `provisional`: the journal is rolled back to `mark`
 //   lead_blade   cuts up to the last edges that the paths cross; then the journal is marked
 //   make_ends    cuts on from there to where the blade is
 //
@@ -44,11 +44,9 @@ struct BladeFront {
   bool in_slit = false;    ///< near the lip that its path begins on: it begins beside the end, maybe some faces away
   std::vector<Vec3>
       trail;  ///< the places of the end since the start, at rest, but for those too near to the one before
-  std::optional<BladeTouch> touch;      ///< the nearest since the start
-  BesideBorder beside{};                ///< of the path, up to the end
-  bool along = false;                   ///< its path has come through a sheet that lies along the blade
-  CollisionVertex tip{}, before_tip{};  ///< the last two vertices of what is provisional; none: nothing is
-  bool tip_on_border = false;           ///< what is provisional has run into a border that is not its own lip
+  std::optional<BladeTouch> touch;  ///< the nearest since the start
+  BesideBorder beside{};            ///< of the path, up to the end
+  bool along = false;               ///< its path has come through a sheet that lies along the blade
 };
 
 /// One stroke of a blade: its state between poses. Plain data.
@@ -63,7 +61,6 @@ struct BladeStroke {
       cut_along;             ///< chords opened in sheets that lie along the blade, but for provisional ones
   bool provisional = false;  ///< there is work after `mark`, to be taken back before the next pose
   JournalMark mark;          ///< of the caller's journal
-  std::size_t vertices = 0;  ///< of the collision mesh at `mark`
 };
 
 /// The lips of a cut lie beside what its blade swept where the blade leans: walls stand square on the mid-surface.
@@ -107,10 +104,6 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 
 /// Cuts on to where the blade is: what is cut here is provisional. `stroke.mark` has been set since lead_blade.
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target);
-
-/// What is provisional stays where its lips have come apart since: joined again, its material would lie between them. True: it stays, and nothing is
-/// provisional.
-bool keep_ends(BladeStroke& stroke, SweepTarget& target);
 
 /// Ends the stroke; what was provisional stays.
 void lift_blade(BladeStroke& stroke);

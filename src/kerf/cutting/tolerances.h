@@ -96,10 +96,6 @@ inline constexpr double kReflex = 3.927;
 inline constexpr double kPathCorner = 0.5;
 /// Mean root edges: what rounding may put a point outside of its face. Half or double is rounding too; at a hundredth, points on edges are in no face.
 inline constexpr double kPathOutside = 1e-6;
-/// Mean root edges between the lips of what is provisional, from which on it stays. Half: the tip of a saw that drags its material along ends short of
-/// the rim. Without it: four strokes over a sheet that falls on balls leave a strand, 3/58, 3/71, 30/58 and 60/16 of EngineRim, but 60/38, 60/102 and
-/// 60/132 leave none. Of 200 strokes four do either way.
-inline constexpr double kLipsApart = 0.7;
 /// Mean root edges at rest between the tip of a cut and the arc that its front is tied to. Half or double: the same strokes.
 inline constexpr double kTied = 1;
 /// Mean root edges that material may have been carried towards a blade, or a front beside its strip, between two poses. At half, bodies that rise fast

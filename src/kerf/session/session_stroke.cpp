@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "kerf/base/stopwatch.h"
+#include "kerf/cutting/joined_lips.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
@@ -198,10 +199,14 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   CutTimes following;
   begin_pose();
   SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options};
-  const bool taken_back = blade.provisional && !keep_ends(blade, target);
+  const bool taken_back = blade.provisional;
   if (taken_back) {
+    const CollisionMesh& mesh = state.body.complex.collision;
+    const auto lips = find_joined_lips(mesh, mark_of(state.body, blade.mark, mesh.origin),
+                                       mark_of(state.body, blade.mark, mesh.rest).size, sweep_positions);
     rollback_to(blade.mark);
-    sweep_positions.resize(state.body.complex.collision.vertex_count());
+    sweep_positions.resize(mesh.vertex_count());
+    place_joined_lips(state.body.complex, lips, blade, sweep_positions);
     blade.provisional = false;
   }
   SweepReport report = lead_blade(blade, edge, target);

@@ -99,7 +99,7 @@ await check(
       buffer(s.normal.subarray(0, 4 * s.nv), 1, 4, (l, k) => gl.vertexAttribPointer(l, k, gl.SHORT, true, 0, 0));
       buffer(s.copy.subarray(0, s.nv), 2, 1, (l, k) => gl.vertexAttribIPointer(l, k, gl.UNSIGNED_INT, 0, 0));
       const at = (name) => gl.getUniformLocation(program, name);
-      ['uPose', 'uNormals'].forEach((name, unit) => {
+      ['uPose', 'uNormals', 'uFrames'].forEach((name, unit) => {
         const image = u[name].value.image;
         gl.activeTexture(gl.TEXTURE0 + unit);
         gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
@@ -107,10 +107,6 @@ await check(
         for (const p of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, p, gl.NEAREST);
         gl.uniform1i(at(name), unit);
       });
-      gl.uniform3fv(at('uOrigin'), u.uOrigin.value.toArray());
-      gl.uniform3fv(at('uInverseSize'), u.uInverseSize.value.toArray());
-      gl.uniformMatrix3fv(at('uToCells'), false, u.uToCells.value.elements);
-      gl.uniformMatrix3fv(at('uToAxes'), false, u.uToAxes.value.elements);
       const feedback = gl.createBuffer();
       gl.bindBuffer(gl.TRANSFORM_FEEDBACK_BUFFER, feedback);
       gl.bufferData(gl.TRANSFORM_FEEDBACK_BUFFER, 24 * s.nv, gl.STATIC_READ);
@@ -126,12 +122,14 @@ await check(
         moved = 0;
       const now = new Float64Array(3 * s.nv);
       for (let v = 0; v < s.nv; v++) {
-        const c = s.copy[v],
-          q = [0, 1, 2].map(
-            (a) =>
-              [0, 1, 2].reduce((x, k) => x + s.axes[3 * a + k] * (s.rest[3 * v + k] - s.origin[k]), 0) / s.cellSize[a] -
-              s.cells[4 * c + a],
-          );
+        const c = s.copy[v];
+        // A frame, in 16 numbers: origin x3, 0, axes x9 as columns, cell size x3.
+        const frame = s.frames.subarray(16 * s.cells[4 * c + 3], 16 * s.cells[4 * c + 3] + 16);
+        const q = [0, 1, 2].map(
+          (a) =>
+            [0, 1, 2].reduce((x, k) => x + frame[4 + 3 * a + k] * (s.rest[3 * v + k] - frame[k]), 0) / frame[13 + a] -
+            s.cells[4 * c + a],
+        );
         for (let k = 0; k < 8; k++) {
           const w = [0, 1, 2].reduce((x, a) => x * ((k >> a) & 1 ? q[a] : 1 - q[a]), 1);
           for (let d = 0; d < 3; d++) now[3 * v + d] += w * s.nodes[3 * s.copies[8 * c + k] + d];

@@ -32,6 +32,7 @@
 #include "gunzip.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/mesh/whole_file.h"
+#include "packed.h"
 
 namespace kerf::app {
 namespace {
@@ -212,6 +213,7 @@ struct ViewServer::Impl {
   std::uint16_t port = 0;
   int listening = -1;  ///< descriptor
   std::set<std::shared_ptr<Page>> pages;
+  Packer packer;
   Clock::time_point last_tick, next_tick, next_memory;
   bool stopping = false, ticking = false, memory_due = false;
 
@@ -239,7 +241,9 @@ struct ViewServer::Impl {
 /// One page's socket. Reads messages, and writes one at a time: what waits, waits in the engine.
 class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
  public:
-  Page(Impl& server, tcp::socket socket) : server_(server), socket_(std::move(socket)) {}
+  /// `unpacks`: it wants large messages packed.
+  Page(Impl& server, tcp::socket socket, bool unpacks)
+      : server_(server), socket_(std::move(socket)), unpacks_(unpacks) {}
 
   void start(http::request<http::empty_body> request) {
     request_ = std::move(request);
@@ -264,10 +268,12 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     message_ = server_.engine.next(client_);
     if (!message_) return;
     writing_ = true;
-    socket_.async_write(asio::buffer(message_->data(), message_->size()),
+    sent_ = unpacks_ ? server_.packer(message_) : message_;
+    socket_.async_write(asio::buffer(sent_->data(), sent_->size()),
                         [self = shared_from_this()](error_code error, std::size_t) {
                           self->writing_ = false;
                           self->message_.reset();
+                          self->sent_.reset();
                           if (error) return self->gone();
                           self->write();
                           self->read_on();
@@ -340,7 +346,8 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
   websocket::stream<tcp::socket> socket_;
   http::request<http::empty_body> request_;
   beast::flat_buffer buffer_;
-  protocol::Message message_;
+  protocol::Message message_, sent_;  ///< what is under way, and as it goes over the wire
+  const bool unpacks_;
   std::uint32_t client_ = 0;
   bool open_ = false, writing_ = false, reading_ = false;
 };
@@ -401,7 +408,8 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
       if (server_.pages.size() >= kMostPages)
         return refuse(request, http::status::service_unavailable, "Too many pages watch this session.");
       stream_.expires_never();  // the socket has a time limit of its own
-      return std::make_shared<Page>(server_, stream_.release_socket())->start(std::move(request));
+      const bool unpacks = query_value(target, "packed") == "1";
+      return std::make_shared<Page>(server_, stream_.release_socket(), unpacks)->start(std::move(request));
     }
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(request, http::status::method_not_allowed, kOnlyGet);

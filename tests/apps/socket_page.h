@@ -7,6 +7,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <chrono>
 #include <string>
@@ -82,10 +83,31 @@ struct PageDoor {
   std::string host, origin, target = "/engine";
 };
 
+/// The message inside one of type 32; empty when it is damaged.
+inline std::string unpacked(const std::string& message) {
+  const auto number = [&](std::size_t at) {
+    std::size_t n = 0;
+    for (std::size_t k = 4; k-- > 0;) n = n << 8 | static_cast<unsigned char>(message[at + k]);
+    return n;
+  };
+  if (message.size() < 16 || number(4) != message.size() || (number(12) + 3) / 4 * 4 + 16 != message.size()) return {};
+  std::string out(number(8), '\0'), in = message.substr(16, number(12));
+  z_stream stream{};
+  stream.next_in = reinterpret_cast<Bytef*>(in.data());
+  stream.avail_in = static_cast<uInt>(in.size());
+  stream.next_out = reinterpret_cast<Bytef*>(out.data());
+  stream.avail_out = static_cast<uInt>(out.size());
+  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return {};
+  const bool whole = inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_in == 0 && stream.avail_out == 0;
+  inflateEnd(&stream);
+  return whole ? out : std::string();
+}
+
 class SocketPage {
  public:
   MirroredPage page;
-  std::string refusal;  ///< head of the response when the handshake was refused
+  std::size_t packed_bytes = 0, packed = 0;  ///< messages that came packed, and their bytes
+  std::string refusal;                       ///< head of the response when the handshake was refused
 
   explicit SocketPage(std::uint16_t port, PageDoor door = {}) : socket_(port) {
     if (door.host.empty()) door.host = "127.0.0.1:" + std::to_string(port);
@@ -147,6 +169,12 @@ class SocketPage {
         continue;
       }
       if (static_cast<unsigned char>(start[0]) & 0x80u) break;
+    }
+    if (message.size() > 1 && message[0] == 32 && message[1] == 0) {
+      ++packed;
+      packed_bytes += message.size();
+      message = unpacked(message);
+      EXPECT_FALSE(message.empty()) << "a packed message is damaged";
     }
     const std::uint32_t seq = page.last_seq;
     page.hear({reinterpret_cast<const std::byte*>(message.data()), message.size()});

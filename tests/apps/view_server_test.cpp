@@ -203,6 +203,32 @@ TEST(ViewServer, TwoPagesSeeOneCut) {
   EXPECT_TRUE(b.page.body.wall.empty());
 }
 
+TEST(ViewServer, APageThatUnpacksIsToldTheSame) {
+  const Running server;
+  SocketPage plain(server.port()), packed(server.port(), {{}, {}, "/engine?packed=1"});
+  ASSERT_TRUE(plain.open && packed.open);
+  plain.say(page_hello());
+  ASSERT_TRUE(plain.until([&] { return plain.page.held && plain.page.frames > 0; }));
+  packed.say(page_hello());
+  ASSERT_TRUE(packed.until([&] { return packed.page.bodies == 1 && packed.page.frames > 0; }));
+  EXPECT_EQ(plain.packed, 0u);
+  EXPECT_EQ(packed.packed, 1u);
+  const auto& body = packed.page.body;
+  EXPECT_EQ(body.rest, plain.page.body.rest);
+  EXPECT_EQ(body.normal, plain.page.body.normal);
+  EXPECT_EQ(body.skin, plain.page.body.skin);
+  EXPECT_EQ(body.copies, plain.page.body.copies);
+  EXPECT_LT(packed.packed_bytes, (24 * body.rest.size() + 12 * body.skin.size()) * 6 / 10);
+  // What a cut changes goes as it is.
+  plain.say(page_tool(1, 4, 0, {ray_between(kEye, {-0.005, -0.13, 0})}));
+  plain.say(page_tool(2, 4, 2, {ray_between(kEye, {-0.005, 0.13, 0})}));
+  ASSERT_TRUE(plain.until([&] { return !plain.page.cuts.empty(); }));
+  ASSERT_TRUE(packed.until([&] { return !packed.page.cuts.empty(); }));
+  EXPECT_EQ(packed.packed, 1u);
+  EXPECT_FALSE(body.wall.empty());
+  EXPECT_EQ(body.wall, plain.page.body.wall);
+}
+
 TEST(ViewServer, GarbageIsAnsweredAndThenTheDoorCloses) {
   const Running server;
   SocketPage good(server.port()), bad(server.port());

@@ -47,6 +47,7 @@ enum class Type : std::uint16_t {
   kScore = 14,
   kFixed = 15,
   kMasses = 16,
+  kPacked = 32,  ///< the server's own: another message, deflated
   kPageHello = 64,
   kAck = 65,
   kTool = 66,

@@ -155,8 +155,11 @@ export abstract class MessageEngine implements Engine {
       }
     } catch (e) {
       if (!(e instanceof ProtocolError)) throw e;
-      this.badMessages++;
-      console.error(`kerf: bad message from the engine: ${e.message}`);
+      this.countBad(e);
     }
+  }
+  protected countBad(error: ProtocolError): void {
+    this.badMessages++;
+    console.error(`kerf: bad message from the engine: ${error.message}`);
   }
 }

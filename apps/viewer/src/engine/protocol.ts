@@ -26,6 +26,7 @@ export const MessageType = {
   Score: 14,
   Fixed: 15,
   Masses: 16,
+  Packed: 32,
   PageHello: 64,
   Ack: 65,
   Tool: 66,

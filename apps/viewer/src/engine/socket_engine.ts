@@ -1,6 +1,7 @@
 // The engine behind a WebSocket: kerf view.
 import { MessageEngine } from './message_engine';
 import type { EngineEvents } from './engine';
+import { canUnpack, Unpacker } from './packed';
 import { kProtocolVersion } from './protocol';
 
 const kFirstRetryMs = 250;
@@ -16,8 +17,11 @@ export class SocketEngine extends MessageEngine {
     if (!this.socket && !this.stopped) this.connect();
   };
 
-  constructor(private readonly url: string) {
+  private readonly url: string;
+
+  constructor(url: string) {
     super();
+    this.url = canUnpack() ? `${url}${url.includes('?') ? '&' : '?'}packed=1` : url;
   }
 
   start(events: EngineEvents): void {
@@ -62,6 +66,12 @@ export class SocketEngine extends MessageEngine {
       });
     };
     let live = false;
+    const unpacker = new Unpacker(
+      (message) => {
+        if (this.socket === socket) this.receive(message);
+      },
+      (error) => this.countBad(error),
+    );
     socket.onmessage = (event) => {
       if (this.socket !== socket || !(event.data instanceof ArrayBuffer)) return;
       if (!live) {
@@ -69,7 +79,7 @@ export class SocketEngine extends MessageEngine {
         this.retryMs = kFirstRetryMs;
         this.events?.state('live');
       }
-      this.receive(event.data);
+      unpacker.take(event.data);
     };
     socket.onclose = () => {
       if (this.socket !== socket) return;

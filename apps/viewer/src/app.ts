@@ -1281,6 +1281,7 @@ export class App implements EngineEvents {
       ratio = Math.min(window.devicePixelRatio || 1, q.level === 'full' ? 2 : q.level === 'low' ? 1.5 : 1);
     const changed = q.level !== this.level || this.bodies === 0;
     this.level = q.level;
+    this.blade.setLite(q.level === 'lite');
     this.stage.setQuality(q.level, ratio * q.scale);
     this.stage.resize(this.width, this.height);
     if (changed) {

@@ -23,8 +23,8 @@ export function makeBackdrop(colour: number): Texture {
   return texture;
 }
 
-const kTheatre = [256, 144] as const; // pixels: all in it is out of focus
-/** Of the window's width: places and radii of the lamps over the table. */
+const kTheatre = { wide: [256, 144], tall: [144, 312] } as const; // pixels: all in it is out of focus
+/** Places and radii of the lamps over the table: of the width across, of a wide window's width down. */
 const kLamps = [
   [0.63, 0.03, 0.05],
   [0.71, -0.02, 0.05],
@@ -33,19 +33,24 @@ const kLamps = [
   [0.24, 0.0, 0.035],
   [0.29, 0.05, 0.035],
 ] as const;
+const kTallDown = 0.16; // by so much lower where the window is tall, as its header has two rows
 const kFolds = 9; // of the drape, each a shade and a light beside it
 
-/** A dark room with lamps above, and under the body a drape in their light. `dim`: of the dark theme. */
-export function makeTheatre(dim: boolean): Texture {
+const radial = (g: CanvasRenderingContext2D, x: number, y: number, r: number): CanvasGradient =>
+  g.createRadialGradient(x, y, 0, x, y, r);
+
+/** A dark room with lamps above, and under the body a drape in their light. `dim`: of the dark theme; `tall`: the window is. */
+export function makeTheatre(dim: boolean, tall: boolean): Texture {
   const canvas = document.createElement('canvas'),
-    [w, h] = kTheatre;
+    [w, h] = tall ? kTheatre.tall : kTheatre.wide,
+    unit = tall ? 0.75 * h : w;
   canvas.width = w;
   canvas.height = h;
   const g = canvas.getContext('2d')!;
   const paint = (fill: CanvasGradient, stops: [number, string][]): void => {
     for (const [at, colour] of stops) fill.addColorStop(at, colour);
     g.fillStyle = fill;
-    g.fillRect(0, 0, w, w); // where it is squeezed this is the height
+    g.fillRect(0, 0, w, Math.max(w, h)); // where it is squeezed its height is the width
   };
   paint(g.createLinearGradient(0, 0, 0, h), [
     [0, '#0b1214'],
@@ -91,7 +96,7 @@ export function makeTheatre(dim: boolean): Texture {
     [1, 'rgba(5,9,11,0)'],
   ]);
   for (const [x, y, r] of kLamps)
-    paint(g.createRadialGradient(x * w, y * w, 0, x * w, y * w, 1.9 * r * w), [
+    paint(radial(g, x * w, (y + (tall ? kTallDown : 0)) * unit, 1.9 * r * unit), [
       [0, 'rgba(255,250,238,0.50)'],
       [0.42, 'rgba(255,248,232,0.36)'],
       [0.55, 'rgba(226,236,236,0.10)'],

@@ -161,6 +161,7 @@ export class Blade {
   private readonly grip = new MeshStandardMaterial({ color: 0x8b98a4, metalness: 0.5, roughness: 0.38 });
   private readonly red = new MeshStandardMaterial({ color: 0xc02030, roughness: 0.35 });
   private readonly green = new MeshStandardMaterial({ color: 0x2a9a58, roughness: 0.35 });
+  private readonly metals = [this.steel, this.grip].map((m) => [m, m.metalness] as const);
   private readonly instruments: Record<
     'scalpel' | 'forceps' | 'fix' | 'release' | 'punch' | 'scissors' | 'shaver' | 'suction',
     Group
@@ -256,6 +257,10 @@ export class Blade {
 
   setSize(size: number): void {
     this.size = size;
+  }
+  /** Lite has no surroundings for metal to mirror: it would be black. */
+  setLite(lite: boolean): void {
+    for (const [m, metal] of this.metals) m.metalness = lite ? 0 : metal;
   }
   setTool(tool: ToolName): void {
     this.tool = tool;

@@ -150,11 +150,18 @@ export class Stage {
     this.dark = dark;
     const back = this.plain ? 0xffffff : this.scopeIsOn ? kJoint : dark ? 0x1c2126 : 0xa9b1b8;
     (this.scene.background as Texture | null)?.dispose?.();
-    this.scene.background = this.theatre ? makeTheatre(dark) : this.bottomless ? makeBackdrop(back) : new Color(back);
+    this.scene.background = this.theatre
+      ? makeTheatre(dark, this.tall)
+      : this.bottomless
+        ? makeBackdrop(back)
+        : new Color(back);
     (this.scene.fog as Fog).color.set(this.theatre ? kDrape : back);
     const ground = this.ground.material as MeshStandardMaterial | MeshLambertMaterial;
     if ('color' in ground && !Array.isArray(ground)) ground.color.set(this.groundColour());
   }
+
+  /** The window is taller than wide: backdrops have two shapes. */
+  private tall = false;
 
   private get bottomless(): boolean {
     return this.floor === null && !this.plain && !this.scopeIsOn;
@@ -180,7 +187,7 @@ export class Stage {
     this.controls.enableDamping = level !== 'lite'; // it is counted in frames: sluggish where frames are few
     this.renderer.setPixelRatio(pixelRatio);
     const shadow = this.sun.shadow,
-      size = level === 'full' ? 2048 : level === 'low' ? 1024 : 512;
+      size = level === 'full' ? 2048 : 1024;
     if (shadow.mapSize.x !== size) {
       shadow.mapSize.set(size, size);
       shadow.map?.dispose();
@@ -478,6 +485,11 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / Math.max(1, height);
     this.camera.updateProjectionMatrix();
+    const tall = this.camera.aspect < 1;
+    if (tall !== this.tall) {
+      this.tall = tall;
+      this.setTheme(this.dark);
+    }
     if (this.scopeIsOn) this.placeScope();
   }
 

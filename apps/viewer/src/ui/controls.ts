@@ -439,6 +439,7 @@ export function bindControls(app: App): void {
               : 'live'
             : 'watching'
         : app.connection;
+    pill.toggleAttribute('data-plain', pill.textContent === 'live');
     pill.title =
       app.connection !== 'live'
         ? 'No connection to the engine'

@@ -101,6 +101,25 @@ export async function withPage(options, use) {
 export const ready = (page) =>
   page.waitForFunction(() => window.kerf?.state().ready && window.kerf.state().frames > 5, null, { timeout: 60000 });
 
+/**
+ * Lets the scene show itself until a moment (s; 0: before it is shown), stops it there and looks at the body: degrees, and diagonals from `middle`,
+ * or from where the body is. `speed`: simulated per real second; a slow picture then comes before the scene has gone far on.
+ */
+export async function showUntil(page, { moment, azimuth, elevation, distance, middle, speed = 1 }) {
+  const shows = await page.evaluate(() => window.kerf.app.info.script !== null);
+  if (shows && moment > 0) {
+    await page.evaluate(() => window.kerf.app.show(true));
+    await page.waitForFunction(() => window.kerf.state().showing);
+    await page.evaluate((s) => window.kerf.app.command(4, [s]), speed);
+  }
+  await page.waitForFunction((t) => window.kerf.state().time >= t, moment, { timeout: 300000 });
+  await page.evaluate(() => window.kerf.app.togglePlay());
+  await page.evaluate(
+    ([a, e, d, m]) => window.kerf.look(a, e, d * window.kerf.app.stage.size, m ?? window.kerf.state().bounds.center),
+    [azimuth, elevation, distance, middle],
+  );
+}
+
 /** Drags with the mouse through window positions. */
 export async function drag(page, points, steps = 12) {
   await page.mouse.move(...points[0]);

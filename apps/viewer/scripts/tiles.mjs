@@ -3,7 +3,7 @@
 import { mkdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { kProgram, ready, withKerf, withPage, withQuery } from './page.mjs';
+import { kProgram, ready, showUntil, withKerf, withPage, withQuery } from './page.mjs';
 
 const at = process.argv.indexOf('--kerf');
 const kerf = at > 0 ? process.argv[at + 1] : kProgram;
@@ -27,20 +27,7 @@ for (const [scene, [moment, azimuth, elevation, distance]] of Object.entries(kTi
     withPage({ url, viewport: { width: 400, height: 250 } }, async (page) => {
       await page.goto(withQuery(url, 'ui=0&quality=full'));
       await ready(page);
-      const shows = await page.evaluate(() => window.kerf.app.info.script !== null);
-      if (shows) {
-        await page.evaluate(() => window.kerf.app.show(true));
-        await page.waitForFunction(() => window.kerf.state().showing);
-      }
-      await page.waitForFunction((t) => window.kerf.state().time >= t, moment, { timeout: 300000 });
-      await page.evaluate(() => window.kerf.app.togglePlay());
-      await page.evaluate(
-        ([a, e, d]) => {
-          const s = window.kerf.state();
-          window.kerf.look(a, e, d * window.kerf.app.stage.size, s.bounds.center);
-        },
-        [azimuth, elevation, distance],
-      );
+      await showUntil(page, { moment, azimuth, elevation, distance });
       await page.waitForTimeout(1500);
       await page.screenshot({ path: join(out, `${scene}.jpg`), type: 'jpeg', quality: 72 });
     }),

@@ -6,8 +6,6 @@ import {
   FrameFlag,
   LoadState,
   kNoNode,
-  Modifier,
-  Outcome,
   UploadPart,
   type Body,
   type Counts,
@@ -27,65 +25,31 @@ import {
   type Score,
   type Stats,
   type Things,
-  type ToolSample,
   type Vec3,
 } from './engine/protocol';
 import { Blade } from './scene/blade';
 import { BodyMesh } from './scene/body_mesh';
 import { BodyState } from './scene/body_state';
 import { Ink } from './scene/ink';
-import { type Look, type QualityLevel, toLook } from './scene/materials';
+import type { Look, QualityLevel } from './scene/materials';
 import { makeNoiseTexture } from './scene/noise';
 import { receiveContact } from './scene/occlusion';
 import { Overlays, type ViewName } from './scene/overlays';
+import { readSceneInfo, type SceneInfo } from './scene_info';
 import { readThings, type Thing } from './engine/things';
 import { ThingsView } from './scene/things';
 import { PieceView } from './scene/piece_view';
 import { Scales } from './scene/scales';
-import { skinPoint } from './scene/skinning';
 import { kRound } from './scene/arthroscope';
 import { type Box, Stage } from './scene/stage';
 import { LatencyMeter } from './stats/latency';
 import { QualityChooser, kQualitySteps } from './stats/quality';
-import { Series } from './stats/series';
-import { PointerMap, TwoFingers, type PointerKind } from './tools/mapping';
-import { FreshSamples, Pacer } from './tools/pacing';
-import { kTools, Stroke, type StrokeMessage, toolInfo, type ToolName } from './tools/tools';
+import { Records } from './stats/records';
+import { toolInfo, type ToolName } from './tools/tools';
 import { ghostAt } from './tools/ghost';
-
-export interface SceneInfo {
-  /** `goal`: what to try there, or empty. */
-  scenes: { name: string; title: string; goal: string }[];
-  name: string;
-  title: string;
-  look: Look;
-  box: Box | null;
-  material: { young: number; poisson: number; density: number };
-  gravity: [number, number, number];
-  /** Of meshes that were opened in the page. */
-  unit: { metres: number; guessed: boolean } | null;
-  /** By the page, from files: its name may be that of a shipped scene too. */
-  opened: boolean;
-  /** What should be taken out. */
-  lesion: Lesion | null;
-  /** What the scene's own commands do, and whether they run now. */
-  script: SceneScript | null;
-  /** Of the arthroscope, where the scene says. */
-  scope: { entry: Vec3; target: Vec3; angle: number } | null;
-}
-
-export interface SceneScript {
-  /** s */
-  ends: number;
-  runs: boolean;
-  /** Tool, and seven numbers a place: time, point, axis towards the hand. */
-  hands: { tool: ToolName; places: number[][] }[];
-}
-
-export interface Lesion {
-  shape: 'sphere' | 'box' | 'half_space';
-  values: number[];
-}
+import { Hand } from './tools/hand';
+import { Hover } from './tools/hover';
+import { Lead } from './tools/lead';
 
 export interface AppOptions {
   quality: QualityLevel | 'auto';
@@ -123,98 +87,11 @@ export interface AppListener {
   views(): void;
 }
 
-const kRayPatienceMs = 1000;
 const kShownAfter = 0.6; // s for which what was done is looked at before hands come
 // ms without a new picture after which lite draws one that is finer: it takes as long as four, and a hand must not wait for it
 const kStillMs = 600;
 const kFineness = 2; // pixels along each side of one; 3 takes twice as long again, and shows no more
-const kPinch = 0.6; // of the body's size that fingers push the arthroscope in, for each height of the window that they come apart
 const kManyTriangles = 300_000;
-const kFingerPixels = 22; // half as wide as what a fingertip hits
-const kPointerPixels = 8; // of a mouse or pen: as far as a hand in motion misses by
-const kToTheRim: ReadonlySet<ToolName> = new Set(['scalpel', 'line'] as const);
-const kToCut: ReadonlySet<ToolName> = new Set(['scalpel', 'line', 'closed', 'scissors'] as const);
-const kMotions: ReadonlySet<ToolName> = new Set(['grasp', 'take', 'probe', 'suction'] as const);
-
-const num = (x: unknown, fallback: number): number => (typeof x === 'number' && Number.isFinite(x) ? x : fallback);
-
-/** Reads Hello's JSON; whatever is missing or odd gets a default. */
-export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
-  let j: Record<string, unknown> = {};
-  try {
-    const parsed: unknown = JSON.parse(hello.json);
-    if (parsed && typeof parsed === 'object') j = parsed as Record<string, unknown>;
-  } catch {
-    /* an engine without a description still works */
-  }
-  const scenes = (Array.isArray(j.scenes) ? j.scenes : []).flatMap((s: unknown) => {
-    const o = s as { name?: unknown; title?: unknown; goal?: unknown } | null;
-    const words = (x: unknown, otherwise: string): string => (typeof x === 'string' ? x : otherwise);
-    return o && typeof o.name === 'string'
-      ? [{ name: o.name, title: words(o.title, o.name), goal: words(o.goal, '') }]
-      : [];
-  });
-  const m = (j.material ?? {}) as Record<string, unknown>,
-    g = Array.isArray(j.gravity) ? j.gravity : [];
-  const u = (j.unit ?? {}) as Record<string, unknown>;
-  const b =
-    Array.isArray(j.box) && j.box.length === 6 && j.box.every((x) => Number.isFinite(x)) ? (j.box as number[]) : null;
-  const proper = b && b[0]! <= b[3]! && b[1]! <= b[4]! && b[2]! <= b[5]! && b.some((x) => x !== b[0]);
-  return {
-    scenes,
-    name: hello.name,
-    title: typeof j.title === 'string' ? j.title : hello.name,
-    look: toLook(j.look),
-    box: b && proper ? { min: [b[0]!, b[1]!, b[2]!], max: [b[3]!, b[4]!, b[5]!] } : null,
-    material: { young: num(m.young, 20000), poisson: num(m.poisson, 0.45), density: num(m.density, 1000) },
-    gravity: [num(g[0], 0), num(g[1], 0), num(g[2], -9.81)],
-    opened: j.opened === true,
-    lesion: readLesion(j.lesion),
-    scope: readScope(j.arthroscope),
-    script: readScript(j.script),
-    unit: num(u.metres, 0) > 0 ? { metres: num(u.metres, 1), guessed: u.guessed === true } : null,
-  };
-}
-
-function readScript(from: unknown): SceneScript | null {
-  if (!from || typeof from !== 'object') return null;
-  const o = from as { ends?: unknown; runs?: unknown; hands?: unknown };
-  const ends = num(o.ends, 0);
-  if (!(ends > 0)) return null;
-  const hands = (Array.isArray(o.hands) ? o.hands : []).flatMap((h: unknown) => {
-    const { tool, places } = (h ?? {}) as { tool?: unknown; places?: unknown };
-    const known = kTools.find((t) => t.name === tool);
-    const good = (Array.isArray(places) ? places : []).filter(
-      (p): p is number[] => Array.isArray(p) && p.length === 7 && p.every((x) => Number.isFinite(x)),
-    );
-    return known && good.length > 0 ? [{ tool: known.name, places: good }] : [];
-  });
-  return { ends, runs: o.runs === true, hands };
-}
-
-function readScope(from: unknown): SceneInfo['scope'] {
-  if (!from || typeof from !== 'object') return null;
-  const o = from as Record<string, unknown>;
-  const vec = (x: unknown): Vec3 | null =>
-    Array.isArray(x) && x.length === 3 && x.every((y) => Number.isFinite(y)) ? (x as unknown as Vec3) : null;
-  const entry = vec(o.entry),
-    target = vec(o.target);
-  return entry && target ? { entry, target, angle: Math.max(0, Math.min(1.3, num(o.angle, Math.PI / 6))) } : null;
-}
-
-function readLesion(from: unknown): Lesion | null {
-  if (!from || typeof from !== 'object') return null;
-  for (const [shape, n] of [
-    ['sphere', 4],
-    ['box', 6],
-    ['half_space', 6],
-  ] as const) {
-    const v = (from as Record<string, unknown>)[shape];
-    if (Array.isArray(v) && v.length === n && v.every((x) => Number.isFinite(x)))
-      return { shape, values: v as number[] };
-  }
-  return null;
-}
 
 export class App implements EngineEvents {
   readonly stage: Stage;
@@ -225,12 +102,11 @@ export class App implements EngineEvents {
   readonly blade = new Blade();
   readonly things = new ThingsView();
   readonly ink: Ink;
+  readonly hand: Hand;
+  readonly lead = new Lead(this);
+  readonly hover = new Hover(this);
   readonly latency = new LatencyMeter();
-  readonly pointers = new PointerMap();
-  readonly stepSeries = new Series(5); // seconds of the page's clock, step median, step 99 %, mechanics, fps
-  readonly cutSeries = new Series(5); // number, binding, embedding, surface, total
-  readonly contactSeries = new Series(4); // seconds of the page's clock, contacts, N pressed with, N on the tools
-  readonly countSeries = new Series(7); // cut number, six counts
+  readonly records = new Records();
   listener: AppListener | null = null;
 
   connection: EngineState = 'connecting';
@@ -263,11 +139,11 @@ export class App implements EngineEvents {
   private engineSession: bigint | null = null;
   private playAsked = 0;
   private readonly chooser: QualityChooser;
-  private readonly canvas: HTMLCanvasElement;
+  readonly canvas: HTMLCanvasElement;
   private level: QualityLevel = 'full';
   private look: Look = 'steak';
   private shownScene = '';
-  private ready = false;
+  ready = false;
   private dirty = true;
   private drewAt = 0;
   private fine = true; // nothing is to be drawn finer
@@ -276,57 +152,28 @@ export class App implements EngineEvents {
   private pending: { version: number; input: number; n: number; fading: Fading } | null = null;
   private lastSeq = 0;
   private ackedSeq = 0;
-  private stroke: Stroke | null = null;
-  private readonly pacer = new Pacer();
   private thingList: Thing[] = [];
-  private toolIndex = 0;
-  private jawsOpen: boolean[] = [];
-  /** The scene's tool that is led: where pointer and tool were, and how far it has been pushed along the view. */
-  private led: {
-    from: Vector3;
-    grab: Vector3;
-    normal: Vector3;
-    depth: number;
-    turn: readonly [number, number, number, number];
-    at: { x: number; y: number };
-  } | null = null;
-  private ledTo: { x: number; y: number; time: number } | null = null;
-  /** Samples of the stroke that are not sent yet. */
-  private held: ToolSample[] = [];
-  private heldModifiers = 0;
-  private lastSample: ToolSample | null = null;
-  /** So near the rim the stroke begins and ends beside the body, in parts of the distance from the eye. */
-  private rimReach = 0;
-  private readonly fresh = new FreshSamples();
-  private pointerAt: { x: number; y: number } | null = null;
-  /** A copy of what the pointer is over; kNoNode: nothing. */
-  under = kNoNode;
   /** A copy of what is held last, and where. */
   holds: { copy: number; point: Vec3 } | null = null;
-  private hoverChanged = false;
-  private rayOut = 0;
-  private raySince = 0;
-  private rayAt: { origin: Vec3; direction: Vec3 } | null = null;
   private lastFrameAt = 0;
   private drewLast = false;
   private fpsCount = 0;
   private fpsSince = 0;
-  private cutNumber = 0;
   private lastProgress = 0;
-  private width = 1;
-  private height = 1;
+  width = 1;
+  height = 1;
   private uploads = 0;
   private uploadInput = 0;
   /** Hears what becomes of the last upload; without it trouble is a toast. */
   uploadWatch: UploadWatch | null = null;
   private liteTurn = 0;
   /** The camera follows a body that sinks or swings away, until a person moves it or uses a tool. */
-  private follow = true;
+  follow = true;
   /** A person has turned the view: a window that changes leaves it. */
-  private ownView = false;
+  ownView = false;
 
   constructor(
-    private readonly engine: Engine,
+    readonly engine: Engine,
     canvas: HTMLCanvasElement,
     ink: HTMLCanvasElement,
     options: AppOptions,
@@ -347,7 +194,20 @@ export class App implements EngineEvents {
     // The CPU as a GPU starts with the cheapest materials and stays there.
     const firstLite = kQualitySteps.findIndex((s) => s.level === 'lite');
     this.chooser = new QualityChooser(options.software ? firstLite : 0, options.software ? firstLite : 0);
-    this.listen();
+    this.hand = new Hand(this);
+    this.stage.controls.addEventListener('start', () => {
+      this.follow = false;
+      this.ownView = true;
+    });
+    this.stage.controls.addEventListener('change', () => {
+      this.hover.changed = true; // under the pointer is another place
+      this.touch(false);
+    });
+    this.canvas.addEventListener('webglcontextlost', (e) => e.preventDefault());
+    this.canvas.addEventListener('webglcontextrestored', () => {
+      if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
+      this.touch(true);
+    });
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
     this.applyQuality();
@@ -364,11 +224,11 @@ export class App implements EngineEvents {
   state(state: EngineState): void {
     this.connection = state;
     if (state !== 'live') {
-      this.cancelStroke(false);
+      this.hand.cancelStroke(false);
       this.latency.forget();
-      this.pacer.forget();
+      this.hand.pacer.forget();
       this.ink.clear();
-      this.rayOut = 0;
+      this.hover.forget();
       this.roleNow = { ...this.roleNow, held: false };
       this.ackedSeq = this.lastSeq = this.playAsked = 0;
       this.pending = null;
@@ -396,9 +256,9 @@ export class App implements EngineEvents {
   }
 
   body(body: Body): void {
-    this.cancelStroke(false);
+    this.hand.cancelStroke(false);
     this.ink.clear();
-    this.under = kNoNode;
+    this.hover.under = kNoNode;
     this.holds = null;
     this.bodies++;
     const state = new BodyState(body),
@@ -425,7 +285,7 @@ export class App implements EngineEvents {
         scope ? { entry: new Vector3(...scope.entry), target: new Vector3(...scope.target), angle: scope.angle } : null,
       );
     if (!same) {
-      this.clearSeries();
+      this.records.clear();
       this.follow = true;
       this.ownView = false;
       this.lastCut = null;
@@ -470,7 +330,7 @@ export class App implements EngineEvents {
     this.time = frame.time;
     if (this.mesh.setTime(frame.time)) this.touch(false);
     if (showed !== this.showing) {
-      this.hoverChanged = true;
+      this.hover.changed = true;
       if (showed && this.blade.leave()) this.touch(true);
       this.updateAllowed();
       this.listener?.showing();
@@ -536,7 +396,7 @@ export class App implements EngineEvents {
   thingsCame(message: Things): void {
     const things = readThings(message);
     this.thingList = things;
-    this.jawsOpen = [];
+    this.lead.renew();
     this.furnish();
     const tools = things.filter((t) => t.tool).length;
     if ((tools === 0 && this.tool === 'rigid') || (!this.hasProbe && this.tool === 'probe')) this.setTool('scalpel');
@@ -546,43 +406,7 @@ export class App implements EngineEvents {
   }
 
   hit(hit: Hit): void {
-    if (hit.input !== this.rayOut) return;
-    this.rayOut = 0;
-    if (!this.pointerAt || !this.rayAt) return;
-    const eye = this.stage.camera.position,
-      o = this.rayAt.origin,
-      d = this.rayAt.direction;
-    const point = new Vector3(...hit.point),
-      normal = new Vector3(...hit.normal),
-      touching = hit.triangle >= 0;
-    this.under = hit.copy;
-    if (!touching) {
-      // Beside the body the tool hovers where the view ray meets the height of the body's middle.
-      const c = this.mesh.bounds.center.z,
-        t = Math.abs(d[2]) > 0.05 ? (c - o[2]) / d[2] : -1;
-      if (!(t > 0)) {
-        if (this.blade.leave()) this.touch(true);
-        return;
-      }
-      point.set(o[0] + t * d[0], o[1] + t * d[1], c);
-      normal.set(0, 0, d[2] < 0 ? 1 : -1);
-      if (point.distanceTo(this.mesh.bounds.center) > 1.6 * this.stage.size) {
-        if (this.blade.leave()) this.touch(true);
-        return;
-      }
-    } else if (normal.dot(eye.clone().sub(point)) < 0) {
-      normal.negate();
-    }
-    this.blade.bites = this.instrumentSize(this.tool);
-    this.blade.place(
-      point,
-      normal,
-      eye,
-      touching,
-      this.stroke !== null,
-      !(this.stroke && this.tool === 'shaver' && this.hasTool('shaver')),
-    );
-    this.touch(true);
+    this.hover.hit(hit);
   }
 
   fixed(fixed: Fixed): void {
@@ -604,10 +428,7 @@ export class App implements EngineEvents {
     this.lastStats = stats;
     this.counts = stats.counts;
     this.pieces = stats.pieces;
-    this.stepSeries.push(performance.now() / 1000, stats.stepMs, stats.stepMs99, stats.mechanicsMs, this.fps);
-    const felt = Math.max(0, ...this.things.tools.map((t) => Math.hypot(...t.force)));
-    this.contactSeries.push(performance.now() / 1000, this.things.touching, this.things.press, felt);
-    if (this.countSeries.length === 0) this.pushCounts(stats.counts);
+    this.records.stats(stats, this.fps, this.things);
     this.listener?.stats(stats);
   }
 
@@ -615,11 +436,7 @@ export class App implements EngineEvents {
     this.lastCut = report;
     this.counts = report.counts;
     this.pieces = report.pieces;
-    if (report.outcome === Outcome.Cut) {
-      this.cutNumber++;
-      this.cutSeries.push(this.cutNumber, report.bindingMs, report.embeddingMs, report.surfaceMs, report.totalMs);
-      this.pushCounts(report.counts);
-    }
+    this.records.cut(report);
     this.answered(report.input);
     this.listener?.cut(report);
   }
@@ -653,6 +470,12 @@ export class App implements EngineEvents {
     if (loading.state === LoadState.Stopped) this.uploadWatch?.stopped();
   }
 
+  /** The engine has done all inputs up to this one. */
+  private answered(input: number): void {
+    this.hand.pacer.answered(input);
+    this.ink.done(input);
+  }
+
   file(file: FileMessage): void {
     this.listener?.file(file.name, file.bytes.slice());
   }
@@ -672,17 +495,17 @@ export class App implements EngineEvents {
     this.listener?.play(this.playing, this.speed, this.undoDepth, this.redoDepth);
   }
   setTool(tool: ToolName): void {
-    this.cancelStroke(true);
+    this.hand.cancelStroke(true);
     this.tool = tool;
     this.blade.setTool(tool);
     this.mesh.showFixed = tool === 'fix' || tool === 'release';
-    this.pointers.handTool = tool === 'hand';
+    this.hand.pointers.handTool = tool === 'hand';
     this.updateAllowed();
-    this.hoverChanged = true;
+    this.hover.changed = true;
     if (tool === 'hand') this.blade.hide();
     this.touch(true);
   }
-  private hasTool(shape: string): boolean {
+  hasTool(shape: string): boolean {
     return this.thingList.some((t) => t.tool && t.shape === shape);
   }
   get hasProbe(): boolean {
@@ -697,7 +520,7 @@ export class App implements EngineEvents {
     const size = toolInfo(tool).size;
     if (!size) return;
     this.sizes.set(tool, Math.max(size.least, Math.min(size.most, part)));
-    this.hoverChanged = true;
+    this.hover.changed = true;
   }
   setView(view: ViewName, on: boolean): void {
     const wanted = this.overlays.wanted;
@@ -714,13 +537,6 @@ export class App implements EngineEvents {
     this.touch(false);
     this.listener?.views();
   }
-  /** Opens or closes the jaws of the tool that was held last. */
-  toggleJaws(): void {
-    const reading = this.things.tools[this.toolIndex];
-    if (!reading || !this.toolAllowed) return;
-    this.jawsOpen[this.toolIndex] = !(this.jawsOpen[this.toolIndex] ?? true);
-    this.lead(this.toolIndex, reading.pose.position, reading.pose.quaternion, performance.now());
-  }
   setQuality(mode: QualityLevel | 'auto'): void {
     this.qualityMode = mode;
     this.applyQuality();
@@ -729,12 +545,8 @@ export class App implements EngineEvents {
     this.stage.setTheme(dark);
     this.touch(false);
   }
-  /** Where the pointer is over the view, pixels. */
-  get pointer(): { x: number; y: number } | null {
-    return this.pointerAt;
-  }
   get strokeActive(): boolean {
-    return this.stroke !== null || this.led !== null;
+    return this.hand.stroke !== null || this.lead.active;
   }
   /** Turns the view by degrees and zooms. */
   turn(azimuth: number, elevation: number, zoom: number): void {
@@ -752,11 +564,11 @@ export class App implements EngineEvents {
   }
   /** The arthroscope's view, or the free one. */
   setScope(on: boolean): void {
-    this.cancelStroke(true);
+    this.hand.cancelStroke(true);
     this.stage.setScope(on);
     this.mesh.inJoint = this.things.inJoint = on;
     document.documentElement.toggleAttribute('data-scope', on);
-    this.hoverChanged = true;
+    this.hover.changed = true;
     this.touch(true);
     this.listener?.scope(on);
   }
@@ -796,7 +608,7 @@ export class App implements EngineEvents {
   /** The picture as a PNG file. */
   async picture(): Promise<Blob> {
     const shown = this.blade.visible;
-    if (shown) this.blade.group.visible = this.stroke !== null;
+    if (shown) this.blade.group.visible = this.hand.stroke !== null;
     this.stage.render(true);
     this.blade.group.visible = true;
     const source = this.stage.scopeOn ? this.roundPicture() : this.canvas;
@@ -864,353 +676,12 @@ export class App implements EngineEvents {
     else this.command(CommandCode.Reset);
   }
 
-  private updateAllowed(): void {
-    this.pointers.toolAllowed = this.toolAllowed && !this.showing;
-    this.stage.setOrbitOnly(this.tool === 'hand' || !this.pointers.toolAllowed);
+  updateAllowed(): void {
+    this.hand.pointers.toolAllowed = this.toolAllowed && !this.showing;
+    this.stage.setOrbitOnly(this.tool === 'hand' || !this.hand.pointers.toolAllowed);
     this.canvas.dataset.tool = this.tool;
     this.canvas.dataset.paused = String(!this.toolAllowed && this.tool !== 'hand');
     document.documentElement.toggleAttribute('data-paused', !this.toolAllowed);
-  }
-
-  private sample(e: PointerEvent): ToolSample {
-    const box = this.canvas.getBoundingClientRect();
-    const { origin, direction } = this.stage.ray(e.clientX - box.left, e.clientY - box.top);
-    return { time: e.timeStamp, origin, direction, pressure: e.pressure };
-  }
-
-  private modifiers(e: PointerEvent): number {
-    return (
-      (e.shiftKey ? Modifier.Shift : 0) |
-      (e.ctrlKey ? Modifier.Control : 0) |
-      (e.altKey ? Modifier.Alt : 0) |
-      (e.metaKey ? Modifier.Meta : 0)
-    );
-  }
-
-  /** Of pixels, in parts of the distance from the eye. */
-  private partOfDistance(pixels: number): number {
-    const [a, b] = [-0.5, 0.5].map((s) => this.stage.ray(0.5 * this.width + s * pixels, 0.5 * this.height).direction);
-    return Math.hypot(a![0] - b![0], a![1] - b![1], a![2] - b![2]);
-  }
-
-  /** The engine has done all inputs up to this one. */
-  private answered(input: number): void {
-    this.pacer.answered(input);
-    this.ink.done(input);
-  }
-
-  private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): void {
-    for (const m of messages) {
-      const input = this.engine.tool({ ...m, modifiers, size: this.instrumentSize(this.tool) || this.rimReach });
-      this.latency.sent(input, e.timeStamp, kMotions.has(this.tool) ? 'motion' : 'cut');
-      this.pacer.sent(input, performance.now());
-      this.ink.sent(input);
-    }
-  }
-
-  /** Takes the samples of an event that did not come with an earlier one; sends them if the engine keeps up. */
-  private gather(e: PointerEvent, raw: boolean): void {
-    const events = e.getCoalescedEvents?.() ?? [];
-    const box = this.canvas.getBoundingClientRect();
-    for (const x of this.fresh.of(events.length > 0 ? events : [e], raw)) {
-      this.ink.add(x.clientX - box.left, x.clientY - box.top);
-      this.lastSample = this.sample(x);
-      this.held.push(this.lastSample);
-    }
-    this.heldModifiers = this.modifiers(e);
-    this.sendHeld(false);
-  }
-
-  private sendHeld(now: boolean): void {
-    if (!this.stroke || this.held.length === 0 || !(now || this.pacer.ready(performance.now()))) return;
-    const samples = this.held;
-    this.held = [];
-    this.send(this.stroke.move(samples), { timeStamp: samples[0]!.time }, this.heldModifiers);
-  }
-
-  private listen(): void {
-    const c = this.canvas,
-      capture = { capture: true };
-    c.addEventListener('contextmenu', (e) => e.preventDefault());
-    c.addEventListener(
-      'pointerdown',
-      (e) => {
-        const kind: PointerKind = e.pointerType === 'touch' || e.pointerType === 'pen' ? e.pointerType : 'mouse';
-        const decision = this.pointers.down({ id: e.pointerId, kind, button: e.button, alt: e.altKey });
-        c.focus({ preventScroll: true });
-        if (kind === 'touch') this.fingers.down(e.pointerId, e.clientX, e.clientY);
-        if (decision === 'cancel-and-orbit') {
-          this.abandon(e.timeStamp);
-          if (this.stage.scopeOn) this.steering = { id: e.pointerId, x: e.clientX, y: e.clientY, turns: false };
-          return;
-        }
-        if (decision === 'orbit') {
-          if (this.stage.scopeOn) {
-            this.steering = { id: e.pointerId, x: e.clientX, y: e.clientY, turns: e.shiftKey || e.button === 1 };
-            c.setPointerCapture(e.pointerId);
-            return;
-          }
-          this.turning = e.pointerId;
-          this.leave();
-          // Alt-drag turns the view with the first button too, and so does a finger beside a pen.
-          this.stage.setOrbitOnly(this.tool === 'hand' || !this.toolAllowed || e.altKey || kind === 'touch');
-          this.touch(false);
-          return;
-        }
-        c.setPointerCapture(e.pointerId);
-        this.place(e);
-        this.follow = false;
-        if (this.tool === 'rigid') {
-          this.takeTool(e);
-          return;
-        }
-        this.stroke = new Stroke(this.tool);
-        this.rimReach = kToTheRim.has(this.tool)
-          ? this.partOfDistance(kind === 'touch' ? kFingerPixels : kPointerPixels)
-          : 0;
-        this.held = [];
-        this.fresh.begin();
-        const at = this.pointerAt!;
-        this.ink.begin(this.tool, at.x, at.y);
-        this.heldModifiers = this.modifiers(e);
-        this.lastSample = this.sample(e);
-        this.send(this.stroke.down(this.lastSample), e, this.heldModifiers);
-        this.listener?.used(this.tool);
-      },
-      capture,
-    );
-    c.addEventListener(
-      'pointermove',
-      (e) => {
-        const two = this.fingers.move(e.pointerId, e.clientX, e.clientY);
-        if (two && this.steering && this.stage.scopeOn) {
-          this.stage.scope.push((kPinch * two.apart) / Math.max(1, this.height));
-          this.leanScope(two.x, two.y);
-        } else if (this.steering?.id === e.pointerId) {
-          this.steer(e);
-        } else if (this.led && this.pointers.owns(e.pointerId)) {
-          this.leadTo(e);
-        } else if (this.stroke && this.pointers.owns(e.pointerId)) {
-          this.place(e);
-          this.gather(e, false);
-        } else if (
-          this.pointers.active === null &&
-          this.turning === null &&
-          (e.buttons === 0 || e.pointerType === 'pen')
-        ) {
-          this.place(e);
-        }
-        if (e.buttons !== 0) this.touch(false);
-      },
-      capture,
-    );
-    // Moves come once a picture; raw ones, where the browser has them, as they happen: half a picture sooner.
-    c.addEventListener(
-      'pointerrawupdate',
-      (e) => {
-        const p = e as PointerEvent;
-        if (!this.pointers.owns(p.pointerId)) return;
-        if (this.led) this.leadTo(p);
-        else if (this.stroke) this.gather(p, true);
-      },
-      capture,
-    );
-    const finish = (e: PointerEvent, good: boolean): void => {
-      if (this.steering?.id === e.pointerId) this.steering = null;
-      this.fingers.up(e.pointerId);
-      const onView = document.elementFromPoint(e.clientX, e.clientY) === c;
-      if (!this.pointers.up(e.pointerId)) {
-        if (this.turning === e.pointerId) this.turning = null;
-        if (onView && good && e.pointerType !== 'touch') this.place(e);
-        this.updateAllowed();
-        return;
-      }
-      this.led = this.ledTo = null;
-      if (!this.stroke) return;
-      if (good) {
-        this.heldModifiers = this.modifiers(e);
-        this.place(e);
-        this.ink.add(this.pointerAt!.x, this.pointerAt!.y);
-        this.liftStroke(this.sample(e));
-      } else {
-        this.send(this.stroke.cancel(), e, 0);
-        this.stroke = null;
-        this.ink.drop();
-      }
-      if (e.pointerType === 'touch' || !onView) this.leave();
-      this.touch(true);
-    };
-    c.addEventListener('pointerup', (e) => finish(e, true), capture);
-    c.addEventListener('pointercancel', (e) => finish(e, false), capture);
-    c.addEventListener(
-      'lostpointercapture',
-      (e) => {
-        if (!this.pointers.owns(e.pointerId)) return;
-        // A second button that comes up takes the capture with it, while the first is still down.
-        if ((e.buttons & 1) !== 0 && e.pointerType === 'mouse') c.setPointerCapture(e.pointerId);
-        else this.leavePage();
-      },
-      capture,
-    );
-    c.addEventListener(
-      'wheel',
-      (e) => {
-        if (!this.led && this.stage.scopeOn) {
-          e.preventDefault();
-          this.stage.scope.push(-4e-4 * e.deltaY * (e.deltaMode === 1 ? 30 : 1));
-          this.stage.placeScope();
-          this.hoverChanged = true;
-          this.touch(false);
-          return;
-        }
-        if (!this.led) return;
-        e.preventDefault();
-        e.stopImmediatePropagation(); // the view does not zoom meanwhile
-        this.led.depth -= 3e-4 * e.deltaY * (e.deltaMode === 1 ? 30 : 1) * this.stage.size;
-        this.ledTo = { x: this.led.at.x, y: this.led.at.y, time: e.timeStamp };
-        this.sendLed();
-      },
-      { capture: true, passive: false },
-    );
-    c.addEventListener('pointerleave', () => {
-      if (!this.stroke) this.leave();
-    });
-    window.addEventListener('blur', () => this.leavePage());
-    window.addEventListener('pagehide', () => this.leavePage());
-    document.addEventListener('visibilitychange', () => {
-      if (document.hidden) this.leavePage();
-    });
-    this.stage.controls.addEventListener('start', () => {
-      this.follow = false;
-      this.ownView = true;
-    });
-    this.stage.controls.addEventListener('change', () => {
-      this.hoverChanged = true; // under the pointer is another place
-      this.touch(false);
-    });
-    c.addEventListener('webglcontextlost', (e) => e.preventDefault());
-    c.addEventListener('webglcontextrestored', () => {
-      if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
-      this.touch(true);
-    });
-  }
-
-  private steering: { id: number; x: number; y: number; turns: boolean } | null = null;
-  /** The arthroscope is led by its handle: the picture goes the way of the pointer. */
-  private steer(e: PointerEvent): void {
-    const s = this.steering!,
-      dx = e.clientX - s.x,
-      dy = e.clientY - s.y;
-    s.x = e.clientX;
-    s.y = e.clientY;
-    if (!s.turns) return this.leanScope(dx, dy);
-    this.turnScope((200 * dx) / Math.max(1, this.height));
-    this.stage.placeScope();
-    this.touch(false);
-  }
-  /** Pixels. */
-  private leanScope(dx: number, dy: number): void {
-    const h = Math.max(1, this.height);
-    this.stage.scope.lean((-0.7 * dx) / h, (0.7 * dy) / h);
-    this.stage.placeScope();
-    this.touch(false);
-  }
-  private readonly fingers = new TwoFingers();
-
-  /** The pointer that turns the view. */
-  private turning: number | null = null;
-  private place(e: PointerEvent): void {
-    const box = this.canvas.getBoundingClientRect();
-    this.pointerAt = { x: e.clientX - box.left, y: e.clientY - box.top };
-    this.hoverChanged = true;
-  }
-
-  /** The pointer is not over the view, or turns it: the instrument fades. */
-  private leave(): void {
-    this.pointerAt = null;
-    if (!this.showing && this.blade.leave()) this.touch(true);
-  }
-
-  /** Takes the stroke back, for a second finger came down. */
-  private abandon(timeStamp: number): void {
-    if (!this.stroke) return;
-    this.send(this.stroke.cancel(), { timeStamp }, 0);
-    this.stroke = null;
-    this.ink.drop();
-    this.touch(true);
-  }
-
-  // The scene's own tools: the pointer leads the nearest one in the plane that faces the eye.
-  private takeTool(e: PointerEvent): void {
-    const at = this.pointerAt!,
-      tools = this.things.tools;
-    let best = -1,
-      near = Infinity;
-    tools.forEach((t, i) => {
-      const [x, y] = this.stage.project(t.place.position as Vec3),
-        d = Math.hypot(x - at.x, y - at.y);
-      if (d < near) {
-        near = d;
-        best = i;
-      }
-    });
-    const reading = tools[best];
-    if (!reading) return;
-    this.toolIndex = best;
-    const from = new Vector3(...reading.pose.position),
-      normal = this.stage.camera.getWorldDirection(new Vector3());
-    const grab = this.onPlane(e, from, normal);
-    if (!grab) return;
-    this.led = { from, grab, normal, depth: 0, turn: reading.pose.quaternion, at: { ...at } };
-    this.listener?.used('rigid');
-  }
-  private onPlane(at: { clientX: number; clientY: number }, point: Vector3, normal: Vector3): Vector3 | null {
-    const box = this.canvas.getBoundingClientRect();
-    const { origin, direction } = this.stage.ray(at.clientX - box.left, at.clientY - box.top);
-    const o = new Vector3(...origin),
-      d = new Vector3(...direction),
-      along = d.dot(normal);
-    if (along < 1e-3) return null;
-    return o.addScaledVector(d, point.clone().sub(o).dot(normal) / along);
-  }
-  private leadTo(e: PointerEvent): void {
-    const led = this.led!;
-    this.place(e);
-    const at = this.pointerAt!;
-    if (e.shiftKey) {
-      // Up is away from the eye; sideways stays.
-      led.depth += ((led.at.y - at.y) / Math.max(1, this.height)) * 1.5 * this.stage.size;
-      const here = this.onPlane(e, led.from, led.normal),
-        before = this.onPlane({ clientX: e.clientX, clientY: e.clientY + (led.at.y - at.y) }, led.from, led.normal);
-      if (here && before) led.grab.add(here.sub(before));
-    }
-    led.at = { ...at };
-    this.ledTo = { x: at.x, y: at.y, time: e.timeStamp };
-    this.sendLed();
-  }
-  private sendLed(): void {
-    const led = this.led,
-      to = this.ledTo;
-    if (!led || !to || !this.pacer.ready(performance.now())) return;
-    this.ledTo = null;
-    const box = this.canvas.getBoundingClientRect();
-    const now = this.onPlane({ clientX: to.x + box.left, clientY: to.y + box.top }, led.from, led.normal);
-    if (!now) return;
-    const p = led.from.clone().add(now).sub(led.grab).addScaledVector(led.normal, led.depth);
-    this.lead(this.toolIndex, [p.x, p.y, p.z], led.turn, to.time);
-  }
-  private lead(tool: number, position: Vec3, q: readonly [number, number, number, number], started: number): void {
-    const s = Math.hypot(q[0], q[1], q[2]),
-      angle = 2 * Math.atan2(s, q[3]),
-      f = s > 1e-12 ? angle / s : 0;
-    const input = this.engine.device(
-      tool,
-      position,
-      [f * q[0], f * q[1], f * q[2]],
-      this.jawsOpen[tool] === false ? 0 : 1,
-    );
-    this.latency.sent(input, started, 'motion');
-    this.pacer.sent(input, performance.now());
   }
 
   private furnish(): void {
@@ -1219,41 +690,11 @@ export class App implements EngineEvents {
     );
   }
 
-  /** Ends the current stroke at a sample. */
-  private liftStroke(last: ToolSample): void {
-    this.sendHeld(true);
-    this.send(this.stroke!.up(last), { timeStamp: last.time }, this.heldModifiers);
-    this.stroke = null;
-    this.ink.end();
-  }
-
-  /** Nothing is heard of the pointer any more: what was drawn for a cut is cut, other strokes end without. */
-  private leavePage(): void {
-    if (!this.stroke || !kToCut.has(this.tool) || !this.lastSample) {
-      this.cancelStroke(true);
-      return;
-    }
-    this.pointers.cancel();
-    this.liftStroke({ ...this.lastSample, time: performance.now() });
-    this.touch(true);
-  }
-
-  /** Ends the current stroke without a cut; `tell`: the engine is there to hear it. */
-  cancelStroke(tell: boolean): void {
-    this.pointers.cancel();
-    this.led = this.ledTo = null;
-    if (!this.stroke) return;
-    if (tell) this.send(this.stroke.cancel(), { timeStamp: performance.now() }, 0);
-    this.stroke = null;
-    this.ink.drop();
-    this.touch(true);
-  }
-
   // -------------------------------------------------------------------------------------------------------------------
   // Drawing
 
   /** The next frame must be drawn; `shadows`: something that throws one moved. */
-  private touch(shadows: boolean): void {
+  touch(shadows: boolean): void {
     this.dirty = true;
     if (shadows) this.moved = true;
   }
@@ -1326,15 +767,15 @@ export class App implements EngineEvents {
       this.pending = null;
       if (this.mesh.setNodes(this.pendingNodes.subarray(0, pending.n), pending.fading)) {
         this.touch(true);
-        if (this.pointerAt) this.hoverChanged = true;
+        if (this.hand.at) this.hover.changed = true;
       }
       this.latency.echoed(pending.input, performance.now(), 'motion');
     }
     if (state && this.mesh.crease.update(state, now, this.strokeActive)) this.touch(false);
     if (state && this.mesh.occlusion.update(state, this.mesh.cells.pose, now)) this.touch(false);
-    this.sendHeld(false);
-    this.sendLed();
-    this.sendHover(now);
+    this.hand.sendHeld(false);
+    this.lead.send();
+    this.hover.send(now);
     if (
       this.ready &&
       this.follow &&
@@ -1355,7 +796,7 @@ export class App implements EngineEvents {
       this.drewAt = now;
       this.fine = this.level !== 'lite';
       this.fpsCount++;
-    } else if (this.ready && !this.fine && !this.stroke && now - this.drewAt > kStillMs) {
+    } else if (this.ready && !this.fine && !this.hand.stroke && now - this.drewAt > kStillMs) {
       // What stands still is drawn once more, without stairs at its edges.
       this.fine = true;
       this.stage.fineness = kFineness;
@@ -1376,144 +817,6 @@ export class App implements EngineEvents {
       this.listener?.progress();
     }
   };
-
-  private sendHover(now: number): void {
-    if (this.rayOut !== 0 && now - this.raySince > kRayPatienceMs) this.rayOut = 0;
-    if (
-      !this.hoverChanged ||
-      !this.pointerAt ||
-      this.rayOut !== 0 ||
-      this.connection !== 'live' ||
-      this.tool === 'hand' ||
-      this.tool === 'rigid'
-    )
-      return;
-    if (!this.toolAllowed || this.showing) {
-      if (!this.showing && this.blade.leave()) this.touch(true);
-      return;
-    }
-    this.hoverChanged = false;
-    this.rayAt = this.stage.ray(this.pointerAt.x, this.pointerAt.y);
-    this.rayOut = this.engine.ray(
-      this.rayAt.origin,
-      this.rayAt.direction,
-      (toolInfo(this.tool).size?.near ?? 0) * this.instrumentSize(this.tool),
-    );
-    this.raySince = now;
-  }
-
-  private pushCounts(c: Counts): void {
-    this.countSeries.push(
-      this.cutNumber,
-      c.visualVertices,
-      c.visualTriangles,
-      c.collisionVertices,
-      c.collisionTriangles,
-      c.nodes,
-      c.hexahedra,
-    );
-  }
-  private clearSeries(): void {
-    this.cutNumber = 0;
-    this.stepSeries.clear();
-    this.contactSeries.clear();
-    this.cutSeries.clear();
-    this.countSeries.clear();
-  }
-
-  // -------------------------------------------------------------------------------------------------------------------
-  // For tests
-
-  snapshot(): Record<string, unknown> {
-    const s = this.mesh.state,
-      camera = this.stage.camera.position,
-      target = this.stage.controls.target;
-    return {
-      connection: this.connection,
-      scene: this.info?.name ?? null,
-      version: s?.version ?? null,
-      counts: this.counts,
-      drawn: s ? { vertices: s.nv, skin: s.ns, wall: s.nw, copies: s.nc, nodes: s.nn } : null,
-      pieces: this.pieces,
-      cut: this.lastCut,
-      cuts: this.cutNumber,
-      stats: this.lastStats,
-      latency: { ...this.latency.summary(), motion: this.latency.summary('motion'), last: this.latency.last },
-      fps: this.fps,
-      quality: this.quality,
-      qualityMode: this.qualityMode,
-      role: this.roleNow,
-      readOnly: this.readOnly,
-      tool: this.tool,
-      showing: this.showing,
-      toolAllowed: this.toolAllowed,
-      stroke: this.stroke !== null,
-      ink: this.ink.waiting,
-      playing: this.playing,
-      speed: this.speed,
-      time: this.time,
-      undoDepth: this.undoDepth,
-      redoDepth: this.redoDepth,
-      views: { ...this.overlays.shown },
-      frames: this.frames,
-      patches: this.patches,
-      bodies: this.bodies,
-      errors: this.errors,
-      lastError: this.lastError,
-      ready: this.ready && s !== null,
-      software: this.stage.software,
-      camera: { position: camera.toArray(), target: target.toArray() },
-      outOfView: this.pieceView.count(),
-      bounds: { center: this.mesh.bounds.center.toArray(), radius: this.mesh.bounds.radius },
-      blade: this.blade.visible,
-      bladeLevel: this.blade.level,
-      bladeTip: this.blade.tip.toArray(),
-      loading: this.loadingNow,
-      things: this.things.list.map((t) => ({ name: t.name, shape: t.shape, tool: t.tool })),
-      floor: this.stage.floorShown,
-      scopeOn: this.stage.scopeOn,
-      score: this.scoreNow,
-      lesion: this.info?.lesion ?? null,
-      instrument: this.instrumentSize(this.tool),
-      rigid: this.things.tools,
-      touching: this.things.touching,
-      press: this.things.press,
-      unit: this.info?.unit ?? null,
-      fixed: this.mesh.fixed.length,
-    };
-  }
-
-  /** Window position of a vertex of the drawn mesh that is nearest to a rest position. */
-  pickRest(x: number, y: number, z: number): [number, number] | null {
-    const s = this.mesh.state;
-    if (!s) return null;
-    let best = -1,
-      near = Infinity;
-    for (let v = 0; v < s.nv; v++) {
-      const d = Math.hypot(s.rest[3 * v]! - x, s.rest[3 * v + 1]! - y, s.rest[3 * v + 2]! - z);
-      if (d < near) {
-        near = d;
-        best = v;
-      }
-    }
-    if (best < 0) return null;
-    const p = skinPoint(
-      s,
-      this.mesh.cells.pose,
-      s.copy[best]!,
-      s.rest[3 * best]!,
-      s.rest[3 * best + 1]!,
-      s.rest[3 * best + 2]!,
-    );
-    return this.pickPoint(...p);
-  }
-  /** Window position of a point of space. */
-  pickPoint(x: number, y: number, z: number): [number, number] {
-    this.stage.camera.updateMatrixWorld();
-    const p = this.stage.project([x, y, z]),
-      box = this.canvas.getBoundingClientRect();
-    return [p[0] + box.left, p[1] + box.top];
-  }
 }
 
 function boxOf(s: BodyState): Box {

@@ -5,6 +5,7 @@ import { SocketEngine } from './engine/socket_engine';
 import type { QualityLevel } from './scene/materials';
 import { kSkinningDeclarations } from './scene/skinning';
 import { softwareRendering } from './scene/stage';
+import { pickPoint, pickRest, snapshot } from './snapshot';
 import { bindControls } from './ui/controls';
 
 declare global {
@@ -53,12 +54,12 @@ async function start(): Promise<void> {
   bindControls(app);
   window.kerf = {
     state: () =>
-      JSON.parse(JSON.stringify(app.snapshot(), (_, v: unknown) => (typeof v === 'bigint' ? String(v) : v))) as Record<
+      JSON.parse(JSON.stringify(snapshot(app), (_, v: unknown) => (typeof v === 'bigint' ? String(v) : v))) as Record<
         string,
         unknown
       >,
-    pickRest: (x, y, z) => app.pickRest(x, y, z),
-    pickPoint: (x, y, z) => app.pickPoint(x, y, z),
+    pickRest: (x, y, z) => pickRest(app, x, y, z),
+    pickPoint: (x, y, z) => pickPoint(app, x, y, z),
     look: (a, e, distance, target) => app.lookFrom(a, e, distance, target),
     app,
     skinningSource: kSkinningDeclarations,

@@ -5,7 +5,7 @@ import { Stroke } from '../src/tools/tools';
 import { Phase, ToolCode, type ToolSample } from '../src/engine/protocol';
 import { keeps, keyName } from '../src/ui/keyboard';
 import { readThickness, sortMeshes, whyNot } from '../src/ui/upload';
-import { readSceneInfo } from '../src/app';
+import { readSceneInfo } from '../src/scene_info';
 
 const down = (id: number, kind: PointerKind, button = 0, alt = false) => ({ id, kind, button, alt });
 

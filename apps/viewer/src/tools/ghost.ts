@@ -1,5 +1,5 @@
 // Where the hand of a scene's own commands is.
-import type { SceneScript } from '../app';
+import type { SceneScript } from '../scene_info';
 import type { Vec3 } from '../engine/protocol';
 import type { ToolName } from './tools';
 

@@ -1,5 +1,6 @@
 // Buttons, selects and readouts of index.html, bound to the app.
-import type { App, SceneInfo } from '../app';
+import type { App } from '../app';
+import type { SceneInfo } from '../scene_info';
 import {
   CommandCode,
   Outcome,
@@ -533,7 +534,7 @@ export function bindControls(app: App): void {
     { keys: '<', title: 'Smaller instrument', run: () => changeSize(-0.08) },
     { keys: '>', title: 'Larger instrument', run: () => changeSize(0.08) },
     { keys: 'D', title: 'Finish the operation: the score', run: () => finish() },
-    { keys: 'J', title: 'Open or close the jaws of a tool', run: () => app.toggleJaws() },
+    { keys: 'J', title: 'Open or close the jaws of a tool', run: () => app.lead.toggleJaws() },
     { keys: 'K', title: 'Contacts and forces', run: () => setContacts(!app.things.showContacts) },
     ...kViews.map((v) => ({ keys: v.key, title: v.title, run: () => setView(v.name, !app.overlays.shown[v.name]) })),
     { keys: 'Q', title: 'Arthroscope or free view', run: () => app.setScope(!app.stage.scopeOn) },
@@ -560,7 +561,7 @@ export function bindControls(app: App): void {
       keys: 'Escape',
       title: 'Cancel the stroke, close the panel',
       run: () => {
-        if (app.strokeActive) app.cancelStroke(true);
+        if (app.strokeActive) app.hand.cancelStroke(true);
         else if (!explanation.close()) showPanel(false);
       },
     },

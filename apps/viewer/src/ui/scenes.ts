@@ -1,5 +1,6 @@
 // The scenes that the engine offers: those with a goal as tiles with a picture, the others by their titles.
-import type { App, SceneInfo } from '../app';
+import type { App } from '../app';
+import type { SceneInfo } from '../scene_info';
 import { CommandCode } from '../engine/protocol';
 import { byId, remembered, setText } from './dom';
 

@@ -91,10 +91,14 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
 
   /** What the forceps hold, or else what they would take hold of. */
   const point = (): void => {
-    const at = app.pointer;
+    const at = app.hand.at;
     if (!kHolds.has(app.tool) || !app.toolAllowed || app.showing) return pointed.put(null, 0, 0);
     const held = app.strokeActive ? app.holds : null;
-    const weight = held ? app.scales.of(held.copy) : at && app.under !== kNoNode ? app.scales.of(app.under) : null;
+    const weight = held
+      ? app.scales.of(held.copy)
+      : at && app.hover.under !== kNoNode
+        ? app.scales.of(app.hover.under)
+        : null;
     const [x, y] = held ? app.stage.project(held.point) : at ? [at.x, at.y] : [0, 0];
     pointed.put(weight ? weightWords(weight) : null, x + kBeside, y - kBeside);
   };

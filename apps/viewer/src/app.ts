@@ -30,6 +30,7 @@ import {
 import { Blade } from './scene/blade';
 import { BodyMesh } from './scene/body_mesh';
 import { BodyState } from './scene/body_state';
+import { Drawing } from './drawing';
 import { Ink } from './scene/ink';
 import type { Look, QualityLevel } from './scene/materials';
 import { makeNoiseTexture } from './scene/noise';
@@ -40,10 +41,8 @@ import { readThings, type Thing } from './engine/things';
 import { ThingsView } from './scene/things';
 import { PieceView } from './scene/piece_view';
 import { Scales } from './scene/scales';
-import { kRound } from './scene/arthroscope';
 import { type Box, Stage } from './scene/stage';
 import { LatencyMeter } from './stats/latency';
-import { QualityChooser, kQualitySteps } from './stats/quality';
 import { Records } from './stats/records';
 import { toolInfo, type ToolName } from './tools/tools';
 import { ghostAt } from './tools/ghost';
@@ -87,12 +86,7 @@ export interface AppListener {
   views(): void;
 }
 
-const kShownAfter = 0.6; // s for which what was done is looked at before hands come
-// ms without a new picture after which lite draws one that is finer: it takes as long as four, and a hand must not wait for it
-const kStillMs = 600;
-const kFineness = 2; // pixels along each side of one; 3 takes twice as long again, and shows no more
-const kManyTriangles = 300_000;
-
+const kShownAfter = 0.6;
 export class App implements EngineEvents {
   readonly stage: Stage;
   readonly mesh: BodyMesh;
@@ -103,6 +97,7 @@ export class App implements EngineEvents {
   readonly things = new ThingsView();
   readonly ink: Ink;
   readonly hand: Hand;
+  readonly drawing: Drawing;
   readonly lead = new Lead(this);
   readonly hover = new Hover(this);
   readonly latency = new LatencyMeter();
@@ -126,8 +121,6 @@ export class App implements EngineEvents {
   scoreNow: Score | null = null;
   /** Sizes of instruments that a person has chosen, in parts of the body's diagonal. */
   readonly sizes = new Map<ToolName, number>();
-  fps = 0;
-  qualityMode: QualityLevel | 'auto';
   frames = 0;
   patches = 0;
   bodies = 0;
@@ -138,16 +131,9 @@ export class App implements EngineEvents {
 
   private engineSession: bigint | null = null;
   private playAsked = 0;
-  private readonly chooser: QualityChooser;
   readonly canvas: HTMLCanvasElement;
-  private level: QualityLevel = 'full';
-  private look: Look = 'steak';
+  look: Look = 'steak';
   private shownScene = '';
-  ready = false;
-  private dirty = true;
-  private drewAt = 0;
-  private fine = true; // nothing is to be drawn finer
-  private moved = true;
   private pendingNodes = new Float32Array(0);
   private pending: { version: number; input: number; n: number; fading: Fading } | null = null;
   private lastSeq = 0;
@@ -155,18 +141,11 @@ export class App implements EngineEvents {
   private thingList: Thing[] = [];
   /** A copy of what is held last, and where. */
   holds: { copy: number; point: Vec3 } | null = null;
-  private lastFrameAt = 0;
-  private drewLast = false;
-  private fpsCount = 0;
-  private fpsSince = 0;
   private lastProgress = 0;
-  width = 1;
-  height = 1;
   private uploads = 0;
   private uploadInput = 0;
   /** Hears what becomes of the last upload; without it trouble is a toast. */
   uploadWatch: UploadWatch | null = null;
-  private liteTurn = 0;
   /** The camera follows a body that sinks or swings away, until a person moves it or uses a tool. */
   follow = true;
   /** A person has turned the view: a window that changes leaves it. */
@@ -190,10 +169,7 @@ export class App implements EngineEvents {
     this.scales = new Scales(this.mesh, this.pieceView.pieces, this.things);
     this.ink = new Ink(ink);
     this.stage.scene.add(this.mesh.group, this.overlays.group, this.blade.group, this.things.group);
-    this.qualityMode = options.quality;
-    // The CPU as a GPU starts with the cheapest materials and stays there.
-    const firstLite = kQualitySteps.findIndex((s) => s.level === 'lite');
-    this.chooser = new QualityChooser(options.software ? firstLite : 0, options.software ? firstLite : 0);
+    this.drawing = new Drawing(this, options.quality, options.software);
     this.hand = new Hand(this);
     this.stage.controls.addEventListener('start', () => {
       this.follow = false;
@@ -208,9 +184,9 @@ export class App implements EngineEvents {
       if (this.mesh.state) this.stage.setBox(this.info?.box ?? boxOf(this.mesh.state), this.look, true);
       this.touch(true);
     });
-    new ResizeObserver(() => this.resize()).observe(canvas);
-    this.resize();
-    this.applyQuality();
+    new ResizeObserver(() => this.drawing.resize()).observe(canvas);
+    this.drawing.resize();
+    this.drawing.applyQuality();
   }
 
   start(): void {
@@ -275,7 +251,7 @@ export class App implements EngineEvents {
     const look = info?.look ?? 'steak';
     // Opened files may have the name of those before.
     const shown = JSON.stringify([info?.name, info?.opened, info?.box]),
-      same = this.shownScene === shown && this.ready;
+      same = this.shownScene === shown && this.drawing.ready;
     this.shownScene = shown;
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     this.blade.setSize(this.stage.size);
@@ -293,11 +269,11 @@ export class App implements EngineEvents {
     }
     if (look !== this.look) {
       this.look = look;
-      this.mesh.setLook(look, this.level);
+      this.mesh.setLook(look, this.drawing.level);
     }
     this.counts = null;
     this.touch(true);
-    this.compile();
+    this.drawing.compile();
   }
 
   patch(patch: Patch): void {
@@ -401,7 +377,7 @@ export class App implements EngineEvents {
     const tools = things.filter((t) => t.tool).length;
     if ((tools === 0 && this.tool === 'rigid') || (!this.hasProbe && this.tool === 'probe')) this.setTool('scalpel');
     this.listener?.things(tools);
-    this.compile();
+    this.drawing.compile();
     this.touch(true);
   }
 
@@ -428,7 +404,7 @@ export class App implements EngineEvents {
     this.lastStats = stats;
     this.counts = stats.counts;
     this.pieces = stats.pieces;
-    this.records.stats(stats, this.fps, this.things);
+    this.records.stats(stats, this.drawing.fps, this.things);
     this.listener?.stats(stats);
   }
 
@@ -538,8 +514,8 @@ export class App implements EngineEvents {
     this.listener?.views();
   }
   setQuality(mode: QualityLevel | 'auto'): void {
-    this.qualityMode = mode;
-    this.applyQuality();
+    this.drawing.mode = mode;
+    this.drawing.applyQuality();
   }
   setTheme(dark: boolean): void {
     this.stage.setTheme(dark);
@@ -605,33 +581,8 @@ export class App implements EngineEvents {
     this.listener?.recording(null);
     this.listener?.toast('The recording has ended with the connection.', true);
   }
-  /** The picture as a PNG file. */
   async picture(): Promise<Blob> {
-    const shown = this.blade.visible;
-    if (shown) this.blade.group.visible = this.hand.stroke !== null;
-    this.stage.render(true);
-    this.blade.group.visible = true;
-    const source = this.stage.scopeOn ? this.roundPicture() : this.canvas;
-    const blob = await new Promise<Blob | null>((resolve) => {
-      source.toBlob(resolve, 'image/png');
-    });
-    this.touch(false);
-    if (!blob) throw new Error('The browser made no picture.');
-    return blob;
-  }
-  /** What the eye sees through an arthroscope. */
-  private roundPicture(): HTMLCanvasElement {
-    const round = document.createElement('canvas'),
-      g = round.getContext('2d')!,
-      { width: w, height: h } = this.canvas;
-    round.width = w;
-    round.height = h;
-    g.fillRect(0, 0, w, h);
-    g.beginPath();
-    g.arc(w / 2, h / 2, (kRound * Math.min(w, h)) / 2, 0, 7);
-    g.clip();
-    g.drawImage(this.canvas, 0, 0);
-    return round;
+    return this.drawing.picture();
   }
   async upload(
     parts: { part: number; name: string; bytes: Uint8Array }[],
@@ -684,8 +635,8 @@ export class App implements EngineEvents {
     document.documentElement.toggleAttribute('data-paused', !this.toolAllowed);
   }
 
-  private furnish(): void {
-    this.things.set(this.thingList, this.stage.size, this.look, this.level, this.stage.makeWood(), (m) =>
+  furnish(): void {
+    this.things.set(this.thingList, this.stage.size, this.look, this.drawing.level, this.stage.makeWood(), (m) =>
       receiveContact(m, this.mesh.around),
     );
   }
@@ -693,74 +644,13 @@ export class App implements EngineEvents {
   // -------------------------------------------------------------------------------------------------------------------
   // Drawing
 
-  /** The next frame must be drawn; `shadows`: something that throws one moved. */
   touch(shadows: boolean): void {
-    this.dirty = true;
-    if (shadows) this.moved = true;
-  }
-
-  private resize(): void {
-    const w = this.canvas.clientWidth || 1,
-      h = this.canvas.clientHeight || 1;
-    if (w === this.width && h === this.height) return;
-    this.width = w;
-    this.height = h;
-    this.stage.resize(w, h);
-    this.overlays.setPixels(w, h);
-    this.mesh.crease.setHeight(h);
-    this.ink.resize(w, h, window.devicePixelRatio || 1);
-    if (this.ready && !this.ownView) this.stage.resetCamera();
-    this.touch(false);
-  }
-
-  get quality(): { level: QualityLevel; scale: number } {
-    return this.qualityMode === 'auto' ? this.chooser.current : { level: this.qualityMode, scale: 1 };
-  }
-
-  private applyQuality(): void {
-    const q = this.quality,
-      ratio = Math.min(window.devicePixelRatio || 1, q.level === 'full' ? 2 : q.level === 'low' ? 1.5 : 1);
-    const changed = q.level !== this.level || this.bodies === 0;
-    this.level = q.level;
-    this.blade.setLite(q.level === 'lite');
-    this.stage.setQuality(q.level, ratio * q.scale);
-    this.stage.resize(this.width, this.height);
-    if (changed) {
-      this.mesh.setLook(this.look, q.level);
-      if (this.things.any) this.furnish();
-      if (this.mesh.state) this.compile();
-    }
-    this.touch(true);
-  }
-
-  /** Pictures between two with new shadows where every triangle counts. */
-  private get shadowEvery(): number {
-    return (this.mesh.state?.ns ?? 0) > kManyTriangles ? 8 : 2;
-  }
-
-  private compile(): void {
-    this.ready = true;
-    // Programs of walls and tools too, or the first cut waits for the compiler.
-    const group = this.blade.group;
-    const hidden: { visible: boolean }[] = [];
-    group.traverse((o) => {
-      if (!o.visible) {
-        hidden.push(o);
-        o.visible = true;
-      }
-    });
-    this.stage.renderer.compile(this.stage.scene, this.stage.camera);
-    for (const o of hidden) o.visible = false;
+    this.drawing.touch(shadows);
   }
 
   private readonly loop = (now: number): void => {
     requestAnimationFrame(this.loop);
-    if (this.drewLast) {
-      // The last picture has been handed to the screen by now.
-      this.latency.shown(performance.now());
-      if (this.qualityMode === 'auto' && this.chooser.frame(now - this.lastFrameAt)) this.applyQuality();
-    }
-    this.lastFrameAt = now;
+    this.drawing.handedOn(now);
     const pending = this.pending,
       state = this.mesh.state;
     if (pending && state && pending.version === state.version) {
@@ -776,41 +666,11 @@ export class App implements EngineEvents {
     this.hand.sendHeld(false);
     this.lead.send();
     this.hover.send(now);
-    if (
-      this.ready &&
-      this.follow &&
-      !this.stage.scopeOn &&
-      this.stage.followTo(this.mesh.bounds.center, this.mesh.bounds.radius)
-    )
-      this.dirty = true;
-    if (this.stage.animate(now)) this.dirty = true;
-    if (this.blade.animate(now)) this.touch(!this.blade.visible);
-    this.drewLast = false;
-    if (this.ready && (this.dirty || this.latency.hasWaiting)) {
-      const shadows = this.moved && (this.level !== 'lite' || ++this.liteTurn % this.shadowEvery === 0);
-      this.stage.fineness = 1;
-      this.stage.render(shadows);
-      this.dirty = this.moved && !shadows;
-      if (shadows) this.moved = false;
-      this.drewLast = true;
-      this.drewAt = now;
-      this.fine = this.level !== 'lite';
-      this.fpsCount++;
-    } else if (this.ready && !this.fine && !this.hand.stroke && now - this.drewAt > kStillMs) {
-      // What stands still is drawn once more, without stairs at its edges.
-      this.fine = true;
-      this.stage.fineness = kFineness;
-      this.stage.render(false);
-    }
+    this.drawing.frame(now);
     this.ink.draw();
     if (this.lastSeq !== this.ackedSeq) {
       this.ackedSeq = this.lastSeq;
       this.engine.ack(this.lastSeq);
-    }
-    if (now - this.fpsSince >= 1000) {
-      this.fps = (1000 * this.fpsCount) / (now - this.fpsSince);
-      this.fpsSince = now;
-      this.fpsCount = 0;
     }
     if (now - this.lastProgress > 250) {
       this.lastProgress = now;

@@ -53,7 +53,7 @@ export class Hand {
   /** Of pixels, in parts of the distance from the eye. */
   private partOfDistance(pixels: number): number {
     const [a, b] = [-0.5, 0.5].map(
-      (s) => this.app.stage.ray(0.5 * this.app.width + s * pixels, 0.5 * this.app.height).direction,
+      (s) => this.app.stage.ray(0.5 * this.app.drawing.width + s * pixels, 0.5 * this.app.drawing.height).direction,
     );
     return Math.hypot(a![0] - b![0], a![1] - b![1], a![2] - b![2]);
   }
@@ -149,7 +149,7 @@ export class Hand {
       (e) => {
         const two = this.fingers.move(e.pointerId, e.clientX, e.clientY);
         if (two && this.steering && this.app.stage.scopeOn) {
-          this.app.stage.scope.push((kPinch * two.apart) / Math.max(1, this.app.height));
+          this.app.stage.scope.push((kPinch * two.apart) / Math.max(1, this.app.drawing.height));
           this.leanScope(two.x, two.y);
         } else if (this.steering?.id === e.pointerId) {
           this.steer(e);
@@ -253,13 +253,13 @@ export class Hand {
     s.x = e.clientX;
     s.y = e.clientY;
     if (!s.turns) return this.leanScope(dx, dy);
-    this.app.turnScope((200 * dx) / Math.max(1, this.app.height));
+    this.app.turnScope((200 * dx) / Math.max(1, this.app.drawing.height));
     this.app.stage.placeScope();
     this.app.touch(false);
   }
   /** Pixels. */
   private leanScope(dx: number, dy: number): void {
-    const h = Math.max(1, this.app.height);
+    const h = Math.max(1, this.app.drawing.height);
     this.app.stage.scope.lean((-0.7 * dx) / h, (0.7 * dy) / h);
     this.app.stage.placeScope();
     this.app.touch(false);

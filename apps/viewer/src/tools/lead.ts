@@ -82,7 +82,7 @@ export class Lead {
     const at = this.app.hand.at!;
     if (e.shiftKey) {
       // Up is away from the eye; sideways stays.
-      led.depth += ((led.at.y - at.y) / Math.max(1, this.app.height)) * 1.5 * this.app.stage.size;
+      led.depth += ((led.at.y - at.y) / Math.max(1, this.app.drawing.height)) * 1.5 * this.app.stage.size;
       const here = this.onPlane(e, led.from, led.normal),
         before = this.onPlane({ clientX: e.clientX, clientY: e.clientY + (led.at.y - at.y) }, led.from, led.normal);
       if (here && before) led.grab.add(here.sub(before));

@@ -243,7 +243,7 @@ export function bindControls(app: App): void {
   contactsLabel.innerHTML = '<input type="checkbox" id="view-contacts"><span>Contacts</span><kbd>K</kbd>';
   byId('views').append(contactsLabel);
   input('view-contacts').onchange = () => setContacts(input('view-contacts').checked);
-  select('quality').value = app.qualityMode;
+  select('quality').value = app.drawing.mode;
   select('quality').onchange = () => app.setQuality(select('quality').value as QualityLevel | 'auto');
   const setViews = (views: readonly ViewName[]): void => {
     for (const v of kViews) setView(v.name, views.includes(v.name));
@@ -620,8 +620,8 @@ export function bindControls(app: App): void {
       byId<HTMLProgressElement>('loading-bar').value = now.fraction;
     },
     progress() {
-      setText('r-fps', app.fps >= 1 ? app.fps.toFixed(0) : app.fps > 0 ? '<1' : 'at rest');
-      byId('r-fps-unit').hidden = app.fps === 0;
+      setText('r-fps', app.drawing.fps >= 1 ? app.drawing.fps.toFixed(0) : app.drawing.fps > 0 ? '<1' : 'at rest');
+      byId('r-fps-unit').hidden = app.drawing.fps === 0;
       showRecordingTime();
       lookForPieces();
       if (!panel.hidden) {

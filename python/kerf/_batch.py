@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import _arguments, _core, _records
 from ._scene import utf8
@@ -23,7 +23,7 @@ MOST_PIECES = 10_000  # asked for at once: arrays of 80 kB for a session
 class Batch(_core.Batch):
     """Sessions that take their turns at once: n sessions, one call, without Python's lock.
 
-    sessions: each is used by nobody else during a call. threads: by default as many as the machine has processors.
+    sessions: each is used by nobody else during a call, and the batch by one thread at a time (another one gets a kerf.Error). threads: by default as many as the machine has processors.
     Every array has a row for each session. What a session does is the same to the bit as by itself, however many threads there are.
     """
 
@@ -108,6 +108,9 @@ class Batch(_core.Batch):
         if places.size:
             self._to_rest(places, rest, distance)
         return rest, distance
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError("a batch can't be copied or pickled; make another one, of other sessions")
 
 
 def _own(out, shape):

@@ -27,7 +27,18 @@ bool take_numbers(nb::handle object, Vec3& out) {
   return true;
 }
 
+/// Of NumPy alone: nanobind 3.1 reads strides that other buffers need not have, as those of ctypes.
+bool is_array(nb::handle object) {
+  static PyObject* kind = nullptr;  // Python's lock guards it
+  if (kind == nullptr) {
+    const Call call;
+    kind = nb::object(nb::module_::import_("numpy").attr("ndarray")).release().ptr();
+  }
+  return nb::isinstance(object, kind);
+}
+
 bool take_array(nb::handle object, Vec3& out) {
+  if (!is_array(object)) return false;
   nb::ndarray<const double, nb::shape<3>, nb::device::cpu> array;
   if (!nb::try_cast(object, array, false)) return false;
   const auto view = array.view();

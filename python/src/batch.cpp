@@ -25,6 +25,21 @@ Vec3 vec(const double* numbers) { return {numbers[0], numbers[1], numbers[2]}; }
 
 }  // namespace
 
+/// A batch in use by this thread.
+class Batch::Use {
+ public:
+  explicit Use(std::atomic<bool>& busy) : busy_(busy) {
+    if (busy_.exchange(true))
+      throw Failure(failed("this batch is in use by another thread; give each thread a batch of its own, or a lock"));
+  }
+  ~Use() { busy_ = false; }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+
+ private:
+  std::atomic<bool>& busy_;
+};
+
 Batch::Batch(std::vector<nb::object> sessions, int threads)
     : sessions_(std::move(sessions)), threads_(threads_for(threads, sessions_.size())), workers_(threads_) {
   for (const nb::object& session : sessions_) {
@@ -38,6 +53,7 @@ Batch::Batch(std::vector<nb::object> sessions, int threads)
 }
 
 std::vector<std::pair<std::size_t, std::string>> Batch::each(const Work& work) {
+  const Use use(busy_);
   std::vector<std::string> messages(lives_.size());
   Interrupts interrupts;
   {
@@ -91,6 +107,7 @@ std::vector<std::pair<std::size_t, std::string>> Batch::turn(const BatchTurn& tu
 
 void Batch::place_blade(std::size_t session, Vec3 base, Vec3 tip) {
   if (session >= size()) throw nb::index_error("the batch has no session of this number");
+  const Use use(busy_);
   Hand& hand = hands_[session];
   if (hand.stroke != 0 && lives_[session]->stroke_is_open(hand.stroke)) lives_[session]->end_stroke(hand.stroke, true);
   hand = {true, base, tip, 0};

@@ -3,6 +3,7 @@
 
 #include <nanobind/nanobind.h>
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -24,6 +25,7 @@ struct BatchTurn {
   std::vector<std::pair<std::string, const double*>> tools;   ///< by id: 6 each, place and turn of the pose at the end
 };
 
+/// Used by one thread at a time: all below throws while another thread is in it.
 class Batch {
  public:
   /// Sessions, each once. threads: 0 takes as many as there are processors.
@@ -60,6 +62,7 @@ class Batch {
   /// The same of what all must be able to do: the first message is thrown, with the session's number.
   void all(const Work& work);
 
+  class Use;
   struct Hand {
     bool placed = false;
     Vec3 base, tip;
@@ -69,6 +72,7 @@ class Batch {
   std::vector<LiveSession*> lives_;
   std::vector<Hand> hands_;
   std::size_t threads_;
+  std::atomic<bool> busy_ = false;
   Workers workers_;
 };
 

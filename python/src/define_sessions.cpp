@@ -35,7 +35,14 @@ PictureView view_of(nb::handle eye, nb::handle target, nb::handle up, double fie
 }
 
 void define_sessions(nb::module_& m) {
-  nb::class_<Snapshot>(m, "Snapshot", "A state of one session, to go back to with its restore().");
+  nb::class_<Snapshot>(m, "Snapshot", "A state of one session, to go back to with its restore().")
+      .def(
+          "__reduce_ex__",
+          [](const Snapshot&, nb::handle) {
+            throw nb::type_error(
+                "a snapshot can't be copied or pickled; it never changes, so hand it on within this process");
+          },
+          "protocol"_a, nb::sig("def __reduce_ex__(self, protocol: typing.SupportsIndex, /) -> typing.Any"));
 
   nb::class_<LiveSession>(m, "Session")
       .def(nb::init<const std::string&, const std::string&, const std::string&, const std::vector<std::string>&,

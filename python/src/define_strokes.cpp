@@ -50,6 +50,12 @@ TypeError, ValueError: something else. kerf.Error: the stroke is over, or the ed
       .def("end", &Stroke::end, "Lifts the blade before the block ends. kerf.Error: the stroke is over.")
       .def("cancel", &Stroke::cancel,
            "Takes the stroke back: shape, positions and velocities are as it began. kerf.Error: the stroke is over.")
+      .def(
+          "__reduce_ex__",
+          [](const Stroke&, nb::handle) {
+            throw nb::type_error("a stroke can't be copied or pickled; begin another one with stroke() of its session");
+          },
+          "protocol"_a, nb::sig("def __reduce_ex__(self, protocol: typing.SupportsIndex, /) -> typing.Any"))
       .def_prop_ro("is_open", &Stroke::is_open, "Has it begun, and not ended?");
 }
 

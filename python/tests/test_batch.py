@@ -1,7 +1,9 @@
 """Batches: many sessions in one call do what each does by itself."""
 
+import copy
 import gc
 import os
+import pickle
 import signal
 import threading
 import time
@@ -166,6 +168,37 @@ def test_others_may_not_use_a_session_meanwhile():
         session.validate()
 
 
+def test_two_threads_in_one_batch():
+    batch = kerf.Batch([kerf.Session(SHEET) for _ in range(3)], threads=2)
+    until, refused, done = time.perf_counter() + 1, [], []
+
+    def use():
+        while time.perf_counter() < until:
+            for work in (lambda: batch.turn(3), lambda: batch.counts, lambda: batch.to_world(np.zeros((3, 1, 3))),
+                         lambda: batch.place_blade(0, [0, 0, 1], [0, 0, 0])):
+                try:
+                    work()
+                    done.append(1)
+                except kerf.Error as error:
+                    refused.append(str(error))
+
+    threads = [threading.Thread(target=use, daemon=True) for _ in range(3)]  # one that hangs shall not keep the test
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+        assert not thread.is_alive()
+    assert done and refused and all("batch is in use by another thread" in text for text in refused)
+    assert batch.turn(1) == {}
+
+
+def test_a_batch_is_not_copied():
+    batch = kerf.Batch([kerf.Session(SHEET)])
+    for work in (copy.copy, copy.deepcopy, pickle.dumps):
+        with pytest.raises(TypeError, match="make another one"):
+            work(batch)
+
+
 def test_ctrl_c_ends_a_turn():
     batch = kerf.Batch([kerf.Session(SHEET) for _ in range(2)])
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
@@ -193,9 +226,13 @@ def test_a_session_that_holds_its_batch_is_freed():
 def test_goes_on_after_a_fork():
     batch = kerf.Batch([kerf.Session(SHEET) for _ in range(3)], threads=3)
     batch.turn(2)
+    time.sleep(0.1)  # its threads wait
     child = os.fork()
     if child == 0:
+        signal.alarm(20)  # a child that hangs ends by it
         ok = batch.turn(2) == {} and batch.sessions[0].steps == 4
+        del batch
+        gc.collect()
         os._exit(0 if ok else 1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
     assert batch.turn(2) == {}

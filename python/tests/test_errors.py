@@ -1,6 +1,8 @@
 """What is wrong is an exception that says so, never a crash."""
 
+import array
 import copy
+import ctypes
 import os
 import pickle
 
@@ -152,8 +154,36 @@ def test_files_that_are_not_utf8(tmp_path):
 
 def test_sessions_are_not_copied(sheet):
     for work in (copy.copy, copy.deepcopy, pickle.dumps):
-        with pytest.raises(TypeError, match="copied"):
-            work(sheet)
+        for made in (sheet, sheet.snapshot(), sheet.stroke()):
+            with pytest.raises(TypeError, match="can't be copied or pickled; "):
+                work(made)
+
+
+@pytest.mark.parametrize("kind", ["now", 5])
+def test_dates_are_no_points(sheet, kind):
+    date = np.datetime64(kind) if kind == "now" else np.timedelta64(kind)
+    for wrong in (date, np.array([date] * 3)):
+        with sheet.stroke() as blade, pytest.raises(TypeError, match="tip must be three numbers"):
+            blade.move((0, 0, 1), wrong)
+
+
+def test_points_of_other_packages(sheet):
+    """What has a buffer, and what has none."""
+    with sheet.stroke() as blade:
+        for point in ((ctypes.c_double * 3)(0, 0, -1), array.array("d", [0, 0, -1]), memoryview(np.array([0, 0, -1.0])), np.array([0, 0, -1], np.float16)):
+            blade.move((0, 0, 1), point)
+    sheet.gravity = (ctypes.c_float * 3)(0, 1, 2)
+    assert sheet.gravity == (0, 1, 2)
+
+
+@pytest.mark.parametrize("length", [2.0**996, 2.0**-996])
+def test_a_direction_of_any_length(length):
+    def loosened(axis):
+        session = kerf.Session({"body": {"model": "sheet"}})
+        return session.punch([0, 0, 0], 0.1, axis=axis), session.counts["pieces"], session.hash
+
+    assert loosened([0, 0, length]) == loosened([0, 0, 1])
+    assert loosened([0, 0, 1])[:2] == (True, 2)
 
 
 def test_errors_are_pickled():

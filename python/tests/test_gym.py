@@ -400,7 +400,7 @@ def test_a_task_that_lacks_something_says_what():
 def test_no_step_without_an_episode(name):
     env, envs = gymnasium.make(name, max_episode_steps=1000).unwrapped, kerf.gym.make_vec(name, 2, max_episode_steps=1)
     still = np.zeros(env.action_space.shape, np.float32)
-    for early in (lambda: env.step(still), env.expert, lambda: envs.step(np.stack([still, still])),
+    for early in (lambda: env.step(still), env.expert, envs.expert, lambda: envs.step(np.stack([still, still])),
                   lambda: envs.reset(options={"reset_mask": np.array([True, False])})):
         with pytest.raises(kerf.Error, match=r"call reset\(\)"):
             early()
@@ -408,8 +408,9 @@ def test_no_step_without_an_episode(name):
     env.step(still)
     env.close()
     envs.close()
-    with pytest.raises(kerf.Error, match="closed"):
-        env.step(still)
+    for late in (lambda: env.step(still), env.expert, envs.expert):
+        with pytest.raises(kerf.Error, match="closed"):
+            late()
     one = kerf.gym.PatternCutEnv(max_episode_steps=1)
     one.reset(seed=0)
     assert one.step(np.zeros(3))[3]

@@ -587,6 +587,21 @@ TEST(Scene, ProblemsNameTheLineOfTheKey) {
                        HasSubstr("scene.toml:6: the blade has zero length: base and tip of pose 2 are")));
 }
 
+TEST(Scene, DirectionsMayHaveAnyLength) {
+  const auto axis = [](const std::string& text) {
+    const auto scene = parse_scene(
+        "[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"punch\"\npoint = [0, 0, 0]\nradius = 0.1\naxis = " +
+            text,
+        "scene.toml");
+    return normalized(std::get<ScenePunch>(scene.value().commands[0].what).axis);
+  };
+  const Vec3 unit = normalized(Vec3{1, 2, 2});
+  EXPECT_EQ(axis("[1, 2, 2]"), unit);
+  for (const char* text :
+       {"[1e300, 2e300, 2e300]", "[1e-300, 2e-300, 2e-300]", "[1e-320, 2e-320, 2e-320]", "[1e9, 2e9, 2e9]"})
+    EXPECT_LT(norm(axis(text) - unit), 1e-3) << text;  // the smallest numbers have few digits
+}
+
 TEST(Scene, PunchesSayWhichKeyIsWrong) {
   const auto punch = [&](const std::string& text) {
     return error_of("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"punch\"\npoint = [0, 0, 0]\n" + text);

@@ -53,8 +53,7 @@ class TaskEnv(gymnasium.Env):
         return self._observed(), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), told
 
     def expert(self) -> NDArray[np.float32]:
-        """An action of somebody who knows how."""
-        self.tasks._must_have_begun()
+        """An action of somebody who knows how. kerf.Error: no episode has begun."""
         return self.tasks.expert()[0]
 
     def render(self) -> NDArray[np.uint8] | None:

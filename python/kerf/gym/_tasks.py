@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,6 +29,15 @@ def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.f
     if not np.isfinite(array).all():
         raise ValueError(f"{name} must be finite")
     return array.astype(np.float64)
+
+
+def _of_an_episode(expert: Callable[[Any], NDArray[np.float32]]) -> Callable[[Any], NDArray[np.float32]]:
+    @wraps(expert)
+    def of_an_episode(tasks: Any) -> NDArray[np.float32]:
+        tasks._must_have_begun()
+        return expert(tasks)
+
+    return of_an_episode
 
 
 class Tasks(VectorEnv):
@@ -55,6 +66,11 @@ class Tasks(VectorEnv):
     action_size: ClassVar[int]
     state_size: ClassVar[int]
     camera: ClassVar[dict[str, Any]] = {}  #: of pictures: kerf.Camera's; by default the whole body is in view at the start
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "expert" in cls.__dict__:
+            setattr(cls, "expert", _of_an_episode(cls.__dict__["expert"]))  # noqa: B010 (a task's own is of another type)
 
     def __init__(self, num_envs: int = 1, *, observations: str = "state", size: int = 64, render_mode: str | None = None,
                  randomise: bool = False, threads: int | None = None, max_episode_steps: int | None = None) -> None:
@@ -118,7 +134,7 @@ class Tasks(VectorEnv):
         return {}
 
     def expert(self) -> NDArray[np.float32]:
-        """Actions of somebody who knows how, (n, action_size): from the states as they are now."""
+        """Actions of somebody who knows how, (n, action_size): from the states as they are now. kerf.Error: no episode has begun."""
         raise self._lacks("expert")
 
     def _lacks(self, what: str) -> NotImplementedError:
@@ -134,6 +150,8 @@ class Tasks(VectorEnv):
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed must be a number or a list of {self.num_envs}")
         generators = [None if seed is None else np.random.default_rng(whole(seed, f"seed[{i}]")) for i, seed in enumerate(seeds)]
+        if options is not None and not isinstance(options, dict):
+            raise TypeError(f"options must be a dict, not {type(options).__name__}")
         mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f'options["reset_mask"] must be {self.num_envs} truth values')

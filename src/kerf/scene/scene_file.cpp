@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <map>
+#include <utility>
 
 #include "kerf/base/overloaded.h"
 #include "kerf/mesh/rigid_models.h"
@@ -36,6 +38,7 @@ namespace {
 
 constexpr std::size_t kMaxProblems = 10;        // a screenful; more of them seldom help
 constexpr double kOrthonormalTolerance = 1e-6;  // axes typed with seven digits pass
+constexpr int kPlainExponent = 19;              // 2^19 is below kFarthestPlace, the largest number of a recording
 constexpr double kTimeTolerance = 1e-9;         // relative: sums of decimal fractions end a few bits late
 
 std::string_view type_name(const toml::node& node) {
@@ -67,6 +70,14 @@ std::vector<std::string_view> names(std::span<const SceneKey> keys) {
   std::vector<std::string_view> out;
   add_names(out, keys);
   return out;
+}
+
+/// The same direction at a length whose square is a number, and that recordings can hold. Powers of two leave its unit vector the same bits.
+Vec3 of_plain_length(Vec3 v) {
+  int exponent = 0;
+  std::frexp(std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}), &exponent);
+  if (std::abs(exponent) <= kPlainExponent) return v;
+  return {std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent)};
 }
 
 class SceneReader {
@@ -479,7 +490,7 @@ class SceneReader {
       ++found;
       out.shape = SceneRegion::Shape::kHalfSpace;
       if (read_shape(*node, label(where, "half_space"), scene_half_space_keys(), out)) {
-        check_direction(*node->as_table(), "normal", label(where, "half_space"), out.normal);
+        read_direction(*node->as_table(), "normal", label(where, "half_space"), out.normal);
       }
     }
     if (found != 1) {
@@ -500,7 +511,8 @@ class SceneReader {
     read_plain(*table, where, keys, out);
     return problems_.size() == before;
   }
-  void check_direction(const toml::table& table, std::string_view key, std::string_view where, Vec3 v) {
+  void read_direction(const toml::table& table, std::string_view key, std::string_view where, Vec3& v) {
+    v = of_plain_length(v);
     if (!(norm(v) > 0)) problem(line_of(table, {key}), fmt::format("{} must not be zero", label(where, key)));
   }
 
@@ -731,8 +743,8 @@ class SceneReader {
     if (!t) return;
     SceneCamera& camera = scene.output.camera;
     read_plain(*t, "[output.camera]", scene_keys<SceneCamera>(), camera);
-    check_direction(*t, "direction", "[output.camera]", camera.direction);
-    check_direction(*t, "up", "[output.camera]", camera.up);
+    read_direction(*t, "direction", "[output.camera]", camera.direction);
+    read_direction(*t, "up", "[output.camera]", camera.up);
     if (norm(camera.direction) > 0 && norm(camera.up) > 0 &&
         norm(cross(normalized(camera.direction), normalized(camera.up))) < 1e-6) {
       problem(line_of(*t, {"up", "direction"}),
@@ -872,9 +884,9 @@ class SceneReader {
       problem(line_of(table, {polygon ? "radius" : "points"}),
               polygon ? "a polygon punch has no radius, its points say how large it is"
                       : "a round punch has no points; with them give shape = \"polygon\"");
-    check_direction(table, "axis", "punch", out.axis);
+    read_direction(table, "axis", "punch", out.axis);
+    const Vec3 a = std::exchange(out.across, of_plain_length(out.across));
     if (norm(out.axis) > 0 && !(norm(cross(normalized(out.axis), out.across)) > 1e-9 * norm(out.across))) {
-      const Vec3 a = out.across;
       problem(
           line_of(table, {"across", "axis"}),
           fmt::format(

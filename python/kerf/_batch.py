@@ -43,7 +43,8 @@ class Batch(_core.Batch):
         """`steps` time steps of every session.
 
         blade: (n, 2, 3), base and tip of a blade's edge at the end, metres, world. It goes there straight and evenly from where it was.
-        cuts: (n,) bool, whether it cuts on its way; one stroke as long as it does. takes: (n,) bool, the sessions that take part.
+        cuts: (n,) bool, whether it cuts on its way, as it does by default; one stroke as long as it does. takes: (n,) bool, the sessions that
+        take part; by default all.
         grasps: {id: (n, 3)}, where grasps are at the end. tools: {id: (n, 6)}, position and rotation (axis times angle) of poses at the end.
         Returns the messages of the sessions that could not do it, by their number; what they did before that stays.
         TypeError, ValueError: not such arrays. Ctrl-C ends it after whole steps.

@@ -1,10 +1,11 @@
-"""The notebooks of python/examples do what they say."""
+"""The examples of python/examples do what they say."""
 
 import importlib.util
 import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import kerf
 
@@ -47,3 +48,28 @@ def test_stl_to_cut(tmp_path, monkeypatch):
     assert len(names["times"]) == 40 and names["lowest"][-1] < names["lowest"][0] - 0.001
     picture = names["picture"]
     assert picture.shape == (480, 640, 3) and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+
+
+def test_a_strip_off_a_plate(capsys):
+    """The walls of the cut lie where the strip of the wanted width begins."""
+    pytest.importorskip("gymnasium")
+    spec = importlib.util.spec_from_file_location("strip_task", EXAMPLES / "strip_task.py")
+    task = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(task)
+    envs = task.Strip(3, threads=1)
+    envs.reset(seed=5)
+    going, total = np.ones(3, bool), np.zeros(3)
+    while going.any():
+        _, rewards, terminated, truncated, info = envs.step(envs.expert())
+        total += rewards * going
+        for row in np.flatnonzero(going & terminated):
+            session = envs.sessions[row]
+            place = session.rest_positions[session.triangles[session.walls]][..., 0]
+            assert place == pytest.approx(0.5 - envs.wanted[row], abs=0.01)
+            assert session.counts["pieces"] == 2 and info["is_success"][row]
+        assert not truncated[going].any()
+        going &= ~terminated
+    assert (total > 0).all()
+    envs.close()
+    task.main()
+    assert capsys.readouterr().out.count("wanted") == 4

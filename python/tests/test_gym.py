@@ -394,6 +394,33 @@ def test_a_task_that_lacks_something_says_what():
 
     with pytest.raises(NotImplementedError, match=r"Half has no begin\(\)"):
         Half(1).reset(seed=0)
+    with pytest.raises(NotImplementedError, match="Tasks has no action_size; help"):
+        kerf.gym.Tasks(1)
+
+
+@pytest.mark.parametrize(("method", "answer", "error", "words"), [
+    ("control", None, TypeError, r"control\(\) of Wrong must return a dict"), ("judge", None, TypeError, r"judge\(\) of Wrong must return two arrays"),
+    ("judge", np.zeros(3), TypeError, "two arrays"), ("judge", (np.zeros((3, 1)), np.zeros(3, bool)), ValueError, r"rewards of Wrong must be of shape \(3,\)"),
+    ("judge", (np.zeros(3), np.zeros(2, bool)), ValueError, "ends of Wrong"), ("tell", None, TypeError, r"tell\(\) of Wrong must return a dict"),
+    ("tell", {"far": np.zeros(2)}, ValueError, r"tell\(\)\['far'\] of Wrong must be of shape \(3,\)")])
+def test_a_task_that_answers_wrongly_is_told_so(method, answer, error, words):
+    Halve = own_task()["Halve"]
+    envs = type("Wrong", (Halve,), {method: lambda *given: answer})(3, threads=1)
+    with pytest.raises(error, match=words):
+        envs.reset(seed=0)
+        envs.step(envs.expert())
+    envs.close()
+
+
+def test_one_value_stands_for_all_copies():
+    Halve = own_task()["Halve"]
+    kind = type("Same", (Halve,), {"judge": lambda self, plays: (1, False), "tell": lambda self: {"word": "yes", "size": [1.5, 2.5]}})
+    envs = kind(2, threads=1)
+    envs.reset(seed=0)
+    _, rewards, terminated, _, info = envs.step(envs.expert())
+    assert rewards.tolist() == [1, 1] and terminated.tolist() == [False, False] and envs.elapsed.tolist() == [1, 1]
+    assert info["word"].tolist() == ["yes", "yes"] and info["size"].tolist() == [1.5, 2.5]
+    envs.close()
 
 
 @pytest.mark.parametrize("name", TASKS)

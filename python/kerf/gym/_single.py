@@ -69,4 +69,4 @@ class TaskEnv(gymnasium.Env):
         return self.tasks._observed()[0]
 
     def _told(self) -> dict[str, Any]:
-        return {word: values[0].item() for word, values in self.tasks.tell().items()}
+        return {word: values.tolist()[0] for word, values in self.tasks._said().items()}

@@ -52,7 +52,8 @@ class Tasks(VectorEnv):
     A task of one's own derives from this class. It sets `action_size` and `state_size`, and may set `steps` (time steps of an action),
     `horizon` (actions of an episode, at most) and `camera` (what kerf.Camera takes, for pictures; else the whole body is in view).
     It defines scene(), begin(), control(), look() and judge(). They find the copies in `self.sessions`, a list of kerf.Session, and in
-    `self.batch`, the kerf.Batch of them. kerf.gym.register() makes the task known by a name.
+    `self.batch`, the kerf.Batch of them. `self.elapsed` (n,) is how many actions episodes have had, `self.horizon_now` how many they have at
+    most. kerf.gym.register() makes the task known by a name.
 
     Once: scene() for each copy, prepare(), and a snapshot, to which each episode goes back. An episode begins: begin(), look(), tell().
     An action: control(), `steps` time steps of all copies, look(), judge(), tell().
@@ -81,6 +82,10 @@ class Tasks(VectorEnv):
             raise ValueError(f'observations must be "state" or "pixels", not {observations!r}')
         if render_mode not in (None, "rgb_array", "human"):
             raise ValueError(f'render_mode must be "rgb_array" or "human", not {render_mode!r}')
+        for size_of in ("action_size", "state_size"):
+            if not hasattr(self, size_of):
+                raise NotImplementedError(f"{type(self).__name__} has no {size_of}; help(kerf.gym.Tasks) says what a task defines")
+            whole(getattr(self, size_of), f"{size_of} of {type(self).__name__}", 1)
         self.num_envs, self.render_mode, self.randomise = num_envs, render_mode, randomise
         self.pixels, self.size = observations == "pixels", pixels(size, "size")
         self.horizon_now = max_episode_steps or self.horizon
@@ -126,11 +131,14 @@ class Tasks(VectorEnv):
         raise self._lacks("look")
 
     def judge(self, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Rewards of the actions just done (n,), and which episodes have come to their end (n,). Called after look()."""
+        """Rewards of the actions just done (n,), and which episodes have come to their end (n,). Called after look().
+
+        What it says of copies that do not play does not count.
+        """
         raise self._lacks("judge")
 
     def tell(self) -> dict[str, NDArray[Any]]:
-        """What `info` holds: an array (n,) for each word. Learners look for "is_success"."""
+        """What `info` holds: an array (n,) for each word, or one value for all copies. Learners look for "is_success"."""
         return {}
 
     def expert(self) -> NDArray[np.float32]:
@@ -192,15 +200,26 @@ class Tasks(VectorEnv):
         """One action of the copies that play: rewards, terminated, truncated, and what the engine refused."""
         self._must_have_begun()
         given = given_actions(actions, "actions", (self.num_envs, self.action_size))
-        failures = self.batch.turn(self.steps, takes=plays, **self.control(np.clip(given, -1, 1), plays))
+        controls = self.control(np.clip(given, -1, 1), plays)
+        if not isinstance(controls, dict):
+            raise TypeError(f"control() of {type(self).__name__} must return a dict, arguments of kerf.Batch.turn(), not {type(controls).__name__}")
+        failures = self.batch.turn(self.steps, takes=plays, **controls)
         self._elapsed += plays
         self.look(self._states, plays)
-        rewards, terminated = self.judge(plays)
-        rewards, terminated = np.where(plays, rewards, 0.0), terminated & plays
+        judged = self.judge(plays)
+        if not isinstance(judged, (tuple, list)) or len(judged) != 2:
+            raise TypeError(f"judge() of {type(self).__name__} must return two arrays: rewards, and which episodes have come to their end")
+        rewards = np.where(plays, self._of_copies(judged[0], "rewards", np.float64), 0.0)
+        terminated = self._of_copies(judged[1], "ends", np.bool_) & plays
         failed = np.isin(np.arange(self.num_envs), list(failures))
         truncated = ((self._elapsed >= self.horizon_now) | failed) & plays & ~terminated
         self._ended = terminated | truncated
         return rewards, terminated, truncated, failures
+
+    @property
+    def elapsed(self) -> NDArray[np.int64]:
+        """Actions of each episode so far: (n,)."""
+        return self._elapsed
 
     def _must_have_begun(self) -> None:
         if self.closed:
@@ -213,10 +232,24 @@ class Tasks(VectorEnv):
             return np.clip(self._states, -10, 10)
         return np.stack([self.picture(i, self.size, self.size) for i in range(self.num_envs)])
 
+    def _of_copies(self, values: Any, what: str, kind: Any = None) -> NDArray[Any]:
+        """What a task says of its copies: an array (n,); one value stands for all."""
+        array = np.asarray(values, kind)
+        if array.shape not in ((), (self.num_envs,)):
+            raise ValueError(f"{what} of {type(self).__name__} must be of shape ({self.num_envs},), one for each copy, not {array.shape}")
+        return np.full(self.num_envs, array)
+
+    def _said(self) -> dict[str, NDArray[Any]]:
+        """What tell() says, in new arrays."""
+        words = self.tell()
+        if not isinstance(words, dict):
+            raise TypeError(f"tell() of {type(self).__name__} must return a dict, not {type(words).__name__}")
+        return {word: self._of_copies(values, f"tell()[{word!r}]") for word, values in words.items()}
+
     def _told(self) -> dict[str, Any]:
         told: dict[str, Any] = {}
-        for word, values in self.tell().items():
-            told[word], told["_" + word] = values.copy(), np.ones(self.num_envs, bool)
+        for word, values in self._said().items():
+            told[word], told["_" + word] = values, np.ones(self.num_envs, bool)
         return told
 
     def picture(self, row: int, width: int, height: int) -> NDArray[np.uint8]:

@@ -46,13 +46,13 @@ class BaselinesVecEnv(VecEnv):
         rewards, terminated, truncated, failures = self.tasks.act(self._actions, everyone)
         self._returns += rewards
         self._lengths += 1
-        told, dones = self.tasks.tell(), terminated | truncated
+        told, dones = self.tasks._said(), terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         ended = np.flatnonzero(dones)
         if ended.size:
             last = self.tasks._observed()
             for row in ended:
-                infos[row] = {word: values[row].item() for word, values in told.items()}
+                infos[row] = {word: values.tolist()[row] for word, values in told.items()}
                 infos[row].update({"terminal_observation": last[row], "TimeLimit.truncated": bool(truncated[row]),
                                    "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]), "t": 0.0}})
                 if row in failures:

@@ -119,7 +119,7 @@ class Debride(Tasks):
         state = np.concatenate([
             unit * (self.shaver - MIDDLE), 1e3 * (self.hand - self.shaver), self.force,
             unit * (self.now[..., :2] - self.shaver[:, None]).reshape(self.num_envs, -1), 1e4 * self.rough,
-            np.stack([self.roughness / self.at_first, self.healthy / UNIT, self.runs, self._elapsed / self.horizon_now], axis=1)], axis=1)
+            np.stack([self.roughness / self.at_first, self.healthy / UNIT, self.runs, self.elapsed / self.horizon_now], axis=1)], axis=1)
         states[rows] = state[rows]
 
     def _look_at_edge(self, row: int) -> None:

@@ -147,7 +147,7 @@ class Meniscectomy(Tasks):
         unit = 200.0  # of 5 mm
         state = np.concatenate([
             unit * (self.punch - MIDDLE), unit * (self.lesion - self.punch), unit * (self.rest_of_it - self.punch),
-            np.stack([unit * self.radius, self.left, self.healthy, ill[:, 0], healthy[:, 0], self._elapsed / self.horizon_now], axis=1)], axis=1)
+            np.stack([unit * self.radius, self.left, self.healthy, ill[:, 0], healthy[:, 0], self.elapsed / self.horizon_now], axis=1)], axis=1)
         states[rows] = state[rows]
 
     def judge(self, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

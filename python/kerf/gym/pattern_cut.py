@@ -120,7 +120,7 @@ class PatternCut(Tasks):
         state = np.concatenate([
             cm * self.tip, cm * place[:, 0, :2], cm * (self.tip[:, 2] - self.level)[:, None],
             cm * (self.marks - self.tip[:, None]).reshape(self.num_envs, -1),
-            np.stack([cm * self.off, np.minimum(self.at / MARKS, 1), self.out, self.below, self._elapsed / self.horizon_now], axis=1)], axis=1)
+            np.stack([cm * self.off, np.minimum(self.at / MARKS, 1), self.out, self.below, self.elapsed / self.horizon_now], axis=1)], axis=1)
         states[rows] = state[rows]
 
     def _go_along(self, place: NDArray[np.float64], rows: NDArray[np.bool_]) -> None:
@@ -191,7 +191,7 @@ class PatternCut(Tasks):
         aim = np.take_along_axis(aims, self.stage[None, :, None], axis=0)[0]
         near = np.linalg.norm(aim[:, :2] - self.tip[:, :2], axis=1) < 0.0005
         self.stage = np.minimum(self.stage + (near & self.below), 2)
-        thread = (self.at >= MARKS + BEYOND // 4) | (self.at >= ROUND) & (self._elapsed > LATE)
+        thread = (self.at >= MARKS + BEYOND // 4) | (self.at >= ROUND) & (self.elapsed > LATE)
         aim[:, 2] = self.marks[:, 0, 2] + np.where((self.stage > 0) | near, -DEEP, 0.01)
         for row in np.flatnonzero(thread):
             aim[row] = self._across_thread(int(row))
@@ -215,5 +215,5 @@ class PatternCut(Tasks):
         place = np.append(middles[way[last : last + 2]].mean(axis=0), 0)
         mark = np.linalg.norm(curve - place, axis=1).argmin()
         along = curve[(mark + 1) % MARKS] - curve[mark - 1]
-        side = 1 if self._elapsed[row] // TURN % 2 else -1
+        side = 1 if self.elapsed[row] // TURN % 2 else -1
         return session.to_world(place[None])[0] + side * PAST / np.linalg.norm(along) * along - (0, 0, LOW)

@@ -130,7 +130,7 @@ class Slice(Tasks):
         state = np.concatenate([
             self.tip / UNIT, self.turned[:, None], 1000 * (self.hand[:, :3] - self.tip), self.force,
             (self.line - self.tip[:, None]).reshape(self.num_envs, -1) / UNIT,
-            np.stack([self._slant(), left, self.pieces, self.evenness, self._elapsed / self.horizon_now], axis=1)], axis=1)
+            np.stack([self._slant(), left, self.pieces, self.evenness, self.elapsed / self.horizon_now], axis=1)], axis=1)
         states[rows] = state[rows]
 
     def _feel(self, row: int) -> None:
@@ -176,7 +176,7 @@ class Slice(Tasks):
         return self.sessions[row].to_world(places.reshape(-1, 3)) + (0, 0, THICKNESS / 2)
 
     def tell(self) -> dict[str, NDArray[Any]]:
-        return {"slices": self.slices, "wanted": self.wanted, "evenness": self.evenness, "force": self.sum_force / np.maximum(self._elapsed, 1),
+        return {"slices": self.slices, "wanted": self.wanted, "evenness": self.evenness, "force": self.sum_force / np.maximum(self.elapsed, 1),
                 "is_success": (self.slices >= self.wanted) & (self.evenness >= 0.95)}
 
     def expert(self) -> NDArray[np.float32]:

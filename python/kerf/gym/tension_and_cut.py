@@ -146,7 +146,7 @@ class TensionAndCut(Tasks):
             cm * self.hand, 10 * cm * (self.held - self.hand), self.force, 10 * (self.stretch - 1)[:, None], cm * self.tip,
             cm * place[:, 0, :2], cm * (self.tip[:, 2] - self.level)[:, None],
             cm * (self.marks - self.tip[:, None]).reshape(self.num_envs, -1),
-            np.stack([cm * self.off, self.at / (MARKS - 1), self._elapsed / self.horizon_now], axis=1)], axis=1)
+            np.stack([cm * self.off, self.at / (MARKS - 1), self.elapsed / self.horizon_now], axis=1)], axis=1)
         states[rows] = state[rows]
 
     def _marks_at(self, ahead: tuple[int, ...]) -> NDArray[np.float64]:
@@ -190,7 +190,7 @@ class TensionAndCut(Tasks):
     def tell(self) -> dict[str, NDArray[Any]]:
         progress, deviation = self.at / (MARKS - 1), self.sum_off / np.maximum(self.cuts, 1)
         return {"progress": progress, "deviation": deviation, "stretch": self.stretch, "tension": np.linalg.norm(self.force, axis=1),
-                "strained": self.strained / np.maximum(self._elapsed, 1),
+                "strained": self.strained / np.maximum(self.elapsed, 1),
                 "is_success": self.parted & (progress >= ALL) & (deviation < 0.002)}
 
     def expert(self) -> NDArray[np.float32]:

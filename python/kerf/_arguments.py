@@ -144,6 +144,8 @@ def number(given, name):
         return float(given)
     except OverflowError:
         raise ValueError(f"{name} must be finite") from None
+    except TypeError:  # an array of several
+        raise TypeError(f"{name} must be one number, not {type(given).__name__}") from None
 
 
 MOST_STEPS = 2**63 - 1  # of one call, as the library counts them

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import operator
+import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +28,8 @@ class Batch(_core.Batch):
     """
 
     def __init__(self, sessions: Iterable[Session], *, threads: int | None = None) -> None:
-        if isinstance(sessions, Session):
-            raise TypeError("a batch is made of a list of sessions")
+        if isinstance(sessions, Session) or not isinstance(sessions, Iterable):
+            raise TypeError(f"a batch is made of a list of sessions, not of {type(sessions).__name__}")
         self.sessions: tuple[Session, ...] = tuple(sessions)
         if not self.sessions:
             raise ValueError("a batch holds one session or more")
@@ -82,7 +82,7 @@ class Batch(_core.Batch):
 
     def place_blade(self, session: int, base: ArrayLike, tip: ArrayLike) -> None:
         """Puts the blade of one session somewhere without a cut; its stroke ends. Metres, world. IndexError: the batch has no such session."""
-        number = operator.index(session)
+        number = _arguments.whole(session, "session", -math.inf)
         if not 0 <= number < len(self):
             raise IndexError(f"the batch has no session {number}; there are {len(self)}, numbered from 0")
         self._place_blade(number, base, tip)

@@ -35,7 +35,7 @@ def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, colli
     kerf.Error: a mesh that can't be bound, with the program's words; its `diagnosis` is a dict as body.diagnosis where a collision mesh was
     tried to be made. TypeError, ValueError: arguments that are no such meshes or numbers. Python's lock is free meanwhile; Ctrl-C ends it.
     """
-    options: dict[str, Any] = {"scale": _positive(scale, "scale"), "exact_paths": bool(exact_paths)}
+    options: dict[str, Any] = {"scale": _positive(scale, "scale"), "exact_paths": _arguments.flag(exact_paths, "exact_paths")}
     for name, value in (("thickness", thickness), ("young", young), ("density", density)):
         if value is not None:
             options[name] = _positive(value, name)

@@ -29,6 +29,8 @@ def paths_text(paths):
     """Folders as the library can have them: one or several."""
     if isinstance(paths, (str, os.PathLike)):
         paths = [paths]
+    if not isinstance(paths, Iterable):
+        raise TypeError(f"meshes must be a folder, or several in a list, not {type(paths).__name__}")
     return [utf8(os.fsdecode(path)) for path in paths]
 
 
@@ -51,7 +53,7 @@ class Session(_core.Session):
         text, name, folder, bodies = source_of(scene)
         self._meshes = paths_text(meshes)
         with naming_keys(text, name):
-            super().__init__(utf8(text), utf8(name), utf8(folder), self._meshes, bodies, bool(record))
+            super().__init__(utf8(text), utf8(name), utf8(folder), self._meshes, bodies, _arguments.flag(record, "record"))
         self._records = Records()
 
     @classmethod
@@ -215,7 +217,8 @@ class Session(_core.Session):
         columns, rows = _arguments.pixels(width, "width"), _arguments.pixels(height, "height")
         if camera is not None and not isinstance(camera, Camera):
             raise TypeError(f"camera must be a kerf.Camera, not {type(camera).__name__}")
-        return self._render(columns, rows, camera, bool(depth), bool(shadows), bool(alpha))
+        return self._render(columns, rows, camera, *(_arguments.flag(value, name) for name, value in
+                                                     (("depth", depth), ("shadows", shadows), ("alpha", alpha))))
 
     def camera(self, width: int = 640, height: int = 480) -> Camera:
         """The camera of a picture of so many pixels that has the whole body in view, as it is now, from where the scene says.

@@ -21,4 +21,11 @@ void define_batches(nanobind::module_& m);
 SceneFrame frame_of(nanobind::handle name);
 PictureView view_of(nanobind::handle eye, nanobind::handle target, nanobind::handle up, double field_of_view);
 
+/// The constructor of a class whose objects come from elsewhere: a TypeError that says whence.
+template <class T>
+auto refuse_to_make(const char* whence) {
+  return [whence](T*, const nanobind::args&, const nanobind::kwargs&) { throw nanobind::type_error(whence); };
+}
+inline const nanobind::sig kRefusesToMake{"def __init__(self) -> typing.NoReturn"};
+
 }  // namespace kerf::python

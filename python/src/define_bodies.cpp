@@ -64,6 +64,7 @@ void define_bodies(nb::module_& m) {
       m, "Body", R"(A body that is bound and can be cut: of kerf.bind() or kerf.load(), for kerf.Session and save().
 
 It never changes, and any number of sessions in any threads may have it. Lengths are metres. Arrays are read-only.)")
+      .def("__init__", refuse_to_make<MemoryBody>("a body comes from kerf.bind() or kerf.load()"), kRefusesToMake)
       .def(
           "save",
           [](const MemoryBody& self, nb::handle path) {

@@ -36,6 +36,7 @@ PictureView view_of(nb::handle eye, nb::handle target, nb::handle up, double fie
 
 void define_sessions(nb::module_& m) {
   nb::class_<Snapshot>(m, "Snapshot", "A state of one session, to go back to with its restore().")
+      .def("__init__", refuse_to_make<Snapshot>("a snapshot comes from snapshot() of a kerf.Session"), kRefusesToMake)
       .def(
           "__reduce_ex__",
           [](const Snapshot&, nb::handle) {

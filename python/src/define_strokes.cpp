@@ -30,6 +30,7 @@ void define_strokes(nb::module_& m) {
 
 It begins where `with` is entered and ends with the block, after an exception too. What it has cut is one step of undo().
 A stroke that undo(), restore() or a blade of the scene ended is over; its blade then raises kerf.Error.)")
+      .def("__init__", refuse_to_make<Stroke>("a stroke comes from stroke() of a kerf.Session"), kRefusesToMake)
       .def(
           "__enter__",
           [](nb::handle_t<Stroke> self) {

@@ -159,6 +159,24 @@ def test_sessions_are_not_copied(sheet):
                 work(made)
 
 
+@pytest.mark.parametrize(("kind", "whence"), [(kerf.Body, r"kerf.bind\(\)"), (kerf.Stroke, r"stroke\(\)"), (kerf.Snapshot, r"snapshot\(\)")])
+def test_what_comes_from_elsewhere_says_whence(kind, whence):
+    for arguments in ((), (1, "a")):
+        with pytest.raises(TypeError, match=f"comes from .*{whence}"):
+            kind(*arguments)
+
+
+def test_arguments_that_name_themselves(sheet):
+    array = np.zeros(2)
+    for wrong, words in ((lambda: kerf.Session("sheet", meshes=5), "meshes must be a folder"), (lambda: kerf.Session("sheet", record=array), "record must"),
+                         (lambda: kerf.bind("sheet", exact_paths=1), "exact_paths must be True or False"), (lambda: sheet.render(depth="no"), "depth must"),
+                         (lambda: sheet.set_material(young=array), "young must be one number"), (lambda: kerf.Batch(5), "list of sessions, not of int"),
+                         (lambda: kerf.Camera((0, 0, 1), (0, 0, 0), (0, 1, 0), array), "field_of_view must be one number"),
+                         (lambda: kerf.Batch([sheet]).place_blade("a", (0, 0, 0), (0, 0, 1)), "session must be a whole number")):
+        with pytest.raises(TypeError, match=words):
+            wrong()
+
+
 @pytest.mark.parametrize("kind", ["now", 5])
 def test_dates_are_no_points(sheet, kind):
     date = np.datetime64(kind) if kind == "now" else np.timedelta64(kind)

@@ -80,15 +80,17 @@ def volumes(session: Session, near: NDArray[np.float64] | None = None, reach: fl
     low, high = np.zeros(2, np.int64), np.array(SHAPE)
     if near is not None:
         low, high = np.clip(column_of(np.stack([near - reach, near + reach])) + ((0, 0), (1, 1)), 0, SHAPE)
-        close = (np.abs(rest[:, :2] - near) < reach + LONGEST).all(axis=1)
-        triangles = triangles[close[triangles].any(axis=1)]
+        x, y = (np.abs(rest[:, i] - near[i]) < reach + LONGEST for i in range(2))
+        a, b, c = (x & y)[triangles.T]
+        triangles = triangles[a | b | c]
     corners = rest[triangles]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / len(PARTS)
     middles = PARTS @ corners
     number = np.floor((middles[..., :2] - ORIGIN) / CELL).astype(np.int64) - low
     size = high - low
-    inside = ((number >= 0) & (number < size)).all(axis=2)
+    x, y = ((number[..., i] >= 0) & (number[..., i] < size[i]) for i in range(2))
+    inside = x & y
     flat = number[..., 0] * size[1] + number[..., 1]
     found = np.bincount(flat[inside], (middles[..., 2] * area[:, None])[inside], minlength=size[0] * size[1])
     return found.reshape(size), (slice(low[0], high[0]), slice(low[1], high[1]))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from .. import Session
 from ._meniscus import DENSITY, MIDDLE, YOUNG, at_rim, border_of, inner_rim, meniscus_scene
 from ._tasks import Tasks
+from ._vectors import lengths_of
 
 __all__ = ["Debride"]
 
@@ -109,9 +110,9 @@ class Debride(Tasks):
         return {"tools": {"shaver": poses}}
 
     def look(self, states: NDArray[np.float32], rows: NDArray[np.bool_]) -> None:
+        tool = self.batch.tool("shaver")
+        self.shaver[rows], self.force[rows] = tool["position"][rows, :2], tool["force"][rows, :2]
         for row in np.flatnonzero(rows):
-            tool = self.sessions[row].tools[0]
-            self.shaver[row], self.force[row] = tool["position"][:2], tool["force"][:2]
             if self.sessions[row].topology_version != self.version[row]:
                 self._look_at_edge(row)
         self.now[rows] = self.batch.to_world(self.edge)[rows]
@@ -152,7 +153,7 @@ class Debride(Tasks):
         left = self.roughness / self.at_first
         smooth = left <= SMOOTH
         rewards = (10 * (self.before[:, 0] - left) - (self.healthy - self.before[:, 1]) / UNIT
-                   - 0.02 * np.linalg.norm(self.force, axis=1) - 0.02 + 2 * smooth)
+                   - 0.02 * lengths_of(self.force) - 0.02 + 2 * smooth)
         return rewards, smooth
 
     def tell(self) -> dict[str, NDArray[Any]]:
@@ -162,7 +163,7 @@ class Debride(Tasks):
 
     def expert(self) -> NDArray[np.float32]:
         """Goes to the nearest place of the edge that is rough, stays beside it, and lets the shaver run there until it is smooth."""
-        away = np.linalg.norm(self.now[..., :2] - self.shaver[:, None], axis=2)
+        away = lengths_of(self.now[..., :2] - self.shaver[:, None])
         jagged = self.rough > 0.5 * np.minimum(self.rough.max(axis=1, keepdims=True), self.at_first[:, None])
         goal = np.where(jagged, away, np.inf).argmin(axis=1)
         i = np.arange(self.num_envs)

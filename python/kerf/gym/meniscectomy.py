@@ -11,6 +11,7 @@ from .. import Error
 from ._meniscus import (CELL, DENSITY, MIDDLE, ORIGIN, SHAPE, YOUNG, at_rim, column_middles, column_of, inner_rim, meniscus_scene,
                         volumes)
 from ._tasks import Tasks
+from ._vectors import lengths_of, squares_of
 
 __all__ = ["Meniscectomy"]
 
@@ -120,7 +121,7 @@ class Meniscectomy(Tasks):
         low, high = column_of(np.stack([self.lesion[row] - self.radius[row], self.lesion[row] + self.radius[row]]))
         tissue = self.tissue[row].reshape(SHAPE)[low[0]:high[0] + 1, low[1]:high[1] + 1].ravel()
         middles = self.middles.reshape(*SHAPE, 2)[low[0]:high[0] + 1, low[1]:high[1] + 1].reshape(-1, 2)
-        tissue = np.where(((middles - self.lesion[row]) ** 2).sum(axis=1) < self.radius[row] ** 2, tissue, 0)
+        tissue = np.where(squares_of(middles - self.lesion[row]) < self.radius[row] ** 2, tissue, 0)
         return float(tissue.sum()), tissue @ middles / max(float(tissue.sum()), 1e-15)
 
     def _account(self, row: int) -> None:
@@ -137,8 +138,8 @@ class Meniscectomy(Tasks):
         columns = np.clip(column_of(places)[:, :, None] + window, 0, np.array(SHAPE) - 1)
         middles = ORIGIN + CELL * (columns + 0.5)
         tissue = self.tissue[rows[:, None, None], columns[..., 0] * SHAPE[1] + columns[..., 1]]
-        bitten = np.where(((middles - places[:, :, None]) ** 2).sum(axis=3) < (ROUND * RADIUS) ** 2, tissue, 0)
-        ill = ((middles - self.lesion[rows, None, None]) ** 2).sum(axis=3) < self.radius[rows, None, None] ** 2
+        bitten = np.where(squares_of(middles - places[:, :, None]) < (ROUND * RADIUS) ** 2, tissue, 0)
+        ill = squares_of(middles - self.lesion[rows, None, None]) < self.radius[rows, None, None] ** 2
         volume, lesion = bitten.sum(axis=2), np.where(ill, bitten, 0).sum(axis=2)
         return lesion / self.volume[rows, None], (volume - lesion) / self.volume[rows, None]
 
@@ -166,7 +167,7 @@ class Meniscectomy(Tasks):
         if anew.size:
             places = self.rest_of_it[anew, None] + TRIES
             ill, healthy = self._taken(places, anew)
-            again = np.linalg.norm(places - self.vain[anew, None], axis=2) < 0.0003
+            again = lengths_of(places - self.vain[anew, None]) < 0.0003
             best = (ill - SPARING * healthy - 1e-6 * np.linalg.norm(TRIES, axis=1) - 10 * again).argmax(axis=1)
             self.aim[anew] = places[np.arange(anew.size), best]
             self.aimed[anew] = True
@@ -180,7 +181,7 @@ class Meniscectomy(Tasks):
         return np.concatenate([ring, ring[:1] + (0.01, 0.02, 0.02)])
 
     def marked(self, row: int) -> NDArray[np.float64]:
-        near = ((self.middles - self.lesion[row]) ** 2).sum(axis=1) < self.radius[row] ** 2
+        near = squares_of(self.middles - self.lesion[row]) < self.radius[row] ** 2
         height = self.tissue[row] / (2 * CELL ** 2)
         shown = near & (height > 0.0001)
         return self.sessions[row].to_world(np.column_stack([self.middles[shown], height[shown]])) if shown.any() else np.zeros((0, 3))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ._gauze import SIDE, gauze_body
 from ._pieces import area_of, areas_of, inside, pieces_of, way_between
 from ._tasks import Tasks
+from ._vectors import lengths_of
 
 __all__ = ["PatternCut"]
 
@@ -112,7 +113,7 @@ class PatternCut(Tasks):
         self.marks[rows] = seen[rows, 1:]
         self.below[rows] = self.tip[rows, 2] < self.level[rows]
         self._go_along(place[:, 0, :2], rows)
-        to_go = np.minimum(np.linalg.norm(self.marks[:, 0] - (0, 0, BELOW) - self.tip, axis=1), FARTHEST)
+        to_go = np.minimum(lengths_of(self.marks[:, 0] - (0, 0, BELOW) - self.tip), FARTHEST)
         # What is left of the way to the mark that was next; a mark that has just become the next one starts anew.
         self.nearer[rows] = np.where(self.headway > 0, 0, self.to_go - to_go)[rows]
         self.to_go[rows] = to_go[rows]
@@ -125,7 +126,7 @@ class PatternCut(Tasks):
 
     def _go_along(self, place: NDArray[np.float64], rows: NDArray[np.bool_]) -> None:
         """Headway and deviation of these copies, whose blades pass the gauze at these places (n, 2) at rest."""
-        away = np.linalg.norm(self.curve[..., :2] - place[:, None], axis=2)
+        away = lengths_of(self.curve[..., :2] - place[:, None])
         window = np.minimum(self.at[:, None] + np.arange(WINDOW + 1), MARKS + BEYOND)
         near = np.take_along_axis(away, window % MARKS, axis=1)
         best = near.argmin(axis=1)
@@ -184,12 +185,12 @@ class PatternCut(Tasks):
         """Sinks in beside the first mark, cuts across the curve there, then follows the marks 4 mm ahead until it comes to that cut. Where that
         has left a thread it looks for it in the mesh, and goes to and fro across it."""
         outward = self.curve[:, 0, :2] - self.curve[..., :2].mean(axis=1)
-        outward *= ACROSS / np.linalg.norm(outward, axis=1, keepdims=True)
+        outward *= ACROSS / lengths_of(outward)[:, None]
         aims = np.stack([self.marks[:, 0], self.marks[:, 0], self.marks[:, 2]])
         aims[0, :, :2] -= outward
         aims[1, :, :2] += outward
         aim = np.take_along_axis(aims, self.stage[None, :, None], axis=0)[0]
-        near = np.linalg.norm(aim[:, :2] - self.tip[:, :2], axis=1) < 0.0005
+        near = lengths_of(aim[:, :2] - self.tip[:, :2]) < 0.0005
         self.stage = np.minimum(self.stage + (near & self.below), 2)
         thread = (self.at >= MARKS + BEYOND // 4) | (self.at >= ROUND) & (self.elapsed > LATE)
         aim[:, 2] = self.marks[:, 0, 2] + np.where((self.stage > 0) | near, -DEEP, 0.01)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ._pieces import pieces_of
 from ._slab import DENSITY, LENGTH, THICKNESS, half_width, slab_body
 from ._tasks import Tasks
+from ._vectors import lengths_of
 
 __all__ = ["Slice"]
 
@@ -121,8 +122,12 @@ class Slice(Tasks):
         return {"tools": {"knife": poses}}
 
     def look(self, states: NDArray[np.float32], rows: NDArray[np.bool_]) -> None:
-        for row in np.flatnonzero(rows):
-            self._feel(int(row))
+        knife, pieces = self.batch.tool("knife"), self.batch.counts["pieces"]
+        self.tip[rows], self.force[rows] = knife["position"][rows], knife["force"][rows]
+        self.turned[rows] = np.arctan2(-knife["axes"][rows, 0, 0], knife["axes"][rows, 1, 0])
+        self.gain[rows] = 0
+        for row in np.flatnonzero(rows & (pieces != self.pieces)):
+            self._count(int(row), int(pieces[row]))
         following = self._next()
         rest = np.take_along_axis(self.lines, following[:, None, None, None], axis=1)[:, 0]
         self.line[rows] = self.batch.to_world(rest)[rows]
@@ -133,16 +138,9 @@ class Slice(Tasks):
             np.stack([self._slant(), left, self.pieces, self.evenness, self.elapsed / self.horizon_now], axis=1)], axis=1)
         states[rows] = state[rows]
 
-    def _feel(self, row: int) -> None:
-        """What the knife of one copy does, and what has been parted."""
+    def _count(self, row: int, pieces: int) -> None:
+        """What has been parted in one copy."""
         session = self.sessions[row]
-        knife = session.tools[0]
-        self.tip[row], self.force[row] = knife["position"], knife["force"]
-        facing = knife["axes"][:, 0]
-        self.turned[row] = np.arctan2(-facing[0], facing[1])
-        pieces, self.gain[row] = session.counts["pieces"], 0
-        if pieces == self.pieces[row]:
-            return
         self.pieces[row] = pieces
         share = np.minimum(session.piece_masses / session.uncut_mass, 1)
         k = self.wanted[row]
@@ -164,7 +162,7 @@ class Slice(Tasks):
         return np.arctan2(-way[:, 0], way[:, 1])
 
     def judge(self, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        felt = np.minimum(np.linalg.norm(self.force, axis=1), 5)
+        felt = np.minimum(lengths_of(self.force), 5)
         self.sum_force += np.where(plays, felt, 0)
         ended = plays & (self.slices >= self.wanted)
         gain = 10 * self.gain / (1 - 1 / self.wanted)

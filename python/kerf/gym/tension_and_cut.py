@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ._gauze import SIDE, gauze_body
 from ._tasks import Tasks
+from ._vectors import lengths_of
 
 __all__ = ["TensionAndCut"]
 
@@ -124,9 +125,8 @@ class TensionAndCut(Tasks):
         return {"grasps": {"hand": self.hand}, "blade": np.stack([self.tip + (0, 0, EDGE), self.tip], axis=1), "cuts": self.taut.copy()}
 
     def look(self, states: NDArray[np.float32], rows: NDArray[np.bool_]) -> None:
-        for row in np.flatnonzero(rows):
-            hold = self.sessions[row].grasps[0]
-            self.held[row], self.force[row] = hold["held"], hold["force"]
+        hold = self.batch.grasp("hand")
+        self.held[rows], self.force[rows] = hold["held"][rows], hold["force"][rows]
         # Where the upright edge passes the gauze: looked for at the height at which it did last.
         place, _ = self.batch.to_rest(np.concatenate([self.tip[:, :2], self.level[:, None]], axis=1)[:, None])
         self._go_along(place[:, 0, :2], rows)
@@ -155,7 +155,7 @@ class TensionAndCut(Tasks):
 
     def _go_along(self, place: NDArray[np.float64], rows: NDArray[np.bool_]) -> None:
         """Headway and deviation of these copies, whose blades pass the gauze at these places (n, 2) at rest."""
-        away = np.linalg.norm(self.curve[..., :2] - place[:, None], axis=2)
+        away = lengths_of(self.curve[..., :2] - place[:, None])
         beside, off = away.argmin(axis=1), away.min(axis=1)
         cutting = self.taut & (self.tip[:, 2] < self.level) & ~self.fresh
         gain = np.where(cutting & (off < TOLERANCE) & (self.beside <= self.at + LEFT_OUT), beside - self.at, 0)
@@ -170,7 +170,7 @@ class TensionAndCut(Tasks):
         inside = self.cutting & (self.at > 0)
         self.sum_off += np.where(plays & inside, self.off, 0)
         self.cuts += plays & inside
-        beyond = np.maximum(np.linalg.norm(self.force, axis=1) / LIMIT - 1, 0)
+        beyond = np.maximum(lengths_of(self.force) / LIMIT - 1, 0)
         self.strained += plays & (beyond > 0)
         for row in np.flatnonzero(plays & self.cutting):
             session = self.sessions[row]
@@ -189,7 +189,7 @@ class TensionAndCut(Tasks):
 
     def tell(self) -> dict[str, NDArray[Any]]:
         progress, deviation = self.at / (MARKS - 1), self.sum_off / np.maximum(self.cuts, 1)
-        return {"progress": progress, "deviation": deviation, "stretch": self.stretch, "tension": np.linalg.norm(self.force, axis=1),
+        return {"progress": progress, "deviation": deviation, "stretch": self.stretch, "tension": lengths_of(self.force),
                 "strained": self.strained / np.maximum(self.elapsed, 1),
                 "is_success": self.parted & (progress >= ALL) & (deviation < 0.002)}
 
@@ -198,7 +198,7 @@ class TensionAndCut(Tasks):
 
         Where the gauze is not in two after that, a strand was left: the blade goes along the line once more.
         """
-        pull = np.minimum(1.04 - self.stretch, (0.75 - np.linalg.norm(self.force, axis=1)) * 0.1)
+        pull = np.minimum(1.04 - self.stretch, (0.75 - lengths_of(self.force)) * 0.1)
         hand = np.stack([0.08 * pull, -self.hand[:, 1], -self.hand[:, 2]], axis=1)
         ahead = self.beside - self.goal
         along = (self.stage == 1) & (ahead > 0) & (ahead <= WINDOW)
@@ -206,7 +206,7 @@ class TensionAndCut(Tasks):
         wanted = np.minimum(self.goal[:, None] + (0, AHEAD[2], MARKS), MARKS - 1)
         mark, next_, last = self.batch.to_world(np.take_along_axis(self.curve, wanted[..., None], axis=1)).swapaxes(0, 1)
         start = mark - (0, 0.008, 0)
-        near = np.linalg.norm((start - self.tip)[:, :2], axis=1) < 0.001
+        near = lengths_of((start - self.tip)[:, :2]) < 0.001
         low, high = self.tip[:, 2] < mark[:, 2] - 0.004, self.tip[:, 2] > self.level + 0.008
         out = (self.goal >= MARKS - 1 - AHEAD[2]) & (self.tip[:, 1] > last[:, 1] + 0.006)
         go = np.stack([near & low & self.taut, out, high])
@@ -224,4 +224,4 @@ class TensionAndCut(Tasks):
 
 def _way(*places: NDArray[np.float64]) -> NDArray[np.float64]:
     """How long the ways (n) are from place to place (n, 3)."""
-    return sum(np.linalg.norm(b - a, axis=-1) for a, b in zip(places[:-1], places[1:], strict=True))
+    return sum(lengths_of(b - a) for a, b in zip(places[:-1], places[1:], strict=True))

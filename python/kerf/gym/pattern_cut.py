@@ -68,6 +68,7 @@ class PatternCut(Tasks):
     def prepare(self) -> None:
         self.batch.turn(80)  # it hangs still after two seconds
         n = self.num_envs
+        self.rows = np.arange(n)[:, None]
         self.curve = np.zeros((n, MARKS, 3))
         self.tip = np.zeros((n, 3))
         self.marks = np.zeros((n, len(AHEAD), 3))  # m, those ahead as they are now
@@ -108,7 +109,7 @@ class PatternCut(Tasks):
         # Where the upright edge passes the gauze: looked for at the height at which it did last.
         place, _ = self.batch.to_rest(np.concatenate([self.tip[:, :2], self.level[:, None]], axis=1)[:, None])
         ahead = (self.at[:, None] + AHEAD) % MARKS
-        seen = self.batch.to_world(np.concatenate([place, np.take_along_axis(self.curve, ahead[..., None], axis=1)], axis=1))
+        seen = self.batch.to_world(np.concatenate([place, self.curve[self.rows, ahead]], axis=1))
         self.level[rows] = seen[rows, 0, 2]
         self.marks[rows] = seen[rows, 1:]
         self.below[rows] = self.tip[rows, 2] < self.level[rows]
@@ -128,7 +129,7 @@ class PatternCut(Tasks):
         """Headway and deviation of these copies, whose blades pass the gauze at these places (n, 2) at rest."""
         away = lengths_of(self.curve[..., :2] - place[:, None])
         window = np.minimum(self.at[:, None] + np.arange(WINDOW + 1), MARKS + BEYOND)
-        near = np.take_along_axis(away, window % MARKS, axis=1)
+        near = away[self.rows, window % MARKS]
         best = near.argmin(axis=1)
         good = self.below & (near.min(axis=1) < TOLERANCE)
         at = np.minimum(self.at + np.where(good, best, 0), MARKS + BEYOND)
@@ -189,7 +190,7 @@ class PatternCut(Tasks):
         aims = np.stack([self.marks[:, 0], self.marks[:, 0], self.marks[:, 2]])
         aims[0, :, :2] -= outward
         aims[1, :, :2] += outward
-        aim = np.take_along_axis(aims, self.stage[None, :, None], axis=0)[0]
+        aim = aims[self.stage, self.rows[:, 0]]
         near = lengths_of(aim[:, :2] - self.tip[:, :2]) < 0.0005
         self.stage = np.minimum(self.stage + (near & self.below), 2)
         thread = (self.at >= MARKS + BEYOND // 4) | (self.at >= ROUND) & (self.elapsed > LATE)

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <utility>
+#include <vector>
 
 #include "errors.h"
 #include "held_recording.h"
@@ -28,6 +29,13 @@ using Kind = SessionChange::Kind;
 std::uint64_t next_number() {
   static std::atomic<std::uint64_t> last = 0;
   return ++last;
+}
+
+SessionChange change_of(Kind kind, std::vector<double> values) {
+  SessionChange change;
+  change.kind = kind;
+  change.values = std::move(values);
+  return change;
 }
 
 }  // namespace
@@ -285,15 +293,17 @@ nb::dict LiveSession::material() {
 void LiveSession::set_material(double young, double poisson, double density) {
   Use session(*this);
   ++changes_;
-  check(unlocked([&] { return session->set_material(young, poisson, density); }));
-  note(Kind::kMaterial, {young, poisson, density});
+  const SessionChange change = change_of(Kind::kMaterial, {young, poisson, density});
+  check(unlocked([&] { return kerf::apply(*session, change); }));
+  note(change.kind, change.values);
 }
 Vec3 LiveSession::gravity() { return Use(*this)->gravity(); }
 void LiveSession::set_gravity(Vec3 gravity) {
   Use session(*this);
   ++changes_;
-  check(session->set_gravity(gravity));
-  note(Kind::kGravity, {gravity.x, gravity.y, gravity.z});
+  const SessionChange change = change_of(Kind::kGravity, {gravity.x, gravity.y, gravity.z});
+  check(kerf::apply(*session, change));
+  note(change.kind, change.values);
 }
 nb::object LiveSession::score() {
   Use session(*this);

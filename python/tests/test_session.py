@@ -202,6 +202,13 @@ def test_material_is_changed():
             light.set_material(**wrong)
     with pytest.raises(TypeError):
         light.set_material(young="soft")
+    before = light.material, light.gravity
+    for beyond in ({"young": 1e300}, {"young": 1e-9}, {"density": 1e9}):  # what recordings can't hold
+        with pytest.raises(kerf.Error, match="goes from"):
+            light.set_material(**beyond)
+    with pytest.raises(kerf.Error, match="gravity goes from"):
+        light.gravity = (0, 0, 1e300)
+    assert (light.material, light.gravity) == before
 
 
 def test_gravity_is_changed():

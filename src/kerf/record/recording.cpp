@@ -103,7 +103,8 @@ Status check(const SessionChange& c) {
   const int wanted = word_of(c.kind).values;
   if (c.kind == Kind::kRemove && c.vertices.size() != 1) return bad_input("\"remove\" names one collision triangle");
   for (const double v : c.values)
-    if (!std::isfinite(v)) return bad_input("a value is not finite");
+    if (!std::isfinite(v))
+      return bad_input(fmt::format("\"{}\" has a value that is not finite; give numbers", word_of(c.kind).word));
   if (wanted >= 0) {
     // A stroke's frame came later: without it, the world's.
     const bool framed = c.kind == Kind::kBeginStroke && c.values.size() == 2;

@@ -38,7 +38,7 @@ namespace {
 
 constexpr std::size_t kMaxProblems = 10;        // a screenful; more of them seldom help
 constexpr double kOrthonormalTolerance = 1e-6;  // axes typed with seven digits pass
-constexpr int kPlainExponent = 19;              // 2^19 is below kFarthestPlace, the largest number of a recording
+constexpr int kPlainExponent = 19;              // of 2: products of four such components have all their digits
 constexpr double kTimeTolerance = 1e-9;         // relative: sums of decimal fractions end a few bits late
 
 std::string_view type_name(const toml::node& node) {

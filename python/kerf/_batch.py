@@ -23,7 +23,8 @@ MOST_PIECES = 10_000  # asked for at once: arrays of 80 kB for a session
 class Batch(_core.Batch):
     """Sessions that take their turns at once: n sessions, one call, without Python's lock.
 
-    sessions: each is used by nobody else during a call, and the batch by one thread at a time (another one gets a kerf.Error). threads: by default as many as the machine has processors.
+    sessions: each is used by nobody else during a call, and the batch by one thread at a time (another one gets a kerf.Error). threads: by
+    default as many as the machine has processors.
     Every array has a row for each session. What a session does is the same to the bit as by itself, however many threads there are.
     """
 

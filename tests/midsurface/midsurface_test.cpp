@@ -342,21 +342,35 @@ TEST(Midsurface, LongStagesAreAskedToStopOnTheirWay) {
   }
 }
 
-TEST(Midsurface, WhatWasFoundOfASurfaceIsNotSoughtAgain) {
+// The same bits, whatever was made of it before; and none of what is prepared is made again.
+TEST(Midsurface, APreparedSurfaceServesEveryMeshOfIt) {
   ModelOptions fine;
-  fine.visual_triangles = 6656;
-  const TriangleMesh mesh = scrambled(make_model("closed-sheet", fine)->visual, 0.01, 1);
-  const auto first = make_midsurface(mesh);
-  ASSERT_TRUE(first.ok());
-  EXPECT_EQ(first->own.pairs, find_self_intersections(mesh).pairs);
-  MidsurfaceOptions again;
-  again.own = &first->own;
-  const auto second = make_midsurface(mesh, again);
-  ASSERT_TRUE(second.ok());
-  EXPECT_EQ(second->verdict.reasons, first->verdict.reasons);
-  EXPECT_EQ(second->notes, first->notes);
-  EXPECT_EQ(second->diagnosis.flag, first->diagnosis.flag);
-  EXPECT_EQ(second->collision.positions.raw(), first->collision.positions.raw());
+  fine.visual_triangles = 2000;
+  const TriangleMesh astray = scrambled(make_model("closed-sheet", fine)->visual, 0.02, 1);
+  for (const TriangleMesh& mesh : {make_model("closed-sheet", fine)->visual, astray, body_named("T beam").mesh}) {
+    const auto prepared = prepare_midsurface(mesh);
+    ASSERT_TRUE(prepared.ok()) << prepared.error().message;
+    for (const std::size_t triangles : {240u, 0u}) {
+      MidsurfaceOptions options;
+      options.triangles = triangles;
+      const auto whole = make_midsurface(mesh, options);
+      std::vector<std::string> stages;
+      options.progress = Progress([&](std::string_view stage, double) { stages.emplace_back(stage); });
+      const auto made = make_midsurface(*prepared, options);
+      ASSERT_TRUE(whole.ok() && made.ok());
+      for (const std::string& stage : stages)
+        EXPECT_THAT(stage, ::testing::AnyOf("mid-surface: triangles", "mid-surface: middle", "mid-surface: quality"));
+      EXPECT_EQ(stages.empty(), made->verdict.thinness == Thinness::kNotThin);
+      EXPECT_EQ(made->collision.positions.raw(), whole->collision.positions.raw());
+      EXPECT_EQ(made->collision.triangles.raw(), whole->collision.triangles.raw());
+      EXPECT_EQ(made->half_thickness, whole->half_thickness);
+      EXPECT_EQ(made->verdict.reasons, whole->verdict.reasons);
+      EXPECT_EQ(made->verdict.warnings, whole->verdict.warnings);
+      EXPECT_EQ(made->verdict.places.size(), whole->verdict.places.size());
+      EXPECT_EQ(made->notes, whole->notes);
+      EXPECT_EQ(made->diagnosis.flag, whole->diagnosis.flag);
+    }
+  }
 }
 
 TEST(Midsurface, RealMeniscus) {

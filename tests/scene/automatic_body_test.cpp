@@ -5,13 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <string>
 #include <utility>
 
+#include "kerf/base/random.h"
 #include "kerf/binding/bind.h"
-
+#include "kerf/mesh/models.h"
 #include "support/extruded_mesh.h"
 
 namespace kerf::automatic_body_test {
@@ -110,6 +112,29 @@ TEST(AutomaticBody, AThickCombIsBound) {
       if (tooth < 5 || y > 0.008 || x == 0.0)
         if (tooth > 0 || y > 0.008 || x > 0) outline.push_back({0.004 * tooth + x, y, 0});
   expect_bound("comb", plate(outline, {}, 0.0016), 0.0016);
+}
+
+// Vertices astray let no mesh bind, however many triangles it has. The search for sides and middle doesn't depend on that number.
+TEST(AutomaticBody, WhatDependsOnNoTryIsFoundOnce) {
+  ModelOptions fine;
+  fine.visual_triangles = 2000;
+  int most_meshes = 0;
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    TriangleMesh body = make_model("closed-sheet", fine)->visual;
+    Random random(seed);
+    for (Vec3& p : body.positions)
+      if (random.uniform() < 0.03) p += 0.2 * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+    std::map<std::string, int, std::less<>> heard;
+    BindOptions options;
+    options.progress = [&](std::string_view stage, double fraction) { heard[std::string(stage)] += fraction == 0; };
+    const auto made = make_automatic_body(body, 0, options);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    EXPECT_TRUE(made->refused) << seed;
+    EXPECT_EQ(heard["mid-surface: divide"], 1) << seed;
+    EXPECT_EQ(heard["mid-surface: sheet"], 1) << seed;
+    most_meshes = std::max(most_meshes, heard["mid-surface: triangles"]);
+  }
+  EXPECT_GE(most_meshes, 3);
 }
 
 // A strip 2 mm thick bent back onto itself, its legs 1.6 mm apart from middle to middle. More triangles don't mend that: one try says so.

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
@@ -78,6 +81,60 @@ TEST(SelfIntersections, GridsThatMeetAtTheirEdges) {
   EXPECT_EQ(find_self_intersections(grids).pairs, 0u);
   add([](double i, double j) { return Vec3{2.5, j, i - 2.5}; });
   EXPECT_GE(find_self_intersections(grids).pairs, 4u);
+}
+
+// Whole numbers tell which triangles of a flat grid with spikes meet: there most corners lie in the planes of most others.
+TEST(SelfIntersections, SpikesOnAFlatGridAgreeWithWholeNumbers) {
+  constexpr int kSide = 14;
+  using Point = std::array<std::int64_t, 3>;
+  Random random(3);
+  std::vector<Point> points;
+  for (int j = 0; j <= kSide; ++j)
+    for (int i = 0; i <= kSide; ++i) {
+      Point p{10 * i, 10 * j, 0};
+      if (random.uniform() < 0.15)
+        for (std::int64_t& x : p) x += random.index(101) - 50;
+      points.push_back(p);
+    }
+  TriangleMesh grid;
+  for (const Point& p : points)
+    grid.positions.push_back({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) {
+      const VertexId a(j * (kSide + 1) + i), b(a.value + 1), c(a.value + kSide + 1), d(c.value + 1);
+      grid.triangles.push_back({a, b, d});
+      grid.triangles.push_back({a, d, c});
+    }
+  const auto side = [&](VertexId a, VertexId b, VertexId c, VertexId d) {
+    std::int64_t u[3], v[3], w[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      u[k] = points[b.index()][k] - points[a.index()][k];
+      v[k] = points[c.index()][k] - points[a.index()][k];
+      w[k] = points[d.index()][k] - points[a.index()][k];
+    }
+    const std::int64_t volume =
+        (u[1] * v[2] - u[2] * v[1]) * w[0] + (u[2] * v[0] - u[0] * v[2]) * w[1] + (u[0] * v[1] - u[1] * v[0]) * w[2];
+    return volume > 0 ? 1 : volume < 0 ? -1 : 0;
+  };
+  const auto pierces = [&](const std::array<VertexId, 3>& s, const std::array<VertexId, 3>& t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const VertexId p = s[k], q = s[(k + 1) % 3];
+      if (side(t[0], t[1], t[2], p) * side(t[0], t[1], t[2], q) >= 0) continue;
+      const int a = side(p, q, t[0], t[1]), b = side(p, q, t[1], t[2]), c = side(p, q, t[2], t[0]);
+      if ((a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0)) return true;
+    }
+    return false;
+  };
+  const auto& triangles = grid.triangles.raw();
+  std::size_t expected = 0;
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    for (std::size_t j = i + 1; j < triangles.size(); ++j) {
+      const auto &s = triangles[i], &t = triangles[j];
+      if (std::find_first_of(s.begin(), s.end(), t.begin(), t.end()) != s.end()) continue;
+      expected += pierces(s, t) || pierces(t, s);
+    }
+  EXPECT_GT(expected, 30u);
+  EXPECT_EQ(find_self_intersections(grid).pairs, expected);
 }
 
 // A blade of a windmill that is turned through the one beside it: both hang on one corner.

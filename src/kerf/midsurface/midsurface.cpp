@@ -129,10 +129,37 @@ void mark_bad_place(Midsurface& made, Vec3 point, double reach, const std::strin
   }
 }
 
-Result<Midsurface> make_midsurface(const TriangleMesh& surface, const MidsurfaceOptions& options) {
-  Midsurface out;
+struct PreparedMidsurface::Parts {
+  explicit Parts(const TriangleMesh& whole) : surface(whole) {}
+
+  const TriangleMesh& surface;
+  Vec3 centre;  ///< in the person's frame; all meshes here lie around the origin
+  std::vector<Vec3> visual;
+  FilterReport filter;
+  WorkingMesh work;
+  TriangleBvh bvh;
+  Pairing pairing;
+  SideLabels labels;
+  MidSheet sheet;
+  std::size_t own_pairs = 0;  ///< of triangles of the surface that pass through each other
+  Midsurface found;           ///< what is known without a collision mesh: all of it where the body is not thin
+};
+
+PreparedMidsurface::PreparedMidsurface(std::unique_ptr<const Parts> parts) : parts_(std::move(parts)) {}
+PreparedMidsurface::PreparedMidsurface(PreparedMidsurface&&) noexcept = default;
+PreparedMidsurface& PreparedMidsurface::operator=(PreparedMidsurface&&) noexcept = default;
+PreparedMidsurface::~PreparedMidsurface() = default;
+
+Result<PreparedMidsurface> prepare_midsurface(const TriangleMesh& surface, const Progress& progress) {
+  auto parts = std::make_unique<PreparedMidsurface::Parts>(surface);
+  PreparedMidsurface::Parts& p = *parts;
+  Midsurface& out = p.found;
   Stopwatch watch, total;
-  const auto tell = [&](std::string_view stage) { return options.progress(stage, 0); };
+  const auto tell = [&](std::string_view stage) { return progress(stage, 0); };
+  const auto prepared = [&] {
+    out.seconds.total = total.lap();
+    return PreparedMidsurface(std::move(parts));
+  };
   KERF_TRY(tell("mid-surface: prepare"));
   auto connected = connect(surface);
   if (!connected) return connected.error();
@@ -140,32 +167,31 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   for (const std::int32_t t : filtered.twin)
     if (t < 0) return bad_input("only closed surfaces have a mid-surface; close the holes, or give a collision mesh");
   const Progress ask(
-      [&](std::string_view, double fraction) { return options.progress("mid-surface: prepare", fraction).ok(); });
-  if (options.own != nullptr) {
-    out.own = *options.own;
-  } else {
-    const std::size_t enough = kAllOver * std::min(kCrossingSample, surface.triangles.size());
-    const auto sample = sample_crossings(surface, kCrossingSample, {enough, kMostCrossingTests, ask});
-    if (!sample) return sample.error();
-    if (sample->crossings >= enough) {
-      refuse_scrambled(surface, *sample, out);
-      out.seconds.prepare = out.seconds.total = total.lap();
-      return out;
-    }
-    if (surface.triangles.size() <= kMostSearched) {
-      auto own = find_self_intersections(surface, {kMostCrossings, kMostCrossingTests, ask});
-      if (!own) return own.error();
-      out.own = std::move(*own);
-    }
+      [&](std::string_view, double fraction) { return progress("mid-surface: prepare", fraction).ok(); });
+  const std::size_t enough = kAllOver * std::min(kCrossingSample, surface.triangles.size());
+  const auto sample = sample_crossings(surface, kCrossingSample, {enough, kMostCrossingTests, ask});
+  if (!sample) return sample.error();
+  if (sample->crossings >= enough) {
+    refuse_scrambled(surface, *sample, out);
+    out.seconds.prepare = watch.lap();
+    return prepared();
   }
-  const SelfIntersections& own = out.own;
+  SelfIntersections own;
+  if (surface.triangles.size() <= kMostSearched) {
+    auto found = find_self_intersections(surface, {kMostCrossings, kMostCrossingTests, ask});
+    if (!found) return found.error();
+    own = std::move(*found);
+  }
+  p.own_pairs = own.pairs;
   // Work around the origin: positions far away would lose digits in products.
   Box3 box;
-  for (const Vec3 p : filtered.position) box.add(p);
-  const Vec3 centre = box.center();
-  for (Vec3& p : filtered.position) p = p - centre;
-  const std::vector<Vec3> visual = filtered.position;
-  const FilterReport filter = filter_surface(filtered);
+  for (const Vec3 at : filtered.position) box.add(at);
+  p.centre = box.center();
+  for (Vec3& at : filtered.position) at = at - p.centre;
+  p.visual = filtered.position;
+  p.filter = filter_surface(filtered);
+  const FilterReport& filter = p.filter;
+  const Vec3 centre = p.centre;
   if (filter.spikes > 0)
     out.notes.push_back(fmt::format("{} spikes were left out of account, the first at ({:.4g}, {:.4g}, {:.4g})",
                                     filter.spikes, filter.spike_places[0].x + centre.x,
@@ -180,24 +206,28 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
         fmt::format("the surface passes through itself at {} pairs of triangles{}, the first near {}: repair it there, "
                     "what lies twice is counted twice",
                     own.pairs, own.complete ? "" : " and more", text(own.places[0])));
-  for (const Vec3 p : own.places) out.verdict.places.push_back({p, "the surface passes through itself"});
+  for (const Vec3 at : own.places) out.verdict.places.push_back({at, "the surface passes through itself"});
   out.seconds.prepare = watch.lap();
 
   KERF_TRY(tell("mid-surface: divide"));
-  const WorkingMesh work = make_working_mesh(std::move(filtered));
-  const TriangleBvh bvh(work.mesh.view());
+  p.work = make_working_mesh(std::move(filtered));
+  const WorkingMesh& work = p.work;
+  p.bvh = TriangleBvh(work.mesh.view());
+  const TriangleBvh& bvh = p.bvh;
   out.seconds.working = watch.lap();
 
   KERF_TRY(tell("mid-surface: pairs"));
-  const Result<Pairing> pairs = find_pairs(work.mesh, bvh, work.thickness, options.progress);
+  Result<Pairing> pairs = find_pairs(work.mesh, bvh, work.thickness, progress);
   if (!pairs) return pairs.error();
-  const Pairing& pairing = *pairs;
+  p.pairing = std::move(*pairs);
+  const Pairing& pairing = p.pairing;
   out.seconds.pairs = watch.lap();
 
   KERF_TRY(tell("mid-surface: sides"));
-  const Result<SideLabels> labelled = label_sides(work.mesh, pairing, work.thickness, options.progress);
+  Result<SideLabels> labelled = label_sides(work.mesh, pairing, work.thickness, progress);
   if (!labelled) return labelled.error();
-  const SideLabels& labels = *labelled;
+  p.labels = std::move(*labelled);
+  const SideLabels& labels = p.labels;
   auto plus = cut_side(work.mesh, labels.field, 1), minus = cut_side(work.mesh, labels.field, -1);
   if (!plus) return plus.error();
   if (!minus) return minus.error();
@@ -211,7 +241,7 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
       flag[static_cast<std::size_t>(near.triangle)] = kCrossing;
   }
   out.diagnosis = diagnosis(work.mesh, pairing, labels, std::move(flag));
-  for (Vec3& p : out.diagnosis.surface.positions) p += centre;
+  for (Vec3& at : out.diagnosis.surface.positions) at += centre;
   out.seconds.labels = watch.lap();
   // A surface that passes through itself is the cause of much else, so that comes first.
   const auto refuse = [&] {
@@ -219,60 +249,67 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
       out.verdict.reasons.insert(out.verdict.reasons.begin(), out.notes.back());
       out.notes.pop_back();
     }
-    out.seconds.total = total.lap();
-    return out;
+    return prepared();
   };
   if (!two_sides) return refuse();
 
   KERF_TRY(tell("mid-surface: sheet"));
-  const MidSheet sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
+  p.sheet = make_mid_sheet(std::move(*plus), {work, bvh, pairing, labels});
   const auto of_sides = static_cast<std::ptrdiff_t>(out.verdict.reasons.size());
-  judge_sheet(sheet, work, bvh, centre, out.verdict);
+  judge_sheet(p.sheet, work, bvh, centre, out.verdict);
   // How stout a body is says more than what its sides look like then: a rod is narrow everywhere, and branches where it ends.
   std::rotate(out.verdict.reasons.begin(), out.verdict.reasons.begin() + of_sides, out.verdict.reasons.end());
   if (is_stout(out.verdict)) out.verdict.reasons.resize(1);
   out.seconds.sheet = watch.lap();
   if (out.verdict.thinness == Thinness::kNotThin) return refuse();
+  return prepared();
+}
 
-  const SheetSampler sampler(sheet);
-  const TwoSidedRays rays(work.mesh, bvh, labels.field, pairing.normal);
-  Column<double> limit = border_limits(sheet);
+Result<Midsurface> make_midsurface(const PreparedMidsurface& prepared, const MidsurfaceOptions& options) {
+  const PreparedMidsurface::Parts& p = prepared.parts();
+  Midsurface out = p.found;
+  if (out.verdict.thinness == Thinness::kNotThin) return out;
+  Stopwatch watch, total;
+  const SheetSampler sampler(p.sheet);
+  const TwoSidedRays rays(p.work.mesh, p.bvh, p.labels.field, p.pairing.normal);
+  Column<double> limit = border_limits(p.sheet);
   const auto attempt = [&](double target) -> Result<Try> {
     Try t;
-    const SheetSizes sizes = sheet_sizes(sheet, target, limit);
-    KERF_TRY(tell("mid-surface: triangles"));
+    const SheetSizes sizes = sheet_sizes(p.sheet, target, limit);
+    KERF_TRY(options.progress("mid-surface: triangles", 0));
     t.mesh = remesh(sampler, sizes, target);
     out.seconds.remesh += watch.lap();
-    KERF_TRY(tell("mid-surface: middle"));
+    KERF_TRY(options.progress("mid-surface: middle", 0));
     t.relaxed = relax_to_middle(t.mesh, sampler, sizes, rays);
     out.seconds.relax += watch.lap();
-    if (work.coarsened || filter.spikes > 0 || filter.smoothing_steps > 0) snap_border(t.mesh, visual, surface);
+    if (p.work.coarsened || p.filter.spikes > 0 || p.filter.smoothing_steps > 0)
+      snap_border(t.mesh, p.visual, p.surface);
     SelfIntersections through = find_self_intersections(to_triangle_mesh(t.mesh.mesh));
     t.crossings = through.pairs;
     t.crossing = std::move(through.triangles);
-    KERF_TRY(tell("mid-surface: quality"));
-    t.quality = measure_quality(t.mesh, {work.mesh, bvh, labels, visual});
+    KERF_TRY(options.progress("mid-surface: quality", 0));
+    t.quality = measure_quality(t.mesh, {p.work.mesh, p.bvh, p.labels, p.visual});
     t.quality.need = sizes.need;
     out.seconds.quality += watch.lap();
     return t;
   };
   double target = static_cast<double>(options.triangles);
   if (options.triangles == 0)
-    target = std::clamp(sheet_sizes(sheet, kDefaultTriangles, limit).need, kDefaultTriangles, kMostByNeed);
+    target = std::clamp(sheet_sizes(p.sheet, kDefaultTriangles, limit).need, kDefaultTriangles, kMostByNeed);
   const double most = std::max(kMostByNeed, 2 * target);
   auto next = attempt(target);
   if (!next) return next.error();
   Try best = *next;
   // More triangles mend neither a surface that passes through itself nor a sheet that is bad all over.
-  const bool hopeless = own.pairs > 0 || static_cast<double>(best.bad()) > kHopeless * best.mesh.mesh.vertex_count();
+  const bool hopeless = p.own_pairs > 0 || static_cast<double>(best.bad()) > kHopeless * best.mesh.mesh.vertex_count();
   for (int i = 1; i < kTries && !best.good() && !hopeless; ++i) {
-    refine_bad_places(*next, sheet, limit);
-    target = std::min(most, std::max(kMore * target, sheet_sizes(sheet, target, limit).need));
+    refine_bad_places(*next, p.sheet, limit);
+    target = std::min(most, std::max(kMore * target, sheet_sizes(p.sheet, target, limit).need));
     next = attempt(target);
     if (!next) return next.error();
     if (next->badness() <= best.badness()) best = *next;
   }
-  if (own.pairs > 0 && !best.good()) {
+  if (p.own_pairs > 0 && !best.good()) {
     out.verdict.warnings.push_back(out.notes.back());
     out.notes.pop_back();
   }
@@ -291,12 +328,18 @@ Result<Midsurface> make_midsurface(const TriangleMesh& surface, const Midsurface
   std::int32_t inner = 0;
   for (const std::int32_t c : best.mesh.curve) inner += c < 0;
   out.quality.good_rays = inner > 0 ? 1 - static_cast<double>(best.relaxed.blind.size()) / inner : 1;
-  for (Vec3& p : best.mesh.mesh.position) p += centre;
+  for (Vec3& at : best.mesh.mesh.position) at += p.centre;
   out.collision = to_triangle_mesh(best.mesh.mesh);
   out.half_thickness = best.mesh.half_thickness;
   mark_what_is_bad(best, out);
-  out.seconds.total = total.lap();
+  out.seconds.total += total.lap();
   return out;
+}
+
+Result<Midsurface> make_midsurface(const TriangleMesh& surface, const MidsurfaceOptions& options) {
+  const auto prepared = prepare_midsurface(surface, options.progress);
+  if (!prepared) return prepared.error();
+  return make_midsurface(*prepared, options);
 }
 
 }  // namespace kerf

@@ -3,20 +3,19 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
 #include "kerf/mesh/triangle_mesh.h"
-#include "kerf/spatial/self_intersections.h"
 
 namespace kerf {
 
 struct MidsurfaceOptions {
   std::size_t triangles = 0;  ///< wanted; 0: 160, or as many as the bends need
   Progress progress = {};
-  const SelfIntersections* own = nullptr;  ///< of the surface, where a call before has found them
 };
 
 enum class Thinness {
@@ -83,12 +82,30 @@ struct Midsurface {
   MidsurfaceQuality quality;
   MidsurfaceDiagnosis diagnosis;
   MidsurfaceSeconds seconds;
-  SelfIntersections own;           ///< where the surface passes through itself; of large surfaces nothing
   std::vector<std::string> notes;  ///< what was filtered
 };
 
 /// Marks what lies within `reach` (metres) of a place where the collision mesh is bad, and adds the place to the verdict's.
 void mark_bad_place(Midsurface& made, Vec3 point, double reach, const std::string& what);
+
+/// What was found of a surface that its collision mesh is made of, however many triangles that is to have: sides, middle and verdict.
+class PreparedMidsurface {
+ public:
+  struct Parts;
+  explicit PreparedMidsurface(std::unique_ptr<const Parts> parts);
+  PreparedMidsurface(PreparedMidsurface&&) noexcept;
+  PreparedMidsurface& operator=(PreparedMidsurface&&) noexcept;
+  ~PreparedMidsurface();
+  [[nodiscard]] const Parts& parts() const { return *parts_; }
+
+ private:
+  std::unique_ptr<const Parts> parts_;
+};
+
+/// The first half of make_midsurface: most of its time for large surfaces. It refers to the surface.
+Result<PreparedMidsurface> prepare_midsurface(const TriangleMesh& surface, const Progress& progress = {});
+/// The second half, as often as a body needs it. The same bits as from the surface itself.
+Result<Midsurface> make_midsurface(const PreparedMidsurface& prepared, const MidsurfaceOptions& options = {});
 
 /// surface: one closed body, an oriented manifold as check_surface leaves it. That a body is not thin is no error but a
 /// verdict, with reasons and places. Bad input: not closed. The same bits for any number of threads. About 0.2 s for

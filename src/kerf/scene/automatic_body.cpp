@@ -36,18 +36,17 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
                                           const BindOptions& options) {
   AutomaticBody out;
   MidsurfaceOptions wanted;
-  SelfIntersections own;  // found once
   wanted.triangles = triangles;
   wanted.progress = options.progress;
   std::vector<CollisionVertex> at_fault;
+  const auto prepared = prepare_midsurface(visual, options.progress);
+  if (!prepared) return prepared.error();
   BindOptions binding = options;
   binding.at_fault = &at_fault;
   for (int i = 0; i < kTries; ++i) {
-    auto made = make_midsurface(visual, wanted);
+    auto made = make_midsurface(*prepared, wanted);
     if (!made) return made.error();
     out.midsurface = std::move(*made);
-    own = out.midsurface.own;
-    wanted.own = &own;
     out.refused.reset();
     if (out.midsurface.verdict.thinness == Thinness::kNotThin) return out;
     at_fault.clear();

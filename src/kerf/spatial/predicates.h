@@ -29,9 +29,8 @@ inline int orient2d(Vec2 a, Vec2 b, Vec2 c) {
   return exact::orient2d(a, b, c);
 }
 
-/// +1 if d lies on the side of the plane a b c that its counter-clockwise normal points to, -1 on the other side, 0 in
-/// the plane: the sign of (b - a) x (c - a) . (d - a).
-inline int orient3d(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+/// As orient3d, where the filter decides; 0 where it does not.
+inline int surely_orient3d(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
   const Vec3 u = b - a, v = c - a, w = d - a;
   const double xy = u.x * v.y, yx = u.y * v.x, yz = u.y * v.z, zy = u.z * v.y, zx = u.z * v.x, xz = u.x * v.z;
   const double det = (xy - yx) * w.z + (yz - zy) * w.x + (zx - xz) * w.y;
@@ -39,9 +38,14 @@ inline int orient3d(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
   const double size = (std::fabs(xy) + std::fabs(yx)) * wz + (std::fabs(yz) + std::fabs(zy)) * wx +
                       (std::fabs(zx) + std::fabs(xz)) * wy;
   const double error = exact::kFilter3d * size + exact::kUnderflow * (1 + wx + wy + wz);
-  if (det > error) return 1;
-  if (-det > error) return -1;
-  return exact::orient3d(a, b, c, d);
+  return det > error ? 1 : -det > error ? -1 : 0;
+}
+
+/// +1 if d lies on the side of the plane a b c that its counter-clockwise normal points to, -1 on the other side, 0 in
+/// the plane: the sign of (b - a) x (c - a) . (d - a).
+inline int orient3d(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+  const int sign = surely_orient3d(a, b, c, d);
+  return sign != 0 ? sign : exact::orient3d(a, b, c, d);
 }
 
 }  // namespace kerf

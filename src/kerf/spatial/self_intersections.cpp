@@ -36,7 +36,16 @@ bool pierces(const std::array<Vec3, 3>& s, const Sides& sides, const std::array<
   return false;
 }
 
+/// Do all corners of s lie on one side of t's plane, and no doubt about it?
+bool surely_beside(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
+  const int side = surely_orient3d(t[0], t[1], t[2], s[0]);
+  return side != 0 && surely_orient3d(t[0], t[1], t[2], s[1]) == side &&
+         surely_orient3d(t[0], t[1], t[2], s[2]) == side;
+}
+
 bool intersect(const std::array<Vec3, 3>& s, const std::array<Vec3, 3>& t) {
+  // On flat parts the one's corners often lie in the other's plane, and whole numbers are slow to say so.
+  if (surely_beside(s, t) || surely_beside(t, s)) return false;
   const Sides of_s(s, t);
   return !of_s.in_plane() && !of_s.on_one_side() && (pierces(s, of_s, t) || pierces(t, Sides(t, s), s));
 }

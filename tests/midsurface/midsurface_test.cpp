@@ -102,7 +102,9 @@ TEST(Midsurface, LongSliversDoNotMultiply) {
     auto surface = mid::connect(rod(48, length));
     ASSERT_TRUE(surface.ok());
     const double area = mid::total_area(*surface), volume = mid::enclosed_volume(*surface);
-    const mid::WorkingMesh work = mid::make_working_mesh(std::move(*surface));
+    const auto made_of_it = mid::make_working_mesh(std::move(*surface));
+    ASSERT_TRUE(made_of_it.ok());
+    const mid::WorkingMesh& work = *made_of_it;
     EXPECT_LT(work.mesh.face_count(), 76000) << length;
     EXPECT_NEAR(mid::total_area(work.mesh), area, 0.02 * area) << length;
     EXPECT_NEAR(mid::enclosed_volume(work.mesh), volume, 0.04 * volume) << length;
@@ -323,7 +325,8 @@ TEST(Midsurface, AScrambledSurfaceIsRefusedForThat) {
 // Each of these takes seconds of some surfaces.
 TEST(Midsurface, LongStagesAreAskedToStopOnTheirWay) {
   const TriangleMesh mesh = make_model("closed-sheet", {})->visual;
-  for (const std::string stage : {"mid-surface: prepare", "mid-surface: pairs", "mid-surface: sides"}) {
+  for (const std::string stage : {"mid-surface: prepare", "mid-surface: filter", "mid-surface: divide",
+                                  "mid-surface: pairs", "mid-surface: sides"}) {
     std::vector<double> heard;
     bool stopped = false, heard_after = false;
     MidsurfaceOptions options;

@@ -48,7 +48,11 @@ Result<TriangleMesh> make_coarse_sheet(const TriangleMesh& surface, double thick
   Box3 box;
   for (const Vec3 p : fine.position) box.add(p);
   for (Vec3& p : fine.position) p = p - box.center();
-  sheet.mesh = make_working_mesh(std::move(fine), thickness).mesh;
+  const Progress ask(
+      [&](std::string_view, double fraction) { return options.progress("sheet: prepare", fraction).ok(); });
+  auto working = make_working_mesh(std::move(fine), thickness, ask);
+  if (!working) return working.error();
+  sheet.mesh = std::move(working->mesh);
   sheet.normal = smooth_normals(sheet.mesh, thickness);
   sheet.half_thickness.assign(sheet.mesh.position.size(), 0.5 * thickness);
   sheet.from_border = distance_from_border(sheet.mesh);

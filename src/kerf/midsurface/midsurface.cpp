@@ -189,7 +189,9 @@ Result<PreparedMidsurface> prepare_midsurface(const TriangleMesh& surface, const
   p.centre = box.center();
   for (Vec3& at : filtered.position) at = at - p.centre;
   p.visual = filtered.position;
-  p.filter = filter_surface(filtered);
+  auto filter_report = filter_surface(filtered, progress);
+  if (!filter_report) return filter_report.error();
+  p.filter = std::move(*filter_report);
   const FilterReport& filter = p.filter;
   const Vec3 centre = p.centre;
   if (filter.spikes > 0)
@@ -210,7 +212,9 @@ Result<PreparedMidsurface> prepare_midsurface(const TriangleMesh& surface, const
   out.seconds.prepare = watch.lap();
 
   KERF_TRY(tell("mid-surface: divide"));
-  p.work = make_working_mesh(std::move(filtered));
+  auto working = make_working_mesh(std::move(filtered), 0, progress);
+  if (!working) return working.error();
+  p.work = std::move(*working);
   const WorkingMesh& work = p.work;
   p.bvh = TriangleBvh(work.mesh.view());
   const TriangleBvh& bvh = p.bvh;

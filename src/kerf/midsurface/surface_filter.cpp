@@ -121,9 +121,11 @@ void smooth_once(SurfaceMesh& m) {
 
 double mean_thickness(const SurfaceMesh& mesh) { return 2 * std::fabs(enclosed_volume(mesh)) / total_area(mesh); }
 
-FilterReport filter_surface(SurfaceMesh& mesh) {
+Result<FilterReport> filter_surface(SurfaceMesh& mesh, const Progress& progress) {
   FilterReport report;
+  const auto ask = [&](double done) { return progress("mid-surface: filter", done / (kSpikeRounds + kMaxSteps)); };
   for (int round = 0; round < kSpikeRounds; ++round) {
+    KERF_TRY(ask(round));
     const std::int32_t n = remove_spikes(mesh, report.spike_places);
     report.spikes += n;
     if (n == 0) break;
@@ -132,6 +134,7 @@ FilterReport filter_surface(SurfaceMesh& mesh) {
   report.roughness = rough.median;
   report.steps = rough.steps;
   for (; report.smoothing_steps < kMaxSteps; rough = roughness(mesh)) {
+    KERF_TRY(ask(kSpikeRounds + report.smoothing_steps));
     const double fineness = mean_edge(mesh) / mean_thickness(mesh);
     if (rough.median <= std::max(kRough, kCoarse * fineness) &&
         rough.steps <= std::max(kSteps, kCoarseSteps * fineness))

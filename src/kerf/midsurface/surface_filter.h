@@ -2,6 +2,8 @@
 // that is bound later is never changed.
 #pragma once
 
+#include "kerf/base/progress.h"
+#include "kerf/base/result.h"
 #include "kerf/midsurface/surface_mesh.h"
 
 namespace kerf::mid {
@@ -14,8 +16,8 @@ struct FilterReport {
   double steps = 0;      ///< share of the edges that turn by more than 20 degrees before: steps of voxels
 };
 
-/// Moves vertices only. Clean surfaces stay as they are, to the bit.
-FilterReport filter_surface(SurfaceMesh& mesh);
+/// Moves vertices only. Clean surfaces stay as they are, to the bit. `progress` is asked before each round.
+Result<FilterReport> filter_surface(SurfaceMesh& mesh, const Progress& progress = {});
 
 /// 2 volume / area: the mean thickness of a thin body, metres.
 double mean_thickness(const SurfaceMesh& mesh);

@@ -17,6 +17,21 @@ constexpr double kTooMany = 1.5;  // times kMost
 constexpr int kMostRounds = 40, kMostFlips = 10;
 constexpr double kFlat = 1e-3;  // of the mean thickness
 
+/// Asked between passes over the edges. How many there will be nobody knows: each is told as a smaller part of what is left.
+class Passes {
+ public:
+  explicit Passes(const Progress& progress) : progress_(progress) {}
+  Status next() {
+    constexpr double kHalf = 8;  // passes
+    ++done_;
+    return progress_("mid-surface: divide", done_ / (done_ + kHalf));
+  }
+
+ private:
+  const Progress& progress_;
+  double done_ = 0;
+};
+
 /// Edge length of `n` equilateral triangles of that area together.
 double edge_for(double area, double n) { return std::sqrt(area / n * 4 / std::sqrt(3.0)); }
 
@@ -133,7 +148,7 @@ class Coarsener {
   double deviation_;
 };
 
-void coarsen(SurfaceMesh& m, double edge, double deviation) {
+Status coarsen(SurfaceMesh& m, double edge, double deviation, Passes& passes) {
   Coarsener coarsener(m, deviation);
   const double limit = kShort * edge;
   double first = limit;
@@ -145,9 +160,15 @@ void coarsen(SurfaceMesh& m, double edge, double deviation) {
       ++n;
     }
   while (n > 0 && first > 1.2 * sum / static_cast<double>(n)) first *= 0.5;
-  for (double l = first; l < limit; l *= 2) coarsener.pass(l, kLong * l);
-  for (int round = 0; round < 5; ++round)
+  for (double l = first; l < limit; l *= 2) {
+    KERF_TRY(passes.next());
+    coarsener.pass(l, kLong * l);
+  }
+  for (int round = 0; round < 5; ++round) {
+    KERF_TRY(passes.next());
     if (100 * coarsener.pass(limit, kLong * edge) < m.face_count() / 100) break;
+  }
+  return {};
 }
 
 /// Splits every edge longer than the limit once, longest first; false if there is none.
@@ -176,8 +197,9 @@ double corner_cosine(Vec3 p, Vec3 a, Vec3 b) {
 }
 
 /// Turns edges whose opposite angles are together more than 180 degrees, where that moves the surface by less than `deviation`.
-void flip_flat_edges(SurfaceMesh& m, double deviation) {
+Status flip_flat_edges(SurfaceMesh& m, double deviation, Passes& passes) {
   for (int round = 0; round < kMostFlips; ++round) {
+    KERF_TRY(passes.next());
     std::int32_t flipped = 0;
     for (std::int32_t h = 0; h < m.origin.count(); ++h) {
       if (!m.is_edge(h) || m.twin[h] < 0) continue;
@@ -190,31 +212,35 @@ void flip_flat_edges(SurfaceMesh& m, double deviation) {
       flip(m, h);
       ++flipped;
     }
-    if (flipped == 0) return;
+    if (flipped == 0) break;
   }
+  return {};
 }
 
 }  // namespace
 
-WorkingMesh make_working_mesh(SurfaceMesh filtered, double thickness) {
+Result<WorkingMesh> make_working_mesh(SurfaceMesh filtered, double thickness, const Progress& progress) {
+  Passes passes(progress);
   WorkingMesh out;
   out.thickness = thickness > 0 ? thickness : mean_thickness(filtered);
   const double area = total_area(filtered);
   out.edge = std::clamp(0.5 * out.thickness, edge_for(area, kMost), edge_for(area, kFewest));
   out.mesh = std::move(filtered);
-  const auto make_coarser = [&] {
+  const auto make_coarser = [&]() -> Status {
     const std::int32_t before = out.mesh.face_count();
-    coarsen(out.mesh, out.edge, kDeviation * out.thickness);
+    KERF_TRY(coarsen(out.mesh, out.edge, kDeviation * out.thickness, passes));
     out.mesh = compacted(out.mesh);
     out.coarsened = out.coarsened || out.mesh.face_count() < before;
+    return {};
   };
-  make_coarser();
+  KERF_TRY(make_coarser());
   for (int round = 0; round < kMostRounds; ++round) {
+    KERF_TRY(passes.next());
     if (!split_long_edges(out.mesh, kLong * out.edge, static_cast<std::size_t>(8 * kMost))) break;
     // Halves of long slivers are slivers: unless their edges are turned, ways along edges say nothing about distances. Unless they
     // collapse, there are 3^n of them.
-    flip_flat_edges(out.mesh, kFlat * out.thickness);
-    if (out.mesh.face_count() > kTooMany * kMost) make_coarser();
+    KERF_TRY(flip_flat_edges(out.mesh, kFlat * out.thickness, passes));
+    if (out.mesh.face_count() > kTooMany * kMost) KERF_TRY(make_coarser());
   }
   return out;
 }

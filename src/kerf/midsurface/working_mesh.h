@@ -2,6 +2,8 @@
 // twelve triangles and a million the same problem.
 #pragma once
 
+#include "kerf/base/progress.h"
+#include "kerf/base/result.h"
 #include "kerf/midsurface/surface_mesh.h"
 
 namespace kerf::mid {
@@ -15,6 +17,7 @@ struct WorkingMesh {
 
 /// Short edges of the (filtered) surface are collapsed where that moves it and its border by less than 2 % of the thickness, long ones are
 /// split in the middle. thickness: metres, of an open sheet; 0: a closed surface has a mean one. About linear.
-WorkingMesh make_working_mesh(SurfaceMesh filtered, double thickness = 0);
+/// `progress` is asked between passes over the edges.
+Result<WorkingMesh> make_working_mesh(SurfaceMesh filtered, double thickness = 0, const Progress& progress = {});
 
 }  // namespace kerf::mid

@@ -10,8 +10,9 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kCrossingGrain = 2048, kPlaces = 12;
-constexpr std::size_t kLimitedGrain = 64, kBlock = 8 * kLimitedGrain;  // triangles, where there are limits
+constexpr std::size_t kPlaces = 12;
+constexpr std::size_t kCrossingGrain = 64,
+                      kBlock = 8 * kCrossingGrain;  // triangles: limits are looked at between blocks
 
 /// On which side of t's plane each corner of s lies.
 struct Sides {
@@ -149,21 +150,8 @@ void add(const SelfIntersections& more, SelfIntersections& out) {
 
 }  // namespace
 
-SelfIntersections find_self_intersections(const TriangleMesh& mesh, Neighbours neighbours) {
-  const TriangleView view(mesh);
-  const TriangleBvh bvh(view);
-  const std::size_t n = view.size();
-  std::vector<Run> runs((n + kCrossingGrain - 1) / kCrossingGrain);
-  parallel_for(n, kCrossingGrain, [&](std::size_t begin, std::size_t end) {
-    runs[begin / kCrossingGrain].search(view, bvh, neighbours, begin, end, SIZE_MAX);
-  });
-  SelfIntersections out;
-  for (const Run& run : runs) add(run.found, out);
-  sort_once(out.triangles);
-  return out;
-}
-
-Result<SelfIntersections> find_self_intersections(const TriangleMesh& mesh, const SearchLimits& limits) {
+Result<SelfIntersections> find_self_intersections(const TriangleMesh& mesh, const SearchLimits& limits,
+                                                  Neighbours neighbours) {
   const TriangleView view(mesh);
   const TriangleBvh bvh(view);
   const std::size_t n = view.size();
@@ -172,9 +160,9 @@ Result<SelfIntersections> find_self_intersections(const TriangleMesh& mesh, cons
   for (std::size_t from = 0; from < n && out.complete; from += kBlock) {
     KERF_TRY(limits.progress("self-intersections", static_cast<double>(from) / static_cast<double>(n)));
     const std::size_t to = std::min(n, from + kBlock), left = limits.tests - tests;  // more than none
-    std::array<Run, kBlock / kLimitedGrain> runs;
-    parallel_for(to - from, kLimitedGrain, [&](std::size_t begin, std::size_t end) {
-      runs[begin / kLimitedGrain].search(view, bvh, Neighbours::kLeaveOut, from + begin, from + end, left);
+    std::array<Run, kBlock / kCrossingGrain> runs;
+    parallel_for(to - from, kCrossingGrain, [&](std::size_t begin, std::size_t end) {
+      runs[begin / kCrossingGrain].search(view, bvh, neighbours, from + begin, from + end, left);
     });
     for (const Run& run : runs) {
       add(run.found, out);
@@ -184,6 +172,10 @@ Result<SelfIntersections> find_self_intersections(const TriangleMesh& mesh, cons
   }
   sort_once(out.triangles);
   return out;
+}
+
+SelfIntersections find_self_intersections(const TriangleMesh& mesh, Neighbours neighbours) {
+  return *find_self_intersections(mesh, SearchLimits{}, neighbours);  // nobody asks it to stop
 }
 
 Result<CrossingsSample> sample_crossings(const TriangleMesh& mesh, std::size_t count, const SearchLimits& limits) {

@@ -39,10 +39,11 @@ struct CrossingsSample {
   std::vector<std::int32_t> triangles;  ///< that take part, rising, each once
 };
 
-/// Exact; pairs that lie in one plane or only touch at a corner are not counted. About n log n, in parallel.
+/// Exact; pairs that lie in one plane or only touch at a corner are not counted. About n log n, in parallel, in small blocks.
+Result<SelfIntersections> find_self_intersections(const TriangleMesh& mesh, const SearchLimits& limits,
+                                                  Neighbours neighbours = Neighbours::kLeaveOut);
+/// The same without limits.
 SelfIntersections find_self_intersections(const TriangleMesh& mesh, Neighbours neighbours = Neighbours::kLeaveOut);
-/// The same within limits, without pairs that share a corner. It works in small blocks.
-Result<SelfIntersections> find_self_intersections(const TriangleMesh& mesh, const SearchLimits& limits);
 
 /// Compares up to `count` triangles with all others but their neighbours, until a limit is met.
 Result<CrossingsSample> sample_crossings(const TriangleMesh& mesh, std::size_t count, const SearchLimits& limits);

@@ -9,19 +9,11 @@
 #include "kerf/mesh/union_find.h"
 #include "kerf/midsurface/branches.h"
 #include "kerf/midsurface/laplacian.h"
+#include "kerf/midsurface/tolerances.h"
 
 namespace kerf::mid {
 namespace {
 
-constexpr double kAllOneSided = 0.6,
-                 kOneSided = 0.03;           // share of the sure pairs: balls and rods from 0.8, branches up to 0.3
-constexpr double kFork = 2;                  // mean thicknesses: length of forks
-constexpr double kTooStout = 2, kStout = 3;  // width over thickness
-constexpr double kNarrow = 1.5;              // thicknesses: what may be at fault where a body does not bind
-constexpr double kTooNarrow = 1.1, kNarrowShare = 0.3;  // thicknesses; of the area: more is a rod with a head
-constexpr double kSheetLike = 10;  // root of half the area over the thickness: a ball has 3.8, a cube 5.2
-constexpr double kLeastVolume = 0.8, kMostVolume = 1.2;
-constexpr double kPinhole = 2;  // thicknesses around
 constexpr std::size_t kMostPlaces = 12;
 
 void refuse(MidsurfaceVerdict& v, std::string why) {

@@ -75,6 +75,27 @@ Lips lips_at(Session& session, double x) {
   return lips;
 }
 
+constexpr double kWidth = 0.006;  // m, of the blade, from its edge to its back
+/// How long a part of the blade's middle, from its edge to its back, lies in material, metres. Between the lips of an open slit none does.
+double in_material(Session& session) {
+  const CollisionMesh& mesh = session.body().complex.collision;
+  const std::vector<Vec3>& positions = session.collision_positions();
+  const RigidPlace place{session.tools()[0].place.position, session.tools()[0].place.axes};
+  double sum = 0;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+    std::vector<double> crossed;
+    for (int k = 0; k < 3; ++k) {
+      const CollisionHalfEdge h = CollisionMesh::corner(f, k);
+      const Vec3 a = place.to_local(positions[mesh.from(h).index()]), b = place.to_local(positions[mesh.to(h).index()]);
+      if ((a.y > 0) == (b.y > 0)) continue;
+      const Vec3 p = lerp(a, b, a.y / (a.y - b.y));
+      if (std::fabs(p.z) < 0.03) crossed.push_back(std::clamp(p.x, -kWidth, 0.0));
+    }
+    if (crossed.size() == 2) sum += std::fabs(crossed[1] - crossed[0]);
+  }
+  return sum;
+}
+
 void cut_half_way(Session& session) {
   lead(session, 0.2, {kHere, 0.004, -0.012});
   ASSERT_TRUE(session.step(steps(session, 0.3)).ok());
@@ -221,11 +242,8 @@ TEST(BladeFlanks, LetNoLipThrough) {
     for (const double way : {0.008, -0.008, 0.006}) {
       lead(session, 0.02, {kHere + way, 0.01, -0.012});
       const double most = run(session, 0.3);
-      const Lips back = lips_at(session, -0.0055), middle = lips_at(session, -0.003);
-      EXPECT_LT(back.left, 0) << dt << " " << way;
-      EXPECT_GT(back.right, 0) << dt << " " << way;
-      EXPECT_LT(middle.left, 0) << dt << " " << way;
-      EXPECT_GT(middle.right, 0) << dt << " " << way;
+      // The end of the slit lies beside the edge; lips that let the blade through lie in all of it.
+      EXPECT_LT(in_material(session), 0.8 * kWidth) << dt << " " << way;
       EXPECT_LT(session.tools()[0].force.x * way, -1.0 * std::fabs(way)) << dt << " " << way << ": N, the mat holds it";
       EXPECT_LT(most, 0.02) << dt << ": J, as 0.12 kg of mat would have at 0.6 m/s";
     }

@@ -19,7 +19,7 @@ double share_of(const CollisionMesh& mesh, V v, const RestPoint& p) {
   return 0;
 }
 
-/// What of the way between its lips a vertex goes, so that the end of its cut comes to the edge. One that would lie beyond the other lip says nothing.
+/// What of the way between its lips a vertex goes, so that the end of its cut comes as near to the edge as it can.
 double fraction_of(const CellComplex& complex, const BladeFront& front, Vec3 way, const BladeEdge& edge,
                    std::span<const Vec3> position) {
   constexpr double kMiddle = 0.5;
@@ -30,8 +30,7 @@ double fraction_of(const CellComplex& complex, const BladeFront& front, Vec3 way
   const auto across = [&](Vec3 v) { return v - dot(v, along) * along; };
   const Vec3 goes = share_of(mesh, front.start.vertex, end) * across(way);
   if (!(dot(goes, goes) > 0)) return kMiddle;
-  const double fraction = dot(across(edge.base - place_of(mesh, end, position)), goes) / dot(goes, goes);
-  return fraction < 1 ? std::max(fraction, 0.0) : kMiddle;
+  return std::clamp(dot(across(edge.base - place_of(mesh, end, position)), goes) / dot(goes, goes), 0.0, 1.0);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ struct JoinedLips {
 std::vector<JoinedLips> find_joined_lips(const CollisionMesh& mesh, decltype(CollisionMesh::origin)::Mark origin,
                                          std::size_t vertices, std::span<const Vec3> position);
 
-/// After it: moves the vertices between their lips. Midway: where no end begins, or its face has no such corner, or it would lie beyond the other lip.
+/// After it: moves the vertices between their lips. Midway: where no end begins, or its face has no such corner.
 void place_joined_lips(const CellComplex& complex, std::span<const JoinedLips> lips, const BladeStroke& stroke,
                        std::span<Vec3> position);
 

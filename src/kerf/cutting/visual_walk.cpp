@@ -20,14 +20,11 @@ bool warp_onto(VisualMesh& mesh, VisualVertex v, Vec2 u, Patch patch, double kee
   return warp(mesh, v, std::array<PlanarPoint, 1>{{{patch, u}}}, keep);
 }
 
-double least_angle(Vec3 a, Vec3 b, Vec3 c) {
-  const Vec3 p[3] = {a, b, c};
-  double least = HUGE_VAL;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vec3 u = p[(i + 1) % 3] - p[i], v = p[(i + 2) % 3] - p[i];
-    least = std::min(least, std::atan2(norm(cross(u, v)), dot(u, v)));
-  }
-  return least;
+/// The cotangent of the least angle of a triangle; of one without area, infinity. Twice the area is the same for all three angles.
+double sharpness(Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 ab = b - a, ac = c - a, bc = c - b;
+  const double area = norm(cross(ab, ac));
+  return area > 0 ? std::max({dot(ab, ac), -dot(ab, bc), dot(ac, bc)}) / area : HUGE_VAL;
 }
 
 /// Turns an edge of the skin that the way from the opposite corner of its face crosses at fraction f, so that it leads to that corner and is not crossed. Only where
@@ -57,9 +54,8 @@ bool turn_crossed_edge(CellComplex& body, H h, double f) {
   const Vec2f t = lerp(mesh.texture[h], mesh.texture[hn], on_ab),
               turned = lerp(mesh.texture[hp], mesh.texture[gp], on_cd);
   if (!(static_cast<float>(norm(Vec2{t.x - turned.x, t.y - turned.y})) < kTextureFlatness)) return false;
-  const double split = std::min(std::min(least_angle(a, m, c), least_angle(m, b, c)),
-                                std::min(least_angle(b, m, d), least_angle(m, a, d)));
-  if (!(std::min(least_angle(a, d, c), least_angle(b, c, d)) > split)) return false;
+  const double split = std::max({sharpness(a, m, c), sharpness(m, b, c), sharpness(b, m, d), sharpness(m, a, d)});
+  if (!(std::max(sharpness(a, d, c), sharpness(b, c, d)) < split)) return false;
   if (mesh.find_half_edge(mesh.origin[hp], mesh.origin[gp]).valid() ||
       mesh.find_half_edge(mesh.origin[gp], mesh.origin[hp]).valid())
     return false;

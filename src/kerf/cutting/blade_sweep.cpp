@@ -6,6 +6,7 @@
 
 #include "kerf/base/at.h"
 #include "kerf/cutting/blade_arcs.h"
+#include "kerf/cutting/blade_front.h"
 #include "kerf/cutting/path_opening.h"
 #include "kerf/cutting/path_rounding.h"
 #include "kerf/cutting/tolerances.h"
@@ -26,8 +27,8 @@ class Sweep {
   Sweep(BladeStroke& stroke, SweepTarget& target)
       : stroke_(stroke), target_(target), cut_{target.complex, target.options, target.scratch},
         rounding_(target.complex.collision, target.options, target.complex.mean_root_edge),
+        finder_(target.complex, rounding_),
         opening_({cut_, target.position, target.boxes}, rounding_.feature(), rounding_.outside()),
-        faces_before_(target.complex.collision.face_count()),
         vertices_before_(target.complex.collision.vertex_count()) {}
 
   /// Cuts all arcs up to the last edges that they cross.
@@ -52,7 +53,7 @@ class Sweep {
     busy_ = static_cast<int>(left_.size());
     if (busy_ > 0) uncut_ = {UncutReason::kBusy, rounding_.rest(left_[0])};
     for (std::size_t i = 0; i < old_.size(); ++i)
-      if (!used_[i] && locate(old_[i])) {
+      if (!used_[i] && finder_.locate(old_[i])) {
         if (waits(old_[i])) stroke_.ends.push_back(old_[i]);
         else (void)make_end(old_[i]);
       }
@@ -62,9 +63,10 @@ class Sweep {
 
     std::vector<F> keep;
     for (BladeFront& f : stroke_.ends) {
-      if (!locate(f)) continue;
+      if (!finder_.locate(f)) continue;
       // Another path of the move may have run into where it begins.
-      if (f.start.kind == Stop::Kind::kVertex) f.start.vertex = twin_towards(f.start.vertex, vertices_before_, f.end);
+      if (f.start.kind == Stop::Kind::kVertex)
+        f.start.vertex = finder_.twin_towards(f.start.vertex, vertices_before_, f.end);
       keep.push_back(f.end.face);
     }
     opening_.turn_edges(keep);
@@ -179,7 +181,7 @@ class Sweep {
         if (a.begin.kind != Kind::kWas) a.reverse();
         const double far = norm(rounding_.rest(rest_point(mesh(), a.begin.point)) - rounding_.rest(f.start));
         BladeArc led = a;
-        if (far >= least || !begin_at(led, f)) continue;
+        if (far >= least || !finder_.begin_at(led, f)) continue;
         least = far;
         nearest = &arc;
         tied = a;
@@ -259,13 +261,13 @@ class Sweep {
       if (!is_front(arc.begin)) continue;
       BladeFront& f = old_[kerf::at(arc.begin.front)];
       const Vec3 from = rounding_.rest(f.start), is = rounding_.rest(f.end);
-      Vec3 to = next_of(arc);
+      Vec3 to = finder_.next_of(arc);
       // Back over what its path has crossed to come to where it is: what is crossed next lies on the way back.
       if (dot(to - is, is - from) < 0) {
         BladeArc led = arc;
-        if (begin_at(led, f)) {
+        if (finder_.begin_at(led, f)) {
           PathRounding::reduce(led);
-          to = next_of(led);
+          to = finder_.next_of(led);
         }
       }
       const double tolerance = target_.options.path_tolerance * target_.complex.mean_root_edge;
@@ -282,40 +284,20 @@ class Sweep {
       const bool leaves = f.touch && (returns || goes_on || is_far(distance_to_segment(f.touch->border, f.came, last)));
       if (!leaves && !turned) continue;
       BladeFront until = f;
-      if (leaves) until.end = f.touch->at, (void)locate(until);
+      if (leaves) until.end = f.touch->at, (void)finder_.locate(until);
       const std::size_t vertices = mesh().vertex_count();
       const PathEnd end = make_end(until);
-      const Stop start =
-          !end.made ? f.start : Stop::at_vertex(leaves ? twin_towards(end.vertex, vertices, f.end) : end.vertex);
+      const Stop start = !end.made
+                             ? f.start
+                             : Stop::at_vertex(leaves ? finder_.twin_towards(end.vertex, vertices, f.end) : end.vertex);
       f = {start, end.before, f.end, rounding_.rest(until.end), false, {}, {}, f.beside, f.along};
-      if (end.on_border) note(f);
+      if (end.on_border) finder_.note(f);
       else f.trail.push_back(rounding_.rest(f.end));
       bent = true;
     }
     for (BladeFront& f : old_)
-      if (bent) (void)locate(f);
+      if (bent) (void)finder_.locate(f);
     return bent;
-  }
-  /// At rest.
-  Vec3 next_of(const BladeArc& arc) const {
-    return !arc.crossings.empty() ? rounding_.rest(arc.crossings[0])
-                                  : rounding_.rest(rest_point(mesh(), arc.end.point));
-  }
-  /// A path that has run into a border has left two vertices there, one of them made since there were `vertices`: the one from which a point can be reached.
-  V twin_towards(V v, std::size_t vertices, const RestPoint& point) const {
-    const auto is_twin = [&](std::size_t i) { return mesh().rest[V(i)] == mesh().rest[v] && V(i) != v; };
-    std::size_t first = vertices;
-    while (first < mesh().vertex_count() && !is_twin(first)) ++first;
-    RestPoint p = point;
-    if (first == mesh().vertex_count() || !locate(p, v)) return v;
-    std::vector<ArcCrossing> way;
-    const auto reaches = [&](V u) {
-      return lead_path(mesh(), {rounding_.rest(u), {}, u}, {rounding_.rest(p), p.face, {}}, rounding_.outside(), way);
-    };
-    if (reaches(v)) return v;
-    for (std::size_t i = first; i < mesh().vertex_count(); ++i)
-      if (is_twin(i) && reaches(V(i))) return V(i);
-    return v;
   }
 
   /// Arcs whose faces other arcs have divided are looked for again.
@@ -326,13 +308,13 @@ class Sweep {
     std::vector<ArcFront> fronts;
     std::vector<int> which;
     for (std::size_t i = 0; i < old_.size(); ++i)
-      if (!used_[i] && locate(old_[i])) {
+      if (!used_[i] && finder_.locate(old_[i])) {
         fronts.push_back(seen_front(old_[i]));
         which.push_back(static_cast<int>(i));
       }
     std::vector<BladeArc> arcs = find(strip_, fronts);
     for (RestPoint& p : points) {
-      if (!locate(p, {})) continue;
+      if (!finder_.locate(p, {})) continue;
       for (BladeArc& arc : arcs) {
         if (std::find(arc.faces.begin(), arc.faces.end(), p.face) == arc.faces.end()) continue;
         for (ArcEnd* e : {&arc.begin, &arc.end})
@@ -503,7 +485,7 @@ class Sweep {
     if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
       const std::size_t vertices = mesh().vertex_count();
       if (!open(stops, drawn_)) return;
-      begin = Stop::at_vertex(ends_at_blade ? twin_towards(opening_.made().back(), vertices, goal)
+      begin = Stop::at_vertex(ends_at_blade ? finder_.twin_towards(opening_.made().back(), vertices, goal)
                                             : opening_.made().back());
       before = before_last();
       if (stops.size() > 1) trail.clear();
@@ -513,7 +495,7 @@ class Sweep {
     }
     if (!ends_at_blade) return;
     BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside, along_};
-    note(f);
+    finder_.note(f);
     stroke_.ends.push_back(std::move(f));
   }
 
@@ -527,7 +509,7 @@ class Sweep {
       if (const double far = distance_to_segment(p, first, next); far > most) most = far, farthest = p;
     if (most == rounding_.feature()) return;
     RestPoint point{face, planar_of(mesh(), face, farthest)};
-    if (find_face(mesh(), point, stops[0].vertex, 0) && begins_in(stops[0], point.face))
+    if (find_face(mesh(), point, stops[0].vertex, 0) && finder_.begins_in(stops[0], point.face))
       stops.insert(stops.begin() + 1, Stop::inside(point));
   }
   bool comes_back(const Stop& first, const Stop& next, F face) const {
@@ -557,7 +539,7 @@ class Sweep {
     for (int k = 0; k < 2; ++k) {
       BladeFront f{Stop::at_vertex(starts[k]), before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {},
                    BesideBorder::none(),       along_};
-      note(f);
+      finder_.note(f);
       stroke_.ends.push_back(std::move(f));
     }
   }
@@ -580,7 +562,7 @@ class Sweep {
   /// front waits in, and begins where the edge was.
   const BladeFront* take(BladeArc& arc, ArcEnd& begin) {
     const BladeFront& front = old_[kerf::at(begin.front)];
-    if (!begin_at(arc, front)) {
+    if (!finder_.begin_at(arc, front)) {
       begin.kind = Kind::kWas;
       return nullptr;
     }
@@ -590,38 +572,6 @@ class Sweep {
   Stop stop_of(const ArcEnd& e) const {
     return e.kind == Kind::kBorder ? rounding_.on_border(e.border, e.fraction)
                                    : Stop::inside(rest_point(mesh(), e.point));
-  }
-
-  /// The path of a front begins at its start, and leads by its end: the arc may begin in another face (by rounding, or as the material has moved). False: the
-  /// arc can't be led there, and is what it was.
-  bool begin_at(BladeArc& arc, const BladeFront& f) const {
-    if (begins_in(f.start, arc.faces.front())) return true;
-    BladeArc led = arc;
-    if (led.faces.front() != f.end.face) {
-      if (!rounding_.lead(led, Stop::inside(f.end), next_of(led))) return false;
-    }
-    if (!begins_in(f.start, f.end.face) && !rounding_.lead(led, f.start, rounding_.rest(f.end))) return false;
-    arc = std::move(led);
-    return true;
-  }
-  bool begins_in(const Stop& s, F face) const {
-    return s.kind == Stop::Kind::kVertex ? has_corner(mesh(), face, s.vertex)
-                                         : CollisionMesh::face(s.border(mesh())) == face;
-  }
-
-  /// Notes where a front is now. Near the lip that it began on, its path begins where it is.
-  void note(BladeFront& f) {
-    if (!locate(f)) return;
-    const Vec3 x = rounding_.rest(f.end);
-    const BorderFoot foot = f.start.border(mesh()).valid() ? rounding_.nearest_border(f.end.face, x) : BorderFoot{};
-    f.in_slit = foot.exists() && rounding_.same_lip(f.start, foot.border, rounding_.rest(f.start), x);
-    if (f.in_slit) {
-      f.start = rounding_.on_border(foot.border, foot.fraction);
-      f.trail.clear();
-      f.touch.reset();
-    } else if (f.trail.empty() || norm(x - f.trail.back()) > cut::kTrailStep * target_.complex.mean_root_edge) {
-      f.trail.push_back(x);
-    }
   }
 
   struct PathEnd {
@@ -637,7 +587,7 @@ class Sweep {
     arc.faces.push_back(f.end.face);
     arc.end.kind = Kind::kIs;
     arc.end.point = {f.end.face, weights_of(mesh(), f.end)};
-    if (!begin_at(arc, f)) return stay;
+    if (!finder_.begin_at(arc, f)) return stay;
     rounding_.join_end(arc, &f.start, f.beside);
     const bool joined = arc.end.kind == Kind::kBorder;
     if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature()))
@@ -661,22 +611,6 @@ class Sweep {
     return {};
   }
 
-  /// Finds a front's face again after paths have been cut.
-  bool locate(BladeFront& f) const {
-    return locate(f.end, f.start.kind == Stop::Kind::kVertex && !f.in_slit ? f.start.vertex : V{});
-  }
-  bool locate(RestPoint& p, V around) const {
-    if (find_face(mesh(), p, around, rounding_.outside())) return true;
-    // What the move has cut may have parted its face.
-    for (F part(faces_before_); part.index() < mesh().face_count(); ++part.value) {
-      RestPoint there{part, p.at};
-      if (mesh().root[part] != mesh().root[p.face] || !find_face(mesh(), there, {}, rounding_.outside())) continue;
-      p = there;
-      return true;
-    }
-    return false;
-  }
-
   /// A point in the middle of an arc.
   RestPoint middle(const BladeArc& arc) const {
     const std::size_t k = arc.faces.size() / 2;
@@ -693,10 +627,11 @@ class Sweep {
   SweepTarget& target_;
   cut::CutContext cut_;
   PathRounding rounding_;
+  FrontFinder finder_;
   PathOpening opening_;
-  std::size_t faces_before_, vertices_before_;  // the move
-  int busy_ = 0;                                // arcs whose faces were never free
-  UncutPath uncut_;                             // the first of them
+  std::size_t vertices_before_;  // the move
+  int busy_ = 0;                 // arcs whose faces were never free
+  UncutPath uncut_;              // the first of them
   LeaningCut leaning_;
   Strip strip_;
   bool dirty_ = false;

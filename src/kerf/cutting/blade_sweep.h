@@ -13,41 +13,19 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <vector>
 
 #include "kerf/base/journal.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
-#include "kerf/cutting/beside_border.h"
 #include "kerf/cutting/blade_edge.h"
+#include "kerf/cutting/blade_front.h"
 #include "kerf/cutting/cut_options.h"
 #include "kerf/cutting/cut_scratch.h"
-#include "kerf/cutting/cut_stop.h"
 #include "kerf/cutting/face_boxes.h"
 #include "kerf/cutting/uncut_path.h"
 
 namespace kerf {
-
-/// Where a blade has come so near to a border that a cut which ends there is joined to it.
-struct BladeTouch {
-  RestPoint at;
-  Vec3 border;  ///< the point of the border, at rest
-};
-
-/// Where the cut has got to in one layer, on the mesh without what is provisional: inside a face that its path began in or came into.
-struct BladeFront {
-  CutStop start;           ///< where its path goes on: its last vertex, or a point of a border that is not yet divided
-  CollisionVertex before;  ///< the path's vertex before the last one, or none
-  RestPoint end;           ///< where the blade was at the last pose
-  Vec3 came;               ///< where the blade was when its path last went on, at rest
-  bool in_slit = false;    ///< near the lip that its path begins on: it begins beside the end, maybe some faces away
-  std::vector<Vec3>
-      trail;  ///< the places of the end since the start, at rest, but for those too near to the one before
-  std::optional<BladeTouch> touch;  ///< the nearest since the start
-  BesideBorder beside{};            ///< of the path, up to the end
-  bool along = false;               ///< its path has come through a sheet that lies along the blade
-};
 
 /// One stroke of a blade: its state between poses. Plain data.
 struct BladeStroke {

@@ -1,0 +1,88 @@
+#include "kerf/cutting/blade_front.h"
+
+#include <utility>
+
+#include "kerf/cutting/lead_path.h"
+#include "kerf/cutting/tolerances.h"
+
+namespace kerf {
+namespace {
+
+using V = CollisionVertex;
+using F = CollisionTriangle;
+using Stop = CutStop;
+
+}  // namespace
+
+FrontFinder::FrontFinder(const CellComplex& complex, const PathRounding& rounding)
+    : mesh_(complex.collision), rounding_(rounding), trail_step_(cut::kTrailStep * complex.mean_root_edge),
+      faces_before_(mesh_.face_count()) {}
+
+bool FrontFinder::locate(BladeFront& f) const {
+  return locate(f.end, f.start.kind == Stop::Kind::kVertex && !f.in_slit ? f.start.vertex : V{});
+}
+
+bool FrontFinder::locate(RestPoint& p, V around) const {
+  if (find_face(mesh_, p, around, rounding_.outside())) return true;
+  // What the move has cut may have parted its face.
+  for (F part(faces_before_); part.index() < mesh_.face_count(); ++part.value) {
+    RestPoint there{part, p.at};
+    if (mesh_.root[part] != mesh_.root[p.face] || !find_face(mesh_, there, {}, rounding_.outside())) continue;
+    p = there;
+    return true;
+  }
+  return false;
+}
+
+V FrontFinder::twin_towards(V v, std::size_t vertices, const RestPoint& point) const {
+  const auto is_twin = [&](std::size_t i) { return mesh_.rest[V(i)] == mesh_.rest[v] && V(i) != v; };
+  std::size_t first = vertices;
+  while (first < mesh_.vertex_count() && !is_twin(first)) ++first;
+  RestPoint p = point;
+  if (first == mesh_.vertex_count() || !locate(p, v)) return v;
+  std::vector<ArcCrossing> way;
+  const auto reaches = [&](V u) {
+    return lead_path(mesh_, {rounding_.rest(u), {}, u}, {rounding_.rest(p), p.face, {}}, rounding_.outside(), way);
+  };
+  if (reaches(v)) return v;
+  for (std::size_t i = first; i < mesh_.vertex_count(); ++i)
+    if (is_twin(i) && reaches(V(i))) return V(i);
+  return v;
+}
+
+bool FrontFinder::begin_at(BladeArc& arc, const BladeFront& f) const {
+  if (begins_in(f.start, arc.faces.front())) return true;
+  BladeArc led = arc;
+  if (led.faces.front() != f.end.face) {
+    if (!rounding_.lead(led, Stop::inside(f.end), next_of(led))) return false;
+  }
+  if (!begins_in(f.start, f.end.face) && !rounding_.lead(led, f.start, rounding_.rest(f.end))) return false;
+  arc = std::move(led);
+  return true;
+}
+
+bool FrontFinder::begins_in(const Stop& s, F face) const {
+  return s.kind == Stop::Kind::kVertex ? has_corner(mesh_, face, s.vertex)
+                                       : CollisionMesh::face(s.border(mesh_)) == face;
+}
+
+Vec3 FrontFinder::next_of(const BladeArc& arc) const {
+  return !arc.crossings.empty() ? rounding_.rest(arc.crossings[0])
+                                : rounding_.rest(rest_point(mesh_, arc.end.point));
+}
+
+void FrontFinder::note(BladeFront& f) const {
+  if (!locate(f)) return;
+  const Vec3 x = rounding_.rest(f.end);
+  const BorderFoot foot = f.start.border(mesh_).valid() ? rounding_.nearest_border(f.end.face, x) : BorderFoot{};
+  f.in_slit = foot.exists() && rounding_.same_lip(f.start, foot.border, rounding_.rest(f.start), x);
+  if (f.in_slit) {
+    f.start = rounding_.on_border(foot.border, foot.fraction);
+    f.trail.clear();
+    f.touch.reset();
+  } else if (f.trail.empty() || norm(x - f.trail.back()) > trail_step_) {
+    f.trail.push_back(x);
+  }
+}
+
+}  // namespace kerf

@@ -2,6 +2,7 @@
 // builds). Plain aggregates, double precision unless named otherwise.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -81,8 +82,8 @@ constexpr Vec3 transposed_times(const Mat3& m, Vec3 v) { return {dot(m.c[0], v),
 struct Box3 {
   Vec3 min{HUGE_VAL, HUGE_VAL, HUGE_VAL}, max{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   void add(Vec3 p) {
-    min = {std::fmin(min.x, p.x), std::fmin(min.y, p.y), std::fmin(min.z, p.z)};
-    max = {std::fmax(max.x, p.x), std::fmax(max.y, p.y), std::fmax(max.z, p.z)};
+    min = {std::min(min.x, p.x), std::min(min.y, p.y), std::min(min.z, p.z)};
+    max = {std::max(max.x, p.x), std::max(max.y, p.y), std::max(max.z, p.z)};
   }
   [[nodiscard]] bool empty() const { return min.x > max.x; }
   [[nodiscard]] Vec3 size() const { return empty() ? Vec3{} : max - min; }

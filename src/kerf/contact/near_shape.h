@@ -1,6 +1,7 @@
 // One body beside one part of a shape: what the tests of features share.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "kerf/contact/detect_scratch.h"
@@ -23,7 +24,7 @@ struct NearShape {
   /// How far from the mid-surface at a vertex something can be and still matter, m.
   [[nodiscard]] double reach(CollisionVertex v) const { return body.frame.thickness[v.index()] + approach(v); }
   [[nodiscard]] double reach(const std::array<CollisionVertex, 3>& v) const {
-    return std::fmax(reach(v[0]), std::fmax(reach(v[1]), reach(v[2])));
+    return std::max({reach(v[0]), reach(v[1]), reach(v[2])});
   }
 };
 

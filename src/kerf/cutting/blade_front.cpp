@@ -67,8 +67,7 @@ bool FrontFinder::begins_in(const Stop& s, F face) const {
 }
 
 Vec3 FrontFinder::next_of(const BladeArc& arc) const {
-  return !arc.crossings.empty() ? rounding_.rest(arc.crossings[0])
-                                : rounding_.rest(rest_point(mesh_, arc.end.point));
+  return !arc.crossings.empty() ? rounding_.rest(arc.crossings[0]) : rounding_.rest(rest_point(mesh_, arc.end.point));
 }
 
 void FrontFinder::note(BladeFront& f) const {

@@ -61,7 +61,7 @@ class FrontFinder {
  private:
   const CollisionMesh& mesh_;
   const PathRounding& rounding_;
-  double trail_step_;  // metres: the next place of a trail is farther off
+  double trail_step_;         // metres: the next place of a trail is farther off
   std::size_t faces_before_;  // the move
 };
 

@@ -198,13 +198,10 @@ Status sync_copies(const HexMesh& hex, const BodyMaterials& materials, std::span
 
 double deformation_rate(const HexMesh& hex, std::span<const Vec3> velocities, double least) {
   if (velocities.empty()) return 0;
-  Vec3 low = velocities[0], high = low;  // Box3 calls fmin and fmax, which takes longer than all the rest of this
-  for (const Vec3 v : velocities) {
-    low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
-    high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
-  }
+  Box3 box;
+  for (const Vec3 v : velocities) box.add(v);
   // Along each axis the rate is a mean of differences between two nodes over the edge, and no difference is longer than this.
-  if (std::sqrt(3.0) * norm(high - low) < least * shortest_cell_edge(hex)) return 0;
+  if (std::sqrt(3.0) * box.diagonal() < least * shortest_cell_edge(hex)) return 0;
   double most = 0;
   for (const HexId h : ids<HexId>(hex.hex_count())) {
     if (!hex.alive(h)) continue;

@@ -85,9 +85,9 @@ class TriangleBvh {
         const double a = (node.min[static_cast<std::size_t>(k)] - origin[k]) * inverse[k];
         const double b = (node.max[static_cast<std::size_t>(k)] - origin[k]) * inverse[k];
         if (std::isnan(a) || std::isnan(b)) continue;
-        const double lo = std::fmin(a, b), hi = std::fmax(a, b);
-        near = std::fmax(near, lo * (lo > 0 ? 1 - kWiden : 1 + kWiden));
-        far = std::fmin(far, hi * (hi > 0 ? 1 + kWiden : 1 - kWiden));
+        const double lo = std::min(a, b), hi = std::max(a, b);
+        near = std::max(near, lo * (lo > 0 ? 1 - kWiden : 1 + kWiden));
+        far = std::min(far, hi * (hi > 0 ? 1 + kWiden : 1 - kWiden));
       }
       return near <= far ? near : HUGE_VAL;
     }
@@ -96,7 +96,7 @@ class TriangleBvh {
     double sum = 0;
     for (int k = 0; k < 3; ++k) {
       const double lo = node.min[static_cast<std::size_t>(k)] - p[k], hi = p[k] - node.max[static_cast<std::size_t>(k)];
-      const double d = std::fmax(std::fmax(lo, hi), 0.0);
+      const double d = std::max({0.0, lo, hi});
       sum += d * d;
     }
     return sum;

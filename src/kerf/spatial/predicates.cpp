@@ -116,6 +116,9 @@ int orient2d(Vec2 a, Vec2 b, Vec2 c) {
 }
 
 int orient3d(Vec3 a, Vec3 b, Vec3 c, Vec3 d) {
+  // Sides of plates and boxes lie across an axis: where all is zero the filter never decides.
+  for (int k = 0; k < 3; ++k)
+    if (a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) return 0;
   std::array<Whole, 12> w{};
   const Vec3 points[4] = {a, b, c, d};
   for (std::size_t i = 0; i < 12; ++i) w[i] = whole(points[i / 3][static_cast<int>(i % 3)]);

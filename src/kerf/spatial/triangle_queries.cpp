@@ -72,7 +72,7 @@ void closest_point(Vec3 p, const std::array<Vec3, 3>& triangle, ClosestPoint& re
   const Vec3 ab = triangle[1] - triangle[0], ac = triangle[2] - triangle[0], ap = p - triangle[0];
   const Vec3 n = cross(ab, ac);
   const double area = dot(n, n);
-  const double size = std::fmax(std::fmax(dot(ab, ab), dot(ac, ac)), dot(ac - ab, ac - ab));
+  const double size = std::max({dot(ab, ab), dot(ac, ac), dot(ac - ab, ac - ab)});
   if (area > kNeedle * kNeedle * size * size) {
     const double wb = dot(n, cross(ap, ac)) / area, wc = dot(n, cross(ab, ap)) / area, wa = 1 - wb - wc;
     if (wa > 0 && wb > 0 && wc > 0) {

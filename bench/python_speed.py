@@ -31,13 +31,16 @@ def seconds(work, runs=5):
 
 
 def sheets(threads, runs=7, actions=40):
-    """Actions a second of 16 sheets of 81 hexahedra, 10 steps of 5 ms each, with each of these numbers of threads; by turns."""
+    """Actions a second of 16 sheets of 81 hexahedra, 10 steps of 5 ms each, with each of these numbers of threads; by turns, from the same state."""
     sessions = [kerf.Session(SHEET) for _ in range(16)]
     batches = {count: kerf.Batch(sessions, threads=count) for count in threads}
     batches[1].turn(20)
+    starts = [session.snapshot() for session in sessions]
     rates = {count: [] for count in threads}
     for _ in range(runs):
         for count, batch in batches.items():
+            for session, start in zip(sessions, starts, strict=True):
+                session.restore(start)
             rates[count].append(16 * actions / seconds(lambda batch=batch: [batch.turn(10) for _ in range(actions)], runs=1))
     return {count: statistics.median(values) for count, values in rates.items()}
 

@@ -151,6 +151,12 @@ for (const name of kScenes) {
     });
     const total = Math.ceil(Number(gestures ?? 300) / kScenes.length);
     did.length = 0;
+    const file = join(out, `gestures-${name}.kerfrec`);
+    const saveRecording = async () => {
+      await page.evaluate(() => { window.kerf.app.setRecording(false); });
+      await until(page, () => window.recorded !== null);
+      writeFileSync(file, await page.evaluate(() => window.recorded));
+    };
     try {
       for (let i = 1; i <= total; i++) {
         const what = one(kBag);
@@ -159,15 +165,13 @@ for (const name of kScenes) {
         if (i % kEvery === 0 || i === total) await compare(server);
       }
       assert.deepEqual(await page.evaluate(() => window.broken), [], 'broken invariants');
-      await page.evaluate(() => { window.kerf.app.setRecording(false); });
-      await until(page, () => window.recorded !== null);
+      await saveRecording();
     } catch (e) {
       e.message += `\nafter ${did.slice(-kEvery - 5).join(', ')}`;
+      await saveRecording().then(() => { e.message += `\nrecorded in ${file}`; }, (why) => { e.message += `\nnot recorded: ${why.message}`; });
       throw e;
     }
     const last = await state(page);
-    const file = join(out, `gestures-${name}.kerfrec`);
-    writeFileSync(file, await page.evaluate(() => window.recorded));
     const replay = spawn(program, ['replay', file], { stdio: 'ignore' });
     assert.equal(await new Promise((r) => { replay.on('exit', r); }), 0, `kerf replay ${file}`);
     console.log(`     ${last.cuts} cuts, ${last.pieces} pieces, ${last.counts.visualTriangles} triangles`);

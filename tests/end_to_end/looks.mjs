@@ -156,4 +156,26 @@ await check('the wall of a fresh cut is darker than when it has dried', async ()
   assert.ok(born > 100, `${born} vertices are as young as the cut`);
 });
 
+await check('through the arthroscope a joint is around, and what is looked at is neither dark nor washed out', async () => {
+  await page.evaluate(() => window.kerf.app.command(8, [0], 'trainer'));
+  await until(page, () => window.kerf.state().scene === 'trainer' && window.kerf.state().ready);
+  await page.mouse.move(5, 300);
+  await page.keyboard.press('q');
+  await until(page, () => window.kerf.state().scopeOn);
+  const { width, height } = page.viewportSize(), half = 20;
+  const box = (x, y) => ({ x: x - half, y: y - half, w: 2 * half, h: 2 * half });
+  const channel = (d, c) => d.filter((_, i) => i % 4 === c), mean = (a) => a.reduce((x, y) => x + y, 0) / a.length;
+  // Synovium is red and uneven.
+  const [wall] = await pixels([{ x: 0.5 * width - 0.2 * height, y: 0.1 * height, w: Math.round(0.4 * height), h: Math.round(0.1 * height) }]);
+  const red = channel(wall, 0);
+  assert.ok(mean(red) > 1.3 * mean(channel(wall, 1)) && mean(red) > 30, `red ${mean(red)}, green ${mean(channel(wall, 1))}`);
+  assert.ok(Math.max(...red) - Math.min(...red) > 15, `the wall is one red: ${Math.min(...red)} to ${Math.max(...red)}`);
+  // A camera sets its light: the middle of the picture stays as bright while the optic goes in to half the way.
+  for (const push of [0, 0.08, 0.08]) {
+    await page.evaluate((by) => { const { app } = window.kerf; app.stage.scope.push(by); app.stage.placeScope(); app.touch(true); }, push);
+    const [middle] = await pixels([box(0.5 * width, 0.4 * height)]), light = mean(channel(middle, 1));
+    assert.ok(light > 60 && light < 235, `green ${light} in the middle, after ${push} of the way`);
+  }
+});
+
 await finish();

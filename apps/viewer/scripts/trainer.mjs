@@ -4,7 +4,6 @@ import { mkdirSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { parseArgs } from 'node:util';
 import { ready, withKerf, withPage, withQuery } from './page.mjs';
-import { shrink } from './shrink.mjs';
 
 const { values: options } = parseArgs({
   options: {
@@ -42,16 +41,20 @@ async function drag(page, points, steps = 12) {
 }
 async function save(page, name) {
   await page.waitForTimeout(1500);
+  // Wet tissue is all gradients: few colours would show as steps.
   const bytes = await page.evaluate(async () => {
-    const blob = await window.kerf.app.picture(),
+    const image = await createImageBitmap(await window.kerf.app.picture()),
+      canvas = new OffscreenCanvas(image.width, image.height),
       url = new FileReader();
+    canvas.getContext('2d').drawImage(image, 0, 0);
+    const blob = await canvas.convertToBlob({ type: 'image/jpeg', quality: 0.86 });
     return new Promise((done) => {
       url.onload = () => done(url.result.split(',')[1]);
       url.readAsDataURL(blob);
     });
   });
-  writeFileSync(join(out, `${name}.png`), await shrink(page, Buffer.from(bytes, 'base64')));
-  console.log(join(out, `${name}.png`));
+  writeFileSync(join(out, `${name}.jpg`), Buffer.from(bytes, 'base64'));
+  console.log(join(out, `${name}.jpg`));
 }
 
 /** Probes, bites and shaves the lesion, with a picture of each. */

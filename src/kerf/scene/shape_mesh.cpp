@@ -6,7 +6,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kAround = 24, kCap = 6;  // corners around, rings of a hemisphere
+constexpr int kAround = 48, kCap = 12;  // corners around, rings of a hemisphere
 
 Mat3 axes_along(Vec3 w) {
   const Vec3 z = norm(w) > 0 ? normalized(w) : Vec3{0, 0, 1};

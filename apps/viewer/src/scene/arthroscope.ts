@@ -16,6 +16,7 @@ export interface ScopePlace {
 
 export class Arthroscope {
   private readonly entry = new Vector3();
+  private readonly target = new Vector3();
   private readonly first = new Vector3(0, 0, -1);
   private reach = 1;
   private angle = Math.PI / 6;
@@ -28,6 +29,7 @@ export class Arthroscope {
   /** `entry`: where it goes through the skin, `target`: what is looked at to begin with, metres; `angle` radians. */
   set(place: ScopePlace): void {
     this.entry.copy(place.entry);
+    this.target.copy(place.target);
     this.angle = place.angle;
     const way = place.target.clone().sub(place.entry);
     this.reach = Math.max(1e-9, way.length());
@@ -69,6 +71,10 @@ export class Arthroscope {
   }
   tip(): Vector3 {
     return this.entry.clone().addScaledVector(this.shaft(), this.depth * this.reach);
+  }
+  /** From the tip to its first target, metres. */
+  get way(): number {
+    return this.tip().distanceTo(this.target);
   }
   /** Where it looks. */
   view(): Vector3 {

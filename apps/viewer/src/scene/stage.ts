@@ -6,6 +6,7 @@ import {
   DirectionalLight,
   Fog,
   HemisphereLight,
+  MathUtils,
   Mesh,
   MeshLambertMaterial,
   MeshStandardMaterial,
@@ -14,9 +15,9 @@ import {
   PCFShadowMap,
   PerspectiveCamera,
   PMREMGenerator,
-  PointLight,
   Scene,
   type Sphere,
+  SpotLight,
   TOUCH,
   Vector2,
   Vector3,
@@ -28,7 +29,9 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { Arthroscope, type ScopePlace } from './arthroscope';
 import { makeBackdrop, makeTheatre } from './backdrop';
 import { Flight, type View } from './flight';
+import { Joint } from './joint';
 import type { Look, QualityLevel, Uniforms } from './materials';
+import { installNearLight } from './near_light';
 import { receiveContact } from './occlusion';
 import { installSoftShadows, readShadowOnce, shadowFromBelow } from './soft_shadow';
 import { disposeSurroundings, makeSurroundings } from './surroundings';
@@ -55,12 +58,16 @@ const kSun = [-0.9, 0.75, 2.1] as const;
 const kLamps = [-0.45, 0.3, 2.35] as const;
 // Where the fluid of a joint begins to hide things and hides them, in sizes of the body: as an optic in saline sees.
 const kClearFluid = 0.12;
-const kHazyFluid = 1.35;
-// Light at the tip, candela per square of the size: it falls with the square of the way, so near things glare and far ones sink.
-const kTip = 6;
-const kBesideOptic = 0.05; // sizes from the optic to where its light leaves the shaft; at 0 nothing that is wet glints
+const kHazyFluid = 2.2;
+// What the light at the tip brings to the target, times pi what white throws back. It falls with the square of the way, so near things glare
+// and far ones sink; it is set for the way to the target, as a camera does, within these sizes of the body.
+const kTip = 2.7;
+const kNearest = 0.1;
+const kFarthest = 0.7;
+const kCone = 0.92; // radians from its middle to where its light ends: the picture is darker towards its edge
+const kBesideOptic = 0.02; // sizes from the optic to where its light leaves the shaft; at 0 nothing that is wet glints
 const kEnvironmentBlur = 0.01; // radians; the window's edges are soft by themselves
-const kJoint = 0x1f0d0a; // light that the fluid of a joint scatters back: what is far fades into it; brighter is muddy
+const kJoint = 0x35191a; // light that the fluid of a joint scatters back: what is far fades into it; brighter is muddy
 
 const kDrape = 0x24474d; // around an operation
 
@@ -96,7 +103,8 @@ export class Stage {
   private readonly sky = new HemisphereLight(0xf2f5ff, 0x6b5a4c, 0.9);
   readonly scope = new Arthroscope();
   private scopeIsOn = false;
-  private readonly tipLight = new PointLight(0xfff4e6, 0, 0, 2);
+  private readonly tipLight = new SpotLight(0xf6f8ff, 0, 0, kCone, 1, 2);
+  private readonly joint: Joint;
   /** Uniforms of the body's shade, which falls on the ground. */
   contact: Uniforms = {};
   private environment: Texture | null = null;
@@ -119,6 +127,7 @@ export class Stage {
     });
     this.renderer.toneMapping = ACESFilmicToneMapping;
     installSoftShadows();
+    installNearLight();
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.autoUpdate = false;
@@ -132,7 +141,19 @@ export class Stage {
     this.controls.addEventListener('start', () => (this.flight = null));
     this.setOrbitOnly(false);
     this.sun.castShadow = true;
-    this.scene.add(this.sun, this.sun.target, this.fill, this.fill.target, this.sky, this.tipLight, this.ground);
+    this.scene.add(
+      this.sun,
+      this.sun.target,
+      this.fill,
+      this.fill.target,
+      this.sky,
+      this.tipLight,
+      this.tipLight.target,
+      this.ground,
+    );
+    this.joint = new Joint(noise);
+    this.joint.mesh.renderOrder = kBehindAll;
+    this.scene.add(this.joint.mesh);
     this.ground.receiveShadow = true;
     // What lies under other things is drawn after them: what they hide costs nothing.
     this.ground.renderOrder = kBehindAll;
@@ -227,7 +248,7 @@ export class Stage {
     shadow.far = 5 * this.size;
     shadow.updateProjectionMatrix();
     this.tipLight.visible = inside;
-    this.tipLight.intensity = kTip * this.size * this.size;
+    this.joint.mesh.visible = inside;
     const fog = this.scene.fog as Fog;
     fog.near = (inside ? kClearFluid : 3.2 * this.wide) * this.size;
     fog.far = (inside ? kHazyFluid : 9 * this.wide) * this.size;
@@ -273,6 +294,9 @@ export class Stage {
   placeScope(): void {
     this.scope.place(this.camera, this.camera.aspect, this.size);
     this.tipLight.position.set(0, kBesideOptic * this.size, 0).applyMatrix4(this.camera.matrixWorld);
+    this.tipLight.target.position.set(0, 0, -this.size).applyMatrix4(this.camera.matrixWorld);
+    const way = MathUtils.clamp(this.scope.way, kNearest * this.size, kFarthest * this.size);
+    this.tipLight.intensity = kTip * way * way;
   }
 
   private buildGround(): void {
@@ -339,6 +363,7 @@ export class Stage {
     this.size = d;
     this.look = look;
     this.centre.copy(centre);
+    this.joint.setBody(centre, d);
     this.flight = null;
     if (!keepCamera) this.wide = 1;
     this.ground.scale.setScalar(this.wide);

@@ -41,7 +41,7 @@ interface Shown {
 }
 
 const kMostContacts = 2000;
-const kCrease = 0.7; // radians: edges that turn less are shaded smooth
+const kCrease = 1.1; // radians: edges that turn less are shaded smooth
 /** Linear light, by what touches. */
 export const kContactColours: Record<number, [number, number, number]> = {
   [ContactWith.Obstacle]: [0.1, 0.45, 0.95],
@@ -66,7 +66,7 @@ const kCartilage = /* glsl */ `
 {
   vec3 eye = normalize(vViewPosition);
   float along = 1.0 - clamp(dot(eye, normal), 0.0, 1.0);
-  totalEmissiveRadiance += ${kPearl.toFixed(2)} * along * along * vec3(0.42, 0.47, 0.50);
+  totalEmissiveRadiance += ${kPearl.toFixed(2)} * uWindow * along * along * vec3(0.42, 0.47, 0.50);
 #ifdef KERF_ONE_READ
   totalEmissiveRadiance += ${kWetCartilage.toFixed(2)} * uWindow * kFresnel(dot(eye, normal)) * kWindow(kInWorld(reflect(-eye, normal)));
 #endif

@@ -97,6 +97,38 @@ TEST(Instruments, APunchTakesItsBiteOutAndUndoBringsItBack) {
   expect_sound(table, page);
 }
 
+/// What a page shows where a slanted ray meets the skin is the middle of the bite, along the normal there.
+TEST(Instruments, APunchBitesWhereItIsSeenFromAside) {
+  for (const Point eye : {Point{0.0, 0.09, 0.07}, Point{0.08, 0.02, 0.06}, Point{-0.05, -0.05, 0.08}}) {
+    Table table({}, trainer());
+    const auto page = table.join();
+    table.tick();
+    const Point at{0.012, 0.021, 0};
+    constexpr float kRadius = 0.0012f;
+    table.tell(page, page_ray(3, ray_between(eye, at)));
+    ASSERT_EQ(table.pages[page].hits.size(), 1u);
+    const auto& hit = table.pages[page].hits[0];
+    ASSERT_GE(hit.triangle, 0);
+    const Vec3 seen{hit.point[0], hit.point[1], hit.point[2]}, normal{hit.normal[0], hit.normal[1], hit.normal[2]};
+    const std::size_t before = table.engine.session().counts().collision_vertices;
+    use(table, page, kPunch, {at}, kRadius, kShiftKey, 1, eye);
+    const auto& positions = table.engine.session().body().complex.collision.rest.raw();  // nothing moves here
+    ASSERT_GT(positions.size(), before + 6);
+    Vec3 middle;
+    double reach = 0;
+    for (std::size_t v = before; v < positions.size(); ++v) middle += positions[v] - seen;
+    middle = (1 / static_cast<double>(positions.size() - before)) * middle;
+    for (std::size_t v = before; v < positions.size(); ++v) {
+      const Vec3 d = positions[v] - seen;
+      reach = std::max(reach, norm(d - dot(d, normal) * normal));
+    }
+    const double off = norm(middle - dot(middle, normal) * normal);
+    EXPECT_LT(off, 0.35 * static_cast<double>(kRadius)) << eye.x << " " << eye.y;
+    EXPECT_LT(reach, 1.3 * static_cast<double>(kRadius)) << eye.x << " " << eye.y;
+    expect_sound(table, page);
+  }
+}
+
 TEST(Instruments, APunchBesideTheBodyReachesTheRimAndNoFarther) {
   Table table({}, trainer());
   const auto page = table.join();

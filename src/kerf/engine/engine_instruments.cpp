@@ -43,6 +43,9 @@ Vec3 beside(const ViewRay& ray, const Picked& p) {
   return ray.origin + dot(p.middle - ray.origin, ray.direction) * ray.direction;
 }
 
+/// Between both sides of the body, along the normal from where the page shows an instrument: on the skin.
+Vec3 below(const Picked& p) { return p.point - dot(p.point - p.middle, p.normal) * p.normal; }
+
 /// The axes of a probe that is looked at along `view`: its hook points away from the eye, its shaft leans towards it.
 Mat3 probe_axes(Vec3 view) {
   const Vec3 up = std::abs(view.z) < 0.9 ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
@@ -108,7 +111,7 @@ Status Engine::Impl::bite(const protocol::ToolInput& input) {
   for (const protocol::ToolSample& s : input.samples) {
     const auto at = aim(s.ray, i.size);
     if (!at) continue;
-    const Vec3 centre = beside(s.ray, *at);
+    const Vec3 centre = below(*at);
     if (i.last && norm(centre - *i.last) < kNextBite * i.size) continue;
     i.last = centre;
     send_pending_report();
@@ -169,7 +172,7 @@ Status Engine::Impl::shave(double real_seconds) {
   for (const ViewRay& ray : i.rays) {
     const auto at = aim(ray, 2 * i.size);
     if (!at) continue;
-    const Vec3 middle = beside(ray, *at), along = (at->half + 0.3 * i.size) * at->normal;
+    const Vec3 middle = below(*at), along = (at->half + 0.3 * i.size) * at->normal;
     SessionChange pass;
     pass.kind = Kind::kShave;
     pass.values = {0};

@@ -690,6 +690,57 @@ await check('a scene says what to try until that was read; words beside the poin
   await page.setViewportSize({ width: 900, height: 640 });
 });
 
+await check('what does nothing says so; from below the board hides nothing; another scene opens in its own view', async () => {
+  const board = await startServer('steak-on-a-board'), before = page;
+  page = await openPage(board.url);
+  await page.setViewportSize({ width: 1000, height: 700 });
+  if ((await state(page)).playing) await page.keyboard.press('Space');
+  await until(page, () => !window.kerf.state().playing);
+  const { bounds } = await state(page), [cx, cy, cz] = bounds.center;
+  const steak = await page.evaluate((c) => window.kerf.pickPoint(...c), [cx, cy, cz]);
+  const press = async (key, a, b) => { await page.keyboard.press(key); await page.mouse.move(...a); await page.mouse.down(); await page.mouse.move(...b, { steps: 6 }); await page.mouse.up(); };
+  const aside = [950, 620];
+  await press('1', aside, [900, 640]);
+  await says('met nothing of the body');
+  await press('v', steak, [steak[0] + 4, steak[1]]);
+  await says('Nothing was smoothed');
+  await press('9', aside, aside);
+  await says('nothing here to bite');
+  await press('a', aside, [900, 640]);
+  await says('nothing here to take away');
+  assert.equal((await state(page)).undoDepth, 0);
+  // Seen from below, the middle of the picture is the steak's other side: red, not the board's underside.
+  const red = async () => {
+    await page.waitForTimeout(800);
+    const shot = await page.screenshot({ clip: { x: steak[0] - 10, y: steak[1] - 10, width: 20, height: 20 } });
+    return page.evaluate(async (base64) => {
+      const image = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], { type: 'image/png' }));
+      const g = new OffscreenCanvas(20, 20).getContext('2d');
+      g.drawImage(image, 0, 0);
+      const d = g.getImageData(0, 0, 20, 20).data;
+      let sum = [0, 0];
+      for (let i = 0; i < d.length; i += 4) sum = [sum[0] + d[i], sum[1] + d[i + 1]];
+      return sum[0] / (sum[1] + 1);
+    }, shot.toString('base64'));
+  };
+  await page.mouse.move(5, 350);
+  await page.evaluate((c) => window.kerf.look(-90, -60, 0.5, c), [cx, cy, cz]);
+  const [u, v] = await page.evaluate((c) => window.kerf.pickPoint(...c), [cx, cy, cz]);
+  steak[0] = u, steak[1] = v;
+  const below = await red();
+  assert.ok(below > 2, `red over green ${below.toFixed(2)} from below`);
+  await page.screenshot({ path: join(out, 'from-below.png') });
+  await page.keyboard.press('q');
+  await until(page, () => window.kerf.state().scopeOn);
+  await page.evaluate(() => window.kerf.app.command(8, [0], 'sheet'));
+  await until(page, () => window.kerf.state().scene === 'sheet');
+  await until(page, () => !window.kerf.state().scopeOn && !document.documentElement.hasAttribute('data-scope'));
+  assert.equal(await page.getAttribute('#scope', 'aria-pressed'), 'false');
+  await page.close();
+  await stopServer(board);
+  page = before;
+});
+
 await check('names, contrast and structure are what readers of screens need', async () => {
   await page.setViewportSize({ width: 1000, height: 700 });
   const axe = readFileSync(join(viewer, 'node_modules/axe-core/axe.min.js'), 'utf8');

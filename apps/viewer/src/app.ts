@@ -253,6 +253,7 @@ export class App implements EngineEvents {
     const shown = JSON.stringify([info?.name, info?.opened, info?.box]),
       same = this.shownScene === shown && this.drawing.ready;
     this.shownScene = shown;
+    if (!same && this.stage.scopeOn) this.setScope(false); // another scene opens in its own view
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     this.blade.setSize(this.stage.size);
     const scope = info?.scope;

@@ -119,7 +119,7 @@ export class Drawing {
     if (this.ready && (this.dirty || this.app.latency.hasWaiting)) {
       const shadows = this.moved && (this.level !== 'lite' || ++this.liteTurn % this.shadowEvery === 0);
       this.app.stage.fineness = 1;
-      this.app.stage.render(shadows);
+      this.render(shadows);
       this.dirty = this.moved && !shadows;
       if (shadows) this.moved = false;
       this.drewLast = true;
@@ -130,7 +130,7 @@ export class Drawing {
       // What stands still is drawn once more, without stairs at its edges.
       this.fine = true;
       this.app.stage.fineness = kFineness;
-      this.app.stage.render(false);
+      this.render(false);
     }
     if (now - this.fpsSince >= 1000) {
       this.fps = (1000 * this.fpsCount) / (now - this.fpsSince);
@@ -139,11 +139,16 @@ export class Drawing {
     }
   }
 
+  private render(shadows: boolean): void {
+    this.app.things.fromBelow = this.app.stage.eyeBelow;
+    this.app.stage.render(shadows);
+  }
+
   /** The picture as a PNG file. */
   async picture(): Promise<Blob> {
     const shown = this.app.blade.visible;
     if (shown) this.app.blade.group.visible = this.app.hand.stroke !== null;
-    this.app.stage.render(true);
+    this.render(true);
     this.app.blade.group.visible = true;
     const source = this.app.stage.scopeOn ? this.roundPicture() : this.app.canvas;
     const blob = await new Promise<Blob | null>((resolve) => {

@@ -110,6 +110,7 @@ Status Engine::Impl::bite(const protocol::ToolInput& input) {
   HandInstrument& i = *instrument;
   for (const protocol::ToolSample& s : input.samples) {
     const auto at = aim(s.ray, i.size);
+    if (!at && input.phase == Phase::kDown) return bad_input("There is nothing here to bite.");
     if (!at) continue;
     const Vec3 centre = below(*at);
     if (i.last && norm(centre - *i.last) < kNextBite * i.size) continue;
@@ -326,7 +327,6 @@ void Engine::Impl::report_strokes(std::uint32_t input, std::size_t first, const 
   protocol::CutReport& r = pending.report;
   const BodyCounts& now = current_counts();
   r.input = input;
-  r.outcome = session->strokes().size() > first || !(now == before) ? Outcome::kCut : Outcome::kNothingMet;
   for (std::size_t k = first; k < session->strokes().size(); ++k) {
     const StrokeRecord& s = session->strokes()[k];
     r.triangles += static_cast<std::uint32_t>(s.triangles);
@@ -335,6 +335,7 @@ void Engine::Impl::report_strokes(std::uint32_t input, std::size_t first, const 
     r.cut_surface_ms += static_cast<float>(1e3 * s.times.cut_surface / parts);
     r.total_ms += static_cast<float>(1e3 * s.times.total / parts);
   }
+  r.outcome = r.triangles > 0 || !(now == before) ? Outcome::kCut : Outcome::kNothingMet;
   r.pieces = static_cast<std::uint32_t>(now.pieces);
   r.counts = to_message(now);
   pending_report = std::move(pending);

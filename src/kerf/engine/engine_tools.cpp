@@ -293,6 +293,7 @@ Status Engine::Impl::pull(const protocol::ToolInput& input) {
   if (input.phase == Phase::kDown) {
     const ViewRay& ray = input.samples.front().ray;
     const auto picked = pick_ray(ray);
+    if (!picked && input.tool == Tool::kTake) return bad_input("There is nothing here to take away.");
     if (!picked) return {};
     SessionChange grasp;
     grasp.kind = Kind::kGrasp;

@@ -69,6 +69,7 @@ const kBesideOptic = 0.02; // sizes from the optic to where its light leaves the
 const kEnvironmentBlur = 0.01; // radians; the window's edges are soft by themselves
 const kJoint = 0x35191a; // light that the fluid of a joint scatters back: what is far fades into it; brighter is muddy
 
+const kFromBelow = 0xf2f0ec; // light on undersides where the ground is not drawn
 const kDrape = 0x24474d; // around an operation
 
 const kOiled = 0.6; // of the wood's colour, where the surroundings light it too: at 1 its grain is pale, at a third it is burnt
@@ -234,7 +235,7 @@ export class Stage {
       lite = this.level === 'lite';
     this.scene.environmentIntensity = inside ? 0.05 : 0.8;
     this.sky.intensity = inside ? 0.12 : (lite ? 1.9 : 0.75) * (this.theatre ? 0.66 : 1);
-    this.sky.groundColor.set(this.theatre ? 0x2f6268 : 0x6b5a4c);
+    this.sky.groundColor.set(this.below ? kFromBelow : this.theatre ? 0x2f6268 : 0x6b5a4c);
     this.sun.intensity = this.theatre ? 2.3 : 2.55;
     const [x, y, z] = this.theatre ? kLamps : kSun;
     this.sun.position.set(x, y, z).multiplyScalar(this.size).add(this.centre);
@@ -541,10 +542,16 @@ export class Stage {
     return [((q.x + 1) / 2) * size.x, ((1 - q.y) / 2) * size.y];
   }
 
+  /** The eye is under the ground: neither that nor what lies on it is drawn. */
+  get eyeBelow(): boolean {
+    return !this.scopeIsOn && this.floor !== null && this.camera.position.z < this.floor;
+  }
+
   render(shadows: boolean): void {
-    const below = !this.scopeIsOn && this.floor !== null && this.camera.position.z < this.floor;
+    const below = this.eyeBelow;
     if (below !== this.below) {
       this.below = below;
+      this.light();
       this.furnish();
       shadows = true;
     }

@@ -291,7 +291,20 @@ export class ThingsView {
   /** Seen from within the joint: through the arthroscope. */
   set inJoint(on: boolean) {
     this.within = on;
-    for (const s of this.shown) if (isAbove(s.thing)) s.group.visible = on;
+    this.show();
+  }
+  /** Seen from under the ground: what bodies lie on would hide them, as the ground does. */
+  set fromBelow(on: boolean) {
+    if (on === this.below) return;
+    this.below = on;
+    this.show();
+  }
+  private below = false;
+  private isSeen(s: Shown): boolean {
+    return s.placed && (!isAbove(s.thing) || this.within) && !(this.below && s.thing.shape === 'box');
+  }
+  private show(): void {
+    for (const s of this.shown) if (s.thing.shape !== 'plane') s.group.visible = this.isSeen(s);
   }
 
   /** Places as a frame says. True when something moved. */
@@ -315,8 +328,10 @@ export class ThingsView {
         moved = true;
       g.position.set(p[0]!, p[1]!, p[2]!);
       g.quaternion.set(p[3]!, p[4]!, p[5]!, p[6]!);
-      if (!s.placed) g.visible = !isAbove(s.thing) || this.within;
-      s.placed = true;
+      if (!s.placed) {
+        s.placed = true;
+        g.visible = this.isSeen(s);
+      }
       for (const j of s.jaws) {
         const angle = (j.side * jaws * s.thing.opening) / 2;
         if (j.group.rotation.y !== angle) moved = true;

@@ -33,9 +33,14 @@ export interface ToolInfo {
   hint: string;
   /** For fingers, where keys and buttons of a mouse say nothing. */
   touch?: string;
+  /** Said when it met nothing. */
+  missed?: string;
   code: number | null;
   size?: ToolSize;
 }
+
+/** Said of a tool without words of its own that met nothing. */
+export const kMissed = 'Nothing was cut: the drag met nothing of the body.';
 
 export const kTools: ToolInfo[] = [
   {
@@ -132,6 +137,7 @@ export const kTools: ToolInfo[] = [
     word: 'Shaver',
     title: 'Shaver',
     key: 'V',
+    missed: 'Nothing was smoothed: the shaver works on edges that were cut.',
     code: ToolCode.Shaver,
     hint: 'Brush over a cut edge: first its bumps go, then the edge moves back. Only cut edges are shaved.',
     size: { title: 'Radius', least: 0.005, own: 0.02, most: 0.08, near: 2 },

@@ -13,7 +13,7 @@ import {
 import type { EngineState } from '../engine/engine';
 import type { QualityLevel } from '../scene/materials';
 import type { ViewName } from '../scene/overlays';
-import { kTools, toolInfo, type ToolName } from '../tools/tools';
+import { kMissed, kTools, toolInfo, type ToolName } from '../tools/tools';
 import { byId, download, remembered, setIcon, setText, short, withUnit } from './dom';
 import { bindExplanation, kFigures } from './explain';
 import { bindKeys, type Shortcut } from './keyboard';
@@ -666,6 +666,7 @@ export function bindControls(app: App): void {
         setText('t-total', short(r.totalMs));
       }
       if (r.text) toast(r.text, r.outcome === Outcome.Refused);
+      else if (r.outcome === Outcome.NothingMet && app.toolAllowed) toast(toolInfo(app.tool).missed ?? kMissed);
       if (r.invariants === 1) toast('The engine reports a broken invariant after this cut.', true);
       showPieces();
       showCounts();
@@ -683,6 +684,8 @@ export function bindControls(app: App): void {
     score: showScore,
     recording: showRecording,
     showing() {
+      if (!app.showing && app.info?.script?.runs && app.time >= app.info.script.ends)
+        toast('Your turn. Reset (R) makes the body whole again.');
       showShow();
       showHint();
     },

@@ -240,8 +240,12 @@ struct Engine::Impl {
   Status lead_tool(const protocol::Device& device);
   /// On the skin that a ray meets, or beside the body where this would go on.
   UprightBlade upright(const protocol::ViewRay& ray);
+  /// Its base on the side of `above`.
+  UprightBlade upright(const protocol::ViewRay& ray, Vec3 above);
   /// Cuts what lies under the pointer from `line_from` to a ray.
   Status lead_scalpel(const protocol::ViewRay& ray);
+  Status move_scalpel(const protocol::ViewRay& ray);
+  Status place_scalpel(const UprightBlade& blade);
   /// The same, from over the rim where the stroke came down near it.
   Status follow_scalpel(const protocol::ViewRay& ray);
   /// Whether a blade meets the body where it stands.

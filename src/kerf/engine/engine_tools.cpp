@@ -123,7 +123,7 @@ void Engine::Impl::leave_tool() {
   cancel_tool();
 }
 
-UprightBlade Engine::Impl::upright(const ViewRay& ray) {
+UprightBlade Engine::Impl::upright(const ViewRay& ray, Vec3 above) {
   auto at =
       pick_near(session->body().complex.collision, session->collision_positions(), ray.origin, ray.direction, HUGE_VAL);
   const double edge = session->body().complex.mean_root_edge;
@@ -133,29 +133,69 @@ UprightBlade Engine::Impl::upright(const ViewRay& ray) {
   if (!(norm(normal) > 0)) normal = at->normal;
   if (at->beside > 0) go_on(*at, normal, ray.origin, ray.direction);
   // Where the skin turns over, or goes on beside the body, its far side may face the eye: a blade that cuts does not turn over with it.
-  const Vec3 above = line_from ? scalpel_out : -1.0 * ray.direction;
   const Vec3 out = dot(normal, above) > 0 ? normal : -1.0 * normal;
   const double reach = kBladeReach * (at->half + edge);
   return {at->point, at->point + reach * out, at->point - (2 * at->half + reach) * out};
 }
 
+UprightBlade Engine::Impl::upright(const ViewRay& ray) {
+  return upright(ray, line_from ? scalpel_out : -1.0 * ray.direction);
+}
+
+Status Engine::Impl::place_scalpel(const UprightBlade& blade) {
+  scalpel_at = blade.skin;
+  scalpel_out = normalized(blade.base - blade.tip);
+  return perform(Kind::kBlade, {blade.base.x, blade.base.y, blade.base.z, blade.tip.x, blade.tip.y, blade.tip.z});
+}
+
 Status Engine::Impl::lead_scalpel(const ViewRay& ray) {
-  const auto pose = [&](const UprightBlade& blade) {
-    scalpel_at = blade.skin;
-    scalpel_out = normalized(blade.base - blade.tip);
-    return perform(Kind::kBlade, {blade.base.x, blade.base.y, blade.base.z, blade.tip.x, blade.tip.y, blade.tip.z});
-  };
-  const UprightBlade last = upright(ray);
-  // Between two rays the skin may bend.
   if (line_from && line_from->origin == ray.origin) {
-    const double way = norm(last.skin - scalpel_at) / (kScalpelWay * session->body().complex.mean_root_edge);
+    // Between two rays the skin may bend.
+    const double way = norm(upright(ray).skin - scalpel_at) / (kScalpelWay * session->body().complex.mean_root_edge);
     const int parts = static_cast<int>(std::ceil(std::min(way, static_cast<double>(kMostParts))));
+    const ViewRay first = *line_from;
     for (int i = 1; i < parts; ++i)
-      KERF_TRY(pose(upright(
-          {ray.origin, normalized(lerp(line_from->direction, ray.direction, static_cast<double>(i) / parts))})));
+      KERF_TRY(
+          move_scalpel({ray.origin, normalized(lerp(first.direction, ray.direction, static_cast<double>(i) / parts))}));
+    return move_scalpel(ray);
   }
+  const UprightBlade blade = upright(ray);
   line_from = ray;
-  return pose(last);
+  return place_scalpel(blade);
+}
+
+/// Where the skin ends in the picture and another part of it is seen behind, the blade is lifted from the end and put in behind it: what lies
+/// in space between the two is not under the pointer.
+//   eye *- - - - near (lifted)        skin  =======.
+//        ` - - - - - - - - - - far (put in)                =======  skin behind
+Status Engine::Impl::move_scalpel(const ViewRay& ray) {
+  const double leap = kLeap * session->body().complex.mean_root_edge;
+  const ViewRay first = std::exchange(*line_from, ray);
+  UprightBlade to = upright(ray);
+  if (norm(to.skin - scalpel_at) <= leap) return place_scalpel(to);
+  UprightBlade from = upright(first);
+  if (norm(from.skin - scalpel_at) > leap)
+    return place_scalpel(to);  // the skin has left the blade: it is not there any more
+  ViewRay start = first;
+  for (int ends = 0; ends < kMostEnds && norm(to.skin - from.skin) > leap; ++ends) {
+    ViewRay near = start, far = ray;
+    UprightBlade at_near = from, at_far = to;
+    for (int i = 0; i < kHalvings && norm(at_far.skin - at_near.skin) > leap; ++i) {
+      const ViewRay middle{ray.origin, normalized(lerp(near.direction, far.direction, 0.5))};
+      const UprightBlade at = upright(middle);
+      const bool behind = norm(at.skin - at_near.skin) > norm(at.skin - at_far.skin);
+      (behind ? far : near) = middle;
+      (behind ? at_far : at_near) = at;
+    }
+    if (norm(at_far.skin - at_near.skin) <= leap) break;
+    if (!same_ray(near, first)) KERF_TRY(place_scalpel(at_near));
+    KERF_TRY(perform(Kind::kLift));
+    start = far;
+    from = upright(far, -1.0 * far.direction);
+    KERF_TRY(place_scalpel(from));
+    to = upright(ray);
+  }
+  return place_scalpel(to);
 }
 
 bool Engine::Impl::meets(const UprightBlade& blade) {

@@ -14,6 +14,13 @@ inline constexpr double kBladeStands = 0.5;
 /// Mean edges of the skin from one pose of the scalpel to the next. Half: the same lips. Double: where the skin bends, lips lie three times
 /// as far beside the pointer.
 inline constexpr double kScalpelWay = 2;
+/// Mean edges between the skin under two rays that hardly differ, above which it ends there, and what is seen beyond lies behind. Half and double: the
+/// same cuts of 138 strokes into the mouth of a tube. Larger than skins lie apart: what is between them is cut too.
+inline constexpr double kLeap = 0.7;
+/// Halvings of the way between two rays to find that place: rays that differ less are below a pixel.
+inline constexpr int kHalvings = 14;
+/// Ends of the skin between two rays that are looked for: a bound of the time.
+inline constexpr int kMostEnds = 8;
 /// Poses from one ray to the next, which may lie far apart on something seen edge-on: a bound of the time of one message.
 inline constexpr int kMostParts = 64;
 

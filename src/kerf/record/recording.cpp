@@ -29,7 +29,7 @@ struct KindWord {
   const char* word;
   int values;  ///< how many; -1: a region, -2: a punch
 };
-constexpr std::array<KindWord, 19> kKinds{{
+constexpr std::array<KindWord, 20> kKinds{{
     {Kind::kBeginStroke, "begin_stroke", 1},
     {Kind::kBlade, "blade", 6},
     {Kind::kEndStroke, "end_stroke", 0},
@@ -49,6 +49,7 @@ constexpr std::array<KindWord, 19> kKinds{{
     {Kind::kSuck, "suck", -1},
     {Kind::kTool, "tool", 7},
     {Kind::kJaws, "jaws", 2},
+    {Kind::kLift, "lift", 0},
 }};
 const KindWord& word_of(Kind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 bool has_id(Kind kind) {

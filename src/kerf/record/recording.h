@@ -72,6 +72,7 @@ struct SessionChange {
     kSuck,    ///< values: a region as for kFix, in the world: loose pieces that reach into it go
     kTool,    ///< id; values: position, rotation (axis times angle), over
     kJaws,    ///< id; values: 1 close, 0 open; over
+    kLift,    ///< the blade of a stroke is taken out; it goes on with the next kBlade
   };
   std::int64_t step = 0;
   Kind kind = Kind::kUndo;

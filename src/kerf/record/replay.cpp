@@ -74,6 +74,7 @@ Status apply(Session& session, const SessionChange& c) {
                                        kFarthestBlade));
       return session.move_blade(vec(c.values, 0), vec(c.values, 3));
     case Kind::kEndStroke: return session.end_stroke();
+    case Kind::kLift: session.lift_blade(); return {};
     case Kind::kCancelStroke: return session.cancel_stroke();
     case Kind::kUndo: return session.undo();
     case Kind::kRedo: return session.redo();

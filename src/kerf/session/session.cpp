@@ -222,6 +222,7 @@ Status Session::apply(const SceneCommand& command) { return impl_->apply(command
 Status Session::begin_stroke(SceneFrame frame, bool through) { return impl_->begin_stroke(frame, through); }
 Status Session::move_blade(Vec3 base, Vec3 tip) { return impl_->move_blade({base, tip}); }
 Status Session::end_stroke() { return impl_->end_stroke(); }
+void Session::lift_blade() { impl_->lift_blade(); }
 Status Session::cancel_stroke() { return impl_->cancel_stroke(); }
 bool Session::in_stroke() const { return impl_->state.stroke != nullptr; }
 Status Session::undo() { return impl_->undo(); }

@@ -144,6 +144,8 @@ class Session {
   /// A stroke that has cut nothing leaves nothing to undo. Dust that it leaves is taken away in the same undo step (SceneCut::dust): then all ids change,
   /// as by remove_piece.
   Status end_stroke();
+  /// Takes the blade out in the middle of a stroke: it cuts on where its next pose is. Without a stroke of a blade nothing happens.
+  void lift_blade();
   /// Rolls the whole stroke back: topology, positions and velocities are as it began. Without a stroke nothing happens.
   Status cancel_stroke();
   [[nodiscard]] bool in_stroke() const;

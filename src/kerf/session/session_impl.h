@@ -210,6 +210,7 @@ struct Session::Impl {
   Status begin_stroke(SceneFrame frame, bool through);
   Status move_blade(const BladeEdge& edge);
   Status end_stroke();
+  void lift_blade();
   Status cancel_stroke();
   /// The oldest steps are forgotten when they hold too much memory.
   void add_undo(UndoStep step);

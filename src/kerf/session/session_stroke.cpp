@@ -369,12 +369,20 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   positions_changed();
 }
 
+void Session::Impl::lift_blade() {
+  if (!state.stroke || state.stroke->shaving) return;
+  note_uncut(state.stroke->uncut_end);
+  state.stroke->uncut_end = {};
+  kerf::lift_blade(state.stroke->blade);
+  mark_synced();
+}
+
 Status Session::Impl::end_stroke() {
   if (!state.stroke) return {};
   ActiveStroke& stroke = *state.stroke;
   note_uncut(stroke.uncut_end);
   note_leaning();
-  lift_blade(stroke.blade);
+  kerf::lift_blade(stroke.blade);
   StrokeRecord& record = state.strokes.back();
   record.finished = true;
   record.ended = state.time;

@@ -105,6 +105,36 @@ TEST(Session, HangingBodyPullsOnItsSupportsWithItsWeight) {
 }
 
 /// A cut across the middle while the body moves, and undo and redo to the bit.
+/// Cuts at both sides of a sheet in one stroke: what lies between them stays whole, and one undo takes both back.
+TEST(Session, ALiftedBladeCutsOnWhereItIsPutIn) {
+  Scene scene = scene_of("sheet");
+  scene.contact.enabled = false;
+  Session session = make(scene);
+  session.lift_blade();  // nobody has one
+  const std::uint64_t before = body_hash(session.body());
+  const std::size_t vertices = session.counts().collision_vertices;
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  for (const double x : {-0.3, 0.28}) {
+    session.lift_blade();
+    for (int i = 0; i <= 10; ++i)
+      ASSERT_TRUE(session.move_blade({x, -0.6 + 0.12 * i, 0.3}, {x, -0.6 + 0.12 * i, -0.3}).ok());
+  }
+  session.lift_blade();
+  ASSERT_TRUE(session.end_stroke().ok());
+  EXPECT_EQ(session.counts().pieces, 3);
+  expect_valid(session);
+  const auto& rest = session.body().complex.collision.rest;
+  ASSERT_GT(rest.size(), vertices + 10);
+  for (std::size_t v = vertices; v < rest.size(); ++v)
+    EXPECT_LT(std::min(std::fabs(rest[CollisionVertex(v)].x + 0.3), std::fabs(rest[CollisionVertex(v)].x - 0.28)),
+              0.02);
+  EXPECT_EQ(session.undo_depth(), 1);
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_EQ(body_hash(session.body()), before);
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.counts().pieces, 3);
+}
+
 TEST(Session, CutUndoRedo) {
   for (const char* model : {"sheet", "closed-sheet", "steak", "meniscus"}) {
     Scene scene = scene_of(model);

@@ -33,6 +33,11 @@ bool same_ray(const ViewRay& a, const ViewRay& b) {
          dot(a.direction, b.direction) > 0;
 }
 
+/// The eye may move on in a stroke.
+ViewRay between(const ViewRay& a, const ViewRay& b, double t) {
+  return {lerp(a.origin, b.origin, t), normalized(lerp(a.direction, b.direction, t))};
+}
+
 }  // namespace
 
 Status Engine::Impl::perform(SessionChange change) {
@@ -149,19 +154,17 @@ Status Engine::Impl::place_scalpel(const UprightBlade& blade) {
 }
 
 Status Engine::Impl::lead_scalpel(const ViewRay& ray) {
-  if (line_from && line_from->origin == ray.origin) {
-    // Between two rays the skin may bend.
-    const double way = norm(upright(ray).skin - scalpel_at) / (kScalpelWay * session->body().complex.mean_root_edge);
-    const int parts = static_cast<int>(std::ceil(std::min(way, static_cast<double>(kMostParts))));
-    const ViewRay first = *line_from;
-    for (int i = 1; i < parts; ++i)
-      KERF_TRY(
-          move_scalpel({ray.origin, normalized(lerp(first.direction, ray.direction, static_cast<double>(i) / parts))}));
-    return move_scalpel(ray);
+  if (!line_from) {
+    const UprightBlade blade = upright(ray);
+    line_from = ray;
+    return place_scalpel(blade);
   }
-  const UprightBlade blade = upright(ray);
-  line_from = ray;
-  return place_scalpel(blade);
+  // Between two rays the skin may bend.
+  const double way = norm(upright(ray).skin - scalpel_at) / (kScalpelWay * session->body().complex.mean_root_edge);
+  const int parts = static_cast<int>(std::ceil(std::min(way, static_cast<double>(kMostParts))));
+  const ViewRay first = *line_from;
+  for (int i = 1; i < parts; ++i) KERF_TRY(move_scalpel(between(first, ray, static_cast<double>(i) / parts)));
+  return move_scalpel(ray);
 }
 
 /// Where the skin ends in the picture and another part of it is seen behind, the blade is lifted from the end and put in behind it: what lies
@@ -181,7 +184,7 @@ Status Engine::Impl::move_scalpel(const ViewRay& ray) {
     ViewRay near = start, far = ray;
     UprightBlade at_near = from, at_far = to;
     for (int i = 0; i < kHalvings && norm(at_far.skin - at_near.skin) > leap; ++i) {
-      const ViewRay middle{ray.origin, normalized(lerp(near.direction, far.direction, 0.5))};
+      const ViewRay middle = between(near, far, 0.5);
       const UprightBlade at = upright(middle);
       const bool behind = norm(at.skin - at_near.skin) > norm(at.skin - at_far.skin);
       (behind ? far : near) = middle;

@@ -171,6 +171,18 @@ TEST(Instruments, ADraggedPunchBitesOnAndShiftLeavesThePieces) {
   expect_sound(table, page);
 }
 
+TEST(Instruments, APunchThatComesFromBesideTheBodyBitesOnItsWay) {
+  Table table({}, trainer());
+  const auto page = table.join();
+  table.tick();
+  use(table, page, kPunch, {{0, 0.0240, 0}}, 0.0016f);
+  EXPECT_EQ(table.pages[page].errors.size(), 1u);  // nothing here to bite
+  use(table, page, kPunch, {{0, 0.0240, 0}, {0, 0.0200, 0}, {0, 0.0130, 0}}, 0.0016f);
+  EXPECT_EQ(table.pages[page].errors.size(), 1u);
+  EXPECT_GE(table.pages[page].cuts.size(), 1u);
+  expect_sound(table, page);
+}
+
 TEST(Instruments, SuctionTakesWhatIsLooseAndNothingElse) {
   Table table({}, trainer());
   const auto page = table.join();

@@ -110,7 +110,6 @@ Status Engine::Impl::bite(const protocol::ToolInput& input) {
   HandInstrument& i = *instrument;
   for (const protocol::ToolSample& s : input.samples) {
     const auto at = aim(s.ray, i.size);
-    if (!at && input.phase == Phase::kDown) return bad_input("There is nothing here to bite.");
     if (!at) continue;
     const Vec3 centre = below(*at);
     if (i.last && norm(centre - *i.last) < kNextBite * i.size) continue;
@@ -137,6 +136,7 @@ Status Engine::Impl::bite(const protocol::ToolInput& input) {
     report_strokes(input.input, first, before);
     if (!done.ok()) return done;
   }
+  if (input.phase == Phase::kUp && !i.last) return bad_input("There is nothing here to bite.");
   return {};
 }
 

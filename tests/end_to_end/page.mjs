@@ -574,7 +574,7 @@ await check('a scene shows what its title says, then hands the tools over', asyn
     assert.ok(after.undoDepth > depth || after.redoDepth > 0 || after.cuts > 0 || after.drawn.wall > 0);
     assert.equal(await text('show'), 'Show me');
     await page.keyboard.press('r');  // the scene anew, for hands
-    await until(page, () => window.kerf.state().time < 0.5 && window.kerf.state().drawn.wall === 0 && window.kerf.state().undoDepth === 0);
+    await until(page, (shown) => window.kerf.state().time < shown && window.kerf.state().drawn.wall === 0 && window.kerf.state().undoDepth === 0, after.time);
     assert.equal((await state(page)).showing, false);
   }
   await page.keyboard.press(';');

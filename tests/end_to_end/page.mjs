@@ -514,11 +514,8 @@ await check('pieces are weighed: beside the pointer, in a list, and on the tray'
   await page.waitForTimeout(500);
   assert.equal(await label('beside'), words, 'what is held');
   assert.equal(await label('tray'), 'tray: 0 g');
-  // Slowly, for it swings; to where the plane of the pull is over the tray.
-  const high = [from[0], from[1] - 100], over = await page.evaluate(([x, y]) => {
-    const eye = window.kerf.state().camera.position, held = window.kerf.app.holds.point, d = held.map((h, k) => h - eye[k]);
-    return window.kerf.pickPoint(x, y, held[2] - ((x - held[0]) * d[0] + (y - held[1]) * d[1]) / d[2]);
-  }, [0.02, 0.2]);
+  // Slowly, for it swings; what lies free is carried level.
+  const high = [from[0], from[1] - 100], over = await at([0.02, 0.2, 0]);
   for (let i = 1; i <= 30; i++) {
     await page.mouse.move(...high.map((x, k) => x + ((over[k] - x) * i) / 30));
     await page.waitForTimeout(60);

@@ -308,6 +308,7 @@ struct MirroredPage {
   // What the pieces weigh (kg), one copy of each, and copies of what is held
   std::vector<float> masses;
   std::vector<std::uint32_t> mass_copies, grasp_copies;
+  std::vector<std::array<float, 6>> grasp_places;  ///< m: of what is held, and where it is pulled to
   float uncut_mass = 0;
   std::uint32_t masses_version = 0, weighings = 0;
   std::uint32_t overlays = 0;
@@ -368,7 +369,7 @@ struct MirroredPage {
         press = r.f32();
         const auto nfade = r.u32();
         auto nodes = r.array<F3>(nn);
-        r.array<std::array<float, 6>>(ng);
+        grasp_places = r.array<std::array<float, 6>>(ng);
         grasp_copies = r.array<std::uint32_t>(ng);
         places = r.array<std::array<float, 8>>(np);
         tools = r.array<std::array<float, 14>>(nt);

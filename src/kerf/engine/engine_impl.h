@@ -35,11 +35,13 @@ struct EngineClient {
   std::size_t upload_bytes = 0;
 };
 
-/// A pull that follows the pointer in the plane through the point hit.
+/// A hand that follows the pointer in a plane through the point hit (engine_hand.cpp).
 struct HandGrasp {
   std::string id;
-  Vec3 plane_point, plane_normal;
-  Vec3 start;  ///< where the grasp's centre was
+  Vec3 plane_point, plane_normal;  ///< the normal points away from the eye
+  Vec3 lift;                       ///< m: how far what is carried is lifted; zero: it is pulled
+  double size = 0;                 ///< m: of the body
+  Vec3 start;                      ///< where the grasp's centre was
 };
 
 /// A blade that stands square on the skin.
@@ -236,6 +238,9 @@ struct Engine::Impl {
   Status scalpel(const protocol::ToolInput& input);
   Status straight_cut(const protocol::ToolInput& input);
   Status pull(const protocol::ToolInput& input);
+  Status take_hold(const protocol::ViewRay& ray, bool to_take_away);
+  Status lead_hand(const protocol::ViewRay& ray);
+  Status let_go(const protocol::ToolInput& input);
   Status brush(const protocol::ToolInput& input);
   Status lead_tool(const protocol::Device& device);
   /// On the skin that a ray meets, or beside the body where this would go on.

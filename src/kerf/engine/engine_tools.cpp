@@ -19,8 +19,6 @@ using Kind = SessionChange::Kind;
 
 /// A stroke ignores rays that turn less than this since the last one that cut (radians): below a pixel on any screen.
 constexpr double kLeastTurn = 2e-4;
-/// A pull reaches this many body sizes at most.
-constexpr double kFarthestPull = 2;
 /// Strokes may begin and end over a rim within this part of the distance from the eye: farther is no finger.
 constexpr double kFarthestRim = 0.2;
 /// Brushes reach this many cell diagonals: every cell that a point lies in has a node nearer than half of one.
@@ -330,60 +328,6 @@ void Engine::Impl::report_history(std::uint32_t input, Outcome outcome) {
   r.pieces = static_cast<std::uint32_t>(now.pieces);
   r.counts = to_message(now);
   pending_report = std::move(pending);
-}
-
-Status Engine::Impl::pull(const protocol::ToolInput& input) {
-  if (input.phase == Phase::kDown) {
-    const ViewRay& ray = input.samples.front().ray;
-    const auto picked = pick_ray(ray);
-    if (!picked && input.tool == Tool::kTake) return bad_input("There is nothing here to take away.");
-    if (!picked) return {};
-    SessionChange grasp;
-    grasp.kind = Kind::kGrasp;
-    grasp.id = fmt::format("hand{}", ++grasp_number);
-    const CollisionMesh& mesh = session->body().complex.collision;
-    // All corners of the triangle: they hang together, whatever lies beside it across a cut.
-    for (int k = 0; k < 3; ++k) grasp.vertices.push_back(mesh.origin[CollisionMesh::corner(picked->triangle, k)].value);
-    HandGrasp h;
-    h.id = grasp.id;
-    h.plane_point = picked->middle;
-    h.plane_normal = ray.direction;
-    KERF_TRY(perform(std::move(grasp)));
-    for (const Session::GraspState& g : session->grasps())
-      if (g.id == h.id) h.start = g.target;
-    hand = std::move(h);
-  }
-  if (!hand) return {};
-  if (!input.samples.empty()) {
-    const ViewRay& ray = input.samples.back().ray;
-    const double along = dot(ray.direction, hand->plane_normal);
-    if (std::abs(along) > 1e-3) {
-      const double t = dot(hand->plane_point - ray.origin, hand->plane_normal) / along;
-      Vec3 pulled = ray.origin + t * ray.direction - hand->plane_point;
-      Box3 box;
-      for (const Vec3 p : session->body().complex.collision.rest.raw()) box.add(p);
-      const double most = kFarthestPull * box.diagonal();
-      if (norm(pulled) > most) pulled = (most / norm(pulled)) * pulled;
-      SessionChange move;
-      move.kind = Kind::kMove;
-      move.id = hand->id;
-      const Vec3 to = hand->start + pulled;
-      move.values = {to.x, to.y, to.z, speed / options.tick};  // as long as a tick: no jumps
-      KERF_TRY(perform(std::move(move)));
-    }
-  }
-  if (input.phase == Phase::kUp) {
-    if (input.tool == Tool::kTake) KERF_TRY(take_away(input.input));
-    SessionChange release;
-    release.kind = Kind::kRelease;
-    release.id = hand->id;
-    const bool gone = input.tool == Tool::kTake && !holds(hand->id);
-    hand.reset();
-    if (gone) return {};
-    if (input.tool == Tool::kTake || !(input.modifiers & protocol::kShift))
-      KERF_TRY(perform(std::move(release)));  // Shift leaves it held
-  }
-  return {};
 }
 
 Status Engine::Impl::lead_tool(const protocol::Device& device) {

@@ -35,4 +35,14 @@ inline constexpr double kLeadsOverRim = 0.5;
 /// Places of the rim that are tried, the nearest first: a bound of the time.
 inline constexpr std::size_t kMostRimPlaces = 8;
 
+/// Of the body's size: a hand reaches so far at most.
+inline constexpr double kFarthestPull = 2;
+/// Cosine between a ray and the normal of the plane that a hand follows, at least: below, the place in the plane is out of any reach.
+inline constexpr double kAlongThePlane = 1e-3;
+/// Cosine between the view and gravity above which what lies free is carried level.
+inline constexpr double kFromAbove = 0.3;
+/// Of the body's size: so high is carried what lies free. Half: a piece of the steak pushes away the one that it shall lie on. Double: it swings, and
+/// comes to lie a seventh of the body's size beyond the pointer.
+inline constexpr double kCarryHeight = 0.25;
+
 }  // namespace kerf

@@ -74,8 +74,8 @@ export const kTools: ToolInfo[] = [
     title: 'Grasp and pull',
     key: '4',
     code: ToolCode.Grasp,
-    hint: 'Drag to pull. Hold Shift when letting go to leave it held there.',
-    touch: 'Drag to pull.',
+    hint: 'Drag to pull; what lies free is carried, and put down where you let go. Hold Shift then to leave it held.',
+    touch: 'Drag to pull; what lies free is carried, and put down where you let go.',
   },
   {
     name: 'fix',

@@ -580,6 +580,7 @@ export function bindControls(app: App): void {
       return `<div><dt>${s.title}</dt><dd><kbd>${keys}</kbd></dd></div>`;
     })
     .join('');
+  byId('tool-words').innerHTML = kTools.map((t) => `<dt>${t.title}</dt><dd>${t.touch ?? t.hint}</dd>`).join('');
   button('help-open').onclick = () => help.showModal();
 
   // Plots

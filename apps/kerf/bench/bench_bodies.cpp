@@ -47,7 +47,11 @@ Scene bench_scene(const BenchBody& body) {
   return scene;
 }
 
-Result<Session> bench_session(const BenchBody& body) { return Session::create(bench_scene(body)); }
+Result<Session> bench_session(const BenchBody& body, std::optional<double> dust) {
+  Scene scene = bench_scene(body);
+  if (dust) scene.cut.dust = *dust;
+  return Session::create(std::move(scene));
+}
 
 Scene haptic_scene(const std::string& model) {
   Scene scene = bench_scene({model, 0, 0});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "kerf/binding/bind.h"
@@ -20,7 +21,8 @@ inline constexpr double kBenchStep = 0.01;
 
 /// A scene with that body, held at its low end in x.
 Scene bench_scene(const BenchBody& body);
-Result<Session> bench_session(const BenchBody& body);
+/// dust: of [cut]; unset: the default.
+Result<Session> bench_session(const BenchBody& body, std::optional<double> dust = {});
 /// The second steak or the meniscus at 1 kHz, held at one end, lying on a plane, with contact and self-contact.
 Scene haptic_scene(const std::string& model);
 /// The sheet of table 6 over four fixed balls of 672 triangles together, 1 cm under it, with contact; `mass` of the sheet in kg.

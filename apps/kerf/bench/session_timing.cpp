@@ -11,6 +11,9 @@ namespace {
 
 constexpr int kWarmUps = 3;
 
+/// Mean edges along a side of a crumb: more than the smallest feature that is cut, less than dust in all bodies here.
+constexpr double kCrumb = 0.06;
+
 /// One stroke along `path` at once, the blade upright; timed unless `timings` is null.
 Status cut_along(Session& session, std::span<const Vec3> path, double reach, CutTimings* timings) {
   const Vec3 up{0, 0, reach};
@@ -90,6 +93,26 @@ Result<CutTimings> time_short_cuts(Session& session, int cuts, double length, st
   }
   finish(timings);
   return timings;
+}
+
+Result<Sample> time_dust(Session& session, int strokes) {
+  Sample times;
+  Random random(13);
+  const Box3 box = rest_box(session);
+  const Vec3 size = box.size(), up{0, 0, box.diagonal()};
+  const double crumb = kCrumb * session.body().complex.mean_root_edge;
+  for (int i = 0; i < strokes; ++i) {
+    const Vec3 c = box.center() + Vec3{size.x * random.uniform(-0.3, 0.3), size.y * random.uniform(-0.3, 0.3), 0};
+    const int depth = session.undo_depth();
+    KERF_TRY(session.begin_stroke(SceneFrame::kRest, false));
+    for (const Vec3 p : {Vec3{-0.3, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -0.3, 0}})
+      KERF_TRY(session.move_blade(c + crumb * p + up, c + crumb * p - up));
+    const double start = thread_seconds();
+    KERF_TRY(session.end_stroke());
+    if (session.strokes().back().removed.pieces > 0) times.add(thread_seconds() - start);
+    if (session.undo_depth() > depth) KERF_TRY(session.undo());
+  }
+  return times;
 }
 
 Result<Sample> time_poses(Session& session, int cuts, bool moving) {

@@ -26,6 +26,9 @@ Result<CutTimings> time_cuts(Session& session, int cuts);
 /// Straight cuts at random of `length` metres, each from within to within, that stay.
 Result<CutTimings> time_short_cuts(Session& session, int cuts, double length, std::uint64_t seed);
 
+/// Ends of strokes around crumbs, which are swept up as dust then; each undone. No times where a body's crumbs are no dust.
+Result<Sample> time_dust(Session& session, int strokes);
+
 /// A cut drawn by hand across the body: time of every pose, a fortieth of the body apart; the provisional end included. Undone.
 /// moving: the body swings, a step (not in the time) after every pose.
 Result<Sample> time_poses(Session& session, int cuts, bool moving = false);

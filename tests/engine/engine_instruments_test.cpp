@@ -221,6 +221,11 @@ TEST(Instruments, APieceThatIsPulledOutAndLetGoIsTakenAway) {
   EXPECT_EQ(table.pages[page].pieces, 1u);
   EXPECT_EQ(table.pages[page].grasps, 0u);
   expect_sound(table, page);
+  table.tell(page, page_command(9, kUndo));
+  table.tick();
+  EXPECT_EQ(table.pages[page].pieces, 2u);
+  EXPECT_EQ(table.pages[page].grasps, 0u) << "nothing holds what has come back";
+  expect_sound(table, page);
 }
 
 TEST(Instruments, ScissorsCutInSnipsAsOneStroke) {

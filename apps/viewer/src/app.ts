@@ -616,6 +616,10 @@ export class App implements EngineEvents {
   get showing(): boolean {
     return this.info?.script?.runs === true && this.time < this.info.script.ends + kShownAfter;
   }
+  /** The scene's own commands have run, or run: the body is not as a person found it. */
+  get shown(): boolean {
+    return this.info?.script?.runs === true;
+  }
   /** Plays what the scene was made for; again, or before it has ended: the scene anew, for a person's hands. */
   show(on: boolean): void {
     if (!this.info?.script) return;

@@ -78,15 +78,24 @@ Status Engine::Impl::lead_hand(const ViewRay& ray) {
 }
 
 Status Engine::Impl::let_go(const protocol::ToolInput& input) {
-  if (input.tool == Tool::kTake) KERF_TRY(take_away(input.input));
+  const bool takes = input.tool == Tool::kTake;
+  const CollisionTriangle taken = takes ? held_triangle() : CollisionTriangle{};
   SessionChange release;
   release.kind = Kind::kRelease;
   release.id = hand->id;
-  const bool gone = input.tool == Tool::kTake && !holds(hand->id);
+  const bool there = holds(hand->id);
   hand.reset();
-  if (gone) return {};
-  if (input.tool == Tool::kTake || !(input.modifiers & protocol::kShift))
-    KERF_TRY(perform(std::move(release)));  // Shift leaves it held
+  if (takes || !(input.modifiers & protocol::kShift)) {  // Shift leaves it held
+    // The piece goes without the grasp: undo brings back a piece that nothing holds.
+    if (there) KERF_TRY(perform(std::move(release)));
+  }
+  return takes ? take_away(taken, input.input) : Status{};
+}
+
+CollisionTriangle Engine::Impl::held_triangle() {
+  const CollisionMesh& mesh = session->body().complex.collision;
+  for (const Session::GraspState& g : session->grasps())
+    if (g.id == hand->id && !g.points.empty()) return CollisionMesh::face(mesh.outgoing[g.points.front()]);
   return {};
 }
 

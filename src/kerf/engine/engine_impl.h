@@ -241,6 +241,7 @@ struct Engine::Impl {
   Status take_hold(const protocol::ViewRay& ray, bool to_take_away);
   Status lead_hand(const protocol::ViewRay& ray);
   Status let_go(const protocol::ToolInput& input);
+  CollisionTriangle held_triangle();  ///< one that the hand holds; none: what it held is gone
   Status brush(const protocol::ToolInput& input);
   Status lead_tool(const protocol::Device& device);
   /// On the skin that a ray meets, or beside the body where this would go on.
@@ -282,7 +283,7 @@ struct Engine::Impl {
   Status push_shaver(double real_seconds);
   Status lead_in_hand(Vec3 view, Vec3 tip);
   void lift_tool();
-  Status take_away(std::uint32_t input);
+  Status take_away(CollisionTriangle triangle, std::uint32_t input);
   bool holds(const std::string& grasp);
   /// Queues the report of all strokes since `first`; times are those of one of their parts.
   void report_strokes(std::uint32_t input, std::size_t first, const BodyCounts& before, int parts = 1);

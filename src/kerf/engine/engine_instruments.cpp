@@ -296,12 +296,7 @@ void Engine::Impl::work_instrument(double real_seconds) {
   publish(last_input);
 }
 
-Status Engine::Impl::take_away(std::uint32_t input) {
-  if (!hand) return {};
-  const CollisionMesh& mesh = session->body().complex.collision;
-  CollisionTriangle triangle;
-  for (const Session::GraspState& g : session->grasps())
-    if (g.id == hand->id && !g.points.empty()) triangle = CollisionMesh::face(mesh.outgoing[g.points.front()]);
+Status Engine::Impl::take_away(CollisionTriangle triangle, std::uint32_t input) {
   if (!triangle.valid()) return {};
   if (current_counts().pieces < 2) return bad_input("The body is in one piece; cut loose what shall go.");
   if (session->held_by_supports(triangle)) return bad_input("This piece is attached; cut it loose first.");

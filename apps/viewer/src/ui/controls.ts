@@ -96,6 +96,7 @@ export function bindControls(app: App): void {
   const showHint = (): void => {
     const first = remembered.get(`used-${app.tool}`) === null;
     if (app.showing) hint('Watch. The tools are yours when it has ended, or at once: Your turn.');
+    else if (app.shown && app.info?.lesion) hint('This operation was shown. Start again for one of your own.');
     else if ((app.connection === 'live' || app.readOnly) && !app.toolAllowed && app.tool !== 'hand')
       hint(
         `You are watching: a drag turns the view.${app.readOnly ? '' : ' Another page holds the tools; C takes them.'}`,
@@ -185,6 +186,8 @@ export function bindControls(app: App): void {
   button('reset').onclick = () => app.reset();
   button('show').onclick = () => app.show(!app.showing);
   const showShow = (): void => {
+    // What was shown is nobody's score.
+    byId('finish').hidden = app.shown;
     const b = button('show');
     b.hidden = !app.info?.script || !app.toolAllowed;
     b.textContent = app.showing ? 'Your turn' : 'Show me';
@@ -204,7 +207,9 @@ export function bindControls(app: App): void {
   };
   async function savePicture(): Promise<void> {
     try {
-      download(`kerf-${app.info?.name ?? 'picture'}.png`, await app.picture());
+      const name = `kerf-${app.info?.name ?? 'picture'}.png`;
+      download(name, await app.picture());
+      toast(`Saved ${name}.`);
     } catch (e) {
       toast(e instanceof Error ? e.message : String(e), true);
     }
@@ -364,7 +369,7 @@ export function bindControls(app: App): void {
   };
   function finish(): void {
     const s = app.scoreNow;
-    if (!s || result.open) return;
+    if (!s || result.open || app.shown) return;
     if (app.playing && app.toolAllowed) command(CommandCode.Pause);
     byId('result-table').replaceChildren(byId('score').querySelector('table')!.cloneNode(true));
     for (const e of byId('result-table').querySelectorAll('[id]')) e.removeAttribute('id');
@@ -686,7 +691,11 @@ export function bindControls(app: App): void {
     recording: showRecording,
     showing() {
       if (!app.showing && app.info?.script?.runs && app.time >= app.info.script.ends)
-        toast('Your turn. Reset (R) makes the body whole again.');
+        toast(
+          app.info.lesion
+            ? 'That was the operation. Start again, and it is yours.'
+            : 'Your turn. Start again makes the body whole.',
+        );
       showShow();
       showHint();
     },

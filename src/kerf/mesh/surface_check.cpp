@@ -10,6 +10,7 @@
 
 #include "kerf/mesh/first_seen.h"
 #include "kerf/mesh/mesh_limits.h"
+#include "kerf/mesh/needles.h"
 #include "kerf/mesh/nested_boxes.h"
 #include "kerf/mesh/surface_edges.h"
 #include "kerf/mesh/surface_tolerances.h"
@@ -671,11 +672,23 @@ class SurfacePass {
     for (std::size_t i = 0; i < parts_.size(); ++i)
       if (parts_[i].border_edges == 0) closed.push_back({parts_[i].box, i});
     const NestedBoxes boxes(std::move(closed));
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
+    // Parts do not cross each other, so what holds the smallest part round another one holds that too.
+    const auto larger = [&](std::size_t i, std::size_t j) {
+      const double a = std::abs(parts_[i].volume), b = std::abs(parts_[j].volume);
+      return a != b ? a > b : i < j;
+    };
+    std::vector<std::size_t> order(parts_.size()), around;
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::sort(order.begin(), order.end(), larger);
+    for (const std::size_t i : order) {
       if (parts_[i].border_edges > 0) continue;
+      around.clear();
       boxes.for_each_around(parts_[i].box, [&](std::size_t j) {
-        if (i != j && is_inside(i, j)) ++parts_[i].depth;
+        if (larger(j, i)) around.push_back(j);
       });
+      std::sort(around.begin(), around.end(), larger);
+      while (!around.empty() && !is_inside(i, around.back())) around.pop_back();
+      if (!around.empty()) parts_[i].depth = parts_[around.back()].depth + 1;
     }
   }
 
@@ -781,6 +794,18 @@ std::optional<ExtentFault> extent_fault(const Box3& box) {
   return {};
 }
 
+/// Before anything is welded: stray vertices are what sets the size of the surface then, and with it what lies at one place.
+static Status check_needles(const TriangleMesh& mesh, const std::string& who) {
+  const std::vector<VertexId> needles = find_needles(mesh, weld_exactly(mesh));
+  if (needles.empty()) return {};
+  const VertexId first = needles.front();
+  return bad_input(fmt::format("{}{} of the surface like {}, the first is vertex {} at {}; put {} back, or remove {}",
+                               who, counted(needles.size(), "vertex sticks out", "vertices stick out"),
+                               needles.size() == 1 ? "a needle" : "needles", first.value + 1,
+                               place(mesh.positions[first]), needles.size() == 1 ? "it" : "them",
+                               needles.size() == 1 ? "it" : "them"));
+}
+
 Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirements& requirements) {
   const std::string who = prefix(requirements);
   KERF_TRY(check_elements(mesh, who));
@@ -792,6 +817,7 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   const Result<Box3> box = check_scale(mesh, who, warnings);
   if (!box) return box.error();
 
+  if (requirements.bindable) KERF_TRY(check_needles(mesh, who));
   const auto deliver = [&](SurfacePass& pass) {
     SurfaceReport report = pass.finish(mesh);
     report.warnings = warnings;

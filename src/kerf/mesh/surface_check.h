@@ -18,7 +18,7 @@ struct SurfaceRequirements {
   std::string name;  ///< what errors and repairs call the surface, such as its file; may be empty
   Closedness closedness = Closedness::kAny;
   bool single_body = true;    ///< false: any number of separate pieces
-  bool bindable = false;      ///< no vertex with more than kMostAround triangles
+  bool bindable = false;      ///< no vertex with more than kMostAround triangles, and none like a needle (needles.h)
   double weld_tolerance = 0;  ///< fraction of the diagonal (see kWeldTolerance); 0: only the very same positions
 };
 

@@ -27,6 +27,10 @@ int play(const std::string& file, const Recording& recording, const ReplayOption
     return report(why);
   }
   score = played->score;
+  const std::size_t changes = recording.changes.size(), done = changes - played->refused;
+  if (played->refused > 0)
+    warn("kerf: {}: {} of {} changes {} refused and not done; the first is {}\n", file, played->refused, changes,
+         played->refused == 1 ? "was" : "were", played->first_refused);
   if (played->first_difference >= 0) {
     warn("kerf: the replay of {} differs from the recording at step {} of {} (or in the {} steps before it)\n", file,
          played->first_difference, recording.last_step, kHashEvery);
@@ -35,8 +39,8 @@ int play(const std::string& file, const Recording& recording, const ReplayOption
     return kRunFailed;
   }
   if (options.quiet) return kSuccess;
-  say("{}: {} steps, {} changes, {} hashes: the same bits\n", file, played->steps, recording.changes.size(),
-      played->hashes);
+  const std::string of_all = done == changes ? std::string() : fmt::format(" of {}", changes);
+  say("{}: {} steps, {}{} changes, {} hashes: the same bits\n", file, played->steps, done, of_all, played->hashes);
   if (played->score) say("  {}\n", score_line(*played->score));
   return kSuccess;
 }

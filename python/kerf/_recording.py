@@ -193,7 +193,7 @@ class Playback(Iterator[Session]):
 
         same: the bits are the recorded ones. first_difference: the first step whose hash differs, or None; the difference arose there, or
         since the hash before it, 100 steps as a rule. steps, hashes: how many were done and compared. over: it is at its end.
-        refused: what the session said of the last change that it refused, as it did when it was recorded, or None.
+        refused: the first change that the session refused, as it did when it was recorded, and what it said, or None.
         score: at the end of a scene with a lesion, as Session.score, else None.
         """
         return self._play.report()

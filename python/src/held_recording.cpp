@@ -106,7 +106,7 @@ nb::dict Play::report() const {
   out["steps"] = r.steps;
   out["over"] = over_;
   out["hashes"] = r.hashes;
-  out["refused"] = r.last_refused.empty() ? nb::none() : nb::cast(r.last_refused);
+  out["refused"] = r.refused == 0 ? nb::none() : nb::cast(r.first_refused);
   out["score"] = score_or_none(r.score);
   return out;
 }

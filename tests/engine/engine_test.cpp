@@ -598,6 +598,9 @@ TEST(Engine, GravityAndMaterialChangeLive) {
   refused({1e300, 0.3, 900}, "from 0.001 to 1e+13 Pa");
   refused({50e3, 0.3, 1e300}, "from 0.001 to 1e+06 kg/m3");
   EXPECT_EQ(table.engine.session().material().young, 50e3);
+  // The recording has none of them: it could not be read.
+  const auto recording = parse_recording(recording_text(table.engine.recording()), "test");
+  ASSERT_TRUE(recording.ok()) << recording.error().message;
 }
 
 TEST(Engine, ValuesOfCommandsThatMeanNothingAreRefused) {

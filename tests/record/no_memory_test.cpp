@@ -116,7 +116,7 @@ void replay_with_refusals(long step) {
           return;
         }
         EXPECT_EQ(again->first_difference, -1);
-        EXPECT_EQ(again->last_refused, "");
+        EXPECT_EQ(again->first_refused, "");
       },
       [](bool, bool) {});
   EXPECT_GT(refusals, 10);

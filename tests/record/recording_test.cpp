@@ -25,7 +25,7 @@ Recording example() {
   SessionChange blade;
   blade.kind = SessionChange::Kind::kBlade;
   blade.step = 3;
-  blade.values = {0.1, 1.0 / 3, -1e-300, 5e-324, 1e300, -0.0};
+  blade.values = {0.1, 1.0 / 3, -1e-300, 5e-324, 1e6, -0.0};
   SessionChange grasp;
   grasp.kind = SessionChange::Kind::kGrasp;
   grasp.step = 4;
@@ -34,7 +34,7 @@ Recording example() {
   SceneRegion region;
   region.shape = SceneRegion::Shape::kSphere;
   region.center = {1, 2, 3};
-  region.radius = 0.1;
+  region.radius = 1e300;
   SessionChange fix = region_change(SessionChange::Kind::kFix, region);
   fix.step = 4;
   r.changes = {blade, grasp, fix};
@@ -58,15 +58,19 @@ TEST(Recording, WhatIsOutOfAllScaleIsRefusedByName) {
   };
   using Kind = SessionChange::Kind;
   EXPECT_EQ(error_of(Kind::kGravity, {0, 0, -9.81}), "");
-  EXPECT_EQ(error_of(Kind::kGravity, {0, 0, 1e5}), "x.kerfrec: gravity goes from -10000 to 10000 m/s2, but is 100000");
+  EXPECT_EQ(error_of(Kind::kGravity, {0, 0, 1e5}),
+            "x.kerfrec: changes[3]: gravity goes from -10000 to 10000 m/s2, but is 100000");
   EXPECT_EQ(error_of(Kind::kMaterial, {1e4, 0.3, 1000}), "");
   EXPECT_EQ(error_of(Kind::kMaterial, {1e300, 0.3, 1000}),
-            "x.kerfrec: Young's modulus goes from 0.001 to 1e+13 Pa, but is 1e+300");
+            "x.kerfrec: changes[3]: Young's modulus goes from 0.001 to 1e+13 Pa, but is 1e+300");
   EXPECT_EQ(error_of(Kind::kMaterial, {1e4, 0.3, 1e-300}),
-            "x.kerfrec: density goes from 0.001 to 1e+06 kg/m3, but is 1e-300");
+            "x.kerfrec: changes[3]: density goes from 0.001 to 1e+06 kg/m3, but is 1e-300");
   EXPECT_EQ(error_of(Kind::kMove, {0, 0, 1e6, 1e9}, "a"), "");
   EXPECT_EQ(error_of(Kind::kMove, {0, -1e100, 0, 1}, "a"),
-            "x.kerfrec: \"move\" names a place 1e+100 m from the origin; 1e+06 m is the farthest");
+            "x.kerfrec: changes[3]: \"move\" names a place 1e+100 m from the origin; 1e+06 m is the farthest");
+  EXPECT_EQ(error_of(Kind::kBlade, {1e6, 0, 0, 0, 0, -1e6}), "");
+  EXPECT_EQ(error_of(Kind::kBlade, {1e6, 0, 0, 0, 0, -1e300}),
+            "x.kerfrec: changes[3]: \"blade\" names a place 1e+300 m from the origin; 1e+06 m is the farthest");
   EXPECT_NE(error_of(Kind::kTool, {1e7, 0, 0, 0, 0, 0, 1}, "a"), "");
   EXPECT_NE(error_of(Kind::kShave, {0, 0, 0, 0, 0, 0, 1e300, 0.1, 0, 0}), "");
   EXPECT_EQ(error_of(Kind::kSuck, {1, 0, 0, 0, 1e300}), "");  // everything
@@ -132,9 +136,10 @@ TEST(Recording, HostileTextsAreRefusedOrRead) {
   EXPECT_NE(replaced("\"last_step\":123", "\"last_step\":1e99"), "");
   EXPECT_NE(replaced("2147483647", "2147483648"), "");
   EXPECT_NE(replaced("2147483647", "1.5"), "");
+  EXPECT_EQ(replaced("\"blade\"", "\"blades\""), "x.kerfrec: changes[0]: there is no change \"blades\"");
   EXPECT_NE(replaced("1e+300", "1e999"), "");
   EXPECT_NE(replaced("1e+300", "null"), "");
-  EXPECT_NE(replaced("1e+300,", ""), "");
+  EXPECT_NE(replaced("5e-324,", ""), "");
   EXPECT_NE(replaced("\"a.bin\"", "\"../a.bin\""), "");
   EXPECT_NE(replaced("\"a.bin\"", "7"), "");
   EXPECT_NE(replaced("\"bytes\":3", "\"bytes\":4"), "");
@@ -209,6 +214,33 @@ TEST(Recording, ReplaySaysWhereTheBitsDiffer) {
   EXPECT_EQ(without.error().message.find("sheet:2: "), 0u) << without.error().message;
   ASSERT_FALSE(with.ok());
   EXPECT_EQ(with.error().message.find("out/sheet.kerfrec (its scene sheet):2: "), 0u) << with.error().message;
+}
+
+TEST(Recording, AReplayTellsWhatWasRefused) {
+  Recording r;
+  r.source.name = "sheet";
+  r.source.text = "[body]\nmodel = \"sheet\"\n[simulation]\ntime_step = 0.01\n";
+  const auto session = session_of(r);
+  ASSERT_TRUE(session.ok());
+  r.end_hash = session->hash();
+  const auto add = [&](SessionChange::Kind kind, std::vector<double> values, std::vector<std::int32_t> vertices = {}) {
+    r.changes.push_back({0, kind, {}, std::move(vertices), std::move(values)});
+  };
+  add(SessionChange::Kind::kBeginStroke, {1});
+  add(SessionChange::Kind::kBlade, {5, 5, 5, 5, 5, 6});  // meets nothing: done all the same
+  add(SessionChange::Kind::kEndStroke, {});
+  auto played = replay(r);
+  ASSERT_TRUE(played.ok());
+  EXPECT_EQ(played->refused, 0U);
+  EXPECT_EQ(played->first_refused, "");
+  add(SessionChange::Kind::kUndo, {});
+  add(SessionChange::Kind::kBlade, {0, 0, 0, 0, 0, 1});  // of no stroke
+  add(SessionChange::Kind::kRemove, {}, {1'000'000'000});
+  played = replay(r);
+  ASSERT_TRUE(played.ok());
+  EXPECT_EQ(played->first_difference, -1);
+  EXPECT_EQ(played->refused, 3U);
+  EXPECT_EQ(played->first_refused.find("changes[3] (\"undo\" at step 0): "), 0U) << played->first_refused;
 }
 
 TEST(Recording, AReplayStopsOnTheWay) {

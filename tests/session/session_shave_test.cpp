@@ -249,7 +249,7 @@ TEST(SessionShave, ChangesOfARecordingComeBackToTheBit) {
   const auto report = replay(*back);
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(report->first_difference, -1);
-  EXPECT_EQ(report->last_refused, "");
+  EXPECT_EQ(report->first_refused, "");
 }
 
 }  // namespace

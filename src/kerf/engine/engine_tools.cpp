@@ -39,6 +39,7 @@ ViewRay between(const ViewRay& a, const ViewRay& b, double t) {
 }  // namespace
 
 Status Engine::Impl::perform(SessionChange change) {
+  KERF_TRY(check(change));  // no recording may have it
   change.step = session->step_count();
   if (!too_long) {
     recorded_bytes += sizeof change + change.id.capacity() + 4 * change.vertices.size() + 8 * change.values.size();

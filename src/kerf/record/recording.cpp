@@ -66,7 +66,7 @@ bool plain_file_name(const std::string& name) {
 
 namespace {
 
-/// Places, gravity and materials as scenes may have them. A blade far off meets nothing.
+/// Places, gravity and materials as scenes may have them.
 Status check_limits(const SessionChange& c) {
   const auto places = [&](std::size_t from, std::size_t to) -> Status {
     for (std::size_t i = from; i < std::min(to, c.values.size()); ++i)
@@ -81,6 +81,7 @@ Status check_limits(const SessionChange& c) {
                                  unit, c.values[i]));
   };
   switch (c.kind) {
+    case Kind::kBlade: return places(0, 6);
     case Kind::kMove:
     case Kind::kTool: return places(0, 3);
     case Kind::kShave: return places(1, 8);
@@ -201,6 +202,7 @@ class RecordingReader {
     out.last_step = step(member(root_, "last_step"));
     std::int64_t last = 0;
     for (const JsonValue& item : array(root_, "changes")) {
+      entry_ = {"changes", out.changes.size()};
       SessionChange c;
       const JsonValue::Array* parts = item.array();
       if (parts == nullptr || parts->size() < 2 || (*parts)[1].text() == nullptr) {
@@ -213,8 +215,10 @@ class RecordingReader {
       if (!read_change(*parts, c)) break;
       out.changes.push_back(std::move(c));
     }
+    entry_ = {};
     last = 0;
     for (const JsonValue& item : array(root_, "hashes")) {
+      entry_ = {"hashes", out.hashes.size()};
       StateHash h;
       const JsonValue::Array* parts = item.array();
       if (parts == nullptr || parts->size() != 2 || (*parts)[1].text() == nullptr) {
@@ -227,6 +231,7 @@ class RecordingReader {
       h.hash = hash((*parts)[1]);
       out.hashes.push_back(h);
     }
+    entry_ = {};
     out.end_hash = hash(member(root_, "end"));
     if (!trouble_.empty()) return trouble(trouble_);
     if (!out.changes.empty() && out.changes.back().step > out.last_step)
@@ -335,14 +340,22 @@ class RecordingReader {
     return value;
   }
   bool fail(std::string what) {
-    if (trouble_.empty()) trouble_ = std::move(what);
+    if (!trouble_.empty()) return false;
+    trouble_ = entry_.list == nullptr ? std::move(what) : fmt::format("{}[{}]: {}", entry_.list, entry_.index, what);
     return false;
   }
   Error trouble(const std::string& what) const { return bad_input(fmt::format("{}: {}", name_, what)); }
 
+  /// What is being read of a list.
+  struct Entry {
+    const char* list = nullptr;
+    std::size_t index = 0;
+  };
+
   const JsonValue& root_;
   std::string_view name_;
   std::string trouble_;
+  Entry entry_;
 };
 
 }  // namespace

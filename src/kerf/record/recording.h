@@ -122,7 +122,8 @@ struct ReplayReport {
   std::int64_t steps = 0, hashes = 0;
   std::int64_t first_difference = -1;  ///< step; -1: every hash agrees
   std::optional<TrainerScore> score;   ///< at the end; none in a scene without a lesion
-  std::string last_refused;            ///< of changes that the session refused, as it did when it was recorded
+  std::size_t refused = 0;             ///< changes that the session refused, as it did when it was recorded
+  std::string first_refused;           ///< of those the first: its entry in the recording, and what the session said
 };
 /// The scene of a recording. Meshes that did not travel in it are looked for where the scene was, then in `mesh_folders`; bad input: one is
 /// missing, or is another than it was. Those that did are on disk only meanwhile. `file`: the recording's, which errors of the scene in it

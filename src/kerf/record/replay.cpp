@@ -2,22 +2,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/recording.h"
 #include "kerf/record/recording_meshes.h"
 #include "kerf/scene/scene_file.h"
-#include "kerf/scene/scene_limits.h"
 #include "kerf/scene/temporary_folder.h"
 
 namespace kerf {
 namespace {
 
 using Kind = SessionChange::Kind;
-
-constexpr double kFarthestBlade = 10 * kFarthestPlace;  ///< m: a page's blade reaches from its eye to beyond the body
 
 Vec3 vec(const std::vector<double>& values, std::size_t at) { return {values[at], values[at + 1], values[at + 2]}; }
 
@@ -67,12 +63,7 @@ Status apply(Session& session, const SessionChange& c) {
     case Kind::kBeginStroke:
       return session.begin_stroke(c.values.size() > 1 && c.values[1] != 0 ? SceneFrame::kRest : SceneFrame::kWorld,
                                   c.values[0] != 0);
-    case Kind::kBlade:
-      for (const double v : c.values)
-        if (std::abs(v) > kFarthestBlade)
-          return bad_input(fmt::format("a blade can't be {:g} m from the origin; {:g} m is the farthest", std::abs(v),
-                                       kFarthestBlade));
-      return session.move_blade(vec(c.values, 0), vec(c.values, 3));
+    case Kind::kBlade: return session.move_blade(vec(c.values, 0), vec(c.values, 3));
     case Kind::kEndStroke: return session.end_stroke();
     case Kind::kLift: session.lift_blade(); return {};
     case Kind::kCancelStroke: return session.cancel_stroke();
@@ -217,8 +208,9 @@ void Replay::arrive(Session& session) {
   for (; hash_ < recording_->hashes.size() && recording_->hashes[hash_].step == step; ++hash_)
     compare(recording_->hashes[hash_].hash);
   for (; change_ < recording_->changes.size() && recording_->changes[change_].step == step; ++change_)
-    if (const Status done = apply(session, recording_->changes[change_]); !done)
-      report_.last_refused = done.error().message;
+    if (const Status done = apply(session, recording_->changes[change_]); !done && report_.refused++ == 0)
+      report_.first_refused = fmt::format("changes[{}] (\"{}\" at step {}): {}", change_,
+                                          change_word(recording_->changes[change_].kind), step, done.error().message);
   if (!over()) return;
   compare(recording_->end_hash);
   report_.score = session.score();

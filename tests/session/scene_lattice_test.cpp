@@ -102,5 +102,32 @@ TEST(SceneLattice, AGivenLatticeMustHoldTheBody) {
   EXPECT_THAT(frame.error().message, HasSubstr("sticks out"));
 }
 
+/// Far larger cells lose the prisms of the body: each is less than counts as being in a cell.
+TEST(SceneLattice, CellsFarLargerThanTheBodyAreRefused) {
+  SceneLattice wanted;
+  const CollisionMesh mesh = sheet();
+  const auto error_with = [&](double size) {
+    wanted.cell_size = Vec3{size, size, size};
+    const Result<LatticeFrame> frame = scene_lattice(wanted, std::nullopt, mesh);
+    return frame.ok() ? std::string() : frame.error().message;
+  };
+  EXPECT_EQ(error_with(4), "");
+  for (const double size : {10.0, 1e3, 1e9}) {
+    EXPECT_THAT(error_with(size), HasSubstr("[lattice]: cell_size makes cells"));
+    EXPECT_THAT(error_with(size), HasSubstr("the body is 1 x 1 x 0.1 m"));
+  }
+  wanted.cells = {{1, 1, 1}};
+  wanted.origin = Vec3{-500, -500, -500};
+  EXPECT_THAT(error_with(1e3), HasSubstr("no larger than the body"));
+  Scene scene;
+  scene.file = "a.toml";
+  scene.body.model = "sheet";
+  scene.lattice.line = 3;
+  scene.lattice.cell_size = Vec3{1e3, 1e3, 1e3};
+  const auto session = Session::create(scene);
+  ASSERT_FALSE(session.ok());
+  EXPECT_EQ(session.error().message.find("a.toml:3: [lattice]: cell_size"), 0U) << session.error().message;
+}
+
 }  // namespace
 }  // namespace kerf::scene_lattice_test

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "kerf/base/indexed.h"
+#include "kerf/lattice/lattice_tolerances.h"
+#include "kerf/lattice/prism.h"
 
 namespace kerf {
 namespace {
@@ -81,6 +83,22 @@ Result<LatticeFrame> holding(const CollisionMesh& mesh, const Result<LatticeFram
   return frame;
 }
 
+/// Refuses cells that are far larger than the body.
+Result<LatticeFrame> filled(const CollisionMesh& mesh, const Result<LatticeFrame>& frame) {
+  if (!frame.ok()) return frame;
+  double fill = 0;
+  for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count()))
+    fill += ruled_volume(prism_between(corners_of(mesh, *frame, mesh.origin[CollisionMesh::corner(f, 0)]),
+                                       corners_of(mesh, *frame, mesh.origin[CollisionMesh::corner(f, 1)]),
+                                       corners_of(mesh, *frame, mesh.origin[CollisionMesh::corner(f, 2)])));
+  if (fill >= kLeastFill) return frame;
+  const Vec3 cell = frame->cell, body = prism_box(mesh, frame->axes).size();
+  return bad_input(fmt::format(
+      "[lattice]: cell_size makes cells of {:.4g} x {:.4g} x {:.4g} m, but the body is {:.4g} x {:.4g} x {:.4g} m along "
+      "their axes and fills {:.2g} of one, where {:g} is the least; make the cells no larger than the body",
+      cell.x, cell.y, cell.z, body.x, body.y, body.z, fill, kLeastFill));
+}
+
 }  // namespace
 
 Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::optional<LatticeHint>& hint,
@@ -109,7 +127,7 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
   LatticeIndex count{};
   if (wanted.cells) count = {(*wanted.cells)[0], (*wanted.cells)[1], (*wanted.cells)[2]};
   if (wanted.origin && wanted.cells && wanted.cell_size) {
-    return holding(mesh, choose_lattice(mesh, given(*wanted.origin, axes, *wanted.cell_size, count)));
+    return filled(mesh, holding(mesh, choose_lattice(mesh, given(*wanted.origin, axes, *wanted.cell_size, count))));
   }
   const Box3 box = prism_box(mesh, axes);
   if (box.empty()) return bad_input("[lattice]: the body is empty");
@@ -129,7 +147,7 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
     count[k] = n < 1 ? 1 : static_cast<std::int32_t>(n);
     low[i] -= 0.5 * (count[k] * cell[i] - size[i]);  // the body in the middle
   }
-  return choose_lattice(mesh, given(axes * low, axes, cell, count));
+  return filled(mesh, choose_lattice(mesh, given(axes * low, axes, cell, count)));
 }
 
 }  // namespace kerf

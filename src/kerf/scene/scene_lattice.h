@@ -12,8 +12,8 @@
 namespace kerf {
 
 /// The lattice that SceneLattice asks for, around an uncut body. `hint`: what the model recommends, if there
-/// is one. Bad input: what choose_lattice refuses. A given lattice that the body sticks out of is refused
-/// too, with the sizes.
+/// is one. Bad input: what choose_lattice refuses. A given lattice that the body sticks out of, or whose cells it
+/// fills less than kLeastFill of one, is refused too, with the sizes.
 Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::optional<LatticeHint>& hint,
                                    const CollisionMesh& mesh);
 

@@ -551,6 +551,11 @@ await check('pieces are weighed: beside the pointer, in a list, and on the tray'
 });
 
 await check('a scene shows what its title says, then hands the tools over', async () => {
+  /** Cosine between the view and that of the scene's own commands. */
+  const alongView = () => page.evaluate(() => {
+    const { position, target } = window.kerf.state().camera, view = window.kerf.app.info.script.view, way = position.map((x, k) => x - target[k]);
+    return view.reduce((sum, x, k) => sum + x * way[k], 0) / Math.hypot(...view) / Math.hypot(...way);
+  });
   await page.evaluate(() => { window.kerf.app.setTool('scalpel'); });
   for (const [name, pieces] of [['steak-on-a-board', 2], ['crossing-strips', null], ['tube', 1]]) {
     await scene(name);
@@ -568,11 +573,13 @@ await check('a scene shows what its title says, then hands the tools over', asyn
     await page.waitForFunction(() => !window.kerf.state().showing, null, { timeout: 60000 });
     const after = await state(page);
     assert.equal(after.pieces, pieces, name);
+    assert.ok(await alongView() > 0.99, 'seen as its own picture sees it');
     assert.ok(after.undoDepth > depth || after.redoDepth > 0 || after.cuts > 0 || after.drawn.wall > 0);
     assert.equal(await text('show'), 'Show me');
     await page.keyboard.press('r');  // the scene anew, for hands
     await until(page, (shown) => window.kerf.state().time < shown && window.kerf.state().drawn.wall === 0 && window.kerf.state().undoDepth === 0, after.time);
     assert.equal((await state(page)).showing, false);
+    assert.ok(await alongView() < 0.99, 'worked on in the view of all bodies');
   }
   await page.keyboard.press(';');
   await until(page, () => window.kerf.state().showing);

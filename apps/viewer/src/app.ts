@@ -134,6 +134,7 @@ export class App implements EngineEvents {
   readonly canvas: HTMLCanvasElement;
   look: Look = 'steak';
   private shownScene = '';
+  private shownFrom: Vec3 | null = null;
   private pendingNodes = new Float32Array(0);
   private pending: { version: number; input: number; n: number; fading: Fading } | null = null;
   private lastSeq = 0;
@@ -255,6 +256,8 @@ export class App implements EngineEvents {
     this.shownScene = shown;
     if (!same && this.stage.scopeOn) this.setScope(false); // another scene opens in its own view
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
+    if (!same) this.ownView = false;
+    this.viewOfShow();
     this.blade.setSize(this.stage.size);
     const scope = info?.scope;
     if (!same)
@@ -264,7 +267,6 @@ export class App implements EngineEvents {
     if (!same) {
       this.records.clear();
       this.follow = true;
-      this.ownView = false;
       this.lastCut = null;
       this.listener?.cut(null);
     }
@@ -275,6 +277,16 @@ export class App implements EngineEvents {
     this.counts = null;
     this.touch(true);
     this.drawing.compile();
+  }
+
+  /** What a scene does is watched from where it is seen well, and its body worked on in the view of all bodies. A person's own view stays. */
+  private viewOfShow(): void {
+    const view = this.shown ? (this.info?.script?.view ?? null) : null;
+    if (view !== this.shownFrom && !this.ownView && !this.stage.scopeOn) {
+      if (view) this.stage.lookAlong(view);
+      else this.stage.resetCamera();
+    }
+    this.shownFrom = view;
   }
 
   patch(patch: Patch): void {

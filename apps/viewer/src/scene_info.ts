@@ -29,6 +29,8 @@ export interface SceneScript {
   /** s */
   ends: number;
   runs: boolean;
+  /** From the body to an eye that sees well what they do. */
+  view: Vec3 | null;
   /** Tool, and seven numbers a place: time, point, axis towards the hand. */
   hands: { tool: ToolName; places: number[][] }[];
 }
@@ -80,7 +82,7 @@ export function readSceneInfo(hello: Pick<Hello, 'name' | 'json'>): SceneInfo {
 
 function readScript(from: unknown): SceneScript | null {
   if (!from || typeof from !== 'object') return null;
-  const o = from as { ends?: unknown; runs?: unknown; hands?: unknown };
+  const o = from as { ends?: unknown; runs?: unknown; view?: unknown; hands?: unknown };
   const ends = num(o.ends, 0);
   if (!(ends > 0)) return null;
   const hands = (Array.isArray(o.hands) ? o.hands : []).flatMap((h: unknown) => {
@@ -91,16 +93,17 @@ function readScript(from: unknown): SceneScript | null {
     );
     return known && good.length > 0 ? [{ tool: known.name, places: good }] : [];
   });
-  return { ends, runs: o.runs === true, hands };
+  return { ends, runs: o.runs === true, view: readVec(o.view), hands };
 }
+
+const readVec = (x: unknown): Vec3 | null =>
+  Array.isArray(x) && x.length === 3 && x.every((y) => Number.isFinite(y)) ? (x as unknown as Vec3) : null;
 
 function readScope(from: unknown): SceneInfo['scope'] {
   if (!from || typeof from !== 'object') return null;
   const o = from as Record<string, unknown>;
-  const vec = (x: unknown): Vec3 | null =>
-    Array.isArray(x) && x.length === 3 && x.every((y) => Number.isFinite(y)) ? (x as unknown as Vec3) : null;
-  const entry = vec(o.entry),
-    target = vec(o.target);
+  const entry = readVec(o.entry),
+    target = readVec(o.target);
   return entry && target ? { entry, target, angle: Math.max(0, Math.min(1.3, num(o.angle, Math.PI / 6))) } : null;
 }
 

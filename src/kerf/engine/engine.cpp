@@ -213,6 +213,9 @@ void Engine::Impl::hello(std::uint32_t client) {
                   [&](const OfferedScene& s) { return s.name == source.name; })) {
     json["script"] = Json::parse(script_json(script));
     json["script"]["runs"] = overrides.scripted;
+    // Through an arthroscope it is another view.
+    const Vec3 view = scene.output.camera.direction;
+    if (!scene.arthroscope) json["script"]["view"] = {view.x, view.y, view.z};
   }
   json["limits"] = {{"upload_bytes", options.most_upload}};
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -798,12 +798,14 @@ std::optional<ExtentFault> extent_fault(const Box3& box) {
 static Status check_needles(const TriangleMesh& mesh, const std::string& who) {
   const std::vector<VertexId> needles = find_needles(mesh, weld_exactly(mesh));
   if (needles.empty()) return {};
-  const VertexId first = needles.front();
-  return bad_input(fmt::format("{}{} of the surface like {}, the first is vertex {} at {}; put {} back, or remove {}",
-                               who, counted(needles.size(), "vertex sticks out", "vertices stick out"),
-                               needles.size() == 1 ? "a needle" : "needles", first.value + 1,
-                               place(mesh.positions[first]), needles.size() == 1 ? "it" : "them",
-                               needles.size() == 1 ? "it" : "them"));
+  const VertexId v = needles.front();
+  const std::string first = fmt::format("vertex {} at {}", v.value + 1, place(mesh.positions[v]));
+  if (needles.size() == 1)
+    return bad_input(
+        fmt::format("{}{} sticks out of the surface like a needle; put it back, or remove it", who, first));
+  return bad_input(
+      fmt::format("{}{} vertices stick out of the surface like needles, the first is {}; put them back, or remove them",
+                  who, needles.size(), first));
 }
 
 Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirements& requirements) {

@@ -481,6 +481,12 @@ export class Stage {
     this.controls.update();
   }
 
+  /** Looks from this direction, as far as it was. */
+  lookAlong([x, y, z]: Vec3): void {
+    const degrees = 180 / Math.PI;
+    this.lookFrom(degrees * Math.atan2(y, x), degrees * Math.atan2(z, Math.hypot(x, y)));
+  }
+
   /** Turns the camera by degrees and changes its distance. */
   turn(azimuth: number, elevation: number, zoom: number): void {
     this.flight = null;

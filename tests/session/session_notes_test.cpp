@@ -87,6 +87,43 @@ TEST(SessionNotes, APunchThatCutsNothingIsNoted) {
   EXPECT_THAT(notes_of(punch("point = [0, 0, 0.1]\nradius = 0.005\ntake = true\n"), 1), IsEmpty());
 }
 
+TEST(SessionNotes, ABladeThatCutsNothingIsNoted) {
+  const auto blade = [](const std::string& rest) {
+    return std::string(kStrip) + "[[command]]\nat = 0\ntype = \"blade\"\n" + rest;
+  };
+  EXPECT_THAT(
+      notes_of(blade("poses = [{ time = 0, base = [0, -1, 1], tip = [0, -1, -1] }, { time = 0.001, base = [0, 1, 1], "
+                     "tip = [0, 1, -1] }]\n"),
+               1),
+      IsEmpty());
+  const std::string far =
+      "poses = [{ time = 0, base = [5, 5, 5], tip = [5, 5, 4] }, { time = 0.01, base = [5, 6, 5], tip = [5, 6, 4] }]\n";
+  EXPECT_THAT(notes_of(blade(far), 3),
+              ElementsAre(AllOf(StartsWith("scene.toml:6: the blade cut nothing: its edge passes through no"),
+                                HasSubstr("(world coordinates, metres); move its poses onto the body"))));
+  EXPECT_THAT(notes_of(blade("frame = \"rest\"\n" + far), 3), ElementsAre(HasSubstr("(rest coordinates, metres)")));
+}
+
+TEST(SessionNotes, AShaverThatMeetsNoCutIsNoted) {
+  const std::string shaver =
+      "[body]\nmodel = \"steak\"\n[simulation]\ntime_step = 0.01\n[[command]]\nat = 0\ntype = \"shave\"\nradius = 0.001\n"
+      "smoothing = 1\nposes = [{ time = 0, base = [5, 5, 5], tip = [5, 5, 4] }, { time = 0.01, base = [5, 6, 5], tip = [5, 6, 4] }]\n";
+  EXPECT_THAT(notes_of(shaver, 3),
+              ElementsAre(StartsWith("scene.toml:5: the shaver took nothing off: it meets no cut surface")));
+}
+
+TEST(SessionNotes, AnUnfixThatLetsGoOfNothingIsNoted) {
+  const auto unfix = [](const char* x, const char* fixed) {
+    return std::string(kStrip) + "[[fix]]\nsphere = { center = [" + fixed +
+           ", 0, 0], radius = 0.05 }\n[[command]]\nat = 0\ntype = \"unfix\"\nsphere = { center = [" + x +
+           ", 0, 0], radius = 0.05 }\n";
+  };
+  EXPECT_THAT(notes_of(unfix("-0.1", "-0.1"), 1), IsEmpty());
+  for (const char* x : {"0.1", "9"})
+    EXPECT_THAT(notes_of(unfix(x, "-0.1"), 1),
+                ElementsAre(StartsWith("scene.toml:8: unfix lets go of nothing: no node that is held lies in")));
+}
+
 TEST(SessionNotes, RemovingNothingOrAWholeBodyIsNoted) {
   const std::string remove =
       "[[command]]\nat = 0.01\ntype = \"remove\"\nsphere = { center = [0, 0, 0], radius = 10 }\n";

@@ -53,7 +53,7 @@ Status Session::Impl::apply(const SceneCommand& command) {
       return {};
     }
     Status operator()(const ScenePunch& p) { return s.punch(p, place); }
-    Status operator()(const SceneShave& shave) { return s.begin_shave(shave); }
+    Status operator()(const SceneShave& shave) { return s.begin_shave(shave, place); }
     Status operator()(const SceneRemove& r) { return s.remove(r, place); }
     Status operator()(const SceneGrasp& g) { return s.grasp(g, place); }
     Status operator()(const SceneMove& m) { return s.note_lost_grasp(m.id, place, "move") ? Status{} : s.move(m); }
@@ -61,7 +61,7 @@ Status Session::Impl::apply(const SceneCommand& command) {
       return s.note_lost_grasp(r.id, place, "release") ? Status{} : s.release(r);
     }
     Status operator()(const SceneFixCommand& f) { return s.fix(f.region, "the fix command"); }
-    Status operator()(const SceneUnfix& u) { return s.unfix(u.region), Status{}; }
+    Status operator()(const SceneUnfix& u) { return s.unfix(u.region, place), Status{}; }
     Status operator()(const SceneToolMotion& m) { return s.move_tool(m); }
     Status operator()(const SceneJaws& j) { return s.move_jaws(j); }
     Status operator()(const SceneUndo& u) { return several(u.count, true); }
@@ -239,8 +239,16 @@ Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
   return {};
 }
 
-void Session::Impl::unfix(const SceneRegion& region) {
-  for (const NodeId n : nodes_in(region)) state.model.release_node(n);
+void Session::Impl::unfix(const SceneRegion& region, const std::string& place) {
+  bool held = false;
+  for (const NodeId n : nodes_in(region)) {
+    held = held || state.model.is_fixed(n);
+    state.model.release_node(n);
+  }
+  if (!held)
+    add_note(fmt::format(
+        "{}unfix lets go of nothing: no node that is held lies in its region (rest coordinates, metres); make it larger or move it onto what is held",
+        place));
 }
 
 void Session::Impl::renew_loads() {

@@ -203,6 +203,8 @@ struct Session::Impl {
   void note_uncut(const UncutPath& path);
   /// The stroke's blade has leaned, and its lips lie visibly beside it.
   void note_leaning();
+  /// The stroke of a command is over and has changed nothing.
+  void note_idle_stroke();
   /// How a body is called in messages.
   [[nodiscard]] std::string name_of_body(std::int32_t body) const;
 
@@ -254,7 +256,7 @@ struct Session::Impl {
 
   // session_shave.cpp
   Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);
-  Status begin_shave(const SceneShave& what);
+  Status begin_shave(const SceneShave& what, const std::string& place);
   Status advance_command_shave(double until);
   [[nodiscard]] BodyAccount account() const { return {state.measures, state.body.hex.bodies}; }
   void set_account(BodyAccount account);
@@ -333,7 +335,7 @@ struct Session::Impl {
   std::vector<Vec3> cut_through;  ///< of this step: where the blade that cuts is in the material, in rest coordinates
   std::vector<EdgePress> edge_presses;  ///< of this step
   Status fix(const SceneRegion& region, const std::string& name);
-  void unfix(const SceneRegion& region);
+  void unfix(const SceneRegion& region, const std::string& place);
   /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.
   std::vector<NodeId> nodes_in(const SceneRegion& region) const;
   /// Springs of grasps and of slit tips, anew. Linear in the tips there ever were, so changes of topology only say that they are

@@ -150,6 +150,17 @@ void Session::Impl::note_leaning() {
       state.stroke->place, leaning.at.x, leaning.at.y, leaning.at.z, leaning.distance));
 }
 
+void Session::Impl::note_idle_stroke() {
+  const ActiveStroke& stroke = *state.stroke;
+  // Who leads a blade by hand sees what it meets; what was refused has a note of its own.
+  if (!stroke.from_command || state.strokes.back().refused > 0) return;
+  add_note(fmt::format("{}{} ({} coordinates, metres); {}", stroke.place,
+                       stroke.shaving ? "the shaver took nothing off: it meets no cut surface on its way"
+                                      : "the blade cut nothing: its edge passes through no uncut material on its way",
+                       stroke.frame == SceneFrame::kRest ? "rest" : "world",
+                       stroke.shaving ? "move its poses onto the wall of a cut" : "move its poses onto the body"));
+}
+
 void Session::Impl::note_slowing(const StepReport& report) {
   if (report.slowed_nodes == 0 || slowing_noted) return;
   slowing_noted = true;

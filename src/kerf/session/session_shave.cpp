@@ -178,7 +178,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
   return report;
 }
 
-Status Session::Impl::begin_shave(const SceneShave& what) {
+Status Session::Impl::begin_shave(const SceneShave& what, const std::string& place) {
   KERF_TRY(finish_command_stroke());
   if (what.poses.empty() || !(what.radius > 0) || !(what.smoothing >= 0) || !(what.removal >= 0))
     return bad_input("shave: it needs poses, a radius above 0, and rates that are not negative");
@@ -186,6 +186,7 @@ Status Session::Impl::begin_shave(const SceneShave& what) {
   ActiveStroke& stroke = *state.stroke;
   stroke.shaving = stroke.from_command = true;
   stroke.shave = what;
+  stroke.place = place;
   stroke.command_began = state.time;
   state.strokes.back().kind = StrokeRecord::Kind::kShave;
   return {};

@@ -388,6 +388,7 @@ Status Session::Impl::end_stroke() {
   record.ended = state.time;
   record.after = counts();
   const bool idle = record.after == record.before && !stroke.shaved;  // every cut makes new vertices
+  if (idle) note_idle_stroke();
   const std::vector<std::uint8_t> dust = dust_of_stroke(record.removed);
   const std::string place = std::move(stroke.place);
 

@@ -17,6 +17,7 @@ namespace kerf::scene_body_test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 class SceneBodyTest : public ::testing::Test {
  protected:
@@ -50,6 +51,20 @@ TEST_F(SceneBodyTest, AModelBringsItsMaterialAndLattice) {
   EXPECT_TRUE(validate_binding(loaded->bound.complex).ok());
   // an open sheet takes its thickness from the model: offsets are half of 0.1 m
   EXPECT_NEAR(norm(loaded->bound.complex.collision.offset[CollisionVertex(0)]), 0.05, 1e-12);
+}
+
+TEST_F(SceneBodyTest, WhatIsWrongWithAFileNamesTheScenesLineToo) {
+  write_sheet();
+  const auto error_of = [&](const std::string& keys) {
+    const auto scene = parse_scene("[body]\nvisual = \"visual.obj\"\n" + keys, "scene.toml", folder_);
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    const auto session = Session::create(*scene);
+    return session.ok() ? "no error" : session.error().message;
+  };
+  const std::string place = "scene.toml:2: " + file("visual.obj");
+  EXPECT_THAT(error_of("thickness = 1e9\n"), StartsWith(place + ": thickness is 1e+09 m, but the surface is 1.41 m"));
+  EXPECT_THAT(error_of("thickness = 0.1\nscale = 1e300\n"), StartsWith(place + ", scaled by 1e+300: the surface is"));
+  EXPECT_THAT(error_of(""), StartsWith(place + " is an open surface"));
 }
 
 TEST_F(SceneBodyTest, FilesAreScaledAndNeedAThickness) {

@@ -36,6 +36,12 @@ TEST(SceneLines, WhatAModelOrALatticeCannotBeNamesItsLine) {
   EXPECT_THAT(
       error_of("[body]\nmodel = \"strip\"\n[lattice]\ncells = [1000, 1000, 1000]\n"),
       AllOf(StartsWith("scene.toml:4: lattice: 1000 x 1000 x 1000 cells are too many"), HasSubstr("are the most")));
+  EXPECT_THAT(error_of(strip + "position = [1e6, 0, 0]\n"),
+              AllOf(StartsWith("scene.toml:2: the body lies 1e+06 m"), HasSubstr("give [body] a position")));
+  EXPECT_THAT(error_of("[[body]]\nmodel = \"steak\"\n[[body]]\nmodel = \"sheet\"\n"),
+              StartsWith("scene.toml:4: body 1 (steak) is closed, body 2 (sheet) is an open sheet"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\nthickness = 1e9\n"),
+              StartsWith("scene.toml:2: sheet: thickness is 1e+09 m, but the surface is 1.41 m across"));
   EXPECT_THAT(error_of(strip + "[[fix]]\nsphere = { center = [9, 9, 9], radius = 1 }\n"),
               StartsWith("scene.toml:4: [[fix]] number 1 holds nothing"));
   EXPECT_THAT(error_of(strip + "[lesion]\nsphere = { center = [9, 9, 9], radius = 1 }\n"),

@@ -104,6 +104,7 @@ Result<std::unique_ptr<LoadedScene>> load_now(SceneRequest request, const Progre
   with_script.scripted = true;
   auto scene = scene_of(request.source, with_script, folders_of(request));
   if (!scene) return scene.error();
+  if (request.meshes) scene->body.line = 0;  // nobody wrote that text
   out->script = scene_script(*scene);
   if (!request.overrides.scripted) scene->commands.clear();
   KERF_TRY(take_meshes(*scene, request.source));

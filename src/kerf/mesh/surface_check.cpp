@@ -779,7 +779,7 @@ std::optional<ExtentFault> extent_fault(const Box3& box) {
         fmt::format("{}{:.3g} m across, and sizes from {:g} to {:g} m can be worked with",
                     std::isfinite(diagonal) ? "" : "more than ",
                     std::fmin(diagonal, std::numeric_limits<double>::max()), kSmallestDiagonal, kLargestDiagonal),
-        "give `scale` to turn the file's units into metres"};
+        "give `scale` the factor that turns the file's units into metres"};
   }
   double distance = 0;
   for (const double c : {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}) {

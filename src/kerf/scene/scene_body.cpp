@@ -35,7 +35,7 @@ Result<TriangleMesh> read_surface(const std::string& file, std::optional<Triangl
   }
   KERF_TRY(progress("check", 0));
   SurfaceRequirements requirements = wanted;
-  requirements.name = file;
+  requirements.name = scale == 1 ? file : fmt::format("{}, scaled by {:g}", file, scale);
   requirements.bindable = true;
   const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
   if (!checked.ok()) return checked.error();
@@ -75,6 +75,16 @@ void note_unused_thickness(const SceneBody& body, const CellComplex& complex, co
     notes.push_back(fmt::format(
         "{}: the thickness of {} m that was given is not used: the {} is closed and says itself how thick it is", name,
         *body.thickness, body.model.empty() ? "surface" : "model"));
+}
+
+/// Refuses a sheet that is thicker than its surface is across.
+Status check_thickness(const SceneBody& body, const TriangleMesh& visual, const std::string& name) {
+  Box3 box;
+  for (const Vec3 p : visual.positions) box.add(p);
+  if (!body.thickness || *body.thickness <= box.diagonal() || surface_measures(visual).closed) return {};
+  return bad_input(fmt::format(
+      "{}: thickness is {:g} m, but the surface is {:.3g} m across, and a sheet is thinner than that; give thickness in metres",
+      name, *body.thickness, box.diagonal()));
 }
 
 /// Wanted by the scene; 0: as many as it takes.
@@ -166,6 +176,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
         return out;
       }
       name = body.visual;
+      KERF_TRY(check_thickness(body, visual, name));
       Result<BoundBody> bound = bind_sheet(visual, collision_triangles(body), options);
       if (!bound.ok()) return named(bound.error(), name);
       out.bound = std::move(*bound);
@@ -180,6 +191,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
       name = body.visual + " with " + body.collision;
     }
   }
+  KERF_TRY(check_thickness(body, visual, name));
   Result<BoundBody> bound = bind(visual, collision, options);
   if (!bound.ok()) {
     Error error = named(bound.error(), name);

@@ -80,13 +80,13 @@ Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progre
     const SceneBody& body = body_at(scene, i);
     names.push_back(body_name(scene, i));
     auto loaded = load_scene_body(body, progress);
-    // What is wrong with a file is said with its name; models have none.
-    if (!loaded) return body.model.empty() ? loaded.error() : at_line(scene, body.line, loaded.error());
+    if (!loaded) return at_line(scene, body.line, loaded.error());
     for (std::string& note : loaded->notes) out.notes.push_back(std::move(note));
     CellComplex& complex = loaded->bound.complex;
     const auto frame = place_body(scene, body, loaded->lattice, complex);
-    if (!frame) return at_line(scene, scene.lattice.line, frame.error());
-    KERF_TRY(check_distance(complex.collision, *frame));
+    if (!frame) return at_line(scene, scene.lattice.line > 0 ? scene.lattice.line : body.line, frame.error());
+    if (const Status near = check_distance(complex.collision, *frame); !near)
+      return at_line(scene, body.line, near.error());
     out.memory.push_back({*frame, lattice_memory(complex.collision, *frame, scene.simulation.preconditioner)});
     LatticeBody own;
     own.first = RootId(i == 0 ? 0 : root_count(out.complex));
@@ -103,9 +103,11 @@ Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progre
       continue;
     }
     if (complex.closed != out.complex.closed)
-      return bad_input(fmt::format("{} is {}, {} is {}: bodies of one scene must all be closed, or all open sheets",
-                                   names[0], out.complex.closed ? "closed" : "an open sheet", names[i],
-                                   complex.closed ? "closed" : "an open sheet"));
+      return at_line(
+          scene, body.line,
+          bad_input(fmt::format("{} is {}, {} is {}: bodies of one scene must all be closed, or all open sheets",
+                                names[0], out.complex.closed ? "closed" : "an open sheet", names[i],
+                                complex.closed ? "closed" : "an open sheet")));
     append_complex(complex, out.complex);
   }
   KERF_TRY(check_lattice_memory(scene, out.memory));

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "folder.h"
+#include "kerf/mesh/models.h"
 #include "kerf/scene/closest_word.h"
 
 namespace kerf::app {
@@ -62,6 +63,12 @@ Result<fs::path> find_scene(const std::string& name) {
           fmt::format("{}: {}, not a scene file; name a scene (kerf info --scenes lists those that are shipped)",
                       candidate.string(), what));
   std::string message = fmt::format("there is no scene \"{}\"", name);
+  const std::vector<ModelName>& models = model_names();
+  if (std::any_of(models.begin(), models.end(), [&](const ModelName& m) { return m.name == name; }))
+    return bad_input(fmt::format(
+        "{}: {} is a model. A scene file with the line body.model = \"{}\" runs it; kerf make {} --out FOLDER writes its "
+        "meshes and such a scene",
+        message, name, name, name));
   const std::vector<std::string> shipped = shipped_scenes();
   const std::vector<std::string_view> known(shipped.begin(), shipped.end());
   if (const std::string_view closest = closest_word(fs::path(name).stem().string(), known); !closest.empty()) {

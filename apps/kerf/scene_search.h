@@ -15,7 +15,8 @@ namespace kerf::app {
 std::vector<std::filesystem::path> scene_folders();
 
 /// The file for what a person typed: a path as it stands, else a scene of scene_folders(), each with and
-/// without .toml. Bad input lists where it looked and the shipped scene that was probably meant.
+/// without .toml. Bad input says how a model of this name is used, or lists where it looked and the shipped scene that
+/// was probably meant.
 Result<std::filesystem::path> find_scene(const std::string& name);
 
 /// Names of all shipped scenes, sorted, each once.

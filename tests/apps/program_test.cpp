@@ -176,6 +176,15 @@ TEST_F(ProgramTest, InfoOfASurfaceThatIsTooLargeSaysSo) {
   }
 }
 
+TEST_F(ProgramTest, AModelIsNoSceneAndSaysHowItIsUsed) {
+  const Outcome run = kerf("run mat --out " + in("out"));
+  EXPECT_EQ(run.status, 2);
+  EXPECT_THAT(run.text, HasSubstr("there is no scene \"mat\": mat is a model"));
+  std::ofstream(in("one.toml")) << "body.model = \"mat\"\n";
+  EXPECT_THAT(run.text, HasSubstr("body.model = \"mat\""));
+  EXPECT_EQ(kerf("info " + in("one.toml")).status, 0);
+}
+
 // However quiet it is, a run says why it is none.
 TEST_F(ProgramTest, ABodyTooFarOffIsRefusedQuietOrNot) {
   for (const char* quiet : {"", " --quiet"})

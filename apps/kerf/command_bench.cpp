@@ -6,6 +6,7 @@
 #include "command_files.h"
 #include "exit_status.h"
 #include "folder.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/whole_file.h"
 #include "plot.h"
 #include "progress_bar.h"
@@ -40,8 +41,8 @@ int run_bench(const BenchCommand& options) {
   }();
   if (!run) return report(run.error());
   if (run->tables.empty())
-    return report(
-        bad_input(fmt::format("no table of \"kerf bench {}\" has \"{}\" in its name", options.what, options.rows)));
+    return report(bad_input(
+        fmt::format("no table of \"kerf bench {}\" has \"{}\" in its name", options.what, shown(options.rows))));
   run->program = fmt::format("kerf bench {} ", options.what);
   run->program += options.quick ? std::string("--quick") : fmt::format("--cuts {}", options.cuts);
   if (!options.rows.empty()) run->program += fmt::format(" --rows {}", options.rows);

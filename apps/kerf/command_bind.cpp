@@ -100,10 +100,11 @@ int bind_meshes(const BindOptions& options) {
   if (made) put(stdout, quality_table(*made));
   const BindReport& r = loaded->bound.report;
   say("bound {} visual triangles to {} collision triangles ({}) in {:.3g} s; "
-      "re-meshing added {} vertices and {} triangles\n{}written to {}\n",
+      "re-meshing added {} vertices and {} triangles\n",
       r.input_triangles, loaded->bound.complex.collision.face_count(), r.closed ? "closed" : "open sheet",
-      r.seconds.total, r.visual_vertices - r.input_vertices, r.visual_triangles - r.input_triangles,
-      r.closed ? placement_text(r) + "\n" : "", options.out.string());
+      r.seconds.total, r.visual_vertices - r.input_vertices, r.visual_triangles - r.input_triangles);
+  if (r.closed) say("{}\n", placement_text(r));
+  say("written to {}\n", options.out.string());
   return kSuccess;
 }
 

@@ -6,6 +6,7 @@
 #include "exit_status.h"
 #include "folder.h"
 #include "kerf/base/indexed.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/models.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/run_outputs.h"
@@ -107,13 +108,14 @@ int cut_body(const CutOptions& options) {
     return report(
         bad_input("cut: --along has no length or points along the cut itself; the blade's edge must cross its path"));
   if (const SceneBody named = body_named(options); named.visual.empty() && options.scale != 1)
-    return report(bad_input(fmt::format("cut: \"{}\" is in metres already; --scale is for mesh files", options.body)));
+    return report(
+        bad_input(fmt::format("cut: \"{}\" is in metres already; --scale is for mesh files", shown(options.body))));
   if (const SceneBody named = body_named(options); !named.visual.empty() && named.collision.empty()) {
     if (!is_there(named.visual)) {
       std::string models;
       for (const ModelName& model : model_names()) models += (models.empty() ? "" : ", ") + std::string(model.name);
-      return report(bad_input(
-          fmt::format("cut: there is no file \"{}\", and no model of that name (models: {})", options.body, models)));
+      return report(bad_input(fmt::format("cut: there is no file \"{}\", and no model of that name (models: {})",
+                                          shown(options.body), models)));
     }
   }
   Scene scene;

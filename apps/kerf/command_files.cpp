@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "folder.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/whole_file.h"
 
 namespace kerf::app {
@@ -25,7 +26,7 @@ std::vector<CommandFile> files_of(const SceneBody& body) {
 std::vector<CommandFile> files_of(const std::filesystem::path& file, const Scene& scene) {
   std::vector<CommandFile> files{{"the scene", file}};
   for (const SceneFileUse& use : scene.files)
-    files.push_back({fmt::format("the scene's \"{}\",", use.written), use.path});
+    files.push_back({fmt::format("the scene's \"{}\",", shown(use.written)), use.path});
   return files;
 }
 
@@ -43,12 +44,12 @@ Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<C
       if (is_there(in.path) && same_file(in.path.string(), out.path.string()))
         return bad_input(
             fmt::format("{} {} would replace {} {}: they are the same file; choose another place for what is written",
-                        out.what, out.path.string(), in.what, in.path.string()));
+                        out.what, shown(out.path.string()), in.what, shown(in.path.string())));
     for (std::size_t k = 0; k < i; ++k)
       if (same_file(outputs[k].path.string(), out.path.string()))
         return bad_input(
             fmt::format("{} {} would replace {} {}: they are the same file; choose another place for one of them",
-                        out.what, out.path.string(), outputs[k].what, outputs[k].path.string()));
+                        out.what, shown(out.path.string()), outputs[k].what, shown(outputs[k].path.string())));
   }
   return {};
 }

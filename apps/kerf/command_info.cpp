@@ -10,6 +10,7 @@
 
 #include "exit_status.h"
 #include "folder.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_check.h"
@@ -29,18 +30,18 @@ struct CommandText {
     return fmt::format("blade, {} poses in {:g} s, {} frame", blade.poses.size(), blade.poses.back().time,
                        frame(blade.frame));
   }
-  std::string operator()(const SceneGrasp& grasp) const { return fmt::format("grasp \"{}\"", grasp.id); }
-  std::string operator()(const SceneMove& move) const { return fmt::format("move \"{}\"", move.id); }
-  std::string operator()(const SceneRelease& release) const { return fmt::format("release \"{}\"", release.id); }
+  std::string operator()(const SceneGrasp& grasp) const { return fmt::format("grasp \"{}\"", shown(grasp.id)); }
+  std::string operator()(const SceneMove& move) const { return fmt::format("move \"{}\"", shown(move.id)); }
+  std::string operator()(const SceneRelease& release) const { return fmt::format("release \"{}\"", shown(release.id)); }
   std::string operator()(const SceneFixCommand&) const { return "fix"; }
   std::string operator()(const SceneUnfix&) const { return "unfix"; }
   std::string operator()(const SceneUndo& undo) const { return fmt::format("undo {}", undo.count); }
   std::string operator()(const SceneRedo& redo) const { return fmt::format("redo {}", redo.count); }
   std::string operator()(const SceneToolMotion& motion) const {
-    return fmt::format("tool {} through {} poses", motion.id, motion.poses.size());
+    return fmt::format("tool {} through {} poses", shown(motion.id), motion.poses.size());
   }
   std::string operator()(const SceneJaws& jaws) const {
-    return fmt::format("{} {}", jaws.close ? "close" : "open", jaws.id);
+    return fmt::format("{} {}", jaws.close ? "close" : "open", shown(jaws.id));
   }
   std::string operator()(const ScenePunch& punch) const {
     const std::string outline =
@@ -57,23 +58,23 @@ struct CommandText {
   }
   std::string operator()(const SceneRemove& remove) const {
     return remove.grasp.empty() ? fmt::format("remove loose pieces in a region, {} frame", frame(remove.frame))
-                                : fmt::format("remove what \"{}\" holds", remove.grasp);
+                                : fmt::format("remove what \"{}\" holds", shown(remove.grasp));
   }
   static const char* frame(SceneFrame frame) { return frame == SceneFrame::kRest ? "rest" : "world"; }
 };
 
 std::string body_text(const SceneBody& body) {
-  if (!body.model.empty()) return fmt::format("body      model {}\n", body.model);
-  if (!body.visual.empty()) return fmt::format("body      {} bound to {}\n", body.visual, body.collision);
-  return fmt::format("body      {}\n", body.bound);
+  if (!body.model.empty()) return fmt::format("body      model {}\n", shown(body.model));
+  if (!body.visual.empty()) return fmt::format("body      {} bound to {}\n", shown(body.visual), shown(body.collision));
+  return fmt::format("body      {}\n", shown(body.bound));
 }
 
 int show_scene(const std::filesystem::path& path) {
   const Result<Scene> read = read_scene(path, mesh_folders({}));
   if (!read.ok()) return report(read.error());
   const Scene& scene = *read;
-  std::string out = fmt::format("scene     {}\n", path.string());
-  if (!scene.title.empty()) out += fmt::format("title     {}\n", scene.title);
+  std::string out = fmt::format("scene     {}\n", shown(path.string()));
+  if (!scene.title.empty()) out += fmt::format("title     {}\n", shown(scene.title));
   out += body_text(scene.body);
   for (const SceneBody& body : scene.more_bodies) out += body_text(body);
   out += fmt::format("time      {:g} s in steps of {:g} s\n", scene.simulation.duration, scene.simulation.time_step);
@@ -98,7 +99,7 @@ int show_mesh(const std::string& file) {
   const MeshInfo info = mesh_info(*mesh);
   const SurfaceMeasures& m = info.measures;
   const Vec3 size = m.box.size();
-  std::string out = fmt::format("mesh       {}\n", file);
+  std::string out = fmt::format("mesh       {}\n", shown(file));
   out += fmt::format("counts     {} vertices, {} edges, {} triangles\n", m.vertices + m.unused_vertices, m.edges,
                      m.triangles);
   SurfaceRequirements requirements;
@@ -139,7 +140,7 @@ int show_bound_body(const std::string& file) {
   const Result<BoundBody> body = load_bound_body(file, &nature);
   if (!body.ok()) return report(body.error());
   const BindReport& r = body->report;
-  std::string out = fmt::format("body       {}\n", file);
+  std::string out = fmt::format("body       {}\n", shown(file));
   out += fmt::format("visual     {} vertices, {} triangles, {}; before re-meshing {} and {}\n", r.visual_vertices,
                      r.visual_triangles, r.closed ? "closed" : "open sheet", r.input_vertices, r.input_triangles);
   out += fmt::format("collision  {} vertices, {} triangles, mean edge {}\n", body->complex.collision.vertex_count(),

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "exit_status.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/record/recording.h"
 #include "mesh_folders.h"
 #include "progress_bar.h"
@@ -23,7 +24,8 @@ int play(const std::string& file, const Recording& recording, const ReplayOption
   }();
   if (!played) {
     Error why = played.error();
-    if (why.message.find(file) == std::string::npos) why.message = file + ": " + why.message;
+    if (const std::string name = shown(file); why.message.find(name) == std::string::npos)
+      why.message = name + ": " + why.message;
     return report(why);
   }
   score = played->score;

@@ -8,6 +8,7 @@
 #include "command_files.h"
 #include "exit_status.h"
 #include "kerf/base/parallel.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/picture/session_picture.h"
@@ -127,8 +128,8 @@ class Run {
     std::string broken;
     for (const RunLog::Check& c : log_.checks)
       if (!c.problem.empty())
-        broken += fmt::format("{}{}: invariant broken ({}, {} s): {}", broken.empty() ? "" : "\nkerf: ", scene_.name,
-                              c.what, c.time, c.problem);
+        broken += fmt::format("{}{}: invariant broken ({}, {} s): {}",
+                              broken.empty() ? "" : "\nkerf: ", shown(scene_.name), c.what, c.time, c.problem);
     if (broken.empty()) return {};
     return failed(broken);
   }
@@ -220,7 +221,7 @@ int run_scene(const RunOptions& options) {
   if (!(scene->simulation.duration / scene->simulation.time_step <= kMostSteps))
     return report(bad_input(fmt::format(
         "{}: {} s in time steps of {} s are more than {} steps; choose a larger time_step or a shorter duration",
-        path->string(), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
+        shown(path->string()), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
   const std::vector<CommandFile> inputs = files_of(*path, *scene);
   std::vector<CommandFile> outputs = results_in(options.out, result_files(scene->output));
   if (!options.record.empty()) outputs.push_back({"the recording", options.record});

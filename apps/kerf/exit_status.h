@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "kerf/base/result.h"
+#include "kerf/base/shown_text.h"
 #include "terminal.h"
 
 namespace kerf::app {
@@ -12,9 +13,9 @@ inline constexpr int kSuccess = 0;
 inline constexpr int kRunFailed = 1;
 inline constexpr int kBadInput = 2;
 
-/// Prints an error to stderr, one "kerf: " line each, and returns its exit status.
+/// Prints an error to stderr, after "kerf: ", and returns its exit status.
 inline int report(const Error& error) {
-  warn("kerf: {}\n", error.message);
+  put(stderr, "kerf: " + shown_lines(error.message) + "\n");
   return error.kind == ErrorKind::kBadInput ? kBadInput : kRunFailed;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kerf/base/result.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/whole_file.h"
 
 namespace kerf::app {
@@ -28,7 +29,7 @@ inline Status make_folder(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, code);
   if (code || !std::filesystem::is_directory(folder, code)) {
     return bad_input(
-        fmt::format("can't make the folder {}: {}", folder.string(), code ? code.message() : "it is a file"));
+        fmt::format("can't make the folder {}: {}", shown(folder.string()), code ? code.message() : "it is a file"));
   }
   for (const std::filesystem::path& parent : parents) KERF_TRY(keep_names(parent.string()));
   return {};

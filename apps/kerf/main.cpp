@@ -25,6 +25,7 @@
 #include "exit_status.h"
 #include "kerf/base/byte_count.h"
 #include "kerf/base/memory_limit.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/models.h"
 #include "mesh_folders.h"
 #include "number_checks.h"
@@ -372,6 +373,10 @@ int main(int argc, char** argv) {
       "Start with:\n"
       "  kerf run steak --out out/steak\n"
       "kerf COMMAND --help explains a command with examples.");
+  app.failure_message([](const CLI::App* command, const CLI::Error& error) {
+    const CLI::Error printed(error.get_name(), shown(error.what(), kMostOfSentence), error.get_exit_code());
+    return CLI::FailureMessage::simple(command, printed);  // arguments may hold what only a terminal would understand
+  });
   std::function<int()> chosen;
   std::optional<MemoryLimit> memory;
   RunOptions run;
@@ -394,9 +399,9 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    std::ostringstream wrong;  // arguments may hold what only a terminal would understand
+    std::ostringstream wrong;
     const int status = app.exit(error, std::cout, wrong);
-    if (!wrong.str().empty()) warn("kerf: {}", wrong.str());
+    if (!wrong.str().empty()) put(stderr, "kerf: " + wrong.str());
     if (status != 0) return kBadInput;
     return printed() ? kSuccess : kRunFailed;  // --help, --version
   }

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/whole_file.h"
 
 namespace kerf::app {
@@ -21,7 +22,7 @@ Status write_png(const std::filesystem::path& file, const Picture& picture) {
     bytes.resize(size);
     return replace_file(file.string(), bytes);
   }
-  return failed(fmt::format("can't write the picture {}: {}", file.string(), image.message));
+  return failed(fmt::format("can't write the picture {}: {}", shown(file.string()), image.message));
 }
 
 }  // namespace kerf::app

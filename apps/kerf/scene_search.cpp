@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "folder.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/models.h"
 #include "kerf/scene/closest_word.h"
 
@@ -61,8 +62,8 @@ Result<fs::path> find_scene(const std::string& name) {
     if (const std::string what = what_else(candidate); !what.empty())
       return bad_input(
           fmt::format("{}: {}, not a scene file; name a scene (kerf info --scenes lists those that are shipped)",
-                      candidate.string(), what));
-  std::string message = fmt::format("there is no scene \"{}\"", name);
+                      shown(candidate.string()), what));
+  std::string message = fmt::format("there is no scene \"{}\"", shown(name));
   const std::vector<ModelName>& models = model_names();
   if (std::any_of(models.begin(), models.end(), [&](const ModelName& m) { return m.name == name; }))
     return bad_input(fmt::format(
@@ -77,7 +78,7 @@ Result<fs::path> find_scene(const std::string& name) {
     message += fmt::format("; shipped scenes are {}", fmt::join(shipped, ", "));
   }
   message += "\nlooked for it as a file";
-  for (const fs::path& folder : scene_folders()) message += fmt::format(", in {}", folder.string());
+  for (const fs::path& folder : scene_folders()) message += fmt::format(", in {}", shown(folder.string()));
   return bad_input(message);
 }
 

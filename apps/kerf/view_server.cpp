@@ -30,6 +30,7 @@
 
 #include "exit_status.h"
 #include "gunzip.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/mesh/whole_file.h"
 #include "packed.h"
@@ -134,7 +135,7 @@ Result<PageFiles> read_page(const std::string& folder) {
     return bad_input(
         fmt::format("there is no page in {}: build it with `npm ci && npm run build` in apps/viewer, and give its "
                     "folder dist",
-                    folder));
+                    shown(folder)));
   files["/"] = index->second;
   return files;
 }

@@ -74,6 +74,48 @@ TEST_F(ProgramTest, BadInputIsStatusTwo) {
   EXPECT_THAT(bad.text, HasSubstr("bad.toml:4: unknown key \"yuong\" in [material]; did you mean \"young\"?"));
 }
 
+// Whoever names a file could else write lines of the program's, or turn what stands after the name.
+TEST_F(ProgramTest, NamesStayOnOneLine) {
+  const std::string name = in("new\nkerf: line\u202e\u2028");
+  const std::string quoted = "'" + name + "'", folder = "'" + name + "x'";
+  for (const std::string& command :
+       {"info " + quoted + ".obj", "bind " + quoted + ".obj -o " + in("x.kerf"), "run " + quoted + " -o " + in("x"),
+        "cut " + quoted + ".kerf --from 0,0,0 --to 1,0,0 -o " + in("x"), "replay " + quoted,
+        "make " + quoted + " -o " + in("x"), "bind steak -o " + quoted + "/", "rnu " + quoted}) {
+    const Outcome out = kerf(command);
+    EXPECT_EQ(out.status, 2) << command;
+    EXPECT_THAT(out.text, HasSubstr("kerf: ")) << command;
+    EXPECT_THAT(out.text, ::testing::Not(HasSubstr("\nkerf: "))) << command;
+    for (const char* hidden : {"\u202e", "\u2028"}) EXPECT_THAT(out.text, ::testing::Not(HasSubstr(hidden))) << command;
+  }
+  std::ofstream(name + ".obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2\n";
+  EXPECT_THAT(kerf("info " + quoted + ".obj").text, HasSubstr("new\\x0akerf: line\\u202e\\u2028.obj:5: a face"));
+  std::ofstream(name + ".toml") << "[body]\nmodel = \"steak\"\nmdel = \"\\n\"\n\"a\\nb\" = 1\n";
+  const Outcome scene = kerf("run " + quoted + ".toml -o " + in("x"));
+  EXPECT_THAT(scene.text, HasSubstr("line\\u202e\\u2028.toml:3: unknown key \"mdel\""));
+  EXPECT_THAT(scene.text, HasSubstr("line\\u202e\\u2028.toml:4: unknown key \"a\\x0ab\""));
+  const Outcome made = kerf("make sheet -o " + folder);
+  EXPECT_EQ(made.status, 0);
+  EXPECT_THAT(made.text, HasSubstr("written to " + in("new\\x0akerf: line")));
+}
+
+TEST_F(ProgramTest, MessagesHaveABound) {
+  const std::string key(1000000, 'k'), name(100000, 'n');
+  std::ofstream(in("key.toml")) << "[body]\nmodel = \"steak\"\n" << key << " = 1\n";
+  std::ofstream(in("text.toml")) << "[body]\nmodel = \"" << key << "\"\n";
+  std::ofstream(in("cells.toml")) << "[body]\nmodel = \"steak\"\n[lattice]\ncell_size = [1e-300, 1, 1]\n";
+  for (const std::string& command :
+       {"run " + in("key.toml") + " -o " + in("x"), "run " + in("text.toml") + " -o " + in("x"),
+        "run " + in("cells.toml") + " -o " + in("x"), "info " + name, "info " + name + ".obj",
+        "make " + name + " -o " + in("x"), "view --port " + name, name}) {
+    const Outcome out = kerf(command);
+    EXPECT_EQ(out.status, 2) << command.substr(0, 20) << out.text.substr(0, 100);
+    EXPECT_LT(out.text.size(), 2500u) << command.substr(0, 20);
+  }
+  EXPECT_THAT(kerf("run " + in("key.toml") + " -o " + in("x")).text, HasSubstr("kkk\" in [body]; known are"));
+  EXPECT_THAT(kerf("run " + in("cells.toml") + " -o " + in("x")).text, HasSubstr("e+299 cells along axis 1"));
+}
+
 // A strip wound through itself: there is a collision mesh, but it does not bind.
 TEST_F(ProgramTest, WhatDoesNotBindIsSavedToBeLookedAt) {
   std::ofstream strip(in("strip.obj"));

@@ -1,6 +1,7 @@
 // Names of files that would speak to a terminal, and numbers of the command line.
 #include <gtest/gtest.h>
 
+#include "exit_status.h"
 #include "number_checks.h"
 #include "terminal.h"
 
@@ -21,6 +22,25 @@ TEST(Terminal, TextStays) {
   for (const char* text :
        {"", "note: a\n\tb\n", "\xe5\x8d\x8a\xe6\x9c\x88\xe6\x9d\xbf.obj", "\xc2\xa0\xc3\x9b", "~/a b.kerf"})
     EXPECT_EQ(printable(text), text);
+}
+
+// A name with a line end would look like a line of the program.
+TEST(Terminal, ValuesStayOnOneLine) {
+  testing::internal::CaptureStderr();
+  warn("{} of {}\n\t{}\n", std::string("a\nkerf: b\u202e"), 3, "c\t");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "a\\x0akerf: b\\u202e of 3\n\tc\\x09\n");
+  testing::internal::CaptureStdout();
+  say("{}{:.2f}{}\n", std::string_view("\u2028"), 0.5, true);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "\\u20280.50true\n");
+}
+
+TEST(Terminal, LongMessagesAreCutInTheirMiddle) {
+  testing::internal::CaptureStderr();
+  report(bad_input("begin" + std::string(100000, 'x') + "end\nnext line"));
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_LT(text.size(), 2100u);
+  EXPECT_TRUE(text.starts_with("kerf: beginx")) << text;
+  EXPECT_TRUE(text.ends_with("xend\nnext line\n")) << text;
 }
 
 TEST(NumberChecks, AreFinite) {

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "kerf/base/hash.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/binding/validate_binding.h"
 #include "kerf/mesh/surface_check.h"
 #include "kerf/mesh/surface_tolerances.h"
@@ -256,10 +257,10 @@ Status check_start(std::string_view first, const std::string& name) {
   r.bytes(magic, sizeof magic);
   r.value(version);
   if (!r.ok() || std::memcmp(magic, kMagic, sizeof magic) != 0)
-    return bad_input(fmt::format("{}: is not a bound body; make one with kerf bind", name));
+    return bad_input(fmt::format("{}: is not a bound body; make one with kerf bind", shown(name)));
   if (version < 1 || version > kBoundBodyVersion)
-    return bad_input(fmt::format("{}: has version {}, this program reads versions 1 to {}; bind the body again", name,
-                                 version, kBoundBodyVersion));
+    return bad_input(fmt::format("{}: has version {}, this program reads versions 1 to {}; bind the body again",
+                                 shown(name), version, kBoundBodyVersion));
   return {};
 }
 
@@ -284,7 +285,7 @@ Result<BoundBody> load_bound_body(const std::filesystem::path& file, BodyNature*
 }
 
 Result<BoundBody> parse_bound_body(std::string_view bytes, const std::string& name, BodyNature* nature) {
-  const auto bad = [&](const std::string& why) { return bad_input(fmt::format("{}: {}", name, why)); };
+  const auto bad = [&](const std::string& why) { return bad_input(fmt::format("{}: {}", shown(name), why)); };
   KERF_TRY(check_start(bytes, name));
   Reader r(bytes);
   char magic[sizeof kMagic];

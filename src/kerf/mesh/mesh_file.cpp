@@ -6,6 +6,7 @@
 #include <cstring>
 #include <optional>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/text_scanner.h"
 #include "kerf/mesh/whole_file.h"
 
@@ -61,9 +62,9 @@ Result<TriangleMesh> parse_mesh(std::string_view bytes, const std::string& path,
   const std::optional<Format> format = format_of_extension(extension);
   const std::optional<Format> content = format_of_content(bytes);
   if (!format) {
-    std::string message = extension.empty()
-                              ? fmt::format("{}: the file name has no extension", path)
-                              : fmt::format("{}: '.{}' is not a mesh format that can be read", path, extension);
+    std::string message = extension.empty() ? fmt::format("{}: the file name has no extension", shown(path))
+                                            : fmt::format("{}: '.{}' is not a mesh format that can be read",
+                                                          shown(path), shown(extension));
     if (content) {
       const int i = static_cast<int>(*content);
       return bad_input(fmt::format("{}; the content looks like {}: rename it to end in .{}", message, kFormatNames[i],
@@ -73,16 +74,17 @@ Result<TriangleMesh> parse_mesh(std::string_view bytes, const std::string& path,
   }
   if (content && *content != *format) {
     const int i = static_cast<int>(*content);
-    return bad_input(fmt::format("{}: the extension says {}, but the content is {}; rename it to end in .{}", path,
-                                 kFormatNames[static_cast<int>(*format)], kFormatNames[i], kExtensions[i]));
+    return bad_input(fmt::format("{}: the extension says {}, but the content is {}; rename it to end in .{}",
+                                 shown(path), kFormatNames[static_cast<int>(*format)], kFormatNames[i],
+                                 kExtensions[i]));
   }
   switch (*format) {
-    case Format::kObj: return parse_obj(bytes, path, group_names);
-    case Format::kPly: return parse_ply(bytes, path);
-    case Format::kStl: return parse_stl(bytes, path);
-    case Format::kOff: return parse_off(bytes, path);
+    case Format::kObj: return parse_obj(bytes, shown(path), group_names);
+    case Format::kPly: return parse_ply(bytes, shown(path));
+    case Format::kStl: return parse_stl(bytes, shown(path));
+    case Format::kOff: return parse_off(bytes, shown(path));
   }
-  return bad_input(path + ": unknown mesh format");
+  return bad_input(shown(path) + ": unknown mesh format");
 }
 
 }  // namespace
@@ -90,16 +92,16 @@ Result<TriangleMesh> parse_mesh(std::string_view bytes, const std::string& path,
 Status check_writable(const std::string& path, const TriangleMesh& mesh) {
   const std::size_t n = mesh.triangles.size();
   if ((mesh.has_texture() && mesh.texture.size() != n) || (!mesh.group.empty() && mesh.group.size() != n)) {
-    return failed(fmt::format("{}: {} triangles, but texture for {} and groups for {}; nothing was written", path, n,
-                              mesh.texture.size(), mesh.group.size()));
+    return failed(fmt::format("{}: {} triangles, but texture for {} and groups for {}; nothing was written",
+                              shown(path), n, mesh.texture.size(), mesh.group.size()));
   }
   for (const Vec3& p : mesh.positions) {
-    if (!is_finite(p)) return failed(fmt::format("{}: a position is not finite; nothing was written", path));
+    if (!is_finite(p)) return failed(fmt::format("{}: a position is not finite; nothing was written", shown(path)));
   }
   for (const auto& t : mesh.triangles) {
     for (const VertexId v : t) {
       if (!mesh.positions.contains(v)) {
-        return failed(fmt::format("{}: a triangle names vertex {} of {}; nothing was written", path, v.value,
+        return failed(fmt::format("{}: a triangle names vertex {} of {}; nothing was written", shown(path), v.value,
                                   mesh.positions.size()));
       }
     }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/models_planar.h"
 
 namespace kerf {
@@ -43,7 +44,7 @@ Result<Model> make_plain(std::string_view name, const ModelOptions& options) {
   if (name == "mat") return models::make_mat(options);
   std::string known;
   for (const ModelName& n : model_names()) known += (known.empty() ? "" : ", ") + std::string(n.name);
-  return bad_input(fmt::format("there is no model \"{}\"; the models are {}", name, known));
+  return bad_input(fmt::format("there is no model \"{}\"; the models are {}", shown(name), known));
 }
 
 }  // namespace

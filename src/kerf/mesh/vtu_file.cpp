@@ -7,6 +7,7 @@
 #include <cstring>
 #include <utility>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/base64.h"
 #include "kerf/mesh/whole_file.h"
 
@@ -60,7 +61,7 @@ void write_array(ReplacingFile& file, const char* type, const std::string& name,
 Status check_fields(const std::string& path, const std::vector<VtuField>& fields, std::size_t count, const char* what) {
   for (const VtuField& field : fields) {
     if (field.components > 0 && field.values.size() == count * static_cast<std::size_t>(field.components)) continue;
-    return bad_input(fmt::format("{}: field '{}' has {} values, but {} {} with {} components each need {}", path,
+    return bad_input(fmt::format("{}: field '{}' has {} values, but {} {} with {} components each need {}", shown(path),
                                  field.name, field.values.size(), count, what, field.components,
                                  count * static_cast<std::size_t>(std::max(field.components, 0))));
   }
@@ -104,16 +105,16 @@ Status write_vtu(const std::string& path, const VtuMesh& mesh) {
     offsets.push_back(static_cast<std::int64_t>(end));
   }
   if (end != mesh.corners.size()) {
-    return bad_input(fmt::format("{}: {} cells need {} corners, but there are {}", path, mesh.cells.size(), end,
+    return bad_input(fmt::format("{}: {} cells need {} corners, but there are {}", shown(path), mesh.cells.size(), end,
                                  mesh.corners.size()));
   }
   for (std::size_t i = 0; i < mesh.corners.size(); ++i) {
     if (mesh.corners[i] >= 0 && static_cast<std::size_t>(mesh.corners[i]) < mesh.points.size()) continue;
-    return bad_input(fmt::format("{}: corner {} names point {}, but there are {}", path, i + 1, mesh.corners[i],
+    return bad_input(fmt::format("{}: corner {} names point {}, but there are {}", shown(path), i + 1, mesh.corners[i],
                                  mesh.points.size()));
   }
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    if (!is_finite(mesh.points[i])) return bad_input(fmt::format("{}: point {} is not finite", path, i + 1));
+    if (!is_finite(mesh.points[i])) return bad_input(fmt::format("{}: point {} is not finite", shown(path), i + 1));
   }
   KERF_TRY(check_fields(path, mesh.point_fields, mesh.points.size(), "points"));
   KERF_TRY(check_fields(path, mesh.cell_fields, mesh.cells.size(), "cells"));

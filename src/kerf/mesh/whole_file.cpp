@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "kerf/base/byte_count.h"
+#include "kerf/base/shown_text.h"
 
 namespace kerf {
 namespace {
@@ -132,7 +133,7 @@ Result<std::size_t> read_up_to(OpenFile file, std::size_t from, std::span<char> 
     if (got > 0) {
       size += static_cast<std::size_t>(got);
     } else if (errno != EINTR) {
-      return bad_input(fmt::format("{}: reading stopped at byte {} ({}); check the disk", file.path, from + size,
+      return bad_input(fmt::format("{}: reading stopped at byte {} ({}); check the disk", shown(file.path), from + size,
                                    std::strerror(errno)));
     }
   }
@@ -150,26 +151,26 @@ Result<FileBytes> read_whole_file(const std::string& path, const FileKind& kind)
   if (path.empty()) return bad_input("no file name given; name a mesh file");
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.value < 0) {
-    if (errno == ENOENT) return bad_input(fmt::format("{}: no such file; check the path", path));
+    if (errno == ENOENT) return bad_input(fmt::format("{}: no such file; check the path", shown(path)));
     if (errno == ELOOP)
-      return bad_input(fmt::format("{}: its symbolic links lead round in a circle; name a file", path));
+      return bad_input(fmt::format("{}: its symbolic links lead round in a circle; name a file", shown(path)));
     if (errno == ENAMETOOLONG)
-      return bad_input(fmt::format("{}: the name is too long for a file; check the path", path));
-    return bad_input(fmt::format("{}: can't be opened ({}); check its permissions", path, std::strerror(errno)));
+      return bad_input(fmt::format("{}: the name is too long for a file; check the path", shown(path)));
+    return bad_input(fmt::format("{}: can't be opened ({}); check its permissions", shown(path), std::strerror(errno)));
   }
   struct stat info {};
   if (::fstat(file.value, &info) != 0) {
-    return bad_input(fmt::format("{}: can't be read ({}); check the path", path, std::strerror(errno)));
+    return bad_input(fmt::format("{}: can't be read ({}); check the path", shown(path), std::strerror(errno)));
   }
-  if (S_ISDIR(info.st_mode)) return bad_input(fmt::format("{}: is a folder; name a file in it", path));
+  if (S_ISDIR(info.st_mode)) return bad_input(fmt::format("{}: is a folder; name a file in it", shown(path)));
   if (!S_ISREG(info.st_mode)) {
-    return bad_input(fmt::format("{}: is not a regular file; save the data to a file first", path));
+    return bad_input(fmt::format("{}: is not a regular file; save the data to a file first", shown(path)));
   }
-  if (info.st_size == 0) return bad_input(fmt::format("{}: the file is empty; write it again", path));
+  if (info.st_size == 0) return bad_input(fmt::format("{}: the file is empty; write it again", shown(path)));
 
   const auto size = static_cast<std::size_t>(info.st_size);
   if (size > kind.most)
-    return bad_input(fmt::format("{}: the file has {}, {} has {} at most; {}", path, bytes_text(size), kind.what,
+    return bad_input(fmt::format("{}: the file has {}, {} has {} at most; {}", shown(path), bytes_text(size), kind.what,
                                  bytes_text(kind.most), kind.otherwise));
 
   const OpenFile open{file.value, path};
@@ -251,16 +252,17 @@ void ReplacingFile::fail(int error_number) {
   if (path_.empty()) {
     failure_ = "no file name given; name the file to write";
   } else if (error_number == ENOENT || error_number == ENOTDIR) {
-    failure_ = fmt::format("{}: can't be written, because {} is not a folder; make it first", path_, parent_of(path_));
+    failure_ = fmt::format("{}: can't be written, because {} is not a folder; make it first", shown(path_),
+                           shown(parent_of(path_)));
   } else if (error_number == EISDIR) {
-    failure_ = fmt::format("{}: is a folder; name a file in it", path_);
+    failure_ = fmt::format("{}: is a folder; name a file in it", shown(path_));
   } else if (error_number == ELOOP) {
-    failure_ = fmt::format("{}: its symbolic links lead round in a circle; name a file", path_);
+    failure_ = fmt::format("{}: its symbolic links lead round in a circle; name a file", shown(path_));
   } else if (error_number == ENAMETOOLONG) {
-    failure_ = fmt::format("{}: the name is too long for this disk; choose a shorter one", path_);
+    failure_ = fmt::format("{}: the name is too long for this disk; choose a shorter one", shown(path_));
   } else {
-    failure_ =
-        fmt::format("{}: can't be written ({}); check permissions and free space", path_, std::strerror(error_number));
+    failure_ = fmt::format("{}: can't be written ({}); check permissions and free space", shown(path_),
+                           std::strerror(error_number));
   }
 }
 
@@ -330,7 +332,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   if (lock.descriptor_ < 0 || ::flock(lock.descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK)
     return Result<FolderLock>(std::move(lock));
   return bad_input(fmt::format(
-      "{}: another program is writing its results there; wait for its end, or choose another folder", folder));
+      "{}: another program is writing its results there; wait for its end, or choose another folder", shown(folder)));
 }
 
 FolderLock::FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
@@ -343,8 +345,8 @@ Status keep_names(const std::string& folder) {
   const Descriptor open{::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
   const int error = open.value < 0 ? 0 : wait_for_disk(open.value);  // a folder that may not be listed can't be asked
   if (error == 0) return {};
-  return failed(
-      fmt::format("{}: the names of new files there may not last ({}); check the disk", folder, std::strerror(error)));
+  return failed(fmt::format("{}: the names of new files there may not last ({}); check the disk", shown(folder),
+                            std::strerror(error)));
 }
 
 Status replace_file(const std::string& path, std::string_view bytes) {

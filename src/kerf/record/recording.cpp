@@ -8,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/base64.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/json_value.h"
@@ -344,7 +345,7 @@ class RecordingReader {
     trouble_ = entry_.list == nullptr ? std::move(what) : fmt::format("{}[{}]: {}", entry_.list, entry_.index, what);
     return false;
   }
-  Error trouble(const std::string& what) const { return bad_input(fmt::format("{}: {}", name_, what)); }
+  Error trouble(const std::string& what) const { return bad_input(fmt::format("{}: {}", shown(name_), what)); }
 
   /// What is being read of a list.
   struct Entry {
@@ -454,7 +455,7 @@ Result<Recording> parse_recording(std::string_view text, std::string_view name) 
   if (!root)
     return bad_input(fmt::format(
         "{}: this is not JSON, is cut off, or is no recording of kerf; give one that kerf wrote, or record it again",
-        name));
+        shown(name)));
   return RecordingReader(*root, name).read();
 }
 
@@ -464,7 +465,7 @@ namespace {
 Status check_start(std::string_view first, const std::string& path) {
   const std::size_t begin = first.find_first_not_of(" \t\r\n");
   if (begin == std::string_view::npos || first[begin] != '{')
-    return bad_input(fmt::format("{}: {}", path, kNoRecording));
+    return bad_input(fmt::format("{}: {}", shown(path), kNoRecording));
   const std::string key = "\"kerf_recording\":";
   const std::size_t at = first.find_first_not_of(" \t\r\n", begin + 1);
   if (at == std::string_view::npos || !first.substr(at).starts_with(key)) return {};  // the whole says what it is
@@ -473,7 +474,7 @@ Status check_start(std::string_view first, const std::string& path) {
   if (number == std::string_view::npos) return {};
   const auto [end, error] = std::from_chars(first.data() + number, first.data() + first.size(), version);
   if (error == std::errc() && version == kRecordingVersion) return {};
-  return bad_input(fmt::format("{}: {}", path, other_version()));
+  return bad_input(fmt::format("{}: {}", shown(path), other_version()));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "kerf/base/hash.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/recording_meshes.h"
 
@@ -45,16 +46,16 @@ Status check_meshes(const Scene& scene, const SceneSource& source) {
     const auto use = std::find_if(scene.files.begin(), scene.files.end(),
                                   [&](const SceneFileUse& f) { return f.written == mesh.written; });
     if (use == scene.files.end())
-      return bad_input(
-          fmt::format("{}: the recording has a mesh \"{}\" that its scene does not name", source.name, mesh.written));
+      return bad_input(fmt::format("{}: the recording has a mesh \"{}\" that its scene does not name",
+                                   shown(source.name), shown(mesh.written)));
     auto read = read_whole_file(use->path, kNamedFile);
     if (!read) return read.error();
     if (read->view().size() == mesh.bytes && hash_of(read->view()) == mesh.hash) continue;
     return bad_input(fmt::format(
         "{}:{}: the mesh \"{}\" is not the one that was recorded ({} bytes with hash {:016x} instead of {} with {:016x}, in {}); "
         "it was too large to travel in the recording: put the same file there, or give its folder with --meshes",
-        source.name, use->line, mesh.written, read->view().size(), hash_of(read->view()), mesh.bytes, mesh.hash,
-        use->path));
+        shown(source.name), use->line, shown(mesh.written), read->view().size(), hash_of(read->view()), mesh.bytes,
+        mesh.hash, shown(use->path)));
   }
   return {};
 }

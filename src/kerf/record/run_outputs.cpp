@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/json_value.h"
@@ -120,7 +121,7 @@ Status remove_results(const std::filesystem::path& folder, std::vector<std::stri
       continue;
     if (!std::filesystem::remove(path, code) && code)
       return bad_input(fmt::format("{}: this result of an earlier run can't be removed ({}); choose another folder",
-                                   path.string(), code.message()));
+                                   shown(path.string()), code.message()));
   }
   return {};
 }

@@ -36,6 +36,10 @@ std::string_view closest_word(std::string_view word, std::span<const std::string
   std::string_view best;
   int best_distance = std::max(1, static_cast<int>(word.size()) / 3) + 1;
   for (std::string_view candidate : known) {
+    // Words of other lengths are at least so far apart: a word of a megabyte is compared with none.
+    const std::size_t longer = std::max(word.size(), candidate.size()),
+                      shorter = std::min(word.size(), candidate.size());
+    if (longer - shorter >= candidate.size()) continue;
     const int distance = edit_distance(word, candidate);
     if (distance < best_distance && distance < static_cast<int>(candidate.size())) {
       best = candidate;

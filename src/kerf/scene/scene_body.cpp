@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_check.h"
 #include "kerf/mesh/surface_edges.h"
@@ -18,8 +19,9 @@ namespace {
 constexpr int kTriesOfSheet = 3;  // each with twice the triangles of the last
 
 void add_notes(std::vector<std::string>& notes, const std::string& file, const std::vector<std::string>& sentences) {
+  const std::string name = shown(file);
   for (const std::string& sentence : sentences) {
-    notes.push_back(sentence.find(file) == std::string::npos ? fmt::format("{}: {}", file, sentence) : sentence);
+    notes.push_back(sentence.find(name) == std::string::npos ? fmt::format("{}: {}", name, sentence) : sentence);
   }
 }
 
@@ -35,7 +37,7 @@ Result<TriangleMesh> read_surface(const std::string& file, std::optional<Triangl
   }
   KERF_TRY(progress("check", 0));
   SurfaceRequirements requirements = wanted;
-  requirements.name = scale == 1 ? file : fmt::format("{}, scaled by {:g}", file, scale);
+  requirements.name = scale == 1 ? shown(file) : fmt::format("{}, scaled by {:g}", shown(file), scale);
   requirements.bindable = true;
   const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
   if (!checked.ok()) return checked.error();
@@ -57,7 +59,7 @@ std::string first_border(const TriangleMesh& mesh) {
 }
 
 Error named(Error error, const std::string& name) {
-  error.message = fmt::format("{}: {}", name, error.message);
+  error.message = fmt::format("{}: {}", shown(name), error.message);
   return error;
 }
 
@@ -163,7 +165,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
       return bad_input(fmt::format(
           "{} is an open surface ({} of {} edges lie on a border, the first near {}). If it should be closed, {}; if it "
           "is meant as a sheet, {}",
-          body.visual, m.border_edges, m.edges, first_border(visual), kCloseTheHoles.command_line,
+          shown(body.visual), m.border_edges, m.edges, first_border(visual), kCloseTheHoles.command_line,
           kGiveThickness.command_line));
     }
     if (body.collision.empty()) {

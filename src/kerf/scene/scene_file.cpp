@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "kerf/base/overloaded.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/rigid_models.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/scene/closest_word.h"
@@ -148,7 +149,7 @@ class SceneReader {
   // --- Problems
   // ---------------------------------------------------------------------------------------------------
 
-  void problem(int line, std::string text) { problems_.push_back({line, std::move(text)}); }
+  void problem(int line, std::string_view text) { problems_.push_back({line, shown(text, kMostOfSentence)}); }
 
   std::string message() {
     std::stable_sort(problems_.begin(), problems_.end(),
@@ -170,7 +171,7 @@ class SceneReader {
     for (const auto& [key, node] : table) {
       const std::string_view name = key.str();
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-      std::string text = fmt::format("unknown key \"{}\"{}{}", name, where.empty() ? "" : " in ", where);
+      std::string text = fmt::format("unknown key \"{}\"{}{}", shown(name), where.empty() ? "" : " in ", where);
       if (const std::string_view closest = closest_word(name, known); !closest.empty()) {
         text += fmt::format("; did you mean \"{}\"?", closest);
       } else if (const std::string home = table_that_knows(name); !home.empty()) {
@@ -178,7 +179,7 @@ class SceneReader {
       } else {
         text += fmt::format("; known are {}", fmt::join(known, ", "));
       }
-      problem(line_of(key), std::move(text));
+      problem(line_of(key), text);
     }
   }
 
@@ -343,7 +344,7 @@ class SceneReader {
           line_of(node),
           fmt::format(
               "{}: there is no file \"{}\" (looked for {}); --meshes FOLDER or KERF_MESHES=FOLDER says where else meshes are",
-              what, written, looked));
+              what, shown(written), looked));
       return;
     }
     if (!std::filesystem::is_regular_file(path, code)) {
@@ -999,7 +1000,8 @@ Result<toml::table> parse_toml(std::string_view text, std::string_view name) {
   try {
     return toml::table(toml::parse(text));  // its reader takes memory for a name where it may not throw
   } catch (const toml::parse_error& error) {
-    return bad_input(fmt::format("{}:{}: {}", name, error.source().begin.line, error.description()));
+    return bad_input(
+        fmt::format("{}:{}: {}", shown(name), error.source().begin.line, shown(error.description(), kMostOfSentence)));
   }
 }
 
@@ -1009,7 +1011,7 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name, const Sc
   KERF_TRY(check_toml_characters(text, name));
   const Result<toml::table> parsed = parse_toml(text, name);
   if (!parsed) return parsed.error();
-  Result<Scene> scene = SceneReader(name, folders).read(*parsed);
+  Result<Scene> scene = SceneReader(shown(name), folders).read(*parsed);
   if (scene.ok()) {
     scene->name = std::filesystem::path(std::string(name)).stem().string();
     scene->file = std::string(name);
@@ -1023,7 +1025,7 @@ Result<SceneCommand> parse_command(std::string_view text, std::string_view name,
   Result<toml::table> parsed = parse_toml(text, name);
   if (!parsed) return parsed.error();
   const SceneFolders nowhere;  // commands name no files
-  return SceneReader(name, nowhere).read_alone(std::move(*parsed), now, tools);
+  return SceneReader(shown(name), nowhere).read_alone(std::move(*parsed), now, tools);
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path, const std::vector<std::filesystem::path>& meshes) {

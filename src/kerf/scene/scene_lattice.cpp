@@ -143,7 +143,7 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
     const double n = std::ceil(size[i] / cell[i] - kStickingOut);
     if (!(n < 1e6))
       return bad_input(
-          fmt::format("[lattice]: cell_size makes {:.0f} cells along axis {}; make the cells larger", n, i + 1));
+          fmt::format("[lattice]: cell_size makes {:.6g} cells along axis {}; make the cells larger", n, i + 1));
     count[k] = n < 1 ? 1 : static_cast<std::int32_t>(n);
     low[i] -= 0.5 * (count[k] * cell[i] - size[i]);  // the body in the middle
   }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/rigid_models.h"
 #include "kerf/mesh/surface_check.h"
@@ -43,8 +44,9 @@ ShapePart jaw_part(double tip, double angle, double side, double thick, double w
                   {thick / 2 - rounding, wide / 2 - rounding, tip / 2 - rounding}, axes, rounding);
 }
 
-Result<std::shared_ptr<const ObstacleMesh>> prepare(TriangleMesh mesh, const std::string& name,
+Result<std::shared_ptr<const ObstacleMesh>> prepare(TriangleMesh mesh, const std::string& file,
                                                     std::vector<std::string>& notes) {
+  const std::string name = shown(file);
   SurfaceRequirements requirements;
   requirements.name = name;
   requirements.single_body = false;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "kerf/base/shown_text.h"
+
 namespace kerf {
 
 Status check_toml_characters(std::string_view text, std::string_view name) {
@@ -19,8 +21,8 @@ Status check_toml_characters(std::string_view text, std::string_view name) {
     if (static_cast<unsigned char>(c) >= 0x80) {
       if (in == In::kPlain || swallowing)
         return bad_input(fmt::format(
-            "{}:{}: a character that is not ASCII; such characters belong into quotation marks or comments{}", name,
-            line, swallowing ? ", and not to the beginning of a line that continues a string" : ""));
+            "{}:{}: a character that is not ASCII; such characters belong into quotation marks or comments{}",
+            shown(name), line, swallowing ? ", and not to the beginning of a line that continues a string" : ""));
       continue;
     }
     if (c == '\n') {

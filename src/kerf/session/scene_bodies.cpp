@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/binding/join_complexes.h"
 #include "kerf/scene/rigid_motion.h"
 #include "kerf/scene/scene_body.h"
@@ -68,9 +69,9 @@ Result<LatticeFrame> place_body(const Scene& scene, const SceneBody& body, const
 
 std::string body_name(const Scene& scene, std::size_t number) {
   const SceneBody& body = body_at(scene, number);
-  if (!body.name.empty()) return body.name;
+  if (!body.name.empty()) return shown(body.name);
   const std::string& what = !body.model.empty() ? body.model : !body.visual.empty() ? body.visual : body.bound;
-  return fmt::format("body {} ({})", number + 1, what);
+  return fmt::format("body {} ({})", number + 1, shown(what));
 }
 
 Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progress) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/session_impl.h"
 
@@ -99,20 +100,21 @@ void Session::Impl::lose_empty_grasps() {
 
 bool Session::Impl::note_lost_grasp(const std::string& id, const std::string& place, const char* what) {
   if (std::find(state.lost_grasps.begin(), state.lost_grasps.end(), id) == state.lost_grasps.end()) return false;
-  add_note(fmt::format("{}there was nothing left to {}: what grasp '{}' held had been taken away", place, what, id));
+  add_note(fmt::format("{}there was nothing left to {}: what grasp '{}' held had been taken away", place, what,
+                       kerf::shown(id)));
   return true;
 }
 
 Status Session::Impl::grasp(const SceneGrasp& what, const std::string& place) {
   if (!is_finite(what.point) || !(what.radius >= 0) ||
       (what.stiffness && !(*what.stiffness > 0 && std::isfinite(*what.stiffness))))
-    return bad_input(
-        fmt::format("grasp '{}': point, radius (>= 0) and stiffness (> 0) must be finite numbers", what.id));
+    return bad_input(fmt::format("grasp '{}': point, radius (>= 0) and stiffness (> 0) must be finite numbers",
+                                 kerf::shown(what.id)));
   const std::vector<Vec3>& now = deformed_collision();
   const std::vector<Vec3>& positions = what.frame == SceneFrame::kRest ? state.body.complex.collision.rest.raw() : now;
   std::vector<CollisionVertex> points = vertices_near(positions, what.point, what.radius);
-  note_far_point(fmt::format("{}grasp '{}' takes hold", place, what.id), positions, points, what.point, what.radius,
-                 what.frame);
+  note_far_point(fmt::format("{}grasp '{}' takes hold", place, kerf::shown(what.id)), positions, points, what.point,
+                 what.radius, what.frame);
   return hold(what.id, std::move(points), what.stiffness);
 }
 
@@ -120,7 +122,8 @@ Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> p
                            std::optional<double> stiffness) {
   for (const Grasp& g : state.grasps)
     if (g.id == id)
-      return bad_input(fmt::format("there is a grasp '{}' already; release it first or use another id", id));
+      return bad_input(
+          fmt::format("there is a grasp '{}' already; release it first or use another id", kerf::shown(id)));
   Grasp g;
   g.id = id;
   g.points = std::move(points);
@@ -148,7 +151,7 @@ double Session::Impl::young_at(HexId copy) const {
 Status Session::Impl::move(const SceneMove& what) {
   if ((what.to && !is_finite(*what.to)) || (what.by && !is_finite(*what.by)) ||
       !(what.over >= 0 && std::isfinite(what.over)))
-    return bad_input(fmt::format("move of grasp '{}': places and times must be finite numbers", what.id));
+    return bad_input(fmt::format("move of grasp '{}': places and times must be finite numbers", kerf::shown(what.id)));
   for (Grasp& g : state.grasps)
     if (g.id == what.id) {
       g.from = g.centre;
@@ -157,13 +160,14 @@ Status Session::Impl::move(const SceneMove& what) {
       g.move_over = what.over;
       return {};
     }
-  return bad_input(fmt::format("there is no grasp '{}' to move", what.id));
+  return bad_input(fmt::format("there is no grasp '{}' to move", kerf::shown(what.id)));
 }
 
 Status Session::Impl::release(const SceneRelease& what) {
   const auto before = state.grasps.size();
   std::erase_if(state.grasps, [&](const Grasp& g) { return g.id == what.id; });
-  if (state.grasps.size() == before) return bad_input(fmt::format("there is no grasp '{}' to release", what.id));
+  if (state.grasps.size() == before)
+    return bad_input(fmt::format("there is no grasp '{}' to release", kerf::shown(what.id)));
   return renew_springs();
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/scene_bodies.h"
 #include "kerf/session/session_impl.h"
@@ -210,9 +211,9 @@ void Session::Impl::note_passed(const BladeEdge& edge) {
         if (!cut) passed[static_cast<std::size_t>(body_at(f))] = 1;
       });
 
-  const std::string who =
-      command ? "the blade"
-              : fmt::format("the edge of tool '{}'", scene.tools[static_cast<std::size_t>(stroke.tool)].id);
+  const std::string who = command ? "the blade"
+                                  : fmt::format("the edge of tool '{}'",
+                                                kerf::shown(scene.tools[static_cast<std::size_t>(stroke.tool)].id));
   for (std::size_t b = 0; b < passed.size(); ++b) {
     if (!passed[b]) continue;
     const std::string what =

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "kerf/base/shown_text.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/lattice/lattice_remove.h"
 #include "kerf/session/session_impl.h"
@@ -392,7 +393,7 @@ Result<RemovalReport> Session::Impl::take_grasped(const std::string& id) {
   };
   const auto is_gone = [&] { return grasp() == state.grasps.end(); };
   if (!is_gone()) KERF_TRY(finish_stroke());
-  if (is_gone()) return bad_input(fmt::format("there is no grasp '{}' that holds a piece", id));
+  if (is_gone()) return bad_input(fmt::format("there is no grasp '{}' that holds a piece", kerf::shown(id)));
   const CollisionMesh& mesh = state.body.complex.collision;
   std::vector<std::uint8_t> triangles(mesh.face_count(), 0);
   for (const CollisionVertex v : grasp()->points)

@@ -95,8 +95,8 @@ int bind_meshes(const BindOptions& options) {
   std::optional<Midsurface> made;
   const Result<SceneBodyLoaded> loaded = bind_and_save(options, made);
   if (!loaded.ok()) return report(loaded.error());
+  say_notes(loaded->notes);
   if (options.quiet) return kSuccess;
-  for (const std::string& note : loaded->notes) warn("note: {}\n", note);
   if (made) put(stdout, quality_table(*made));
   const BindReport& r = loaded->bound.report;
   say("bound {} visual triangles to {} collision triangles ({}) in {:.3g} s; "

@@ -134,7 +134,7 @@ int cut_body(const CutOptions& options) {
     return Session::create(scene, bar.callback());
   }();
   if (!session.ok()) return report(session.error());
-  for (const std::string& note : session->notes()) say("note: {}\n", note);
+  say_notes(session->notes());
 
   RunLog log;
   log.counts_before = session->counts();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "command_files.h"
 #include "exit_status.h"
@@ -102,9 +103,9 @@ class Run {
   }
 
   void summary() const {
+    say_notes(std::span(session_.notes()).subspan(notes_said_));
+    if (const std::string note = overlap_note(session_, log_); !note.empty()) warn("note: {}\n", note);
     if (options_.quiet) return;
-    for (std::size_t i = notes_said_; i < session_.notes().size(); ++i) say("note: {}\n", session_.notes()[i]);
-    if (const std::string note = overlap_note(session_, log_); !note.empty()) say("note: {}\n", note);
     const BodyCounts now = session_.counts();
     std::vector<double> milliseconds;
     for (const RunLog::Step& s : log_.steps) milliseconds.push_back(1e3 * s.seconds);
@@ -238,8 +239,7 @@ int run_scene(const RunOptions& options) {
     return Session::create(*scene, bar.callback());
   }();
   if (!session.ok()) return report(session.error());
-  if (!options.quiet)
-    for (const std::string& note : session->notes()) say("note: {}\n", note);
+  say_notes(session->notes());
 
   Run run(*scene, std::move(session).value(), options);
   run.log().prepare_seconds = seconds_since(start);

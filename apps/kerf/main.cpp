@@ -86,7 +86,7 @@ void add_run(CLI::App& app, RunOptions& options, std::optional<MemoryLimit>& mem
   command->add_option("--threads", options.threads, "Threads to use; 0: all cores")->check(CLI::Range(0, 1024));
   command->add_option("--meshes", options.meshes, kMeshesHelp);
   command->add_option("--record", options.record, "Write a recording that kerf replay repeats bit by bit");
-  command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
+  command->add_flag("-q,--quiet", options.quiet, kQuietHelp);
   std::string scenes;
   for (const std::string& name : shipped_scenes()) scenes += (scenes.empty() ? "" : ", ") + name;
   add_memory(command, memory);
@@ -135,7 +135,7 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
   command->add_option("--density", options.density, "kg/m3, kept in the file")
       ->check(CLI::Validator(is_positive, "> 0"));
   command->add_flag("--exact", options.exact_paths, "Exact geodesic paths: slower, a little shorter");
-  command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
+  command->add_flag("-q,--quiet", options.quiet, kQuietHelp);
   command->footer(
       "Examples:\n"
       "  kerf make steak --out steak && kerf bind steak/visual.obj --collision steak/collision.obj --out "
@@ -282,7 +282,7 @@ void add_replay(CLI::App& app, ReplayOptions& options, std::optional<MemoryLimit
                       "Repeat this recording too; say where the two first differ, and both scores");
   command->add_option("--meshes", options.meshes,
                       "Folder with meshes that were too large to travel in the recording; several times: several");
-  command->add_flag("-q,--quiet", options.quiet, "No progress and no summary");
+  command->add_flag("-q,--quiet", options.quiet, kQuietHelp);
   add_memory(command, memory);
   command->footer(
       "Examples:\n"

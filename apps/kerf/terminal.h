@@ -39,7 +39,7 @@ void say(fmt::format_string<T...> format, T&&... values) {
   put_values(stdout, format, value_to_print(values)...);
 }
 
-/// To the standard error output.
+/// To the standard error output. Errors, warnings and notes go there, however --quiet a command is.
 template <class... T>
 void warn(fmt::format_string<T...> format, T&&... values) {
   put_values(stderr, format, value_to_print(values)...);

@@ -116,6 +116,27 @@ TEST_F(ProgramTest, MessagesHaveABound) {
   EXPECT_THAT(kerf("run " + in("cells.toml") + " -o " + in("x")).text, HasSubstr("e+299 cells along axis 1"));
 }
 
+// Summaries can be left out; what may be wrong with a body can't.
+TEST_F(ProgramTest, NotesAreSaidHoweverQuietItIs) {
+  std::ofstream(in("thick.toml"))
+      << "[body]\nvisual = \"s/visual.obj\"\ncollision = \"s/collision.obj\"\nthickness = 0.01\n"
+         "[simulation]\nduration = 0.002\n[output]\npicture = false\n";
+  ASSERT_EQ(kerf("make closed-sheet -o " + in("s")).status, 0);
+  const std::string to_file = "apart() { \"$@\" > " + in("summary") + "; }; apart";
+  for (const std::string& command : {"bind " + in("s/visual.obj") + " --thickness 0.01 -o " + in("a.kerf"),
+                                     "run " + in("thick.toml") + " -o " + in("out")})
+    for (const char* quiet : {"", " -q"}) {
+      const Outcome errors = kerf(command + quiet, to_file);
+      EXPECT_EQ(errors.status, 0) << errors.text;
+      EXPECT_THAT(errors.text, HasSubstr("note: ")) << command << quiet;
+      std::ifstream file(in("summary"));
+      const std::string summary(std::istreambuf_iterator<char>(file), {});
+      EXPECT_THAT(summary, ::testing::Not(HasSubstr("note: ")));
+      EXPECT_EQ(summary.empty(), *quiet != 0) << summary;
+    }
+  EXPECT_THAT(kerf("bind --help").text, HasSubstr("notes, warnings"));
+}
+
 // A strip wound through itself: there is a collision mesh, but it does not bind.
 TEST_F(ProgramTest, WhatDoesNotBindIsSavedToBeLookedAt) {
   std::ofstream strip(in("strip.obj"));

@@ -22,7 +22,7 @@ namespace kerf::app {
 namespace {
 
 Status save_collision(const std::filesystem::path& path, const TriangleMesh& mesh) {
-  return path.extension() == ".ply" ? write_ply(path.string(), mesh) : write_obj(path.string(), mesh);
+  return ending_of(path) == ".ply" ? write_ply(path.string(), mesh) : write_obj(path.string(), mesh);
 }
 
 bool is_model(const BindOptions& options) {
@@ -44,6 +44,10 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
   if (!options.write_collision.empty()) outputs.push_back({"the made collision mesh", options.write_collision});
   if (!options.diagnose.empty()) outputs.push_back({"the judged surface", options.diagnose});
   KERF_TRY(check_outputs(files_of(body), outputs));
+  KERF_TRY(check_ending({"the body", options.out}, {".kerf", ""}));
+  if (!options.write_collision.empty())
+    KERF_TRY(check_ending({"the made collision mesh", options.write_collision}, {".obj", ".ply"}));
+  if (!options.diagnose.empty()) KERF_TRY(check_ending({"the judged surface", options.diagnose}, {".ply"}));
   // Binding may take long: where its results go is looked at before, unless there is nothing to bind.
   for (const std::filesystem::path* file : {&options.out, &options.write_collision, &options.diagnose}) {
     if ((file->empty() && file != &options.out) || (body.model.empty() && !is_there(options.visual))) continue;

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+
 #include "folder.h"
 #include "kerf/base/shown_text.h"
 #include "kerf/mesh/whole_file.h"
@@ -52,6 +55,22 @@ Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<C
                         out.what, shown(out.path.string()), outputs[k].what, shown(outputs[k].path.string())));
   }
   return {};
+}
+
+std::string ending_of(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending;
+}
+
+Status check_ending(const CommandFile& output, const std::vector<std::string>& endings) {
+  const std::string ending = ending_of(output.path);
+  if (std::find(endings.begin(), endings.end(), ending) != endings.end()) return {};
+  std::string known;
+  for (const std::string& one : endings)
+    if (!one.empty()) known += (known.empty() ? "" : " or ") + one;
+  return bad_input(fmt::format("{}: {} is written as {}; choose a name that ends so", shown(output.path.string()),
+                               output.what, known));
 }
 
 Status check_places(const std::vector<CommandFile>& outputs) {

@@ -29,6 +29,13 @@ std::vector<std::filesystem::path> paths_of(const std::vector<CommandFile>& file
 /// To be asked before the work. Bad input: an output is an input or another output (same_file of whole_file.h); both are named.
 Status check_outputs(const std::vector<CommandFile>& inputs, const std::vector<CommandFile>& outputs);
 
+/// To be asked before the work. Bad input: the ending of the output's name, in capital or small letters, is none of these; "" stands for a
+/// name without one.
+Status check_ending(const CommandFile& output, const std::vector<std::string>& endings);
+
+/// ".obj" of "a/b.OBJ"; empty: there is none.
+std::string ending_of(const std::filesystem::path& path);
+
 /// To be asked before the work, when the folders of the outputs are there. An error: the first that can't be written (check_can_be_written).
 Status check_places(const std::vector<CommandFile>& outputs);
 

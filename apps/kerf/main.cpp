@@ -110,7 +110,7 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
   CLI::Option* collision =
       command->add_option("-c,--collision", options.collision,
                           "Mesh of the mid-surface, with a border; without it one is made from a closed visual mesh");
-  command->add_option("-o,--out", options.out, "File for the bound body, usually .kerf")->required();
+  command->add_option("-o,--out", options.out, "File for the bound body (.kerf)")->required();
   command
       ->add_option("--triangles", options.triangles,
                    "Triangles of the collision mesh that is made; default: 160, or what the bends need")

@@ -138,6 +138,7 @@ TEST_F(Faults, DeviceThatIsFull) {
 // Where the results go is looked at before the work.
 TEST_F(Faults, PlacesThatCannotBeWrittenAreRefusedFirst) {
   std::filesystem::create_directories(in("folder"));
+  std::filesystem::create_directories(in("folder.ply"));
   const std::string scene = in("long.toml");
   std::ofstream(scene) << "[body]\nmodel = \"steak\"\n[simulation]\nduration = 1000\n";
   const auto refused = [&](std::vector<std::string> command, const std::string& file, const char* why) {
@@ -146,13 +147,13 @@ TEST_F(Faults, PlacesThatCannotBeWrittenAreRefusedFirst) {
     EXPECT_EQ(out.status, 2) << out.text;
     EXPECT_THAT(out.text, HasSubstr(why));
   };
-  for (const std::vector<std::string>& command :
-       std::vector<std::vector<std::string>>{{"run", scene, "-q", "-o", in("out"), "--record"},
-                                             {"bind", "steak", "-q", "-o"},
-                                             {"bind", "steak", "-o", in("x.kerf"), "--diagnose"}}) {
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {"run", scene, "-q", "-o", in("out"), "--record"}, {"bind", "steak", "-q", "-o"}}) {
     refused(command, in("folder"), "is a folder");
     refused(command, in(std::string(300, 'x')), "too long");
   }
+  refused({"bind", "steak", "-o", in("x.kerf"), "--diagnose"}, in("folder.ply"), "is a folder");
+  refused({"bind", "steak", "-o", in("x.kerf"), "--diagnose"}, in(std::string(300, 'x') + ".ply"), "too long");
   refused({"bind", "steak", "-o"}, "", "no file name given");
   // Every result is looked at, not the report alone.
   std::ofstream(in("quick.toml")) << "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.002\n";

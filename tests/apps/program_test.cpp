@@ -116,6 +116,28 @@ TEST_F(ProgramTest, MessagesHaveABound) {
   EXPECT_THAT(kerf("run " + in("cells.toml") + " -o " + in("x")).text, HasSubstr("e+299 cells along axis 1"));
 }
 
+// A name says what is in the file, by whatever it is read later. It is asked before the work and before a folder is made.
+TEST_F(ProgramTest, FilesEndAsTheyAreRead) {
+  ASSERT_EQ(kerf("make strip -o " + in("s")).status, 0);
+  const std::string bind = "bind " + in("s/visual.obj") + " -o ";
+  for (const auto& [outputs, known] : std::vector<std::pair<std::string, std::string>>{
+           {in("new/a.kerf") + " --write-collision " + in("new/mid.xyz"),
+            "mid.xyz: the made collision mesh is written as .obj or .ply"},
+           {in("new/a.kerf") + " --write-collision " + in("new/mid"), "written as .obj or .ply"},
+           {in("new/a.kerf") + " --write-collision " + in("new/mid.stl"), "written as .obj or .ply"},
+           {in("new/a.kerf") + " --diagnose " + in("new/judged.obj"),
+            "judged.obj: the judged surface is written as .ply"},
+           {in("new/a.obj"), "a.obj: the body is written as .kerf"}}) {
+    const Outcome out = kerf(bind + outputs);
+    EXPECT_EQ(out.status, 2) << out.text;
+    EXPECT_THAT(out.text, HasSubstr(known));
+    EXPECT_FALSE(std::filesystem::exists(in("new")));
+  }
+  EXPECT_EQ(kerf("bind " + in("s/visual.obj") + " -q -o " + in("a.kerf") + " --write-collision " + in("m.PLY")).status,
+            0);
+  EXPECT_EQ(kerf("info " + in("m.PLY")).status, 0);
+}
+
 // Summaries can be left out; what may be wrong with a body can't.
 TEST_F(ProgramTest, NotesAreSaidHoweverQuietItIs) {
   std::ofstream(in("thick.toml"))

@@ -112,8 +112,9 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
                           "Mesh of the mid-surface, with a border; without it one is made from a closed visual mesh");
   command->add_option("-o,--out", options.out, "File for the bound body (.kerf)")->required();
   command
-      ->add_option("--triangles", options.triangles,
-                   "Triangles of the collision mesh that is made; default: 160, or what the bends need")
+      ->add_option(
+          "--triangles", options.triangles,
+          "Triangles of the collision mesh that is made, at most as many as VISUAL has, or 1500; default: 160, or what the bends need")
       ->check(CLI::Range(std::size_t{8}, std::size_t{100000}))
       ->excludes(collision);
   command->add_option("--write-collision", options.write_collision, "Save the collision mesh that is made (OBJ or PLY)")

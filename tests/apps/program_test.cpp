@@ -159,6 +159,13 @@ TEST_F(ProgramTest, NotesAreSaidHoweverQuietItIs) {
   EXPECT_THAT(kerf("bind --help").text, HasSubstr("notes, warnings"));
 }
 
+TEST_F(ProgramTest, NoMoreCollisionTrianglesThanTheSurfaceShows) {
+  ASSERT_EQ(kerf("make closed-sheet -o " + in("s")).status, 0);
+  const Outcome out = kerf("bind " + in("s/visual.obj") + " --triangles 100000 -o " + in("a.kerf"));
+  EXPECT_EQ(out.status, 2) << out.text;
+  EXPECT_THAT(out.text, HasSubstr("100000 collision triangles are more than the surface shows: it has "));
+}
+
 // A strip wound through itself: there is a collision mesh, but it does not bind.
 TEST_F(ProgramTest, WhatDoesNotBindIsSavedToBeLookedAt) {
   std::ofstream strip(in("strip.obj"));

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "kerf/midsurface/tolerances.h"
 #include "kerf/scene/ways_out.h"
 
 namespace kerf {
@@ -24,6 +27,14 @@ std::string mark_fault(const std::vector<CollisionVertex>& at_fault, Midsurface&
 
 }  // namespace
 
+Status check_wanted_triangles(std::size_t wanted, const TriangleMesh& visual) {
+  const std::size_t has = visual.triangles.size(), most = std::max(has, static_cast<std::size_t>(mid::kMostByNeed));
+  if (wanted <= most) return {};
+  return bad_input(fmt::format(
+      "{} collision triangles are more than the surface shows: it has {}; ask for {} at most, or give a finer surface",
+      wanted, has, most));
+}
+
 std::string not_thin_message(const Midsurface& midsurface) {
   std::string out = "no collision mesh could be made: ";
   for (std::size_t i = 0; i < midsurface.verdict.reasons.size(); ++i)
@@ -34,6 +45,7 @@ std::string not_thin_message(const Midsurface& midsurface) {
 
 Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_t triangles,
                                           const BindOptions& options) {
+  KERF_TRY(check_wanted_triangles(triangles, visual));
   AutomaticBody out;
   MidsurfaceOptions wanted;
   wanted.triangles = triangles;

@@ -16,7 +16,11 @@ struct AutomaticBody {
       refused;  ///< why it does not bind, with the place, which is marked in the mid-surface's diagnosis
 };
 
-/// triangles: wanted of the collision mesh, 0: as many as it needs. Bad input: what make_midsurface and bind refuse.
+/// Bad input: more collision triangles are wanted than the surface has, and more than bends ask for (mid::kMostByNeed). They would follow
+/// the flat triangles of the surface, not the body. 0 asks for none.
+Status check_wanted_triangles(std::size_t wanted, const TriangleMesh& visual);
+
+/// triangles: wanted of the collision mesh, 0: as many as it needs. Bad input: what check_wanted_triangles, make_midsurface and bind refuse.
 Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_t triangles,
                                           const BindOptions& options);
 

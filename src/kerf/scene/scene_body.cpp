@@ -98,6 +98,7 @@ std::size_t collision_triangles(const SceneBody& body) {
 /// An open sheet is its own collision mesh, or one with fewer triangles is made of it.
 Result<BoundBody> bind_sheet(const TriangleMesh& visual, std::size_t triangles, const BindOptions& options) {
   if (triangles == 0 && !is_too_fine(visual.triangles.size())) return bind(visual, visual, options);
+  KERF_TRY(check_wanted_triangles(triangles, visual));
   MidsurfaceOptions wanted;
   wanted.triangles = triangles;
   wanted.progress = options.progress;

@@ -106,7 +106,7 @@ SceneKeys<SceneBody> scene_keys<SceneBody>() {
        "Mesh file of the mid-surface, relative to the scene. Goes with visual. Without it one is made from the "
        "visual mesh; an open one of up to 1500 triangles is its own."},
       {"collision_triangles", member<&T::collision_triangles>(), "", SceneRange{0, 100000}, false,
-       "Wanted of the collision mesh that is made. 0: as many as it needs, 160 or more."},
+       "Wanted of the collision mesh that is made: at most as many as visual has, or 1500. 0: as many as it needs, 160 or more."},
       {"bound", SceneFilePath{member<&T::bound>()}, "", kAny, false,
        "A body saved by kerf bind, relative to the scene."},
       {"scale", member<&T::scale>(), "m per unit", kPositive, false,

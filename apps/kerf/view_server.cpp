@@ -263,9 +263,9 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
   }
   void write() {
     if (!open_) return;
-    if (server_.engine.overflows(client_)) return close();
+    if (server_.engine.overflows(client_)) return close("too slow: too much of what was sent is unread");
     if (writing_) return;
-    if (server_.engine.gives_up(client_)) return close();
+    if (server_.engine.gives_up(client_)) return close("too many bad messages");
     message_ = server_.engine.next(client_);
     if (!message_) return;
     writing_ = true;
@@ -286,15 +286,14 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     reading_ = true;
     socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) { self->have_read(error); });
   }
-  void close() {
+  void close(const char* why) {
     if (!open_) return;
     // What a page has still to be told goes first (an error that says why), as far as it reads at all.
     open_ = false;
     server_.engine.disconnect(client_);
     if (!writing_) {
-      socket_.async_close(
-          websocket::close_reason(websocket::close_code::policy_error, "too many bad messages, or too slow"),
-          [self = shared_from_this()](error_code) { self->gone(); });
+      socket_.async_close(websocket::close_reason(websocket::close_code::policy_error, why),
+                          [self = shared_from_this()](error_code) { self->gone(); });
     } else {
       gone();
     }
@@ -319,11 +318,10 @@ class ViewServer::Impl::Page : public std::enable_shared_from_this<Page> {
     reading_ = false;
     if (error || !open_) return gone();
     const auto data = buffer_.cdata();
-    static const std::byte kNothing{};
     if (socket_.got_binary()) {
       server_.engine.receive(client_, {static_cast<const std::byte*>(data.data()), data.size()});
     } else {
-      server_.engine.receive(client_, {&kNothing, 0});  // counted as bad
+      server_.engine.refuse(client_, fmt::format("a text of {} bytes came; messages are binary", data.size()));
     }
     buffer_.consume(buffer_.size());
     server_.flush();  // patches before anything else

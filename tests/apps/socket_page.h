@@ -125,6 +125,7 @@ class SocketPage {
     }
   }
   bool open = false;
+  std::string close_reason;  ///< what the server said when it closed
 
   bool say(const std::vector<std::byte>& message, unsigned char opcode = 2) {
     std::string frame;
@@ -163,7 +164,10 @@ class SocketPage {
       }
       if (!socket_.need(n)) return open = false;
       message += socket_.take(n);
-      if (opcode == 8) return open = false;
+      if (opcode == 8) {
+        close_reason = message.size() > 2 ? message.substr(2) : "";  // after its number
+        return open = false;
+      }
       if (opcode == 9 || opcode == 10) {
         message.clear();
         continue;

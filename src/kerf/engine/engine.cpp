@@ -654,6 +654,13 @@ void Engine::receive(std::uint32_t id, std::span<const std::byte> bytes) {
   e.handle(id, *message);
 }
 
+void Engine::refuse(std::uint32_t id, const std::string& why) {
+  const auto found = impl_->clients.find(id);
+  if (found == impl_->clients.end()) return;
+  ++found->second.bad;
+  impl_->error(id, 0, ErrorCode::kBadMessage, why);
+}
+
 protocol::Message Engine::next(std::uint32_t id) {
   const auto found = impl_->clients.find(id);
   return found == impl_->clients.end() ? nullptr : found->second.queue.next();

@@ -75,6 +75,8 @@ class Engine {
   void disconnect(std::uint32_t client);
   /// A message of a page. Bad ones are answered and counted.
   void receive(std::uint32_t client, std::span<const std::byte> message);
+  /// A message that is none of this protocol: answered with this sentence, and counted as bad.
+  void refuse(std::uint32_t client, const std::string& why);
   /// The next message for a page, or null when there is none now.
   protocol::Message next(std::uint32_t client);
   /// Must it be closed: too many bad messages, or too much unread?

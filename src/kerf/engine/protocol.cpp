@@ -514,7 +514,8 @@ Bytes encode(const Masses& m) {
 }
 
 Result<PageMessage> decode_page_message(std::span<const std::byte> bytes) {
-  if (bytes.size() < kHeaderBytes) return bad_input(fmt::format("a message of {} bytes has no header", bytes.size()));
+  if (bytes.size() < kHeaderBytes)
+    return bad_input(fmt::format("a message of {} bytes has no header, which has {}", bytes.size(), kHeaderBytes));
   Reader r(bytes);
   const std::uint16_t type = r.u16(), version = r.u16();
   const std::uint32_t length = r.u32();

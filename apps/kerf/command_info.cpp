@@ -93,22 +93,36 @@ std::string length_text(double metres) {
   return fmt::format("{:.4g} mm", 1000 * metres);
 }
 
+/// Whether a surface has a border; one whose triangles do not fit together may have none and enclose nothing.
+std::string kind_of_surface(const SurfaceMeasures& m) {
+  if (m.closed) return "closed";
+  if (m.border_edges > 0) return "open";
+  return fmt::format("neither open nor closed ({} edges with more than two triangles, {} whose two run the same way)",
+                     m.non_manifold_edges, m.unoriented_edges);
+}
+
 int show_mesh(const std::string& file) {
   Result<TriangleMesh> mesh = read_mesh(file);
   if (!mesh.ok()) return report(mesh.error());
-  const MeshInfo info = mesh_info(*mesh);
+  MeshInfo info = mesh_info(*mesh);
+  SurfaceRequirements requirements;
+  requirements.single_body = false;
+  const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
+  const bool mended = checked.ok() && !checked->repairs.empty();
+  if (mended) info = mesh_info(*mesh);
   const SurfaceMeasures& m = info.measures;
   const Vec3 size = m.box.size();
   std::string out = fmt::format("mesh       {}\n", shown(file));
+  if (mended) {
+    for (const std::string& repair : checked->repairs) out += fmt::format("repair     {}\n", repair);
+    out += "           all that follows is of the surface as repaired\n";
+  }
   out += fmt::format("counts     {} vertices, {} edges, {} triangles\n", m.vertices + m.unused_vertices, m.edges,
                      m.triangles);
-  SurfaceRequirements requirements;
-  requirements.single_body = false;
   // Lengths that doubles can't square have no area; the checks say how large such a surface is.
   if (!std::isfinite(m.area) || !std::isfinite(info.longest_edge) || !std::isfinite(m.volume) || !is_finite(size)) {
-    const Result<SurfaceReport> refused = check_surface(*mesh, requirements);
     out += fmt::format("unusable   {}\n",
-                       refused.ok() ? "its lengths are too large to compute with" : refused.error().message);
+                       checked.ok() ? "its lengths are too large to compute with" : checked.error().message);
     put(stdout, out);
     return kSuccess;
   }
@@ -117,19 +131,18 @@ int show_mesh(const std::string& file) {
   out += fmt::format("           if it is in metres: {} long\n", length_text(std::max({size.x, size.y, size.z})));
   out += fmt::format("edges      {:.4g} to {:.4g}, mean {:.4g}; triangle areas {:.4g} to {:.4g}\n", info.shortest_edge,
                      info.longest_edge, info.mean_edge, info.smallest_area, info.largest_area);
-  out += fmt::format("surface    {}, {} piece{}, Euler characteristic {}, area {:.6g}", m.closed ? "closed" : "open",
+  out += fmt::format("surface    {}, {} piece{}, Euler characteristic {}, area {:.6g}", kind_of_surface(m),
                      m.components, m.components == 1 ? "" : "s", m.euler, m.area);
   if (m.closed) out += fmt::format(", volume {:.6g}", m.volume);
   out += fmt::format("\nborders    {} in all {} edges\n", m.border_loops, m.border_edges);
   out += fmt::format("textures   {}; {} group{}\n", info.has_texture ? "yes" : "no", info.groups,
                      info.groups == 1 ? "" : "s");
-  const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
   if (!checked.ok()) {
     out += fmt::format("unusable   {}\n", checked.error().message);
   } else {
-    for (const std::string& repair : checked->repairs) out += fmt::format("repair     {}\n", repair);
     for (const std::string& warning : checked->warnings) out += fmt::format("warning    {}\n", warning);
     if (checked->repairs.empty() && checked->warnings.empty()) out += "checks     nothing to mend\n";
+    out += "unchecked  whether the body is thin, and whether it passes through itself; kerf bind checks that\n";
   }
   put(stdout, out);
   return kSuccess;

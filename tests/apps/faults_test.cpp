@@ -375,7 +375,7 @@ TEST_F(Faults, ReadOnlyFolder) {
   if (out.status == 125 || out.status == 126) GTEST_SKIP() << "can't become another user here";
   EXPECT_NE(out.status, 0);
   EXPECT_EQ(out.signal, 0);
-  EXPECT_THAT(out.text, HasSubstr("locked"));
+  EXPECT_THAT(out.text, HasSubstr("because the folder " + in("locked") + " takes no new files (Permission denied)"));
   const Outcome inside = kerf({"make", "steak", "-o", in("locked/deeper")}, as_nobody);
   EXPECT_EQ(inside.status, 2) << inside.text;
   set(std::filesystem::perms::owner_all);

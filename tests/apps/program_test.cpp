@@ -166,6 +166,56 @@ TEST_F(ProgramTest, NoMoreCollisionTrianglesThanTheSurfaceShows) {
   EXPECT_THAT(out.text, HasSubstr("100000 collision triangles are more than the surface shows: it has "));
 }
 
+// What is said of counts and borders is true of one surface, and it is said of which.
+TEST_F(ProgramTest, InfoSpeaksOfOneSurface) {
+  const auto write = [&](const char* name, const std::string& faces) {
+    std::ofstream(in(name)) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n" << faces;
+    return kerf("info " + in(name)).text;
+  };
+  const std::string whole = write("whole.obj", "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  EXPECT_THAT(whole, HasSubstr("surface    closed, 1 piece"));
+  EXPECT_THAT(whole, HasSubstr("checks     nothing to mend\n"));
+  EXPECT_THAT(
+      whole,
+      HasSubstr("unchecked  whether the body is thin, and whether it passes through itself; kerf bind checks that"));
+  EXPECT_THAT(whole, ::testing::Not(HasSubstr("as repaired")));
+  for (const std::string& mended : {write("turned.obj", "f 1 3 2\nf 1 4 2\nf 2 3 4\nf 3 1 4\n"),
+                                    write("twice.obj", "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nf 3 1 4\n")}) {
+    EXPECT_THAT(mended, HasSubstr("repair     "));
+    EXPECT_THAT(
+        mended,
+        HasSubstr("all that follows is of the surface as repaired\ncounts     4 vertices, 6 edges, 4 triangles"));
+    EXPECT_THAT(mended, HasSubstr("surface    closed, 1 piece"));
+    EXPECT_THAT(mended, ::testing::Not(HasSubstr("nothing to mend")));
+  }
+  const std::string unusable = write("three.obj", "f 1 2 3\nf 2 1 4\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 1 3 2\n");
+  EXPECT_THAT(unusable, ::testing::Not(HasSubstr("surface    open")));
+}
+
+TEST_F(ProgramTest, FilesThatAreNotTextSaySo) {
+  const auto utf16 = [&](const char* name, const std::string& text) {
+    std::ofstream file(in(name), std::ios::binary);
+    for (const char c : text) file << c << '\0';
+  };
+  utf16("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  utf16("a.toml", "[body]\nmodel = \"steak\"\n");
+  for (const char* name : {"a.obj", "a.toml"}) {
+    const Outcome out = kerf("info " + in(name));
+    EXPECT_EQ(out.status, 2);
+    EXPECT_THAT(out.text, HasSubstr(std::string(name) + ": the file is UTF-16; save it as UTF-8"));
+  }
+  std::ofstream(in("junk.toml"), std::ios::binary) << "\xc3\x18\x0c\x61\x22\xca\xce\x32";
+  EXPECT_THAT(kerf("info " + in("junk.toml")).text, HasSubstr("junk.toml: this is not a text file"));
+  std::ofstream(in("cut.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf";
+  EXPECT_THAT(
+      kerf("info " + in("cut.obj")).text,
+      HasSubstr(
+          "cut.obj:5: a face needs at least three corners, this one has 0; complete or remove it; it is the last line: "
+          "the file may be cut off"));
+  std::ofstream(in("inside.obj")) << "v 0 0 0\nf\nv 1 0 0\n";
+  EXPECT_THAT(kerf("info " + in("inside.obj")).text, ::testing::Not(HasSubstr("last line")));
+}
+
 // A strip wound through itself: there is a collision mesh, but it does not bind.
 TEST_F(ProgramTest, WhatDoesNotBindIsSavedToBeLookedAt) {
   std::ofstream strip(in("strip.obj"));

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "kerf/base/shown_text.h"
+#include "kerf/base/text_encoding.h"
 #include "kerf/mesh/text_scanner.h"
 #include "kerf/mesh/whole_file.h"
 
@@ -72,6 +73,7 @@ Result<TriangleMesh> parse_mesh(std::string_view bytes, const std::string& path,
     }
     return bad_input(message + "; give an .obj, .ply, .stl or .off file");
   }
+  if (!content && is_utf16(bytes)) return bad_input(fmt::format("{}: {}", shown(path), kIsUtf16));
   if (content && *content != *format) {
     const int i = static_cast<int>(*content);
     return bad_input(fmt::format("{}: the extension says {}, but the content is {}; rename it to end in .{}",

@@ -74,7 +74,17 @@ class ObjReader {
   }
 
  private:
-  Error error(const std::string& message) const { return error_at(scanner_.line(), message); }
+  Error error(const std::string& message) const {
+    return error_at(scanner_.line(),
+                    is_last_line() ? message + "; it is the last line: the file may be cut off" : message);
+  }
+  [[nodiscard]] bool is_last_line() const {
+    TextScanner after = scanner_;
+    (void)after.rest_of_line();
+    after.next_line();
+    after.skip_empty_lines('#');
+    return after.at_end();
+  }
   Error error_at(std::size_t line, const std::string& message) const {
     return bad_input(fmt::format("{}:{}: {}", name_, line, message));
   }

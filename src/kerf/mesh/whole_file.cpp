@@ -215,9 +215,17 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
     if (open_.descriptor < 0) fail(errno);
     return;
   }
+  // A new file takes the place of the old one: what may not be written is the folder.
+  const auto fail_in_folder = [&](int error) {
+    fail(error);
+    if (error == EACCES || error == EPERM || error == EROFS)
+      failure_ =
+          fmt::format("{}: can't be written, because the folder {} takes no new files ({}); check its permissions",
+                      shown(path_), shown(parent_of(path_)), std::strerror(error));
+  };
   std::string target = path_;
   if (const int error = follow_links(target); error != 0) {
-    fail(error);
+    fail_in_folder(error);
     return;
   }
   path_ = target;
@@ -232,8 +240,9 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
     open_.descriptor = ::open(open_.temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   }
   if (open_.descriptor < 0) {
+    const int error = errno;
     open_.temporary.clear();
-    fail(errno);
+    fail_in_folder(error);
     return;
   }
   if (::ftruncate(open_.descriptor, 0) != 0) fail(errno);

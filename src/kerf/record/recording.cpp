@@ -173,7 +173,16 @@ std::string other_version() {
                      kRecordingVersion);
 }
 
-/// Reads the parts of a recording; the first trouble is kept.
+/// What stands in the file, for messages.
+std::string written(const JsonValue& value) {
+  if (value.text() != nullptr) return fmt::format("\"{}\"", shown(*value.text()));
+  if (const std::optional<double> number = value.number()) return fmt::format("{}", *number);
+  if (value.array() != nullptr) return "a list";
+  if (value.object() != nullptr) return "a table";
+  return value.is_null() ? "null" : value.is_true() ? "true" : "false";
+}
+
+/// Reads the parts of a recording; the first trouble is kept, with the entry of a list that it is in.
 class RecordingReader {
  public:
   RecordingReader(const JsonValue& root, std::string_view name) : root_(root), name_(name) {}
@@ -188,30 +197,33 @@ class RecordingReader {
     out.source.text = text(scene, "text");
     out.source.folder = text(scene, "folder");
     for (const JsonValue& file : array(scene, "files")) {
+      begin_entry("files", out.source.files.size());
       SceneSource::File f;
       f.name = text(file, "name");
-      if (!plain_file_name(f.name)) fail("a file's name is not a plain one");
-      if (!from_base64(text(file, "base64"), f.bytes)) fail("a file is not base64");
+      if (!plain_file_name(f.name))
+        fail(fmt::format("\"name\" must be the name of a file without a folder, but is \"{}\"", shown(f.name)));
+      if (!from_base64(text(file, "base64"), f.bytes)) fail("\"base64\" is not base64");
       out.source.files.push_back(std::move(f));
     }
+    end_entries();
     read_meshes(scene, out.source);
     out.instructions = text(root_, "instructions");
     out.overrides.scripted = member(root_, "scripted").is_true();
     out.overrides.time_step = number(member(root_, "time_step"), "time_step");
     if (out.overrides.time_step < 0) fail("time_step is negative");
     read_dust(out.overrides);
-    out.last_step = step(member(root_, "last_step"));
+    out.last_step = step(member(root_, "last_step"), "\"last_step\"");
     std::int64_t last = 0;
     for (const JsonValue& item : array(root_, "changes")) {
       entry_ = {"changes", out.changes.size()};
       SessionChange c;
       const JsonValue::Array* parts = item.array();
       if (parts == nullptr || parts->size() < 2 || (*parts)[1].text() == nullptr) {
-        fail("a change is not [step, \"kind\", ...]");
+        fail(fmt::format("a change is [step, \"kind\", ...], but this is {}", written(item)));
         break;
       }
-      c.step = step((*parts)[0]);
-      if (c.step < last) fail("changes are not in the order of their steps");
+      c.step = step((*parts)[0], "its step");
+      if (c.step < last) fail(fmt::format("changes are in the order of their steps, but {} follows {}", c.step, last));
       last = c.step;
       if (!read_change(*parts, c)) break;
       out.changes.push_back(std::move(c));
@@ -223,17 +235,17 @@ class RecordingReader {
       StateHash h;
       const JsonValue::Array* parts = item.array();
       if (parts == nullptr || parts->size() != 2 || (*parts)[1].text() == nullptr) {
-        fail("a hash is not [step, \"hex\"]");
+        fail(fmt::format("a hash is [step, \"hex\"], but this is {}", written(item)));
         break;
       }
-      h.step = step((*parts)[0]);
-      if (h.step < last) fail("hashes are not in the order of their steps");
+      h.step = step((*parts)[0], "its step");
+      if (h.step < last) fail(fmt::format("hashes are in the order of their steps, but {} follows {}", h.step, last));
       last = h.step;
-      h.hash = hash((*parts)[1]);
+      h.hash = hash((*parts)[1], "its hash");
       out.hashes.push_back(h);
     }
     entry_ = {};
-    out.end_hash = hash(member(root_, "end"));
+    out.end_hash = hash(member(root_, "end"), "\"end\"");
     if (!trouble_.empty()) return trouble(trouble_);
     if (!out.changes.empty() && out.changes.back().step > out.last_step)
       return trouble("there are changes after the last step");
@@ -256,22 +268,25 @@ class RecordingReader {
   void read_meshes(const JsonValue& scene, SceneSource& source) {
     if (scene.find("meshes") == nullptr) return;
     for (const JsonValue& mesh : array(scene, "meshes")) {
+      begin_entry("meshes", source.meshes.size());
       SceneSource::Mesh m;
       m.written = text(mesh, "file");
-      m.hash = hash(member(mesh, "hash"));
+      m.hash = hash(member(mesh, "hash"), "\"hash\"");
       const std::optional<std::uint64_t> bytes = member(mesh, "bytes").whole();
       if (!bytes) {
-        fail("a mesh has no number of bytes");
+        fail(fmt::format("\"bytes\" must be a whole number, but is {}", written(member(mesh, "bytes"))));
         return;
       }
       m.bytes = *bytes;
       if (mesh.find("base64") != nullptr) {
         m.content.emplace();
-        if (!from_base64(text(mesh, "base64"), *m.content)) fail("a mesh is not base64");
-        if (m.content->size() != m.bytes) fail("a mesh is shorter or longer than it says");
+        if (!from_base64(text(mesh, "base64"), *m.content)) fail("\"base64\" is not base64");
+        if (m.content->size() != m.bytes)
+          fail(fmt::format("\"bytes\" is {}, but \"base64\" has {}", m.bytes, m.content->size()));
       }
       source.meshes.push_back(std::move(m));
     }
+    end_entries();
   }
   bool read_change(const JsonValue::Array& item, SessionChange& c) {
     const std::string& word = *item[1].text();
@@ -281,19 +296,24 @@ class RecordingReader {
         c.kind = k.kind;
         known = true;
       }
-    if (!known) return fail(fmt::format("there is no change \"{}\"", word));
+    if (!known) return fail(fmt::format("there is no change \"{}\"", shown(word)));
     std::size_t at = 2;
     if (has_id(c.kind)) {
-      if (item.size() < 3 || item[2].text() == nullptr) return fail(fmt::format("\"{}\" names no grasp or tool", word));
+      if (item.size() < 3 || item[2].text() == nullptr)
+        return fail(fmt::format("\"{}\" names a grasp or a tool third, but {} stands there", word,
+                                item.size() < 3 ? "nothing" : written(item[2])));
       c.id = *item[2].text();
       at = 3;
     }
     for (; at < item.size(); ++at) {
       const std::optional<double> value = item[at].number();
-      if (!value) return fail(fmt::format("\"{}\" has something that is no number", word));
+      if (!value)
+        return fail(fmt::format("\"{}\" has numbers only, but {} stands at place {}", word, written(item[at]), at + 1));
       if (c.kind == Kind::kGrasp || c.kind == Kind::kRemove) {
         const std::optional<std::uint64_t> element = item[at].whole();
-        if (!element || *element > INT32_MAX) return fail(fmt::format("\"{}\" names no such element", word));
+        if (!element || *element > INT32_MAX)
+          return fail(fmt::format("\"{}\" names elements by whole numbers, but {} stands at place {}", word,
+                                  written(item[at]), at + 1));
         c.vertices.push_back(static_cast<std::int32_t>(*element));
       } else {
         c.values.push_back(*value);
@@ -311,33 +331,33 @@ class RecordingReader {
   const std::string& text(const JsonValue& of, const char* key) {
     static const std::string kNothing;
     const std::string* found = member(of, key).text();
-    if (found == nullptr) fail(fmt::format("\"{}\" is not a text", key));
+    if (found == nullptr) fail(fmt::format("\"{}\" must be a text, but is {}", key, written(member(of, key))));
     return found == nullptr ? kNothing : *found;
   }
   const JsonValue::Array& array(const JsonValue& of, const char* key) {
     static const JsonValue::Array kNothing;
     const JsonValue::Array* found = member(of, key).array();
-    if (found == nullptr) fail(fmt::format("\"{}\" is not a list", key));
+    if (found == nullptr) fail(fmt::format("\"{}\" must be a list, but is {}", key, written(member(of, key))));
     return found == nullptr ? kNothing : *found;
   }
   double number(const JsonValue& m, const char* key) {
     const std::optional<double> value = m.number();
     if (value && std::isfinite(*value)) return *value;
-    fail(fmt::format("\"{}\" is not a number", key));
+    fail(fmt::format("\"{}\" must be a number, but is {}", key, written(m)));
     return 0;
   }
-  std::int64_t step(const JsonValue& m) {
+  std::int64_t step(const JsonValue& m, const char* what) {
     const std::optional<std::uint64_t> value = m.whole();
     if (value && *value <= kMostSteps) return static_cast<std::int64_t>(*value);
-    fail("a step number is not one");
+    fail(fmt::format("{} must be a whole number from 0 to {}, but is {}", what, kMostSteps, written(m)));
     return 0;
   }
-  std::uint64_t hash(const JsonValue& m) {
+  std::uint64_t hash(const JsonValue& m, const char* what) {
     std::uint64_t value = 0;
     const std::string_view digits = m.text() == nullptr ? std::string_view() : *m.text();
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
     if (digits.empty() || error != std::errc() || end != digits.data() + digits.size())
-      fail("a hash is not hexadecimal");
+      fail(fmt::format("{} must be a text of at most 16 hexadecimal digits, but is {}", what, written(m)));
     return value;
   }
   bool fail(std::string what) {

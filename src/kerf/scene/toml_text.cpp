@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include "kerf/base/shown_text.h"
+#include "kerf/base/text_encoding.h"
 
 namespace kerf {
 
 Status check_toml_characters(std::string_view text, std::string_view name) {
+  if (const std::string fault = fault_of_text(text); !fault.empty())
+    return bad_input(fmt::format("{}: {}", shown(name), fault));
   enum class In { kPlain, kComment, kString };
   In in = In::kPlain;
   char quote = 0;           // of the string

@@ -152,19 +152,19 @@ TEST(Recording, HostileTextsAreRefusedOrRead) {
   EXPECT_NE(replaced("\"end\":\"0000000000abcdef\"", "\"end\":7"), "");
   // The key, the entry and what stands there.
   EXPECT_EQ(replaced("[3,\"blade\"", "[-3,\"blade\""),
-            "x.kerfrec: entry 1 of \"changes\": its step must be a whole number from 0 to 1000000000, but is -3");
+            "x.kerfrec: changes[0]: its step must be a whole number from 0 to 1000000000, but is -3");
   EXPECT_EQ(replaced("\"last_step\":123", "\"last_step\":\"9\""),
             "x.kerfrec: \"last_step\" must be a whole number from 0 to 1000000000, but is \"9\"");
   EXPECT_EQ(replaced("\"end\":\"0000000000abcdef\"", "\"end\":\"xyz\""),
             "x.kerfrec: \"end\" must be a text of at most 16 hexadecimal digits, but is \"xyz\"");
   EXPECT_EQ(
       replaced("ffffffffffffffff", "xyz"),
-      "x.kerfrec: entry 1 of \"hashes\": its hash must be a text of at most 16 hexadecimal digits, but is \"xyz\"");
+      "x.kerfrec: hashes[0]: its hash must be a text of at most 16 hexadecimal digits, but is \"xyz\"");
   EXPECT_EQ(
       replaced("\"a.bin\"", "\"../a.bin\""),
-      "x.kerfrec: entry 1 of \"files\": \"name\" must be the name of a file without a folder, but is \"../a.bin\"");
+      "x.kerfrec: files[0]: \"name\" must be the name of a file without a folder, but is \"../a.bin\"");
   EXPECT_EQ(replaced("\"bytes\":3", "\"bytes\":[]"),
-            "x.kerfrec: entry 1 of \"meshes\": \"bytes\" must be a whole number, but is a list");
+            "x.kerfrec: meshes[0]: \"bytes\" must be a whole number, but is a list");
   Random random(5);
   for (int i = 0; i < 3000; ++i) {
     std::string text = good;

@@ -197,7 +197,7 @@ class RecordingReader {
     out.source.text = text(scene, "text");
     out.source.folder = text(scene, "folder");
     for (const JsonValue& file : array(scene, "files")) {
-      begin_entry("files", out.source.files.size());
+      entry_ = {"files", out.source.files.size()};
       SceneSource::File f;
       f.name = text(file, "name");
       if (!plain_file_name(f.name))
@@ -205,7 +205,7 @@ class RecordingReader {
       if (!from_base64(text(file, "base64"), f.bytes)) fail("\"base64\" is not base64");
       out.source.files.push_back(std::move(f));
     }
-    end_entries();
+    entry_ = {};
     read_meshes(scene, out.source);
     out.instructions = text(root_, "instructions");
     out.overrides.scripted = member(root_, "scripted").is_true();
@@ -268,7 +268,7 @@ class RecordingReader {
   void read_meshes(const JsonValue& scene, SceneSource& source) {
     if (scene.find("meshes") == nullptr) return;
     for (const JsonValue& mesh : array(scene, "meshes")) {
-      begin_entry("meshes", source.meshes.size());
+      entry_ = {"meshes", source.meshes.size()};
       SceneSource::Mesh m;
       m.written = text(mesh, "file");
       m.hash = hash(member(mesh, "hash"), "\"hash\"");
@@ -286,7 +286,7 @@ class RecordingReader {
       }
       source.meshes.push_back(std::move(m));
     }
-    end_entries();
+    entry_ = {};
   }
   bool read_change(const JsonValue::Array& item, SessionChange& c) {
     const std::string& word = *item[1].text();

@@ -231,6 +231,23 @@ TEST(Recording, ReplaySaysWhereTheBitsDiffer) {
   EXPECT_EQ(with.error().message.find("out/sheet.kerfrec (its scene sheet):2: "), 0u) << with.error().message;
 }
 
+TEST(Recording, ItsTimeStepHasTheLimitsOfAScenes) {
+  Recording r;
+  r.source.name = "sheet";
+  r.source.text = "[body]\nmodel = \"sheet\"\n[simulation]\nduration = 2e3\n";
+  const auto error_with = [&](double time_step) {
+    r.overrides.time_step = time_step;
+    const auto played = replay(r, {}, {}, "a.kerfrec");
+    return played.ok() ? std::string() : played.error().message;
+  };
+  EXPECT_EQ(error_with(1e3), "");
+  EXPECT_EQ(error_with(1e9).find("a.kerfrec (its scene sheet): time_step of [simulation] goes up to 1000 s"), 0U)
+      << error_with(1e9);
+  r.source.text = "[body]\nmodel = \"sheet\"\n[simulation]\nduration = 2\n";
+  EXPECT_NE(error_with(3).find("time_step of [simulation] (3 s) is longer than its duration (2 s)"), std::string::npos)
+      << error_with(3);
+}
+
 TEST(Recording, AReplayTellsWhatWasRefused) {
   Recording r;
   r.source.name = "sheet";

@@ -570,6 +570,8 @@ TEST(Scene, ProblemsNameTheLineOfTheKey) {
   const auto at = [&](const std::string& text) { return error_of(body + text); };
   EXPECT_EQ(at("[simulation]\ntime_step = 5.0\nduration = 2.0\n"),
             "scene.toml:4: time_step of [simulation] (5 s) is longer than its duration (2 s)");
+  EXPECT_EQ(at("[simulation]\ntime_step = 1e9\nduration = 1e9\n"),
+            "scene.toml:4: time_step of [simulation] goes up to 1000 s, but is 1e+09 s");
   EXPECT_THAT(at("[simulation]\nseed = 3\nduration = 1e-4\n"),
               HasSubstr("scene.toml:5: time_step of [simulation] (0.001 s)"));
   EXPECT_EQ(at("[output]\npicture = true\npicture_at = 5\n"),

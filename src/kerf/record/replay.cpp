@@ -9,6 +9,7 @@
 #include "kerf/record/recording_meshes.h"
 #include "kerf/scene/scene_file.h"
 #include "kerf/scene/temporary_folder.h"
+#include "kerf/scene/time_step_fault.h"
 
 namespace kerf {
 namespace {
@@ -47,7 +48,11 @@ Result<Scene> scene_of(const SceneSource& source, const SceneOverrides& override
   auto scene = parse_scene(source.text, source.name, folders);
   if (!scene) return scene;
   if (!overrides.scripted) scene->commands.clear();
-  if (overrides.time_step > 0) scene->simulation.time_step = overrides.time_step;
+  if (overrides.time_step > 0) {
+    scene->simulation.time_step = overrides.time_step;
+    if (const std::string fault = time_step_fault(scene->simulation); !fault.empty())
+      return bad_input(fmt::format("{}: {}; give another one instead of the scene's", source.name, fault));
+  }
   if (overrides.dust) scene->cut.dust = *overrides.dust;
   return scene;
 }

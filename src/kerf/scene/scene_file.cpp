@@ -17,6 +17,7 @@
 #include "kerf/scene/scene_keys.h"
 #include "kerf/scene/scene_limits.h"
 #include "kerf/scene/scene_schema.h"
+#include "kerf/scene/time_step_fault.h"
 #include "kerf/scene/toml_text.h"
 
 // Header-only. With exceptions: without them its functions are noexcept, and memory that ends in one of them ends the program. Floating-point
@@ -969,11 +970,8 @@ class SceneReader {
                             last, scene.simulation.duration));
       }
     }
-    if (scene.simulation.time_step > scene.simulation.duration && scene.simulation.duration > 0) {
-      problem(line_in(root, "simulation", {"time_step", "duration"}),
-              fmt::format("time_step of [simulation] ({} s) is longer than its duration ({} s)",
-                          scene.simulation.time_step, scene.simulation.duration));
-    }
+    if (const std::string fault = time_step_fault(scene.simulation); !fault.empty())
+      problem(line_in(root, "simulation", {"time_step", "duration"}), fault);
     if (scene.output.picture_at && *scene.output.picture_at > end) {
       problem(line_in(root, "output", {"picture_at"}),
               fmt::format("picture_at of [output] ({} s) is after the end of the run ({} s)", *scene.output.picture_at,

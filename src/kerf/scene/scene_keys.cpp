@@ -278,7 +278,8 @@ template <>
 SceneKeys<SceneSimulation> scene_keys<SceneSimulation>() {
   using T = SceneSimulation;
   static const SceneKey keys[] = {
-      {"time_step", member<&T::time_step>(), "s", kPositive, false, "Time between two states."},
+      {"time_step", member<&T::time_step>(), "s", kPositive, false,
+       "Time between two states; at most the duration, and 1000 s."},
       {"duration", member<&T::duration>(), "s", kNotNegative, false, "How much time is simulated."},
       {"gravity", member<&T::gravity>(), "m/s2", kAcceleration, false, "Acceleration of free fall; z is up."},
       {"tolerance", member<&T::tolerance>(), "", kPositiveFraction, false,

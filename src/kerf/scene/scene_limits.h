@@ -5,6 +5,7 @@
 namespace kerf {
 
 inline constexpr double kFarthestPlace = 1e6;                   ///< m: coordinates of whatever is placed or moved
+inline constexpr double kLongestTimeStep = 1e3;                 ///< s: falls in steps of 1e8 s took no end
 inline constexpr double kHardestForce = 1e6;                    ///< N
 inline constexpr double kMostGravity = 1e4;                     ///< m/s2
 inline constexpr double kLeastYoung = 1e-3, kMostYoung = 1e13;  ///< Pa: far below foam, and ten times diamond

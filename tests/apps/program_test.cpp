@@ -143,10 +143,11 @@ TEST_F(ProgramTest, NotesAreSaidHoweverQuietItIs) {
   std::ofstream(in("thick.toml"))
       << "[body]\nvisual = \"s/visual.obj\"\ncollision = \"s/collision.obj\"\nthickness = 0.01\n"
          "[simulation]\nduration = 0.002\n[output]\npicture = false\n";
-  ASSERT_EQ(kerf("make closed-sheet -o " + in("s")).status, 0);
+  ASSERT_EQ(kerf("make closed-sheet --visual-triangles 2000 -o " + in("s")).status, 0);
   const std::string to_file = "apart() { \"$@\" > " + in("summary") + "; }; apart";
-  for (const std::string& command : {"bind " + in("s/visual.obj") + " --thickness 0.01 -o " + in("a.kerf"),
-                                     "run " + in("thick.toml") + " -o " + in("out")})
+  for (const std::string& command :
+       {"bind " + in("s/visual.obj") + " -c " + in("s/collision.obj") + " --thickness 0.01 -o " + in("a.kerf"),
+        "run " + in("thick.toml") + " -o " + in("out")})
     for (const char* quiet : {"", " -q"}) {
       const Outcome errors = kerf(command + quiet, to_file);
       EXPECT_EQ(errors.status, 0) << errors.text;

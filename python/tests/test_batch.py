@@ -201,6 +201,7 @@ def test_a_batch_is_not_copied():
 
 def test_ctrl_c_ends_a_turn():
     batch = kerf.Batch([kerf.Session(SHEET) for _ in range(2)])
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start what runs in the background without it
     threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     began = time.perf_counter()
     with pytest.raises(KeyboardInterrupt):

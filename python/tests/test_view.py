@@ -364,7 +364,8 @@ input()
 @pytest.mark.parametrize("call", ["session.step(10**9)", "time.sleep(1000)"])
 def test_ctrl_c_ends_it(call):
     with program(f"""
-import kerf, time
+import kerf, signal, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start what runs in the background without it
 session = kerf.Session("steak")
 print(kerf.view(session, open=False).url, flush=True)
 {call}

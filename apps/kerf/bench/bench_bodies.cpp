@@ -50,7 +50,7 @@ Scene bench_scene(const BenchBody& body) {
 Result<Session> bench_session(const BenchBody& body, std::optional<double> dust) {
   Scene scene = bench_scene(body);
   if (dust) scene.cut.dust = *dust;
-  return Session::create(std::move(scene));
+  return Session::create(scene);
 }
 
 Scene haptic_scene(const std::string& model) {

@@ -47,7 +47,8 @@ int run_bench(const BenchCommand& options) {
   run->program += options.quick ? std::string("--quick") : fmt::format("--cuts {}", options.cuts);
   if (!options.rows.empty()) run->program += fmt::format(" --rows {}", options.rows);
   if (!options.quiet)
-    for (const bench::Table& table : run->tables) say("\n{}\n\n{}", table.title, bench::markdown(table));
+    for (const bench::Table& table : run->tables)
+      put(stdout, fmt::format("\n{}\n\n{}", table.title, bench::markdown(table)));
   if (options.out.empty()) return kSuccess;
   if (const Status written = write_run(*run, options); !written) return report(written.error());
   if (!options.quiet) say("\nresults: {}\n", options.out.string());

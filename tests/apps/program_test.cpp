@@ -57,6 +57,12 @@ TEST_F(ProgramTest, HelpTeaches) {
   }
 }
 
+TEST_F(ProgramTest, TablesOfBenchmarksHaveLines) {
+  const Outcome out = kerf("bench scale --quick --rows threads");
+  EXPECT_EQ(out.status, 0) << out.text;
+  EXPECT_NE(out.text.find("\n| threads |"), std::string::npos) << out.text;
+}
+
 TEST_F(ProgramTest, BadInputIsStatusTwo) {
   EXPECT_EQ(kerf("").status, 2);
   EXPECT_EQ(kerf("rnu steak").status, 2);

@@ -157,12 +157,10 @@ TEST(Recording, HostileTextsAreRefusedOrRead) {
             "x.kerfrec: \"last_step\" must be a whole number from 0 to 1000000000, but is \"9\"");
   EXPECT_EQ(replaced("\"end\":\"0000000000abcdef\"", "\"end\":\"xyz\""),
             "x.kerfrec: \"end\" must be a text of at most 16 hexadecimal digits, but is \"xyz\"");
-  EXPECT_EQ(
-      replaced("ffffffffffffffff", "xyz"),
-      "x.kerfrec: hashes[0]: its hash must be a text of at most 16 hexadecimal digits, but is \"xyz\"");
-  EXPECT_EQ(
-      replaced("\"a.bin\"", "\"../a.bin\""),
-      "x.kerfrec: files[0]: \"name\" must be the name of a file without a folder, but is \"../a.bin\"");
+  EXPECT_EQ(replaced("ffffffffffffffff", "xyz"),
+            "x.kerfrec: hashes[0]: its hash must be a text of at most 16 hexadecimal digits, but is \"xyz\"");
+  EXPECT_EQ(replaced("\"a.bin\"", "\"../a.bin\""),
+            "x.kerfrec: files[0]: \"name\" must be the name of a file without a folder, but is \"../a.bin\"");
   EXPECT_EQ(replaced("\"bytes\":3", "\"bytes\":[]"),
             "x.kerfrec: meshes[0]: \"bytes\" must be a whole number, but is a list");
   Random random(5);

@@ -278,7 +278,7 @@ TEST(Extremes, AHundredTimesTheEarthsGravity) {
 void outrage(const Scene& scene, bool refused) {
   auto session = Session::create(scene);
   ASSERT_TRUE(session.ok()) << session.error().message;
-  for (int i = 0; i < 16; ++i) {
+  for (int i = 0; i < 8; ++i) {
     const auto before = session->node_positions();
     const std::vector<Vec3> places(before.begin(), before.end());
     const auto report = session->step();
@@ -316,7 +316,7 @@ TEST(Extremes, WhatIsTooFastToBeFollowedIsCappedOrRefusedAtOnce) {
     scene.simulation.gravity = {0, 0, g};
     outrage(scene, g > 1e4);
   }
-  for (const double way : {1e6, 1e7, 1e12, 1e20}) {
+  for (const double way : {1e7, 1e12, 1e20}) {
     SCOPED_TRACE(way);
     Scene scene = held_strip();
     SceneGrasp grasp;
@@ -345,9 +345,10 @@ TEST(Extremes, NoNodeIsFasterThanPartsCanFollow) {
   Session session = test::make(scene);
   const double limit = kMostWay * rest_box(session).diagonal() / (0.005 / 16);
   int slowed = 0;
-  for (int i = 0; i < 16; ++i) {
+  for (int i = 0; i < 12; ++i) {
     const auto step = session.step();
     ASSERT_TRUE(step.ok()) << step.error().message;
+    EXPECT_LE(step->parts, 128);
     slowed += step->mechanics.slowed_nodes;
     for (const Vec3 v : session.node_velocities()) ASSERT_LT(norm(v), 1.1 * limit);
   }

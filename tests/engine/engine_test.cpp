@@ -1007,8 +1007,13 @@ TEST(Engine, AScenesOwnCommandsAreShownOnRequest) {
   EXPECT_NE(p.json.find("\"runs\":true"), std::string::npos);
   while (table.engine.session().time() < 0.4) table.tick();
   for (const auto& e : p.errors) ADD_FAILURE() << e.text;
-  EXPECT_EQ(table.engine.session().strokes().size(), 1u);
+  ASSERT_EQ(table.engine.session().strokes().size(), 1u);
   table.expect_mirrored(page);
+  ASSERT_EQ(p.cuts.size(), 1u) << "the page learns what it took";
+  EXPECT_EQ(p.cuts[0].input, 0u);
+  EXPECT_EQ(p.cuts[0].outcome, 0u);
+  EXPECT_EQ(p.cuts[0].triangles, static_cast<std::uint32_t>(table.engine.session().strokes()[0].triangles));
+  EXPECT_GT(p.cuts[0].total_ms, 0);
 
   auto scene = parse_scene(text, "shown");
   ASSERT_TRUE(scene.ok());

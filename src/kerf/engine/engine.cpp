@@ -453,6 +453,8 @@ void Engine::Impl::send_stats(double real_seconds) {
 
 bool Engine::Impl::single_step() {
   const auto start = Clock::now();
+  // Strokes that end in the step are the scene's own, or a tool's.
+  const std::size_t ended = session->strokes().size() - (session->in_stroke() ? 1 : 0);
   auto step = session->step();
   if (!step) {
     playing = false;
@@ -469,6 +471,8 @@ bool Engine::Impl::single_step() {
   times.residual = step->mechanics.residual;
   ++times.steps;
   frame_due = true;
+  if (!session->in_stroke() && session->strokes().size() > ended)
+    report_strokes(0, ended, session->strokes()[ended].before);
   if (recording && !too_long && session->step_count() % kHashEvery == 0 && counts.visual_triangles <= kHashedTriangles)
     hashes.push_back({session->step_count(), session->hash()});
   return true;

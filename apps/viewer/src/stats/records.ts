@@ -20,7 +20,8 @@ export class Records {
   cut(report: CutReport): void {
     if (report.outcome !== Outcome.Cut) return;
     this.cuts++;
-    this.cutTimes.push(this.cuts, report.bindingMs, report.embeddingMs, report.surfaceMs, report.totalMs);
+    if (report.trianglesCut > 0)
+      this.cutTimes.push(this.cuts, report.bindingMs, report.embeddingMs, report.surfaceMs, report.totalMs);
     this.count(report.counts);
   }
   clear(): void {

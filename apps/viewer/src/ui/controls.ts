@@ -664,7 +664,8 @@ export function bindControls(app: App): void {
         for (const id of ['r-cut', 't-binding', 't-embedding', 't-surface', 't-total']) setText(id, '–');
         return;
       }
-      if (r.outcome === Outcome.Cut || r.outcome === Outcome.Refused) {
+      // A piece that is taken away is cut by nothing.
+      if ((r.outcome === Outcome.Cut && r.trianglesCut > 0) || r.outcome === Outcome.Refused) {
         setText('r-cut', short(r.totalMs));
         setText('t-binding', short(r.bindingMs));
         setText('t-embedding', short(r.embeddingMs));
@@ -672,7 +673,8 @@ export function bindControls(app: App): void {
         setText('t-total', short(r.totalMs));
       }
       if (r.text) toast(r.text, r.outcome === Outcome.Refused);
-      else if (r.outcome === Outcome.NothingMet && app.toolAllowed) toast(toolInfo(app.tool).missed ?? kMissed);
+      else if (r.outcome === Outcome.NothingMet && r.input > 0 && app.toolAllowed)
+        toast(toolInfo(app.tool).missed ?? kMissed);
       if (r.invariants === 1) toast('The engine reports a broken invariant after this cut.', true);
       showPieces();
       showCounts();

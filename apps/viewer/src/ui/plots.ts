@@ -4,6 +4,8 @@ import 'uplot/dist/uPlot.min.css';
 import type { App } from '../app';
 import type { Series } from '../stats/series';
 
+/** 26,624 as 27k: what stands beside an axis. */
+const kCompact = new Intl.NumberFormat('en', { notation: 'compact', maximumSignificantDigits: 3 });
 const kColours = ['#d1495b', '#2e86ab', '#e0a030', '#3f9b6b', '#7a5bc0', '#808a94'];
 
 interface Definition {
@@ -90,7 +92,11 @@ export function makePlots(app: App, parent: HTMLElement): { update(): void } {
         },
         axes: [
           { ...axis, size: 22 },
-          { ...axis, size: 46 },
+          {
+            ...axis,
+            size: 46,
+            values: (_u, at) => at.map((v: number | null) => (v === null ? '' : kCompact.format(v))),
+          },
         ],
         series: [
           { label: d.x },
@@ -119,6 +125,7 @@ export function makePlots(app: App, parent: HTMLElement): { update(): void } {
         p.shown = x.length;
         p.last = end;
         p.plot.setData([x, ...p.d.columns.map((c) => data[c]!)] as unknown as uPlot.AlignedData);
+        if (p.plot.cursor.idx == null && x.length > 0) p.plot.setLegend({ idx: x.length - 1 });
       }
     },
   };

@@ -58,7 +58,9 @@ int run_bench(const BenchCommand& options) {
 int write_bench_page(const BenchPage& options) {
   std::vector<CommandFile> inputs;
   for (const std::string& file : options.files) inputs.push_back({"the measurements", file});
-  if (const Status apart = check_outputs(inputs, {{"the page", options.out}}); !apart) return report(apart.error());
+  const CommandFile page{"the page", options.out};
+  if (const Status apart = check_outputs(inputs, {page}); !apart) return report(apart.error());
+  if (const Status known = check_ending(page, {".md", ""}); !known) return report(known.error());
   std::vector<bench::Run> runs;
   for (const std::string& file : options.files) {
     const auto text = read_whole_file(file, kOtherFile);

@@ -227,6 +227,8 @@ int run_scene(const RunOptions& options) {
   std::vector<CommandFile> outputs = results_in(options.out, result_files(scene->output));
   if (!options.record.empty()) outputs.push_back({"the recording", options.record});
   if (const Status apart = check_outputs(inputs, outputs); !apart) return report(apart.error());
+  if (!options.record.empty())
+    if (const Status known = check_ending(outputs.back(), {".kerfrec", ""}); !known) return report(known.error());
   const Result<FolderLock> folder = take_result_folder(options.out);
   if (!folder) return report(folder.error());
   if (const Status possible = check_places(outputs); !possible) return report(possible.error());

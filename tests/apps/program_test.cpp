@@ -139,6 +139,12 @@ TEST_F(ProgramTest, FilesEndAsTheyAreRead) {
     EXPECT_THAT(out.text, HasSubstr(known));
     EXPECT_FALSE(std::filesystem::exists(in("new")));
   }
+  const Outcome recorded = kerf("run sheet -o " + in("new") + " --record " + in("r.obj"));
+  EXPECT_EQ(recorded.status, 2);
+  EXPECT_THAT(recorded.text, HasSubstr("r.obj: the recording is written as .kerfrec"));
+  EXPECT_FALSE(std::filesystem::exists(in("new")));
+  EXPECT_THAT(kerf("bench page -o " + in("page.obj") + " " + in("measured.json")).text,
+              HasSubstr("page.obj: the page is written as .md"));
   EXPECT_EQ(kerf("bind " + in("s/visual.obj") + " -q -o " + in("a.kerf") + " --write-collision " + in("m.PLY")).status,
             0);
   EXPECT_EQ(kerf("info " + in("m.PLY")).status, 0);

@@ -23,10 +23,32 @@ def cut_run():
     return session
 
 
+def examples_of(folder):
+    readme = (Path(__file__).parents[folder] / "README.md").read_text()
+    return re.findall(r"```python\n(.*?)```", readme, re.S)
+
+
 def test_the_example_of_the_readme(capsys):
-    readme = (Path(__file__).parents[2] / "README.md").read_text()
+    exec(*examples_of(2), {})
+    assert capsys.readouterr().out.startswith("2 (")
+
+
+def test_meshes_and_tasks_of_the_readme_of_the_package(tmp_path, monkeypatch):
+    pytest.importorskip("trimesh")
+    pytest.importorskip("gymnasium")
+    monkeypatch.chdir(tmp_path)
+    _, meshes, learning = examples_of(1)
+    names = {"kerf": kerf}
+    exec(meshes, names)
+    assert kerf.load(tmp_path / "disc.kerf").triangles.shape == names["body"].triangles.shape
+    exec(learning, names)
+    assert np.isfinite(names["reward"])
+    names["env"].close()
+
+
+def test_the_example_of_the_readme_of_the_package(capsys):
     names = {}
-    exec(re.search(r"```python\n(.*?)```", readme, re.S)[1], names)
+    exec(examples_of(1)[0], names)
     pieces, rest = capsys.readouterr().out.split(" ", 1)
     force = [float(number) for number in re.findall(r"\[([^]]*)\]", rest)[1].split()]
     assert pieces == "3" and force[1] < 0 < force[2]  # pulled outwards and up

@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "kerf/base/parallel.h"
 #include "kerf/base/random.h"
@@ -319,6 +321,29 @@ TEST(Midsurface, AScrambledSurfaceIsRefusedForThat) {
     ASSERT_TRUE(made.ok()) << made.error().message;
     EXPECT_THAT(all(made->verdict.reasons) + all(made->notes) + all(made->verdict.warnings),
                 ::testing::AllOf(HasSubstr("passes through itself at "), ::testing::Not(HasSubstr("all over"))));
+  }
+}
+
+// Of two sheets whose vertices are astray so little is left out that all of them cross: one stays too fine, one where long triangles are split.
+TEST(Midsurface, ARoughSurfaceThatCrossesItselfIsRefusedBeforeSidesAreLookedFor) {
+  ModelOptions fine;
+  fine.visual_triangles = 190000;
+  const TriangleMesh sheet = make_model("closed-sheet", fine)->visual;
+  for (const auto& [share, by] : {std::pair{0.2, 0.1}, std::pair{0.1, 0.2}}) {
+    TriangleMesh mesh = sheet;
+    Random random(1);
+    for (Vec3& p : mesh.positions)
+      if (random.uniform() < share) p += by * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+    std::map<std::string, int, std::less<>> heard;
+    MidsurfaceOptions options;
+    options.progress = [&](std::string_view stage, double) { ++heard[std::string(stage)]; };
+    const auto made = make_midsurface(mesh, options);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    EXPECT_EQ(made->verdict.thinness, Thinness::kNotThin);
+    EXPECT_THAT(all(made->verdict.reasons), HasSubstr("the surface passes through itself at "));
+    EXPECT_EQ(made->diagnosis.flag.size(), mesh.triangles.size());
+    EXPECT_EQ(heard["mid-surface: pairs"], 0) << share;
+    EXPECT_LT(heard["mid-surface: divide"], 60) << "splits and collapses of the same edges took 40 rounds";
   }
 }
 

@@ -97,6 +97,19 @@ void mark_what_is_bad(const Try& t, Midsurface& out) {
 
 std::string text(Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); }
 
+/// What is known of a surface whose sides are not looked for: which triangles cross others.
+void diagnose_crossings(const TriangleMesh& surface, const std::vector<std::int32_t>& crossing,
+                        MidsurfaceDiagnosis& d) {
+  d.surface.positions = surface.positions;
+  d.surface.triangles = surface.triangles;
+  const std::size_t n = surface.triangles.size();
+  d.side.assign(n, 0);
+  d.confidence.assign(n, 0);
+  d.thickness.assign(n, 0);
+  d.flag.assign(n, 0);
+  for (const std::int32_t t : crossing) d.flag[static_cast<std::size_t>(t)] = kCrossing;
+}
+
 /// A scrambled surface has neither sides nor distances, and every box of triangles touches every other.
 void refuse_scrambled(const TriangleMesh& surface, const CrossingsSample& sample, Midsurface& out) {
   MidsurfaceVerdict& v = out.verdict;
@@ -106,15 +119,15 @@ void refuse_scrambled(const TriangleMesh& surface, const CrossingsSample& sample
       "mean; repair it, or export it again",
       text(sample.places[0]), kAllOver));
   for (const Vec3 p : sample.places) v.places.push_back({p, "the surface passes through itself"});
-  MidsurfaceDiagnosis& d = out.diagnosis;
-  d.surface.positions = surface.positions;
-  d.surface.triangles = surface.triangles;
-  const std::size_t n = surface.triangles.size();
-  d.side.assign(n, 0);
-  d.confidence.assign(n, 0);
-  d.thickness.assign(n, 0);
-  d.flag.assign(n, 0);
-  for (const std::int32_t t : sample.triangles) d.flag[static_cast<std::size_t>(t)] = kCrossing;
+  diagnose_crossings(surface, sample.triangles, out.diagnosis);
+}
+
+/// Of one that is rough all over, so that nothing of it can be left out, sides are not looked for. The last note tells where it crosses itself.
+void refuse_crossing(const TriangleMesh& surface, const SelfIntersections& own, Midsurface& out) {
+  out.verdict.thinness = Thinness::kNotThin;
+  out.verdict.reasons.push_back(out.notes.back());
+  out.notes.pop_back();
+  diagnose_crossings(surface, own.triangles, out.diagnosis);
 }
 
 }  // namespace
@@ -141,8 +154,7 @@ struct PreparedMidsurface::Parts {
   Pairing pairing;
   SideLabels labels;
   MidSheet sheet;
-  std::size_t own_pairs = 0;  ///< of triangles of the surface that pass through each other
-  Midsurface found;           ///< what is known without a collision mesh: all of it where the body is not thin
+  Midsurface found;  ///< what is known without a collision mesh: all of it where the body is not thin
 };
 
 PreparedMidsurface::PreparedMidsurface(std::unique_ptr<const Parts> parts) : parts_(std::move(parts)) {}
@@ -182,7 +194,7 @@ Result<PreparedMidsurface> prepare_midsurface(const TriangleMesh& surface, const
     if (!found) return found.error();
     own = std::move(*found);
   }
-  p.own_pairs = own.pairs;
+  out.own_crossings = own.pairs;
   // Work around the origin: positions far away would lose digits in products.
   Box3 box;
   for (const Vec3 at : filtered.position) box.add(at);
@@ -212,9 +224,16 @@ Result<PreparedMidsurface> prepare_midsurface(const TriangleMesh& surface, const
   out.seconds.prepare = watch.lap();
 
   KERF_TRY(tell("mid-surface: divide"));
-  auto working = make_working_mesh(std::move(filtered), 0, progress);
+  auto working = coarse_working_mesh(std::move(filtered), 0, progress);
   if (!working) return working.error();
   p.work = std::move(*working);
+  const auto hopeless = [&] { return p.work.rough && own.pairs > 0; };
+  if (!hopeless()) KERF_TRY(divide_working_mesh(p.work, progress));
+  if (hopeless()) {
+    refuse_crossing(surface, own, out);
+    out.seconds.working = watch.lap();
+    return prepared();
+  }
   const WorkingMesh& work = p.work;
   p.bvh = TriangleBvh(work.mesh.view());
   const TriangleBvh& bvh = p.bvh;
@@ -305,7 +324,8 @@ Result<Midsurface> make_midsurface(const PreparedMidsurface& prepared, const Mid
   if (!next) return next.error();
   Try best = *next;
   // More triangles mend neither a surface that passes through itself nor a sheet that is bad all over.
-  const bool hopeless = p.own_pairs > 0 || static_cast<double>(best.bad()) > kHopeless * best.mesh.mesh.vertex_count();
+  const bool hopeless =
+      out.own_crossings > 0 || static_cast<double>(best.bad()) > kHopeless * best.mesh.mesh.vertex_count();
   for (int i = 1; i < kTries && !best.good() && !hopeless; ++i) {
     refine_bad_places(*next, p.sheet, limit);
     target = std::min(most, std::max(kMore * target, sheet_sizes(p.sheet, target, limit).need));
@@ -313,7 +333,7 @@ Result<Midsurface> make_midsurface(const PreparedMidsurface& prepared, const Mid
     if (!next) return next.error();
     if (next->badness() <= best.badness()) best = *next;
   }
-  if (p.own_pairs > 0 && !best.good()) {
+  if (out.own_crossings > 0 && !best.good()) {
     out.verdict.warnings.push_back(out.notes.back());
     out.notes.pop_back();
   }

@@ -83,6 +83,7 @@ struct Midsurface {
   MidsurfaceDiagnosis diagnosis;
   MidsurfaceSeconds seconds;
   std::vector<std::string> notes;  ///< what was filtered
+  std::size_t own_crossings = 0;   ///< pairs of triangles of the surface that pass through each other
 };
 
 /// Marks what lies within `reach` (metres) of a place where the collision mesh is bad, and adds the place to the verdict's.

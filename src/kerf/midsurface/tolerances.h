@@ -68,9 +68,9 @@ inline constexpr std::size_t kCrossingSample = 512;
 /// one of 34 is searched for rays that mean nothing, for some seconds.
 inline constexpr std::size_t kAllOver = 20;
 
-/// Pairs of triangles that pass through each other, and pairs whose boxes touch, at which the search for self-intersections ends. Origin: a
+/// Pairs of triangles that pass through each other, and pairs whose boxes touch, at which the search for self-intersections ends. Origin: half a
 /// second; 300,000 even triangles have 2.6 million boxes that touch. At half both are still met by no sound body of the corpus; at double a
-/// refusal takes a second longer.
-inline constexpr std::size_t kMostCrossings = 500000, kMostCrossingTests = 15000000;
+/// refusal takes half a second longer.
+inline constexpr std::size_t kMostCrossings = 250000, kMostCrossingTests = 7500000;
 
 }  // namespace kerf::mid

@@ -13,7 +13,8 @@ constexpr double kFewest = 8000, kMost = 50000;
 constexpr double kCollapseTurn = 0.2;  // cosine: a collapse may turn a face by 78 degrees
 constexpr double kDeviation = 0.02;    // of the mean thickness
 constexpr double kShort = 0.8, kLong = 1.5;
-constexpr double kTooMany = 1.5;  // times kMost
+constexpr double kTooMany = 1.5;   // times kMost
+constexpr double kSettled = 0.01;  // change of the number of triangles by splits and collapses
 constexpr int kMostRounds = 40, kMostFlips = 10;
 constexpr double kFlat = 1e-3;  // of the mean thickness
 
@@ -217,31 +218,51 @@ Status flip_flat_edges(SurfaceMesh& m, double deviation, Passes& passes) {
   return {};
 }
 
+Status make_coarser(WorkingMesh& work, Passes& passes) {
+  const std::int32_t before = work.mesh.face_count();
+  KERF_TRY(coarsen(work.mesh, work.edge, kDeviation * work.thickness, passes));
+  work.mesh = compacted(work.mesh);
+  work.coarsened = work.coarsened || work.mesh.face_count() < before;
+  return {};
+}
+
 }  // namespace
 
-Result<WorkingMesh> make_working_mesh(SurfaceMesh filtered, double thickness, const Progress& progress) {
+Result<WorkingMesh> coarse_working_mesh(SurfaceMesh filtered, double thickness, const Progress& progress) {
   Passes passes(progress);
   WorkingMesh out;
   out.thickness = thickness > 0 ? thickness : mean_thickness(filtered);
   const double area = total_area(filtered);
   out.edge = std::clamp(0.5 * out.thickness, edge_for(area, kMost), edge_for(area, kFewest));
   out.mesh = std::move(filtered);
-  const auto make_coarser = [&]() -> Status {
-    const std::int32_t before = out.mesh.face_count();
-    KERF_TRY(coarsen(out.mesh, out.edge, kDeviation * out.thickness, passes));
-    out.mesh = compacted(out.mesh);
-    out.coarsened = out.coarsened || out.mesh.face_count() < before;
-    return {};
-  };
-  KERF_TRY(make_coarser());
+  KERF_TRY(make_coarser(out, passes));
+  out.rough = out.mesh.face_count() > kTooMany * kMost;
+  return out;
+}
+
+Status divide_working_mesh(WorkingMesh& out, const Progress& progress) {
+  Passes passes(progress);
+  std::int32_t last = 0;
   for (int round = 0; round < kMostRounds; ++round) {
     KERF_TRY(passes.next());
     if (!split_long_edges(out.mesh, kLong * out.edge, static_cast<std::size_t>(8 * kMost))) break;
     // Halves of long slivers are slivers: unless their edges are turned, ways along edges say nothing about distances. Unless they
     // collapse, there are 3^n of them.
     KERF_TRY(flip_flat_edges(out.mesh, kFlat * out.thickness, passes));
-    if (out.mesh.face_count() > kTooMany * kMost) KERF_TRY(make_coarser());
+    if (out.mesh.face_count() <= kTooMany * kMost) continue;
+    KERF_TRY(make_coarser(out, passes));
+    // What is split and what collapses are the same edges: on a surface so rough both would go on for ever.
+    const std::int32_t now = out.mesh.face_count();
+    if (std::abs(now - last) < kSettled * last) break;
+    last = now;
   }
+  out.rough = out.mesh.face_count() > kTooMany * kMost;
+  return {};
+}
+
+Result<WorkingMesh> make_working_mesh(SurfaceMesh filtered, double thickness, const Progress& progress) {
+  auto out = coarse_working_mesh(std::move(filtered), thickness, progress);
+  if (out) KERF_TRY(divide_working_mesh(*out, progress));
   return out;
 }
 

@@ -68,8 +68,9 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
       return out;
     }
     out.refused = bound.error();
-    // More triangles were tried against that already.
-    if (out.midsurface.quality.crossings > 0 || out.midsurface.quality.good_rays < 1) break;
+    // More triangles were tried against that already, or mend nothing.
+    const Midsurface& m = out.midsurface;
+    if (m.own_crossings > 0 || m.quality.crossings > 0 || m.quality.good_rays < 1) break;
     wanted.triangles = static_cast<std::size_t>(kMore * static_cast<double>(out.midsurface.collision.triangles.size()));
   }
   const std::string where = mark_fault(at_fault, out.midsurface);

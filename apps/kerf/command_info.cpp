@@ -142,7 +142,8 @@ int show_mesh(const std::string& file) {
   } else {
     for (const std::string& warning : checked->warnings) out += fmt::format("warning    {}\n", warning);
     if (checked->repairs.empty() && checked->warnings.empty()) out += "checks     nothing to mend\n";
-    out += "unchecked  whether the body is thin, and whether it passes through itself; kerf bind checks that\n";
+    out +=
+        "unchecked  whether the body is thin, whether it passes through itself, and single vertices far astray; kerf bind checks that\n";
   }
   put(stdout, out);
   return kSuccess;

@@ -190,7 +190,8 @@ TEST_F(ProgramTest, InfoSpeaksOfOneSurface) {
   EXPECT_THAT(whole, HasSubstr("checks     nothing to mend\n"));
   EXPECT_THAT(
       whole,
-      HasSubstr("unchecked  whether the body is thin, and whether it passes through itself; kerf bind checks that"));
+      HasSubstr(
+          "unchecked  whether the body is thin, whether it passes through itself, and single vertices far astray; kerf bind checks that"));
   EXPECT_THAT(whole, ::testing::Not(HasSubstr("as repaired")));
   for (const std::string& mended : {write("turned.obj", "f 1 3 2\nf 1 4 2\nf 2 3 4\nf 3 1 4\n"),
                                     write("twice.obj", "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nf 3 1 4\n")}) {
@@ -398,11 +399,11 @@ TEST_F(ProgramTest, ABoundModelRunsAlone) {
   const Outcome info = kerf("info " + in("steak.kerf"));
   EXPECT_THAT(info.text, HasSubstr("Young's modulus"));
   EXPECT_THAT(info.text, HasSubstr("lattice    "));
-  EXPECT_EQ(
-      kerf("run " + in("steak.kerf") + " --duration 0.005 --quiet --record " + in("r.json") + " --out " + in("alone"))
-          .status,
-      0);
-  EXPECT_EQ(kerf("replay " + in("r.json")).status, 0);
+  EXPECT_EQ(kerf("run " + in("steak.kerf") + " --duration 0.005 --quiet --record " + in("r.kerfrec") + " --out " +
+                 in("alone"))
+                .status,
+            0);
+  EXPECT_EQ(kerf("replay " + in("r.kerfrec")).status, 0);
   const Outcome twice = kerf("bind steak --scale 2 --out " + in("x.kerf"));
   EXPECT_EQ(twice.status, 2);
   EXPECT_THAT(twice.text, HasSubstr("is a model"));

@@ -1031,6 +1031,40 @@ TEST(Engine, AScenesOwnCommandsAreShownOnRequest) {
   EXPECT_EQ(p.errors.size(), 1u);
 }
 
+// --scripted runs the scene that the program begins with; to start it again without its commands is a page's choice.
+TEST(Engine, AScriptedSceneIsHandedOver) {
+  EngineOptions options;
+  options.overrides.scripted = true;
+  options.scenes = {{"strips", "Strips", source_dir() + "/scenes/crossing-strips.toml"}};
+  Table table(options);
+  const auto page = table.join();
+  table.load(page, page_command(1, kScene, {0}, "strips"));
+  EXPECT_NE(table.pages[page].json.find("\"runs\":false"), std::string::npos);
+  table.load(page, page_command(2, kScene, {1}, "strips"));
+  EXPECT_NE(table.pages[page].json.find("\"runs\":true"), std::string::npos);
+}
+
+// The second begins in the very step that ends the first.
+TEST(Engine, EachOfTheScenesOwnStrokesIsTold) {
+  SceneSource source = steak();
+  for (const double x : {-0.05, 0.05})
+    source.text += fmt::format(
+        "[[command]]\nat = {}\ntype = \"blade\"\nframe = \"rest\"\nposes = [\n"
+        "  {{ time = 0.0, base = [{}, -0.09, 0.05], tip = [{}, -0.09, -0.05] }},\n"
+        "  {{ time = 0.1, base = [{}, 0.09, 0.05], tip = [{}, 0.09, -0.05] }},\n]\n",
+        x < 0 ? 0.01 : 0.11, x, x, x, x);
+  EngineOptions options;
+  options.overrides.scripted = true;
+  Table table(options, source);
+  const auto page = table.join();
+  while (table.engine.session().time() < 0.3) table.tick();
+  ASSERT_EQ(table.engine.session().strokes().size(), 2u);
+  ASSERT_EQ(table.pages[page].cuts.size(), 2u);
+  for (std::size_t k = 0; k < 2; ++k)
+    EXPECT_EQ(table.pages[page].cuts[k].triangles,
+              static_cast<std::uint32_t>(table.engine.session().strokes()[k].triangles));
+}
+
 TEST(Engine, ObstaclesAndToolsAreShownAndLed) {
   SceneSource source;
   source.name = "board";

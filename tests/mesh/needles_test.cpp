@@ -55,6 +55,9 @@ TEST(Needles, ATipOfAnOpenLeafIsNone) {
   for (const Vec3 p : {Vec3{0, 0, 0}, Vec3{1, -0.001, 0}, Vec3{1, 0.001, 0}}) leaf.positions.push_back(p);
   leaf.triangles.push_back({VertexId(0), VertexId(1), VertexId(2)});
   EXPECT_THAT(needles(leaf), IsEmpty());
+  // An export of both sides writes each triangle twice.
+  leaf.triangles.push_back({VertexId(0), VertexId(2), VertexId(1)});
+  EXPECT_THAT(needles(leaf), IsEmpty());
 }
 
 TEST(Needles, OfSoundBodiesThereAreNone) {

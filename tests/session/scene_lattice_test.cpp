@@ -14,12 +14,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The collision mesh of the 1 x 1 x 0.1 m sheet.
-CollisionMesh sheet(std::optional<LatticeHint>* hint = nullptr) {
+/// The collision mesh of the 1 x 1 x 0.1 m sheet, or of a thinner one.
+CollisionMesh sheet(std::optional<LatticeHint>* hint = nullptr, double half_thickness = 0.05) {
   const Result<Model> model = make_model("sheet", {});
   EXPECT_TRUE(model.ok());
   if (hint) *hint = model->lattice;
-  const std::vector<double> half(model->collision.positions.size(), 0.05);
+  const std::vector<double> half(model->collision.positions.size(), half_thickness);
   Result<CollisionMesh> mesh = build_collision_mesh(model->collision, half);
   EXPECT_TRUE(mesh.ok());
   return std::move(*mesh);
@@ -127,6 +127,15 @@ TEST(SceneLattice, CellsFarLargerThanTheBodyAreRefused) {
   const auto session = Session::create(scene);
   ASSERT_FALSE(session.ok());
   EXPECT_EQ(session.error().message.find("a.toml:3: [lattice]: cell_size"), 0U) << session.error().message;
+
+  SceneLattice one;  // a cell around a thin sheet that lies aslant in it
+  one.cells = {{1, 1, 1}};
+  const double half = std::sqrt(0.5);
+  one.axes = {{Vec3{1, 0, 0}, Vec3{0, half, half}, Vec3{0, -half, half}}};
+  const Result<LatticeFrame> frame = scene_lattice(one, std::nullopt, sheet(nullptr, 1e-4));
+  ASSERT_FALSE(frame.ok());
+  EXPECT_THAT(frame.error().message, HasSubstr("[lattice]: cells makes cells"));
+  EXPECT_THAT(frame.error().message, HasSubstr("ask for more cells"));
 }
 
 }  // namespace

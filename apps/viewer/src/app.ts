@@ -282,11 +282,15 @@ export class App implements EngineEvents {
   /** What a scene does is watched from where it is seen well, and its body worked on in the view of all bodies. A person's own view stays. */
   private viewOfShow(): void {
     const view = this.shown ? (this.info?.script?.view ?? null) : null;
-    if (view !== this.shownFrom && !this.ownView && !this.stage.scopeOn) {
-      if (view) this.stage.lookAlong(view);
-      else this.stage.resetCamera();
-    }
+    const turns = view !== this.shownFrom && !this.ownView;
     this.shownFrom = view;
+    if (turns) this.openingView();
+  }
+  /** The view that nobody has chosen: of all bodies, or of what the scene does. */
+  openingView(): void {
+    if (this.stage.scopeOn) return;
+    this.stage.resetCamera();
+    if (this.shownFrom) this.stage.lookAlong(this.shownFrom);
   }
 
   patch(patch: Patch): void {

@@ -64,7 +64,7 @@ export class Drawing {
     this.app.overlays.setPixels(w, h);
     this.app.mesh.crease.setHeight(h);
     this.app.ink.resize(w, h, window.devicePixelRatio || 1);
-    if (this.ready && !this.app.ownView) this.app.stage.resetCamera();
+    if (this.ready && !this.app.ownView) this.app.openingView();
     this.touch(false);
   }
 

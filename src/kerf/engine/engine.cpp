@@ -454,7 +454,7 @@ void Engine::Impl::send_stats(double real_seconds) {
 bool Engine::Impl::single_step() {
   const auto start = Clock::now();
   // Strokes that end in the step are the scene's own, or a tool's.
-  const std::size_t ended = session->strokes().size() - (session->in_stroke() ? 1 : 0);
+  const std::size_t ended = finished_strokes();
   auto step = session->step();
   if (!step) {
     playing = false;
@@ -471,8 +471,7 @@ bool Engine::Impl::single_step() {
   times.residual = step->mechanics.residual;
   ++times.steps;
   frame_due = true;
-  if (!session->in_stroke() && session->strokes().size() > ended)
-    report_strokes(0, ended, session->strokes()[ended].before);
+  if (finished_strokes() > ended) report_strokes(0, ended, session->strokes()[ended].before);
   if (recording && !too_long && session->step_count() % kHashEvery == 0 && counts.visual_triangles <= kHashedTriangles)
     hashes.push_back({session->step_count(), session->hash()});
   return true;

@@ -127,7 +127,7 @@ Status Engine::Impl::command(std::uint32_t id, const protocol::Command& c) {
       request.source.folder = std::filesystem::path(scene->path).parent_path();
       request.source.mesh_folders = options.mesh_folders;
       request.overrides = options.overrides;
-      request.overrides.scripted |= c.value[0] == 1;
+      request.overrides.scripted = c.value[0] == 1;  // --scripted is of the scene that the program began with
       begin_loading(std::move(request), id, c.input);
       return {};
     }

@@ -286,6 +286,7 @@ struct Engine::Impl {
   Status take_away(CollisionTriangle triangle, std::uint32_t input);
   bool holds(const std::string& grasp);
   /// Queues the report of all strokes since `first`; times are those of one of their parts.
+  [[nodiscard]] std::size_t finished_strokes() const;
   void report_strokes(std::uint32_t input, std::size_t first, const BodyCounts& before, int parts = 1);
   std::optional<Picked> aim(const protocol::ViewRay& ray, double near);
   void send_score();

@@ -316,13 +316,17 @@ bool Engine::Impl::holds(const std::string& grasp) {
   return std::any_of(now.begin(), now.end(), [&](const Session::GraspState& g) { return g.id == grasp; });
 }
 
+std::size_t Engine::Impl::finished_strokes() const {
+  return session->strokes().size() - (session->in_stroke() ? 1 : 0);
+}
+
 void Engine::Impl::report_strokes(std::uint32_t input, std::size_t first, const BodyCounts& before, int parts) {
   send_pending_report();
   PendingReport pending;
   protocol::CutReport& r = pending.report;
   const BodyCounts& now = current_counts();
   r.input = input;
-  for (std::size_t k = first; k < session->strokes().size(); ++k) {
+  for (std::size_t k = first; k < finished_strokes(); ++k) {
     const StrokeRecord& s = session->strokes()[k];
     r.triangles += static_cast<std::uint32_t>(s.triangles);
     r.cut_and_binding_ms += static_cast<float>(1e3 * s.times.cut_and_binding / parts);

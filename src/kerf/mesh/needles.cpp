@@ -27,7 +27,7 @@ std::vector<VertexId> find_needles(const TriangleMesh& mesh, std::span<const std
     if (!(across < steepest * along)) blunt[v] = 1;
     else angle[v] += across / along;  // its tangent is no smaller
   });
-  // Where each edge has two triangles, each neighbour is met an even number of times.
+  // Where each edge has two triangles, each neighbour is met twice, and there are three at least.
   std::vector<std::pair<std::size_t, std::size_t>> around;
   each_corner([&](std::size_t v, std::size_t a, std::size_t b) {
     if (blunt[v] || !(angle[v] < kNeedle)) return;
@@ -39,13 +39,15 @@ std::vector<VertexId> find_needles(const TriangleMesh& mesh, std::span<const std
   for (std::size_t i = 0; i < around.size();) {
     const std::size_t v = around[i].first;
     bool closed = true;
+    std::size_t neighbours = 0;
     while (i < around.size() && around[i].first == v) {
       std::size_t end = i;
       while (end < around.size() && around[end] == around[i]) ++end;
-      closed = closed && (end - i) % 2 == 0;
+      closed = closed && end - i == 2;
+      ++neighbours;
       i = end;
     }
-    if (closed) found.push_back(VertexId(v));
+    if (closed && neighbours > 2) found.push_back(VertexId(v));
   }
   return found;
 }

@@ -83,8 +83,8 @@ Result<LatticeFrame> holding(const CollisionMesh& mesh, const Result<LatticeFram
   return frame;
 }
 
-/// Refuses cells that are far larger than the body.
-Result<LatticeFrame> filled(const CollisionMesh& mesh, const Result<LatticeFrame>& frame) {
+/// Refuses cells that are far larger than the body. `sized`: their size was given, not their number.
+Result<LatticeFrame> filled(const CollisionMesh& mesh, const Result<LatticeFrame>& frame, bool sized) {
   if (!frame.ok()) return frame;
   double fill = 0;
   for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count()))
@@ -94,9 +94,10 @@ Result<LatticeFrame> filled(const CollisionMesh& mesh, const Result<LatticeFrame
   if (fill >= kLeastFill) return frame;
   const Vec3 cell = frame->cell, body = prism_box(mesh, frame->axes).size();
   return bad_input(fmt::format(
-      "[lattice]: cell_size makes cells of {:.4g} x {:.4g} x {:.4g} m, but the body is {:.4g} x {:.4g} x {:.4g} m along "
-      "their axes and fills {:.2g} of one, where {:g} is the least; make the cells no larger than the body",
-      cell.x, cell.y, cell.z, body.x, body.y, body.z, fill, kLeastFill));
+      "[lattice]: {} makes cells of {:.4g} x {:.4g} x {:.4g} m, but the body is {:.4g} x {:.4g} x {:.4g} m along "
+      "their axes and fills {:.2g} of one, where {:g} is the least; {}",
+      sized ? "cell_size" : "cells", cell.x, cell.y, cell.z, body.x, body.y, body.z, fill, kLeastFill,
+      sized ? "make the cells no larger than the body" : "ask for more cells"));
 }
 
 }  // namespace
@@ -127,7 +128,8 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
   LatticeIndex count{};
   if (wanted.cells) count = {(*wanted.cells)[0], (*wanted.cells)[1], (*wanted.cells)[2]};
   if (wanted.origin && wanted.cells && wanted.cell_size) {
-    return filled(mesh, holding(mesh, choose_lattice(mesh, given(*wanted.origin, axes, *wanted.cell_size, count))));
+    return filled(mesh, holding(mesh, choose_lattice(mesh, given(*wanted.origin, axes, *wanted.cell_size, count))),
+                  true);
   }
   const Box3 box = prism_box(mesh, axes);
   if (box.empty()) return bad_input("[lattice]: the body is empty");
@@ -147,7 +149,7 @@ Result<LatticeFrame> scene_lattice(const SceneLattice& wanted, const std::option
     count[k] = n < 1 ? 1 : static_cast<std::int32_t>(n);
     low[i] -= 0.5 * (count[k] * cell[i] - size[i]);  // the body in the middle
   }
-  return filled(mesh, choose_lattice(mesh, given(axes * low, axes, cell, count)));
+  return filled(mesh, choose_lattice(mesh, given(axes * low, axes, cell, count)), wanted.cell_size.has_value());
 }
 
 }  // namespace kerf

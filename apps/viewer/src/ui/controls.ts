@@ -96,7 +96,8 @@ export function bindControls(app: App): void {
   const showHint = (): void => {
     const first = remembered.get(`used-${app.tool}`) === null;
     if (app.showing) hint('Watch. The tools are yours when it has ended, or at once: Your turn.');
-    else if (app.shown && app.info?.lesion) hint('This operation was shown. Start again for one of your own.');
+    else if (app.shown && app.info?.lesion && app.toolAllowed)
+      hint('This operation was shown. Start again for one of your own.');
     else if ((app.connection === 'live' || app.readOnly) && !app.toolAllowed && app.tool !== 'hand')
       hint(
         `You are watching: a drag turns the view.${app.readOnly ? '' : ' Another page holds the tools; C takes them.'}`,

@@ -31,9 +31,13 @@ from ._view import Viewer, view  # noqa: E402
 __all__ = ["Batch", "Body", "Camera", "Error", "Playback", "Recording", "Session", "Snapshot", "Stroke", "Viewer", "bind", "load", "models", "scenes", "view"]
 
 
-def __getattr__(name):
-    if name == "__version__":
-        from importlib.metadata import version  # slow to import
+TYPE_CHECKING = False  # checkers take it for true; typing is slow to import
+if TYPE_CHECKING:
+    __version__: str
+else:
+    def __getattr__(name):
+        if name == "__version__":
+            from importlib.metadata import version  # slow to import
 
-        return version("kerf")
-    raise AttributeError(f"module 'kerf' has no attribute '{name}'")
+            return version("kerf")
+        raise AttributeError(f"module 'kerf' has no attribute '{name}'")

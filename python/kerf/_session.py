@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 from . import _arguments, _core, _surfaces
 from ._camera import Camera
-from ._error import naming_keys
+from ._error import Error, naming_keys
 from ._records import Records
 from ._scene import command_of, source_of, utf8
 
@@ -301,6 +301,7 @@ class Session(_core.Session):
         self.close()
 
     def __repr__(self) -> str:
-        if self.closed:
-            return "<kerf.Session, closed>"
-        return f"<kerf.Session {self.name!r} at {self.time:g} s>"
+        try:
+            return f"<kerf.Session {self.name!r} at {self.time:g} s>"
+        except Error:
+            return "<kerf.Session, closed>" if self.closed else "<kerf.Session, in use by another thread>"

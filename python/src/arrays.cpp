@@ -13,7 +13,9 @@ namespace {
 /// Quick for what is mostly given; false: it is something else, or nothing of use.
 bool take_numbers(nb::handle object, Vec3& out) {
   if (!PyTuple_Check(object.ptr()) && !PyList_Check(object.ptr())) return false;
-  if (PySequence_Size(object.ptr()) != 3) return false;
+  const Py_ssize_t size = PySequence_Size(object.ptr());
+  if (size < 0) throw nb::python_error();
+  if (size != 3) return false;
   for (int i = 0; i < 3; ++i) {
     const nb::object item = nb::steal(PySequence_GetItem(object.ptr(), i));
     if (!item.is_valid()) throw nb::python_error();

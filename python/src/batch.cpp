@@ -86,6 +86,10 @@ std::vector<std::pair<std::size_t, std::string>> Batch::turn(const BatchTurn& tu
   return each([&](std::size_t i, const std::function<bool()>& ended) {
     if (turn.takes != nullptr && turn.takes[i] == 0) return;
     Hand& hand = hands_[i];
+    if (const std::uint64_t restores = lives_[i]->restores(); hand.restores != restores) {
+      hand = {};
+      hand.restores = restores;
+    }
     SessionTurn own;
     own.steps = turn.steps;
     own.ended = ended;
@@ -110,7 +114,7 @@ void Batch::place_blade(std::size_t session, Vec3 base, Vec3 tip) {
   const Use use(busy_);
   Hand& hand = hands_[session];
   if (hand.stroke != 0 && lives_[session]->stroke_is_open(hand.stroke)) lives_[session]->end_stroke(hand.stroke, true);
-  hand = {true, base, tip, 0};
+  hand = {true, base, tip, 0, lives_[session]->restores()};
 }
 
 void Batch::all(const Work& work) {

@@ -67,6 +67,8 @@ class Batch {
     bool placed = false;
     Vec3 base, tip;
     std::uint64_t stroke = 0;  ///< number of the session's stroke that is this batch's
+    std::uint64_t restores =
+        0;  ///< the session's number of them when the hand moved: what was restored has met no hand
   };
   std::vector<nanobind::object> sessions_;
   std::vector<LiveSession*> lives_;

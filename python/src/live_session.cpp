@@ -221,6 +221,7 @@ void LiveSession::restore(const Snapshot& snapshot) {
   Use session(*this);
   if (snapshot.session != number_) throw Failure(bad_input("this snapshot was taken of another session"));
   ++changes_;
+  ++restores_;
   unlocked([&] { session->restore(snapshot.state); });
   if (recorder_) recorder_->go_back(*snapshot.notes);
   stroke_record_ = 0;
@@ -228,6 +229,11 @@ void LiveSession::restore(const Snapshot& snapshot) {
   if (!snapshot.in_hand) return;
   note(Kind::kEndStroke);
   check(session->end_stroke());
+}
+
+std::uint64_t LiveSession::restores() {
+  const Use session(*this);
+  return restores_;
 }
 
 // --- State ---

@@ -107,6 +107,8 @@ class LiveSession {
 
   Snapshot snapshot();
   void restore(const Snapshot& snapshot);
+  /// How often.
+  [[nodiscard]] std::uint64_t restores();
 
   double time();
   double time_step();
@@ -202,6 +204,7 @@ class LiveSession {
   std::atomic<bool> watched_in_vain_ = false;  ///< the session notes changes for a view that is gone
   std::uint64_t number_ = 0;
   std::uint64_t changes_ = 1;      ///< grows with everything that may move or cut the body
+  std::uint64_t restores_ = 0;     ///< how often restore() went back
   std::uint64_t stroke_ = 0;       ///< number of the latest stroke by hand
   std::size_t stroke_record_ = 0;  ///< how many strokes there were with it; 0: it is over
   std::optional<SessionPainter> painter_;

@@ -70,7 +70,6 @@ void LiveSession::abandon_view() {
   // Its thread is the parent's: what it holds is never given back here.
   new std::shared_ptr<SessionView>(std::move(view_));
   view_.reset();
-  busy_ = false;
 }
 
 }  // namespace kerf::python

@@ -59,6 +59,7 @@ bool LiveSession::stroke_is_open(std::uint64_t stroke) {
 std::uint64_t LiveSession::begin_stroke(SceneFrame frame, bool through) {
   Use session(*this);
   if (is_open(stroke_)) throw Failure(bad_input("a stroke is open; end it before the next one begins"));
+  ++changes_;  // a blade of the scene that cuts ends here
   note(Kind::kBeginStroke, begin_values(frame, through));
   check(unlocked([&] { return session->begin_stroke(frame, through); }));
   stroke_record_ = session->strokes().size();

@@ -140,8 +140,20 @@ MemoryBody MemoryBody::bind(BodyRequest request) {
   if (made) {
     write_judgement(std::move(*made), request.judgement);
     out.diagnosis_ = request.judgement;
+    out.diagnosis_ = out.diagnosis();
   }
   if (error) throw Failure(*error);
+  return out;
+}
+
+nb::object MemoryBody::diagnosis() const {
+  if (!nb::isinstance<nb::dict>(diagnosis_)) return diagnosis_;
+  // What is asked for belongs to who asked; arrays are read-only.
+  nb::dict out;
+  for (const auto& [word, value] : nb::cast<nb::dict>(diagnosis_))
+    out[word] = nb::isinstance<nb::dict>(value)   ? nb::steal(PyDict_Copy(value.ptr()))
+                : nb::isinstance<nb::list>(value) ? nb::steal(PySequence_List(value.ptr()))
+                                                  : nb::borrow(value);
   return out;
 }
 

@@ -36,7 +36,7 @@ class MemoryBody {
   [[nodiscard]] bool closed() const { return loaded_->bound.complex.closed; }
   [[nodiscard]] const std::vector<std::string>& notes() const { return loaded_->notes; }
   /// A dict; None where no collision mesh was made.
-  [[nodiscard]] nanobind::object diagnosis() const { return diagnosis_; }
+  [[nodiscard]] nanobind::object diagnosis() const;
 
   nanobind::object vertices();
   nanobind::object triangles();

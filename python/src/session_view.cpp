@@ -119,7 +119,9 @@ void SessionView::close() {
   impl_->server.reset();
 }
 
-void SessionView::abandon() { impl_->server->close_port_of_fork(); }
+void SessionView::abandon() {
+  if (impl_->server) impl_->server->close_port_of_fork();
+}
 
 #endif
 

@@ -50,6 +50,28 @@ def test_old_arrays_stay_what_they_were(steak, name):
     assert (array == copy).all() and len(filler) == 8
 
 
+def test_a_stroke_by_hand_that_ends_one_of_the_scene():
+    session = kerf.Session({"body": {"model": "closed-sheet"}, "cut": {"dust": 0.1}, "simulation": {"gravity": [0, 0, 0]}})
+
+    def pose(time, x, y):
+        return {"time": time, "base": [x, y, 1], "tip": [x, y, -1]}
+
+    session.apply({"type": "blade", "frame": "rest", "poses": [pose(0, 0.6, 0.2), pose(0.05, 0.2, 0.6), pose(9, 0.1, 0.7)]})
+    while session.time < 0.2:
+        session.step()
+    before = len(session.positions)
+    with session.stroke():
+        assert len(session.positions) == session.counts["visual_vertices"] == len(session.normals)
+        assert len(session.positions) < before  # the corner was dust
+    with pytest.raises(ValueError, match="mine"):
+        session.gravity = Unwilling([0, 0, 0])
+
+
+class Unwilling(list):
+    def __len__(self):
+        raise ValueError("mine")
+
+
 def test_shapes_follow_a_cut(steak):
     steak.cut(ACROSS)
     vertices, triangles = steak.counts["visual_vertices"], steak.counts["visual_triangles"]

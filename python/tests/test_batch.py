@@ -83,6 +83,29 @@ def test_cuts_only_while_it_is_told_to():
     assert [session.undo_depth for session in batch.sessions] == [1, 0]
 
 
+def test_a_restored_session_has_met_no_blade():
+    session = kerf.Session(SHEET)
+    batch = kerf.Batch([session])
+    start = session.snapshot()
+    batch.turn(1, blade=edges([(-0.3, 0)]), cuts=[False])
+    batch.turn(1, blade=edges([(0.3, 0)]), cuts=[False])
+    session.restore(start)
+    batch.turn(1, blade=edges([(-0.6, 0)]))
+    assert session.undo_depth == 0 and session.counts["collision_triangles"] == kerf.Session(SHEET).counts["collision_triangles"]
+    batch.turn(1, blade=edges([(-0.2, 0)]))
+    assert session.counts["collision_triangles"] > kerf.Session(SHEET).counts["collision_triangles"]
+
+
+def test_a_session_at_work_can_be_printed():
+    batch = kerf.Batch([kerf.Session("steak")])
+    thread = threading.Thread(target=lambda: batch.turn(100))
+    thread.start()
+    seen = set()
+    while thread.is_alive():
+        seen.add(repr(batch.sessions[0])[:14])
+    assert seen == {"<kerf.Session,"} or seen == {"<kerf.Session,", "<kerf.Session "}
+
+
 def test_grasps_and_tools_are_led():
     scene = {**SHEET, "tool": [{"id": "probe", "kind": "probe", "position": [0, 0, 0.5]}]}
     sessions = [kerf.Session(scene) for _ in range(2)]

@@ -91,6 +91,7 @@ def test_many_are_what_one_is(name):
     seen, _ = envs.reset(seed=[5, 6, 7])
     one = gymnasium.make(name).unwrapped
     alone, _ = one.reset(seed=6)
+    assert envs.np_random_seed == (5, 6, 7) and one.np_random_seed == 6 and len(envs.np_random) == 3
     # A task of one takes Gymnasium's generator of the seed, as the copies do.
     assert alone == pytest.approx(seen[1], abs=1e-6)
     random = np.random.default_rng(3)

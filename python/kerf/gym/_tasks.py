@@ -99,6 +99,7 @@ class Tasks(VectorEnv):
         self.prepare()
         self._start = [session.snapshot() for session in self.sessions]
         self._random: list[np.random.Generator] = [np.random.default_rng() for _ in range(num_envs)]
+        self._seeds = [-1] * num_envs
         self._states = np.zeros((num_envs, self.state_size), np.float32)
         self._elapsed = np.zeros(num_envs, np.int64)
         self._ended = np.ones(num_envs, bool)
@@ -150,6 +151,16 @@ class Tasks(VectorEnv):
 
     # --- Gymnasium ---
 
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """Where each copy's chance comes from."""
+        return tuple(self._random)
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """What each of them was begun with; -1: by the system."""
+        return tuple(self._seeds)
+
     def reset(self, *, seed: int | list[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins all episodes anew, or those of options["reset_mask"]. An int seeds copy i with seed + i."""
@@ -167,7 +178,7 @@ class Tasks(VectorEnv):
             raise Error("no episode has begun; call reset() without a mask first")
         for row in np.flatnonzero(mask):
             if generators[row] is not None:
-                self._random[row] = generators[row]
+                self._random[row], self._seeds[row] = generators[row], int(seeds[row])
         self.reset_rows(np.flatnonzero(mask))
         return self._observed(), self._told()
 

@@ -59,6 +59,8 @@ class BaselinesVecEnv(VecEnv):
                     infos[row]["error"] = failures[row]
             self.tasks.reset_rows(ended)
             self._returns[ended], self._lengths[ended] = 0, 0
+        if self.render_mode == "human":
+            self.tasks._show()
         return self.tasks._observed(), rewards.astype(np.float32), dones, infos
 
     def close(self) -> None:

@@ -46,7 +46,7 @@ class Slice(Tasks):
     Reward: 10 for evenness from 1/k to 1, by parts; -0.01 for each newton of force on the knife in an action, at most 5; -0.01 for each
     action; 2 at the end if evenness is 0.95 or more. An episode ends when there are k slices, scraps of less than 2 % apart, or after 240 actions.
 
-    info: slices, wanted, evenness (0 to 1), force (N, mean over the episode), is_success (k slices and an evenness of 0.95 or more).
+    info: slices, wanted, evenness (0 to 1), force (N, counted up to 5, mean over the episode), is_success (k slices and an evenness of 0.95 or more).
     """
 
     steps: ClassVar[int] = 2

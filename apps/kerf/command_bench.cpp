@@ -35,6 +35,15 @@ int run_bench(const BenchCommand& options) {
     if (possible) possible = check_places({{"the measurements", options.out / (options.what + ".json")}});
     if (!possible) return report(possible.error());
   }
+  std::string program = fmt::format("kerf bench {} ", options.what);
+  program += options.quick ? std::string("--quick") : fmt::format("--cuts {}", options.cuts);
+  if (!options.rows.empty()) program += fmt::format(" --rows {}", options.rows);
+  if (!options.out.empty())
+    how.kept = [&](const bench::Run& so_far) {
+      bench::Run named = so_far;
+      named.program = program;
+      return write_run(named, options);
+    };
   Result<bench::Run> run = [&] {
     ProgressBar bar(options.quiet);
     return options.what == "paper" ? bench::bench_paper(how, bar.callback()) : bench::bench_scale(how, bar.callback());
@@ -43,9 +52,7 @@ int run_bench(const BenchCommand& options) {
   if (run->tables.empty())
     return report(bad_input(
         fmt::format("no table of \"kerf bench {}\" has \"{}\" in its name", options.what, shown(options.rows))));
-  run->program = fmt::format("kerf bench {} ", options.what);
-  run->program += options.quick ? std::string("--quick") : fmt::format("--cuts {}", options.cuts);
-  if (!options.rows.empty()) run->program += fmt::format(" --rows {}", options.rows);
+  run->program = program;
   if (!options.quiet)
     for (const bench::Table& table : run->tables)
       put(stdout, fmt::format("\n{}\n\n{}", table.title, bench::markdown(table)));

@@ -81,9 +81,16 @@ TEST(Bench, EveryTableOfThePaper) {
 TEST(Bench, EveryTableOfScale) {
   BenchOptions options;
   options.quick = true;
+  std::size_t kept = 0;
+  options.kept = [&](const bench::Run& so_far) -> Status {
+    EXPECT_EQ(so_far.tables.size(), ++kept);
+    EXPECT_FALSE(so_far.machine.empty());
+    return {};
+  };
   const auto run = bench_scale(options, {});
   ASSERT_TRUE(run.ok()) << run.error().message;
   ASSERT_EQ(run->tables.size(), 8U);
+  EXPECT_EQ(kept, 8U);
   for (const Table& table : run->tables) {
     EXPECT_FALSE(table.rows.empty()) << table.id;
     for (const auto& row : table.rows) EXPECT_EQ(row.size(), table.columns.size()) << table.id;

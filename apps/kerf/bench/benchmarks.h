@@ -1,6 +1,7 @@
 // The benchmarks behind `kerf bench`.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -10,9 +11,10 @@
 namespace kerf::bench {
 
 struct BenchOptions {
-  int cuts = 100;      ///< of every kind; the paper's tables
-  bool quick = false;  ///< small sizes and few cuts: does it still run?
-  std::string rows;    ///< only tables whose id contains this; empty: all
+  int cuts = 100;                          ///< of every kind; the paper's tables
+  bool quick = false;                      ///< small sizes and few cuts: does it still run?
+  std::string rows;                        ///< only tables whose id contains this; empty: all
+  std::function<Status(const Run&)> kept;  ///< hears after each table what is there so far; its error ends the run
 
   [[nodiscard]] bool wants(std::string_view table) const {
     return rows.empty() || table.find(rows) != std::string_view::npos;

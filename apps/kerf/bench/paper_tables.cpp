@@ -64,13 +64,17 @@ class PaperBench {
     KERF_TRY(table_6());
     KERF_TRY(meniscus());
     KERF_TRY(haptic_frames());
-    sofa();
-    run_.machine = machine_facts();
+    KERF_TRY(sofa());
     return std::move(run_);
   }
 
  private:
   bool wanted(std::string_view id) { return options_.wants(id) && progress_(id, 0).ok(); }
+  Status finish(Table table) {
+    run_.tables.push_back(std::move(table));
+    run_.machine = machine_facts();
+    return options_.kept ? options_.kept(run_) : Status{};
+  }
   [[nodiscard]] int frames() const { return options_.quick ? 20 : 1000; }
 
   Status binding(const char* id, const char* title, std::span<const PaperBinding> rows) {
@@ -100,8 +104,7 @@ class PaperBench {
                             row.vertices_per_triangle, std::round(timing->visual_vertices_per_triangle),
                             row.triangles_per_triangle, std::round(timing->visual_triangles_per_triangle)});
     }
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   static void add_row(Table& table, const char* model, const char* what, Cell paper, const Sample& sample,
@@ -164,8 +167,7 @@ class PaperBench {
     table.columns = {"#", "", "paper", "median", "99th percentile", "worst"};
     for (const PaperCut& model : models)
       if (!options_.quick || model.body.visual < 7000) KERF_TRY(cut_rows(table, model));
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   /// Figures 16 and 17.
@@ -203,8 +205,7 @@ class PaperBench {
          {std::pair{"vertices of others, at best", 2641.0}, std::pair{"triangles of others, at best", 5278.0}})
       f17.plot.lines.push_back({name, {{0, value}, {6, value}}, false, ""});
     run_.figures.push_back(std::move(f17));
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
   static Figure plot_of(const Table& table, const char* id, const char* what, const std::vector<std::size_t>& columns) {
     Figure figure;
@@ -281,8 +282,7 @@ class PaperBench {
                               std::round(1 / touching->frame.quantile(1))});
       }
     }
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   Status meniscus() {
@@ -305,7 +305,7 @@ class PaperBench {
     if (!model) return model.error();
     sizes.rows[0][2] = static_cast<double>(model->visual.positions.size());
     sizes.rows[1][2] = static_cast<double>(model->visual.triangles.size());
-    run_.tables.push_back(std::move(sizes));
+    KERF_TRY(finish(std::move(sizes)));
 
     std::vector<Vec3> centres;
     const CollisionMesh& mesh = session->body().complex.collision;
@@ -339,8 +339,7 @@ class PaperBench {
                           std::round(1 / frames_free->frame.quantile(0.99)),
                           std::round(1 / frames_free->frame.quantile(1))});
     table.rows.push_back({name, "collision triangles in a punch (mean)", Cell(), timings->triangles, Cell(), Cell()});
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   /// A frame of everything at 1 kHz, as a haptic device would ask for it.
@@ -368,13 +367,12 @@ class PaperBench {
                               kMilliseconds * sample->quantile(0.99), kMilliseconds * sample->quantile(0.999),
                               kMilliseconds * sample->quantile(1)});
     }
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   /// SOFA is in no package of the systems this project supports; these figures were measured once and are not measured again.
-  void sofa() {
-    if (!wanted("sofa")) return;
+  Status sofa() {
+    if (!wanted("sofa")) return {};
     Table table;
     table.id = "sofa";
     table.title = "SOFA, measured once";
@@ -393,7 +391,7 @@ class PaperBench {
                   {"450 triangles", 3.5},
                   {"1,458 triangles", 7.8},
                   {"6,498 triangles", 26.5}};
-    run_.tables.push_back(std::move(table));
+    return finish(std::move(table));
   }
 
   const BenchOptions& options_;

@@ -40,16 +40,20 @@ class ScaleBench {
       if (wanted("random")) {
         auto table = random_strokes(options_, progress_);
         if (!table) return table.error();
-        run_.tables.push_back(std::move(*table));
+        KERF_TRY(finish(std::move(*table)));
       }
     }
     KERF_TRY(threads());
-    run_.machine = machine_facts();
     return std::move(run_);
   }
 
  private:
   bool wanted(std::string_view id) { return options_.wants(id) && progress_(id, 0).ok(); }
+  Status finish(Table table) {
+    run_.tables.push_back(std::move(table));
+    run_.machine = machine_facts();
+    return options_.kept ? options_.kept(run_) : Status{};
+  }
 
   /// Sizes, pre-processing, cuts and frames of one body.
   Status body_row(Table& table, const BenchBody& body) {
@@ -159,8 +163,7 @@ class ScaleBench {
                             row.exact ? timing->exact : timing->local, s.prepare, s.vertices, s.paths, s.patches,
                             s.parameters, s.assemble, std::round(peak_memory() / 1e6)});
     }
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   /// From a thousand to ten million visual triangles; collision mesh fixed (ratio 0) or growing with it.
@@ -176,8 +179,7 @@ class ScaleBench {
     }
     add_plot(table, fmt::format("{}-cut", id).c_str(), 0, {5, 6, 9}, "us per triangle, ms per pose");
     add_plot(table, fmt::format("{}-prepare", id).c_str(), 0, {3}, "s");
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   Status collision() {
@@ -189,8 +191,7 @@ class ScaleBench {
       KERF_TRY(body_row(table, {"closed-sheet", options_.quick ? 20000U : 200000U, offered_collision(size)}));
     }
     add_plot(table, "collision-cut", 1, {5, 6}, "us per triangle");
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   Status hexahedra() {
@@ -203,8 +204,7 @@ class ScaleBench {
     }
     add_plot(table, "hexahedra-cut", 2, {5, 6}, "us per triangle");
     add_plot(table, "hexahedra-step", 2, {13}, "ms per step");
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   /// Ten thousand cuts in one body, none undone.
@@ -261,8 +261,7 @@ class ScaleBench {
                             valid ? "hold" : valid.error().message});
     }
     add_plot(table, "cuts-time", 0, {7, 8}, "us per triangle");
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   /// One thread and two, on the clock on the wall; the state after the steps must be the same.
@@ -308,8 +307,7 @@ class ScaleBench {
                             fmt::format("{} nodes", session->counts().nodes), steps.median(),
                             fmt::format("{:016x}", session->hash())});
     }
-    run_.tables.push_back(std::move(table));
-    return {};
+    return finish(std::move(table));
   }
 
   const BenchOptions& options_;

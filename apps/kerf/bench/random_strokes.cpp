@@ -19,8 +19,9 @@ namespace kerf::bench {
 namespace {
 
 constexpr int kMostPieces = 25;  ///< then the next body is taken
-constexpr int kUndoEvery = 10;
-constexpr double kStep = 0.2;  ///< mean edges between places of walls and of what was swept
+constexpr int kUndoEvery = 10;   ///< strokes
+constexpr int kWallsEvery = 10;  ///< strokes; walls stay, so a later look sees them too
+constexpr double kStep = 0.2;    ///< mean edges between places of walls and of what was swept
 
 struct Surface {
   std::size_t open_edges = 0;
@@ -125,8 +126,18 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
   std::optional<Session> session;
   Surface start;
   TriangleSoup skin, swept;  // of the body uncut; of all its strokes
+  const auto look_at_walls = [&] {
+    if (!session || swept.size() == 0) return;
+    const double edge = session->body().complex.mean_root_edge;
+    const TriangleSoup walls = walls_of(session->body().complex);
+    swept.build();
+    stray = std::max(stray, stray_of(walls, swept, kStep * edge).distance / edge);
+    outside = std::max(outside, outside_of(walls, skin, kStep * edge).distance / edge);
+    through = std::max(through, crossings_of(session->body().complex).deepest / edge);
+  };
   for (int tried = 0; done < strokes && tried < 20 * strokes; ++tried) {
     if (!session || session->counts().pieces > kMostPieces) {
+      look_at_walls();
       auto made = Session::create(scene);
       if (!made) return made.error();
       session.emplace(std::move(*made));
@@ -155,17 +166,15 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
     const Surface now = measure(*session);
     open = std::max(open, now.open_edges);
     volume_error = std::max(volume_error, std::abs(now.volume - start.volume) / start.volume);
-    TriangleSoup last;
     add_swept(stroke, swept);
-    add_swept(stroke, last);
-    swept.build();
-    last.build();
-    const double edge = session->body().complex.mean_root_edge;
-    const TriangleSoup walls = walls_of(session->body().complex);
-    stray = std::max(stray, stray_of(walls, swept, kStep * edge).distance / edge);
-    outside = std::max(outside, outside_of(walls, skin, kStep * edge).distance / edge);
-    through = std::max(through, crossings_of(session->body().complex).deepest / edge);
-    if (!model.in_layers) missed = std::max(missed, missed_of(last, walls, skin, kStep * edge).distance / edge);
+    if (!model.in_layers) {
+      TriangleSoup last;
+      add_swept(stroke, last);
+      last.build();
+      const double edge = session->body().complex.mean_root_edge;
+      missed = std::max(missed, missed_of(last, walls_of(session->body().complex), skin, kStep * edge).distance / edge);
+    }
+    if (done % kWallsEvery == 0) look_at_walls();
     if (done % kUndoEvery != 0) continue;
     ++undone;
     const std::uint64_t after = body_hash(session->body());
@@ -173,6 +182,7 @@ Result<std::vector<Cell>> row_of(const Model& model, int strokes) {
         body_hash(session->body()) != after)
       ++wrong_undos;
   }
+  look_at_walls();
   return std::vector<Cell>{model.name,
                            static_cast<double>(done),
                            static_cast<double>(triangles),
@@ -204,11 +214,11 @@ Result<Table> random_strokes(const BenchOptions& options, const Progress& progre
   table.note = fmt::format(
       "{} strokes that cut in each: lines, curves, loops, upright and tilted, one after the other in a body. Beyond {} pieces a new body "
       "takes its place. Checked after each: all invariants, and edges of the drawn surface without a partner. Its volume is compared "
-      "with that of the uncut body, counted from its corners and positions alone. Measured: how deep the drawn surface passes through "
-      "itself. Of walls: the farthest place outside the body, and from what blades have swept. Of what blades have swept inside the "
-      "body: the farthest place from a wall or the skin. A blade that meets several layers and cuts the first is left out there. Every "
-      "{}th is undone and made again, to the same bits or counted as wrong. One thread, its own time.",
-      strokes, kMostPieces, kUndoEvery);
+      "with that of the uncut body, counted from its corners and positions alone. Of what its blade has swept inside the body: the farthest "
+      "place from a wall or the skin. A blade that meets several layers and cuts the first is left out there. Looked at after every {}th "
+      "and the last of a body: how deep the drawn surface passes through itself; of all walls, the farthest place outside the body, and "
+      "from what blades have swept. Every {}th is undone and made again, to the same bits or counted as wrong. One thread, its own time.",
+      strokes, kMostPieces, kWallsEvery, kUndoEvery);
   table.columns = {"body",
                    "strokes",
                    "collision triangles cut",

@@ -351,6 +351,7 @@ def test_a_shaver_that_presses_feels_the_spring_of_the_hand():
     assert (envs.healthy == 0).all()
     envs.close()
 
+
 def own_task():
     """The task of docs/learning.md: the names that its text leaves behind."""
     page = (Path(__file__).parents[2] / "docs" / "learning.md").read_text()
@@ -384,6 +385,53 @@ def test_a_task_may_be_registered_again():
                   {"name": 5, "task": names["Halve"]}):
         with pytest.raises(TypeError, match="register"):
             kerf.gym.register(**wrong)
+
+
+def materials(kind, **options):
+    """Young's modulus and density of two copies (2, 2) in each of three episodes, the first of the seed 5."""
+    envs = kind(2, threads=1, **options)
+    found = []
+    for seed in (5, None, None):
+        envs.reset(seed=seed)
+        found.append([[session.material[word] for word in ("young", "density")] for session in envs.sessions])
+    envs.close()
+    return np.array(found)
+
+
+def test_a_task_of_ones_own_is_randomised():
+    Halve = own_task()["Halve"]
+    scene = kerf.Session("sheet").material
+    usual = np.array([scene["young"], scene["density"]])
+    assert (materials(Halve) == usual).all()
+    octaves = np.log2(materials(Halve, randomise=True) / usual)
+    assert (np.abs(octaves) <= (1, 0.5)).all() and len(np.unique(octaves)) == octaves.size
+    assert (np.log2(materials(Halve, randomise=True) / usual) == octaves).all()
+    wide = materials(type("Wide", (Halve,), {"variety": {"young": 0.1}}), randomise=True)
+    assert len(np.unique(wide[..., 0])) == 6 and np.abs(np.log2(wide[..., 0] / usual[0])).max() <= 0.1 and (wide[..., 1] == usual[1]).all()
+
+
+def test_a_material_lasts_for_its_episode():
+    """What vary() or begin() sets is put back: the next episode finds the scene's."""
+    Halve = own_task()["Halve"]
+    found = []
+
+    def vary(self, row, random):
+        found.append(self.sessions[row].material["young"])
+        self.sessions[row].set_material(young=found[-1] * 1.5)
+
+    material = materials(type("Stiff", (Halve,), {"vary": vary}), randomise=True)
+    assert len(found) == 6 and set(found) == {kerf.Session("sheet").material["young"]} and (material[..., 0] == 1.5 * found[0]).all()
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_every_task_is_randomised(name):
+    envs = kerf.gym.make_vec(name, 2, randomise=True)
+    envs.reset(seed=1)
+    first, second = (session.material for session in envs.sessions)
+    scene = kerf.Session(envs.scene()).material
+    assert all(len({first[word], second[word], scene[word]}) == 3 for word in ("young", "density"))
+    assert first["poisson"] == second["poisson"] == scene["poisson"]
+    envs.close()
 
 
 def test_a_task_that_lacks_something_says_what():

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from .. import Session
 
-YOUNG, DENSITY = 3.85e6, 1090.0  # Pa, kg/m3
 MIDDLE = (0.0, 0.022)  # m: of the oval that its inner rim is part of
 SHORT = 0.012  # m: the inner rim is nearer to the middle than this, all else farther
 CELL = 0.0002  # m: side of a column

@@ -44,18 +44,20 @@ class Tasks(VectorEnv):
     """n copies of one task as a gymnasium.vector.VectorEnv: one call steps them all, in threads.
 
     observations: "state" (a vector of float32 of the size of 1, cut off at -10 and 10) or "pixels" (RGB pictures, uint8, `size` high and wide).
-    randomise: each episode has a body of another material. threads: as of kerf.Batch.
+    randomise: each episode has a body of another material: vary() makes it. threads: as of kerf.Batch.
     max_episode_steps: actions of an episode, at most; by default `horizon`.
     A copy that has ended begins anew with the next step(), whose action it does not take (Gymnasium's NEXT_STEP).
     The same seeds and actions give the same observations and rewards, to the bit.
 
     A task of one's own derives from this class. It sets `action_size` and `state_size`, and may set `steps` (time steps of an action),
-    `horizon` (actions of an episode, at most) and `camera` (what kerf.Camera takes, for pictures; else the whole body is in view).
+    `horizon` (actions of an episode, at most), `variety` (how far materials differ) and `camera` (what kerf.Camera takes, for pictures; else
+    the whole body is in view).
     It defines scene(), begin(), control(), look() and judge(). They find the copies in `self.sessions`, a list of kerf.Session, and in
     `self.batch`, the kerf.Batch of them. `self.elapsed` (n,) is how many actions episodes have had, `self.horizon_now` how many they have at
     most. kerf.gym.register() makes the task known by a name.
 
-    Once: scene() for each copy, prepare(), and a snapshot, to which each episode goes back. An episode begins: begin(), look(), tell().
+    Once: scene() for each copy, prepare(), and a snapshot, to which each episode goes back. An episode begins: vary() where `randomise` is set,
+    begin(), look(), tell().
     An action: control(), `steps` time steps of all copies, look(), judge(), tell().
     """
 
@@ -67,6 +69,7 @@ class Tasks(VectorEnv):
     action_size: ClassVar[int]
     state_size: ClassVar[int]
     camera: ClassVar[dict[str, Any]] = {}  #: of pictures: kerf.Camera's; by default the whole body is in view at the start
+    variety: ClassVar[dict[str, float]] = {"young": 1.0, "density": 0.5}  #: of vary(): 1 is from half to twice the scene's value, 2 a quarter to 4 times
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -115,6 +118,14 @@ class Tasks(VectorEnv):
 
     def prepare(self) -> None:
         """Brings all sessions to where episodes begin, and makes the arrays that the task remembers things in."""
+
+    def vary(self, row: int, random: np.random.Generator) -> None:
+        """Another material for an episode of copy number `row`: called before begin() where `randomise` is set.
+
+        By default the values named in `variety` are those of the scene times 2 to the power of a number that lies evenly within plus and minus theirs.
+        """
+        scene = self.sessions[row].material
+        self.sessions[row].set_material(**{word: scene[word] * 2 ** random.uniform(-span, span) for word, span in self.variety.items()})
 
     def begin(self, row: int, random: np.random.Generator) -> None:
         """A new episode of copy number `row`, whose session is back at the start. All chance comes from `random`."""
@@ -184,9 +195,12 @@ class Tasks(VectorEnv):
 
     def reset_rows(self, rows: NDArray[np.int64], random: np.random.Generator | None = None) -> None:
         """New episodes of these copies, from their own random numbers or these."""
-        for row in rows:
+        for row in rows.tolist():
+            chance = self._random[row] if random is None else random
             self.sessions[row].restore(self._start[row])
-            self.begin(int(row), self._random[row] if random is None else random)
+            if self.randomise:
+                self.vary(row, chance)
+            self.begin(row, chance)
         self._elapsed[rows] = 0
         self._ended[rows] = False
         self._begun = True

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Session
-from ._meniscus import DENSITY, MIDDLE, YOUNG, at_rim, border_of, inner_rim, meniscus_scene
+from ._meniscus import MIDDLE, at_rim, border_of, inner_rim, meniscus_scene
 from ._tasks import Tasks
 from ._vectors import lengths_of
 
@@ -80,8 +80,6 @@ class Debride(Tasks):
 
     def begin(self, row: int, random: np.random.Generator) -> None:
         session = self.sessions[row]
-        if self.randomise:
-            session.set_material(young=YOUNG * 2 ** random.uniform(-1, 1), density=DENSITY * 2 ** random.uniform(-0.5, 0.5))
         angle, apart, roughness = -np.pi / 2 + random.uniform(-SPREAD, SPREAD), random.uniform(0.22, 0.3), random.uniform(0.0002, 0.0003)
         for side in (-0.5, 0.5):
             place = at_rim(self.rim, angle + side * apart, random.uniform(0, 0.0004))

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Error
-from ._meniscus import (CELL, DENSITY, MIDDLE, ORIGIN, SHAPE, YOUNG, at_rim, column_middles, column_of, inner_rim, meniscus_scene,
-                        volumes)
+from ._meniscus import CELL, MIDDLE, ORIGIN, SHAPE, at_rim, column_middles, column_of, inner_rim, meniscus_scene, volumes
 from ._tasks import Tasks
 from ._vectors import lengths_of, squares_of
 
@@ -77,13 +76,16 @@ class Meniscectomy(Tasks):
         self.aim, self.aimed = np.zeros((n, 2)), np.zeros(n, bool)  # of the expert
         self.vain = np.zeros((n, 2))  # m, where the last bite that met nothing was
 
+    def vary(self, row: int, random: np.random.Generator) -> None:
+        """begin() varies the material, after where lesion and punch are."""
+
     def begin(self, row: int, random: np.random.Generator) -> None:
         self.radius[row] = random.uniform(SMALLEST, LARGEST)
         angle = -np.pi / 2 + random.uniform(-SPREAD, SPREAD)
         self.lesion[row] = at_rim(self.rim, angle, random.uniform(0, 0.0006))
         self.punch[row] = at_rim(self.rim, angle + random.uniform(-0.4, 0.4), random.uniform(-0.006, -0.003))
         if self.randomise:
-            self.sessions[row].set_material(young=YOUNG * 2 ** random.uniform(-1, 1), density=DENSITY * 2 ** random.uniform(-0.5, 0.5))
+            super().vary(row, random)
         self.tissue[row] = self.whole.ravel()
         self.volume[row] = self._of_lesion(row)[0]
         self.gone[row] = self.bites[row] = self.vain[row] = 0

@@ -84,6 +84,9 @@ class PatternCut(Tasks):
         self.pieces = np.ones(n, np.int64)  # as they were counted last
         self.stage = np.zeros(n, np.int64)  # of the expert: above, across, along
 
+    def vary(self, row: int, random: np.random.Generator) -> None:
+        """begin() varies the material, after the curve."""
+
     def begin(self, row: int, random: np.random.Generator) -> None:
         angle = random.uniform(0, 2 * np.pi) + np.linspace(0, 2 * np.pi, MARKS, endpoint=False)
         wave = random.uniform(0, 0.08, 2)
@@ -91,7 +94,7 @@ class PatternCut(Tasks):
         radius = random.uniform(0.018, 0.025) * (1 + wave[0] * np.cos(2 * angle + phase[0]) + wave[1] * np.cos(3 * angle + phase[1]))
         self.curve[row, :, :2] = random.uniform(-0.006, 0.006, 2) + radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         if self.randomise:
-            self.sessions[row].set_material(young=YOUNG * 2 ** random.uniform(-1, 1), density=DENSITY * 2 ** random.uniform(-0.5, 0.5))
+            super().vary(row, random)
         self.tip[row] = (*random.uniform(-0.03, 0.03, 2), 0.02)
         self.batch.place_blade(row, self.tip[row] + (0, 0, EDGE), self.tip[row])
         self.level[row] = 0

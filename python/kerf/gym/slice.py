@@ -53,6 +53,7 @@ class Slice(Tasks):
     horizon: ClassVar[int] = 240
     action_size: ClassVar[int] = 4
     state_size: ClassVar[int] = 24
+    variety: ClassVar[dict[str, float]] = {"young": 1.0, "density": 0.25}
     camera: ClassVar[dict[str, Any]] = {"eye": (0, -0.17, 0.21), "target": (0, -0.005, 0), "field_of_view": 0.6}
 
     def scene(self) -> dict[str, Any]:
@@ -84,6 +85,9 @@ class Slice(Tasks):
         self.stage = np.zeros(n, np.int64)  # of the expert: over the line, down, through, up
         self.drawn = np.zeros(n, np.int64)  # lines cut when the expert began this one
 
+    def vary(self, row: int, random: np.random.Generator) -> None:
+        """begin() varies the material, after lines and hand."""
+
     def begin(self, row: int, random: np.random.Generator) -> None:
         k = int(random.integers(2, MOST + 1))
         slant = random.uniform(-SLANT, SLANT)
@@ -92,7 +96,7 @@ class Slice(Tasks):
         self.hand[row] = (random.uniform(-0.07, 0.07), random.uniform(-0.06, -0.045), random.uniform(0.015, 0.03), random.uniform(-0.2, 0.2))
         session = self.sessions[row]
         if self.randomise:
-            session.set_material(young=YOUNG * 2 ** random.uniform(-1, 1), density=DENSITY * 2 ** random.uniform(-0.25, 0.25))
+            super().vary(row, random)
         session.move_tool("knife", self.hand[row, :3], [0, 0, np.pi / 2 + self.hand[row, 3]])
         session.step(20)  # the knife is there
         self.cut[row] = False

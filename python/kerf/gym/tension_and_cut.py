@@ -97,6 +97,9 @@ class TensionAndCut(Tasks):
         self.stage = np.zeros(n, np.int64)  # of the expert's blade: over the rim, along, up
         self.goal = np.zeros(n, np.int64)  # mark that it has come to
 
+    def vary(self, row: int, random: np.random.Generator) -> None:
+        """begin() varies the material, after the line."""
+
     def begin(self, row: int, random: np.random.Generator) -> None:
         along = np.linspace(0, 1, MARKS)
         wave, phase = random.uniform(-0.004, 0.004, 2), random.uniform(0, 2 * np.pi, 2)
@@ -104,7 +107,7 @@ class TensionAndCut(Tasks):
                                  wave[0] * np.sin(np.pi * along + phase[0]) + wave[1] * np.sin(2 * np.pi * along + phase[1]))
         session = self.sessions[row]
         if self.randomise:
-            session.set_material(young=YOUNG * 2 ** random.uniform(-1, 1), density=DENSITY * 2 ** random.uniform(-0.5, 0.5))
+            super().vary(row, random)
         self.hand[row] = (random.uniform(0.02, 0.038), random.uniform(-0.01, 0.01), random.uniform(-0.02, 0.0))
         session.move("hand", to=self.hand[row], over=0.5)
         session.step(40)  # it hangs still enough

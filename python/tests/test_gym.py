@@ -495,6 +495,56 @@ def test_no_step_without_an_episode(name):
     one.close()
 
 
+def clumsy_task():
+    """A task whose begin() raises while its `clumsy` is set; an episode has two actions."""
+    Halve = own_task()["Halve"]
+
+    def begin(self, row, random):
+        if self.clumsy and row == self.num_envs - 1:
+            raise RuntimeError("clumsy")
+        Halve.begin(self, row, random)
+
+    return type("Clumsy", (Halve,), {"begin": begin, "clumsy": False, "horizon": 2})
+
+
+def test_an_episode_that_did_not_begin_is_none():
+    """In many, where an episode is to begin by itself, and in one."""
+    kind = clumsy_task()
+    kerf.gym.register("Own/Clumsy-v0", kind)
+    envs, one = kind(2, threads=1), gymnasium.make("Own/Clumsy-v0").unwrapped
+    still = np.zeros((2, 2))
+    envs.reset(seed=1)
+    one.reset(seed=1)
+    for _ in range(2):
+        assert envs.elapsed.max() < 2
+        envs.step(still)
+        one.step(still[0])
+    kind.clumsy = True
+    for begin in (lambda: envs.step(still), one.reset):
+        with pytest.raises(RuntimeError, match="clumsy"):
+            begin()
+    for _ in range(2):
+        with pytest.raises(kerf.Error, match=r"no episode has begun in copy|no episode has begun; call reset\(\)"):
+            envs.step(still)
+        with pytest.raises(kerf.Error, match=r"no episode has begun; call reset\(\)"):
+            one.step(still[0])
+    with pytest.raises(kerf.Error, match="without a mask"):
+        envs.reset(options={"reset_mask": np.array([True, False])})
+    kind.clumsy = False
+    envs.reset(options={"reset_mask": np.array([True, True])})
+    one.reset()
+    envs.step(still)
+    one.step(still[0])
+    assert envs.elapsed.tolist() == [1, 1] and one.tasks.elapsed.tolist() == [1]
+    kind.clumsy = True
+    with pytest.raises(RuntimeError, match="clumsy"):  # one whose episode goes on
+        one.reset()
+    with pytest.raises(kerf.Error, match=r"call reset\(\)"):
+        one.expert()
+    one.close()
+    envs.close()
+
+
 def test_what_is_no_action_is_told_in_its_own_shape():
     env = gymnasium.make(TASKS[0]).unwrapped
     env.reset(seed=0)

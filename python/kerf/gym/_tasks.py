@@ -106,7 +106,7 @@ class Tasks(VectorEnv):
         self._states = np.zeros((num_envs, self.state_size), np.float32)
         self._elapsed = np.zeros(num_envs, np.int64)
         self._ended = np.ones(num_envs, bool)
-        self._begun = False  # has reset() been called?
+        self._begun = np.zeros(num_envs, bool)  # which copies have an episode, that goes on or has ended
         self._window: Any = None
         self._camera = Camera(**self.camera) if self.camera else self.sessions[0].camera()
 
@@ -185,8 +185,8 @@ class Tasks(VectorEnv):
         mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f'options["reset_mask"] must be {self.num_envs} truth values')
-        if not self._begun and not mask.all():
-            raise Error("no episode has begun; call reset() without a mask first")
+        if not (self._begun | mask).all():
+            raise Error("not all copies have an episode; call reset() without a mask first")
         for row in np.flatnonzero(mask):
             if generators[row] is not None:
                 self._random[row], self._seeds[row] = generators[row], int(seeds[row])
@@ -194,7 +194,8 @@ class Tasks(VectorEnv):
         return self._observed(), self._told()
 
     def reset_rows(self, rows: NDArray[np.int64], random: np.random.Generator | None = None) -> None:
-        """New episodes of these copies, from their own random numbers or these."""
+        """New episodes of these copies, from their own random numbers or these. Where this raises, they have none."""
+        self._begun[rows] = False
         for row in rows.tolist():
             chance = self._random[row] if random is None else random
             self.sessions[row].restore(self._start[row])
@@ -202,9 +203,9 @@ class Tasks(VectorEnv):
                 self.vary(row, chance)
             self.begin(row, chance)
         self._elapsed[rows] = 0
-        self._ended[rows] = False
-        self._begun = True
         self.look(self._states, np.isin(np.arange(self.num_envs), rows))
+        self._ended[rows] = False
+        self._begun[rows] = True
 
     def step(self, actions: Any) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """One action of every copy, (n, action_size): observations, rewards, terminated, truncated, infos."""
@@ -238,7 +239,7 @@ class Tasks(VectorEnv):
         terminated = self._of_copies(judged[1], "ends", np.bool_) & plays
         failed = np.isin(np.arange(self.num_envs), list(failures))
         truncated = ((self._elapsed >= self.horizon_now) | failed) & plays & ~terminated
-        self._ended = terminated | truncated
+        self._ended = terminated | truncated | ~plays
         return rewards, terminated, truncated, failures
 
     @property
@@ -249,8 +250,9 @@ class Tasks(VectorEnv):
     def _must_have_begun(self) -> None:
         if self.closed:
             raise Error("this environment is closed; make another one")
-        if not self._begun:
-            raise Error("no episode has begun; call reset() first")
+        if not self._begun.all():
+            which = "" if not self._begun.any() else f" in copy {np.flatnonzero(~self._begun)[0]}"
+            raise Error(f"no episode has begun{which}; call reset() first")
 
     def _observed(self) -> NDArray[Any]:
         if not self.pixels:

@@ -450,7 +450,15 @@ def test_a_task_that_lacks_something_says_what():
 @pytest.mark.parametrize(("method", "answer", "error", "words"), [
     ("control", None, TypeError, r"control\(\) of Wrong must return a dict"), ("judge", None, TypeError, r"judge\(\) of Wrong must return two arrays"),
     ("judge", np.zeros(3), TypeError, "two arrays"), ("judge", (np.zeros((3, 1)), np.zeros(3, bool)), ValueError, r"rewards of Wrong must be of shape \(3,\)"),
-    ("judge", (np.zeros(3), np.zeros(2, bool)), ValueError, "ends of Wrong"), ("tell", None, TypeError, r"tell\(\) of Wrong must return a dict"),
+    ("judge", (np.zeros(3), np.zeros(2, bool)), ValueError, "ends of Wrong"), ("judge", (0.0, np.zeros(3, bool)), ValueError, "rewards of Wrong"),
+    ("judge", (np.array([0, np.nan, 0]), np.zeros(3, bool)), ValueError, "rewards of Wrong.* must be finite; that of copy 1 is nan"),
+    ("judge", (["a", "b", "c"], np.zeros(3, bool)), TypeError, "rewards of Wrong.* must be numbers"),
+    ("judge", (np.zeros(3), None), TypeError, "ends of Wrong.* must be truth values, not of type NoneType"),
+    ("judge", (np.zeros(3), np.zeros(3)), TypeError, "truth values, not of type float64"), ("judge", (np.zeros(3), False), ValueError, "ends of Wrong"),
+    ("look", np.zeros((3, 4)), TypeError, r"look\(\) of Wrong must write into states\[rows\] and return nothing, not ndarray"),
+    ("look", None, ValueError, r"states\[0, 0\] was left out or is nan"), ("expert", None, TypeError, r"expert\(\) of Wrong .*not of type NoneType"),
+    ("expert", np.zeros(3), ValueError, r"expert\(\) of Wrong .*\(3, 2\), not \(3,\)"),
+    ("expert", np.full((3, 2), np.nan), ValueError, r"expert\(\) of Wrong returns must be finite"), ("tell", None, TypeError, r"tell\(\) of Wrong must return a dict"),
     ("tell", {"far": np.zeros(2)}, ValueError, r"tell\(\)\['far'\] of Wrong must be of shape \(3,\)")])
 def test_a_task_that_answers_wrongly_is_told_so(method, answer, error, words):
     Halve = own_task()["Halve"]
@@ -461,9 +469,30 @@ def test_a_task_that_answers_wrongly_is_told_so(method, answer, error, words):
     envs.close()
 
 
+def test_a_state_that_is_no_number_is_told():
+    Halve = own_task()["Halve"]
+
+    def look(self, states, rows):
+        Halve.look(self, states, rows)
+        states[rows & (self.elapsed == 1), 2] = np.nan
+
+    envs = type("Wrong", (Halve,), {"look": look})(3, threads=1)
+    envs.reset(seed=0)
+    with pytest.raises(ValueError, match=r"look\(\) of Wrong .*states\[0, 2\]"):
+        envs.step(envs.expert())
+    envs.close()
+
+
+@pytest.mark.parametrize("name", ["action_size", "state_size", "steps", "horizon"])
+@pytest.mark.parametrize(("wrong", "error"), [(0, ValueError), (-2, ValueError), (2.5, TypeError), (None, TypeError), ("2", TypeError)])
+def test_numbers_of_a_task_are_whole(name, wrong, error):
+    with pytest.raises(error, match=f"{name} of Wrong must be"):
+        type("Wrong", (own_task()["Halve"],), {name: wrong})(1)
+
+
 def test_one_value_stands_for_all_copies():
     Halve = own_task()["Halve"]
-    kind = type("Same", (Halve,), {"judge": lambda self, plays: (1, False), "tell": lambda self: {"word": "yes", "size": [1.5, 2.5]}})
+    kind = type("Same", (Halve,), {"judge": lambda self, plays: ([1, 1], [False, False]), "tell": lambda self: {"word": "yes", "size": [1.5, 2.5]}})
     envs = kind(2, threads=1)
     envs.reset(seed=0)
     _, rewards, terminated, _, info = envs.step(envs.expert())

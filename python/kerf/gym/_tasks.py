@@ -19,11 +19,15 @@ from ._marks import STEEL, paint
 __all__ = ["Tasks"]
 
 
+def _kind_of(array: NDArray[Any], given: Any) -> str:
+    return f"of type {array.dtype if array.dtype != object else type(given).__name__}"
+
+
 def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Actions as numbers, or an error that says what is wrong with them."""
     array = np.asarray(given)
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be numbers, not of type {array.dtype if array.dtype != object else type(given).__name__}")
+        raise TypeError(f"{name} must be numbers, not {_kind_of(array, given)}")
     if array.shape != shape:
         raise ValueError(f"{name} must be of shape {shape}, not {array.shape}")
     if not np.isfinite(array).all():
@@ -35,7 +39,9 @@ def _of_an_episode(expert: Callable[[Any], NDArray[np.float32]]) -> Callable[[An
     @wraps(expert)
     def of_an_episode(tasks: Any) -> NDArray[np.float32]:
         tasks._must_have_begun()
-        return expert(tasks)
+        actions = expert(tasks)
+        given_actions(actions, f"what expert() of {type(tasks).__name__} returns", tasks.action_space.shape)
+        return np.asarray(actions)
 
     return of_an_episode
 
@@ -85,10 +91,10 @@ class Tasks(VectorEnv):
             raise ValueError(f'observations must be "state" or "pixels", not {observations!r}')
         if render_mode not in (None, "rgb_array", "human"):
             raise ValueError(f'render_mode must be "rgb_array" or "human", not {render_mode!r}')
-        for size_of in ("action_size", "state_size"):
-            if not hasattr(self, size_of):
-                raise NotImplementedError(f"{type(self).__name__} has no {size_of}; help(kerf.gym.Tasks) says what a task defines")
-            whole(getattr(self, size_of), f"{size_of} of {type(self).__name__}", 1)
+        for number in ("action_size", "state_size", "steps", "horizon"):
+            if not hasattr(self, number):
+                raise NotImplementedError(f"{type(self).__name__} has no {number}; help(kerf.gym.Tasks) says what a task defines")
+            whole(getattr(self, number), f"{number} of {type(self).__name__}", 1)
         self.num_envs, self.render_mode, self.randomise = num_envs, render_mode, randomise
         self.pixels, self.size = observations == "pixels", pixels(size, "size")
         self.horizon_now = max_episode_steps or self.horizon
@@ -139,11 +145,14 @@ class Tasks(VectorEnv):
         raise self._lacks("control")
 
     def look(self, states: NDArray[np.float32], rows: NDArray[np.bool_]) -> None:
-        """Writes the states of these copies into their rows of `states`, (n, state_size); nothing that it remembers of others changes."""
+        """Writes the states of these copies into their rows of `states`, (n, state_size), each number of them, and returns nothing.
+
+        Nothing that it remembers of other copies changes.
+        """
         raise self._lacks("look")
 
     def judge(self, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Rewards of the actions just done (n,), and which episodes have come to their end (n,). Called after look().
+        """Rewards of the actions just done (n,), finite, and which episodes have come to their end (n,), bool. Called after look().
 
         What it says of copies that do not play does not count.
         """
@@ -203,7 +212,7 @@ class Tasks(VectorEnv):
                 self.vary(row, chance)
             self.begin(row, chance)
         self._elapsed[rows] = 0
-        self.look(self._states, np.isin(np.arange(self.num_envs), rows))
+        self._look(np.isin(np.arange(self.num_envs), rows))
         self._ended[rows] = False
         self._begun[rows] = True
 
@@ -231,12 +240,8 @@ class Tasks(VectorEnv):
             raise TypeError(f"control() of {type(self).__name__} must return a dict, arguments of kerf.Batch.turn(), not {type(controls).__name__}")
         failures = self.batch.turn(self.steps, takes=plays, **controls)
         self._elapsed += plays
-        self.look(self._states, plays)
-        judged = self.judge(plays)
-        if not isinstance(judged, (tuple, list)) or len(judged) != 2:
-            raise TypeError(f"judge() of {type(self).__name__} must return two arrays: rewards, and which episodes have come to their end")
-        rewards = np.where(plays, self._of_copies(judged[0], "rewards", np.float64), 0.0)
-        terminated = self._of_copies(judged[1], "ends", np.bool_) & plays
+        self._look(plays)
+        rewards, terminated = self._judged(plays)
         failed = np.isin(np.arange(self.num_envs), list(failures))
         truncated = ((self._elapsed >= self.horizon_now) | failed) & plays & ~terminated
         self._ended = terminated | truncated | ~plays
@@ -259,9 +264,38 @@ class Tasks(VectorEnv):
             return np.clip(self._states, -10, 10)
         return np.stack([self.picture(i, self.size, self.size) for i in range(self.num_envs)])
 
-    def _of_copies(self, values: Any, what: str, kind: Any = None) -> NDArray[Any]:
-        """What a task says of its copies: an array (n,); one value stands for all."""
-        array = np.asarray(values, kind)
+    def _look(self, rows: NDArray[np.bool_]) -> None:
+        """Has the task write the states of these copies, each number of them."""
+        self._states[rows] = np.nan
+        answer = self.look(self._states, rows)
+        if answer is not None:
+            raise TypeError(f"look() of {type(self).__name__} must write into states[rows] and return nothing, not {type(answer).__name__}")
+        left = np.isnan(self._states[rows])
+        if left.any():
+            at, number = np.argwhere(left)[0]
+            raise ValueError(f"look() of {type(self).__name__} must write numbers into all of states[rows]; "
+                             f"states[{np.flatnonzero(rows)[at]}, {number}] was left out or is nan")
+
+    def _judged(self, plays: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Rewards and ends of the copies that play; 0 and False for others."""
+        judged, name = self.judge(plays), type(self).__name__
+        if not isinstance(judged, (tuple, list)) or len(judged) != 2:
+            raise TypeError(f"judge() of {name} must return two arrays: rewards, and which episodes have come to their end")
+        rewards, ends = (np.asarray(given) for given in judged)
+        for given, array, what, kinds, wanted in ((judged[0], rewards, "rewards", "fiub", "numbers"), (judged[1], ends, "ends", "b", "truth values")):
+            if array.dtype.kind not in kinds:
+                raise TypeError(f"{what} of {name}, which judge() returns, must be {wanted}, not {_kind_of(array, given)}")
+            if array.shape != (self.num_envs,):
+                raise ValueError(f"{what} of {name} must be of shape ({self.num_envs},), one for each copy, not {array.shape}")
+        rewards = np.where(plays, rewards, 0.0)
+        if not np.isfinite(rewards).all():
+            row = np.flatnonzero(~np.isfinite(rewards))[0]
+            raise ValueError(f"rewards of {name}, which judge() returns, must be finite; that of copy {row} is {rewards[row]}")
+        return rewards, ends & plays
+
+    def _of_copies(self, values: Any, what: str) -> NDArray[Any]:
+        """What a task tells of its copies: an array (n,); one value stands for all."""
+        array = np.asarray(values)
         if array.shape not in ((), (self.num_envs,)):
             raise ValueError(f"{what} of {type(self).__name__} must be of shape ({self.num_envs},), one for each copy, not {array.shape}")
         return np.full(self.num_envs, array)

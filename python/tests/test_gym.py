@@ -1,5 +1,7 @@
 """Tasks: Gymnasium's own checks, seeds, experts against random actions, and what came out against the body's arrays."""
 
+import copy
+import pickle
 import warnings
 from pathlib import Path
 
@@ -382,9 +384,50 @@ def test_a_task_may_be_registered_again():
     names = own_task()
     kerf.gym.register("Own/Halve-v0", names["Halve"])
     for wrong in ({"name": "Own/Halve-v0"}, {"task": names["Halve"]}, {"name": "Own/Halve-v0", "task": kerf.Session},
-                  {"name": 5, "task": names["Halve"]}):
-        with pytest.raises(TypeError, match="register"):
+                  {"name": 5, "task": names["Halve"]}, {}, {"name": "Own/Any-v0", "task": kerf.gym.Tasks}):
+        with pytest.raises(TypeError, match=r"register\(\) takes a name and a class"):
             kerf.gym.register(**wrong)
+    for name in ("Halve", "Halve-v0", "Own/Halve", "Own/Halve-vx", "/Halve-v0", "Own/-v0", "Own/Halve v0", ""):
+        with pytest.raises(ValueError, match=r"register\(\) takes a name of namespace, task and version"):
+            kerf.gym.register(name, names["Halve"])
+
+
+class Still(kerf.gym.Tasks):
+    """A task that pickle finds by its name."""
+
+    steps, action_size, state_size = 1, 1, 1
+
+    def scene(self):
+        return {"body": {"model": "sheet"}}
+
+    def begin(self, row, random):
+        pass
+
+    def control(self, actions, plays):
+        return {}
+
+    def look(self, states, rows):
+        states[rows] = 0
+
+    def judge(self, plays):
+        return np.zeros(self.num_envs), np.zeros(self.num_envs, bool)
+
+
+@pytest.mark.parametrize("name", [*TASKS, "Own/Still-v0"])
+def test_specs_are_pickled_and_environments_are_not(name):
+    if name not in gymnasium.registry:
+        kerf.gym.register(name, Still)
+    spec = pickle.loads(pickle.dumps(gymnasium.spec(name)))
+    assert spec == gymnasium.spec(name)
+    for env in (gymnasium.make(name).unwrapped, kerf.gym.make_vec(name, 2, threads=1)):
+        assert pickle.loads(pickle.dumps(type(env))) is type(env)
+        for copied in (pickle.dumps, copy.copy, copy.deepcopy):
+            with pytest.raises(TypeError, match="an environment of kerf.gym can't be copied or pickled"):
+                copied(env)
+        env.close()
+    again = gymnasium.make(spec)
+    assert type(again.unwrapped) is type(gymnasium.make(name).unwrapped)
+    again.close()
 
 
 def materials(kind, **options):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Error
-from ._tasks import Tasks, given_actions
+from ._tasks import Tasks, given_actions, no_copies
 
 __all__ = ["TaskEnv"]
 
@@ -64,6 +64,9 @@ class TaskEnv(gymnasium.Env):
     def close(self) -> None:
         """Frees the session."""
         self.tasks.close()
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise no_copies()
 
     def _observed(self) -> NDArray[Any]:
         return self.tasks._observed()[0]

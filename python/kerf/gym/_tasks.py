@@ -35,6 +35,11 @@ def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.f
     return array.astype(np.float64)
 
 
+def no_copies() -> TypeError:
+    """What environments say to copy and pickle."""
+    return TypeError("an environment of kerf.gym can't be copied or pickled, as its sessions can't; make another one by its name")
+
+
 def _of_an_episode(expert: Callable[[Any], NDArray[np.float32]]) -> Callable[[Any], NDArray[np.float32]]:
     @wraps(expert)
     def of_an_episode(tasks: Any) -> NDArray[np.float32]:
@@ -352,3 +357,6 @@ class Tasks(VectorEnv):
             self._window.close()
         for session in self.sessions:
             session.close()
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise no_copies()

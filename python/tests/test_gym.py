@@ -526,6 +526,46 @@ def test_a_state_that_is_no_number_is_told():
     envs.close()
 
 
+@pytest.mark.parametrize(("method", "answer", "error", "words"), [
+    ("marked", None, TypeError, r"marked\(\) of Wrong .*not of type NoneType"), ("marked", np.zeros(3), ValueError, r"marked\(\) of Wrong .*not of shape \(3,\)"),
+    ("marked", [[0, 0, np.nan]], ValueError, r"marked\(\) of Wrong returns must be finite"),
+    ("marked", [[0, 0, 0], [1, 2]], ValueError, r"marked\(\) of Wrong .*rows differ"),
+    ("blade", np.zeros(3), ValueError, r"blade\(\) of Wrong .*not of shape \(3,\)"),
+    ("blade", [[0, 0, np.inf], [0, 0, 0]], ValueError, r"blade\(\) of Wrong returns must be finite"),
+    ("marked", np.array(1.0), ValueError, r"marked\(\) of Wrong .*not of shape \(\)"), ("blade", "up", TypeError, r"blade\(\) of Wrong")])
+def test_what_pictures_cannot_show_is_told(method, answer, error, words):
+    envs = type("Wrong", (Still,), {method: lambda self, row: answer})(1, render_mode="rgb_array")
+    envs.reset(seed=0)
+    with pytest.raises(error, match=words):
+        envs.render()
+    envs.close()
+
+
+def test_pictures_take_lists_and_nothing():
+    def picture(**methods):
+        envs = type("Shown", (Still,), {name: lambda self, row, answer=answer: answer for name, answer in methods.items()})(1, render_mode="rgb_array")
+        envs.reset(seed=0)
+        seen = envs.render()[0]
+        envs.close()
+        return seen
+
+    plain, line = picture(), [[0, 0, 0.1], [0, 0.2, 0.3]]
+    for nothing in ([], (), np.array([]), np.zeros((0, 3))):
+        assert (picture(marked=nothing) == plain).all() and (picture(blade=nothing) == plain).all()
+    assert (picture(blade=None) == plain).all()
+    for method in ("marked", "blade"):
+        seen = picture(**{method: line})
+        assert (seen == picture(**{method: np.array(line)})).all() and (seen != plain).any()
+
+
+@pytest.mark.parametrize(("camera", "error"), [
+    ({"eye": (0, 0, 1)}, TypeError), ({"eye": (0, 0, 1), "target": (0, 0, 0), "zoom": 2}, TypeError), ("above", TypeError),
+    ({"eye": (0, 0), "target": (0, 0, 0)}, ValueError), ({"eye": (0, 0, 0), "target": (0, 0, 0)}, ValueError)])
+def test_a_camera_that_is_none_is_told(camera, error):
+    with pytest.raises(error, match="camera of Wrong must be a dict with eye and target"):
+        type("Wrong", (Still,), {"camera": camera})(1)
+
+
 @pytest.mark.parametrize("name", ["action_size", "state_size", "steps", "horizon"])
 @pytest.mark.parametrize(("wrong", "error"), [(0, ValueError), (-2, ValueError), (2.5, TypeError), (None, TypeError), ("2", TypeError)])
 def test_numbers_of_a_task_are_whole(name, wrong, error):

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .. import Batch, Camera, Error, Session
-from .._arguments import pixels, whole
+from .._arguments import pixels, points, whole
 from ._marks import STEEL, paint
 
 __all__ = ["Tasks"]
@@ -119,7 +119,11 @@ class Tasks(VectorEnv):
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)  # which copies have an episode, that goes on or has ended
         self._window: Any = None
-        self._camera = Camera(**self.camera) if self.camera else self.sessions[0].camera()
+        try:
+            self._camera = Camera(**self.camera) if self.camera else self.sessions[0].camera()
+        except (TypeError, ValueError) as error:
+            kind = TypeError if isinstance(error, TypeError) else ValueError
+            raise kind(f"camera of {type(self).__name__} must be a dict with eye and target, up and field_of_view if wanted: {error}") from error
 
     # --- What a task has to say. Arrays have a row for each copy. ---
 
@@ -321,17 +325,24 @@ class Tasks(VectorEnv):
     def picture(self, row: int, width: int, height: int) -> NDArray[np.uint8]:
         """A picture of a copy: (height, width, 3)."""
         picture, depth = self.sessions[row].render(width, height, camera=self._camera, depth=True)
-        paint(picture, depth, self.marked(row), self._camera)
-        blade = self.blade(row)
-        if blade is not None:
+        paint(picture, depth, self._places(self.marked(row), "marked"), self._camera)
+        given = self.blade(row)
+        blade = self._places([] if given is None else given, "blade")
+        if len(blade):
             length = np.append(0, np.linalg.norm(np.diff(blade, axis=0), axis=1).cumsum())
             along = np.linspace(0, length[-1], 4 * height)
             places = np.stack([np.interp(along, length, blade[:, i]) for i in range(3)], axis=1)
             paint(picture, depth, places, self._camera, STEEL)
         return picture
 
+    def _places(self, given: Any, method: str) -> NDArray[np.float64]:
+        """Places (k, 3) that a method gives for pictures; what is empty has none."""
+        if isinstance(given, np.ndarray) and not given.size or isinstance(given, (list, tuple)) and not given:
+            return np.zeros((0, 3))
+        return points(given, f"what {method}() of {type(self).__name__} returns")
+
     def marked(self, row: int) -> NDArray[np.float64]:
-        """Places (k, 3), metres, that pictures of a copy show as dots."""
+        """Places (k, 3), metres, that pictures of a copy show as dots; empty: none."""
         return np.zeros((0, 3))
 
     def blade(self, row: int) -> NDArray[np.float64] | None:

@@ -502,7 +502,12 @@ def test_a_task_that_lacks_something_says_what():
     ("look", None, ValueError, r"states\[0, 0\] was left out or is nan"), ("expert", None, TypeError, r"expert\(\) of Wrong .*not of type NoneType"),
     ("expert", np.zeros(3), ValueError, r"expert\(\) of Wrong .*\(3, 2\), not \(3,\)"),
     ("expert", np.full((3, 2), np.nan), ValueError, r"expert\(\) of Wrong returns must be finite"), ("tell", None, TypeError, r"tell\(\) of Wrong must return a dict"),
-    ("tell", {"far": np.zeros(2)}, ValueError, r"tell\(\)\['far'\] of Wrong must be of shape \(3,\)")])
+    ("control", {"steps": 3}, TypeError, r"control\(\) of Wrong may return blade, cuts, grasps, tools, not 'steps'"),
+    ("control", {"blade": np.zeros((2, 2, 3))}, ValueError, r"control\(\) of Wrong: blade must be"),
+    ("control", {"grasps": [0]}, TypeError, r"control\(\) of Wrong: grasps must be a dict"),
+    ("control", {"grasps": {"hnad": np.zeros((3, 3))}}, ValueError, r"control\(\) of Wrong leads the grasp 'hnad', which no copy has had; there is none"),
+    ("control", {"tools": {"kinfe": np.zeros((3, 6))}}, ValueError, r"control\(\) of Wrong leads the tool 'kinfe'"),
+    ("tell", {5: np.zeros(3)}, TypeError, r"tell\(\) of Wrong must name its values by text, not 5"), ("tell", {"far": np.zeros(2)}, ValueError, r"tell\(\)\['far'\] of Wrong must be of shape \(3,\)")])
 def test_a_task_that_answers_wrongly_is_told_so(method, answer, error, words):
     Halve = own_task()["Halve"]
     envs = type("Wrong", (Halve,), {method: lambda *given: answer})(3, threads=1)
@@ -564,6 +569,28 @@ def test_pictures_take_lists_and_nothing():
 def test_a_camera_that_is_none_is_told(camera, error):
     with pytest.raises(error, match="camera of Wrong must be a dict with eye and target"):
         type("Wrong", (Still,), {"camera": camera})(1)
+
+
+def test_a_grasp_that_is_lost_ends_the_episode():
+    """It is the copy's own trouble, in one copy as in all; a name that no copy has had is the task's."""
+    def prepare(self):
+        for session in self.sessions:
+            session.grasp("hand", [0, 0, 0], radius=0.1)
+
+    def control(self, actions, plays):
+        for row in np.flatnonzero(plays & (actions[:, 0] > 0)):
+            self.sessions[row].release("hand")
+        return {"grasps": {"hand": np.zeros((self.num_envs, 3))}}
+
+    kind = type("Held", (Still,), {"prepare": prepare, "control": control})
+    for n in (1, 2):
+        envs = kind(n, threads=1)
+        envs.reset(seed=0)
+        assert not envs.step(np.zeros((n, 1)))[3].any()
+        lost = np.arange(n) == 0
+        _, _, terminated, truncated, info = envs.step(lost[:, None].astype(float))
+        assert (truncated == lost).all() and not terminated.any() and "there is no grasp 'hand'" in info["error"][0]
+        envs.close()
 
 
 @pytest.mark.parametrize("name", ["action_size", "state_size", "steps", "horizon"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any, ClassVar
 
@@ -17,6 +17,8 @@ from .._arguments import pixels, points, whole
 from ._marks import STEEL, paint
 
 __all__ = ["Tasks"]
+
+LED = ("blade", "cuts", "grasps", "tools")  # what control() may return
 
 
 def _kind_of(array: NDArray[Any], given: Any) -> str:
@@ -119,6 +121,7 @@ class Tasks(VectorEnv):
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)  # which copies have an episode, that goes on or has ended
         self._window: Any = None
+        self._met: set[str] = set()  # grasps that a copy has had
         try:
             self._camera = Camera(**self.camera) if self.camera else self.sessions[0].camera()
         except (TypeError, ValueError) as error:
@@ -244,10 +247,7 @@ class Tasks(VectorEnv):
         """One action of the copies that play: rewards, terminated, truncated, and what the engine refused."""
         self._must_have_begun()
         given = given_actions(actions, "actions", (self.num_envs, self.action_size))
-        controls = self.control(np.clip(given, -1, 1), plays)
-        if not isinstance(controls, dict):
-            raise TypeError(f"control() of {type(self).__name__} must return a dict, arguments of kerf.Batch.turn(), not {type(controls).__name__}")
-        failures = self.batch.turn(self.steps, takes=plays, **controls)
+        failures = self._turn(self.control(np.clip(given, -1, 1), plays), plays)
         self._elapsed += plays
         self._look(plays)
         rewards, terminated = self._judged(plays)
@@ -272,6 +272,32 @@ class Tasks(VectorEnv):
         if not self.pixels:
             return np.clip(self._states, -10, 10)
         return np.stack([self.picture(i, self.size, self.size) for i in range(self.num_envs)])
+
+    def _turn(self, controls: Any, plays: NDArray[np.bool_]) -> dict[int, str]:
+        """Does what control() returned: what the engine refused."""
+        name = type(self).__name__
+        if not isinstance(controls, dict):
+            raise TypeError(f"control() of {name} must return a dict, arguments of kerf.Batch.turn(), not {type(controls).__name__}")
+        for word in controls:
+            if word not in LED:
+                raise TypeError(f"control() of {name} may return {', '.join(LED)}, not {word!r}")
+        grasps, tools = (of if isinstance(of, Mapping) else () for of in (controls.get("grasps"), controls.get("tools")))
+        for id in grasps:
+            if id not in self._met and any(id in session.grasp_ids for session in self.sessions):
+                self._met.add(id)
+        try:
+            failures = self.batch.turn(self.steps, takes=plays, **controls)
+        except (TypeError, ValueError) as error:
+            kind = TypeError if isinstance(error, TypeError) else ValueError
+            raise kind(f"control() of {name}: {error}") from error
+        if failures:  # of one copy, or of a name that none knows
+            there = {id for session in self.sessions for id in session.tool_ids}
+            for kind_of, given, known in (("tool", tools, there), ("grasp", grasps, self._met)):
+                for id in given:
+                    if id not in known:
+                        raise ValueError(f"control() of {name} leads the {kind_of} {id!r}, which no copy has had; "
+                                         f"there is {', '.join(map(repr, sorted(known))) or 'none'}")
+        return failures
 
     def _look(self, rows: NDArray[np.bool_]) -> None:
         """Has the task write the states of these copies, each number of them."""
@@ -314,6 +340,9 @@ class Tasks(VectorEnv):
         words = self.tell()
         if not isinstance(words, dict):
             raise TypeError(f"tell() of {type(self).__name__} must return a dict, not {type(words).__name__}")
+        for word in words:
+            if not isinstance(word, str):
+                raise TypeError(f"tell() of {type(self).__name__} must name its values by text, not {word!r}")
         return {word: self._of_copies(values, f"tell()[{word!r}]") for word, values in words.items()}
 
     def _told(self) -> dict[str, Any]:

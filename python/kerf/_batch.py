@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 from . import _arguments, _core, _records
@@ -47,15 +48,21 @@ class Batch(_core.Batch):
         cuts: (n,) bool, whether it cuts on its way, as it does by default; one stroke as long as it does. takes: (n,) bool, the sessions that
         take part; by default all.
         grasps: {id: (n, 3)}, where grasps are at the end. tools: {id: (n, 6)}, position and rotation (axis times angle) of poses at the end.
+        A row of NaN leaves that grasp or tool of its session alone: it need not be there.
         Returns the messages of the sessions that could not do it, by their number; what they did before that stays.
         TypeError, ValueError: not such arrays. Ctrl-C ends it after whole steps.
         """
         n = len(self)
-        return dict(self._turn(
-            _arguments.steps(steps, "steps"), None if blade is None else _arguments.place_rows(blade, "blade", (n, 2, 3)),
-            None if cuts is None else _arguments.flags(cuts, "cuts", n), None if takes is None else _arguments.flags(takes, "takes", n),
-            _arguments.named_rows(grasps, "grasps", (n, 3), _arguments.place_rows),
-            _arguments.named_rows(tools, "tools", (n, 6), _arguments.place_rows)))
+        count = _arguments.steps(steps, "steps")
+        edges = None if blade is None else _arguments.place_rows(blade, "blade", (n, 2, 3))
+        cutting = None if cuts is None else _arguments.flags(cuts, "cuts", n)
+        taking = None if takes is None else _arguments.flags(takes, "takes", n)
+        held = _arguments.named_rows(grasps, "grasps", (n, 3), _arguments.led_rows)
+        posed = _arguments.named_rows(tools, "tools", (n, 6), _arguments.led_rows)
+        failures: dict[int, str] = {}
+        for part, led in _parts(n, taking, [rows for _, rows in held + posed]):
+            failures.update(self._turn(count, edges, cutting, part, list(compress(held, led)), list(compress(posed, led[len(held):]))))
+        return dict(sorted(failures.items()))
 
     @property
     def counts(self) -> dict[str, NDArray[np.int64]]:
@@ -113,6 +120,17 @@ class Batch(_core.Batch):
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         raise TypeError("a batch can't be copied or pickled; make another one, of other sessions")
+
+
+def _parts(n, taking, rows):
+    """Sessions that are led by the same of these arrays: which of them take part, and whether by each array."""
+    import numpy as np
+
+    if not any(np.isnan(array[:, 0]).any() for array in rows):
+        return [(taking, [True] * len(rows))]
+    takes = np.ones(n, bool) if taking is None else taking
+    led = ~np.isnan(np.stack([array[:, 0] for array in rows], axis=1))
+    return [(takes & (led == kind).all(axis=1), kind.tolist()) for kind in np.unique(led[takes], axis=0)]
 
 
 def _own(out, shape):

@@ -120,6 +120,36 @@ def test_grasps_and_tools_are_led():
         assert session.tools[0]["pose_position"] == pytest.approx(poses[i, :3], abs=1e-9)
 
 
+def test_a_row_of_nan_leaves_alone():
+    """To the bit what sessions do that are led by themselves."""
+    scene = {**SHEET, "tool": [{"id": "probe", "kind": "probe", "position": [0, 0, 0.5]}]}
+    held = (("hand",), (), ("hand", "other"), ("other",), ("hand", "other"))  # grasps that each session has
+    sessions, alone = ([kerf.Session(scene) for _ in held] for _ in range(2))
+    for each in (sessions, alone):
+        for session, ids in zip(each, held, strict=True):
+            for id in ids:
+                session.grasp(id, [0.2 * (id == "hand"), 0, 0], radius=0.1)
+    places = np.random.default_rng(2).uniform(-0.05, 0.05, (5, 3))
+    poses = np.column_stack([places + (0, 0, 0.6), np.zeros((5, 3))])
+    poses[3] = np.nan
+    grasps = {id: np.where([[id in ids] for ids in held], places, np.nan) for id in ("hand", "other")}
+    takes = [True, True, True, True, False]
+    batch, singles = kerf.Batch(sessions, threads=2), [kerf.Batch([session]) for session in alone]
+    for x in (-0.2, 0.1):
+        blade = edges([(x, 0.02 * i) for i in range(5)])
+        assert batch.turn(8, grasps=grasps, tools={"probe": poses}, blade=blade, takes=takes) == {}
+        for i, ids in enumerate(held[:4]):
+            tools = {} if i == 3 else {"probe": poses[i:i + 1]}
+            assert singles[i].turn(8, grasps={id: places[i:i + 1] for id in ids}, tools=tools, blade=blade[i:i + 1]) == {}
+    assert [session.hash for session in sessions] == [session.hash for session in alone]
+    assert [session.steps for session in sessions] == [16, 16, 16, 16, 0]
+    assert [(session.grasps["target"] == other.grasps["target"]).all() for session, other in zip(sessions, alone, strict=True)] == [True] * 5
+    assert list(batch.turn(1, grasps={"hand": places, "other": np.full((5, 3), np.nan)})) == [1, 3]
+    for wrong in (np.where(np.arange(3) == 1, np.nan, places), np.full((5, 2), np.nan), np.full((5, 3), np.inf)):
+        with pytest.raises(ValueError, match="hand"):
+            batch.turn(1, grasps={"hand": wrong})
+
+
 def test_one_that_fails_does_not_stop_the_others():
     sessions = [kerf.Session(SHEET) for _ in range(3)]
     batch = kerf.Batch(sessions)

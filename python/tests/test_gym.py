@@ -593,6 +593,33 @@ def test_a_grasp_that_is_lost_ends_the_episode():
         envs.close()
 
 
+def test_a_grasp_is_made_in_an_episode():
+    """Copies that hold the sheet are led, others are left alone."""
+    def begin(self, row, random):
+        self.holds[row] = False
+
+    def prepare(self):
+        self.holds, self.hand = np.zeros(self.num_envs, bool), np.zeros((self.num_envs, 3))
+
+    def control(self, actions, plays):
+        for row in np.flatnonzero(plays & ~self.holds & (actions[:, 0] > 0)):
+            self.sessions[row].grasp("hand", [0, 0, 0], radius=0.1)
+            self.holds[row] = True
+        self.hand[plays & self.holds] += (0, 0, 0.01)
+        return {"grasps": {"hand": np.where(self.holds[:, None], self.hand, np.nan)}}
+
+    envs = type("Flap", (Still,), {"prepare": prepare, "begin": begin, "control": control})(3, threads=1)
+    envs.reset(seed=0)
+    for takers in ([], [1], [0, 1], []):
+        actions = np.zeros((3, 1))
+        actions[takers] = 1
+        _, _, _, truncated, info = envs.step(actions)
+        assert not truncated.any() and "error" not in info
+    assert [list(session.grasp_ids) for session in envs.sessions] == [["hand"], ["hand"], []]
+    assert [session.grasps[0]["target"][2] for session in envs.sessions[:2]] == pytest.approx([0.02, 0.03])
+    envs.close()
+
+
 @pytest.mark.parametrize("name", ["action_size", "state_size", "steps", "horizon"])
 @pytest.mark.parametrize(("wrong", "error"), [(0, ValueError), (-2, ValueError), (2.5, TypeError), (None, TypeError), ("2", TypeError)])
 def test_numbers_of_a_task_are_whole(name, wrong, error):

@@ -281,7 +281,7 @@ class Tasks(VectorEnv):
         for word in controls:
             if word not in LED:
                 raise TypeError(f"control() of {name} may return {', '.join(LED)}, not {word!r}")
-        grasps, tools = (of if isinstance(of, Mapping) else () for of in (controls.get("grasps"), controls.get("tools")))
+        grasps, tools = (of if isinstance(of, Mapping) else {} for of in (controls.get("grasps"), controls.get("tools")))
         for id in grasps:
             if id not in self._met and any(id in session.grasp_ids for session in self.sessions):
                 self._met.add(id)
@@ -293,8 +293,8 @@ class Tasks(VectorEnv):
         if failures:  # of one copy, or of a name that none knows
             there = {id for session in self.sessions for id in session.tool_ids}
             for kind_of, given, known in (("tool", tools, there), ("grasp", grasps, self._met)):
-                for id in given:
-                    if id not in known:
+                for id, rows in given.items():
+                    if id not in known and not np.isnan(np.asarray(rows)[plays]).all():
                         raise ValueError(f"control() of {name} leads the {kind_of} {id!r}, which no copy has had; "
                                          f"there is {', '.join(map(repr, sorted(known))) or 'none'}")
         return failures

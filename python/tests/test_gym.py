@@ -650,8 +650,8 @@ def test_no_step_without_an_episode(name):
     env.step(still)
     env.close()
     envs.close()
-    for late in (lambda: env.step(still), env.expert, envs.expert):
-        with pytest.raises(kerf.Error, match="closed"):
+    for late in (lambda: env.step(still), env.expert, envs.expert, env.reset, envs.reset, env.render, envs.render):
+        with pytest.raises(kerf.Error, match="this environment is closed; make another one"):
             late()
     one = kerf.gym.PatternCutEnv(max_episode_steps=1)
     one.reset(seed=0)
@@ -729,6 +729,29 @@ def test_what_is_no_action_is_told_in_its_own_shape():
 def test_options_of_another_kind_are_refused(wrong, error):
     with pytest.raises(error):
         kerf.gym.make_vec(TASKS[0], **{"num_envs": 1, **wrong})
+
+
+def test_options_of_reset_are_known():
+    name = "Kerf/Meniscectomy-v0"
+    one, envs = gymnasium.make(name), kerf.gym.make_vec(name, 2)
+    for env, wrong, words in ((one, "reset_mask", "may have nothing in them, not 'reset_mask'"), (envs, "reset_mak", "may have 'reset_mask', not 'reset_mak'")):
+        env.reset(seed=1, options={})
+        with pytest.raises(ValueError, match=words):
+            env.reset(options={wrong: np.ones(2, bool)})
+        with pytest.raises(TypeError, match="options must be a dict"):
+            env.reset(options=[1])
+        env.close()
+
+
+def test_what_has_elapsed_is_only_read():
+    envs = Still(2, threads=1)
+    envs.reset(seed=1)
+    before = envs.elapsed
+    envs.step(np.zeros((2, 1)))
+    assert before.tolist() == [0, 0] and envs.elapsed.tolist() == [1, 1]
+    with pytest.raises(ValueError, match="read-only"):
+        envs.elapsed[0] = 5
+    envs.close()
 
 
 @pytest.mark.parametrize(("wrong", "error"), [("x", TypeError), (1.5, TypeError), (-1, ValueError), ([1, 2, 3], ValueError), ([1, "x"], TypeError)])

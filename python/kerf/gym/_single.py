@@ -9,13 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Error
-from ._tasks import Tasks, given_actions, no_copies
+from ._tasks import Tasks, given_actions, given_options, no_copies
 
 __all__ = ["TaskEnv"]
 
 
 class TaskEnv(gymnasium.Env):
-    """One copy of the task `task` as a gymnasium.Env. Options: as of Tasks, but num_envs."""
+    """One copy of the task `task` as a gymnasium.Env. Options: as of Tasks, but num_envs.
+
+    tasks: the one copy of the task, with what it remembers. session: its kerf.Session.
+    """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 20}
 
@@ -33,7 +36,9 @@ class TaskEnv(gymnasium.Env):
         return self.tasks.sessions[0]
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[NDArray[Any], dict[str, Any]]:
-        """Begins an episode."""
+        """Begins an episode. There are no options."""
+        self.tasks._must_be_open()
+        given_options(options)
         super().reset(seed=seed)
         self.tasks.reset_rows(np.array([0]), self.np_random)
         return self._observed(), self._told()

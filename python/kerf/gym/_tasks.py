@@ -37,6 +37,16 @@ def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.f
     return array.astype(np.float64)
 
 
+def given_options(given: Any, *known: str) -> dict[str, Any]:
+    """Options of reset(), or an error that says which is none."""
+    if given is not None and not isinstance(given, dict):
+        raise TypeError(f"options must be a dict, not {type(given).__name__}")
+    for word in given or {}:
+        if word not in known:
+            raise ValueError(f"options of reset() may have {' and '.join(map(repr, known)) or 'nothing in them'}, not {word!r}")
+    return given or {}
+
+
 def no_copies() -> TypeError:
     """What environments say to copy and pickle."""
     return TypeError("an environment of kerf.gym can't be copied or pickled, as its sessions can't; make another one by its name")
@@ -196,14 +206,13 @@ class Tasks(VectorEnv):
     def reset(self, *, seed: int | list[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins all episodes anew, or those of options["reset_mask"]. An int seeds copy i with seed + i."""
+        self._must_be_open()
         first = None if seed is None or isinstance(seed, (list, tuple)) else whole(seed, "seed")
         seeds = seed if isinstance(seed, (list, tuple)) else [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed must be a number or a list of {self.num_envs}")
         generators = [None if seed is None else np.random.default_rng(whole(seed, f"seed[{i}]")) for i, seed in enumerate(seeds)]
-        if options is not None and not isinstance(options, dict):
-            raise TypeError(f"options must be a dict, not {type(options).__name__}")
-        mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
+        mask = np.asarray(given_options(options, "reset_mask").get("reset_mask", np.ones(self.num_envs, bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f'options["reset_mask"] must be {self.num_envs} truth values')
         if not (self._begun | mask).all():
@@ -258,12 +267,17 @@ class Tasks(VectorEnv):
 
     @property
     def elapsed(self) -> NDArray[np.int64]:
-        """Actions of each episode so far: (n,)."""
-        return self._elapsed
+        """Actions of each episode so far: (n,), a read-only array that stays what it is."""
+        elapsed = self._elapsed.copy()
+        elapsed.flags.writeable = False
+        return elapsed
 
-    def _must_have_begun(self) -> None:
+    def _must_be_open(self) -> None:
         if self.closed:
             raise Error("this environment is closed; make another one")
+
+    def _must_have_begun(self) -> None:
+        self._must_be_open()
         if not self._begun.all():
             which = "" if not self._begun.any() else f" in copy {np.flatnonzero(~self._begun)[0]}"
             raise Error(f"no episode has begun{which}; call reset() first")
@@ -380,6 +394,7 @@ class Tasks(VectorEnv):
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Pictures of all copies, 480 x 360, where render_mode is "rgb_array"."""
+        self._must_be_open()
         if self.render_mode != "rgb_array":
             return None
         return tuple(self.picture(i, 480, 360) for i in range(self.num_envs))

@@ -620,6 +620,33 @@ def test_a_grasp_is_made_in_an_episode():
     envs.close()
 
 
+@pytest.mark.parametrize("name", ["size", "pixels", "closed", "spec", "batch", "sessions", "num_envs", "render_mode", "randomise", "horizon_now",
+                                  "metadata", "blade", "look", "step", "np_random_seed", "_states", "_ended", "_met"])
+def test_names_that_are_taken_are_refused(name):
+    def prepare(self):
+        vars(self)[name] = np.zeros(self.num_envs)
+
+    with pytest.raises(AttributeError, match=f"Wrong calls something of its own {name}; kerf.gym.Tasks needs that name"):
+        type("Wrong", (Still,), {"prepare": prepare})(2, threads=1)
+
+
+def test_names_of_classes_and_constructors_are_refused():
+    def begin_with(name, value):
+        def init(self, *given, **options):
+            setattr(self, name, value)
+            kerf.gym.Tasks.__init__(self, *given, **options)
+
+        return {"__init__": init}
+
+    for members in ({"size": 3}, {"batch": lambda self: None}, {"sessions": []}, begin_with("size", 3), begin_with("batch", None), begin_with("blade", 1)):
+        with pytest.raises(AttributeError, match="Wrong calls something of its own (size|batch|sessions|blade);"):
+            type("Wrong", (Still,), members)(1)
+    type("Fine", (Still,), {"width": 3, **begin_with("width", 5)})(1).close()
+    wide = type("Wide", (Still,), begin_with("state_size", 5))(1)
+    assert wide.reset(seed=1)[0].shape == (1, 5)
+    wide.close()
+
+
 @pytest.mark.parametrize("name", ["action_size", "state_size", "steps", "horizon"])
 @pytest.mark.parametrize(("wrong", "error"), [(0, ValueError), (-2, ValueError), (2.5, TypeError), (None, TypeError), ("2", TypeError)])
 def test_numbers_of_a_task_are_whole(name, wrong, error):

@@ -18,6 +18,7 @@ from ._marks import STEEL, paint
 
 __all__ = ["Tasks"]
 
+SETTINGS = ("action_size", "state_size", "steps", "horizon", "variety", "camera")  # what a task may set
 LED = ("blade", "cuts", "grasps", "tools")  # what control() may return
 
 
@@ -77,7 +78,8 @@ class Tasks(VectorEnv):
     the whole body is in view).
     It defines scene(), begin(), control(), look() and judge(). They find the copies in `self.sessions`, a list of kerf.Session, and in
     `self.batch`, the kerf.Batch of them. `self.elapsed` (n,) is how many actions episodes have had, `self.horizon_now` how many they have at
-    most. kerf.gym.register() makes the task known by a name.
+    most. kerf.gym.register() makes the task known by a name. What it remembers has names that are none of this class: `size`, `pixels`, `spec`,
+    `closed`, `batch` and `blade` are refused.
 
     Once: scene() for each copy, prepare(), and a snapshot, to which each episode goes back. An episode begins: vary() where `randomise` is set,
     begin(), look(), tell().
@@ -101,6 +103,7 @@ class Tasks(VectorEnv):
 
     def __init__(self, num_envs: int = 1, *, observations: str = "state", size: int = 64, render_mode: str | None = None,
                  randomise: bool = False, threads: int | None = None, max_episode_steps: int | None = None) -> None:
+        own = dict(vars(self))
         num_envs = whole(num_envs, "num_envs", 1)
         if max_episode_steps is not None:
             max_episode_steps = whole(max_episode_steps, "max_episode_steps", 1)
@@ -122,8 +125,6 @@ class Tasks(VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.sessions = [Session(self.scene()) for _ in range(num_envs)]
         self.batch = Batch(self.sessions, threads=threads)
-        self.prepare()
-        self._start = [session.snapshot() for session in self.sessions]
         self._random: list[np.random.Generator] = [np.random.default_rng() for _ in range(num_envs)]
         self._seeds = [-1] * num_envs
         self._states = np.zeros((num_envs, self.state_size), np.float32)
@@ -132,6 +133,12 @@ class Tasks(VectorEnv):
         self._begun = np.zeros(num_envs, bool)  # which copies have an episode, that goes on or has ended
         self._window: Any = None
         self._met: set[str] = set()  # grasps that a copy has had
+        self._start: list[Any] = []
+        self._camera: Any = None
+        needed = {name: value for name, value in vars(self).items() if name not in own or own[name] is not value}
+        self.prepare()
+        self._refuse_names(own, needed)
+        self._start = [session.snapshot() for session in self.sessions]
         try:
             self._camera = Camera(**self.camera) if self.camera else self.sessions[0].camera()
         except (TypeError, ValueError) as error:
@@ -187,6 +194,17 @@ class Tasks(VectorEnv):
     def expert(self) -> NDArray[np.float32]:
         """Actions of somebody who knows how, (n, action_size): from the states as they are now. kerf.Error: no episode has begun."""
         raise self._lacks("expert")
+
+    def _refuse_names(self, own: dict[str, Any], needed: dict[str, Any]) -> None:
+        """A task takes no name for something of its own that means something here: what stood there before, what was set here."""
+        kind, now = type(self), vars(self)
+        derived = kind.__mro__[:kind.__mro__.index(Tasks)]
+        taken = {name for name, value in needed.items()
+                 if name in own or now.get(name) is not value or any(name in vars(of) for of in derived)}
+        taken |= {name for name in now if name not in needed and hasattr(Tasks, name) and name not in SETTINGS}
+        if taken:
+            raise AttributeError(f"{kind.__name__} calls something of its own {', '.join(sorted(taken))}; "
+                                 "kerf.gym.Tasks needs that name, so choose another one")
 
     def _lacks(self, what: str) -> NotImplementedError:
         return NotImplementedError(f"{type(self).__name__} has no {what}(); help(kerf.gym.Tasks) says what a task defines")

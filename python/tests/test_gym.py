@@ -656,11 +656,11 @@ def test_numbers_of_a_task_are_whole(name, wrong, error):
 
 def test_one_value_stands_for_all_copies():
     Halve = own_task()["Halve"]
-    kind = type("Same", (Halve,), {"judge": lambda self, plays: ([1, 1], [False, False]), "tell": lambda self: {"word": "yes", "size": [1.5, 2.5]}})
+    kind = type("Same", (Halve,), {"judge": lambda self, plays: (np.ones(2, np.float32), [False, False]), "tell": lambda self: {"word": "yes", "size": [1.5, 2.5]}})
     envs = kind(2, threads=1)
     envs.reset(seed=0)
     _, rewards, terminated, _, info = envs.step(envs.expert())
-    assert rewards.tolist() == [1, 1] and terminated.tolist() == [False, False] and envs.elapsed.tolist() == [1, 1]
+    assert rewards.tolist() == [1, 1] and rewards.dtype == float and terminated.tolist() == [False, False] and envs.elapsed.tolist() == [1, 1]
     assert info["word"].tolist() == ["yes", "yes"] and info["size"].tolist() == [1.5, 2.5]
     envs.close()
 

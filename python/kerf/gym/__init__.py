@@ -38,7 +38,7 @@ class _OneOf(type):
 
 
 @lru_cache(maxsize=None)
-def _one_of(task: type[Tasks], module: str) -> type[TaskEnv]:
+def _one_of(task: Any, module: str) -> Any:
     return _OneOf(f"{task.__name__}Env", (TaskEnv,), {"task": task, "__doc__": f"One copy of {task.__name__}.", "__module__": module})
 
 

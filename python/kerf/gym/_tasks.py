@@ -78,8 +78,8 @@ class Tasks(VectorEnv):
     the whole body is in view).
     It defines scene(), begin(), control(), look() and judge(). They find the copies in `self.sessions`, a list of kerf.Session, and in
     `self.batch`, the kerf.Batch of them. `self.elapsed` (n,) is how many actions episodes have had, `self.horizon_now` how many they have at
-    most. kerf.gym.register() makes the task known by a name. What it remembers has names that are none of this class: `size`, `pixels`, `spec`,
-    `closed`, `batch` and `blade` are refused.
+    most. kerf.gym.register() makes the task known by a name. What a task remembers has names that this class does not use. `size`, `pixels`,
+    `spec`, `closed`, `batch` and `blade` are among those it uses, and refused.
 
     Once: scene() for each copy, prepare(), and a snapshot, to which each episode goes back. An episode begins: vary() where `randomise` is set,
     begin(), look(), tell().
@@ -157,7 +157,7 @@ class Tasks(VectorEnv):
     def vary(self, row: int, random: np.random.Generator) -> None:
         """Another material for an episode of copy number `row`: called before begin() where `randomise` is set.
 
-        By default the values named in `variety` are those of the scene times 2 to the power of a number that lies evenly within plus and minus theirs.
+        Each value named in `variety` is that of the scene times 2 to the power of a number, which lies evenly within plus and minus its span.
         """
         scene = self.sessions[row].material
         self.sessions[row].set_material(**{word: scene[word] * 2 ** random.uniform(-span, span) for word, span in self.variety.items()})
@@ -196,7 +196,7 @@ class Tasks(VectorEnv):
         raise self._lacks("expert")
 
     def _refuse_names(self, own: dict[str, Any], needed: dict[str, Any]) -> None:
-        """A task takes no name for something of its own that means something here: what stood there before, what was set here."""
+        """Refuses names of a task's own that mean something here. own: what stood there first. needed: what was set here."""
         kind, now = type(self), vars(self)
         derived = kind.__mro__[:kind.__mro__.index(Tasks)]
         taken = {name for name, value in needed.items()
@@ -334,7 +334,7 @@ class Tasks(VectorEnv):
     def _look(self, rows: NDArray[np.bool_]) -> None:
         """Has the task write the states of these copies, each number of them."""
         self._states[rows] = np.nan
-        answer = self.look(self._states, rows)
+        answer: Any = self.look(self._states, rows)  # type: ignore[func-returns-value]
         if answer is not None:
             raise TypeError(f"look() of {type(self).__name__} must write into states[rows] and return nothing, not {type(answer).__name__}")
         left = np.isnan(self._states[rows])
@@ -348,13 +348,14 @@ class Tasks(VectorEnv):
         judged, name = self.judge(plays), type(self).__name__
         if not isinstance(judged, (tuple, list)) or len(judged) != 2:
             raise TypeError(f"judge() of {name} must return two arrays: rewards, and which episodes have come to their end")
-        rewards, ends = (np.asarray(given) for given in judged)
+        rewards: Any = np.asarray(judged[0])
+        ends: Any = np.asarray(judged[1])
         for given, array, what, kinds, wanted in ((judged[0], rewards, "rewards", "fiub", "numbers"), (judged[1], ends, "ends", "b", "truth values")):
             if array.dtype.kind not in kinds:
                 raise TypeError(f"{what} of {name}, which judge() returns, must be {wanted}, not {_kind_of(array, given)}")
             if array.shape != (self.num_envs,):
                 raise ValueError(f"{what} of {name} must be of shape ({self.num_envs},), one for each copy, not {array.shape}")
-        rewards = np.where(plays, rewards, 0.0)
+        rewards = np.where(plays, rewards, np.float64(0))
         if not np.isfinite(rewards).all():
             row = np.flatnonzero(~np.isfinite(rewards))[0]
             raise ValueError(f"rewards of {name}, which judge() returns, must be finite; that of copy {row} is {rewards[row]}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 from . import _arguments, _core, _records
@@ -53,16 +52,11 @@ class Batch(_core.Batch):
         TypeError, ValueError: not such arrays. Ctrl-C ends it after whole steps.
         """
         n = len(self)
-        count = _arguments.steps(steps, "steps")
-        edges = None if blade is None else _arguments.place_rows(blade, "blade", (n, 2, 3))
-        cutting = None if cuts is None else _arguments.flags(cuts, "cuts", n)
-        taking = None if takes is None else _arguments.flags(takes, "takes", n)
-        held = _arguments.named_rows(grasps, "grasps", (n, 3), _arguments.led_rows)
-        posed = _arguments.named_rows(tools, "tools", (n, 6), _arguments.led_rows)
-        failures: dict[int, str] = {}
-        for part, led in _parts(n, taking, [rows for _, rows in held + posed]):
-            failures.update(self._turn(count, edges, cutting, part, list(compress(held, led)), list(compress(posed, led[len(held):]))))
-        return dict(sorted(failures.items()))
+        return dict(self._turn(
+            _arguments.steps(steps, "steps"), None if blade is None else _arguments.place_rows(blade, "blade", (n, 2, 3)),
+            None if cuts is None else _arguments.flags(cuts, "cuts", n), None if takes is None else _arguments.flags(takes, "takes", n),
+            _arguments.named_rows(grasps, "grasps", (n, 3), _arguments.led_rows),
+            _arguments.named_rows(tools, "tools", (n, 6), _arguments.led_rows)))
 
     @property
     def counts(self) -> dict[str, NDArray[np.int64]]:
@@ -120,17 +114,6 @@ class Batch(_core.Batch):
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         raise TypeError("a batch can't be copied or pickled; make another one, of other sessions")
-
-
-def _parts(n, taking, rows):
-    """Sessions that are led by the same of these arrays: which of them take part, and whether by each array."""
-    import numpy as np
-
-    if not any(np.isnan(array[:, 0]).any() for array in rows):
-        return [(taking, [True] * len(rows))]
-    takes = np.ones(n, bool) if taking is None else taking
-    led = ~np.isnan(np.stack([array[:, 0] for array in rows], axis=1))
-    return [(takes & (led == kind).all(axis=1), kind.tolist()) for kind in np.unique(led[takes], axis=0)]
 
 
 def _own(out, shape):

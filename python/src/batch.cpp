@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <optional>
 #include <string>
@@ -93,8 +94,10 @@ std::vector<std::pair<std::size_t, std::string>> Batch::turn(const BatchTurn& tu
     SessionTurn own;
     own.steps = turn.steps;
     own.ended = ended;
-    for (const auto& [id, targets] : turn.grasps) own.grasps.emplace_back(id, vec(targets + 3 * i));
-    for (const auto& [id, poses] : turn.tools) own.tools.push_back({id, vec(poses + 6 * i), vec(poses + 6 * i + 3)});
+    for (const auto& [id, targets] : turn.grasps)
+      if (!std::isnan(targets[3 * i])) own.grasps.emplace_back(id, vec(targets + 3 * i));
+    for (const auto& [id, poses] : turn.tools)
+      if (!std::isnan(poses[6 * i])) own.tools.push_back({id, vec(poses + 6 * i), vec(poses + 6 * i + 3)});
     if (turn.edges != nullptr) {
       const Vec3 base = vec(turn.edges + 6 * i), tip = vec(turn.edges + 6 * i + 3);
       own.blade = true;

@@ -21,8 +21,10 @@ struct BatchTurn {
   const double* edges = nullptr;        ///< 6 each: base and tip of a blade at the end, world; null: no blade
   const std::uint8_t* cuts = nullptr;   ///< does the blade cut on its way? null: always
   const std::uint8_t* takes = nullptr;  ///< does the session take part? null: all do
-  std::vector<std::pair<std::string, const double*>> grasps;  ///< by id: 3 each, where the grasp is at the end
-  std::vector<std::pair<std::string, const double*>> tools;   ///< by id: 6 each, place and turn of the pose at the end
+  std::vector<std::pair<std::string, const double*>>
+      grasps;  ///< by id: 3 each, where the grasp is at the end; NaN: it is left alone
+  std::vector<std::pair<std::string, const double*>>
+      tools;  ///< by id: 6 each, place and turn of the pose at the end; NaN: it is left alone
 };
 
 /// Used by one thread at a time: all below throws while another thread is in it.

@@ -76,16 +76,11 @@ class Meniscectomy(Tasks):
         self.aim, self.aimed = np.zeros((n, 2)), np.zeros(n, bool)  # of the expert
         self.vain = np.zeros((n, 2))  # m, where the last bite that met nothing was
 
-    def vary(self, row: int, random: np.random.Generator) -> None:
-        """begin() varies the material, after where lesion and punch are."""
-
     def begin(self, row: int, random: np.random.Generator) -> None:
         self.radius[row] = random.uniform(SMALLEST, LARGEST)
         angle = -np.pi / 2 + random.uniform(-SPREAD, SPREAD)
         self.lesion[row] = at_rim(self.rim, angle, random.uniform(0, 0.0006))
         self.punch[row] = at_rim(self.rim, angle + random.uniform(-0.4, 0.4), random.uniform(-0.006, -0.003))
-        if self.randomise:
-            super().vary(row, random)
         self.tissue[row] = self.whole.ravel()
         self.volume[row] = self._of_lesion(row)[0]
         self.gone[row] = self.bites[row] = self.vain[row] = 0

@@ -84,17 +84,12 @@ class PatternCut(Tasks):
         self.pieces = np.ones(n, np.int64)  # as they were counted last
         self.stage = np.zeros(n, np.int64)  # of the expert: above, across, along
 
-    def vary(self, row: int, random: np.random.Generator) -> None:
-        """begin() varies the material, after the curve."""
-
     def begin(self, row: int, random: np.random.Generator) -> None:
         angle = random.uniform(0, 2 * np.pi) + np.linspace(0, 2 * np.pi, MARKS, endpoint=False)
         wave = random.uniform(0, 0.08, 2)
         phase = random.uniform(0, 2 * np.pi, 2)
         radius = random.uniform(0.018, 0.025) * (1 + wave[0] * np.cos(2 * angle + phase[0]) + wave[1] * np.cos(3 * angle + phase[1]))
         self.curve[row, :, :2] = random.uniform(-0.006, 0.006, 2) + radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        if self.randomise:
-            super().vary(row, random)
         self.tip[row] = (*random.uniform(-0.03, 0.03, 2), 0.02)
         self.batch.place_blade(row, self.tip[row] + (0, 0, EDGE), self.tip[row])
         self.level[row] = 0

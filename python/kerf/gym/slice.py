@@ -85,9 +85,6 @@ class Slice(Tasks):
         self.stage = np.zeros(n, np.int64)  # of the expert: over the line, down, through, up
         self.drawn = np.zeros(n, np.int64)  # lines cut when the expert began this one
 
-    def vary(self, row: int, random: np.random.Generator) -> None:
-        """begin() varies the material, after lines and hand."""
-
     def begin(self, row: int, random: np.random.Generator) -> None:
         k = int(random.integers(2, MOST + 1))
         slant = random.uniform(-SLANT, SLANT)
@@ -95,8 +92,6 @@ class Slice(Tasks):
         self._mark(row, k, slant)
         self.hand[row] = (random.uniform(-0.07, 0.07), random.uniform(-0.06, -0.045), random.uniform(0.015, 0.03), random.uniform(-0.2, 0.2))
         session = self.sessions[row]
-        if self.randomise:
-            super().vary(row, random)
         session.move_tool("knife", self.hand[row, :3], [0, 0, np.pi / 2 + self.hand[row, 3]])
         session.step(20)  # the knife is there
         self.cut[row] = False

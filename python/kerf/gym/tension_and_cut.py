@@ -97,17 +97,12 @@ class TensionAndCut(Tasks):
         self.stage = np.zeros(n, np.int64)  # of the expert's blade: over the rim, along, up
         self.goal = np.zeros(n, np.int64)  # mark that it has come to
 
-    def vary(self, row: int, random: np.random.Generator) -> None:
-        """begin() varies the material, after the line."""
-
     def begin(self, row: int, random: np.random.Generator) -> None:
         along = np.linspace(0, 1, MARKS)
         wave, phase = random.uniform(-0.004, 0.004, 2), random.uniform(0, 2 * np.pi, 2)
         self.curve[row, :, 0] = (random.uniform(-0.01, 0.015) + random.uniform(-0.008, 0.008) * (along - 0.5) +
                                  wave[0] * np.sin(np.pi * along + phase[0]) + wave[1] * np.sin(2 * np.pi * along + phase[1]))
         session = self.sessions[row]
-        if self.randomise:
-            super().vary(row, random)
         self.hand[row] = (random.uniform(0.02, 0.038), random.uniform(-0.01, 0.01), random.uniform(-0.02, 0.0))
         session.move("hand", to=self.hand[row], over=0.5)
         session.step(40)  # it hangs still enough

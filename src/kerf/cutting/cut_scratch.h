@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "kerf/base/dense_index.h"
 #include "kerf/binding/cell_complex.h"
-#include "kerf/cutting/dense_index.h"
 
 namespace kerf {
 

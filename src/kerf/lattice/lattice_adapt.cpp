@@ -5,6 +5,7 @@
 #include <span>
 
 #include "kerf/base/at.h"
+#include "kerf/base/dense_index.h"
 #include "kerf/base/hash.h"
 #include "kerf/lattice/lattice_tip.h"
 #include "kerf/lattice/lattice_tolerances.h"
@@ -89,15 +90,18 @@ struct LatticeScratch::Work {
     std::int32_t root = 0;
     NodeId old;
     bool kept = false;
+    std::int32_t of_class = -1;
+    std::int32_t next = -1;  ///< the next in `around` of its class
+    NodeId node;             ///< that its class gets
   };
   struct OnFace {
     std::int32_t a, b;
     CollisionHalfEdge edge;
   };
   struct Class {
-    std::int32_t root;
     bool kept;
     HexId oldest;
+    std::int32_t first, last;  ///< in `around`
     NodeId node;
   };
   std::vector<Group> groups;
@@ -107,6 +111,7 @@ struct LatticeScratch::Work {
   std::vector<CornerCopy> around;
   std::vector<Class> classes;
   std::vector<std::pair<NodeId, std::int32_t>> uses;
+  DenseIndex copies, nodes;  ///< of those around a corner or a copy
   struct Source {
     HexId copy, from;
     double volume;
@@ -1052,42 +1057,33 @@ class Adapter {
   void share_corner(std::int32_t key) {
     const LatticeIndex q = hex_.corner_of(key);
     s_.around.clear();
-    std::array<std::int32_t, 9> start{};
+    s_.copies.reset(hex_.hex_count());
     for (int k = 0; k < 8; ++k) {
-      start[at(k)] = static_cast<std::int32_t>(s_.around.size());
       const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
       if (!hex_.contains(c)) continue;
       for (HexId h = hex_.first_copy[hex_.cell_id(c)]; h.valid(); h = hex_.next_in_cell[h]) {
         CornerCopy entry;
         entry.copy = h;
         entry.corner = k;
-        entry.root = static_cast<std::int32_t>(s_.around.size());
+        entry.root = s_.copies.insert(h.value);
         entry.kept = hex_.nodes[h][at(k)].valid();
         const HexId source = entry.kept ? h : hex_.parent[h];
         if (source.valid()) entry.old = hex_.nodes[source][at(k)];
         s_.around.push_back(entry);
       }
     }
-    start[8] = static_cast<std::int32_t>(s_.around.size());
     if (s_.around.empty()) return;
     auto root_of = [&](std::int32_t i) {
-      while (s_.around[at(i)].root != i) i = s_.around[at(i)].root;
+      while (s_.around[at(i)].root != i) i = s_.around[at(i)].root = s_.around[at(s_.around[at(i)].root)].root;
       return i;
-    };
-    auto slot_of = [&](int k, HexId h) {
-      for (std::int32_t i = start[at(k)]; i < start[at(k + 1)]; ++i)
-        if (s_.around[at(i)].copy == h) return i;
-      return std::int32_t{-1};
     };
     for (int axis = 0; axis < 3; ++axis)
       for (int k = 0; k < 8; ++k) {
         if ((k >> axis & 1) == 0) continue;  // the cell before the corner along this axis
-        if (start[at(k)] == start[at(k + 1)]) continue;
         const LatticeIndex c{q[0] - (k & 1), q[1] - (k >> 1 & 1), q[2] - (k >> 2 & 1)};
-        const int beyond = k - (1 << axis);
-        if (start[at(beyond)] == start[at(beyond + 1)]) continue;
+        if (!hex_.contains(c)) continue;
         for (const HexLink& l : hex_.links_of(HexMesh::face(hex_.cell_id(c), axis))) {
-          const std::int32_t i = slot_of(k, l[0]), j = slot_of(beyond, l[1]);
+          const std::int32_t i = s_.copies.find(l[0].value), j = s_.copies.find(l[1].value);
           KERF_ASSERT(i >= 0 && j >= 0);
           const std::int32_t a = root_of(i), b = root_of(j);
           if (a != b) s_.around[at(std::max(a, b))].root = std::min(a, b);
@@ -1095,28 +1091,36 @@ class Adapter {
       }
     // Classes, those of the oldest copies first; each takes over the first old node of its copies that is still free.
     s_.classes.clear();
-    for (std::int32_t i = 0; i < start[8]; ++i) {
-      const std::int32_t r = root_of(i);
-      s_.around[at(i)].root = r;
-      auto it = std::find_if(s_.classes.begin(), s_.classes.end(), [&](const Class& c) { return c.root == r; });
-      if (it == s_.classes.end()) it = s_.classes.insert(s_.classes.end(), Class{r, false, s_.around[at(i)].copy, {}});
-      const CornerCopy& entry = s_.around[at(i)];
-      if (entry.kept && (!it->kept || entry.copy < it->oldest)) it->kept = true, it->oldest = entry.copy;
-      else if (entry.kept == it->kept && entry.copy < it->oldest) it->oldest = entry.copy;
+    for (std::int32_t i = 0; i < static_cast<std::int32_t>(s_.around.size()); ++i) {
+      CornerCopy& entry = s_.around[at(i)];
+      entry.root = root_of(i);
+      if (entry.root == i) {
+        entry.of_class = static_cast<std::int32_t>(s_.classes.size());
+        s_.classes.push_back({entry.kept, entry.copy, i, i, {}});
+        continue;
+      }
+      entry.of_class = s_.around[at(entry.root)].of_class;
+      Class& c = s_.classes[at(entry.of_class)];
+      c.last = s_.around[at(c.last)].next = i;
+      if (entry.kept && (!c.kept || entry.copy < c.oldest)) c.kept = true, c.oldest = entry.copy;
+      else if (entry.kept == c.kept && entry.copy < c.oldest) c.oldest = entry.copy;
     }
     std::sort(s_.classes.begin(), s_.classes.end(),
               [](const Class& a, const Class& b) { return a.kept != b.kept ? a.kept : a.oldest < b.oldest; });
+    s_.nodes.reset(hex_.node_count());  // those that are taken
     for (Class& c : s_.classes) {
       NodeId parent;
       for (const bool kept : {true, false})
-        for (const CornerCopy& entry : s_.around) {
-          if (entry.root != c.root || entry.kept != kept || !entry.old.valid()) continue;
+        for (std::int32_t i = c.first; i >= 0; i = s_.around[at(i)].next) {
+          const CornerCopy& entry = s_.around[at(i)];
+          if (entry.kept != kept || !entry.old.valid()) continue;
           if (!parent.valid()) parent = entry.old;
-          const bool taken =
-              std::any_of(s_.classes.begin(), s_.classes.end(), [&](const Class& o) { return o.node == entry.old; });
-          if (!taken && (!c.node.valid() || (kept && entry.old < c.node))) c.node = entry.old;
+          if (s_.nodes.find(entry.old.value) < 0 && (!c.node.valid() || (kept && entry.old < c.node)))
+            c.node = entry.old;
         }
-      if (!c.node.valid()) {
+      if (c.node.valid()) {
+        s_.nodes.insert(c.node.value);
+      } else {
         c.node = hex_.corner.push_back(q);
         hex_.node_parent.push_back(parent);
         hex_.node_uses.push_back(0);
@@ -1124,14 +1128,13 @@ class Adapter {
       }
       note_joined(c);
     }
+    for (const Class& c : s_.classes)
+      for (std::int32_t i = c.first; i >= 0; i = s_.around[at(i)].next) s_.around[at(i)].node = c.node;
     for (const CornerCopy& entry : s_.around) {
       if (entry.kept) s_.corner_nodes.emplace_back(key, entry.old);
-      NodeId node;
-      for (const Class& c : s_.classes)
-        if (c.root == entry.root) node = c.node;
-      if (hex_.nodes[entry.copy][at(entry.corner)] == node) continue;
+      if (hex_.nodes[entry.copy][at(entry.corner)] == entry.node) continue;
       std::array<NodeId, 8> nodes = hex_.nodes[entry.copy];
-      nodes[at(entry.corner)] = node;
+      nodes[at(entry.corner)] = entry.node;
       hex_.nodes.set(entry.copy, nodes);
       changed(entry.copy);
     }
@@ -1146,8 +1149,8 @@ class Adapter {
       if (it == s_.shares.end()) s_.shares.emplace_back(from, volume);
       else it->second += volume;
     };
-    for (const CornerCopy& entry : s_.around) {
-      if (entry.root != c.root) continue;
+    for (std::int32_t i = c.first; i >= 0; i = s_.around[at(i)].next) {
+      const CornerCopy& entry = s_.around[at(i)];
       auto source = std::lower_bound(s_.sources.begin(), s_.sources.end(), entry.copy,
                                      [](const Work::Source& a, HexId copy) { return a.copy < copy; });
       if (source == s_.sources.end() || source->copy != entry.copy) add(entry.old, hex_.material[entry.copy].fill);
@@ -1197,52 +1200,73 @@ class Adapter {
     return false;
   }
 
-  [[nodiscard]] bool linked(HexId x, HexId y) const {
-    const LatticeIndex a = hex_.cell[x], b = hex_.cell[y];
-    for (int axis = 0; axis < 3; ++axis) {
-      const int step = b[at(axis)] - a[at(axis)];
-      if (step != 1 && step != -1) continue;
-      if (std::abs(b[0] - a[0]) + std::abs(b[1] - a[1]) + std::abs(b[2] - a[2]) != 1) return false;
-      const CellId c = hex_.cell_id(step > 0 ? a : b);
-      const HexLink l = step > 0 ? HexLink{x, y} : HexLink{y, x};
-      for (const HexLink& have : hex_.links_of(HexMesh::face(c, axis)))
-        if (have == l) return true;
-    }
-    return false;
+  template <class Fn>
+  void for_each_linked(HexId x, Fn&& f) {  // copies behind the six faces of x
+    const LatticeIndex c = hex_.cell[x];
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int side : {0, 1}) {
+        LatticeIndex low = c;
+        low[at(axis)] -= side;
+        if (!hex_.contains(low)) continue;
+        for (const HexLink& l : hex_.links_of(HexMesh::face(hex_.cell_id(low), axis)))
+          if (l[at(side)] == x) f(l[at(1 - side)]);
+      }
   }
 
   /// Who absorbs copy x, given what became of the copies before it in the order; none: it stays.
   HexId absorber_of(HexId x) {
     if (hex_.material[x].fill >= kAbsorbedFill) return {};
+    const auto stays = [&](HexId y) { return !before(y, x) || !hex_.absorber[y].valid(); };
     auto& near = s_.neighbours;
     near.clear();
-    for_each_neighbour(x, [&](HexId y) {
-      if (!before(y, x) || !hex_.absorber[y].valid()) near.push_back(y);
+    for_each_linked(x, [&](HexId y) {
+      if (stays(y)) near.push_back(y);
     });
-    std::size_t faces = 0;  // face neighbours to the front
-    for (std::size_t i = 0; i < near.size(); ++i)
-      if (linked(x, near[i])) std::swap(near[faces++], near[i]);
-    if (faces == 0) return {};
+    if (near.empty()) return {};
     HexId best = near[0];
-    for (std::size_t i = 1; i < faces; ++i) {
-      const double fill = hex_.material[near[i]].fill, most = hex_.material[best].fill;
-      if (fill > most || (fill == most && before(near[i], best))) best = near[i];
+    for (const HexId y : near) {
+      const double fill = hex_.material[y].fill, most = hex_.material[best].fill;
+      if (fill > most || (fill == most && before(y, best))) best = y;
     }
-    if (faces > 1) {  // do they stay connected without x?
-      s_.parent.resize(near.size());
-      for (std::size_t i = 0; i < near.size(); ++i) s_.parent[i] = static_cast<std::int32_t>(i);
-      auto root_of = [&](std::size_t i) {
-        while (at(s_.parent[i]) != i) i = at(s_.parent[i]);
-        return i;
-      };
-      for (std::size_t i = 0; i < near.size(); ++i)
-        for (std::size_t j = i + 1; j < near.size(); ++j)
-          if (root_of(i) != root_of(j) && linked(near[i], near[j]))
-            s_.parent[root_of(j)] = static_cast<std::int32_t>(root_of(i));
-      for (std::size_t i = 1; i < faces; ++i)
-        if (root_of(i) != root_of(0)) return {};
+    return near.size() == 1 || are_connected_without(x, stays) ? best : HexId{};
+  }
+
+  /// Do those behind the faces of x, which are in `neighbours`, hang together by copies that share a node with x and stay?
+  template <class Stays>
+  bool are_connected_without(HexId x, const Stays& stays) {
+    auto& near = s_.neighbours;
+    const std::size_t faces = near.size();
+    s_.copies.reset(hex_.hex_count());
+    for (const HexId y : near) s_.copies.insert(y.value);
+    for_each_neighbour(x, [&](HexId y) {
+      if (s_.copies.find(y.value) >= 0 || !stays(y)) return;
+      s_.copies.insert(y.value);
+      near.push_back(y);
+    });
+    s_.parent.resize(near.size());
+    for (std::size_t i = 0; i < near.size(); ++i) s_.parent[i] = static_cast<std::int32_t>(i);
+    auto root_of = [&](std::int32_t i) {
+      while (s_.parent[at(i)] != i) i = s_.parent[at(i)] = s_.parent[at(s_.parent[at(i)])];
+      return i;
+    };
+    const LatticeIndex c = hex_.cell[x];
+    std::size_t apart = faces;
+    for (int k = 0; k < 27; ++k) {  // faces within the block of cells around
+      const LatticeIndex d{c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1};
+      if (!hex_.contains(d)) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        if (d[at(axis)] == c[at(axis)] + 1) continue;
+        for (const HexLink& l : hex_.links_of(HexMesh::face(hex_.cell_id(d), axis))) {
+          const std::int32_t i = s_.copies.find(l[0].value), j = s_.copies.find(l[1].value);
+          if (i < 0 || j < 0) continue;
+          const std::int32_t a = root_of(i), b = root_of(j);
+          if (a == b) continue;
+          s_.parent[at(std::max(a, b))] = std::min(a, b);  // roots of those behind faces stay below `faces`
+          if (at(std::max(a, b)) < faces && --apart == 1) return true;
+        }
+      }
     }
-    return best;
+    return false;
   }
 
   void set_absorber(HexId x, HexId to) {
@@ -1366,11 +1390,11 @@ class Adapter {
     std::size_t next = 0;
     for (const std::int32_t key : s_.corners) {
       s_.uses.clear();
+      s_.nodes.reset(hex_.node_count());
       auto slot = [&](NodeId n) -> std::int32_t& {
-        for (auto& u : s_.uses)
-          if (u.first == n) return u.second;
-        s_.uses.emplace_back(n, 0);
-        return s_.uses.back().second;
+        const auto number = at(s_.nodes.insert(n.value));
+        if (number == s_.uses.size()) s_.uses.emplace_back(n, 0);
+        return s_.uses[number].second;
       };
       while (next < s_.corner_nodes.size() && s_.corner_nodes[next].first < key) ++next;
       for (; next < s_.corner_nodes.size() && s_.corner_nodes[next].first == key; ++next)

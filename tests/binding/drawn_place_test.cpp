@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "kerf/base/random.h"
 #include "kerf/binding/bind.h"
 #include "kerf/binding/validate_binding.h"
 #include "kerf/mesh/mesh_file.h"
@@ -75,6 +76,25 @@ TEST(DrawnPlace, AnnulusWedgeAndDisc) {
   const auto rising = [](Vec3 p) { return 0.005 + 0.035 * p.x; };  // 1 : 8
   expect_drawn(extruded(plain_grid_mesh(53, 47), 4, rising), plain_grid_mesh(7, 8), "wedge", {0.001, 0.002, 0.01});
   expect_drawn(extruded(disc_mesh(0.5, 89, 12), 2, flat), disc_mesh(0.5, 20, 4), "disc", {0.01, 0.04, 0.1});
+}
+
+// Boxes of 12 to 44 triangles under collision meshes with shorter edges: paths between two sides at a corner were drawn around it, below the top.
+TEST(DrawnPlace, BoxesOfFewTriangles) {
+  Random random(1);
+  for (int box = 0; box < 200; ++box) {
+    const Vec3 size{0.1, 0.1 * random.uniform(0.3, 1), 0.1 * random.uniform(0.01, 0.08)};
+    const int nx = 2 + static_cast<int>(random.index(8)), ny = 2 + static_cast<int>(random.index(6));
+    TriangleMesh collision = plain_grid_mesh(nx, ny);
+    for (Vec3& p : collision.positions) {
+      const bool inside = p.x > 1e-9 && p.x < 1 - 1e-9 && p.y > 1e-9 && p.y < 1 - 1e-9;
+      if (inside) p += Vec3{random.uniform(-0.25, 0.25) / nx, random.uniform(-0.25, 0.25) / ny, 0};
+      p = {size.x * p.x, size.y * p.y, 0};
+    }
+    TriangleMesh drawn = plain_grid_mesh(1 + static_cast<int>(random.index(3)), 1 + static_cast<int>(random.index(2)));
+    for (Vec3& p : drawn.positions) p = {size.x * p.x, size.y * p.y, 0};
+    expect_drawn(extruded(drawn, 1, [&](Vec3) { return 0.5 * size.z; }), collision, fmt::format("box {}", box),
+                 {0.02, -1, 0.05});
+  }
 }
 
 // The border of a collision mesh that stops short of the rim is led there.

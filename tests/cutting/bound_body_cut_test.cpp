@@ -8,7 +8,10 @@
 #include "kerf/binding/bind.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
+#include "support/extruded_mesh.h"
+#include "support/piece_volumes.h"
 #include "support/source_dir.h"
+#include "support/synthetic_complex.h"
 
 namespace kerf::bound_body_cut_test {
 namespace {
@@ -84,6 +87,52 @@ CellComplex bound(const TriangleMesh& visual, const TriangleMesh& collision, boo
   auto body = bind(visual, collision, options);
   EXPECT_TRUE(body.ok()) << (body.ok() ? "" : body.error().message);
   return body.ok() ? std::move(body->complex) : CellComplex{};
+}
+
+// Corners off a box of 12 triangles, drawn as prisms: walls ran from the cut to the box's own edge, and a 30th of the corner came off.
+TEST(BoundBodyCut, CornersOfABoxOfTwelveTriangles) {
+  const Vec3 size{0.1, 0.06, 0.004};
+  TriangleMesh collision, drawn = plain_grid_mesh(1, 1);
+  for (const auto& [x, y] : std::vector<std::array<double, 2>>{{0, 0},
+                                                               {25, 0},
+                                                               {50, 0},
+                                                               {75, 0},
+                                                               {100, 0},
+                                                               {100, 30},
+                                                               {100, 60},
+                                                               {75, 60},
+                                                               {50, 60},
+                                                               {25, 60},
+                                                               {0, 60},
+                                                               {0, 30},
+                                                               {40.6, 16.2},
+                                                               {64.3, 24.6},
+                                                               {86.2, 21.7},
+                                                               {30.9, 40.8},
+                                                               {75.6, 42.3}})
+    collision.positions.push_back({1e-3 * x, 1e-3 * y, 0});
+  for (const auto& [a, b, c] : std::vector<std::array<int, 3>>{
+           {16, 5, 6},   {7, 16, 6},   {11, 15, 10}, {1, 11, 0}, {15, 9, 10}, {14, 16, 13}, {16, 14, 5},
+           {3, 14, 13},  {14, 3, 4},   {5, 14, 4},   {8, 16, 7}, {8, 9, 15},  {8, 15, 13},  {16, 8, 13},
+           {15, 12, 13}, {11, 12, 15}, {1, 12, 11},  {2, 3, 13}, {12, 2, 13}, {2, 12, 1}})
+    collision.triangles.push_back({VertexId(a), VertexId(b), VertexId(c)});
+  for (Vec3& p : drawn.positions) p = {size.x * p.x, size.y * p.y, 0};
+  const auto box = bind(extruded(drawn, 1, [&](Vec3) { return 0.5 * size.z; }), collision, {});
+  ASSERT_TRUE(box.ok()) << box.error().message;
+  Random random(3);
+  for (int i = 0; i < 40; ++i) {
+    CellComplex body = box->complex;
+    const double edge = body.mean_root_edge, x = random.uniform(0.15, 0.8) * edge, y = random.uniform(0.15, 0.8) * edge;
+    const Vec3 corner{i % 2 ? size.x : 0, i / 2 % 2 ? size.y : 0, 0};
+    const Vec3 a = corner + Vec3{i % 2 ? -x : x, 0, 0}, b = corner + Vec3{0, i / 2 % 2 ? -y : y, 0};
+    CutScratch scratch;
+    cut_polyline(body, std::vector<Vec3>{a + 0.2 * (a - b), b + 0.2 * (b - a)}, CutOptions{}, scratch);
+    const std::vector<double> volumes = piece_volumes(body);
+    ASSERT_EQ(volumes.size(), 2u) << i;
+    const double wanted = 0.5 * x * y * size.z;
+    EXPECT_NEAR(volumes[0] / wanted, 1, 0.1) << i << ": legs " << x / edge << " and " << y / edge << " edges";
+    EXPECT_NEAR(volumes[0] + volumes[1], size.x * size.y * size.z, 1e-12) << i;
+  }
 }
 
 TEST(BoundBodyCut, EveryModelStaysValid) {

@@ -97,10 +97,12 @@ Result<SurfacePath> find_path(const WalledSurface& surface, std::int32_t s, std:
   if (by_plane && straightener.length > kSecondSeed * norm(surface.at(t) - surface.at(s)) &&
       search_corridor(query, other, scratch.corridor))
     try_other();
-  if (options.exact) {
+  const bool doubtful =
+      strip.size() <= kFewCrossings && straightener.length > kDoubtfulDetour * norm(surface.at(t) - surface.at(s));
+  if (options.exact || doubtful) {
     const ExactOutcome outcome = search_exact(query, straightener.length, other, scratch.exact);
     if (outcome == ExactOutcome::kShorter) try_other();
-    path.exact = outcome != ExactOutcome::kGaveUp;
+    path.exact = options.exact && outcome != ExactOutcome::kGaveUp;
   }
   write_stops(query, strip, straightener, path);
   if (!validate_path(query, path)) {

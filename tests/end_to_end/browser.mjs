@@ -153,7 +153,7 @@ export async function check(name, page, use) {
     console.log(`ok   ${name} (${((Date.now() - started) / 1000).toFixed(1)} s)`);
   } catch (e) {
     failed++;
-    console.log(`FAIL ${name}: ${e.stack ?? e}`);
+    console.log(`FAIL ${name}: ${e.message ?? e}\n${e.stack ?? ''}`);  // a stack has the words that an error was made with, not what was added
     for (const error of errors.splice(0)) console.log(`     ${error}`);
     try {
       await page().screenshot({ path: join(out, `failed-${name.replace(/\W+/g, '-').slice(0, 30)}.png`) });

@@ -108,7 +108,7 @@ await check('what was clicked does not keep the keyboard', async () => {
 
 await check('two presses before the engine answers are two presses', async () => {
   const was = (await state(page)).playing;
-  const after = (presses) => page.evaluate((n) => { for (let i = 0; i < n; i++) window.kerf.app.togglePlay(); return window.kerf.state().playing; }, presses);
+  const after = (presses) => page.evaluate((n) => { for (let i = 0; i < n; i++) document.getElementById('play').click(); return window.kerf.state().playing; }, presses);
   assert.equal(await after(2), was);
   await page.waitForTimeout(400);
   assert.equal((await state(page)).playing, was);
@@ -117,6 +117,11 @@ await check('two presses before the engine answers are two presses', async () =>
   assert.equal((await state(page)).playing, !was);
   await after(1);
   await playing(was);
+  // A step pauses: a press right after it plays.
+  if (!(await state(page)).playing) await after(1);
+  await page.evaluate(() => { document.getElementById('step').click(); document.getElementById('play').click(); });
+  await page.waitForTimeout(400);
+  assert.ok((await state(page)).playing, 'Step and Play in one breath');
 });
 
 await check('what the keyboard led to keeps the keys that it needs', async () => {
@@ -339,7 +344,7 @@ await check('what is drawn as a floor is an obstacle; where there is none, the p
   };
   for (const [name, floor] of [['floorless', null], ['tube', null], ['meniscus-probe', null], ['sheet', -0.45], ['spiral', -0.1], ['crossing-strips', -0.15], ['draped-sheet-1500', -0.47], ['steak-on-a-board', -0.0305]]) {
     await (name === 'floorless' ? floorless() : scene(name));
-    await page.evaluate(() => { if (!window.kerf.app.playing) window.kerf.app.togglePlay(); });
+    await page.evaluate(() => window.kerf.app.play(true));
     const { frames } = await state(page);
     await until(page, (f) => window.kerf.state().frames > f + 5, frames);
     const { floor: drawn } = await state(page);

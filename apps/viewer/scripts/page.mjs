@@ -113,7 +113,7 @@ export async function showUntil(page, { moment, azimuth, elevation, distance, mi
     await page.evaluate((s) => window.kerf.app.command(4, [s]), speed);
   }
   await page.waitForFunction((t) => window.kerf.state().time >= t, moment, { timeout: 300000 });
-  await page.evaluate(() => window.kerf.app.togglePlay());
+  await page.evaluate(() => window.kerf.app.play(false));
   await page.evaluate(
     ([a, e, d, m]) => window.kerf.look(a, e, d * window.kerf.app.stage.size, m ?? window.kerf.state().bounds.center),
     [azimuth, elevation, distance, middle],

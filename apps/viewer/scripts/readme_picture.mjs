@@ -63,7 +63,7 @@ await withKerf(kerf, 'steak-on-a-board', (url) =>
     await pull(await at(0.075, 0.03), await at(0.1, 0.045));
     await simulated(1);
 
-    await page.evaluate(() => window.kerf.app.togglePlay());
+    await page.evaluate(() => window.kerf.app.play(false));
     await tool('hand');
     await page.mouse.move(5, 5);
     await look(-70, 34, 1.36, [0, -0.02, 0]);

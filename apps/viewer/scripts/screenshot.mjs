@@ -31,7 +31,7 @@ async function openCut(page, scene) {
     }
     for (let i = 0; i < 300; i++) mock.step(1 / 60);
     mock.holds = [];
-    window.kerf.app.togglePlay();
+    window.kerf.app.play(false);
   });
   await page.mouse.move(...(await at(page, 0.012, 0.02, 0.012)));
   await page.waitForTimeout(4000);

@@ -481,10 +481,11 @@ export class App implements EngineEvents {
     this.latency.sent(input, started, 'cut');
     return input;
   }
-  togglePlay(): void {
-    if (!this.toolAllowed) return;
-    this.playing = !this.playing;
-    this.playAsked = this.command(this.playing ? CommandCode.Play : CommandCode.Pause);
+  /** The page shows at once what is asked for. */
+  play(on: boolean): void {
+    if (!this.toolAllowed || on === this.playing) return;
+    this.playing = on;
+    this.playAsked = this.command(on ? CommandCode.Play : CommandCode.Pause);
     this.listener?.play(this.playing, this.speed, this.undoDepth, this.redoDepth);
   }
   setTool(tool: ToolName): void {
@@ -640,7 +641,7 @@ export class App implements EngineEvents {
   show(on: boolean): void {
     if (!this.info?.script) return;
     this.command(CommandCode.Scene, [on ? 1 : 0], this.info.name);
-    if (on && !this.playing) this.togglePlay();
+    if (on) this.play(true);
   }
   /** Starts again. A scene that was shown starts for a person's hands. */
   reset(): void {

@@ -177,9 +177,9 @@ export function bindControls(app: App): void {
   const command = (code: number, value: number[] = [], text = ''): void => {
     app.command(code, value, text);
   };
-  button('play').onclick = () => app.togglePlay();
+  button('play').onclick = () => app.play(!app.playing);
   button('step').onclick = () => {
-    if (app.playing) command(CommandCode.Pause);
+    app.play(false);
     command(CommandCode.Step, [1]);
   };
   button('undo').onclick = () => command(CommandCode.Undo);
@@ -371,7 +371,7 @@ export function bindControls(app: App): void {
   function finish(): void {
     const s = app.scoreNow;
     if (!s || result.open || app.shown) return;
-    if (app.playing && app.toolAllowed) command(CommandCode.Pause);
+    app.play(false);
     byId('result-table').replaceChildren(byId('score').querySelector('table')!.cloneNode(true));
     for (const e of byId('result-table').querySelectorAll('[id]')) e.removeAttribute('id');
     const left = s.lesionRemoved < 0.9 ? 'Some of the lesion is left.' : 'The lesion is out.';
@@ -391,11 +391,11 @@ export function bindControls(app: App): void {
   button('result-again').onclick = () => {
     result.close();
     app.reset();
-    command(CommandCode.Play);
+    app.play(true);
   };
   button('result-on').onclick = () => {
     result.close();
-    command(CommandCode.Play);
+    app.play(true);
   };
 
   // Scenes, roles
@@ -528,7 +528,7 @@ export function bindControls(app: App): void {
         if (usable(t.name)) chooseTool(t.name);
       },
     })),
-    { keys: 'Space', title: 'Play or pause', run: () => app.togglePlay() },
+    { keys: 'Space', title: 'Play or pause', run: () => app.play(!app.playing) },
     { keys: '.', title: 'One step', run: () => button('step').click() },
     { keys: '[', title: 'Slower', run: () => changeSpeed(-1) },
     { keys: ']', title: 'Faster', run: () => changeSpeed(1) },

@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "kerf/base/indexed.h"
 #include "kerf/base/random.h"
 #include "kerf/binding/bind.h"
@@ -112,7 +114,7 @@ inline std::string text_of(const std::vector<Stroke>& strokes) {
   std::string text;
   for (const Stroke& s : strokes) {
     text += " |";
-    for (const Vec2 p : s) text += " " + std::to_string(p.x) + "," + std::to_string(p.y);
+    for (const Vec2 p : s) text += fmt::format(" {},{}", p.x, p.y);
   }
   return text;
 }

@@ -195,6 +195,29 @@ TEST_F(StrokeOracle, ATurnOnTheRimBackOverItsOwnSlit) {
   Trials(sheet).expect_pieces({{{-0.25, -0.25}, {0.5, -0.35}, {0, -0.5}, {0.35, 0.15}}}, 3, 1);
 }
 
+// There and back along one line, over the rim beside a vertex of it and inside: the way back cuts nothing. One way in a hundred had parted a crumb: the blade stood in
+// its slit near the rim and was joined to it, or the way in had been rounded farther than the way back could see.
+TEST_F(StrokeOracle, ThereAndBackAlongOneLine) {
+  Random random(1);
+  Trials trials(sheet);
+  const double h = edge();
+  const auto inside = [](Vec2 p) { return Vec2{std::clamp(p.x, -0.45, 0.45), std::clamp(p.y, -0.45, 0.45)}; };
+  for (int i = 0; i < 500; ++i) {
+    const double a = random.uniform(0.07, 0.93) * kPi, b = random.uniform(0, 2 * kPi);
+    const Vec2 way{std::cos(a), std::sin(a)};
+    const Vec2 rim{(random.index(3) - 1) / 6.0 + random.uniform(-0.15, 0.15) * h, -0.5};
+    const Vec2 out = rim - 0.5 * h * way, in = rim + random.uniform(0.3, 2) * h * way;
+    const Vec2 p{random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.4)};
+    const Vec2 q = inside(p + random.uniform(0.3, 2.5) * h * Vec2{std::cos(b), std::sin(b)});
+    const double part = random.uniform(0.05, 0.9);
+    for (const int poses : {1, 7}) {
+      trials.expect_pieces({{out, in, lerp(out, in, part)}}, 1, poses);
+      trials.expect_pieces({{out, in, out - 0.1 * (in - out), in}}, 1, poses);
+      trials.expect_pieces({{p, q, lerp(p, q, part)}}, 1, poses);
+    }
+  }
+}
+
 // Each of these left a bridge: a line past a corner half a minimum feature away; a path past its own corner; a loop that begins near a vertex of the mesh; a
 // path that ends at the tip of a slit and goes on; a line that passes a corner between two edges; a loop that begins a minimum feature and a half from a vertex; a turn on the rim, out of a corner; a
 // loop whose piece at a corner is too short to have a direction.

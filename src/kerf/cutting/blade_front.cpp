@@ -73,10 +73,11 @@ Vec3 FrontFinder::next_of(const BladeArc& arc) const {
 void FrontFinder::note(BladeFront& f) const {
   if (!locate(f)) return;
   const Vec3 x = rounding_.rest(f.end);
-  const BorderFoot foot = f.start.border(mesh_).valid() ? rounding_.nearest_border(f.end.face, x) : BorderFoot{};
-  f.in_slit = foot.exists() && rounding_.same_lip(f.start, foot.border, rounding_.rest(f.start), x);
+  const BorderFoot foot = rounding_.own_lip(f.start, f.end.face, x);
+  f.in_slit = foot.exists();
   if (f.in_slit) {
-    f.start = rounding_.on_border(foot.border, foot.fraction);
+    if (const Stop there = rounding_.on_border(foot.border, foot.fraction); rounding_.is_near(there, x))
+      f.start = there;
     f.trail.clear();
     f.touch.reset();
   } else if (f.trail.empty() || norm(x - f.trail.back()) > trail_step_) {

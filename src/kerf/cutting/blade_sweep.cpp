@@ -207,8 +207,13 @@ class Sweep {
   void look_back(std::vector<BladeArc>& arcs, const std::vector<ArcFront>& fronts, bool along) {
     const bool led =
         !stroke_.through && std::any_of(arcs.begin(), arcs.end(), [&](const BladeArc& a) { return goes_on(a); });
+    const auto at_front = [&](const BladeArc& a) {
+      const Vec3 x = rounding_.rest(rest_point(mesh(), (a.begin.kind == Kind::kWas ? a.begin : a.end).point));
+      return std::any_of(old_.begin(), old_.end(),
+                         [&](const BladeFront& f) { return norm(rounding_.rest(f.end) - x) < rounding_.feature(); });
+    };
     const auto loose = [&](const BladeArc& a) {
-      return (is_open(a) && was(a) && !led) ||
+      return (is_open(a) && was(a) && !led && !at_front(a)) ||
              (along && lies_along(is_front(a.begin) ? a.faces.front() : a.faces.back(), cut::kPathLeans));
     };
     if (!along && std::none_of(arcs.begin(), arcs.end(), loose)) return;
@@ -588,7 +593,7 @@ class Sweep {
     arc.end.kind = Kind::kIs;
     arc.end.point = {f.end.face, weights_of(mesh(), f.end)};
     if (!finder_.begin_at(arc, f)) return stay;
-    rounding_.join_end(arc, &f.start, f.beside);
+    rounding_.join_end(arc, &f.start, f.beside, f.in_slit);
     const bool joined = arc.end.kind == Kind::kBorder;
     if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature()))
       return stay;

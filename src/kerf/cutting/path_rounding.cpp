@@ -31,7 +31,7 @@ PathRounding::PathRounding(const CollisionMesh& mesh, const CutOptions& options,
     : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge),
       near_(cut::kPathNear * feature_), beside_(cut::kBesideReach * feature_),
       short_(cut::kShortCollisionEdge * cut::kLeastCollisionEdge * feature_), outside_(cut::kPathOutside * mean_edge),
-      carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
+      mouth_(cut::kPathMouth * feature_), carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
 
 double PathRounding::foot(H h, Vec3 x) const {
   const Vec3 a = rest(mesh_.from(h)), d = rest(mesh_.to(h)) - a;
@@ -75,19 +75,16 @@ void PathRounding::for_each_of_lip(const Stop& stop, Vec3 from, Vec3 to, Fn&& fn
   for (int i = 1; i < cut::kSameLip && is_near(mesh_.from(h)); ++i) fn(h = border_before(h));
 }
 
-BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<const H> but,
-                                       const BesideBorder& beside) const {
+template <class Counts>
+BorderFoot PathRounding::border_within(F face, Vec3 x, Counts&& counts) const {
   struct Found {
     BorderFoot foot;
     double distance;
   };
   std::array<Found, 3 * cut::kFacesAround> found;
   std::ptrdiff_t count = 0;
-  cut::for_each_border_near(mesh_, face, x, reach, [&](H h, double t, double far) {
-    if (std::find(but.begin(), but.end(), h) != but.end() ||
-        beside.is_beside(mesh_, face, x, lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t)))
-      return;
-    found[static_cast<std::size_t>(count++)] = {{h, t}, far};
+  cut::for_each_border_near(mesh_, face, x, near_, [&](H h, double t, double far) {
+    if (counts(h, t)) found[static_cast<std::size_t>(count++)] = {{h, t}, far};
   });
   std::stable_sort(found.begin(), found.begin() + count,
                    [](const Found& a, const Found& b) { return a.distance < b.distance; });
@@ -99,19 +96,45 @@ BorderFoot PathRounding::border_within(double reach, F face, Vec3 x, std::span<c
   return {};
 }
 
+BorderFoot PathRounding::nearest_border(F face, Vec3 x) const {
+  return border_within(face, x, [](H, double) { return true; });
+}
+
+BorderFoot PathRounding::own_lip(const Stop& start, F face, Vec3 x) const {
+  const std::vector<H> own = lip_edges(start, x, 0);
+  return border_within(face, x, [&](H h, double) { return std::find(own.begin(), own.end(), h) != own.end(); });
+}
+
+std::vector<H> PathRounding::lip_edges(const Stop& start, Vec3 to, double around) const {
+  std::vector<H> edges;
+  for_each_of_lip(start, rest(start), to, [&](H h) { edges.push_back(h); });
+  if (edges.empty()) return edges;
+  const H first = edges.front();
+  H h = first;
+  for (double far = norm(rest(mesh_.to(h)) - to); far < around; far += length(h))
+    edges.push_back(h = mesh_.fan_start(mesh_.to(h)));
+  h = first;
+  for (double far = norm(rest(mesh_.from(h)) - to); far < around; far += length(h))
+    edges.push_back(h = border_before(h));
+  return edges;
+}
+
 bool PathRounding::same_lip(const Stop& stop, H border, Vec3 from, Vec3 to) const {
   bool same = false;
   for_each_of_lip(stop, from, to, [&](H h) { same |= h == border; });
   return same;
 }
 
-void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start, const BesideBorder& beside) const {
+void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start, const BesideBorder& beside,
+                        bool in_slit) const {
   if (end.kind == ArcEnd::Kind::kBorder) return;
   const RestPoint p = rest_point(mesh_, end.point);
   const Vec3 x = rest(p);
-  std::vector<H> own;
-  if (start) for_each_of_lip(*start, rest(*start), x, [&](H h) { own.push_back(h); });
-  const BorderFoot foot = border_within(near_, p.face, x, own, beside);
+  const std::vector<H> own = start ? lip_edges(*start, x, in_slit ? mouth_ : 0) : std::vector<H>{};
+  const BorderFoot foot = border_within(p.face, x, [&](H h, double t) {
+    return std::find(own.begin(), own.end(), h) == own.end() &&
+           !beside.is_beside(mesh_, p.face, x, lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t));
+  });
   if (!foot.exists()) return;
   if (last) arc.reverse();
   lead(arc, on_border(foot.border, foot.fraction), x);
@@ -120,10 +143,10 @@ void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start
   end.border = foot.border;
   end.fraction = foot.fraction;
 }
-void PathRounding::join_end(BladeArc& arc, const Stop* start, const BesideBorder& beside) const {
-  join(arc.end, arc, true, start, beside);
+void PathRounding::join_end(BladeArc& arc, const Stop* start, const BesideBorder& beside, bool in_slit) const {
+  join(arc.end, arc, true, start, beside, in_slit);
 }
-void PathRounding::join_begin(BladeArc& arc) const { join(arc.begin, arc, false, nullptr, kNone); }
+void PathRounding::join_begin(BladeArc& arc) const { join(arc.begin, arc, false, nullptr, kNone, false); }
 
 bool PathRounding::lead(BladeArc& arc, const Stop& from, Vec3 x) const {
   std::vector<ArcCrossing> way;
@@ -163,13 +186,13 @@ bool PathRounding::slide(BladeArc& arc, Stop& begin, Vec3 last, const Stop& end)
     if (k == n && end_border.valid()) foot = {end_border, end.fraction};
     if (!foot.exists() || !same_lip(lip, foot.border, before, x)) break;
     if (k == n) {
-      if (!end_border.valid()) begin = on_border(foot.border, foot.fraction);
+      if (const Stop there = on_border(foot.border, foot.fraction); !end_border.valid() && is_near(there, x))
+        begin = there;
       return true;
     }
     lip = on_border(foot.border, foot.fraction);
     before = x;
-    leaves = foot;
-    left = k;
+    if (is_near(lip, x)) leaves = foot, left = k;
   }
   if (left == n) return false;
   begin = on_border(leaves.border, leaves.fraction);

@@ -47,21 +47,22 @@ class PathRounding {
 
   /// The stop on a border edge; near an end of it the vertex there.
   [[nodiscard]] CutStop on_border(CollisionHalfEdge border, double fraction) const;
-  /// The nearest point of a border within `near` of a point of a face to which the material leads straight; on none of the edges `but`.
-  [[nodiscard]] BorderFoot nearest_border(CollisionTriangle face, Vec3 x,
-                                          std::span<const CollisionHalfEdge> but = {}) const {
-    return border_within(near_, face, x, but, kNone);
-  }
+  /// The nearest point of a border within `near` of a point of a face to which the material leads straight.
+  [[nodiscard]] BorderFoot nearest_border(CollisionTriangle face, Vec3 x) const;
+  /// The same of the lip that a path begins on, whatever other border is nearer.
+  [[nodiscard]] BorderFoot own_lip(const CutStop& start, CollisionTriangle face, Vec3 x) const;
   /// Is a border edge one of the next along the border from a stop, which runs within `near` of the segment from - to until there?
   [[nodiscard]] bool same_lip(const CutStop& stop, CollisionHalfEdge border, Vec3 from, Vec3 to) const;
 
   /// The end of an arc inside a face, `near` a border, is on it. `start`: the lip on which its path begins does not count; or null. Nor do borders that run
-  /// `beside` it.
-  void join_end(BladeArc& arc, const CutStop* start, const BesideBorder& beside) const;
+  /// `beside` it. `in_slit`: nor does the border around the mouth of its slit, as nothing has passed between.
+  void join_end(BladeArc& arc, const CutStop* start, const BesideBorder& beside, bool in_slit = false) const;
   /// The same for where it begins, with no lip left out.
   void join_begin(BladeArc& arc) const;
   /// The arc begins elsewhere: led from there to `x` in its first face. False: no way leads there.
   bool lead(BladeArc& arc, const CutStop& from, Vec3 x) const;
+  /// Is a stop `near` a place? On a border it may be rounded to a vertex that is not.
+  [[nodiscard]] bool is_near(const CutStop& stop, Vec3 x) const { return norm(rest(stop) - x) < near_; }
   /// Takes out what leads over an edge and back again.
   static void reduce(BladeArc& arc);
   /// Takes off the beginning of an arc that runs `near` the lip which it begins on; it begins where it leaves it. True: all of it does, up to `last`, on the
@@ -108,12 +109,16 @@ class PathRounding {
   /// Calls fn with the border edges next to a stop, both ways along the border for as long as it runs `near` the segment from - to.
   template <class Fn>
   void for_each_of_lip(const CutStop& stop, Vec3 from, Vec3 to, Fn&& fn) const;
-  [[nodiscard]] BorderFoot border_within(double reach, CollisionTriangle face, Vec3 x,
-                                         std::span<const CollisionHalfEdge> but, const BesideBorder& beside) const;
-  void join(ArcEnd& end, BladeArc& arc, bool last, const CutStop* start, const BesideBorder& beside) const;
+  /// These edges, and those `around` metres along the border on both sides of `to`.
+  [[nodiscard]] std::vector<CollisionHalfEdge> lip_edges(const CutStop& start, Vec3 to, double around) const;
+  /// `counts`: of a border edge and a fraction of it.
+  template <class Counts>
+  [[nodiscard]] BorderFoot border_within(CollisionTriangle face, Vec3 x, Counts&& counts) const;
+  void join(ArcEnd& end, BladeArc& arc, bool last, const CutStop* start, const BesideBorder& beside,
+            bool in_slit) const;
 
   const CollisionMesh& mesh_;
-  double feature_, near_, beside_, short_, outside_, carried_, fan_;
+  double feature_, near_, beside_, short_, outside_, mouth_, carried_, fan_;
   static constexpr BesideBorder kNone = BesideBorder::none();
 };
 

@@ -76,9 +76,9 @@ inline bool triangles_cross(const Vec3* a, const Vec3* b) {
   return false;
 }
 
-/// Pairs of visual triangles of the largest piece that cross each other, at least one of them of a wall. (A loose part that is
+/// Where two visual triangles of the largest piece cross each other, at least one of them of a wall: between their middles. (A loose part that is
 /// punched again may be cut through the dents that an earlier punch left in it.)
-inline int crossing_pairs(const CellComplex& body) {
+inline std::vector<Vec3> crossing_places(const CellComplex& body) {
   const VisualMesh& m = body.visual;
   const Pieces pieces = visual_pieces(body);
   const std::size_t n = m.face_count();
@@ -92,7 +92,7 @@ inline int crossing_pairs(const CellComplex& body) {
   std::vector<int> size(static_cast<std::size_t>(pieces.count), 0);
   for (const std::int32_t p : pieces.of_face) ++size[static_cast<std::size_t>(p)];
   const auto largest = static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
-  int count = 0;
+  std::vector<Vec3> places;
   for (std::size_t f = 0; f < n; ++f) {
     if (pieces.of_face[f] != largest) continue;
     if (!m.patch[VisualTriangle(f)].is_wall()) continue;
@@ -105,11 +105,13 @@ inline int crossing_pairs(const CellComplex& body) {
       for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j)
           shares = shares || m.origin[VisualHalfEdge(3 * f + i)] == m.origin[VisualHalfEdge(3 * g + j)];
-      if (!shares && triangles_cross(t[f].data(), t[g].data())) ++count;
+      if (!shares && triangles_cross(t[f].data(), t[g].data()))
+        places.push_back((1.0 / 6) * (t[f][0] + t[f][1] + t[f][2] + t[g][0] + t[g][1] + t[g][2]));
     }
   }
-  return count;
+  return places;
 }
+inline int crossing_pairs(const CellComplex& body) { return static_cast<int>(crossing_places(body).size()); }
 
 inline std::vector<WallId> walls_of(const CellComplex& body, const std::vector<CollisionHalfEdge>& lips) {
   std::vector<WallId> walls;

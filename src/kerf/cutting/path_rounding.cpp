@@ -265,9 +265,10 @@ V PathRounding::vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from
   const V v = near_end(c);
   const double off = off_end(c);
   const auto ends_at = [&](H h) { return mesh_.from(h) == v || mesh_.to(h) == v; };
-  // Crossings of two edges that meet at a vertex, with less than a feature between them.
+  // Crossings of two edges that meet at a vertex, with less than a feature between them; the way back along the path still sees it beside the vertex.
   const auto close = [&](std::size_t k) {
-    return k < n && ends_at(arc.crossings[k].near) && norm(rest(c) - rest(arc.crossings[k])) < feature_;
+    return k < n && ends_at(arc.crossings[k].near) && norm(rest(c) - rest(arc.crossings[k])) < feature_ &&
+           distance_to_segment(rest(v), rest(c), rest(arc.crossings[k])) < near_;
   };
   if (off < snap(c.near) || (off < fan_ && (close(i - 1) || close(i + 1)))) return v;
   // Tips and corners of slits that it passes between two crossings.

@@ -1,6 +1,7 @@
 // Strokes nobody rehearsed, each trial on a body made whole again: what the blade parted comes apart, and nothing else.
 #include <chrono>
 #include <cstdlib>
+#include <initializer_list>
 #include <numbers>
 
 #include "cutting/stroke_sets.h"
@@ -215,6 +216,66 @@ TEST_F(StrokeOracle, ThereAndBackAlongOneLine) {
       trials.expect_pieces({{out, in, out - 0.1 * (in - out), in}}, 1, poses);
       trials.expect_pieces({{p, q, lerp(p, q, part)}}, 1, poses);
     }
+  }
+}
+
+// The way back from an acute turn runs along a wedge between two lips, near to both of them. It cut the tip off the wedge.
+TEST_F(StrokeOracle, BackFromAnAcuteTurn) {
+  Trials trials(sheet);
+  struct Path {
+    int pieces, poses;
+    Stroke there;
+  };
+  for (const auto& [pieces, poses, there] : std::initializer_list<Path>{
+           {2,
+            3,
+            {{0.612303579662835, -0.07233301782749635},
+             {-0.07245588892573451, 0.3417627094852893},
+             {0.49055329279342497, 0.02998733380627583},
+             {-0.27883871028394336, 0.38219558736099735}}},
+           {2,
+            3,
+            {{-0.3751095544486167, -0.19880535456789067},
+             {0.140140984577534, 0.1958408453363789},
+             {0.08464917947337314, -0.21668025182543416},
+             {0.045113787257503146, 0.44612386413276306},
+             {-0.18294242595734994, 0.10539188264222299}}},
+           {2,
+            1,
+            {{0.5803596611553526, -0.536326498584},
+             {-0.42210713344241735, -0.4963047341884469},
+             {0.3630912408599928, -0.09440065791635666},
+             {-0.5430343281155879, -0.1495382842024876}}},
+           {2,
+            1,
+            {{0.10941458480866917, -0.3092091906408989},
+             {-0.013342879659958395, -0.21059872935963309},
+             {0.15834521266857127, 0.3205079727346586},
+             {0.30972771064713855, -0.32763183606800395},
+             {-0.4198483638551375, -0.2571221489663182}}},
+           {1,
+            40,
+            {{-0.30951828491618916, -0.26343329283177713},
+             {0.3952505774059536, -0.17073046241380768},
+             {0.18844924511402839, -0.1559309106853075}}},
+           {1,
+            1,
+            {{-0.1378811111527275, -0.07246965131383737},
+             {0.4650759159785387, 0.4669885798109661},
+             {-0.23816888456841545, -0.23091154146710005},
+             {0.3789517899171595, -0.38986646368814987}}},
+           {1,
+            3,
+            {{-0.047105008926800696, 0.13558690305641985},
+             {0.25365192342992826, 0.2770842815532988},
+             {-0.23271558037750645, -0.11446024598565163},
+             {-0.3561343905040986, -0.3591643981074487}}},
+       }) {
+    Stroke back = there;
+    back.insert(back.end(), there.rbegin() + 1, there.rend());
+    trials.expect_pieces({there}, pieces, poses);
+    trials.expect_pieces({back}, pieces, poses);
+    trials.expect_pieces({there, there}, pieces, poses);
   }
 }
 

@@ -183,7 +183,12 @@ bool PathRounding::slide(BladeArc& arc, Stop& begin, Vec3 last, const Stop& end)
     const BorderFoot middle = nearest_border(arc.faces[k], 0.5 * (before + x));
     if (!middle.exists() || !same_lip(lip, middle.border, before, x)) break;
     BorderFoot foot = nearest_border(arc.faces[k], x);
-    if (k == n && end_border.valid()) foot = {end_border, end.fraction};
+    if (k == n && end_border.valid()) {
+      // In a wedge it may end on the other lip, if only the wedge's tip lies between.
+      const std::vector<H> tip = lip_edges(lip, rest(lip), norm(x - before) + mouth_);
+      foot = std::find(tip.begin(), tip.end(), end_border) != tip.end() ? own_lip(lip, arc.faces[k], x) : BorderFoot{};
+      if (!foot.exists()) foot = {end_border, end.fraction};
+    }
     if (!foot.exists() || !same_lip(lip, foot.border, before, x)) break;
     if (k == n) {
       if (const Stop there = on_border(foot.border, foot.fraction); !end_border.valid() && is_near(there, x))

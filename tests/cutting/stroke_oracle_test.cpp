@@ -279,6 +279,27 @@ TEST_F(StrokeOracle, BackFromAnAcuteTurn) {
   }
 }
 
+// Repeated. Behind a turn, within half an edge, lies the rim: the second time it was looked for there, as if material had moved, and the body fell apart.
+TEST_F(StrokeOracle, BehindATurnNothingIsCut) {
+  sheet.options.path_tolerance = 0.024;
+  Trials trials(sheet);
+  {
+    const Stroke path = {{0.42206156486506863, 0.16958954569341578},
+                         {0.34437605985829134, -0.4754252668732843},
+                         {-0.6301955354025586, 0.6177634718554886},
+                         {-0.4199445356518337, 0.5384432221750303}};
+    trials.expect_pieces({path, path}, 1, 7);
+  }
+  {
+    const Stroke path = {{-0.12207924342502896, -0.011348740021026704},
+                         {0.44762309675437184, 0.48517284915212844},
+                         {0.2338321453082296, 0.0973119361444188},
+                         {0.1724203657553548, -0.1065287653485355},
+                         {-0.6346508202047308, 0.22711848325350759}};
+    trials.expect_pieces({path, path}, 2, 40);
+  }
+}
+
 // Each of these left a bridge: a line past a corner half a minimum feature away; a path past its own corner; a loop that begins near a vertex of the mesh; a
 // path that ends at the tip of a slit and goes on; a line that passes a corner between two edges; a loop that begins a minimum feature and a half from a vertex; a turn on the rim, out of a corner; a
 // loop whose piece at a corner is too short to have a direction.

@@ -207,13 +207,16 @@ class Sweep {
   void look_back(std::vector<BladeArc>& arcs, const std::vector<ArcFront>& fronts, bool along) {
     const bool led =
         !stroke_.through && std::any_of(arcs.begin(), arcs.end(), [&](const BladeArc& a) { return goes_on(a); });
-    const auto at_front = [&](const BladeArc& a) {
-      const Vec3 x = rounding_.rest(rest_point(mesh(), (a.begin.kind == Kind::kWas ? a.begin : a.end).point));
-      return std::any_of(old_.begin(), old_.end(),
+    // There is a front, or a lip that the arc is joined to.
+    const auto goes_on_there = [&](const BladeArc& a) {
+      const bool begins = a.begin.kind == Kind::kWas;
+      const Vec3 x = rounding_.rest(rest_point(mesh(), (begins ? a.begin : a.end).point));
+      return rounding_.nearest_border(begins ? a.faces.front() : a.faces.back(), x).exists() ||
+             std::any_of(old_.begin(), old_.end(),
                          [&](const BladeFront& f) { return norm(rounding_.rest(f.end) - x) < rounding_.feature(); });
     };
     const auto loose = [&](const BladeArc& a) {
-      return (is_open(a) && was(a) && !led && !at_front(a)) ||
+      return (is_open(a) && was(a) && !led && !goes_on_there(a)) ||
              (along && lies_along(is_front(a.begin) ? a.faces.front() : a.faces.back(), cut::kPathLeans));
     };
     if (!along && std::none_of(arcs.begin(), arcs.end(), loose)) return;

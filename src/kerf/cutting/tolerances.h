@@ -76,8 +76,9 @@ inline constexpr double kArcShort = 1e-6;
 /// Minimum features: an arc so near to a lip is that lip, an end so near to a border is on it. Just over one, so that what has been rounded by a minimum
 /// feature is still near itself. At half, cuts along a lip leave slivers and closed strokes stay open; at double, teeth of a comb are severed.
 inline constexpr double kPathNear = 1.1;
-/// Minimum features along the border, on both sides of a blade in its slit, where it is joined to nothing: the mouth of a slit at a slant. At half, 37 of 20,000
-/// strokes there and back beside a vertex of the border leave a crumb; at double, the same 4.
+/// Minimum features along the border to which a mouth of a slit at a slant, and the tip of a wedge between two lips, reach: a blade in its slit is not joined
+/// to the one, an arc along a lip may cross the other. At half, one in 500 strokes there and back beside a vertex of the border leaves a crumb; at double
+/// none does, as here.
 inline constexpr double kPathMouth = 6;
 /// Minimum features from an inner vertex within which a path that crosses a close fan goes through it. At half, slits beside an edge of the mesh leave
 /// slivers on which contact stumbles; at double, teeth of a comb are severed.

@@ -74,10 +74,9 @@ TEST_P(DrawnCurve, OfACircleIsRound) {
     all.insert(all.end(), off.begin(), off.end());
   }
   std::sort(all.begin(), all.end());
-  // Chords stray ten times as far (0.032).
   EXPECT_LT(share(all, 0.5), 0.0015);
   EXPECT_LT(share(all, 0.95), 0.006);
-  EXPECT_LT(all.back(), b.options.path_tolerance);
+  EXPECT_LT(all.back(), b.options.path_tolerance + b.options.minimum_feature);
 }
 
 // Any smooth curve, with poses so dense that the polyline through them is the curve.

@@ -289,7 +289,7 @@ TEST_P(PunchFuzz, EveryPunchLoosensWhatItHoldsAndEveryInvariantHolds) {
     PunchBody b{mesh, o};
     b.options.layers = 1 + static_cast<int>(seed % 4);
     Random random(1000 * static_cast<std::uint64_t>(kind) + seed);
-    const double tolerance = 0.4 * b.options.path_tolerance * b.body.mean_root_edge;
+    const double tolerance = b.options.path_tolerance * b.body.mean_root_edge;
     Punch last = circle({0.5, 0.5}, 0.1, tolerance);
     std::vector<std::vector<Vec2>> outlines;
     for (int i = 0; i < 30; ++i) {

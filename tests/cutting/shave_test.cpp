@@ -233,7 +233,7 @@ TEST(Shave, FuzzWithPunches) {
     b.options.layers = 1 + static_cast<int>(seed % 4);
     Random random(seed);
     for (int i = 0; i < 12; ++i) {
-      const double tolerance = 0.4 * b.options.path_tolerance * b.body.mean_root_edge;
+      const double tolerance = b.options.path_tolerance * b.body.mean_root_edge;
       const auto cut = b.punch(
           circle({random.uniform(-0.1, 1.1), random.uniform(-0.1, 1.1)}, random.uniform(0.06, 0.25), tolerance), false);
       if (!cut) continue;

@@ -281,7 +281,6 @@ TEST_F(StrokeOracle, BackFromAnAcuteTurn) {
 
 // Repeated. Behind a turn, within half an edge, lies the rim: the second time it was looked for there, as if material had moved, and the body fell apart.
 TEST_F(StrokeOracle, BehindATurnNothingIsCut) {
-  sheet.options.path_tolerance = 0.024;
   Trials trials(sheet);
   {
     const Stroke path = {{0.42206156486506863, 0.16958954569341578},

@@ -45,9 +45,9 @@ constexpr Pose kWavy{
     },
     0.02};
 
-/// Edges by which walls may stray farther: where the skin bulges out beyond the mid-surface's rim, a wall goes on to it at a slant. The steak's worst of 400
-/// sets is 0.03.
-constexpr double kRimStray = 0.04;
+/// Edges by which walls may lie farther off in a body that is not flat: they stand square on a mid-surface that slopes, and go on at a slant to skin that
+/// bulges out beyond its rim. The worst of 400 sets in the steak is 0.03, of 60 in the meniscus 0.033.
+constexpr double kSlope = 0.04;
 
 /// Of the body's diagonal: by so much triangles may pass through each other. Rounding alone makes 1e-15.
 constexpr double kThrough = 1e-6;
@@ -61,9 +61,8 @@ void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, 
   b.make_whole();
   const TriangleSoup skin = skin_of(b.body);
   const Vec3 size = b.box.size(), middle = b.box.center();
-  // Walls stand upright on the mid-surface, however the blade leans. Flat skins are drawn to within rounding of the path, twice a minimum feature at most.
-  const double drawn =
-      model == "closed-sheet" ? 2 * b.options.minimum_feature : b.options.path_tolerance + b.options.minimum_feature;
+  // Walls stand upright on the mid-surface, however the blade leans. Paths are rounded by a minimum feature, and straight to within their tolerance.
+  const double drawn = b.options.path_tolerance + b.options.minimum_feature + (model == "closed-sheet" ? 0 : kSlope);
   const double most = (drawn + pose.slack) * edge + 0.5 * lean * thickness;
   const char *more = std::getenv("KERF_FUZZ_SECONDS"), *first = std::getenv("KERF_FUZZ_SEED");
   Random random(first ? std::strtoull(first, nullptr, 10) : seed);
@@ -87,9 +86,8 @@ void expect_walls_where_the_blade_was(std::string_view model, const Pose& pose, 
     const TriangleSoup swept = swept_at_rest(edges, pose, 0.25 * edge), walls = walls_of(b.body);
     const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge),
                         missed = missed_of(swept, walls, skin, 0.15 * edge);
-    EXPECT_LT(stray.distance / edge, most / edge + kRimStray)
-        << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << poses
-        << " poses:" << text_of(strokes);
+    EXPECT_LT(stray.distance / edge, most / edge) << "a wall at " << stray.at.x << " " << stray.at.y << " "
+                                                  << stray.at.z << ", " << poses << " poses:" << text_of(strokes);
     const SelfIntersections through = crossings_of(b.body);
     EXPECT_LT(through.deepest, kThrough * b.box.diagonal())
         << through.deepest / edge << " edges, " << poses << " poses:" << text_of(strokes);

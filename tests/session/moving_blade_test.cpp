@@ -16,7 +16,7 @@ using namespace testing_support;
 
 constexpr double kStep = 0.01, kReach = 0.3;
 /// Mean collision edges: beside its cut soft material gives way, and a place of the world lies in either lip.
-constexpr double kGivesWay = 0.05;
+constexpr double kGivesWay = 0.08;
 constexpr int kParts = 8;  // of the way between two poses
 
 SceneFix left_side() {

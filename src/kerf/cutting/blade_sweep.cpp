@@ -279,10 +279,8 @@ class Sweep {
         }
       }
       const double tolerance = target_.options.path_tolerance * target_.complex.mean_root_edge;
-      const bool turned = std::any_of(f.trail.begin(), f.trail.end(), [&](Vec3 p) {
-        const bool is_corner = dot(to - p, p - from) < cut::kPathCorner * norm(to - p) * norm(p - from);
-        return distance_to_segment(p, from, to) > (is_corner ? std::min(tolerance, rounding_.feature()) : tolerance);
-      });
+      const bool turned = std::any_of(f.trail.begin(), f.trail.end(),
+                                      [&](Vec3 p) { return distance_to_segment(p, from, to) > tolerance; });
       const Vec3 last = rounding_.rest(stop_of(arc.end));
       const bool returns =
           arc.end.kind == Kind::kBorder && rounding_.same_lip(f.start, arc.end.border, rounding_.rest(f.start), last);

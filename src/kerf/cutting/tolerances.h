@@ -95,9 +95,6 @@ inline constexpr double kBeside = 0.9;
 /// Radians of material around a border vertex, 225 degrees: from there on it is the tip or a corner of a slit, and a path that passes it within a
 /// minimum feature goes through it. From 195 to 270 degrees the same; at 315, and without it, 2 and 5 of 1,200 paths over the mesh leave a bridge.
 inline constexpr double kReflex = 3.927;
-/// Cosine of 60 degrees: a turn sharper than that is a corner, and cut to within a minimum feature. From
-/// 90 or 30 degrees on nearly the same; without it 9 of 700 zigzags leave a bridge where a later stroke passes the corner.
-inline constexpr double kPathCorner = 0.5;
 /// Mean root edges: what rounding may put a point outside of its face. Half or double is rounding too; at a hundredth, points on edges are in no face.
 inline constexpr double kPathOutside = 1e-6;
 /// Mean root edges at rest between the tip of a cut and the arc that its front is tied to. Half or double: the same strokes.

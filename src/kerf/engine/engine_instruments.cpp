@@ -20,8 +20,8 @@ using Kind = SessionChange::Kind;
 constexpr double kOwnSize = 0.035;
 /// A punch that is dragged bites again this many radii on.
 constexpr double kNextBite = 1.4;
-/// How jagged a bite is, and by how much a punch's outline strays from a circle, in radii and in path tolerances.
-constexpr double kJagged = 0.15, kRoundness = 0.4;
+/// How jagged a bite is, in radii.
+constexpr double kJagged = 0.15;
 /// Scissors that are lifted this part of their blades' length on still cut.
 constexpr double kLastSnip = 0.1;
 /// What a shaver takes off: bumps, 1/s, and smooth edges, radii a second.
@@ -124,7 +124,7 @@ Status Engine::Impl::bite(const protocol::ToolInput& input) {
     put(punch.values, centre);
     put(punch.values, at->normal);
     put(punch.values, std::abs(at->normal.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
-    const double tolerance = kRoundness * session->scene().cut.path_tolerance * session->body().complex.mean_root_edge;
+    const double tolerance = session->scene().cut.path_tolerance * session->body().complex.mean_root_edge;
     for (const Vec2 corner : circle_outline(i.size, std::min(tolerance, 0.2 * i.size))) {
       punch.values.push_back(corner.x);
       punch.values.push_back(corner.y);

@@ -124,7 +124,7 @@ struct SceneCut {
   double roughness = 0;            ///< how far inner vertices of a cut surface stray, part of a row's height
   double minimum_feature = 0.024;  ///< shorter path segments are left out
   std::optional<double> snap;      ///< decides nothing; scenes with it load
-  double path_tolerance = 0.06;    ///< how far the cut may be from the blade's true path
+  double path_tolerance = 0.024;   ///< how far the cut may be from the blade's true path
   /// Share of its uncut body's volume: a loose piece below it is swept up when the stroke that cut it off ends; 0: none is. Of three times twenty strokes
   /// across a steak, 0.05 mean edges beside each other, it takes 15 to 23 slivers, a thousandth of the body, and leaves none. At half, up to 8 of those that
   /// are below it stay; at double, three times as much material goes.

@@ -13,9 +13,6 @@
 namespace kerf {
 namespace {
 
-/// Sides of round outlines stay within this part of the path tolerance of the curve.
-constexpr double kPunchRoundness = 0.4;
-
 double area_of(const std::vector<Vec2>& polygon) {
   double twice = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i) twice += cross(polygon[i], polygon[(i + 1) % polygon.size()]);
@@ -109,7 +106,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
 }
 
 std::vector<Vec2> Session::Impl::outline_of(const ScenePunch& what) const {
-  const double tolerance = kPunchRoundness * cut_options.path_tolerance * state.body.complex.mean_root_edge;
+  const double tolerance = cut_options.path_tolerance * state.body.complex.mean_root_edge;
   return what.shape == ScenePunchShape::kCircle ? circle_outline(what.radius, tolerance)
          : what.shape == ScenePunchShape::kD    ? d_outline(what.radius, tolerance)
                                                 : what.points;

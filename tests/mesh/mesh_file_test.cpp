@@ -150,6 +150,28 @@ TEST(MeshFile, AHundredThousandGroups) {
   for (int i = 0; i < 2 * kGroups; ++i) ASSERT_EQ(mesh->group[TriangleId(i)], i % kGroups);
 }
 
+// 40 s where a name is compared with all others.
+TEST(MeshFile, AHundredThousandProperties) {
+  const auto properties = [](int n) {
+    std::string out;
+    for (int i = 0; i < n; ++i) out += fmt::format("property uchar p{}\n", i);
+    return out;
+  };
+  constexpr int kMany = 100000;
+  const std::string start = "ply\nformat ascii 1.0\n";
+  const std::string mesh =
+      "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+      "property list uchar int vertex_indices\nelement other 0\n" +
+      properties(kMany) + "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  const auto read = parse_ply(start + mesh, "a.ply");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->triangles.size(), 1u);
+  // Each element has names of its own.
+  const std::string twice = start + "element a 0\n" + properties(3) + "element b 0\n" + properties(kMany);
+  EXPECT_EQ(parse_ply(twice + "property float p0\n", "a.ply").error().message,
+            fmt::format("a.ply:{}: element 'b' has property 'p0' twice; remove one", kMany + 8));
+}
+
 TEST(MeshFile, APolygonOf200000CornersInEveryFormat) {
   constexpr int kCorners = 200000;
   std::string obj,

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstring>
 #include <optional>
+#include <set>
 
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/mesh_limits.h"
@@ -255,6 +256,7 @@ class PlyReader {
         }
         element.count = static_cast<std::uint64_t>(count);
         header_.elements.push_back(std::move(element));
+        property_names_.clear();
       } else if (keyword == "property") {
         KERF_TRY(read_property(scanner));
       } else {
@@ -293,16 +295,15 @@ class PlyReader {
                       TextScanner::shown(word)));
     }
     property.type = *type;
-    property.name = std::string(scanner.word());
+    const std::string_view name = scanner.word();
+    property.name = std::string(name);
     if (property.name.empty()) return error("a property needs a name; correct the header");
     property.role = role_of(element, property.name, property.is_list);
     if (property.role == Role::kCorners && !is_integer(property.type)) {
       return error("vertex indices must have an integer type; correct the header");
     }
-    for (const Property& other : element.properties) {
-      if (other.name == property.name) {
-        return error(fmt::format("element '{}' has property '{}' twice; remove one", element.name, property.name));
-      }
+    if (!property_names_.insert(name).second) {
+      return error(fmt::format("element '{}' has property '{}' twice; remove one", element.name, property.name));
     }
     element.properties.push_back(std::move(property));
     return {};
@@ -544,6 +545,7 @@ class PlyReader {
   std::string_view bytes_;
   const std::string& name_;
   Header header_;
+  std::set<std::string_view> property_names_;  ///< of the last element
   std::size_t body_ = 0;
   std::size_t body_line_ = 1;
   std::uint64_t vertex_count_ = 0;

@@ -167,7 +167,24 @@ TEST(WholeFile, WhatCannotBeWrittenIsKnownBeforehand) {
   refused(folder.file(std::string(300, 'x')), "too long");
   if (std::filesystem::exists("/dev/full")) refused("/dev/full", "No space left", ErrorKind::kFailed);
   ASSERT_EQ(::mkfifo(folder.file("pipe").c_str(), 0600), 0);
-  EXPECT_TRUE(check_can_be_written(folder.file("pipe")).ok());  // without waiting for a reader
+  refused(folder.file("pipe"), "is a pipe, not a regular file");  // without waiting for a reader
+  EXPECT_FALSE(replace_file(folder.file("pipe"), "x").ok());
+  std::filesystem::create_symlink("pipe", folder.file("to-pipe"));
+  refused(folder.file("to-pipe"), "is a pipe, not a regular file");
+  // A pipe without a name, as of a shell.
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const std::string shells = "/dev/fd/" + std::to_string(ends[1]);
+  std::filesystem::create_symlink(shells, folder.file("to-shells"));
+  for (const std::string& name : {shells, folder.file("to-shells")}) {
+    EXPECT_TRUE(check_can_be_written(name).ok());
+    EXPECT_TRUE(replace_file(name, "x").ok());
+    char read = 0;
+    EXPECT_EQ(::read(ends[0], &read, 1), 1);
+    EXPECT_EQ(read, 'x');
+  }
+  ::close(ends[0]);
+  ::close(ends[1]);
 }
 
 TEST(WholeFile, ADiskThatTakesNoByteIsKnownBeforehand) {

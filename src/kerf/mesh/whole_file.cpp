@@ -106,6 +106,14 @@ int wait_for_disk(int descriptor) {
   return 0;
 }
 
+/// Is it a pipe with a name on the disk (mkfifo)? Those that a shell makes (/dev/stdout, /dev/fd/63) are not.
+bool is_named_pipe(std::string path) {
+  struct stat info {};
+  if (path.starts_with("/dev/") || path.starts_with("/proc/") || follow_links(path) != 0) return false;
+  return !path.starts_with("/dev/") && !path.starts_with("/proc/") && ::lstat(path.c_str(), &info) == 0 &&
+         S_ISFIFO(info.st_mode);
+}
+
 /// Where a name leads over links, without `..`; of folders that are not there yet the names count. Empty: nowhere.
 std::string place_of(std::string path) {
   std::error_code code;
@@ -209,6 +217,12 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
   if (::stat(path_.c_str(), &info) == 0 && !S_ISREG(info.st_mode)) {
     if (S_ISDIR(info.st_mode)) {
       fail(EISDIR);
+      return;
+    }
+    if (is_named_pipe(path_)) {  // it would be waited for until somebody reads
+      error_number_ = ESPIPE;
+      failure_ =
+          fmt::format("{}: is a pipe, not a regular file; choose another name, or write to /dev/stdout", shown(path_));
       return;
     }
     open_.descriptor = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);  // a device must not be renamed over
@@ -316,7 +330,8 @@ Status ReplacingFile::commit() {
 
 Status check_can_be_written(const std::string& path) {
   struct stat info {};
-  if (::stat(path.c_str(), &info) == 0 && S_ISFIFO(info.st_mode)) return {};  // whoever reads it would see it end
+  if (::stat(path.c_str(), &info) == 0 && S_ISFIFO(info.st_mode) && !is_named_pipe(path))
+    return {};  // whoever reads it would see it end
   ReplacingFile file(path);
   // A full disk makes files, but takes no byte of them. A device gets none.
   const std::size_t bytes = file.open_.temporary.empty() ? 0 : 1;

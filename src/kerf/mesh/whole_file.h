@@ -38,8 +38,8 @@ auto within_memory(const std::string& path, F&& read) -> decltype(read()) {
 }
 
 /// Collects what is written in a temporary file beside the target; commit() renames it over the target.
-/// Without commit() nothing of the target changes. After commit() the new file lasts: it is on its disk, and so is its name. Symbolic links stay: what they lead to is replaced. Devices and pipes
-/// are written in place. What killed writers of the same file left beside it is removed, what living ones have is not.
+/// Without commit() nothing of the target changes. After commit() the new file lasts: it is on its disk, and so is its name. Symbolic links stay: what they lead to is replaced. Devices, and pipes that a
+/// shell made, are written in place. Pipes with a name on the disk are refused. What killed writers of the same file left beside it is removed, what living ones have is not.
 /// Not copyable.
 class ReplacingFile {
  public:

@@ -590,6 +590,8 @@ TEST(Models, BadOptionsAreRefused) {
   options = {};
   options.noise = -1;
   EXPECT_FALSE(make_model("steak", options).ok());
+  options.noise = 1e300;
+  EXPECT_THAT(make_model("steak", options).error().message, testing::HasSubstr("farther than the body"));
   options = {};
   options.bumps = 1;
   EXPECT_FALSE(make_model("steak", options).ok());

@@ -62,6 +62,9 @@ Result<Model> make_model(std::string_view name, const ModelOptions& options) {
   const double length = std::fmax(size.x, size.y);
   if (options.bumps > 0.2 * length)
     return bad_input(fmt::format("bumps of {} m are too high for a body of {} m", options.bumps, length));
+  if (options.noise > length)
+    return bad_input(fmt::format("noise of {} m moves vertices farther than the body of {} m is long; give less",
+                                 options.noise, length));
   add_bumps(*model, options.bumps, length / 3, options.seed);
   KERF_TRY(bend(*model, options.bend));
   add_noise(*model, options.noise, options.seed);

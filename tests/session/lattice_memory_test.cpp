@@ -61,6 +61,31 @@ TEST(LatticeMemory, ALatticeThatDoesNotFitIsRefusedBeforeItIsMade) {
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 100 << 10) << "kB";
 }
 
+TEST(LatticeMemory, AModelThatDoesNotFitIsRefusedBeforeItIsMade) {
+  const auto scene_of = [](const std::string& text) {
+    auto scene = parse_scene(text, "a.toml", SceneFolders("."));
+    EXPECT_TRUE(scene.ok()) << scene.error().message;
+    return std::move(*scene);
+  };
+  const Scene large = scene_of("[body]\nmodel = \"closed-sheet\"\noptions = { visual_triangles = 10000000 }\n");
+  const std::string small = "[[body]]\nmodel = \"closed-sheet\"\noptions = { visual_triangles = 100000 }\n";
+  rusage before{}, after{};
+  ::getrusage(RUSAGE_SELF, &before);
+  const MemoryLimit limit(std::uint64_t{200'000'000});
+  const auto bodies = load_scene_bodies(large);
+  ASSERT_FALSE(bodies.ok());
+  EXPECT_EQ(bodies.error().kind, ErrorKind::kBadInput);
+  EXPECT_THAT(bodies.error().message,
+              AllOf(HasSubstr("a.toml:3: [body]: model closed-sheet with 10000000 visual triangles would take about 4"),
+                    HasSubstr("200 MB are the most (--memory); give fewer visual_triangles")));
+  std::string many;
+  for (int i = 0; i < 6; ++i) many += small;
+  EXPECT_THAT(load_scene_bodies(scene_of(many)).error().message, HasSubstr("6 bodies"));
+  ::getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 50 << 10) << "kB";
+  EXPECT_TRUE(load_scene_bodies(scene_of(small)).ok());
+}
+
 TEST(LatticeMemory, CellsWithoutMaterialCountToo) {
   const Scene scene =
       scene_with("closed-sheet", "cells = [400, 400, 100]\ncell_size = [0.05, 0.05, 0.05]\norigin = [-2.5, -10, -2.5]");

@@ -7,6 +7,7 @@
 
 #include "kerf/base/byte_count.h"
 #include "kerf/base/memory_limit.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/lattice/lattice_count.h"
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/memory_tolerances.h"
@@ -27,6 +28,30 @@ LatticeMemory lattice_memory(const CollisionMesh& mesh, const LatticeFrame& fram
   }
   out.bytes = static_cast<std::uint64_t>(bytes);
   return out;
+}
+
+Status check_model_memory(const Scene& scene) {
+  const auto triangles = [](const SceneBody& b) {
+    return b.model.empty() || b.loaded ? 0.0 : static_cast<double>(b.options.visual_triangles);
+  };
+  const SceneBody* largest = &scene.body;
+  double together = triangles(scene.body);
+  for (const SceneBody& body : scene.more_bodies) {
+    together += triangles(body);
+    if (triangles(body) > triangles(*largest)) largest = &body;
+  }
+  const std::uint64_t most = memory_limit();
+  if (together * kBytesPerModelTriangle <= static_cast<double>(most)) return {};
+  const auto need = [](double n) { return bytes_text(static_cast<std::uint64_t>(n * kBytesPerModelTriangle)); };
+  const std::string whole = scene.more_bodies.empty() ? ""
+                                                      : fmt::format(" ({} bodies, {} together)",
+                                                                    scene.more_bodies.size() + 1, need(together));
+  return at_line(scene, largest->line,
+                 bad_input(fmt::format(
+                     "[body]: model {} with {} visual triangles would take about {} of memory{}, and {} are the most "
+                     "({}); give fewer visual_triangles, or allow more with --memory",
+                     shown(largest->model), largest->options.visual_triangles, need(triangles(*largest)), whole,
+                     bytes_text(most), memory_limit_is_given() ? "--memory" : "half of what is free")));
 }
 
 Status check_lattice_memory(const Scene& scene, std::span<const BodyMemory> bodies) {

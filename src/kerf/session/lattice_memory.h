@@ -20,6 +20,9 @@ struct LatticeMemory {
 /// An estimate, up to twice too much for bodies of one layer that lie in lattice planes. Cost: linear in collision triangles.
 LatticeMemory lattice_memory(const CollisionMesh& mesh, const LatticeFrame& frame, ScenePreconditioner preconditioner);
 
+/// Bad input where the models whose triangles the scene counts need more than memory_limit() together, with the line of the largest.
+Status check_model_memory(const Scene& scene);
+
 struct BodyMemory {
   LatticeFrame frame;
   LatticeMemory need;

@@ -1,4 +1,4 @@
-// What hexahedra take of memory, measured (lattice_memory.h).
+// What hexahedra and models take of memory, measured (lattice_memory.h).
 //
 // Peak of `kerf run` without the program's own 28 MB, in bytes for each hexahedron: one step, nothing fixed, adaptive and direct.
 //
@@ -30,5 +30,10 @@ inline constexpr double kBytesPerCell = 90;
 /// kSheetFactorBytes (m + 1)^2 / m log2(sqrt(n / m)), and of a thick body kThickFactorBytes n^(1/3). That is 0 to 20 % above each measured one.
 /// At half, bodies pass that need twice what was said; at double, bodies are refused that fit.
 inline constexpr double kSheetFactorBytes = 1350, kThickFactorBytes = 2700;
+
+/// Bytes for each visual triangle of a model: its mesh, what it binds to, and the surface of the session. Peaks of `kerf run` on
+/// closed-sheet were 349 at 100,000 and 355 at 500,000, without a step. At half, models pass that need nearly twice what was said; at double, models are
+/// refused that fit.
+inline constexpr double kBytesPerModelTriangle = 400;
 
 }  // namespace kerf

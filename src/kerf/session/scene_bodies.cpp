@@ -77,6 +77,7 @@ std::string body_name(const Scene& scene, std::size_t number) {
 Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progress) {
   SceneBodies out;
   std::vector<std::string> names;
+  KERF_TRY(check_model_memory(scene));
   for (std::size_t i = 0; i <= scene.more_bodies.size(); ++i) {
     const SceneBody& body = body_at(scene, i);
     names.push_back(body_name(scene, i));

@@ -23,8 +23,8 @@ struct SceneBodies {
 /// How messages call the body of this number, from 0: by its name, or "body 2 (steak)".
 std::string body_name(const Scene& scene, std::size_t number);
 
-/// Bad input: what load_scene_body and scene_lattice refuse; closed bodies beside open sheets; cells that would take more than
-/// memory_limit(), all bodies together.
+/// Bad input: what load_scene_body and scene_lattice refuse; closed bodies beside open sheets; models or cells that would take more
+/// than memory_limit(), all bodies together.
 ///
 /// Each body has the cells that it would have alone: at the origin, moved along with it; where [lattice] says how large they are
 /// or where they lie, around the body at its place.

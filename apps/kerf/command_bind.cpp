@@ -32,6 +32,8 @@ bool is_model(const BindOptions& options) {
 }
 
 Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<Midsurface>& made) {
+  const BodyNature said{options.young, options.poisson, options.density, {}};
+  KERF_TRY(check_nature(said, "bind"));
   SceneBody body;
   if (is_model(options)) body.model = options.visual.string();
   else body.visual = options.visual.string();
@@ -61,7 +63,6 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
   if (made && !made->collision.triangles.empty() && !options.write_collision.empty())
     KERF_TRY(save_collision(options.write_collision, made->collision));
   if (!loaded.ok()) return loaded;
-  const BodyNature said{options.young, options.poisson, options.density, {}};
   KERF_TRY(save_bound_body(loaded->bound, options.out, nature_to_keep(body, *loaded, said)));
   return loaded;
 }

@@ -128,13 +128,10 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       ->capture_default_str();
   command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
       ->check(CLI::Validator(is_positive, "> 0"));
-  command
-      ->add_option("--young", options.young,
-                   "Young's modulus in Pa, kept in the file: scenes use it where they say none")
-      ->check(CLI::Validator(is_positive, "> 0"));
-  command->add_option("--poisson", options.poisson, "Poisson's ratio, kept in the file")->check(CLI::Range(0.0, 0.49));
-  command->add_option("--density", options.density, "kg/m3, kept in the file")
-      ->check(CLI::Validator(is_positive, "> 0"));
+  command->add_option("--young", options.young,
+                      "Young's modulus in Pa, kept in the file: scenes use it where they say none");
+  command->add_option("--poisson", options.poisson, "Poisson's ratio, kept in the file");
+  command->add_option("--density", options.density, "kg/m3, kept in the file");
   command->add_flag("--exact", options.exact_paths, "Exact geodesic paths: slower, a little shorter");
   command->add_flag("-q,--quiet", options.quiet, kQuietHelp);
   command->footer(

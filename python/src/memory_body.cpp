@@ -125,7 +125,9 @@ MemoryBody MemoryBody::bind(BodyRequest request) {
   std::optional<Error> error;
   {
     const WithoutPythonLock release;
-    auto loaded = load_scene_body(body, interrupts.listener(), &made, std::move(request.given));
+    const Status sound = check_nature(request.nature, "bind");
+    auto loaded = sound ? load_scene_body(body, interrupts.listener(), &made, std::move(request.given))
+                        : Result<SceneBodyLoaded>(sound.error());
     if (!loaded) {
       error = loaded.error();
     } else {

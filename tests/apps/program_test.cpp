@@ -409,6 +409,31 @@ TEST_F(ProgramTest, ABoundModelRunsAlone) {
   EXPECT_THAT(twice.text, HasSubstr("is a model"));
 }
 
+// What scenes refuse of a material is refused before anything is written: the body that lies there stays.
+TEST_F(ProgramTest, BindTakesTheMaterialsThatScenesTake) {
+  ASSERT_EQ(kerf("bind strip -q -o " + in("a.kerf")).status, 0);
+  const auto bytes = [&] {
+    std::ifstream file(in("a.kerf"), std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string before = bytes();
+  for (const auto& [option, why] : std::vector<std::pair<std::string, std::string>>{
+           {"--poisson nan", "bind: poisson must be a finite number, but is nan"},
+           {"--poisson 0.495", "bind: poisson must be at most 0.49, but is 0.495"},
+           {"--poisson=-0.1", "bind: poisson must be at least 0, but is -0.1"},
+           {"--young nan", "bind: young must be a finite number, but is nan"},
+           {"--young 1e300", "bind: young must be at most 1"},
+           {"--young 0", "bind: young must be more than 0, but is 0"},
+           {"--density 1e300", "bind: density must be at most 1"},
+           {"--density inf", "bind: density must be a finite number, but is inf"}}) {
+    const Outcome out = kerf("bind strip -o " + in("a.kerf") + " " + option);
+    EXPECT_EQ(out.status, 2) << option << out.text;
+    EXPECT_THAT(out.text, HasSubstr(why));
+    EXPECT_EQ(bytes(), before) << option;
+  }
+  EXPECT_EQ(kerf("bind strip -q -o " + in("a.kerf") + " --young 1e13 --poisson 0.49 --density 1e6").status, 0);
+}
+
 TEST_F(ProgramTest, CutsThroughOneLayerOrAllAndFilesInMillimetres) {
   const std::string along = "cut tube --from 0,-0.06,0 --to 0,0.06,0 --along 0,0,1 --out " + in("cut");
   EXPECT_THAT(kerf(along).text, HasSubstr("1 piece;"));

@@ -127,6 +127,22 @@ TEST_F(SceneBodyTest, ABoundModelKnowsItsMaterialAndLattice) {
   EXPECT_NE(hash_of(plain), hash_of(model));
 }
 
+// A file may hold what no scene takes: programs of other versions wrote it.
+TEST_F(SceneBodyTest, ABoundBodyOfAMaterialThatScenesRefuse) {
+  SceneBody body;
+  body.model = "strip";
+  const Result<SceneBodyLoaded> made = load_scene_body(body);
+  ASSERT_TRUE(made.ok());
+  BodyNature nature;
+  nature.young = 1e300;
+  ASSERT_TRUE(save_bound_body(made->bound, file("hard.kerf"), nature).ok());
+  SceneBody hard;
+  hard.bound = file("hard.kerf");
+  const Result<SceneBodyLoaded> loaded = load_scene_body(hard);
+  ASSERT_FALSE(loaded.ok());
+  EXPECT_THAT(loaded.error().message, HasSubstr("hard.kerf: young must be at most 10000000000000, but is 1e+300"));
+}
+
 TEST_F(SceneBodyTest, ABoundBodyComesBack) {
   SceneBody body;
   body.model = "sheet";

@@ -11,6 +11,7 @@
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/midsurface/coarse_sheet.h"
 #include "kerf/scene/automatic_body.h"
+#include "kerf/scene/scene_keys.h"
 #include "kerf/scene/ways_out.h"
 
 namespace kerf {
@@ -134,6 +135,11 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     BodyNature nature;
     Result<BoundBody> bound = load_bound_body(body.bound, &nature);
     if (!bound.ok()) return bound.error();
+    if (Status sound = check_nature(nature, shown(body.bound)); !sound) {
+      Error error = sound.error();
+      error.message += "; bind it again with another one";
+      return error;
+    }
     return with_nature(std::move(*bound), nature);
   }
   TriangleMesh visual, collision;
@@ -206,6 +212,18 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
   add_notes(out.notes, name, out.bound.report.warnings);
   note_unused_thickness(body, out.bound.complex, name, out.notes);
   return out;
+}
+
+Status check_nature(const BodyNature& nature, const std::string& name) {
+  const std::pair<std::string_view, const std::optional<double>*> said[] = {
+      {"young", &nature.young}, {"poisson", &nature.poisson}, {"density", &nature.density}};
+  for (const SceneKey& key : scene_keys<SceneMaterial>().all)
+    for (const auto& [what, number] : said) {
+      if (key.name != what || !*number) continue;
+      if (const std::string fault = range_fault(what, key.range, **number); !fault.empty())
+        return bad_input(fmt::format("{}: {}", name, fault));
+    }
+  return {};
 }
 
 BodyNature nature_to_keep(const SceneBody& body, const SceneBodyLoaded& loaded, const BodyNature& said) {

@@ -203,19 +203,9 @@ class SceneReader {
   }
 
   bool in_range(const toml::node& node, std::string_view what, const SceneRange& range, double x) {
-    if (!std::isfinite(x)) {
-      problem(line_of(node), fmt::format("{} must be a finite number, but is {}", what, x));
-      return false;
-    }
-    if (range.contains(x)) return true;
-    const bool low = range.above_min ? x <= range.min : x < range.min;
-    if (low) {
-      problem(line_of(node), fmt::format("{} must be {} {}, but is {}", what,
-                                         range.above_min ? "more than" : "at least", range.min, x));
-    } else {
-      problem(line_of(node), fmt::format("{} must be {} {}, but is {}", what, range.below_max ? "less than" : "at most",
-                                         range.max, x));
-    }
+    const std::string fault = range_fault(what, range, x);
+    if (fault.empty()) return true;
+    problem(line_of(node), fault);
     return false;
   }
 

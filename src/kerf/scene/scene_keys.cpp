@@ -1,5 +1,9 @@
 #include "kerf/scene/scene_keys.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include "kerf/scene/scene_limits.h"
 
 namespace kerf {
@@ -55,6 +59,14 @@ SceneChoice choice(std::span<const std::string_view> words) {
 }
 
 }  // namespace
+
+std::string range_fault(std::string_view what, const SceneRange& range, double x) {
+  if (!std::isfinite(x)) return fmt::format("{} must be a finite number, but is {}", what, x);
+  if (range.contains(x)) return {};
+  if (range.above_min ? x <= range.min : x < range.min)
+    return fmt::format("{} must be {} {}, but is {}", what, range.above_min ? "more than" : "at least", range.min, x);
+  return fmt::format("{} must be {} {}, but is {}", what, range.below_max ? "less than" : "at most", range.max, x);
+}
 
 std::string_view word_of(SceneShape shape) { return kShapeWords[static_cast<std::size_t>(shape)]; }
 std::string_view word_of(SceneToolKind kind) { return kToolKindWords[static_cast<std::size_t>(kind)]; }

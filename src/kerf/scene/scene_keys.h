@@ -6,6 +6,7 @@
 
 #include <limits>
 #include <span>
+#include <string>
 #include <string_view>
 #include <variant>
 
@@ -27,6 +28,9 @@ struct SceneRange {
     return (above_min ? x > min : x >= min) && (below_max ? x < max : x <= max);
   }
 };
+
+/// What is wrong with a number, in a sentence that begins with its name; empty: nothing.
+std::string range_fault(std::string_view what, const SceneRange& range, double x);
 
 /// Where the value of a key goes: a V in the struct that a table fills in. `of` takes the struct's address; SceneKeys says which struct that is.
 template <class V>

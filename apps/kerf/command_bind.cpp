@@ -14,6 +14,7 @@
 #include "kerf/mesh/whole_file.h"
 #include "kerf/midsurface/diagnosis_file.h"
 #include "kerf/scene/scene_body.h"
+#include "kerf/session/scene_bodies.h"
 #include "placement_text.h"
 #include "progress_bar.h"
 #include "terminal.h"
@@ -100,7 +101,11 @@ int bind_meshes(const BindOptions& options) {
   std::optional<Midsurface> made;
   const Result<SceneBodyLoaded> loaded = bind_and_save(options, made);
   if (!loaded.ok()) return report(loaded.error());
-  say_notes(loaded->notes);
+  std::vector<std::string> notes = loaded->notes;
+  if (const Status usable = check_alone(*loaded); !usable)
+    notes.push_back(fmt::format("{}: kerf run, view and cut refuse this body as it is: {}", shown(options.out.string()),
+                                usable.error().message));
+  say_notes(notes);
   if (options.quiet) return kSuccess;
   if (made) put(stdout, quality_table(*made));
   const BindReport& r = loaded->bound.report;

@@ -133,7 +133,12 @@ int cut_body(const CutOptions& options) {
     ProgressBar bar;
     return Session::create(scene, bar.callback());
   }();
-  if (!session.ok()) return report(session.error());
+  if (!session.ok()) {
+    Error why = session.error();
+    if (const std::string name = shown(options.body); why.message.find(name) == std::string::npos)
+      why.message = fmt::format("{}: {}", name, why.message);
+    return report(why);
+  }
   say_notes(session->notes());
 
   RunLog log;

@@ -28,8 +28,12 @@ inline Status make_folder(const std::filesystem::path& folder) {
     parents.push_back(made.parent_path());
   std::filesystem::create_directories(folder, code);
   if (code || !std::filesystem::is_directory(folder, code)) {
-    return bad_input(
-        fmt::format("can't make the folder {}: {}", shown(folder.string()), code ? code.message() : "it is a file"));
+    std::error_code none;
+    const bool dangling = code == std::errc::file_exists && std::filesystem::is_symlink(folder, none);
+    return bad_input(fmt::format("can't make the folder {}: {}; choose another place", shown(folder.string()),
+                                 dangling ? "a link of that name leads nowhere"
+                                 : code   ? code.message()
+                                          : "it is a file"));
   }
   for (const std::filesystem::path& parent : parents) KERF_TRY(keep_names(parent.string()));
   return {};

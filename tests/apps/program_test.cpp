@@ -499,6 +499,22 @@ TEST_F(ProgramTest, AFolderThatCannotBeMade) {
   const Outcome out = kerf("make sheet --out " + in("file/below"));
   EXPECT_EQ(out.status, 2);
   EXPECT_THAT(out.text, HasSubstr("can't make the folder"));
+  std::filesystem::create_symlink("nowhere", in("link"));
+  const Outcome link = kerf("make sheet --out " + in("link"));
+  EXPECT_EQ(link.status, 2);
+  EXPECT_THAT(link.text, HasSubstr("link: a link of that name leads nowhere; choose another place"));
+}
+
+// What is wrong with a body is said with the name of its file.
+TEST_F(ProgramTest, CutNamesTheFileThatItRefuses) {
+  std::ofstream(in("far.obj")) << "v 100000 0 0\nv 100000.1 0 0\nv 100000.1 0.1 0\nv 100000 0.1 0\nf 1 2 3\nf 1 3 4\n";
+  const Outcome bind = kerf("bind " + in("far.obj") + " --thickness 0.002 -q -o " + in("far.kerf"));
+  ASSERT_EQ(bind.status, 0) << bind.text;
+  EXPECT_THAT(bind.text,
+              HasSubstr("far.kerf: kerf run, view and cut refuse this body as it is: the body lies 1e+05 m"));
+  const Outcome cut = kerf("cut " + in("far.kerf") + " --from 100000,0,0 --to 100001,0,0 -o " + in("out"));
+  EXPECT_EQ(cut.status, 2);
+  EXPECT_THAT(cut.text, HasSubstr("far.kerf: the body lies 1e+05 m from the origin"));
 }
 
 }  // namespace

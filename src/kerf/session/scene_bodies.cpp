@@ -74,6 +74,13 @@ std::string body_name(const Scene& scene, std::size_t number) {
   return fmt::format("body {} ({})", number + 1, shown(what));
 }
 
+Status check_alone(const SceneBodyLoaded& loaded) {
+  const CollisionMesh& mesh = loaded.bound.complex.collision;
+  const auto frame = scene_lattice({}, loaded.lattice, mesh);
+  if (!frame) return frame.error();
+  return check_distance(mesh, *frame);
+}
+
 Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progress) {
   SceneBodies out;
   std::vector<std::string> names;

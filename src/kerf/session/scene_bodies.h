@@ -8,6 +8,7 @@
 #include "kerf/base/result.h"
 #include "kerf/lattice/lattice_build.h"
 #include "kerf/scene/scene.h"
+#include "kerf/scene/scene_body.h"
 #include "kerf/session/lattice_memory.h"
 
 namespace kerf {
@@ -22,6 +23,9 @@ struct SceneBodies {
 
 /// How messages call the body of this number, from 0: by its name, or "body 2 (steak)".
 std::string body_name(const Scene& scene, std::size_t number);
+
+/// Bad input: a scene that says nothing but this body refuses it. It has no lattice, or lies too far off for its cells.
+Status check_alone(const SceneBodyLoaded& loaded);
 
 /// Bad input: what load_scene_body and scene_lattice refuse; closed bodies beside open sheets; models or cells that would take more
 /// than memory_limit(), all bodies together.

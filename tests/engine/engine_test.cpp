@@ -861,6 +861,34 @@ TEST(Engine, AllPagesTogetherHaveOnlySoMuchToRead) {
   EXPECT_EQ(table.pages[quick].errors.size(), 1u);
 }
 
+// Exports take time of all: each page has one at a time, and pages take turns.
+TEST(Engine, OneExportIsMadeInATickAndOneIsPendingForAPage) {
+  Table table;
+  const std::uint32_t many = table.join(), one = table.join();
+  table.tell(many, page_command(1, kPause));
+  for (std::uint32_t i = 0; i < 20; ++i) table.tell(many, page_command(5 + i, kExport, {}, "obj"));
+  table.tell(one, page_command(50, kExport, {}, "vtu"));
+  EXPECT_TRUE(table.pages[many].files.empty()) << "a message waits for no export";
+  ASSERT_EQ(table.pages[many].errors.size(), 19u);
+  EXPECT_NE(table.pages[many].errors[0].text.find("ask again when its files have come"), std::string::npos);
+  table.tick();
+  EXPECT_EQ(table.pages[many].files.size(), 2u);
+  EXPECT_TRUE(table.pages[one].files.empty());
+  // The other one is next, however soon the first asks again.
+  table.tell(many, page_command(60, kExport, {}, "obj"));
+  EXPECT_EQ(table.pages[many].errors.size(), 19u);
+  table.pages[many].files.clear();
+  for (int i = 0; i < 6000 && table.pages[one].files.empty(); ++i) table.tick();
+  EXPECT_EQ(table.pages[one].files.size(), 1u);
+  EXPECT_TRUE(table.pages[many].files.empty());
+  for (int i = 0; i < 6000 && table.pages[many].files.empty(); ++i) table.tick();
+  EXPECT_EQ(table.pages[many].files.size(), 2u);
+  // A page that leaves takes its wish along.
+  table.tell(one, page_command(70, kExport, {}, "vtu"));
+  table.engine.disconnect(one);
+  table.tick(10);
+}
+
 // What one page does is told to all: many small messages, of many pages that read none, come to an end, too.
 TEST(Engine, OfPagesThatDoNotReadTheOneWithMostIsGivenUp) {
   constexpr std::size_t kRoom = 100'000;
@@ -969,7 +997,10 @@ TEST(Engine, ResetScenesAndExport) {
   EXPECT_NE(p.json.find("\"A sheet\""), std::string::npos);
   table.tick(2);
   table.expect_mirrored(page);
-  for (const char* kind : {"obj", "vtu", "scene"}) table.tell(page, page_command(6, kExport, {}, kind));
+  for (const char* kind : {"obj", "vtu", "scene"}) {
+    table.tell(page, page_command(6, kExport, {}, kind));
+    table.tick(600);
+  }
   EXPECT_EQ(p.files.count("sheet_visual.obj"), 1u);
   EXPECT_EQ(p.files.count("sheet_collision.obj"), 1u);
   EXPECT_NE(p.files["sheet_hexahedra.vtu"].find("VTKFile"), std::string::npos);

@@ -110,6 +110,7 @@ TEST(EngineWatch, ToolsAndCommandsAreRefused) {
   table.tell(page, page_command(9, kOverlay, {1, 0, 0, 0}));
   table.tell(page, page_command(9, kExport, {0, 0, 0, 0}, "obj"));
   EXPECT_TRUE(table.pages[page].errors.empty());
+  table.tick();
   EXPECT_EQ(table.pages[page].files.size(), 2u);
 }
 

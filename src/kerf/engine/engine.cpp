@@ -715,7 +715,10 @@ bool Engine::step_due() { return impl_->step_due(); }
 
 void Engine::end_tick() {
   Impl& e = *impl_;
-  if (e.led) return e.look_at_led();
+  if (e.led) {
+    e.look_at_led();
+    return e.export_next();
+  }
   if (!e.watched) return;
   e.publish(0);
   e.send_pending_report();
@@ -729,6 +732,7 @@ void Engine::end_tick() {
     if (e.weigh()) e.broadcast(e.masses_now());
     e.since_stats = 0;
   }
+  e.export_next();
 }
 
 const Session& Engine::session() const { return *impl_->session; }

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <filesystem>
 
+#include "kerf/base/stopwatch.h"
 #include "kerf/engine/engine_impl.h"
+#include "kerf/engine/tolerances.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/run_outputs.h"
 #include "kerf/scene/body_scene.h"
@@ -240,27 +242,49 @@ Status Engine::Impl::fix_rim() {
 Status Engine::Impl::export_files(std::uint32_t client, std::uint32_t request, const std::string& kind) {
   if (clients.at(client).queue.unread() > options.most_answers || unread() > options.most_together)
     return bad_input("Files that were asked for before are still on their way.");
-  const auto send_file = [&](const std::string& name, std::string_view bytes) {
-    send(client, protocol::encode(protocol::File{request, name, bytes}));
-  };
   if (kind == "scene") {
-    send_file(source.name + ".toml", source.text);
+    send(client, protocol::encode(protocol::File{request, source.name + ".toml", source.text}));
     return {};
   }
-  std::vector<std::string> wanted;
-  if (kind == "obj") wanted = {"visual", "collision"};
-  if (kind == "vtu") wanted = {"hexahedra"};
-  if (wanted.empty()) return bad_input(fmt::format("\"{}\" can't be exported; obj, vtu and scene can.", kind));
+  PendingExport wanted;
+  wanted.request = request;
+  if (kind == "obj") wanted.meshes = {"visual", "collision"};
+  if (kind == "vtu") wanted.meshes = {"hexahedra"};
+  if (wanted.meshes.empty()) return bad_input(fmt::format("\"{}\" can't be exported; obj, vtu and scene can.", kind));
+  std::optional<PendingExport>& pending = clients.at(client).exporting;
+  if (pending) return bad_input("Another export of this page is being made; ask again when its files have come.");
+  pending = std::move(wanted);
+  return {};
+}
+
+void Engine::Impl::export_next() {
+  export_rest = std::max(0.0, export_rest - tick_seconds);
+  if (export_rest > 0) return;
+  const auto wants = [](const auto& c) { return c.second.exporting.has_value(); };
+  auto next = std::find_if(clients.upper_bound(exported_last), clients.end(), wants);
+  if (next == clients.end()) next = std::find_if(clients.begin(), clients.end(), wants);
+  if (next == clients.end()) return;
+  std::optional<LedSession::Look> look;
+  if (led && !look.emplace(*led)) return;
+  exported_last = next->first;
+  const PendingExport wanted = *std::exchange(next->second.exporting, std::nullopt);
+  const auto start = Clock::now();
+  if (const Status made = make_export(next->first, wanted); !made)
+    error(next->first, wanted.request, protocol::ErrorCode::kFailed, made.error().message);
+  export_rest = kExportRest * seconds_since(start);
+}
+
+Status Engine::Impl::make_export(std::uint32_t client, const PendingExport& wanted) {
   auto place = TemporaryFolder::create();
   if (!place) return place.error();
-  KERF_TRY(write_final_meshes(*session, wanted, place->path()));
+  KERF_TRY(write_final_meshes(*session, wanted.meshes, place->path()));
   for (const char* name : {"visual.obj", "collision.obj", "hexahedra.vtu"}) {
     const std::filesystem::path path = place->path() / name;
     std::error_code code;
     if (!std::filesystem::exists(path, code)) continue;
     auto bytes = read_whole_file(path.string(), kOtherFile);
     if (!bytes) return bytes.error();
-    send_file(source.name + "_" + name, bytes->view());
+    send(client, protocol::encode(protocol::File{wanted.request, source.name + "_" + name, bytes->view()}));
   }
   return {};
 }

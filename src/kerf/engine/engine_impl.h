@@ -25,12 +25,19 @@ struct UploadedFile {
   std::uint32_t total = 0;
 };
 
+/// Files that a page has asked for and that are not made yet.
+struct PendingExport {
+  std::uint32_t request = 0;
+  std::vector<std::string> meshes;  ///< as of write_final_meshes
+};
+
 struct EngineClient {
   explicit EngineClient(std::size_t most_unread) : queue(most_unread) {}
   ClientQueue queue;
   bool ready = false;  ///< its Hello has come
   bool overlay = false, feet = false, contacts = false;
   std::uint32_t bad = 0;
+  std::optional<PendingExport> exporting;
   std::map<std::pair<std::uint32_t, std::uint32_t>, UploadedFile> uploads;  ///< by upload and part
   std::size_t upload_bytes = 0;
 };
@@ -126,6 +133,8 @@ struct Engine::Impl {
   } weighed;
   bool frame_due = true;
   bool tick_wanted = false;
+  std::uint32_t exported_last = 0;  ///< client
+  double export_rest = 0;           ///< s until the next export
   double since_frame = 0, since_stats = 0;
 
   // A program leads the session
@@ -299,6 +308,9 @@ struct Engine::Impl {
   Result<SceneRequest> other_unit(double unit) const;
   void begin_loading(SceneRequest request, std::uint32_t client, std::uint32_t input);
   Status export_files(std::uint32_t client, std::uint32_t request, const std::string& kind);
+  Status make_export(std::uint32_t client, const PendingExport& wanted);
+  /// Makes one of the pending exports, of the page behind the one that had its own last.
+  void export_next();
   Status fix_rim();
 };
 

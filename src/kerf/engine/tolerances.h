@@ -45,4 +45,8 @@ inline constexpr double kFromAbove = 0.3;
 /// comes to lie a seventh of the body's size beyond the pointer.
 inline constexpr double kCarryHeight = 0.25;
 
+/// Times what an export took: so long none is made behind it. Exports have a fifth of the time, whatever pages ask for. At half, they have a third;
+/// at double, pages wait twice as long for files.
+inline constexpr double kExportRest = 4;
+
 }  // namespace kerf

@@ -182,5 +182,45 @@ TEST(AutomaticBody, WhatPassesThroughItselfIsRefusedAtTheFirstTry) {
       << made->refused->message;
 }
 
+/// A prism of n sides along x, its skin in squares.
+TriangleMesh rod(int sides, double radius, double length, int parts) {
+  TriangleMesh mesh;
+  const auto turned = [&](int i, double x) {
+    const double a = 2 * std::numbers::pi * (i + 0.5) / sides;
+    return Vec3{x, radius * std::cos(a), radius * std::sin(a)};
+  };
+  for (int k = 0; k <= parts; ++k)
+    for (int i = 0; i < sides; ++i) mesh.positions.push_back(turned(i, length * k / parts));
+  const auto at = [&](int k, int i) { return VertexId(k * sides + i % sides); };
+  for (int k = 0; k < parts; ++k)
+    for (int i = 0; i < sides; ++i) {
+      mesh.triangles.push_back({at(k, i), at(k, i + 1), at(k + 1, i + 1)});
+      mesh.triangles.push_back({at(k, i), at(k + 1, i + 1), at(k + 1, i)});
+    }
+  const VertexId low = mesh.positions.push_back(Vec3{}), high = mesh.positions.push_back(Vec3{length, 0, 0});
+  for (int i = 0; i < sides; ++i) {
+    mesh.triangles.push_back({low, at(0, i + 1), at(0, i)});
+    mesh.triangles.push_back({high, at(parts, i), at(parts, i + 1)});
+  }
+  return mesh;
+}
+
+TEST(AutomaticBody, RodsAndBarsAreToldByTheirOutline) {
+  for (const auto& [name, body] : {std::pair{"round", rod(32, 0.005, 0.1, 40)},
+                                   {"thin", rod(16, 0.001, 0.1, 150)},
+                                   {"square", rod(4, 0.005, 0.1, 20)},
+                                   {"turned", rod(8, 0.005, 0.02, 4)}}) {
+    SCOPED_TRACE(name);
+    const auto made = make_automatic_body(body, 0, {});
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    ASSERT_FALSE(made->bound);
+    ASSERT_FALSE(made->refused) << made->refused->message;
+    EXPECT_EQ(made->midsurface.verdict.reasons.size(), 1u);
+    EXPECT_NE(not_thin_message(made->midsurface).find("times as wide as thick; below 2 it is not thin"),
+              std::string::npos)
+        << not_thin_message(made->midsurface);
+  }
+}
+
 }  // namespace
 }  // namespace kerf::automatic_body_test

@@ -29,6 +29,9 @@ inline constexpr double kFork = 2;
 /// Width over thickness below which a body is not thin. Origin: cubes, rods and bars have 1.1 to 1.5, the stoutest slab that binds 3.2. At half cubes
 /// and a rod are taken for thin; at double slabs, frames, lenses and plates with holes are refused, eight of the corpus.
 inline constexpr double kTooStout = 2;
+/// Share of its box that a body fills whose box says how wide and thick it is. Origin: a bar lying on its edge fills 0.5, a round rod 0.79, a
+/// ball 0.52. At half, bent rods are called by the box around their bend; at double, nothing fills it.
+inline constexpr double kFillsItsBox = 0.45;
 /// Width over thickness below which there is a warning. Origin: what the method is meant for. At half nobody is warned; at double a dozen
 /// of the corpus that bind are.
 inline constexpr double kStout = 3;

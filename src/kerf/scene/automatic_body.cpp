@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
+#include "kerf/mesh/surface_measures.h"
 #include "kerf/midsurface/tolerances.h"
 #include "kerf/scene/ways_out.h"
 
@@ -12,6 +16,65 @@ namespace {
 
 constexpr int kTries = 3;
 constexpr double kMore = 1.3;
+
+/// Principal axes of a surface, the one of the least spread first.
+Eigen::Matrix3d principal_axes(const TriangleMesh& mesh, double area) {
+  const auto corner = [&](TriangleId t, std::size_t i) {
+    const Vec3 p = mesh.positions[mesh.triangles[t][i]];
+    return Eigen::Vector3d(p.x, p.y, p.z);
+  };
+  const auto area_of = [&](TriangleId t) {
+    return 0.5 * (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0)).norm();
+  };
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const TriangleId t : ids<TriangleId>(mesh.triangles.size()))
+    center += area_of(t) / (3 * area) * (corner(t, 0) + corner(t, 1) + corner(t, 2));
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const TriangleId t : ids<TriangleId>(mesh.triangles.size())) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Eigen::Vector3d p = corner(t, i) - center;
+      squares += p * p.transpose();
+      sum += p;
+    }
+    spread += area_of(t) / (12 * area) * (squares + sum * sum.transpose());
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
+}
+
+/// Width over thickness of a body that is a straight rod, a bar, a block or a ball: it fills its box, and its surface has no folds, holes or
+/// handles. None: it is none of those.
+std::optional<double> stoutness(const TriangleMesh& visual) {
+  const SurfaceMeasures m = surface_measures(visual);
+  if (!m.closed || m.components != 1 || m.euler != 2 || !(m.area > 0)) return std::nullopt;
+  const Eigen::Matrix3d axes = principal_axes(visual, m.area);
+  Box3 box;
+  for (const Vec3 p : visual.positions) {
+    const Eigen::Vector3d q = axes.transpose() * Eigen::Vector3d(p.x, p.y, p.z);
+    box.add({q.x(), q.y(), q.z()});
+  }
+  const Vec3 size = box.size();
+  double length[] = {size.x, size.y, size.z};
+  std::sort(std::begin(length), std::end(length));
+  const auto [thin, wide, longest] = length;
+  const double box_area = 2 * (thin * wide + wide * longest + longest * thin);
+  if (!(wide < mid::kTooStout * thin) || m.area > box_area ||
+      std::fabs(m.volume) < mid::kFillsItsBox * thin * wide * longest)
+    return std::nullopt;
+  return wide / thin;
+}
+
+/// The one reason to give for a body that is no sheet by its outline, whatever else stopped its mid-surface.
+void tell_stout(const TriangleMesh& visual, AutomaticBody& body) {
+  MidsurfaceVerdict& verdict = body.midsurface.verdict;
+  const auto stout = stoutness(visual);
+  if (!stout) return;
+  verdict.thinness = Thinness::kNotThin;
+  verdict.reasons = {
+      fmt::format("the body is only {:.3g} times as wide as thick; below {} it is not thin", *stout, mid::kTooStout)};
+  body.refused.reset();
+}
 
 /// Marks where binding failed and says where that is.
 std::string mark_fault(const std::vector<CollisionVertex>& at_fault, Midsurface& made) {
@@ -60,7 +123,10 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
     if (!made) return made.error();
     out.midsurface = std::move(*made);
     out.refused.reset();
-    if (out.midsurface.verdict.thinness == Thinness::kNotThin) return out;
+    if (out.midsurface.verdict.thinness == Thinness::kNotThin) {
+      tell_stout(visual, out);
+      return out;
+    }
     at_fault.clear();
     auto bound = bind(visual, out.midsurface.collision, binding);
     if (bound) {
@@ -74,6 +140,8 @@ Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_
     wanted.triangles = static_cast<std::size_t>(kMore * static_cast<double>(out.midsurface.collision.triangles.size()));
   }
   const std::string where = mark_fault(at_fault, out.midsurface);
+  tell_stout(visual, out);
+  if (!out.refused) return out;
   std::vector<std::string> why = out.midsurface.verdict.warnings;
   why.push_back(out.refused->message + where);
   // A part that is higher than it is wide has its mid-surface upright, whatever the rest of the body has.

@@ -1,8 +1,9 @@
 """A policy learns to cut a pattern out of a gauze: PPO of Stable-Baselines3 on Kerf/PatternCut.
 
-    pip install kerf stable-baselines3 matplotlib pillow
+    pip install "$(ls dist/kerf-*.whl)[gym]" stable-baselines3 matplotlib pillow
     python learn_pattern_cut.py --minutes 20 --seed 1 --out learned
 
+The wheel is built by `scripts/python --pack` in the source; the `kerf` on PyPI is another project.
 Writes policy.zip, curve.csv, curve.png and episode.gif, and says how policy, expert and chance do on 64 episodes that the policy has not seen.
 """
 

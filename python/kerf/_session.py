@@ -210,8 +210,8 @@ class Session(_core.Session):
         nothing is. Row 0 is the top.
         alpha: the shape is (height, width, 4). Alpha is 255 where something is; all four are 0 where nothing is.
         All are new arrays of the caller's own. Same state, same bytes.
-        Some milliseconds at 128 x 128. shadows=True draws the picture of `kerf run`, with soft shadows, smooth edges and a ground to lie on: about a
-        second; its depth and alpha are those of the quick one, without that ground.
+        Some milliseconds at 128 x 128. shadows=True draws the picture of `kerf run`, with soft shadows, smooth edges and a ground to lie on: some
+        seconds; its depth and alpha are those of the quick one, without that ground.
         TypeError, ValueError: a size that is none, or a camera that is none.
         """
         columns, rows = _arguments.pixels(width, "width"), _arguments.pixels(height, "height")

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -73,3 +74,13 @@ def test_a_strip_off_a_plate(capsys):
     envs.close()
     task.main()
     assert capsys.readouterr().out.count("wanted") == 4
+
+
+def test_nobody_is_sent_to_the_other_kerf():
+    """The name on PyPI is another project's: what is to be installed is a file, or this folder."""
+    root = EXAMPLES.parents[1]
+    pages = [*root.glob("*.md"), *(root / "docs").rglob("*.md"), *EXAMPLES.iterdir(), *(root / "python").glob("*.md"),
+             *(root / "python" / "kerf").rglob("*.py")]
+    assert len(pages) > 30
+    for page in filter(Path.is_file, pages):
+        assert not re.search(r"""pip install\b[^\n]*[ "'\\]kerf(?![\w.-])""", page.read_text()), page

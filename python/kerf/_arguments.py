@@ -5,9 +5,18 @@ import operator
 FARTHEST = 1e6  # m: coordinates of whatever is placed or moved, as kFarthestPlace of scenes
 
 
+def unmasked(given, name):
+    """Masked arrays are refused: what a mask hides would be taken."""
+    import numpy as np
+
+    if isinstance(given, np.ma.MaskedArray):
+        raise TypeError(f"{name} must not be a masked array; its filled() or compressed() is a plain one")
+
+
 def _array(given, name, what):
     import numpy as np
 
+    unmasked(given, name)
     try:
         array = np.asarray(given)
     except ValueError:

@@ -49,6 +49,8 @@ class Session(_core.Session):
     caller's own.
     """
 
+    __slots__ = ("__weakref__", "_meshes", "_records")  # a name that is none is an AttributeError
+
     def __init__(self, scene: Path | dict[str, Any] | _core.Body, *, meshes: Path | Iterable[Path] = (), record: bool = False) -> None:
         text, name, folder, bodies = source_of(scene)
         self._meshes = paths_text(meshes)

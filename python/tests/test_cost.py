@@ -66,7 +66,7 @@ def test_errors_leave_nothing():
 
 
 def test_a_session_that_holds_its_stroke_goes():
-    session = kerf.Session(SMALL)
+    session = type("Mine", (kerf.Session,), {})(SMALL)
     session.mine = session.stroke()
     gone = weakref.ref(session)
     del session

@@ -360,3 +360,22 @@ def test_texts_of_commands_that_are_not_unicode(sheet):
 def test_a_viewer_of_nothing():
     with pytest.raises(TypeError, match=r"kerf.view\(session\)"):
         kerf.Viewer(5)
+
+
+MASKED = np.ma.masked_array(ACROSS, mask=np.ones((2, 2, 3), bool))
+
+
+@pytest.mark.parametrize("use", [
+    lambda s: s.cut(MASKED), lambda s: s.to_world(MASKED[0]), lambda s: kerf.Camera(MASKED[0, 0], (0, 0, 0)),
+    lambda s: kerf.Batch([s]).turn(blade=MASKED[:1]), lambda s: kerf.bind(np.ma.masked_array(np.eye(3)), [[0, 1, 2]])])
+def test_masked_arrays_are_refused(use):
+    """A mask would be left out, and what it hides be cut."""
+    session = kerf.Session("sheet")
+    with pytest.raises(TypeError, match="masked array"):
+        use(session)
+
+
+def test_a_name_that_is_none_is_not_set():
+    session = kerf.Session("sheet")
+    with pytest.raises(AttributeError, match="gravty"):
+        session.gravty = (0, 0, 0)

@@ -2,6 +2,9 @@
 
 import copy
 import pickle
+import re
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -752,7 +755,7 @@ def test_what_is_no_action_is_told_in_its_own_shape():
 
 @pytest.mark.parametrize(("wrong", "error"), [
     ({"size": 0}, ValueError), ({"size": 10**6}, ValueError), ({"size": "64"}, TypeError), ({"num_envs": 2.5}, TypeError),
-    ({"num_envs": "2"}, TypeError), ({"max_episode_steps": 0}, ValueError), ({"max_episode_steps": 2.5}, TypeError)])
+    ({"randomise": "no"}, TypeError), ({"randomise": 1}, TypeError), ({"num_envs": "2"}, TypeError), ({"max_episode_steps": 0}, ValueError), ({"max_episode_steps": 2.5}, TypeError)])
 def test_options_of_another_kind_are_refused(wrong, error):
     with pytest.raises(error):
         kerf.gym.make_vec(TASKS[0], **{"num_envs": 1, **wrong})
@@ -787,3 +790,48 @@ def test_seeds_that_are_none_are_refused(wrong, error):
     with pytest.raises(error, match="seed"):
         envs.reset(seed=wrong)
     envs.close()
+
+
+@pytest.mark.parametrize(("variety", "error", "words"), [
+    ({"yuong": 1.0}, ValueError, "variety of Odd may have 'young', 'poisson', 'density', not 'yuong'"), ({"young": "1"}, TypeError, "'young'"),
+    ({"young": -1}, ValueError, "0 or more"), ({"young": np.inf}, ValueError, "finite"), (["young"], TypeError, "must be a dict")])
+@pytest.mark.parametrize("randomise", [False, True])
+def test_a_variety_that_is_none_is_refused(variety, error, words, randomise):
+    Odd = type("Odd", (own_task()["Halve"],), {"variety": variety})
+    with pytest.raises(error, match=words):
+        Odd(1, randomise=randomise)
+
+
+def test_masked_actions_are_refused():
+    envs = kerf.gym.make_vec(TASKS[0], 1)
+    envs.reset(seed=1)
+    with pytest.raises(TypeError, match="masked"):
+        envs.step(np.ma.masked_array(np.zeros(envs.action_space.shape), mask=True))
+    envs.close()
+
+
+COPIES = """
+import resource, sys
+import kerf.gym
+resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))  # where nothing looks ahead, that is the end
+from kerf.gym import _memory
+if len(sys.argv) > 2:
+    _memory.free_bytes = lambda: float(sys.argv[2])
+try:
+    kerf.gym.make_vec("Kerf/PatternCut-v0", int(sys.argv[1])).close()
+except ValueError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is asked of Linux")
+def test_copies_that_do_not_fit_are_refused():
+    def said(*arguments):
+        done = subprocess.run([sys.executable, "-c", COPIES, *arguments], capture_output=True, text=True, timeout=100)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert re.search(r"num_envs must be \d+ at most here: of 1000000000 copies", said("1000000000"))
+    few = int(re.search(r"must be (\d+) at most", said("64", "1e8"))[1])
+    assert 8 < few < 64
+    assert said(str(few // 2), "1e8") == said("9") == ""

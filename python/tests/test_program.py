@@ -1,6 +1,8 @@
 """The program inside the package."""
 
+import os
 import re
+import signal
 import subprocess
 import sys
 import urllib.request
@@ -43,3 +45,13 @@ def test_older_processors_are_told(tmp_path):
         assert "avx2" in _machine.missing(file) and "avx" not in _machine.missing(file)
     assert _machine.missing(tmp_path / "none") == []
     assert _machine.missing() == []
+
+
+def test_a_closed_pipe_ends_the_program_without_a_word():
+    if not _program.PROGRAM.is_file():
+        pytest.skip("built without the program")
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run([sys.executable, "-m", "kerf", "info", "--schema"], stdout=write, stderr=subprocess.PIPE, text=True)
+    os.close(write)
+    assert done.stderr == "" and done.returncode == -signal.SIGPIPE

@@ -13,12 +13,14 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .. import Batch, Camera, Error, Session
-from .._arguments import pixels, points, whole
+from .._arguments import flag, number, pixels, points, unmasked, whole
 from ._marks import STEEL, paint
+from ._memory import Room
 
 __all__ = ["Tasks"]
 
 SETTINGS = ("action_size", "state_size", "steps", "horizon", "variety", "camera")  # what a task may set
+VARIED = ("young", "poisson", "density")  # what `variety` may name
 LED = ("blade", "cuts", "grasps", "tools")  # what control() may return
 
 
@@ -28,6 +30,7 @@ def _kind_of(array: NDArray[Any], given: Any) -> str:
 
 def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Actions as numbers, or an error that says what is wrong with them."""
+    unmasked(given, name)
     array = np.asarray(given)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be numbers, not {_kind_of(array, given)}")
@@ -68,7 +71,8 @@ class Tasks(VectorEnv):
     """n copies of one task as a gymnasium.vector.VectorEnv: one call steps them all, in threads.
 
     observations: "state" (a vector of float32 of the size of 1, cut off at -10 and 10) or "pixels" (RGB pictures, uint8, `size` high and wide).
-    randomise: each episode has a body of another material: vary() makes it. threads: as of kerf.Batch.
+    num_envs: copies; ValueError says how many fit into memory. threads: as of kerf.Batch.
+    randomise: each episode has a body of another material: vary() makes it.
     max_episode_steps: actions of an episode, at most; by default `horizon`.
     A copy that has ended begins anew with the next step(), whose action it does not take (Gymnasium's NEXT_STEP).
     The same seeds and actions give the same observations and rewards, to the bit.
@@ -111,19 +115,22 @@ class Tasks(VectorEnv):
             raise ValueError(f'observations must be "state" or "pixels", not {observations!r}')
         if render_mode not in (None, "rgb_array", "human"):
             raise ValueError(f'render_mode must be "rgb_array" or "human", not {render_mode!r}')
-        for number in ("action_size", "state_size", "steps", "horizon"):
-            if not hasattr(self, number):
-                raise NotImplementedError(f"{type(self).__name__} has no {number}; help(kerf.gym.Tasks) says what a task defines")
-            whole(getattr(self, number), f"{number} of {type(self).__name__}", 1)
-        self.num_envs, self.render_mode, self.randomise = num_envs, render_mode, randomise
+        for word in ("action_size", "state_size", "steps", "horizon"):
+            if not hasattr(self, word):
+                raise NotImplementedError(f"{type(self).__name__} has no {word}; help(kerf.gym.Tasks) says what a task defines")
+            whole(getattr(self, word), f"{word} of {type(self).__name__}", 1)
+        if type(self).vary is Tasks.vary:
+            self._check_variety()
+        self.num_envs, self.render_mode, self.randomise = num_envs, render_mode, flag(randomise, "randomise")
         self.pixels, self.size = observations == "pixels", pixels(size, "size")
         self.horizon_now = max_episode_steps or self.horizon
         self.single_action_space = spaces.Box(-1, 1, (self.action_size,), np.float32)
         self.single_observation_space = (spaces.Box(0, 255, (self.size, self.size, 3), np.uint8) if self.pixels
                                          else spaces.Box(-10, 10, (self.state_size,), np.float32))
+        self.sessions = []
+        self._make_sessions(num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.sessions = [Session(self.scene()) for _ in range(num_envs)]
         self.batch = Batch(self.sessions, threads=threads)
         self._random: list[np.random.Generator] = [np.random.default_rng() for _ in range(num_envs)]
         self._seeds = [-1] * num_envs
@@ -145,6 +152,28 @@ class Tasks(VectorEnv):
             kind = TypeError if isinstance(error, TypeError) else ValueError
             raise kind(f"camera of {type(self).__name__} must be a dict with eye and target, up and field_of_view if wanted: {error}") from error
 
+    def _make_sessions(self, wanted: int) -> None:
+        room = Room(wanted)
+        try:
+            while len(self.sessions) < wanted:
+                self.sessions.append(Session(self.scene()))
+                room.check(len(self.sessions))
+        except BaseException:
+            for session in self.sessions:
+                session.close()
+            raise
+
+    def _check_variety(self) -> None:
+        """ValueError, TypeError: `variety` is not what vary() takes."""
+        name = f"variety of {type(self).__name__}"
+        if not isinstance(self.variety, Mapping):
+            raise TypeError(f"{name} must be a dict, not {type(self.variety).__name__}")
+        for word, span in self.variety.items():
+            if word not in VARIED:
+                raise ValueError(f"{name} may have {', '.join(map(repr, VARIED))}, not {word!r}")
+            if not 0 <= number(span, f"{name}, {word!r},") < np.inf:
+                raise ValueError(f"{name}, {word!r}, must be 0 or more and finite, not {span!r}")
+
     # --- What a task has to say. Arrays have a row for each copy. ---
 
     def scene(self) -> dict[str, Any]:
@@ -159,6 +188,7 @@ class Tasks(VectorEnv):
 
         Each value named in `variety` is that of the scene times 2 to the power of a number, which lies evenly within plus and minus its span.
         """
+        self._check_variety()
         scene = self.sessions[row].material
         self.sessions[row].set_material(**{word: scene[word] * 2 ** random.uniform(-span, span) for word, span in self.variety.items()})
 

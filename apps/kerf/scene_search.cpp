@@ -43,8 +43,10 @@ std::vector<fs::path> scene_folders() {
   }
   std::error_code code;
   const fs::path program = fs::read_symlink("/proc/self/exe", code);
-  if (!code) out.push_back(program.parent_path().parent_path() / "share/kerf/scenes");
-  out.emplace_back(KERF_SCENES_SOURCE_DIR);
+  const fs::path installed = program.parent_path().parent_path() / "share/kerf/scenes";
+  if (!code) out.push_back(installed);
+  // Of a program that is installed, in a wheel too, the source is nobody's business.
+  if (code || !fs::is_directory(installed, code)) out.emplace_back(KERF_SCENES_SOURCE_DIR);
   return out;
 }
 

@@ -10,8 +10,8 @@
 namespace kerf::app {
 
 /// Folders that hold shipped scenes, in the order they are searched: those of the environment variable
-/// KERF_SCENES (separated by colons), share/kerf/scenes beside the program's own folder, the source folder it
-/// was built from.
+/// KERF_SCENES (separated by colons), share/kerf/scenes beside the program's own folder; where that is none, the
+/// source folder it was built from.
 std::vector<std::filesystem::path> scene_folders();
 
 /// The file for what a person typed: a path as it stands, else a scene of scene_folders(), each with and

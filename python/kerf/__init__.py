@@ -2,7 +2,7 @@
 
     import kerf
 
-    session = kerf.Session("steak")
+    session = kerf.Session("steak", scripted=False)  # without the scene's own cuts
     with session.stroke(frame="rest") as blade:
         blade.move([0, -0.10, 0.05], [0, -0.10, -0.05])
         blade.move([0, 0.02, 0.05], [0, 0.02, -0.05])

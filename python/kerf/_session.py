@@ -42,6 +42,8 @@ class Session(_core.Session):
     Or a kerf.Body, which hangs by its far rim; in a dict it is what is bound: {"body": {"bound": body}}.
     meshes: folders where mesh files are looked for that are not beside the scene.
     record: everything that is done to it is noted, for recording(). Every 100 steps then cost a hash of the state.
+    scripted: whether the scene's own commands run; shipped scenes have some. kerf.Session("steak") cuts and pulls as it steps, and a blade of the
+    scene that begins ends a stroke() that is open. With scripted=False nothing happens that the caller does not do.
     kerf.Error: the scene or a mesh can't be used, or a kerf.Body is to be recorded. TypeError: scene is something else.
 
     Lengths are metres, times seconds, z is up. A session is used by one thread at a time (another one gets a kerf.Error);
@@ -51,11 +53,13 @@ class Session(_core.Session):
 
     __slots__ = ("__weakref__", "_meshes", "_records")  # a name that is none is an AttributeError
 
-    def __init__(self, scene: Path | dict[str, Any] | _core.Body, *, meshes: Path | Iterable[Path] = (), record: bool = False) -> None:
+    def __init__(self, scene: Path | dict[str, Any] | _core.Body, *, meshes: Path | Iterable[Path] = (), record: bool = False,
+                 scripted: bool = True) -> None:
         text, name, folder, bodies = source_of(scene)
         self._meshes = paths_text(meshes)
         with naming_keys(text, name):
-            super().__init__(utf8(text), utf8(name), utf8(folder), self._meshes, bodies, _arguments.flag(record, "record"))
+            super().__init__(utf8(text), utf8(name), utf8(folder), self._meshes, bodies, _arguments.flag(record, "record"),
+                             _arguments.flag(scripted, "scripted"))
         self._records = Records()
 
     @classmethod

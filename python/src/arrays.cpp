@@ -29,14 +29,15 @@ bool take_numbers(nb::handle object, Vec3& out) {
   return true;
 }
 
-/// Of NumPy alone: nanobind 3.1 reads strides that other buffers need not have, as those of ctypes.
+/// Of NumPy alone: nanobind 3.1 reads strides that other buffers need not have, as those of ctypes. Classes that derive, as masked arrays, are not
+/// taken.
 bool is_array(nb::handle object) {
   static PyObject* kind = nullptr;  // Python's lock guards it
   if (kind == nullptr) {
     const Call call;
     kind = nb::object(nb::module_::import_("numpy").attr("ndarray")).release().ptr();
   }
-  return nb::isinstance(object, kind);
+  return reinterpret_cast<PyObject*>(Py_TYPE(object.ptr())) == kind;
 }
 
 bool take_array(nb::handle object, Vec3& out) {

@@ -47,8 +47,8 @@ void define_sessions(nb::module_& m) {
 
   nb::class_<LiveSession>(m, "Session")
       .def(nb::init<const std::string&, const std::string&, const std::string&, const std::vector<std::string>&,
-                    const nb::dict&, bool>(),
-           "text"_a, "name"_a, "folder"_a, "meshes"_a, "bodies"_a, "record"_a)
+                    const nb::dict&, bool, bool>(),
+           "text"_a, "name"_a, "folder"_a, "meshes"_a, "bodies"_a, "record"_a, "scripted"_a)
       .def(nb::init<const HeldRecording&, const std::vector<std::string>&>(), "recording"_a, "meshes"_a)
       .def("_recording", &LiveSession::recording)
       .def(
@@ -56,8 +56,11 @@ void define_sessions(nb::module_& m) {
           nb::sig("def step(self, n: int = 1) -> None"), R"(Simulates n time steps of time_step seconds each.
 
 Ctrl-C ends it after a whole step. ValueError: n is negative. kerf.Error: a step can't be done; the body is as before that step.)")
-      .def("undo", &LiveSession::undo, "Takes the last stroke back, to the bit. kerf.Error: there is none.")
-      .def("redo", &LiveSession::redo, "Does the stroke again that was undone last. kerf.Error: there is none.")
+      .def(
+          "undo", &LiveSession::undo,
+          "Takes the last stroke back, to the bit: that which is open, where it has cut. kerf.Error: there is none; an open stroke() goes on.")
+      .def("redo", &LiveSession::redo,
+           "Does the stroke again that was undone last. kerf.Error: there is none; an open stroke() goes on.")
       .def("validate", &LiveSession::validate, "Checks all invariants; kerf.Error names the first that does not hold.")
       .def("close", &LiveSession::close,
            "Frees the session now; all else then raises kerf.Error. Arrays that came from it stay.")

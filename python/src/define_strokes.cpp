@@ -29,7 +29,8 @@ void define_strokes(nb::module_& m) {
                      R"(One stroke of a blade: a context manager, made by Session.stroke().
 
 It begins where `with` is entered and ends with the block, after an exception too. What it has cut is one step of undo().
-A stroke that undo(), restore() or a blade of the scene ended is over; its blade then raises kerf.Error.)")
+A stroke that undo(), restore() or a blade of the scene ended is over; its blade then raises kerf.Error. A session that is made with
+scripted=False has no blades of the scene.)")
       .def("__init__", refuse_to_make<Stroke>("a stroke comes from stroke() of a kerf.Session"), kRefusesToMake)
       .def(
           "__enter__",

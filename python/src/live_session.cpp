@@ -54,7 +54,7 @@ nb::object score_or_none(const std::optional<TrainerScore>& score) {
 }
 
 LiveSession::LiveSession(const std::string& text, const std::string& name, const std::string& folder,
-                         const std::vector<std::string>& meshes, const nb::dict& bodies, bool record)
+                         const std::vector<std::string>& meshes, const nb::dict& bodies, bool record, bool scripted)
     : number_(next_number()) {
   if (record && bodies.size() > 0)
     throw Failure(bad_input(
@@ -68,12 +68,13 @@ LiveSession::LiveSession(const std::string& text, const std::string& name, const
   for (const auto [word, body] : bodies)
     folders.bodies[nb::cast<std::string>(word)] = nb::cast<const MemoryBody&>(body).loaded();
   make([&](const Progress& progress) -> Status {
-    const auto scene = parse_scene(text, name, folders);
+    auto scene = parse_scene(text, name, folders);
     if (!scene) return scene.error();
+    if (!scripted) scene->commands.clear();
     auto session = Session::create(*scene, progress);
     if (!session) return session.error();
     if (record) {
-      auto recorder = Recorder::begin(source_, *session);
+      auto recorder = Recorder::begin(source_, *session, scripted);
       if (!recorder) return recorder.error();
       recorder_ = std::move(*recorder);
     }
@@ -164,6 +165,8 @@ HeldRecording LiveSession::recording() {
 
 void LiveSession::undo() {
   Use session(*this);
+  if (is_open(stroke_) && !hand_has_cut() && session->undo_depth() == 0)
+    throw Failure(bad_input("there is no stroke to undo; the one that is open has cut nothing"));
   ++changes_;
   note(Kind::kUndo);
   const Status done = unlocked([&] { return session->undo(); });
@@ -173,6 +176,8 @@ void LiveSession::undo() {
 
 void LiveSession::redo() {
   Use session(*this);
+  if (is_open(stroke_))  // nothing was undone since it began
+    throw Failure(bad_input("there is no stroke to redo; one is open, which goes on"));
   ++changes_;
   note(Kind::kRedo);
   const Status done = unlocked([&] { return session->redo(); });

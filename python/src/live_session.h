@@ -52,9 +52,9 @@ struct SessionTurn {
 class LiveSession {
  public:
   /// From the text of a scene; files that it names are looked for in `folder`, then in `meshes`. `name` stands for it in messages. bodies:
-  /// MemoryBody of each name that stands for one in the scene. record: everything that is done is noted.
+  /// MemoryBody of each name that stands for one in the scene. record: everything that is done is noted. scripted: the scene's commands run.
   LiveSession(const std::string& text, const std::string& name, const std::string& folder,
-              const std::vector<std::string>& meshes, const nanobind::dict& bodies, bool record);
+              const std::vector<std::string>& meshes, const nanobind::dict& bodies, bool record, bool scripted);
   /// As a recording begins.
   LiveSession(const HeldRecording& recording, const std::vector<std::string>& meshes);
   LiveSession(const LiveSession&) = delete;
@@ -178,6 +178,8 @@ class LiveSession {
   class Use;
   [[nodiscard]] bool is_open(std::uint64_t stroke) const;
   void must_be_open(std::uint64_t stroke) const;
+  /// Has the stroke by hand, which is open, cut anything so far?
+  [[nodiscard]] bool hand_has_cut() const;
   void note(SessionChange::Kind kind, std::vector<double> values = {}) {
     if (recorder_) recorder_->note(*session_, kind, std::move(values));
   }

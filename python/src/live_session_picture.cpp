@@ -8,6 +8,7 @@
 
 #include "arrays.h"
 #include "errors.h"
+#include "interrupts.h"
 #include "live_session.h"
 #include "live_session_use.h"
 #include "python_lock.h"
@@ -54,21 +55,25 @@ nb::object LiveSession::render(int width, int height, std::optional<PictureView>
   const auto rows = static_cast<std::size_t>(height), columns = static_cast<std::size_t>(width);
   std::vector<std::uint8_t> colors;
   std::vector<float> far;
-  check(unlocked([&]() -> Status {
+  Interrupts interrupts;
+  const Status drawn = unlocked([&]() -> Status {
     KERF_TRY(make_painter());
     SceneOutput output;
     output.camera = session->scene().output.camera;
     output.picture_size = {width, height};
     if (!view) view = painter_->fitted_view(*session, output.camera, width, height);
-    if (wish.shadows) colors = painter_->draw(*session, output, view).rgb;
+    if (wish.shadows) colors = painter_->draw(*session, output, view, [&] { return interrupts.wanted(); }).rgb;
     else colors.resize(3 * rows * columns);
+    if (interrupts.wanted()) return {};
     if (wish.depth || wish.alpha) far.resize(rows * columns);
     if (!far.empty() || !wish.shadows)
       painter_->draw_quickly(*session, *view,
                              {width, height, wish.shadows ? std::span<std::uint8_t>() : std::span(colors), far});
     if (wish.alpha) colors = with_alpha(colors, far);
     return {};
-  }));
+  });
+  interrupts.raise();
+  check(drawn);
   const nb::object picture =
       own_array<std::uint8_t>(std::move(colors), {rows, columns, std::size_t{wish.alpha ? 4u : 3u}});
   if (!wish.depth) return picture;

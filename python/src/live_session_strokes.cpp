@@ -44,8 +44,12 @@ bool LiveSession::is_open(std::uint64_t stroke) const {
 }
 
 void LiveSession::must_be_open(std::uint64_t stroke) const {
+  if (stroke == 0)
+    throw Failure(bad_input("this stroke has not begun; use `with`: with session.stroke() as blade: blade.move(...)"));
   if (!is_open(stroke)) throw Failure(bad_input("this stroke is over; begin another one"));
 }
+
+bool LiveSession::hand_has_cut() const { return session_->strokes().back().before != session_->counts(); }
 
 void LiveSession::note_end_of_stroke() {
   if (!session_->in_stroke()) stroke_record_ = 0;

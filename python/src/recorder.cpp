@@ -34,10 +34,11 @@ std::optional<Session::GraspState> held(Session& session, const std::string& id)
 
 }  // namespace
 
-Result<Recorder> Recorder::begin(SceneSource source, const Session& session) {
+Result<Recorder> Recorder::begin(SceneSource source, const Session& session, bool scripted) {
   Recorder out;
   out.frame_.source = std::move(source);
   KERF_TRY(take_meshes(session.scene(), out.frame_.source));
+  out.frame_.overrides.scripted = scripted;
   out.frame_.overrides.dust = session.scene().cut.dust;
   out.frame_.instructions = instruction_set();
   out.notes_.hashes.push_back({0, session.hash()});

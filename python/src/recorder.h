@@ -22,8 +22,8 @@ class Recorder {
     std::string trouble;    ///< why it can't be recorded any more; empty: it can
   };
 
-  /// Of a session that has just been made of this scene. Bad input: a mesh file can't be read.
-  static Result<Recorder> begin(SceneSource source, const Session& session);
+  /// Of a session that has just been made of this scene, with its commands or without. Bad input: a mesh file can't be read.
+  static Result<Recorder> begin(SceneSource source, const Session& session, bool scripted);
 
   /// Before it is done, whatever comes of it; what does nothing where it is refused, after it.
   void note(const Session& session, SessionChange change);

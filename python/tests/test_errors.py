@@ -362,11 +362,16 @@ def test_a_viewer_of_nothing():
         kerf.Viewer(5)
 
 
+def move(session, base, tip):
+    with session.stroke() as blade:
+        blade.move(base, tip)
+
+
 MASKED = np.ma.masked_array(ACROSS, mask=np.ones((2, 2, 3), bool))
 
 
 @pytest.mark.parametrize("use", [
-    lambda s: s.cut(MASKED), lambda s: s.to_world(MASKED[0]), lambda s: kerf.Camera(MASKED[0, 0], (0, 0, 0)),
+    lambda s: s.cut(MASKED), lambda s: move(s, MASKED[0, 0], (0, 0, 0)), lambda s: setattr(s, "gravity", MASKED[0, 0]), lambda s: s.to_world(MASKED[0]), lambda s: kerf.Camera(MASKED[0, 0], (0, 0, 0)),
     lambda s: kerf.Batch([s]).turn(blade=MASKED[:1]), lambda s: kerf.bind(np.ma.masked_array(np.eye(3)), [[0, 1, 2]])])
 def test_masked_arrays_are_refused(use):
     """A mask would be left out, and what it hides be cut."""

@@ -55,3 +55,11 @@ def test_a_closed_pipe_ends_the_program_without_a_word():
     done = subprocess.run([sys.executable, "-m", "kerf", "info", "--schema"], stdout=write, stderr=subprocess.PIPE, text=True)
     os.close(write)
     assert done.stderr == "" and done.returncode == -signal.SIGPIPE
+
+
+def test_a_scene_that_is_none_is_looked_for_in_the_package():
+    if not _program.PROGRAM.is_file():
+        pytest.skip("built without the program")
+    said = subprocess.run([sys.executable, "-m", "kerf", "info", "nosuch"], capture_output=True, text=True, env={**os.environ, "KERF_SCENES": ""}).stderr
+    folders = re.search("looked for it as a file(.*)", said)[1].split(", in ")[1:]
+    assert [Path(folder).resolve() for folder in folders] == [(Path(kerf.__file__).parent / "share/kerf/scenes").resolve()]

@@ -1,7 +1,11 @@
 """Pictures and depth, judged by rays, closed forms and what the body's arrays say."""
 
 import gc
+import os
 import pickle
+import signal
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -278,3 +282,16 @@ def test_pictures_leave_nothing():
         use()
     gc.collect()
     assert resident() - before < 4 * 2**20
+
+
+def test_ctrl_c_ends_a_picture_with_shadows():
+    session = kerf.Session("steak")
+    whole = session.render(64, 64, shadows=True)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start what runs in the background without it
+    began = time.perf_counter()
+    timer = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        session.render(3200, 2400, shadows=True, depth=True)
+    assert time.perf_counter() - began < 3
+    assert (session.render(64, 64, shadows=True) == whole).all()

@@ -122,6 +122,49 @@ def test_what_was_cut_stays_after_an_exception(steak):
     assert steak.counts["pieces"] == 1
 
 
+@pytest.mark.parametrize(("work", "moves"), [("undo", 0), ("undo", 1), ("redo", 0), ("redo", 1), ("redo", 2)])
+@pytest.mark.parametrize("undone", [False, True])
+def test_a_stroke_goes_on_where_undo_and_redo_fail(steak, work, moves, undone):
+    if undone:
+        steak.cut(np.array(ACROSS) + [0.03, 0, 0])
+        steak.undo()
+    with steak.stroke() as blade:
+        for edge in ACROSS[:moves]:
+            blade.move(*edge)
+        before = steak.hash
+        with pytest.raises(kerf.Error, match=f"there is no stroke to {work}; .*open"):
+            getattr(steak, work)()
+        assert blade.is_open and steak.hash == before
+        for edge in ACROSS[min(moves, 1):]:
+            blade.move(*edge)
+    assert steak.counts["pieces"] == 2 and steak.undo_depth == 1
+    steak.undo()
+    assert steak.counts["pieces"] == 1
+
+
+def test_a_stroke_that_has_not_begun_says_how(steak):
+    for use in (lambda b: b.move(*ACROSS[0]), lambda b: b.end(), lambda b: b.cancel()):
+        with pytest.raises(kerf.Error, match="has not begun; use `with`"):
+            use(steak.stroke())
+
+
+def test_a_session_without_the_commands_of_its_scene():
+    poses = [{"time": 0, "base": [0, -0.2, 0.5], "tip": [0, -0.2, -0.5]}, {"time": 0.02, "base": [0, 0.2, 0.5], "tip": [0, 0.2, -0.5]}]
+    scene = {"body": {"model": "steak"}, "command": [{"at": 0, "type": "blade", "frame": "rest", "poses": poses}]}
+    idle = kerf.Session(scene, scripted=False, record=True)
+    with idle.stroke() as blade:
+        blade.move(*np.array(ACROSS[0]) + [0.03, 0, 0])
+        idle.step(30)
+        assert blade.is_open and idle.counts["pieces"] == 1
+    assert idle.undo_depth == 0
+    assert idle.recording().replay()["same"]  # it knows that they did not run
+    busy = kerf.Session(scene, scripted=True)
+    busy.step(30)
+    assert busy.undo_depth == 1 and busy.counts["pieces"] == 2
+    with pytest.raises(TypeError, match="scripted must be True or False"):
+        kerf.Session(scene, scripted=0)
+
+
 def test_a_cut_through_the_air_is_none(steak):
     assert not steak.cut(np.array(ACROSS) + [1, 0, 0])
     assert steak.undo_depth == 0

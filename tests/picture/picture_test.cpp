@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <cstdlib>
 #include <span>
@@ -50,6 +51,23 @@ TEST(Picture, TheBodyFillsTheMiddle) {
   EXPECT_NEAR(blue_rows, 80 / 1.1, 3);
   const Rgb corner = pixel(picture, 2, 2);
   EXPECT_LT(std::abs(corner.b - corner.r), 20);  // the grey stage
+}
+
+TEST(Picture, IsStoppedAtAnyMoment) {
+  const Square square;
+  PictureOptions options = small();
+  const Picture whole = draw_picture(square.body(), {}, options);
+  std::atomic<int> asked = 0;
+  options.stop = [&] { return ++asked < 0; };
+  EXPECT_EQ(draw_picture(square.body(), {}, options).rgb, whole.rgb);
+  const int often = asked;
+  EXPECT_GT(often, 80);
+  for (const int last : {1, 50, 100, often / 2, often - 1}) {
+    asked = 0;
+    options.stop = [&] { return ++asked >= last; };
+    EXPECT_EQ(draw_picture(square.body(), {}, options).rgb.size(), whole.rgb.size());
+    EXPECT_LT(asked, last + 64) << "threads that ask at once hear of it";
+  }
 }
 
 TEST(Picture, CutSurfacesLookDifferent) {

@@ -1,6 +1,7 @@
 #include "kerf/picture/picture.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -80,11 +81,12 @@ class Stage {
     out.rgb.resize(3 * picture_index(options_.width) * picture_index(options_.height));
     std::vector<Vec3> colors(picture_index(options_.width) * picture_index(options_.height));
     parallel_for(picture_index(options_.height), 16, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t y = begin; y < end; ++y) {
+      for (std::size_t y = begin; y < end && !stopped(); ++y) {
         for (int x = 0; x < options_.width; ++x)
           colors[y * picture_index(options_.width) + picture_index(x)] = pixel(x, static_cast<int>(y));
       }
     });
+    if (stopped()) return out;
     draw_lines(colors);
     for (std::size_t i = 0; i < colors.size(); ++i) {
       for (int k = 0; k < 3; ++k) out.rgb[3 * i + picture_index(k)] = to_srgb(colors[i][k]);
@@ -93,12 +95,19 @@ class Stage {
   }
 
  private:
+  /// One of the threads that draw may be the one that hears the wish.
+  [[nodiscard]] bool stopped() const {
+    if (!options_.stop) return false;
+    if (!stopped_ && options_.stop()) stopped_ = true;
+    return stopped_;
+  }
+
   void set_lights() {
     lights_ = StageLights(camera_);
     const Vec3 key = lights_.key;
     const auto [u, v] = perpendicular(key);
     if (box_.empty()) return;
-    for (int i = 0; i < kKeyMaps; ++i) {
+    for (int i = 0; i < kKeyMaps && !stopped(); ++i) {
       const Vec2 s = spiral(i, kKeyMaps);
       key_maps_.emplace_back(body_, box_, normalized(key + (kKeyRadius * s.x) * u + (kKeyRadius * s.y) * v),
                              kKeyResolution);
@@ -117,13 +126,14 @@ class Stage {
     for (Vec3& n : normal) n = normalized(n);
     std::vector<LightMap> maps;
     maps.reserve(kSkyMaps);
-    for (int i = 0; i < kSkyMaps; ++i) {  // all round: undersides see the light that the ground throws back
+    // All round: undersides see the light that the ground throws back.
+    for (int i = 0; i < kSkyMaps && !stopped(); ++i) {
       const double z = 1 - 2 * (i + 0.5) / kSkyMaps, angle = 2.399963229728653 * i, r = std::sqrt(1 - z * z);
       maps.emplace_back(body_, box_, Vec3{r * std::cos(angle), r * std::sin(angle), z}, kSkyResolution);
     }
     const double bias = kShadowBias * size_;
     parallel_for(body_.positions.size(), 1024, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
+      for (std::size_t v = begin; v < end && !stopped(); ++v) {
         double seen = 0, all = 1e-9;
         for (const LightMap& map : maps) {
           const double c = dot(normal[v], map.direction());
@@ -139,7 +149,7 @@ class Stage {
     grid_size_ = 2.6 * size_;
     grid_low_ = {box_.center().x - 0.5 * grid_size_, box_.center().y - 0.5 * grid_size_};
     parallel_for(picture_index(kGroundGrid), 8, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t j = begin; j < end; ++j) {
+      for (std::size_t j = begin; j < end && !stopped(); ++j) {
         for (std::size_t i = 0; i < picture_index(kGroundGrid); ++i) {
           const Vec3 p{grid_low_.x + grid_size_ * (static_cast<double>(i) + 0.5) / kGroundGrid,
                        grid_low_.y + grid_size_ * (static_cast<double>(j) + 0.5) / kGroundGrid, ground_z_};
@@ -164,6 +174,7 @@ class Stage {
     constexpr std::size_t kBand = 64;
     parallel_for(picture_index(height_), kBand, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = 0; t < body_.triangles.size(); ++t) {
+        if (t % 1024 == 0 && stopped()) return;
         const Triangle& tri = body_.triangles[t];
         const Vec3 a = screen_[picture_index(tri[0])], b = screen_[picture_index(tri[1])],
                    c = screen_[picture_index(tri[2])];
@@ -303,6 +314,7 @@ class Stage {
 
   void draw_lines(std::vector<Vec3>& colors) const {
     for (const PictureLine& line : lines_) {
+      if (stopped()) return;
       const Vec3 a = camera_.project(line.a), b = camera_.project(line.b);
       if (!(a.z > 0 && b.z > 0)) continue;
       const Vec2 p{a.x / kSamples, a.y / kSamples}, q{b.x / kSamples, b.y / kSamples};
@@ -334,6 +346,7 @@ class Stage {
   PictureBody body_;
   std::span<const PictureLine> lines_;
   PictureOptions options_;
+  mutable std::atomic<bool> stopped_ = false;
   BodyTexture texture_;
   int width_, height_;
   Box3 box_, rest_box_;

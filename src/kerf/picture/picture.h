@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -61,6 +62,7 @@ struct PictureOptions {
   bool ground = true;               ///< something to lie on, at the lowest point of the body, with the body's shadow
   bool two_sided = false;           ///< light the backs of triangles too (open sheets)
   std::optional<double> ground_at;  ///< metres: height of the ground instead
+  std::function<bool()> stop;       ///< asked by several threads at once: is the picture of no use any more?
 };
 
 struct Picture {
@@ -68,7 +70,8 @@ struct Picture {
   std::vector<std::uint8_t> rgb;  ///< 3 width height, sRGB, rows from top to bottom
 };
 
-/// Draws the body and things beside it; empty bodies give an empty stage. The same input gives the same bytes.
+/// Draws the body and things beside it; empty bodies give an empty stage. The same input gives the same bytes. A picture that was stopped has
+/// black left in it.
 Picture draw_picture(const PictureBody& body, std::span<const PictureLine> lines, const PictureOptions& options,
                      std::span<const PictureThing> things = {});
 

@@ -162,7 +162,8 @@ std::vector<PictureLine> SessionPainter::wireframe(Session& session) const {
   return lines;
 }
 
-Picture SessionPainter::draw(Session& session, const SceneOutput& output, const std::optional<PictureView>& view) {
+Picture SessionPainter::draw(Session& session, const SceneOutput& output, const std::optional<PictureView>& view,
+                             std::function<bool()> stop) {
   gather(session);
   PictureOptions options = options_of(output.camera);
   options.view = view;
@@ -170,6 +171,7 @@ Picture SessionPainter::draw(Session& session, const SceneOutput& output, const 
   options.height = output.picture_size[1];
   options.two_sided = !session.body().complex.closed;
   options.ground_at = ground_at_;
+  options.stop = std::move(stop);
   std::vector<PictureLine> lines;
   if (output.wireframe) lines = wireframe(session);
   return draw_picture(body(session), lines, options, things_);

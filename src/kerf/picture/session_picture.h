@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -29,8 +30,9 @@ class SessionPainter {
   void draw_quickly(Session& session, const PictureView& view, const QuickTarget& target);
 
   /// Soft shadows and four samples a pixel, on a ground. Without a view: the scene's camera. With output.wireframe, the edges of the three
-  /// meshes too (visual black, collision orange, hexahedra in colours per copy), as in the paper's figures.
-  Picture draw(Session& session, const SceneOutput& output, const std::optional<PictureView>& view = {});
+  /// meshes too (visual black, collision orange, hexahedra in colours per copy), as in the paper's figures. stop: as of PictureOptions.
+  Picture draw(Session& session, const SceneOutput& output, const std::optional<PictureView>& view = {},
+               std::function<bool()> stop = {});
 
  private:
   /// What one obstacle looks like in its own axes.

@@ -55,6 +55,26 @@ TEST_P(PathOpens, OutOverTheEdgeThatItBeganOn) {
   }
 }
 
+// A wedge along the edge, of a mean width of a quarter of a feature: one edge of the path holds it. A wider one comes off.
+TEST_P(PathOpens, WhatHoldsACrumbStays) {
+  for (const double height : {0.01, 0.04}) {
+    Bench b(GetParam());
+    ASSERT_TRUE(b.open({b.on_edge(0, 1, 0.3), b.inside(0.5, height), b.on_edge(0, 1, 0.7)}));
+    const bool is_crumb = height < 0.02;
+    EXPECT_EQ(b.opening.opened(), is_crumb ? 1 : 2);
+    EXPECT_EQ(b.pieces(), is_crumb ? 1 : 2);
+  }
+}
+// A path so short would only leave vertices in a strand.
+TEST_P(PathOpens, NothingForACrumbAtTheEndOfAShortPath) {
+  Bench b(GetParam());
+  const std::uint64_t before = hash_of(b.body);
+  EXPECT_FALSE(
+      b.opening.open(std::vector<Stop>{b.on_edge(0, 1, 0.45), b.inside(0.5, 0.01), b.on_edge(0, 1, 0.55)}, {}));
+  EXPECT_EQ(b.opening.refused(), 0);
+  EXPECT_EQ(hash_of(b.body), before);
+}
+
 TEST_P(PathOpens, ToACornerOrAnEdgeWithinAFeatureOfAPointInside) {
   Bench b(GetParam());
   ASSERT_TRUE(b.open({b.on_edge(0, 1, 0.4), b.inside(0.505, 0.49)}));
@@ -138,7 +158,7 @@ TEST(PathOpens, NoPieceWithoutMaterial) {
     const std::uint64_t before = hash_of(b.body);
     const std::vector<Stop> corner{b.on_edge(0, 1, 0.1), b.on_edge(0, 4, 0.1), b.on_edge(2, 0, 0.9)};
     EXPECT_EQ(b.opening.open(corner, {}), !flat);
-    EXPECT_EQ(b.opening.uncut().reason, flat ? UncutReason::kSliver : UncutReason::kNone);
+    EXPECT_EQ(b.opening.refused(), 0);
     EXPECT_EQ(b.pieces(), flat ? 1 : 2);
     EXPECT_EQ(hash_of(b.body) == before, flat);
   }

@@ -11,6 +11,7 @@
 #include "kerf/base/hash.h"
 #include "kerf/base/indexed.h"
 #include "kerf/base/random.h"
+#include "kerf/cutting/pieces.h"
 #include "kerf/cutting/roughen.h"
 #include "kerf/cutting/slide_vertex.h"
 
@@ -181,13 +182,13 @@ TEST(Shave, AHoleGrowsToTheCircleThatTheShaverWentAlong) {
   }
   // The border is a circle, without thorns, a little inside the one that the shaver reaches: it takes less and less towards its end.
   const CollisionMesh& m = b.body.collision;
+  const Pieces pieces = collision_pieces(b.body);
+  const std::int32_t punched = piece_of_triangle(pieces, cut->loose.front());
   int vertices = 0;
   double least = 1, most = 0;
   for (const WallId w : ids<WallId>(b.body.wall_edge.size())) {
     const CollisionHalfEdge h = b.body.wall_edge[w];
-    bool inside = false;
-    for (const CollisionTriangle f : cut->loose) inside = inside || f == CollisionMesh::face(h);
-    if (inside) continue;
+    if (pieces.of_face[CollisionMesh::face(h).index()] == punched) continue;
     const double r = norm(m.rest[m.from(h)] - Vec3{0.5, 0.5, 0});
     least = std::min(least, r);
     most = std::max(most, r);

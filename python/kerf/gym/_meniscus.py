@@ -20,7 +20,7 @@ LONGEST = 0.0025  # m: no edge of the surface is longer
 
 def meniscus_scene(time_step: float) -> dict[str, Any]:
     """The scene; the body is the model "meniscus"."""
-    return {"body": {"model": "meniscus"}, "cut": {"layers": 4, "path_tolerance": 0.02},
+    return {"body": {"model": "meniscus"}, "cut": {"layers": 4, "path_tolerance": 0.008},
             "simulation": {"time_step": time_step, "gravity": [0, 0, 0]},
             "fix": [{"half_space": {"point": [0, 0.027, 0], "normal": [0, 1, 0]}}, {"half_space": {"point": [0, 0.003, 0], "normal": [0, -1, 0]}}]}
 

@@ -1,5 +1,8 @@
 #include "kerf/cutting/crumb.h"
 
+#include <array>
+
+#include "kerf/base/at.h"
 #include "kerf/cutting/tolerances.h"
 
 namespace kerf {
@@ -42,20 +45,22 @@ double enclosed_by(const CellComplex& body, F of_piece, CutScratch& scratch) {
   return volume;
 }
 
-bool is_in_crumb(const CellComplex& body, std::span<const F> faces, CutScratch& scratch) {
-  if (!body.closed) return false;
+bool is_in_crumb(const CellComplex& body, std::span<const F> faces, double width, CutScratch& scratch) {
   const CollisionMesh& mesh = body.collision;
   const double edge = body.mean_root_edge, most = cut::kCrumbArea * edge * edge,
                least = cut::kCrumbVolume * edge * edge * edge;
   for (const F seed : faces) {
-    double area = 0;
+    double area = 0, border = 0;
     const bool small = flood(mesh, seed, scratch.crumb_seen, scratch.crumb_faces, [&](F f) {
-      const CollisionHalfEdge h = CollisionMesh::corner(f, 0);
-      const Vec3 a = mesh.rest[mesh.from(h)];
-      area += 0.5 * norm(cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a));
+      std::array<Vec3, 3> p;
+      for (int k = 0; k < 3; ++k) p[kerf::at(k)] = mesh.rest[mesh.from(CollisionMesh::corner(f, k))];
+      area += 0.5 * norm(cross(p[1] - p[0], p[2] - p[0]));
+      for (int k = 0; k < 3; ++k)
+        if (mesh.is_border(CollisionMesh::corner(f, k))) border += norm(p[kerf::at((k + 1) % 3)] - p[kerf::at(k)]);
       return area <= most;
     });
-    if (small && !(enclosed_by(body, seed, scratch) > least)) return true;
+    if (small && (2 * area < width * border || (body.closed && !(enclosed_by(body, seed, scratch) > least))))
+      return true;
   }
   return false;
 }

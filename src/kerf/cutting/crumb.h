@@ -1,4 +1,5 @@
-// Pieces that a cut must not leave: so small that nothing of the material is in them (docs/cutting.md, "From tool motion to a cut path").
+// Pieces that a cut must not leave: thinner than what counts as a feature, or with nothing of the material in them (docs/cutting.md, "From tool motion to a
+// cut path").
 #pragma once
 
 #include <span>
@@ -8,9 +9,10 @@
 
 namespace kerf {
 
-/// Is one of these faces in a small piece of a closed body whose skin encloses nothing, or is turned inside out? Small: of kCrumbArea at most.
+/// Is one of these faces in a small piece whose mean width at rest is below `width`, in metres, or, in a closed body, whose skin encloses nothing or is turned
+/// inside out? Small: of kCrumbArea at most. The mean width of a strip is its width, of a disc its radius.
 /// Cost: the faces of small pieces, and a few for each face that is in a larger one.
-bool is_in_crumb(const CellComplex& body, std::span<const CollisionTriangle> faces, CutScratch& scratch);
+bool is_in_crumb(const CellComplex& body, std::span<const CollisionTriangle> faces, double width, CutScratch& scratch);
 
 /// m^3 that the skin of the piece with this face encloses at rest; a closed body. Cost: its visual triangles.
 double enclosed_by(const CellComplex& body, CollisionTriangle of_piece, CutScratch& scratch);

@@ -1,6 +1,7 @@
 #include "kerf/cutting/path_opening.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -48,14 +49,9 @@ bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn,
   if (reason != UncutReason::kNone) {
     journal_rollback(ground_.cut.body, mark_);
     ground_.cut.scratch.flip_stack.resize(std::min(flips, ground_.cut.scratch.flip_stack.size()));
-    // What is shorter than all that is cut may leave a crumb where it is.
-    double length = 0;
-    for (std::size_t i = 0; i + 1 < stops.size(); ++i)
-      length += norm(stops[i + 1].place(mesh()) - stops[i].place(mesh()));
-    if (reason != UncutReason::kSliver || length >= feature_) {
-      ++refused_;
-      if (uncut_.reason == UncutReason::kNone) uncut_ = {reason, at};
-    }
+    if (reason == UncutReason::kCrumbs) return false;
+    ++refused_;
+    if (uncut_.reason == UncutReason::kNone) uncut_ = {reason, at};
     return false;
   }
   end();
@@ -78,16 +74,63 @@ UncutReason PathOpening::open_made() {
     if (!middle.valid()) return UncutReason::kNoVertex;
     edges_.push_back(mesh().find_half_edge(middle, end));
   }
-  beside_.clear();
-  for (const H h : edges_) {
-    if (!mesh().is_border(h)) {
-      beside_.push_back(CollisionMesh::face(h));
-      beside_.push_back(CollisionMesh::face(mesh().twin[h]));
+  return unlink_all();
+}
+
+double PathOpening::made_length() const {
+  double sum = 0;
+  for (std::size_t i = 0; i + 1 < made_.size(); ++i) sum += norm(mesh().rest[made_[i + 1]] - mesh().rest[made_[i]]);
+  return sum;
+}
+
+/// The edges of the path, but for those that hold a crumb: what lies beyond it is parted from the body by the crumb's other sides. A short path that holds
+/// one is not made, so that strands do not fill with vertices.
+UncutReason PathOpening::unlink_all() {
+  const auto roll_back = [&](const JournalMark& mark, std::size_t flips) {
+    journal_rollback(ground_.cut.body, mark);
+    ground_.cut.scratch.flip_stack.resize(std::min(flips, ground_.cut.scratch.flip_stack.size()));
+  };
+  const bool was_empty = edges_.empty();
+  JournalMark whole;
+  journal_mark(ground_.cut.body, whole);
+  const std::size_t flips = ground_.cut.scratch.flip_stack.size();
+  for (;;) {
+    twins_.clear();
+    bool is_held = false;
+    for (std::size_t i = 0; i < edges_.size();) {
+      const H h = edges_[i], twin = mesh().twin[h];
+      if (!twin.valid()) {  // the path comes twice along it
+        edges_.erase(edges_.begin() + static_cast<std::ptrdiff_t>(i));
+        continue;
+      }
+      JournalMark before;
+      journal_mark(ground_.cut.body, before);
+      const std::size_t flips_before = ground_.cut.scratch.flip_stack.size();
       if (!cut::unlink_edge(ground_.cut, h)) return UncutReason::kPinch;
+      if (is_in_crumb(ground_.cut.body, std::array{CollisionMesh::face(h), CollisionMesh::face(twin)},
+                      cut::kCrumbWidth * feature_, ground_.cut.scratch)) {
+        is_held = true;
+        roll_back(before, flips_before);
+        edges_.erase(edges_.begin() + static_cast<std::ptrdiff_t>(i));
+        continue;
+      }
+      twins_.push_back(twin);
+      ++i;
     }
-    ++opened_;
+    if (!is_held) break;
+    if (made_length() < cut::kCrumbPath * feature_) return UncutReason::kCrumbs;
+    // What an edge that stays has left alone would have both lips between the same two vertices.
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < edges_.size(); ++i)
+      if (mesh().from(edges_[i]) != mesh().to(twins_[i]) || mesh().to(edges_[i]) != mesh().from(twins_[i]))
+        edges_[kept++] = edges_[i];
+    if (kept == edges_.size()) break;
+    edges_.resize(kept);
+    roll_back(whole, flips);
   }
-  return is_in_crumb(ground_.cut.body, beside_, ground_.cut.scratch) ? UncutReason::kSliver : UncutReason::kNone;
+  if (edges_.empty() && !was_empty) return UncutReason::kCrumbs;
+  opened_ += static_cast<int>(edges_.size());
+  return UncutReason::kNone;
 }
 
 void PathOpening::turn_edges(std::span<const F> keep) {

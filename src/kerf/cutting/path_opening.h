@@ -24,8 +24,8 @@ class PathOpening {
   PathOpening(PathGround ground, double feature, double outside)
       : ground_(ground), feature_(feature), outside_(outside) {}
 
-  /// Makes the vertices of a path, whose neighbours share a face each, and opens what lies between. `closed`: the last stop is the first. False: refused, as
-  /// degenerate or because a piece without material would come off, and nothing is changed. `made()`: the vertices. `drawn`: where the blade was, in order, at rest.
+  /// Makes the vertices of a path, whose neighbours share a face each, and opens what lies between, but for edges that hold a crumb (crumb.h). `closed`: the last stop is
+  /// the first. False: refused as degenerate, and nothing is changed. `made()`: the vertices. `drawn`: where the blade was, in order, at rest.
   bool open(std::span<const CutStop> stops, std::span<const Vec3> drawn, bool closed = false);
   [[nodiscard]] const std::vector<CollisionVertex>& made() const { return made_; }
   /// Turns edges where paths have been cut (Delaunay), but not those of the faces `keep`.
@@ -34,16 +34,16 @@ class PathOpening {
   /// Has a path divided this face?
   [[nodiscard]] bool divided(CollisionTriangle f) const;
   void forget_divided() { divided_.clear(); }
-  [[nodiscard]] int opened() const { return opened_; }  ///< edges
-  [[nodiscard]] int refused() const {
-    return refused_;
-  }  ///< paths, but for those shorter than a minimum feature that would only have cut off a crumb
+  [[nodiscard]] int opened() const { return opened_; }             ///< edges
+  [[nodiscard]] int refused() const { return refused_; }           ///< paths
   [[nodiscard]] const UncutPath& uncut() const { return uncut_; }  ///< the first path that was refused
   [[nodiscard]] int retried() const { return retried_; }  ///< vertices made a minimum feature or two beside their place
 
  private:
   CollisionMesh& mesh() const { return ground_.cut.body.collision; }
   UncutReason open_made();
+  UncutReason unlink_all();
+  [[nodiscard]] double made_length() const;  // metres
   CollisionVertex make(const CutStop& s, CollisionVertex before);
   CollisionVertex make_inside(RestPoint p, CollisionVertex before);
   /// The fraction of an edge nearest to this one at which a vertex is far enough from both ends and both apexes; if there is none, this one.
@@ -65,8 +65,8 @@ class PathOpening {
     CollisionVertex vertex;
   };
   std::vector<Division> divisions_;  // of edges, by the path's stops
-  std::vector<CollisionHalfEdge> edges_;
-  std::vector<CollisionTriangle> divided_, beside_;
+  std::vector<CollisionHalfEdge> edges_, twins_;
+  std::vector<CollisionTriangle> divided_;
   int opened_ = 0, refused_ = 0, retried_ = 0;
   UncutPath uncut_;
   JournalMark mark_;

@@ -122,9 +122,15 @@ inline constexpr int kPathBends = 2;
 inline constexpr double kPathMoments = 1e7;
 /// Radians: a strip that turns less is flat. At half, twice the work; at double, curved strips are cut beside their place by a hundredth of the blade.
 inline constexpr double kPathTurn = 0.05;
-/// Mean root edges squared: a smaller piece is looked at whether it holds any material. At half, slivers of a third of an edge are let through unseen; at
+/// Mean root edges squared: of a smaller piece it is looked at whether it is a crumb. At half, slivers of a third of an edge are let through unseen; at
 /// double, each cut costs a few faces more.
 inline constexpr double kCrumbArea = 0.05;
+/// Minimum features: a small piece of less mean width is not cut off. Of 2,000 polylines 13 leave more when followed back, and 5 when drawn twice; at half 32
+/// and 21, without it 35 and 24. At double 5 and 1, and 200 strokes to and fro through one place leave ten times the faces.
+inline constexpr double kCrumbWidth = 0.6;
+/// Minimum features: a shorter path that would cut off a crumb is not made. At half, strokes to and fro through one place leave a quarter more
+/// faces; at double nothing changes.
+inline constexpr double kCrumbPath = 8;
 /// Mean root edges cubed: a small piece that encloses less is not cut off. Half or double, or ten times either, is rounding of the skin's volume.
 inline constexpr double kCrumbVolume = 1e-8;
 /// Times the volume of dust: what has more between its sides, by the offsets of the collision mesh, is none. Of 132 pieces below a thousandth of their

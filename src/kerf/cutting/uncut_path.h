@@ -10,7 +10,7 @@ enum class UncutReason {
   kNoVertex,  ///< no room for a vertex between those that are there
   kNoEdge,    ///< two of its vertices share no face
   kPinch,     ///< the material would hang together at a single point
-  kSliver,    ///< a piece without material would come off
+  kCrumbs,    ///< all that it opens would cut off crumbs: nothing is missing, and nothing is noted
   kBusy,      ///< other paths of the move had cut there
 };
 
@@ -26,7 +26,7 @@ constexpr const char* text_of(UncutReason reason) {
     case UncutReason::kNoVertex: return "there was no room for a vertex between those that are there";
     case UncutReason::kNoEdge: return "its points do not follow each other over the mesh";
     case UncutReason::kPinch: return "the material would have hung together at a single point";
-    case UncutReason::kSliver: return "a piece without material would have come off";
+    case UncutReason::kCrumbs: return "only crumbs would have come off";
     case UncutReason::kBusy: return "other parts of the same move had cut there";
   }
   return "";

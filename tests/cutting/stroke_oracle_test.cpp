@@ -324,6 +324,22 @@ TEST_F(StrokeOracle, BehindATurnNothingIsCut) {
   }
 }
 
+// A loop begins inside, beside the rim, and comes back over the rim: its end is its beginning, however near the rim runs beside the way there. One in twelve
+// stayed open.
+TEST_F(StrokeOracle, LoopsThatCloseBesideTheRim) {
+  Trials trials(sheet);
+  for (const Stroke& loop :
+       {Stroke{{0.0321, -0.4845}, {-0.117, -0.241}, {0.282, -0.1}, {0.144, -0.599}, {0.0321, -0.4845}},
+        Stroke{{0.0623, -0.4907}, {-0.036, -0.281}, {0.312, -0.1}, {0.178, -0.538}, {0.0623, -0.4907}},
+        Stroke{{-0.1137, -0.4938}, {-0.257, -0.292}, {0.136, -0.1}, {0.018, -0.569}, {-0.1137, -0.4938}},
+        Stroke{{-0.0968, -0.4845}, {-0.179, -0.377}, {0.153, -0.1}, {0.016, -0.582}, {-0.0968, -0.4845}},
+        Stroke{{-0.1014, -0.4891}, {-0.1767, -0.294}, {0.0801, -0.1504}, {0.0267, -0.5768}, {-0.1014, -0.4891}}})
+    for (const int poses : {1, 3, 20}) {
+      trials.expect_pieces({loop}, 2, poses);
+      trials.expect_pieces({Stroke(loop.rbegin(), loop.rend())}, 2, poses);
+    }
+}
+
 // Each of these left a bridge: a line past a corner half a minimum feature away; a path past its own corner; a loop that begins near a vertex of the mesh; a
 // path that ends at the tip of a slit and goes on; a line that passes a corner between two edges; a loop that begins a minimum feature and a half from a vertex; a turn on the rim, out of a corner; a
 // loop whose piece at a corner is too short to have a direction.

@@ -132,8 +132,10 @@ void PathRounding::join(ArcEnd& end, BladeArc& arc, bool last, const Stop* start
   const Vec3 x = rest(p);
   const std::vector<H> own = start ? lip_edges(*start, x, in_slit ? mouth_ : 0) : std::vector<H>{};
   const BorderFoot foot = border_within(p.face, x, [&](H h, double t) {
-    return std::find(own.begin(), own.end(), h) == own.end() &&
-           !beside.is_beside(mesh_, p.face, x, lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t));
+    if (std::find(own.begin(), own.end(), h) != own.end()) return false;
+    const Vec3 border = lerp(rest(mesh_.from(h)), rest(mesh_.to(h)), t);
+    // No tooth is as thin as an edge that counts as short: what is so near is not beside the path, the path is on it.
+    return norm(border - x) < short_ || !beside.is_beside(mesh_, p.face, x, border);
   });
   if (!foot.exists()) return;
   if (last) arc.reverse();

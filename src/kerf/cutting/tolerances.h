@@ -126,10 +126,10 @@ inline constexpr double kPathTurn = 0.05;
 /// double, each cut costs a few faces more.
 inline constexpr double kCrumbArea = 0.05;
 /// Minimum features: a small piece of less mean width is not cut off. Of 2,000 polylines 13 leave more when followed back, and 5 when drawn twice; at half 32
-/// and 21, without it 35 and 24. At double 5 and 1, and 200 strokes to and fro through one place leave ten times the faces.
+/// and 21, without it 35 and 24. At one 5 and 1, and 200 strokes to and fro through one place leave eight times the faces.
 inline constexpr double kCrumbWidth = 0.6;
-/// Minimum features: a shorter path that would cut off a crumb is not made. At half, strokes to and fro through one place leave a quarter more
-/// faces; at double nothing changes.
+/// Minimum features: a shorter path that would cut off a crumb is not made. At half, with crumbs up to one feature wide, the same strokes leave an eighth more
+/// faces; at double and more the same.
 inline constexpr double kCrumbPath = 8;
 /// Mean root edges cubed: a small piece that encloses less is not cut off. Half or double, or ten times either, is rounding of the skin's volume.
 inline constexpr double kCrumbVolume = 1e-8;

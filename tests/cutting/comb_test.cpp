@@ -1,5 +1,5 @@
 // A comb's teeth hang on its back, however near its cuts are to each other. Cuts nearer than two minimum features are rounded onto each other, and one such
-// comb in ten still loses a tooth where rounding makes its cuts cross. KERF_FUZZ_SECONDS=n in the environment: n times as many combs, KERF_FUZZ_SEED=s
+// comb in fifty still loses a tooth where rounding makes its cuts cross. KERF_FUZZ_SECONDS=n in the environment: n times as many combs, KERF_FUZZ_SEED=s
 // from another seed.
 #include <cmath>
 #include <cstdio>
@@ -53,7 +53,7 @@ TEST(Comb, AtRandom) {
     severed +=
         severed_by(b, std::pow(10, random.uniform(-1.7, -1)), random.uniform(0, 6.28), 12, kPoses[random.index(3)]) > 0;
   std::printf("%d combs, %d with a tooth severed\n", combs, severed);
-  EXPECT_LE(severed, combs / 5);
+  EXPECT_LE(severed, combs / 20);
 }
 
 }  // namespace

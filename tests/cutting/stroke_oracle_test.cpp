@@ -219,6 +219,21 @@ TEST_F(StrokeOracle, ThereAndBackAlongOneLine) {
   }
 }
 
+// Where a chord ends on the line of an edge beyond it, rounding put what is left of it on its right.
+TEST_F(StrokeOracle, ARoomOfNothingBesideAChord) {
+  const Stroke there = {{-0.2892037024814242, 0.2964606139793199},
+                        {-0.23760223750398118, 0.47852167079999985},
+                        {0.4885110435261891, 0.4965490383257539},
+                        {-0.5289409026165106, -0.09238128208522345},
+                        {0.49710490475884705, -0.4984703817908986}};
+  Stroke back = there;
+  back.insert(back.end(), there.rbegin() + 1, there.rend());
+  Trials trials(sheet);
+  trials.expect_pieces({there}, 3, 7);
+  trials.expect_pieces({back}, 3, 7);
+  trials.expect_pieces({there, there}, 3, 7);
+}
+
 // The way back from an acute turn runs along a wedge between two lips, near to both of them. It cut the tip off the wedge, or a crumb beside a lip.
 TEST_F(StrokeOracle, BackFromAnAcuteTurn) {
   Trials trials(sheet);

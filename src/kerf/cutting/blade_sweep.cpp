@@ -467,15 +467,19 @@ class Sweep {
     drawn_.push_back(rounding_.rest(rest_point(mesh(), arc.end.point)));
     // Along a lip that it begins or ends on nothing is cut.
     const Vec3 first = rounding_.rest(begin), last = rounding_.rest(end);
-    const bool along = rounding_.slide(arc, begin, last, end);
-    if (along && !ends_at_blade) return;
-    if (!along && end.border(mesh()).valid()) {
+    const PathRounding::Slid slid = rounding_.slide(arc, begin, last, end);
+    if (slid.all && !ends_at_blade) return;
+    if (!slid.all && end.border(mesh()).valid()) {
       arc.reverse();
-      const bool back = rounding_.slide(arc, end, first, begin);
+      const bool back = rounding_.slide(arc, end, first, begin).all;
       arc.reverse();
       if (back) return;
     }
-    if (along) arc.crossings.clear();
+    if (slid.all) arc.crossings.clear();
+    if (norm(rounding_.rest(begin) - first) > 0) {
+      trail.clear(), touch.reset();
+      beside.set_place(slid.left);
+    }
     if (ends_at_blade) {
       // What the path crosses up to where it has come already is seen.
       for (std::size_t k = 0; k < arc.crossings.size() && beside.sides != 0; ++k)
@@ -484,7 +488,6 @@ class Sweep {
       beside.come_to(mesh(), goal.face, rounding_.rest(goal), rounding_.beside());
       rounding_.hold_at_border(arc, goal);
     }
-    if (norm(rounding_.rest(begin) - first) > 0) trail.clear(), touch.reset();
     rounding_.begin_on_edge(arc, begin);
     std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end, beside);
     go_round_edge(stops, arc.faces.front(), trail);

@@ -64,7 +64,8 @@ class Chord {
           std::find(faces_.begin(), faces_.end(), CollisionMesh::face(e)) == faces_.end() || std::abs(y) > most)
         break;
     }
-    return std::clamp(y, -most, most);
+    // At the chord's ends rounding may put what is left of it on its right.
+    return to_left ? std::clamp(y, 0.0, most) : std::clamp(y, -most, 0.0);
   }
 
  private:

@@ -172,8 +172,8 @@ void PathRounding::reduce(BladeArc& arc) {
   }
 }
 
-bool PathRounding::slide(BladeArc& arc, Stop& begin, Vec3 last, const Stop& end) const {
-  if (!begin.border(mesh_).valid()) return false;
+PathRounding::Slid PathRounding::slide(BladeArc& arc, Stop& begin, Vec3 last, const Stop& end) const {
+  if (!begin.border(mesh_).valid()) return {};
   const std::size_t n = arc.crossings.size();
   const H end_border = end.exists() ? end.border(mesh_) : H{};
   Stop lip = begin;
@@ -193,22 +193,21 @@ bool PathRounding::slide(BladeArc& arc, Stop& begin, Vec3 last, const Stop& end)
     }
     if (!foot.exists() || !same_lip(lip, foot.border, before, x)) break;
     if (k == n) {
-      if (const Stop there = on_border(foot.border, foot.fraction); !end_border.valid() && is_near(there, x))
-        begin = there;
-      return true;
+      if (!end_border.valid()) begin = on_border(foot.border, foot.fraction);
+      return {true, last};
     }
     lip = on_border(foot.border, foot.fraction);
     before = x;
     if (is_near(lip, x)) leaves = foot, left = k;
   }
-  if (left == n) return false;
+  if (left == n) return {};
   begin = on_border(leaves.border, leaves.fraction);
   const Vec3 x = rest(arc.crossings[left]);
   arc.crossings.erase(arc.crossings.begin(), arc.crossings.begin() + static_cast<std::ptrdiff_t>(left));
   arc.faces.erase(arc.faces.begin(), arc.faces.begin() + static_cast<std::ptrdiff_t>(left));
   lead(arc, begin, x);
   reduce(arc);
-  return false;
+  return {false, x};
 }
 
 void PathRounding::begin_on_edge(BladeArc& arc, Stop& begin) const {

@@ -65,9 +65,13 @@ class PathRounding {
   [[nodiscard]] bool is_near(const CutStop& stop, Vec3 x) const { return norm(rest(stop) - x) < near_; }
   /// Takes out what leads over an edge and back again.
   static void reduce(BladeArc& arc);
-  /// Takes off the beginning of an arc that runs `near` the lip which it begins on; it begins where it leaves it. True: all of it does, up to `last`, on the
-  /// border `end` or inside.
-  bool slide(BladeArc& arc, CutStop& begin, Vec3 last, const CutStop& end) const;
+  struct Slid {
+    bool all = false;
+    Vec3 left;  ///< where the arc, not its lip, is when it leaves; its end if it does not
+  };
+  /// Takes off the beginning of an arc that runs `near` the lip which it begins on; it begins where it leaves it, if it does so before `last`, on the border
+  /// `end` or inside.
+  Slid slide(BladeArc& arc, CutStop& begin, Vec3 last, const CutStop& end) const;
   /// A stab less than a feature from the first edge that the arc crosses is on that edge, and on an end of it only if that is as near.
   void begin_on_edge(BladeArc& arc, CutStop& begin) const;
   /// Takes off what an arc crosses last, less than a feature before the blade, its `goal`, at vertices of a border: the path may be about to end there. The

@@ -234,6 +234,25 @@ TEST_F(StrokeOracle, ARoomOfNothingBesideAChord) {
   trials.expect_pieces({there, there}, 3, 7);
 }
 
+// The way back runs along its slit and past the tip, where the blade began. Between lip and tip lies a crumb, which holds; beyond it the cut goes on.
+TEST_F(StrokeOracle, BackPastTheTipOfItsOwnSlit) {
+  Trials(sheet).expect_pieces({{{0.4309164445631263, -0.6483710694926945},
+                                {0.11972278408890413, 0.06262347587208039},
+                                {0.026743424275147643, 0.3349784358278184},
+                                {-0.3528897126824892, 0.6277166265790367},
+                                {0.158514096454752, -0.323369425116096},
+                                {0.5816360473461187, 0.3672713534996547}},
+                               {{0.0005305788321989802, 0.15124072103788777},
+                                {0.12342899829224019, 0.3033056817849711},
+                                {0.5095462834003551, 0.2149239469747699},
+                                {0.5819097608978009, -0.04214074407720203},
+                                {0.08369389927271309, -0.4251571208646646}},
+                               {{0.054509974819210494, 0.3786789809145946},
+                                {0.2999046061335567, 0.5422445306695783},
+                                {-0.5047672593417831, -0.008333346018196242}}},
+                              10, 3);
+}
+
 // The way back from an acute turn runs along a wedge between two lips, near to both of them. It cut the tip off the wedge, or a crumb beside a lip.
 TEST_F(StrokeOracle, BackFromAnAcuteTurn) {
   Trials trials(sheet);

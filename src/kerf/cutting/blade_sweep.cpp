@@ -493,10 +493,16 @@ class Sweep {
     go_round_edge(stops, arc.faces.front(), trail);
     if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
       const std::size_t vertices = mesh().vertex_count();
-      if (!open(stops, drawn_)) return;
-      begin = Stop::at_vertex(ends_at_blade ? finder_.twin_towards(opening_.made().back(), vertices, goal)
-                                            : opening_.made().back());
-      before = before_last();
+      if (open(stops, drawn_)) {
+        begin = Stop::at_vertex(ends_at_blade ? finder_.twin_towards(opening_.made().back(), vertices, goal)
+                                              : opening_.made().back());
+        before = before_last();
+      } else if (opening_.only_crumbs() && stops.back().border(mesh()).valid()) {
+        begin = stops.back();  // between two borders nothing but crumbs is left
+        before = {};
+      } else {
+        return;
+      }
       if (stops.size() > 1) trail.clear();
       // What it came near to is still to be joined while the path has not left it.
       if (stops.size() > 1 && touch && norm(touch->border - rounding_.rest(begin)) >= rounding_.near()) touch.reset();

@@ -46,10 +46,11 @@ bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn,
     reason = open_made();
     at = mesh().rest[made_[made_.size() / 2]];
   }
+  only_crumbs_ = reason == UncutReason::kCrumbs;
   if (reason != UncutReason::kNone) {
     journal_rollback(ground_.cut.body, mark_);
     ground_.cut.scratch.flip_stack.resize(std::min(flips, ground_.cut.scratch.flip_stack.size()));
-    if (reason == UncutReason::kCrumbs) return false;
+    if (only_crumbs_) return false;
     ++refused_;
     if (uncut_.reason == UncutReason::kNone) uncut_ = {reason, at};
     return false;

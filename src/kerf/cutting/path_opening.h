@@ -28,6 +28,8 @@ class PathOpening {
   /// the first. False: refused as degenerate, and nothing is changed. `made()`: the vertices. `drawn`: where the blade was, in order, at rest.
   bool open(std::span<const CutStop> stops, std::span<const Vec3> drawn, bool closed = false);
   [[nodiscard]] const std::vector<CollisionVertex>& made() const { return made_; }
+  /// The last path was not made, as only crumbs would have come off.
+  [[nodiscard]] bool only_crumbs() const { return only_crumbs_; }
   /// Turns edges where paths have been cut (Delaunay), but not those of the faces `keep`.
   void turn_edges(std::span<const CollisionTriangle> keep);
 
@@ -67,6 +69,7 @@ class PathOpening {
   std::vector<Division> divisions_;  // of edges, by the path's stops
   std::vector<CollisionHalfEdge> edges_, twins_;
   std::vector<CollisionTriangle> divided_;
+  bool only_crumbs_ = false;
   int opened_ = 0, refused_ = 0, retried_ = 0;
   UncutPath uncut_;
   JournalMark mark_;

@@ -21,24 +21,30 @@ float round_down(double x) {
   const auto f = static_cast<float>(std::clamp(x, -double{FLT_MAX}, double{FLT_MAX}));
   return static_cast<double>(f) > x ? std::nextafterf(f, -HUGE_VALF) : f;
 }
-float round_up(double x) { return -round_down(-x); }
 
 using FloatBox = std::array<float, 6>;  // min, -max: one operation joins both
 constexpr FloatBox kEmptyBox{HUGE_VALF, HUGE_VALF, HUGE_VALF, HUGE_VALF, HUGE_VALF, HUGE_VALF};
 void join(FloatBox& a, const FloatBox& b) {
   for (std::size_t k = 0; k < 6; ++k) a[k] = b[k] < a[k] ? b[k] : a[k];
 }
-FloatBox triangle_box(const std::array<Vec3, 3>& t) {
-  FloatBox box = kEmptyBox;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const int axis = static_cast<int>(k);
-    box[k] = round_down(std::min({t[0][axis], t[1][axis], t[2][axis]}));
-    box[k + 3] = -round_up(std::max({t[0][axis], t[1][axis], t[2][axis]}));
-  }
+/// The same of exact numbers. Several triangles are joined in it and rounded once, to the box that their rounded boxes have together.
+using ExactBox = std::array<double, 6>;
+constexpr ExactBox kEmptyExactBox{HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
+void join(ExactBox& a, const ExactBox& b) {
+  for (std::size_t k = 0; k < 6; ++k) a[k] = b[k] < a[k] ? b[k] : a[k];
+}
+ExactBox triangle_box(const std::array<Vec3, 3>& t) {
+  ExactBox box{t[0].x, t[0].y, t[0].z, -t[0].x, -t[0].y, -t[0].z};
+  for (std::size_t i = 1; i < 3; ++i) join(box, {t[i].x, t[i].y, t[i].z, -t[i].x, -t[i].y, -t[i].z});
   return box;
 }
-float diagonal(const FloatBox& b) {
-  const float x = b[0] + b[3], y = b[1] + b[4], z = b[2] + b[5];
+FloatBox rounded(const ExactBox& box) {
+  FloatBox out;
+  for (std::size_t k = 0; k < 6; ++k) out[k] = round_down(box[k]);
+  return out;
+}
+double diagonal(const ExactBox& b) {
+  const double x = b[0] + b[3], y = b[1] + b[4], z = b[2] + b[5];
   return std::sqrt(x * x + y * y + z * z);
 }
 float half_area(const FloatBox& b) {
@@ -72,14 +78,14 @@ struct TriangleBvh::Builder {
     parallel_for(runs, kPart, [&](std::size_t begin, std::size_t end) {
       Lengths& sum = lengths[begin / kPart];
       for (std::size_t i = begin; i < end; ++i) {
-        FloatBox box = kEmptyBox;
+        ExactBox box = kEmptyExactBox;
         for (std::size_t t = i * run; t < std::min(triangles.size(), (i + 1) * run); ++t) {
-          const FloatBox b = triangle_box(triangles[static_cast<std::int32_t>(t)]);
+          const ExactBox b = triangle_box(triangles[static_cast<std::int32_t>(t)]);
           join(box, b);
           if (run > 1) sum.triangles += diagonal(b);
         }
         if (run > 1) sum.runs += diagonal(box);
-        items[i] = {box, static_cast<std::int32_t>(i)};
+        items[i] = {rounded(box), static_cast<std::int32_t>(i)};
       }
     });
     Lengths all;
@@ -268,9 +274,9 @@ void TriangleBvh::refit(const TriangleView& triangles) {
       Builder::join_children(nodes_, node);
       continue;
     }
-    FloatBox box = kEmptyBox;
+    ExactBox box = kEmptyExactBox;
     for (std::uint32_t i = node.first; i < node.first + node.count; ++i) join(box, triangle_box(triangles[order_[i]]));
-    Builder::set_box(box, node);
+    Builder::set_box(rounded(box), node);
   }
 }
 

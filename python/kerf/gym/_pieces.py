@@ -21,12 +21,14 @@ def pieces_of(triangles: NDArray[np.int32], vertices: int) -> NDArray[np.int64]:
 
 def inside(outline: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which points (k, 2) lie inside of a closed outline (m, 2)? By the parity of crossings."""
-    x, y = points[:, 0, None], points[:, 1, None]
+    x, y = points.T
     x0, y0 = outline.T
     x1, y1 = np.roll(outline, -1, axis=0).T
-    spans = (y0 <= y) != (y1 <= y)
-    rise = np.where(y1 == y0, 1, y1 - y0)
-    return ((spans & (x < x0 + (y - y0) / rise * (x1 - x0))).sum(axis=1) % 2).astype(bool)
+    above = y0 <= y[:, None]
+    point, edge = np.divmod(np.flatnonzero(above != np.roll(above, -1, axis=1)), len(outline))
+    x0, y0, x1, y1 = x0[edge], y0[edge], x1[edge], y1[edge]
+    left = x[point] < x0 + (y[point] - y0) / (y1 - y0) * (x1 - x0)
+    return np.bincount(point[left], minlength=len(points)) % 2 == 1
 
 
 def area_of(outline: NDArray[np.float64]) -> float:

@@ -308,7 +308,8 @@ class Tasks(VectorEnv):
         self._elapsed += plays
         self._look(plays)
         rewards, terminated = self._judged(plays)
-        failed = np.isin(np.arange(self.num_envs), list(failures))
+        failed = np.zeros(self.num_envs, bool)
+        failed[list(failures)] = True
         truncated = ((self._elapsed >= self.horizon_now) | failed) & plays & ~terminated
         self._ended = terminated | truncated | ~plays
         return rewards, terminated, truncated, failures

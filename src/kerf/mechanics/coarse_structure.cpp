@@ -124,10 +124,11 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
   for (std::size_t e = 0; e < model.element_count(); ++e) {
     if (s.element_slot[e] < 0) continue;
     const std::array<NodeId, 8>& nodes = model.element(HexId(e)).nodes;
+    std::array<std::int32_t, 8> of;
+    for (int c = 0; c < 8; ++c) of[c] = block[nodes[c].index()];
     for (int c = 0; c < 8; ++c)
       for (int d = 0; d < c; ++d) {
-        const auto i = nodes[c].index(), j = nodes[d].index();
-        if (block[i] < 0 || block[i] != block[j]) continue;
+        if (of[c] < 0 || of[c] != of[d]) continue;
         joined.join(nodes[c].value, nodes[d].value);
         break;  // the others hang on that one
       }
@@ -145,12 +146,15 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
   std::vector<std::uint64_t> there(static_cast<std::size_t>(out.groups),
                                    0);  // per group, those among the first 64 that it has a pair with
   const auto connect = [&](const std::array<NodeId, 8>& nodes) {
-    for (int c = 0; c < 8; ++c)
-      for (int d = 0; d < c; ++d) {
-        if (!nodes[c].valid() || !nodes[d].valid()) continue;
-        const std::int32_t a = out.group[nodes[c].index()], b = out.group[nodes[d].index()];
-        if (a < 0 || b < 0 || a == b) continue;
-        const std::pair pair(std::min(a, b), std::max(a, b));
+    std::array<std::int32_t, 8> groups;  // of the nodes, each once
+    auto end = groups.begin();
+    for (const NodeId node : nodes) {
+      const std::int32_t group = node.valid() ? out.group[node.index()] : -1;
+      if (group >= 0 && std::find(groups.begin(), end, group) == end) *end++ = group;
+    }
+    for (auto a = groups.begin(); a != end; ++a)
+      for (auto b = groups.begin(); b != a; ++b) {
+        const std::pair pair(std::min(*a, *b), std::max(*a, *b));
         if (pair.second < 64) {
           const std::uint64_t bit = std::uint64_t{1} << pair.second;
           if ((there[pair.first] & bit) != 0) continue;

@@ -70,6 +70,7 @@ class PatternCut(Tasks):
         n = self.num_envs
         self.rows = np.arange(n)[:, None]
         self.curve = np.zeros((n, MARKS, 3))
+        self.outward = np.zeros((n, 2))  # m, at the first mark: how far the expert goes across the curve
         self.tip = np.zeros((n, 3))
         self.marks = np.zeros((n, len(AHEAD), 3))  # m, those ahead as they are now
         self.level = np.zeros(n)  # m, height of the gauze at the blade
@@ -90,6 +91,8 @@ class PatternCut(Tasks):
         phase = random.uniform(0, 2 * np.pi, 2)
         radius = random.uniform(0.018, 0.025) * (1 + wave[0] * np.cos(2 * angle + phase[0]) + wave[1] * np.cos(3 * angle + phase[1]))
         self.curve[row, :, :2] = random.uniform(-0.006, 0.006, 2) + radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        outward = self.curve[row, 0, :2] - self.curve[row, :, :2].mean(axis=0)
+        self.outward[row] = ACROSS / lengths_of(outward) * outward
         self.tip[row] = (*random.uniform(-0.03, 0.03, 2), 0.02)
         self.batch.place_blade(row, self.tip[row] + (0, 0, EDGE), self.tip[row])
         self.level[row] = 0
@@ -125,7 +128,8 @@ class PatternCut(Tasks):
 
     def _go_along(self, place: NDArray[np.float64], rows: NDArray[np.bool_]) -> None:
         """Headway and deviation of these copies, whose blades pass the gauze at these places (n, 2) at rest."""
-        away = lengths_of(self.curve[..., :2] - place[:, None])
+        x, y = (self.curve[..., i] - place[:, i, None] for i in range(2))
+        away = np.sqrt(x * x + y * y)
         window = np.minimum(self.at[:, None] + np.arange(WINDOW + 1), MARKS + BEYOND)
         near = away[self.rows, window % MARKS]
         best = near.argmin(axis=1)
@@ -183,11 +187,9 @@ class PatternCut(Tasks):
     def expert(self) -> NDArray[np.float32]:
         """Sinks in beside the first mark, cuts across the curve there, then follows the marks 4 mm ahead until it comes to that cut. Where that
         has left a thread it looks for it in the mesh, and goes to and fro across it."""
-        outward = self.curve[:, 0, :2] - self.curve[..., :2].mean(axis=1)
-        outward *= ACROSS / lengths_of(outward)[:, None]
         aims = np.stack([self.marks[:, 0], self.marks[:, 0], self.marks[:, 2]])
-        aims[0, :, :2] -= outward
-        aims[1, :, :2] += outward
+        aims[0, :, :2] -= self.outward
+        aims[1, :, :2] += self.outward
         aim = aims[self.stage, self.rows[:, 0]]
         near = lengths_of(aim[:, :2] - self.tip[:, :2]) < 0.0005
         self.stage = np.minimum(self.stage + (near & self.below), 2)

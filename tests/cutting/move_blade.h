@@ -5,10 +5,10 @@
 
 namespace kerf::testing_support {
 
-/// `bench` has a body, position, boxes, scratch, options and a stroke.
+/// `bench` has a body, position, boxes, scratch, options and a stroke. `still`: nothing has moved since the last pose.
 template <class Bench>
-SweepReport move_blade(Bench& bench, const BladeEdge& edge) {
-  SweepTarget target{bench.body, bench.position, bench.boxes, bench.scratch, bench.options};
+SweepReport move_blade(Bench& bench, const BladeEdge& edge, bool still = false) {
+  SweepTarget target{bench.body, bench.position, bench.boxes, bench.scratch, bench.options, still};
   BladeStroke& stroke = bench.stroke;
   if (stroke.provisional) {
     journal_rollback(bench.body, stroke.mark);

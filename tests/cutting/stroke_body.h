@@ -45,6 +45,7 @@ struct StrokeBody {
   double reach = 0;                          ///< of the blade to both sides of z = 0, metres
   double tilt = 0;                           ///< so much the blade leans over to +x at its end
   Vec3 (*deform)(Vec3) = [](Vec3 p) { return p; };
+  bool still = false;  ///< the sweep is told that nothing moves between poses
   int refused = 0;
   LeaningCut leaning;  ///< the most since the body was whole
 
@@ -85,7 +86,7 @@ struct StrokeBody {
   }
   [[nodiscard]] BladeEdge edge_at(Vec2 p) const { return {{p.x - tilt, p.y, reach}, {p.x + tilt, p.y, -reach}}; }
   void move(Vec2 p) {
-    const SweepReport report = move_blade(*this, edge_at(p));
+    const SweepReport report = move_blade(*this, edge_at(p), still);
     refused += report.refused;
     if (report.leaning.distance > leaning.distance) leaning = report.leaning;
   }

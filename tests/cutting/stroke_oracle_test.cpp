@@ -358,6 +358,24 @@ TEST_F(StrokeOracle, BehindATurnNothingIsCut) {
   }
 }
 
+// A sheet that hangs nearly along the blade: a millimetre behind the edge is six of the sheet. While nothing moves, the cut ends where the blade turned.
+TEST_F(StrokeOracle, ASteepSheetIsCutNoFartherThanTheTurn) {
+  StrokeBody steep("closed-sheet", 2500);
+  steep.deform = [](Vec3 p) { return Vec3{p.x, 0.17 * p.y, 0.985 * p.y}; };
+  steep.reach = 2;
+  steep.still = steep.stroke.through = true;
+  const auto there = [](double x, double y) { return Vec2{x, 0.17 * y}; };
+  Random random(1);
+  for (const int poses : {1, 3, 40}) {
+    Trials trials(steep);
+    for (int i = 0; i < 30; ++i) {
+      const double x = random.uniform(-0.3, 0.3), far = random.uniform(0.05, 0.12), wide = random.uniform(0.05, 0.15);
+      trials.expect_pieces(
+          {{there(-0.7, 0), there(0.7, 0)}, {there(x - wide, -0.7), there(x, -far), there(x + wide, -0.7)}}, 3, poses);
+    }
+  }
+}
+
 // A loop begins inside, beside the rim, and comes back over the rim: its end is its beginning, however near the rim runs beside the way there. One in twelve
 // stayed open.
 TEST_F(StrokeOracle, LoopsThatCloseBesideTheRim) {

@@ -153,7 +153,7 @@ class Sweep {
         return ahead;
     }
     std::vector<BladeArc> arcs = find(strip_, fronts);
-    if (!stroke_.standing) look_back(arcs, fronts, along);
+    if (!stroke_.standing && !target_.still) look_back(arcs, fronts, along);
     tie(arcs);
     return arcs;
   }
@@ -202,7 +202,7 @@ class Sweep {
                        [&](F f) { return std::find(b.faces.begin(), b.faces.end(), f) != b.faces.end(); });
   }
 
-  /// What the edge went through without being seen there lies behind its last place: the material has come towards the blade since, or bends along it. So an
+  /// What moving material went through the edge without being seen there lies behind its last place: it has come towards the blade, or bends along it. So an
   /// arc that ends where the edge was, with no front there, goes on from there backwards; and where fronts lie along the blade, all arcs do.
   void look_back(std::vector<BladeArc>& arcs, const std::vector<ArcFront>& fronts, bool along) {
     const bool led =
@@ -617,9 +617,10 @@ class Sweep {
     return open(stops, drawn_) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
   }
 
-  /// On what way a front's path came to it, at rest: material that folds at the blade has no other. It matters only along the blade, where no time tells.
+  /// On what way a front's path came to it, at rest: material that folds at the blade has no other. It matters only along the blade, where no time tells if
+  /// material moves.
   Vec3 way_of(const BladeFront& f) const {
-    if (!lies_along(f.end.face, cut::kPathLeans)) return {};
+    if (target_.still || !lies_along(f.end.face, cut::kPathLeans)) return {};
     const Vec3 is = rounding_.rest(f.end);
     for (const V v : {f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{}, f.before})
       if (v.valid() && norm(is - rounding_.rest(v)) > rounding_.feature()) return is - rounding_.rest(v);

@@ -47,6 +47,7 @@ struct ActiveStroke {
   MechanicsState before;                    ///< positions, velocities, rotations when it began
   DetectMemory touching;                    ///< when it began
   std::int64_t steps = 0;                   ///< when it began
+  std::int64_t posed = 0;                   ///< steps at the last pose
   BodyAccount account;                      ///< when it began
   bool shaving = false;                     ///< passes of a shaver instead of poses of a blade
   bool shaved = false;                      ///< one of them took something off

@@ -151,7 +151,7 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
   stroke.blade.mark = stroke.start;
   stroke.before = state.mechanics;
   stroke.touching = state.touching;
-  stroke.steps = state.steps;
+  stroke.steps = stroke.posed = state.steps;
   stroke.account = account();
   stroke.fade = state.fade;
   StrokeRecord record;
@@ -198,7 +198,11 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   place_for_sweep(state.stroke->frame);
   CutTimes following;
   begin_pose();
-  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options};
+  // A tool is posed after the material has moved, in the same step.
+  const bool is_still =
+      state.stroke->frame == SceneFrame::kRest || (state.stroke->tool < 0 && state.steps == state.stroke->posed);
+  state.stroke->posed = state.steps;
+  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options, is_still};
   const bool taken_back = blade.provisional;
   if (taken_back) {
     const CollisionMesh& mesh = state.body.complex.collision;

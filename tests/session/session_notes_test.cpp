@@ -85,6 +85,8 @@ TEST(SessionNotes, APunchThatCutsNothingIsNoted) {
   EXPECT_THAT(notes_of(punch("point = [0, 0, 0.1]\nradius = 0.005\nreach = 0.05\n"), 1),
               ElementsAre(HasSubstr("within its reach")));
   EXPECT_THAT(notes_of(punch("point = [0, 0, 0.1]\nradius = 0.005\ntake = true\n"), 1), IsEmpty());
+  EXPECT_THAT(notes_of(punch("point = [0, 0, 0]\nradius = 10\n"), 1),
+              ElementsAre(HasSubstr("it goes all around what lies inside: make it smaller")));
 }
 
 TEST(SessionNotes, ABladeThatCutsNothingIsNoted) {

@@ -259,6 +259,9 @@ Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const
     if (cut.opened_edges == 0) {  // vertices where it would have begun are of no use
       journal_rollback(body, mark);
       position.resize(old_vertices);
+      cut.surrounds = std::any_of(position.begin(), position.end(), [&](Vec3 p) {
+        return std::fabs(chart.depth(p)) <= punch.reach && depth_inside(outline, chart(p)) > 0;
+      });
       return cut;
     }
     const double margin = 4 * feature + 2 * options.path_tolerance * body.mean_root_edge;

@@ -30,8 +30,9 @@ std::vector<Vec2> circle_outline(double radius, double tolerance);
 std::vector<Vec2> d_outline(double radius, double tolerance);
 
 struct PunchCut {
-  int opened_edges = 0;  ///< collision edges that were opened; 0: nothing to cut
-  int retries = 0;       ///< times that the outline was moved by part of the minimum feature and cut again
+  int opened_edges = 0;    ///< collision edges that were opened; 0: nothing to cut
+  bool surrounds = false;  ///< there is nothing to cut, as all that is within reach lies inside the outline
+  int retries = 0;         ///< times that the outline was moved by part of the minimum feature and cut again
   std::vector<CollisionTriangle> loose;  ///< the triangles that came loose; rising
   std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
   VisualVertex first_new;                ///< from here on the cut has made them

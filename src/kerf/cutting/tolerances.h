@@ -83,14 +83,14 @@ inline constexpr double kPathMouth = 6;
 /// Minimum features from an inner vertex within which a path that crosses a close fan goes through it. At half, slits beside an edge of the mesh leave
 /// slivers on which contact stumbles; at double, teeth of a comb are severed.
 inline constexpr double kPathFan = 1.6;
-/// Minimum features within which a border runs beside a path: two cuts are each rounded by one, and what is near is a little more. Of 205 combs 19 lose a
-/// tooth; at half 61, at double 16, and thicker wedges stay attached.
+/// Minimum features within which a border runs beside a path: two cuts are each rounded by one, and what is near is a little more. Of 960 combs 22 lose a
+/// tooth; at half 207, at double 25, and thicker wedges stay attached.
 inline constexpr double kBesideReach = 3;
 /// Such reaches that a path has come at least, before a border is said to have run beside it all the way. At zero one set in 600 of the oracle keeps a
-/// bridge; at double the same combs lose a tooth.
+/// bridge; at double 25 combs lose a tooth.
 inline constexpr double kBesideFar = 1;
 /// Cosine of 26 degrees to a path's way: from there on a border lies beside it, neither ahead nor behind. At half, the tip of the cut
-/// beside counts as ahead, and 37 combs in place of 19 lose a tooth; above one nothing is ahead.
+/// beside counts as ahead, and 124 combs in place of 22 lose a tooth; above one nothing is ahead.
 inline constexpr double kBeside = 0.9;
 /// Radians of material around a border vertex, 225 degrees: from there on it is the tip or a corner of a slit, and a path that passes it within a
 /// minimum feature goes through it. From 195 to 270 degrees the same; at 315, and without it, 2 and 5 of 1,200 paths over the mesh leave a bridge.

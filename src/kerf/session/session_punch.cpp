@@ -72,6 +72,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
   PunchReport report;
   if (cut->opened_edges == 0) {
     KERF_TRY(give_up());
+    report.surrounds = cut->surrounds;
     return report;
   }
   roughen_punch(state.body.complex, *cut, roughness, static_cast<std::uint64_t>(scene.simulation.seed));
@@ -123,8 +124,9 @@ Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
   if (!done) return done.error();
   if (!done->cut)
     add_note(fmt::format(
-        "{}the punch cut nothing: its outline meets no material along its axis{} ({} coordinates, metres); move its point onto the body",
-        place, what.reach ? " within its reach" : "", what.frame == SceneFrame::kRest ? "rest" : "world"));
+        "{}the punch cut nothing: its outline meets no material along its axis{} ({} coordinates, metres); {}", place,
+        what.reach ? " within its reach" : "", what.frame == SceneFrame::kRest ? "rest" : "world",
+        done->surrounds ? "it goes all around what lies inside: make it smaller" : "move its point onto the body"));
   else if (what.take && done->loose.empty() && !swept)
     add_note(fmt::format("{}the punch cut, but nothing came loose that could be taken away", place));
   if (!what.take || done->loose.empty()) return {};

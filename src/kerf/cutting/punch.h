@@ -31,7 +31,7 @@ std::vector<Vec2> d_outline(double radius, double tolerance);
 
 struct PunchCut {
   int opened_edges = 0;    ///< collision edges that were opened; 0: nothing to cut
-  bool surrounds = false;  ///< there is nothing to cut, as all that is within reach lies inside the outline
+  bool surrounds = false;  ///< nothing was opened, and material within reach lies inside the outline
   int retries = 0;         ///< times that the outline was moved by part of the minimum feature and cut again
   std::vector<CollisionTriangle> loose;  ///< the triangles that came loose; rising
   std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising

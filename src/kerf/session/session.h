@@ -64,7 +64,7 @@ struct StrokeRecord {
 /// What one punch did.
 struct PunchReport {
   bool cut = false;                      ///< false: there was nothing to cut, and there is nothing to undo
-  bool surrounds = false;                ///< there was nothing to cut, as all within reach lies inside the outline
+  bool surrounds = false;                ///< nothing was cut, and material within reach lies inside the outline
   std::vector<CollisionTriangle> loose;  ///< triangles that came loose and are not dust; rising
   std::vector<CollisionHalfEdge> lips;   ///< new border half-edges on what stays; rising
   CutTimes times;

@@ -18,7 +18,7 @@ using namespace testing_support;
 
 struct Bench {
   CellComplex body;
-  std::vector<Vec3> position;
+  std::vector<Vec3> position, posed;
   FaceBoxes boxes;
   CutScratch scratch;
   CutOptions options;

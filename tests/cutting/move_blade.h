@@ -5,10 +5,9 @@
 
 namespace kerf::testing_support {
 
-/// `bench` has a body, position, boxes, scratch, options and a stroke. `still`: nothing has moved since the last pose.
+/// `bench` has a body, positions, those `posed` last, boxes, scratch, options and a stroke.
 template <class Bench>
-SweepReport move_blade(Bench& bench, const BladeEdge& edge, bool still = false) {
-  SweepTarget target{bench.body, bench.position, bench.boxes, bench.scratch, bench.options, still};
+SweepReport move_blade(Bench& bench, const BladeEdge& edge) {
   BladeStroke& stroke = bench.stroke;
   if (stroke.provisional) {
     journal_rollback(bench.body, stroke.mark);
@@ -16,9 +15,13 @@ SweepReport move_blade(Bench& bench, const BladeEdge& edge, bool still = false) 
     bench.boxes.forget();
     stroke.provisional = false;
   }
+  bench.posed.resize(std::min(bench.posed.size(), bench.body.collision.vertex_count()));
+  SweepTarget target{bench.body, bench.position, bench.boxes, bench.scratch, bench.options, bench.posed};
   SweepReport report = lead_blade(stroke, edge, target);
   journal_mark(bench.body, stroke.mark);
-  return report += make_ends(stroke, target);
+  report += make_ends(stroke, target);
+  bench.posed = bench.position;
+  return report;
 }
 
 }  // namespace kerf::testing_support

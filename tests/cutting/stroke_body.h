@@ -33,7 +33,7 @@ using Stroke = std::vector<Vec2>;
 
 struct StrokeBody {
   CellComplex body;
-  std::vector<Vec3> position;
+  std::vector<Vec3> position, posed;
   FaceBoxes boxes;
   CutScratch scratch;
   CutOptions options;
@@ -45,7 +45,7 @@ struct StrokeBody {
   double reach = 0;                          ///< of the blade to both sides of z = 0, metres
   double tilt = 0;                           ///< so much the blade leans over to +x at its end
   Vec3 (*deform)(Vec3) = [](Vec3 p) { return p; };
-  bool still = false;  ///< the sweep is told that nothing moves between poses
+  Vec3 trembling;  ///< metres: so far all of it goes to and fro, with each pose
   int refused = 0;
   LeaningCut leaning;  ///< the most since the body was whole
 
@@ -77,6 +77,11 @@ struct StrokeBody {
     boxes.forget();
     for (const Vec3& p : body.collision.rest.raw()) position.push_back(deform(p));
   }
+  void tremble() {
+    for (Vec3& p : position) p += trembling;
+    trembling = -1 * trembling;
+    boxes.forget();
+  }
   void make_whole() {
     lift_blade(stroke);
     journal_rollback(body, uncut);
@@ -86,7 +91,7 @@ struct StrokeBody {
   }
   [[nodiscard]] BladeEdge edge_at(Vec2 p) const { return {{p.x - tilt, p.y, reach}, {p.x + tilt, p.y, -reach}}; }
   void move(Vec2 p) {
-    const SweepReport report = move_blade(*this, edge_at(p), still);
+    const SweepReport report = move_blade(*this, edge_at(p));
     refused += report.refused;
     if (report.leaning.distance > leaning.distance) leaning = report.leaning;
   }
@@ -95,7 +100,10 @@ struct StrokeBody {
     place();
     move(path[0]);
     for (std::size_t k = 0; k + 1 < path.size(); ++k)
-      for (int i = 1; i <= poses; ++i) move(lerp(path[k], path[k + 1], static_cast<double>(i) / poses));
+      for (int i = 1; i <= poses; ++i) {
+        if (norm(trembling) > 0) tremble();
+        move(lerp(path[k], path[k + 1], static_cast<double>(i) / poses));
+      }
     lift_blade(stroke);
   }
   [[nodiscard]] int pieces() const { return collision_pieces(body).count; }

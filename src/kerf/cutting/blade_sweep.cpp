@@ -33,6 +33,7 @@ class Sweep {
 
   /// Cuts all arcs up to the last edges that they cross.
   SweepReport lead(const BladeEdge& to) {
+    to_ = to;
     target_.scratch.flip_stack.clear();
     leads_ = true;
     old_ = std::move(stroke_.ends);
@@ -142,9 +143,10 @@ class Sweep {
   bool goes_on(const BladeArc& a) const { return is_front(a.begin) && a.end.kind == Kind::kIs; }
 
   std::vector<BladeArc> find_all() {
+    const bool along = std::any_of(old_.begin(), old_.end(),
+                                   [&](const BladeFront& f) { return lies_along(f.end.face, cut::kPathLeans); });
+    behind_ = along ? moved_behind() : rounding_.carried();
     const std::vector<ArcFront> fronts = seen();
-    const bool along = std::any_of(fronts.begin(), fronts.end(),
-                                   [&](const ArcFront& f) { return lies_along(f.face, cut::kPathLeans); });
     if (!stroke_.through && !fronts.empty() && !along) {
       std::vector<BladeArc> ahead =
           find_arcs(mesh(), target_.position, target_.boxes, strip_, fronts, rounding_.carried(), true);
@@ -153,7 +155,7 @@ class Sweep {
         return ahead;
     }
     std::vector<BladeArc> arcs = find(strip_, fronts);
-    if (!stroke_.standing && !target_.still) look_back(arcs, fronts, along);
+    if (!stroke_.standing && behind_ > 0) look_back(arcs, fronts, along);
     tie(arcs);
     return arcs;
   }
@@ -202,6 +204,27 @@ class Sweep {
                        [&](F f) { return std::find(b.faces.begin(), b.faces.end(), f) != b.faces.end(); });
   }
 
+  /// How far behind the last place of the edge, metres, there may be what was ahead of it at the last pose: no farther than it, and the fronts that the strip
+  /// begins at, have moved. Of what is new since, nothing is known.
+  double moved_behind() const {
+    if (target_.before.empty()) return 0;
+    Box3 box;
+    for (const BladeEdge& edge : {stroke_.edge, to_})
+      for (const Vec3 p : {edge.base, edge.tip}) box.add(p);
+    for (const BladeFront& f : old_) box.add(place(f.end));
+    double most = 0;
+    target_.boxes.refresh(mesh(), target_.position);
+    target_.boxes.for_each([&](const Box3& b) { return boxes_meet(box, b); },
+                           [&](F f) {
+                             for (const int k : kCorners)
+                               if (const V v = mesh().from(CollisionMesh::corner(f, k));
+                                   v.index() < target_.before.size())
+                                 most = std::max(most, norm(at(v) - target_.before[v.index()]));
+                           });
+    const bool still = most < cut::kPathStill * target_.complex.mean_root_edge;
+    return still ? 0 : std::min(2 * most, rounding_.carried());
+  }
+
   /// What moving material went through the edge without being seen there lies behind its last place: it has come towards the blade, or bends along it. So an
   /// arc that ends where the edge was, with no front there, goes on from there backwards; and where fronts lie along the blade, all arcs do.
   void look_back(std::vector<BladeArc>& arcs, const std::vector<ArcFront>& fronts, bool along) {
@@ -221,9 +244,9 @@ class Sweep {
     };
     if (!along && std::none_of(arcs.begin(), arcs.end(), loose)) return;
     Strip longer = strip_;
-    longer.offset -= rounding_.carried();
-    longer.base.y -= rounding_.carried();
-    longer.tip.y -= rounding_.carried();
+    longer.offset -= behind_;
+    longer.base.y -= behind_;
+    longer.tip.y -= behind_;
     const std::vector<BladeArc> others = find(longer, fronts);
     std::vector<BladeArc> found;
     const auto add = [&](const BladeArc& arc) {
@@ -620,7 +643,7 @@ class Sweep {
   /// On what way a front's path came to it, at rest: material that folds at the blade has no other. It matters only along the blade, where no time tells if
   /// material moves.
   Vec3 way_of(const BladeFront& f) const {
-    if (target_.still || !lies_along(f.end.face, cut::kPathLeans)) return {};
+    if (!(behind_ > 0) || !lies_along(f.end.face, cut::kPathLeans)) return {};
     const Vec3 is = rounding_.rest(f.end);
     for (const V v : {f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{}, f.before})
       if (v.valid() && norm(is - rounding_.rest(v)) > rounding_.feature()) return is - rounding_.rest(v);
@@ -650,6 +673,8 @@ class Sweep {
   UncutPath uncut_;              // the first of them
   LeaningCut leaning_;
   Strip strip_;
+  BladeEdge to_;
+  double behind_ = 0;  // metres behind the last place that are looked at
   bool dirty_ = false;
   bool leads_ = false;           // what is opened is not provisional
   bool along_ = false;           // the arc at work, or its front, has come through a sheet that lies along the blade

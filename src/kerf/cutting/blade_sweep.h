@@ -13,6 +13,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "kerf/base/journal.h"
@@ -71,7 +72,7 @@ struct SweepTarget {
   FaceBoxes& boxes;  ///< at `position`; the sweep marks what it cuts, the caller what rolling back and others change
   CutScratch& scratch;
   const CutOptions& options;
-  bool still = false;  ///< nothing has moved since the last pose
+  std::span<const Vec3> before;  ///< `position` at the last pose; empty: nothing has moved since
 };
 
 /// Moves the blade from its last pose to `edge` (see check_edge), and cuts what it meets on the way up to the last edges that the paths

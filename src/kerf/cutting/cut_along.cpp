@@ -6,10 +6,8 @@ SweepReport cut_along(std::span<const BladeEdge> edges, bool through, SweepTarge
   BladeStroke stroke;
   stroke.through = through;
   SweepReport report;
-  SweepTarget still = target;
-  still.still = true;
-  for (const BladeEdge& edge : edges) report += lead_blade(stroke, edge, still);
-  return report += make_ends(stroke, still);
+  for (const BladeEdge& edge : edges) report += lead_blade(stroke, edge, target);
+  return report += make_ends(stroke, target);
 }
 
 }  // namespace kerf

@@ -42,16 +42,16 @@ struct BodyAccount {
 struct ActiveStroke {
   SceneFrame frame = SceneFrame::kWorld;
   BladeStroke blade;
-  JournalMark start;                        ///< of the whole body
-  SurfaceFade fade;                         ///< when it began
-  MechanicsState before;                    ///< positions, velocities, rotations when it began
-  DetectMemory touching;                    ///< when it began
-  std::int64_t steps = 0;                   ///< when it began
-  std::int64_t posed = 0;                   ///< steps at the last pose
-  BodyAccount account;                      ///< when it began
-  bool shaving = false;                     ///< passes of a shaver instead of poses of a blade
-  bool shaved = false;                      ///< one of them took something off
-  SceneShave shave;                         ///< of a command
+  JournalMark start;         ///< of the whole body
+  SurfaceFade fade;          ///< when it began
+  MechanicsState before;     ///< positions, velocities, rotations when it began
+  DetectMemory touching;     ///< when it began
+  std::int64_t steps = 0;    ///< when it began
+  std::vector<Vec3> places;  ///< of collision vertices at the last pose, but at rest, where nothing moves
+  BodyAccount account;       ///< when it began
+  bool shaving = false;      ///< passes of a shaver instead of poses of a blade
+  bool shaved = false;       ///< one of them took something off
+  SceneShave shave;          ///< of a command
   CollisionVertex shave_left, shave_until;  ///< what the last pass had no time for: ShaveOptions::first, until
   bool from_command = false;                ///< poses come from `command`
   bool uncut_noted = false;

@@ -151,7 +151,7 @@ Status Session::Impl::begin_stroke(SceneFrame frame, bool through) {
   stroke.blade.mark = stroke.start;
   stroke.before = state.mechanics;
   stroke.touching = state.touching;
-  stroke.steps = stroke.posed = state.steps;
+  stroke.steps = state.steps;
   stroke.account = account();
   stroke.fade = state.fade;
   StrokeRecord record;
@@ -198,11 +198,6 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   place_for_sweep(state.stroke->frame);
   CutTimes following;
   begin_pose();
-  // A tool is posed after the material has moved, in the same step.
-  const bool is_still =
-      state.stroke->frame == SceneFrame::kRest || (state.stroke->tool < 0 && state.steps == state.stroke->posed);
-  state.stroke->posed = state.steps;
-  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options, is_still};
   const bool taken_back = blade.provisional;
   if (taken_back) {
     const CollisionMesh& mesh = state.body.complex.collision;
@@ -213,6 +208,9 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
     place_joined_lips(state.body.complex, lips, blade, sweep_positions);
     blade.provisional = false;
   }
+  std::vector<Vec3>& before = state.stroke->places;
+  before.resize(std::min(before.size(), sweep_positions.size()));
+  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options, before};
   SweepReport report = lead_blade(blade, edge, target);
   if (report.changed || !taken_back) {
     trouble = follow_complex(following);
@@ -224,6 +222,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   state.stroke->uncut_end = ends.uncut;
   report += ends;
   if (report.leaning.distance > state.stroke->leaning.distance) state.stroke->leaning = report.leaning;
+  if (state.stroke->frame == SceneFrame::kWorld) before = sweep_positions;
   if (trouble) trouble = follow_complex(following);
   if (!trouble) {
     // What follows the meshes could not; the body goes back to where the stroke began.

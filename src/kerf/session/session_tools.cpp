@@ -358,6 +358,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     KERF_TRY(begin_stroke(SceneFrame::kWorld, false));
     state.stroke->tool = static_cast<std::int32_t>(i);
     KERF_TRY(move_blade(before + motion.carried));
+    state.stroke->places = before_mechanics;  // the tool was there before this step
     // What it pressed with until the material gave way it goes on to press with: else it would fall into the cut.
     motion.press = resisted ? kPress * state.body.complex.mean_root_edge * (place.axes * edge.forward) : Vec3{};
     motion.pressed = false;

@@ -459,6 +459,26 @@ TEST(SessionContact, AToolPressesAndFeelsWhatItPresses) {
   }
 }
 
+// What touches is part of what an undo gives back, while no step has been taken.
+TEST(SessionContact, UndoAndRedoInOneStepGiveTheSameBits) {
+  Session session = must_create(pressed_by_a_ball(0.01));
+  SceneCommand press;
+  press.what = SceneToolMotion{"ball", {{0.2, {0.1, 0.05, 0.03}, {}}}};
+  ASSERT_TRUE(session.apply(press).ok());
+  ASSERT_TRUE(session.step(30).ok());
+  ASSERT_FALSE(session.contacts().empty());
+  const std::uint64_t before = session.hash();
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  for (double y = -0.6; y < 0.1; y += 0.1) ASSERT_TRUE(session.move_blade({0.013, y, 0.2}, {0.013, y, -0.2}).ok());
+  ASSERT_TRUE(session.end_stroke().ok());
+  const std::uint64_t after = session.hash();
+  ASSERT_NE(after, before);
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_EQ(session.hash(), before);
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.hash(), after);
+}
+
 TEST(SessionContact, SnapshotsUndoAndThreadsGiveTheSameBits) {
   const auto play = [](Session& s, int part) {
     SceneCommand command;

@@ -254,6 +254,38 @@ TEST(Session, GraspsOnUndoneCutsHoldWhatTheCutWasMadeIn) {
   EXPECT_LT(farthest, 1e-6);
 }
 
+// Points that the cut made are held again after a redo, and none of them by a grasp of the same name that was taken in between.
+TEST(Session, GraspsOnRedoneCutsHoldWhatTheyHeld) {
+  Scene scene = scene_of("sheet");
+  scene.simulation.gravity = {};
+  Session session = make(scene);
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, false).ok());
+  cut_along_y(session, 0.21, 8);
+  ASSERT_TRUE(session.end_stroke().ok());
+  const SceneGrasp at_cut{"g", {0.21, 0.02, 0}, SceneFrame::kRest, 0.12, std::nullopt};
+  SceneCommand command;
+  command.what = at_cut;
+  ASSERT_TRUE(session.apply(command).ok());
+  const std::vector<CollisionVertex> held = session.grasps()[0].points;
+  const std::uint64_t hash = session.hash();
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_LT(session.grasps()[0].points.size(), held.size());
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.grasps()[0].points, held);
+  EXPECT_EQ(session.hash(), hash);
+
+  ASSERT_TRUE(session.undo().ok());
+  command.what = SceneRelease{"g"};
+  ASSERT_TRUE(session.apply(command).ok());
+  SceneGrasp elsewhere = at_cut;
+  elsewhere.point = {-0.3, 0, 0};
+  command.what = elsewhere;
+  ASSERT_TRUE(session.apply(command).ok());
+  const std::vector<CollisionVertex> others = session.grasps()[0].points;
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.grasps()[0].points, others);
+}
+
 TEST(Session, SettingsOfCutsThatCannotBeAreRefused) {
   const auto refusal = [](auto change) {
     Scene scene;

@@ -75,6 +75,10 @@ struct DetectMemory {
   /// leaves the list alone.
   std::vector<ToolContact> passing;
   std::vector<SunkWall> walls;  ///< detect() leaves them alone
+  [[nodiscard]] std::size_t bytes() const {
+    return contacts.size() * sizeof(RememberedContact) + rims.size() * sizeof(RememberedRim) +
+           (flanks.size() + passing.size()) * sizeof(ToolContact) + walls.size() * sizeof(SunkWall);
+  }
   friend bool operator==(const DetectMemory&, const DetectMemory&) = default;
 };
 

@@ -55,7 +55,11 @@ CutOptions cut_options(const Scene& scene) {
 }  // namespace
 
 std::size_t UndoStep::bytes() const {
-  return topology.bytes() + (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
+  std::size_t held = 0;
+  for (const GraspSides& g : grasps)
+    held += (g.points.size() + g.other_points.size()) * (sizeof(CollisionVertex) + sizeof(Vec3));
+  return held + touching.bytes() + topology.bytes() +
+         (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
          mechanics.rotations.size() * sizeof(Mat3) + fade.bytes() + (removal ? removal->bytes() : 0);
 }
 

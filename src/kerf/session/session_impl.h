@@ -64,13 +64,23 @@ struct ActiveStroke {
   std::size_t next_pose = 0;
 };
 
+/// What a grasp holds on this side of an undo step and on the other, where the step makes or takes away what is held.
+struct GraspSides {
+  std::string id;
+  std::vector<CollisionVertex> points, other_points;
+  std::vector<Vec3> offset, other_offset;
+};
+
 /// One stroke that can be undone, or was.
 struct UndoStep {
   JournalStep topology;
   SurfaceFade fade;          ///< as `mechanics`
   MechanicsState mechanics;  ///< undo list: as the stroke began. Redo list: as it was when it was undone
-  BodyAccount account;       ///< as `mechanics`
-  std::size_t record = 0;    ///< the stroke's place in SessionState::strokes
+  DetectMemory touching;     ///< as `mechanics`; it holds in the same step only
+  std::int64_t steps = -1;   ///< at `touching`
+  std::vector<GraspSides> grasps;
+  BodyAccount account;     ///< as `mechanics`
+  std::size_t record = 0;  ///< the stroke's place in SessionState::strokes
   std::optional<PieceRemoval>
       removal;  ///< pieces were taken away, after the stroke if there was one; else `topology` is empty
   [[nodiscard]] std::size_t bytes() const;
@@ -223,6 +233,8 @@ struct Session::Impl {
   Status travel(UndoList& from, UndoList& to, bool back);
   /// Grasps let go of collision vertices that an undone cut made: their hold moves to what they were split off from.
   void keep_grasps_on(const std::vector<CollisionVertex>& ancestors);
+  /// After an undo or redo: grasps hold what they held on this side of the step. `were`: on the other. Changes the sides.
+  void change_sides(const std::vector<Grasp>& were, std::vector<GraspSides>& sides);
   [[nodiscard]] std::vector<CollisionVertex> grasp_ancestors() const;
   Status advance_command_stroke(double until);
   /// What is left of a command's stroke, at once: before another command that would break it off within its last step.

@@ -400,6 +400,8 @@ Status Session::Impl::end_stroke() {
   step.mechanics = std::move(stroke.before);
   step.account = std::move(stroke.account);
   step.fade = std::move(stroke.fade);
+  step.touching = std::move(stroke.touching);
+  step.steps = stroke.steps;
   step.record = state.strokes.size() - 1;
   state.stroke.reset();
   mark_synced();
@@ -472,19 +474,38 @@ void Session::Impl::keep_grasps_on(const std::vector<CollisionVertex>& ancestors
   }
 }
 
+void Session::Impl::change_sides(const std::vector<Grasp>& were, std::vector<GraspSides>& sides) {
+  std::vector<GraspSides> changed;
+  for (std::size_t i = 0; i < were.size(); ++i) {
+    Grasp& g = state.grasps[i];
+    const Grasp& was = were[i];
+    // Let go of and taken anew, it is another one.
+    const auto known = std::find_if(sides.begin(), sides.end(), [&](const GraspSides& s) {
+      return s.id == g.id && s.points == was.points && s.offset == was.offset;
+    });
+    if (known != sides.end()) g.points = known->other_points, g.offset = known->other_offset;
+    if (g.points != was.points) changed.push_back({g.id, g.points, was.points, g.offset, was.offset});
+  }
+  sides = std::move(changed);
+}
+
 Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
   if (state.stroke) KERF_TRY(end_stroke());
   if (from.empty()) return bad_input(back ? "there is no stroke to undo" : "there is no stroke to redo");
   UndoStep step = from.pop();
   MechanicsState now = state.mechanics;
+  DetectMemory touching = std::move(state.touching);
+  state.touching = {};
   // What was taken away went after what was cut.
   if (step.removal && back) KERF_TRY(swap_removal(*step.removal, back));
   if (!step.topology.arrays.empty()) {
     const std::vector<CollisionVertex> ancestors = grasp_ancestors();
+    const std::vector<Grasp> grasps = state.grasps;
     state.model.clear_springs();
     if (back) journal_undo(state.body, step.topology);
     else journal_redo(state.body, step.topology);
     keep_grasps_on(ancestors);
+    change_sides(grasps, step.grasps);
     const CollisionMesh& mesh = state.body.complex.collision;
     piece_labels.forget();  // they may have grown together
     sweep_follows(step.topology, step.topology.arrays[number_of(state.body, &mesh.rest)].base_size,
@@ -501,7 +522,6 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
   hold_fixed_nodes(state.model, state.mechanics);  // a support may be newer
   step.mechanics = std::move(now);
   state.mechanics.tools = step.mechanics.tools;  // tools stay where they are
-  state.touching = {};
   std::swap(state.fade, step.fade);
   if (step.record < state.strokes.size()) state.strokes[step.record].undone = back;
   mark_synced();
@@ -512,6 +532,10 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
     contact_follows(topology_change.triangles);
   }
   if (watching && !step.removal) note_changes(state.body, step.topology, topology_change, watched);
+  // Ids and places are what they were; tools and obstacles may have moved on in later steps.
+  if (state.steps == step.steps) state.touching = std::move(step.touching);
+  step.touching = std::move(touching);
+  step.steps = state.steps;
   to.push(std::move(step));
   positions_changed();
   springs_stale = true;
